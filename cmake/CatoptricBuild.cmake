@@ -1,0 +1,89 @@
+# Build settings and the few functions that every module's CMakeLists.txt uses.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+
+option(CATOPTRIC_SANITIZE "Build with AddressSanitizer and UndefinedBehaviorSanitizer" OFF)
+option(CATOPTRIC_COVERAGE "Build with gcov instrumentation" OFF)
+
+find_program(CCACHE ccache)
+if(CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+  set(CMAKE_C_COMPILER_LAUNCHER ${CCACHE})
+endif()
+
+add_library(catoptric_options INTERFACE)
+target_compile_options(catoptric_options INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Werror
+  -ffp-contract=off)  # the same result from the same source, whatever the inlining
+target_link_options(catoptric_options INTERFACE -fuse-ld=lld)
+if(CATOPTRIC_SANITIZE)
+  target_compile_options(catoptric_options INTERFACE
+    -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(catoptric_options INTERFACE -fsanitize=address,undefined)
+endif()
+if(CATOPTRIC_COVERAGE)
+  target_compile_options(catoptric_options INTERFACE --coverage)
+  target_link_options(catoptric_options INTERFACE --coverage)
+endif()
+
+# catoptric_module(NAME SOURCES a.cpp... [DEPENDS core ...] [LIBRARIES third::party ...])
+# makes the static library catoptric::NAME of src/NAME; DEPENDS are other modules (public),
+# LIBRARIES third-party ones (private to the module's sources).
+function(catoptric_module name)
+  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LIBRARIES;PUBLIC_LIBRARIES" ${ARGN})
+  add_library(catoptric_${name} STATIC ${arg_SOURCES})
+  add_library(catoptric::${name} ALIAS catoptric_${name})
+  target_include_directories(catoptric_${name} PUBLIC ${PROJECT_SOURCE_DIR}/src)
+  foreach(dependency ${arg_DEPENDS})
+    target_link_libraries(catoptric_${name} PUBLIC catoptric::${dependency})
+  endforeach()
+  target_link_libraries(catoptric_${name} PUBLIC ${arg_PUBLIC_LIBRARIES}
+    PRIVATE ${arg_LIBRARIES} catoptric_options)
+endfunction()
+
+# catoptric_test(NAME LABEL label SOURCES a_test.cpp... DEPENDS module... [LIBRARIES ...] [TIMEOUT s])
+# makes a GoogleTest program. LABEL is unit, gl, trace, image or e2e; a gl test is run twice,
+# on EGL surfaceless and on OSMesa (environment variable CATOPTRIC_DEVICE).
+function(catoptric_test name)
+  cmake_parse_arguments(arg "" "LABEL;TIMEOUT" "SOURCES;DEPENDS;LIBRARIES" ${ARGN})
+  find_package(GTest REQUIRED)
+  if(NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 300)
+  endif()
+  add_executable(${name} ${arg_SOURCES})
+  foreach(dependency ${arg_DEPENDS})
+    target_link_libraries(${name} PRIVATE catoptric::${dependency})
+  endforeach()
+  target_link_libraries(${name} PRIVATE ${arg_LIBRARIES} GTest::gmock GTest::gtest GTest::gtest_main catoptric_options)
+  target_compile_definitions(${name} PRIVATE CATOPTRIC_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  if(arg_LABEL STREQUAL "gl")
+    foreach(device surfaceless osmesa)
+      add_test(NAME ${name}.${device} COMMAND ${name})
+      set_tests_properties(${name}.${device} PROPERTIES LABELS gl TIMEOUT ${arg_TIMEOUT}
+        ENVIRONMENT "CATOPTRIC_DEVICE=${device}")
+    endforeach()
+  else()
+    add_test(NAME ${name} COMMAND ${name})
+    set_tests_properties(${name} PROPERTIES LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT})
+  endif()
+endfunction()
+
+# catoptric_benchmark(NAME SOURCES ... DEPENDS ...) makes a Google Benchmark program; never a test.
+function(catoptric_benchmark name)
+  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;LIBRARIES" ${ARGN})
+  find_package(benchmark REQUIRED)
+  add_executable(${name} ${arg_SOURCES})
+  foreach(dependency ${arg_DEPENDS})
+    target_link_libraries(${name} PRIVATE catoptric::${dependency})
+  endforeach()
+  target_link_libraries(${name} PRIVATE ${arg_LIBRARIES} benchmark::benchmark catoptric_options)
+  target_compile_definitions(${name} PRIVATE CATOPTRIC_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+endfunction()

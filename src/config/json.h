@@ -1,0 +1,108 @@
+// JSON with places: every value knows the line it stands on and its JSON pointer, so that every
+// message about input can name them. Parsing is by nlohmann::json; duplicate keys, NaN, comments
+// and excessive depth are errors.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/math.h"
+
+namespace catoptric::config {
+
+/// Where a value stands.
+struct Place {
+  std::string file;
+  int line = 0;         ///< 1-based; 0: not from a file (a --set option)
+  std::string pointer;  ///< "/objects/3/material"
+  /// "scenes/room.json:12: /objects/3/material"
+  std::string text() const;
+};
+
+/// A parsed JSON value. Cheap to copy (shared, immutable).
+class Value {
+ public:
+  enum class Kind { Null, Bool, Number, String, Array, Object };
+
+  Value();  ///< null
+  Kind kind() const;
+  const Place& place() const;
+
+  // Typed access; a wrong kind is a UsageError that names the place, the value and what is wanted.
+  bool asBool() const;
+  double asNumber() const;
+  std::int64_t asInteger() const;  ///< a number without fraction
+  const std::string& asString() const;
+  const std::vector<Value>& asArray() const;
+  Vec3 asVec3() const;  ///< array of 3 finite numbers
+  std::vector<float> asFloats(std::size_t count) const;
+
+  bool isNull() const { return kind() == Kind::Null; }
+  bool has(const std::string& key) const;
+  /// Member of an object; null value (with the place of the object) when absent.
+  Value get(const std::string& key) const;
+  std::vector<std::string> keys() const;  ///< in the order of the file
+  std::string dump(int indent = -1) const;  ///< canonical JSON text
+
+  /// UsageError "place: message".
+  [[noreturn]] void fail(const std::string& message) const;
+
+  struct Node;
+  explicit Value(std::shared_ptr<const Node> node);
+
+ private:
+  std::shared_ptr<const Node> node_;
+};
+
+/// Parses a file or text. Throws UsageError with file, line, column and reason.
+Value parseFile(const std::filesystem::path& file);
+Value parseText(const std::string& text, const std::string& name);
+
+/// A copy of `root` with the value at dotted path "a.b" (array members by number: "methods.0.bvh")
+/// replaced or added; `valueText` is parsed as JSON, and taken as a string when that fails.
+Value withSetting(const Value& root, const std::string& dottedPath, const std::string& valueText);
+
+// ---- Schemas: one table gives parsing, ranges, defaults, help, JSON Schema and docs ----
+
+enum class FieldType { Bool, Integer, Number, String, Vec3, Numbers, Array, Object, Any };
+
+struct Schema;
+
+struct Field {
+  std::string name;
+  FieldType type = FieldType::Any;
+  std::string help;           ///< one line; unit included
+  std::string defaultText;    ///< JSON text; empty: no default (required or optional below)
+  bool required = false;
+  std::optional<double> minimum;
+  std::optional<double> maximum;
+  std::vector<std::string> allowed;  ///< strings
+  const Schema* object = nullptr;    ///< members of an Object, or items of an Array of objects
+  FieldType items = FieldType::Any;  ///< type of an Array's items
+};
+
+struct Schema {
+  std::string name;
+  std::string help;
+  std::vector<Field> fields;
+  bool open = false;  ///< other keys are allowed (a map of names)
+};
+
+/// Checks `value` against `schema`; all errors of the value are collected, one line each, with
+/// place, value, what is allowed, and the nearest name for unknown keys. Empty: valid.
+std::vector<std::string> check(const Value& value, const Schema& schema);
+/// Throws UsageError with all lines of check(), if any.
+void require(const Value& value, const Schema& schema);
+/// The value of a field or its default.
+Value valueOr(const Value& object, const Schema& schema, const std::string& field);
+
+std::string jsonSchema(const Schema& schema);      ///< JSON Schema draft 2020-12 text
+std::string markdownTable(const Schema& schema);   ///< docs
+
+}  // namespace catoptric::config

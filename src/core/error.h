@@ -1,0 +1,45 @@
+// Typed errors for input, files and drivers. Libraries throw them and never exit; main maps
+// them to the exit codes of the command line. Our own bugs are assertions, not errors.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace catoptric {
+
+enum class ExitCode : int {
+  Done = 0,
+  Usage = 2,           ///< usage or config
+  Scene = 3,           ///< scene or asset
+  NoDevice = 4,        ///< no GL device
+  Output = 5,          ///< output could not be written
+  FramesFailed = 6,    ///< some frames failed; their list is printed
+  LimitsExceeded = 7,  ///< a comparison exceeded its limits
+  Internal = 70,       ///< a bug of ours
+};
+
+/// Base of all errors that a user can cause or cure. what() is complete: it names the place,
+/// the value, and what to do.
+class Error : public std::runtime_error {
+ public:
+  Error(ExitCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
+  ExitCode code() const { return code_; }
+
+ private:
+  ExitCode code_;
+};
+
+struct UsageError : Error {
+  explicit UsageError(const std::string& m) : Error(ExitCode::Usage, m) {}
+};
+struct SceneError : Error {
+  explicit SceneError(const std::string& m) : Error(ExitCode::Scene, m) {}
+};
+struct DeviceError : Error {
+  explicit DeviceError(const std::string& m) : Error(ExitCode::NoDevice, m) {}
+};
+struct OutputError : Error {
+  explicit OutputError(const std::string& m) : Error(ExitCode::Output, m) {}
+};
+
+}  // namespace catoptric

@@ -1,0 +1,119 @@
+#include "core/file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+
+#include "core/error.h"
+
+namespace catoptric {
+namespace {
+
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  int get() const { return fd_; }
+  /// Closes and reports the result of close(2).
+  int close() {
+    const int result = ::close(fd_);
+    fd_ = -1;
+    return result;
+  }
+
+ private:
+  int fd_;
+};
+
+std::string reason() { return std::strerror(errno); }
+
+void readInto(const std::filesystem::path& path, std::size_t maxBytes, auto& bytes) {
+  // O_NONBLOCK: a FIFO must not hang us before we see that it is no regular file.
+  Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (file.get() < 0) throw SceneError(path.string() + ": cannot be opened: " + reason());
+  struct stat info {};
+  if (::fstat(file.get(), &info) != 0 || !S_ISREG(info.st_mode))
+    throw SceneError(path.string() + ": not a regular file");
+  const auto size = static_cast<std::size_t>(info.st_size);
+  if (size > maxBytes)
+    throw SceneError(path.string() + ": " + std::to_string(size) + " bytes, more than the " +
+                     std::to_string(maxBytes) + " allowed");
+  bytes.resize(size);
+  std::size_t done = 0;
+  while (done < size) {
+    const ssize_t n = ::read(file.get(), reinterpret_cast<char*>(bytes.data()) + done, size - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) throw SceneError(path.string() + ": cannot be read: " + reason());
+    done += static_cast<std::size_t>(n);
+  }
+}
+
+}  // namespace
+
+std::vector<std::byte> readFile(const std::filesystem::path& path, std::size_t maxBytes) {
+  std::vector<std::byte> bytes;
+  readInto(path, maxBytes, bytes);
+  return bytes;
+}
+
+std::string readTextFile(const std::filesystem::path& path, std::size_t maxBytes) {
+  std::string text;
+  readInto(path, maxBytes, text);
+  return text;
+}
+
+void writeFileAtomically(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  const std::filesystem::path folder = path.parent_path().empty() ? "." : path.parent_path();
+  std::string temporary =
+      (folder / ("." + path.filename().string() + "." + std::to_string(::getpid()) + ".XXXXXX.tmp"))
+          .string();
+  Descriptor file(::mkostemps(temporary.data(), 4, O_CLOEXEC));
+  if (file.get() < 0)
+    throw OutputError(path.string() + ": cannot be created in its folder: " + reason());
+  const auto fail = [&](const char* what) {
+    const std::string cause = reason();
+    ::unlink(temporary.c_str());
+    throw OutputError(path.string() + ": " + what + ": " + cause);
+  };
+  ::fchmod(file.get(), 0644);
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t n = ::write(file.get(), bytes.data() + done, bytes.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) fail("cannot be written");
+    done += static_cast<std::size_t>(n);
+  }
+  if (::fsync(file.get()) != 0) fail("cannot be synced");
+  if (file.close() != 0) fail("cannot be closed");
+  if (::rename(temporary.c_str(), path.c_str()) != 0) fail("cannot be renamed into place");
+  Descriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (directory.get() >= 0) ::fsync(directory.get());
+}
+
+void writeFileAtomically(const std::filesystem::path& path, std::string_view text) {
+  writeFileAtomically(path, std::as_bytes(std::span(text.data(), text.size())));
+}
+
+std::filesystem::path cacheFolder() {
+  std::filesystem::path base;
+  if (const char* xdg = std::getenv("XDG_CACHE_HOME"); xdg != nullptr && *xdg != '\0') {
+    base = xdg;
+  } else if (const char* home = std::getenv("HOME"); home != nullptr && *home != '\0') {
+    base = std::filesystem::path(home) / ".cache";
+  } else {
+    return {};
+  }
+  std::error_code error;
+  std::filesystem::create_directories(base / "catoptric", error);
+  return error ? std::filesystem::path{} : base / "catoptric";
+}
+
+}  // namespace catoptric

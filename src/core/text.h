@@ -1,0 +1,20 @@
+// Small text helpers for messages.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace catoptric {
+
+/// The candidate with the smallest edit distance to `name`, if it is near enough to be a likely
+/// typing error (at most a third of its length, at least 1); empty otherwise.
+std::string nearestName(std::string_view name, std::span<const std::string> candidates);
+
+/// " (did you mean \"x\"?)" or an empty string.
+std::string didYouMean(std::string_view name, std::span<const std::string> candidates);
+
+std::string joined(std::span<const std::string> items, std::string_view separator);
+
+}  // namespace catoptric

@@ -1,0 +1,55 @@
+// Step times of frames: wall clock around named steps, every sample kept.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/clock.h"
+
+namespace catoptric::frame {
+
+struct StepSample {
+  int frame = 0;  ///< 0: before the first frame (start-up, load, precomputation)
+  std::string step;
+  double seconds = 0.0;
+  std::string clock;  ///< "wall" (glFinish and monotonic clock), "gpu" (timer query), "overlapped"
+  bool first = false; ///< first frame of the process or after a program was compiled
+};
+
+/// Collects samples of one run. `finishGl` is called before a step's clock is read, so that the
+/// work issued inside has ended (llvmpipe's timer queries lie).
+class StepTimer {
+ public:
+  void setFinish(std::function<void()> finishGl) { finish_ = std::move(finishGl); }
+  void beginFrame(int number) { frame_ = number; }
+
+  /// Runs `body` as step `name`; the time is added when it ends, also by an exception.
+  template <class Body>
+  auto measure(const char* name, Body&& body) {
+    const Scope scope(*this, name);
+    return body();
+  }
+  void add(const std::string& step, double seconds, const std::string& clock = "wall");
+
+  const std::vector<StepSample>& samples() const { return samples_; }
+  std::vector<StepSample> take();
+
+ private:
+  struct Scope {
+    Scope(StepTimer& t, const char* n) : timer(t), name(n), start(nowNs()) {}
+    ~Scope() {
+      if (timer.finish_) timer.finish_();
+      timer.add(name, static_cast<double>(nowNs() - start) * 1e-9);
+    }
+    StepTimer& timer;
+    const char* name;
+    std::int64_t start;
+  };
+  std::function<void()> finish_;
+  int frame_ = 0;
+  std::vector<StepSample> samples_;
+};
+
+}  // namespace catoptric::frame

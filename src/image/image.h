@@ -1,0 +1,77 @@
+// Images in memory and their files. OpenImageIO and OpenColorIO live in a module of their own
+// that is loaded at first use (linking them costs 0.4 s at every start).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace catoptric::image {
+
+/// Float channels, interleaved, row 0 at the top. data.size() == width * height * channels.size().
+struct Image {
+  int width = 0;
+  int height = 0;
+  std::vector<std::string> channels;  ///< "R", "G", "B", "A", "Z", "reflection.R", ...
+  std::vector<float> data;
+
+  std::size_t pixelCount() const { return static_cast<std::size_t>(width) * height; }
+  /// Index of a channel; -1 when absent.
+  int channel(const std::string& name) const;
+  float at(int x, int y, int c) const {
+    return data[(static_cast<std::size_t>(y) * width + x) * channels.size() + c];
+  }
+};
+
+enum class Compression { None, Zip, Piz };
+
+struct ExrOptions {
+  Compression compression = Compression::Zip;
+  int zipLevel = 4;
+  bool halfBeauty = true;  ///< R G B A as half; data layers are always float
+  /// String, number and matrix attributes: worldToCamera (16 floats) and so on.
+  std::map<std::string, std::string> text;
+  std::map<std::string, float> numbers;
+  std::map<std::string, std::vector<float>> matrices;  ///< 16 floats each, row-vector convention of EXR
+};
+
+struct ExrStatistics {
+  std::size_t clampedHalf = 0;  ///< values beyond 65504 in half channels, clamped to it
+};
+
+/// Encodes to memory; deterministic bytes (DateTime is fixed). Throws OutputError.
+std::vector<std::byte> encodeExr(const Image& image, const ExrOptions& options,
+                                 ExrStatistics* statistics = nullptr);
+/// Reads all pixels of an EXR or HDR file. Throws SceneError naming the file.
+Image readImage(const std::filesystem::path& file);
+
+/// 8-bit RGB or RGBA PNG, without OpenImageIO (libpng).
+std::vector<std::byte> encodePng(int width, int height, int channels,
+                                 std::span<const std::uint8_t> pixels);
+
+/// 8-bit RGBA from PNG or JPEG bytes (libpng, libjpeg-turbo; recognised by content). `maxPixels`
+/// caps the size before anything is allocated. Throws SceneError beginning with `name`.
+struct Image8 {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> rgba;
+};
+Image8 decodeImage8(std::span<const std::byte> bytes, const std::string& name,
+                    std::size_t maxPixels);
+
+/// Scene-linear Rec.709 R G B of `image` to display-referred 8-bit RGB through OpenColorIO (our
+/// small config: exposure, sRGB view). NaN shows as magenta, never as black.
+std::vector<std::uint8_t> displayRgb8(const Image& image, float exposureStops = 0.0f);
+
+/// The same sRGB encoding of one linear value without OpenColorIO, 0..255, clamped: what L1_8bit
+/// compares. Tests hold both to the same result within half a step.
+float display8(float linear);
+
+/// Loads the module in the background, so that the first write does not wait for it.
+void preloadImageIo();
+
+}  // namespace catoptric::image

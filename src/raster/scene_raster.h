@@ -1,0 +1,86 @@
+// Draws the scene's triangles with GL: the G-buffer pass, diffuse images from any camera (cube
+// maps, impostors, clusters' depth images), and the composite. Geometry is that of
+// frame/geometry.h, shading that of frame/shading.h.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "frame/geometry.h"
+#include "frame/shading.h"
+#include "raster/gbuffer.h"
+#include "scene/camera.h"
+#include "scene/scene.h"
+
+namespace catoptric::raster {
+
+struct GBufferSize {
+  int width = 512;
+  int height = 512;
+  int samples = 2;
+  bool masks = false;
+};
+
+/// Counts of one G-buffer pass.
+struct DrawStatistics {
+  std::uint64_t triangles = 0;        ///< submitted after culling
+  std::uint64_t culledTriangles = 0;
+};
+
+/// What the composite makes of a G-buffer.
+struct CompositeOptions {
+  bool fresnelSchlick = false;  ///< s + (1 - s)(1 - cos)^5 instead of s
+};
+
+/// GL side of one scene; lives as long as its context.
+class SceneRaster {
+ public:
+  /// Uploads geometry, textures and materials. Only programs for the features that the scene's
+  /// materials use are compiled.
+  SceneRaster(const scene::Scene& scene, const frame::Geometry& geometry);
+  ~SceneRaster();
+  SceneRaster(const SceneRaster&) = delete;
+  SceneRaster& operator=(const SceneRaster&) = delete;
+
+  /// Re-uploads the vertices of changed objects (indices into geometry.objects).
+  void update(const frame::Geometry& geometry, std::span<const int> changedObjects);
+
+  GBuffer makeGBuffer(const GBufferSize& size) const;
+
+  /// Fills diffuse, normal, object, depth and stencil.
+  DrawStatistics drawGBuffer(GBuffer& target, const scene::Camera& camera,
+                             const frame::Lighting& lighting);
+
+  /// Draws diffuse radiance (rgb, a = 1; environment where nothing is, a = 0) with any view
+  /// projection (reversed-Z, upper left) into the bound framebuffer's colour 0 and depth, within
+  /// the viewport set by the caller. `skipObject`: an id left out, 0 for none.
+  DrawStatistics drawDiffuse(const Mat4& clipFromWorld, const Vec3& eye, float pixelSpreadRad,
+                             const frame::Lighting& lighting, int skipObject = 0);
+
+  /// Cube map of the diffuse scene seen from `centre`, RGBA16F with mip levels.
+  gl::Texture drawCubeMap(const Vec3& centre, int faceSize, const frame::Lighting& lighting);
+
+  /// Resolves samples to pixels into `frame` (RGBA32F, width x height, row 0 on top): mean over the
+  /// samples of (1 - s) diffuse + s tint reflection; a = share of samples that are not background.
+  void composite(const GBuffer& source, const scene::Camera& camera,
+                 const CompositeOptions& options, gl::Texture& frame);
+
+  /// Radiance of the environment is drawn and looked up by this GLSL-side state; methods that need
+  /// the materials' table, the environment or the shading functions bind them here.
+  void bindShadingResources(std::uint32_t program, const frame::Lighting& lighting) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Reads a texture back, row 0 on top. RGBA32F: 4 floats a texel.
+std::vector<float> readRgba(const gl::Texture& texture);
+std::vector<std::uint32_t> readIds(const gl::Texture& texture);
+std::vector<float> readDepth(const gl::Texture& texture);
+std::vector<std::uint8_t> readMasks(const gl::Texture& texture);
+
+}  // namespace catoptric::raster

@@ -1,0 +1,30 @@
+// Loading scenes: glTF 2.0 (.gltf, .glb) and scene descriptions (.json).
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+
+#include "scene/scene.h"
+
+namespace catoptric::scene {
+
+/// Caps that keep hostile or mistaken input from exhausting the machine.
+struct LoadLimits {
+  std::size_t maxBytes = std::size_t{4} << 30;  ///< of the loaded scene in memory
+  std::size_t maxFileBytes = std::size_t{1} << 30;
+  std::size_t maxTexturePixels = std::size_t{1} << 26;
+  std::size_t maxNodes = 1'000'000;
+};
+
+/// Loads and checks a scene. Throws SceneError that names file, place (JSON pointer where it has
+/// one), value and what is allowed.
+Scene loadScene(const std::filesystem::path& file, const LoadLimits& limits = {});
+
+/// glTF alone; also used by scene descriptions for their assets.
+Scene loadGltf(const std::filesystem::path& file, const LoadLimits& limits = {});
+
+/// Derives what loaders leave to one place: unit normals, tangents where a normal map needs them,
+/// s and g, reflector numbers, planarity, the fingerprint. Call once after composing a scene.
+void finishScene(Scene& scene);
+
+}  // namespace catoptric::scene
