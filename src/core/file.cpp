@@ -33,7 +33,9 @@ class Descriptor {
   int fd_;
 };
 
-std::string reason() { return std::strerror(errno); }
+std::string reason() {
+  return std::strerror(errno);
+}
 
 void readInto(const std::filesystem::path& path, std::size_t maxBytes, auto& bytes) {
   // O_NONBLOCK: a FIFO must not hang us before we see that it is no regular file.

@@ -31,7 +31,9 @@ void Fingerprint::add(std::span<const std::byte> bytes) {
   state_ = mix(state_ ^ tail ^ (static_cast<std::uint64_t>(rest) << 56));
 }
 
-std::uint64_t Fingerprint::value() const { return mix(state_); }
+std::uint64_t Fingerprint::value() const {
+  return mix(state_);
+}
 
 std::string Fingerprint::text() const {
   char text[17];

@@ -20,8 +20,12 @@ spdlog::logger& logger() {
 
 }  // namespace
 
-void setLevel(Level level) { currentLevel = level; }
-Level level() { return currentLevel; }
+void setLevel(Level level) {
+  currentLevel = level;
+}
+Level level() {
+  return currentLevel;
+}
 
 void debug(const std::string& message) {
   if (currentLevel <= Level::Debug) logger().debug("{}", message);

@@ -51,7 +51,11 @@ inline Vec3 normalizedOr(const Vec3& v, const Vec3& fallback) {
   return (length > 0.0f && std::isfinite(length)) ? v / length : fallback;
 }
 
-inline constexpr float radians(float degrees) { return degrees * (kPi / 180.0f); }
-inline constexpr float degrees(float rad) { return rad * (180.0f / kPi); }
+inline constexpr float radians(float degrees) {
+  return degrees * (kPi / 180.0f);
+}
+inline constexpr float degrees(float rad) {
+  return rad * (180.0f / kPi);
+}
 
 }  // namespace catoptric
