@@ -47,7 +47,7 @@ class Value {
   bool has(const std::string& key) const;
   /// Member of an object; null value (with the place of the object) when absent.
   Value get(const std::string& key) const;
-  std::vector<std::string> keys() const;  ///< in the order of the file
+  std::vector<std::string> keys() const;    ///< in the order of the file
   std::string dump(int indent = -1) const;  ///< canonical JSON text
 
   /// UsageError "place: message".
@@ -77,8 +77,8 @@ struct Schema;
 struct Field {
   std::string name;
   FieldType type = FieldType::Any;
-  std::string help;           ///< one line; unit included
-  std::string defaultText;    ///< JSON text; empty: no default (required or optional below)
+  std::string help;         ///< one line; unit included
+  std::string defaultText;  ///< JSON text; empty: no default (required or optional below)
   bool required = false;
   std::optional<double> minimum;
   std::optional<double> maximum;
@@ -102,7 +102,7 @@ void require(const Value& value, const Schema& schema);
 /// The value of a field or its default.
 Value valueOr(const Value& object, const Schema& schema, const std::string& field);
 
-std::string jsonSchema(const Schema& schema);      ///< JSON Schema draft 2020-12 text
-std::string markdownTable(const Schema& schema);   ///< docs
+std::string jsonSchema(const Schema& schema);     ///< JSON Schema draft 2020-12 text
+std::string markdownTable(const Schema& schema);  ///< docs
 
 }  // namespace catoptric::config

@@ -1,6 +1,7 @@
 // The one shading model, evaluated by GL (raster/shaders/shading.glsl, the same formulas in the
 // same order) and on the CPU for traced rays:
-//   L = albedo / pi * (bake.rgb + visibility * (E_sh(n) + pi * ambient) + sum_i E_i(x, n)) + emissive
+//   L = albedo / pi * (bake.rgb + visibility * (E_sh(n) + pi * ambient) + sum_i E_i(x, n)) +
+//   emissive
 // where E_sh is the spherical-harmonics irradiance of the environment (order 2), visibility is
 // the baked ambient occlusion, and E_i the irradiance of the lights that are not baked.
 #pragma once
@@ -61,12 +62,12 @@ Lighting makeLighting(const scene::Scene& scene, const scene::Pose& pose,
 /// A point on a surface as a ray or a pixel sees it.
 struct SurfacePoint {
   Vec3 position{0.0f};
-  Vec3 normal{0.0f, 1.0f, 0.0f};     ///< shading normal, normal map applied, turned to the viewer
+  Vec3 normal{0.0f, 1.0f, 0.0f};  ///< shading normal, normal map applied, turned to the viewer
   Vec3 geometricNormal{0.0f, 1.0f, 0.0f};
-  Vec3 diffuse{0.0f};                ///< radiance L of the formula above
-  float specularLevel = 0.0f;        ///< s
-  float glossiness = 0.0f;           ///< g
-  int object = 0;                    ///< id
+  Vec3 diffuse{0.0f};          ///< radiance L of the formula above
+  float specularLevel = 0.0f;  ///< s
+  float glossiness = 0.0f;     ///< g
+  int object = 0;              ///< id
 };
 
 /// Evaluates the surface at barycentric (u, v) of triangle `primitive` of object index `object`,

@@ -14,8 +14,8 @@ struct StepSample {
   int frame = 0;  ///< 0: before the first frame (start-up, load, precomputation)
   std::string step;
   double seconds = 0.0;
-  std::string clock;  ///< "wall" (glFinish and monotonic clock), "gpu" (timer query), "overlapped"
-  bool first = false; ///< first frame of the process or after a program was compiled
+  std::string clock;   ///< "wall" (glFinish and monotonic clock), "gpu" (timer query), "overlapped"
+  bool first = false;  ///< first frame of the process or after a program was compiled
 };
 
 /// Collects samples of one run. `finishGl` is called before a step's clock is read, so that the

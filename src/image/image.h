@@ -36,7 +36,8 @@ struct ExrOptions {
   /// String, number and matrix attributes: worldToCamera (16 floats) and so on.
   std::map<std::string, std::string> text;
   std::map<std::string, float> numbers;
-  std::map<std::string, std::vector<float>> matrices;  ///< 16 floats each, row-vector convention of EXR
+  std::map<std::string, std::vector<float>>
+      matrices;  ///< 16 floats each, row-vector convention of EXR
 };
 
 struct ExrStatistics {

@@ -27,26 +27,27 @@ namespace catoptric::methods {
 struct RunSettings {
   int width = 512;
   int height = 512;
-  int samples = 2;          ///< per axis and pixel
+  int samples = 2;  ///< per axis and pixel
   std::uint64_t seed = 1;
-  bool masks = false;       ///< fill fallback masks
+  bool masks = false;  ///< fill fallback masks
   bool fresnelSchlick = false;
-  std::vector<std::string> layers;  ///< asked-for layers: "Z", "N", "reflection", "diffuse", "id", "s"
+  std::vector<std::string>
+      layers;  ///< asked-for layers: "Z", "N", "reflection", "diffuse", "id", "s"
 };
 
 /// One line of a plan: something that will be built, compiled, allocated or run, and why.
 struct PlanItem {
-  std::string kind;    ///< "pass", "resource", "precomputation"
-  std::string name;    ///< a step's name for passes
+  std::string kind;  ///< "pass", "resource", "precomputation"
+  std::string name;  ///< a step's name for passes
   std::string reason;
   std::uint64_t bytes = 0;  ///< of resources, where known beforehand
 };
 
 /// What a method needs from the shared pipeline for this scene and these settings.
 struct MethodPlan {
-  bool gbuffer = false;     ///< G-buffer, reflection target and composite (needs GL)
-  bool gl = false;          ///< a GL context (implied by gbuffer)
-  bool trace = false;       ///< an Embree scene
+  bool gbuffer = false;  ///< G-buffer, reflection target and composite (needs GL)
+  bool gl = false;       ///< a GL context (implied by gbuffer)
+  bool trace = false;    ///< an Embree scene
   trace::BvhPolicy bvh = trace::BvhPolicy::Static;
   std::vector<PlanItem> items;  ///< the method's own passes, resources, precomputations
 };
@@ -64,7 +65,7 @@ using Counters = std::map<std::string, std::uint64_t>;
 /// The shared state that a method works with. Pointers are null when the plan did not ask.
 struct Services {
   const scene::Scene& scene;
-  const frame::Geometry& geometry;   ///< of the current frame's moment
+  const frame::Geometry& geometry;  ///< of the current frame's moment
   const frame::Lighting& lighting;
   raster::SceneRaster* raster = nullptr;
   raster::GBuffer* gbuffer = nullptr;  ///< filled before render()

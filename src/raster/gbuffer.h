@@ -22,13 +22,13 @@ enum class SampleClass : std::uint8_t {
 /// (glClipControl upper left). Sample (i, j) is centred at ((i + .5) / samples, (j + .5) / samples)
 /// pixels.
 struct GBuffer {
-  int width = 0;    ///< of the frame, pixels
+  int width = 0;  ///< of the frame, pixels
   int height = 0;
-  int samples = 1;  ///< per axis
-  gl::Texture diffuse;     ///< RGBA32F: diffuse radiance (before any factor 1 - s), s
-  gl::Texture normal;      ///< RGBA32F: world-space shading normal turned to the viewer, g
-  gl::Texture object;      ///< R32UI: object id, 0 background
-  gl::Texture depth;       ///< DEPTH32F_STENCIL8: reversed-Z depth (near / distance along -z)
+  int samples = 1;      ///< per axis
+  gl::Texture diffuse;  ///< RGBA32F: diffuse radiance (before any factor 1 - s), s
+  gl::Texture normal;   ///< RGBA32F: world-space shading normal turned to the viewer, g
+  gl::Texture object;   ///< R32UI: object id, 0 background
+  gl::Texture depth;    ///< DEPTH32F_STENCIL8: reversed-Z depth (near / distance along -z)
   gl::Framebuffer framebuffer;
   /// What methods write: incoming radiance along the reflected ray (tint and s not applied).
   gl::Texture reflection;  ///< RGBA32F, a = 1
@@ -41,11 +41,11 @@ struct GBuffer {
 
 /// Where a method fell back, as bits of GBuffer::masks; also the names of counters and mask layers.
 enum MaskBit : std::uint8_t {
-  kMaskEnvironment = 1,   ///< mask.environment: environment look-up instead of the true surface
-  kMaskDisoccluded = 2,   ///< mask.disoccluded
-  kMaskClamped = 4,       ///< mask.clamped
-  kMaskRetraced = 8,      ///< mask.retraced
-  kMaskBelowHorizon = 16, ///< mask.below_horizon: lobe samples below the surface
+  kMaskEnvironment = 1,    ///< mask.environment: environment look-up instead of the true surface
+  kMaskDisoccluded = 2,    ///< mask.disoccluded
+  kMaskClamped = 4,        ///< mask.clamped
+  kMaskRetraced = 8,       ///< mask.retraced
+  kMaskBelowHorizon = 16,  ///< mask.below_horizon: lobe samples below the surface
 };
 
 }  // namespace catoptric::raster

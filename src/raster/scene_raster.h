@@ -26,7 +26,7 @@ struct GBufferSize {
 
 /// Counts of one G-buffer pass.
 struct DrawStatistics {
-  std::uint64_t triangles = 0;        ///< submitted after culling
+  std::uint64_t triangles = 0;  ///< submitted after culling
   std::uint64_t culledTriangles = 0;
 };
 

@@ -9,8 +9,8 @@ namespace catoptric::scene {
 
 struct Pose {
   double timeSeconds = 0.0;
-  std::vector<Mat4> worldFromNode;                ///< one per node
-  std::vector<std::vector<float>> morphWeights;   ///< one per node; empty where it has none
+  std::vector<Mat4> worldFromNode;               ///< one per node
+  std::vector<std::vector<float>> morphWeights;  ///< one per node; empty where it has none
 };
 
 /// Evaluates all channels at `timeSeconds` (clamped to each channel's keys).

@@ -14,9 +14,9 @@ struct Scene;
 
 /// A perspective pinhole camera. It looks along its -z, +y is up.
 struct Camera {
-  Mat4 worldFromCamera{1.0f};     ///< rigid
+  Mat4 worldFromCamera{1.0f};         ///< rigid
   float verticalFovRad = kPi / 4.0f;  ///< in (0, pi)
-  float nearMetres = 0.01f;       ///< positive; there is no far plane
+  float nearMetres = 0.01f;           ///< positive; there is no far plane
 
   Vec3 eye() const { return Vec3(worldFromCamera[3]); }
   Vec3 forward() const { return -Vec3(worldFromCamera[2]); }

@@ -37,6 +37,8 @@ inline float phongExponentFromGlossiness(float g) {
   const float g2 = std::max(g, 1e-3f) * std::max(g, 1e-3f);
   return std::max(0.0f, 2.0f / (g2 * g2) - 2.0f);
 }
-inline float glossinessFromPhongExponent(float n) { return std::pow(2.0f / (n + 2.0f), 0.25f); }
+inline float glossinessFromPhongExponent(float n) {
+  return std::pow(2.0f / (n + 2.0f), 0.25f);
+}
 
 }  // namespace catoptric::scene

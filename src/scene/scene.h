@@ -63,8 +63,8 @@ struct Material {
   TextureSlot metallicRoughnessTexture;
   float metallicFactor = 0.0f;
   float roughnessFactor = 1.0f;
-  float dielectricF0 = 0.04f;   ///< of the non-metallic part: ior and specular factor
-  Vec3 reflectionTint{1.0f};    ///< multiplies the reflection; baseColor for metals
+  float dielectricF0 = 0.04f;  ///< of the non-metallic part: ior and specular factor
+  Vec3 reflectionTint{1.0f};   ///< multiplies the reflection; baseColor for metals
   AlphaMode alphaMode = AlphaMode::Opaque;
   float alphaCutoff = 0.5f;
   float baseAlpha = 1.0f;
@@ -180,8 +180,8 @@ enum class BakeMode : std::uint8_t { None, AmbientOcclusion, Full };
 /// irradiance of baked lights, of the environment through openings, and of interreflection.
 struct BakeSettings {
   BakeMode mode = BakeMode::None;
-  int rays = 256;                   ///< hemisphere rays per vertex
-  int bounces = 2;                  ///< gathers of interreflection (Full)
+  int rays = 256;                         ///< hemisphere rays per vertex
+  int bounces = 2;                        ///< gathers of interreflection (Full)
   float ambientOcclusionDistance = 0.0f;  ///< metres; 0: a tenth of the scene's diameter
 };
 
@@ -199,15 +199,16 @@ struct Scene {
   std::vector<AnimationChannel> animation;
   Environment environment;
   BakeSettings bake;
-  /// Radiance added as irradiance pi * ambient * occlusion everywhere; lights rooms that no sky sees.
+  /// Radiance added as irradiance pi * ambient * occlusion everywhere; lights rooms that no sky
+  /// sees.
   Vec3 ambient{0.0f};
   std::vector<std::string> notes;  ///< what the loader ignored or approximated, for `info`
   std::uint64_t fingerprint = 0;   ///< of all contents
 
   int reflectorCount() const;
-  std::size_t triangleCount() const;           ///< of all objects (instances counted)
-  std::size_t reflectiveTriangleCount() const; ///< of reflective objects
-  std::size_t memoryBytes() const;             ///< of this structure's arrays
+  std::size_t triangleCount() const;            ///< of all objects (instances counted)
+  std::size_t reflectiveTriangleCount() const;  ///< of reflective objects
+  std::size_t memoryBytes() const;              ///< of this structure's arrays
   bool animated() const { return !animation.empty(); }
   /// Last key's time in seconds; 0 without animation.
   float duration() const;

@@ -24,7 +24,7 @@ struct Ray {
 };
 
 struct Hit {
-  int object = -1;  ///< index into geometry.objects; -1: a miss
+  int object = -1;              ///< index into geometry.objects; -1: a miss
   std::uint32_t primitive = 0;  ///< within the object
   float u = 0.0f;
   float v = 0.0f;
@@ -51,8 +51,8 @@ class TraceScene {
   /// even when nothing moved: that is what the papers' ray tracers did.
   void update(std::span<const int> changedObjects);
 
-  /// Closest hits, in packets; hits[i] belongs to rays[i]. `coherent`: neighbours in the array point
-  /// to similar directions. Deterministic for any thread count.
+  /// Closest hits, in packets; hits[i] belongs to rays[i]. `coherent`: neighbours in the array
+  /// point to similar directions. Deterministic for any thread count.
   TraceCounts intersect(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const;
 
   /// 1 where the segment of a ray is free, 0 where something blocks it.
