@@ -1,0 +1,22 @@
+# `cmake --install` and the Debian package (cpack -G DEB in the build folder).
+include(GNUInstallDirs)
+install(TARGETS catoptric RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+if(TARGET catoptric_imageio)
+  install(TARGETS catoptric_imageio LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/catoptric)
+endif()
+install(DIRECTORY configs scenes paths DESTINATION ${CMAKE_INSTALL_DATADIR}/catoptric
+  PATTERN assets EXCLUDE)
+install(FILES LICENSE NOTICE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME catoptric)
+set(CPACK_PACKAGE_CONTACT "the catoptric authors")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "libegl1, libgl1-mesa-dri, libosmesa6")
+set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
+set(CPACK_STRIP_FILES ON)
+include(CPack)
