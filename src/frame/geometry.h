@@ -40,8 +40,10 @@ struct Geometry {
   /// One extra, unused position at the end: Embree reads 16 bytes at the last vertex.
   std::vector<Vec3> positions;
   std::vector<VertexAttributes> attributes;
-  std::vector<std::uint32_t> indices;  ///< absolute vertex numbers, three per triangle
-  std::vector<ObjectRange> objects;    ///< objects[id - 1]
+  /// Absolute vertex numbers, three per triangle, wound so that the geometric normal lies on the
+  /// side of the vertex normals (of the mesh as loaded; some models disagree with themselves).
+  std::vector<std::uint32_t> indices;
+  std::vector<ObjectRange> objects;  ///< objects[id - 1]
   Box3 bounds;
   double timeSeconds = 0.0;
 

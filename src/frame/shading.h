@@ -3,7 +3,34 @@
 //   L = albedo / pi * (bake.rgb + visibility * (E_sh(n) + pi * ambient) + sum_i E_i(x, n)) +
 //   emissive
 // where E_sh is the spherical-harmonics irradiance of the environment (order 2), visibility is
-// the baked ambient occlusion, and E_i the irradiance of the lights that are not baked.
+// the baked ambient occlusion, and E_i the irradiance of the lights that are not baked. (After a
+// full bake visibility is 0: bake.rgb holds environment and ambient too.)
+//
+// The agreement, in this order; all of a vertex's attributes are interpolated linearly:
+//   N   = normalize(normal), d = direction from the eye to the point, unit length.
+//         frame::Geometry winds triangles so that their geometric normal lies on the side of their
+//         vertex normals: gl_FrontFacing and dot(geometric normal, d) < 0 say the same.
+//   uv' = slot.transform * (uv of the slot's set, 1)
+//   lod = log2(max(1e-8, uvPerMetre * textureScale(slot) * coneWidth / sqrt(max(|N.d|, 0.05)))),
+//         clamped to the chain; trilinear; texels decoded from sRGB before filtering. Nearest
+//         textures: the texel of level 0.
+//   n   = N; with a normal map t = normalize(tangent.xyz), b = cross(N, t) * tangent.w,
+//         m = 2 texel - 1, m.xy *= normalScale, n = normalize(m.x t + m.y b + m.z N).
+//         n = -n when the viewer sees the back of the triangle.
+//   albedo = baseColor * texel * vertex colour; unlit: L = albedo and nothing else.
+//   s, g: the material's; with a metallic-roughness texture g = roughnessFactor * texel.g,
+//         s = specularLevel(metallicFactor * texel.b, dielectricF0), 0 below kReflectiveThreshold.
+//   E_sh(n) = max(0, sum_k c_k Y_k(n)); Y_0..8 = 0.282095, 0.488603 (y, z, x),
+//         1.092548 (xy, yz), 0.315392 (3 z^2 - 1), 1.092548 xz, 0.546274 (x^2 - y^2).
+//   E_i: directional intensity * max(0, n.l); point and spot with r = |x_i - x|:
+//         intensity * max(0, n.l) / max(r^2, 1e-6) * clamp(1 - (r / range)^4, 0, 1) (no such
+//         factor for range 0) * clamp((cos - cosOuter) / max(1e-3, cosInner - cosOuter), 0, 1)^2
+//         (spot only; KHR_lights_punctual).
+//   Environment radiance (all times scale): constant color; gradient mix(horizon, y >= 0 ? color :
+//         ground, |y|) with y of the unit direction; file: d turned by -rotation about +y, pixel
+//         position u = 0.5 + atan2(x, -z) / (2 pi), v = acos(y) / pi, bilinear, u repeats, v
+//         clamps.
+//   Alpha masks: cut away where baseAlpha * base colour texel's alpha at level 0 < alphaCutoff.
 #pragma once
 
 #include <array>
@@ -36,7 +63,8 @@ class EnvironmentLight {
   /// E(n) = sum c_k Y_k(n) [Ramamoorthi2001].
   const std::array<Vec3, 9>& irradianceSh() const { return irradianceSh_; }
   Vec3 irradiance(const Vec3& normal) const;
-  /// The image as RGB floats for upload; empty (0 x 0) for constant and gradient.
+  /// The image as RGB floats for upload, as the file has them (scale and rotation are applied at
+  /// look-up); empty (0 x 0) for constant and gradient.
   const std::vector<Vec3>& pixels() const { return pixels_; }
   int width() const { return width_; }
   int height() const { return height_; }
@@ -80,6 +108,10 @@ SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
 /// True where the alpha mask cuts the surface away: such hits do not count, for any ray.
 bool isCutOut(const scene::Scene& scene, const Geometry& geometry, int object,
               std::uint32_t primitive, float u, float v);
+
+/// Texels of the base level per unit of the untransformed uv of a slot: max(width, height) times
+/// the root of the transform's area scale; what lod above multiplies uvPerMetre with.
+float textureScale(const scene::Scene& scene, const scene::TextureSlot& slot);
 
 /// Trilinear sample, the CPU's twin of textureLod(): linear values.
 Vec4 sampleTexture(const scene::Texture& texture, Vec2 uv, float lod);
