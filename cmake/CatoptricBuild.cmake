@@ -10,6 +10,8 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
 endif()
 
+include(CatoptricShaders)
+
 option(CATOPTRIC_SANITIZE "Build with AddressSanitizer and UndefinedBehaviorSanitizer" OFF)
 option(CATOPTRIC_COVERAGE "Build with gcov instrumentation" OFF)
 

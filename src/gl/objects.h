@@ -1,0 +1,221 @@
+// Move-only owners of GL objects: an empty state, a debug label, direct state access (no binding
+// to edit). All need a current gl::Context, to which the object then belongs; an object that
+// outlives its context is simply forgotten. Functions throw Error (Internal) with the object's
+// label on sizes that the context's limits do not allow.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "gl/api.h"
+
+namespace catoptric::gl {
+
+enum class ObjectKind : std::uint8_t {
+  Buffer,
+  Texture,
+  Framebuffer,
+  VertexArray,
+  Program,
+  Sampler
+};
+
+/// Number of live objects of a kind, over all contexts: what leak tests compare.
+std::int64_t liveObjects(ObjectKind kind);
+
+/// Owner of one GL name; 0 is the empty state.
+template <ObjectKind kind>
+class Name {
+ public:
+  Name() = default;
+  /// Takes ownership of `id`, which was just made in the current context, and labels it.
+  Name(GLuint id, std::string_view label);
+  ~Name() { reset(); }
+  Name(Name&& other) noexcept
+      : id_(std::exchange(other.id_, 0)), context_(std::exchange(other.context_, 0)) {}
+  Name& operator=(Name&& other) noexcept {
+    if (this != &other) {
+      reset();
+      id_ = std::exchange(other.id_, 0);
+      context_ = std::exchange(other.context_, 0);
+    }
+    return *this;
+  }
+  /// Deletes the object; empty afterwards.
+  void reset() noexcept;
+  GLuint id() const { return id_; }
+
+ private:
+  GLuint id_ = 0;
+  std::uint32_t context_ = 0;
+};
+
+/// A buffer of fixed size.
+class Buffer {
+ public:
+  Buffer() = default;
+  /// `size` bytes (at least 1 is allocated), optionally filled with `data`; contents may be changed
+  /// by write().
+  Buffer(std::string_view label, std::size_t size, const void* data = nullptr);
+  template <class T>
+  Buffer(std::string_view label, std::span<const T> data)
+      : Buffer(label, data.size_bytes(), data.data()) {}
+
+  bool empty() const { return name_.id() == 0; }
+  GLuint id() const { return name_.id(); }
+  std::size_t size() const { return empty() ? 0 : size_; }
+
+  void write(std::size_t offset, std::size_t size, const void* data);
+  void read(std::size_t offset, std::size_t size, void* data) const;
+  void bindStorage(GLuint binding) const;  ///< shader storage block
+  void bindUniform(GLuint binding) const;  ///< uniform block
+
+ private:
+  Name<ObjectKind::Buffer> name_;
+  std::size_t size_ = 0;
+};
+
+/// A texture of fixed size and sized internal format (GL_RGBA32F, ...): 2D, 2D array, cube map, or
+/// a view of a buffer. Default sampling: nearest without mip levels, trilinear with; edges clamped.
+class Texture {
+ public:
+  Texture() = default;
+  /// `levels` 0: the whole mip chain.
+  static Texture make2D(std::string_view label, GLenum format, int width, int height,
+                        int levels = 1);
+  static Texture makeArray(std::string_view label, GLenum format, int width, int height, int layers,
+                           int levels = 1);
+  static Texture makeCube(std::string_view label, GLenum format, int faceSize, int levels = 1);
+  /// Texel buffer over the whole of `buffer`, which must outlive the texture.
+  static Texture makeBuffer(std::string_view label, GLenum format, const Buffer& buffer);
+
+  bool empty() const { return name_.id() == 0; }
+  GLuint id() const { return name_.id(); }
+  GLenum target() const { return empty() ? GLenum{GL_NONE} : target_; }
+  GLenum format() const { return empty() ? GLenum{GL_NONE} : format_; }
+  int width() const { return empty() ? 0 : width_; }  ///< texels of a texel buffer
+  int height() const { return empty() ? 0 : height_; }
+  int layers() const { return empty() ? 0 : layers_; }  ///< 6 for a cube map, 1 for 2D
+  int levels() const { return empty() ? 0 : levels_; }
+  std::size_t bytes() const { return empty() ? 0 : bytes_; }  ///< of all levels and layers
+
+  /// Whole level (and layer or face); `pixels` tightly packed, row 0 first.
+  void upload(int level, int layer, GLenum pixelFormat, GLenum pixelType, const void* pixels);
+  /// Reads a whole level of all layers, tightly packed, row 0 first.
+  void read(int level, GLenum pixelFormat, GLenum pixelType, std::span<std::byte> out) const;
+  template <class T>
+  std::vector<T> read(int level, GLenum pixelFormat, GLenum pixelType,
+                      std::size_t valuesPerTexel) const {
+    std::vector<T> values(static_cast<std::size_t>(levelWidth(level)) * levelHeight(level) *
+                          layers() * valuesPerTexel);
+    read(level, pixelFormat, pixelType, std::as_writable_bytes(std::span(values)));
+    return values;
+  }
+  int levelWidth(int level) const;
+  int levelHeight(int level) const;
+
+  void generateMipmaps();
+  void setFilter(GLenum minFilter, GLenum magFilter);
+  void setWrap(GLenum s, GLenum t);
+  void bind(GLuint unit) const;
+  void bindImage(GLuint unit, GLenum access, int level = 0) const;  ///< all layers
+
+ private:
+  Name<ObjectKind::Texture> name_;
+  GLenum target_ = GL_NONE;
+  GLenum format_ = GL_NONE;
+  int width_ = 0;
+  int height_ = 0;
+  int layers_ = 0;
+  int levels_ = 0;
+  std::size_t bytes_ = 0;
+};
+
+/// One attachment: a level, and for arrays and cube maps a layer (or face), or all layers.
+struct Attachment {
+  const Texture& texture;
+  int level = 0;
+  int layer = -1;  ///< -1: the whole (layered rendering for arrays and cube maps)
+};
+
+/// Refers to its textures, which must outlive it. Draw buffers are colours 0, 1, ... in order.
+class Framebuffer {
+ public:
+  Framebuffer() = default;
+  /// Throws Error (Internal) when incomplete, naming the status. The depth attachment goes to
+  /// depth, stencil or both, by its format.
+  Framebuffer(std::string_view label, std::initializer_list<Attachment> colors);
+  Framebuffer(std::string_view label, std::initializer_list<Attachment> colors,
+              const Attachment& depth);
+
+  bool empty() const { return name_.id() == 0; }
+  GLuint id() const { return name_.id(); }
+  int width() const { return empty() ? 0 : width_; }
+  int height() const { return empty() ? 0 : height_; }
+
+  /// Replaces colour `index` (same size as before) - for rendering to the faces of a cube map.
+  void attachColor(int index, const Attachment& color);
+  /// Binds for drawing and sets the viewport to the whole.
+  void bind() const;
+  void clearColor(int index, float r, float g, float b, float a) const;
+  void clearColorUint(int index, std::uint32_t r, std::uint32_t g = 0, std::uint32_t b = 0,
+                      std::uint32_t a = 0) const;
+  void clearDepth(float depth) const;  ///< reversed-Z: 0 is infinitely far
+  void clearDepthStencil(float depth, int stencil) const;
+
+ private:
+  void attach(GLenum point, const Attachment& attachment);
+  void finish(std::string_view label, std::initializer_list<Attachment> colors,
+              const Attachment* depth);
+
+  Name<ObjectKind::Framebuffer> name_;
+  int width_ = 0;
+  int height_ = 0;
+};
+
+/// Vertex input; attributes are described once.
+class VertexArray {
+ public:
+  VertexArray() = default;
+  explicit VertexArray(std::string_view label);
+
+  bool empty() const { return name_.id() == 0; }
+  GLuint id() const { return name_.id(); }
+
+  /// Attribute `location`: `components` values of `type` at `offset` of every `stride` bytes.
+  void setAttribute(GLuint location, const Buffer& buffer, int components, GLenum type,
+                    std::size_t offset, std::size_t stride, bool normalized = false);
+  /// The same for integer attributes of the shader.
+  void setIntegerAttribute(GLuint location, const Buffer& buffer, int components, GLenum type,
+                           std::size_t offset, std::size_t stride);
+  void setIndices(const Buffer& buffer);
+  void bind() const;
+
+ private:
+  Name<ObjectKind::VertexArray> name_;
+};
+
+class Sampler {
+ public:
+  Sampler() = default;
+  Sampler(std::string_view label, GLenum minFilter, GLenum magFilter, GLenum wrapS, GLenum wrapT);
+
+  bool empty() const { return name_.id() == 0; }
+  GLuint id() const { return name_.id(); }
+  void bind(GLuint unit) const;
+  static void unbind(GLuint unit);
+
+ private:
+  Name<ObjectKind::Sampler> name_;
+};
+
+/// Draws one triangle that covers the viewport; vertex shader "gl/fullscreen.vert".
+void drawFullScreenTriangle();
+
+}  // namespace catoptric::gl

@@ -1,0 +1,103 @@
+// Programs from shader files. Files stand beside the code that uses them and are embedded at build
+// by catoptric_embed_shaders(); their names are their paths from src/, e.g.
+// "raster/gbuffer.frag". `#include "x.glsl"` is resolved beside the including file, then from
+// src/; a file is included once. `#version 450 core` and the defines are put in front, so files
+// have no #version line of their own.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/math.h"
+#include "gl/objects.h"
+
+namespace catoptric::gl {
+
+/// Shader files are read from this folder (a copy of src/) instead of from the program, where they
+/// exist there; empty (the default) means embedded files only. Throws UsageError when it is not a
+/// folder.
+void setShaderFolder(const std::filesystem::path& folder);
+
+/// Used by the code that catoptric_embed_shaders() generates.
+struct EmbeddedFile {
+  const char* name;
+  const char* text;
+};
+bool registerShaders(const EmbeddedFile* files, std::size_t count);
+/// Names of all embedded files, sorted.
+std::vector<std::string> embeddedShaderNames();
+
+struct Define {
+  std::string name;
+  std::string value = "1";
+};
+
+/// Names of shader files; empty ones are absent. Either compute alone, or vertex (and the others).
+struct ProgramFiles {
+  std::string vertex;
+  std::string geometry;
+  std::string fragment;
+  std::string compute;
+  std::vector<Define> defines;
+  std::vector<std::string> extensions;  ///< required: "GL_ARB_shader_draw_parameters"
+};
+
+/// A shader's text with its includes; errors refer to (file, line) through `files`.
+struct ShaderText {
+  std::string text;
+  std::vector<std::string> files;  ///< index = source-string number of #line
+};
+/// Throws Error (Internal) naming file and line of an include that cannot be found.
+ShaderText assembleShader(const std::string& file, const ProgramFiles& options);
+/// A compiler's log with "source:line" replaced by "file:line" (Mesa's and NVIDIA's forms).
+std::string namedLog(const std::string& log, const std::vector<std::string>& files);
+
+class Program {
+ public:
+  Program() = default;
+  /// Compiles and links. Throws Error (Internal) with the compiler's messages, by file and line,
+  /// and the defines.
+  Program(std::string_view label, const ProgramFiles& files);
+  /// Vertex "gl/fullscreen.vert" with this fragment shader.
+  static Program fullScreen(std::string_view label, const std::string& fragment,
+                            std::vector<Define> defines = {});
+
+  bool empty() const { return name_.id() == 0; }
+  GLuint id() const { return name_.id(); }
+  const std::string& label() const { return label_; }
+  void use() const;
+
+  /// Sets a uniform. One that the compiler removed as unused is skipped; a name that the shader's
+  /// text does not have at all is our bug (std::logic_error).
+  void set(std::string_view uniform, int value);
+  void set(std::string_view uniform, std::uint32_t value);
+  void set(std::string_view uniform, float value);
+  void set(std::string_view uniform, bool value) { set(uniform, value ? 1 : 0); }
+  void set(std::string_view uniform, const Vec2& value);
+  void set(std::string_view uniform, const Vec3& value);
+  void set(std::string_view uniform, const Vec4& value);
+  void set(std::string_view uniform, const glm::ivec2& value);
+  void set(std::string_view uniform, const Mat3& value);
+  void set(std::string_view uniform, const Mat4& value);
+  void set(std::string_view uniform, std::span<const float> values);
+  void set(std::string_view uniform, std::span<const Vec3> values);
+  void set(std::string_view uniform, std::span<const Vec4> values);
+  void set(std::string_view uniform, std::span<const Mat4> values);
+  /// Binds the texture to `unit` and sets the sampler uniform to it.
+  void set(std::string_view sampler, const Texture& texture, GLuint unit);
+  /// Location, or -1 when removed as unused.
+  GLint location(std::string_view uniform) const;
+
+ private:
+  Name<ObjectKind::Program> name_;
+  std::string label_;
+  std::string text_;  ///< of all stages, to tell removed uniforms from misspelt ones
+  mutable std::map<std::string, GLint, std::less<>> locations_;
+};
+
+}  // namespace catoptric::gl
