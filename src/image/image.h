@@ -50,17 +50,21 @@ std::vector<std::byte> encodeExr(const Image& image, const ExrOptions& options,
 /// Reads all pixels of an EXR or HDR file. Throws SceneError naming the file.
 Image readImage(const std::filesystem::path& file);
 
-/// 8-bit RGB or RGBA PNG, without OpenImageIO (libpng).
+/// 8-bit gray, RGB or RGBA PNG marked as sRGB (libpng, without OpenImageIO); rows from the top,
+/// no padding. Deterministic. Throws OutputError.
 std::vector<std::byte> encodePng(int width, int height, int channels,
                                  std::span<const std::uint8_t> pixels);
 
-/// 8-bit RGBA from PNG or JPEG bytes (libpng, libjpeg-turbo; recognised by content). `maxPixels`
-/// caps the size before anything is allocated. Throws SceneError beginning with `name`.
+/// 8-bit RGBA, row 0 at the top.
 struct Image8 {
   int width = 0;
   int height = 0;
   std::vector<std::uint8_t> rgba;
 };
+/// 8-bit RGBA from PNG or JPEG bytes (libpng, libjpeg-turbo; recognised by content): any bit depth,
+/// palette, gray, interlaced or progressive; CMYK without its profile. Gamma, profiles and Exif
+/// orientation are ignored, as glTF has it. `maxPixels` caps the size before anything is allocated.
+/// Truncated or damaged files are errors. Throws SceneError beginning with `name`.
 Image8 decodeImage8(std::span<const std::byte> bytes, const std::string& name,
                     std::size_t maxPixels);
 
@@ -69,7 +73,7 @@ Image8 decodeImage8(std::span<const std::byte> bytes, const std::string& name,
 std::vector<std::uint8_t> displayRgb8(const Image& image, float exposureStops = 0.0f);
 
 /// The same sRGB encoding of one linear value without OpenColorIO, 0..255, clamped: what L1_8bit
-/// compares. Tests hold both to the same result within half a step.
+/// compares (rounded). NaN stays NaN. Tests hold both to the same result within half a step.
 float display8(float linear);
 
 /// Loads the module in the background, so that the first write does not wait for it.
