@@ -23,7 +23,10 @@ struct StepSample {
 class StepTimer {
  public:
   void setFinish(std::function<void()> finishGl) { finish_ = std::move(finishGl); }
-  void beginFrame(int number) { frame_ = number; }
+  /// Samples added from now on belong to frame `number`.
+  void beginFrame(int number);
+  /// A program was compiled within this frame: its samples from now on are marked `first`.
+  void noteCompilation() { first_ = true; }
 
   /// Runs `body` as step `name`; the time is added when it ends, also by an exception.
   template <class Body>
@@ -34,6 +37,7 @@ class StepTimer {
   void add(const std::string& step, double seconds, const std::string& clock = "wall");
 
   const std::vector<StepSample>& samples() const { return samples_; }
+  /// Hands out the samples collected so far and forgets them.
   std::vector<StepSample> take();
 
  private:
@@ -49,6 +53,8 @@ class StepTimer {
   };
   std::function<void()> finish_;
   int frame_ = 0;
+  bool anyFrame_ = false;
+  bool first_ = false;
   std::vector<StepSample> samples_;
 };
 
