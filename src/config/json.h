@@ -53,8 +53,9 @@ class Value {
   /// UsageError "place: message".
   [[noreturn]] void fail(const std::string& message) const;
 
-  struct Node;
+  struct Node;  // config/node.h, for this module's sources
   explicit Value(std::shared_ptr<const Node> node);
+  const Node& node() const { return *node_; }
 
  private:
   std::shared_ptr<const Node> node_;
@@ -75,22 +76,23 @@ enum class FieldType { Bool, Integer, Number, String, Vec3, Numbers, Array, Obje
 struct Schema;
 
 struct Field {
-  std::string name;
+  std::string name{};
   FieldType type = FieldType::Any;
-  std::string help;         ///< one line; unit included
-  std::string defaultText;  ///< JSON text; empty: no default (required or optional below)
+  std::string help{};         ///< one line; unit included
+  std::string defaultText{};  ///< JSON text; empty: no default (required or optional below)
   bool required = false;
-  std::optional<double> minimum;
-  std::optional<double> maximum;
-  std::vector<std::string> allowed;  ///< strings
-  const Schema* object = nullptr;    ///< members of an Object, or items of an Array of objects
-  FieldType items = FieldType::Any;  ///< type of an Array's items
+  std::optional<double>
+      minimum{};  ///< of a number, of each of Vec3 and Numbers, of an Array's size
+  std::optional<double> maximum{};
+  std::vector<std::string> allowed{};  ///< strings, or items of an Array of strings
+  const Schema* object = nullptr;      ///< members of an Object, or items of an Array of objects
+  FieldType items = FieldType::Any;    ///< type of an Array's items
 };
 
 struct Schema {
-  std::string name;
-  std::string help;
-  std::vector<Field> fields;
+  std::string name{};
+  std::string help{};
+  std::vector<Field> fields{};
   bool open = false;  ///< other keys are allowed (a map of names)
 };
 

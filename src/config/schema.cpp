@@ -1,0 +1,364 @@
+// Schemas: checks, JSON Schema text and documentation tables from one description.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "config/json.h"
+#include "config/node.h"
+#include "core/error.h"
+#include "core/text.h"
+
+namespace catoptric::config {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string numberText(double number) {
+  if (std::trunc(number) == number && std::abs(number) < 1e15)
+    return std::to_string(static_cast<long long>(number));
+  return Json(number).dump();
+}
+
+/// "1 to 16384", "at least 0", "at most 1"; empty without limits.
+std::string rangeText(const Field& field) {
+  if (field.minimum && field.maximum)
+    return numberText(*field.minimum) + " to " + numberText(*field.maximum);
+  if (field.minimum) return "at least " + numberText(*field.minimum);
+  if (field.maximum) return "at most " + numberText(*field.maximum);
+  return "";
+}
+
+const char* typeText(FieldType type) {
+  switch (type) {
+    case FieldType::Bool:
+      return "true or false";
+    case FieldType::Integer:
+      return "an integer";
+    case FieldType::Number:
+      return "a number";
+    case FieldType::String:
+      return "a string";
+    case FieldType::Vec3:
+      return "an array of 3 numbers";
+    case FieldType::Numbers:
+      return "an array of numbers";
+    case FieldType::Array:
+      return "an array";
+    case FieldType::Object:
+      return "an object";
+    case FieldType::Any:
+      return "a value";
+  }
+  return "";
+}
+
+std::vector<std::string> fieldNames(const Schema& schema) {
+  std::vector<std::string> names;
+  for (const Field& field : schema.fields) names.push_back(field.name);
+  return names;
+}
+
+/// Collects the errors of one document.
+class Checker {
+ public:
+  void object(const Value& value, const Schema& schema) {
+    if (value.kind() != Value::Kind::Object) {
+      wrongKind(value, "an object");
+      return;
+    }
+    const std::vector<std::string> names = fieldNames(schema);
+    for (const std::string& key : value.keys()) {
+      const auto field = std::find_if(schema.fields.begin(), schema.fields.end(),
+                                      [&](const Field& f) { return f.name == key; });
+      if (field != schema.fields.end()) {
+        member(value.get(key), *field);
+      } else if (!schema.open) {
+        add(value.get(key), "unknown name \"" + key + "\"" + didYouMean(key, names) +
+                                "; allowed: " + joined(names, ", "));
+      }
+    }
+    for (const Field& field : schema.fields)
+      if (field.required && !value.has(field.name))
+        add(value, "\"" + field.name + "\" is missing; it must be " + typeText(field.type));
+  }
+
+  std::vector<std::string> take() { return std::move(lines_); }
+
+ private:
+  void add(const Value& value, const std::string& message) {
+    lines_.push_back(value.place().text() + ": " + message);
+  }
+  void wrongKind(const Value& value, const std::string& wanted) {
+    add(value, shortText(value) + " is not " + wanted);
+  }
+
+  void number(const Value& value, const Field& field) {
+    if (value.kind() != Value::Kind::Number) {
+      wrongKind(value, "a number");
+      return;
+    }
+    const double number = value.asNumber();
+    if ((field.minimum && number < *field.minimum) || (field.maximum && number > *field.maximum))
+      add(value, shortText(value) + " is out of range; allowed: " + rangeText(field));
+  }
+
+  void string(const Value& value, const Field& field) {
+    if (value.kind() != Value::Kind::String) {
+      wrongKind(value, field.allowed.empty() ? "a string"
+                                             : "a string; allowed: " + joined(field.allowed, ", "));
+      return;
+    }
+    const std::string& text = value.asString();
+    if (!field.allowed.empty() &&
+        std::find(field.allowed.begin(), field.allowed.end(), text) == field.allowed.end())
+      add(value, shortText(value) + " is not allowed" + didYouMean(text, field.allowed) +
+                     "; allowed: " + joined(field.allowed, ", "));
+  }
+
+  void array(const Value& value, const Field& field) {
+    if (value.kind() != Value::Kind::Array) {
+      wrongKind(value, "an array");
+      return;
+    }
+    const auto size = static_cast<double>(value.asArray().size());
+    if ((field.minimum && size < *field.minimum) || (field.maximum && size > *field.maximum))
+      add(value, "it has " + numberText(size) + " members; allowed: " + rangeText(field));
+    Field item = field;
+    item.type = field.object != nullptr ? FieldType::Object : field.items;
+    item.items = FieldType::Any;
+    item.minimum.reset();
+    item.maximum.reset();
+    for (const Value& inner : value.asArray()) member(inner, item);
+  }
+
+  void numbers(const Value& value, const Field& field) {
+    const bool isArray = value.kind() == Value::Kind::Array;
+    const bool isVec3 = field.type == FieldType::Vec3;
+    if (!isArray || (isVec3 && value.asArray().size() != 3)) {
+      wrongKind(value, typeText(field.type));
+      return;
+    }
+    for (const Value& item : value.asArray()) number(item, field);
+  }
+
+  void member(const Value& value, const Field& field) {
+    switch (field.type) {
+      case FieldType::Bool:
+        if (value.kind() != Value::Kind::Bool) wrongKind(value, "true or false");
+        break;
+      case FieldType::Integer:
+        if (value.kind() != Value::Kind::Number || !value.node().isInteger) {
+          wrongKind(value, "an integer");
+        } else {
+          number(value, field);
+        }
+        break;
+      case FieldType::Number:
+        number(value, field);
+        break;
+      case FieldType::String:
+        string(value, field);
+        break;
+      case FieldType::Vec3:
+      case FieldType::Numbers:
+        numbers(value, field);
+        break;
+      case FieldType::Array:
+        array(value, field);
+        break;
+      case FieldType::Object:
+        if (field.object != nullptr) {
+          object(value, *field.object);
+        } else if (value.kind() != Value::Kind::Object) {
+          wrongKind(value, "an object");
+        }
+        break;
+      case FieldType::Any:
+        break;
+    }
+  }
+
+  std::vector<std::string> lines_;
+};
+
+Json fieldJsonSchema(const Field& field, std::vector<const Schema*>& used) {
+  Json json = Json::object();
+  if (!field.help.empty()) json["description"] = field.help;
+  const auto addRange = [&](Json& target) {
+    if (field.minimum) target["minimum"] = Json::parse(numberText(*field.minimum));
+    if (field.maximum) target["maximum"] = Json::parse(numberText(*field.maximum));
+  };
+  const auto reference = [&](const Schema& schema) {
+    if (std::find(used.begin(), used.end(), &schema) == used.end()) used.push_back(&schema);
+    return "#/$defs/" + schema.name;
+  };
+  switch (field.type) {
+    case FieldType::Bool:
+      json["type"] = "boolean";
+      break;
+    case FieldType::Integer:
+      json["type"] = "integer";
+      addRange(json);
+      break;
+    case FieldType::Number:
+      json["type"] = "number";
+      addRange(json);
+      break;
+    case FieldType::String:
+      json["type"] = "string";
+      if (!field.allowed.empty()) json["enum"] = field.allowed;
+      break;
+    case FieldType::Vec3:
+    case FieldType::Numbers:
+      json["type"] = "array";
+      json["items"] = {{"type", "number"}};
+      addRange(json["items"]);
+      if (field.type == FieldType::Vec3) {
+        json["minItems"] = 3;
+        json["maxItems"] = 3;
+      }
+      break;
+    case FieldType::Array: {
+      json["type"] = "array";
+      if (field.minimum) json["minItems"] = static_cast<long long>(*field.minimum);
+      if (field.maximum) json["maxItems"] = static_cast<long long>(*field.maximum);
+      Field item;
+      item.type = field.object != nullptr ? FieldType::Object : field.items;
+      item.object = field.object;
+      item.allowed = field.allowed;
+      json["items"] = fieldJsonSchema(item, used);
+      break;
+    }
+    case FieldType::Object:
+      if (field.object != nullptr) {
+        json["$ref"] = reference(*field.object);
+      } else {
+        json["type"] = "object";
+      }
+      break;
+    case FieldType::Any:
+      break;
+  }
+  if (!field.defaultText.empty()) json["default"] = Json::parse(field.defaultText);
+  return json;
+}
+
+Json objectJsonSchema(const Schema& schema, std::vector<const Schema*>& used) {
+  Json json = Json::object();
+  if (!schema.help.empty()) json["description"] = schema.help;
+  json["type"] = "object";
+  json["properties"] = Json::object();
+  Json required = Json::array();
+  for (const Field& field : schema.fields) {
+    json["properties"][field.name] = fieldJsonSchema(field, used);
+    if (field.required) required.push_back(field.name);
+  }
+  if (!required.empty()) json["required"] = required;
+  json["additionalProperties"] = schema.open;
+  return json;
+}
+
+std::string tableType(const Field& field) {
+  switch (field.type) {
+    case FieldType::Bool:
+      return "boolean";
+    case FieldType::Integer:
+      return "integer";
+    case FieldType::Number:
+      return "number";
+    case FieldType::String:
+      return "string";
+    case FieldType::Vec3:
+      return "3 numbers";
+    case FieldType::Numbers:
+      return "numbers";
+    case FieldType::Object:
+      return field.object != nullptr ? "object: " + field.object->name : "object";
+    case FieldType::Array: {
+      if (field.object != nullptr) return "array of " + field.object->name;
+      Field item;
+      item.type = field.items;
+      return field.items == FieldType::Any ? "array" : "array of " + tableType(item);
+    }
+    case FieldType::Any:
+      return "any";
+  }
+  return "";
+}
+
+std::string escapedCell(std::string text) {
+  for (std::size_t at = 0; (at = text.find('|', at)) != std::string::npos; at += 2)
+    text.insert(at, "\\");
+  return text;
+}
+
+void appendTable(const Schema& schema, std::string& text, std::vector<const Schema*>& done) {
+  done.push_back(&schema);
+  text += "### " + schema.name + "\n\n";
+  if (!schema.help.empty()) text += schema.help + "\n\n";
+  if (!schema.fields.empty()) {
+    text += "| name | type | default | allowed | meaning |\n|---|---|---|---|---|\n";
+    for (const Field& field : schema.fields) {
+      const std::string allowed =
+          field.allowed.empty() ? rangeText(field) : joined(field.allowed, ", ");
+      const std::string standard = field.required              ? "(required)"
+                                   : field.defaultText.empty() ? ""
+                                                               : "`" + field.defaultText + "`";
+      text += "| `" + field.name + "` | " + escapedCell(tableType(field)) + " | " +
+              escapedCell(standard) + " | " + escapedCell(allowed) + " | " +
+              escapedCell(field.help) + " |\n";
+    }
+    text += "\n";
+  }
+  for (const Field& field : schema.fields)
+    if (field.object != nullptr && std::find(done.begin(), done.end(), field.object) == done.end())
+      appendTable(*field.object, text, done);
+}
+
+}  // namespace
+
+std::vector<std::string> check(const Value& value, const Schema& schema) {
+  Checker checker;
+  checker.object(value, schema);
+  return checker.take();
+}
+
+void require(const Value& value, const Schema& schema) {
+  const std::vector<std::string> lines = check(value, schema);
+  if (!lines.empty()) throw UsageError(joined(lines, "\n"));
+}
+
+Value valueOr(const Value& object, const Schema& schema, const std::string& field) {
+  if (object.has(field)) return object.get(field);
+  for (const Field& f : schema.fields)
+    if (f.name == field && !f.defaultText.empty())
+      return parseText(f.defaultText, "default of " + schema.name + "." + field);
+  return object.get(field);
+}
+
+std::string jsonSchema(const Schema& schema) {
+  Json json = Json::object();
+  json["$schema"] = "https://json-schema.org/draft/2020-12/schema";
+  json["title"] = schema.name;
+  std::vector<const Schema*> used;
+  json.update(objectJsonSchema(schema, used));
+  // Definitions may name further ones while they are written.
+  Json definitions = Json::object();
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    const Schema* definition = used[i];
+    definitions[definition->name] = objectJsonSchema(*definition, used);
+  }
+  if (!definitions.empty()) json["$defs"] = definitions;
+  return json.dump(2) + "\n";
+}
+
+std::string markdownTable(const Schema& schema) {
+  std::string text;
+  std::vector<const Schema*> done;
+  appendTable(schema, text, done);
+  return text;
+}
+
+}  // namespace catoptric::config
