@@ -84,8 +84,12 @@ struct Lighting {
   Vec3 ambient{0.0f};
   std::vector<WorldLight> lights;  ///< those that are not baked
 };
+/// Lights that are marked as baked are left out only where a full bake holds them.
 Lighting makeLighting(const scene::Scene& scene, const scene::Pose& pose,
                       std::shared_ptr<const EnvironmentLight> environment);
+
+/// One light at a pose.
+WorldLight worldLight(const scene::Light& light, const scene::Pose& pose);
 
 /// A point on a surface as a ray or a pixel sees it.
 struct SurfacePoint {

@@ -1,0 +1,174 @@
+#include "frame/geometry.h"
+
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "core/error.h"
+#include "core/parallel.h"
+
+namespace catoptric::frame {
+namespace {
+
+constexpr std::size_t kVertexGrain = 8192;  ///< vertices a task copies; ours
+
+/// Whether a triangle's winding disagrees with its vertex normals, both in object space.
+bool disagreesWithNormals(const scene::Mesh& mesh, std::size_t firstIndex) {
+  const std::uint32_t a = mesh.indices[firstIndex];
+  const std::uint32_t b = mesh.indices[firstIndex + 1];
+  const std::uint32_t c = mesh.indices[firstIndex + 2];
+  const Vec3 side =
+      glm::cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]);
+  return glm::dot(side, mesh.normals[a] + mesh.normals[b] + mesh.normals[c]) < 0.0f;
+}
+
+/// Writes what depends on the pose; returns whether a byte has changed.
+bool fillVertices(Geometry& geometry, ObjectRange& range, const scene::Scene& scene,
+                  const scene::Object& object, const scene::WorldVertices& world) {
+  const std::size_t count = range.vertexCount;
+  const std::size_t tasks = (count + kVertexGrain - 1) / kVertexGrain;
+  std::vector<Box3> boxes(tasks);
+  std::vector<char> changed(tasks, 0);
+  std::vector<char> broken(tasks, 0);
+  parallelFor(tasks, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t task = begin; task < end; ++task) {
+      const std::size_t last = std::min(count, (task + 1) * kVertexGrain);
+      for (std::size_t i = task * kVertexGrain; i < last; ++i) {
+        const Vec3 position = world.positions[i];
+        if (!isFinite(position)) broken[task] = 1;
+        const Vec3 normal = normalizedOr(world.normals[i], Vec3(0.0f, 1.0f, 0.0f));
+        VertexAttributes& attributes = geometry.attributes[range.firstVertex + i];
+        Vec3& stored = geometry.positions[range.firstVertex + i];
+        Vec4 tangent = attributes.tangent;
+        if (!world.tangents.empty()) {
+          tangent = Vec4(normalizedOr(Vec3(world.tangents[i]), Vec3(1.0f, 0.0f, 0.0f)),
+                         world.tangents[i].w);
+        }
+        if (stored != position || attributes.normal != normal || attributes.tangent != tangent) {
+          changed[task] = 1;
+        }
+        stored = position;
+        attributes.normal = normal;
+        attributes.tangent = tangent;
+        boxes[task].extend(position);
+      }
+    }
+  });
+
+  bool anyChanged = false;
+  range.bounds = Box3{};
+  for (std::size_t task = 0; task < tasks; ++task) {
+    if (broken[task] != 0) {
+      throw SceneError("object \"" + object.name + "\" of " + scene.source.string() +
+                       ": its transform at time " + std::to_string(geometry.timeSeconds) +
+                       " s makes positions that are not finite; positions must stay below 1e18");
+    }
+    range.bounds.extend(boxes[task]);
+    anyChanged = anyChanged || changed[task] != 0;
+  }
+  return anyChanged;
+}
+
+/// Root of (uv area / world area) over an object's triangles, summed in order in double.
+float measureUvPerMetre(const Geometry& geometry, const ObjectRange& range) {
+  double uvArea = 0.0;
+  double worldArea = 0.0;
+  for (std::uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; i += 3) {
+    const std::uint32_t* t = &geometry.indices[i];
+    const Vec2 u0 = geometry.attributes[t[0]].uv0;
+    const Vec2 e1 = geometry.attributes[t[1]].uv0 - u0;
+    const Vec2 e2 = geometry.attributes[t[2]].uv0 - u0;
+    const Vec3 p0 = geometry.positions[t[0]];
+    uvArea += std::abs(static_cast<double>(e1.x * e2.y - e1.y * e2.x));
+    worldArea += static_cast<double>(
+        glm::length(glm::cross(geometry.positions[t[1]] - p0, geometry.positions[t[2]] - p0)));
+  }
+  if (!(worldArea > 0.0) || !std::isfinite(uvArea / worldArea)) return 0.0f;
+  return static_cast<float>(std::sqrt(uvArea / worldArea));
+}
+
+bool usesTextures(const scene::Scene& scene, const scene::Object& object) {
+  const scene::Material& m = scene.materials[object.material];
+  return m.baseColorTexture.used() || m.emissiveTexture.used() || m.normalTexture.used() ||
+         m.metallicRoughnessTexture.used();
+}
+
+void updateBounds(Geometry& geometry) {
+  geometry.bounds = Box3{};
+  for (const ObjectRange& range : geometry.objects) geometry.bounds.extend(range.bounds);
+}
+
+}  // namespace
+
+Geometry makeGeometry(const scene::Scene& scene, const scene::Pose& pose) {
+  Geometry geometry;
+  geometry.timeSeconds = pose.timeSeconds;
+  const std::vector<bool> moving = scene::movingObjects(scene);
+
+  // Give every object its range.
+  std::size_t vertices = 0;
+  std::size_t indices = 0;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const scene::Mesh& mesh = scene.meshes[scene.objects[i].mesh];
+    ObjectRange range;
+    range.firstVertex = static_cast<std::uint32_t>(vertices);
+    range.vertexCount = static_cast<std::uint32_t>(mesh.positions.size());
+    range.firstIndex = static_cast<std::uint32_t>(indices);
+    range.indexCount = static_cast<std::uint32_t>(mesh.indices.size());
+    range.moving = moving[i];
+    geometry.objects.push_back(range);
+    vertices += mesh.positions.size();
+    indices += mesh.indices.size();
+  }
+  constexpr std::size_t kLimit = std::numeric_limits<std::uint32_t>::max();
+  if (vertices >= kLimit || indices >= kLimit) {
+    throw SceneError(scene.source.string() + ": " + std::to_string(vertices) + " vertices and " +
+                     std::to_string(indices) +
+                     " indices with all instances; each must stay below 4294967295");
+  }
+  geometry.positions.resize(vertices + 1, Vec3(0.0f));
+  geometry.attributes.resize(vertices);
+  geometry.indices.resize(indices);
+
+  // Fill what never changes, then what the pose gives.
+  for (std::size_t o = 0; o < scene.objects.size(); ++o) {
+    const scene::Object& object = scene.objects[o];
+    const scene::Mesh& mesh = scene.meshes[object.mesh];
+    ObjectRange& range = geometry.objects[o];
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+      VertexAttributes& attributes = geometry.attributes[range.firstVertex + i];
+      if (!mesh.uv[0].empty()) attributes.uv0 = mesh.uv[0][i];
+      if (!mesh.uv[1].empty()) attributes.uv1 = mesh.uv[1][i];
+      if (!mesh.colors.empty()) attributes.color = mesh.colors[i];
+    }
+    const scene::WorldVertices world = scene::worldVertices(scene, object, pose);
+    for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+      std::uint32_t* triangle = &geometry.indices[range.firstIndex + i];
+      for (int k = 0; k < 3; ++k) triangle[k] = range.firstVertex + mesh.indices[i + k];
+      if (disagreesWithNormals(mesh, i) != world.flipWinding) std::swap(triangle[1], triangle[2]);
+    }
+    fillVertices(geometry, range, scene, object, world);
+    if (usesTextures(scene, object)) range.uvPerMetre = measureUvPerMetre(geometry, range);
+  }
+  updateBounds(geometry);
+  return geometry;
+}
+
+std::vector<int> updateGeometry(Geometry& geometry, const scene::Scene& scene,
+                                const scene::Pose& pose) {
+  geometry.timeSeconds = pose.timeSeconds;
+  std::vector<int> changed;
+  for (std::size_t o = 0; o < scene.objects.size(); ++o) {
+    ObjectRange& range = geometry.objects[o];
+    if (!range.moving) continue;
+    const scene::Object& object = scene.objects[o];
+    const scene::WorldVertices world = scene::worldVertices(scene, object, pose);
+    if (!fillVertices(geometry, range, scene, object, world)) continue;
+    if (usesTextures(scene, object)) range.uvPerMetre = measureUvPerMetre(geometry, range);
+    changed.push_back(static_cast<int>(o));
+  }
+  updateBounds(geometry);
+  return changed;
+}
+
+}  // namespace catoptric::frame
