@@ -143,10 +143,14 @@ class Builder {
 
   std::string pointer() const {
     std::string text;
-    for (const Level& level : levels_) {
+    for (std::size_t i = 0; i < levels_.size(); ++i) {
+      const Value::Node& container = *levels_[i].node;
       text += '/';
-      text += level.node->kind == Value::Kind::Array ? std::to_string(level.node->array.size())
-                                                     : escapedPointerToken(level.key);
+      if (container.kind == Value::Kind::Object) {
+        text += escapedPointerToken(levels_[i].key);
+      } else {  // an open member is in the array already, a new one not yet
+        text += std::to_string(container.array.size() - (i + 1 < levels_.size() ? 1 : 0));
+      }
     }
     return text;
   }

@@ -81,8 +81,7 @@ struct Field {
   std::string help{};         ///< one line; unit included
   std::string defaultText{};  ///< JSON text; empty: no default (required or optional below)
   bool required = false;
-  std::optional<double>
-      minimum{};  ///< of a number, of each of Vec3 and Numbers, of an Array's size
+  std::optional<double> minimum{};  ///< of a number, of each of Numbers, of an Array's size
   std::optional<double> maximum{};
   std::vector<std::string> allowed{};  ///< strings, or items of an Array of strings
   const Schema* object = nullptr;      ///< members of an Object, or items of an Array of objects

@@ -16,6 +16,7 @@ TEST(Text, NearestNameFindsTypingErrors) {
   const std::vector<std::string> names{"traced", "reference", "environment_map"};
   EXPECT_EQ(nearestName("tracd", names), "traced");
   EXPECT_EQ(nearestName("enviroment_map", names), "environment_map");
+  EXPECT_EQ(nearestName("tarced", names), "traced");  // a swap is one error
   EXPECT_EQ(nearestName("zzz", names), "");
 }
 
