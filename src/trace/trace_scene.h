@@ -37,12 +37,24 @@ struct TraceCounts {
   std::uint64_t refused = 0;  ///< not finite, beyond 1e18, near < 0: never given to Embree; misses
 };
 
+struct TraceOptions {
+  /// Embree's robust mode: no ray slips through the edge between two triangles. Without it about
+  /// one in a hundred million does (trace_test counts them); with it rays take 15-45% longer.
+  bool robust = false;
+  /// Only these objects (indices into geometry.objects) are hit; empty: all.
+  std::vector<int> objects;
+};
+
 class TraceScene {
  public:
-  /// Builds with the policy's quality (Static and Refit: high-quality enough for many frames).
+  /// Builds with the policy's quality. Static is one structure over all objects, built once; where
+  /// objects move it works as Refit does (hits are never stale). Refit keeps a structure per
+  /// object. Alpha masks are honoured: cut-away places are not hit.
   /// Checks after the build that Embree has kept every triangle (counts and bounds); what it had
   /// to drop is in droppedTriangles(). The scene and the geometry must outlive this.
-  TraceScene(const scene::Scene& scene, const frame::Geometry& geometry, BvhPolicy policy);
+  /// Throws Error (internal) when Embree fails, with its message.
+  TraceScene(const scene::Scene& scene, const frame::Geometry& geometry, BvhPolicy policy,
+             const TraceOptions& options = {});
   ~TraceScene();
   TraceScene(const TraceScene&) = delete;
   TraceScene& operator=(const TraceScene&) = delete;
@@ -55,8 +67,18 @@ class TraceScene {
   /// point to similar directions. Deterministic for any thread count.
   TraceCounts intersect(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const;
 
-  /// 1 where the segment of a ray is free, 0 where something blocks it.
-  TraceCounts visible(std::span<const Ray> rays, std::span<std::uint8_t> free) const;
+  /// 1 where the segment of a ray is free, 0 where something blocks it; 1 for refused rays.
+  TraceCounts visible(std::span<const Ray> rays, std::span<std::uint8_t> free,
+                      bool coherent = false) const;
+
+  /// The same on the calling thread alone, for callers that are parallel themselves. A single ray
+  /// and a ray in a packet hit the same triangle (but for exact ties in distance).
+  TraceCounts intersectSerial(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const;
+  TraceCounts visibleSerial(std::span<const Ray> rays, std::span<std::uint8_t> free,
+                            bool coherent = false) const;
+
+  /// Rays that a packet holds on this machine: 16, 8 or 4.
+  int packetSize() const;
 
   const scene::Scene& scene() const;
   const frame::Geometry& geometry() const;
@@ -67,6 +89,9 @@ class TraceScene {
   struct State;
   std::unique_ptr<State> state_;
 };
+
+/// Whether Embree can take a ray: finite, origin and direction below 1e18, near >= 0, far a number.
+bool isTraceable(const Ray& ray);
 
 /// Distance by which a reflected ray starts off its surface, for a point at `position` reached over
 /// `distance` metres: a few ulps of the largest coordinate. One definition for all methods.

@@ -1,0 +1,491 @@
+#include "trace/trace_scene.h"
+
+#include <embree3/rtcore.h>
+#include <pmmintrin.h>
+#include <xmmintrin.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cassert>
+#include <cmath>
+#include <mutex>
+#include <string>
+
+#include "core/error.h"
+#include "core/parallel.h"
+
+namespace catoptric::trace {
+namespace {
+
+/// Coordinates that Embree drops (its FLT_LARGE), and the limit that we allow rays.
+constexpr float kEmbreeLargest = 1.844e18f;
+constexpr float kRayLargest = 1e18f;
+
+/// Packets that one task of a parallel loop traces; ours, small enough for 2..64 threads at 512^2.
+constexpr std::size_t kPacketsPerTask = 256;
+
+template <int N>
+struct Packet;
+template <>
+struct Packet<4> {
+  using RayHit = RTCRayHit4;
+  using Rays = RTCRay4;
+  static constexpr auto intersect = rtcIntersect4;
+  static constexpr auto occluded = rtcOccluded4;
+};
+template <>
+struct Packet<8> {
+  using RayHit = RTCRayHit8;
+  using Rays = RTCRay8;
+  static constexpr auto intersect = rtcIntersect8;
+  static constexpr auto occluded = rtcOccluded8;
+};
+template <>
+struct Packet<16> {
+  using RayHit = RTCRayHit16;
+  using Rays = RTCRay16;
+  static constexpr auto intersect = rtcIntersect16;
+  static constexpr auto occluded = rtcOccluded16;
+};
+
+void flushDenormals() {
+  _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
+  _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
+}
+
+bool below(const Vec3& v, float limit) {
+  // Comparisons with NaN are false.
+  return std::abs(v.x) < limit && std::abs(v.y) < limit && std::abs(v.z) < limit;
+}
+
+/// A segment that holds no point: nothing can be hit, and nothing is wrong.
+bool isEmpty(const Ray& ray) {
+  return ray.far < ray.near;
+}
+
+/// Fills one packet; lanes that must not be traced get a harmless ray and valid = 0. Returns the
+/// number of refused rays.
+template <class Rays>
+std::uint64_t pack(const Ray* rays, int count, int width, Rays& packet, int* valid) {
+  std::uint64_t refused = 0;
+  for (int i = 0; i < width; ++i) {
+    Ray ray{};
+    bool use = i < count;
+    if (use) {
+      if (isTraceable(rays[i])) {
+        use = !isEmpty(rays[i]);
+      } else {
+        ++refused;
+        use = false;
+      }
+    }
+    if (use) ray = rays[i];
+    valid[i] = use ? -1 : 0;
+    packet.org_x[i] = ray.origin.x;
+    packet.org_y[i] = ray.origin.y;
+    packet.org_z[i] = ray.origin.z;
+    packet.tnear[i] = ray.near;
+    packet.dir_x[i] = ray.direction.x;
+    packet.dir_y[i] = ray.direction.y;
+    packet.dir_z[i] = ray.direction.z;
+    packet.time[i] = 0.0f;
+    packet.tfar[i] = ray.far;
+    packet.mask[i] = 0xFFFFFFFFu;
+    packet.id[i] = static_cast<unsigned>(i);
+    packet.flags[i] = 0;
+  }
+  return refused;
+}
+
+RTCIntersectContext makeContext(bool coherent) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags =
+      coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  return context;
+}
+
+template <int N>
+std::uint64_t intersectPackets(RTCScene scene, const Ray* rays, Hit* hits, std::size_t count,
+                               bool coherent) {
+  RTCIntersectContext context = makeContext(coherent);
+  std::uint64_t refused = 0;
+  typename Packet<N>::RayHit packet;
+  alignas(64) std::array<int, N> valid;
+  for (std::size_t first = 0; first < count; first += N) {
+    const int lanes = static_cast<int>(std::min<std::size_t>(N, count - first));
+    refused += pack(rays + first, lanes, N, packet.ray, valid.data());
+    for (int i = 0; i < N; ++i) {
+      packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+      packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    Packet<N>::intersect(valid.data(), scene, &context, &packet);
+    for (int i = 0; i < lanes; ++i) {
+      Hit& hit = hits[first + i];
+      if (packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
+        hit = Hit{};
+        continue;
+      }
+      hit.object = static_cast<int>(packet.hit.geomID[i]);
+      hit.primitive = packet.hit.primID[i];
+      hit.u = packet.hit.u[i];
+      hit.v = packet.hit.v[i];
+      hit.distance = packet.ray.tfar[i];
+    }
+  }
+  return refused;
+}
+
+template <int N>
+std::uint64_t visiblePackets(RTCScene scene, const Ray* rays, std::uint8_t* free, std::size_t count,
+                             bool coherent) {
+  RTCIntersectContext context = makeContext(coherent);
+  std::uint64_t refused = 0;
+  typename Packet<N>::Rays packet;
+  alignas(64) std::array<int, N> valid;
+  for (std::size_t first = 0; first < count; first += N) {
+    const int lanes = static_cast<int>(std::min<std::size_t>(N, count - first));
+    refused += pack(rays + first, lanes, N, packet, valid.data());
+    Packet<N>::occluded(valid.data(), scene, &context, &packet);
+    // Embree marks blocked rays by tfar = -infinity.
+    for (int i = 0; i < lanes; ++i) {
+      const bool blocked = valid[i] != 0 && packet.tfar[i] < 0.0f;
+      free[first + i] = blocked ? 0 : 1;
+    }
+  }
+  return refused;
+}
+
+std::size_t trianglesBeyond(const frame::Geometry& geometry, const frame::ObjectRange& range) {
+  std::size_t dropped = 0;
+  for (std::uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; i += 3) {
+    bool kept = true;
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t vertex = geometry.indices[i + k];
+      kept = kept && vertex < geometry.vertexCount() &&
+             below(geometry.positions[vertex], kEmbreeLargest);
+    }
+    dropped += kept ? 0 : 1;
+  }
+  return dropped;
+}
+
+}  // namespace
+
+struct TraceScene::State {
+  const scene::Scene& sceneData;
+  const frame::Geometry& geometry;
+  BvhPolicy policy;
+  TraceOptions options;
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+  std::vector<RTCGeometry> geometries;  ///< one per object; null when left out
+  int packetSize = 4;
+  std::size_t dropped = 0;
+  std::atomic<std::int64_t> bytes{0};
+  std::mutex errorMutex;
+  std::string error;  ///< first message of Embree since the last check
+
+  /// What a filter function needs to know of the object that it serves.
+  struct FilterTarget {
+    const State* state;
+    int object;
+  };
+  std::vector<FilterTarget> filterTargets;
+
+  State(const scene::Scene& s, const frame::Geometry& g, BvhPolicy p, TraceOptions o)
+      : sceneData(s), geometry(g), policy(p), options(std::move(o)) {}
+
+  ~State() {
+    for (RTCGeometry g : geometries) {
+      if (g != nullptr) rtcReleaseGeometry(g);
+    }
+    if (scene != nullptr) rtcReleaseScene(scene);
+    if (device != nullptr) rtcReleaseDevice(device);
+  }
+
+  static void onError(void* user, RTCError code, const char* message) {
+    auto* state = static_cast<State*>(user);
+    const std::scoped_lock lock(state->errorMutex);
+    if (state->error.empty()) {
+      state->error = "Embree error " + std::to_string(static_cast<int>(code)) + ": " +
+                     (message != nullptr ? message : "(no message)");
+    }
+  }
+
+  static bool onMemory(void* user, ssize_t bytes, bool /*post*/) {
+    static_cast<State*>(user)->bytes += bytes;
+    return true;
+  }
+
+  void throwOnError() {
+    const std::scoped_lock lock(errorMutex);
+    if (error.empty()) return;
+    throw Error(ExitCode::Internal, error + " (tracing " + sceneData.source.string() + ")");
+  }
+
+  /// Rejects hits where the alpha mask cuts the surface away.
+  static void filterCutOut(const RTCFilterFunctionNArguments* arguments) {
+    const auto* target = static_cast<const FilterTarget*>(arguments->geometryUserPtr);
+    for (unsigned i = 0; i < arguments->N; ++i) {
+      if (arguments->valid[i] != -1) continue;
+      const unsigned primitive = RTCHitN_primID(arguments->hit, arguments->N, i);
+      const float u = RTCHitN_u(arguments->hit, arguments->N, i);
+      const float v = RTCHitN_v(arguments->hit, arguments->N, i);
+      if (frame::isCutOut(target->state->sceneData, target->state->geometry, target->object,
+                          primitive, u, v)) {
+        arguments->valid[i] = 0;
+      }
+    }
+  }
+
+  bool moves(int object) const { return geometry.objects[object].moving; }
+
+  bool includes(int object) const {
+    return options.objects.empty() || std::find(options.objects.begin(), options.objects.end(),
+                                                object) != options.objects.end();
+  }
+
+  /// Static scenes share one structure; refitting needs a structure per object.
+  bool refits() const {
+    if (policy == BvhPolicy::Refit) return true;
+    if (policy != BvhPolicy::Static) return false;
+    return std::any_of(geometry.objects.begin(), geometry.objects.end(),
+                       [](const frame::ObjectRange& range) { return range.moving; });
+  }
+
+  RTCBuildQuality sceneQuality() const {
+    // Embree builds per object, and follows the objects' own qualities, at LOW only.
+    if (policy == BvhPolicy::RebuildLow || refits()) return RTC_BUILD_QUALITY_LOW;
+    return RTC_BUILD_QUALITY_MEDIUM;
+  }
+
+  RTCBuildQuality objectQuality(int object) const {
+    if (policy == BvhPolicy::RebuildLow) return RTC_BUILD_QUALITY_LOW;
+    return refits() && moves(object) ? RTC_BUILD_QUALITY_REFIT : RTC_BUILD_QUALITY_MEDIUM;
+  }
+
+  void build() {
+    device = rtcNewDevice("set_affinity=0,start_threads=0");
+    if (device == nullptr) {
+      throw Error(ExitCode::Internal,
+                  "Embree gives no device: error " +
+                      std::to_string(static_cast<int>(rtcGetDeviceError(nullptr))));
+    }
+    rtcSetDeviceErrorFunction(device, onError, this);
+    rtcSetDeviceMemoryMonitorFunction(device, onMemory, this);
+    const auto native = [&](RTCDeviceProperty property) {
+      return rtcGetDeviceProperty(device, property) != 0;
+    };
+    packetSize = native(RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)  ? 16
+                 : native(RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) ? 8
+                                                                     : 4;
+    scene = rtcNewScene(device);
+    unsigned flags = RTC_SCENE_FLAG_NONE;
+    if (options.robust) flags |= RTC_SCENE_FLAG_ROBUST;
+    if (policy == BvhPolicy::RebuildLow || refits()) flags |= RTC_SCENE_FLAG_DYNAMIC;
+    rtcSetSceneFlags(scene, static_cast<RTCSceneFlags>(flags));
+    rtcSetSceneBuildQuality(scene, sceneQuality());
+
+    // One geometry per object, all of them looking into the shared arrays.
+    const std::size_t count = geometry.objects.size();
+    geometries.resize(count, nullptr);
+    filterTargets.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const frame::ObjectRange& range = geometry.objects[i];
+      const int object = static_cast<int>(i);
+      if (range.indexCount == 0 || !includes(object)) continue;
+      RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+      geometries[i] = g;
+      rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                 geometry.positions.data(), 0, sizeof(Vec3),
+                                 geometry.vertexCount());
+      rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                 geometry.indices.data() + range.firstIndex, 0,
+                                 3 * sizeof(std::uint32_t), range.indexCount / 3);
+      // The first build of a geometry to be refitted must be a full one.
+      rtcSetGeometryBuildQuality(
+          g, policy == BvhPolicy::RebuildLow ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM);
+      const scene::Material& material = sceneData.materials[sceneData.objects[i].material];
+      if (material.alphaMode == scene::AlphaMode::Mask) {
+        filterTargets[i] = {this, object};
+        rtcSetGeometryUserData(g, &filterTargets[i]);
+        rtcSetGeometryIntersectFilterFunction(g, filterCutOut);
+        rtcSetGeometryOccludedFilterFunction(g, filterCutOut);
+      }
+      rtcCommitGeometry(g);
+      rtcAttachGeometryByID(scene, g, static_cast<unsigned>(i));
+    }
+    commit();
+
+    // From the second commit on, moving objects are refitted.
+    for (std::size_t i = 0; i < count; ++i) {
+      if (geometries[i] == nullptr) continue;
+      const RTCBuildQuality quality = objectQuality(static_cast<int>(i));
+      if (quality == RTC_BUILD_QUALITY_REFIT) rtcSetGeometryBuildQuality(geometries[i], quality);
+    }
+  }
+
+  void commit() {
+    rtcCommitScene(scene);
+    throwOnError();
+    countDropped();
+  }
+
+  /// Embree drops triangles silently: count those beyond its limits, and see that its bounds are
+  /// those of the rest.
+  void countDropped() {
+    dropped = 0;
+    Box3 kept;
+    for (std::size_t i = 0; i < geometry.objects.size(); ++i) {
+      if (geometries[i] == nullptr) continue;
+      const frame::ObjectRange& range = geometry.objects[i];
+      if (below(range.bounds.min, kEmbreeLargest) && below(range.bounds.max, kEmbreeLargest)) {
+        kept.extend(range.bounds);
+      } else {
+        dropped += trianglesBeyond(geometry, range);
+      }
+    }
+    if (dropped > 0 || kept.empty()) return;
+    RTCBounds bounds;
+    rtcGetSceneBounds(scene, &bounds);
+    throwOnError();
+    const bool same = bounds.lower_x >= kept.min.x && bounds.lower_y >= kept.min.y &&
+                      bounds.lower_z >= kept.min.z && bounds.upper_x <= kept.max.x &&
+                      bounds.upper_y <= kept.max.y && bounds.upper_z <= kept.max.z;
+    if (!same) {
+      throw Error(ExitCode::Internal,
+                  "Embree's bounds of " + sceneData.source.string() +
+                      " are larger than the geometry: its structure is older than the geometry");
+    }
+  }
+
+  std::uint64_t intersect(const Ray* rays, Hit* hits, std::size_t count, bool coherent) const {
+    switch (packetSize) {
+      case 16:
+        return intersectPackets<16>(scene, rays, hits, count, coherent);
+      case 8:
+        return intersectPackets<8>(scene, rays, hits, count, coherent);
+      default:
+        return intersectPackets<4>(scene, rays, hits, count, coherent);
+    }
+  }
+
+  std::uint64_t visible(const Ray* rays, std::uint8_t* free, std::size_t count,
+                        bool coherent) const {
+    switch (packetSize) {
+      case 16:
+        return visiblePackets<16>(scene, rays, free, count, coherent);
+      case 8:
+        return visiblePackets<8>(scene, rays, free, count, coherent);
+      default:
+        return visiblePackets<4>(scene, rays, free, count, coherent);
+    }
+  }
+
+  /// Runs body(first ray, ray count) over tasks of whole packets, so that packets hold the same
+  /// rays for any thread count; sums what it returns.
+  template <class Body>
+  TraceCounts overTasks(std::size_t rays, const Body& body) const {
+    const std::size_t perTask = kPacketsPerTask * static_cast<std::size_t>(packetSize);
+    const std::size_t tasks = (rays + perTask - 1) / perTask;
+    std::atomic<std::uint64_t> refused{0};
+    parallelFor(tasks, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t task = begin; task < end; ++task) {
+        const std::size_t first = task * perTask;
+        const std::uint64_t n = body(first, std::min(perTask, rays - first));
+        if (n > 0) refused += n;
+      }
+    });
+    return {rays, refused};
+  }
+};
+
+TraceScene::TraceScene(const scene::Scene& scene, const frame::Geometry& geometry, BvhPolicy policy,
+                       const TraceOptions& options)
+    : state_(std::make_unique<State>(scene, geometry, policy, options)) {
+  flushDenormals();
+  state_->build();
+}
+
+TraceScene::~TraceScene() = default;
+
+void TraceScene::update(std::span<const int> changedObjects) {
+  flushDenormals();
+  State& s = *state_;
+  const bool rebuilds = s.policy == BvhPolicy::RebuildLow || s.policy == BvhPolicy::RebuildMedium;
+  if (!rebuilds && changedObjects.empty()) return;
+  const auto touch = [&](std::size_t i) {
+    if (s.geometries[i] == nullptr) return;
+    rtcUpdateGeometryBuffer(s.geometries[i], RTC_BUFFER_TYPE_VERTEX, 0);
+    rtcCommitGeometry(s.geometries[i]);
+  };
+  if (rebuilds) {
+    for (std::size_t i = 0; i < s.geometries.size(); ++i) touch(i);
+  } else {
+    for (int object : changedObjects) touch(static_cast<std::size_t>(object));
+  }
+  s.commit();
+}
+
+TraceCounts TraceScene::intersect(std::span<const Ray> rays, std::span<Hit> hits,
+                                  bool coherent) const {
+  assert(hits.size() >= rays.size());
+  return state_->overTasks(rays.size(), [&](std::size_t first, std::size_t count) {
+    return state_->intersect(rays.data() + first, hits.data() + first, count, coherent);
+  });
+}
+
+TraceCounts TraceScene::visible(std::span<const Ray> rays, std::span<std::uint8_t> free,
+                                bool coherent) const {
+  assert(free.size() >= rays.size());
+  return state_->overTasks(rays.size(), [&](std::size_t first, std::size_t count) {
+    return state_->visible(rays.data() + first, free.data() + first, count, coherent);
+  });
+}
+
+TraceCounts TraceScene::intersectSerial(std::span<const Ray> rays, std::span<Hit> hits,
+                                        bool coherent) const {
+  assert(hits.size() >= rays.size());
+  flushDenormals();
+  return {rays.size(), state_->intersect(rays.data(), hits.data(), rays.size(), coherent)};
+}
+
+TraceCounts TraceScene::visibleSerial(std::span<const Ray> rays, std::span<std::uint8_t> free,
+                                      bool coherent) const {
+  assert(free.size() >= rays.size());
+  flushDenormals();
+  return {rays.size(), state_->visible(rays.data(), free.data(), rays.size(), coherent)};
+}
+
+int TraceScene::packetSize() const {
+  return state_->packetSize;
+}
+const scene::Scene& TraceScene::scene() const {
+  return state_->sceneData;
+}
+const frame::Geometry& TraceScene::geometry() const {
+  return state_->geometry;
+}
+std::size_t TraceScene::droppedTriangles() const {
+  return state_->dropped;
+}
+std::size_t TraceScene::memoryBytes() const {
+  return static_cast<std::size_t>(std::max<std::int64_t>(0, state_->bytes.load()));
+}
+
+bool isTraceable(const Ray& ray) {
+  return below(ray.origin, kRayLargest) && below(ray.direction, kRayLargest) && ray.near >= 0.0f &&
+         ray.near < std::numeric_limits<float>::infinity() && !std::isnan(ray.far);
+}
+
+float rayOffset(const Vec3& position, float distance) {
+  // 32 ulps: positions rebuilt from 32-bit depth or from a hit are off by a few.
+  constexpr float kUlps = 32.0f;
+  const Vec3 a = glm::abs(position);
+  const float largest = std::max(std::max(a.x, a.y), std::max(a.z, std::abs(distance)));
+  return std::max(largest * (kUlps * std::numeric_limits<float>::epsilon()), 1e-7f);
+}
+
+}  // namespace catoptric::trace
