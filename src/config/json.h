@@ -103,6 +103,9 @@ void require(const Value& value, const Schema& schema);
 /// The value of a field or its default.
 Value valueOr(const Value& object, const Schema& schema, const std::string& field);
 
+/// Canonical JSON text of a checked object with the defaults of all absent fields filled in.
+std::string withDefaults(const Value& object, const Schema& schema);
+
 std::string jsonSchema(const Schema& schema);     ///< JSON Schema draft 2020-12 text
 std::string markdownTable(const Schema& schema);  ///< docs
 

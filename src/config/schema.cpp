@@ -6,6 +6,7 @@
 #include <set>
 
 #include "config/json.h"
+#include "config/json_text.h"
 #include "config/node.h"
 #include "core/error.h"
 #include "core/text.h"
@@ -15,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string numberText(double number) {
+std::string limitText(double number) {
   if (std::trunc(number) == number && std::abs(number) < 1e15)
     return std::to_string(static_cast<long long>(number));
   return Json(number).dump();
@@ -24,9 +25,9 @@ std::string numberText(double number) {
 /// "1 to 16384", "at least 0", "at most 1"; empty without limits.
 std::string rangeText(const Field& field) {
   if (field.minimum && field.maximum)
-    return numberText(*field.minimum) + " to " + numberText(*field.maximum);
-  if (field.minimum) return "at least " + numberText(*field.minimum);
-  if (field.maximum) return "at most " + numberText(*field.maximum);
+    return limitText(*field.minimum) + " to " + limitText(*field.maximum);
+  if (field.minimum) return "at least " + limitText(*field.minimum);
+  if (field.maximum) return "at most " + limitText(*field.maximum);
   return "";
 }
 
@@ -124,7 +125,7 @@ class Checker {
     }
     const auto size = static_cast<double>(value.asArray().size());
     if ((field.minimum && size < *field.minimum) || (field.maximum && size > *field.maximum))
-      add(value, "it has " + numberText(size) + " members; allowed: " + rangeText(field));
+      add(value, "it has " + limitText(size) + " members; allowed: " + rangeText(field));
     Field item = field;
     item.type = field.object != nullptr ? FieldType::Object : field.items;
     item.items = FieldType::Any;
@@ -187,8 +188,8 @@ Json fieldJsonSchema(const Field& field, std::vector<const Schema*>& used) {
   Json json = Json::object();
   if (!field.help.empty()) json["description"] = field.help;
   const auto addRange = [&](Json& target) {
-    if (field.minimum) target["minimum"] = Json::parse(numberText(*field.minimum));
-    if (field.maximum) target["maximum"] = Json::parse(numberText(*field.maximum));
+    if (field.minimum) target["minimum"] = Json::parse(limitText(*field.minimum));
+    if (field.maximum) target["maximum"] = Json::parse(limitText(*field.maximum));
   };
   const auto reference = [&](const Schema& schema) {
     if (std::find(used.begin(), used.end(), &schema) == used.end()) used.push_back(&schema);
@@ -336,6 +337,37 @@ Value valueOr(const Value& object, const Schema& schema, const std::string& fiel
     if (f.name == field && !f.defaultText.empty())
       return parseText(f.defaultText, "default of " + schema.name + "." + field);
   return object.get(field);
+}
+
+namespace {
+
+/// The object's members, with defaults; objects inside likewise.
+std::string completedText(const Value& object, const Schema& schema) {
+  JsonText text;
+  for (const Field& field : schema.fields) {
+    const Value value = valueOr(object, schema, field.name);
+    if (field.object != nullptr && field.type == FieldType::Object) {
+      text.raw(field.name, completedText(value, *field.object));
+    } else if (field.object != nullptr && value.kind() == Value::Kind::Array) {
+      std::vector<std::string> items;
+      for (const Value& item : value.asArray()) items.push_back(completedText(item, *field.object));
+      text.raw(field.name, "[" + joined(items, ",") + "]");
+    } else if (!value.isNull()) {
+      text.raw(field.name, value.dump());
+    }
+  }
+  if (schema.open && object.kind() == Value::Kind::Object)
+    for (const std::string& key : object.keys())
+      if (std::none_of(schema.fields.begin(), schema.fields.end(),
+                       [&](const Field& f) { return f.name == key; }))
+        text.raw(key, object.get(key).dump());
+  return text.object();
+}
+
+}  // namespace
+
+std::string withDefaults(const Value& object, const Schema& schema) {
+  return parseText(completedText(object, schema), schema.name).dump();
 }
 
 std::string jsonSchema(const Schema& schema) {

@@ -1,7 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "config/json.h"
+#include "config/json_text.h"
 #include "core/error.h"
 
 namespace catoptric::config {
@@ -85,6 +88,11 @@ TEST(Schema, DefaultsApplyWhereNothingStands) {
   EXPECT_TRUE(valueOr(value, outer(), "items").isNull());
 }
 
+TEST(Schema, WithDefaultsIsComplete) {
+  EXPECT_EQ(withDefaults(parseText("{\"scene\": \"a\", \"items\": [{}]}", "f"), outer()),
+            "{\"items\":[{\"bvh\":\"static\"}],\"scene\":\"a\",\"width\":512}");
+}
+
 TEST(Schema, JsonSchemaHoldsTypesLimitsAndDefinitions) {
   const Value schema = parseText(jsonSchema(outer()), "schema");
   EXPECT_EQ(schema.get("$schema").asString(), "https://json-schema.org/draft/2020-12/schema");
@@ -105,6 +113,22 @@ TEST(Schema, MarkdownTableHasEveryField) {
   EXPECT_THAT(text, testing::HasSubstr("| `width` | integer | `512` | 1 to 16384 | Pixels. |"));
   EXPECT_THAT(text, testing::HasSubstr("| `items` | array of item |  | at least 1 | Items. |"));
   EXPECT_THAT(text, testing::HasSubstr("### item"));
+}
+
+TEST(JsonText, NumbersAndStringsReadBackTheSame) {
+  const std::string text = JsonText()
+                               .add("quote", "a\"\\\n\x01")
+                               .add("third", 1.0 / 3.0)
+                               .add("big", std::uint64_t{18446744073709551615ull})
+                               .add("nan", std::nan(""))
+                               .add("yes", true)
+                               .object();
+  const Value value = parseText(text, "t");
+  EXPECT_EQ(value.get("quote").asString(), "a\"\\\n\x01");
+  EXPECT_EQ(value.get("third").asNumber(), 1.0 / 3.0);
+  EXPECT_EQ(value.get("big").asNumber(), 18446744073709551615.0);
+  EXPECT_TRUE(value.get("nan").isNull());
+  EXPECT_TRUE(value.get("yes").asBool());
 }
 
 }  // namespace
