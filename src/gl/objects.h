@@ -127,6 +127,9 @@ class Texture {
   void bindImage(GLuint unit, GLenum access, int level = 0) const;  ///< all layers
 
  private:
+  static Texture make(std::string_view label, GLenum target, GLenum format, int width, int height,
+                      int layers, int levels);
+
   Name<ObjectKind::Texture> name_;
   GLenum target_ = GL_NONE;
   GLenum format_ = GL_NONE;
@@ -144,7 +147,8 @@ struct Attachment {
   int layer = -1;  ///< -1: the whole (layered rendering for arrays and cube maps)
 };
 
-/// Refers to its textures, which must outlive it. Draw buffers are colours 0, 1, ... in order.
+/// Refers to its textures, which must outlive it. Draw buffers are colours 0, 1, ... in order. All
+/// attachments have one size.
 class Framebuffer {
  public:
   Framebuffer() = default;
@@ -170,9 +174,9 @@ class Framebuffer {
   void clearDepthStencil(float depth, int stencil) const;
 
  private:
-  void attach(GLenum point, const Attachment& attachment);
-  void finish(std::string_view label, std::initializer_list<Attachment> colors,
-              const Attachment* depth);
+  void make(std::string_view label, std::initializer_list<Attachment> colors,
+            const Attachment* depth);
+  void attach(GLenum point, const Attachment& attachment, std::string_view label);
 
   Name<ObjectKind::Framebuffer> name_;
   int width_ = 0;
@@ -198,6 +202,8 @@ class VertexArray {
   void bind() const;
 
  private:
+  void bindAttribute(GLuint location, const Buffer& buffer, std::size_t offset, std::size_t stride);
+
   Name<ObjectKind::VertexArray> name_;
 };
 

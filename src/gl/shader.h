@@ -94,6 +94,8 @@ class Program {
   GLint location(std::string_view uniform) const;
 
  private:
+  static void discardDriverMessages();
+
   Name<ObjectKind::Program> name_;
   std::string label_;
   std::string text_;  ///< of all stages, to tell removed uniforms from misspelt ones

@@ -1,0 +1,101 @@
+#include "gl/doctor.h"
+
+#include <cstdio>
+
+#include "core/clock.h"
+#include "gl/context_state.h"
+#include "gl/platform.h"
+
+namespace catoptric::gl {
+namespace {
+
+std::vector<std::pair<std::string, std::string>> limitRows(const DeviceInfo& info) {
+  const Limits& l = info.limits;
+  return {
+      {"texture size", std::to_string(l.maxTextureSize)},
+      {"texture layers", std::to_string(l.maxArrayLayers)},
+      {"cube map size", std::to_string(l.maxCubeMapSize)},
+      {"texel buffer texels", std::to_string(l.maxTextureBufferTexels)},
+      {"storage buffer bytes", std::to_string(l.maxStorageBufferBytes)},
+      {"storage buffers", std::to_string(l.maxStorageBufferBindings)},
+      {"uniform block bytes", std::to_string(l.maxUniformBlockBytes)},
+      {"colour attachments", std::to_string(l.maxColorAttachments)},
+      {"viewports", std::to_string(l.maxViewports)},
+      {"viewport size", std::to_string(l.maxViewportSize)},
+      {"texture units", std::to_string(l.maxTextureUnits)},
+      {"compute invocations", std::to_string(l.maxComputeInvocations)},
+      {"timer", info.timer == TimerKind::FinishClock ? "glFinish and clock" : "timer queries"},
+  };
+}
+
+// Extensions that some methods use when they are there.
+constexpr const char* kWelcomeExtensions[] = {
+    "GL_ARB_shader_viewport_layer_array", "GL_ARB_shader_draw_parameters",
+    "GL_ARB_indirect_parameters", "GL_ARB_texture_filter_anisotropic"};
+
+DeviceReport tryDevice(Platform platform, int index) {
+  DeviceReport report;
+  report.device = DeviceChoice{false, platform, index}.text();
+  const std::int64_t start = nowNs();
+  try {
+    const ProbedDevice probed = probeDevice(platform, index);
+    report.status = probed.info.software ? "software" : "ok";
+    report.glVersion = probed.info.version;
+    report.renderer = probed.info.renderer;
+    report.limits = limitRows(probed.info);
+    for (const char* extension : kWelcomeExtensions) {
+      if (!probed.extensions.contains(extension)) report.missing.emplace_back(extension);
+    }
+  } catch (const PlatformFailure& failure) {
+    report.status = "unusable";
+    report.message = failure.message;
+    report.whatToDo = failure.whatToDo;
+  }
+  report.seconds = static_cast<double>(nowNs() - start) * 1e-9;
+  return report;
+}
+
+}  // namespace
+
+std::vector<DeviceReport> describeDevices() {
+  std::vector<DeviceReport> reports;
+
+  // EGL's devices, or one entry that says why there are none.
+  try {
+    const std::vector<EglDeviceEntry> devices = listEglDevices();
+    for (const EglDeviceEntry& device : devices) {
+      reports.push_back(tryDevice(Platform::EglDevice, device.index));
+    }
+    if (devices.empty()) reports.push_back(tryDevice(Platform::EglDevice, 0));
+  } catch (const PlatformFailure&) {
+    reports.push_back(tryDevice(Platform::EglDevice, 0));
+  }
+  reports.push_back(tryDevice(Platform::EglSurfaceless, 0));
+  reports.push_back(tryDevice(Platform::OsMesa, 0));
+
+  return reports;
+}
+
+std::string doctorText(const std::vector<DeviceReport>& reports) {
+  std::string text;
+  for (const DeviceReport& report : reports) {
+    text += report.device + ": " + report.status + "\n";
+    if (report.usable()) {
+      char time[32];
+      std::snprintf(time, sizeof(time), "%.3f s", report.seconds);
+      text += "  OpenGL    " + report.glVersion + "\n";
+      text += "  renderer  " + report.renderer + "\n";
+      text += "  ready in  " + std::string(time) + "\n";
+      for (const auto& [name, value] : report.limits) {
+        text += "  " + name + ": " + value + "\n";
+      }
+      for (const std::string& name : report.missing) text += "  without " + name + "\n";
+    } else {
+      text += "  problem   " + report.message + "\n";
+      text += "  to do     " + report.whatToDo + "\n";
+    }
+  }
+  return text;
+}
+
+}  // namespace catoptric::gl

@@ -1,0 +1,108 @@
+// OSMesa, Mesa's off-screen renderer without any window system.
+#include <dlfcn.h>
+
+#include <array>
+
+#include "gl/api.h"
+#include "gl/platform.h"
+
+namespace catoptric::gl {
+namespace {
+
+constexpr const char* kLibrary = "libOSMesa.so.8";
+
+// From GL/osmesa.h (Mesa 22.3), whose package is not needed for this.
+using OsMesaHandle = struct osmesa_context*;
+constexpr int kOsMesaFormat = 0x22;
+constexpr int kOsMesaProfile = 0x33;
+constexpr int kOsMesaCoreProfile = 0x34;
+constexpr int kOsMesaMajorVersion = 0x36;
+constexpr int kOsMesaMinorVersion = 0x37;
+
+struct Library {
+  void* handle = nullptr;
+  OsMesaHandle (*create)(const int*, OsMesaHandle) = nullptr;
+  GLboolean (*makeCurrent)(OsMesaHandle, void*, GLenum, GLsizei, GLsizei) = nullptr;
+  void (*destroy)(OsMesaHandle) = nullptr;
+  void* (*function)(const char*) = nullptr;
+};
+
+template <class Function>
+void find(void* handle, const char* name, Function& function) {
+  void* symbol = dlsym(handle, name);
+  if (symbol == nullptr) {
+    throw PlatformFailure{std::string(kLibrary) + " has no " + name,
+                          "install Mesa's libosmesa6, version 17 to 25.0"};
+  }
+  function = reinterpret_cast<Function>(symbol);
+}
+
+// The library stays loaded: it keeps threads and thread-local state of its own.
+const Library& library() {
+  static Library loaded;
+  if (loaded.handle != nullptr) return loaded;
+  Library fresh;
+  fresh.handle = dlopen(kLibrary, RTLD_NOW | RTLD_LOCAL);
+  if (fresh.handle == nullptr) {
+    const char* reason = dlerror();
+    throw PlatformFailure{std::string("cannot load ") + kLibrary + ": " +
+                              (reason != nullptr ? reason : "unknown reason"),
+                          "install libosmesa6 (Mesa before 25.1), or use another device"};
+  }
+  find(fresh.handle, "OSMesaCreateContextAttribs", fresh.create);
+  find(fresh.handle, "OSMesaMakeCurrent", fresh.makeCurrent);
+  find(fresh.handle, "OSMesaDestroyContext", fresh.destroy);
+  find(fresh.handle, "OSMesaGetProcAddress", fresh.function);
+  loaded = fresh;
+  return loaded;
+}
+
+class OsMesaContext : public PlatformContext {
+ public:
+  OsMesaContext() : library_(library()) {
+    const std::array<int, 9> attributes = {kOsMesaFormat,
+                                           GL_RGBA,
+                                           kOsMesaProfile,
+                                           kOsMesaCoreProfile,
+                                           kOsMesaMajorVersion,
+                                           4,
+                                           kOsMesaMinorVersion,
+                                           5,
+                                           0};
+    context_ = library_.create(attributes.data(), nullptr);
+    if (context_ == nullptr) {
+      throw PlatformFailure{"OSMesa makes no OpenGL 4.5 core context",
+                            "install Mesa 20 or newer with the llvmpipe driver, and unset "
+                            "GALLIUM_DRIVER and MESA_GL_VERSION_OVERRIDE"};
+    }
+  }
+  ~OsMesaContext() override { library_.destroy(context_); }
+  OsMesaContext(const OsMesaContext&) = delete;
+  OsMesaContext& operator=(const OsMesaContext&) = delete;
+
+  void makeCurrent() override {
+    // OSMesa wants a default framebuffer; all drawing goes to framebuffer objects.
+    if (!library_.makeCurrent(context_, pixels_.data(), GL_UNSIGNED_BYTE, kSize, kSize)) {
+      throw PlatformFailure{"OSMesaMakeCurrent failed", "reinstall libosmesa6"};
+    }
+  }
+  void release() noexcept override {
+    library_.makeCurrent(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0);
+  }
+  void* function(const char* name) const override { return library_.function(name); }
+  std::string version() const override { return kLibrary; }
+
+ private:
+  static constexpr int kSize = 4;
+  const Library& library_;
+  OsMesaHandle context_ = nullptr;
+  std::array<std::uint8_t, kSize * kSize * 4> pixels_{};
+};
+
+}  // namespace
+
+std::unique_ptr<PlatformContext> makeOsMesaContext() {
+  return std::make_unique<OsMesaContext>();
+}
+
+}  // namespace catoptric::gl
