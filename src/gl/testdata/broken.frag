@@ -1,0 +1,5 @@
+#include "broken_part.glsl"
+layout(location = 0) out vec4 result;
+void main() {
+  result = part();
+}

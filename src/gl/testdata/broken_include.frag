@@ -1,0 +1,3 @@
+// The missing file is asked for on line 2.
+#include "corner.glsl"
+void main() {}
