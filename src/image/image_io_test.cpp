@@ -248,6 +248,44 @@ TEST_F(ImageFile, AttributesAreReadByOtherPrograms) {
   EXPECT_THAT(info, HasSubstr("worldToCamera: 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0, -1, -2, 3, 1"));
 }
 
+/// Run by the next test in a copy of this program.
+TEST(Module, DISABLED_Child) {
+  try {
+    displayRgb8(Image{1, 1, {"R", "G", "B"}, {0, 0, 1}});
+    std::puts("loaded");
+  } catch (const OutputError& error) {
+    std::puts(error.what());
+  }
+}
+
+TEST_F(ImageFile, ModuleIsFoundBesideTheProgramOrItsPlacesAreNamed) {
+  const auto program = std::filesystem::read_symlink("/proc/self/exe");
+  const auto module = program.parent_path() / "../lib/catoptric_imageio.so";
+  const auto copy = folder_ / "bin/program";
+  std::filesystem::create_directories(folder_ / "bin");
+  std::filesystem::create_directories(folder_ / "lib/catoptric");
+  std::filesystem::copy_file(program, copy);
+  const auto output = [&] {
+    const auto file = folder_ / "child.txt";
+    const std::string command = copy.string() +
+                                " --gtest_filter=Module.DISABLED_Child "
+                                "--gtest_also_run_disabled_tests >" +
+                                file.string();
+    EXPECT_EQ(std::system(command.c_str()), 0);
+    return readTextFile(file);
+  };
+  EXPECT_THAT(output(), HasSubstr("catoptric_imageio.so is missing, so EXR files and previews "
+                                  "cannot be made; looked for:\n  " +
+                                  (folder_ / "lib/catoptric/catoptric_imageio.so").string()));
+  // The install tree
+  std::filesystem::copy_file(module, folder_ / "lib/catoptric/catoptric_imageio.so");
+  EXPECT_THAT(output(), HasSubstr("loaded"));
+  // A file that is no library
+  std::filesystem::remove(folder_ / "lib/catoptric/catoptric_imageio.so");
+  write("lib/catoptric/catoptric_imageio.so", std::as_bytes(std::span("nonsense")));
+  EXPECT_THAT(output(), HasSubstr("the image module cannot be loaded: "));
+}
+
 TEST(ExrCamera, ForwardIsPlusZ) {
   // 5 metres ahead of a camera at the eye is (0, 0, 5) in EXR's camera space
   const Vec3 eye(1.0f, 2.0f, 3.0f);

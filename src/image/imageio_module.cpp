@@ -113,7 +113,28 @@ auto channelRank(const std::string& name) {
   return std::tuple(layer, last.size() == 1 && colour != std::string::npos ? colour : 4, last);
 }
 
+/// Whether the first header's attributes lie within the file: OpenEXR allocates what an attribute
+/// claims, up to 2 GiB, before it reads it. [OpenEXR "File Layout": magic, version, then name,
+/// type, size, value of each attribute, then a null byte]
+bool attributesFit(std::span<const std::byte> bytes) {
+  std::size_t at = 8;
+  const auto skipText = [&] {
+    while (at < bytes.size() && bytes[at] != std::byte{0}) ++at;
+    return ++at < bytes.size();
+  };
+  while (at < bytes.size() && bytes[at] != std::byte{0}) {
+    std::uint32_t size = 0;
+    if (!skipText() || !skipText() || bytes.size() - at < sizeof size) return false;
+    std::memcpy(&size, bytes.data() + at, sizeof size);
+    at += sizeof size;
+    if (size > bytes.size() - at) return false;
+    at += size;
+  }
+  return at < bytes.size();
+}
+
 std::string readExr(std::span<const std::byte> bytes, std::size_t maxValues, Image& image) {
+  if (!attributesFit(bytes)) return "the file is truncated, or its header is damaged";
   MemoryStream stream(bytes);
   Imf::InputFile file(stream);
   const Imf::Header& header = file.header();
