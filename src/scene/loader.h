@@ -23,8 +23,16 @@ Scene loadScene(const std::filesystem::path& file, const LoadLimits& limits = {}
 /// glTF alone; also used by scene descriptions for their assets.
 Scene loadGltf(const std::filesystem::path& file, const LoadLimits& limits = {});
 
+/// A scene description (.json) alone.
+Scene loadDescription(const std::filesystem::path& file, const LoadLimits& limits = {});
+
 /// Derives what loaders leave to one place: unit normals, tangents where a normal map needs them,
-/// s and g, reflector numbers, planarity, the fingerprint. Call once after composing a scene.
+/// s and g, reflector numbers, planarity, the fingerprint. loadScene calls it once, last; loadGltf
+/// and loadDescription do not. Calling it again changes nothing.
 void finishScene(Scene& scene);
+
+/// Gives a material s and g directly, in place of its metallic-roughness factors and texture;
+/// finishScene then derives exactly these.
+void setReflectance(Material& material, float s, float g);
 
 }  // namespace catoptric::scene
