@@ -1,0 +1,98 @@
+// A run's folder: frames, their records, timings and summary. A record is written after its
+// frame's files, and states their fingerprints: what has no matching record does not count.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "frame/steps.h"
+
+namespace catoptric::run {
+
+enum class Existing { Error, Overwrite, Resume };
+/// Throws UsageError.
+Existing parseExisting(const std::string& text);
+
+/// What a frame's pixels depend on, each as 16 hexadecimal digits or plain text.
+struct FrameFingerprints {
+  std::string config;   ///< method, options, image settings, seed
+  std::string scene;    ///< all contents of the scene
+  std::string camera;   ///< camera and time of this frame (and of earlier ones it depends on)
+  std::string build;    ///< the program
+  std::string machine;  ///< processor
+};
+
+struct FileRecord {
+  std::string path;  ///< relative to the run's folder
+  std::uint64_t bytes = 0;
+  std::string content;  ///< fingerprint of the bytes
+};
+
+/// One line of frames.jsonl.
+struct FrameRecord {
+  int frame = 0;
+  double timeSeconds = 0.0;  ///< of the scene
+  FrameFingerprints fingerprints;
+  std::string renderer;  ///< GL_RENDERER, or what else made the pixels
+  std::vector<FileRecord> files;
+  std::map<std::string, std::uint64_t> counters;
+  std::vector<frame::StepSample> samples;
+};
+
+std::string recordLine(const FrameRecord& record);
+/// Throws UsageError with the place.
+FrameRecord parseRecord(const std::string& line, const std::string& place);
+
+class RunFolder {
+ public:
+  /// Creates or opens the folder and locks it against other processes. Existing::Error: an
+  /// OutputError when it holds anything but a lock; Overwrite: removes a run's files (and no
+  /// others); Resume: reads the records. Throws OutputError.
+  RunFolder(const std::filesystem::path& path, Existing existing);
+  ~RunFolder();
+  RunFolder(const RunFolder&) = delete;
+  RunFolder& operator=(const RunFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+  /// Why the record of `frame` cannot be trusted ("no record", "another config", ...); empty when
+  /// it can: fingerprints agree and the files have the recorded contents.
+  std::string distrust(int frame, const FrameFingerprints& wanted) const;
+  const FrameRecord* record(int frame) const;
+  const std::map<int, FrameRecord>& records() const { return records_; }
+  /// Forgets a record; its files stay until they are written anew.
+  void forget(int frame);
+
+  /// Writes a frame's files' record. Any thread.
+  void add(FrameRecord record);
+  /// Writes one file of a frame, atomically. Any thread.
+  void writeFile(const std::string& relative, std::span<const std::byte> bytes) const;
+
+  /// Samples of start-up, of this and of earlier processes.
+  void addStartup(const std::vector<frame::StepSample>& samples);
+
+  /// timings.csv: frame,step,seconds,clock,first.
+  void writeTimings() const;
+  /// summary.json; `members`: further JSON texts by name.
+  void writeSummary(const std::map<std::string, std::string>& members) const;
+
+ private:
+  void readRecords();
+  void writeRecords() const;
+
+  std::filesystem::path path_;
+  int lock_ = -1;
+  std::mutex mutex_;
+  std::map<int, FrameRecord> records_;
+  std::vector<frame::StepSample> startup_;
+};
+
+/// "frames/frame.0001.exr" for ("frames", 1, ".exr").
+std::string framePath(const std::string& folder, int frame, const std::string& extension);
+
+}  // namespace catoptric::run
