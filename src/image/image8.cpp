@@ -253,8 +253,9 @@ bool writePng(Encoding& e, png_structp png, png_infop info, int width, int heigh
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_set_write_fn(png, &e, writePngBytes, nullptr);
   png_set_user_limits(png, 0x7FFFFFFF, 0x7FFFFFFF);
-  png_set_compression_level(png, 4);
-  png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_UP | PNG_FILTER_PAETH);
+  // Measured at 1024 x 1024: a third of the time of level 4 with Paeth, 20% more bytes
+  png_set_compression_level(png, 1);
+  png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
   const int type = channels == 1   ? PNG_COLOR_TYPE_GRAY
                    : channels == 3 ? PNG_COLOR_TYPE_RGB
                                    : PNG_COLOR_TYPE_RGB_ALPHA;
