@@ -14,7 +14,7 @@
 namespace catoptric::gl {
 namespace {
 
-constexpr std::size_t kKinds = 6;
+constexpr std::size_t kKinds = 7;
 std::array<std::atomic<std::int64_t>, kKinds> liveCounts{};
 
 GLenum labelTarget(ObjectKind kind) {
@@ -31,6 +31,8 @@ GLenum labelTarget(ObjectKind kind) {
       return GL_PROGRAM;
     case ObjectKind::Sampler:
       return GL_SAMPLER;
+    case ObjectKind::Query:
+      return GL_QUERY;
   }
   return GL_NONE;
 }
@@ -49,6 +51,8 @@ void deleteObject(ObjectKind kind, GLuint id) {
       return glDeleteProgram(id);
     case ObjectKind::Sampler:
       return glDeleteSamplers(1, &id);
+    case ObjectKind::Query:
+      return glDeleteQueries(1, &id);
   }
 }
 
@@ -205,6 +209,7 @@ template class Name<ObjectKind::Framebuffer>;
 template class Name<ObjectKind::VertexArray>;
 template class Name<ObjectKind::Program>;
 template class Name<ObjectKind::Sampler>;
+template class Name<ObjectKind::Query>;
 
 Buffer::Buffer(std::string_view label, std::size_t size, const void* data) : size_(size) {
   requireContext(label);

@@ -23,7 +23,8 @@ enum class ObjectKind : std::uint8_t {
   Framebuffer,
   VertexArray,
   Program,
-  Sampler
+  Sampler,
+  Query
 };
 
 /// Number of live objects of a kind, over all contexts: what leak tests compare.

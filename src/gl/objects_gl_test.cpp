@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "core/error.h"
+#include "gl/query.h"
 #include "gl/shader.h"
 #include "gl/test_context.h"
 
@@ -30,8 +31,8 @@ static_assert(isMoveOnly<Buffer> && isMoveOnly<Texture> && isMoveOnly<Framebuffe
               isMoveOnly<VertexArray> && isMoveOnly<Sampler>);
 static_assert(!std::is_copy_constructible_v<Program> && std::is_move_constructible_v<Program>);
 
-std::array<std::int64_t, 6> liveCounts() {
-  std::array<std::int64_t, 6> counts{};
+std::array<std::int64_t, 7> liveCounts() {
+  std::array<std::int64_t, 7> counts{};
   for (std::size_t i = 0; i < counts.size(); ++i) {
     counts[i] = liveObjects(static_cast<ObjectKind>(i));
   }
@@ -265,6 +266,41 @@ TEST(Draw, ReversedDepthKeepsTheNearerAndItsExactValue) {
   EXPECT_EQ(depth.read<float>(0, GL_DEPTH_COMPONENT, GL_FLOAT, 1)[0], 0.1f / 999.9f);
   EXPECT_EQ(depth.read<std::uint8_t>(0, GL_STENCIL_INDEX, GL_UNSIGNED_BYTE, 1)[0], 7);
   glDisable(GL_DEPTH_TEST);
+}
+
+TEST(Draw, CountsTheFragmentsThatPass) {
+  testContext();
+  const auto before = liveCounts();
+  {
+    const Texture color = Texture::make2D("color", GL_R8, 40, 30);
+    const Texture stencil = Texture::make2D("stencil", GL_DEPTH32F_STENCIL8, 40, 30);
+    const Framebuffer target("target", {{color}}, {stencil});
+    const FragmentCounter counter("fragments");
+    Program program = patternProgram();
+    target.bind();
+    target.clearDepthStencil(0.0f, 3);
+    counter.begin();
+    draw(program, {Vec4(-1, -1, 0, 1), 0.5f, Vec4(1)});
+    counter.end();
+    EXPECT_EQ(counter.read(), 20u * 30);
+    // Of a full-screen triangle, what the stencil lets through
+    glEnable(GL_STENCIL_TEST);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+    glStencilFunc(GL_EQUAL, 2, 0xFE);
+    Program position = Program::fullScreen("position", "gl/testdata/position.frag");
+    position.use();
+    counter.begin();
+    drawFullScreenTriangle();
+    counter.end();
+    EXPECT_EQ(counter.read(), 40u * 30);
+    glStencilFunc(GL_EQUAL, 2, 0xFF);
+    counter.begin();
+    drawFullScreenTriangle();
+    counter.end();
+    EXPECT_EQ(counter.read(), 0u);
+    glDisable(GL_STENCIL_TEST);
+  }
+  EXPECT_EQ(liveCounts(), before);
 }
 
 TEST(Draw, EveryFaceOfACubeMapIsATarget) {

@@ -5,7 +5,6 @@
 #include <dlfcn.h>
 
 #include <array>
-#include <map>
 #include <sstream>
 
 #include "gl/platform.h"
@@ -22,7 +21,6 @@ struct Library {
   decltype(&eglQueryString) queryString = nullptr;
   decltype(&eglGetError) getError = nullptr;
   decltype(&eglInitialize) initialize = nullptr;
-  decltype(&eglTerminate) terminate = nullptr;
   decltype(&eglBindAPI) bindApi = nullptr;
   decltype(&eglChooseConfig) chooseConfig = nullptr;
   decltype(&eglCreateContext) createContext = nullptr;
@@ -31,7 +29,6 @@ struct Library {
   PFNEGLGETPLATFORMDISPLAYEXTPROC getPlatformDisplay = nullptr;
   PFNEGLQUERYDEVICESEXTPROC queryDevices = nullptr;
   PFNEGLQUERYDEVICESTRINGEXTPROC queryDeviceString = nullptr;
-  std::map<EGLDisplay, int> displayUsers;  // eglTerminate when the last context goes
 };
 
 bool hasWord(const std::string& list, const char* word) {
@@ -52,7 +49,7 @@ void find(void* handle, const char* name, Function& function) {
 }
 
 // The library stays loaded: drivers keep threads and thread-local state of their own.
-Library& library() {
+const Library& library() {
   static Library loaded;
   if (loaded.handle != nullptr) return loaded;
   Library fresh;
@@ -67,7 +64,6 @@ Library& library() {
   find(fresh.handle, "eglQueryString", fresh.queryString);
   find(fresh.handle, "eglGetError", fresh.getError);
   find(fresh.handle, "eglInitialize", fresh.initialize);
-  find(fresh.handle, "eglTerminate", fresh.terminate);
   find(fresh.handle, "eglBindAPI", fresh.bindApi);
   find(fresh.handle, "eglChooseConfig", fresh.chooseConfig);
   find(fresh.handle, "eglCreateContext", fresh.createContext);
@@ -154,18 +150,11 @@ class EglContext : public PlatformContext {
     if (!egl_.initialize(display_, &major, &minor)) {
       throw PlatformFailure{"eglInitialize failed: " + errorName(egl_.getError()), kCheckAccess};
     }
-    ++egl_.displayUsers[display_];
-    try {
-      create();
-    } catch (...) {
-      close();
-      throw;
-    }
+    create();
   }
-  ~EglContext() override {
-    egl_.destroyContext(display_, context_);
-    close();
-  }
+  // The display stays initialized, like the library: the driver would be unloaded and loaded again
+  // for the next context.
+  ~EglContext() override { egl_.destroyContext(display_, context_); }
   EglContext(const EglContext&) = delete;
   EglContext& operator=(const EglContext&) = delete;
 
@@ -229,11 +218,7 @@ class EglContext : public PlatformContext {
     }
   }
 
-  void close() noexcept {
-    if (--egl_.displayUsers[display_] == 0) egl_.terminate(display_);
-  }
-
-  Library& egl_;
+  const Library& egl_;
   EGLDisplay display_ = EGL_NO_DISPLAY;
   EGLContext context_ = EGL_NO_CONTEXT;
 };
