@@ -146,29 +146,6 @@ Vec2 slotUv(const scene::TextureSlot& slot, const Interpolation& at) {
   return slot.transform * Vec3(uv, 1.0f);
 }
 
-Vec3 lightIrradiance(const WorldLight& light, const Vec3& position, const Vec3& normal) {
-  if (light.type == scene::LightType::Directional) {
-    return light.intensity * std::max(0.0f, glm::dot(normal, -light.direction));
-  }
-  const Vec3 toLight = light.position - position;
-  const float distanceSquared = glm::dot(toLight, toLight);
-  const float distance = std::sqrt(distanceSquared);
-  if (!(distance > 0.0f)) return Vec3(0.0f);
-  const Vec3 l = toLight / distance;
-  float factor = std::max(0.0f, glm::dot(normal, l)) / std::max(distanceSquared, 1e-6f);
-  if (light.range > 0.0f) {
-    const float q = distance / light.range;
-    factor *= std::clamp(1.0f - q * q * q * q, 0.0f, 1.0f);
-  }
-  if (light.type == scene::LightType::Spot) {
-    const float cosine = glm::dot(-l, light.direction);
-    const float cone = std::clamp(
-        (cosine - light.cosOuter) / std::max(1e-3f, light.cosInner - light.cosOuter), 0.0f, 1.0f);
-    factor *= cone * cone;
-  }
-  return light.intensity * factor;
-}
-
 }  // namespace
 
 EnvironmentLight::EnvironmentLight(const scene::Environment& environment)
@@ -304,6 +281,29 @@ WorldLight worldLight(const scene::Light& light, const scene::Pose& pose) {
     world.direction = normalizedOr(-Vec3(worldFromNode[2]), Vec3(0.0f, -1.0f, 0.0f));
   }
   return world;
+}
+
+Vec3 lightIrradiance(const WorldLight& light, const Vec3& position, const Vec3& normal) {
+  if (light.type == scene::LightType::Directional) {
+    return light.intensity * std::max(0.0f, glm::dot(normal, -light.direction));
+  }
+  const Vec3 toLight = light.position - position;
+  const float distanceSquared = glm::dot(toLight, toLight);
+  const float distance = std::sqrt(distanceSquared);
+  if (!(distance > 0.0f)) return Vec3(0.0f);
+  const Vec3 l = toLight / distance;
+  float factor = std::max(0.0f, glm::dot(normal, l)) / std::max(distanceSquared, 1e-6f);
+  if (light.range > 0.0f) {
+    const float q = distance / light.range;
+    factor *= std::clamp(1.0f - q * q * q * q, 0.0f, 1.0f);
+  }
+  if (light.type == scene::LightType::Spot) {
+    const float cosine = glm::dot(-l, light.direction);
+    const float cone = std::clamp(
+        (cosine - light.cosOuter) / std::max(1e-3f, light.cosInner - light.cosOuter), 0.0f, 1.0f);
+    factor *= cone * cone;
+  }
+  return light.intensity * factor;
 }
 
 float textureScale(const scene::Scene& scene, const scene::TextureSlot& slot) {

@@ -91,6 +91,9 @@ Lighting makeLighting(const scene::Scene& scene, const scene::Pose& pose,
 /// One light at a pose.
 WorldLight worldLight(const scene::Light& light, const scene::Pose& pose);
 
+/// Irradiance E_i of the formula above, without shadows; `normal` of unit length.
+Vec3 lightIrradiance(const WorldLight& light, const Vec3& position, const Vec3& normal);
+
 /// A point on a surface as a ray or a pixel sees it.
 struct SurfacePoint {
   Vec3 position{0.0f};

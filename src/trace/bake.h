@@ -13,12 +13,21 @@ struct BakeReport {
   bool fromCache = false;
   double seconds = 0.0;
   std::uint64_t rays = 0;
+  std::size_t points = 0;    ///< distinct (position, normal) pairs that were lit
+  std::size_t enclosed = 0;  ///< of them inside other geometry: their light comes from neighbours
 };
 
-/// Fills VertexAttributes::bake of all vertices as scene.bake asks (nothing for BakeMode::None).
-/// Moving objects receive light at the pose of `geometry` but cast none. Low-discrepancy
-/// directions, rotated per vertex by its number: the same result for any thread count. The result
-/// is cached in `cache` (no caching when empty) under the scene's fingerprint.
+/// Fills VertexAttributes::bake of all vertices as scene.bake asks (nothing for BakeMode::None):
+///   AmbientOcclusion: rgb 0, a = cosine-weighted share of the hemisphere that is free within
+///     ambientOcclusionDistance;
+///   Full: a = 0, rgb = irradiance of the baked lights (shadows as soft as Light::radius), of
+///     emissive surfaces, of the environment and of pi * ambient * occlusion, after `bounces`
+///     gathers of interreflection.
+/// Moving objects receive light at the pose of `geometry` but cast none. Back faces are dark;
+/// mirrors reflect diffusely here. Low-discrepancy directions, shifted per point by its number,
+/// then smoothed along the mesh where neighbours differ by less than the noise: the same result for
+/// any thread count. The result is cached in `cache` (no caching when empty) under the scene's
+/// fingerprint; a cache file that does not fit or is damaged is made anew.
 BakeReport bakeVertices(const scene::Scene& scene, frame::Geometry& geometry,
                         const frame::EnvironmentLight& environment,
                         const std::filesystem::path& cache);

@@ -38,8 +38,9 @@ struct TraceCounts {
 };
 
 struct TraceOptions {
-  /// Embree's robust mode: no ray slips through the edge between two triangles. Without it about
-  /// one in a hundred million does (trace_test counts them); with it rays take 15-45% longer.
+  /// Embree's robust mode against rays that slip through the edge between two triangles: without
+  /// it about one random ray in a million does, with it none (trace_test counts them; rays aimed
+  /// exactly at edges still can). Rays take 15-45% longer (trace_benchmark).
   bool robust = false;
   /// Only these objects (indices into geometry.objects) are hit; empty: all.
   std::vector<int> objects;

@@ -1,0 +1,44 @@
+// The points that a bake lights: vertices welded by position and normal, moved a little so that
+// they lie neither in a wall nor exactly in a corner, with the mesh's edges between them.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/math.h"
+#include "frame/geometry.h"
+
+namespace catoptric::trace {
+
+struct BakePoints {
+  std::vector<Vec3> positions;  ///< where rays start: off the surface, pulled into its triangles
+  std::vector<Vec3> normals;
+  std::vector<std::uint32_t> pointOfVertex;  ///< one per vertex of the geometry
+  // Neighbours along triangle edges: those of point i are neighbours[first[i] .. first[i + 1]).
+  std::vector<std::uint32_t> first;
+  std::vector<std::uint32_t> neighbours;
+
+  std::size_t size() const { return positions.size(); }
+  std::span<const std::uint32_t> neighboursOf(std::size_t i) const {
+    return std::span(neighbours).subspan(first[i], first[i + 1] - first[i]);
+  }
+};
+
+/// Points lie off their surface by a fiftieth of the mesh's edges there, at most 2 mm, and are
+/// pulled into their triangles by up to five times that.
+BakePoints makeBakePoints(const frame::Geometry& geometry);
+
+/// Gives points that are not valid the mean of their valid neighbours, ring by ring; what no valid
+/// point reaches keeps its value.
+void fillInvalid(const BakePoints& points, std::vector<std::uint8_t> valid,
+                 std::vector<Vec4>& values);
+
+/// Averages each point with those neighbours that differ by less than about `sigma` of the value:
+/// takes noise away and leaves shadows. `distance`: metres at which a neighbour's weight is 1/e.
+/// All four components are smoothed by the weights that their
+/// rgb luminance (or a, where rgb is 0) gives.
+void smoothValues(const BakePoints& points, int iterations, float sigma, float distance,
+                  std::vector<Vec4>& values);
+
+}  // namespace catoptric::trace
