@@ -1,0 +1,137 @@
+// What the parts of the glTF loader share: the parsed model, checked access to its data, and the
+// scene under construction.
+#pragma once
+
+#include <tiny_gltf.h>
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "scene/loader.h"
+#include "scene/scene.h"
+
+namespace catoptric::scene::gltf {
+
+/// Which component types an accessor may have in one use: a bit per type, separately for plain
+/// and normalized integers.
+enum Component : unsigned {
+  kByte = 1u << 0,
+  kUnsignedByte = 1u << 1,
+  kShort = 1u << 2,
+  kUnsignedShort = 1u << 3,
+  kUnsignedInt = 1u << 4,
+  kFloat = 1u << 5,
+  kByteNormalized = 1u << 6,
+  kUnsignedByteNormalized = 1u << 7,
+  kShortNormalized = 1u << 8,
+  kUnsignedShortNormalized = 1u << 9,
+};
+
+/// A file being loaded. Reading accessors is safe from several threads.
+class Reader {
+ public:
+  Reader(std::filesystem::path path, const LoadLimits& limitsIn)
+      : file(path.string()), folder(path.parent_path()), limits(limitsIn) {}
+
+  std::string file;
+  std::filesystem::path folder;
+  LoadLimits limits;
+  tinygltf::Model model;
+  Scene scene;
+  bool quantization = false;  ///< KHR_mesh_quantization is in use
+
+  [[noreturn]] void fail(const std::string& place, const std::string& message) const;
+
+  /// Counts bytes that the scene will take; throws when they exceed the limit.
+  void reserveBytes(std::size_t bytes, const std::string& place);
+
+  /// Elements of an accessor as floats, `components` each (its type must have exactly so many);
+  /// normalized integers are scaled; sparse values are in; all finite and below 1e18. `place` is
+  /// what refers to the accessor.
+  std::vector<float> floats(int accessor, int components, unsigned allowed,
+                            const std::string& place);
+  /// The same into vectors: T is Vec2, Vec3, Vec4, Mat4.
+  template <class T>
+  std::vector<T> vectors(int accessor, unsigned allowed, const std::string& place) {
+    constexpr int kComponents = static_cast<int>(sizeof(T) / sizeof(float));
+    const std::size_t count = prepare(accessor, kComponents, allowed, place);
+    reserveBytes(count * sizeof(T), place);
+    std::vector<T> result(count);
+    readFloats(accessor, reinterpret_cast<float*>(result.data()), place);
+    return result;
+  }
+  /// Elements of an integer accessor.
+  std::vector<std::uint32_t> integers(int accessor, int components, unsigned allowed,
+                                      const std::string& place);
+  std::size_t countOf(int accessor) const {
+    return model.accessors[static_cast<std::size_t>(accessor)].count;
+  }
+  int componentsOf(int accessor) const;
+
+  /// The bytes of a buffer view, bounds checked.
+  std::span<const std::uint8_t> bytesOf(int bufferView, const std::string& place) const;
+
+ private:
+  struct Layout;
+  Layout layoutOf(int accessor, const std::string& place) const;
+  std::size_t prepare(int accessor, int components, unsigned allowed,
+                      const std::string& place) const;
+  void readFloats(int accessor, float* out, const std::string& place) const;
+
+  std::atomic<std::size_t> bytes_{0};
+};
+
+// ---- Extension and extras values; types are checked by gltf_check.cpp ----
+
+/// A member of an object value; null value when absent.
+const tinygltf::Value& member(const tinygltf::Value& object, const std::string& key);
+const tinygltf::Value& extension(const tinygltf::ExtensionMap& extensions, const std::string& name);
+double numberOr(const tinygltf::Value& object, const std::string& key, double otherwise);
+Vec3 vec3Or(const tinygltf::Value& object, const std::string& key, const Vec3& otherwise);
+
+std::string elementPlace(const char* array, std::size_t index);
+
+// ---- The parts; each fills its part of reader.scene ----
+
+/// One loaded primitive.
+struct Primitive {
+  Mesh mesh;
+  int material = kNone;
+  bool drawn = false;  ///< false for points, lines, primitives without positions
+  std::vector<std::string> notes;
+};
+
+/// All primitives of all meshes, [mesh][primitive]; read in parallel.
+std::vector<std::vector<Primitive>> readPrimitives(Reader& reader);
+
+/// Textures (decoded and mip-mapped in parallel) and materials; scene.materials are in the order
+/// of the file, with one more for primitives that name none when `needDefault`.
+void readMaterials(Reader& reader, bool needDefault);
+
+/// `base` with s, g or n of an extras object's "catoptric" member; false when it has none.
+bool applyReflectanceExtras(const tinygltf::Value& extras, Material& base);
+
+/// Nodes, parents before children; returns for each node of the file its number in the scene.
+struct NodeOrder {
+  std::vector<int> sceneFromFile;
+  std::vector<int> fileFromScene;
+  std::vector<bool> inScene;  ///< by the file's numbers: below a root of the default scene
+};
+NodeOrder readNodes(Reader& reader);
+
+void readSkins(Reader& reader, const NodeOrder& order);
+void readObjects(Reader& reader, const NodeOrder& order,
+                 std::vector<std::vector<Primitive>> primitives);
+void readLightsAndCameras(Reader& reader, const NodeOrder& order);
+void readAnimations(Reader& reader, const NodeOrder& order);
+
+}  // namespace catoptric::scene::gltf
