@@ -135,17 +135,25 @@ TEST(Context, TwoAtOnceKeepTheirObjects) {
 
 TEST(Context, MovesAndForgets) {
   Context& shared = testContext();
+  const Texture hostage = Texture::make2D("hostage", GL_R8, 1, 1);
   {
     Texture survivor;
     {
       Context context(parseDevice("osmesa"));
       const Context moved(std::move(context));
       EXPECT_EQ(&Context::current(), &moved);
-      survivor = Texture::make2D("survivor", GL_R8, 1, 1);
+      // A texture of the same number as the other context's.
+      std::vector<Texture> others;
+      while (survivor.id() != hostage.id() && others.size() < 1000) {
+        others.push_back(std::move(survivor));
+        survivor = Texture::make2D("survivor", GL_R8, 1, 1);
+      }
+      ASSERT_EQ(survivor.id(), hostage.id());
     }
     // Outlived its context: nothing to delete, and nothing of another context is hit.
     shared.makeCurrent();
   }
+  EXPECT_TRUE(glIsTexture(hostage.id()));
   EXPECT_NO_THROW(shared.check("the end of a forgotten texture"));
 }
 
