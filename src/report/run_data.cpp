@@ -1,0 +1,119 @@
+#include "report/run_data.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <string_view>
+
+#include "core/error.h"
+#include "core/file.h"
+
+namespace catoptric::report {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kHeader = "frame,step,seconds,clock,first";
+
+bool isRun(const fs::path& folder) {
+  std::error_code ignored;
+  return fs::is_directory(folder / "frames", ignored) ||
+         fs::is_regular_file(folder / "timings.csv", ignored);
+}
+
+/// Files frame.NUMBER.EXTENSION of a folder; none when it is absent.
+std::map<int, fs::path> numberedFiles(const fs::path& folder, const std::string& extension) {
+  std::map<int, fs::path> files;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    const std::string start = "frame.";
+    if (name.size() <= start.size() + extension.size() || !name.starts_with(start) ||
+        !name.ends_with(extension))
+      continue;
+    const char* first = name.data() + start.size();
+    const char* last = name.data() + name.size() - extension.size();
+    int number = 0;
+    const auto [end, error] = std::from_chars(first, last, number);
+    if (error == std::errc() && end == last) files[number] = entry.path();
+  }
+  return files;
+}
+
+template <class Number>
+bool parse(std::string_view text, Number& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+}  // namespace
+
+std::vector<frame::StepSample> parseTimings(const std::string& text, const std::string& name) {
+  std::vector<frame::StepSample> samples;
+  int lineNumber = 0;
+  for (std::size_t start = 0; start < text.size();) {
+    const std::size_t end = std::min(text.find('\n', start), text.size());
+    std::string_view line(text.data() + start, end - start);
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    start = end + 1;
+    ++lineNumber;
+    const auto fail = [&](const std::string& message) {
+      throw UsageError(name + ":" + std::to_string(lineNumber) + ": \"" + std::string(line) +
+                       "\": " + message);
+    };
+    if (lineNumber == 1) {
+      if (line != kHeader) fail("the header must be " + std::string(kHeader));
+      continue;
+    }
+    std::vector<std::string_view> cells;
+    for (std::size_t at = 0; at <= line.size();) {
+      const std::size_t comma = std::min(line.find(',', at), line.size());
+      cells.push_back(line.substr(at, comma - at));
+      at = comma + 1;
+    }
+    if (cells.size() != 5) fail("5 cells are wanted");
+    frame::StepSample sample;
+    if (!parse(cells[0], sample.frame) || sample.frame < 0) fail("not a frame number");
+    if (cells[1].empty()) fail("no step");
+    if (!parse(cells[2], sample.seconds) || !std::isfinite(sample.seconds) || sample.seconds < 0.0)
+      fail("not a time in seconds");
+    if (cells[4] != "0" && cells[4] != "1") fail("\"first\" is 0 or 1");
+    sample.step = cells[1];
+    sample.clock = cells[3];
+    sample.first = cells[4] == "1";
+    samples.push_back(std::move(sample));
+  }
+  if (lineNumber == 0) throw UsageError(name + ": the file is empty");
+  return samples;
+}
+
+RunData readRun(const fs::path& folder, const std::string& name) {
+  if (!isRun(folder))
+    throw UsageError(folder.string() + ": not a run's folder (neither frames/ nor timings.csv)");
+  RunData run;
+  run.folder = folder;
+  run.name = !name.empty() ? name : fs::absolute(folder / ".").parent_path().filename().string();
+  run.frames = numberedFiles(folder / "frames", ".exr");
+  run.previews = numberedFiles(folder / "previews", ".png");
+  const fs::path timings = folder / "timings.csv";
+  std::error_code ignored;
+  if (fs::exists(timings, ignored))
+    run.samples = parseTimings(readTextFile(timings, std::size_t{1} << 30), timings.string());
+  return run;
+}
+
+std::vector<RunData> readRuns(const fs::path& folder) {
+  if (isRun(folder)) return {readRun(folder)};
+  std::vector<fs::path> found;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored))
+    if (isRun(entry.path())) found.push_back(entry.path());
+  if (found.empty())
+    throw UsageError(folder.string() + ": no run in it (no folder with frames/ or timings.csv)");
+  std::sort(found.begin(), found.end());
+  std::vector<RunData> runs;
+  for (const fs::path& path : found) runs.push_back(readRun(path));
+  return runs;
+}
+
+}  // namespace catoptric::report

@@ -1,0 +1,34 @@
+// What a report reads of a run's folder: its frames, previews and step times.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "frame/steps.h"
+
+namespace catoptric::report {
+
+/// One method's folder of a run.
+struct RunData {
+  std::string name;  ///< how tables call it
+  std::filesystem::path folder;
+  std::vector<frame::StepSample> samples;         ///< of timings.csv; empty when it is absent
+  std::map<int, std::filesystem::path> frames;    ///< EXR files by frame number
+  std::map<int, std::filesystem::path> previews;  ///< PNG files by frame number
+};
+
+/// Reads a folder that holds frames/ or timings.csv. `name` empty: the folder's own name. Throws
+/// UsageError when the folder is none, and with file and line when timings.csv is damaged.
+RunData readRun(const std::filesystem::path& folder, const std::string& name = "");
+
+/// The runs below `folder`: itself when it is one, otherwise its subfolders that are, by name.
+/// Throws UsageError when there are none.
+std::vector<RunData> readRuns(const std::filesystem::path& folder);
+
+/// Samples of the text of a timings.csv: frame,step,seconds,clock,first. Throws UsageError that
+/// begins with `name` and the line.
+std::vector<frame::StepSample> parseTimings(const std::string& text, const std::string& name);
+
+}  // namespace catoptric::report

@@ -1,0 +1,106 @@
+#include "report/table.h"
+
+#include <algorithm>
+#include <charconv>
+
+namespace catoptric::report {
+namespace {
+
+/// Code points of UTF-8 text.
+std::size_t width(const std::string& text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
+}
+
+std::string cellOf(const std::vector<std::string>& row, std::size_t column) {
+  return column < row.size() ? row[column] : "";
+}
+
+void trimRight(std::string& text) {
+  text.erase(text.find_last_not_of(' ') + 1);
+}
+
+}  // namespace
+
+std::string toText(const Table& table) {
+  std::vector<std::size_t> widths;
+  for (std::size_t c = 0; c < table.columns.size(); ++c) {
+    widths.push_back(width(table.columns[c].title));
+    for (const auto& row : table.rows) widths[c] = std::max(widths[c], width(cellOf(row, c)));
+  }
+  std::string text = table.title.empty() ? "" : table.title + "\n";
+  const auto append = [&](const std::vector<std::string>& cells) {
+    std::string line;
+    for (std::size_t c = 0; c < widths.size(); ++c) {
+      const std::string cell = cellOf(cells, c);
+      const std::string blanks(widths[c] - width(cell), ' ');
+      line += (c > 0 ? "  " : "") + (table.columns[c].number ? blanks + cell : cell + blanks);
+    }
+    trimRight(line);
+    text += line + "\n";
+  };
+  std::vector<std::string> titles;
+  std::vector<std::string> rule;
+  for (std::size_t c = 0; c < widths.size(); ++c) {
+    titles.push_back(table.columns[c].title);
+    rule.emplace_back(widths[c], '-');
+  }
+  append(titles);
+  append(rule);
+  for (const auto& row : table.rows) append(row.empty() ? rule : row);
+  for (const std::string& note : table.notes) text += note + "\n";
+  return text;
+}
+
+std::string toMarkdown(const Table& table) {
+  std::string text = table.title.empty() ? "" : "### " + table.title + "\n\n";
+  const auto append = [&](const std::vector<std::string>& cells) {
+    text += "|";
+    for (std::size_t c = 0; c < table.columns.size(); ++c) {
+      text += " ";
+      for (const char letter : cellOf(cells, c)) {
+        if (letter == '|') text += '\\';
+        text += letter;
+      }
+      text += " |";
+    }
+    text += "\n";
+  };
+  std::vector<std::string> titles;
+  std::vector<std::string> rule;
+  for (const Column& column : table.columns) {
+    titles.push_back(column.title);
+    rule.emplace_back(column.number ? "---:" : "---");
+  }
+  append(titles);
+  append(rule);
+  for (const auto& row : table.rows)
+    if (!row.empty()) append(row);
+  for (const std::string& note : table.notes) text += "\n" + note + "\n";
+  return text;
+}
+
+std::string csvCell(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char letter : text) {
+    if (letter == '"') quoted += '"';
+    quoted += letter;
+  }
+  return quoted + "\"";
+}
+
+std::string fixedText(double value, int decimals) {
+  char buffer[400];
+  const auto [end, error] =
+      std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, decimals);
+  return error == std::errc() ? std::string(buffer, end) : "?";
+}
+
+std::string exactText(double value) {
+  char buffer[64];
+  const auto [end, error] = std::to_chars(buffer, buffer + sizeof buffer, value);
+  return error == std::errc() ? std::string(buffer, end) : "?";
+}
+
+}  // namespace catoptric::report

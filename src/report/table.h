@@ -1,0 +1,36 @@
+// Tables of text cells, as aligned text for a terminal and as Markdown.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace catoptric::report {
+
+struct Column {
+  std::string title;
+  bool number = false;  ///< aligned to the right
+};
+
+struct Table {
+  std::string title;  ///< empty: none
+  std::vector<Column> columns;
+  /// Cells; a row without cells is a rule. Short rows are filled with empty cells.
+  std::vector<std::vector<std::string>> rows;
+  std::vector<std::string> notes;  ///< lines below
+};
+
+/// Columns two spaces apart, a rule below the titles; lines carry no trailing blanks. Widths count
+/// code points.
+std::string toText(const Table& table);
+/// GitHub's Markdown; rules are left out, "|" is escaped.
+std::string toMarkdown(const Table& table);
+
+/// A cell of CSV, quoted only where it has to be. [RFC 4180]
+std::string csvCell(const std::string& text);
+
+/// `value` with `decimals` digits after the point, in the C locale.
+std::string fixedText(double value, int decimals);
+/// With enough digits to come back to the same double.
+std::string exactText(double value);
+
+}  // namespace catoptric::report

@@ -1,0 +1,245 @@
+#include "report/timings.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+namespace catoptric::report {
+namespace {
+
+constexpr const char* kOverlapped = "overlapped";
+constexpr const char* kWait = "wait";
+
+/// Values of one row, one for each frame, and which of them are of first frames.
+struct Series {
+  std::string clock;
+  std::map<int, double> perFrame;
+  std::set<int> firsts;
+};
+
+StepStatistics statisticsOf(const std::string& step, const std::string& clock,
+                            std::vector<double> values) {
+  StepStatistics s;
+  s.step = step;
+  s.clock = clock;
+  s.count = static_cast<int>(values.size());
+  if (values.empty()) return s;
+  for (const double value : values) s.sum += value;  // in the order of frames
+  std::sort(values.begin(), values.end());
+  const std::size_t n = values.size();
+  s.min = values.front();
+  s.max = values.back();
+  s.median = n % 2 == 1 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
+  s.mean = s.sum / static_cast<double>(n);
+  return s;
+}
+
+StepStatistics statisticsOf(const std::string& step, const Series& series) {
+  std::vector<double> values;
+  double firstSum = 0.0;
+  for (const auto& [frame, seconds] : series.perFrame) {
+    values.push_back(seconds);
+    if (series.firsts.contains(frame)) firstSum += seconds;
+  }
+  StepStatistics s = statisticsOf(step, series.clock, std::move(values));
+  if (!series.firsts.empty()) s.first = firstSum / static_cast<double>(series.firsts.size());
+  return s;
+}
+
+std::string ms(double seconds) {
+  return fixedText(seconds * 1e3, 2);
+}
+
+std::string perSecond(double seconds) {
+  return seconds > 0.0 ? fixedText(1.0 / seconds, 2) : "";
+}
+
+}  // namespace
+
+const StepStatistics* TimingTable::find(const std::string& step) const {
+  for (const auto* group : {&steps, &overlapped, &preparation})
+    for (const StepStatistics& s : *group)
+      if (s.step == step) return &s;
+  return nullptr;
+}
+
+TimingTable timingTable(const RunData& run) {
+  std::vector<std::string> order;
+  std::map<std::string, Series> series;
+  std::vector<std::string> preparationOrder;
+  std::map<std::string, std::vector<double>> preparation;
+  std::map<std::string, std::string> preparationClocks;
+  Series rendering{"wall", {}, {}};
+  Series frame{"wall", {}, {}};
+  std::set<int> numbers;
+  for (const frame::StepSample& sample : run.samples) {
+    if (sample.frame == 0) {
+      if (!preparation.contains(sample.step)) preparationOrder.push_back(sample.step);
+      preparation[sample.step].push_back(sample.seconds);
+      preparationClocks[sample.step] = sample.clock;
+      continue;
+    }
+    numbers.insert(sample.frame);
+    if (!series.contains(sample.step)) order.push_back(sample.step);
+    Series& s = series[sample.step];
+    s.clock = sample.clock;
+    s.perFrame[sample.frame] += sample.seconds;
+    if (sample.first) s.firsts.insert(sample.frame);
+    if (sample.clock == kOverlapped) continue;
+    frame.perFrame[sample.frame] += sample.seconds;
+    if (sample.first) frame.firsts.insert(sample.frame);
+    if (sample.step == kWait) continue;
+    rendering.perFrame[sample.frame] += sample.seconds;
+    if (sample.first) rendering.firsts.insert(sample.frame);
+  }
+
+  TimingTable table;
+  table.name = run.name;
+  table.frames = static_cast<int>(numbers.size());
+  for (const std::string& step : preparationOrder)
+    table.preparation.push_back(statisticsOf(step, preparationClocks[step], preparation[step]));
+  for (const std::string& step : order) {
+    const Series& s = series[step];
+    (s.clock == kOverlapped ? table.overlapped : table.steps).push_back(statisticsOf(step, s));
+  }
+  table.rendering = statisticsOf("rendering", rendering);
+  table.frame = statisticsOf("frame", frame);
+  return table;
+}
+
+Table timingView(const TimingTable& timings) {
+  Table table;
+  table.title = timings.name + ": " + std::to_string(timings.frames) + " frames, times in ms";
+  table.columns = {{"step", false},   {"clock", false}, {"frames", true}, {"min", true},
+                   {"median", true},  {"mean", true},   {"max", true},    {"first", true},
+                   {"share %", true}, {"per s", true}};
+  const auto row = [&](const StepStatistics& s, bool share, bool rate) {
+    table.rows.push_back({s.step, s.clock, std::to_string(s.count), ms(s.min), ms(s.median),
+                          ms(s.mean), ms(s.max), s.first >= 0.0 ? ms(s.first) : "",
+                          share && timings.rendering.sum > 0.0
+                              ? fixedText(100.0 * s.sum / timings.rendering.sum, 1)
+                              : "",
+                          rate ? perSecond(s.mean) : ""});
+  };
+  const StepStatistics* wait = nullptr;
+  for (const StepStatistics& s : timings.steps) {
+    if (s.step == kWait)
+      wait = &s;
+    else
+      row(s, true, false);
+  }
+  if (timings.frames > 0) {
+    table.rows.emplace_back();
+    row(timings.rendering, true, true);
+    if (wait != nullptr) {
+      row(*wait, false, false);
+      row(timings.frame, false, true);
+    }
+  }
+  if (!timings.overlapped.empty()) {
+    table.rows.emplace_back();
+    for (const StepStatistics& s : timings.overlapped) row(s, false, false);
+  }
+  if (!timings.preparation.empty()) {
+    table.rows.emplace_back();
+    double sum = 0.0;
+    for (const StepStatistics& s : timings.preparation) {
+      row(s, false, false);
+      sum += s.sum;
+    }
+    table.notes.push_back("Before the first frame: " + ms(sum) + " ms in all (last rows).");
+  }
+  if (timings.rendering.first >= 0.0)
+    table.notes.emplace_back(
+        "First frames (programs are compiled, caches filled) are part of min, median, mean, max.");
+  return table;
+}
+
+Table timingComparison(std::span<const TimingTable> methods, std::size_t baseline) {
+  Table table;
+  if (methods.empty()) return table;
+  baseline = std::min(baseline, methods.size() - 1);
+  table.title = "Mean ms per frame; x: time over that of " + methods[baseline].name;
+  table.columns.push_back({"step", false});
+  for (const TimingTable& method : methods) {
+    table.columns.push_back({method.name, true});
+    if (methods.size() > 1) table.columns.push_back({"x", true});
+  }
+
+  // Steps of all methods, in the order in which they first occur
+  using Group = std::vector<StepStatistics> TimingTable::*;
+  const auto addGroup = [&](Group group, bool preparation) {
+    std::vector<std::string> order;
+    for (const TimingTable& method : methods)
+      for (const StepStatistics& s : method.*group)
+        if (std::find(order.begin(), order.end(), s.step) == order.end() && s.step != kWait)
+          order.push_back(s.step);
+    // What no step names stands last
+    std::stable_partition(order.begin(), order.end(),
+                          [](const std::string& step) { return step != "other"; });
+    for (const std::string& step : order) {
+      const auto meanOf = [&](const TimingTable& method) {
+        for (const StepStatistics& s : method.*group)
+          if (s.step == step)
+            // Frames without the step count as none of it
+            return preparation ? s.sum : s.sum / std::max(1, method.frames);
+        return -1.0;
+      };
+      const double base = meanOf(methods[baseline]);
+      std::vector<std::string> cells{step};
+      for (const TimingTable& method : methods) {
+        const double mean = meanOf(method);
+        cells.push_back(mean >= 0.0 ? ms(mean) : "");
+        if (methods.size() > 1)
+          cells.push_back(mean >= 0.0 && base > 0.0 ? fixedText(mean / base, 2) : "");
+      }
+      table.rows.push_back(cells);
+    }
+    return !order.empty();
+  };
+  addGroup(&TimingTable::steps, false);
+  table.rows.emplace_back();
+  std::vector<std::string> total{"rendering"};
+  std::vector<std::string> rate{"frames per s"};
+  const double base = methods[baseline].rendering.mean;
+  for (const TimingTable& method : methods) {
+    const double mean = method.rendering.mean;
+    total.push_back(method.frames > 0 ? ms(mean) : "");
+    rate.push_back(perSecond(mean));
+    if (methods.size() > 1) {
+      total.push_back(base > 0.0 && mean > 0.0 ? fixedText(mean / base, 2) : "");
+      rate.emplace_back();
+    }
+  }
+  table.rows.push_back(total);
+  table.rows.push_back(rate);
+  table.rows.emplace_back();
+  if (addGroup(&TimingTable::overlapped, false)) table.rows.emplace_back();
+  if (addGroup(&TimingTable::preparation, true))
+    table.notes.emplace_back("Last rows: before the first frame, once per run.");
+  else
+    table.rows.pop_back();
+  return table;
+}
+
+std::string timingCsv(std::span<const TimingTable> methods) {
+  std::string text = "method,kind,step,clock,count,min,median,mean,max,sum,first\n";
+  for (const TimingTable& method : methods) {
+    const auto add = [&](const char* kind, const StepStatistics& s) {
+      text += csvCell(method.name) + "," + kind + "," + csvCell(s.step) + "," + csvCell(s.clock) +
+              "," + std::to_string(s.count);
+      for (const double value : {s.min, s.median, s.mean, s.max, s.sum})
+        text += "," + exactText(value);
+      text += "," + (s.first >= 0.0 ? exactText(s.first) : "") + "\n";
+    };
+    for (const StepStatistics& s : method.preparation) add("preparation", s);
+    for (const StepStatistics& s : method.steps) add("step", s);
+    for (const StepStatistics& s : method.overlapped) add("overlapped", s);
+    if (method.frames == 0) continue;
+    add("total", method.rendering);
+    add("total", method.frame);
+  }
+  return text;
+}
+
+}  // namespace catoptric::report

@@ -1,0 +1,168 @@
+#include "report/timings.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <random>
+
+#include "core/error.h"
+
+namespace catoptric::report {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+RunData fourFrames() {
+  RunData run;
+  run.name = "traced";
+  run.samples = {{0, "scene", 0.5, "wall", false}};
+  const double bvh[] = {0.010, 0.020, 0.030, 0.100};
+  for (int i = 0; i < 4; ++i) {
+    run.samples.push_back({i + 1, "bvh", bvh[i], "wall", i == 0});
+    run.samples.push_back({i + 1, "trace", 0.050, "wall", i == 0});
+    run.samples.push_back({i + 1, "trace", 0.010, "wall", i == 0});  // twice in a frame
+    run.samples.push_back({i + 1, "other", 0.001, "wall", i == 0});
+    if (i == 2) run.samples.push_back({3, "wait", 0.5, "wall", false});
+    run.samples.push_back({i + 1, "write", 0.3, "overlapped", false});
+  }
+  return run;
+}
+
+TEST(Timings, StatisticsByHand) {
+  const TimingTable table = timingTable(fourFrames());
+  EXPECT_EQ(table.frames, 4);
+  const StepStatistics& bvh = *table.find("bvh");
+  EXPECT_EQ(bvh.count, 4);
+  EXPECT_DOUBLE_EQ(bvh.min, 0.010);
+  EXPECT_DOUBLE_EQ(bvh.median, 0.025);
+  EXPECT_DOUBLE_EQ(bvh.mean, 0.040);
+  EXPECT_DOUBLE_EQ(bvh.max, 0.100);
+  EXPECT_DOUBLE_EQ(bvh.first, 0.010);
+  // Two samples of one step in a frame are one time of the frame
+  EXPECT_EQ(table.find("trace")->count, 4);
+  EXPECT_DOUBLE_EQ(table.find("trace")->max, 0.060);
+  EXPECT_EQ(table.find("wait")->count, 1);
+  EXPECT_LT(table.find("wait")->first, 0.0);
+  // Rendering: without waiting and without what overlaps
+  EXPECT_DOUBLE_EQ(table.rendering.mean, 0.040 + 0.060 + 0.001);
+  EXPECT_DOUBLE_EQ(table.frame.max, 0.030 + 0.061 + 0.5);
+  ASSERT_EQ(table.preparation.size(), 1u);
+  EXPECT_EQ(table.preparation[0].step, "scene");
+  ASSERT_EQ(table.overlapped.size(), 1u);
+}
+
+TEST(Timings, ViewIsAlignedAndComplete) {
+  const std::string text = toText(timingView(timingTable(fourFrames())));
+  EXPECT_EQ(text,
+            "traced: 4 frames, times in ms\n"
+            "step       clock       frames     min  median    mean     max  first  share %  per s\n"
+            "---------  ----------  ------  ------  ------  ------  ------  -----  -------  -----\n"
+            "bvh        wall             4   10.00   25.00   40.00  100.00  10.00     39.6\n"
+            "trace      wall             4   60.00   60.00   60.00   60.00  60.00     59.4\n"
+            "other      wall             4    1.00    1.00    1.00    1.00   1.00      1.0\n"
+            "---------  ----------  ------  ------  ------  ------  ------  -----  -------  -----\n"
+            "rendering  wall             4   71.00   86.00  101.00  161.00  71.00    100.0   9.90\n"
+            "wait       wall             1  500.00  500.00  500.00  500.00\n"
+            "frame      wall             4   71.00  121.00  226.00  591.00  71.00            4.42\n"
+            "---------  ----------  ------  ------  ------  ------  ------  -----  -------  -----\n"
+            "write      overlapped       4  300.00  300.00  300.00  300.00\n"
+            "---------  ----------  ------  ------  ------  ------  ------  -----  -------  -----\n"
+            "scene      wall             1  500.00  500.00  500.00  500.00\n"
+            "Before the first frame: 500.00 ms in all (last rows).\n"
+            "First frames (programs are compiled, caches filled) are part of min, median, mean, "
+            "max.\n");
+}
+
+TEST(Timings, MethodsSideBySide) {
+  const TimingTable traced = timingTable(fourFrames());
+  RunData fast;
+  fast.name = "environment_map";
+  fast.samples = {{1, "environment", 0.004, "wall", true},
+                  {1, "trace", 0.006, "wall", true},
+                  {2, "environment", 0.004, "wall", false}};
+  const std::vector<TimingTable> both{timingTable(fast), traced};
+  const Table table = timingComparison(both, 1);
+  EXPECT_THAT(table.title, HasSubstr("over that of traced"));
+  EXPECT_THAT(table.rows[0], ElementsAre("environment", "4.00", "", "", ""));
+  // 6 ms in one of two frames: 3 ms per frame
+  EXPECT_THAT(table.rows[1], ElementsAre("trace", "3.00", "0.05", "60.00", "1.00"));
+  EXPECT_THAT(table.rows[2], ElementsAre("bvh", "", "", "40.00", "1.00"));
+  EXPECT_THAT(table.rows[3], ElementsAre("other", "", "", "1.00", "1.00"));
+  EXPECT_TRUE(table.rows[4].empty());
+  EXPECT_THAT(table.rows[5], ElementsAre("rendering", "7.00", "0.07", "101.00", "1.00"));
+  EXPECT_THAT(table.rows[6], ElementsAre("frames per s", "142.86", "", "9.90", ""));
+  EXPECT_THAT(toMarkdown(table),
+              HasSubstr("| step | environment_map | x | traced | x |\n| --- | ---: | ---: |"));
+}
+
+TEST(Timings, CsvKeepsEveryDigit) {
+  const std::vector<TimingTable> one{timingTable(fourFrames())};
+  const std::string text = timingCsv(one);
+  EXPECT_THAT(text,
+              testing::StartsWith("method,kind,step,clock,count,min,median,mean,max,sum,first\n"
+                                  "traced,preparation,scene,wall,1,0.5,0.5,0.5,0.5,0.5,\n"
+                                  "traced,step,bvh,wall,4,0.01,0.025,0.04,0.1,0.16,0.01\n"));
+  EXPECT_THAT(text, HasSubstr("traced,overlapped,write,overlapped,4,0.3,"));
+  EXPECT_THAT(text, HasSubstr("traced,total,frame,wall,4,"));
+}
+
+TEST(Timings, EmptyRunsGiveTables) {
+  RunData run;
+  run.name = "none";
+  const std::vector<TimingTable> one{timingTable(run)};
+  EXPECT_THAT(toText(timingView(one[0])), HasSubstr("none: 0 frames"));
+  EXPECT_NO_THROW(toText(timingComparison(one)));
+}
+
+TEST(ParseTimings, DamageIsNamedWithItsLine) {
+  const std::string header = "frame,step,seconds,clock,first\n";
+  const auto error = [&](const std::string& text) -> std::string {
+    try {
+      parseTimings(text, "timings.csv");
+    } catch (const UsageError& e) {
+      return e.what();
+    }
+    return "none";
+  };
+  EXPECT_EQ(parseTimings(header + "1,bvh,0.5,wall,1\r\n", "t").at(0).seconds, 0.5);
+  EXPECT_THAT(error(""), HasSubstr("timings.csv: the file is empty"));
+  EXPECT_THAT(error("step\n"), HasSubstr("timings.csv:1: \"step\": the header must be"));
+  EXPECT_THAT(error(header + "1,bvh,0.5,wall\n"), HasSubstr(":2: "));
+  EXPECT_THAT(error(header + "x,bvh,0.5,wall,0\n"), HasSubstr("not a frame number"));
+  EXPECT_THAT(error(header + "1,bvh,nan,wall,0\n"), HasSubstr("not a time"));
+  EXPECT_THAT(error(header + "1,bvh,-1,wall,0\n"), HasSubstr("not a time"));
+  EXPECT_THAT(error(header + "1,bvh,1,wall,yes\n"), HasSubstr("0 or 1"));
+}
+
+TEST(ReadRun, FindsFramesAndSubfolders) {
+  namespace fs = std::filesystem;
+  const fs::path folder =
+      fs::temp_directory_path() / ("catoptric_report_" + std::to_string(std::random_device{}()));
+  for (const char* method : {"traced", "reference"})
+    fs::create_directories(folder / method / "frames");
+  for (const char* name :
+       {"frame.0002.exr", "frame.12000.exr", "frame.x.exr", "frame.0003.tmp", "other.0001.exr"})
+    std::ofstream(folder / "traced/frames" / name) << "x";
+  const std::vector<RunData> runs = readRuns(folder);
+  ASSERT_EQ(runs.size(), 2u);
+  EXPECT_EQ(runs[0].name, "reference");
+  EXPECT_EQ(runs[1].name, "traced");
+  ASSERT_EQ(runs[1].frames.size(), 2u);
+  EXPECT_EQ(runs[1].frames.begin()->first, 2);
+  EXPECT_EQ(runs[1].frames.rbegin()->first, 12000);
+  EXPECT_EQ(readRuns(folder / "traced/").at(0).name, "traced");
+  EXPECT_THROW(readRun(folder), UsageError);
+  EXPECT_THROW(readRuns(folder / "absent"), UsageError);
+  fs::remove_all(folder);
+}
+
+TEST(Table, CellsWithCommasAndBarsAreQuoted) {
+  EXPECT_EQ(csvCell("a"), "a");
+  EXPECT_EQ(csvCell("a,\"b\""), "\"a,\"\"b\"\"\"");
+  EXPECT_EQ(toMarkdown({"", {{"a|b"}}, {{"c"}}, {}}), "| a\\|b |\n| --- |\n| c |\n");
+}
+
+}  // namespace
+}  // namespace catoptric::report
