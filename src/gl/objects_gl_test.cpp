@@ -340,6 +340,9 @@ TEST(Program, ErrorsNameFileLineAndDefines) {
       Throws<Error>(Property(
           &Error::what, AllOf(HasSubstr("\"broken\""), HasSubstr("gl/testdata/broken_part.glsl:3"),
                               HasSubstr("undefinedName"), HasSubstr("SIZE=4")))));
+  // Counting goes on behind an include.
+  EXPECT_THAT([] { Program::fullScreen("after", "gl/testdata/broken_after.frag"); },
+              Throws<Error>(Property(&Error::what, HasSubstr("gl/testdata/broken_after.frag:5"))));
   EXPECT_THAT(
       [] { Program::fullScreen("include", "gl/testdata/broken_include.frag"); },
       Throws<Error>(Property(&Error::what, AllOf(HasSubstr("gl/testdata/broken_include.frag:2"),
