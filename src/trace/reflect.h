@@ -1,0 +1,67 @@
+// Light that reaches a reflective point along its lobe: mirror rays, Phong lobes, further bounces.
+// What the methods `traced` and `reference` share, so that both see the same transport.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "core/math.h"
+#include "frame/shading.h"
+#include "trace/trace_scene.h"
+
+namespace catoptric::trace {
+
+/// A reflective point as a pixel or a ray sees it.
+struct ReflectionPoint {
+  Vec3 position{0.0f};
+  Vec3 normal{0.0f, 1.0f, 0.0f};      ///< shading normal, turned to the viewer
+  Vec3 direction{0.0f, -1.0f, 0.0f};  ///< from the viewer to the point, unit length
+  float glossiness = 0.0f;            ///< g
+  float distance = 0.0f;              ///< metres from the eye to here along the path
+  Vec2 shift{0.0f};                   ///< of the lobe's low-discrepancy points, 0..1
+};
+
+struct ReflectionOptions {
+  int rays = 1;     ///< per lobe with g above kMirrorGlossiness, 1..256; mirrors take one
+  int bounces = 1;  ///< 1: a reflective surface that is hit shows its diffuse component
+  bool fresnelSchlick = false;  ///< of bounces after the first
+};
+
+struct ReflectionCounts {
+  std::uint64_t rays = 0;
+  std::uint64_t misses = 0;        ///< saw the environment
+  std::uint64_t refused = 0;       ///< could not be traced; saw the environment
+  std::uint64_t belowHorizon = 0;  ///< lobe samples below the surface, folded up
+  double traceSeconds = 0.0;       ///< Embree alone
+  double resolveSeconds = 0.0;     ///< making rays and shading hits
+
+  void add(const ReflectionCounts& other);
+};
+
+/// Rays of a point's lobe: 1 for mirrors.
+int lobeRays(float glossiness, int rays);
+
+/// Direction number `index` of `count` about the mirror direction, distributed as the Phong lobe
+/// cos^n (Hammersley points, shifted). A sample below the surface is folded up, r - 2 (r.n) n, so
+/// that all rays of a lobe count alike; `belowHorizon` says so. Unit length.
+Vec3 lobeDirection(const ReflectionPoint& point, int index, int count, bool& belowHorizon);
+
+/// Half-angle-like spread (metres of width per metre) of one of `count` rays of a Phong lobe with
+/// exponent n at its centre: the root of the solid angle 1 / (count p).
+float lobeSpread(float glossiness, int count);
+
+/// s, with Schlick's term when asked for [Schlick1994].
+float reflectionWeight(float specularLevel, const Vec3& direction, const Vec3& normal,
+                       bool fresnelSchlick);
+
+/// Incoming radiance along the lobes: radiance[i] belongs to points[i], the mean over its rays.
+/// `spreadRad`: of a sample's ray cone. `parallel`: over all threads; otherwise on the calling one.
+/// The same result either way. `refusedOrFolded[i]` (may be empty) gets bit 0 where a ray was
+/// refused, bit 1 where one was folded up.
+ReflectionCounts reflectedRadiance(const TraceScene& trace, const frame::Lighting& lighting,
+                                   float spreadRad, std::span<const ReflectionPoint> points,
+                                   const ReflectionOptions& options, bool parallel,
+                                   std::span<Vec3> radiance,
+                                   std::span<std::uint8_t> refusedOrFolded = {});
+
+}  // namespace catoptric::trace
