@@ -1,0 +1,20 @@
+// Where and by what a run is made: the context of its figures, and what its pixels depend on.
+#pragma once
+
+#include <string>
+
+namespace catoptric::run {
+
+/// "Intel(R) Xeon(R) ..."; "unknown processor" where the system does not say.
+std::string processorName();
+
+/// Fingerprint of the running program's file: a build.
+std::string buildFingerprint();
+
+/// Host, processor, processors, memory, kernel, threads, version, compiler, as a JSON object.
+std::string machineJson();
+
+/// Version of the program.
+const char* versionText();
+
+}  // namespace catoptric::run

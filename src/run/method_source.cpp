@@ -1,0 +1,294 @@
+#include "run/method_source.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+#include "core/clock.h"
+#include "core/error.h"
+#include "gl/api.h"
+#include "image/exr_camera.h"
+#include "scene/camera.h"
+
+namespace catoptric::run {
+namespace {
+
+bool asksFor(const methods::RunSettings& settings, const char* layer) {
+  return std::find(settings.layers.begin(), settings.layers.end(), layer) != settings.layers.end();
+}
+
+double secondsSince(std::int64_t startNs) {
+  return static_cast<double>(nowNs() - startNs) * 1e-9;
+}
+
+constexpr std::array<std::pair<int, const char*>, 5> kMasks = {{
+    {raster::kMaskEnvironment, "mask.environment"},
+    {raster::kMaskDisoccluded, "mask.disoccluded"},
+    {raster::kMaskClamped, "mask.clamped"},
+    {raster::kMaskRetraced, "mask.retraced"},
+    {raster::kMaskBelowHorizon, "mask.below_horizon"},
+}};
+
+/// Appends channels computed per pixel to an interleaved image.
+class ChannelAppender {
+ public:
+  ChannelAppender(image::Image& image, int samples) : image_(image), samples_(samples) {}
+
+  /// `value(sample)` of the pixel's middle sample.
+  template <class Value>
+  void middle(const std::string& name, Value&& value) {
+    add(name, [&](int x, int y) {
+      return value(sampleIndex(x * samples_ + samples_ / 2, y * samples_ + samples_ / 2));
+    });
+  }
+  /// Mean of `value(sample)` over the pixel's samples.
+  template <class Value>
+  void mean(const std::string& name, Value&& value) {
+    add(name, [&](int x, int y) {
+      float sum = 0.0f;
+      for (int j = 0; j < samples_; ++j)
+        for (int i = 0; i < samples_; ++i)
+          sum += value(sampleIndex(x * samples_ + i, y * samples_ + j));
+      return sum / static_cast<float>(samples_ * samples_);
+    });
+  }
+  /// Interleaves what was added.
+  void finish() {
+    const std::size_t old = image_.channels.size();
+    const std::size_t total = old + names_.size();
+    std::vector<float> data(image_.pixelCount() * total);
+    for (std::size_t p = 0; p < image_.pixelCount(); ++p) {
+      std::copy_n(image_.data.begin() + static_cast<std::ptrdiff_t>(p * old), old,
+                  data.begin() + static_cast<std::ptrdiff_t>(p * total));
+      for (std::size_t c = 0; c < names_.size(); ++c) data[p * total + old + c] = planes_[c][p];
+    }
+    image_.data = std::move(data);
+    image_.channels.insert(image_.channels.end(), names_.begin(), names_.end());
+  }
+
+ private:
+  std::size_t sampleIndex(int i, int j) const {
+    return static_cast<std::size_t>(j) * static_cast<std::size_t>(image_.width * samples_) +
+           static_cast<std::size_t>(i);
+  }
+  template <class PixelValue>
+  void add(const std::string& name, PixelValue&& value) {
+    std::vector<float> plane(image_.pixelCount());
+    for (int y = 0; y < image_.height; ++y)
+      for (int x = 0; x < image_.width; ++x)
+        plane[static_cast<std::size_t>(y) * image_.width + x] = value(x, y);
+    names_.push_back(name);
+    planes_.push_back(std::move(plane));
+  }
+
+  image::Image& image_;
+  int samples_;
+  std::vector<std::string> names_;
+  std::vector<std::vector<float>> planes_;
+};
+
+}  // namespace
+
+void addLayers(image::Image& image, const SampleLayers& layers, int samples, float nearMetres) {
+  ChannelAppender out(image, samples);
+  const auto rgb = [&](const std::string& prefix, const std::vector<float>& texels) {
+    const std::array names = {"R", "G", "B"};
+    for (std::size_t c = 0; c < 3; ++c)
+      out.mean(prefix + "." + names[c], [&, c](std::size_t s) { return texels[s * 4 + c]; });
+  };
+  // Distance along -z, metres; 0 where there is nothing.
+  if (!layers.depth.empty())
+    out.middle("Z", [&](std::size_t s) {
+      return layers.depth[s] > 0.0f ? nearMetres / layers.depth[s] : 0.0f;
+    });
+  if (!layers.normal.empty()) {
+    const std::array names = {"N.X", "N.Y", "N.Z"};
+    for (std::size_t c = 0; c < 3; ++c)
+      out.middle(names[c], [&, c](std::size_t s) { return layers.normal[s * 4 + c]; });
+  }
+  if (!layers.reflection.empty()) rgb("reflection", layers.reflection);
+  if (!layers.diffuse.empty() && layers.wantDiffuse) rgb("diffuse", layers.diffuse);
+  if (!layers.diffuse.empty() && layers.wantSpecular)
+    out.mean("s", [&](std::size_t s) { return layers.diffuse[s * 4 + 3]; });
+  if (!layers.object.empty())
+    out.middle("id.object", [&](std::size_t s) { return static_cast<float>(layers.object[s]); });
+  if (!layers.masks.empty())
+    for (const auto& [bit, name] : kMasks)
+      out.mean(name,
+               [&, b = bit](std::size_t s) { return (layers.masks[s] & b) != 0 ? 1.0f : 0.0f; });
+  out.finish();
+}
+
+MethodSource::MethodSource(Stage& stage, methods::Method& method, const methods::MethodPlan& needs)
+    : stage_(stage), method_(method), needs_(needs) {}
+
+MethodSource::~MethodSource() = default;
+
+std::vector<frame::StepSample> MethodSource::prepare() {
+  stage_.buildGeometry();
+  if (needs_.gl) stage_.buildRaster();
+  if (needs_.gl) timer_.setFinish([] { glFinish(); });
+
+  // Structures that follow motion start from the path's first frame, whatever chunk this is.
+  stage_.moveTo(stage_.path().frame(1).timeSeconds, nullptr);
+  if (needs_.trace)
+    trace_ = timer_.measure("bvh", [&] {
+      return std::make_unique<trace::TraceScene>(stage_.scene(), stage_.geometry(), needs_.bvh);
+    });
+  const methods::RunSettings& settings = stage_.run().image;
+  if (needs_.gbuffer)
+    timer_.measure("allocate", [&] {
+      gbuffer_ = stage_.raster()->makeGBuffer(
+          {settings.width, settings.height, settings.samples, settings.masks});
+      composite_ = gl::Texture::make2D("frame", GL_RGBA32F, settings.width, settings.height);
+    });
+  methods::Services services{stage_.scene(),
+                             stage_.geometry(),
+                             stage_.lighting(),
+                             stage_.raster(),
+                             gbuffer_ ? &*gbuffer_ : nullptr,
+                             trace_.get(),
+                             timer_};
+  const std::int64_t start = nowNs();
+  const std::size_t before = timer_.samples().size();
+  method_.prepare(services, settings);
+  // What the method did not name itself.
+  const std::vector<frame::StepSample>& samples = timer_.samples();
+  const double named = std::accumulate(
+      samples.begin() + static_cast<std::ptrdiff_t>(before), samples.end(), 0.0,
+      [](double sum, const frame::StepSample& sample) { return sum + sample.seconds; });
+  timer_.add("prepare", std::max(0.0, secondsSince(start) - named));
+  if (needs_.gl) stage_.context()->check("prepare");
+
+  std::vector<frame::StepSample> all = stage_.startup();
+  const std::vector<frame::StepSample> own = timer_.take();
+  all.insert(all.end(), own.begin(), own.end());
+  return all;
+}
+
+RenderedFrame MethodSource::render(const scene::PathFrame& frame, bool firstOfSequence) {
+  timer_.take();  // of a frame that failed
+  timer_.beginFrame(frame.number);
+  methods::FrameInput input;
+  input.frame = frame;
+  input.firstOfSequence = firstOfSequence;
+  input.changedObjects = stage_.moveTo(frame.timeSeconds, &timer_);
+
+  const bool rebuilds =
+      needs_.bvh == trace::BvhPolicy::RebuildLow || needs_.bvh == trace::BvhPolicy::RebuildMedium;
+  if (trace_ && (rebuilds || !input.changedObjects.empty()))
+    timer_.measure("bvh", [&] { trace_->update(input.changedObjects); });
+
+  RenderedFrame rendered;
+  if (needs_.gbuffer) {
+    const raster::DrawStatistics drawn = timer_.measure("gbuffer", [&] {
+      return stage_.raster()->drawGBuffer(*gbuffer_, frame.camera, stage_.lighting());
+    });
+    rendered.counters["gbuffer_triangles"] = drawn.triangles;
+    rendered.counters["gbuffer_culled_triangles"] = drawn.culledTriangles;
+  }
+  methods::Services services{stage_.scene(),
+                             stage_.geometry(),
+                             stage_.lighting(),
+                             stage_.raster(),
+                             gbuffer_ ? &*gbuffer_ : nullptr,
+                             trace_.get(),
+                             timer_};
+  methods::FrameOutput output;
+  method_.render(input, services, output);
+  for (const auto& [name, count] : output.counters) rendered.counters[name] += count;
+
+  if (output.image) {
+    rendered.image = std::move(*output.image);
+  } else if (needs_.gbuffer) {
+    rendered.image = readFrame(frame.camera);
+  } else {
+    throw Error(ExitCode::Internal, "the method has made no image");
+  }
+  if (needs_.gl) stage_.context()->check("frame");
+  rendered.samples = timer_.take();
+  return rendered;
+}
+
+image::Image MethodSource::readFrame(const scene::Camera& camera) {
+  const methods::RunSettings& settings = stage_.run().image;
+  timer_.measure("composite", [&] {
+    stage_.raster()->composite(*gbuffer_, camera, {settings.fresnelSchlick}, composite_);
+  });
+  image::Image image;
+  image.width = settings.width;
+  image.height = settings.height;
+  image.channels = {"R", "G", "B", "A"};
+  timer_.measure("readback", [&] { image.data = raster::readRgba(composite_); });
+  if (settings.layers.empty() && !settings.masks) return image;
+
+  timer_.measure("layers", [&] {
+    SampleLayers layers;
+    if (asksFor(settings, "Z")) layers.depth = raster::readDepth(gbuffer_->depth);
+    if (asksFor(settings, "N")) layers.normal = raster::readRgba(gbuffer_->normal);
+    if (asksFor(settings, "reflection")) layers.reflection = raster::readRgba(gbuffer_->reflection);
+    layers.wantDiffuse = asksFor(settings, "diffuse");
+    layers.wantSpecular = asksFor(settings, "s");
+    if (layers.wantDiffuse || layers.wantSpecular)
+      layers.diffuse = raster::readRgba(gbuffer_->diffuse);
+    if (asksFor(settings, "id")) layers.object = raster::readIds(gbuffer_->object);
+    if (settings.masks) layers.masks = raster::readMasks(gbuffer_->masks);
+    addLayers(image, layers, settings.samples, camera.nearMetres);
+  });
+  return image;
+}
+
+std::map<std::string, std::string> MethodSource::context() const {
+  if (!needs_.gl) return {{"renderer", "CPU"}};
+  const gl::DeviceInfo& info = stage_.context()->info();
+  return {{"renderer", info.renderer},
+          {"device", info.device},
+          {"platform", info.platformVersion},
+          {"vendor", info.vendor},
+          {"gl_version", info.version},
+          {"glsl_version", info.glslVersion},
+          {"timer", info.timer == gl::TimerKind::TimerQuery ? "timer queries" : "glFinish"}};
+}
+
+Encoder makeEncoder(const RunConfig& run, const MethodConfig& method) {
+  return [run, method](RenderedFrame& frame, const scene::PathFrame& path) {
+    std::vector<EncodedFile> files;
+    const image::Image& picture = frame.image;
+
+    std::int64_t start = nowNs();
+    image::ExrOptions options;
+    options.compression = run.compression;
+    options.halfBeauty = run.halfBeauty;
+    options.text = {{"software", "catoptric"},
+                    {"catoptric.scene", run.scene.filename().string()},
+                    {"catoptric.method", method.id},
+                    {"catoptric.options", method.effective}};
+    options.numbers = {{"catoptric.frame", static_cast<float>(path.number)},
+                       {"catoptric.time", static_cast<float>(path.timeSeconds)},
+                       {"catoptric.verticalFovDegrees", degrees(path.camera.verticalFovRad)}};
+    options.matrices["worldToCamera"] =
+        image::exrWorldToCamera(scene::cameraFromWorld(path.camera));
+    image::ExrStatistics statistics;
+    EncodedFile exr;
+    exr.path = framePath("frames", path.number, ".exr");
+    exr.step = "encode";
+    exr.bytes = image::encodeExr(picture, options, &statistics);
+    exr.seconds = secondsSince(start);
+    frame.counters["clamped_half"] = statistics.clampedHalf;
+    files.push_back(std::move(exr));
+
+    if (run.preview.enabled) {
+      start = nowNs();
+      EncodedFile preview;
+      preview.path = framePath("previews", path.number, ".png");
+      preview.step = "preview";
+      preview.bytes = image::encodePng(picture.width, picture.height, 3,
+                                       image::displayRgb8(picture, run.preview.exposureStops));
+      preview.seconds = secondsSince(start);
+      files.push_back(std::move(preview));
+    }
+    return files;
+  };
+}
+
+}  // namespace catoptric::run

@@ -1,0 +1,52 @@
+// The frames of one real method: G-buffer, the method's passes, composite, readback.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "methods/method.h"
+#include "run/sequence.h"
+#include "run/stage.h"
+
+namespace catoptric::run {
+
+class MethodSource : public FrameSource {
+ public:
+  /// `stage` must outlive this; several sources may use it one after the other.
+  MethodSource(Stage& stage, methods::Method& method, const methods::MethodPlan& needs);
+  ~MethodSource() override;
+
+  std::vector<frame::StepSample> prepare() override;
+  RenderedFrame render(const scene::PathFrame& frame, bool firstOfSequence) override;
+  std::map<std::string, std::string> context() const override;
+
+ private:
+  image::Image readFrame(const scene::Camera& camera);
+
+  Stage& stage_;
+  methods::Method& method_;
+  methods::MethodPlan needs_;
+  frame::StepTimer timer_;
+  std::unique_ptr<trace::TraceScene> trace_;
+  std::optional<raster::GBuffer> gbuffer_;
+  gl::Texture composite_;
+  std::vector<int> changedSinceLastFrame_;
+};
+
+/// Encodes frames of `run` as EXR and preview, for runSequence().
+Encoder makeEncoder(const RunConfig& run, const MethodConfig& method);
+
+/// Adds layers of a G-buffer's samples to `image`; `samples` per axis. Pure, for tests.
+struct SampleLayers {
+  std::vector<float> diffuse;         ///< rgb and s
+  bool wantDiffuse = true;            ///< layer diffuse, from `diffuse`
+  bool wantSpecular = false;          ///< layer s, likewise
+  std::vector<float> normal;          ///< xyz and g
+  std::vector<float> reflection;      ///< rgb
+  std::vector<float> depth;           ///< reversed-Z
+  std::vector<std::uint32_t> object;  ///< ids
+  std::vector<std::uint8_t> masks;
+};
+void addLayers(image::Image& image, const SampleLayers& layers, int samples, float nearMetres);
+
+}  // namespace catoptric::run

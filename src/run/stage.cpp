@@ -1,0 +1,71 @@
+#include "run/stage.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/log.h"
+#include "gl/device.h"
+#include "scene/animate.h"
+#include "scene/loader.h"
+#include "trace/bake.h"
+
+namespace catoptric::run {
+
+Stage::Stage(const RunConfig& run) : run_(run) {
+  gl::parseDevice(run_.device);  // a wrong name is noticed before anything is loaded
+  scene_ = timer_.measure("scene", [&] { return scene::loadScene(run_.scene); });
+  timer_.measure("path", [&] {
+    path_ = run_.path.empty() ? scene::defaultPath(scene_) : scene::loadPath(run_.path, scene_);
+  });
+  if (run_.frames.empty()) {
+    for (int number = 1; number <= path_->count(); ++number) frames_.push_back(number);
+  } else {
+    frames_ = scene::parseFrames(run_.frames, path_->count());
+  }
+  const std::vector<bool> moving = scene::movingObjects(scene_);
+  moving_ = scene_.animated() && (std::find(moving.begin(), moving.end(), true) != moving.end() ||
+                                  !scene_.lights.empty());
+}
+
+void Stage::buildGeometry() {
+  if (geometryBuilt_) return;
+  geometryBuilt_ = true;
+  // Light is baked at time 0, whatever frames are asked for: chunks must agree.
+  const scene::Pose pose = scene::poseAt(scene_, 0.0);
+  geometry_ = timer_.measure("geometry", [&] { return frame::makeGeometry(scene_, pose); });
+  environment_ = timer_.measure("environment", [&] {
+    return std::make_shared<const frame::EnvironmentLight>(scene_.environment);
+  });
+  if (scene_.bake.mode != scene::BakeMode::None) {
+    const trace::BakeReport report = timer_.measure("bake", [&] {
+      return trace::bakeVertices(scene_, geometry_, *environment_, cacheFolder());
+    });
+    log::debug(report.fromCache ? "baked light comes from the cache"
+                                : "light was baked with " + std::to_string(report.rays) + " rays");
+  }
+  lighting_ = frame::makeLighting(scene_, pose, environment_);
+}
+
+void Stage::buildRaster() {
+  if (raster_) return;
+  context_.emplace(
+      timer_.measure("context", [&] { return gl::Context(gl::parseDevice(run_.device)); }));
+  timer_.setFinish([this] { context_->finish("start-up"); });
+  raster_ = timer_.measure(
+      "programs", [&] { return std::make_unique<raster::SceneRaster>(scene_, geometry_); });
+}
+
+std::vector<int> Stage::moveTo(double timeSeconds, frame::StepTimer* timer) {
+  if (!moving_) return {};
+  const auto move = [&] {
+    const scene::Pose pose = scene::poseAt(scene_, timeSeconds);
+    std::vector<int> changed = frame::updateGeometry(geometry_, scene_, pose);
+    lighting_ = frame::makeLighting(scene_, pose, environment_);
+    if (raster_ && !changed.empty()) raster_->update(geometry_, changed);
+    return changed;
+  };
+  return timer != nullptr ? timer->measure("geometry", move) : move();
+}
+
+}  // namespace catoptric::run
