@@ -454,8 +454,9 @@ Value relocated(const Value& value, const std::string& file, const std::string& 
 
 }  // namespace
 
-Value withSetting(const Value& root, const std::string& dottedPath, const std::string& valueText) {
-  const Place setting{"--set " + dottedPath + "=" + valueText, 0, ""};
+Value withSetting(const Value& root, const std::string& dottedPath, const std::string& valueText,
+                  const std::string& origin) {
+  const Place setting{origin.empty() ? "--set " + dottedPath + "=" + valueText : origin, 0, ""};
   std::vector<std::string> path;
   std::string pointer;
   for (std::size_t start = 0; start <= dottedPath.size();) {

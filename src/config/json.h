@@ -67,7 +67,9 @@ Value parseText(const std::string& text, const std::string& name);
 
 /// A copy of `root` with the value at dotted path "a.b" (array members by number: "methods.0.bvh")
 /// replaced or added; `valueText` is parsed as JSON, and taken as a string when that fails.
-Value withSetting(const Value& root, const std::string& dottedPath, const std::string& valueText);
+/// `origin` stands for the file in messages; empty: "--set path=value".
+Value withSetting(const Value& root, const std::string& dottedPath, const std::string& valueText,
+                  const std::string& origin = "");
 
 // ---- Schemas: one table gives parsing, ranges, defaults, help, JSON Schema and docs ----
 

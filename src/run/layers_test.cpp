@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "raster/gbuffer.h"
-#include "run/method_source.h"
+#include "run/layers.h"
 
 namespace catoptric::run {
 namespace {

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "methods/method.h"
+#include "run/layers.h"
 #include "run/sequence.h"
 #include "run/stage.h"
 
@@ -35,18 +36,5 @@ class MethodSource : public FrameSource {
 
 /// Encodes frames of `run` as EXR and preview, for runSequence().
 Encoder makeEncoder(const RunConfig& run, const MethodConfig& method);
-
-/// Adds layers of a G-buffer's samples to `image`; `samples` per axis. Pure, for tests.
-struct SampleLayers {
-  std::vector<float> diffuse;         ///< rgb and s
-  bool wantDiffuse = true;            ///< layer diffuse, from `diffuse`
-  bool wantSpecular = false;          ///< layer s, likewise
-  std::vector<float> normal;          ///< xyz and g
-  std::vector<float> reflection;      ///< rgb
-  std::vector<float> depth;           ///< reversed-Z
-  std::vector<std::uint32_t> object;  ///< ids
-  std::vector<std::uint8_t> masks;
-};
-void addLayers(image::Image& image, const SampleLayers& layers, int samples, float nearMetres);
 
 }  // namespace catoptric::run

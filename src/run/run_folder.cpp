@@ -28,9 +28,9 @@ using config::Value;
 
 constexpr const char* kLockName = ".lock";
 /// What a run writes, and an overwriting run therefore may remove.
-constexpr std::array kRunFiles = {
-    "frames.jsonl", "timings.csv", "summary.json", "clusters.csv",      "table.md",
-    "table.csv",    "errors.md",   "errors.csv",   "contact_sheet.png", "failed.txt"};
+constexpr std::array kRunFiles = {"frames.jsonl", "timings.csv", "summary.json",
+                                  "clusters.csv", "table.md",    "table.csv",
+                                  "errors.md",    "errors.csv",  "contact_sheet.png"};
 constexpr std::array kFrameFolders = {"frames", "previews"};
 
 std::string fingerprintOf(std::span<const std::byte> bytes) {

@@ -1,0 +1,26 @@
+// Layers of a frame from the samples of its G-buffer.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "image/image.h"
+
+namespace catoptric::run {
+
+/// Samples of a G-buffer, row 0 on top; what is empty gives no layer.
+struct SampleLayers {
+  std::vector<float> diffuse;         ///< rgb and s
+  bool wantDiffuse = true;            ///< layer diffuse, from `diffuse`
+  bool wantSpecular = false;          ///< layer s, likewise
+  std::vector<float> normal;          ///< xyz and g
+  std::vector<float> reflection;      ///< rgb
+  std::vector<float> depth;           ///< reversed-Z
+  std::vector<std::uint32_t> object;  ///< ids
+  std::vector<std::uint8_t> masks;
+};
+/// Adds layers to `image`: Z, N and id of each pixel's middle sample, means of the others; Z is the
+/// distance along -z in metres, 0 where there is nothing. `samples` per axis.
+void addLayers(image::Image& image, const SampleLayers& layers, int samples, float nearMetres);
+
+}  // namespace catoptric::run
