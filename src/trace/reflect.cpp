@@ -216,8 +216,7 @@ Vec3 lobeDirection(const ReflectionPoint& point, int index, int count, bool& bel
   if (point.glossiness > scene::kMirrorGlossiness) {
     // Invert the lobe's distribution: cos(alpha) = (1 - u)^(1 / (n + 1)).
     const float n = scene::phongExponentFromGlossiness(point.glossiness);
-    const float u =
-        wrapUnit((static_cast<float>(index) + 0.5f) / static_cast<float>(count) + point.shift.x);
+    const float u = (static_cast<float>(index) + point.shift.x) / static_cast<float>(count);
     const float v = wrapUnit(radicalInverse2(static_cast<std::uint32_t>(index)) + point.shift.y);
     const float cosine = std::pow(std::max(1.0f - u, 1e-7f), 1.0f / (n + 1.0f));
     const float sine = std::sqrt(std::max(0.0f, 1.0f - cosine * cosine));

@@ -18,7 +18,8 @@ struct ReflectionPoint {
   Vec3 direction{0.0f, -1.0f, 0.0f};  ///< from the viewer to the point, unit length
   float glossiness = 0.0f;            ///< g
   float distance = 0.0f;              ///< metres from the eye to here along the path
-  Vec2 shift{0.0f};                   ///< of the lobe's low-discrepancy points, 0..1
+  /// Of the lobe's low-discrepancy points, 0..1 each: x in steps between two points, y in turns.
+  Vec2 shift{0.5f, 0.0f};
 };
 
 struct ReflectionOptions {

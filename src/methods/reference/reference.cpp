@@ -1,0 +1,321 @@
+#include "methods/reference/reference.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <memory>
+#include <string>
+
+#include "core/parallel.h"
+#include "trace/reflect.h"
+
+namespace catoptric::methods {
+namespace {
+
+constexpr int kTile = 16;  ///< pixels; ours
+
+const config::Schema& optionsSchema() {
+  static const config::Schema schema = [] {
+    config::Schema s;
+    s.name = "reference";
+    s.help = "Options of the method reference.";
+    const auto integer = [&](const char* name, const char* help, const char* value, double most) {
+      config::Field field;
+      field.name = name;
+      field.type = config::FieldType::Integer;
+      field.help = help;
+      field.defaultText = value;
+      field.minimum = 1;
+      field.maximum = most;
+      s.fields.push_back(field);
+    };
+    integer("samples", "primary rays per axis and pixel, on a regular grid", "4", 64);
+    integer("rays", "rays per sample on surfaces with g above 0.05; mirrors take one", "16", 256);
+    integer("bounces",
+            "reflections along a path; after the last a surface shows its diffuse component", "1",
+            16);
+    return s;
+  }();
+  return schema;
+}
+
+/// A well mixed number of 32 bits [Jarzynski2020, pcg].
+std::uint32_t mixed(std::uint32_t v) {
+  const std::uint32_t state = v * 747796405u + 2891336453u;
+  const std::uint32_t word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+  return (word >> 22u) ^ word;
+}
+
+float unitOf(std::uint32_t bits) {
+  return static_cast<float>(bits >> 8) * (1.0f / 16777216.0f);
+}
+
+/// One primary sample.
+struct Sample {
+  Vec3 diffuse{0.0f};
+  Vec3 reflection{0.0f};
+  Vec3 color{0.0f};
+  Vec3 normal{0.0f};
+  float specularLevel = 0.0f;
+  float z = 0.0f;  ///< along the camera's -z; 0: nothing
+  int object = 0;  ///< id
+  std::uint8_t flags = 0;
+};
+
+/// Buffers of one tile, reused by the tiles of a task.
+struct Tile {
+  std::vector<trace::Ray> rays;
+  std::vector<trace::Hit> hits;
+  std::vector<Sample> samples;
+  std::vector<trace::ReflectionPoint> points;
+  std::vector<std::size_t> sampleOfPoint;
+  std::vector<Vec3> radiance;
+  std::vector<std::uint8_t> flags;
+};
+
+class Reference : public Method {
+ public:
+  explicit Reference(const config::Value& options) {
+    const config::Schema& schema = optionsSchema();
+    const auto integer = [&](const char* name) {
+      return static_cast<int>(config::valueOr(options, schema, name).asInteger());
+    };
+    samples_ = integer("samples");
+    reflection_.rays = integer("rays");
+    reflection_.bounces = integer("bounces");
+  }
+
+  MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
+    MethodPlan plan;
+    plan.trace = true;
+    plan.items = {
+        {"pass", "trace",
+         std::to_string(samples_ * samples_) + " primary rays a pixel and the reflections of " +
+             std::to_string(scene.reflectorCount()) + " reflective objects",
+         0},
+        {"resource", "frame", "the image and its layers",
+         static_cast<std::uint64_t>(settings.width) * settings.height * channels(settings).size() *
+             sizeof(float)},
+    };
+    return plan;
+  }
+
+  void prepare(Services&, const RunSettings& settings) override {
+    settings_ = settings;
+    reflection_.fresnelSchlick = settings.fresnelSchlick;
+  }
+
+  void render(const FrameInput& input, Services& services, FrameOutput& output) override {
+    image::Image image;
+    image.width = settings_.width;
+    image.height = settings_.height;
+    image.channels = channels(settings_);
+    image.data.assign(image.pixelCount() * image.channels.size(), 0.0f);
+
+    const int tilesX = (image.width + kTile - 1) / kTile;
+    const int tilesY = (image.height + kTile - 1) / kTile;
+    std::atomic<std::uint64_t> primary{0};
+    std::atomic<std::uint64_t> rays{0};
+    std::atomic<std::uint64_t> misses{0};
+    std::atomic<std::uint64_t> refused{0};
+    std::atomic<std::uint64_t> belowHorizon{0};
+    services.timer.measure("trace", [&] {
+      parallelFor(static_cast<std::size_t>(tilesX) * static_cast<std::size_t>(tilesY), 1,
+                  [&](std::size_t begin, std::size_t end) {
+                    Tile tile;
+                    for (std::size_t t = begin; t < end; ++t) {
+                      const int x0 = static_cast<int>(t) % tilesX * kTile;
+                      const int y0 = static_cast<int>(t) / tilesX * kTile;
+                      const trace::ReflectionCounts counts =
+                          renderTile(input, services, x0, y0, tile, image);
+                      primary += tile.rays.size();
+                      rays += counts.rays;
+                      misses += counts.misses;
+                      refused += counts.refused;
+                      belowHorizon += counts.belowHorizon;
+                    }
+                  });
+    });
+    output.counters["primary_rays"] = primary;
+    output.counters["rays"] = rays;
+    output.counters["misses"] = misses;
+    output.counters["refused"] = refused;
+    output.counters["below_horizon"] = belowHorizon;
+    output.image = std::move(image);
+  }
+
+ private:
+  static bool asks(const RunSettings& settings, const char* layer) {
+    return std::find(settings.layers.begin(), settings.layers.end(), layer) !=
+           settings.layers.end();
+  }
+
+  /// In the order of the rasterizing methods' layers (run/method_source.cpp).
+  static std::vector<std::string> channels(const RunSettings& settings) {
+    std::vector<std::string> names = {"R", "G", "B", "A"};
+    const auto add = [&](std::initializer_list<const char*> more) {
+      names.insert(names.end(), more.begin(), more.end());
+    };
+    if (asks(settings, "Z")) add({"Z"});
+    if (asks(settings, "N")) add({"N.X", "N.Y", "N.Z"});
+    if (asks(settings, "reflection")) add({"reflection.R", "reflection.G", "reflection.B"});
+    if (asks(settings, "diffuse")) add({"diffuse.R", "diffuse.G", "diffuse.B"});
+    if (asks(settings, "s")) add({"s"});
+    if (asks(settings, "id")) add({"id.object"});
+    if (settings.masks) add({"mask.environment", "mask.below_horizon", "mask.reflective"});
+    return names;
+  }
+
+  trace::ReflectionCounts renderTile(const FrameInput& input, Services& services, int x0, int y0,
+                                     Tile& tile, image::Image& image) const {
+    const scene::Camera& camera = input.frame.camera;
+    const trace::TraceScene& trace = *services.trace;
+    const int x1 = std::min(image.width, x0 + kTile);
+    const int y1 = std::min(image.height, y0 + kTile);
+    const int perPixel = samples_ * samples_;
+    const Vec3 eye = camera.eye();
+    const Vec3 forward = camera.forward();
+
+    // Primary rays, pixel by pixel.
+    tile.rays.clear();
+    for (int y = y0; y < y1; ++y) {
+      for (int x = x0; x < x1; ++x) {
+        for (int k = 0; k < perPixel; ++k) {
+          const float px = static_cast<float>(x) +
+                           (static_cast<float>(k % samples_) + 0.5f) / static_cast<float>(samples_);
+          const float py = static_cast<float>(y) +
+                           (static_cast<float>(k / samples_) + 0.5f) / static_cast<float>(samples_);
+          trace::Ray ray;
+          ray.origin = eye;
+          ray.direction = scene::rayDirection(camera, image.width, image.height, px, py);
+          ray.near = camera.nearMetres / glm::dot(ray.direction, forward);
+          tile.rays.push_back(ray);
+        }
+      }
+    }
+    tile.hits.resize(tile.rays.size());
+    const trace::TraceCounts primary = trace.intersectSerial(tile.rays, tile.hits, true);
+
+    // Shade what they hit; note what reflects. Ray cones are those of the rasterizing methods.
+    const float spread = scene::pixelSpreadRad(camera, image.height * settings_.samples);
+    tile.samples.assign(tile.rays.size(), Sample{});
+    tile.points.clear();
+    tile.sampleOfPoint.clear();
+    for (std::size_t i = 0; i < tile.rays.size(); ++i) {
+      const trace::Hit& hit = tile.hits[i];
+      const Vec3 direction = tile.rays[i].direction;
+      Sample& sample = tile.samples[i];
+      if (hit.miss()) {
+        sample.diffuse = services.lighting.environment->radiance(direction);
+        sample.color = sample.diffuse;
+        continue;
+      }
+      const Vec3 position = eye + hit.distance * direction;
+      const frame::SurfacePoint surface = frame::shadeSurface(
+          services.scene, services.geometry, services.lighting, hit.object, hit.primitive, hit.u,
+          hit.v, position, direction, spread * hit.distance);
+      sample.diffuse = surface.diffuse;
+      sample.color = surface.diffuse;
+      sample.normal = surface.normal;
+      sample.specularLevel = surface.specularLevel;
+      sample.z = hit.distance * glm::dot(direction, forward);
+      sample.object = surface.object;
+      if (!(surface.specularLevel > 0.0f)) continue;
+      trace::ReflectionPoint point{position, surface.normal, direction, surface.glossiness,
+                                   hit.distance};
+      const auto cell = static_cast<float>(i % static_cast<std::size_t>(perPixel));
+      const std::size_t pixelInTile = i / static_cast<std::size_t>(perPixel);
+      const auto width = static_cast<std::size_t>(x1 - x0);
+      const auto x =
+          static_cast<std::uint32_t>(x0) + static_cast<std::uint32_t>(pixelInTile % width);
+      const auto y =
+          static_cast<std::uint32_t>(y0) + static_cast<std::uint32_t>(pixelInTile / width);
+      const std::uint32_t noise =
+          mixed(x ^ mixed(y ^ mixed(static_cast<std::uint32_t>(settings_.seed))));
+      // A pixel's lobes interleave; pixels are shifted against each other.
+      point.shift = Vec2(glm::fract((cell + 0.5f) / static_cast<float>(perPixel) + unitOf(noise)),
+                         glm::fract(cell * 0.6180340f + unitOf(mixed(noise))));
+      tile.points.push_back(point);
+      tile.sampleOfPoint.push_back(i);
+    }
+
+    // What they reflect.
+    tile.radiance.assign(tile.points.size(), Vec3(0.0f));
+    tile.flags.assign(tile.points.size(), 0);
+    trace::ReflectionCounts counts =
+        trace::reflectedRadiance(trace, services.lighting, spread, tile.points, reflection_, false,
+                                 tile.radiance, tile.flags);
+    counts.refused += primary.refused;
+    for (std::size_t k = 0; k < tile.points.size(); ++k) {
+      Sample& sample = tile.samples[tile.sampleOfPoint[k]];
+      const scene::Material& material =
+          services.scene.materials[services.scene.objects[sample.object - 1].material];
+      const float s = trace::reflectionWeight(sample.specularLevel, tile.points[k].direction,
+                                              sample.normal, settings_.fresnelSchlick);
+      sample.reflection = tile.radiance[k];
+      sample.color = (1.0f - s) * sample.diffuse + s * material.reflectionTint * sample.reflection;
+      sample.flags = tile.flags[k];
+    }
+
+    std::size_t first = 0;
+    for (int y = y0; y < y1; ++y) {
+      for (int x = x0; x < x1; ++x) {
+        writePixel(
+            std::span(tile.samples).subspan(first, static_cast<std::size_t>(perPixel)),
+            &image.data[(static_cast<std::size_t>(y) * image.width + x) * image.channels.size()]);
+        first += static_cast<std::size_t>(perPixel);
+      }
+    }
+    return counts;
+  }
+
+  /// Means over the samples; Z, N and id of the middle one.
+  void writePixel(std::span<const Sample> samples, float* out) const {
+    const float share = 1.0f / static_cast<float>(samples.size());
+    const auto mean = [&](auto&& value) {
+      float sum = 0.0f;
+      for (const Sample& sample : samples) sum += value(sample);
+      *out++ = sum * share;
+    };
+    const auto meanRgb = [&](Vec3 Sample::*member) {
+      for (int c = 0; c < 3; ++c) mean([&](const Sample& s) { return (s.*member)[c]; });
+    };
+    const Sample& middle =
+        samples[static_cast<std::size_t>(samples_ / 2 * samples_ + samples_ / 2)];
+    meanRgb(&Sample::color);
+    mean([](const Sample& s) { return s.object != 0 ? 1.0f : 0.0f; });
+    if (asks(settings_, "Z")) *out++ = middle.z;
+    if (asks(settings_, "N")) {
+      for (int c = 0; c < 3; ++c) *out++ = middle.normal[c];
+    }
+    if (asks(settings_, "reflection")) meanRgb(&Sample::reflection);
+    if (asks(settings_, "diffuse")) meanRgb(&Sample::diffuse);
+    if (asks(settings_, "s")) mean([](const Sample& s) { return s.specularLevel; });
+    if (asks(settings_, "id")) *out++ = static_cast<float>(middle.object);
+    if (settings_.masks) {
+      mean([](const Sample& s) { return (s.flags & 1) != 0 ? 1.0f : 0.0f; });
+      mean([](const Sample& s) { return (s.flags & 2) != 0 ? 1.0f : 0.0f; });
+      mean([](const Sample& s) { return s.specularLevel > 0.0f ? 1.0f : 0.0f; });
+    }
+  }
+
+  int samples_ = 4;
+  trace::ReflectionOptions reflection_;
+  RunSettings settings_;
+};
+
+}  // namespace
+
+const MethodEntry& referenceEntry() {
+  static const MethodEntry entry{"reference",
+                                 "everything by Embree, converged: the ground truth for errors",
+                                 "",
+                                 {"bvh", "trace"},
+                                 optionsSchema(),
+                                 [](const config::Value& options) -> std::unique_ptr<Method> {
+                                   return std::make_unique<Reference>(options);
+                                 }};
+  return entry;
+}
+
+}  // namespace catoptric::methods

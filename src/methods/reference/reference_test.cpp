@@ -1,0 +1,274 @@
+#include "methods/reference/reference.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "core/parallel.h"
+#include "frame/test_scenes.h"
+#include "methods/test_harness.h"
+
+namespace catoptric::methods {
+namespace {
+
+using test::Moment;
+using test::rotation;
+using test::SceneBuilder;
+using test::translation;
+
+RunSettings frameOf(int width, int height) {
+  RunSettings settings;
+  settings.width = width;
+  settings.height = height;
+  return settings;
+}
+
+image::Image render(const scene::Scene& scene, const scene::Camera& camera,
+                    const RunSettings& settings, const std::string& options,
+                    Counters* counters = nullptr) {
+  const Moment moment(scene);
+  FrameOutput output = test::renderOnCpu(referenceEntry(), options, moment, camera, settings);
+  if (counters != nullptr) *counters = output.counters;
+  return std::move(output.image.value());
+}
+
+Vec3 rgb(const image::Image& image, int x, int y) {
+  return {image.at(x, y, 0), image.at(x, y, 1), image.at(x, y, 2)};
+}
+
+TEST(Reference, WhiteFurnaceIsOneEverywhere) {
+  // Albedo 1 in light of radiance 1 from everywhere: nothing can be seen, for any s and g.
+  for (float s : {0.0f, 0.3f, 0.7f, 1.0f}) {
+    for (float g : {0.0f, 0.3f, 0.6f, 1.0f}) {
+      for (int bounces : {1, 3}) {
+        SceneBuilder builder;
+        builder.constantEnvironment(Vec3(1.0f));
+        builder.add(scene::makeIcosphere(1.0f, 4, scene::UvMode::Unit),
+                    builder.reflective(s, g, Vec3(1.0f)));
+        Counters counters;
+        const image::Image image =
+            render(builder.scene(), scene::lookAt({0.0f, 0.5f, 3.0f}, {}, {0.0f, 1.0f, 0.0f}, 0.8f),
+                   frameOf(32, 32), R"({"samples": 2, "bounces": )" + std::to_string(bounces) + "}",
+                   &counters);
+        for (int y = 0; y < 32; ++y) {
+          for (int x = 0; x < 32; ++x) {
+            const Vec3 c = rgb(image, x, y);
+            ASSERT_NEAR(c.x, 1.0f, 1e-4f) << s << " " << g << " at " << x << ", " << y;
+            ASSERT_NEAR(c.z, 1.0f, 1e-4f);
+          }
+        }
+        EXPECT_EQ(counters["refused"], 0u);
+        if (s > 0.0f && g == 1.0f) {
+          EXPECT_GT(counters["below_horizon"], 0u);
+        }
+      }
+    }
+  }
+}
+
+TEST(Reference, LitSphereHasLambertsRadiance) {
+  // Directional light of irradiance E along the view: L = rho / pi E cos, cos from the picture.
+  SceneBuilder builder;
+  builder.add(scene::makeIcosphere(1.0f, 6, scene::UvMode::Unit), builder.diffuse(Vec3(0.6f)));
+  scene::Light light;
+  light.type = scene::LightType::Directional;
+  light.direction = {0.0f, 0.0f, -1.0f};
+  light.intensity = Vec3(2.0f);
+  builder.scene().lights.push_back(light);
+  const float distance = 4.0f;
+  const scene::Camera camera = scene::lookAt({0.0f, 0.0f, distance}, {}, {0.0f, 1.0f, 0.0f}, 0.6f);
+  const image::Image image = render(builder.scene(), camera, frameOf(65, 65), R"({"samples": 1})");
+  int seen = 0;
+  for (int y = 0; y < 65; ++y) {
+    for (int x = 0; x < 65; ++x) {
+      const Vec3 d = scene::rayDirection(camera, 65, 65, static_cast<float>(x) + 0.5f,
+                                         static_cast<float>(y) + 0.5f);
+      const float b = distance * d.z;
+      const float root = b * b - distance * distance + 1.0f;
+      if (root < 0.01f) continue;  // silhouette and outside
+      const Vec3 normal = Vec3(0.0f, 0.0f, distance) + (-b - std::sqrt(root)) * d;
+      EXPECT_NEAR(rgb(image, x, y).y, 0.6f / kPi * 2.0f * normal.z, 2e-3f);
+      EXPECT_EQ(image.at(x, y, 3), 1.0f);
+      ++seen;
+    }
+  }
+  EXPECT_GT(seen, 800);
+}
+
+TEST(Reference, PointLitPlaneHasItsClosedForm) {
+  SceneBuilder builder;
+  builder.add(scene::makePlane({10.0f, 10.0f}, {1, 1}, scene::UvMode::Unit),
+              builder.diffuse(Vec3(0.5f, 0.25f, 1.0f)));
+  scene::Light light;
+  light.position = {0.5f, 1.5f, -0.25f};
+  light.intensity = Vec3(3.0f);
+  builder.scene().lights.push_back(light);
+  const scene::Camera camera =
+      scene::lookAt({0.0f, 2.0f, 3.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, 0.7f);
+  const image::Image image = render(builder.scene(), camera, frameOf(40, 30), R"({"samples": 1})");
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      const Vec3 d = scene::rayDirection(camera, 40, 30, static_cast<float>(x) + 0.5f,
+                                         static_cast<float>(y) + 0.5f);
+      const Vec3 p = Vec3(0.0f, 2.0f, 3.0f) - (2.0f / d.y) * d;
+      const Vec3 to = light.position - p;
+      const float r = glm::length(to);
+      const float e = 3.0f * (to.y / r) / (r * r);
+      EXPECT_NEAR(rgb(image, x, y).x, 0.5f / kPi * e, 1e-5f);
+      EXPECT_NEAR(rgb(image, x, y).z, 1.0f / kPi * e, 1e-5f);
+    }
+  }
+}
+
+/// Things of several colours in front of the plane z = 0.
+void addThings(SceneBuilder& builder) {
+  builder.add(scene::makeSphere(0.5f, 48, 24, scene::UvMode::Unit),
+              builder.diffuse(Vec3(0.8f, 0.2f, 0.1f)), translation({-0.6f, 0.1f, 1.0f}));
+  scene::BoxShape box;
+  box.size = Vec3(0.6f, 0.8f, 0.5f);
+  builder.add(scene::makeBox(box, scene::UvMode::Unit), builder.diffuse(Vec3(0.1f, 0.5f, 0.9f)),
+              translation({0.7f, -0.2f, 1.3f}) * rotation(25.0f, {0.2f, 1.0f, 0.0f}));
+  scene::Environment& environment = builder.scene().environment;
+  environment.type = scene::EnvironmentType::Gradient;
+  environment.color = Vec3(0.3f, 0.5f, 1.0f);
+  environment.horizon = Vec3(1.0f);
+  environment.ground = Vec3(0.2f, 0.15f, 0.1f);
+}
+
+TEST(Reference, PlaneMirrorShowsTheMirroredCamerasImage) {
+  // A perfect mirror in z = 0 that fills the view, against a camera behind it without the mirror.
+  SceneBuilder mirrored;
+  addThings(mirrored);
+  mirrored.add(scene::makePlane({100.0f, 100.0f}, {1, 1}, scene::UvMode::Unit),
+               mirrored.reflective(1.0f), rotation(90.0f, {1.0f, 0.0f, 0.0f}));
+  SceneBuilder plain;
+  addThings(plain);
+
+  // The camera looks at the mirror from above the things; behind the mirror the image is flipped.
+  const Vec3 eye(0.2f, 1.8f, 3.0f);
+  const Vec3 target(0.0f, -0.3f, 0.0f);
+  const Vec3 flip(1.0f, 1.0f, -1.0f);
+  const scene::Camera front = scene::lookAt(eye, target, {0.0f, 1.0f, 0.0f}, 0.5f);
+  const scene::Camera behind = scene::lookAt(eye * flip, target * flip, {0.0f, 1.0f, 0.0f}, 0.5f);
+  RunSettings settings = frameOf(64, 48);
+  settings.layers = {"reflection", "s"};
+  const image::Image inMirror = render(mirrored.scene(), front, settings, R"({"samples": 1})");
+  const image::Image direct = render(plain.scene(), behind, frameOf(64, 48), R"({"samples": 1})");
+  int compared = 0;
+  int different = 0;
+  for (int y = 0; y < 48; ++y) {
+    for (int x = 0; x < 64; ++x) {
+      if (inMirror.at(x, y, inMirror.channel("s")) != 1.0f) continue;  // a thing in front
+      ++compared;
+      const Vec3 a = rgb(inMirror, x, y);
+      const Vec3 b = rgb(direct, 63 - x, y);
+      different += glm::length(a - b) > 1e-3f ? 1 : 0;
+    }
+  }
+  EXPECT_GT(compared, 1500);
+  EXPECT_LE(different, compared / 500);  // silhouettes: rays that differ in their last bits
+}
+
+TEST(Reference, BouncesFormAGeometricSeriesBetweenMirrors) {
+  // Two parallel mirrors of s = 1/2 facing each other, each emitting 1: along the normal
+  // L_n = 1/2 + 1/2 L_(n-1), and the last surface shows its diffuse component, 1... so L = 1
+  // always; with tint 1/2: L_n = 1/2 + 1/4 L_(n-1).
+  SceneBuilder builder;
+  const int material = builder.reflective(0.5f, 0.0f, Vec3(0.0f), Vec3(0.5f));
+  builder.scene().materials[material].emissive = Vec3(1.0f);
+  builder.add(scene::makePlane({100.0f, 100.0f}, {1, 1}, scene::UvMode::Unit), material);
+  builder.add(scene::makePlane({100.0f, 100.0f}, {1, 1}, scene::UvMode::Unit), material,
+              translation({0.0f, 2.0f, 0.0f}) * rotation(180.0f, {1.0f, 0.0f, 0.0f}));
+  const scene::Camera camera =
+      scene::lookAt({0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 1.0f}, 0.2f);
+  for (int bounces : {1, 2, 5}) {
+    float expected = 1.0f;
+    for (int i = 0; i < bounces; ++i) expected = 0.5f + 0.25f * expected;
+    const image::Image image =
+        render(builder.scene(), camera, frameOf(8, 8),
+               R"({"samples": 1, "bounces": )" + std::to_string(bounces) + "}");
+    EXPECT_NEAR(rgb(image, 4, 4).x, expected, 1e-5f) << bounces;
+  }
+}
+
+TEST(Reference, GlossyLobeAveragesTheSkyByItsPower) {
+  // A glossy floor seen straight down, under a step sky? A gradient sky is linear in y: the Phong
+  // lobe about +y has mean cosine (n + 1) / (n + 2).
+  for (float g : {0.3f, 0.5f, 0.8f, 1.0f}) {
+    SceneBuilder builder;
+    scene::Environment& environment = builder.scene().environment;
+    environment.type = scene::EnvironmentType::Gradient;
+    environment.color = Vec3(1.0f);
+    environment.horizon = Vec3(0.0f);
+    environment.ground = Vec3(100.0f);
+    builder.add(scene::makePlane({10.0f, 10.0f}, {1, 1}, scene::UvMode::Unit),
+                builder.reflective(1.0f, g));
+    // Above the surface the camera itself casts nothing.
+    const scene::Camera camera =
+        scene::lookAt({0.0f, 3.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 1.0f}, 0.02f);
+    const image::Image image =
+        render(builder.scene(), camera, frameOf(9, 9), R"({"samples": 4, "rays": 64})");
+    const float n = scene::phongExponentFromGlossiness(g);
+    EXPECT_NEAR(rgb(image, 4, 4).x, (n + 1.0f) / (n + 2.0f), 3e-3f) << g;
+  }
+}
+
+TEST(Reference, SameBitsForAnyThreadCountAndTwice) {
+  SceneBuilder builder;
+  addThings(builder);
+  builder.add(scene::makePlane({100.0f, 100.0f}, {1, 1}, scene::UvMode::Unit),
+              builder.reflective(0.7f, 0.4f), rotation(90.0f, {1.0f, 0.0f, 0.0f}));
+  const scene::Camera camera = scene::lookAt({0.2f, 1.0f, 4.0f}, {}, {0.0f, 1.0f, 0.0f}, 0.6f);
+  RunSettings settings = frameOf(67, 41);
+  settings.masks = true;
+  settings.layers = {"Z", "N", "reflection", "diffuse", "s", "id"};
+  std::vector<image::Image> images;
+  for (int threads : {1, 2, 2}) {
+    setThreadCount(threads);
+    images.push_back(render(builder.scene(), camera, settings, R"({"samples": 3, "bounces": 2})"));
+  }
+  setThreadCount(0);
+  EXPECT_EQ(images[0].channels.size(), 4u + 1u + 3u + 3u + 3u + 1u + 1u + 3u);
+  for (const image::Image& image : images) {
+    ASSERT_EQ(image.data.size(), images[0].data.size());
+    EXPECT_EQ(
+        std::memcmp(image.data.data(), images[0].data.data(), image.data.size() * sizeof(float)),
+        0);
+    for (float value : image.data) ASSERT_TRUE(std::isfinite(value));
+  }
+}
+
+TEST(Reference, LayersHoldWhatTheyName) {
+  SceneBuilder builder;
+  builder.constantEnvironment(Vec3(2.0f));
+  builder.add(scene::makePlane({2.0f, 2.0f}, {1, 1}, scene::UvMode::Unit),
+              builder.reflective(0.25f, 0.0f, Vec3(0.5f), Vec3(0.5f)));
+  const scene::Camera camera =
+      scene::lookAt({0.0f, 3.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 1.0f}, 1.2f);
+  RunSettings settings = frameOf(33, 33);
+  settings.layers = {"Z", "N", "reflection", "diffuse", "s", "id"};
+  settings.masks = true;
+  const image::Image image = render(builder.scene(), camera, settings, R"({"samples": 2})");
+  const auto value = [&](int x, const char* name) {
+    const int c = image.channel(name);
+    EXPECT_GE(c, 0) << name;
+    return c >= 0 ? image.at(x, 16, c) : -1.0f;
+  };
+  EXPECT_NEAR(value(16, "Z"), 3.0f, 1e-5f);
+  EXPECT_NEAR(value(16, "N.Y"), 1.0f, 1e-6f);
+  EXPECT_NEAR(value(16, "reflection.R"), 2.0f, 1e-5f);
+  EXPECT_NEAR(value(16, "diffuse.G"), 1.0f, 1e-5f);
+  EXPECT_NEAR(value(16, "s"), 0.25f, 1e-6f);
+  EXPECT_EQ(value(16, "id.object"), 1.0f);
+  EXPECT_EQ(value(16, "mask.reflective"), 1.0f);
+  EXPECT_EQ(value(16, "mask.environment"), 0.0f);
+  EXPECT_NEAR(value(16, "R"), 0.75f * 1.0f + 0.25f * 0.5f * 2.0f, 1e-5f);
+  EXPECT_EQ(value(0, "Z"), 0.0f);
+  EXPECT_EQ(value(0, "id.object"), 0.0f);
+  EXPECT_EQ(value(0, "A"), 0.0f);
+  EXPECT_EQ(value(0, "R"), 2.0f);
+}
+
+}  // namespace
+}  // namespace catoptric::methods

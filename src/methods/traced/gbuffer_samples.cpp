@@ -1,0 +1,146 @@
+#include "methods/traced/gbuffer_samples.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/parallel.h"
+
+namespace catoptric::methods {
+namespace {
+
+constexpr int kTile = 16;  ///< samples; ours
+
+/// Order of a tile's samples: blocks of 4 x 2, so that a packet of 8 is compact.
+const std::array<std::array<std::uint8_t, 2>, kTile * kTile>& tileOrder() {
+  static const auto order = [] {
+    std::array<std::array<std::uint8_t, 2>, kTile * kTile> o{};
+    std::size_t n = 0;
+    for (int by = 0; by < kTile; by += 2) {
+      for (int bx = 0; bx < kTile; bx += 4) {
+        for (int y = by; y < by + 2; ++y) {
+          for (int x = bx; x < bx + 4; ++x) {
+            o[n++] = {static_cast<std::uint8_t>(x), static_cast<std::uint8_t>(y)};
+          }
+        }
+      }
+    }
+    return o;
+  }();
+  return order;
+}
+
+/// The camera's image plane, so that a sample's ray costs a few multiplications.
+struct ImagePlane {
+  Vec3 eye, right, up, forward;
+  float scaleX, scaleY, width, height;
+
+  ImagePlane(const scene::Camera& camera, int sampleWidth, int sampleHeight)
+      : eye(camera.eye()),
+        right(Vec3(camera.worldFromCamera[0])),
+        up(Vec3(camera.worldFromCamera[1])),
+        forward(camera.forward()),
+        width(static_cast<float>(sampleWidth)),
+        height(static_cast<float>(sampleHeight)) {
+    const float halfHeight = std::tan(0.5f * camera.verticalFovRad);
+    scaleX = halfHeight * width / height;
+    scaleY = halfHeight;
+  }
+  /// From the eye to the plane one metre in front of it.
+  Vec3 ray(int x, int y) const {
+    const float cx = (2.0f * (static_cast<float>(x) + 0.5f) / width - 1.0f) * scaleX;
+    const float cy = (1.0f - 2.0f * (static_cast<float>(y) + 0.5f) / height) * scaleY;
+    return forward + cx * right + cy * up;
+  }
+};
+
+}  // namespace
+
+Vec3 samplePosition(const scene::Camera& camera, int sampleWidth, int sampleHeight, int x, int y,
+                    float depth, Vec3& direction) {
+  const ImagePlane plane(camera, sampleWidth, sampleHeight);
+  const Vec3 ray = plane.ray(x, y);
+  direction = glm::normalize(ray);
+  return plane.eye + (camera.nearMetres / depth) * ray;
+}
+
+ReflectiveSamples collectReflective(const GBufferCopy& source, const scene::Camera& camera) {
+  const int width = source.width * source.samples;
+  const int height = source.height * source.samples;
+  const int tilesX = (width + kTile - 1) / kTile;
+  const int tilesY = (height + kTile - 1) / kTile;
+  const std::size_t tiles = static_cast<std::size_t>(tilesX) * static_cast<std::size_t>(tilesY);
+  const auto reflects = [&](std::size_t at) {
+    return source.object[at] != 0 && source.diffuse[4 * at + 3] > 0.0f && source.depth[at] > 0.0f;
+  };
+
+  // Count per tile, so that every tile knows where it writes.
+  std::vector<std::size_t> first(tiles + 1, 0);
+  parallelFor(tiles, 32, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t tile = begin; tile < end; ++tile) {
+      const int x0 = static_cast<int>(tile % static_cast<std::size_t>(tilesX)) * kTile;
+      const int y0 = static_cast<int>(tile / static_cast<std::size_t>(tilesX)) * kTile;
+      std::size_t count = 0;
+      for (int y = y0; y < std::min(height, y0 + kTile); ++y) {
+        for (int x = x0; x < std::min(width, x0 + kTile); ++x) {
+          count += reflects(static_cast<std::size_t>(y) * width + x) ? 1 : 0;
+        }
+      }
+      first[tile + 1] = count;
+    }
+  });
+  for (std::size_t tile = 0; tile < tiles; ++tile) first[tile + 1] += first[tile];
+
+  ReflectiveSamples result;
+  result.points.resize(first[tiles]);
+  result.places.resize(first[tiles]);
+  const ImagePlane plane(camera, width, height);
+  const float cells = static_cast<float>(source.samples * source.samples);
+  parallelFor(tiles, 32, [&](std::size_t begin, std::size_t end) {
+    std::array<std::uint32_t, kTile * kTile> members;
+    for (std::size_t tile = begin; tile < end; ++tile) {
+      if (first[tile] == first[tile + 1]) continue;
+      const int x0 = static_cast<int>(tile % static_cast<std::size_t>(tilesX)) * kTile;
+      const int y0 = static_cast<int>(tile / static_cast<std::size_t>(tilesX)) * kTile;
+      std::size_t count = 0;
+      bool mixed = false;
+      for (const auto& [dx, dy] : tileOrder()) {
+        const int x = x0 + dx;
+        const int y = y0 + dy;
+        if (x >= width || y >= height) continue;
+        const std::size_t at = static_cast<std::size_t>(y) * width + x;
+        if (!reflects(at)) continue;
+        members[count++] = static_cast<std::uint32_t>(at);
+        mixed = mixed || source.object[at] != source.object[members[0]];
+      }
+      if (mixed) {
+        std::stable_sort(
+            members.begin(), members.begin() + static_cast<std::ptrdiff_t>(count),
+            [&](std::uint32_t a, std::uint32_t b) { return source.object[a] < source.object[b]; });
+      }
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::uint32_t at = members[k];
+        const int x = static_cast<int>(at % static_cast<std::uint32_t>(width));
+        const int y = static_cast<int>(at / static_cast<std::uint32_t>(width));
+        const Vec3 ray = plane.ray(x, y);
+        const float scale = camera.nearMetres / source.depth[at];
+        const float length = glm::length(ray);
+        trace::ReflectionPoint& point = result.points[first[tile] + k];
+        point.position = plane.eye + scale * ray;
+        point.direction = ray / length;
+        point.distance = scale * length;
+        point.normal =
+            Vec3(source.normal[4 * at], source.normal[4 * at + 1], source.normal[4 * at + 2]);
+        point.glossiness = source.normal[4 * at + 3];
+        const int cell = (y % source.samples) * source.samples + x % source.samples;
+        // The lobes of a pixel's samples interleave.
+        point.shift = Vec2((static_cast<float>(cell) + 0.5f) / cells,
+                           glm::fract(static_cast<float>(cell) * 0.6180340f));
+        result.places[first[tile] + k] = at;
+      }
+    }
+  });
+  return result;
+}
+
+}  // namespace catoptric::methods

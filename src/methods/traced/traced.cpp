@@ -1,0 +1,188 @@
+#include "methods/traced/traced.h"
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "core/parallel.h"
+#include "methods/traced/gbuffer_samples.h"
+#include "scene/reflectance.h"
+#include "trace/reflect.h"
+
+namespace catoptric::methods {
+namespace {
+
+const config::Schema& optionsSchema() {
+  static const config::Schema schema = [] {
+    config::Schema s;
+    s.name = "traced";
+    s.help = "Options of the method traced.";
+    config::Field bvh;
+    bvh.name = "bvh";
+    bvh.type = config::FieldType::String;
+    bvh.help = "how Embree's structure follows the geometry in each frame";
+    bvh.defaultText = "\"static\"";
+    bvh.allowed = {"static", "refit", "rebuild_low", "rebuild_medium"};
+    config::Field rays;
+    rays.name = "rays";
+    rays.type = config::FieldType::Integer;
+    rays.help = "rays per sample on surfaces with g above 0.05; mirrors take one";
+    rays.defaultText = "8";
+    rays.minimum = 1;
+    rays.maximum = 64;
+    config::Field bounces;
+    bounces.name = "bounces";
+    bounces.type = config::FieldType::Integer;
+    bounces.help = "reflections along a path; after the last a surface shows its diffuse component";
+    bounces.defaultText = "1";
+    bounces.minimum = 1;
+    bounces.maximum = 16;
+    s.fields = {bvh, rays, bounces};
+    return s;
+  }();
+  return schema;
+}
+
+trace::BvhPolicy policyOf(const std::string& name) {
+  if (name == "refit") return trace::BvhPolicy::Refit;
+  if (name == "rebuild_low") return trace::BvhPolicy::RebuildLow;
+  if (name == "rebuild_medium") return trace::BvhPolicy::RebuildMedium;
+  return trace::BvhPolicy::Static;
+}
+
+class Traced : public Method {
+ public:
+  explicit Traced(const config::Value& options) {
+    const config::Schema& schema = optionsSchema();
+    bvh_ = config::valueOr(options, schema, "bvh").asString();
+    reflection_.rays = static_cast<int>(config::valueOr(options, schema, "rays").asInteger());
+    reflection_.bounces = static_cast<int>(config::valueOr(options, schema, "bounces").asInteger());
+  }
+
+  MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
+    MethodPlan plan;
+    plan.gbuffer = true;
+    plan.gl = true;
+    const int reflectors = scene.reflectorCount();
+    if (reflectors == 0) return plan;
+    plan.trace = true;
+    plan.bvh = policyOf(bvh_);
+    const auto samples = static_cast<std::uint64_t>(settings.width) * settings.height *
+                         settings.samples * settings.samples;
+    const std::string why = std::to_string(reflectors) + " reflective objects";
+    plan.items = {
+        {"pass", "readback", "Embree traces on the CPU: normal, s, g, depth and ids are read back",
+         0},
+        {"pass", "trace", why + ", bvh " + bvh_, 0},
+        {"pass", "resolve", "rays are made, hits shaded", 0},
+        {"pass", "upload", "the composite takes the reflection as a texture", 0},
+        {"resource", "G-buffer copy", "what is read back", samples * (16 + 16 + 4 + 4)},
+        {"resource", "reflection image", "what is uploaded", samples * 16},
+    };
+    return plan;
+  }
+
+  void prepare(Services&, const RunSettings& settings) override {
+    reflection_.fresnelSchlick = settings.fresnelSchlick;
+    masks_ = settings.masks;
+  }
+
+  void render(const FrameInput& input, Services& services, FrameOutput& output) override {
+    raster::GBuffer& gbuffer = *services.gbuffer;
+    frame::StepTimer& timer = services.timer;
+    trace::ReflectionCounts counts;
+    if (services.trace == nullptr) {  // no reflectors: nothing was planned
+      report(counts, output);
+      return;
+    }
+
+    // Read the G-buffer back.
+    timer.measure("readback", [&] {
+      copy_.width = gbuffer.width;
+      copy_.height = gbuffer.height;
+      copy_.samples = gbuffer.samples;
+      copy_.diffuse = raster::readRgba(gbuffer.diffuse);
+      copy_.normal = raster::readRgba(gbuffer.normal);
+      copy_.object = raster::readIds(gbuffer.object);
+      copy_.depth = raster::readDepth(gbuffer.depth);
+    });
+
+    // Trace the reflective samples.
+    const std::int64_t start = nowNs();
+    const ReflectiveSamples samples = collectReflective(copy_, input.frame.camera);
+    radiance_.assign(samples.points.size(), Vec3(0.0f));
+    flags_.assign(masks_ ? samples.points.size() : 0, 0);
+    const float spread = scene::pixelSpreadRad(input.frame.camera, gbuffer.sampleHeight());
+    const double collectSeconds = static_cast<double>(nowNs() - start) * 1e-9;
+    counts = trace::reflectedRadiance(*services.trace, services.lighting, spread, samples.points,
+                                      reflection_, true, radiance_, flags_);
+    timer.add("trace", counts.traceSeconds);
+
+    // Put every sample's light in its place.
+    const std::int64_t scatterStart = nowNs();
+    const std::size_t total = copy_.object.size();
+    image_.assign(4 * total, 0.0f);
+    parallelFor(samples.places.size(), 16384, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        float* texel = &image_[4 * static_cast<std::size_t>(samples.places[k])];
+        texel[0] = radiance_[k].x;
+        texel[1] = radiance_[k].y;
+        texel[2] = radiance_[k].z;
+        texel[3] = 1.0f;
+      }
+    });
+    if (masks_) {
+      maskImage_.assign(total, 0);
+      for (std::size_t k = 0; k < samples.places.size(); ++k) {
+        std::uint8_t bits = 0;
+        if ((flags_[k] & 1) != 0) bits |= raster::kMaskEnvironment;
+        if ((flags_[k] & 2) != 0) bits |= raster::kMaskBelowHorizon;
+        maskImage_[samples.places[k]] = bits;
+      }
+    }
+    timer.add("resolve", collectSeconds + counts.resolveSeconds +
+                             static_cast<double>(nowNs() - scatterStart) * 1e-9);
+
+    timer.measure("upload", [&] {
+      gbuffer.reflection.upload(0, 0, GL_RGBA, GL_FLOAT, image_.data());
+      if (masks_) {
+        gbuffer.masks.upload(0, 0, GL_RED_INTEGER, GL_UNSIGNED_BYTE, maskImage_.data());
+      }
+    });
+    report(counts, output);
+  }
+
+ private:
+  static void report(const trace::ReflectionCounts& counts, FrameOutput& output) {
+    output.counters["rays"] = counts.rays;
+    output.counters["misses"] = counts.misses;
+    output.counters["refused"] = counts.refused;
+    output.counters["below_horizon"] = counts.belowHorizon;
+  }
+
+  std::string bvh_;
+  trace::ReflectionOptions reflection_;
+  bool masks_ = false;
+  // Kept across frames, so that no frame allocates anew.
+  GBufferCopy copy_;
+  std::vector<Vec3> radiance_;
+  std::vector<std::uint8_t> flags_;
+  std::vector<float> image_;
+  std::vector<std::uint8_t> maskImage_;
+};
+
+}  // namespace
+
+const MethodEntry& tracedEntry() {
+  static const MethodEntry entry{"traced",
+                                 "reflected rays from the G-buffer by Embree: the peer in speed",
+                                 "",
+                                 {"bvh", "readback", "trace", "resolve", "upload"},
+                                 optionsSchema(),
+                                 [](const config::Value& options) -> std::unique_ptr<Method> {
+                                   return std::make_unique<Traced>(options);
+                                 }};
+  return entry;
+}
+
+}  // namespace catoptric::methods

@@ -1,0 +1,11 @@
+// Method `traced`: reflected rays of the G-buffer by Embree, the peer in speed of every other
+// method. See README.md.
+#pragma once
+
+#include "methods/method.h"
+
+namespace catoptric::methods {
+
+const MethodEntry& tracedEntry();
+
+}  // namespace catoptric::methods
