@@ -8,6 +8,9 @@
 namespace catoptric::scene {
 namespace {
 
+/// Sine of the angle between two edges below which a triangle has no direction to speak of. Ours.
+constexpr float kSliver = 1e-6f;
+
 /// Angle between two edges, 0 when one has no length.
 float cornerAngle(const Vec3& u, const Vec3& v) {
   const Vec3 a = normalizedOr(u, Vec3(0.0f));
@@ -61,12 +64,16 @@ std::size_t makeTangents(Mesh& mesh, const TextureSlot& slot) {
     const Vec3 alongU =
         normalizedOr((e1 * s2.y - e2 * s1.y) * (area < 0.0f ? -1.0f : 1.0f), Vec3(0.0f));
     if (area == 0.0f || alongU == Vec3(0.0f)) continue;
-    direction[t] = alongU;
+    const Vec3 geometric = glm::cross(e1, e2);
+    // In slivers rounding decides on which side the triangle faces.
+    if (glm::dot(geometric, geometric) <= kSliver * kSliver * glm::dot(e1, e1) * glm::dot(e2, e2)) {
+      continue;
+    }
     // glTF's bitangent points up in the image, against growing v (row 0 is v = 0): positive where
     // (u, -v, normal) is right-handed. Normals on the back of the triangle turn it.
-    const Vec3 geometric = glm::cross(e1, e2);
     const Vec3 n = mesh.normals[v[0]] + mesh.normals[v[1]] + mesh.normals[v[2]];
     const bool backwards = glm::dot(geometric, n) < 0.0f;
+    direction[t] = alongU;
     side[t] = (area < 0.0f) != backwards ? std::int8_t{1} : std::int8_t{-1};
   }
 
