@@ -39,12 +39,12 @@ struct Define {
 
 /// Names of shader files; empty ones are absent. Either compute alone, or vertex (and the others).
 struct ProgramFiles {
-  std::string vertex;
-  std::string geometry;
-  std::string fragment;
-  std::string compute;
-  std::vector<Define> defines;
-  std::vector<std::string> extensions;  ///< required: "GL_ARB_shader_draw_parameters"
+  std::string vertex{};
+  std::string geometry{};
+  std::string fragment{};
+  std::string compute{};
+  std::vector<Define> defines{};
+  std::vector<std::string> extensions{};  ///< required: "GL_ARB_shader_draw_parameters"
 };
 
 /// A shader's text with its includes; errors refer to (file, line) through `files`.
