@@ -1,0 +1,190 @@
+// catoptric info SCENE.
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "app/commands.h"
+#include "config/json_text.h"
+#include "core/math.h"
+#include "core/text.h"
+#include "frame/geometry.h"
+#include "run/plan.h"
+#include "scene/animate.h"
+#include "scene/loader.h"
+
+namespace catoptric::app {
+namespace {
+
+using config::JsonText;
+
+std::string number(float value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g", static_cast<double>(value));
+  return text.data();
+}
+
+std::string paddedTo(std::string text, std::size_t width) {
+  if (text.size() < width) text.resize(width, ' ');
+  return text;
+}
+
+const char* environmentName(scene::EnvironmentType type) {
+  switch (type) {
+    case scene::EnvironmentType::Constant:
+      return "constant";
+    case scene::EnvironmentType::Gradient:
+      return "gradient";
+    case scene::EnvironmentType::File:
+      return "image";
+  }
+  return "";
+}
+
+const char* bakeName(scene::BakeMode mode) {
+  switch (mode) {
+    case scene::BakeMode::None:
+      return "none";
+    case scene::BakeMode::AmbientOcclusion:
+      return "ambient occlusion";
+    case scene::BakeMode::Full:
+      return "full";
+  }
+  return "";
+}
+
+std::size_t trianglesOf(const scene::Scene& scene, const scene::Object& object) {
+  return scene.meshes[static_cast<std::size_t>(object.mesh)].indices.size() / 3;
+}
+
+/// What rendering this scene needs at most in main memory beyond the loaded scene: geometry, its
+/// copy for GL, and Embree's structure.
+std::uint64_t memoryBound(const scene::Scene& scene) {
+  std::uint64_t vertices = 0;
+  for (const scene::Object& object : scene.objects)
+    vertices += scene.meshes[static_cast<std::size_t>(object.mesh)].positions.size();
+  const std::uint64_t geometry = vertices * (sizeof(Vec3) + sizeof(frame::VertexAttributes)) +
+                                 scene.triangleCount() * 3 * sizeof(std::uint32_t);
+  constexpr std::uint64_t kEmbreeBytesPerTriangle = 250;  // ours: an upper bound of its builders
+  return scene.memoryBytes() * 2 + geometry * 2 + scene.triangleCount() * kEmbreeBytesPerTriangle;
+}
+
+ExitCode info(const std::string& input, const CommonOptions& common) {
+  const scene::Scene scene = scene::loadScene(input);
+  const std::vector<bool> moving = scene::movingObjects(scene);
+  const auto movingCount = std::count(moving.begin(), moving.end(), true);
+  if (common.json) {
+    std::vector<std::string> reflectors;
+    std::vector<std::string> textures;
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+      const scene::Object& object = scene.objects[i];
+      if (object.reflector == 0) continue;
+      const scene::Material& material = scene.materials[static_cast<std::size_t>(object.material)];
+      reflectors.push_back(JsonText()
+                               .add("reflector", object.reflector)
+                               .add("id", static_cast<int>(i + 1))
+                               .add("name", object.name)
+                               .add("material", material.name)
+                               .add("s", static_cast<double>(material.specularLevel))
+                               .add("g", static_cast<double>(material.glossiness))
+                               .add("planar", object.planar)
+                               .add("moving", static_cast<bool>(moving[i]))
+                               .add("triangles", trianglesOf(scene, object))
+                               .object());
+    }
+    for (const scene::Texture& texture : scene.textures)
+      textures.push_back(JsonText()
+                             .add("name", texture.name)
+                             .add("width", texture.levels.empty() ? 0 : texture.levels[0].width)
+                             .add("height", texture.levels.empty() ? 0 : texture.levels[0].height)
+                             .object());
+    printData(JsonText()
+                  .add("scene", input)
+                  .add("name", scene.name)
+                  .add("objects", scene.objects.size())
+                  .add("triangles", scene.triangleCount())
+                  .add("diffuse_triangles", scene.triangleCount() - scene.reflectiveTriangleCount())
+                  .add("moving_objects", static_cast<std::uint64_t>(movingCount))
+                  .add("duration", static_cast<double>(scene.duration()))
+                  .add("lights", scene.lights.size())
+                  .add("cameras", scene.cameras.size())
+                  .add("environment", environmentName(scene.environment.type))
+                  .add("bake", bakeName(scene.bake.mode))
+                  .add("memory_bytes", scene.memoryBytes())
+                  .add("memory_bound_bytes", memoryBound(scene))
+                  .raw("reflectors", "[" + joined(reflectors, ",") + "]")
+                  .raw("textures", "[" + joined(textures, ",") + "]")
+                  .add("notes", scene.notes)
+                  .object() +
+              "\n");
+    return ExitCode::Done;
+  }
+
+  std::string text = (scene.name.empty() ? input : scene.name) + " (" + input + ")\n";
+  const auto line = [&](const char* name, const std::string& value) {
+    text += "  " + paddedTo(name, 14) + value + "\n";
+  };
+  line("triangles", std::to_string(scene.triangleCount()) + ", of which " +
+                        std::to_string(scene.triangleCount() - scene.reflectiveTriangleCount()) +
+                        " diffuse");
+  line("objects", std::to_string(scene.objects.size()) + ", of which " +
+                      std::to_string(scene.reflectorCount()) + " reflective and " +
+                      std::to_string(movingCount) + " moving");
+  line("materials", std::to_string(scene.materials.size()));
+  line("lights", std::to_string(scene.lights.size()));
+  line("cameras", std::to_string(scene.cameras.size()));
+  line("environment", environmentName(scene.environment.type));
+  line("baked light", bakeName(scene.bake.mode));
+  if (scene.animated()) line("animation", number(scene.duration()) + " s");
+  line("memory", run::bytesText(scene.memoryBytes()) + " loaded, at most " +
+                     run::bytesText(memoryBound(scene)) + " while rendering (frames apart)");
+  if (scene.reflectorCount() > 0) {
+    std::size_t widest = 4;
+    for (const scene::Object& object : scene.objects)
+      if (object.reflector > 0) widest = std::max(widest, object.name.size());
+    text += "reflectors\n  " + paddedTo("no", 4) + paddedTo("id", 5) +
+            paddedTo("name", widest + 2) + paddedTo("s", 7) + paddedTo("g", 8) +
+            paddedTo("planar", 8) + "triangles\n";
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+      const scene::Object& object = scene.objects[i];
+      if (object.reflector == 0) continue;
+      const scene::Material& material = scene.materials[static_cast<std::size_t>(object.material)];
+      text += "  " + paddedTo(std::to_string(object.reflector), 4) +
+              paddedTo(std::to_string(i + 1), 5) + paddedTo(object.name, widest + 2) +
+              paddedTo(number(material.specularLevel), 7) +
+              paddedTo(number(material.glossiness), 8) + paddedTo(object.planar ? "yes" : "no", 8) +
+              std::to_string(trianglesOf(scene, object)) + "\n";
+    }
+  }
+  if (!scene.textures.empty()) {
+    text += "textures\n";
+    for (const scene::Texture& texture : scene.textures)
+      text += "  " +
+              (texture.levels.empty() ? std::string("?")
+                                      : std::to_string(texture.levels[0].width) + "x" +
+                                            std::to_string(texture.levels[0].height)) +
+              "  " + texture.name + "\n";
+  }
+  if (!scene.notes.empty()) {
+    text += "notes\n";
+    for (const std::string& note : scene.notes) text += "  " + note + "\n";
+  }
+  printData(text);
+  return ExitCode::Done;
+}
+
+}  // namespace
+
+void addInfo(CLI::App& program, CommonOptions& common, Action& action) {
+  CLI::App* command =
+      program.add_subcommand("info", "Triangles, reflectors, textures, memory of a scene");
+  const auto input = std::make_shared<std::string>();
+  command->add_option("scene", *input, "Scene (.json, .gltf, .glb)")
+      ->required()
+      ->type_name("SCENE");
+  addCommon(*command, common);
+  command->footer("\nExample:\n  catoptric info scenes/cornell_box.json\n");
+  command->callback(
+      [input, &common, &action] { action = [input, &common] { return info(*input, common); }; });
+}
+
+}  // namespace catoptric::app

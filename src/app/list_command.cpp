@@ -1,0 +1,127 @@
+// catoptric list: methods, scenes, paths, configs, shapes, devices; schemas.
+#include <algorithm>
+
+#include "app/commands.h"
+#include "config/json_text.h"
+#include "core/text.h"
+#include "gl/doctor.h"
+#include "methods/method.h"
+#include "run/run_config.h"
+#include "run/schemas.h"
+#include "scene/description.h"
+
+namespace catoptric::app {
+namespace {
+
+using config::JsonText;
+
+const std::vector<std::string> kWhat = {"methods", "scenes", "paths",
+                                        "configs", "shapes", "devices"};
+
+/// Files of the working folder's scenes/, paths/, configs/.
+std::vector<std::string> filesIn(const std::string& folder) {
+  std::vector<std::string> files;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    const std::string extension = entry.path().extension().string();
+    if (entry.is_regular_file(error) &&
+        (extension == ".json" || extension == ".gltf" || extension == ".glb"))
+      files.push_back(entry.path().string());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+struct Item {
+  std::string name;
+  std::string summary;
+};
+
+std::vector<Item> itemsOf(const std::string& what) {
+  std::vector<Item> items;
+  if (what == "methods") {
+    for (const methods::MethodEntry& entry : methods::registry())
+      items.push_back({entry.id, entry.summary});
+  } else if (what == "shapes") {
+    for (const std::string& shape : scene::shapeNames()) items.push_back({shape, ""});
+  } else if (what == "devices") {
+    for (const gl::DeviceReport& report : gl::describeDevices())
+      items.push_back({report.device, report.status + ", " +
+                                          (report.usable() ? report.renderer : report.message)});
+  } else {
+    for (const std::string& file : filesIn(what)) items.push_back({file, ""});
+  }
+  return items;
+}
+
+ExitCode list(const std::vector<std::string>& chosen, const std::string& schema, bool markdown,
+              const CommonOptions& common) {
+  if (!schema.empty()) {
+    printData(markdown ? run::schemaMarkdown(schema, methods::registry())
+                       : run::schemaJson(schema, methods::registry()));
+    return ExitCode::Done;
+  }
+  if (markdown) throw UsageError("--markdown goes with --schema");
+  for (const std::string& what : chosen)
+    if (std::find(kWhat.begin(), kWhat.end(), what) == kWhat.end())
+      throw UsageError("list: \"" + what + "\" is not known" + didYouMean(what, kWhat) +
+                       "; allowed: " + joined(kWhat, ", "));
+  // Devices take a while: only when asked for.
+  const std::vector<std::string> all(kWhat.begin(), kWhat.end() - 1);
+  const std::vector<std::string>& shown = chosen.empty() ? all : chosen;
+  JsonText json;
+  std::string text;
+  for (const std::string& what : shown) {
+    const std::vector<Item> items = itemsOf(what);
+    std::size_t widest = 0;
+    std::vector<std::string> texts;
+    for (const Item& item : items) {
+      widest = std::max(widest, item.name.size());
+      JsonText one;
+      one.add("name", item.name);
+      if (!item.summary.empty()) one.add("summary", item.summary);
+      texts.push_back(one.object());
+    }
+    json.raw(what, "[" + joined(texts, ",") + "]");
+    if (shown.size() > 1) text += what + "\n";
+    const std::string indent = shown.size() > 1 ? "  " : "";
+    for (const Item& item : items) {
+      text += indent + item.name;
+      if (!item.summary.empty())
+        text += std::string(widest + 2 - item.name.size(), ' ') + item.summary;
+      text += "\n";
+    }
+  }
+  printData(common.json ? json.object() + "\n" : text);
+  return ExitCode::Done;
+}
+
+}  // namespace
+
+void addList(CLI::App& program, CommonOptions& common, Action& action) {
+  struct Options {
+    std::vector<std::string> what;
+    std::string schema;
+    bool markdown = false;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = program.add_subcommand(
+      "list", "Methods, scenes, paths, configs, shapes, devices; JSON Schemas");
+  command->add_option("what", options->what, "Any of: " + joined(kWhat, ", "))->type_name("WHAT");
+  command
+      ->add_option("--schema", options->schema,
+                   "Print a JSON Schema: " + joined(run::schemaNames(), ", "))
+      ->type_name("NAME");
+  command->add_flag("--markdown", options->markdown, "The schema as tables instead");
+  addCommon(*command, common);
+  command->footer(
+      "\nExamples:\n  catoptric list methods\n  catoptric list devices\n"
+      "  catoptric list --schema run > configs/schema/run.schema.json\n");
+  command->callback([options, &common, &action] {
+    action = [options, &common] {
+      return list(options->what, options->schema, options->markdown, common);
+    };
+  });
+}
+
+}  // namespace catoptric::app

@@ -1,0 +1,224 @@
+// catoptric render, catoptric plan.
+#include <algorithm>
+#include <csignal>
+#include <optional>
+
+#include "app/commands.h"
+#include "app/progress.h"
+#include "app/report_output.h"
+#include "app/run_options.h"
+#include "config/json_text.h"
+#include "core/log.h"
+#include "core/text.h"
+#include "image/image.h"
+#include "methods/method.h"
+#include "run/session.h"
+#include "scene/camera.h"
+
+namespace catoptric::app {
+namespace {
+
+volatile std::sig_atomic_t stopSignal = 0;
+
+void noteSignal(int number) {
+  stopSignal = number;
+}
+
+/// The first SIGINT or SIGTERM ends the run after the frame at hand; a second one ends the process.
+void catchSignals() {
+  struct sigaction action {};
+  action.sa_handler = noteSignal;
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+}
+
+struct RenderOptions : RunOptions {
+  std::string existing = "error";
+  std::string chunk = "1/1";
+  std::string progress = "auto";
+  bool keepGoing = false;
+  bool dryRun = false;
+};
+
+run::Plan planOf(const run::Stage& stage) {
+  const auto made = run::makeMethods(stage.run(), methods::registry());
+  return run::makePlan(stage.run(), stage.scene(), stage.frames().size(), made);
+}
+
+std::filesystem::path outFolder(const RunOptions& options, const run::RunConfig& run) {
+  return options.out.empty() ? std::filesystem::path("out") / run.name
+                             : std::filesystem::path(options.out);
+}
+
+std::string resultsJson(const std::vector<run::MethodResult>& results) {
+  std::vector<std::string> texts;
+  for (const run::MethodResult& result : results) {
+    std::vector<int> failed;
+    for (const run::FailedFrame& frame : result.frames.failed) failed.push_back(frame.frame);
+    texts.push_back(config::JsonText()
+                        .add("name", result.name)
+                        .add("folder", result.folder.string())
+                        .add("rendered", result.frames.rendered)
+                        .add("reused", result.frames.reused)
+                        .add("failed", failed)
+                        .add("missing", result.frames.missing)
+                        .add("stopped", result.frames.stopped)
+                        .object());
+  }
+  return "[" + joined(texts, ",") + "]";
+}
+
+ExitCode dryRun(const run::Stage& stage, const RenderOptions& options, const CommonOptions& common,
+                const std::filesystem::path& out) {
+  const run::Plan plan = planOf(stage);
+  if (common.json) {
+    printData(config::JsonText()
+                  .add("out", out.string())
+                  .add("frames", scene::formatFrames(stage.frames()))
+                  .raw("plan", run::planJson(plan))
+                  .object() +
+              "\n");
+    return ExitCode::Done;
+  }
+  const auto [begin, end] = run::chunkRange(stage.frames().size(), run::parseChunk(options.chunk));
+  std::vector<int> frames(stage.frames().begin() + static_cast<std::ptrdiff_t>(begin),
+                          stage.frames().begin() + static_cast<std::ptrdiff_t>(end));
+  std::string text = "frames " + scene::formatFrames(frames) + " would go to\n";
+  for (const run::MethodConfig& method : stage.run().methods)
+    text += "  " + run::methodFolder(stage.run(), method, out).string() + "\n";
+  printData(text + run::planText(plan));
+  return ExitCode::Done;
+}
+
+ExitCode render(const RenderOptions& options, const CommonOptions& common) {
+  // All options are checked before anything is loaded.
+  run::SessionOptions session;
+  session.existing = run::parseExisting(options.existing);
+  session.chunk = run::parseChunk(options.chunk);
+  session.keepGoing = options.keepGoing;
+  const ProgressMode mode = common.quiet ? ProgressMode::None : parseProgress(options.progress);
+  const run::RunConfig run = readRun(options);
+  session.out = outFolder(options, run);
+  if (!options.dryRun) image::preloadImageIo();
+
+  run::Stage stage(run);
+  if (options.dryRun) return dryRun(stage, options, common, session.out);
+
+  catchSignals();
+  ProgressPrinter printer(mode);
+  session.stopRequested = [] { return stopSignal != 0; };
+  session.progress = [&](const std::string& method, const run::Progress& progress) {
+    printer.show(method, progress);
+  };
+  const std::vector<run::MethodResult> results =
+      run::renderAll(stage, methods::registry(), session);
+  printer.endLine();
+
+  // Tables of what is there, also when frames are missing.
+  bool anyFailed = false;
+  for (const run::MethodResult& result : results) {
+    for (const run::FailedFrame& frame : result.frames.failed) {
+      anyFailed = true;
+      log::error(result.name + ": frame " + std::to_string(frame.frame) + ": " + frame.message);
+    }
+    if (!result.frames.missing.empty())
+      log::warning(result.name + ": frames " + scene::formatFrames(result.frames.missing) +
+                   " are missing; render them with --existing resume, or --frames " +
+                   scene::formatFrames(result.frames.missing));
+  }
+  const bool complete = !anyFailed && stopSignal == 0;
+  std::string tables;
+  if (complete) tables = writeReports(run, results, session.out, common.json);
+  if (common.json) {
+    config::JsonText all;
+    all.add("out", session.out.string()).raw("methods", resultsJson(results));
+    if (!tables.empty()) all.raw("errors", tables);
+    printData(all.object() + "\n");
+  } else {
+    printData(tables);
+  }
+  if (stopSignal != 0) return static_cast<ExitCode>(128 + stopSignal);
+  return anyFailed ? ExitCode::FramesFailed : ExitCode::Done;
+}
+
+ExitCode plan(const RunOptions& options, const CommonOptions& common) {
+  const run::Stage stage(readRun(options));
+  const run::Plan planned = planOf(stage);
+  printData(common.json ? run::planJson(planned) + "\n" : run::planText(planned));
+  return ExitCode::Done;
+}
+
+}  // namespace
+
+void addRunOptions(CLI::App& command, RunOptions& options) {
+  command.add_option("input", options.input, "Run config, or a scene (.json, .gltf, .glb)")
+      ->required()
+      ->type_name("CONFIG|SCENE");
+  command.add_option("--frames", options.frames, "Frames of the path, such as 1-100x2,120")
+      ->type_name("LIST");
+  command
+      .add_option("--method", options.methods,
+                  "Method, or a name in the config; may be given several times")
+      ->type_name("NAME")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  command
+      .add_option("--set", options.settings,
+                  "Changes one value of the config, such as image.width=256 or methods.0.bvh=refit")
+      ->type_name("A.B=VALUE")
+      ->allow_extra_args(false);
+  command.add_option("--device", options.device, "auto, egl:N, surfaceless, osmesa")
+      ->type_name("DEVICE");
+  command.add_option("--threads", options.threads, "Threads; 0: one per processor")->type_name("N");
+  command.add_option("--seed", options.seed, "Seed of all random numbers")->type_name("N");
+}
+
+void addRender(CLI::App& program, CommonOptions& common, Action& action) {
+  CLI::App* command = program.add_subcommand("render", "Render the frames of a path");
+  const auto options = std::make_shared<RenderOptions>();
+  addRunOptions(*command, *options);
+  command
+      ->add_option("--out", options->out,
+                   "Folder of the results (out/NAME); several methods: a folder each in it")
+      ->type_name("DIR");
+  command
+      ->add_option("--existing", options->existing,
+                   "What to do with an earlier run in that folder: error, overwrite, or resume "
+                   "(keep the finished frames that fit)")
+      ->capture_default_str()
+      ->type_name("HOW");
+  command->add_option("--chunk", options->chunk, "Only the i-th of n parts of the frames")
+      ->type_name("I/N");
+  command->add_flag("--keep-going", options->keepGoing,
+                    "Go on after a frame that fails (exit 6 at the end)");
+  command->add_flag("--dry-run", options->dryRun, "Say what would be done; write nothing");
+  command->add_option("--progress", options->progress, "On stderr: auto, bar, plain, json, none")
+      ->capture_default_str()
+      ->type_name("HOW");
+  addCommon(*command, common);
+  command->footer(R"(
+Examples:
+  catoptric render configs/demo.json --out out/demo
+  catoptric render room.glb --method environment_map --set image.width=1024
+  catoptric render configs/demo.json --frames 1-100x10 --existing overwrite
+  catoptric render configs/demo.json --chunk 2/8 --out out/part2
+)");
+  command->callback([options, &common, &action] {
+    action = [options, &common] { return render(*options, common); };
+  });
+}
+
+void addPlan(CLI::App& program, CommonOptions& common, Action& action) {
+  CLI::App* command =
+      program.add_subcommand("plan", "Say what a run would build, compile and allocate, and why");
+  const auto options = std::make_shared<RunOptions>();
+  addRunOptions(*command, *options);
+  addCommon(*command, common);
+  command->footer("\nExample:\n  catoptric plan configs/demo.json --method traced\n");
+  command->callback([options, &common, &action] {
+    action = [options, &common] { return plan(*options, common); };
+  });
+}
+
+}  // namespace catoptric::app

@@ -1,0 +1,52 @@
+#include "app/report_output.h"
+
+#include "core/file.h"
+#include "core/log.h"
+#include "report/errors.h"
+#include "report/run_data.h"
+#include "report/table.h"
+#include "report/timings.h"
+
+namespace catoptric::app {
+
+std::string writeReports(const run::RunConfig& run, const std::vector<run::MethodResult>& results,
+                         const std::filesystem::path& out, bool json) {
+  // Read back from the disk: the tables describe what is there.
+  std::vector<report::RunData> data;
+  std::vector<report::TimingTable> timings;
+  for (const run::MethodResult& result : results) {
+    data.push_back(report::readRun(result.folder, result.name));
+    timings.push_back(report::timingTable(data.back()));
+  }
+  const report::Table table =
+      timings.size() == 1 ? report::timingView(timings.front()) : report::timingComparison(timings);
+  std::string text = report::toText(table);
+  std::string markdown = report::toMarkdown(table);
+  for (const report::TimingTable& timing : timings)
+    if (timings.size() > 1) markdown += "\n" + report::toMarkdown(report::timingView(timing));
+  writeFileAtomically(out / "table.md", markdown);
+  writeFileAtomically(out / "table.csv", report::timingCsv(timings));
+
+  std::string errorsJson = "[]";
+  std::vector<report::RunComparison> comparisons;
+  for (const std::string& against : run.errorsAgainst)
+    for (const report::RunData& reference : data)
+      if (reference.name == against)
+        for (const report::RunData& method : data)
+          if (method.name != against) comparisons.push_back(report::compareRuns(method, reference));
+  if (!comparisons.empty()) {
+    const report::Table errors = report::errorSummary(comparisons, timings);
+    text += "\n" + report::toText(errors);
+    writeFileAtomically(out / "errors.md", report::toMarkdown(errors));
+    writeFileAtomically(out / "errors.csv", report::errorCsv(comparisons));
+    errorsJson = report::errorJson(comparisons);
+  }
+
+  log::info("tables: " + (out / "table.md").string() +
+            (comparisons.empty() ? "" : ", " + (out / "errors.md").string()));
+  for (const run::MethodResult& result : results)
+    log::info("frames: " + (result.folder / "frames").string());
+  return json ? errorsJson : text;
+}
+
+}  // namespace catoptric::app

@@ -1,0 +1,57 @@
+#include "app/run_options.h"
+
+#include <algorithm>
+
+#include "config/json_text.h"
+#include "core/parallel.h"
+#include "core/text.h"
+#include "methods/method.h"
+
+namespace catoptric::app {
+namespace {
+
+/// A file that is not there, with the nearest name of its folder.
+void requireInput(const std::string& input) {
+  namespace fs = std::filesystem;
+  const fs::path path = input;
+  std::error_code error;
+  if (fs::is_regular_file(path, error)) return;
+  if (fs::is_directory(path, error))
+    throw UsageError(input + ": is a folder; name a run config or a scene (.json, .gltf, .glb)");
+  std::vector<std::string> names;
+  const fs::path folder = path.parent_path().empty() ? fs::path(".") : path.parent_path();
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
+    if (entry.is_regular_file(error)) names.push_back(entry.path().filename().string());
+  const std::string nearest = nearestName(path.filename().string(), names);
+  const std::string hint =
+      nearest.empty() ? "" : " (did you mean \"" + (path.parent_path() / nearest).string() + "\"?)";
+  throw UsageError(input + ": no such file" + hint);
+}
+
+}  // namespace
+
+run::RunConfig readRun(const RunOptions& options) {
+  requireInput(options.input);
+  const std::filesystem::path file = options.input;
+  config::Value root = run::isScene(file) ? run::configOfScene(file) : config::parseFile(file);
+  for (const std::string& setting : options.settings) {
+    const std::size_t equals = setting.find('=');
+    if (equals == std::string::npos || equals == 0)
+      throw UsageError("--set \"" + setting +
+                       "\": must be name=value, such as --set image.width=256");
+    root = config::withSetting(root, setting.substr(0, equals), setting.substr(equals + 1));
+  }
+  const auto set = [&](const char* name, const std::string& value, const std::string& json,
+                       const std::string& option) {
+    if (!value.empty()) root = config::withSetting(root, name, json, option + " " + value);
+  };
+  set("frames", options.frames, config::jsonString(options.frames), "--frames");
+  set("device", options.device, config::jsonString(options.device), "--device");
+  set("threads", options.threads, options.threads, "--threads");
+  set("seed", options.seed, options.seed, "--seed");
+  run::RunConfig run = run::readRunConfig(root, file, methods::registry(), options.methods);
+  setThreadCount(run.threads);
+  return run;
+}
+
+}  // namespace catoptric::app
