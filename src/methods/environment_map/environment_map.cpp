@@ -1,0 +1,246 @@
+#include "methods/environment_map/environment_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "gl/query.h"
+#include "gl/shader.h"
+#include "methods/environment_map/cube_map.h"
+#include "raster/materials.h"
+
+namespace catoptric::methods {
+namespace {
+
+const config::Schema& schema() {
+  static const config::Schema options = {
+      .name = "environment_map",
+      .help = "Reflections looked up in a cube map by direction",
+      .fields = {
+          {.name = "source",
+           .type = config::FieldType::String,
+           .help = "what the cube map shows: the diffuse scene, or the environment alone",
+           .defaultText = "\"scene\"",
+           .allowed = {"scene", "environment"}},
+          {.name = "center",
+           .type = config::FieldType::Any,
+           .help = "where the scene's cube map is seen from: \"scene\" (the middle of its bounds) "
+                   "or [x, y, z] in metres",
+           .defaultText = "\"scene\""},
+          {.name = "face_size",
+           .type = config::FieldType::Integer,
+           .help = "texels along the edge of a face",
+           .defaultText = "512",
+           .minimum = 1,
+           .maximum = 8192},
+      }};
+  return options;
+}
+
+struct Options {
+  bool environmentOnly = false;
+  std::optional<Vec3> centre;  ///< absent: the middle of the scene's bounds
+  int faceSize = 512;
+};
+
+Options parseOptions(const config::Value& value) {
+  config::require(value, schema());
+  Options options;
+  options.environmentOnly = config::valueOr(value, schema(), "source").asString() == "environment";
+  const config::Value center = config::valueOr(value, schema(), "center");
+  if (center.kind() == config::Value::Kind::String) {
+    if (center.asString() != "scene") {
+      center.fail("\"" + center.asString() + "\": allowed are \"scene\" and [x, y, z] in metres");
+    }
+  } else {
+    options.centre = center.asVec3();
+  }
+  options.faceSize = static_cast<int>(config::valueOr(value, schema(), "face_size").asInteger());
+  return options;
+}
+
+// What the scene has of reflectors, hence which passes run.
+struct Reflectors {
+  bool mirrors = false;
+  bool glossy = false;
+};
+
+Reflectors findReflectors(const scene::Scene& scene) {
+  Reflectors found;
+  for (const scene::Object& object : scene.objects) {
+    const raster::SampleClass kind = raster::materialClass(scene, scene.materials[object.material]);
+    if (kind == raster::SampleClass::Diffuse) continue;
+    (kind == raster::SampleClass::Glossy ? found.glossy : found.mirrors) = true;
+  }
+  return found;
+}
+
+bool sameLights(const std::vector<frame::WorldLight>& a, const std::vector<frame::WorldLight>& b) {
+  return std::ranges::equal(a, b, [](const frame::WorldLight& x, const frame::WorldLight& y) {
+    return x.type == y.type && x.position == y.position && x.direction == y.direction &&
+           x.intensity == y.intensity && x.range == y.range && x.cosInner == y.cosInner &&
+           x.cosOuter == y.cosOuter;
+  });
+}
+
+// Maps (x, y, 1), in samples from the upper left, to the ray through that point.
+Mat3 rayFromSample(const scene::Camera& camera, int width, int height) {
+  const float tangent = std::tan(0.5f * camera.verticalFovRad);
+  const float perSample = 2.0f * tangent / static_cast<float>(height);
+  const Vec3 right = Vec3(camera.worldFromCamera[0]) * perSample;
+  const Vec3 down = -Vec3(camera.worldFromCamera[1]) * perSample;
+  return Mat3(right, down,
+              camera.forward() - 0.5f * static_cast<float>(width) * right -
+                  0.5f * static_cast<float>(height) * down);
+}
+
+class EnvironmentMap : public Method {
+ public:
+  explicit EnvironmentMap(const Options& options) : options_(options) {}
+
+  MethodPlan plan(const scene::Scene& scene, const RunSettings&) const override {
+    MethodPlan plan;
+    plan.gbuffer = true;
+    const Reflectors reflectors = findReflectors(scene);
+    if (!reflectors.mirrors && !reflectors.glossy) return plan;
+    const std::string what =
+        options_.environmentOnly ? "the environment" : "the diffuse scene from one point";
+    const bool again = !options_.environmentOnly && scene.animated();
+    plan.items.push_back({again ? "pass" : "precomputation", "environment",
+                          "cube map of " + what +
+                              (again ? ", drawn again in frames in which an object or a light moved"
+                                     : ", drawn once: it does not change")});
+    const int size = options_.environmentOnly
+                         ? environmentFaceSize(scene.environment, options_.faceSize)
+                         : options_.faceSize;
+    plan.items.push_back({"resource", "cube map",
+                          "6 faces of " + std::to_string(size) + " x " + std::to_string(size) +
+                              (options_.environmentOnly ? ", RGBA32F" : ", RGBA16F") +
+                              ", with mip levels",
+                          cubeMapBytes(size, options_.environmentOnly ? 16 : 8)});
+    std::string kinds = reflectors.mirrors ? "mirrors (level 0)" : "";
+    if (reflectors.glossy) {
+      kinds += std::string(kinds.empty() ? "" : ", ") + "glossy objects (level by the lobe)";
+    }
+    plan.items.push_back({"pass", "resolve", "one look-up per reflective sample: " + kinds});
+    return plan;
+  }
+
+  void prepare(Services& services, const RunSettings& settings) override {
+    masks_ = settings.masks;
+    reflectors_ = findReflectors(services.scene);
+    const auto program = [&](const char* label, const char* glossy) {
+      return gl::Program::fullScreen(label, "methods/environment_map/shaders/lookup.frag",
+                                     {{"GLOSSY", glossy}, {"MASKS", masks_ ? "1" : "0"}});
+    };
+    if (reflectors_.mirrors) mirror_ = program("environment look-up", "0");
+    if (reflectors_.glossy) glossy_ = program("environment look-up, glossy", "1");
+    if (reflectors_.mirrors) mirrorCount_ = gl::FragmentCounter("mirror samples");
+    if (reflectors_.glossy) glossyCount_ = gl::FragmentCounter("glossy samples");
+
+    // What does not change is drawn before the first frame.
+    if (!services.scene.animated()) drawEnvironment(services);
+  }
+
+  void render(const FrameInput& input, Services& services, FrameOutput& output) override {
+    raster::GBuffer& gbuffer = *services.gbuffer;
+    if (masks_) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
+    output.counters["environment"] = 0;
+    if (!reflectors_.mirrors && !reflectors_.glossy) return;
+
+    const bool moved =
+        !options_.environmentOnly &&
+        (!input.changedObjects.empty() || !sameLights(drawnLights_, services.lighting.lights));
+    if (cubeMap_.empty() || moved || (input.firstOfSequence && services.scene.animated())) {
+      drawEnvironment(services);
+    }
+    services.timer.measure("resolve", [&] { lookUp(gbuffer, input.frame.camera); });
+    std::uint64_t samples = 0;
+    if (reflectors_.mirrors) samples += mirrorCount_.read();
+    if (reflectors_.glossy) samples += glossyCount_.read();
+    output.counters["environment"] = samples;
+  }
+
+ private:
+  void drawEnvironment(Services& services) {
+    if (!reflectors_.mirrors && !reflectors_.glossy) return;
+    services.timer.measure("environment", [&] {
+      const frame::EnvironmentLight& environment = *services.lighting.environment;
+      if (options_.environmentOnly) {
+        cubeMap_ = makeEnvironmentCubeMap(
+            environment, environmentFaceSize(environment.description(), options_.faceSize));
+      } else {
+        const Vec3 centre = options_.centre.value_or(services.geometry.bounds.centre());
+        cubeMap_ = services.raster->drawCubeMap(centre, options_.faceSize, services.lighting);
+        drawnLights_ = services.lighting.lights;
+      }
+      cubeMap_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
+    });
+  }
+
+  // One full-screen pass per kind of reflector, on its stencil class alone.
+  void lookUp(const raster::GBuffer& gbuffer, const scene::Camera& camera) {
+    gbuffer.reflectionFramebuffer.bind();
+    glDisable(GL_DEPTH_TEST);
+    glDisable(GL_BLEND);
+    glDisable(GL_SCISSOR_TEST);
+    glEnable(GL_STENCIL_TEST);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+    gbuffer.normal.bind(0);
+    cubeMap_.bind(1);
+    const Mat3 ray = rayFromSample(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight());
+    using raster::SampleClass;
+    // Planar and curved mirrors differ in the last bit only.
+    static_assert((static_cast<int>(SampleClass::PlanarMirror) ^
+                   static_cast<int>(SampleClass::CurvedMirror)) == 1);
+    if (reflectors_.mirrors) {
+      pass(mirror_, mirrorCount_, ray, static_cast<int>(SampleClass::PlanarMirror), 0xFE);
+    }
+    if (reflectors_.glossy) {
+      const auto size = static_cast<float>(cubeMap_.width());
+      glossy_.set("levelOffset", 0.5f * std::log2(3.0f * size * size));
+      glossy_.set("lastLevel", static_cast<float>(cubeMap_.levels() - 1));
+      pass(glossy_, glossyCount_, ray, static_cast<int>(SampleClass::Glossy), 0xFF);
+    }
+    glDisable(GL_STENCIL_TEST);
+  }
+
+  static void pass(gl::Program& program, const gl::FragmentCounter& counter, const Mat3& ray,
+                   int sampleClass, GLuint mask) {
+    program.use();
+    program.set("rayFromSample", ray);
+    glStencilFunc(GL_EQUAL, sampleClass, mask);
+    counter.begin();
+    gl::drawFullScreenTriangle();
+    counter.end();
+  }
+
+  Options options_;
+  bool masks_ = false;
+  Reflectors reflectors_;
+  gl::Texture cubeMap_;
+  std::vector<frame::WorldLight> drawnLights_;  ///< that the cube map was drawn with
+  gl::Program mirror_;
+  gl::Program glossy_;
+  gl::FragmentCounter mirrorCount_;
+  gl::FragmentCounter glossyCount_;
+};
+
+std::unique_ptr<Method> make(const config::Value& options) {
+  return std::make_unique<EnvironmentMap>(parseOptions(options));
+}
+
+}  // namespace
+
+const MethodEntry& environmentMapEntry() {
+  static const MethodEntry entry{
+      "environment_map",
+      "cube map look-up by reflected direction; everything infinitely far away",
+      "",
+      {"environment", "resolve"},
+      schema(),
+      make};
+  return entry;
+}
+
+}  // namespace catoptric::methods

@@ -1,0 +1,384 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "frame/test_scenes.h"
+#include "gl/test_context.h"
+#include "methods/environment_map/cube_map.h"
+#include "methods/environment_map/environment_map.h"
+#include "scene/animate.h"
+
+namespace catoptric::methods {
+namespace {
+
+// All that a frame of the method needs.
+class Rig {
+ public:
+  Rig(scene::Scene scene, const std::string& options, bool masks = true)
+      : context(gl::testContext()),
+        scene_(std::move(scene)),
+        pose_(scene::poseAt(scene_, 0.0)),
+        geometry(frame::makeGeometry(scene_, pose_)),
+        environment(std::make_shared<frame::EnvironmentLight>(scene_.environment)),
+        lighting(frame::makeLighting(scene_, pose_, environment)),
+        raster(scene_, geometry),
+        method(environmentMapEntry().make(config::parseText(options, "options"))) {
+    settings.width = 64;
+    settings.height = 48;
+    settings.samples = 2;
+    settings.masks = masks;
+    gbuffer = raster.makeGBuffer({settings.width, settings.height, settings.samples, masks});
+    timer.setFinish([] { gl::Context::current().finish("a step"); });
+    Services services = makeServices();
+    timer.beginFrame(0);
+    method->prepare(services, settings);
+  }
+
+  Services makeServices() {
+    return {scene_, geometry, lighting, &raster, &gbuffer, nullptr, timer};
+  }
+
+  FrameOutput render(const scene::Camera& camera, std::vector<int> changed = {},
+                     bool first = true) {
+    camera_ = camera;
+    raster.drawGBuffer(gbuffer, camera, lighting);
+    FrameInput input;
+    input.frame.camera = camera;
+    input.changedObjects = std::move(changed);
+    input.firstOfSequence = first;
+    FrameOutput output;
+    timer.beginFrame(++frames_);
+    Services services = makeServices();
+    method->render(input, services, output);
+    context.check("the frame");
+    return output;
+  }
+
+  // Moves to another moment; returns what changed.
+  std::vector<int> moveTo(double seconds) {
+    pose_ = scene::poseAt(scene_, seconds);
+    std::vector<int> changed = frame::updateGeometry(geometry, scene_, pose_);
+    lighting = frame::makeLighting(scene_, pose_, environment);
+    raster.update(geometry, changed);
+    return changed;
+  }
+
+  // Samples of the last frame on the CPU.
+  struct Sample {
+    int object = 0;
+    Vec3 ray{0};        // unit, from the eye
+    Vec3 reflected{0};  // unit
+    Vec3 radiance{0};   // what the method wrote
+    std::uint8_t mask = 0;
+  };
+  std::vector<Sample> samples() const {
+    const std::vector<float> normal = raster::readRgba(gbuffer.normal);
+    const std::vector<float> reflection = raster::readRgba(gbuffer.reflection);
+    const std::vector<std::uint32_t> ids = raster::readIds(gbuffer.object);
+    const std::vector<std::uint8_t> masks =
+        settings.masks ? raster::readMasks(gbuffer.masks) : std::vector<std::uint8_t>{};
+    std::vector<Sample> all;
+    for (int y = 0; y < gbuffer.sampleHeight(); ++y) {
+      for (int x = 0; x < gbuffer.sampleWidth(); ++x) {
+        const std::size_t i = all.size();
+        Sample sample;
+        sample.object = static_cast<int>(ids[i]);
+        const auto perSample = 1.0f / static_cast<float>(settings.samples);
+        sample.ray = scene::rayDirection(camera_, settings.width, settings.height,
+                                         (static_cast<float>(x) + 0.5f) * perSample,
+                                         (static_cast<float>(y) + 0.5f) * perSample);
+        const Vec3 n(normal[4 * i], normal[4 * i + 1], normal[4 * i + 2]);
+        sample.reflected = glm::reflect(sample.ray, n);
+        sample.radiance = Vec3(reflection[4 * i], reflection[4 * i + 1], reflection[4 * i + 2]);
+        if (!masks.empty()) sample.mask = masks[i];
+        all.push_back(sample);
+      }
+    }
+    return all;
+  }
+
+  int timesRun(const std::string& step) const {
+    return static_cast<int>(std::ranges::count_if(
+        timer.samples(), [&](const frame::StepSample& s) { return s.step == step; }));
+  }
+
+  gl::Context& context;
+  RunSettings settings;
+
+ private:
+  scene::Scene scene_;
+  scene::Pose pose_;
+
+ public:
+  frame::Geometry geometry;
+  std::shared_ptr<const frame::EnvironmentLight> environment;
+  frame::Lighting lighting;
+  raster::SceneRaster raster;
+  raster::GBuffer gbuffer;
+  frame::StepTimer timer;
+  std::unique_ptr<Method> method;
+
+ private:
+  scene::Camera camera_;
+  int frames_ = 0;
+};
+
+scene::Camera cameraAt(const Vec3& eye, const Vec3& target) {
+  return scene::lookAt(eye, target, Vec3(0, 1, 0), radians(50.0f));
+}
+
+void gradientEnvironment(scene::Scene& scene) {
+  scene.environment.type = scene::EnvironmentType::Gradient;
+  scene.environment.color = Vec3(0.2f, 0.4f, 2.0f);
+  scene.environment.horizon = Vec3(1.0f, 0.9f, 0.8f);
+  scene.environment.ground = Vec3(0.3f, 0.1f, 0.05f);
+}
+
+TEST(EnvironmentMap, MirrorInAConstantEnvironmentIsThatConstant) {
+  // Values that half floats hold exactly.
+  const Vec3 radiance(0.5f, 1.25f, 8.0f);
+  for (const char* options : {R"({"source": "environment"})",
+                              R"({"source": "scene", "center": [0, 0, 5], "face_size": 16})"}) {
+    for (const float glossiness : {0.0f, 0.4f, 1.0f}) {
+      SCOPED_TRACE(std::string(options) + " g = " + std::to_string(glossiness));
+      test::SceneBuilder builder;
+      builder.constantEnvironment(radiance);
+      scene::Material material;
+      // The scene's own map must show the constant too: an unlit sphere of that radiance.
+      material.unlit = true;
+      material.baseColor = radiance;
+      material.specularLevel = 1.0f;
+      material.glossiness = glossiness;
+      builder.scene().materials.push_back(material);
+      builder.add(scene::makeSphere(1.0f, 48, 24, scene::UvMode::Unit), 0);
+      Rig rig(builder.scene(), options);
+      const FrameOutput output = rig.render(cameraAt(Vec3(0, 0, 4), Vec3(0)));
+      std::uint64_t reflective = 0;
+      for (const Rig::Sample& sample : rig.samples()) {
+        if (sample.object == 0) {
+          EXPECT_EQ(sample.mask, 0);
+          continue;
+        }
+        ++reflective;
+        EXPECT_EQ(sample.radiance, radiance);
+        EXPECT_EQ(sample.mask, raster::kMaskEnvironment);
+      }
+      EXPECT_GT(reflective, 1000u);
+      EXPECT_EQ(output.counters.at("environment"), reflective);
+    }
+  }
+}
+
+// A room whose six walls shine in six colours, with a mirror sphere and a small plane mirror.
+constexpr float kWallDistance = 2.0f;
+constexpr float kSphereRadius = 0.4f;
+const Vec3 kSphereCentre(0.0f, -0.6f, -0.7f);
+const Vec3 kSphereColor(0.25f, 0.5f, 0.125f);
+
+Vec3 wallColor(int face) {
+  return Vec3(static_cast<float>(face + 1), static_cast<float>((face * 5) % 7), 0.5f);
+}
+
+scene::Scene sixColours() {
+  test::SceneBuilder builder;
+  for (int face = 0; face < 6; ++face) {
+    scene::BoxShape wall;
+    wall.size = Vec3(2 * kWallDistance);
+    wall.inward = true;
+    wall.faces = {};
+    wall.faces[face] = true;
+    scene::Material material;
+    material.unlit = true;
+    material.baseColor = wallColor(face);
+    builder.scene().materials.push_back(material);
+    builder.add(scene::makeBox(wall, scene::UvMode::Unit),
+                static_cast<int>(builder.scene().materials.size()) - 1);
+  }
+  scene::Material mirror;
+  mirror.unlit = true;
+  mirror.baseColor = kSphereColor;
+  mirror.specularLevel = 0.8f;
+  builder.scene().materials.push_back(mirror);
+  builder.add(scene::makeIcosphere(kSphereRadius, 5, scene::UvMode::Unit),
+              static_cast<int>(builder.scene().materials.size()) - 1,
+              test::translation(kSphereCentre));
+  return builder.scene();
+}
+
+// What is seen from the origin, in closed form; nothing near an edge, `margin` as a tangent.
+std::optional<Vec3> seenFromOrigin(const Vec3& direction, float margin) {
+  // The sphere's silhouette is a cone around its centre.
+  const float distance = glm::length(kSphereCentre);
+  const float angle = std::acos(glm::dot(direction, kSphereCentre) / distance);
+  const float silhouette = std::asin(kSphereRadius / distance);
+  if (angle < silhouette - margin) return kSphereColor;
+  if (angle < silhouette + margin) return std::nullopt;
+  // The wall is the axis of the largest component.
+  const Vec3 a = glm::abs(direction);
+  const int axis = a.x > a.y ? (a.x > a.z ? 0 : 2) : (a.y > a.z ? 1 : 2);
+  for (int other = 0; other < 3; ++other) {
+    if (other != axis && a[other] > (1.0f - margin) * a[axis]) return std::nullopt;
+  }
+  return wallColor(2 * axis + (direction[axis] < 0 ? 1 : 0));
+}
+
+TEST(EnvironmentMap, ShowsTheWallInTheReflectedDirection) {
+  constexpr int kFaceSize = 128;
+  Rig rig(sixColours(), R"({"center": [0, 0, 0], "face_size": 128})");
+  std::array<int, 7> seen{};
+  const Vec3 eyes[] = {
+      {0.0f, 1.2f, -0.7f}, {1.6f, -0.3f, -0.9f}, {-0.4f, -0.8f, 1.0f}, {-1.4f, -1.2f, -1.3f}};
+  for (const Vec3& eye : eyes) {
+    rig.render(scene::lookAt(eye, kSphereCentre, eye.x == 0.0f ? Vec3(0, 0, -1) : Vec3(0, 1, 0),
+                             radians(50.0f)));
+    int checked = 0;
+    for (const Rig::Sample& sample : rig.samples()) {
+      if (sample.object != 7) continue;
+      // A texel and its neighbour in the filter, as a tangent.
+      const std::optional<Vec3> expected =
+          seenFromOrigin(sample.reflected, 2.0f * 2.0f / kFaceSize);
+      if (!expected) continue;
+      ++checked;
+      ASSERT_LT(glm::length(sample.radiance - *expected), 1e-3f)
+          << "reflected direction " << sample.reflected.x << " " << sample.reflected.y << " "
+          << sample.reflected.z;
+      for (int face = 0; face < 6; ++face) {
+        if (*expected == wallColor(face)) ++seen[static_cast<std::size_t>(face)];
+      }
+      if (*expected == kSphereColor) ++seen[6];
+    }
+    EXPECT_GT(checked, 500);
+  }
+  for (const int count : seen) EXPECT_GT(count, 20);
+}
+
+TEST(EnvironmentMap, FollowsAMovingSceneAndOnlyThat) {
+  test::SceneBuilder builder;
+  builder.constantEnvironment(Vec3(0.25f));
+  builder.add(scene::makeIcosphere(0.5f, 4, scene::UvMode::Unit), builder.reflective(1.0f));
+  scene::Material bright;
+  bright.unlit = true;
+  bright.baseColor = Vec3(4.0f);
+  builder.scene().materials.push_back(bright);
+  // A bright box above at first, below in the end.
+  scene::BoxShape box;
+  const int moving =
+      builder.add(scene::makeBox(box, scene::UvMode::Unit), 1, test::translation(Vec3(0, 3, 1)));
+  builder.move(moving, Vec3(0, -6, 0), 1.0f);
+  Rig rig(builder.scene(), R"({"center": [0, 0, 1], "face_size": 32})");
+  EXPECT_EQ(rig.timesRun("environment"), 0);
+  const scene::Camera camera = cameraAt(Vec3(0, 0, 3), Vec3(0));
+  const auto brightest = [&] {
+    Rig::Sample best;
+    for (const Rig::Sample& sample : rig.samples()) {
+      if (sample.object == 1 && sample.radiance.x > best.radiance.x) best = sample;
+    }
+    return best;
+  };
+  rig.render(camera);
+  EXPECT_GT(brightest().reflected.y, 0.8f);
+  EXPECT_EQ(rig.timesRun("environment"), 1);
+  // Nothing moved: drawn no second time.
+  rig.render(camera, {}, false);
+  EXPECT_EQ(rig.timesRun("environment"), 1);
+  rig.render(camera, rig.moveTo(1.0), false);
+  EXPECT_LT(brightest().reflected.y, -0.8f);
+  EXPECT_EQ(rig.timesRun("environment"), 2);
+  EXPECT_EQ(rig.timesRun("resolve"), 3);
+}
+
+TEST(EnvironmentMap, AStaticSceneIsDrawnOnceBeforeTheFirstFrame) {
+  Rig rig(sixColours(), R"({"face_size": 16})", false);
+  EXPECT_EQ(rig.timesRun("environment"), 1);
+  const scene::Camera camera = cameraAt(Vec3(0, 0, 1), kSphereCentre);
+  rig.render(camera);
+  rig.render(camera, {}, false);
+  EXPECT_EQ(rig.timesRun("environment"), 1);
+  for (const frame::StepSample& sample : rig.timer.samples()) {
+    if (sample.step == "environment") {
+      EXPECT_EQ(sample.frame, 0);
+    }
+  }
+}
+
+TEST(EnvironmentMap, GradientIsLookedUpByDirection) {
+  test::SceneBuilder builder;
+  gradientEnvironment(builder.scene());
+  builder.add(scene::makeIcosphere(1.0f, 5, scene::UvMode::Unit), builder.reflective(1.0f));
+  Rig rig(builder.scene(), R"({"source": "environment", "face_size": 256})");
+  rig.render(cameraAt(Vec3(0, 0.5f, 4), Vec3(0)));
+  float largest = 0;
+  for (const Rig::Sample& sample : rig.samples()) {
+    if (sample.object == 0) continue;
+    const Vec3 difference = sample.radiance - rig.environment->radiance(sample.reflected);
+    largest = std::max(largest, glm::length(difference));
+  }
+  // Half a texel of 256 at the horizon's kink: gradient about 2 per unit of y.
+  EXPECT_LT(largest, 0.01f);
+}
+
+// Mean of the environment over the Phong lobe cos^n around an axis, by quadrature.
+Vec3 lobeMean(const frame::EnvironmentLight& environment, const Vec3& axis, float n) {
+  const Vec3 helper = std::abs(axis.y) < 0.9f ? Vec3(0, 1, 0) : Vec3(1, 0, 0);
+  const Vec3 t = glm::normalize(glm::cross(helper, axis));
+  const Vec3 b = glm::cross(axis, t);
+  constexpr int kRings = 64;
+  constexpr int kSpokes = 64;
+  Vec3 sum(0.0f);
+  for (int i = 0; i < kRings; ++i) {
+    // Equal shares of the lobe: cos = u^(1 / (n + 1)).
+    const float u = (static_cast<float>(i) + 0.5f) / kRings;
+    const float cosine = std::pow(u, 1.0f / (n + 1.0f));
+    const float sine = std::sqrt(std::max(0.0f, 1.0f - cosine * cosine));
+    for (int k = 0; k < kSpokes; ++k) {
+      const float phi = 2.0f * kPi * (static_cast<float>(k) + 0.5f) / kSpokes;
+      sum += environment.radiance(cosine * axis + sine * (std::cos(phi) * t + std::sin(phi) * b));
+    }
+  }
+  return sum / static_cast<float>(kRings * kSpokes);
+}
+
+TEST(EnvironmentMap, GlossyLookUpIsNearTheLobesMean) {
+  for (const float glossiness : {0.2f, 0.4f, 0.6f, 0.8f}) {
+    SCOPED_TRACE(glossiness);
+    test::SceneBuilder builder;
+    gradientEnvironment(builder.scene());
+    builder.add(scene::makeIcosphere(1.0f, 5, scene::UvMode::Unit),
+                builder.reflective(1.0f, glossiness));
+    Rig rig(builder.scene(), R"({"source": "environment", "face_size": 128})");
+    rig.render(cameraAt(Vec3(0, 0.5f, 4), Vec3(0)));
+    const float n = scene::phongExponentFromGlossiness(glossiness);
+    double ours = 0;
+    double unfiltered = 0;
+    int count = 0;
+    const std::vector<Rig::Sample> samples = rig.samples();
+    for (std::size_t i = 0; i < samples.size(); i += 13) {
+      const Rig::Sample& sample = samples[i];
+      if (sample.object == 0) continue;
+      const Vec3 truth = lobeMean(*rig.environment, sample.reflected, n);
+      ours += glm::length(sample.radiance - truth);
+      unfiltered += glm::length(rig.environment->radiance(sample.reflected) - truth);
+      ++count;
+    }
+    ours /= count;
+    unfiltered /= count;
+    std::printf("g %.1f: n %.1f, mean error %.4f, unfiltered %.4f\n",
+                static_cast<double>(glossiness), static_cast<double>(n), ours, unfiltered);
+    EXPECT_LT(ours, 0.1);
+  }
+}
+
+TEST(EnvironmentMap, LeavesASceneWithoutReflectorsAlone) {
+  test::SceneBuilder builder;
+  builder.add(scene::makeIcosphere(1.0f, 3, scene::UvMode::Unit), builder.diffuse(Vec3(0.5f)));
+  Rig rig(builder.scene(), "{}");
+  const FrameOutput output = rig.render(cameraAt(Vec3(0, 0, 4), Vec3(0)));
+  EXPECT_EQ(output.counters.at("environment"), 0u);
+  EXPECT_TRUE(rig.timer.samples().empty());
+  for (const Rig::Sample& sample : rig.samples()) EXPECT_EQ(sample.mask, 0);
+}
+
+}  // namespace
+}  // namespace catoptric::methods
