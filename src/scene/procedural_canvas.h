@@ -58,7 +58,24 @@ class Canvas {
   std::vector<Vec3> colors_;
 };
 
-/// "#rrggbb" as encoded values 0..1.
+/// "#rrggbb" as encoded values 0..1, read by the compiler.
+struct EncodedColor {
+  float r = 0.0f, g = 0.0f, b = 0.0f;
+  operator Vec3() const { return {r, g, b}; }
+};
+consteval float hexPair(const char* text) {
+  int value = 0;
+  for (int i = 0; i < 2; ++i) {
+    const char c = text[i];
+    value = 16 * value + (c <= '9' ? c - '0' : c - 'a' + 10);
+  }
+  return static_cast<float>(value) / 255.0f;
+}
+consteval EncodedColor hex(const char* text) {
+  return {hexPair(text + 1), hexPair(text + 3), hexPair(text + 5)};
+}
+
+/// The same at run time.
 Vec3 hexColor(const char* text);
 
 struct Texture {

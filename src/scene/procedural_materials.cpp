@@ -112,8 +112,8 @@ void wood(Canvas& canvas) {
     const float bend = wave.at(gx, gy);
     float ring = 0.0f;
     if (pattern == "board") {
-      ring = 7.0f * (v + 0.25f * bend);
-      ring = std::abs(fract(ring) * 2.0f - 1.0f);
+      // Twelve rings over the tile, drawn out along the grain.
+      ring = fract(12.0f * v + 2.6f * bend);
     } else {
       const float centre = (hash01(p.id, 4, seed) - 0.5f) * 2.5f;
       const float distance = (p.across - 0.5f - centre) * (6.0f / rows) + 0.55f * bend;
@@ -322,8 +322,8 @@ void fabric(Canvas& canvas) {
       round =
           (1.0f - 2.0f * std::abs(stitch)) * (1.0f - 0.6f * std::abs(2.0f * std::abs(a) - 0.5f));
       round = std::min(round, smoothstep(0.0f, 0.12f, std::abs(a)) * 0.7f + 0.3f);
-      tone = hash01(i, j, seed);
-      over = (static_cast<int>(std::floor(t + slope)) & 1) != 0;
+      tone = hash01(i, wrap(static_cast<int>(t + slope), threads), seed);
+      over = true;
     } else {
       over = weave == "twill" ? wrap(i + j, 4) < 2 : wrap(i + j, 2) == 0;
       // Across the thread round, along it sinking at the crossings.
@@ -428,7 +428,7 @@ void stripes(Canvas& canvas) {
   std::vector<Vec3> colors;
   for (std::size_t i = 0; i < canvas.colorCount(); ++i)
     colors.push_back(canvas.color(i, "#000000"));
-  if (colors.size() < 2) colors = {canvas.color(0, "#d9d2c3"), hexColor("#7c8f83")};
+  if (colors.size() < 2) colors = {canvas.color(0, "#d9d2c3"), Vec3(hex("#7c8f83"))};
   const auto n = static_cast<int>(colors.size());
   canvas.paint([&](int, int, float u, float, Vec3& color, float& height) {
     const float x = u * static_cast<float>(count * n);

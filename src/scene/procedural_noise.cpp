@@ -89,19 +89,19 @@ Cells::Cells(int period, float jitter, std::uint32_t seed)
 }
 
 Cell Cells::at(float u, float v) const {
-  const float x = u * static_cast<float>(period_);
-  const float y = v * static_cast<float>(period_);
-  const auto cx = static_cast<int>(std::floor(x));
-  const auto cy = static_cast<int>(std::floor(y));
+  const float x = fract(u) * static_cast<float>(period_);
+  const float y = fract(v) * static_cast<float>(period_);
+  const auto cx = static_cast<int>(x);
+  const auto cy = static_cast<int>(y);
   float nearest = 1e9f;
   float second = 1e9f;
   Cell result;
   int bestX = 0;
   int bestY = 0;
   for (int j = -1; j <= 1; ++j) {
-    const int py = wrap(cy + j, period_);
+    const int py = wrapNear(cy + j, period_);
     for (int i = -1; i <= 1; ++i) {
-      const int px = wrap(cx + i, period_);
+      const int px = wrapNear(cx + i, period_);
       const Vec2& p = points_[static_cast<std::size_t>(py * period_ + px)];
       const float dx = x - (static_cast<float>(cx + i) + p.x);
       const float dy = y - (static_cast<float>(cy + j) + p.y);

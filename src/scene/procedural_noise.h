@@ -33,12 +33,18 @@ inline int wrap(int i, int n) {
   const int r = i % n;
   return r < 0 ? r + n : r;
 }
+/// wrap() for i from -n to 2 n - 1, without a division.
+inline int wrapNear(int i, int n) {
+  return i < 0 ? i + n : i >= n ? i - n : i;
+}
 inline float smoothstep(float a, float b, float x) {
   const float t = std::clamp((x - a) / (b - a), 0.0f, 1.0f);
   return t * t * (3.0f - 2.0f * t);
 }
+/// Without std::floor, which is a call where SSE 4.1 may not be assumed.
 inline float fract(float x) {
-  return x - std::floor(x);
+  const auto whole = static_cast<float>(static_cast<int>(x));
+  return x < whole ? x - whole + 1.0f : x - whole;
 }
 inline float mix(float a, float b, float t) {
   return a + (b - a) * t;
@@ -53,15 +59,16 @@ class Field {
  public:
   explicit Field(int size) : size_(size), values_(static_cast<std::size_t>(size) * size, 0.0f) {}
 
+  /// x and y from -size to 2 size - 1.
   float at(int x, int y) const {
-    return values_[static_cast<std::size_t>(wrap(y, size_)) * size_ + wrap(x, size_)];
+    return values_[static_cast<std::size_t>(wrapNear(y, size_)) * size_ + wrapNear(x, size_)];
   }
   /// Bilinear, u and v in tiles.
   float sample(float u, float v) const {
     const float x = fract(u) * static_cast<float>(size_) - 0.5f;
     const float y = fract(v) * static_cast<float>(size_) - 0.5f;
-    const auto x0 = static_cast<int>(std::floor(x));
-    const auto y0 = static_cast<int>(std::floor(y));
+    const int x0 = static_cast<int>(x + 1.0f) - 1;  // x is -0.5 or more
+    const int y0 = static_cast<int>(y + 1.0f) - 1;
     const float fx = x - static_cast<float>(x0);
     const float fy = y - static_cast<float>(y0);
     return mix(mix(at(x0, y0), at(x0 + 1, y0), fx), mix(at(x0, y0 + 1), at(x0 + 1, y0 + 1), fx),
@@ -102,7 +109,7 @@ struct Cell {
 class Cells {
  public:
   Cells(int period, float jitter, std::uint32_t seed);
-  Cell at(float u, float v) const;
+  Cell at(float u, float v) const;  ///< u and v from -1 to 2
 
  private:
   int period_;

@@ -1,4 +1,6 @@
 // Pictures and ornaments: rugs, wallpaper, paintings, books, a screen, leaves.
+#include <array>
+
 #include "scene/procedural_canvas.h"
 
 namespace catoptric::scene::procedural {
@@ -207,12 +209,12 @@ void painting(Canvas& canvas) {
       return base - roughness * ridge.sample(us, 0.137f * static_cast<float>(row));
     };
     if (style == "landscape") {
-      color = sky(vs / 0.55f, hexColor("#5f8fc0"), hexColor("#f0dcc0"));
+      color = sky(vs / 0.55f, Vec3(hex("#5f8fc0")), Vec3(hex("#f0dcc0")));
       const float c =
           smoothstep(0.02f, 0.5f, cloud.sample(us, vs * 1.5f)) * smoothstep(0.5f, 0.2f, vs);
-      color = glm::mix(color, hexColor("#fbf3e6"), 0.8f * c);
-      const Vec3 hills[4] = {hexColor("#8fa7b5"), hexColor("#7c9a7c"), hexColor("#6f8c4d"),
-                             hexColor("#8f9a45")};
+      color = glm::mix(color, Vec3(hex("#fbf3e6")), 0.8f * c);
+      const Vec3 hills[4] = {Vec3(hex("#8fa7b5")), Vec3(hex("#7c9a7c")), Vec3(hex("#6f8c4d")),
+                             Vec3(hex("#8f9a45"))};
       for (int i = 0; i < 4; ++i) {
         const float line = skyline(0.45f + 0.1f * static_cast<float>(i),
                                    0.12f - 0.015f * static_cast<float>(i), i + 1);
@@ -222,50 +224,52 @@ void painting(Canvas& canvas) {
       // A path towards the hills, and trees.
       const float path =
           std::abs(us - 0.5f - 0.12f * std::sin(9.0f * vs)) - 0.16f * std::max(vs - 0.68f, 0.0f);
-      color = glm::mix(color, hexColor("#d9c08a"),
+      color = glm::mix(color, Vec3(hex("#d9c08a")),
                        0.85f * ink(path, 0.004f) * smoothstep(0.69f, 0.73f, vs));
       for (int i = 0; i < 7; ++i) {
         const float foot = 0.66f + 0.24f * hash01(i, 1, seed);
         const float scale = 0.5f + 2.2f * (foot - 0.62f);
         const Vec2 at(us - hash01(i, 2, seed), vs - foot);
         const float trunk = box(at - Vec2(0.0f, -0.05f * scale), Vec2(0.006f, 0.06f) * scale);
-        color = glm::mix(color, hexColor("#4a3524"), ink(trunk, soft));
+        color = glm::mix(color, Vec3(hex("#4a3524")), ink(trunk, soft));
         const float crown = glm::length((at - Vec2(0.0f, -0.14f * scale)) / Vec2(0.8f, 1.1f)) -
                             scale * (0.075f + 0.04f * fine.sample(us * 2.0f, vs * 2.0f));
         const Vec3 leaves = glm::mix(
-            hexColor("#34502a"), hexColor("#7f9440"),
+            Vec3(hex("#34502a")), Vec3(hex("#7f9440")),
             smoothstep(0.1f, -0.2f, at.y / scale + 0.14f + 0.3f * at.x / scale) + 0.3f * stroke);
         color = glm::mix(color, leaves, ink(crown, 0.004f));
       }
     } else if (style == "mountains") {
-      color = sky(vs / 0.6f, hexColor("#28406e"), hexColor("#f2b486"));
+      color = sky(vs / 0.6f, Vec3(hex("#28406e")), Vec3(hex("#f2b486")));
       const float sun = glm::length(Vec2(us - 0.66f, vs - 0.36f));
-      color = glm::mix(color, hexColor("#fff0c8"),
+      color = glm::mix(color, Vec3(hex("#fff0c8")),
                        std::max(ink(sun - 0.05f, 0.006f), 0.5f * std::exp(-9.0f * sun)));
       for (int i = 0; i < 5; ++i) {
         const float t = static_cast<float>(i) / 4.0f;
         const float line =
             skyline(0.38f + 0.13f * static_cast<float>(i), 0.24f * (1.0f - 0.5f * t), i + 1);
-        Vec3 tone = glm::mix(hexColor("#a98fa6"), hexColor("#1c2436"), t);
+        Vec3 tone = glm::mix(Vec3(hex("#a98fa6")), Vec3(hex("#1c2436")), t);
         const float snow =
-            i < 2 ? smoothstep(0.05f, 0.0f, vs - line + 0.03f * fine.sample(us * 3.0f, vs)) : 0.0f;
-        tone = glm::mix(tone, hexColor("#f6e6dc"), 0.7f * snow);
-        tone = glm::mix(tone, hexColor("#d9a58c"),
+            i < 2 ? smoothstep(0.045f, 0.02f,
+                               vs - line + 0.05f * ridge.sample(us * 3.0f, 0.4f) + 0.012f * stroke)
+                  : 0.0f;
+        tone = glm::mix(tone, Vec3(hex("#f6e6dc")), 0.7f * snow);
+        tone = glm::mix(tone, Vec3(hex("#d9a58c")),
                         0.35f * (1.0f - t) * smoothstep(0.0f, 0.25f, vs - line));
         color = glm::mix(color, tone * (1.0f + 0.1f * stroke), ink(line - vs, 2.0f * soft));
       }
     } else if (style == "seascape") {
       const float horizon = 0.48f;
-      color = sky(vs / horizon, hexColor("#7fa3bf"), hexColor("#f3e3cd"));
+      color = sky(vs / horizon, Vec3(hex("#7fa3bf")), Vec3(hex("#f3e3cd")));
       const float c = smoothstep(-0.05f, 0.45f, cloud.sample(us, vs * 1.8f));
-      color = glm::mix(color, hexColor("#fdf6ee"), 0.75f * c * smoothstep(horizon, 0.3f, vs));
+      color = glm::mix(color, Vec3(hex("#fdf6ee")), 0.75f * c * smoothstep(horizon, 0.3f, vs));
       if (vs > horizon) {
         const float depth = (vs - horizon) / (1.0f - horizon);
         const float wave =
             ridge.sample(us * (0.6f + 0.4f * (1.0f - depth)), 0.35f / (0.1f + depth) * 0.6f);
-        color = glm::mix(hexColor("#6f9db0"), hexColor("#123c52"), std::pow(depth, 0.6f));
-        color = glm::mix(color, hexColor("#e8f0ee"), 0.7f * smoothstep(0.28f, 0.5f, wave));
-        color = glm::mix(color, hexColor("#f6e6c6"),
+        color = glm::mix(Vec3(hex("#6f9db0")), Vec3(hex("#123c52")), std::pow(depth, 0.6f));
+        color = glm::mix(color, Vec3(hex("#e8f0ee")), 0.7f * smoothstep(0.28f, 0.5f, wave));
+        color = glm::mix(color, Vec3(hex("#f6e6c6")),
                          0.6f * std::exp(-60.0f * (us - 0.6f) * (us - 0.6f)) *
                              smoothstep(0.1f, 0.4f, wave + 0.2f));
       }
@@ -273,26 +277,27 @@ void painting(Canvas& canvas) {
       const Vec2 s(us - 0.34f, vs - 0.5f);
       const float sail =
           std::max({s.y, -0.2f - s.y, std::abs(s.x - 0.01f) - 0.3f * (0.2f + s.y) * 0.9f});
-      color = glm::mix(color, hexColor("#fbf7ee"), ink(sail, soft));
+      color = glm::mix(color, Vec3(hex("#fbf7ee")), ink(sail, soft));
       const float hull =
           std::max(std::abs(s.y - 0.015f) - 0.015f, std::abs(s.x) - 0.08f + 1.2f * (s.y - 0.0f));
-      color = glm::mix(color, hexColor("#5a2d22"), ink(hull, soft));
+      color = glm::mix(color, Vec3(hex("#5a2d22")), ink(hull, soft));
     } else if (style == "still_life") {
       // A table with a bowl of fruit and a bottle before a dark wall.
-      color = glm::mix(hexColor("#4a3d33"), hexColor("#1e1a19"),
+      color = glm::mix(Vec3(hex("#4a3d33")), Vec3(hex("#1e1a19")),
                        smoothstep(0.0f, 0.9f, glm::length(Vec2(us - 0.35f, vs - 0.3f))));
       color *= 1.0f + 0.1f * cloud.sample(us, vs);
       const float table = 0.68f;
-      if (vs > table) color = hexColor("#8a5e3a") * (1.0f + 0.25f * stroke - 0.5f * (vs - table));
+      if (vs > table) color = Vec3(hex("#8a5e3a")) * (1.0f + 0.25f * stroke - 0.5f * (vs - table));
       const Vec2 b(us - 0.72f, vs - 0.45f);
       const float neck = smoothstep(-0.16f, -0.05f, b.y);
       const float bottle = std::max(std::abs(b.x) - (0.022f + 0.05f * neck), std::abs(b.y) - 0.27f);
       color = glm::mix(
-          color, glm::mix(hexColor("#16291c"), hexColor("#4f7a55"), smoothstep(0.02f, -0.05f, b.x)),
+          color,
+          glm::mix(Vec3(hex("#16291c")), Vec3(hex("#4f7a55")), smoothstep(0.02f, -0.05f, b.x)),
           ink(bottle, soft));
-      color = glm::mix(color, hexColor("#dff0dc"),
+      color = glm::mix(color, Vec3(hex("#dff0dc")),
                        0.8f * ink(box(b - Vec2(-0.035f, 0.05f), {0.006f, 0.12f}), 0.004f));
-      const Vec3 fruit[3] = {hexColor("#c8402c"), hexColor("#e09a2e"), hexColor("#9bb03c")};
+      const Vec3 fruit[3] = {Vec3(hex("#c8402c")), Vec3(hex("#e09a2e")), Vec3(hex("#9bb03c"))};
       for (int i = 0; i < 7; ++i) {
         const Vec2 centre(0.2f + 0.055f * static_cast<float>(i) + 0.02f * hash01(i, 1, seed),
                           0.57f - (i % 2 == 0 ? 0.0f : 0.06f) + 0.02f * hash01(i, 2, seed));
@@ -306,7 +311,7 @@ void painting(Canvas& canvas) {
       const Vec2 c(us - 0.38f, vs - 0.6f);
       const float bowl = std::max(glm::length(c / Vec2(1.7f, 1.0f)) - 0.135f, -c.y);
       color = glm::mix(
-          color, glm::mix(hexColor("#5b7fa6"), hexColor("#c9d8e6"), smoothstep(0.2f, -0.2f, c.x)),
+          color, glm::mix(Vec3(hex("#5b7fa6")), Vec3(hex("#c9d8e6")), smoothstep(0.2f, -0.2f, c.x)),
           ink(bowl, soft));
       color =
           glm::mix(color, color * 0.5f,
@@ -329,15 +334,15 @@ void painting(Canvas& canvas) {
         }
         if (hash01(id, 77, seed) < 0.18f && level > 1) break;
       }
-      const Vec3 tones[8] = {hexColor("#f1ece0"), hexColor("#d8412f"), hexColor("#f1ece0"),
-                             hexColor("#f0bb3a"), hexColor("#2b4c8c"), hexColor("#e6dfd0"),
-                             hexColor("#7ba39a"), hexColor("#f4efe6")};
+      const Vec3 tones[8] = {Vec3(hex("#f1ece0")), Vec3(hex("#d8412f")), Vec3(hex("#f1ece0")),
+                             Vec3(hex("#f0bb3a")), Vec3(hex("#2b4c8c")), Vec3(hex("#e6dfd0")),
+                             Vec3(hex("#7ba39a")), Vec3(hex("#f4efe6"))};
       color = tones[hash(static_cast<std::uint32_t>(id), 5u, seed) % 8u];
       const float ring = glm::length(Vec2(us - 0.62f, vs - 0.38f));
-      color = glm::mix(color, hexColor("#d8412f"), 0.85f * ink(ring - 0.16f, soft));
-      color = glm::mix(color, hexColor("#222226"), ink(std::abs(ring - 0.21f) - 0.006f, soft));
+      color = glm::mix(color, Vec3(hex("#d8412f")), 0.85f * ink(ring - 0.16f, soft));
+      color = glm::mix(color, Vec3(hex("#222226")), ink(std::abs(ring - 0.21f) - 0.006f, soft));
       const float bar = std::min(std::min(us - x0, x1 - us), std::min(vs - y0, y1 - vs));
-      color = glm::mix(color, hexColor("#1d1d20"), ink(bar - 0.008f, soft));
+      color = glm::mix(color, Vec3(hex("#1d1d20")), ink(bar - 0.008f, soft));
     }
     color *= 1.0f + 0.07f * stroke + 0.03f * fine.at(x, y);
     height = 0.0008f * stroke + 0.0004f * fine.at(x, y);
@@ -372,13 +377,13 @@ void books(Canvas& canvas) {
     const float top = 0.02f + 0.16f * hash01(i, 1, seed);
     const float round = std::sqrt(std::max(0.0f, 1.0f - (2.0f * a - 1.0f) * (2.0f * a - 1.0f)));
     if (v < top) {  // the shelf's dark back
-      color = hexColor("#1a1512");
+      color = Vec3(hex("#1a1512"));
       height = 0.0f;
       return;
     }
     const Vec3 base = colors[hash(static_cast<std::uint32_t>(i), 2u, seed) % colors.size()];
     color = base * (0.62f + 0.38f * round + 0.05f * cloth.at(x, y));
-    const Vec3 gold = hexColor("#d8bd7a");
+    const Vec3 gold = Vec3(hex("#d8bd7a"));
     const float h = (v - top) / (1.0f - top);
     // Bands, and a label with lines for letters.
     const float band = std::min(std::abs(h - 0.08f), std::abs(h - 0.92f)) - 0.006f;
@@ -387,13 +392,13 @@ void books(Canvas& canvas) {
       const float label = box({a - 0.5f, h - 0.28f}, {0.36f, 0.09f});
       const float lines = std::abs(fract(h * 40.0f) - 0.5f) - 0.22f;
       const bool inverse = hash01(i, 4, seed) > 0.5f;
-      if (inverse) color = glm::mix(color, hexColor("#e8dfc8"), 0.85f * ink(label, 0.01f));
+      if (inverse) color = glm::mix(color, Vec3(hex("#e8dfc8")), 0.85f * ink(label, 0.01f));
       const float letters = std::max(
           {box({a - 0.5f, h - 0.28f}, {0.28f, 0.065f}), lines * 0.02f,
            hash01(static_cast<int>(a * 14.0f), static_cast<int>(h * 40.0f) + 100 * i, seed) > 0.75f
                ? 1.0f
                : -1.0f});
-      color = glm::mix(color, inverse ? hexColor("#3a2a20") : gold, 0.8f * ink(letters, 0.004f));
+      color = glm::mix(color, inverse ? Vec3(hex("#3a2a20")) : gold, 0.8f * ink(letters, 0.004f));
     }
     height = 0.02f * round + 0.0002f * cloth.at(x, y);
   });
@@ -407,29 +412,29 @@ void screen(Canvas& canvas) {
   canvas.paint([&](int, int, float u, float v, Vec3& color, float& height) {
     // A sunny coast as a television would show it, with a caption.
     const float horizon = 0.46f;
-    color = sky(v / horizon, hexColor("#1668c8"), hexColor("#bfe4f7"));
+    color = sky(v / horizon, Vec3(hex("#1668c8")), Vec3(hex("#bfe4f7")));
     const float c = smoothstep(0.0f, 0.4f, cloud.sample(u, v * 1.5f));
     color = glm::mix(color, Vec3(1.0f), 0.9f * c * smoothstep(horizon, 0.25f, v));
     if (v > horizon) {
       const float depth = (v - horizon) / (1.0f - horizon);
-      color = glm::mix(hexColor("#0f7fb0"), hexColor("#27c3c9"), depth);
+      color = glm::mix(Vec3(hex("#0f7fb0")), Vec3(hex("#27c3c9")), depth);
       color = glm::mix(color, Vec3(1.0f),
                        0.6f * smoothstep(0.3f, 0.5f, ridge.sample(u, 0.2f / (0.08f + depth))));
       const float beach = 0.72f + 0.1f * ridge.sample(u * 0.5f, 0.3f) + 0.25f * (u - 0.5f);
-      color = glm::mix(color, hexColor("#f2dfae"), ink(beach - v, 0.01f));
+      color = glm::mix(color, Vec3(hex("#f2dfae")), ink(beach - v, 0.01f));
     }
     const float hill =
         horizon - 0.2f * smoothstep(0.45f, 0.0f, u) + 0.08f * ridge.sample(u, 0.7f) + 0.02f;
     color = glm::mix(
         color,
-        glm::mix(hexColor("#2f7d3a"), hexColor("#86b84b"), smoothstep(0.1f, -0.1f, v - horizon)),
+        glm::mix(Vec3(hex("#2f7d3a")), Vec3(hex("#86b84b")), smoothstep(0.1f, -0.1f, v - horizon)),
         ink(std::max(hill - v, v - horizon - 0.02f), soft));
-    color = glm::mix(color, hexColor("#10305c"),
+    color = glm::mix(color, Vec3(hex("#10305c")),
                      0.85f * ink(box({u - 0.5f, v - 0.9f}, {0.44f, 0.045f}), soft));
     const bool letter = hash01(static_cast<int>(u * 60.0f), 3, seed) > 0.25f;
     color = glm::mix(color, Vec3(0.95f),
                      letter ? ink(box({u - 0.36f, v - 0.9f}, {0.27f, 0.016f}), soft) : 0.0f);
-    color = glm::mix(color, hexColor("#e23b2e"),
+    color = glm::mix(color, Vec3(hex("#e23b2e")),
                      ink(box({u - 0.86f, v - 0.9f}, {0.06f, 0.028f}), soft));
     height = 0.0f;
   });
@@ -440,40 +445,58 @@ void foliage(Canvas& canvas) {
   const Vec3 dark = canvas.color(1, "#1f3a18");
   const std::uint32_t seed = canvas.seed();
   const Field slow = fbm(canvas.size(), 5, 5, 3, seed + 9u);
+  // Four layers of leaves, the lower ones darker and smaller.
+  struct Leaf {
+    Vec2 centre;
+    float cosine, sine, tone;
+  };
   struct Layer {
     int cells;
     float depth;
+    std::vector<Leaf> leaves;
   };
-  const Layer layers[4] = {{11, 0.15f}, {9, 0.45f}, {8, 0.75f}, {7, 1.0f}};
+  std::array<Layer, 4> layers{{{11, 0.15f, {}}, {9, 0.45f, {}}, {8, 0.75f, {}}, {7, 1.0f, {}}}};
+  for (std::uint32_t l = 0; l < layers.size(); ++l) {
+    Layer& layer = layers[l];
+    const std::uint32_t s = seed + 31u * l;
+    for (int j = 0; j < layer.cells; ++j) {
+      for (int i = 0; i < layer.cells; ++i) {
+        const float angle = 2.0f * kPi * hash01(i, j, s + 3u);
+        layer.leaves.push_back({{hash01(i, j, s + 1u), hash01(i, j, s + 2u)},
+                                std::cos(angle),
+                                std::sin(angle),
+                                layer.depth * (0.7f + 0.3f * hash01(i, j, s + 4u))});
+      }
+    }
+  }
   canvas.paint([&](int x, int y, float u, float v, Vec3& color, float& height) {
     color = dark * 0.55f;
     height = 0.0f;
-    for (int l = 0; l < 4; ++l) {
-      const int n = layers[l].cells;
+    for (const Layer& layer : layers) {
+      const int n = layer.cells;
       const Vec2 at(u * static_cast<float>(n), v * static_cast<float>(n));
       const auto ci = static_cast<int>(at.x);
       const auto cj = static_cast<int>(at.y);
       for (int j = -1; j <= 1; ++j) {
         for (int i = -1; i <= 1; ++i) {
-          const int px = wrap(ci + i, n);
-          const int py = wrap(cj + j, n);
-          const std::uint32_t s = seed + 31u * static_cast<std::uint32_t>(l);
-          const Vec2 centre(static_cast<float>(ci + i) + hash01(px, py, s + 1u),
-                            static_cast<float>(cj + j) + hash01(px, py, s + 2u));
-          const Vec2 q = turned(at - centre, 2.0f * kPi * hash01(px, py, s + 3u));
+          const Leaf& one =
+              layer.leaves[static_cast<std::size_t>(wrapNear(cj + j, n) * n + wrapNear(ci + i, n))];
+          const Vec2 away = at - Vec2(ci + i, cj + j) - one.centre;
+          if (glm::dot(away, away) > 0.36f) continue;
+          const Vec2 q(one.cosine * away.x + one.sine * away.y,
+                       one.cosine * away.y - one.sine * away.x);
+          if (std::abs(q.y) > 0.31f) continue;
           const float d = leaf(q + Vec2(0.55f, 0.0f), 1.1f, 0.3f);
           if (d > 0.03f) continue;
           const float rib = std::min(1.0f, std::abs(q.y) * 30.0f);
           const float veins =
               0.85f +
               0.15f * smoothstep(0.1f, 0.3f, std::abs(fract(6.0f * (q.x - std::abs(q.y))) - 0.5f));
-          const float tone = layers[l].depth * (0.7f + 0.3f * hash01(px, py, s + 4u));
-          const Vec3 paint = glm::mix(dark, light, tone) * (0.8f + 0.2f * rib) * veins *
+          const Vec3 paint = glm::mix(dark, light, one.tone) * (0.8f + 0.2f * rib) * veins *
                              (q.y > 0.0f ? 1.0f : 0.88f);
           const float cover = ink(d, 0.012f);
           color = glm::mix(color, paint, cover);
-          height =
-              mix(height, 0.01f * layers[l].depth + 0.004f * (1.0f - std::abs(q.y) * 3.0f), cover);
+          height = mix(height, 0.01f * layer.depth + 0.004f * (1.0f - std::abs(q.y) * 3.0f), cover);
         }
       }
     }
