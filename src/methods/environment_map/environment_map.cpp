@@ -198,7 +198,8 @@ class EnvironmentMap : public Method {
     }
     if (reflectors_.glossy) {
       const auto size = static_cast<float>(cubeMap_.width());
-      glossy_.set("levelOffset", 0.5f * std::log2(3.0f * size * size));
+      // Texels of level 0 have 4 pi / (6 size^2) sr on average.
+      glossy_.set("levelOffset", 0.5f * std::log2(6.0f / kPi * size * size));
       glossy_.set("lastLevel", static_cast<float>(cubeMap_.levels() - 1));
       pass(glossy_, glossyCount_, ray, static_cast<int>(SampleClass::Glossy), 0xFF);
     }

@@ -156,16 +156,19 @@ TEST(EnvironmentMap, MirrorInAConstantEnvironmentIsThatConstant) {
       Rig rig(builder.scene(), options);
       const FrameOutput output = rig.render(cameraAt(Vec3(0, 0, 4), Vec3(0)));
       std::uint64_t reflective = 0;
+      float worst = 0;
       for (const Rig::Sample& sample : rig.samples()) {
         if (sample.object == 0) {
           EXPECT_EQ(sample.mask, 0);
           continue;
         }
         ++reflective;
-        EXPECT_EQ(sample.radiance, radiance);
+        worst = std::max(worst, glm::length((sample.radiance - radiance) / radiance));
         EXPECT_EQ(sample.mask, raster::kMaskEnvironment);
       }
       EXPECT_GT(reflective, 1000u);
+      // Filtering equal texels rounds.
+      EXPECT_LT(worst, 1e-6f);
       EXPECT_EQ(output.counters.at("environment"), reflective);
     }
   }
@@ -364,9 +367,11 @@ TEST(EnvironmentMap, GlossyLookUpIsNearTheLobesMean) {
     }
     ours /= count;
     unfiltered /= count;
-    std::printf("g %.1f: n %.1f, mean error %.4f, unfiltered %.4f\n",
-                static_cast<double>(glossiness), static_cast<double>(n), ours, unfiltered);
-    EXPECT_LT(ours, 0.1);
+    // Where the environment bends within the lobe, filtering must help.
+    EXPECT_LT(ours, 0.06);
+    if (glossiness >= 0.4f) {
+      EXPECT_LT(ours, 0.85 * unfiltered);
+    }
   }
 }
 

@@ -1,8 +1,8 @@
 // Incoming radiance along the reflected ray from a cube map around the scene.
-//   GLOSSY  1: the mip level whose texels are as wide as the lobe
+//   GLOSSY  1: the mip level whose filter is as wide as the lobe
 //   MASKS   1: every sample is marked as an environment look-up
 uniform mat3 rayFromSample;  // (sample position, 1) to a ray of any length, world space
-uniform float levelOffset;   // 0.5 log2(2 pi / solid angle of a texel of level 0)
+uniform float levelOffset;   // 0.5 log2(4 / solid angle of a texel of level 0, sr)
 uniform float lastLevel;
 layout(binding = 0) uniform sampler2D normalSamples;  // xyz shading normal, a = g
 layout(binding = 1) uniform samplerCube cubeMap;
@@ -18,7 +18,8 @@ void main() {
   vec3 ray = normalize(rayFromSample * vec3(gl_FragCoord.xy, 1.0));
   vec3 reflected = reflect(ray, normalAndG.xyz);
 #if GLOSSY
-  // A Phong lobe of exponent n fills 2 pi / (n + 1) sr; n + 1 = 2 / g^4 - 1 (scene/reflectance.h)
+  // A Phong lobe of exponent n has variance 1 / (n + 1) per axis (solid angle 2 pi / (n + 1)), a
+  // texel of w rad, filtered bilinearly, w^2 / 4; n + 1 = 2 / g^4 - 1 (scene/reflectance.h)
   float g2 = normalAndG.a * normalAndG.a;
   float lobe = 1.0 / max(1.0, 2.0 / max(g2 * g2, 1e-12) - 1.0);
   float level = clamp(levelOffset + 0.5 * log2(lobe), 0.0, lastLevel);
