@@ -352,7 +352,9 @@ Table errorView(const RunComparison& comparison) {
   table.rows.emplace_back();
   std::vector<std::string> cells{"all"};
   appendMeasures(cells, comparison.pooled);
-  cells.push_back(place(comparison.pooled));
+  const std::string worst = place(comparison.pooled);
+  cells.push_back(worst.empty() ? ""
+                                : worst + " of " + std::to_string(comparison.pooled.max8Frame));
   table.rows.push_back(cells);
   appendNotFinite(table, comparison.name, comparison.pooled);
   appendMissing(table, comparison);
