@@ -142,6 +142,7 @@ Scene loadGltf(const std::filesystem::path& file, const LoadLimits& limits) {
   readObjects(reader, order, std::move(primitives));
   readLightsAndCameras(reader, order);
   readAnimations(reader, order);
+  if (scene.objects.empty()) scene.notes.push_back("there is nothing to draw");
   return std::move(reader.scene);
 }
 

@@ -160,6 +160,12 @@ const std::vector<Bad>& badFiles() {
        [](GltfWriter& w) {
          w.arrays["bufferViews"][0] = R"({"buffer":0,"byteLength":36,"byteStride":4})";
        }},
+      {"OddStride", "/bufferViews/0/byteStride", "14 is not a multiple of 4",
+       [](GltfWriter& w) {
+         w.arrays["bufferViews"][0] = R"({"buffer":0,"byteLength":36,"byteStride":14})";
+       }},
+      {"EmptyImage", "/images/0/uri", "holds no data",
+       [](GltfWriter& w) { w.add("images", R"({"uri":"data:image/png;base64,"})"); }},
       {"WrongType", "/meshes/0/primitives/0/attributes/POSITION", "type is VEC2, must be VEC3",
        [](GltfWriter& w) {
          w.arrays["accessors"][0] =

@@ -561,6 +561,16 @@ void checkRest(const Checker& check, const Value& root) {
                                " is out of range: the file has " +
                                std::to_string(check.countOf("scenes")) + " scenes");
   }
+  const Value views = root.get("bufferViews");
+  for (std::size_t i = 0; !views.isNull() && i < views.asArray().size(); ++i) {
+    const Value& view = views.asArray()[i];
+    if (!view.has("byteStride")) continue;
+    const double stride = view.get("byteStride").asNumber();
+    if (std::fmod(stride, 4.0) != 0.0) {
+      check.failAt("/bufferViews/" + std::to_string(i) + "/byteStride",
+                   formatted(stride) + " is not a multiple of 4");
+    }
+  }
   const Value materials = root.get("materials");
   for (std::size_t i = 0; !materials.isNull() && i < materials.asArray().size(); ++i) {
     checkExtras(check, materials.asArray()[i], "/materials/" + std::to_string(i));
@@ -676,7 +686,11 @@ External checkUris(const Checker& check, const Value& root, const Container& con
     }
     if (!image.has("uri")) continue;
     const std::string& uri = image.get("uri").asString();
-    if (!isDataUri(uri)) relativePath(uri, file, place + "/uri");
+    if (!isDataUri(uri)) {
+      relativePath(uri, file, place + "/uri");
+    } else if (decodeDataUri(uri, file, place + "/uri").empty()) {
+      check.failAt(place + "/uri", "holds no data");
+    }
     external.byParserName.try_emplace(parserName(uri),
                                       External::Entry{uri, place + "/uri", false, 0});
   }
