@@ -1,4 +1,6 @@
 // catoptric render, catoptric plan.
+#include <unistd.h>
+
 #include <algorithm>
 #include <csignal>
 #include <optional>
@@ -22,6 +24,9 @@ volatile std::sig_atomic_t stopSignal = 0;
 
 void noteSignal(int number) {
   stopSignal = number;
+  constexpr char kMessage[] = "\nstopping after this frame; once more to stop at once\n";
+  // Nothing else may be called here; a message that cannot be written is no loss.
+  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, kMessage, sizeof kMessage - 1);
 }
 
 /// The first SIGINT or SIGTERM ends the run after the frame at hand; a second one ends the process.

@@ -11,6 +11,26 @@
 namespace catoptric::run {
 namespace {
 
+/// docs/config.md begins with this.
+constexpr const char* kRunPreface = R"(# Run configs
+
+A run config is a JSON file that says which frames of which scene are rendered, how, and by which
+methods: `catoptric render configs/demo.json`. A bare scene (`catoptric render room.glb`) is rendered
+with the defaults below. Any value can be replaced on the command line: `--set image.width=256`,
+`--set methods.0.bvh=refit`. Paths are relative to the config. Unknown names, values out of range
+and duplicate names are errors that name file, line and place; all errors of a file are shown at once.
+A file with one method puts its frames into `--out` itself, a file with several a folder for each.
+
+This page and configs/schema/ are made from the program's own tables, and a test holds them to it:
+
+    catoptric list --schema run --markdown > docs/config.md
+    for s in run scene path; do catoptric list --schema $s > configs/schema/$s.schema.json; done
+
+Editors that know JSON Schema check and complete a config that begins with
+`"$schema": "schema/run.schema.json"`. Scenes and paths are described in scenes.md.
+
+)";
+
 const config::Schema& schemaOf(const std::string& name) {
   if (name == "run") return runSchema();
   if (name == "scene") return scene::sceneSchema();
@@ -49,6 +69,7 @@ std::string schemaMarkdown(const std::string& name,
                            const std::vector<methods::MethodEntry>& registry) {
   std::string text = config::markdownTable(schemaOf(name));
   if (name != "run") return text;
+  text = std::string(kRunPreface) + text;
   for (const methods::MethodEntry& entry : registry)
     text += config::markdownTable(methodSchema(entry));
   return text;

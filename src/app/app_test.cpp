@@ -1,0 +1,258 @@
+// The program as its users run it: exit codes, what stands on stdout and stderr, run folders.
+// `reference` needs no OpenGL; app_gl_test.cpp renders with it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+#include "app/progress.h"
+#include "config/json.h"
+
+namespace catoptric::app {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+struct Result {
+  int exitCode = -1;
+  std::string out;
+  std::string err;
+};
+
+std::string textOf(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+fs::path freshFolder() {
+  const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+  const fs::path path = fs::path(testing::TempDir()) /
+                        ("app_" + std::string(info->name()) + "_" + std::to_string(::getpid()));
+  fs::remove_all(path);
+  fs::create_directories(path);
+  return path;
+}
+
+class App : public testing::Test {
+ protected:
+  App() : folder(freshFolder()) {
+    std::ofstream(folder / "scene.json") << R"({"objects": [
+  {"name": "floor", "shape": "plane", "size": [4, 4], "material": {"base_color": [0.6, 0.5, 0.4]}},
+  {"name": "ball", "shape": "sphere", "radius": 0.5, "translate": [0, 0.5, 0],
+   "material": {"base_color": [0.9, 0.9, 0.9], "s": 0.9, "g": 0}}],
+  "environment": {"type": "gradient", "zenith": [0.2, 0.4, 0.9], "horizon": [1, 1, 1],
+                  "ground": [0.2, 0.2, 0.2]}})";
+    std::ofstream(folder / "path.json")
+        << R"({"frames": 6, "orbit": {"center": [0, 0.5, 0], "radius": 3, "height": 0.8}})";
+    std::ofstream(folder / "run.json") << R"({
+  "scene": "scene.json", "path": "path.json",
+  "image": {"width": 32, "height": 24, "layers": ["s", "Z"]},
+  "methods": [{"method": "reference", "samples": 2, "rays": 1}]
+})";
+  }
+  ~App() override { fs::remove_all(folder); }
+
+  /// Runs the program in the test's folder.
+  Result run(const std::string& arguments) const {
+    const std::string command = "cd '" + folder.string() + "' && XDG_CACHE_HOME='" +
+                                (folder / "cache").string() + "' " CATOPTRIC_PROGRAM " " +
+                                arguments + " >stdout.txt 2>stderr.txt";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, textOf(folder / "stdout.txt"),
+            textOf(folder / "stderr.txt")};
+  }
+  std::map<std::string, std::string> frames(const std::string& run) const {
+    std::map<std::string, std::string> files;
+    for (const auto& entry : fs::directory_iterator(folder / run / "frames"))
+      files[entry.path().filename().string()] = textOf(entry.path());
+    return files;
+  }
+
+  fs::path folder;
+};
+
+TEST_F(App, UsageErrorsAreExit2AndHelp) {
+  const Result command = run("rendr run.json");
+  EXPECT_EQ(command.exitCode, 2);
+  EXPECT_EQ(command.out, "");
+  EXPECT_THAT(command.err, HasSubstr("unknown command \"rendr\" (did you mean \"render\"?)"));
+  const Result option = run("render run.json --frmes 1");
+  EXPECT_EQ(option.exitCode, 2);
+  EXPECT_THAT(option.err, HasSubstr("unknown option --frmes (did you mean \"--frames\"?)"));
+  const Result method = run("render run.json --method refrence");
+  EXPECT_EQ(method.exitCode, 2);
+  EXPECT_THAT(method.err, HasSubstr("\"refrence\" is not a method (did you mean \"reference\"?)"));
+  EXPECT_THAT(run("render run.jso").err,
+              HasSubstr("run.jso: no such file (did you mean \"run.json\"?)"));
+  EXPECT_THAT(run("render run.json --existing keep").err,
+              HasSubstr("allowed: error, overwrite, resume"));
+  EXPECT_THAT(run("render run.json --chunk 3/2").err, HasSubstr("--chunk: \"3/2\""));
+  EXPECT_THAT(run("render run.json --device gpu").err, HasSubstr("gpu"));
+  EXPECT_EQ(run("render run.json --device gpu").exitCode, 2);
+  EXPECT_EQ(run("render run.json --threads few").exitCode, 2);
+  EXPECT_EQ(run("render run.json --frames 1-99").exitCode, 2);
+  EXPECT_EQ(run("").exitCode, 2);
+  EXPECT_EQ(run("render").exitCode, 2);
+  EXPECT_FALSE(fs::exists(folder / "out"));
+}
+
+TEST_F(App, ConfigErrorsNameFileLineAndPlace) {
+  std::ofstream(folder / "bad.json") << "{\"scene\": \"scene.json\",\n\"image\": {\"widht\": 5}}";
+  const Result result = run("plan bad.json");
+  EXPECT_EQ(result.exitCode, 2);
+  EXPECT_THAT(result.err,
+              HasSubstr("bad.json:2: /image/widht: unknown name \"widht\" (did you mean "
+                        "\"width\"?)"));
+  const Result set = run("plan run.json --set image.width=0");
+  EXPECT_EQ(set.exitCode, 2);
+  EXPECT_THAT(set.err, HasSubstr("--set image.width=0: /image/width: 0 is out of range"));
+}
+
+TEST_F(App, MissingScenesAreExit3) {
+  const Result result = run("render run.json --set scene=nothing.json --out o");
+  EXPECT_EQ(result.exitCode, 3);
+  EXPECT_THAT(result.err, HasSubstr("nothing.json"));
+}
+
+TEST_F(App, HelpVersionAndListAreQuick) {
+  const auto start = std::chrono::steady_clock::now();
+  const Result help = run("render --help");
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  EXPECT_EQ(help.exitCode, 0);
+  EXPECT_EQ(help.err, "");
+  EXPECT_THAT(help.out, HasSubstr("--existing"));
+  EXPECT_LT(seconds.count(), 0.35);  // loading the image libraries alone takes 0.4 s
+  EXPECT_THAT(run("--version").out, HasSubstr("catoptric 0."));
+  const config::Value list = config::parseText(run("list --json").out, "list");
+  EXPECT_EQ(list.get("methods").asArray()[2].get("name").asString(), "reference");
+}
+
+TEST_F(App, RendersResumesAndRefuses) {
+  const Result first = run("render run.json --out a --frames 1-3");
+  ASSERT_EQ(first.exitCode, 0) << first.err;
+  EXPECT_THAT(first.out, HasSubstr("trace"));  // the table
+  EXPECT_THAT(first.err, HasSubstr("reference: 3/3"));
+  for (const char* file : {"frames/frame.0003.exr", "previews/frame.0001.png", "timings.csv",
+                           "summary.json", "frames.jsonl", "table.md", "table.csv"})
+    EXPECT_TRUE(fs::exists(folder / "a" / file)) << file;
+
+  const auto before = frames("a");
+  const Result refused = run("render run.json --out a");
+  EXPECT_EQ(refused.exitCode, 5);
+  EXPECT_THAT(refused.err, HasSubstr("--existing resume"));
+  EXPECT_EQ(frames("a"), before);
+
+  const Result resumed = run("render run.json --out a --existing resume --json -q");
+  ASSERT_EQ(resumed.exitCode, 0) << resumed.err;
+  const config::Value result = config::parseText(resumed.out, "out").get("methods").asArray()[0];
+  EXPECT_EQ(result.get("reused").dump(), "[1,2,3]");
+  EXPECT_EQ(result.get("rendered").dump(), "[4,5,6]");
+
+  // Whole, in one process and one thread; and in chunks: the same bytes.
+  ASSERT_EQ(run("render run.json --out b --threads 1").exitCode, 0);
+  EXPECT_EQ(frames("a"), frames("b"));
+  ASSERT_EQ(run("render run.json --out c1 --chunk 1/2").exitCode, 0);
+  ASSERT_EQ(run("render run.json --out c2 --chunk 2/2").exitCode, 0);
+  auto pieces = frames("c1");
+  pieces.merge(frames("c2"));
+  EXPECT_EQ(pieces, frames("b"));
+
+  // A changed setting is not trusted.
+  const Result changed = run("render run.json --out a --existing resume --seed 2 --json");
+  ASSERT_EQ(changed.exitCode, 0) << changed.err;
+  EXPECT_THAT(changed.err, HasSubstr("it was made with another method or image settings"));
+}
+
+TEST_F(App, BareScenesRenderWithoutConfig) {
+  const Result result = run(
+      "render scene.json --method reference --set image.width=16 --set image.height=16 --out s");
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_TRUE(fs::exists(folder / "s/frames/frame.0001.exr"));
+}
+
+TEST_F(App, DryRunAndPlanWriteNothing) {
+  const Result dry = run("render run.json --out d --dry-run");
+  EXPECT_EQ(dry.exitCode, 0) << dry.err;
+  EXPECT_THAT(dry.out, HasSubstr("frames 1-6 would go to"));
+  EXPECT_FALSE(fs::exists(folder / "d"));
+  const config::Value plan = config::parseText(run("plan run.json --json").out, "plan");
+  EXPECT_FALSE(plan.get("context").asBool());  // reference alone needs no OpenGL
+  EXPECT_EQ(plan.get("frames").asInteger(), 6);
+}
+
+TEST_F(App, InfoCounts) {
+  const config::Value info = config::parseText(run("info scene.json --json").out, "info");
+  EXPECT_EQ(info.get("objects").asInteger(), 2);
+  EXPECT_EQ(info.get("diffuse_triangles").asInteger(), 2);
+  ASSERT_EQ(info.get("reflectors").asArray().size(), 1u);
+  EXPECT_EQ(info.get("reflectors").asArray()[0].get("name").asString(), "ball");
+  EXPECT_THAT(run("info scene.json").out, HasSubstr("ball"));
+}
+
+TEST_F(App, CompareHasLimits) {
+  ASSERT_EQ(run("render run.json --out a --frames 1").exitCode, 0);
+  ASSERT_EQ(run("render run.json --out b --frames 1 --set methods.0.samples=1").exitCode, 0);
+  EXPECT_EQ(run("compare a a --max-l1 0").exitCode, 0);
+  const Result different = run("compare a b --max-l1 0");
+  EXPECT_EQ(different.exitCode, 7) << different.err;
+  EXPECT_THAT(different.err, HasSubstr("more than the 0.000 allowed"));
+}
+
+TEST_F(App, SignalsLeaveAResumableRun) {
+  // Large enough that the signal comes before the end.
+  const std::string arguments =
+      "render run.json --set image.width=400 --set image.height=300 --set "
+      "methods.0.samples=8 --out s";
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    ::chdir(folder.c_str());
+    ::freopen("child.txt", "w", stderr);
+    ::freopen("child_out.txt", "w", stdout);
+    ::execl(CATOPTRIC_PROGRAM, "catoptric", "render", "run.json", "--set", "image.width=400",
+            "--set", "image.height=300", "--set", "methods.0.samples=8", "--out", "s", nullptr);
+    ::_exit(99);
+  }
+  for (int i = 0; i < 600 && !fs::exists(folder / "s/frames.jsonl"); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  ::kill(child, SIGTERM);
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 128 + SIGTERM) << textOf(folder / "child.txt");
+  EXPECT_THAT(textOf(folder / "child.txt"), HasSubstr("are missing"));
+  const Result resumed = run(arguments + " --existing resume --json -q");
+  ASSERT_EQ(resumed.exitCode, 0) << resumed.err;
+  const config::Value result = config::parseText(resumed.out, "out").get("methods").asArray()[0];
+  EXPECT_GE(result.get("reused").asArray().size(), 1u);
+  EXPECT_EQ(result.get("missing").dump(), "[]");
+}
+
+TEST_F(App, FullDisksAndClosedPipesAreExit5) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "this system has no /dev/full";
+  const std::string command =
+      "cd '" + folder.string() + "' && " CATOPTRIC_PROGRAM " list >/dev/full 2>stderr.txt";
+  const int status = std::system(command.c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 5);
+  std::ofstream(folder / "file") << "x";
+  EXPECT_EQ(run("render run.json --out file").exitCode, 5);
+}
+
+TEST(Progress, DurationsRead) {
+  EXPECT_EQ(durationText(0.84), "0.8 s");
+  EXPECT_EQ(durationText(59.2), "59 s");
+  EXPECT_EQ(durationText(245), "4:05");
+  EXPECT_EQ(durationText(3723), "1:02:03");
+}
+
+}  // namespace
+}  // namespace catoptric::app

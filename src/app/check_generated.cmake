@@ -1,0 +1,17 @@
+# cmake -DPROGRAM=... -DSOURCE=... -P check_generated.cmake: the schemas and docs/config.md are those
+# that the program makes.
+function(check arguments file)
+  separate_arguments(arguments UNIX_COMMAND "${arguments}")
+  execute_process(COMMAND ${PROGRAM} list ${arguments} OUTPUT_VARIABLE made RESULT_VARIABLE result)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "catoptric list ${arguments}: exit ${result}")
+  endif()
+  file(READ ${SOURCE}/${file} present)
+  if(NOT present STREQUAL made)
+    message(SEND_ERROR "${file} is out of date: catoptric list ${arguments} > ${file}")
+  endif()
+endfunction()
+check("--schema run --markdown" docs/config.md)
+foreach(name run scene path)
+  check("--schema ${name}" configs/schema/${name}.schema.json)
+endforeach()
