@@ -106,9 +106,10 @@ def with_normals(triangles, crease_degrees, force):
     return result
 
 
-def clustered(triangles, cell):
+def clustered(triangles, cell, thin):
     """Vertex clustering on a grid of `cell` metres, apart for each dominant direction of the
-    normal, so that edges stay: fewer triangles for models that are finer than any view shows."""
+    normal, so that edges stay: fewer triangles for models that are finer than any view shows. `thin`:
+    the two sides of cloth in one cell stay apart."""
     groups = {}
 
     def key_of(corner):
@@ -131,14 +132,19 @@ def clustered(triangles, cell):
     # Corners of one grid cell that point to different sides still meet in one point.
     together = {}
     for key, corner in mean.items():
-        together.setdefault(key[0], []).append(corner[0])
+        together.setdefault(key[0], []).append(corner)
+    merged = {}
     for key, corner in mean.items():
-        points = together[key[0]]
+        points = [
+            other[0]
+            for other in together[key[0]]
+            if not thin or sum(other[1][k] * corner[1][k] for k in range(3)) > -0.3
+        ]
         position = tuple(sum(p[k] for p in points) / len(points) for k in range(3))
-        mean[key] = (position, corner[1], corner[2])
+        merged[key] = (position, corner[1], corner[2])
     result = []
     for triangle in triangles:
         keys = [key_of(corner) for corner in triangle]
         if len({key[0] for key in keys}) == 3:
-            result.append([mean[key] for key in keys])
+            result.append([merged[key] for key in keys])
     return result
