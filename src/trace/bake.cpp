@@ -22,16 +22,14 @@ namespace catoptric::trace {
 namespace {
 
 // All thresholds are ours, chosen by looking at rooms.
-constexpr std::uint32_t kCacheVersion = 1;  ///< raise it when results change
+constexpr std::uint32_t kCacheVersion = 3;  ///< raise it when results change
 constexpr float kEnclosedShare = 0.75f;     ///< of rays on back faces: inside something
 constexpr int kEnclosedRays = 32;           ///< closest hits that decide it (occlusion only)
 constexpr int kShadowRays = 32;             ///< per light with a radius, in penumbrae
 constexpr int kRimRays = 8;                 ///< to the rim of a light: all alike means no penumbra
 constexpr int kEmitterRays = 16;            ///< towards emissive surfaces
 constexpr int kEarlierRaysDivisor = 4;      ///< gathers before the last take fewer rays
-constexpr int kSmoothIterations = 2;
-constexpr float kSmoothSigma = 0.05f;     ///< relative difference taken for noise
-constexpr float kSmoothDistance = 0.01f;  ///< of the diameter: how far smoothing reaches
+constexpr int kSmoothIterations = 6;
 constexpr std::size_t kPointsPerTask = 32;
 
 /// Steps of the two-dimensional R2 sequence [Roberts2018].
@@ -42,9 +40,29 @@ float fraction(double x) {
   return static_cast<float>(x - std::floor(x));
 }
 
+/// A well mixed number of 32 bits [Jarzynski2020, pcg].
+std::uint32_t mixedBits(std::uint32_t v) {
+  const std::uint32_t state = v * 747796405u + 2891336453u;
+  const std::uint32_t word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+  return (word >> 22u) ^ word;
+}
+
 Vec2 shiftOf(std::size_t number) {
-  const double n = static_cast<double>(number) + 0.5;
-  return {fraction(n * kR2x), fraction(n * kR2y)};
+  const std::uint32_t a = mixedBits(static_cast<std::uint32_t>(number));
+  const std::uint32_t b = mixedBits(a);
+  return {static_cast<float>(a >> 8) * (1.0f / 16777216.0f),
+          static_cast<float>(b >> 8) * (1.0f / 16777216.0f)};
+}
+
+/// Standard error of a mean from the sums of kGroups interleaved groups of its terms.
+constexpr int kGroups = 4;
+float standardError(const std::array<float, kGroups>& sums, float scale) {
+  float mean = 0.0f;
+  for (float s : sums) mean += s / kGroups;
+  float squares = 0.0f;
+  for (float s : sums) squares += (s - mean) * (s - mean);
+  // The whole is kGroups times a group's mean; variance of the sum of groups, scaled.
+  return scale * std::sqrt(squares * kGroups / (kGroups - 1));
 }
 
 Vec2 shifted(const Vec2& p, const Vec2& shift) {
@@ -212,7 +230,8 @@ class Baker {
   Vec3 emitterLight(const Emitters& emitters, std::size_t point, const Vec2& shift, int gatherRays,
                     std::vector<Ray>& rays, std::vector<std::uint8_t>& free);
   bool facesRay(const Hit& hit, const Vec3& direction, Vec3& normal) const;
-  void fillAndSmooth(const std::vector<std::uint8_t>& valid, std::vector<Vec4>& values);
+  void fillAndSmooth(const std::vector<std::uint8_t>& valid, const std::vector<float>& noise,
+                     std::vector<Vec4>& values);
 
   const scene::Scene& scene_;
   const frame::Geometry& geometry_;
@@ -235,12 +254,12 @@ bool Baker::facesRay(const Hit& hit, const Vec3& direction, Vec3& normal) const 
   return glm::dot(normal, direction) < 0.0f;
 }
 
-void Baker::fillAndSmooth(const std::vector<std::uint8_t>& valid, std::vector<Vec4>& values) {
+void Baker::fillAndSmooth(const std::vector<std::uint8_t>& valid, const std::vector<float>& noise,
+                          std::vector<Vec4>& values) {
   enclosed_ = static_cast<std::size_t>(std::count(valid.begin(), valid.end(), 0));
   valid_ = valid;
   fillInvalid(points_, valid, values);
-  smoothValues(points_, kSmoothIterations, kSmoothSigma,
-               kSmoothDistance * geometry_.bounds.diameter(), values);
+  smoothValues(points_, kSmoothIterations, noise, values);
 }
 
 std::vector<Vec4> Baker::ambientOcclusion() {
@@ -249,6 +268,7 @@ std::vector<Vec4> Baker::ambientOcclusion() {
   const std::vector<Vec2> few = latticePoints(std::min(count, kEnclosedRays));
   std::vector<Vec4> values(points_.size());
   std::vector<std::uint8_t> valid(points_.size(), 1);
+  std::vector<float> noise(points_.size(), 0.0f);
   parallelFor(points_.size(), kPointsPerTask, [&](std::size_t begin, std::size_t end) {
     std::vector<Ray> rays(lattice.size());
     std::vector<std::uint8_t> free(lattice.size());
@@ -275,12 +295,17 @@ std::vector<Vec4> Baker::ambientOcclusion() {
       }
       trace_.visibleSerial(rays, free, true);
       int open = 0;
-      for (std::uint8_t f : free) open += f;
+      std::array<float, kGroups> groups{};
+      for (std::size_t k = 0; k < free.size(); ++k) {
+        open += free[k];
+        groups[k % kGroups] += static_cast<float>(free[k]);
+      }
+      noise[i] = standardError(groups, 1.0f / static_cast<float>(count));
       values[i] = Vec4(0.0f, 0.0f, 0.0f, static_cast<float>(open) / static_cast<float>(count));
     }
     rays_ += (end - begin) * (lattice.size() + few.size());
   });
-  fillAndSmooth(valid, values);
+  fillAndSmooth(valid, noise, values);
   return values;
 }
 
@@ -443,6 +468,7 @@ std::vector<Vec4> Baker::gather(const std::vector<Vec3>& leaving, int count) {
   const std::vector<Vec2> lattice = latticePoints(count);
   std::vector<Vec4> values(points_.size());
   std::vector<std::uint8_t> valid(points_.size(), 1);
+  std::vector<float> noise(points_.size(), 0.0f);
   const bool emits = !emitters_.triangles.empty() && emitters_.total > 0.0;
   parallelFor(points_.size(), kPointsPerTask, [&](std::size_t begin, std::size_t end) {
     std::vector<Ray> rays(std::max<std::size_t>(lattice.size(), kEmitterRays));
@@ -455,11 +481,12 @@ std::vector<Vec4> Baker::gather(const std::vector<Vec3>& leaving, int count) {
         rays[k] = {points_.positions[i], basis.cosineDirection(shifted(lattice[k], shift))};
       }
       trace_.intersectSerial(std::span(rays).first(lattice.size()), hits, true);
-      Vec3 sum(0.0f);
+      std::array<Vec3, kGroups> parts{};
       int back = 0;
       int open = 0;
       for (std::size_t k = 0; k < lattice.size(); ++k) {
         const Hit& hit = hits[k];
+        Vec3& sum = parts[k % kGroups];
         if (hit.distance > occlusionDistance_) ++open;
         if (hit.miss()) {
           sum += environment_.radiance(rays[k].direction);
@@ -489,13 +516,21 @@ std::vector<Vec4> Baker::gather(const std::vector<Vec3>& leaving, int count) {
         }
       }
       if (static_cast<float>(back) >= kEnclosedShare * static_cast<float>(count)) valid[i] = 0;
-      Vec3 irradiance = sum * (kPi / static_cast<float>(count));
+      Vec3 sum(0.0f);
+      std::array<float, kGroups> groups{};
+      for (int k = 0; k < kGroups; ++k) {
+        sum += parts[k];
+        groups[k] = (parts[k].x + parts[k].y + parts[k].z) / 3.0f;
+      }
+      const float scale = kPi / static_cast<float>(count);
+      noise[i] = standardError(groups, scale);
+      Vec3 irradiance = sum * scale;
       if (emits) irradiance += emitterLight(emitters_, i, shift, count, rays, free);
       values[i] = Vec4(irradiance, static_cast<float>(open) / static_cast<float>(count));
     }
     rays_ += (end - begin) * (lattice.size() + (emits ? kEmitterRays : 0));
   });
-  fillAndSmooth(valid, values);
+  fillAndSmooth(valid, noise, values);
   return values;
 }
 

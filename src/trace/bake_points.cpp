@@ -17,7 +17,10 @@ constexpr float kOffsetPerEdge = 0.02f;  ///< of a point off its surface; ours
 constexpr float kLargestOffset = 2e-3f;  ///< metres; ours
 constexpr float kPull = 0.1f;            ///< share of the way to the triangles' middle; ours
 constexpr float kPullPerOffset = 5.0f;   ///< most that a point is pulled, in offsets; ours
-constexpr int kFillRings = 64;           ///< rings of invalid points that are filled; ours
+/// Differences of up to about the root of this many variances count as noise; ours.
+constexpr float kNoiseFactor = 3.0f;
+constexpr float kNoiseLeft = 0.75f;  ///< of the variance after each iteration; ours
+constexpr int kFillRings = 64;       ///< rings of invalid points that are filled; ours
 
 using Key = std::array<std::uint32_t, 6>;
 
@@ -39,11 +42,6 @@ Key keyOf(const Vec3& position, const Vec3& normal) {
   Key key;
   std::memcpy(key.data(), values.data(), sizeof(key));
   return key;
-}
-
-float brightness(const Vec4& v) {
-  const float rgb = (v.x + v.y + v.z) / 3.0f;
-  return rgb > 0.0f ? rgb : v.w;
 }
 
 }  // namespace
@@ -160,10 +158,29 @@ void fillInvalid(const BakePoints& points, std::vector<std::uint8_t> valid,
   }
 }
 
-void smoothValues(const BakePoints& points, int iterations, float sigma, float distance,
+float brightness(const Vec4& value) {
+  const float rgb = (value.x + value.y + value.z) / 3.0f;
+  return rgb > 0.0f ? rgb : value.w;
+}
+
+void smoothValues(const BakePoints& points, int iterations, std::vector<float> noise,
                   std::vector<Vec4>& values) {
-  const float perSquare = 1.0f / std::max(distance * distance, 1e-12f);
+  // Variances, averaged over two rings.
+  for (float& n : noise) n *= n;
+  std::vector<float> averaged(noise.size());
+  for (int ring = 0; ring < 2; ++ring) {
+    parallelFor(points.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        float sum = noise[i];
+        for (std::uint32_t n : points.neighboursOf(i)) sum += noise[n];
+        averaged[i] = sum / static_cast<float>(points.neighboursOf(i).size() + 1);
+      }
+    });
+    noise.swap(averaged);
+  }
+
   std::vector<Vec4> next(values.size());
+  float left = 1.0f;  // share of the noise that earlier iterations have left
   for (int iteration = 0; iteration < iterations; ++iteration) {
     parallelFor(points.size(), kGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
@@ -171,11 +188,10 @@ void smoothValues(const BakePoints& points, int iterations, float sigma, float d
         Vec4 sum = values[i];
         float total = 1.0f;
         for (std::uint32_t n : points.neighboursOf(i)) {
-          const float other = brightness(values[n]);
-          const float scale = sigma * std::max(0.5f * (own + other), 1e-6f);
-          const float difference = (other - own) / scale;
-          const Vec3 apart = points.positions[n] - points.positions[i];
-          const float w = std::exp(-difference * difference - glm::dot(apart, apart) * perSquare);
+          const float difference = brightness(values[n]) - own;
+          const float expected = kNoiseFactor * left * (noise[i] + noise[n]);
+          if (!(expected > 0.0f)) continue;
+          const float w = std::exp(-difference * difference / expected);
           sum += w * values[n];
           total += w;
         }
@@ -183,6 +199,7 @@ void smoothValues(const BakePoints& points, int iterations, float sigma, float d
       }
     });
     values.swap(next);
+    left *= kNoiseLeft;
   }
 }
 

@@ -29,16 +29,18 @@ struct BakePoints {
 /// pulled into their triangles by up to five times that.
 BakePoints makeBakePoints(const frame::Geometry& geometry);
 
+/// Mean of rgb, or a where rgb is 0.
+float brightness(const Vec4& value);
+
 /// Gives points that are not valid the mean of their valid neighbours, ring by ring; what no valid
 /// point reaches keeps its value.
 void fillInvalid(const BakePoints& points, std::vector<std::uint8_t> valid,
                  std::vector<Vec4>& values);
 
-/// Averages each point with those neighbours that differ by less than about `sigma` of the value:
-/// takes noise away and leaves shadows. `distance`: metres at which a neighbour's weight is 1/e.
-/// All four components are smoothed by the weights that their
-/// rgb luminance (or a, where rgb is 0) gives.
-void smoothValues(const BakePoints& points, int iterations, float sigma, float distance,
+/// Averages each point with those neighbours that differ by less than about what noise explains:
+/// takes noise away and leaves shadows. `noise`: standard error of each value's brightness (mean of
+/// rgb, or a where rgb is 0), itself an estimate: it is averaged over two rings first.
+void smoothValues(const BakePoints& points, int iterations, std::vector<float> noise,
                   std::vector<Vec4>& values);
 
 }  // namespace catoptric::trace

@@ -139,14 +139,16 @@ TEST(BakeFull, DiskLightHasItsFormFactor) {
     SceneBuilder builder;
     scene::Scene& scene = builder.scene();
     scene.bake.mode = BakeMode::Full;
-    const int floor = builder.add(ground(), builder.diffuse(Vec3(0.0f)));
+    const int floor = builder.add(scene::makePlane({4.0f, 4.0f}, {128, 128}, scene::UvMode::Unit),
+                                  builder.diffuse(Vec3(0.0f)));
     builder.add(scene::makeDisk(r, 0.0f, 96, 8, scene::UvMode::Unit),
                 builder.diffuse(Vec3(0.0f), Vec3(3.0f, 2.0f, 1.0f)),
                 translation({0.0f, 1.0f, 0.0f}) * rotation(180.0f, {1.0f, 0.0f, 0.0f}));
     const frame::Geometry geometry = bake(scene);
     const float expected = kPi * 3.0f * r * r / (r * r + 1.0f);
-    // Sixteen rays to the emitter and 256 around leave some noise.
-    EXPECT_NEAR(bakeAt(geometry, floor, {0.0f, 0.0f, 0.0f}).x, expected, 0.04f * expected) << r;
+    // Sixteen rays to the emitter and 256 around leave some noise,
+    // smoothing takes a little of the peak.
+    EXPECT_NEAR(bakeAt(geometry, floor, {0.0f, 0.0f, 0.0f}).x, expected, 0.05f * expected) << r;
   }
 }
 
