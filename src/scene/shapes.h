@@ -102,8 +102,8 @@ ImplicitSurface implicitGyroid(float period, float thickness, float radius);
 ImplicitSurface implicitHeart();
 ImplicitSurface implicitGenus2();
 ImplicitSurface implicitBlobbyCube();
-/// Marching tetrahedra, crossings near grid points merged, vertices moved onto the surface by
-/// Newton's method along the gradient. uv is a projection along the largest axis of the normal.
+/// Marching tetrahedra, closed and manifold; vertices moved onto the surface by Newton's method
+/// along the gradient. uv is a projection along the largest axis of the normal.
 Mesh makeImplicit(const ImplicitSurface& surface, int resolution, UvMode uv);
 
 // ---- shapes_morph.cpp ----

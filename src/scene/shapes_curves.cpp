@@ -295,7 +295,7 @@ Mesh makeTube(const TubeShape& shape, UvMode uv) {
 
   ShapeBuilder builder;
   const int last = static_cast<int>(rings.size()) - 1;
-  builder.grid(last, shape.around, false, [&](int i, int j) {
+  builder.grid(last, shape.around, true, [&](int i, int j) {
     const std::size_t k = static_cast<std::size_t>(shape.closed && i == last ? 0 : i);
     const auto at = static_cast<std::size_t>(i);
     const Ring& ring = rings[k];
@@ -316,7 +316,7 @@ Mesh makeTube(const TubeShape& shape, UvMode uv) {
     const std::size_t k = end == 0 ? 0 : rings.size() - 1;
     const Ring& ring = rings[k];
     const Vec3 out = end == 0 ? -ring.tangent : ring.tangent;
-    builder.grid(kCapRings, shape.around, end == 0, [&](int i, int j) {
+    builder.grid(kCapRings, shape.around, end != 0, [&](int i, int j) {
       const float polar = 0.5f * kPi * fraction(i, kCapRings);
       const Vec2 c = onCircle(j, shape.around);
       const Vec3 radial = c.x * sides[k] + c.y * glm::cross(ring.tangent, sides[k]);

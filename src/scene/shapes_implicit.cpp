@@ -170,32 +170,18 @@ Mesh makeImplicit(const ImplicitSurface& surface, int resolution, UvMode uv) {
     }
   });
 
-  // A crossing nearer to a grid point than this share of its edge moves onto the grid point's own
-  // vertex: no slivers. Ours.
-  constexpr float kMergeShare = 0.18f;
+  // One vertex per crossed grid edge: a closed manifold by construction.
   ShapeBuilder builder;
   std::unordered_map<std::uint64_t, std::uint32_t> vertices;
-  std::vector<Vec3> sums;
-  std::vector<int> counts;
+  std::vector<Vec3> crossings;
   const auto crossing = [&](const glm::ivec3& a, const glm::ivec3& b) {
     const std::size_t ia = number(a);
     const std::size_t ib = number(b);
     const float t = values[ia] / (values[ia] - values[ib]);
-    std::uint64_t key = 0;
-    if (t < kMergeShare) {
-      key = (std::uint64_t{ia} << 32) | ia;
-    } else if (t > 1.0f - kMergeShare) {
-      key = (std::uint64_t{ib} << 32) | ib;
-    } else {
-      key = (std::uint64_t{std::min(ia, ib)} << 32) | std::max(ia, ib);
-    }
-    const auto [entry, isNew] = vertices.try_emplace(key, static_cast<std::uint32_t>(sums.size()));
-    if (isNew) {
-      sums.emplace_back(0.0f);
-      counts.push_back(0);
-    }
-    sums[entry->second] += place(a) + t * (place(b) - place(a));
-    ++counts[entry->second];
+    const std::uint64_t key = (std::uint64_t{std::min(ia, ib)} << 32) | std::max(ia, ib);
+    const auto [entry, isNew] =
+        vertices.try_emplace(key, static_cast<std::uint32_t>(crossings.size()));
+    if (isNew) crossings.push_back(place(a) + t * (place(b) - place(a)));
     return entry->second;
   };
 
@@ -263,12 +249,12 @@ Mesh makeImplicit(const ImplicitSurface& surface, int resolution, UvMode uv) {
   }
 
   // Vertices onto the surface: Newton steps along the gradient, at most half a cell in all.
-  const std::size_t count = sums.size();
+  const std::size_t count = crossings.size();
   std::vector<Vec3> positions(count);
   std::vector<Vec3> normals(count);
   parallelFor(count, 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
-      const Vec3 start = sums[k] / static_cast<float>(counts[k]);
+      const Vec3 start = crossings[k];
       Vec3 p = start;
       for (int step = 0; step < 6; ++step) {
         const Vec3 gradient = surface.gradient(p);

@@ -1,0 +1,191 @@
+// Scene descriptions: composition, messages, and the scenes of this repository.
+#include "scene/description.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "core/error.h"
+#include "scene/animate.h"
+#include "scene/camera.h"
+#include "scene/procedural.h"
+
+namespace catoptric::scene {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::filesystem::path written(const std::string& text) {
+  const std::filesystem::path file =
+      std::filesystem::path(::testing::TempDir()) / "catoptric_description.json";
+  std::ofstream(file) << text;
+  return file;
+}
+Scene load(const std::string& text) {
+  return loadScene(written(text));
+}
+std::string errorOf(const std::string& text) {
+  try {
+    load(text);
+  } catch (const SceneError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Description, ComposesTransformsRepeatsAndAnchors) {
+  const Scene scene = load(R"({"objects": [
+    {"name": "group", "translate": [1, 0, 0], "rotate": [0, 90, 0], "children": [
+      {"name": "box", "shape": "box", "fit": [2, null, null], "anchor": "bottom", "translate": [0, 0, -3],
+       "repeat": {"count": 3, "step": [0, 5, 0]}}]}]})");
+  ASSERT_EQ(scene.objects.size(), 3u);
+  EXPECT_EQ(scene.meshes.size(), 1u);
+  const Pose pose = poseAt(scene, 0.0);
+  for (int i = 0; i < 3; ++i) {
+    Box3 box;
+    for (const Vec3& p :
+         worldVertices(scene, scene.objects[static_cast<std::size_t>(i)], pose).positions) {
+      box.extend(p);
+    }
+    // Heading 90 degrees turns -z to -x.
+    EXPECT_LT(glm::length(box.min - Vec3(-3, 5.0f * static_cast<float>(i), -1)), 1e-5f);
+    EXPECT_LT(glm::length(box.max - Vec3(-1, 5.0f * static_cast<float>(i) + 2, 1)), 1e-5f);
+  }
+}
+
+TEST(Description, RotatesAboutZThenXThenY) {
+  const Vec3 v = rotationOf({90, 90, 0}) * Vec3(0, 1, 0);  // about x: to +z; about y: to +x
+  EXPECT_LT(glm::length(v - Vec3(1, 0, 0)), 1e-6f);
+}
+
+TEST(Description, MaterialsKeepSAndG) {
+  const Scene scene = load(R"({"materials": {"m": {"base_color": "#ff0000", "s": 0.4, "g": 0.25}},
+    "objects": [{"shape": "sphere", "material": "m"}, {"shape": "sphere", "material": "m", "reflective": false},
+                {"shape": "sphere", "material": "m", "reflective": {"s": 0.9, "g": 0}}]})");
+  const auto material = [&](std::size_t i) {
+    return scene.materials[static_cast<std::size_t>(scene.objects[i].material)];
+  };
+  EXPECT_NEAR(material(0).specularLevel, 0.4f, 1e-6f);
+  EXPECT_NEAR(material(0).glossiness, 0.25f, 1e-6f);
+  EXPECT_NEAR(material(0).baseColor.x, 1.0f, 1e-6f);
+  EXPECT_EQ(material(1).specularLevel, 0.0f);
+  EXPECT_NEAR(material(2).specularLevel, 0.9f, 1e-6f);
+  EXPECT_EQ(scene.reflectorCount(), 2);
+}
+
+TEST(Description, AnimatesAndMorphs) {
+  const Scene scene = load(R"({"objects": [
+      {"name": "ball", "shape": "sphere", "morph": {"type": "bulge", "amplitude": 0.1, "waves": 0, "cycle": 2}},
+      {"name": "cube", "shape": "box"}],
+    "animation": [{"object": "cube", "channel": "translate", "keys": [[0, 0, 0, 0], [1, 2, 0, 0]]}]})");
+  EXPECT_EQ(movingObjects(scene), (std::vector<bool>{true, true}));
+  const Pose half = poseAt(scene, 0.5);  // a quarter of the cycle: the weight is 1
+  EXPECT_NEAR(glm::length(worldVertices(scene, scene.objects[0], half).positions[100]), 0.6f,
+              1e-3f);
+  EXPECT_NEAR(half.worldFromNode[static_cast<std::size_t>(scene.objects[1].node)][3].x, 1.0f,
+              1e-6f);
+}
+
+TEST(Description, ErrorsNamePlaceAndWhatIsAllowed) {
+  EXPECT_THAT(errorOf(R"({"objects": [{"shape": "spere"}]})"),
+              HasSubstr("did you mean \"sphere\""));
+  EXPECT_THAT(errorOf(R"({"objects": [{"shape": "sphere", "radus": 1}]})"),
+              HasSubstr("did you mean \"radius\""));
+  EXPECT_THAT(errorOf(R"({"objects": [{"shape": "sphere", "radius": -1}]})"),
+              HasSubstr("/objects/0/radius"));
+  EXPECT_THAT(
+      errorOf(R"({"objects": [{"shape": "box", "material": "wod"}], "materials": {"wood": {}}})"),
+      HasSubstr("did you mean \"wood\""));
+  EXPECT_THAT(errorOf(R"({"objects": [{"asset": "assets/none.glb"}]})"),
+              HasSubstr("prepare_assets"));
+  EXPECT_THAT(errorOf(R"({"objects": [{"shape": "box", "reflective": true}]})"),
+              HasSubstr("reflects"));
+  EXPECT_THAT(
+      errorOf(R"({"objects": [{"shape": "box"}], "lights": [{"type": "point", "baked": true}]})"),
+      HasSubstr("needs \"bake\""));
+  EXPECT_THAT(
+      errorOf(R"({"objects": [{"shape": "box", "material": {"texture": {"procedural": "wod"}}}]})"),
+      HasSubstr("did you mean \"wood\""));
+  EXPECT_THAT(
+      errorOf(
+          R"({"objects": [{"shape": "box"}], "animation": [{"object": "b", "channel": "rotate", "keys": [[0,0,0,0]]}]})"),
+      HasSubstr("there is no object"));
+  EXPECT_THAT(errorOf(R"({"objects": []})"), HasSubstr("nothing visible"));
+  EXPECT_THAT(errorOf("{"), HasSubstr("catoptric_description.json:1"));
+}
+
+TEST(Description, Patterns) {
+  EXPECT_TRUE(matchesPattern("seat_cushion_01", "*cushion*"));
+  EXPECT_TRUE(matchesPattern("feet", "feet"));
+  EXPECT_TRUE(matchesPattern("", "*"));
+  EXPECT_FALSE(matchesPattern("feet 2", "feet"));
+  EXPECT_TRUE(matchesPattern("abcbc", "a*bc"));
+}
+
+TEST(Description, SmallScenesLoad) {
+  for (const char* name : {"cornell_box", "nine_spheres", "teapots", "planar_mirror",
+                           "glossy_sphere", "normal_mapped", "moving", "deforming"}) {
+    SCOPED_TRACE(name);
+    const std::filesystem::path root(CATOPTRIC_SOURCE_DIR);
+    const Scene scene = loadScene(root / "scenes" / (std::string(name) + ".json"));
+    EXPECT_GT(scene.reflectorCount(), 0);
+    const auto path = loadPath(root / "paths" / (std::string(name) + ".json"), scene);
+    for (int f = 1; f <= path->count(); ++f) {
+      EXPECT_TRUE(isFinite(path->frame(f).camera.eye()));
+    }
+    EXPECT_EQ(scene.animated(), std::string(name) == "moving" || std::string(name) == "deforming");
+  }
+}
+
+TEST(Procedural, SeamlessDeterministicAndBounded) {
+  for (const std::string& name : proceduralNames()) {
+    SCOPED_TRACE(name);
+    const config::Value settings =
+        config::parseText("{\"procedural\": \"" + name + "\", \"size\": 128}", "texture");
+    const ProceduralImage a = makeProcedural(settings);
+    const ProceduralImage b = makeProcedural(settings);
+    EXPECT_EQ(a.rgba, b.rgba);
+    ASSERT_EQ(a.rgba.size(), 128u * 128u * 4u);
+    for (const float h : a.height) ASSERT_TRUE(std::isfinite(h));
+    if (name == "painting" || name == "screen" || name == "books" || name == "rug") continue;
+    // Steps over the seam are like steps inside.
+    double seam = 0.0;
+    double inside = 0.0;
+    for (std::size_t k = 0; k < 128; ++k) {
+      const auto texel = [&](std::size_t x, std::size_t y) {
+        return static_cast<double>(a.rgba[4 * (y * 128 + x)]);
+      };
+      seam += std::abs(texel(127, k) - texel(0, k)) + std::abs(texel(k, 127) - texel(k, 0));
+      for (std::size_t j = 0; j < 127; ++j) {
+        inside +=
+            (std::abs(texel(j, k) - texel(j + 1, k)) + std::abs(texel(k, j) - texel(k, j + 1))) /
+            127.0;
+      }
+    }
+    // Patterns with joints at the seam step there as at any joint.
+    const bool jointed = name == "wood" || name == "tiles" || name == "bricks" ||
+                         name == "checker" || name == "stripes";
+    EXPECT_LT(seam, (jointed ? 40.0 : 2.5) * inside + 128.0);
+  }
+}
+
+TEST(Procedural, NormalMapsOfASlope) {
+  // One period of a sine along x: the normal's x is minus its slope.
+  const int size = 64;
+  std::vector<float> height(64 * 64);
+  for (int y = 0; y < size; ++y) {
+    for (int x = 0; x < size; ++x) {
+      height[static_cast<std::size_t>(y * size + x)] =
+          0.02f * std::sin(2.0f * kPi * static_cast<float>(x) / 64.0f);
+    }
+  }
+  const std::vector<std::uint8_t> map = normalMapFromHeight(height, size, 1.0f);
+  const float slope = 0.02f * 2.0f * kPi;
+  EXPECT_NEAR(map[0] / 255.0f * 2.0f - 1.0f, -slope / std::hypot(slope, 1.0f), 0.01f);
+  EXPECT_NEAR(map[1], 128, 1);
+  EXPECT_GT(map[2], 250);
+}
+
+}  // namespace
+}  // namespace catoptric::scene
