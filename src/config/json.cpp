@@ -481,4 +481,12 @@ Value withSetting(const Value& root, const std::string& dottedPath, const std::s
   return replaced(root, path, 0, "", relocated(value, setting.file, pointer), setting);
 }
 
+Value without(const Value& object, const std::vector<std::string>& names) {
+  auto node = copyOf(object);
+  std::erase_if(node->members, [&](const auto& member) {
+    return std::find(names.begin(), names.end(), member.first) != names.end();
+  });
+  return Value(node);
+}
+
 }  // namespace catoptric::config

@@ -71,6 +71,9 @@ Value parseText(const std::string& text, const std::string& name);
 Value withSetting(const Value& root, const std::string& dottedPath, const std::string& valueText,
                   const std::string& origin = "");
 
+/// A copy of an object without these members; all else keeps its place.
+Value without(const Value& object, const std::vector<std::string>& names);
+
 // ---- Schemas: one table gives parsing, ranges, defaults, help, JSON Schema and docs ----
 
 enum class FieldType { Bool, Integer, Number, String, Vec3, Numbers, Array, Object, Any };

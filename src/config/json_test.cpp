@@ -103,6 +103,12 @@ TEST(Json, SettingsReplaceAndAdd) {
             std::string::npos);
 }
 
+TEST(Json, WithoutKeepsPlaces) {
+  const Value root = parseText("{\"a\": 1,\n\"b\": 2}", "f");
+  EXPECT_EQ(without(root, {"a", "c"}).dump(), "{\"b\":2}");
+  EXPECT_EQ(without(root, {"a"}).get("b").place().text(), "f:2: /b");
+}
+
 TEST(Json, DumpIsCanonical) {
   EXPECT_EQ(parseText("{\"b\": 1.0, \"a\": 0.1, \"c\": null}", "f").dump(),
             parseText("{\"c\": null,\n\"a\": 1e-1, \"b\": 1}", "g").dump());

@@ -173,7 +173,7 @@ std::optional<MethodConfig> readMethod(const Value& value,
     errors.add(lines);
     if (!lines.empty()) return {};
     if (value.has("name")) method.name = value.get("name").asString();
-    method.options = value;
+    method.options = config::without(value, {"method", "name", "comment"});
   }
   if (!isFileName(method.name)) {
     errors.add(value.get("name"), config::jsonString(method.name) +

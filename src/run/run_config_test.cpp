@@ -62,6 +62,7 @@ TEST(RunConfig, MethodsHaveNamesAndOptions) {
   EXPECT_EQ(run.methods[1].name, "refitted");
   EXPECT_EQ(run.methods[1].id, "traced");
   EXPECT_EQ(run.methods[1].effective, "{\"bvh\":\"refit\"}");
+  EXPECT_EQ(run.methods[1].options.keys(), std::vector<std::string>{"bvh"});  // what it understands
   EXPECT_THAT(run.errorsAgainst, testing::ElementsAre("reference"));
 }
 
