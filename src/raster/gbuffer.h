@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "gl/objects.h"
 
@@ -38,6 +39,22 @@ struct GBuffer {
   int sampleWidth() const { return width * samples; }
   int sampleHeight() const { return height * samples; }
 };
+
+struct GBufferSize {
+  int width = 512;
+  int height = 512;
+  int samples = 2;
+  bool masks = false;
+};
+
+/// Allocates all textures. Throws UsageError when the device's largest texture is smaller.
+GBuffer makeGBuffer(const GBufferSize& size);
+
+/// Reads a texture back, row 0 on top. RGBA32F: 4 floats a texel.
+std::vector<float> readRgba(const gl::Texture& texture);
+std::vector<std::uint32_t> readIds(const gl::Texture& texture);
+std::vector<float> readDepth(const gl::Texture& texture);
+std::vector<std::uint8_t> readMasks(const gl::Texture& texture);
 
 /// Where a method fell back, as bits of GBuffer::masks; also the names of counters and mask layers.
 enum MaskBit : std::uint8_t {

@@ -11,18 +11,12 @@
 
 #include "frame/geometry.h"
 #include "frame/shading.h"
+#include "gl/shader.h"
 #include "raster/gbuffer.h"
 #include "scene/camera.h"
 #include "scene/scene.h"
 
 namespace catoptric::raster {
-
-struct GBufferSize {
-  int width = 512;
-  int height = 512;
-  int samples = 2;
-  bool masks = false;
-};
 
 /// Counts of one G-buffer pass.
 struct DrawStatistics {
@@ -61,7 +55,8 @@ class SceneRaster {
                              const frame::Lighting& lighting, int skipObject = 0);
 
   /// Cube map of the diffuse scene seen from `centre`, RGBA16F with mip levels.
-  gl::Texture drawCubeMap(const Vec3& centre, int faceSize, const frame::Lighting& lighting);
+  gl::Texture drawCubeMap(const Vec3& centre, int faceSize, const frame::Lighting& lighting,
+                          int skipObject = 0);
 
   /// Resolves samples to pixels into `frame` (RGBA32F, width x height, row 0 on top): mean over the
   /// samples of (1 - s) diffuse + s tint reflection; a = share of samples that are not background.
@@ -71,16 +66,14 @@ class SceneRaster {
   /// Radiance of the environment is drawn and looked up by this GLSL-side state; methods that need
   /// the materials' table, the environment or the shading functions bind them here.
   void bindShadingResources(std::uint32_t program, const frame::Lighting& lighting) const;
+  /// Defines that programs which include raster/shaders/shading.glsl are compiled with.
+  static std::vector<gl::Define> shadingDefines(const frame::Lighting& lighting);
+
+  std::size_t memoryBytes() const;  ///< of geometry, textures and materials on the GL side
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
-
-/// Reads a texture back, row 0 on top. RGBA32F: 4 floats a texel.
-std::vector<float> readRgba(const gl::Texture& texture);
-std::vector<std::uint32_t> readIds(const gl::Texture& texture);
-std::vector<float> readDepth(const gl::Texture& texture);
-std::vector<std::uint8_t> readMasks(const gl::Texture& texture);
 
 }  // namespace catoptric::raster

@@ -1,0 +1,61 @@
+#include "raster/gbuffer.h"
+
+#include "core/error.h"
+#include "gl/context.h"
+
+namespace catoptric::raster {
+
+GBuffer makeGBuffer(const GBufferSize& size) {
+  GBuffer made;
+  made.width = size.width;
+  made.height = size.height;
+  made.samples = size.samples;
+  const int width = made.sampleWidth();
+  const int height = made.sampleHeight();
+  const int limit = gl::Context::current().info().limits.maxTextureSize;
+  if (size.width < 1 || size.height < 1 || size.samples < 1 || width > limit || height > limit) {
+    throw UsageError("a frame of " + std::to_string(size.width) + " x " +
+                     std::to_string(size.height) + " pixels with " + std::to_string(size.samples) +
+                     " x " + std::to_string(size.samples) + " samples is " + std::to_string(width) +
+                     " x " + std::to_string(height) + " samples; this GL device allows 1 to " +
+                     std::to_string(limit) +
+                     " along each side: choose a smaller frame or fewer samples");
+  }
+  made.diffuse = gl::Texture::make2D("G-buffer diffuse", GL_RGBA32F, width, height);
+  made.normal = gl::Texture::make2D("G-buffer normal", GL_RGBA32F, width, height);
+  made.object = gl::Texture::make2D("G-buffer object", GL_R32UI, width, height);
+  made.depth = gl::Texture::make2D("G-buffer depth", GL_DEPTH32F_STENCIL8, width, height);
+  made.framebuffer = gl::Framebuffer(
+      "G-buffer", {{.texture = made.diffuse}, {.texture = made.normal}, {.texture = made.object}},
+      {.texture = made.depth});
+
+  made.reflection = gl::Texture::make2D("reflection", GL_RGBA32F, width, height);
+  if (size.masks) {
+    made.masks = gl::Texture::make2D("masks", GL_R8UI, width, height);
+    made.reflectionFramebuffer =
+        gl::Framebuffer("reflection", {{.texture = made.reflection}, {.texture = made.masks}},
+                        {.texture = made.depth});
+  } else {
+    made.reflectionFramebuffer =
+        gl::Framebuffer("reflection", {{.texture = made.reflection}}, {.texture = made.depth});
+  }
+  return made;
+}
+
+std::vector<float> readRgba(const gl::Texture& texture) {
+  return texture.read<float>(0, GL_RGBA, GL_FLOAT, 4);
+}
+
+std::vector<std::uint32_t> readIds(const gl::Texture& texture) {
+  return texture.read<std::uint32_t>(0, GL_RED_INTEGER, GL_UNSIGNED_INT, 1);
+}
+
+std::vector<float> readDepth(const gl::Texture& texture) {
+  return texture.read<float>(0, GL_DEPTH_COMPONENT, GL_FLOAT, 1);
+}
+
+std::vector<std::uint8_t> readMasks(const gl::Texture& texture) {
+  return texture.read<std::uint8_t>(0, GL_RED_INTEGER, GL_UNSIGNED_BYTE, 1);
+}
+
+}  // namespace catoptric::raster

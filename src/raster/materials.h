@@ -1,0 +1,88 @@
+// Materials and textures on the GL side, and which program variant an object needs.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "frame/geometry.h"
+#include "gl/objects.h"
+#include "gl/shader.h"
+#include "raster/gbuffer.h"
+#include "scene/scene.h"
+
+namespace catoptric::raster {
+
+/// What a variant of scene.frag is compiled with; only combinations that occur are compiled.
+enum Feature : std::uint32_t {
+  kBaseTexture = 1u << 0,
+  kNormalMap = 1u << 1,
+  kSpecularTexture = 1u << 2,
+  kEmissiveTexture = 1u << 3,
+  kAlphaMask = 1u << 4,
+  kVertexColor = 1u << 5,
+  kUnlit = 1u << 6,
+  kBaseUv1 = 1u << 7,
+  kNormalUv1 = 1u << 8,
+  kSpecularUv1 = 1u << 9,
+  kEmissiveUv1 = 1u << 10,
+  kBakeIrradiance = 1u << 11,
+  kBakeVisibility = 1u << 12,
+  kSky = 1u << 13,          ///< light of the environment or ambient light, where visible
+  kGBufferPass = 1u << 14,  ///< otherwise diffuse radiance alone
+};
+
+/// Features of a material by itself.
+std::uint32_t materialFeatures(const scene::Material& material);
+/// Those that the diffuse pass can do without are removed (s and g are not written).
+std::uint32_t diffusePassFeatures(std::uint32_t features);
+/// Features of an object's vertex attributes: colours that are not white, baked light; kSky where
+/// any vertex sees the sky.
+std::uint32_t vertexFeatures(const frame::Geometry& geometry, const frame::ObjectRange& range);
+/// Defines of scene.vert and scene.frag for a set of features.
+std::vector<gl::Define> featureDefines(std::uint32_t features);
+
+/// Diffuse, CurvedMirror or Glossy: what a material can show anywhere (a texture's largest values).
+SampleClass materialClass(const scene::Scene& scene, const scene::Material& material);
+/// The class of an object: planar mirrors are told from curved ones.
+inline SampleClass objectClass(SampleClass material, const scene::Object& object) {
+  return material == SampleClass::CurvedMirror && object.planar ? SampleClass::PlanarMirror
+                                                                : material;
+}
+
+/// Textures (with the mip chains that the scene holds) and the materials' uniform blocks.
+class Materials {
+ public:
+  Materials() = default;
+  /// Uploads the textures that materials use. Throws SceneError that names the texture when it
+  /// exceeds the context's limits or has no pixels.
+  explicit Materials(const scene::Scene& scene);
+
+  /// Binds the block and the textures of a material, as scene.frag names them.
+  void bind(int material) const;
+  /// Reflection tints by object id (0: background), RGBA32F texel buffer.
+  const gl::Texture& tints() const { return tints_; }
+  bool tinted() const { return tinted_; }          ///< any reflective object with a tint but 1
+  bool reflective() const { return reflective_; }  ///< any object that reflects
+  SampleClass classOf(int material) const { return classes_[material]; }
+  std::size_t bytes() const;
+
+ private:
+  struct Slots {
+    int base = scene::kNone;
+    int normal = scene::kNone;
+    int specular = scene::kNone;
+    int emissive = scene::kNone;
+  };
+  std::vector<gl::Texture> textures_;  ///< empty ones are not used
+  std::vector<Slots> slots_;
+  std::vector<SampleClass> classes_;
+  gl::Buffer blocks_;
+  gl::Buffer tintBuffer_;
+  gl::Texture tints_;
+  std::size_t blockStride_ = 0;
+  bool tinted_ = false;
+  bool reflective_ = false;
+};
+
+}  // namespace catoptric::raster

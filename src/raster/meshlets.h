@@ -1,0 +1,61 @@
+// Small clusters of neighbouring triangles with bounds: what culling decides upon. Only triangles
+// that can be proved invisible are culled, so images are the same with and without.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/math.h"
+#include "frame/geometry.h"
+
+namespace catoptric::raster {
+
+/// A contiguous range of an object's reordered indices.
+struct Meshlet {
+  std::uint32_t firstIndex = 0;
+  std::uint32_t indexCount = 0;
+  Vec3 centre{0.0f};  ///< of the bounding sphere, world space
+  float radius = 0.0f;
+  /// All triangles' normals lie within the cone about coneAxis; from an eye with
+  /// dot(centre - eye, coneAxis) >= coneCutoff * |centre - eye| + radius, all show their backs.
+  /// coneCutoff > 1: never.
+  Vec3 coneAxis{0.0f, 1.0f, 0.0f};
+  float coneCutoff = 2.0f;
+};
+
+/// Reordered triangles of a whole geometry.
+struct Meshlets {
+  std::vector<std::uint32_t> indices;  ///< same triangles and windings, grouped by meshlet
+  std::vector<Meshlet> meshlets;
+  std::vector<std::uint32_t> firstOfObject;  ///< per object, and one past the end
+  /// Objects that are closed surfaces with outward normals: from outside of their bounds their
+  /// back faces are hidden behind their own front faces.
+  std::vector<bool> closed;
+
+  std::span<const Meshlet> ofObject(std::size_t object) const {
+    return {meshlets.data() + firstOfObject[object], meshlets.data() + firstOfObject[object + 1]};
+  }
+};
+
+/// Groups triangles into meshlets of up to 64 vertices and 124 triangles (meshoptimizer).
+/// Deterministic for any thread count.
+Meshlets buildMeshlets(const frame::Geometry& geometry);
+
+/// Recomputes the bounds of one object's meshlets after its vertices moved.
+void updateMeshletBounds(Meshlets& meshlets, const frame::Geometry& geometry, int object);
+
+/// The clip volume of a matrix, as planes with dot(plane, (p, 1)) >= 0 inside.
+class Frustum {
+ public:
+  /// For clip space -w <= x, y <= w and 0 <= z <= w.
+  explicit Frustum(const Mat4& clipFromWorld);
+  bool mayContain(const Vec3& centre, float radius) const;
+  bool mayContain(const Box3& box) const;
+
+ private:
+  std::array<Vec4, 6> planes_;  ///< unit normals; degenerate ones (no far plane) accept all
+};
+
+}  // namespace catoptric::raster

@@ -1,0 +1,459 @@
+#include "raster/scene_raster.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <string>
+
+#include "core/error.h"
+#include "gl/context.h"
+#include "gl/shader.h"
+#include "raster/frame_block.h"
+#include "raster/materials.h"
+#include "raster/meshlets.h"
+
+namespace catoptric::raster {
+namespace {
+
+/// A compiled variant of scene.frag.
+struct Variant {
+  gl::Program program;
+  GLint uvPerMetre = -1;
+  GLint objectId = -1;
+};
+
+/// What drawing needs of an object beside its triangles.
+struct ObjectInfo {
+  int material = 0;
+  SampleClass sampleClass = SampleClass::Diffuse;
+  std::uint32_t features = 0;  ///< of material and vertices, without passes
+  bool opaque = true;
+};
+
+/// One object's visible index ranges in the lists of a pass.
+struct VisibleObject {
+  int object = 0;
+  float order = 0.0f;  ///< metres from the eye
+  std::size_t firstRange = 0;
+  std::size_t rangeCount = 0;
+  bool cullBacks = false;
+};
+
+/// Index ranges of a pass, as glMultiDrawElements takes them.
+struct DrawList {
+  std::vector<VisibleObject> objects;
+  std::vector<GLsizei> counts;
+  std::vector<const void*> offsets;
+  void clear() {
+    objects.clear();
+    counts.clear();
+    offsets.clear();
+  }
+};
+
+/// Whether the whole box lies beyond the near plane (z <= w).
+bool beyondNear(const Mat4& clipFromWorld, const Box3& box) {
+  const Mat4 rows = glm::transpose(clipFromWorld);
+  const Vec4 plane = rows[3] - rows[2];
+  const Vec3 corner(plane.x > 0.0f ? box.min.x : box.max.x, plane.y > 0.0f ? box.min.y : box.max.y,
+                    plane.z > 0.0f ? box.min.z : box.max.z);
+  return glm::dot(Vec3(plane), corner) + plane.w > 0.0f;
+}
+
+bool contains(const Box3& box, const Vec3& p) {
+  return glm::all(glm::greaterThanEqual(p, box.min)) && glm::all(glm::lessThanEqual(p, box.max));
+}
+
+float distanceTo(const Box3& box, const Vec3& p) {
+  return glm::length(glm::max(glm::max(box.min - p, p - box.max), Vec3(0.0f)));
+}
+
+}  // namespace
+
+struct SceneRaster::State {
+  Materials materials;
+  gl::Buffer positions;
+  gl::Buffer attributes;
+  gl::Buffer indices;
+  gl::VertexArray vertices;
+  gl::VertexArray noVertices;
+  Meshlets meshlets;
+  std::vector<ObjectInfo> objects;
+  std::vector<Box3> bounds;
+  std::vector<float> uvPerMetre;
+  float diameter = 0.0f;
+
+  std::map<std::string, std::map<std::uint32_t, Variant>> variants;  ///< by lights, by features
+  std::map<std::string, gl::Program> backgrounds;
+  std::map<std::uint32_t, gl::Program> composites;
+  FrameResources frame;
+  FrameView gbufferView;  ///< of the last G-buffer, for methods' own passes
+  DrawList list;
+
+  void cull(const FrameView& view, int skipObject, DrawStatistics& statistics);
+  Variant& variant(std::uint32_t features, const frame::Lighting& lighting);
+  DrawStatistics drawObjects(const FrameView& view, const frame::Lighting& lighting, bool gbuffer,
+                             int skipObject);
+  void drawBackground(const frame::Lighting& lighting);
+};
+
+SceneRaster::SceneRaster(const scene::Scene& scene, const frame::Geometry& geometry)
+    : state_(std::make_unique<State>()) {
+  State& s = *state_;
+  s.materials = Materials(scene);
+  s.meshlets = buildMeshlets(geometry);
+  s.positions =
+      gl::Buffer("positions", geometry.positions.size() * sizeof(Vec3), geometry.positions.data());
+  s.attributes = gl::Buffer("vertex attributes",
+                            std::span<const frame::VertexAttributes>(geometry.attributes));
+  s.indices = gl::Buffer("indices", std::span<const std::uint32_t>(s.meshlets.indices));
+
+  // Variants read only the attributes that they use
+  using Attributes = frame::VertexAttributes;
+  s.vertices = gl::VertexArray("scene");
+  s.vertices.setAttribute(0, s.positions, 3, GL_FLOAT, 0, sizeof(Vec3));
+  const auto attribute = [&](GLuint location, int components, std::size_t offset) {
+    s.vertices.setAttribute(location, s.attributes, components, GL_FLOAT, offset,
+                            sizeof(Attributes));
+  };
+  attribute(1, 3, offsetof(Attributes, normal));
+  attribute(2, 4, offsetof(Attributes, tangent));
+  attribute(3, 2, offsetof(Attributes, uv0));
+  attribute(4, 2, offsetof(Attributes, uv1));
+  attribute(5, 3, offsetof(Attributes, color));
+  attribute(6, 4, offsetof(Attributes, bake));
+  s.vertices.setIndices(s.indices);
+  s.noVertices = gl::VertexArray("no vertices");
+
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const scene::Object& object = scene.objects[i];
+    const scene::Material& material = scene.materials[object.material];
+    s.objects.push_back({object.material, objectClass(s.materials.classOf(object.material), object),
+                         materialFeatures(material) | vertexFeatures(geometry, geometry.objects[i]),
+                         material.alphaMode == scene::AlphaMode::Opaque});
+    s.bounds.push_back(geometry.objects[i].bounds);
+    s.uvPerMetre.push_back(geometry.objects[i].uvPerMetre);
+  }
+  s.diameter = geometry.bounds.diameter();
+}
+
+SceneRaster::~SceneRaster() = default;
+
+void SceneRaster::update(const frame::Geometry& geometry, std::span<const int> changedObjects) {
+  State& s = *state_;
+  for (const int object : changedObjects) {
+    const frame::ObjectRange& range = geometry.objects[object];
+    s.positions.write(range.firstVertex * sizeof(Vec3), range.vertexCount * sizeof(Vec3),
+                      &geometry.positions[range.firstVertex]);
+    s.attributes.write(range.firstVertex * sizeof(frame::VertexAttributes),
+                       range.vertexCount * sizeof(frame::VertexAttributes),
+                       &geometry.attributes[range.firstVertex]);
+    s.bounds[object] = range.bounds;
+    s.uvPerMetre[object] = range.uvPerMetre;
+    constexpr std::uint32_t ofVertices = kVertexColor | kBakeIrradiance | kBakeVisibility | kSky;
+    s.objects[object].features =
+        (s.objects[object].features & ~ofVertices) | vertexFeatures(geometry, range);
+    updateMeshletBounds(s.meshlets, geometry, object);
+    // A deformed surface may pass through itself: its backs are no longer proved hidden
+    s.meshlets.closed[object] = false;
+  }
+  s.diameter = geometry.bounds.diameter();
+}
+
+GBuffer SceneRaster::makeGBuffer(const GBufferSize& size) const {
+  return raster::makeGBuffer(size);
+}
+
+/// Lists what can be seen, nearest objects first.
+void SceneRaster::State::cull(const FrameView& view, int skipObject, DrawStatistics& statistics) {
+  list.clear();
+  const Frustum frustum(view.clipFromWorld);
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const std::span<const Meshlet> members = meshlets.ofObject(i);
+    std::uint64_t all = 0;
+    for (const Meshlet& meshlet : members) all += meshlet.indexCount / 3;
+    if (static_cast<int>(i) + 1 == skipObject || !frustum.mayContain(bounds[i])) {
+      statistics.culledTriangles += all;
+      continue;
+    }
+
+    // Backs of a closed opaque object are hidden unless the eye or the near plane is inside
+    VisibleObject visible;
+    visible.object = static_cast<int>(i);
+    visible.order =
+        distanceTo(bounds[i], view.eye) + 0.25f * glm::distance(bounds[i].centre(), view.eye);
+    visible.cullBacks = meshlets.closed[i] && objects[i].opaque && !contains(bounds[i], view.eye) &&
+                        beyondNear(view.clipFromWorld, bounds[i]);
+    visible.firstRange = list.counts.size();
+    std::uint64_t drawn = 0;
+    std::uint32_t end = 0;
+    for (const Meshlet& meshlet : members) {
+      if (!frustum.mayContain(meshlet.centre, meshlet.radius)) continue;
+      if (visible.cullBacks) {
+        const Vec3 toCentre = meshlet.centre - view.eye;
+        if (glm::dot(toCentre, meshlet.coneAxis) >=
+            meshlet.coneCutoff * glm::length(toCentre) + meshlet.radius) {
+          continue;
+        }
+      }
+      drawn += meshlet.indexCount / 3;
+      if (list.counts.size() > visible.firstRange && meshlet.firstIndex == end) {
+        list.counts.back() += static_cast<GLsizei>(meshlet.indexCount);
+      } else {
+        list.counts.push_back(static_cast<GLsizei>(meshlet.indexCount));
+        list.offsets.push_back(reinterpret_cast<const void*>(
+            static_cast<std::uintptr_t>(meshlet.firstIndex) * sizeof(std::uint32_t)));
+      }
+      end = meshlet.firstIndex + meshlet.indexCount;
+    }
+    visible.rangeCount = list.counts.size() - visible.firstRange;
+    statistics.triangles += drawn;
+    statistics.culledTriangles += all - drawn;
+    if (visible.rangeCount > 0) list.objects.push_back(visible);
+  }
+  std::stable_sort(
+      list.objects.begin(), list.objects.end(),
+      [](const VisibleObject& a, const VisibleObject& b) { return a.order < b.order; });
+}
+
+Variant& SceneRaster::State::variant(std::uint32_t features, const frame::Lighting& lighting) {
+  std::map<std::uint32_t, Variant>& ofLights = variants[lightSignature(lighting)];
+  const auto found = ofLights.find(features);
+  if (found != ofLights.end()) return found->second;
+  std::vector<gl::Define> defines = featureDefines(features);
+  const std::vector<gl::Define> lights = lightDefines(lighting);
+  defines.insert(defines.end(), lights.begin(), lights.end());
+  defines.push_back({"ENVIRONMENT", "0"});  // surfaces see its irradiance only
+  Variant made;
+  made.program = gl::Program((features & kGBufferPass) != 0 ? "gbuffer" : "diffuse",
+                             {.vertex = "raster/shaders/scene.vert",
+                              .fragment = "raster/shaders/scene.frag",
+                              .defines = std::move(defines)});
+  made.uvPerMetre = made.program.location("uvPerMetre");
+  if ((features & kGBufferPass) != 0) made.objectId = made.program.location("objectId");
+  return ofLights.emplace(features, std::move(made)).first->second;
+}
+
+DrawStatistics SceneRaster::State::drawObjects(const FrameView& view,
+                                               const frame::Lighting& lighting, bool gbuffer,
+                                               int skipObject) {
+  DrawStatistics statistics;
+  cull(view, skipObject, statistics);
+  frame.bind(view, lighting);
+  vertices.bind();
+  glDepthFunc(GL_GREATER);
+  glDepthMask(GL_TRUE);
+  glFrontFace(view.frontSign > 0.0f ? GL_CCW : GL_CW);
+  glCullFace(GL_BACK);
+  const bool sky = hasSky(lighting);
+  GLuint program = 0;
+  int material = -1;
+  bool culling = false;
+  glDisable(GL_CULL_FACE);
+  for (const VisibleObject& visible : list.objects) {
+    const ObjectInfo& info = objects[visible.object];
+
+    // Features that the lighting or the pass does not need are dropped
+    std::uint32_t features = info.features;
+    if (!sky) features &= ~kSky;
+    if ((features & kUnlit) != 0) features &= ~(kSky | kBakeIrradiance);
+    if ((features & kSky) == 0) features &= ~kBakeVisibility;
+    features = gbuffer ? features | kGBufferPass : diffusePassFeatures(features);
+    const Variant& v = variant(features, lighting);
+    if (v.program.id() != program) {
+      program = v.program.id();
+      glUseProgram(program);
+    }
+    if (info.material != material) {
+      material = info.material;
+      materials.bind(material);
+    }
+    if (visible.cullBacks != culling) {
+      culling = visible.cullBacks;
+      (culling ? glEnable : glDisable)(GL_CULL_FACE);
+    }
+    if (v.uvPerMetre >= 0) glUniform1f(v.uvPerMetre, uvPerMetre[visible.object]);
+    if (gbuffer) {
+      if (v.objectId >= 0) {
+        glUniform1ui(v.objectId, static_cast<GLuint>(visible.object + 1));
+      }
+      glStencilFunc(GL_ALWAYS, static_cast<GLint>(info.sampleClass), 0xFF);
+    }
+    glMultiDrawElements(GL_TRIANGLES, &list.counts[visible.firstRange], GL_UNSIGNED_INT,
+                        &list.offsets[visible.firstRange],
+                        static_cast<GLsizei>(visible.rangeCount));
+  }
+  glDisable(GL_CULL_FACE);
+  glFrontFace(GL_CCW);
+  return statistics;
+}
+
+/// Radiance of the environment where depth is still 0. The frame block is bound.
+void SceneRaster::State::drawBackground(const frame::Lighting& lighting) {
+  const std::string type = environmentType(lighting);
+  gl::Program& program = backgrounds[type];
+  if (program.empty()) {
+    program = gl::Program("background",
+                          {.vertex = "raster/shaders/background.vert",
+                           .fragment = "raster/shaders/background.frag",
+                           .defines = {{"ENVIRONMENT", type}, {"LIGHT_COUNT", "0"}, {"SKY", "0"}}});
+  }
+  program.use();
+  frame.bindEnvironment(lighting);
+  noVertices.bind();
+  glDepthFunc(GL_EQUAL);
+  glDepthMask(GL_FALSE);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glDepthMask(GL_TRUE);
+  glDepthFunc(GL_GREATER);
+}
+
+DrawStatistics SceneRaster::drawGBuffer(GBuffer& target, const scene::Camera& camera,
+                                        const frame::Lighting& lighting) {
+  State& s = *state_;
+  const float aspect = static_cast<float>(target.width) / static_cast<float>(target.height);
+  const FrameView view =
+      makeView(scene::clipFromCamera(camera, aspect) * scene::cameraFromWorld(camera), camera.eye(),
+               scene::pixelSpreadRad(camera, target.sampleHeight()),
+               Vec4(0.0f, 0.0f, target.sampleWidth(), target.sampleHeight()), kNoRadianceLimit);
+  s.gbufferView = view;
+
+  // Background: id 0, far, its radiance where that is the same everywhere
+  target.framebuffer.bind();
+  const Vec3 clear = constantEnvironment(lighting);
+  target.framebuffer.clearColor(0, clear.x, clear.y, clear.z, 0.0f);
+  target.framebuffer.clearColor(1, 0.0f, 0.0f, 0.0f, 0.0f);
+  target.framebuffer.clearColorUint(2, 0);
+  target.framebuffer.clearDepthStencil(0.0f, static_cast<int>(SampleClass::Background));
+
+  glDisable(GL_BLEND);
+  glDisable(GL_SCISSOR_TEST);
+  glEnable(GL_DEPTH_TEST);
+  glEnable(GL_STENCIL_TEST);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+  glStencilMask(0xFF);
+  const DrawStatistics statistics = s.drawObjects(view, lighting, true, 0);
+  glDisable(GL_STENCIL_TEST);
+  if (environmentType(lighting) != "0") {
+    glColorMaski(1, GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    glColorMaski(2, GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    s.drawBackground(lighting);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  }
+  glDisable(GL_DEPTH_TEST);
+  return statistics;
+}
+
+DrawStatistics SceneRaster::drawDiffuse(const Mat4& clipFromWorld, const Vec3& eye,
+                                        float pixelSpreadRad, const frame::Lighting& lighting,
+                                        int skipObject) {
+  GLint viewport[4] = {};
+  glGetIntegerv(GL_VIEWPORT, viewport);
+  const FrameView view =
+      makeView(clipFromWorld, eye, pixelSpreadRad,
+               Vec4(viewport[0], viewport[1], viewport[2], viewport[3]), kHalfRadianceLimit);
+  State& s = *state_;
+  glDisable(GL_BLEND);
+  glDisable(GL_STENCIL_TEST);
+  glEnable(GL_DEPTH_TEST);
+  const DrawStatistics statistics = s.drawObjects(view, lighting, false, skipObject);
+  s.drawBackground(lighting);
+  glDisable(GL_DEPTH_TEST);
+  return statistics;
+}
+
+gl::Texture SceneRaster::drawCubeMap(const Vec3& centre, int faceSize,
+                                     const frame::Lighting& lighting, int skipObject) {
+  State& s = *state_;
+  gl::Texture cube = gl::Texture::makeCube("cube map", GL_RGBA16F, faceSize, 0);
+  const gl::Texture depth =
+      gl::Texture::make2D("cube map depth", GL_DEPTH_COMPONENT32F, faceSize, faceSize);
+  // Near enough to keep everything, far from rounding
+  const float nearMetres = std::max(1e-4f, 1e-4f * s.diameter);
+  const float spread = 2.0f * std::atan(1.0f / static_cast<float>(faceSize));
+  // Right, down and forward of the faces in the order of GL; rows are clip x, -y and w
+  struct Face {
+    Vec3 right, down, forward;
+  };
+  const Face faces[6] = {{{0, 0, -1}, {0, -1, 0}, {1, 0, 0}}, {{0, 0, 1}, {0, -1, 0}, {-1, 0, 0}},
+                         {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}},   {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}},
+                         {{1, 0, 0}, {0, -1, 0}, {0, 0, 1}},  {{-1, 0, 0}, {0, -1, 0}, {0, 0, -1}}};
+  for (int i = 0; i < 6; ++i) {
+    const gl::Framebuffer target("cube map face", {{.texture = cube, .layer = i}},
+                                 {.texture = depth});
+    target.bind();
+    glDisable(GL_SCISSOR_TEST);
+    target.clearDepth(0.0f);
+    const Face& f = faces[i];
+    const Mat4 rows(Vec4(f.right, -glm::dot(f.right, centre)),
+                    Vec4(-f.down, glm::dot(f.down, centre)), Vec4(0.0f, 0.0f, 0.0f, nearMetres),
+                    Vec4(f.forward, -glm::dot(f.forward, centre)));
+    drawDiffuse(glm::transpose(rows), centre, spread, lighting, skipObject);
+  }
+  cube.generateMipmaps();
+  return cube;
+}
+
+void SceneRaster::composite(const GBuffer& source, const scene::Camera& camera,
+                            const CompositeOptions& options, gl::Texture& frame) {
+  State& s = *state_;
+  if (frame.width() != source.width || frame.height() != source.height) {
+    throw Error(ExitCode::Internal, "composite: the frame's size is not the G-buffer's");
+  }
+  const bool reflective = s.materials.reflective();
+  const bool fresnel = reflective && options.fresnelSchlick;
+  const bool tinted = reflective && s.materials.tinted();
+  gl::Program& program =
+      s.composites[static_cast<std::uint32_t>(source.samples) * 8u + (reflective ? 4u : 0u) +
+                   (tinted ? 2u : 0u) + (fresnel ? 1u : 0u)];
+  if (program.empty()) {
+    program = gl::Program::fullScreen("composite", "raster/shaders/composite.frag",
+                                      {{"SAMPLES", std::to_string(source.samples)},
+                                       {"REFLECTIVE", reflective ? "1" : "0"},
+                                       {"TINTED", tinted ? "1" : "0"},
+                                       {"FRESNEL", fresnel ? "1" : "0"}});
+  }
+  program.use();
+  source.diffuse.bind(0);
+  source.object.bind(1);
+  if (reflective) source.reflection.bind(2);
+  if (tinted) s.materials.tints().bind(5);
+  if (fresnel) {
+    source.normal.bind(3);
+    const float aspect = static_cast<float>(source.width) / static_cast<float>(source.height);
+    program.set("rayFromWindow",
+                makeView(scene::clipFromCamera(camera, aspect) * scene::cameraFromWorld(camera),
+                         camera.eye(), 0.0f,
+                         Vec4(0.0f, 0.0f, source.sampleWidth(), source.sampleHeight()), 0.0f)
+                    .rayFromWindow);
+  }
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_STENCIL_TEST);
+  glDisable(GL_SCISSOR_TEST);
+  glDisable(GL_BLEND);
+  const gl::Framebuffer target("composite", {{.texture = frame}});
+  target.bind();
+  gl::drawFullScreenTriangle();
+}
+
+void SceneRaster::bindShadingResources(std::uint32_t program,
+                                       const frame::Lighting& lighting) const {
+  glUseProgram(program);
+  state_->frame.bind(state_->gbufferView, lighting);
+  state_->frame.bindEnvironment(lighting);
+}
+
+std::vector<gl::Define> SceneRaster::shadingDefines(const frame::Lighting& lighting) {
+  std::vector<gl::Define> defines = lightDefines(lighting);
+  defines.push_back({"ENVIRONMENT", environmentType(lighting)});
+  defines.push_back({"SKY", hasSky(lighting) ? "1" : "0"});
+  return defines;
+}
+
+std::size_t SceneRaster::memoryBytes() const {
+  const State& s = *state_;
+  return s.materials.bytes() + s.positions.size() + s.attributes.size() + s.indices.size();
+}
+
+}  // namespace catoptric::raster

@@ -1,0 +1,9 @@
+// Radiance of the environment where nothing is: a = 0 (s of the G-buffer, coverage elsewhere).
+#include "shading.glsl"
+
+layout(location = 0) out vec4 outDiffuse;
+
+void main() {
+  vec3 direction = normalize((frame.rayFromWindow * vec4(gl_FragCoord.xy, 0.0, 1.0)).xyz);
+  outDiffuse = vec4(min(environmentRadiance(direction), frame.ambient.www), 0.0);
+}

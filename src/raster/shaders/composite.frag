@@ -1,0 +1,44 @@
+// Samples to pixels: mean of (1 - s) diffuse + s tint reflection; a = share of samples that are
+// not background.
+//   SAMPLES   per axis
+//   REFLECTIVE 0 when nothing of the scene reflects: the mean of the diffuse radiance
+//   TINTED    0 when all reflective materials have tint 1
+//   FRESNEL   1: s + (1 - s)(1 - cos)^5 [Schlick1994] where s > 0
+layout(binding = 0) uniform sampler2D diffuseSamples;
+layout(binding = 1) uniform usampler2D objectSamples;
+layout(binding = 2) uniform sampler2D reflectionSamples;
+layout(binding = 3) uniform sampler2D normalSamples;
+layout(binding = 5) uniform samplerBuffer tints;  // by object id
+uniform mat4 rayFromWindow;
+
+layout(location = 0) out vec4 outFrame;
+
+void main() {
+  ivec2 corner = ivec2(gl_FragCoord.xy) * SAMPLES;
+  vec4 sum = vec4(0.0);
+  for (int j = 0; j < SAMPLES; ++j) {
+    for (int i = 0; i < SAMPLES; ++i) {
+      ivec2 at = corner + ivec2(i, j);
+      vec4 diffuse = texelFetch(diffuseSamples, at, 0);
+      uint id = texelFetch(objectSamples, at, 0).r;
+#if REFLECTIVE
+      vec3 reflected = texelFetch(reflectionSamples, at, 0).rgb;
+#if TINTED
+      reflected *= texelFetch(tints, int(id)).rgb;
+#endif
+      float s = diffuse.a;
+#if FRESNEL
+      vec3 d = normalize((rayFromWindow * vec4(vec2(at) + 0.5, 0.0, 1.0)).xyz);
+      float c = clamp(1.0 + dot(d, texelFetch(normalSamples, at, 0).xyz), 0.0, 1.0);
+      s += s > 0.0 ? (1.0 - s) * (c * c) * (c * c) * c : 0.0;
+#endif
+      // What lies in the reflection target of a sample that does not reflect is nobody's business
+      vec3 color = s > 0.0 ? (1.0 - s) * diffuse.rgb + s * reflected : diffuse.rgb;
+#else
+      vec3 color = diffuse.rgb;
+#endif
+      sum += vec4(color, id != 0u ? 1.0 : 0.0);
+    }
+  }
+  outFrame = sum * (1.0 / float(SAMPLES * SAMPLES));
+}

@@ -1,0 +1,154 @@
+// One surface sample: the G-buffer's values (GBUFFER 1) or its diffuse radiance alone (0).
+#include "shading.glsl"
+#include "varyings.glsl"
+
+struct Slot {
+  vec4 linear;  // columns of the 2x2 part of uv' = transform * (uv, 1)
+  vec4 offset;  // xy translation; z texels per unit of uv; w last mip level
+};
+layout(std140, binding = 1) uniform Material {
+  vec4 baseColor;      // rgb; a
+  vec4 emissive;       // rgb radiance; w alpha cutoff
+  vec4 specular;       // s, g, metallic factor, roughness factor
+  vec4 more;           // F0 of the dielectric part, scale of the normal map
+  Slot baseSlot;
+  Slot emissiveSlot;
+  Slot normalSlot;
+  Slot specularSlot;
+} material;
+
+uniform float uvPerMetre;
+
+#if BASE_TEXTURE
+layout(binding = 0) uniform sampler2D baseTexture;
+#endif
+#if NORMAL_MAP
+layout(binding = 1) uniform sampler2D normalTexture;
+#endif
+#if SPECULAR_TEXTURE
+layout(binding = 2) uniform sampler2D specularTexture;
+#endif
+#if EMISSIVE_TEXTURE
+layout(binding = 3) uniform sampler2D emissiveTexture;
+#endif
+
+#if GBUFFER
+uniform uint objectId;
+layout(location = 0) out vec4 outDiffuse;
+layout(location = 1) out vec4 outNormal;
+layout(location = 2) out uint outObject;
+#else
+layout(location = 0) out vec4 outDiffuse;
+#endif
+
+vec2 slotUv(Slot slot, vec2 uv) {
+  return slot.linear.xy * uv.x + slot.linear.zw * uv.y + slot.offset.xy;
+}
+
+#if UV0
+#define UV_OF_0 vertexUv0
+#endif
+#if UV1
+#define UV_OF_1 vertexUv1
+#endif
+#define UV_OF(set) UV_OF_2(set)
+#define UV_OF_2(set) UV_OF_##set
+
+void main() {
+#if ALPHA_MASK
+  float alpha = material.baseColor.a;
+#if BASE_TEXTURE
+  alpha *= textureLod(baseTexture, slotUv(material.baseSlot, UV_OF(BASE_UV)), 0.0).a;
+#endif
+  if (alpha < material.emissive.w) discard;
+#endif
+
+  // Where the sample is, seen from the eye
+#if BASE_TEXTURE || NORMAL_MAP || EMISSIVE_TEXTURE || (SPECULAR_TEXTURE && GBUFFER) || (LIGHT_COUNT > 0 && !UNLIT)
+  vec4 ray = frame.rayFromWindow * vec4(gl_FragCoord.xyz, 1.0);
+  vec3 fromEye = ray.xyz / ray.w;
+#endif
+
+  // Interpolated normal
+#if !UNLIT || GBUFFER
+  vec3 normal = vertexNormal * inversesqrt(max(dot(vertexNormal, vertexNormal), 1e-20));
+#endif
+
+  // Mip levels by a ray cone
+#if BASE_TEXTURE || NORMAL_MAP || EMISSIVE_TEXTURE || (SPECULAR_TEXTURE && GBUFFER)
+  float eyeDistance = length(fromEye);
+  float coneWidth = eyeDistance * frame.eye.w;
+#if !UNLIT || GBUFFER
+  float nd = abs(dot(normal, fromEye)) / max(eyeDistance, 1e-20);
+#else
+  float nd = 1.0;
+#endif
+#define LEVEL(slot) textureLevel(uvPerMetre, slot.offset.z, coneWidth, nd, slot.offset.w)
+#endif
+
+  // Shading normal
+#if NORMAL_MAP
+  vec3 tangent = vertexTangent.xyz * inversesqrt(max(dot(vertexTangent.xyz, vertexTangent.xyz), 1e-20));
+  vec3 bitangent = cross(normal, tangent) * vertexTangent.w;
+  vec3 m = 2.0 * textureLod(normalTexture, slotUv(material.normalSlot, UV_OF(NORMAL_UV)),
+                            LEVEL(material.normalSlot)).xyz - 1.0;
+  m.xy *= material.more.y;
+  vec3 bent = m.x * tangent + m.y * bitangent + m.z * normal;
+  normal = bent * inversesqrt(max(dot(bent, bent), 1e-20));
+#endif
+#if !UNLIT || GBUFFER
+  // ... turned to the viewer
+  if (gl_FrontFacing != (frame.environment[0].w > 0.0)) normal = -normal;
+#endif
+
+  // Diffuse radiance
+  vec3 albedo = material.baseColor.rgb;
+#if BASE_TEXTURE
+  albedo *= textureLod(baseTexture, slotUv(material.baseSlot, UV_OF(BASE_UV)),
+                       LEVEL(material.baseSlot)).rgb;
+#endif
+#if VERTEX_COLOR
+  albedo *= vertexColor;
+#endif
+#if UNLIT
+  vec3 radiance = albedo;
+#else
+  vec3 irradiance = vec3(0.0);
+#if BAKE_IRRADIANCE
+  irradiance += vertexIrradiance;
+#endif
+#if SKY
+  vec3 sky = skyIrradiance(normal) + kPi * frame.ambient.rgb;
+#if BAKE_VISIBILITY
+  sky *= vertexVisibility;
+#endif
+  irradiance += sky;
+#endif
+#if LIGHT_COUNT > 0
+  irradiance += lightIrradiance(frame.eye.xyz + fromEye, normal);
+#endif
+  vec3 emissive = material.emissive.rgb;
+#if EMISSIVE_TEXTURE
+  emissive *= textureLod(emissiveTexture, slotUv(material.emissiveSlot, UV_OF(EMISSIVE_UV)),
+                         LEVEL(material.emissiveSlot)).rgb;
+#endif
+  vec3 radiance = albedo * (1.0 / kPi) * irradiance + emissive;
+#endif
+  radiance = min(radiance, frame.ambient.www);
+
+#if GBUFFER
+  float s = material.specular.x;
+  float g = material.specular.y;
+#if SPECULAR_TEXTURE
+  vec2 texel = textureLod(specularTexture, slotUv(material.specularSlot, UV_OF(SPECULAR_UV)),
+                          LEVEL(material.specularSlot)).bg;
+  s = specularLevel(material.specular.z * texel.x, material.more.x);
+  g = material.specular.w * texel.y;
+#endif
+  outDiffuse = vec4(radiance, s);
+  outNormal = vec4(normal, g);
+  outObject = objectId;
+#else
+  outDiffuse = vec4(radiance, 1.0);
+#endif
+}

@@ -1,0 +1,38 @@
+// Vertices of the scene, already in world space.
+#include "shading.glsl"
+
+layout(location = 0) in vec3 inPosition;
+layout(location = 1) in vec3 inNormal;
+layout(location = 2) in vec4 inTangent;
+layout(location = 3) in vec2 inUv0;
+layout(location = 4) in vec2 inUv1;
+layout(location = 5) in vec3 inColor;
+layout(location = 6) in vec4 inBake;
+
+#define VERTEX_STAGE
+#include "varyings.glsl"
+
+void main() {
+  gl_Position = frame.clipFromWorld * vec4(inPosition, 1.0);
+#if !UNLIT || GBUFFER
+  vertexNormal = inNormal;
+#endif
+#if NORMAL_MAP
+  vertexTangent = inTangent;
+#endif
+#if UV0
+  vertexUv0 = inUv0;
+#endif
+#if UV1
+  vertexUv1 = inUv1;
+#endif
+#if VERTEX_COLOR
+  vertexColor = inColor;
+#endif
+#if BAKE_IRRADIANCE && !UNLIT
+  vertexIrradiance = inBake.rgb;
+#endif
+#if BAKE_VISIBILITY && SKY && !UNLIT
+  vertexVisibility = inBake.a;
+#endif
+}

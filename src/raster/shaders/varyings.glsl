@@ -1,0 +1,28 @@
+// What goes from vertices to fragments: only what the variant uses (each varying costs time per
+// triangle and per sample on llvmpipe). VARYING is `out` or `in`.
+#ifdef VERTEX_STAGE
+#define VARYING out
+#else
+#define VARYING in
+#endif
+#if !UNLIT || GBUFFER
+VARYING vec3 vertexNormal;
+#endif
+#if NORMAL_MAP
+VARYING vec4 vertexTangent;
+#endif
+#if UV0
+VARYING vec2 vertexUv0;
+#endif
+#if UV1
+VARYING vec2 vertexUv1;
+#endif
+#if VERTEX_COLOR
+VARYING vec3 vertexColor;
+#endif
+#if BAKE_IRRADIANCE && !UNLIT
+VARYING vec3 vertexIrradiance;
+#endif
+#if BAKE_VISIBILITY && SKY && !UNLIT
+VARYING float vertexVisibility;
+#endif
