@@ -1,9 +1,11 @@
 // Rays per second of TraceScene against a bare loop over Embree's packets, the four policies, and
-// the bake. CATOPTRIC_SCENE names a scene file; without it a room of 21 spheres, 282k triangles.
+// the bake. CATOPTRIC_SCENE names a scene file, CATOPTRIC_VIEW
+// eye and target in it ("2.5,1.6,2.5,0,1,0"); without it a room of 21 spheres, 282k triangles.
 #include <benchmark/benchmark.h>
 #include <embree3/rtcore.h>
 
 #include <array>
+#include <cstdio>
 #include <cstdlib>
 #include <memory>
 
@@ -56,8 +58,14 @@ struct World {
     const trace::TraceScene trace(scene, geometry, BvhPolicy::Static);
     const Vec3 centre = geometry.bounds.centre();
     const Vec3 half = 0.5f * (geometry.bounds.max - geometry.bounds.min);
-    const scene::Camera camera = scene::lookAt(centre + half * Vec3(0.8f, 0.5f, 0.8f), centre,
-                                               {0.0f, 1.0f, 0.0f}, radians(60.0f));
+    std::array<float, 6> view{};
+    const Vec3 outer = centre + half * Vec3(0.8f, 0.5f, 0.8f);
+    const char* text = std::getenv("CATOPTRIC_VIEW");
+    const bool given = text != nullptr && std::sscanf(text, "%f,%f,%f,%f,%f,%f", &view[0], &view[1],
+                                                      &view[2], &view[3], &view[4], &view[5]) == 6;
+    const Vec3 eye = given ? Vec3(view[0], view[1], view[2]) : outer;
+    const Vec3 target = given ? Vec3(view[3], view[4], view[5]) : centre;
+    const scene::Camera camera = scene::lookAt(eye, target, {0.0f, 1.0f, 0.0f}, radians(60.0f));
     constexpr int kSize = 1024;
     std::vector<trace::Ray> primary;
     for (int tile = 0; tile < kSize * kSize / 64; ++tile) {
