@@ -141,8 +141,9 @@ TEST_F(App, RendersResumesAndRefuses) {
   ASSERT_EQ(first.exitCode, 0) << first.err;
   EXPECT_THAT(first.out, HasSubstr("trace"));  // the table
   EXPECT_THAT(first.err, HasSubstr("reference: 3/3"));
-  for (const char* file : {"frames/frame.0003.exr", "previews/frame.0001.png", "timings.csv",
-                           "summary.json", "frames.jsonl", "table.md", "table.csv"})
+  for (const char* file :
+       {"frames/frame.0003.exr", "previews/frame.0001.png", "timings.csv", "summary.json",
+        "frames.jsonl", "table.md", "table.csv", "contact_sheet.png"})
     EXPECT_TRUE(fs::exists(folder / "a" / file)) << file;
 
   const auto before = frames("a");

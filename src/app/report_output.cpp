@@ -1,7 +1,10 @@
 #include "app/report_output.h"
 
+#include <set>
+
 #include "core/file.h"
 #include "core/log.h"
+#include "report/contact_sheet.h"
 #include "report/errors.h"
 #include "report/run_data.h"
 #include "report/table.h"
@@ -42,6 +45,19 @@ std::string writeReports(const run::RunConfig& run, const std::vector<run::Metho
     errorsJson = report::errorJson(comparisons);
   }
 
+  // Pictures of all methods side by side, with their figures.
+  report::SheetOptions sheet;
+  sheet.title = run.name;
+  for (const report::TimingTable& timing : timings) {
+    std::string& caption = sheet.captions[timing.name];
+    caption = report::fixedText(timing.rendering.mean * 1e3, 0) + " ms";
+    for (const report::RunComparison& comparison : comparisons)
+      if (comparison.name == timing.name && comparison.reference == run.errorsAgainst.front())
+        caption += ", L1 " + report::fixedText(comparison.pooled.l1(), 2);
+  }
+  writeFileAtomically(out / "contact_sheet.png", report::contactSheetPng(data, sheet));
+
+  log::info("contact sheet: " + (out / "contact_sheet.png").string());
   log::info("tables: " + (out / "table.md").string() +
             (comparisons.empty() ? "" : ", " + (out / "errors.md").string()));
   for (const run::MethodResult& result : results)

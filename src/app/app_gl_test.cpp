@@ -1,0 +1,80 @@
+// All methods of a run config through the program, on the device of CATOPTRIC_DEVICE.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "config/json.h"
+
+namespace catoptric::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string textOf(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+int run(const fs::path& folder, const std::string& arguments) {
+  const char* device = std::getenv("CATOPTRIC_DEVICE");
+  const std::string command = "cd '" CATOPTRIC_SOURCE_DIR "' && XDG_CACHE_HOME='" +
+                              (folder / "cache").string() + "' " CATOPTRIC_PROGRAM " " + arguments +
+                              " --device " + (device != nullptr ? device : "auto") + " >'" +
+                              (folder / "out.txt").string() + "' 2>'" +
+                              (folder / "err.txt").string() + "'";
+  const int status = std::system(command.c_str());
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+TEST(AppGl, CornellBoxByAllMethods) {
+  const fs::path folder = fs::path(testing::TempDir()) / ("app_gl_" + std::to_string(::getpid()));
+  fs::create_directories(folder);
+  const std::string small =
+      "render configs/cornell_box.json --set image.width=96 --set image.height=96 --frames 1,3 ";
+  ASSERT_EQ(run(folder, small + "--out '" + (folder / "a").string() + "' --json"), 0)
+      << textOf(folder / "err.txt");
+  const config::Value result = config::parseText(textOf(folder / "out.txt"), "out");
+  ASSERT_EQ(result.get("methods").asArray().size(), 3u);
+  for (const config::Value& method : result.get("methods").asArray())
+    EXPECT_EQ(method.get("rendered").dump(), "[1,3]");
+
+  // The traced method is near the truth; a cube map is not, where mirrors are near walls.
+  double traced = -1.0;
+  double cubeMap = -1.0;
+  for (const config::Value& error : result.get("errors").asArray()) {
+    if (error.get("against").asString() != "reference") continue;
+    const double l1 = error.get("pooled").get("l1_8bit").asNumber();
+    (error.get("method").asString() == "traced" ? traced : cubeMap) = l1;
+  }
+  EXPECT_GE(traced, 0.0);
+  EXPECT_LT(traced, 1.5);
+  EXPECT_GT(cubeMap, 2.0 * traced);
+
+  // Steps that nothing names are a small part; the plan's steps are those that were measured.
+  const config::Value summary = config::parseFile(folder / "a/traced/summary.json");
+  for (const char* step : {"gbuffer", "trace", "composite", "readback", "encode", "write"})
+    EXPECT_TRUE(summary.get("steps").has(step)) << step;
+  EXPECT_NE(summary.get("device").get("renderer").asString(), "CPU");
+
+  // In one thread, and every frame in a process of its own: the same bytes.
+  for (const char* chunk : {"1/2", "2/2"})
+    ASSERT_EQ(run(folder, small + "--method traced --threads 1 --chunk " + chunk + " --out '" +
+                              (folder / chunk).string() + "'"),
+              0)
+        << textOf(folder / "err.txt");
+  EXPECT_EQ(textOf(folder / "1/2/frames/frame.0001.exr"),
+            textOf(folder / "a/traced/frames/frame.0001.exr"));
+  EXPECT_EQ(textOf(folder / "2/2/frames/frame.0003.exr"),
+            textOf(folder / "a/traced/frames/frame.0003.exr"));
+  fs::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace catoptric::app
