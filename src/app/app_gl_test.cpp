@@ -48,6 +48,7 @@ TEST(AppGl, CornellBoxByAllMethods) {
   // The traced method is near the truth; a cube map is not, where mirrors are near walls.
   double traced = -1.0;
   double cubeMap = -1.0;
+  EXPECT_EQ(result.get("errors").asArray().size(), 3u);  // no pair twice
   for (const config::Value& error : result.get("errors").asArray()) {
     if (error.get("against").asString() != "reference") continue;
     const double l1 = error.get("pooled").get("l1_8bit").asNumber();

@@ -32,11 +32,15 @@ std::string writeReports(const run::RunConfig& run, const std::vector<run::Metho
 
   std::string errorsJson = "[]";
   std::vector<report::RunComparison> comparisons;
-  for (const std::string& against : run.errorsAgainst)
+  std::set<std::string> done;  // a pair is compared once: the earlier reference counts
+  for (const std::string& against : run.errorsAgainst) {
+    done.insert(against);
     for (const report::RunData& reference : data)
       if (reference.name == against)
         for (const report::RunData& method : data)
-          if (method.name != against) comparisons.push_back(report::compareRuns(method, reference));
+          if (done.count(method.name) == 0)
+            comparisons.push_back(report::compareRuns(method, reference));
+  }
   if (!comparisons.empty()) {
     const report::Table errors = report::errorSummary(comparisons, timings);
     text += "\n" + report::toText(errors);
