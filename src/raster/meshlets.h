@@ -31,7 +31,8 @@ struct Meshlets {
   std::vector<Meshlet> meshlets;
   std::vector<std::uint32_t> firstOfObject;  ///< per object, and one past the end
   /// Objects that are closed surfaces with outward normals: from outside of their bounds their
-  /// back faces are hidden behind their own front faces.
+  /// back faces are hidden behind their own front faces. (Not proved: parts turned inside out by
+  /// passing through themselves; deformed objects therefore lose the mark.)
   std::vector<bool> closed;
 
   std::span<const Meshlet> ofObject(std::size_t object) const {
@@ -39,7 +40,7 @@ struct Meshlets {
   }
 };
 
-/// Groups triangles into meshlets of up to 64 vertices and 124 triangles (meshoptimizer).
+/// Groups triangles into meshlets of up to 64, along a space-filling curve (meshoptimizer).
 /// Deterministic for any thread count.
 Meshlets buildMeshlets(const frame::Geometry& geometry);
 

@@ -16,6 +16,10 @@
 namespace catoptric::raster {
 namespace {
 
+/// llvmpipe bins triangles on one thread and rasterizes on others, a batch at a time: a flush after
+/// so many lets both work at once. Ours; the living room's 157k triangles make four batches.
+constexpr std::uint64_t kTrianglesPerBatch = 40'000;
+
 /// A compiled variant of scene.frag.
 struct Variant {
   gl::Program program;
@@ -34,9 +38,12 @@ struct ObjectInfo {
 /// One object's visible index ranges in the lists of a pass.
 struct VisibleObject {
   int object = 0;
-  float order = 0.0f;  ///< metres from the eye
+  /// Mean distance of its visible meshlets from the eye, by their size: a room's shell, whose box
+  /// holds the eye, comes after what stands before it.
+  float order = 0.0f;
   std::size_t firstRange = 0;
   std::size_t rangeCount = 0;
+  std::uint64_t triangles = 0;
   bool cullBacks = false;
 };
 
@@ -63,10 +70,6 @@ bool beyondNear(const Mat4& clipFromWorld, const Box3& box) {
 
 bool contains(const Box3& box, const Vec3& p) {
   return glm::all(glm::greaterThanEqual(p, box.min)) && glm::all(glm::lessThanEqual(p, box.max));
-}
-
-float distanceTo(const Box3& box, const Vec3& p) {
-  return glm::length(glm::max(glm::max(box.min - p, p - box.max), Vec3(0.0f)));
 }
 
 }  // namespace
@@ -181,13 +184,12 @@ void SceneRaster::State::cull(const FrameView& view, int skipObject, DrawStatist
     // Backs of a closed opaque object are hidden unless the eye or the near plane is inside
     VisibleObject visible;
     visible.object = static_cast<int>(i);
-    visible.order =
-        distanceTo(bounds[i], view.eye) + 0.25f * glm::distance(bounds[i].centre(), view.eye);
     visible.cullBacks = meshlets.closed[i] && objects[i].opaque && !contains(bounds[i], view.eye) &&
                         beyondNear(view.clipFromWorld, bounds[i]);
     visible.firstRange = list.counts.size();
-    std::uint64_t drawn = 0;
     std::uint32_t end = 0;
+    float distanceSum = 0.0f;
+    float areaSum = 0.0f;
     for (const Meshlet& meshlet : members) {
       if (!frustum.mayContain(meshlet.centre, meshlet.radius)) continue;
       if (visible.cullBacks) {
@@ -197,7 +199,10 @@ void SceneRaster::State::cull(const FrameView& view, int skipObject, DrawStatist
           continue;
         }
       }
-      drawn += meshlet.indexCount / 3;
+      visible.triangles += meshlet.indexCount / 3;
+      const float area = meshlet.radius * meshlet.radius;
+      distanceSum += area * glm::distance(meshlet.centre, view.eye);
+      areaSum += area;
       if (list.counts.size() > visible.firstRange && meshlet.firstIndex == end) {
         list.counts.back() += static_cast<GLsizei>(meshlet.indexCount);
       } else {
@@ -208,9 +213,11 @@ void SceneRaster::State::cull(const FrameView& view, int skipObject, DrawStatist
       end = meshlet.firstIndex + meshlet.indexCount;
     }
     visible.rangeCount = list.counts.size() - visible.firstRange;
-    statistics.triangles += drawn;
-    statistics.culledTriangles += all - drawn;
-    if (visible.rangeCount > 0) list.objects.push_back(visible);
+    statistics.triangles += visible.triangles;
+    statistics.culledTriangles += all - visible.triangles;
+    if (visible.rangeCount == 0) continue;
+    visible.order = areaSum > 0.0f ? distanceSum / areaSum : 0.0f;
+    list.objects.push_back(visible);
   }
   std::stable_sort(
       list.objects.begin(), list.objects.end(),
@@ -250,6 +257,7 @@ DrawStatistics SceneRaster::State::drawObjects(const FrameView& view,
   GLuint program = 0;
   int material = -1;
   bool culling = false;
+  std::uint64_t batch = 0;
   glDisable(GL_CULL_FACE);
   for (const VisibleObject& visible : list.objects) {
     const ObjectInfo& info = objects[visible.object];
@@ -283,6 +291,11 @@ DrawStatistics SceneRaster::State::drawObjects(const FrameView& view,
     glMultiDrawElements(GL_TRIANGLES, &list.counts[visible.firstRange], GL_UNSIGNED_INT,
                         &list.offsets[visible.firstRange],
                         static_cast<GLsizei>(visible.rangeCount));
+    batch += visible.triangles;
+    if (batch >= kTrianglesPerBatch) {
+      glFlush();
+      batch = 0;
+    }
   }
   glDisable(GL_CULL_FACE);
   glFrontFace(GL_CCW);
