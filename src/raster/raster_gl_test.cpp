@@ -627,6 +627,25 @@ TEST(Raster, CubeMapsSeeAlongTheirTexelsDirections) {
   }
 }
 
+TEST(Raster, CubeMapsShowTheLitSides) {
+  // A sun from above: the floor below the centre is lit, the ceiling above it is dark
+  SceneBuilder builder;
+  const int white = builder.diffuse(Vec3(1.0f));
+  builder.add(plane(), white, translation({0.0f, -1.0f, 0.0f}));
+  builder.add(plane(), white, translation({0.0f, 1.0f, 0.0f}));
+  scene::Light sun;
+  sun.type = scene::LightType::Directional;
+  sun.intensity = Vec3(kPi);
+  builder.scene().lights.push_back(sun);
+  Stage stage(builder.scene());
+  constexpr std::size_t kSize = 4;
+  const std::vector<float> texels =
+      readRgba(stage.raster.drawCubeMap(Vec3(0.0f), kSize, stage.lighting));
+  const std::size_t middle = kSize * kSize / 2 + kSize / 2;
+  EXPECT_NEAR(texels[4 * (3 * kSize * kSize + middle)], 1.0f, 1e-3f);
+  EXPECT_EQ(texels[4 * (2 * kSize * kSize + middle)], 0.0f);
+}
+
 TEST(Raster, MemoryIsThatOfVerticesIndicesAndTextures) {
   SceneBuilder builder;
   const int material = builder.diffuse(Vec3(1.0f));

@@ -97,8 +97,8 @@ void main() {
   normal = bent * inversesqrt(max(dot(bent, bent), 1e-20));
 #endif
 #if !UNLIT || GBUFFER
-  // ... turned to the viewer
-  if (gl_FrontFacing != (frame.environment[0].w > 0.0)) normal = -normal;
+  // ... turned to the viewer (glFrontFace follows views that mirror)
+  if (!gl_FrontFacing) normal = -normal;
 #endif
 
   // Diffuse radiance

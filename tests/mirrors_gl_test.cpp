@@ -1,0 +1,141 @@
+// Methods held to what must be so: a plane mirror shows the mirrored camera's image, and in a white
+// furnace mirrors are white.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "frame/test_scenes.h"
+#include "gl/test_context.h"
+#include "methods/test_harness.h"
+#include "raster/scene_raster.h"
+
+namespace catoptric {
+namespace {
+
+using test::rotation;
+using test::SceneBuilder;
+using test::translation;
+
+constexpr int kWidth = 160;
+constexpr int kHeight = 120;
+
+/// Draws the G-buffer and runs a method on it, one sample a pixel.
+void render(const char* name, const test::Moment& moment, const scene::Camera& camera,
+            raster::SceneRaster& raster, raster::GBuffer& gbuffer) {
+  methods::RunSettings settings;
+  settings.width = kWidth;
+  settings.height = kHeight;
+  settings.samples = 1;
+  const std::unique_ptr<methods::Method> method =
+      methods::findMethod(name).make(config::parseText("{}", "options"));
+  trace::TraceScene trace(moment.scene, moment.geometry, trace::BvhPolicy::Static);
+  frame::StepTimer timer;
+  methods::Services services{
+      moment.scene, moment.geometry, moment.lighting, &raster, &gbuffer, &trace, timer};
+  method->prepare(services, settings);
+  raster.drawGBuffer(gbuffer, camera, moment.lighting);
+  methods::FrameInput input;
+  input.frame.camera = camera;
+  methods::FrameOutput output;
+  method->render(input, services, output);
+  gl::testContext().check(name);
+}
+
+TEST(Mirrors, PlaneMirrorShowsTheMirroredCamerasImage) {
+  gl::testContext();
+  SceneBuilder builder;
+  builder.scene().environment.type = scene::EnvironmentType::Gradient;
+  builder.scene().environment.color = Vec3(0.2f, 0.4f, 0.9f);
+  builder.scene().environment.horizon = Vec3(0.8f);
+  builder.scene().environment.ground = Vec3(0.3f, 0.2f, 0.1f);
+  scene::Light light;
+  light.position = {1.0f, 2.0f, 1.5f};
+  light.intensity = Vec3(8.0f);
+  builder.scene().lights.push_back(light);
+  // The mirror stands in z = 0 and faces +z; all else is in front of it
+  const int mirror = builder.add(scene::makePlane({4.0f, 3.0f}, {1, 1}, scene::UvMode::Unit),
+                                 builder.reflective(0.9f), rotation(90.0f, {1.0f, 0.0f, 0.0f}));
+  builder.add(scene::makeSphere(0.5f, 96, 48, scene::UvMode::Unit),
+              builder.diffuse(Vec3(0.9f, 0.3f, 0.2f)), translation({-0.7f, -0.3f, 0.9f}));
+  builder.add(scene::makeTorus(0.4f, 0.15f, 96, 48, scene::UvMode::Unit),
+              builder.diffuse(Vec3(0.2f, 0.8f, 0.3f)),
+              translation({0.8f, 0.2f, 1.1f}) * rotation(40.0f, {1.0f, 0.5f, 0.0f}));
+  const test::Moment moment(builder.scene());
+  const scene::Camera camera =
+      scene::lookAt({0.6f, 0.5f, 4.0f}, {0.0f, 0.0f, 0.5f}, {0.0f, 1.0f, 0.0f}, 0.8f);
+  raster::SceneRaster raster(builder.scene(), moment.geometry);
+  raster::GBuffer gbuffer = raster.makeGBuffer({kWidth, kHeight, 1, false});
+  render("traced", moment, camera, raster, gbuffer);
+  const std::vector<std::uint32_t> ids = raster::readIds(gbuffer.object);
+  const std::vector<float> traced = raster::readRgba(gbuffer.reflection);
+
+  // The same camera, mirrored over z = 0
+  const Mat4 over = glm::scale(Mat4(1.0f), Vec3(1.0f, 1.0f, -1.0f));
+  const Mat4 clip = scene::clipFromCamera(camera, static_cast<float>(kWidth) / kHeight) *
+                    scene::cameraFromWorld(camera) * over;
+  gl::Texture color = gl::Texture::make2D("mirrored", GL_RGBA32F, kWidth, kHeight);
+  gl::Texture depth = gl::Texture::make2D("mirrored depth", GL_DEPTH_COMPONENT32F, kWidth, kHeight);
+  const gl::Framebuffer target("mirrored", {{.texture = color}}, {.texture = depth});
+  target.bind();
+  target.clearDepth(0.0f);
+  const Vec3 eye = camera.eye() * Vec3(1.0f, 1.0f, -1.0f);
+  raster.drawDiffuse(clip, eye, scene::pixelSpreadRad(camera, kHeight), moment.lighting,
+                     mirror + 1);
+  gl::testContext().check("the mirrored image");
+  const std::vector<float> mirrored = raster::readRgba(color);
+
+  int compared = 0;
+  int different = 0;
+  int surfaces = 0;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (static_cast<int>(ids[i]) != mirror + 1) continue;
+    ++compared;
+    surfaces += mirrored[4 * i + 3] > 0.0f ? 1 : 0;
+    float worst = 0.0f;
+    for (std::size_t c = 0; c < 3; ++c)
+      worst = std::max(worst, std::abs(traced[4 * i + c] - mirrored[4 * i + c]));
+    different += worst > 2e-3f ? 1 : 0;
+  }
+  std::printf("mirrored camera: %d of %d samples differ, %d show surfaces\n", different, compared,
+              surfaces);
+  EXPECT_GT(compared, 4000);
+  EXPECT_GT(surfaces, 500);
+  EXPECT_LE(different, compared / 1000);
+}
+
+TEST(Mirrors, AreWhiteInAWhiteFurnace) {
+  gl::testContext();
+  SceneBuilder builder;
+  builder.constantEnvironment(Vec3(1.0f));
+  builder.add(scene::makeSphere(0.6f, 64, 32, scene::UvMode::Unit),
+              builder.reflective(1.0f, 0.0f, Vec3(1.0f)), translation({-0.7f, 0.0f, 0.0f}));
+  builder.add(scene::makeSphere(0.6f, 64, 32, scene::UvMode::Unit),
+              builder.reflective(0.5f, 0.0f, Vec3(1.0f)), translation({0.7f, 0.0f, 0.0f}));
+  const test::Moment moment(builder.scene());
+  const scene::Camera camera =
+      scene::lookAt({0.0f, 0.2f, 4.0f}, Vec3(0.0f), {0.0f, 1.0f, 0.0f}, 0.8f);
+  raster::SceneRaster raster(builder.scene(), moment.geometry);
+  raster::GBuffer gbuffer = raster.makeGBuffer({kWidth, kHeight, 1, false});
+  for (const char* method : {"environment_map", "traced"}) {
+    render(method, moment, camera, raster, gbuffer);
+    gl::Texture frame = gl::Texture::make2D("frame", GL_RGBA32F, kWidth, kHeight);
+    raster.composite(gbuffer, camera, {}, frame);
+    const std::vector<std::uint32_t> ids = raster::readIds(gbuffer.object);
+    const std::vector<float> pixels = raster::readRgba(frame);
+    int bad = 0;
+    int reflecting = 0;
+    float darkest = 1.0f;
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      reflecting += ids[i] != 0 ? 1 : 0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        bad += std::abs(pixels[4 * i + c] - 1.0f) > 1e-3f ? 1 : 0;
+        darkest = std::min(darkest, pixels[4 * i + c]);
+      }
+    }
+    EXPECT_GT(reflecting, 2000);
+    EXPECT_EQ(bad, 0) << method << ", darkest " << darkest;
+  }
+}
+
+}  // namespace
+}  // namespace catoptric
