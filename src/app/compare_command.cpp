@@ -2,6 +2,7 @@
 #include <optional>
 
 #include "app/commands.h"
+#include "core/file.h"
 #include "core/log.h"
 #include "report/errors.h"
 #include "report/run_data.h"
@@ -15,21 +16,82 @@ struct Options {
   std::string reference;
   std::string out;
   std::optional<double> maxL1;
+  std::optional<double> fail;
+  double failPercent = 0.0;
+  std::optional<double> hardFail;
+  report::FlipOptions flip;
 };
 
-ExitCode compare(const Options& options, const CommonOptions& common) {
-  const report::RunData run = report::readRun(options.run);
-  const report::RunData reference = report::readRun(options.reference);
-  const report::RunComparison comparison = report::compareRuns(run, reference);
-  if (!options.out.empty()) report::writeDifferences(run, reference, options.out);
-  printData(common.json ? report::errorJson({&comparison, 1}) + "\n"
-                        : report::toText(report::errorView(comparison)));
-  if (options.maxL1 && comparison.pooled.l1() > *options.maxL1) {
-    log::error("L1_8bit is " + report::fixedText(comparison.pooled.l1(), 3) + ", more than the " +
-               report::fixedText(*options.maxL1, 3) + " allowed");
-    return ExitCode::LimitsExceeded;
+/// Two single files are one frame, whatever their numbers.
+void pairSingleFiles(report::RunData& run, const report::RunData& reference) {
+  if (!std::filesystem::is_regular_file(run.folder) ||
+      !std::filesystem::is_regular_file(reference.folder))
+    return;
+  run.frames = {{reference.frames.begin()->first, run.frames.begin()->second}};
+}
+
+std::string numbers(const std::vector<int>& frames) {
+  std::string text;
+  for (const int frame : frames) text += (text.empty() ? "" : ",") + std::to_string(frame);
+  return text;
+}
+
+/// Says what exceeds the limits; whether anything does.
+bool exceeds(const report::RunComparison& c, const Options& options) {
+  bool failed = false;
+  const auto fail = [&](const std::string& message) {
+    log::error(message);
+    failed = true;
+  };
+  if (!c.onlyInReference.empty())
+    fail("missing frames " + numbers(c.onlyInReference) + ": " + options.run + " lacks them");
+  if (!c.onlyInRun.empty())
+    fail("unexpected frames " + numbers(c.onlyInRun) + ": " + options.reference + " lacks them");
+  if (options.maxL1 && c.pooled.l1() > *options.maxL1)
+    fail("L1_8bit is " + report::fixedText(c.pooled.l1(), 3) + ", more than the " +
+         report::fixedText(*options.maxL1, 3) + " allowed");
+  for (const auto& [number, e] : c.frames) {
+    const std::string frame = "frame " + std::to_string(number) + ": ";
+    const bool limits = options.fail || options.hardFail;
+    if (limits && e.notFinite + e.notFiniteReference > 0)
+      fail(frame + "NaN or infinity in " + std::to_string(e.notFinite) + " pixels, and in " +
+           std::to_string(e.notFiniteReference) + " of the reference");
+    if (options.fail && e.overPercent() > options.failPercent)
+      fail(frame + report::exactText(e.overPercent()) + " % of the pixels differ by more than " +
+           report::exactText(*options.fail) + "; " + report::exactText(options.failPercent) +
+           " % are allowed");
+    if (options.hardFail && e.maxLinear > *options.hardFail)
+      fail(frame + "pixel " + std::to_string(e.maxLinearX) + "," + std::to_string(e.maxLinearY) +
+           " differs by " + report::exactText(e.maxLinear) + ", more than the " +
+           report::exactText(*options.hardFail) + " allowed");
   }
-  return ExitCode::Done;
+  return failed;
+}
+
+ExitCode compare(const Options& options, const CommonOptions& common) {
+  report::RunData run = report::readSequence(options.run);
+  const report::RunData reference = report::readSequence(options.reference);
+  pairSingleFiles(run, reference);
+  report::CompareOptions measures;
+  measures.flip = options.flip;
+  if (options.fail) measures.threshold = *options.fail;
+  const report::RunComparison comparison =
+      report::compareRuns(run, reference, measures, {options.out});
+  const std::span<const report::RunComparison> one(&comparison, 1);
+  if (!options.out.empty()) {
+    const std::filesystem::path out = options.out;
+    writeFileAtomically(out / "errors.csv", report::errorCsv(one));
+    writeFileAtomically(out / "errors.json", report::errorJson(one) + "\n");
+    writeFileAtomically(out / "attribution.csv", report::attributionCsv(one));
+    log::info("pictures and tables: " + out.string());
+  }
+  std::string text = report::toText(report::errorView(comparison));
+  if (!comparison.pooled.objects.empty())
+    text += "\n" + report::toText(report::objectView(comparison));
+  if (comparison.pooled.classes.size() > 1)
+    text += "\n" + report::toText(report::attributionView(comparison));
+  printData(common.json ? report::errorJson(one) + "\n" : text);
+  return exceeds(comparison, options) ? ExitCode::LimitsExceeded : ExitCode::Done;
 }
 
 }  // namespace
@@ -38,19 +100,61 @@ void addCompare(CLI::App& program, CommonOptions& common, Action& action) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = program.add_subcommand(
       "compare", "Errors of a run against another, images of the difference");
-  command->add_option("run", options->run, "Folder of a run")->required()->type_name("RUN");
-  command->add_option("reference", options->reference, "Folder of the run it is compared with")
+  command->add_option("run", options->run, "A run's folder, a folder of EXR files, or one EXR file")
+      ->required()
+      ->type_name("RUN");
+  command->add_option("reference", options->reference, "What it is compared with, likewise")
       ->required()
       ->type_name("REFERENCE");
-  command->add_option("--out", options->out, "Write images of the differences here")
+  command
+      ->add_option("--out", options->out,
+                   "Write pictures of the differences, CSV and JSON into this folder")
       ->type_name("DIR");
+  CLI::Option* fail =
+      command
+          ->add_option("--fail", options->fail,
+                       "A pixel fails when a channel differs by more (scene-linear); a frame when "
+                       "pixels do: exit 7")
+          ->check(CLI::NonNegativeNumber)
+          ->type_name("X");
+  command
+      ->add_option("--fail-percent", options->failPercent,
+                   "Percent of a frame's pixels that may fail [0]")
+      ->check(CLI::Range(0.0, 100.0))
+      ->needs(fail)
+      ->type_name("P");
+  command
+      ->add_option("--hard-fail", options->hardFail,
+                   "Exit 7 when a channel of any pixel differs by more (scene-linear)")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("X");
   command
       ->add_option("--max-l1", options->maxL1,
                    "Exit 7 when the mean absolute difference (0..255) is larger")
+      ->check(CLI::NonNegativeNumber)
       ->type_name("X");
+  command
+      ->add_option("--start-exposure", options->flip.startExposure,
+                   "First exposure of HDR-FLIP, stops [-3]")
+      ->check(CLI::Range(-60.0, 60.0))
+      ->type_name("EV");
+  command
+      ->add_option("--stop-exposure", options->flip.stopExposure,
+                   "Last exposure of HDR-FLIP, stops [3]")
+      ->check(CLI::Range(-60.0, 60.0))
+      ->type_name("EV");
+  command->add_option("--num-exposures", options->flip.exposures, "Exposures of HDR-FLIP [6]")
+      ->check(CLI::Range(1, 100))
+      ->type_name("N");
+  command
+      ->add_option("--ppd", options->flip.pixelsPerDegree,
+                   "Pixels per degree of the viewer's field, for FLIP [67.02]")
+      ->check(CLI::Range(1.0, 400.0))
+      ->type_name("N");
   addCommon(*command, common);
   command->footer(
-      "\nExample:\n  catoptric compare out/demo/traced out/demo/reference --max-l1 2\n");
+      "\nFrames that one side lacks are an error too (exit 7).\n\nExample:\n  catoptric compare "
+      "out/demo/traced out/demo/reference --fail 0.1 --fail-percent 2\n");
   command->callback([options, &common, &action] {
     action = [options, &common] { return compare(*options, common); };
   });

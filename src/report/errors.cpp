@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
-#include "config/json_text.h"
 #include "core/error.h"
-#include "core/file.h"
 #include "core/parallel.h"
+#include "report/differences.h"
 
 namespace catoptric::report {
 namespace {
@@ -21,33 +20,57 @@ std::string sizeText(const Image& image) {
   return std::to_string(image.width) + " x " + std::to_string(image.height);
 }
 
-/// Indices of R, G, B.
-std::array<int, 3> colours(const Image& image, const std::string& name) {
-  const std::array<int, 3> indices{image.channel("R"), image.channel("G"), image.channel("B")};
-  if (*std::min_element(indices.begin(), indices.end()) < 0)
-    throw UsageError(name + ": no channels R, G, B to compare");
-  return indices;
-}
+/// round(display8(value)) by a table: the smallest value of each step, found by bisection, and a
+/// first guess from the leading bits of the value.
+class Steps8 {
+ public:
+  Steps8() {
+    for (int step = 1; step < 256; ++step) {
+      std::uint32_t low = 0;  // shows less than `step`
+      std::uint32_t high = std::bit_cast<std::uint32_t>(1.0f);
+      while (high - low > 1) {
+        const std::uint32_t middle = low + (high - low) / 2;
+        const float shown = image::display8(std::bit_cast<float>(middle));
+        (std::lround(shown) >= step ? high : low) = middle;
+      }
+      first_[static_cast<std::size_t>(step)] = std::bit_cast<float>(high);
+    }
+    for (std::size_t i = 0; i < guess_.size(); ++i) {
+      const float least = std::bit_cast<float>(static_cast<std::uint32_t>(i) << kShift);
+      int step = 0;
+      while (step < 255 && first_[static_cast<std::size_t>(step + 1)] <= least) ++step;
+      guess_[i] = static_cast<std::uint8_t>(step);
+    }
+  }
+  int operator()(float value) const {
+    if (!(value > 0.0f)) return 0;
+    if (value >= 1.0f) return 255;
+    int step = guess_[std::bit_cast<std::uint32_t>(value) >> kShift];
+    while (step < 255 && value >= first_[static_cast<std::size_t>(step + 1)]) ++step;
+    return step;
+  }
 
-void requireSameSize(const Image& image, const Image& reference, const std::string& name) {
-  if (image.width != reference.width || image.height != reference.height)
-    throw UsageError(name + ": " + sizeText(image) + " pixels, the reference has " +
-                     sizeText(reference));
-}
+ private:
+  static constexpr int kShift = 17;
+  std::array<float, 256> first_{};
+  std::array<std::uint8_t, (0x3f800000u >> kShift) + 1> guess_{};
+};
 
-int step8(float value) {
-  return static_cast<int>(std::lround(image::display8(value)));
-}
-
-/// Where the reflective pixels are told: an image and its channel; null when nobody tells.
-struct ReflectiveLayer {
+/// Where a layer is: an image and its channel; null when nobody has it.
+struct Layer {
   const Image* image = nullptr;
   int channel = -1;
+
+  float at(std::size_t pixel) const {
+    return image->data[pixel * image->channels.size() + static_cast<std::size_t>(channel)];
+  }
+  explicit operator bool() const { return image != nullptr; }
 };
-ReflectiveLayer reflectiveLayer(const Image& image, const Image& reference) {
-  for (const char* layer : {"mask.reflective", "s"})
+Layer findLayer(const Image& image, const Image& reference,
+                std::initializer_list<const char*> names) {
+  for (const char* name : names)
     for (const Image* candidate : {&image, &reference})
-      if (const int channel = candidate->channel(layer); channel >= 0) return {candidate, channel};
+      if (const int channel = candidate->channel(name); channel >= 0) return {candidate, channel};
   return {};
 }
 
@@ -55,14 +78,11 @@ double quotient(double sum, double count) {
   return count > 0.0 ? sum / count : 0.0;
 }
 
-void add(ImageError& pooled, const ImageError& one, int frame) {
+void add(RegionError& pooled, const RegionError& one, int frame) {
   pooled.pixels += one.pixels;
   pooled.notFinite += one.notFinite;
   pooled.notFiniteReference += one.notFiniteReference;
-  pooled.hasReflective = pooled.hasReflective || one.hasReflective;
-  pooled.reflectivePixels += one.reflectivePixels;
   pooled.sum8 += one.sum8;
-  pooled.sum8Reflective += one.sum8Reflective;
   if (one.max8 > pooled.max8) {
     pooled.max8 = one.max8;
     pooled.max8Frame = frame;
@@ -72,124 +92,208 @@ void add(ImageError& pooled, const ImageError& one, int frame) {
   pooled.linearValues += one.linearValues;
   pooled.sumAbsolute += one.sumAbsolute;
   pooled.sumSquared += one.sumSquared;
+  pooled.sumRelative += one.sumRelative;
   if (one.maxLinear > pooled.maxLinear) {
     pooled.maxLinear = one.maxLinear;
+    pooled.maxLinearFrame = frame;
     pooled.maxLinearX = one.maxLinearX;
     pooled.maxLinearY = one.maxLinearY;
   }
+  pooled.over += one.over;
   pooled.ssimSum += one.ssimSum;
-  pooled.images += one.images;
+  pooled.flipSum += one.flipSum;
+  pooled.hdrFlipSum += one.hdrFlipSum;
+  pooled.flipMax = std::max(pooled.flipMax, one.flipMax);
+  pooled.hdrFlipMax = std::max(pooled.hdrFlipMax, one.hdrFlipMax);
 }
 
-std::string decibels(double psnr) {
-  return std::isinf(psnr) ? "inf" : fixedText(psnr, 2);
+void add(ErrorShare& pooled, const ErrorShare& one) {
+  pooled.pixels += one.pixels;
+  pooled.sum8 += one.sum8;
+  pooled.sumSquared += one.sumSquared;
+  pooled.hdrFlipSum += one.hdrFlipSum;
 }
 
-std::string place(const ImageError& e) {
-  return e.max8X < 0 ? "" : std::to_string(e.max8X) + "," + std::to_string(e.max8Y);
+void add(ImageError& pooled, const ImageError& one, int frame) {
+  add(static_cast<RegionError&>(pooled), one, frame);
+  pooled.hasReflective = pooled.hasReflective || one.hasReflective;
+  add(pooled.reflective, one.reflective, frame);
+  for (const auto& [id, object] : one.objects) add(pooled.objects[id], object, frame);
+  for (const ErrorClass& part : one.classes) {
+    auto found = std::find_if(pooled.classes.begin(), pooled.classes.end(),
+                              [&](const ErrorClass& c) { return c.name == part.name; });
+    if (found == pooled.classes.end()) {
+      pooled.classes.push_back({part.name, {}, {}});
+      found = std::prev(pooled.classes.end());
+    }
+    add(found->all, part.all);
+    add(found->own, part.own);
+  }
+  pooled.flipPool.add(one.flipPool);
+  pooled.hdrFlipPool.add(one.hdrFlipPool);
 }
 
-/// Measures of a row of the tables, after its first cells.
-void appendMeasures(std::vector<std::string>& cells, const ImageError& e) {
-  cells.push_back(fixedText(e.l1(), 3));
-  cells.push_back(e.hasReflective ? fixedText(e.l1Reflective(), 3) : "");
-  cells.push_back(fixedText(e.mae(), 5));
-  cells.push_back(fixedText(e.rmse(), 5));
-  cells.push_back(decibels(e.psnr()));
-  cells.push_back(fixedText(e.ssim(), 4));
-  cells.push_back(std::to_string(e.max8));
-}
+/// The layers that put a pixel into a class, the most telling first.
+struct Classes {
+  std::vector<std::pair<std::string, Layer>> masks;
+  Layer id;
+  Layer glossy;
+  Layer reflective;
 
-const std::vector<Column> kMeasures = {{"L1_8bit", true}, {"reflective", true}, {"MAE", true},
-                                       {"RMSE", true},    {"PSNR dB", true},    {"SSIM", true},
-                                       {"max_8bit", true}};
-constexpr const char* kMeaning =
-    "L1_8bit, max_8bit: display-referred steps of 255, \"reflective\" over reflective pixels only; "
-    "MAE, RMSE, PSNR (peak 1), SSIM (luminance): scene-linear.";
+  Classes(const Image& image, const Image& reference) : width(image.width), height(image.height) {
+    for (const char* name : {"mask.disoccluded", "mask.clamped", "mask.retraced",
+                             "mask.environment", "mask.below_horizon"})
+      if (const int c = image.channel(name); c >= 0) masks.push_back({name, {&image, c}});
+    // Masks that we do not know come after those that we do
+    for (std::size_t c = 0; c < image.channels.size(); ++c) {
+      const std::string& name = image.channels[c];
+      const auto known = [&](const auto& mask) { return mask.first == name; };
+      if (name.starts_with("mask.") && name != "mask.reflective" && name != "mask.glossy" &&
+          std::none_of(masks.begin(), masks.end(), known))
+        masks.push_back({name, {&image, static_cast<int>(c)}});
+    }
+    id = findLayer(image, reference, {"id.object", "id"});
+    glossy = findLayer(image, reference, {"mask.glossy", "g"});
+    reflective = findLayer(image, reference, {"mask.reflective", "s"});
+  }
 
-/// NaN and infinities first: nothing else can be trusted beside them.
-void appendNotFinite(Table& table, const std::string& name, const ImageError& e) {
-  if (e.notFinite + e.notFiniteReference == 0) return;
-  table.notes.push_back("ATTENTION: " + name + ": NaN or infinity in " +
-                        std::to_string(e.notFinite) + " pixels, and in " +
-                        std::to_string(e.notFiniteReference) +
-                        " of the reference; they count as 255 off, and in no linear measure.");
-}
+  std::vector<ErrorClass> empty() const {
+    std::vector<ErrorClass> all;
+    for (const auto& mask : masks) all.push_back({mask.first, {}, {}});
+    if (id) all.push_back({"silhouette", {}, {}});
+    if (glossy) all.push_back({"glossy", {}, {}});
+    if (reflective) all.push_back({"other reflective", {}, {}});
+    all.push_back({"rest", {}, {}});
+    return all;
+  }
 
-std::string frameList(const std::vector<int>& frames) {
-  std::string text;
-  for (const int frame : frames) text += (text.empty() ? "" : ",") + std::to_string(frame);
-  return text;
-}
+  /// An edge of objects: one of the eight neighbours has another id.
+  bool silhouette(int x, int y) const {
+    const float own = id.at(static_cast<std::size_t>(y) * width + x);
+    for (int j = std::max(0, y - 1); j <= std::min(height - 1, y + 1); ++j)
+      for (int i = std::max(0, x - 1); i <= std::min(width - 1, x + 1); ++i)
+        if (id.at(static_cast<std::size_t>(j) * width + i) != own) return true;
+    return false;
+  }
 
-void appendMissing(Table& table, const RunComparison& c) {
-  if (!c.onlyInRun.empty())
-    table.notes.push_back(c.reference + " lacks frames " + frameList(c.onlyInRun) + " of " +
-                          c.name + ".");
-  if (!c.onlyInReference.empty())
-    table.notes.push_back(c.name + " lacks frames " + frameList(c.onlyInReference) + " of " +
-                          c.reference + ".");
-}
+  /// Adds a pixel's error to its classes.
+  void count(std::vector<ErrorClass>& all, int x, int y, bool isReflective,
+             const ErrorShare& share) const {
+    const std::size_t pixel = static_cast<std::size_t>(y) * width + x;
+    std::size_t next = 0;
+    bool owned = false;
+    const auto member = [&](bool belongs) {
+      ErrorClass& one = all[next++];
+      if (!belongs) return;
+      add(one.all, share);
+      if (!owned) add(one.own, share);
+      owned = true;
+    };
+    for (const auto& mask : masks) member(mask.second.at(pixel) > 0.0f);
+    if (id) member(silhouette(x, y));
+    if (glossy) member(isReflective && glossy.at(pixel) > 0.0f);
+    if (reflective) member(isReflective && !owned);
+    member(!owned);
+  }
 
-std::string json(const ImageError& e, const std::string& frameMember) {
-  config::JsonText text;
-  if (!frameMember.empty()) text.raw("frame", frameMember);
-  text.add("not_finite", e.notFinite).add("not_finite_reference", e.notFiniteReference);
-  text.add("pixels", e.pixels).add("l1_8bit", e.l1());
-  if (e.hasReflective)
-    text.add("reflective_pixels", e.reflectivePixels).add("l1_8bit_reflective", e.l1Reflective());
-  text.add("mae", e.mae()).add("rmse", e.rmse());
-  if (std::isinf(e.psnr()))
-    text.raw("psnr", "null");
-  else
-    text.add("psnr", e.psnr());
-  text.add("ssim", e.ssim()).add("max_8bit", e.max8).add("max_linear", e.maxLinear);
-  if (e.max8X >= 0) text.add("max_8bit_pixel", std::vector<int>{e.max8X, e.max8Y});
-  if (frameMember.empty() && e.max8X >= 0) text.add("max_8bit_frame", e.max8Frame);
-  return text.object();
-}
+  int width = 0;
+  int height = 0;
+};
 
-std::string frameFile(int frame, const char* extension) {
-  char name[64];
-  std::snprintf(name, sizeof name, "frame.%04d%s", frame, extension);
-  return name;
-}
-
-/// Numbers of the frames that both have.
-std::vector<int> commonFrames(const RunData& run, const RunData& reference) {
-  std::vector<int> common;
-  for (const auto& [number, file] : run.frames)
-    if (reference.frames.contains(number)) common.push_back(number);
-  if (common.empty())
-    throw UsageError(run.folder.string() + " has no frame in common with " +
-                     reference.folder.string() + " (" + std::to_string(run.frames.size()) +
-                     " and " + std::to_string(reference.frames.size()) + " frames)");
-  return common;
-}
+constexpr double kRelativeFloor = 0.01;
 
 }  // namespace
 
-double ImageError::l1() const {
+double RegionError::l1() const {
   return quotient(static_cast<double>(sum8), 3.0 * static_cast<double>(pixels));
 }
-double ImageError::l1Reflective() const {
-  return quotient(static_cast<double>(sum8Reflective), 3.0 * static_cast<double>(reflectivePixels));
-}
-double ImageError::mae() const {
+double RegionError::mae() const {
   return quotient(sumAbsolute, static_cast<double>(linearValues));
 }
-double ImageError::rmse() const {
+double RegionError::rmse() const {
   return std::sqrt(quotient(sumSquared, static_cast<double>(linearValues)));
 }
-double ImageError::psnr() const {
+double RegionError::relMse() const {
+  return quotient(sumRelative, static_cast<double>(linearValues));
+}
+double RegionError::psnr() const {
   const double error = rmse();
   return error > 0.0 ? -20.0 * std::log10(error) : std::numeric_limits<double>::infinity();
 }
-double ImageError::ssim() const {
-  return quotient(ssimSum, images);
+double RegionError::ssim() const {
+  return quotient(ssimSum, static_cast<double>(pixels));
+}
+double RegionError::flip() const {
+  return quotient(flipSum, static_cast<double>(pixels));
+}
+double RegionError::hdrFlip() const {
+  return quotient(hdrFlipSum, static_cast<double>(pixels));
+}
+double RegionError::overPercent() const {
+  return 100.0 * quotient(static_cast<double>(over), static_cast<double>(pixels));
 }
 
-double ssim(std::span<const float> a, std::span<const float> b, int width, int height) {
+void FlipPool::add(std::span<const float> map) {
+  for (const float v : map) {
+    ++bins_[static_cast<std::size_t>(v * kBins + 0.5f)];
+    min_ = std::min(min_, static_cast<double>(v));
+  }
+  count_ += map.size();
+}
+void FlipPool::add(const FlipPool& other) {
+  if (other.count_ == 0) return;
+  for (std::size_t i = 0; i < bins_.size(); ++i) bins_[i] += other.bins_[i];
+  count_ += other.count_;
+  min_ = std::min(min_, other.min_);
+}
+double FlipPool::weightedQuantile(double share) const {
+  // Sums in integers: bin i weighs i
+  std::uint64_t total = 0;
+  for (std::size_t i = 0; i < bins_.size(); ++i) total += i * bins_[i];
+  std::uint64_t sum = 0;
+  for (std::size_t i = 0; i < bins_.size(); ++i) {
+    sum += i * bins_[i];
+    if (static_cast<double>(sum) > share * static_cast<double>(total))
+      return static_cast<double>(i) / kBins;
+  }
+  return 0.0;
+}
+
+std::array<int, 3> colourChannels(const Image& image, const std::string& name) {
+  const auto all = [&](const std::string& prefix, const char* r, const char* g, const char* b) {
+    return std::array<int, 3>{image.channel(prefix + r), image.channel(prefix + g),
+                              image.channel(prefix + b)};
+  };
+  const auto complete = [](const std::array<int, 3>& c) {
+    return *std::min_element(c.begin(), c.end()) >= 0;
+  };
+  if (const auto c = all("", "R", "G", "B"); complete(c)) return c;
+  if (const auto c = all("", "r", "g", "b"); complete(c)) return c;
+  // The only layer that has colours
+  std::vector<std::array<int, 3>> layers;
+  for (const std::string& channel : image.channels)
+    if (channel.ends_with(".R"))
+      if (const auto c = all(channel.substr(0, channel.size() - 1), "R", "G", "B"); complete(c))
+        layers.push_back(c);
+  if (layers.size() == 1) return layers.front();
+  if (const int y = image.channel("Y"); y >= 0) return {y, y, y};
+  throw UsageError(name + ": no channels R, G, B to compare" +
+                   (layers.size() > 1 ? " (several layers have them)" : ""));
+}
+
+void requireSameSize(const Image& image, const Image& reference, const std::string& name) {
+  if (image.width != reference.width || image.height != reference.height)
+    throw UsageError(name + ": " + sizeText(image) + " pixels, the reference has " +
+                     sizeText(reference));
+}
+
+int step8(float value) {
+  static const Steps8 steps;
+  return steps(value);
+}
+
+std::vector<double> ssimMap(std::span<const float> a, std::span<const float> b, int width,
+                            int height) {
   assert(a.size() == b.size() && a.size() == static_cast<std::size_t>(width) * height);
   constexpr int kRadius = 5;
   constexpr double kSigma = 1.5;
@@ -198,136 +302,204 @@ double ssim(std::span<const float> a, std::span<const float> b, int width, int h
   std::array<double, 2 * kRadius + 1> kernel{};
   for (int i = -kRadius; i <= kRadius; ++i)
     kernel[static_cast<std::size_t>(i + kRadius)] = std::exp(-0.5 * i * i / (kSigma * kSigma));
+  // Windows are cut at the borders: what is left of their weights
+  const auto inverseWeights = [&](int size) {
+    std::vector<double> inverse;
+    for (int i = 0; i < size; ++i) {
+      double sum = 0.0;
+      for (int k = std::max(-kRadius, -i); k <= std::min(kRadius, size - 1 - i); ++k)
+        sum += kernel[static_cast<std::size_t>(k + kRadius)];
+      inverse.push_back(1.0 / sum);
+    }
+    return inverse;
+  };
+  const std::vector<double> perColumn = inverseWeights(width);
+  const std::vector<double> perRow = inverseWeights(height);
 
   // Five weighted means: a, b, aa, bb, ab; rows first, then columns
-  using Moments = std::array<double, 5>;
-  const auto index = [&](int x, int y) { return static_cast<std::size_t>(y) * width + x; };
-  std::vector<Moments> rows(a.size());
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      Moments sum{};
-      double weights = 0.0;
-      for (int i = std::max(-kRadius, -x); i <= std::min(kRadius, width - 1 - x); ++i) {
-        const double w = kernel[static_cast<std::size_t>(i + kRadius)];
-        const double va = a[index(x + i, y)];
-        const double vb = b[index(x + i, y)];
-        weights += w;
-        sum[0] += w * va;
-        sum[1] += w * vb;
-        sum[2] += w * va * va;
-        sum[3] += w * vb * vb;
-        sum[4] += w * va * vb;
+  constexpr std::size_t kMeans = 5;
+  const auto stride = static_cast<std::size_t>(width);
+  std::array<std::vector<double>, kMeans> rows;
+  for (auto& plane : rows) plane.resize(a.size());
+  parallelFor(static_cast<std::size_t>(height), 16, [&](std::size_t begin, std::size_t end) {
+    const std::size_t padded = stride + 2 * kRadius;
+    std::vector<double> line(padded * kMeans, 0.0);
+    for (std::size_t y = begin; y < end; ++y) {
+      for (std::size_t x = 0; x < stride; ++x) {
+        const double va = a[y * stride + x];
+        const double vb = b[y * stride + x];
+        const double values[kMeans] = {va, vb, va * va, vb * vb, va * vb};
+        for (std::size_t m = 0; m < kMeans; ++m) line[m * padded + kRadius + x] = values[m];
       }
-      for (std::size_t m = 0; m < 5; ++m) rows[index(x, y)][m] = sum[m] / weights;
+      for (std::size_t m = 0; m < kMeans; ++m) {
+        double* __restrict out = rows[m].data() + y * stride;
+        for (std::size_t k = 0; k < kernel.size(); ++k) {
+          const double w = kernel[k];
+          const double* in = line.data() + m * padded + k;
+          for (std::size_t x = 0; x < stride; ++x) out[x] += w * in[x];
+        }
+        for (std::size_t x = 0; x < stride; ++x) out[x] *= perColumn[x];
+      }
     }
+  });
+  std::vector<double> map(a.size());
+  parallelFor(static_cast<std::size_t>(height), 16, [&](std::size_t begin, std::size_t end) {
+    std::array<std::vector<double>, kMeans> mean;
+    for (std::size_t y = begin; y < end; ++y) {
+      const int row = static_cast<int>(y);
+      for (std::size_t m = 0; m < kMeans; ++m) {
+        mean[m].assign(stride, 0.0);
+        double* __restrict out = mean[m].data();
+        for (int k = std::max(-kRadius, -row); k <= std::min(kRadius, height - 1 - row); ++k) {
+          const double w = kernel[static_cast<std::size_t>(k + kRadius)] * perRow[y];
+          const double* in = rows[m].data() + static_cast<std::size_t>(row + k) * stride;
+          for (std::size_t x = 0; x < stride; ++x) out[x] += w * in[x];
+        }
+      }
+      for (std::size_t x = 0; x < stride; ++x) {
+        const double ma = mean[0][x];
+        const double mb = mean[1][x];
+        const double varianceA = mean[2][x] - ma * ma;
+        const double varianceB = mean[3][x] - mb * mb;
+        const double covariance = mean[4][x] - ma * mb;
+        map[y * stride + x] = (2.0 * ma * mb + kC1) * (2.0 * covariance + kC2) /
+                              ((ma * ma + mb * mb + kC1) * (varianceA + varianceB + kC2));
+      }
+    }
+  });
+  return map;
+}
+
+double ssim(std::span<const float> a, std::span<const float> b, int width, int height) {
   double total = 0.0;
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      Moments mean{};
-      double weights = 0.0;
-      for (int i = std::max(-kRadius, -y); i <= std::min(kRadius, height - 1 - y); ++i) {
-        const double w = kernel[static_cast<std::size_t>(i + kRadius)];
-        weights += w;
-        for (std::size_t m = 0; m < 5; ++m) mean[m] += w * rows[index(x, y + i)][m];
-      }
-      for (double& m : mean) m /= weights;
-      const double varianceA = mean[2] - mean[0] * mean[0];
-      const double varianceB = mean[3] - mean[1] * mean[1];
-      const double covariance = mean[4] - mean[0] * mean[1];
-      total += (2.0 * mean[0] * mean[1] + kC1) * (2.0 * covariance + kC2) /
-               ((mean[0] * mean[0] + mean[1] * mean[1] + kC1) * (varianceA + varianceB + kC2));
-    }
+  for (const double v : ssimMap(a, b, width, height)) total += v;
   return total / static_cast<double>(a.size());
 }
 
-ImageError compareImages(const Image& image, const Image& reference, const std::string& name) {
+ImageError compareImages(const Image& image, const Image& reference, const std::string& name,
+                         const CompareOptions& options, ErrorMaps* maps) {
   requireSameSize(image, reference, name);
-  const std::array<int, 3> from = colours(image, name);
-  const std::array<int, 3> to = colours(reference, name + " (reference)");
-  const ReflectiveLayer layer = reflectiveLayer(image, reference);
+  const std::array<int, 3> from = colourChannels(image, name);
+  const std::array<int, 3> to = colourChannels(reference, name + " (reference)");
+  const Classes classes(image, reference);
 
-  ImageError e;
-  e.pixels = image.pixelCount();
-  e.hasReflective = layer.image != nullptr;
-  e.images = 1;
-  std::vector<float> grey(image.pixelCount());
-  std::vector<float> greyReference(image.pixelCount());
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x) {
-      std::array<float, 3> a{};
-      std::array<float, 3> b{};
-      bool finiteA = true;
-      bool finiteB = true;
-      for (std::size_t c = 0; c < 3; ++c) {
-        a[c] = image.at(x, y, from[c]);
-        b[c] = reference.at(x, y, to[c]);
-        finiteA = finiteA && std::isfinite(a[c]);
-        finiteB = finiteB && std::isfinite(b[c]);
-      }
-      e.notFinite += !finiteA;
-      e.notFiniteReference += !finiteB;
-
-      std::uint64_t sum = 0;
-      int worst = 0;
-      double worstLinear = 0.0;
-      if (finiteA && finiteB) {
-        for (std::size_t c = 0; c < 3; ++c) {
-          const int difference = std::abs(step8(a[c]) - step8(b[c]));
-          sum += static_cast<std::uint64_t>(difference);
-          worst = std::max(worst, difference);
-          const double linear = std::abs(double{a[c]} - double{b[c]});
-          e.sumAbsolute += linear;
-          e.sumSquared += linear * linear;
-          worstLinear = std::max(worstLinear, linear);
-        }
-        e.linearValues += 3;
-      } else {
-        sum = 3 * 255;
-        worst = 255;
-      }
-      e.sum8 += sum;
-      if (worst > e.max8) {
-        e.max8 = worst;
-        e.max8X = x;
-        e.max8Y = y;
-      }
-      if (worstLinear > e.maxLinear) {
-        e.maxLinear = worstLinear;
-        e.maxLinearX = x;
-        e.maxLinearY = y;
-      }
-      if (layer.image != nullptr && layer.image->at(x, y, layer.channel) > 0.0f) {
-        ++e.reflectivePixels;
-        e.sum8Reflective += sum;
-      }
-      // Luminance of Rec.709; what is not finite shows as black here, and is counted above
-      const std::size_t p = static_cast<std::size_t>(y) * image.width + x;
-      const auto luminance = [](const std::array<float, 3>& v) {
-        return 0.2126f * v[0] + 0.7152f * v[1] + 0.0722f * v[2];
-      };
-      grey[p] = finiteA ? luminance(a) : 0.0f;
-      greyReference[p] = finiteB ? luminance(b) : 0.0f;
+  // Maps of what looks at neighbours
+  ErrorMaps own;
+  ErrorMaps& errors = maps != nullptr ? *maps : own;
+  const ColourView test{&image, from};
+  const ColourView truth{&reference, to};
+  errors.flip = ldrFlip(truth, test, options.flip);
+  errors.hdrFlip = hdrFlip(truth, test, options.flip);
+  // Luminance of Rec.709; what is not finite shows as black here, and is counted below
+  const auto greyOf = [](const ColourView& view) {
+    std::vector<float> grey(view.image->pixelCount());
+    const std::size_t stride = view.image->channels.size();
+    for (std::size_t p = 0; p < grey.size(); ++p) {
+      const float* pixel = view.image->data.data() + p * stride;
+      const float v = 0.2126f * pixel[view.channels[0]] + 0.7152f * pixel[view.channels[1]] +
+                      0.0722f * pixel[view.channels[2]];
+      grey[p] = std::isfinite(v) ? v : 0.0f;
     }
-  e.ssimSum = ssim(grey, greyReference, image.width, image.height);
+    return grey;
+  };
+  const std::vector<double> similarity =
+      ssimMap(greyOf(test), greyOf(truth), image.width, image.height);
+
+  // Bands of rows, added up in order: the same sums for any number of threads
+  constexpr int kBand = 32;
+  const int bands = (image.height + kBand - 1) / kBand;
+  std::vector<ImageError> parts(static_cast<std::size_t>(bands));
+  const auto band = [&](ImageError& e, int firstRow, int lastRow) {
+    e.hasReflective = static_cast<bool>(classes.reflective);
+    e.classes = classes.empty();
+    for (int y = firstRow; y < lastRow; ++y)
+      for (int x = 0; x < image.width; ++x) {
+        const std::size_t p = static_cast<std::size_t>(y) * image.width + x;
+        RegionError one;
+        one.pixels = 1;
+        bool finiteA = true;
+        bool finiteB = true;
+        for (std::size_t c = 0; c < 3; ++c) {
+          finiteA = finiteA && std::isfinite(image.at(x, y, from[c]));
+          finiteB = finiteB && std::isfinite(reference.at(x, y, to[c]));
+        }
+        one.notFinite = finiteA ? 0 : 1;
+        one.notFiniteReference = finiteB ? 0 : 1;
+        if (finiteA && finiteB) {
+          for (std::size_t c = 0; c < 3; ++c) {
+            const float a = image.at(x, y, from[c]);
+            const float b = reference.at(x, y, to[c]);
+            const int difference = std::abs(step8(a) - step8(b));
+            one.sum8 += static_cast<std::uint64_t>(difference);
+            one.max8 = std::max(one.max8, difference);
+            const double linear = std::abs(double{a} - double{b});
+            one.sumAbsolute += linear;
+            one.sumSquared += linear * linear;
+            one.sumRelative += linear * linear / (double{b} * double{b} + kRelativeFloor);
+            one.maxLinear = std::max(one.maxLinear, linear);
+          }
+          one.linearValues = 3;
+          one.over = one.maxLinear > options.threshold ? 1 : 0;
+        } else {
+          one.sum8 = 3 * 255;
+          one.max8 = 255;
+          one.over = 1;
+        }
+        one.max8X = one.maxLinearX = x;
+        one.max8Y = one.maxLinearY = y;
+        one.ssimSum = similarity[p];
+        one.flipMax = errors.flip[p];
+        one.flipSum = one.flipMax;
+        one.hdrFlipMax = errors.hdrFlip[p];
+        one.hdrFlipSum = one.hdrFlipMax;
+
+        add(static_cast<RegionError&>(e), one, 0);
+        const bool isReflective = classes.reflective && classes.reflective.at(p) > 0.0f;
+        if (isReflective) {
+          add(e.reflective, one, 0);
+          if (classes.id) add(e.objects[static_cast<int>(classes.id.at(p))], one, 0);
+        }
+        classes.count(e.classes, x, y, isReflective, {1, one.sum8, one.sumSquared, one.hdrFlipSum});
+      }
+  };
+  parallelFor(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      band(parts[i], static_cast<int>(i) * kBand,
+           std::min(image.height, (static_cast<int>(i) + 1) * kBand));
+  });
+  ImageError e;
+  for (const ImageError& part : parts) add(e, part, 0);
+  e.flipPool.add(errors.flip);
+  e.hdrFlipPool.add(errors.hdrFlip);
   return e;
 }
 
-RunComparison compareRuns(const RunData& run, const RunData& reference) {
+RunComparison compareRuns(const RunData& run, const RunData& reference,
+                          const CompareOptions& options, const PictureOptions& pictures) {
   RunComparison comparison;
   comparison.name = run.name;
   comparison.reference = reference.name;
+  std::vector<int> common;
   for (const auto& [number, file] : run.frames)
-    if (!reference.frames.contains(number)) comparison.onlyInRun.push_back(number);
+    (reference.frames.contains(number) ? common : comparison.onlyInRun).push_back(number);
   for (const auto& [number, file] : reference.frames)
     if (!run.frames.contains(number)) comparison.onlyInReference.push_back(number);
+  if (common.empty())
+    throw UsageError(run.folder.string() + " has no frame in common with " +
+                     reference.folder.string() + " (" + std::to_string(run.frames.size()) +
+                     " and " + std::to_string(reference.frames.size()) + " frames)");
 
-  const std::vector<int> common = commonFrames(run, reference);
   std::vector<ImageError> errors(common.size());
   parallelFor(common.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto& file = run.frames.at(common[i]);
-      errors[i] = compareImages(image::readImage(file),
-                                image::readImage(reference.frames.at(common[i])), file.string());
+      const Image image = image::readImage(file);
+      const Image truth = image::readImage(reference.frames.at(common[i]));
+      ErrorMaps maps;
+      errors[i] = compareImages(image, truth, file.string(), options, &maps);
+      if (!pictures.folder.empty())
+        writeDifferences({image, truth, maps, errors[i], common[i], run.name, reference.name},
+                         pictures.folder);
     }
   });
   for (std::size_t i = 0; i < common.size(); ++i) {
@@ -335,142 +507,6 @@ RunComparison compareRuns(const RunData& run, const RunData& reference) {
     add(comparison.pooled, errors[i], common[i]);
   }
   return comparison;
-}
-
-Table errorView(const RunComparison& comparison) {
-  Table table;
-  table.title = comparison.name + " against " + comparison.reference;
-  table.columns = {{"frame", true}};
-  table.columns.insert(table.columns.end(), kMeasures.begin(), kMeasures.end());
-  table.columns.push_back({"at x,y", true});
-  for (const auto& [number, e] : comparison.frames) {
-    std::vector<std::string> cells{std::to_string(number)};
-    appendMeasures(cells, e);
-    cells.push_back(place(e));
-    table.rows.push_back(cells);
-  }
-  table.rows.emplace_back();
-  std::vector<std::string> cells{"all"};
-  appendMeasures(cells, comparison.pooled);
-  const std::string worst = place(comparison.pooled);
-  cells.push_back(worst.empty() ? ""
-                                : worst + " of " + std::to_string(comparison.pooled.max8Frame));
-  table.rows.push_back(cells);
-  appendNotFinite(table, comparison.name, comparison.pooled);
-  appendMissing(table, comparison);
-  table.notes.emplace_back(kMeaning);
-  return table;
-}
-
-Table errorSummary(std::span<const RunComparison> comparisons,
-                   std::span<const TimingTable> timings) {
-  Table table;
-  table.columns = {{"method", false}, {"against", false}, {"frames", true}};
-  table.columns.insert(table.columns.end(), kMeasures.begin(), kMeasures.end());
-  if (!timings.empty()) {
-    table.columns.push_back({"ms", true});
-    table.columns.push_back({"x of reference", true});
-  }
-  const auto meanOf = [&](const std::string& name) {
-    for (const TimingTable& timing : timings)
-      if (timing.name == name) return timing.rendering.mean;
-    return 0.0;
-  };
-  for (const RunComparison& c : comparisons) {
-    std::vector<std::string> cells{c.name, c.reference, std::to_string(c.frames.size())};
-    appendMeasures(cells, c.pooled);
-    if (!timings.empty()) {
-      const double mean = meanOf(c.name);
-      const double base = meanOf(c.reference);
-      cells.push_back(mean > 0.0 ? fixedText(mean * 1e3, 2) : "");
-      cells.push_back(mean > 0.0 && base > 0.0 ? fixedText(mean / base, 3) : "");
-    }
-    table.rows.push_back(cells);
-    appendNotFinite(table, c.name + " against " + c.reference, c.pooled);
-    appendMissing(table, c);
-  }
-  table.notes.emplace_back(kMeaning);
-  return table;
-}
-
-std::string errorCsv(std::span<const RunComparison> comparisons) {
-  std::string text =
-      "method,against,frame,not_finite,not_finite_reference,pixels,reflective_pixels,l1_8bit,"
-      "l1_8bit_reflective,mae,rmse,psnr,ssim,max_8bit,max_8bit_x,max_8bit_y,max_linear\n";
-  for (const RunComparison& c : comparisons) {
-    const auto row = [&](const std::string& frame, const ImageError& e) {
-      text += csvCell(c.name) + "," + csvCell(c.reference) + "," + frame + "," +
-              std::to_string(e.notFinite) + "," + std::to_string(e.notFiniteReference) + "," +
-              std::to_string(e.pixels) + "," +
-              (e.hasReflective ? std::to_string(e.reflectivePixels) : "") + "," +
-              exactText(e.l1()) + "," + (e.hasReflective ? exactText(e.l1Reflective()) : "") + "," +
-              exactText(e.mae()) + "," + exactText(e.rmse()) + "," + exactText(e.psnr()) + "," +
-              exactText(e.ssim()) + "," + std::to_string(e.max8) + "," +
-              (e.max8X >= 0 ? std::to_string(e.max8X) + "," + std::to_string(e.max8Y) : ",") + "," +
-              exactText(e.maxLinear) + "\n";
-    };
-    for (const auto& [number, e] : c.frames) row(std::to_string(number), e);
-    row("all", c.pooled);
-  }
-  return text;
-}
-
-std::string errorJson(std::span<const RunComparison> comparisons) {
-  std::string text = "[";
-  for (const RunComparison& c : comparisons) {
-    std::string frames;
-    for (const auto& [number, e] : c.frames)
-      frames += (frames.empty() ? "" : ",") + json(e, std::to_string(number));
-    text += (text.size() > 1 ? "," : "") + config::JsonText()
-                                               .add("method", c.name)
-                                               .add("against", c.reference)
-                                               .raw("pooled", json(c.pooled, ""))
-                                               .raw("frames", "[" + frames + "]")
-                                               .add("only_in_run", c.onlyInRun)
-                                               .add("only_in_reference", c.onlyInReference)
-                                               .object();
-  }
-  return text + "]";
-}
-
-std::vector<std::uint8_t> differenceRgb8(const Image& image, const Image& reference, int gain) {
-  requireSameSize(image, reference, "difference");
-  const std::array<int, 3> from = colours(image, "difference");
-  const std::array<int, 3> to = colours(reference, "difference (reference)");
-  std::vector<std::uint8_t> rgb;
-  rgb.reserve(image.pixelCount() * 3);
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x) {
-      std::array<std::uint8_t, 3> pixel{};
-      bool finite = true;
-      for (std::size_t c = 0; c < 3; ++c) {
-        const float a = image.at(x, y, from[c]);
-        const float b = reference.at(x, y, to[c]);
-        finite = finite && std::isfinite(a) && std::isfinite(b);
-        if (finite)
-          pixel[c] = static_cast<std::uint8_t>(std::min(255, gain * std::abs(step8(a) - step8(b))));
-      }
-      if (!finite) pixel = {255, 0, 255};
-      rgb.insert(rgb.end(), pixel.begin(), pixel.end());
-    }
-  return rgb;
-}
-
-void writeDifferences(const RunData& run, const RunData& reference,
-                      const std::filesystem::path& folder) {
-  const std::vector<int> common = commonFrames(run, reference);
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw OutputError(folder.string() + ": cannot be created: " + error.message());
-  parallelFor(common.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Image a = image::readImage(run.frames.at(common[i]));
-      const Image b = image::readImage(reference.frames.at(common[i]));
-      for (const auto& [gain, extension] : {std::pair{1, ".png"}, std::pair{50, ".x50.png"}})
-        writeFileAtomically(folder / frameFile(common[i], extension),
-                            image::encodePng(a.width, a.height, 3, differenceRgb8(a, b, gain)));
-    }
-  });
 }
 
 }  // namespace catoptric::report

@@ -9,25 +9,24 @@
 #include <vector>
 
 #include "image/image.h"
+#include "report/flip.h"
 #include "report/run_data.h"
 #include "report/table.h"
 #include "report/timings.h"
 
 namespace catoptric::report {
 
-/// Sums and extremes over R, G, B of one or more images. Values that are NaN or infinite, in the
-/// image or its reference, are counted first; their pixels differ by the full 255 in display
-/// values, and are left out of the linear measures, which then cover less.
-struct ImageError {
+/// Sums and extremes over R, G, B of pixels: of a frame, of its reflective part, of an object.
+/// Values that are NaN or infinite, in the image or its reference, are counted first; their pixels
+/// differ by the full 255 in display values and by 1 in FLIP, are over every threshold, and are
+/// left out of the linear measures, which then cover less.
+struct RegionError {
   std::uint64_t pixels = 0;
   std::uint64_t notFinite = 0;           ///< pixels with NaN or infinity in the image
   std::uint64_t notFiniteReference = 0;  ///< and in the reference
-  bool hasReflective = false;            ///< a layer said which pixels are reflective
-  std::uint64_t reflectivePixels = 0;
 
   // Display-referred: steps of round(display8(value))
   std::uint64_t sum8 = 0;
-  std::uint64_t sum8Reflective = 0;
   int max8 = 0;
   int max8Frame = 0;  ///< of pooled errors
   int max8X = -1;     ///< first pixel, by rows, that has the maximum; -1: no difference
@@ -37,32 +36,103 @@ struct ImageError {
   std::uint64_t linearValues = 0;
   double sumAbsolute = 0.0;
   double sumSquared = 0.0;
+  double sumRelative = 0.0;
   double maxLinear = 0.0;
+  int maxLinearFrame = 0;
   int maxLinearX = -1;
   int maxLinearY = -1;
-  double ssimSum = 0.0;  ///< of images
-  int images = 0;
+  std::uint64_t over = 0;  ///< pixels with a channel that differs by more than the threshold
+
+  // Maps
+  double ssimSum = 0.0;
+  double flipSum = 0.0;  ///< LDR-FLIP
+  double hdrFlipSum = 0.0;
+  float flipMax = 0.0f;
+  float hdrFlipMax = 0.0f;
 
   /// Mean absolute difference per channel, 0..255, over all pixels (L1_8bit of the papers).
   double l1() const;
-  /// The same over reflective pixels; 0 when there are none.
-  double l1Reflective() const;
   double mae() const;
   double rmse() const;
+  /// Mean of (difference)^2 / (reference^2 + 0.01). [Rousselle2011] Sec. 5
+  double relMse() const;
   /// dB, against a peak of 1 (display white); infinite when nothing differs.
   double psnr() const;
   double ssim() const;
+  double flip() const;
+  double hdrFlip() const;
+  double overPercent() const;
 };
 
-/// Compares R, G, B. Reflective are pixels whose layer mask.reflective (a share, 0..1) is above 0,
-/// of the image or else of the reference; without it, those whose layer s is. Throws UsageError
-/// when sizes differ or colours are missing; `name` begins the message.
+/// Values of a FLIP map by their size, for the pooled values of FLIP's own tool.
+class FlipPool {
+ public:
+  void add(std::span<const float> map);
+  void add(const FlipPool& other);
+  /// The value below which errors make up `share` (0..1) of the sum of all errors; to 1/4096.
+  double weightedQuantile(double share) const;
+  double min() const { return count_ > 0 ? min_ : 0.0; }
+
+ private:
+  static constexpr int kBins = 4096;
+  std::vector<std::uint64_t> bins_ = std::vector<std::uint64_t>(kBins + 1);
+  std::uint64_t count_ = 0;
+  double min_ = 1.0;
+};
+
+/// A part of the error of a frame.
+struct ErrorShare {
+  std::uint64_t pixels = 0;
+  std::uint64_t sum8 = 0;
+  double sumSquared = 0.0;
+  double hdrFlipSum = 0.0;
+};
+/// How much of the error falls on pixels of one class: where accuracy would be won.
+struct ErrorClass {
+  std::string name;
+  ErrorShare all;  ///< of every pixel of the class; classes overlap
+  ErrorShare own;  ///< of the pixels that belong to no earlier class: these add up to the frame
+};
+
+/// Errors of one image, or of all frames together; the base is the whole frame.
+struct ImageError : RegionError {
+  bool hasReflective = false;  ///< a layer said which pixels are reflective
+  RegionError reflective;
+  std::map<int, RegionError> objects;  ///< reflective pixels by the layer id.object
+  /// mask.* layers, silhouettes (edges of id.object), glossy, other reflective pixels, the rest.
+  std::vector<ErrorClass> classes;
+  FlipPool flipPool;
+  FlipPool hdrFlipPool;
+
+  /// L1_8bit over reflective pixels; 0 when there are none.
+  double l1Reflective() const { return reflective.l1(); }
+};
+
+struct CompareOptions {
+  double threshold = 0.01;  ///< scene-linear, per channel, of RegionError::over
+  FlipOptions flip;
+};
+
+/// Errors of the pixels.
+struct ErrorMaps {
+  std::vector<float> flip;
+  std::vector<float> hdrFlip;
+};
+
+/// Compares R, G, B (or r, g, b; those of the only layer; Y). Reflective are pixels whose layer
+/// mask.reflective (a share, 0..1) is above 0, of the image or else of the reference; without it,
+/// those whose layer s is. Throws UsageError when sizes differ or colours are missing; `name`
+/// begins the message.
 ImageError compareImages(const image::Image& image, const image::Image& reference,
-                         const std::string& name = "image");
+                         const std::string& name = "image", const CompareOptions& options = {},
+                         ErrorMaps* maps = nullptr);
 
 /// Mean structural similarity of two grey images with a dynamic range of 1: Gaussian window of 11
 /// and sigma 1.5, cut at the borders. [Wang2004, Image quality assessment] Eq. (13)
 double ssim(std::span<const float> a, std::span<const float> b, int width, int height);
+/// The same, of every pixel's window.
+std::vector<double> ssimMap(std::span<const float> a, std::span<const float> b, int width,
+                            int height);
 
 struct RunComparison {
   std::string name;
@@ -73,26 +143,33 @@ struct RunComparison {
   std::vector<int> onlyInReference;  ///< frames that the run lacks
 };
 
-/// All frames that both have, read from their EXR files. Throws UsageError when there are none.
-RunComparison compareRuns(const RunData& run, const RunData& reference);
+/// Where compareRuns puts pictures.
+struct PictureOptions {
+  std::filesystem::path folder;  ///< empty: none
+};
+
+/// All frames that both have, read from their EXR files; with a folder, pictures of each as
+/// report/differences.h says. Throws UsageError when there are none.
+RunComparison compareRuns(const RunData& run, const RunData& reference,
+                          const CompareOptions& options = {}, const PictureOptions& pictures = {});
 
 /// One comparison, frame by frame, and the pooled row.
 Table errorView(const RunComparison& comparison);
+/// Reflective objects, pooled; no rows without the layers that tell.
+Table objectView(const RunComparison& comparison);
+/// Shares of the pooled error by class.
+Table attributionView(const RunComparison& comparison);
 /// A row for each comparison; with the mean time of its method and the ratio to its reference where
 /// `timings` has them.
 Table errorSummary(std::span<const RunComparison> comparisons,
                    std::span<const TimingTable> timings = {});
-/// method,against,frame,...; the pooled row has the frame "all".
+/// method,against,frame,region,...; regions are frame, reflective, and the objects' ids; the pooled
+/// rows have the frame "all".
 std::string errorCsv(std::span<const RunComparison> comparisons);
+/// method,against,frame,class,...
+std::string attributionCsv(std::span<const RunComparison> comparisons);
 /// [{"method", "against", "frames": [...], "pooled": {...}, "only_in_run", "only_in_reference"}];
 /// an infinite PSNR is null.
 std::string errorJson(std::span<const RunComparison> comparisons);
-
-/// |difference| in display steps times `gain`, 8-bit RGB; magenta where a value is not finite.
-std::vector<std::uint8_t> differenceRgb8(const image::Image& image, const image::Image& reference,
-                                         int gain);
-/// Writes frame.0001.png and frame.0001.x50.png of all common frames into `folder`.
-void writeDifferences(const RunData& run, const RunData& reference,
-                      const std::filesystem::path& folder);
 
 }  // namespace catoptric::report

@@ -9,6 +9,7 @@
 #include "config/json.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "report/differences.h"
 
 namespace catoptric::report {
 namespace {
@@ -52,7 +53,7 @@ TEST(CompareImages, StepsOf255ByHand) {
     b.data.insert(b.data.end(), {linearOf(100), linearOf(100), linearOf(100), mask});
   e = compareImages(a, b);
   EXPECT_TRUE(e.hasReflective);
-  EXPECT_EQ(e.reflectivePixels, 2u);
+  EXPECT_EQ(e.reflective.pixels, 2u);
   EXPECT_DOUBLE_EQ(e.l1Reflective(), 30.0 / 6.0);
   EXPECT_DOUBLE_EQ(e.l1(), 33.0 / 12.0);
 }
@@ -192,7 +193,7 @@ TEST_F(CompareRuns, FramesArePooledByPixels) {
   EXPECT_THAT(text, HasSubstr("\n    1    1.000 "));
   EXPECT_THAT(text, HasSubstr("\n  all    0.583 "));
   EXPECT_THAT(text, HasSubstr("reference lacks frames 3 of traced."));
-  EXPECT_THAT(errorCsv(one), HasSubstr("\ntraced,reference,2,0,0,16,,0.16666666666666666,"));
+  EXPECT_THAT(errorCsv(one), HasSubstr("\ntraced,reference,2,frame,0,0,16,0.16666666666666666,"));
   const config::Value json = config::parseText(errorJson(one), "errors");
   const config::Value first = json.asArray().at(0);
   EXPECT_EQ(first.get("pooled").get("max_8bit").asInteger(), 8);
@@ -207,10 +208,10 @@ TEST_F(CompareRuns, FramesArePooledByPixels) {
   const std::vector<TimingTable> timings{fast, slow};
   const Table summary = errorSummary(one, timings);
   EXPECT_EQ(summary.rows[0][3], "0.583");
-  EXPECT_EQ(summary.rows[0][10], "50.00");
-  EXPECT_EQ(summary.rows[0][11], "0.250");
+  EXPECT_EQ(summary.rows[0][14], "50.00");
+  EXPECT_EQ(summary.rows[0][15], "0.250");
 
-  writeDifferences(readRun(folder_ / "traced"), readRun(folder_ / "reference"), folder_ / "d");
+  compareRuns(readRun(folder_ / "traced"), readRun(folder_ / "reference"), {}, {folder_ / "d"});
   const auto png = image::decodeImage8(readFile(folder_ / "d/frame.0002.x50.png"), "d", 100);
   EXPECT_EQ(png.rgba[4 * 6 + 1], 255);
   EXPECT_EQ(png.rgba[4 * 6], 0);

@@ -40,6 +40,16 @@ std::map<int, fs::path> numberedFiles(const fs::path& folder, const std::string&
   return files;
 }
 
+/// The number at the end of a file's name; -1 without one.
+int numberAtEnd(const fs::path& file) {
+  const std::string stem = file.stem().string();
+  std::size_t first = stem.size();
+  while (first > 0 && stem[first - 1] >= '0' && stem[first - 1] <= '9') --first;
+  int number = -1;
+  const auto [end, error] = std::from_chars(stem.data() + first, stem.data() + stem.size(), number);
+  return error == std::errc() && end != stem.data() + first ? number : -1;
+}
+
 template <class Number>
 bool parse(std::string_view text, Number& value) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -100,6 +110,39 @@ RunData readRun(const fs::path& folder, const std::string& name) {
   if (fs::exists(timings, ignored))
     run.samples = parseTimings(readTextFile(timings, std::size_t{1} << 30), timings.string());
   return run;
+}
+
+RunData readSequence(const fs::path& path) {
+  std::error_code ignored;
+  RunData sequence;
+  sequence.folder = path;
+  if (fs::is_regular_file(path, ignored)) {
+    const int number = numberAtEnd(path);
+    sequence.name = path.filename().string();
+    sequence.frames[number >= 0 ? number : 1] = path;
+    return sequence;
+  }
+  if (isRun(path)) return readRun(path);
+  sequence.name = fs::absolute(path / ".").parent_path().filename().string();
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(path, ignored))
+    if (entry.path().extension() == ".exr") files.push_back(entry.path());
+  if (files.empty())
+    throw UsageError(path.string() +
+                     ": no frames to compare (neither a run's folder, nor an EXR "
+                     "file, nor a folder of EXR files)");
+  std::sort(files.begin(), files.end());
+  for (const fs::path& file : files) {
+    int number = numberAtEnd(file);
+    if (number < 0 && files.size() > 1)
+      throw UsageError(file.string() + ": its name does not end with a frame's number");
+    if (number < 0) number = 1;
+    const auto [old, added] = sequence.frames.emplace(number, file);
+    if (!added)
+      throw UsageError(file.string() + ": frame " + std::to_string(number) + " is also " +
+                       old->second.filename().string() + "; compare one sequence at a time");
+  }
+  return sequence;
 }
 
 std::vector<RunData> readRuns(const fs::path& folder) {

@@ -23,6 +23,12 @@ struct RunData {
 /// UsageError when the folder is none, and with file and line when timings.csv is damaged.
 RunData readRun(const std::filesystem::path& folder, const std::string& name = "");
 
+/// Frames to compare, of any program: a run's folder; a folder of EXR files whose names end with
+/// the frame's number (beauty.0012.exr, 0012.exr, img_12.exr); or one EXR file, whose frame is the
+/// number at its name's end, or 1. Throws UsageError when there are none, when two files have one
+/// number, or when a name among several has none.
+RunData readSequence(const std::filesystem::path& path);
+
 /// The runs below `folder`: itself when it is one, otherwise its subfolders that are, by name.
 /// Throws UsageError when there are none.
 std::vector<RunData> readRuns(const std::filesystem::path& folder);

@@ -1,0 +1,182 @@
+#include "report/differences.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "core/error.h"
+#include "core/file.h"
+
+namespace catoptric::report {
+namespace {
+
+using image::Image;
+
+constexpr Colour kPaper = {24, 25, 28};
+constexpr Colour kText = {236, 236, 232};
+constexpr int kGap = 8;
+constexpr int kBarHeight = 16;
+
+void paste(Rgb8& sheet, const Rgb8& picture, int left, int top) {
+  for (int row = 0; row < picture.height; ++row)
+    std::copy_n(
+        picture.rgb.begin() + static_cast<std::ptrdiff_t>(row) * picture.width * 3,
+        picture.width * 3,
+        sheet.rgb.begin() + (static_cast<std::ptrdiff_t>(top + row) * sheet.width + left) * 3);
+}
+
+Rgb8 blank(int width, int height) {
+  Rgb8 picture{width, height, {}};
+  picture.rgb.resize(static_cast<std::size_t>(width) * height * 3);
+  fillRectangle(picture, 0, 0, width, height, kPaper);
+  return picture;
+}
+
+/// The frame in display steps, magenta where it is not finite.
+Rgb8 shown(const Image& image) {
+  const std::array<int, 3> channels = colourChannels(image, "image");
+  Rgb8 picture{image.width, image.height, {}};
+  picture.rgb.reserve(image.pixelCount() * 3);
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      Colour pixel{};
+      for (std::size_t c = 0; c < 3; ++c) {
+        const float v = image.at(x, y, channels[c]);
+        if (!std::isfinite(v)) {
+          pixel = {255, 0, 255};
+          break;
+        }
+        pixel[c] = static_cast<std::uint8_t>(step8(v));
+      }
+      picture.rgb.insert(picture.rgb.end(), pixel.begin(), pixel.end());
+    }
+  return picture;
+}
+
+Rgb8 mapColours(const std::vector<float>& errors, int width, int height) {
+  std::array<Colour, 256> table{};
+  for (std::size_t i = 0; i < table.size(); ++i) table[i] = magma(static_cast<float>(i) / 255.0f);
+  Rgb8 picture{width, height, {}};
+  picture.rgb.reserve(errors.size() * 3);
+  for (const float e : errors) {
+    const Colour& c = table[static_cast<std::size_t>(std::lround(255.0f * e))];
+    picture.rgb.insert(picture.rgb.end(), c.begin(), c.end());
+  }
+  return picture;
+}
+
+std::string frameFile(int frame, const char* extension) {
+  char name[64];
+  std::snprintf(name, sizeof name, "frame.%04d%s", frame, extension);
+  return name;
+}
+
+/// Text no wider than `width`: larger when there is room.
+void label(Rgb8& sheet, int x, int y, int width, const std::string& text) {
+  const int scale = textWidth(text, 2) <= width ? 2 : 1;
+  const auto letters = static_cast<std::size_t>(std::max(1, width / (kGlyphAdvance * scale)));
+  drawText(sheet, x, y, scale, text.substr(0, letters), kText);
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> differenceRgb8(const Image& image, const Image& reference, int gain) {
+  requireSameSize(image, reference, "difference");
+  const std::array<int, 3> from = colourChannels(image, "difference");
+  const std::array<int, 3> to = colourChannels(reference, "difference (reference)");
+  std::vector<std::uint8_t> rgb;
+  rgb.reserve(image.pixelCount() * 3);
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      Colour pixel{};
+      bool finite = true;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const float a = image.at(x, y, from[c]);
+        const float b = reference.at(x, y, to[c]);
+        finite = finite && std::isfinite(a) && std::isfinite(b);
+        if (finite)
+          pixel[c] = static_cast<std::uint8_t>(std::min(255, gain * std::abs(step8(a) - step8(b))));
+      }
+      if (!finite) pixel = {255, 0, 255};
+      rgb.insert(rgb.end(), pixel.begin(), pixel.end());
+    }
+  return rgb;
+}
+
+Rgb8 heatMap(const std::vector<float>& errors, int width, int height) {
+  const int scale = width >= 256 ? 2 : 1;
+  const int line = kGlyphHeight * scale;
+  Rgb8 picture = blank(width, height + kGap + kBarHeight + 4 + line);
+  paste(picture, mapColours(errors, width, height), 0, 0);
+  // The bar runs over the whole width, 0 to 1
+  for (int x = 0; x < width; ++x)
+    fillRectangle(picture, x, height + kGap, 1, kBarHeight,
+                  magma(width > 1 ? static_cast<float>(x) / static_cast<float>(width - 1) : 0.0f));
+  const int count = width >= 200 ? 5 : 2;
+  for (int i = 0; i < count; ++i) {
+    const double value = static_cast<double>(i) / (count - 1);
+    const std::string text = i == 0 ? "0" : i == count - 1 ? "1" : fixedText(value, 2);
+    const int wide = textWidth(text, scale);
+    const int x = static_cast<int>(std::lround(value * (width - 1))) - wide / 2;
+    drawText(picture, std::clamp(x, 0, std::max(0, width - wide)), height + kGap + kBarHeight + 4,
+             scale, text, kText);
+  }
+  return picture;
+}
+
+Rgb8 sideBySide(const FrameErrors& frame) {
+  const int width = frame.image.width;
+  const int height = frame.image.height;
+  const ImageError& e = frame.errors;
+  struct Cell {
+    std::string title;
+    Rgb8 picture;
+  };
+  const auto difference = [&](int gain) {
+    return Rgb8{width, height, differenceRgb8(frame.image, frame.reference, gain)};
+  };
+  const std::vector<Cell> cells = {
+      {frame.name, shown(frame.image)},
+      {frame.referenceName, shown(frame.reference)},
+      {"difference x50, L1 " + fixedText(e.l1(), 3), difference(50)},
+      {"difference, max " + std::to_string(e.max8), difference(1)},
+      {"LDR-FLIP " + fixedText(e.flip(), 4), heatMap(frame.maps.flip, width, height)},
+      {"HDR-FLIP " + fixedText(e.hdrFlip(), 4), heatMap(frame.maps.hdrFlip, width, height)}};
+  const int line = 2 * kGlyphHeight + kGap;
+  const int mapHeight = cells.back().picture.height;
+  Rgb8 sheet = blank(3 * width + 4 * kGap, 3 * line + height + mapHeight + 3 * kGap);
+  label(sheet, kGap, kGap, sheet.width - 2 * kGap,
+        frame.name + " against " + frame.referenceName + ", frame " + std::to_string(frame.frame) +
+            ", RMSE " + fixedText(e.rmse(), 5) + ", SSIM " + fixedText(e.ssim(), 4));
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const int x = kGap + static_cast<int>(i % 3) * (width + kGap);
+    const int y = kGap + line + static_cast<int>(i / 3) * (line + height + kGap);
+    label(sheet, x, y, width, cells[i].title);
+    paste(sheet, cells[i].picture, x, y + line);
+  }
+  return sheet;
+}
+
+void writeDifferences(const FrameErrors& frame, const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw OutputError(folder.string() + ": cannot be created: " + error.message());
+  const auto write = [&](const char* extension, int width, int height,
+                         std::span<const std::uint8_t> rgb) {
+    writeFileAtomically(folder / frameFile(frame.frame, extension),
+                        image::encodePng(width, height, 3, rgb));
+  };
+  const int width = frame.image.width;
+  const int height = frame.image.height;
+  for (const auto& [gain, extension] : {std::pair{1, ".png"}, std::pair{50, ".x50.png"}})
+    write(extension, width, height, differenceRgb8(frame.image, frame.reference, gain));
+  for (const auto& [map, extension] :
+       {std::pair{&frame.maps.flip, ".flip.png"}, std::pair{&frame.maps.hdrFlip, ".hdrflip.png"}}) {
+    const Rgb8 picture = heatMap(*map, width, height);
+    write(extension, picture.width, picture.height, picture.rgb);
+  }
+  const Rgb8 sheet = sideBySide(frame);
+  write(".sheet.png", sheet.width, sheet.height, sheet.rgb);
+}
+
+}  // namespace catoptric::report

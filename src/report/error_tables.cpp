@@ -1,0 +1,342 @@
+// Errors as tables, CSV and JSON.
+#include <cmath>
+
+#include "config/json_text.h"
+#include "report/errors.h"
+
+namespace catoptric::report {
+namespace {
+
+std::string decibels(double psnr) {
+  return std::isinf(psnr) ? "inf" : fixedText(psnr, 2);
+}
+
+std::string place(const RegionError& e) {
+  return e.max8X < 0 ? "" : std::to_string(e.max8X) + "," + std::to_string(e.max8Y);
+}
+
+double percent(double part, double whole) {
+  return whole > 0.0 ? 100.0 * part / whole : 0.0;
+}
+
+/// Measures of a row of the tables, after its first cells.
+void appendMeasures(std::vector<std::string>& cells, const ImageError& e) {
+  cells.push_back(fixedText(e.l1(), 3));
+  cells.push_back(e.hasReflective ? fixedText(e.l1Reflective(), 3) : "");
+  cells.push_back(fixedText(e.mae(), 5));
+  cells.push_back(fixedText(e.rmse(), 5));
+  cells.push_back(fixedText(e.relMse(), 5));
+  cells.push_back(decibels(e.psnr()));
+  cells.push_back(fixedText(e.ssim(), 4));
+  cells.push_back(fixedText(e.flip(), 4));
+  cells.push_back(fixedText(e.hdrFlip(), 4));
+  cells.push_back(fixedText(e.overPercent(), 2));
+  cells.push_back(std::to_string(e.max8));
+}
+
+const std::vector<Column> kMeasures = {{"L1_8bit", true}, {"reflective", true}, {"MAE", true},
+                                       {"RMSE", true},    {"relMSE", true},     {"PSNR dB", true},
+                                       {"SSIM", true},    {"FLIP", true},       {"HDR-FLIP", true},
+                                       {"over %", true},  {"max_8bit", true}};
+constexpr const char* kMeaning =
+    "L1_8bit, max_8bit: display-referred steps of 255, \"reflective\" over reflective pixels only; "
+    "MAE, RMSE, relMSE, PSNR (peak 1), SSIM (luminance): scene-linear; over: pixels beyond the "
+    "threshold; FLIP, HDR-FLIP: mean, 0..1.";
+
+/// NaN and infinities first: nothing else can be trusted beside them.
+void appendNotFinite(Table& table, const std::string& name, const ImageError& e) {
+  if (e.notFinite + e.notFiniteReference == 0) return;
+  table.notes.push_back("ATTENTION: " + name + ": NaN or infinity in " +
+                        std::to_string(e.notFinite) + " pixels, and in " +
+                        std::to_string(e.notFiniteReference) +
+                        " of the reference; they count as 255 off, and in no linear measure.");
+}
+
+std::string frameList(const std::vector<int>& frames) {
+  std::string text;
+  for (const int frame : frames) text += (text.empty() ? "" : ",") + std::to_string(frame);
+  return text;
+}
+
+void appendMissing(Table& table, const RunComparison& c) {
+  if (!c.onlyInRun.empty())
+    table.notes.push_back(c.reference + " lacks frames " + frameList(c.onlyInRun) + " of " +
+                          c.name + ".");
+  if (!c.onlyInReference.empty())
+    table.notes.push_back(c.name + " lacks frames " + frameList(c.onlyInReference) + " of " +
+                          c.reference + ".");
+}
+
+/// Members of a region, NaN first; `pooled` tells the frame of the largest error too.
+void addMembers(config::JsonText& text, const RegionError& e, bool pooled) {
+  text.add("not_finite", e.notFinite).add("not_finite_reference", e.notFiniteReference);
+  text.add("pixels", e.pixels).add("l1_8bit", e.l1()).add("mae", e.mae()).add("rmse", e.rmse());
+  text.add("relmse", e.relMse());
+  if (std::isinf(e.psnr()))
+    text.raw("psnr", "null");
+  else
+    text.add("psnr", e.psnr());
+  text.add("ssim", e.ssim()).add("flip_mean", e.flip()).add("flip_max", double{e.flipMax});
+  text.add("hdr_flip_mean", e.hdrFlip()).add("hdr_flip_max", double{e.hdrFlipMax});
+  text.add("over_percent", e.overPercent());
+  text.add("max_8bit", e.max8);
+  if (e.max8X >= 0) text.add("max_8bit_pixel", std::vector<int>{e.max8X, e.max8Y});
+  if (pooled && e.max8X >= 0) text.add("max_8bit_frame", e.max8Frame);
+  text.add("max_linear", e.maxLinear);
+  if (e.maxLinearX >= 0) text.add("max_linear_pixel", std::vector<int>{e.maxLinearX, e.maxLinearY});
+  if (pooled && e.maxLinearX >= 0) text.add("max_linear_frame", e.maxLinearFrame);
+}
+
+void addPool(config::JsonText& text, const std::string& prefix, const FlipPool& pool) {
+  text.add(prefix + "_weighted_median", pool.weightedQuantile(0.5));
+  text.add(prefix + "_1st_weighted_quartile", pool.weightedQuantile(0.25));
+  text.add(prefix + "_3rd_weighted_quartile", pool.weightedQuantile(0.75));
+  text.add(prefix + "_min", pool.min());
+}
+
+/// Shares of a class, in percent of the frame's.
+struct Percents {
+  double pixels = 0.0;
+  double l1 = 0.0;
+  double squared = 0.0;
+  double flip = 0.0;
+
+  Percents(const ErrorShare& share, const ImageError& whole)
+      : pixels(percent(static_cast<double>(share.pixels), static_cast<double>(whole.pixels))),
+        l1(percent(static_cast<double>(share.sum8), static_cast<double>(whole.sum8))),
+        squared(percent(share.sumSquared, whole.sumSquared)),
+        flip(percent(share.hdrFlipSum, whole.hdrFlipSum)) {}
+};
+double l1Inside(const ErrorShare& share) {
+  return share.pixels > 0
+             ? static_cast<double>(share.sum8) / (3.0 * static_cast<double>(share.pixels))
+             : 0.0;
+}
+
+std::string json(const ImageError& e, const std::string& frameMember) {
+  const bool pooled = frameMember.empty();
+  config::JsonText text;
+  if (!pooled) text.raw("frame", frameMember);
+  addMembers(text, e, pooled);
+  addPool(text, "flip", e.flipPool);
+  addPool(text, "hdr_flip", e.hdrFlipPool);
+  if (e.hasReflective) {
+    text.add("reflective_pixels", e.reflective.pixels).add("l1_8bit_reflective", e.l1Reflective());
+    config::JsonText part;
+    addMembers(part, e.reflective, pooled);
+    text.raw("reflective", part.object());
+  }
+  std::string objects;
+  for (const auto& [id, object] : e.objects) {
+    config::JsonText part;
+    part.add("id", id);
+    addMembers(part, object, pooled);
+    objects += (objects.empty() ? "" : ",") + part.object();
+  }
+  text.raw("objects", "[" + objects + "]");
+  std::string classes;
+  for (const ErrorClass& one : e.classes) {
+    const Percents all(one.all, e);
+    const Percents own(one.own, e);
+    classes += (classes.empty() ? "" : ",") + config::JsonText()
+                                                  .add("class", one.name)
+                                                  .add("pixels", one.all.pixels)
+                                                  .add("l1_8bit", l1Inside(one.all))
+                                                  .add("pixels_percent", all.pixels)
+                                                  .add("l1_percent", all.l1)
+                                                  .add("squared_percent", all.squared)
+                                                  .add("hdr_flip_percent", all.flip)
+                                                  .add("own_pixels_percent", own.pixels)
+                                                  .add("own_l1_percent", own.l1)
+                                                  .add("own_squared_percent", own.squared)
+                                                  .add("own_hdr_flip_percent", own.flip)
+                                                  .object();
+  }
+  text.raw("attribution", "[" + classes + "]");
+  return text.object();
+}
+
+std::string pixelText(int x, int y) {
+  return x >= 0 ? std::to_string(x) + "," + std::to_string(y) : ",";
+}
+
+std::string csvMeasures(const RegionError& e) {
+  return std::to_string(e.notFinite) + "," + std::to_string(e.notFiniteReference) + "," +
+         std::to_string(e.pixels) + "," + exactText(e.l1()) + "," + exactText(e.mae()) + "," +
+         exactText(e.rmse()) + "," + exactText(e.relMse()) + "," + exactText(e.psnr()) + "," +
+         exactText(e.ssim()) + "," + exactText(e.overPercent()) + "," + std::to_string(e.max8) +
+         "," + pixelText(e.max8X, e.max8Y) + "," + exactText(e.maxLinear) + "," +
+         pixelText(e.maxLinearX, e.maxLinearY);
+}
+/// FLIP's own columns: mean, weighted median and quartiles, min, max; without a pool some are
+/// empty.
+std::string csvFlip(double mean, double max, const FlipPool* pool) {
+  const auto quantile = [&](double share) {
+    return pool != nullptr ? exactText(pool->weightedQuantile(share)) : std::string();
+  };
+  return exactText(mean) + "," + quantile(0.5) + "," + quantile(0.25) + "," + quantile(0.75) + "," +
+         (pool != nullptr ? exactText(pool->min()) : "") + "," + exactText(max);
+}
+
+}  // namespace
+
+Table errorView(const RunComparison& comparison) {
+  Table table;
+  table.title = comparison.name + " against " + comparison.reference;
+  table.columns = {{"frame", true}};
+  table.columns.insert(table.columns.end(), kMeasures.begin(), kMeasures.end());
+  table.columns.push_back({"at x,y", true});
+  for (const auto& [number, e] : comparison.frames) {
+    std::vector<std::string> cells{std::to_string(number)};
+    appendMeasures(cells, e);
+    cells.push_back(place(e));
+    table.rows.push_back(cells);
+  }
+  table.rows.emplace_back();
+  std::vector<std::string> cells{"all"};
+  appendMeasures(cells, comparison.pooled);
+  const std::string worst = place(comparison.pooled);
+  cells.push_back(worst.empty() ? ""
+                                : worst + " of " + std::to_string(comparison.pooled.max8Frame));
+  table.rows.push_back(cells);
+  appendNotFinite(table, comparison.name, comparison.pooled);
+  appendMissing(table, comparison);
+  table.notes.emplace_back(kMeaning);
+  return table;
+}
+
+Table objectView(const RunComparison& comparison) {
+  Table table;
+  table.title = "Reflective objects, all frames";
+  table.columns = {{"id", true},       {"pixels", true},   {"L1_8bit", true},
+                   {"RMSE", true},     {"SSIM", true},     {"FLIP", true},
+                   {"HDR-FLIP", true}, {"max_8bit", true}, {"at x,y", true}};
+  for (const auto& [id, e] : comparison.pooled.objects)
+    table.rows.push_back({std::to_string(id), std::to_string(e.pixels), fixedText(e.l1(), 3),
+                          fixedText(e.rmse(), 5), fixedText(e.ssim(), 4), fixedText(e.flip(), 4),
+                          fixedText(e.hdrFlip(), 4), std::to_string(e.max8),
+                          e.max8X < 0 ? "" : place(e) + " of " + std::to_string(e.max8Frame)});
+  return table;
+}
+
+Table attributionView(const RunComparison& comparison) {
+  const ImageError& e = comparison.pooled;
+  Table table;
+  table.title = "Where the error is, all frames";
+  table.columns = {{"class", false},       {"pixels %", true},  {"L1 inside", true},
+                   {"L1 %", true},         {"squared %", true}, {"HDR-FLIP %", true},
+                   {"own pixels %", true}, {"own L1 %", true},  {"own squared %", true}};
+  for (const ErrorClass& one : e.classes) {
+    const Percents all(one.all, e);
+    const Percents own(one.own, e);
+    table.rows.push_back({one.name, fixedText(all.pixels, 2), fixedText(l1Inside(one.all), 3),
+                          fixedText(all.l1, 2), fixedText(all.squared, 2), fixedText(all.flip, 2),
+                          fixedText(own.pixels, 2), fixedText(own.l1, 2),
+                          fixedText(own.squared, 2)});
+  }
+  table.notes = {"Classes overlap; \"own\" counts a pixel in its first class only, and adds up."};
+  return table;
+}
+
+Table errorSummary(std::span<const RunComparison> comparisons,
+                   std::span<const TimingTable> timings) {
+  Table table;
+  table.columns = {{"method", false}, {"against", false}, {"frames", true}};
+  table.columns.insert(table.columns.end(), kMeasures.begin(), kMeasures.end());
+  if (!timings.empty()) {
+    table.columns.push_back({"ms", true});
+    table.columns.push_back({"x of reference", true});
+  }
+  const auto meanOf = [&](const std::string& name) {
+    for (const TimingTable& timing : timings)
+      if (timing.name == name) return timing.rendering.mean;
+    return 0.0;
+  };
+  for (const RunComparison& c : comparisons) {
+    std::vector<std::string> cells{c.name, c.reference, std::to_string(c.frames.size())};
+    appendMeasures(cells, c.pooled);
+    if (!timings.empty()) {
+      const double mean = meanOf(c.name);
+      const double base = meanOf(c.reference);
+      cells.push_back(mean > 0.0 ? fixedText(mean * 1e3, 2) : "");
+      cells.push_back(mean > 0.0 && base > 0.0 ? fixedText(mean / base, 3) : "");
+    }
+    table.rows.push_back(cells);
+    appendNotFinite(table, c.name + " against " + c.reference, c.pooled);
+    appendMissing(table, c);
+  }
+  table.notes.emplace_back(kMeaning);
+  return table;
+}
+
+std::string errorCsv(std::span<const RunComparison> comparisons) {
+  const auto flipColumns = [](const std::string& p) {
+    return "," + p + "_mean," + p + "_weighted_median," + p + "_1st_weighted_quartile," + p +
+           "_3rd_weighted_quartile," + p + "_min," + p + "_max";
+  };
+  std::string text =
+      "method,against,frame,region,not_finite,not_finite_reference,pixels,l1_8bit,mae,rmse,relmse,"
+      "psnr,ssim,over_percent,max_8bit,max_8bit_x,max_8bit_y,max_linear,max_linear_x,max_linear_y" +
+      flipColumns("flip") + flipColumns("hdr_flip") + "\n";
+  for (const RunComparison& c : comparisons) {
+    const auto row = [&](const std::string& frame, const std::string& region, const RegionError& e,
+                         const FlipPool* pool, const FlipPool* hdrPool) {
+      text += csvCell(c.name) + "," + csvCell(c.reference) + "," + frame + "," + region + "," +
+              csvMeasures(e) + "," + csvFlip(e.flip(), e.flipMax, pool) + "," +
+              csvFlip(e.hdrFlip(), e.hdrFlipMax, hdrPool) + "\n";
+    };
+    const auto rows = [&](const std::string& frame, const ImageError& e) {
+      row(frame, "frame", e, &e.flipPool, &e.hdrFlipPool);
+      if (e.hasReflective) row(frame, "reflective", e.reflective, nullptr, nullptr);
+      for (const auto& [id, object] : e.objects)
+        row(frame, "object:" + std::to_string(id), object, nullptr, nullptr);
+    };
+    for (const auto& [number, e] : c.frames) rows(std::to_string(number), e);
+    rows("all", c.pooled);
+  }
+  return text;
+}
+
+std::string attributionCsv(std::span<const RunComparison> comparisons) {
+  std::string text =
+      "method,against,frame,class,pixels,l1_8bit,pixels_percent,l1_percent,squared_percent,"
+      "hdr_flip_percent,own_pixels_percent,own_l1_percent,own_squared_percent,"
+      "own_hdr_flip_percent\n";
+  for (const RunComparison& c : comparisons) {
+    const auto rows = [&](const std::string& frame, const ImageError& e) {
+      for (const ErrorClass& one : e.classes) {
+        text += csvCell(c.name) + "," + csvCell(c.reference) + "," + frame + "," +
+                csvCell(one.name) + "," + std::to_string(one.all.pixels) + "," +
+                exactText(l1Inside(one.all));
+        for (const ErrorShare* share : {&one.all, &one.own}) {
+          const Percents p(*share, e);
+          for (const double v : {p.pixels, p.l1, p.squared, p.flip}) text += "," + exactText(v);
+        }
+        text += "\n";
+      }
+    };
+    for (const auto& [number, e] : c.frames) rows(std::to_string(number), e);
+    rows("all", c.pooled);
+  }
+  return text;
+}
+
+std::string errorJson(std::span<const RunComparison> comparisons) {
+  std::string text = "[";
+  for (const RunComparison& c : comparisons) {
+    std::string frames;
+    for (const auto& [number, e] : c.frames)
+      frames += (frames.empty() ? "" : ",") + json(e, std::to_string(number));
+    text += (text.size() > 1 ? "," : "") + config::JsonText()
+                                               .add("method", c.name)
+                                               .add("against", c.reference)
+                                               .raw("pooled", json(c.pooled, ""))
+                                               .raw("frames", "[" + frames + "]")
+                                               .add("only_in_run", c.onlyInRun)
+                                               .add("only_in_reference", c.onlyInReference)
+                                               .object();
+  }
+  return text + "]";
+}
+
+}  // namespace catoptric::report
