@@ -12,7 +12,6 @@
 #include "config/json_text.h"
 #include "core/log.h"
 #include "core/text.h"
-#include "image/image.h"
 #include "methods/method.h"
 #include "run/session.h"
 #include "scene/camera.h"
@@ -105,7 +104,6 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
   const ProgressMode mode = common.quiet ? ProgressMode::None : parseProgress(options.progress);
   const run::RunConfig run = readRun(options);
   session.out = outFolder(options, run);
-  if (!options.dryRun) image::preloadImageIo();
 
   run::Stage stage(run);
   if (options.dryRun) return dryRun(stage, options, common, session.out);

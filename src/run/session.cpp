@@ -2,7 +2,6 @@
 
 #include "config/json_text.h"
 #include "core/hash.h"
-#include "image/image.h"
 #include "run/machine.h"
 #include "run/method_source.h"
 
@@ -75,7 +74,6 @@ std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::Met
     for (const MethodConfig& method : run.methods)
       RunFolder(methodFolder(run, method, options.out), options.existing);
 
-  image::preloadImageIo();
   std::vector<MethodResult> results;
   for (std::size_t i = 0; i < made.size(); ++i) {
     const MethodConfig& method = run.methods[i];
