@@ -1,12 +1,15 @@
 #include "core/file.h"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <charconv>
 #include <cstdlib>
 #include <cstring>
+#include <optional>
 
 #include "core/error.h"
 
@@ -58,6 +61,23 @@ void readInto(const std::filesystem::path& path, std::size_t maxBytes, auto& byt
   }
 }
 
+/// The process that made a temporary file ".NAME.PID.XXXXXX.tmp"; nothing for other names.
+std::optional<pid_t> temporaryOwner(std::string_view name) {
+  constexpr std::string_view kEnd = ".tmp";
+  constexpr std::size_t kRandom = 7;  // ".XXXXXX"
+  if (!name.starts_with(".") || !name.ends_with(kEnd)) return std::nullopt;
+  name.remove_suffix(kEnd.size());
+  if (name.size() < kRandom || name[name.size() - kRandom] != '.') return std::nullopt;
+  name.remove_suffix(kRandom);
+  const std::size_t dot = name.rfind('.');
+  if (dot == 0 || dot == std::string_view::npos) return std::nullopt;
+  pid_t owner = 0;
+  const auto [end, error] =
+      std::from_chars(name.data() + dot + 1, name.data() + name.size(), owner);
+  if (error != std::errc() || end != name.data() + name.size() || owner <= 0) return std::nullopt;
+  return owner;
+}
+
 }  // namespace
 
 std::vector<std::byte> readFile(const std::filesystem::path& path, std::size_t maxBytes) {
@@ -90,14 +110,42 @@ void writeFileAtomically(const std::filesystem::path& path, std::span<const std:
   while (done < bytes.size()) {
     const ssize_t n = ::write(file.get(), bytes.data() + done, bytes.size() - done);
     if (n < 0 && errno == EINTR) continue;
+    if (n == 0) errno = ENOSPC;
     if (n <= 0) fail("cannot be written");
     done += static_cast<std::size_t>(n);
   }
   if (::fsync(file.get()) != 0) fail("cannot be synced");
-  if (file.close() != 0) fail("cannot be closed");
+  if (file.close() != 0) fail("cannot be closed");  // network file systems report a full disk here
   if (::rename(temporary.c_str(), path.c_str()) != 0) fail("cannot be renamed into place");
+  syncFolder(folder);
+}
+
+void syncFolder(const std::filesystem::path& folder) {
   Descriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (directory.get() >= 0) ::fsync(directory.get());
+  if (directory.get() >= 0 && ::fsync(directory.get()) == 0) return;
+  // Some file systems cannot sync a folder; a folder without read permission cannot be opened.
+  if (errno == EINVAL || errno == ENOTSUP || errno == EACCES) return;
+  throw OutputError(folder.string() + ": the folder cannot be synced: " + reason());
+}
+
+int sweepTemporaryFiles(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::vector<std::filesystem::path> stale;
+  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::optional<pid_t> owner = temporaryOwner(entry->path().filename().string());
+    if (!owner) continue;
+    const bool dead = ::kill(*owner, 0) != 0 && errno == ESRCH;
+    if (dead || *owner == ::getpid()) stale.push_back(entry->path());
+  }
+  for (const std::filesystem::path& file : stale) {
+    std::error_code removal;
+    std::filesystem::remove(file, removal);
+    if (removal)
+      throw OutputError(file.string() +
+                        ": a file left by a dead process cannot be removed: " + removal.message());
+  }
+  return static_cast<int>(stale.size());
 }
 
 void writeFileAtomically(const std::filesystem::path& path, std::string_view text) {

@@ -17,10 +17,19 @@ std::vector<std::byte> readFile(const std::filesystem::path& path,
 std::string readTextFile(const std::filesystem::path& path,
                          std::size_t maxBytes = std::size_t{1} << 26);
 
-/// Writes to a temporary name in the same folder, fsyncs, renames, fsyncs the folder. Throws
-/// OutputError naming path and cause; the temporary file is removed then.
+/// Writes to a temporary name in the same folder (".NAME.PID.XXXXXX.tmp"), fsyncs, renames, fsyncs
+/// the folder. Throws OutputError naming path and cause; the temporary file is removed then.
 void writeFileAtomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void writeFileAtomically(const std::filesystem::path& path, std::string_view text);
+
+/// Makes names that were added to or removed from a folder last. Throws OutputError; a file system
+/// that has no such operation is no error.
+void syncFolder(const std::filesystem::path& folder);
+
+/// Removes the temporary files that writeFileAtomically() of dead processes (and of an earlier
+/// process with this one's number) has left in `folder`; no others. Call before writing there.
+/// Returns how many. Throws OutputError when one cannot be removed.
+int sweepTemporaryFiles(const std::filesystem::path& folder);
 
 /// $XDG_CACHE_HOME/catoptric or ~/.cache/catoptric; created when missing. Empty when neither can
 /// be had: caches are then not used.

@@ -189,10 +189,11 @@ Emitters findEmitters(const scene::Scene& scene, const frame::Geometry& geometry
 class Baker {
  public:
   Baker(const scene::Scene& scene, const frame::Geometry& geometry,
-        const frame::EnvironmentLight& environment)
+        const frame::EnvironmentLight& environment, const std::function<bool()>& stopRequested)
       : scene_(scene),
         geometry_(geometry),
         environment_(environment),
+        stopRequested_(stopRequested),
         points_(makeBakePoints(geometry)),
         castsLight_(castersOf(geometry)),
         trace_(scene, geometry, BvhPolicy::Static, casterOptions(castsLight_)) {
@@ -204,6 +205,8 @@ class Baker {
   const BakePoints& points() const { return points_; }
   std::uint64_t rays() const { return rays_; }
   std::size_t enclosed() const { return enclosed_; }
+  /// The values of a stopped bake mean nothing.
+  bool stopped() const { return stopRequested_ && stopRequested_(); }
 
   std::vector<Vec4> ambientOcclusion();
   std::vector<Vec4> full();
@@ -236,6 +239,7 @@ class Baker {
   const scene::Scene& scene_;
   const frame::Geometry& geometry_;
   const frame::EnvironmentLight& environment_;
+  const std::function<bool()>& stopRequested_;
   BakePoints points_;
   std::vector<int> castsLight_;
   TraceScene trace_;
@@ -270,6 +274,7 @@ std::vector<Vec4> Baker::ambientOcclusion() {
   std::vector<std::uint8_t> valid(points_.size(), 1);
   std::vector<float> noise(points_.size(), 0.0f);
   parallelFor(points_.size(), kPointsPerTask, [&](std::size_t begin, std::size_t end) {
+    if (stopped()) return;
     std::vector<Ray> rays(lattice.size());
     std::vector<std::uint8_t> free(lattice.size());
     std::vector<Hit> hits(few.size());
@@ -305,7 +310,7 @@ std::vector<Vec4> Baker::ambientOcclusion() {
     }
     rays_ += (end - begin) * (lattice.size() + few.size());
   });
-  fillAndSmooth(valid, noise, values);
+  if (!stopped()) fillAndSmooth(valid, noise, values);
   return values;
 }
 
@@ -325,6 +330,7 @@ std::vector<Vec3> Baker::directLight() {
   const std::vector<Vec2> lattice = latticePoints(kShadowRays);
 
   parallelFor(points_.size(), kPointsPerTask, [&](std::size_t begin, std::size_t end) {
+    if (stopped()) return;
     std::vector<Ray> rays(kShadowRays);
     std::vector<Vec3> arriving(kShadowRays);
     std::vector<std::uint8_t> free(kShadowRays);
@@ -471,6 +477,7 @@ std::vector<Vec4> Baker::gather(const std::vector<Vec3>& leaving, int count) {
   std::vector<float> noise(points_.size(), 0.0f);
   const bool emits = !emitters_.triangles.empty() && emitters_.total > 0.0;
   parallelFor(points_.size(), kPointsPerTask, [&](std::size_t begin, std::size_t end) {
+    if (stopped()) return;
     std::vector<Ray> rays(std::max<std::size_t>(lattice.size(), kEmitterRays));
     std::vector<Hit> hits(lattice.size());
     std::vector<std::uint8_t> free(kEmitterRays);
@@ -530,7 +537,7 @@ std::vector<Vec4> Baker::gather(const std::vector<Vec3>& leaving, int count) {
     }
     rays_ += (end - begin) * (lattice.size() + (emits ? kEmitterRays : 0));
   });
-  fillAndSmooth(valid, noise, values);
+  if (!stopped()) fillAndSmooth(valid, noise, values);
   return values;
 }
 
@@ -549,6 +556,7 @@ std::vector<Vec4> Baker::full() {
                                           ? radiosity(irradiance)
                                           : std::vector<Vec3>(geometry_.vertexCount(), Vec3(0.0f));
     const std::vector<Vec4> indirect = gather(leaving, rays);
+    if (stopped()) return values;
     for (std::size_t i = 0; i < points_.size(); ++i) {
       values[i] = Vec4(direct[i] + Vec3(indirect[i]) + kPi * scene_.ambient * indirect[i].w, 0.0f);
     }
@@ -637,7 +645,8 @@ void writeCache(const std::filesystem::path& file, std::uint64_t key,
 
 BakeReport bakeVertices(const scene::Scene& scene, frame::Geometry& geometry,
                         const frame::EnvironmentLight& environment,
-                        const std::filesystem::path& cache) {
+                        const std::filesystem::path& cache,
+                        const std::function<bool()>& stopRequested) {
   BakeReport report;
   if (scene.bake.mode == scene::BakeMode::None || geometry.vertexCount() == 0) return report;
   const std::int64_t start = nowNs();
@@ -650,10 +659,14 @@ BakeReport bakeVertices(const scene::Scene& scene, frame::Geometry& geometry,
     report.fromCache = readCache(file, key, geometry);
   }
   if (!report.fromCache) {
-    Baker baker(scene, geometry, environment);
+    Baker baker(scene, geometry, environment, stopRequested);
     const std::vector<Vec4> values = scene.bake.mode == scene::BakeMode::AmbientOcclusion
                                          ? baker.ambientOcclusion()
                                          : baker.full();
+    if (baker.stopped()) {
+      report.stopped = true;
+      return report;
+    }
     for (std::size_t v = 0; v < geometry.vertexCount(); ++v) {
       geometry.attributes[v].bake = values[baker.points().pointOfVertex[v]];
     }

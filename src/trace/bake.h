@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 
 #include "frame/geometry.h"
 #include "frame/shading.h"
@@ -11,6 +12,7 @@ namespace catoptric::trace {
 
 struct BakeReport {
   bool fromCache = false;
+  bool stopped = false;  ///< stopRequested() said so: nothing was filled in, nothing cached
   double seconds = 0.0;
   std::uint64_t rays = 0;
   std::size_t points = 0;    ///< distinct (position, normal) pairs that were lit
@@ -28,8 +30,10 @@ struct BakeReport {
 /// then smoothed along the mesh where neighbours differ by less than the noise: the same result for
 /// any thread count. The result is cached in `cache` (no caching when empty) under the scene's
 /// fingerprint; a cache file that does not fit or is damaged is made anew.
+/// `stopRequested` is asked by all threads, every few milliseconds.
 BakeReport bakeVertices(const scene::Scene& scene, frame::Geometry& geometry,
                         const frame::EnvironmentLight& environment,
-                        const std::filesystem::path& cache);
+                        const std::filesystem::path& cache,
+                        const std::function<bool()>& stopRequested = {});
 
 }  // namespace catoptric::trace
