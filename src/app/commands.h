@@ -39,6 +39,7 @@ void addPlan(CLI::App& program, CommonOptions& common, Action& action);
 void addInfo(CLI::App& program, CommonOptions& common, Action& action);
 void addList(CLI::App& program, CommonOptions& common, Action& action);
 void addDoctor(CLI::App& program, CommonOptions& common, Action& action);
+void addMerge(CLI::App& program, CommonOptions& common, Action& action);
 void addCompare(CLI::App& program, CommonOptions& common, Action& action);
 
 /// Adds --json, -q, -v, --shader-dir.

@@ -1,5 +1,6 @@
 // catoptric's command line: subcommands, and errors as exit codes.
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <iostream>
@@ -18,6 +19,7 @@ Examples:
   catoptric render configs/demo.json --out out/demo
   catoptric render scenes/cornell_box.json --method traced --set image.width=256
   catoptric render configs/demo.json --out out/demo --existing resume
+  catoptric merge out/part1 out/part2 --out out/whole
   catoptric plan configs/demo.json
   catoptric info scenes/living_room.json
   catoptric compare out/demo/traced out/demo/reference
@@ -80,6 +82,7 @@ int runProgram(int argc, char** argv) {
   addInfo(program, common, action);
   addList(program, common, action);
   addDoctor(program, common, action);
+  addMerge(program, common, action);
   addCompare(program, common, action);
 
   const std::vector<std::string> arguments(argv + 1, argv + argc);
@@ -133,6 +136,9 @@ void printData(const std::string& text) {
 
 int main(int argc, char** argv) {
   using namespace catoptric;
+  // A closed pipe and a file size limit are errors of a write, not the end of the process.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
     return app::runProgram(argc, argv);
   } catch (const Error& error) {

@@ -2,8 +2,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
 #include <csignal>
+#include <mutex>
 #include <optional>
+#include <thread>
 
 #include "app/commands.h"
 #include "app/progress.h"
@@ -19,28 +24,66 @@
 namespace catoptric::app {
 namespace {
 
-volatile std::sig_atomic_t stopSignal = 0;
+std::atomic<int> stopSignal{0};
+static_assert(std::atomic<int>::is_always_lock_free, "a signal handler uses it");
 
 void noteSignal(int number) {
-  stopSignal = number;
+  // A second signal, of either kind, ends at once: what stands on the disk is complete.
+  if (stopSignal.exchange(number) != 0) ::_exit(128 + number);
   constexpr char kMessage[] = "\nstopping after this frame; once more to stop at once\n";
   // Nothing else may be called here; a message that cannot be written is no loss.
   [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, kMessage, sizeof kMessage - 1);
 }
 
-/// The first SIGINT or SIGTERM ends the run after the frame at hand; a second one ends the process.
 void catchSignals() {
   struct sigaction action {};
   action.sa_handler = noteSignal;
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  action.sa_flags = static_cast<int>(SA_RESTART);
   ::sigaction(SIGINT, &action, nullptr);
   ::sigaction(SIGTERM, &action, nullptr);
 }
+
+/// Ends the process when a stop that was asked for takes longer than `seconds`: the frame at hand
+/// is dropped, all others stay. Frames and GL calls cannot be interrupted otherwise.
+class StopDeadline {
+ public:
+  explicit StopDeadline(double seconds) : thread_([this, seconds] { watch(seconds); }) {}
+  ~StopDeadline() {
+    {
+      const std::scoped_lock lock(mutex_);
+      over_ = true;
+    }
+    changed_.notify_all();
+    thread_.join();
+  }
+  StopDeadline(const StopDeadline&) = delete;
+  StopDeadline& operator=(const StopDeadline&) = delete;
+
+ private:
+  void watch(double seconds) {
+    constexpr auto kInterval = std::chrono::milliseconds(100);
+    std::unique_lock lock(mutex_);
+    double waited = 0.0;
+    while (!changed_.wait_for(lock, kInterval, [this] { return over_; })) {
+      if (stopSignal == 0) continue;
+      waited += std::chrono::duration<double>(kInterval).count();
+      if (waited < seconds) continue;
+      log::warning("the frame at hand is dropped; --existing resume goes on with the run");
+      ::_exit(128 + stopSignal);
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool over_ = false;
+  std::thread thread_;  // last: starts when the others are there
+};
 
 struct RenderOptions : RunOptions {
   std::string existing = "error";
   std::string chunk = "1/1";
   std::string progress = "auto";
+  double stopWithin = 15.0;
   bool keepGoing = false;
   bool dryRun = false;
 };
@@ -105,10 +148,12 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
   const run::RunConfig run = readRun(options);
   session.out = outFolder(options, run);
 
+  // Until the scene is loaded a signal ends the process by itself: nothing has been written.
   run::Stage stage(run);
   if (options.dryRun) return dryRun(stage, options, common, session.out);
 
   catchSignals();
+  const StopDeadline deadline(options.stopWithin);
   ProgressPrinter printer(mode);
   session.stopRequested = [] { return stopSignal != 0; };
   session.progress = [&](const std::string& method, const run::Progress& progress) {
@@ -195,6 +240,14 @@ void addRender(CLI::App& program, CommonOptions& common, Action& action) {
       ->type_name("I/N");
   command->add_flag("--keep-going", options->keepGoing,
                     "Go on after a frame that fails (exit 6 at the end)");
+  command
+      ->add_option(
+          "--stop-within", options->stopWithin,
+          "Seconds that SIGINT or SIGTERM leaves the frame at hand to be finished; then it "
+          "is dropped")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 86400.0))
+      ->type_name("SECONDS");
   command->add_flag("--dry-run", options->dryRun, "Say what would be done; write nothing");
   command->add_option("--progress", options->progress, "On stderr: auto, bar, plain, json, none")
       ->capture_default_str()

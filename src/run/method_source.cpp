@@ -34,6 +34,7 @@ std::vector<frame::StepSample> MethodSource::prepare() {
 
   // Structures that follow motion start from the path's first frame, whatever chunk this is.
   stage_.moveTo(stage_.path().frame(1).timeSeconds, nullptr);
+  stage_.checkStop();
   if (needs_.trace)
     trace_ = timer_.measure("bvh", [&] {
       return std::make_unique<trace::TraceScene>(stage_.scene(), stage_.geometry(), needs_.bvh);
@@ -52,6 +53,7 @@ std::vector<frame::StepSample> MethodSource::prepare() {
                              gbuffer_ ? &*gbuffer_ : nullptr,
                              trace_.get(),
                              timer_};
+  stage_.checkStop();
   const std::int64_t start = nowNs();
   const std::size_t before = timer_.samples().size();
   method_.prepare(services, settings);

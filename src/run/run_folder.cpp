@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -27,6 +28,7 @@ using config::JsonText;
 using config::Value;
 
 constexpr const char* kLockName = ".lock";
+constexpr std::size_t kMaxRecordBytes = std::size_t{1} << 30;  ///< 100,000s of frames
 /// What a run writes, and an overwriting run therefore may remove.
 constexpr std::array kRunFiles = {"frames.jsonl", "timings.csv", "summary.json",
                                   "clusters.csv", "table.md",    "table.csv",
@@ -140,59 +142,72 @@ FrameRecord parseRecord(const std::string& line, const std::string& place) {
 RunFolder::RunFolder(const fs::path& path, Existing existing) : path_(path) {
   std::error_code error;
   fs::create_directories(path_, error);
-  if (error || !fs::is_directory(path_))
+  if (error || !fs::is_directory(path_, error))
     throw OutputError(path_.string() + ": cannot be created as a folder: " +
                       (error ? error.message() : "a file has this name"));
 
   // One process at a time: two would give frames and records of different runs.
   lock_ = ::open((path_ / kLockName).c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
   if (lock_ < 0) throw OutputError(path_.string() + ": cannot be written: " + std::strerror(errno));
-  const auto failLocked = [&](const std::string& message) {
+  try {
+    if (::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
+      if (errno == EWOULDBLOCK)
+        throw OutputError(path_.string() + ": another process is writing this run");
+      log::warning(path_.string() + ": cannot be locked (" + std::strerror(errno) +
+                   "): see to it that one process alone writes there");
+    }
+    openLocked(existing);
+  } catch (const fs::filesystem_error& failure) {
     ::close(lock_);
-    throw OutputError(path_.string() + ": " + message);
-  };
-  if (::flock(lock_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-    failLocked("another process is writing this run");
+    throw OutputError(path_.string() + ": " + failure.what());
+  } catch (...) {
+    ::close(lock_);
+    throw;
+  }
+}
 
+void RunFolder::openLocked(Existing existing) {
   if (existing == Existing::Error) {
     for (const fs::directory_entry& entry : fs::directory_iterator(path_))
       if (entry.path().filename() != kLockName && !(entry.is_directory() && fs::is_empty(entry)))
-        failLocked("the folder is not empty (it holds " + entry.path().filename().string() +
-                   "); use --existing resume to keep its finished frames, --existing overwrite to "
-                   "replace them, or another --out");
+        throw OutputError(path_.string() + ": the folder is not empty (it holds " +
+                          entry.path().filename().string() +
+                          "); use --existing resume to keep its finished frames, --existing "
+                          "overwrite to replace them, or another --out");
   }
-  // Leftovers of a killed process; and with Overwrite the whole old run.
-  const auto removeFile = [&](const fs::path& file) {
-    std::error_code removal;
-    fs::remove(file, removal);
-    if (removal) failLocked(file.string() + " cannot be removed: " + removal.message());
-  };
+  // Records go first: a frame without one counts for nothing.
   if (existing == Existing::Overwrite)
-    for (const char* name : kRunFiles) removeFile(path_ / name);
+    for (const char* name : kRunFiles) fs::remove(path_ / name);
+  sweepTemporaryFiles(path_);
   for (const char* folder : kFrameFolders) {
-    fs::create_directories(path_ / folder, error);
-    if (error) failLocked(std::string(folder) + " cannot be created: " + error.message());
+    fs::create_directories(path_ / folder);
+    sweepTemporaryFiles(path_ / folder);
+    if (existing != Existing::Overwrite) continue;
     std::vector<fs::path> unwanted;
-    for (const fs::directory_entry& entry : fs::directory_iterator(path_ / folder)) {
-      const std::string name = entry.path().filename().string();
-      const bool isTemporary = name.starts_with(".frame.") && name.ends_with(".tmp");
-      const bool isFrame = name.starts_with("frame.") && entry.is_regular_file();
-      if (isTemporary || (existing == Existing::Overwrite && isFrame))
+    for (const fs::directory_entry& entry : fs::directory_iterator(path_ / folder))
+      if (entry.path().filename().string().starts_with("frame.") && entry.is_regular_file())
         unwanted.push_back(entry.path());
-    }
-    for (const fs::path& file : unwanted) removeFile(file);
+    for (const fs::path& file : unwanted) fs::remove(file);
   }
-  if (existing == Existing::Resume) readRecords();
+  syncFolder(path_);
+  syncFolder(fs::absolute(path_).lexically_normal().parent_path());
+  if (existing == Existing::Resume) {
+    RunRecords known = readRunRecords(path_);
+    records_ = std::move(known.frames);
+    startup_ = std::move(known.startup);
+  }
 }
 
 RunFolder::~RunFolder() {
   if (lock_ >= 0) ::close(lock_);
 }
 
-void RunFolder::readRecords() {
-  const fs::path file = path_ / "frames.jsonl";
-  if (!fs::exists(file)) return;
-  const std::string text = readTextFile(file);
+RunRecords readRunRecords(const fs::path& path) {
+  RunRecords known;
+  std::error_code error;
+  const fs::path file = path / "frames.jsonl";
+  if (!fs::exists(file, error)) return known;
+  const std::string text = readTextFile(file, kMaxRecordBytes);
   int lineNumber = 0;
   for (std::size_t start = 0; start < text.size();) {
     const std::size_t end = std::min(text.find('\n', start), text.size());
@@ -201,16 +216,16 @@ void RunFolder::readRecords() {
     try {
       FrameRecord record = parseRecord(text.substr(start, end - start), place);
       const int number = record.frame;
-      records_[number] = std::move(record);
-    } catch (const UsageError& error) {
-      log::warning(std::string(error.what()) + " (this record is not trusted)");
+      known.frames[number] = std::move(record);
+    } catch (const UsageError& unreadable) {
+      log::warning(std::string(unreadable.what()) + " (this record is not trusted)");
     }
     start = end + 1;
   }
   // Start-up samples of earlier processes stay in the table.
-  const fs::path timings = path_ / "timings.csv";
-  if (!fs::exists(timings)) return;
-  const std::string table = readTextFile(timings);
+  const fs::path timings = path / "timings.csv";
+  if (!fs::exists(timings, error)) return known;
+  const std::string table = readTextFile(timings, kMaxRecordBytes);
   for (std::size_t start = 0; start < table.size();) {
     const std::size_t end = std::min(table.find('\n', start), table.size());
     std::array<std::string, 5> cells;
@@ -221,10 +236,11 @@ void RunFolder::readRecords() {
       at = std::min(comma + 1, end);
     }
     if (cells[0] == "0")
-      startup_.push_back(
+      known.startup.push_back(
           {0, cells[1], std::strtod(cells[2].c_str(), nullptr), cells[3], cells[4] == "1"});
     start = end + 1;
   }
+  return known;
 }
 
 const FrameRecord* RunFolder::record(int frame) const {
@@ -243,15 +259,23 @@ std::string RunFolder::distrust(int frame, const FrameFingerprints& wanted) cons
   if (has.build != wanted.build) differences.push_back("program");
   if (has.machine != wanted.machine) differences.push_back("machine");
   if (!differences.empty()) return "it was made with another " + joined(differences, ", another ");
-  if (known->files.empty()) return "its record names no file";
-  for (const FileRecord& file : known->files) {
-    const fs::path path = path_ / file.path;
+  return damage(path_, *known);
+}
+
+std::string damage(const fs::path& folder, const FrameRecord& record) {
+  if (record.files.empty()) return "its record names no file";
+  for (const FileRecord& file : record.files) {
+    const fs::path path = folder / file.path;
     std::error_code error;
     if (!fs::is_regular_file(path, error)) return file.path + " is missing";
     if (fs::file_size(path, error) != file.bytes)
       return file.path + " has not the size that was written";
-    if (fingerprintOf(readFile(path)) != file.content)
-      return file.path + " has not the contents that were written";
+    try {
+      if (fingerprintOf(readFile(path)) != file.content)
+        return file.path + " has not the contents that were written";
+    } catch (const SceneError& unreadable) {
+      return unreadable.what();
+    }
   }
   return "";
 }
@@ -265,11 +289,38 @@ void RunFolder::writeFile(const std::string& relative, std::span<const std::byte
   writeFileAtomically(path_ / relative, bytes);
 }
 
+void RunFolder::takeFile(const std::string& relative, const fs::path& source) const {
+  std::error_code error;
+  fs::create_hard_link(source, path_ / relative, error);
+  if (error) {
+    writeFileAtomically(path_ / relative, std::span<const std::byte>(readFile(source)));
+  } else {
+    syncFolder((path_ / relative).parent_path());
+  }
+}
+
 void RunFolder::add(FrameRecord record) {
+  std::vector<FrameRecord> records;
+  records.push_back(std::move(record));
+  add(std::move(records));
+}
+
+void RunFolder::add(std::vector<FrameRecord> records) {
   const std::scoped_lock guard(mutex_);
-  const int number = record.frame;
-  records_[number] = std::move(record);
+  checkStillThere();
+  for (FrameRecord& record : records) {
+    const int number = record.frame;
+    records_[number] = std::move(record);
+  }
   writeRecords();
+}
+
+void RunFolder::checkStillThere() const {
+  struct stat ours {};
+  struct stat there {};
+  if (::fstat(lock_, &ours) != 0 || ::stat((path_ / kLockName).c_str(), &there) != 0 ||
+      ours.st_ino != there.st_ino || ours.st_dev != there.st_dev)
+    throw OutputError(path_.string() + ": the folder was removed or replaced during the run");
 }
 
 void RunFolder::writeRecords() const {

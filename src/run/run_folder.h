@@ -68,10 +68,15 @@ class RunFolder {
   /// Forgets a record; its files stay until they are written anew.
   void forget(int frame);
 
-  /// Writes a frame's files' record. Any thread.
+  /// Writes a frame's files' record. Any thread. Throws OutputError, also when the folder was
+  /// removed or replaced meanwhile.
   void add(FrameRecord record);
+  /// The same for many.
+  void add(std::vector<FrameRecord> records);
   /// Writes one file of a frame, atomically. Any thread.
   void writeFile(const std::string& relative, std::span<const std::byte> bytes) const;
+  /// Takes over a finished file of another run as a hard link, or as a copy where that cannot be.
+  void takeFile(const std::string& relative, const std::filesystem::path& source) const;
 
   /// Samples of start-up, of this and of earlier processes.
   void addStartup(const std::vector<frame::StepSample>& samples);
@@ -82,8 +87,9 @@ class RunFolder {
   void writeSummary(const std::map<std::string, std::string>& members) const;
 
  private:
-  void readRecords();
   void writeRecords() const;
+  void checkStillThere() const;
+  void openLocked(Existing existing);
 
   std::filesystem::path path_;
   int lock_ = -1;
@@ -91,6 +97,17 @@ class RunFolder {
   std::map<int, FrameRecord> records_;
   std::vector<frame::StepSample> startup_;
 };
+
+/// What the records and the table of a run's folder say; lines that cannot be read are warned of
+/// and left out.
+struct RunRecords {
+  std::map<int, FrameRecord> frames;
+  std::vector<frame::StepSample> startup;
+};
+RunRecords readRunRecords(const std::filesystem::path& path);
+
+/// Why the files of `record` in `folder` are not what was written; empty when they are.
+std::string damage(const std::filesystem::path& folder, const FrameRecord& record);
 
 /// "frames/frame.0001.exr" for ("frames", 1, ".exr").
 std::string framePath(const std::string& folder, int frame, const std::string& extension);

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <sstream>
@@ -79,7 +80,11 @@ TEST(RunFolder, TrustsOnlyWhatIsUnchanged) {
   fs::remove(path / "frames/frame.0002.exr");
   std::ofstream(path / "frames/frame.0003.exr") << "longer than before";
   std::ofstream(path / "frames/frame.0004.exr") << "frameX";
-  std::ofstream(path / "frames/.frame.0009.exr.77.abcdef.tmp") << "half";
+  // Of an earlier process with this one's number; and of one that lives.
+  const std::string leftover = ".frame.0009.exr." + std::to_string(::getpid()) + ".abcdef.tmp";
+  const std::string living = ".frame.0009.exr." + std::to_string(::getppid()) + ".abcdef.tmp";
+  std::ofstream(path / "frames" / leftover) << "half";
+  std::ofstream(path / "frames" / living) << "half";
   const RunFolder folder(path, Existing::Resume);
   EXPECT_EQ(folder.distrust(1, kPrints), "");
   EXPECT_EQ(folder.distrust(2, kPrints), "frames/frame.0002.exr is missing");
@@ -91,7 +96,8 @@ TEST(RunFolder, TrustsOnlyWhatIsUnchanged) {
   other.scene = "t";
   other.build = "u";
   EXPECT_EQ(folder.distrust(5, other), "it was made with another scene, another program");
-  EXPECT_FALSE(fs::exists(path / "frames/.frame.0009.exr.77.abcdef.tmp"));
+  EXPECT_FALSE(fs::exists(path / "frames" / leftover));
+  EXPECT_TRUE(fs::exists(path / "frames" / living));
 }
 
 TEST(RunFolder, NothingIsOverwrittenUnasked) {

@@ -14,6 +14,8 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/log.h"
+#include "run/stage.h"
+#include "scene/camera.h"
 
 namespace catoptric::run {
 namespace {
@@ -152,8 +154,10 @@ std::vector<Action> planActions(const std::vector<FrameTask>& tasks, const Seque
                                 RunFolder& folder, const std::string& renderer, bool say) {
   std::vector<Action> actions(tasks.size(), Action::Skip);
   const auto [begin, end] = chunkRange(tasks.size(), options.chunk);
+  std::map<std::string, std::vector<int>> again;
   for (std::size_t i = begin; i < end; ++i) {
     const int number = tasks[i].frame.number;
+    std::error_code ignored;
     actions[i] = Action::Render;
     if (options.existing != Existing::Resume) continue;
     std::string reason = folder.distrust(number, tasks[i].fingerprints);
@@ -161,10 +165,16 @@ std::vector<Action> planActions(const std::vector<FrameTask>& tasks, const Seque
       reason = "it was made by " + folder.record(number)->renderer;
     if (reason.empty()) {
       actions[i] = Action::Reuse;
-    } else if (say && folder.record(number) != nullptr) {
-      log::info("frame " + std::to_string(number) + " is rendered again: " + reason);
+    } else if (folder.record(number) != nullptr ||
+               std::filesystem::exists(folder.path() / framePath("frames", number, ".exr"),
+                                       ignored)) {
+      again[reason].push_back(number);
     }
   }
+  if (say)
+    for (const auto& [reason, numbers] : again)
+      log::info((numbers.size() == 1 ? "frame " : "frames ") + scene::formatFrames(numbers) +
+                (numbers.size() == 1 ? " is" : " are") + " rendered again: " + reason);
   for (std::size_t i = end; i-- > 1;)
     if ((actions[i] == Action::Render || actions[i] == Action::WarmUp) && !tasks[i].mayStart &&
         actions[i - 1] != Action::Render)
@@ -238,10 +248,24 @@ SequenceResult runSequence(FrameSource& source, const std::vector<FrameTask>& ta
   progress.toRender = countOf(actions, Action::Render);
   progress.reused = countOf(actions, Action::Reuse);
   report(0);
-  std::vector<int> handedOver;
+  std::map<std::string, std::string> members = options.summary;
+  std::vector<int> wanted;
+  for (const FrameTask& task : tasks) wanted.push_back(task.frame.number);
+  members["sequence"] = config::JsonText()
+                            .add("frames", scene::formatFrames(wanted))
+                            .add("chunk", options.chunk.index)
+                            .add("chunks", options.chunk.count)
+                            .object();
   if (progress.toRender > 0) {
-    const std::vector<frame::StepSample> startup = source.prepare();
-    folder.addStartup(startup);
+    // Said before the first frame, so that a killed run's folder tells what it was to hold.
+    folder.writeSummary(members);
+    try {
+      folder.addStartup(source.prepare());
+    } catch (const Stopped&) {
+      result.stopped = true;
+    }
+  }
+  if (progress.toRender > 0 && !result.stopped) {
     context = source.context();
     const std::string renderer = context.count("renderer") != 0 ? context.at("renderer") : "CPU";
     actions = planActions(tasks, options, folder, renderer, false);
@@ -305,7 +329,6 @@ SequenceResult runSequence(FrameSource& source, const std::vector<FrameTask>& ta
       const std::int64_t waitStart = nowNs();
       ended = !writer.submit(std::move(job));
       waited = secondsSince(waitStart);
-      handedOver.push_back(number);
       ++rendered;
       progress.done = rendered;
       progress.secondsLeft = secondsSince(firstFrameStart) / rendered *
@@ -316,8 +339,8 @@ SequenceResult runSequence(FrameSource& source, const std::vector<FrameTask>& ta
     failures.insert(failures.end(), writer.failures().begin(), writer.failures().end());
     result.rendered = writer.written();
     std::sort(result.rendered.begin(), result.rendered.end());
-    folder.writeTimings();
     writer.rethrow();
+    folder.writeTimings();
   }
 
   for (std::size_t i = 0; i < tasks.size(); ++i)
@@ -331,7 +354,6 @@ SequenceResult runSequence(FrameSource& source, const std::vector<FrameTask>& ta
         !std::binary_search(result.rendered.begin(), result.rendered.end(), number))
       result.missing.push_back(number);
   }
-  std::map<std::string, std::string> members = options.summary;
   if (!context.empty()) {
     config::JsonText device;
     for (const auto& [name, value] : context) device.add(name, value);

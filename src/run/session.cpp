@@ -74,6 +74,7 @@ std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::Met
     for (const MethodConfig& method : run.methods)
       RunFolder(methodFolder(run, method, options.out), options.existing);
 
+  stage.setStopRequested(options.stopRequested);
   std::vector<MethodResult> results;
   for (std::size_t i = 0; i < made.size(); ++i) {
     const MethodConfig& method = run.methods[i];

@@ -11,6 +11,18 @@
 #include "trace/bake.h"
 
 namespace catoptric::run {
+namespace {
+
+/// Leftovers of killed processes; a cache is no reason to fail.
+void sweepCache(const std::filesystem::path& cache) {
+  try {
+    sweepTemporaryFiles(cache);
+  } catch (const OutputError& error) {
+    log::warning(error.what());
+  }
+}
+
+}  // namespace
 
 Stage::Stage(const RunConfig& run) : run_(run) {
   gl::parseDevice(run_.device);  // a wrong name is noticed before anything is loaded
@@ -30,7 +42,7 @@ Stage::Stage(const RunConfig& run) : run_(run) {
 
 void Stage::buildGeometry() {
   if (geometryBuilt_) return;
-  geometryBuilt_ = true;
+  checkStop();
   // Light is baked at time 0, whatever frames are asked for: chunks must agree.
   const scene::Pose pose = scene::poseAt(scene_, 0.0);
   geometry_ = timer_.measure("geometry", [&] { return frame::makeGeometry(scene_, pose); });
@@ -38,17 +50,22 @@ void Stage::buildGeometry() {
     return std::make_shared<const frame::EnvironmentLight>(scene_.environment);
   });
   if (scene_.bake.mode != scene::BakeMode::None) {
+    const std::filesystem::path cache = cacheFolder();
+    if (!cache.empty()) sweepCache(cache);
     const trace::BakeReport report = timer_.measure("bake", [&] {
-      return trace::bakeVertices(scene_, geometry_, *environment_, cacheFolder());
+      return trace::bakeVertices(scene_, geometry_, *environment_, cache, stopRequested_);
     });
+    if (report.stopped) throw Stopped();
     log::debug(report.fromCache ? "baked light comes from the cache"
                                 : "light was baked with " + std::to_string(report.rays) + " rays");
   }
   lighting_ = frame::makeLighting(scene_, pose, environment_);
+  geometryBuilt_ = true;
 }
 
 void Stage::buildRaster() {
   if (raster_) return;
+  checkStop();
   context_.emplace(
       timer_.measure("context", [&] { return gl::Context(gl::parseDevice(run_.device)); }));
   timer_.setFinish([this] { context_->finish("start-up"); });

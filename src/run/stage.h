@@ -2,7 +2,9 @@
 // scene's GL side. Built once, and only as far as the plan asks.
 #pragma once
 
+#include <exception>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,6 +21,11 @@
 
 namespace catoptric::run {
 
+/// Thrown between the steps of start-up, and within a bake, when the run was asked to stop.
+struct Stopped : std::exception {
+  const char* what() const noexcept override { return "the run was asked to stop"; }
+};
+
 class Stage {
  public:
   /// Loads the scene and the path. Throws SceneError, UsageError.
@@ -30,7 +37,16 @@ class Stage {
   /// The run's frames (its `frames`, else all of the path), ascending.
   const std::vector<int>& frames() const { return frames_; }
 
-  /// Geometry at time 0, environment, baked light; once.
+  /// Asked during start-up; may be called by several threads.
+  void setStopRequested(std::function<bool()> stopRequested) {
+    stopRequested_ = std::move(stopRequested);
+  }
+  /// Throws Stopped.
+  void checkStop() const {
+    if (stopRequested_ && stopRequested_()) throw Stopped();
+  }
+
+  /// Geometry at time 0, environment, baked light; once. Throws Stopped.
   void buildGeometry();
   /// Context and the scene's GL side; once. Needs the geometry.
   void buildRaster();
@@ -50,6 +66,7 @@ class Stage {
 
  private:
   RunConfig run_;
+  std::function<bool()> stopRequested_;
   frame::StepTimer timer_;
   scene::Scene scene_;
   std::unique_ptr<scene::CameraPath> path_;

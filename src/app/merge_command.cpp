@@ -1,0 +1,91 @@
+// catoptric merge.
+#include <memory>
+
+#include "app/commands.h"
+#include "app/report_output.h"
+#include "config/json.h"
+#include "config/json_text.h"
+#include "core/text.h"
+#include "image/image.h"
+#include "run/merge.h"
+#include "run/session.h"
+
+namespace catoptric::app {
+namespace {
+
+struct MergeOptions {
+  std::vector<std::string> runs;
+  std::string out;
+  std::string existing = "error";
+};
+
+ExitCode merge(const MergeOptions& options, const CommonOptions& common) {
+  const run::Existing existing = run::parseExisting(options.existing);
+  const std::vector<run::MergedRun> merged =
+      run::mergeRuns({options.runs.begin(), options.runs.end()}, options.out, existing);
+
+  // The tables of the whole, as the undivided run would have written them.
+  image::preloadImageIo();
+  run::RunConfig config;
+  config.name = std::filesystem::path(options.out).filename().string();
+  std::vector<run::MethodResult> results;
+  std::vector<std::string> texts;
+  for (const run::MergedRun& run : merged) {
+    run::MethodResult result;
+    result.name = run.name;
+    result.folder = run.folder;
+    result.frames.rendered = run.frames;
+    results.push_back(std::move(result));
+    texts.push_back(config::JsonText()
+                        .add("name", run.name)
+                        .add("folder", run.folder.string())
+                        .add("frames", run.frames)
+                        .object());
+  }
+  const config::Value errors = config::parseText(merged.front().config, "config").get("errors");
+  if (!errors.isNull() && errors.has("against"))
+    for (const config::Value& name : errors.get("against").asArray())
+      config.errorsAgainst.push_back(name.asString());
+  const std::string tables = writeReports(config, results, options.out, common.json);
+  printData(common.json ? config::JsonText()
+                                  .add("out", options.out)
+                                  .raw("methods", "[" + joined(texts, ",") + "]")
+                                  .raw("errors", tables)
+                                  .object() +
+                              "\n"
+                        : tables);
+  return ExitCode::Done;
+}
+
+}  // namespace
+
+void addMerge(CLI::App& program, CommonOptions& common, Action& action) {
+  CLI::App* command = program.add_subcommand("merge", "Merge the chunks of a run into one run");
+  const auto options = std::make_shared<MergeOptions>();
+  command->add_option("runs", options->runs, "Folders that render --chunk has filled")
+      ->required()
+      ->type_name("RUN");
+  command->add_option("--out", options->out, "Folder of the whole run")
+      ->required()
+      ->type_name("DIR");
+  command
+      ->add_option("--existing", options->existing,
+                   "What to do with an earlier run in that folder: error, overwrite")
+      ->capture_default_str()
+      ->type_name("HOW");
+  addCommon(*command, common);
+  command->footer(R"(
+Frames that are missing or damaged (exit 6), and runs with other settings, scene, program, machine
+or renderer, are errors; nothing is written then. Frames become hard links where that can be.
+
+Example:
+  catoptric render configs/demo.json --chunk 1/2 --out out/part1
+  catoptric render configs/demo.json --chunk 2/2 --out out/part2
+  catoptric merge out/part1 out/part2 --out out/whole
+)");
+  command->callback([options, &common, &action] {
+    action = [options, &common] { return merge(*options, common); };
+  });
+}
+
+}  // namespace catoptric::app
