@@ -113,6 +113,112 @@ TEST(CompareImages, OtherSizesAndMissingColoursAreUsageErrors) {
   EXPECT_THROW(compareImages(Image{1, 1, {"Z"}, {0}}, flat(1, 1, 0)), UsageError);
 }
 
+TEST(CompareImages, RelativeErrorsAndThresholds) {
+  Image a = flat(2, 2, 0.5f);
+  const Image b = flat(2, 2, 0.25f);
+  a.data = b.data;
+  a.data[3] = 0.5f;
+  a.data[6] = 0.25f + 1.0f / 64;
+  CompareOptions options;
+  options.threshold = 1.0 / 64;  // more than, not equal
+  const ImageError e = compareImages(a, b, "image", options);
+  EXPECT_EQ(e.over, 1u);
+  EXPECT_DOUBLE_EQ(e.overPercent(), 25.0);
+  EXPECT_NEAR(e.relMse(), (1.0 / 16 + 1.0 / 4096) / (1.0 / 16 + 0.01) / 12.0, 1e-15);
+  EXPECT_EQ(e.maxLinearX, 1);
+  EXPECT_EQ(e.maxLinearY, 0);
+  EXPECT_GT(e.flip(), 0.0);
+  EXPECT_GE(e.hdrFlipMax, e.hdrFlip());
+}
+
+/// Pixels of `image` with more channels, from R, G, B and these values per pixel.
+Image withLayers(const Image& image, const std::vector<std::string>& names,
+                 const std::vector<std::vector<float>>& layers) {
+  Image result{image.width, image.height, image.channels, {}};
+  result.channels.insert(result.channels.end(), names.begin(), names.end());
+  for (std::size_t p = 0; p < image.pixelCount(); ++p) {
+    for (std::size_t c = 0; c < 3; ++c) result.data.push_back(image.data[3 * p + c]);
+    for (const auto& layer : layers) result.data.push_back(layer[p]);
+  }
+  return result;
+}
+
+TEST(CompareImages, ObjectsAndClassesByHand) {
+  // A row of 8 pixels; steps off: 1 2 4 8 16 32 64 128, in one channel each
+  Image a = flat(8, 1, linearOf(100));
+  const Image b = a;
+  for (int p = 0; p < 8; ++p) a.data[static_cast<std::size_t>(3 * p)] = linearOf(100 + (1 << p));
+  const Image run = withLayers(
+      a, {"mask.environment", "mask.disoccluded", "mask.reflective", "id.object", "mask.glossy"},
+      {{0, 0, 0.5f, 1, 0, 0, 0, 0},
+       {0, 0, 0, 0.25f, 1, 0, 0, 0},
+       {0, 1, 1, 1, 1, 1, 1, 1},
+       {3, 3, 3, 3, 3, 3, 3, 7},
+       {1, 0, 0, 0, 0, 1, 0, 0}});
+  const ImageError e = compareImages(run, b);
+  ASSERT_EQ(e.objects.size(), 2u);
+  EXPECT_EQ(e.objects.at(3).sum8, 126u);  // without the first pixel, which does not reflect
+  EXPECT_EQ(e.objects.at(7).sum8, 128u);
+  EXPECT_EQ(e.reflective.sum8, 254u);
+  const auto expect = [&](std::size_t i, const char* name, std::uint64_t all, std::uint64_t own,
+                          std::uint64_t pixels) {
+    EXPECT_EQ(e.classes.at(i).name, name);
+    EXPECT_EQ(e.classes.at(i).all.sum8, all) << name;
+    EXPECT_EQ(e.classes.at(i).own.sum8, own) << name;
+    EXPECT_EQ(e.classes.at(i).own.pixels, pixels) << name;
+  };
+  ASSERT_EQ(e.classes.size(), 6u);
+  expect(0, "mask.disoccluded", 8 + 16, 8 + 16, 2);
+  expect(1, "mask.environment", 4 + 8, 4, 1);
+  expect(2, "silhouette", 64 + 128, 64 + 128, 2);
+  expect(3, "glossy", 32, 32, 1);  // what does not reflect is not glossy
+  expect(4, "other reflective", 2, 2, 1);
+  expect(5, "rest", 1, 1, 1);
+  // As a table: own shares add up to the frame
+  RunComparison comparison;
+  comparison.name = "run";
+  comparison.reference = "truth";
+  comparison.frames[1] = e;
+  comparison.pooled = e;
+  const Table table = attributionView(comparison);
+  EXPECT_THAT(table.rows[2], testing::Contains("75.29"));  // 192 of 255
+  const std::vector<RunComparison> one{comparison};
+  EXPECT_THAT(attributionCsv(one), HasSubstr("\nrun,truth,all,silhouette,2,32,25,"));
+  EXPECT_THAT(errorCsv(one), HasSubstr("\nrun,truth,1,object:7,0,0,1,"));
+  const config::Value json = config::parseText(errorJson(one), "errors").asArray().at(0);
+  EXPECT_EQ(json.get("pooled").get("objects").asArray().at(1).get("id").asInteger(), 7);
+  EXPECT_EQ(json.get("pooled").get("attribution").asArray().size(), 6u);
+}
+
+TEST(CompareImages, ForeignChannelNames) {
+  Image plain = flat(3, 2, 0.25f);
+  for (const auto& names : std::vector<std::vector<std::string>>{
+           {"r", "g", "b"}, {"beauty.R", "beauty.G", "beauty.B"}}) {
+    Image other = plain;
+    other.channels = names;
+    EXPECT_EQ(compareImages(other, plain).max8, 0);
+  }
+  Image grey{3, 2, {"Y"}, std::vector<float>(6, 0.25f)};
+  EXPECT_EQ(compareImages(grey, plain).max8, 0);
+  Image two = withLayers(plain, {"b.R", "b.G", "b.B"},
+                         std::vector<std::vector<float>>(3, std::vector<float>(6, 0.0f)));
+  EXPECT_EQ(compareImages(two, plain).max8, 0);  // R G B come first
+  two.channels = {"a.R", "a.G", "a.B", "b.R", "b.G", "b.B"};
+  EXPECT_THROW(compareImages(two, plain), UsageError);
+}
+
+TEST(FlipPool, QuantilesAreWeightedByError) {
+  FlipPool pool;
+  const std::vector<float> map{0.0f, 0.0f, 0.25f, 0.25f, 0.5f, 1.0f};
+  pool.add(map);
+  // Sums: 0.5 of 2 at 0.25, 1 at 0.5, the rest at 1
+  EXPECT_EQ(pool.weightedQuantile(0.2), 0.25);
+  EXPECT_EQ(pool.weightedQuantile(0.4), 0.5);
+  EXPECT_EQ(pool.weightedQuantile(0.75), 1.0);
+  EXPECT_EQ(pool.min(), 0.0);
+  EXPECT_EQ(FlipPool().weightedQuantile(0.5), 0.0);
+}
+
 TEST(Ssim, ClosedForms) {
   // Constants: no variance, so only the term of the means is left
   const std::vector<float> a(300, 0.5f);
@@ -215,8 +321,27 @@ TEST_F(CompareRuns, FramesArePooledByPixels) {
   const auto png = image::decodeImage8(readFile(folder_ / "d/frame.0002.x50.png"), "d", 100);
   EXPECT_EQ(png.rgba[4 * 6 + 1], 255);
   EXPECT_EQ(png.rgba[4 * 6], 0);
-  EXPECT_TRUE(std::filesystem::exists(folder_ / "d/frame.0001.png"));
+  for (const char* name : {"png", "x50.png", "flip.png", "hdrflip.png", "sheet.png"})
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "d" / ("frame.0001." + std::string(name))));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "d/frame.0003.png"));
+}
+
+TEST_F(CompareRuns, ForeignSequencesAndSingleFiles) {
+  writeFrame("a", 1, flat(4, 4, 0));
+  const auto frames = folder_ / "a/frames";
+  const auto other = folder_ / "other";
+  std::filesystem::create_directories(other);
+  std::filesystem::copy(frames / "frame.0001.exr", other / "beauty_0012.exr");
+  std::filesystem::copy(frames / "frame.0001.exr", other / "0013.exr");
+  const RunData sequence = readSequence(other);
+  EXPECT_EQ(sequence.name, "other");
+  ASSERT_EQ(sequence.frames.size(), 2u);
+  EXPECT_EQ(sequence.frames.begin()->first, 12);
+  EXPECT_EQ(readSequence(folder_ / "a").frames.size(), 1u);
+  EXPECT_EQ(readSequence(other / "0013.exr").frames.begin()->first, 13);
+  std::filesystem::copy(frames / "frame.0001.exr", other / "b.12.exr");
+  EXPECT_THROW(readSequence(other), UsageError);  // frame 12 twice
+  EXPECT_THROW(readSequence(folder_ / "absent"), UsageError);
 }
 
 TEST_F(CompareRuns, NothingInCommonIsAnError) {
