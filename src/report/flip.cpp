@@ -340,9 +340,9 @@ void errorRow(const Row& p, const Row& q, int width, float* __restrict out) {
     const float points = std::fabs(norm(p.pointX[x], p.pointY[x]) - norm(q.pointX[x], q.pointY[x]));
     // q_f = 0.5; the factor brings the largest to 1. [Andersson2020] Eq. (13)
     const float feature = std::sqrt(0.707106781f * std::max(edges, points));
-    out[x] = std::min(powFast(colour, std::max(1.0f - feature, 0.0f)), 1.0f);
-    // Equal pixels: nothing of powFast's tiny numbers
-    if (power < 1e-12f && feature < 1.0f) out[x] = 0.0f;
+    // Equal colours: nothing of powFast's tiny numbers, unless a feature is all there is
+    const float error = std::min(powFast(colour, std::max(1.0f - feature, 0.0f)), 1.0f);
+    out[x] = power < 1e-12f && feature < 1.0f ? 0.0f : error;
   }
 }
 
