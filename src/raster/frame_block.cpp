@@ -125,12 +125,6 @@ bool hasSky(const frame::Lighting& lighting) {
   return std::any_of(sh.begin(), sh.end(), [](const Vec3& c) { return c != Vec3(0.0f); });
 }
 
-Vec3 constantEnvironment(const frame::Lighting& lighting) {
-  if (!lighting.environment || environmentType(lighting) != "0") return Vec3(0.0f);
-  const scene::Environment& e = lighting.environment->description();
-  return e.scale * e.color;
-}
-
 void FrameResources::bind(const FrameView& view, const frame::Lighting& lighting) {
   Block block{};
   block.clipFromWorld = view.clipFromWorld;

@@ -38,8 +38,6 @@ std::vector<gl::Define> lightDefines(const frame::Lighting& lighting);
 std::string environmentType(const frame::Lighting& lighting);
 /// Whether surfaces that see the sky receive any light of it (or ambient light).
 bool hasSky(const frame::Lighting& lighting);
-/// Radiance of a constant environment; black for the other types.
-Vec3 constantEnvironment(const frame::Lighting& lighting);
 
 /// The block's buffer and the environment's image.
 class FrameResources {

@@ -98,7 +98,7 @@ struct SceneRaster::State {
   Variant& variant(std::uint32_t features, const frame::Lighting& lighting);
   DrawStatistics drawObjects(const FrameView& view, const frame::Lighting& lighting, bool gbuffer,
                              int skipObject);
-  void drawBackground(const frame::Lighting& lighting);
+  void drawBackground(const frame::Lighting& lighting, bool gbuffer);
 };
 
 SceneRaster::SceneRaster(const scene::Scene& scene, const frame::Geometry& geometry)
@@ -302,15 +302,18 @@ DrawStatistics SceneRaster::State::drawObjects(const FrameView& view,
   return statistics;
 }
 
-/// Radiance of the environment where depth is still 0. The frame block is bound.
-void SceneRaster::State::drawBackground(const frame::Lighting& lighting) {
+/// Radiance of the environment where depth is still 0 (and the G-buffer's zeros). The frame block
+/// is bound.
+void SceneRaster::State::drawBackground(const frame::Lighting& lighting, bool gbuffer) {
   const std::string type = environmentType(lighting);
-  gl::Program& program = backgrounds[type];
+  gl::Program& program = backgrounds[type + (gbuffer ? " G-buffer" : "")];
   if (program.empty()) {
-    program = gl::Program("background",
-                          {.vertex = "raster/shaders/background.vert",
-                           .fragment = "raster/shaders/background.frag",
-                           .defines = {{"ENVIRONMENT", type}, {"LIGHT_COUNT", "0"}, {"SKY", "0"}}});
+    program = gl::Program("background", {.vertex = "raster/shaders/background.vert",
+                                         .fragment = "raster/shaders/background.frag",
+                                         .defines = {{"ENVIRONMENT", type},
+                                                     {"LIGHT_COUNT", "0"},
+                                                     {"SKY", "0"},
+                                                     {"GBUFFER", gbuffer ? "1" : "0"}}});
   }
   program.use();
   frame.bindEnvironment(lighting);
@@ -332,12 +335,8 @@ DrawStatistics SceneRaster::drawGBuffer(GBuffer& target, const scene::Camera& ca
                Vec4(0.0f, 0.0f, target.sampleWidth(), target.sampleHeight()), kNoRadianceLimit);
   s.gbufferView = view;
 
-  // Background: id 0, far, its radiance where that is the same everywhere
+  // Colours are not cleared: surfaces write them where depth is above 0, the background elsewhere
   target.framebuffer.bind();
-  const Vec3 clear = constantEnvironment(lighting);
-  target.framebuffer.clearColor(0, clear.x, clear.y, clear.z, 0.0f);
-  target.framebuffer.clearColor(1, 0.0f, 0.0f, 0.0f, 0.0f);
-  target.framebuffer.clearColorUint(2, 0);
   target.framebuffer.clearDepthStencil(0.0f, static_cast<int>(SampleClass::Background));
 
   glDisable(GL_BLEND);
@@ -348,12 +347,7 @@ DrawStatistics SceneRaster::drawGBuffer(GBuffer& target, const scene::Camera& ca
   glStencilMask(0xFF);
   const DrawStatistics statistics = s.drawObjects(view, lighting, true, 0);
   glDisable(GL_STENCIL_TEST);
-  if (environmentType(lighting) != "0") {
-    glColorMaski(1, GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    glColorMaski(2, GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    s.drawBackground(lighting);
-    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-  }
+  s.drawBackground(lighting, true);
   glDisable(GL_DEPTH_TEST);
   return statistics;
 }
@@ -371,7 +365,7 @@ DrawStatistics SceneRaster::drawDiffuse(const Mat4& clipFromWorld, const Vec3& e
   glDisable(GL_STENCIL_TEST);
   glEnable(GL_DEPTH_TEST);
   const DrawStatistics statistics = s.drawObjects(view, lighting, false, skipObject);
-  s.drawBackground(lighting);
+  s.drawBackground(lighting, false);
   glDisable(GL_DEPTH_TEST);
   return statistics;
 }

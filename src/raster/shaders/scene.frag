@@ -76,14 +76,16 @@ void main() {
 
   // Mip levels by a ray cone
 #if BASE_TEXTURE || NORMAL_MAP || EMISSIVE_TEXTURE || (SPECULAR_TEXTURE && GBUFFER)
-  float eyeDistance = length(fromEye);
-  float coneWidth = eyeDistance * frame.eye.w;
+  float distance2 = max(dot(fromEye, fromEye), 1e-20);
 #if !UNLIT || GBUFFER
-  float nd = abs(dot(normal, fromEye)) / max(eyeDistance, 1e-20);
+  float nd = abs(dot(normal, fromEye)) * inversesqrt(distance2);
 #else
   float nd = 1.0;
 #endif
-#define LEVEL(slot) textureLevel(uvPerMetre, slot.offset.z, coneWidth, nd, slot.offset.w)
+  // The square of uvPerMetre * cone width / sqrt(max(|N.d|, 0.05))
+  float uvScale = uvPerMetre * frame.eye.w;
+  float footprint2 = uvScale * uvScale * distance2 / max(nd, 0.05);
+#define LEVEL(slot) textureLevel(slot.offset.z * slot.offset.z * footprint2, slot.offset.w)
 #endif
 
   // Shading normal

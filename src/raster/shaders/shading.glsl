@@ -96,8 +96,7 @@ float specularLevel(float metallic, float dielectricF0) {
   return s < kReflectiveThreshold ? 0.0 : s;
 }
 
-// Mip level of a texture whose slot has `textureScale` texels per unit of uv.
-float textureLevel(float uvPerMetre, float textureScale, float coneWidth, float nd, float last) {
-  return clamp(log2(max(1e-8, uvPerMetre * textureScale * coneWidth * inversesqrt(max(nd, 0.05)))),
-               0.0, last);
+// Mip level of a texture whose texels are seen `texels` = sqrt(texels2) to a cone's width.
+float textureLevel(float texels2, float last) {
+  return clamp(0.5 * log2(max(1e-16, texels2)), 0.0, last);
 }
