@@ -1,11 +1,16 @@
 # `cmake --install` and the Debian package (cpack -G DEB in the build folder).
 include(GNUInstallDirs)
 install(TARGETS catoptric RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-if(TARGET catoptric_imageio)
-  install(TARGETS catoptric_imageio LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/catoptric)
-endif()
+# Where the program looks for it, bin/../lib/catoptric: not CMAKE_INSTALL_LIBDIR, which Debian's
+# prefix /usr turns into lib/x86_64-linux-gnu.
+install(TARGETS catoptric_imageio LIBRARY DESTINATION lib/catoptric)
+# The folders keep their places beside one another, so that scripts/prepare_assets makes the rooms'
+# assets (which are not installed) here, or in a user's copy of the whole folder.
 install(DIRECTORY configs scenes paths DESTINATION ${CMAKE_INSTALL_DATADIR}/catoptric
-  PATTERN assets EXCLUDE)
+  PATTERN scenes/assets EXCLUDE)
+install(PROGRAMS scripts/prepare_assets DESTINATION ${CMAKE_INSTALL_DATADIR}/catoptric/scripts)
+install(DIRECTORY scripts/assets DESTINATION ${CMAKE_INSTALL_DATADIR}/catoptric/scripts
+  PATTERN __pycache__ EXCLUDE)
 install(FILES LICENSE NOTICE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 set(CPACK_GENERATOR DEB)
@@ -16,7 +21,13 @@ set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "libegl1, libgl1-mesa-dri, libosmesa6")
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "libegl1, libegl-mesa0, libgl1-mesa-dri, libosmesa6")
+# What prepare_assets needs
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS
+  "sweethome3d-furniture, assimp-utils, openimageio-tools, python3")
+# Written modes are the package's, whatever the umask of who builds it.
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
+  OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
 set(CPACK_STRIP_FILES ON)
 include(CPack)

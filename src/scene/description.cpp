@@ -97,14 +97,21 @@ class Composer {
           entry->second.file = path;
           if (!std::filesystem::exists(path)) {
             object.get("asset").fail("there is no file " + path.string() +
-                                     (relative.begin()->string() == "assets"
-                                          ? "; scripts/prepare_assets makes the assets"
-                                          : ""));
+                                     (*relative.begin() == "assets" ? assetAdvice() : ""));
           }
         }
       }
       if (object.has("children")) checkObjects(object.get("children").asArray(), depth + 1);
     }
+  }
+
+  /// What to do without assets; installed, the folder may belong to root.
+  std::string assetAdvice() const {
+    const std::filesystem::path root =
+        std::filesystem::absolute(file_).lexically_normal().parent_path().parent_path();
+    return "; run " + (root / "scripts/prepare_assets").string() +
+           ", which makes the assets (where " + root.string() +
+           " cannot be written, in a copy of that folder)";
   }
 
   static bool visible(const Value& object) {

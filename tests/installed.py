@@ -1,0 +1,57 @@
+#!/usr/bin/env python3
+"""Installs the build into an empty prefix and runs what was installed, away from the source tree.
+
+Usage: installed.py BUILD_FOLDER CMAKE WORK_FOLDER
+Renders one frame of an installed config (the module that writes EXR must be found beside the
+program), and asks for a scene whose assets are not installed: the error must say what to do.
+"""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+
+def main(build: str, cmake: str, work: pathlib.Path) -> int:
+    shutil.rmtree(work, ignore_errors=True)
+    prefix = work / "prefix"
+    home = work / "home"
+    home.mkdir(parents=True)
+    subprocess.run([cmake, "--install", build, "--prefix", prefix], check=True,
+                   stdout=subprocess.DEVNULL)
+    share = prefix / "share" / "catoptric"
+    environment = {**os.environ, "HOME": str(home), "XDG_CACHE_HOME": str(home / "cache")}
+    failed = []
+
+    def run(*arguments):
+        return subprocess.run([prefix / "bin" / "catoptric", *arguments], cwd=home, text=True,
+                              env=environment, capture_output=True, check=False)
+
+    def expect(condition, what, result):
+        if not condition:
+            failed.append(what)
+            print(f"FAILED: {what}; exit code {result.returncode}\n{result.stdout}{result.stderr}")
+
+    listed = run("list")
+    expect(listed.returncode == 0 and "traced" in listed.stdout, "list names the methods", listed)
+
+    # The prefix is read only for whoever runs a package's program.
+    rendered = run("render", str(share / "configs" / "cornell_box.json"), "--frames", "1",
+                   "--method", "traced", "--set", "image.width=64", "--set", "image.height=64",
+                   "--out", "box")
+    frames = list((home / "box").rglob("*.exr"))
+    expect(rendered.returncode == 0 and len(frames) == 1, "an installed config renders", rendered)
+    strangers = [p for p in share.rglob("*") if p.suffix in (".exr", ".png", ".tmp")]
+    expect(not strangers, f"nothing is written beside the installed data: {strangers}", rendered)
+
+    expect((share / "scripts" / "prepare_assets").exists(), "prepare_assets is installed", rendered)
+    expect(not (share / "scenes" / "assets").exists(), "assets are not installed", rendered)
+    room = run("info", str(share / "scenes" / "living_room.json"))
+    expect(room.returncode == 3 and str(share / "scripts" / "prepare_assets") in room.stderr,
+           "a room without assets says what to do", room)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])))
