@@ -230,7 +230,8 @@ std::vector<Candidate> automaticOrder(std::string& attempts) {
   std::vector<Candidate> order;
   try {
     std::vector<EglDeviceEntry> devices = listEglDevices();
-    std::ranges::stable_partition(devices, [](const EglDeviceEntry& d) { return !d.software; });
+    std::stable_partition(devices.begin(), devices.end(),
+                          [](const EglDeviceEntry& d) { return !d.software; });
     for (const EglDeviceEntry& device : devices) {
       order.push_back({Platform::EglDevice, device.index});
     }

@@ -181,10 +181,11 @@ class Reference : public Method {
     for (int y = y0; y < y1; ++y) {
       for (int x = x0; x < x1; ++x) {
         for (int k = 0; k < perPixel; ++k) {
+          const int row = k / samples_;
           const float px = static_cast<float>(x) +
                            (static_cast<float>(k % samples_) + 0.5f) / static_cast<float>(samples_);
           const float py = static_cast<float>(y) +
-                           (static_cast<float>(k / samples_) + 0.5f) / static_cast<float>(samples_);
+                           (static_cast<float>(row) + 0.5f) / static_cast<float>(samples_);
           trace::Ray ray;
           ray.origin = eye;
           ray.direction = scene::rayDirection(camera, image.width, image.height, px, py);
@@ -281,7 +282,7 @@ class Reference : public Method {
       for (int c = 0; c < 3; ++c) mean([&](const Sample& s) { return (s.*member)[c]; });
     };
     const Sample& middle =
-        samples[static_cast<std::size_t>(samples_ / 2 * samples_ + samples_ / 2)];
+        samples[static_cast<std::size_t>(samples_ / 2) * (static_cast<std::size_t>(samples_) + 1)];
     meanRgb(&Sample::color);
     mean([](const Sample& s) { return s.object != 0 ? 1.0f : 0.0f; });
     if (asks(settings_, "Z")) *out++ = middle.z;
