@@ -175,7 +175,12 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
                    " are missing; render them with --existing resume, or --frames " +
                    scene::formatFrames(result.frames.missing));
   }
-  const bool complete = !anyFailed && stopSignal == 0;
+  const bool anyFrames =
+      std::any_of(results.begin(), results.end(), [](const run::MethodResult& result) {
+        return !result.frames.rendered.empty() || !result.frames.reused.empty();
+      });
+  if (!anyFrames && !anyFailed && stopSignal == 0) log::info("this chunk holds no frame");
+  const bool complete = anyFrames && !anyFailed && stopSignal == 0;
   std::string tables;
   if (complete) tables = writeReports(run, results, session.out, common.json);
   if (common.json) {

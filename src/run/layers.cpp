@@ -95,16 +95,26 @@ void addLayers(image::Image& image, const SampleLayers& layers, int samples, flo
     for (std::size_t c = 0; c < 3; ++c)
       out.middle(names[c], [&, c](std::size_t s) { return layers.normal[s * 4 + c]; });
   }
-  if (!layers.reflection.empty()) rgb("reflection", layers.reflection);
+  // What lies in the reflection target of a sample that does not reflect is of an earlier frame.
+  const auto reflects = [&](std::size_t s) { return layers.diffuse[s * 4 + 3] > 0.0f; };
+  if (!layers.reflection.empty()) {
+    const std::array names = {"reflection.R", "reflection.G", "reflection.B"};
+    for (std::size_t c = 0; c < 3; ++c)
+      out.mean(names[c],
+               [&, c](std::size_t s) { return reflects(s) ? layers.reflection[s * 4 + c] : 0.0f; });
+  }
   if (!layers.diffuse.empty() && layers.wantDiffuse) rgb("diffuse", layers.diffuse);
   if (!layers.diffuse.empty() && layers.wantSpecular)
     out.mean("s", [&](std::size_t s) { return layers.diffuse[s * 4 + 3]; });
   if (!layers.object.empty())
     out.middle("id.object", [&](std::size_t s) { return static_cast<float>(layers.object[s]); });
-  if (!layers.masks.empty())
+  if (!layers.masks.empty()) {
+    out.mean("mask.reflective", [&](std::size_t s) { return reflects(s) ? 1.0f : 0.0f; });
     for (const auto& [bit, name] : kMasks)
-      out.mean(name,
-               [&, b = bit](std::size_t s) { return (layers.masks[s] & b) != 0 ? 1.0f : 0.0f; });
+      out.mean(name, [&, b = bit](std::size_t s) {
+        return reflects(s) && (layers.masks[s] & b) != 0 ? 1.0f : 0.0f;
+      });
+  }
   out.finish();
 }
 

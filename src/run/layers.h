@@ -10,7 +10,7 @@ namespace catoptric::run {
 
 /// Samples of a G-buffer, row 0 on top; what is empty gives no layer.
 struct SampleLayers {
-  std::vector<float> diffuse;         ///< rgb and s
+  std::vector<float> diffuse;         ///< rgb and s; `reflection` and `masks` need it
   bool wantDiffuse = true;            ///< layer diffuse, from `diffuse`
   bool wantSpecular = false;          ///< layer s, likewise
   std::vector<float> normal;          ///< xyz and g

@@ -134,7 +134,8 @@ image::Image MethodSource::readFrame(const scene::Camera& camera) {
     if (asksFor(settings, "reflection")) layers.reflection = raster::readRgba(gbuffer_->reflection);
     layers.wantDiffuse = asksFor(settings, "diffuse");
     layers.wantSpecular = asksFor(settings, "s");
-    if (layers.wantDiffuse || layers.wantSpecular)
+    if (layers.wantDiffuse || layers.wantSpecular || settings.masks ||
+        asksFor(settings, "reflection"))
       layers.diffuse = raster::readRgba(gbuffer_->diffuse);
     if (asksFor(settings, "id")) layers.object = raster::readIds(gbuffer_->object);
     if (settings.masks) layers.masks = raster::readMasks(gbuffer_->masks);
