@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/srgb.h"
 #include "image/image.h"
 #include "scene/reflectance.h"
 
@@ -56,24 +57,12 @@ constexpr std::array<std::array<double, 2>, 4> kGauss8 = {{
 }};
 constexpr int kAzimuths = 16;  ///< exact for the harmonics of order <= 2 times a constant
 
-const std::array<float, 256>& srgbTable() {
-  static const std::array<float, 256> table = [] {
-    std::array<float, 256> t{};
-    for (int i = 0; i < 256; ++i) {
-      const double c = i / 255.0;
-      t[i] = static_cast<float>(c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4));
-    }
-    return t;
-  }();
-  return table;
-}
-
 Vec4 texel(const scene::Texture& texture, const scene::MipLevel& level, int x, int y) {
   const std::uint8_t* p =
       &level.rgba[(static_cast<std::size_t>(y) * level.width + static_cast<std::size_t>(x)) * 4];
   const float alpha = static_cast<float>(p[3]) * (1.0f / 255.0f);
   if (texture.srgb) {
-    const std::array<float, 256>& table = srgbTable();
+    const std::array<float, 256>& table = linearOfSrgb8();
     return {table[p[0]], table[p[1]], table[p[2]], alpha};
   }
   return {static_cast<float>(p[0]) * (1.0f / 255.0f), static_cast<float>(p[1]) * (1.0f / 255.0f),

@@ -2,12 +2,11 @@
 #define EGL_NO_X11  // no X11 headers wanted
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
-#include <dlfcn.h>
 
 #include <array>
 #include <sstream>
 
-#include "gl/platform.h"
+#include "gl/platform_library.h"
 
 namespace catoptric::gl {
 namespace {
@@ -39,36 +38,24 @@ bool hasWord(const std::string& list, const char* word) {
   return false;
 }
 
-template <class Function>
-void find(void* handle, const char* name, Function& function) {
-  void* symbol = dlsym(handle, name);
-  if (symbol == nullptr) {
-    throw PlatformFailure{std::string(kLibrary) + " has no " + name, "install libegl1"};
-  }
-  function = reinterpret_cast<Function>(symbol);
-}
-
-// The library stays loaded: drivers keep threads and thread-local state of their own.
 const Library& library() {
   static Library loaded;
   if (loaded.handle != nullptr) return loaded;
   Library fresh;
-  fresh.handle = dlopen(kLibrary, RTLD_NOW | RTLD_LOCAL);
-  if (fresh.handle == nullptr) {
-    const char* reason = dlerror();
-    throw PlatformFailure{std::string("cannot load ") + kLibrary + ": " +
-                              (reason != nullptr ? reason : "unknown reason"),
-                          "install libegl1 and a driver (libegl-mesa0, or NVIDIA's)"};
-  }
-  find(fresh.handle, "eglGetProcAddress", fresh.getProcAddress);
-  find(fresh.handle, "eglQueryString", fresh.queryString);
-  find(fresh.handle, "eglGetError", fresh.getError);
-  find(fresh.handle, "eglInitialize", fresh.initialize);
-  find(fresh.handle, "eglBindAPI", fresh.bindApi);
-  find(fresh.handle, "eglChooseConfig", fresh.chooseConfig);
-  find(fresh.handle, "eglCreateContext", fresh.createContext);
-  find(fresh.handle, "eglDestroyContext", fresh.destroyContext);
-  find(fresh.handle, "eglMakeCurrent", fresh.makeCurrent);
+  void* handle = openLibrary(kLibrary, "install libegl1 and a driver (libegl-mesa0, or NVIDIA's)");
+  fresh.handle = handle;
+  const auto find = [&](const char* name, auto& function) {
+    findFunction(handle, kLibrary, name, "install libegl1", function);
+  };
+  find("eglGetProcAddress", fresh.getProcAddress);
+  find("eglQueryString", fresh.queryString);
+  find("eglGetError", fresh.getError);
+  find("eglInitialize", fresh.initialize);
+  find("eglBindAPI", fresh.bindApi);
+  find("eglChooseConfig", fresh.chooseConfig);
+  find("eglCreateContext", fresh.createContext);
+  find("eglDestroyContext", fresh.destroyContext);
+  find("eglMakeCurrent", fresh.makeCurrent);
   const char* extensions = fresh.queryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
   fresh.clientExtensions = extensions != nullptr ? extensions : "";
   fresh.getPlatformDisplay = reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(

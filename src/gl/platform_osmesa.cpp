@@ -1,10 +1,8 @@
 // OSMesa, Mesa's off-screen renderer without any window system.
-#include <dlfcn.h>
-
 #include <array>
 
 #include "gl/api.h"
-#include "gl/platform.h"
+#include "gl/platform_library.h"
 
 namespace catoptric::gl {
 namespace {
@@ -27,32 +25,20 @@ struct Library {
   void* (*function)(const char*) = nullptr;
 };
 
-template <class Function>
-void find(void* handle, const char* name, Function& function) {
-  void* symbol = dlsym(handle, name);
-  if (symbol == nullptr) {
-    throw PlatformFailure{std::string(kLibrary) + " has no " + name,
-                          "install Mesa's libosmesa6, version 17 to 25.0"};
-  }
-  function = reinterpret_cast<Function>(symbol);
-}
-
-// The library stays loaded: it keeps threads and thread-local state of its own.
 const Library& library() {
   static Library loaded;
   if (loaded.handle != nullptr) return loaded;
   Library fresh;
-  fresh.handle = dlopen(kLibrary, RTLD_NOW | RTLD_LOCAL);
-  if (fresh.handle == nullptr) {
-    const char* reason = dlerror();
-    throw PlatformFailure{std::string("cannot load ") + kLibrary + ": " +
-                              (reason != nullptr ? reason : "unknown reason"),
-                          "install libosmesa6 (Mesa before 25.1), or use another device"};
-  }
-  find(fresh.handle, "OSMesaCreateContextAttribs", fresh.create);
-  find(fresh.handle, "OSMesaMakeCurrent", fresh.makeCurrent);
-  find(fresh.handle, "OSMesaDestroyContext", fresh.destroy);
-  find(fresh.handle, "OSMesaGetProcAddress", fresh.function);
+  void* handle =
+      openLibrary(kLibrary, "install libosmesa6 (Mesa before 25.1), or use another device");
+  fresh.handle = handle;
+  const auto find = [&](const char* name, auto& function) {
+    findFunction(handle, kLibrary, name, "install Mesa's libosmesa6, version 17 to 25.0", function);
+  };
+  find("OSMesaCreateContextAttribs", fresh.create);
+  find("OSMesaMakeCurrent", fresh.makeCurrent);
+  find("OSMesaDestroyContext", fresh.destroy);
+  find("OSMesaGetProcAddress", fresh.function);
   loaded = fresh;
   return loaded;
 }

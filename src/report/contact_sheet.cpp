@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/parallel.h"
+#include "core/srgb.h"
 #include "image/image.h"
 
 namespace catoptric::report {
@@ -23,19 +24,6 @@ constexpr int kTextScale = 2;
 constexpr int kLine = kGlyphHeight * kTextScale + 6;
 /// What a preview may hold: 16384 x 16384.
 constexpr std::size_t kMaxPixels = std::size_t{1} << 28;
-
-/// sRGB steps to linear light. IEC 61966-2-1
-const std::array<float, 256>& linearOfSteps() {
-  static const std::array<float, 256> table = [] {
-    std::array<float, 256> values{};
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const double v = static_cast<double>(i) / 255.0;
-      values[i] = static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
-    }
-    return values;
-  }();
-  return table;
-}
 
 /// The frame as it is shown; empty when the run lacks it.
 Rgb8 loadFrame(const RunData& run, int number) {
@@ -120,7 +108,7 @@ Rgb8 shrink(const Rgb8& picture, int width, int height) {
   };
   const auto columns = coverage(picture.width, width);
   const auto rows = coverage(picture.height, height);
-  const auto& linear = linearOfSteps();
+  const auto& linear = linearOfSrgb8();
 
   // Along rows, in linear light
   std::vector<float> narrow(static_cast<std::size_t>(width) * picture.height * 3);

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/srgb.h"
+
 namespace catoptric::scene {
 namespace {
 
@@ -16,16 +18,12 @@ struct SrgbTables {
   std::array<std::uint8_t, kGuesses + 1> guess{};
   std::array<float, 256> unorm{};
 
-  static double decode(double encoded) {
-    return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
-  }
-
   SrgbTables() {
     for (int k = 0; k < 256; ++k) {
-      linear[static_cast<std::size_t>(k)] = static_cast<float>(decode(k / 255.0));
+      linear[static_cast<std::size_t>(k)] = static_cast<float>(linearFromSrgb(k / 255.0));
       unorm[static_cast<std::size_t>(k)] = static_cast<float>(k / 255.0);
       threshold[static_cast<std::size_t>(k)] =
-          k == 0 ? -1.0f : static_cast<float>(decode((k - 0.5) / 255.0));
+          k == 0 ? -1.0f : static_cast<float>(linearFromSrgb((k - 0.5) / 255.0));
     }
     threshold[256] = 2.0f;
     int code = 0;

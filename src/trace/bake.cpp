@@ -14,6 +14,7 @@
 #include "core/hash.h"
 #include "core/log.h"
 #include "core/parallel.h"
+#include "core/random.h"
 #include "scene/animate.h"
 #include "trace/bake_points.h"
 #include "trace/trace_scene.h"
@@ -40,18 +41,10 @@ float fraction(double x) {
   return static_cast<float>(x - std::floor(x));
 }
 
-/// A well mixed number of 32 bits [Jarzynski2020, pcg].
-std::uint32_t mixedBits(std::uint32_t v) {
-  const std::uint32_t state = v * 747796405u + 2891336453u;
-  const std::uint32_t word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
-  return (word >> 22u) ^ word;
-}
-
 Vec2 shiftOf(std::size_t number) {
   const std::uint32_t a = mixedBits(static_cast<std::uint32_t>(number));
   const std::uint32_t b = mixedBits(a);
-  return {static_cast<float>(a >> 8) * (1.0f / 16777216.0f),
-          static_cast<float>(b >> 8) * (1.0f / 16777216.0f)};
+  return {unitFloat(a), unitFloat(b)};
 }
 
 /// Standard error of a mean from the sums of kGroups interleaved groups of its terms.

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/parallel.h"
+#include "core/random.h"
 #include "trace/reflect.h"
 
 namespace catoptric::methods {
@@ -37,17 +38,6 @@ const config::Schema& optionsSchema() {
     return s;
   }();
   return schema;
-}
-
-/// A well mixed number of 32 bits [Jarzynski2020, pcg].
-std::uint32_t mixed(std::uint32_t v) {
-  const std::uint32_t state = v * 747796405u + 2891336453u;
-  const std::uint32_t word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
-  return (word >> 22u) ^ word;
-}
-
-float unitOf(std::uint32_t bits) {
-  return static_cast<float>(bits >> 8) * (1.0f / 16777216.0f);
 }
 
 /// One primary sample.
@@ -232,10 +222,11 @@ class Reference : public Method {
       const auto y =
           static_cast<std::uint32_t>(y0) + static_cast<std::uint32_t>(pixelInTile / width);
       const std::uint32_t noise =
-          mixed(x ^ mixed(y ^ mixed(static_cast<std::uint32_t>(settings_.seed))));
+          mixedBits(x ^ mixedBits(y ^ mixedBits(static_cast<std::uint32_t>(settings_.seed))));
       // A pixel's lobes interleave; pixels are shifted against each other.
-      point.shift = Vec2(glm::fract((cell + 0.5f) / static_cast<float>(perPixel) + unitOf(noise)),
-                         glm::fract(cell * 0.6180340f + unitOf(mixed(noise))));
+      point.shift =
+          Vec2(glm::fract((cell + 0.5f) / static_cast<float>(perPixel) + unitFloat(noise)),
+               glm::fract(cell * 0.6180340f + unitFloat(mixedBits(noise))));
       tile.points.push_back(point);
       tile.sampleOfPoint.push_back(i);
     }
