@@ -47,7 +47,7 @@ const std::vector<std::string>& schemaNames() {
 }
 
 std::string schemaJson(const std::string& name, const std::vector<methods::MethodEntry>& registry) {
-  const std::string text = config::jsonSchema(schemaOf(name));
+  std::string text = config::jsonSchema(schemaOf(name));
   if (name != "run") return text;
   // A member of `methods` is a method's name, or an object with that method's options.
   std::vector<std::string> ids;

@@ -813,7 +813,7 @@ std::filesystem::path relativePath(const std::string& uri, const std::string& fi
   if (colon != std::string::npos && decoded.find('/') > colon) {
     fail(file, place, quoted(uri) + ": only relative paths and data: URIs are supported");
   }
-  const std::filesystem::path path = std::filesystem::path(decoded).lexically_normal();
+  std::filesystem::path path = std::filesystem::path(decoded).lexically_normal();
   if (path.is_absolute() || path.empty() || *path.begin() == "..") {
     fail(file, place, quoted(uri) + " leaves the folder of the file; copy it there");
   }
@@ -832,12 +832,12 @@ std::string decodeDataUri(std::string_view uri, const std::string& file, const s
   while (!body.empty() && body.back() == '=') body.remove_suffix(1);
   if (body.size() % 4 == 1) fail(file, place, "base64 data is cut short");
 
-  std::array<std::int8_t, 256> digit{};
+  std::array<int, 256> digit{};
   digit.fill(-1);
   constexpr std::string_view kDigits =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   for (std::size_t i = 0; i < kDigits.size(); ++i) {
-    digit[static_cast<unsigned char>(kDigits[i])] = static_cast<std::int8_t>(i);
+    digit[static_cast<unsigned char>(kDigits[i])] = static_cast<int>(i);
   }
   std::string result;
   result.reserve(body.size() / 4 * 3 + 2);

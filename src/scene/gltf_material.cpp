@@ -22,7 +22,7 @@ struct TextureKey {
   bool nearest = false;
   Wrap wrapS = Wrap::Repeat;
   Wrap wrapT = Wrap::Repeat;
-  auto operator<=>(const TextureKey&) const = default;
+  auto operator<=>(const TextureKey&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
 Wrap wrapOf(int code) {

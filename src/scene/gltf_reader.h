@@ -39,7 +39,7 @@ enum Component : unsigned {
 /// A file being loaded. Reading accessors is safe from several threads.
 class Reader {
  public:
-  Reader(std::filesystem::path path, const LoadLimits& limitsIn)
+  Reader(const std::filesystem::path& path, const LoadLimits& limitsIn)
       : file(path.string()), folder(path.parent_path()), limits(limitsIn) {}
 
   std::string file;

@@ -104,7 +104,9 @@ Mesh makeRoundedBox(Vec3 size, float radius, int rounding, UvMode uv) {
                                                  {{{-1, 0, 0}, {0, 1, 0}}}}};
   ShapeBuilder builder;
   const int n = static_cast<int>(samples.size()) - 1;
-  for (const auto& [right, up] : axes) {
+  for (const auto& axis : axes) {
+    const Vec3 right = axis[0];
+    const Vec3 up = axis[1];
     const Vec3 out = glm::cross(right, up);
     const float halfU = std::abs(glm::dot(right, h));
     const float halfV = std::abs(glm::dot(up, h));
