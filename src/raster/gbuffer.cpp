@@ -42,6 +42,27 @@ GBuffer makeGBuffer(const GBufferSize& size) {
   return made;
 }
 
+void readBack(const GBuffer& source, bool withDiffuse, GBufferCopy& copy) {
+  copy.width = source.width;
+  copy.height = source.height;
+  copy.samples = source.samples;
+  const std::size_t count = static_cast<std::size_t>(source.sampleWidth()) *
+                            static_cast<std::size_t>(source.sampleHeight());
+  const auto read = [&](const gl::Texture& texture, GLenum format, GLenum type, auto& values,
+                        std::size_t perSample) {
+    values.resize(count * perSample);
+    texture.read(0, format, type, std::as_writable_bytes(std::span(values)));
+  };
+  read(source.normal, GL_RGBA, GL_FLOAT, copy.normal, 4);
+  read(source.object, GL_RED_INTEGER, GL_UNSIGNED_INT, copy.object, 1);
+  read(source.depth, GL_DEPTH_COMPONENT, GL_FLOAT, copy.depth, 1);
+  if (withDiffuse) {
+    read(source.diffuse, GL_RGBA, GL_FLOAT, copy.diffuse, 4);
+  } else {
+    copy.diffuse.clear();
+  }
+}
+
 std::vector<float> readRgba(const gl::Texture& texture) {
   return texture.read<float>(0, GL_RGBA, GL_FLOAT, 4);
 }

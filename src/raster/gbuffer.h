@@ -50,6 +50,24 @@ struct GBufferSize {
 /// Allocates all textures. Throws UsageError when the device's largest texture is smaller.
 GBuffer makeGBuffer(const GBufferSize& size);
 
+/// What is read back of a G-buffer; row 0 on top, sampleWidth x sampleHeight.
+struct GBufferCopy {
+  int width = 0;  ///< of the frame, pixels
+  int height = 0;
+  int samples = 1;
+  std::vector<float> diffuse;  ///< 4 a sample: rgb, s
+  std::vector<float> normal;   ///< 4 a sample: xyz, g
+  std::vector<std::uint32_t> object;
+  std::vector<float> depth;  ///< reversed-Z
+
+  int sampleWidth() const { return width * samples; }
+  int sampleHeight() const { return height * samples; }
+};
+
+/// Reads a G-buffer back into `copy`, whose memory is used again. `withDiffuse`: diffuse radiance
+/// and s too (empty otherwise).
+void readBack(const GBuffer& source, bool withDiffuse, GBufferCopy& copy);
+
 /// Reads a texture back, row 0 on top. RGBA32F: 4 floats a texel.
 std::vector<float> readRgba(const gl::Texture& texture);
 std::vector<std::uint32_t> readIds(const gl::Texture& texture);

@@ -31,6 +31,15 @@ Vec3 rayDirection(const Camera& camera, int width, int height, float x, float y)
   return glm::normalize(Mat3(camera.worldFromCamera) * Vec3(cx, cy, -1.0f));
 }
 
+Mat3 rayFromPixel(const Camera& camera, int width, int height) {
+  const float perPixel = 2.0f * std::tan(0.5f * camera.verticalFovRad) / static_cast<float>(height);
+  const Vec3 right = Vec3(camera.worldFromCamera[0]) * perPixel;
+  const Vec3 down = -Vec3(camera.worldFromCamera[1]) * perPixel;
+  return Mat3(right, down,
+              camera.forward() - 0.5f * static_cast<float>(width) * right -
+                  0.5f * static_cast<float>(height) * down);
+}
+
 float pixelSpreadRad(const Camera& camera, int height) {
   return 2.0f * std::atan(std::tan(0.5f * camera.verticalFovRad) / static_cast<float>(height));
 }

@@ -32,6 +32,10 @@ Mat4 cameraFromWorld(const Camera& camera);
 /// frame; (0, 0) is the upper left corner of the upper left pixel.
 Vec3 rayDirection(const Camera& camera, int width, int height, float x, float y);
 
+/// Maps (x, y, 1) of an image position as above to the ray through it: world space, 1 metre along
+/// the camera's axis.
+Mat3 rayFromPixel(const Camera& camera, int width, int height);
+
 /// Angle that one pixel's height subtends at the image centre, radians: the spread of ray cones.
 float pixelSpreadRad(const Camera& camera, int height);
 

@@ -83,17 +83,6 @@ bool sameLights(const std::vector<frame::WorldLight>& a, const std::vector<frame
   });
 }
 
-// Maps (x, y, 1), in samples from the upper left, to the ray through that point.
-Mat3 rayFromSample(const scene::Camera& camera, int width, int height) {
-  const float tangent = std::tan(0.5f * camera.verticalFovRad);
-  const float perSample = 2.0f * tangent / static_cast<float>(height);
-  const Vec3 right = Vec3(camera.worldFromCamera[0]) * perSample;
-  const Vec3 down = -Vec3(camera.worldFromCamera[1]) * perSample;
-  return Mat3(right, down,
-              camera.forward() - 0.5f * static_cast<float>(width) * right -
-                  0.5f * static_cast<float>(height) * down);
-}
-
 class EnvironmentMap : public Method {
  public:
   explicit EnvironmentMap(const Options& options) : options_(options) {}
@@ -106,7 +95,7 @@ class EnvironmentMap : public Method {
     const std::string what =
         options_.environmentOnly ? "the environment" : "the diffuse scene from one point";
     const bool again = !options_.environmentOnly && scene.animated();
-    plan.items.push_back({again ? "pass" : "precomputation", "environment",
+    plan.items.push_back({again ? "pass" : "precomputation", "cube_map",
                           "cube map of " + what +
                               (again ? ", drawn again in frames in which an object or a light moved"
                                      : ", drawn once: it does not change")});
@@ -164,7 +153,7 @@ class EnvironmentMap : public Method {
  private:
   void drawEnvironment(Services& services) {
     if (!reflectors_.mirrors && !reflectors_.glossy) return;
-    services.timer.measure("environment", [&] {
+    services.timer.measure("cube_map", [&] {
       const frame::EnvironmentLight& environment = *services.lighting.environment;
       if (options_.environmentOnly) {
         cubeMap_ = makeEnvironmentCubeMap(
@@ -188,7 +177,7 @@ class EnvironmentMap : public Method {
     glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
     gbuffer.normal.bind(0);
     cubeMap_.bind(1);
-    const Mat3 ray = rayFromSample(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight());
+    const Mat3 ray = scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight());
     using raster::SampleClass;
     // Planar and curved mirrors differ in the last bit only.
     static_assert((static_cast<int>(SampleClass::PlanarMirror) ^

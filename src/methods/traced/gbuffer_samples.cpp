@@ -30,43 +30,12 @@ const std::array<std::array<std::uint8_t, 2>, kTile * kTile>& tileOrder() {
   return order;
 }
 
-/// The camera's image plane, so that a sample's ray costs a few multiplications.
-struct ImagePlane {
-  Vec3 eye, right, up, forward;
-  float scaleX, scaleY, width, height;
-
-  ImagePlane(const scene::Camera& camera, int sampleWidth, int sampleHeight)
-      : eye(camera.eye()),
-        right(Vec3(camera.worldFromCamera[0])),
-        up(Vec3(camera.worldFromCamera[1])),
-        forward(camera.forward()),
-        width(static_cast<float>(sampleWidth)),
-        height(static_cast<float>(sampleHeight)) {
-    const float halfHeight = std::tan(0.5f * camera.verticalFovRad);
-    scaleX = halfHeight * width / height;
-    scaleY = halfHeight;
-  }
-  /// From the eye to the plane one metre in front of it.
-  Vec3 ray(int x, int y) const {
-    const float cx = (2.0f * (static_cast<float>(x) + 0.5f) / width - 1.0f) * scaleX;
-    const float cy = (1.0f - 2.0f * (static_cast<float>(y) + 0.5f) / height) * scaleY;
-    return forward + cx * right + cy * up;
-  }
-};
-
 }  // namespace
 
-Vec3 samplePosition(const scene::Camera& camera, int sampleWidth, int sampleHeight, int x, int y,
-                    float depth, Vec3& direction) {
-  const ImagePlane plane(camera, sampleWidth, sampleHeight);
-  const Vec3 ray = plane.ray(x, y);
-  direction = glm::normalize(ray);
-  return plane.eye + (camera.nearMetres / depth) * ray;
-}
-
-ReflectiveSamples collectReflective(const GBufferCopy& source, const scene::Camera& camera) {
-  const int width = source.width * source.samples;
-  const int height = source.height * source.samples;
+ReflectiveSamples collectReflective(const raster::GBufferCopy& source,
+                                    const scene::Camera& camera) {
+  const int width = source.sampleWidth();
+  const int height = source.sampleHeight();
   const int tilesX = (width + kTile - 1) / kTile;
   const int tilesY = (height + kTile - 1) / kTile;
   const std::size_t tiles = static_cast<std::size_t>(tilesX) * static_cast<std::size_t>(tilesY);
@@ -94,7 +63,8 @@ ReflectiveSamples collectReflective(const GBufferCopy& source, const scene::Came
   ReflectiveSamples result;
   result.points.resize(first[tiles]);
   result.places.resize(first[tiles]);
-  const ImagePlane plane(camera, width, height);
+  const Vec3 eye = camera.eye();
+  const Mat3 rayFromPixel = scene::rayFromPixel(camera, width, height);
   const float cells = static_cast<float>(source.samples * source.samples);
   parallelFor(tiles, 32, [&](std::size_t begin, std::size_t end) {
     std::array<std::uint32_t, kTile * kTile> members;
@@ -122,11 +92,12 @@ ReflectiveSamples collectReflective(const GBufferCopy& source, const scene::Came
         const std::uint32_t at = members[k];
         const int x = static_cast<int>(at % static_cast<std::uint32_t>(width));
         const int y = static_cast<int>(at / static_cast<std::uint32_t>(width));
-        const Vec3 ray = plane.ray(x, y);
+        const Vec3 ray =
+            rayFromPixel * Vec3(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, 1.0f);
         const float scale = camera.nearMetres / source.depth[at];
         const float length = glm::length(ray);
         trace::ReflectionPoint& point = result.points[first[tile] + k];
-        point.position = plane.eye + scale * ray;
+        point.position = eye + scale * ray;
         point.direction = ray / length;
         point.distance = scale * length;
         point.normal =

@@ -97,15 +97,7 @@ class Traced : public Method {
     }
 
     // Read the G-buffer back.
-    timer.measure("readback", [&] {
-      copy_.width = gbuffer.width;
-      copy_.height = gbuffer.height;
-      copy_.samples = gbuffer.samples;
-      copy_.diffuse = raster::readRgba(gbuffer.diffuse);
-      copy_.normal = raster::readRgba(gbuffer.normal);
-      copy_.object = raster::readIds(gbuffer.object);
-      copy_.depth = raster::readDepth(gbuffer.depth);
-    });
+    timer.measure("readback", [&] { raster::readBack(gbuffer, true, copy_); });
 
     // Trace the reflective samples.
     const std::int64_t start = nowNs();
@@ -164,7 +156,7 @@ class Traced : public Method {
   trace::ReflectionOptions reflection_;
   bool masks_ = false;
   // Kept across frames, so that no frame allocates anew.
-  GBufferCopy copy_;
+  raster::GBufferCopy copy_;
   std::vector<Vec3> radiance_;
   std::vector<std::uint8_t> flags_;
   std::vector<float> image_;
