@@ -199,6 +199,8 @@ class VertexArray {
   /// The same for integer attributes of the shader.
   void setIntegerAttribute(GLuint location, const Buffer& buffer, int components, GLenum type,
                            std::size_t offset, std::size_t stride);
+  /// The attribute advances by instance (and base instance) instead of by vertex.
+  void setPerInstance(GLuint location);
   void setIndices(const Buffer& buffer);
   void bind() const;
 

@@ -132,6 +132,13 @@ std::uint32_t materialFeatures(const scene::Material& material) {
   return features;
 }
 
+std::uint32_t litFeatures(std::uint32_t features, bool sky) {
+  if (!sky) features &= ~kSky;
+  if ((features & kUnlit) != 0) features &= ~(kSky | kBakeIrradiance);
+  if ((features & kSky) == 0) features &= ~kBakeVisibility;
+  return features;
+}
+
 std::uint32_t diffusePassFeatures(std::uint32_t features) {
   features &= ~(kSpecularTexture | kSpecularUv1 | kGBufferPass);
   if ((features & kUnlit) != 0) features &= ~(kNormalMap | kNormalUv1);
@@ -178,6 +185,7 @@ std::vector<gl::Define> featureDefines(std::uint32_t features) {
           {"SPECULAR_UV", flag(kSpecularUv1)},
           {"EMISSIVE_UV", flag(kEmissiveUv1)},
           {"SKY", flag(kSky)},
+          {"VIEWS", flag(kViews)},
           {"UV0", uv0 ? "1" : "0"},
           {"UV1", uv1 ? "1" : "0"}};
 }

@@ -30,10 +30,13 @@ enum Feature : std::uint32_t {
   kBakeVisibility = 1u << 12,
   kSky = 1u << 13,          ///< light of the environment or ambient light, where visible
   kGBufferPass = 1u << 14,  ///< otherwise diffuse radiance alone
+  kViews = 1u << 15,        ///< many views in one pass
 };
 
 /// Features of a material by itself.
 std::uint32_t materialFeatures(const scene::Material& material);
+/// Those that the lighting does not need are removed; `sky`: hasSky() of the lighting.
+std::uint32_t litFeatures(std::uint32_t features, bool sky);
 /// Those that the diffuse pass can do without are removed (s and g are not written).
 std::uint32_t diffusePassFeatures(std::uint32_t features);
 /// Features of an object's vertex attributes: colours that are not white, baked light; kSky where

@@ -17,6 +17,11 @@ namespace {
 constexpr std::uint32_t kMaxIndices = 3 * 64;
 /// Bounds are widened by this share against rounding in their own computation. Ours.
 constexpr float kBoundsSlack = 1e-5f;
+/// Triangles of the smallest object that gets a coarser level, the step between levels, and how far
+/// (as a share of the object's extent) a level may go. Ours, measured in the living room.
+constexpr std::size_t kSmallestLevel = 128;
+constexpr std::size_t kLevelRatio = 3;
+constexpr float kMaxLevelError = 0.1f;
 
 /// Sphere about the box of the meshlet's vertices, and meshoptimizer's cone of normals.
 void computeBounds(Meshlet& meshlet, std::span<const std::uint32_t> indices,
@@ -145,28 +150,82 @@ struct ObjectMeshlets {
   bool closed = false;
 };
 
-ObjectMeshlets buildObject(const frame::Geometry& geometry, const frame::ObjectRange& range) {
-  ObjectMeshlets result;
-  if (range.indexCount == 0) return result;
-  // Triangles along a space-filling curve, cut into runs: neighbours in space, at a tenth of the
-  // cost of growing meshlets along shared vertices
+/// An object's indices, counted from its first vertex.
+std::vector<std::uint32_t> localIndices(const frame::Geometry& geometry,
+                                        const frame::ObjectRange& range) {
   std::vector<std::uint32_t> local(range.indexCount);
   for (std::uint32_t i = 0; i < range.indexCount; ++i) {
     local[i] = geometry.indices[range.firstIndex + i] - range.firstVertex;
   }
-  result.indices.resize(range.indexCount);
-  meshopt_spatialSortTriangles(result.indices.data(), local.data(), local.size(),
+  return local;
+}
+
+/// Appends triangles (indices from the object's first vertex) as meshlets: along a space-filling
+/// curve, cut into runs: neighbours in space, at a tenth of the cost of growing meshlets along
+/// shared vertices.
+void appendMeshlets(const frame::Geometry& geometry, const frame::ObjectRange& range,
+                    std::span<const std::uint32_t> local, ObjectMeshlets& result) {
+  const std::size_t start = result.indices.size();
+  result.indices.resize(start + local.size());
+  const std::span<std::uint32_t> sorted = std::span(result.indices).subspan(start);
+  meshopt_spatialSortTriangles(sorted.data(), local.data(), local.size(),
                                &geometry.positions[range.firstVertex].x, range.vertexCount,
                                sizeof(Vec3));
-  for (std::uint32_t& index : result.indices) index += range.firstVertex;
-  for (std::uint32_t first = 0; first < range.indexCount; first += kMaxIndices) {
+  for (std::uint32_t& index : sorted) index += range.firstVertex;
+  for (std::size_t first = 0; first < sorted.size(); first += kMaxIndices) {
     Meshlet meshlet;
-    meshlet.firstIndex = first;
-    meshlet.indexCount = std::min(kMaxIndices, range.indexCount - first);
-    computeBounds(meshlet, std::span(result.indices).subspan(first, meshlet.indexCount), geometry);
+    meshlet.firstIndex = static_cast<std::uint32_t>(start + first);
+    meshlet.indexCount =
+        static_cast<std::uint32_t>(std::min<std::size_t>(kMaxIndices, sorted.size() - first));
+    computeBounds(meshlet, sorted.subspan(first, meshlet.indexCount), geometry);
     result.meshlets.push_back(meshlet);
   }
+}
+
+ObjectMeshlets buildObject(const frame::Geometry& geometry, const frame::ObjectRange& range) {
+  ObjectMeshlets result;
+  if (range.indexCount == 0) return result;
+  appendMeshlets(geometry, range, localIndices(geometry, range), result);
   result.closed = isClosedOutward(geometry, range);
+  return result;
+}
+
+/// One object's levels, with indices and meshlets from 0.
+struct ObjectLevels {
+  ObjectMeshlets meshlets;
+  std::vector<DetailLevel> levels;
+};
+
+ObjectLevels buildObjectLevels(const frame::Geometry& geometry, const frame::ObjectRange& range) {
+  ObjectLevels result;
+  std::vector<std::uint32_t> indices = localIndices(geometry, range);
+  const float* positions = &geometry.positions[range.firstVertex].x;
+  const float scale = meshopt_simplifyScale(positions, range.vertexCount, sizeof(Vec3));
+  std::vector<std::uint32_t> simplified(indices.size());
+  float error = 0.0f;
+  while (indices.size() >= 3 * kSmallestLevel) {
+    float relative = 0.0f;
+    const std::size_t target = indices.size() / (3 * kLevelRatio) * 3;
+    std::size_t count =
+        meshopt_simplify(simplified.data(), indices.data(), indices.size(), positions,
+                         range.vertexCount, sizeof(Vec3), target, kMaxLevelError, 0, &relative);
+    // Open borders and seams can hold it up: what is left goes without regard to them
+    if (count > indices.size() / 2) {
+      count = meshopt_simplifySloppy(simplified.data(), indices.data(), indices.size(), positions,
+                                     range.vertexCount, sizeof(Vec3), target, kMaxLevelError,
+                                     &relative);
+    }
+    if (count == 0 || count > 3 * indices.size() / 4) break;
+    indices.assign(simplified.begin(), simplified.begin() + static_cast<std::ptrdiff_t>(count));
+    error += relative * scale;  // each level is made from the one before
+    DetailLevel level;
+    level.error = error;
+    level.firstMeshlet = static_cast<std::uint32_t>(result.meshlets.meshlets.size());
+    appendMeshlets(geometry, range, indices, result.meshlets);
+    level.meshletCount =
+        static_cast<std::uint32_t>(result.meshlets.meshlets.size()) - level.firstMeshlet;
+    result.levels.push_back(level);
+  }
   return result;
 }
 
@@ -196,14 +255,46 @@ Meshlets buildMeshlets(const frame::Geometry& geometry) {
   return result;
 }
 
-void updateMeshletBounds(Meshlets& meshlets, const frame::Geometry& geometry, int object) {
-  for (std::uint32_t m = meshlets.firstOfObject[object]; m < meshlets.firstOfObject[object + 1];
-       ++m) {
-    Meshlet& meshlet = meshlets.meshlets[m];
-    computeBounds(meshlet,
-                  std::span(meshlets.indices).subspan(meshlet.firstIndex, meshlet.indexCount),
-                  geometry);
+DetailLevels buildDetailLevels(const frame::Geometry& geometry, const std::vector<bool>& deforms) {
+  std::vector<ObjectLevels> objects(geometry.objects.size());
+  parallelFor(objects.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!deforms[i]) objects[i] = buildObjectLevels(geometry, geometry.objects[i]);
+    }
+  });
+
+  DetailLevels result;
+  result.firstOfObject.push_back(0);
+  for (const ObjectLevels& object : objects) {
+    const auto firstIndex = static_cast<std::uint32_t>(result.indices.size());
+    const auto firstMeshlet = static_cast<std::uint32_t>(result.meshlets.size());
+    result.indices.insert(result.indices.end(), object.meshlets.indices.begin(),
+                          object.meshlets.indices.end());
+    for (Meshlet meshlet : object.meshlets.meshlets) {
+      meshlet.firstIndex += firstIndex;
+      result.meshlets.push_back(meshlet);
+    }
+    for (DetailLevel level : object.levels) {
+      level.firstMeshlet += firstMeshlet;
+      result.levels.push_back(level);
+    }
+    result.firstOfObject.push_back(static_cast<std::uint32_t>(result.levels.size()));
   }
+  return result;
+}
+
+void updateBounds(std::span<Meshlet> meshlets, std::span<const std::uint32_t> indices,
+                  const frame::Geometry& geometry) {
+  for (Meshlet& meshlet : meshlets) {
+    computeBounds(meshlet, indices.subspan(meshlet.firstIndex, meshlet.indexCount), geometry);
+  }
+}
+
+void updateMeshletBounds(Meshlets& meshlets, const frame::Geometry& geometry, int object) {
+  const std::uint32_t first = meshlets.firstOfObject[object];
+  updateBounds(
+      std::span(meshlets.meshlets).subspan(first, meshlets.firstOfObject[object + 1] - first),
+      meshlets.indices, geometry);
 }
 
 Frustum::Frustum(const Mat4& clipFromWorld) {

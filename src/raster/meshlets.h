@@ -44,8 +44,43 @@ struct Meshlets {
 /// Deterministic for any thread count.
 Meshlets buildMeshlets(const frame::Geometry& geometry);
 
+/// A coarser version of an object's triangles, on a subset of its vertices.
+struct DetailLevel {
+  float error = 0.0f;  ///< metres; how far its surface may lie from the object's own
+  std::uint32_t firstMeshlet = 0;
+  std::uint32_t meshletCount = 0;
+};
+
+/// Coarser versions of all objects that do not deform: from fine to coarse, each with about a
+/// quarter of the triangles of the one before. What is too small to gain has none.
+struct DetailLevels {
+  std::vector<std::uint32_t> indices;
+  std::vector<Meshlet> meshlets;  ///< firstIndex counts from the first of `indices`
+  std::vector<DetailLevel> levels;
+  std::vector<std::uint32_t> firstOfObject;  ///< into levels; per object, and one past the end
+
+  std::span<const DetailLevel> ofObject(std::size_t object) const {
+    return {levels.data() + firstOfObject[object], levels.data() + firstOfObject[object + 1]};
+  }
+};
+
+/// `deforms[object]`: get no levels, since their error would not hold. Deterministic for any thread
+/// count.
+DetailLevels buildDetailLevels(const frame::Geometry& geometry, const std::vector<bool>& deforms);
+
+/// Recomputes the bounds of meshlets (indices into `indices`) after vertices moved.
+void updateBounds(std::span<Meshlet> meshlets, std::span<const std::uint32_t> indices,
+                  const frame::Geometry& geometry);
+
 /// Recomputes the bounds of one object's meshlets after its vertices moved.
 void updateMeshletBounds(Meshlets& meshlets, const frame::Geometry& geometry, int object);
+
+/// Whether all triangles of a meshlet certainly show their backs to an eye.
+inline bool facesAway(const Meshlet& meshlet, const Vec3& eye) {
+  const Vec3 toCentre = meshlet.centre - eye;
+  return glm::dot(toCentre, meshlet.coneAxis) >=
+         meshlet.coneCutoff * glm::length(toCentre) + meshlet.radius;
+}
 
 /// The clip volume of a matrix, as planes with dot(plane, (p, 1)) >= 0 inside.
 class Frustum {

@@ -2,62 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <map>
 #include <string>
 
 #include "core/error.h"
 #include "gl/context.h"
 #include "gl/shader.h"
-#include "raster/frame_block.h"
-#include "raster/materials.h"
-#include "raster/meshlets.h"
+#include "raster/scene_raster_state.h"
 
 namespace catoptric::raster {
-namespace {
-
-/// llvmpipe bins triangles on one thread and rasterizes on others, a batch at a time: a flush after
-/// so many lets both work at once. Ours; the living room's 157k triangles make four batches.
-constexpr std::uint64_t kTrianglesPerBatch = 40'000;
-
-/// A compiled variant of scene.frag.
-struct Variant {
-  gl::Program program;
-  GLint uvPerMetre = -1;
-  GLint objectId = -1;
-};
-
-/// What drawing needs of an object beside its triangles.
-struct ObjectInfo {
-  int material = 0;
-  SampleClass sampleClass = SampleClass::Diffuse;
-  std::uint32_t features = 0;  ///< of material and vertices, without passes
-  bool opaque = true;
-};
-
-/// One object's visible index ranges in the lists of a pass.
-struct VisibleObject {
-  int object = 0;
-  /// Mean distance of its visible meshlets from the eye, by their size: a room's shell, whose box
-  /// holds the eye, comes after what stands before it.
-  float order = 0.0f;
-  std::size_t firstRange = 0;
-  std::size_t rangeCount = 0;
-  std::uint64_t triangles = 0;
-  bool cullBacks = false;
-};
-
-/// Index ranges of a pass, as glMultiDrawElements takes them.
-struct DrawList {
-  std::vector<VisibleObject> objects;
-  std::vector<GLsizei> counts;
-  std::vector<const void*> offsets;
-  void clear() {
-    objects.clear();
-    counts.clear();
-    offsets.clear();
-  }
-};
 
 /// Whether the whole box lies beyond the near plane (z <= w).
 bool beyondNear(const Mat4& clipFromWorld, const Box3& box) {
@@ -72,35 +24,6 @@ bool contains(const Box3& box, const Vec3& p) {
   return glm::all(glm::greaterThanEqual(p, box.min)) && glm::all(glm::lessThanEqual(p, box.max));
 }
 
-}  // namespace
-
-struct SceneRaster::State {
-  Materials materials;
-  gl::Buffer positions;
-  gl::Buffer attributes;
-  gl::Buffer indices;
-  gl::VertexArray vertices;
-  gl::VertexArray noVertices;
-  Meshlets meshlets;
-  std::vector<ObjectInfo> objects;
-  std::vector<Box3> bounds;
-  std::vector<float> uvPerMetre;
-  float diameter = 0.0f;
-
-  std::map<std::string, std::map<std::uint32_t, Variant>> variants;  ///< by lights, by features
-  std::map<std::string, gl::Program> backgrounds;
-  std::map<std::uint32_t, gl::Program> composites;
-  FrameResources frame;
-  FrameView gbufferView;  ///< of the last G-buffer, for methods' own passes
-  DrawList list;
-
-  void cull(const FrameView& view, int skipObject, DrawStatistics& statistics);
-  Variant& variant(std::uint32_t features, const frame::Lighting& lighting);
-  DrawStatistics drawObjects(const FrameView& view, const frame::Lighting& lighting, bool gbuffer,
-                             int skipObject);
-  void drawBackground(const frame::Lighting& lighting, bool gbuffer);
-};
-
 SceneRaster::SceneRaster(const scene::Scene& scene, const frame::Geometry& geometry)
     : state_(std::make_unique<State>()) {
   State& s = *state_;
@@ -112,20 +35,8 @@ SceneRaster::SceneRaster(const scene::Scene& scene, const frame::Geometry& geome
                             std::span<const frame::VertexAttributes>(geometry.attributes));
   s.indices = gl::Buffer("indices", std::span<const std::uint32_t>(s.meshlets.indices));
 
-  // Variants read only the attributes that they use
-  using Attributes = frame::VertexAttributes;
   s.vertices = gl::VertexArray("scene");
-  s.vertices.setAttribute(0, s.positions, 3, GL_FLOAT, 0, sizeof(Vec3));
-  const auto attribute = [&](GLuint location, int components, std::size_t offset) {
-    s.vertices.setAttribute(location, s.attributes, components, GL_FLOAT, offset,
-                            sizeof(Attributes));
-  };
-  attribute(1, 3, offsetof(Attributes, normal));
-  attribute(2, 4, offsetof(Attributes, tangent));
-  attribute(3, 2, offsetof(Attributes, uv0));
-  attribute(4, 2, offsetof(Attributes, uv1));
-  attribute(5, 3, offsetof(Attributes, color));
-  attribute(6, 4, offsetof(Attributes, bake));
+  s.describeVertices(s.vertices);
   s.vertices.setIndices(s.indices);
   s.noVertices = gl::VertexArray("no vertices");
 
@@ -139,6 +50,21 @@ SceneRaster::SceneRaster(const scene::Scene& scene, const frame::Geometry& geome
     s.uvPerMetre.push_back(geometry.objects[i].uvPerMetre);
   }
   s.diameter = geometry.bounds.diameter();
+}
+
+/// Variants read only the attributes that they use.
+void SceneRaster::State::describeVertices(gl::VertexArray& array) const {
+  using Attributes = frame::VertexAttributes;
+  array.setAttribute(0, positions, 3, GL_FLOAT, 0, sizeof(Vec3));
+  const auto attribute = [&](GLuint location, int components, std::size_t offset) {
+    array.setAttribute(location, attributes, components, GL_FLOAT, offset, sizeof(Attributes));
+  };
+  attribute(1, 3, offsetof(Attributes, normal));
+  attribute(2, 4, offsetof(Attributes, tangent));
+  attribute(3, 2, offsetof(Attributes, uv0));
+  attribute(4, 2, offsetof(Attributes, uv1));
+  attribute(5, 3, offsetof(Attributes, color));
+  attribute(6, 4, offsetof(Attributes, bake));
 }
 
 SceneRaster::~SceneRaster() = default;
@@ -158,6 +84,7 @@ void SceneRaster::update(const frame::Geometry& geometry, std::span<const int> c
     s.objects[object].features =
         (s.objects[object].features & ~ofVertices) | vertexFeatures(geometry, range);
     updateMeshletBounds(s.meshlets, geometry, object);
+    s.updateLevelBounds(geometry, object);
     // A deformed surface may pass through itself: its backs are no longer proved hidden
     s.meshlets.closed[object] = false;
   }
@@ -192,13 +119,7 @@ void SceneRaster::State::cull(const FrameView& view, int skipObject, DrawStatist
     float areaSum = 0.0f;
     for (const Meshlet& meshlet : members) {
       if (!frustum.mayContain(meshlet.centre, meshlet.radius)) continue;
-      if (visible.cullBacks) {
-        const Vec3 toCentre = meshlet.centre - view.eye;
-        if (glm::dot(toCentre, meshlet.coneAxis) >=
-            meshlet.coneCutoff * glm::length(toCentre) + meshlet.radius) {
-          continue;
-        }
-      }
+      if (visible.cullBacks && facesAway(meshlet, view.eye)) continue;
       visible.triangles += meshlet.indexCount / 3;
       const float area = meshlet.radius * meshlet.radius;
       distanceSum += area * glm::distance(meshlet.centre, view.eye);
@@ -233,10 +154,15 @@ Variant& SceneRaster::State::variant(std::uint32_t features, const frame::Lighti
   defines.insert(defines.end(), lights.begin(), lights.end());
   defines.push_back({"ENVIRONMENT", "0"});  // surfaces see its irradiance only
   Variant made;
-  made.program = gl::Program((features & kGBufferPass) != 0 ? "gbuffer" : "diffuse",
+  std::vector<std::string> extensions;
+  if ((features & kViews) != 0) extensions.emplace_back("GL_ARB_shader_viewport_layer_array");
+  made.program = gl::Program((features & kGBufferPass) != 0 ? "gbuffer"
+                             : (features & kViews) != 0     ? "diffuse views"
+                                                            : "diffuse",
                              {.vertex = "raster/shaders/scene.vert",
                               .fragment = "raster/shaders/scene.frag",
-                              .defines = std::move(defines)});
+                              .defines = std::move(defines),
+                              .extensions = std::move(extensions)});
   made.uvPerMetre = made.program.location("uvPerMetre");
   if ((features & kGBufferPass) != 0) made.objectId = made.program.location("objectId");
   return ofLights.emplace(features, std::move(made)).first->second;
@@ -262,11 +188,7 @@ DrawStatistics SceneRaster::State::drawObjects(const FrameView& view,
   for (const VisibleObject& visible : list.objects) {
     const ObjectInfo& info = objects[visible.object];
 
-    // Features that the lighting or the pass does not need are dropped
-    std::uint32_t features = info.features;
-    if (!sky) features &= ~kSky;
-    if ((features & kUnlit) != 0) features &= ~(kSky | kBakeIrradiance);
-    if ((features & kSky) == 0) features &= ~kBakeVisibility;
+    std::uint32_t features = litFeatures(info.features, sky);
     features = gbuffer ? features | kGBufferPass : diffusePassFeatures(features);
     const Variant& v = variant(features, lighting);
     if (v.program.id() != program) {
@@ -377,7 +299,7 @@ gl::Texture SceneRaster::drawCubeMap(const Vec3& centre, int faceSize,
   const gl::Texture depth =
       gl::Texture::make2D("cube map depth", GL_DEPTH_COMPONENT32F, faceSize, faceSize);
   // Near enough to keep everything, far from rounding
-  const float nearMetres = std::max(1e-4f, 1e-4f * s.diameter);
+  const float nearMetres = std::max(1e-12f, 1e-4f * s.diameter);
   const float spread = 2.0f * std::atan(1.0f / static_cast<float>(faceSize));
   // Right, down and forward of the faces in the order of GL; rows are clip x, -y and w
   struct Face {

@@ -29,6 +29,22 @@ struct CompositeOptions {
   bool fresnelSchlick = false;  ///< s + (1 - s)(1 - cos)^5 instead of s
 };
 
+/// One of many diffuse images that are drawn together.
+struct DiffuseView {
+  Mat4 clipFromWorld{1.0f};  ///< right-handed, reversed-Z without a far plane, upper left
+  Vec3 eye{0.0f};
+  float texelSpreadRad = 0.0f;  ///< angle that one texel subtends
+  int layer = 0;                ///< which framebuffer, and the rectangle in it, row 0 on top
+  int x = 0;
+  int y = 0;
+  int width = 1;
+  int height = 1;
+  /// Id of the object behind which the eye is: only its faces turned to the eye are drawn (0:
+  /// none); and whether it is left out altogether.
+  int ownObject = 0;
+  bool skipOwn = false;
+};
+
 /// GL side of one scene; lives as long as its context.
 class SceneRaster {
  public:
@@ -53,6 +69,17 @@ class SceneRaster {
   /// the viewport set by the caller. `skipObject`: an id left out, 0 for none.
   DrawStatistics drawDiffuse(const Mat4& clipFromWorld, const Vec3& eye, float pixelSpreadRad,
                              const frame::Lighting& lighting, int skipObject = 0);
+
+  /// Makes coarser levels of the objects for drawDiffuseViews(); once, before the first frame.
+  void buildDetailLevels(const scene::Scene& scene, const frame::Geometry& geometry);
+
+  /// Draws diffuse radiance (colour 0) and depth of all views, each into its rectangle of
+  /// `layers[view.layer]`, whose depth is cleared there (colour is not: where depth is 0 nothing
+  /// was drawn). Meshlets outside a view and levels of detail finer than `levelErrorTexels` of its
+  /// texels are not drawn (0: always the finest). `triangles[i]`: drawn for views[i].
+  void drawDiffuseViews(std::span<const DiffuseView> views, std::span<const gl::Framebuffer> layers,
+                        float levelErrorTexels, const frame::Lighting& lighting,
+                        std::span<std::uint64_t> triangles);
 
   /// Cube map of the diffuse scene seen from `centre`, RGBA16F with mip levels.
   gl::Texture drawCubeMap(const Vec3& centre, int faceSize, const frame::Lighting& lighting,

@@ -64,9 +64,15 @@ void main() {
 #endif
 
   // Where the sample is, seen from the eye
-#if BASE_TEXTURE || NORMAL_MAP || EMISSIVE_TEXTURE || (SPECULAR_TEXTURE && GBUFFER) || (LIGHT_COUNT > 0 && !UNLIT)
+#if FROM_EYE
+#if VIEWS
+  vec3 fromEye = vertexFromEye;
+  vec4 eye = viewEye;
+#else
   vec4 ray = frame.rayFromWindow * vec4(gl_FragCoord.xyz, 1.0);
   vec3 fromEye = ray.xyz / ray.w;
+  vec4 eye = frame.eye;
+#endif
 #endif
 
   // Interpolated normal
@@ -83,7 +89,7 @@ void main() {
   float nd = 1.0;
 #endif
   // The square of uvPerMetre * cone width / sqrt(max(|N.d|, 0.05))
-  float uvScale = uvPerMetre * frame.eye.w;
+  float uvScale = uvPerMetre * eye.w;
   float footprint2 = uvScale * uvScale * distance2 / max(nd, 0.05);
 #define LEVEL(slot) textureLevel(slot.offset.z * slot.offset.z * footprint2, slot.offset.w)
 #endif
@@ -127,7 +133,7 @@ void main() {
   irradiance += sky;
 #endif
 #if LIGHT_COUNT > 0
-  irradiance += lightIrradiance(frame.eye.xyz + fromEye, normal);
+  irradiance += lightIrradiance(eye.xyz + fromEye, normal);
 #endif
   vec3 emissive = material.emissive.rgb;
 #if EMISSIVE_TEXTURE

@@ -69,7 +69,7 @@ vec3 pointLight(int i, vec3 x, vec3 n) {
   float cosine = max(0.0, dot(n, toLight) * inversesqrt(max(r2, 1e-20)));
   float q = r2 * frame.lights[i].positionRange.w * frame.lights[i].positionRange.w;
   return frame.lights[i].intensityCone.rgb *
-         (cosine / max(r2, 1e-6) * clamp(1.0 - q * q, 0.0, 1.0));
+         (cosine / max(r2, 1e-12) * clamp(1.0 - q * q, 0.0, 1.0));
 }
 vec3 spotLight(int i, vec3 x, vec3 n) {
   vec3 toLight = frame.lights[i].positionRange.xyz - x;

@@ -5,6 +5,11 @@
 #else
 #define VARYING in
 #endif
+#define FROM_EYE (BASE_TEXTURE || NORMAL_MAP || EMISSIVE_TEXTURE || (SPECULAR_TEXTURE && GBUFFER) || (LIGHT_COUNT > 0 && !UNLIT))
+#if VIEWS && FROM_EYE
+VARYING vec3 vertexFromEye;
+flat VARYING vec4 viewEye;
+#endif
 #if !UNLIT || GBUFFER
 VARYING vec3 vertexNormal;
 #endif

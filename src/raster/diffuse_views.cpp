@@ -1,0 +1,308 @@
+// Many diffuse images in few passes: all views are culled at once on the CPU, then every object is
+// drawn into up to 16 viewports by one indirect draw.
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "gl/context.h"
+#include "raster/scene_raster_state.h"
+
+namespace catoptric::raster {
+namespace {
+
+/// Viewports of a draw: what GL guarantees.
+constexpr std::size_t kViewsPerBatch = 16;
+/// Meshlets between two visible ones that are drawn along rather than paying for a further command.
+/// Ours.
+constexpr std::uint32_t kGapIndices = 64 * 3;
+
+/// As glMultiDrawElementsIndirect reads it.
+struct Command {
+  std::uint32_t count = 0;
+  std::uint32_t instances = 1;
+  std::uint32_t firstIndex = 0;
+  std::int32_t baseVertex = 0;
+  std::uint32_t baseInstance = 0;
+};
+
+/// Per-view attributes, as scene.vert reads them.
+struct ViewAttributes {
+  Mat4 clipFromWorld;
+  Vec4 eye;
+  std::uint32_t viewport;
+  std::uint32_t padding[3];
+};
+
+/// Distance from a point to a box.
+float distanceTo(const Box3& box, const Vec3& p) {
+  return glm::length(glm::max(glm::max(box.min - p, p - box.max), Vec3(0.0f)));
+}
+
+}  // namespace
+
+/// What one view sees: ranges of indices, by object in ascending order.
+struct ViewList {
+  struct Range {
+    std::uint32_t object;
+    bool cullBacks;
+    Command command;
+  };
+  std::vector<Range> ranges;
+  std::uint64_t triangles = 0;
+};
+
+void SceneRaster::buildDetailLevels(const scene::Scene& scene, const frame::Geometry& geometry) {
+  State& s = *state_;
+  std::vector<bool> deforms;
+  for (const scene::Object& object : scene.objects) {
+    deforms.push_back(scene.nodes[object.node].skin != scene::kNone ||
+                      !scene.meshes[object.mesh].morphTargets.empty());
+  }
+  s.levels = raster::buildDetailLevels(geometry, deforms);
+  const auto base = static_cast<std::uint32_t>(s.meshlets.indices.size());
+  for (Meshlet& meshlet : s.levels.meshlets) meshlet.firstIndex += base;
+  std::vector<std::uint32_t> all = s.meshlets.indices;
+  all.insert(all.end(), s.levels.indices.begin(), s.levels.indices.end());
+  s.levelIndices = gl::Buffer("indices of all levels", std::span<const std::uint32_t>(all));
+  s.levels.indices = std::move(all);
+  s.levelExtent.clear();
+  for (const frame::ObjectRange& range : geometry.objects) {
+    s.levelExtent.push_back(range.bounds.diameter());
+  }
+}
+
+void SceneRaster::State::updateLevelBounds(const frame::Geometry& geometry, int object) {
+  if (levels.firstOfObject.empty()) return;
+  for (const DetailLevel& level : levels.ofObject(static_cast<std::size_t>(object))) {
+    updateBounds(std::span(levels.meshlets).subspan(level.firstMeshlet, level.meshletCount),
+                 levels.indices, geometry);
+  }
+}
+
+void SceneRaster::State::listView(const DiffuseView& view, std::uint32_t number,
+                                  float levelErrorTexels, ViewList& seen) const {
+  seen.ranges.clear();
+  seen.triangles = 0;
+  const Frustum frustum(view.clipFromWorld);
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const bool own = static_cast<int>(i) + 1 == view.ownObject;
+    if ((own && view.skipOwn) || !frustum.mayContain(bounds[i])) continue;
+
+    // The coarsest level whose error does not show at the nearest place of the object
+    std::span<const Meshlet> members = meshlets.ofObject(i);
+    if (levelErrorTexels > 0.0f && !own && !levels.firstOfObject.empty()) {
+      const float allowed =
+          levelErrorTexels * view.texelSpreadRad * distanceTo(bounds[i], view.eye);
+      const float grown =
+          levelExtent[i] > 0.0f ? std::max(1.0f, bounds[i].diameter() / levelExtent[i]) : 1.0f;
+      for (const DetailLevel& level : levels.ofObject(i)) {
+        if (level.error * grown > allowed) break;
+        members = {levels.meshlets.data() + level.firstMeshlet, level.meshletCount};
+      }
+    }
+
+    // Backs of a closed opaque object are hidden; so are they for the eye behind its own surface
+    const bool cullBacks =
+        own || (meshlets.closed[i] && objects[i].opaque && !contains(bounds[i], view.eye) &&
+                beyondNear(view.clipFromWorld, bounds[i]));
+    std::uint32_t end = 0;
+    bool open = false;
+    for (const Meshlet& meshlet : members) {
+      if (!frustum.mayContain(meshlet.centre, meshlet.radius) ||
+          (cullBacks && facesAway(meshlet, view.eye))) {
+        continue;
+      }
+      if (open && meshlet.firstIndex - end <= kGapIndices) {
+        Command& last = seen.ranges.back().command;
+        last.count = meshlet.firstIndex + meshlet.indexCount - last.firstIndex;
+      } else {
+        seen.ranges.push_back({static_cast<std::uint32_t>(i),
+                               cullBacks,
+                               {.count = meshlet.indexCount,
+                                .firstIndex = meshlet.firstIndex,
+                                .baseInstance = number}});
+        open = true;
+      }
+      end = meshlet.firstIndex + meshlet.indexCount;
+    }
+  }
+  for (const ViewList::Range& range : seen.ranges) seen.triangles += range.command.count / 3;
+}
+
+void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
+                                   std::span<const gl::Framebuffer> layers, float levelErrorTexels,
+                                   const frame::Lighting& lighting,
+                                   std::span<std::uint64_t> triangles) {
+  State& s = *state_;
+  if (views.empty()) return;
+
+  // Cull all views
+  std::vector<ViewList> lists(views.size());
+  parallelFor(views.size(), 4, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      s.listView(views[i], static_cast<std::uint32_t>(i), levelErrorTexels, lists[i]);
+    }
+  });
+  for (std::size_t i = 0; i < views.size(); ++i) triangles[i] = lists[i].triangles;
+
+  // Batches: up to 16 consecutive views of one layer
+  struct Batch {
+    std::size_t first, last;
+    std::size_t firstDraw, lastDraw;
+  };
+  struct Draw {
+    std::uint32_t object;
+    bool cullBacks;
+    std::uint32_t firstCommand, commands;
+    std::uint64_t triangles;
+  };
+  std::vector<Batch> batches;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (batches.empty() || i - batches.back().first == kViewsPerBatch ||
+        views[i].layer != views[batches.back().first].layer) {
+      batches.push_back({i, i, 0, 0});
+    }
+    batches.back().last = i + 1;
+  }
+
+  // Commands in the order of objects, so that each object's state is set once a batch
+  std::vector<Command> commands;
+  std::vector<Draw> draws;
+  std::vector<std::size_t> next(views.size(), 0);
+  for (Batch& batch : batches) {
+    batch.firstDraw = draws.size();
+    for (std::uint32_t object = 0; object < s.objects.size(); ++object) {
+      for (const bool backs : {false, true}) {
+        const auto first = static_cast<std::uint32_t>(commands.size());
+        std::uint64_t drawn = 0;
+        for (std::size_t i = batch.first; i < batch.last; ++i) {
+          const std::vector<ViewList::Range>& ranges = lists[i].ranges;
+          while (next[i] < ranges.size() && ranges[next[i]].object == object &&
+                 ranges[next[i]].cullBacks == backs) {
+            commands.push_back(ranges[next[i]].command);
+            drawn += ranges[next[i]].command.count / 3;
+            ++next[i];
+          }
+        }
+        const auto count = static_cast<std::uint32_t>(commands.size()) - first;
+        if (count > 0) draws.push_back({object, backs, first, count, drawn});
+      }
+    }
+    batch.lastDraw = draws.size();
+  }
+
+  // Per-view attributes and commands
+  std::vector<ViewAttributes> attributes;
+  for (const Batch& batch : batches) {
+    for (std::size_t i = batch.first; i < batch.last; ++i) {
+      attributes.push_back({views[i].clipFromWorld,
+                            Vec4(views[i].eye, views[i].texelSpreadRad),
+                            static_cast<std::uint32_t>(i - batch.first),
+                            {}});
+    }
+  }
+  const auto fill = [](gl::Buffer& buffer, const char* label, const void* data, std::size_t size) {
+    if (buffer.size() < size) buffer = gl::Buffer(label, size + size / 2);
+    if (size > 0) buffer.write(0, size, data);
+  };
+  const std::size_t viewBytes = s.viewAttributes.size();
+  fill(s.viewAttributes, "views", attributes.data(), attributes.size() * sizeof(ViewAttributes));
+  fill(s.commands, "draw commands", commands.data(), commands.size() * sizeof(Command));
+  if (s.viewVertices.empty() || viewBytes != s.viewAttributes.size()) {
+    s.viewVertices = gl::VertexArray("scene in many views");
+    s.describeVertices(s.viewVertices);
+    s.viewVertices.setIndices(s.levelIndices.empty() ? s.indices : s.levelIndices);
+    for (GLuint column = 0; column < 4; ++column) {
+      s.viewVertices.setAttribute(7 + column, s.viewAttributes, 4, GL_FLOAT, column * sizeof(Vec4),
+                                  sizeof(ViewAttributes));
+    }
+    s.viewVertices.setAttribute(11, s.viewAttributes, 4, GL_FLOAT, offsetof(ViewAttributes, eye),
+                                sizeof(ViewAttributes));
+    s.viewVertices.setIntegerAttribute(12, s.viewAttributes, 1, GL_UNSIGNED_INT,
+                                       offsetof(ViewAttributes, viewport), sizeof(ViewAttributes));
+    for (GLuint location = 7; location <= 12; ++location) s.viewVertices.setPerInstance(location);
+  }
+
+  FrameView shared;
+  shared.radianceLimit = kHalfRadianceLimit;
+  s.frame.bind(shared, lighting);
+  glDisable(GL_BLEND);
+  glDisable(GL_STENCIL_TEST);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_GREATER);
+  glDepthMask(GL_TRUE);
+  glFrontFace(GL_CCW);
+  glCullFace(GL_BACK);
+  glEnable(GL_SCISSOR_TEST);
+  glBindBuffer(GL_DRAW_INDIRECT_BUFFER, s.commands.id());
+  const bool sky = hasSky(lighting);
+
+  // Clear what will be drawn to, layer by layer
+  for (std::size_t first = 0; first < views.size();) {
+    std::size_t last = first;
+    int bottom = 0;
+    while (last < views.size() && views[last].layer == views[first].layer) {
+      bottom = std::max(bottom, views[last].y + views[last].height);
+      ++last;
+    }
+    const gl::Framebuffer& target = layers[views[first].layer];
+    target.bind();
+    glScissor(0, 0, target.width(), bottom);
+    target.clearDepth(0.0f);
+    first = last;
+  }
+
+  std::uint64_t batched = 0;
+  for (const Batch& batch : batches) {
+    layers[views[batch.first].layer].bind();
+    for (std::size_t i = batch.first; i < batch.last; ++i) {
+      const DiffuseView& view = views[i];
+      const auto slot = static_cast<GLuint>(i - batch.first);
+      glViewportIndexedf(slot, static_cast<float>(view.x), static_cast<float>(view.y),
+                         static_cast<float>(view.width), static_cast<float>(view.height));
+      glScissorIndexed(slot, view.x, view.y, view.width, view.height);
+    }
+    s.viewVertices.bind();
+    GLuint program = 0;
+    int material = -1;
+    bool culling = false;
+    glDisable(GL_CULL_FACE);
+    for (std::size_t d = batch.firstDraw; d < batch.lastDraw; ++d) {
+      const Draw& draw = draws[d];
+      const ObjectInfo& info = s.objects[draw.object];
+      const Variant& v =
+          s.variant(diffusePassFeatures(litFeatures(info.features, sky)) | kViews, lighting);
+      if (v.program.id() != program) {
+        program = v.program.id();
+        glUseProgram(program);
+      }
+      if (info.material != material) {
+        material = info.material;
+        s.materials.bind(material);
+      }
+      if (draw.cullBacks != culling) {
+        culling = draw.cullBacks;
+        (culling ? glEnable : glDisable)(GL_CULL_FACE);
+      }
+      if (v.uvPerMetre >= 0) glUniform1f(v.uvPerMetre, s.uvPerMetre[draw.object]);
+      glMultiDrawElementsIndirect(
+          GL_TRIANGLES, GL_UNSIGNED_INT,
+          reinterpret_cast<const void*>(std::uintptr_t{draw.firstCommand} * sizeof(Command)),
+          static_cast<GLsizei>(draw.commands), sizeof(Command));
+      batched += draw.triangles;
+      if (batched >= kTrianglesPerBatch) {
+        glFlush();
+        batched = 0;
+      }
+    }
+    glFlush();
+  }
+  glDisable(GL_CULL_FACE);
+  glDisable(GL_SCISSOR_TEST);
+  glDisable(GL_DEPTH_TEST);
+  glBindBuffer(GL_DRAW_INDIRECT_BUFFER, 0);
+}
+
+}  // namespace catoptric::raster

@@ -1,0 +1,103 @@
+// Private to src/raster: what SceneRaster keeps, shared by its passes.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "raster/frame_block.h"
+#include "raster/materials.h"
+#include "raster/meshlets.h"
+#include "raster/scene_raster.h"
+
+namespace catoptric::raster {
+
+/// llvmpipe bins triangles on one thread and rasterizes on others, a batch at a time: a flush after
+/// so many lets both work at once. Ours; the living room's 157k triangles make four batches.
+inline constexpr std::uint64_t kTrianglesPerBatch = 40'000;
+
+/// A compiled variant of scene.frag.
+struct Variant {
+  gl::Program program;
+  GLint uvPerMetre = -1;
+  GLint objectId = -1;
+};
+
+/// What drawing needs of an object beside its triangles.
+struct ObjectInfo {
+  int material = 0;
+  SampleClass sampleClass = SampleClass::Diffuse;
+  std::uint32_t features = 0;  ///< of material and vertices, without passes
+  bool opaque = true;
+};
+
+/// One object's visible index ranges in the lists of a pass.
+struct VisibleObject {
+  int object = 0;
+  /// Mean distance of its visible meshlets from the eye, by their size: a room's shell, whose box
+  /// holds the eye, comes after what stands before it.
+  float order = 0.0f;
+  std::size_t firstRange = 0;
+  std::size_t rangeCount = 0;
+  std::uint64_t triangles = 0;
+  bool cullBacks = false;
+};
+
+/// Index ranges of a pass, as glMultiDrawElements takes them.
+struct DrawList {
+  std::vector<VisibleObject> objects;
+  std::vector<GLsizei> counts;
+  std::vector<const void*> offsets;
+  void clear() {
+    objects.clear();
+    counts.clear();
+    offsets.clear();
+  }
+};
+
+/// Whether the whole box lies beyond the near plane (z <= w).
+bool beyondNear(const Mat4& clipFromWorld, const Box3& box);
+bool contains(const Box3& box, const Vec3& p);
+
+struct SceneRaster::State {
+  Materials materials;
+  gl::Buffer positions;
+  gl::Buffer attributes;
+  gl::Buffer indices;
+  gl::VertexArray vertices;
+  gl::VertexArray noVertices;
+  Meshlets meshlets;
+  std::vector<ObjectInfo> objects;
+  std::vector<Box3> bounds;
+  std::vector<float> uvPerMetre;
+  float diameter = 0.0f;
+
+  std::map<std::string, std::map<std::uint32_t, Variant>> variants;  ///< by lights, by features
+  std::map<std::string, gl::Program> backgrounds;
+  std::map<std::uint32_t, gl::Program> composites;
+  FrameResources frame;
+
+  // Of drawDiffuseViews()
+  DetailLevels levels;
+  std::vector<float> levelExtent;  ///< of objects when their levels were made, metres
+  gl::Buffer levelIndices;
+  gl::VertexArray viewVertices;
+  gl::Buffer viewAttributes;
+  gl::Buffer commands;
+  FrameView gbufferView;  ///< of the last G-buffer, for methods' own passes
+  DrawList list;
+
+  void describeVertices(gl::VertexArray& array) const;
+  void cull(const FrameView& view, int skipObject, DrawStatistics& statistics);
+  Variant& variant(std::uint32_t features, const frame::Lighting& lighting);
+  DrawStatistics drawObjects(const FrameView& view, const frame::Lighting& lighting, bool gbuffer,
+                             int skipObject);
+  /// Culls one view for drawDiffuseViews().
+  void listView(const DiffuseView& view, std::uint32_t number, float levelErrorTexels,
+                struct ViewList& seen) const;
+  void updateLevelBounds(const frame::Geometry& geometry, int object);
+  void drawBackground(const frame::Lighting& lighting, bool gbuffer);
+};
+
+}  // namespace catoptric::raster
