@@ -281,7 +281,7 @@ Vec3 lightIrradiance(const WorldLight& light, const Vec3& position, const Vec3& 
   const float distance = std::sqrt(distanceSquared);
   if (!(distance > 0.0f)) return Vec3(0.0f);
   const Vec3 l = toLight / distance;
-  float factor = std::max(0.0f, glm::dot(normal, l)) / std::max(distanceSquared, 1e-6f);
+  float factor = std::max(0.0f, glm::dot(normal, l)) / std::max(distanceSquared, 1e-12f);
   if (light.range > 0.0f) {
     const float q = distance / light.range;
     factor *= std::clamp(1.0f - q * q * q * q, 0.0f, 1.0f);

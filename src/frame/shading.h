@@ -23,7 +23,7 @@
 //   E_sh(n) = max(0, sum_k c_k Y_k(n)); Y_0..8 = 0.282095, 0.488603 (y, z, x),
 //         1.092548 (xy, yz), 0.315392 (3 z^2 - 1), 1.092548 xz, 0.546274 (x^2 - y^2).
 //   E_i: directional intensity * max(0, n.l); point and spot with r = |x_i - x|:
-//         intensity * max(0, n.l) / max(r^2, 1e-6) * clamp(1 - (r / range)^4, 0, 1) (no such
+//         intensity * max(0, n.l) / max(r^2, 1e-12) * clamp(1 - (r / range)^4, 0, 1) (no such
 //         factor for range 0) * clamp((cos - cosOuter) / max(1e-3, cosInner - cosOuter), 0, 1)^2
 //         (spot only; KHR_lights_punctual).
 //   Environment radiance (all times scale): constant color; gradient mix(horizon, y >= 0 ? color :

@@ -156,8 +156,8 @@ std::map<std::string, std::string> MethodSource::context() const {
           {"timer", "wall clock around glFinish"}};
 }
 
-Encoder makeEncoder(const RunConfig& run, const MethodConfig& method) {
-  return [run, method](RenderedFrame& frame, const scene::PathFrame& path) {
+Encoder makeEncoder(const RunConfig& run, const MethodConfig& method, const glm::dvec3& origin) {
+  return [run, method, origin](RenderedFrame& frame, const scene::PathFrame& path) {
     std::vector<EncodedFile> files;
     const image::Image& picture = frame.image;
 
@@ -172,8 +172,9 @@ Encoder makeEncoder(const RunConfig& run, const MethodConfig& method) {
     options.numbers = {{"catoptric.frame", static_cast<float>(path.number)},
                        {"catoptric.time", static_cast<float>(path.timeSeconds)},
                        {"catoptric.verticalFovDegrees", degrees(path.camera.verticalFovRad)}};
-    options.matrices["worldToCamera"] =
-        image::exrWorldToCamera(scene::cameraFromWorld(path.camera));
+    const Mat4 cameraFromFile(
+        glm::translate(glm::dmat4(scene::cameraFromWorld(path.camera)), -origin));
+    options.matrices["worldToCamera"] = image::exrWorldToCamera(cameraFromFile);
     image::ExrStatistics statistics;
     EncodedFile exr;
     exr.path = framePath("frames", path.number, ".exr");

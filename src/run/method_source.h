@@ -34,7 +34,8 @@ class MethodSource : public FrameSource {
   std::vector<int> changedSinceLastFrame_;
 };
 
-/// Encodes frames of `run` as EXR and preview, for runSequence().
-Encoder makeEncoder(const RunConfig& run, const MethodConfig& method);
+/// Encodes frames of `run` as EXR and preview, for runSequence(). `origin` of the scene, so that
+/// the camera of the files is in the coordinates of the scene's file.
+Encoder makeEncoder(const RunConfig& run, const MethodConfig& method, const glm::dvec3& origin);
 
 }  // namespace catoptric::run

@@ -87,7 +87,7 @@ std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::Met
       sequence.progress = [&](const Progress& progress) {
         options.progress(method.name, progress);
       };
-    sequence.encode = makeEncoder(run, method);
+    sequence.encode = makeEncoder(run, method, stage.scene().origin);
     sequence.summary = {{"config", run.effective},
                         {"method", config::JsonText()
                                        .add("name", method.name)

@@ -202,15 +202,19 @@ Pose poseAt(const Scene& scene, double timeSeconds) {
     }
   }
 
-  // Parents stand before their children.
+  // In double, so that far parents cost their children nothing. Parents stand before children.
+  std::vector<glm::dmat4> fileFromNode(scene.nodes.size());
   pose.worldFromNode.resize(scene.nodes.size());
   for (std::size_t i = 0; i < scene.nodes.size(); ++i) {
     const Node& node = scene.nodes[i];
-    const Mat4 local =
-        localMatrix(node, locals[i].translation, locals[i].rotation, locals[i].scale);
-    pose.worldFromNode[i] = node.parent == kNone
-                                ? local
-                                : pose.worldFromNode[static_cast<std::size_t>(node.parent)] * local;
+    fileFromNode[i] =
+        glm::dmat4(localMatrix(node, locals[i].translation, locals[i].rotation, locals[i].scale));
+    if (node.parent != kNone) {
+      fileFromNode[i] = fileFromNode[static_cast<std::size_t>(node.parent)] * fileFromNode[i];
+    }
+    glm::dmat4 worldFromNode = fileFromNode[i];
+    worldFromNode[3] -= glm::dvec4(scene.origin, 0.0);
+    pose.worldFromNode[i] = Mat4(worldFromNode);
   }
   return pose;
 }
@@ -284,7 +288,7 @@ WorldVertices worldVertices(const Scene& scene, const Object& object, const Pose
     }
   } else {
     const Mat4 worldFromNode = object.node == kNone
-                                   ? Mat4(1.0f)
+                                   ? glm::translate(Mat4(1.0f), Vec3(-scene.origin))
                                    : pose.worldFromNode[static_cast<std::size_t>(object.node)];
     const Mat4 m = worldFromNode * object.nodeFromInstance;
     const Mat3 linear(m);

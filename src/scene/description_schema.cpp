@@ -255,7 +255,7 @@ const Schema& materialSchema() {
           number("ior", "index of refraction", "1.5", 1.0, 10.0),
           number("specular", "multiplies the dielectric reflection", "1", 0.0, 1.0),
           any("emissive", "radiance", "[0, 0, 0]"),
-          number("emissive_strength", "multiplies emissive", "1", 0.0, 1e6),
+          number("emissive_strength", "multiplies emissive", "1", 0.0, 1e30),
           any("emissive_texture", "a file or {\"procedural\": ...}"),
           number("alpha_cutoff", "texels with less alpha are cut out", "", 0.0, 1.0),
           boolean("unlit", "radiance = albedo", "false"),
@@ -276,7 +276,7 @@ const Schema& lightSchema() {
           vec3("direction", "where it shines to", "[0, -1, 0]"),
           vec3("target", "metres; instead of direction"),
           any("color", "[r, g, b] linear or \"#rrggbb\"", "[1, 1, 1]"),
-          number("intensity", "W/sr; directional: W/m^2", "1", 0.0, 1e9),
+          number("intensity", "W/sr; directional: W/m^2", "1", 0.0, 1e30),
           number("range", "metres; 0: unlimited", "0", 0.0, kHuge),
           number("inner_cone", "half angle, degrees", "0", 0.0, 90.0),
           number("outer_cone", "half angle, degrees", "45", 0.0, 90.0),
@@ -317,7 +317,7 @@ const Schema& environmentSchema() {
           any("horizon", "gradient"),
           any("ground", "gradient: radiance below"),
           text("file", "latitude-longitude image, EXR or HDR"),
-          number("scale", "multiplies all", "1", 0.0, 1e6),
+          number("scale", "multiplies all", "1", 0.0, 1e30),
           number("rotate", "degrees about +y; files", "0"),
       }};
   return schema;
@@ -353,14 +353,15 @@ const Schema& animationSchema() {
 }
 
 const Schema& cameraSchema() {
-  static const Schema schema{"camera",
-                             "a fixed camera",
-                             {
-                                 text("name", "for paths"),
-                                 required(vec3("position", "metres")),
-                                 required(vec3("target", "metres")),
-                                 number("fov", "vertical field of view, degrees", "60", 1.0, 170.0),
-                             }};
+  static const Schema schema{
+      "camera",
+      "a fixed camera",
+      {
+          text("name", "for paths"),
+          required(vec3("position", "metres")),
+          required(vec3("target", "metres")),
+          number("fov", "vertical field of view, degrees", "60", 0.001, 179.9),
+      }};
   return schema;
 }
 

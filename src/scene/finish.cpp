@@ -8,6 +8,7 @@
 #include "core/file.h"
 #include "core/hash.h"
 #include "core/parallel.h"
+#include "scene/animate.h"
 #include "scene/loader.h"
 #include "scene/reflectance.h"
 #include "scene/tangents.h"
@@ -420,12 +421,57 @@ void setReflectance(Material& material, float s, float g) {
   material.glossiness = 0.0f;
 }
 
+namespace {
+
+/// Far scenes get an origin of their own: where the middle lies more than kFarDiameters from 0,
+/// floats would be coarser than a 1e-5th of the scene.
+constexpr double kFarDiameters = 64.0;  // ours
+glm::dvec3 originOf(const Scene& scene) {
+  std::vector<Box3> boxes(scene.meshes.size());
+  for (std::size_t m = 0; m < boxes.size(); ++m) {
+    for (const Vec3& p : scene.meshes[m].positions) boxes[m].extend(p);
+  }
+  const Pose pose = poseAt(scene, 0.0);
+  Box3 bounds;
+  for (const Object& object : scene.objects) {
+    const Box3& box = boxes[index(object.mesh)];
+    if (box.empty()) continue;
+    if (!scene.meshes[index(object.mesh)].joints.empty()) {
+      for (const Vec3& p : worldVertices(scene, object, pose).positions) bounds.extend(p);
+      continue;
+    }
+    const Mat4 m = (object.node == kNone ? Mat4(1.0f) : pose.worldFromNode[index(object.node)]) *
+                   object.nodeFromInstance;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec3 p((corner & 1) != 0 ? box.max.x : box.min.x,
+                   (corner & 2) != 0 ? box.max.y : box.min.y,
+                   (corner & 4) != 0 ? box.max.z : box.min.z);
+      bounds.extend(Vec3(m * Vec4(p, 1.0f)));
+    }
+  }
+  const double diameter = bounds.diameter();
+  const glm::dvec3 centre(bounds.centre());
+  const double farthest = std::max({std::abs(centre.x), std::abs(centre.y), std::abs(centre.z)});
+  if (!(diameter > 0.0) || !std::isfinite(diameter) || farthest <= kFarDiameters * diameter) {
+    return glm::dvec3(0.0);
+  }
+  // A power of two's multiple: what was exact stays exact
+  const double unit = std::exp2(std::ceil(std::log2(diameter)));
+  return glm::round(centre / unit) * unit;
+}
+
+}  // namespace
+
 void finishScene(Scene& scene) {
   finishMeshes(scene);
   noteMissingTextureCoordinates(scene);
   for (Material& material : scene.materials) finishMaterial(scene, material);
   finishObjects(scene);
   scene.fingerprint = fingerprintOf(scene);
+  scene.origin = originOf(scene);
+  for (Light& light : scene.lights) {
+    if (light.node == kNone) light.position = Vec3(glm::dvec3(light.position) - scene.origin);
+  }
 }
 
 }  // namespace catoptric::scene

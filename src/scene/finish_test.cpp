@@ -288,5 +288,29 @@ TEST(WorldVertices, MirroringTurnsTheBitangentAlong) {
   expectNear(up, Vec3(0, -1, 0));
 }
 
+TEST(Finish, FarScenesGetAnOriginOfTheirOwn) {
+  // The square 0.3 beside a parent at 1e5: in floats of the file's coordinates 0.3 would be
+  // 0.296875
+  Scene scene = sceneOf(square());
+  scene.nodes.insert(scene.nodes.begin(), Node{});
+  scene.nodes[0].translation = Vec3(1e5f, -1e5f, 0.0f);
+  scene.nodes[1].parent = 0;
+  scene.nodes[1].translation = Vec3(0.3f, 0.0f, 0.0f);
+  scene.objects[0].node = 1;
+  Light light;
+  light.position = Vec3(1e5f, -1e5f, 2.0f);
+  scene.lights.push_back(light);
+  finishScene(scene);
+  EXPECT_EQ(scene.origin, glm::dvec3(1e5, -1e5, 0.0));
+  const WorldVertices v = worldVertices(scene, scene.objects[0], poseAt(scene, 0.0));
+  expectNear(v.positions[0], Vec3(0.3f, 0.0f, 0.0f), 1e-7f);
+  expectNear(scene.lights[0].position, Vec3(0.0f, 0.0f, 2.0f), 0.0f);
+
+  Scene near = sceneOf(square());
+  near.nodes[0].translation = Vec3(20.0f, 0.0f, 0.0f);
+  finishScene(near);
+  EXPECT_EQ(near.origin, glm::dvec3(0.0));
+}
+
 }  // namespace
 }  // namespace catoptric::scene

@@ -161,7 +161,7 @@ struct Tables {
                   object("specularTexture", textureInfo),
                   object("specularColorTexture", textureInfo)}};
   Table ior{{number("ior", 0, 1e6)}};
-  Table emissiveStrength{{number("emissiveStrength", 0, 1e9)}};
+  Table emissiveStrength{{number("emissiveStrength", 0, 1e30)}};
   Table materialExtensions{{object("KHR_materials_specular", specular),
                             object("KHR_materials_ior", ior),
                             object("KHR_materials_emissive_strength", emissiveStrength),
@@ -178,7 +178,7 @@ struct Tables {
   Table image{{text("name"), text("uri"), text("mimeType"), index("bufferView", "bufferViews")}};
   Table skin{{text("name"), index("inverseBindMatrices", "accessors"), index("skeleton", "nodes"),
               indices("joints", "nodes", true)}};
-  Table perspective{{number("yfov", 1e-4, 3.14159, true), number("znear", 1e-12, 1e18, true),
+  Table perspective{{number("yfov", 1e-6, 3.14159, true), number("znear", 1e-12, 1e18, true),
                      number("zfar", 1e-12), number("aspectRatio", 1e-6)}};
   Table orthographic{{number("xmag"), number("ymag"), number("znear"), number("zfar")}};
   Table camera{{text("name"), word("type", {"perspective", "orthographic"}, true),
@@ -191,7 +191,7 @@ struct Tables {
       {text("name"), array("channels", channel, true), array("samplers", animationSampler, true)}};
   Table spot{{number("innerConeAngle", 0, 1.5707964), number("outerConeAngle", 0, 1.5707964)}};
   Table light{{text("name"), word("type", {"directional", "point", "spot"}, true),
-               numbers("color", 3, 0, 1e9), number("intensity", 0, 1e15), number("range", 0, 1e18),
+               numbers("color", 3, 0, 1e9), number("intensity", 0, 1e30), number("range", 0, 1e18),
                object("spot", spot), object("extras", lightExtras)}};
   Table lights{{array("lights", light, true)}};
   Table rootExtensions{{object("KHR_lights_punctual", lights)}};

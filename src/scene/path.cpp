@@ -36,8 +36,8 @@ const Schema& keyframeSchema() {
           {.name = "fov",
            .type = FieldType::Number,
            .help = "vertical field of view, degrees; default: the path's",
-           .minimum = 1.0,
-           .maximum = 170.0},
+           .minimum = 0.001,
+           .maximum = 179.9},
       }};
   return schema;
 }
@@ -125,6 +125,14 @@ struct Common {
   float fovRad = radians(60.0f);
   float nearMetres = 0.01f;
   Vec3 up{0.0f, 1.0f, 0.0f};
+  glm::dvec3 origin{0.0};  ///< of the scene's world space
+
+  /// A position of the file in world space.
+  Vec3 position(const Value& value) const {
+    value.asVec3();  // throws
+    const std::vector<Value>& p = value.asArray();
+    return Vec3(glm::dvec3(p[0].asNumber(), p[1].asNumber(), p[2].asNumber()) - origin);
+  }
 
   /// Share of the way of frame `number`: 0 at the first, 1 at the last; a loop's last frame stops
   /// one step before its first.
@@ -317,7 +325,7 @@ std::unique_ptr<CameraPath> makeKeyframes(const Value& path, Common common, bool
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const Value& key = keys[i];
     config::require(key, keyframeSchema());
-    positions.push_back(key.get("position").asVec3());
+    positions.push_back(common.position(key.get("position")));
     if (key.has("target") == key.has("orientation")) {
       key.fail("a keyframe has either \"target\" or \"orientation\"");
     }
@@ -325,7 +333,7 @@ std::unique_ptr<CameraPath> makeKeyframes(const Value& path, Common common, bool
       key.fail("all keyframes of a path have \"target\", or all have \"orientation\"");
     }
     if (hasTargets) {
-      targets.push_back(key.get("target").asVec3());
+      targets.push_back(common.position(key.get("target")));
       if (targets.back() == positions.back()) key.fail("position and target are the same point");
     } else {
       const std::vector<float> q = key.get("orientation").asFloats(4);
@@ -394,8 +402,8 @@ std::unique_ptr<CameraPath> makeOrbit(const Value& orbit, const Common& common) 
   const auto number = [&](const char* name) {
     return config::valueOr(orbit, orbitSchema(), name).asNumber();
   };
-  path->centre = orbit.get("center").asVec3();
-  path->target = orbit.has("target") ? orbit.get("target").asVec3() : path->centre;
+  path->centre = common.position(orbit.get("center"));
+  path->target = orbit.has("target") ? common.position(orbit.get("target")) : path->centre;
   path->radius = number("radius");
   path->radiusEnd = orbit.has("radius_end") ? number("radius_end") : path->radius;
   path->height = number("height");
@@ -409,14 +417,16 @@ std::unique_ptr<CameraPath> makeWalk(const Value& walk, const Common& common) {
   config::require(walk, walkSchema());
   auto path = std::make_unique<WalkPath>(common);
   const auto get = [&](const char* name) { return config::valueOr(walk, walkSchema(), name); };
-  const auto eyeHeight = static_cast<float>(get("eye_height").asNumber());
+  const double eyeHeight = get("eye_height").asNumber();
   std::vector<Vec3> points;
   for (const Value& point : walk.get("points").asArray()) {
     if (point.asArray().size() == 2) {
-      const std::vector<float> xz = point.asFloats(2);
-      points.emplace_back(xz[0], eyeHeight, xz[1]);
+      point.asFloats(2);  // throws
+      const std::vector<Value>& xz = point.asArray();
+      points.emplace_back(glm::dvec3(xz[0].asNumber(), eyeHeight, xz[1].asNumber()) -
+                          common.origin);
     } else {
-      points.push_back(point.asVec3());
+      points.push_back(common.position(point));
     }
   }
   path->closed = get("closed").asBool() && points.size() > 2;
@@ -433,11 +443,12 @@ std::unique_ptr<CameraPath> makeWalk(const Value& walk, const Common& common) {
   const std::string look = get("look").asString();
   if (look == "target") {
     path->look = WalkPath::Look::Target;
-    path->target = walk.get("target").asVec3();
+    path->target = common.position(walk.get("target"));
   } else if (look == "targets") {
     path->look = WalkPath::Look::Targets;
     std::vector<Vec3> targets;
-    for (const Value& target : walk.get("targets").asArray()) targets.push_back(target.asVec3());
+    for (const Value& target : walk.get("targets").asArray())
+      targets.push_back(common.position(target));
     if (targets.size() != points.size()) {
       walk.get("targets").fail("there are " + std::to_string(targets.size()) + " targets for " +
                                std::to_string(points.size()) + " points; one per point is wanted");
@@ -462,7 +473,7 @@ std::unique_ptr<CameraPath> makeSceneCamera(const Value& name, const Common& com
                       didYouMean(name.asString(), names) + "; it has: " + joined(names, ", "));
 }
 
-Common commonOf(const Value& path) {
+Common commonOf(const Value& path, const Scene& scene) {
   const auto get = [&](const char* name) { return config::valueOr(path, pathSchema(), name); };
   Common common;
   common.fps = get("fps").asNumber();
@@ -473,6 +484,7 @@ Common commonOf(const Value& path) {
   common.fovRad = radians(static_cast<float>(get("fov").asNumber()));
   common.nearMetres = static_cast<float>(get("near").asNumber());
   common.up = unitUp(get("up"));
+  common.origin = scene.origin;
   return common;
 }
 
@@ -490,7 +502,7 @@ std::unique_ptr<CameraPath> makePathAtDepth(const Value& path, const Scene& scen
   }
   if (kind.empty()) path.fail("a path needs one of " + joined(kinds, ", "));
   const bool framesGiven = path.has("frames");
-  const Common common = commonOf(path);
+  const Common common = commonOf(path, scene);
 
   if (kind == "keyframes") return makeKeyframes(path, common, framesGiven);
   if (kind == "orbit") return makeOrbit(path.get("orbit"), common);
@@ -548,13 +560,13 @@ const Schema& pathSchema() {
            .type = FieldType::Number,
            .help = "vertical field of view, degrees",
            .defaultText = "60",
-           .minimum = 1.0,
-           .maximum = 170.0},
+           .minimum = 0.001,
+           .maximum = 179.9},
           {.name = "near",
            .type = FieldType::Number,
            .help = "near plane, metres; there is no far plane",
            .defaultText = "0.01",
-           .minimum = 1e-6,
+           .minimum = 1e-9,
            .maximum = 1e6},
           {.name = "up",
            .type = FieldType::Vec3,

@@ -188,6 +188,11 @@ struct BakeSettings {
 struct Scene {
   std::string name;
   std::filesystem::path source;  ///< the file that was loaded
+  /// Where the origin of "world space" lies in the file's coordinates: 0 but for scenes far away
+  /// from 0, whose floats would be coarse. Poses, lights and cameras (finishScene, loadPath) have
+  /// it taken off already, in double; whoever reads or writes positions of the file's must do so
+  /// too.
+  glm::dvec3 origin{0.0};
   std::vector<Mesh> meshes;
   std::vector<Material> materials;
   std::vector<Texture> textures;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kGrain = 4096;
 constexpr float kOffsetPerEdge = 0.02f;  ///< of a point off its surface; ours
-constexpr float kLargestOffset = 2e-3f;  ///< metres; ours
+constexpr float kLargestOffset = 2e-4f;  ///< of the scene's diameter; ours, 2 mm in a room
 constexpr float kPull = 0.1f;            ///< share of the way to the triangles' middle; ours
 constexpr float kPullPerOffset = 5.0f;   ///< most that a point is pulled, in offsets; ours
 /// Differences of up to about the root of this many variances count as noise; ours.
@@ -100,6 +100,7 @@ BakePoints makeBakePoints(const frame::Geometry& geometry) {
 
   // Off the surface, and along it away from borders, where walls stand on floors.
   const std::vector<Vec3> corners = points.positions;
+  const float largest = kLargestOffset * geometry.bounds.diameter();
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vec3 normal = points.normals[i];
     Vec3 position = points.positions[i];
@@ -108,7 +109,7 @@ BakePoints makeBakePoints(const frame::Geometry& geometry) {
     const std::size_t count = points.neighboursOf(i).size();
     const float edge = count > 0 ? edgeSum / static_cast<float>(count) : 0.0f;
     const float offset =
-        std::max(rayOffset(position, 0.0f), std::min(kLargestOffset, kOffsetPerEdge * edge));
+        std::max(rayOffset(position, 0.0f), std::min(largest, kOffsetPerEdge * edge));
     if (weight[i] > 0.0f) {
       Vec3 pull = (middle[i] / weight[i] - position) * kPull;
       pull -= normal * glm::dot(pull, normal);
@@ -138,7 +139,7 @@ void fillInvalid(const BakePoints& points, std::vector<std::uint8_t> valid,
       for (std::uint32_t n : points.neighboursOf(i)) {
         if (valid[n] == 0) continue;
         const float distance = glm::length(points.positions[n] - points.positions[i]);
-        const float w = 1.0f / std::max(distance, 1e-6f);
+        const float w = 1.0f / std::max(distance, 1e-12f);
         sum += w * values[n];
         total += w;
       }

@@ -25,8 +25,8 @@ struct BakePoints {
   }
 };
 
-/// Points lie off their surface by a fiftieth of the mesh's edges there, at most 2 mm, and are
-/// pulled into their triangles by up to five times that.
+/// Points lie off their surface by a fiftieth of the mesh's edges there, at most 2e-4 of the
+/// scene's diameter, and are pulled into their triangles by up to five times that.
 BakePoints makeBakePoints(const frame::Geometry& geometry);
 
 /// Mean of rgb, or a where rgb is 0.

@@ -14,6 +14,7 @@
 namespace catoptric::trace {
 namespace {
 
+constexpr float kLeastOffset = 2.4e-7f;  ///< of the scene's diameter; 4 roundings; ours
 constexpr std::size_t kRaysPerBatch = std::size_t{1} << 20;  ///< bounds memory; ours
 constexpr std::size_t kPointGrain = 512;                     ///< points a task works on; ours
 
@@ -91,13 +92,16 @@ class Batch {
     }
     rays_.resize(first_.back());
     std::atomic<std::uint64_t> folded{0};
+    // Near 0 and near the eye the rounding is that of the triangles' coordinates
+    const float least = kLeastOffset * trace_.geometry().bounds.diameter();
     forRange(parallel_, points.size(), [&](std::size_t begin, std::size_t end) {
       std::uint64_t foldedHere = 0;
       for (std::size_t i = begin; i < end; ++i) {
         const ReflectionPoint& point = points[i];
         const int count = static_cast<int>(first_[i + 1] - first_[i]);
         const Vec3 origin =
-            point.position + point.normal * rayOffset(point.position, point.distance);
+            point.position +
+            point.normal * std::max(least, rayOffset(point.position, point.distance));
         for (int k = 0; k < count; ++k) {
           bool below = false;
           Ray& ray = rays_[first_[i] + static_cast<std::size_t>(k)];

@@ -555,7 +555,7 @@ float rayOffset(const Vec3& position, float distance) {
   constexpr float kUlps = 32.0f;
   const Vec3 a = glm::abs(position);
   const float largest = std::max(std::max(a.x, a.y), std::max(a.z, std::abs(distance)));
-  return std::max(largest * (kUlps * std::numeric_limits<float>::epsilon()), 1e-7f);
+  return std::max(largest * (kUlps * std::numeric_limits<float>::epsilon()), 1e-12f);
 }
 
 }  // namespace catoptric::trace

@@ -159,7 +159,9 @@ class EnvironmentMap : public Method {
         cubeMap_ = makeEnvironmentCubeMap(
             environment, environmentFaceSize(environment.description(), options_.faceSize));
       } else {
-        const Vec3 centre = options_.centre.value_or(services.geometry.bounds.centre());
+        const Vec3 centre = options_.centre
+                                ? Vec3(glm::dvec3(*options_.centre) - services.scene.origin)
+                                : services.geometry.bounds.centre();
         cubeMap_ = services.raster->drawCubeMap(centre, options_.faceSize, services.lighting);
         drawnLights_ = services.lighting.lights;
       }
