@@ -148,3 +148,96 @@ def clustered(triangles, cell, thin):
         if len({key[0] for key in keys}) == 3:
             result.append([merged[key] for key in keys])
     return result
+
+
+def sheets_of(triangles):
+    """Number of the connected sheet of each triangle: triangles that share a position."""
+    parent = {}
+
+    def root(p):
+        while parent.setdefault(p, p) != p:
+            parent[p] = parent[parent[p]]
+            p = parent[p]
+        return p
+
+    for triangle in triangles:
+        first = root(triangle[0][0])
+        for corner in triangle[1:]:
+            parent[root(corner[0])] = first
+    numbers = {}
+    return [numbers.setdefault(root(t[0][0]), len(numbers)) for t in triangles]
+
+
+# Points of a triangle at which `covered` looks for another one: barycentric, inside the edges.
+INSIDE = [(a / 12, b / 12, (12 - a - b) / 12) for a in range(1, 11, 3) for b in range(1, 12 - a, 3)]
+
+
+def covered(triangles, gap, last):
+    """Numbers of the triangles that lie within `gap` metres of others all over: layers drawn twice,
+    where a ray tracer and a rasterizer see different ones. Small sheets go before large ones, so
+    that whole layers go; triangles whose number is in `last` are tried last."""
+    areas, planes, grid = [], [], {}
+    extent = max(c[0][k] for t in triangles for c in t for k in range(3))
+    cell = max(0.02, extent / 40)
+
+    def cells(points):
+        low = [math.floor((min(p[k] for p in points) - gap) / cell) for k in range(3)]
+        high = [math.floor((max(p[k] for p in points) + gap) / cell) for k in range(3)]
+        return [
+            (x, y, z)
+            for x in range(low[0], high[0] + 1)
+            for y in range(low[1], high[1] + 1)
+            for z in range(low[2], high[2] + 1)
+        ]
+
+    for i, triangle in enumerate(triangles):
+        normal = face_normal(triangle)
+        areas.append(math.sqrt(sum(c * c for c in normal)) / 2)
+        planes.append(unit(*normal))
+        for place in cells([corner[0] for corner in triangle]):
+            grid.setdefault(place, []).append(i)
+
+    def lies_on(point, normal, other):
+        n = planes[other]
+        if n is None or abs(sum(n[k] * normal[k] for k in range(3))) < 0.9:
+            return False
+        corners = [corner[0] for corner in triangles[other]]
+        if abs(sum(n[k] * (point[k] - corners[0][k]) for k in range(3))) > gap:
+            return False
+        for a, b in ((0, 1), (1, 2), (2, 0)):
+            p, q = corners[a], corners[b]
+            u = [q[k] - p[k] for k in range(3)]
+            w = [point[k] - p[k] for k in range(3)]
+            side = (
+                n[0] * (u[1] * w[2] - u[2] * w[1])
+                + n[1] * (u[2] * w[0] - u[0] * w[2])
+                + n[2] * (u[0] * w[1] - u[1] * w[0])
+            )
+            if side < -gap * math.sqrt(sum(c * c for c in u)):
+                return False
+        return True
+
+    sheets = sheets_of(triangles)
+    sizes = {}
+    for i, sheet in enumerate(sheets):
+        sizes[sheet] = sizes.get(sheet, 0) + areas[i]
+    order = sorted(
+        range(len(triangles)), key=lambda i: (i in last, round(sizes[sheets[i]], 4), sheets[i], areas[i])
+    )
+    gone = set()
+    for i in order:
+        if planes[i] is None:
+            continue
+        points = [
+            tuple(sum(w * triangles[i][c][0][k] for c, w in enumerate(weights)) for k in range(3))
+            for weights in INSIDE
+        ]
+        if all(
+            any(
+                j != i and j not in gone and lies_on(point, planes[i], j)
+                for j in grid.get(tuple(math.floor(c / cell) for c in point), ())
+            )
+            for point in points
+        ):
+            gone.add(i)
+    return gone
