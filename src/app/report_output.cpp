@@ -54,7 +54,7 @@ std::string writeReports(const run::RunConfig& run, const std::vector<run::Metho
   sheet.title = run.name;
   for (const report::TimingTable& timing : timings) {
     std::string& caption = sheet.captions[timing.name];
-    caption = report::fixedText(timing.rendering.mean * 1e3, 0) + " ms";
+    caption = "median " + report::fixedText(timing.rendering.median * 1e3, 0) + " ms";
     for (const report::RunComparison& comparison : comparisons)
       if (comparison.name == timing.name && comparison.reference == run.errorsAgainst.front())
         caption += ", L1 " + report::fixedText(comparison.pooled.l1(), 2);

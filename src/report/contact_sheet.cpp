@@ -21,6 +21,7 @@ constexpr int kMargin = 16;
 constexpr int kGap = 8;
 constexpr int kTitleScale = 3;
 constexpr int kTextScale = 2;
+constexpr int kMaxTextWidth = 1200;  ///< texts widen a sheet up to here, pixels
 constexpr int kLine = kGlyphHeight * kTextScale + 6;
 /// What a preview may hold: 16384 x 16384.
 constexpr std::size_t kMaxPixels = std::size_t{1} << 28;
@@ -190,7 +191,16 @@ Rgb8 contactSheet(std::span<const RunData> runs, const SheetOptions& options) {
   const int titleHeight = title.empty() ? 0 : kGlyphHeight * kTitleScale + kGap;
   const int columnHeader = several ? kLine : 0;
   Rgb8 sheet;
-  sheet.width = 2 * kMargin + columns * cellWidth + (columns - 1) * kGap;
+  // A single small column makes room for its texts
+  int textNeeds = textWidth(title, kTextScale);
+  if (several)
+    for (const RunData& run : runs) {
+      const auto caption = options.captions.find(run.name);
+      const std::string text = caption == options.captions.end() ? "" : "   " + caption->second;
+      textNeeds = std::max(textNeeds, textWidth(run.name + text, kTextScale));
+    }
+  sheet.width = 2 * kMargin + std::max(columns * cellWidth + (columns - 1) * kGap,
+                                       std::min(textNeeds, kMaxTextWidth));
   sheet.height =
       2 * kMargin + titleHeight + columnHeader + rows * (kLine + cellHeight) + (rows - 1) * kGap;
   sheet.rgb.resize(static_cast<std::size_t>(sheet.width) * sheet.height * 3);

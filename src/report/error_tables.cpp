@@ -196,8 +196,8 @@ Table errorView(const RunComparison& comparison) {
   std::vector<std::string> cells{"all"};
   appendMeasures(cells, comparison.pooled);
   const std::string worst = place(comparison.pooled);
-  cells.push_back(worst.empty() ? ""
-                                : worst + " of " + std::to_string(comparison.pooled.max8Frame));
+  cells.push_back(
+      worst.empty() ? "" : worst + " in frame " + std::to_string(comparison.pooled.max8Frame));
   table.rows.push_back(cells);
   appendNotFinite(table, comparison.name, comparison.pooled);
   appendMissing(table, comparison);
@@ -212,10 +212,11 @@ Table objectView(const RunComparison& comparison) {
                    {"RMSE", true},     {"SSIM", true},     {"FLIP", true},
                    {"HDR-FLIP", true}, {"max_8bit", true}, {"at x,y", true}};
   for (const auto& [id, e] : comparison.pooled.objects)
-    table.rows.push_back({std::to_string(id), std::to_string(e.pixels), fixedText(e.l1(), 3),
-                          fixedText(e.rmse(), 5), fixedText(e.ssim(), 4), fixedText(e.flip(), 4),
-                          fixedText(e.hdrFlip(), 4), std::to_string(e.max8),
-                          e.max8X < 0 ? "" : place(e) + " of " + std::to_string(e.max8Frame)});
+    table.rows.push_back(
+        {std::to_string(id), std::to_string(e.pixels), fixedText(e.l1(), 3), fixedText(e.rmse(), 5),
+         fixedText(e.ssim(), 4), fixedText(e.flip(), 4), fixedText(e.hdrFlip(), 4),
+         std::to_string(e.max8),
+         e.max8X < 0 ? "" : place(e) + " in frame " + std::to_string(e.max8Frame)});
   return table;
 }
 
@@ -244,22 +245,22 @@ Table errorSummary(std::span<const RunComparison> comparisons,
   table.columns = {{"method", false}, {"against", false}, {"frames", true}};
   table.columns.insert(table.columns.end(), kMeasures.begin(), kMeasures.end());
   if (!timings.empty()) {
-    table.columns.push_back({"ms", true});
+    table.columns.push_back({"median ms", true});
     table.columns.push_back({"x of reference", true});
   }
-  const auto meanOf = [&](const std::string& name) {
+  const auto medianOf = [&](const std::string& name) {
     for (const TimingTable& timing : timings)
-      if (timing.name == name) return timing.rendering.mean;
+      if (timing.name == name) return timing.rendering.median;
     return 0.0;
   };
   for (const RunComparison& c : comparisons) {
     std::vector<std::string> cells{c.name, c.reference, std::to_string(c.frames.size())};
     appendMeasures(cells, c.pooled);
     if (!timings.empty()) {
-      const double mean = meanOf(c.name);
-      const double base = meanOf(c.reference);
-      cells.push_back(mean > 0.0 ? fixedText(mean * 1e3, 2) : "");
-      cells.push_back(mean > 0.0 && base > 0.0 ? fixedText(mean / base, 3) : "");
+      const double time = medianOf(c.name);
+      const double base = medianOf(c.reference);
+      cells.push_back(time > 0.0 ? fixedText(time * 1e3, 2) : "");
+      cells.push_back(time > 0.0 && base > 0.0 ? fixedText(time / base, 3) : "");
     }
     table.rows.push_back(cells);
     appendNotFinite(table, c.name + " against " + c.reference, c.pooled);

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -174,6 +175,26 @@ struct Classes {
       for (int i = std::max(0, x - 1); i <= std::min(width - 1, x + 1); ++i)
         if (id.at(static_cast<std::size_t>(j) * width + i) != own) return true;
     return false;
+  }
+
+  /// Ids of objects that reflect. At an edge the pixel reflects while its middle sample, whose id
+  /// it has, may not: trusted are pixels all samples of which reflect, or (layer `s` alone, a mean)
+  /// those that lie at no edge.
+  std::set<int> reflectors() const {
+    std::set<int> ids;
+    if (!id || !reflective) return ids;
+    const Image& layers = *reflective.image;
+    const bool isMask =
+        layers.channels[static_cast<std::size_t>(reflective.channel)] == "mask.reflective";
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        const std::size_t pixel = static_cast<std::size_t>(y) * width + x;
+        const int own = static_cast<int>(id.at(pixel));
+        if (own == 0 || ids.contains(own)) continue;
+        const float value = reflective.at(pixel);
+        if (isMask ? value >= 1.0f : value > 0.0f && !silhouette(x, y)) ids.insert(own);
+      }
+    return ids;
   }
 
   /// Adds a pixel's error to its classes.
@@ -405,6 +426,8 @@ ImageError compareImages(const Image& image, const Image& reference, const std::
   const std::vector<double> similarity =
       ssimMap(greyOf(test), greyOf(truth), image.width, image.height);
 
+  const std::set<int> reflectors = classes.reflectors();
+
   // Bands of rows, added up in order: the same sums for any number of threads
   constexpr int kBand = 32;
   const int bands = (image.height + kBand - 1) / kBand;
@@ -457,7 +480,8 @@ ImageError compareImages(const Image& image, const Image& reference, const std::
         const bool isReflective = classes.reflective && classes.reflective.at(p) > 0.0f;
         if (isReflective) {
           add(e.reflective, one, 0);
-          if (classes.id) add(e.objects[static_cast<int>(classes.id.at(p))], one, 0);
+          if (classes.id && reflectors.contains(static_cast<int>(classes.id.at(p))))
+            add(e.objects[static_cast<int>(classes.id.at(p))], one, 0);
         }
         classes.count(e.classes, x, y, isReflective, {1, one.sum8, one.sumSquared, one.hdrFlipSum});
       }

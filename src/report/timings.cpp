@@ -119,7 +119,7 @@ Table timingView(const TimingTable& timings) {
                           share && timings.rendering.sum > 0.0
                               ? fixedText(100.0 * s.sum / timings.rendering.sum, 1)
                               : "",
-                          rate ? perSecond(s.mean) : ""});
+                          rate ? perSecond(s.median) : ""});
   };
   const StepStatistics* wait = nullptr;
   for (const StepStatistics& s : timings.steps) {
@@ -151,7 +151,8 @@ Table timingView(const TimingTable& timings) {
   }
   if (timings.rendering.first >= 0.0)
     table.notes.emplace_back(
-        "First frames (programs are compiled, caches filled) are part of min, median, mean, max.");
+        "First frames (memory is allocated, caches filled) are part of min, median, mean, max; "
+        "per s is of the median.");
   return table;
 }
 
@@ -159,7 +160,7 @@ Table timingComparison(std::span<const TimingTable> methods, std::size_t baselin
   Table table;
   if (methods.empty()) return table;
   baseline = std::min(baseline, methods.size() - 1);
-  table.title = "Mean ms per frame; x: time over that of " + methods[baseline].name;
+  table.title = "Median ms per frame; x: time over that of " + methods[baseline].name;
   table.columns.push_back({"step", false});
   for (const TimingTable& method : methods) {
     table.columns.push_back({method.name, true});
@@ -168,6 +169,7 @@ Table timingComparison(std::span<const TimingTable> methods, std::size_t baselin
 
   // Steps of all methods, in the order in which they first occur
   using Group = std::vector<StepStatistics> TimingTable::*;
+  bool someFramesOnly = false;
   const auto addGroup = [&](Group group, bool preparation) {
     std::vector<std::string> order;
     for (const TimingTable& method : methods)
@@ -178,20 +180,21 @@ Table timingComparison(std::span<const TimingTable> methods, std::size_t baselin
     std::stable_partition(order.begin(), order.end(),
                           [](const std::string& step) { return step != "other"; });
     for (const std::string& step : order) {
-      const auto meanOf = [&](const TimingTable& method) {
-        for (const StepStatistics& s : method.*group)
-          if (s.step == step)
-            // Frames without the step count as none of it
-            return preparation ? s.sum : s.sum / std::max(1, method.frames);
+      const auto timeOf = [&](const TimingTable& method) {
+        for (const StepStatistics& s : method.*group) {
+          if (s.step != step) continue;
+          someFramesOnly = someFramesOnly || (!preparation && s.count < method.frames);
+          return preparation ? s.sum : s.median;
+        }
         return -1.0;
       };
-      const double base = meanOf(methods[baseline]);
+      const double base = timeOf(methods[baseline]);
       std::vector<std::string> cells{step};
       for (const TimingTable& method : methods) {
-        const double mean = meanOf(method);
-        cells.push_back(mean >= 0.0 ? ms(mean) : "");
+        const double time = timeOf(method);
+        cells.push_back(time >= 0.0 ? ms(time) : "");
         if (methods.size() > 1)
-          cells.push_back(mean >= 0.0 && base > 0.0 ? fixedText(mean / base, 2) : "");
+          cells.push_back(time >= 0.0 && base > 0.0 ? fixedText(time / base, 2) : "");
       }
       table.rows.push_back(cells);
     }
@@ -199,19 +202,24 @@ Table timingComparison(std::span<const TimingTable> methods, std::size_t baselin
   };
   addGroup(&TimingTable::steps, false);
   table.rows.emplace_back();
-  std::vector<std::string> total{"rendering"};
-  std::vector<std::string> rate{"frames per s"};
-  const double base = methods[baseline].rendering.mean;
-  for (const TimingTable& method : methods) {
-    const double mean = method.rendering.mean;
-    total.push_back(method.frames > 0 ? ms(mean) : "");
-    rate.push_back(perSecond(mean));
-    if (methods.size() > 1) {
-      total.push_back(base > 0.0 && mean > 0.0 ? fixedText(mean / base, 2) : "");
-      rate.emplace_back();
+  const auto addTotal = [&](const std::string& name, double StepStatistics::*value) {
+    std::vector<std::string> total{name};
+    const double base = methods[baseline].rendering.*value;
+    for (const TimingTable& method : methods) {
+      const double time = method.rendering.*value;
+      total.push_back(method.frames > 0 ? ms(time) : "");
+      if (methods.size() > 1)
+        total.push_back(base > 0.0 && time > 0.0 ? fixedText(time / base, 2) : "");
     }
+    table.rows.push_back(total);
+  };
+  addTotal("rendering", &StepStatistics::median);
+  addTotal("rendering, mean", &StepStatistics::mean);
+  std::vector<std::string> rate{"frames per s"};
+  for (const TimingTable& method : methods) {
+    rate.push_back(perSecond(method.rendering.median));
+    if (methods.size() > 1) rate.emplace_back();
   }
-  table.rows.push_back(total);
   table.rows.push_back(rate);
   table.rows.emplace_back();
   if (addGroup(&TimingTable::overlapped, false)) table.rows.emplace_back();
@@ -219,6 +227,8 @@ Table timingComparison(std::span<const TimingTable> methods, std::size_t baselin
     table.notes.emplace_back("Last rows: before the first frame, once per run.");
   else
     table.rows.pop_back();
+  if (someFramesOnly)
+    table.notes.emplace_back("A step that only some frames have: the median of those frames.");
   return table;
 }
 

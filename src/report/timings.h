@@ -41,7 +41,8 @@ TimingTable timingTable(const RunData& run);
 
 /// One method: ms, share of the rendering, frames per second.
 Table timingView(const TimingTable& timings);
-/// Several methods: mean ms of each step, and how much longer each takes than `baseline` (index).
+/// Several methods: median ms of each step over the frames that have it (first frames, which pay
+/// for allocation, hardly move it), and how much longer each takes than `baseline` (index).
 Table timingComparison(std::span<const TimingTable> methods, std::size_t baseline = 0);
 /// Long form, seconds: method,kind,step,clock,count,min,median,mean,max,sum,first; `kind` is
 /// preparation, step, overlapped, or total.

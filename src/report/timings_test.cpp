@@ -63,16 +63,16 @@ TEST(Timings, ViewIsAlignedAndComplete) {
             "trace      wall             4   60.00   60.00   60.00   60.00  60.00     59.4\n"
             "other      wall             4    1.00    1.00    1.00    1.00   1.00      1.0\n"
             "---------  ----------  ------  ------  ------  ------  ------  -----  -------  -----\n"
-            "rendering  wall             4   71.00   86.00  101.00  161.00  71.00    100.0   9.90\n"
+            "rendering  wall             4   71.00   86.00  101.00  161.00  71.00    100.0  11.63\n"
             "wait       wall             1  500.00  500.00  500.00  500.00\n"
-            "frame      wall             4   71.00  121.00  226.00  591.00  71.00            4.42\n"
+            "frame      wall             4   71.00  121.00  226.00  591.00  71.00            8.26\n"
             "---------  ----------  ------  ------  ------  ------  ------  -----  -------  -----\n"
             "write      overlapped       4  300.00  300.00  300.00  300.00\n"
             "---------  ----------  ------  ------  ------  ------  ------  -----  -------  -----\n"
             "scene      wall             1  500.00  500.00  500.00  500.00\n"
             "Before the first frame: 500.00 ms in all (last rows).\n"
-            "First frames (programs are compiled, caches filled) are part of min, median, mean, "
-            "max.\n");
+            "First frames (memory is allocated, caches filled) are part of min, median, mean, max; "
+            "per s is of the median.\n");
 }
 
 TEST(Timings, MethodsSideBySide) {
@@ -86,13 +86,15 @@ TEST(Timings, MethodsSideBySide) {
   const Table table = timingComparison(both, 1);
   EXPECT_THAT(table.title, HasSubstr("over that of traced"));
   EXPECT_THAT(table.rows[0], ElementsAre("environment", "4.00", "", "", ""));
-  // 6 ms in one of two frames: 3 ms per frame
-  EXPECT_THAT(table.rows[1], ElementsAre("trace", "3.00", "0.05", "60.00", "1.00"));
-  EXPECT_THAT(table.rows[2], ElementsAre("bvh", "", "", "40.00", "1.00"));
+  // 6 ms in one of two frames: the median of the frames that have the step
+  EXPECT_THAT(table.rows[1], ElementsAre("trace", "6.00", "0.10", "60.00", "1.00"));
+  EXPECT_THAT(table.notes.back(), HasSubstr("only some frames"));
+  EXPECT_THAT(table.rows[2], ElementsAre("bvh", "", "", "25.00", "1.00"));
   EXPECT_THAT(table.rows[3], ElementsAre("other", "", "", "1.00", "1.00"));
   EXPECT_TRUE(table.rows[4].empty());
-  EXPECT_THAT(table.rows[5], ElementsAre("rendering", "7.00", "0.07", "101.00", "1.00"));
-  EXPECT_THAT(table.rows[6], ElementsAre("frames per s", "142.86", "", "9.90", ""));
+  EXPECT_THAT(table.rows[5], ElementsAre("rendering", "7.00", "0.08", "86.00", "1.00"));
+  EXPECT_THAT(table.rows[6], ElementsAre("rendering, mean", "7.00", "0.07", "101.00", "1.00"));
+  EXPECT_THAT(table.rows[7], ElementsAre("frames per s", "142.86", "", "11.63", ""));
   EXPECT_THAT(toMarkdown(table),
               HasSubstr("| step | environment_map | x | traced | x |\n| --- | ---: | ---: |"));
 }
