@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -123,6 +124,34 @@ TEST_F(App, MissingScenesAreExit3) {
   EXPECT_THAT(result.err, HasSubstr("nothing.json"));
 }
 
+TEST_F(App, WrongFilesAreNamedInOneLine) {
+  const auto lines = [](const Result& result) {
+    return std::count(result.err.begin(), result.err.end(), '\n');
+  };
+  const auto refuses = [&](const std::string& arguments, int code, const char* text) {
+    const Result result = run(arguments);
+    EXPECT_EQ(result.exitCode, code) << arguments;
+    EXPECT_THAT(result.err, HasSubstr(text)) << arguments;
+    EXPECT_EQ(lines(result), 1) << arguments << result.err;
+  };
+  refuses("plan path.json", 2, "path.json: is a camera path");
+  refuses("plan run.json --set scene=run.json", 2, "run.json: is a run config");
+  refuses("plan run.json --set scene=path.json", 2, "path.json: is a camera path");
+  refuses("plan run.json --set path=scene.json", 2, "scene.json: is a scene");
+  refuses("plan /dev/null", 2, "/dev/null: is not a regular file");
+  ASSERT_EQ(::mkfifo((folder / "pipe.json").c_str(), 0600), 0);
+  refuses("plan pipe.json", 2, "pipe.json: is not a regular file");
+  refuses("plan run.json --set scene=pipe.json", 3, "pipe.json");
+  std::ofstream(folder / "broken.json") << "{\"objects\": [";
+  refuses("plan run.json --set scene=broken.json", 3, "broken.json:1");
+  // Frames and devices are checked before the scene is loaded.
+  refuses("plan run.json --set scene=nothing.json --frames 1-2-3", 2, "1-2-3");
+  refuses("plan run.json --set scene=nothing.json --device gpu", 2, "gpu");
+  EXPECT_EQ(run("render run.json --out ''").exitCode, 2);
+  EXPECT_EQ(run("render run.json --frames ''").exitCode, 2);
+  EXPECT_FALSE(fs::exists(folder / "out"));
+}
+
 TEST_F(App, HelpVersionAndListAreQuick) {
   const auto start = std::chrono::steady_clock::now();
   const Result help = run("render --help");
@@ -134,6 +163,16 @@ TEST_F(App, HelpVersionAndListAreQuick) {
   EXPECT_THAT(run("--version").out, HasSubstr("catoptric 0."));
   const config::Value list = config::parseText(run("list --json").out, "list");
   EXPECT_EQ(list.get("methods").asArray()[2].get("name").asString(), "reference");
+  // Every step of the listed methods is explained, in the program and in the docs.
+  const std::string steps = run("list steps").out;
+  const std::string docs = textOf(fs::path(CATOPTRIC_SOURCE_DIR) / "docs/outputs.md");
+  for (const config::Value& step : list.get("steps").asArray()) {
+    const std::string name = step.get("name").asString();
+    EXPECT_THAT(docs, HasSubstr("| `" + name + "` | "));
+    EXPECT_THAT(steps, HasSubstr(name + " "));
+  }
+  for (const char* name : {"cube_map", "resolve", "wait", "other", "layers"})
+    EXPECT_THAT(steps, HasSubstr(std::string(name) + " "));
 }
 
 TEST_F(App, RendersResumesAndRefuses) {
@@ -178,12 +217,17 @@ TEST_F(App, BareScenesRenderWithoutConfig) {
       "render scene.json --method reference --set image.width=16 --set image.height=16 --out s");
   ASSERT_EQ(result.exitCode, 0) << result.err;
   EXPECT_TRUE(fs::exists(folder / "s/frames/frame.0001.exr"));
+  EXPECT_EQ(run("plan scene.json --set methods.0.bvh=refit").exitCode, 0);
+  EXPECT_EQ(run("plan scene.json --method reference --set methods.0.samples=2").exitCode, 0);
 }
 
 TEST_F(App, DryRunAndPlanWriteNothing) {
   const Result dry = run("render run.json --out d --dry-run");
   EXPECT_EQ(dry.exitCode, 0) << dry.err;
   EXPECT_THAT(dry.out, HasSubstr("frames 1-6 would go to"));
+  const config::Value chunk =
+      config::parseText(run("render run.json --out d --dry-run --chunk 2/3 --json").out, "dry");
+  EXPECT_EQ(chunk.get("frames").asString(), "3-4");
   EXPECT_FALSE(fs::exists(folder / "d"));
   const config::Value plan = config::parseText(run("plan run.json --json").out, "plan");
   EXPECT_FALSE(plan.get("context").asBool());  // reference alone needs no OpenGL

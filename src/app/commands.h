@@ -47,6 +47,11 @@ void addCommon(CLI::App& command, CommonOptions& common);
 /// Adds CONFIG|SCENE, --frames, --method, --set, --device, --threads, --seed.
 void addRunOptions(CLI::App& command, RunOptions& options);
 
+/// Of options whose empty value would mean something else.
+inline CLI::Validator notEmpty() {
+  return {[](const std::string& text) { return text.empty() ? "must not be empty" : ""; }, ""};
+}
+
 /// Writes data to stdout, and checks that it arrived. Throws OutputError.
 void printData(const std::string& text);
 

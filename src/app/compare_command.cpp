@@ -1,4 +1,6 @@
 // catoptric compare RUN REFERENCE.
+#include <array>
+#include <cstdio>
 #include <optional>
 
 #include "app/commands.h"
@@ -36,6 +38,13 @@ std::string numbers(const std::vector<int>& frames) {
   return text;
 }
 
+/// A measured value, six digits of it.
+std::string digits(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.6g", value);
+  return text.data();
+}
+
 /// Says what exceeds the limits; whether anything does.
 bool exceeds(const report::RunComparison& c, const Options& options) {
   bool failed = false;
@@ -57,12 +66,12 @@ bool exceeds(const report::RunComparison& c, const Options& options) {
       fail(frame + "NaN or infinity in " + std::to_string(e.notFinite) + " pixels, and in " +
            std::to_string(e.notFiniteReference) + " of the reference");
     if (options.fail && e.overPercent() > options.failPercent)
-      fail(frame + report::exactText(e.overPercent()) + " % of the pixels differ by more than " +
+      fail(frame + digits(e.overPercent()) + " % of the pixels differ by more than " +
            report::exactText(*options.fail) + "; " + report::exactText(options.failPercent) +
            " % are allowed");
     if (options.hardFail && e.maxLinear > *options.hardFail)
       fail(frame + "pixel " + std::to_string(e.maxLinearX) + "," + std::to_string(e.maxLinearY) +
-           " differs by " + report::exactText(e.maxLinear) + ", more than the " +
+           " differs by " + digits(e.maxLinear) + ", more than the " +
            report::exactText(*options.hardFail) + " allowed");
   }
   return failed;
@@ -109,6 +118,7 @@ void addCompare(CLI::App& program, CommonOptions& common, Action& action) {
   command
       ->add_option("--out", options->out,
                    "Write pictures of the differences, CSV and JSON into this folder")
+      ->check(notEmpty())
       ->type_name("DIR");
   CLI::Option* fail =
       command

@@ -1,4 +1,4 @@
-// catoptric list: methods, scenes, paths, configs, shapes, devices; schemas.
+// catoptric list: methods, steps, scenes, paths, configs, shapes, devices; schemas.
 #include <algorithm>
 
 #include "app/commands.h"
@@ -8,6 +8,7 @@
 #include "methods/method.h"
 #include "run/run_config.h"
 #include "run/schemas.h"
+#include "run/steps.h"
 #include "scene/description.h"
 
 namespace catoptric::app {
@@ -15,7 +16,7 @@ namespace {
 
 using config::JsonText;
 
-const std::vector<std::string> kWhat = {"methods", "scenes", "paths",
+const std::vector<std::string> kWhat = {"methods", "steps",  "scenes", "paths",
                                         "configs", "shapes", "devices"};
 
 /// Files of the working folder's scenes/, paths/, configs/.
@@ -42,6 +43,9 @@ std::vector<Item> itemsOf(const std::string& what) {
   if (what == "methods") {
     for (const methods::MethodEntry& entry : methods::registry())
       items.push_back({entry.id, entry.summary});
+  } else if (what == "steps") {
+    for (const run::StepMeaning& step : run::stepMeanings())
+      items.push_back({step.name, step.when + ": " + step.meaning});
   } else if (what == "shapes") {
     for (const std::string& shape : scene::shapeNames()) items.push_back({shape, ""});
   } else if (what == "devices") {
@@ -106,7 +110,7 @@ void addList(CLI::App& program, CommonOptions& common, Action& action) {
   };
   const auto options = std::make_shared<Options>();
   CLI::App* command = program.add_subcommand(
-      "list", "Methods, scenes, paths, configs, shapes, devices; JSON Schemas");
+      "list", "Methods, steps, scenes, paths, configs, shapes, devices; JSON Schemas");
   command->add_option("what", options->what, "Any of: " + joined(kWhat, ", "))->type_name("WHAT");
   command
       ->add_option("--schema", options->schema,

@@ -66,6 +66,7 @@ void addMerge(CLI::App& program, CommonOptions& common, Action& action) {
       ->required()
       ->type_name("RUN");
   command->add_option("--out", options->out, "Folder of the whole run")
+      ->check(notEmpty())
       ->required()
       ->type_name("DIR");
   command

@@ -18,6 +18,7 @@
 #include "core/log.h"
 #include "core/text.h"
 #include "methods/method.h"
+#include "run/machine.h"
 #include "run/session.h"
 #include "scene/camera.h"
 
@@ -90,7 +91,11 @@ struct RenderOptions : RunOptions {
 
 run::Plan planOf(const run::Stage& stage) {
   const auto made = run::makeMethods(stage.run(), methods::registry());
-  return run::makePlan(stage.run(), stage.scene(), stage.frames().size(), made);
+  const run::Plan plan = run::makePlan(stage.run(), stage.scene(), stage.frames().size(), made);
+  if (const std::string warning = run::memoryWarning(plan, run::physicalMemoryBytes());
+      !warning.empty())
+    log::warning(warning);
+  return plan;
 }
 
 std::filesystem::path outFolder(const RunOptions& options, const run::RunConfig& run) {
@@ -119,18 +124,18 @@ std::string resultsJson(const std::vector<run::MethodResult>& results) {
 ExitCode dryRun(const run::Stage& stage, const RenderOptions& options, const CommonOptions& common,
                 const std::filesystem::path& out) {
   const run::Plan plan = planOf(stage);
+  const auto [begin, end] = run::chunkRange(stage.frames().size(), run::parseChunk(options.chunk));
+  const std::vector<int> frames(stage.frames().begin() + static_cast<std::ptrdiff_t>(begin),
+                                stage.frames().begin() + static_cast<std::ptrdiff_t>(end));
   if (common.json) {
     printData(config::JsonText()
                   .add("out", out.string())
-                  .add("frames", scene::formatFrames(stage.frames()))
+                  .add("frames", scene::formatFrames(frames))
                   .raw("plan", run::planJson(plan))
                   .object() +
               "\n");
     return ExitCode::Done;
   }
-  const auto [begin, end] = run::chunkRange(stage.frames().size(), run::parseChunk(options.chunk));
-  std::vector<int> frames(stage.frames().begin() + static_cast<std::ptrdiff_t>(begin),
-                          stage.frames().begin() + static_cast<std::ptrdiff_t>(end));
   std::string text = "frames " + scene::formatFrames(frames) + " would go to\n";
   for (const run::MethodConfig& method : stage.run().methods)
     text += "  " + run::methodFolder(stage.run(), method, out).string() + "\n";
@@ -151,6 +156,7 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
   // Until the scene is loaded a signal ends the process by itself: nothing has been written.
   run::Stage stage(run);
   if (options.dryRun) return dryRun(stage, options, common, session.out);
+  planOf(stage);  // what cannot be done, or needs too much memory, is said before all else
 
   catchSignals();
   const StopDeadline deadline(options.stopWithin);
@@ -209,6 +215,7 @@ void addRunOptions(CLI::App& command, RunOptions& options) {
       ->required()
       ->type_name("CONFIG|SCENE");
   command.add_option("--frames", options.frames, "Frames of the path, such as 1-100x2,120")
+      ->check(notEmpty())
       ->type_name("LIST");
   command
       .add_option("--method", options.methods,
@@ -234,6 +241,7 @@ void addRender(CLI::App& program, CommonOptions& common, Action& action) {
   command
       ->add_option("--out", options->out,
                    "Folder of the results (out/NAME); several methods: a folder each in it")
+      ->check(notEmpty())
       ->type_name("DIR");
   command
       ->add_option("--existing", options->existing,

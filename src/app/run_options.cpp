@@ -18,6 +18,8 @@ void requireInput(const std::string& input) {
   if (fs::is_regular_file(path, error)) return;
   if (fs::is_directory(path, error))
     throw UsageError(input + ": is a folder; name a run config or a scene (.json, .gltf, .glb)");
+  if (fs::exists(path, error))
+    throw UsageError(input + ": is not a regular file; name a run config or a scene");
   std::vector<std::string> names;
   const fs::path folder = path.parent_path().empty() ? fs::path(".") : path.parent_path();
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
@@ -33,7 +35,24 @@ void requireInput(const std::string& input) {
 run::RunConfig readRun(const RunOptions& options) {
   requireInput(options.input);
   const std::filesystem::path file = options.input;
-  config::Value root = run::isScene(file) ? run::configOfScene(file) : config::parseFile(file);
+  config::Value root;
+  if (run::isScene(file)) {
+    // Methods that are known; readRunConfig() complains of the others.
+    std::vector<std::string> methods;
+    for (const methods::MethodEntry& entry : methods::registry())
+      if (std::find(options.methods.begin(), options.methods.end(), entry.id) !=
+          options.methods.end())
+        methods.push_back(entry.id);
+    if (methods.empty()) methods.emplace_back("traced");
+    root = run::configOfScene(file, methods);
+  } else {
+    root = config::parseFile(file);
+    if (run::fileKind(root) == run::FileKind::Path)
+      throw UsageError(options.input +
+                       ": is a camera path; name a run config or a scene, and this file as the "
+                       "config's \"path\" (--set path=" +
+                       options.input + ")");
+  }
   for (const std::string& setting : options.settings) {
     const std::size_t equals = setting.find('=');
     if (equals == std::string::npos || equals == 0)

@@ -90,7 +90,7 @@ void addLayers(image::Image& image, const SampleLayers& layers, int samples, flo
     out.middle("Z", [&](std::size_t s) {
       return layers.depth[s] > 0.0f ? nearMetres / layers.depth[s] : 0.0f;
     });
-  if (!layers.normal.empty()) {
+  if (!layers.normal.empty() && layers.wantNormal) {
     const std::array names = {"N.X", "N.Y", "N.Z"};
     for (std::size_t c = 0; c < 3; ++c)
       out.middle(names[c], [&, c](std::size_t s) { return layers.normal[s * 4 + c]; });
@@ -110,6 +110,10 @@ void addLayers(image::Image& image, const SampleLayers& layers, int samples, flo
     out.middle("id.object", [&](std::size_t s) { return static_cast<float>(layers.object[s]); });
   if (!layers.masks.empty()) {
     out.mean("mask.reflective", [&](std::size_t s) { return reflects(s) ? 1.0f : 0.0f; });
+    if (!layers.normal.empty())
+      out.mean("mask.glossy", [&](std::size_t s) {
+        return reflects(s) && layers.normal[s * 4 + 3] > 0.0f ? 1.0f : 0.0f;
+      });
     for (const auto& [bit, name] : kMasks)
       out.mean(name, [&, b = bit](std::size_t s) {
         return reflects(s) && (layers.masks[s] & b) != 0 ? 1.0f : 0.0f;

@@ -13,7 +13,8 @@ struct SampleLayers {
   std::vector<float> diffuse;         ///< rgb and s; `reflection` and `masks` need it
   bool wantDiffuse = true;            ///< layer diffuse, from `diffuse`
   bool wantSpecular = false;          ///< layer s, likewise
-  std::vector<float> normal;          ///< xyz and g
+  std::vector<float> normal;          ///< xyz and g; `masks` needs it for mask.glossy
+  bool wantNormal = true;             ///< layers N.*, from `normal`
   std::vector<float> reflection;      ///< rgb
   std::vector<float> depth;           ///< reversed-Z
   std::vector<std::uint32_t> object;  ///< ids

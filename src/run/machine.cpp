@@ -47,17 +47,20 @@ std::string buildFingerprint() {
   return text;
 }
 
+std::uint64_t physicalMemoryBytes() {
+  return static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
+         static_cast<std::uint64_t>(::sysconf(_SC_PAGE_SIZE));
+}
+
 std::string machineJson() {
   utsname system{};
   ::uname(&system);
-  const auto memory = static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) *
-                      static_cast<std::uint64_t>(::sysconf(_SC_PAGE_SIZE));
   return config::JsonText()
       .add("host", system.nodename)
       .add("processor", processorName())
       .add("processors", static_cast<int>(std::thread::hardware_concurrency()))
       .add("threads", threadCount())
-      .add("memory_bytes", memory)
+      .add("memory_bytes", physicalMemoryBytes())
       .add("system", std::string(system.sysname) + " " + system.release)
       .add("version", versionText())
       .add("build", buildFingerprint())

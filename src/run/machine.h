@@ -1,6 +1,7 @@
 // Where and by what a run is made: the context of its figures, and what its pixels depend on.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 namespace catoptric::run {
@@ -10,6 +11,8 @@ std::string processorName();
 
 /// Fingerprint of the running program's file: a build.
 std::string buildFingerprint();
+
+std::uint64_t physicalMemoryBytes();
 
 /// Host, processor, processors, memory, kernel, threads, version, compiler, as a JSON object.
 std::string machineJson();

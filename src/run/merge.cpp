@@ -223,6 +223,19 @@ std::map<std::string, std::string> summaryOf(const Merge& merge) {
   return members;
 }
 
+/// Names of the methods as a part's config lists them; none when unknown.
+std::vector<std::string> configuredOrder(const Merge& merge) {
+  std::vector<std::string> names;
+  for (const Part& part : merge.parts) {
+    if (!names.empty() || part.summary.isNull() || !part.summary.has("config")) continue;
+    const Value methods = part.summary.get("config").get("methods");
+    if (methods.kind() != Value::Kind::Array) continue;
+    for (const Value& method : methods.asArray())
+      if (method.has("name")) names.push_back(method.get("name").asString());
+  }
+  return names;
+}
+
 MergedRun write(const std::string& method, const Merge& merge, const fs::path& path,
                 Existing existing) {
   RunFolder folder(path, existing);
@@ -282,9 +295,18 @@ std::vector<MergedRun> mergeRuns(const std::vector<fs::path>& runs, const fs::pa
     problems.mismatch("some runs have a folder per method, others have not");
   problems.raise();
 
+  // In the order of the run's config.
+  std::vector<std::string> order;
+  for (const auto& [method, merge] : merges) order.push_back(method);
+  const std::vector<std::string> configured = configuredOrder(merges.begin()->second);
+  std::stable_sort(order.begin(), order.end(), [&](const std::string& a, const std::string& b) {
+    return std::find(configured.begin(), configured.end(), a) <
+           std::find(configured.begin(), configured.end(), b);
+  });
   std::vector<MergedRun> merged;
-  for (const auto& [method, merge] : merges)
-    merged.push_back(write(method, merge, method.empty() ? out : out / method, existing));
+  for (const std::string& method : order)
+    merged.push_back(
+        write(method, merges.at(method), method.empty() ? out : out / method, existing));
   return merged;
 }
 

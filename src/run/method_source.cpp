@@ -130,7 +130,8 @@ image::Image MethodSource::readFrame(const scene::Camera& camera) {
   timer_.measure("layers", [&] {
     SampleLayers layers;
     if (asksFor(settings, "Z")) layers.depth = raster::readDepth(gbuffer_->depth);
-    if (asksFor(settings, "N")) layers.normal = raster::readRgba(gbuffer_->normal);
+    layers.wantNormal = asksFor(settings, "N");
+    if (layers.wantNormal || settings.masks) layers.normal = raster::readRgba(gbuffer_->normal);
     if (asksFor(settings, "reflection")) layers.reflection = raster::readRgba(gbuffer_->reflection);
     layers.wantDiffuse = asksFor(settings, "diffuse");
     layers.wantSpecular = asksFor(settings, "s");
@@ -175,6 +176,10 @@ Encoder makeEncoder(const RunConfig& run, const MethodConfig& method, const glm:
     const Mat4 cameraFromFile(
         glm::translate(glm::dmat4(scene::cameraFromWorld(path.camera)), -origin));
     options.matrices["worldToCamera"] = image::exrWorldToCamera(cameraFromFile);
+    options.matrices["worldToNDC"] =
+        image::exrWorldToNdc(cameraFromFile, path.camera.verticalFovRad,
+                             static_cast<float>(picture.width) / static_cast<float>(picture.height),
+                             path.camera.nearMetres);
     image::ExrStatistics statistics;
     EncodedFile exr;
     exr.path = framePath("frames", path.number, ".exr");

@@ -14,6 +14,8 @@ namespace {
 
 using methods::PlanItem;
 
+constexpr std::uint64_t kFramesUnderWay = 6;  ///< one rendered, 3 queued, 2 with the writers
+
 std::string count(std::size_t n, const std::string& noun) {
   return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
 }
@@ -117,6 +119,10 @@ std::vector<PlanItem> methodItems(const RunConfig& run, const scene::Scene& scen
       items.push_back({"pass", "layers", "asked for: " + joined(layers, ", "), 0});
     }
   }
+  // Colour and layers of pixels, floats: the frame at hand, those that wait, those being written.
+  const std::uint64_t floats = 4 + 3 * run.image.layers.size() + (run.image.masks ? 7 : 0);
+  items.push_back({"resource", "frames", "pixels of frames on their way to the files, at most",
+                   pixels * floats * sizeof(float) * kFramesUnderWay});
   items.push_back({"pass", "encode", "EXR, behind the rendering", 0});
   if (run.preview.enabled) items.push_back({"pass", "preview", "PNG, behind the rendering", 0});
   items.push_back({"pass", "write", "files are synced and renamed, behind the rendering", 0});
@@ -191,6 +197,24 @@ Plan makePlan(const RunConfig& run, const scene::Scene& scene, std::size_t frame
   if (!refused.empty()) throw UsageError(joined(refused, "\n"));
   plan.shared = sharedItems(run, scene, plan.gl);
   return plan;
+}
+
+std::string memoryWarning(const Plan& plan, std::uint64_t memoryBytes) {
+  const auto sum = [](const std::vector<PlanItem>& items) {
+    std::uint64_t bytes = 0;
+    for (const PlanItem& item : items) bytes += item.bytes;
+    return bytes;
+  };
+  std::string warning;
+  for (const PlannedMethod& method : plan.methods) {
+    const std::uint64_t needed = sum(plan.shared) + sum(method.items);
+    const std::string text = method.name + " needs at least " + bytesText(needed) +
+                             " of memory; this machine has " + bytesText(memoryBytes);
+    if (needed > memoryBytes)
+      throw UsageError(text + "; make image.width, image.height or image.samples smaller");
+    if (needed > memoryBytes / 2) warning += (warning.empty() ? "" : "\n") + text;
+  }
+  return warning;
 }
 
 std::string planText(const Plan& plan) {

@@ -31,6 +31,10 @@ struct Plan {
 Plan makePlan(const RunConfig& run, const scene::Scene& scene, std::size_t frames,
               const std::vector<std::unique_ptr<methods::Method>>& made);
 
+/// What the methods need that need more than half of `memoryBytes`; empty when none does. Throws
+/// UsageError with the figures for what needs more than all of it.
+std::string memoryWarning(const Plan& plan, std::uint64_t memoryBytes);
+
 /// As a table for a terminal, and as JSON.
 std::string planText(const Plan& plan);
 std::string planJson(const Plan& plan);

@@ -8,6 +8,8 @@
 #include "config/json_text.h"
 #include "core/error.h"
 #include "core/text.h"
+#include "run/run_folder.h"
+#include "scene/path.h"
 
 namespace catoptric::run {
 namespace {
@@ -178,6 +180,11 @@ std::optional<MethodConfig> readMethod(const Value& value,
   if (!isFileName(method.name)) {
     errors.add(value.get("name"), config::jsonString(method.name) +
                                       " cannot name a folder; allowed: letters, digits, _ - .");
+    return {};
+  }
+  if (isRunFileName(method.name)) {
+    errors.add(value.get("name"), config::jsonString(method.name) +
+                                      " is the name of a run's own file; choose another");
     return {};
   }
   method.effective = config::withDefaults(method.options, entry->options);
@@ -395,10 +402,32 @@ std::string RunConfig::pixelSettings(const MethodConfig& method) const {
       .object();
 }
 
-Value configOfScene(const std::filesystem::path& scene) {
-  const std::string text = config::JsonText().add("scene", scene.string()).object();
-  return config::withSetting(config::parseText("{}", scene.string()), "scene",
-                             config::parseText(text, "scene").get("scene").dump());
+Value configOfScene(const std::filesystem::path& scene, const std::vector<std::string>& methods) {
+  std::vector<std::string> entries;
+  for (const std::string& method : methods)
+    entries.push_back(config::JsonText().add("method", method).object());
+  return config::withSetting(config::withSetting(config::parseText("{}", scene.string()), "scene",
+                                                 config::jsonString(scene.string())),
+                             "methods", "[" + joined(entries, ",") + "]");
+}
+
+FileKind fileKind(const Value& root) {
+  if (root.kind() != Value::Kind::Object) return FileKind::Unknown;
+  if (root.has("scene")) return FileKind::RunConfig;
+  if (root.has("objects")) return FileKind::Scene;
+  const std::vector<config::Field>& fields = scene::pathSchema().fields;
+  const auto ofPath = [&](const std::string& key) {
+    return std::any_of(fields.begin(), fields.end(),
+                       [&](const config::Field& field) { return field.name == key; });
+  };
+  const std::vector<std::string> keys = root.keys();
+  const bool isPath = root.has("frames") && std::all_of(keys.begin(), keys.end(), ofPath) &&
+                      std::any_of(keys.begin(), keys.end(), [](const std::string& key) {
+                        return runSchema().fields.end() ==
+                               std::find_if(runSchema().fields.begin(), runSchema().fields.end(),
+                                            [&](const config::Field& f) { return f.name == key; });
+                      });
+  return isPath ? FileKind::Path : FileKind::Unknown;
 }
 
 bool isScene(const std::filesystem::path& file) {
@@ -406,8 +435,7 @@ bool isScene(const std::filesystem::path& file) {
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (extension == ".gltf" || extension == ".glb") return true;
-  const Value root = config::parseFile(file);
-  return root.kind() == Value::Kind::Object && root.has("objects") && !root.has("scene");
+  return fileKind(config::parseFile(file)) == FileKind::Scene;
 }
 
 }  // namespace catoptric::run

@@ -57,8 +57,13 @@ RunConfig readRunConfig(const config::Value& root, const std::filesystem::path& 
                         const std::vector<methods::MethodEntry>& registry,
                         const std::vector<std::string>& methods = {});
 
-/// The config that stands for a bare scene: its own camera, method `traced`.
-config::Value configOfScene(const std::filesystem::path& scene);
+/// The config that stands for a bare scene: its own camera, these methods with their defaults.
+config::Value configOfScene(const std::filesystem::path& scene,
+                            const std::vector<std::string>& methods);
+
+/// What a JSON file describes, by its names.
+enum class FileKind { Unknown, RunConfig, Scene, Path };
+FileKind fileKind(const config::Value& root);
 
 /// True when `file` is a scene and no run config: .gltf, .glb, or JSON with "objects".
 bool isScene(const std::filesystem::path& file);

@@ -114,9 +114,27 @@ TEST(RunConfig, PixelSettingsLeaveOutWhatChangesNoPixel) {
   EXPECT_NE(a.pixelSettings(a.methods[0]), d.pixelSettings(d.methods[0]));
 }
 
+TEST(RunConfig, MethodsCannotTakeTheNamesOfARunsFiles) {
+  for (const char* name : {"frames", "previews", "summary.json", "timings.csv", "table.md"})
+    EXPECT_THAT(messageOf(std::string("{\"scene\": \"a\", \"methods\": [{\"method\": \"traced\", "
+                                      "\"name\": \"") +
+                          name + "\"}]}"),
+                testing::HasSubstr("is the name of a run's own file"))
+        << name;
+}
+
+TEST(RunConfig, FilesAreKnownByTheirNames) {
+  const auto kind = [](const char* text) { return fileKind(config::parseText(text, "t")); };
+  EXPECT_EQ(kind(R"({"scene": "a.json", "frames": "1"})"), FileKind::RunConfig);
+  EXPECT_EQ(kind(R"({"objects": []})"), FileKind::Scene);
+  EXPECT_EQ(kind(R"({"frames": 6, "orbit": {"radius": 3}})"), FileKind::Path);
+  EXPECT_EQ(kind(R"({"frames": "1-3"})"), FileKind::Unknown);  // a config without its scene
+  EXPECT_EQ(kind("[]"), FileKind::Unknown);
+}
+
 TEST(RunConfig, BareScenesNeedNoConfig) {
   EXPECT_TRUE(isScene("x/room.GLB"));
-  const config::Value value = configOfScene("x/room.glb");
+  const config::Value value = configOfScene("x/room.glb", {"traced"});
   EXPECT_EQ(readRunConfig(value, "x/room.glb", registry()).scene, "x/room.glb");
   const std::string folder = testing::TempDir();
   std::ofstream(folder + "scene.json") << "{\"objects\": []}";

@@ -79,6 +79,12 @@ Existing parseExisting(const std::string& text) {
                    "; allowed: " + joined(allowed, ", "));
 }
 
+bool isRunFileName(const std::string& name) {
+  const auto is = [&](const char* own) { return name == own; };
+  return std::any_of(kRunFiles.begin(), kRunFiles.end(), is) ||
+         std::any_of(kFrameFolders.begin(), kFrameFolders.end(), is);
+}
+
 std::string framePath(const std::string& folder, int frame, const std::string& extension) {
   std::array<char, 16> number{};
   std::snprintf(number.data(), number.size(), "%04d", frame);
@@ -283,6 +289,7 @@ std::string damage(const fs::path& folder, const FrameRecord& record) {
 void RunFolder::forget(int frame) {
   const std::scoped_lock guard(mutex_);
   records_.erase(frame);
+  appendable_ = false;
 }
 
 void RunFolder::writeFile(const std::string& relative, std::span<const std::byte> bytes) const {
@@ -308,11 +315,20 @@ void RunFolder::add(FrameRecord record) {
 void RunFolder::add(std::vector<FrameRecord> records) {
   const std::scoped_lock guard(mutex_);
   checkStillThere();
+  std::string lines;
   for (FrameRecord& record : records) {
     const int number = record.frame;
+    lines += recordLine(record) + "\n";
     records_[number] = std::move(record);
   }
-  writeRecords();
+  // What an earlier process left is written anew once, without forgotten and torn records; from
+  // then on lines are appended. Of several of a frame the last counts.
+  if (appendable_) {
+    appendRecords(lines);
+  } else {
+    writeRecords();
+    appendable_ = true;
+  }
 }
 
 void RunFolder::checkStillThere() const {
@@ -327,6 +343,29 @@ void RunFolder::writeRecords() const {
   std::string text;
   for (const auto& [number, record] : records_) text += recordLine(record) + "\n";
   writeFileAtomically(path_ / "frames.jsonl", text);
+}
+
+void RunFolder::appendRecords(const std::string& lines) const {
+  const fs::path path = path_ / "frames.jsonl";
+  const int file = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  if (file < 0) throw OutputError(path.string() + ": cannot be written: " + std::strerror(errno));
+  struct stat before {};
+  bool good = ::fstat(file, &before) == 0;
+  std::size_t done = 0;
+  while (good && done < lines.size()) {
+    const ssize_t n = ::write(file, lines.data() + done, lines.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n == 0) errno = ENOSPC;
+    good = n > 0;
+    if (good) done += static_cast<std::size_t>(n);
+  }
+  good = good && ::fsync(file) == 0;
+  const int cause = errno;
+  // A part of a line would be dropped by who resumes; it need not stay.
+  if (!good && done > 0 && ::ftruncate(file, before.st_size) != 0)
+    log::warning(path.string() + ": ends with a torn record");
+  ::close(file);
+  if (!good) throw OutputError(path.string() + ": cannot be written: " + std::strerror(cause));
 }
 
 void RunFolder::addStartup(const std::vector<frame::StepSample>& samples) {

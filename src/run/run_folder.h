@@ -88,6 +88,7 @@ class RunFolder {
 
  private:
   void writeRecords() const;
+  void appendRecords(const std::string& lines) const;
   void checkStillThere() const;
   void openLocked(Existing existing);
 
@@ -95,8 +96,13 @@ class RunFolder {
   int lock_ = -1;
   std::mutex mutex_;
   std::map<int, FrameRecord> records_;
+  bool appendable_ = false;  ///< frames.jsonl holds what records_ holds
   std::vector<frame::StepSample> startup_;
 };
+
+/// True for names that a run gives to files and folders of its own ("frames", "table.md"): no
+/// method's folder can be called so.
+bool isRunFileName(const std::string& name);
 
 /// What the records and the table of a run's folder say; lines that cannot be read are warned of
 /// and left out.

@@ -2,8 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <sstream>
 
@@ -159,6 +161,43 @@ TEST(RunFolder, BadRecordsAreNotTrusted) {
   const RunFolder folder(path, Existing::Resume);
   EXPECT_EQ(folder.distrust(1, kPrints), "");
   EXPECT_EQ(folder.distrust(2, kPrints), "it has no record");
+}
+
+TEST(RunFolder, RecordsAreAppendedAndTornOnesDropped) {
+  const fs::path path = freshFolder();
+  const fs::path file = path / "frames.jsonl";
+  const auto identity = [&] {
+    struct stat status {};
+    EXPECT_EQ(::stat(file.c_str(), &status), 0);
+    return status.st_ino;
+  };
+  {
+    RunFolder folder(path, Existing::Error);
+    addFrame(folder, 1, "x");
+    const auto first = identity();
+    const std::string before = readTextFile(file);
+    addFrame(folder, 3, "y");
+    addFrame(folder, 2, "z");
+    EXPECT_EQ(identity(), first);  // not a new file
+    EXPECT_TRUE(readTextFile(file).starts_with(before));
+  }
+  // Killed in the middle of a line: the frame is not known, all others are.
+  const std::string whole = readTextFile(file);
+  fs::resize_file(file, whole.size() - 20);
+  {
+    RunFolder folder(path, Existing::Resume);
+    EXPECT_EQ(folder.distrust(1, kPrints), "");
+    EXPECT_EQ(folder.distrust(3, kPrints), "");
+    EXPECT_EQ(folder.distrust(2, kPrints), "it has no record");
+    folder.forget(3);
+    addFrame(folder, 2, "z");
+    addFrame(folder, 4, "new");
+  }
+  const RunRecords known = readRunRecords(path);
+  EXPECT_EQ(known.frames.size(), 3u);
+  EXPECT_EQ(known.frames.count(3), 0u);
+  const std::string text = readTextFile(file);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);
 }
 
 TEST(RunFolder, UnwritableFoldersAreOutputErrors) {

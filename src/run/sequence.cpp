@@ -190,7 +190,7 @@ int countOf(const std::vector<Action>& actions, Action action) {
 void checkOtherRecords(const std::vector<FrameTask>& tasks, RunFolder& folder) {
   std::map<int, const FrameTask*> known;
   for (const FrameTask& task : tasks) known[task.frame.number] = &task;
-  std::vector<int> strangers;
+  std::map<std::string, std::vector<int>> strangers;  // by what is wrong with them
   for (const auto& [number, record] : folder.records()) {
     if (known.count(number) != 0) continue;
     // The camera of a frame outside this run is not known here; all else must agree.
@@ -198,10 +198,13 @@ void checkOtherRecords(const std::vector<FrameTask>& tasks, RunFolder& folder) {
     wanted.camera = record.fingerprints.camera;
     const std::string reason = folder.distrust(number, wanted);
     if (reason.empty()) continue;
-    log::warning("frame " + std::to_string(number) + " of an earlier run is left out: " + reason);
-    strangers.push_back(number);
+    strangers[reason].push_back(number);
   }
-  for (const int number : strangers) folder.forget(number);
+  for (const auto& [reason, numbers] : strangers) {
+    log::warning(std::to_string(numbers.size()) + " of an earlier run's frames (" +
+                 scene::formatFrames(numbers) + ") left out: " + reason);
+    for (const int number : numbers) folder.forget(number);
+  }
 }
 
 }  // namespace

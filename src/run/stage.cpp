@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "config/json.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/log.h"
@@ -22,11 +23,42 @@ void sweepCache(const std::filesystem::path& cache) {
   }
 }
 
+/// A path or a run config named as the scene, and so on: one line says what it is.
+void checkKinds(const RunConfig& run) {
+  const auto check = [](const std::filesystem::path& file, FileKind wanted, const char* member) {
+    if (file.extension() != ".json") return;
+    FileKind kind = FileKind::Unknown;
+    try {
+      kind = fileKind(config::parseFile(file));
+    } catch (const UsageError&) {  // whoever loads it says more
+    }
+    if (kind == FileKind::Unknown || kind == wanted) return;
+    const char* what = kind == FileKind::RunConfig ? "a run config"
+                       : kind == FileKind::Scene   ? "a scene"
+                                                   : "a camera path";
+    throw UsageError(file.string() + ": is " + what + "; it cannot be the config's \"" + member +
+                     "\"");
+  };
+  check(run.scene, FileKind::Scene, "scene");
+  if (!run.path.empty()) check(run.path, FileKind::Path, "path");
+}
+
+constexpr int kMaxFrame = 10'000'000;  ///< of any path
+
 }  // namespace
 
 Stage::Stage(const RunConfig& run) : run_(run) {
-  gl::parseDevice(run_.device);  // a wrong name is noticed before anything is loaded
-  scene_ = timer_.measure("scene", [&] { return scene::loadScene(run_.scene); });
+  // Wrong names, frames and files are noticed before anything large is loaded
+  gl::parseDevice(run_.device);
+  if (!run_.frames.empty()) scene::parseFrames(run_.frames, kMaxFrame);
+  checkKinds(run_);
+  scene_ = timer_.measure("scene", [&] {
+    try {
+      return scene::loadScene(run_.scene);
+    } catch (const UsageError& error) {  // of its description
+      throw SceneError(error.what());
+    }
+  });
   timer_.measure("path", [&] {
     path_ = run_.path.empty() ? scene::defaultPath(scene_) : scene::loadPath(run_.path, scene_);
   });

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 
 #include "gl/query.h"
 #include "gl/shader.h"
@@ -135,6 +136,7 @@ class EnvironmentMap : public Method {
     raster::GBuffer& gbuffer = *services.gbuffer;
     if (masks_) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
     output.counters["environment"] = 0;
+    output.counters["clamped_cube_map"] = clamped_;
     if (!reflectors_.mirrors && !reflectors_.glossy) return;
 
     const bool moved =
@@ -148,6 +150,7 @@ class EnvironmentMap : public Method {
     if (reflectors_.mirrors) samples += mirrorCount_.read();
     if (reflectors_.glossy) samples += glossyCount_.read();
     output.counters["environment"] = samples;
+    output.counters["clamped_cube_map"] = clamped_;
   }
 
  private:
@@ -163,10 +166,25 @@ class EnvironmentMap : public Method {
                                 ? Vec3(glm::dvec3(*options_.centre) - services.scene.origin)
                                 : services.geometry.bounds.centre();
         cubeMap_ = services.raster->drawCubeMap(centre, options_.faceSize, services.lighting);
+        clamped_ = clampedTexels(cubeMap_);
         drawnLights_ = services.lighting.lights;
       }
       cubeMap_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
     });
+  }
+
+  // Texels of level 0 that half floats have clamped.
+  static std::uint64_t clampedTexels(const gl::Texture& cube) {
+    constexpr std::uint16_t kLargestHalf = 0x7BFF;
+    const auto side = static_cast<std::size_t>(cube.width());
+    std::vector<std::uint16_t> texels(6 * side * side * 4);
+    cube.read(0, GL_RGBA, GL_HALF_FLOAT, std::as_writable_bytes(std::span(texels)));
+    std::uint64_t count = 0;
+    for (std::size_t i = 0; i < texels.size(); i += 4) {
+      count += texels[i] >= kLargestHalf || texels[i + 1] >= kLargestHalf ||
+               texels[i + 2] >= kLargestHalf;
+    }
+    return count;
   }
 
   // One full-screen pass per kind of reflector, on its stencil class alone.
@@ -211,6 +229,7 @@ class EnvironmentMap : public Method {
   bool masks_ = false;
   Reflectors reflectors_;
   gl::Texture cubeMap_;
+  std::uint64_t clamped_ = 0;                   ///< its texels at the limit of half floats
   std::vector<frame::WorldLight> drawnLights_;  ///< that the cube map was drawn with
   gl::Program mirror_;
   gl::Program glossy_;
@@ -229,7 +248,7 @@ const MethodEntry& environmentMapEntry() {
       "environment_map",
       "cube map look-up by reflected direction; everything infinitely far away",
       "",
-      {"environment", "resolve"},
+      {"cube_map", "resolve"},
       schema(),
       make};
   return entry;

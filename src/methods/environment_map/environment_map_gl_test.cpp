@@ -271,7 +271,7 @@ TEST(EnvironmentMap, FollowsAMovingSceneAndOnlyThat) {
       builder.add(scene::makeBox(box, scene::UvMode::Unit), 1, test::translation(Vec3(0, 3, 1)));
   builder.move(moving, Vec3(0, -6, 0), 1.0f);
   Rig rig(builder.scene(), R"({"center": [0, 0, 1], "face_size": 32})");
-  EXPECT_EQ(rig.timesRun("environment"), 0);
+  EXPECT_EQ(rig.timesRun("cube_map"), 0);
   const scene::Camera camera = cameraAt(Vec3(0, 0, 3), Vec3(0));
   const auto brightest = [&] {
     Rig::Sample best;
@@ -282,25 +282,25 @@ TEST(EnvironmentMap, FollowsAMovingSceneAndOnlyThat) {
   };
   rig.render(camera);
   EXPECT_GT(brightest().reflected.y, 0.8f);
-  EXPECT_EQ(rig.timesRun("environment"), 1);
+  EXPECT_EQ(rig.timesRun("cube_map"), 1);
   // Nothing moved: drawn no second time.
   rig.render(camera, {}, false);
-  EXPECT_EQ(rig.timesRun("environment"), 1);
+  EXPECT_EQ(rig.timesRun("cube_map"), 1);
   rig.render(camera, rig.moveTo(1.0), false);
   EXPECT_LT(brightest().reflected.y, -0.8f);
-  EXPECT_EQ(rig.timesRun("environment"), 2);
+  EXPECT_EQ(rig.timesRun("cube_map"), 2);
   EXPECT_EQ(rig.timesRun("resolve"), 3);
 }
 
 TEST(EnvironmentMap, AStaticSceneIsDrawnOnceBeforeTheFirstFrame) {
   Rig rig(sixColours(), R"({"face_size": 16})", false);
-  EXPECT_EQ(rig.timesRun("environment"), 1);
+  EXPECT_EQ(rig.timesRun("cube_map"), 1);
   const scene::Camera camera = cameraAt(Vec3(0, 0, 1), kSphereCentre);
   rig.render(camera);
   rig.render(camera, {}, false);
-  EXPECT_EQ(rig.timesRun("environment"), 1);
+  EXPECT_EQ(rig.timesRun("cube_map"), 1);
   for (const frame::StepSample& sample : rig.timer.samples()) {
-    if (sample.step == "environment") {
+    if (sample.step == "cube_map") {
       EXPECT_EQ(sample.frame, 0);
     }
   }
@@ -381,7 +381,7 @@ TEST(EnvironmentMap, LeavesASceneWithoutReflectorsAlone) {
   Rig rig(builder.scene(), "{}");
   const FrameOutput output = rig.render(cameraAt(Vec3(0, 0, 4), Vec3(0)));
   EXPECT_EQ(output.counters.at("environment"), 0u);
-  EXPECT_EQ(rig.timesRun("environment"), 0);
+  EXPECT_EQ(rig.timesRun("cube_map"), 0);
   EXPECT_EQ(rig.timesRun("resolve"), 0);
   for (const Rig::Sample& sample : rig.samples()) EXPECT_EQ(sample.mask, 0);
 }

@@ -94,8 +94,8 @@ TEST(EnvironmentMapPlan, HasOnlyWhatTheSceneRequires) {
   // Nothing reflects: the G-buffer and its composite are the whole frame.
   EXPECT_EQ(planned(any, sceneWith(0, 0, false)), Lines{});
   EXPECT_TRUE(makeMethod(any)->plan(sceneWith(0, 0, false), RunSettings{}).gbuffer);
-  const Lines once = {"precomputation environment", "resource cube map", "pass resolve"};
-  const Lines again = {"pass environment", "resource cube map", "pass resolve"};
+  const Lines once = {"precomputation cube_map", "resource cube map", "pass resolve"};
+  const Lines again = {"pass cube_map", "resource cube map", "pass resolve"};
   EXPECT_EQ(planned(any, sceneWith(1, 0, false)), once);
   EXPECT_EQ(planned(any, sceneWith(1, 0, true)), again);
   // The environment does not move with the scene.

@@ -1,0 +1,74 @@
+// Plans of methods that refuse, and of frames that do not fit.
+#include "run/plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+
+namespace catoptric::run {
+namespace {
+
+/// Refuses the second object and the scene as a whole.
+class Refusing : public methods::Method {
+ public:
+  explicit Refusing(std::vector<methods::Unsupported> refused) : refused_(std::move(refused)) {}
+  std::vector<methods::Unsupported> unsupported(const scene::Scene&) const override {
+    return refused_;
+  }
+  methods::MethodPlan plan(const scene::Scene&, const methods::RunSettings&) const override {
+    methods::MethodPlan plan;
+    plan.gbuffer = true;
+    return plan;
+  }
+  void render(const methods::FrameInput&, methods::Services&, methods::FrameOutput&) override {}
+
+ private:
+  std::vector<methods::Unsupported> refused_;
+};
+
+scene::Scene twoBalls() {
+  scene::Scene scene;
+  scene.meshes.resize(1);
+  scene.materials.resize(1);
+  scene.objects.resize(2);
+  scene.objects[0].name = "ball";
+  scene.objects[1].name = "vase";
+  return scene;
+}
+
+Plan planned(std::vector<methods::Unsupported> refused, int size) {
+  RunConfig run;
+  run.scene = "room.json";
+  run.image.width = run.image.height = size;
+  run.methods.push_back({"mine", "refusing", {}, "{}"});
+  std::vector<std::unique_ptr<methods::Method>> made;
+  made.push_back(std::make_unique<Refusing>(std::move(refused)));
+  return makePlan(run, twoBalls(), 3, made);
+}
+
+TEST(Plan, RefusedObjectsAreNamed) {
+  EXPECT_NO_THROW(planned({}, 8));
+  try {
+    planned({{2, "it is concave"}, {0, "two moments are needed"}}, 8);
+    FAIL() << "no error";
+  } catch (const UsageError& error) {
+    EXPECT_EQ(error.code(), ExitCode::Usage);
+    EXPECT_STREQ(error.what(),
+                 "mine cannot do object 2 \"vase\" of room.json: it is concave\n"
+                 "mine cannot do the scene of room.json: two moments are needed");
+  }
+}
+
+TEST(Plan, FramesThatDoNotFitAreSaid) {
+  // 2 x 2 samples of 60 bytes, 16 bytes of the composite and 6 times 16 under way, per pixel.
+  const Plan plan = planned({}, 1000);
+  const std::uint64_t needed = 1'000'000 * (4 * 60 + 16 + 6 * 16);
+  EXPECT_EQ(memoryWarning(plan, 3 * needed), "");
+  EXPECT_THAT(memoryWarning(plan, needed + needed / 2),
+              testing::HasSubstr("mine needs at least 352.0 MB of memory; this machine has 528.0"));
+  EXPECT_THROW(memoryWarning(plan, needed / 2), UsageError);
+}
+
+}  // namespace
+}  // namespace catoptric::run
