@@ -122,6 +122,7 @@ TEST_F(App, MissingScenesAreExit3) {
   const Result result = run("render run.json --set scene=nothing.json --out o");
   EXPECT_EQ(result.exitCode, 3);
   EXPECT_THAT(result.err, HasSubstr("nothing.json"));
+  EXPECT_EQ(run("render nothing.glb --out o").exitCode, 3);
 }
 
 TEST_F(App, WrongFilesAreNamedInOneLine) {

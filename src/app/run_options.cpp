@@ -27,7 +27,9 @@ void requireInput(const std::string& input) {
   const std::string nearest = nearestName(path.filename().string(), names);
   const std::string hint =
       nearest.empty() ? "" : " (did you mean \"" + (path.parent_path() / nearest).string() + "\"?)";
-  throw UsageError(input + ": no such file" + hint);
+  const std::string message = input + ": no such file" + hint;
+  if (path.extension() == ".gltf" || path.extension() == ".glb") throw SceneError(message);
+  throw UsageError(message);
 }
 
 }  // namespace
