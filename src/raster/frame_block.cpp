@@ -5,11 +5,10 @@
 #include <cstring>
 
 #include "core/error.h"
+#include "scene/loader.h"
 
 namespace catoptric::raster {
 namespace {
-
-constexpr std::size_t kMaxLights = 256;  // 48 bytes each, of the 16 KiB that GL guarantees
 
 /// std140 of the block before the lights.
 struct Block {
@@ -80,10 +79,10 @@ std::string lightSignature(const frame::Lighting& lighting) {
 }
 
 std::vector<gl::Define> lightDefines(const frame::Lighting& lighting) {
-  if (lighting.lights.size() > kMaxLights) {
+  if (lighting.lights.size() > scene::kMaxUnbakedLights) {
     throw SceneError("the scene has " + std::to_string(lighting.lights.size()) +
-                     " lights that are not baked; at most " + std::to_string(kMaxLights) +
-                     " are allowed: bake some of them");
+                     " lights that are not baked; at most " +
+                     std::to_string(scene::kMaxUnbakedLights) + " are allowed: bake some of them");
   }
   std::string sum;
   for (std::size_t i = 0; i < lighting.lights.size(); ++i) {

@@ -341,6 +341,13 @@ class Composer {
         "\"reflective\": {\"s\": 0.5, \"g\": 0}");
   }
 
+  /// What a shape's vertices and triangles take; its morph targets have arrays like its own.
+  static std::size_t meshBytes(const Mesh& mesh) {
+    return mesh.positions.size() * (2 * sizeof(Vec3) + sizeof(Vec2)) *
+               (1 + mesh.morphTargets.size()) +
+           mesh.indices.size() * sizeof(std::uint32_t);
+  }
+
   int addShape(const Value& object, int self, const std::string& name) {
     const std::string key = shapeKey(object);
     const auto [entry, isNew] = shapes_.try_emplace(key, static_cast<int>(scene_.meshes.size()));
@@ -349,6 +356,11 @@ class Composer {
       mesh.name = object.get("shape").asString();
       forEachMorph(object, [&](const Value& morph) { addMorphTargets(mesh, morphOf(morph)); });
       scene_.meshes.push_back(std::move(mesh));
+      shapeBytes_ += meshBytes(scene_.meshes.back());
+      if (shapeBytes_ > limits_.maxBytes) {
+        object.fail("the shapes up to this one take " + std::to_string(shapeBytes_) +
+                    " bytes in memory; the limit is " + std::to_string(limits_.maxBytes));
+      }
     }
     const int meshIndex = entry->second;
     Box3 bounds;
@@ -891,6 +903,7 @@ class Composer {
   std::unique_ptr<MaterialLibrary> materials_;
   std::map<std::string, Asset> assets_;
   std::map<std::string, int> shapes_;
+  std::size_t shapeBytes_ = 0;
   std::map<std::string, std::vector<Handle>> handles_;
 };
 

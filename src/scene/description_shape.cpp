@@ -128,6 +128,9 @@ class ShapeReader {
     if (object_.has("faces")) {
       const std::array<std::string, 6> names{"+x", "-x", "+y", "-y", "+z", "-z"};
       box.faces.fill(false);
+      if (object_.get("faces").asArray().empty()) {
+        object_.get("faces").fail("is empty: nothing of the box is left");
+      }
       for (const Value& face : object_.get("faces").asArray()) {
         const auto at = std::find(names.begin(), names.end(), face.asString());
         if (at == names.end()) face.fail(face.dump() + " is not one of +x, -x, +y, -y, +z, -z");
@@ -254,9 +257,27 @@ class ShapeReader {
         corners.push_back(static_cast<int>(index));
       }
       if (corners.size() < 3) face.fail("a face has at least 3 corners");
+      if (!hasArea(vertices, corners)) {
+        face.fail(face.dump() + " has no area: its corners lie on a line");
+      }
       faces.push_back(std::move(corners));
     }
     return makePolygons(vertices, faces, get("smooth").asBool(), uv_);
+  }
+
+  /// Newell's sum against the longest edge, in double.
+  static bool hasArea(const std::vector<Vec3>& vertices, const std::vector<int>& corners) {
+    constexpr double kLeast = 1e-7;  // ours: below it floats do not know the normal
+    const auto at = [&](std::size_t k) {
+      return glm::dvec3(vertices[static_cast<std::size_t>(corners[k % corners.size()])]);
+    };
+    glm::dvec3 sum(0.0);
+    double longest = 0.0;
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+      sum += glm::cross(at(k) - at(0), at(k + 1) - at(0));
+      longest = std::max(longest, glm::length(at(k + 1) - at(k)));
+    }
+    return glm::length(sum) > kLeast * longest * longest;
   }
 
   Mesh implicit() const {

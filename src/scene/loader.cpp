@@ -2,10 +2,29 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
+#include <cstdlib>
+#include <string_view>
 
 #include "core/error.h"
 
 namespace catoptric::scene {
+
+LoadLimits limitsOfEnvironment() {
+  LoadLimits limits;
+  const char* value = std::getenv("CATOPTRIC_SCENE_MIB");
+  if (value == nullptr || *value == '\0') return limits;
+  const std::string_view text(value);
+  std::size_t mebibytes = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), mebibytes);
+  if (error != std::errc() || end != text.data() + text.size() || mebibytes < 1 ||
+      mebibytes > (std::size_t{1} << 20)) {
+    throw UsageError("CATOPTRIC_SCENE_MIB=\"" + std::string(text.substr(0, 80)) +
+                     "\": must be a whole number from 1 to 1048576");
+  }
+  limits.maxBytes = mebibytes << 20;
+  return limits;
+}
 
 Scene loadScene(const std::filesystem::path& file, const LoadLimits& limits) {
   std::string extension = file.extension().string();
@@ -21,6 +40,7 @@ Scene loadScene(const std::filesystem::path& file, const LoadLimits& limits) {
                      "\" is no kind of scene: .json, .gltf and .glb are");
   }
   finishScene(scene);
+  checkScene(scene);
   return scene;
 }
 

@@ -8,17 +8,27 @@
 
 namespace catoptric::scene {
 
+/// Metres. Beyond it the squares of areas would overflow floats; Embree aborts at 1e18. Ours.
+inline constexpr float kMaxCoordinate = 1e9f;
+/// Lights that are evaluated at run time, at 48 bytes each in the 16 KiB block that GL guarantees.
+inline constexpr std::size_t kMaxUnbakedLights = 256;
+
 /// Caps that keep hostile or mistaken input from exhausting the machine.
 struct LoadLimits {
-  std::size_t maxBytes = std::size_t{4} << 30;  ///< of the loaded scene in memory
+  std::size_t maxBytes = std::size_t{4} << 30;  ///< geometry and textures in memory, while loading
   std::size_t maxFileBytes = std::size_t{1} << 30;
   std::size_t maxTexturePixels = std::size_t{1} << 26;
   std::size_t maxNodes = 1'000'000;
 };
 
+/// The defaults, with maxBytes from the environment variable CATOPTRIC_SCENE_MIB where it is set.
+/// Throws UsageError when that is no whole number from 1 to 1048576.
+LoadLimits limitsOfEnvironment();
+
 /// Loads and checks a scene. Throws SceneError that names file, place (JSON pointer where it has
 /// one), value and what is allowed.
-Scene loadScene(const std::filesystem::path& file, const LoadLimits& limits = {});
+Scene loadScene(const std::filesystem::path& file,
+                const LoadLimits& limits = limitsOfEnvironment());
 
 /// glTF alone; also used by scene descriptions for their assets.
 Scene loadGltf(const std::filesystem::path& file, const LoadLimits& limits = {});
@@ -30,6 +40,10 @@ Scene loadDescription(const std::filesystem::path& file, const LoadLimits& limit
 /// s and g, reflector numbers, planarity, the fingerprint. loadScene calls it once, last; loadGltf
 /// and loadDescription do not. Calling it again changes nothing.
 void finishScene(Scene& scene);
+
+/// Throws SceneError when a finished scene has too many lights, or when one of its objects, lights
+/// or nodes reaches farther than kMaxCoordinate, at rest or at a key of its animation.
+void checkScene(const Scene& scene);
 
 /// Gives a material s and g directly, in place of its metallic-roughness factors and texture;
 /// finishScene then derives exactly these.

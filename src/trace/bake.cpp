@@ -592,7 +592,13 @@ bool readCache(const std::filesystem::path& file, std::uint64_t key, frame::Geom
   std::error_code ignored;
   const std::size_t count = geometry.vertexCount();
   const std::size_t wanted = sizeof(CacheHeader) + count * sizeof(Vec4);
-  if (std::filesystem::file_size(file, ignored) != wanted || ignored) return false;
+  const std::uintmax_t size = std::filesystem::file_size(file, ignored);
+  if (ignored) return false;
+  const auto damaged = [&] {
+    log::warning(file.string() + " is damaged: the light is baked anew");
+    return false;
+  };
+  if (size != wanted) return damaged();
   std::vector<std::byte> bytes;
   try {
     bytes = readFile(file, wanted);
@@ -601,14 +607,13 @@ bool readCache(const std::filesystem::path& file, std::uint64_t key, frame::Geom
     return false;
   }
   CacheHeader header;
-  if (bytes.size() != wanted) return false;
+  if (bytes.size() != wanted) return damaged();
   std::memcpy(&header, bytes.data(), sizeof(header));
   std::vector<Vec4> values(count);
   std::memcpy(values.data(), bytes.data() + sizeof(header), count * sizeof(Vec4));
   if (header.magic != CacheHeader{}.magic || header.key != key || header.vertices != count ||
       header.checksum != checksumOf(values)) {
-    log::warning(file.string() + " is damaged: the light is baked anew");
-    return false;
+    return damaged();
   }
   for (std::size_t v = 0; v < count; ++v) geometry.attributes[v].bake = values[v];
   return true;

@@ -1,5 +1,6 @@
 #include "trace/bake.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -282,6 +283,16 @@ TEST(Bake, SameBitsForAnyThreadCountAndFromTheCache) {
   const frame::Geometry repaired = bake(scene, &again, cache);
   EXPECT_FALSE(again.fromCache);
   EXPECT_TRUE(same(one, repaired));
+
+  // So is one that is cut short, with one warning.
+  std::filesystem::resize_file(file, 1000);
+  trace::BakeReport cut;
+  ::testing::internal::CaptureStderr();
+  const frame::Geometry whole = bake(scene, &cut, cache);
+  EXPECT_THAT(::testing::internal::GetCapturedStderr(),
+              ::testing::HasSubstr("is damaged: the light is baked anew"));
+  EXPECT_FALSE(cut.fromCache);
+  EXPECT_TRUE(same(one, whole));
 
   // Other contents do not take it.
   scene.fingerprint = 43;
