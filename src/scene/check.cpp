@@ -1,4 +1,5 @@
-// What only the whole scene shows: how far it reaches at rest and in motion, how many lights it has.
+// What only the whole scene shows: how far it reaches at rest and in motion, how many lights it
+// has.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -81,8 +82,7 @@ std::vector<double> momentsOf(const Scene& scene, std::size_t count) {
   return some;
 }
 
-void checkObject(const Scene& scene, const Object& object, const Bounds& bounds,
-                 const Pose& pose) {
+void checkObject(const Scene& scene, const Object& object, const Bounds& bounds, const Pose& pose) {
   if (bounds.rest.empty()) return;
   Box3 box = bounds.rest;
   if (object.node != kNone) {
@@ -118,10 +118,9 @@ void checkObject(const Scene& scene, const Object& object, const Bounds& bounds,
 }  // namespace
 
 void checkScene(const Scene& scene) {
-  const auto unbaked = static_cast<std::size_t>(
-      std::count_if(scene.lights.begin(), scene.lights.end(), [&](const Light& light) {
-        return !light.baked || scene.bake.mode != BakeMode::Full;
-      }));
+  const auto unbaked = static_cast<std::size_t>(std::count_if(
+      scene.lights.begin(), scene.lights.end(),
+      [&](const Light& light) { return !light.baked || scene.bake.mode != BakeMode::Full; }));
   if (unbaked > kMaxUnbakedLights) {
     throw SceneError(scene.source.string() + ": the scene has " + std::to_string(unbaked) +
                      " lights that are not baked; at most " + std::to_string(kMaxUnbakedLights) +

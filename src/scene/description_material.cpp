@@ -322,7 +322,12 @@ void MaterialLibrary::finish() {
     image::Image8 image;
     std::vector<float> height;
     if (first.kind == TextureJob::Kind::File) {
-      const std::vector<std::byte> bytes = readFile(first.file, limits_.maxFileBytes);
+      std::vector<std::byte> bytes;
+      try {
+        bytes = readFile(first.file, limits_.maxFileBytes);
+      } catch (const Error& e) {
+        first.source.fail(e.what());
+      }
       image = image::decodeImage8(bytes, first.source.place().text() + ": " + first.file.string(),
                                   limits_.maxTexturePixels);
     } else {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <exception>
 
+#include "core/error.h"
 #include "core/file.h"
 #include "core/parallel.h"
 #include "image/image.h"
@@ -205,7 +206,11 @@ class MaterialReader {
     } else {
       const std::filesystem::path path =
           reader_.folder / relativePath(source.uri, reader_.file, place + "/uri");
-      file = readFile(path, reader_.limits.maxFileBytes);
+      try {
+        file = readFile(path, reader_.limits.maxFileBytes);
+      } catch (const Error& e) {
+        reader_.fail(place + "/uri", e.what());
+      }
       bytes = file;
       name += " (" + path.string() + ")";
     }

@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "scene/animate.h"
+#include "scene/loader.h"
 #include "scene/path_curve.h"
 #include "scene/scene.h"
 
@@ -115,6 +116,15 @@ const Schema& walkSchema() {
   return schema;
 }
 
+/// A coordinate or length. Throws UsageError beyond kMaxCoordinate.
+double metresOf(const Value& value) {
+  const double metres = value.asNumber();
+  if (!(std::abs(metres) <= kMaxCoordinate)) {
+    value.fail(value.dump() + " is too far: up to 1e9 metres are allowed");
+  }
+  return metres;
+}
+
 /// What all kinds of paths share.
 struct Common {
   int frames = 1;
@@ -130,6 +140,7 @@ struct Common {
   /// A position of the file in world space.
   Vec3 position(const Value& value) const {
     value.asVec3();  // throws
+    for (const Value& coordinate : value.asArray()) metresOf(coordinate);
     const std::vector<Value>& p = value.asArray();
     return Vec3(glm::dvec3(p[0].asNumber(), p[1].asNumber(), p[2].asNumber()) - origin);
   }
@@ -404,10 +415,10 @@ std::unique_ptr<CameraPath> makeOrbit(const Value& orbit, const Common& common) 
   };
   path->centre = common.position(orbit.get("center"));
   path->target = orbit.has("target") ? common.position(orbit.get("target")) : path->centre;
-  path->radius = number("radius");
-  path->radiusEnd = orbit.has("radius_end") ? number("radius_end") : path->radius;
-  path->height = number("height");
-  path->heightEnd = orbit.has("height_end") ? number("height_end") : path->height;
+  path->radius = metresOf(orbit.get("radius"));
+  path->radiusEnd = orbit.has("radius_end") ? metresOf(orbit.get("radius_end")) : path->radius;
+  path->height = metresOf(config::valueOr(orbit, orbitSchema(), "height"));
+  path->heightEnd = orbit.has("height_end") ? metresOf(orbit.get("height_end")) : path->height;
   path->turns = number("turns");
   path->startRad = number("start") * std::numbers::pi / 180.0;
   return path;
@@ -417,14 +428,13 @@ std::unique_ptr<CameraPath> makeWalk(const Value& walk, const Common& common) {
   config::require(walk, walkSchema());
   auto path = std::make_unique<WalkPath>(common);
   const auto get = [&](const char* name) { return config::valueOr(walk, walkSchema(), name); };
-  const double eyeHeight = get("eye_height").asNumber();
+  const double eyeHeight = metresOf(get("eye_height"));
   std::vector<Vec3> points;
   for (const Value& point : walk.get("points").asArray()) {
     if (point.asArray().size() == 2) {
       point.asFloats(2);  // throws
       const std::vector<Value>& xz = point.asArray();
-      points.emplace_back(glm::dvec3(xz[0].asNumber(), eyeHeight, xz[1].asNumber()) -
-                          common.origin);
+      points.emplace_back(glm::dvec3(metresOf(xz[0]), eyeHeight, metresOf(xz[1])) - common.origin);
     } else {
       points.push_back(common.position(point));
     }
