@@ -13,6 +13,7 @@ endif()
 include(CatoptricShaders)
 
 option(CATOPTRIC_SANITIZE "Build with AddressSanitizer and UndefinedBehaviorSanitizer" OFF)
+option(CATOPTRIC_FUZZ "Build the fuzz targets for libFuzzer (needs Clang)" OFF)
 option(CATOPTRIC_COVERAGE "Build with gcov instrumentation" OFF)
 
 find_program(CCACHE ccache)
@@ -31,6 +32,9 @@ if(CATOPTRIC_SANITIZE)
   target_compile_options(catoptric_options INTERFACE
     -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(catoptric_options INTERFACE -fsanitize=address,undefined)
+endif()
+if(CATOPTRIC_FUZZ)
+  target_compile_options(catoptric_options INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 if(CATOPTRIC_COVERAGE)
   target_compile_options(catoptric_options INTERFACE --coverage)
