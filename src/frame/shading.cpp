@@ -292,7 +292,7 @@ Vec3 lightIrradiance(const WorldLight& light, const Vec3& position, const Vec3& 
         (cosine - light.cosOuter) / std::max(1e-3f, light.cosInner - light.cosOuter), 0.0f, 1.0f);
     factor *= cone * cone;
   }
-  return light.intensity * factor;
+  return glm::min(light.intensity * factor, Vec3(1e30f));
 }
 
 float textureScale(const scene::Scene& scene, const scene::TextureSlot& slot) {

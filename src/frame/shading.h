@@ -25,7 +25,7 @@
 //   E_i: directional intensity * max(0, n.l); point and spot with r = |x_i - x|:
 //         intensity * max(0, n.l) / max(r^2, 1e-12) * clamp(1 - (r / range)^4, 0, 1) (no such
 //         factor for range 0) * clamp((cos - cosOuter) / max(1e-3, cosInner - cosOuter), 0, 1)^2
-//         (spot only; KHR_lights_punctual).
+//         (spot only; KHR_lights_punctual); at most 1e30.
 //   Environment radiance (all times scale): constant color; gradient mix(horizon, y >= 0 ? color :
 //         ground, |y|) with y of the unit direction; file: d turned by -rotation about +y, pixel
 //         position u = 0.5 + atan2(x, -z) / (2 pi), v = acos(y) / pi, bilinear, u repeats, v

@@ -54,7 +54,10 @@ class Composer {
     checkObjects(root_.get("objects").asArray(), 0);
     loadAssets();
     for (const Value& object : root_.get("objects").asArray()) add(object, kNone);
-    if (scene_.objects.empty()) root_.get("objects").fail("nothing visible is in the scene");
+    // An empty list is a scene of the environment alone
+    if (scene_.objects.empty() && !root_.get("objects").asArray().empty()) {
+      root_.get("objects").fail("nothing visible is in the scene");
+    }
     addLights();
     addCameras();
     addAnimations();

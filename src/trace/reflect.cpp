@@ -123,6 +123,7 @@ class Batch {
                std::span<std::uint8_t> flags, ReflectionCounts& counts) {
     values_.resize(rays_.size());
     std::atomic<std::uint64_t> misses{0};
+    std::atomic<std::uint64_t> notFinite{0};
     forRange(parallel_, points.size(), [&](std::size_t begin, std::size_t end) {
       std::uint64_t missesHere = 0;
       for (std::size_t i = begin; i < end; ++i) {
@@ -146,12 +147,20 @@ class Batch {
               trace_.scene(), trace_.geometry(), lighting_, hit.object, hit.primitive, hit.u, hit.v,
               rays_[r].origin + hit.distance * direction, direction, width);
           values_[r] = surface.diffuse;
-          if (keepSurfaces) surfaces_[r] = surface;
+          if (!isFinite(values_[r])) {
+            values_[r] = Vec3(0.0f);
+            ++notFinite;
+          }
+          if (keepSurfaces) {
+            surfaces_[r] = surface;
+            surfaces_[r].diffuse = values_[r];
+          }
         }
       }
       misses += missesHere;
     });
     counts.misses += misses;
+    counts.notFinite += notFinite;
   }
 
   /// Replaces the values of reflective hits by diffuse and reflected light, weighted by s.
@@ -205,6 +214,7 @@ void ReflectionCounts::add(const ReflectionCounts& other) {
   misses += other.misses;
   refused += other.refused;
   belowHorizon += other.belowHorizon;
+  notFinite += other.notFinite;
   traceSeconds += other.traceSeconds;
   resolveSeconds += other.resolveSeconds;
 }

@@ -33,6 +33,7 @@ struct ReflectionCounts {
   std::uint64_t misses = 0;        ///< saw the environment
   std::uint64_t refused = 0;       ///< could not be traced; saw the environment
   std::uint64_t belowHorizon = 0;  ///< lobe samples below the surface, folded up
+  std::uint64_t notFinite = 0;     ///< radiances that were NaN or infinite: taken as 0
   double traceSeconds = 0.0;       ///< Embree alone
   double resolveSeconds = 0.0;     ///< making rays and shading hits
 

@@ -248,6 +248,7 @@ struct TraceScene::State {
   const frame::Geometry& geometry;
   BvhPolicy policy;
   TraceOptions options;
+  bool refits;
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
   std::vector<RTCGeometry> geometries;  ///< one per object; null when left out
@@ -265,7 +266,7 @@ struct TraceScene::State {
   std::vector<FilterTarget> filterTargets;
 
   State(const scene::Scene& s, const frame::Geometry& g, BvhPolicy p, TraceOptions o)
-      : sceneData(s), geometry(g), policy(p), options(std::move(o)) {}
+      : sceneData(s), geometry(g), policy(p), options(std::move(o)), refits(mustRefit()) {}
 
   ~State() {
     for (RTCGeometry g : geometries) {
@@ -318,7 +319,7 @@ struct TraceScene::State {
   }
 
   /// Static scenes share one structure; refitting needs a structure per object.
-  bool refits() const {
+  bool mustRefit() const {
     if (policy == BvhPolicy::Refit) return true;
     if (policy != BvhPolicy::Static) return false;
     return std::any_of(geometry.objects.begin(), geometry.objects.end(),
@@ -327,13 +328,13 @@ struct TraceScene::State {
 
   RTCBuildQuality sceneQuality() const {
     // Embree builds per object, and follows the objects' own qualities, at LOW only.
-    if (policy == BvhPolicy::RebuildLow || refits()) return RTC_BUILD_QUALITY_LOW;
+    if (policy == BvhPolicy::RebuildLow || refits) return RTC_BUILD_QUALITY_LOW;
     return RTC_BUILD_QUALITY_MEDIUM;
   }
 
   RTCBuildQuality objectQuality(int object) const {
     if (policy == BvhPolicy::RebuildLow) return RTC_BUILD_QUALITY_LOW;
-    return refits() && moves(object) ? RTC_BUILD_QUALITY_REFIT : RTC_BUILD_QUALITY_MEDIUM;
+    return refits && moves(object) ? RTC_BUILD_QUALITY_REFIT : RTC_BUILD_QUALITY_MEDIUM;
   }
 
   void build() {
@@ -354,7 +355,7 @@ struct TraceScene::State {
     scene = rtcNewScene(device);
     unsigned flags = RTC_SCENE_FLAG_NONE;
     if (options.robust) flags |= RTC_SCENE_FLAG_ROBUST;
-    if (policy == BvhPolicy::RebuildLow || refits()) flags |= RTC_SCENE_FLAG_DYNAMIC;
+    if (policy == BvhPolicy::RebuildLow || refits) flags |= RTC_SCENE_FLAG_DYNAMIC;
     rtcSetSceneFlags(scene, static_cast<RTCSceneFlags>(flags));
     rtcSetSceneBuildQuality(scene, sceneQuality());
 

@@ -108,6 +108,7 @@ class Reference : public Method {
     std::atomic<std::uint64_t> rays{0};
     std::atomic<std::uint64_t> misses{0};
     std::atomic<std::uint64_t> refused{0};
+    std::atomic<std::uint64_t> notFinite{0};
     std::atomic<std::uint64_t> belowHorizon{0};
     services.timer.measure("trace", [&] {
       parallelFor(static_cast<std::size_t>(tilesX) * static_cast<std::size_t>(tilesY), 1,
@@ -122,6 +123,7 @@ class Reference : public Method {
                       rays += counts.rays;
                       misses += counts.misses;
                       refused += counts.refused;
+                      notFinite += counts.notFinite;
                       belowHorizon += counts.belowHorizon;
                     }
                   });
@@ -130,6 +132,7 @@ class Reference : public Method {
     output.counters["rays"] = rays;
     output.counters["misses"] = misses;
     output.counters["refused"] = refused;
+    output.counters["not_finite"] = notFinite;
     output.counters["below_horizon"] = belowHorizon;
     output.image = std::move(image);
   }
@@ -192,6 +195,7 @@ class Reference : public Method {
     tile.samples.assign(tile.rays.size(), Sample{});
     tile.points.clear();
     tile.sampleOfPoint.clear();
+    std::uint64_t notFinite = 0;
     for (std::size_t i = 0; i < tile.rays.size(); ++i) {
       const trace::Hit& hit = tile.hits[i];
       const Vec3 direction = tile.rays[i].direction;
@@ -205,8 +209,10 @@ class Reference : public Method {
       const frame::SurfacePoint surface = frame::shadeSurface(
           services.scene, services.geometry, services.lighting, hit.object, hit.primitive, hit.u,
           hit.v, position, direction, spread * hit.distance);
-      sample.diffuse = surface.diffuse;
-      sample.color = surface.diffuse;
+      const bool finite = isFinite(surface.diffuse);
+      notFinite += finite ? 0 : 1;
+      sample.diffuse = finite ? surface.diffuse : Vec3(0.0f);
+      sample.color = sample.diffuse;
       sample.normal = surface.normal;
       sample.specularLevel = surface.specularLevel;
       sample.z = hit.distance * glm::dot(direction, forward);
@@ -238,6 +244,7 @@ class Reference : public Method {
         trace::reflectedRadiance(trace, services.lighting, spread, tile.points, reflection_, false,
                                  tile.radiance, tile.flags);
     counts.refused += primary.refused;
+    counts.notFinite += notFinite;
     for (std::size_t k = 0; k < tile.points.size(); ++k) {
       Sample& sample = tile.samples[tile.sampleOfPoint[k]];
       const scene::Material& material =

@@ -149,6 +149,7 @@ class Traced : public Method {
     output.counters["rays"] = counts.rays;
     output.counters["misses"] = counts.misses;
     output.counters["refused"] = counts.refused;
+    output.counters["not_finite"] = counts.notFinite;
     output.counters["below_horizon"] = counts.belowHorizon;
   }
 

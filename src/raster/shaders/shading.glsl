@@ -68,8 +68,9 @@ vec3 pointLight(int i, vec3 x, vec3 n) {
   float r2 = dot(toLight, toLight);
   float cosine = max(0.0, dot(n, toLight) * inversesqrt(max(r2, 1e-20)));
   float q = r2 * frame.lights[i].positionRange.w * frame.lights[i].positionRange.w;
-  return frame.lights[i].intensityCone.rgb *
-         (cosine / max(r2, 1e-12) * clamp(1.0 - q * q, 0.0, 1.0));
+  return min(frame.lights[i].intensityCone.rgb *
+                 (cosine / max(r2, 1e-12) * clamp(1.0 - q * q, 0.0, 1.0)),
+             vec3(1e30));
 }
 vec3 spotLight(int i, vec3 x, vec3 n) {
   vec3 toLight = frame.lights[i].positionRange.xyz - x;
