@@ -90,11 +90,7 @@ class Composer {
       config::require(object, objectSchema(shape));
       if (object.has("asset") && visible(object)) {
         const std::filesystem::path relative(object.get("asset").asString());
-        if (relative.empty() || relative.is_absolute()) {
-          object.get("asset").fail(object.get("asset").dump() +
-                                   " is not a path relative to the description");
-        }
-        const std::filesystem::path path = file_.parent_path() / relative;
+        const std::filesystem::path path = fileBeside(object.get("asset"), file_.parent_path());
         const auto [entry, isNew] = assets_.try_emplace(path.string());
         if (isNew) {
           entry->second.file = path;
@@ -889,7 +885,7 @@ class Composer {
       environment.ground = colorOf(value.get("ground"));
     } else {
       environment.type = EnvironmentType::File;
-      environment.file = file_.parent_path() / value.get("file").asString();
+      environment.file = fileBeside(value.get("file"), file_.parent_path());
       if (!std::filesystem::is_regular_file(environment.file)) {
         value.get("file").fail("there is no file " + environment.file.string());
       }
@@ -911,6 +907,17 @@ class Composer {
 };
 
 }  // namespace
+
+std::filesystem::path fileBeside(const Value& name, const std::filesystem::path& folder) {
+  const std::filesystem::path relative(name.asString());
+  if (relative.empty() || relative.is_absolute()) {
+    name.fail(name.dump() + " is not a path relative to the description");
+  }
+  if (*relative.lexically_normal().begin() == "..") {
+    name.fail(name.dump() + " leaves the folder of the description; copy it there");
+  }
+  return folder / relative;
+}
 
 bool matchesPattern(const std::string& text, const std::string& pattern) {
   // Greedy matching with one point to come back to.

@@ -67,6 +67,10 @@ class MaterialLibrary {
   std::vector<TextureJob> jobs_;
 };
 
+/// The file that `name` names in a description in `folder`, which it must not leave. Throws
+/// UsageError.
+std::filesystem::path fileBeside(const config::Value& name, const std::filesystem::path& folder);
+
 /// True when `text` matches `pattern`, in which * stands for any text.
 bool matchesPattern(const std::string& text, const std::string& pattern);
 

@@ -251,11 +251,7 @@ int MaterialLibrary::texture(const Value& source, bool srgb, const Value& materi
     key += "procedural " + source.dump();
   } else {
     job.kind = TextureJob::Kind::File;
-    const std::filesystem::path file(source.asString());
-    if (file.is_absolute() || source.asString().empty()) {
-      source.fail(source.dump() + " is not a path relative to the description");
-    }
-    job.file = folder_ / file;
+    job.file = fileBeside(source, folder_);
     key += "file " + job.file.string();
   }
   const int index = addJob(key, job);

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <fstream>
 
 #include "core/error.h"
@@ -52,6 +53,22 @@ TEST(Description, ComposesTransformsRepeatsAndAnchors) {
     EXPECT_LT(glm::length(box.min - Vec3(-3, 5.0f * static_cast<float>(i), -1)), 1e-5f);
     EXPECT_LT(glm::length(box.max - Vec3(-1, 5.0f * static_cast<float>(i) + 2, 1)), 1e-5f);
   }
+}
+
+TEST(Description, MemoryHasASettableBudget) {
+  // 1000 x 1000 quads: some 32 MB of vertices and 24 MB of triangles
+  const std::string text =
+      R"({"objects": [{"shape": "plane", "size": [1, 1], "segments": [1000, 1000]}]})";
+  EXPECT_EQ(load(text).objects.size(), 1u);
+  setenv("CATOPTRIC_SCENE_MIB", "32", 1);
+  EXPECT_THAT(errorOf(text), HasSubstr("/objects/0: the shapes up to this one take"));
+  EXPECT_THAT(errorOf(text), HasSubstr("the limit is 33554432"));
+  for (const char* bad : {"0", "-1", "1.5", "many", "99999999999999999999"}) {
+    setenv("CATOPTRIC_SCENE_MIB", bad, 1);
+    EXPECT_THROW(limitsOfEnvironment(), UsageError) << bad;
+  }
+  unsetenv("CATOPTRIC_SCENE_MIB");
+  EXPECT_EQ(limitsOfEnvironment().maxBytes, LoadLimits{}.maxBytes);
 }
 
 TEST(Description, RotatesAboutZThenXThenY) {

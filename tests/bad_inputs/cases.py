@@ -150,7 +150,7 @@ def scenes(cases):
     huge = [1e20, -1e20, 1e12]
     table(cases, "scene", "scene.json", valid.SCENE, command, SCENE, [
         ("/objects", [5, TEXT, GONE], ""),
-        ("/objects", [[]], ""),
+        ("/objects", [[]], "@/animation/0/object "),
         ("/objects/0", [5, TEXT, [1]], ""),
         ("/objects/0/shape", ["bx", 5, GONE], ""),
         ("/objects/0/size", VEC3, WANTED),
@@ -189,6 +189,7 @@ def scenes(cases):
         ("/objects/7/inner", [1, 2, -1], ""),
         ("/objects/8/openings", [[[-1, 0, 2, 2]], [[0, 0, 0, 1]], [[0, 0, 1]]], "@/objects/8 "),
         ("/objects/9/asset", ["none.gltf", "/etc/passwd", "", 5], ""),
+        ("/objects/9/asset", ["../tri.gltf", "a/../../tri.gltf", ".."], "leaves the folder"),
         ("/objects/9/nodes", [["square*"], 5], ""),
         ("/objects/9/materials/glass", ["steel"], "no material"),
         ("/objects/10/repeat/count", [0, -1, 1e9, [1, 1], "x"], ""),
@@ -211,6 +212,7 @@ def scenes(cases):
         ("/environment/zenith", [[1], "x"], ""),
         ("/environment/scale", [-1, 1e40], ""),
         ("/environment", [{"type": "file", "file": "none.hdr"}, {"type": "file"}], ""),
+        ("/environment", [{"type": "file", "file": "../sky.hdr"}], "leaves the folder"),
         ("/ambient", [[1, 1], "x", [-1, 0, 0]], ""),
         ("/bake/mode", ["all"], ""),
         ("/bake/rays", [0, 1e9, 1.5], ""),
@@ -239,6 +241,8 @@ def scenes(cases):
             ("many_nodes", '{"objects": [{"shape": "plane", "repeat": {"count": [1000, 1000, 1000]}}]}',
              "/objects/0.*nodes allowed"),
             ("texture_missing", '{"objects": [{"shape": "plane", "material": {"texture": "none.png"}}]}', "none.png"),
+            ("texture_outside", '{"objects": [{"shape": "plane", "material": {"texture": "../picture.png"}}]}',
+             "/objects/0/material/texture.*leaves the folder"),
             ("texture_is_folder", '{"objects": [{"shape": "plane", "material": {"texture": "."}}]}', ""),
             ("no_procedural", '{"objects": [{"shape": "plane", "material": {"texture": {"procedural": "lava"}}}]}',
              "lava")]:
