@@ -13,6 +13,7 @@
 #include "frame/test_scenes.h"
 #include "gl/test_context.h"
 #include "methods/test_harness.h"
+#include "methods/traced/gbuffer_samples.h"
 #include "raster/scene_raster.h"
 #include "scene/loader.h"
 #include "trace/bake.h"
@@ -109,6 +110,8 @@ struct Differences {
   int diffuse = 0;
   double worstDiffuse = 0.0;
   int twins = 0;  ///< right for the other of two coincident triangles
+  /// Of all rays that the view's reflective samples send, with two bounces and two rays a lobe.
+  trace::ReflectionCounts reflected;
 };
 
 /// What GL has drawn and what Embree sees of one moment.
@@ -227,6 +230,15 @@ Differences compare(const Seen& seen, const scene::Camera& camera) {
           std::max(found.worstDiffuse, static_cast<double>(glm::length(drawn - expected)));
     }
   }
+
+  // What its mirrors see
+  raster::GBufferCopy copy;
+  raster::readBack(seen.gbuffer, true, copy);
+  const methods::ReflectiveSamples samples = methods::collectReflective(copy, camera);
+  std::vector<Vec3> radiance(samples.points.size());
+  found.reflected =
+      trace::reflectedRadiance(seen.trace, seen.moment.lighting, spread, samples.points,
+                               {.rays = 2, .bounces = 2}, true, radiance);
   return found;
 }
 
@@ -244,6 +256,8 @@ void expectAgreement(const std::string& name, const Differences& found) {
   EXPECT_LE(found.normal, allowed) << name;
   EXPECT_LE(found.specular, allowed) << name;
   EXPECT_LE(found.diffuse, allowed) << name;
+  EXPECT_EQ(found.reflected.refused, 0u) << name;
+  EXPECT_EQ(found.reflected.notFinite, 0u) << name;
 }
 
 TEST(Agreement, OfLightsOfAllTypes) {

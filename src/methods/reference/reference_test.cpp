@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "core/parallel.h"
 #include "frame/test_scenes.h"
@@ -35,6 +36,24 @@ image::Image render(const scene::Scene& scene, const scene::Camera& camera,
 
 Vec3 rgb(const image::Image& image, int x, int y) {
   return {image.at(x, y, 0), image.at(x, y, 1), image.at(x, y, 2)};
+}
+
+TEST(Reference, RadianceThatIsNotFiniteIsCountedAndTakenAsNone) {
+  // A plane that shines without bounds, seen itself and in a mirror across it
+  SceneBuilder builder;
+  const Mat4 up = rotation(90.0f, {1.0f, 0.0f, 0.0f});
+  builder.add(scene::makePlane({2.0f, 2.0f}, {1, 1}, scene::UvMode::Unit),
+              builder.diffuse(Vec3(0.5f), Vec3(std::numeric_limits<float>::infinity())),
+              translation({-1.0f, 0.0f, -1.0f}) * up);
+  builder.add(scene::makePlane({2.0f, 2.0f}, {1, 1}, scene::UvMode::Unit), builder.reflective(0.5f),
+              translation({1.0f, 0.0f, -1.0f}) * rotation(-90.0f, {0.0f, 1.0f, 0.0f}) * up);
+  Counters counters;
+  const image::Image image =
+      render(builder.scene(), scene::lookAt({0.0f, 0.0f, 3.0f}, {}, {0.0f, 1.0f, 0.0f}, 0.8f),
+             frameOf(32, 32), R"({"samples": 1})", &counters);
+  EXPECT_GT(counters["not_finite"], 100u);
+  EXPECT_EQ(counters["refused"], 0u);
+  for (const float value : image.data) ASSERT_TRUE(std::isfinite(value));
 }
 
 TEST(Reference, WhiteFurnaceIsOneEverywhere) {
