@@ -2,8 +2,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 
 #include "config/json.h"
 #include "config/json_text.h"
@@ -333,9 +336,17 @@ void require(const Value& value, const Schema& schema) {
 
 Value valueOr(const Value& object, const Schema& schema, const std::string& field) {
   if (object.has(field)) return object.get(field);
-  for (const Field& f : schema.fields)
-    if (f.name == field && !f.defaultText.empty())
-      return parseText(f.defaultText, "default of " + schema.name + "." + field);
+  for (const Field& f : schema.fields) {
+    if (f.name != field || f.defaultText.empty()) continue;
+    // Defaults stay: callers hold references into them (valueOr(...).asArray())
+    static std::mutex mutex;
+    static std::map<std::pair<std::string, std::string>, Value> defaults;
+    const std::lock_guard lock(mutex);
+    const std::string name = "default of " + schema.name + "." + field;
+    const auto [entry, isNew] = defaults.try_emplace({name, f.defaultText});
+    if (isNew) entry->second = parseText(f.defaultText, name);
+    return entry->second;
+  }
   return object.get(field);
 }
 

@@ -192,6 +192,10 @@ class Composer {
     if (count.asArray().size() != 3) count.fail(count.dump() + " is not a number or 3 numbers");
     const glm::ivec3 n(countOf(count.asArray()[0]), countOf(count.asArray()[1]),
                        countOf(count.asArray()[2]));
+    if (std::int64_t{n.x} * n.y > static_cast<std::int64_t>(limits_.maxNodes) / n.z) {
+      count.fail(count.dump() + " asks for more than the " + std::to_string(limits_.maxNodes) +
+                 " nodes allowed");
+    }
     for (int z = 0; z < n.z; ++z) {
       for (int y = 0; y < n.y; ++y) {
         for (int x = 0; x < n.x; ++x) {
