@@ -34,6 +34,7 @@ scene::Scene twoBalls() {
   scene.objects.resize(2);
   scene.objects[0].name = "ball";
   scene.objects[1].name = "vase";
+  for (scene::Object& object : scene.objects) object.mesh = object.material = 0;
   return scene;
 }
 
