@@ -9,6 +9,7 @@
 #define CATOPTRIC_METHODS(METHOD) \
   METHOD(environmentMapEntry)     \
   METHOD(tracedEntry)             \
+  METHOD(secondOrderEntry)        \
   METHOD(referenceEntry)
 
 namespace catoptric::methods {

@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/srgb.h"
 #include "gl/context.h"
 #include "raster/scene_raster_state.h"
 
@@ -40,6 +41,16 @@ float distanceTo(const Box3& box, const Vec3& p) {
   return glm::length(glm::max(glm::max(box.min - p, p - box.max), Vec3(0.0f)));
 }
 
+/// Linear mean of a texture: its last mip level.
+Vec3 meanColor(const scene::Texture& texture) {
+  if (texture.levels.empty() || texture.levels.back().rgba.size() < 3) return Vec3(1.0f);
+  const std::vector<std::uint8_t>& last = texture.levels.back().rgba;
+  const auto linear = [&](std::size_t i) {
+    return texture.srgb ? linearOfSrgb8()[last[i]] : static_cast<float>(last[i]) / 255.0f;
+  };
+  return {linear(0), linear(1), linear(2)};
+}
+
 }  // namespace
 
 /// What one view sees: ranges of indices, by object in ascending order.
@@ -55,12 +66,18 @@ struct ViewList {
 
 void SceneRaster::buildDetailLevels(const scene::Scene& scene, const frame::Geometry& geometry) {
   State& s = *state_;
-  std::vector<bool> deforms;
+  std::vector<LevelSource> sources;
   for (const scene::Object& object : scene.objects) {
-    deforms.push_back(scene.nodes[object.node].skin != scene::kNone ||
-                      !scene.meshes[object.mesh].morphTargets.empty());
+    const scene::Material& material = scene.materials[object.material];
+    Vec3 albedo = material.baseColor;
+    if (material.baseColorTexture.used()) {
+      albedo *= meanColor(scene.textures[material.baseColorTexture.texture]);
+    }
+    sources.push_back({.deforms = scene.nodes[object.node].skin != scene::kNone ||
+                                  !scene.meshes[object.mesh].morphTargets.empty(),
+                       .albedo = std::max({albedo.x, albedo.y, albedo.z})});
   }
-  s.levels = raster::buildDetailLevels(geometry, deforms);
+  s.levels = raster::buildDetailLevels(geometry, sources);
   const auto base = static_cast<std::uint32_t>(s.meshlets.indices.size());
   for (Meshlet& meshlet : s.levels.meshlets) meshlet.firstIndex += base;
   std::vector<std::uint32_t> all = s.meshlets.indices;
@@ -95,6 +112,7 @@ void SceneRaster::State::listView(const DiffuseView& view, std::uint32_t number,
     if (levelErrorTexels > 0.0f && !own && !levels.firstOfObject.empty()) {
       const float allowed =
           levelErrorTexels * view.texelSpreadRad * distanceTo(bounds[i], view.eye);
+      if (bounds[i].diameter() < 0.5f * allowed) continue;
       const float grown =
           levelExtent[i] > 0.0f ? std::max(1.0f, bounds[i].diameter() / levelExtent[i]) : 1.0f;
       for (const DetailLevel& level : levels.ofObject(i)) {

@@ -19,9 +19,13 @@ constexpr std::uint32_t kMaxIndices = 3 * 64;
 constexpr float kBoundsSlack = 1e-5f;
 /// Triangles of the smallest object that gets a coarser level, the step between levels, and how far
 /// (as a share of the object's extent) a level may go. Ours, measured in the living room.
-constexpr std::size_t kSmallestLevel = 128;
+constexpr std::size_t kSmallestLevel = 32;
 constexpr std::size_t kLevelRatio = 3;
 constexpr float kMaxLevelError = 0.1f;
+/// Height of the relief that stands for a radiance of 1 while an object is simplified, metres, and
+/// the largest error of radiance that levels may have. Ours, measured in the living room.
+constexpr float kReliefMetres = 0.3f;
+constexpr float kLightError = 0.2f;
 
 /// Sphere about the box of the meshlet's vertices, and meshoptimizer's cone of normals.
 void computeBounds(Meshlet& meshlet, std::span<const std::uint32_t> indices,
@@ -196,10 +200,23 @@ struct ObjectLevels {
   std::vector<DetailLevel> levels;
 };
 
-ObjectLevels buildObjectLevels(const frame::Geometry& geometry, const frame::ObjectRange& range) {
+ObjectLevels buildObjectLevels(const frame::Geometry& geometry, const frame::ObjectRange& range,
+                               float albedo) {
   ObjectLevels result;
   std::vector<std::uint32_t> indices = localIndices(geometry, range);
-  const float* positions = &geometry.positions[range.firstVertex].x;
+  // Baked light is kept as if it were relief: flat walls are not uniformly lit
+  std::vector<Vec3> relief(range.vertexCount);
+  bool lit = false;
+  for (std::uint32_t i = 0; i < range.vertexCount; ++i) {
+    const frame::VertexAttributes& vertex = geometry.attributes[range.firstVertex + i];
+    const Vec3 irradiance(vertex.bake);
+    const float brightest = std::max({irradiance.x, irradiance.y, irradiance.z});
+    lit = lit || brightest > 0.0f;
+    relief[i] = geometry.positions[range.firstVertex + i] +
+                vertex.normal * (kReliefMetres / kPi * albedo * brightest);
+  }
+  const float mostError = lit ? kReliefMetres * kLightError : 1e30f;
+  const float* positions = &relief.data()->x;
   const float scale = meshopt_simplifyScale(positions, range.vertexCount, sizeof(Vec3));
   std::vector<std::uint32_t> simplified(indices.size());
   float error = 0.0f;
@@ -218,6 +235,7 @@ ObjectLevels buildObjectLevels(const frame::Geometry& geometry, const frame::Obj
     if (count == 0 || count > 3 * indices.size() / 4) break;
     indices.assign(simplified.begin(), simplified.begin() + static_cast<std::ptrdiff_t>(count));
     error += relative * scale;  // each level is made from the one before
+    if (error > mostError) break;
     DetailLevel level;
     level.error = error;
     level.firstMeshlet = static_cast<std::uint32_t>(result.meshlets.meshlets.size());
@@ -255,11 +273,14 @@ Meshlets buildMeshlets(const frame::Geometry& geometry) {
   return result;
 }
 
-DetailLevels buildDetailLevels(const frame::Geometry& geometry, const std::vector<bool>& deforms) {
+DetailLevels buildDetailLevels(const frame::Geometry& geometry,
+                               std::span<const LevelSource> sources) {
   std::vector<ObjectLevels> objects(geometry.objects.size());
   parallelFor(objects.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (!deforms[i]) objects[i] = buildObjectLevels(geometry, geometry.objects[i]);
+      if (!sources[i].deforms) {
+        objects[i] = buildObjectLevels(geometry, geometry.objects[i], sources[i].albedo);
+      }
     }
   });
 

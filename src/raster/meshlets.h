@@ -64,9 +64,15 @@ struct DetailLevels {
   }
 };
 
-/// `deforms[object]`: get no levels, since their error would not hold. Deterministic for any thread
-/// count.
-DetailLevels buildDetailLevels(const frame::Geometry& geometry, const std::vector<bool>& deforms);
+/// What levels of an object must know of it beside its geometry.
+struct LevelSource {
+  bool deforms = false;  ///< gets no levels, since their error would not hold
+  float albedo = 1.0f;   ///< largest component, mean over its texture
+};
+
+/// `sources[object]`. Deterministic for any thread count.
+DetailLevels buildDetailLevels(const frame::Geometry& geometry,
+                               std::span<const LevelSource> sources);
 
 /// Recomputes the bounds of meshlets (indices into `indices`) after vertices moved.
 void updateBounds(std::span<Meshlet> meshlets, std::span<const std::uint32_t> indices,

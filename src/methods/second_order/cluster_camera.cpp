@@ -1,0 +1,457 @@
+#include "methods/second_order/cluster_camera.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "core/parallel.h"
+#include "scene/reflectance.h"
+#include "trace/reflect.h"
+
+namespace catoptric::methods {
+namespace {
+
+/// Rays closer than this to the image plane (cosine to its axis) say nothing about where the eye
+/// should be. Ours.
+constexpr float kGrazingCosine = 0.05f;
+/// The eye stays within this many scene diameters behind the image plane. Ours.
+constexpr float kFarthestEye = 10.0f;
+/// The nearest sample lies at least this share of the cluster's diagonal before the eye. Ours.
+constexpr float kNearestShare = 0.1f;
+/// Half the frame's largest width on the plane 1 m before the eye: 80 degrees. Ours.
+constexpr float kWidestTangent = 5.6f;
+constexpr float kWidestAngle = 1.39f;
+constexpr float kWidestLobe = 1.0f;  ///< radians; lobes reach the frame's border beyond. Ours.
+/// Texels around the frame, so that neighbouring clusters overlap and every look-up has
+/// neighbours.
+constexpr float kBorder = 1.5f;
+/// Depth of a planar cluster's image at infinity is 1 minus this.
+constexpr double kDepthRange = 0.999;
+/// What lies closer to a planar cluster, as a share of its distance from the eye, is not drawn: its
+/// own surface above all. Ours.
+constexpr double kClipSlack = 1e-4;
+/// Lobes of a pixel's samples are shifted by so many steps (methods/traced).
+constexpr int kShifts = 4;
+/// Planes that cut off what lies behind a curved cluster: their normals are n_c plus so much of the
+/// camera's axis; the first that no reflected ray passes is taken. Ours.
+constexpr std::array<float, 4> kClipTilts = {0.0f, 0.5f, 2.0f, 8.0f};
+/// Share of rays that may pass it (shading normals can turn them below their own surface). Ours.
+constexpr double kMostPassing = 0.005;
+/// Least cosine between that plane's normal and a reflected ray. Ours.
+constexpr float kClipCosine = 0.02f;
+/// Texels of a glossy cluster are not finer than this share of a ray's own spread. Ours.
+constexpr float kTexelOfSpread = 0.25f;
+
+/// Axes of a curved cluster's camera, and where rays from the mirrored eye pass its image plane.
+struct Frame {
+  Vec3 mirroredEye{0.0f};  ///< e_0
+  Vec3 right{1.0f, 0.0f, 0.0f};
+  Vec3 down{0.0f, -1.0f, 0.0f};
+  Vec3 axis{0.0f, 0.0f, -1.0f};                             ///< from e_0 to P_c
+  float eyeToPlane = 1.0f;                                  ///< |P_c - e_0|
+  float lobe = 0.0f;                                        ///< radians around each reflected ray
+  std::array<float, 4> tiltLength{1.0f, 1.0f, 1.0f, 1.0f};  ///< of planeNormal + tilt axis
+};
+
+struct Rect {
+  Vec2 min{std::numeric_limits<float>::infinity()};
+  Vec2 max{-std::numeric_limits<float>::infinity()};
+  void extend(const Vec2& p) {
+    min = glm::min(min, p);
+    max = glm::max(max, p);
+  }
+  void extend(const Rect& r) {
+    min = glm::min(min, r.min);
+    max = glm::max(max, r.max);
+  }
+  float diagonal() const { return min.x > max.x ? 0.0f : glm::length(max - min); }
+};
+
+/// What equation (1) needs, over a cluster's samples.
+struct Extents {
+  Rect near;  ///< aabb_n on the image plane
+  Rect far;   ///< of the far ends on the far plane
+  glm::dvec2 nearSum{0.0}, farSum{0.0};
+  double product = 0.0;  ///< sum of near . far
+  std::uint32_t rays = 0;
+  float sag = std::numeric_limits<float>::infinity();  ///< least offset along the axis
+
+  void add(const Extents& e) {
+    near.extend(e.near);
+    far.extend(e.far);
+    nearSum += e.nearSum;
+    farSum += e.farSum;
+    product += e.product;
+    rays += e.rays;
+    sag = std::min(sag, e.sag);
+  }
+};
+
+/// What the frame of the finished camera needs.
+struct Window {
+  Rect rect;  ///< tangents
+  float nearest = std::numeric_limits<float>::infinity();
+  double spacing = 0.0;
+  std::uint64_t pairs = 0;
+  std::array<float, kClipTilts.size()> lowest = allInfinite();  ///< of samples, along each normal
+  std::array<std::uint32_t, kClipTilts.size()> passing{};       ///< rays that pass the plane
+
+  static std::array<float, kClipTilts.size()> allInfinite() {
+    std::array<float, kClipTilts.size()> values;
+    values.fill(std::numeric_limits<float>::infinity());
+    return values;
+  }
+  void add(const Window& w) {
+    for (std::size_t k = 0; k < kClipTilts.size(); ++k) {
+      lowest[k] = std::min(lowest[k], w.lowest[k]);
+      passing[k] += w.passing[k];
+    }
+    rect.extend(w.rect);
+    nearest = std::min(nearest, w.nearest);
+    spacing += w.spacing;
+    pairs += w.pairs;
+  }
+};
+
+Vec3 reflected(const Vec3& v, const Vec3& normal) {
+  return v - 2.0f * glm::dot(v, normal) * normal;
+}
+
+/// Where a ray from inside leaves a box, in units of its direction.
+float boxExit(const Box3& box, const Vec3& from, const Vec3& direction) {
+  float exit = std::numeric_limits<float>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    if (direction[axis] == 0.0f) continue;
+    const float wall = direction[axis] > 0.0f ? box.max[axis] : box.min[axis];
+    exit = std::min(exit, (wall - from[axis]) / direction[axis]);
+  }
+  return std::max(exit, 0.0f);
+}
+
+Frame frameOf(const Cluster& cluster, const scene::Camera& camera) {
+  Frame frame;
+  const Vec3& n = cluster.meanNormal;
+  // The frame's eye is the origin
+  frame.mirroredEye = 2.0f * glm::dot(n, cluster.centroid) * n;
+  const Vec3 toPlane = cluster.centroid - frame.mirroredEye;
+  frame.eyeToPlane = glm::length(toPlane);
+  frame.axis = normalizedOr(toPlane, n);
+  const Vec3 mirroredRight = -reflected(Vec3(camera.worldFromCamera[0]), n);
+  const Vec3 other =
+      std::abs(frame.axis.y) < 0.9f ? Vec3(0.0f, 1.0f, 0.0f) : Vec3(1.0f, 0.0f, 0.0f);
+  const Vec3 across = mirroredRight - glm::dot(mirroredRight, frame.axis) * frame.axis;
+  frame.right =
+      normalizedOr(glm::dot(across, across) > 1e-6f ? across : glm::cross(frame.axis, other),
+                   Vec3(1.0f, 0.0f, 0.0f));
+  frame.down = glm::cross(frame.axis, frame.right);
+  for (std::size_t i = 0; i < kClipTilts.size(); ++i) {
+    frame.tiltLength[i] = glm::length(cluster.planeNormal + kClipTilts[i] * frame.axis);
+  }
+  return frame;
+}
+
+/// Rows of a depth that is 1 on the plane dot(normal, p) = offset and falls in front of it, so that
+/// nothing behind the plane is drawn. `steepest`, the largest dot product of the normal with rays
+/// that advance by 1 along the camera's axis, keeps it above 0.
+Vec4 depthBeyond(const glm::dvec3& normal, double offset, double steepest, const Vec4& rowW) {
+  return Vec4(glm::dvec4(rowW) - kDepthRange / steepest * glm::dvec4(normal, -offset));
+}
+
+/// Half the angle of the cone that a lobe's rays fill, radians: where the outermost of `rays`
+/// samples points (trace::lobeDirection).
+float lobeAngle(float glossiness, int rays) {
+  if (glossiness <= scene::kMirrorGlossiness) return 0.0f;
+  const float n = scene::phongExponentFromGlossiness(glossiness);
+  return std::acos(std::pow(0.5f / static_cast<float>(rays * kShifts), 1.0f / (n + 1.0f)));
+}
+
+/// Depth of a curved cluster's image: cut off by a plane below all samples that no ray passes, or
+/// by a near plane before all samples where there is none.
+void setDepth(const Cluster& cluster, const Frame& frame, const Window& window, const Vec2& corner,
+              float texel, ClusterCamera& made) {
+  for (std::size_t k = 0; k < kClipTilts.size(); ++k) {
+    const glm::dvec3 normal = glm::dvec3(cluster.planeNormal) +
+                              static_cast<double>(kClipTilts[k]) * glm::dvec3(frame.axis);
+    const double length = glm::length(normal);
+    const double lowest = static_cast<double>(window.lowest[k]) / length;
+    if (window.passing[k] > kMostPassing * cluster.samples || !(lowest > 0.0)) continue;
+    const glm::dvec3 unit = normal / length;
+    double steepest = 0.0;
+    for (const float x : {window.rect.min.x, window.rect.max.x}) {
+      for (const float y : {window.rect.min.y, window.rect.max.y}) {
+        steepest = std::max(
+            steepest, glm::dot(unit, glm::dvec3(frame.axis + x * frame.right + y * frame.down)));
+      }
+    }
+    if (!(steepest > 1e-6)) continue;
+    // A planar cluster's own surface lies on the plane: beyond it. A curved one's is left out by
+    // its facing.
+    const double distance = glm::length(glm::dvec3(cluster.centroid));
+    const double offset = glm::dot(unit, glm::dvec3(made.eye)) + lowest +
+                          (cluster.planar ? kClipSlack : -kClipSlack) * distance;
+    if (!(offset > glm::dot(unit, glm::dvec3(made.eye)))) continue;
+    made.rowZ = depthBeyond(unit, offset, steepest, made.rowW);
+    const double c = kDepthRange / steepest;
+    const double alongX = c * static_cast<double>(texel) * glm::dot(unit, glm::dvec3(frame.right));
+    const double alongY = c * static_cast<double>(texel) * glm::dot(unit, glm::dvec3(frame.down));
+    made.horizon = Vec3(-alongX, -alongY,
+                        1.0 - c * glm::dot(unit, glm::dvec3(frame.axis + corner.x * frame.right +
+                                                            corner.y * frame.down)));
+    return;
+  }
+  made.rowZ = Vec4(0.0f, 0.0f, 0.0f, std::max(0.999f * window.nearest, 1e-30f));
+}
+
+/// The mirrored camera on its own sample grid.
+ClusterCamera planarCamera(const Cluster& cluster, const scene::Camera& camera, int sampleWidth,
+                           int sampleHeight, const CameraOptions& options) {
+  ClusterCamera made;
+  made.mirrorGrid = true;
+  made.scale = options.depthImageScale;
+  const glm::dvec3 n = glm::normalize(glm::dvec3(cluster.meanNormal));
+  const glm::dvec3 eye = 2.0 * glm::dot(n, glm::dvec3(cluster.centroid)) * n;
+  made.eye = Vec3(eye);
+  const glm::dmat3 rayFromPixel(scene::rayFromPixel(camera, sampleWidth, sampleHeight));
+  glm::dmat3 mirrored;
+  for (int c = 0; c < 3; ++c) {
+    mirrored[c] = rayFromPixel[c] - 2.0 * glm::dot(rayFromPixel[c], n) * n;
+  }
+  const glm::dmat3 rows = glm::transpose(glm::inverse(mirrored));
+  // A mirror turns right to left: turned back, so that triangles keep their winding
+  const glm::dvec3 x =
+      (static_cast<double>(cluster.right) * rows[2] - rows[0]) * static_cast<double>(made.scale);
+  const glm::dvec3 y =
+      (rows[1] - static_cast<double>(cluster.top) * rows[2]) * static_cast<double>(made.scale);
+  made.rowX = Vec4(Vec3(x), static_cast<float>(-glm::dot(x, eye)));
+  made.rowY = Vec4(Vec3(y), static_cast<float>(-glm::dot(y, eye)));
+  made.rowW = Vec4(Vec3(rows[2]), static_cast<float>(-glm::dot(rows[2], eye)));
+  made.mirrorRight = static_cast<float>(cluster.right);
+  made.mirrorTop = static_cast<float>(cluster.top);
+  const auto texels = [&](int samples) {
+    return std::max(1,
+                    static_cast<int>(std::ceil(static_cast<float>(samples) * made.scale - 1e-3f)));
+  };
+  made.width = texels(cluster.right - cluster.left);
+  made.height = texels(cluster.bottom - cluster.top);
+  made.texelSpreadRad = scene::pixelSpreadRad(camera, sampleHeight) / made.scale;
+
+  double steepest = 0.0;
+  for (const int px : {cluster.left, cluster.right}) {
+    for (const int py : {cluster.top, cluster.bottom}) {
+      steepest = std::max(steepest, glm::dot(n, mirrored * glm::dvec3(px, py, 1.0)));
+    }
+  }
+  const double offset = glm::dot(n, glm::dvec3(cluster.centroid)) +
+                        kClipSlack * glm::length(glm::dvec3(cluster.centroid));
+  made.rowZ = depthBeyond(n, offset, std::max(steepest, 1e-6), made.rowW);
+  return made;
+}
+
+}  // namespace
+
+float eyeDistance(float near, float far, float depth) {
+  if (far == near) return std::numeric_limits<float>::infinity();
+  return near * depth / (far - near);
+}
+
+Mat4 ClusterCamera::clipFromWorld(const Vec3& frameEye) const {
+  // In double: the rows are steep, and the eye may be far from the origin
+  const auto absolute = [&](const Vec4& row) {
+    return glm::dvec4(
+        glm::dvec3(Vec3(row)),
+        static_cast<double>(row.w) - glm::dot(glm::dvec3(Vec3(row)), glm::dvec3(frameEye)));
+  };
+  const glm::dvec4 x = absolute(rowX);
+  const glm::dvec4 y = absolute(rowY);
+  const glm::dvec4 w = absolute(rowW);
+  const glm::dvec4 z = absolute(rowZ);
+  const glm::dmat4 rows(2.0 / width * x - w, w - 2.0 / height * y, z, w);
+  return Mat4(glm::transpose(rows));
+}
+
+std::vector<ClusterCamera> makeClusterCameras(const Clustering& clustering,
+                                              const scene::Camera& camera, int sampleWidth,
+                                              int sampleHeight, const CameraOptions& options) {
+  const std::vector<Cluster>& clusters = clustering.clusters();
+  const std::size_t count = clusters.size();
+  const std::size_t blocks = clustering.blocks();
+  const float depth = std::max(options.sceneBounds.diameter(), 1e-30f);  // D
+
+  std::vector<ClusterCamera> cameras(count);
+  std::vector<Frame> frames(count);
+  std::vector<std::uint8_t> curved(count, 0);
+  for (std::size_t c = 0; c < count; ++c) {
+    if (clusters[c].planar && clusters[c].maxGlossiness <= scene::kMirrorGlossiness) {
+      cameras[c] = planarCamera(clusters[c], camera, sampleWidth, sampleHeight, options);
+    } else {
+      frames[c] = frameOf(clusters[c], camera);
+      frames[c].lobe = std::min(lobeAngle(clusters[c].maxGlossiness, options.rays), kWidestLobe);
+      curved[c] = 1;
+    }
+  }
+
+  // Near and far ends seen from e_0
+  std::vector<Extents> extents(blocks * count);
+  parallelFor(blocks, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b) {
+      Extents* mine = extents.data() + b * count;
+      for (const ClusterSample& sample : clustering.samples(b)) {
+        if (curved[sample.cluster] == 0) continue;
+        const Frame& frame = frames[sample.cluster];
+        Extents& e = mine[sample.cluster];
+        const Vec3 fromEye = sample.position - frame.mirroredEye;
+        const Vec3 fromCentre = sample.position - clusters[sample.cluster].centroid;
+        const float along = glm::dot(frame.axis, fromCentre);
+        e.sag = std::min(e.sag, along);
+        const float z = glm::dot(frame.axis, fromEye);
+        const float cosine = glm::dot(frame.axis, sample.direction);
+        if (z <= 0.0f || cosine < kGrazingCosine) continue;
+        const Vec2 near = Vec2(glm::dot(frame.right, fromEye), glm::dot(frame.down, fromEye)) *
+                          (frame.eyeToPlane / z);
+        const Vec3 end3 = fromCentre + sample.direction * ((depth - along) / cosine);
+        const Vec2 far(glm::dot(frame.right, end3), glm::dot(frame.down, end3));
+        e.near.extend(near);
+        e.far.extend(far);
+        e.nearSum += glm::dvec2(near);
+        e.farSum += glm::dvec2(far);
+        e.product += static_cast<double>(glm::dot(near, far));
+        ++e.rays;
+      }
+    }
+  });
+
+  // The eye by equation (1), signed by whether the rays have crossed at the far plane
+  for (std::size_t c = 0; c < count; ++c) {
+    if (curved[c] == 0) continue;
+    Extents all;
+    for (std::size_t b = 0; b < blocks; ++b) all.add(extents[b * count + c]);
+    ClusterCamera& made = cameras[c];
+    const Frame& frame = frames[c];
+    const float near = all.near.diagonal();
+    float distance = frame.eyeToPlane;
+    if (all.rays > 1 && near > 0.0f) {
+      const double crossed =
+          all.product - glm::dot(all.nearSum, all.farSum) / static_cast<double>(all.rays);
+      const float far = crossed < 0.0 ? -all.far.diagonal() : all.far.diagonal();
+      distance = eyeDistance(near, far, depth);
+      made.crossing = far < 0.0f;
+      made.parallel = !(distance > 0.0f) || distance > kFarthestEye * depth;
+      if (made.parallel) distance = kFarthestEye * depth;
+    }
+    const float least = kNearestShare * near - all.sag;
+    if (distance < least) {
+      distance = least;
+      made.pushedBack = true;
+    }
+    made.displacement = distance / frame.eyeToPlane;
+    made.eye = clusters[c].centroid - distance * frame.axis;
+  }
+
+  // The frame around near and far ends, and the samples' spacing in it
+  std::vector<Window> windows(blocks * count);
+  parallelFor(blocks, 1, [&](std::size_t begin, std::size_t end) {
+    std::vector<Vec2> tangents;
+    for (std::size_t b = begin; b < end; ++b) {
+      Window* mine = windows.data() + b * count;
+      const std::span<const ClusterSample> samples = clustering.samples(b);
+      tangents.resize(samples.size());
+      for (std::size_t k = 0; k < samples.size(); ++k) {
+        const ClusterSample& sample = samples[k];
+        if (curved[sample.cluster] == 0) continue;
+        const Frame& frame = frames[sample.cluster];
+        Window& w = mine[sample.cluster];
+        const Vec3 fromEye = sample.position - cameras[sample.cluster].eye;
+        const float z = glm::dot(frame.axis, fromEye);
+        tangents[k] = Vec2(glm::dot(frame.right, fromEye), glm::dot(frame.down, fromEye)) / z;
+        w.rect.extend(tangents[k]);
+        w.nearest = std::min(w.nearest, z);
+        const Vec3& normal = clusters[sample.cluster].planeNormal;
+        const float height = glm::dot(normal, fromEye);
+        const float cosine = glm::dot(frame.axis, sample.direction);
+        const float rise = glm::dot(normal, sample.direction);
+        for (std::size_t i = 0; i < kClipTilts.size(); ++i) {
+          w.lowest[i] = std::min(w.lowest[i], height + kClipTilts[i] * z);
+          const float tilted = rise + kClipTilts[i] * cosine;
+          w.passing[i] += tilted <= kClipCosine * frame.tiltLength[i] ? 1 : 0;
+        }
+
+        // The far end: where the ray leaves the scene, not farther to the side than the frame may
+        // reach
+        float t = boxExit(options.sceneBounds, sample.position, sample.direction);
+        if (cosine < 0.0f) t = std::min(t, -0.75f * z / cosine);
+        const Vec3 farEnd = fromEye + t * sample.direction;
+        const Vec2 far = Vec2(glm::dot(frame.right, farEnd), glm::dot(frame.down, farEnd)) /
+                         glm::dot(frame.axis, farEnd);
+        Rect ends;
+        ends.extend(far);
+        if (frame.lobe > 0.0f) {
+          for (const float turn : {-frame.lobe, frame.lobe}) {
+            const Vec2 turned(std::atan(far.x) + turn, std::atan(far.y) + turn);
+            ends.extend(glm::tan(glm::clamp(turned, Vec2(-kWidestAngle), Vec2(kWidestAngle))));
+          }
+        }
+        w.rect.extend(glm::clamp(ends.min, Vec2(-kWidestTangent), Vec2(kWidestTangent)));
+        w.rect.extend(glm::clamp(ends.max, Vec2(-kWidestTangent), Vec2(kWidestTangent)));
+      }
+
+      // Pairs of neighbours in a row, and in a column
+      const auto pair = [&](std::size_t i, std::size_t j) {
+        if (samples[i].cluster != samples[j].cluster || curved[samples[i].cluster] == 0) return;
+        Window& w = mine[samples[i].cluster];
+        w.spacing += static_cast<double>(glm::distance(tangents[i], tangents[j]));
+        ++w.pairs;
+      };
+      const std::span<const SampleRow> rows = clustering.rows(b);
+      for (std::size_t r = 0; r < rows.size(); ++r) {
+        std::size_t above = r > 0 ? rows[r - 1].first : 0;
+        const std::size_t aboveEnd = r > 0 ? rows[r - 1].last : 0;
+        for (std::size_t k = rows[r].first; k < rows[r].last; ++k) {
+          if (k > rows[r].first && samples[k - 1].x + 1 == samples[k].x) pair(k - 1, k);
+          while (above < aboveEnd && samples[above].x < samples[k].x) ++above;
+          if (above < aboveEnd && samples[above].x == samples[k].x) pair(above, k);
+        }
+      }
+    }
+  });
+
+  for (std::size_t c = 0; c < count; ++c) {
+    if (curved[c] == 0) continue;
+    Window all;
+    for (std::size_t b = 0; b < blocks; ++b) all.add(windows[b * count + c]);
+    ClusterCamera& made = cameras[c];
+    const Frame& frame = frames[c];
+    const Vec2 size = glm::max(all.rect.max - all.rect.min, Vec2(1e-9f));
+    float texel =
+        all.pairs > 0 ? static_cast<float>(all.spacing / static_cast<double>(all.pairs)) : 0.0f;
+    if (!(texel > 0.0f))
+      texel = glm::length(size) / std::sqrt(static_cast<float>(clusters[c].samples));
+    texel = std::max(texel,
+                     kTexelOfSpread * trace::lobeSpread(clusters[c].maxGlossiness, options.rays));
+    texel /= options.depthImageScale;
+    const float most = options.maxTexelsPerSample *
+                       std::max(16.0f, static_cast<float>(clusters[c].samples)) *
+                       options.depthImageScale * options.depthImageScale;
+    const float asked = size.x / texel * (size.y / texel);
+    made.capped = asked > most;
+    if (made.capped) texel *= std::sqrt(asked / most);
+    const float side = static_cast<float>(options.maxTextureSize) - 2.0f * kBorder - 1.0f;
+    const float longest = std::max(size.x, size.y) / texel;
+    if (longest > side) {
+      made.capped = true;
+      texel *= longest / side;
+    }
+    made.width = static_cast<int>(std::ceil(size.x / texel + 2.0f * kBorder));
+    made.height = static_cast<int>(std::ceil(size.y / texel + 2.0f * kBorder));
+    made.texelSpreadRad = texel;
+    const Vec2 corner = all.rect.min - Vec2(kBorder * texel);
+    const auto row = [&](const Vec3& v) { return Vec4(v, -glm::dot(v, made.eye)); };
+    made.rowX = row((frame.right - corner.x * frame.axis) / texel);
+    made.rowY = row((frame.down - corner.y * frame.axis) / texel);
+    made.rowW = row(frame.axis);
+    setDepth(clusters[c], frame, all, corner, texel, made);
+  }
+  return cameras;
+}
+
+}  // namespace catoptric::methods

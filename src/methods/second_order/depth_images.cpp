@@ -1,0 +1,113 @@
+#include "methods/second_order/depth_images.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "gl/context.h"
+
+namespace catoptric::methods {
+namespace {
+
+constexpr int kSmallestSide = 512;  ///< of a layer: small frames need few layers, too. Ours.
+constexpr std::uint64_t kBytesPerTexel = 8 + 4;
+constexpr std::size_t kTableRows = 7;  ///< texels per cluster, as intersect.frag reads them
+
+}  // namespace
+
+DepthImages::DepthImages(int sampleWidth, int sampleHeight, float depthImageScale) {
+  const int limit = gl::Context::current().info().limits.maxTextureSize;
+  const auto side = [&](int samples) {
+    const float scaled = std::ceil(static_cast<float>(samples) * std::max(1.0f, depthImageScale));
+    return std::clamp(static_cast<int>(scaled), kSmallestSide, limit);
+  };
+  layerWidth_ = side(sampleWidth);
+  layerHeight_ = side(sampleHeight);
+}
+
+bool DepthImages::fits(std::span<const ClusterCamera> cameras, const DepthImageOptions& options) {
+  std::vector<AtlasSize> sizes;
+  sizes.reserve(cameras.size());
+  for (const ClusterCamera& camera : cameras) {
+    if (camera.width > layerWidth_ || camera.height > layerHeight_) return false;
+    sizes.push_back({camera.width, camera.height});
+  }
+  atlas_ = packAtlas(sizes, {layerWidth_, layerHeight_});
+  const std::uint64_t layer = kBytesPerTexel * static_cast<std::uint64_t>(layerWidth_) *
+                              static_cast<std::uint64_t>(layerHeight_);
+  return atlas_.layers <= 1 ||
+         layer * static_cast<std::uint64_t>(atlas_.layers) <= options.memoryBytes;
+}
+
+void DepthImages::draw(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
+                       const std::vector<bool>& skipOwn, const Vec3& frameEye,
+                       const DepthImageOptions& options, const frame::Lighting& lighting,
+                       raster::SceneRaster& raster, std::span<std::uint64_t> triangles) {
+  if (color_.layers() < atlas_.layers) {
+    targets_.clear();
+    color_ = gl::Texture::makeArray("depth images, colour", GL_RGBA16F, layerWidth_, layerHeight_,
+                                    atlas_.layers);
+    depth_ = gl::Texture::makeArray("depth images, depth", GL_DEPTH_COMPONENT32F, layerWidth_,
+                                    layerHeight_, atlas_.layers);
+    for (int layer = 0; layer < atlas_.layers; ++layer) {
+      targets_.emplace_back(
+          "depth images",
+          std::initializer_list<gl::Attachment>{{.texture = color_, .layer = layer}},
+          gl::Attachment{.texture = depth_, .layer = layer});
+    }
+  }
+
+  // The table that rays find their image by
+  std::vector<Vec4> table(std::max<std::size_t>(1, kTableRows * clusters.size()), Vec4(0.0f));
+  for (std::size_t i = 0; i < clusters.size(); ++i) {
+    const ClusterCamera& camera = cameras[i];
+    Vec4* rows = &table[kTableRows * i];
+    rows[0] = camera.rowX;
+    rows[1] = camera.rowY;
+    rows[2] = camera.rowZ;
+    rows[3] = camera.rowW;
+    rows[4] = Vec4(atlas_.places[i].x, atlas_.places[i].y, camera.width, camera.height);
+    rows[5] = Vec4(atlas_.places[i].layer, camera.mirrorRight, camera.mirrorTop, camera.scale);
+    rows[6] = Vec4(camera.horizon, 0.0f);
+  }
+  const std::size_t bytes = table.size() * sizeof(Vec4);
+  if (tableBuffer_.size() < bytes) {
+    tableBuffer_ = gl::Buffer("clusters", bytes + bytes / 2);
+    table_ = gl::Texture::makeBuffer("clusters", GL_RGBA32F, tableBuffer_);
+  }
+  tableBuffer_.write(0, bytes, table.data());
+
+  // Views in the order of their layers
+  std::vector<std::size_t> order(clusters.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return atlas_.places[a].layer < atlas_.places[b].layer;
+  });
+  std::vector<raster::DiffuseView> views;
+  views.reserve(order.size());
+  for (const std::size_t i : order) {
+    raster::DiffuseView view;
+    view.clipFromWorld = cameras[i].clipFromWorld(frameEye);
+    view.eye = frameEye + cameras[i].eye;
+    view.texelSpreadRad = cameras[i].texelSpreadRad;
+    view.layer = atlas_.places[i].layer;
+    view.x = atlas_.places[i].x;
+    view.y = atlas_.places[i].y;
+    view.width = cameras[i].width;
+    view.height = cameras[i].height;
+    view.ownObject = clusters[i].object;
+    view.skipOwn = skipOwn[static_cast<std::size_t>(clusters[i].object)];
+    views.push_back(view);
+  }
+  std::vector<std::uint64_t> drawn(views.size());
+  raster.drawDiffuseViews(views, targets_, options.levelErrorTexels, lighting, drawn);
+  for (std::size_t k = 0; k < order.size(); ++k) triangles[order[k]] = drawn[k];
+}
+
+void DepthImages::bind() const {
+  table_.bind(3);
+  color_.bind(5);
+  depth_.bind(6);
+}
+
+}  // namespace catoptric::methods

@@ -1,0 +1,55 @@
+// All depth images of a frame on the layers of one atlas, drawn by the scene's own raster path.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "frame/shading.h"
+#include "gl/objects.h"
+#include "methods/second_order/atlas.h"
+#include "methods/second_order/cluster_camera.h"
+#include "methods/second_order/clusters.h"
+#include "raster/scene_raster.h"
+
+namespace catoptric::methods {
+
+struct DepthImageOptions {
+  float levelErrorTexels = 1.0f;  ///< of levels of detail; 0: always the finest
+  std::uint64_t memoryBytes = 512ull << 20;
+};
+
+/// Textures are kept from frame to frame and grow when a frame needs more.
+class DepthImages {
+ public:
+  /// Side lengths of a layer for frames of this size.
+  DepthImages(int sampleWidth, int sampleHeight, float depthImageScale);
+
+  int layerWidth() const { return layerWidth_; }
+  int layerHeight() const { return layerHeight_; }
+
+  /// Whether the images of these cameras fit into the memory; the layers they need.
+  bool fits(std::span<const ClusterCamera> cameras, const DepthImageOptions& options);
+
+  /// Draws the images that the last fits() has placed. `triangles[i]`: drawn for cluster i.
+  void draw(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
+            const std::vector<bool>& skipOwn, const Vec3& frameEye,
+            const DepthImageOptions& options, const frame::Lighting& lighting,
+            raster::SceneRaster& raster, std::span<std::uint64_t> triangles);
+
+  /// Binds colour and depth images and the table of clusters, as intersect.frag names them.
+  void bind() const;
+  std::uint64_t bytes() const { return color_.bytes() + depth_.bytes(); }
+
+ private:
+  int layerWidth_ = 1;
+  int layerHeight_ = 1;
+  Atlas atlas_;
+  gl::Texture color_;  ///< RGBA16F
+  gl::Texture depth_;
+  std::vector<gl::Framebuffer> targets_;
+  gl::Buffer tableBuffer_;
+  gl::Texture table_;
+};
+
+}  // namespace catoptric::methods

@@ -1,0 +1,370 @@
+#include "methods/second_order/second_order.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gl/shader.h"
+#include "methods/second_order/cluster_camera.h"
+#include "methods/second_order/clusters.h"
+#include "methods/second_order/depth_images.h"
+#include "raster/materials.h"
+
+namespace catoptric::methods {
+namespace {
+
+const config::Schema& schema() {
+  static const config::Schema options = {
+      .name = "second_order",
+      .help = "Options of the method second_order.",
+      .fields = {
+          {.name = "max_theta_bins",
+           .type = config::FieldType::Integer,
+           .help = "bins of normals over 360 degrees around the vertical, at most",
+           .defaultText = "13",
+           .minimum = 1,
+           .maximum = 128},
+          {.name = "max_phi_bins",
+           .type = config::FieldType::Integer,
+           .help = "bins of normals over 180 degrees from the vertical, at most",
+           .defaultText = "8",
+           .minimum = 1,
+           .maximum = 64},
+          {.name = "bin_density",
+           .type = config::FieldType::Number,
+           .help = "factor on the number of bins that an object's area gives it; 1 is the paper's",
+           .defaultText = "10",
+           .minimum = 0.01,
+           .maximum = 1000},
+          {.name = "min_cluster_samples",
+           .type = config::FieldType::Integer,
+           .help = "smaller clusters see the environment map",
+           .defaultText = "16",
+           .minimum = 1,
+           .maximum = 1000000},
+          {.name = "depth_image_scale",
+           .type = config::FieldType::Number,
+           .help = "resolution of the depth images against their cluster's own",
+           .defaultText = "1",
+           .minimum = 0.05,
+           .maximum = 8},
+          {.name = "max_texels_per_sample",
+           .type = config::FieldType::Number,
+           .help = "texels of a depth image per sample of its cluster, at most",
+           .defaultText = "4",
+           .minimum = 0.25,
+           .maximum = 64},
+          {.name = "level_error",
+           .type = config::FieldType::Number,
+           .help = "error of an object's level of detail in a depth image, texels; 0: always the "
+                   "finest level",
+           .defaultText = "1",
+           .minimum = 0,
+           .maximum = 16},
+          {.name = "rays",
+           .type = config::FieldType::Integer,
+           .help = "rays per sample on surfaces with g above 0.05; mirrors take one",
+           .defaultText = "8",
+           .minimum = 1,
+           .maximum = 64},
+          {.name = "memory_mib",
+           .type = config::FieldType::Integer,
+           .help = "memory of the depth images; more than fits is drawn at a lower resolution",
+           .defaultText = "512",
+           .minimum = 1,
+           .maximum = 65536},
+          {.name = "environment_face_size",
+           .type = config::FieldType::Integer,
+           .help = "texels along the edge of a face of the cube map for rays that find nothing",
+           .defaultText = "256",
+           .minimum = 1,
+           .maximum = 8192},
+      }};
+  return options;
+}
+
+struct Options {
+  ClusterOptions cluster;
+  CameraOptions camera;
+  DepthImageOptions images;
+  int faceSize = 256;
+};
+
+Options parseOptions(const config::Value& value) {
+  config::require(value, schema());
+  const auto integer = [&](const char* name) {
+    return config::valueOr(value, schema(), name).asInteger();
+  };
+  const auto number = [&](const char* name) {
+    return static_cast<float>(config::valueOr(value, schema(), name).asNumber());
+  };
+  Options options;
+  options.cluster.maxThetaBins = static_cast<int>(integer("max_theta_bins"));
+  options.cluster.maxPhiBins = static_cast<int>(integer("max_phi_bins"));
+  options.cluster.binDensity = number("bin_density");
+  options.cluster.minSamples = static_cast<int>(integer("min_cluster_samples"));
+  options.camera.depthImageScale = number("depth_image_scale");
+  options.camera.maxTexelsPerSample = number("max_texels_per_sample");
+  options.camera.rays = static_cast<int>(integer("rays"));
+  options.images.levelErrorTexels = number("level_error");
+  options.images.memoryBytes = static_cast<std::uint64_t>(integer("memory_mib")) << 20;
+  options.faceSize = static_cast<int>(integer("environment_face_size"));
+  return options;
+}
+
+/// What the scene has of reflectors, hence which passes run.
+struct Reflectors {
+  std::vector<ReflectorKind> kinds;  ///< by object id
+  std::vector<bool> skipOwn;         ///< by object id: flat, hence never seen in itself
+  bool planarMirrors = false;
+  bool curvedMirrors = false;
+  bool glossy = false;
+  bool levelsVary = false;  ///< s comes from a texture: some samples may not reflect
+  bool any() const { return planarMirrors || curvedMirrors || glossy; }
+};
+
+Reflectors findReflectors(const scene::Scene& scene) {
+  Reflectors found;
+  found.kinds.push_back(ReflectorKind::None);
+  found.skipOwn.push_back(false);
+  for (const scene::Object& object : scene.objects) {
+    const scene::Material& material = scene.materials[object.material];
+    const raster::SampleClass kind =
+        raster::objectClass(raster::materialClass(scene, material), object);
+    found.kinds.push_back(kind == raster::SampleClass::Diffuse  ? ReflectorKind::None
+                          : kind == raster::SampleClass::Glossy ? ReflectorKind::Glossy
+                                                                : ReflectorKind::Mirror);
+    found.skipOwn.push_back(object.planar);
+    found.planarMirrors = found.planarMirrors || kind == raster::SampleClass::PlanarMirror;
+    found.curvedMirrors = found.curvedMirrors || kind == raster::SampleClass::CurvedMirror;
+    found.glossy = found.glossy || kind == raster::SampleClass::Glossy;
+    found.levelsVary = found.levelsVary || (kind != raster::SampleClass::Diffuse &&
+                                            material.metallicRoughnessTexture.used());
+  }
+  return found;
+}
+
+constexpr std::array<const char*, 5> kCountNames = {"unclustered", "environment", "sky", "bridged",
+                                                    "below_horizon"};
+
+class SecondOrder : public Method {
+ public:
+  explicit SecondOrder(const Options& options) : options_(options) {}
+
+  MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
+    MethodPlan plan;
+    plan.gbuffer = true;
+    const Reflectors reflectors = findReflectors(scene);
+    if (!reflectors.any()) return plan;
+    const auto samples = static_cast<std::uint64_t>(settings.width) * settings.height *
+                         settings.samples * settings.samples;
+    std::string kinds;
+    const auto add = [&](bool has, const char* what) {
+      if (has) kinds += (kinds.empty() ? "" : ", ") + std::string(what);
+    };
+    add(reflectors.planarMirrors, "planar mirrors (the mirrored frame's own samples)");
+    add(reflectors.curvedMirrors, "curved mirrors (one ray)");
+    add(reflectors.glossy, "glossy objects (rays of a lobe)");
+    const bool again = scene.animated();
+    plan.items = {
+        {"precomputation", "levels", "coarser levels of objects that do not deform", 0},
+        {again ? "pass" : "precomputation", "cube_map",
+         std::string("the diffuse scene from one point, for rays that find nothing") +
+             (again ? ", drawn again in frames in which an object or a light moved" : ""),
+         0},
+        {"pass", "readback", "normals, ids and depth for the clustering", 0},
+        {"pass", "cluster", "reflective samples by object and normal", 0},
+        {"pass", "camera", "a camera for each cluster", 0},
+        {"pass", "depth_images", "the diffuse scene as each cluster sees it", 0},
+        {"pass", "intersect", kinds, 0},
+        {"resource", "G-buffer copy", "what is read back", samples * (16 + 4 + 4)},
+        {"resource", "cluster of each sample", "R16UI", samples * 2},
+        {"resource", "depth images", "at most", options_.images.memoryBytes},
+    };
+    return plan;
+  }
+
+  void prepare(Services& services, const RunSettings& settings) override {
+    settings_ = settings;
+    reflectors_ = findReflectors(services.scene);
+    if (!reflectors_.any()) return;
+    if (options_.images.levelErrorTexels > 0.0f) {
+      services.timer.measure(
+          "levels", [&] { services.raster->buildDetailLevels(services.scene, services.geometry); });
+    }
+    const auto program = [&](const char* label, const char* kind) {
+      std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);
+      defines.push_back({"KIND", kind});
+      defines.push_back({"RAYS", std::to_string(options_.camera.rays)});
+      defines.push_back({"MASKS", settings.masks ? "1" : "0"});
+      defines.push_back({"COUNTS", "1"});
+      defines.push_back({"EXACT_GRID", options_.camera.depthImageScale == 1.0f ? "1" : "0"});
+      return gl::Program::fullScreen(label, "methods/second_order/shaders/intersect.frag",
+                                     std::move(defines));
+    };
+    if (reflectors_.planarMirrors) planar_ = program("look-up in mirrored frames", "0");
+    if (reflectors_.curvedMirrors || reflectors_.planarMirrors)
+      curved_ = program("walk over depth images", "1");
+    if (reflectors_.glossy) glossy_ = program("walk over depth images, lobes", "2");
+    counts_ = gl::Buffer("fallback counts", kCountNames.size() * sizeof(std::uint32_t));
+    const int width = settings.width * settings.samples;
+    const int height = settings.height * settings.samples;
+    clusterSamples_ = gl::Texture::make2D("cluster of each sample", GL_R16UI, width, height);
+    images_ = std::make_unique<DepthImages>(width, height, options_.camera.depthImageScale);
+    if (!services.scene.animated()) drawEnvironment(services);
+  }
+
+  void render(const FrameInput& input, Services& services, FrameOutput& output) override {
+    raster::GBuffer& gbuffer = *services.gbuffer;
+    if (settings_.masks) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
+    for (const char* name : kCountNames) output.counters[name] = 0;
+    if (!reflectors_.any()) return;
+    frame::StepTimer& timer = services.timer;
+    const scene::Camera& camera = input.frame.camera;
+
+    if (environment_.empty() || services.scene.animated()) drawEnvironment(services);
+    timer.measure("readback", [&] { raster::readBack(gbuffer, reflectors_.levelsVary, copy_); });
+    timer.measure("cluster",
+                  [&] { clustering_.build(copy_, camera, reflectors_.kinds, options_.cluster); });
+
+    // Cameras, at a resolution that the memory allows
+    CameraOptions cameraOptions = options_.camera;
+    cameraOptions.sceneBounds.min = services.geometry.bounds.min - camera.eye();
+    cameraOptions.sceneBounds.max = services.geometry.bounds.max - camera.eye();
+    cameraOptions.maxTextureSize = std::min(images_->layerWidth(), images_->layerHeight());
+    std::vector<ClusterCamera> cameras;
+    timer.measure("camera", [&] {
+      for (int attempt = 0; attempt < 8; ++attempt) {
+        cameras = makeClusterCameras(clustering_, camera, gbuffer.sampleWidth(),
+                                     gbuffer.sampleHeight(), cameraOptions);
+        if (images_->fits(cameras, options_.images)) break;
+        cameraOptions.depthImageScale *= 0.7f;
+        ++output.counters["images_shrunk"];
+      }
+      clusterSamples_.upload(0, 0, GL_RED_INTEGER, GL_UNSIGNED_SHORT,
+                             clustering_.clusterOf().data());
+    });
+
+    const std::vector<Cluster>& clusters = clustering_.clusters();
+    std::vector<std::uint64_t> triangles(clusters.size(), 0);
+    timer.measure("depth_images", [&] {
+      images_->draw(clusters, cameras, reflectors_.skipOwn, camera.eye(), options_.images,
+                    services.lighting, *services.raster, triangles);
+    });
+    bool onGrids = true;
+    for (std::size_t i = 0; i < clusters.size(); ++i) {
+      onGrids = onGrids && (cameras[i].mirrorGrid ||
+                            !reflectors_.skipOwn[static_cast<std::size_t>(clusters[i].object)]);
+    }
+    timer.measure("intersect", [&] { intersect(services, gbuffer, camera, onGrids); });
+    report(clusters, cameras, triangles, output);
+  }
+
+ private:
+  void drawEnvironment(Services& services) {
+    services.timer.measure("cube_map", [&] {
+      environment_ = services.raster->drawCubeMap(services.geometry.bounds.centre(),
+                                                  options_.faceSize, services.lighting);
+      environment_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
+    });
+  }
+
+  void intersect(Services& services, const raster::GBuffer& gbuffer, const scene::Camera& camera,
+                 bool onGrids) {
+    const std::vector<std::uint32_t> zeros(kCountNames.size(), 0);
+    counts_.write(0, zeros.size() * sizeof(std::uint32_t), zeros.data());
+    gbuffer.reflectionFramebuffer.bind();
+    glDisable(GL_DEPTH_TEST);
+    glDepthMask(GL_FALSE);
+    glDisable(GL_BLEND);
+    glDisable(GL_SCISSOR_TEST);
+    glEnable(GL_STENCIL_TEST);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+    const auto pass = [&](gl::Program& program, raster::SampleClass sampleClass) {
+      if (program.empty()) return;
+      services.raster->bindShadingResources(program.id(), services.lighting);
+      program.use();
+      clusterSamples_.bind(0);
+      gbuffer.normal.bind(1);
+      gbuffer.depth.bind(2);
+      images_->bind();
+      environment_.bind(7);
+      counts_.bindStorage(1);
+      program.set("rayFromPixel",
+                  scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight()));
+      program.set("nearMetres", camera.nearMetres);
+      program.set("farthest", 4.0f * services.geometry.bounds.diameter());
+      program.set("samplesPerPixel", gbuffer.samples);
+      const auto face = static_cast<float>(environment_.width());
+      program.set("levelOffset", 0.5f * std::log2(6.0f / kPi * face * face));
+      program.set("lastLevel", static_cast<float>(environment_.levels() - 1));
+      glStencilFunc(GL_EQUAL, static_cast<GLint>(sampleClass), 0xFF);
+      gl::drawFullScreenTriangle();
+    };
+    // An object known as flat need not be flat in the frame (it deforms, or is one pixel large)
+    pass(onGrids ? planar_ : curved_, raster::SampleClass::PlanarMirror);
+    pass(curved_, raster::SampleClass::CurvedMirror);
+    pass(glossy_, raster::SampleClass::Glossy);
+    glDisable(GL_STENCIL_TEST);
+    glDepthMask(GL_TRUE);
+  }
+
+  void report(const std::vector<Cluster>& clusters, const std::vector<ClusterCamera>& cameras,
+              const std::vector<std::uint64_t>& triangles, FrameOutput& output) const {
+    std::array<std::uint32_t, kCountNames.size()> counts{};
+    counts_.read(0, sizeof counts, counts.data());
+    Counters& c = output.counters;
+    for (std::size_t i = 0; i < counts.size(); ++i) c[kCountNames[i]] = counts[i];
+    c["clusters"] = clusters.size();
+    c["reflective_samples"] = clustering_.reflectiveSamples();
+    for (std::size_t i = 0; i < clusters.size(); ++i) {
+      c["planar_clusters"] += clusters[i].planar ? 1 : 0;
+      c["planar_samples"] += clusters[i].planar ? clusters[i].samples : 0;
+      c["concave_clusters"] += clusters[i].concave ? 1 : 0;
+      c["normals_cancel"] += clusters[i].normalsCancel ? 1 : 0;
+      c["parallel_clusters"] += cameras[i].parallel ? 1 : 0;
+      c["crossing_clusters"] += cameras[i].crossing ? 1 : 0;
+      c["pushed_back"] += cameras[i].pushedBack ? 1 : 0;
+      c["capped_images"] += cameras[i].capped ? 1 : 0;
+      c["texels"] += static_cast<std::uint64_t>(cameras[i].width) *
+                     static_cast<std::uint64_t>(cameras[i].height);
+      c["triangles"] += triangles[i];
+    }
+  }
+
+  Options options_;
+  RunSettings settings_;
+  Reflectors reflectors_;
+  raster::GBufferCopy copy_;
+  Clustering clustering_;
+  std::unique_ptr<DepthImages> images_;
+  gl::Texture clusterSamples_;
+  gl::Texture environment_;
+  gl::Buffer counts_;
+  gl::Program planar_;
+  gl::Program curved_;
+  gl::Program glossy_;
+};
+
+std::unique_ptr<Method> make(const config::Value& options) {
+  return std::make_unique<SecondOrder>(parseOptions(options));
+}
+
+}  // namespace
+
+const MethodEntry& secondOrderEntry() {
+  static const MethodEntry entry{
+      "second_order",
+      "clusters of reflected rays, a depth image each, found by walking over it",
+      "[Wang2014]",
+      {"levels", "cube_map", "readback", "cluster", "camera", "depth_images", "intersect"},
+      schema(),
+      make};
+  return entry;
+}
+
+}  // namespace catoptric::methods

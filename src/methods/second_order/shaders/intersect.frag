@@ -1,0 +1,286 @@
+// Radiance along reflected rays by walking over clusters' depth images [Wang2014, section 3.4].
+//   KIND    0 mirrored sample grids (planar mirrors), 1 one mirror ray, 2 RAYS rays of a lobe
+//   MASKS   1: where a sample fell back is marked
+//   COUNTS  1: fallbacks are counted
+#include "raster/shaders/shading.glsl"
+
+uniform mat3 rayFromPixel;  // (sample position, 1) to a ray that advances 1 m along the axis
+uniform float nearMetres;
+uniform float farthest;  // metres: no ray goes farther
+uniform float lastLevel;
+uniform float levelOffset;  // 0.5 log2(4 / solid angle of a texel of level 0, sr)
+uniform int samplesPerPixel;  // per axis
+
+layout(binding = 0) uniform usampler2D clusterSamples;
+layout(binding = 1) uniform sampler2D normalSamples;  // xyz shading normal, a = g
+layout(binding = 2) uniform sampler2D depthSamples;   // reversed-Z
+layout(binding = 3) uniform samplerBuffer clusterTable;
+layout(binding = 5) uniform sampler2DArray colorImages;
+layout(binding = 6) uniform sampler2DArray depthImages;
+layout(binding = 7) uniform samplerCube environmentMap;
+
+// Counting would otherwise run the shader before the stencil test
+layout(early_fragment_tests) in;
+
+layout(location = 0) out vec4 reflection;
+#if MASKS
+layout(location = 1) out uint mask;
+#endif
+const uint kMaskEnvironment = 1u;  // raster::MaskBit
+const uint kMaskBelowHorizon = 16u;
+
+// Samples: without a cluster, whose ray (any of its rays) found nothing, whose ray left the scene,
+// whose ray was already behind the depth image at its start
+layout(std430, binding = 1) buffer Counts { uint counts[]; };
+const int kCountUnclustered = 0;
+const int kCountMissed = 1;
+const int kCountSky = 2;
+const int kCountBridged = 3;
+const int kCountBelowHorizon = 4;
+
+const int kTableTexels = 7;
+
+struct DepthImage {
+  vec4 rowX;
+  vec4 rowY;
+  vec4 rowZ;
+  vec4 rowW;
+  vec4 place;   // corner in the atlas, size
+  vec4 more;    // layer; mirrored grid: right, top, scale
+  vec3 horizon; // depth infinitely far: dot(horizon, (texel, 1))
+};
+
+DepthImage depthImage(int cluster) {
+  int at = cluster * kTableTexels;
+  DepthImage d;
+  d.place = texelFetch(clusterTable, at + 4);
+  d.more = texelFetch(clusterTable, at + 5);
+#if KIND != 0
+  d.rowX = texelFetch(clusterTable, at);
+  d.rowY = texelFetch(clusterTable, at + 1);
+  d.rowZ = texelFetch(clusterTable, at + 2);
+  d.rowW = texelFetch(clusterTable, at + 3);
+  d.horizon = texelFetch(clusterTable, at + 6).xyz;
+#else
+  d.horizon = vec3(0.0);
+#endif
+  return d;
+}
+
+float depthAt(DepthImage image, vec2 texel) {
+  return texelFetch(depthImages, ivec3(ivec2(texel) + ivec2(image.place.xy), int(image.more.x)), 0).r;
+}
+
+// What lies beyond the scene, or what a cube map shows in a direction.
+vec3 beyond(vec3 direction) { return environmentRadiance(direction); }
+vec3 fallback(vec3 direction, float level) {
+  return textureLod(environmentMap, direction, level).rgb;
+}
+
+// Bilinear colour over the texels that lie about as deep as the hit: edges do not bleed.
+vec3 colorAt(DepthImage image, vec2 at, float depth) {
+  vec2 size = image.place.zw;
+  vec2 corner = clamp(at - 0.5, vec2(0.0), size - 1.0);
+  vec2 base = floor(corner);
+  vec2 f = corner - base;
+  ivec3 origin = ivec3(ivec2(base) + ivec2(image.place.xy), int(image.more.x));
+  ivec2 next = ivec2(lessThan(base + 1.0, size));
+  float horizon = dot(image.horizon, vec3(at, 1.0));
+  vec3 sum = vec3(0.0);
+  float weights = 0.0;
+  for (int j = 0; j < 2; ++j) {
+    for (int i = 0; i < 2; ++i) {
+      ivec3 texel = origin + ivec3(ivec2(i, j) * next, 0);
+      float weight = (i == 0 ? 1.0 - f.x : f.x) * (j == 0 ? 1.0 - f.y : f.y);
+      float there = texelFetch(depthImages, texel, 0).r;
+      weight = max(weight, 1e-4);
+      weight *= abs(there - depth) <= 0.05 * (depth - horizon) && there > 0.0 ? 1.0 : 1e-6;
+      weight = there > 0.0 ? weight : 0.0;
+      sum += weight * (there > 0.0 ? texelFetch(colorImages, texel, 0).rgb : vec3(0.0));
+      weights += weight;
+    }
+  }
+  return weights > 0.0 ? sum / weights : vec3(0.0);
+}
+
+#if KIND != 0
+// What a ray was found to end at.
+const int kHit = 0;
+const int kSky = 1;     // it leaves the depth image over nothing
+const int kMissed = 2;  // it ends behind something, or leaves the image
+
+// Walks from p along the unit direction in steps of a texel; `at` and `depth` of the hit.
+int walk(DepthImage image, vec3 p, vec3 direction, out vec2 at, out float depth, out bool bridged) {
+  vec4 start = vec4(dot(image.rowX, vec4(p, 1.0)), dot(image.rowY, vec4(p, 1.0)),
+                    dot(image.rowZ, vec4(p, 1.0)), dot(image.rowW, vec4(p, 1.0)));
+  vec4 along = vec4(dot(image.rowX.xyz, direction), dot(image.rowY.xyz, direction),
+                    dot(image.rowZ.xyz, direction), dot(image.rowW.xyz, direction));
+  at = vec2(0.0);
+  depth = 0.0;
+  bridged = false;
+
+  // As far as the frame goes: every border is a plane through the camera's eye
+  vec2 size = image.place.zw;
+  float t = farthest;
+  vec4 inside = vec4(start.xy, size * start.w - start.xy);
+  vec4 advance = vec4(along.xy, size * along.w - along.xy);
+  for (int k = 0; k < 4; ++k) {
+    t = advance[k] < 0.0 ? min(t, max(inside[k], 0.0) / -advance[k]) : t;
+  }
+  t = along.w < 0.0 ? min(t, 0.9 * start.w / -along.w) : t;
+  vec4 end = start + t * along;
+  vec3 from = start.xyz / start.w;
+  vec3 to = end.xyz / end.w;
+  vec3 path = to - from;
+  float length = max(abs(path.x), abs(path.y));
+  int steps = clamp(int(ceil(length)), 1, 8192);
+  vec3 stride = path / float(steps);
+
+  float before = depthAt(image, clamp(from.xy, vec2(0.0), size - 1.0));
+  float rayBefore = from.z;
+  bool front = rayBefore >= before;
+  bool hit = false;
+  float here = before;
+  float ray = rayBefore;
+  for (int i = 1; i <= steps; ++i) {
+    vec3 point = from + stride * float(i);
+    here = depthAt(image, clamp(point.xy, vec2(0.0), size - 1.0));
+    ray = point.z;
+    bool behind = ray < here;
+    if (front && behind) {
+      // The segments of the ray and of the image cross between the two steps
+      float a = rayBefore - before;
+      float b = here - ray;
+      float s = a / max(a + b, 1e-30);
+      float horizon = dot(image.horizon, vec3(point.xy, 1.0));
+      bool edge = before - horizon < 0.8 * (here - horizon);
+      at = mix(point.xy - stride.xy, point.xy, edge ? 1.0 : s);
+      depth = edge ? here : mix(before, here, s);
+      bridged = edge;
+      hit = true;
+      break;
+    }
+    front = !behind;
+    before = here;
+    rayBefore = ray;
+  }
+  return hit ? kHit : (front && here == 0.0 ? kSky : kMissed);
+}
+#endif
+
+#if KIND == 2
+float radicalInverse2(uint i) {
+  return float(bitfieldReverse(i) >> 8) * (1.0 / 16777216.0);
+}
+
+// Ray `index` of `RAYS` of the lobe about `mirror`, as trace::lobeDirection().
+vec3 lobeDirection(vec3 mirror, vec3 normal, float exponent, int index, vec2 shift, out bool below) {
+  float u = (float(index) + shift.x) / float(RAYS);
+  float v = fract(radicalInverse2(uint(index)) + shift.y);
+  float cosine = pow(max(1.0 - u, 1e-7), 1.0 / (exponent + 1.0));
+  float sine = sqrt(max(0.0, 1.0 - cosine * cosine));
+  float angle = 2.0 * kPi * v;
+  float turn = mirror.z < 0.0 ? -1.0 : 1.0;
+  float a = -1.0 / (turn + mirror.z);
+  float b = mirror.x * mirror.y * a;
+  vec3 x = vec3(1.0 + turn * mirror.x * mirror.x * a, turn * b, -turn * mirror.x);
+  vec3 y = vec3(b, turn + mirror.y * mirror.y * a, -mirror.y);
+  vec3 direction = normalize(sine * cos(angle) * x + sine * sin(angle) * y + cosine * mirror);
+  float above = dot(direction, normal);
+  below = above < 0.0;
+  return below ? direction - 2.0 * above * normal : direction;
+}
+#endif
+
+void main() {
+  ivec2 sampleAt = ivec2(gl_FragCoord.xy);
+  uint known = texelFetch(clusterSamples, sampleAt, 0).r;
+  uint bits = 0u;
+  vec4 normalAndG = texelFetch(normalSamples, sampleAt, 0);
+  vec3 ray = rayFromPixel * vec3(gl_FragCoord.xy, 1.0);
+  vec3 incoming = normalize(ray);
+  vec3 mirror = normalize(reflect(incoming, normalAndG.xyz));
+  float level = 0.0;
+#if KIND == 2
+  float g2 = max(normalAndG.a, 1e-3) * max(normalAndG.a, 1e-3);
+  float exponent = max(0.0, 2.0 / (g2 * g2) - 2.0);
+  // Of the whole lobe, or of one of its rays
+  float lobeLevel = levelOffset - 0.5 * log2(exponent + 1.0);
+  level = clamp(known < 2u ? lobeLevel : lobeLevel - 0.5 * log2(float(RAYS)), 0.0, lastLevel);
+#endif
+  vec3 radiance;
+  if (known < 2u) {
+    radiance = fallback(mirror, level);
+    bits = kMaskEnvironment;
+#if COUNTS
+    atomicAdd(counts[kCountUnclustered], 1u);
+#endif
+  } else {
+    DepthImage image = depthImage(int(known) - 2);
+#if KIND == 0
+    // The mirrored camera has a texel for this very sample
+    vec2 at = vec2(image.more.y - gl_FragCoord.x, gl_FragCoord.y - image.more.z) * image.more.w;
+    float there = depthAt(image, clamp(at, vec2(0.0), image.place.zw - 1.0));
+    if (there > 0.0) {
+#if EXACT_GRID
+      radiance = texelFetch(colorImages,
+                            ivec3(ivec2(at) + ivec2(image.place.xy), int(image.more.x)), 0).rgb;
+#else
+      radiance = colorAt(image, at, there);
+#endif
+    } else {
+      radiance = beyond(mirror);
+#if COUNTS
+      atomicAdd(counts[kCountSky], 1u);
+#endif
+    }
+#else
+    vec3 position = ray * (nearMetres / max(texelFetch(depthSamples, sampleAt, 0).r, 1e-30));
+    bool missed = false;
+    bool sky = false;
+    bool overEdge = false;
+#if KIND == 1
+    const int rays = 1;
+#else
+    const int rays = RAYS;
+    int cell = (sampleAt.y % samplesPerPixel) * samplesPerPixel + sampleAt.x % samplesPerPixel;
+    vec2 shift = vec2((float(cell) + 0.5) / float(samplesPerPixel * samplesPerPixel),
+                      fract(float(cell) * 0.6180340));
+#endif
+    vec3 sum = vec3(0.0);
+    for (int k = 0; k < rays; ++k) {
+      vec3 direction = mirror;
+#if KIND == 2
+      bool below;
+      direction = lobeDirection(mirror, normalAndG.xyz, exponent, k, shift, below);
+#if COUNTS
+      if (below) atomicAdd(counts[kCountBelowHorizon], 1u);
+#endif
+      if (below) bits |= kMaskBelowHorizon;
+#endif
+      vec2 at;
+      float depth;
+      bool bridged;
+      int found = walk(image, position, direction, at, depth, bridged);
+      vec3 seen = found == kHit   ? colorAt(image, at, depth)
+                  : found == kSky ? beyond(direction)
+                                  : fallback(direction, level);
+      sum += seen;
+      missed = missed || found == kMissed;
+      sky = sky || found == kSky;
+      overEdge = overEdge || bridged;
+    }
+    radiance = sum * (1.0 / float(rays));
+    if (missed) bits |= kMaskEnvironment;
+#if COUNTS
+    if (missed) atomicAdd(counts[kCountMissed], 1u);
+    if (sky) atomicAdd(counts[kCountSky], 1u);
+    if (overEdge) atomicAdd(counts[kCountBridged], 1u);
+#endif
+#endif
+  }
+  reflection = vec4(radiance, 1.0);
+#if MASKS
+  mask = bits;
+#endif
+}
