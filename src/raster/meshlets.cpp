@@ -22,9 +22,10 @@ constexpr float kBoundsSlack = 1e-5f;
 constexpr std::size_t kSmallestLevel = 32;
 constexpr std::size_t kLevelRatio = 3;
 constexpr float kMaxLevelError = 0.1f;
-/// Height of the relief that stands for a radiance of 1 while an object is simplified, metres, and
-/// the largest error of radiance that levels may have. Ours, measured in the living room.
-constexpr float kReliefMetres = 0.3f;
+/// Height of the relief that stands for a radiance of 1 while an object is simplified, as a share
+/// of the scene's diameter, and the largest error of radiance that levels may have. Ours, measured
+/// in the living room.
+constexpr float kReliefShare = 0.03f;
 constexpr float kLightError = 0.2f;
 
 /// Sphere about the box of the meshlet's vertices, and meshoptimizer's cone of normals.
@@ -205,6 +206,7 @@ ObjectLevels buildObjectLevels(const frame::Geometry& geometry, const frame::Obj
   ObjectLevels result;
   std::vector<std::uint32_t> indices = localIndices(geometry, range);
   // Baked light is kept as if it were relief: flat walls are not uniformly lit
+  const float metresPerRadiance = kReliefShare * geometry.bounds.diameter();
   std::vector<Vec3> relief(range.vertexCount);
   bool lit = false;
   for (std::uint32_t i = 0; i < range.vertexCount; ++i) {
@@ -213,9 +215,9 @@ ObjectLevels buildObjectLevels(const frame::Geometry& geometry, const frame::Obj
     const float brightest = std::max({irradiance.x, irradiance.y, irradiance.z});
     lit = lit || brightest > 0.0f;
     relief[i] = geometry.positions[range.firstVertex + i] +
-                vertex.normal * (kReliefMetres / kPi * albedo * brightest);
+                vertex.normal * (metresPerRadiance / kPi * albedo * brightest);
   }
-  const float mostError = lit ? kReliefMetres * kLightError : 1e30f;
+  const float mostError = lit ? metresPerRadiance * kLightError : 1e30f;
   const float* positions = &relief.data()->x;
   const float scale = meshopt_simplifyScale(positions, range.vertexCount, sizeof(Vec3));
   std::vector<std::uint32_t> simplified(indices.size());
