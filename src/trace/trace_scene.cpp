@@ -394,7 +394,9 @@ struct TraceScene::State {
     for (std::size_t i = 0; i < count; ++i) {
       if (geometries[i] == nullptr) continue;
       const RTCBuildQuality quality = objectQuality(static_cast<int>(i));
-      if (quality == RTC_BUILD_QUALITY_REFIT) rtcSetGeometryBuildQuality(geometries[i], quality);
+      if (quality != RTC_BUILD_QUALITY_REFIT) continue;
+      rtcSetGeometryBuildQuality(geometries[i], quality);
+      rtcCommitGeometry(geometries[i]);  // or a commit where it did not move fails
     }
   }
 

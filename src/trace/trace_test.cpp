@@ -269,6 +269,17 @@ TEST_P(Policies, FollowsMovingObjects) {
   for (std::size_t i = 0; i < rays.size(); ++i) ASSERT_TRUE(sameBits(idle[i], followed[i]));
 }
 
+TEST_P(Policies, CommitsWhereOneOfTwoMovingObjectsStays) {
+  SceneBuilder builder = room();
+  builder.move(1, Vec3(0.3f, -0.4f, 0.2f), 10.0f);
+  builder.move(2, Vec3(0.1f, 0.0f, 0.2f), 10.0f);
+  const scene::Scene& scene = builder.scene();
+  frame::Geometry geometry = frame::makeGeometry(scene, scene::poseAt(scene, 0.0));
+  TraceScene trace(scene, geometry, GetParam());
+  const int moved = 2;
+  EXPECT_NO_THROW(trace.update({&moved, 1}));
+}
+
 INSTANTIATE_TEST_SUITE_P(All, Policies,
                          ::testing::Values(BvhPolicy::Static, BvhPolicy::Refit,
                                            BvhPolicy::RebuildLow, BvhPolicy::RebuildMedium));
