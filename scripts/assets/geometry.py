@@ -1,6 +1,7 @@
 """Triangles as lists of corners (position, normal or None, uv): transform, clean, normals,
 clustering. Positions and normals are tuples of three floats. Standard library only."""
 
+import itertools
 import math
 
 
@@ -166,6 +167,34 @@ def sheets_of(triangles):
             parent[root(corner[0])] = first
     numbers = {}
     return [numbers.setdefault(root(t[0][0]), len(numbers)) for t in triangles]
+
+
+def smooth_sheets(triangles, bend_degrees):
+    """Lists of triangle numbers, largest first: triangles that share an edge and bend less there."""
+    limit = math.cos(math.radians(bend_degrees))
+    normals = [unit(*face_normal(triangle)) or (0.0, 0.0, 0.0) for triangle in triangles]
+    along = {}
+    for i, ((a, _, _), (b, _, _), (c, _, _)) in enumerate(triangles):
+        for edge in ((a, b), (b, c), (c, a)):
+            along.setdefault(frozenset(edge), []).append(i)
+    beside = [[] for _ in triangles]
+    for i, j in (pair for users in along.values() for pair in itertools.combinations(users, 2)):
+        if sum(normals[i][k] * normals[j][k] for k in range(3)) > limit:
+            beside[i].append(j)
+            beside[j].append(i)
+    sheets, seen = [], set()
+    for start in range(len(triangles)):
+        if start in seen:
+            continue
+        seen.add(start)
+        sheet = [start]
+        for i in sheet:  # grows while it is walked
+            for j in beside[i]:
+                if j not in seen:
+                    seen.add(j)
+                    sheet.append(j)
+        sheets.append(sheet)
+    return sorted(sheets, key=len, reverse=True)
 
 
 # Points of a triangle at which `covered` looks for another one: barycentric, inside the edges.
