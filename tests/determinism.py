@@ -17,7 +17,7 @@ VARIANTS = {
     "one_thread": ("surfaceless", 1, 0),
     "osmesa": ("osmesa", 2, 1),
 }
-METHODS = 3  # at least: those of configs/cornell_box.json
+METHODS = 4  # at least: those of configs/cornell_box.json
 
 
 def main(root: str, program: str, work: str) -> int:

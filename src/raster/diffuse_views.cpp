@@ -109,9 +109,9 @@ void SceneRaster::State::listView(const DiffuseView& view, std::uint32_t number,
 
     // The coarsest level whose error does not show at the nearest place of the object
     std::span<const Meshlet> members = meshlets.ofObject(i);
-    if (levelErrorTexels > 0.0f && !own && !levels.firstOfObject.empty()) {
-      const float allowed =
-          levelErrorTexels * view.texelSpreadRad * distanceTo(bounds[i], view.eye);
+    if (levelErrorTexels > 0.0f && !levels.firstOfObject.empty()) {
+      const float allowed = levelErrorTexels * view.texelSpreadRad *
+                            std::max(view.nearestMetres, distanceTo(bounds[i], view.eye));
       if (bounds[i].diameter() < 0.5f * allowed) continue;
       const float grown =
           levelExtent[i] > 0.0f ? std::max(1.0f, bounds[i].diameter() / levelExtent[i]) : 1.0f;

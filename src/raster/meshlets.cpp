@@ -21,12 +21,12 @@ constexpr float kBoundsSlack = 1e-5f;
 /// (as a share of the object's extent) a level may go. Ours, measured in the living room.
 constexpr std::size_t kSmallestLevel = 32;
 constexpr std::size_t kLevelRatio = 3;
-constexpr float kMaxLevelError = 0.1f;
+constexpr float kMaxLevelError = 0.25f;
 /// Height of the relief that stands for a radiance of 1 while an object is simplified, as a share
 /// of the scene's diameter, and the largest error of radiance that levels may have. Ours, measured
 /// in the living room.
-constexpr float kReliefShare = 0.03f;
-constexpr float kLightError = 0.2f;
+constexpr float kReliefShare = 0.015f;
+constexpr float kLightError = 1.0f;
 
 /// Sphere about the box of the meshlet's vertices, and meshoptimizer's cone of normals.
 void computeBounds(Meshlet& meshlet, std::span<const std::uint32_t> indices,
@@ -231,8 +231,7 @@ ObjectLevels buildObjectLevels(const frame::Geometry& geometry, const frame::Obj
     // Open borders and seams can hold it up: what is left goes without regard to them
     if (count > indices.size() / 2) {
       count = meshopt_simplifySloppy(simplified.data(), indices.data(), indices.size(), positions,
-                                     range.vertexCount, sizeof(Vec3), target, kMaxLevelError,
-                                     &relative);
+                                     range.vertexCount, sizeof(Vec3), target, 1.0f, &relative);
     }
     if (count == 0 || count > 3 * indices.size() / 4) break;
     indices.assign(simplified.begin(), simplified.begin() + static_cast<std::ptrdiff_t>(count));

@@ -34,6 +34,7 @@ struct DiffuseView {
   Mat4 clipFromWorld{1.0f};  ///< right-handed, reversed-Z without a far plane, upper left
   Vec3 eye{0.0f};
   float texelSpreadRad = 0.0f;  ///< angle that one texel subtends
+  float nearestMetres = 0.0f;   ///< nothing is drawn nearer to the eye
   int layer = 0;                ///< which framebuffer, and the rectangle in it, row 0 on top
   int x = 0;
   int y = 0;

@@ -35,6 +35,7 @@ struct ClusterCamera {
   int width = 1;
   int height = 1;
   float texelSpreadRad = 1e-3f;
+  float nearestMetres = 0.0f;  ///< of the cluster's samples to e_c
   /// Planar mirrors have the mirrored frame's own sample grid: sample (x, y) is found at
   /// (mirrorRight - (x + 0.5), (y + 0.5) - mirrorTop) * scale, without any projection.
   bool mirrorGrid = false;

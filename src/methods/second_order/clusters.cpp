@@ -165,6 +165,10 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
   std::vector<Plane> votes(blockCount * bins);
   forBlocks([&](std::size_t b, int top, int bottom) {
     Plane* mine = votes.data() + b * bins;
+    // Neighbours on flat surfaces have one normal: its angles are computed once
+    std::uint32_t lastId = 0;
+    Vec3 lastNormal(0.0f);
+    std::uint32_t bin = 0;
     for (int y = top; y < bottom; ++y) {
       for (int x = 0; x < width; ++x) {
         const std::size_t at = static_cast<std::size_t>(y) * width + x;
@@ -172,8 +176,11 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
         if (!reflects(at)) continue;
         const std::uint32_t id = gbuffer.object[at];
         const Vec3 normal = normalAt(at);
-        const std::uint32_t bin =
-            firstBin[id] + static_cast<std::uint32_t>(methods::binOf(normal, scales[id]));
+        if (id != lastId || normal != lastNormal) {
+          bin = firstBin[id] + static_cast<std::uint32_t>(methods::binOf(normal, scales[id]));
+          lastId = id;
+          lastNormal = normal;
+        }
         binOf_[at] = bin;
         const Vec3 position = (camera.nearMetres / gbuffer.depth[at]) * rayAt(x, y);
         Plane& plane = mine[bin];

@@ -90,6 +90,7 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
     view.clipFromWorld = cameras[i].clipFromWorld(frameEye);
     view.eye = frameEye + cameras[i].eye;
     view.texelSpreadRad = cameras[i].texelSpreadRad;
+    view.nearestMetres = cameras[i].nearestMetres;
     view.layer = atlas_.places[i].layer;
     view.x = atlas_.places[i].x;
     view.y = atlas_.places[i].y;
