@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "config/json.h"
+#include "frame/cluster_row.h"
 #include "frame/geometry.h"
 #include "frame/shading.h"
 #include "frame/steps.h"
@@ -82,6 +83,7 @@ struct FrameInput {
 
 struct FrameOutput {
   Counters counters;
+  std::vector<frame::ClusterRow> clusters;  ///< of methods that cluster rays
   /// A method that renders whole images (MethodPlan::gbuffer false) puts the frame here: R G B A
   /// and the asked-for layers that it has.
   std::optional<image::Image> image;

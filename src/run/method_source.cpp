@@ -102,6 +102,7 @@ RenderedFrame MethodSource::render(const scene::PathFrame& frame, bool firstOfSe
   methods::FrameOutput output;
   method_.render(input, services, output);
   for (const auto& [name, count] : output.counters) rendered.counters[name] += count;
+  rendered.clusters = std::move(output.clusters);
 
   if (output.image) {
     rendered.image = std::move(*output.image);

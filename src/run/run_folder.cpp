@@ -41,6 +41,16 @@ std::string fingerprintOf(std::span<const std::byte> bytes) {
   return fingerprint.text();
 }
 
+/// The numbers of a cluster, as clusters.csv has them after frame and cluster.
+std::string clusterCells(const frame::ClusterRow& row) {
+  std::array<char, 32> displacement{};
+  std::snprintf(displacement.data(), displacement.size(), "%.6g", row.displacement);
+  return std::to_string(row.object) + "," + std::to_string(row.samples) + "," +
+         (row.planar ? "1," : "0,") + (row.concave ? "1," : "0,") + std::to_string(row.width) +
+         "," + std::to_string(row.height) + "," + std::to_string(row.triangles) + "," +
+         displacement.data();
+}
+
 /// {min, median, mean, max, sum, count} of per-frame sums.
 std::string statisticsText(std::vector<double> values) {
   std::sort(values.begin(), values.end());
@@ -91,6 +101,15 @@ std::string framePath(const std::string& folder, int frame, const std::string& e
   return folder + "/frame." + number.data() + extension;
 }
 
+/// [[object, samples, planar, concave, width, height, triangles, displacement], ...]
+std::string clustersText(const std::vector<frame::ClusterRow>& clusters) {
+  std::string text;
+  for (const frame::ClusterRow& row : clusters) {
+    text += (text.empty() ? "[" : ",[") + clusterCells(row) + "]";
+  }
+  return "[" + text + "]";
+}
+
 std::string recordLine(const FrameRecord& record) {
   std::string files;
   for (const FileRecord& file : record.files) {
@@ -114,6 +133,7 @@ std::string recordLine(const FrameRecord& record) {
       .add("renderer", record.renderer)
       .raw("files", "[" + files + "]")
       .add("counters", record.counters)
+      .raw("clusters", clustersText(record.clusters))
       .raw("steps", samplesText(record.samples))
       .object();
 }
@@ -136,6 +156,19 @@ FrameRecord parseRecord(const std::string& line, const std::string& place) {
   const Value counters = value.get("counters");
   for (const std::string& key : counters.keys())
     record.counters[key] = static_cast<std::uint64_t>(counters.get(key).asNumber());
+  if (value.has("clusters")) {
+    for (const Value& cluster : value.get("clusters").asArray()) {
+      const std::vector<Value>& parts = cluster.asArray();
+      if (parts.size() != 8) cluster.fail("a cluster has 8 numbers");
+      const auto count = [&](std::size_t i) {
+        return static_cast<std::uint64_t>(parts[i].asInteger());
+      };
+      record.clusters.push_back({static_cast<int>(parts[0].asInteger()), count(1), count(2) != 0,
+                                 count(3) != 0, static_cast<int>(parts[4].asInteger()),
+                                 static_cast<int>(parts[5].asInteger()), count(6),
+                                 parts[7].asNumber()});
+    }
+  }
   for (const Value& step : value.get("steps").asArray()) {
     const std::vector<Value>& parts = step.asArray();
     if (parts.size() != 4) step.fail("a step is [name, seconds, clock, first]");
@@ -384,6 +417,21 @@ void RunFolder::writeTimings() const {
   for (const auto& [number, record] : records_)
     for (const frame::StepSample& sample : record.samples) append(sample);
   writeFileAtomically(path_ / "timings.csv", text);
+
+  // Clusters, of methods that have any
+  std::string clusters;
+  for (const auto& [number, record] : records_) {
+    for (std::size_t i = 0; i < record.clusters.size(); ++i) {
+      clusters += std::to_string(number) + "," + std::to_string(i) + "," +
+                  clusterCells(record.clusters[i]) + "\n";
+    }
+  }
+  if (!clusters.empty()) {
+    writeFileAtomically(path_ / "clusters.csv",
+                        "frame,cluster,object,samples,planar,concave,width,height,triangles,"
+                        "displacement\n" +
+                            clusters);
+  }
 }
 
 void RunFolder::writeSummary(const std::map<std::string, std::string>& members) const {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "frame/cluster_row.h"
 #include "frame/steps.h"
 
 namespace catoptric::run {
@@ -41,6 +42,7 @@ struct FrameRecord {
   std::string renderer;  ///< GL_RENDERER, or what else made the pixels
   std::vector<FileRecord> files;
   std::map<std::string, std::uint64_t> counters;
+  std::vector<frame::ClusterRow> clusters;
   std::vector<frame::StepSample> samples;
 };
 
@@ -81,7 +83,7 @@ class RunFolder {
   /// Samples of start-up, of this and of earlier processes.
   void addStartup(const std::vector<frame::StepSample>& samples);
 
-  /// timings.csv: frame,step,seconds,clock,first.
+  /// timings.csv: frame,step,seconds,clock,first; and clusters.csv where frames have clusters.
   void writeTimings() const;
   /// summary.json; `members`: further JSON texts by name.
   void writeSummary(const std::map<std::string, std::string>& members) const;

@@ -47,6 +47,8 @@ void addFrame(RunFolder& folder, int number, const std::string& contents) {
   record.renderer = "fake \"GL\"";
   record.files = {{path, contents.size(), content.text()}};
   record.counters = {{"rays", 10}};
+  record.clusters = {{7, 100, true, false, 64, 32, 5000, 1.0},
+                     {9, 20, false, true, 8, 4, 123, 0.25}};
   record.samples = {{number, "gbuffer", 0.25 * number, "wall", number == 1},
                     {number, "encode", 9.0, "overlapped", false}};
   folder.add(record);
@@ -141,6 +143,13 @@ TEST(RunFolder, TimingsAndSummaryComeFromTheRecords) {
                                   "1,gbuffer,0.250000000,wall,1\n"
                                   "1,encode,9.000000000,overlapped,0\n"
                                   "2,gbuffer,0.500000000,wall,0\n"));
+  EXPECT_THAT(
+      readTextFile(path / "clusters.csv"),
+      testing::StartsWith(
+          "frame,cluster,object,samples,planar,concave,width,height,triangles,displacement\n"
+          "1,0,7,100,1,0,64,32,5000,1\n"
+          "1,1,9,20,0,1,8,4,123,0.25\n"
+          "2,0,7,100,1,0,64,32,5000,1\n"));
   const config::Value summary = config::parseFile(path / "summary.json");
   EXPECT_EQ(summary.get("steps").get("gbuffer").dump(),
             "{\"clock\":\"wall\",\"count\":4,\"max\":1,\"mean\":0.625,\"median\":0.625,"

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "frame/cluster_row.h"
 #include "frame/steps.h"
 #include "image/image.h"
 #include "run/run_folder.h"
@@ -20,6 +21,7 @@ namespace catoptric::run {
 struct RenderedFrame {
   image::Image image;
   std::map<std::string, std::uint64_t> counters;
+  std::vector<frame::ClusterRow> clusters;
   std::vector<frame::StepSample> samples;
 };
 

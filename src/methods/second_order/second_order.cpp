@@ -333,6 +333,9 @@ class SecondOrder : public Method {
       c["texels"] += static_cast<std::uint64_t>(cameras[i].width) *
                      static_cast<std::uint64_t>(cameras[i].height);
       c["triangles"] += triangles[i];
+      output.clusters.push_back({clusters[i].object, clusters[i].samples, clusters[i].planar,
+                                 clusters[i].concave, cameras[i].width, cameras[i].height,
+                                 triangles[i], static_cast<double>(cameras[i].displacement)});
     }
   }
 
