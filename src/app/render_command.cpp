@@ -91,7 +91,7 @@ struct RenderOptions : RunOptions {
 
 run::Plan planOf(const run::Stage& stage) {
   const auto made = run::makeMethods(stage.run(), methods::registry());
-  const run::Plan plan = run::makePlan(stage.run(), stage.scene(), stage.frames().size(), made);
+  run::Plan plan = run::makePlan(stage.run(), stage.scene(), stage.frames().size(), made);
   if (const std::string warning = run::memoryWarning(plan, run::physicalMemoryBytes());
       !warning.empty())
     log::warning(warning);

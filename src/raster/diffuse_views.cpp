@@ -32,9 +32,13 @@ struct Command {
 struct ViewAttributes {
   Mat4 clipFromWorld;
   Vec4 eye;
+  Vec4 clip;  ///< of the own object
   std::uint32_t viewport;
   std::uint32_t padding[3];
 };
+
+/// How an object's triangles are drawn in a view.
+enum class Sides : std::uint8_t { Both, Front, Own };
 
 /// Distance from a point to a box.
 float distanceTo(const Box3& box, const Vec3& p) {
@@ -57,7 +61,7 @@ Vec3 meanColor(const scene::Texture& texture) {
 struct ViewList {
   struct Range {
     std::uint32_t object;
-    bool cullBacks;
+    Sides sides;
     Command command;
   };
   std::vector<Range> ranges;
@@ -73,8 +77,10 @@ void SceneRaster::buildDetailLevels(const scene::Scene& scene, const frame::Geom
     if (material.baseColorTexture.used()) {
       albedo *= meanColor(scene.textures[material.baseColorTexture.texture]);
     }
-    sources.push_back({.deforms = scene.nodes[object.node].skin != scene::kNone ||
-                                  !scene.meshes[object.mesh].morphTargets.empty(),
+    // What shines stays as it is: it may lie just before a wall
+    sources.push_back({.whole = scene.nodes[object.node].skin != scene::kNone ||
+                                !scene.meshes[object.mesh].morphTargets.empty() ||
+                                material.emissive != Vec3(0.0f),
                        .albedo = std::max({albedo.x, albedo.y, albedo.z})});
   }
   s.levels = raster::buildDetailLevels(geometry, sources);
@@ -137,7 +143,9 @@ void SceneRaster::State::listView(const DiffuseView& view, std::uint32_t number,
         last.count = meshlet.firstIndex + meshlet.indexCount - last.firstIndex;
       } else {
         seen.ranges.push_back({static_cast<std::uint32_t>(i),
-                               cullBacks,
+                               own         ? Sides::Own
+                               : cullBacks ? Sides::Front
+                                           : Sides::Both,
                                {.count = meshlet.indexCount,
                                 .firstIndex = meshlet.firstIndex,
                                 .baseInstance = number}});
@@ -172,7 +180,7 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
   };
   struct Draw {
     std::uint32_t object;
-    bool cullBacks;
+    Sides sides;
     std::uint32_t firstCommand, commands;
     std::uint64_t triangles;
   };
@@ -192,20 +200,20 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
   for (Batch& batch : batches) {
     batch.firstDraw = draws.size();
     for (std::uint32_t object = 0; object < s.objects.size(); ++object) {
-      for (const bool backs : {false, true}) {
+      for (const Sides sides : {Sides::Both, Sides::Front, Sides::Own}) {
         const auto first = static_cast<std::uint32_t>(commands.size());
         std::uint64_t drawn = 0;
         for (std::size_t i = batch.first; i < batch.last; ++i) {
           const std::vector<ViewList::Range>& ranges = lists[i].ranges;
           while (next[i] < ranges.size() && ranges[next[i]].object == object &&
-                 ranges[next[i]].cullBacks == backs) {
+                 ranges[next[i]].sides == sides) {
             commands.push_back(ranges[next[i]].command);
             drawn += ranges[next[i]].command.count / 3;
             ++next[i];
           }
         }
         const auto count = static_cast<std::uint32_t>(commands.size()) - first;
-        if (count > 0) draws.push_back({object, backs, first, count, drawn});
+        if (count > 0) draws.push_back({object, sides, first, count, drawn});
       }
     }
     batch.lastDraw = draws.size();
@@ -217,6 +225,7 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
     for (std::size_t i = batch.first; i < batch.last; ++i) {
       attributes.push_back({views[i].clipFromWorld,
                             Vec4(views[i].eye, views[i].texelSpreadRad),
+                            views[i].ownClip,
                             static_cast<std::uint32_t>(i - batch.first),
                             {}});
     }
@@ -240,7 +249,9 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
                                 sizeof(ViewAttributes));
     s.viewVertices.setIntegerAttribute(12, s.viewAttributes, 1, GL_UNSIGNED_INT,
                                        offsetof(ViewAttributes, viewport), sizeof(ViewAttributes));
-    for (GLuint location = 7; location <= 12; ++location) s.viewVertices.setPerInstance(location);
+    s.viewVertices.setAttribute(13, s.viewAttributes, 4, GL_FLOAT, offsetof(ViewAttributes, clip),
+                                sizeof(ViewAttributes));
+    for (GLuint location = 7; location <= 13; ++location) s.viewVertices.setPerInstance(location);
   }
 
   FrameView shared;
@@ -285,8 +296,7 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
     s.viewVertices.bind();
     GLuint program = 0;
     int material = -1;
-    bool culling = false;
-    glDisable(GL_CULL_FACE);
+    Sides state = Sides::Both;
     for (std::size_t d = batch.firstDraw; d < batch.lastDraw; ++d) {
       const Draw& draw = draws[d];
       const ObjectInfo& info = s.objects[draw.object];
@@ -300,9 +310,10 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
         material = info.material;
         s.materials.bind(material);
       }
-      if (draw.cullBacks != culling) {
-        culling = draw.cullBacks;
-        (culling ? glEnable : glDisable)(GL_CULL_FACE);
+      if (draw.sides != state) {
+        state = draw.sides;
+        (state == Sides::Both ? glDisable : glEnable)(GL_CULL_FACE);
+        (state == Sides::Own ? glEnable : glDisable)(GL_CLIP_DISTANCE0);
       }
       if (v.uvPerMetre >= 0) glUniform1f(v.uvPerMetre, s.uvPerMetre[draw.object]);
       glMultiDrawElementsIndirect(
@@ -315,9 +326,10 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
         batched = 0;
       }
     }
+    glDisable(GL_CULL_FACE);
+    glDisable(GL_CLIP_DISTANCE0);
     glFlush();
   }
-  glDisable(GL_CULL_FACE);
   glDisable(GL_SCISSOR_TEST);
   glDisable(GL_DEPTH_TEST);
   glBindBuffer(GL_DRAW_INDIRECT_BUFFER, 0);

@@ -279,7 +279,7 @@ DetailLevels buildDetailLevels(const frame::Geometry& geometry,
   std::vector<ObjectLevels> objects(geometry.objects.size());
   parallelFor(objects.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (!sources[i].deforms) {
+      if (!sources[i].whole) {
         objects[i] = buildObjectLevels(geometry, geometry.objects[i], sources[i].albedo);
       }
     }

@@ -66,8 +66,8 @@ struct DetailLevels {
 
 /// What levels of an object must know of it beside its geometry.
 struct LevelSource {
-  bool deforms = false;  ///< gets no levels, since their error would not hold
-  float albedo = 1.0f;   ///< largest component, mean over its texture
+  bool whole = false;   ///< gets no levels (of what deforms their error would not hold)
+  float albedo = 1.0f;  ///< largest component, mean over its texture
 };
 
 /// `sources[object]`. Deterministic for any thread count.

@@ -44,6 +44,7 @@ struct DiffuseView {
   /// none); and whether it is left out altogether.
   int ownObject = 0;
   bool skipOwn = false;
+  Vec4 ownClip{0.0f, 0.0f, 0.0f, 1.0f};  ///< ... and only where dot(ownClip, (p, 1)) > 0
 };
 
 /// GL side of one scene; lives as long as its context.

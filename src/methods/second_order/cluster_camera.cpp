@@ -97,14 +97,19 @@ struct Window {
   std::array<float, kClipTilts.size()> lowest = allInfinite();  ///< of samples, along each normal
   std::array<std::uint32_t, kClipTilts.size()> passing{};       ///< rays that pass the plane
 
+  std::array<float, kClipTilts.size()> highest{};  ///< likewise; above the eye, hence above 0
+  float farthest = 0.0f;                           ///< of samples, along the axis
+
   static std::array<float, kClipTilts.size()> allInfinite() {
     std::array<float, kClipTilts.size()> values;
     values.fill(std::numeric_limits<float>::infinity());
     return values;
   }
   void add(const Window& w) {
+    farthest = std::max(farthest, w.farthest);
     for (std::size_t k = 0; k < kClipTilts.size(); ++k) {
       lowest[k] = std::min(lowest[k], w.lowest[k]);
+      highest[k] = std::max(highest[k], w.highest[k]);
       passing[k] += w.passing[k];
     }
     rect.extend(w.rect);
@@ -166,6 +171,12 @@ float lobeAngle(float glossiness, int rays) {
   return std::acos(std::pow(0.5f / static_cast<float>(rays * kShifts), 1.0f / (n + 1.0f)));
 }
 
+/// The half space that begins `height` beyond the eye along a normal, and a little more.
+Vec4 planeAbove(const glm::dvec3& normal, double height, double distance, const Vec3& eye) {
+  const double offset = glm::dot(normal, glm::dvec3(eye)) + height + kClipSlack * distance;
+  return Vec4(glm::dvec4(normal, -offset));
+}
+
 /// Depth of a curved cluster's image: cut off by a plane below all samples that no ray passes, or
 /// by a near plane before all samples where there is none.
 void setDepth(const Cluster& cluster, const Frame& frame, const Window& window, const Vec2& corner,
@@ -192,6 +203,8 @@ void setDepth(const Cluster& cluster, const Frame& frame, const Window& window, 
                           (cluster.planar ? kClipSlack : -kClipSlack) * distance;
     if (!(offset > glm::dot(unit, glm::dvec3(made.eye)))) continue;
     made.rowZ = depthBeyond(unit, offset, steepest, made.rowW);
+    made.own =
+        planeAbove(unit, static_cast<double>(window.highest[k]) / length, distance, made.eye);
     const double c = kDepthRange / steepest;
     const double alongX = c * static_cast<double>(texel) * glm::dot(unit, glm::dvec3(frame.right));
     const double alongY = c * static_cast<double>(texel) * glm::dot(unit, glm::dvec3(frame.down));
@@ -201,6 +214,8 @@ void setDepth(const Cluster& cluster, const Frame& frame, const Window& window, 
     return;
   }
   made.rowZ = Vec4(0.0f, 0.0f, 0.0f, std::max(0.999f * window.nearest, 1e-30f));
+  made.own = planeAbove(glm::dvec3(frame.axis), static_cast<double>(window.farthest),
+                        glm::length(glm::dvec3(cluster.centroid)), made.eye);
 }
 
 /// The mirrored camera on its own sample grid.
@@ -366,12 +381,14 @@ std::vector<ClusterCamera> makeClusterCameras(const Clustering& clustering,
         tangents[k] = Vec2(glm::dot(frame.right, fromEye), glm::dot(frame.down, fromEye)) / z;
         w.rect.extend(tangents[k]);
         w.nearest = std::min(w.nearest, z);
+        w.farthest = std::max(w.farthest, z);
         const Vec3& normal = clusters[sample.cluster].planeNormal;
         const float height = glm::dot(normal, fromEye);
         const float cosine = glm::dot(frame.axis, sample.direction);
         const float rise = glm::dot(normal, sample.direction);
         for (std::size_t i = 0; i < kClipTilts.size(); ++i) {
           w.lowest[i] = std::min(w.lowest[i], height + kClipTilts[i] * z);
+          w.highest[i] = std::max(w.highest[i], height + kClipTilts[i] * z);
           const float tilted = rise + kClipTilts[i] * cosine;
           w.passing[i] += tilted <= kClipCosine * frame.tiltLength[i] ? 1 : 0;
         }

@@ -31,6 +31,9 @@ struct ClusterCamera {
   /// Depth of what is infinitely far, at texel (x, y): dot(horizon, (x, y, 1)); depth above it is
   /// proportional to 1 / W.
   Vec3 horizon{0.0f};
+  /// The cluster's own object is drawn where dot(own, (p, 1)) > 0: above all samples, so that its
+  /// inner sides hide nothing.
+  Vec4 own{0.0f, 0.0f, 0.0f, 1.0f};
   Vec3 eye{0.0f};  ///< e_c
   int width = 1;
   int height = 1;

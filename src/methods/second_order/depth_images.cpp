@@ -97,6 +97,8 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
     view.width = cameras[i].width;
     view.height = cameras[i].height;
     view.ownObject = clusters[i].object;
+    view.ownClip =
+        Vec4(Vec3(cameras[i].own), cameras[i].own.w - glm::dot(Vec3(cameras[i].own), frameEye));
     view.skipOwn = skipOwn[static_cast<std::size_t>(clusters[i].object)];
     views.push_back(view);
   }

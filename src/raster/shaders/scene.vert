@@ -14,6 +14,7 @@ layout(location = 6) in vec4 inBake;
 layout(location = 7) in mat4 inClipFromWorld;
 layout(location = 11) in vec4 inEye;       // xyz; w spread of one sample's ray cone in radians
 layout(location = 12) in uint inViewport;
+layout(location = 13) in vec4 inClip;      // in front of it; only where clipping is enabled
 #endif
 
 #define VERTEX_STAGE
@@ -23,6 +24,7 @@ void main() {
 #if VIEWS
   gl_Position = inClipFromWorld * vec4(inPosition, 1.0);
   gl_ViewportIndex = int(inViewport);
+  gl_ClipDistance[0] = dot(inClip, vec4(inPosition, 1.0));
 #else
   gl_Position = frame.clipFromWorld * vec4(inPosition, 1.0);
 #endif
