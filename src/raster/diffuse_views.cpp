@@ -105,7 +105,7 @@ void SceneRaster::State::updateLevelBounds(const frame::Geometry& geometry, int 
 }
 
 void SceneRaster::State::listView(const DiffuseView& view, std::uint32_t number,
-                                  float levelErrorTexels, ViewList& seen) const {
+                                  ViewList& seen) const {
   seen.ranges.clear();
   seen.triangles = 0;
   const Frustum frustum(view.clipFromWorld);
@@ -115,8 +115,8 @@ void SceneRaster::State::listView(const DiffuseView& view, std::uint32_t number,
 
     // The coarsest level whose error does not show at the nearest place of the object
     std::span<const Meshlet> members = meshlets.ofObject(i);
-    if (levelErrorTexels > 0.0f && !levels.firstOfObject.empty()) {
-      const float allowed = levelErrorTexels * view.texelSpreadRad *
+    if (view.levelErrorTexels > 0.0f && !levels.firstOfObject.empty()) {
+      const float allowed = view.levelErrorTexels * view.texelSpreadRad *
                             std::max(view.nearestMetres, distanceTo(bounds[i], view.eye));
       if (bounds[i].diameter() < 0.5f * allowed) continue;
       const float grown =
@@ -158,7 +158,7 @@ void SceneRaster::State::listView(const DiffuseView& view, std::uint32_t number,
 }
 
 void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
-                                   std::span<const gl::Framebuffer> layers, float levelErrorTexels,
+                                   std::span<const gl::Framebuffer> layers,
                                    const frame::Lighting& lighting,
                                    std::span<std::uint64_t> triangles) {
   State& s = *state_;
@@ -168,7 +168,7 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
   std::vector<ViewList> lists(views.size());
   parallelFor(views.size(), 4, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      s.listView(views[i], static_cast<std::uint32_t>(i), levelErrorTexels, lists[i]);
+      s.listView(views[i], static_cast<std::uint32_t>(i), lists[i]);
     }
   });
   for (std::size_t i = 0; i < views.size(); ++i) triangles[i] = lists[i].triangles;

@@ -33,9 +33,10 @@ struct CompositeOptions {
 struct DiffuseView {
   Mat4 clipFromWorld{1.0f};  ///< right-handed, reversed-Z without a far plane, upper left
   Vec3 eye{0.0f};
-  float texelSpreadRad = 0.0f;  ///< angle that one texel subtends
-  float nearestMetres = 0.0f;   ///< nothing is drawn nearer to the eye
-  int layer = 0;                ///< which framebuffer, and the rectangle in it, row 0 on top
+  float texelSpreadRad = 0.0f;    ///< angle that one texel subtends
+  float nearestMetres = 0.0f;     ///< nothing is drawn nearer to the eye
+  float levelErrorTexels = 0.0f;  ///< of levels of detail; 0: always the finest
+  int layer = 0;                  ///< which framebuffer, and the rectangle in it, row 0 on top
   int x = 0;
   int y = 0;
   int width = 1;
@@ -77,11 +78,10 @@ class SceneRaster {
 
   /// Draws diffuse radiance (colour 0) and depth of all views, each into its rectangle of
   /// `layers[view.layer]`, whose depth is cleared there (colour is not: where depth is 0 nothing
-  /// was drawn). Meshlets outside a view and levels of detail finer than `levelErrorTexels` of its
-  /// texels are not drawn (0: always the finest). `triangles[i]`: drawn for views[i].
+  /// was drawn). Meshlets outside a view and levels of detail finer than it asks for are not drawn.
+  /// `triangles[i]`: drawn for views[i].
   void drawDiffuseViews(std::span<const DiffuseView> views, std::span<const gl::Framebuffer> layers,
-                        float levelErrorTexels, const frame::Lighting& lighting,
-                        std::span<std::uint64_t> triangles);
+                        const frame::Lighting& lighting, std::span<std::uint64_t> triangles);
 
   /// Cube map of the diffuse scene seen from `centre`, RGBA16F with mip levels.
   gl::Texture drawCubeMap(const Vec3& centre, int faceSize, const frame::Lighting& lighting,

@@ -94,8 +94,7 @@ struct SceneRaster::State {
   DrawStatistics drawObjects(const FrameView& view, const frame::Lighting& lighting, bool gbuffer,
                              int skipObject);
   /// Culls one view for drawDiffuseViews().
-  void listView(const DiffuseView& view, std::uint32_t number, float levelErrorTexels,
-                struct ViewList& seen) const;
+  void listView(const DiffuseView& view, std::uint32_t number, struct ViewList& seen) const;
   void updateLevelBounds(const frame::Geometry& geometry, int object);
   void drawBackground(const frame::Lighting& lighting, bool gbuffer);
 };

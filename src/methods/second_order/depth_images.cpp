@@ -9,6 +9,8 @@
 namespace catoptric::methods {
 namespace {
 
+/// Samples of a cluster whose levels of detail may err twice as much as a large one's. Ours.
+constexpr float kSmallCluster = 1000.0f;
 constexpr int kSmallestSide = 512;  ///< of a layer: small frames need few layers, too. Ours.
 constexpr std::uint64_t kBytesPerTexel = 8 + 4;
 constexpr std::size_t kTableRows = 7;  ///< texels per cluster, as intersect.frag reads them
@@ -90,6 +92,9 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
     view.clipFromWorld = cameras[i].clipFromWorld(frameEye);
     view.eye = frameEye + cameras[i].eye;
     view.texelSpreadRad = cameras[i].texelSpreadRad;
+    // Few samples see the errors of a small cluster
+    view.levelErrorTexels =
+        options.levelErrorTexels * (1.0f + kSmallCluster / static_cast<float>(clusters[i].samples));
     view.nearestMetres = cameras[i].nearestMetres;
     view.layer = atlas_.places[i].layer;
     view.x = atlas_.places[i].x;
@@ -103,7 +108,7 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
     views.push_back(view);
   }
   std::vector<std::uint64_t> drawn(views.size());
-  raster.drawDiffuseViews(views, targets_, options.levelErrorTexels, lighting, drawn);
+  raster.drawDiffuseViews(views, targets_, lighting, drawn);
   for (std::size_t k = 0; k < order.size(); ++k) triangles[order[k]] = drawn[k];
 }
 
