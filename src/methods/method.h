@@ -53,8 +53,7 @@ struct MethodPlan {
   std::vector<PlanItem> items;  ///< the method's own passes, resources, precomputations
 };
 
-/// A reflector or scene that a method cannot do; the run ends with exit 2 unless the config says
-/// `unsupported: environment_map | traced`.
+/// A reflector or scene that a method cannot do; the run ends with exit 2 and names it.
 struct Unsupported {
   int object = 0;  ///< id; 0: the scene as a whole
   std::string reason;
