@@ -41,22 +41,22 @@ TEST(AppGl, CornellBoxByAllMethods) {
   ASSERT_EQ(run(folder, small + "--out '" + (folder / "a").string() + "' --json"), 0)
       << textOf(folder / "err.txt");
   const config::Value result = config::parseText(textOf(folder / "out.txt"), "out");
-  ASSERT_EQ(result.get("methods").asArray().size(), 3u);
+  ASSERT_EQ(result.get("methods").asArray().size(), 4u);
   for (const config::Value& method : result.get("methods").asArray())
     EXPECT_EQ(method.get("rendered").dump(), "[1,3]");
 
   // The traced method is near the truth; a cube map is not, where mirrors are near walls.
-  double traced = -1.0;
-  double cubeMap = -1.0;
-  EXPECT_EQ(result.get("errors").asArray().size(), 3u);  // no pair twice
+  std::map<std::string, double> errors;
+  EXPECT_EQ(result.get("errors").asArray().size(), 5u);  // no pair twice
   for (const config::Value& error : result.get("errors").asArray()) {
     if (error.get("against").asString() != "reference") continue;
-    const double l1 = error.get("pooled").get("l1_8bit").asNumber();
-    (error.get("method").asString() == "traced" ? traced : cubeMap) = l1;
+    errors[error.get("method").asString()] = error.get("pooled").get("l1_8bit").asNumber();
   }
-  EXPECT_GE(traced, 0.0);
-  EXPECT_LT(traced, 1.5);
-  EXPECT_GT(cubeMap, 2.0 * traced);
+  ASSERT_EQ(errors.size(), 3u);
+  EXPECT_LT(errors["traced"], 1.5);
+  EXPECT_LT(errors["second_order"], errors["traced"] + 2.0);
+  EXPECT_GT(errors["environment_map"], 2.0 * errors["traced"]);
+  EXPECT_GT(errors["environment_map"], errors["second_order"]);
 
   // Steps that nothing names are a small part; the plan's steps are those that were measured.
   const config::Value summary = config::parseFile(folder / "a/traced/summary.json");
