@@ -55,6 +55,22 @@ Vec3 meanColor(const scene::Texture& texture) {
   return {linear(0), linear(1), linear(2)};
 }
 
+/// No surface is brighter: thin triangles of coarse levels would otherwise extrapolate what they
+/// interpolate. Lights that are not baked have no such bound.
+float radianceBound(float irradiance, float albedo, float emission,
+                    const frame::Lighting& lighting) {
+  if (!lighting.lights.empty()) return kHalfRadianceLimit;
+  float sky = kPi * std::max({lighting.ambient.x, lighting.ambient.y, lighting.ambient.z});
+  if (lighting.environment) {
+    // Every Y_k of order <= 2 stays below 1.1
+    for (const Vec3& c : lighting.environment->irradianceSh()) {
+      sky += 1.1f * std::max({std::abs(c.x), std::abs(c.y), std::abs(c.z)});
+    }
+  }
+  const float lit = albedo * std::max(1.0f, (irradiance + sky) / kPi);  // unlit: the albedo
+  return std::min(kHalfRadianceLimit, lit + emission);
+}
+
 }  // namespace
 
 /// What one view sees: ranges of indices, by object in ascending order.
@@ -255,7 +271,8 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
   }
 
   FrameView shared;
-  shared.radianceLimit = kHalfRadianceLimit;
+  shared.radianceLimit =
+      radianceBound(s.brightestIrradiance, s.brightestAlbedo, s.brightestEmission, lighting);
   s.frame.bind(shared, lighting);
   glDisable(GL_BLEND);
   glDisable(GL_STENCIL_TEST);

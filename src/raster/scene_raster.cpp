@@ -50,6 +50,16 @@ SceneRaster::SceneRaster(const scene::Scene& scene, const frame::Geometry& geome
     s.uvPerMetre.push_back(geometry.objects[i].uvPerMetre);
   }
   s.diameter = geometry.bounds.diameter();
+  const auto largest = [](const Vec3& v) { return std::max({v.x, v.y, v.z}); };
+  float color = 0.0f;
+  for (const frame::VertexAttributes& vertex : geometry.attributes) {
+    s.brightestIrradiance = std::max(s.brightestIrradiance, largest(Vec3(vertex.bake)));
+    color = std::max(color, largest(vertex.color));
+  }
+  for (const scene::Material& material : scene.materials) {
+    s.brightestAlbedo = std::max(s.brightestAlbedo, color * largest(material.baseColor));
+    s.brightestEmission = std::max(s.brightestEmission, largest(material.emissive));
+  }
 }
 
 /// Variants read only the attributes that they use.

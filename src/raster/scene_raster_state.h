@@ -78,6 +78,11 @@ struct SceneRaster::State {
   std::map<std::uint32_t, gl::Program> composites;
   FrameResources frame;
 
+  /// Largest components of anything in the scene: what bounds the radiance of surfaces.
+  float brightestIrradiance = 0.0f;  ///< baked, W/m^2
+  float brightestAlbedo = 0.0f;
+  float brightestEmission = 0.0f;
+
   // Of drawDiffuseViews()
   DetailLevels levels;
   std::vector<float> levelExtent;  ///< of objects when their levels were made, metres
