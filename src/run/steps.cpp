@@ -26,6 +26,8 @@ const std::vector<StepMeaning>& stepMeanings() {
       {"camera", "frames", "second_order: each cluster gets a camera"},
       {"depth_images", "frames", "second_order: the scene is drawn as each cluster sees it"},
       {"intersect", "frames", "second_order: reflected rays are found in the depth images"},
+      {"disocclusions", "frames",
+       "second_order with count_disocclusions: Embree's rays say which rays missed a surface"},
       {"trace", "frames", "traced: rays are traced; reference: the whole frame"},
       {"resolve", "frames",
        "environment_map: the look-up per sample; traced: light at the hits is computed and put in "

@@ -92,16 +92,14 @@ class Batch {
     }
     rays_.resize(first_.back());
     std::atomic<std::uint64_t> folded{0};
-    // Near 0 and near the eye the rounding is that of the triangles' coordinates
-    const float least = kLeastOffset * trace_.geometry().bounds.diameter();
+    const float diameter = trace_.geometry().bounds.diameter();
     forRange(parallel_, points.size(), [&](std::size_t begin, std::size_t end) {
       std::uint64_t foldedHere = 0;
       for (std::size_t i = begin; i < end; ++i) {
         const ReflectionPoint& point = points[i];
         const int count = static_cast<int>(first_[i + 1] - first_[i]);
         const Vec3 origin =
-            point.position +
-            point.normal * std::max(least, rayOffset(point.position, point.distance));
+            point.position + point.normal * surfaceOffset(diameter, point.position, point.distance);
         for (int k = 0; k < count; ++k) {
           bool below = false;
           Ray& ray = rays_[first_[i] + static_cast<std::size_t>(k)];
@@ -250,6 +248,11 @@ Vec3 lobeDirection(const ReflectionPoint& point, int index, int count, bool& bel
     direction -= 2.0f * above * point.normal;
   }
   return direction;
+}
+
+float surfaceOffset(float sceneDiameter, const Vec3& position, float distance) {
+  // Near 0 and near the eye the rounding is that of the triangles' coordinates
+  return std::max(kLeastOffset * sceneDiameter, rayOffset(position, distance));
 }
 
 float lobeSpread(float glossiness, int count) {

@@ -48,6 +48,10 @@ int lobeRays(float glossiness, int rays);
 /// that all rays of a lobe count alike; `belowHorizon` says so. Unit length.
 Vec3 lobeDirection(const ReflectionPoint& point, int index, int count, bool& belowHorizon);
 
+/// Distance along the normal by which the rays of a point start off its surface, in a scene of this
+/// diameter.
+float surfaceOffset(float sceneDiameter, const Vec3& position, float distance);
+
 /// Half-angle-like spread (metres of width per metre) of one of `count` rays of a Phong lobe with
 /// exponent n at its centre: the root of the solid angle 1 / (count p).
 float lobeSpread(float glossiness, int count);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "methods/second_order/cluster_camera.h"
 #include "methods/second_order/clusters.h"
 #include "methods/second_order/depth_images.h"
+#include "methods/second_order/disocclusions.h"
 #include "raster/materials.h"
 
 namespace catoptric::methods {
@@ -83,6 +85,11 @@ const config::Schema& schema() {
            .defaultText = "256",
            .minimum = 1,
            .maximum = 8192},
+          {.name = "count_disocclusions",
+           .type = config::FieldType::Bool,
+           .help = "compare what rays find with Embree's rays: counts disoccluded and wrong_hit, "
+                   "mask.disoccluded; takes the time of a ray tracer",
+           .defaultText = "false"},
       }};
   return options;
 }
@@ -92,6 +99,7 @@ struct Options {
   CameraOptions camera;
   DepthImageOptions images;
   int faceSize = 256;
+  bool countDisocclusions = false;
 };
 
 Options parseOptions(const config::Value& value) {
@@ -112,6 +120,7 @@ Options parseOptions(const config::Value& value) {
   options.camera.rays = static_cast<int>(integer("rays"));
   options.images.levelErrorTexels = number("level_error");
   options.images.memoryBytes = static_cast<std::uint64_t>(integer("memory_mib")) << 20;
+  options.countDisocclusions = config::valueOr(value, schema(), "count_disocclusions").asBool();
   options.faceSize = static_cast<int>(integer("environment_face_size"));
   return options;
 }
@@ -185,6 +194,12 @@ class SecondOrder : public Method {
         {"resource", "cluster of each sample", "R16UI", samples * 2},
         {"resource", "depth images", "at most", options_.images.memoryBytes},
     };
+    if (options_.countDisocclusions && reflectors.any()) {
+      plan.trace = true;
+      plan.items.push_back({"pass", "disocclusions", "asked for: count_disocclusions", 0});
+      plan.items.push_back(
+          {"resource", "what rays found", "compared with Embree's", samples * sizeof(Found)});
+    }
     return plan;
   }
 
@@ -202,6 +217,7 @@ class SecondOrder : public Method {
       defines.push_back({"RAYS", std::to_string(options_.camera.rays)});
       defines.push_back({"MASKS", settings.masks ? "1" : "0"});
       defines.push_back({"COUNTS", "1"});
+      defines.push_back({"FOUND", options_.countDisocclusions ? "1" : "0"});
       defines.push_back({"EXACT_GRID", options_.camera.depthImageScale == 1.0f ? "1" : "0"});
       return gl::Program::fullScreen(label, "methods/second_order/shaders/intersect.frag",
                                      std::move(defines));
@@ -213,6 +229,10 @@ class SecondOrder : public Method {
     counts_ = gl::Buffer("fallback counts", kCountNames.size() * sizeof(std::uint32_t));
     const int width = settings.width * settings.samples;
     const int height = settings.height * settings.samples;
+    if (options_.countDisocclusions) {
+      found_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+      foundBuffer_ = gl::Buffer("what rays found", found_.size() * sizeof(Found));
+    }
     clusterSamples_ = gl::Texture::make2D("cluster of each sample", GL_R16UI, width, height);
     images_ = std::make_unique<DepthImages>(width, height, options_.camera.depthImageScale);
     if (!services.scene.animated()) drawEnvironment(services);
@@ -262,6 +282,10 @@ class SecondOrder : public Method {
     }
     timer.measure("intersect", [&] { intersect(services, gbuffer, camera, onGrids); });
     report(clusters, cameras, triangles, output);
+    if (options_.countDisocclusions) {
+      timer.measure("disocclusions",
+                    [&] { countDisocclusions(services, camera, cameras, output); });
+    }
   }
 
  private:
@@ -277,6 +301,11 @@ class SecondOrder : public Method {
                  bool onGrids) {
     const std::vector<std::uint32_t> zeros(kCountNames.size(), 0);
     counts_.write(0, zeros.size() * sizeof(std::uint32_t), zeros.data());
+    if (options_.countDisocclusions) {
+      std::fill(found_.begin(), found_.end(), Found{});
+      foundBuffer_.write(0, found_.size() * sizeof(Found), found_.data());
+      foundBuffer_.bindStorage(2);
+    }
     gbuffer.reflectionFramebuffer.bind();
     glDisable(GL_DEPTH_TEST);
     glDepthMask(GL_FALSE);
@@ -311,6 +340,22 @@ class SecondOrder : public Method {
     pass(glossy_, raster::SampleClass::Glossy);
     glDisable(GL_STENCIL_TEST);
     glDepthMask(GL_TRUE);
+  }
+
+  void countDisocclusions(Services& services, const scene::Camera& camera,
+                          std::span<const ClusterCamera> cameras, FrameOutput& output) {
+    raster::GBuffer& gbuffer = *services.gbuffer;
+    foundBuffer_.read(0, found_.size() * sizeof(Found), found_.data());
+    std::vector<std::uint8_t> masks;
+    if (settings_.masks) masks = raster::readMasks(gbuffer.masks);
+    const Disocclusions counted =
+        findDisocclusions(copy_, camera, found_, clustering_.clusterOf(), cameras,
+                          options_.camera.rays, *services.trace, masks);
+    if (settings_.masks) {
+      gbuffer.masks.upload(0, 0, GL_RED_INTEGER, GL_UNSIGNED_BYTE, masks.data());
+    }
+    output.counters["disoccluded"] = counted.samples;
+    output.counters["wrong_hit"] = counted.wrongHits;
   }
 
   void report(const std::vector<Cluster>& clusters, const std::vector<ClusterCamera>& cameras,
@@ -348,6 +393,8 @@ class SecondOrder : public Method {
   gl::Texture clusterSamples_;
   gl::Texture environment_;
   gl::Buffer counts_;
+  gl::Buffer foundBuffer_;  ///< of count_disocclusions
+  std::vector<Found> found_;
   gl::Program planar_;
   gl::Program curved_;
   gl::Program glossy_;
@@ -364,7 +411,8 @@ const MethodEntry& secondOrderEntry() {
       "second_order",
       "clusters of reflected rays, a depth image each, found by walking over it",
       "[Wang2014]",
-      {"levels", "cube_map", "readback", "cluster", "camera", "depth_images", "intersect"},
+      {"levels", "cube_map", "readback", "cluster", "camera", "depth_images", "intersect", "bvh",
+       "disocclusions"},
       schema(),
       make};
   return entry;

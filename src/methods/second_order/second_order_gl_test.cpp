@@ -31,7 +31,7 @@ class Comparison {
         raster_.makeGBuffer({settings_.width, settings_.height, settings_.samples, true});
     frame::StepTimer timer;
     timer.setFinish([] { gl::Context::current().finish("a step"); });
-    Services services{scene_, geometry_, lighting_, &raster_, &gbuffer, nullptr, timer};
+    Services services{scene_, geometry_, lighting_, &raster_, &gbuffer, &trace_, timer};
     const std::unique_ptr<Method> method =
         secondOrderEntry().make(config::parseText(options, "options"));
     method->prepare(services, settings_);
@@ -95,6 +95,13 @@ class Comparison {
   trace::TraceScene trace_;
   RunSettings settings_;
 };
+
+/// Samples of the frame that have a bit of raster::MaskBit.
+std::size_t marked(const Comparison& frame, std::uint8_t bit) {
+  std::size_t count = 0;
+  for (const std::uint8_t bits : frame.masks) count += (bits & bit) != 0;
+  return count;
+}
 
 scene::Camera cameraAt(const Vec3& eye, const Vec3& target) {
   return scene::lookAt(eye, target, Vec3(0.0f, 1.0f, 0.0f), radians(50.0f));
@@ -165,9 +172,41 @@ TEST(SecondOrder, WhatFallsBackIsMarkedAndCounted) {
       cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}), R"({"min_cluster_samples": 1000000})");
   EXPECT_EQ(frame.output.counters.at("clusters"), 0u);
   EXPECT_EQ(frame.output.counters.at("unclustered"), frame.samples);
-  std::size_t marked = 0;
-  for (const std::uint8_t bits : frame.masks) marked += (bits & raster::kMaskEnvironment) != 0;
-  EXPECT_EQ(marked, frame.samples);
+  EXPECT_EQ(marked(frame, raster::kMaskEnvironment), frame.samples);
+}
+
+TEST(SecondOrder, DisocclusionsAreToldFromTrueMisses) {
+  const char* options = R"({"count_disocclusions": true})";
+  const scene::Camera camera = cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f});
+  // A planar mirror has none
+  const Comparison plane(
+      roomWith(scene::makePlane({4.0f, 4.0f}, {1, 1}, scene::UvMode::Metres), Mat4(1.0f)),
+      cameraAt({0.7f, 1.5f, 3.2f}, {0.0f, 0.0f, 0.0f}), options);
+  EXPECT_EQ(plane.output.counters.at("disoccluded"), 0u);
+  EXPECT_EQ(plane.output.counters.at("wrong_hit"), 0u);
+  // In a closed room every ray hits: what found nothing is disoccluded, for mirrors and lobes
+  for (const float glossiness : {0.0f, 0.3f}) {
+    const Comparison closed(
+        roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f), glossiness),
+        camera, options);
+    const std::uint64_t missed = closed.output.counters.at("environment");
+    EXPECT_GE(closed.output.counters.at("disoccluded"), missed);
+    EXPECT_LE(closed.output.counters.at("disoccluded"), missed + closed.output.counters.at("sky"));
+    EXPECT_EQ(marked(closed, raster::kMaskDisoccluded), closed.output.counters.at("disoccluded"));
+    EXPECT_LT(static_cast<double>(closed.output.counters.at("wrong_hit")),
+              0.05 * static_cast<double>(closed.samples));
+  }
+  // Alone under the sky nothing is, but where smooth normals send rays through the next facet
+  test::SceneBuilder builder;
+  builder.add(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), builder.reflective(1.0f));
+  builder.constantEnvironment(Vec3(1.0f));
+  const Comparison open(builder.scene(), camera, options);
+  EXPECT_GT(open.output.counters.at("sky"), 10000u);
+  EXPECT_LT(open.output.counters.at("disoccluded") + open.output.counters.at("wrong_hit"),
+            open.samples / 500);
+  // Not asked for, not counted
+  const Comparison plain(builder.scene(), camera);
+  EXPECT_EQ(plain.output.counters.count("disoccluded"), 0u);
 }
 
 TEST(SecondOrder, OddReflectorsStayFinite) {

@@ -2,6 +2,7 @@
 //   KIND    0 mirrored sample grids (planar mirrors), 1 one mirror ray, 2 RAYS rays of a lobe
 //   MASKS   1: where a sample fell back is marked
 //   COUNTS  1: fallbacks are counted
+//   FOUND   1: what each ray found is written, to be compared with Embree's rays
 #include "raster/shaders/shading.glsl"
 
 uniform mat3 rayFromPixel;  // (sample position, 1) to a ray that advances 1 m along the axis
@@ -37,6 +38,15 @@ const int kCountMissed = 1;
 const int kCountSky = 2;
 const int kCountBridged = 3;
 const int kCountBelowHorizon = 4;
+
+#if FOUND
+// By sample: bits of the rays that found no surface, where the only ray found one
+struct Found {
+  uint nothing[2];
+  float at[3];
+};
+layout(std430, binding = 2) writeonly buffer FoundOfSamples { Found found[]; };
+#endif
 
 const int kTableTexels = 7;
 
@@ -109,15 +119,20 @@ const int kHit = 0;
 const int kSky = 1;     // it leaves the depth image over nothing
 const int kMissed = 2;  // it ends behind something, or leaves the image
 
-// Walks from p along the unit direction in steps of a texel; `at` and `depth` of the hit.
-int walk(DepthImage image, vec3 p, vec3 direction, out vec2 at, out float depth, out bool bridged) {
+struct Hit {
+  int kind;
+  vec2 at;      // texels
+  float depth;
+  bool bridged; // over a depth edge
+};
+
+// Walks from p along the unit direction in steps of a texel.
+Hit walk(DepthImage image, vec3 p, vec3 direction) {
   vec4 start = vec4(dot(image.rowX, vec4(p, 1.0)), dot(image.rowY, vec4(p, 1.0)),
                     dot(image.rowZ, vec4(p, 1.0)), dot(image.rowW, vec4(p, 1.0)));
   vec4 along = vec4(dot(image.rowX.xyz, direction), dot(image.rowY.xyz, direction),
                     dot(image.rowZ.xyz, direction), dot(image.rowW.xyz, direction));
-  at = vec2(0.0);
-  depth = 0.0;
-  bridged = false;
+  Hit found = Hit(kMissed, vec2(0.0), 0.0, false);
 
   // As far as the frame goes: every border is a plane through the camera's eye
   vec2 size = image.place.zw;
@@ -154,9 +169,10 @@ int walk(DepthImage image, vec3 p, vec3 direction, out vec2 at, out float depth,
       float s = a / max(a + b, 1e-30);
       float horizon = dot(image.horizon, vec3(point.xy, 1.0));
       bool edge = before - horizon < 0.8 * (here - horizon);
-      at = mix(point.xy - stride.xy, point.xy, edge ? 1.0 : s);
-      depth = edge ? here : mix(before, here, s);
-      bridged = edge;
+      s = edge ? 1.0 : s;
+      found.at = mix(point.xy - stride.xy, point.xy, s);
+      found.depth = mix(before, here, s);
+      found.bridged = edge;
       hit = true;
       break;
     }
@@ -164,7 +180,8 @@ int walk(DepthImage image, vec3 p, vec3 direction, out vec2 at, out float depth,
     before = here;
     rayBefore = ray;
   }
-  return hit ? kHit : (front && here == 0.0 ? kSky : kMissed);
+  found.kind = hit ? kHit : (front && here == 0.0 ? kSky : kMissed);
+  return found;
 }
 #endif
 
@@ -248,6 +265,10 @@ void main() {
                       fract(float(cell) * 0.6180340));
 #endif
     vec3 sum = vec3(0.0);
+#if FOUND
+    uint nothing[2] = uint[2](0u, 0u);
+    vec3 where = vec3(0.0);
+#endif
     for (int k = 0; k < rays; ++k) {
       vec3 direction = mirror;
 #if KIND == 2
@@ -258,18 +279,23 @@ void main() {
 #endif
       if (below) bits |= kMaskBelowHorizon;
 #endif
-      vec2 at;
-      float depth;
-      bool bridged;
-      int found = walk(image, position, direction, at, depth, bridged);
-      vec3 seen = found == kHit   ? colorAt(image, at, depth)
-                  : found == kSky ? beyond(direction)
-                                  : fallback(direction, level);
+      Hit hit = walk(image, position, direction);
+      vec3 seen = hit.kind == kHit   ? colorAt(image, hit.at, hit.depth)
+                  : hit.kind == kSky ? beyond(direction)
+                                     : fallback(direction, level);
       sum += seen;
-      missed = missed || found == kMissed;
-      sky = sky || found == kSky;
-      overEdge = overEdge || bridged;
+      missed = missed || hit.kind == kMissed;
+      sky = sky || hit.kind == kSky;
+      overEdge = overEdge || hit.bridged;
+#if FOUND
+      nothing[k >> 5] |= hit.kind == kHit ? 0u : 1u << (k & 31);
+      where = rays == 1 ? vec3(hit.at, hit.depth) : vec3(0.0);
+#endif
     }
+#if FOUND
+    found[sampleAt.y * textureSize(clusterSamples, 0).x + sampleAt.x] =
+        Found(nothing, float[3](where.x, where.y, where.z));
+#endif
     radiance = sum * (1.0 / float(rays));
     if (missed) bits |= kMaskEnvironment;
 #if COUNTS

@@ -1,0 +1,120 @@
+#include "methods/second_order/disocclusions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/parallel.h"
+#include "trace/reflect.h"
+
+namespace catoptric::methods {
+namespace {
+
+/// A hit is of another surface when Embree's, seen by the cluster's camera, lies more texels or a
+/// larger share of the distance away. Along the ray they may differ more: rays that nearly pass the
+/// camera's eye cross many metres of depth within a texel. Ours.
+constexpr float kWrongTexels = 2.0f;
+constexpr float kWrongShare = 0.25f;
+
+/// Whether the texel that a ray found shows the surface at `position` (from the frame's eye).
+bool shows(const ClusterCamera& camera, const std::array<float, 3>& at, const Vec3& position) {
+  const Vec4 p(position, 1.0f);
+  const float w = glm::dot(camera.rowW, p);
+  if (!(w > 0.0f)) return false;
+  const Vec2 texel = Vec2(glm::dot(camera.rowX, p), glm::dot(camera.rowY, p)) / w;
+  const auto above = [&](const Vec2& t, float depth) {
+    return depth - glm::dot(camera.horizon, Vec3(t, 1.0f));
+  };
+  const float expected = above(texel, glm::dot(camera.rowZ, p) / w);
+  const Vec2 found(at[0], at[1]);
+  return glm::distance(texel, found) <= kWrongTexels &&
+         std::abs(above(found, at[2]) - expected) <= kWrongShare * std::max(expected, above(found, at[2]));
+}
+
+struct Question {
+  std::size_t sample = 0;
+  bool nothing = false;
+};
+
+}  // namespace
+
+Disocclusions findDisocclusions(const raster::GBufferCopy& gbuffer, const scene::Camera& camera,
+                                std::span<const Found> found,
+                                std::span<const std::uint16_t> clusterOf,
+                                std::span<const ClusterCamera> cameras, int rays,
+                                const trace::TraceScene& trace, std::span<std::uint8_t> masks) {
+  const auto width = static_cast<std::size_t>(gbuffer.sampleWidth());
+  const auto height = static_cast<std::size_t>(gbuffer.sampleHeight());
+  const Mat3 rayFromPixel =
+      scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight());
+  const float diameter = trace.geometry().bounds.diameter();
+  const int cells = gbuffer.samples * gbuffer.samples;
+  std::vector<Disocclusions> ofRow(height);
+  parallelFor(height, 8, [&](std::size_t begin, std::size_t end) {
+    std::vector<trace::Ray> questionRays;
+    std::vector<Question> questions;
+    std::vector<trace::Hit> hits;
+    for (std::size_t y = begin; y < end; ++y) {
+      questionRays.clear();
+      questions.clear();
+      for (std::size_t x = 0; x < width; ++x) {
+        const std::size_t at = y * width + x;
+        const Found& f = found[at];
+        if (f.nothing[0] == 0 && f.nothing[1] == 0 && !(f.at[2] > 0.0f)) continue;
+
+        // The sample as methods/traced sees it
+        const Vec3 ray =
+            rayFromPixel * Vec3(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, 1.0f);
+        trace::ReflectionPoint point;
+        const float scale = camera.nearMetres / gbuffer.depth[at];
+        point.position = camera.eye() + scale * ray;
+        point.direction = glm::normalize(ray);
+        point.distance = scale * glm::length(ray);
+        point.normal =
+            Vec3(gbuffer.normal[4 * at], gbuffer.normal[4 * at + 1], gbuffer.normal[4 * at + 2]);
+        point.glossiness = gbuffer.normal[4 * at + 3];
+        const int cell = static_cast<int>(y) % gbuffer.samples * gbuffer.samples +
+                         static_cast<int>(x) % gbuffer.samples;
+        point.shift = Vec2((static_cast<float>(cell) + 0.5f) / static_cast<float>(cells),
+                           glm::fract(static_cast<float>(cell) * 0.6180340f));
+        const int count = trace::lobeRays(point.glossiness, rays);
+        for (int k = 0; k < count; ++k) {
+          const bool nothing = (f.nothing[static_cast<std::size_t>(k) / 32] >> (k % 32) & 1u) != 0;
+          if (!nothing && !(f.at[2] > 0.0f)) continue;
+          trace::Ray question;
+          question.origin =
+              point.position +
+              point.normal * trace::surfaceOffset(diameter, point.position, point.distance);
+          bool below = false;
+          question.direction = trace::lobeDirection(point, k, count, below);
+          questionRays.push_back(question);
+          questions.push_back({at, nothing});
+        }
+      }
+      hits.resize(questionRays.size());
+      trace.intersectSerial(questionRays, hits, true);
+      std::size_t counted = static_cast<std::size_t>(-1);
+      for (std::size_t k = 0; k < questions.size(); ++k) {
+        const auto [at, nothing] = questions[k];
+        const Vec3 hit =
+            questionRays[k].origin + hits[k].distance * questionRays[k].direction - camera.eye();
+        if (!nothing) {
+          const ClusterCamera& made = cameras[clusterOf[at] - 2u];
+          ofRow[y].wrongHits += hits[k].miss() || !shows(made, found[at].at, hit) ? 1 : 0;
+        } else if (!hits[k].miss() && at != counted) {
+          counted = at;
+          ++ofRow[y].samples;
+          if (!masks.empty()) masks[at] |= raster::kMaskDisoccluded;
+        }
+      }
+    }
+  });
+  Disocclusions all;
+  for (const Disocclusions& row : ofRow) {
+    all.samples += row.samples;
+    all.wrongHits += row.wrongHits;
+  }
+  return all;
+}
+
+}  // namespace catoptric::methods

@@ -1,0 +1,38 @@
+// Which rays found nothing in their cluster's depth image where there is a surface, and which found
+// another surface: Embree's rays from the same samples tell. A diagnosis, not part of the method.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "core/math.h"
+#include "methods/second_order/cluster_camera.h"
+#include "raster/gbuffer.h"
+#include "scene/camera.h"
+#include "trace/trace_scene.h"
+
+namespace catoptric::methods {
+
+/// What the rays of a sample found, as intersect.frag writes it (std430).
+struct Found {
+  std::array<std::uint32_t, 2> nothing{};  ///< bit k: ray k found no surface
+  /// Texel and depth that the only ray found in its cluster's image; depth 0: not known.
+  std::array<float, 3> at{};
+};
+
+struct Disocclusions {
+  std::uint64_t samples = 0;    ///< some ray found nothing where Embree's ray hits
+  std::uint64_t wrongHits = 0;  ///< the only ray found a surface, Embree's another one or none
+};
+
+/// Traces the rays in question. `found`, `clusterOf` (as Clustering::clusterOf): one per sample of
+/// the G-buffer; `rays`: per glossy sample.
+/// Samples that are disoccluded get kMaskDisoccluded in `masks` (may be empty).
+Disocclusions findDisocclusions(const raster::GBufferCopy& gbuffer, const scene::Camera& camera,
+                                std::span<const Found> found,
+                                std::span<const std::uint16_t> clusterOf,
+                                std::span<const ClusterCamera> cameras, int rays,
+                                const trace::TraceScene& trace, std::span<std::uint8_t> masks);
+
+}  // namespace catoptric::methods
