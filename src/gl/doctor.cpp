@@ -29,9 +29,9 @@ std::vector<std::pair<std::string, std::string>> limitRows(const DeviceInfo& inf
 }
 
 // Extensions that some methods use when they are there.
-constexpr const char* kWelcomeExtensions[] = {
-    "GL_ARB_shader_viewport_layer_array", "GL_ARB_shader_draw_parameters",
-    "GL_ARB_indirect_parameters", "GL_ARB_texture_filter_anisotropic"};
+constexpr const char* kWelcomeExtensions[] = {"GL_ARB_shader_draw_parameters",
+                                              "GL_ARB_indirect_parameters",
+                                              "GL_ARB_texture_filter_anisotropic"};
 
 DeviceReport tryDevice(Platform platform, int index) {
   DeviceReport report;

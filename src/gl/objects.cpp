@@ -242,6 +242,11 @@ void Buffer::bindUniform(GLuint binding) const {
   glBindBufferBase(GL_UNIFORM_BUFFER, binding, id());
 }
 
+void Buffer::bindUniformRange(GLuint binding, std::size_t offset, std::size_t size) const {
+  glBindBufferRange(GL_UNIFORM_BUFFER, binding, id(), static_cast<GLintptr>(offset),
+                    static_cast<GLsizeiptr>(size));
+}
+
 Texture Texture::make2D(std::string_view label, GLenum format, int width, int height, int levels) {
   requireContext(label);
   const Limits& limits = Context::current().info().limits;
@@ -465,12 +470,6 @@ void VertexArray::setAttribute(GLuint location, const Buffer& buffer, int compon
   bindAttribute(location, buffer, offset, stride);
 }
 
-void VertexArray::setIntegerAttribute(GLuint location, const Buffer& buffer, int components,
-                                      GLenum type, std::size_t offset, std::size_t stride) {
-  glVertexArrayAttribIFormat(id(), location, components, type, 0);
-  bindAttribute(location, buffer, offset, stride);
-}
-
 // One binding point per attribute: simple, and any attribute may have a buffer of its own.
 void VertexArray::bindAttribute(GLuint location, const Buffer& buffer, std::size_t offset,
                                 std::size_t stride) {
@@ -478,10 +477,6 @@ void VertexArray::bindAttribute(GLuint location, const Buffer& buffer, std::size
                             static_cast<GLsizei>(stride));
   glVertexArrayAttribBinding(id(), location, location);
   glEnableVertexArrayAttrib(id(), location);
-}
-
-void VertexArray::setPerInstance(GLuint location) {
-  glVertexArrayBindingDivisor(id(), location, 1);
 }
 
 void VertexArray::setIndices(const Buffer& buffer) {

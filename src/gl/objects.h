@@ -76,6 +76,8 @@ class Buffer {
   void read(std::size_t offset, std::size_t size, void* data) const;
   void bindStorage(GLuint binding) const;  ///< shader storage block
   void bindUniform(GLuint binding) const;  ///< uniform block
+  /// `offset`: a multiple of 256 serves every driver.
+  void bindUniformRange(GLuint binding, std::size_t offset, std::size_t size) const;
 
  private:
   Name<ObjectKind::Buffer> name_;
@@ -196,11 +198,6 @@ class VertexArray {
   /// Attribute `location`: `components` values of `type` at `offset` of every `stride` bytes.
   void setAttribute(GLuint location, const Buffer& buffer, int components, GLenum type,
                     std::size_t offset, std::size_t stride, bool normalized = false);
-  /// The same for integer attributes of the shader.
-  void setIntegerAttribute(GLuint location, const Buffer& buffer, int components, GLenum type,
-                           std::size_t offset, std::size_t stride);
-  /// The attribute advances by instance (and base instance) instead of by vertex.
-  void setPerInstance(GLuint location);
   void setIndices(const Buffer& buffer);
   void bind() const;
 

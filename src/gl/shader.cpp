@@ -221,9 +221,6 @@ ShaderText assembleShader(const std::string& file, const ProgramFiles& options) 
   Assembler assembler;
   std::string& head = assembler.result.text;
   head = "#version 450 core\n";
-  for (const std::string& extension : options.extensions) {
-    head += "#extension " + extension + " : require\n";
-  }
   for (const Define& define : options.defines) {
     head += "#define " + define.name + " " + define.value + "\n";
   }

@@ -44,7 +44,6 @@ struct ProgramFiles {
   std::string fragment{};
   std::string compute{};
   std::vector<Define> defines{};
-  std::vector<std::string> extensions{};  ///< required: "GL_ARB_shader_draw_parameters"
 };
 
 /// A shader's text with its includes; errors refer to (file, line) through `files`.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <numeric>
 
@@ -20,7 +21,7 @@ constexpr float kBoundsSlack = 1e-5f;
 /// Triangles of the smallest object that gets a coarser level, the step between levels, and how far
 /// (as a share of the object's extent) a level may go. Ours, measured in the living room.
 constexpr std::size_t kSmallestLevel = 32;
-constexpr std::size_t kLevelRatio = 3;
+constexpr float kLevelRatio = 1.6f;
 constexpr float kMaxLevelError = 0.25f;
 /// Height of the relief that stands for a radiance of 1 while an object is simplified, as a share
 /// of the scene's diameter, and the largest error of radiance that levels may have. Ours, measured
@@ -220,22 +221,29 @@ ObjectLevels buildObjectLevels(const frame::Geometry& geometry, const frame::Obj
   const float mostError = lit ? metresPerRadiance * kLightError : 1e30f;
   const float* positions = &relief.data()->x;
   const float scale = meshopt_simplifyScale(positions, range.vertexCount, sizeof(Vec3));
-  std::vector<std::uint32_t> simplified(indices.size());
+  std::vector<std::uint32_t> collapsed(indices.size());
+  std::vector<std::uint32_t> gridded(indices.size());
   float error = 0.0f;
   while (indices.size() >= 3 * kSmallestLevel) {
-    float relative = 0.0f;
-    const std::size_t target = indices.size() / (3 * kLevelRatio) * 3;
-    std::size_t count =
-        meshopt_simplify(simplified.data(), indices.data(), indices.size(), positions,
-                         range.vertexCount, sizeof(Vec3), target, kMaxLevelError, 0, &relative);
-    // Open borders and seams can hold it up: what is left goes without regard to them
-    if (count > indices.size() / 2) {
-      count = meshopt_simplifySloppy(simplified.data(), indices.data(), indices.size(), positions,
-                                     range.vertexCount, sizeof(Vec3), target, 1.0f, &relative);
-    }
-    if (count == 0 || count > 3 * indices.size() / 4) break;
-    indices.assign(simplified.begin(), simplified.begin() + static_cast<std::ptrdiff_t>(count));
-    error += relative * scale;  // each level is made from the one before
+    const auto target =
+        3 * static_cast<std::size_t>(static_cast<float>(indices.size() / 3) / kLevelRatio);
+    float collapseError = 0.0f;
+    float gridError = 0.0f;
+    std::size_t count = meshopt_simplify(collapsed.data(), indices.data(), indices.size(),
+                                         positions, range.vertexCount, sizeof(Vec3), target,
+                                         kMaxLevelError, 0, &collapseError);
+    const std::size_t gridCount =
+        meshopt_simplifySloppy(gridded.data(), indices.data(), indices.size(), positions,
+                               range.vertexCount, sizeof(Vec3), target, 1.0f, &gridError);
+    // Loose parts, open borders and seams hold collapses up or make them err: a grid's cells do not
+    // regard them
+    const bool grid = gridCount > 0 && (4 * count > 5 * target || gridError < collapseError);
+    if (grid) count = gridCount;
+    if (count == 0 || 10 * count > 9 * indices.size()) break;
+    const std::vector<std::uint32_t>& made = grid ? gridded : collapsed;
+    indices.assign(made.begin(), made.begin() + static_cast<std::ptrdiff_t>(count));
+    // Each level is made from the one before, by errors independent of its own
+    error = std::hypot(error, (grid ? gridError : collapseError) * scale);
     if (error > mostError) break;
     DetailLevel level;
     level.error = error;

@@ -51,8 +51,8 @@ struct DetailLevel {
   std::uint32_t meshletCount = 0;
 };
 
-/// Coarser versions of all objects that do not deform: from fine to coarse, each with about a
-/// quarter of the triangles of the one before. What is too small to gain has none.
+/// Coarser versions of all objects that do not deform: from fine to coarse, each with about
+/// two thirds of the triangles of the one before. What is too small to gain has none.
 struct DetailLevels {
   std::vector<std::uint32_t> indices;
   std::vector<Meshlet> meshlets;  ///< firstIndex counts from the first of `indices`

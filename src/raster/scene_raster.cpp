@@ -164,15 +164,12 @@ Variant& SceneRaster::State::variant(std::uint32_t features, const frame::Lighti
   defines.insert(defines.end(), lights.begin(), lights.end());
   defines.push_back({"ENVIRONMENT", "0"});  // surfaces see its irradiance only
   Variant made;
-  std::vector<std::string> extensions;
-  if ((features & kViews) != 0) extensions.emplace_back("GL_ARB_shader_viewport_layer_array");
   made.program = gl::Program((features & kGBufferPass) != 0 ? "gbuffer"
                              : (features & kViews) != 0     ? "diffuse views"
                                                             : "diffuse",
                              {.vertex = "raster/shaders/scene.vert",
                               .fragment = "raster/shaders/scene.frag",
-                              .defines = std::move(defines),
-                              .extensions = std::move(extensions)});
+                              .defines = std::move(defines)});
   made.uvPerMetre = made.program.location("uvPerMetre");
   if ((features & kGBufferPass) != 0) made.objectId = made.program.location("objectId");
   return ofLights.emplace(features, std::move(made)).first->second;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -88,7 +89,7 @@ struct SceneRaster::State {
   std::vector<float> levelExtent;  ///< of objects when their levels were made, metres
   gl::Buffer levelIndices;
   gl::VertexArray viewVertices;
-  gl::Buffer viewAttributes;
+  gl::Buffer viewBlocks;
   gl::Buffer commands;
   FrameView gbufferView;  ///< of the last G-buffer, for methods' own passes
   DrawList list;
@@ -98,8 +99,9 @@ struct SceneRaster::State {
   Variant& variant(std::uint32_t features, const frame::Lighting& lighting);
   DrawStatistics drawObjects(const FrameView& view, const frame::Lighting& lighting, bool gbuffer,
                              int skipObject);
-  /// Culls one view for drawDiffuseViews().
-  void listView(const DiffuseView& view, std::uint32_t number, struct ViewList& seen) const;
+  /// Culls one view for drawDiffuseViews(), objects in this order.
+  void listView(const DiffuseView& view, std::span<const std::uint32_t> order,
+                struct ViewList& seen) const;
   void updateLevelBounds(const frame::Geometry& geometry, int object);
   void drawBackground(const frame::Lighting& lighting, bool gbuffer);
 };

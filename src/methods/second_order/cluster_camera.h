@@ -15,7 +15,7 @@ struct CameraOptions {
   float depthImageScale = 1.0f;
   /// Texels of a depth image per sample of its cluster, at most: grazing rays would blow the frame
   /// up.
-  float maxTexelsPerSample = 4.0f;
+  float maxTexelsPerSample = 2.0f;
   int rays = 8;      ///< of a glossy sample: what the width of its cone and its texels follow
   Box3 sceneBounds;  ///< relative to the eye of the frame
   int maxTextureSize = 16384;  ///< of one side

@@ -10,7 +10,7 @@ namespace catoptric::methods {
 namespace {
 
 /// Samples of a cluster whose levels of detail may err twice as much as a large one's. Ours.
-constexpr float kSmallCluster = 1000.0f;
+constexpr float kSmallCluster = 4000.0f;
 constexpr int kSmallestSide = 512;  ///< of a layer: small frames need few layers, too. Ours.
 constexpr std::uint64_t kBytesPerTexel = 8 + 4;
 constexpr std::size_t kTableRows = 7;  ///< texels per cluster, as intersect.frag reads them

@@ -57,7 +57,7 @@ const config::Schema& schema() {
           {.name = "max_texels_per_sample",
            .type = config::FieldType::Number,
            .help = "texels of a depth image per sample of its cluster, at most",
-           .defaultText = "4",
+           .defaultText = "2",
            .minimum = 0.25,
            .maximum = 64},
           {.name = "level_error",

@@ -67,7 +67,7 @@ void main() {
 #if FROM_EYE
 #if VIEWS
   vec3 fromEye = vertexFromEye;
-  vec4 eye = viewEye;
+  vec4 eye = view.eye;
 #else
   vec4 ray = frame.rayFromWindow * vec4(gl_FragCoord.xyz, 1.0);
   vec3 fromEye = ray.xyz / ray.w;

@@ -9,28 +9,18 @@ layout(location = 4) in vec2 inUv1;
 layout(location = 5) in vec3 inColor;
 layout(location = 6) in vec4 inBake;
 
-#if VIEWS
-// One of many views, by the command's base instance
-layout(location = 7) in mat4 inClipFromWorld;
-layout(location = 11) in vec4 inEye;       // xyz; w spread of one sample's ray cone in radians
-layout(location = 12) in uint inViewport;
-layout(location = 13) in vec4 inClip;      // in front of it; only where clipping is enabled
-#endif
-
 #define VERTEX_STAGE
 #include "varyings.glsl"
 
 void main() {
 #if VIEWS
-  gl_Position = inClipFromWorld * vec4(inPosition, 1.0);
-  gl_ViewportIndex = int(inViewport);
-  gl_ClipDistance[0] = dot(inClip, vec4(inPosition, 1.0));
+  gl_Position = view.clipFromWorld * vec4(inPosition, 1.0);
+  gl_ClipDistance[0] = dot(view.ownClip, vec4(inPosition, 1.0));
 #else
   gl_Position = frame.clipFromWorld * vec4(inPosition, 1.0);
 #endif
 #if VIEWS && FROM_EYE
-  vertexFromEye = inPosition - inEye.xyz;
-  viewEye = inEye;
+  vertexFromEye = inPosition - view.eye.xyz;
 #endif
 #if !UNLIT || GBUFFER
   vertexNormal = inNormal;

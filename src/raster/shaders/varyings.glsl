@@ -6,9 +6,16 @@
 #define VARYING in
 #endif
 #define FROM_EYE (BASE_TEXTURE || NORMAL_MAP || EMISSIVE_TEXTURE || (SPECULAR_TEXTURE && GBUFFER) || (LIGHT_COUNT > 0 && !UNLIT))
-#if VIEWS && FROM_EYE
+#if VIEWS
+// One of many views
+layout(std140, binding = 2) uniform View {
+  mat4 clipFromWorld;
+  vec4 eye;      // xyz; w spread of one sample's ray cone in radians
+  vec4 ownClip;  // of the object behind which the eye is: drawn in front of it
+} view;
+#if FROM_EYE
 VARYING vec3 vertexFromEye;
-flat VARYING vec4 viewEye;
+#endif
 #endif
 #if !UNLIT || GBUFFER
 VARYING vec3 vertexNormal;
