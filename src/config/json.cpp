@@ -155,6 +155,8 @@ class Builder {
     return text;
   }
 
+  std::string pointerText() const { return levels_.empty() ? "/" : pointer(); }
+
   std::shared_ptr<Value::Node> nodeAt(Value::Kind kind, const char* at) {
     auto n = std::make_shared<Value::Node>();
     n->kind = kind;
@@ -205,8 +207,11 @@ class Builder {
     const std::string_view rest(token, static_cast<std::size_t>(end - token));
     if (rest.starts_with("//") || rest.starts_with("/*") || rest.starts_with("#"))
       return "comments are not allowed in JSON";
+    // Where a value is read, its pointer is known
+    const bool isValue = message.find("while parsing value") != std::string::npos;
     for (const char* name : {"NaN", "-NaN", "Infinity", "-Infinity", "nan", "inf", "-inf"})
-      if (rest.starts_with(name)) return std::string(name) + " is not a number in JSON";
+      if (rest.starts_with(name))
+        return (isValue ? pointerText() + ": " : "") + name + " is not a number in JSON";
     if (at < end && (*at == '}' || *at == ']')) {
       const char* before = at;
       while (before > text_.data() && std::isspace(static_cast<unsigned char>(before[-1])) != 0)
@@ -219,6 +224,7 @@ class Builder {
     if (message.starts_with("parse error"))
       if (const auto start = message.find(": "); start != std::string::npos)
         message.erase(0, start + 2);
+    if (message.starts_with("number overflow")) return pointerText() + ": " + message;
     return message;
   }
 

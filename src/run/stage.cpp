@@ -70,6 +70,10 @@ Stage::Stage(const RunConfig& run) : run_(run) {
   const std::vector<bool> moving = scene::movingObjects(scene_);
   moving_ = scene_.animated() && (std::find(moving.begin(), moving.end(), true) != moving.end() ||
                                   !scene_.lights.empty());
+  // The environment's image may be bad: say so before a folder is made
+  environment_ = timer_.measure("environment", [&] {
+    return std::make_shared<const frame::EnvironmentLight>(scene_.environment);
+  });
 }
 
 void Stage::buildGeometry() {
@@ -78,9 +82,6 @@ void Stage::buildGeometry() {
   // Light is baked at time 0, whatever frames are asked for: chunks must agree.
   const scene::Pose pose = scene::poseAt(scene_, 0.0);
   geometry_ = timer_.measure("geometry", [&] { return frame::makeGeometry(scene_, pose); });
-  environment_ = timer_.measure("environment", [&] {
-    return std::make_shared<const frame::EnvironmentLight>(scene_.environment);
-  });
   if (scene_.bake.mode != scene::BakeMode::None) {
     const std::filesystem::path cache = cacheFolder();
     if (!cache.empty()) sweepCache(cache);

@@ -28,7 +28,7 @@ struct Stopped : std::exception {
 
 class Stage {
  public:
-  /// Loads the scene and the path. Throws SceneError, UsageError.
+  /// Loads the scene, its environment and the path. Throws SceneError, UsageError.
   explicit Stage(const RunConfig& run);
 
   const RunConfig& run() const { return run_; }
@@ -46,7 +46,7 @@ class Stage {
     if (stopRequested_ && stopRequested_()) throw Stopped();
   }
 
-  /// Geometry at time 0, environment, baked light; once. Throws Stopped.
+  /// Geometry at time 0, baked light; once. Throws Stopped.
   void buildGeometry();
   /// Context and the scene's GL side; once. Needs the geometry.
   void buildRaster();
