@@ -32,8 +32,8 @@ struct RunSettings {
   std::uint64_t seed = 1;
   bool masks = false;  ///< fill fallback masks
   bool fresnelSchlick = false;
-  std::vector<std::string>
-      layers;  ///< asked-for layers: "Z", "N", "reflection", "diffuse", "id", "s"
+  std::vector<std::string> layers;  ///< asked-for layers: "Z", "N", "reflection", "diffuse", "id",
+                                    ///< "s", "cluster"
 };
 
 /// One line of a plan: something that will be built, compiled, allocated or run, and why.
@@ -83,6 +83,9 @@ struct FrameInput {
 struct FrameOutput {
   Counters counters;
   std::vector<frame::ClusterRow> clusters;  ///< of methods that cluster rays
+  /// Where the layer "cluster" is asked for: per sample 0 in no cluster, else index in `clusters`
+  /// + 1.
+  std::vector<std::uint16_t> clusterOf;
   /// A method that renders whole images (MethodPlan::gbuffer false) puts the frame here: R G B A
   /// and the asked-for layers that it has.
   std::optional<image::Image> image;

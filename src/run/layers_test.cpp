@@ -53,6 +53,7 @@ TEST(Layers, MiddleSamplesAndMeans) {
   SampleLayers layers;
   layers.depth = {0.5f, 0.5f, 0, 0, 0.5f, 0.25f, 0, 0};
   layers.object = {1, 1, 0, 0, 1, 7, 0, 0};
+  layers.cluster = {0, 0, 0, 0, 3, 3, 3, 9};
   layers.masks = {raster::kMaskClamped, 0, 0, 0, 0, 0, raster::kMaskClamped, raster::kMaskClamped};
   layers.diffuse.resize(8 * 4, 0.0f);
   layers.reflection.resize(8 * 4, 5.0f);  // what earlier frames left where nothing reflects
@@ -60,18 +61,19 @@ TEST(Layers, MiddleSamplesAndMeans) {
   layers.wantDiffuse = false;
   layers.wantSpecular = true;
   addLayers(image, layers, 2, 0.01f);
-  EXPECT_THAT(
-      image.channels,
-      testing::ElementsAre("R", "Z", "reflection.R", "reflection.G", "reflection.B", "s",
-                           "id.object", "mask.reflective", "mask.environment", "mask.disoccluded",
-                           "mask.clamped", "mask.retraced", "mask.below_horizon"));
-  EXPECT_EQ(image.data.size(), 26u);
+  EXPECT_THAT(image.channels,
+              testing::ElementsAre("R", "Z", "reflection.R", "reflection.G", "reflection.B", "s",
+                                   "id.object", "id.cluster", "mask.reflective", "mask.environment",
+                                   "mask.disoccluded", "mask.clamped", "mask.retraced",
+                                   "mask.below_horizon"));
+  EXPECT_EQ(image.data.size(), 28u);
   EXPECT_EQ(image.at(0, 0, 0), 10.0f);
   EXPECT_EQ(image.at(1, 0, 0), 20.0f);
   EXPECT_FLOAT_EQ(image.at(0, 0, image.channel("Z")), 0.04f);
   EXPECT_EQ(image.at(1, 0, image.channel("Z")), 0.0f);  // nothing there
   EXPECT_FLOAT_EQ(image.at(0, 0, image.channel("s")), 0.3f);
   EXPECT_EQ(image.at(0, 0, image.channel("id.object")), 7.0f);
+  EXPECT_EQ(image.at(1, 0, image.channel("id.cluster")), 9.0f);
   EXPECT_EQ(image.at(0, 0, image.channel("mask.clamped")), 0.25f);
   EXPECT_EQ(image.at(1, 0, image.channel("mask.clamped")), 0.25f);  // sample 7 does not reflect
   EXPECT_EQ(image.at(0, 0, image.channel("mask.reflective")), 0.75f);

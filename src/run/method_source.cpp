@@ -107,7 +107,7 @@ RenderedFrame MethodSource::render(const scene::PathFrame& frame, bool firstOfSe
   if (output.image) {
     rendered.image = std::move(*output.image);
   } else if (needs_.gbuffer) {
-    rendered.image = readFrame(frame.camera);
+    rendered.image = readFrame(frame.camera, std::move(output.clusterOf));
   } else {
     throw Error(ExitCode::Internal, "the method has made no image");
   }
@@ -116,7 +116,8 @@ RenderedFrame MethodSource::render(const scene::PathFrame& frame, bool firstOfSe
   return rendered;
 }
 
-image::Image MethodSource::readFrame(const scene::Camera& camera) {
+image::Image MethodSource::readFrame(const scene::Camera& camera,
+                                     std::vector<std::uint16_t> clusterOf) {
   const methods::RunSettings& settings = stage_.run().image;
   timer_.measure("composite", [&] {
     stage_.raster()->composite(*gbuffer_, camera, {settings.fresnelSchlick}, composite_);
@@ -140,6 +141,7 @@ image::Image MethodSource::readFrame(const scene::Camera& camera) {
         asksFor(settings, "reflection"))
       layers.diffuse = raster::readRgba(gbuffer_->diffuse);
     if (asksFor(settings, "id")) layers.object = raster::readIds(gbuffer_->object);
+    layers.cluster = std::move(clusterOf);
     if (settings.masks) layers.masks = raster::readMasks(gbuffer_->masks);
     addLayers(image, layers, settings.samples, camera.nearMetres);
   });

@@ -1,8 +1,10 @@
 // The frames of one real method: G-buffer, the method's passes, composite, readback.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "methods/method.h"
 #include "run/layers.h"
@@ -22,7 +24,8 @@ class MethodSource : public FrameSource {
   std::map<std::string, std::string> context() const override;
 
  private:
-  image::Image readFrame(const scene::Camera& camera);
+  /// The composed frame with the asked-for layers; `clusterOf` as in methods::FrameOutput.
+  image::Image readFrame(const scene::Camera& camera, std::vector<std::uint16_t> clusterOf);
 
   Stage& stage_;
   methods::Method& method_;

@@ -44,10 +44,10 @@ const Schema& imageSchema() {
            .maximum = 8},
           {.name = "layers",
            .type = FieldType::Array,
-           .help = "Layers beside R G B A; Z, N and id are those of the pixel's middle sample, the "
-                   "others means over its samples.",
+           .help = "Layers beside R G B A; Z, N, id and cluster (of methods that cluster rays) are "
+                   "those of the pixel's middle sample, the others means over its samples.",
            .defaultText = "[]",
-           .allowed = {"Z", "N", "reflection", "diffuse", "s", "id"},
+           .allowed = {"Z", "N", "reflection", "diffuse", "s", "id", "cluster"},
            .items = FieldType::String},
           {.name = "masks",
            .type = FieldType::Bool,

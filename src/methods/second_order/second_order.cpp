@@ -282,6 +282,12 @@ class SecondOrder : public Method {
     }
     timer.measure("intersect", [&] { intersect(services, gbuffer, camera, onGrids); });
     report(clusters, cameras, triangles, output);
+    if (std::ranges::find(settings_.layers, "cluster") != settings_.layers.end()) {
+      output.clusterOf = clustering_.clusterOf();
+      for (std::uint16_t& cluster : output.clusterOf) {
+        if (cluster > 0) --cluster;
+      }
+    }
     if (options_.countDisocclusions) {
       timer.measure("disocclusions",
                     [&] { countDisocclusions(services, camera, cameras, output); });

@@ -27,6 +27,7 @@ class Comparison {
         trace_(scene_, geometry_, trace::BvhPolicy::Static) {
     settings_.width = settings_.height = 128;
     settings_.masks = true;
+    settings_.layers = {"cluster"};
     raster::GBuffer gbuffer =
         raster_.makeGBuffer({settings_.width, settings_.height, settings_.samples, true});
     frame::StepTimer timer;
@@ -125,6 +126,17 @@ scene::Scene roomWith(scene::Mesh mirror, const Mat4& worldFromMirror, float glo
   box({-1.5f, -0.2f, 1.0f}, {0.4f, 0.8f, 0.4f}, {0.1f, 0.8f, 0.8f});
   builder.constantEnvironment(Vec3(1.0f));
   return builder.scene();
+}
+
+TEST(SecondOrder, SamplesNameTheirClusters) {
+  const Comparison frame(roomWith(scene::makeSphere(0.7f, 64, 32, scene::UvMode::Unit), Mat4(1.0f)),
+                         cameraAt({0.0f, 0.4f, 3.0f}, {0.0f, 0.0f, 0.0f}));
+  std::vector<std::uint64_t> counts(frame.output.clusters.size() + 1, 0);
+  for (const std::uint16_t cluster : frame.output.clusterOf) ++counts.at(cluster);
+  ASSERT_GT(counts.size(), 10u);
+  for (std::size_t i = 0; i < frame.output.clusters.size(); ++i) {
+    EXPECT_EQ(counts[i + 1], frame.output.clusters[i].samples) << "cluster " << i;
+  }
 }
 
 TEST(SecondOrder, APlanarMirrorIsExact) {
