@@ -11,6 +11,8 @@ namespace {
 
 /// Samples of a cluster whose levels of detail may err twice as much as a large one's. Ours.
 constexpr float kSmallCluster = 4000.0f;
+/// Their error seen from the cluster, radians, at most: walls vanish otherwise. Ours.
+constexpr float kWidestError = 0.1f;
 constexpr int kSmallestSide = 512;  ///< of a layer: small frames need few layers, too. Ours.
 constexpr std::uint64_t kBytesPerTexel = 8 + 4;
 constexpr std::size_t kTableRows = 7;  ///< texels per cluster, as intersect.frag reads them
@@ -70,7 +72,8 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
     rows[3] = camera.rowW;
     rows[4] = Vec4(atlas_.places[i].x, atlas_.places[i].y, camera.width, camera.height);
     rows[5] = Vec4(atlas_.places[i].layer, camera.mirrorRight, camera.mirrorTop, camera.scale);
-    rows[6] = Vec4(camera.horizon, 0.0f);
+    const int flags = (camera.crossing || camera.parallel ? 1 : 0) + (clusters[i].concave ? 2 : 0);
+    rows[6] = Vec4(camera.horizon, static_cast<float>(flags));
   }
   const std::size_t bytes = table.size() * sizeof(Vec4);
   if (tableBuffer_.size() < bytes) {
@@ -93,8 +96,9 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
     view.eye = frameEye + cameras[i].eye;
     view.texelSpreadRad = cameras[i].texelSpreadRad;
     // Few samples see the errors of a small cluster
-    view.levelErrorTexels =
-        options.levelErrorTexels * (1.0f + kSmallCluster / static_cast<float>(clusters[i].samples));
+    view.levelErrorTexels = std::min(
+        options.levelErrorTexels * (1.0f + kSmallCluster / static_cast<float>(clusters[i].samples)),
+        kWidestError / cameras[i].texelSpreadRad);
     view.nearestMetres = cameras[i].nearestMetres;
     view.layer = atlas_.places[i].layer;
     view.x = atlas_.places[i].x;

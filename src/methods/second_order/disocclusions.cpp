@@ -28,7 +28,8 @@ bool shows(const ClusterCamera& camera, const std::array<float, 3>& at, const Ve
   const float expected = above(texel, glm::dot(camera.rowZ, p) / w);
   const Vec2 found(at[0], at[1]);
   return glm::distance(texel, found) <= kWrongTexels &&
-         std::abs(above(found, at[2]) - expected) <= kWrongShare * std::max(expected, above(found, at[2]));
+         std::abs(above(found, at[2]) - expected) <=
+             kWrongShare * std::max(expected, above(found, at[2]));
 }
 
 struct Question {

@@ -85,6 +85,13 @@ const config::Schema& schema() {
            .defaultText = "256",
            .minimum = 1,
            .maximum = 8192},
+          {.name = "concave",
+           .type = config::FieldType::String,
+           .help =
+               "what rays of concave clusters that meet their own cluster again show: what lies "
+               "behind it (ignore), or its diffuse component (self_intersect)",
+           .defaultText = "\"ignore\"",
+           .allowed = {"ignore", "self_intersect"}},
           {.name = "count_disocclusions",
            .type = config::FieldType::Bool,
            .help = "compare what rays find with Embree's rays: counts disoccluded and wrong_hit, "
@@ -99,6 +106,7 @@ struct Options {
   CameraOptions camera;
   DepthImageOptions images;
   int faceSize = 256;
+  bool selfIntersect = false;
   bool countDisocclusions = false;
 };
 
@@ -120,6 +128,8 @@ Options parseOptions(const config::Value& value) {
   options.camera.rays = static_cast<int>(integer("rays"));
   options.images.levelErrorTexels = number("level_error");
   options.images.memoryBytes = static_cast<std::uint64_t>(integer("memory_mib")) << 20;
+  options.selfIntersect =
+      config::valueOr(value, schema(), "concave").asString() == "self_intersect";
   options.countDisocclusions = config::valueOr(value, schema(), "count_disocclusions").asBool();
   options.faceSize = static_cast<int>(integer("environment_face_size"));
   return options;
@@ -157,8 +167,8 @@ Reflectors findReflectors(const scene::Scene& scene) {
   return found;
 }
 
-constexpr std::array<const char*, 5> kCountNames = {"unclustered", "environment", "sky", "bridged",
-                                                    "below_horizon"};
+constexpr std::array<const char*, 6> kCountNames = {"unclustered", "environment",   "sky",
+                                                    "bridged",     "below_horizon", "met_itself"};
 
 class SecondOrder : public Method {
  public:
@@ -217,6 +227,7 @@ class SecondOrder : public Method {
       defines.push_back({"RAYS", std::to_string(options_.camera.rays)});
       defines.push_back({"MASKS", settings.masks ? "1" : "0"});
       defines.push_back({"COUNTS", "1"});
+      defines.push_back({"SELF", options_.selfIntersect ? "1" : "0"});
       defines.push_back({"FOUND", options_.countDisocclusions ? "1" : "0"});
       defines.push_back({"EXACT_GRID", options_.camera.depthImageScale == 1.0f ? "1" : "0"});
       return gl::Program::fullScreen(label, "methods/second_order/shaders/intersect.frag",
@@ -331,6 +342,11 @@ class SecondOrder : public Method {
       counts_.bindStorage(1);
       program.set("rayFromPixel",
                   scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight()));
+      if (options_.selfIntersect) {
+        gbuffer.diffuse.bind(4);
+        program.set("pixelFromRay", glm::inverse(scene::rayFromPixel(camera, gbuffer.sampleWidth(),
+                                                                     gbuffer.sampleHeight())));
+      }
       program.set("nearMetres", camera.nearMetres);
       program.set("farthest", 4.0f * services.geometry.bounds.diameter());
       program.set("samplesPerPixel", gbuffer.samples);

@@ -53,7 +53,8 @@ class Comparison {
     for (int y = 0; y < copy.sampleHeight(); ++y) {
       for (int x = 0; x < copy.sampleWidth(); ++x) {
         const std::size_t at = static_cast<std::size_t>(y) * copy.sampleWidth() + x;
-        if (copy.object[at] != 1) continue;
+        const std::uint32_t object = copy.object[at];
+        if (object == 0 || scene_.objects[object - 1].reflector == 0) continue;
         const Vec3 ray =
             rays * Vec3(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, 1.0f);
         trace::ReflectionPoint point;
@@ -62,19 +63,30 @@ class Comparison {
         point.direction = glm::normalize(ray);
         point.distance = scale * glm::length(ray);
         point.normal = Vec3(copy.normal[4 * at], copy.normal[4 * at + 1], copy.normal[4 * at + 2]);
+        point.glossiness = copy.normal[4 * at + 3];
+        const int cell = (y % 2) * 2 + x % 2;  // as methods/traced
+        point.shift = Vec2((static_cast<float>(cell) + 0.5f) / 4.0f,
+                           glm::fract(static_cast<float>(cell) * 0.6180340f));
         points.push_back(point);
         ours.emplace_back(reflection[4 * at], reflection[4 * at + 1], reflection[4 * at + 2]);
       }
     }
     std::vector<Vec3> radiance(points.size());
     trace::reflectedRadiance(trace_, lighting_, scene::pixelSpreadRad(camera, copy.sampleHeight()),
-                             points, {}, true, radiance);
+                             points, {.rays = 8}, true, radiance);
     samples = points.size();
     for (std::size_t i = 0; i < ours.size(); ++i) {
       const Vec3 d = glm::abs(ours[i] - radiance[i]);
       finite = finite && isFinite(ours[i]);
       const float difference = (d.x + d.y + d.z) / 3.0f;
       meanDifference += static_cast<double>(difference) / static_cast<double>(ours.size());
+      const auto eightBit = [](const Vec3& v) {
+        return glm::clamp(glm::pow(glm::max(v, Vec3(0.0f)), Vec3(1.0f / 2.2f)), 0.0f, 1.0f) *
+               255.0f;
+      };
+      const Vec3 shown = glm::abs(eightBit(ours[i]) - eightBit(radiance[i]));
+      l1Of8Bit += static_cast<double>((shown.x + shown.y + shown.z) / 3.0f) /
+                  static_cast<double>(ours.size());
       different += difference > 0.02f ? 1.0 / static_cast<double>(ours.size()) : 0.0;
     }
   }
@@ -83,6 +95,7 @@ class Comparison {
   std::vector<std::uint8_t> masks;
   std::size_t samples = 0;
   double meanDifference = 0.0;  ///< of radiance
+  double l1Of8Bit = 0.0;        ///< over reflective samples, of gamma 2.2 values
   double different = 0.0;       ///< share of samples that differ by more than 0.02
   bool finite = true;
 
@@ -219,6 +232,116 @@ TEST(SecondOrder, DisocclusionsAreToldFromTrueMisses) {
   // Not asked for, not counted
   const Comparison plain(builder.scene(), camera);
   EXPECT_EQ(plain.output.counters.count("disoccluded"), 0u);
+}
+
+/// The part of a sphere below a height share (-1..1) along its axis +z, seen from the inside.
+scene::Mesh bowl(float radius, float until) {
+  scene::Mesh mesh = scene::makeSphere(radius, 96, 64, scene::UvMode::Metres);
+  std::vector<std::uint32_t> kept;
+  for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
+    bool inside = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      inside = inside && mesh.positions[mesh.indices[t + k]].z <= until * radius;
+    }
+    if (inside)
+      kept.insert(kept.end(), {mesh.indices[t], mesh.indices[t + 2], mesh.indices[t + 1]});
+  }
+  mesh.indices = kept;
+  for (Vec3& normal : mesh.normals) normal = -normal;
+  return mesh;
+}
+
+/// A bowl of radius 2 m whose centre is at z = 1, its vertex at z = -1 and its focus at z = 0, with
+/// a box `distance` metres before its vertex.
+scene::Scene roomWithBowl(float until, float distance) {
+  const scene::UvMode uv = scene::UvMode::Metres;
+  test::SceneBuilder builder;
+  builder.add(bowl(2.0f, until), builder.reflective(1.0f), test::translation({0.0f, 0.0f, 1.0f}));
+  builder.add(scene::makeBox({.size = {0.3f, 0.3f, 0.3f}}, uv), builder.diffuse({0.9f, 0.2f, 0.1f}),
+              test::translation({0.15f, -0.1f, -1.0f + distance}));
+  builder.add(scene::makeBox({.size = {9.0f, 6.0f, 0.1f}}, uv), builder.diffuse({0.3f, 0.7f, 0.3f}),
+              test::translation({0.0f, 0.0f, 6.0f}));
+  builder.add(scene::makeBox({.size = {9.0f, 0.1f, 9.0f}}, uv), builder.diffuse({0.3f, 0.3f, 0.8f}),
+              test::translation({0.0f, -2.5f, 2.0f}));
+  builder.constantEnvironment(Vec3(0.8f));
+  return builder.scene();
+}
+
+TEST(SecondOrder, ConcaveMirrorsComeCloseToTheirRays) {
+  const scene::Camera camera = cameraAt({0.9f, 0.7f, 2.6f}, {0.0f, 0.0f, -1.0f});
+  for (const float distance : {0.5f, 1.0f, 1.8f}) {  // inside the focus, at it, outside
+    const Comparison shallow(roomWithBowl(-0.7f, distance), camera);
+    EXPECT_TRUE(shallow.finite);
+    EXPECT_EQ(shallow.output.counters.at("concave_clusters"),
+              shallow.output.counters.at("clusters"));
+    EXPECT_LT(shallow.l1Of8Bit, 5.0) << distance;
+    const Comparison deep(roomWithBowl(-0.2f, distance), camera);
+    EXPECT_TRUE(deep.finite);
+    EXPECT_LT(deep.l1Of8Bit, 13.0) << distance;
+  }
+}
+
+TEST(SecondOrder, ConcaveClustersCanMeetThemselves) {
+  // One cluster for the whole of a deep bowl: rays from one side meet the other
+  const auto frame = [](const char* concave) {
+    return Comparison(
+        roomWithBowl(0.3f, 1.0f), cameraAt({2.0f, 0.1f, 3.0f}, {-0.2f, 0.0f, -0.4f}),
+        R"({"max_theta_bins": 1, "max_phi_bins": 1, "concave": ")" + std::string(concave) + "\"}");
+  };
+  const Comparison ignored = frame("ignore");
+  const Comparison met = frame("self_intersect");
+  EXPECT_TRUE(met.finite);
+  EXPECT_EQ(ignored.output.counters.at("met_itself"), 0u);
+  EXPECT_GT(met.output.counters.at("met_itself"), 1000u);
+  EXPECT_LT(met.l1Of8Bit, ignored.l1Of8Bit);
+}
+
+TEST(SecondOrder, ExtremesStayWithinTheirBounds) {
+  const scene::UvMode uv = scene::UvMode::Metres;
+  const auto expectWithin = [](double bound, scene::Scene scene, const scene::Camera& camera,
+                               const char* options = "{}") {
+    const Comparison frame(std::move(scene), camera, options);
+    EXPECT_TRUE(frame.finite);
+    EXPECT_GT(frame.samples, 0u);
+    EXPECT_LT(frame.l1Of8Bit, bound);
+  };
+  const auto sphere = [&](float radius) {
+    return roomWith(scene::makeSphere(radius, 96, 48, uv), Mat4(1.0f));
+  };
+  const scene::Camera aside = cameraAt({0.0f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f});
+  // A sphere that fills the frame, one of about 3 pixels (no cluster: the cube map)
+  expectWithin(0.5, sphere(1.0f), cameraAt({0.0f, 0.0f, 1.3f}, {0.0f, 0.0f, 0.0f}));
+  expectWithin(20.0, sphere(0.03f), aside);
+  // From inside a sphere, whose far side only Embree's rays find
+  expectWithin(16.0, sphere(1.0f), cameraAt({0.0f, 0.0f, 0.3f}, {0.0f, 0.0f, -1.0f}));
+  expectWithin(8.0, sphere(0.1f), aside,
+               R"({"min_cluster_samples": 1, "max_theta_bins": 128, "max_phi_bins": 64,
+                   "bin_density": 1000})");  // a sample each
+  // Edge-on
+  expectWithin(0.1, roomWith(scene::makePlane({4.0f, 4.0f}, {1, 1}, uv), Mat4(1.0f)),
+               cameraAt({0.0f, 0.01f, 3.6f}, {0.0f, 0.0f, 0.0f}));
+  expectWithin(2.0, roomWith(scene::makeTorus(0.7f, 0.25f, 48, 24, uv), Mat4(1.0f)),
+               cameraAt({0.0f, 0.0f, 3.0f}, {0.0f, 0.0f, 0.0f}));
+  // 500 reflectors, a cluster or less each: no better than the cube map
+  test::SceneBuilder many;
+  const int mirror = many.reflective(0.8f);
+  for (int i = 0; i < 500; ++i) {
+    many.add(scene::makeSphere(0.1f, 24, 12, uv), mirror,
+             test::translation({0.3f * static_cast<float>(i % 25 - 12),
+                                0.3f * static_cast<float>(i / 25 - 10), 0.0f}));
+  }
+  many.add(scene::makeBox({.size = {9.0f, 9.0f, 0.1f}}, uv), many.diffuse({0.3f, 0.7f, 0.3f}),
+           test::translation({0.0f, 0.0f, -1.0f}));
+  many.add(scene::makeBox({.size = {0.1f, 9.0f, 9.0f}}, uv), many.diffuse({0.8f, 0.7f, 0.3f}),
+           test::translation({4.5f, 0.0f, 3.0f}));
+  many.constantEnvironment(Vec3(0.8f));
+  expectWithin(27.0, many.scene(), cameraAt({0.0f, 0.8f, 6.6f}, {0.0f, 0.0f, 0.0f}));
+  // None at all
+  test::SceneBuilder none;
+  none.add(scene::makeSphere(1.0f, 24, 12, uv), none.diffuse(Vec3(0.5f)));
+  const Comparison empty(none.scene(), aside);
+  EXPECT_EQ(empty.samples, 0u);
+  EXPECT_EQ(empty.output.counters.at("sky"), 0u);
 }
 
 TEST(SecondOrder, OddReflectorsStayFinite) {

@@ -2,10 +2,15 @@
 //   KIND    0 mirrored sample grids (planar mirrors), 1 one mirror ray, 2 RAYS rays of a lobe
 //   MASKS   1: where a sample fell back is marked
 //   COUNTS  1: fallbacks are counted
+//   SELF    1: rays of concave clusters are intersected with their own cluster, too
 //   FOUND   1: what each ray found is written, to be compared with Embree's rays
 #include "raster/shaders/shading.glsl"
 
 uniform mat3 rayFromPixel;  // (sample position, 1) to a ray that advances 1 m along the axis
+#if SELF
+uniform mat3 pixelFromRay;  // its inverse
+const float kSelfSlack = 1e-4;  // of the depth; ours
+#endif
 uniform float nearMetres;
 uniform float farthest;  // metres: no ray goes farther
 uniform float lastLevel;
@@ -16,6 +21,7 @@ layout(binding = 0) uniform usampler2D clusterSamples;
 layout(binding = 1) uniform sampler2D normalSamples;  // xyz shading normal, a = g
 layout(binding = 2) uniform sampler2D depthSamples;   // reversed-Z
 layout(binding = 3) uniform samplerBuffer clusterTable;
+layout(binding = 4) uniform sampler2D diffuseSamples;
 layout(binding = 5) uniform sampler2DArray colorImages;
 layout(binding = 6) uniform sampler2DArray depthImages;
 layout(binding = 7) uniform samplerCube environmentMap;
@@ -38,6 +44,7 @@ const int kCountMissed = 1;
 const int kCountSky = 2;
 const int kCountBridged = 3;
 const int kCountBelowHorizon = 4;
+const int kCountSelf = 5;
 
 #if FOUND
 // By sample: bits of the rays that found no surface, where the only ray found one
@@ -58,6 +65,8 @@ struct DepthImage {
   vec4 place;   // corner in the atlas, size
   vec4 more;    // layer; mirrored grid: right, top, scale
   vec3 horizon; // depth infinitely far: dot(horizon, (texel, 1))
+  bool crossing;
+  bool concave;
 };
 
 DepthImage depthImage(int cluster) {
@@ -70,9 +79,14 @@ DepthImage depthImage(int cluster) {
   d.rowY = texelFetch(clusterTable, at + 1);
   d.rowZ = texelFetch(clusterTable, at + 2);
   d.rowW = texelFetch(clusterTable, at + 3);
-  d.horizon = texelFetch(clusterTable, at + 6).xyz;
+  vec4 last = texelFetch(clusterTable, at + 6);
+  d.horizon = last.xyz;
+  d.crossing = (int(last.w) & 1) != 0;
+  d.concave = (int(last.w) & 2) != 0;
 #else
   d.horizon = vec3(0.0);
+  d.crossing = false;
+  d.concave = false;
 #endif
   return d;
 }
@@ -118,6 +132,13 @@ vec3 colorAt(DepthImage image, vec2 at, float depth) {
 const int kHit = 0;
 const int kSky = 1;     // it leaves the depth image over nothing
 const int kMissed = 2;  // it ends behind something, or leaves the image
+const int kSelf = 3;    // its own cluster
+
+// Rays that cross, or whose path is longer (texels), run far beside the camera's own: they pass
+// behind what they meet at less than this share of their distance. Ours: the least error in concave
+// and normal-mapped mirrors.
+const float kLongPath = 48.0;
+const float kThickness = 1.1;
 
 struct Hit {
   int kind;
@@ -126,8 +147,8 @@ struct Hit {
   bool bridged; // over a depth edge
 };
 
-// Walks from p along the unit direction in steps of a texel.
-Hit walk(DepthImage image, vec3 p, vec3 direction) {
+// Walks from p along the unit direction in steps of a texel, to `limit` metres at most.
+Hit walk(DepthImage image, vec3 p, vec3 direction, float limit) {
   vec4 start = vec4(dot(image.rowX, vec4(p, 1.0)), dot(image.rowY, vec4(p, 1.0)),
                     dot(image.rowZ, vec4(p, 1.0)), dot(image.rowW, vec4(p, 1.0)));
   vec4 along = vec4(dot(image.rowX.xyz, direction), dot(image.rowY.xyz, direction),
@@ -136,7 +157,7 @@ Hit walk(DepthImage image, vec3 p, vec3 direction) {
 
   // As far as the frame goes: every border is a plane through the camera's eye
   vec2 size = image.place.zw;
-  float t = farthest;
+  float t = limit;
   vec4 inside = vec4(start.xy, size * start.w - start.xy);
   vec4 advance = vec4(along.xy, size * along.w - along.xy);
   for (int k = 0; k < 4; ++k) {
@@ -154,6 +175,7 @@ Hit walk(DepthImage image, vec3 p, vec3 direction) {
   float before = depthAt(image, clamp(from.xy, vec2(0.0), size - 1.0));
   float rayBefore = from.z;
   bool front = rayBefore >= before;
+  float aboveStart = from.z - dot(image.horizon, vec3(from.xy, 1.0));
   bool hit = false;
   float here = before;
   float ray = rayBefore;
@@ -169,19 +191,73 @@ Hit walk(DepthImage image, vec3 p, vec3 direction) {
       float s = a / max(a + b, 1e-30);
       float horizon = dot(image.horizon, vec3(point.xy, 1.0));
       bool edge = before - horizon < 0.8 * (here - horizon);
+      bool passes = false;
+      if (image.crossing || length > kLongPath) {
+        // Distances from where the ray starts, in units of start.w
+        float reach = aboveStart / (here - horizon) - 1.0;
+        edge = aboveStart / max(before - horizon, 1e-30) - 1.0 > 1.25 * reach;
+        passes = edge && aboveStart / (ray - horizon) - 1.0 > kThickness * reach;
+      }
       s = edge ? 1.0 : s;
-      found.at = mix(point.xy - stride.xy, point.xy, s);
-      found.depth = mix(before, here, s);
-      found.bridged = edge;
-      hit = true;
-      break;
+      if (!passes || !found.bridged) {
+        found.at = mix(point.xy - stride.xy, point.xy, s);
+        found.depth = mix(before, here, s);
+        found.bridged = edge;
+      }
+      if (!passes) {
+        hit = true;
+        break;
+      }
     }
     front = !behind;
     before = here;
     rayBefore = ray;
   }
+  // What passed behind something and found nothing ends there
+  hit = hit || (found.bridged && !(front && here == 0.0));
   found.kind = hit ? kHit : (front && here == 0.0 ? kSky : kMissed);
   return found;
+}
+#endif
+
+#if SELF
+// Where the ray meets its own cluster's samples in the frame, metres (0: nowhere), and their diffuse
+// radiance: a concave reflector [Wang2014, section 4.4]. Steps of a sample.
+float meetsItself(vec3 p, vec3 direction, uint cluster, out vec3 radiance) {
+  radiance = vec3(0.0);
+  ivec2 size = textureSize(clusterSamples, 0);
+  vec3 start = pixelFromRay * p;
+  vec3 along = pixelFromRay * direction;
+  vec4 inside = vec4(start.xy, vec2(size) * start.z - start.xy);
+  vec4 advance = vec4(along.xy, vec2(size) * along.z - along.xy);
+  float t = farthest;
+  for (int k = 0; k < 4; ++k) {
+    t = advance[k] < 0.0 ? min(t, max(inside[k], 0.0) / -advance[k]) : t;
+  }
+  t = along.z < 0.0 ? min(t, 0.9 * start.z / -along.z) : t;
+  vec3 end = start + t * along;
+  // Sample position and reversed depth, which is linear along the path
+  vec3 from = vec3(start.xy / start.z, nearMetres / start.z);
+  vec3 path = vec3(end.xy / end.z, nearMetres / end.z) - from;
+  int steps = clamp(int(ceil(max(abs(path.x), abs(path.y)))), 1, 8192);
+  vec3 stride = path / float(steps);
+  bool front = true;
+  float met = 0.0;
+  for (int i = 1; i <= steps; ++i) {
+    vec3 point = from + stride * float(i);
+    ivec2 sampleHere = clamp(ivec2(point.xy), ivec2(0), size - 1);
+    bool own = texelFetch(clusterSamples, sampleHere, 0).r == cluster;
+    float here = texelFetch(depthSamples, sampleHere, 0).r;
+    bool behind = own && point.z < (1.0 - kSelfSlack) * here;
+    if (front && behind && i > 1) {
+      vec3 met3 = rayFromPixel * vec3(vec2(sampleHere) + 0.5, 1.0) * (nearMetres / here);
+      met = max(dot(met3 - p, direction), 1e-30);
+      radiance = texelFetch(diffuseSamples, sampleHere, 0).rgb;
+      break;
+    }
+    front = !behind;
+  }
+  return met;
 }
 #endif
 
@@ -256,6 +332,7 @@ void main() {
     bool missed = false;
     bool sky = false;
     bool overEdge = false;
+    bool metItself = false;
 #if KIND == 1
     const int rays = 1;
 #else
@@ -279,17 +356,31 @@ void main() {
 #endif
       if (below) bits |= kMaskBelowHorizon;
 #endif
-      Hit hit = walk(image, position, direction);
+      float limit = farthest;
+#if SELF
+      vec3 own = vec3(0.0);
+      float self = image.concave ? meetsItself(position, direction, known, own) : 0.0;
+      limit = self > 0.0 ? min(limit, self) : limit;
+#endif
+      Hit hit = walk(image, position, direction, limit);
+#if SELF
+      bool selfHit = self > 0.0 && hit.kind != kHit;
+      hit.kind = selfHit ? kSelf : hit.kind;
+#endif
       vec3 seen = hit.kind == kHit   ? colorAt(image, hit.at, hit.depth)
                   : hit.kind == kSky ? beyond(direction)
                                      : fallback(direction, level);
+#if SELF
+      seen = selfHit ? own : seen;
+      metItself = metItself || selfHit;
+#endif
       sum += seen;
       missed = missed || hit.kind == kMissed;
       sky = sky || hit.kind == kSky;
       overEdge = overEdge || hit.bridged;
 #if FOUND
-      nothing[k >> 5] |= hit.kind == kHit ? 0u : 1u << (k & 31);
-      where = rays == 1 ? vec3(hit.at, hit.depth) : vec3(0.0);
+      nothing[k >> 5] |= hit.kind == kHit || hit.kind == kSelf ? 0u : 1u << (k & 31);
+      where = rays == 1 && hit.kind == kHit ? vec3(hit.at, hit.depth) : vec3(0.0);
 #endif
     }
 #if FOUND
@@ -302,6 +393,7 @@ void main() {
     if (missed) atomicAdd(counts[kCountMissed], 1u);
     if (sky) atomicAdd(counts[kCountSky], 1u);
     if (overEdge) atomicAdd(counts[kCountBridged], 1u);
+    if (metItself) atomicAdd(counts[kCountSelf], 1u);
 #endif
 #endif
   }
