@@ -299,6 +299,19 @@ DrawStatistics SceneRaster::drawDiffuse(const Mat4& clipFromWorld, const Vec3& e
   return statistics;
 }
 
+std::uint64_t clampedTexels(const gl::Texture& cube) {
+  constexpr std::uint16_t kLargestHalf = 0x7BFF;
+  const auto side = static_cast<std::size_t>(cube.width());
+  std::vector<std::uint16_t> texels(6 * side * side * 4);
+  cube.read(0, GL_RGBA, GL_HALF_FLOAT, std::as_writable_bytes(std::span(texels)));
+  std::uint64_t count = 0;
+  for (std::size_t i = 0; i < texels.size(); i += 4) {
+    count +=
+        texels[i] >= kLargestHalf || texels[i + 1] >= kLargestHalf || texels[i + 2] >= kLargestHalf;
+  }
+  return count;
+}
+
 gl::Texture SceneRaster::drawCubeMap(const Vec3& centre, int faceSize,
                                      const frame::Lighting& lighting, int skipObject) {
   State& s = *state_;

@@ -49,6 +49,9 @@ struct DiffuseView {
 };
 
 /// GL side of one scene; lives as long as its context.
+/// Texels of level 0 of a cube map (RGBA16F) that half floats have clamped.
+std::uint64_t clampedTexels(const gl::Texture& cube);
+
 class SceneRaster {
  public:
   /// Uploads geometry, textures and materials. Only programs for the features that the scene's

@@ -198,6 +198,7 @@ class Baker {
   const BakePoints& points() const { return points_; }
   std::uint64_t rays() const { return rays_; }
   std::size_t enclosed() const { return enclosed_; }
+  std::uint64_t refused() const { return refused_; }
   /// The values of a stopped bake mean nothing.
   bool stopped() const { return stopRequested_ && stopRequested_(); }
 
@@ -239,6 +240,7 @@ class Baker {
   Emitters emitters_;
   float occlusionDistance_ = 0.0f;
   std::atomic<std::uint64_t> rays_{0};
+  mutable std::atomic<std::uint64_t> refused_{0};
   std::size_t enclosed_ = 0;
   std::vector<std::uint8_t> valid_;  ///< per point, by the last gather: 0 inside something
 };
@@ -279,7 +281,7 @@ std::vector<Vec4> Baker::ambientOcclusion() {
       for (std::size_t k = 0; k < few.size(); ++k) {
         rays[k] = {points_.positions[i], basis.cosineDirection(shifted(few[k], shift))};
       }
-      trace_.intersectSerial(std::span(rays).first(few.size()), hits, true);
+      refused_ += trace_.intersectSerial(std::span(rays).first(few.size()), hits, true).refused;
       int back = 0;
       Vec3 normal;
       for (std::size_t k = 0; k < few.size(); ++k) {
@@ -291,7 +293,7 @@ std::vector<Vec4> Baker::ambientOcclusion() {
         rays[k] = {points_.positions[i], basis.cosineDirection(shifted(lattice[k], shift)), 0.0f,
                    occlusionDistance_};
       }
-      trace_.visibleSerial(rays, free, true);
+      refused_ += trace_.visibleSerial(rays, free, true).refused;
       int open = 0;
       std::array<float, kGroups> groups{};
       for (std::size_t k = 0; k < free.size(); ++k) {
@@ -358,7 +360,9 @@ std::vector<Vec3> Baker::directLight() {
           arriving[k] = frame::lightIrradiance(sample, position, points_.normals[i]);
         };
         const auto countFree = [&](int count) {
-          trace_.visibleSerial(std::span(rays).first(count), std::span(free).first(count), true);
+          refused_ +=
+              trace_.visibleSerial(std::span(rays).first(count), std::span(free).first(count), true)
+                  .refused;
           traced += static_cast<std::uint64_t>(count);
           return std::count(free.begin(), free.begin() + count, 1);
         };
@@ -455,7 +459,8 @@ Vec3 Baker::emitterLight(const Emitters& emitters, std::size_t point, const Vec2
     rays[used] = {position, to, 0.0f, 0.999f};
     ++used;
   }
-  trace_.visibleSerial(std::span(rays).first(used), std::span(free).first(used), true);
+  refused_ +=
+      trace_.visibleSerial(std::span(rays).first(used), std::span(free).first(used), true).refused;
   Vec3 sum(0.0f);
   for (int k = 0; k < used; ++k) {
     if (free[k] != 0) sum += arriving[k];
@@ -480,7 +485,7 @@ std::vector<Vec4> Baker::gather(const std::vector<Vec3>& leaving, int count) {
       for (std::size_t k = 0; k < lattice.size(); ++k) {
         rays[k] = {points_.positions[i], basis.cosineDirection(shifted(lattice[k], shift))};
       }
-      trace_.intersectSerial(std::span(rays).first(lattice.size()), hits, true);
+      refused_ += trace_.intersectSerial(std::span(rays).first(lattice.size()), hits, true).refused;
       std::array<Vec3, kGroups> parts{};
       int back = 0;
       int open = 0;
@@ -671,6 +676,10 @@ BakeReport bakeVertices(const scene::Scene& scene, frame::Geometry& geometry,
     report.rays = baker.rays();
     report.points = baker.points().size();
     report.enclosed = baker.enclosed();
+    report.refused = baker.refused();
+    if (report.refused > 0)
+      log::warning("baked light: " + std::to_string(report.refused) + " of " +
+                   std::to_string(report.rays) + " rays could not be traced");
     if (!file.empty()) writeCache(file, key, geometry);
   }
   report.seconds = static_cast<double>(nowNs() - start) * 1e-9;

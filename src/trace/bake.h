@@ -15,8 +15,9 @@ struct BakeReport {
   bool stopped = false;  ///< stopRequested() said so: nothing was filled in, nothing cached
   double seconds = 0.0;
   std::uint64_t rays = 0;
-  std::size_t points = 0;    ///< distinct (position, normal) pairs that were lit
-  std::size_t enclosed = 0;  ///< of them inside other geometry: their light comes from neighbours
+  std::uint64_t refused = 0;  ///< of them; a warning says so
+  std::size_t points = 0;     ///< distinct (position, normal) pairs that were lit
+  std::size_t enclosed = 0;   ///< of them inside other geometry: their light comes from neighbours
 };
 
 /// Fills VertexAttributes::bake of all vertices as scene.bake asks (nothing for BakeMode::None):

@@ -108,6 +108,7 @@ TEST(BakeAmbientOcclusion, PointsInsideThingsTakeTheirNeighboursLight) {
   builder.add(scene::makeBox(box, scene::UvMode::Unit), white);
   trace::BakeReport report;
   const frame::Geometry geometry = bake(builder.scene(), &report);
+  EXPECT_EQ(report.refused, 0u);
   EXPECT_GT(report.enclosed, 50u);
   EXPECT_GT(bakeAt(geometry, floor, {0.0f, 0.0f, 0.0f}).w, 0.4f);
   EXPECT_EQ(bakeAt(geometry, floor, {1.9f, 0.0f, 1.9f}).w, 1.0f);

@@ -166,25 +166,11 @@ class EnvironmentMap : public Method {
                                 ? Vec3(glm::dvec3(*options_.centre) - services.scene.origin)
                                 : services.geometry.bounds.centre();
         cubeMap_ = services.raster->drawCubeMap(centre, options_.faceSize, services.lighting);
-        clamped_ = clampedTexels(cubeMap_);
+        clamped_ = raster::clampedTexels(cubeMap_);
         drawnLights_ = services.lighting.lights;
       }
       cubeMap_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
     });
-  }
-
-  // Texels of level 0 that half floats have clamped.
-  static std::uint64_t clampedTexels(const gl::Texture& cube) {
-    constexpr std::uint16_t kLargestHalf = 0x7BFF;
-    const auto side = static_cast<std::size_t>(cube.width());
-    std::vector<std::uint16_t> texels(6 * side * side * 4);
-    cube.read(0, GL_RGBA, GL_HALF_FLOAT, std::as_writable_bytes(std::span(texels)));
-    std::uint64_t count = 0;
-    for (std::size_t i = 0; i < texels.size(); i += 4) {
-      count += texels[i] >= kLargestHalf || texels[i + 1] >= kLargestHalf ||
-               texels[i + 2] >= kLargestHalf;
-    }
-    return count;
   }
 
   // One full-screen pass per kind of reflector, on its stencil class alone.

@@ -253,11 +253,13 @@ class SecondOrder : public Method {
     raster::GBuffer& gbuffer = *services.gbuffer;
     if (settings_.masks) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
     for (const char* name : kCountNames) output.counters[name] = 0;
+    output.counters["clamped_cube_map"] = 0;
     if (!reflectors_.any()) return;
     frame::StepTimer& timer = services.timer;
     const scene::Camera& camera = input.frame.camera;
 
     if (environment_.empty() || services.scene.animated()) drawEnvironment(services);
+    output.counters["clamped_cube_map"] = clampedTexels_;
     timer.measure("readback", [&] { raster::readBack(gbuffer, reflectors_.levelsVary, copy_); });
     timer.measure("cluster",
                   [&] { clustering_.build(copy_, camera, reflectors_.kinds, options_.cluster); });
@@ -310,6 +312,7 @@ class SecondOrder : public Method {
     services.timer.measure("cube_map", [&] {
       environment_ = services.raster->drawCubeMap(services.geometry.bounds.centre(),
                                                   options_.faceSize, services.lighting);
+      clampedTexels_ = raster::clampedTexels(environment_);
       environment_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
     });
   }
@@ -414,6 +417,7 @@ class SecondOrder : public Method {
   std::unique_ptr<DepthImages> images_;
   gl::Texture clusterSamples_;
   gl::Texture environment_;
+  std::uint64_t clampedTexels_ = 0;  ///< of its level 0, by half floats
   gl::Buffer counts_;
   gl::Buffer foundBuffer_;  ///< of count_disocclusions
   std::vector<Found> found_;

@@ -1,0 +1,59 @@
+#!/usr/bin/env python3
+"""Renders one small frame of every scene by every method and expects every counter of what must not
+happen - refused rays, radiances that are not finite, clamped values - to be there and to be 0.
+Usage: counters.py SOURCE_ROOT PROGRAM WORK_FOLDER; exit 1 and a line per count."""
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+# Method: the counters that it must have beside clamped_half
+METHODS = {
+    "environment_map": {"clamped_cube_map"},
+    "traced": {"refused", "not_finite"},
+    "second_order": {"clamped_cube_map"},
+    "reference": {"refused", "not_finite"},
+}
+OPTIONS = {"environment_map": {"face_size": 64}, "reference": {"samples": 2, "rays": 4}}
+
+
+def counters(scene, program, work):
+    """Of each method's frame; None when the render failed."""
+    config = {"scene": str(scene), "frames": "1", "preview": {"enabled": False},
+              "image": {"width": 64, "height": 48, "samples": 2},
+              "methods": [{"method": m, **OPTIONS.get(m, {})} for m in METHODS]}
+    file = work / f"{scene.stem}.json"
+    file.write_text(json.dumps(config))
+    out = work / scene.stem
+    done = subprocess.run([program, "render", str(file), "--out", str(out), "-q"], text=True,
+                          env=dict(os.environ, XDG_CACHE_HOME=str(work / "cache")), capture_output=True)
+    if done.returncode != 0 or done.stderr:
+        print(f"{scene.name}: exit {done.returncode}\n{done.stderr}")
+        return None
+    return {m: json.loads((out / m / "frames.jsonl").read_text())["counters"] for m in METHODS}
+
+
+def main(root, program, work):
+    folder = pathlib.Path(work)
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    scenes = sorted(pathlib.Path(root, "scenes").glob("*.json"))
+    faults = 0
+    for scene in scenes:
+        found = counters(scene, program, folder)
+        faults += found is None
+        for method, counts in (found or {}).items():
+            bad = {n: c for n, c in counts.items() if c > 0 and (n in ("refused", "not_finite") or n.startswith("clamped"))}
+            missing = (METHODS[method] | {"clamped_half"}) - set(counts)
+            if bad or missing:
+                faults += 1
+                print(f"{scene.name}, {method}: {bad or ''} {'not counted: ' + ', '.join(missing) if missing else ''}")
+    print(f"{len(scenes)} scenes by {len(METHODS)} methods, {faults} faults")
+    return 1 if faults or len(scenes) < 10 else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:4]))
