@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Renders one config several times - again, with one thread, on the other GL device - and expects
-the same bytes of every frame of every method.
+"""Renders one config several times - again, with one thread, on the other GL device - and a moving
+scene in chunks, merged; expects the same bytes of every frame of every method.
 Usage: determinism.py SOURCE_ROOT PROGRAM WORK_FOLDER; exit 1 and a line per difference."""
 
 import os
@@ -20,6 +20,39 @@ VARIANTS = {
 METHODS = 4  # at least: those of configs/cornell_box.json
 
 
+def render(program, root, environment, config, out, *more):
+    """Small frames by all methods of a config; whether that worked."""
+    command = [program, "render", config, "--set", "image.width=64", "--set", "image.height=64",
+               "--out", str(out), *more]
+    done = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True)
+    if done.returncode != 0:
+        print(f"{out}: exit {done.returncode}\n{done.stderr}")
+    return done.returncode == 0
+
+
+def frames_of(out):
+    return {str(p.relative_to(out)): p.read_bytes() for p in out.rglob("frame.*.exr")}
+
+
+def chunks_differ(program, root, folder):
+    """Frames of configs/moving.json that differ between the whole and merged chunks, the last first."""
+    environment = dict(os.environ, XDG_CACHE_HOME=str(folder / "cache_2"))
+    for name, more in {"whole": [], "b": ["--chunk", "2/2"], "a": ["--chunk", "1/2"]}.items():
+        if not render(program, root, environment, "configs/moving.json", folder / "moving" / name,
+                      "--set", "methods.3=second_order", "--frames", "3,8", *more):
+            return 1
+    moving = folder / "moving"
+    for method in sorted(p.name for p in (moving / "whole").iterdir() if p.is_dir()):
+        subprocess.run([program, "merge", moving / "b" / method, moving / "a" / method, "--out",
+                        moving / "merged" / method], check=True, capture_output=True)
+    whole, merged = frames_of(moving / "whole"), frames_of(moving / "merged")
+    different = [p for p in sorted(set(whole) | set(merged)) if whole.get(p) != merged.get(p)]
+    for path in different:
+        print(f"chunks: {path} differs from the whole run's")
+    print(f"{len(whole)} frames of a moving scene in chunks, {len(different)} differ")
+    return len(different) + (len(whole) < 2 * METHODS)
+
+
 def main(root: str, program: str, work: str) -> int:
     folder = pathlib.Path(work)
     shutil.rmtree(folder, ignore_errors=True)
@@ -28,15 +61,11 @@ def main(root: str, program: str, work: str) -> int:
     for name, (device, threads, driver_threads) in VARIANTS.items():
         environment = dict(os.environ, XDG_CACHE_HOME=str(folder / f"cache_{threads}"),
                            LP_NUM_THREADS=str(driver_threads))
-        command = [program, "render", "configs/cornell_box.json", "--set", "image.width=64",
-                   "--set", "image.height=64", "--frames", "1,7", "--threads", str(threads),
-                   "--device", device, "--out", str(folder / name / "out")]
-        done = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True)
-        if done.returncode != 0:
-            print(f"{name}: exit {done.returncode}\n{done.stderr}")
-            return 1
         out = folder / name / "out"
-        frames[name] = {str(p.relative_to(out)): p.read_bytes() for p in out.rglob("frame.*.exr")}
+        if not render(program, root, environment, "configs/cornell_box.json", out, "--frames", "1,7",
+                      "--threads", str(threads), "--device", device):
+            return 1
+        frames[name] = frames_of(out)
 
     differences = 0
     first = frames["first"]
@@ -46,6 +75,7 @@ def main(root: str, program: str, work: str) -> int:
                 differences += 1
                 print(f"{name}: {path} differs from the first run's")
     print(f"{len(first)} frames of each of {len(frames)} runs compared, {differences} differ")
+    differences += chunks_differ(program, root, folder)
     return 1 if differences or len(first) < 2 * METHODS else 0
 
 
