@@ -264,21 +264,6 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
   glBindBuffer(GL_DRAW_INDIRECT_BUFFER, s.commands.id());
   const bool sky = hasSky(lighting);
 
-  // Clear what will be drawn to, layer by layer
-  for (std::size_t first = 0; first < views.size();) {
-    std::size_t last = first;
-    int bottom = 0;
-    while (last < views.size() && views[last].layer == views[first].layer) {
-      bottom = std::max(bottom, views[last].y + views[last].height);
-      ++last;
-    }
-    const gl::Framebuffer& target = layers[views[first].layer];
-    target.bind();
-    glScissor(0, 0, target.width(), bottom);
-    target.clearDepth(0.0f);
-    first = last;
-  }
-
   s.viewVertices.bind();
   int layer = -1;
   GLuint program = 0;

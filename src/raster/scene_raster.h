@@ -80,8 +80,8 @@ class SceneRaster {
   void buildDetailLevels(const scene::Scene& scene, const frame::Geometry& geometry);
 
   /// Draws diffuse radiance (colour 0) and depth of all views, each into its rectangle of
-  /// `layers[view.layer]`, whose depth is cleared there (colour is not: where depth is 0 nothing
-  /// was drawn). Meshlets outside a view and levels of detail finer than it asks for are not drawn.
+  /// `layers[view.layer]`, whose depth the caller has cleared there (where it stays, nothing was
+  /// drawn). Meshlets outside a view and levels of detail finer than it asks for are not drawn.
   /// `triangles[i]`: drawn for views[i].
   void drawDiffuseViews(std::span<const DiffuseView> views, std::span<const gl::Framebuffer> layers,
                         const frame::Lighting& lighting, std::span<std::uint64_t> triangles);

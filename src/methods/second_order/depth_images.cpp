@@ -9,10 +9,14 @@
 namespace catoptric::methods {
 namespace {
 
-/// Samples of a cluster whose levels of detail may err twice as much as a large one's. Ours.
-constexpr float kSmallCluster = 4000.0f;
+/// Share of the frame of a cluster whose levels of detail may err twice as much as a large one's.
+/// Ours.
+constexpr float kSmallCluster = 0.004f;
 /// Their error seen from the cluster, radians, at most: walls vanish otherwise. Ours.
 constexpr float kWidestError = 0.1f;
+/// Texels of a mirrored grid without a sample from which on it is worth while to mask them. Ours,
+/// measured in the living room.
+constexpr std::int64_t kMaskedTexels = 4096;
 constexpr int kSmallestSide = 512;  ///< of a layer: small frames need few layers, too. Ours.
 constexpr std::uint64_t kBytesPerTexel = 8 + 4;
 constexpr std::size_t kTableRows = 7;  ///< texels per cluster, as intersect.frag reads them
@@ -27,6 +31,7 @@ DepthImages::DepthImages(int sampleWidth, int sampleHeight, float depthImageScal
   };
   layerWidth_ = side(sampleWidth);
   layerHeight_ = side(sampleHeight);
+  frameSamples_ = static_cast<float>(sampleWidth) * static_cast<float>(sampleHeight);
 }
 
 bool DepthImages::fits(std::span<const ClusterCamera> cameras, const DepthImageOptions& options) {
@@ -44,9 +49,10 @@ bool DepthImages::fits(std::span<const ClusterCamera> cameras, const DepthImageO
 }
 
 void DepthImages::draw(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
-                       const std::vector<bool>& skipOwn, const Vec3& frameEye,
-                       const DepthImageOptions& options, const frame::Lighting& lighting,
-                       raster::SceneRaster& raster, std::span<std::uint64_t> triangles) {
+                       const std::vector<bool>& skipOwn, const gl::Texture* samplesOnGrids,
+                       const Vec3& frameEye, const DepthImageOptions& options,
+                       const frame::Lighting& lighting, raster::SceneRaster& raster,
+                       std::span<std::uint64_t> triangles) {
   if (color_.layers() < atlas_.layers) {
     targets_.clear();
     color_ = gl::Texture::makeArray("depth images, colour", GL_RGBA16F, layerWidth_, layerHeight_,
@@ -96,9 +102,10 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
     view.eye = frameEye + cameras[i].eye;
     view.texelSpreadRad = cameras[i].texelSpreadRad;
     // Few samples see the errors of a small cluster
-    view.levelErrorTexels = std::min(
-        options.levelErrorTexels * (1.0f + kSmallCluster / static_cast<float>(clusters[i].samples)),
-        kWidestError / cameras[i].texelSpreadRad);
+    const float allowed =
+        options.levelErrorTexels *
+        (1.0f + kSmallCluster * frameSamples_ / static_cast<float>(clusters[i].samples));
+    view.levelErrorTexels = std::min(allowed, kWidestError / cameras[i].texelSpreadRad);
     view.nearestMetres = cameras[i].nearestMetres;
     view.layer = atlas_.places[i].layer;
     view.x = atlas_.places[i].x;
@@ -111,9 +118,61 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
     view.skipOwn = skipOwn[static_cast<std::size_t>(clusters[i].object)];
     views.push_back(view);
   }
+  prepareDepth(clusters, cameras, skipOwn, order, samplesOnGrids);
   std::vector<std::uint64_t> drawn(views.size());
   raster.drawDiffuseViews(views, targets_, lighting, drawn);
   for (std::size_t k = 0; k < order.size(); ++k) triangles[order[k]] = drawn[k];
+}
+
+void DepthImages::prepareDepth(std::span<const Cluster> clusters,
+                               std::span<const ClusterCamera> cameras,
+                               const std::vector<bool>& onGrids, std::span<const std::size_t> order,
+                               const gl::Texture* samplesOnGrids) {
+  glDepthMask(GL_TRUE);
+  glEnable(GL_SCISSOR_TEST);
+  for (std::size_t first = 0; first < order.size();) {
+    const int layer = atlas_.places[order[first]].layer;
+    std::size_t last = first;
+    int bottom = 0;
+    for (; last < order.size() && atlas_.places[order[last]].layer == layer; ++last) {
+      bottom = std::max(bottom, atlas_.places[order[last]].y + cameras[order[last]].height);
+    }
+    targets_[layer].bind();
+    glScissor(0, 0, layerWidth_, bottom);
+    targets_[layer].clearDepth(0.0f);
+
+    // Texels that no sample will look at
+    for (; first < last && samplesOnGrids != nullptr; ++first) {
+      const std::size_t i = order[first];
+      const ClusterCamera& camera = cameras[i];
+      const std::int64_t texels = static_cast<std::int64_t>(camera.width) * camera.height;
+      if (!camera.mirrorGrid || !onGrids[static_cast<std::size_t>(clusters[i].object)] ||
+          texels - clusters[i].samples < kMaskedTexels) {
+        continue;
+      }
+      if (gridSamples_.empty()) {
+        gridSamples_ = gl::Program::fullScreen("samples of mirrored grids",
+                                               "methods/second_order/shaders/grid_samples.frag");
+      }
+      const AtlasPlace& place = atlas_.places[i];
+      gridSamples_.use();
+      samplesOnGrids->bind(0);
+      gridSamples_.set("sampleOfTexel",
+                       glm::ivec2(static_cast<int>(camera.mirrorRight) - 1 + place.x,
+                                  place.y - static_cast<int>(camera.mirrorTop)));
+      gridSamples_.set("known", static_cast<std::uint32_t>(i + 2));
+      glEnable(GL_DEPTH_TEST);
+      glDepthFunc(GL_ALWAYS);
+      glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+      glViewport(place.x, place.y, camera.width, camera.height);
+      glScissor(place.x, place.y, camera.width, camera.height);
+      gl::drawFullScreenTriangle();
+      glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+      glDisable(GL_DEPTH_TEST);
+    }
+    first = last;
+  }
+  glDisable(GL_SCISSOR_TEST);
 }
 
 void DepthImages::bind() const {

@@ -7,6 +7,7 @@
 
 #include "frame/shading.h"
 #include "gl/objects.h"
+#include "gl/shader.h"
 #include "methods/second_order/atlas.h"
 #include "methods/second_order/cluster_camera.h"
 #include "methods/second_order/clusters.h"
@@ -32,9 +33,12 @@ class DepthImages {
   bool fits(std::span<const ClusterCamera> cameras, const DepthImageOptions& options);
 
   /// Draws the images that the last fits() has placed. `triangles[i]`: drawn for cluster i.
+  /// `skipOwn`: by object id, whether it is flat. `samplesOnGrids`: the cluster of each sample
+  /// (R16UI, Clustering::clusterOf()) where mirrored grids of flat objects are looked up at their
+  /// own samples alone, so that nothing else is drawn; or null.
   void draw(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
-            const std::vector<bool>& skipOwn, const Vec3& frameEye,
-            const DepthImageOptions& options, const frame::Lighting& lighting,
+            const std::vector<bool>& skipOwn, const gl::Texture* samplesOnGrids,
+            const Vec3& frameEye, const DepthImageOptions& options, const frame::Lighting& lighting,
             raster::SceneRaster& raster, std::span<std::uint64_t> triangles);
 
   /// Binds colour and depth images and the table of clusters, as intersect.frag names them.
@@ -42,6 +46,14 @@ class DepthImages {
   std::uint64_t bytes() const { return color_.bytes() + depth_.bytes(); }
 
  private:
+  /// Clears the images' depth, and masks what draw() need not draw. `onGrids`: by object id,
+  /// whether its mirrored grids are looked up as such; `order`: of clusters, by layers.
+  void prepareDepth(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
+                    const std::vector<bool>& onGrids, std::span<const std::size_t> order,
+                    const gl::Texture* samplesOnGrids);
+
+  float frameSamples_ = 1.0f;
+  gl::Program gridSamples_;
   int layerWidth_ = 1;
   int layerHeight_ = 1;
   Atlas atlas_;

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
 #include <memory>
 #include <span>
 #include <string>
@@ -284,15 +288,18 @@ class SecondOrder : public Method {
 
     const std::vector<Cluster>& clusters = clustering_.clusters();
     std::vector<std::uint64_t> triangles(clusters.size(), 0);
-    timer.measure("depth_images", [&] {
-      images_->draw(clusters, cameras, reflectors_.skipOwn, camera.eye(), options_.images,
-                    services.lighting, *services.raster, triangles);
-    });
     bool onGrids = true;
     for (std::size_t i = 0; i < clusters.size(); ++i) {
       onGrids = onGrids && (cameras[i].mirrorGrid ||
                             !reflectors_.skipOwn[static_cast<std::size_t>(clusters[i].object)]);
     }
+    timer.measure("depth_images", [&] {
+      // Planar clusters of curved objects are walked over
+      const bool exact = onGrids && !planar_.empty() && options_.camera.depthImageScale == 1.0f &&
+                         cameraOptions.depthImageScale == 1.0f;
+      images_->draw(clusters, cameras, reflectors_.skipOwn, exact ? &clusterSamples_ : nullptr,
+                    camera.eye(), options_.images, services.lighting, *services.raster, triangles);
+    });
     timer.measure("intersect", [&] { intersect(services, gbuffer, camera, onGrids); });
     report(clusters, cameras, triangles, output);
     if (std::ranges::find(settings_.layers, "cluster") != settings_.layers.end()) {
