@@ -14,6 +14,9 @@ namespace {
 constexpr float kSmallCluster = 0.004f;
 /// Their error seen from the cluster, radians, at most: walls vanish otherwise. Ours.
 constexpr float kWidestError = 0.1f;
+/// Factor on the error of levels of detail in planar mirrors: the largest clusters, otherwise
+/// exact. Ours: a mirror's pixels then err by less than 0.5 / 255.
+constexpr float kMirrorLevel = 0.25f;
 /// Texels of a mirrored grid without a sample from which on it is worth while to mask them. Ours,
 /// measured in the living room.
 constexpr std::int64_t kMaskedTexels = 4096;
@@ -104,7 +107,8 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
     // Few samples see the errors of a small cluster
     const float allowed =
         options.levelErrorTexels *
-        (1.0f + kSmallCluster * frameSamples_ / static_cast<float>(clusters[i].samples));
+        ((cameras[i].mirrorGrid ? kMirrorLevel : 1.0f) +
+         kSmallCluster * frameSamples_ / static_cast<float>(clusters[i].samples));
     view.levelErrorTexels = std::min(allowed, kWidestError / cameras[i].texelSpreadRad);
     view.nearestMetres = cameras[i].nearestMetres;
     view.layer = atlas_.places[i].layer;
