@@ -22,7 +22,9 @@ constexpr std::size_t kMostClusters = 65000;  ///< of a 16-bit index
 struct Sums {
   glm::dvec3 position{0.0};
   glm::dvec3 normal{0.0};
-  glm::dmat3 moment{0.0};  ///< of positions
+  // Of positions, beyond planar mirrors: xx, yy, zz, and xy, yz, zx
+  glm::dvec3 squares{0.0};
+  glm::dvec3 products{0.0};
   double dot = 0.0;
   float glossiness = 0.0f;
   int left = 1 << 30, top = 1 << 30, right = 0, bottom = 0;
@@ -159,8 +161,9 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
   const auto normalAt = [&](std::size_t at) {
     return Vec3(gbuffer.normal[4 * at], gbuffer.normal[4 * at + 1], gbuffer.normal[4 * at + 2]);
   };
-  const auto rayAt = [&](int x, int y) {
-    return rayFromPixel * Vec3(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, 1.0f);
+  const Vec3 rayStep = rayFromPixel[0];
+  const auto firstRay = [&](int y) {
+    return rayFromPixel * Vec3(0.5f, static_cast<float>(y) + 0.5f, 1.0f);
   };
   std::vector<Plane> votes(blockCount * bins);
   forBlocks([&](std::size_t b, int top, int bottom) {
@@ -170,6 +173,7 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
     Vec3 lastNormal(0.0f);
     std::uint32_t bin = 0;
     for (int y = top; y < bottom; ++y) {
+      const Vec3 rowRay = firstRay(y);
       for (int x = 0; x < width; ++x) {
         const std::size_t at = static_cast<std::size_t>(y) * width + x;
         binOf_[at] = kNoBin;
@@ -182,7 +186,8 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
           lastNormal = normal;
         }
         binOf_[at] = bin;
-        const Vec3 position = (camera.nearMetres / gbuffer.depth[at]) * rayAt(x, y);
+        const Vec3 position =
+            (camera.nearMetres / gbuffer.depth[at]) * (rowRay + static_cast<float>(x) * rayStep);
         Plane& plane = mine[bin];
         if (plane.votes > 0 && plane.holds(position, normal)) {
           ++plane.votes;
@@ -204,11 +209,13 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
     std::vector<std::uint32_t>& counts = blocks_[b].counts;
     counts.assign(2 * std::size_t{bins}, 0);
     for (int y = top; y < bottom; ++y) {
+      const Vec3 rowRay = firstRay(y);
       for (int x = 0; x < width; ++x) {
         const std::size_t at = static_cast<std::size_t>(y) * width + x;
         if (binOf_[at] == kNoBin) continue;
         const Plane& plane = planes[binOf_[at]];
-        const Vec3 position = (camera.nearMetres / gbuffer.depth[at]) * rayAt(x, y);
+        const Vec3 position =
+            (camera.nearMetres / gbuffer.depth[at]) * (rowRay + static_cast<float>(x) * rayStep);
         const bool flat = plane.votes > 0 && plane.holds(position, normalAt(at));
         binOf_[at] = 2 * binOf_[at] + (flat ? 1 : 0);
         ++counts[binOf_[at]];
@@ -253,8 +260,12 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
     }
   }
 
-  // Samples with their rays, and sums for the means
+  // Samples with their rays, and sums for the means; of planar mirrors the plane says it all
   const std::size_t count = clusters_.size();
+  std::vector<std::uint8_t> mirrors(count);
+  for (std::size_t c = 0; c < count; ++c) {
+    mirrors[c] = clusters_[c].planar && kinds[clusters_[c].object] == ReflectorKind::Mirror ? 1 : 0;
+  }
   std::vector<Sums> sums(blockCount * count);
   forBlocks([&](std::size_t b, int top, int bottom) {
     Block& block = blocks_[b];
@@ -263,29 +274,32 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
     block.rows.clear();
     for (int y = top; y < bottom; ++y) {
       SampleRow row{block.samples.size(), 0};
+      const Vec3 rowRay = firstRay(y);
       for (int x = 0; x < width; ++x) {
         const std::size_t at = static_cast<std::size_t>(y) * width + x;
         const std::uint16_t known = binOf_[at] == kNoBin ? 0 : clusterOfBin[binOf_[at]];
         clusterOf_[at] = known;
         if (known < 2) continue;
-        const Vec3 ray =
-            rayFromPixel * Vec3(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, 1.0f);
+        const Vec3 ray = rowRay + static_cast<float>(x) * rayStep;
         const Vec3 position = (camera.nearMetres / gbuffer.depth[at]) * ray;
         const Vec3 normal = normalAt(at);
-        const Vec3 incoming = ray / glm::length(ray);
         const auto cluster = static_cast<std::uint16_t>(known - 2);
-        block.samples.push_back({position, incoming - 2.0f * glm::dot(incoming, normal) * normal,
-                                 cluster, static_cast<std::uint16_t>(x)});
         Sums& s = mine[cluster];
         s.position += glm::dvec3(position);
         s.normal += glm::dvec3(normal);
-        s.moment += glm::outerProduct(glm::dvec3(position), glm::dvec3(position));
-        s.dot += static_cast<double>(glm::dot(position, normal));
         s.glossiness = std::max(s.glossiness, gbuffer.normal[4 * at + 3]);
         s.left = std::min(s.left, x);
         s.right = std::max(s.right, x + 1);
         s.top = std::min(s.top, y);
         s.bottom = std::max(s.bottom, y + 1);
+        if (mirrors[cluster] != 0) continue;
+        const Vec3 incoming = ray / glm::length(ray);
+        block.samples.push_back({position, incoming - 2.0f * glm::dot(incoming, normal) * normal,
+                                 cluster, static_cast<std::uint16_t>(x)});
+        const glm::dvec3 wide(position);
+        s.squares += wide * wide;
+        s.products += glm::dvec3(wide.x * wide.y, wide.y * wide.z, wide.z * wide.x);
+        s.dot += static_cast<double>(glm::dot(position, normal));
       }
       row.last = block.samples.size();
       block.rows.push_back(row);
@@ -297,7 +311,8 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
       const Sums& s = sums[b * count + c];
       all.position += s.position;
       all.normal += s.normal;
-      all.moment += s.moment;
+      all.squares += s.squares;
+      all.products += s.products;
       all.dot += s.dot;
       all.glossiness = std::max(all.glossiness, s.glossiness);
       all.left = std::min(all.left, s.left);
@@ -315,8 +330,14 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
     cluster.meanNormal = cluster.normalsCancel
                              ? normalizedOr(-cluster.centroid, Vec3(0.0f, 1.0f, 0.0f))
                              : Vec3(glm::normalize(mean));
-    cluster.planeNormal =
-        planeNormal(all.moment / n - glm::outerProduct(centroid, centroid), cluster.meanNormal);
+    cluster.planeNormal = cluster.meanNormal;
+    if (mirrors[c] == 0) {
+      const glm::dmat3 moment(all.squares.x, all.products.x, all.products.z,  //
+                              all.products.x, all.squares.y, all.products.y,  //
+                              all.products.z, all.products.y, all.squares.z);
+      cluster.planeNormal =
+          planeNormal(moment / n - glm::outerProduct(centroid, centroid), cluster.meanNormal);
+    }
     cluster.maxGlossiness = all.glossiness;
     cluster.left = all.left;
     cluster.right = all.right;

@@ -45,7 +45,7 @@ struct Cluster {
   int bottom = 0;
 };
 
-/// A reflective sample of a cluster.
+/// A reflective sample of a cluster that is not a planar mirror.
 struct ClusterSample {
   Vec3 position{0.0f};   ///< P_i, metres from the eye
   Vec3 direction{0.0f};  ///< of the mirror ray, unit length
@@ -53,7 +53,7 @@ struct ClusterSample {
   std::uint16_t x = 0;
 };
 
-/// All samples of one row that are in clusters, from left to right.
+/// All such samples of one row, from left to right.
 struct SampleRow {
   std::size_t first = 0;
   std::size_t last = 0;

@@ -62,9 +62,10 @@ CameraOptions roomAround(const scene::Camera& camera) {
   return options;
 }
 
-Clustering clustersOf(const raster::GBufferCopy& gbuffer, const scene::Camera& camera) {
+Clustering clustersOf(const raster::GBufferCopy& gbuffer, const scene::Camera& camera,
+                      ReflectorKind kind = ReflectorKind::Mirror) {
   Clustering clustering;
-  const std::vector<ReflectorKind> kinds = {ReflectorKind::None, ReflectorKind::Mirror};
+  const std::vector<ReflectorKind> kinds = {ReflectorKind::None, kind};
   clustering.build(gbuffer, camera, kinds, {});
   return clustering;
 }
@@ -119,30 +120,33 @@ TEST(Clusters, APlaneIsOnePlanarClusterOnTheMirroredFramesGrid) {
   ASSERT_TRUE(cameras[0].mirrorGrid);
   // e_c is the mirrored eye, and every sample of the floor is at its own texel's centre
   EXPECT_NEAR(glm::distance(cameras[0].eye + camera.eye(), Vec3(1.0f, -1.6f, 3.0f)), 0.0f, 1e-5f);
-  for (std::size_t b = 0; b < clustering.blocks(); ++b) {
-    for (std::size_t r = 0; r < clustering.rows(b).size(); ++r) {
-      const SampleRow& row = clustering.rows(b)[r];
-      for (std::size_t k = row.first; k < row.last; ++k) {
-        const ClusterSample& sample = clustering.samples(b)[k];
-        for (const float t : {0.0f, 0.5f, 4.0f}) {
-          const Vec3 at = projected(cameras[0], sample.position + t * sample.direction);
-          EXPECT_NEAR(at.x, cameras[0].mirrorRight - (static_cast<float>(sample.x) + 0.5f), 2e-3f);
-          EXPECT_NEAR(at.y,
-                      static_cast<float>(b * Clustering::kRows + r) + 0.5f - cameras[0].mirrorTop,
-                      2e-3f);
-          EXPECT_LE(at.z, 1.001f);
-          EXPECT_GT(at.z, 0.0f);
-        }
+  const Mat3 rays = scene::rayFromPixel(camera, kSize, kSize);
+  std::size_t samples = 0;
+  for (int y = 0; y < kSize; ++y) {
+    for (int x = 0; x < kSize; ++x) {
+      if (clustering.clusterOf()[static_cast<std::size_t>(y * kSize + x)] != 2) continue;
+      ++samples;
+      const Vec2 centre(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+      const Vec3 incoming = glm::normalize(rays * Vec3(centre, 1.0f));
+      const Vec3 position = incoming * (-camera.eye().y / incoming.y);
+      const Vec3 direction = incoming * Vec3(1.0f, -1.0f, 1.0f);
+      for (const float t : {0.0f, 0.5f, 4.0f}) {
+        const Vec3 at = projected(cameras[0], position + t * direction);
+        EXPECT_NEAR(at.x, cameras[0].mirrorRight - centre.x, 2e-3f);
+        EXPECT_NEAR(at.y, centre.y - cameras[0].mirrorTop, 2e-3f);
+        EXPECT_LE(at.z, 1.001f);
+        EXPECT_GT(at.z, 0.0f);
       }
     }
   }
+  EXPECT_EQ(samples, clustering.clusters()[0].samples);
 }
 
 TEST(Clusters, EquationOneLeavesTheEyeOfAPlaneInItsPlace) {
   // A glossy plane goes the way of curved clusters: f = 1, e_c = e_0
   const scene::Camera camera = cameraAt({1.0f, 1.6f, 3.0f}, {0.0f, 0.0f, 0.0f});
   const raster::GBufferCopy gbuffer = rasterized(camera, 0.3f, hitFloor);
-  const Clustering clustering = clustersOf(gbuffer, camera);
+  const Clustering clustering = clustersOf(gbuffer, camera, ReflectorKind::Glossy);
   const CameraOptions options = roomAround(camera);
   const std::vector<ClusterCamera> cameras =
       makeClusterCameras(clustering, camera, kSize, kSize, options);
