@@ -105,10 +105,9 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
     view.eye = frameEye + cameras[i].eye;
     view.texelSpreadRad = cameras[i].texelSpreadRad;
     // Few samples see the errors of a small cluster
-    const float allowed =
-        options.levelErrorTexels *
-        ((cameras[i].mirrorGrid ? kMirrorLevel : 1.0f) +
-         kSmallCluster * frameSamples_ / static_cast<float>(clusters[i].samples));
+    const float allowed = options.levelErrorTexels *
+                          ((cameras[i].mirrorGrid ? kMirrorLevel : 1.0f) +
+                           kSmallCluster * frameSamples_ / static_cast<float>(clusters[i].samples));
     view.levelErrorTexels = std::min(allowed, kWidestError / cameras[i].texelSpreadRad);
     view.nearestMetres = cameras[i].nearestMetres;
     view.layer = atlas_.places[i].layer;
