@@ -13,7 +13,7 @@ namespace {
 /// Ours.
 constexpr float kSmallCluster = 0.004f;
 /// Their error seen from the cluster, radians, at most: walls vanish otherwise. Ours.
-constexpr float kWidestError = 0.1f;
+constexpr float kWidestError = 0.3f;
 /// Factor on the error of levels of detail in planar mirrors: the largest clusters, otherwise
 /// exact. Ours: a mirror's pixels then err by less than 0.5 / 255.
 constexpr float kMirrorLevel = 0.25f;
