@@ -1,0 +1,545 @@
+"""Tables, pictures and growth curves of [Wang2014], for scripts/paper_tables."""
+import colorsys
+import json
+import os
+import statistics
+import subprocess
+
+from paper_run import exponent, number, slope
+
+PATHS = {"living room a": ("living_room", "living_room_a"),
+         "living room b": ("living_room", "living_room_b"),
+         "bathroom a": ("bathroom", "bathroom_a"), "bathroom b": ("bathroom", "bathroom_b")}
+BVH = {"traced_static": "static", "traced_refit": "refit", "traced_rebuild_low": "low rebuild",
+       "traced_rebuild_medium": "medium rebuild"}
+# Views of the pictures: as the rows of Fig. 1, two in the living room and one in the bathroom.
+VIEWS = {"living room a": 235, "living room b": 235, "bathroom a": 10}
+GLOSSY_VIEW = 10  # of the living room's path a
+GLOSSINESS = {"more specular": 0.2, "more matte": 0.4}
+PICTURE_PIXELS = 256  # of a panel
+
+# As printed, by path in the order of PATHS: Tables 1, 2, 7 and 9, and the text of section 4.1.
+PRINTED = {"reflective": ["50 / 62", "58 / 69", "45 / 55", "44 / 58"],
+           "ours_fps": ["18 (25, 13)", "15 (20, 11)", "17 (20, 14)", "18 (29, 15)"],
+           "optix_fps": ["1.1", "1.0", "3.3", "2.3 (sic)"],
+           "gbuffer": ["0.6 / 0.9", "0.5 / 0.8", "0.5 / 0.8", "0.5 / 0.7"],
+           "camera": ["23 / 30", "24 / 28", "20 / 24", "20 / 26"],
+           "depth_images": ["26 / 37", "28 / 38", "28 / 39", "24 / 30"],
+           "intersect": ["7 / 15", "14 / 28", "11 / 18", "8 / 16"],
+           "clusters": ["148 / 195", "120 / 162", "123 / 194", "107 / 158"],
+           "planar": ["41 / 52", "33 / 51", "17 / 33", "- / 34"],
+           "disoccluded": ["0.62 / 1.3", "", "2.75 / 3.5", ""], "L1": ["6", "3", "9", ""]}
+
+
+def scene_of(path):
+    scene, file = PATHS[path]
+    return [f"scene=scenes/{scene}.json", f"path=paths/{file}.json"]
+
+
+def average_and_most(values, scale=1.0):
+    values = [scale * v for v in values]
+    return f"{number(statistics.fmean(values))} / {number(max(values))}"
+
+
+def introduce(bench, document):
+    bench.catoptric("render", "configs/papers/second_order.json", "--dry-run", "-q")
+    effort = {"full": "every 30th frame", "quick": "every 90th frame, `--quick`",
+              "smoke": "two frames, `--smoke`: figures without meaning,"}[bench.effort]
+    command = "scripts/paper_tables second_order" + ("" if bench.effort == "full" else
+                                                     f" --{bench.effort}")
+    with open("/proc/cpuinfo") as info:
+        processor = next(line.split(":", 1)[1].strip() for line in info if "model name" in line)
+    document.text(f"""# second_order: the paper's tables and pictures
+
+Written by `{command}` ({effort} of each path of 900) from configs/papers/second_order*.json. Ours ran
+on {processor}, {os.cpu_count()} processors, no graphics hardware: OpenGL by Mesa's llvmpipe; load
+before the start {os.getloadavg()[0]:.1f} (above 0.5 other programs ran: trust ratios first). The
+published figures are of a GeForce GTX 570 and Optix on it. Compare ratios and growth, not frame
+rates. 512 x 512 pixels with 2 x 2 samples; "a / b" is average / maximum over frames; times
+and ratios without "/" are medians over frames.""")
+
+
+# --- Tables 1, 2, 7, 9 --------------------------------------------------------------------------
+
+def paths(bench, document):
+    runs = {}
+    for path in PATHS:
+        runs[path] = bench.render("second_order", f"paths_{PATHS[path][1]}",
+                                  [*scene_of(path), "preview.enabled=false"])
+    samples = 1024 * 1024
+
+    def rate(run):
+        times = run.times().values()
+        return (f"{number(1e3 / statistics.median(times))} ({number(1e3 / min(times))}, "
+                f"{number(1e3 / max(times))})")
+
+    document.text("""## Table 1: frames per second, and Table 9: planar share
+
+Reflective: share of the frame's samples; planar: share of the reflective samples in planar clusters.
+Rates: median (max, min); printed: average (max, min).""")
+    document.table(
+        ["path", "reflective %", "printed", "planar %", "printed", "second_order", "printed",
+         "traced static", "medium rebuild", "Optix, printed"],
+        [[p, average_and_most(r["second_order"].count("reflective_samples"), 100 / samples),
+          PRINTED["reflective"][i],
+          average_and_most([100 * a / max(b, 1) for a, b in
+                            zip(r["second_order"].count("planar_samples"),
+                                r["second_order"].count("reflective_samples"))]),
+          PRINTED["planar"][i], rate(r["second_order"]), PRINTED["ours_fps"][i],
+          rate(r["traced_static"]), rate(r["traced_rebuild_medium"]), PRINTED["optix_fps"][i]]
+         for i, (p, r) in enumerate(runs.items())])
+    document.text("Time of `traced` with the same rays over that of second_order, by BVH policy, median "
+                  "of the frames' ratios (above 1: second_order is faster):")
+    document.table(["path", *BVH.values()],
+                   [[p, *(r["second_order"].ratio(r[m]) for m in BVH)] for p, r in runs.items()])
+
+    document.text("""## Table 2: milliseconds of the steps
+
+The paper's first column is the G-buffer and the clustering.""")
+    names = ["gbuffer", "readback", "cluster", "camera", "depth_images", "intersect", "composite"]
+    rows = []
+    for i, (p, r) in enumerate(runs.items()):
+        rows.append([p, *(average_and_most(r["second_order"].step(n)) for n in names)])
+        rows.append(["printed", PRINTED["gbuffer"][i], "", "", PRINTED["camera"][i],
+                     PRINTED["depth_images"][i], PRINTED["intersect"][i], ""])
+    document.table(["path", *names], rows)
+
+    document.text("## Table 7: clusters")
+    document.table(["path", "clusters", "printed", "not searched: samples in none",
+                    "triangles drawn, thousands"],
+                   [[p, average_and_most(r["second_order"].count("clusters")),
+                     PRINTED["clusters"][i], average_and_most(r["second_order"].count("unclustered")),
+                     average_and_most(r["second_order"].count("triangles"), 1e-3)]
+                    for i, (p, r) in enumerate(runs.items())])
+    bench.paths = runs
+
+
+def accuracy(bench, document):
+    """Differences from `traced`, and disocclusions, as in section 4.1."""
+    rows = []
+    for i, path in enumerate(PATHS):
+        name = PATHS[path][1]
+        errors = bench.errors(f"paths_{name}", "second_order", "traced_static")
+        checked = bench.render("second_order_pictures", f"disocclusions_{name}",
+                               [*scene_of(path), "image.layers=[]", "image.masks=false",
+                                "preview.enabled=false"], methods=["second_order"])["second_order"]
+        share = 100 / (1024 * 1024)
+        rows.append([path, average_and_most([e["l1_8bit"] for e in errors]), PRINTED["L1"][i],
+                     average_and_most(checked.count("disoccluded"), share),
+                     PRINTED["disoccluded"][i], average_and_most(checked.count("wrong_hit"), share),
+                     average_and_most(checked.count("environment"), share)])
+    document.text("""## Accuracy (section 4.1): differences from `traced` static, disocclusions
+
+L1_8bit: mean absolute difference per channel over the frame, of 255. In percent of the frame's samples:
+disoccluded (a ray found nothing where Embree's hits), wrong hit (another surface than Embree's, or
+none there), and those that took the cube map.""")
+    document.table(["path", "L1_8bit", "printed, of 3 images", "disoccluded %", "printed",
+                    "wrong hit %", "environment %"], rows)
+
+
+def concave(bench, document):
+    runs = bench.render("second_order_concave", "concave")
+    document.text("""## Concave reflectors (section 4.4)
+
+Bathroom, path a: `concave: ignore` as the other tables, and `self_intersect`.""")
+    document.table(["way", "concave clusters", "ms", "`intersect` ms", "L1_8bit against traced"],
+                   [[n, statistics.fmean(runs[n].count("concave_clusters")), runs[n].ms(),
+                     statistics.median(runs[n].step("intersect")),
+                     average_and_most([e["l1_8bit"] for e in bench.errors("concave", n, "traced")])]
+                    for n in ("ignore", "self_intersect")])
+
+
+# --- Tables 3 to 6, 8 ---------------------------------------------------------------------------
+
+def clusters(bench, document):
+    runs = bench.render("second_order_clusters", "clusters")
+    rows = sorted((statistics.fmean(r.count("clusters")), r.ms(),
+                   r.ms(without={"gbuffer", "readback", "composite"}), r.ratio(runs["traced"]), n)
+                  for n, r in runs.items() if n != "traced")
+    document.text("""## Table 3: number of clusters
+
+Living room, path a; `bin_density` as in the name (40: twice the bins along each angle too).
+Printed: 156, 141, 123, 86, 32 clusters at 12, 13, 15, 15, 20 fps.""")
+    document.table(["bins", "clusters", "ms", "fps", "traced / ours"],
+                   [[n, c, ms, 1e3 / ms, ratio] for c, ms, _, ratio, n in rows])
+    bench.growth["clusters"] = ([r[0] for r in rows], [r[1] for r in rows])
+
+
+def sizes(bench, document):
+    printed = {2048: "7.5", 1024: "15", 512: "23", 256: "29"}
+    rows = []
+    for size, fps in printed.items():
+        runs = bench.render("second_order_resolution", f"size_{size}",
+                            [f"image.width={size}", f"image.height={size}", "image.samples=1"],
+                            bench.one_part(), ["second_order", "traced"])
+        ours = runs["second_order"]
+        rows.append([f"{size} x {size}", ours.ms(), 1e3 / ours.ms(), fps,
+                     statistics.fmean(ours.count("clusters")), ours.ratio(runs["traced"])])
+    document.text("## Table 4: size of the frame\n\nLiving room, path a, one sample per pixel.")
+    document.table(["pixels", "ms", "fps", "printed fps", "clusters", "traced / ours"], rows)
+    bench.growth["frame pixels"] = ([s * s for s in printed], [r[1] for r in rows])
+
+
+def depth_images(bench, document):
+    runs = bench.render("second_order_resolution", "resolution")
+    scales = {"half": (0.5, "15"), "second_order": (1, "15"), "double": (2, "14")}
+    document.text("## Table 5: resolution of the depth images\n\nLiving room, path a.")
+    document.table(["scale", "ms", "fps", "printed fps", "`depth_images` ms", "`intersect` ms",
+                    "texels, millions", "traced / ours"],
+                   [[s, runs[n].ms(), 1e3 / runs[n].ms(), fps,
+                     statistics.median(runs[n].step("depth_images")),
+                     statistics.median(runs[n].step("intersect")),
+                     statistics.fmean(runs[n].count("texels")) / 1e6, runs[n].ratio(runs["traced"])]
+                    for n, (s, fps) in scales.items()])
+    bench.growth["depth-image scale"] = ([s for s, _ in scales.values()],
+                                         [runs[n].ms() for n in scales])
+
+
+# Furniture that is wholly diffuse, from the largest.
+DIFFUSE = ["sofa", "armchair", "chair back", "chair side", "piano bench", "yucca", "sideboard",
+           "speaker left", "speaker right", "bookcase left", "bookcase right"]
+
+
+def room(bench, name, change):
+    """Writes a variant of the living room; its `scene` setting. `change` works on the description."""
+    folder = bench.work / "scenes"
+    folder.mkdir(exist_ok=True)
+    if not (folder / "assets").exists():
+        (folder / "assets").symlink_to(os.path.abspath("scenes/assets"))
+    with open("scenes/living_room.json") as file:
+        scene = json.load(file)
+    scene["bake"]["rays"] = 32  # light of these variants is not looked at
+    change(scene)
+    (folder / f"{name}.json").write_text(json.dumps(scene, indent=1))
+    return f"scene={folder / name}.json"
+
+
+def without(names):
+    def change(scene):
+        scene["objects"] = [o for o in scene["objects"] if o["name"] not in names]
+    return change
+
+
+def stacked(names, times):
+    """Copies of furniture, on top of it."""
+    def change(scene):
+        scene["objects"] += [{**o, "name": f"{o['name']} {i + 2}", "translate":
+                              [o["translate"][0], o["translate"][1] + 0.8 * (i + 1),
+                               o["translate"][2]]}
+                             for i in range(times) for o in scene["objects"]
+                             if o["name"] in names[i]]
+    return change
+
+
+def tessellated(factor):
+    """The reflective shapes with other numbers of segments."""
+    standard = {"teapot": 10, "revolution": [64, 48], "sphere": [48, 24], "torus": [64, 32]}
+
+    def visit(scene, objects):
+        for thing in objects:
+            visit(scene, thing.get("children", []))
+            material = scene["materials"].get(thing.get("material"), {})
+            if thing.get("shape") in standard and material.get("s", 0) > 0:
+                segments = thing.get("segments", standard[thing["shape"]])
+                thing["segments"] = (round(segments * factor) if isinstance(segments, (int, float))
+                                     else [round(s * factor) for s in segments])
+    return lambda scene: visit(scene, scene["objects"])
+
+
+def triangle_runs(bench, kind, variants, key):
+    rows = []
+    for name, change in variants.items():
+        setting = room(bench, f"{kind}_{name}", change)
+        counts = json.loads(bench.catoptric("info", setting.removeprefix("scene="), "--json"))
+        triangles = {"diffuse": counts["diffuse_triangles"],
+                     "other": counts["triangles"] - counts["diffuse_triangles"]}
+        runs = bench.render("second_order_triangles", f"{kind}_{name}", [setting], bench.one_part())
+        rows.append((triangles[key], runs, name))
+    return sorted(rows, key=lambda row: row[0])
+
+
+def triangles(bench, document):
+    rows = triangle_runs(bench, "diffuse", {
+        "least": without(DIFFUSE), "less": without(DIFFUSE[:1]), "room": lambda scene: None,
+        "most": stacked([DIFFUSE, DIFFUSE[:5]], 2)}, "diffuse")
+    document.text("""## Table 6: number of diffuse triangles
+
+Living room, path a: without its diffuse furniture, without the sofa, as it is, and with copies of the
+furniture on top of it. Printed: 63, 132, 162, 289 thousand at 15, 15, 12, 10 fps.""")
+    document.table(["diffuse triangles, thousands", "ms", "fps", "`depth_images` ms",
+                    "triangles drawn, thousands", "traced static / ours", "medium rebuild / ours"],
+                   [[n / 1e3, r["second_order"].ms(), 1e3 / r["second_order"].ms(),
+                     statistics.median(r["second_order"].step("depth_images")),
+                     statistics.fmean(r["second_order"].count("triangles")) / 1e3,
+                     r["second_order"].ratio(r["traced_static"]),
+                     r["second_order"].ratio(r["traced_rebuild_medium"])] for n, r, _ in rows])
+    bench.growth["diffuse triangles"] = ([n for n, *_ in rows],
+                                         [r["second_order"].ms() for _, r, _ in rows])
+
+    rows = triangle_runs(bench, "reflective", {
+        "coarse": tessellated(0.5), "room": lambda scene: None, "fine": tessellated(1.5),
+        "finest": tessellated(2)}, "other")
+    document.text("""## Non-diffuse triangles
+
+The paper: the time does not depend on them. Living room, path a; the teapot, vases, bowls and balls with
+0.5, 1, 1.5 and 2 times the segments along each direction.""")
+    document.table(["non-diffuse triangles, thousands", "ms", "`gbuffer` ms", "without `gbuffer` ms",
+                    "clusters", "traced static / ours", "medium rebuild / ours"],
+                   [[n / 1e3, r["second_order"].ms(),
+                     statistics.median(r["second_order"].step("gbuffer")),
+                     r["second_order"].ms(without={"gbuffer"}),
+                     statistics.fmean(r["second_order"].count("clusters")),
+                     r["second_order"].ratio(r["traced_static"]),
+                     r["second_order"].ratio(r["traced_rebuild_medium"])] for n, r, _ in rows])
+    bench.growth["non-diffuse triangles"] = (
+        [n for n, *_ in rows], [r["second_order"].ms(without={"gbuffer"}) for _, r, _ in rows])
+
+
+def all_glossy(glossiness):
+    """Every reflector of the room with one g."""
+    def visit(value):
+        if isinstance(value, dict):
+            if value.get("s", 0) and "g" in value:
+                value["g"] = glossiness
+            value = list(value.values())
+        if isinstance(value, list):
+            for part in value:
+                visit(part)
+
+    def change(scene):
+        visit(scene["materials"])
+        visit(scene["objects"])
+    return change
+
+
+def glossy_scene(bench, level):
+    return room(bench, f"glossy_{GLOSSINESS[level]}", all_glossy(GLOSSINESS[level]))
+
+
+def glossy(bench, document):
+    printed = {("more specular", 8): ("112", "6", "1"), ("more specular", 49): ("651", "1.4", "0.4"),
+               ("more matte", 8): ("163", "5", "1"), ("more matte", 49): ("814", "1.1", "0.4")}
+    parts = {"smoke": [([], [450])], "quick": [([43, 44], [45, 345, 645])],
+             "full": [([43, 44], list(range(45, 900, 100)))]}[bench.effort]
+    rows = []
+    for level in GLOSSINESS:
+        methods = None if level == "more matte" else ["second_order_8", "second_order_49",
+                                                      "traced_8", "traced_49"]
+        runs = bench.render("second_order_glossy", "glossy_" + level.split()[1],
+                            [glossy_scene(bench, level), "preview.enabled=false"], parts, methods)
+        for rays in (8, 49):
+            ours, theirs = runs[f"second_order_{rays}"], runs[f"traced_{rays}"]
+            ms, fps, optix = printed[level, rays]
+            rows.append([f"{level}, g {GLOSSINESS[level]}", f"{rays}",
+                         statistics.median(ours.step("intersect")), ms, 1e3 / ours.ms(), fps,
+                         1e3 / theirs.ms(), optix, ours.ratio(theirs),
+                         average_and_most([e["l1_8bit"] for e in bench.errors(
+                             "glossy_" + level.split()[1], f"second_order_{rays}",
+                             f"traced_{rays}")])])
+    document.text("""## Table 8: glossy reflections
+
+Living room, path a, every reflector with the same g; `traced` static with the same rays.""")
+    document.table(["glossiness", "rays", "`intersect` ms", "printed", "fps", "printed",
+                    "traced fps", "Optix, printed", "traced / ours", "L1_8bit"], rows)
+    bench.growth["rays per sample"] = ([4, 8, 16, 49],
+                                       [runs[f"second_order_{n}"].ms() for n in (4, 8, 16, 49)])
+
+
+# --- Growth -------------------------------------------------------------------------------------
+
+def growth(bench, document):
+    import matplotlib
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    document.text("""## Growth
+
+Slopes of log time over log quantity (1: proportional; 0: none), and the laws that they are held to.""")
+    laws = {"clusters": "linear, at most 0.35 ms each", "frame pixels": "exponent at most 0.75",
+            "depth-image scale": "1/2 to 2: at most +15 %",
+            "diffuse triangles": "sublinear; doubling at most +15 %",
+            "non-diffuse triangles": "nothing outside the G-buffer (which is left out here)",
+            "rays per sample": "at most linear"}
+    rows = []
+    figure, axes = pyplot.subplots(2, 3, figsize=(10.5, 6.2), layout="constrained")
+    for axis, (name, law) in zip(axes.flat, laws.items()):
+        axis.set_visible(False)
+        if name not in bench.growth:
+            continue
+        xs, ys = bench.growth[name]
+        power = exponent(xs, ys)
+        rows.append([name, " ".join(number(x) for x in xs), " ".join(number(y) for y in ys), power,
+                     f"{number(slope(xs, ys))} ms each" if name == "clusters" else
+                     f"{100 * (ys[-1] / ys[0] - 1):+.0f} %" if name == "depth-image scale" else
+                     f"{100 * (2 ** power - 1):+.0f} %", law])
+        axis.set_visible(True)
+        axis.plot(xs, ys, "o-", color="#1f4e79")
+        axis.set_title(f"{name}: exponent {power:.2f}", fontsize=10)
+        axis.set(xscale="log", ylabel="ms",
+                 ylim=(0, 1.1 * max(ys)))
+        axis.set_xticks(xs, [f"{x / 1000:.0f}k" if x >= 5000 else f"{x:.3g}" for x in xs],
+                        rotation=30)
+        axis.minorticks_off()
+        axis.grid(alpha=0.3)
+    document.table(["over", "at", "ms", "exponent", "per doubling, cluster, or 1/2 to 2", "law"], rows)
+    figure.savefig(document.picture("growth.png", "Time of a frame over what it grows with"), dpi=100,
+                   metadata={"Software": None})
+    pyplot.close(figure)
+
+
+# --- Pictures -----------------------------------------------------------------------------------
+
+def layer(frame, channels, convert=(), depth="uint8"):
+    """Channels of an EXR frame as an image of PIL, with 8 or 16 bits."""
+    from PIL import Image
+    file = frame.with_suffix(".layer.png")
+    subprocess.run(["oiiotool", frame, "--ch", channels, *convert, "-d", depth, "-o", file],
+                   check=True, stdout=subprocess.DEVNULL)
+    with Image.open(file) as image:
+        image.load()
+    file.unlink()
+    return image
+
+
+def preview(frame):
+    from PIL import Image
+    return Image.open(str(frame).replace("/frames/", "/previews/").replace(".exr", ".png"))
+
+
+def reflection(frame):
+    """The reflective component alone, black where nothing reflects."""
+    from PIL import Image
+    shown = layer(frame, "reflection.R,reflection.G,reflection.B",
+                  ["--colorconvert", "linear", "sRGB"]).convert("RGB")
+    return Image.composite(shown, Image.new("RGB", shown.size), layer(frame, "mask.reflective"))
+
+
+def red(frame, mask):
+    """The reflective component, darkened, with the pixels of a mask in red."""
+    from PIL import Image
+    return Image.composite(Image.new("RGB", (512, 512), (255, 30, 20)),
+                           reflection(frame).point(lambda v: v * 0.6),
+                           layer(frame, mask).point(lambda v: 255 if v else 0))
+
+
+def cluster_colors(frame):
+    """Clusters in false colours, what is in none in grey."""
+    ids = layer(frame, "id.cluster", ["--mulc", str(1 / 65535)], "uint16").getdata()
+    grey = preview(frame).convert("L").point(lambda v: v // 2 + 40).convert("RGB")
+    colors = {i: tuple(round(255 * c) for c in
+                       colorsys.hsv_to_rgb(0.618034 * i % 1, 0.55 + 0.15 * (i % 4), 0.7 + 0.1 * (i % 3)))
+              for i in set(ids)}
+    grey.putdata([colors[i] if i else pixel for i, pixel in zip(ids, grey.getdata())])
+    return grey
+
+
+def sheet(file, rows, labels):
+    """Rows of panels with a label above each column."""
+    from PIL import Image, ImageDraw, ImageFont
+    size, bar, gap = PICTURE_PIXELS, 22, 4
+    out = Image.new("RGB", (len(labels) * (size + gap) - gap, bar + len(rows) * (size + gap) - gap),
+                    "white")
+    font = ImageFont.truetype("DejaVuSans.ttf", 13)
+    for i, label in enumerate(labels):
+        ImageDraw.Draw(out).text((i * (size + gap) + 4, 3), label, "black", font)
+        for j, row in enumerate(rows):
+            out.paste(row[i].convert("RGB").resize((size, size), Image.LANCZOS),
+                      (i * (size + gap), bar + j * (size + gap)))
+    out.save(file, optimize=True)
+
+
+def pictures(bench, document):
+    views = {}
+    for path, frame in VIEWS.items():
+        name = f"view_{PATHS[path][1]}"
+        runs = bench.render("second_order_pictures", name, scene_of(path), [([], [frame])])
+        views[path] = {m: bench.work / name / "0" / m / "frames" / f"frame.{frame:04d}.exr"
+                       for m in runs}
+        views[path]["counts"] = {m: r.counters[frame] for m, r in runs.items()}
+    shown = ", ".join(f"{path} frame {frame}" for path, frame in VIEWS.items())
+
+    document.text(f"## Fig. 1: environment mapping, ray tracing, second_order\n\n{shown}.")
+    methods = ["environment_map", "traced", "second_order"]
+    sheet(document.picture("fig1.png", "Three views by three methods"),
+          [[preview(v[m]) for m in methods] for v in views.values()],
+          [m.replace("_", " ") for m in methods])
+
+    levels = {level: bench.work / f"figure_{level.split()[1]}" for level in GLOSSINESS}
+    frames = {}
+    for level, folder in levels.items():
+        runs = bench.render("second_order_glossy", folder.name,
+                            [glossy_scene(bench, level), 'image.layers=["reflection","s","cluster"]',
+                             "image.masks=true"], [([], [GLOSSY_VIEW])],
+                            ["second_order_8", "second_order_49", "traced_8"])
+        frames[level] = {m: folder / "0" / m / "frames" / f"frame.{GLOSSY_VIEW:04d}.exr"
+                         for m in runs}
+    document.text("## Fig. 2: two levels of glossiness\n\n"
+                  + ", ".join(f"{k}: g {v}" for k, v in GLOSSINESS.items()) + "; 8 rays.")
+    sheet(document.picture("fig2.png", "Glossy reflections"),
+          [[preview(f["second_order_8"]) for f in frames.values()]], list(frames))
+
+    document.text("## Fig. 4: clusters\n\nWhat is in no cluster is grey.")
+    glossy_view = frames["more specular"]["second_order_8"]
+    sheet(document.picture("fig4.png", "Clusters in false colours"),
+          [[*(cluster_colors(v["second_order"]) for v in views.values()), cluster_colors(glossy_view)]],
+          [f"{p}: {v['counts']['second_order']['clusters']}" for p, v in views.items()]
+          + ["glossy (Fig. 2)"])
+
+    view = views["living room a"]
+    density = {"bins_0.3": 0.3, "bins_3": 3, "second_order": 10}
+    document.text("## Fig. 7: disocclusions (red) by number of clusters\n\nThe reflective component alone; "
+                  "below as second_order shows it. " + "; ".join(
+                      f"bin_density {d}: {view['counts'][m]['disoccluded'] / 1048576:.2%} of the samples"
+                      for m, d in density.items()) + ".")
+    sheet(document.picture("fig7.png", "Disocclusions"),
+          [[red(view[m], "mask.disoccluded") for m in density], [reflection(view[m]) for m in density]],
+          [f"{view['counts'][m]['clusters']} clusters" for m in density])
+
+    document.text("## Fig. 8: differences from `traced`\n\nBelow 50 times as large. "
+                  "L1_8bit, printed 6, 3, 9: ")
+    rows = [[], []]
+    l1 = []
+    for path, v in views.items():
+        out = bench.work / f"difference_{PATHS[path][1]}"
+        result = json.loads(bench.catoptric("compare", v["second_order"], v["traced"], "--out", out,
+                                            "--json"))
+        l1.append(f"{path} {number(result[0]['pooled']['l1_8bit'])}")
+        from PIL import Image
+        rows[0].append(Image.open(out / f"frame.{VIEWS[path]:04d}.png"))
+        rows[1].append(Image.open(out / f"frame.{VIEWS[path]:04d}.x50.png"))
+    document.blocks[-1] += ", ".join(l1) + "."
+    sheet(document.picture("fig8.png", "Differences"), rows, list(views))
+
+    document.text("## Fig. 9: pixels that took the cube map (red)\n\n"
+                  f"{view['counts']['second_order']['environment'] / 1048576:.2%} of the samples.")
+    sheet(document.picture("fig9.png", "Fallbacks"),
+          [[reflection(view["second_order"]), red(view["second_order"], "mask.environment")]],
+          ["reflective component", "cube map in red"])
+
+    document.text("## Fig. 10: depth images with a third of the resolution")
+    sheet(document.picture("fig10.png", "Resolution of depth images"),
+          [[reflection(view["second_order"]), reflection(view["third"])]], ["scale 1", "scale 1/3"])
+
+    document.text("## Fig. 11: two levels of glossiness, 8 rays\n\nWithout and with the diffuse "
+                  "component, and by `traced`.")
+    sheet(document.picture("fig11.png", "Glossy reflections, 8 rays"),
+          [[reflection(f["second_order_8"]), preview(f["second_order_8"]), preview(f["traced_8"])]
+           for f in frames.values()], ["reflective component", "second order", "traced"])
+
+    document.text("## Fig. 12: the same with 49 rays")
+    sheet(document.picture("fig12.png", "Glossy reflections, 49 rays"),
+          [[preview(f["second_order_49"]) for f in frames.values()]], list(frames))
+
+    runs = bench.render("second_order_normal_map", "normal_map", parts=[([1, 2], [4, 6, 8, 10, 12])])
+    document.text("## Fig. 13: a normal-mapped reflector\n\n"
+                  f"{1e3 / runs['second_order'].ms():.1f} fps (printed: 31), traced / ours "
+                  f"{runs['second_order'].ratio(runs['traced']):.2f}, "
+                  f"{statistics.fmean(runs['second_order'].count('clusters')):.0f} clusters.")
+    sheet(document.picture("fig13.png", "Normal-mapped reflector"),
+          [[preview(bench.work / "normal_map" / "0" / m / "frames" / "frame.0006.exr") for m in runs]],
+          [m.replace("_", " ") for m in runs])
+
+
+PARTS = {"paths": paths, "accuracy": accuracy, "concave": concave, "clusters": clusters, "sizes": sizes,
+         "depth_images": depth_images, "triangles": triangles, "glossy": glossy, "growth": growth,
+         "pictures": pictures}
