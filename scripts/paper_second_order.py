@@ -516,9 +516,11 @@ def pictures(bench, document):
           [[reflection(view["second_order"]), red(view["second_order"], "mask.environment")]],
           ["reflective component", "cube map in red"])
 
-    document.text("## Fig. 10: depth images with a third of the resolution")
+    document.text("## Fig. 10: depth images with a third of the resolution\n\nA vase and what "
+                  "stands about it, living room b, pixel for pixel.")
     sheet(document.picture("fig10.png", "Resolution of depth images"),
-          [[reflection(view["second_order"]), reflection(view["third"])]], ["scale 1", "scale 1/3"])
+          [[reflection(views["living room b"][m]).crop((60, 60, 316, 316))
+            for m in ("second_order", "third")]], ["scale 1", "scale 1/3"])
 
     document.text("## Fig. 11: two levels of glossiness, 8 rays\n\nWithout and with the diffuse "
                   "component, and by `traced`.")
