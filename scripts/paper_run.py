@@ -108,12 +108,19 @@ class Bench:
         return runs
 
     def errors(self, name, method, reference):
-        """L1_8bit over frames and over reflective pixels, by frame, of a rendered config."""
-        found = []
+        """Errors of a rendered config's method against another: by frame, and L1_8bit by object id
+        as (pixels, mean), where the layer id was asked for."""
+        frames, objects = [], {}
         for out in sorted((self.work / name).iterdir()):
-            result = json.loads(self.catoptric("compare", out / method, out / reference, "--json"))
-            found += result[0]["frames"]
-        return found
+            result = json.loads(self.catoptric("compare", out / method, out / reference,
+                                               "--json"))[0]
+            frames += result["frames"]
+            for part in result["pooled"]["objects"]:
+                pixels, mean = objects.get(part["id"], (0, 0.0))
+                whole = pixels + part["pixels"]
+                mean += (part["l1_8bit"] - mean) * part["pixels"] / whole
+                objects[part["id"]] = (whole, mean)
+        return frames, objects
 
 
 def exponent(xs, ys):

@@ -38,7 +38,7 @@ def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int
     expect("parts", [(w, n[:2], len(n)) for w, n in bench.path_frames()],
            [([43, 44], [45, 225], 5), ([133, 134], [135, 315], 5)])
     small = ["scene=scenes/cornell_box.json", "path=paths/cornell_box.json", "image.width=32",
-             "image.height=32"]
+             "image.height=32", 'image.layers=["s","id"]']
     for config in sorted((source / "configs" / "papers").glob("*.json")):
         sets = [part for setting in small for part in ("--set", setting)]
         bench.catoptric("plan", config, "--frames", "1", *sets)
@@ -49,7 +49,9 @@ def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int
     expect("frames that count", sorted(runs["traced"].counters), [2, 3, 6])
     expect("clusters", all(runs["second_order"].count("clusters")), True)
     expect("parts of a frame", runs["traced"].ms() > runs["traced"].ms(without={"trace"}) > 0, True)
-    expect("frames compared", len(bench.errors("small", "second_order", "traced")), 5)
+    frames, objects = bench.errors("small", "second_order", "traced")
+    expect("frames compared", len(frames), 5)
+    expect("objects compared", [n > 0 and e >= 0 for n, e in objects.values()], [True] * 3)
 
     scene = {"materials": {"a": {"s": 0.2, "g": 0}, "b": {"s": 0}},
              "objects": [{"shape": "teapot", "material": "a", "children": [
