@@ -127,6 +127,17 @@ vec3 colorAt(DepthImage image, vec2 at, float depth) {
   return weights > 0.0 ? sum / weights : vec3(0.0);
 }
 
+// A quarter of a lobe's ray is a texel of its cluster: the nearest one is enough.
+vec3 seenAt(DepthImage image, vec2 at, float depth) {
+#if KIND == 2
+  vec2 texel = clamp(at, vec2(0.0), image.place.zw - 1.0);
+  ivec2 at2 = ivec2(texel) + ivec2(image.place.xy);
+  return texelFetch(colorImages, ivec3(at2, int(image.more.x)), 0).rgb;
+#else
+  return colorAt(image, at, depth);
+#endif
+}
+
 #if KIND != 0
 // What a ray was found to end at.
 const int kHit = 0;
@@ -147,10 +158,26 @@ struct Hit {
   bool bridged; // over a depth edge
 };
 
-// Walks from p along the unit direction in steps of a texel, to `limit` metres at most.
-Hit walk(DepthImage image, vec3 p, vec3 direction, float limit) {
-  vec4 start = vec4(dot(image.rowX, vec4(p, 1.0)), dot(image.rowY, vec4(p, 1.0)),
-                    dot(image.rowZ, vec4(p, 1.0)), dot(image.rowW, vec4(p, 1.0)));
+// Where all rays of a sample start.
+struct Start {
+  vec4 place;   // X, Y, Z, W
+  vec3 from;    // texel and depth
+  float before; // of the image
+  float above;  // from.z above the horizon
+};
+
+Start startAt(DepthImage image, vec3 p) {
+  Start start;
+  start.place = vec4(dot(image.rowX, vec4(p, 1.0)), dot(image.rowY, vec4(p, 1.0)),
+                     dot(image.rowZ, vec4(p, 1.0)), dot(image.rowW, vec4(p, 1.0)));
+  start.from = start.place.xyz / start.place.w;
+  start.before = depthAt(image, clamp(start.from.xy, vec2(0.0), image.place.zw - 1.0));
+  start.above = start.from.z - dot(image.horizon, vec3(start.from.xy, 1.0));
+  return start;
+}
+
+// Walks along the unit direction in steps of a texel, to `limit` metres at most.
+Hit walk(DepthImage image, Start start, vec3 direction, float limit) {
   vec4 along = vec4(dot(image.rowX.xyz, direction), dot(image.rowY.xyz, direction),
                     dot(image.rowZ.xyz, direction), dot(image.rowW.xyz, direction));
   Hit found = Hit(kMissed, vec2(0.0), 0.0, false);
@@ -158,60 +185,58 @@ Hit walk(DepthImage image, vec3 p, vec3 direction, float limit) {
   // As far as the frame goes: every border is a plane through the camera's eye
   vec2 size = image.place.zw;
   float t = limit;
-  vec4 inside = vec4(start.xy, size * start.w - start.xy);
+  vec4 inside = vec4(start.place.xy, size * start.place.w - start.place.xy);
   vec4 advance = vec4(along.xy, size * along.w - along.xy);
   for (int k = 0; k < 4; ++k) {
     t = advance[k] < 0.0 ? min(t, max(inside[k], 0.0) / -advance[k]) : t;
   }
-  t = along.w < 0.0 ? min(t, 0.9 * start.w / -along.w) : t;
-  vec4 end = start + t * along;
-  vec3 from = start.xyz / start.w;
-  vec3 to = end.xyz / end.w;
-  vec3 path = to - from;
+  t = along.w < 0.0 ? min(t, 0.9 * start.place.w / -along.w) : t;
+  vec4 end = start.place + t * along;
+  vec3 from = start.from;
+  vec3 path = end.xyz / end.w - from;
   float length = max(abs(path.x), abs(path.y));
   int steps = clamp(int(ceil(length)), 1, 8192);
   vec3 stride = path / float(steps);
+  bool passing = image.crossing || length > kLongPath;
 
-  float before = depthAt(image, clamp(from.xy, vec2(0.0), size - 1.0));
-  float rayBefore = from.z;
-  bool front = rayBefore >= before;
-  float aboveStart = from.z - dot(image.horizon, vec3(from.xy, 1.0));
-  bool hit = false;
+  float before = start.before;
   float here = before;
-  float ray = rayBefore;
-  for (int i = 1; i <= steps; ++i) {
-    vec3 point = from + stride * float(i);
-    here = depthAt(image, clamp(point.xy, vec2(0.0), size - 1.0));
-    ray = point.z;
-    bool behind = ray < here;
-    if (front && behind) {
-      // The segments of the ray and of the image cross between the two steps
-      float a = rayBefore - before;
-      float b = here - ray;
-      float s = a / max(a + b, 1e-30);
-      float horizon = dot(image.horizon, vec3(point.xy, 1.0));
-      bool edge = before - horizon < 0.8 * (here - horizon);
-      bool passes = false;
-      if (image.crossing || length > kLongPath) {
-        // Distances from where the ray starts, in units of start.w
-        float reach = aboveStart / (here - horizon) - 1.0;
-        edge = aboveStart / max(before - horizon, 1e-30) - 1.0 > 1.25 * reach;
-        passes = edge && aboveStart / (ray - horizon) - 1.0 > kThickness * reach;
-      }
-      s = edge ? 1.0 : s;
-      if (!passes || !found.bridged) {
-        found.at = mix(point.xy - stride.xy, point.xy, s);
-        found.depth = mix(before, here, s);
-        found.bridged = edge;
-      }
-      if (!passes) {
-        hit = true;
-        break;
-      }
+  bool front = from.z >= before;
+  bool hit = false;
+  int i = 0;
+  while (i < steps && !hit) {
+    // To the next step at which the ray goes behind the image: nothing else is done in this loop,
+    // since every lane pays for it
+    bool crossed = false;
+    while (i < steps && !crossed) {
+      ++i;
+      before = here;
+      vec3 point = from + stride * float(i);
+      here = depthAt(image, clamp(point.xy, vec2(0.0), size - 1.0));
+      bool behind = point.z < here;
+      crossed = front && behind;
+      front = !behind;
     }
-    front = !behind;
-    before = here;
-    rayBefore = ray;
+    // The segments of the ray and of the image cross between the two steps
+    vec3 point = from + stride * float(i);
+    float rayBefore = from.z + stride.z * float(i - 1);
+    float a = rayBefore - before;
+    float b = here - point.z;
+    float s = a / max(a + b, 1e-30);
+    float horizon = dot(image.horizon, vec3(point.xy, 1.0));
+    bool edge = before - horizon < 0.8 * (here - horizon);
+    // Distances from where the ray starts, in units of its W
+    float reach = start.above / (here - horizon) - 1.0;
+    bool edgeFromStart = start.above / max(before - horizon, 1e-30) - 1.0 > 1.25 * reach;
+    bool passes = passing && edgeFromStart &&
+                  start.above / (point.z - horizon) - 1.0 > kThickness * reach;
+    edge = passing ? edgeFromStart : edge;
+    s = edge ? 1.0 : s;
+    bool taken = crossed && (!passes || !found.bridged);
+    found.at = taken ? mix(point.xy - stride.xy, point.xy, s) : found.at;
+    found.depth = taken ? mix(before, here, s) : found.depth;
+    found.bridged = taken ? edge : found.bridged;
+    hit = crossed && !passes;
   }
   // What passed behind something and found nothing ends there
   hit = hit || (found.bridged && !(front && here == 0.0));
@@ -341,6 +366,7 @@ void main() {
     vec2 shift = vec2((float(cell) + 0.5) / float(samplesPerPixel * samplesPerPixel),
                       fract(float(cell) * 0.6180340));
 #endif
+    Start start = startAt(image, position);
     vec3 sum = vec3(0.0);
 #if FOUND
     uint nothing[2] = uint[2](0u, 0u);
@@ -362,12 +388,12 @@ void main() {
       float self = image.concave ? meetsItself(position, direction, known, own) : 0.0;
       limit = self > 0.0 ? min(limit, self) : limit;
 #endif
-      Hit hit = walk(image, position, direction, limit);
+      Hit hit = walk(image, start, direction, limit);
 #if SELF
       bool selfHit = self > 0.0 && hit.kind != kHit;
       hit.kind = selfHit ? kSelf : hit.kind;
 #endif
-      vec3 seen = hit.kind == kHit   ? colorAt(image, hit.at, hit.depth)
+      vec3 seen = hit.kind == kHit   ? seenAt(image, hit.at, hit.depth)
                   : hit.kind == kSky ? beyond(direction)
                                      : fallback(direction, level);
 #if SELF
