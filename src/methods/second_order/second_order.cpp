@@ -96,6 +96,19 @@ const config::Schema& schema() {
                "behind it (ignore), or its diffuse component (self_intersect)",
            .defaultText = "\"ignore\"",
            .allowed = {"ignore", "self_intersect"}},
+          {.name = "glossy",
+           .type = config::FieldType::String,
+           .help = "cone: every ray of a lobe is walked; neighbourhood: the one in its centre, the "
+                   "others are looked up at its distance",
+           .defaultText = "\"cone\"",
+           .allowed = {"cone", "neighbourhood"}},
+          {.name = "glossy_reach",
+           .type = config::FieldType::Number,
+           .help = "glossy reflections fade to the diffuse colour over this many metres times (1 - "
+                   "g) / g; 0: they do not",
+           .defaultText = "0",
+           .minimum = 0,
+           .maximum = 1000000},
           {.name = "count_disocclusions",
            .type = config::FieldType::Bool,
            .help = "compare what rays find with Embree's rays: counts disoccluded and wrong_hit, "
@@ -111,6 +124,8 @@ struct Options {
   DepthImageOptions images;
   int faceSize = 256;
   bool selfIntersect = false;
+  bool neighbourhood = false;
+  float glossyReach = 0.0f;
   bool countDisocclusions = false;
 };
 
@@ -132,6 +147,8 @@ Options parseOptions(const config::Value& value) {
   options.camera.rays = static_cast<int>(integer("rays"));
   options.images.levelErrorTexels = number("level_error");
   options.images.memoryBytes = static_cast<std::uint64_t>(integer("memory_mib")) << 20;
+  options.neighbourhood = config::valueOr(value, schema(), "glossy").asString() == "neighbourhood";
+  options.glossyReach = number("glossy_reach");
   options.selfIntersect =
       config::valueOr(value, schema(), "concave").asString() == "self_intersect";
   options.countDisocclusions = config::valueOr(value, schema(), "count_disocclusions").asBool();
@@ -171,8 +188,8 @@ Reflectors findReflectors(const scene::Scene& scene) {
   return found;
 }
 
-constexpr std::array<const char*, 6> kCountNames = {"unclustered", "environment",   "sky",
-                                                    "bridged",     "below_horizon", "met_itself"};
+constexpr std::array<const char*, 7> kCountNames = {
+    "unclustered", "environment", "sky", "bridged", "below_horizon", "met_itself", "faded"};
 
 class SecondOrder : public Method {
  public:
@@ -231,6 +248,8 @@ class SecondOrder : public Method {
       defines.push_back({"RAYS", std::to_string(options_.camera.rays)});
       defines.push_back({"MASKS", settings.masks ? "1" : "0"});
       defines.push_back({"COUNTS", "1"});
+      defines.push_back({"NEIGHBOURHOOD", options_.neighbourhood ? "1" : "0"});
+      defines.push_back({"FADE", options_.glossyReach > 0.0f ? "1" : "0"});
       defines.push_back({"SELF", options_.selfIntersect ? "1" : "0"});
       defines.push_back({"FOUND", options_.countDisocclusions ? "1" : "0"});
       defines.push_back({"EXACT_GRID", options_.camera.depthImageScale == 1.0f ? "1" : "0"});
@@ -352,8 +371,9 @@ class SecondOrder : public Method {
       counts_.bindStorage(1);
       program.set("rayFromPixel",
                   scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight()));
+      gbuffer.diffuse.bind(4);
+      if (options_.glossyReach > 0.0f) program.set("reach", options_.glossyReach);
       if (options_.selfIntersect) {
-        gbuffer.diffuse.bind(4);
         program.set("pixelFromRay", glm::inverse(scene::rayFromPixel(camera, gbuffer.sampleWidth(),
                                                                      gbuffer.sampleHeight())));
       }

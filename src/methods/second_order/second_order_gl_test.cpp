@@ -296,6 +296,29 @@ TEST(SecondOrder, ConcaveClustersCanMeetThemselves) {
   EXPECT_LT(met.l1Of8Bit, ignored.l1Of8Bit);
 }
 
+TEST(SecondOrder, GlossyReflectionsComeCloseToTheirRays) {
+  const scene::Camera camera = cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f});
+  const auto frame = [&](const char* options) {
+    return Comparison(
+        roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f), 0.3f), camera,
+        options);
+  };
+  const Comparison cone = frame("{}");
+  EXPECT_LT(cone.l1Of8Bit, 3.0);
+  const Comparison neighbourhood = frame(R"({"glossy": "neighbourhood"})");
+  EXPECT_TRUE(neighbourhood.finite);
+  EXPECT_LT(neighbourhood.l1Of8Bit, 3.0);
+  // Within a far reach nothing fades, within a short one all does; between, what is far
+  EXPECT_NEAR(frame(R"({"glossy_reach": 100000})").l1Of8Bit, cone.l1Of8Bit, 0.1);
+  const Comparison shortest = frame(R"({"glossy_reach": 1e-4})");
+  EXPECT_EQ(shortest.output.counters.at("faded"), shortest.samples);
+  const Comparison between = frame(R"({"glossy_reach": 1})");
+  EXPECT_TRUE(between.finite);
+  EXPECT_GT(between.l1Of8Bit, 2.0 * cone.l1Of8Bit);
+  EXPECT_GT(between.output.counters.at("faded"), 0u);
+  EXPECT_LT(between.output.counters.at("faded"), between.samples);
+}
+
 TEST(SecondOrder, ExtremesStayWithinTheirBounds) {
   const scene::UvMode uv = scene::UvMode::Metres;
   const auto expectWithin = [](double bound, scene::Scene scene, const scene::Camera& camera,

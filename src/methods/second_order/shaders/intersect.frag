@@ -2,6 +2,8 @@
 //   KIND    0 mirrored sample grids (planar mirrors), 1 one mirror ray, 2 RAYS rays of a lobe
 //   MASKS   1: where a sample fell back is marked
 //   COUNTS  1: fallbacks are counted
+//   NEIGHBOURHOOD  1: of a lobe one ray is walked, the others are looked up at its distance
+//   FADE    1: rays of a lobe end at `reach` (1 - g) / g metres, fading to the diffuse colour
 //   SELF    1: rays of concave clusters are intersected with their own cluster, too
 //   FOUND   1: what each ray found is written, to be compared with Embree's rays
 #include "raster/shaders/shading.glsl"
@@ -10,6 +12,9 @@ uniform mat3 rayFromPixel;  // (sample position, 1) to a ray that advances 1 m a
 #if SELF
 uniform mat3 pixelFromRay;  // its inverse
 const float kSelfSlack = 1e-4;  // of the depth; ours
+#endif
+#if FADE
+uniform float reach;
 #endif
 uniform float nearMetres;
 uniform float farthest;  // metres: no ray goes farther
@@ -45,6 +50,7 @@ const int kCountSky = 2;
 const int kCountBridged = 3;
 const int kCountBelowHorizon = 4;
 const int kCountSelf = 5;
+const int kCountFaded = 6;
 
 #if FOUND
 // By sample: bits of the rays that found no surface, where the only ray found one
@@ -144,6 +150,7 @@ const int kHit = 0;
 const int kSky = 1;     // it leaves the depth image over nothing
 const int kMissed = 2;  // it ends behind something, or leaves the image
 const int kSelf = 3;    // its own cluster
+const int kFaded = 4;   // beyond its reach
 
 // Rays that cross, or whose path is longer (texels), run far beside the camera's own: they pass
 // behind what they meet at less than this share of their distance. Ours: the least error in concave
@@ -156,6 +163,7 @@ struct Hit {
   vec2 at;      // texels
   float depth;
   bool bridged; // over a depth edge
+  float metres; // along the ray
 };
 
 // Where all rays of a sample start.
@@ -180,7 +188,7 @@ Start startAt(DepthImage image, vec3 p) {
 Hit walk(DepthImage image, Start start, vec3 direction, float limit) {
   vec4 along = vec4(dot(image.rowX.xyz, direction), dot(image.rowY.xyz, direction),
                     dot(image.rowZ.xyz, direction), dot(image.rowW.xyz, direction));
-  Hit found = Hit(kMissed, vec2(0.0), 0.0, false);
+  Hit found = Hit(kMissed, vec2(0.0), 0.0, false, limit);
 
   // As far as the frame goes: every border is a plane through the camera's eye
   vec2 size = image.place.zw;
@@ -236,12 +244,31 @@ Hit walk(DepthImage image, Start start, vec3 direction, float limit) {
     found.at = taken ? mix(point.xy - stride.xy, point.xy, s) : found.at;
     found.depth = taken ? mix(before, here, s) : found.depth;
     found.bridged = taken ? edge : found.bridged;
+    float share = (float(i - 1) + s) / float(steps);
+    float metres = t * share * start.place.w / mix(end.w, start.place.w, share);
+    found.metres = taken ? metres : found.metres;
     hit = crossed && !passes;
   }
   // What passed behind something and found nothing ends there
   hit = hit || (found.bridged && !(front && here == 0.0));
   found.kind = hit ? kHit : (front && here == 0.0 ? kSky : kMissed);
   return found;
+}
+#endif
+
+#if KIND == 2 && NEIGHBOURHOOD
+// What the image shows where a ray of a lobe would be, were it as long as the one in its centre
+// [Wang2014, section 4.2.2].
+Hit lookUp(DepthImage image, Start start, vec3 direction, Hit centre, float limit) {
+  float t = min(centre.metres, limit);
+  vec4 end = start.place + t * vec4(dot(image.rowX.xyz, direction), dot(image.rowY.xyz, direction),
+                                    dot(image.rowZ.xyz, direction), dot(image.rowW.xyz, direction));
+  vec2 at = end.xy / max(end.w, 1e-30);
+  bool inside = end.w > 0.0 && all(greaterThanEqual(at, vec2(0.0))) &&
+                all(lessThan(at, image.place.zw));
+  float depth = depthAt(image, clamp(at, vec2(0.0), image.place.zw - 1.0));
+  int kind = centre.kind == kMissed || !inside ? kMissed : depth > 0.0 ? kHit : kSky;
+  return Hit(kind, at, depth, kind == kHit && centre.bridged, t);
 }
 #endif
 
@@ -372,6 +399,16 @@ void main() {
     uint nothing[2] = uint[2](0u, 0u);
     vec3 where = vec3(0.0);
 #endif
+    float limit = farthest;
+#if KIND == 2 && FADE
+    float g = max(normalAndG.a, 1e-3);
+    limit = min(limit, reach * (1.0 - g) / g);
+    vec3 diffuse = texelFetch(diffuseSamples, sampleAt, 0).rgb;
+    bool faded = false;
+#endif
+#if KIND == 2 && NEIGHBOURHOOD
+    Hit centre = walk(image, start, mirror, limit);
+#endif
     for (int k = 0; k < rays; ++k) {
       vec3 direction = mirror;
 #if KIND == 2
@@ -382,13 +419,18 @@ void main() {
 #endif
       if (below) bits |= kMaskBelowHorizon;
 #endif
-      float limit = farthest;
 #if SELF
       vec3 own = vec3(0.0);
       float self = image.concave ? meetsItself(position, direction, known, own) : 0.0;
-      limit = self > 0.0 ? min(limit, self) : limit;
+      float until = self > 0.0 ? min(limit, self) : limit;
+#else
+      float until = limit;
 #endif
-      Hit hit = walk(image, start, direction, limit);
+#if KIND == 2 && NEIGHBOURHOOD
+      Hit hit = lookUp(image, start, direction, centre, until);
+#else
+      Hit hit = walk(image, start, direction, until);
+#endif
 #if SELF
       bool selfHit = self > 0.0 && hit.kind != kHit;
       hit.kind = selfHit ? kSelf : hit.kind;
@@ -399,6 +441,13 @@ void main() {
 #if SELF
       seen = selfHit ? own : seen;
       metItself = metItself || selfHit;
+#endif
+#if KIND == 2 && FADE
+      // What is not met within reach shows as much of the diffuse colour as what is met there
+      bool met = hit.kind == kHit || hit.kind == kSelf;
+      seen = mix(diffuse, seen, met ? clamp(1.0 - hit.metres / limit, 0.0, 1.0) : 0.0);
+      faded = faded || !met;
+      hit.kind = met ? hit.kind : kFaded;
 #endif
       sum += seen;
       missed = missed || hit.kind == kMissed;
@@ -419,6 +468,9 @@ void main() {
     if (missed) atomicAdd(counts[kCountMissed], 1u);
     if (sky) atomicAdd(counts[kCountSky], 1u);
     if (overEdge) atomicAdd(counts[kCountBridged], 1u);
+#if KIND == 2 && FADE
+    if (faded) atomicAdd(counts[kCountFaded], 1u);
+#endif
     if (metItself) atomicAdd(counts[kCountSelf], 1u);
 #endif
 #endif
