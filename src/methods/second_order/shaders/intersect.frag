@@ -402,7 +402,8 @@ void main() {
     float limit = farthest;
 #if KIND == 2 && FADE
     float g = max(normalAndG.a, 1e-3);
-    limit = min(limit, reach * (1.0 - g) / g);
+    float farPlane = reach * (1.0 - g) / g;
+    limit = min(limit, farPlane);
     vec3 diffuse = texelFetch(diffuseSamples, sampleAt, 0).rgb;
     bool faded = false;
 #endif
@@ -445,7 +446,7 @@ void main() {
 #if KIND == 2 && FADE
       // What is not met within reach shows as much of the diffuse colour as what is met there
       bool met = hit.kind == kHit || hit.kind == kSelf;
-      seen = mix(diffuse, seen, met ? clamp(1.0 - hit.metres / limit, 0.0, 1.0) : 0.0);
+      seen = mix(diffuse, seen, met ? clamp(1.0 - hit.metres / farPlane, 0.0, 1.0) : 0.0);
       faded = faded || !met;
       hit.kind = met ? hit.kind : kFaded;
 #endif
