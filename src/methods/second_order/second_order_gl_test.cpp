@@ -350,9 +350,11 @@ TEST(SecondOrder, ExtremesStayWithinTheirBounds) {
   test::SceneBuilder many;
   const int mirror = many.reflective(0.8f);
   for (int i = 0; i < 500; ++i) {
+    const int column = i % 25 - 12;
+    const int row = i / 25 - 10;
     many.add(scene::makeSphere(0.1f, 24, 12, uv), mirror,
-             test::translation({0.3f * static_cast<float>(i % 25 - 12),
-                                0.3f * static_cast<float>(i / 25 - 10), 0.0f}));
+             test::translation(
+                 {0.3f * static_cast<float>(column), 0.3f * static_cast<float>(row), 0.0f}));
   }
   many.add(scene::makeBox({.size = {9.0f, 9.0f, 0.1f}}, uv), many.diffuse({0.3f, 0.7f, 0.3f}),
            test::translation({0.0f, 0.0f, -1.0f}));
