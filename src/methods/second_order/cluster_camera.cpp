@@ -41,7 +41,7 @@ constexpr double kMostPassing = 0.005;
 /// Least cosine between that plane's normal and a reflected ray. Ours.
 constexpr float kClipCosine = 0.02f;
 /// Texels of a glossy cluster are not finer than this share of a ray's own spread. Ours.
-constexpr float kTexelOfSpread = 0.25f;
+constexpr float kTexelOfSpread = 0.125f;
 
 /// Axes of a curved cluster's camera, and where rays from the mirrored eye pass its image plane.
 struct Frame {
@@ -94,6 +94,7 @@ struct Window {
   float nearest = std::numeric_limits<float>::infinity();
   double spacing = 0.0;
   std::uint64_t pairs = 0;
+  double lobeShare = 0.0;  ///< sum over samples of how wide the eye sees a lobe's far end
   std::array<float, kClipTilts.size()> lowest = allInfinite();  ///< of samples, along each normal
   std::array<std::uint32_t, kClipTilts.size()> passing{};       ///< rays that pass the plane
 
@@ -115,6 +116,7 @@ struct Window {
     rect.extend(w.rect);
     nearest = std::min(nearest, w.nearest);
     spacing += w.spacing;
+    lobeShare += w.lobeShare;
     pairs += w.pairs;
   }
 };
@@ -403,7 +405,11 @@ std::vector<ClusterCamera> makeClusterCameras(const Clustering& clustering,
         Rect ends;
         ends.extend(far);
         if (frame.lobe > 0.0f) {
-          for (const float turn : {-frame.lobe, frame.lobe}) {
+          // The lobe's width at the far end, seen from the eye: an eye far behind sees little of it
+          const float share = std::min(4.0f, t / std::max(glm::length(farEnd), 1e-30f));
+          w.lobeShare += static_cast<double>(share);
+          const float seen = std::atan(share * std::tan(frame.lobe));
+          for (const float turn : {-seen, seen}) {
             const Vec2 turned(std::atan(far.x) + turn, std::atan(far.y) + turn);
             ends.extend(glm::tan(glm::clamp(turned, Vec2(-kWidestAngle), Vec2(kWidestAngle))));
           }
@@ -443,8 +449,9 @@ std::vector<ClusterCamera> makeClusterCameras(const Clustering& clustering,
         all.pairs > 0 ? static_cast<float>(all.spacing / static_cast<double>(all.pairs)) : 0.0f;
     if (!(texel > 0.0f))
       texel = glm::length(size) / std::sqrt(static_cast<float>(clusters[c].samples));
-    texel = std::max(texel,
-                     kTexelOfSpread * trace::lobeSpread(clusters[c].maxGlossiness, options.rays));
+    const auto share = static_cast<float>(all.lobeShare / clusters[c].samples);
+    texel = std::max(texel, kTexelOfSpread * share *
+                                trace::lobeSpread(clusters[c].maxGlossiness, options.rays));
     texel /= options.depthImageScale;
     const float most = options.maxTexelsPerSample *
                        std::max(16.0f, static_cast<float>(clusters[c].samples)) *
