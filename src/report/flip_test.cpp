@@ -1,8 +1,10 @@
-// FLIP against values worked out by hand from the papers' formulas, and its properties.
+// FLIP against values worked out by hand from the papers' formulas, against those of the authors'
+// program, and its properties.
 #include "report/flip.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -75,6 +77,51 @@ TEST(Flip, ConstantColoursByHand) {
   // L, 100^0.7 = 25.119 of the largest 41.276, so 0.95 + 0.05 (0.6086 - 0.4) / 0.6
   EXPECT_NEAR(constantFlip({0, 1, 0}, {0, 0, 1}), 1.0, 1e-12);
   EXPECT_NEAR(constantFlip({0, 0, 0}, {1, 1, 1}), 0.96738, 1e-5);
+}
+
+/// A board under a ramp, with a line and stripes of another brightness.
+Image board(int width, int height, float k) {
+  Image image{width, height, {"R", "G", "B"}, {}};
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const float base = ((x / 8 + y / 8) % 2 == 0 ? 0.0f : 0.5f) + 0.01f * static_cast<float>(x);
+      image.data.insert(image.data.end(), {base + (x == 20 ? k : 0.0f),
+                                           base * 0.8f + ((y / 4) % 2 == 0 ? 0.0f : 0.1f * k),
+                                           0.2f + 0.02f * static_cast<float>(y)});
+    }
+  }
+  return image;
+}
+
+/// What the authors' program (NVlabs/flip, python/flip_api.py of 2021; in double precision, its
+/// OpenCV filters by SciPy's) gives for two pairs of images.
+struct Published {
+  double mean, first, inside, other, largest;  // pixels (0, 0), (20, 11) and (30, 25)
+};
+
+void expectMap(const std::vector<float>& map, int width, const Published& expected) {
+  double sum = 0.0;
+  float largest = 0.0f;
+  for (const float e : map) {
+    sum += static_cast<double>(e);
+    largest = std::max(largest, e);
+  }
+  EXPECT_NEAR(sum / static_cast<double>(map.size()), expected.mean, 1e-5);
+  EXPECT_NEAR(map[0], expected.first, 1e-4);
+  EXPECT_NEAR(map[static_cast<std::size_t>(11 * width + 20)], expected.inside, 1e-4);
+  EXPECT_NEAR(map[static_cast<std::size_t>(25 * width + 30)], expected.other, 1e-4);
+  EXPECT_NEAR(largest, expected.largest, 1e-4);
+}
+
+TEST(Flip, AgreesWithTheAuthorsProgram) {
+  const Image a = noise(40, 31, 1);
+  const Image b = noise(40, 31, 2);
+  expectMap(ldrFlip(view(a), view(b)), 40, {0.393668, 0.697428, 0.296019, 0.265538, 0.855119});
+  expectMap(hdrFlip(view(a), view(b)), 40, {0.365556, 0.629900, 0.283213, 0.185365, 0.808557});
+  const Image c = board(64, 48, 0.0f);
+  const Image d = board(64, 48, 0.5f);
+  expectMap(ldrFlip(view(c), view(d)), 64, {0.159124, 0.016151, 0.227319, 0.084459, 0.427581});
+  expectMap(hdrFlip(view(c), view(d)), 64, {0.173302, 0.076787, 0.202384, 0.073178, 0.969374});
 }
 
 TEST(Flip, EqualImagesHaveNoError) {

@@ -450,8 +450,8 @@ std::vector<ClusterCamera> makeClusterCameras(const Clustering& clustering,
     if (!(texel > 0.0f))
       texel = glm::length(size) / std::sqrt(static_cast<float>(clusters[c].samples));
     const auto share = static_cast<float>(all.lobeShare / clusters[c].samples);
-    texel = std::max(texel, kTexelOfSpread * share *
-                                trace::lobeSpread(clusters[c].maxGlossiness, options.rays));
+    texel = std::max(
+        texel, kTexelOfSpread * share * trace::lobeSpread(clusters[c].maxGlossiness, options.rays));
     texel /= options.depthImageScale;
     const float most = options.maxTexelsPerSample *
                        std::max(16.0f, static_cast<float>(clusters[c].samples)) *
