@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <set>
 #include <string_view>
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/log.h"
 
 namespace catoptric::report {
 namespace {
@@ -109,6 +111,21 @@ RunData readRun(const fs::path& folder, const std::string& name) {
   std::error_code ignored;
   if (fs::exists(timings, ignored))
     run.samples = parseTimings(readTextFile(timings, std::size_t{1} << 30), timings.string());
+
+  // A resumed run leaves files of earlier settings in place; its records do not have them
+  std::set<int> recorded;
+  for (const frame::StepSample& sample : run.samples) recorded.insert(sample.frame);
+  recorded.erase(0);
+  if (!recorded.empty()) {
+    const auto foreign = [&](const auto& file) { return !recorded.contains(file.first); };
+    const std::size_t left = std::erase_if(run.frames, foreign);
+    std::erase_if(run.previews, foreign);
+    if (left > 0) {
+      log::warning(folder.string() + ": " + std::to_string(left) +
+                   " of its frames are not in timings.csv and are left out: they were made with "
+                   "other settings, or copied there");
+    }
+  }
   return run;
 }
 

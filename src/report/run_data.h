@@ -15,7 +15,8 @@ struct RunData {
   std::string name;  ///< how tables call it
   std::filesystem::path folder;
   std::vector<frame::StepSample> samples;         ///< of timings.csv; empty when it is absent
-  std::map<int, std::filesystem::path> frames;    ///< EXR files by frame number
+  std::map<int, std::filesystem::path> frames;    ///< EXR files by number; of timings.csv alone, if
+                                                  ///< there is one
   std::map<int, std::filesystem::path> previews;  ///< PNG files by frame number
 };
 

@@ -157,6 +157,13 @@ TEST(ReadRun, FindsFramesAndSubfolders) {
   EXPECT_EQ(readRuns(folder / "traced/").at(0).name, "traced");
   EXPECT_THROW(readRun(folder), UsageError);
   EXPECT_THROW(readRuns(folder / "absent"), UsageError);
+
+  // Frames that the records do not have were made with other settings
+  std::ofstream(folder / "traced/timings.csv")
+      << "frame,step,seconds,clock,first\n0,scene,0.1,wall,0\n2,trace,0.2,wall,1\n";
+  const RunData recorded = readRun(folder / "traced");
+  ASSERT_EQ(recorded.frames.size(), 1u);
+  EXPECT_EQ(recorded.frames.begin()->first, 2);
   fs::remove_all(folder);
 }
 
