@@ -225,8 +225,8 @@ ObjectLevels buildObjectLevels(const frame::Geometry& geometry, const frame::Obj
   std::vector<std::uint32_t> gridded(indices.size());
   float error = 0.0f;
   while (indices.size() >= 3 * kSmallestLevel) {
-    const auto target =
-        3 * static_cast<std::size_t>(static_cast<float>(indices.size() / 3) / kLevelRatio);
+    const std::size_t triangles = indices.size() / 3;
+    const auto target = 3 * static_cast<std::size_t>(static_cast<float>(triangles) / kLevelRatio);
     float collapseError = 0.0f;
     float gridError = 0.0f;
     std::size_t count = meshopt_simplify(collapsed.data(), indices.data(), indices.size(),
