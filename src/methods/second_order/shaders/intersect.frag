@@ -133,12 +133,14 @@ vec3 colorAt(DepthImage image, vec2 at, float depth) {
   return weights > 0.0 ? sum / weights : vec3(0.0);
 }
 
-// A quarter of a lobe's ray is a texel of its cluster: the nearest one is enough.
+// An eighth of a lobe's ray is a texel of its cluster: the nearest one is enough. Where nothing was
+// drawn the image still has an earlier frame's colour.
 vec3 seenAt(DepthImage image, vec2 at, float depth) {
 #if KIND == 2
   vec2 texel = clamp(at, vec2(0.0), image.place.zw - 1.0);
   ivec2 at2 = ivec2(texel) + ivec2(image.place.xy);
-  return texelFetch(colorImages, ivec3(at2, int(image.more.x)), 0).rgb;
+  vec3 color = texelFetch(colorImages, ivec3(at2, int(image.more.x)), 0).rgb;
+  return depthAt(image, texel) > 0.0 ? color : vec3(0.0);
 #else
   return colorAt(image, at, depth);
 #endif
@@ -241,7 +243,11 @@ Hit walk(DepthImage image, Start start, vec3 direction, float limit) {
     edge = passing ? edgeFromStart : edge;
     s = edge ? 1.0 : s;
     bool taken = crossed && (!passes || !found.bridged);
+#if KIND == 2
+    found.at = taken ? point.xy : found.at;  // where the image certainly shows something
+#else
     found.at = taken ? mix(point.xy - stride.xy, point.xy, s) : found.at;
+#endif
     found.depth = taken ? mix(before, here, s) : found.depth;
     found.bridged = taken ? edge : found.bridged;
     float share = (float(i - 1) + s) / float(steps);
