@@ -16,6 +16,7 @@ sys.dont_write_bytecode = True
 
 def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int:
     sys.path.insert(0, str(source / "scripts"))
+    import paper_frames
     import paper_run
     import paper_second_order
 
@@ -33,6 +34,11 @@ def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int
     expect("slope", round(paper_run.slope(xs, [7 - 2 * x for x in xs]), 9), -2)
     expect("number", [paper_run.number(v) for v in (0.012345, 9.876, 1234.5, 0)],
            ["0.0123", "9.88", "1234", "0"])
+
+    objects = [{"id": 1, "pixels": 30, "l1_8bit": 1.0}, {"id": 2, "pixels": 10, "l1_8bit": 3.0},
+               {"id": 3, "pixels": 9, "l1_8bit": 99.0}]
+    expect("pooled", [paper_frames.pooled(objects, {1, 2}), paper_frames.pooled(objects, {4})],
+           [(40, 1.5), (0, 0.0)])
 
     bench = paper_run.Bench(program.parent.parent, work, "quick")
     expect("parts", [(w, n[:2], len(n)) for w, n in bench.path_frames()],
