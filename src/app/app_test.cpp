@@ -235,7 +235,43 @@ TEST_F(App, DryRunAndPlanWriteNothing) {
   EXPECT_EQ(plan.get("frames").asInteger(), 6);
 }
 
+TEST_F(App, SettingsNameMethods) {
+  std::ofstream(folder / "two.json") << R"({"scene": "scene.json", "path": "path.json",
+    "methods": ["traced", {"method": "traced", "name": "fit"}]})";
+  // By name or number, also where the config gives a name alone; the other keeps its options
+  for (const char* setting : {"methods.fit.bvh=refit", "methods.1.bvh=refit"}) {
+    const Result plan = run(std::string("plan two.json --json --method fit --set ") + setting);
+    EXPECT_EQ(plan.exitCode, 0) << plan.err;
+    EXPECT_EQ(plan.out, run("plan two.json --json --method fit --set methods.1.bvh=refit").out);
+  }
+  EXPECT_EQ(run("plan two.json --set methods.traced.bvh=refit").exitCode, 0);
+  EXPECT_THAT(run("plan two.json --set methods.traced.bvh=refitt").err, HasSubstr("refitt"));
+  EXPECT_THAT(run("plan two.json --set methods.fitt.bvh=refit").err,
+              HasSubstr("no method \"fitt\" (did you mean \"fit\"?); it has traced, fit"));
+}
+
+TEST_F(App, FoldersOfSeveralRunsAreNamed) {
+  std::ofstream(folder / "two.json") << R"({"scene": "scene.json", "path": "path.json",
+    "image": {"width": 32, "height": 24}, "frames": "1",
+    "methods": [{"method": "reference", "name": "a", "samples": 1, "rays": 1},
+                {"method": "reference", "name": "b", "samples": 2, "rays": 1}]})";
+  EXPECT_EQ(run("render two.json --out out").exitCode, 0);
+  const Result one = run("render two.json --out out --method a --existing resume");
+  EXPECT_EQ(one.exitCode, 2);
+  EXPECT_THAT(one.err, HasSubstr("for one method alone name --out out/a"));
+  EXPECT_FALSE(fs::exists(folder / "out" / "frames"));
+  EXPECT_EQ(run("render two.json --out out/a --method a --existing resume").exitCode, 0);
+  const Result compare = run("compare out out/a");
+  EXPECT_EQ(compare.exitCode, 2);
+  EXPECT_THAT(compare.err, HasSubstr("holds several runs; name one of out/a, out/b"));
+  // Objects by name, too
+  EXPECT_EQ(run("render two.json --out ids --set 'image.layers=[\"s\",\"id\"]'").exitCode, 0);
+  EXPECT_THAT(run("compare ids/a ids/b").out, HasSubstr("ball"));
+}
+
 TEST_F(App, InfoCounts) {
+  EXPECT_THAT(run("info run.json").err,
+              HasSubstr("run.json: is a run config; its scene: catoptric info scene.json"));
   const config::Value info = config::parseText(run("info scene.json --json").out, "info");
   EXPECT_EQ(info.get("objects").asInteger(), 2);
   EXPECT_EQ(info.get("diffuse_triangles").asInteger(), 2);
@@ -284,6 +320,13 @@ TEST_F(App, SignalsLeaveAResumableRun) {
 }
 
 TEST_F(App, FullDisksAndClosedPipesAreExit5) {
+  // A reader that has seen enough is no error of ours
+  const std::string piped = "cd '" + folder.string() +
+                            "' && (sleep 0.1; " CATOPTRIC_PROGRAM
+                            " list 2>stderr.txt; echo $? >code.txt) | true";
+  EXPECT_EQ(std::system(piped.c_str()), 0);
+  EXPECT_EQ(textOf(folder / "code.txt"), "141\n");
+  EXPECT_EQ(textOf(folder / "stderr.txt"), "");
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "this system has no /dev/full";
   const std::string command =
       "cd '" + folder.string() + "' && " CATOPTRIC_PROGRAM " list >/dev/full 2>stderr.txt";

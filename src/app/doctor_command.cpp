@@ -1,6 +1,4 @@
 // catoptric doctor: what this machine can render with.
-#include <algorithm>
-
 #include "app/commands.h"
 #include "config/json_text.h"
 #include "core/text.h"
@@ -30,6 +28,9 @@ std::string reportJson(const gl::DeviceReport& report) {
 
 ExitCode doctor(const CommonOptions& common) {
   const std::vector<gl::DeviceReport> reports = gl::describeDevices();
+  std::vector<std::string> usable;
+  for (const gl::DeviceReport& report : reports)
+    if (report.usable()) usable.push_back(report.device);
   if (common.json) {
     std::vector<std::string> texts;
     for (const gl::DeviceReport& report : reports) texts.push_back(reportJson(report));
@@ -40,11 +41,11 @@ ExitCode doctor(const CommonOptions& common) {
               "\n");
   } else {
     printData("catoptric " + std::string(run::versionText()) + " on " + run::processorName() +
-              "\n" + gl::doctorText(reports));
+              "\n" + gl::doctorText(reports) +
+              (usable.empty() ? "No device can render: see \"to do\" above.\n"
+                              : "Ready to render: --device " + joined(usable, ", or ") + ".\n"));
   }
-  const bool any = std::any_of(reports.begin(), reports.end(),
-                               [](const gl::DeviceReport& report) { return report.usable(); });
-  return any ? ExitCode::Done : ExitCode::NoDevice;
+  return usable.empty() ? ExitCode::NoDevice : ExitCode::Done;
 }
 
 }  // namespace

@@ -4,11 +4,14 @@
 #include <cstdio>
 
 #include "app/commands.h"
+#include "config/json.h"
 #include "config/json_text.h"
+#include "core/error.h"
 #include "core/math.h"
 #include "core/text.h"
 #include "frame/geometry.h"
 #include "run/plan.h"
+#include "run/run_config.h"
 #include "scene/animate.h"
 #include "scene/loader.h"
 
@@ -68,7 +71,24 @@ std::uint64_t memoryBound(const scene::Scene& scene) {
   return scene.memoryBytes() * 2 + geometry * 2 + scene.triangleCount() * kEmbreeBytesPerTriangle;
 }
 
+/// Run configs and camera paths are JSON, too.
+void requireScene(const std::string& input) {
+  const std::filesystem::path file = input;
+  std::error_code ignored;
+  if (file.extension() != ".json" || !std::filesystem::is_regular_file(file, ignored)) return;
+  const config::Value root = config::parseFile(file);
+  const run::FileKind kind = run::fileKind(root);
+  if (kind == run::FileKind::Path)
+    throw UsageError(input + ": is a camera path; info tells about scenes");
+  if (kind != run::FileKind::RunConfig) return;
+  const std::filesystem::path scene =
+      (file.parent_path() / root.get("scene").asString()).lexically_normal();
+  throw UsageError(input + ": is a run config; its scene: catoptric info " + scene.string() +
+                   "; what a run of it needs: catoptric plan " + input);
+}
+
 ExitCode info(const std::string& input, const CommonOptions& common) {
+  requireScene(input);
   const scene::Scene scene = scene::loadScene(input);
   const std::vector<bool> moving = scene::movingObjects(scene);
   const auto movingCount = std::count(moving.begin(), moving.end(), true);

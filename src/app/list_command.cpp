@@ -19,7 +19,7 @@ using config::JsonText;
 const std::vector<std::string> kWhat = {"methods", "steps",  "scenes", "paths",
                                         "configs", "shapes", "devices"};
 
-/// Files of the working folder's scenes/, paths/, configs/.
+/// Files of the working folder's scenes/, paths/, configs/ (and configs/papers/).
 std::vector<std::string> filesIn(const std::string& folder) {
   std::vector<std::string> files;
   std::error_code error;
@@ -54,6 +54,8 @@ std::vector<Item> itemsOf(const std::string& what) {
                                           (report.usable() ? report.renderer : report.message)});
   } else {
     for (const std::string& file : filesIn(what)) items.push_back({file, ""});
+    if (what == "configs")
+      for (const std::string& file : filesIn("configs/papers")) items.push_back({file, ""});
   }
   return items;
 }

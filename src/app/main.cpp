@@ -1,5 +1,6 @@
 // catoptric's command line: subcommands, and errors as exit codes.
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -27,6 +28,9 @@ Examples:
 Exit codes: 0 done; 2 usage or config; 3 scene or asset; 4 no GL device; 5 output could not be
 written; 6 some frames failed; 7 a comparison exceeded its limits; 128+n ended by signal n.
 )";
+
+/// What reads stdout has seen enough (`| head`): no error of ours.
+struct ReaderGone {};
 
 std::vector<std::string> commandNames(const CLI::App& program) {
   std::vector<std::string> names;
@@ -100,7 +104,7 @@ int runProgram(int argc, char** argv) {
     program.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
     const auto chosen = program.get_subcommands();
-    printData(chosen.empty() ? program.help() : chosen.front()->help());
+    printData(chosen.empty() ? program.help() : chosen.front()->help("catoptric"));
     return 0;
   } catch (const CLI::CallForVersion& version) {
     printData(std::string(version.what()) + "\n");
@@ -128,8 +132,10 @@ void addCommon(CLI::App& command, CommonOptions& common) {
 }
 
 void printData(const std::string& text) {
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
-    throw OutputError("stdout: cannot be written");
+  if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0)
+    return;
+  if (errno == EPIPE) throw ReaderGone();
+  throw OutputError("stdout: cannot be written");
 }
 
 }  // namespace catoptric::app
@@ -143,6 +149,8 @@ int main(int argc, char** argv) {
     return app::runProgram(argc, argv);
   } catch (const Error& error) {
     return app::fail(error.what(), error.code());
+  } catch (const app::ReaderGone&) {
+    return 128 + SIGPIPE;
   } catch (const std::bad_alloc&) {
     return app::fail("out of memory", ExitCode::Internal);
   } catch (const std::exception& error) {

@@ -224,8 +224,10 @@ void addRunOptions(CLI::App& command, RunOptions& options) {
       ->delimiter(',')
       ->allow_extra_args(false);
   command
-      .add_option("--set", options.settings,
-                  "Changes one value of the config, such as image.width=256 or methods.0.bvh=refit")
+      .add_option(
+          "--set", options.settings,
+          "Changes one value of the config, such as image.width=256 or methods.traced.bvh=refit "
+          "(a method's name, or its number in the config)")
       ->type_name("A.B=VALUE")
       ->allow_extra_args(false);
   command.add_option("--device", options.device, "auto, egl:N, surfaceless, osmesa")

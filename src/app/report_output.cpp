@@ -23,8 +23,13 @@ std::string writeReports(const run::RunConfig& run, const std::vector<run::Metho
   }
   const report::Table table =
       timings.size() == 1 ? report::timingView(timings.front()) : report::timingComparison(timings);
+  const report::Table counters = report::counterView(data);
   std::string text = report::toText(table);
   std::string markdown = report::toMarkdown(table);
+  if (!counters.rows.empty() || !counters.notes.empty()) {
+    text += "\n" + report::toText(counters);
+    markdown += "\n" + report::toMarkdown(counters);
+  }
   for (const report::TimingTable& timing : timings)
     if (timings.size() > 1) markdown += "\n" + report::toMarkdown(report::timingView(timing));
   writeFileAtomically(out / "table.md", markdown);

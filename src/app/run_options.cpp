@@ -32,6 +32,40 @@ void requireInput(const std::string& input) {
   throw UsageError(message);
 }
 
+/// Changes one value. A method is named by its number or its name in the config, and gets options
+/// also where the config gives its name alone.
+config::Value changed(const config::Value& root, const std::string& path,
+                      const std::string& value) {
+  constexpr std::string_view kMethods = "methods.";
+  const config::Value methods = root.get("methods");
+  const std::size_t dot = path.find('.', kMethods.size());
+  if (!path.starts_with(kMethods) || dot == std::string::npos ||
+      methods.kind() != config::Value::Kind::Array)
+    return config::withSetting(root, path, value);
+
+  std::string chosen = path.substr(kMethods.size(), dot - kMethods.size());
+  std::vector<std::string> names;
+  std::string shorthand;
+  for (const config::Value& method : methods.asArray()) {
+    const bool isName = method.kind() == config::Value::Kind::String;
+    const config::Value name = isName               ? method
+                               : method.has("name") ? method.get("name")
+                                                    : method.get("method");
+    names.push_back(name.isNull() ? "" : name.asString());
+    const std::string number = std::to_string(names.size() - 1);
+    if (chosen == names.back()) chosen = number;
+    if (chosen == number && isName) shorthand = method.asString();
+  }
+  if (chosen.find_first_not_of("0123456789") != std::string::npos)
+    throw UsageError("--set " + path + "=" + value + ": the config has no method \"" + chosen +
+                     "\"" + didYouMean(chosen, names) + "; it has " + joined(names, ", "));
+  config::Value expanded = root;
+  if (!shorthand.empty())
+    expanded = config::withSetting(expanded, "methods." + chosen,
+                                   config::JsonText().add("method", shorthand).object());
+  return config::withSetting(expanded, "methods." + chosen + path.substr(dot), value);
+}
+
 }  // namespace
 
 run::RunConfig readRun(const RunOptions& options) {
@@ -60,7 +94,7 @@ run::RunConfig readRun(const RunOptions& options) {
     if (equals == std::string::npos || equals == 0)
       throw UsageError("--set \"" + setting +
                        "\": must be name=value, such as --set image.width=256");
-    root = config::withSetting(root, setting.substr(0, equals), setting.substr(equals + 1));
+    root = changed(root, setting.substr(0, equals), setting.substr(equals + 1));
   }
   const auto set = [&](const char* name, const std::string& value, const std::string& json,
                        const std::string& option) {

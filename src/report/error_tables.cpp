@@ -208,15 +208,18 @@ Table errorView(const RunComparison& comparison) {
 Table objectView(const RunComparison& comparison) {
   Table table;
   table.title = "Reflective objects, all frames";
-  table.columns = {{"id", true},       {"pixels", true},   {"L1_8bit", true},
-                   {"RMSE", true},     {"SSIM", true},     {"FLIP", true},
-                   {"HDR-FLIP", true}, {"max_8bit", true}, {"at x,y", true}};
-  for (const auto& [id, e] : comparison.pooled.objects)
+  table.columns = {{"id", true},       {"name", false}, {"pixels", true}, {"L1_8bit", true},
+                   {"RMSE", true},     {"SSIM", true},  {"FLIP", true},   {"HDR-FLIP", true},
+                   {"max_8bit", true}, {"at x,y", true}};
+  for (const auto& [id, e] : comparison.pooled.objects) {
+    const auto name = comparison.objectNames.find(id);
     table.rows.push_back(
-        {std::to_string(id), std::to_string(e.pixels), fixedText(e.l1(), 3), fixedText(e.rmse(), 5),
+        {std::to_string(id), name == comparison.objectNames.end() ? "" : name->second,
+         std::to_string(e.pixels), fixedText(e.l1(), 3), fixedText(e.rmse(), 5),
          fixedText(e.ssim(), 4), fixedText(e.flip(), 4), fixedText(e.hdrFlip(), 4),
          std::to_string(e.max8),
          e.max8X < 0 ? "" : place(e) + " in frame " + std::to_string(e.max8Frame)});
+  }
   return table;
 }
 

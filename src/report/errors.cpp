@@ -503,6 +503,7 @@ RunComparison compareRuns(const RunData& run, const RunData& reference,
   RunComparison comparison;
   comparison.name = run.name;
   comparison.reference = reference.name;
+  comparison.objectNames = run.objectNames.empty() ? reference.objectNames : run.objectNames;
   std::vector<int> common;
   for (const auto& [number, file] : run.frames)
     (reference.frames.contains(number) ? common : comparison.onlyInRun).push_back(number);

@@ -141,6 +141,7 @@ struct RunComparison {
   ImageError pooled;
   std::vector<int> onlyInRun;        ///< frames that the reference lacks
   std::vector<int> onlyInReference;  ///< frames that the run lacks
+  std::map<int, std::string> objectNames;
 };
 
 /// Where compareRuns puts pictures.

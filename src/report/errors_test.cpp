@@ -320,9 +320,9 @@ TEST_F(CompareRuns, FramesArePooledByPixels) {
   EXPECT_EQ(first.get("frames").asArray().at(0).get("l1_8bit").asNumber(), 1.0);
   EXPECT_EQ(first.get("only_in_run").dump(), "[3]");
 
-  TimingTable fast{"traced", 1, {}, {}, {}, {}, {}};
+  TimingTable fast{"traced", 1, {}, {}, {}, {}, {}, {}};
   fast.rendering.median = 0.05;
-  TimingTable slow{"reference", 1, {}, {}, {}, {}, {}};
+  TimingTable slow{"reference", 1, {}, {}, {}, {}, {}, {}};
   slow.rendering.median = 0.2;
   const std::vector<TimingTable> timings{fast, slow};
   const Table summary = errorSummary(one, timings);

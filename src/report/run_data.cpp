@@ -6,9 +6,11 @@
 #include <set>
 #include <string_view>
 
+#include "config/json.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/log.h"
+#include "core/text.h"
 
 namespace catoptric::report {
 namespace {
@@ -56,6 +58,24 @@ template <class Number>
 bool parse(std::string_view text, Number& value) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   return error == std::errc() && end == text.data() + text.size();
+}
+
+/// Counters and objects' names; a run that was stopped has no summary.
+void readSummary(const fs::path& file, RunData& run) {
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) return;
+  const config::Value summary = config::parseFile(file);
+  const config::Value counters = summary.get("counters");
+  if (!counters.isNull())
+    for (const std::string& name : counters.keys()) {
+      const config::Value counter = counters.get(name);
+      run.counters.push_back({name, counter.get("mean").asNumber(), counter.get("max").asNumber()});
+    }
+  const config::Value reflectors = summary.get("reflectors");
+  if (!reflectors.isNull())
+    for (const config::Value& reflector : reflectors.asArray())
+      run.objectNames[static_cast<int>(reflector.get("id").asInteger())] =
+          reflector.get("name").asString();
 }
 
 }  // namespace
@@ -112,6 +132,8 @@ RunData readRun(const fs::path& folder, const std::string& name) {
   if (fs::exists(timings, ignored))
     run.samples = parseTimings(readTextFile(timings, std::size_t{1} << 30), timings.string());
 
+  readSummary(folder / "summary.json", run);
+
   // A resumed run leaves files of earlier settings in place; its records do not have them
   std::set<int> recorded;
   for (const frame::StepSample& sample : run.samples) recorded.insert(sample.frame);
@@ -144,10 +166,17 @@ RunData readSequence(const fs::path& path) {
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(path, ignored))
     if (entry.path().extension() == ".exr") files.push_back(entry.path());
-  if (files.empty())
+  if (files.empty()) {
+    std::vector<std::string> runs;
+    for (const auto& entry : fs::directory_iterator(path, ignored))
+      if (isRun(entry.path())) runs.push_back(entry.path().string());
+    std::sort(runs.begin(), runs.end());
+    if (!runs.empty())
+      throw UsageError(path.string() + ": holds several runs; name one of " + joined(runs, ", "));
     throw UsageError(path.string() +
                      ": no frames to compare (neither a run's folder, nor an EXR "
                      "file, nor a folder of EXR files)");
+  }
   std::sort(files.begin(), files.end());
   for (const fs::path& file : files) {
     int number = numberAtEnd(file);

@@ -10,6 +10,13 @@
 
 namespace catoptric::report {
 
+/// What a method counted, over the frames.
+struct Counter {
+  std::string name;
+  double mean = 0.0;
+  double max = 0.0;
+};
+
 /// One method's folder of a run.
 struct RunData {
   std::string name;  ///< how tables call it
@@ -18,6 +25,8 @@ struct RunData {
   std::map<int, std::filesystem::path> frames;    ///< EXR files by number; of timings.csv alone, if
                                                   ///< there is one
   std::map<int, std::filesystem::path> previews;  ///< PNG files by frame number
+  std::vector<Counter> counters;                  ///< of summary.json, by name
+  std::map<int, std::string> objectNames;         ///< of summary.json: reflective objects by id
 };
 
 /// Reads a folder that holds frames/ or timings.csv. `name` empty: the folder's own name. Throws

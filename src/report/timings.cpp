@@ -1,14 +1,18 @@
 #include "report/timings.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
+
+#include "core/text.h"
 
 namespace catoptric::report {
 namespace {
 
 constexpr const char* kOverlapped = "overlapped";
-constexpr const char* kWait = "wait";
+/// Not rendering: for the writers, or a check that was asked for.
+const std::set<std::string> kApart = {"wait", "disocclusions"};
 
 /// Values of one row, one for each frame, and which of them are of first frames.
 struct Series {
@@ -57,7 +61,7 @@ std::string perSecond(double seconds) {
 }  // namespace
 
 const StepStatistics* TimingTable::find(const std::string& step) const {
-  for (const auto* group : {&steps, &overlapped, &preparation})
+  for (const auto* group : {&steps, &apart, &overlapped, &preparation})
     for (const StepStatistics& s : *group)
       if (s.step == step) return &s;
   return nullptr;
@@ -88,7 +92,7 @@ TimingTable timingTable(const RunData& run) {
     if (sample.clock == kOverlapped) continue;
     frame.perFrame[sample.frame] += sample.seconds;
     if (sample.first) frame.firsts.insert(sample.frame);
-    if (sample.step == kWait) continue;
+    if (kApart.contains(sample.step)) continue;
     rendering.perFrame[sample.frame] += sample.seconds;
     if (sample.first) rendering.firsts.insert(sample.frame);
   }
@@ -100,7 +104,10 @@ TimingTable timingTable(const RunData& run) {
     table.preparation.push_back(statisticsOf(step, preparationClocks[step], preparation[step]));
   for (const std::string& step : order) {
     const Series& s = series[step];
-    (s.clock == kOverlapped ? table.overlapped : table.steps).push_back(statisticsOf(step, s));
+    (s.clock == kOverlapped  ? table.overlapped
+     : kApart.contains(step) ? table.apart
+                             : table.steps)
+        .push_back(statisticsOf(step, s));
   }
   table.rendering = statisticsOf("rendering", rendering);
   table.frame = statisticsOf("frame", frame);
@@ -121,20 +128,12 @@ Table timingView(const TimingTable& timings) {
                               : "",
                           rate ? perSecond(s.median) : ""});
   };
-  const StepStatistics* wait = nullptr;
-  for (const StepStatistics& s : timings.steps) {
-    if (s.step == kWait)
-      wait = &s;
-    else
-      row(s, true, false);
-  }
+  for (const StepStatistics& s : timings.steps) row(s, true, false);
   if (timings.frames > 0) {
     table.rows.emplace_back();
     row(timings.rendering, true, true);
-    if (wait != nullptr) {
-      row(*wait, false, false);
-      row(timings.frame, false, true);
-    }
+    for (const StepStatistics& s : timings.apart) row(s, false, false);
+    if (!timings.apart.empty()) row(timings.frame, false, true);
   }
   if (!timings.overlapped.empty()) {
     table.rows.emplace_back();
@@ -174,8 +173,7 @@ Table timingComparison(std::span<const TimingTable> methods, std::size_t baselin
     std::vector<std::string> order;
     for (const TimingTable& method : methods)
       for (const StepStatistics& s : method.*group)
-        if (std::find(order.begin(), order.end(), s.step) == order.end() && s.step != kWait)
-          order.push_back(s.step);
+        if (std::find(order.begin(), order.end(), s.step) == order.end()) order.push_back(s.step);
     // What no step names stands last
     std::stable_partition(order.begin(), order.end(),
                           [](const std::string& step) { return step != "other"; });
@@ -224,11 +222,41 @@ Table timingComparison(std::span<const TimingTable> methods, std::size_t baselin
   table.rows.emplace_back();
   if (addGroup(&TimingTable::overlapped, false)) table.rows.emplace_back();
   if (addGroup(&TimingTable::preparation, true))
-    table.notes.emplace_back("Last rows: before the first frame, once per run.");
+    table.notes.emplace_back(
+        "Last rows: before the first frame, summed over the processes that made the run.");
   else
     table.rows.pop_back();
   if (someFramesOnly)
     table.notes.emplace_back("A step that only some frames have: the median of those frames.");
+  return table;
+}
+
+Table counterView(std::span<const RunData> runs) {
+  Table table;
+  table.title = "Counted per frame: mean (most)";
+  table.columns.push_back({"counter", false});
+  std::map<std::string, std::vector<std::string>> rows;
+  std::set<std::string> counted;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    table.columns.push_back({runs[i].name, true});
+    for (const Counter& counter : runs[i].counters) {
+      auto& cells = rows[counter.name];
+      cells.resize(runs.size());
+      if (counter.max > 0.0) counted.insert(counter.name);
+      cells[i] = fixedText(counter.mean, counter.mean == std::floor(counter.mean) ? 0 : 1);
+      if (counter.max != counter.mean) cells[i] += " (" + fixedText(counter.max, 0) + ")";
+    }
+  }
+  std::vector<std::string> zero;
+  for (auto& [name, cells] : rows) {
+    if (!counted.contains(name)) {
+      zero.push_back(name);
+      continue;
+    }
+    cells.insert(cells.begin(), name);
+    table.rows.push_back(cells);
+  }
+  if (!zero.empty()) table.notes.push_back("0 in all frames: " + joined(zero, ", ") + ".");
   return table;
 }
 
@@ -244,6 +272,7 @@ std::string timingCsv(std::span<const TimingTable> methods) {
     };
     for (const StepStatistics& s : method.preparation) add("preparation", s);
     for (const StepStatistics& s : method.steps) add("step", s);
+    for (const StepStatistics& s : method.apart) add("apart", s);
     for (const StepStatistics& s : method.overlapped) add("overlapped", s);
     if (method.frames == 0) continue;
     add("total", method.rendering);

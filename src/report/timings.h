@@ -30,9 +30,10 @@ struct TimingTable {
   int frames = 0;
   std::vector<StepStatistics> preparation;  ///< frame 0: start-up, load, precomputation
   std::vector<StepStatistics> steps;        ///< in the order in which they first occur
+  std::vector<StepStatistics> apart;        ///< no rendering: `wait` for the writers, checks
   std::vector<StepStatistics> overlapped;   ///< beside rendering: encode, write
-  StepStatistics rendering;                 ///< per frame, all steps but `wait` and what overlaps
-  StepStatistics frame;                     ///< per frame, `wait` (for the writers) included
+  StepStatistics rendering;                 ///< per frame, all of `steps`
+  StepStatistics frame;                     ///< per frame, `apart` included
 
   const StepStatistics* find(const std::string& step) const;
 };
@@ -44,8 +45,11 @@ Table timingView(const TimingTable& timings);
 /// Several methods: median ms of each step over the frames that have it (first frames, which pay
 /// for allocation, hardly move it), and how much longer each takes than `baseline` (index).
 Table timingComparison(std::span<const TimingTable> methods, std::size_t baseline = 0);
+/// What the methods counted: mean per frame, and the most of a frame where it differs. Counters
+/// that are 0 everywhere stand in a note.
+Table counterView(std::span<const RunData> runs);
 /// Long form, seconds: method,kind,step,clock,count,min,median,mean,max,sum,first; `kind` is
-/// preparation, step, overlapped, or total.
+/// preparation, step, apart, overlapped, or total.
 std::string timingCsv(std::span<const TimingTable> methods);
 
 }  // namespace catoptric::report

@@ -53,6 +53,30 @@ TEST(Timings, StatisticsByHand) {
   ASSERT_EQ(table.overlapped.size(), 1u);
 }
 
+TEST(Timings, ChecksAreNoRendering) {
+  RunData run = fourFrames();
+  run.samples.push_back({2, "disocclusions", 9.0, "wall", false});
+  const TimingTable table = timingTable(run);
+  EXPECT_DOUBLE_EQ(table.rendering.mean, 0.040 + 0.060 + 0.001);
+  EXPECT_DOUBLE_EQ(table.frame.max, 0.020 + 0.061 + 9.0);
+  EXPECT_THAT(toText(timingView(table)), HasSubstr("disocclusions"));
+}
+
+TEST(Timings, CountersStandSideBySide) {
+  std::vector<RunData> runs(2);
+  runs[0].name = "traced";
+  runs[0].counters = {{"rays", 12.0, 12.0}, {"refused", 0.0, 0.0}};
+  runs[1].name = "second_order";
+  runs[1].counters = {{"disoccluded", 3.25, 9.0}, {"refused", 0.0, 0.0}};
+  EXPECT_EQ(toText(counterView(runs)),
+            "Counted per frame: mean (most)\n"
+            "counter      traced  second_order\n"
+            "-----------  ------  ------------\n"
+            "disoccluded               3.2 (9)\n"
+            "rays             12\n"
+            "0 in all frames: refused.\n");
+}
+
 TEST(Timings, ViewIsAlignedAndComplete) {
   const std::string text = toText(timingView(timingTable(fourFrames())));
   EXPECT_EQ(text,

@@ -1,12 +1,18 @@
 #include "run/session.h"
 
+#include <algorithm>
+
 #include "config/json_text.h"
+#include "core/error.h"
 #include "core/hash.h"
+#include "core/text.h"
 #include "run/machine.h"
 #include "run/method_source.h"
 
 namespace catoptric::run {
 namespace {
+
+namespace fs = std::filesystem;
 
 void addCamera(Fingerprint& fingerprint, const scene::PathFrame& frame) {
   fingerprint.addValue(frame.camera.worldFromCamera);
@@ -19,6 +25,32 @@ std::string fingerprintText(const std::string& text) {
   Fingerprint fingerprint;
   fingerprint.add(text);
   return fingerprint.text();
+}
+
+/// Names of the reflective objects by the ids of the layer id.object.
+std::string reflectorsJson(const scene::Scene& scene) {
+  std::vector<std::string> texts;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i)
+    if (scene.objects[i].reflector > 0)
+      texts.push_back(config::JsonText()
+                          .add("id", static_cast<int>(i + 1))
+                          .add("name", scene.objects[i].name)
+                          .object());
+  return "[" + joined(texts, ",") + "]";
+}
+
+/// One method goes into the folder itself, several into a folder each: they must not be mixed.
+void requireOneLayout(const RunConfig& run, const fs::path& out) {
+  std::error_code ignored;
+  if (run.methods.size() > 1 || fs::exists(out / "frames.jsonl", ignored)) return;
+  std::vector<std::string> runs;
+  for (const auto& entry : fs::directory_iterator(out, ignored))
+    if (fs::exists(entry.path() / "frames.jsonl", ignored)) runs.push_back(entry.path().string());
+  std::sort(runs.begin(), runs.end());
+  if (!runs.empty())
+    throw UsageError(out.string() + ": holds the runs of several methods, a folder each (" +
+                     joined(runs, ", ") + "); for one method alone name --out " +
+                     (out / run.methods.front().name).string());
 }
 
 }  // namespace
@@ -69,6 +101,7 @@ std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::Met
   std::vector<std::unique_ptr<methods::Method>> made = makeMethods(run, registry);
   const Plan plan = makePlan(run, stage.scene(), stage.frames().size(), made);
 
+  requireOneLayout(run, options.out);
   // A folder that is in the way should be noticed now, not after hours of other methods.
   if (options.existing == Existing::Error)
     for (const MethodConfig& method : run.methods)
@@ -95,6 +128,7 @@ std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::Met
                                        .raw("options", method.effective)
                                        .object()},
                         {"machine", machineJson()},
+                        {"reflectors", reflectorsJson(stage.scene())},
                         {"plan", planJson(plan)}};
 
     MethodSource source(stage, *made[i], plan.methods[i].needs);
