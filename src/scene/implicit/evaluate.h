@@ -1,0 +1,304 @@
+// Evaluates a tape on plain scalars, intervals, or jets and duals of either.
+#pragma once
+
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+#include "scene/implicit/interval.h"
+#include "scene/implicit/jet.h"
+#include "scene/implicit/tape.h"
+
+namespace catoptric::implicit {
+
+template <class S>
+S square(const S& v) {
+  return v * v;
+}
+template <class S>
+S integerPower(const S& v, int exponent) {
+  if (exponent < 0) return S(1) / integerPower(v, -exponent);
+  S p(1);
+  for (int i = 0; i < exponent; ++i) p *= v;
+  return p;
+}
+/// The derivative of |u|; NaN at the kink.
+template <class S>
+S signOf(const S& v) {
+  if (v > 0) return S(1);
+  if (v < 0) return S(-1);
+  return std::numeric_limits<S>::quiet_NaN();
+}
+
+template <class S>
+S constantOf(double v) {
+  if constexpr (std::is_same_v<S, Interval>) {
+    return Interval{v, v};
+  } else {
+    return S(v);
+  }
+}
+/// |u|^exponent, undefined where 0 is raised to a negative power.
+template <class S>
+S absPower(const S& u, double exponent) {
+  using std::abs;
+  using std::pow;
+  if constexpr (std::is_same_v<S, Interval>) {
+    return pow(abs(u), exponent);
+  } else {
+    if (exponent == 0.0) return S(1);
+    if (u == 0 && exponent < 0.0) return std::numeric_limits<S>::quiet_NaN();
+    return pow(S(abs(u)), S(exponent));
+  }
+}
+template <class S>
+S realPower(const S& u, double exponent) {
+  using std::pow;
+  if constexpr (std::is_same_v<S, Interval>) {
+    return pow(u, exponent);
+  } else {
+    if (exponent == 0.0) return S(1);
+    if (u < 0 || (u == 0 && exponent < 0.0)) return std::numeric_limits<S>::quiet_NaN();
+    return pow(u, S(exponent));
+  }
+}
+
+/// f of `code` at u and its derivatives up to `Order` (0, 1 or 3).
+template <int Order, class S>
+Chain<S> chainOf(Code code, const S& u, double constant) {
+  using std::abs;
+  using std::atan;
+  using std::cos;
+  using std::exp;
+  using std::log;
+  using std::sin;
+  using std::sqrt;
+  const auto number = [](double v) { return constantOf<S>(v); };
+  Chain<S> f;
+  switch (code) {
+    case Code::Square:
+      f.f0 = square(u);
+      if constexpr (Order >= 1) f.f1 = number(2) * u;
+      if constexpr (Order >= 3) f.f2 = number(2);
+      return f;
+    case Code::IntegerPower: {
+      const int n = static_cast<int>(constant);
+      const auto derivative = [&](int order, double factor) {
+        return factor == 0.0 ? number(0) : number(factor) * integerPower(u, n - order);
+      };
+      f.f0 = integerPower(u, n);
+      if constexpr (Order >= 1) f.f1 = derivative(1, n);
+      if constexpr (Order >= 3) {
+        f.f2 = derivative(2, static_cast<double>(n) * (n - 1));
+        f.f3 = derivative(3, static_cast<double>(n) * (n - 1) * (n - 2));
+      }
+      return f;
+    }
+    case Code::RealPower: {
+      const auto derivative = [&](int order, double factor) {
+        return factor == 0.0 ? number(0) : number(factor) * realPower(u, constant - order);
+      };
+      f.f0 = realPower(u, constant);
+      if constexpr (Order >= 1) f.f1 = derivative(1, constant);
+      if constexpr (Order >= 3) {
+        f.f2 = derivative(2, constant * (constant - 1));
+        f.f3 = derivative(3, constant * (constant - 1) * (constant - 2));
+      }
+      return f;
+    }
+    case Code::AbsPower: {
+      // Odd derivatives have the sign of u; at 0 they are 0 or undefined.
+      const auto odd = [&](int order, double factor) {
+        if (factor == 0.0) return number(0);
+        const S power = number(factor) * absPower(u, constant - order);
+        if constexpr (!std::is_same_v<S, Interval>) {
+          if (u == 0 && constant > order) return S(0);
+        }
+        return power * signOf(u);
+      };
+      f.f0 = absPower(u, constant);
+      if constexpr (Order >= 1) f.f1 = odd(1, constant);
+      if constexpr (Order >= 3) {
+        const double factor = constant * (constant - 1);
+        f.f2 = factor == 0.0 ? number(0) : number(factor) * absPower(u, constant - 2);
+        f.f3 = odd(3, factor * (constant - 2));
+      }
+      return f;
+    }
+    case Code::Sqrt:
+      f.f0 = sqrt(u);
+      if constexpr (Order >= 1) f.f1 = number(0.5) / f.f0;
+      if constexpr (Order >= 3) {
+        f.f2 = number(-0.5) * f.f1 / u;
+        f.f3 = number(-1.5) * f.f2 / u;
+      }
+      return f;
+    case Code::Sin:
+    case Code::Cos: {
+      f.f0 = code == Code::Sin ? S(sin(u)) : S(cos(u));
+      if constexpr (Order >= 1) f.f1 = code == Code::Sin ? S(cos(u)) : S(-sin(u));
+      if constexpr (Order >= 3) {
+        f.f2 = -f.f0;
+        f.f3 = -f.f1;
+      }
+      return f;
+    }
+    case Code::Atan: {
+      f.f0 = atan(u);
+      if constexpr (Order >= 1) f.f1 = number(1) / (number(1) + square(u));
+      if constexpr (Order >= 3) {
+        f.f2 = number(-2) * u * square(f.f1);
+        f.f3 = square(f.f1) * (number(8) * square(u) * f.f1 - number(2));
+      }
+      return f;
+    }
+    case Code::Exp:
+      f.f0 = exp(u);
+      if constexpr (Order >= 1) f.f1 = f.f0;
+      if constexpr (Order >= 3) f.f2 = f.f3 = f.f0;
+      return f;
+    case Code::Log:
+      f.f0 = log(u);
+      if constexpr (Order >= 1) f.f1 = number(1) / u;
+      if constexpr (Order >= 3) {
+        f.f2 = -square(f.f1);
+        f.f3 = number(-2) * f.f1 * f.f2;
+      }
+      return f;
+    case Code::Abs:
+      f.f0 = abs(u);
+      if constexpr (Order >= 1) f.f1 = signOf(u);
+      return f;
+    case Code::Divide: {  // 1 / u
+      f.f0 = number(1) / u;
+      if constexpr (Order >= 1) f.f1 = -square(f.f0);
+      if constexpr (Order >= 3) {
+        f.f2 = number(-2) * f.f0 * f.f1;
+        f.f3 = number(-3) * f.f0 * f.f2;
+      }
+      return f;
+    }
+    default:
+      assert(false);
+      return f;
+  }
+}
+
+/// How a kind of number takes part: constants, functions, quotients, the smaller of two.
+template <class S>
+struct Arithmetic {
+  static S constant(double v) { return constantOf<S>(v); }
+  static S apply(Code code, const S& u, double c) { return chainOf<0>(code, u, c).f0; }
+  static S quotient(const S& a, const S& b) { return a / b; }
+  static S smaller(const S& a, const S& b) {
+    if constexpr (std::is_same_v<S, Interval>) {
+      if (a.undefined() || b.undefined()) return Interval::undefinedEverywhere();
+      return {std::min(a.lo, b.lo), std::min(a.hi, b.hi)};
+    } else {
+      if (a < b) return a;
+      return b <= a ? b : std::numeric_limits<S>::quiet_NaN();
+    }
+  }
+};
+template <class S>
+struct Arithmetic<Jet3<S>> {
+  static Jet3<S> constant(double v) { return Jet3<S>(S(v)); }
+  static Jet3<S> apply(Code code, const Jet3<S>& u, double c) {
+    return composed(chainOf<3>(code, u.value(), c), u);
+  }
+  static Jet3<S> quotient(const Jet3<S>& a, const Jet3<S>& b) {
+    return a * apply(Code::Divide, b, 0.0);
+  }
+  static Jet3<S> smaller(const Jet3<S>& a, const Jet3<S>& b) {
+    if (a.value() < b.value()) return a;
+    if (b.value() < a.value()) return b;
+    // A kink, unless both are the same.
+    if (a.c == b.c) return a;
+    Jet3<S> r;
+    r.c.fill(std::numeric_limits<S>::quiet_NaN());
+    r.c[0] = a.value();
+    return r;
+  }
+};
+template <class S>
+struct Arithmetic<Dual<S>> {
+  static Dual<S> constant(double v) { return {constantOf<S>(v), constantOf<S>(0.0)}; }
+  static Dual<S> apply(Code code, const Dual<S>& u, double c) {
+    return composed(chainOf<1>(code, u.value, c), u);
+  }
+  static Dual<S> quotient(const Dual<S>& a, const Dual<S>& b) {
+    return a * apply(Code::Divide, b, 0.0);
+  }
+  static Dual<S> smaller(const Dual<S>& a, const Dual<S>& b) {
+    if constexpr (std::is_same_v<S, Interval>) {
+      if (a.value.hi < b.value.lo) return a;
+      if (b.value.hi < a.value.lo) return b;
+      return {Arithmetic<S>::smaller(a.value, b.value), hull(a.derivative, b.derivative)};
+    } else {
+      return a.value < b.value ? a : b;
+    }
+  }
+};
+
+/// Holds the intermediate results, so that one allocation serves many evaluations.
+template <class T>
+class Evaluator {
+ public:
+  explicit Evaluator(const Tape& tape) : tape_(&tape), results_(tape.size()) {}
+
+  const T& operator()(const T& x, const T& y, const T& z) {
+    using A = Arithmetic<T>;
+    for (std::size_t i = 0; i < tape_->size(); ++i) {
+      const Operation& op = (*tape_)[i];
+      const T& a = results_[op.a];
+      const T& b = results_[op.b];
+      T& r = results_[i];
+      switch (op.code) {
+        case Code::Constant:
+          r = A::constant(op.constant);
+          break;
+        case Code::X:
+          r = x;
+          break;
+        case Code::Y:
+          r = y;
+          break;
+        case Code::Z:
+          r = z;
+          break;
+        case Code::Add:
+          r = a + b;
+          break;
+        case Code::Subtract:
+          r = a - b;
+          break;
+        case Code::Multiply:
+          r = a * b;
+          break;
+        case Code::Divide:
+          r = A::quotient(a, b);
+          break;
+        case Code::Min:
+          r = A::smaller(a, b);
+          break;
+        case Code::Max:
+          r = -A::smaller(-a, -b);
+          break;
+        case Code::Negate:
+          r = -a;
+          break;
+        default:
+          r = A::apply(op.code, a, op.constant);
+          break;
+      }
+    }
+    return results_.back();
+  }
+
+ private:
+  const Tape* tape_;
+  std::vector<T> results_;
+};
+
+}  // namespace catoptric::implicit

@@ -1,0 +1,220 @@
+// Rays and implicit surfaces.
+#include <cmath>
+
+#include "scene/implicit/surface.h"
+
+namespace catoptric::implicit {
+namespace {
+
+/// A ray in local space from where it enters the domain: o + s d with s in [0, length].
+struct Segment {
+  Point origin;
+  Point direction;
+  double start = 0.0;   ///< t = start + s
+  double length = 0.0;  ///< negative: outside
+};
+
+Segment clipped(const Surface& surface, const SurfaceRay& ray) {
+  Segment segment;
+  const Point origin = surface.localFromWorld(ray.origin);
+  segment.direction = surface.localFromWorld.linear * ray.direction;
+  double begin = ray.tMin;
+  double end = ray.tMax;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double d = segment.direction[axis];
+    const double o = origin[axis];
+    if (d == 0.0) {
+      if (!(o >= surface.domain.min[axis] && o <= surface.domain.max[axis])) begin = end + 1.0;
+      continue;
+    }
+    const double a = (surface.domain.min[axis] - o) / d;
+    const double b = (surface.domain.max[axis] - o) / d;
+    begin = std::max(begin, std::min(a, b));
+    end = std::min(end, std::max(a, b));
+  }
+  segment.start = begin;
+  // From a near origin the coordinates keep all their digits.
+  segment.origin = origin + begin * segment.direction;
+  segment.length = (begin <= end && std::isfinite(end - begin)) ? end - begin : -1.0;
+  return segment;
+}
+
+/// g along a segment.
+class Along {
+ public:
+  Along(const Tape& tape, const Segment& segment)
+      : segment_(segment), plain_(tape), slope_(tape), boxes_(tape) {}
+
+  double value(double s) {
+    const Point p = segment_.origin + s * segment_.direction;
+    return plain_(p.x, p.y, p.z);
+  }
+  Dual<double> valueAndSlope(double s) {
+    const Point p = segment_.origin + s * segment_.direction;
+    const Point& d = segment_.direction;
+    return slope_({p.x, d.x}, {p.y, d.y}, {p.z, d.z});
+  }
+  Dual<Interval> range(const Interval& s) {
+    const auto at = [&](int axis) {
+      const double d = segment_.direction[axis];
+      const double o = segment_.origin[axis];
+      return Dual<Interval>{Interval{o, o} + d * s, Interval{d, d}};
+    };
+    return boxes_(at(0), at(1), at(2));
+  }
+
+ private:
+  Segment segment_;
+  Evaluator<double> plain_;
+  Evaluator<Dual<double>> slope_;
+  Evaluator<Dual<Interval>> boxes_;
+};
+
+/// A zero of g between a and b, where its signs differ: Newton's method, halving where it leaves
+/// the bracket or does not halve it. nullopt for a pole or a jump.
+std::optional<double> refined(Along& g, double a, double b, double ga, double gb) {
+  const double before = std::max(std::abs(ga), std::abs(gb));
+  double s = 0.5 * (a + b);
+  constexpr int kSteps = 200;
+  double lastStep = b - a;
+  for (int step = 0; step < kSteps; ++step) {
+    const Dual<double> v = g.valueAndSlope(s);
+    if (!std::isfinite(v.value)) return std::nullopt;
+    if (v.value == 0.0) return s;
+    ((v.value < 0.0) == (ga < 0.0) ? a : b) = s;
+    ((v.value < 0.0) == (ga < 0.0) ? ga : gb) = v.value;
+    double next = s - v.value / v.derivative;
+    const bool slow = !(std::abs(next - s) < 0.5 * lastStep);
+    if (!(next > a && next < b) || slow) next = 0.5 * (a + b);
+    lastStep = std::abs(next - s);
+    if (next == s || next <= a || next >= b) break;
+    s = next;
+  }
+  // At a pole the values grow, at a jump they stay.
+  constexpr double kFall = 0.5;
+  if (std::min(std::abs(ga), std::abs(gb)) > kFall * before) return std::nullopt;
+  return std::abs(ga) < std::abs(gb) ? a : b;
+}
+
+/// The zeros of a quadratic a s^2 + b s + c in order, those that change its sign.
+int quadraticRoots(double a, double b, double c, std::array<double, 2>& roots) {
+  if (a == 0.0) {
+    if (b == 0.0) return 0;
+    roots[0] = -c / b;
+    return 1;
+  }
+  // b^2 - 4 a c with one rounding [Kahan].
+  const double p = b * b;
+  const double q = 4.0 * a * c;
+  const double discriminant = (p - q) + (std::fma(b, b, -p) - std::fma(4.0 * a, c, -q));
+  if (!(discriminant > 0.0)) return 0;
+  const double w = -0.5 * (b + std::copysign(std::sqrt(discriminant), b));
+  roots = {w / a, c / w};
+  if (w == 0.0) roots[1] = 0.0;
+  if (roots[0] > roots[1]) std::swap(roots[0], roots[1]);
+  return 2;
+}
+
+void quadricHits(const Surface& surface, const Segment& segment, std::size_t most,
+                 std::vector<double>& hits) {
+  const QuadricCoefficients& q = *surface.quadric;
+  const glm::dmat3 m(q[0], 0.5 * q[3], 0.5 * q[4], 0.5 * q[3], q[1], 0.5 * q[5], 0.5 * q[4],
+                     0.5 * q[5], q[2]);
+  const Point linear(q[6], q[7], q[8]);
+  // About the middle of the segment, where rounding is least.
+  const double middle = 0.5 * segment.length;
+  const Point o = segment.origin + middle * segment.direction;
+  const Point& d = segment.direction;
+  const double a = glm::dot(d, m * d);
+  const double b = 2.0 * glm::dot(d, m * o) + glm::dot(linear, d);
+  const double c = glm::dot(o, m * o) + glm::dot(linear, o) + q[9];
+  std::array<double, 2> roots{};
+  const int count = quadraticRoots(a, b, c, roots);
+  for (int i = 0; i < count && hits.size() < most; ++i) {
+    const double s = middle + roots[static_cast<std::size_t>(i)];
+    if (s >= 0.0 && s <= segment.length) hits.push_back(segment.start + s);
+  }
+}
+
+SurfaceHit find(const Surface& surface, const SurfaceRay& ray, std::size_t most,
+                std::vector<double>& hits) {
+  SurfaceHit result;
+  const Segment segment = clipped(surface, ray);
+  if (segment.length < 0.0) return result;
+  if (surface.quadric) {
+    quadricHits(surface, segment, most, hits);
+    return result;
+  }
+
+  struct Piece {
+    double a, b;
+    double ga, gb;  ///< values at the ends: each end is evaluated once, so no sign is seen twice
+  };
+  Along g(surface.tape, segment);
+  const double ulp = std::numeric_limits<double>::epsilon();
+  const double resolution = std::max(kRayResolution * segment.length,
+                                     8.0 * ulp * (std::abs(segment.start) + segment.length));
+  std::vector<Piece> stack{{0.0, segment.length, g.value(0.0), g.value(segment.length)}};
+  int boxes = 0;
+  while (!stack.empty() && hits.size() < most) {
+    const Piece piece = stack.back();
+    stack.pop_back();
+    if (++boxes > kMaxRayBoxes) {
+      result.status = HitStatus::Unresolved;
+      return result;
+    }
+    const Interval s{piece.a, piece.b};
+    const Dual<Interval> range = g.range(s);
+    if (range.value.undefined() || !range.value.containsZero()) continue;
+    // g = 0 on all of a piece: not a surface.
+    if (range.value.lo == 0.0 && range.value.hi == 0.0 && piece.b > piece.a) {
+      result.status = HitStatus::Unresolved;
+      return result;
+    }
+    const bool crosses =
+        std::isfinite(piece.ga) && std::isfinite(piece.gb) && (piece.ga < 0.0) != (piece.gb < 0.0);
+    const bool monotone = range.derivative.bounded() && !range.derivative.containsZero();
+    const double middle = 0.5 * (piece.a + piece.b);
+    if (monotone && !crosses) continue;
+    // The mean value theorem bounds g where its derivative is bounded.
+    if (!monotone && range.derivative.bounded()) {
+      const Interval mean =
+          g.range({middle, middle}).value + range.derivative * (s + Interval{-middle, -middle});
+      if (!mean.undefined() && !mean.containsZero()) continue;
+    }
+    if (monotone || piece.b - piece.a <= resolution || middle <= piece.a || middle >= piece.b) {
+      if (crosses) {
+        if (const auto root = refined(g, piece.a, piece.b, piece.ga, piece.gb))
+          hits.push_back(segment.start + *root);
+      } else {
+        result.grazing = true;
+      }
+      continue;
+    }
+    const double gm = g.value(middle);
+    stack.push_back({middle, piece.b, gm, piece.gb});
+    stack.push_back({piece.a, middle, piece.ga, gm});
+  }
+  return result;
+}
+
+}  // namespace
+
+SurfaceHit firstHit(const Surface& surface, const SurfaceRay& ray) {
+  std::vector<double> hits;
+  SurfaceHit hit = find(surface, ray, 1, hits);
+  if (!hits.empty()) {
+    hit.status = HitStatus::Hit;
+    hit.t = hits[0];
+  }
+  return hit;
+}
+
+std::vector<double> allHits(const Surface& surface, const SurfaceRay& ray, HitStatus& status) {
+  std::vector<double> hits;
+  const SurfaceHit found = find(surface, ray, std::numeric_limits<std::size_t>::max(), hits);
+  status = found.status == HitStatus::Miss && !hits.empty() ? HitStatus::Hit : found.status;
+  return hits;
+}
+
+}  // namespace catoptric::implicit
