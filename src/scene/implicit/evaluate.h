@@ -39,28 +39,19 @@ S constantOf(double v) {
     return S(v);
   }
 }
-/// |u|^exponent, undefined where 0 is raised to a negative power.
+/// u^(exponent - order) for u >= 0, undefined where 0 is raised to a negative power.
 template <class S>
-S absPower(const S& u, double exponent) {
-  using std::abs;
+S realPower(const S& u, double exponent, int order) {
   using std::pow;
   if constexpr (std::is_same_v<S, Interval>) {
-    return pow(abs(u), exponent);
+    // The difference is exact from 0.5 on.
+    if (exponent >= 0.5 || order == 0) return pow(u, exponent - order);
+    return pow(u, exponent) / integerPower(u, order);
   } else {
-    if (exponent == 0.0) return S(1);
-    if (u == 0 && exponent < 0.0) return std::numeric_limits<S>::quiet_NaN();
-    return pow(S(abs(u)), S(exponent));
-  }
-}
-template <class S>
-S realPower(const S& u, double exponent) {
-  using std::pow;
-  if constexpr (std::is_same_v<S, Interval>) {
-    return pow(u, exponent);
-  } else {
-    if (exponent == 0.0) return S(1);
-    if (u < 0 || (u == 0 && exponent < 0.0)) return std::numeric_limits<S>::quiet_NaN();
-    return pow(u, S(exponent));
+    const S power = S(exponent) - S(order);
+    if (power == 0) return S(1);
+    if (u < 0 || (u == 0 && power < 0)) return std::numeric_limits<S>::quiet_NaN();
+    return pow(u, power);
   }
 }
 
@@ -96,33 +87,30 @@ Chain<S> chainOf(Code code, const S& u, double constant) {
       return f;
     }
     case Code::RealPower: {
-      const auto derivative = [&](int order, double factor) {
-        return factor == 0.0 ? number(0) : number(factor) * realPower(u, constant - order);
-      };
-      f.f0 = realPower(u, constant);
-      if constexpr (Order >= 1) f.f1 = derivative(1, constant);
+      const S c = number(constant);
+      f.f0 = realPower(u, constant, 0);
+      if constexpr (Order >= 1) f.f1 = c * realPower(u, constant, 1);
       if constexpr (Order >= 3) {
-        f.f2 = derivative(2, constant * (constant - 1));
-        f.f3 = derivative(3, constant * (constant - 1) * (constant - 2));
+        f.f2 = c * (c - number(1)) * realPower(u, constant, 2);
+        f.f3 = c * (c - number(1)) * (c - number(2)) * realPower(u, constant, 3);
       }
       return f;
     }
     case Code::AbsPower: {
       // Odd derivatives have the sign of u; at 0 they are 0 or undefined.
-      const auto odd = [&](int order, double factor) {
-        if (factor == 0.0) return number(0);
-        const S power = number(factor) * absPower(u, constant - order);
+      const S c = number(constant);
+      const S size = S(abs(u));
+      const auto signedPower = [&](int order) {
         if constexpr (!std::is_same_v<S, Interval>) {
           if (u == 0 && constant > order) return S(0);
         }
-        return power * signOf(u);
+        return realPower(size, constant, order) * signOf(u);
       };
-      f.f0 = absPower(u, constant);
-      if constexpr (Order >= 1) f.f1 = odd(1, constant);
+      f.f0 = realPower(size, constant, 0);
+      if constexpr (Order >= 1) f.f1 = c * signedPower(1);
       if constexpr (Order >= 3) {
-        const double factor = constant * (constant - 1);
-        f.f2 = factor == 0.0 ? number(0) : number(factor) * absPower(u, constant - 2);
-        f.f3 = odd(3, factor * (constant - 2));
+        f.f2 = c * (c - number(1)) * realPower(size, constant, 2);
+        f.f3 = c * (c - number(1)) * (c - number(2)) * signedPower(3);
       }
       return f;
     }

@@ -1,0 +1,47 @@
+// Three components of any scalar: doubles, numbers of many digits in tests, batches of floats.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace catoptric::methods::perturbation {
+
+template <class S>
+struct Vector {
+  std::array<S, 3> v{};
+  S& operator[](std::size_t i) { return v[i]; }
+  const S& operator[](std::size_t i) const { return v[i]; }
+};
+
+template <class S>
+Vector<S> operator+(const Vector<S>& a, const Vector<S>& b) {
+  return {{a[0] + b[0], a[1] + b[1], a[2] + b[2]}};
+}
+template <class S>
+Vector<S> operator-(const Vector<S>& a, const Vector<S>& b) {
+  return {{a[0] - b[0], a[1] - b[1], a[2] - b[2]}};
+}
+template <class S>
+Vector<S> operator*(const S& s, const Vector<S>& a) {
+  return {{s * a[0], s * a[1], s * a[2]}};
+}
+template <class S>
+S dot(const Vector<S>& a, const Vector<S>& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+template <class S>
+Vector<S> cross(const Vector<S>& a, const Vector<S>& b) {
+  return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
+}
+template <class S>
+S length(const Vector<S>& a) {
+  using std::sqrt;
+  return sqrt(dot(a, a));
+}
+template <class S>
+Vector<S> normalized(const Vector<S>& a) {
+  return (S(1) / length(a)) * a;
+}
+
+}  // namespace catoptric::methods::perturbation
