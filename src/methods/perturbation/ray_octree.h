@@ -1,0 +1,96 @@
+// Which sample rays pass nearest to a point [Chen2000] Sec. III-B.2, C.1. One octree per path type.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/math.h"
+
+namespace catoptric::methods::perturbation {
+
+/// The outer segment of a sampled path: from x_1 on, to where it meets the scene (or infinity).
+struct SampleRay {
+  glm::dvec3 origin;
+  glm::dvec3 direction;  ///< unit
+  double length = std::numeric_limits<double>::infinity();
+};
+
+/// The nearest point of a ray is origin + t direction.
+inline double nearestParameter(const SampleRay& ray, const glm::dvec3& point) {
+  return glm::clamp(glm::dot(point - ray.origin, ray.direction), 0.0, ray.length);
+}
+inline double distanceTo(const SampleRay& ray, const glm::dvec3& point) {
+  return glm::length(ray.origin + nearestParameter(ray, point) * ray.direction - point);
+}
+
+struct NearRay {
+  std::uint32_t ray = 0;
+  double distance = 0.0;
+};
+
+class RayOctree {
+ public:
+  struct Settings {
+    std::size_t k = 5;             ///< nearest rays that cells guarantee [Chen2000: 5]
+    int maxDepth = 9;              ///< ours
+    std::size_t leafSize = 16;     ///< cells with fewer candidates are not divided (ours)
+    std::size_t maxLeaves = 8192;  ///< ours
+  };
+  /// Where the last look-up ended: points near to each other find their cells from there.
+  struct Cursor {
+    std::array<std::uint32_t, 32> nodes{};  ///< from the root to the leaf
+    int depth = -1;
+    std::array<std::uint32_t, 3> cell{};  ///< at the octree's greatest depth
+    std::uint64_t steps = 0;              ///< nodes that were visited
+    std::uint64_t outside = 0;            ///< points outside the box: all rays are candidates
+  };
+
+  RayOctree() = default;
+  /// Cells cover `min` to `max`. Rays with coordinates that are not finite are refused (assertion).
+  RayOctree(std::vector<SampleRay> rays, const glm::dvec3& min, const glm::dvec3& max,
+            const Settings& settings);
+
+  /// Every ray that is among the k nearest of `point`, and others.
+  std::span<const std::uint32_t> candidates(const glm::dvec3& point, Cursor& cursor) const;
+  /// The k nearest rays in the order of distance, then of number; fewer when there are fewer.
+  void nearest(const glm::dvec3& point, Cursor& cursor, std::vector<NearRay>& result) const;
+
+  const std::vector<SampleRay>& rays() const { return rays_; }
+  std::size_t nodeCount() const { return nodes_.size(); }
+  std::size_t candidateCount() const { return candidates_.size(); }
+
+ private:
+  struct Node {
+    std::uint32_t child = 0;  ///< of eight; 0: a leaf
+    std::uint32_t begin = 0;  ///< of a leaf's candidates
+    std::uint32_t end = 0;
+  };
+  void build();
+  /// Those of `from` that can be among the k nearest of a point within `radius` of `centre`.
+  std::vector<std::uint32_t> candidateSet(const glm::dvec3& centre, double radius,
+                                          const std::vector<std::uint32_t>& from) const;
+
+  std::vector<SampleRay> rays_;
+  glm::dvec3 min_{0.0};
+  glm::dvec3 size_{1.0};
+  Settings settings_;
+  std::vector<Node> nodes_;
+  std::vector<std::uint32_t> candidates_;
+  std::vector<std::uint32_t> all_;
+};
+
+/// Rays in one group see the same reflection of a point: their reflection points are at most
+/// `distance` apart, their directions at most `angleRad`. [Chen2000] Sec. III-C.1: thresholds of
+/// the user
+struct GroupLimits {
+  double angleRad = 0.5;
+  double distance = 0.1;  ///< metres
+};
+/// The nearest ray of each group, in the order of `nearest`, which is sorted.
+std::vector<std::uint32_t> groupRepresentatives(std::span<const SampleRay> rays,
+                                                std::span<const NearRay> nearest,
+                                                const GroupLimits& limits);
+
+}  // namespace catoptric::methods::perturbation
