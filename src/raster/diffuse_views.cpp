@@ -1,5 +1,5 @@
-// Many diffuse images in few passes: all views are culled at once on the CPU, then object after
-// object is drawn into all views of a layer, by indirect draws.
+// Many diffuse images in few passes: all views are culled at once on the CPU, triangle by triangle,
+// then object after object is drawn into all views of a layer.
 //
 // A viewport is set per draw: gl_ViewportIndex would let one draw serve 16 views, but makes
 // llvmpipe take triangles apart (a third more CPU time for the living room's views).
@@ -12,24 +12,12 @@
 #include "core/srgb.h"
 #include "gl/context.h"
 #include "raster/scene_raster_state.h"
+#include "raster/triangle_culling.h"
 
 namespace catoptric::raster {
 namespace {
 
-/// Meshlets between two visible ones that are drawn along rather than paying for a further command.
-/// Ours.
-constexpr std::uint32_t kGapIndices = 64 * 3;
-
 constexpr GLuint kViewBinding = 2;  ///< of scene.vert's block
-
-/// As glMultiDrawElementsIndirect reads it.
-struct Command {
-  std::uint32_t count = 0;
-  std::uint32_t instances = 1;
-  std::uint32_t firstIndex = 0;
-  std::int32_t baseVertex = 0;
-  std::uint32_t baseInstance = 0;
-};
 
 /// The uniform block View of scene.vert, at offsets that every driver allows.
 struct alignas(256) ViewBlock {
@@ -74,15 +62,15 @@ float radianceBound(float irradiance, float albedo, float emission,
 
 }  // namespace
 
-/// What one view sees: ranges of indices, in the order of objects that all views share.
+/// What one view sees, in the order of objects that all views share.
 struct ViewList {
   struct Range {
     std::uint32_t object;
     Sides sides;
-    Command command;
+    std::size_t first, count;  ///< of `indices`
   };
   std::vector<Range> ranges;
-  std::uint64_t triangles = 0;
+  std::vector<std::uint32_t> indices;
 };
 
 void SceneRaster::buildDetailLevels(const scene::Scene& scene, const frame::Geometry& geometry) {
@@ -105,7 +93,6 @@ void SceneRaster::buildDetailLevels(const scene::Scene& scene, const frame::Geom
   for (Meshlet& meshlet : s.levels.meshlets) meshlet.firstIndex += base;
   std::vector<std::uint32_t> all = s.meshlets.indices;
   all.insert(all.end(), s.levels.indices.begin(), s.levels.indices.end());
-  s.levelIndices = gl::Buffer("indices of all levels", std::span<const std::uint32_t>(all));
   s.levels.indices = std::move(all);
   s.levelExtent.clear();
   for (const frame::ObjectRange& range : geometry.objects) {
@@ -122,9 +109,10 @@ void SceneRaster::State::updateLevelBounds(const frame::Geometry& geometry, int 
 }
 
 void SceneRaster::State::listView(const DiffuseView& view, std::span<const std::uint32_t> order,
+                                  const frame::Geometry& geometry, float snap,
                                   ViewList& seen) const {
-  seen.ranges.clear();
-  seen.triangles = 0;
+  const std::span<const std::uint32_t> all =
+      levels.indices.empty() ? meshlets.indices : levels.indices;
   const Frustum frustum(view.clipFromWorld);
   for (const std::uint32_t i : order) {
     const bool own = static_cast<int>(i) + 1 == view.ownObject;
@@ -148,33 +136,26 @@ void SceneRaster::State::listView(const DiffuseView& view, std::span<const std::
     const bool cullBacks =
         own || (meshlets.closed[i] && objects[i].opaque && !contains(bounds[i], view.eye) &&
                 beyondNear(view.clipFromWorld, bounds[i]));
-    std::uint32_t end = 0;
-    bool open = false;
+    const TriangleCulling culling(view.clipFromWorld, bounds[i], view.width, view.height, snap,
+                                  cullBacks, own ? view.ownClip : Vec4(0.0f, 0.0f, 0.0f, 1.0f));
+    const std::size_t first = seen.indices.size();
     for (const Meshlet& meshlet : members) {
       if (!frustum.mayContain(meshlet.centre, meshlet.radius) ||
           (cullBacks && facesAway(meshlet, view.eye))) {
         continue;
       }
-      if (open && meshlet.firstIndex - end <= kGapIndices) {
-        Command& last = seen.ranges.back().command;
-        last.count = meshlet.firstIndex + meshlet.indexCount - last.firstIndex;
-      } else {
-        seen.ranges.push_back({i,
-                               own         ? Sides::Own
-                               : cullBacks ? Sides::Front
-                                           : Sides::Both,
-                               {.count = meshlet.indexCount, .firstIndex = meshlet.firstIndex}});
-        open = true;
-      }
-      end = meshlet.firstIndex + meshlet.indexCount;
+      culling.append(all.subspan(meshlet.firstIndex, meshlet.indexCount), geometry.positions,
+                     seen.indices);
     }
+    if (seen.indices.size() == first) continue;
+    const Sides sides = own ? Sides::Own : cullBacks ? Sides::Front : Sides::Both;
+    seen.ranges.push_back({i, sides, first, seen.indices.size() - first});
   }
-  for (const ViewList::Range& range : seen.ranges) seen.triangles += range.command.count / 3;
 }
 
 void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
                                    std::span<const gl::Framebuffer> layers,
-                                   const frame::Lighting& lighting,
+                                   const frame::Geometry& geometry, const frame::Lighting& lighting,
                                    std::span<std::uint64_t> triangles) {
   State& s = *state_;
   if (views.empty()) return;
@@ -187,21 +168,28 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
   });
 
   // Cull all views
+  GLint subpixelBits = 0;
+  glGetIntegerv(GL_SUBPIXEL_BITS, &subpixelBits);
+  const float snap = std::exp2(-static_cast<float>(subpixelBits));
   std::vector<ViewList> lists(views.size());
-  parallelFor(views.size(), 4, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) s.listView(views[i], order, lists[i]);
+  parallelFor(views.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      s.listView(views[i], order, geometry, snap, lists[i]);
+    }
   });
-  for (std::size_t i = 0; i < views.size(); ++i) triangles[i] = lists[i].triangles;
+  std::vector<std::size_t> firstIndex(views.size() + 1, 0);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    triangles[i] = lists[i].indices.size() / 3;
+    firstIndex[i + 1] = firstIndex[i] + lists[i].indices.size();
+  }
 
   // Draws of each layer in the order of objects, so that an object's state is set once
   struct Draw {
     std::uint32_t object;
     Sides sides;
     std::uint32_t view;
-    std::uint32_t firstCommand, commands;
-    std::uint64_t triangles;
+    std::size_t first, count;  // indices
   };
-  std::vector<Command> commands;
   std::vector<Draw> draws;
   std::vector<std::size_t> next(views.size(), 0);
   for (std::size_t first = 0; first < views.size();) {
@@ -210,28 +198,20 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
     for (const std::uint32_t object : order) {
       for (const Sides sides : {Sides::Both, Sides::Front, Sides::Own}) {
         for (std::size_t i = first; i < last; ++i) {
-          Draw draw{object,
-                    sides,
-                    static_cast<std::uint32_t>(i),
-                    static_cast<std::uint32_t>(commands.size()),
-                    0,
-                    0};
           const std::vector<ViewList::Range>& ranges = lists[i].ranges;
-          while (next[i] < ranges.size() && ranges[next[i]].object == object &&
-                 ranges[next[i]].sides == sides) {
-            commands.push_back(ranges[next[i]].command);
-            draw.triangles += ranges[next[i]].command.count / 3;
-            ++next[i];
-          }
-          draw.commands = static_cast<std::uint32_t>(commands.size()) - draw.firstCommand;
-          if (draw.commands > 0) draws.push_back(draw);
+          if (next[i] == ranges.size()) continue;
+          const ViewList::Range& range = ranges[next[i]];
+          if (range.object != object || range.sides != sides) continue;
+          draws.push_back({object, sides, static_cast<std::uint32_t>(i),
+                           firstIndex[i] + range.first, range.count});
+          ++next[i];
         }
       }
     }
     first = last;
   }
 
-  // Views' blocks and commands
+  // Views' blocks and indices
   std::vector<ViewBlock> blocks;
   blocks.reserve(views.size());
   for (const DiffuseView& view : views) {
@@ -242,11 +222,20 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
     if (size > 0) buffer.write(0, size, data);
   };
   fill(s.viewBlocks, "views", blocks.data(), blocks.size() * sizeof(ViewBlock));
-  fill(s.commands, "draw commands", commands.data(), commands.size() * sizeof(Command));
   if (s.viewVertices.empty()) {
     s.viewVertices = gl::VertexArray("scene in many views");
     s.describeVertices(s.viewVertices);
-    s.viewVertices.setIndices(s.levelIndices.empty() ? s.indices : s.levelIndices);
+  }
+  const std::size_t bytes = firstIndex.back() * sizeof(std::uint32_t);
+  if (s.viewIndices.size() < std::max<std::size_t>(1, bytes)) {
+    s.viewIndices = gl::Buffer("indices of many views", bytes + bytes / 2);
+    s.viewVertices.setIndices(s.viewIndices);
+  }
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const std::vector<std::uint32_t>& indices = lists[i].indices;
+    if (indices.empty()) continue;
+    s.viewIndices.write(firstIndex[i] * sizeof(std::uint32_t),
+                        indices.size() * sizeof(std::uint32_t), indices.data());
   }
 
   FrameView shared;
@@ -261,7 +250,6 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
   glFrontFace(GL_CCW);
   glCullFace(GL_BACK);
   glEnable(GL_SCISSOR_TEST);
-  glBindBuffer(GL_DRAW_INDIRECT_BUFFER, s.commands.id());
   const bool sky = hasSky(lighting);
 
   s.viewVertices.bind();
@@ -300,11 +288,10 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
     glViewport(view.x, view.y, view.width, view.height);
     glScissor(view.x, view.y, view.width, view.height);
     s.viewBlocks.bindUniformRange(kViewBinding, draw.view * sizeof(ViewBlock), sizeof(ViewBlock));
-    glMultiDrawElementsIndirect(
-        GL_TRIANGLES, GL_UNSIGNED_INT,
-        reinterpret_cast<const void*>(std::uintptr_t{draw.firstCommand} * sizeof(Command)),
-        static_cast<GLsizei>(draw.commands), sizeof(Command));
-    batched += draw.triangles;
+    glDrawElements(
+        GL_TRIANGLES, static_cast<GLsizei>(draw.count), GL_UNSIGNED_INT,
+        reinterpret_cast<const void*>(std::uintptr_t{draw.first} * sizeof(std::uint32_t)));
+    batched += draw.count / 3;
     if (batched >= kTrianglesPerBatch) {
       glFlush();
       batched = 0;
@@ -314,7 +301,6 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
   glDisable(GL_CLIP_DISTANCE0);
   glDisable(GL_SCISSOR_TEST);
   glDisable(GL_DEPTH_TEST);
-  glBindBuffer(GL_DRAW_INDIRECT_BUFFER, 0);
 }
 
 }  // namespace catoptric::raster

@@ -81,10 +81,11 @@ class SceneRaster {
 
   /// Draws diffuse radiance (colour 0) and depth of all views, each into its rectangle of
   /// `layers[view.layer]`, whose depth the caller has cleared there (where it stays, nothing was
-  /// drawn). Meshlets outside a view and levels of detail finer than it asks for are not drawn.
-  /// `triangles[i]`: drawn for views[i].
+  /// drawn). Triangles that certainly show nothing and levels of detail finer than a view asks for
+  /// are not drawn. `geometry`: of the last update(). `triangles[i]`: drawn for views[i].
   void drawDiffuseViews(std::span<const DiffuseView> views, std::span<const gl::Framebuffer> layers,
-                        const frame::Lighting& lighting, std::span<std::uint64_t> triangles);
+                        const frame::Geometry& geometry, const frame::Lighting& lighting,
+                        std::span<std::uint64_t> triangles);
 
   /// Cube map of the diffuse scene seen from `centre`, RGBA16F with mip levels.
   gl::Texture drawCubeMap(const Vec3& centre, int faceSize, const frame::Lighting& lighting,

@@ -87,10 +87,9 @@ struct SceneRaster::State {
   // Of drawDiffuseViews()
   DetailLevels levels;
   std::vector<float> levelExtent;  ///< of objects when their levels were made, metres
-  gl::Buffer levelIndices;
   gl::VertexArray viewVertices;
   gl::Buffer viewBlocks;
-  gl::Buffer commands;
+  gl::Buffer viewIndices;
   FrameView gbufferView;  ///< of the last G-buffer, for methods' own passes
   DrawList list;
 
@@ -101,7 +100,7 @@ struct SceneRaster::State {
                              int skipObject);
   /// Culls one view for drawDiffuseViews(), objects in this order.
   void listView(const DiffuseView& view, std::span<const std::uint32_t> order,
-                struct ViewList& seen) const;
+                const frame::Geometry& geometry, float snap, struct ViewList& seen) const;
   void updateLevelBounds(const frame::Geometry& geometry, int object);
   void drawBackground(const frame::Lighting& lighting, bool gbuffer);
 };

@@ -54,8 +54,8 @@ bool DepthImages::fits(std::span<const ClusterCamera> cameras, const DepthImageO
 void DepthImages::draw(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
                        const std::vector<bool>& skipOwn, const gl::Texture* samplesOnGrids,
                        const Vec3& frameEye, const DepthImageOptions& options,
-                       const frame::Lighting& lighting, raster::SceneRaster& raster,
-                       std::span<std::uint64_t> triangles) {
+                       const frame::Geometry& geometry, const frame::Lighting& lighting,
+                       raster::SceneRaster& raster, std::span<std::uint64_t> triangles) {
   if (color_.layers() < atlas_.layers) {
     targets_.clear();
     color_ = gl::Texture::makeArray("depth images, colour", GL_RGBA16F, layerWidth_, layerHeight_,
@@ -123,7 +123,7 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
   }
   prepareDepth(clusters, cameras, skipOwn, order, samplesOnGrids);
   std::vector<std::uint64_t> drawn(views.size());
-  raster.drawDiffuseViews(views, targets_, lighting, drawn);
+  raster.drawDiffuseViews(views, targets_, geometry, lighting, drawn);
   for (std::size_t k = 0; k < order.size(); ++k) triangles[order[k]] = drawn[k];
 }
 

@@ -38,8 +38,9 @@ class DepthImages {
   /// own samples alone, so that nothing else is drawn; or null.
   void draw(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
             const std::vector<bool>& skipOwn, const gl::Texture* samplesOnGrids,
-            const Vec3& frameEye, const DepthImageOptions& options, const frame::Lighting& lighting,
-            raster::SceneRaster& raster, std::span<std::uint64_t> triangles);
+            const Vec3& frameEye, const DepthImageOptions& options, const frame::Geometry& geometry,
+            const frame::Lighting& lighting, raster::SceneRaster& raster,
+            std::span<std::uint64_t> triangles);
 
   /// Binds colour and depth images and the table of clusters, as intersect.frag names them.
   void bind() const;

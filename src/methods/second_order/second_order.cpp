@@ -317,7 +317,8 @@ class SecondOrder : public Method {
       const bool exact = onGrids && !planar_.empty() && options_.camera.depthImageScale == 1.0f &&
                          cameraOptions.depthImageScale == 1.0f;
       images_->draw(clusters, cameras, reflectors_.skipOwn, exact ? &clusterSamples_ : nullptr,
-                    camera.eye(), options_.images, services.lighting, *services.raster, triangles);
+                    camera.eye(), options_.images, services.geometry, services.lighting,
+                    *services.raster, triangles);
     });
     timer.measure("intersect", [&] { intersect(services, gbuffer, camera, onGrids); });
     report(clusters, cameras, triangles, output);
