@@ -26,7 +26,9 @@ constexpr std::size_t kTableRows = 7;  ///< texels per cluster, as intersect.fra
 
 }  // namespace
 
-DepthImages::DepthImages(int sampleWidth, int sampleHeight, float depthImageScale) {
+DepthImages::DepthImages(int sampleWidth, int sampleHeight, float depthImageScale,
+                         const DepthImageOptions& options)
+    : options_(options) {
   const int limit = gl::Context::current().info().limits.maxTextureSize;
   const auto side = [&](int samples) {
     const float scaled = std::ceil(static_cast<float>(samples) * std::max(1.0f, depthImageScale));
@@ -34,10 +36,17 @@ DepthImages::DepthImages(int sampleWidth, int sampleHeight, float depthImageScal
   };
   layerWidth_ = side(sampleWidth);
   layerHeight_ = side(sampleHeight);
+  const auto most = static_cast<double>(options_.memoryBytes / kBytesPerTexel);
+  const double texels = static_cast<double>(layerWidth_) * layerHeight_;
+  if (texels > most) {
+    const double factor = std::sqrt(most / texels);
+    layerWidth_ = std::max(1, static_cast<int>(layerWidth_ * factor));
+    layerHeight_ = std::max(1, static_cast<int>(layerHeight_ * factor));
+  }
   frameSamples_ = static_cast<float>(sampleWidth) * static_cast<float>(sampleHeight);
 }
 
-bool DepthImages::fits(std::span<const ClusterCamera> cameras, const DepthImageOptions& options) {
+bool DepthImages::fits(std::span<const ClusterCamera> cameras) {
   std::vector<AtlasSize> sizes;
   sizes.reserve(cameras.size());
   for (const ClusterCamera& camera : cameras) {
@@ -47,15 +56,14 @@ bool DepthImages::fits(std::span<const ClusterCamera> cameras, const DepthImageO
   atlas_ = packAtlas(sizes, {layerWidth_, layerHeight_});
   const std::uint64_t layer = kBytesPerTexel * static_cast<std::uint64_t>(layerWidth_) *
                               static_cast<std::uint64_t>(layerHeight_);
-  return atlas_.layers <= 1 ||
-         layer * static_cast<std::uint64_t>(atlas_.layers) <= options.memoryBytes;
+  return layer * static_cast<std::uint64_t>(atlas_.layers) <= options_.memoryBytes;
 }
 
 void DepthImages::draw(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
                        const std::vector<bool>& skipOwn, const gl::Texture* samplesOnGrids,
-                       const Vec3& frameEye, const DepthImageOptions& options,
-                       const frame::Geometry& geometry, const frame::Lighting& lighting,
-                       raster::SceneRaster& raster, std::span<std::uint64_t> triangles) {
+                       const Vec3& frameEye, const frame::Geometry& geometry,
+                       const frame::Lighting& lighting, raster::SceneRaster& raster,
+                       std::span<std::uint64_t> triangles) {
   if (color_.layers() < atlas_.layers) {
     targets_.clear();
     color_ = gl::Texture::makeArray("depth images, colour", GL_RGBA16F, layerWidth_, layerHeight_,
@@ -69,27 +77,6 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
           gl::Attachment{.texture = depth_, .layer = layer});
     }
   }
-
-  // The table that rays find their image by
-  std::vector<Vec4> table(std::max<std::size_t>(1, kTableRows * clusters.size()), Vec4(0.0f));
-  for (std::size_t i = 0; i < clusters.size(); ++i) {
-    const ClusterCamera& camera = cameras[i];
-    Vec4* rows = &table[kTableRows * i];
-    rows[0] = camera.rowX;
-    rows[1] = camera.rowY;
-    rows[2] = camera.rowZ;
-    rows[3] = camera.rowW;
-    rows[4] = Vec4(atlas_.places[i].x, atlas_.places[i].y, camera.width, camera.height);
-    rows[5] = Vec4(atlas_.places[i].layer, camera.mirrorRight, camera.mirrorTop, camera.scale);
-    const int flags = (camera.crossing || camera.parallel ? 1 : 0) + (clusters[i].concave ? 2 : 0);
-    rows[6] = Vec4(camera.horizon, static_cast<float>(flags));
-  }
-  const std::size_t bytes = table.size() * sizeof(Vec4);
-  if (tableBuffer_.size() < bytes) {
-    tableBuffer_ = gl::Buffer("clusters", bytes + bytes / 2);
-    table_ = gl::Texture::makeBuffer("clusters", GL_RGBA32F, tableBuffer_);
-  }
-  tableBuffer_.write(0, bytes, table.data());
 
   // Views in the order of their layers
   std::vector<std::size_t> order(clusters.size());
@@ -105,7 +92,7 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
     view.eye = frameEye + cameras[i].eye;
     view.texelSpreadRad = cameras[i].texelSpreadRad;
     // Few samples see the errors of a small cluster
-    const float allowed = options.levelErrorTexels *
+    const float allowed = options_.levelErrorTexels *
                           ((cameras[i].mirrorGrid ? kMirrorLevel : 1.0f) +
                            kSmallCluster * frameSamples_ / static_cast<float>(clusters[i].samples));
     view.levelErrorTexels = std::min(allowed, kWidestError / cameras[i].texelSpreadRad);
@@ -125,6 +112,34 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
   std::vector<std::uint64_t> drawn(views.size());
   raster.drawDiffuseViews(views, targets_, geometry, lighting, drawn);
   for (std::size_t k = 0; k < order.size(); ++k) triangles[order[k]] = drawn[k];
+  writeTable(clusters, cameras, triangles);
+}
+
+void DepthImages::writeTable(std::span<const Cluster> clusters,
+                             std::span<const ClusterCamera> cameras,
+                             std::span<const std::uint64_t> triangles) {
+  std::vector<Vec4> table(std::max<std::size_t>(1, kTableRows * clusters.size()), Vec4(0.0f));
+  for (std::size_t i = 0; i < clusters.size(); ++i) {
+    const ClusterCamera& camera = cameras[i];
+    Vec4* rows = &table[kTableRows * i];
+    rows[0] = camera.rowX;
+    rows[1] = camera.rowY;
+    rows[2] = camera.rowZ;
+    rows[3] = camera.rowW;
+    // Rays leave an empty image, then of one texel, at once
+    const bool empty = triangles[i] == 0 && !camera.mirrorGrid;
+    rows[4] = Vec4(atlas_.places[i].x, atlas_.places[i].y, empty ? 1 : camera.width,
+                   empty ? 1 : camera.height);
+    rows[5] = Vec4(atlas_.places[i].layer, camera.mirrorRight, camera.mirrorTop, camera.scale);
+    const int flags = (camera.crossing || camera.parallel ? 1 : 0) + (clusters[i].concave ? 2 : 0);
+    rows[6] = Vec4(camera.horizon, static_cast<float>(flags));
+  }
+  const std::size_t bytes = table.size() * sizeof(Vec4);
+  if (tableBuffer_.size() < bytes) {
+    tableBuffer_ = gl::Buffer("clusters", bytes + bytes / 2);
+    table_ = gl::Texture::makeBuffer("clusters", GL_RGBA32F, tableBuffer_);
+  }
+  tableBuffer_.write(0, bytes, table.data());
 }
 
 void DepthImages::prepareDepth(std::span<const Cluster> clusters,

@@ -16,21 +16,22 @@
 namespace catoptric::methods {
 
 struct DepthImageOptions {
-  float levelErrorTexels = 1.0f;  ///< of levels of detail; 0: always the finest
-  std::uint64_t memoryBytes = 512ull << 20;
+  float levelErrorTexels = 1.0f;             ///< of levels of detail; 0: always the finest
+  std::uint64_t memoryBytes = 512ull << 20;  ///< of all layers
 };
 
 /// Textures are kept from frame to frame and grow when a frame needs more.
 class DepthImages {
  public:
-  /// Side lengths of a layer for frames of this size.
-  DepthImages(int sampleWidth, int sampleHeight, float depthImageScale);
+  /// Side lengths of a layer for frames of this size; no layer is larger than the memory.
+  DepthImages(int sampleWidth, int sampleHeight, float depthImageScale,
+              const DepthImageOptions& options);
 
   int layerWidth() const { return layerWidth_; }
   int layerHeight() const { return layerHeight_; }
 
   /// Whether the images of these cameras fit into the memory; the layers they need.
-  bool fits(std::span<const ClusterCamera> cameras, const DepthImageOptions& options);
+  bool fits(std::span<const ClusterCamera> cameras);
 
   /// Draws the images that the last fits() has placed. `triangles[i]`: drawn for cluster i.
   /// `skipOwn`: by object id, whether it is flat. `samplesOnGrids`: the cluster of each sample
@@ -38,22 +39,26 @@ class DepthImages {
   /// own samples alone, so that nothing else is drawn; or null.
   void draw(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
             const std::vector<bool>& skipOwn, const gl::Texture* samplesOnGrids,
-            const Vec3& frameEye, const DepthImageOptions& options, const frame::Geometry& geometry,
-            const frame::Lighting& lighting, raster::SceneRaster& raster,
-            std::span<std::uint64_t> triangles);
+            const Vec3& frameEye, const frame::Geometry& geometry, const frame::Lighting& lighting,
+            raster::SceneRaster& raster, std::span<std::uint64_t> triangles);
 
   /// Binds colour and depth images and the table of clusters, as intersect.frag names them.
   void bind() const;
   std::uint64_t bytes() const { return color_.bytes() + depth_.bytes(); }
 
  private:
+  /// Writes the table that rays find their image by.
+  void writeTable(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
+                  std::span<const std::uint64_t> triangles);
   /// Clears the images' depth, and masks what draw() need not draw. `onGrids`: by object id,
   /// whether its mirrored grids are looked up as such; `order`: of clusters, by layers.
   void prepareDepth(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
                     const std::vector<bool>& onGrids, std::span<const std::size_t> order,
                     const gl::Texture* samplesOnGrids);
 
+  DepthImageOptions options_;
   float frameSamples_ = 1.0f;
+
   gl::Program gridSamples_;
   int layerWidth_ = 1;
   int layerHeight_ = 1;

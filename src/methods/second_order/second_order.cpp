@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/error.h"
 #include "gl/shader.h"
 #include "methods/second_order/cluster_camera.h"
 #include "methods/second_order/clusters.h"
@@ -156,6 +157,15 @@ Options parseOptions(const config::Value& value) {
   return options;
 }
 
+/// Of an RGBA16F cube map with all its mip levels.
+std::uint64_t cubeMapBytes(int faceSize) {
+  std::uint64_t texels = 0;
+  for (auto side = static_cast<std::uint64_t>(faceSize); side > 0; side /= 2) {
+    texels += 6 * side * side;
+  }
+  return 8 * texels;
+}
+
 /// What the scene has of reflectors, hence which passes run.
 struct Reflectors {
   std::vector<ReflectorKind> kinds;  ///< by object id
@@ -188,6 +198,9 @@ Reflectors findReflectors(const scene::Scene& scene) {
   return found;
 }
 
+/// Times that depth images are drawn at 0.7 of their resolution until they fit: 1 / 5000. Ours.
+constexpr int kMostShrinks = 24;
+
 constexpr std::array<const char*, 7> kCountNames = {
     "unclustered", "environment", "sky", "bridged", "below_horizon", "met_itself", "faded"};
 
@@ -215,7 +228,7 @@ class SecondOrder : public Method {
         {again ? "pass" : "precomputation", "cube_map",
          std::string("the diffuse scene from one point, for rays that find nothing") +
              (again ? ", drawn again in frames in which an object or a light moved" : ""),
-         0},
+         cubeMapBytes(options_.faceSize)},
         {"pass", "readback", "normals, ids and depth for the clustering", 0},
         {"pass", "cluster", "reflective samples by object and normal", 0},
         {"pass", "camera", "a camera for each cluster", 0},
@@ -242,24 +255,12 @@ class SecondOrder : public Method {
       services.timer.measure(
           "levels", [&] { services.raster->buildDetailLevels(services.scene, services.geometry); });
     }
-    const auto program = [&](const char* label, const char* kind) {
-      std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);
-      defines.push_back({"KIND", kind});
-      defines.push_back({"RAYS", std::to_string(options_.camera.rays)});
-      defines.push_back({"MASKS", settings.masks ? "1" : "0"});
-      defines.push_back({"COUNTS", "1"});
-      defines.push_back({"NEIGHBOURHOOD", options_.neighbourhood ? "1" : "0"});
-      defines.push_back({"FADE", options_.glossyReach > 0.0f ? "1" : "0"});
-      defines.push_back({"SELF", options_.selfIntersect ? "1" : "0"});
-      defines.push_back({"FOUND", options_.countDisocclusions ? "1" : "0"});
-      defines.push_back({"EXACT_GRID", options_.camera.depthImageScale == 1.0f ? "1" : "0"});
-      return gl::Program::fullScreen(label, "methods/second_order/shaders/intersect.frag",
-                                     std::move(defines));
-    };
-    if (reflectors_.planarMirrors) planar_ = program("look-up in mirrored frames", "0");
-    if (reflectors_.curvedMirrors || reflectors_.planarMirrors)
-      curved_ = program("walk over depth images", "1");
-    if (reflectors_.glossy) glossy_ = program("walk over depth images, lobes", "2");
+    // What most frames need; the rest with the first frame that does
+    if (reflectors_.planarMirrors) {
+      planar(services, options_.camera.depthImageScale == 1.0f);
+    }
+    if (reflectors_.curvedMirrors) curved(services);
+    if (reflectors_.glossy) glossy_ = program(services, "walk over depth images, lobes", "2");
     counts_ = gl::Buffer("fallback counts", kCountNames.size() * sizeof(std::uint32_t));
     const int width = settings.width * settings.samples;
     const int height = settings.height * settings.samples;
@@ -268,7 +269,8 @@ class SecondOrder : public Method {
       foundBuffer_ = gl::Buffer("what rays found", found_.size() * sizeof(Found));
     }
     clusterSamples_ = gl::Texture::make2D("cluster of each sample", GL_R16UI, width, height);
-    images_ = std::make_unique<DepthImages>(width, height, options_.camera.depthImageScale);
+    images_ = std::make_unique<DepthImages>(width, height, options_.camera.depthImageScale,
+                                            options_.images);
     if (!services.scene.animated()) drawEnvironment(services);
   }
 
@@ -294,10 +296,18 @@ class SecondOrder : public Method {
     cameraOptions.maxTextureSize = std::min(images_->layerWidth(), images_->layerHeight());
     std::vector<ClusterCamera> cameras;
     timer.measure("camera", [&] {
-      for (int attempt = 0; attempt < 8; ++attempt) {
+      for (int attempt = 0;; ++attempt) {
         cameras = makeClusterCameras(clustering_, camera, gbuffer.sampleWidth(),
                                      gbuffer.sampleHeight(), cameraOptions);
-        if (images_->fits(cameras, options_.images)) break;
+        if (images_->fits(cameras)) break;
+        if (attempt == kMostShrinks) {
+          throw UsageError("second_order: the depth images of " +
+                           std::to_string(clustering_.clusters().size()) +
+                           " clusters do not fit into memory_mib " +
+                           std::to_string(options_.images.memoryBytes >> 20) +
+                           " at any resolution; allow more, or fewer clusters by a larger "
+                           "min_cluster_samples or a smaller bin_density");
+        }
         cameraOptions.depthImageScale *= 0.7f;
         ++output.counters["images_shrunk"];
       }
@@ -312,15 +322,15 @@ class SecondOrder : public Method {
       onGrids = onGrids && (cameras[i].mirrorGrid ||
                             !reflectors_.skipOwn[static_cast<std::size_t>(clusters[i].object)]);
     }
+    bool exact = false;
     timer.measure("depth_images", [&] {
       // Planar clusters of curved objects are walked over
-      const bool exact = onGrids && !planar_.empty() && options_.camera.depthImageScale == 1.0f &&
-                         cameraOptions.depthImageScale == 1.0f;
+      exact = onGrids && reflectors_.planarMirrors && cameraOptions.depthImageScale == 1.0f;
       images_->draw(clusters, cameras, reflectors_.skipOwn, exact ? &clusterSamples_ : nullptr,
-                    camera.eye(), options_.images, services.geometry, services.lighting,
-                    *services.raster, triangles);
+                    camera.eye(), services.geometry, services.lighting, *services.raster,
+                    triangles);
     });
-    timer.measure("intersect", [&] { intersect(services, gbuffer, camera, onGrids); });
+    timer.measure("intersect", [&] { intersect(services, gbuffer, camera, onGrids, exact); });
     report(clusters, cameras, triangles, output);
     if (std::ranges::find(settings_.layers, "cluster") != settings_.layers.end()) {
       output.clusterOf = clustering_.clusterOf();
@@ -335,6 +345,32 @@ class SecondOrder : public Method {
   }
 
  private:
+  gl::Program program(const Services& services, const char* label, const char* kind,
+                      bool exactGrid = false) const {
+    std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);
+    defines.push_back({"KIND", kind});
+    defines.push_back({"RAYS", std::to_string(options_.camera.rays)});
+    defines.push_back({"MASKS", settings_.masks ? "1" : "0"});
+    defines.push_back({"COUNTS", "1"});
+    defines.push_back({"NEIGHBOURHOOD", options_.neighbourhood ? "1" : "0"});
+    defines.push_back({"FADE", options_.glossyReach > 0.0f ? "1" : "0"});
+    defines.push_back({"SELF", options_.selfIntersect ? "1" : "0"});
+    defines.push_back({"FOUND", options_.countDisocclusions ? "1" : "0"});
+    defines.push_back({"EXACT_GRID", exactGrid ? "1" : "0"});
+    return gl::Program::fullScreen(label, "methods/second_order/shaders/intersect.frag",
+                                   std::move(defines));
+  }
+  gl::Program& curved(const Services& services) {
+    if (curved_.empty()) curved_ = program(services, "walk over depth images", "1");
+    return curved_;
+  }
+  /// `exact`: a texel for each sample.
+  gl::Program& planar(const Services& services, bool exact) {
+    gl::Program& made = exact ? planarExact_ : planarScaled_;
+    if (made.empty()) made = program(services, "look-up in mirrored frames", "0", exact);
+    return made;
+  }
+
   void drawEnvironment(Services& services) {
     services.timer.measure("cube_map", [&] {
       environment_ = services.raster->drawCubeMap(services.geometry.bounds.centre(),
@@ -345,7 +381,7 @@ class SecondOrder : public Method {
   }
 
   void intersect(Services& services, const raster::GBuffer& gbuffer, const scene::Camera& camera,
-                 bool onGrids) {
+                 bool onGrids, bool exact) {
     const std::vector<std::uint32_t> zeros(kCountNames.size(), 0);
     counts_.write(0, zeros.size() * sizeof(std::uint32_t), zeros.data());
     if (options_.countDisocclusions) {
@@ -361,7 +397,6 @@ class SecondOrder : public Method {
     glEnable(GL_STENCIL_TEST);
     glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
     const auto pass = [&](gl::Program& program, raster::SampleClass sampleClass) {
-      if (program.empty()) return;
       services.raster->bindShadingResources(program.id(), services.lighting);
       program.use();
       clusterSamples_.bind(0);
@@ -388,9 +423,11 @@ class SecondOrder : public Method {
       gl::drawFullScreenTriangle();
     };
     // An object known as flat need not be flat in the frame (it deforms, or is one pixel large)
-    pass(onGrids ? planar_ : curved_, raster::SampleClass::PlanarMirror);
-    pass(curved_, raster::SampleClass::CurvedMirror);
-    pass(glossy_, raster::SampleClass::Glossy);
+    if (reflectors_.planarMirrors) {
+      pass(onGrids ? planar(services, exact) : curved(services), raster::SampleClass::PlanarMirror);
+    }
+    if (reflectors_.curvedMirrors) pass(curved_, raster::SampleClass::CurvedMirror);
+    if (reflectors_.glossy) pass(glossy_, raster::SampleClass::Glossy);
     glDisable(GL_STENCIL_TEST);
     glDepthMask(GL_TRUE);
   }
@@ -419,6 +456,8 @@ class SecondOrder : public Method {
     for (std::size_t i = 0; i < counts.size(); ++i) c[kCountNames[i]] = counts[i];
     c["clusters"] = clusters.size();
     c["reflective_samples"] = clustering_.reflectiveSamples();
+    c["depth_image_bytes"] = images_->bytes();
+    c["empty_images"] = 0;
     for (std::size_t i = 0; i < clusters.size(); ++i) {
       c["planar_clusters"] += clusters[i].planar ? 1 : 0;
       c["planar_samples"] += clusters[i].planar ? clusters[i].samples : 0;
@@ -431,6 +470,8 @@ class SecondOrder : public Method {
       c["texels"] += static_cast<std::uint64_t>(cameras[i].width) *
                      static_cast<std::uint64_t>(cameras[i].height);
       c["triangles"] += triangles[i];
+      c["empty_images"] += triangles[i] == 0 && !cameras[i].mirrorGrid ? 1 : 0;
+
       output.clusters.push_back({clusters[i].object, clusters[i].samples, clusters[i].planar,
                                  clusters[i].concave, cameras[i].width, cameras[i].height,
                                  triangles[i], static_cast<double>(cameras[i].displacement)});
@@ -449,7 +490,9 @@ class SecondOrder : public Method {
   gl::Buffer counts_;
   gl::Buffer foundBuffer_;  ///< of count_disocclusions
   std::vector<Found> found_;
-  gl::Program planar_;
+  gl::Program planarExact_;
+  gl::Program planarScaled_;
+
   gl::Program curved_;
   gl::Program glossy_;
 };

@@ -5,6 +5,7 @@
 
 #include "frame/test_scenes.h"
 #include "gl/test_context.h"
+#include "methods/second_order/depth_images.h"
 #include "methods/second_order/second_order.h"
 #include "scene/animate.h"
 #include "scene/shapes.h"
@@ -188,6 +189,60 @@ TEST(SecondOrder, FinerDepthImagesErrLess) {
   const double fine = error(R"({"depth_image_scale": 2})");
   EXPECT_LT(plain, coarse);
   EXPECT_LT(fine, plain);
+}
+
+TEST(DepthImages, StayWithinTheirMemoryInFramesOfAnySize) {
+  gl::testContext();
+  constexpr std::uint64_t kBytes = 1u << 20;
+  DepthImages images(8192, 8192, 2.0f, {.memoryBytes = kBytes});
+  EXPECT_LE(12u * static_cast<std::uint64_t>(images.layerWidth()) *
+                static_cast<std::uint64_t>(images.layerHeight()),
+            kBytes);
+  EXPECT_GT(images.layerWidth(), 250);
+  const auto camera = [](int width, int height) {
+    ClusterCamera made;
+    made.width = width;
+    made.height = height;
+    return made;
+  };
+  EXPECT_TRUE(images.fits(std::vector{camera(200, 200), camera(50, 200)}));
+  EXPECT_FALSE(images.fits(std::vector{camera(200, 200), camera(200, 200)}));  // a second layer
+  EXPECT_FALSE(images.fits(std::vector{camera(400, 20)}));
+}
+
+TEST(SecondOrder, LittleMemoryMeansCoarseImages) {
+  const auto frame = [](const char* options) {
+    return Comparison(roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f)),
+                      cameraAt({0.4f, 0.8f, 2.0f}, {0.0f, 0.0f, 0.0f}), options);
+  };
+  const Comparison plain = frame(R"({"depth_image_scale": 2})");
+  const Comparison small = frame(R"({"depth_image_scale": 2, "memory_mib": 1})");
+  EXPECT_GT(plain.output.counters.at("depth_image_bytes"), 1u << 20);
+  EXPECT_LE(small.output.counters.at("depth_image_bytes"), 1u << 20);
+  EXPECT_EQ(plain.output.counters.count("images_shrunk"), 0u);
+  EXPECT_GT(small.output.counters.at("images_shrunk"), 0u);
+  EXPECT_TRUE(small.finite);
+  EXPECT_LT(small.meanDifference, 0.03);
+
+  // A mirror whose grid is shrunk is looked up between texels
+  const Comparison mirror(
+      roomWith(scene::makePlane({4.0f, 4.0f}, {1, 1}, scene::UvMode::Metres), Mat4(1.0f)),
+      cameraAt({0.2f, 0.5f, 1.2f}, {0.0f, 0.0f, 0.0f}),
+      R"({"memory_mib": 1, "depth_image_scale": 1.5})");
+  EXPECT_LE(mirror.output.counters.at("depth_image_bytes"), 1u << 20);
+  EXPECT_GT(mirror.output.counters.at("images_shrunk"), 0u);
+  EXPECT_LT(mirror.meanDifference, 0.02);
+}
+
+TEST(SecondOrder, EmptyImagesShowTheSky) {
+  // Nothing but the mirror itself
+  test::SceneBuilder builder;
+  builder.add(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), builder.reflective(1.0f));
+  builder.constantEnvironment(Vec3(1.0f));
+  const Comparison frame(builder.scene(), cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}));
+  EXPECT_GT(frame.output.counters.at("empty_images"), 0u);
+  EXPECT_LE(frame.output.counters.at("empty_images"), frame.output.counters.at("clusters"));
+  EXPECT_LT(frame.meanDifference, 1e-3);
 }
 
 TEST(SecondOrder, WhatFallsBackIsMarkedAndCounted) {
