@@ -20,6 +20,7 @@ struct Setup {
   Surface vase = implicit::vaseSurface();
   glm::dvec3 eye{0.5, 1.6, 4.0};
   std::vector<SampleRay> rays;
+  std::vector<Neighbours> neighbours;
   std::vector<BounceRecord> records;
   std::vector<VertexMove> vertices;
   std::vector<glm::dvec3> points;
@@ -28,6 +29,7 @@ struct Setup {
     constexpr int kWidth = 80;
     constexpr int kHeight = 60;
     const Vector<double> q{{eye.x, eye.y, eye.z}};
+    std::vector<std::uint32_t> rayAt(std::size_t{kWidth * kHeight}, kNoRay);
     for (int i = 0; i < kWidth * kHeight; ++i) {
       const glm::dvec3 target(2.4 * (i % kWidth + 0.5) / kWidth - 1.2,
                               2.2 * (0.5 + i / kWidth) / kHeight - 0.1, 0.0);
@@ -42,9 +44,11 @@ struct Setup {
       const glm::dvec3 p = x + out;
       const auto e = expandPath<double>({{p.x, p.y, p.z}}, {vertex}, q);
       if (e.status != PathStatus::Regular) continue;
+      rayAt[static_cast<std::size_t>(i)] = static_cast<std::uint32_t>(rays.size());
       rays.push_back({x, out});
       records.push_back(recordOf(e.bounces[0]));
     }
+    neighbours = gridNeighbours(kWidth, kHeight, rayAt);
     std::mt19937 random(1);
     std::uniform_real_distribution<float> unit(-1.0f, 1.0f);
     constexpr std::uint32_t kVertices = 100'000;
@@ -112,6 +116,26 @@ void nearestRays(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(s.points.size()));
 }
 BENCHMARK(nearestRays)->Arg(1)->Arg(5);
+
+void reflections(benchmark::State& state) {
+  const Setup& s = setup();
+  const RayOctree tree(s.rays, {-3, -1, -1}, {3, 4, 5}, {}, s.neighbours);
+  std::vector<NearRay> found;
+  std::size_t count = 0;
+  for (auto _ : state) {
+    RayOctree::Cursor cursor;
+    for (const glm::dvec3& p : s.points) {
+      tree.reflections(p, cursor, found);
+      count += found.size();
+      benchmark::DoNotOptimize(found.data());
+    }
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(s.points.size()));
+  state.counters["reflections"] =
+      static_cast<double>(count) /
+      (static_cast<double>(state.iterations()) * static_cast<double>(s.points.size()));
+}
+BENCHMARK(reflections);
 
 void octree(benchmark::State& state) {
   for (auto _ : state) {

@@ -14,11 +14,20 @@ namespace {
 /// Distances of doubles may be off by this part of the coordinates' size.
 constexpr double kRounding = 1e-14;
 
+bool before(const NearRay& a, const NearRay& b) {
+  return a.distance < b.distance || (a.distance == b.distance && a.ray < b.ray);
+}
+
 }  // namespace
 
 RayOctree::RayOctree(std::vector<SampleRay> rays, const glm::dvec3& min, const glm::dvec3& max,
-                     const Settings& settings)
-    : rays_(std::move(rays)), min_(min), size_(max - min), settings_(settings) {
+                     const Settings& settings, std::vector<Neighbours> neighbours)
+    : rays_(std::move(rays)),
+      neighbours_(std::move(neighbours)),
+      min_(min),
+      size_(max - min),
+      settings_(settings) {
+  assert(neighbours_.empty() || neighbours_.size() == rays_.size());
   assert(settings_.k > 0 && settings_.maxDepth >= 0 && settings_.maxDepth < 31);
   assert(std::all_of(rays_.begin(), rays_.end(), [](const SampleRay& r) {
     return std::isfinite(glm::dot(r.origin, glm::dvec3(1.0))) &&
@@ -29,8 +38,30 @@ RayOctree::RayOctree(std::vector<SampleRay> rays, const glm::dvec3& min, const g
   build();
 }
 
+double RayOctree::beamRadius(std::uint32_t ray, double t) const {
+  const glm::dvec3 centre = rays_[ray].origin + t * rays_[ray].direction;
+  double radius = 0.0;
+  for (const std::uint32_t other : neighbours_[ray]) {
+    if (other != kNoRay) radius = std::max(radius, distanceTo(rays_[other], centre));
+  }
+  return radius;
+}
+
 std::vector<std::uint32_t> RayOctree::candidateSet(const glm::dvec3& centre, double radius,
                                                    const std::vector<std::uint32_t>& from) const {
+  if (!neighbours_.empty()) {
+    // A point within the radius is at most so much nearer to the ray, and its nearest point on the
+    // ray moves at most so far, to where the beam is at most so much wider.
+    std::vector<std::uint32_t> beams;
+    for (const std::uint32_t ray : from) {
+      const double t = nearestParameter(rays_[ray], centre);
+      const double distance = glm::length(rays_[ray].origin + t * rays_[ray].direction - centre);
+      const double beam = beamRadius(ray, t);
+      const double size = glm::length(centre) + distance + beam;
+      if (distance <= beam + 2.0 * radius + kRounding * size) beams.push_back(ray);
+    }
+    return beams;
+  }
   // DEVIATION: Fig. 3 takes the largest rho.max of a set of at least k rays as bound; the k-th
   // smallest is enough. In the sphere a ray's distance differs from the one at the centre by at
   // most the radius, so the k nearest of any point there are within d_k + 2 radius at the centre.
@@ -64,6 +95,19 @@ void RayOctree::build() {
   };
   using Costly = std::pair<double, std::uint32_t>;
   nodes_.emplace_back();
+  for (std::size_t i = 0; i < neighbours_.size(); ++i) {
+    Beam beam;
+    for (const std::uint32_t other : neighbours_[i]) {
+      if (other == kNoRay) continue;
+      beam.base = std::max(beam.base, glm::distance(rays_[i].origin, rays_[other].origin));
+      beam.growth =
+          std::max(beam.growth, glm::distance(rays_[i].direction, rays_[other].direction));
+      // One that ends earlier can be anywhere.
+      if (rays_[other].length < rays_[i].length)
+        beam.base = std::numeric_limits<double>::infinity();
+    }
+    beams_.push_back(beam);
+  }
   std::vector<Cell> cells{{min_ + 0.5 * size_, 0.5 * size_, 0, all_}};
   std::priority_queue<Costly> queue;
   const auto offer = [&](std::uint32_t node) {
@@ -138,10 +182,8 @@ std::span<const std::uint32_t> RayOctree::candidates(const glm::dvec3& point,
 
 void RayOctree::nearest(const glm::dvec3& point, Cursor& cursor,
                         std::vector<NearRay>& result) const {
+  assert(neighbours_.empty());
   result.clear();
-  const auto before = [](const NearRay& a, const NearRay& b) {
-    return a.distance < b.distance || (a.distance == b.distance && a.ray < b.ray);
-  };
   // k is small: insertion into a sorted list.
   for (const std::uint32_t ray : candidates(point, cursor)) {
     const NearRay near{ray, distanceTo(rays_[ray], point)};
@@ -151,6 +193,47 @@ void RayOctree::nearest(const glm::dvec3& point, Cursor& cursor,
     }
     result.insert(std::upper_bound(result.begin(), result.end(), near, before), near);
   }
+}
+
+void RayOctree::reflections(const glm::dvec3& point, Cursor& cursor,
+                            std::vector<NearRay>& result) const {
+  assert(neighbours_.size() == rays_.size());
+  result.clear();
+  for (const std::uint32_t ray : candidates(point, cursor)) {
+    const double t = nearestParameter(rays_[ray], point);
+    const NearRay near{ray, glm::length(rays_[ray].origin + t * rays_[ray].direction - point)};
+    // Most beams are passed by.
+    constexpr double kSlack = 1.0 + 1e-9;
+    if (near.distance > kSlack * (beams_[ray].base + beams_[ray].growth * t)) continue;
+    const bool minimum =
+        std::none_of(neighbours_[ray].begin(), neighbours_[ray].end(), [&](std::uint32_t other) {
+          return other != kNoRay && before({other, distanceTo(rays_[other], point)}, near);
+        });
+    if (minimum && near.distance <= beamRadius(ray, t)) result.push_back(near);
+  }
+  std::sort(result.begin(), result.end(), before);
+}
+
+std::vector<Neighbours> gridNeighbours(int width, int height,
+                                       std::span<const std::uint32_t> rayAt) {
+  assert(rayAt.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  const auto at = [&](int x, int y) {
+    return x < 0 || y < 0 || x >= width || y >= height
+               ? kNoRay
+               : rayAt[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                       static_cast<std::size_t>(x)];
+  };
+  std::vector<Neighbours> neighbours;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const std::uint32_t ray = at(x, y);
+      if (ray == kNoRay) continue;
+      if (ray >= neighbours.size()) neighbours.resize(ray + std::size_t{1});
+      neighbours[ray] = {at(x - 1, y - 1), at(x, y - 1),     at(x + 1, y - 1), at(x - 1, y),
+                         at(x + 1, y),     at(x - 1, y + 1), at(x, y + 1),     at(x + 1, y + 1)};
+    }
+  }
+  return neighbours;
 }
 
 std::vector<std::uint32_t> groupRepresentatives(std::span<const SampleRay> rays,

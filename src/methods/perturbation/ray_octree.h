@@ -25,11 +25,26 @@ inline double distanceTo(const SampleRay& ray, const glm::dvec3& point) {
   return glm::length(ray.origin + nearestParameter(ray, point) * ray.direction - point);
 }
 
+/// A ray's neighbours among the samples of the image, kNoRay where there is none.
+using Neighbours = std::array<std::uint32_t, 8>;
+inline constexpr std::uint32_t kNoRay = 0xffffffff;
+/// Of rays that were sampled on a grid: `rayAt[y * width + x]` is a sample's ray, or kNoRay.
+std::vector<Neighbours> gridNeighbours(int width, int height, std::span<const std::uint32_t> rayAt);
+
 struct NearRay {
   std::uint32_t ray = 0;
   double distance = 0.0;
 };
 
+/// Candidate sets are made for one of two questions:
+/// - the k nearest rays of a point, as in the paper; groupRepresentatives() then tells its
+/// reflections
+///   apart;
+/// - with `neighbours`, the rays that are nearer to the point than their neighbours in the image,
+/// no
+///   farther than the farthest of these is from them. Each reflection of the point is such a
+///   minimum however many samples fall on it, and no threshold is needed. (ours; README.md
+///   compares)
 class RayOctree {
  public:
   struct Settings {
@@ -48,14 +63,18 @@ class RayOctree {
   };
 
   RayOctree() = default;
-  /// Cells cover `min` to `max`. Rays with coordinates that are not finite are refused (assertion).
+  /// Cells cover `min` to `max`. Rays with coordinates that are not finite are a bug of the caller.
   RayOctree(std::vector<SampleRay> rays, const glm::dvec3& min, const glm::dvec3& max,
-            const Settings& settings);
+            const Settings& settings, std::vector<Neighbours> neighbours = {});
 
-  /// Every ray that is among the k nearest of `point`, and others.
+  /// Every ray that nearest() or reflections() can return for `point`, and others.
   std::span<const std::uint32_t> candidates(const glm::dvec3& point, Cursor& cursor) const;
   /// The k nearest rays in the order of distance, then of number; fewer when there are fewer.
   void nearest(const glm::dvec3& point, Cursor& cursor, std::vector<NearRay>& result) const;
+
+  /// The minima of the distance among neighbours, in the order of distance. Needs neighbours; a ray
+  /// without any has no beam and is nobody's answer.
+  void reflections(const glm::dvec3& point, Cursor& cursor, std::vector<NearRay>& result) const;
 
   const std::vector<SampleRay>& rays() const { return rays_; }
   std::size_t nodeCount() const { return nodes_.size(); }
@@ -68,11 +87,20 @@ class RayOctree {
     std::uint32_t end = 0;
   };
   void build();
-  /// Those of `from` that can be among the k nearest of a point within `radius` of `centre`.
+  /// At t no neighbour is farther from a ray than base + growth t.
+  struct Beam {
+    double base = 0.0;
+    double growth = 0.0;
+  };
+  /// How far the farthest neighbour of a ray is from its point at t.
+  double beamRadius(std::uint32_t ray, double t) const;
+  /// Those of `from` that can be an answer for a point within `radius` of `centre`.
   std::vector<std::uint32_t> candidateSet(const glm::dvec3& centre, double radius,
                                           const std::vector<std::uint32_t>& from) const;
 
   std::vector<SampleRay> rays_;
+  std::vector<Neighbours> neighbours_;
+  std::vector<Beam> beams_;
   glm::dvec3 min_{0.0};
   glm::dvec3 size_{1.0};
   Settings settings_;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <random>
 
+#include "methods/perturbation/path.h"
 #include "scene/implicit/surface.h"
 
 namespace catoptric::methods::perturbation {
@@ -28,24 +29,78 @@ std::vector<SampleRay> randomRays(std::size_t count, double scale, std::mt19937&
 }
 
 /// The mirror rays of a vase seen by a camera of width x height samples.
-std::vector<SampleRay> vaseRays(int width, int height) {
-  const implicit::Surface vase = implicit::vaseSurface();
-  const dvec3 eye(0.5, 1.6, 4.0);
+struct VaseSamples {
+  implicit::Surface vase = implicit::vaseSurface();
+  dvec3 eye{0.5, 1.6, 4.0};
   std::vector<SampleRay> rays;
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const dvec3 target(2.4 * (x + 0.5) / width - 1.2, 2.2 * (y + 0.5) / height - 0.1, 0.0);
+  std::vector<Neighbours> neighbours;
+  std::vector<Bounce<double>> bounces;
+
+  VaseSamples(int width, int height) {
+    std::vector<std::uint32_t> rayAt;
+    for (int i = 0; i < width * height; ++i) {
+      rayAt.push_back(kNoRay);
+      const dvec3 target(2.4 * (i % width + 0.5) / width - 1.2,
+                         2.2 * (0.5 + i / width) / height - 0.1, 0.0);
       const dvec3 d = glm::normalize(target - eye);
       const auto hit = implicit::firstHit(vase, {eye, d});
       if (hit.status != implicit::HitStatus::Hit) continue;
-      const dvec3 p = eye + hit.t * d;
-      implicit::Jet3<double> g;
-      if (implicit::derivativesAt(vase, p, g) != implicit::PointStatus::Smooth) continue;
-      rays.push_back({p, glm::reflect(d, glm::normalize(dvec3(g.c[1], g.c[2], g.c[3])))});
+      const dvec3 x = eye + hit.t * d;
+      PathVertex<double> vertex{vectorOf(x), {}, 1.0};
+      if (implicit::derivativesAt(vase, x, vertex.g) != implicit::PointStatus::Smooth) continue;
+      const dvec3 out = glm::reflect(d, normalOf(vertex.g));
+      const auto e = expandPath<double>(vectorOf(x + out), {vertex}, vectorOf(eye));
+      if (e.status != PathStatus::Regular) continue;
+      rayAt.back() = static_cast<std::uint32_t>(rays.size());
+      const auto next = implicit::firstHit(vase, {x, out, 1e-6});
+      rays.push_back({x, out});
+      if (next.status == implicit::HitStatus::Hit) rays.back().length = next.t;
+      bounces.push_back(e.bounces[0]);
     }
+    neighbours = gridNeighbours(width, height, rayAt);
   }
-  return rays;
-}
+  static Vector<double> vectorOf(const dvec3& p) { return {{p.x, p.y, p.z}}; }
+  static dvec3 normalOf(const Jet3<double>& g) {
+    return glm::normalize(dvec3(g.c[1], g.c[2], g.c[3]));
+  }
+  /// Where a ray says that the reflection of `point` is.
+  dvec3 predicted(std::uint32_t ray, const dvec3& point) const {
+    const double t = nearestParameter(rays[ray], point);
+    const dvec3 step = point - (rays[ray].origin + t * rays[ray].direction);
+    const auto x = movedPoint<2>(bounces[ray], t, vectorOf(step));
+    return {x[0], x[1], x[2]};
+  }
+  /// All reflections of `point` that the eye sees: Newton's method from a ray near each of them.
+  std::vector<dvec3> exact(const dvec3& point) const {
+    std::vector<dvec3> found;
+    for (std::uint32_t ray = 0; ray < rays.size(); ++ray) {
+      const double distance = distanceTo(rays[ray], point);
+      bool minimum = distance < 0.3;
+      for (const std::uint32_t other : neighbours[ray])
+        minimum = minimum && (other == kNoRay || distanceTo(rays[other], point) >= distance);
+      if (!minimum) continue;
+      std::vector<PathVertex<double>> path{{vectorOf(rays[ray].origin), {}, 1.0}};
+      const auto surfaceAt = [&](std::size_t, const Vector<double>& x, Jet3<double>& jet) {
+        return implicit::derivativesAt(vase, {x[0], x[1], x[2]}, jet) ==
+               implicit::PointStatus::Smooth;
+      };
+      if (solvePath<double>(vectorOf(point), vectorOf(eye), surfaceAt, 1.0, 1e-12, path) !=
+          PathStatus::Regular)
+        continue;
+      const dvec3 x(path[0].x[0], path[0].x[1], path[0].x[2]);
+      const dvec3 n = normalOf(path[0].g);
+      const auto seen = implicit::firstHit(vase, {eye, x - eye});
+      const bool visible =
+          vase.domain.contains(x) && glm::dot(n, point - x) > 0.0 && glm::dot(n, eye - x) > 0.0 &&
+          seen.status == implicit::HitStatus::Hit && std::abs(seen.t - 1.0) < 1e-6 &&
+          implicit::firstHit(vase, {x, point - x, 1e-6, 1.0}).status == implicit::HitStatus::Miss;
+      const bool known = std::any_of(found.begin(), found.end(),
+                                     [&](const dvec3& f) { return glm::distance(f, x) < 1e-6; });
+      if (visible && !known) found.push_back(x);
+    }
+    return found;
+  }
+};
 
 std::vector<NearRay> bruteForce(const std::vector<SampleRay>& rays, const dvec3& p, std::size_t k) {
   std::vector<NearRay> all;
@@ -102,7 +157,7 @@ TEST(RayOctree, CellsOnTheirBordersAndRaysAtOnePoint) {
 }
 
 TEST(RayOctree, ServesTheVaseWithFewCandidatesAndSteps) {
-  const auto rays = vaseRays(80, 60);
+  const auto rays = VaseSamples(80, 60).rays;
   ASSERT_GT(rays.size(), 800u);
   const RayOctree tree(rays, {-3, -1, -1}, {3, 4, 5}, {});
   RayOctree::Cursor along;
@@ -125,6 +180,88 @@ TEST(RayOctree, ServesTheVaseWithFewCandidatesAndSteps) {
   // A tenth of the rays and a third of the steps, or better.
   EXPECT_LT(candidates, kPoints * rays.size() / 10);
   EXPECT_LT(along.steps, freshSteps / 3);
+}
+
+TEST(RayOctree, FindsEveryMinimumAmongNeighbours) {
+  const VaseSamples samples(40, 30);
+  const RayOctree tree(samples.rays, {-3, -1, -1}, {3, 4, 5}, {}, samples.neighbours);
+  // One cell is brute force.
+  RayOctree::Settings oneCell;
+  oneCell.maxDepth = 0;
+  const RayOctree all(samples.rays, {-3, -1, -1}, {3, 4, 5}, oneCell, samples.neighbours);
+  std::mt19937 random(10);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  RayOctree::Cursor a;
+  RayOctree::Cursor b;
+  std::vector<NearRay> found;
+  std::vector<NearRay> expected;
+  std::size_t minima = 0;
+  std::size_t candidates = 0;
+  constexpr int kPoints = 3000;
+  for (int i = 0; i < kPoints; ++i) {
+    const dvec3 p(7.0 * unit(random) - 3.5, 6.0 * unit(random) - 1.5, 6.5 * unit(random) - 1.5);
+    tree.reflections(p, a, found);
+    all.reflections(p, b, expected);
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t k = 0; k < found.size(); ++k) ASSERT_EQ(found[k].ray, expected[k].ray);
+    minima += found.size();
+    if (a.outside == 0) candidates += tree.candidates(p, a).size();
+  }
+  EXPECT_GT(minima, 1000u);
+  EXPECT_LT(candidates, samples.rays.size() * kPoints / 8);
+}
+
+/// How well a choice of rays finds the reflections of points before the vase.
+struct Score {
+  std::size_t reflections = 0;  ///< that there are
+  std::size_t found = 0;        ///< predicted within 0.05
+  std::size_t extra = 0;        ///< predictions of none, or of one twice
+};
+
+TEST(RayOctree, MinimaFindTheReflectionsThatTheNearestRaysMiss) {
+  const VaseSamples dense(160, 120);
+  const VaseSamples samples(40, 30);
+  const RayOctree nearest(samples.rays, {-3, -1, -1}, {3, 4, 5}, {});
+  const RayOctree minima(samples.rays, {-3, -1, -1}, {3, 4, 5}, {}, samples.neighbours);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  Score paper;
+  Score ours;
+  RayOctree::Cursor a;
+  RayOctree::Cursor b;
+  std::vector<NearRay> near;
+  for (int i = 0; i < 200; ++i) {
+    const dvec3 p(4.0 * unit(random) - 2.0, 2.2 * unit(random) - 0.1, 0.2 + 2.8 * unit(random));
+    if (implicit::valueAt(samples.vase, p) < 0.1) continue;
+    const std::vector<dvec3> exact = dense.exact(p);
+    const auto judge = [&](const std::vector<std::uint32_t>& rays, Score& score) {
+      std::vector<bool> seen(exact.size(), false);
+      for (const std::uint32_t ray : rays) {
+        const dvec3 x = samples.predicted(ray, p);
+        const auto match = std::find_if(exact.begin(), exact.end(),
+                                        [&](const dvec3& e) { return glm::distance(e, x) < 0.05; });
+        if (match == exact.end() || seen[static_cast<std::size_t>(match - exact.begin())]) {
+          ++score.extra;
+        } else {
+          seen[static_cast<std::size_t>(match - exact.begin())] = true;
+          ++score.found;
+        }
+      }
+      score.reflections += exact.size();
+    };
+    // The best thresholds that we found for this vase.
+    nearest.nearest(p, a, near);
+    judge(groupRepresentatives(samples.rays, near, {0.7, 0.4}), paper);
+    minima.reflections(p, b, near);
+    std::vector<std::uint32_t> rays;
+    for (const NearRay& n : near) rays.push_back(n.ray);
+    judge(rays, ours);
+  }
+  // Almost every point has two: at the neck and at the belly.
+  EXPECT_GT(ours.reflections, 300u);
+  EXPECT_EQ(ours.found, ours.reflections);
+  EXPECT_LT(ours.extra, ours.reflections / 25);
+  EXPECT_LT(paper.found, 9 * paper.reflections / 10);
 }
 
 TEST(RayGroups, SplitByReflectionPointAndDirection) {

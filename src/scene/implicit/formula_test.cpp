@@ -103,6 +103,46 @@ TEST(Formula, LimitsLengthDepthAndOperations) {
   EXPECT_LT(message.size(), 500u);
 }
 
+TEST(Formula, AnyTextIsReadOrRefused) {
+  const std::vector<std::string> words{
+      "x",    "y",    "z",    "(",  ")",     "+",     "-",    "*",    "/",    "^",
+      ",",    "1.5",  "2",    "0",  "1e300", "sqrt(", "sin(", "min(", "pow(", "hypot(",
+      "abs(", "log(", "exp(", "pi", " ",     "q",     "\xc3", ".",    "e5"};
+  const std::vector<std::string> operands{"x", "y", "(z)", "2", "sin(x)", "abs(y)", "0.5"};
+  const std::vector<std::string> operators{"+", "-", "*", "/", "^"};
+  std::mt19937 random(12);
+  int read = 0;
+  for (int i = 0; i < 30'000; ++i) {
+    std::string text;
+    // Mostly operands and operators in turn.
+    for (std::size_t k = random() % 12; k-- > 0;) {
+      text += random() % 6 == 0 ? words[random() % words.size()]
+              : k % 2 == 0      ? operands[random() % operands.size()]
+                                : operators[random() % operators.size()];
+    }
+    try {
+      const Tape tape = parseFormula(text);
+      ++read;
+      // Whatever the values are, an interval holds what doubles give.
+      const double v = Evaluator<double>(tape)(0.3, -1.2, 2.0);
+      const Interval range = Evaluator<Interval>(tape)({0.3, 0.3}, {-1.2, -1.2}, {2.0, 2.0});
+      if (std::isfinite(v)) {
+        ASSERT_TRUE(range.lo <= v && v <= range.hi) << text;
+      }
+      Evaluator<Jet3<double>> jets(tape);
+      Jet3<double> x(0.3);
+      x.c[1] = 1.0;
+      const double byJet = jets(x, Jet3<double>(-1.2), Jet3<double>(2.0)).value();
+      if (std::isfinite(v) && std::isfinite(byJet)) {
+        ASSERT_NEAR(byJet, v, 1e-9 * std::abs(v) + 1e-300) << text;
+      }
+    } catch (const SceneError& e) {
+      ASSERT_NE(std::string(e.what()).find("column"), std::string::npos);
+    }
+  }
+  EXPECT_GT(read, 1000);
+}
+
 TEST(Formula, IntervalsEncloseWhatDoublesGive) {
   const std::vector<std::string> formulas{"x*y - z",
                                           "x/y",

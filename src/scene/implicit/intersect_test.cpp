@@ -208,6 +208,25 @@ TEST(ImplicitRay, FormulasThatAreNoSurfacesGetAnAnswer) {
   EXPECT_NEAR(hit("sqrt(x + 1) - 1").t, 3.0, 1e-14) << "undefined before -1";
 }
 
+TEST(ImplicitRay, RaysThatAreNoneMiss) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const Surface& s : {sphereSurface(1.0), general(sphereSurface(1.0)), vaseSurface()}) {
+    for (const SurfaceRay& ray : std::vector<SurfaceRay>{{{nan, 0, 0}, {1, 0, 0}},
+                                                         {{-3, 0.5, 0}, {nan, 0, 0}},
+                                                         {{-3, 0.5, 0}, {0, 0, 0}},
+                                                         {{0.1, 0.5, 0}, {0, 0, 0}, 0.0, 5.0},
+                                                         {{-3, 0.5, 0}, {1, 0, 0}, nan},
+                                                         {{-3, 0.5, 0}, {1, 0, 0}, 0.0, nan},
+                                                         {{-infinity, 0, 0}, {1, 0, 0}},
+                                                         {{-3, 0.5, 0}, {infinity, 0, 0}},
+                                                         {{-3, 0.5, 0}, {1, 0, 0}, 5.0, 2.0}}) {
+      const SurfaceHit hit = firstHit(s, ray);
+      EXPECT_EQ(hit.status, HitStatus::Miss);
+    }
+  }
+}
+
 TEST(ImplicitRay, RespectsItsRangeAndTheDomain) {
   const Surface ball = sphereSurface(1.0);
   for (const Surface& s : {ball, general(ball)}) {
