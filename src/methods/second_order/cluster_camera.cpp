@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "core/parallel.h"
 #include "scene/reflectance.h"
@@ -21,7 +22,6 @@ constexpr float kFarthestEye = 10.0f;
 constexpr float kNearestShare = 0.1f;
 /// Half the frame's largest width on the plane 1 m before the eye: 80 degrees. Ours.
 constexpr float kWidestTangent = 5.6f;
-constexpr float kWidestAngle = 1.39f;
 constexpr float kWidestLobe = 1.0f;  ///< radians; lobes reach the frame's border beyond. Ours.
 /// Texels around the frame, so that neighbouring clusters overlap and every look-up has
 /// neighbours.
@@ -66,6 +66,23 @@ struct Rect {
     max = glm::max(max, r.max);
   }
   float diagonal() const { return min.x > max.x ? 0.0f : glm::length(max - min); }
+};
+
+/// Rectangles of what passes each lane.
+struct LanesRect {
+  Lanes2 min{lanes(std::numeric_limits<float>::infinity()),
+             lanes(std::numeric_limits<float>::infinity())};
+  Lanes2 max{lanes(-std::numeric_limits<float>::infinity()),
+             lanes(-std::numeric_limits<float>::infinity())};
+  void extend(const Lanes2& p) {
+    min = {least(p.x, min.x), least(p.y, min.y)};
+    max = {most(p.x, max.x), most(p.y, max.y)};
+  }
+  void extend(const Lanes2& p, const LaneMask& counts) {
+    min = {counts ? least(min.x, p.x) : min.x, counts ? least(min.y, p.y) : min.y};
+    max = {counts ? most(max.x, p.x) : max.x, counts ? most(max.y, p.y) : max.y};
+  }
+  Rect all() const { return {{leastOf(min.x), leastOf(min.y)}, {mostOf(max.x), mostOf(max.y)}}; }
 };
 
 /// What equation (1) needs, over a cluster's samples.
@@ -125,15 +142,28 @@ Vec3 reflected(const Vec3& v, const Vec3& normal) {
   return v - 2.0f * glm::dot(v, normal) * normal;
 }
 
-/// Where a ray from inside leaves a box, in units of its direction.
-float boxExit(const Box3& box, const Vec3& from, const Vec3& direction) {
-  float exit = std::numeric_limits<float>::infinity();
-  for (int axis = 0; axis < 3; ++axis) {
-    if (direction[axis] == 0.0f) continue;
-    const float wall = direction[axis] > 0.0f ? box.max[axis] : box.min[axis];
-    exit = std::min(exit, (wall - from[axis]) / direction[axis]);
-  }
-  return std::max(exit, 0.0f);
+/// Where rays from inside leave a box, in units of their directions.
+Lanes boxExit(const Box3& box, const Lanes3& from, const Lanes3& direction) {
+  Lanes exit = lanes(std::numeric_limits<float>::infinity());
+  const auto slab = [&](const Lanes& at, const Lanes& along, float low, float high) {
+    const Lanes wall = along > 0.0f ? lanes(high) : lanes(low);
+    exit = along == 0.0f ? exit : least((wall - at) / along, exit);
+  };
+  slab(from.x, direction.x, box.min.x, box.max.x);
+  slab(from.y, direction.y, box.min.y, box.max.y);
+  slab(from.z, direction.z, box.min.z, box.max.z);
+  return most(exit, Lanes{});
+}
+
+Lanes withinFrame(const Lanes& tangent) {
+  return most(least(tangent, lanes(kWidestTangent)), lanes(-kWidestTangent));
+}
+
+/// Tangents of sums of two angles, each given by its tangent, within the frame's largest.
+Lanes turned(const Lanes& tangent, const Lanes& by) {
+  const Lanes below = 1.0f - tangent * by;
+  const Lanes widest = by < 0.0f ? lanes(-kWidestTangent) : lanes(kWidestTangent);
+  return below > 0.0f ? withinFrame((tangent + by) / below) : widest;
 }
 
 Frame frameOf(const Cluster& cluster, const scene::Camera& camera) {
@@ -265,6 +295,94 @@ ClusterCamera planarCamera(const Cluster& cluster, const scene::Camera& camera, 
   return made;
 }
 
+/// What image planes show of samples: tangents of the angles to the camera's axis.
+struct Tangents {
+  std::vector<float> x, y;
+};
+
+/// The part of one run in its cluster's window, but for the spacing; `tangents` of its samples are
+/// set.
+Window windowOf(const SampleBlock& block, const SampleRun& run, const Cluster& cluster,
+                const Frame& frame, const Vec3& eye, const Box3& bounds, Tangents& tangents) {
+  constexpr std::size_t kTilts = kClipTilts.size();
+  const float infinite = std::numeric_limits<float>::infinity();
+  LanesRect rect;
+  Lanes nearest = lanes(infinite);
+  Lanes farthest{};
+  std::array<Lanes, kTilts> lowest;
+  std::array<Lanes, kTilts> highest{};
+  std::array<LaneMask, kTilts> passing{};
+  lowest.fill(lanes(infinite));
+  Lanes lobeShare{};
+  const float lobeTangent = std::tan(frame.lobe);
+  for (std::size_t k = 0; k < run.count; k += kLanes) {
+    const std::size_t there = run.count - k;
+    const Lanes3 position = block.position.load(run.first + k, there);
+    const Lanes3 direction = block.direction.load(run.first + k, there);
+    const Lanes3 fromEye = minus(position, eye);
+    const Lanes z = dot(fromEye, frame.axis);
+    const Lanes3 ray{dot(direction, frame.right), dot(direction, frame.down),
+                     dot(direction, frame.axis)};
+    const Lanes2 across{dot(fromEye, frame.right), dot(fromEye, frame.down)};
+    const Lanes2 tangent{across.x / z, across.y / z};
+    store(tangent.x, &tangents.x[run.first + k], there);
+    store(tangent.y, &tangents.y[run.first + k], there);
+    rect.extend(tangent);
+    nearest = least(z, nearest);
+    farthest = most(z, farthest);
+    const Lanes height = dot(fromEye, cluster.planeNormal);
+    const Lanes rise = dot(direction, cluster.planeNormal);
+    for (std::size_t i = 0; i < kTilts; ++i) {
+      lowest[i] = least(lowest[i], height + kClipTilts[i] * z);
+      highest[i] = most(highest[i], height + kClipTilts[i] * z);
+      passing[i] -=
+          (rise + kClipTilts[i] * ray.z <= kClipCosine * frame.tiltLength[i]) & valid(there);
+    }
+
+    // The far end: where the ray leaves the scene, not farther to the side than the frame may
+    // reach
+    Lanes t = boxExit(bounds, position, direction);
+    t = ray.z < 0.0f ? least(t, -0.75f * z / ray.z) : t;
+    const Lanes3 end{across.x + t * ray.x, across.y + t * ray.y, z + t * ray.z};
+    const Lanes2 far{end.x / end.z, end.y / end.z};
+    if (frame.lobe > 0.0f) {
+      // The lobe's width at the far end, seen from the eye: an eye far behind sees little of it
+      const Lanes share = least(lanes(4.0f), t / most(root(dot(end, end)), lanes(1e-30f)));
+      lobeShare += valid(there) ? share : Lanes{};
+      const Lanes wider = share * lobeTangent;
+      rect.extend({turned(far.x, -wider), turned(far.y, -wider)});
+      rect.extend({turned(far.x, wider), turned(far.y, wider)});
+    }
+    rect.extend({withinFrame(far.x), withinFrame(far.y)});
+  }
+  Window w;
+  w.rect = rect.all();
+  w.nearest = leastOf(nearest);
+  w.farthest = mostOf(farthest);
+  w.lobeShare = static_cast<double>(sumOf(lobeShare));
+  for (std::size_t i = 0; i < kTilts; ++i) {
+    w.lowest[i] = leastOf(lowest[i]);
+    w.highest[i] = mostOf(highest[i]);
+    w.passing[i] =
+        static_cast<std::uint32_t>(passing[i][0] + passing[i][1] + passing[i][2] + passing[i][3]);
+  }
+  return w;
+}
+
+/// Sum of the distances of `count` pairs of neighbours, from samples i and j on.
+double spacing(const Tangents& tangents, std::size_t i, std::size_t j, std::size_t count) {
+  Lanes sum{};
+  for (std::size_t k = 0; k < count; k += kLanes) {
+    const auto across = [&](const std::vector<float>& values) {
+      return load(&values[i + k], count - k) - load(&values[j + k], count - k);
+    };
+    const Lanes x = across(tangents.x);
+    const Lanes y = across(tangents.y);
+    sum += valid(count - k) ? root(x * x + y * y) : Lanes{};
+  }
+  return static_cast<double>(sumOf(sum));
+}
+
 }  // namespace
 
 float eyeDistance(float near, float far, float depth) {
@@ -292,7 +410,7 @@ std::vector<ClusterCamera> makeClusterCameras(const Clustering& clustering,
                                               int sampleHeight, const CameraOptions& options) {
   const std::vector<Cluster>& clusters = clustering.clusters();
   const std::size_t count = clusters.size();
-  const std::size_t blocks = clustering.blocks();
+  const std::span<const SampleBlock> blocks = clustering.blocks();
   const float depth = std::max(options.sceneBounds.diameter(), 1e-30f);  // D
 
   std::vector<ClusterCamera> cameras(count);
@@ -309,40 +427,71 @@ std::vector<ClusterCamera> makeClusterCameras(const Clustering& clustering,
   }
 
   // Near and far ends seen from e_0
-  std::vector<Extents> extents(blocks * count);
-  parallelFor(blocks, 1, [&](std::size_t begin, std::size_t end) {
+  std::vector<std::vector<Extents>> extents(blocks.size());
+  parallelFor(blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
-      Extents* mine = extents.data() + b * count;
-      for (const ClusterSample& sample : clustering.samples(b)) {
-        if (curved[sample.cluster] == 0) continue;
-        const Frame& frame = frames[sample.cluster];
-        Extents& e = mine[sample.cluster];
-        const Vec3 fromEye = sample.position - frame.mirroredEye;
-        const Vec3 fromCentre = sample.position - clusters[sample.cluster].centroid;
-        const float along = glm::dot(frame.axis, fromCentre);
-        e.sag = std::min(e.sag, along);
-        const float z = glm::dot(frame.axis, fromEye);
-        const float cosine = glm::dot(frame.axis, sample.direction);
-        if (z <= 0.0f || cosine < kGrazingCosine) continue;
-        const Vec2 near = Vec2(glm::dot(frame.right, fromEye), glm::dot(frame.down, fromEye)) *
-                          (frame.eyeToPlane / z);
-        const Vec3 end3 = fromCentre + sample.direction * ((depth - along) / cosine);
-        const Vec2 far(glm::dot(frame.right, end3), glm::dot(frame.down, end3));
-        e.near.extend(near);
-        e.far.extend(far);
-        e.nearSum += glm::dvec2(near);
-        e.farSum += glm::dvec2(far);
-        e.product += static_cast<double>(glm::dot(near, far));
-        ++e.rays;
+      const SampleBlock& block = blocks[b];
+      extents[b].resize(block.slots.size());
+      for (const SampleRun& run : block.runs) {
+        const std::size_t c = block.slots[run.slot];
+        if (curved[c] == 0) continue;
+        const Frame frame = frames[c];
+        const Vec3 centroid = clusters[c].centroid;
+        LanesRect near;
+        LanesRect far;
+        Lanes2 nearSum{}, farSum{};
+        Lanes product{};
+        Lanes sag = lanes(std::numeric_limits<float>::infinity());
+        LaneMask rays{};
+        for (std::size_t k = 0; k < run.count; k += kLanes) {
+          const std::size_t there = run.count - k;
+          const Lanes3 direction = block.direction.load(run.first + k, there);
+          const Lanes3 fromCentre = minus(block.position.load(run.first + k, there), centroid);
+          const Lanes along = dot(fromCentre, frame.axis);
+          sag = least(sag, along);
+          const Lanes z = along + frame.eyeToPlane;
+          const Lanes cosine = dot(direction, frame.axis);
+          const LaneMask counts = (z > 0.0f) & (cosine >= kGrazingCosine) & valid(there);
+          // e_0 lies on the axis through P_c
+          const Lanes2 across{dot(fromCentre, frame.right), dot(fromCentre, frame.down)};
+          const Lanes shrink = frame.eyeToPlane / z;
+          const Lanes2 atNear{across.x * shrink, across.y * shrink};
+          const Lanes reach = (depth - along) / cosine;
+          const Lanes2 atFar{across.x + reach * dot(direction, frame.right),
+                             across.y + reach * dot(direction, frame.down)};
+          near.extend(atNear, counts);
+          far.extend(atFar, counts);
+          const Lanes none{};
+          nearSum.x += counts ? atNear.x : none;
+          nearSum.y += counts ? atNear.y : none;
+          farSum.x += counts ? atFar.x : none;
+          farSum.y += counts ? atFar.y : none;
+          product += counts ? atNear.x * atFar.x + atNear.y * atFar.y : none;
+          rays -= counts;
+        }
+        Extents e;
+        e.near = near.all();
+        e.far = far.all();
+        e.nearSum = {sumOf(nearSum.x), sumOf(nearSum.y)};
+        e.farSum = {sumOf(farSum.x), sumOf(farSum.y)};
+        e.product = static_cast<double>(sumOf(product));
+        e.rays = static_cast<std::uint32_t>(rays[0] + rays[1] + rays[2] + rays[3]);
+        e.sag = leastOf(sag);
+        extents[b][run.slot].add(e);
       }
     }
   });
+  std::vector<Extents> extentsOf(count);
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    for (std::size_t s = 0; s < extents[b].size(); ++s) {
+      extentsOf[blocks[b].slots[s]].add(extents[b][s]);
+    }
+  }
 
   // The eye by equation (1), signed by whether the rays have crossed at the far plane
   for (std::size_t c = 0; c < count; ++c) {
     if (curved[c] == 0) continue;
-    Extents all;
-    for (std::size_t b = 0; b < blocks; ++b) all.add(extents[b * count + c]);
+    const Extents& all = extentsOf[c];
     ClusterCamera& made = cameras[c];
     const Frame& frame = frames[c];
     const float near = all.near.diagonal();
@@ -366,82 +515,59 @@ std::vector<ClusterCamera> makeClusterCameras(const Clustering& clustering,
   }
 
   // The frame around near and far ends, and the samples' spacing in it
-  std::vector<Window> windows(blocks * count);
-  parallelFor(blocks, 1, [&](std::size_t begin, std::size_t end) {
-    std::vector<Vec2> tangents;
+  std::vector<std::vector<Window>> windows(blocks.size());
+  parallelFor(blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
+    Tangents tangents;
     for (std::size_t b = begin; b < end; ++b) {
-      Window* mine = windows.data() + b * count;
-      const std::span<const ClusterSample> samples = clustering.samples(b);
-      tangents.resize(samples.size());
-      for (std::size_t k = 0; k < samples.size(); ++k) {
-        const ClusterSample& sample = samples[k];
-        if (curved[sample.cluster] == 0) continue;
-        const Frame& frame = frames[sample.cluster];
-        Window& w = mine[sample.cluster];
-        const Vec3 fromEye = sample.position - cameras[sample.cluster].eye;
-        const float z = glm::dot(frame.axis, fromEye);
-        tangents[k] = Vec2(glm::dot(frame.right, fromEye), glm::dot(frame.down, fromEye)) / z;
-        w.rect.extend(tangents[k]);
-        w.nearest = std::min(w.nearest, z);
-        w.farthest = std::max(w.farthest, z);
-        const Vec3& normal = clusters[sample.cluster].planeNormal;
-        const float height = glm::dot(normal, fromEye);
-        const float cosine = glm::dot(frame.axis, sample.direction);
-        const float rise = glm::dot(normal, sample.direction);
-        for (std::size_t i = 0; i < kClipTilts.size(); ++i) {
-          w.lowest[i] = std::min(w.lowest[i], height + kClipTilts[i] * z);
-          w.highest[i] = std::max(w.highest[i], height + kClipTilts[i] * z);
-          const float tilted = rise + kClipTilts[i] * cosine;
-          w.passing[i] += tilted <= kClipCosine * frame.tiltLength[i] ? 1 : 0;
-        }
-
-        // The far end: where the ray leaves the scene, not farther to the side than the frame may
-        // reach
-        float t = boxExit(options.sceneBounds, sample.position, sample.direction);
-        if (cosine < 0.0f) t = std::min(t, -0.75f * z / cosine);
-        const Vec3 farEnd = fromEye + t * sample.direction;
-        const Vec2 far = Vec2(glm::dot(frame.right, farEnd), glm::dot(frame.down, farEnd)) /
-                         glm::dot(frame.axis, farEnd);
-        Rect ends;
-        ends.extend(far);
-        if (frame.lobe > 0.0f) {
-          // The lobe's width at the far end, seen from the eye: an eye far behind sees little of it
-          const float share = std::min(4.0f, t / std::max(glm::length(farEnd), 1e-30f));
-          w.lobeShare += static_cast<double>(share);
-          const float seen = std::atan(share * std::tan(frame.lobe));
-          for (const float turn : {-seen, seen}) {
-            const Vec2 turned(std::atan(far.x) + turn, std::atan(far.y) + turn);
-            ends.extend(glm::tan(glm::clamp(turned, Vec2(-kWidestAngle), Vec2(kWidestAngle))));
-          }
-        }
-        w.rect.extend(glm::clamp(ends.min, Vec2(-kWidestTangent), Vec2(kWidestTangent)));
-        w.rect.extend(glm::clamp(ends.max, Vec2(-kWidestTangent), Vec2(kWidestTangent)));
+      const SampleBlock& block = blocks[b];
+      windows[b].resize(block.slots.size());
+      tangents.x.resize(block.position.x.size());
+      tangents.y.resize(block.position.x.size());
+      for (const SampleRun& run : block.runs) {
+        const std::size_t c = block.slots[run.slot];
+        if (curved[c] == 0) continue;
+        windows[b][run.slot].add(windowOf(block, run, clusters[c], frames[c], cameras[c].eye,
+                                          options.sceneBounds, tangents));
       }
 
       // Pairs of neighbours in a row, and in a column
-      const auto pair = [&](std::size_t i, std::size_t j) {
-        if (samples[i].cluster != samples[j].cluster || curved[samples[i].cluster] == 0) return;
-        Window& w = mine[samples[i].cluster];
-        w.spacing += static_cast<double>(glm::distance(tangents[i], tangents[j]));
-        ++w.pairs;
-      };
-      const std::span<const SampleRow> rows = clustering.rows(b);
-      for (std::size_t r = 0; r < rows.size(); ++r) {
-        std::size_t above = r > 0 ? rows[r - 1].first : 0;
-        const std::size_t aboveEnd = r > 0 ? rows[r - 1].last : 0;
-        for (std::size_t k = rows[r].first; k < rows[r].last; ++k) {
-          if (k > rows[r].first && samples[k - 1].x + 1 == samples[k].x) pair(k - 1, k);
-          while (above < aboveEnd && samples[above].x < samples[k].x) ++above;
-          if (above < aboveEnd && samples[above].x == samples[k].x) pair(above, k);
+      for (std::size_t row = 0; row + 1 < block.rows.size(); ++row) {
+        std::size_t above = row > 0 ? block.rows[row - 1] : block.rows[row];
+        for (std::size_t r = block.rows[row]; r < block.rows[row + 1]; ++r) {
+          const SampleRun& run = block.runs[r];
+          if (curved[block.slots[run.slot]] == 0) continue;
+          Window& w = windows[b][run.slot];
+          const int last = run.x + run.count;
+          w.spacing += spacing(tangents, run.first, run.first + 1, run.count - 1u);
+          w.pairs += run.count - 1u;
+          while (above < block.rows[row] &&
+                 block.runs[above].x + block.runs[above].count <= run.x) {
+            ++above;
+          }
+          for (std::size_t q = above; q < block.rows[row] && block.runs[q].x < last; ++q) {
+            const SampleRun& other = block.runs[q];
+            if (other.slot != run.slot) continue;
+            const int from = std::max(run.x, other.x);
+            const int to = std::min(last, other.x + other.count);
+            w.spacing += spacing(tangents, run.first + static_cast<std::uint32_t>(from - run.x),
+                                 other.first + static_cast<std::uint32_t>(from - other.x),
+                                 static_cast<std::size_t>(to - from));
+            w.pairs += static_cast<std::uint64_t>(to - from);
+          }
         }
       }
     }
   });
+  std::vector<Window> windowOfCluster(count);
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    for (std::size_t s = 0; s < windows[b].size(); ++s) {
+      windowOfCluster[blocks[b].slots[s]].add(windows[b][s]);
+    }
+  }
 
   for (std::size_t c = 0; c < count; ++c) {
     if (curved[c] == 0) continue;
-    Window all;
-    for (std::size_t b = 0; b < blocks; ++b) all.add(windows[b * count + c]);
+    const Window& all = windowOfCluster[c];
     ClusterCamera& made = cameras[c];
     const Frame& frame = frames[c];
     const Vec2 size = glm::max(all.rect.max - all.rect.min, Vec2(1e-9f));

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/parallel.h"
@@ -17,17 +18,64 @@ constexpr float kPlanarNormal = 1e-4f;
 constexpr float kPlanarOffset = 5e-5f;
 constexpr std::uint64_t kLeastPlane = 64;     ///< samples of a planar cluster; ours
 constexpr std::size_t kMostClusters = 65000;  ///< of a 16-bit index
+constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 
-/// Sums over a cluster's samples in one block.
+/// Sums over samples. Positions are taken from a point near them, so that floats keep the shape of
+/// small clusters far from the eye.
 struct Sums {
+  std::uint32_t samples = 0;
+  float glossiness = 0.0f;  ///< the largest
   glm::dvec3 position{0.0};
   glm::dvec3 normal{0.0};
-  // Of positions, beyond planar mirrors: xx, yy, zz, and xy, yz, zx
-  glm::dvec3 squares{0.0};
-  glm::dvec3 products{0.0};
-  double dot = 0.0;
-  float glossiness = 0.0f;
+  glm::dvec3 squares{0.0};   ///< of positions: xx, yy, zz
+  glm::dvec3 products{0.0};  ///< likewise: xy, yz, zx
+  double dot = 0.0;          ///< of position and normal
   int left = 1 << 30, top = 1 << 30, right = 0, bottom = 0;
+
+  void add(const Sums& s) {
+    samples += s.samples;
+    glossiness = std::max(glossiness, s.glossiness);
+    position += s.position;
+    normal += s.normal;
+    squares += s.squares;
+    products += s.products;
+    dot += s.dot;
+    left = std::min(left, s.left);
+    right = std::max(right, s.right);
+    top = std::min(top, s.top);
+    bottom = std::max(bottom, s.bottom);
+  }
+  void add(const VectorArrays& positions, const VectorArrays& normals, const SampleRun& run, int y,
+           const Vec3& anchor) {
+    Lanes3 p{}, n{}, pp{}, pq{};
+    Lanes pn{};
+    for (std::size_t k = 0; k < run.count; k += kLanes) {
+      const std::size_t there = run.count - k;
+      Lanes3 at = minus(positions.load(run.first + k, there), anchor);
+      Lanes3 turned = normals.load(run.first + k, there);
+      if (there < kLanes) {
+        for (Lanes* values : {&at.x, &at.y, &at.z, &turned.x, &turned.y, &turned.z}) {
+          *values = valid(there) ? *values : Lanes{};
+        }
+      }
+      p = {p.x + at.x, p.y + at.y, p.z + at.z};
+      n = {n.x + turned.x, n.y + turned.y, n.z + turned.z};
+      pp = {pp.x + at.x * at.x, pp.y + at.y * at.y, pp.z + at.z * at.z};
+      pq = {pq.x + at.x * at.y, pq.y + at.y * at.z, pq.z + at.z * at.x};
+      pn += methods::dot(at, turned);
+    }
+    const auto sum = [](const Lanes3& v) { return glm::dvec3(sumOf(v.x), sumOf(v.y), sumOf(v.z)); };
+    samples += run.count;
+    position += sum(p);
+    normal += sum(n);
+    squares += sum(pp);
+    products += sum(pq);
+    dot += static_cast<double>(sumOf(pn));
+    left = std::min(left, static_cast<int>(run.x));
+    right = std::max(right, run.x + run.count);
+    top = std::min(top, y);
+    bottom = std::max(bottom, y + 1);
+  }
 };
 
 /// The plane that most samples of a bin lie on, if any does: candidate and weight of a majority
@@ -42,6 +90,13 @@ struct Plane {
     const float off = glm::dot(normal, position) - offset;
     return glm::dot(turned, turned) <= kPlanarNormal * kPlanarNormal &&
            off * off <= kPlanarOffset * kPlanarOffset * glm::dot(position, position);
+  }
+  void vote(const Vec3& position, const Vec3& sampleNormal) {
+    if (votes > 0) {
+      votes += holds(position, sampleNormal) ? 1 : -1;
+    } else {
+      *this = {sampleNormal, glm::dot(sampleNormal, position), 1};
+    }
   }
   void vote(const Plane& other) {
     const Vec3 turned = other.normal - normal;
@@ -74,7 +129,114 @@ Vec3 planeNormal(const glm::dmat3& covariance, const Vec3& normal) {
   return glm::dot(found, normal) < 0.0f ? -found : found;
 }
 
+/// What the sums over a cluster's samples say of it.
+void describe(const Sums& all, const Vec3& anchor, Cluster& cluster) {
+  const double n = all.samples;
+  const glm::dvec3 offset = all.position / n;
+  const glm::dvec3 mean = all.normal / n;
+  cluster.samples = all.samples;
+  cluster.centroid = Vec3(glm::dvec3(anchor) + offset);
+  cluster.concave = !cluster.planar && all.dot - n * glm::dot(offset, mean) < 0.0;
+  cluster.normalsCancel = glm::length(mean) < 1e-3;
+  cluster.meanNormal = cluster.normalsCancel
+                           ? normalizedOr(-cluster.centroid, Vec3(0.0f, 1.0f, 0.0f))
+                           : Vec3(glm::normalize(mean));
+  const glm::dmat3 moment(all.squares.x, all.products.x, all.products.z,  //
+                          all.products.x, all.squares.y, all.products.y,  //
+                          all.products.z, all.products.y, all.squares.z);
+  cluster.planeNormal = cluster.planar ? cluster.meanNormal
+                                       : planeNormal(moment / n - glm::outerProduct(offset, offset),
+                                                     cluster.meanNormal);
+  cluster.maxGlossiness = all.glossiness;
+  cluster.left = all.left;
+  cluster.right = all.right;
+  cluster.top = all.top;
+  cluster.bottom = all.bottom;
+}
+
+/// Angle of (x, y) from +x in turns, 0..1; without branches, so that loops become vector
+/// instructions. [Abramowitz1964] 4.4.49.
+inline float turnOf(float x, float y) {
+  const float ax = std::abs(x);
+  const float ay = std::abs(y);
+  const float t = std::min(ax, ay) / std::max(std::max(ax, ay), 1e-30f);
+  const float s = t * t;
+  const float angle =
+      t * (0.9998660f + s * (-0.3302995f + s * (0.1801410f + s * (-0.0851330f + s * 0.0208351f))));
+  float turn = angle * (0.5f / kPi);
+  turn = ay > ax ? 0.25f - turn : turn;
+  turn = x < 0.0f ? 0.5f - turn : turn;
+  return y < 0.0f ? 1.0f - turn : turn;
+}
+
+inline int binOfNormal(float x, float y, float z, const BinScale& scale) {
+  const float across = x * x + z * z;
+  float turn = across > kPoleSine * kPoleSine ? turnOf(x, z) + kBinOffset : 0.0f;
+  turn = turn < 1.0f ? turn : turn - 1.0f;
+  const float fall = 2.0f * turnOf(y, std::sqrt(across)) + kBinOffset;
+  const auto last = [](int bins) { return static_cast<float>(bins) - 0.5f; };
+  const float theta = std::min(turn * scale.theta, last(scale.thetaBins));
+  const float phi = std::min(fall * scale.phi, last(scale.phiBins));
+  return static_cast<int>(phi) * scale.thetaBins + static_cast<int>(theta);
+}
+
+/// Samples of one object beside each other in a row.
+struct ObjectRun {
+  std::uint32_t object = 0;
+  std::uint16_t x = 0;
+  std::uint16_t count = 0;
+};
+
+/// A bin that has samples in a block.
+struct BlockBin {
+  std::uint32_t bin = 0;
+  Vec3 anchor{0.0f};  ///< position of its first sample
+  Plane plane;
+  std::array<Sums, 2> sums;  ///< of what is beside the plane, and on it
+};
+
+/// What a block keeps from pass to pass. Rows are indices of their first runs, and the number of
+/// runs.
+struct BlockWork {
+  std::vector<ObjectRun> objectRuns;
+  std::vector<std::uint32_t> objectRows;
+  std::vector<std::uint32_t> area;  ///< by object
+  VectorArrays normal;
+  std::vector<BlockBin> bins;
+  std::vector<SampleRun> binRuns;  ///< by bin: their slots are indices of `bins`
+  std::vector<std::uint32_t> binRows;
+  std::vector<SampleRun> partRuns;  ///< likewise, 2 * slot + (on the plane)
+  std::vector<std::uint32_t> partRows;
+  std::vector<std::int32_t> ofSample;
+};
+
+/// Calls run(begin, end, value) for each longest range of equal values.
+template <class Run>
+void forEqual(std::span<const std::int32_t> values, const Run& run) {
+  for (std::size_t begin = 0; begin < values.size();) {
+    std::size_t end = begin + 1;
+    while (end < values.size() && values[end] == values[begin]) ++end;
+    run(begin, end, values[begin]);
+    begin = end;
+  }
+}
+
 }  // namespace
+
+/// The frame that is clustered, and what lives from pass to pass.
+struct Clustering::Work {
+  std::vector<BlockWork> blocks;
+  std::vector<BinScale> scales;         ///< by object
+  std::vector<std::uint32_t> firstBin;  ///< by object, and the number of bins
+  std::vector<Plane> planes;            ///< by bin
+  std::vector<Vec3> anchors;            ///< by bin
+  std::vector<Sums> sums;               ///< by part: 2 bin (beside its plane) and 2 bin + 1
+  std::vector<std::uint16_t> clusterOfPart;
+};
+
+Clustering::Clustering() : work_(std::make_unique<Work>()) {}
+Clustering::Clustering(Clustering&&) noexcept = default;
+Clustering::~Clustering() = default;
 
 BinScale binScale(float areaFraction, int visibleObjects, const ClusterOptions& options) {
   const float scale = std::min(1.0f, options.binDensity * 100.0f * areaFraction /
@@ -88,15 +250,7 @@ BinScale binScale(float areaFraction, int visibleObjects, const ClusterOptions& 
 }
 
 int binOf(const Vec3& normal, const BinScale& scale) {
-  int theta = 0;
-  if (normal.x * normal.x + normal.z * normal.z > kPoleSine * kPoleSine) {
-    float turn = std::atan2(normal.z, normal.x) / (2.0f * kPi);
-    if (turn < 0.0f) turn += 1.0f;
-    theta = std::min(scale.thetaBins - 1, static_cast<int>(turn * scale.theta));
-  }
-  const float fall = std::acos(std::clamp(normal.y, -1.0f, 1.0f)) / kPi;
-  const int phi = std::min(scale.phiBins - 1, static_cast<int>(fall * scale.phi));
-  return phi * scale.thetaBins + theta;
+  return binOfNormal(normal.x, normal.y, normal.z, scale);
 }
 
 void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& camera,
@@ -107,34 +261,54 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
   const std::size_t blockCount = static_cast<std::size_t>((height + kRows - 1) / kRows);
   const std::size_t objects = kinds.size();
   blocks_.resize(blockCount);
-  binOf_.resize(total);
+  work_->blocks.resize(blockCount);
   clusterOf_.resize(total);
-  const bool levels = !gbuffer.diffuse.empty();
-  const auto reflects = [&](std::size_t at) {
-    const std::uint32_t id = gbuffer.object[at];
-    return kinds[id] != ReflectorKind::None && gbuffer.depth[at] > 0.0f &&
-           (!levels || gbuffer.diffuse[4 * at + 3] > 0.0f);
-  };
+  const auto rowStart = [&](int y) { return static_cast<std::size_t>(y) * width; };
   const auto forBlocks = [&](auto&& body) {
     parallelFor(blockCount, 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t b = begin; b < end; ++b) {
-        body(b, static_cast<int>(b) * kRows, std::min(height, (static_cast<int>(b) + 1) * kRows));
+        const int top = static_cast<int>(b) * kRows;
+        body(blocks_[b], work_->blocks[b], top, std::min(height, top + kRows));
       }
     });
   };
 
-  // Area of every reflective object
-  forBlocks([&](std::size_t b, int top, int bottom) {
-    std::vector<std::uint32_t>& counts = blocks_[b].counts;
-    counts.assign(objects, 0);
-    for (std::size_t at = static_cast<std::size_t>(top) * width;
-         at < static_cast<std::size_t>(bottom) * width; ++at) {
-      if (reflects(at)) ++counts[gbuffer.object[at]];
+  // Reflective samples: runs of one object in a row, and every object's area
+  const bool levels = !gbuffer.diffuse.empty();
+  forBlocks([&](SampleBlock&, BlockWork& work, int top, int bottom) {
+    work.objectRuns.clear();
+    work.objectRows.clear();
+    work.area.assign(objects, 0);
+    for (int y = top; y < bottom; ++y) {
+      work.objectRows.push_back(static_cast<std::uint32_t>(work.objectRuns.size()));
+      const std::uint32_t* object = gbuffer.object.data() + rowStart(y);
+      const float* depth = gbuffer.depth.data() + rowStart(y);
+      const float* diffuse = levels ? gbuffer.diffuse.data() + 4 * rowStart(y) : nullptr;
+      const auto shown = [&](int x) {
+        return depth[x] > 0.0f && (!levels || diffuse[4 * x + 3] > 0.0f);
+      };
+      for (int x = 0; x < width;) {
+        const int begin = x;
+        const std::uint32_t id = object[x];
+        if (kinds[id] == ReflectorKind::None) {
+          while (x < width && object[x] == id) ++x;
+          continue;
+        }
+        while (x < width && object[x] == id && shown(x)) ++x;
+        if (x == begin) {
+          ++x;
+          continue;
+        }
+        work.objectRuns.push_back(
+            {id, static_cast<std::uint16_t>(begin), static_cast<std::uint16_t>(x - begin)});
+        work.area[id] += static_cast<std::uint32_t>(x - begin);
+      }
     }
+    work.objectRows.push_back(static_cast<std::uint32_t>(work.objectRuns.size()));
   });
   std::vector<std::uint64_t> area(objects, 0);
-  for (const Block& block : blocks_) {
-    for (std::size_t i = 0; i < objects; ++i) area[i] += block.counts[i];
+  for (const BlockWork& work : work_->blocks) {
+    for (std::size_t i = 0; i < objects; ++i) area[i] += work.area[i];
   }
   reflective_ = 0;
   visibleObjects_ = 0;
@@ -144,206 +318,259 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
   }
 
   // Bins of every visible object
-  std::vector<BinScale> scales(objects);
-  std::vector<std::uint32_t> firstBin(objects + 1, 0);
-  for (std::size_t i = 0; i < objects; ++i) {
-    std::uint32_t bins = 0;
-    if (area[i] > 0) {
-      scales[i] = binScale(static_cast<float>(area[i]) / static_cast<float>(total), visibleObjects_,
-                           options);
-      bins = static_cast<std::uint32_t>(scales[i].thetaBins * scales[i].phiBins);
+  std::vector<std::uint32_t>& firstBin = work_->firstBin;
+  ClusterOptions coarser = options;
+  for (halved_ = 0;; ++halved_) {
+    firstBin.assign(1, 0);
+    work_->scales.assign(objects, {});
+    for (std::size_t i = 0; i < objects; ++i) {
+      if (area[i] > 0) {
+        work_->scales[i] = binScale(static_cast<float>(area[i]) / static_cast<float>(total),
+                                    visibleObjects_, coarser);
+      }
+      const BinScale& scale = work_->scales[i];
+      const int bins = area[i] > 0 ? scale.thetaBins * scale.phiBins : 0;
+      firstBin.push_back(firstBin.back() + static_cast<std::uint32_t>(bins));
     }
-    firstBin[i + 1] = firstBin[i] + bins;
+    if (firstBin.back() <= kMostBins || coarser.maxThetaBins * coarser.maxPhiBins == 1) break;
+    coarser.maxThetaBins = std::max(1, coarser.maxThetaBins / 2);
+    coarser.maxPhiBins = std::max(1, coarser.maxPhiBins / 2);
   }
-  const std::uint32_t bins = firstBin[objects];
-  constexpr std::uint32_t kNoBin = 0xFFFFFFFFu;
+  const std::uint32_t bins = firstBin.back();
+
+  // Positions, normals, runs of one bin, and each bin's vote for a plane
   const Mat3 rayFromPixel = scene::rayFromPixel(camera, width, height);
-  const auto normalAt = [&](std::size_t at) {
-    return Vec3(gbuffer.normal[4 * at], gbuffer.normal[4 * at + 1], gbuffer.normal[4 * at + 2]);
-  };
-  const Vec3 rayStep = rayFromPixel[0];
-  const auto firstRay = [&](int y) {
-    return rayFromPixel * Vec3(0.5f, static_cast<float>(y) + 0.5f, 1.0f);
-  };
-  std::vector<Plane> votes(blockCount * bins);
-  forBlocks([&](std::size_t b, int top, int bottom) {
-    Plane* mine = votes.data() + b * bins;
-    // Neighbours on flat surfaces have one normal: its angles are computed once
-    std::uint32_t lastId = 0;
-    Vec3 lastNormal(0.0f);
-    std::uint32_t bin = 0;
+  forBlocks([&](SampleBlock& block, BlockWork& work, int top, int bottom) {
+    std::size_t count = 0;
+    for (const ObjectRun& run : work.objectRuns) count += run.count;
+    block.position.resize(count);
+    work.normal.resize(count);
+    work.ofSample.resize(static_cast<std::size_t>(width));
+    work.bins.clear();
+    work.binRuns.clear();
+    work.binRows.clear();
+    std::vector<std::uint32_t> slotOf(bins, kNone);
+    std::uint32_t first = 0;
     for (int y = top; y < bottom; ++y) {
-      const Vec3 rowRay = firstRay(y);
-      for (int x = 0; x < width; ++x) {
-        const std::size_t at = static_cast<std::size_t>(y) * width + x;
-        binOf_[at] = kNoBin;
-        if (!reflects(at)) continue;
-        const std::uint32_t id = gbuffer.object[at];
-        const Vec3 normal = normalAt(at);
-        if (id != lastId || normal != lastNormal) {
-          bin = firstBin[id] + static_cast<std::uint32_t>(methods::binOf(normal, scales[id]));
-          lastId = id;
-          lastNormal = normal;
+      work.binRows.push_back(static_cast<std::uint32_t>(work.binRuns.size()));
+      const Vec3 rowRay = rayFromPixel * Vec3(0.5f, static_cast<float>(y) + 0.5f, 1.0f);
+      const auto row = static_cast<std::size_t>(y - top);
+      for (std::size_t r = work.objectRows[row]; r < work.objectRows[row + 1]; ++r) {
+        const ObjectRun& run = work.objectRuns[r];
+        const float* depth = gbuffer.depth.data() + rowStart(y) + run.x;
+        const float* normal = gbuffer.normal.data() + 4 * (rowStart(y) + run.x);
+        float* const px = block.position.x.data() + first;
+        float* const py = block.position.y.data() + first;
+        float* const pz = block.position.z.data() + first;
+        float* const nx = work.normal.x.data() + first;
+        float* const ny = work.normal.y.data() + first;
+        float* const nz = work.normal.z.data() + first;
+        const Vec3 step = rayFromPixel[0];
+        for (int k = 0; k < run.count; ++k) {
+          const float scale = camera.nearMetres / depth[k];
+          const auto x = static_cast<float>(run.x + k);
+          px[k] = scale * (rowRay.x + x * step.x);
+          py[k] = scale * (rowRay.y + x * step.y);
+          pz[k] = scale * (rowRay.z + x * step.z);
         }
-        binOf_[at] = bin;
-        const Vec3 position =
-            (camera.nearMetres / gbuffer.depth[at]) * (rowRay + static_cast<float>(x) * rayStep);
-        Plane& plane = mine[bin];
-        if (plane.votes > 0 && plane.holds(position, normal)) {
-          ++plane.votes;
-        } else if (plane.votes > 0) {
-          --plane.votes;
+        bool uneven = false;
+        for (int k = 0; k < run.count; ++k) {
+          nx[k] = normal[4 * k];
+          ny[k] = normal[4 * k + 1];
+          nz[k] = normal[4 * k + 2];
+          uneven |= (nx[k] != normal[0]) | (ny[k] != normal[1]) | (nz[k] != normal[2]);
+        }
+
+        const BinScale& scale = work_->scales[run.object];
+        const auto addRun = [&](std::size_t begin, std::size_t end, int bin) {
+          const std::uint32_t number = firstBin[run.object] + static_cast<std::uint32_t>(bin);
+          std::uint32_t& slot = slotOf[number];
+          const auto from = first + static_cast<std::uint32_t>(begin);
+          const auto to = first + static_cast<std::uint32_t>(end);
+          if (slot == kNone) {
+            slot = static_cast<std::uint32_t>(work.bins.size());
+            BlockBin& made = work.bins.emplace_back();
+            made.bin = number;
+            made.anchor = block.position[from];
+          }
+          work.binRuns.push_back({from, slot, static_cast<std::uint16_t>(run.x + begin),
+                                  static_cast<std::uint16_t>(end - begin)});
+          Plane& plane = work.bins[slot].plane;
+          for (std::uint32_t i = from; i < to; ++i) {
+            plane.vote(block.position[i], work.normal[i]);
+          }
+        };
+        if (uneven) {
+          std::int32_t* const ofSample = work.ofSample.data();
+          for (int k = 0; k < run.count; ++k) {
+            ofSample[k] = binOfNormal(nx[k], ny[k], nz[k], scale);
+          }
+          forEqual({ofSample, run.count}, addRun);
         } else {
-          plane = {normal, glm::dot(normal, position), 1};
+          addRun(0, run.count, binOfNormal(nx[0], ny[0], nz[0], scale));
         }
+        first += run.count;
       }
     }
+    work.binRows.push_back(static_cast<std::uint32_t>(work.binRuns.size()));
   });
-  std::vector<Plane> planes(bins);
-  for (std::size_t b = 0; b < blockCount; ++b) {
-    for (std::uint32_t bin = 0; bin < bins; ++bin) planes[bin].vote(votes[b * bins + bin]);
+  std::vector<Plane>& planes = work_->planes;
+  std::vector<Vec3>& anchors = work_->anchors;
+  planes.assign(bins, {});
+  anchors.assign(bins, Vec3(0.0f));
+  for (const BlockWork& work : work_->blocks) {
+    for (const BlockBin& b : work.bins) {
+      if (anchors[b.bin] == Vec3(0.0f)) anchors[b.bin] = b.anchor;
+      planes[b.bin].vote(b.plane);
+    }
   }
 
-  // What lies on a bin's plane is a cluster of its own: numbers 2 bin (the rest) and 2 bin + 1
-  forBlocks([&](std::size_t b, int top, int bottom) {
-    std::vector<std::uint32_t>& counts = blocks_[b].counts;
-    counts.assign(2 * std::size_t{bins}, 0);
+  // What lies on a bin's plane is a part of its own
+  forBlocks([&](SampleBlock& block, BlockWork& work, int top, int bottom) {
+    work.partRuns.clear();
+    work.partRows.clear();
     for (int y = top; y < bottom; ++y) {
-      const Vec3 rowRay = firstRay(y);
-      for (int x = 0; x < width; ++x) {
-        const std::size_t at = static_cast<std::size_t>(y) * width + x;
-        if (binOf_[at] == kNoBin) continue;
-        const Plane& plane = planes[binOf_[at]];
-        const Vec3 position =
-            (camera.nearMetres / gbuffer.depth[at]) * (rowRay + static_cast<float>(x) * rayStep);
-        const bool flat = plane.votes > 0 && plane.holds(position, normalAt(at));
-        binOf_[at] = 2 * binOf_[at] + (flat ? 1 : 0);
-        ++counts[binOf_[at]];
+      work.partRows.push_back(static_cast<std::uint32_t>(work.partRuns.size()));
+      const auto row = static_cast<std::size_t>(y - top);
+      for (std::size_t r = work.binRows[row]; r < work.binRows[row + 1]; ++r) {
+        const SampleRun& run = work.binRuns[r];
+        BlockBin& bin = work.bins[run.slot];
+        const Plane plane = planes[bin.bin];
+        const auto addPart = [&](std::size_t begin, std::size_t end, int part) {
+          const SampleRun made{run.first + static_cast<std::uint32_t>(begin),
+                               2 * run.slot + static_cast<std::uint32_t>(part),
+                               static_cast<std::uint16_t>(run.x + begin),
+                               static_cast<std::uint16_t>(end - begin)};
+          work.partRuns.push_back(made);
+          bin.sums[static_cast<std::size_t>(part)].add(block.position, work.normal, made, y,
+                                                       anchors[bin.bin]);
+        };
+        std::int32_t* const ofSample = work.ofSample.data();
+        int onPlane = 0;
+        if (plane.votes > 0) {
+          for (std::size_t k = 0; k < run.count; ++k) {
+            ofSample[k] =
+                plane.holds(block.position[run.first + k], work.normal[run.first + k]) ? 1 : 0;
+            onPlane += ofSample[k];
+          }
+        }
+        if (onPlane == 0 || onPlane == run.count) {
+          addPart(0, run.count, onPlane == 0 ? 0 : 1);
+        } else {
+          forEqual({ofSample, run.count}, addPart);
+        }
+      }
+      // Glossiness matters where it may exceed a mirror's
+      for (std::size_t r = work.partRows.back(); r < work.partRuns.size(); ++r) {
+        const SampleRun& run = work.partRuns[r];
+        const std::size_t at = rowStart(y) + run.x;
+        if (kinds[gbuffer.object[at]] != ReflectorKind::Glossy) continue;
+        float& most = work.bins[run.slot / 2].sums[run.slot % 2].glossiness;
+        for (std::size_t k = at; k < at + run.count; ++k) {
+          most = std::max(most, gbuffer.normal[4 * k + 3]);
+        }
       }
     }
+    work.partRows.push_back(static_cast<std::uint32_t>(work.partRuns.size()));
   });
 
-  // Bins that are full enough become clusters, in the order of objects and bins
+  // Parts that are full enough become clusters, in the order of objects and bins
   clusters_.clear();
   unclustered_ = 0;
-  std::vector<std::uint16_t> clusterOfBin(2 * std::size_t{bins}, 1);
-  std::vector<std::uint64_t> filled(2 * std::size_t{bins}, 0);
-  for (const Block& block : blocks_) {
-    for (std::size_t bin = 0; bin < filled.size(); ++bin) filled[bin] += block.counts[bin];
+  std::vector<Sums>& sums = work_->sums;
+  sums.assign(2 * std::size_t{bins}, {});
+  for (const BlockWork& work : work_->blocks) {
+    for (const BlockBin& b : work.bins) {
+      sums[2 * std::size_t{b.bin}].add(b.sums[0]);
+      sums[2 * std::size_t{b.bin} + 1].add(b.sums[1]);
+    }
   }
+  std::vector<std::uint16_t>& clusterOfPart = work_->clusterOfPart;
+  clusterOfPart.assign(2 * std::size_t{bins}, 1);
   for (std::size_t object = 0; object < objects; ++object) {
     for (std::uint32_t bin = firstBin[object]; bin < firstBin[object + 1]; ++bin) {
+      Sums& rest = sums[2 * std::size_t{bin}];
+      Sums& onPlane = sums[2 * std::size_t{bin} + 1];
       // A plane of few samples is a facet of something curved
-      const bool flat = filled[2 * bin + 1] >= kLeastPlane;
+      const bool flat = onPlane.samples >= kLeastPlane;
       if (!flat) {
-        filled[2 * bin] += filled[2 * bin + 1];
-        filled[2 * bin + 1] = 0;
+        rest.add(onPlane);
+        onPlane = {};
       }
       for (const std::uint32_t part : {2 * bin, 2 * bin + 1}) {
-        if (filled[part] == 0) continue;
-        if (filled[part] < static_cast<std::uint64_t>(options.minSamples) ||
+        const Sums& all = sums[part];
+        if (all.samples == 0) continue;
+        if (all.samples < static_cast<std::uint32_t>(options.minSamples) ||
             clusters_.size() == kMostClusters) {
-          unclustered_ += filled[part];
+          unclustered_ += all.samples;
           continue;
         }
         Cluster cluster;
         cluster.object = static_cast<int>(object);
-        const auto local = static_cast<int>(bin - firstBin[object]);
-        cluster.thetaBin = local % scales[object].thetaBins;
-        cluster.phiBin = local / scales[object].thetaBins;
-        cluster.samples = static_cast<std::uint32_t>(filled[part]);
+        const int number = static_cast<int>(bin - firstBin[object]);
+        cluster.thetaBin = number % work_->scales[object].thetaBins;
+        cluster.phiBin = number / work_->scales[object].thetaBins;
         cluster.planar = part % 2 == 1;
+        describe(all, anchors[bin], cluster);
         clusters_.push_back(cluster);
-        clusterOfBin[part] = static_cast<std::uint16_t>(clusters_.size() + 1);
+        clusterOfPart[part] = static_cast<std::uint16_t>(clusters_.size() + 1);
       }
-      if (!flat) clusterOfBin[2 * bin + 1] = clusterOfBin[2 * bin];
+      if (!flat) clusterOfPart[2 * bin + 1] = clusterOfPart[2 * bin];
     }
   }
 
-  // Samples with their rays, and sums for the means; of planar mirrors the plane says it all
-  const std::size_t count = clusters_.size();
-  std::vector<std::uint8_t> mirrors(count);
-  for (std::size_t c = 0; c < count; ++c) {
-    mirrors[c] = clusters_[c].planar && kinds[clusters_[c].object] == ReflectorKind::Mirror ? 1 : 0;
-  }
-  std::vector<Sums> sums(blockCount * count);
-  forBlocks([&](std::size_t b, int top, int bottom) {
-    Block& block = blocks_[b];
-    Sums* mine = sums.data() + b * count;
-    block.samples.clear();
+  // Runs of one cluster; of planar mirrors the plane says it all
+  forBlocks([&](SampleBlock& block, BlockWork& work, int top, int bottom) {
+    block.runs.clear();
     block.rows.clear();
+    block.slots.clear();
+    std::fill(clusterOf_.begin() + static_cast<std::ptrdiff_t>(rowStart(top)),
+              clusterOf_.begin() + static_cast<std::ptrdiff_t>(rowStart(bottom)), 0);
+    std::vector<std::uint32_t> slotOf(clusters_.size(), kNone);
     for (int y = top; y < bottom; ++y) {
-      SampleRow row{block.samples.size(), 0};
-      const Vec3 rowRay = firstRay(y);
-      for (int x = 0; x < width; ++x) {
-        const std::size_t at = static_cast<std::size_t>(y) * width + x;
-        const std::uint16_t known = binOf_[at] == kNoBin ? 0 : clusterOfBin[binOf_[at]];
-        clusterOf_[at] = known;
+      block.rows.push_back(static_cast<std::uint32_t>(block.runs.size()));
+      const auto row = static_cast<std::size_t>(y - top);
+      for (std::size_t r = work.partRows[row]; r < work.partRows[row + 1]; ++r) {
+        SampleRun run = work.partRuns[r];
+        const std::uint16_t known =
+            clusterOfPart[2 * std::size_t{work.bins[run.slot / 2].bin} + run.slot % 2];
+        std::fill_n(clusterOf_.begin() + static_cast<std::ptrdiff_t>(rowStart(y) + run.x),
+                    run.count, known);
         if (known < 2) continue;
-        const Vec3 ray = rowRay + static_cast<float>(x) * rayStep;
-        const Vec3 position = (camera.nearMetres / gbuffer.depth[at]) * ray;
-        const Vec3 normal = normalAt(at);
-        const auto cluster = static_cast<std::uint16_t>(known - 2);
-        Sums& s = mine[cluster];
-        s.position += glm::dvec3(position);
-        s.normal += glm::dvec3(normal);
-        s.glossiness = std::max(s.glossiness, gbuffer.normal[4 * at + 3]);
-        s.left = std::min(s.left, x);
-        s.right = std::max(s.right, x + 1);
-        s.top = std::min(s.top, y);
-        s.bottom = std::max(s.bottom, y + 1);
-        if (mirrors[cluster] != 0) continue;
-        const Vec3 incoming = ray / glm::length(ray);
-        block.samples.push_back({position, incoming - 2.0f * glm::dot(incoming, normal) * normal,
-                                 cluster, static_cast<std::uint16_t>(x)});
-        const glm::dvec3 wide(position);
-        s.squares += wide * wide;
-        s.products += glm::dvec3(wide.x * wide.y, wide.y * wide.z, wide.z * wide.x);
-        s.dot += static_cast<double>(glm::dot(position, normal));
+        const std::size_t cluster = known - 2u;
+        if (clusters_[cluster].planar &&
+            kinds[static_cast<std::size_t>(clusters_[cluster].object)] == ReflectorKind::Mirror) {
+          continue;
+        }
+        if (slotOf[cluster] == kNone) {
+          slotOf[cluster] = static_cast<std::uint32_t>(block.slots.size());
+          block.slots.push_back(static_cast<std::uint16_t>(cluster));
+        }
+        run.slot = slotOf[cluster];
+        SampleRun* last = block.runs.size() > block.rows.back() ? &block.runs.back() : nullptr;
+        if (last != nullptr && last->slot == run.slot && last->x + last->count == run.x) {
+          last->count = static_cast<std::uint16_t>(last->count + run.count);
+        } else {
+          block.runs.push_back(run);
+        }
       }
-      row.last = block.samples.size();
-      block.rows.push_back(row);
+    }
+    block.rows.push_back(static_cast<std::uint32_t>(block.runs.size()));
+
+    // The mirror rays
+    block.direction.resize(block.position.x.size());
+    for (const SampleRun& run : block.runs) {
+      for (std::size_t i = run.first; i < run.first + run.count; ++i) {
+        const Vec3 position = block.position[i];
+        const Vec3 normal = work.normal[i];
+        const Vec3 incoming = position / std::sqrt(glm::dot(position, position));
+        const Vec3 direction = incoming - 2.0f * glm::dot(incoming, normal) * normal;
+        block.direction.x[i] = direction.x;
+        block.direction.y[i] = direction.y;
+        block.direction.z[i] = direction.z;
+      }
     }
   });
-  for (std::size_t c = 0; c < count; ++c) {
-    Sums all;
-    for (std::size_t b = 0; b < blockCount; ++b) {
-      const Sums& s = sums[b * count + c];
-      all.position += s.position;
-      all.normal += s.normal;
-      all.squares += s.squares;
-      all.products += s.products;
-      all.dot += s.dot;
-      all.glossiness = std::max(all.glossiness, s.glossiness);
-      all.left = std::min(all.left, s.left);
-      all.right = std::max(all.right, s.right);
-      all.top = std::min(all.top, s.top);
-      all.bottom = std::max(all.bottom, s.bottom);
-    }
-    Cluster& cluster = clusters_[c];
-    const double n = cluster.samples;
-    const glm::dvec3 centroid = all.position / n;
-    cluster.centroid = Vec3(centroid);
-    cluster.concave = !cluster.planar && all.dot - n * glm::dot(centroid, all.normal / n) < 0.0;
-    const glm::dvec3 mean = all.normal / n;
-    cluster.normalsCancel = glm::length(mean) < 1e-3;
-    cluster.meanNormal = cluster.normalsCancel
-                             ? normalizedOr(-cluster.centroid, Vec3(0.0f, 1.0f, 0.0f))
-                             : Vec3(glm::normalize(mean));
-    cluster.planeNormal = cluster.meanNormal;
-    if (mirrors[c] == 0) {
-      const glm::dmat3 moment(all.squares.x, all.products.x, all.products.z,  //
-                              all.products.x, all.squares.y, all.products.y,  //
-                              all.products.z, all.products.y, all.squares.z);
-      cluster.planeNormal =
-          planeNormal(moment / n - glm::outerProduct(centroid, centroid), cluster.meanNormal);
-    }
-    cluster.maxGlossiness = all.glossiness;
-    cluster.left = all.left;
-    cluster.right = all.right;
-    cluster.top = all.top;
-    cluster.bottom = all.bottom;
-  }
 }
 
 }  // namespace catoptric::methods

@@ -4,10 +4,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "core/math.h"
+#include "methods/second_order/lanes.h"
 #include "raster/gbuffer.h"
 #include "scene/camera.h"
 
@@ -45,23 +47,44 @@ struct Cluster {
   int bottom = 0;
 };
 
-/// A reflective sample of a cluster that is not a planar mirror.
-struct ClusterSample {
-  Vec3 position{0.0f};   ///< P_i, metres from the eye
-  Vec3 direction{0.0f};  ///< of the mirror ray, unit length
-  std::uint16_t cluster = 0;
-  std::uint16_t x = 0;
+/// Samples of one cluster beside each other in a row.
+struct SampleRun {
+  std::uint32_t first = 0;  ///< index in the block's arrays; the others follow
+  std::uint32_t slot = 0;   ///< of the cluster in the block's list
+  std::uint16_t x = 0;      ///< of the first sample
+  std::uint16_t count = 0;
 };
 
-/// All such samples of one row, from left to right.
-struct SampleRow {
-  std::size_t first = 0;
-  std::size_t last = 0;
+/// A vector of each sample, one array for each coordinate.
+struct VectorArrays {
+  std::vector<float> x, y, z;
+
+  Vec3 operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
+  /// Up to four vectors from i on; the last of `left` again where there are fewer.
+  Lanes3 load(std::size_t i, std::size_t left) const {
+    return {methods::load(&x[i], left), methods::load(&y[i], left), methods::load(&z[i], left)};
+  }
+  void resize(std::size_t count) {
+    for (std::vector<float>* values : {&x, &y, &z}) values->resize(count);
+  }
+};
+
+/// The samples of kRows rows that are in clusters other than planar mirrors.
+struct SampleBlock {
+  VectorArrays position;             ///< P_i, metres from the eye
+  VectorArrays direction;            ///< of the mirror ray, unit length
+  std::vector<SampleRun> runs;       ///< by row, from left to right
+  std::vector<std::uint32_t> rows;   ///< first run of each row, and the number of runs
+  std::vector<std::uint16_t> slots;  ///< clusters that have runs here
 };
 
 /// The clusters of one frame. Memory is kept from frame to frame.
 class Clustering {
  public:
+  Clustering();
+  Clustering(Clustering&&) noexcept;
+  ~Clustering();
+
   /// Bins the samples of `gbuffer` that reflect (kinds[object id], and s > 0 where its diffuse
   /// image was read). The result does not depend on the number of threads.
   void build(const raster::GBufferCopy& gbuffer, const scene::Camera& camera,
@@ -70,30 +93,28 @@ class Clustering {
   const std::vector<Cluster>& clusters() const { return clusters_; }
   /// Per sample: 0 diffuse, 1 in no cluster (too small), else index of its cluster + 2.
   const std::vector<std::uint16_t>& clusterOf() const { return clusterOf_; }
-  /// Samples in blocks of kRows rows; rows(b)[r] are ranges of samples(b).
-  std::size_t blocks() const { return blocks_.size(); }
-  std::span<const ClusterSample> samples(std::size_t block) const { return blocks_[block].samples; }
-  std::span<const SampleRow> rows(std::size_t block) const { return blocks_[block].rows; }
+  std::span<const SampleBlock> blocks() const { return blocks_; }
 
   std::uint64_t reflectiveSamples() const { return reflective_; }
   std::uint64_t samplesInNoCluster() const { return unclustered_; }
   int visibleObjects() const { return visibleObjects_; }  ///< n_v
+  /// How often the bins along each angle were halved, since they were more than kMostBins in all.
+  int timesHalved() const { return halved_; }
 
   static constexpr int kRows = 16;  ///< of a block: the unit of work, whose sums are added in order
+  static constexpr std::uint32_t kMostBins = 65536;  ///< of a frame, unless it has more objects
 
  private:
-  struct Block {
-    std::vector<ClusterSample> samples;
-    std::vector<SampleRow> rows;
-    std::vector<std::uint32_t> counts;  ///< by object, then by bin
-  };
+  struct Work;
+
   std::vector<Cluster> clusters_;
   std::vector<std::uint16_t> clusterOf_;
-  std::vector<std::uint32_t> binOf_;
-  std::vector<Block> blocks_;
+  std::vector<SampleBlock> blocks_;
+  std::unique_ptr<Work> work_;  ///< what lives from pass to pass
   std::uint64_t reflective_ = 0;
   std::uint64_t unclustered_ = 0;
   int visibleObjects_ = 0;
+  int halved_ = 0;
 };
 
 /// Bins of an object over theta (360 degrees) and phi (180 degrees): scale = min(1, density * 100 *
@@ -107,8 +128,12 @@ struct BinScale {
 };
 BinScale binScale(float areaFraction, int visibleObjects, const ClusterOptions& options);
 
-/// Bin of a unit normal: theta about +y from +x, phi from +y. Within 0.1 degrees of a pole theta
-/// means nothing and is taken as 0.
+/// Bins begin this share of 360 or 180 degrees early: rooms are full of normals along the axes, and
+/// on a border rounding would deal them out to both sides. Ours.
+inline constexpr float kBinOffset = 1e-4f;
+
+/// Bin of a unit normal: theta about +y from +x, phi from +y, both to 2e-6 of a turn. Within 0.1
+/// degrees of a pole theta means nothing and is taken as 0.
 int binOf(const Vec3& normal, const BinScale& scale);
 
 }  // namespace catoptric::methods

@@ -204,6 +204,13 @@ constexpr int kMostShrinks = 24;
 constexpr std::array<const char*, 7> kCountNames = {
     "unclustered", "environment", "sky", "bridged", "below_horizon", "met_itself", "faded"};
 
+/// Counted on the CPU; 0 where nothing reflects.
+constexpr std::array<const char*, 15> kClusterCountNames = {
+    "clamped_cube_map", "clusters",          "reflective_samples", "planar_clusters",
+    "planar_samples",   "concave_clusters",  "normals_cancel",     "parallel_clusters",
+    "pushed_back",      "crossing_clusters", "capped_images",      "texels",
+    "triangles",        "images_shrunk",     "bins_halved"};
+
 class SecondOrder : public Method {
  public:
   explicit SecondOrder(const Options& options) : options_(options) {}
@@ -278,7 +285,7 @@ class SecondOrder : public Method {
     raster::GBuffer& gbuffer = *services.gbuffer;
     if (settings_.masks) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
     for (const char* name : kCountNames) output.counters[name] = 0;
-    output.counters["clamped_cube_map"] = 0;
+    for (const char* name : kClusterCountNames) output.counters[name] = 0;
     if (!reflectors_.any()) return;
     frame::StepTimer& timer = services.timer;
     const scene::Camera& camera = input.frame.camera;
@@ -458,6 +465,7 @@ class SecondOrder : public Method {
     c["reflective_samples"] = clustering_.reflectiveSamples();
     c["depth_image_bytes"] = images_->bytes();
     c["empty_images"] = 0;
+    c["bins_halved"] = static_cast<std::uint64_t>(clustering_.timesHalved());
     for (std::size_t i = 0; i < clusters.size(); ++i) {
       c["planar_clusters"] += clusters[i].planar ? 1 : 0;
       c["planar_samples"] += clusters[i].planar ? clusters[i].samples : 0;

@@ -251,6 +251,7 @@ TEST(SecondOrder, WhatFallsBackIsMarkedAndCounted) {
       roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f)),
       cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}), R"({"min_cluster_samples": 1000000})");
   EXPECT_EQ(frame.output.counters.at("clusters"), 0u);
+  EXPECT_EQ(frame.output.counters.at("planar_clusters"), 0u);
   EXPECT_EQ(frame.output.counters.at("unclustered"), frame.samples);
   EXPECT_EQ(marked(frame, raster::kMaskEnvironment), frame.samples);
 }

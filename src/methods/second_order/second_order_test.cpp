@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "core/parallel.h"
 #include "methods/second_order/atlas.h"
 #include "methods/second_order/cluster_camera.h"
 #include "methods/second_order/clusters.h"
@@ -100,6 +102,36 @@ TEST(Bins, NormalsNextToAPoleAreOneBin) {
   EXPECT_NE(binOf(Vec3(1.0f, 0.0f, 0.0f), all), binOf(Vec3(-1.0f, 0.0f, 0.0f), all));
 }
 
+TEST(Bins, FollowTheAnglesOfNormals) {
+  const BinScale scale{12.7f, 7.3f, 13, 8};
+  for (int i = 0; i < 20000; ++i) {
+    // A spiral over the sphere
+    const double y = 1.0 - (2.0 * i + 1.0) / 20000.0;
+    const double across = std::sqrt(1.0 - y * y);
+    const double turn = std::fmod(0.618034 * i, 1.0);
+    const double angle = 2.0 * glm::pi<double>() * turn;
+    const double offset = static_cast<double>(kBinOffset);
+    const double theta = std::fmod(turn + offset, 1.0) * static_cast<double>(scale.theta);
+    const double phi = (std::acos(y) / glm::pi<double>() + offset) * static_cast<double>(scale.phi);
+    const auto border = [](double at) { return std::abs(at - std::round(at)) < 1e-4; };
+    if (border(theta) || border(phi) || across < 2e-3) continue;
+    EXPECT_EQ(binOf(Vec3(across * std::cos(angle), y, across * std::sin(angle)), scale),
+              13 * static_cast<int>(phi) + static_cast<int>(theta));
+  }
+}
+
+TEST(Bins, HaveNoBorderAlongTheAxes) {
+  for (const float bins : {1.0f, 2.0f, 4.0f, 8.0f}) {
+    const BinScale scale{bins, bins, static_cast<int>(bins), static_cast<int>(bins)};
+    for (const Vec3& axis : {Vec3(1.0f, 0.0f, 0.0f), Vec3(-1.0f, 0.0f, 0.0f),
+                             Vec3(0.0f, 0.0f, 1.0f), Vec3(0.0f, 0.0f, -1.0f)}) {
+      for (const Vec3& off : {Vec3(1e-6f), Vec3(-1e-6f), Vec3(1e-6f, -1e-6f, -1e-6f)}) {
+        EXPECT_EQ(binOf(axis + off, scale), binOf(axis, scale));
+      }
+    }
+  }
+}
+
 TEST(EyeDistance, HasADefinedAnswerForEveryBundle) {
   EXPECT_FLOAT_EQ(eyeDistance(1.0f, 3.0f, 10.0f), 5.0f);  // spreads to 3 over 10 m
   EXPECT_TRUE(std::isinf(eyeDistance(1.0f, 1.0f, 10.0f)));
@@ -179,20 +211,195 @@ TEST(Clusters, RaysOfASphereStayInTheirFramesAndSpread) {
   EXPECT_EQ(inClusters + clustering.samplesInNoCluster(), clustering.reflectiveSamples());
   std::size_t outside = 0;
   std::size_t all = 0;
-  for (std::size_t b = 0; b < clustering.blocks(); ++b) {
-    for (const ClusterSample& sample : clustering.samples(b)) {
-      const ClusterCamera& made = cameras[sample.cluster];
-      for (const float t : {0.0f, 0.5f, 2.0f}) {
-        const Vec3 at = projected(made, sample.position + t * sample.direction);
-        const bool inside = at.x > 0.0f && at.y > 0.0f && at.x < static_cast<float>(made.width) &&
-                            at.y < static_cast<float>(made.height) && at.z > 0.0f && at.z <= 1.0f;
-        outside += inside ? 0 : 1;
-        ++all;
+  for (const SampleBlock& block : clustering.blocks()) {
+    for (const SampleRun& run : block.runs) {
+      const ClusterCamera& made = cameras[block.slots[run.slot]];
+      for (std::size_t i = run.first; i < run.first + run.count; ++i) {
+        for (const float t : {0.0f, 0.5f, 2.0f}) {
+          const Vec3 at = projected(made, block.position[i] + t * block.direction[i]);
+          const bool inside = at.x > 0.0f && at.y > 0.0f && at.x < static_cast<float>(made.width) &&
+                              at.y < static_cast<float>(made.height) && at.z > 0.0f && at.z <= 1.0f;
+          outside += inside ? 0 : 1;
+          ++all;
+        }
       }
     }
   }
   // All but grazing rays at the silhouette, which run beside the frame
   EXPECT_LT(static_cast<double>(outside), 0.01 * static_cast<double>(all));
+}
+
+/// A sphere beside a floor: planar and curved clusters, in one object.
+bool hitSphereOrFloor(const Vec3& eye, const Vec3& d, Vec3& position, Vec3& normal) {
+  return hitSphere(eye, d, position, normal) || hitFloor(eye, d, position, normal);
+}
+
+TEST(Clusters, SayWhatTheirSamplesAre) {
+  const scene::Camera camera = cameraAt({0.5f, 1.9f, 4.0f}, {0.3f, 0.3f, 0.0f});
+  const raster::GBufferCopy gbuffer = rasterized(camera, 0.2f, hitSphereOrFloor);
+  const Clustering clustering = clustersOf(gbuffer, camera, ReflectorKind::Glossy);
+  const std::size_t count = clustering.clusters().size();
+  ASSERT_GT(count, 10u);
+
+  // Sums of the samples of each cluster, in double
+  const Mat3 rays = scene::rayFromPixel(camera, kSize, kSize);
+  std::vector<std::vector<glm::dvec3>> positions(count);
+  std::vector<std::vector<glm::dvec3>> normals(count);
+  std::vector<int> left(count, kSize), right(count, 0), top(count, kSize), bottom(count, 0);
+  std::uint64_t unclustered = 0;
+  for (int y = 0; y < kSize; ++y) {
+    for (int x = 0; x < kSize; ++x) {
+      const auto at = static_cast<std::size_t>(y * kSize + x);
+      const std::uint16_t known = clustering.clusterOf()[at];
+      EXPECT_EQ(known == 0, gbuffer.object[at] == 0);
+      unclustered += known == 1 ? 1 : 0;
+      if (known < 2) continue;
+      const std::size_t c = known - 2u;
+      const Vec3 ray =
+          rays * Vec3(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, 1.0f);
+      positions[c].emplace_back(ray * (camera.nearMetres / gbuffer.depth[at]));
+      normals[c].emplace_back(gbuffer.normal[4 * at], gbuffer.normal[4 * at + 1],
+                              gbuffer.normal[4 * at + 2]);
+      left[c] = std::min(left[c], x);
+      right[c] = std::max(right[c], x + 1);
+      top[c] = std::min(top[c], y);
+      bottom[c] = std::max(bottom[c], y + 1);
+    }
+  }
+  EXPECT_EQ(unclustered, clustering.samplesInNoCluster());
+  bool anyPlanar = false;
+  for (std::size_t c = 0; c < count; ++c) {
+    const Cluster& cluster = clustering.clusters()[c];
+    ASSERT_EQ(cluster.samples, positions[c].size());
+    const double n = cluster.samples;
+    glm::dvec3 centroid(0.0);
+    glm::dvec3 normal(0.0);
+    for (std::size_t i = 0; i < positions[c].size(); ++i) {
+      centroid += positions[c][i] / n;
+      normal += normals[c][i] / n;
+    }
+    double bend = 0.0;
+    for (std::size_t i = 0; i < positions[c].size(); ++i) {
+      bend += glm::dot(positions[c][i] - centroid, normals[c][i] - normal);
+    }
+    EXPECT_LT(glm::distance(glm::dvec3(cluster.centroid), centroid), 2e-6);
+    EXPECT_LT(glm::distance(glm::dvec3(cluster.meanNormal), glm::normalize(normal)), 1e-6);
+    EXPECT_EQ(cluster.concave, !cluster.planar && bend < 0.0);
+    EXPECT_FLOAT_EQ(cluster.maxGlossiness, 0.2f);
+    EXPECT_EQ(cluster.left, left[c]);
+    EXPECT_EQ(cluster.right, right[c]);
+    EXPECT_EQ(cluster.top, top[c]);
+    EXPECT_EQ(cluster.bottom, bottom[c]);
+    anyPlanar = anyPlanar || cluster.planar;
+  }
+  EXPECT_TRUE(anyPlanar);
+
+  // Runs hold every sample of a cluster once, with its ray
+  std::vector<std::size_t> inRuns(count, 0);
+  for (std::size_t b = 0; b < clustering.blocks().size(); ++b) {
+    const SampleBlock& block = clustering.blocks()[b];
+    for (std::size_t row = 0; row + 1 < block.rows.size(); ++row) {
+      const std::size_t y = b * Clustering::kRows + row;
+      for (std::size_t r = block.rows[row]; r < block.rows[row + 1]; ++r) {
+        const SampleRun& run = block.runs[r];
+        const std::uint16_t cluster = block.slots[run.slot];
+        inRuns[cluster] += run.count;
+        for (std::size_t k = 0; k < run.count; ++k) {
+          const std::size_t at = y * kSize + run.x + k;
+          ASSERT_EQ(clustering.clusterOf()[at], cluster + 2);
+          const Vec3 ray = glm::normalize(rays * Vec3(static_cast<float>(run.x + k) + 0.5f,
+                                                      static_cast<float>(y) + 0.5f, 1.0f));
+          const Vec3 normal(gbuffer.normal[4 * at], gbuffer.normal[4 * at + 1],
+                            gbuffer.normal[4 * at + 2]);
+          EXPECT_LT(glm::distance(block.direction[run.first + k], glm::reflect(ray, normal)),
+                    1e-6f);
+          EXPECT_LT(glm::distance(glm::normalize(block.position[run.first + k]), ray), 1e-6f);
+        }
+      }
+    }
+  }
+  for (std::size_t c = 0; c < count; ++c) EXPECT_EQ(inRuns[c], positions[c].size());
+}
+
+TEST(Clusters, AreTheSameForAnyNumberOfThreads) {
+  const scene::Camera camera = cameraAt({0.5f, 1.9f, 4.0f}, {0.3f, 0.3f, 0.0f});
+  const raster::GBufferCopy gbuffer = rasterized(camera, 0.2f, hitSphereOrFloor);
+  std::vector<std::vector<ClusterCamera>> made;
+  std::vector<std::vector<std::uint16_t>> clusterOf;
+  for (const int threads : {1, 4}) {
+    setThreadCount(threads);
+    const Clustering clustering = clustersOf(gbuffer, camera, ReflectorKind::Glossy);
+    made.push_back(makeClusterCameras(clustering, camera, kSize, kSize, roomAround(camera)));
+    clusterOf.push_back(clustering.clusterOf());
+  }
+  setThreadCount(0);
+  EXPECT_EQ(clusterOf[0], clusterOf[1]);
+  ASSERT_EQ(made[0].size(), made[1].size());
+  for (std::size_t c = 0; c < made[0].size(); ++c) {
+    EXPECT_EQ(made[0][c].rowX, made[1][c].rowX);
+    EXPECT_EQ(made[0][c].rowY, made[1][c].rowY);
+    EXPECT_EQ(made[0][c].rowZ, made[1][c].rowZ);
+    EXPECT_EQ(made[0][c].eye, made[1][c].eye);
+    EXPECT_EQ(made[0][c].texelSpreadRad, made[1][c].texelSpreadRad);
+  }
+}
+
+TEST(Clusters, HaveABoundedNumberOfBins) {
+  // Rough surfaces, a hundred objects, the most bins that options allow
+  const scene::Camera camera = cameraAt({0.5f, 1.9f, 4.0f}, {0.3f, 0.3f, 0.0f});
+  raster::GBufferCopy gbuffer = rasterized(camera, 0.0f, hitFloor);
+  std::uint32_t random = 1;
+  std::uint64_t reflective = 0;
+  for (std::size_t at = 0; at < gbuffer.object.size(); ++at) {
+    if (gbuffer.object[at] == 0) continue;
+    ++reflective;
+    gbuffer.object[at] = 1 + static_cast<std::uint32_t>(at / kSize);
+    Vec3 normal(0.0f);
+    for (int k = 0; k < 3; ++k) {
+      random = random * 1664525u + 1013904223u;
+      normal[k] = static_cast<float>(random >> 8) / 8388608.0f - 1.0f;
+    }
+    normal = normalizedOr(normal, Vec3(0.0f, 1.0f, 0.0f));
+    for (std::size_t k = 0; k < 3; ++k) gbuffer.normal[4 * at + k] = normal[static_cast<int>(k)];
+  }
+  const std::vector<ReflectorKind> kinds(kSize + 1, ReflectorKind::Mirror);
+  Clustering clustering;
+  ClusterOptions options{.maxThetaBins = 128, .maxPhiBins = 64, .binDensity = 1000.0f};
+  options.minSamples = 1;
+  clustering.build(gbuffer, camera, kinds, options);
+  EXPECT_EQ(clustering.timesHalved(), 2);
+  EXPECT_LE(clustering.clusters().size(), Clustering::kMostBins);
+  std::uint64_t samples = clustering.samplesInNoCluster();
+  for (const Cluster& cluster : clustering.clusters()) samples += cluster.samples;
+  EXPECT_EQ(samples, reflective);
+  for (const ClusterCamera& made :
+       makeClusterCameras(clustering, camera, kSize, kSize, roomAround(camera))) {
+    EXPECT_TRUE(isFinite(made.eye) && isFinite(Vec3(made.rowX)) && isFinite(Vec3(made.rowZ)));
+  }
+  // The plain bins need no halving
+  clustering.build(gbuffer, camera, kinds, {});
+  EXPECT_EQ(clustering.timesHalved(), 0);
+}
+
+TEST(Clusters, OfNormalsThatCancelFaceTheEye) {
+  // Columns of opposite normals across the view, in one bin
+  const scene::Camera camera = cameraAt({0.0f, 0.0f, 3.0f}, {0.0f, 0.0f, 0.0f});
+  raster::GBufferCopy gbuffer =
+      rasterized(camera, 0.0f, [](const Vec3& eye, const Vec3& d, Vec3& position, Vec3& normal) {
+        position = eye - d * (eye.z / d.z);
+        normal = Vec3(1.0f, 0.0f, 0.0f);
+        return d.z < 0.0f;
+      });
+  for (std::size_t at = 0; at < gbuffer.object.size(); at += 2) gbuffer.normal[4 * at] = -1.0f;
+  Clustering clustering;
+  const std::vector<ReflectorKind> kinds = {ReflectorKind::None, ReflectorKind::Mirror};
+  clustering.build(gbuffer, camera, kinds, {.maxThetaBins = 1, .maxPhiBins = 1});
+  ASSERT_EQ(clustering.clusters().size(), 1u);
+  EXPECT_TRUE(clustering.clusters()[0].normalsCancel);
+  EXPECT_GT(glm::dot(clustering.clusters()[0].meanNormal, Vec3(0.0f, 0.0f, 1.0f)), 0.99f);
+  const std::vector<ClusterCamera> cameras =
+      makeClusterCameras(clustering, camera, kSize, kSize, roomAround(camera));
+  EXPECT_TRUE(isFinite(cameras[0].eye));
 }
 
 TEST(Clusters, AConcaveSphereIsFoundConcave) {
