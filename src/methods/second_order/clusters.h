@@ -130,7 +130,7 @@ BinScale binScale(float areaFraction, int visibleObjects, const ClusterOptions& 
 
 /// Bins begin this share of 360 or 180 degrees early: rooms are full of normals along the axes, and
 /// on a border rounding would deal them out to both sides. Ours.
-inline constexpr float kBinOffset = 1e-4f;
+inline constexpr float kBinOffset = 1e-5f;
 
 /// Bin of a unit normal: theta about +y from +x, phi from +y, both to 2e-6 of a turn. Within 0.1
 /// degrees of a pole theta means nothing and is taken as 0.
