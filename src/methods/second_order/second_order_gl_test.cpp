@@ -219,7 +219,7 @@ TEST(SecondOrder, LittleMemoryMeansCoarseImages) {
   const Comparison small = frame(R"({"depth_image_scale": 2, "memory_mib": 1})");
   EXPECT_GT(plain.output.counters.at("depth_image_bytes"), 1u << 20);
   EXPECT_LE(small.output.counters.at("depth_image_bytes"), 1u << 20);
-  EXPECT_EQ(plain.output.counters.count("images_shrunk"), 0u);
+  EXPECT_EQ(plain.output.counters.at("images_shrunk"), 0u);
   EXPECT_GT(small.output.counters.at("images_shrunk"), 0u);
   EXPECT_TRUE(small.finite);
   EXPECT_LT(small.meanDifference, 0.03);
