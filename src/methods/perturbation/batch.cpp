@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 namespace catoptric::methods::perturbation {
 namespace {
@@ -37,6 +38,10 @@ Lanes operator*(const Lanes& a, const Lanes& b) {
 }
 Lanes operator/(const Lanes& a, const Lanes& b) {
   return Lanes(a.v / b.v);
+}
+Lanes sqrt(const Lanes& a) {
+  return Lanes(
+      Lanes::Four{std::sqrt(a.v[0]), std::sqrt(a.v[1]), std::sqrt(a.v[2]), std::sqrt(a.v[3])});
 }
 
 /// Up to four vertices; those that are missing repeat the last.
@@ -89,30 +94,6 @@ Bounce<Lanes> gatherBounces(std::span<const BounceRecord> bounces, const Four& f
   return bounce;
 }
 
-template <int Order>
-std::size_t moveAll(std::span<const BounceRecord> bounces, std::span<const VertexMove> vertices,
-                    std::span<std::array<float, 3>> moves) {
-  std::size_t refused = 0;
-  for (std::size_t first = 0; first < vertices.size(); first += kLanes) {
-    const Four four(vertices, first);
-    const Bounce<Lanes> bounce = gatherBounces(bounces, four);
-    const Lanes distance = four.gather([](const VertexMove& v) { return v.distance; });
-    Vector<Lanes> step;
-    for (std::size_t i = 0; i < 3; ++i)
-      step[i] = four.gather([i](const VertexMove& v) { return v.step[i]; });
-    const Vector<Lanes> moved = movedPoint<Order>(bounce, distance, step);
-    const std::size_t count = std::min(kLanes, vertices.size() - first);
-    for (std::size_t lane = 0; lane < count; ++lane) {
-      const std::array<float, 3> move{moved[0].v[lane], moved[1].v[lane], moved[2].v[lane]};
-      const bool finite =
-          std::isfinite(move[0]) && std::isfinite(move[1]) && std::isfinite(move[2]);
-      moves[first + lane] = finite ? move : std::array<float, 3>{};
-      refused += finite ? 0 : 1;
-    }
-  }
-  return refused;
-}
-
 }  // namespace
 
 BounceRecord recordOf(const Bounce<double>& bounce) {
@@ -136,9 +117,32 @@ BounceRecord recordOf(const Bounce<double>& bounce) {
 
 std::size_t moveVertices(std::span<const BounceRecord> bounces,
                          std::span<const VertexMove> vertices, int order,
-                         std::span<std::array<float, 3>> moves) {
-  assert(moves.size() >= vertices.size());
-  return order == 1 ? moveAll<1>(bounces, vertices, moves) : moveAll<2>(bounces, vertices, moves);
+                         std::span<MovedVertex> moved) {
+  assert(moved.size() >= vertices.size());
+  std::size_t refused = 0;
+  for (std::size_t first = 0; first < vertices.size(); first += kLanes) {
+    const Four four(vertices, first);
+    const Bounce<Lanes> bounce = gatherBounces(bounces, four);
+    const Lanes distance = four.gather([](const VertexMove& v) { return v.distance; });
+    Vector<Lanes> step;
+    for (std::size_t i = 0; i < 3; ++i)
+      step[i] = four.gather([i](const VertexMove& v) { return v.step[i]; });
+    const Move<Lanes> move = moveOf(bounce, distance, step);
+    const Lanes error = remainderOf(move, order, distance, step);
+    const Vector<Lanes> sum = order == 1 ? move.linear : move.linear + move.second;
+    const std::size_t count = std::min(kLanes, vertices.size() - first);
+    for (std::size_t lane = 0; lane < count; ++lane) {
+      MovedVertex& out = moved[first + lane];
+      out = {{sum[0].v[lane], sum[1].v[lane], sum[2].v[lane]}, error.v[lane]};
+      if (std::isfinite(out.move[0]) && std::isfinite(out.move[1]) && std::isfinite(out.move[2])) {
+        if (std::isnan(out.error)) out.error = std::numeric_limits<float>::infinity();
+        continue;
+      }
+      out = {{}, std::numeric_limits<float>::infinity()};
+      ++refused;
+    }
+  }
+  return refused;
 }
 
 void vertexDerivatives(std::span<const BounceRecord> bounces, std::span<const VertexMove> vertices,

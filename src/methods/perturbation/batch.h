@@ -24,11 +24,18 @@ struct VertexMove {
   std::array<float, 3> step{};
 };
 
+struct MovedVertex {
+  std::array<float, 3> move{};  ///< x' - x
+  /// Estimate of its error, of this bounce alone (remainderOf); infinite where the move is not
+  /// finite.
+  float error = 0.0f;
+};
+
 /// x' - x of each vertex to `order` 1 or 2. Returns how many were not finite (p in a focal point);
-/// those stay 0.
+/// those stay where they are.
 std::size_t moveVertices(std::span<const BounceRecord> bounces,
                          std::span<const VertexMove> vertices, int order,
-                         std::span<std::array<float, 3>> moves);
+                         std::span<MovedVertex> moved);
 
 /// J by rows, then H of each component (xx, xy, xz, yy, yz, zz), of four vertices: [i][vertex].
 using DerivativeBlock = std::array<std::array<float, 4>, 27>;

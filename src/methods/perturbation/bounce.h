@@ -106,12 +106,16 @@ std::array<S, 2> quadraticTerm(const Bounce<S>& bounce, const S& rho, const std:
   return {at(0) * p + at(1) * q + at(2) * r, at(3) * p + at(4) * q + at(5) * r};
 }
 
-/// Where x moves when p = x - rho d moves by `step`: Taylor's series to `order` 1 or 2. (15), (16)
-template <int Order, class S>
-Vector<S> movedPoint(const Bounce<S>& bounce, const S& rho, const Vector<S>& step) {
+/// How x moves when p = x - rho d moves by a step: J step, and half H of it twice.
+template <class S>
+struct Move {
+  Vector<S> linear;
+  Vector<S> second;
+};
+template <class S>
+Move<S> moveOf(const Bounce<S>& bounce, const S& rho, const Vector<S>& step) {
   const std::array<S, 3> inverse = inverseMatrix(bounce, rho);
-  std::array<S, 2> y = tangentMotion(bounce, inverse, step);
-  if constexpr (Order == 1) return bounce.x + (y[0] * bounce.e1 + y[1] * bounce.e2);
+  const std::array<S, 2> y = tangentMotion(bounce, inverse, step);
   const S along = dot(bounce.d, step);
   const std::array<S, 2> ky = times(bounce.k, y);
   const std::array<S, 2> r = quadraticTerm(bounce, rho, y, y);
@@ -119,8 +123,24 @@ Vector<S> movedPoint(const Bounce<S>& bounce, const S& rho, const Vector<S>& ste
   const std::array<S, 2> second =
       times(inverse, {half * r[0] + along * ky[0], half * r[1] + along * ky[1]});
   const S normal = half * form(bounce.b, y, y);
-  return bounce.x +
-         ((y[0] + second[0]) * bounce.e1 + (y[1] + second[1]) * bounce.e2 - normal * bounce.n);
+  return {y[0] * bounce.e1 + y[1] * bounce.e2,
+          second[0] * bounce.e1 + second[1] * bounce.e2 - normal * bounce.n};
+}
+/// Where x moves: Taylor's series to `Order` 1 or 2. (15), (16)
+template <int Order, class S>
+Vector<S> movedPoint(const Bounce<S>& bounce, const S& rho, const Vector<S>& step) {
+  const Move<S> move = moveOf(bounce, rho, step);
+  if constexpr (Order == 1) return bounce.x + move.linear;
+  return bounce.x + (move.linear + move.second);
+}
+/// An estimate of the series' remainder. Linear: the second term. Quadratic: what that shrinks by,
+/// as far as the distance to p and the surface's curvature tell. (ours; batch_test measures it)
+template <class S>
+S remainderOf(const Move<S>& move, int order, const S& rho, const Vector<S>& step) {
+  const S second = length(move.second);
+  if (order == 1) return second;
+  const S tiny(0x1p-100);  // exact in float
+  return second * (length(step) / (rho + tiny) + S(2) * second / (length(move.linear) + tiny));
 }
 
 /// J and H of a bounce with p at distance rho.

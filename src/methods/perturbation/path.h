@@ -118,15 +118,17 @@ bool planarPath(const Vector<S>& p, const std::vector<Plane<S>>& planes, const V
 /// An exact path near a given one, by Newton's method on its 4 N equations
 ///   index_{i-1} unit(x_i - x_{i-1}) + index_i unit(x_i - x_{i+1}) + lambda_i g_i' = 0,  g_i = 0.
 /// `surface(i, x, jet)` gives the derivatives of x_i's surface and false where there are none.
-/// Ends when steps are below `tolerance` times the path's length.
+/// Ends when steps are below `tolerance` times the path's length. `firstStep`: the largest
+/// component of the first step, an estimate of the guess's error that is as good as the guess is
+/// near.
 template <class S, class SurfaceAt>
 PathStatus solvePath(const Vector<S>& p, const Vector<S>& q, const SurfaceAt& surface,
-                     const S& lastIndex, const S& tolerance, std::vector<PathVertex<S>>& vertices) {
+                     const S& lastIndex, const S& tolerance, std::vector<PathVertex<S>>& vertices,
+                     S* firstStep = nullptr) {
   using std::abs;
   const std::size_t count = vertices.size();
   const std::size_t size = 4 * count;
   std::vector<S> lambda(count);
-  bool first = true;
   constexpr int kMaxSteps = 60;
   for (int iteration = 0; iteration < kMaxSteps; ++iteration) {
     // Rows: the equations; columns: x_i, lambda_i; the last one is the right side.
@@ -160,7 +162,7 @@ PathStatus solvePath(const Vector<S>& p, const Vector<S>& q, const SurfaceAt& su
           }
         }
       }
-      if (first) lambda[i] = -dot(sum, gradient) / (steepness * steepness);
+      if (iteration == 0) lambda[i] = -dot(sum, gradient) / (steepness * steepness);
       for (std::size_t r = 0; r < 3; ++r) {
         for (std::size_t c = 0; c < 3; ++c)
           at(4 * i + r, 4 * i + c) += lambda[i] * vertex.g.hessian(r, c);
@@ -170,7 +172,6 @@ PathStatus solvePath(const Vector<S>& p, const Vector<S>& q, const SurfaceAt& su
       }
       at(4 * i + 3, size) = -vertex.g.value() / steepness;
     }
-    first = false;
     // Elimination with row pivots.
     for (std::size_t c = 0; c < size; ++c) {
       std::size_t pivot = c;
@@ -197,6 +198,7 @@ PathStatus solvePath(const Vector<S>& p, const Vector<S>& q, const SurfaceAt& su
         if (!(step <= largest)) largest = step;
       }
     }
+    if (iteration == 0 && firstStep) *firstStep = largest;
     const S limit = total / S(8 * static_cast<int>(count));
     const S factor = largest > limit ? S(limit / largest) : S(1);
     for (std::size_t i = 0; i < count; ++i) {

@@ -88,7 +88,7 @@ BENCHMARK(jacobiansAndHessians)->Arg(1)->Arg(2)->MeasureProcessCPUTime();
 void moves(benchmark::State& state) {
   const Setup& s = setup();
   setThreadCount(static_cast<int>(state.range(1)));
-  std::vector<std::array<float, 3>> moved(s.vertices.size());
+  std::vector<MovedVertex> moved(s.vertices.size());
   for (auto _ : state) {
     parallelFor(s.vertices.size(), kGrain, [&](std::size_t begin, std::size_t end) {
       moveVertices(s.records, std::span(s.vertices).subspan(begin, end - begin),

@@ -227,12 +227,14 @@ TEST(RayOctree, MinimaFindTheReflectionsThatTheNearestRaysMiss) {
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   Score paper;
   Score ours;
+  int points = 0;
   RayOctree::Cursor a;
   RayOctree::Cursor b;
   std::vector<NearRay> near;
   for (int i = 0; i < 200; ++i) {
     const dvec3 p(4.0 * unit(random) - 2.0, 2.2 * unit(random) - 0.1, 0.2 + 2.8 * unit(random));
     if (implicit::valueAt(samples.vase, p) < 0.1) continue;
+    ++points;
     const std::vector<dvec3> exact = dense.exact(p);
     const auto judge = [&](const std::vector<std::uint32_t>& rays, Score& score) {
       std::vector<bool> seen(exact.size(), false);
@@ -258,6 +260,7 @@ TEST(RayOctree, MinimaFindTheReflectionsThatTheNearestRaysMiss) {
     judge(rays, ours);
   }
   // Almost every point has two: at the neck and at the belly.
+  EXPECT_EQ(points, 192);
   EXPECT_GT(ours.reflections, 300u);
   EXPECT_EQ(ours.found, ours.reflections);
   EXPECT_LT(ours.extra, ours.reflections / 25);
