@@ -511,4 +511,11 @@ void drawFullScreenTriangle() {
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
+void drawRectangles(const Buffer& command) {
+  glBindVertexArray(emptyVertexArray());
+  glBindBuffer(GL_DRAW_INDIRECT_BUFFER, command.id());
+  glDrawArraysIndirect(GL_TRIANGLE_STRIP, nullptr);
+  glBindBuffer(GL_DRAW_INDIRECT_BUFFER, 0);
+}
+
 }  // namespace catoptric::gl

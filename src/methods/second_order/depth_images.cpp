@@ -130,7 +130,9 @@ void DepthImages::writeTable(std::span<const Cluster> clusters,
     const bool empty = triangles[i] == 0 && !camera.mirrorGrid;
     rows[4] = Vec4(atlas_.places[i].x, atlas_.places[i].y, empty ? 1 : camera.width,
                    empty ? 1 : camera.height);
-    rows[5] = Vec4(atlas_.places[i].layer, camera.mirrorRight, camera.mirrorTop, camera.scale);
+    // In the atlas already: a planar mirror then needs this row alone
+    rows[5] = Vec4(atlas_.places[i].layer, camera.mirrorRight + rows[4].x / camera.scale,
+                   camera.mirrorTop - rows[4].y / camera.scale, camera.scale);
     const int flags = (camera.crossing || camera.parallel ? 1 : 0) + (clusters[i].concave ? 2 : 0);
     rows[6] = Vec4(camera.horizon, static_cast<float>(flags));
   }

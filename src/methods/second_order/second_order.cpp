@@ -201,8 +201,11 @@ Reflectors findReflectors(const scene::Scene& scene) {
 /// Times that depth images are drawn at 0.7 of their resolution until they fit: 1 / 5000. Ours.
 constexpr int kMostShrinks = 24;
 
-constexpr std::array<const char*, 7> kCountNames = {
-    "unclustered", "environment", "sky", "bridged", "below_horizon", "met_itself", "faded"};
+/// Samples along the edge of a tile with a sample that is still to be looked up. Ours.
+constexpr int kTileSamples = 4;
+
+constexpr std::array<const char*, 6> kCountNames = {"environment",   "sky",        "bridged",
+                                                    "below_horizon", "met_itself", "faded"};
 
 /// Counted on the CPU; 0 where nothing reflects.
 constexpr std::array<const char*, 15> kClusterCountNames = {
@@ -268,6 +271,7 @@ class SecondOrder : public Method {
     }
     if (reflectors_.curvedMirrors) curved(services);
     if (reflectors_.glossy) glossy_ = program(services, "walk over depth images, lobes", "2");
+    later_ = program(services, "samples that found nothing", "3");
     counts_ = gl::Buffer("fallback counts", kCountNames.size() * sizeof(std::uint32_t));
     const int width = settings.width * settings.samples;
     const int height = settings.height * settings.samples;
@@ -275,6 +279,13 @@ class SecondOrder : public Method {
       found_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
       foundBuffer_ = gl::Buffer("what rays found", found_.size() * sizeof(Found));
     }
+    tilesAcross_ = static_cast<std::uint32_t>((width + kTileSamples - 1) / kTileSamples);
+    tileCount_ =
+        tilesAcross_ * static_cast<std::uint32_t>((height + kTileSamples - 1) / kTileSamples);
+    noTiles_ = std::vector<std::uint32_t>(4 + tileCount_, 0);
+    noTiles_[0] = 4;  // vertices of a tile
+    tiles_ = gl::Buffer("tiles to look up", (4 + 2 * tileCount_) * sizeof(std::uint32_t));
+    tileTexture_ = gl::Texture::makeBuffer("tiles to look up", GL_R32UI, tiles_);
     clusterSamples_ = gl::Texture::make2D("cluster of each sample", GL_R16UI, width, height);
     images_ = std::make_unique<DepthImages>(width, height, options_.camera.depthImageScale,
                                             options_.images);
@@ -286,6 +297,7 @@ class SecondOrder : public Method {
     if (settings_.masks) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
     for (const char* name : kCountNames) output.counters[name] = 0;
     for (const char* name : kClusterCountNames) output.counters[name] = 0;
+    output.counters["unclustered"] = 0;
     if (!reflectors_.any()) return;
     frame::StepTimer& timer = services.timer;
     const scene::Camera& camera = input.frame.camera;
@@ -364,8 +376,11 @@ class SecondOrder : public Method {
     defines.push_back({"SELF", options_.selfIntersect ? "1" : "0"});
     defines.push_back({"FOUND", options_.countDisocclusions ? "1" : "0"});
     defines.push_back({"EXACT_GRID", exactGrid ? "1" : "0"});
-    return gl::Program::fullScreen(label, "methods/second_order/shaders/intersect.frag",
-                                   std::move(defines));
+    defines.push_back({"TILE", std::to_string(kTileSamples)});
+    return gl::Program(label, {.vertex = *kind == '3' ? "methods/second_order/shaders/tiles.vert"
+                                                      : "gl/fullscreen.vert",
+                               .fragment = "methods/second_order/shaders/intersect.frag",
+                               .defines = std::move(defines)});
   }
   gl::Program& curved(const Services& services) {
     if (curved_.empty()) curved_ = program(services, "walk over depth images", "1");
@@ -391,6 +406,7 @@ class SecondOrder : public Method {
                  bool onGrids, bool exact) {
     const std::vector<std::uint32_t> zeros(kCountNames.size(), 0);
     counts_.write(0, zeros.size() * sizeof(std::uint32_t), zeros.data());
+    tiles_.write(0, noTiles_.size() * sizeof(std::uint32_t), noTiles_.data());
     if (options_.countDisocclusions) {
       std::fill(found_.begin(), found_.end(), Found{});
       foundBuffer_.write(0, found_.size() * sizeof(Found), found_.data());
@@ -403,7 +419,7 @@ class SecondOrder : public Method {
     glDisable(GL_SCISSOR_TEST);
     glEnable(GL_STENCIL_TEST);
     glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
-    const auto pass = [&](gl::Program& program, raster::SampleClass sampleClass) {
+    const auto use = [&](gl::Program& program) {
       services.raster->bindShadingResources(program.id(), services.lighting);
       program.use();
       clusterSamples_.bind(0);
@@ -412,6 +428,9 @@ class SecondOrder : public Method {
       images_->bind();
       environment_.bind(7);
       counts_.bindStorage(1);
+      tiles_.bindStorage(3);
+      program.set("tilesAcross", tilesAcross_);
+      program.set("tileCount", tileCount_);
       program.set("rayFromPixel",
                   scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight()));
       gbuffer.diffuse.bind(4);
@@ -426,6 +445,10 @@ class SecondOrder : public Method {
       const auto face = static_cast<float>(environment_.width());
       program.set("levelOffset", 0.5f * std::log2(6.0f / kPi * face * face));
       program.set("lastLevel", static_cast<float>(environment_.levels() - 1));
+    };
+    const auto pass = [&](gl::Program& program, raster::SampleClass sampleClass) {
+      if (program.empty()) return;
+      use(program);
       glStencilFunc(GL_EQUAL, static_cast<GLint>(sampleClass), 0xFF);
       gl::drawFullScreenTriangle();
     };
@@ -436,6 +459,17 @@ class SecondOrder : public Method {
     if (reflectors_.curvedMirrors) pass(curved_, raster::SampleClass::CurvedMirror);
     if (reflectors_.glossy) pass(glossy_, raster::SampleClass::Glossy);
     glDisable(GL_STENCIL_TEST);
+
+    // What found nothing, apart from the others: they would all pay for the cube map and the sky
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
+    glTextureBarrier();
+    use(later_);
+    gbuffer.reflection.bind(8);
+    tileTexture_.bind(9);
+    later_.set("samples", Vec2(gbuffer.sampleWidth(), gbuffer.sampleHeight()));
+    glColorMaski(1, GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    gl::drawRectangles(tiles_);
+    glColorMaski(1, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     glDepthMask(GL_TRUE);
   }
 
@@ -461,6 +495,7 @@ class SecondOrder : public Method {
     counts_.read(0, sizeof counts, counts.data());
     Counters& c = output.counters;
     for (std::size_t i = 0; i < counts.size(); ++i) c[kCountNames[i]] = counts[i];
+    c["unclustered"] = clustering_.samplesInNoCluster();
     c["clusters"] = clusters.size();
     c["reflective_samples"] = clustering_.reflectiveSamples();
     c["depth_image_bytes"] = images_->bytes();
@@ -503,6 +538,12 @@ class SecondOrder : public Method {
 
   gl::Program curved_;
   gl::Program glossy_;
+  gl::Program later_;
+  std::uint32_t tilesAcross_ = 0;
+  std::uint32_t tileCount_ = 0;
+  std::vector<std::uint32_t> noTiles_;  ///< what `tiles_` begins with
+  gl::Buffer tiles_;                    ///< as intersect.frag has them
+  gl::Texture tileTexture_;
 };
 
 std::unique_ptr<Method> make(const config::Value& options) {

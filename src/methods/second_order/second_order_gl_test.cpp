@@ -290,6 +290,31 @@ TEST(SecondOrder, DisocclusionsAreToldFromTrueMisses) {
   EXPECT_EQ(plain.output.counters.count("disoccluded"), 0u);
 }
 
+TEST(SecondOrder, WhatFindsNothingSeesTheSkyOrTheCubeMap) {
+  // Alone under a sky of one radiance, which both show; where smooth normals send rays through the
+  // next facet Embree's rays meet the mirror
+  for (const float glossiness : {0.0f, 0.3f}) {
+    test::SceneBuilder builder;
+    builder.add(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres),
+                builder.reflective(1.0f, glossiness));
+    builder.constantEnvironment(Vec3(0.25f, 0.5f, 0.75f));
+    const scene::Camera camera = cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f});
+    const Comparison sky(builder.scene(), camera);
+    EXPECT_GT(sky.output.counters.at("sky"), 10000u);
+    EXPECT_LT(sky.different, 0.02);
+
+    // A plane: not seen from the place of its cube map, on itself
+    test::SceneBuilder flat;
+    flat.add(scene::makePlane({2.0f, 2.0f}, {1, 1}, scene::UvMode::Metres),
+             flat.reflective(1.0f, glossiness));
+    flat.constantEnvironment(Vec3(0.25f, 0.5f, 0.75f));
+    const Comparison none(flat.scene(), camera, R"({"min_cluster_samples": 1000000})");
+    EXPECT_EQ(none.output.counters.at("unclustered"), none.samples);
+    EXPECT_EQ(marked(none, raster::kMaskEnvironment), none.samples);
+    EXPECT_LT(none.different, 0.02);
+  }
+}
+
 /// The part of a sphere below a height share (-1..1) along its axis +z, seen from the inside.
 scene::Mesh bowl(float radius, float until) {
   scene::Mesh mesh = scene::makeSphere(radius, 96, 64, scene::UvMode::Metres);

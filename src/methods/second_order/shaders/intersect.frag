@@ -1,5 +1,7 @@
 // Radiance along reflected rays by walking over clusters' depth images [Wang2014, section 3.4].
-//   KIND    0 mirrored sample grids (planar mirrors), 1 one mirror ray, 2 RAYS rays of a lobe
+//   KIND    0 mirrored sample grids (planar mirrors), 1 one mirror ray, 2 RAYS rays of a lobe,
+//           3 what the others have found nothing for, in the tiles that they have marked
+//   TILE    samples along a tile's edge
 //   MASKS   1: where a sample fell back is marked
 //   COUNTS  1: fallbacks are counted
 //   NEIGHBOURHOOD  1: of a lobe one ray is walked, the others are looked up at its distance
@@ -35,22 +37,35 @@ layout(binding = 7) uniform samplerCube environmentMap;
 layout(early_fragment_tests) in;
 
 layout(location = 0) out vec4 reflection;
-#if MASKS
+#if KIND == 3
+layout(binding = 8) uniform sampler2D reflectionSamples;  // what is written, one's own sample alone
+#endif
+#if MASKS && KIND < 3
 layout(location = 1) out uint mask;
+#endif
+// a of a sample that is still to be looked up, by KIND 3: in the cube map, or beyond the scene
+const float kInCubeMap = -1.0;
+const float kBeyondScene = 0.0;
+#if KIND < 3
+layout(std430, binding = 3) buffer Tiles {
+  uint vertices, tiles, firstVertex, firstTile;  // of the draw
+  uint more[];                                   // of each tile whether it is drawn; those drawn
+};
+uniform uint tilesAcross;
+uniform uint tileCount;
 #endif
 const uint kMaskEnvironment = 1u;  // raster::MaskBit
 const uint kMaskBelowHorizon = 16u;
 
-// Samples: without a cluster, whose ray (any of its rays) found nothing, whose ray left the scene,
-// whose ray was already behind the depth image at its start
+// Samples: whose ray (any of its rays) found nothing, left the scene, was already behind the depth
+// image at its start, and so on. Those in no cluster are counted elsewhere.
 layout(std430, binding = 1) buffer Counts { uint counts[]; };
-const int kCountUnclustered = 0;
-const int kCountMissed = 1;
-const int kCountSky = 2;
-const int kCountBridged = 3;
-const int kCountBelowHorizon = 4;
-const int kCountSelf = 5;
-const int kCountFaded = 6;
+const int kCountMissed = 0;
+const int kCountSky = 1;
+const int kCountBridged = 2;
+const int kCountBelowHorizon = 3;
+const int kCountSelf = 4;
+const int kCountFaded = 5;
 
 #if FOUND
 // By sample: bits of the rays that found no surface, where the only ray found one
@@ -69,7 +84,7 @@ struct DepthImage {
   vec4 rowZ;
   vec4 rowW;
   vec4 place;   // corner in the atlas, size
-  vec4 more;    // layer; mirrored grid: right, top, scale
+  vec4 more;    // layer; mirrored grid: right and top in the atlas, scale
   vec3 horizon; // depth infinitely far: dot(horizon, (texel, 1))
   bool crossing;
   bool concave;
@@ -78,8 +93,10 @@ struct DepthImage {
 DepthImage depthImage(int cluster) {
   int at = cluster * kTableTexels;
   DepthImage d;
-  d.place = texelFetch(clusterTable, at + 4);
   d.more = texelFetch(clusterTable, at + 5);
+#if KIND != 0 || !EXACT_GRID
+  d.place = texelFetch(clusterTable, at + 4);
+#endif
 #if KIND != 0
   d.rowX = texelFetch(clusterTable, at);
   d.rowY = texelFetch(clusterTable, at + 1);
@@ -109,28 +126,30 @@ vec3 fallback(vec3 direction, float level) {
 
 // Bilinear colour over the texels that lie about as deep as the hit: edges do not bleed.
 vec3 colorAt(DepthImage image, vec2 at, float depth) {
-  vec2 size = image.place.zw;
-  vec2 corner = clamp(at - 0.5, vec2(0.0), size - 1.0);
-  vec2 base = floor(corner);
+  vec2 corner = clamp(at - 0.5, vec2(0.0), image.place.zw - 1.0);
+  vec2 base = min(floor(corner), max(image.place.zw - 2.0, 0.0));
   vec2 f = corner - base;
-  ivec3 origin = ivec3(ivec2(base) + ivec2(image.place.xy), int(image.more.x));
-  ivec2 next = ivec2(lessThan(base + 1.0, size));
-  float horizon = dot(image.horizon, vec3(at, 1.0));
+  vec2 first = base + image.place.xy;
+  ivec3 origin = ivec3(ivec2(first), int(image.more.x));
+  vec2 layer = vec2(textureSize(depthImages, 0).xy);
+  // In the order (0, 1), (1, 1), (1, 0), (0, 0)
+  vec4 there = textureGather(depthImages, vec3((first + 1.0) / layer, image.more.x));
+  vec4 weights = vec4(1.0 - f.x, f.x, f.x, 1.0 - f.x) * vec4(f.y, f.y, 1.0 - f.y, 1.0 - f.y);
+  float near = 0.05 * (depth - dot(image.horizon, vec3(at, 1.0)));
+  bvec4 asDeep = lessThanEqual(abs(there - depth), vec4(near));
+  weights = max(weights, 1e-4) * mix(vec4(1e-6), vec4(1.0), asDeep);
+  // Neither what nothing was drawn to nor another image's texels
+  bvec2 next = greaterThan(image.place.zw, vec2(1.0));
+  weights *= vec4(greaterThan(there, vec4(0.0))) * vec4(next.y, next.x && next.y, next.x, true);
+  // Nothing was drawn to what has no weight: it may have an earlier frame's colour
   vec3 sum = vec3(0.0);
-  float weights = 0.0;
-  for (int j = 0; j < 2; ++j) {
-    for (int i = 0; i < 2; ++i) {
-      ivec3 texel = origin + ivec3(ivec2(i, j) * next, 0);
-      float weight = (i == 0 ? 1.0 - f.x : f.x) * (j == 0 ? 1.0 - f.y : f.y);
-      float there = texelFetch(depthImages, texel, 0).r;
-      weight = max(weight, 1e-4);
-      weight *= abs(there - depth) <= 0.05 * (depth - horizon) && there > 0.0 ? 1.0 : 1e-6;
-      weight = there > 0.0 ? weight : 0.0;
-      sum += weight * (there > 0.0 ? texelFetch(colorImages, texel, 0).rgb : vec3(0.0));
-      weights += weight;
-    }
+  const ivec2 kOffsets[4] = ivec2[4](ivec2(0, 1), ivec2(1, 1), ivec2(1, 0), ivec2(0, 0));
+  for (int k = 0; k < 4; ++k) {
+    vec3 color = texelFetch(colorImages, origin + ivec3(kOffsets[k], 0), 0).rgb;
+    sum += weights[k] > 0.0 ? weights[k] * color : vec3(0.0);
   }
-  return weights > 0.0 ? sum / weights : vec3(0.0);
+  float all = dot(weights, vec4(1.0));
+  return all > 0.0 ? sum / all : vec3(0.0);
 }
 
 // An eighth of a lobe's ray is a texel of its cluster: the nearest one is enough. Where nothing was
@@ -352,35 +371,40 @@ void main() {
   vec3 incoming = normalize(ray);
   vec3 mirror = normalize(reflect(incoming, normalAndG.xyz));
   float level = 0.0;
-#if KIND == 2
+#if KIND >= 2
   float g2 = max(normalAndG.a, 1e-3) * max(normalAndG.a, 1e-3);
   float exponent = max(0.0, 2.0 / (g2 * g2) - 2.0);
   // Of the whole lobe, or of one of its rays
   float lobeLevel = levelOffset - 0.5 * log2(exponent + 1.0);
-  level = clamp(known < 2u ? lobeLevel : lobeLevel - 0.5 * log2(float(RAYS)), 0.0, lastLevel);
+#if KIND == 2
+  lobeLevel -= 0.5 * log2(float(RAYS));
 #endif
-  vec3 radiance;
+  level = clamp(lobeLevel, 0.0, lastLevel);
+#endif
+#if KIND == 3
+  float where = texelFetch(reflectionSamples, sampleAt, 0).a;
+  if (known == 0u || where > 0.0) discard;
+  reflection = vec4(where == kInCubeMap ? fallback(mirror, level) : beyond(mirror), 1.0);
+#else
   if (known < 2u) {
-    radiance = fallback(mirror, level);
-    bits = kMaskEnvironment;
-#if COUNTS
-    atomicAdd(counts[kCountUnclustered], 1u);
-#endif
+    // Not a reflective one, or in no cluster
+    bits = known == 1u ? kMaskEnvironment : 0u;
+    reflection = vec4(0.0, 0.0, 0.0, known == 1u ? kInCubeMap : 1.0);
   } else {
     DepthImage image = depthImage(int(known) - 2);
 #if KIND == 0
     // The mirrored camera has a texel for this very sample
     vec2 at = vec2(image.more.y - gl_FragCoord.x, gl_FragCoord.y - image.more.z) * image.more.w;
-    float there = depthAt(image, clamp(at, vec2(0.0), image.place.zw - 1.0));
+    ivec3 texel = ivec3(at, int(image.more.x));
+    float there = texelFetch(depthImages, texel, 0).r;
     if (there > 0.0) {
 #if EXACT_GRID
-      radiance = texelFetch(colorImages,
-                            ivec3(ivec2(at) + ivec2(image.place.xy), int(image.more.x)), 0).rgb;
+      reflection = vec4(texelFetch(colorImages, texel, 0).rgb, 1.0);
 #else
-      radiance = colorAt(image, at, there);
+      reflection = vec4(colorAt(image, at - image.place.xy, there), 1.0);
 #endif
     } else {
-      radiance = beyond(mirror);
+      reflection = vec4(0.0, 0.0, 0.0, kBeyondScene);
 #if COUNTS
       atomicAdd(counts[kCountSky], 1u);
 #endif
@@ -416,6 +440,10 @@ void main() {
 #if KIND == 2 && NEIGHBOURHOOD
     Hit centre = walk(image, start, mirror, limit);
 #endif
+#if KIND == 2
+    uvec2 nothingSeen = uvec2(0u);
+    uvec2 skySeen = uvec2(0u);
+#endif
     for (int k = 0; k < rays; ++k) {
       vec3 direction = mirror;
 #if KIND == 2
@@ -442,9 +470,7 @@ void main() {
       bool selfHit = self > 0.0 && hit.kind != kHit;
       hit.kind = selfHit ? kSelf : hit.kind;
 #endif
-      vec3 seen = hit.kind == kHit   ? seenAt(image, hit.at, hit.depth)
-                  : hit.kind == kSky ? beyond(direction)
-                                     : fallback(direction, level);
+      vec3 seen = hit.kind == kHit ? seenAt(image, hit.at, hit.depth) : vec3(0.0);
 #if SELF
       seen = selfHit ? own : seen;
       metItself = metItself || selfHit;
@@ -460,6 +486,11 @@ void main() {
       missed = missed || hit.kind == kMissed;
       sky = sky || hit.kind == kSky;
       overEdge = overEdge || hit.bridged;
+#if KIND == 2
+      uint bit = 1u << (k & 31);
+      nothingSeen[k >> 5] |= hit.kind == kSky || hit.kind == kMissed ? bit : 0u;
+      skySeen[k >> 5] |= hit.kind == kSky ? bit : 0u;
+#endif
 #if FOUND
       nothing[k >> 5] |= hit.kind == kHit || hit.kind == kSelf ? 0u : 1u << (k & 31);
       where = rays == 1 && hit.kind == kHit ? vec3(hit.at, hit.depth) : vec3(0.0);
@@ -469,7 +500,23 @@ void main() {
     found[sampleAt.y * textureSize(clusterSamples, 0).x + sampleAt.x] =
         Found(nothing, float[3](where.x, where.y, where.z));
 #endif
-    radiance = sum * (1.0 / float(rays));
+#if KIND == 2
+    // Apart from the walks: every lane would pay for each of them
+    for (int word = 0; word < (RAYS + 31) / 32; ++word) {
+      for (int cap = 0; nothingSeen[word] != 0u && cap < 32; ++cap) {
+        int k = findLSB(nothingSeen[word]);
+        nothingSeen[word] &= nothingSeen[word] - 1u;
+        bool below;
+        vec3 direction =
+            lobeDirection(mirror, normalAndG.xyz, exponent, 32 * word + k, shift, below);
+        sum += (skySeen[word] >> k & 1u) != 0u ? beyond(direction) : fallback(direction, level);
+      }
+    }
+#endif
+    reflection = vec4(sum * (1.0 / float(rays)), 1.0);
+#if KIND == 1
+    reflection.a = missed ? kInCubeMap : sky ? kBeyondScene : 1.0;
+#endif
     if (missed) bits |= kMaskEnvironment;
 #if COUNTS
     if (missed) atomicAdd(counts[kCountMissed], 1u);
@@ -482,8 +529,13 @@ void main() {
 #endif
 #endif
   }
-  reflection = vec4(radiance, 1.0);
-#if MASKS
+  if (reflection.a <= 0.0) {
+    uvec2 tile = uvec2(gl_FragCoord.xy) / uint(TILE);
+    uint at = tile.y * tilesAcross + tile.x;
+    if (atomicOr(more[at], 1u) == 0u) more[tileCount + atomicAdd(tiles, 1u)] = at;
+  }
+#endif
+#if MASKS && KIND < 3
   mask = bits;
 #endif
 }
