@@ -358,6 +358,7 @@ class Composer {
       Mesh mesh = makeShape(object);
       mesh.name = object.get("shape").asString();
       forEachMorph(object, [&](const Value& morph) { addMorphTargets(mesh, morphOf(morph)); });
+      if (!mesh.morphTargets.empty()) mesh.surface = nullptr;  // it deforms
       scene_.meshes.push_back(std::move(mesh));
       shapeBytes_ += meshBytes(scene_.meshes.back());
       if (shapeBytes_ > limits_.maxBytes) {

@@ -23,6 +23,8 @@ const std::vector<std::string>& shapeNames();
 
 /// The mesh of an object's "shape". Throws UsageError with the place of a wrong parameter.
 Mesh makeShape(const config::Value& object);
+/// That of the shape "implicit".
+Mesh makeImplicitShape(const config::Value& object, UvMode uv);
 /// Text that is the same for objects with the same mesh.
 std::string shapeKey(const config::Value& object);
 MorphShape morphOf(const config::Value& morph);

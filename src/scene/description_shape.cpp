@@ -60,7 +60,7 @@ class ShapeReader {
       return makePrism(outline, height, bevel, uv_);
     }
     if (shape_ == "polygons") return polygons();
-    return implicit();
+    return makeImplicitShape(object_, uv_);
   }
 
  private:
@@ -278,46 +278,6 @@ class ShapeReader {
       longest = std::max(longest, glm::length(at(k + 1) - at(k)));
     }
     return glm::length(sum) > kLeast * longest * longest;
-  }
-
-  Mesh implicit() const {
-    const std::string name = object_.get("surface").asString();
-    ImplicitSurface surface;
-    if (name == "sphere") {
-      surface = implicitSphere(number("radius"));
-    } else if (name == "torus") {
-      surface = implicitTorus(number("radius"), number("tube"));
-    } else if (name == "metaballs") {
-      std::vector<Vec4> balls;
-      for (const Value& ball : object_.get("balls").asArray()) {
-        const std::vector<float> b = ball.asFloats(4);
-        if (!(b[3] > 0.0f)) ball.fail("a radius must be above 0");
-        balls.emplace_back(b[0], b[1], b[2], b[3]);
-      }
-      if (balls.empty()) object_.get("balls").fail("there are no balls");
-      surface = implicitMetaballs(balls, number("level"));
-    } else if (name == "gyroid") {
-      surface = implicitGyroid(number("period"), number("thickness"),
-                               object_.has("radius") ? number("radius") : 1.0f);
-    } else if (name == "heart") {
-      surface = implicitHeart();
-    } else if (name == "genus2") {
-      surface = implicitGenus2();
-    } else {
-      surface = implicitBlobbyCube();
-    }
-    if (object_.has("bounds")) {
-      const Value bounds = object_.get("bounds");
-      surface.halfSize = bounds.kind() == Value::Kind::Array
-                             ? bounds.asVec3()
-                             : Vec3(static_cast<float>(bounds.asNumber()));
-      if (!(surface.halfSize.x > 0.0f && surface.halfSize.y > 0.0f && surface.halfSize.z > 0.0f)) {
-        bounds.fail("the half sizes must be above 0");
-      }
-    }
-    Mesh mesh = makeImplicit(surface, integer("resolution"), uv_);
-    if (mesh.indices.empty()) object_.fail("the surface is empty within its bounds");
-    return mesh;
   }
 
   const Value& object_;

@@ -132,6 +132,52 @@ TEST(Description, ErrorsNamePlaceAndWhatIsAllowed) {
   EXPECT_THAT(errorOf("{"), HasSubstr("catoptric_description.json:1"));
 }
 
+TEST(Description, ImplicitSurfacesKeepTheirSurface) {
+  const Scene scene = load(R"({"objects": [
+    {"shape": "implicit", "surface": "vase", "segments": [24, 24]},
+    {"shape": "implicit", "surface": "formula", "formula": "x^2 + y^2 + z^2 - r^2",
+     "parameters": {"r": 0.5}, "bounds": [-1, -1, -1, 1, 0.25, 1], "resolution": 16},
+    {"shape": "implicit", "surface": "sphere", "morph": {"type": "bulge"}}]})");
+  ASSERT_EQ(scene.meshes.size(), 3u);
+  EXPECT_EQ(scene.meshes[0].indices.size() / 3, 2u * 24u * 24u);
+  EXPECT_NE(scene.meshes[0].surface, nullptr);
+  ASSERT_NE(scene.meshes[1].surface, nullptr);
+  EXPECT_EQ(scene.meshes[2].surface, nullptr);  // it deforms
+  float top = -1.0f;
+  for (const Vec3& p : scene.meshes[1].positions) {
+    EXPECT_NEAR(glm::length(p), 0.5f, 1e-6f);
+    top = std::max(top, p.y);
+  }
+  EXPECT_EQ(top, 0.25f);
+}
+
+TEST(Description, ImplicitSurfacesErrorsNamePlaceAndCure) {
+  const auto error = [](const std::string& members) {
+    return errorOf(R"({"objects": [
+      {"shape": "implicit", )" +
+                   members + "}]}");
+  };
+  const auto formula = [&](const std::string& text) {
+    return error(R"("surface": "formula", "bounds": 1, "formula": ")" + text + "\"");
+  };
+  EXPECT_THAT(formula("x^2 + y^2 +"), HasSubstr(".json:2: /objects/0/formula"));
+  EXPECT_THAT(formula("x^2 + y^2 +"), HasSubstr("column"));
+  EXPECT_THAT(formula("x^2 + y^2 + z^2 + 1"), HasSubstr("above 0"));
+  EXPECT_THAT(formula("x^2 + y^2 + z^2 + 1"), HasSubstr("change the bounds"));
+  EXPECT_THAT(formula("x - 7"), HasSubstr("below 0"));
+  EXPECT_THAT(formula("0*x"), HasSubstr("everywhere"));
+  EXPECT_THAT(formula("abs(x) - sqrt(x^2)"), HasSubstr("0 everywhere"));
+  EXPECT_THAT(formula("sqrt(-1 - x^2)"), HasSubstr("not a number anywhere"));
+  EXPECT_THAT(formula("1/x"), HasSubstr("poles"));
+  EXPECT_THAT(formula("x*y + q"), HasSubstr("q"));
+  EXPECT_THAT(error(R"("surface": "formula", "formula": "x")"), HasSubstr("\"bounds\""));
+  EXPECT_THAT(error(R"("surface": "formula", "bounds": [1, 2], "formula": "x")"),
+              HasSubstr("/objects/0/bounds"));
+  EXPECT_THAT(error(R"("surface": "heart", "segments": [8, 8])"), HasSubstr("resolution"));
+  EXPECT_THAT(error(R"("surface": "ellipsoid", "radii": [1, 2])"), HasSubstr("3 numbers"));
+  EXPECT_THAT(error(R"("surface": "sphere", "bounds": [2, 2, 2, 3, 3, 3])"), HasSubstr("outside"));
+}
+
 TEST(Description, Patterns) {
   EXPECT_TRUE(matchesPattern("seat_cushion_01", "*cushion*"));
   EXPECT_TRUE(matchesPattern("feet", "feet"));
@@ -142,7 +188,8 @@ TEST(Description, Patterns) {
 
 TEST(Description, SmallScenesLoad) {
   for (const char* name : {"cornell_box", "nine_spheres", "teapots", "planar_mirror",
-                           "glossy_sphere", "normal_mapped", "moving", "deforming"}) {
+                           "glossy_sphere", "normal_mapped", "moving", "deforming", "vase_lizard",
+                           "vase_sphere", "vase_window", "user_formula", "lens"}) {
     SCOPED_TRACE(name);
     const std::filesystem::path root(CATOPTRIC_SOURCE_DIR);
     const Scene scene = loadScene(root / "scenes" / (std::string(name) + ".json"));
@@ -151,7 +198,9 @@ TEST(Description, SmallScenesLoad) {
     for (int f = 1; f <= path->count(); ++f) {
       EXPECT_TRUE(isFinite(path->frame(f).camera.eye()));
     }
-    EXPECT_EQ(scene.animated(), std::string(name) == "moving" || std::string(name) == "deforming");
+    const std::string_view moving = name;
+    EXPECT_EQ(scene.animated(),
+              moving == "moving" || moving == "deforming" || moving.starts_with("vase_"));
   }
 }
 

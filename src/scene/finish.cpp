@@ -9,6 +9,7 @@
 #include "core/hash.h"
 #include "core/parallel.h"
 #include "scene/animate.h"
+#include "scene/implicit/surface.h"
 #include "scene/loader.h"
 #include "scene/reflectance.h"
 #include "scene/tangents.h"
@@ -298,6 +299,21 @@ void addMaterial(Contents& all, const Material& m) {
   all.value(m.unlit);
 }
 
+void addSurface(Contents& all, const implicit::Surface* surface) {
+  all.value(surface != nullptr);
+  if (surface == nullptr) return;
+  for (const implicit::Operation& operation : surface->tape) {
+    all.value(operation.code);
+    all.value(operation.a);
+    all.value(operation.b);
+    all.value(operation.constant);
+  }
+  for (int a = 0; a < 3; ++a) {
+    all.value(surface->domain.min[a]);
+    all.value(surface->domain.max[a]);
+  }
+}
+
 /// Everything that can change a pixel; no names, no notes.
 std::uint64_t fingerprintOf(const Scene& scene) {
   Contents all;
@@ -312,6 +328,7 @@ std::uint64_t fingerprintOf(const Scene& scene) {
     all.array(mesh.joints);
     all.array(mesh.weights);
     all.array(mesh.indices);
+    addSurface(all, mesh.surface.get());
     all.value(mesh.morphTargets.size());
     for (const MorphTarget& target : mesh.morphTargets) {
       all.array(target.positions);

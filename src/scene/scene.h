@@ -6,11 +6,16 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/math.h"
+
+namespace catoptric::implicit {
+struct Surface;
+}
 
 namespace catoptric::scene {
 
@@ -90,6 +95,9 @@ struct Mesh {
   std::vector<Vec4> weights;
   std::vector<MorphTarget> morphTargets;
   std::vector<std::uint32_t> indices;  ///< three per triangle
+  /// The implicit surface, in object space, that the triangles approximate: rays meet the surface
+  /// itself. Null for what is made of triangles, and for what deforms.
+  std::shared_ptr<const implicit::Surface> surface;
 };
 
 /// Node of a forest; parents stand before their children.

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/implicit/surface.h"
 #include "scene/scene.h"
 
 namespace catoptric::scene {
@@ -89,22 +90,28 @@ Mesh makePolygons(const std::vector<Vec3>& vertices, const std::vector<std::vect
 Mesh makeTeapot(float height, int segments, bool lid, UvMode uv);
 
 // ---- shapes_implicit.cpp ----
-/// f(p) < 0 inside; the gradient is exact.
-struct ImplicitSurface {
-  std::function<float(const Vec3&)> value;
-  std::function<Vec3(const Vec3&)> gradient;
-  Vec3 halfSize{1.0f};  ///< bounds; the surface is closed within them
+/// Marching tetrahedra over the surface's domain: a manifold, closed but where the domain cuts the
+/// surface off, with clean rims there. Vertices lie on the surface, normals are its gradients
+/// (where there is none, the mean of the triangles around). `resolution`: cells along the longest
+/// side. uv: a projection along the largest axis of the normal. Throws SceneError, with what to do,
+/// when nothing is found. The mesh keeps the surface (Mesh::surface).
+Mesh makeImplicit(const implicit::Surface& surface, int resolution, UvMode uv);
+
+/// A curve (r, y) that a surface about +y is the revolution of, from bottom to top or all around;
+/// then scaled.
+struct ImplicitProfile {
+  std::function<glm::dvec2(double)> at;  ///< of 0 .. 1
+  glm::dvec3 scale{1.0};
 };
-ImplicitSurface implicitSphere(float radius);
-ImplicitSurface implicitTorus(float radius, float tube);
-ImplicitSurface implicitMetaballs(const std::vector<Vec4>& balls, float level);
-ImplicitSurface implicitGyroid(float period, float thickness, float radius);
-ImplicitSurface implicitHeart();
-ImplicitSurface implicitGenus2();
-ImplicitSurface implicitBlobbyCube();
-/// Marching tetrahedra, closed and manifold; vertices moved onto the surface by Newton's method
-/// along the gradient. uv is a projection along the largest axis of the normal.
-Mesh makeImplicit(const ImplicitSurface& surface, int resolution, UvMode uv);
+/// The same with a regular grid of `segments` (around, along) quads.
+Mesh makeTurnedImplicit(const implicit::Surface& surface, const ImplicitProfile& profile,
+                        const glm::ivec2& segments, UvMode uv);
+
+/// Surfaces beyond implicit/surface.h: formulas.
+implicit::Surface gyroidSurface(double period, double thickness, double radius);
+implicit::Surface heartSurface();
+implicit::Surface genus2Surface();
+implicit::Surface blobbyCubeSurface();
 
 // ---- shapes_morph.cpp ----
 enum class MorphType { Wave, Flag, Bulge, Twist, Stretch };

@@ -1,187 +1,206 @@
+// Triangle meshes of implicit surfaces, whose vertices lie on them, and surfaces that are formulas.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <unordered_map>
 
+#include "core/error.h"
 #include "core/parallel.h"
+#include "scene/implicit/gradient.h"
 #include "scene/shape_builder.h"
 #include "scene/shapes.h"
 
 namespace catoptric::scene {
 namespace {
 
-float square(float x) {
-  return x * x;
-}
+using implicit::Domain;
+using implicit::Point;
+using implicit::Surface;
 
-/// a or b, whichever is larger, with its gradient.
-struct Term {
-  float value;
-  Vec3 gradient;
+/// Where grid planes inside the domain lie, in cells: off the planes of symmetry of the surface.
+const Point kGridShift(0.0137, 0.0071, 0.0193);
+
+/// Grid points over a box; the first and the last plane of each axis are the box's own faces.
+struct Grid {
+  Domain box;
+  glm::ivec3 cells;
+  Point cell;
+
+  Grid(const Domain& domain, int resolution) : box(domain) {
+    const Point size = box.max - box.min;
+    const double longest = std::max({size.x, size.y, size.z});
+    for (int a = 0; a < 3; ++a) {
+      cells[a] = std::max(1, static_cast<int>(std::ceil(resolution * size[a] / longest - 1e-9)));
+      cell[a] = size[a] / cells[a];
+    }
+  }
+  Point at(const glm::ivec3& p) const {
+    Point result;
+    for (int a = 0; a < 3; ++a) {
+      result[a] = p[a] == 0          ? box.min[a]
+                  : p[a] == cells[a] ? box.max[a]
+                                     : box.min[a] + cell[a] * (p[a] + kGridShift[a]);
+    }
+    return result;
+  }
+  std::size_t number(const glm::ivec3& p) const {
+    return (static_cast<std::size_t>(p.z) * static_cast<std::size_t>(cells.y + 1) +
+            static_cast<std::size_t>(p.y)) *
+               static_cast<std::size_t>(cells.x + 1) +
+           static_cast<std::size_t>(p.x);
+  }
+  std::size_t count() const { return number(cells) + 1; }
 };
 
-}  // namespace
+enum class Side : std::int8_t { Undefined, Inside, Outside };
 
-ImplicitSurface implicitSphere(float radius) {
-  return {[=](const Vec3& p) { return glm::length(p) - radius; },
-          [](const Vec3& p) { return normalizedOr(p, Vec3(0, 1, 0)); }, Vec3(1.1f * radius)};
-}
+/// Where g is, at all grid points; what is found for the messages.
+struct Sides {
+  std::vector<Side> of;
+  std::size_t inside = 0;
+  std::size_t outside = 0;
+  std::size_t zero = 0;
+};
 
-ImplicitSurface implicitTorus(float radius, float tube) {
-  return {[=](const Vec3& p) { return std::hypot(std::hypot(p.x, p.z) - radius, p.y) - tube; },
-          [=](const Vec3& p) {
-            const float ring = std::max(std::hypot(p.x, p.z), 1e-9f);
-            const float d = std::max(std::hypot(ring - radius, p.y), 1e-9f);
-            const float k = (ring - radius) / (d * ring);
-            return Vec3(k * p.x, p.y / d, k * p.z);
-          },
-          1.1f * Vec3(radius + tube, tube, radius + tube)};
-}
-
-ImplicitSurface implicitMetaballs(const std::vector<Vec4>& balls, float level) {
-  // Sum of squared fall-offs (1 - d^2 / (2r)^2)^2, scaled so that one ball alone ends at r.
-  const auto alone = square(1.0f - 0.25f);
-  Vec3 half(0.0f);
-  for (const Vec4& b : balls) half = glm::max(half, glm::abs(Vec3(b)) + Vec3(2.05f * b.w));
-  return {[=](const Vec3& p) {
-            float sum = 0.0f;
-            for (const Vec4& b : balls) {
-              const Vec3 d = p - Vec3(b);
-              const float q = 1.0f - glm::dot(d, d) / (4.0f * b.w * b.w);
-              if (q > 0.0f) sum += q * q / alone;
-            }
-            return level - sum;
-          },
-          [=](const Vec3& p) {
-            Vec3 sum(0.0f);
-            for (const Vec4& b : balls) {
-              const Vec3 d = p - Vec3(b);
-              const float q = 1.0f - glm::dot(d, d) / (4.0f * b.w * b.w);
-              if (q > 0.0f) sum += (2.0f * q / alone) * d * (2.0f / (4.0f * b.w * b.w));
-            }
-            return sum;
-          },
-          half};
-}
-
-ImplicitSurface implicitGyroid(float period, float thickness, float radius) {
-  const float k = 2.0f * kPi / period;
-  // |gyroid| < t inside a ball; t in the gyroid's own units from the wall's thickness.
-  const float t = 0.5f * thickness * k;
-  const auto gyroid = [=](const Vec3& p) {
-    return std::sin(k * p.x) * std::cos(k * p.y) + std::sin(k * p.y) * std::cos(k * p.z) +
-           std::sin(k * p.z) * std::cos(k * p.x);
-  };
-  const auto evaluate = [=](const Vec3& p) {
-    const float g = gyroid(p);
-    const Term wall{
-        (std::abs(g) - t) / k,
-        Vec3(std::cos(k * p.x) * std::cos(k * p.y) - std::sin(k * p.z) * std::sin(k * p.x),
-             std::cos(k * p.y) * std::cos(k * p.z) - std::sin(k * p.x) * std::sin(k * p.y),
-             std::cos(k * p.z) * std::cos(k * p.x) - std::sin(k * p.y) * std::sin(k * p.z)) *
-            (g < 0.0f ? -1.0f : 1.0f)};
-    const Term ball{glm::length(p) - radius, normalizedOr(p, Vec3(0, 1, 0))};
-    // A rounded maximum: hypot where both are near the edge.
-    const float rounding = 0.05f * radius;
-    const float a = wall.value + rounding;
-    const float b = ball.value + rounding;
-    if (a > 0.0f && b > 0.0f) {
-      const float h = std::hypot(a, b);
-      return Term{h - rounding, (a * wall.gradient + b * ball.gradient) / h};
-    }
-    return a > b ? Term{a - rounding, wall.gradient} : Term{b - rounding, ball.gradient};
-  };
-  return {[=](const Vec3& p) { return evaluate(p).value; },
-          [=](const Vec3& p) { return evaluate(p).gradient; }, Vec3(1.05f * radius)};
-}
-
-ImplicitSurface implicitHeart() {
-  // (x^2 + 9/4 z^2 + y^2 - 1)^3 - x^2 y^3 - 9/80 z^2 y^3 = 0 (Taubin's heart), y up.
-  return {[](const Vec3& p) {
-            const float q = p.x * p.x + 2.25f * p.z * p.z + p.y * p.y - 1.0f;
-            const float y3 = p.y * p.y * p.y;
-            return q * q * q - p.x * p.x * y3 - 0.1125f * p.z * p.z * y3;
-          },
-          [](const Vec3& p) {
-            const float q = p.x * p.x + 2.25f * p.z * p.z + p.y * p.y - 1.0f;
-            const float q2 = 3.0f * q * q;
-            const float y2 = p.y * p.y;
-            return Vec3(2.0f * p.x * q2 - 2.0f * p.x * y2 * p.y,
-                        2.0f * p.y * q2 - 3.0f * p.x * p.x * y2 - 0.3375f * p.z * p.z * y2,
-                        4.5f * p.z * q2 - 0.225f * p.z * y2 * p.y);
-          },
-          Vec3(1.25f, 1.35f, 0.75f)};
-}
-
-ImplicitSurface implicitGenus2() {
-  // 2 y (y^2 - 3 x^2)(1 - z^2) + (x^2 + y^2)^2 - (9 z^2 - 1)(1 - z^2) = 0.
-  return {[](const Vec3& p) {
-            const float x2 = p.x * p.x;
-            const float y2 = p.y * p.y;
-            const float z2 = p.z * p.z;
-            return 2.0f * p.y * (y2 - 3.0f * x2) * (1.0f - z2) + square(x2 + y2) -
-                   (9.0f * z2 - 1.0f) * (1.0f - z2);
-          },
-          [](const Vec3& p) {
-            const float x2 = p.x * p.x;
-            const float y2 = p.y * p.y;
-            const float z2 = p.z * p.z;
-            return Vec3(-12.0f * p.x * p.y * (1.0f - z2) + 4.0f * p.x * (x2 + y2),
-                        6.0f * (y2 - x2) * (1.0f - z2) + 4.0f * p.y * (x2 + y2),
-                        -4.0f * p.z * p.y * (y2 - 3.0f * x2) - 20.0f * p.z + 36.0f * p.z * z2);
-          },
-          Vec3(2.2f, 2.4f, 1.1f)};
-}
-
-ImplicitSurface implicitBlobbyCube() {
-  return {[](const Vec3& p) {
-            return square(square(p.x)) + square(square(p.y)) + square(square(p.z)) -
-                   0.6f * glm::dot(p, p) - 0.1f;
-          },
-          [](const Vec3& p) { return 4.0f * p * p * p - 1.2f * p; }, Vec3(1.05f)};
-}
-
-Mesh makeImplicit(const ImplicitSurface& surface, int resolution, UvMode uv) {
-  const float cell = 2.0f * std::max({surface.halfSize.x, surface.halfSize.y, surface.halfSize.z}) /
-                     static_cast<float>(resolution);
-  // One cell of margin all around; the odd shift keeps grid points off planes of symmetry.
-  const glm::ivec3 cells = glm::ivec3(glm::ceil(2.0f * surface.halfSize / cell)) + 2;
-  const Vec3 origin = -0.5f * cell * Vec3(cells) + cell * Vec3(0.0137f, 0.0071f, 0.0193f);
-  const glm::ivec3 points = cells + 1;
-  const auto number = [&](const glm::ivec3& p) {
-    return static_cast<std::size_t>((p.z * points.y + p.y) * points.x + p.x);
-  };
-  const auto place = [&](const glm::ivec3& p) { return origin + cell * Vec3(p); };
-
-  // Values at grid points; the border counts as outside, which closes the surface there.
-  std::vector<float> values(static_cast<std::size_t>(points.x) * points.y * points.z);
-  parallelFor(static_cast<std::size_t>(points.z), 1, [&](std::size_t begin, std::size_t end) {
+Sides sidesOf(const Surface& surface, const Grid& grid) {
+  Sides sides;
+  sides.of.resize(grid.count());
+  std::vector<std::array<std::size_t, 3>> counts(static_cast<std::size_t>(grid.cells.z) + 1);
+  parallelFor(counts.size(), 1, [&](std::size_t begin, std::size_t end) {
+    implicit::Evaluator<double> evaluate(surface.tape);
     for (auto z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
-      for (int y = 0; y < points.y; ++y) {
-        for (int x = 0; x < points.x; ++x) {
-          const glm::ivec3 p(x, y, z);
-          const bool border =
-              x == 0 || y == 0 || z == 0 || x == cells.x || y == cells.y || z == cells.z;
-          float value = surface.value(place(p));
-          if (border) value = std::max(value, 1e-3f);
-          values[number(p)] = value == 0.0f ? 1e-9f : value;
+      std::array<std::size_t, 3>& count = counts[static_cast<std::size_t>(z)];
+      for (int y = 0; y <= grid.cells.y; ++y) {
+        for (int x = 0; x <= grid.cells.x; ++x) {
+          const Point p = grid.at({x, y, z});
+          const double value = evaluate(p.x, p.y, p.z);
+          Side side = Side::Undefined;
+          if (value < 0.0) side = Side::Inside;
+          if (value >= 0.0) side = Side::Outside;
+          sides.of[grid.number({x, y, z})] = side;
+          count[0] += side == Side::Inside ? 1 : 0;
+          count[1] += value > 0.0 ? 1 : 0;
+          count[2] += value == 0.0 ? 1 : 0;
         }
       }
     }
   });
+  for (const std::array<std::size_t, 3>& count : counts) {
+    sides.inside += count[0];
+    sides.outside += count[1];
+    sides.zero += count[2];
+  }
+  return sides;
+}
 
-  // One vertex per crossed grid edge: a closed manifold by construction.
-  ShapeBuilder builder;
-  std::unordered_map<std::uint64_t, std::uint32_t> vertices;
-  std::vector<Vec3> crossings;
-  const auto crossing = [&](const glm::ivec3& a, const glm::ivec3& b) {
-    const std::size_t ia = number(a);
-    const std::size_t ib = number(b);
-    const float t = values[ia] / (values[ia] - values[ib]);
-    const std::uint64_t key = (std::uint64_t{std::min(ia, ib)} << 32) | std::max(ia, ib);
-    const auto [entry, isNew] =
-        vertices.try_emplace(key, static_cast<std::uint32_t>(crossings.size()));
-    if (isNew) crossings.push_back(place(a) + t * (place(b) - place(a)));
+/// The zero of g between a point inside and one outside; nullopt for a pole or a jump.
+std::optional<Point> crossingOf(implicit::Evaluator<double>& evaluate, const Point& inside,
+                                const Point& outside) {
+  const auto at = [&](double t) { return inside + t * (outside - inside); };
+  const auto value = [&](double t) {
+    const Point p = at(t);
+    return evaluate(p.x, p.y, p.z);
+  };
+  double a = 0.0;
+  double b = 1.0;
+  double ga = value(a);
+  double gb = value(b);
+  const double before = std::max(std::abs(ga), std::abs(gb));
+  constexpr int kSteps = 150;
+  constexpr double kDone = 1e-15;
+  for (int step = 0; step < kSteps && gb != 0.0 && b - a > kDone; ++step) {
+    // Two secants, then a halving: fast, and never stuck.
+    double t = a - ga * (b - a) / (gb - ga);
+    if (step % 3 == 2 || !(t > a && t < b)) t = 0.5 * (a + b);
+    if (!(t > a && t < b)) break;
+    const double g = value(t);
+    if (!std::isfinite(g)) return std::nullopt;
+    (g < 0.0 ? a : b) = t;
+    (g < 0.0 ? ga : gb) = g;
+  }
+  // At a pole the values grow, at a jump they stay.
+  if (!(std::min(std::abs(ga), std::abs(gb)) <= 0.5 * before)) return std::nullopt;
+  return at(std::abs(ga) < std::abs(gb) ? a : b);
+}
+
+std::array<int, 3> parts(int corner) {
+  return {corner & 1, (corner >> 1) & 1, corner >> 2};
+}
+
+/// Normals: the gradient's; where it has none (a cone's apex) the mean of the triangles around.
+void setNormals(Mesh& mesh, const std::vector<Point>& exact, const Surface& surface) {
+  std::vector<std::uint8_t> smooth(mesh.positions.size(), 0);
+  parallelFor(exact.size(), 256, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      const std::optional<Point> normal = implicit::normalAt(surface, exact[v]);
+      smooth[v] = normal ? 1 : 0;
+      mesh.normals[v] = normal ? Vec3(*normal) : Vec3(0.0f);
+    }
+  });
+  for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+    const std::uint32_t* t = &mesh.indices[i];
+    if (smooth[t[0]] && smooth[t[1]] && smooth[t[2]]) continue;
+    const Vec3 side = glm::cross(mesh.positions[t[1]] - mesh.positions[t[0]],
+                                 mesh.positions[t[2]] - mesh.positions[t[0]]);
+    for (int k = 0; k < 3; ++k) {
+      if (!smooth[t[k]]) mesh.normals[t[k]] += side;
+    }
+  }
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    if (!smooth[v]) mesh.normals[v] = normalizedOr(mesh.normals[v], Vec3(0, 1, 0));
+  }
+}
+
+std::string boxText(const Domain& d) {
+  const auto point = [](const Point& p) {
+    return "(" + std::to_string(p.x) + ", " + std::to_string(p.y) + ", " + std::to_string(p.z) +
+           ")";
+  };
+  return point(d.min) + " to " + point(d.max);
+}
+
+[[noreturn]] void failEmpty(const Surface& surface, const Sides& sides, int resolution) {
+  const std::string where = " within its bounds, " + boxText(surface.domain);
+  if (sides.inside + sides.outside + sides.zero == 0) {
+    throw SceneError("it is not a number anywhere" + where +
+                     "; look for roots and logarithms of negative values, and divisions by 0");
+  }
+  if (sides.inside + sides.outside == 0) {
+    throw SceneError("it is 0 everywhere" + where + ": no surface, but all of space");
+  }
+  const std::string sign = sides.inside == 0 ? "above" : "below";
+  if (sides.inside > 0 && sides.outside > 0) {
+    throw SceneError("its sign changes by jumps or poles only" + where + ": it is 0 nowhere");
+  }
+  throw SceneError("it is " + sign + " 0 at all points of a grid of " + std::to_string(resolution) +
+                   " cells" + where +
+                   "; the surface is where it is 0: change the bounds, or raise \"resolution\" if "
+                   "the surface is thinner than a cell");
+}
+
+}  // namespace
+
+Mesh makeImplicit(const Surface& surface, int resolution, UvMode uv) {
+  const Domain bounds = implicit::boundsOf(surface);
+  if (bounds.empty()) {
+    failEmpty(surface, sidesOf(surface, Grid(surface.domain, resolution)), resolution);
+  }
+  const Grid grid(bounds, resolution);
+  const Sides sides = sidesOf(surface, grid);
+
+  // One vertex per crossed grid edge: a manifold by construction, whose rims lie on the domain's
+  // faces.
+  struct Edge {
+    glm::ivec3 inside, outside;
+  };
+  std::unordered_map<std::uint64_t, std::uint32_t> numbers;
+  std::vector<Edge> edges;
+  const auto crossing = [&](const glm::ivec3& inside, const glm::ivec3& outside) {
+    const std::uint64_t ia = grid.number(inside);
+    const std::uint64_t ib = grid.number(outside);
+    const std::uint64_t key = (std::min(ia, ib) << 32) | std::max(ia, ib);
+    const auto [entry, isNew] = numbers.try_emplace(key, static_cast<std::uint32_t>(edges.size()));
+    if (isNew) edges.push_back({inside, outside});
     return entry->second;
   };
 
@@ -189,100 +208,145 @@ Mesh makeImplicit(const ImplicitSurface& surface, int resolution, UvMode uv) {
   constexpr std::array<std::array<int, 4>, 6> kTetrahedra{
       {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7}, {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}}};
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  for (int z = 0; z < cells.z; ++z) {
-    for (int y = 0; y < cells.y; ++y) {
-      for (int x = 0; x < cells.x; ++x) {
-        const glm::ivec3 base(x, y, z);
-        int inside = 0;
-        for (int c = 0; c < 8; ++c) {
-          inside += values[number(base + glm::ivec3(c & 1, (c >> 1) & 1, c >> 2))] < 0.0f;
-        }
-        if (inside == 0 || inside == 8) continue;
-        for (const auto& tetrahedron : kTetrahedra) {
-          std::array<glm::ivec3, 4> in{};
-          std::array<glm::ivec3, 4> out{};
-          std::size_t ins = 0;
-          std::size_t outs = 0;
-          for (const int c : tetrahedron) {
-            const glm::ivec3 p = base + glm::ivec3(c & 1, (c >> 1) & 1, c >> 2);
-            (values[number(p)] < 0.0f ? in[ins++] : out[outs++]) = p;
-          }
-          // Winding is put right below, once the vertices are where they belong.
-          if (ins == 1) {
-            triangles.push_back(
-                {crossing(in[0], out[0]), crossing(in[0], out[1]), crossing(in[0], out[2])});
-          } else if (ins == 3) {
-            triangles.push_back(
-                {crossing(in[0], out[0]), crossing(in[1], out[0]), crossing(in[2], out[0])});
-          } else if (ins == 2) {
-            const std::uint32_t a = crossing(in[0], out[0]);
-            const std::uint32_t b = crossing(in[0], out[1]);
-            const std::uint32_t c = crossing(in[1], out[1]);
-            const std::uint32_t d = crossing(in[1], out[0]);
-            triangles.push_back({a, b, c});
-            triangles.push_back({a, c, d});
-          }
-          // The triangle's outer side is where the outside corners are.
-          const std::size_t made = ins == 2 ? 2 : (ins == 1 || ins == 3) ? 1 : 0;
-          if (made == 0) continue;
-          Vec3 outwards(0.0f);
-          for (std::size_t k = 0; k < outs; ++k)
-            outwards += Vec3(out[k]) / static_cast<float>(outs);
-          for (std::size_t k = 0; k < ins; ++k) outwards -= Vec3(in[k]) / static_cast<float>(ins);
-          // Edge midpoints stand for the crossings: same orientation, never degenerate.
-          const auto mid = [&](const glm::ivec3& a, const glm::ivec3& b) {
-            return 0.5f * (Vec3(a) + Vec3(b));
-          };
-          Vec3 p0 = mid(in[0], out[0]);
-          Vec3 p1 = ins == 3 ? mid(in[1], out[0]) : mid(in[0], out[1]);
-          Vec3 p2 = ins == 1   ? mid(in[0], out[2])
-                    : ins == 3 ? mid(in[2], out[0])
-                               : mid(in[1], out[1]);
-          if (glm::dot(glm::cross(p1 - p0, p2 - p0), outwards) < 0.0f) {
-            for (std::size_t k = triangles.size() - made; k < triangles.size(); ++k) {
-              std::swap(triangles[k][1], triangles[k][2]);
-            }
-          }
-        }
+  const auto cut = [&](const glm::ivec3& base, const std::array<int, 4>& tetrahedron) {
+    std::array<glm::ivec3, 4> in{};
+    std::array<glm::ivec3, 4> out{};
+    std::size_t ins = 0;
+    std::size_t outs = 0;
+    for (const int c : tetrahedron) {
+      const auto [dx, dy, dz] = parts(c);
+      const glm::ivec3 p = base + glm::ivec3(dx, dy, dz);
+      const Side side = sides.of[grid.number(p)];
+      if (side == Side::Undefined) return;
+      (side == Side::Inside ? in[ins++] : out[outs++]) = p;
+    }
+    if (ins == 0 || outs == 0) return;
+    // Pairs of corners (inside, outside) in order around the cut.
+    std::array<std::array<std::size_t, 2>, 4> pairs{};
+    std::size_t corners = 3;
+    if (ins == 1) {
+      pairs = {{{0, 0}, {0, 1}, {0, 2}}};
+    } else if (ins == 3) {
+      pairs = {{{0, 0}, {1, 0}, {2, 0}}};
+    } else {
+      pairs = {{{0, 0}, {0, 1}, {1, 1}, {1, 0}}};
+      corners = 4;
+    }
+    // The outer side is where the outside corners are. Edge midpoints stand for the crossings: same
+    // orientation, never degenerate.
+    Vec3 outwards(0.0f);
+    for (std::size_t k = 0; k < outs; ++k) outwards += Vec3(out[k]) / static_cast<float>(outs);
+    for (std::size_t k = 0; k < ins; ++k) outwards -= Vec3(in[k]) / static_cast<float>(ins);
+    const auto middle = [&](std::size_t k) {
+      return 0.5f * (Vec3(in[pairs[k][0]]) + Vec3(out[pairs[k][1]]));
+    };
+    const Vec3 side = glm::cross(middle(1) - middle(0), middle(2) - middle(0));
+    if (glm::dot(side, outwards) < 0.0f) std::reverse(pairs.begin(), pairs.begin() + corners);
+    std::array<std::uint32_t, 4> v{};
+    for (std::size_t k = 0; k < corners; ++k) v[k] = crossing(in[pairs[k][0]], out[pairs[k][1]]);
+    triangles.push_back({v[0], v[1], v[2]});
+    if (corners == 4) triangles.push_back({v[0], v[2], v[3]});
+  };
+  for (int z = 0; z < grid.cells.z; ++z) {
+    for (int y = 0; y < grid.cells.y; ++y) {
+      for (int x = 0; x < grid.cells.x; ++x) {
+        for (const std::array<int, 4>& tetrahedron : kTetrahedra) cut({x, y, z}, tetrahedron);
       }
     }
   }
 
-  // Vertices onto the surface: Newton steps along the gradient, at most half a cell in all.
-  const std::size_t count = crossings.size();
-  std::vector<Vec3> positions(count);
-  std::vector<Vec3> normals(count);
-  parallelFor(count, 256, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      const Vec3 start = crossings[k];
-      Vec3 p = start;
-      for (int step = 0; step < 6; ++step) {
-        const Vec3 gradient = surface.gradient(p);
-        const float size2 = glm::dot(gradient, gradient);
-        if (size2 < 1e-12f) break;
-        const Vec3 next = p - gradient * (surface.value(p) / size2);
-        const float moved = glm::length(next - start);
-        if (!(moved < 0.5f * cell)) break;
-        p = next;
-      }
-      positions[k] = p;
-      normals[k] = normalizedOr(surface.gradient(p), Vec3(0, 1, 0));
+  // Vertices where g is zero along their edges.
+  std::vector<Point> exact(edges.size());
+  std::vector<std::uint8_t> found(edges.size(), 0);
+  parallelFor(edges.size(), 256, [&](std::size_t begin, std::size_t end) {
+    implicit::Evaluator<double> evaluate(surface.tape);
+    for (std::size_t e = begin; e < end; ++e) {
+      const std::optional<Point> p =
+          crossingOf(evaluate, grid.at(edges[e].inside), grid.at(edges[e].outside));
+      found[e] = p ? 1 : 0;
+      exact[e] = p.value_or(grid.at(edges[e].inside));
     }
   });
-  const Vec3 extent = uv == UvMode::Metres ? Vec3(1.0f) : 2.0f * surface.halfSize;
-  for (std::size_t k = 0; k < count; ++k) {
-    const Vec3 a = glm::abs(normals[k]);
-    const Vec3 p = (positions[k] + surface.halfSize) / extent;
-    const Vec2 st = a.y >= a.x && a.y >= a.z ? Vec2(p.x, p.z)
+  ShapeBuilder builder;
+  for (const Point& p : exact) builder.vertex(Vec3(p), Vec3(0.0f), Vec2(0.0f));
+  for (const auto& [a, b, c] : triangles) {
+    if (found[a] && found[b] && found[c]) builder.triangle(a, b, c);
+  }
+  Mesh mesh = builder.take();
+  if (mesh.indices.empty()) failEmpty(surface, sides, resolution);
+  setNormals(mesh, exact, surface);
+
+  // uv: projections along the largest axis of the normal.
+  const Point extent = uv == UvMode::Metres ? Point(1.0) : bounds.max - bounds.min;
+  for (std::size_t v = 0; v < exact.size(); ++v) {
+    const Vec3 a = glm::abs(mesh.normals[v]);
+    const Vec3 p((exact[v] - bounds.min) / extent);
+    mesh.uv[0][v] = a.y >= a.x && a.y >= a.z ? Vec2(p.x, p.z)
                     : a.x >= a.z             ? Vec2(p.z, 1.0f - p.y)
                                              : Vec2(p.x, 1.0f - p.y);
-    builder.vertex(positions[k], normals[k], st);
   }
-  for (const auto& [a, b, c] : triangles) {
-    if (a != b && b != c && c != a)
-      builder.mesh().indices.insert(builder.mesh().indices.end(), {a, b, c});
+  mesh.surface = std::make_shared<const Surface>(surface);
+  return mesh;
+}
+
+Mesh makeTurnedImplicit(const Surface& surface, const ImplicitProfile& profile,
+                        const glm::ivec2& segments, UvMode uv) {
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  std::vector<Point> exact;
+  double length = 0.0;
+  double radius = 0.0;
+  glm::dvec2 last = profile.at(0.0);
+  for (int j = 1; j <= segments.y; ++j) {
+    const glm::dvec2 next = profile.at(static_cast<double>(j) / segments.y);
+    length += glm::length(next - last);
+    radius = std::max(radius, next.x);
+    last = next;
   }
-  return builder.take();
+  const Vec2 extent = uv == UvMode::Metres ? Vec2(glm::dvec2(kTurn * radius, length)) : Vec2(1.0f);
+  ShapeBuilder builder;
+  builder.grid(segments.x, segments.y, false, [&](int i, int j) {
+    const glm::dvec2 p = profile.at(static_cast<double>(j) / segments.y);
+    // Whole turns end exactly where they begin.
+    const double angle = kTurn * (i % segments.x) / segments.x;
+    exact.push_back(Point(p.x * std::sin(angle), p.y, p.x * std::cos(angle)) * profile.scale);
+    const bool pole = p.x == 0.0;
+    const Vec2 st((static_cast<float>(i) + (pole ? 0.5f : 0.0f)) / static_cast<float>(segments.x),
+                  1.0f - static_cast<float>(j) / static_cast<float>(segments.y));
+    return ShapeVertex{Vec3(exact.back()), Vec3(0.0f), st * extent};
+  });
+  Mesh mesh = builder.take();
+  setNormals(mesh, exact, surface);
+  mesh.surface = std::make_shared<const Surface>(surface);
+  return mesh;
+}
+
+Surface gyroidSurface(double period, double thickness, double radius) {
+  // |gyroid| < t inside a ball, t in the gyroid's own units; a rounded maximum joins them.
+  const double k = 2.0 * std::numbers::pi / period;
+  return implicit::formulaSurface(
+      "hypot(max((abs(sin(k*x)*cos(k*y) + sin(k*y)*cos(k*z) + sin(k*z)*cos(k*x)) - t)/k + q, 0),"
+      "      max(hypot(x, y, z) - r + q, 0))"
+      " + min(max((abs(sin(k*x)*cos(k*y) + sin(k*y)*cos(k*z) + sin(k*z)*cos(k*x)) - t)/k + q,"
+      "           hypot(x, y, z) - r + q), 0) - q",
+      {{"k", k}, {"t", 0.5 * thickness * k}, {"r", radius}, {"q", 0.05 * radius}},
+      {Point(-1.01 * radius), Point(1.01 * radius)}, "gyroid");
+}
+
+Surface heartSurface() {
+  // [Taubin1994], y up.
+  return implicit::formulaSurface("(x^2 + 9/4*z^2 + y^2 - 1)^3 - x^2*y^3 - 9/80*z^2*y^3", {},
+                                  {{-1.25, -1.35, -0.75}, {1.25, 1.35, 0.75}}, "heart");
+}
+
+Surface genus2Surface() {
+  return implicit::formulaSurface(
+      "2*y*(y^2 - 3*x^2)*(1 - z^2) + (x^2 + y^2)^2 - (9*z^2 - 1)*(1 - z^2)", {},
+      {{-2.2, -2.4, -1.1}, {2.2, 2.4, 1.1}}, "genus2");
+}
+
+Surface blobbyCubeSurface() {
+  return implicit::formulaSurface("x^4 + y^4 + z^4 - 0.6*(x^2 + y^2 + z^2) - 0.1", {},
+                                  {Point(-1.05), Point(1.05)}, "blobby_cube");
 }
 
 }  // namespace catoptric::scene

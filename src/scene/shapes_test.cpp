@@ -258,24 +258,47 @@ TEST(Shapes, TeapotStandsUprightWithOutwardNormals) {
   EXPECT_GT(checked, 100);
 }
 
+/// Largest distance of vertices from the surface, by g / |gradient|, against its size; and normals
+/// against the gradient by its own differences.
+void expectOnSurface(const Mesh& mesh, const implicit::Surface& surface, double tolerance) {
+  const double size = surface.domain.diameter();
+  double worst = 0.0;
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    const implicit::Point p(mesh.positions[v]);
+    implicit::Point difference;
+    for (int a = 0; a < 3; ++a) {
+      implicit::Point h(0.0);
+      h[a] = 1e-6 * size;
+      difference[a] =
+          (implicit::valueAt(surface, p + h) - implicit::valueAt(surface, p - h)) / (2.0 * h[a]);
+    }
+    if (glm::length(difference) < 0.02) continue;  // near an apex
+    worst = std::max(worst, std::abs(implicit::valueAt(surface, p)) / glm::length(difference));
+    ASSERT_GT(glm::dot(glm::normalize(difference), glm::dvec3(mesh.normals[v])), 1.0 - 1e-5);
+  }
+  EXPECT_LT(worst, tolerance * size);
+}
+
 TEST(Shapes, ImplicitSurfacesAreManifoldWithTheRightGenus) {
   struct Case {
-    ImplicitSurface surface;
+    implicit::Surface surface;
     int euler;
     double volume;  ///< 0: not known in closed form
   };
   const double pi = std::numbers::pi;
   const std::vector<Case> cases{
-      {implicitSphere(0.5f), 2, 4.0 / 3.0 * pi * 0.125},
-      {implicitTorus(0.5f, 0.2f), 0, 2.0 * pi * pi * 0.5 * 0.04},
-      {implicitMetaballs({{-0.3f, 0, 0, 0.3f}, {0.3f, 0, 0, 0.3f}}, 1.0f), 2, 0.0},
-      {implicitHeart(), 2, 0.0},
-      {implicitGenus2(), -2, 0.0},
+      {implicit::sphereSurface(0.5), 2, 4.0 / 3.0 * pi * 0.125},
+      {implicit::ellipsoidSurface({0.5, 0.3, 0.2}), 2, 4.0 / 3.0 * pi * 0.03},
+      {implicit::torusSurface(0.5, 0.2), 0, 2.0 * pi * pi * 0.5 * 0.04},
+      {implicit::metaballsSurface({{-0.3, 0, 0, 0.3}, {0.3, 0, 0, 0.3}}, 2.0), 2, 0.0},
+      {implicit::superquadricSurface({0.5, 0.5, 0.5}, 0.5, 0.5), 2, 0.0},
+      {heartSurface(), 2, 0.0},
+      {genus2Surface(), -2, 0.0},
+      {blobbyCubeSurface(), 2, 0.0},
   };
   for (std::size_t c = 0; c < cases.size(); ++c) {
     SCOPED_TRACE(c);
-    const ImplicitSurface& surface = cases[c].surface;
-    const Mesh mesh = makeImplicit(surface, 40, UvMode::Unit);
+    const Mesh mesh = makeImplicit(cases[c].surface, 40, UvMode::Unit);
     const Measure m = measure(mesh, true);  // its vertices are shared
     EXPECT_EQ(m.openEdges, 0u);
     EXPECT_EQ(m.euler(), cases[c].euler);
@@ -283,19 +306,59 @@ TEST(Shapes, ImplicitSurfacesAreManifoldWithTheRightGenus) {
     if (cases[c].volume > 0.0) {
       EXPECT_NEAR(m.volume, cases[c].volume, 0.01 * m.volume);
     }
-    // The gradient against differences, and normals against the gradient.
-    for (std::size_t v = 0; v < mesh.positions.size(); v += 37) {
-      const Vec3& p = mesh.positions[v];
-      Vec3 difference;
-      for (int a = 0; a < 3; ++a) {
-        Vec3 h(0.0f);
-        h[a] = 1e-3f;
-        difference[a] = (surface.value(p + h) - surface.value(p - h)) / 2e-3f;
-      }
-      if (glm::length(difference) < 0.05f) continue;
-      EXPECT_GT(glm::dot(glm::normalize(difference), mesh.normals[v]), 0.99f);
+    expectOnSurface(mesh, cases[c].surface, 1e-6);
+    ASSERT_NE(mesh.surface, nullptr);
+  }
+}
+
+TEST(Shapes, OpenImplicitSurfacesEndInCleanRims) {
+  // The vase: every open edge lies on one of the two planes that cut it off, on its circle there.
+  const implicit::Surface vase = implicit::vaseSurface();
+  const Mesh mesh = makeImplicit(vase, 40, UvMode::Unit);
+  expectOnSurface(mesh, vase, 1e-6);
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = mesh.indices[i + k];
+      const std::uint32_t b = mesh.indices[i + (k + 1) % 3];
+      ++edges[std::minmax(a, b)];
     }
   }
+  int rim = 0;
+  double length = 0.0;
+  for (const auto& [edge, count] : edges) {
+    if (count == 2) continue;
+    EXPECT_EQ(count, 1);
+    ++rim;
+    for (const std::uint32_t v : {edge.first, edge.second}) {
+      const Vec3& p = mesh.positions[v];
+      EXPECT_TRUE(p.y == 0.0f || p.y == 2.0f) << p.y;
+    }
+    length += glm::length(mesh.positions[edge.first] - mesh.positions[edge.second]);
+  }
+  EXPECT_GT(rim, 50);
+  const double circles = 2.0 * std::numbers::pi * (0.47 + 0.39);
+  EXPECT_NEAR(length, circles, 0.005 * circles);
+}
+
+TEST(Shapes, RegularTessellationsLieOnTheirSurface) {
+  const implicit::Surface cone = implicit::coneSurface(0.5, 1.0);
+  const ImplicitProfile profile{[](double s) { return glm::dvec2(0.5 * (1.0 - s), s - 1.0); }};
+  const Mesh mesh = makeTurnedImplicit(cone, profile, {24, 8}, UvMode::Unit);
+  expectOnSurface(mesh, cone, 1e-6);
+  // At the apex each triangle has its own slope, not a made-up direction.
+  int apex = 0;
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    if (mesh.positions[v] != Vec3(0.0f)) continue;
+    ++apex;
+    EXPECT_NEAR(glm::length(mesh.normals[v]), 1.0f, 1e-5f);
+    // The last of them closes the circle and belongs to no triangle.
+    if (apex <= 24) {
+      EXPECT_NEAR(mesh.normals[v].y, 1.0f / std::sqrt(5.0f), 0.01f);
+    }
+  }
+  EXPECT_EQ(apex, 25);
+  expectConsistent(mesh, 0.9f);
 }
 
 TEST(Shapes, MorphNormalsAreThoseOfTheDeformedShape) {
