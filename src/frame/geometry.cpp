@@ -93,6 +93,29 @@ bool usesTextures(const scene::Scene& scene, const scene::Object& object) {
          m.metallicRoughnessTexture.used();
 }
 
+/// Follows the object's transform. Throws SceneError when that flattens the surface.
+void placeSurface(Geometry& geometry, const ObjectRange& range, const scene::Scene& scene,
+                  const scene::Object& object, const scene::Pose& pose) {
+  if (range.surface < 0) return;
+  const glm::dmat4 world(pose.worldFromNode[object.node] * object.nodeFromInstance);
+  PlacedSurface& placed = geometry.surfaces[range.surface];
+  try {
+    placed.surface = implicit::placed(*scene.meshes[object.mesh].surface, glm::dmat3(world),
+                                      glm::dvec3(world[3]));
+  } catch (const SceneError& error) {
+    throw SceneError("object \"" + object.name + "\" of " + scene.source.string() + " at time " +
+                     std::to_string(geometry.timeSeconds) + " s: " + error.what() +
+                     "; its scale must not be 0");
+  }
+  placed.reach = 0.0;
+  for (std::uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; ++i) {
+    const std::uint32_t next = i % 3 == 2 ? i - 2 : i + 1;
+    const Vec3 edge =
+        geometry.positions[geometry.indices[next]] - geometry.positions[geometry.indices[i]];
+    placed.reach = std::max(placed.reach, static_cast<double>(glm::length(edge)));
+  }
+}
+
 void updateBounds(Geometry& geometry) {
   geometry.bounds = Box3{};
   for (const ObjectRange& range : geometry.objects) geometry.bounds.extend(range.bounds);
@@ -116,6 +139,11 @@ Geometry makeGeometry(const scene::Scene& scene, const scene::Pose& pose) {
     range.firstIndex = static_cast<std::uint32_t>(indices);
     range.indexCount = static_cast<std::uint32_t>(mesh.indices.size());
     range.moving = moving[i];
+    const bool cut = scene.materials[scene.objects[i].material].alphaMode == scene::AlphaMode::Mask;
+    if (mesh.surface && !cut) {
+      range.surface = static_cast<int>(geometry.surfaces.size());
+      geometry.surfaces.push_back({{}, static_cast<int>(i), 0.0});
+    }
     geometry.objects.push_back(range);
     vertices += mesh.positions.size();
     indices += mesh.indices.size();
@@ -148,6 +176,7 @@ Geometry makeGeometry(const scene::Scene& scene, const scene::Pose& pose) {
       if (disagreesWithNormals(mesh, i) != world.flipWinding) std::swap(triangle[1], triangle[2]);
     }
     fillVertices(geometry, range, scene, object, world);
+    placeSurface(geometry, range, scene, object, pose);
     if (usesTextures(scene, object)) range.uvPerMetre = measureUvPerMetre(geometry, range);
   }
   updateBounds(geometry);
@@ -164,6 +193,7 @@ std::vector<int> updateGeometry(Geometry& geometry, const scene::Scene& scene,
     const scene::Object& object = scene.objects[o];
     const scene::WorldVertices world = scene::worldVertices(scene, object, pose);
     if (!fillVertices(geometry, range, scene, object, world)) continue;
+    placeSurface(geometry, range, scene, object, pose);
     if (usesTextures(scene, object)) range.uvPerMetre = measureUvPerMetre(geometry, range);
     changed.push_back(static_cast<int>(o));
   }

@@ -8,6 +8,7 @@
 
 #include "core/math.h"
 #include "scene/animate.h"
+#include "scene/implicit/surface.h"
 #include "scene/scene.h"
 
 namespace catoptric::frame {
@@ -34,6 +35,16 @@ struct ObjectRange {
   /// Square root of (texture area in uv units / world area), mean over the object, for uv set 0:
   /// times a texture's size it gives texels per metre for the choice of a mip level.
   float uvPerMetre = 0.0f;
+  /// Index in Geometry::surfaces of the implicit surface that the triangles approximate; -1: none.
+  /// Rays meet that surface; the triangles give its attributes, each point those of the nearest.
+  int surface = -1;
+};
+
+/// An implicit surface in world space.
+struct PlacedSurface {
+  implicit::Surface surface;
+  int object = 0;      ///< index in Geometry::objects
+  double reach = 0.0;  ///< metres: the longest edge of its triangles; they are nearer than that
 };
 
 struct Geometry {
@@ -44,6 +55,8 @@ struct Geometry {
   /// side of the vertex normals (of the mesh as loaded; some models disagree with themselves).
   std::vector<std::uint32_t> indices;
   std::vector<ObjectRange> objects;  ///< objects[id - 1]
+  /// Of the objects that have one: not those whose alpha mask cuts them.
+  std::vector<PlacedSurface> surfaces;
   Box3 bounds;
   double timeSeconds = 0.0;
 

@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/srgb.h"
 #include "image/image.h"
+#include "scene/implicit/gradient.h"
 #include "scene/reflectance.h"
 
 namespace catoptric::frame {
@@ -317,8 +318,13 @@ SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
   const Vec3 p0 = geometry.positions[triangle[0]];
   const Vec3 across =
       glm::cross(geometry.positions[triangle[1]] - p0, geometry.positions[triangle[2]] - p0);
-  const Vec3 smooth = normalizedOr(at(&VertexAttributes::normal), Vec3(0.0f, 1.0f, 0.0f));
-  const Vec3 geometric = normalizedOr(across, smooth);
+  Vec3 smooth = normalizedOr(at(&VertexAttributes::normal), Vec3(0.0f, 1.0f, 0.0f));
+  Vec3 geometric = normalizedOr(across, smooth);
+  if (range.surface >= 0) {
+    // The gradient, but where there is none.
+    const auto exact = implicit::normalAt(geometry.surfaces[range.surface].surface, position);
+    if (exact) smooth = geometric = Vec3(*exact);
+  }
   const bool back = glm::dot(geometric, direction) > 0.0f;
 
   // One mip level rule for all textures of the material.

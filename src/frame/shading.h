@@ -105,9 +105,10 @@ struct SurfacePoint {
   int object = 0;              ///< id
 };
 
-/// Evaluates the surface at barycentric (u, v) of triangle `primitive` of object index `object`,
-/// seen along `direction` with a ray cone of `coneWidth` metres there (mip level, [Akenine2019]
-/// as shading.glsl has it).
+/// Evaluates the surface at barycentric (u, v) of triangle `primitive` of object index `object`;
+/// where the object has an implicit surface, N and the side are those of its gradient at
+/// `position`. Seen along `direction` with a ray cone of `coneWidth` metres there (mip level,
+/// [Akenine2019] as shading.glsl has it).
 SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
                           const Lighting& lighting, int object, std::uint32_t primitive, float u,
                           float v, const Vec3& position, const Vec3& direction, float coneWidth);

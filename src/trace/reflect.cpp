@@ -5,10 +5,12 @@
 #include <cassert>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "core/clock.h"
 #include "core/parallel.h"
+#include "scene/implicit/gradient.h"
 #include "scene/reflectance.h"
 
 namespace catoptric::trace {
@@ -92,11 +94,16 @@ class Batch {
     }
     rays_.resize(first_.back());
     std::atomic<std::uint64_t> folded{0};
+    std::atomic<std::uint64_t> atOutline{0};
+    std::atomic<std::uint64_t> offSurface{0};
     const float diameter = trace_.geometry().bounds.diameter();
     forRange(parallel_, points.size(), [&](std::size_t begin, std::size_t end) {
       std::uint64_t foldedHere = 0;
       for (std::size_t i = begin; i < end; ++i) {
-        const ReflectionPoint& point = points[i];
+        ReflectionPoint point = points[i];
+        const Moved moved = moveOntoSurface(trace_, point);
+        if (moved == Moved::ToOutline) ++atOutline;
+        if (moved == Moved::Nowhere) ++offSurface;
         const int count = static_cast<int>(first_[i + 1] - first_[i]);
         const Vec3 origin =
             point.position + point.normal * surfaceOffset(diameter, point.position, point.distance);
@@ -115,6 +122,8 @@ class Batch {
       folded += foldedHere;
     });
     counts.belowHorizon += folded;
+    counts.atOutline += atOutline;
+    counts.offSurface += offSurface;
   }
 
   void resolve(std::span<const ReflectionPoint> points, int raysPerLobe, bool keepSurfaces,
@@ -213,12 +222,49 @@ void ReflectionCounts::add(const ReflectionCounts& other) {
   refused += other.refused;
   belowHorizon += other.belowHorizon;
   notFinite += other.notFinite;
+  atOutline += other.atOutline;
+  offSurface += other.offSurface;
   traceSeconds += other.traceSeconds;
   resolveSeconds += other.resolveSeconds;
 }
 
 int lobeRays(float glossiness, int rays) {
   return glossiness <= scene::kMirrorGlossiness ? 1 : std::max(1, rays);
+}
+
+Moved moveOntoSurface(const TraceScene& trace, ReflectionPoint& point) {
+  if (point.object == 0) return Moved::Nothing;
+  const int index = trace.geometry().objects[point.object - 1].surface;
+  if (index < 0) return Moved::Nothing;
+  const frame::PlacedSurface& placed = trace.geometry().surfaces[index];
+  const glm::dvec3 position(point.position);
+  const glm::dvec3 direction(point.direction);
+
+  // Along the ray, not behind the eye.
+  const double before = std::min(placed.reach, static_cast<double>(point.distance));
+  const implicit::SurfaceHit hit = implicit::firstHit(
+      placed.surface, {position - before * direction, direction, 0.0, before + placed.reach});
+  Moved moved = Moved::AlongRay;
+  std::optional<glm::dvec3> place;
+  if (hit.status == implicit::HitStatus::Hit) {
+    place = position + (hit.t - before) * direction;
+  } else {
+    moved = Moved::ToOutline;
+    place = implicit::nearestPoint(placed.surface, position, placed.reach);
+  }
+  if (!place) return Moved::Nowhere;
+  point.distance += static_cast<float>(glm::dot(*place - position, direction));
+  point.position = Vec3(*place);
+  const scene::Object& object = trace.scene().objects[point.object - 1];
+  if (trace.scene().materials[object.material].normalTexture.used()) return moved;
+  if (const auto normal = implicit::normalAt(placed.surface, *place)) {
+    // Turned to the viewer, who sees the outline's from the side that the triangles showed.
+    const Vec3 n(*normal);
+    const bool back = moved == Moved::AlongRay ? glm::dot(n, point.direction) > 0.0f
+                                               : glm::dot(n, point.normal) < 0.0f;
+    point.normal = back ? -n : n;
+  }
+  return moved;
 }
 
 Vec3 lobeDirection(const ReflectionPoint& point, int index, int count, bool& belowHorizon) {

@@ -20,6 +20,9 @@ struct ReflectionPoint {
   float distance = 0.0f;              ///< metres from the eye to here along the path
   /// Of the lobe's low-discrepancy points, 0..1 each: x in steps between two points, y in turns.
   Vec2 shift{0.5f, 0.0f};
+  /// Id of the object that the point lies on, where position and normal are those of its triangles:
+  /// its rays start on the object's implicit surface then, if it has one. 0: they are exact.
+  int object = 0;
 };
 
 struct ReflectionOptions {
@@ -34,8 +37,12 @@ struct ReflectionCounts {
   std::uint64_t refused = 0;       ///< could not be traced; saw the environment
   std::uint64_t belowHorizon = 0;  ///< lobe samples below the surface, folded up
   std::uint64_t notFinite = 0;     ///< radiances that were NaN or infinite: taken as 0
-  double traceSeconds = 0.0;       ///< Embree alone
-  double resolveSeconds = 0.0;     ///< making rays and shading hits
+  /// Points of triangles over an implicit surface whose ray passes it by, at its outline: they
+  /// moved to the nearest place of it; and those that stayed, where there is none near.
+  std::uint64_t atOutline = 0;
+  std::uint64_t offSurface = 0;
+  double traceSeconds = 0.0;    ///< Embree alone
+  double resolveSeconds = 0.0;  ///< making rays and shading hits
 
   void add(const ReflectionCounts& other);
 };
@@ -47,6 +54,13 @@ int lobeRays(float glossiness, int rays);
 /// cos^n (Hammersley points, shifted). A sample below the surface is folded up, r - 2 (r.n) n, so
 /// that all rays of a lobe count alike; `belowHorizon` says so. Unit length.
 Vec3 lobeDirection(const ReflectionPoint& point, int index, int count, bool& belowHorizon);
+
+/// Moves a point of an object's triangles onto the object's implicit surface: to where the ray that
+/// shows it first meets the surface, at most an edge of the triangles away, or where it passes the
+/// surface by to the nearest place by Newton's method. The normal becomes the gradient's, unless a
+/// normal map has bent it. Nothing to do for objects without such a surface.
+enum class Moved { Nothing, AlongRay, ToOutline, Nowhere };
+Moved moveOntoSurface(const TraceScene& trace, ReflectionPoint& point);
 
 /// Distance along the normal by which the rays of a point start off its surface, in a scene of this
 /// diameter.

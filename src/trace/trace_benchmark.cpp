@@ -4,6 +4,7 @@
 #include <benchmark/benchmark.h>
 #include <embree3/rtcore.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstdlib>
@@ -243,6 +244,38 @@ BENCHMARK_CAPTURE(BM_Rays, rebuild_low, BvhPolicy::RebuildLow, false, true)
 BENCHMARK_CAPTURE(BM_Rays, rebuild_medium, BvhPolicy::RebuildMedium, false, true)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
+
+/// Rays of a camera at one implicit surface that fills the view: hits and misses.
+void BM_Implicit(benchmark::State& state, const implicit::Surface& surface) {
+  SceneBuilder builder;
+  builder.add(scene::makeImplicit(surface, 24, scene::UvMode::Unit), builder.reflective(1.0f));
+  const frame::Geometry geometry =
+      frame::makeGeometry(builder.scene(), scene::poseAt(builder.scene(), 0.0));
+  const trace::TraceScene trace(builder.scene(), geometry, BvhPolicy::Static);
+  const Vec3 centre = geometry.bounds.centre();
+  const scene::Camera camera =
+      scene::lookAt(centre + geometry.bounds.diameter() * Vec3(0.3f, 0.5f, 1.0f), centre,
+                    {0.0f, 1.0f, 0.0f}, radians(45.0f));
+  constexpr int kSize = 256;
+  std::vector<trace::Ray> rays;
+  for (int i = 0; i < kSize * kSize; ++i) {
+    const auto x = static_cast<float>(i % kSize);
+    const auto y = static_cast<float>(i / kSize);
+    rays.push_back({camera.eye(), scene::rayDirection(camera, kSize, kSize, x + 0.5f, y + 0.5f)});
+  }
+  std::vector<trace::Hit> hits(rays.size());
+  for (auto _ : state) trace.intersectSerial(rays, hits, true);
+  const auto found =
+      std::count_if(hits.begin(), hits.end(), [](const trace::Hit& hit) { return !hit.miss(); });
+  state.counters["hit"] = static_cast<double>(found) / static_cast<double>(rays.size());
+  state.counters["rays"] = benchmark::Counter(static_cast<double>(rays.size()),
+                                              benchmark::Counter::kIsIterationInvariantRate);
+}
+BENCHMARK_CAPTURE(BM_Implicit, sphere, implicit::sphereSurface(0.5));
+BENCHMARK_CAPTURE(BM_Implicit, torus, implicit::torusSurface(0.5, 0.2));
+BENCHMARK_CAPTURE(BM_Implicit, vase, implicit::vaseSurface());
+BENCHMARK_CAPTURE(BM_Implicit, metaballs,
+                  implicit::metaballsSurface({{-0.3, 0, 0, 0.3}, {0.3, 0, 0, 0.3}}, 2.0));
 
 void BM_Build(benchmark::State& state, BvhPolicy policy) {
   for (auto unused : state) {

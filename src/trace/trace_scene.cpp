@@ -17,6 +17,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "trace/implicit_geometry.h"
 
 namespace catoptric::trace {
 namespace {
@@ -264,6 +265,8 @@ struct TraceScene::State {
     int object;
   };
   std::vector<FilterTarget> filterTargets;
+  std::vector<std::unique_ptr<ImplicitGeometry>>
+      implicits;  ///< one per object, or empty; mostly null
 
   State(const scene::Scene& s, const frame::Geometry& g, BvhPolicy p, TraceOptions o)
       : sceneData(s), geometry(g), policy(p), options(std::move(o)), refits(mustRefit()) {}
@@ -308,6 +311,29 @@ struct TraceScene::State {
                           primitive, u, v)) {
         arguments->valid[i] = 0;
       }
+    }
+  }
+
+  /// Whether hits must tell their triangle: for its texture, colours or baked light.
+  bool needsAttributes(int object) const {
+    const scene::Object& o = sceneData.objects[object];
+    const scene::Material& m = sceneData.materials[o.material];
+    return m.baseColorTexture.used() || m.emissiveTexture.used() || m.normalTexture.used() ||
+           m.metallicRoughnessTexture.used() || !sceneData.meshes[o.mesh].colors.empty() ||
+           sceneData.bake.mode != scene::BakeMode::None;
+  }
+
+  /// Looks up the triangles of hits on implicit surfaces.
+  void completeHits(const Ray* rays, Hit* hits, std::size_t count) const {
+    if (implicits.empty()) return;
+    for (std::size_t i = 0; i < count; ++i) {
+      Hit& hit = hits[i];
+      if (hit.miss() || !implicits[hit.object]) continue;
+      const ImplicitGeometry::Nearest nearest =
+          implicits[hit.object]->nearestTriangle(rays[i].origin + hit.distance * rays[i].direction);
+      hit.primitive = nearest.primitive;
+      hit.u = nearest.u;
+      hit.v = nearest.v;
     }
   }
 
@@ -367,14 +393,24 @@ struct TraceScene::State {
       const frame::ObjectRange& range = geometry.objects[i];
       const int object = static_cast<int>(i);
       if (range.indexCount == 0 || !includes(object)) continue;
-      RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+      const bool isImplicit = range.surface >= 0;
+      RTCGeometry g =
+          rtcNewGeometry(device, isImplicit ? RTC_GEOMETRY_TYPE_USER : RTC_GEOMETRY_TYPE_TRIANGLE);
       geometries[i] = g;
-      rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                 geometry.positions.data(), 0, sizeof(Vec3),
-                                 geometry.vertexCount());
-      rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                 geometry.indices.data() + range.firstIndex, 0,
-                                 3 * sizeof(std::uint32_t), range.indexCount / 3);
+      if (isImplicit) {
+        implicits.resize(count);
+        implicits[i] = std::make_unique<ImplicitGeometry>(
+            device, sceneData.meshes[sceneData.objects[i].mesh], geometry.surfaces[range.surface],
+            needsAttributes(object));
+        implicits[i]->attach(g);
+      } else {
+        rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                   geometry.positions.data(), 0, sizeof(Vec3),
+                                   geometry.vertexCount());
+        rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                   geometry.indices.data() + range.firstIndex, 0,
+                                   3 * sizeof(std::uint32_t), range.indexCount / 3);
+      }
       // The first build of a geometry to be refitted must be a full one.
       rtcSetGeometryBuildQuality(
           g, policy == BvhPolicy::RebuildLow ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM);
@@ -414,7 +450,10 @@ struct TraceScene::State {
     for (std::size_t i = 0; i < geometry.objects.size(); ++i) {
       if (geometries[i] == nullptr) continue;
       const frame::ObjectRange& range = geometry.objects[i];
-      if (below(range.bounds.min, kEmbreeLargest) && below(range.bounds.max, kEmbreeLargest)) {
+      if (range.surface >= 0) {
+        kept.extend(implicits[i]->bounds());
+      } else if (below(range.bounds.min, kEmbreeLargest) &&
+                 below(range.bounds.max, kEmbreeLargest)) {
         kept.extend(range.bounds);
       } else {
         dropped += trianglesBeyond(geometry, range);
@@ -435,14 +474,12 @@ struct TraceScene::State {
   }
 
   std::uint64_t intersect(const Ray* rays, Hit* hits, std::size_t count, bool coherent) const {
-    switch (packetSize) {
-      case 16:
-        return intersectPackets<16>(scene, rays, hits, count, coherent);
-      case 8:
-        return intersectPackets<8>(scene, rays, hits, count, coherent);
-      default:
-        return intersectPackets<4>(scene, rays, hits, count, coherent);
-    }
+    const std::uint64_t refused =
+        packetSize == 16  ? intersectPackets<16>(scene, rays, hits, count, coherent)
+        : packetSize == 8 ? intersectPackets<8>(scene, rays, hits, count, coherent)
+                          : intersectPackets<4>(scene, rays, hits, count, coherent);
+    completeHits(rays, hits, count);
+    return refused;
   }
 
   std::uint64_t visible(const Ray* rays, std::uint8_t* free, std::size_t count,
@@ -491,7 +528,8 @@ void TraceScene::update(std::span<const int> changedObjects) {
   if (!rebuilds && changedObjects.empty()) return;
   const auto touch = [&](std::size_t i) {
     if (s.geometries[i] == nullptr) return;
-    rtcUpdateGeometryBuffer(s.geometries[i], RTC_BUFFER_TYPE_VERTEX, 0);
+    if (s.geometry.objects[i].surface < 0)
+      rtcUpdateGeometryBuffer(s.geometries[i], RTC_BUFFER_TYPE_VERTEX, 0);
     rtcCommitGeometry(s.geometries[i]);
   };
   if (rebuilds) {
@@ -543,6 +581,11 @@ const frame::Geometry& TraceScene::geometry() const {
 }
 std::size_t TraceScene::droppedTriangles() const {
   return state_->dropped;
+}
+std::uint64_t TraceScene::unresolvedRays() const {
+  std::uint64_t sum = 0;
+  for (const auto& surface : state_->implicits) sum += surface ? surface->unresolved() : 0;
+  return sum;
 }
 std::size_t TraceScene::memoryBytes() const {
   return static_cast<std::size_t>(std::max<std::int64_t>(0, state_->bytes.load()));

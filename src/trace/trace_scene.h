@@ -1,4 +1,5 @@
-// Rays by Embree over the geometry of frame/geometry.h.
+// Rays by Embree over the geometry of frame/geometry.h: its triangles, and where objects have an
+// implicit surface that surface itself, by implicit::firstHit with its guarantee.
 #pragma once
 
 #include <cstdint>
@@ -24,8 +25,10 @@ struct Ray {
 };
 
 struct Hit {
-  int object = -1;              ///< index into geometry.objects; -1: a miss
-  std::uint32_t primitive = 0;  ///< within the object
+  int object = -1;  ///< index into geometry.objects; -1: a miss
+  /// Within the object. On implicit surfaces primitive, u and v are those of the nearest point of
+  /// the triangles, whose texture coordinates, colours and baked light it has (0 without any).
+  std::uint32_t primitive = 0;
   float u = 0.0f;
   float v = 0.0f;
   float distance = std::numeric_limits<float>::infinity();  ///< in units of the ray's direction
@@ -84,6 +87,8 @@ class TraceScene {
   const scene::Scene& scene() const;
   const frame::Geometry& geometry() const;
   std::size_t droppedTriangles() const;
+  /// Since the start: pieces of rays near an implicit surface that were given up on, and missed.
+  std::uint64_t unresolvedRays() const;
   std::size_t memoryBytes() const;
 
  private:

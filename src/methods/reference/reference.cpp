@@ -110,6 +110,7 @@ class Reference : public Method {
     std::atomic<std::uint64_t> refused{0};
     std::atomic<std::uint64_t> notFinite{0};
     std::atomic<std::uint64_t> belowHorizon{0};
+    const std::uint64_t unresolvedBefore = services.trace->unresolvedRays();
     services.timer.measure("trace", [&] {
       parallelFor(static_cast<std::size_t>(tilesX) * static_cast<std::size_t>(tilesY), 1,
                   [&](std::size_t begin, std::size_t end) {
@@ -134,6 +135,8 @@ class Reference : public Method {
     output.counters["refused"] = refused;
     output.counters["not_finite"] = notFinite;
     output.counters["below_horizon"] = belowHorizon;
+    if (!services.geometry.surfaces.empty())
+      output.counters["unresolved"] = services.trace->unresolvedRays() - unresolvedBefore;
     output.image = std::move(image);
   }
 

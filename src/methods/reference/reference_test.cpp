@@ -289,5 +289,88 @@ TEST(Reference, LayersHoldWhatTheyName) {
   EXPECT_EQ(value(0, "R"), 2.0f);
 }
 
+/// A mirror over a checkered floor below a sky.
+scene::Scene mirrorScene(scene::Mesh mesh) {
+  SceneBuilder builder;
+  scene::Environment& sky = builder.scene().environment;
+  sky.type = scene::EnvironmentType::Gradient;
+  sky.color = Vec3(0.2f, 0.4f, 1.0f);
+  sky.horizon = Vec3(0.8f);
+  sky.ground = Vec3(0.1f);
+  builder.add(std::move(mesh), builder.reflective(1.0f));
+  builder.add(scene::makePlane({6.0f, 6.0f}, {1, 1}, scene::UvMode::Unit),
+              builder.diffuse(Vec3(0.6f, 0.3f, 0.2f)), translation({0.0f, -0.01f, 0.0f}));
+  return builder.scene();
+}
+
+TEST(Reference, ImplicitSphereIsTheSphere) {
+  // Seen in nothing but sky: every pixel is the closed form's, up to the outline.
+  SceneBuilder builder;
+  scene::Environment& sky = builder.scene().environment;
+  sky.type = scene::EnvironmentType::Gradient;
+  sky.color = Vec3(1.0f);
+  sky.horizon = Vec3(0.5f);
+  sky.ground = Vec3(0.0f);
+  builder.add(scene::makeImplicit(implicit::sphereSurface(1.0), 8, scene::UvMode::Unit),
+              builder.reflective(1.0f));
+  const scene::Camera camera =
+      scene::lookAt({0.0f, 1.5f, 3.0f}, {}, {0.0f, 1.0f, 0.0f}, radians(50.0f));
+  constexpr int kSize = 96;
+  const image::Image image =
+      render(builder.scene(), camera, frameOf(kSize, kSize), R"({"samples": 1})");
+  int seen = 0;
+  for (int y = 0; y < kSize; ++y) {
+    for (int x = 0; x < kSize; ++x) {
+      const Vec3 ray = scene::rayDirection(camera, kSize, kSize, static_cast<float>(x) + 0.5f,
+                                           static_cast<float>(y) + 0.5f);
+      const glm::dvec3 o(camera.eye());
+      const glm::dvec3 d = glm::normalize(glm::dvec3(ray));
+      const double b = glm::dot(o, d);
+      const double root = b * b - glm::dot(o, o) + 1.0;
+      if (std::abs(root) < 1e-4) continue;
+      double height = d.y;
+      if (root > 0.0) {
+        height = glm::reflect(d, o + (-b - std::sqrt(root)) * d).y;
+        ++seen;
+      }
+      ASSERT_NEAR(image.at(x, y, 0), 0.5 + 0.5 * height, 5e-5) << x << ", " << y;
+    }
+  }
+  EXPECT_GT(seen, 1500);
+}
+
+TEST(Reference, FineTrianglesConvergeToTheImplicitSurface) {
+  const implicit::Surface vase = implicit::vaseSurface();
+  const scene::ImplicitProfile profile{
+      [](double s) { return glm::dvec2(((5.80 * s - 9.78) * s + 3.90) * s + 0.47, 2.0 * s); }};
+  const scene::Camera camera =
+      scene::lookAt({0.4f, 1.6f, 4.5f}, {0.0f, 0.9f, 0.0f}, {0.0f, 1.0f, 0.0f}, radians(35.0f));
+  const auto picture = [&](int segments, bool exact) {
+    scene::Mesh mesh =
+        scene::makeTurnedImplicit(vase, profile, {segments, segments}, scene::UvMode::Unit);
+    if (!exact) mesh.surface = nullptr;
+    return render(mirrorScene(std::move(mesh)), camera, frameOf(96, 96),
+                  R"({"samples": 2, "bounces": 2})");
+  };
+  const image::Image truth = picture(8, true);
+  const auto error = [&](const image::Image& image) {
+    double sum = 0.0;
+    for (int y = 0; y < image.height; ++y) {
+      for (int x = 0; x < image.width; ++x) {
+        for (int c = 0; c < 3; ++c) sum += std::abs(image.at(x, y, c) - truth.at(x, y, c));
+      }
+    }
+    return sum / (3.0 * static_cast<double>(image.pixelCount()));
+  };
+  // The truth does not depend on its triangles; theirs falls to it.
+  EXPECT_LT(error(picture(40, true)), 1e-6);
+  const double coarse = error(picture(16, false));
+  const double middle = error(picture(64, false));
+  const double fine = error(picture(256, false));
+  EXPECT_LT(middle, 0.35 * coarse);
+  EXPECT_LT(fine, 0.35 * middle);
+  EXPECT_LT(fine, 3e-4);
+}
+
 }  // namespace
 }  // namespace catoptric::methods

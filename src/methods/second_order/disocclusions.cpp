@@ -74,10 +74,12 @@ Disocclusions findDisocclusions(const raster::GBufferCopy& gbuffer, const scene:
         point.normal =
             Vec3(gbuffer.normal[4 * at], gbuffer.normal[4 * at + 1], gbuffer.normal[4 * at + 2]);
         point.glossiness = gbuffer.normal[4 * at + 3];
+        point.object = static_cast<int>(gbuffer.object[at]);
         const int cell = static_cast<int>(y) % gbuffer.samples * gbuffer.samples +
                          static_cast<int>(x) % gbuffer.samples;
         point.shift = Vec2((static_cast<float>(cell) + 0.5f) / static_cast<float>(cells),
                            glm::fract(static_cast<float>(cell) * 0.6180340f));
+        trace::moveOntoSurface(trace, point);
         const int count = trace::lobeRays(point.glossiness, rays);
         for (int k = 0; k < count; ++k) {
           const bool nothing = (f.nothing[static_cast<std::size_t>(k) / 32] >> (k % 32) & 1u) != 0;

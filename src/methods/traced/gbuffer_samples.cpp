@@ -103,6 +103,7 @@ ReflectiveSamples collectReflective(const raster::GBufferCopy& source,
         point.normal =
             Vec3(source.normal[4 * at], source.normal[4 * at + 1], source.normal[4 * at + 2]);
         point.glossiness = source.normal[4 * at + 3];
+        point.object = static_cast<int>(source.object[at]);
         const int cell = (y % source.samples) * source.samples + x % source.samples;
         // The lobes of a pixel's samples interleave.
         point.shift = Vec2((static_cast<float>(cell) + 0.5f) / cells,

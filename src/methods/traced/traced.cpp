@@ -106,9 +106,15 @@ class Traced : public Method {
     flags_.assign(masks_ ? samples.points.size() : 0, 0);
     const float spread = scene::pixelSpreadRad(input.frame.camera, gbuffer.sampleHeight());
     const double collectSeconds = static_cast<double>(nowNs() - start) * 1e-9;
+    const std::uint64_t unresolvedBefore = services.trace->unresolvedRays();
     counts = trace::reflectedRadiance(*services.trace, services.lighting, spread, samples.points,
                                       reflection_, true, radiance_, flags_);
     timer.add("trace", counts.traceSeconds);
+    if (!services.geometry.surfaces.empty()) {
+      output.counters["at_outline"] = counts.atOutline;
+      output.counters["off_surface"] = counts.offSurface;
+      output.counters["unresolved"] = services.trace->unresolvedRays() - unresolvedBefore;
+    }
 
     // Put every sample's light in its place.
     const std::int64_t scatterStart = nowNs();
