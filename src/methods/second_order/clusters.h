@@ -21,6 +21,9 @@ struct ClusterOptions {
   /// Factor on the paper's scale of the bins: 1 gives a room's small reflectors one bin each. Ours.
   float binDensity = 10.0f;
   int minSamples = 16;  ///< smaller clusters are not searched: they see the environment map
+  /// Samples of an object's curved clusters go to the cluster of the nearest mean ray, by as many
+  /// means as bins made (the paper's outlook).
+  bool kMeans = false;
 };
 
 /// What an object is to the clustering; one entry per object id, [0] is the background.
@@ -106,6 +109,7 @@ class Clustering {
 
  private:
   struct Work;
+  void moveToNearestMeans(std::size_t width, int minSamples);
 
   std::vector<Cluster> clusters_;
   std::vector<std::uint16_t> clusterOf_;

@@ -53,6 +53,12 @@ const config::Schema& schema() {
            .defaultText = "16",
            .minimum = 1,
            .maximum = 1000000},
+          {.name = "clustering",
+           .type = config::FieldType::String,
+           .help = "bins: by bins of normals; k_means: from there each object's samples go to the "
+                   "nearest of as many mean rays, planar parts apart",
+           .defaultText = "\"bins\"",
+           .allowed = {"bins", "k_means"}},
           {.name = "depth_image_scale",
            .type = config::FieldType::Number,
            .help = "resolution of the depth images against their cluster's own",
@@ -143,6 +149,7 @@ Options parseOptions(const config::Value& value) {
   options.cluster.maxPhiBins = static_cast<int>(integer("max_phi_bins"));
   options.cluster.binDensity = number("bin_density");
   options.cluster.minSamples = static_cast<int>(integer("min_cluster_samples"));
+  options.cluster.kMeans = config::valueOr(value, schema(), "clustering").asString() == "k_means";
   options.camera.depthImageScale = number("depth_image_scale");
   options.camera.maxTexelsPerSample = number("max_texels_per_sample");
   options.camera.rays = static_cast<int>(integer("rays"));
