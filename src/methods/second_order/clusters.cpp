@@ -1,12 +1,12 @@
 #include "methods/second_order/clusters.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <mutex>
 
 #include "core/parallel.h"
+#include "methods/second_order/cluster_sums.h"
+#include "methods/second_order/ray_means.h"
 
 namespace catoptric::methods {
 namespace {
@@ -20,67 +20,6 @@ constexpr float kPlanarOffset = 5e-5f;
 constexpr std::uint64_t kLeastPlane = 64;     ///< samples of a planar cluster; ours
 constexpr std::size_t kMostClusters = 65000;  ///< of a 16-bit index
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
-constexpr int kMeansSteps = 4;            ///< of k-means; ours
-constexpr float kMeansUnit = 1048576.0f;  ///< of its sums, integers: their order does not matter
-
-/// Sums over samples. Positions are taken from a point near them, so that floats keep the shape of
-/// small clusters far from the eye.
-struct Sums {
-  std::uint32_t samples = 0;
-  float glossiness = 0.0f;  ///< the largest
-  glm::dvec3 position{0.0};
-  glm::dvec3 normal{0.0};
-  glm::dvec3 squares{0.0};   ///< of positions: xx, yy, zz
-  glm::dvec3 products{0.0};  ///< likewise: xy, yz, zx
-  double dot = 0.0;          ///< of position and normal
-  int left = 1 << 30, top = 1 << 30, right = 0, bottom = 0;
-
-  void add(const Sums& s) {
-    samples += s.samples;
-    glossiness = std::max(glossiness, s.glossiness);
-    position += s.position;
-    normal += s.normal;
-    squares += s.squares;
-    products += s.products;
-    dot += s.dot;
-    left = std::min(left, s.left);
-    right = std::max(right, s.right);
-    top = std::min(top, s.top);
-    bottom = std::max(bottom, s.bottom);
-  }
-  void add(const VectorArrays& positions, const VectorArrays& normals, const SampleRun& run, int y,
-           const Vec3& anchor) {
-    Lanes3 p{}, n{}, pp{}, pq{};
-    Lanes pn{};
-    for (std::size_t k = 0; k < run.count; k += kLanes) {
-      const std::size_t there = run.count - k;
-      Lanes3 at = minus(positions.load(run.first + k, there), anchor);
-      Lanes3 turned = normals.load(run.first + k, there);
-      if (there < kLanes) {
-        for (Lanes* values : {&at.x, &at.y, &at.z, &turned.x, &turned.y, &turned.z}) {
-          *values = valid(there) ? *values : Lanes{};
-        }
-      }
-      p = {p.x + at.x, p.y + at.y, p.z + at.z};
-      n = {n.x + turned.x, n.y + turned.y, n.z + turned.z};
-      pp = {pp.x + at.x * at.x, pp.y + at.y * at.y, pp.z + at.z * at.z};
-      pq = {pq.x + at.x * at.y, pq.y + at.y * at.z, pq.z + at.z * at.x};
-      pn += methods::dot(at, turned);
-    }
-    const auto sum = [](const Lanes3& v) { return glm::dvec3(sumOf(v.x), sumOf(v.y), sumOf(v.z)); };
-    samples += run.count;
-    position += sum(p);
-    normal += sum(n);
-    squares += sum(pp);
-    products += sum(pq);
-    dot += static_cast<double>(sumOf(pn));
-    left = std::min(left, static_cast<int>(run.x));
-    right = std::max(right, run.x + run.count);
-    top = std::min(top, y);
-    bottom = std::max(bottom, y + 1);
-  }
-};
-
 /// The plane that most samples of a bin lie on, if any does: candidate and weight of a majority
 /// vote [Boyer1991].
 struct Plane {
@@ -118,45 +57,6 @@ struct Plane {
   }
 };
 
-/// Direction of the least variance; `normal` where samples are (nearly) one point or on a line.
-Vec3 planeNormal(const glm::dmat3& covariance, const Vec3& normal) {
-  Eigen::Matrix3d matrix;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) matrix(i, j) = covariance[i][j];
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(matrix);
-  const Eigen::Vector3d& values = solver.eigenvalues();
-  if (solver.info() != Eigen::Success || !(values[1] > 1e-4 * values[2])) return normal;
-  const Eigen::Vector3d v = solver.eigenvectors().col(0);
-  const Vec3 found = normalizedOr(Vec3(v[0], v[1], v[2]), normal);
-  return glm::dot(found, normal) < 0.0f ? -found : found;
-}
-
-/// What the sums over a cluster's samples say of it.
-void describe(const Sums& all, const Vec3& anchor, Cluster& cluster) {
-  const double n = all.samples;
-  const glm::dvec3 offset = all.position / n;
-  const glm::dvec3 mean = all.normal / n;
-  cluster.samples = all.samples;
-  cluster.centroid = Vec3(glm::dvec3(anchor) + offset);
-  cluster.concave = !cluster.planar && all.dot - n * glm::dot(offset, mean) < 0.0;
-  cluster.normalsCancel = glm::length(mean) < 1e-3;
-  cluster.meanNormal = cluster.normalsCancel
-                           ? normalizedOr(-cluster.centroid, Vec3(0.0f, 1.0f, 0.0f))
-                           : Vec3(glm::normalize(mean));
-  const glm::dmat3 moment(all.squares.x, all.products.x, all.products.z,  //
-                          all.products.x, all.squares.y, all.products.y,  //
-                          all.products.z, all.products.y, all.squares.z);
-  cluster.planeNormal = cluster.planar ? cluster.meanNormal
-                                       : planeNormal(moment / n - glm::outerProduct(offset, offset),
-                                                     cluster.meanNormal);
-  cluster.maxGlossiness = all.glossiness;
-  cluster.left = all.left;
-  cluster.right = all.right;
-  cluster.top = all.top;
-  cluster.bottom = all.bottom;
-}
-
 /// Angle of (x, y) from +x in turns, 0..1; without branches, so that loops become vector
 /// instructions. [Abramowitz1964] 4.4.49.
 inline float turnOf(float x, float y) {
@@ -183,40 +83,6 @@ inline int binOfNormal(float x, float y, float z, const BinScale& scale) {
   return static_cast<int>(phi) * scale.thetaBins + static_cast<int>(theta);
 }
 
-/// A ray as k-means sees it: where distances are squared, metres count as radians do at the
-/// distance of the object.
-struct MeanRay {
-  Vec3 direction{0.0f};
-  Vec3 origin{0.0f};      ///< times `perMetre`
-  float perMetre = 0.0f;  ///< of the object
-};
-
-/// What a step of k-means adds up for each mean, in units of 1 / kMeansUnit.
-struct MeanSums {
-  std::array<std::int64_t, 6> values{};
-  std::int64_t samples = 0;
-};
-
-/// The nearest of the means first..last for up to four samples.
-LaneMask nearestMeans(std::span<const MeanRay> means, std::size_t first, std::size_t last,
-                      std::int32_t own, const Lanes3& direction, const Lanes3& position) {
-  Lanes smallest = lanes(std::numeric_limits<float>::infinity());
-  LaneMask nearest{own, own, own, own};
-  for (std::size_t m = first; m < last; ++m) {
-    const MeanRay& mean = means[m];
-    if (mean.perMetre == 0.0f) continue;
-    const Lanes3 turned = minus(direction, mean.direction);
-    const Lanes3 moved =
-        minus({position.x * mean.perMetre, position.y * mean.perMetre, position.z * mean.perMetre},
-              mean.origin);
-    const Lanes distance = dot(turned, turned) + dot(moved, moved);
-    const auto number = static_cast<std::int32_t>(m);
-    nearest = distance < smallest ? LaneMask{number, number, number, number} : nearest;
-    smallest = least(distance, smallest);
-  }
-  return nearest;
-}
-
 /// Samples of one object beside each other in a row.
 struct ObjectRun {
   std::uint32_t object = 0;
@@ -238,7 +104,6 @@ struct BlockWork {
   std::vector<ObjectRun> objectRuns;
   std::vector<std::uint32_t> objectRows;
   std::vector<std::uint32_t> area;  ///< by object
-  VectorArrays normal;
   std::vector<BlockBin> bins;
   std::vector<SampleRun> binRuns;  ///< by bin: their slots are indices of `bins`
   std::vector<std::uint32_t> binRows;
@@ -381,7 +246,7 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
     std::size_t count = 0;
     for (const ObjectRun& run : work.objectRuns) count += run.count;
     block.position.resize(count);
-    work.normal.resize(count);
+    block.normal.resize(count);
     work.ofSample.resize(static_cast<std::size_t>(width));
     work.bins.clear();
     work.binRuns.clear();
@@ -399,9 +264,9 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
         float* const px = block.position.x.data() + first;
         float* const py = block.position.y.data() + first;
         float* const pz = block.position.z.data() + first;
-        float* const nx = work.normal.x.data() + first;
-        float* const ny = work.normal.y.data() + first;
-        float* const nz = work.normal.z.data() + first;
+        float* const nx = block.normal.x.data() + first;
+        float* const ny = block.normal.y.data() + first;
+        float* const nz = block.normal.z.data() + first;
         const Vec3 step = rayFromPixel[0];
         for (int k = 0; k < run.count; ++k) {
           const float scale = camera.nearMetres / depth[k];
@@ -434,7 +299,7 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
                                   static_cast<std::uint16_t>(end - begin)});
           Plane& plane = work.bins[slot].plane;
           for (std::uint32_t i = from; i < to; ++i) {
-            plane.vote(block.position[i], work.normal[i]);
+            plane.vote(block.position[i], block.normal[i]);
           }
         };
         if (uneven) {
@@ -479,7 +344,7 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
                                static_cast<std::uint16_t>(run.x + begin),
                                static_cast<std::uint16_t>(end - begin)};
           work.partRuns.push_back(made);
-          bin.sums[static_cast<std::size_t>(part)].add(block.position, work.normal, made, y,
+          bin.sums[static_cast<std::size_t>(part)].add(block.position, block.normal, made, y,
                                                        anchors[bin.bin]);
         };
         std::int32_t* const ofSample = work.ofSample.data();
@@ -487,7 +352,7 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
         if (plane.votes > 0) {
           for (std::size_t k = 0; k < run.count; ++k) {
             ofSample[k] =
-                plane.holds(block.position[run.first + k], work.normal[run.first + k]) ? 1 : 0;
+                plane.holds(block.position[run.first + k], block.normal[run.first + k]) ? 1 : 0;
             onPlane += ofSample[k];
           }
         }
@@ -599,7 +464,7 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
     for (const SampleRun& run : block.runs) {
       for (std::size_t i = run.first; i < run.first + run.count; ++i) {
         const Vec3 position = block.position[i];
-        const Vec3 normal = work.normal[i];
+        const Vec3 normal = block.normal[i];
         const Vec3 incoming = position / std::sqrt(glm::dot(position, position));
         const Vec3 direction = incoming - 2.0f * glm::dot(incoming, normal) * normal;
         block.direction.x[i] = direction.x;
@@ -608,166 +473,10 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
       }
     }
   });
-  if (options.kMeans) moveToNearestMeans(static_cast<std::size_t>(width), options.minSamples);
-}
-
-void Clustering::moveToNearestMeans(std::size_t width, int minSamples) {
-  // Means of one object beside each other: first and last of every cluster's. A mean without scale
-  // is left out: planar clusters, and those that became too small.
-  const std::size_t count = clusters_.size();
-  std::vector<MeanRay> means(count);
-  std::vector<std::size_t> first(count), last(count);
-  for (std::size_t c = 0; c < count; ++c) {
-    first[c] = c > 0 && clusters_[c].object == clusters_[c - 1].object ? first[c - 1] : c;
-    const float away = glm::length(clusters_[first[c]].centroid);
-    if (!clusters_[c].planar) means[c].perMetre = away > 0.0f ? 1.0f / away : 1.0f;
+  if (options.kMeans) {
+    moveToNearestMeans(static_cast<std::size_t>(width), options.minSamples, clusters_, blocks_,
+                       clusterOf_);
   }
-  for (std::size_t c = count; c-- > 0;) {
-    last[c] = c + 1 < count && first[c + 1] == first[c] ? last[c + 1] : c + 1;
-  }
-
-  // Calls body(number of the nearest mean, k) for each sample of a run, or of its own when `bins`
-  const auto forSamples = [&](const SampleBlock& block, const SampleRun& run, bool bins,
-                              auto&& body) {
-    const std::size_t own = block.slots[run.slot];
-    for (std::size_t k = 0; k < run.count; k += kLanes) {
-      const std::size_t there = std::min<std::size_t>(kLanes, run.count - k);
-      LaneMask nearest{};
-      if (!bins && !clusters_[own].planar) {
-        nearest = nearestMeans(means, first[own], last[own], static_cast<std::int32_t>(own),
-                               block.direction.load(run.first + k, there),
-                               block.position.load(run.first + k, there));
-      }
-      for (std::size_t i = 0; i < there; ++i) {
-        body(bins || clusters_[own].planar ? own : static_cast<std::size_t>(nearest[i]), k + i);
-      }
-    }
-  };
-  const auto sumUp = [&](bool bins) {
-    std::vector<MeanSums> sums(count);
-    std::mutex mutex;
-    parallelFor(blocks_.size(), 1, [&](std::size_t begin, std::size_t end) {
-      std::vector<MeanSums> mine(count);
-      for (std::size_t b = begin; b < end; ++b) {
-        for (const SampleRun& run : blocks_[b].runs) {
-          forSamples(blocks_[b], run, bins, [&](std::size_t mean, std::size_t k) {
-            const Vec3 direction = kMeansUnit * blocks_[b].direction[run.first + k];
-            const Vec3 origin =
-                kMeansUnit * means[mean].perMetre * blocks_[b].position[run.first + k];
-            for (int axis = 0; axis < 3; ++axis) {
-              mine[mean].values[axis] += static_cast<std::int64_t>(direction[axis]);
-              mine[mean].values[axis + 3] += static_cast<std::int64_t>(origin[axis]);
-            }
-            ++mine[mean].samples;
-          });
-        }
-      }
-      const std::lock_guard lock(mutex);
-      for (std::size_t c = 0; c < count; ++c) {
-        for (std::size_t i = 0; i < 6; ++i) sums[c].values[i] += mine[c].values[i];
-        sums[c].samples += mine[c].samples;
-      }
-    });
-    return sums;
-  };
-
-  // Means of the bins, and then of what is nearest to the last means
-  for (int step = 0; step <= kMeansSteps; ++step) {
-    const std::vector<MeanSums> sums = sumUp(step == 0);
-    for (std::size_t c = 0; c < count; ++c) {
-      if (sums[c].samples == 0) continue;
-      const double unit = 1.0 / (static_cast<double>(sums[c].samples) * double{kMeansUnit});
-      for (int axis = 0; axis < 3; ++axis) {
-        means[c].direction[axis] =
-            static_cast<float>(static_cast<double>(sums[c].values[axis]) * unit);
-        means[c].origin[axis] =
-            static_cast<float>(static_cast<double>(sums[c].values[axis + 3]) * unit);
-      }
-    }
-  }
-  for (bool again = true; again;) {
-    again = false;
-    const std::vector<MeanSums> sums = sumUp(false);
-    for (std::size_t c = 0; c < count; ++c) {
-      if (means[c].perMetre > 0.0f && sums[c].samples < minSamples) {
-        means[c].perMetre = 0.0f;
-        again = true;
-      }
-    }
-  }
-
-  // Clusters of what is left
-  std::vector<Cluster> kept;
-  std::vector<std::uint16_t> numberOf(count, 0);
-  std::vector<Vec3> anchors;
-  for (std::size_t c = 0; c < count; ++c) {
-    if (!clusters_[c].planar && means[c].perMetre == 0.0f) continue;
-    numberOf[c] = static_cast<std::uint16_t>(kept.size());
-    anchors.push_back(clusters_[c].centroid);
-    kept.push_back(clusters_[c]);
-  }
-  std::vector<std::vector<Sums>> sums(blocks_.size());
-  parallelFor(blocks_.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) {
-      SampleBlock& block = blocks_[b];
-      std::vector<SampleRun> runs;
-      std::vector<std::uint32_t> rows;
-      std::vector<std::uint16_t> slots;
-      std::vector<std::uint32_t> slotOf(kept.size(), kNone);
-      // What has no runs has its number alone
-      for (std::size_t at = b * kRows * width;
-           at < std::min((b + 1) * kRows * width, clusterOf_.size()); ++at) {
-        if (clusterOf_[at] >= 2 && clusters_[clusterOf_[at] - 2u].planar) {
-          clusterOf_[at] = static_cast<std::uint16_t>(numberOf[clusterOf_[at] - 2u] + 2);
-        }
-      }
-      for (std::size_t row = 0; row + 1 < block.rows.size(); ++row) {
-        rows.push_back(static_cast<std::uint32_t>(runs.size()));
-        const std::size_t y = b * kRows + row;
-        for (std::size_t r = block.rows[row]; r < block.rows[row + 1]; ++r) {
-          const SampleRun& run = block.runs[r];
-          forSamples(block, run, false, [&](std::size_t mean, std::size_t k) {
-            const std::uint16_t number = numberOf[mean];
-            if (slotOf[number] == kNone) {
-              slotOf[number] = static_cast<std::uint32_t>(slots.size());
-              slots.push_back(number);
-              sums[b].emplace_back();
-            }
-            clusterOf_[y * width + run.x + k] = static_cast<std::uint16_t>(number + 2);
-            if (runs.size() > rows.back() && runs.back().slot == slotOf[number] &&
-                runs.back().x + runs.back().count == run.x + static_cast<int>(k)) {
-              ++runs.back().count;
-            } else {
-              runs.push_back({run.first + static_cast<std::uint32_t>(k), slotOf[number],
-                              static_cast<std::uint16_t>(run.x + k), 1});
-            }
-          });
-        }
-        for (std::size_t r = rows.back(); r < runs.size(); ++r) {
-          sums[b][runs[r].slot].add(block.position, work_->blocks[b].normal, runs[r],
-                                    static_cast<int>(y), anchors[slots[runs[r].slot]]);
-        }
-      }
-      rows.push_back(static_cast<std::uint32_t>(runs.size()));
-      block.runs = std::move(runs);
-      block.rows = std::move(rows);
-      block.slots = std::move(slots);
-    }
-  });
-  std::vector<Sums> all(kept.size());
-  for (std::size_t b = 0; b < blocks_.size(); ++b) {
-    for (std::size_t s = 0; s < sums[b].size(); ++s) all[blocks_[b].slots[s]].add(sums[b][s]);
-  }
-  for (std::size_t c = 0; c < kept.size(); ++c) {
-    if (kept[c].planar) continue;
-    // Samples were dealt out anew: any may have the object's largest
-    for (const Cluster& other : clusters_) {
-      if (other.object == kept[c].object && !other.planar)
-        all[c].glossiness = std::max(all[c].glossiness, other.maxGlossiness);
-    }
-    describe(all[c], anchors[c], kept[c]);
-  }
-  clusters_ = std::move(kept);
 }
 
 }  // namespace catoptric::methods

@@ -75,6 +75,7 @@ struct VectorArrays {
 /// The samples of kRows rows that are in clusters other than planar mirrors.
 struct SampleBlock {
   VectorArrays position;             ///< P_i, metres from the eye
+  VectorArrays normal;               ///< as shaded, unit length
   VectorArrays direction;            ///< of the mirror ray, unit length
   std::vector<SampleRun> runs;       ///< by row, from left to right
   std::vector<std::uint32_t> rows;   ///< first run of each row, and the number of runs
@@ -109,8 +110,6 @@ class Clustering {
 
  private:
   struct Work;
-  void moveToNearestMeans(std::size_t width, int minSamples);
-
   std::vector<Cluster> clusters_;
   std::vector<std::uint16_t> clusterOf_;
   std::vector<SampleBlock> blocks_;
