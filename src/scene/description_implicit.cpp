@@ -27,9 +27,11 @@ class ImplicitReader {
         return makeImplicit(surface, static_cast<int>(get("resolution").asInteger()), uv_);
       }
       if (!profile_.at || object_.has("bounds")) {
-        object_.get("segments").fail(
-            "\"segments\" are for sphere, ellipsoid, cylinder, cone, torus, revolution and vase "
-            "without \"bounds\"; give a \"resolution\"");
+        object_.get("segments")
+            .fail(
+                "\"segments\" are for sphere, ellipsoid, cylinder, cone, torus, revolution and "
+                "vase "
+                "without \"bounds\"; give a \"resolution\"");
       }
       return makeTurnedImplicit(surface, profile_, segments(), uv_);
     } catch (const SceneError& error) {
@@ -41,9 +43,7 @@ class ImplicitReader {
  private:
   Value get(const char* name) const { return config::valueOr(object_, schema_, name); }
   double number(const char* name) const { return get(name).asNumber(); }
-  bool needsBounds() const {
-    return name_ == "formula" || name_ == "quadric" || name_ == "plane";
-  }
+  bool needsBounds() const { return name_ == "formula" || name_ == "quadric" || name_ == "plane"; }
 
   std::vector<double> numbers(const Value& value, std::size_t count) const {
     const std::vector<Value>& items = value.asArray();

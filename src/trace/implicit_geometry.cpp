@@ -8,7 +8,7 @@ namespace {
 using implicit::Domain;
 using implicit::Point;
 
-/// Halvings of the domain on the way to the pieces; ours: rays take the least time (README).
+/// Halvings of the domain on the way to the pieces: a grid of 32^3; ours, like boundsOf().
 constexpr int kDepth = 5;
 /// Pieces overlap by this part of their size, so that rounding lets no ray through between them.
 constexpr double kOverlap = 1e-6;

@@ -28,7 +28,7 @@ class ImplicitGeometry {
   /// World-space box of all pieces.
   Box3 bounds() const;
 
-  /// Whether the triangles are needed to say which is nearest, and that triangle's coordinates.
+  /// The triangle nearest to a point, and its barycentric coordinates there.
   struct Nearest {
     unsigned primitive = 0;
     float u = 0.0f;

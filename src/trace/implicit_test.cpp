@@ -38,8 +38,8 @@ frame::Geometry geometryOf(SceneBuilder& builder, double time = 0.0) {
 }
 
 TEST(Implicit, RaysMeetTheSphereItselfUnderAllPolicies) {
-  for (const BvhPolicy policy : {BvhPolicy::Static, BvhPolicy::Refit, BvhPolicy::RebuildLow,
-                                 BvhPolicy::RebuildMedium}) {
+  for (const BvhPolicy policy :
+       {BvhPolicy::Static, BvhPolicy::Refit, BvhPolicy::RebuildLow, BvhPolicy::RebuildMedium}) {
     SceneBuilder builder;
     builder.add(scene::makeSphere(0.4f, 32, 16, scene::UvMode::Unit), builder.diffuse(Vec3(1.0f)),
                 translation({0.0f, -5.0f, 0.0f}));
@@ -73,7 +73,7 @@ TEST(Implicit, RaysMeetTheSphereItselfUnderAllPolicies) {
         const double b = glm::dot(o, d);
         const double root = b * b - glm::dot(d, d) * (glm::dot(o, o) - 0.25);
         if (std::abs(root) < 1e-4 || hits[i].object == 0) continue;
-        const double t = root < 0.0 ? -1.0
+        const double t = root < 0.0   ? -1.0
                          : i % 2 == 0 ? -b - std::sqrt(root)
                                       : -b + std::sqrt(root);
         ASSERT_EQ(hits[i].miss(), t < 0.0) << i;
@@ -146,9 +146,9 @@ TEST(Implicit, ShadingTakesTheGradientAndTheNearestTrianglesAttributes) {
   builder.scene().materials[0].unlit = true;
   const frame::Geometry geometry = geometryOf(builder);
   const TraceScene trace(builder.scene(), geometry, BvhPolicy::Static);
-  const frame::Lighting lighting = frame::makeLighting(
-      builder.scene(), scene::poseAt(builder.scene(), 0.0),
-      std::make_shared<frame::EnvironmentLight>(builder.scene().environment));
+  const frame::Lighting lighting =
+      frame::makeLighting(builder.scene(), scene::poseAt(builder.scene(), 0.0),
+                          std::make_shared<frame::EnvironmentLight>(builder.scene().environment));
   std::mt19937 random(3);
   std::vector<Ray> rays;
   for (int i = 0; i < 500; ++i) {
@@ -160,9 +160,9 @@ TEST(Implicit, ShadingTakesTheGradientAndTheNearestTrianglesAttributes) {
   for (std::size_t i = 0; i < rays.size(); ++i) {
     ASSERT_FALSE(hits[i].miss());
     const Vec3 position = rays[i].origin + hits[i].distance * rays[i].direction;
-    const frame::SurfacePoint point = frame::shadeSurface(
-        builder.scene(), geometry, lighting, hits[i].object, hits[i].primitive, hits[i].u,
-        hits[i].v, position, rays[i].direction, 0.0f);
+    const frame::SurfacePoint point =
+        frame::shadeSurface(builder.scene(), geometry, lighting, hits[i].object, hits[i].primitive,
+                            hits[i].u, hits[i].v, position, rays[i].direction, 0.0f);
     EXPECT_LT(glm::length(point.normal - 2.0f * position), 1e-5f);
     // Colours are the positions: linear over triangles, so off by the chords' sag at most.
     EXPECT_LT(glm::length(point.diffuse - (position + Vec3(0.5f))), 0.01f);
@@ -180,8 +180,7 @@ TEST(Implicit, RaysThatLeaveASurfaceDoNotMeetItAtTheirStart) {
   for (const float scale : {1e-3f, 1.0f, 1e3f}) {
     SceneBuilder builder;
     const Mat4 place = translation(scale * Vec3(3.0f, 1.0f, -2.0f)) *
-                       rotation(20.0f, {0.3f, 1.0f, 0.0f}) *
-                       glm::scale(Mat4(1.0f), Vec3(scale));
+                       rotation(20.0f, {0.3f, 1.0f, 0.0f}) * glm::scale(Mat4(1.0f), Vec3(scale));
     builder.add(coarse(implicit::sphereSurface(0.5)), builder.reflective(1.0f), place);
     builder.add(coarse(implicit::ellipsoidSurface({0.5, 0.2, 0.3})), builder.reflective(1.0f),
                 translation(scale * Vec3(0.0f, 4.0f, 0.0f)) * place);
@@ -282,14 +281,14 @@ TEST(Implicit, SamplesOfTrianglesReflectFromTheSurfaceItself) {
   }
 
   // Beside the outline the nearest place of the ball, its normal across the ray.
-  trace::ReflectionPoint beside{{1.01f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.0f, 0.0f, -1.0f}, 0.0f,
-                                4.0f};
+  trace::ReflectionPoint beside{
+      {1.01f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.0f, 0.0f, -1.0f}, 0.0f, 4.0f};
   beside.object = 1;
   EXPECT_EQ(trace::moveOntoSurface(trace, beside), trace::Moved::ToOutline);
   EXPECT_LT(glm::length(beside.position - Vec3(1.0f, 0.0f, 0.0f)), 1e-6f);
   EXPECT_LT(glm::length(beside.normal - Vec3(1.0f, 0.0f, 0.0f)), 1e-6f);
-  trace::ReflectionPoint away{{9.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.0f, 0.0f, -1.0f}, 0.0f,
-                              4.0f};
+  trace::ReflectionPoint away{
+      {9.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.0f, 0.0f, -1.0f}, 0.0f, 4.0f};
   away.object = 1;
   EXPECT_EQ(trace::moveOntoSurface(trace, away), trace::Moved::Nowhere);
   EXPECT_EQ(away.position, Vec3(9.0f, 0.0f, 0.0f));
