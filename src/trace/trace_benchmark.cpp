@@ -258,10 +258,12 @@ void BM_Implicit(benchmark::State& state, const implicit::Surface& surface) {
                     {0.0f, 1.0f, 0.0f}, radians(45.0f));
   constexpr int kSize = 256;
   std::vector<trace::Ray> rays;
-  for (int i = 0; i < kSize * kSize; ++i) {
-    const auto x = static_cast<float>(i % kSize);
-    const auto y = static_cast<float>(i / kSize);
-    rays.push_back({camera.eye(), scene::rayDirection(camera, kSize, kSize, x + 0.5f, y + 0.5f)});
+  for (int y = 0; y < kSize; ++y) {
+    for (int x = 0; x < kSize; ++x) {
+      rays.push_back(
+          {camera.eye(), scene::rayDirection(camera, kSize, kSize, static_cast<float>(x) + 0.5f,
+                                             static_cast<float>(y) + 0.5f)});
+    }
   }
   std::vector<trace::Hit> hits(rays.size());
   for (auto _ : state) trace.intersectSerial(rays, hits, true);
