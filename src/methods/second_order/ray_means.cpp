@@ -187,8 +187,8 @@ void moveToNearestMeans(std::size_t width, int minSamples, std::vector<Cluster>&
           });
         }
         for (std::size_t r = rows.back(); r < runs.size(); ++r) {
-          sums[b][runs[r].slot].add(block.position, block.normal, runs[r],
-                                    static_cast<int>(y), anchors[slots[runs[r].slot]]);
+          sums[b][runs[r].slot].add(block.position, block.normal, runs[r], static_cast<int>(y),
+                                    anchors[slots[runs[r].slot]]);
         }
       }
       rows.push_back(static_cast<std::uint32_t>(runs.size()));
