@@ -10,6 +10,7 @@
   METHOD(environmentMapEntry)     \
   METHOD(tracedEntry)             \
   METHOD(secondOrderEntry)        \
+  METHOD(perturbationEntry)       \
   METHOD(referenceEntry)
 
 namespace catoptric::methods {

@@ -186,6 +186,7 @@ std::vector<gl::Define> featureDefines(std::uint32_t features) {
           {"EMISSIVE_UV", flag(kEmissiveUv1)},
           {"SKY", flag(kSky)},
           {"VIEWS", flag(kViews)},
+          {"VIRTUAL", flag(kVirtual)},
           {"UV0", uv0 ? "1" : "0"},
           {"UV1", uv1 ? "1" : "0"}};
 }

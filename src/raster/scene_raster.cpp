@@ -63,7 +63,8 @@ SceneRaster::SceneRaster(const scene::Scene& scene, const frame::Geometry& geome
 }
 
 /// Variants read only the attributes that they use.
-void SceneRaster::State::describeVertices(gl::VertexArray& array) const {
+void describeVertices(gl::VertexArray& array, const gl::Buffer& positions,
+                      const gl::Buffer& attributes) {
   using Attributes = frame::VertexAttributes;
   array.setAttribute(0, positions, 3, GL_FLOAT, 0, sizeof(Vec3));
   const auto attribute = [&](GLuint location, int components, std::size_t offset) {
@@ -166,12 +167,17 @@ Variant& SceneRaster::State::variant(std::uint32_t features, const frame::Lighti
   Variant made;
   made.program = gl::Program((features & kGBufferPass) != 0 ? "gbuffer"
                              : (features & kViews) != 0     ? "diffuse views"
+                             : (features & kVirtual) != 0   ? "virtual objects"
                                                             : "diffuse",
                              {.vertex = "raster/shaders/scene.vert",
                               .fragment = "raster/shaders/scene.frag",
                               .defines = std::move(defines)});
   made.uvPerMetre = made.program.location("uvPerMetre");
   if ((features & kGBufferPass) != 0) made.objectId = made.program.location("objectId");
+  if ((features & kVirtual) != 0) {
+    made.reflector = made.program.location("reflector");
+    made.depthSlack = made.program.location("depthSlack");
+  }
   return ofLights.emplace(features, std::move(made)).first->second;
 }
 

@@ -13,6 +13,7 @@
 #include "frame/shading.h"
 #include "gl/shader.h"
 #include "raster/gbuffer.h"
+#include "raster/virtual_objects.h"
 #include "scene/camera.h"
 #include "scene/scene.h"
 
@@ -86,6 +87,12 @@ class SceneRaster {
   void drawDiffuseViews(std::span<const DiffuseView> views, std::span<const gl::Framebuffer> layers,
                         const frame::Geometry& geometry, const frame::Lighting& lighting,
                         std::span<std::uint64_t> triangles);
+
+  /// Draws the diffuse radiance of virtual objects into the bound framebuffer's colour 0 and depth
+  /// (reversed-Z, cleared by the caller), each on the samples of its reflector in `gbuffer`, which
+  /// drawGBuffer() has filled last. The stencil test is the caller's.
+  void drawVirtualObjects(std::span<const VirtualObject> objects, const GBuffer& gbuffer,
+                          const scene::Camera& camera, const frame::Lighting& lighting);
 
   /// Cube map of the diffuse scene seen from `centre`, RGBA16F with mip levels.
   gl::Texture drawCubeMap(const Vec3& centre, int faceSize, const frame::Lighting& lighting,

@@ -23,6 +23,8 @@ struct Variant {
   gl::Program program;
   GLint uvPerMetre = -1;
   GLint objectId = -1;
+  GLint reflector = -1;  ///< of virtual objects
+  GLint depthSlack = -1;
 };
 
 /// What drawing needs of an object beside its triangles.
@@ -60,6 +62,8 @@ struct DrawList {
 /// Whether the whole box lies beyond the near plane (z <= w).
 bool beyondNear(const Mat4& clipFromWorld, const Box3& box);
 bool contains(const Box3& box, const Vec3& p);
+void describeVertices(gl::VertexArray& array, const gl::Buffer& positions,
+                      const gl::Buffer& attributes);
 
 struct SceneRaster::State {
   Materials materials;
@@ -93,7 +97,9 @@ struct SceneRaster::State {
   FrameView gbufferView;  ///< of the last G-buffer, for methods' own passes
   DrawList list;
 
-  void describeVertices(gl::VertexArray& array) const;
+  void describeVertices(gl::VertexArray& array) const {
+    raster::describeVertices(array, positions, attributes);
+  }
   void cull(const FrameView& view, int skipObject, DrawStatistics& statistics);
   Variant& variant(std::uint32_t features, const frame::Lighting& lighting);
   DrawStatistics drawObjects(const FrameView& view, const frame::Lighting& lighting, bool gbuffer,

@@ -41,6 +41,13 @@ layout(location = 2) out uint outObject;
 layout(location = 0) out vec4 outDiffuse;
 #endif
 
+#if VIRTUAL
+uniform uint reflector;    // id
+uniform float depthSlack;  // metres / metres of the near plane
+layout(binding = 5) uniform usampler2D objectSamples;
+layout(binding = 6) uniform sampler2D depthSamples;
+#endif
+
 vec2 slotUv(Slot slot, vec2 uv) {
   return slot.linear.xy * uv.x + slot.linear.zw * uv.y + slot.offset.xy;
 }
@@ -55,6 +62,15 @@ vec2 slotUv(Slot slot, vec2 uv) {
 #define UV_OF_2(set) UV_OF_##set
 
 void main() {
+#if VIRTUAL
+  // On its reflector alone, behind it, and by way of the very place that the sample shows
+  float surfaceDepth = texelFetch(depthSamples, ivec2(gl_FragCoord.xy), 0).r;
+  if (texelFetch(objectSamples, ivec2(gl_FragCoord.xy), 0).r != reflector ||
+      gl_FragCoord.z > surfaceDepth ||
+      abs(vertexShare / gl_FragCoord.z - 1.0 / surfaceDepth) > depthSlack) {
+    discard;
+  }
+#endif
 #if ALPHA_MASK
   float alpha = material.baseColor.a;
 #if BASE_TEXTURE
@@ -64,7 +80,13 @@ void main() {
 #endif
 
   // Where the sample is, seen from the eye
-#if FROM_EYE
+#if VIRTUAL
+  vec4 ray = frame.rayFromWindow * vec4(gl_FragCoord.xy, surfaceDepth, 1.0);
+  vec4 eye = vec4(frame.eye.xyz + ray.xyz / ray.w, frame.eye.w);  // the place of the reflection
+  vec3 fromEye = vertexPosition - eye.xyz;
+  vec4 imageRay = frame.rayFromWindow * vec4(gl_FragCoord.xyz, 1.0);
+  vec3 image = imageRay.xyz / imageRay.w;
+#elif FROM_EYE
 #if VIEWS
   vec3 fromEye = vertexFromEye;
   vec4 eye = view.eye;
@@ -90,11 +112,19 @@ void main() {
 #endif
   // The square of uvPerMetre * cone width / sqrt(max(|N.d|, 0.05))
   float uvScale = uvPerMetre * eye.w;
+#if VIRTUAL
+  distance2 = dot(image, image);
+#endif
   float footprint2 = uvScale * uvScale * distance2 / max(nd, 0.05);
 #define LEVEL(slot) textureLevel(slot.offset.z * slot.offset.z * footprint2, slot.offset.w)
 #endif
 
   // Shading normal
+#if VIRTUAL && !UNLIT
+  bool front = dot(normal, fromEye) < 0.0;
+#else
+  bool front = gl_FrontFacing;
+#endif
 #if NORMAL_MAP
   vec3 tangent = vertexTangent.xyz * inversesqrt(max(dot(vertexTangent.xyz, vertexTangent.xyz), 1e-20));
   vec3 bitangent = cross(normal, tangent) * vertexTangent.w;
@@ -106,7 +136,7 @@ void main() {
 #endif
 #if !UNLIT || GBUFFER
   // ... turned to the viewer (glFrontFace follows views that mirror)
-  if (!gl_FrontFacing) normal = -normal;
+  if (!front) normal = -normal;
 #endif
 
   // Diffuse radiance

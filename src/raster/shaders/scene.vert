@@ -8,6 +8,9 @@ layout(location = 3) in vec2 inUv0;
 layout(location = 4) in vec2 inUv1;
 layout(location = 5) in vec3 inColor;
 layout(location = 6) in vec4 inBake;
+#if VIRTUAL
+layout(location = 7) in vec4 inImage;  // where it appears; |x - eye| / |image - eye|
+#endif
 
 #define VERTEX_STAGE
 #include "varyings.glsl"
@@ -16,6 +19,10 @@ void main() {
 #if VIEWS
   gl_Position = view.clipFromWorld * vec4(inPosition, 1.0);
   gl_ClipDistance[0] = dot(view.ownClip, vec4(inPosition, 1.0));
+#elif VIRTUAL
+  gl_Position = frame.clipFromWorld * vec4(inImage.xyz, 1.0);
+  vertexPosition = inPosition;
+  vertexShare = inImage.w;
 #else
   gl_Position = frame.clipFromWorld * vec4(inPosition, 1.0);
 #endif

@@ -17,6 +17,10 @@ layout(std140, binding = 2) uniform View {
 VARYING vec3 vertexFromEye;
 #endif
 #endif
+#if VIRTUAL
+VARYING vec3 vertexPosition;
+VARYING float vertexShare;
+#endif
 #if !UNLIT || GBUFFER
 VARYING vec3 vertexNormal;
 #endif

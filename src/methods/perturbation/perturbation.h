@@ -1,0 +1,10 @@
+// Reflections in implicit surfaces as virtual objects, by perturbing sampled paths [Chen2000].
+#pragma once
+
+#include "methods/method.h"
+
+namespace catoptric::methods {
+
+const MethodEntry& perturbationEntry();
+
+}  // namespace catoptric::methods

@@ -1,0 +1,52 @@
+// Mirror samples on which no virtual object shows: the environment along the mirrored ray. Samples of
+// reflectors that the method cannot do: a cube map of the diffuse scene.
+//   MASKS        1: every sample is marked
+//   UNSUPPORTED  1: there are such reflectors
+#include "raster/shaders/shading.glsl"
+
+uniform mat3 rayFromSample;  // (sample position, 1) to a ray of any length, world space
+layout(binding = 0) uniform sampler2D normalSamples;  // xyz shading normal, a = g
+#if UNSUPPORTED
+layout(binding = 1) uniform usampler2D objectSamples;
+layout(binding = 2) uniform samplerCube cubeMap;
+layout(binding = 3) uniform usamplerBuffer unsupported;  // by object id
+uniform float levelOffset;  // 0.5 log2(4 / solid angle of a texel of level 0, sr)
+uniform float lastLevel;
+#endif
+
+// Counting would otherwise run the shader before the stencil and depth tests
+layout(early_fragment_tests) in;
+
+layout(location = 0) out vec4 reflection;
+#if MASKS
+layout(location = 1) out uint mask;
+const uint kMaskEnvironment = 1u;  // raster::MaskBit
+#endif
+
+layout(std430, binding = 1) buffer Counts { uint counts[]; };
+const int kCountUncovered = 0;
+const int kCountUnsupported = 1;
+
+void main() {
+  vec4 normalAndG = texelFetch(normalSamples, ivec2(gl_FragCoord.xy), 0);
+  vec3 ray = normalize(rayFromSample * vec3(gl_FragCoord.xy, 1.0));
+  vec3 reflected = reflect(ray, normalAndG.xyz);
+  vec3 radiance = environmentRadiance(reflected);
+  int kind = kCountUncovered;
+#if UNSUPPORTED
+  uint id = texelFetch(objectSamples, ivec2(gl_FragCoord.xy), 0).r;
+  if (texelFetch(unsupported, int(id)).r != 0u) {
+    // The level whose filter is as wide as the lobe, as in methods/environment_map
+    float g2 = normalAndG.a * normalAndG.a;
+    float lobe = 1.0 / max(1.0, 2.0 / max(g2 * g2, 1e-12) - 1.0);
+    float level = clamp(levelOffset + 0.5 * log2(lobe), 0.0, lastLevel);
+    radiance = textureLod(cubeMap, reflected, level).rgb;
+    kind = kCountUnsupported;
+  }
+#endif
+  atomicAdd(counts[kind], 1u);
+  reflection = vec4(radiance, 1.0);
+#if MASKS
+  mask = kMaskEnvironment;
+#endif
+}
