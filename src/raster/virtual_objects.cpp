@@ -28,8 +28,7 @@ VirtualObject::VirtualObject(const VirtualTriangles& source)
 }
 
 void SceneRaster::drawVirtualObjects(std::span<const VirtualObject> objects, const GBuffer& gbuffer,
-                                     const scene::Camera& camera,
-                                     const frame::Lighting& lighting) {
+                                     const scene::Camera& camera, const frame::Lighting& lighting) {
   State& s = *state_;
   s.frame.bind(s.gbufferView, lighting);
   glDisable(GL_BLEND);

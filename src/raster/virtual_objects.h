@@ -1,5 +1,5 @@
-// Objects where a reflector shows them [Chen2000]: triangles with the attributes of the object's own
-// and the place at which each vertex appears.
+// Objects where a reflector shows them [Chen2000]: triangles with the attributes of the object's
+// own and the place at which each vertex appears.
 #pragma once
 
 #include <cstdint>

@@ -20,7 +20,8 @@ const std::vector<StepMeaning>& stepMeanings() {
       {"prepare", "start", "what a method prepares besides the steps that it names"},
       {"gbuffer", "frames", "diffuse radiance, normals, s, g, ids and depth are rasterized"},
       {"cube_map", "start, frames",
-       "environment_map, second_order: the cube map is drawn, again when something moved"},
+       "environment_map, second_order, perturbation: the cube map is drawn, again when something "
+       "moved"},
       {"levels", "start", "second_order: coarser levels of objects are made"},
       {"cluster", "frames", "second_order: reflective samples are put into clusters"},
       {"camera", "frames", "second_order: each cluster gets a camera"},
@@ -28,6 +29,14 @@ const std::vector<StepMeaning>& stepMeanings() {
       {"intersect", "frames", "second_order: reflected rays are found in the depth images"},
       {"disocclusions", "frames",
        "second_order with count_disocclusions: Embree's rays say which rays missed a surface"},
+      {"paths", "frames",
+       "perturbation: sparse rays meet the reflectors, the paths are expanded; again when the "
+       "camera "
+       "or a reflector moved"},
+      {"virtual_objects", "frames",
+       "perturbation: where the vertices of reflected objects appear; again for what moved"},
+      {"virtual_draw", "frames",
+       "perturbation: virtual objects are drawn, what they leave sees the environment"},
       {"trace", "frames", "traced: rays are traced; reference: the whole frame"},
       {"resolve", "frames",
        "environment_map: the look-up per sample; traced: light at the hits is computed and put in "

@@ -28,9 +28,10 @@ const config::Schema& schema() {
       .fields = {
           {.name = "order",
            .type = config::FieldType::String,
-           .help = "what becomes of the nearest sampled path: taken as it is, moved by its Jacobian, "
-                   "by its Hessian too, or whichever the error allows, and traced anew where none "
-                   "does",
+           .help =
+               "what becomes of the nearest sampled path: taken as it is, moved by its Jacobian, "
+               "by its Hessian too, or whichever the error allows, and traced anew where none "
+               "does",
            .defaultText = "\"auto\"",
            .allowed = {"nearest", "linear", "quadratic", "auto"}},
           {.name = "sample_spacing",
@@ -201,8 +202,8 @@ class Perturbation : public Method {
                             0});
     }
     if (others > 0) {
-      plan.items.push_back({"pass", "cube_map",
-                            std::to_string(others) + " reflectors are not supported", 0});
+      plan.items.push_back(
+          {"pass", "cube_map", std::to_string(others) + " reflectors are not supported", 0});
     }
     plan.items.push_back({"pass", "virtual_draw", "with a depth buffer of their own", 0});
     plan.items.push_back({"resource", "virtual depth", "depth and stencil", samples * 8});
@@ -248,9 +249,9 @@ class Perturbation : public Method {
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
     raster::GBuffer& gbuffer = *services.gbuffer;
     if (settings_.masks) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
-    for (const char* name : {"paths", "vertices", "triangles", "dropped_triangles", "linear",
-                             "quadratic", "retraced", "not_converged", "environment",
-                             "unsupported_reflector"})
+    for (const char* name :
+         {"paths", "vertices", "triangles", "dropped_triangles", "linear", "quadratic", "retraced",
+          "not_converged", "environment", "unsupported_reflector", "clamped_cube_map"})
       output.counters[name] = 0;
     if (!any_) return;
     update(input, services, output.counters);
@@ -258,9 +259,11 @@ class Perturbation : public Method {
       services.timer.measure("cube_map", [&] {
         environment_ = services.raster->drawCubeMap(services.geometry.bounds.centre(),
                                                     kCubeMapFaceSize, services.lighting);
+        clampedTexels_ = raster::clampedTexels(environment_);
         environment_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
       });
     }
+    output.counters["clamped_cube_map"] = clampedTexels_;
     services.timer.measure("virtual_draw", [&] { draw(input.frame.camera, services); });
     std::array<std::uint32_t, 2> counts{};
     counts_.read(0, sizeof counts, counts.data());
@@ -330,6 +333,7 @@ class Perturbation : public Method {
       }
       counters["paths"] = counts.paths.paths;
       counters["vertices"] = counts.vertices;
+      counters["outside_octree"] = counts.outside;
       counters["triangles"] = counts.triangles;
       counters["dropped_triangles"] = counts.dropped;
       counters["linear"] = counts.paths.linear;
@@ -346,10 +350,8 @@ class Perturbation : public Method {
 
   static perturbation::Plane<double> planeOf(const frame::Geometry& geometry,
                                              const frame::ObjectRange& range) {
-    const glm::dvec3 n =
-        glm::normalize(glm::dvec3(geometry.attributes[range.firstVertex].normal));
-    return {{{n.x, n.y, n.z}},
-            glm::dot(n, glm::dvec3(geometry.positions[range.firstVertex]))};
+    const glm::dvec3 n = glm::normalize(glm::dvec3(geometry.attributes[range.firstVertex].normal));
+    return {{{n.x, n.y, n.z}}, glm::dot(n, glm::dvec3(geometry.positions[range.firstVertex]))};
   }
 
   void draw(const scene::Camera& camera, Services& services) {
@@ -417,6 +419,7 @@ class Perturbation : public Method {
   std::optional<scene::Camera> lastCamera_;
   std::map<int, Kept> kept_;  ///< by index of the reflector
   gl::Texture environment_;
+  std::uint64_t clampedTexels_ = 0;  ///< of its level 0, by half floats
   gl::Buffer flagBuffer_;
   gl::Texture flags_;
   gl::Texture depth_;

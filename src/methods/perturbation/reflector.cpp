@@ -12,9 +12,12 @@ namespace catoptric::methods::perturbation {
 namespace {
 
 /// A reflector gets at least about so many paths, if need be by a smaller spacing (ours).
-constexpr std::size_t kFewestPaths = 64;
-/// Frames are sampled beyond their border by this share of their size: triangles that reach into the
-/// frame have vertices there (ours).
+constexpr std::ptrdiff_t kFewestPaths = 64;
+/// Places where a reflector shows itself are small: paths that meet it again are looked for at this
+/// part of the spacing (ours).
+constexpr float kSelfSpacing = 0.25f;
+/// Frames are sampled beyond their border by this share of their size: triangles that reach into
+/// the frame have vertices there (ours).
 constexpr float kBorder = 0.5f;
 /// Steps of retrace(), and the longest one as a share of the reflector's size (ours).
 constexpr int kMaxSteps = 8;
@@ -57,8 +60,8 @@ std::optional<Bounce<double>> bounceAt(const implicit::Surface& surface, const g
 std::array<float, 4> seenRectangle(const Box3& bounds, const View& view) {
   const auto width = static_cast<float>(view.width);
   const auto height = static_cast<float>(view.height);
-  const Mat4 clip = scene::clipFromCamera(view.camera, width / height) *
-                    scene::cameraFromWorld(view.camera);
+  const Mat4 clip =
+      scene::clipFromCamera(view.camera, width / height) * scene::cameraFromWorld(view.camera);
   std::array<float, 4> r{-kBorder * width, -kBorder * height, (1.0f + kBorder) * width,
                          (1.0f + kBorder) * height};
   std::array<float, 4> box{width * 2.0f, height * 2.0f, -width, -height};
@@ -95,30 +98,30 @@ Reflector::Reflector(const implicit::Surface& surface, const Box3& bounds, const
       centre_(bounds.centre()),
       size_(bounds.diameter()),
       spread_(scene::pixelSpreadRad(view.camera, view.height)) {
-  // One path every n-th pixel, more where the reflector is small in the frame
   const std::array<float, 4> seen = seenRectangle(bounds, view);
-  std::vector<SampleRay> rays;
-  std::vector<SampleRay> selfRays;
-  std::vector<Neighbours> neighbours;
-  std::vector<Neighbours> selfNeighbours;
-  for (float spacing = static_cast<float>(options.sampleSpacing); spacing >= 1.0f;
-       spacing *= 0.5f) {
+  struct Path {
+    Bounce<double> bounce;
+    glm::dvec3 direction{0.0};
+    double self = 0.0;  ///< metres to the reflector again; 0: never
+  };
+  struct Grid {
+    int width = 0;
+    int height = 0;
+    std::vector<std::optional<Path>> paths;
+  };
+  const auto sample = [&](float spacing, bool again) {
     const auto cells = [&](float from, float to) {
-      return to > from ? static_cast<std::size_t>(std::ceil((to - from) / spacing)) : 0;
+      return to > from ? static_cast<int>(std::ceil((to - from) / spacing)) : 0;
     };
-    const std::size_t columns = cells(seen[0], seen[2]);
-    const std::size_t count = columns * cells(seen[1], seen[3]);
-    struct Path {
-      Bounce<double> bounce;
-      glm::dvec3 direction{0.0};
-      double self = 0.0;  ///< metres to the reflector again; 0: never
-    };
-    std::vector<std::optional<Path>> paths(count);
-    parallelFor(count, 16, [&](std::size_t begin, std::size_t end) {
+    Grid grid{cells(seen[0], seen[2]), cells(seen[1], seen[3]), {}};
+    grid.paths.resize(static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height));
+    parallelFor(grid.paths.size(), 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        const float x = seen[0] + (static_cast<float>(i % columns) + 0.5f) * spacing;
-        const float y = seen[1] + (static_cast<float>(i / columns) + 0.5f) * spacing;
-        const glm::dvec3 d(scene::rayDirection(view.camera, view.width, view.height, x, y));
+        const auto column = static_cast<float>(i % static_cast<std::size_t>(grid.width));
+        const auto row = static_cast<float>(i / static_cast<std::size_t>(grid.width));
+        const glm::dvec3 d(scene::rayDirection(view.camera, view.width, view.height,
+                                               seen[0] + (column + 0.5f) * spacing,
+                                               seen[1] + (row + 0.5f) * spacing));
         const implicit::SurfaceHit hit = implicit::firstHit(surface_, {eye_, d});
         if (hit.status != implicit::HitStatus::Hit) continue;
         Path path;
@@ -126,49 +129,55 @@ Reflector::Reflector(const implicit::Surface& surface, const Box3& bounds, const
         const auto bounce = bounceAt(surface_, eye_, place, path.direction);
         if (!bounce || statusOf(*bounce, 0.0) != PathStatus::Regular) continue;
         path.bounce = *bounce;
-        const implicit::SurfaceHit again = implicit::firstHit(
-            surface_, {place, path.direction, kOffSurface * size_});
-        if (again.status == implicit::HitStatus::Hit) path.self = again.t;
-        paths[i] = path;
+        if (again) {
+          const implicit::SurfaceHit next =
+              implicit::firstHit(surface_, {place, path.direction, kOffSurface * size_});
+          if (next.status != implicit::HitStatus::Hit) continue;
+          path.self = next.t;
+        }
+        grid.paths[i] = path;
       }
     });
-    bounces_.clear();
-    rays.clear();
-    selfRays_.clear();
-    selfRays.clear();
-    std::vector<std::uint32_t> rayAt(count, kNoRay);
-    std::vector<std::uint32_t> selfRayAt(count, kNoRay);
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::optional<Path>& path = paths[i];
-      if (!path) continue;
+    return grid;
+  };
+  const auto count = [](const Grid& grid) {
+    return std::count_if(grid.paths.begin(), grid.paths.end(),
+                         [](const auto& path) { return path.has_value(); });
+  };
+  // Both sets of rays: rays of self paths lie about the hit, not the start, which is on the
+  // reflector too
+  const auto makeOctree = [&](const Grid& grid, const Box3& box,
+                              std::vector<std::uint32_t>& bounce) {
+    std::vector<SampleRay> rays;
+    std::vector<std::uint32_t> rayAt(grid.paths.size(), kNoRay);
+    for (std::size_t i = 0; i < grid.paths.size(); ++i) {
+      if (!grid.paths[i]) continue;
+      const Path& path = *grid.paths[i];
       rayAt[i] = static_cast<std::uint32_t>(rays.size());
-      if (path->self > 0.0) {
-        selfRayAt[i] = static_cast<std::uint32_t>(selfRays.size());
-        selfRays_.push_back(static_cast<std::uint32_t>(bounces_.size()));
-        // About the hit, not about the start, which is on the reflector too
-        const double start = 0.5 * path->self;
-        selfRays.push_back(
-            {pointOf(path->bounce.x) + start * path->direction, path->direction, path->self});
-      }
-      bounces_.push_back(path->bounce);
-      rays.push_back({pointOf(path->bounce.x), path->direction});
+      bounce.push_back(static_cast<std::uint32_t>(bounces_.size()));
+      bounces_.push_back(path.bounce);
+      const double start = 0.5 * path.self;
+      SampleRay ray{pointOf(path.bounce.x) + start * path.direction, path.direction};
+      if (path.self > 0.0) ray.length = path.self;
+      rays.push_back(ray);
     }
-    if (!options.groups && count > 0) {
-      const int width = static_cast<int>(columns);
-      const int height = static_cast<int>(count / columns);
-      neighbours = gridNeighbours(width, height, rayAt);
-      selfNeighbours = gridNeighbours(width, height, selfRayAt);
-    }
-    if (bounces_.size() >= kFewestPaths || count == 0) break;
+    std::vector<Neighbours> neighbours;
+    if (!options.groups) neighbours = gridNeighbours(grid.width, grid.height, rayAt);
+    return RayOctree(std::move(rays), glm::dvec3(box.min), glm::dvec3(box.max),
+                     {.k = static_cast<std::size_t>(options.candidates)}, std::move(neighbours));
+  };
+
+  // One path every n-th pixel, more where the reflector is small in the frame
+  auto spacing = static_cast<float>(options.sampleSpacing);
+  Grid grid = sample(spacing, false);
+  while (count(grid) < kFewestPaths && spacing >= 2.0f && !grid.paths.empty()) {
+    spacing *= 0.5f;
+    grid = sample(spacing, false);
   }
-  if (rays.empty()) return;
-  const RayOctree::Settings settings{.k = static_cast<std::size_t>(options.candidates)};
-  octree_ = RayOctree(std::move(rays), glm::dvec3(scene.min), glm::dvec3(scene.max), settings,
-                      std::move(neighbours));
-  if (!selfRays.empty())
-    selfOctree_ =
-        RayOctree(std::move(selfRays), glm::dvec3(bounds.min), glm::dvec3(bounds.max), settings,
-                  std::move(selfNeighbours));
+  if (count(grid) == 0) return;
+  octree_ = makeOctree(grid, scene, rays_);
+  const Grid self = sample(std::max(1.0f, kSelfSpacing * spacing), true);
+  if (count(self) > 0) selfOctree_ = makeOctree(self, bounds, selfRays_);
 }
 
 double Reflector::pixels(const glm::dvec3& x, double metres) const {
@@ -204,8 +213,10 @@ bool Reflector::accept(const glm::dvec3& point, const glm::dvec3& x) const {
   const glm::dvec3 toEye = eye_ - x;
   const glm::dvec3 toPoint = point - x;
   if (glm::length(toPoint) < kOffSurface * size_) return false;
-  const double cosines = glm::dot(*normal, toEye) * glm::dot(*normal, toPoint);
-  if (!(cosines > 0.0)) return false;
+  const double towardsEye = glm::dot(*normal, toEye);
+  if (!(towardsEye * glm::dot(*normal, toPoint) > 0.0)) return false;
+  // What the eye sees of the inside it sees through an opening
+  if (towardsEye < 0.0 && hiddenFrom(x) < 1.0 - kOffSurface) return false;
   const glm::dvec3 mirrored = glm::reflect(glm::normalize(-toEye), *normal);
   return glm::length(glm::cross(mirrored, glm::normalize(toPoint))) < kWildPerturbation;
 }
@@ -228,7 +239,8 @@ void Reflector::add(const glm::dvec3& point, const glm::dvec3& x, const glm::dve
 Reflections Reflector::reflectionsOf(const glm::dvec3& point, bool own, RayOctree::Cursor& cursor,
                                      PathCounts& counts) const {
   Reflections result;
-  if (own ? selfRays_.empty() : bounces_.empty()) return result;
+  const std::vector<std::uint32_t>& numbers = own ? selfRays_ : rays_;
+  if (numbers.empty()) return result;
   std::vector<NearRay> nearest;
   const RayOctree& octree = own ? selfOctree_ : octree_;
   if (options_.groups) {
@@ -236,23 +248,21 @@ Reflections Reflector::reflectionsOf(const glm::dvec3& point, bool own, RayOctre
   } else {
     octree.reflections(point, cursor, nearest);
   }
-  if (own) {
-    for (NearRay& near : nearest) near.ray = selfRays_[near.ray];
-  }
   const GroupLimits limits{static_cast<double>(options_.groupAngleRad),
                            static_cast<double>(options_.groupDistance) * size_};
   std::vector<std::uint32_t> tried;
   if (options_.groups) {
-    tried = groupRepresentatives(octree_.rays(), nearest, limits);
+    tried = groupRepresentatives(octree.rays(), nearest, limits);
   } else {
     for (const NearRay& near : nearest) tried.push_back(near.ray);
   }
   std::vector<glm::dvec3> starts;
   for (const std::uint32_t ray : tried) {
-    const Bounce<double>& bounce = bounces_[ray];
-    const SampleRay& sample = octree_.rays()[ray];
-    const double rho = nearestParameter(sample, point);
-    glm::dvec3 x = sample.origin;
+    const Bounce<double>& bounce = bounces_[numbers[ray]];
+    const SampleRay& sample = octree.rays()[ray];
+    const glm::dvec3 start = pointOf(bounce.x);
+    const double rho = std::max(0.0, glm::dot(point - start, sample.direction));
+    glm::dvec3 x = start;
     bool found = true;
     if (options_.order != Order::Nearest) {
       found = statusOf(bounce, rho) == PathStatus::Regular;
@@ -284,7 +294,7 @@ Reflections Reflector::reflectionsOf(const glm::dvec3& point, bool own, RayOctre
     }
     found = found && accept(point, x);
     if (found) {
-      add(point, x, sample.origin, starts, result);
+      add(point, x, start, starts, result);
     } else {
       ++counts.notConverged;
     }

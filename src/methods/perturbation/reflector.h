@@ -1,5 +1,5 @@
-// A reflector as the eye sees it: the sampled paths, and where any point appears in it by perturbing
-// them [Chen2000] Sec. III.
+// A reflector as the eye sees it: the sampled paths, and where any point appears in it by
+// perturbing them [Chen2000] Sec. III.
 #pragma once
 
 #include <array>
@@ -18,9 +18,9 @@ enum class Order : std::uint8_t { Nearest, Linear, Quadratic, Auto };
 
 struct PathOptions {
   Order order = Order::Auto;
-  int sampleSpacing = 16;   ///< pixels [Chen2000: 8 to 32]
-  /// Several reflections of a point: by minima among neighbouring rays, or as in the paper by groups
-  /// of the k nearest.
+  int sampleSpacing = 16;  ///< pixels [Chen2000: 8 to 32]
+  /// Several reflections of a point: by minima among neighbouring rays, or as in the paper by
+  /// groups of the k nearest.
   bool groups = false;
   int candidates = 5;  ///< k [Chen2000: 5]
   float groupAngleRad = 0.5f;
@@ -37,7 +37,7 @@ struct View {
 
 struct PathCounts {
   std::uint64_t paths = 0;
-  std::uint64_t linear = 0;     ///< reflections by order, of order auto
+  std::uint64_t linear = 0;  ///< reflections by order, of order auto
   std::uint64_t quadratic = 0;
   std::uint64_t retraced = 0;
   std::uint64_t notConverged = 0;  ///< candidates that lead to no reflection
@@ -60,8 +60,8 @@ struct Reflections {
 
 class Reflector {
  public:
-  /// Keeps a reference to `surface`. `bounds`: of the surface in world space; `scene`: of whatever is
-  /// reflected.
+  /// Keeps a reference to `surface`. `bounds`: of the surface in world space; `scene`: of whatever
+  /// is reflected.
   Reflector(const implicit::Surface& surface, const Box3& bounds, const Box3& scene,
             const View& view, const PathOptions& options);
 
@@ -76,7 +76,8 @@ class Reflector {
   Reflections reflectionsOf(const glm::dvec3& point, bool own, RayOctree::Cursor& cursor,
                             PathCounts& counts) const;
   /// Those near the known reflections of other points near to it.
-  Reflections reflectionsNear(const glm::dvec3& point, std::initializer_list<const Reflections*> known,
+  Reflections reflectionsNear(const glm::dvec3& point,
+                              std::initializer_list<const Reflections*> known,
                               PathCounts& counts) const;
   /// How far towards a point the eye sees before the surface hides it; at least 1: not hidden.
   double hiddenFrom(const glm::dvec3& point) const;
@@ -96,9 +97,10 @@ class Reflector {
   double size_ = 0.0;    ///< metres, its bounds' diagonal
   double spread_ = 0.0;  ///< rad, of a pixel
   std::vector<Bounce<double>> bounces_;
+  std::vector<std::uint32_t> rays_;  ///< the octree's rays' bounces
   RayOctree octree_;
-  std::vector<std::uint32_t> selfRays_;  ///< those that meet the reflector again
-  RayOctree selfOctree_;                 ///< of these
+  std::vector<std::uint32_t> selfRays_;  ///< likewise those that meet the reflector again
+  RayOctree selfOctree_;
 };
 
 }  // namespace catoptric::methods::perturbation

@@ -19,6 +19,8 @@ namespace {
 constexpr float kShortEdge = 6.0f;
 /// Edges at the rim of what is reflected are halved down to this length, pixels (ours).
 constexpr float kShortRim = 2.0f;
+/// Reflections are that near to the straight view of a hidden point there, pixels (ours).
+constexpr float kRimReach = 6.0f;
 /// Edges without any reflection are halved when longer than this part of their distance from the
 /// reflector: their middle may have one (ours).
 constexpr float kBlindEdge = 0.7f;
@@ -27,7 +29,7 @@ constexpr float kMargin = 8.0f;
 /// Edges that miss their middle after all halvings are torn when longer than this, pixels (ours).
 constexpr float kTornEdge = 6.0f;
 /// Over how many edges reflections are looked for in a round of halvings (ours).
-constexpr int kSpreadRounds = 4;
+constexpr int kSpreadRounds = 2;
 
 struct Node {
   glm::dvec3 position;
@@ -128,8 +130,7 @@ class Builder {
         triangles[t][c] = geometry.indices[range.firstIndex + 3 * t + c] - range.firstVertex;
     }
     const int halvings = options_.errorPixels > 0.0f ? options_.maxHalvings : 0;
-    for (int level = 0; !triangles.empty(); ++level)
-      triangles = halve(triangles, level < halvings);
+    for (int level = 0; !triangles.empty(); ++level) triangles = halve(triangles, level < halvings);
     counts_.vertices += nodes_.size();
     counts_.triangles += result_.indices.size() / 3;
     result_.object = object + 1;
@@ -173,8 +174,8 @@ class Builder {
     });
   }
 
-  /// What one end of an edge found, the other is looked for at: the nearest rays need not lead to all
-  /// reflections.
+  /// What one end of an edge found, the other is looked for at: the nearest rays need not lead to
+  /// all reflections.
   void spread(const std::vector<std::uint64_t>& edges) {
     for (int round = 0; round < kSpreadRounds; ++round) {
       std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted;  // node, neighbour
@@ -183,6 +184,7 @@ class Builder {
         const Reflections& a = nodes_[edge.a()].reflections;
         const Reflections& b = nodes_[edge.b()].reflections;
         if (a.count == b.count && a.count < 2) continue;
+        if (nodes_[edge.a()].hidden || nodes_[edge.b()].hidden) continue;
         for (std::size_t i = 0; i < a.count; ++i) {
           if (counterpart(a, i, b) == kMaxReflections) {
             wanted.emplace_back(edge.b(), edge.a());
@@ -240,8 +242,7 @@ class Builder {
       // At the rim an image comes to lie where the point itself is seen
       const auto pa = projection_(a.position);
       const auto pb = projection_(b.position);
-      if (pa && pb &&
-          (glm::distance(*pa, *pb) < kShortRim || !projection_.inFrame({*pa, *pb}))) {
+      if (pa && pb && (glm::distance(*pa, *pb) < kShortRim || !projection_.inFrame({*pa, *pb}))) {
         const Node& one = a.reflections.count > 0 ? a : b;
         const auto seen = projection_(one.reflections.at[0].x);
         if (!seen || !projection_.inFrame({*seen}) || glm::distance(*pa, *pb) < kShortRim)
@@ -391,11 +392,17 @@ class Builder {
       result_.images.emplace_back(n.position, static_cast<float>(n.hiddenAt));
     } else {
       const Reflection& r = n.reflections.at[reflection];
-      result_.images.emplace_back(r.image,
-                                  glm::distance(r.x, eye_) / glm::distance(r.image, eye_));
+      result_.images.emplace_back(r.image, glm::distance(r.x, eye_) / glm::distance(r.image, eye_));
     }
     vertex = static_cast<std::uint32_t>(result_.positions.size());
     return vertex - 1;
+  }
+
+  /// Whether a reflection is about to become the straight view of a hidden point.
+  bool atRim(const Reflection& reflection, const Node& hidden) const {
+    const auto seen = projection_(reflection.x);
+    const auto straight = projection_(hidden.position);
+    return seen && straight && glm::distance(*seen, *straight) < kRimReach;
   }
 
   /// One triangle for each reflection that its vertices share.
@@ -413,7 +420,7 @@ class Builder {
       for (std::size_t c = 0; c < 2; ++c) {
         const Node& other = nodes_[others[c]];
         number[c] = counterpart(a, i, other.reflections);
-        const bool rim = other.reflections.count == 0 && other.hidden && a.count == 1;
+        const bool rim = other.reflections.count == 0 && other.hidden && atRim(a.at[i], other);
         whole = whole && (rim || number[c] != kMaxReflections);
         if (whole) corners[c + 1] = vertexOf(others[c], number[c]);
       }

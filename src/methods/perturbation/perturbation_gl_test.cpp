@@ -1,0 +1,286 @@
+// The method's frames against Embree's rays, and its virtual vertices against exact ones.
+#include "methods/perturbation/perturbation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "frame/test_scenes.h"
+#include "gl/test_context.h"
+#include "methods/perturbation/reflector.h"
+#include "scene/animate.h"
+#include "scene/implicit/surface.h"
+#include "scene/shapes.h"
+#include "trace/reflect.h"
+
+namespace catoptric::methods {
+namespace {
+
+/// A scene, rendered by the method frame by frame and compared with Embree's rays from the same
+/// samples.
+class Comparison {
+ public:
+  Comparison(scene::Scene scene, const scene::Camera& camera, const std::string& options = "{}")
+      : context_(gl::testContext()),
+        scene_(std::move(scene)),
+        pose_(scene::poseAt(scene_, 0.0)),
+        geometry_(frame::makeGeometry(scene_, pose_)),
+        lighting_(frame::makeLighting(
+            scene_, pose_, std::make_shared<frame::EnvironmentLight>(scene_.environment))),
+        raster_(scene_, geometry_),
+        trace_(scene_, geometry_, trace::BvhPolicy::Refit),
+        gbuffer_(raster_.makeGBuffer({128, 128, 2, true})),
+        method_(perturbationEntry().make(config::parseText(options, "options"))),
+        camera_(camera) {
+    RunSettings settings;
+    settings.width = settings.height = 128;
+    settings.masks = true;
+    timer_.setFinish([] { gl::Context::current().finish("a step"); });
+    Services services = makeServices();
+    method_->prepare(services, settings);
+    render(true, {});
+  }
+
+  /// The next frame, at another time.
+  void moveTo(double seconds) {
+    pose_ = scene::poseAt(scene_, seconds);
+    const std::vector<int> changed = frame::updateGeometry(geometry_, scene_, pose_);
+    raster_.update(geometry_, changed);
+    trace_.update(changed);
+    render(false, changed);
+  }
+
+  FrameOutput output;
+  std::vector<float> reflection;
+  std::size_t samples = 0;
+  double l1Of8Bit = 0.0;  ///< over reflective samples, of gamma 2.2 values
+  bool finite = true;
+
+ private:
+  Services makeServices() {
+    return {scene_, geometry_, lighting_, &raster_, &gbuffer_, &trace_, timer_};
+  }
+
+  void render(bool first, const std::vector<int>& changed) {
+    raster_.drawGBuffer(gbuffer_, camera_, lighting_);
+    FrameInput input;
+    input.frame.camera = camera_;
+    input.firstOfSequence = first;
+    input.changedObjects = changed;
+    output = FrameOutput();
+    Services services = makeServices();
+    method_->render(input, services, output);
+    context_.check("the frame");
+    compare();
+  }
+
+  void compare() {
+    raster::GBufferCopy copy;
+    raster::readBack(gbuffer_, false, copy);
+    reflection = raster::readRgba(gbuffer_.reflection);
+    const Mat3 rays = scene::rayFromPixel(camera_, copy.sampleWidth(), copy.sampleHeight());
+    std::vector<trace::ReflectionPoint> points;
+    std::vector<Vec3> ours;
+    for (int y = 0; y < copy.sampleHeight(); ++y) {
+      for (int x = 0; x < copy.sampleWidth(); ++x) {
+        const std::size_t at = static_cast<std::size_t>(y) * copy.sampleWidth() + x;
+        const std::uint32_t object = copy.object[at];
+        if (object == 0 || scene_.objects[object - 1].reflector == 0) continue;
+        const Vec3 ray =
+            rays * Vec3(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, 1.0f);
+        trace::ReflectionPoint point;
+        const float scale = camera_.nearMetres / copy.depth[at];
+        point.position = camera_.eye() + scale * ray;
+        point.direction = glm::normalize(ray);
+        point.distance = scale * glm::length(ray);
+        point.normal = Vec3(copy.normal[4 * at], copy.normal[4 * at + 1], copy.normal[4 * at + 2]);
+        point.object = static_cast<int>(object);
+        points.push_back(point);
+        ours.emplace_back(reflection[4 * at], reflection[4 * at + 1], reflection[4 * at + 2]);
+      }
+    }
+    std::vector<Vec3> radiance(points.size());
+    trace::reflectedRadiance(trace_, lighting_,
+                             scene::pixelSpreadRad(camera_, copy.sampleHeight()), points, {}, true,
+                             radiance);
+    samples = points.size();
+    l1Of8Bit = 0.0;
+    const auto eightBit = [](const Vec3& v) {
+      return glm::clamp(glm::pow(glm::max(v, Vec3(0.0f)), Vec3(1.0f / 2.2f)), 0.0f, 1.0f) * 255.0f;
+    };
+    for (std::size_t i = 0; i < ours.size(); ++i) {
+      finite = finite && isFinite(ours[i]);
+      const Vec3 shown = glm::abs(eightBit(ours[i]) - eightBit(radiance[i]));
+      l1Of8Bit += static_cast<double>((shown.x + shown.y + shown.z) / 3.0f) /
+                  static_cast<double>(ours.size());
+    }
+  }
+
+  gl::Context& context_;
+  scene::Scene scene_;
+  scene::Pose pose_;
+  frame::Geometry geometry_;
+  frame::Lighting lighting_;
+  raster::SceneRaster raster_;
+  trace::TraceScene trace_;
+  raster::GBuffer gbuffer_;
+  frame::StepTimer timer_;
+  std::unique_ptr<Method> method_;
+  scene::Camera camera_;
+};
+
+scene::Camera cameraAt(const Vec3& eye, const Vec3& target) {
+  return scene::lookAt(eye, target, Vec3(0.0f, 1.0f, 0.0f), radians(45.0f));
+}
+
+/// A mirror (the first object) before a coloured box on a floor.
+test::SceneBuilder stage(scene::Mesh mirror, const Mat4& worldFromMirror, float glossiness = 0.0f) {
+  test::SceneBuilder builder;
+  builder.add(std::move(mirror), builder.reflective(1.0f, glossiness), worldFromMirror);
+  const auto box = [&](const Vec3& centre, const Vec3& size, const Vec3& color) {
+    builder.add(scene::makeBox({.size = size}, scene::UvMode::Metres), builder.diffuse(color),
+                test::translation(centre));
+  };
+  box({0.0f, -0.55f, 0.0f}, {6.0f, 0.1f, 6.0f}, {0.6f, 0.5f, 0.3f});
+  box({1.3f, 0.2f, 0.8f}, {0.5f, 1.0f, 0.5f}, {0.9f, 0.1f, 0.2f});
+  builder.constantEnvironment(Vec3(0.8f, 0.9f, 1.0f));
+  return builder;
+}
+
+scene::Mesh sphereMesh(double radius) {
+  return scene::makeImplicit(implicit::sphereSurface(radius), 48, scene::UvMode::Metres);
+}
+
+const scene::Camera kFront = cameraAt({0.2f, 0.7f, 3.2f}, {0.2f, 0.0f, 0.0f});
+
+TEST(Perturbation, ShowsWhatRaysSeeInASphere) {
+  Comparison frame(stage(sphereMesh(0.7), test::translation({0.0f, 0.3f, 0.0f})).scene(), kFront);
+  EXPECT_GT(frame.samples, 5000u);
+  EXPECT_LT(frame.l1Of8Bit, 1.5);
+  EXPECT_TRUE(frame.finite);
+  EXPECT_GT(frame.output.counters["paths"], 60u);
+  EXPECT_GT(frame.output.counters["triangles"], 100u);
+  // Not everything is covered: the sky shows
+  EXPECT_GT(frame.output.counters["environment"], 100u);
+  EXPECT_LT(frame.output.counters["environment"], frame.samples);
+}
+
+TEST(Perturbation, ShowsWhatRaysSeeInAPlane) {
+  test::SceneBuilder builder =
+      stage(scene::makePlane({3.0f, 2.0f}, {1, 1}, scene::UvMode::Metres),
+            test::translation({0.0f, 0.5f, -0.5f}) * test::rotation(90.0f, {1.0f, 0.0f, 0.0f}));
+  Comparison frame(builder.scene(), kFront);
+  EXPECT_GT(frame.samples, 5000u);
+  EXPECT_LT(frame.l1Of8Bit, 0.1);
+  EXPECT_EQ(frame.output.counters["retraced"], 0u);
+}
+
+TEST(Perturbation, OrdersComeNearerToTheRays) {
+  const auto l1 = [](const char* order) {
+    return Comparison(stage(sphereMesh(0.7), test::translation({0.0f, 0.3f, 0.0f})).scene(), kFront,
+                      std::string(R"({"order": ")") + order +
+                          R"(", "sample_spacing": 8, "tessellation_error": 1})")
+        .l1Of8Bit;
+  };
+  const double nearest = l1("nearest");
+  const double linear = l1("linear");
+  const double quadratic = l1("quadratic");
+  EXPECT_LT(linear, nearest);
+  EXPECT_LT(quadratic, linear);
+  EXPECT_LT(l1("auto"), quadratic);
+}
+
+TEST(Perturbation, FollowsWhatMovesAndGivesTheFrameOfAFreshRun) {
+  const auto moving = [] {
+    test::SceneBuilder builder = stage(sphereMesh(0.7), test::translation({0.0f, 0.3f, 0.0f}));
+    builder.move(2, {0.0f, 0.0f, 0.5f}, 2.0f);
+    return builder.scene();
+  };
+  Comparison one(moving(), kFront);
+  const std::vector<float> before = one.reflection;
+  const std::uint64_t allVertices = one.output.counters["vertices"];
+  one.moveTo(1.0);
+  EXPECT_NE(one.reflection, before);
+  EXPECT_LT(one.l1Of8Bit, 1.5);
+  // Only the box is computed again
+  EXPECT_LT(one.output.counters["vertices"], allVertices / 2);
+  Comparison other(moving(), kFront);
+  other.moveTo(0.3);
+  other.moveTo(1.0);
+  EXPECT_EQ(one.reflection, other.reflection);
+}
+
+TEST(Perturbation, NamesReflectorsThatItCannotDoAndCountsThem) {
+  const scene::Scene glossy =
+      stage(sphereMesh(0.7), test::translation({0.0f, 0.3f, 0.0f}), 0.4f).scene();
+  const auto unsupported = [&](const char* options) {
+    return perturbationEntry().make(config::parseText(options, "options"))->unsupported(glossy);
+  };
+  ASSERT_EQ(unsupported("{}").size(), 1u);
+  EXPECT_EQ(unsupported("{}")[0].object, 1);
+  EXPECT_NE(unsupported("{}")[0].reason.find("glossy"), std::string::npos);
+  EXPECT_TRUE(unsupported(R"({"unsupported": "environment_map"})").empty());
+  Comparison frame(glossy, kFront, R"({"unsupported": "environment_map"})");
+  EXPECT_TRUE(frame.finite);
+  EXPECT_EQ(frame.output.counters["unsupported_reflector"], frame.samples);
+}
+
+/// Alhazen's problem in the plane of centre, eye and point: the angle at which the sphere's normal
+/// halves the angle between them, by bisection.
+glm::dvec3 alhazen(const glm::dvec3& eye, const glm::dvec3& point, double radius) {
+  const glm::dvec3 u = glm::normalize(eye);
+  const glm::dvec3 v = glm::normalize(point - glm::dot(point, u) * u);
+  double low = 0.0;
+  double high = std::acos(glm::dot(u, glm::normalize(point)));
+  const auto at = [&](double angle) { return radius * (std::cos(angle) * u + std::sin(angle) * v); };
+  for (int i = 0; i < 200; ++i) {
+    const double middle = 0.5 * (low + high);
+    const glm::dvec3 x = at(middle);
+    const glm::dvec3 n = x / radius;
+    // Too near to the eye while the ray from the eye leaves steeper than the one to the point
+    const double toEye = glm::dot(glm::normalize(eye - x), n);
+    const double toPoint = glm::dot(glm::normalize(point - x), n);
+    (toEye > toPoint ? low : high) = middle;
+  }
+  return at(0.5 * (low + high));
+}
+
+TEST(Perturbation, FindsAlhazensPoints) {
+  const double radius = 0.7;
+  const implicit::Surface sphere = implicit::sphereSurface(radius);
+  const scene::Camera camera = cameraAt({0.0f, 0.0f, 3.0f}, {0.0f, 0.0f, 0.0f});
+  Box3 bounds;
+  bounds.extend(Vec3(-0.7f));
+  bounds.extend(Vec3(0.7f));
+  Box3 around;
+  around.extend(Vec3(-3.0f));
+  around.extend(Vec3(3.0f));
+  const perturbation::View view{camera, 640, 480};
+  perturbation::PathOptions options;
+  options.errorPixels = 0.01f;
+  const perturbation::Reflector reflector(sphere, bounds, around, view, options);
+  const double metresPerPixel = 2.3 * scene::pixelSpreadRad(camera, 480);
+  perturbation::PathCounts counts;
+  perturbation::RayOctree::Cursor cursor;
+  int asked = 0;
+  for (int i = 0; i < 400; ++i) {
+    // Points all around, but those that the sphere hides
+    const double z = 1.8 * (std::fmod(i * 0.618034, 1.0) - 0.3);
+    const double angle = 2.399963 * i;
+    const double r = 0.9 + 0.003 * i;
+    const glm::dvec3 point(r * std::cos(angle), r * std::sin(angle), z);
+    const glm::dvec3 x = alhazen({0.0, 0.0, 3.0}, point, radius);
+    if (glm::dot(x, point - x) < 0.05 || glm::dot(x, glm::dvec3(0, 0, 3) - x) < 0.05) continue;
+    ++asked;
+    const perturbation::Reflections found = reflector.reflectionsOf(point, false, cursor, counts);
+    ASSERT_EQ(found.count, 1u) << i;
+    EXPECT_LT(glm::distance(found.at[0].x, x), 0.05 * metresPerPixel) << i;
+    const glm::dvec3 eye(0.0, 0.0, 3.0);
+    EXPECT_NEAR(glm::distance(found.at[0].image, eye), glm::distance(x, eye) + glm::distance(x, point),
+                1e-3);
+  }
+  EXPECT_GT(asked, 200);
+}
+
+}  // namespace
+}  // namespace catoptric::methods
