@@ -50,7 +50,7 @@ struct Reflection {
   glm::dvec3 image{0.0};  ///< the virtual point, behind it at the optical length
 };
 
-inline constexpr std::size_t kMaxReflections = 4;
+inline constexpr std::size_t kMaxReflections = 12;
 
 /// All reflections of one point that were found.
 struct Reflections {

@@ -104,6 +104,21 @@ std::size_t counterpart(const Reflections& a, std::size_t i, const Reflections& 
   return j;
 }
 
+/// Where the middle of an edge may be reflected: between what continues from end to end, and where
+/// only one end is.
+Reflections between(const Reflections& a, const Reflections& b) {
+  Reflections guess = b;
+  for (std::size_t i = 0; i < a.count; ++i) {
+    const std::size_t j = counterpart(a, i, b);
+    if (j != kMaxReflections) {
+      guess.at[j].x = 0.5 * (a.at[i].x + b.at[j].x);
+    } else if (guess.count < kMaxReflections) {
+      guess.at[guess.count++] = a.at[i];
+    }
+  }
+  return guess;
+}
+
 class Builder {
  public:
   Builder(const Reflector& reflector, const View& view, Order order, const TriangleOptions& options,
@@ -157,9 +172,9 @@ class Builder {
         Node& node = nodes_[first + i];
         if (!edges.empty() && exactMiddles_) {
           const Edge edge{edges[i]};
-          node.reflections = reflector_.reflectionsNear(
-              node.position, {&nodes_[edge.a()].reflections, &nodes_[edge.b()].reflections},
-              own.paths);
+          const Reflections guess =
+              between(nodes_[edge.a()].reflections, nodes_[edge.b()].reflections);
+          node.reflections = reflector_.reflectionsNear(node.position, {&guess}, own.paths);
         }
         if (node.reflections.count == 0)
           node.reflections = reflector_.reflectionsOf(node.position, own_, cursor, own.paths);
