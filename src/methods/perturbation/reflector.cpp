@@ -117,11 +117,12 @@ Reflector::Reflector(const implicit::Surface& surface, const Box3& bounds, const
     grid.paths.resize(static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height));
     parallelFor(grid.paths.size(), 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        const auto column = static_cast<float>(i % static_cast<std::size_t>(grid.width));
-        const auto row = static_cast<float>(i / static_cast<std::size_t>(grid.width));
-        const glm::dvec3 d(scene::rayDirection(view.camera, view.width, view.height,
-                                               seen[0] + (column + 0.5f) * spacing,
-                                               seen[1] + (row + 0.5f) * spacing));
+        const std::size_t column = i % static_cast<std::size_t>(grid.width);
+        const std::size_t row = i / static_cast<std::size_t>(grid.width);
+        const glm::dvec3 d(
+            scene::rayDirection(view.camera, view.width, view.height,
+                                seen[0] + (static_cast<float>(column) + 0.5f) * spacing,
+                                seen[1] + (static_cast<float>(row) + 0.5f) * spacing));
         const implicit::SurfaceHit hit = implicit::firstHit(surface_, {eye_, d});
         if (hit.status != implicit::HitStatus::Hit) continue;
         Path path;
