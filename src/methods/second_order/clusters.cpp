@@ -18,10 +18,12 @@ constexpr float kPoleSine = 1.75e-3f;  ///< sine of 0.1 degrees; ours
 constexpr float kPlanarNormal = 1e-4f;
 constexpr float kPlanarOffset = 5e-5f;
 constexpr std::uint64_t kLeastPlane = 64;     ///< samples of a planar cluster; ours
+constexpr std::size_t kPlanes = 4;            ///< planar clusters of a bin, at most; ours
+constexpr std::size_t kParts = kPlanes + 1;   ///< of a bin: what is on no plane, and the planes
 constexpr std::size_t kMostClusters = 65000;  ///< of a 16-bit index
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
-/// The plane that most samples of a bin lie on, if any does: candidate and weight of a majority
-/// vote [Boyer1991].
+
+/// A plane that samples may lie on, and its weight in a vote.
 struct Plane {
   Vec3 normal{0.0f};
   float offset = 0.0f;  ///< dot(normal, P), relative to the frame's eye
@@ -33,27 +35,46 @@ struct Plane {
     return glm::dot(turned, turned) <= kPlanarNormal * kPlanarNormal &&
            off * off <= kPlanarOffset * kPlanarOffset * glm::dot(position, position);
   }
+  bool sameAs(const Plane& other) const {
+    const Vec3 turned = other.normal - normal;
+    return glm::dot(turned, turned) <= kPlanarNormal * kPlanarNormal &&
+           std::abs(other.offset - offset) <= kPlanarOffset * std::max(std::abs(offset), 1e-30f);
+  }
+};
+
+/// The planes that most samples of a bin lie on: every plane with more than 1 / (kPlanes + 1) of
+/// them is among these [Misra1982].
+struct Planes {
+  std::array<Plane, kPlanes> of;
+
   void vote(const Vec3& position, const Vec3& sampleNormal) {
-    if (votes > 0) {
-      votes += holds(position, sampleNormal) ? 1 : -1;
+    Plane* free = nullptr;
+    for (Plane& plane : of) {
+      if (plane.votes == 0) {
+        free = &plane;
+      } else if (plane.holds(position, sampleNormal)) {
+        ++plane.votes;
+        return;
+      }
+    }
+    if (free != nullptr) {
+      *free = {sampleNormal, glm::dot(sampleNormal, position), 1};
     } else {
-      *this = {sampleNormal, glm::dot(sampleNormal, position), 1};
+      for (Plane& plane : of) --plane.votes;
     }
   }
-  void vote(const Plane& other) {
-    const Vec3 turned = other.normal - normal;
-    const bool same =
-        glm::dot(turned, turned) <= kPlanarNormal * kPlanarNormal &&
-        std::abs(other.offset - offset) <= kPlanarOffset * std::max(std::abs(offset), 1e-30f);
-    if (same) {
-      votes += other.votes;
-    } else if (other.votes > votes) {
-      const std::int64_t left = other.votes - votes;
-      *this = other;
-      votes = left;
-    } else {
-      votes -= other.votes;
+  void vote(Plane other) {
+    for (Plane& plane : of) {
+      if (plane.votes > 0 && plane.sameAs(other)) {
+        plane.votes += other.votes;
+        return;
+      }
     }
+    const auto least = std::ranges::min_element(of, {}, &Plane::votes);
+    const std::int64_t taken = std::min(least->votes, other.votes);
+    for (Plane& plane : of) plane.votes -= taken;
+    other.votes -= taken;
+    if (least->votes == 0) *least = other;
   }
 };
 
@@ -94,8 +115,8 @@ struct ObjectRun {
 struct BlockBin {
   std::uint32_t bin = 0;
   Vec3 anchor{0.0f};  ///< position of its first sample
-  Plane plane;
-  std::array<Sums, 2> sums;  ///< of what is beside the plane, and on it
+  Planes planes;
+  std::array<Sums, kParts> sums;
 };
 
 /// What a block keeps from pass to pass. Rows are indices of their first runs, and the number of
@@ -107,7 +128,7 @@ struct BlockWork {
   std::vector<BlockBin> bins;
   std::vector<SampleRun> binRuns;  ///< by bin: their slots are indices of `bins`
   std::vector<std::uint32_t> binRows;
-  std::vector<SampleRun> partRuns;  ///< likewise, 2 * slot + (on the plane)
+  std::vector<SampleRun> partRuns;  ///< likewise, kParts * slot + part
   std::vector<std::uint32_t> partRows;
   std::vector<std::int32_t> ofSample;
 };
@@ -130,9 +151,9 @@ struct Clustering::Work {
   std::vector<BlockWork> blocks;
   std::vector<BinScale> scales;         ///< by object
   std::vector<std::uint32_t> firstBin;  ///< by object, and the number of bins
-  std::vector<Plane> planes;            ///< by bin
+  std::vector<Planes> planes;           ///< by bin
   std::vector<Vec3> anchors;            ///< by bin
-  std::vector<Sums> sums;               ///< by part: 2 bin (beside its plane) and 2 bin + 1
+  std::vector<Sums> sums;               ///< by kParts * bin + part
   std::vector<std::uint16_t> clusterOfPart;
 };
 
@@ -297,9 +318,13 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
           }
           work.binRuns.push_back({from, slot, static_cast<std::uint16_t>(run.x + begin),
                                   static_cast<std::uint16_t>(end - begin)});
-          Plane& plane = work.bins[slot].plane;
-          for (std::uint32_t i = from; i < to; ++i) {
-            plane.vote(block.position[i], block.normal[i]);
+          // Where neighbours' normals differ there is no plane
+          Planes& planes = work.bins[slot].planes;
+          for (std::uint32_t i = from + 1; i < to; ++i) {
+            const Vec3 turned = block.normal[i] - block.normal[i - 1];
+            if (glm::dot(turned, turned) <= kPlanarNormal * kPlanarNormal) {
+              planes.vote(block.position[i], block.normal[i]);
+            }
           }
         };
         if (uneven) {
@@ -316,18 +341,20 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
     }
     work.binRows.push_back(static_cast<std::uint32_t>(work.binRuns.size()));
   });
-  std::vector<Plane>& planes = work_->planes;
+  std::vector<Planes>& planes = work_->planes;
   std::vector<Vec3>& anchors = work_->anchors;
   planes.assign(bins, {});
   anchors.assign(bins, Vec3(0.0f));
   for (const BlockWork& work : work_->blocks) {
     for (const BlockBin& b : work.bins) {
       if (anchors[b.bin] == Vec3(0.0f)) anchors[b.bin] = b.anchor;
-      planes[b.bin].vote(b.plane);
+      for (const Plane& plane : b.planes.of) {
+        if (plane.votes > 0) planes[b.bin].vote(plane);
+      }
     }
   }
 
-  // What lies on a bin's plane is a part of its own
+  // What lies on a plane of its bin is a part of its own
   forBlocks([&](SampleBlock& block, BlockWork& work, int top, int bottom) {
     work.partRuns.clear();
     work.partRows.clear();
@@ -337,37 +364,38 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
       for (std::size_t r = work.binRows[row]; r < work.binRows[row + 1]; ++r) {
         const SampleRun& run = work.binRuns[r];
         BlockBin& bin = work.bins[run.slot];
-        const Plane plane = planes[bin.bin];
+        const Planes& candidates = planes[bin.bin];
         const auto addPart = [&](std::size_t begin, std::size_t end, int part) {
-          const SampleRun made{run.first + static_cast<std::uint32_t>(begin),
-                               2 * run.slot + static_cast<std::uint32_t>(part),
-                               static_cast<std::uint16_t>(run.x + begin),
-                               static_cast<std::uint16_t>(end - begin)};
+          const SampleRun made{
+              run.first + static_cast<std::uint32_t>(begin),
+              static_cast<std::uint32_t>(kParts) * run.slot + static_cast<std::uint32_t>(part),
+              static_cast<std::uint16_t>(run.x + begin), static_cast<std::uint16_t>(end - begin)};
           work.partRuns.push_back(made);
           bin.sums[static_cast<std::size_t>(part)].add(block.position, block.normal, made, y,
                                                        anchors[bin.bin]);
         };
         std::int32_t* const ofSample = work.ofSample.data();
-        int onPlane = 0;
-        if (plane.votes > 0) {
+        std::fill_n(ofSample, run.count, 0);
+        std::size_t left = run.count;
+        for (std::size_t p = 0; p < kPlanes && left > 0; ++p) {
+          const Plane plane = candidates.of[p];
+          if (plane.votes == 0) continue;
+          const auto part = static_cast<std::int32_t>(p + 1);
           for (std::size_t k = 0; k < run.count; ++k) {
-            ofSample[k] =
-                plane.holds(block.position[run.first + k], block.normal[run.first + k]) ? 1 : 0;
-            onPlane += ofSample[k];
+            const bool held = ofSample[k] == 0 && plane.holds(block.position[run.first + k],
+                                                              block.normal[run.first + k]);
+            ofSample[k] = held ? part : ofSample[k];
+            left -= held ? 1 : 0;
           }
         }
-        if (onPlane == 0 || onPlane == run.count) {
-          addPart(0, run.count, onPlane == 0 ? 0 : 1);
-        } else {
-          forEqual({ofSample, run.count}, addPart);
-        }
+        forEqual({ofSample, run.count}, addPart);
       }
       // Glossiness matters where it may exceed a mirror's
       for (std::size_t r = work.partRows.back(); r < work.partRuns.size(); ++r) {
         const SampleRun& run = work.partRuns[r];
         const std::size_t at = rowStart(y) + run.x;
         if (kinds[gbuffer.object[at]] != ReflectorKind::Glossy) continue;
-        float& most = work.bins[run.slot / 2].sums[run.slot % 2].glossiness;
+        float& most = work.bins[run.slot / kParts].sums[run.slot % kParts].glossiness;
         for (std::size_t k = at; k < at + run.count; ++k) {
           most = std::max(most, gbuffer.normal[4 * k + 3]);
         }
@@ -380,27 +408,31 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
   clusters_.clear();
   unclustered_ = 0;
   std::vector<Sums>& sums = work_->sums;
-  sums.assign(2 * std::size_t{bins}, {});
+  sums.assign(kParts * bins, {});
   for (const BlockWork& work : work_->blocks) {
     for (const BlockBin& b : work.bins) {
-      sums[2 * std::size_t{b.bin}].add(b.sums[0]);
-      sums[2 * std::size_t{b.bin} + 1].add(b.sums[1]);
+      for (std::size_t part = 0; part < kParts; ++part) {
+        sums[kParts * b.bin + part].add(b.sums[part]);
+      }
     }
   }
   std::vector<std::uint16_t>& clusterOfPart = work_->clusterOfPart;
-  clusterOfPart.assign(2 * std::size_t{bins}, 1);
+  clusterOfPart.assign(kParts * bins, 1);
   for (std::size_t object = 0; object < objects; ++object) {
     for (std::uint32_t bin = firstBin[object]; bin < firstBin[object + 1]; ++bin) {
-      Sums& rest = sums[2 * std::size_t{bin}];
-      Sums& onPlane = sums[2 * std::size_t{bin} + 1];
       // A plane of few samples is a facet of something curved
-      const bool flat = onPlane.samples >= kLeastPlane;
-      if (!flat) {
-        rest.add(onPlane);
-        onPlane = {};
+      Sums* const ofBin = sums.data() + kParts * bin;
+      std::array<bool, kParts> facet{};
+      for (std::size_t part = 1; part < kParts; ++part) {
+        facet[part] = ofBin[part].samples < kLeastPlane;
+        if (facet[part]) ofBin[0].add(ofBin[part]);
       }
-      for (const std::uint32_t part : {2 * bin, 2 * bin + 1}) {
-        const Sums& all = sums[part];
+      for (std::size_t part = 0; part < kParts; ++part) {
+        const Sums& all = ofBin[part];
+        if (facet[part]) {
+          clusterOfPart[kParts * bin + part] = clusterOfPart[kParts * bin];
+          continue;
+        }
         if (all.samples == 0) continue;
         if (all.samples < static_cast<std::uint32_t>(options.minSamples) ||
             clusters_.size() == kMostClusters) {
@@ -412,12 +444,11 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
         const int number = static_cast<int>(bin - firstBin[object]);
         cluster.thetaBin = number % work_->scales[object].thetaBins;
         cluster.phiBin = number / work_->scales[object].thetaBins;
-        cluster.planar = part % 2 == 1;
+        cluster.planar = part > 0;
         describe(all, anchors[bin], cluster);
         clusters_.push_back(cluster);
-        clusterOfPart[part] = static_cast<std::uint16_t>(clusters_.size() + 1);
+        clusterOfPart[kParts * bin + part] = static_cast<std::uint16_t>(clusters_.size() + 1);
       }
-      if (!flat) clusterOfPart[2 * bin + 1] = clusterOfPart[2 * bin];
     }
   }
 
@@ -435,7 +466,7 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
       for (std::size_t r = work.partRows[row]; r < work.partRows[row + 1]; ++r) {
         SampleRun run = work.partRuns[r];
         const std::uint16_t known =
-            clusterOfPart[2 * std::size_t{work.bins[run.slot / 2].bin} + run.slot % 2];
+            clusterOfPart[kParts * work.bins[run.slot / kParts].bin + run.slot % kParts];
         std::fill_n(clusterOf_.begin() + static_cast<std::ptrdiff_t>(rowStart(y) + run.x),
                     run.count, known);
         if (known < 2) continue;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -174,6 +175,34 @@ TEST(Clusters, APlaneIsOnePlanarClusterOnTheMirroredFramesGrid) {
     }
   }
   EXPECT_EQ(samples, clustering.clusters()[0].samples);
+}
+
+/// Three steps: y = 0, 0.1 and 0.2, one normal.
+bool hitStairs(const Vec3& eye, const Vec3& d, Vec3& position, Vec3& normal) {
+  normal = Vec3(0.0f, 1.0f, 0.0f);
+  for (const float step : {2.0f, 1.0f, 0.0f}) {
+    position = eye + d * ((0.1f * step - eye.y) / d.y);
+    const bool on =
+        position.x > -1.0f + 0.5f * step && (step == 2.0f || position.x < -0.5f + 0.5f * step);
+    if (d.y < 0.0f && on) return true;
+  }
+  return false;
+}
+
+TEST(Clusters, ParallelPlanesOfABinAreAClusterEach) {
+  const scene::Camera camera = cameraAt({0.3f, 1.6f, 3.0f}, {0.0f, 0.0f, 0.0f});
+  const raster::GBufferCopy gbuffer = rasterized(camera, 0.0f, hitStairs);
+  const Clustering clustering = clustersOf(gbuffer, camera);
+  ASSERT_EQ(clustering.clusters().size(), 3u);
+  std::uint64_t samples = 0;
+  std::set<int> heights;
+  for (const Cluster& cluster : clustering.clusters()) {
+    EXPECT_TRUE(cluster.planar);
+    samples += cluster.samples;
+    heights.insert(static_cast<int>(std::lround(10.0f * (camera.eye().y + cluster.centroid.y))));
+  }
+  EXPECT_EQ(samples, clustering.reflectiveSamples());
+  EXPECT_EQ(heights, (std::set<int>{0, 1, 2}));
 }
 
 TEST(Clusters, EquationOneLeavesTheEyeOfAPlaneInItsPlace) {
