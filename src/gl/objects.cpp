@@ -479,6 +479,10 @@ void VertexArray::bindAttribute(GLuint location, const Buffer& buffer, std::size
   glEnableVertexArrayAttrib(id(), location);
 }
 
+void VertexArray::setPerInstance(GLuint location) {
+  glVertexArrayBindingDivisor(id(), location, 1);
+}
+
 void VertexArray::setIndices(const Buffer& buffer) {
   glVertexArrayElementBuffer(id(), buffer.id());
 }

@@ -198,6 +198,7 @@ class VertexArray {
   /// Attribute `location`: `components` values of `type` at `offset` of every `stride` bytes.
   void setAttribute(GLuint location, const Buffer& buffer, int components, GLenum type,
                     std::size_t offset, std::size_t stride, bool normalized = false);
+  void setPerInstance(GLuint location);  ///< an attribute set before
   void setIndices(const Buffer& buffer);
   void bind() const;
 

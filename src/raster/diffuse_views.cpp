@@ -4,6 +4,7 @@
 // A viewport is set per draw: gl_ViewportIndex would let one draw serve 16 views, but makes
 // llvmpipe take triangles apart (a third more CPU time for the living room's views).
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -17,7 +18,21 @@
 namespace catoptric::raster {
 namespace {
 
-constexpr GLuint kViewBinding = 2;  ///< of scene.vert's block
+constexpr GLuint kViewBinding = 2;           ///< of scene.vert's block
+constexpr std::size_t kCompoundViews = 128;  ///< of a compound draw: what 16 KiB hold
+constexpr GLuint kViewAttribute = 7;
+/// What keeps a compound draw's views in their rectangles.
+constexpr std::array<GLenum, 4> kBorders = {GL_CLIP_DISTANCE1, GL_CLIP_DISTANCE2, GL_CLIP_DISTANCE3,
+                                            GL_CLIP_DISTANCE4};
+
+/// As glMultiDrawElementsIndirect reads it; the first instance is the view of a compound draw.
+struct Command {
+  std::uint32_t count = 0;
+  std::uint32_t instances = 1;
+  std::uint32_t firstIndex = 0;
+  std::int32_t baseVertex = 0;
+  std::uint32_t firstInstance = 0;
+};
 
 /// The uniform block View of scene.vert, at offsets that every driver allows.
 struct alignas(256) ViewBlock {
@@ -25,6 +40,16 @@ struct alignas(256) ViewBlock {
   Vec4 eye;
   Vec4 ownClip;
 };
+
+/// One of the block Views.
+struct CompoundBlock {
+  Mat4 clipFromWorld;
+  Vec4 eye;
+  Vec4 ownClip;
+  Vec4 place;
+};
+constexpr std::size_t kGroupBytes = kCompoundViews * sizeof(CompoundBlock);
+static_assert(kGroupBytes % 256 == 0 && kGroupBytes <= 16384);
 
 /// How an object's triangles are drawn in a view.
 enum class Sides : std::uint8_t { Both, Front, Own };
@@ -156,7 +181,7 @@ void SceneRaster::State::listView(const DiffuseView& view, std::span<const std::
 void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
                                    std::span<const gl::Framebuffer> layers,
                                    const frame::Geometry& geometry, const frame::Lighting& lighting,
-                                   std::span<std::uint64_t> triangles) {
+                                   std::span<std::uint64_t> triangles, bool compound) {
   State& s = *state_;
   if (views.empty()) return;
 
@@ -187,14 +212,20 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
   struct Draw {
     std::uint32_t object;
     Sides sides;
-    std::uint32_t view;
+    std::uint32_t view, group;
     std::size_t first, count;  // indices
   };
   std::vector<Draw> draws;
   std::vector<std::size_t> next(views.size(), 0);
+  std::vector<std::size_t> groups;  // first view of each
   for (std::size_t first = 0; first < views.size();) {
     std::size_t last = first;
-    while (last < views.size() && views[last].layer == views[first].layer) ++last;
+    while (last < views.size() && views[last].layer == views[first].layer &&
+           (!compound || last - first < kCompoundViews)) {
+      ++last;
+    }
+    const auto group = static_cast<std::uint32_t>(groups.size());
+    groups.push_back(first);
     for (const std::uint32_t object : order) {
       for (const Sides sides : {Sides::Both, Sides::Front, Sides::Own}) {
         for (std::size_t i = first; i < last; ++i) {
@@ -202,7 +233,7 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
           if (next[i] == ranges.size()) continue;
           const ViewList::Range& range = ranges[next[i]];
           if (range.object != object || range.sides != sides) continue;
-          draws.push_back({object, sides, static_cast<std::uint32_t>(i),
+          draws.push_back({object, sides, static_cast<std::uint32_t>(i), group,
                            firstIndex[i] + range.first, range.count});
           ++next[i];
         }
@@ -212,25 +243,59 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
   }
 
   // Views' blocks and indices
-  std::vector<ViewBlock> blocks;
-  blocks.reserve(views.size());
-  for (const DiffuseView& view : views) {
-    blocks.push_back({view.clipFromWorld, Vec4(view.eye, view.texelSpreadRad), view.ownClip});
-  }
   const auto fill = [](gl::Buffer& buffer, const char* label, const void* data, std::size_t size) {
     if (buffer.size() < size) buffer = gl::Buffer(label, size + size / 2);
     if (size > 0) buffer.write(0, size, data);
   };
-  fill(s.viewBlocks, "views", blocks.data(), blocks.size() * sizeof(ViewBlock));
-  if (s.viewVertices.empty()) {
-    s.viewVertices = gl::VertexArray("scene in many views");
-    s.describeVertices(s.viewVertices);
+  std::vector<Command> commands;
+  if (compound) {
+    std::vector<CompoundBlock> blocks(groups.size() * kCompoundViews);
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      const std::size_t end = g + 1 < groups.size() ? groups[g + 1] : views.size();
+      for (std::size_t i = groups[g]; i < end; ++i) {
+        const DiffuseView& view = views[i];
+        const gl::Framebuffer& layer = layers[view.layer];
+        const Vec2 scale = Vec2(view.width, view.height) / Vec2(layer.width(), layer.height());
+        const Vec2 corner = Vec2(view.x, view.y) / Vec2(layer.width(), layer.height());
+        const Vec2 centre(2.0f * corner.x + scale.x - 1.0f, 1.0f - 2.0f * corner.y - scale.y);
+        blocks[g * kCompoundViews + i - groups[g]] = {
+            view.clipFromWorld, Vec4(view.eye, view.texelSpreadRad), view.ownClip,
+            Vec4(scale.x, scale.y, centre.x, centre.y)};
+      }
+    }
+    fill(s.viewBlocks, "views", blocks.data(), blocks.size() * sizeof(CompoundBlock));
+    for (const Draw& draw : draws) {
+      commands.push_back(
+          {.count = static_cast<std::uint32_t>(draw.count),
+           .firstIndex = static_cast<std::uint32_t>(draw.first),
+           .firstInstance = static_cast<std::uint32_t>(draw.view - groups[draw.group])});
+    }
+    fill(s.commands, "draw commands", commands.data(), commands.size() * sizeof(Command));
+  } else {
+    std::vector<ViewBlock> blocks;
+    blocks.reserve(views.size());
+    for (const DiffuseView& view : views) {
+      blocks.push_back({view.clipFromWorld, Vec4(view.eye, view.texelSpreadRad), view.ownClip});
+    }
+    fill(s.viewBlocks, "views", blocks.data(), blocks.size() * sizeof(ViewBlock));
+  }
+  gl::VertexArray& vertices = compound ? s.compoundVertices : s.viewVertices;
+  if (vertices.empty()) {
+    vertices = gl::VertexArray("scene in many views");
+    s.describeVertices(vertices);
+    if (compound) {
+      std::array<float, kCompoundViews> numbers;
+      std::iota(numbers.begin(), numbers.end(), 0.0f);
+      s.viewNumbers = gl::Buffer("numbers of views", std::span<const float>(numbers));
+      vertices.setAttribute(kViewAttribute, s.viewNumbers, 1, GL_FLOAT, 0, sizeof(float));
+      vertices.setPerInstance(kViewAttribute);
+    }
   }
   const std::size_t bytes = firstIndex.back() * sizeof(std::uint32_t);
   if (s.viewIndices.size() < std::max<std::size_t>(1, bytes)) {
     s.viewIndices = gl::Buffer("indices of many views", bytes + bytes / 2);
-    s.viewVertices.setIndices(s.viewIndices);
   }
+  vertices.setIndices(s.viewIndices);
   for (std::size_t i = 0; i < views.size(); ++i) {
     const std::vector<std::uint32_t>& indices = lists[i].indices;
     if (indices.empty()) continue;
@@ -252,14 +317,21 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
   glEnable(GL_SCISSOR_TEST);
   const bool sky = hasSky(lighting);
 
-  s.viewVertices.bind();
+  vertices.bind();
+  if (compound) {
+    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, s.commands.id());
+    for (const GLenum border : kBorders) glEnable(border);
+  }
+  const std::uint32_t pass = kViews | (compound ? kCompound : 0u);
   int layer = -1;
+  std::uint32_t group = ~0u;
   GLuint program = 0;
   int material = -1;
   std::uint32_t object = static_cast<std::uint32_t>(s.objects.size());
   Sides state = Sides::Both;
   std::uint64_t batched = 0;
-  for (const Draw& draw : draws) {
+  for (std::size_t k = 0; k < draws.size();) {
+    const Draw& draw = draws[k];
     const DiffuseView& view = views[draw.view];
     if (view.layer != layer) {
       layer = view.layer;
@@ -269,7 +341,7 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
       object = draw.object;
       const ObjectInfo& info = s.objects[object];
       const Variant& v =
-          s.variant(diffusePassFeatures(litFeatures(info.features, sky)) | kViews, lighting);
+          s.variant(diffusePassFeatures(litFeatures(info.features, sky)) | pass, lighting);
       if (v.program.id() != program) {
         program = v.program.id();
         glUseProgram(program);
@@ -285,13 +357,33 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
       (state == Sides::Both ? glDisable : glEnable)(GL_CULL_FACE);
       (state == Sides::Own ? glEnable : glDisable)(GL_CLIP_DISTANCE0);
     }
-    glViewport(view.x, view.y, view.width, view.height);
-    glScissor(view.x, view.y, view.width, view.height);
-    s.viewBlocks.bindUniformRange(kViewBinding, draw.view * sizeof(ViewBlock), sizeof(ViewBlock));
-    glDrawElements(
-        GL_TRIANGLES, static_cast<GLsizei>(draw.count), GL_UNSIGNED_INT,
-        reinterpret_cast<const void*>(std::uintptr_t{draw.first} * sizeof(std::uint32_t)));
-    batched += draw.count / 3;
+    if (compound) {
+      if (draw.group != group) {
+        group = draw.group;
+        glViewport(0, 0, layers[layer].width(), layers[layer].height());
+        glScissor(0, 0, layers[layer].width(), layers[layer].height());
+        s.viewBlocks.bindUniformRange(kViewBinding, group * kGroupBytes, kGroupBytes);
+      }
+      const std::size_t first = k;
+      for (; k < draws.size() && draws[k].object == draw.object && draws[k].sides == draw.sides &&
+             draws[k].group == group;
+           ++k) {
+        batched += draws[k].count / 3;
+      }
+      glMultiDrawElementsIndirect(
+          GL_TRIANGLES, GL_UNSIGNED_INT,
+          reinterpret_cast<const void*>(std::uintptr_t{first} * sizeof(Command)),
+          static_cast<GLsizei>(k - first), sizeof(Command));
+    } else {
+      glViewport(view.x, view.y, view.width, view.height);
+      glScissor(view.x, view.y, view.width, view.height);
+      s.viewBlocks.bindUniformRange(kViewBinding, draw.view * sizeof(ViewBlock), sizeof(ViewBlock));
+      glDrawElements(
+          GL_TRIANGLES, static_cast<GLsizei>(draw.count), GL_UNSIGNED_INT,
+          reinterpret_cast<const void*>(std::uintptr_t{draw.first} * sizeof(std::uint32_t)));
+      batched += draw.count / 3;
+      ++k;
+    }
     if (batched >= kTrianglesPerBatch) {
       glFlush();
       batched = 0;
@@ -299,6 +391,10 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
   }
   glDisable(GL_CULL_FACE);
   glDisable(GL_CLIP_DISTANCE0);
+  if (compound) {
+    for (const GLenum border : kBorders) glDisable(border);
+    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, 0);
+  }
   glDisable(GL_SCISSOR_TEST);
   glDisable(GL_DEPTH_TEST);
 }

@@ -31,7 +31,8 @@ enum Feature : std::uint32_t {
   kSky = 1u << 13,          ///< light of the environment or ambient light, where visible
   kGBufferPass = 1u << 14,  ///< otherwise diffuse radiance alone
   kViews = 1u << 15,        ///< many views in one pass
-  kVirtual = 1u << 16,      ///< drawn where a reflector shows it
+  kCompound = 1u << 16,     ///< ... and many of them in one draw
+  kVirtual = 1u << 17,      ///< drawn where a reflector shows it
 };
 
 /// Features of a material by itself.

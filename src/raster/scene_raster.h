@@ -84,9 +84,10 @@ class SceneRaster {
   /// `layers[view.layer]`, whose depth the caller has cleared there (where it stays, nothing was
   /// drawn). Triangles that certainly show nothing and levels of detail finer than a view asks for
   /// are not drawn. `geometry`: of the last update(). `triangles[i]`: drawn for views[i].
+  /// `compound`: one draw sends an object's triangles to all views of a layer.
   void drawDiffuseViews(std::span<const DiffuseView> views, std::span<const gl::Framebuffer> layers,
                         const frame::Geometry& geometry, const frame::Lighting& lighting,
-                        std::span<std::uint64_t> triangles);
+                        std::span<std::uint64_t> triangles, bool compound = false);
 
   /// Draws the diffuse radiance of virtual objects into the bound framebuffer's colour 0 and depth
   /// (reversed-Z, cleared by the caller), each on the samples of its reflector in `gbuffer`, which

@@ -94,6 +94,9 @@ struct SceneRaster::State {
   gl::VertexArray viewVertices;
   gl::Buffer viewBlocks;
   gl::Buffer viewIndices;
+  gl::Buffer commands;     ///< of compound views, and the two below
+  gl::Buffer viewNumbers;  ///< 0, 1, 2, ... for an attribute that counts instances
+  gl::VertexArray compoundVertices;
   FrameView gbufferView;  ///< of the last G-buffer, for methods' own passes
   DrawList list;
 

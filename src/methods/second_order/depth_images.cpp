@@ -54,9 +54,12 @@ bool DepthImages::fits(std::span<const ClusterCamera> cameras) {
     sizes.push_back({camera.width, camera.height});
   }
   atlas_ = packAtlas(sizes, {layerWidth_, layerHeight_});
-  const std::uint64_t layer = kBytesPerTexel * static_cast<std::uint64_t>(layerWidth_) *
-                              static_cast<std::uint64_t>(layerHeight_);
-  return layer * static_cast<std::uint64_t>(atlas_.layers) <= options_.memoryBytes;
+  return bytes() <= options_.memoryBytes;
+}
+
+std::uint64_t DepthImages::layerBytes() const {
+  return kBytesPerTexel * static_cast<std::uint64_t>(layerWidth_) *
+         static_cast<std::uint64_t>(layerHeight_);
 }
 
 void DepthImages::draw(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
@@ -110,7 +113,7 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
   }
   prepareDepth(clusters, cameras, skipOwn, order, samplesOnGrids);
   std::vector<std::uint64_t> drawn(views.size());
-  raster.drawDiffuseViews(views, targets_, geometry, lighting, drawn);
+  raster.drawDiffuseViews(views, targets_, geometry, lighting, drawn, options_.compound);
   for (std::size_t k = 0; k < order.size(); ++k) triangles[order[k]] = drawn[k];
   writeTable(clusters, cameras, triangles);
 }

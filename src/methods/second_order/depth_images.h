@@ -18,6 +18,7 @@ namespace catoptric::methods {
 struct DepthImageOptions {
   float levelErrorTexels = 1.0f;             ///< of levels of detail; 0: always the finest
   std::uint64_t memoryBytes = 512ull << 20;  ///< of all layers
+  bool compound = false;                     ///< one draw for all images of a layer
 };
 
 /// Textures are kept from frame to frame and grow when a frame needs more.
@@ -44,9 +45,11 @@ class DepthImages {
 
   /// Binds colour and depth images and the table of clusters, as intersect.frag names them.
   void bind() const;
-  std::uint64_t bytes() const { return color_.bytes() + depth_.bytes(); }
+  /// Of the layers that the last fits() has filled.
+  std::uint64_t bytes() const { return layerBytes() * static_cast<std::uint64_t>(atlas_.layers); }
 
  private:
+  std::uint64_t layerBytes() const;
   /// Writes the table that rays find their image by.
   void writeTable(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
                   std::span<const std::uint64_t> triangles);

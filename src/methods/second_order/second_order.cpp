@@ -90,6 +90,10 @@ const config::Schema& schema() {
            .defaultText = "512",
            .minimum = 1,
            .maximum = 65536},
+          {.name = "compound",
+           .type = config::FieldType::Bool,
+           .help = "one draw sends an object's triangles to all depth images of a layer",
+           .defaultText = "false"},
           {.name = "environment_face_size",
            .type = config::FieldType::Integer,
            .help = "texels along the edge of a face of the cube map for rays that find nothing",
@@ -155,6 +159,7 @@ Options parseOptions(const config::Value& value) {
   options.camera.rays = static_cast<int>(integer("rays"));
   options.images.levelErrorTexels = number("level_error");
   options.images.memoryBytes = static_cast<std::uint64_t>(integer("memory_mib")) << 20;
+  options.images.compound = config::valueOr(value, schema(), "compound").asBool();
   options.neighbourhood = config::valueOr(value, schema(), "glossy").asString() == "neighbourhood";
   options.glossyReach = number("glossy_reach");
   options.selfIntersect =

@@ -234,6 +234,23 @@ TEST(SecondOrder, LittleMemoryMeansCoarseImages) {
   EXPECT_LT(mirror.meanDifference, 0.02);
 }
 
+TEST(SecondOrder, CompoundImagesAreAsGood) {
+  for (const bool curved : {false, true}) {
+    const auto frame = [&](const char* options) {
+      return Comparison(
+          roomWith(curved ? scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres)
+                          : scene::makePlane({4.0f, 4.0f}, {1, 1}, scene::UvMode::Metres),
+                   Mat4(1.0f)),
+          cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}), options);
+    };
+    const Comparison plain = frame("{}");
+    const Comparison compound = frame(R"({"compound": true})");
+    EXPECT_NEAR(compound.meanDifference, plain.meanDifference, 2e-4);
+    EXPECT_NEAR(compound.different, plain.different, 1e-3);
+    EXPECT_EQ(compound.output.counters.at("triangles"), plain.output.counters.at("triangles"));
+  }
+}
+
 TEST(SecondOrder, EmptyImagesShowTheSky) {
   // Nothing but the mirror itself
   test::SceneBuilder builder;

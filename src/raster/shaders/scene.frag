@@ -88,8 +88,13 @@ void main() {
   vec3 image = imageRay.xyz / imageRay.w;
 #elif FROM_EYE
 #if VIEWS
-  vec3 fromEye = vertexFromEye;
+    vec3 fromEye = vertexFromEye;
+#if COMPOUND
+  vec4 eye = vertexEye;
+#else
   vec4 eye = view.eye;
+#endif
+
 #else
   vec4 ray = frame.rayFromWindow * vec4(gl_FragCoord.xyz, 1.0);
   vec3 fromEye = ray.xyz / ray.w;

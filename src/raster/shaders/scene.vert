@@ -12,11 +12,28 @@ layout(location = 6) in vec4 inBake;
 layout(location = 7) in vec4 inImage;  // where it appears; |x - eye| / |image - eye|
 #endif
 
+#if COMPOUND
+layout(location = 7) in float inView;  // by the command's first instance
+#endif
+
 #define VERTEX_STAGE
 #include "varyings.glsl"
 
 void main() {
-#if VIEWS
+#if COMPOUND
+  ViewOfMany view = views[int(inView)];
+  vec4 place = view.clipFromWorld * vec4(inPosition, 1.0);
+  gl_Position = vec4(view.place.xy * place.xy + view.place.zw * place.w, place.zw);
+  // The view's rectangle
+  gl_ClipDistance[1] = place.w + place.x;
+  gl_ClipDistance[2] = place.w - place.x;
+  gl_ClipDistance[3] = place.w + place.y;
+  gl_ClipDistance[4] = place.w - place.y;
+  gl_ClipDistance[0] = dot(view.ownClip, vec4(inPosition, 1.0));
+#if FROM_EYE
+  vertexEye = view.eye;
+#endif
+#elif VIEWS
   gl_Position = view.clipFromWorld * vec4(inPosition, 1.0);
   gl_ClipDistance[0] = dot(view.ownClip, vec4(inPosition, 1.0));
 #elif VIRTUAL

@@ -8,11 +8,24 @@
 #define FROM_EYE (BASE_TEXTURE || NORMAL_MAP || EMISSIVE_TEXTURE || (SPECULAR_TEXTURE && GBUFFER) || (LIGHT_COUNT > 0 && !UNLIT))
 #if VIEWS
 // One of many views
+#if COMPOUND
+struct ViewOfMany {
+#else
 layout(std140, binding = 2) uniform View {
+#endif
   mat4 clipFromWorld;
   vec4 eye;      // xyz; w spread of one sample's ray cone in radians
   vec4 ownClip;  // of the object behind which the eye is: drawn in front of it
+#if COMPOUND
+  vec4 place;    // of its rectangle in the layer's clip space: scale, centre
+};
+layout(std140, binding = 2) uniform Views { ViewOfMany views[128]; };  // kCompoundViews
+#if FROM_EYE
+flat VARYING vec4 vertexEye;
+#endif
+#else
 } view;
+#endif
 #if FROM_EYE
 VARYING vec3 vertexFromEye;
 #endif
