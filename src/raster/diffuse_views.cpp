@@ -52,7 +52,7 @@ constexpr std::size_t kGroupBytes = kCompoundViews * sizeof(CompoundBlock);
 static_assert(kGroupBytes % 256 == 0 && kGroupBytes <= 16384);
 
 /// How an object's triangles are drawn in a view.
-enum class Sides : std::uint8_t { Both, Front, Own };
+enum class Sides : std::uint8_t { Both, Front, OwnFront, OwnBoth };
 
 /// Distance from a point to a box.
 float distanceTo(const Box3& box, const Vec3& p) {
@@ -159,8 +159,9 @@ void SceneRaster::State::listView(const DiffuseView& view, std::span<const std::
 
     // Backs of a closed opaque object are hidden; so are they for the eye behind its own surface
     const bool cullBacks =
-        own || (meshlets.closed[i] && objects[i].opaque && !contains(bounds[i], view.eye) &&
-                beyondNear(view.clipFromWorld, bounds[i]));
+        own ? !view.ownBacks
+            : (meshlets.closed[i] && objects[i].opaque && !contains(bounds[i], view.eye) &&
+               beyondNear(view.clipFromWorld, bounds[i]));
     const TriangleCulling culling(view.clipFromWorld, bounds[i], view.width, view.height, snap,
                                   cullBacks, own ? view.ownClip : Vec4(0.0f, 0.0f, 0.0f, 1.0f));
     const std::size_t first = seen.indices.size();
@@ -173,7 +174,9 @@ void SceneRaster::State::listView(const DiffuseView& view, std::span<const std::
                      seen.indices);
     }
     if (seen.indices.size() == first) continue;
-    const Sides sides = own ? Sides::Own : cullBacks ? Sides::Front : Sides::Both;
+    const Sides sides = own         ? (cullBacks ? Sides::OwnFront : Sides::OwnBoth)
+                        : cullBacks ? Sides::Front
+                                    : Sides::Both;
     seen.ranges.push_back({i, sides, first, seen.indices.size() - first});
   }
 }
@@ -227,7 +230,7 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
     const auto group = static_cast<std::uint32_t>(groups.size());
     groups.push_back(first);
     for (const std::uint32_t object : order) {
-      for (const Sides sides : {Sides::Both, Sides::Front, Sides::Own}) {
+      for (const Sides sides : {Sides::Both, Sides::Front, Sides::OwnFront, Sides::OwnBoth}) {
         for (std::size_t i = first; i < last; ++i) {
           const std::vector<ViewList::Range>& ranges = lists[i].ranges;
           if (next[i] == ranges.size()) continue;
@@ -354,8 +357,10 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
     }
     if (draw.sides != state) {
       state = draw.sides;
-      (state == Sides::Both ? glDisable : glEnable)(GL_CULL_FACE);
-      (state == Sides::Own ? glEnable : glDisable)(GL_CLIP_DISTANCE0);
+      const bool fronts = state == Sides::Front || state == Sides::OwnFront;
+      const bool own = state == Sides::OwnFront || state == Sides::OwnBoth;
+      (fronts ? glEnable : glDisable)(GL_CULL_FACE);
+      (own ? glEnable : glDisable)(GL_CLIP_DISTANCE0);
     }
     if (compound) {
       if (draw.group != group) {

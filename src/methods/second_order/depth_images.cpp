@@ -108,6 +108,7 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
     view.ownObject = clusters[i].object;
     view.ownClip =
         Vec4(Vec3(cameras[i].own), cameras[i].own.w - glm::dot(Vec3(cameras[i].own), frameEye));
+    view.ownBacks = cameras[i].mirrorGrid;  // its plane says what lies before it
     view.skipOwn = skipOwn[static_cast<std::size_t>(clusters[i].object)];
     views.push_back(view);
   }
