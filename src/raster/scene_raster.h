@@ -46,7 +46,7 @@ struct DiffuseView {
   /// none); and whether it is left out altogether.
   int ownObject = 0;
   bool skipOwn = false;
-  bool ownBacks = false;                 ///< faces turned away, too
+  bool ownBacks = false;                 ///< draw its faces that are turned away, too
   Vec4 ownClip{0.0f, 0.0f, 0.0f, 1.0f};  ///< ... and only where dot(ownClip, (p, 1)) > 0
 };
 
