@@ -383,13 +383,13 @@ TEST_F(Crash, LongFramesAreDroppedAndASecondSignalEndsAtOnce) {
   }
 }
 
-TEST_F(Crash, ClosedPipesAreExit5) {
+TEST_F(Crash, ClosedPipesEndQuietly) {
   const std::string command = "cd '" + folder.string() +
                               "' && { " CATOPTRIC_PROGRAM
                               " list; echo $? >code.txt; } 2>/dev/null | true";
   // The reader may end before or after the data came.
   EXPECT_EQ(std::system(command.c_str()), 0);
-  EXPECT_THAT(textOf(folder / "code.txt"), testing::AnyOf("0\n", "5\n"));
+  EXPECT_THAT(textOf(folder / "code.txt"), testing::AnyOf("0\n", "141\n"));
 }
 
 }  // namespace

@@ -76,7 +76,12 @@ void requireScene(const std::string& input) {
   const std::filesystem::path file = input;
   std::error_code ignored;
   if (file.extension() != ".json" || !std::filesystem::is_regular_file(file, ignored)) return;
-  const config::Value root = config::parseFile(file);
+  config::Value root;
+  try {
+    root = config::parseFile(file);
+  } catch (const UsageError&) {
+    return;  // a scene that cannot be read: said when it is loaded
+  }
   const run::FileKind kind = run::fileKind(root);
   if (kind == run::FileKind::Path)
     throw UsageError(input + ": is a camera path; info tells about scenes");

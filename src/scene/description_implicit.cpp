@@ -189,7 +189,9 @@ class ImplicitReader {
 
   Surface metaballs() const {
     std::vector<glm::dvec4> balls;
-    for (const Value& ball : needed("balls").asArray()) {
+    const Value given = needed("balls");
+    if (given.asArray().empty()) given.fail("there must be one ball at least");
+    for (const Value& ball : given.asArray()) {
       const std::vector<double> b = numbers(ball, 4);
       if (!(b[3] > 0.0)) ball.fail("a radius must be above 0");
       balls.emplace_back(b[0], b[1], b[2], b[3]);
