@@ -36,7 +36,8 @@ DepthImages::DepthImages(int sampleWidth, int sampleHeight, float depthImageScal
   };
   layerWidth_ = side(sampleWidth);
   layerHeight_ = side(sampleHeight);
-  const auto most = static_cast<double>(options_.memoryBytes / kBytesPerTexel);
+  const std::uint64_t fitting = options_.memoryBytes / kBytesPerTexel;
+  const auto most = static_cast<double>(fitting);
   const double texels = static_cast<double>(layerWidth_) * layerHeight_;
   if (texels > most) {
     const double factor = std::sqrt(most / texels);
