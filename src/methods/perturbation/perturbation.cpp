@@ -302,8 +302,10 @@ class Perturbation : public Method {
         if (kind == Kind::Planar) {
           kept.plane = planeOf(geometry, range);
         } else {
-          kept.reflector.emplace(geometry.surfaces[static_cast<std::size_t>(range.surface)].surface,
-                                 range.bounds, geometry.bounds, view, options_.path);
+          const perturbation::Turn turn{
+              &geometry.surfaces[static_cast<std::size_t>(range.surface)].surface, range.bounds};
+          kept.reflector.emplace(std::span(&turn, 1), nullptr, geometry.bounds, view,
+                                 options_.path);
         }
       }
     });
@@ -322,7 +324,7 @@ class Perturbation : public Method {
             continue;
           raster::VirtualTriangles triangles =
               kept.plane
-                  ? perturbation::mirroredTriangles(geometry, o, *kept.plane, counts)
+                  ? perturbation::mirroredTriangles(geometry, o, {&*kept.plane, 1}, counts)
                   : perturbation::virtualTriangles(geometry, o, *kept.reflector, o == r, view,
                                                    options_.path.order, options_.triangles, counts);
           triangles.reflector = r + 1;

@@ -258,7 +258,8 @@ TEST(Perturbation, FindsAlhazensPoints) {
   const perturbation::View view{camera, 640, 480};
   perturbation::PathOptions options;
   options.errorPixels = 0.01f;
-  const perturbation::Reflector reflector(sphere, bounds, around, view, options);
+  const perturbation::Turn turn{&sphere, bounds};
+  const perturbation::Reflector reflector({&turn, 1}, nullptr, around, view, options);
   const double metresPerPixel = 2.3 * scene::pixelSpreadRad(camera, 480);
   perturbation::PathCounts counts;
   perturbation::RayOctree::Cursor cursor;

@@ -1,8 +1,9 @@
 #include "methods/perturbation/reflector.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
-#include <optional>
+#include <memory>
 #include <utility>
 
 #include "core/parallel.h"
@@ -40,22 +41,6 @@ glm::dvec3 gradientOf(const Jet3<double>& g) {
   return {g.gradient(0), g.gradient(1), g.gradient(2)};
 }
 
-/// The path from the eye by way of x, expanded; nullopt where it cannot be.
-std::optional<Bounce<double>> bounceAt(const implicit::Surface& surface, const glm::dvec3& eye,
-                                       glm::dvec3& x, glm::dvec3& direction) {
-  Jet3<double> jet;
-  if (implicit::derivativesAt(surface, x, jet) != implicit::PointStatus::Smooth)
-    return std::nullopt;
-  const glm::dvec3 gradient = gradientOf(jet);
-  const double steepness2 = glm::dot(gradient, gradient);
-  x -= jet.value() / steepness2 * gradient;
-  const glm::dvec3 seen = x - eye;
-  if (!(glm::length(seen) > 0.0)) return std::nullopt;
-  direction = glm::reflect(glm::normalize(seen), gradient / std::sqrt(steepness2));
-  return makeBounce(vectorOf(x + direction), vectorOf(x), jet,
-                    straightTo(vectorOf(eye), vectorOf(x), 1.0), 1.0);
-}
-
 /// Pixels that show `bounds`, beyond the frame's border too: x0, y0, x1, y1.
 std::array<float, 4> seenRectangle(const Box3& bounds, const View& view) {
   const auto width = static_cast<float>(view.width);
@@ -80,6 +65,23 @@ std::array<float, 4> seenRectangle(const Box3& bounds, const View& view) {
           std::min(r[3], box[3])};
 }
 
+/// The rectangle of the cells of `spacing` pixels that hold something, and those about it.
+template <class Cells>
+std::array<float, 4> filledPart(const Cells& cells, int width, const std::array<float, 4>& seen,
+                                float spacing) {
+  std::array<float, 4> box{seen[2], seen[3], seen[0], seen[1]};
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (!cells[i]) continue;
+    const auto column = static_cast<float>(i % static_cast<std::size_t>(width));
+    const auto row = static_cast<float>(i / static_cast<std::size_t>(width));
+    const float x = seen[0] + column * spacing;
+    const float y = seen[1] + row * spacing;
+    box = {std::min(box[0], x - spacing), std::min(box[1], y - spacing),
+           std::max(box[2], x + 2.0f * spacing), std::max(box[3], y + 2.0f * spacing)};
+  }
+  return box;
+}
+
 }  // namespace
 
 void PathCounts::add(const PathCounts& other) {
@@ -90,32 +92,37 @@ void PathCounts::add(const PathCounts& other) {
   notConverged += other.notConverged;
 }
 
-Reflector::Reflector(const implicit::Surface& surface, const Box3& bounds, const Box3& scene,
+Reflector::Reflector(std::span<const Turn> turns, const Reflector* before, const Box3& scene,
                      const View& view, const PathOptions& options)
-    : surface_(surface),
+    : turns_(turns.begin(), turns.end()),
+      before_(before),
       options_(options),
       eye_(view.camera.eye()),
-      centre_(bounds.centre()),
-      size_(bounds.diameter()),
+      centre_(turns.back().bounds.centre()),
+      size_(turns.back().bounds.diameter()),
       spread_(scene::pixelSpreadRad(view.camera, view.height)) {
-  const std::array<float, 4> seen = seenRectangle(bounds, view);
-  struct Path {
-    Bounce<double> bounce;
-    glm::dvec3 direction{0.0};
-    double self = 0.0;  ///< metres to the reflector again; 0: never
+  assert(turns_.size() <= kMaxTurns && (turns_.size() == 1) == (before == nullptr));
+  for (std::size_t i = 0; i < turns_.size(); ++i) sizes_[i] = turns_[i].bounds.diameter();
+  struct Sample {
+    Path path;
+    double self = 0.0;  ///< metres to the last reflector again; 0: never
   };
   struct Grid {
     int width = 0;
     int height = 0;
-    std::vector<std::optional<Path>> paths;
+    std::vector<std::unique_ptr<Sample>> samples;
+    std::ptrdiff_t count = 0;  ///< of paths
   };
-  const auto sample = [&](float spacing, bool again) {
+  const auto sample = [&](const std::array<float, 4>& seen, float spacing, bool again) {
     const auto cells = [&](float from, float to) {
       return to > from ? static_cast<int>(std::ceil((to - from) / spacing)) : 0;
     };
-    Grid grid{cells(seen[0], seen[2]), cells(seen[1], seen[3]), {}};
-    grid.paths.resize(static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height));
-    parallelFor(grid.paths.size(), 16, [&](std::size_t begin, std::size_t end) {
+    Grid grid;
+    grid.width = cells(seen[0], seen[2]);
+    grid.height = cells(seen[1], seen[3]);
+    grid.samples.resize(static_cast<std::size_t>(grid.width) *
+                        static_cast<std::size_t>(grid.height));
+    parallelFor(grid.samples.size(), 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const std::size_t column = i % static_cast<std::size_t>(grid.width);
         const std::size_t row = i / static_cast<std::size_t>(grid.width);
@@ -123,43 +130,42 @@ Reflector::Reflector(const implicit::Surface& surface, const Box3& bounds, const
             scene::rayDirection(view.camera, view.width, view.height,
                                 seen[0] + (static_cast<float>(column) + 0.5f) * spacing,
                                 seen[1] + (static_cast<float>(row) + 0.5f) * spacing));
-        const implicit::SurfaceHit hit = implicit::firstHit(surface_, {eye_, d});
+        const implicit::SurfaceHit hit = implicit::firstHit(*turns_[0].surface, {eye_, d});
         if (hit.status != implicit::HitStatus::Hit) continue;
-        Path path;
-        glm::dvec3 place = eye_ + hit.t * d;
-        const auto bounce = bounceAt(surface_, eye_, place, path.direction);
-        if (!bounce || statusOf(*bounce, 0.0) != PathStatus::Regular) continue;
-        path.bounce = *bounce;
+        Sample found;
+        if (!pathBy(eye_ + hit.t * d, found.path) || !movable(found.path.bounces.data(), 0.0))
+          continue;
         if (again) {
-          const implicit::SurfaceHit next =
-              implicit::firstHit(surface_, {place, path.direction, kOffSurface * size_});
+          const implicit::SurfaceHit next = implicit::firstHit(
+              *turns_.back().surface,
+              {found.path.place(lastTurn()), found.path.direction, kOffSurface * size_});
           if (next.status != implicit::HitStatus::Hit) continue;
-          path.self = next.t;
+          found.self = next.t;
         }
-        grid.paths[i] = path;
+        grid.samples[i] = std::make_unique<Sample>(found);
       }
     });
+    grid.count = std::count_if(grid.samples.begin(), grid.samples.end(),
+                               [](const auto& found) { return found != nullptr; });
     return grid;
-  };
-  const auto count = [](const Grid& grid) {
-    return std::count_if(grid.paths.begin(), grid.paths.end(),
-                         [](const auto& path) { return path.has_value(); });
   };
   // Both sets of rays: rays of self paths lie about the hit, not the start, which is on the
   // reflector too
   const auto makeOctree = [&](const Grid& grid, const Box3& box,
-                              std::vector<std::uint32_t>& bounce) {
+                              std::vector<std::uint32_t>& paths) {
     std::vector<SampleRay> rays;
-    std::vector<std::uint32_t> rayAt(grid.paths.size(), kNoRay);
-    for (std::size_t i = 0; i < grid.paths.size(); ++i) {
-      if (!grid.paths[i]) continue;
-      const Path& path = *grid.paths[i];
+    std::vector<std::uint32_t> rayAt(grid.samples.size(), kNoRay);
+    for (std::size_t i = 0; i < grid.samples.size(); ++i) {
+      if (!grid.samples[i]) continue;
+      const Path& path = grid.samples[i]->path;
       rayAt[i] = static_cast<std::uint32_t>(rays.size());
-      bounce.push_back(static_cast<std::uint32_t>(bounces_.size()));
-      bounces_.push_back(path.bounce);
-      const double start = 0.5 * path.self;
-      SampleRay ray{pointOf(path.bounce.x) + start * path.direction, path.direction};
-      if (path.self > 0.0) ray.length = path.self;
+      paths.push_back(static_cast<std::uint32_t>(pathCount_++));
+      const auto count = static_cast<std::ptrdiff_t>(turns_.size());
+      bounces_.insert(bounces_.end(), path.bounces.begin(), path.bounces.begin() + count);
+      distances_.insert(distances_.end(), path.distances.begin(), path.distances.begin() + count);
+      const double self = grid.samples[i]->self;
+      SampleRay ray{path.place(lastTurn()) + 0.5 * self * path.direction, path.direction};
+      if (self > 0.0) ray.length = self;
       rays.push_back(ray);
     }
     std::vector<Neighbours> neighbours;
@@ -169,38 +175,113 @@ Reflector::Reflector(const implicit::Surface& surface, const Box3& bounds, const
   };
 
   // One path every n-th pixel, more where the reflector is small in the frame
+  std::array<float, 4> seen = seenRectangle(turns_[0].bounds, view);
   auto spacing = static_cast<float>(options.sampleSpacing);
-  Grid grid = sample(spacing, false);
-  while (count(grid) < kFewestPaths && spacing >= 2.0f && !grid.paths.empty()) {
+  Grid grid = sample(seen, spacing, false);
+  while (grid.count < kFewestPaths && spacing >= 2.0f && !grid.samples.empty()) {
+    if (turns_.size() > 1) {
+      // The later reflectors fill a part of the first: look there, and give up soon
+      if (grid.count == 0 && spacing <= 0.5f * static_cast<float>(options.sampleSpacing)) return;
+      if (grid.count > 0) seen = filledPart(grid.samples, grid.width, seen, spacing);
+    }
     spacing *= 0.5f;
-    grid = sample(spacing, false);
+    grid = sample(seen, spacing, false);
   }
-  if (count(grid) == 0) return;
+  if (grid.count == 0) return;
   octree_ = makeOctree(grid, scene, rays_);
-  const Grid self = sample(std::max(1.0f, kSelfSpacing * spacing), true);
-  if (count(self) > 0) selfOctree_ = makeOctree(self, bounds, selfRays_);
+  const Grid self = sample(seen, std::max(1.0f, kSelfSpacing * spacing), true);
+  if (self.count > 0) selfOctree_ = makeOctree(self, turns_.back().bounds, selfRays_);
+}
+
+bool Reflector::pathBy(glm::dvec3 x, Path& path) const {
+  std::array<Jet3<double>, kMaxTurns> jets;
+  Places places;
+  glm::dvec3 direction = x - eye_;
+  for (std::size_t i = 0; i < turns_.size(); ++i) {
+    if (i > 0) {
+      // Away from a surface that it has just left
+      const double start = turns_[i].surface == turns_[i - 1].surface ? kOffSurface * sizes_[i] : 0;
+      const implicit::SurfaceHit hit =
+          implicit::firstHit(*turns_[i].surface, {places[i - 1], direction, start});
+      if (hit.status != implicit::HitStatus::Hit) return false;
+      x = places[i - 1] + hit.t * direction;
+    }
+    if (implicit::derivativesAt(*turns_[i].surface, x, jets[i]) != implicit::PointStatus::Smooth)
+      return false;
+    const glm::dvec3 gradient = gradientOf(jets[i]);
+    const double steepness2 = glm::dot(gradient, gradient);
+    x -= jets[i].value() / steepness2 * gradient;
+    places[i] = x;
+    const glm::dvec3 arrives = x - (i > 0 ? places[i - 1] : eye_);
+    if (!(glm::length(arrives) > 0.0)) return false;
+    direction = glm::reflect(glm::normalize(arrives), gradient / std::sqrt(steepness2));
+  }
+  path.direction = direction;
+  Eikonal<double> rest = straightTo(vectorOf(eye_), vectorOf(places[0]), 1.0);
+  for (std::size_t i = 0; i < turns_.size(); ++i) {
+    const bool end = i == lastTurn();
+    const glm::dvec3 next = end ? places[i] + direction : places[i + 1];
+    path.bounces[i] = makeBounce(vectorOf(next), vectorOf(places[i]), jets[i], rest, 1.0);
+    if (end) break;
+    path.distances[i] = glm::distance(next, places[i]);
+    if (!(path.distances[i] > 0.0) ||
+        statusOf(path.bounces[i], path.distances[i]) != PathStatus::Regular)
+      return false;
+    rest = perturbation::before(path.bounces[i], path.distances[i]);
+  }
+  return true;
+}
+
+bool Reflector::movable(const Bounce<double>* bounces, double rho) const {
+  // The bounces before the last were when the path was expanded
+  return statusOf(bounces[lastTurn()], rho) == PathStatus::Regular;
+}
+
+template <int kOrder>
+void Reflector::move(const Bounce<double>* bounces, const double* distances, double rho,
+                     const glm::dvec3& step, Places& places) const {
+  // [Chen2000] (15), (16)
+  Vector<double> moved = vectorOf(step);
+  for (std::size_t i = turns_.size(); i-- > 0;) {
+    const Vector<double> x =
+        movedPoint<kOrder>(bounces[i], i == lastTurn() ? rho : distances[i], moved);
+    places[i] = pointOf(x);
+    moved = x - bounces[i].x;
+  }
 }
 
 double Reflector::pixels(const glm::dvec3& x, double metres) const {
   return metres / (spread_ * glm::distance(x, eye_));
 }
 
-bool Reflector::retrace(const glm::dvec3& point, glm::dvec3& x) const {
+bool Reflector::retrace(const glm::dvec3& point, Places& places) const {
+  const std::size_t last = lastTurn();
+  glm::dvec3 x = places[0];
+  Path path;
+  Places first;
+  Places second;
+  glm::dvec3 from = x;
   for (int step = 0; step < kMaxSteps; ++step) {
-    glm::dvec3 direction;
-    const auto bounce = bounceAt(surface_, eye_, x, direction);
-    if (!bounce) return false;
-    const double rho = std::max(0.0, glm::dot(point - x, direction));
-    if (statusOf(*bounce, rho) != PathStatus::Regular) return false;
-    const Vector<double> move = vectorOf(point - (x + rho * direction));
-    const glm::dvec3 first = pointOf(movedPoint<1>(*bounce, rho, move));
-    const glm::dvec3 second = pointOf(movedPoint<2>(*bounce, rho, move));
+    if (!pathBy(x, path)) {
+      // A step beyond what the first reflector shows of the others
+      if (last == 0 || step == 0) return false;
+      x = 0.5 * (x + from);
+      continue;
+    }
+    from = x = path.place(0);
+    const glm::dvec3 leaves = path.place(last);
+    const double rho = std::max(0.0, glm::dot(point - leaves, path.direction));
+    if (!movable(path.bounces.data(), rho)) return false;
+    const glm::dvec3 away = point - (leaves + rho * path.direction);
+    move<1>(path.bounces.data(), path.distances.data(), rho, away, first);
+    move<2>(path.bounces.data(), path.distances.data(), rho, away, second);
     // Far off, the second order makes it worse
-    const bool far = glm::distance(second, first) > 0.5 * glm::distance(first, x);
-    glm::dvec3 way = (far ? first : second) - x;
+    const bool far = glm::distance(second[0], first[0]) > 0.5 * glm::distance(first[0], x);
+    places = far ? first : second;
+    glm::dvec3 way = places[0] - x;
     const double length = glm::length(way);
     if (!std::isfinite(length)) return false;
-    const double longest = kLongestStep * size_;
+    const double longest = kLongestStep * sizes_[0];
     if (length > longest) way *= longest / length;
     x += way;
     if (!far && pixels(x, length) < static_cast<double>(options_.errorPixels)) return true;
@@ -208,22 +289,29 @@ bool Reflector::retrace(const glm::dvec3& point, glm::dvec3& x) const {
   return false;
 }
 
-bool Reflector::accept(const glm::dvec3& point, const glm::dvec3& x) const {
-  const auto normal = implicit::normalAt(surface_, x);
-  if (!normal) return false;
-  const glm::dvec3 toEye = eye_ - x;
-  const glm::dvec3 toPoint = point - x;
-  if (glm::length(toPoint) < kOffSurface * size_) return false;
-  const double towardsEye = glm::dot(*normal, toEye);
-  if (!(towardsEye * glm::dot(*normal, toPoint) > 0.0)) return false;
-  // What the eye sees of the inside it sees through an opening
-  if (towardsEye < 0.0 && hiddenFrom(x) < 1.0 - kOffSurface) return false;
-  const glm::dvec3 mirrored = glm::reflect(glm::normalize(-toEye), *normal);
-  return glm::length(glm::cross(mirrored, glm::normalize(toPoint))) < kWildPerturbation;
+bool Reflector::accept(const glm::dvec3& point, const Places& places) const {
+  for (std::size_t i = 0; i < turns_.size(); ++i) {
+    const glm::dvec3& x = places[i];
+    const auto normal = implicit::normalAt(*turns_[i].surface, x);
+    if (!normal) return false;
+    const glm::dvec3 from = i > 0 ? places[i - 1] : eye_;
+    const glm::dvec3 back = from - x;
+    const glm::dvec3 ahead = (i == lastTurn() ? point : places[i + 1]) - x;
+    if (glm::length(ahead) < kOffSurface * sizes_[i]) return false;
+    const double towardsFrom = glm::dot(*normal, back);
+    if (!(towardsFrom * glm::dot(*normal, ahead) > 0.0)) return false;
+    // What is seen of the inside is seen through an opening
+    if (towardsFrom < 0.0 && hiddenAt(i, from, x) < 1.0 - kOffSurface) return false;
+    const glm::dvec3 mirrored = glm::reflect(glm::normalize(-back), *normal);
+    if (!(glm::length(glm::cross(mirrored, glm::normalize(ahead))) < kWildPerturbation))
+      return false;
+  }
+  return true;
 }
 
-void Reflector::add(const glm::dvec3& point, const glm::dvec3& x, const glm::dvec3& from,
+void Reflector::add(const glm::dvec3& point, const Places& places, const glm::dvec3& from,
                     std::vector<glm::dvec3>& starts, Reflections& result) const {
+  const glm::dvec3& x = places[0];
   for (std::uint32_t i = 0; i < result.count; ++i) {
     const double apart = glm::distance(result.at[i].x, x);
     if (apart <= kSameReflection * glm::distance(starts[i], from) ||
@@ -232,9 +320,16 @@ void Reflector::add(const glm::dvec3& point, const glm::dvec3& x, const glm::dve
   }
   if (result.count == kMaxReflections) return;
   starts.push_back(from);
+  // The virtual vertex [Chen2000] Fig. 7, as virtualVertex()
   Reflection& reflection = result.at[result.count++];
   reflection.x = x;
-  reflection.image = pointOf(virtualVertex<double>(vectorOf(point), {vectorOf(x)}, vectorOf(eye_)));
+  reflection.last = places[lastTurn()];
+  const double seen = glm::distance(x, eye_);
+  double reflected = 0.0;
+  for (std::size_t i = 0; i < lastTurn(); ++i) reflected += glm::distance(places[i], places[i + 1]);
+  const double ahead = glm::distance(reflection.last, point);
+  reflection.image = x + (reflected + ahead) / seen * (x - eye_);
+  reflection.share = (seen + reflected) / (seen + reflected + ahead);
 }
 
 Reflections Reflector::reflectionsOf(const glm::dvec3& point, bool own, RayOctree::Cursor& cursor,
@@ -259,43 +354,47 @@ Reflections Reflector::reflectionsOf(const glm::dvec3& point, bool own, RayOctre
   }
   std::vector<glm::dvec3> starts;
   for (const std::uint32_t ray : tried) {
-    const Bounce<double>& bounce = bounces_[numbers[ray]];
-    const SampleRay& sample = octree.rays()[ray];
-    const glm::dvec3 start = pointOf(bounce.x);
-    const double rho = std::max(0.0, glm::dot(point - start, sample.direction));
-    glm::dvec3 x = start;
+    const std::size_t number = numbers[ray] * turns_.size();
+    const Bounce<double>* bounces = &bounces_[number];
+    const double* distances = &distances_[number];
+    const glm::dvec3 direction = octree.rays()[ray].direction;
+    const glm::dvec3 leaves = pointOf(bounces[lastTurn()].x);
+    const double rho = std::max(0.0, glm::dot(point - leaves, direction));
+    Places places;
+    for (std::size_t i = 0; i < turns_.size(); ++i) places[i] = pointOf(bounces[i].x);
+    const glm::dvec3 start = places[0];
     bool found = true;
     if (options_.order != Order::Nearest) {
-      found = statusOf(bounce, rho) == PathStatus::Regular;
-      const Vector<double> step = vectorOf(point - (x + rho * sample.direction));
-      const glm::dvec3 first = found ? pointOf(movedPoint<1>(bounce, rho, step)) : x;
-      const glm::dvec3 second = found && options_.order != Order::Linear
-                                    ? pointOf(movedPoint<2>(bounce, rho, step))
-                                    : first;
+      found = movable(bounces, rho);
+      const glm::dvec3 step = point - (leaves + rho * direction);
+      Places first = places;
+      if (found) move<1>(bounces, distances, rho, step, first);
+      Places second = first;
+      if (found && options_.order != Order::Linear) move<2>(bounces, distances, rho, step, second);
       if (options_.order == Order::Auto) {
         // The remainder as the next term of a geometric series
-        const double d1 = glm::distance(first, x);
-        const double d2 = glm::distance(second, first);
+        const double d1 = glm::distance(first[0], start);
+        const double d2 = glm::distance(second[0], first[0]);
         const double allowed = static_cast<double>(options_.errorPixels);
-        if (found && pixels(x, d2) < allowed) {
-          x = first;
+        if (found && pixels(start, d2) < allowed) {
+          places = first;
           ++counts.linear;
-        } else if (found && pixels(x, d2 * d2 / d1) < allowed) {
-          x = second;
+        } else if (found && pixels(start, d2 * d2 / d1) < allowed) {
+          places = second;
           ++counts.quadratic;
         } else {
-          const double longest = kLongestStep * size_;
-          if (found && d1 < longest && d2 < 0.5 * d1) x = second;
-          found = retrace(point, x);
+          const double longest = kLongestStep * sizes_[0];
+          if (found && d1 < longest && d2 < 0.5 * d1) places = second;
+          found = retrace(point, places);
           ++counts.retraced;
         }
       } else {
-        x = second;
+        places = second;
       }
     }
-    found = found && accept(point, x);
+    found = found && accept(point, places);
     if (found) {
-      add(point, x, start, starts, result);
+      add(point, places, start, starts, result);
     } else {
       ++counts.notConverged;
     }
@@ -311,10 +410,11 @@ Reflections Reflector::reflectionsNear(const glm::dvec3& point,
   for (const Reflections* reflections : known) {
     for (std::uint32_t i = 0; i < reflections->count; ++i) {
       const glm::dvec3 start = reflections->at[i].x;
-      glm::dvec3 x = start;
+      Places places;
+      places[0] = start;
       ++counts.retraced;
-      if (retrace(point, x) && accept(point, x)) {
-        add(point, x, start, starts, result);
+      if (retrace(point, places) && accept(point, places)) {
+        add(point, places, start, starts, result);
       } else {
         ++counts.notConverged;
       }
@@ -323,9 +423,29 @@ Reflections Reflector::reflectionsNear(const glm::dvec3& point,
   return result;
 }
 
-double Reflector::hiddenFrom(const glm::dvec3& point) const {
-  const implicit::SurfaceHit hit = implicit::firstHit(surface_, {eye_, point - eye_, 0.0, 1.0});
+double Reflector::hiddenAt(std::size_t turn, const glm::dvec3& from,
+                           const glm::dvec3& point) const {
+  const implicit::SurfaceHit hit =
+      implicit::firstHit(*turns_[turn].surface, {from, point - from, 0.0, 1.0});
   return hit.status == implicit::HitStatus::Hit ? hit.t : 1.0;
+}
+
+std::optional<Reflection> Reflector::hidden(const glm::dvec3& point, RayOctree::Cursor& cursor,
+                                            PathCounts& counts) const {
+  if (!before_) {
+    const double share = hiddenAt(0, eye_, point);
+    if (!(share < 1.0)) return std::nullopt;
+    return Reflection{point, point, point, share};
+  }
+  const Reflections seen = before_->reflectionsOf(point, false, cursor, counts);
+  for (std::uint32_t i = 0; i < seen.count; ++i) {
+    Reflection reflection = seen.at[i];
+    const double share = hiddenAt(lastTurn(), reflection.last, point);
+    if (!(share < 1.0)) continue;
+    reflection.share += share * (1.0 - reflection.share);
+    return reflection;
+  }
+  return std::nullopt;
 }
 
 }  // namespace catoptric::methods::perturbation

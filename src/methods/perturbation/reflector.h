@@ -1,9 +1,12 @@
-// A reflector as the eye sees it: the sampled paths, and where any point appears in it by
-// perturbing them [Chen2000] Sec. III.
+// A sequence of reflectors as the eye sees it, a path type: the sampled paths, and where any point
+// appears by way of them by perturbing them [Chen2000] Sec. III.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <initializer_list>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "methods/perturbation/bounce.h"
@@ -46,8 +49,10 @@ struct PathCounts {
 
 /// Where a point shows.
 struct Reflection {
-  glm::dvec3 x{0.0};      ///< place of the reflection
-  glm::dvec3 image{0.0};  ///< the virtual point, behind it at the optical length
+  glm::dvec3 x{0.0};      ///< place of the reflection on the first reflector, which the eye sees
+  glm::dvec3 last{0.0};   ///< that on the last one, which the point sees
+  glm::dvec3 image{0.0};  ///< the virtual point, behind x at the path's optical length
+  double share = 1.0;     ///< of that length, from the eye to `last`
 };
 
 inline constexpr std::size_t kMaxReflections = 12;
@@ -58,48 +63,93 @@ struct Reflections {
   std::uint32_t count = 0;
 };
 
+/// One reflector of a sequence.
+struct Turn {
+  const implicit::Surface* surface = nullptr;
+  Box3 bounds;  ///< of the surface, world space
+};
+/// Reflectors of one path, at most (run config: max_bounces).
+inline constexpr std::size_t kMaxTurns = 6;
+
 class Reflector {
  public:
-  /// Keeps a reference to `surface`. `bounds`: of the surface in world space; `scene`: of whatever
-  /// is reflected.
-  Reflector(const implicit::Surface& surface, const Box3& bounds, const Box3& scene,
+  /// `turns` in the order in which they are met from the eye, 1 to kMaxTurns; keeps references to
+  /// their surfaces. `scene`: bounds of whatever is reflected. `before`: the same sequence without
+  /// the last turn, kept too; null for one turn.
+  Reflector(std::span<const Turn> turns, const Reflector* before, const Box3& scene,
             const View& view, const PathOptions& options);
 
-  std::size_t pathCount() const { return bounces_.size(); }
-  /// Whether any path meets the reflector again.
+  /// 0: no sampled path meets these reflectors one after the other.
+  std::size_t pathCount() const { return pathCount_; }
+  /// Whether any path meets the last reflector again.
   bool seesItself() const { return !selfRays_.empty(); }
+  /// The same without the last turn; null for one turn.
+  const Reflector* before() const { return before_; }
+  /// Of the last reflector.
   double size() const { return size_; }
   double distanceFrom(const glm::dvec3& point) const { return glm::distance(point, centre_); }
 
   /// All reflections of a point, from the groups of its nearest rays; `own`: the point lies on the
-  /// reflector itself.
+  /// last reflector itself.
   Reflections reflectionsOf(const glm::dvec3& point, bool own, RayOctree::Cursor& cursor,
                             PathCounts& counts) const;
   /// Those near the known reflections of other points near to it.
   Reflections reflectionsNear(const glm::dvec3& point,
                               std::initializer_list<const Reflections*> known,
                               PathCounts& counts) const;
-  /// How far towards a point the eye sees before the surface hides it; at least 1: not hidden.
-  double hiddenFrom(const glm::dvec3& point) const;
+  /// Where a point that the last reflector hides would show without it: itself, or its reflection
+  /// in the reflectors before. `share`: up to where it is hidden. `cursor` of the sequence before.
+  std::optional<Reflection> hidden(const glm::dvec3& point, RayOctree::Cursor& cursor,
+                                   PathCounts& counts) const;
 
  private:
-  /// Newton's iteration over exact paths: each is expanded again.
-  bool retrace(const glm::dvec3& point, glm::dvec3& x) const;
-  bool accept(const glm::dvec3& point, const glm::dvec3& x) const;
-  void add(const glm::dvec3& point, const glm::dvec3& x, const glm::dvec3& from,
+  /// An exact path from the eye on. bounces[i]: how its place on reflector i moves with the one on
+  /// reflector i + 1, or with the point that it shows.
+  struct Path {
+    std::array<Bounce<double>, kMaxTurns> bounces;
+    std::array<double, kMaxTurns> distances{};  ///< metres from place i to place i + 1
+    glm::dvec3 direction{0.0};                  ///< leaving the last reflector
+    glm::dvec3 place(std::size_t i) const {
+      const auto& x = bounces[i].x;
+      return {x[0], x[1], x[2]};
+    }
+  };
+  using Places = std::array<glm::dvec3, kMaxTurns>;
+
+  std::size_t lastTurn() const { return turns_.size() - 1; }
+  /// The path that leaves the eye towards x, near the first surface.
+  bool pathBy(glm::dvec3 x, Path& path) const;
+  /// Whether a path may be moved where its point is at `rho` from the last place; where its places
+  /// come to lie when that point moves by `step`.
+  bool movable(const Bounce<double>* bounces, double rho) const;
+  template <int kOrder>
+  void move(const Bounce<double>* bounces, const double* distances, double rho,
+            const glm::dvec3& step, Places& places) const;
+  /// Newton's iteration over exact paths: each is expanded again. `places[0]` is where it starts.
+  bool retrace(const glm::dvec3& point, Places& places) const;
+  bool accept(const glm::dvec3& point, const Places& places) const;
+  /// How far towards a point from `from` one sees before reflector `turn` hides it; at least 1: not
+  /// hidden.
+  double hiddenAt(std::size_t turn, const glm::dvec3& from, const glm::dvec3& point) const;
+  void add(const glm::dvec3& point, const Places& places, const glm::dvec3& from,
            std::vector<glm::dvec3>& starts, Reflections& result) const;
   double pixels(const glm::dvec3& x, double metres) const;
 
-  const implicit::Surface& surface_;
+  std::vector<Turn> turns_;
+  const Reflector* before_;
   PathOptions options_;
   glm::dvec3 eye_;
   glm::dvec3 centre_;
-  double size_ = 0.0;    ///< metres, its bounds' diagonal
-  double spread_ = 0.0;  ///< rad, of a pixel
+  std::array<double, kMaxTurns> sizes_{};  ///< metres, of bounds' diagonals
+  double size_ = 0.0;                      ///< that of the last
+  double spread_ = 0.0;                    ///< rad, of a pixel
+  std::size_t pathCount_ = 0;
+  // Per path as many as there are turns, from the eye on
   std::vector<Bounce<double>> bounces_;
-  std::vector<std::uint32_t> rays_;  ///< the octree's rays' bounces
+  std::vector<double> distances_;
+  std::vector<std::uint32_t> rays_;  ///< the octree's rays' paths
   RayOctree octree_;
-  std::vector<std::uint32_t> selfRays_;  ///< likewise those that meet the reflector again
+  std::vector<std::uint32_t> selfRays_;  ///< likewise those that meet the last reflector again
   RayOctree selfOctree_;
 };
 

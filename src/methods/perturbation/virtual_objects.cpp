@@ -35,8 +35,8 @@ struct Node {
   glm::dvec3 position;
   frame::VertexAttributes attributes;
   Reflections reflections;
-  bool hidden = false;    ///< no reflection, and the reflector stands before it
-  double hiddenAt = 1.0;  ///< share of the way to it
+  bool hidden = false;  ///< no reflection, and the reflector stands before it
+  Reflection straight;  ///< where it would show without the reflector, if hidden
 };
 
 using Triangle = std::array<std::uint32_t, 3>;
@@ -124,7 +124,6 @@ class Builder {
   Builder(const Reflector& reflector, const View& view, Order order, const TriangleOptions& options,
           TriangleCounts& counts)
       : reflector_(reflector),
-        eye_(view.camera.eye()),
         projection_(view),
         exactMiddles_(order == Order::Auto),
         options_(options),
@@ -168,6 +167,7 @@ class Builder {
     parallelFor(nodes_.size() - first, 64, [&](std::size_t begin, std::size_t end) {
       TriangleCounts own;
       RayOctree::Cursor cursor;
+      RayOctree::Cursor cursorBefore;
       for (std::size_t i = begin; i < end; ++i) {
         Node& node = nodes_[first + i];
         if (!edges.empty() && exactMiddles_) {
@@ -179,8 +179,9 @@ class Builder {
         if (node.reflections.count == 0)
           node.reflections = reflector_.reflectionsOf(node.position, own_, cursor, own.paths);
         if (node.reflections.count == 0) {
-          node.hiddenAt = reflector_.hiddenFrom(node.position);
-          node.hidden = node.hiddenAt < 1.0;
+          const auto straight = reflector_.hidden(node.position, cursorBefore, own.paths);
+          node.hidden = straight.has_value();
+          if (straight) node.straight = *straight;
         }
       }
       own.outside = cursor.outside;
@@ -238,6 +239,13 @@ class Builder {
     }
   }
 
+  /// Where a node shows without the last reflector, as far as that is known: what shows by way of
+  /// others before it may be hidden from those.
+  glm::dvec3 straightOf(const Node& node) const {
+    if (!reflector_.before()) return node.position;
+    return node.reflections.count > 0 ? node.reflections.at[0].x : node.straight.x;
+  }
+
   /// Whether an edge must be looked at in its middle, and whether it must be halved without.
   enum class Look { No, Middle, Halve };
   Look lookAt(const Edge& edge) const {
@@ -255,8 +263,8 @@ class Builder {
     }
     if (a.reflections.count != b.reflections.count) {
       // At the rim an image comes to lie where the point itself is seen
-      const auto pa = projection_(a.position);
-      const auto pb = projection_(b.position);
+      const auto pa = projection_(straightOf(a));
+      const auto pb = projection_(straightOf(b));
       if (pa && pb && (glm::distance(*pa, *pb) < kShortRim || !projection_.inFrame({*pa, *pb}))) {
         const Node& one = a.reflections.count > 0 ? a : b;
         const auto seen = projection_(one.reflections.at[0].x);
@@ -403,12 +411,8 @@ class Builder {
     const Node& n = nodes_[node];
     result_.positions.emplace_back(n.position);
     result_.attributes.push_back(n.attributes);
-    if (reflection == kMaxReflections) {
-      result_.images.emplace_back(n.position, static_cast<float>(n.hiddenAt));
-    } else {
-      const Reflection& r = n.reflections.at[reflection];
-      result_.images.emplace_back(r.image, glm::distance(r.x, eye_) / glm::distance(r.image, eye_));
-    }
+    const Reflection& r = reflection == kMaxReflections ? n.straight : n.reflections.at[reflection];
+    result_.images.emplace_back(r.image, r.share);
     vertex = static_cast<std::uint32_t>(result_.positions.size());
     return vertex - 1;
   }
@@ -416,7 +420,7 @@ class Builder {
   /// Whether a reflection is about to become the straight view of a hidden point.
   bool atRim(const Reflection& reflection, const Node& hidden) const {
     const auto seen = projection_(reflection.x);
-    const auto straight = projection_(hidden.position);
+    const auto straight = projection_(hidden.straight.x);
     return seen && straight && glm::distance(*seen, *straight) < kRimReach;
   }
 
@@ -460,7 +464,6 @@ class Builder {
   }
 
   const Reflector& reflector_;
-  glm::dvec3 eye_;
   Projection projection_;
   bool exactMiddles_;
   bool own_ = false;
@@ -489,13 +492,15 @@ raster::VirtualTriangles virtualTriangles(const frame::Geometry& geometry, int o
 }
 
 raster::VirtualTriangles mirroredTriangles(const frame::Geometry& geometry, int object,
-                                           const Plane<double>& plane, TriangleCounts& counts) {
+                                           std::span<const Plane<double>> planes,
+                                           TriangleCounts& counts) {
   const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(object)];
   raster::VirtualTriangles result;
   result.object = object + 1;
   for (std::uint32_t i = range.firstVertex; i < range.firstVertex + range.vertexCount; ++i) {
     const Vec3& p = geometry.positions[i];
-    const Vector<double> image = mirrored(plane, Vector<double>{{p.x, p.y, p.z}});
+    Vector<double> image{{p.x, p.y, p.z}};
+    for (std::size_t plane = planes.size(); plane-- > 0;) image = mirrored(planes[plane], image);
     result.positions.push_back(p);
     result.attributes.push_back(geometry.attributes[i]);
     result.images.emplace_back(image[0], image[1], image[2], 1.0f);

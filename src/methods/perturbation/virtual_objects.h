@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "frame/geometry.h"
 #include "methods/perturbation/reflector.h"
@@ -24,14 +25,16 @@ struct TriangleCounts {
   void add(const TriangleCounts& other);
 };
 
-/// One object (index into geometry.objects) in a curved reflector; `own`: it is that reflector.
+/// One object (index into geometry.objects) in a sequence of reflectors; `own`: it is the last of
+/// them.
 raster::VirtualTriangles virtualTriangles(const frame::Geometry& geometry, int object,
                                           const Reflector& reflector, bool own, const View& view,
                                           Order order, const TriangleOptions& options,
                                           TriangleCounts& counts);
 
-/// In a planar one: mirrored, exactly.
+/// In planes alone, in the order from the eye on: mirrored, exactly.
 raster::VirtualTriangles mirroredTriangles(const frame::Geometry& geometry, int object,
-                                           const Plane<double>& plane, TriangleCounts& counts);
+                                           std::span<const Plane<double>> planes,
+                                           TriangleCounts& counts);
 
 }  // namespace catoptric::methods::perturbation
