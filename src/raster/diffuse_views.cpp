@@ -34,7 +34,8 @@ struct Command {
   std::uint32_t firstInstance = 0;
 };
 
-/// The uniform block View of scene.vert, at offsets that every driver allows.
+/// The uniform block View of scene.vert, at offsets that every driver allows. Each view has two:
+/// for other objects and for its own.
 struct alignas(256) ViewBlock {
   Mat4 clipFromWorld;
   Vec4 eye;
@@ -276,9 +277,11 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
     fill(s.commands, "draw commands", commands.data(), commands.size() * sizeof(Command));
   } else {
     std::vector<ViewBlock> blocks;
-    blocks.reserve(views.size());
+    blocks.reserve(2 * views.size());
     for (const DiffuseView& view : views) {
-      blocks.push_back({view.clipFromWorld, Vec4(view.eye, view.texelSpreadRad), view.ownClip});
+      const Vec4 eye(view.eye, view.texelSpreadRad);
+      blocks.push_back({view.clipFromWorld, eye, Vec4(0.0f, 0.0f, 0.0f, 1.0f)});
+      blocks.push_back({view.clipFromWorld, eye, view.ownClip});
     }
     fill(s.viewBlocks, "views", blocks.data(), blocks.size() * sizeof(ViewBlock));
   }
@@ -325,6 +328,9 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
     glBindBuffer(GL_DRAW_INDIRECT_BUFFER, s.commands.id());
     for (const GLenum border : kBorders) glEnable(border);
   }
+  // llvmpipe (Mesa 22.3.6) clips by a distance that a shader writes even where no clip distance is
+  // enabled: one always is, and what should not be clipped has a distance of 1
+  if (!compound) glEnable(GL_CLIP_DISTANCE0);
   const std::uint32_t pass = kViews | (compound ? kCompound : 0u);
   int layer = -1;
   std::uint32_t group = ~0u;
@@ -355,12 +361,12 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
       }
       if (v.uvPerMetre >= 0) glUniform1f(v.uvPerMetre, s.uvPerMetre[object]);
     }
+    const bool own = draw.sides == Sides::OwnFront || draw.sides == Sides::OwnBoth;
     if (draw.sides != state) {
       state = draw.sides;
       const bool fronts = state == Sides::Front || state == Sides::OwnFront;
-      const bool own = state == Sides::OwnFront || state == Sides::OwnBoth;
       (fronts ? glEnable : glDisable)(GL_CULL_FACE);
-      (own ? glEnable : glDisable)(GL_CLIP_DISTANCE0);
+      if (compound) (own ? glEnable : glDisable)(GL_CLIP_DISTANCE0);
     }
     if (compound) {
       if (draw.group != group) {
@@ -382,7 +388,8 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
     } else {
       glViewport(view.x, view.y, view.width, view.height);
       glScissor(view.x, view.y, view.width, view.height);
-      s.viewBlocks.bindUniformRange(kViewBinding, draw.view * sizeof(ViewBlock), sizeof(ViewBlock));
+      s.viewBlocks.bindUniformRange(
+          kViewBinding, (2 * draw.view + (own ? 1 : 0)) * sizeof(ViewBlock), sizeof(ViewBlock));
       glDrawElements(
           GL_TRIANGLES, static_cast<GLsizei>(draw.count), GL_UNSIGNED_INT,
           reinterpret_cast<const void*>(std::uintptr_t{draw.first} * sizeof(std::uint32_t)));
