@@ -12,6 +12,8 @@ import time
 
 NOT_RENDERING = {"wait", "layers", "disocclusions"}  # for the writers, or of asked-for extras
 
+PANEL_PIXELS = 256  # width of a panel
+
 
 class Frames:
     """One method's frames of one or several processes: steps in seconds and counters, by frame."""
@@ -64,6 +66,9 @@ class Bench:
         self.effort = effort
         self.started = time.monotonic()
         self.growth = {}  # time by quantity: (values, milliseconds)
+
+    def command(self, paper):
+        return f"scripts/paper_tables {paper}" + ("" if self.effort == "full" else f" --{self.effort}")
 
     def catoptric(self, *command, check=True):
         done = subprocess.run([self.program, *map(str, command)], capture_output=True, text=True)
@@ -142,6 +147,37 @@ def number(value, digits=3):
     if value == 0 or not math.isfinite(value):
         return f"{value:.0f}"
     return f"{value:.{max(0, digits - 1 - math.floor(math.log10(abs(value))))}f}"
+
+
+def machine():
+    """What a document says of where it was made."""
+    with open("/proc/cpuinfo") as info:
+        processor = next(line.split(":", 1)[1].strip() for line in info if "model name" in line)
+    return (f"Ours ran on {processor}, {os.cpu_count()} processors, no graphics hardware: OpenGL by "
+            f"Mesa's llvmpipe; load before the start {os.getloadavg()[0]:.1f} (above 0.5 other programs "
+            "ran: trust ratios first).")
+
+
+def preview(frame):
+    """The PNG beside a frame, as an image of PIL."""
+    from PIL import Image
+    return Image.open(str(frame).replace("/frames/", "/previews/").replace(".exr", ".png"))
+
+
+def sheet(file, rows, labels):
+    """Rows of panels, as wide as PANEL_PIXELS, with a label above each column."""
+    from PIL import Image, ImageDraw, ImageFont
+    bar, gap = 22, 4
+    width, height = PANEL_PIXELS, round(PANEL_PIXELS * rows[0][0].height / rows[0][0].width)
+    out = Image.new("RGB", (len(labels) * (width + gap) - gap,
+                            bar + len(rows) * (height + gap) - gap), "white")
+    font = ImageFont.truetype("DejaVuSans.ttf", 13)
+    for i, label in enumerate(labels):
+        ImageDraw.Draw(out).text((i * (width + gap) + 4, 3), label, "black", font)
+        for j, row in enumerate(rows):
+            out.paste(row[i].convert("RGB").resize((width, height), Image.LANCZOS),
+                      (i * (width + gap), bar + j * (height + gap)))
+    out.save(file, optimize=True)
 
 
 class Document:

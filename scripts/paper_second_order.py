@@ -5,7 +5,7 @@ import os
 import statistics
 import subprocess
 
-from paper_run import exponent, number, slope
+from paper_run import exponent, machine, number, preview, sheet, slope
 
 PATHS = {"living room a": ("living_room", "living_room_a"),
          "living room b": ("living_room", "living_room_b"),
@@ -16,7 +16,6 @@ BVH = {"traced_static": "static", "traced_refit": "refit", "traced_rebuild_low":
 VIEWS = {"living room a": 235, "living room b": 235, "bathroom a": 10}
 GLOSSY_VIEW = 10  # of the living room's path a
 GLOSSINESS = {"more specular": 0.2, "more matte": 0.4}
-PICTURE_PIXELS = 256  # of a panel
 
 # As printed, by path in the order of PATHS: Tables 1, 2, 7 and 9, and the text of section 4.1.
 PRINTED = {"reflective": ["50 / 62", "58 / 69", "45 / 55", "44 / 58"],
@@ -45,15 +44,10 @@ def introduce(bench, document):
     bench.catoptric("render", "configs/papers/second_order.json", "--dry-run", "-q")
     effort = {"full": "every 30th frame", "quick": "every 90th frame, `--quick`",
               "smoke": "two frames, `--smoke`: figures without meaning,"}[bench.effort]
-    command = "scripts/paper_tables second_order" + ("" if bench.effort == "full" else
-                                                     f" --{bench.effort}")
-    with open("/proc/cpuinfo") as info:
-        processor = next(line.split(":", 1)[1].strip() for line in info if "model name" in line)
     document.text(f"""# second_order: the paper's tables and pictures
 
-Written by `{command}` ({effort} of each path of 900) from configs/papers/second_order*.json. Ours ran
-on {processor}, {os.cpu_count()} processors, no graphics hardware: OpenGL by Mesa's llvmpipe; load
-before the start {os.getloadavg()[0]:.1f} (above 0.5 other programs ran: trust ratios first). The
+Written by `{bench.command("second_order")}` ({effort} of each path of 900) from
+configs/papers/second_order*.json. {machine()} The
 published figures are of a GeForce GTX 570 and Optix on it. Compare ratios and growth, not frame
 rates. 512 x 512 pixels with 2 x 2 samples; "a / b" is average / maximum over frames; times
 and ratios without "/" are medians over frames.""")
@@ -471,11 +465,6 @@ def layer(frame, channels, convert=(), depth="uint8"):
     return image
 
 
-def preview(frame):
-    from PIL import Image
-    return Image.open(str(frame).replace("/frames/", "/previews/").replace(".exr", ".png"))
-
-
 def reflection(frame):
     """The reflective component alone, black where nothing reflects."""
     from PIL import Image
@@ -501,21 +490,6 @@ def cluster_colors(frame):
               for i in set(ids)}
     grey.putdata([colors[i] if i else pixel for i, pixel in zip(ids, grey.getdata())])
     return grey
-
-
-def sheet(file, rows, labels):
-    """Rows of panels with a label above each column."""
-    from PIL import Image, ImageDraw, ImageFont
-    size, bar, gap = PICTURE_PIXELS, 22, 4
-    out = Image.new("RGB", (len(labels) * (size + gap) - gap, bar + len(rows) * (size + gap) - gap),
-                    "white")
-    font = ImageFont.truetype("DejaVuSans.ttf", 13)
-    for i, label in enumerate(labels):
-        ImageDraw.Draw(out).text((i * (size + gap) + 4, 3), label, "black", font)
-        for j, row in enumerate(rows):
-            out.paste(row[i].convert("RGB").resize((size, size), Image.LANCZOS),
-                      (i * (size + gap), bar + j * (size + gap)))
-    out.save(file, optimize=True)
 
 
 def pictures(bench, document):

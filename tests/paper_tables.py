@@ -46,7 +46,8 @@ def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int
     small = ["scene=scenes/cornell_box.json", "path=paths/cornell_box.json", "image.width=32",
              "image.height=32", 'image.layers=["s","id"]']
     for config in sorted((source / "configs" / "papers").glob("*.json")):
-        sets = [part for setting in small for part in ("--set", setting)]
+        sets = [] if config.name.startswith("perturbation") else [
+            part for setting in small for part in ("--set", setting)]
         bench.catoptric("plan", config, "--frames", "1", *sets)
 
     runs = bench.render("second_order_resolution", "small", small, [([1], [2, 3]), ([4], [6])],

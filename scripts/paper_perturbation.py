@@ -1,0 +1,185 @@
+"""Tables, pictures and curves of [Chen2000], for scripts/paper_tables."""
+import json
+import pathlib
+import statistics
+
+import paper_povray
+from paper_run import exponent, machine, number, preview, sheet
+
+FIGURES = {  # config, seconds as printed in Table I: initial, update, ray tracing
+    "Fig. 8": ("perturbation", "0.43", "0.1", "41"),
+    "Fig. 9": ("perturbation_bounces", "9.6", "0.7", "67"),
+    "Fig. 10": ("perturbation_window", "", "1/30", "")}
+SEGMENTS = [8, 16, 25, 48]  # around and along, of vase and sphere: Fig. 12
+POVRAY = {"vase_lizard": 1, "vase_sphere": 2, "vase_window": 1}
+
+
+def introduce(bench, document):
+    document.text(f"""# perturbation: the paper's tables and pictures
+
+Written by `{bench.command("perturbation")}` from configs/papers/perturbation*.json. {machine()} The
+published figures are of an SGI Indigo2, a MIPS R10000 with 175 MHz. 640 x 480 pixels (Fig. 11:
+512 x 512) with 2 x 2 samples, `traced` with one ray a sample to the true surface and as many bounces.
+Times are medians over frames after the first, in which an object moved and the camera did not.""")
+
+
+def moving(bench, frames):
+    """Frames of a path of which the first is the initial one."""
+    count = {"full": frames, "quick": min(frames, 8), "smoke": 2}[bench.effort]
+    return [([], list(range(1, count + 1)))]
+
+
+def after_first(run):
+    """Without the first frame, which makes the paths."""
+    rest = type(run)()
+    first = min(run.steps)
+    rest.steps = {n: s for n, s in run.steps.items() if n != first}
+    rest.counters = {n: c for n, c in run.counters.items() if n != first}
+    return rest
+
+
+def frame_of(bench, name, method, number_):
+    return bench.work / name / "0" / method / "frames" / f"frame.{number_:04d}.exr"
+
+
+def l1(bench, name, method, against="traced"):
+    frames, _ = bench.errors(name, method, against)
+    return statistics.fmean(f["l1_8bit"] for f in frames)
+
+
+def figures(bench, document):
+    document.text("## Table I, Figs. 8 to 10: initial frame, updates, ray tracing, seconds")
+    rows, runs = [], {}
+    for figure, (config, *printed) in FIGURES.items():
+        runs[figure] = bench.render(config, config, parts=moving(bench, 24))
+        ours, traced = runs[figure]["perturbation"], after_first(runs[figure]["traced"])
+        moved = after_first(ours)
+        first = min(ours.steps)
+        rows.append([figure, 1e-3 * ours.times()[first], printed[0], 1e-3 * moved.ms(), printed[1],
+                     1e-3 * statistics.median(moved.step("virtual_objects")),
+                     1e-3 * traced.ms(), printed[2], moved.ratio(traced),
+                     traced.ms() / statistics.median(moved.step("virtual_objects")),
+                     l1(bench, config, "perturbation")])
+    document.table(["figure", "initial", "printed", "whole frame after a move", "printed",
+                    "update of the virtual objects alone", "`traced`", "POV-Ray, printed",
+                    "traced / frame", "traced / update", "L1_8bit"], rows)
+    names = ["geometry", "gbuffer", "paths", "virtual_objects", "virtual_draw", "composite", "readback"]
+    document.text("Milliseconds of the steps after a move:")
+    document.table(["figure", *names], [
+        [figure, *(statistics.median(after_first(r["perturbation"]).step(n)) for n in names)]
+        for figure, r in runs.items()])
+
+    rows = []
+    for method in ("nearest", "linear", "quadratic", "perturbation"):
+        run = after_first(runs["Fig. 8"][method])
+        rows.append([method.replace("perturbation", "auto"), l1(bench, "perturbation", method),
+                     statistics.median(run.step("virtual_objects")), run.ms()])
+    document.text("## Fig. 13: approximation order\n\nThe vase and the lizard, 40 x 30 sample rays.")
+    document.table(["order", "L1_8bit", "`virtual_objects` ms", "frame ms"], rows)
+
+    last = max(runs["Fig. 8"]["perturbation"].steps)
+    document.text("## Pictures\n\nFig. 8: by perturbation and by rays.")
+    shown = [preview(frame_of(bench, "perturbation", m, last)) for m in ("perturbation", "traced")]
+    sheet(document.picture("fig8.png", "The vase and the lizard"), [shown, [close(p) for p in shown]],
+          ["perturbation", "traced"])
+    document.text(f"Fig. 9: two bounces by perturbation, and by rays of two and five bounces. L1_8bit from "
+                  f"five bounces {number(l1(bench, 'perturbation_bounces', 'perturbation', 'traced_5'))}, "
+                  f"of rays of two bounces {number(l1(bench, 'perturbation_bounces', 'traced', 'traced_5'))}.")
+    shown = [preview(frame_of(bench, "perturbation_bounces", m, last))
+             for m in ("perturbation", "traced", "traced_5")]
+    sheet(document.picture("fig9.png", "Two reflectors"), [shown, [close(p) for p in shown]],
+          ["perturbation", "traced, 2 bounces", "traced, 5 bounces"])
+    document.text("Fig. 10: the icosahedron moves.")
+    numbers = sorted(runs["Fig. 10"]["perturbation"].steps)
+    chosen = [numbers[i * (len(numbers) - 1) // 2] for i in range(3)]
+    sheet(document.picture("fig10.png", "The vase by the window"),
+          [[preview(frame_of(bench, "perturbation_window", m, n)) for n in chosen]
+           for m in ("perturbation", "traced")], [f"frame {n}" for n in chosen])
+    document.text("Fig. 13: nearest, linear, quadratic.")
+    sheet(document.picture("fig13.png", "Approximation orders"),
+          [[close(preview(frame_of(bench, "perturbation", m, last)))
+            for m in ("nearest", "linear", "quadratic")]], ["nearest", "linear", "quadratic"])
+
+
+def close(picture):
+    """The middle of a picture."""
+    w, h = picture.size
+    return picture.crop((w // 4, h // 2 - h // 16, 3 * w // 4, h // 2 - h // 16 + h // 2))
+
+
+def density(bench, document):
+    runs = bench.render("perturbation_density", "density", parts=moving(bench, 12))
+    document.text("## Fig. 11: density of the sample rays\n\nQuadratic; the last row in order `auto`, whose error is "
+                  "bounded whatever the density. Initial: the paths and all virtual objects.")
+    rows = []
+    for method, run in runs.items():
+        if method == "traced":
+            continue
+        first, moved = min(run.steps), after_first(run)
+        initial = 1e3 * sum(run.steps[first].get(s, 0) for s in ("paths", "virtual_objects"))
+        rows.append([method.replace("_", " "), run.counters[first]["paths"], initial,
+                     statistics.median(moved.step("virtual_objects")), moved.ms(),
+                     l1(bench, "density", method)])
+    document.table(["rays", "that meet the vase", "initial ms", "`virtual_objects` ms after a move", "frame ms",
+                    "L1_8bit"], rows)
+    last = max(runs["traced"].steps)
+    shown = ["8x8", "16x16", "32x32"]
+    sheet(document.picture("fig11.png", "Sample densities"),
+          [[close(preview(frame_of(bench, "density", m, last))) for m in [*shown, "traced"]]],
+          [*shown, "traced"])
+
+
+def tessellation(bench, document):
+    document.text("## Fig. 12: tessellation\n\nVase and sphere as they are reflected; given triangles, not halved.")
+    rows, pictures, labels = [], [], []
+    scene = json.loads(pathlib.Path("scenes/vase_sphere.json").read_text())
+    for n in SEGMENTS:
+        for thing in scene["objects"]:
+            if thing["shape"] == "implicit":
+                thing["segments"] = [n, n]
+        file = bench.work / "scenes" / f"vase_sphere_{n}.json"
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(json.dumps(scene))
+        name = f"tessellation_{n}"
+        run = bench.render("perturbation_tessellation", name, [f"scene={json.dumps(str(file))}"],
+                           moving(bench, 6))["perturbation"]
+        first, moved = min(run.steps), after_first(run)
+        rows.append([2 * n * n, run.counters[first]["vertices"],
+                     1e3 * run.steps[first]["virtual_objects"], moved.ms(),
+                     l1(bench, name, "perturbation")])
+        labels.append(f"{2 * n * n} triangles each")
+        pictures.append(close(preview(frame_of(bench, name, "perturbation", max(run.steps)))))
+    document.table(["triangles of each reflector, at most", "vertices looked up", "initial `virtual_objects` ms",
+                    "frame ms after a move", "L1_8bit"], rows)
+    document.text("Time of the initial virtual objects grows with the vertices to the power of "
+                  f"{exponent([r[1] for r in rows], [r[2] for r in rows]):.2f}.")
+    sheet(document.picture("fig12.png", "Tessellations"), [pictures], labels)
+
+
+def povray(bench, document, scenes=tuple(POVRAY)):
+    paper_povray.install()
+    document.text("""## POV-Ray
+
+The same scenes by POV-Ray 3.7 on two threads: lights without shadows, a sky of one colour, a checker on
+the floor, so that both show the same. The vase is a lathe of two Bezier pieces, its fastest exact primitive,
+or an isosurface. Seconds of tracing alone, the least of three; ours after a move, as above. "update":
+virtual objects without drawing. Pictures of time 0, one ray a pixel, against POV-Ray's lathe.""")
+    moved = {"full": 12, "quick": 6, "smoke": 1}[bench.effort]
+    rows, errors = [], []
+    for scene in scenes:
+        both = paper_povray.Comparison(bench, scene, POVRAY[scene], moved)
+        for samples, (lathe, isosurface, runs) in both.times.items():
+            frame = 1e-3 * runs["perturbation"].ms()
+            update = 1e-3 * statistics.median(runs["perturbation"].step("virtual_objects"))
+            rows.append([scene, f"{samples ** 2}", lathe, isosurface, 1e-3 * runs["traced"].ms(), frame,
+                         update, lathe / frame, isosurface / frame, lathe / update])
+        errors.append([scene, *(both.errors[n] for n in ("isosurface", "traced", "perturbation"))])
+        both.picture(document.picture(f"povray_{scene}.png",
+                                      "POV-Ray, perturbation, four times their difference"))
+    document.table(["scene", "rays a pixel", "lathe s", "isosurface s", "`traced` s", "frame s", "update s",
+                    "lathe / frame", "isosurface / frame", "lathe / update"], rows)
+    document.text("L1_8bit from POV-Ray's picture:")
+    document.table(["scene", "isosurface", "`traced`", "perturbation"], errors)
+
+
+PARTS = {"figures": figures, "density": density, "tessellation": tessellation, "povray": povray}
