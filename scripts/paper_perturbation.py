@@ -163,7 +163,9 @@ def povray(bench, document, scenes=tuple(POVRAY)):
 The same scenes by POV-Ray 3.7 on two threads: lights without shadows, a sky of one colour, a checker on
 the floor, so that both show the same. The vase is a lathe of two Bezier pieces, its fastest exact primitive,
 or an isosurface. Seconds of tracing alone, the least of three; ours after a move, as above. "update":
-virtual objects without drawing. Pictures of time 0, one ray a pixel, against POV-Ray's lathe.""")
+virtual objects without drawing. Pictures of time 0, one ray a pixel, against POV-Ray's lathe. What a reflector shows of
+a reflector after the last bounce differs: its diffuse component here, (1 - s) of that there (the mouth
+of the vase).""")
     moved = {"full": 12, "quick": 6, "smoke": 1}[bench.effort]
     rows, errors = [], []
     for scene in scenes:

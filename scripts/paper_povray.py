@@ -256,12 +256,13 @@ class Comparison:
 
     def picture(self, file):
         """POV-Ray, perturbation, and four times their difference, side by side."""
-        parts = []
-        for name in ("POV-Ray", "perturbation"):
-            parts.append(file.with_name(f"part_{name}.png"))
-            subprocess.run(["oiiotool", self.pictures[name], "--ch", "R,G,B", "--colorconvert",
-                            "linear", "sRGB", "-d", "uint8", "-o", parts[-1]], check=True)
-        subprocess.run(["oiiotool", *parts, "--absdiff", "--mulc", "4", *parts, "--swap",
-                        "--mosaic", "3x1", "-o", file], check=True)
+        parts = [file.with_name(f"{name}.part.png") for name in ("POV-Ray", "perturbation", "4x")]
+        for part in parts[:2]:
+            subprocess.run(["oiiotool", self.pictures[part.name.split(".")[0]], "--ch", "R,G,B",
+                            "--colorconvert", "linear", "sRGB", "-d", "uint8", "-o", part],
+                           check=True)
+        subprocess.run(["oiiotool", *parts[:2], "--absdiff", "--mulc", "4", "-o", parts[2]],
+                       check=True)
+        subprocess.run(["oiiotool", *parts, "--mosaic", "3x1", "-o", file], check=True)
         for part in parts:
             part.unlink()

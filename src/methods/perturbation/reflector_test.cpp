@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <limits>
@@ -50,8 +51,9 @@ struct Lizard {
     exact.errorPixels = 1e-6f;
     PathOptions options;
     options.order = order;
-    const Reflector truth(vase, bounds, around, view, exact);
-    const Reflector ours(vase, bounds, around, view, options);
+    const std::array<Turn, 1> turns{{{&vase, bounds}}};
+    const Reflector truth(turns, nullptr, around, view, exact);
+    const Reflector ours(turns, nullptr, around, view, options);
     RayOctree::Cursor cursors[2];
     PathCounts counts;
     std::vector<double> result;
@@ -79,16 +81,18 @@ struct Lizard {
 
 TEST(Reflector, VerticesInTheVaseAreATenthOfAPixelOff) {
   const Lizard lizard;
-  for (const auto& [order, name, median, mean] :
-       {std::tuple{Order::Nearest, "nearest", 10.0, 10.0}, {Order::Linear, "linear", 1.0, 2.0},
-        {Order::Quadratic, "quadratic", 0.1, 0.5}, {Order::Auto, "auto", 0.05, 0.1}}) {
+  for (const auto& [order, name, median, mean] : {std::tuple{Order::Nearest, "nearest", 10.0, 10.0},
+                                                  {Order::Linear, "linear", 1.0, 2.0},
+                                                  {Order::Quadratic, "quadratic", 0.1, 0.5},
+                                                  {Order::Auto, "auto", 0.05, 0.1}}) {
     const std::vector<double> errors = lizard.errors(order);
     ASSERT_GT(errors.size(), 800u);
     const double sum = std::accumulate(errors.begin(), errors.end(), 0.0);
     const double count = static_cast<double>(errors.size());
-    std::printf("%-9s: %zu reflections; pixels off: median %.4f, mean %.4f, 95%% below %.3f, most %.2f\n",
-                name, errors.size(), errors[errors.size() / 2], sum / count,
-                errors[errors.size() * 95 / 100], errors.back());
+    std::printf(
+        "%-9s: %zu reflections; pixels off: median %.4f, mean %.4f, 95%% below %.3f, most %.2f\n",
+        name, errors.size(), errors[errors.size() / 2], sum / count,
+        errors[errors.size() * 95 / 100], errors.back());
     EXPECT_LE(errors[errors.size() / 2], median) << name;
     EXPECT_LE(sum / count, mean) << name;
   }
