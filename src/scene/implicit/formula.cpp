@@ -63,7 +63,11 @@ class Parser {
                      std::string(at - begin + (begin > 0 ? 3 : 0), ' ') + "^");
   }
   std::string found() const {
-    return at_ < text_.size() ? "'" + std::string(1, text_[at_]) + "'" : "the end";
+    if (at_ >= text_.size()) return "the end";
+    // A whole character of UTF-8: its first byte and those of the form 10xxxxxx after it
+    std::size_t end = at_ + 1;
+    while (end < text_.size() && (static_cast<unsigned char>(text_[end]) & 0xC0u) == 0x80u) ++end;
+    return "'" + std::string(text_.substr(at_, end - at_)) + "'";
   }
   void skipSpace() {
     while (at_ < text_.size() &&

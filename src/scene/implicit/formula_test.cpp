@@ -77,6 +77,7 @@ TEST(Formula, RefusalsSayWhereAndWhat) {
   EXPECT_THAT(refusal(""), HasSubstr("column 1: expected a number, a name or '(', found the end"));
   EXPECT_THAT(refusal("x +"), HasSubstr("column 4: expected a number"));
   EXPECT_THAT(refusal("x y"), HasSubstr("column 3: expected an operator or the end, found 'y'"));
+  EXPECT_THAT(refusal("x \u00d7 y"), HasSubstr("found '\u00d7'"));
   EXPECT_THAT(refusal("x)"), HasSubstr("column 2: expected an operator or the end, found ')'"));
   EXPECT_THAT(refusal("x * * y"), HasSubstr("column 5: expected a number"));
   EXPECT_THAT(refusal("min(x)"), HasSubstr("column 1: min() takes 2 to 8 arguments, not 1"));
