@@ -52,6 +52,7 @@ struct WorldLight {
   float range = 0.0f;
   float cosInner = 1.0f;
   float cosOuter = 0.0f;
+  bool operator==(const WorldLight&) const = default;
 };
 
 /// Radiance of the environment by direction: constant, gradient, or a latitude-longitude image.
@@ -83,6 +84,7 @@ struct Lighting {
   std::shared_ptr<const EnvironmentLight> environment;
   Vec3 ambient{0.0f};
   std::vector<WorldLight> lights;  ///< those that are not baked
+  bool operator==(const Lighting&) const = default;
 };
 /// Lights that are marked as baked are left out only where a full bake holds them.
 Lighting makeLighting(const scene::Scene& scene, const scene::Pose& pose,

@@ -78,10 +78,15 @@ struct FrameInput {
   scene::PathFrame frame;
   std::vector<int> changedObjects;  ///< indices whose geometry differs from the last rendered frame
   bool firstOfSequence = true;      ///< no state of earlier frames may be used
+  /// Samples of the G-buffer that may differ from the last frame's, whose camera and lights were
+  /// the same; none: all.
+  std::optional<raster::Rectangle> changedSamples;
 };
 
 struct FrameOutput {
   Counters counters;
+  /// Samples of gbuffer->reflection that may differ from the last frame's; none: all.
+  std::optional<raster::Rectangle> changedReflection;
   std::vector<frame::ClusterRow> clusters;  ///< of methods that cluster rays
   /// Where the layer "cluster" is asked for: per sample 0 in no cluster, else index in `clusters`
   /// + 1.

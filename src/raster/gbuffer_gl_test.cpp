@@ -12,6 +12,7 @@ namespace catoptric {
 namespace {
 
 using test::drawSamples;
+using test::readSamples;
 using test::rotation;
 using test::Samples;
 using test::SceneBuilder;
@@ -40,6 +41,47 @@ void expectSame(const Samples& a, const Samples& b) {
   expectSameBits(a.depth, b.depth, "depth");
   expectSameBits(a.ids, b.ids, "ids");
   expectSameBits(a.stencil, b.stencil, "stencil");
+}
+
+TEST(GBuffer, PartsAreThoseOfTheWhole) {
+  SceneBuilder builder;
+  builder.add(scene::makePlane({20.0f, 20.0f}, {9, 9}, scene::UvMode::Metres),
+              builder.diffuse(Vec3(0.5f)), translation({0.0f, -1.0f, 0.0f}));
+  for (float x = -1.5f; x < 2.0f; x += 0.5f) {
+    builder.add(scene::makeSphere(0.5f, 24, 12, scene::UvMode::Metres),
+                builder.reflective(0.3f, 0.2f), translation({x, 0.0f, 0.3f * x}));
+  }
+  builder.move(3, {1.0f, 0.4f, -2.0f}, 1.0f);
+  builder.constantEnvironment(Vec3(0.3f));
+  Uploaded world(builder.scene());
+  const scene::Camera camera = cameraAt({0.4f, 0.7f, 5.0f}, {0.2f, 0.0f, 0.0f});
+  raster::GBuffer g = world.raster->makeGBuffer({kSize, kSize, 2, false});
+  gl::Texture frame = gl::Texture::make2D("frame", GL_RGBA32F, kSize, kSize);
+  world.raster->drawGBuffer(g, camera, world.lighting);
+  world.raster->composite(g, camera, {}, frame);
+  const Samples before = readSamples(g);
+
+  // What moved is drawn anew where it was and where it is, and nowhere else
+  const auto shown = [&] {
+    return raster::shownRectangle(camera, g.sampleWidth(), g.sampleHeight(),
+                                  world.geometry.objects[3].bounds);
+  };
+  raster::Rectangle part = shown();
+  world.raster->update(world.geometry, frame::updateGeometry(world.geometry, world.scene,
+                                                             scene::poseAt(world.scene, 1.0)));
+  part = raster::bounding(part, shown());
+  EXPECT_LT(part.width(), g.sampleWidth());
+  const raster::DrawStatistics fewer = world.raster->drawGBuffer(g, camera, world.lighting, part);
+  world.raster->composite(g, camera, {}, frame, raster::pixelsOf(part, 2));
+  const Samples after = readSamples(g);
+  const std::vector<float> composed = raster::readRgba(frame);
+  EXPECT_NE(before.ids, after.ids);
+
+  const raster::DrawStatistics all = world.raster->drawGBuffer(g, camera, world.lighting);
+  world.raster->composite(g, camera, {}, frame);
+  EXPECT_LT(fewer.triangles, all.triangles);
+  expectSame(after, readSamples(g));
+  expectSameBits(composed, raster::readRgba(frame), "frame");
 }
 
 TEST(GBuffer, SlantedPlaneHasItsDepth) {

@@ -10,6 +10,22 @@
 #include "raster/scene_raster_state.h"
 
 namespace catoptric::raster {
+namespace {
+
+/// Clip space of a part of an image from that of all of it, a pixel more on each side.
+Mat4 clipOfPart(const Rectangle& part, const Rectangle& all) {
+  const Vec2 half = 0.5f * Vec2(part.width() + 2, part.height() + 2);
+  const Vec2 centre = 0.5f * Vec2(part.x0 + part.x1, part.y0 + part.y1);
+  const Vec2 size(all.width(), all.height());
+  Mat4 crop(1.0f);
+  crop[0][0] = 0.5f * size.x / half.x;
+  crop[1][1] = 0.5f * size.y / half.y;
+  crop[3][0] = (0.5f * size.x - centre.x) / half.x;
+  crop[3][1] = (centre.y - 0.5f * size.y) / half.y;
+  return crop;
+}
+
+}  // namespace
 
 /// Whether the whole box lies beyond the near plane (z <= w).
 bool beyondNear(const Mat4& clipFromWorld, const Box3& box) {
@@ -107,9 +123,11 @@ GBuffer SceneRaster::makeGBuffer(const GBufferSize& size) const {
 }
 
 /// Lists what can be seen, nearest objects first.
-void SceneRaster::State::cull(const FrameView& view, int skipObject, DrawStatistics& statistics) {
+void SceneRaster::State::cull(const FrameView& view, const Mat4& clipFromWorldOfPart,
+                              int skipObject, DrawStatistics& statistics) {
   list.clear();
   const Frustum frustum(view.clipFromWorld);
+  const Frustum part(clipFromWorldOfPart);
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const std::span<const Meshlet> members = meshlets.ofObject(i);
     std::uint64_t all = 0;
@@ -131,10 +149,12 @@ void SceneRaster::State::cull(const FrameView& view, int skipObject, DrawStatist
     for (const Meshlet& meshlet : members) {
       if (!frustum.mayContain(meshlet.centre, meshlet.radius)) continue;
       if (visible.cullBacks && facesAway(meshlet, view.eye)) continue;
-      visible.triangles += meshlet.indexCount / 3;
+      // The order is that of the whole view, so that parts agree with it where depths are equal
       const float area = meshlet.radius * meshlet.radius;
       distanceSum += area * glm::distance(meshlet.centre, view.eye);
       areaSum += area;
+      if (!part.mayContain(meshlet.centre, meshlet.radius)) continue;
+      visible.triangles += meshlet.indexCount / 3;
       if (list.counts.size() > visible.firstRange && meshlet.firstIndex == end) {
         list.counts.back() += static_cast<GLsizei>(meshlet.indexCount);
       } else {
@@ -182,10 +202,11 @@ Variant& SceneRaster::State::variant(std::uint32_t features, const frame::Lighti
 }
 
 DrawStatistics SceneRaster::State::drawObjects(const FrameView& view,
+                                               const Mat4& clipFromWorldOfPart,
                                                const frame::Lighting& lighting, bool gbuffer,
                                                int skipObject) {
   DrawStatistics statistics;
-  cull(view, skipObject, statistics);
+  cull(view, clipFromWorldOfPart, skipObject, statistics);
   frame.bind(view, lighting);
   vertices.bind();
   glDepthFunc(GL_GREATER);
@@ -261,7 +282,8 @@ void SceneRaster::State::drawBackground(const frame::Lighting& lighting, bool gb
 }
 
 DrawStatistics SceneRaster::drawGBuffer(GBuffer& target, const scene::Camera& camera,
-                                        const frame::Lighting& lighting) {
+                                        const frame::Lighting& lighting,
+                                        const std::optional<Rectangle>& part) {
   State& s = *state_;
   const float aspect = static_cast<float>(target.width) / static_cast<float>(target.height);
   const FrameView view =
@@ -269,18 +291,22 @@ DrawStatistics SceneRaster::drawGBuffer(GBuffer& target, const scene::Camera& ca
                scene::pixelSpreadRad(camera, target.sampleHeight()),
                Vec4(0.0f, 0.0f, target.sampleWidth(), target.sampleHeight()), kNoRadianceLimit);
   s.gbufferView = view;
+  const Rectangle all{0, 0, target.sampleWidth(), target.sampleHeight()};
+  const Rectangle drawn = part ? intersection(*part, all) : all;
+  if (drawn.empty()) return {};
 
   // Colours are not cleared: surfaces write them where depth is above 0, the background elsewhere
   target.framebuffer.bind();
+  const ScissoredTo scissor(drawn);
   target.framebuffer.clearDepthStencil(0.0f, static_cast<int>(SampleClass::Background));
 
   glDisable(GL_BLEND);
-  glDisable(GL_SCISSOR_TEST);
   glEnable(GL_DEPTH_TEST);
   glEnable(GL_STENCIL_TEST);
   glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
   glStencilMask(0xFF);
-  const DrawStatistics statistics = s.drawObjects(view, lighting, true, 0);
+  const DrawStatistics statistics =
+      s.drawObjects(view, clipOfPart(drawn, all) * view.clipFromWorld, lighting, true, 0);
   glDisable(GL_STENCIL_TEST);
   s.drawBackground(lighting, true);
   glDisable(GL_DEPTH_TEST);
@@ -299,7 +325,8 @@ DrawStatistics SceneRaster::drawDiffuse(const Mat4& clipFromWorld, const Vec3& e
   glDisable(GL_BLEND);
   glDisable(GL_STENCIL_TEST);
   glEnable(GL_DEPTH_TEST);
-  const DrawStatistics statistics = s.drawObjects(view, lighting, false, skipObject);
+  const DrawStatistics statistics =
+      s.drawObjects(view, view.clipFromWorld, lighting, false, skipObject);
   s.drawBackground(lighting, false);
   glDisable(GL_DEPTH_TEST);
   return statistics;
@@ -351,7 +378,8 @@ gl::Texture SceneRaster::drawCubeMap(const Vec3& centre, int faceSize,
 }
 
 void SceneRaster::composite(const GBuffer& source, const scene::Camera& camera,
-                            const CompositeOptions& options, gl::Texture& frame) {
+                            const CompositeOptions& options, gl::Texture& frame,
+                            const std::optional<Rectangle>& part) {
   State& s = *state_;
   if (frame.width() != source.width || frame.height() != source.height) {
     throw Error(ExitCode::Internal, "composite: the frame's size is not the G-buffer's");
@@ -385,10 +413,10 @@ void SceneRaster::composite(const GBuffer& source, const scene::Camera& camera,
   }
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_STENCIL_TEST);
-  glDisable(GL_SCISSOR_TEST);
   glDisable(GL_BLEND);
   const gl::Framebuffer target("composite", {{.texture = frame}});
   target.bind();
+  const ScissoredTo scissor(part.value_or(Rectangle{0, 0, source.width, source.height}));
   gl::drawFullScreenTriangle();
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "frame/shading.h"
 #include "gl/shader.h"
 #include "raster/gbuffer.h"
+#include "raster/rectangle.h"
 #include "raster/virtual_objects.h"
 #include "scene/camera.h"
 #include "scene/scene.h"
@@ -68,9 +70,11 @@ class SceneRaster {
 
   GBuffer makeGBuffer(const GBufferSize& size) const;
 
-  /// Fills diffuse, normal, object, depth and stencil.
+  /// Fills diffuse, normal, object, depth and stencil; with `part`, in samples, nothing outside it:
+  /// there `target` keeps what it has. The samples are the same, bit for bit.
   DrawStatistics drawGBuffer(GBuffer& target, const scene::Camera& camera,
-                             const frame::Lighting& lighting);
+                             const frame::Lighting& lighting,
+                             const std::optional<Rectangle>& part = std::nullopt);
 
   /// Draws diffuse radiance (rgb, a = 1; environment where nothing is, a = 0) with any view
   /// projection (reversed-Z, upper left) into the bound framebuffer's colour 0 and depth, within
@@ -92,9 +96,11 @@ class SceneRaster {
 
   /// Draws the diffuse radiance of virtual objects into the bound framebuffer's colour 0 and depth
   /// (reversed-Z, cleared by the caller), each on the samples of its reflector in `gbuffer`, which
-  /// drawGBuffer() has filled last. The stencil test is the caller's.
-  void drawVirtualObjects(std::span<const VirtualObject> objects, const GBuffer& gbuffer,
-                          const scene::Camera& camera, const frame::Lighting& lighting);
+  /// drawGBuffer() has filled last. Only triangles that may show in `part`, in samples, need be
+  /// drawn; scissor and stencil test are the caller's.
+  void drawVirtualObjects(std::span<const VirtualObject* const> objects, const GBuffer& gbuffer,
+                          const scene::Camera& camera, const frame::Lighting& lighting,
+                          const Rectangle& part);
 
   /// Cube map of the diffuse scene seen from `centre`, RGBA16F with mip levels.
   gl::Texture drawCubeMap(const Vec3& centre, int faceSize, const frame::Lighting& lighting,
@@ -102,8 +108,10 @@ class SceneRaster {
 
   /// Resolves samples to pixels into `frame` (RGBA32F, width x height, row 0 on top): mean over the
   /// samples of (1 - s) diffuse + s tint reflection; a = share of samples that are not background.
+  /// With `part`, in pixels, nothing outside it.
   void composite(const GBuffer& source, const scene::Camera& camera,
-                 const CompositeOptions& options, gl::Texture& frame);
+                 const CompositeOptions& options, gl::Texture& frame,
+                 const std::optional<Rectangle>& part = std::nullopt);
 
   /// Radiance of the environment is drawn and looked up by this GLSL-side state; methods that need
   /// the materials' table, the environment or the shading functions bind them here.

@@ -103,10 +103,12 @@ struct SceneRaster::State {
   void describeVertices(gl::VertexArray& array) const {
     raster::describeVertices(array, positions, attributes);
   }
-  void cull(const FrameView& view, int skipObject, DrawStatistics& statistics);
+  /// `part`: what is drawn shows there only; as Frustum takes it.
+  void cull(const FrameView& view, const Mat4& clipFromWorldOfPart, int skipObject,
+            DrawStatistics& statistics);
   Variant& variant(std::uint32_t features, const frame::Lighting& lighting);
-  DrawStatistics drawObjects(const FrameView& view, const frame::Lighting& lighting, bool gbuffer,
-                             int skipObject);
+  DrawStatistics drawObjects(const FrameView& view, const Mat4& clipFromWorldOfPart,
+                             const frame::Lighting& lighting, bool gbuffer, int skipObject);
   /// Culls one view for drawDiffuseViews(), objects in this order.
   void listView(const DiffuseView& view, std::span<const std::uint32_t> order,
                 const frame::Geometry& geometry, float snap, struct ViewList& seen) const;

@@ -1,5 +1,7 @@
 #include "raster/virtual_objects.h"
 
+#include <array>
+
 #include "raster/scene_raster_state.h"
 
 namespace catoptric::raster {
@@ -9,13 +11,33 @@ namespace {
 constexpr GLuint kObjectUnit = 5;
 constexpr GLuint kDepthUnit = 6;
 
+/// So many triangles are rather drawn in vain than left out between two ranges (ours).
+constexpr std::size_t kLongestGap = 8;
+
+/// Ranges of the triangles that may show in `part`.
+void listTriangles(const VirtualObject& object, const Rectangle& part, DrawList& list) {
+  list.clear();
+  if (intersection(object.where, part).empty()) return;
+  std::size_t end = 0;  // of the last range, in triangles
+  for (std::size_t i = 0; i < object.triangles.size(); ++i) {
+    if (intersection(object.triangles[i], part).empty()) continue;
+    if (!list.counts.empty() && i - end <= kLongestGap) {
+      list.counts.back() += static_cast<GLsizei>(3 * (i + 1 - end));
+    } else {
+      list.counts.push_back(3);
+      list.offsets.push_back(reinterpret_cast<const void*>(3 * i * sizeof(std::uint32_t)));
+    }
+    end = i + 1;
+  }
+}
+
 }  // namespace
 
-VirtualObject::VirtualObject(const VirtualTriangles& source)
+VirtualObject::VirtualObject(const VirtualTriangles& source, const scene::Camera& camera, int width,
+                             int height)
     : object(source.object),
       reflector(source.reflector),
       depthSlack(source.depthSlack),
-      indexCount(static_cast<std::uint32_t>(source.indices.size())),
       positions("virtual object's positions", std::span<const Vec3>(source.positions)),
       attributes("virtual object's attributes",
                  std::span<const frame::VertexAttributes>(source.attributes)),
@@ -25,10 +47,18 @@ VirtualObject::VirtualObject(const VirtualTriangles& source)
   describeVertices(vertices, positions, attributes);
   vertices.setAttribute(7, images, 4, GL_FLOAT, 0, sizeof(Vec4));
   vertices.setIndices(indices);
+  triangles.reserve(source.indices.size() / 3);
+  for (std::size_t i = 0; i < source.indices.size(); i += 3) {
+    std::array<Vec3, 3> corners;
+    for (std::size_t c = 0; c < 3; ++c) corners[c] = Vec3(source.images[source.indices[i + c]]);
+    triangles.push_back(shownRectangle(camera, width, height, corners));
+    where = bounding(where, triangles.back());
+  }
 }
 
-void SceneRaster::drawVirtualObjects(std::span<const VirtualObject> objects, const GBuffer& gbuffer,
-                                     const scene::Camera& camera, const frame::Lighting& lighting) {
+void SceneRaster::drawVirtualObjects(std::span<const VirtualObject* const> objects,
+                                     const GBuffer& gbuffer, const scene::Camera& camera,
+                                     const frame::Lighting& lighting, const Rectangle& part) {
   State& s = *state_;
   s.frame.bind(s.gbufferView, lighting);
   glDisable(GL_BLEND);
@@ -37,8 +67,10 @@ void SceneRaster::drawVirtualObjects(std::span<const VirtualObject> objects, con
   glDepthFunc(GL_GREATER);
   glDepthMask(GL_TRUE);
   const bool sky = hasSky(lighting);
-  for (const VirtualObject& object : objects) {
-    if (object.indexCount == 0) continue;
+  for (const VirtualObject* const shown : objects) {
+    const VirtualObject& object = *shown;
+    listTriangles(object, part, s.list);
+    if (s.list.counts.empty()) continue;
     const auto number = static_cast<std::size_t>(object.object) - 1;
     const ObjectInfo& info = s.objects[number];
     const Variant& v =
@@ -51,7 +83,8 @@ void SceneRaster::drawVirtualObjects(std::span<const VirtualObject> objects, con
     glUniform1ui(v.reflector, static_cast<GLuint>(object.reflector));
     glUniform1f(v.depthSlack, object.depthSlack / camera.nearMetres);
     object.vertices.bind();
-    glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(object.indexCount), GL_UNSIGNED_INT, nullptr);
+    glMultiDrawElements(GL_TRIANGLES, s.list.counts.data(), GL_UNSIGNED_INT, s.list.offsets.data(),
+                        static_cast<GLsizei>(s.list.counts.size()));
   }
   glDisable(GL_DEPTH_TEST);
 }

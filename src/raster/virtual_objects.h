@@ -8,6 +8,7 @@
 #include "core/math.h"
 #include "frame/geometry.h"
 #include "gl/objects.h"
+#include "raster/rectangle.h"
 
 namespace catoptric::raster {
 
@@ -27,14 +28,16 @@ struct VirtualTriangles {
   std::vector<std::uint32_t> indices;  ///< three per triangle, any winding
 };
 
-/// Those triangles on the device.
+/// Those triangles on the device, for one camera.
 struct VirtualObject {
-  explicit VirtualObject(const VirtualTriangles& source);
+  /// Rectangles are of an image of width x height.
+  VirtualObject(const VirtualTriangles& source, const scene::Camera& camera, int width, int height);
 
   int object = 0;
   int reflector = 0;
   float depthSlack = 0.0f;
-  std::uint32_t indexCount = 0;
+  Rectangle where;                   ///< what may show any of it
+  std::vector<Rectangle> triangles;  ///< ... and each of its triangles
   gl::Buffer positions;
   gl::Buffer attributes;
   gl::Buffer images;

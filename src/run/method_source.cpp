@@ -77,7 +77,7 @@ RenderedFrame MethodSource::render(const scene::PathFrame& frame, bool firstOfSe
   methods::FrameInput input;
   input.frame = frame;
   input.firstOfSequence = firstOfSequence;
-  input.changedObjects = stage_.moveTo(frame.timeSeconds, &timer_);
+  moveTo(input);
 
   const bool rebuilds =
       needs_.bvh == trace::BvhPolicy::RebuildLow || needs_.bvh == trace::BvhPolicy::RebuildMedium;
@@ -87,7 +87,8 @@ RenderedFrame MethodSource::render(const scene::PathFrame& frame, bool firstOfSe
   RenderedFrame rendered;
   if (needs_.gbuffer) {
     const raster::DrawStatistics drawn = timer_.measure("gbuffer", [&] {
-      return stage_.raster()->drawGBuffer(*gbuffer_, frame.camera, stage_.lighting());
+      return stage_.raster()->drawGBuffer(*gbuffer_, frame.camera, stage_.lighting(),
+                                          input.changedSamples);
     });
     rendered.counters["gbuffer_triangles"] = drawn.triangles;
     rendered.counters["gbuffer_culled_triangles"] = drawn.culledTriangles;
@@ -107,20 +108,50 @@ RenderedFrame MethodSource::render(const scene::PathFrame& frame, bool firstOfSe
   if (output.image) {
     rendered.image = std::move(*output.image);
   } else if (needs_.gbuffer) {
-    rendered.image = readFrame(frame.camera, std::move(output.clusterOf));
+    // What neither shows something that moved nor reflects it is still in the composite
+    std::optional<raster::Rectangle> changed;
+    if (input.changedSamples && output.changedReflection)
+      changed = raster::bounding(*input.changedSamples, *output.changedReflection);
+    rendered.image = readFrame(frame.camera, changed, std::move(output.clusterOf));
   } else {
     throw Error(ExitCode::Internal, "the method has made no image");
   }
   if (needs_.gl) stage_.context()->check("frame");
+  lastCamera_ = frame.camera;
   rendered.samples = timer_.take();
   return rendered;
 }
 
+void MethodSource::moveTo(methods::FrameInput& input) {
+  const frame::Lighting lighting = stage_.lighting();
+  std::vector<Box3> before;
+  for (const frame::ObjectRange& object : stage_.geometry().objects)
+    before.push_back(object.bounds);
+  input.changedObjects = stage_.moveTo(input.frame.timeSeconds, &timer_);
+
+  const bool kept =
+      !input.firstOfSequence && lastCamera_ == input.frame.camera && lighting == stage_.lighting();
+  lastCamera_.reset();  // until this frame is made
+  if (!kept || !gbuffer_) return;
+  raster::Rectangle changed;
+  for (const int object : input.changedObjects) {
+    for (const Box3& box : {before[static_cast<std::size_t>(object)],
+                            stage_.geometry().objects[static_cast<std::size_t>(object)].bounds})
+      changed = raster::bounding(changed,
+                                 raster::shownRectangle(input.frame.camera, gbuffer_->sampleWidth(),
+                                                        gbuffer_->sampleHeight(), box));
+  }
+  input.changedSamples = changed;
+}
+
 image::Image MethodSource::readFrame(const scene::Camera& camera,
+                                     const std::optional<raster::Rectangle>& changed,
                                      std::vector<std::uint16_t> clusterOf) {
   const methods::RunSettings& settings = stage_.run().image;
   timer_.measure("composite", [&] {
-    stage_.raster()->composite(*gbuffer_, camera, {settings.fresnelSchlick}, composite_);
+    std::optional<raster::Rectangle> pixels;
+    if (changed) pixels = raster::pixelsOf(*changed, settings.samples);
+    stage_.raster()->composite(*gbuffer_, camera, {settings.fresnelSchlick}, composite_, pixels);
   });
   image::Image image;
   image.width = settings.width;

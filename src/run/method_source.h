@@ -24,8 +24,13 @@ class MethodSource : public FrameSource {
   std::map<std::string, std::string> context() const override;
 
  private:
-  /// The composed frame with the asked-for layers; `clusterOf` as in methods::FrameOutput.
-  image::Image readFrame(const scene::Camera& camera, std::vector<std::uint16_t> clusterOf);
+  /// Moves the scene to the frame's time; says what that changes.
+  void moveTo(methods::FrameInput& input);
+  /// The composed frame with the asked-for layers; samples outside `changed` are those of the last
+  /// frame. `clusterOf` as in methods::FrameOutput.
+  image::Image readFrame(const scene::Camera& camera,
+                         const std::optional<raster::Rectangle>& changed,
+                         std::vector<std::uint16_t> clusterOf);
 
   Stage& stage_;
   methods::Method& method_;
@@ -34,7 +39,7 @@ class MethodSource : public FrameSource {
   std::unique_ptr<trace::TraceScene> trace_;
   std::optional<raster::GBuffer> gbuffer_;
   gl::Texture composite_;
-  std::vector<int> changedSinceLastFrame_;
+  std::optional<scene::Camera> lastCamera_;  ///< of the frame in G-buffer and composite
 };
 
 /// Encodes frames of `run` as EXR and preview, for runSequence(). `origin` of the scene, so that

@@ -21,6 +21,7 @@ struct Camera {
 
   Vec3 eye() const { return Vec3(worldFromCamera[3]); }
   Vec3 forward() const { return -Vec3(worldFromCamera[2]); }
+  bool operator==(const Camera&) const = default;
 };
 
 /// Reversed-Z, infinite far plane, for glClipControl(GL_UPPER_LEFT, GL_ZERO_TO_ONE): depth is

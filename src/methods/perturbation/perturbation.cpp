@@ -134,6 +134,9 @@ constexpr int kCubeMapFaceSize = 256;
 /// which a virtual triangle came about (ours): sheets of different reflections lie farther apart.
 constexpr float kDepthSlack = 0.1f;
 
+/// Stencil of mirrors but for the last bit.
+constexpr int kMirror = static_cast<int>(raster::SampleClass::PlanarMirror);
+
 enum class Kind : std::uint8_t { Diffuse, Planar, Implicit, Unsupported };
 
 /// What kind of reflector an object is; why it is not supported.
@@ -227,7 +230,8 @@ class Perturbation : public Method {
     defines.push_back({"UNSUPPORTED", others ? "1" : "0"});
     uncovered_ = gl::Program::fullScreen(
         "uncovered samples", "methods/perturbation/shaders/uncovered.frag", std::move(defines));
-    counts_ = gl::Buffer("counts of uncovered samples", 2 * sizeof(std::uint32_t));
+    for (gl::Buffer* counts : {&countsBefore_, &countsAfter_})
+      *counts = gl::Buffer("counts of uncovered samples", 2 * sizeof(std::uint32_t));
     const raster::GBuffer& gbuffer = *services.gbuffer;
     depth_ = gl::Texture::make2D("virtual depth", GL_DEPTH32F_STENCIL8, gbuffer.sampleWidth(),
                                  gbuffer.sampleHeight());
@@ -247,14 +251,15 @@ class Perturbation : public Method {
   }
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
-    raster::GBuffer& gbuffer = *services.gbuffer;
-    if (settings_.masks) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
     for (const char* name :
          {"paths", "vertices", "triangles", "dropped_triangles", "linear", "quadratic", "retraced",
           "not_converged", "environment", "unsupported_reflector", "clamped_cube_map"})
       output.counters[name] = 0;
-    if (!any_) return;
-    update(input, services, output.counters);
+    if (!any_) {
+      if (settings_.masks) services.gbuffer->reflectionFramebuffer.clearColorUint(1, 0);
+      return;
+    }
+    output.changedReflection = update(input, services, output.counters);
     if (!flags_.empty() && (environment_.empty() || services.scene.animated())) {
       services.timer.measure("cube_map", [&] {
         environment_ = services.raster->drawCubeMap(services.geometry.bounds.centre(),
@@ -264,11 +269,17 @@ class Perturbation : public Method {
       });
     }
     output.counters["clamped_cube_map"] = clampedTexels_;
-    services.timer.measure("virtual_draw", [&] { draw(input.frame.camera, services); });
-    std::array<std::uint32_t, 2> counts{};
-    counts_.read(0, sizeof counts, counts.data());
-    output.counters["environment"] = counts[0];
-    output.counters["unsupported_reflector"] = counts[1];
+    services.timer.measure("virtual_draw",
+                           [&] { draw(input.frame.camera, output.changedReflection, services); });
+    // Samples that were uncovered before in what was drawn are counted again
+    if (!output.changedReflection) uncoveredCounts_ = {};
+    std::array<std::uint32_t, 2> before{};
+    std::array<std::uint32_t, 2> after{};
+    countsBefore_.read(0, sizeof before, before.data());
+    countsAfter_.read(0, sizeof after, after.data());
+    for (std::size_t i = 0; i < after.size(); ++i) uncoveredCounts_[i] += after[i] - before[i];
+    output.counters["environment"] = uncoveredCounts_[0];
+    output.counters["unsupported_reflector"] = uncoveredCounts_[1];
   }
 
  private:
@@ -279,12 +290,16 @@ class Perturbation : public Method {
     std::map<int, raster::VirtualObject> objects;  ///< by index in geometry.objects
   };
 
-  /// Recomputes what the changes since the last frame ask for.
-  void update(const FrameInput& input, Services& services, Counters& counters) {
+  /// Recomputes what the changes since the last frame ask for. Returns the samples in which that
+  /// and what moved may show; none: all.
+  std::optional<raster::Rectangle> update(const FrameInput& input, Services& services,
+                                          Counters& counters) {
     const frame::Geometry& geometry = services.geometry;
     const scene::Camera& camera = input.frame.camera;
-    const bool all = input.firstOfSequence || !lastCamera_ || !sameCamera(*lastCamera_, camera);
+    const bool all = input.firstOfSequence || lastCamera_ != camera;
     lastCamera_ = camera;
+    std::optional<raster::Rectangle> part = input.changedSamples;
+    if (all || !flags_.empty()) part.reset();
     const perturbation::View view{camera, settings_.width, settings_.height};
     const auto changed = [&](int object) {
       return std::ranges::find(input.changedObjects, object) != input.changedObjects.end();
@@ -296,6 +311,7 @@ class Perturbation : public Method {
         const Kind kind = kinds_[static_cast<std::size_t>(r)];
         if (kind != Kind::Planar && kind != Kind::Implicit) continue;
         if (!all && !changed(r)) continue;
+        part.reset();
         const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(r)];
         kept_.erase(r);
         Kept& kept = kept_[r];
@@ -318,7 +334,11 @@ class Perturbation : public Method {
         for (int o = 0; o < static_cast<int>(geometry.objects.size()); ++o) {
           if (kept.objects.contains(o) && !changed(o)) continue;
           if (o == r && !(kept.reflector && kept.reflector->seesItself())) continue;
-          kept.objects.erase(o);
+          const auto old = kept.objects.find(o);
+          if (old != kept.objects.end()) {
+            if (part) part = raster::bounding(*part, old->second.where);
+            kept.objects.erase(old);
+          }
           if (geometry.objects[static_cast<std::size_t>(o)].indexCount == 0 ||
               (kept.reflector && kept.reflector->pathCount() == 0))
             continue;
@@ -330,7 +350,13 @@ class Perturbation : public Method {
           triangles.reflector = r + 1;
           if (kept.reflector)
             triangles.depthSlack = kDepthSlack * static_cast<float>(kept.reflector->size());
-          kept.objects.emplace(o, raster::VirtualObject(triangles));
+          const raster::VirtualObject& made =
+              kept.objects
+                  .emplace(o,
+                           raster::VirtualObject(triangles, camera, services.gbuffer->sampleWidth(),
+                                                 services.gbuffer->sampleHeight()))
+                  .first->second;
+          if (part) part = raster::bounding(*part, made.where);
         }
       }
       counters["paths"] = counts.paths.paths;
@@ -343,11 +369,20 @@ class Perturbation : public Method {
       counters["retraced"] = counts.paths.retraced;
       counters["not_converged"] = counts.paths.notConverged;
     });
-  }
 
-  static bool sameCamera(const scene::Camera& a, const scene::Camera& b) {
-    return a.worldFromCamera == b.worldFromCamera && a.verticalFovRad == b.verticalFovRad &&
-           a.nearMetres == b.nearMetres;
+    // Nothing of it shows beside the mirrors
+    if (!part) {
+      mirrors_ = {};
+      for (std::size_t r = 0; r < kinds_.size(); ++r) {
+        if (kinds_[r] == Kind::Diffuse) continue;
+        mirrors_ = raster::bounding(
+            mirrors_,
+            raster::shownRectangle(camera, services.gbuffer->sampleWidth(),
+                                   services.gbuffer->sampleHeight(), geometry.objects[r].bounds));
+      }
+      return std::nullopt;
+    }
+    return raster::intersection(*part, mirrors_);
   }
 
   static perturbation::Plane<double> planeOf(const frame::Geometry& geometry,
@@ -356,41 +391,62 @@ class Perturbation : public Method {
     return {{{n.x, n.y, n.z}}, glm::dot(n, glm::dvec3(geometry.positions[range.firstVertex]))};
   }
 
-  void draw(const scene::Camera& camera, Services& services) {
+  /// Draws what the mirrors show, in `part` alone where there is one.
+  void draw(const scene::Camera& camera, const std::optional<raster::Rectangle>& part,
+            Services& services) {
     const raster::GBuffer& gbuffer = *services.gbuffer;
+    if (settings_.masks && !part) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
+    const raster::Rectangle drawn = part.value_or(mirrors_);
+    const std::array<std::uint32_t, 2> zeros{};
+    for (gl::Buffer* counts : {&countsBefore_, &countsAfter_})
+      counts->write(0, sizeof zeros, zeros.data());
+    if (drawn.empty()) return;
+    const raster::ScissoredTo scissor(drawn);
+    glDisable(GL_BLEND);
+    glEnable(GL_STENCIL_TEST);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+    if (part) {
+      uncoveredTarget_.bind();
+      glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+      fillUncovered(camera, services, countsBefore_);
+      glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+      if (settings_.masks) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
+    }
 
     // The stencil classes of the samples, and no depth
     glBindFramebuffer(GL_READ_FRAMEBUFFER, gbuffer.reflectionFramebuffer.id());
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, drawTarget_.id());
-    const int width = gbuffer.sampleWidth();
-    const int height = gbuffer.sampleHeight();
-    glDisable(GL_SCISSOR_TEST);
-    glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_STENCIL_BUFFER_BIT, GL_NEAREST);
+    glBlitFramebuffer(drawn.x0, drawn.y0, drawn.x1, drawn.y1, drawn.x0, drawn.y0, drawn.x1,
+                      drawn.y1, GL_STENCIL_BUFFER_BIT, GL_NEAREST);
     drawTarget_.clearDepth(0.0f);
 
     // Virtual objects on mirrors, which differ in the last bit only
     using raster::SampleClass;
     static_assert((static_cast<int>(SampleClass::PlanarMirror) ^
                    static_cast<int>(SampleClass::CurvedMirror)) == 1);
-    constexpr int kMirror = static_cast<int>(SampleClass::PlanarMirror);
     drawTarget_.bind();
-    glEnable(GL_STENCIL_TEST);
-    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
     glStencilFunc(GL_EQUAL, kMirror, 0xFE);
+    std::vector<const raster::VirtualObject*> objects;
     for (const auto& [r, kept] : kept_) {
-      for (const auto& [o, object] : kept.objects)
-        services.raster->drawVirtualObjects({&object, 1}, gbuffer, camera, services.lighting);
+      for (const auto& [o, object] : kept.objects) objects.push_back(&object);
     }
+    services.raster->drawVirtualObjects(objects, gbuffer, camera, services.lighting, drawn);
 
     // What they leave
-    const std::array<std::uint32_t, 2> zeros{};
-    counts_.write(0, sizeof zeros, zeros.data());
     uncoveredTarget_.bind();
+    fillUncovered(camera, services, countsAfter_);
+    glDisable(GL_STENCIL_TEST);
+  }
+
+  /// Mirror samples of the bound framebuffer without depth: the environment; counts them.
+  void fillUncovered(const scene::Camera& camera, Services& services, const gl::Buffer& counts) {
+    const raster::GBuffer& gbuffer = *services.gbuffer;
     services.raster->bindShadingResources(uncovered_.id(), services.lighting);
     uncovered_.use();
     gbuffer.normal.bind(0);
-    counts_.bindStorage(1);
-    uncovered_.set("rayFromSample", scene::rayFromPixel(camera, width, height));
+    counts.bindStorage(1);
+    uncovered_.set("rayFromSample",
+                   scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight()));
     if (!flags_.empty()) {
       gbuffer.object.bind(1);
       environment_.bind(2);
@@ -399,19 +455,18 @@ class Perturbation : public Method {
       uncovered_.set("levelOffset", 0.5f * std::log2(6.0f / kPi * face * face));
       uncovered_.set("lastLevel", static_cast<float>(environment_.levels() - 1));
     }
-    glDisable(GL_BLEND);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_EQUAL);
     glDepthMask(GL_FALSE);
+    glStencilFunc(GL_EQUAL, kMirror, 0xFE);
     gl::drawFullScreenTriangle();
     if (!flags_.empty()) {
-      glStencilFunc(GL_EQUAL, static_cast<int>(SampleClass::Glossy), 0xFF);
+      glStencilFunc(GL_EQUAL, static_cast<int>(raster::SampleClass::Glossy), 0xFF);
       gl::drawFullScreenTriangle();
     }
     glDepthMask(GL_TRUE);
     glDepthFunc(GL_GREATER);
     glDisable(GL_DEPTH_TEST);
-    glDisable(GL_STENCIL_TEST);
   }
 
   Options options_;
@@ -427,8 +482,11 @@ class Perturbation : public Method {
   gl::Texture depth_;
   gl::Framebuffer drawTarget_;
   gl::Framebuffer uncoveredTarget_;
-  gl::Buffer counts_;
+  gl::Buffer countsBefore_;  ///< of uncovered samples, in what is drawn
+  gl::Buffer countsAfter_;
   gl::Program uncovered_;
+  std::array<std::uint32_t, 2> uncoveredCounts_{};  ///< of the whole frame
+  raster::Rectangle mirrors_;                       ///< samples that reflectors may cover
 };
 
 std::unique_ptr<Method> make(const config::Value& options) {

@@ -42,16 +42,28 @@ class Comparison {
   }
 
   /// The next frame, at another time.
-  void moveTo(double seconds) {
+  void moveTo(double seconds, bool inParts = false) {
     pose_ = scene::poseAt(scene_, seconds);
+    const frame::Geometry before = geometry_;
     const std::vector<int> changed = frame::updateGeometry(geometry_, scene_, pose_);
     raster_.update(geometry_, changed);
     trace_.update(changed);
-    render(false, changed);
+    std::optional<raster::Rectangle> part;
+    if (inParts) {
+      part = raster::Rectangle();
+      for (const int object : changed) {
+        const auto i = static_cast<std::size_t>(object);
+        for (const Box3& box : {before.objects[i].bounds, geometry_.objects[i].bounds})
+          part = raster::bounding(*part, raster::shownRectangle(camera_, gbuffer_.sampleWidth(),
+                                                                gbuffer_.sampleHeight(), box));
+      }
+    }
+    render(false, changed, part);
   }
 
   FrameOutput output;
   std::vector<float> reflection;
+  std::vector<std::uint8_t> masks;
   std::size_t samples = 0;
   double l1Of8Bit = 0.0;  ///< over reflective samples, of gamma 2.2 values
   bool finite = true;
@@ -61,12 +73,14 @@ class Comparison {
     return {scene_, geometry_, lighting_, &raster_, &gbuffer_, &trace_, timer_};
   }
 
-  void render(bool first, const std::vector<int>& changed) {
-    raster_.drawGBuffer(gbuffer_, camera_, lighting_);
+  void render(bool first, const std::vector<int>& changed,
+              const std::optional<raster::Rectangle>& part = std::nullopt) {
+    raster_.drawGBuffer(gbuffer_, camera_, lighting_, part);
     FrameInput input;
     input.frame.camera = camera_;
     input.firstOfSequence = first;
     input.changedObjects = changed;
+    input.changedSamples = part;
     output = FrameOutput();
     Services services = makeServices();
     method_->render(input, services, output);
@@ -78,6 +92,7 @@ class Comparison {
     raster::GBufferCopy copy;
     raster::readBack(gbuffer_, false, copy);
     reflection = raster::readRgba(gbuffer_.reflection);
+    masks = raster::readMasks(gbuffer_.masks);
     const Mat3 rays = scene::rayFromPixel(camera_, copy.sampleWidth(), copy.sampleHeight());
     std::vector<trace::ReflectionPoint> points;
     std::vector<Vec3> ours;
@@ -206,6 +221,26 @@ TEST(Perturbation, FollowsWhatMovesAndGivesTheFrameOfAFreshRun) {
   other.moveTo(0.3);
   other.moveTo(1.0);
   EXPECT_EQ(one.reflection, other.reflection);
+}
+
+TEST(Perturbation, DrawsOnlyWhereSomethingChanged) {
+  const auto moving = [] {
+    test::SceneBuilder builder = stage(sphereMesh(0.7), test::translation({0.0f, 0.3f, 0.0f}));
+    builder.move(2, {-0.6f, 0.0f, 0.5f}, 2.0f);
+    return builder.scene();
+  };
+  Comparison parts(moving(), kFront);
+  Comparison whole(moving(), kFront);
+  for (const double seconds : {0.5, 1.0, 1.0, 1.6}) {
+    parts.moveTo(seconds, true);
+    whole.moveTo(seconds);
+    EXPECT_EQ(parts.reflection, whole.reflection) << seconds;
+    EXPECT_EQ(parts.masks, whole.masks) << seconds;
+    EXPECT_EQ(parts.output.counters, whole.output.counters) << seconds;
+    EXPECT_FALSE(whole.output.changedReflection);
+    ASSERT_TRUE(parts.output.changedReflection);
+    EXPECT_LT(parts.output.changedReflection->width(), 200);
+  }
 }
 
 TEST(Perturbation, NamesReflectorsThatItCannotDoAndCountsThem) {
