@@ -371,8 +371,8 @@ void Texture::bind(GLuint unit) const {
 }
 
 void Texture::bindImage(GLuint unit, GLenum access, int level) const {
-  const GLboolean layered = layers_ > 1 ? GL_TRUE : GL_FALSE;
-  glBindImageTexture(unit, id(), level, layered, 0, access, format_);
+  // An empty one unbinds; GL wants a format all the same
+  glBindImageTexture(unit, id(), level, GL_TRUE, 0, access, empty() ? GL_RGBA32F : format_);
 }
 
 Framebuffer::Framebuffer(std::string_view label, std::initializer_list<Attachment> colors) {

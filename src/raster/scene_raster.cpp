@@ -398,12 +398,12 @@ void SceneRaster::composite(const GBuffer& source, const scene::Camera& camera,
                                        {"FRESNEL", fresnel ? "1" : "0"}});
   }
   program.use();
-  source.diffuse.bind(0);
-  source.object.bind(1);
-  if (reflective) source.reflection.bind(2);
+  source.diffuse.bindImage(0, GL_READ_ONLY);
+  source.object.bindImage(1, GL_READ_ONLY);
+  if (reflective) source.reflection.bindImage(2, GL_READ_ONLY);
   if (tinted) s.materials.tints().bind(5);
   if (fresnel) {
-    source.normal.bind(3);
+    source.normal.bindImage(3, GL_READ_ONLY);
     const float aspect = static_cast<float>(source.width) / static_cast<float>(source.height);
     program.set("rayFromWindow",
                 makeView(scene::clipFromCamera(camera, aspect) * scene::cameraFromWorld(camera),

@@ -201,8 +201,8 @@ void DepthImages::prepareDepth(std::span<const Cluster> clusters,
 }
 
 void DepthImages::bind() const {
-  table_.bind(3);
-  color_.bind(5);
+  table_.bindImage(3, GL_READ_ONLY);
+  color_.bindImage(5, GL_READ_ONLY);
   depth_.bind(6);
 }
 

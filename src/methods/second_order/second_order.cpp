@@ -434,8 +434,8 @@ class SecondOrder : public Method {
     const auto use = [&](gl::Program& program) {
       services.raster->bindShadingResources(program.id(), services.lighting);
       program.use();
-      clusterSamples_.bind(0);
-      gbuffer.normal.bind(1);
+      clusterSamples_.bindImage(0, GL_READ_ONLY);
+      gbuffer.normal.bindImage(1, GL_READ_ONLY);
       gbuffer.depth.bind(2);
       images_->bind();
       environment_.bind(7);
@@ -445,7 +445,7 @@ class SecondOrder : public Method {
       program.set("tileCount", tileCount_);
       program.set("rayFromPixel",
                   scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight()));
-      gbuffer.diffuse.bind(4);
+      gbuffer.diffuse.bindImage(4, GL_READ_ONLY);
       if (options_.glossyReach > 0.0f) program.set("reach", options_.glossyReach);
       if (options_.selfIntersect) {
         program.set("pixelFromRay", glm::inverse(scene::rayFromPixel(camera, gbuffer.sampleWidth(),

@@ -4,10 +4,11 @@
 //   REFLECTIVE 0 when nothing of the scene reflects: the mean of the diffuse radiance
 //   TINTED    0 when all reflective materials have tint 1
 //   FRESNEL   1: s + (1 - s)(1 - cos)^5 [Schlick1994] where s > 0
-layout(binding = 0) uniform sampler2D diffuseSamples;
-layout(binding = 1) uniform usampler2D objectSamples;
-layout(binding = 2) uniform sampler2D reflectionSamples;
-layout(binding = 3) uniform sampler2D normalSamples;
+// Images, not textures: llvmpipe loads from them in half the time of texelFetch
+layout(binding = 0, rgba32f) readonly uniform image2D diffuseSamples;
+layout(binding = 1, r32ui) readonly uniform uimage2D objectSamples;
+layout(binding = 2, rgba32f) readonly uniform image2D reflectionSamples;
+layout(binding = 3, rgba32f) readonly uniform image2D normalSamples;
 layout(binding = 5) uniform samplerBuffer tints;  // by object id
 uniform mat4 rayFromWindow;
 
@@ -19,17 +20,17 @@ void main() {
   for (int j = 0; j < SAMPLES; ++j) {
     for (int i = 0; i < SAMPLES; ++i) {
       ivec2 at = corner + ivec2(i, j);
-      vec4 diffuse = texelFetch(diffuseSamples, at, 0);
-      uint id = texelFetch(objectSamples, at, 0).r;
+      vec4 diffuse = imageLoad(diffuseSamples, at);
+      uint id = imageLoad(objectSamples, at).r;
 #if REFLECTIVE
-      vec3 reflected = texelFetch(reflectionSamples, at, 0).rgb;
+      vec3 reflected = imageLoad(reflectionSamples, at).rgb;
 #if TINTED
       reflected *= texelFetch(tints, int(id)).rgb;
 #endif
       float s = diffuse.a;
 #if FRESNEL
       vec3 d = normalize((rayFromWindow * vec4(vec2(at) + 0.5, 0.0, 1.0)).xyz);
-      float c = clamp(1.0 + dot(d, texelFetch(normalSamples, at, 0).xyz), 0.0, 1.0);
+      float c = clamp(1.0 + dot(d, imageLoad(normalSamples, at).xyz), 0.0, 1.0);
       s += s > 0.0 ? (1.0 - s) * (c * c) * (c * c) * c : 0.0;
 #endif
       // What lies in the reflection target of a sample that does not reflect is nobody's business
