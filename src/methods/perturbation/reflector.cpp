@@ -27,7 +27,7 @@ constexpr double kLongestStep = 0.25;
 /// one (ours): what converges does so from both sides.
 constexpr double kSameReflection = 0.25;
 /// Without retrace(): the mirrored ray may miss the point by this angle's sine (ours).
-constexpr double kWildPerturbation = 0.5;
+constexpr double kWildPerturbation = 0.05;
 /// Nearer than this part of its size a reflector does not show itself (ours).
 constexpr double kOffSurface = 1e-3;
 
