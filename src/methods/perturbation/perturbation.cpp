@@ -37,10 +37,16 @@ const config::Schema& schema() {
           {.name = "sample_spacing",
            .type = config::FieldType::Integer,
            .help = "pixels between sampled paths, at most; reflectors that are small in the frame "
-                   "get more",
+                   "get more (min_paths)",
            .defaultText = "16",
            .minimum = 1,
            .maximum = 256},
+          {.name = "min_paths",
+           .type = config::FieldType::Integer,
+           .help = "paths closer together, down to 1 pixel, until a reflector has so many",
+           .defaultText = "64",
+           .minimum = 1,
+           .maximum = 65536},
           {.name = "max_bounces",
            .type = config::FieldType::Integer,
            .help = "reflections along a path; after the last a surface shows its diffuse component",
@@ -119,6 +125,7 @@ Options parseOptions(const config::Value& value) {
                        : order == "quadratic" ? Order::Quadratic
                                               : Order::Auto;
   options.path.sampleSpacing = integer("sample_spacing");
+  options.path.fewestPaths = integer("min_paths");
   options.path.groups = text("several") == "groups";
   options.path.candidates = integer("candidates");
   options.path.groupAngleRad = radians(number("group_angle"));

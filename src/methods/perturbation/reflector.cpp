@@ -12,8 +12,6 @@
 namespace catoptric::methods::perturbation {
 namespace {
 
-/// A reflector gets at least about so many paths, if need be by a smaller spacing (ours).
-constexpr std::ptrdiff_t kFewestPaths = 64;
 /// Places where a reflector shows itself are small: paths that meet it again are looked for at this
 /// part of the spacing (ours).
 constexpr float kSelfSpacing = 0.25f;
@@ -178,7 +176,7 @@ Reflector::Reflector(std::span<const Turn> turns, const Reflector* before, const
   std::array<float, 4> seen = seenRectangle(turns_[0].bounds, view);
   auto spacing = static_cast<float>(options.sampleSpacing);
   Grid grid = sample(seen, spacing, false);
-  while (grid.count < kFewestPaths && spacing >= 2.0f && !grid.samples.empty()) {
+  while (grid.count < options.fewestPaths && spacing >= 2.0f && !grid.samples.empty()) {
     if (turns_.size() > 1) {
       // The later reflectors fill a part of the first: look there, and give up soon
       if (grid.count == 0 && spacing <= 0.5f * static_cast<float>(options.sampleSpacing)) return;

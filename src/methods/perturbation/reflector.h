@@ -22,6 +22,7 @@ enum class Order : std::uint8_t { Nearest, Linear, Quadratic, Auto };
 struct PathOptions {
   Order order = Order::Auto;
   int sampleSpacing = 16;  ///< pixels [Chen2000: 8 to 32]
+  int fewestPaths = 64;    ///< halves the spacing until there are as many
   /// Several reflections of a point: by minima among neighbouring rays, or as in the paper by
   /// groups of the k nearest.
   bool groups = false;
