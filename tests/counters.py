@@ -15,7 +15,7 @@ METHODS = {
     "environment_map": {"clamped_cube_map"},
     "traced": {"refused", "not_finite"},
     "second_order": {"clamped_cube_map"},
-    "perturbation": {"clamped_cube_map"},
+    "perturbation": {"clamped_cube_map", "paths", "path_types"},
     "reference": {"refused", "not_finite"},
 }
 OPTIONS = {"perturbation": {"unsupported": "environment_map"}, "environment_map": {"face_size": 64}, "reference": {"samples": 2, "rays": 4}}

@@ -187,6 +187,7 @@ std::vector<gl::Define> featureDefines(std::uint32_t features) {
           {"SKY", flag(kSky)},
           {"VIEWS", flag(kViews)},
           {"VIRTUAL", flag(kVirtual)},
+          {"PLACES", flag(kPlaces)},
           {"COMPOUND", flag(kCompound)},
           {"UV0", uv0 ? "1" : "0"},
           {"UV1", uv1 ? "1" : "0"}};

@@ -33,6 +33,7 @@ enum Feature : std::uint32_t {
   kViews = 1u << 15,        ///< many views in one pass
   kCompound = 1u << 16,     ///< ... and many of them in one draw
   kVirtual = 1u << 17,      ///< drawn where a reflector shows it
+  kPlaces = 1u << 18,       ///< ... by way of others, with the places of the last reflection
 };
 
 /// Features of a material by itself.

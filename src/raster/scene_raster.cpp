@@ -197,6 +197,7 @@ Variant& SceneRaster::State::variant(std::uint32_t features, const frame::Lighti
   if ((features & kVirtual) != 0) {
     made.reflector = made.program.location("reflector");
     made.depthSlack = made.program.location("depthSlack");
+    made.fresnel = made.program.location("fresnel");
   }
   return ofLights.emplace(features, std::move(made)).first->second;
 }

@@ -95,10 +95,10 @@ class SceneRaster {
                         std::span<std::uint64_t> triangles, bool compound = false);
 
   /// Draws the diffuse radiance of virtual objects into the bound framebuffer's colour 0 and depth
-  /// (reversed-Z, cleared by the caller), each on the samples of its reflector in `gbuffer`, which
-  /// drawGBuffer() has filled last. Only triangles that may show in `part`, in samples, need be
-  /// drawn; scissor and stencil test are the caller's.
-  void drawVirtualObjects(std::span<const VirtualObject* const> objects, const GBuffer& gbuffer,
+  /// (reversed-Z, cleared by the caller), each on the samples of its reflector. drawGBuffer() with
+  /// this camera came before. Only triangles that may show in `part`, in samples, need be drawn;
+  /// scissor and stencil test are the caller's.
+  void drawVirtualObjects(std::span<const VirtualObject* const> objects, const VirtualPass& pass,
                           const scene::Camera& camera, const frame::Lighting& lighting,
                           const Rectangle& part);
 

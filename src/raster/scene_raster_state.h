@@ -25,6 +25,7 @@ struct Variant {
   GLint objectId = -1;
   GLint reflector = -1;  ///< of virtual objects
   GLint depthSlack = -1;
+  GLint fresnel = -1;
 };
 
 /// What drawing needs of an object beside its triangles.

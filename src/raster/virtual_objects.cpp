@@ -8,7 +8,7 @@ namespace catoptric::raster {
 namespace {
 
 /// Texture units of scene.frag.
-constexpr GLuint kObjectUnit = 5;
+constexpr GLuint kReflectorUnit = 5;
 constexpr GLuint kDepthUnit = 6;
 
 /// So many triangles are rather drawn in vain than left out between two ranges (ours).
@@ -36,16 +36,19 @@ void listTriangles(const VirtualObject& object, const Rectangle& part, DrawList&
 VirtualObject::VirtualObject(const VirtualTriangles& source, const scene::Camera& camera, int width,
                              int height)
     : object(source.object),
-      reflector(source.reflector),
       depthSlack(source.depthSlack),
       positions("virtual object's positions", std::span<const Vec3>(source.positions)),
       attributes("virtual object's attributes",
                  std::span<const frame::VertexAttributes>(source.attributes)),
       images("virtual object's images", std::span<const Vec4>(source.images)),
+      places(source.places.empty()
+                 ? gl::Buffer()
+                 : gl::Buffer("virtual object's places", std::span<const Vec3>(source.places))),
       indices("virtual object's indices", std::span<const std::uint32_t>(source.indices)),
       vertices("virtual object") {
   describeVertices(vertices, positions, attributes);
   vertices.setAttribute(7, images, 4, GL_FLOAT, 0, sizeof(Vec4));
+  if (!source.places.empty()) vertices.setAttribute(8, places, 3, GL_FLOAT, 0, sizeof(Vec3));
   vertices.setIndices(indices);
   triangles.reserve(source.indices.size() / 3);
   for (std::size_t i = 0; i < source.indices.size(); i += 3) {
@@ -57,7 +60,7 @@ VirtualObject::VirtualObject(const VirtualTriangles& source, const scene::Camera
 }
 
 void SceneRaster::drawVirtualObjects(std::span<const VirtualObject* const> objects,
-                                     const GBuffer& gbuffer, const scene::Camera& camera,
+                                     const VirtualPass& pass, const scene::Camera& camera,
                                      const frame::Lighting& lighting, const Rectangle& part) {
   State& s = *state_;
   s.frame.bind(s.gbufferView, lighting);
@@ -73,14 +76,18 @@ void SceneRaster::drawVirtualObjects(std::span<const VirtualObject* const> objec
     if (s.list.counts.empty()) continue;
     const auto number = static_cast<std::size_t>(object.object) - 1;
     const ObjectInfo& info = s.objects[number];
-    const Variant& v =
-        s.variant(diffusePassFeatures(litFeatures(info.features, sky)) | kVirtual, lighting);
+    const std::uint32_t lit = litFeatures(info.features, sky);
+    const Variant& v = s.variant((pass.continues ? lit | kGBufferPass : diffusePassFeatures(lit)) |
+                                     kVirtual | (object.places.size() > 0 ? kPlaces : 0u),
+                                 lighting);
     v.program.use();
     s.materials.bind(info.material);
-    gbuffer.object.bind(kObjectUnit);
-    gbuffer.depth.bind(kDepthUnit);
+    pass.reflectors.bind(kReflectorUnit);
+    pass.depth.bind(kDepthUnit);
     if (v.uvPerMetre >= 0) glUniform1f(v.uvPerMetre, s.uvPerMetre[number]);
-    glUniform1ui(v.reflector, static_cast<GLuint>(object.reflector));
+    glUniform1ui(v.reflector, object.reflector);
+    if (v.objectId >= 0) glUniform1ui(v.objectId, object.next);
+    if (v.fresnel >= 0) glUniform1f(v.fresnel, pass.fresnel ? 1.0f : 0.0f);
     glUniform1f(v.depthSlack, object.depthSlack / camera.nearMetres);
     object.vertices.bind();
     glMultiDrawElements(GL_TRIANGLES, s.list.counts.data(), GL_UNSIGNED_INT, s.list.offsets.data(),

@@ -12,10 +12,9 @@
 
 namespace catoptric::raster {
 
-/// What one reflector shows of one object.
+/// What one reflector, or several one after the other, show of one object.
 struct VirtualTriangles {
-  int object = 0;     ///< id of the object that is shown
-  int reflector = 0;  ///< id
+  int object = 0;  ///< id of the object that is shown
   /// Metres along the camera's axis: samples whose surface is farther than that from the place at
   /// which a fragment was reflected do not show it. Infinity: all do.
   float depthSlack = std::numeric_limits<float>::infinity();
@@ -25,6 +24,9 @@ struct VirtualTriangles {
   /// xyz: where the vertex appears, world space; w: |x - eye| / |image - eye|, x the place of its
   /// reflection on the line between them.
   std::vector<Vec4> images;
+  /// By way of several reflectors: from where each vertex is seen (the place of its last
+  /// reflection), world space. Else empty: from the sample's own place.
+  std::vector<Vec3> places;
   std::vector<std::uint32_t> indices;  ///< three per triangle, any winding
 };
 
@@ -34,15 +36,26 @@ struct VirtualObject {
   VirtualObject(const VirtualTriangles& source, const scene::Camera& camera, int width, int height);
 
   int object = 0;
-  int reflector = 0;
+  /// The number that samples have which show it: an object's id where the eye sees the reflector.
+  std::uint32_t reflector = 0;
+  std::uint32_t next = 0;  ///< of samples that show what is reflected in it; 0: nothing is
   float depthSlack = 0.0f;
   Rectangle where;                   ///< what may show any of it
   std::vector<Rectangle> triangles;  ///< ... and each of its triangles
   gl::Buffer positions;
   gl::Buffer attributes;
   gl::Buffer images;
+  gl::Buffer places;  ///< empty without
   gl::Buffer indices;
   gl::VertexArray vertices;
+};
+
+/// One pass over virtual objects.
+struct VirtualPass {
+  const gl::Texture& reflectors;  ///< R32UI: numbers of the reflectors that samples show
+  const gl::Texture& depth;       ///< reversed-Z: where samples show them
+  bool continues = false;  ///< colour a is s; the mirrored direction goes to colour 1, `next` to 2
+  bool fresnel = false;    ///< s by Schlick's formula
 };
 
 }  // namespace catoptric::raster

@@ -52,7 +52,7 @@ const config::Schema& schema() {
            .help = "reflections along a path; after the last a surface shows its diffuse component",
            .defaultText = "1",
            .minimum = 1,
-           .maximum = 1},
+           .maximum = static_cast<double>(perturbation::kMaxTurns)},
           {.name = "several",
            .type = config::FieldType::String,
            .help = "how several reflections of a point are told apart: by minima among "
@@ -104,6 +104,7 @@ const config::Schema& schema() {
 struct Options {
   perturbation::PathOptions path;
   perturbation::TriangleOptions triangles;
+  std::size_t maxBounces = 1;
   bool environmentMap = false;  ///< for what is not supported
 };
 
@@ -126,6 +127,7 @@ Options parseOptions(const config::Value& value) {
                                               : Order::Auto;
   options.path.sampleSpacing = integer("sample_spacing");
   options.path.fewestPaths = integer("min_paths");
+  options.maxBounces = static_cast<std::size_t>(integer("max_bounces"));
   options.path.groups = text("several") == "groups";
   options.path.candidates = integer("candidates");
   options.path.groupAngleRad = radians(number("group_angle"));
@@ -136,13 +138,14 @@ Options parseOptions(const config::Value& value) {
   return options;
 }
 
+constexpr const char* kUncovered = "uncovered samples";
+constexpr const char* kUncoveredSource = "methods/perturbation/shaders/uncovered.frag";
 constexpr int kCubeMapFaceSize = 256;
+/// Paths meet planes this part of their size beyond the border too (ours).
+constexpr double kPlaneMargin = 0.25;
 /// Samples may show a place this part of the reflector's size nearer or farther than the one by
 /// which a virtual triangle came about (ours): sheets of different reflections lie farther apart.
 constexpr float kDepthSlack = 0.1f;
-
-/// Stencil of mirrors but for the last bit.
-constexpr int kMirror = static_cast<int>(raster::SampleClass::PlanarMirror);
 
 enum class Kind : std::uint8_t { Diffuse, Planar, Implicit, Unsupported };
 
@@ -198,11 +201,15 @@ class Perturbation : public Method {
     if (planar + curved + others == 0) return plan;
     const auto samples = static_cast<std::uint64_t>(settings.width) * settings.height *
                          settings.samples * settings.samples;
-    if (curved > 0) {
-      plan.items.push_back({"pass", "paths",
-                            std::to_string(curved) + " implicit surfaces; again when the camera or "
-                                                     "the reflector moves",
-                            0});
+    const bool several = options_.maxBounces > 1 && planar + curved > 0;
+    if (curved > 0 || several) {
+      std::string why = std::to_string(curved) + " implicit surfaces";
+      if (several) {
+        why += " and " + std::to_string(planar) + " planes, sequences of up to " +
+               std::to_string(options_.maxBounces) + " where a sampled path meets them";
+      }
+      plan.items.push_back(
+          {"pass", "paths", why + "; again when the camera or a reflector moves", 0});
     }
     if (planar + curved > 0) {
       plan.items.push_back({"pass", "virtual_objects",
@@ -217,6 +224,12 @@ class Perturbation : public Method {
     }
     plan.items.push_back({"pass", "virtual_draw", "with a depth buffer of their own", 0});
     plan.items.push_back({"resource", "virtual depth", "depth and stencil", samples * 8});
+    if (several) {
+      plan.items.push_back({"resource", "levels of virtual objects",
+                            "at most, for reflections in reflections: colour, depth and stencil; "
+                            "mirrored directions and reflectors of the levels before",
+                            (options_.maxBounces - 1) * samples * (16 + 8 + 16 + 4)});
+    }
     return plan;
   }
 
@@ -232,25 +245,15 @@ class Perturbation : public Method {
       flags.push_back(kinds_.back() == Kind::Unsupported ? 1 : 0);
     }
     if (!any_) return;
-    std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);
-    defines.push_back({"MASKS", settings.masks ? "1" : "0"});
+    defines_ = raster::SceneRaster::shadingDefines(services.lighting);
+    defines_.push_back({"MASKS", settings.masks ? "1" : "0"});
+    std::vector<gl::Define> defines = defines_;
     defines.push_back({"UNSUPPORTED", others ? "1" : "0"});
-    uncovered_ = gl::Program::fullScreen(
-        "uncovered samples", "methods/perturbation/shaders/uncovered.frag", std::move(defines));
+    defines.push_back({"DIRECTIONS", "0"});
+    uncovered_ = gl::Program::fullScreen(kUncovered, kUncoveredSource, std::move(defines));
     for (gl::Buffer* counts : {&countsBefore_, &countsAfter_})
       *counts = gl::Buffer("counts of uncovered samples", 2 * sizeof(std::uint32_t));
-    const raster::GBuffer& gbuffer = *services.gbuffer;
-    depth_ = gl::Texture::make2D("virtual depth", GL_DEPTH32F_STENCIL8, gbuffer.sampleWidth(),
-                                 gbuffer.sampleHeight());
-    drawTarget_ =
-        gl::Framebuffer("virtual objects", {{.texture = gbuffer.reflection}}, {.texture = depth_});
-    uncoveredTarget_ =
-        settings.masks
-            ? gl::Framebuffer("uncovered samples",
-                              {{.texture = gbuffer.reflection}, {.texture = gbuffer.masks}},
-                              {.texture = depth_})
-            : gl::Framebuffer("uncovered samples", {{.texture = gbuffer.reflection}},
-                              {.texture = depth_});
+    addLevel(*services.gbuffer);
     if (others) {
       flagBuffer_ = gl::Buffer("unsupported reflectors", std::span<const std::uint32_t>(flags));
       flags_ = gl::Texture::makeBuffer("unsupported reflectors", GL_R32UI, flagBuffer_);
@@ -258,9 +261,9 @@ class Perturbation : public Method {
   }
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
-    for (const char* name :
-         {"paths", "vertices", "triangles", "dropped_triangles", "linear", "quadratic", "retraced",
-          "not_converged", "environment", "unsupported_reflector", "clamped_cube_map"})
+    for (const char* name : {"paths", "path_types", "vertices", "triangles", "dropped_triangles",
+                             "linear", "quadratic", "retraced", "not_converged", "environment",
+                             "unsupported_reflector", "clamped_cube_map"})
       output.counters[name] = 0;
     if (!any_) {
       if (settings_.masks) services.gbuffer->reflectionFramebuffer.clearColorUint(1, 0);
@@ -290,11 +293,29 @@ class Perturbation : public Method {
   }
 
  private:
-  /// What is kept of one reflector while it and the camera stand still.
-  struct Kept {
-    std::optional<perturbation::Reflector> reflector;  ///< of an implicit surface
-    std::optional<perturbation::Plane<double>> plane;
-    std::map<int, raster::VirtualObject> objects;  ///< by index in geometry.objects
+  struct PlaneMirror {
+    perturbation::Plane<double> plane;
+    implicit::Surface surface;  ///< the same
+  };
+  /// What is kept of one sequence of reflectors while they and the camera stand still.
+  struct PathType {
+    std::optional<perturbation::Reflector> paths;     ///< none: a plane by itself, exactly
+    std::vector<perturbation::Plane<double>> planes;  ///< where all of them are
+    std::uint32_t number = 0;                         ///< of samples that show them
+    std::map<int, raster::VirtualObject> objects;     ///< by index in geometry.objects
+    bool occurs() const { return !paths || paths->pathCount() > 0; }
+  };
+  using Sequence = std::vector<int>;  ///< indices of objects, from the eye on
+
+  /// Images of what is seen by so many reflections, and what they are drawn into.
+  struct Level {
+    gl::Texture color;      ///< RGBA32F; the first level's is the G-buffer's reflection
+    gl::Texture direction;  ///< RGBA32F: mirrored at reflectors; likewise for levels that go on
+    gl::Texture reflector;  ///< R32UI: numbers of path types
+    gl::Texture depth;
+    gl::Framebuffer last;  ///< colour alone
+    gl::Framebuffer goesOn;
+    gl::Framebuffer uncovered;
   };
 
   /// Recomputes what the changes since the last frame ask for. Returns the samples in which that
@@ -311,61 +332,42 @@ class Perturbation : public Method {
     const auto changed = [&](int object) {
       return std::ranges::find(input.changedObjects, object) != input.changedObjects.end();
     };
-
-    // Reflectors
     services.timer.measure("paths", [&] {
+      std::erase_if(types_, [&](const auto& type) {
+        return all || std::ranges::any_of(type.first, changed);
+      });
       for (int r = 0; r < static_cast<int>(kinds_.size()); ++r) {
         const Kind kind = kinds_[static_cast<std::size_t>(r)];
-        if (kind != Kind::Planar && kind != Kind::Implicit) continue;
-        if (!all && !changed(r)) continue;
+        if ((kind != Kind::Planar && kind != Kind::Implicit) || !(all || changed(r))) continue;
         part.reset();
-        const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(r)];
-        kept_.erase(r);
-        Kept& kept = kept_[r];
-        if (kind == Kind::Planar) {
-          kept.plane = planeOf(geometry, range);
-        } else {
-          const perturbation::Turn turn{
-              &geometry.surfaces[static_cast<std::size_t>(range.surface)].surface, range.bounds};
-          kept.reflector.emplace(std::span(&turn, 1), nullptr, geometry.bounds, view,
-                                 options_.path);
-        }
+        if (kind == Kind::Planar)
+          planes_[r] = planarMirror(geometry, geometry.objects[static_cast<std::size_t>(r)]);
       }
+      findTypes(geometry, view);
+      numberTypes(services.scene);
     });
-
-    // What they show
     services.timer.measure("virtual_objects", [&] {
       perturbation::TriangleCounts counts;
-      for (auto& [r, kept] : kept_) {
-        if (kept.reflector) counts.paths.paths += kept.reflector->pathCount();
+      for (auto& [sequence, type] : types_) {
+        if (!type.occurs()) continue;
+        ++counters["path_types"];
+        if (type.paths) counts.paths.paths += type.paths->pathCount();
         for (int o = 0; o < static_cast<int>(geometry.objects.size()); ++o) {
-          if (kept.objects.contains(o) && !changed(o)) continue;
-          if (o == r && !(kept.reflector && kept.reflector->seesItself())) continue;
-          const auto old = kept.objects.find(o);
-          if (old != kept.objects.end()) {
+          if (type.objects.contains(o) && !changed(o)) continue;
+          const auto old = type.objects.find(o);
+          if (old != type.objects.end()) {
             if (part) part = raster::bounding(*part, old->second.where);
-            kept.objects.erase(old);
+            type.objects.erase(old);
           }
-          if (geometry.objects[static_cast<std::size_t>(o)].indexCount == 0 ||
-              (kept.reflector && kept.reflector->pathCount() == 0))
-            continue;
-          raster::VirtualTriangles triangles =
-              kept.plane
-                  ? perturbation::mirroredTriangles(geometry, o, {&*kept.plane, 1}, counts)
-                  : perturbation::virtualTriangles(geometry, o, *kept.reflector, o == r, view,
-                                                   options_.path.order, options_.triangles, counts);
-          triangles.reflector = r + 1;
-          if (kept.reflector)
-            triangles.depthSlack = kDepthSlack * static_cast<float>(kept.reflector->size());
-          const raster::VirtualObject& made =
-              kept.objects
-                  .emplace(o,
-                           raster::VirtualObject(triangles, camera, services.gbuffer->sampleWidth(),
-                                                 services.gbuffer->sampleHeight()))
-                  .first->second;
-          if (part) part = raster::bounding(*part, made.where);
+          const auto triangles = trianglesOf(geometry, sequence, type, o, view, counts);
+          if (!triangles) continue;
+          const auto made = type.objects.emplace(
+              o, raster::VirtualObject(*triangles, camera, services.gbuffer->sampleWidth(),
+                                       services.gbuffer->sampleHeight()));
+          if (part) part = raster::bounding(*part, made.first->second.where);
         }
       }
+      linkObjects();
       counters["paths"] = counts.paths.paths;
       counters["vertices"] = counts.vertices;
       counters["outside_octree"] = counts.outside;
@@ -392,16 +394,169 @@ class Perturbation : public Method {
     return raster::intersection(*part, mirrors_);
   }
 
-  static perturbation::Plane<double> planeOf(const frame::Geometry& geometry,
-                                             const frame::ObjectRange& range) {
-    const glm::dvec3 n = glm::normalize(glm::dvec3(geometry.attributes[range.firstVertex].normal));
-    return {{{n.x, n.y, n.z}}, glm::dot(n, glm::dvec3(geometry.positions[range.firstVertex]))};
+  /// Paths by the reflectors one after the other [Chen2000] Sec. III-B.1; longer ones only where
+  /// the shorter occur.
+  void findTypes(const frame::Geometry& geometry, const perturbation::View& view) {
+    std::vector<Sequence> shorter{{}};
+    for (std::size_t length = 1; length <= options_.maxBounces; ++length) {
+      std::vector<Sequence> longer;
+      for (const Sequence& start : shorter) {
+        for (int r = 0; r < static_cast<int>(kinds_.size()); ++r) {
+          const Kind kind = kinds_[static_cast<std::size_t>(r)];
+          if (kind != Kind::Planar && kind != Kind::Implicit) continue;
+          Sequence sequence = start;
+          sequence.push_back(r);
+          if (!types_.contains(sequence))
+            types_.emplace(sequence, makeType(geometry, sequence, view));
+          if (types_.at(sequence).occurs()) longer.push_back(std::move(sequence));
+        }
+      }
+      shorter = std::move(longer);
+    }
   }
+
+  PathType makeType(const frame::Geometry& geometry, const Sequence& sequence,
+                    const perturbation::View& view) const {
+    PathType type;
+    std::vector<perturbation::Turn> turns;
+    for (const int r : sequence) {
+      const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(r)];
+      const auto plane = planes_.find(r);
+      if (plane == planes_.end()) {
+        turns.push_back(
+            {&geometry.surfaces[static_cast<std::size_t>(range.surface)].surface, range.bounds});
+      } else {
+        turns.push_back({&plane->second.surface, range.bounds});
+        type.planes.push_back(plane->second.plane);
+      }
+    }
+    if (type.planes.size() < sequence.size()) type.planes.clear();
+    if (type.planes.empty() || options_.maxBounces > 1) {
+      const perturbation::Reflector* before = nullptr;
+      if (sequence.size() > 1)
+        before = &*types_.at(Sequence(sequence.begin(), sequence.end() - 1)).paths;
+      type.paths.emplace(turns, before, geometry.bounds, view, options_.path);
+    }
+    return type;
+  }
+
+  /// Numbers of path types: of one reflector its object's id, of others whatever follows.
+  void numberTypes(const scene::Scene& scene) {
+    std::uint32_t number = static_cast<std::uint32_t>(kinds_.size());
+    std::vector<Vec4> tints(number + 1 + types_.size(), Vec4(1.0f));
+    deepest_ = 0;
+    for (auto& [sequence, type] : types_) {
+      if (!type.occurs()) continue;
+      deepest_ = std::max(deepest_, sequence.size());
+      type.number = sequence.size() == 1 ? static_cast<std::uint32_t>(sequence[0]) + 1 : ++number;
+      const scene::Object& last = scene.objects[static_cast<std::size_t>(sequence.back())];
+      tints[type.number] = Vec4(scene.materials[last.material].reflectionTint, 1.0f);
+    }
+    if (deepest_ < 2 || tints == lastTints_) return;
+    tintBuffer_ = gl::Buffer("tints of reflectors in reflectors", std::span<const Vec4>(tints));
+    tints_ = gl::Texture::makeBuffer("tints of reflectors in reflectors", GL_RGBA32F, tintBuffer_);
+    lastTints_ = std::move(tints);
+  }
+
+  /// What one path type shows of one object; nullopt where it never does.
+  std::optional<raster::VirtualTriangles> trianglesOf(const frame::Geometry& geometry,
+                                                      const Sequence& sequence,
+                                                      const PathType& type, int o,
+                                                      const perturbation::View& view,
+                                                      perturbation::TriangleCounts& counts) const {
+    const bool own = o == sequence.back();
+    if (geometry.objects[static_cast<std::size_t>(o)].indexCount == 0) return std::nullopt;
+    if (own && !(type.planes.empty() && type.paths->seesItself())) return std::nullopt;
+    raster::VirtualTriangles triangles =
+        type.planes.empty()
+            ? perturbation::virtualTriangles(geometry, o, *type.paths, own, view,
+                                             options_.path.order, options_.triangles, counts)
+            : perturbation::mirroredTriangles(geometry, o, type.planes, view.camera.eye(), counts);
+    if (type.planes.empty())
+      triangles.depthSlack = kDepthSlack * static_cast<float>(type.paths->size());
+    return triangles;
+  }
+
+  /// On whose samples virtual objects show, and what shows on those.
+  void linkObjects() {
+    for (auto& [sequence, type] : types_) {
+      for (auto& [o, object] : type.objects) {
+        Sequence longer = sequence;
+        longer.push_back(o);
+        const auto next = types_.find(longer);
+        object.reflector = type.number;
+        object.next = next != types_.end() && next->second.occurs() ? next->second.number : 0;
+      }
+    }
+  }
+
+  static PlaneMirror planarMirror(const frame::Geometry& geometry,
+                                  const frame::ObjectRange& range) {
+    const glm::dvec3 n = glm::normalize(glm::dvec3(geometry.attributes[range.firstVertex].normal));
+    const double offset = glm::dot(n, glm::dvec3(geometry.positions[range.firstVertex]));
+    // A little more of it than there is: paths about its border serve what shows there
+    implicit::Domain domain{glm::dvec3(range.bounds.min), glm::dvec3(range.bounds.max)};
+    const double margin = kPlaneMargin * domain.diameter();
+    domain.min -= margin;
+    domain.max += margin;
+    return {{{{n.x, n.y, n.z}}, offset}, implicit::planeSurface(n, offset, domain)};
+  }
+
+  /// The images of one level more.
+  void addLevel(const raster::GBuffer& gbuffer) {
+    const bool first = levels_.empty();
+    const auto make = [&](const char* label, GLenum format) {
+      return gl::Texture::make2D(label, format, gbuffer.sampleWidth(), gbuffer.sampleHeight());
+    };
+    Level level;
+    level.depth = make("virtual depth", GL_DEPTH32F_STENCIL8);
+    if (!first) level.color = make("virtual objects", GL_RGBA32F);
+    const gl::Texture& color = first ? gbuffer.reflection : level.color;
+    level.last = gl::Framebuffer("virtual objects", {{.texture = color}}, {.texture = level.depth});
+    level.uncovered =
+        settings_.masks
+            ? gl::Framebuffer("uncovered samples", {{.texture = color}, {.texture = gbuffer.masks}},
+                              {.texture = level.depth})
+            : gl::Framebuffer("uncovered samples", {{.texture = color}}, {.texture = level.depth});
+    if (!first) {
+      // The one before goes on
+      Level& before = levels_.back();
+      before.direction = make("mirrored directions", GL_RGBA32F);
+      before.reflector = make("reflectors in reflectors", GL_R32UI);
+      before.goesOn =
+          gl::Framebuffer("virtual objects, first of several levels",
+                          {{.texture = levels_.size() == 1 ? gbuffer.reflection : before.color},
+                           {.texture = before.direction},
+                           {.texture = before.reflector}},
+                          {.texture = before.depth});
+    }
+    levels_.push_back(std::move(level));
+    if (levels_.size() == 2) {
+      std::vector<gl::Define> defines = defines_;
+      defines.push_back({"UNSUPPORTED", "0"});
+      defines.push_back({"DIRECTIONS", "1"});
+      uncoveredInside_ = gl::Program::fullScreen(kUncovered, kUncoveredSource, std::move(defines));
+      join_ = gl::Program::fullScreen("virtual objects joined",
+                                      "methods/perturbation/shaders/join.frag", {});
+    }
+  }
+
+  /// Stencil bits: samples of a level are marked, and keep the marks of the levels before. The
+  /// first level's are mirrors, whose two classes differ in the last bit only.
+  static constexpr int kMirror = static_cast<int>(raster::SampleClass::PlanarMirror);
+  static constexpr int levelBits(std::size_t level) { return level == 0 ? kMirror : 4 << level; }
+  static constexpr int levelMask(std::size_t level) {
+    return level == 0 ? kMirror | static_cast<int>(raster::SampleClass::Glossy) : 4 << level;
+  }
+  static_assert((kMirror ^ static_cast<int>(raster::SampleClass::CurvedMirror)) == 1);
+  static_assert((4 << (perturbation::kMaxTurns - 1)) <= 0xFF);
 
   /// Draws what the mirrors show, in `part` alone where there is one.
   void draw(const scene::Camera& camera, const std::optional<raster::Rectangle>& part,
             Services& services) {
     const raster::GBuffer& gbuffer = *services.gbuffer;
+    while (levels_.size() < deepest_) addLevel(gbuffer);
+    const std::size_t count = std::max<std::size_t>(1, deepest_);
     if (settings_.masks && !part) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
     const raster::Rectangle drawn = part.value_or(mirrors_);
     const std::array<std::uint32_t, 2> zeros{};
@@ -413,61 +568,104 @@ class Perturbation : public Method {
     glEnable(GL_STENCIL_TEST);
     glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
     if (part) {
-      uncoveredTarget_.bind();
       glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-      fillUncovered(camera, services, countsBefore_);
+      for (std::size_t level = 0; level < count; ++level)
+        fillUncovered(level, camera, services, countsBefore_);
       glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
       if (settings_.masks) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
     }
-
-    // The stencil classes of the samples, and no depth
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, gbuffer.reflectionFramebuffer.id());
-    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, drawTarget_.id());
-    glBlitFramebuffer(drawn.x0, drawn.y0, drawn.x1, drawn.y1, drawn.x0, drawn.y0, drawn.x1,
-                      drawn.y1, GL_STENCIL_BUFFER_BIT, GL_NEAREST);
-    drawTarget_.clearDepth(0.0f);
-
-    // Virtual objects on mirrors, which differ in the last bit only
-    using raster::SampleClass;
-    static_assert((static_cast<int>(SampleClass::PlanarMirror) ^
-                   static_cast<int>(SampleClass::CurvedMirror)) == 1);
-    drawTarget_.bind();
-    glStencilFunc(GL_EQUAL, kMirror, 0xFE);
-    std::vector<const raster::VirtualObject*> objects;
-    for (const auto& [r, kept] : kept_) {
-      for (const auto& [o, object] : kept.objects) objects.push_back(&object);
+    for (std::size_t level = 0; level < count; ++level) {
+      drawLevel(level, level + 1 < count, drawn, camera, services);
+      fillUncovered(level, camera, services, countsAfter_);
     }
-    services.raster->drawVirtualObjects(objects, gbuffer, camera, services.lighting, drawn);
 
-    // What they leave
-    uncoveredTarget_.bind();
-    fillUncovered(camera, services, countsAfter_);
+    // Join them, deepest first: each is seen through the s of the one before
+    glEnable(GL_BLEND);
+    glBlendFuncSeparate(GL_DST_ALPHA, GL_ONE_MINUS_DST_ALPHA, GL_ZERO, GL_ONE);
+    for (std::size_t level = count; level-- > 1;) {
+      levels_[level - 1].last.bind();
+      join_.use();
+      levels_[level].color.bind(0);
+      levels_[level - 1].reflector.bind(1);
+      tints_.bind(2);
+      glStencilFunc(GL_EQUAL, levelBits(level), static_cast<GLuint>(levelMask(level)));
+      gl::drawFullScreenTriangle();
+    }
+    glDisable(GL_BLEND);
     glDisable(GL_STENCIL_TEST);
   }
 
-  /// Mirror samples of the bound framebuffer without depth: the environment; counts them.
-  void fillUncovered(const scene::Camera& camera, Services& services, const gl::Buffer& counts) {
+  void drawLevel(std::size_t number, bool goesOn, const raster::Rectangle& drawn,
+                 const scene::Camera& camera, Services& services) {
     const raster::GBuffer& gbuffer = *services.gbuffer;
-    services.raster->bindShadingResources(uncovered_.id(), services.lighting);
-    uncovered_.use();
-    gbuffer.normal.bind(0);
+    const gl::Framebuffer& target = goesOn ? levels_[number].goesOn : levels_[number].last;
+
+    // The samples' stencil, and no depth
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, number == 0 ? gbuffer.reflectionFramebuffer.id()
+                                                       : levels_[number - 1].last.id());
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.id());
+    glBlitFramebuffer(drawn.x0, drawn.y0, drawn.x1, drawn.y1, drawn.x0, drawn.y0, drawn.x1,
+                      drawn.y1, GL_STENCIL_BUFFER_BIT, GL_NEAREST);
+    target.clearDepth(0.0f);
+
+    // Virtual objects, where the level before shows their reflector
+    target.bind();
+    const int here = levelBits(number);
+    const auto mask = static_cast<GLuint>(levelMask(number));
+    const raster::VirtualPass pass{
+        .reflectors = number == 0 ? gbuffer.object : levels_[number - 1].reflector,
+        .depth = number == 0 ? gbuffer.depth : levels_[number - 1].depth,
+        .continues = goesOn,
+        .fresnel = settings_.fresnelSchlick};
+    const int next = goesOn ? levelBits(number + 1) : 0;
+    glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+    glStencilMask(static_cast<GLuint>(next));
+    for (const bool reflectors : {false, true}) {
+      std::vector<const raster::VirtualObject*> objects;
+      for (const auto& [sequence, type] : types_) {
+        if (sequence.size() != number + 1) continue;
+        for (const auto& [o, object] : type.objects) {
+          if ((object.next > 0) == reflectors) objects.push_back(&object);
+        }
+      }
+      glStencilFunc(GL_EQUAL, reflectors ? here | next : here, mask);
+      services.raster->drawVirtualObjects(objects, pass, camera, services.lighting, drawn);
+    }
+    glStencilMask(0xFF);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+  }
+
+  /// Samples of a level without depth: the environment; counts them.
+  void fillUncovered(std::size_t number, const scene::Camera& camera, Services& services,
+                     const gl::Buffer& counts) {
+    const raster::GBuffer& gbuffer = *services.gbuffer;
+    levels_[number].uncovered.bind();
+    gl::Program& uncovered = number == 0 ? uncovered_ : uncoveredInside_;
+    services.raster->bindShadingResources(uncovered.id(), services.lighting);
+    uncovered.use();
     counts.bindStorage(1);
-    uncovered_.set("rayFromSample",
-                   scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight()));
-    if (!flags_.empty()) {
+    if (number == 0) {
+      gbuffer.normal.bind(0);
+      uncovered.set("rayFromSample",
+                    scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight()));
+    } else {
+      levels_[number - 1].direction.bind(0);
+    }
+    const bool others = number == 0 && !flags_.empty();
+    if (others) {
       gbuffer.object.bind(1);
       environment_.bind(2);
       flags_.bind(3);
       const auto face = static_cast<float>(environment_.width());
-      uncovered_.set("levelOffset", 0.5f * std::log2(6.0f / kPi * face * face));
-      uncovered_.set("lastLevel", static_cast<float>(environment_.levels() - 1));
+      uncovered.set("levelOffset", 0.5f * std::log2(6.0f / kPi * face * face));
+      uncovered.set("lastLevel", static_cast<float>(environment_.levels() - 1));
     }
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_EQUAL);
     glDepthMask(GL_FALSE);
-    glStencilFunc(GL_EQUAL, kMirror, 0xFE);
+    glStencilFunc(GL_EQUAL, levelBits(number), static_cast<GLuint>(levelMask(number)));
     gl::drawFullScreenTriangle();
-    if (!flags_.empty()) {
+    if (others) {
       glStencilFunc(GL_EQUAL, static_cast<int>(raster::SampleClass::Glossy), 0xFF);
       gl::drawFullScreenTriangle();
     }
@@ -481,19 +679,25 @@ class Perturbation : public Method {
   std::vector<Kind> kinds_;  ///< by index of objects
   bool any_ = false;
   std::optional<scene::Camera> lastCamera_;
-  std::map<int, Kept> kept_;  ///< by index of the reflector
+  std::map<int, PlaneMirror> planes_;   ///< by index of their object
+  std::map<Sequence, PathType> types_;  ///< those that were looked for
+  std::size_t deepest_ = 0;             ///< reflections of the longest that occurs
+  std::vector<Level> levels_;
   gl::Texture environment_;
   std::uint64_t clampedTexels_ = 0;  ///< of its level 0, by half floats
   gl::Buffer flagBuffer_;
   gl::Texture flags_;
-  gl::Texture depth_;
-  gl::Framebuffer drawTarget_;
-  gl::Framebuffer uncoveredTarget_;
   gl::Buffer countsBefore_;  ///< of uncovered samples, in what is drawn
   gl::Buffer countsAfter_;
-  gl::Program uncovered_;
   std::array<std::uint32_t, 2> uncoveredCounts_{};  ///< of the whole frame
   raster::Rectangle mirrors_;                       ///< samples that reflectors may cover
+  std::vector<gl::Define> defines_;                 ///< of both
+  gl::Program uncovered_;
+  gl::Program uncoveredInside_;  ///< on later levels
+  gl::Program join_;
+  std::vector<Vec4> lastTints_;
+  gl::Buffer tintBuffer_;
+  gl::Texture tints_;
 };
 
 std::unique_ptr<Method> make(const config::Value& options) {

@@ -20,7 +20,8 @@ namespace {
 /// samples.
 class Comparison {
  public:
-  Comparison(scene::Scene scene, const scene::Camera& camera, const std::string& options = "{}")
+  Comparison(scene::Scene scene, const scene::Camera& camera, const std::string& options = "{}",
+             const trace::ReflectionOptions& rays = {})
       : context_(gl::testContext()),
         scene_(std::move(scene)),
         pose_(scene::poseAt(scene_, 0.0)),
@@ -31,8 +32,10 @@ class Comparison {
         trace_(scene_, geometry_, trace::BvhPolicy::Refit),
         gbuffer_(raster_.makeGBuffer({128, 128, 2, true})),
         method_(perturbationEntry().make(config::parseText(options, "options"))),
-        camera_(camera) {
+        camera_(camera),
+        rays_(rays) {
     RunSettings settings;
+    settings.fresnelSchlick = rays.fresnelSchlick;
     settings.width = settings.height = 128;
     settings.masks = true;
     timer_.setFinish([] { gl::Context::current().finish("a step"); });
@@ -62,7 +65,7 @@ class Comparison {
   }
 
   FrameOutput output;
-  std::vector<float> reflection;
+  std::vector<Vec3> reflection;  ///< of reflective samples
   std::vector<std::uint8_t> masks;
   std::size_t samples = 0;
   double l1Of8Bit = 0.0;  ///< over reflective samples, of gamma 2.2 values
@@ -91,11 +94,11 @@ class Comparison {
   void compare() {
     raster::GBufferCopy copy;
     raster::readBack(gbuffer_, false, copy);
-    reflection = raster::readRgba(gbuffer_.reflection);
+    const std::vector<float> image = raster::readRgba(gbuffer_.reflection);
     masks = raster::readMasks(gbuffer_.masks);
     const Mat3 rays = scene::rayFromPixel(camera_, copy.sampleWidth(), copy.sampleHeight());
     std::vector<trace::ReflectionPoint> points;
-    std::vector<Vec3> ours;
+    reflection.clear();
     for (int y = 0; y < copy.sampleHeight(); ++y) {
       for (int x = 0; x < copy.sampleWidth(); ++x) {
         const std::size_t at = static_cast<std::size_t>(y) * copy.sampleWidth() + x;
@@ -111,22 +114,22 @@ class Comparison {
         point.normal = Vec3(copy.normal[4 * at], copy.normal[4 * at + 1], copy.normal[4 * at + 2]);
         point.object = static_cast<int>(object);
         points.push_back(point);
-        ours.emplace_back(reflection[4 * at], reflection[4 * at + 1], reflection[4 * at + 2]);
+        reflection.emplace_back(image[4 * at], image[4 * at + 1], image[4 * at + 2]);
       }
     }
     std::vector<Vec3> radiance(points.size());
     trace::reflectedRadiance(trace_, lighting_, scene::pixelSpreadRad(camera_, copy.sampleHeight()),
-                             points, {}, true, radiance);
+                             points, rays_, true, radiance);
     samples = points.size();
     l1Of8Bit = 0.0;
     const auto eightBit = [](const Vec3& v) {
       return glm::clamp(glm::pow(glm::max(v, Vec3(0.0f)), Vec3(1.0f / 2.2f)), 0.0f, 1.0f) * 255.0f;
     };
-    for (std::size_t i = 0; i < ours.size(); ++i) {
-      finite = finite && isFinite(ours[i]);
-      const Vec3 shown = glm::abs(eightBit(ours[i]) - eightBit(radiance[i]));
+    for (std::size_t i = 0; i < reflection.size(); ++i) {
+      finite = finite && isFinite(reflection[i]);
+      const Vec3 shown = glm::abs(eightBit(reflection[i]) - eightBit(radiance[i]));
       l1Of8Bit += static_cast<double>((shown.x + shown.y + shown.z) / 3.0f) /
-                  static_cast<double>(ours.size());
+                  static_cast<double>(reflection.size());
     }
   }
 
@@ -141,6 +144,7 @@ class Comparison {
   frame::StepTimer timer_;
   std::unique_ptr<Method> method_;
   scene::Camera camera_;
+  trace::ReflectionOptions rays_;
 };
 
 scene::Camera cameraAt(const Vec3& eye, const Vec3& target) {
@@ -161,8 +165,8 @@ test::SceneBuilder stage(scene::Mesh mirror, const Mat4& worldFromMirror, float 
   return builder;
 }
 
-scene::Mesh sphereMesh(double radius) {
-  return scene::makeImplicit(implicit::sphereSurface(radius), 48, scene::UvMode::Metres);
+scene::Mesh sphereMesh(double radius, int cells = 48) {
+  return scene::makeImplicit(implicit::sphereSurface(radius), cells, scene::UvMode::Metres);
 }
 
 const scene::Camera kFront = cameraAt({0.2f, 0.7f, 3.2f}, {0.2f, 0.0f, 0.0f});
@@ -189,6 +193,79 @@ TEST(Perturbation, ShowsWhatRaysSeeInAPlane) {
   EXPECT_EQ(frame.output.counters["retraced"], 0u);
 }
 
+/// Beside it another mirror (the last object).
+test::SceneBuilder twoMirrors(scene::Mesh other, const Mat4& worldFromOther) {
+  test::SceneBuilder builder = stage(sphereMesh(0.55, 12), test::translation({-0.5f, 0.1f, 0.0f}));
+  const int gold = builder.reflective(0.8f, 0.0f, {0.5f, 0.1f, 0.1f}, {1.0f, 0.8f, 0.5f});
+  builder.add(std::move(other), gold, worldFromOther);
+  return builder;
+}
+Mat4 uprightAt(const Vec3& place) {
+  return test::translation(place) * test::rotation(90.0f, {1.0f, 0.0f, 0.0f});
+}
+
+TEST(Perturbation, ShowsReflectionsInReflectionsOfTwoSpheres) {
+  const auto scene = [] {
+    return twoMirrors(sphereMesh(0.45, 12), test::translation({0.6f, 0.0f, 0.3f})).scene();
+  };
+  Comparison one(scene(), kFront);
+  EXPECT_EQ(one.output.counters["path_types"], 2u);
+  Comparison two(scene(), kFront, R"({"max_bounces": 2})", {.bounces = 2});
+  // Outlines within outlines: a little more than what one bounce misses
+  EXPECT_LT(one.l1Of8Bit, 2.5);
+  EXPECT_LT(two.l1Of8Bit, one.l1Of8Bit + 0.4);
+  EXPECT_TRUE(two.finite);
+  // Spheres do not show themselves: A, B, A in B, B in A
+  EXPECT_EQ(two.output.counters["path_types"], 4u);
+  EXPECT_NE(one.reflection, two.reflection);
+  // Where they differ the other order's frame is far off
+  Comparison wrong(scene(), kFront, R"({"max_bounces": 1})", {.bounces = 2});
+  EXPECT_GT(wrong.l1Of8Bit, 2.0 * two.l1Of8Bit);
+  Comparison three(scene(), kFront, R"({"max_bounces": 3})",
+                   {.bounces = 3, .fresnelSchlick = true});
+  EXPECT_LT(three.l1Of8Bit, one.l1Of8Bit + 0.7);
+  EXPECT_GT(three.output.counters["path_types"], 4u);
+}
+
+TEST(Perturbation, ShowsReflectionsInReflectionsOfASphereAndAPlane) {
+  Comparison frame(twoMirrors(scene::makePlane({3.0f, 2.0f}, {1, 1}, scene::UvMode::Metres),
+                              uprightAt({0.0f, 0.5f, -1.0f}))
+                       .scene(),
+                   kFront, R"({"max_bounces": 2})", {.bounces = 2});
+  EXPECT_LT(frame.l1Of8Bit, 1.5);
+  EXPECT_EQ(frame.output.counters["path_types"], 4u);
+}
+
+TEST(Perturbation, ShowsPlanesInPlanesExactly) {
+  // A corner: the eye sees itself turned round by two bounces, and each wall in the other
+  test::SceneBuilder builder = stage(scene::makePlane({3.0f, 2.0f}, {1, 1}, scene::UvMode::Metres),
+                                     uprightAt({0.0f, 0.5f, -1.0f}));
+  builder.add(scene::makePlane({3.0f, 2.0f}, {1, 1}, scene::UvMode::Metres),
+              builder.reflective(1.0f),
+              test::rotation(90.0f, {0.0f, 1.0f, 0.0f}) * uprightAt({0.0f, 0.5f, -1.5f}));
+  Comparison frame(builder.scene(), kFront, R"({"max_bounces": 2})", {.bounces = 2});
+  EXPECT_LT(frame.l1Of8Bit, 0.2);
+  EXPECT_EQ(frame.output.counters["path_types"], 4u);
+  EXPECT_EQ(frame.output.counters["retraced"], 0u);
+}
+
+TEST(Perturbation, MovesAReflectorInReflections) {
+  const auto moving = [] {
+    test::SceneBuilder builder =
+        twoMirrors(sphereMesh(0.45, 12), test::translation({0.6f, 0.0f, 0.3f}));
+    builder.move(3, {0.2f, 0.2f, 0.0f}, 2.0f);
+    return builder.scene();
+  };
+  const char* options = R"({"max_bounces": 2})";
+  Comparison one(moving(), kFront, options, {.bounces = 2});
+  one.moveTo(1.0);
+  EXPECT_LT(one.l1Of8Bit, 3.0);
+  Comparison other(moving(), kFront, options, {.bounces = 2});
+  other.moveTo(0.3);
+  other.moveTo(1.0);
+  EXPECT_EQ(one.reflection, other.reflection);
+}
+
 TEST(Perturbation, OrdersComeNearerToTheRays) {
   const auto l1 = [](const char* order) {
     return Comparison(stage(sphereMesh(0.7), test::translation({0.0f, 0.3f, 0.0f})).scene(), kFront,
@@ -210,7 +287,7 @@ TEST(Perturbation, FollowsWhatMovesAndGivesTheFrameOfAFreshRun) {
     return builder.scene();
   };
   Comparison one(moving(), kFront);
-  const std::vector<float> before = one.reflection;
+  const std::vector<Vec3> before = one.reflection;
   const std::uint64_t allVertices = one.output.counters["vertices"];
   one.moveTo(1.0);
   EXPECT_NE(one.reflection, before);
@@ -223,14 +300,9 @@ TEST(Perturbation, FollowsWhatMovesAndGivesTheFrameOfAFreshRun) {
   EXPECT_EQ(one.reflection, other.reflection);
 }
 
-TEST(Perturbation, DrawsOnlyWhereSomethingChanged) {
-  const auto moving = [] {
-    test::SceneBuilder builder = stage(sphereMesh(0.7), test::translation({0.0f, 0.3f, 0.0f}));
-    builder.move(2, {-0.6f, 0.0f, 0.5f}, 2.0f);
-    return builder.scene();
-  };
-  Comparison parts(moving(), kFront);
-  Comparison whole(moving(), kFront);
+void expectOnlyChangesDrawn(const scene::Scene& scene, const std::string& options) {
+  Comparison parts(scene, kFront, options);
+  Comparison whole(scene, kFront, options);
   for (const double seconds : {0.5, 1.0, 1.0, 1.6}) {
     parts.moveTo(seconds, true);
     whole.moveTo(seconds);
@@ -241,6 +313,19 @@ TEST(Perturbation, DrawsOnlyWhereSomethingChanged) {
     ASSERT_TRUE(parts.output.changedReflection);
     EXPECT_LT(parts.output.changedReflection->width(), 200);
   }
+}
+
+TEST(Perturbation, DrawsOnlyWhereSomethingChanged) {
+  test::SceneBuilder builder = stage(sphereMesh(0.7), test::translation({0.0f, 0.3f, 0.0f}));
+  builder.move(2, {-0.6f, 0.0f, 0.5f}, 2.0f);
+  expectOnlyChangesDrawn(builder.scene(), "{}");
+}
+
+TEST(Perturbation, DrawsOnlyWhereSomethingChangedInReflectionsOfReflections) {
+  test::SceneBuilder builder =
+      twoMirrors(sphereMesh(0.45, 12), test::translation({0.6f, 0.0f, 0.3f}));
+  builder.move(2, {-0.3f, 0.0f, 0.5f}, 2.0f);
+  expectOnlyChangesDrawn(builder.scene(), R"({"max_bounces": 2})");
 }
 
 TEST(Perturbation, NamesReflectorsThatItCannotDoAndCountsThem) {

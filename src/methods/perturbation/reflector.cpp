@@ -70,10 +70,10 @@ std::array<float, 4> filledPart(const Cells& cells, int width, const std::array<
   std::array<float, 4> box{seen[2], seen[3], seen[0], seen[1]};
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (!cells[i]) continue;
-    const auto column = static_cast<float>(i % static_cast<std::size_t>(width));
-    const auto row = static_cast<float>(i / static_cast<std::size_t>(width));
-    const float x = seen[0] + column * spacing;
-    const float y = seen[1] + row * spacing;
+    const std::size_t column = i % static_cast<std::size_t>(width);
+    const std::size_t row = i / static_cast<std::size_t>(width);
+    const float x = seen[0] + static_cast<float>(column) * spacing;
+    const float y = seen[1] + static_cast<float>(row) * spacing;
     box = {std::min(box[0], x - spacing), std::min(box[1], y - spacing),
            std::max(box[2], x + 2.0f * spacing), std::max(box[3], y + 2.0f * spacing)};
   }

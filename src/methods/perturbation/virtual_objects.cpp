@@ -413,6 +413,7 @@ class Builder {
     result_.attributes.push_back(n.attributes);
     const Reflection& r = reflection == kMaxReflections ? n.straight : n.reflections.at[reflection];
     result_.images.emplace_back(r.image, r.share);
+    if (reflector_.before()) result_.places.emplace_back(r.last);
     vertex = static_cast<std::uint32_t>(result_.positions.size());
     return vertex - 1;
   }
@@ -493,7 +494,7 @@ raster::VirtualTriangles virtualTriangles(const frame::Geometry& geometry, int o
 
 raster::VirtualTriangles mirroredTriangles(const frame::Geometry& geometry, int object,
                                            std::span<const Plane<double>> planes,
-                                           TriangleCounts& counts) {
+                                           const glm::dvec3& eye, TriangleCounts& counts) {
   const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(object)];
   raster::VirtualTriangles result;
   result.object = object + 1;
@@ -504,6 +505,12 @@ raster::VirtualTriangles mirroredTriangles(const frame::Geometry& geometry, int 
     result.positions.push_back(p);
     result.attributes.push_back(geometry.attributes[i]);
     result.images.emplace_back(image[0], image[1], image[2], 1.0f);
+  }
+  if (planes.size() > 1) {
+    // Whatever shows a vertex, it does as from the eye's mirror image
+    Vector<double> seen{{eye.x, eye.y, eye.z}};
+    for (const Plane<double>& plane : planes) seen = mirrored(plane, seen);
+    result.places.assign(range.vertexCount, Vec3(seen[0], seen[1], seen[2]));
   }
   for (std::uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; ++i)
     result.indices.push_back(geometry.indices[i] - range.firstVertex);

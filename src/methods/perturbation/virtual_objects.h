@@ -35,6 +35,6 @@ raster::VirtualTriangles virtualTriangles(const frame::Geometry& geometry, int o
 /// In planes alone, in the order from the eye on: mirrored, exactly.
 raster::VirtualTriangles mirroredTriangles(const frame::Geometry& geometry, int object,
                                            std::span<const Plane<double>> planes,
-                                           TriangleCounts& counts);
+                                           const glm::dvec3& eye, TriangleCounts& counts);
 
 }  // namespace catoptric::methods::perturbation

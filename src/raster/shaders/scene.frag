@@ -33,7 +33,7 @@ layout(binding = 3) uniform sampler2D emissiveTexture;
 #endif
 
 #if GBUFFER
-uniform uint objectId;
+uniform uint objectId;  // VIRTUAL: of samples that show what it reflects
 layout(location = 0) out vec4 outDiffuse;
 layout(location = 1) out vec4 outNormal;
 layout(location = 2) out uint outObject;
@@ -44,7 +44,8 @@ layout(location = 0) out vec4 outDiffuse;
 #if VIRTUAL
 uniform uint reflector;    // id
 uniform float depthSlack;  // metres / metres of the near plane
-layout(binding = 5) uniform usampler2D objectSamples;
+uniform float fresnel;     // 1: by Schlick
+layout(binding = 5) uniform usampler2D reflectorSamples;
 layout(binding = 6) uniform sampler2D depthSamples;
 #endif
 
@@ -65,7 +66,7 @@ void main() {
 #if VIRTUAL
   // On its reflector alone, behind it, and by way of the very place that the sample shows
   float surfaceDepth = texelFetch(depthSamples, ivec2(gl_FragCoord.xy), 0).r;
-  if (texelFetch(objectSamples, ivec2(gl_FragCoord.xy), 0).r != reflector ||
+  if (texelFetch(reflectorSamples, ivec2(gl_FragCoord.xy), 0).r != reflector ||
       gl_FragCoord.z > surfaceDepth ||
       abs(vertexShare / gl_FragCoord.z - 1.0 / surfaceDepth) > depthSlack) {
     discard;
@@ -81,8 +82,13 @@ void main() {
 
   // Where the sample is, seen from the eye
 #if VIRTUAL
+  // From the place of the reflection
+#if PLACES
+  vec4 eye = vec4(vertexPlace, frame.eye.w);
+#else
   vec4 ray = frame.rayFromWindow * vec4(gl_FragCoord.xy, surfaceDepth, 1.0);
-  vec4 eye = vec4(frame.eye.xyz + ray.xyz / ray.w, frame.eye.w);  // the place of the reflection
+  vec4 eye = vec4(frame.eye.xyz + ray.xyz / ray.w, frame.eye.w);
+#endif
   vec3 fromEye = vertexPosition - eye.xyz;
   vec4 imageRay = frame.rayFromWindow * vec4(gl_FragCoord.xyz, 1.0);
   vec3 image = imageRay.xyz / imageRay.w;
@@ -125,7 +131,7 @@ void main() {
 #endif
 
   // Shading normal
-#if VIRTUAL && !UNLIT
+#if VIRTUAL && (!UNLIT || GBUFFER)
   bool front = dot(normal, fromEye) < 0.0;
 #else
   bool front = gl_FrontFacing;
@@ -188,8 +194,14 @@ void main() {
   s = specularLevel(material.specular.z * texel.x, material.more.x);
   g = material.specular.w * texel.y;
 #endif
-  outDiffuse = vec4(radiance, s);
+#if VIRTUAL
+  vec3 direction = normalize(fromEye);
+  if (s > 0.0) s += fresnel * (1.0 - s) * pow(clamp(1.0 + dot(direction, normal), 0.0, 1.0), 5.0);
+  outNormal = vec4(reflect(direction, normal), g);
+#else
   outNormal = vec4(normal, g);
+#endif
+  outDiffuse = vec4(radiance, s);
   outObject = objectId;
 #else
   outDiffuse = vec4(radiance, 1.0);

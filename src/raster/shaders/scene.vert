@@ -10,6 +10,9 @@ layout(location = 5) in vec3 inColor;
 layout(location = 6) in vec4 inBake;
 #if VIRTUAL
 layout(location = 7) in vec4 inImage;  // where it appears; |x - eye| / |image - eye|
+#if PLACES
+layout(location = 8) in vec3 inPlace;  // where the last reflector shows it
+#endif
 #endif
 
 #if COMPOUND
@@ -40,6 +43,9 @@ void main() {
   gl_Position = frame.clipFromWorld * vec4(inImage.xyz, 1.0);
   vertexPosition = inPosition;
   vertexShare = inImage.w;
+#if PLACES
+  vertexPlace = inPlace;
+#endif
 #else
   gl_Position = frame.clipFromWorld * vec4(inPosition, 1.0);
 #endif

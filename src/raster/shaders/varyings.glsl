@@ -33,6 +33,9 @@ VARYING vec3 vertexFromEye;
 #if VIRTUAL
 VARYING vec3 vertexPosition;
 VARYING float vertexShare;
+#if PLACES
+VARYING vec3 vertexPlace;
+#endif
 #endif
 #if !UNLIT || GBUFFER
 VARYING vec3 vertexNormal;

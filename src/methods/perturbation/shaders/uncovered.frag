@@ -1,11 +1,16 @@
-// Mirror samples on which no virtual object shows: the environment along the mirrored ray. Samples of
+// Samples of a reflector on which no virtual object shows: the environment along the mirrored ray. Samples of
 // reflectors that the method cannot do: a cube map of the diffuse scene.
 //   MASKS        1: every sample is marked
 //   UNSUPPORTED  1: there are such reflectors
+//   DIRECTIONS   1: the reflector is one that another shows, and mirrored rays are given
 #include "raster/shaders/shading.glsl"
 
+#if DIRECTIONS
+layout(binding = 0) uniform sampler2D directionSamples;  // xyz unit
+#else
 uniform mat3 rayFromSample;  // (sample position, 1) to a ray of any length, world space
 layout(binding = 0) uniform sampler2D normalSamples;  // xyz shading normal, a = g
+#endif
 #if UNSUPPORTED
 layout(binding = 1) uniform usampler2D objectSamples;
 layout(binding = 2) uniform samplerCube cubeMap;
@@ -28,9 +33,13 @@ const int kCountUncovered = 0;
 const int kCountUnsupported = 1;
 
 void main() {
+#if DIRECTIONS
+  vec3 reflected = texelFetch(directionSamples, ivec2(gl_FragCoord.xy), 0).xyz;
+#else
   vec4 normalAndG = texelFetch(normalSamples, ivec2(gl_FragCoord.xy), 0);
   vec3 ray = normalize(rayFromSample * vec3(gl_FragCoord.xy, 1.0));
   vec3 reflected = reflect(ray, normalAndG.xyz);
+#endif
   vec3 radiance = environmentRadiance(reflected);
   int kind = kCountUncovered;
 #if UNSUPPORTED
