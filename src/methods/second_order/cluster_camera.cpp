@@ -23,6 +23,8 @@ constexpr float kNearestShare = 0.1f;
 /// Half the frame's largest width on the plane 1 m before the eye: 80 degrees. Ours.
 constexpr float kWidestTangent = 5.6f;
 constexpr float kWidestLobe = 1.0f;  ///< radians; lobes reach the frame's border beyond. Ours.
+/// The frame's least width on that plane: 4 texels that single precision still tells apart. Ours.
+constexpr float kNarrowestTangent = 1e-5f;
 /// Texels around the frame, so that neighbouring clusters overlap and every look-up has
 /// neighbours.
 constexpr float kBorder = 1.5f;
@@ -570,7 +572,7 @@ std::vector<ClusterCamera> makeClusterCameras(const Clustering& clustering,
     const Window& all = windowOfCluster[c];
     ClusterCamera& made = cameras[c];
     const Frame& frame = frames[c];
-    const Vec2 size = glm::max(all.rect.max - all.rect.min, Vec2(1e-9f));
+    const Vec2 size = glm::max(all.rect.max - all.rect.min, Vec2(kNarrowestTangent));
     float texel =
         all.pairs > 0 ? static_cast<float>(all.spacing / static_cast<double>(all.pairs)) : 0.0f;
     if (!(texel > 0.0f))
