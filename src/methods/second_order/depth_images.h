@@ -18,7 +18,7 @@ namespace catoptric::methods {
 struct DepthImageOptions {
   float levelErrorTexels = 1.0f;             ///< of levels of detail; 0: always the finest
   std::uint64_t memoryBytes = 512ull << 20;  ///< of all layers
-  bool compound = false;                     ///< one draw for all images of a layer
+  bool compound = true;                      ///< one draw for all images of a layer
 };
 
 /// Textures are kept from frame to frame and grow when a frame needs more.

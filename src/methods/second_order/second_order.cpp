@@ -92,8 +92,10 @@ const config::Schema& schema() {
            .maximum = 65536},
           {.name = "compound",
            .type = config::FieldType::Bool,
-           .help = "one draw sends an object's triangles to all depth images of a layer",
-           .defaultText = "false"},
+           .help =
+               "one draw sends an object's triangles to all depth images of a layer; otherwise a "
+               "draw for each image",
+           .defaultText = "true"},
           {.name = "environment_face_size",
            .type = config::FieldType::Integer,
            .help = "texels along the edge of a face of the cube map for rays that find nothing",
