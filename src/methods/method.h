@@ -80,13 +80,13 @@ struct FrameInput {
   bool firstOfSequence = true;      ///< no state of earlier frames may be used
   /// Samples of the G-buffer that may differ from the last frame's, whose camera and lights were
   /// the same; none: all.
-  std::optional<raster::Rectangle> changedSamples;
+  std::optional<raster::Region> changedSamples;
 };
 
 struct FrameOutput {
   Counters counters;
   /// Samples of gbuffer->reflection that may differ from the last frame's; none: all.
-  std::optional<raster::Rectangle> changedReflection;
+  std::optional<raster::Region> changedReflection;
   std::vector<frame::ClusterRow> clusters;  ///< of methods that cluster rays
   /// Where the layer "cluster" is asked for: per sample 0 in no cluster, else index in `clusters`
   /// + 1.

@@ -1,11 +1,45 @@
 #include "raster/rectangle.h"
 
 #include <array>
+#include <cassert>
 #include <cmath>
+#include <utility>
 
 #include "gl/api.h"
 
 namespace catoptric::raster {
+namespace {
+
+/// Texels a side (ours: smaller ones cost more rectangles).
+constexpr int kTile = 32;
+/// A pass costs something for each rectangle (ours).
+constexpr std::size_t kManyRectangles = 16;
+
+/// Disjoint rectangles that cover the tiles of a grid: runs of a row, those of like runs in one.
+std::vector<Rectangle> coverOf(const std::vector<std::uint8_t>& tiles, int columns, int rows) {
+  std::vector<Rectangle> cover;
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < columns; ++x) {
+      const auto has = [&](int column) {
+        return tiles[static_cast<std::size_t>(y * columns + column)];
+      };
+      if (has(x) == 0) continue;
+      const int x0 = x;
+      while (x < columns && has(x) != 0) ++x;
+      const auto like = std::find_if(cover.begin(), cover.end(), [&](const Rectangle& r) {
+        return r.x0 == x0 && r.x1 == x && r.y1 == y;
+      });
+      if (like != cover.end()) {
+        like->y1 = y + 1;
+      } else {
+        cover.push_back({x0, y, x, y + 1});
+      }
+    }
+  }
+  return cover;
+}
+
+}  // namespace
 
 Rectangle shownRectangle(const scene::Camera& camera, int width, int height,
                          std::span<const Vec3> points) {
@@ -39,6 +73,75 @@ Rectangle shownRectangle(const scene::Camera& camera, int width, int height, con
     corners[i] = Vec3((i & 1) != 0 ? box.max.x : box.min.x, (i & 2) != 0 ? box.max.y : box.min.y,
                       (i & 4) != 0 ? box.max.z : box.min.z);
   return shownRectangle(camera, width, height, corners);
+}
+
+Region::Region(int width, int height)
+    : image_{0, 0, width, height},
+      columns_((width + kTile - 1) / kTile),
+      rows_((height + kTile - 1) / kTile),
+      tiles_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)) {}
+
+Rectangle Region::tilesOf(const Rectangle& rectangle) const {
+  const Rectangle r = intersection(rectangle, image_);
+  return r.empty() ? Rectangle() : pixelsOf(r, kTile);
+}
+
+void Region::add(const Rectangle& rectangle) {
+  const Rectangle t = tilesOf(rectangle);
+  for (int y = t.y0; y < t.y1; ++y)
+    std::fill_n(tiles_.begin() + y * columns_ + t.x0, t.width(), std::uint8_t{1});
+}
+
+void Region::add(const Region& other) {
+  assert(other.image_ == image_);
+  for (std::size_t i = 0; i < tiles_.size(); ++i) tiles_[i] |= other.tiles_[i];
+}
+
+void Region::clip(const Rectangle& rectangle) {
+  Region inside(image_.x1, image_.y1);
+  inside.add(rectangle);
+  for (std::size_t i = 0; i < tiles_.size(); ++i) tiles_[i] &= inside.tiles_[i];
+}
+
+bool Region::touches(const Rectangle& rectangle) const {
+  const Rectangle t = tilesOf(rectangle);
+  for (int y = t.y0; y < t.y1; ++y) {
+    const auto row = tiles_.begin() + y * columns_;
+    if (std::find(row + t.x0, row + t.x1, 1) != row + t.x1) return true;
+  }
+  return false;
+}
+
+bool Region::empty() const {
+  return std::find(tiles_.begin(), tiles_.end(), 1) == tiles_.end();
+}
+
+std::vector<Rectangle> Region::rectangles() const {
+  std::vector<std::uint8_t> tiles = tiles_;
+  int columns = columns_;
+  int rows = rows_;
+  int size = kTile;
+  std::vector<Rectangle> cover = coverOf(tiles, columns, rows);
+  while (cover.size() > kManyRectangles) {
+    // Two by two
+    const int halfColumns = (columns + 1) / 2;
+    const int halfRows = (rows + 1) / 2;
+    std::vector<std::uint8_t> larger(static_cast<std::size_t>(halfColumns) *
+                                     static_cast<std::size_t>(halfRows));
+    for (int y = 0; y < rows; ++y) {
+      for (int x = 0; x < columns; ++x)
+        larger[static_cast<std::size_t>(y / 2 * halfColumns + x / 2)] |=
+            tiles[static_cast<std::size_t>(y * columns + x)];
+    }
+    tiles = std::move(larger);
+    columns = halfColumns;
+    rows = halfRows;
+    size *= 2;
+    cover = coverOf(tiles, columns, rows);
+  }
+  for (Rectangle& r : cover)
+    r = intersection(image_, {size * r.x0, size * r.y0, size * r.x1, size * r.y1});
+  return cover;
 }
 
 ScissoredTo::ScissoredTo(const Rectangle& r) {

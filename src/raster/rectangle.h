@@ -3,7 +3,9 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <span>
+#include <vector>
 
 #include "core/math.h"
 #include "scene/camera.h"
@@ -38,6 +40,30 @@ inline Rectangle pixelsOf(const Rectangle& r, int samples) {
   return {r.x0 / samples, r.y0 / samples, (r.x1 + samples - 1) / samples,
           (r.y1 + samples - 1) / samples};
 }
+
+/// A part of an image in tiles.
+class Region {
+ public:
+  Region(int width, int height);
+  /// All tiles that a rectangle touches, or another region of an image of this size has.
+  void add(const Rectangle& rectangle);
+  void add(const Region& other);
+  /// Without what lies in no tile of a rectangle.
+  void clip(const Rectangle& rectangle);
+  bool touches(const Rectangle& rectangle) const;
+  bool empty() const;
+  /// A few disjoint rectangles that cover it; larger tiles where it would take many.
+  std::vector<Rectangle> rectangles() const;
+
+ private:
+  /// Columns and rows of the tiles that a rectangle touches.
+  Rectangle tilesOf(const Rectangle& rectangle) const;
+
+  Rectangle image_;
+  int columns_;
+  int rows_;
+  std::vector<std::uint8_t> tiles_;  ///< rows of 0 or 1
+};
 
 /// Where an image of width x height may show anything of the convex hull of `points`, a texel of
 /// rounding included; all of it where one of them is not beyond the near plane.

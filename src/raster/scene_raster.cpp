@@ -284,7 +284,7 @@ void SceneRaster::State::drawBackground(const frame::Lighting& lighting, bool gb
 
 DrawStatistics SceneRaster::drawGBuffer(GBuffer& target, const scene::Camera& camera,
                                         const frame::Lighting& lighting,
-                                        const std::optional<Rectangle>& part) {
+                                        const std::optional<Region>& part) {
   State& s = *state_;
   const float aspect = static_cast<float>(target.width) / static_cast<float>(target.height);
   const FrameView view =
@@ -293,24 +293,26 @@ DrawStatistics SceneRaster::drawGBuffer(GBuffer& target, const scene::Camera& ca
                Vec4(0.0f, 0.0f, target.sampleWidth(), target.sampleHeight()), kNoRadianceLimit);
   s.gbufferView = view;
   const Rectangle all{0, 0, target.sampleWidth(), target.sampleHeight()};
-  const Rectangle drawn = part ? intersection(*part, all) : all;
-  if (drawn.empty()) return {};
-
-  // Colours are not cleared: surfaces write them where depth is above 0, the background elsewhere
+  DrawStatistics statistics;
   target.framebuffer.bind();
-  const ScissoredTo scissor(drawn);
-  target.framebuffer.clearDepthStencil(0.0f, static_cast<int>(SampleClass::Background));
+  for (const Rectangle& drawn : part ? part->rectangles() : std::vector<Rectangle>{all}) {
+    // Colours are not cleared: surfaces write them where depth is above 0, the background elsewhere
+    const ScissoredTo scissor(drawn);
+    target.framebuffer.clearDepthStencil(0.0f, static_cast<int>(SampleClass::Background));
 
-  glDisable(GL_BLEND);
-  glEnable(GL_DEPTH_TEST);
-  glEnable(GL_STENCIL_TEST);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
-  glStencilMask(0xFF);
-  const DrawStatistics statistics =
-      s.drawObjects(view, clipOfPart(drawn, all) * view.clipFromWorld, lighting, true, 0);
-  glDisable(GL_STENCIL_TEST);
-  s.drawBackground(lighting, true);
-  glDisable(GL_DEPTH_TEST);
+    glDisable(GL_BLEND);
+    glEnable(GL_DEPTH_TEST);
+    glEnable(GL_STENCIL_TEST);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+    glStencilMask(0xFF);
+    const DrawStatistics ofPart =
+        s.drawObjects(view, clipOfPart(drawn, all) * view.clipFromWorld, lighting, true, 0);
+    statistics.triangles += ofPart.triangles;
+    statistics.culledTriangles += ofPart.culledTriangles;
+    glDisable(GL_STENCIL_TEST);
+    s.drawBackground(lighting, true);
+    glDisable(GL_DEPTH_TEST);
+  }
   return statistics;
 }
 
@@ -380,7 +382,7 @@ gl::Texture SceneRaster::drawCubeMap(const Vec3& centre, int faceSize,
 
 void SceneRaster::composite(const GBuffer& source, const scene::Camera& camera,
                             const CompositeOptions& options, gl::Texture& frame,
-                            const std::optional<Rectangle>& part) {
+                            const std::optional<Region>& part) {
   State& s = *state_;
   if (frame.width() != source.width || frame.height() != source.height) {
     throw Error(ExitCode::Internal, "composite: the frame's size is not the G-buffer's");
@@ -417,8 +419,11 @@ void SceneRaster::composite(const GBuffer& source, const scene::Camera& camera,
   glDisable(GL_BLEND);
   const gl::Framebuffer target("composite", {{.texture = frame}});
   target.bind();
-  const ScissoredTo scissor(part.value_or(Rectangle{0, 0, source.width, source.height}));
-  gl::drawFullScreenTriangle();
+  const Rectangle all{0, 0, source.sampleWidth(), source.sampleHeight()};
+  for (const Rectangle& drawn : part ? part->rectangles() : std::vector<Rectangle>{all}) {
+    const ScissoredTo scissor(pixelsOf(drawn, source.samples));
+    gl::drawFullScreenTriangle();
+  }
 }
 
 void SceneRaster::bindShadingResources(std::uint32_t program,

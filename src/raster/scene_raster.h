@@ -70,11 +70,11 @@ class SceneRaster {
 
   GBuffer makeGBuffer(const GBufferSize& size) const;
 
-  /// Fills diffuse, normal, object, depth and stencil; with `part`, in samples, nothing outside it:
-  /// there `target` keeps what it has. The samples are the same, bit for bit.
+  /// Fills diffuse, normal, object, depth and stencil; with `part`, in samples, nothing outside its
+  /// rectangles: there `target` keeps what it has. The samples are the same, bit for bit.
   DrawStatistics drawGBuffer(GBuffer& target, const scene::Camera& camera,
                              const frame::Lighting& lighting,
-                             const std::optional<Rectangle>& part = std::nullopt);
+                             const std::optional<Region>& part = std::nullopt);
 
   /// Draws diffuse radiance (rgb, a = 1; environment where nothing is, a = 0) with any view
   /// projection (reversed-Z, upper left) into the bound framebuffer's colour 0 and depth, within
@@ -108,10 +108,10 @@ class SceneRaster {
 
   /// Resolves samples to pixels into `frame` (RGBA32F, width x height, row 0 on top): mean over the
   /// samples of (1 - s) diffuse + s tint reflection; a = share of samples that are not background.
-  /// With `part`, in pixels, nothing outside it.
+  /// With `part`, in samples, nothing outside the pixels of its rectangles.
   void composite(const GBuffer& source, const scene::Camera& camera,
                  const CompositeOptions& options, gl::Texture& frame,
-                 const std::optional<Rectangle>& part = std::nullopt);
+                 const std::optional<Region>& part = std::nullopt);
 
   /// Radiance of the environment is drawn and looked up by this GLSL-side state; methods that need
   /// the materials' table, the environment or the shading functions bind them here.

@@ -17,7 +17,7 @@ constexpr std::size_t kLongestGap = 8;
 /// Ranges of the triangles that may show in `part`.
 void listTriangles(const VirtualObject& object, const Rectangle& part, DrawList& list) {
   list.clear();
-  if (intersection(object.where, part).empty()) return;
+  if (!object.where.touches(part)) return;
   std::size_t end = 0;  // of the last range, in triangles
   for (std::size_t i = 0; i < object.triangles.size(); ++i) {
     if (intersection(object.triangles[i], part).empty()) continue;
@@ -37,6 +37,7 @@ VirtualObject::VirtualObject(const VirtualTriangles& source, const scene::Camera
                              int height)
     : object(source.object),
       depthSlack(source.depthSlack),
+      where(width, height),
       positions("virtual object's positions", std::span<const Vec3>(source.positions)),
       attributes("virtual object's attributes",
                  std::span<const frame::VertexAttributes>(source.attributes)),
@@ -55,7 +56,7 @@ VirtualObject::VirtualObject(const VirtualTriangles& source, const scene::Camera
     std::array<Vec3, 3> corners;
     for (std::size_t c = 0; c < 3; ++c) corners[c] = Vec3(source.images[source.indices[i + c]]);
     triangles.push_back(shownRectangle(camera, width, height, corners));
-    where = bounding(where, triangles.back());
+    where.add(triangles.back());
   }
 }
 

@@ -40,7 +40,7 @@ struct VirtualObject {
   std::uint32_t reflector = 0;
   std::uint32_t next = 0;  ///< of samples that show what is reflected in it; 0: nothing is
   float depthSlack = 0.0f;
-  Rectangle where;                   ///< what may show any of it
+  Region where;                      ///< what may show any of it
   std::vector<Rectangle> triangles;  ///< ... and each of its triangles
   gl::Buffer positions;
   gl::Buffer attributes;

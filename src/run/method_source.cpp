@@ -1,6 +1,8 @@
 #include "run/method_source.h"
 
 #include <algorithm>
+#include <array>
+#include <map>
 #include <numeric>
 
 #include "core/clock.h"
@@ -18,6 +20,25 @@ bool asksFor(const methods::RunSettings& settings, const char* layer) {
 
 double secondsSince(std::int64_t startNs) {
   return static_cast<double>(nowNs() - startNs) * 1e-9;
+}
+
+/// Objects with more triangles are taken as boxes (ours).
+constexpr std::uint32_t kManyTriangles = 4096;
+
+/// Where an image may show an object.
+void addShown(const frame::Geometry& geometry, int object, const scene::Camera& camera, int width,
+              int height, raster::Region& region) {
+  const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(object)];
+  if (range.indexCount > 3 * kManyTriangles) {
+    region.add(raster::shownRectangle(camera, width, height, range.bounds));
+    return;
+  }
+  for (std::uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; i += 3) {
+    const std::array<Vec3, 3> corners{geometry.positions[geometry.indices[i]],
+                                      geometry.positions[geometry.indices[i + 1]],
+                                      geometry.positions[geometry.indices[i + 2]]};
+    region.add(raster::shownRectangle(camera, width, height, corners));
+  }
 }
 
 }  // namespace
@@ -109,9 +130,11 @@ RenderedFrame MethodSource::render(const scene::PathFrame& frame, bool firstOfSe
     rendered.image = std::move(*output.image);
   } else if (needs_.gbuffer) {
     // What neither shows something that moved nor reflects it is still in the composite
-    std::optional<raster::Rectangle> changed;
-    if (input.changedSamples && output.changedReflection)
-      changed = raster::bounding(*input.changedSamples, *output.changedReflection);
+    std::optional<raster::Region> changed;
+    if (input.changedSamples && output.changedReflection) {
+      changed = input.changedSamples;
+      changed->add(*output.changedReflection);
+    }
     rendered.image = readFrame(frame.camera, changed, std::move(output.clusterOf));
   } else {
     throw Error(ExitCode::Internal, "the method has made no image");
@@ -123,35 +146,38 @@ RenderedFrame MethodSource::render(const scene::PathFrame& frame, bool firstOfSe
 }
 
 void MethodSource::moveTo(methods::FrameInput& input) {
+  const frame::Geometry& geometry = stage_.geometry();
+  const bool kept = gbuffer_ && !input.firstOfSequence && lastCamera_ == input.frame.camera;
+  lastCamera_.reset();  // until this frame is made
   const frame::Lighting lighting = stage_.lighting();
-  std::vector<Box3> before;
-  for (const frame::ObjectRange& object : stage_.geometry().objects)
-    before.push_back(object.bounds);
+  const auto shows = [&](int object) {
+    raster::Region region(gbuffer_->sampleWidth(), gbuffer_->sampleHeight());
+    addShown(geometry, object, input.frame.camera, gbuffer_->sampleWidth(),
+             gbuffer_->sampleHeight(), region);
+    return region;
+  };
+  std::map<int, raster::Region> before;
+  if (kept) {
+    for (std::size_t i = 0; i < geometry.objects.size(); ++i)
+      if (geometry.objects[i].moving)
+        before.emplace(static_cast<int>(i), shows(static_cast<int>(i)));
+  }
   input.changedObjects = stage_.moveTo(input.frame.timeSeconds, &timer_);
 
-  const bool kept =
-      !input.firstOfSequence && lastCamera_ == input.frame.camera && lighting == stage_.lighting();
-  lastCamera_.reset();  // until this frame is made
-  if (!kept || !gbuffer_) return;
-  raster::Rectangle changed;
+  if (!kept || !(lighting == stage_.lighting())) return;
+  input.changedSamples.emplace(gbuffer_->sampleWidth(), gbuffer_->sampleHeight());
   for (const int object : input.changedObjects) {
-    for (const Box3& box : {before[static_cast<std::size_t>(object)],
-                            stage_.geometry().objects[static_cast<std::size_t>(object)].bounds})
-      changed = raster::bounding(changed,
-                                 raster::shownRectangle(input.frame.camera, gbuffer_->sampleWidth(),
-                                                        gbuffer_->sampleHeight(), box));
+    input.changedSamples->add(before.at(object));
+    input.changedSamples->add(shows(object));
   }
-  input.changedSamples = changed;
 }
 
 image::Image MethodSource::readFrame(const scene::Camera& camera,
-                                     const std::optional<raster::Rectangle>& changed,
+                                     const std::optional<raster::Region>& changed,
                                      std::vector<std::uint16_t> clusterOf) {
   const methods::RunSettings& settings = stage_.run().image;
   timer_.measure("composite", [&] {
-    std::optional<raster::Rectangle> pixels;
-    if (changed) pixels = raster::pixelsOf(*changed, settings.samples);
-    stage_.raster()->composite(*gbuffer_, camera, {settings.fresnelSchlick}, composite_, pixels);
+    stage_.raster()->composite(*gbuffer_, camera, {settings.fresnelSchlick}, composite_, changed);
   });
   image::Image image;
   image.width = settings.width;

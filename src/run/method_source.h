@@ -28,8 +28,7 @@ class MethodSource : public FrameSource {
   void moveTo(methods::FrameInput& input);
   /// The composed frame with the asked-for layers; samples outside `changed` are those of the last
   /// frame. `clusterOf` as in methods::FrameOutput.
-  image::Image readFrame(const scene::Camera& camera,
-                         const std::optional<raster::Rectangle>& changed,
+  image::Image readFrame(const scene::Camera& camera, const std::optional<raster::Region>& changed,
                          std::vector<std::uint16_t> clusterOf);
 
   Stage& stage_;

@@ -320,13 +320,13 @@ class Perturbation : public Method {
 
   /// Recomputes what the changes since the last frame ask for. Returns the samples in which that
   /// and what moved may show; none: all.
-  std::optional<raster::Rectangle> update(const FrameInput& input, Services& services,
-                                          Counters& counters) {
+  std::optional<raster::Region> update(const FrameInput& input, Services& services,
+                                       Counters& counters) {
     const frame::Geometry& geometry = services.geometry;
     const scene::Camera& camera = input.frame.camera;
     const bool all = input.firstOfSequence || lastCamera_ != camera;
     lastCamera_ = camera;
-    std::optional<raster::Rectangle> part = input.changedSamples;
+    std::optional<raster::Region> part = input.changedSamples;
     if (all || !flags_.empty()) part.reset();
     const perturbation::View view{camera, settings_.width, settings_.height};
     const auto changed = [&](int object) {
@@ -356,7 +356,7 @@ class Perturbation : public Method {
           if (type.objects.contains(o) && !changed(o)) continue;
           const auto old = type.objects.find(o);
           if (old != type.objects.end()) {
-            if (part) part = raster::bounding(*part, old->second.where);
+            if (part) part->add(old->second.where);
             type.objects.erase(old);
           }
           const auto triangles = trianglesOf(geometry, sequence, type, o, view, counts);
@@ -364,7 +364,7 @@ class Perturbation : public Method {
           const auto made = type.objects.emplace(
               o, raster::VirtualObject(*triangles, camera, services.gbuffer->sampleWidth(),
                                        services.gbuffer->sampleHeight()));
-          if (part) part = raster::bounding(*part, made.first->second.where);
+          if (part) part->add(made.first->second.where);
         }
       }
       linkObjects();
@@ -391,7 +391,8 @@ class Perturbation : public Method {
       }
       return std::nullopt;
     }
-    return raster::intersection(*part, mirrors_);
+    part->clip(mirrors_);
+    return part;
   }
 
   /// Paths by the reflectors one after the other [Chen2000] Sec. III-B.1; longer ones only where
@@ -552,27 +553,35 @@ class Perturbation : public Method {
   static_assert((4 << (perturbation::kMaxTurns - 1)) <= 0xFF);
 
   /// Draws what the mirrors show, in `part` alone where there is one.
-  void draw(const scene::Camera& camera, const std::optional<raster::Rectangle>& part,
+  void draw(const scene::Camera& camera, const std::optional<raster::Region>& part,
             Services& services) {
     const raster::GBuffer& gbuffer = *services.gbuffer;
     while (levels_.size() < deepest_) addLevel(gbuffer);
     const std::size_t count = std::max<std::size_t>(1, deepest_);
     if (settings_.masks && !part) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
-    const raster::Rectangle drawn = part.value_or(mirrors_);
     const std::array<std::uint32_t, 2> zeros{};
     for (gl::Buffer* counts : {&countsBefore_, &countsAfter_})
       counts->write(0, sizeof zeros, zeros.data());
-    if (drawn.empty()) return;
-    const raster::ScissoredTo scissor(drawn);
-    glDisable(GL_BLEND);
     glEnable(GL_STENCIL_TEST);
     glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
-    if (part) {
+    for (const raster::Rectangle& drawn :
+         part ? part->rectangles() : std::vector<raster::Rectangle>{mirrors_}) {
+      if (!drawn.empty()) drawPart(drawn, part.has_value(), count, camera, services);
+    }
+    glDisable(GL_STENCIL_TEST);
+  }
+
+  /// All `count` levels within a rectangle; `again`: it was drawn before.
+  void drawPart(const raster::Rectangle& drawn, bool again, std::size_t count,
+                const scene::Camera& camera, Services& services) {
+    const raster::ScissoredTo scissor(drawn);
+    glDisable(GL_BLEND);
+    if (again) {
       glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
       for (std::size_t level = 0; level < count; ++level)
         fillUncovered(level, camera, services, countsBefore_);
       glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-      if (settings_.masks) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
+      if (settings_.masks) services.gbuffer->reflectionFramebuffer.clearColorUint(1, 0);
     }
     for (std::size_t level = 0; level < count; ++level) {
       drawLevel(level, level + 1 < count, drawn, camera, services);
@@ -592,7 +601,6 @@ class Perturbation : public Method {
       gl::drawFullScreenTriangle();
     }
     glDisable(GL_BLEND);
-    glDisable(GL_STENCIL_TEST);
   }
 
   void drawLevel(std::size_t number, bool goesOn, const raster::Rectangle& drawn,
