@@ -400,25 +400,21 @@ Reflections Reflector::reflectionsOf(const glm::dvec3& point, bool own, RayOctre
   return result;
 }
 
-Reflections Reflector::reflectionsNear(const glm::dvec3& point,
-                                       std::initializer_list<const Reflections*> known,
-                                       PathCounts& counts) const {
-  Reflections result;
+void Reflector::addReflectionsNear(const glm::dvec3& point, const Reflections& known,
+                                   Reflections& result, PathCounts& counts) const {
   std::vector<glm::dvec3> starts;
-  for (const Reflections* reflections : known) {
-    for (std::uint32_t i = 0; i < reflections->count; ++i) {
-      const glm::dvec3 start = reflections->at[i].x;
-      Places places;
-      places[0] = start;
-      ++counts.retraced;
-      if (retrace(point, places) && accept(point, places)) {
-        add(point, places, start, starts, result);
-      } else {
-        ++counts.notConverged;
-      }
+  for (std::uint32_t i = 0; i < result.count; ++i) starts.push_back(result.at[i].x);
+  for (std::uint32_t i = 0; i < known.count; ++i) {
+    const glm::dvec3 start = known.at[i].x;
+    Places places;
+    places[0] = start;
+    ++counts.retraced;
+    if (retrace(point, places) && accept(point, places)) {
+      add(point, places, start, starts, result);
+    } else {
+      ++counts.notConverged;
     }
   }
-  return result;
 }
 
 double Reflector::hiddenAt(std::size_t turn, const glm::dvec3& from,

@@ -94,10 +94,9 @@ class Reflector {
   /// last reflector itself.
   Reflections reflectionsOf(const glm::dvec3& point, bool own, RayOctree::Cursor& cursor,
                             PathCounts& counts) const;
-  /// Those near the known reflections of other points near to it.
-  Reflections reflectionsNear(const glm::dvec3& point,
-                              std::initializer_list<const Reflections*> known,
-                              PathCounts& counts) const;
+  /// Adds to a point's exact reflections those near the known ones of another point near to it.
+  void addReflectionsNear(const glm::dvec3& point, const Reflections& known, Reflections& result,
+                          PathCounts& counts) const;
   /// Where a point that the last reflector hides would show without it: itself, or its reflection
   /// in the reflectors before. `share`: up to where it is hidden. `cursor` of the sequence before.
   std::optional<Reflection> hidden(const glm::dvec3& point, RayOctree::Cursor& cursor,

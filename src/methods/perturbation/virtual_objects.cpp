@@ -28,6 +28,8 @@ constexpr float kBlindEdge = 0.7f;
 constexpr float kMargin = 8.0f;
 /// Edges that miss their middle after all halvings are torn when longer than this, pixels (ours).
 constexpr float kTornEdge = 6.0f;
+/// Edges that a thread looks at in one go.
+constexpr std::size_t kGrain = 1024;
 /// Over how many edges reflections are looked for in a round of halvings (ours).
 constexpr int kSpreadRounds = 2;
 
@@ -104,6 +106,16 @@ std::size_t counterpart(const Reflections& a, std::size_t i, const Reflections& 
   return j;
 }
 
+/// Whether one end of an edge may have more reflections than were found: the other has others. One
+/// at each end is the same.
+bool lacks(const Reflections& mine, const Reflections& others) {
+  if (mine.count == others.count && mine.count < 2) return false;
+  for (std::size_t i = 0; i < others.count; ++i) {
+    if (counterpart(others, i, mine) == kMaxReflections) return true;
+  }
+  return false;
+}
+
 /// Where the middle of an edge may be reflected: between what continues from end to end, and where
 /// only one end is.
 Reflections between(const Reflections& a, const Reflections& b) {
@@ -174,7 +186,7 @@ class Builder {
           const Edge edge{edges[i]};
           const Reflections guess =
               between(nodes_[edge.a()].reflections, nodes_[edge.b()].reflections);
-          node.reflections = reflector_.reflectionsNear(node.position, {&guess}, own.paths);
+          reflector_.addReflectionsNear(node.position, guess, node.reflections, own.paths);
         }
         if (node.reflections.count == 0)
           node.reflections = reflector_.reflectionsOf(node.position, own_, cursor, own.paths);
@@ -190,52 +202,74 @@ class Builder {
     });
   }
 
+  /// Those of `a` that nothing of `b` continues, or nothing near.
+  Reflections news(const Reflections& a, const Reflections& b) const {
+    Reflections rest;
+    for (std::size_t i = 0; i < a.count; ++i) {
+      const std::size_t j = counterpart(a, i, b);
+      if (j != kMaxReflections) {
+        const auto xa = projection_(a.at[i].x);
+        const auto xb = projection_(b.at[j].x);
+        if (!xa || !xb || glm::distance(*xa, *xb) < kTornEdge) continue;
+      }
+      rest.at[rest.count++] = a.at[i];
+    }
+    return rest;
+  }
+
   /// What one end of an edge found, the other is looked for at: the nearest rays need not lead to
   /// all reflections.
   void spread(const std::vector<std::uint64_t>& edges) {
+    std::vector<bool> changed(nodes_.size(), true);
     for (int round = 0; round < kSpreadRounds; ++round) {
+      std::vector<std::uint8_t> lacking(edges.size());  // 1: the first end, 2: the second
+      parallelFor(edges.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          const Edge edge{edges[i]};
+          const Node& a = nodes_[edge.a()];
+          const Node& b = nodes_[edge.b()];
+          if ((!changed[edge.a()] && !changed[edge.b()]) || a.hidden || b.hidden) continue;
+          if (lacks(a.reflections, b.reflections)) lacking[i] |= 1;
+          if (lacks(b.reflections, a.reflections)) lacking[i] |= 2;
+        }
+      });
       std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted;  // node, neighbour
-      for (const std::uint64_t ends : edges) {
-        const Edge edge{ends};
-        const Reflections& a = nodes_[edge.a()].reflections;
-        const Reflections& b = nodes_[edge.b()].reflections;
-        if (a.count == b.count && a.count < 2) continue;
-        if (nodes_[edge.a()].hidden || nodes_[edge.b()].hidden) continue;
-        for (std::size_t i = 0; i < a.count; ++i) {
-          if (counterpart(a, i, b) == kMaxReflections) {
-            wanted.emplace_back(edge.b(), edge.a());
-            break;
-          }
-        }
-        for (std::size_t i = 0; i < b.count; ++i) {
-          if (counterpart(b, i, a) == kMaxReflections) {
-            wanted.emplace_back(edge.a(), edge.b());
-            break;
-          }
-        }
+      for (std::size_t i = 0; i < edges.size(); ++i) {
+        const Edge edge{edges[i]};
+        if ((lacking[i] & 1) != 0) wanted.emplace_back(edge.a(), edge.b());
+        if ((lacking[i] & 2) != 0) wanted.emplace_back(edge.b(), edge.a());
       }
       std::sort(wanted.begin(), wanted.end());
-      std::vector<Reflections> found(wanted.size());
+      std::vector<std::size_t> firsts;  // of each node's neighbours
+      for (std::size_t i = 0; i < wanted.size(); ++i) {
+        if (i == 0 || wanted[i].first != wanted[i - 1].first) firsts.push_back(i);
+      }
+      std::vector<Reflections> found(firsts.size());
       std::mutex mutex;
-      parallelFor(wanted.size(), 32, [&](std::size_t begin, std::size_t end) {
+      parallelFor(firsts.size(), 32, [&](std::size_t begin, std::size_t end) {
         TriangleCounts own;
-        for (std::size_t i = begin; i < end; ++i) {
-          found[i] = reflector_.reflectionsNear(
-              nodes_[wanted[i].first].position,
-              {&nodes_[wanted[i].first].reflections, &nodes_[wanted[i].second].reflections},
-              own.paths);
+        for (std::size_t k = begin; k < end; ++k) {
+          const Node& node = nodes_[wanted[firsts[k]].first];
+          const std::size_t last = k + 1 < firsts.size() ? firsts[k + 1] : wanted.size();
+          found[k] = node.reflections;
+          for (std::size_t i = firsts[k]; i < last; ++i) {
+            const Reflections more = news(nodes_[wanted[i].second].reflections, found[k]);
+            reflector_.addReflectionsNear(node.position, more, found[k], own.paths);
+          }
         }
         const std::lock_guard lock(mutex);
         counts_.add(own);
       });
-      bool changed = false;
-      for (std::size_t i = 0; i < wanted.size(); ++i) {
-        Reflections& now = nodes_[wanted[i].first].reflections;
-        if (found[i].count <= now.count) continue;
-        now = found[i];
-        changed = true;
+      std::fill(changed.begin(), changed.end(), false);
+      bool any = false;
+      for (std::size_t k = 0; k < firsts.size(); ++k) {
+        const std::uint32_t number = wanted[firsts[k]].first;
+        if (found[k].count == nodes_[number].reflections.count) continue;
+        nodes_[number].reflections = found[k];
+        changed[number] = true;
+        any = true;
       }
-      if (!changed) break;
+      if (!any) break;
     }
   }
 
@@ -337,13 +371,15 @@ class Builder {
     if (exactMiddles_) spread(edges);
 
     // Middles of those that may be too long
+    std::vector<Look> looks(edges.size());
+    parallelFor(edges.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) looks[i] = lookAt({edges[i]});
+    });
     std::vector<std::uint64_t> looked;
-    std::vector<Look> looks;
-    for (const std::uint64_t ends : edges) {
-      const Look look = lookAt({ends});
-      if (look == Look::No) continue;
-      looked.push_back(ends);
-      looks.push_back(look);
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      if (looks[i] == Look::No) continue;
+      looks[looked.size()] = looks[i];
+      looked.push_back(edges[i]);
     }
     const std::size_t first = nodes_.size();
     for (const std::uint64_t ends : looked) {
@@ -354,16 +390,18 @@ class Builder {
       nodes_.push_back(node);
     }
     lookUp(first, looked);
-    std::vector<bool> halved(looked.size());
-    for (std::size_t i = 0; i < looked.size(); ++i)
-      halved[i] = looks[i] == Look::Halve || misses({looked[i]}, nodes_[first + i]);
+    std::vector<std::uint8_t> halved(looked.size());
+    parallelFor(looked.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        halved[i] = looks[i] == Look::Halve || misses({looked[i]}, nodes_[first + i]) ? 1 : 0;
+    });
     constexpr std::uint32_t kWhole = ~0u;
     const auto middleOf = [&](std::uint32_t a, std::uint32_t b) {
       const std::uint64_t ends = endsOf(a, b);
       const auto found = std::lower_bound(looked.begin(), looked.end(), ends);
       if (found == looked.end() || *found != ends) return kWhole;
       const auto i = static_cast<std::size_t>(found - looked.begin());
-      return halved[i] ? static_cast<std::uint32_t>(first + i) : kWhole;
+      return halved[i] != 0 ? static_cast<std::uint32_t>(first + i) : kWhole;
     };
 
     std::vector<Triangle> pieces;
