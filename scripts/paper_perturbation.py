@@ -4,7 +4,8 @@ import pathlib
 import statistics
 
 import paper_povray
-from paper_run import exponent, machine, number, preview, sheet
+from paper_run import exponent, machine, number, preview
+from paper_run import sheet as panels
 
 FIGURES = {  # config, seconds as printed in Table I: initial, update, ray tracing
     "Fig. 8": ("perturbation", "0.43", "0.1", "41"),
@@ -101,6 +102,10 @@ def figures(bench, document):
     sheet(document.picture("fig13.png", "Approximation orders"),
           [[close(preview(frame_of(bench, "perturbation", m, last)))
             for m in ("nearest", "linear", "quadratic")]], ["nearest", "linear", "quadratic"])
+
+
+def sheet(file, rows, labels):
+    panels(file, rows, labels, 1152 // max(3, len(labels)))
 
 
 def close(picture):

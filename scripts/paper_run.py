@@ -12,8 +12,6 @@ import time
 
 NOT_RENDERING = {"wait", "layers", "disocclusions"}  # for the writers, or of asked-for extras
 
-PANEL_PIXELS = 256  # width of a panel
-
 
 class Frames:
     """One method's frames of one or several processes: steps in seconds and counters, by frame."""
@@ -164,11 +162,11 @@ def preview(frame):
     return Image.open(str(frame).replace("/frames/", "/previews/").replace(".exr", ".png"))
 
 
-def sheet(file, rows, labels):
-    """Rows of panels, as wide as PANEL_PIXELS, with a label above each column."""
+def sheet(file, rows, labels, width=256):
+    """Rows of panels, `width` pixels wide, with a label above each column."""
     from PIL import Image, ImageDraw, ImageFont
     bar, gap = 22, 4
-    width, height = PANEL_PIXELS, round(PANEL_PIXELS * rows[0][0].height / rows[0][0].width)
+    height = round(width * rows[0][0].height / rows[0][0].width)
     out = Image.new("RGB", (len(labels) * (width + gap) - gap,
                             bar + len(rows) * (height + gap) - gap), "white")
     font = ImageFont.truetype("DejaVuSans.ttf", 13)

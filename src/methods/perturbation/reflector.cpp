@@ -300,6 +300,7 @@ bool Reflector::accept(const glm::dvec3& point, const Places& places) const {
     if (!(towardsFrom * glm::dot(*normal, ahead) > 0.0)) return false;
     // What is seen of the inside is seen through an opening
     if (towardsFrom < 0.0 && hiddenAt(i, from, x) < 1.0 - kOffSurface) return false;
+    if (options_.order == Order::Nearest) continue;  // is where it is, however wrong
     const glm::dvec3 mirrored = glm::reflect(glm::normalize(-back), *normal);
     if (!(glm::length(glm::cross(mirrored, glm::normalize(ahead))) < kWildPerturbation))
       return false;
