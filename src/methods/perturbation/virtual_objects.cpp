@@ -138,6 +138,7 @@ class Builder {
       : reflector_(reflector),
         projection_(view),
         exactMiddles_(order == Order::Auto),
+        jumps_(order == Order::Nearest),
         options_(options),
         counts_(counts) {}
 
@@ -155,7 +156,8 @@ class Builder {
       for (std::size_t c = 0; c < 3; ++c)
         triangles[t][c] = geometry.indices[range.firstIndex + 3 * t + c] - range.firstVertex;
     }
-    const int halvings = options_.errorPixels > 0.0f ? options_.maxHalvings : 0;
+    // Nearest paths jump from sample to sample however short the edges are
+    const int halvings = jumps_ || options_.errorPixels <= 0.0f ? 0 : options_.maxHalvings;
     for (int level = 0; !triangles.empty(); ++level) triangles = halve(triangles, level < halvings);
     counts_.vertices += nodes_.size();
     counts_.triangles += result_.indices.size() / 3;
@@ -409,7 +411,7 @@ class Builder {
       const std::array<std::uint32_t, 3> m{middleOf(t[0], t[1]), middleOf(t[1], t[2]),
                                            middleOf(t[2], t[0])};
       const auto count = 3 - std::count(m.begin(), m.end(), kWhole);
-      if (!mayHalve && count > 0 && torn(t)) {
+      if (!mayHalve && !jumps_ && count > 0 && torn(t)) {
         ++counts_.dropped;
       } else if (count == 0 || !mayHalve) {
         put(t);
@@ -505,6 +507,7 @@ class Builder {
   const Reflector& reflector_;
   Projection projection_;
   bool exactMiddles_;
+  bool jumps_;
   bool own_ = false;
   TriangleOptions options_;
   TriangleCounts& counts_;
