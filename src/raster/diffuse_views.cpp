@@ -185,7 +185,8 @@ void SceneRaster::State::listView(const DiffuseView& view, std::span<const std::
 void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
                                    std::span<const gl::Framebuffer> layers,
                                    const frame::Geometry& geometry, const frame::Lighting& lighting,
-                                   std::span<std::uint64_t> triangles, bool compound) {
+                                   std::span<std::uint64_t> triangles, bool compound,
+                                   const gl::Texture* peeled) {
   State& s = *state_;
   if (views.empty()) return;
 
@@ -208,7 +209,7 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
   });
   std::vector<std::size_t> firstIndex(views.size() + 1, 0);
   for (std::size_t i = 0; i < views.size(); ++i) {
-    triangles[i] = lists[i].indices.size() / 3;
+    triangles[i] = (peeled != nullptr && views[i].peel ? 2 : 1) * lists[i].indices.size() / 3;
     firstIndex[i + 1] = firstIndex[i] + lists[i].indices.size();
   }
 
@@ -331,75 +332,91 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
   // llvmpipe (Mesa 22.3.6) clips by a distance that a shader writes even where no clip distance is
   // enabled: one always is, and what should not be clipped has a distance of 1
   if (!compound) glEnable(GL_CLIP_DISTANCE0);
-  const std::uint32_t pass = kViews | (compound ? kCompound : 0u);
-  int layer = -1;
-  std::uint32_t group = ~0u;
-  GLuint program = 0;
-  int material = -1;
-  std::uint32_t object = static_cast<std::uint32_t>(s.objects.size());
   Sides state = Sides::Both;
-  std::uint64_t batched = 0;
-  for (std::size_t k = 0; k < draws.size();) {
-    const Draw& draw = draws[k];
-    const DiffuseView& view = views[draw.view];
-    if (view.layer != layer) {
-      layer = view.layer;
-      layers[layer].bind();
-    }
-    if (draw.object != object) {
-      object = draw.object;
-      const ObjectInfo& info = s.objects[object];
-      const Variant& v =
-          s.variant(diffusePassFeatures(litFeatures(info.features, sky)) | pass, lighting);
-      if (v.program.id() != program) {
-        program = v.program.id();
-        glUseProgram(program);
+  const auto drawAll = [&](bool behind) {
+    const std::uint32_t pass =
+        kViews | (compound ? kCompound : 0u) | (behind ? std::uint32_t{kPeel} : 0u);
+    int layer = -1;
+    std::uint32_t group = ~0u;
+    GLuint program = 0;
+    int material = -1;
+    std::uint32_t object = static_cast<std::uint32_t>(s.objects.size());
+    std::uint64_t batched = 0;
+    for (std::size_t k = 0; k < draws.size();) {
+      const Draw& draw = draws[k];
+      const DiffuseView& view = views[draw.view];
+      if (behind && !view.peel) {
+        ++k;
+        continue;
       }
-      if (info.material != material) {
-        material = info.material;
-        s.materials.bind(material);
+      const bool newLayer = view.layer != layer;
+      if (newLayer) {
+        layer = view.layer;
+        layers[static_cast<std::size_t>(layer) + (behind ? layers.size() / 2 : 0)].bind();
       }
-      if (v.uvPerMetre >= 0) glUniform1f(v.uvPerMetre, s.uvPerMetre[object]);
-    }
-    const bool own = draw.sides == Sides::OwnFront || draw.sides == Sides::OwnBoth;
-    if (draw.sides != state) {
-      state = draw.sides;
-      const bool fronts = state == Sides::Front || state == Sides::OwnFront;
-      (fronts ? glEnable : glDisable)(GL_CULL_FACE);
-      if (compound) (own ? glEnable : glDisable)(GL_CLIP_DISTANCE0);
-    }
-    if (compound) {
-      if (draw.group != group) {
-        group = draw.group;
-        glViewport(0, 0, layers[layer].width(), layers[layer].height());
-        glScissor(0, 0, layers[layer].width(), layers[layer].height());
-        s.viewBlocks.bindUniformRange(kViewBinding, group * kGroupBytes, kGroupBytes);
+      if (draw.object != object || newLayer) {
+        object = draw.object;
+        const ObjectInfo& info = s.objects[object];
+        const Variant& v =
+            s.variant(diffusePassFeatures(litFeatures(info.features, sky)) | pass, lighting);
+        if (v.program.id() != program) {
+          program = v.program.id();
+          glUseProgram(program);
+        }
+        if (info.material != material) {
+          material = info.material;
+          s.materials.bind(material);
+        }
+        if (behind) glUniform1i(v.frontLayer, layer);
+        if (v.uvPerMetre >= 0) glUniform1f(v.uvPerMetre, s.uvPerMetre[object]);
       }
-      const std::size_t first = k;
-      for (; k < draws.size() && draws[k].object == draw.object && draws[k].sides == draw.sides &&
-             draws[k].group == group;
-           ++k) {
-        batched += draws[k].count / 3;
+      const bool own = draw.sides == Sides::OwnFront || draw.sides == Sides::OwnBoth;
+      if (draw.sides != state) {
+        state = draw.sides;
+        const bool fronts = state == Sides::Front || state == Sides::OwnFront;
+        (fronts ? glEnable : glDisable)(GL_CULL_FACE);
+        if (compound) (own ? glEnable : glDisable)(GL_CLIP_DISTANCE0);
       }
-      glMultiDrawElementsIndirect(
-          GL_TRIANGLES, GL_UNSIGNED_INT,
-          reinterpret_cast<const void*>(std::uintptr_t{first} * sizeof(Command)),
-          static_cast<GLsizei>(k - first), sizeof(Command));
-    } else {
-      glViewport(view.x, view.y, view.width, view.height);
-      glScissor(view.x, view.y, view.width, view.height);
-      s.viewBlocks.bindUniformRange(
-          kViewBinding, (2 * draw.view + (own ? 1 : 0)) * sizeof(ViewBlock), sizeof(ViewBlock));
-      glDrawElements(
-          GL_TRIANGLES, static_cast<GLsizei>(draw.count), GL_UNSIGNED_INT,
-          reinterpret_cast<const void*>(std::uintptr_t{draw.first} * sizeof(std::uint32_t)));
-      batched += draw.count / 3;
-      ++k;
+      if (compound) {
+        if (draw.group != group) {
+          group = draw.group;
+          glViewport(0, 0, layers[layer].width(), layers[layer].height());
+          glScissor(0, 0, layers[layer].width(), layers[layer].height());
+          s.viewBlocks.bindUniformRange(kViewBinding, group * kGroupBytes, kGroupBytes);
+        }
+        const std::size_t first = k;
+        for (; k < draws.size() && draws[k].object == draw.object && draws[k].sides == draw.sides &&
+               draws[k].group == group && (!behind || views[draws[k].view].peel);
+             ++k) {
+          batched += draws[k].count / 3;
+        }
+        glMultiDrawElementsIndirect(
+            GL_TRIANGLES, GL_UNSIGNED_INT,
+            reinterpret_cast<const void*>(std::uintptr_t{first} * sizeof(Command)),
+            static_cast<GLsizei>(k - first), sizeof(Command));
+      } else {
+        glViewport(view.x, view.y, view.width, view.height);
+        glScissor(view.x, view.y, view.width, view.height);
+        s.viewBlocks.bindUniformRange(
+            kViewBinding, (2 * draw.view + (own ? 1 : 0)) * sizeof(ViewBlock), sizeof(ViewBlock));
+        glDrawElements(
+            GL_TRIANGLES, static_cast<GLsizei>(draw.count), GL_UNSIGNED_INT,
+            reinterpret_cast<const void*>(std::uintptr_t{draw.first} * sizeof(std::uint32_t)));
+        batched += draw.count / 3;
+        ++k;
+      }
+      if (batched >= kTrianglesPerBatch) {
+        glFlush();
+        batched = 0;
+      }
     }
-    if (batched >= kTrianglesPerBatch) {
-      glFlush();
-      batched = 0;
-    }
+  };
+  drawAll(false);
+  if (peeled != nullptr) {
+    // What is read is another layer than what is written
+    glTextureBarrier();
+    peeled->bind(5);
+    drawAll(true);
   }
   glDisable(GL_CULL_FACE);
   glDisable(GL_CLIP_DISTANCE0);

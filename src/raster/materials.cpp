@@ -189,6 +189,7 @@ std::vector<gl::Define> featureDefines(std::uint32_t features) {
           {"VIRTUAL", flag(kVirtual)},
           {"PLACES", flag(kPlaces)},
           {"COMPOUND", flag(kCompound)},
+          {"PEEL", flag(kPeel)},
           {"UV0", uv0 ? "1" : "0"},
           {"UV1", uv1 ? "1" : "0"}};
 }

@@ -34,6 +34,7 @@ enum Feature : std::uint32_t {
   kCompound = 1u << 16,     ///< ... and many of them in one draw
   kVirtual = 1u << 17,      ///< drawn where a reflector shows it
   kPlaces = 1u << 18,       ///< ... by way of others, with the places of the last reflection
+  kPeel = 1u << 19,         ///< of many views: what lies behind the nearest surface
 };
 
 /// Features of a material by itself.

@@ -199,6 +199,7 @@ Variant& SceneRaster::State::variant(std::uint32_t features, const frame::Lighti
     made.depthSlack = made.program.location("depthSlack");
     made.fresnel = made.program.location("fresnel");
   }
+  if ((features & kPeel) != 0) made.frontLayer = made.program.location("frontLayer");
   return ofLights.emplace(features, std::move(made)).first->second;
 }
 

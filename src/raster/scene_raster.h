@@ -49,6 +49,7 @@ struct DiffuseView {
   int ownObject = 0;
   bool skipOwn = false;
   bool ownBacks = false;                 ///< draw its faces that are turned away, too
+  bool peel = false;                     ///< draw a second layer, too
   Vec4 ownClip{0.0f, 0.0f, 0.0f, 1.0f};  ///< ... and only where dot(ownClip, (p, 1)) > 0
 };
 
@@ -89,10 +90,13 @@ class SceneRaster {
   /// `layers[view.layer]`, whose depth the caller has cleared there (where it stays, nothing was
   /// drawn). Triangles that certainly show nothing and levels of detail finer than a view asks for
   /// are not drawn. `geometry`: of the last update(). `triangles[i]`: drawn for views[i].
-  /// `compound`: one draw sends an object's triangles to all views of a layer.
+  /// `compound`: one draw sends an object's triangles to all views of a layer. `peeled`: the array
+  /// whose layers are the depth of `layers`, the second half of them for the nearest surfaces
+  /// behind those of the first, where views ask for it; or null.
   void drawDiffuseViews(std::span<const DiffuseView> views, std::span<const gl::Framebuffer> layers,
                         const frame::Geometry& geometry, const frame::Lighting& lighting,
-                        std::span<std::uint64_t> triangles, bool compound = false);
+                        std::span<std::uint64_t> triangles, bool compound = false,
+                        const gl::Texture* peeled = nullptr);
 
   /// Draws the diffuse radiance of virtual objects into the bound framebuffer's colour 0 and depth
   /// (reversed-Z, cleared by the caller), each on the samples of its reflector. drawGBuffer() with

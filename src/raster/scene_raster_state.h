@@ -26,6 +26,7 @@ struct Variant {
   GLint reflector = -1;  ///< of virtual objects
   GLint depthSlack = -1;
   GLint fresnel = -1;
+  GLint frontLayer = -1;  ///< of what lies behind
 };
 
 /// What drawing needs of an object beside its triangles.

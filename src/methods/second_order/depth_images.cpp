@@ -68,13 +68,14 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
                        const Vec3& frameEye, const frame::Geometry& geometry,
                        const frame::Lighting& lighting, raster::SceneRaster& raster,
                        std::span<std::uint64_t> triangles) {
-  if (color_.layers() < atlas_.layers) {
+  const int layers = atlas_.layers * options_.depthLayers;
+  if (color_.layers() < layers) {
     targets_.clear();
     color_ = gl::Texture::makeArray("depth images, colour", GL_RGBA16F, layerWidth_, layerHeight_,
-                                    atlas_.layers);
+                                    layers);
     depth_ = gl::Texture::makeArray("depth images, depth", GL_DEPTH_COMPONENT32F, layerWidth_,
-                                    layerHeight_, atlas_.layers);
-    for (int layer = 0; layer < atlas_.layers; ++layer) {
+                                    layerHeight_, layers);
+    for (int layer = 0; layer < layers; ++layer) {
       targets_.emplace_back(
           "depth images",
           std::initializer_list<gl::Attachment>{{.texture = color_, .layer = layer}},
@@ -110,12 +111,14 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
     view.ownClip =
         Vec4(Vec3(cameras[i].own), cameras[i].own.w - glm::dot(Vec3(cameras[i].own), frameEye));
     view.ownBacks = cameras[i].mirrorGrid;  // its plane says what lies before it
+    view.peel = !cameras[i].mirrorGrid;
     view.skipOwn = skipOwn[static_cast<std::size_t>(clusters[i].object)];
     views.push_back(view);
   }
   prepareDepth(clusters, cameras, skipOwn, order, samplesOnGrids);
   std::vector<std::uint64_t> drawn(views.size());
-  raster.drawDiffuseViews(views, targets_, geometry, lighting, drawn, options_.compound);
+  raster.drawDiffuseViews(views, targets_, geometry, lighting, drawn, options_.compound,
+                          options_.depthLayers > 1 ? &depth_ : nullptr);
   for (std::size_t k = 0; k < order.size(); ++k) triangles[order[k]] = drawn[k];
   writeTable(clusters, cameras, triangles);
 }
@@ -162,8 +165,12 @@ void DepthImages::prepareDepth(std::span<const Cluster> clusters,
     for (; last < order.size() && atlas_.places[order[last]].layer == layer; ++last) {
       bottom = std::max(bottom, atlas_.places[order[last]].y + cameras[order[last]].height);
     }
-    targets_[layer].bind();
     glScissor(0, 0, layerWidth_, bottom);
+    if (secondLayer() > 0) {
+      targets_[layer + secondLayer()].bind();
+      targets_[layer + secondLayer()].clearDepth(0.0f);
+    }
+    targets_[layer].bind();
     targets_[layer].clearDepth(0.0f);
 
     // Texels that no sample will look at

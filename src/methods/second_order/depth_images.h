@@ -19,6 +19,7 @@ struct DepthImageOptions {
   float levelErrorTexels = 1.0f;             ///< of levels of detail; 0: always the finest
   std::uint64_t memoryBytes = 512ull << 20;  ///< of all layers
   bool compound = true;                      ///< one draw for all images of a layer
+  int depthLayers = 1;                       ///< of the images of what is not a planar mirror
 };
 
 /// Textures are kept from frame to frame and grow when a frame needs more.
@@ -45,8 +46,12 @@ class DepthImages {
 
   /// Binds colour and depth images and the table of clusters, as intersect.frag names them.
   void bind() const;
+  /// From an image's layer of the atlas to that of what lies behind; 0: there is none.
+  int secondLayer() const { return options_.depthLayers > 1 ? color_.layers() / 2 : 0; }
   /// Of the layers that the last fits() has filled.
-  std::uint64_t bytes() const { return layerBytes() * static_cast<std::uint64_t>(atlas_.layers); }
+  std::uint64_t bytes() const {
+    return layerBytes() * static_cast<std::uint64_t>(atlas_.layers * options_.depthLayers);
+  }
 
  private:
   std::uint64_t layerBytes() const;
@@ -66,7 +71,7 @@ class DepthImages {
   int layerWidth_ = 1;
   int layerHeight_ = 1;
   Atlas atlas_;
-  gl::Texture color_;  ///< RGBA16F
+  gl::Texture color_;  ///< RGBA16F; of two depth layers the second half
   gl::Texture depth_;
   std::vector<gl::Framebuffer> targets_;
   gl::Buffer tableBuffer_;

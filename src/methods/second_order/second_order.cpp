@@ -96,6 +96,14 @@ const config::Schema& schema() {
                "one draw sends an object's triangles to all depth images of a layer; otherwise a "
                "draw for each image",
            .defaultText = "true"},
+          {.name = "depth_layers",
+           .type = config::FieldType::Integer,
+           .help =
+               "2: depth images of what is not a planar mirror have the second nearest surface, "
+               "too, for rays that pass behind the nearest",
+           .defaultText = "1",
+           .minimum = 1,
+           .maximum = 2},
           {.name = "environment_face_size",
            .type = config::FieldType::Integer,
            .help = "texels along the edge of a face of the cube map for rays that find nothing",
@@ -162,6 +170,7 @@ Options parseOptions(const config::Value& value) {
   options.images.levelErrorTexels = number("level_error");
   options.images.memoryBytes = static_cast<std::uint64_t>(integer("memory_mib")) << 20;
   options.images.compound = config::valueOr(value, schema(), "compound").asBool();
+  options.images.depthLayers = static_cast<int>(integer("depth_layers"));
   options.neighbourhood = config::valueOr(value, schema(), "glossy").asString() == "neighbourhood";
   options.glossyReach = number("glossy_reach");
   options.selfIntersect =
@@ -218,8 +227,8 @@ constexpr int kMostShrinks = 24;
 /// Samples along the edge of a tile with a sample that is still to be looked up. Ours.
 constexpr int kTileSamples = 4;
 
-constexpr std::array<const char*, 6> kCountNames = {"environment",   "sky",        "bridged",
-                                                    "below_horizon", "met_itself", "faded"};
+constexpr std::array<const char*, 7> kCountNames = {
+    "environment", "sky", "bridged", "below_horizon", "met_itself", "faded", "second_layer_hits"};
 
 /// Counted on the CPU; 0 where nothing reflects.
 constexpr std::array<const char*, 15> kClusterCountNames = {
@@ -389,6 +398,7 @@ class SecondOrder : public Method {
     defines.push_back({"FADE", options_.glossyReach > 0.0f ? "1" : "0"});
     defines.push_back({"SELF", options_.selfIntersect ? "1" : "0"});
     defines.push_back({"FOUND", options_.countDisocclusions ? "1" : "0"});
+    defines.push_back({"LAYERS", std::to_string(options_.images.depthLayers)});
     defines.push_back({"EXACT_GRID", exactGrid ? "1" : "0"});
     defines.push_back({"TILE", std::to_string(kTileSamples)});
     return gl::Program(label, {.vertex = *kind == '3' ? "methods/second_order/shaders/tiles.vert"
@@ -445,6 +455,7 @@ class SecondOrder : public Method {
       tiles_.bindStorage(3);
       program.set("tilesAcross", tilesAcross_);
       program.set("tileCount", tileCount_);
+      if (options_.images.depthLayers > 1) program.set("secondLayer", images_->secondLayer());
       program.set("rayFromPixel",
                   scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight()));
       gbuffer.diffuse.bindImage(4, GL_READ_ONLY);

@@ -251,6 +251,38 @@ TEST(SecondOrder, CompoundImagesAreAsGood) {
   }
 }
 
+TEST(SecondOrder, ASecondDepthLayerShowsWhatIsHidden) {
+  // A ball that reflects posts close to it, in clusters so large that their cameras do not see what
+  // some rays see behind the posts
+  const auto frame = [](const std::string& layers) {
+    scene::Scene scene =
+        roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f));
+    return Comparison(
+        std::move(scene), cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}),
+        R"({"max_theta_bins": 6, "max_phi_bins": 3, "count_disocclusions": true)" + layers + "}");
+  };
+  const Comparison one = frame("");
+  const Comparison two = frame(R"(, "depth_layers": 2)");
+  const auto count = [](const Comparison& of, const char* name) {
+    return of.output.counters.at(name);
+  };
+  EXPECT_EQ(count(one, "second_layer_hits"), 0u);
+  EXPECT_GT(count(two, "second_layer_hits"), 100u);
+  EXPECT_LT(count(two, "disoccluded") + count(two, "wrong_hit"),
+            count(one, "disoccluded") + count(one, "wrong_hit"));
+  EXPECT_LT(two.l1Of8Bit, 0.9 * one.l1Of8Bit);
+  EXPECT_EQ(count(two, "depth_image_bytes"), 2 * count(one, "depth_image_bytes"));
+  EXPECT_TRUE(two.finite);
+  EXPECT_EQ(frame(R"(, "depth_layers": 2)").l1Of8Bit, two.l1Of8Bit);  // the same again
+  // A planar mirror never needs it
+  const auto plane = [](const char* options) {
+    return Comparison(
+        roomWith(scene::makePlane({4.0f, 4.0f}, {1, 1}, scene::UvMode::Metres), Mat4(1.0f)),
+        cameraAt({0.7f, 1.5f, 3.2f}, {0.0f, 0.0f, 0.0f}), options);
+  };
+  EXPECT_EQ(plane("{}").l1Of8Bit, plane(R"({"depth_layers": 2})").l1Of8Bit);
+}
+
 TEST(SecondOrder, EmptyImagesShowTheSky) {
   // Nothing but the mirror itself
   test::SceneBuilder builder;

@@ -49,6 +49,13 @@ layout(binding = 5) uniform usampler2D reflectorSamples;
 layout(binding = 6) uniform sampler2D depthSamples;
 #endif
 
+#if PEEL
+uniform int frontLayer;
+layout(binding = 5) uniform sampler2DArray frontDepth;
+// Nearer to the first layer, in depth, hence in parallax, nothing is drawn. Ours.
+const float kPeelDepth = 1e-3;
+#endif
+
 vec2 slotUv(Slot slot, vec2 uv) {
   return slot.linear.xy * uv.x + slot.linear.zw * uv.y + slot.offset.xy;
 }
@@ -69,6 +76,11 @@ void main() {
   if (texelFetch(reflectorSamples, ivec2(gl_FragCoord.xy), 0).r != reflector ||
       gl_FragCoord.z > surfaceDepth ||
       abs(vertexShare / gl_FragCoord.z - 1.0 / surfaceDepth) > depthSlack) {
+    discard;
+  }
+#endif
+#if PEEL
+  if (gl_FragCoord.z > texelFetch(frontDepth, ivec3(gl_FragCoord.xy, frontLayer), 0).r - kPeelDepth) {
     discard;
   }
 #endif

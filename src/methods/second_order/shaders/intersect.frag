@@ -7,6 +7,7 @@
 //   NEIGHBOURHOOD  1: of a lobe one ray is walked, the others are looked up at its distance
 //   FADE    1: rays of a lobe end at `reach` (1 - g) / g metres, fading to the diffuse colour
 //   SELF    1: rays of concave clusters are intersected with their own cluster, too
+//   LAYERS  2: rays that pass behind what they meet look for it in a second depth layer, too
 //   FOUND   1: what each ray found is written, to be compared with Embree's rays
 #include "raster/shaders/shading.glsl"
 
@@ -17,6 +18,9 @@ const float kSelfSlack = 1e-4;  // of the depth; ours
 #endif
 #if FADE
 uniform float reach;
+#endif
+#if LAYERS == 2
+uniform int secondLayer;  // from an image's layer of the atlas to the one with what lies behind
 #endif
 uniform float nearMetres;
 uniform float farthest;  // metres: no ray goes farther
@@ -67,6 +71,7 @@ const int kCountBridged = 2;
 const int kCountBelowHorizon = 3;
 const int kCountSelf = 4;
 const int kCountFaded = 5;
+const int kCountSecond = 6;
 
 #if FOUND
 // By sample: bits of the rays that found no surface, where the only ray found one
@@ -118,6 +123,12 @@ DepthImage depthImage(int cluster) {
 float depthAt(DepthImage image, vec2 texel) {
   return texelFetch(depthImages, ivec3(ivec2(texel) + ivec2(image.place.xy), int(image.more.x)), 0).r;
 }
+#if LAYERS == 2
+float secondAt(DepthImage image, vec2 texel) {
+  ivec3 at = ivec3(ivec2(texel) + ivec2(image.place.xy), int(image.more.x) + secondLayer);
+  return texelFetch(depthImages, at, 0).r;
+}
+#endif
 
 // What lies beyond the scene, or what a cube map shows in a direction.
 vec3 beyond(vec3 direction) { return environmentRadiance(direction); }
@@ -186,6 +197,7 @@ struct Hit {
   float depth;
   bool bridged; // over a depth edge
   float metres; // along the ray
+  int layer;    // of the atlas, from the image's
 };
 
 // Where all rays of a sample start.
@@ -210,7 +222,7 @@ Start startAt(DepthImage image, vec3 p) {
 Hit walk(DepthImage image, Start start, vec3 direction, float limit) {
   vec4 along = vec4(dot(image.rowX.xyz, direction), dot(image.rowY.xyz, direction),
                     dot(image.rowZ.xyz, direction), dot(image.rowW.xyz, direction));
-  Hit found = Hit(kMissed, vec2(0.0), 0.0, false, limit);
+  Hit found = Hit(kMissed, vec2(0.0), 0.0, false, limit, 0);
 
   // As far as the frame goes: every border is a plane through the camera's eye
   vec2 size = image.place.zw;
@@ -233,11 +245,21 @@ Hit walk(DepthImage image, Start start, vec3 direction, float limit) {
   float here = before;
   bool front = from.z >= before;
   bool hit = false;
+#if LAYERS == 2
+  float secondBefore = secondAt(image, clamp(from.xy, vec2(0.0), size - 1.0));
+  float second = secondBefore;
+  bool frontOfSecond = from.z >= second;
+#endif
   int i = 0;
   while (i < steps && !hit) {
     // To the next step at which the ray goes behind the image: nothing else is done in this loop,
     // since every lane pays for it
     bool crossed = false;
+#if LAYERS == 2
+    bool crossedFirst = false;
+    bool crossedSecond = false;
+    bool wasFront = false;
+#endif
     while (i < steps && !crossed) {
       ++i;
       before = here;
@@ -245,30 +267,61 @@ Hit walk(DepthImage image, Start start, vec3 direction, float limit) {
       here = depthAt(image, clamp(point.xy, vec2(0.0), size - 1.0));
       bool behind = point.z < here;
       crossed = front && behind;
+#if LAYERS == 2
+      secondBefore = second;
+      second = secondAt(image, clamp(point.xy, vec2(0.0), size - 1.0));
+      bool behindSecond = point.z < second;
+      crossedFirst = crossed;
+      crossedSecond = frontOfSecond && behindSecond;
+      wasFront = front;
+      crossed = crossedFirst || crossedSecond;
+      frontOfSecond = !behindSecond;
+#endif
       front = !behind;
     }
     // The segments of the ray and of the image cross between the two steps
     vec3 point = from + stride * float(i);
-    float rayBefore = from.z + stride.z * float(i - 1);
-    float a = rayBefore - before;
-    float b = here - point.z;
-    float s = a / max(a + b, 1e-30);
     float horizon = dot(image.horizon, vec3(point.xy, 1.0));
-    bool edge = before - horizon < 0.8 * (here - horizon);
+    float shown = here;
+    float shownBefore = before;
+#if LAYERS == 2
+    // A surface of the second layer may have been the first before the step
+    bool nearerFirst = wasFront && abs(before - second) < abs(secondBefore - second);
+    float behindOf = nearerFirst ? before : secondBefore;
+    bool firstEdge = before - horizon < 0.8 * (here - horizon);
+    bool secondEdge = behindOf - horizon < 0.8 * (second - horizon);
+    bool inSecond = crossedSecond && !secondEdge && (!crossedFirst || firstEdge);
+    shown = inSecond ? second : shown;
+    shownBefore = inSecond ? behindOf : shownBefore;
+#endif
+    float rayBefore = from.z + stride.z * float(i - 1);
+    float a = rayBefore - shownBefore;
+    float b = shown - point.z;
+    float s = a / max(a + b, 1e-30);
+    bool edge = shownBefore - horizon < 0.8 * (shown - horizon);
     // Distances from where the ray starts, in units of its W
-    float reach = start.above / (here - horizon) - 1.0;
-    bool edgeFromStart = start.above / max(before - horizon, 1e-30) - 1.0 > 1.25 * reach;
+    float reach = start.above / (shown - horizon) - 1.0;
+    bool edgeFromStart = start.above / max(shownBefore - horizon, 1e-30) - 1.0 > 1.25 * reach;
     bool passes = passing && edgeFromStart &&
                   start.above / (point.z - horizon) - 1.0 > kThickness * reach;
+#if LAYERS == 2
+    // What is seen behind an edge is known here: no ray ends at it that is clearly farther
+    bool behindEdge = edge && point.z - horizon < (shown - horizon) / kThickness;
+    passes = !inSecond && (!crossedFirst || behindEdge);
+#endif
     edge = passing ? edgeFromStart : edge;
     s = edge ? 1.0 : s;
     bool taken = crossed && (!passes || !found.bridged);
+#if LAYERS == 2
+    taken = taken && (crossedFirst || inSecond);
+    found.layer = taken ? (inSecond ? secondLayer : 0) : found.layer;
+#endif
 #if KIND == 2
     found.at = taken ? point.xy : found.at;  // where the image certainly shows something
 #else
     found.at = taken ? mix(point.xy - stride.xy, point.xy, s) : found.at;
 #endif
-    found.depth = taken ? mix(before, here, s) : found.depth;
+    found.depth = taken ? mix(shownBefore, shown, s) : found.depth;
     found.bridged = taken ? edge : found.bridged;
     float share = (float(i - 1) + s) / float(steps);
     float metres = t * share * start.place.w / mix(end.w, start.place.w, share);
@@ -294,7 +347,7 @@ Hit lookUp(DepthImage image, Start start, vec3 direction, Hit centre, float limi
                 all(lessThan(at, image.place.zw));
   float depth = depthAt(image, clamp(at, vec2(0.0), image.place.zw - 1.0));
   int kind = centre.kind == kMissed || !inside ? kMissed : depth > 0.0 ? kHit : kSky;
-  return Hit(kind, at, depth, kind == kHit && centre.bridged, t);
+  return Hit(kind, at, depth, kind == kHit && centre.bridged, t, 0);
 }
 #endif
 
@@ -415,6 +468,10 @@ void main() {
     bool missed = false;
     bool sky = false;
     bool overEdge = false;
+#if LAYERS == 2
+    bool inSecond = false;
+    float layerOfImage = image.more.x;
+#endif
     bool metItself = false;
 #if KIND == 1
     const int rays = 1;
@@ -471,7 +528,14 @@ void main() {
       bool selfHit = self > 0.0 && hit.kind != kHit;
       hit.kind = selfHit ? kSelf : hit.kind;
 #endif
+#if LAYERS == 2
+      image.more.x = layerOfImage + float(hit.layer);
+      inSecond = inSecond || hit.layer > 0;
+#endif
       vec3 seen = hit.kind == kHit ? seenAt(image, hit.at, hit.depth) : vec3(0.0);
+#if LAYERS == 2
+      image.more.x = layerOfImage;
+#endif
 #if SELF
       seen = selfHit ? own : seen;
       metItself = metItself || selfHit;
@@ -523,6 +587,9 @@ void main() {
     if (missed) atomicAdd(counts[kCountMissed], 1u);
     if (sky) atomicAdd(counts[kCountSky], 1u);
     if (overEdge) atomicAdd(counts[kCountBridged], 1u);
+#if LAYERS == 2
+    if (inSecond) atomicAdd(counts[kCountSecond], 1u);
+#endif
 #if KIND == 2 && FADE
     if (faded) atomicAdd(counts[kCountFaded], 1u);
 #endif
