@@ -36,7 +36,8 @@ DepthImages::DepthImages(int sampleWidth, int sampleHeight, float depthImageScal
   };
   layerWidth_ = side(sampleWidth);
   layerHeight_ = side(sampleHeight);
-  const std::uint64_t fitting = options_.memoryBytes / kBytesPerTexel;
+  const std::uint64_t fitting =
+      options_.memoryBytes / (kBytesPerTexel * static_cast<std::uint64_t>(options_.depthLayers));
   const auto most = static_cast<double>(fitting);
   const double texels = static_cast<double>(layerWidth_) * layerHeight_;
   if (texels > most) {
