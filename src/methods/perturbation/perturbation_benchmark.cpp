@@ -1,14 +1,19 @@
-// Evaluations of the bounce's formulas for each second of CPU time, all threads' together, and of
-// the look-up before them.
+// Evaluations of the bounce's formulas for each second of CPU time, all threads' together, of the
+// look-up before them, and of whole updates of a virtual object. `calibration_ms`: a fixed loop's
+// CPU time in the same run, to compare figures of different days and hosts.
 #include <benchmark/benchmark.h>
 
+#include <cmath>
+#include <ctime>
 #include <random>
 
 #include "core/parallel.h"
 #include "methods/perturbation/batch.h"
 #include "methods/perturbation/path.h"
 #include "methods/perturbation/ray_octree.h"
+#include "methods/perturbation/virtual_objects.h"
 #include "scene/implicit/surface.h"
+#include "scene/shapes.h"
 
 namespace catoptric::methods::perturbation {
 namespace {
@@ -171,6 +176,66 @@ void vaseHits(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(s.rays.size()));
 }
 BENCHMARK(vaseHits);
+
+/// Milliseconds of a fixed loop on one core, as in raster_benchmark.
+double calibrate() {
+  const auto now = [] {
+    timespec t{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
+  };
+  const double start = now();
+  float x = 0.5f;
+  for (int i = 0; i < 2'000'000; ++i) x = 3.9f * x * (1.0f - x);
+  benchmark::DoNotOptimize(x);
+  return now() - start;
+}
+
+/// All that follows a move of an object of so many vertices before the vase, but the upload: 640 x
+/// 480, a path every 16th pixel, order and tessellation by default.
+void updates(benchmark::State& state) {
+  const implicit::Surface vase = implicit::vaseSurface();
+  const int rows = static_cast<int>(std::sqrt(0.5 * static_cast<double>(state.range(0))));
+  const scene::Mesh ball = scene::makeSphere(0.5f, 2 * rows, rows, scene::UvMode::Metres);
+  frame::Geometry geometry;
+  for (const Vec3& p : ball.positions) geometry.positions.push_back(p + Vec3(0.9f, 0.9f, 1.2f));
+  geometry.attributes.resize(geometry.positions.size());
+  geometry.indices = ball.indices;
+  frame::ObjectRange range;
+  range.vertexCount = static_cast<std::uint32_t>(geometry.positions.size());
+  range.indexCount = static_cast<std::uint32_t>(geometry.indices.size());
+  geometry.objects.push_back(range);
+  Turn turn{&vase, {}};
+  turn.bounds.extend(Vec3(-1.0f, 0.0f, -1.0f));
+  turn.bounds.extend(Vec3(1.0f, 2.0f, 1.0f));
+  Box3 scene;
+  scene.extend(Vec3(-4.0f, -1.0f, -4.0f));
+  scene.extend(Vec3(4.0f, 4.0f, 6.0f));
+  const View view{scene::lookAt({0.0f, 2.6f, 5.4f}, {0.0f, 0.78f, 0.2f}, {0.0f, 1.0f, 0.0f}, 0.65f),
+                  640, 480};
+  const Reflector reflector({&turn, 1}, nullptr, scene, view, {});
+  setThreadCount(2);
+  TriangleCounts counts;
+  double calibration = std::numeric_limits<double>::infinity();
+  for (auto _ : state) {
+    counts = {};
+    const raster::VirtualTriangles made =
+        virtualTriangles(geometry, 0, reflector, false, view, Order::Auto, {}, counts);
+    benchmark::DoNotOptimize(made.indices.data());
+    state.PauseTiming();
+    calibration = std::min(calibration, calibrate());
+    state.ResumeTiming();
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(counts.vertices));
+  state.counters["vertices"] = static_cast<double>(counts.vertices);
+  state.counters["calibration_ms"] = calibration;
+}
+BENCHMARK(updates)
+    ->RangeMultiplier(4)
+    ->Range(2'000, 128'000)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace catoptric::methods::perturbation

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <initializer_list>
 #include <optional>
 #include <span>
@@ -58,9 +59,39 @@ struct Reflection {
 
 inline constexpr std::size_t kMaxReflections = 12;
 
+/// Up to kMaxReflections; the first two in place, since few points have more and objects have many
+/// points.
+class ReflectionList {
+ public:
+  ReflectionList() = default;
+  ReflectionList(ReflectionList&&) noexcept = default;
+  ReflectionList& operator=(ReflectionList&&) noexcept = default;
+  ReflectionList(const ReflectionList& other)
+      : few_(other.few_), more_(other.more_ ? std::make_unique<More>(*other.more_) : nullptr) {}
+  ReflectionList& operator=(const ReflectionList& other) {
+    return *this = ReflectionList(other);
+  }
+  ~ReflectionList() = default;
+
+  Reflection& operator[](std::size_t i) {
+    if (i < kInPlace) return few_[i];
+    if (!more_) more_ = std::make_unique<More>();
+    return (*more_)[i - kInPlace];
+  }
+  const Reflection& operator[](std::size_t i) const {
+    return i < kInPlace ? few_[i] : (*more_)[i - kInPlace];
+  }
+
+ private:
+  static constexpr std::size_t kInPlace = 2;
+  using More = std::array<Reflection, kMaxReflections - kInPlace>;
+  std::array<Reflection, kInPlace> few_;
+  std::unique_ptr<More> more_;
+};
+
 /// All reflections of one point that were found.
 struct Reflections {
-  std::array<Reflection, kMaxReflections> at;
+  ReflectionList at;
   std::uint32_t count = 0;
 };
 

@@ -384,12 +384,12 @@ class Builder {
       looked.push_back(edges[i]);
     }
     const std::size_t first = nodes_.size();
-    for (const std::uint64_t ends : looked) {
-      const Edge edge{ends};
-      Node node;
+    nodes_.resize(first + looked.size());
+    for (std::size_t i = 0; i < looked.size(); ++i) {
+      const Edge edge{looked[i]};
+      Node& node = nodes_[first + i];
       node.position = 0.5 * (nodes_[edge.a()].position + nodes_[edge.b()].position);
       node.attributes = middle(nodes_[edge.a()].attributes, nodes_[edge.b()].attributes);
-      nodes_.push_back(node);
     }
     lookUp(first, looked);
     std::vector<std::uint8_t> halved(looked.size());
