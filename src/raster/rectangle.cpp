@@ -2,10 +2,10 @@
 
 #include <array>
 #include <cassert>
-#include <cmath>
 #include <utility>
 
 #include "gl/api.h"
+#include "raster/screen.h"
 
 namespace catoptric::raster {
 namespace {
@@ -43,27 +43,7 @@ std::vector<Rectangle> coverOf(const std::vector<std::uint8_t>& tiles, int colum
 
 Rectangle shownRectangle(const scene::Camera& camera, int width, int height,
                          std::span<const Vec3> points) {
-  const Rectangle all{0, 0, width, height};
-  const auto size = glm::dvec2(width, height);
-  const glm::dmat4 clip = glm::dmat4(scene::clipFromCamera(
-                              camera, static_cast<float>(width) / static_cast<float>(height))) *
-                          glm::dmat4(scene::cameraFromWorld(camera));
-  glm::dvec2 low(std::numeric_limits<double>::infinity());
-  glm::dvec2 high = -low;
-  for (const Vec3& point : points) {
-    const glm::dvec4 c = clip * glm::dvec4(glm::dvec3(point), 1.0);
-    if (!(c.w > static_cast<double>(camera.nearMetres))) return all;
-    const glm::dvec2 at = size * (0.5 + 0.5 * glm::dvec2(c.x, -c.y) / c.w);
-    low = glm::min(low, at);
-    high = glm::max(high, at);
-  }
-  if (!(low.x <= high.x)) return {};
-  // Far outside, int would overflow
-  low = glm::clamp(low, glm::dvec2(-1.0), size + 1.0);
-  high = glm::clamp(high, glm::dvec2(-1.0), size + 1.0);
-  return intersection(
-      all, {static_cast<int>(std::floor(low.x)) - 1, static_cast<int>(std::floor(low.y)) - 1,
-            static_cast<int>(std::ceil(high.x)) + 1, static_cast<int>(std::ceil(high.y)) + 1});
+  return Screen(camera, width, height).shows(points);
 }
 
 Rectangle shownRectangle(const scene::Camera& camera, int width, int height, const Box3& box) {

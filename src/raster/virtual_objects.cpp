@@ -3,6 +3,7 @@
 #include <array>
 
 #include "raster/scene_raster_state.h"
+#include "raster/screen.h"
 
 namespace catoptric::raster {
 namespace {
@@ -51,11 +52,12 @@ VirtualObject::VirtualObject(const VirtualTriangles& source, const scene::Camera
   vertices.setAttribute(7, images, 4, GL_FLOAT, 0, sizeof(Vec4));
   if (!source.places.empty()) vertices.setAttribute(8, places, 3, GL_FLOAT, 0, sizeof(Vec3));
   vertices.setIndices(indices);
+  const Screen screen(camera, width, height);
   triangles.reserve(source.indices.size() / 3);
   for (std::size_t i = 0; i < source.indices.size(); i += 3) {
     std::array<Vec3, 3> corners;
     for (std::size_t c = 0; c < 3; ++c) corners[c] = Vec3(source.images[source.indices[i + c]]);
-    triangles.push_back(shownRectangle(camera, width, height, corners));
+    triangles.push_back(screen.shows(corners));
     where.add(triangles.back());
   }
 }

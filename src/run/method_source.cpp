@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "gl/api.h"
 #include "image/exr_camera.h"
+#include "raster/screen.h"
 #include "scene/camera.h"
 
 namespace catoptric::run {
@@ -33,11 +34,12 @@ void addShown(const frame::Geometry& geometry, int object, const scene::Camera& 
     region.add(raster::shownRectangle(camera, width, height, range.bounds));
     return;
   }
+  const raster::Screen screen(camera, width, height);
   for (std::uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; i += 3) {
     const std::array<Vec3, 3> corners{geometry.positions[geometry.indices[i]],
                                       geometry.positions[geometry.indices[i + 1]],
                                       geometry.positions[geometry.indices[i + 2]]};
-    region.add(raster::shownRectangle(camera, width, height, corners));
+    region.add(screen.shows(corners));
   }
 }
 

@@ -5,7 +5,6 @@
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <initializer_list>
 #include <optional>
 #include <span>
 #include <vector>
@@ -68,9 +67,7 @@ class ReflectionList {
   ReflectionList& operator=(ReflectionList&&) noexcept = default;
   ReflectionList(const ReflectionList& other)
       : few_(other.few_), more_(other.more_ ? std::make_unique<More>(*other.more_) : nullptr) {}
-  ReflectionList& operator=(const ReflectionList& other) {
-    return *this = ReflectionList(other);
-  }
+  ReflectionList& operator=(const ReflectionList& other) { return *this = ReflectionList(other); }
   ~ReflectionList() = default;
 
   Reflection& operator[](std::size_t i) {

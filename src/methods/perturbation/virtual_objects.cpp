@@ -101,6 +101,7 @@ std::size_t nearestTo(const Reflections& reflections, const glm::dvec3& x) {
 
 /// The reflection of `b` that continues number `i` of `a`: each is the nearest of the other.
 std::size_t counterpart(const Reflections& a, std::size_t i, const Reflections& b) {
+  if (a.count == 1 && b.count == 1) return 0;
   const std::size_t j = nearestTo(b, a.at[i].x);
   if (j == kMaxReflections || nearestTo(a, b.at[j].x) != i) return kMaxReflections;
   return j;
