@@ -13,9 +13,9 @@ import sys
 # Method: the counters that it must have beside clamped_half
 METHODS = {
     "environment_map": {"clamped_cube_map"},
-    "traced": {"refused", "not_finite"},
+    "traced": {"refused", "not_finite", "total_reflection"},
     "second_order": {"clamped_cube_map"},
-    "perturbation": {"clamped_cube_map", "paths", "path_types"},
+    "perturbation": {"clamped_cube_map", "paths", "path_types", "total_reflection"},
     "reference": {"refused", "not_finite"},
 }
 OPTIONS = {"perturbation": {"unsupported": "environment_map"}, "environment_map": {"face_size": 64}, "reference": {"samples": 2, "rays": 4}}

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Renders one config several times - again, with one thread, on the other GL device - and a moving
+"""Renders one config and two scenes several times - again, with one thread, on the other GL device - and a moving
 scene in chunks, merged; expects the same bytes of every frame of every method.
 Usage: determinism.py SOURCE_ROOT PROGRAM WORK_FOLDER; exit 1 and a line per difference."""
 
@@ -65,6 +65,13 @@ def main(root: str, program: str, work: str) -> int:
         if not render(program, root, environment, "configs/cornell_box.json", out, "--frames", "1,7",
                       "--threads", str(threads), "--device", device):
             return 1
+        # Two bounces of perturbation: reflections in reflections, refraction
+        for scene in ("vase_sphere", "lens"):
+            if not render(program, root, environment, f"scenes/{scene}.json", out / scene, "--frames", "1",
+                          "--method", "perturbation", "--set", "methods.perturbation.max_bounces=2",
+                          "--set", "methods.perturbation.tessellation_error=2",
+                          "--threads", str(threads), "--device", device):
+                return 1
         frames[name] = frames_of(out)
 
     differences = 0

@@ -198,6 +198,8 @@ Variant& SceneRaster::State::variant(std::uint32_t features, const frame::Lighti
     made.reflector = made.program.location("reflector");
     made.depthSlack = made.program.location("depthSlack");
     made.fresnel = made.program.location("fresnel");
+    made.refraction = made.program.location("refraction");
+    made.nextTotal = made.program.location("nextTotal");
   }
   if ((features & kPeel) != 0) made.frontLayer = made.program.location("frontLayer");
   return ofLights.emplace(features, std::move(made)).first->second;

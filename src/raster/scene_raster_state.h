@@ -27,6 +27,8 @@ struct Variant {
   GLint depthSlack = -1;
   GLint fresnel = -1;
   GLint frontLayer = -1;  ///< of what lies behind
+  GLint refraction = -1;
+  GLint nextTotal = -1;
 };
 
 /// What drawing needs of an object beside its triangles.

@@ -90,6 +90,8 @@ void SceneRaster::drawVirtualObjects(std::span<const VirtualObject* const> objec
     if (v.uvPerMetre >= 0) glUniform1f(v.uvPerMetre, s.uvPerMetre[number]);
     glUniform1ui(v.reflector, object.reflector);
     if (v.objectId >= 0) glUniform1ui(v.objectId, object.next);
+    if (v.nextTotal >= 0) glUniform1ui(v.nextTotal, object.nextTotal);
+    if (v.refraction >= 0) glUniform1f(v.refraction, object.refraction);
     if (v.fresnel >= 0) glUniform1f(v.fresnel, pass.fresnel ? 1.0f : 0.0f);
     glUniform1f(v.depthSlack, object.depthSlack / camera.nearMetres);
     object.vertices.bind();

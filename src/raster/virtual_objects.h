@@ -39,6 +39,10 @@ struct VirtualObject {
   /// The number that samples have which show it: an object's id where the eye sees the reflector.
   std::uint32_t reflector = 0;
   std::uint32_t next = 0;  ///< of samples that show what is reflected in it; 0: nothing is
+  /// Index of refraction before its surface, divided by the one behind it; 0: it mirrors. Where it
+  /// reflects totally, samples have nextTotal.
+  float refraction = 0.0f;
+  std::uint32_t nextTotal = 0;
   float depthSlack = 0.0f;
   Region where;                      ///< what may show any of it
   std::vector<Rectangle> triangles;  ///< ... and each of its triangles
@@ -54,7 +58,7 @@ struct VirtualObject {
 struct VirtualPass {
   const gl::Texture& reflectors;  ///< R32UI: numbers of the reflectors that samples show
   const gl::Texture& depth;       ///< reversed-Z: where samples show them
-  bool continues = false;  ///< colour a is s; the mirrored direction goes to colour 1, `next` to 2
+  bool continues = false;  ///< colour a is s; the direction onward goes to colour 1, `next` to 2
   bool fresnel = false;    ///< s by Schlick's formula
 };
 

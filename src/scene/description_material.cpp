@@ -145,12 +145,13 @@ Material MaterialLibrary::read(const Value& value, Material m) {
   }
 
   // Reflection: s and g, or metallic and roughness.
-  const bool papers = value.has("s") || value.has("g") || value.has("n") || value.has("tint");
+  const bool papers = value.has("s") || value.has("g") || value.has("n") || value.has("tint") ||
+                      value.has("refraction");
   const bool gltf = value.has("metallic") || value.has("roughness") || value.has("ior") ||
                     value.has("specular") || value.has("metallic_roughness_map");
   if (papers && gltf) {
     value.fail(
-        "a material has either \"s\", \"g\", \"n\", \"tint\" or \"metallic\", "
+        "a material has either \"s\", \"g\", \"n\", \"tint\", \"refraction\" or \"metallic\", "
         "\"roughness\", \"ior\", \"specular\", \"metallic_roughness_map\"");
   }
   if (value.has("g") && value.has("n")) value.fail("a material has either \"g\" or \"n\"");
@@ -176,6 +177,12 @@ Material MaterialLibrary::read(const Value& value, Material m) {
     setReflectance(m, s, g);
     if (!keep) m.reflectionTint = Vec3(1.0f);
     if (value.has("tint")) m.reflectionTint = colorOf(value.get("tint"));
+    if (value.has("refraction")) {
+      m.refraction = number("refraction");
+      if (g > kMirrorGlossiness) {
+        value.get("refraction").fail("refraction is sharp: \"g\" must be at most 0.05");
+      }
+    }
   }
 
   if (value.has("emissive")) m.emissive = colorOf(value.get("emissive"));

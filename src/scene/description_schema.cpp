@@ -271,6 +271,7 @@ const Schema& materialSchema() {
           number("g", "glossiness, 0 mirror to 1", "", 0.0, 1.0),
           number("n", "Phong exponent instead of g", "", 0.0, 1e9),
           any("tint", "colour of the reflection", "[1, 1, 1]"),
+          number("refraction", "index of the body: s refracts instead of mirroring", "", 1.0, 10.0),
           number("metallic", "0 to 1", "0", 0.0, 1.0),
           number("roughness", "0 to 1", "1", 0.0, 1.0),
           number("ior", "index of refraction", "1.5", 1.0, 10.0),

@@ -291,8 +291,9 @@ void addMaterial(Contents& all, const Material& m) {
        {&m.baseColorTexture, &m.emissiveTexture, &m.normalTexture, &m.metallicRoughnessTexture}) {
     all.slot(*slot);
   }
-  for (const float x : {m.normalScale, m.specularLevel, m.glossiness, m.metallicFactor,
-                        m.roughnessFactor, m.dielectricF0, m.alphaCutoff, m.baseAlpha}) {
+  for (const float x :
+       {m.normalScale, m.specularLevel, m.glossiness, m.metallicFactor, m.roughnessFactor,
+        m.dielectricF0, m.alphaCutoff, m.baseAlpha, m.refraction}) {
     all.value(x);
   }
   all.value(m.alphaMode);

@@ -70,6 +70,9 @@ struct Material {
   float roughnessFactor = 1.0f;
   float dielectricF0 = 0.04f;  ///< of the non-metallic part: ior and specular factor
   Vec3 reflectionTint{1.0f};   ///< multiplies the reflection; baseColor for metals
+  /// Index of refraction of the body that the surface bounds: the weight s goes to the refracted
+  /// ray instead of the mirrored one. 0: mirrors.
+  float refraction = 0.0f;
   AlphaMode alphaMode = AlphaMode::Opaque;
   float alphaCutoff = 0.5f;
   float baseAlpha = 1.0f;

@@ -294,5 +294,69 @@ TEST(Implicit, SamplesOfTrianglesReflectFromTheSurfaceItself) {
   EXPECT_EQ(away.position, Vec3(9.0f, 0.0f, 0.0f));
 }
 
+TEST(Implicit, ABallOfGlassRefractsByItsClosedForm) {
+  SceneBuilder builder;
+  const int glass = builder.reflective(1.0f);
+  constexpr double kIndex = 1.5;
+  builder.scene().materials[glass].refraction = static_cast<float>(kIndex);
+  builder.add(coarse(implicit::sphereSurface(1.0)), glass);
+  scene::Environment& sky = builder.scene().environment;
+  sky.type = scene::EnvironmentType::Gradient;  // linear in the direction's height
+  sky.color = Vec3(1.0f);
+  sky.horizon = Vec3(0.5f);
+  sky.ground = Vec3(0.0f);
+  const frame::Geometry geometry = geometryOf(builder);
+  const TraceScene trace(builder.scene(), geometry, BvhPolicy::Static);
+  const frame::Lighting lighting =
+      frame::makeLighting(builder.scene(), scene::poseAt(builder.scene(), 0.0),
+                          std::make_shared<frame::EnvironmentLight>(sky));
+  std::mt19937 random(4);
+  std::vector<trace::ReflectionPoint> points;
+  std::vector<glm::dvec3> expected;
+  const auto add = [&](const glm::dvec3& n, const glm::dvec3& d) {
+    trace::ReflectionPoint point{Vec3(n), Vec3(n), Vec3(d), 0.0f, 2.0f};
+    point.object = 1;
+    points.push_back(point);
+    // Turned by twice the difference of the angles of incidence and of refraction, to the centre
+    const double cosine = -glm::dot(n, d);
+    const double incidence = std::acos(cosine);
+    const double turn = 2.0 * (incidence - std::asin(std::sin(incidence) / kIndex));
+    const glm::dvec3 inwards = glm::normalize(-n - cosine * d);
+    expected.push_back(std::cos(turn) * d + std::sin(turn) * inwards);
+  };
+  while (points.size() < 2'000u) {
+    const glm::dvec3 n(randomDirection(random));
+    const glm::dvec3 d(randomDirection(random));
+    if (glm::dot(n, d) < -0.1 && glm::dot(n, d) > -0.999) add(n, d);
+  }
+  // The lensmaker's focus of a ball: a ray at height h to the axis is turned by h / f
+  constexpr double kHeight = 0.02;
+  add({0.0, kHeight, std::sqrt(1.0 - kHeight * kHeight)}, {0.0, 0.0, -1.0});
+  std::vector<Vec3> radiance(points.size());
+  const trace::ReflectionCounts counts =
+      trace::reflectedRadiance(trace, lighting, 0.0f, points, {.bounces = 2}, true, radiance);
+  EXPECT_EQ(counts.totalReflections, 0u);
+  EXPECT_EQ(counts.misses, points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    ASSERT_NEAR(radiance[i].x, 0.5 + 0.5 * expected[i].y, 1e-4) << i;
+  const double focus = kIndex / (2.0 * (kIndex - 1.0));
+  EXPECT_NEAR((0.5 - radiance.back().x) / 0.5, kHeight / focus, 0.01 * kHeight);
+}
+
+TEST(Implicit, LightLeavesGlassUpToTheCriticalAngle) {
+  const double critical = std::asin(1.0 / 1.5);
+  for (const double angle : {0.0, 0.3, critical - 1e-3, critical + 1e-3, 1.3}) {
+    trace::ReflectionPoint point;
+    point.refraction = 1.5f;
+    point.direction =
+        Vec3(static_cast<float>(std::sin(angle)), -static_cast<float>(std::cos(angle)), 0.0f);
+    bool total = false;
+    const Vec3 direction = trace::specularDirection(point, total);
+    EXPECT_EQ(total, angle > critical) << angle;
+    EXPECT_NEAR(direction.x, total ? std::sin(angle) : 1.5 * std::sin(angle), 1e-6) << angle;
+    EXPECT_EQ(direction.y > 0.0f, total) << angle;
+  }
+}
+
 }  // namespace
 }  // namespace catoptric

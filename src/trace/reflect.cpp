@@ -94,6 +94,7 @@ class Batch {
     }
     rays_.resize(first_.back());
     std::atomic<std::uint64_t> folded{0};
+    std::atomic<std::uint64_t> total{0};
     std::atomic<std::uint64_t> atOutline{0};
     std::atomic<std::uint64_t> offSurface{0};
     const float diameter = trace_.geometry().bounds.diameter();
@@ -104,9 +105,23 @@ class Batch {
         const Moved moved = moveOntoSurface(trace_, point);
         if (moved == Moved::ToOutline) ++atOutline;
         if (moved == Moved::Nowhere) ++offSurface;
+        if (point.object != 0) {
+          const scene::Scene& scene = trace_.scene();
+          const float index = scene.materials[scene.objects[point.object - 1].material].refraction;
+          point.refraction = index > 0.0f ? 1.0f / index : 0.0f;
+        }
         const int count = static_cast<int>(first_[i + 1] - first_[i]);
-        const Vec3 origin =
-            point.position + point.normal * surfaceOffset(diameter, point.position, point.distance);
+        const float offset = surfaceOffset(diameter, point.position, point.distance);
+        if (point.refraction > 0.0f) {
+          bool totally = false;
+          Ray& ray = rays_[first_[i]];
+          ray = Ray{};
+          ray.direction = specularDirection(point, totally);
+          ray.origin = point.position + point.normal * (totally ? offset : -offset);
+          total += totally ? 1 : 0;
+          continue;
+        }
+        const Vec3 origin = point.position + point.normal * offset;
         for (int k = 0; k < count; ++k) {
           bool below = false;
           Ray& ray = rays_[first_[i] + static_cast<std::size_t>(k)];
@@ -122,6 +137,7 @@ class Batch {
       folded += foldedHere;
     });
     counts.belowHorizon += folded;
+    counts.totalReflections += total;
     counts.atOutline += atOutline;
     counts.offSurface += offSurface;
   }
@@ -185,7 +201,9 @@ class Batch {
         const Vec2 shift(wrapUnit(points[i].shift.x + glm::fract(0.7548777f * (k + 1.0f))),
                          wrapUnit(points[i].shift.y + glm::fract(0.5698403f * (k + 1.0f))));
         next.push_back({surface.position, surface.normal, rays_[r].direction, surface.glossiness,
-                        points[i].distance + hits_[r].distance, shift});
+                        points[i].distance + hits_[r].distance,
+                        refractionAt(trace_, hits_[r], surface.position, rays_[r].direction),
+                        shift});
       }
     }
     if (next.empty()) return;
@@ -221,6 +239,7 @@ void ReflectionCounts::add(const ReflectionCounts& other) {
   misses += other.misses;
   refused += other.refused;
   belowHorizon += other.belowHorizon;
+  totalReflections += other.totalReflections;
   notFinite += other.notFinite;
   atOutline += other.atOutline;
   offSurface += other.offSurface;
@@ -265,6 +284,34 @@ Moved moveOntoSurface(const TraceScene& trace, ReflectionPoint& point) {
     point.normal = back ? -n : n;
   }
   return moved;
+}
+
+Vec3 specularDirection(const ReflectionPoint& point, bool& total) {
+  Vec3 direction(0.0f);
+  if (point.refraction > 0.0f)
+    direction = glm::refract(point.direction, point.normal, point.refraction);
+  total = point.refraction > 0.0f && direction == Vec3(0.0f);
+  if (direction == Vec3(0.0f)) direction = glm::reflect(point.direction, point.normal);
+  return glm::normalize(direction);
+}
+
+float refractionAt(const TraceScene& trace, const Hit& hit, const Vec3& position,
+                   const Vec3& direction) {
+  const scene::Scene& scene = trace.scene();
+  const float index = scene.materials[scene.objects[hit.object].material].refraction;
+  if (!(index > 0.0f)) return 0.0f;
+  const frame::Geometry& geometry = trace.geometry();
+  const frame::ObjectRange& range = geometry.objects[hit.object];
+  Vec3 outwards(0.0f);
+  if (range.surface >= 0) {
+    const auto normal = implicit::normalAt(geometry.surfaces[range.surface].surface, position);
+    if (normal) outwards = Vec3(*normal);
+  } else {
+    const std::uint32_t* corner = &geometry.indices[range.firstIndex + 3 * hit.primitive];
+    const Vec3 p = geometry.positions[corner[0]];
+    outwards = glm::cross(geometry.positions[corner[1]] - p, geometry.positions[corner[2]] - p);
+  }
+  return glm::dot(outwards, direction) > 0.0f ? index : 1.0f / index;
 }
 
 Vec3 lobeDirection(const ReflectionPoint& point, int index, int count, bool& belowHorizon) {

@@ -18,6 +18,9 @@ struct ReflectionPoint {
   Vec3 direction{0.0f, -1.0f, 0.0f};  ///< from the viewer to the point, unit length
   float glossiness = 0.0f;            ///< g
   float distance = 0.0f;              ///< metres from the eye to here along the path
+  /// Index of refraction before the surface, divided by the one behind it; 0: it mirrors. Of points
+  /// with an object: made by that object's material, seen from outside.
+  float refraction = 0.0f;
   /// Of the lobe's low-discrepancy points, 0..1 each: x in steps between two points, y in turns.
   Vec2 shift{0.5f, 0.0f};
   /// Id of the object that the point lies on, where position and normal are those of its triangles:
@@ -33,10 +36,11 @@ struct ReflectionOptions {
 
 struct ReflectionCounts {
   std::uint64_t rays = 0;
-  std::uint64_t misses = 0;        ///< saw the environment
-  std::uint64_t refused = 0;       ///< could not be traced; saw the environment
-  std::uint64_t belowHorizon = 0;  ///< lobe samples below the surface, folded up
-  std::uint64_t notFinite = 0;     ///< radiances that were NaN or infinite: taken as 0
+  std::uint64_t misses = 0;            ///< saw the environment
+  std::uint64_t refused = 0;           ///< could not be traced; saw the environment
+  std::uint64_t belowHorizon = 0;      ///< lobe samples below the surface, folded up
+  std::uint64_t totalReflections = 0;  ///< where rays could not leave a body that refracts
+  std::uint64_t notFinite = 0;         ///< radiances that were NaN or infinite: taken as 0
   /// Points of triangles over an implicit surface whose ray passes it by, at its outline: they
   /// moved to the nearest place of it; and those that stayed, where there is none near.
   std::uint64_t atOutline = 0;
@@ -54,6 +58,14 @@ int lobeRays(float glossiness, int rays);
 /// cos^n (Hammersley points, shifted). A sample below the surface is folded up, r - 2 (r.n) n, so
 /// that all rays of a lobe count alike; `belowHorizon` says so. Unit length.
 Vec3 lobeDirection(const ReflectionPoint& point, int index, int count, bool& belowHorizon);
+
+/// The mirrored direction of a point, or the refracted one (Snell's law); `total`: it would be
+/// refracted but is reflected totally. Unit length.
+Vec3 specularDirection(const ReflectionPoint& point, bool& total);
+
+/// ReflectionPoint::refraction of a place that a ray of `direction` has hit.
+float refractionAt(const TraceScene& trace, const Hit& hit, const Vec3& position,
+                   const Vec3& direction);
 
 /// Moves a point of an object's triangles onto the object's implicit surface: to where the ray that
 /// shows it first meets the surface, at most an edge of the triangles away, or where it passes the

@@ -141,6 +141,8 @@ Options parseOptions(const config::Value& value) {
 constexpr const char* kUncovered = "uncovered samples";
 constexpr const char* kUncoveredSource = "methods/perturbation/shaders/uncovered.frag";
 constexpr int kCubeMapFaceSize = 256;
+/// Halvings more of what refracts: lenses bring a scene's surfaces into focus (ours).
+constexpr int kRefractedHalvings = 3;
 /// Paths meet planes this part of their size beyond the border too (ours).
 constexpr double kPlaneMargin = 0.25;
 /// Samples may show a place this part of the reflector's size nearer or farther than the one by
@@ -158,6 +160,8 @@ Kind kindOf(const scene::Scene& scene, const scene::Object& object, std::string&
     reason = "is glossy: perturbation does mirrors (g = 0)";
   } else if (material.normalTexture.used()) {
     reason = "has a normal map";
+  } else if (material.refraction > 0.0f && !scene.meshes[object.mesh].surface) {
+    reason = "refracts, and is not an implicit surface";
   } else if (object.planar) {
     return Kind::Planar;
   } else if (scene.meshes[object.mesh].surface) {
@@ -261,9 +265,10 @@ class Perturbation : public Method {
   }
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
-    for (const char* name : {"paths", "path_types", "vertices", "triangles", "dropped_triangles",
-                             "linear", "quadratic", "retraced", "not_converged", "environment",
-                             "unsupported_reflector", "clamped_cube_map"})
+    for (const char* name :
+         {"paths", "path_types", "total_reflection", "vertices", "triangles", "dropped_triangles",
+          "linear", "quadratic", "retraced", "not_converged", "environment",
+          "unsupported_reflector", "clamped_cube_map"})
       output.counters[name] = 0;
     if (!any_) {
       if (settings_.masks) services.gbuffer->reflectionFramebuffer.clearColorUint(1, 0);
@@ -305,7 +310,15 @@ class Perturbation : public Method {
     std::map<int, raster::VirtualObject> objects;     ///< by index in geometry.objects
     bool occurs() const { return !paths || paths->pathCount() > 0; }
   };
-  using Sequence = std::vector<int>;  ///< indices of objects, from the eye on
+  /// A place where a path turns.
+  struct Meeting {
+    int object = 0;        ///< index
+    bool through = false;  ///< refracts
+    bool operator<(const Meeting& other) const {
+      return std::pair(object, through) < std::pair(other.object, other.through);
+    }
+  };
+  using Sequence = std::vector<Meeting>;  ///< from the eye on
 
   /// Images of what is seen by so many reflections, and what they are drawn into.
   struct Level {
@@ -334,7 +347,8 @@ class Perturbation : public Method {
     };
     services.timer.measure("paths", [&] {
       std::erase_if(types_, [&](const auto& type) {
-        return all || std::ranges::any_of(type.first, changed);
+        return all ||
+               std::ranges::any_of(type.first, [&](const Meeting& m) { return changed(m.object); });
       });
       for (int r = 0; r < static_cast<int>(kinds_.size()); ++r) {
         const Kind kind = kinds_[static_cast<std::size_t>(r)];
@@ -343,7 +357,7 @@ class Perturbation : public Method {
         if (kind == Kind::Planar)
           planes_[r] = planarMirror(geometry, geometry.objects[static_cast<std::size_t>(r)]);
       }
-      findTypes(geometry, view);
+      findTypes(services.scene, geometry, view);
       numberTypes(services.scene);
     });
     services.timer.measure("virtual_objects", [&] {
@@ -352,6 +366,7 @@ class Perturbation : public Method {
         if (!type.occurs()) continue;
         ++counters["path_types"];
         if (type.paths) counts.paths.paths += type.paths->pathCount();
+        const int body = inside(services.scene, sequence);
         for (int o = 0; o < static_cast<int>(geometry.objects.size()); ++o) {
           if (type.objects.contains(o) && !changed(o)) continue;
           const auto old = type.objects.find(o);
@@ -359,7 +374,9 @@ class Perturbation : public Method {
             if (part) part->add(old->second.where);
             type.objects.erase(old);
           }
-          const auto triangles = trianglesOf(geometry, sequence, type, o, view, counts);
+          if (body >= 0 && body != o) continue;
+          const auto triangles =
+              trianglesOf(geometry, sequence.back().object, type, o, view, counts);
           if (!triangles) continue;
           const auto made = type.objects.emplace(
               o, raster::VirtualObject(*triangles, camera, services.gbuffer->sampleWidth(),
@@ -367,7 +384,10 @@ class Perturbation : public Method {
           if (part) part->add(made.first->second.where);
         }
       }
-      linkObjects();
+      linkObjects(services.scene);
+      for (const auto& [sequence, type] : types_) {
+        if (type.paths) counters["total_reflection"] += type.paths->totalReflections();
+      }
       counters["paths"] = counts.paths.paths;
       counters["vertices"] = counts.vertices;
       counters["outside_octree"] = counts.outside;
@@ -395,41 +415,75 @@ class Perturbation : public Method {
     return part;
   }
 
+  static float refractionOf(const scene::Scene& scene, int object) {
+    return scene.materials[scene.objects[static_cast<std::size_t>(object)].material].refraction;
+  }
+
+  /// The body inside which a path is after these turns; -1: none. Such bodies are solid: a path
+  /// that has entered one meets its surface next.
+  static int inside(const scene::Scene& scene, const Sequence& sequence) {
+    int body = -1;
+    for (const Meeting& meeting : sequence) {
+      if (meeting.through && refractionOf(scene, meeting.object) > 0.0f)
+        body = body < 0 ? meeting.object : -1;
+    }
+    return body;
+  }
+
+  /// How a path may go on at an object: in two ways where it is inside of it.
+  static std::vector<Meeting> waysOn(const scene::Scene& scene, int body, int object) {
+    if (body < 0) return {{object, refractionOf(scene, object) > 0.0f}};
+    if (body != object) return {};
+    return {{object, true}, {object, false}};
+  }
+
   /// Paths by the reflectors one after the other [Chen2000] Sec. III-B.1; longer ones only where
   /// the shorter occur.
-  void findTypes(const frame::Geometry& geometry, const perturbation::View& view) {
+  void findTypes(const scene::Scene& scene, const frame::Geometry& geometry,
+                 const perturbation::View& view) {
     std::vector<Sequence> shorter{{}};
     for (std::size_t length = 1; length <= options_.maxBounces; ++length) {
       std::vector<Sequence> longer;
       for (const Sequence& start : shorter) {
+        const int body = inside(scene, start);
         for (int r = 0; r < static_cast<int>(kinds_.size()); ++r) {
           const Kind kind = kinds_[static_cast<std::size_t>(r)];
           if (kind != Kind::Planar && kind != Kind::Implicit) continue;
-          Sequence sequence = start;
-          sequence.push_back(r);
-          if (!types_.contains(sequence))
-            types_.emplace(sequence, makeType(geometry, sequence, view));
-          if (types_.at(sequence).occurs()) longer.push_back(std::move(sequence));
+          for (const Meeting& meeting : waysOn(scene, body, r)) {
+            Sequence sequence = start;
+            sequence.push_back(meeting);
+            if (!types_.contains(sequence))
+              types_.emplace(sequence, makeType(scene, geometry, sequence, view));
+            if (types_.at(sequence).occurs()) longer.push_back(std::move(sequence));
+          }
         }
       }
       shorter = std::move(longer);
     }
   }
 
-  PathType makeType(const frame::Geometry& geometry, const Sequence& sequence,
-                    const perturbation::View& view) const {
+  PathType makeType(const scene::Scene& scene, const frame::Geometry& geometry,
+                    const Sequence& sequence, const perturbation::View& view) const {
     PathType type;
     std::vector<perturbation::Turn> turns;
-    for (const int r : sequence) {
-      const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(r)];
-      const auto plane = planes_.find(r);
+    double index = 1.0;
+    for (const Meeting& meeting : sequence) {
+      const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(meeting.object)];
+      perturbation::Turn turn;
+      turn.bounds = range.bounds;
+      turn.through = meeting.through;
+      turn.indexBefore = index;
+      if (meeting.through)
+        index = index == 1.0 ? static_cast<double>(refractionOf(scene, meeting.object)) : 1.0;
+      turn.indexAfter = index;
+      const auto plane = planes_.find(meeting.object);
       if (plane == planes_.end()) {
-        turns.push_back(
-            {&geometry.surfaces[static_cast<std::size_t>(range.surface)].surface, range.bounds});
+        turn.surface = &geometry.surfaces[static_cast<std::size_t>(range.surface)].surface;
       } else {
-        turns.push_back({&plane->second.surface, range.bounds});
+        turn.surface = &plane->second.surface;
         type.planes.push_back(plane->second.plane);
       }
+      turns.push_back(turn);
     }
     if (type.planes.size() < sequence.size()) type.planes.clear();
     if (type.planes.empty() || options_.maxBounces > 1) {
@@ -449,8 +503,9 @@ class Perturbation : public Method {
     for (auto& [sequence, type] : types_) {
       if (!type.occurs()) continue;
       deepest_ = std::max(deepest_, sequence.size());
-      type.number = sequence.size() == 1 ? static_cast<std::uint32_t>(sequence[0]) + 1 : ++number;
-      const scene::Object& last = scene.objects[static_cast<std::size_t>(sequence.back())];
+      type.number =
+          sequence.size() == 1 ? static_cast<std::uint32_t>(sequence[0].object) + 1 : ++number;
+      const scene::Object& last = scene.objects[static_cast<std::size_t>(sequence.back().object)];
       tints[type.number] = Vec4(scene.materials[last.material].reflectionTint, 1.0f);
     }
     if (deepest_ < 2 || tints == lastTints_) return;
@@ -459,19 +514,21 @@ class Perturbation : public Method {
     lastTints_ = std::move(tints);
   }
 
-  /// What one path type shows of one object; nullopt where it never does.
-  std::optional<raster::VirtualTriangles> trianglesOf(const frame::Geometry& geometry,
-                                                      const Sequence& sequence,
+  /// What one path type, whose last turn is at `last`, shows of one object; nullopt where it never
+  /// does.
+  std::optional<raster::VirtualTriangles> trianglesOf(const frame::Geometry& geometry, int last,
                                                       const PathType& type, int o,
                                                       const perturbation::View& view,
                                                       perturbation::TriangleCounts& counts) const {
-    const bool own = o == sequence.back();
+    const bool own = o == last;
+    perturbation::TriangleOptions options = options_.triangles;
+    if (type.paths && type.paths->refracts()) options.maxHalvings += kRefractedHalvings;
     if (geometry.objects[static_cast<std::size_t>(o)].indexCount == 0) return std::nullopt;
     if (own && !(type.planes.empty() && type.paths->seesItself())) return std::nullopt;
     raster::VirtualTriangles triangles =
         type.planes.empty()
             ? perturbation::virtualTriangles(geometry, o, *type.paths, own, view,
-                                             options_.path.order, options_.triangles, counts)
+                                             options_.path.order, options, counts)
             : perturbation::mirroredTriangles(geometry, o, type.planes, view.camera.eye(), counts);
     if (type.planes.empty())
       triangles.depthSlack = kDepthSlack * static_cast<float>(type.paths->size());
@@ -479,14 +536,22 @@ class Perturbation : public Method {
   }
 
   /// On whose samples virtual objects show, and what shows on those.
-  void linkObjects() {
+  void linkObjects(const scene::Scene& scene) {
     for (auto& [sequence, type] : types_) {
+      const int body = inside(scene, sequence);
       for (auto& [o, object] : type.objects) {
-        Sequence longer = sequence;
-        longer.push_back(o);
-        const auto next = types_.find(longer);
         object.reflector = type.number;
-        object.next = next != types_.end() && next->second.occurs() ? next->second.number : 0;
+        object.next = object.nextTotal = 0;
+        const float index = refractionOf(scene, o);
+        object.refraction = index > 0.0f ? (body == o ? index : 1.0f / index) : 0.0f;
+        for (const Meeting& meeting : waysOn(scene, body, o)) {
+          Sequence longer = sequence;
+          longer.push_back(meeting);
+          const auto next = types_.find(longer);
+          if (next == types_.end() || !next->second.occurs()) continue;
+          const bool total = body == o && !meeting.through;
+          (total ? object.nextTotal : object.next) = next->second.number;
+        }
       }
     }
   }
@@ -633,7 +698,7 @@ class Perturbation : public Method {
       for (const auto& [sequence, type] : types_) {
         if (sequence.size() != number + 1) continue;
         for (const auto& [o, object] : type.objects) {
-          if ((object.next > 0) == reflectors) objects.push_back(&object);
+          if ((object.next + object.nextTotal > 0) == reflectors) objects.push_back(&object);
         }
       }
       glStencilFunc(GL_EQUAL, reflectors ? here | next : here, mask);

@@ -249,6 +249,30 @@ TEST(Perturbation, ShowsPlanesInPlanesExactly) {
   EXPECT_EQ(frame.output.counters["retraced"], 0u);
 }
 
+TEST(Perturbation, ShowsWhatRaysSeeThroughALens) {
+  test::SceneBuilder builder;
+  const int glass = builder.reflective(1.0f);
+  builder.scene().materials[glass].refraction = 1.25f;
+  builder.add(
+      scene::makeImplicit(implicit::ellipsoidSurface({0.6, 0.6, 0.12}), 16, scene::UvMode::Metres),
+      glass, test::translation({0.2f, 0.3f, 1.0f}) * test::rotation(15.0f, {0, 1, 0}));
+  const auto box = [&](const Vec3& centre, const Vec3& size, const Vec3& color) {
+    builder.add(scene::makeBox({.size = size}, scene::UvMode::Metres), builder.diffuse(color),
+                test::translation(centre));
+  };
+  // Nearer than the focus, 6 m behind it
+  box({0.35f, 0.2f, 0.4f}, {0.3f, 0.5f, 0.3f}, {0.9f, 0.1f, 0.2f});
+  box({0.0f, 0.4f, 0.2f}, {0.3f, 0.9f, 0.3f}, {0.1f, 0.3f, 0.9f});
+  builder.constantEnvironment(Vec3(0.8f, 0.9f, 1.0f));
+  Comparison frame(builder.scene(), kFront, R"({"max_bounces": 2, "tessellation_error": 2})",
+                   {.bounces = 2});
+  EXPECT_GT(frame.samples, 3000u);
+  // Most of it at the rim, where the scene shows once more on a pixel or two
+  EXPECT_LT(frame.l1Of8Bit, 5.0);
+  EXPECT_TRUE(frame.finite);
+  EXPECT_GE(frame.output.counters["path_types"], 2u);
+}
+
 TEST(Perturbation, MovesAReflectorInReflections) {
   const auto moving = [] {
     test::SceneBuilder builder =

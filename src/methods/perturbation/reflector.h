@@ -92,10 +92,15 @@ struct Reflections {
   std::uint32_t count = 0;
 };
 
-/// One reflector of a sequence.
+/// One reflector of a sequence, or a passage of a surface that refracts.
 struct Turn {
   const implicit::Surface* surface = nullptr;
-  Box3 bounds;  ///< of the surface, world space
+  Box3 bounds;               ///< of the surface, world space
+  bool through = false;      ///< refracts
+  double indexBefore = 1.0;  ///< of refraction, on the side of the eye
+  double indexAfter = 1.0;
+  /// Reflects inside a body that refracts, where it lets nothing out.
+  bool total() const { return !through && indexBefore != 1.0; }
 };
 /// Reflectors of one path, at most (run config: max_bounces).
 inline constexpr std::size_t kMaxTurns = 6;
@@ -110,10 +115,15 @@ class Reflector {
 
   /// 0: no sampled path meets these reflectors one after the other.
   std::size_t pathCount() const { return pathCount_; }
+  /// Rays that would have been sampled, but the last surface reflects them totally.
+  std::uint64_t totalReflections() const { return totalReflections_; }
   /// Whether any path meets the last reflector again.
   bool seesItself() const { return !selfRays_.empty(); }
   /// The same without the last turn; null for one turn.
   const Reflector* before() const { return before_; }
+  /// Whether the last turn has hidden() points: not of bodies that refract.
+  bool hides() const { return !turns_.back().through && !turns_.back().total(); }
+  bool refracts() const { return turns_[0].through || turns_.back().indexBefore != 1.0; }
   /// Of the last reflector.
   double size() const { return size_; }
   double distanceFrom(const glm::dvec3& point) const { return glm::distance(point, centre_); }
@@ -127,6 +137,7 @@ class Reflector {
                           PathCounts& counts) const;
   /// Where a point that the last reflector hides would show without it: itself, or its reflection
   /// in the reflectors before. `share`: up to where it is hidden. `cursor` of the sequence before.
+  /// At a mirror's rim it shows there too; what refracts has no such places.
   std::optional<Reflection> hidden(const glm::dvec3& point, RayOctree::Cursor& cursor,
                                    PathCounts& counts) const;
 
@@ -146,7 +157,10 @@ class Reflector {
 
   std::size_t lastTurn() const { return turns_.size() - 1; }
   /// The path that leaves the eye towards x, near the first surface.
-  bool pathBy(glm::dvec3 x, Path& path) const;
+  enum class Found { Path, Nothing, TotalReflection };
+  Found pathBy(glm::dvec3 x, Path& path) const;
+  /// Whether the last turn's surface would let a path out that it should reflect totally.
+  bool wouldLeave(const Path& path) const;
   /// Whether a path may be moved where its point is at `rho` from the last place; where its places
   /// come to lie when that point moves by `step`.
   bool movable(const Bounce<double>* bounces, double rho) const;
@@ -172,6 +186,7 @@ class Reflector {
   double size_ = 0.0;                      ///< that of the last
   double spread_ = 0.0;                    ///< rad, of a pixel
   std::size_t pathCount_ = 0;
+  std::uint64_t totalReflections_ = 0;
   // Per path as many as there are turns, from the eye on
   std::vector<Bounce<double>> bounces_;
   std::vector<double> distances_;

@@ -276,11 +276,13 @@ class Builder {
     }
   }
 
-  /// Where a node shows without the last reflector, as far as that is known: what shows by way of
-  /// others before it may be hidden from those.
-  glm::dvec3 straightOf(const Node& node) const {
-    if (!reflector_.before()) return node.position;
-    return node.reflections.count > 0 ? node.reflections.at[0].x : node.straight.x;
+  /// Where a node shows without the last reflector, pixels, as far as that is known: what shows by
+  /// way of others before it may be hidden from those.
+  std::optional<Vec2> straightOf(const Node& node) const {
+    if (!reflector_.hides()) return std::nullopt;
+    if (!reflector_.before()) return projection_(node.position);
+    if (node.reflections.count > 0) return projection_(node.reflections.at[0].x);
+    return node.hidden ? projection_(node.straight.x) : std::nullopt;
   }
 
   /// Whether an edge must be looked at in its middle, and whether it must be halved without.
@@ -300,8 +302,8 @@ class Builder {
     }
     if (a.reflections.count != b.reflections.count) {
       // At the rim an image comes to lie where the point itself is seen
-      const auto pa = projection_(straightOf(a));
-      const auto pb = projection_(straightOf(b));
+      const auto pa = straightOf(a);
+      const auto pb = straightOf(b);
       if (pa && pb && (glm::distance(*pa, *pb) < kShortRim || !projection_.inFrame({*pa, *pb}))) {
         const Node& one = a.reflections.count > 0 ? a : b;
         const auto seen = projection_(one.reflections.at[0].x);

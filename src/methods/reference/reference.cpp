@@ -221,8 +221,9 @@ class Reference : public Method {
       sample.z = hit.distance * glm::dot(direction, forward);
       sample.object = surface.object;
       if (!(surface.specularLevel > 0.0f)) continue;
-      trace::ReflectionPoint point{position, surface.normal, direction, surface.glossiness,
-                                   hit.distance};
+      trace::ReflectionPoint point{
+          position,           surface.normal, direction,
+          surface.glossiness, hit.distance,   trace::refractionAt(trace, hit, position, direction)};
       const auto cell = static_cast<float>(i % static_cast<std::size_t>(perPixel));
       const std::size_t pixelInTile = i / static_cast<std::size_t>(perPixel);
       const auto width = static_cast<std::size_t>(x1 - x0);

@@ -157,6 +157,7 @@ class Traced : public Method {
     output.counters["refused"] = counts.refused;
     output.counters["not_finite"] = counts.notFinite;
     output.counters["below_horizon"] = counts.belowHorizon;
+    output.counters["total_reflection"] = counts.totalReflections;
   }
 
   std::string bvh_;

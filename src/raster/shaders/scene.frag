@@ -45,6 +45,8 @@ layout(location = 0) out vec4 outDiffuse;
 uniform uint reflector;    // id
 uniform float depthSlack;  // metres / metres of the near plane
 uniform float fresnel;     // 1: by Schlick
+uniform float refraction;  // index before the surface / index behind it; 0: it mirrors
+uniform uint nextTotal;    // objectId where it reflects totally
 layout(binding = 5) uniform usampler2D reflectorSamples;
 layout(binding = 6) uniform sampler2D depthSamples;
 #endif
@@ -209,12 +211,16 @@ void main() {
 #if VIRTUAL
   vec3 direction = normalize(fromEye);
   if (s > 0.0) s += fresnel * (1.0 - s) * pow(clamp(1.0 + dot(direction, normal), 0.0, 1.0), 5.0);
-  outNormal = vec4(reflect(direction, normal), g);
+  vec3 onward = refraction > 0.0 ? refract(direction, normal, refraction) : vec3(0.0);
+  bool mirrors = onward == vec3(0.0);
+  if (mirrors) onward = reflect(direction, normal);
+  outNormal = vec4(onward, g);
+  outObject = refraction > 0.0 && mirrors ? nextTotal : objectId;
 #else
   outNormal = vec4(normal, g);
+  outObject = objectId;
 #endif
   outDiffuse = vec4(radiance, s);
-  outObject = objectId;
 #else
   outDiffuse = vec4(radiance, 1.0);
 #endif
