@@ -317,7 +317,7 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
   glDisable(GL_BLEND);
   glDisable(GL_STENCIL_TEST);
   glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_GREATER);
+  glDepthFunc(s.cost == DrawCost::SeenOnce ? GL_GEQUAL : GL_GREATER);
   glDepthMask(GL_TRUE);
   glFrontFace(GL_CCW);
   glCullFace(GL_BACK);

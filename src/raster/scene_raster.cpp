@@ -177,12 +177,14 @@ void SceneRaster::State::cull(const FrameView& view, const Mat4& clipFromWorldOf
 }
 
 Variant& SceneRaster::State::variant(std::uint32_t features, const frame::Lighting& lighting) {
-  std::map<std::uint32_t, Variant>& ofLights = variants[lightSignature(lighting)];
+  std::map<std::uint32_t, Variant>& ofLights = 
+      variants[lightSignature(lighting) + (cost == DrawCost::Constant ? " constant" : "")];
   const auto found = ofLights.find(features);
   if (found != ofLights.end()) return found->second;
   std::vector<gl::Define> defines = featureDefines(features);
   const std::vector<gl::Define> lights = lightDefines(lighting);
   defines.insert(defines.end(), lights.begin(), lights.end());
+  defines.push_back({"CONSTANT", cost == DrawCost::Constant ? "1" : "0"});
   defines.push_back({"ENVIRONMENT", "0"});  // surfaces see its irradiance only
   Variant made;
   made.program = gl::Program((features & kGBufferPass) != 0 ? "gbuffer"
@@ -213,7 +215,7 @@ DrawStatistics SceneRaster::State::drawObjects(const FrameView& view,
   cull(view, clipFromWorldOfPart, skipObject, statistics);
   frame.bind(view, lighting);
   vertices.bind();
-  glDepthFunc(GL_GREATER);
+  glDepthFunc(cost == DrawCost::SeenOnce ? GL_GEQUAL : GL_GREATER);
   glDepthMask(GL_TRUE);
   glFrontFace(view.frontSign > 0.0f ? GL_CCW : GL_CW);
   glCullFace(GL_BACK);
@@ -301,7 +303,9 @@ DrawStatistics SceneRaster::drawGBuffer(GBuffer& target, const scene::Camera& ca
   for (const Rectangle& drawn : part ? part->rectangles() : std::vector<Rectangle>{all}) {
     // Colours are not cleared: surfaces write them where depth is above 0, the background elsewhere
     const ScissoredTo scissor(drawn);
-    target.framebuffer.clearDepthStencil(0.0f, static_cast<int>(SampleClass::Background));
+    if (s.cost != DrawCost::SeenOnce) {
+      target.framebuffer.clearDepthStencil(0.0f, static_cast<int>(SampleClass::Background));
+    }
 
     glDisable(GL_BLEND);
     glEnable(GL_DEPTH_TEST);
@@ -441,6 +445,14 @@ std::vector<gl::Define> SceneRaster::shadingDefines(const frame::Lighting& light
   defines.push_back({"ENVIRONMENT", environmentType(lighting)});
   defines.push_back({"SKY", hasSky(lighting) ? "1" : "0"});
   return defines;
+}
+
+void SceneRaster::setDrawCost(DrawCost cost) {
+  state_->cost = cost;
+}
+
+DrawCost SceneRaster::drawCost() const {
+  return state_->cost;
 }
 
 std::size_t SceneRaster::memoryBytes() const {

@@ -32,6 +32,14 @@ struct CompositeOptions {
   bool fresnelSchlick = false;  ///< s + (1 - s)(1 - cos)^5 instead of s
 };
 
+/// How much of drawing is done. Less than all of it makes no picture: it shows what the triangles of
+/// a picture cost at least.
+enum class DrawCost : std::uint8_t {
+  Whole,
+  SeenOnce,  ///< over the depth of the same picture, drawn before: each sample is shaded once
+  Constant,  ///< without shading
+};
+
 /// One of many diffuse images that are drawn together.
 struct DiffuseView {
   Mat4 clipFromWorld{1.0f};  ///< right-handed, reversed-Z without a far plane, upper left
@@ -122,6 +130,10 @@ class SceneRaster {
   void bindShadingResources(std::uint32_t program, const frame::Lighting& lighting) const;
   /// Defines that programs which include raster/shaders/shading.glsl are compiled with.
   static std::vector<gl::Define> shadingDefines(const frame::Lighting& lighting);
+
+  /// For benchmarks; DrawCost::Whole by default.
+  void setDrawCost(DrawCost cost);
+  DrawCost drawCost() const;
 
   std::size_t memoryBytes() const;  ///< of geometry, textures and materials on the GL side
 

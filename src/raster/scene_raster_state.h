@@ -101,6 +101,7 @@ struct SceneRaster::State {
   gl::Buffer commands;     ///< of compound views, and the two below
   gl::Buffer viewNumbers;  ///< 0, 1, 2, ... for an attribute that counts instances
   gl::VertexArray compoundVertices;
+  DrawCost cost = DrawCost::Whole;
   FrameView gbufferView;  ///< of the last G-buffer, for methods' own passes
   DrawList list;
 

@@ -116,7 +116,9 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
     view.skipOwn = skipOwn[static_cast<std::size_t>(clusters[i].object)];
     views.push_back(view);
   }
-  prepareDepth(clusters, cameras, skipOwn, order, samplesOnGrids);
+  if (raster.drawCost() != raster::DrawCost::SeenOnce) {
+    prepareDepth(clusters, cameras, skipOwn, order, samplesOnGrids);
+  }
   std::vector<std::uint64_t> drawn(views.size());
   raster.drawDiffuseViews(views, targets_, geometry, lighting, drawn, options_.compound,
                           options_.depthLayers > 1 ? &depth_ : nullptr);

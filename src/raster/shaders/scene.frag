@@ -1,4 +1,5 @@
-// One surface sample: the G-buffer's values (GBUFFER 1) or its diffuse radiance alone (0).
+// One surface sample: the G-buffer's values (GBUFFER 1) or its diffuse radiance alone (0). CONSTANT 1:
+// the same value everywhere, for benchmarks.
 #include "shading.glsl"
 #include "varyings.glsl"
 
@@ -72,6 +73,14 @@ vec2 slotUv(Slot slot, vec2 uv) {
 #define UV_OF_2(set) UV_OF_##set
 
 void main() {
+#if CONSTANT
+  outDiffuse = vec4(0.5);
+#if GBUFFER
+  outNormal = vec4(0.5);
+  outObject = objectId;
+#endif
+  return;
+#endif
 #if VIRTUAL
   // On its reflector alone, behind it, and by way of the very place that the sample shows
   float surfaceDepth = texelFetch(depthSamples, ivec2(gl_FragCoord.xy), 0).r;
