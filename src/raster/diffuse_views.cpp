@@ -140,9 +140,15 @@ void SceneRaster::State::listView(const DiffuseView& view, std::span<const std::
   const std::span<const std::uint32_t> all =
       levels.indices.empty() ? meshlets.indices : levels.indices;
   const Frustum frustum(view.clipFromWorld);
+  const auto tooFar = [&](const Vec3& centre, float radius) {
+    return glm::dot(view.farClip, Vec4(centre, 1.0f)) < -radius * glm::length(Vec3(view.farClip));
+  };
   for (const std::uint32_t i : order) {
     const bool own = static_cast<int>(i) + 1 == view.ownObject;
-    if ((own && view.skipOwn) || !frustum.mayContain(bounds[i])) continue;
+    if ((own && view.skipOwn) || !frustum.mayContain(bounds[i]) ||
+        tooFar(bounds[i].centre(), 0.5f * bounds[i].diameter())) {
+      continue;
+    }
 
     // The coarsest level whose error does not show at the nearest place of the object
     std::span<const Meshlet> members = meshlets.ofObject(i);
@@ -168,7 +174,7 @@ void SceneRaster::State::listView(const DiffuseView& view, std::span<const std::
     const std::size_t first = seen.indices.size();
     for (const Meshlet& meshlet : members) {
       if (!frustum.mayContain(meshlet.centre, meshlet.radius) ||
-          (cullBacks && facesAway(meshlet, view.eye))) {
+          tooFar(meshlet.centre, meshlet.radius) || (cullBacks && facesAway(meshlet, view.eye))) {
         continue;
       }
       culling.append(all.subspan(meshlet.firstIndex, meshlet.indexCount), geometry.positions,

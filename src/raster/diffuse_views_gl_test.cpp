@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 #include "raster/test_support.h"
 
@@ -134,6 +135,49 @@ TEST(DiffuseViews, CulledTrianglesShowNothing) {
     }
     EXPECT_GT(covered, 0u) << "view " << i;
   }
+}
+
+TEST(DiffuseViews, MayEndFarAwayWithoutLosingWhatIsNear) {
+  Uploaded world(room());
+  constexpr float kUntil = 1.8f;
+  Layers whole;
+  Layers cut;
+  std::vector<raster::DiffuseView> views = viewsOfRoom();
+  std::vector<std::uint64_t> all(views.size());
+  world.raster->drawDiffuseViews(views, whole.targets, world.geometry, world.lighting, all);
+  for (raster::DiffuseView& view : views) {
+    const Vec4 w = glm::transpose(view.clipFromWorld)[3];  // distance along the axis
+    view.farClip = Vec4(0.0f, 0.0f, 0.0f, kUntil) - w;
+  }
+  std::vector<std::uint64_t> triangles(views.size());
+  world.raster->drawDiffuseViews(views, cut.targets, world.geometry, world.lighting, triangles);
+  gl::checkErrors("views");
+  const auto depths = whole.depth.read<float>(0, GL_DEPTH_COMPONENT, GL_FLOAT, 1);
+  const auto depthsOfCut = cut.depth.read<float>(0, GL_DEPTH_COMPONENT, GL_FLOAT, 1);
+  const auto colors = whole.color.read<float>(0, GL_RGBA, GL_FLOAT, 4);
+  const auto colorsOfCut = cut.color.read<float>(0, GL_RGBA, GL_FLOAT, 4);
+  const float nearest = scene::Camera().nearMetres;
+  std::size_t near = 0;
+  std::size_t missing = 0;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    EXPECT_LE(triangles[i], all[i]);
+    for (int y = views[i].y; y < views[i].y + views[i].height; ++y) {
+      for (int x = views[i].x; x < views[i].x + views[i].width; ++x) {
+        const auto at = static_cast<std::size_t>(y * Layers::kSide + x);
+        missing += depthsOfCut[at] == 0.0f && depths[at] > 0.0f ? 1 : 0;
+        if (depths[at] < 1.001f * nearest / kUntil) continue;
+        ++near;
+        ASSERT_EQ(depthsOfCut[at], depths[at]) << "view " << i << " at " << x << ", " << y;
+        for (std::size_t c = 0; c < 3; ++c) {
+          ASSERT_EQ(colorsOfCut[4 * at + c], colors[4 * at + c]);
+        }
+      }
+    }
+  }
+  EXPECT_GT(near, 1000u);
+  EXPECT_GT(missing, 1000u);
+  EXPECT_LT(std::accumulate(triangles.begin(), triangles.end(), std::uint64_t{0}),
+            std::accumulate(all.begin(), all.end(), std::uint64_t{0}) * 3 / 4);
 }
 
 TEST(DiffuseViews, ClipTheirOwnObjectAlone) {

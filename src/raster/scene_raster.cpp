@@ -177,7 +177,7 @@ void SceneRaster::State::cull(const FrameView& view, const Mat4& clipFromWorldOf
 }
 
 Variant& SceneRaster::State::variant(std::uint32_t features, const frame::Lighting& lighting) {
-  std::map<std::uint32_t, Variant>& ofLights = 
+  std::map<std::uint32_t, Variant>& ofLights =
       variants[lightSignature(lighting) + (cost == DrawCost::Constant ? " constant" : "")];
   const auto found = ofLights.find(features);
   if (found != ofLights.end()) return found->second;

@@ -32,8 +32,8 @@ struct CompositeOptions {
   bool fresnelSchlick = false;  ///< s + (1 - s)(1 - cos)^5 instead of s
 };
 
-/// How much of drawing is done. Less than all of it makes no picture: it shows what the triangles of
-/// a picture cost at least.
+/// How much of drawing is done. Less than all of it makes no picture: it shows what the triangles
+/// of a picture cost at least.
 enum class DrawCost : std::uint8_t {
   Whole,
   SeenOnce,  ///< over the depth of the same picture, drawn before: each sample is shaded once
@@ -44,8 +44,10 @@ enum class DrawCost : std::uint8_t {
 struct DiffuseView {
   Mat4 clipFromWorld{1.0f};  ///< right-handed, reversed-Z without a far plane, upper left
   Vec3 eye{0.0f};
-  float texelSpreadRad = 0.0f;    ///< angle that one texel subtends
-  float nearestMetres = 0.0f;     ///< nothing is drawn nearer to the eye
+  float texelSpreadRad = 0.0f;  ///< angle that one texel subtends
+  float nearestMetres = 0.0f;   ///< nothing is drawn nearer to the eye
+  /// What lies wholly beyond dot(farClip, (p, 1)) = 0 need not be drawn.
+  Vec4 farClip{0.0f, 0.0f, 0.0f, 1.0f};
   float levelErrorTexels = 0.0f;  ///< of levels of detail; 0: always the finest
   int layer = 0;                  ///< which framebuffer, and the rectangle in it, row 0 on top
   int x = 0;

@@ -597,6 +597,7 @@ std::vector<ClusterCamera> makeClusterCameras(const Clustering& clustering,
     made.height = static_cast<int>(std::ceil(size.y / texel + 2.0f * kBorder));
     made.texelSpreadRad = texel;
     made.nearestMetres = all.nearest;
+    made.farthestMetres = all.farthest;
     const Vec2 corner = all.rect.min - Vec2(kBorder * texel);
     const auto row = [&](const Vec3& v) { return Vec4(v, -glm::dot(v, made.eye)); };
     made.rowX = row((frame.right - corner.x * frame.axis) / texel);

@@ -38,7 +38,8 @@ struct ClusterCamera {
   int width = 1;
   int height = 1;
   float texelSpreadRad = 1e-3f;
-  float nearestMetres = 0.0f;  ///< of the cluster's samples to e_c
+  float nearestMetres = 0.0f;   ///< of the cluster's samples to e_c
+  float farthestMetres = 0.0f;  ///< likewise; of curved clusters
   /// Planar mirrors have the mirrored frame's own sample grid: sample (x, y) is found at
   /// (mirrorRight - (x + 0.5), (y + 0.5) - mirrorTop) * scale, without any projection.
   bool mirrorGrid = false;

@@ -103,6 +103,14 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
                            kSmallCluster * frameSamples_ / static_cast<float>(clusters[i].samples));
     view.levelErrorTexels = std::min(allowed, kWidestError / cameras[i].texelSpreadRad);
     view.nearestMetres = cameras[i].nearestMetres;
+    const auto object = static_cast<std::size_t>(clusters[i].object);
+    if (object < options_.reach.size() && options_.reach[object] > 0.0f) {
+      // [Wang2014, section 3.5]: along the camera's axis no ray gets farther than from the farthest
+      // sample
+      const Vec3 axis(cameras[i].rowW);
+      const float until = cameras[i].farthestMetres + options_.reach[object] * glm::length(axis);
+      view.farClip = Vec4(-axis, until - cameras[i].rowW.w + glm::dot(axis, frameEye));
+    }
     view.layer = atlas_.places[i].layer;
     view.x = atlas_.places[i].x;
     view.y = atlas_.places[i].y;

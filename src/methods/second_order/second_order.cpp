@@ -310,8 +310,9 @@ class SecondOrder : public Method {
     tiles_ = gl::Buffer("tiles to look up", (4 + 2 * tileCount_) * sizeof(std::uint32_t));
     tileTexture_ = gl::Texture::makeBuffer("tiles to look up", GL_R32UI, tiles_);
     clusterSamples_ = gl::Texture::make2D("cluster of each sample", GL_R16UI, width, height);
-    images_ = std::make_unique<DepthImages>(width, height, options_.camera.depthImageScale,
-                                            options_.images);
+    DepthImageOptions images = options_.images;
+    if (options_.glossyReach > 0.0f) images.reach = reachOfObjects(services.scene);
+    images_ = std::make_unique<DepthImages>(width, height, options_.camera.depthImageScale, images);
     if (!services.scene.animated()) drawEnvironment(services);
   }
 
@@ -387,6 +388,18 @@ class SecondOrder : public Method {
   }
 
  private:
+  /// How far the rays of lobes go, as intersect.frag has it; where g varies over an object, 0.
+  std::vector<float> reachOfObjects(const scene::Scene& scene) const {
+    std::vector<float> reach(reflectors_.kinds.size(), 0.0f);
+    for (std::size_t i = 1; i < reach.size(); ++i) {
+      const scene::Material& material = scene.materials[scene.objects[i - 1].material];
+      if (reflectors_.kinds[i] == ReflectorKind::Glossy &&
+          !material.metallicRoughnessTexture.used()) {
+        reach[i] = options_.glossyReach * (1.0f - material.glossiness) / material.glossiness;
+      }
+    }
+    return reach;
+  }
   gl::Program program(const Services& services, const char* label, const char* kind,
                       bool exactGrid = false) const {
     std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);

@@ -1,18 +1,20 @@
-// CPU time (of all threads: other programs disturb it less than the clock on the wall) of the steps of
-// second_order's frame, 512 x 512 pixels with 2 x 2 samples, and what each takes at least, measured
-// between its repetitions. Prints JSON: means over frames and repetitions, ms.
+// CPU time (of all threads: other programs disturb it less than the clock on the wall) of the steps
+// of second_order's frame, 512 x 512 pixels with 2 x 2 samples, and what each takes at least,
+// measured between its repetitions. Prints JSON: means over frames and repetitions, ms.
 //
 //   second_order_benchmark SCENE PATH FRAMES [REPEATS [OPTIONS]]
 //
 // Floors ("least"):
-//   gbuffer, depth_images   the same triangles drawn with a constant colour; "once": shaded, over the
+//   gbuffer, depth_images   the same triangles drawn with a constant colour; "once": shaded, over
+//   the
 //                           depth of the same picture, so that each sample is shaded once (and the
 //                           depth is not cleared). Culling on the CPU is part of all three
 //   readback                a copy of as many bytes by one thread
 //   cluster, camera         copies of the bytes that they must read and write
-//   intersect, composite    the loads, depth look-ups and writes that each sample needs, at the cost
-//                           of full-screen passes that do nothing else, and the reading of what they
-//                           read once; a ray needs two texels of depth
+//   intersect, composite    the loads, depth look-ups and writes that each sample needs, at the
+//   cost
+//                           of full-screen passes that do nothing else, and the reading of what
+//                           they read once; a ray needs two texels of depth
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -111,8 +113,9 @@ class Benchmark {
     std::printf("\"frame\": {\"whole\": %.3f, \"once\": %.3f, \"least\": %.3f},\n ", whole, once,
                 least);
     for (const auto& [name, count] : counts_) std::printf("\"%s\": %.1f, ", name.c_str(), count);
-    std::printf("\n \"ns\": {\"write\": %.3f, \"load\": %.3f, \"depth\": %.3f, \"copied KiB\": %.3f}}\n",
-                1e6 * write_, 1e6 * load_, 1e6 * depth_, 1e6 * copy_ * 1024.0);
+    std::printf(
+        "\n \"ns\": {\"write\": %.3f, \"load\": %.3f, \"depth\": %.3f, \"copied KiB\": %.3f}}\n",
+        1e6 * write_, 1e6 * load_, 1e6 * depth_, 1e6 * copy_ * 1024.0);
   }
 
  private:
@@ -142,9 +145,9 @@ class Benchmark {
 
   double calibrated(gl::Program& program, const char* loads, const char* fetches) {
     if (program.empty()) {
-      program = gl::Program::fullScreen("calibration",
-                                        "methods/second_order/shaders/calibration.frag",
-                                        {{"LOADS", loads}, {"FETCHES", fetches}});
+      program =
+          gl::Program::fullScreen("calibration", "methods/second_order/shaders/calibration.frag",
+                                  {{"LOADS", loads}, {"FETCHES", fetches}});
     }
     return busyMs([&] {
       gbuffer_.reflectionFramebuffer.bind();
@@ -190,7 +193,8 @@ class Benchmark {
     const double read = 24.0 * kAllSamples + 16.0 * kSize * kSize;
     // Ids of all, normals and depth of reflective samples; their rays and clusters are written. A
     // copied byte is read and written
-    const double clustered = 4.0 * kAllSamples + (16.0 + 4.0 + 24.0) * reflective + 2.0 * kAllSamples;
+    const double clustered =
+        4.0 * kAllSamples + (16.0 + 4.0 + 24.0) * reflective + 2.0 * kAllSamples;
     const double cameras = 24.0 * (reflective - planar) + 2.0 * 2.0 * kAllSamples;
     for (double Step::*part : {&Step::once, &Step::least}) {
       add("readback", part, copy * read);
@@ -205,9 +209,8 @@ class Benchmark {
     // Planar mirrors: cluster, colour; others: seven texels of their cluster, normal, four colours
     const double walked = reflective - planar;
     // Those loads are from the cache: what is read for the first time costs a copy's reading more
-    const double intersect =
-        planar * (2.0 * load + depth + write + 7.0 * copy) +
-        walked * (12.0 * load + 3.0 * depth + write + 13.0 * copy);
+    const double intersect = planar * (2.0 * load + depth + write + 7.0 * copy) +
+                             walked * (12.0 * load + 3.0 * depth + write + 13.0 * copy);
     const double composite = kAllSamples * (2.0 * load + 18.0 * copy) + kSize * kSize * write;
     for (double Step::*part : {&Step::once, &Step::least}) {
       add("intersect", part, intersect);

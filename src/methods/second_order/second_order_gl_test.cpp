@@ -448,6 +448,10 @@ TEST(SecondOrder, GlossyReflectionsComeCloseToTheirRays) {
   EXPECT_GT(between.l1Of8Bit, 2.0 * cone.l1Of8Bit);
   EXPECT_GT(between.output.counters.at("faded"), 0u);
   EXPECT_LT(between.output.counters.at("faded"), between.samples);
+  // What lies beyond a lobe's reach is not drawn, and nothing else is missing. Reach 1 m * (1 - g)
+  // / g
+  EXPECT_LT(between.output.counters.at("triangles"), cone.output.counters.at("triangles"));
+  EXPECT_GT(between.output.counters.at("triangles"), 0u);
 }
 
 TEST(SecondOrder, ExtremesStayWithinTheirBounds) {
@@ -500,15 +504,15 @@ TEST(SecondOrder, ExtremesStayWithinTheirBounds) {
   EXPECT_EQ(empty.output.counters.at("sky"), 0u);
 }
 
-/// Strips side by side in the plane z = 0, with shading normals to the right and to the left, which turn
-/// a little so that no neighbours make a plane.
+/// Strips side by side in the plane z = 0, with shading normals to the right and to the left, which
+/// turn a little so that no neighbours make a plane.
 scene::Mesh stripsOfOppositeNormals() {
   scene::Mesh mesh;
   for (int i = 0; i < 16; ++i) {
     const auto first = static_cast<std::uint32_t>(mesh.positions.size());
     const float left = -1.0f + 0.125f * static_cast<float>(i);
-    for (const Vec2& corner : {Vec2(0.0f, -1.0f), Vec2(0.125f, -1.0f), Vec2(0.125f, 1.0f),
-                               Vec2(0.0f, 1.0f)}) {
+    for (const Vec2& corner :
+         {Vec2(0.0f, -1.0f), Vec2(0.125f, -1.0f), Vec2(0.125f, 1.0f), Vec2(0.0f, 1.0f)}) {
       mesh.positions.emplace_back(left + corner.x, corner.y, 0.0f);
       const float turn = corner.x > 0.0f ? 0.2f : -0.2f;
       mesh.normals.emplace_back((i % 2 == 0 ? 1.0f : -1.0f) * std::cos(turn), std::sin(turn), 0.0f);
