@@ -109,8 +109,11 @@ The paper's first column is the G-buffer and the clustering.""")
     bench.paths = runs
 
 
-# Why a step takes more than twice its floor: measured as docs/papers/second_order.md says.
+# Why a step takes more than twice its floor, measured with parts of it left out (AMD EPYC): textures of
+# gbuffer, loads of composite, the passes of intersect. cluster and camera: by difference to their reading.
 REASONS = {
+    "gbuffer": "textures: 27 % in bathroom a, 32 % in living room a",
+    "composite": "three loads from memory, 4 to 5 ns each; from the cache 1.4",
     "cluster": "arithmetic: rays, bins and planes of each sample; a cluster's sums",
     "camera": "arithmetic: far ends in the scene's box, twice; the upload of each sample's cluster",
     "intersect": "planar mirrors 1/3, walks 1/2 (240 ns a sample, of 8 the longest), what found nothing 1/10"}

@@ -21,7 +21,7 @@ struct DepthImageOptions {
   bool compound = true;                      ///< one draw for all images of a layer
   int depthLayers = 1;                       ///< of the images of what is not a planar mirror
   /// By object id: metres that its rays go at most, 0: as far as the scene; or empty.
-  std::vector<float> reach;
+  std::vector<float> reach = {};
 };
 
 /// Textures are kept from frame to frame and grow when a frame needs more.
