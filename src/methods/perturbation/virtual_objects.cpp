@@ -28,6 +28,8 @@ constexpr float kBlindEdge = 0.7f;
 constexpr float kMargin = 8.0f;
 /// Edges that miss their middle after all halvings are torn when longer than this, pixels (ours).
 constexpr float kTornEdge = 6.0f;
+/// Two reflections about a caustic are joined up to this distance, pixels (ours).
+constexpr float kWidestFold = 16.0f;
 /// Edges that a thread looks at in one go.
 constexpr std::size_t kGrain = 1024;
 /// Over how many edges reflections are looked for in a round of halvings (ours).
@@ -476,10 +478,11 @@ class Builder {
     }
     const Reflections& a = nodes_[t[seen]].reflections;
     const std::array<std::uint32_t, 2> others{t[(seen + 1) % 3], t[(seen + 2) % 3]};
+    std::vector<Loose> loose;
     for (std::size_t i = 0; i < a.count; ++i) {
       std::array<std::uint32_t, 3> corners{vertexOf(t[seen], i), 0, 0};
       bool whole = true;
-      std::array<std::size_t, 2> number{};
+      std::array<std::size_t, 2> number{kMaxReflections, kMaxReflections};
       for (std::size_t c = 0; c < 2; ++c) {
         const Node& other = nodes_[others[c]];
         number[c] = counterpart(a, i, other.reflections);
@@ -489,11 +492,52 @@ class Builder {
       }
       if (!whole) {
         ++counts_.dropped;
+        for (std::size_t c = 0; c < 2; ++c) {
+          if (number[c] != kMaxReflections && number[1 - c] == kMaxReflections)
+            loose.push_back({i, others[c], number[c]});
+        }
         continue;
       }
-      if (!shows(corners)) continue;
-      result_.indices.insert(result_.indices.end(), corners.begin(), corners.end());
+      putCorners(corners);
     }
+    if (exactMiddles_) joinFold(t[seen], loose);
+  }
+
+  /// A reflection that a node shares with another but not with the triangle's third.
+  struct Loose {
+    std::size_t number = 0;
+    std::uint32_t other = 0;
+    std::size_t otherNumber = 0;
+  };
+
+  /// Where a caustic has taken two reflections from the third node they merge between: the edges
+  /// that they leave behind are the two sides of one strip.
+  void joinFold(std::uint32_t node, const std::vector<Loose>& loose) {
+    for (std::size_t p = 0; p < loose.size(); ++p) {
+      for (std::size_t q = p + 1; q < loose.size(); ++q) {
+        if (loose[p].other != loose[q].other || loose[p].otherNumber == loose[q].otherNumber)
+          continue;
+        const auto at = [&](std::uint32_t n, std::size_t number) {
+          return projection_(nodes_[n].reflections.at[number].x);
+        };
+        const auto a = at(node, loose[p].number);
+        const auto b = at(node, loose[q].number);
+        const auto c = at(loose[p].other, loose[p].otherNumber);
+        const auto d = at(loose[q].other, loose[q].otherNumber);
+        if (!a || !b || !c || !d || glm::distance(*a, *b) > kWidestFold ||
+            glm::distance(*c, *d) > kWidestFold)
+          continue;
+        const std::uint32_t first = vertexOf(node, loose[p].number);
+        const std::uint32_t last = vertexOf(loose[q].other, loose[q].otherNumber);
+        putCorners({first, vertexOf(loose[p].other, loose[p].otherNumber), last});
+        putCorners({first, last, vertexOf(node, loose[q].number)});
+      }
+    }
+  }
+
+  void putCorners(const std::array<std::uint32_t, 3>& corners) {
+    if (shows(corners))
+      result_.indices.insert(result_.indices.end(), corners.begin(), corners.end());
   }
 
   /// Whether a triangle may be in the frame.
