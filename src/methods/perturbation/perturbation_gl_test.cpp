@@ -339,6 +339,21 @@ void expectOnlyChangesDrawn(const scene::Scene& scene, const std::string& option
   }
 }
 
+TEST(Perturbation, JoinsReflectionsThatMerge) {
+  test::SceneBuilder builder;
+  builder.add(scene::makeImplicit(implicit::vaseSurface(), 48, scene::UvMode::Metres),
+              builder.reflective(1.0f, 0.0f), test::translation({0.0f, -0.8f, 0.0f}));
+  scene::BoxShape room{.size = {8.0f, 5.0f, 9.0f}};
+  room.segments = {8, 5, 9};
+  room.inward = true;
+  builder.add(scene::makeBox(room, scene::UvMode::Metres), builder.diffuse({0.6f, 0.5f, 0.3f}));
+  builder.constantEnvironment(Vec3(5.0f, 0.0f, 0.0f));
+  Comparison frame(builder.scene(), cameraAt({0.2f, 0.9f, 3.6f}, {0.0f, 0.2f, 0.0f}));
+  EXPECT_GT(frame.samples, 5000u);
+  // Nothing but gaps shows the environment: 741 samples with gaps along folds, 132 without
+  EXPECT_LT(frame.output.counters["environment"], 300u);
+}
+
 TEST(Perturbation, DrawsOnlyWhereSomethingChanged) {
   test::SceneBuilder builder = stage(sphereMesh(0.7), test::translation({0.0f, 0.3f, 0.0f}));
   builder.move(2, {-0.6f, 0.0f, 0.5f}, 2.0f);

@@ -29,7 +29,7 @@ constexpr float kMargin = 8.0f;
 /// Edges that miss their middle after all halvings are torn when longer than this, pixels (ours).
 constexpr float kTornEdge = 6.0f;
 /// Two reflections about a caustic are joined up to this distance, pixels (ours).
-constexpr float kWidestFold = 16.0f;
+constexpr float kWidestFold = 40.0f;
 /// Edges that a thread looks at in one go.
 constexpr std::size_t kGrain = 1024;
 /// Over how many edges reflections are looked for in a round of halvings (ours).
