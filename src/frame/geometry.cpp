@@ -1,8 +1,10 @@
 #include "frame/geometry.h"
 
+#include <atomic>
 #include <cmath>
-#include <cstring>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -22,20 +24,51 @@ bool disagreesWithNormals(const scene::Mesh& mesh, std::size_t firstIndex) {
   return glm::dot(side, mesh.normals[a] + mesh.normals[b] + mesh.normals[c]) < 0.0f;
 }
 
+/// What a pose makes of an object, checked and not yet stored.
+struct Posed {
+  scene::WorldVertices world;
+  std::optional<implicit::Surface> surface;  ///< of an implicit one that is shown whole
+};
+
+/// Throws SceneError when the object's transform flattens its surface or leaves the finite.
+Posed posedAt(const scene::Scene& scene, const scene::Object& object, const scene::Pose& pose,
+              bool hasSurface) {
+  const auto where = [&] { return "object \"" + object.name + "\" of " + scene.source.string(); };
+  Posed posed{scene::worldVertices(scene, object, pose), std::nullopt};
+  std::atomic<bool> broken{false};
+  const std::vector<Vec3>& positions = posed.world.positions;
+  parallelFor(positions.size(), kVertexGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!isFinite(positions[i])) broken = true;
+    }
+  });
+  if (broken) {
+    throw SceneError(where() + ": its transform at time " + std::to_string(pose.timeSeconds) +
+                     " s makes positions that are not finite; positions must stay below 1e18");
+  }
+  if (!hasSurface) return posed;
+  const glm::dmat4 world(pose.worldFromNode[object.node] * object.nodeFromInstance);
+  try {
+    posed.surface = implicit::placed(*scene.meshes[object.mesh].surface, glm::dmat3(world),
+                                     glm::dvec3(world[3]));
+  } catch (const SceneError& error) {
+    throw SceneError(where() + " at time " + std::to_string(pose.timeSeconds) +
+                     " s: " + error.what() + "; its scale must not be 0");
+  }
+  return posed;
+}
+
 /// Writes what depends on the pose; returns whether a byte has changed.
-bool fillVertices(Geometry& geometry, ObjectRange& range, const scene::Scene& scene,
-                  const scene::Object& object, const scene::WorldVertices& world) {
+bool fillVertices(Geometry& geometry, ObjectRange& range, const scene::WorldVertices& world) {
   const std::size_t count = range.vertexCount;
   const std::size_t tasks = (count + kVertexGrain - 1) / kVertexGrain;
   std::vector<Box3> boxes(tasks);
   std::vector<char> changed(tasks, 0);
-  std::vector<char> broken(tasks, 0);
   parallelFor(tasks, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t task = begin; task < end; ++task) {
       const std::size_t last = std::min(count, (task + 1) * kVertexGrain);
       for (std::size_t i = task * kVertexGrain; i < last; ++i) {
         const Vec3 position = world.positions[i];
-        if (!isFinite(position)) broken[task] = 1;
         const Vec3 normal = normalizedOr(world.normals[i], Vec3(0.0f, 1.0f, 0.0f));
         VertexAttributes& attributes = geometry.attributes[range.firstVertex + i];
         Vec3& stored = geometry.positions[range.firstVertex + i];
@@ -58,11 +91,6 @@ bool fillVertices(Geometry& geometry, ObjectRange& range, const scene::Scene& sc
   bool anyChanged = false;
   range.bounds = Box3{};
   for (std::size_t task = 0; task < tasks; ++task) {
-    if (broken[task] != 0) {
-      throw SceneError("object \"" + object.name + "\" of " + scene.source.string() +
-                       ": its transform at time " + std::to_string(geometry.timeSeconds) +
-                       " s makes positions that are not finite; positions must stay below 1e18");
-    }
     range.bounds.extend(boxes[task]);
     anyChanged = anyChanged || changed[task] != 0;
   }
@@ -93,20 +121,11 @@ bool usesTextures(const scene::Scene& scene, const scene::Object& object) {
          m.metallicRoughnessTexture.used();
 }
 
-/// Follows the object's transform. Throws SceneError when that flattens the surface.
-void placeSurface(Geometry& geometry, const ObjectRange& range, const scene::Scene& scene,
-                  const scene::Object& object, const scene::Pose& pose) {
-  if (range.surface < 0) return;
-  const glm::dmat4 world(pose.worldFromNode[object.node] * object.nodeFromInstance);
+void placeSurface(Geometry& geometry, const ObjectRange& range,
+                  std::optional<implicit::Surface> surface) {
+  if (!surface) return;
   PlacedSurface& placed = geometry.surfaces[range.surface];
-  try {
-    placed.surface = implicit::placed(*scene.meshes[object.mesh].surface, glm::dmat3(world),
-                                      glm::dvec3(world[3]));
-  } catch (const SceneError& error) {
-    throw SceneError("object \"" + object.name + "\" of " + scene.source.string() + " at time " +
-                     std::to_string(geometry.timeSeconds) + " s: " + error.what() +
-                     "; its scale must not be 0");
-  }
+  placed.surface = std::move(*surface);
   placed.reach = 0.0;
   for (std::uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; ++i) {
     const std::uint32_t next = i % 3 == 2 ? i - 2 : i + 1;
@@ -169,14 +188,15 @@ Geometry makeGeometry(const scene::Scene& scene, const scene::Pose& pose) {
       if (!mesh.uv[1].empty()) attributes.uv1 = mesh.uv[1][i];
       if (!mesh.colors.empty()) attributes.color = mesh.colors[i];
     }
-    const scene::WorldVertices world = scene::worldVertices(scene, object, pose);
+    Posed posed = posedAt(scene, object, pose, range.surface >= 0);
     for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
       std::uint32_t* triangle = &geometry.indices[range.firstIndex + i];
       for (int k = 0; k < 3; ++k) triangle[k] = range.firstVertex + mesh.indices[i + k];
-      if (disagreesWithNormals(mesh, i) != world.flipWinding) std::swap(triangle[1], triangle[2]);
+      if (disagreesWithNormals(mesh, i) != posed.world.flipWinding)
+        std::swap(triangle[1], triangle[2]);
     }
-    fillVertices(geometry, range, scene, object, world);
-    placeSurface(geometry, range, scene, object, pose);
+    fillVertices(geometry, range, posed.world);
+    placeSurface(geometry, range, std::move(posed.surface));
     if (usesTextures(scene, object)) range.uvPerMetre = measureUvPerMetre(geometry, range);
   }
   updateBounds(geometry);
@@ -185,16 +205,25 @@ Geometry makeGeometry(const scene::Scene& scene, const scene::Pose& pose) {
 
 std::vector<int> updateGeometry(Geometry& geometry, const scene::Scene& scene,
                                 const scene::Pose& pose) {
+  // All of it is checked before any is stored: after a frame that fails, what moved meanwhile must
+  // still differ from what is stored
+  std::vector<Posed> posed;
+  for (std::size_t o = 0; o < scene.objects.size(); ++o) {
+    const ObjectRange& range = geometry.objects[o];
+    if (range.moving) posed.push_back(posedAt(scene, scene.objects[o], pose, range.surface >= 0));
+  }
+
   geometry.timeSeconds = pose.timeSeconds;
   std::vector<int> changed;
+  auto next = posed.begin();
   for (std::size_t o = 0; o < scene.objects.size(); ++o) {
     ObjectRange& range = geometry.objects[o];
     if (!range.moving) continue;
-    const scene::Object& object = scene.objects[o];
-    const scene::WorldVertices world = scene::worldVertices(scene, object, pose);
-    if (!fillVertices(geometry, range, scene, object, world)) continue;
-    placeSurface(geometry, range, scene, object, pose);
-    if (usesTextures(scene, object)) range.uvPerMetre = measureUvPerMetre(geometry, range);
+    Posed& object = *next++;
+    if (!fillVertices(geometry, range, object.world)) continue;
+    placeSurface(geometry, range, std::move(object.surface));
+    if (usesTextures(scene, scene.objects[o]))
+      range.uvPerMetre = measureUvPerMetre(geometry, range);
     changed.push_back(static_cast<int>(o));
   }
   updateBounds(geometry);

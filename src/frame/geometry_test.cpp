@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <limits>
 
 #include "core/error.h"
 #include "core/parallel.h"
 #include "frame/test_scenes.h"
 #include "scene/animate.h"
+#include "scene/implicit/surface.h"
 
 namespace catoptric::frame {
 namespace {
@@ -105,6 +107,27 @@ TEST(Geometry, UpdateEqualsMakingItAnew) {
   EXPECT_EQ(g.indices, fresh.indices);
   EXPECT_EQ(g.bounds.max, fresh.bounds.max);
   EXPECT_EQ(g.timeSeconds, 2.0);
+}
+
+TEST(Geometry, AFrameThatFailsStoresNothing) {
+  SceneBuilder builder;
+  const int grey = builder.diffuse(Vec3(0.5f));
+  builder.add(scene::makePlane({1.0f, 1.0f}, {2, 3}, scene::UvMode::Unit), grey);
+  builder.add(scene::makeImplicit(implicit::sphereSurface(1.0), 8, scene::UvMode::Unit), grey);
+  builder.move(0, {0.0f, 1.0f, 0.5f}, 4.0f);
+  builder.move(1, {0.0f, 1.0f, 0.5f}, 4.0f);
+  const scene::Scene& scene = builder.scene();
+  Geometry g = geometryOf(scene);
+  const scene::Pose good = scene::poseAt(scene, 2.0);
+  for (const float scale : {0.0f, std::numeric_limits<float>::infinity()}) {
+    scene::Pose bad = good;
+    Mat4& world = bad.worldFromNode[static_cast<std::size_t>(scene.objects[1].node)];
+    world = glm::scale(world, Vec3(scale));
+    EXPECT_THROW(updateGeometry(g, scene, bad), SceneError) << scale;
+    EXPECT_EQ(g.timeSeconds, 0.0);
+  }
+  // Both have moved since the last frame that succeeded
+  EXPECT_THAT(updateGeometry(g, scene, good), ::testing::ElementsAre(0, 1));
 }
 
 TEST(Geometry, NonFinitePositionsAreAnErrorThatNamesTheObject) {
