@@ -467,14 +467,18 @@ class Perturbation : public Method {
     PathType type;
     std::vector<perturbation::Turn> turns;
     double index = 1.0;
+    bool isInside = false;
     for (const Meeting& meeting : sequence) {
       const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(meeting.object)];
       perturbation::Turn turn;
       turn.bounds = range.bounds;
       turn.through = meeting.through;
       turn.indexBefore = index;
-      if (meeting.through)
-        index = index == 1.0 ? static_cast<double>(refractionOf(scene, meeting.object)) : 1.0;
+      turn.inside = isInside;
+      if (meeting.through) {
+        isInside = !isInside;
+        index = isInside ? static_cast<double>(refractionOf(scene, meeting.object)) : 1.0;
+      }
       turn.indexAfter = index;
       const auto plane = planes_.find(meeting.object);
       if (plane == planes_.end()) {

@@ -273,6 +273,17 @@ TEST(Perturbation, ShowsWhatRaysSeeThroughALens) {
   EXPECT_GE(frame.output.counters["path_types"], 2u);
 }
 
+TEST(Perturbation, SeesThroughGlassThatDoesNotBendAsIfItWereNotThere) {
+  test::SceneBuilder builder = stage(sphereMesh(0.4), test::translation({0.2f, 0.3f, 1.0f}));
+  builder.scene().materials[builder.scene().objects[0].material].refraction = 1.0f;
+  Comparison frame(builder.scene(), kFront, R"({"max_bounces": 2, "tessellation_error": 4})",
+                   {.bounces = 2});
+  EXPECT_GT(frame.samples, 3000u);
+  // Gaps at its rim, as with 1.001 (8.2); all of it is one when nothing is found to pass through
+  EXPECT_LT(frame.l1Of8Bit, 10.0);
+  EXPECT_LT(frame.output.counters["environment"], frame.samples * 7 / 10);
+}
+
 TEST(Perturbation, MovesAReflectorInReflections) {
   const auto moving = [] {
     test::SceneBuilder builder =

@@ -122,6 +122,7 @@ Reflector::Reflector(std::span<const Turn> turns, const Reflector* before, const
     int height = 0;
     std::vector<std::unique_ptr<Sample>> samples;
     std::ptrdiff_t count = 0;  ///< of paths
+    std::uint64_t total = 0;   ///< rays that the last surface reflects totally
   };
   const auto sample = [&](const std::array<float, 4>& seen, float spacing, bool again) {
     const auto cells = [&](float from, float to) {
@@ -158,7 +159,7 @@ Reflector::Reflector(std::span<const Turn> turns, const Reflector* before, const
         grid.samples[i] = std::make_unique<Sample>(found);
       }
     });
-    totalReflections_ = total;
+    grid.total = total;
     grid.count = std::count_if(grid.samples.begin(), grid.samples.end(),
                                [](const auto& found) { return found != nullptr; });
     return grid;
@@ -202,6 +203,7 @@ Reflector::Reflector(std::span<const Turn> turns, const Reflector* before, const
     spacing *= 0.5f;
     grid = sample(seen, spacing, false);
   }
+  totalReflections_ = grid.total;
   if (grid.count == 0) return;
   octree_ = makeOctree(grid, scene, rays_);
   const Grid self = sample(seen, std::max(1.0f, kSelfSpacing * spacing), true);
@@ -329,8 +331,7 @@ bool Reflector::accept(const glm::dvec3& point, const Places& places) const {
     const double towardsFrom = glm::dot(*normal, back);
     if (!(towardsFrom * glm::dot(*normal, ahead) * (turn.through ? -1.0 : 1.0) > 0.0)) return false;
     // What is seen of the inside is seen through an opening
-    if (turn.indexBefore == 1.0 && towardsFrom < 0.0 && hiddenAt(i, from, x) < 1.0 - kOffSurface)
-      return false;
+    if (!turn.inside && towardsFrom < 0.0 && hiddenAt(i, from, x) < 1.0 - kOffSurface) return false;
     if (options_.order == Order::Nearest) continue;  // is where it is, however wrong
     const glm::dvec3 onward = onwards(turn, glm::normalize(-back), *normal);
     if (onward == glm::dvec3(0.0) ||
@@ -453,8 +454,13 @@ void Reflector::addReflectionsNear(const glm::dvec3& point, const Reflections& k
 
 double Reflector::hiddenAt(std::size_t turn, const glm::dvec3& from,
                            const glm::dvec3& point) const {
+  const glm::dvec3 way = point - from;
+  // Away from a surface that it has just left, as in pathBy()
+  const bool leaves = turn > 0 && turns_[turn].surface == turns_[turn - 1].surface;
+  const double start = leaves ? kOffSurface * sizes_[turn] / glm::length(way) : 0.0;
+  if (!(start < 1.0)) return 1.0;
   const implicit::SurfaceHit hit =
-      implicit::firstHit(*turns_[turn].surface, {from, point - from, 0.0, 1.0});
+      implicit::firstHit(*turns_[turn].surface, {from, way, start, 1.0});
   return hit.status == implicit::HitStatus::Hit ? hit.t : 1.0;
 }
 

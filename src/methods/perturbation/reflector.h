@@ -99,8 +99,9 @@ struct Turn {
   bool through = false;      ///< refracts
   double indexBefore = 1.0;  ///< of refraction, on the side of the eye
   double indexAfter = 1.0;
+  bool inside = false;  ///< of a body that refracts, before the turn
   /// Reflects inside a body that refracts, where it lets nothing out.
-  bool total() const { return !through && indexBefore != 1.0; }
+  bool total() const { return !through && inside; }
 };
 /// Reflectors of one path, at most (run config: max_bounces).
 inline constexpr std::size_t kMaxTurns = 6;
@@ -123,7 +124,7 @@ class Reflector {
   const Reflector* before() const { return before_; }
   /// Whether the last turn has hidden() points: not of bodies that refract.
   bool hides() const { return !turns_.back().through && !turns_.back().total(); }
-  bool refracts() const { return turns_[0].through || turns_.back().indexBefore != 1.0; }
+  bool refracts() const { return turns_[0].through || turns_.back().inside; }
   /// Of the last reflector.
   double size() const { return size_; }
   double distanceFrom(const glm::dvec3& point) const { return glm::distance(point, centre_); }
@@ -170,8 +171,8 @@ class Reflector {
   /// Newton's iteration over exact paths: each is expanded again. `places[0]` is where it starts.
   bool retrace(const glm::dvec3& point, Places& places) const;
   bool accept(const glm::dvec3& point, const Places& places) const;
-  /// How far towards a point from `from` one sees before reflector `turn` hides it; at least 1: not
-  /// hidden.
+  /// How far towards a point from `from`, the eye or the place of the turn before, one sees before
+  /// reflector `turn` hides it; at least 1: not hidden.
   double hiddenAt(std::size_t turn, const glm::dvec3& from, const glm::dvec3& point) const;
   void add(const glm::dvec3& point, const Places& places, const glm::dvec3& from,
            std::vector<glm::dvec3>& starts, Reflections& result) const;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <limits>
@@ -96,6 +97,80 @@ TEST(Reflector, VerticesInTheVaseAreATenthOfAPixelOff) {
     EXPECT_LE(errors[errors.size() / 2], median) << name;
     EXPECT_LE(sum / count, mean) << name;
   }
+}
+
+Box3 boxOf(const Vec3& min, const Vec3& max) {
+  Box3 box;
+  box.extend(min);
+  box.extend(max);
+  return box;
+}
+
+TEST(Reflector, SeesABowlInItselfTwice) {
+  implicit::Surface bowl = implicit::sphereSurface(1.0);
+  bowl.domain.max.y = -0.2;
+  const Turn turn{&bowl, boxOf(Vec3(-1.0f), Vec3(1.0f, -0.2f, 1.0f))};
+  const std::array<Turn, 2> turns{turn, turn};
+  const Vec3 eye(0.9f, 2.5f, 0.3f);
+  const View view{scene::lookAt(eye, Vec3(0.0f, -0.6f, 0.0f), {0.0f, 0.0f, 1.0f}, radians(45.0f)),
+                  256, 256};
+  const Box3 around = boxOf(Vec3(-3.0f), Vec3(3.0f));
+  const Reflector once({turns.data(), 1}, nullptr, around, view, {});
+  const Reflector twice(turns, &once, around, view, {});
+  ASSERT_GT(twice.pathCount(), 0u);
+  RayOctree::Cursor cursor;
+  PathCounts counts;
+  std::uint32_t found = 0;
+  for (int i = 0; i < 200; ++i) {
+    const double angle = 2.399963 * i;
+    const glm::dvec3 point(0.008 * i * std::cos(angle), 0.8, 0.008 * i * std::sin(angle));
+    const Reflections seen = twice.reflectionsOf(point, false, cursor, counts);
+    for (std::uint32_t k = 0; k < seen.count; ++k) {
+      ++found;
+      // The law of reflection, twice; the sphere's normals point to its centre
+      const glm::dvec3& x = seen.at[k].x;
+      const glm::dvec3& y = seen.at[k].last;
+      const glm::dvec3 between = glm::normalize(y - x);
+      const glm::dvec3 first = glm::reflect(glm::normalize(x - glm::dvec3(eye)), glm::normalize(x));
+      const glm::dvec3 second = glm::reflect(between, glm::normalize(y));
+      EXPECT_LT(glm::distance(first, between), 0.01) << i;
+      EXPECT_LT(glm::distance(second, glm::normalize(point - y)), 0.05) << i;
+    }
+  }
+  EXPECT_GT(found, 200u);
+}
+
+TEST(Reflector, CountsTotalReflectionsOfTheSampledPathsAlone) {
+  // From a corner of a block of glass its sides reflect much of what has entered
+  const implicit::Surface block = implicit::superquadricSurface(glm::dvec3(0.5), 0.1, 0.1);
+  Turn in{&block, boxOf(Vec3(-0.5f), Vec3(0.5f))};
+  in.through = true;
+  in.indexAfter = 1.5;
+  Turn out = in;
+  out.inside = true;
+  out.indexBefore = 1.5;
+  out.indexAfter = 1.0;
+  const std::array<Turn, 2> turns{in, out};
+  const View view{scene::lookAt({1.5f, 1.0f, 2.0f}, Vec3(0.0f), {0.0f, 1.0f, 0.0f}, radians(30.0f)),
+                  256, 256};
+  const Box3 around = boxOf(Vec3(-3.0f), Vec3(3.0f));
+  PathOptions options;
+  options.sampleSpacing = 32;
+  options.fewestPaths = 1;
+  const Reflector once({turns.data(), 1}, nullptr, around, view, options);
+  const Reflector twice(turns, &once, around, view, options);
+  // Every 8th pixel, a quarter of the spacing, is sampled; those that show the block:
+  std::uint64_t shown = 0;
+  for (int i = 0; i < 32 * 32; ++i) {
+    const glm::dvec3 ray(scene::rayDirection(view.camera, 256, 256,
+                                             static_cast<float>(8 * (i % 32) + 4),
+                                             static_cast<float>(8 * (i / 32) + 4)));
+    if (implicit::firstHit(block, {glm::dvec3(view.camera.eye()), ray}).status ==
+        implicit::HitStatus::Hit)
+      ++shown;
+  }
+  EXPECT_GT(twice.totalReflections(), shown / 10);
+  EXPECT_LT(twice.totalReflections(), shown);
 }
 
 }  // namespace
