@@ -3,9 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 
+#include "raster/screen.h"
 #include "raster/test_support.h"
 
 namespace catoptric {
@@ -41,6 +43,36 @@ void expectSame(const Samples& a, const Samples& b) {
   expectSameBits(a.depth, b.depth, "depth");
   expectSameBits(a.ids, b.ids, "ids");
   expectSameBits(a.stencil, b.stencil, "stencil");
+}
+
+TEST(Screen, HoldsWhatFloatsMakeOfPointsFarFromTheOrigin) {
+  constexpr int kPixels = 1024;
+  for (const float far : {0.0f, 1e3f, 1e5f, 1e6f}) {
+    const Vec3 target(far, -0.3f * far, 0.7f * far);
+    const scene::Camera camera = cameraAt(target + Vec3(1.0f, 2.0f, 3.0f), target, 0.5f);
+    const raster::Screen screen(camera, kPixels, kPixels);
+    const Mat4 clipFromWorld = scene::clipFromCamera(camera, 1.0f) * scene::cameraFromWorld(camera);
+    for (int i = 0; i < 1000; ++i) {
+      const auto part = [&](float step) { return std::fmod(step * static_cast<float>(i), 1.0f); };
+      const std::array<Vec3, 1> point{target + Vec3(part(0.618f), part(0.414f), part(0.732f)) -
+                                      0.5f};
+      const raster::Rectangle shown = screen.shows(point);
+      const Vec4 c = clipFromWorld * Vec4(point[0], 1.0f);
+      const Vec2 at = static_cast<float>(kPixels) * (0.5f + 0.5f * Vec2(c.x, -c.y) / c.w);
+      if (!(c.w > camera.nearMetres) || glm::min(at.x, at.y) < 0.0f ||
+          glm::max(at.x, at.y) >= static_cast<float>(kPixels)) {
+        continue;
+      }
+      const auto x = static_cast<int>(at.x);
+      const auto y = static_cast<int>(at.y);
+      EXPECT_TRUE(shown.x0 <= x && x < shown.x1 && shown.y0 <= y && y < shown.y1)
+          << far << ": " << at.x << " " << at.y << " not in " << shown.x0 << " " << shown.y0 << " "
+          << shown.x1 << " " << shown.y1;
+      if (far == 0.0f) {
+        EXPECT_LE(shown.width(), 4);
+      }
+    }
+  }
 }
 
 TEST(GBuffer, PartsAreThoseOfTheWhole) {

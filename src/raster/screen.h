@@ -20,6 +20,7 @@ class Screen {
   Rectangle all_;
   glm::dvec2 size_;
   glm::dmat4 clipFromWorld_;
+  glm::dmat4 terms_;  ///< sizes of the rounding errors of its terms on the device
   double nearMetres_;
 };
 
