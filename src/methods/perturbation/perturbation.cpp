@@ -149,25 +149,37 @@ constexpr double kPlaneMargin = 0.25;
 /// which a virtual triangle came about (ours): sheets of different reflections lie farther apart.
 constexpr float kDepthSlack = 0.1f;
 
+/// Draws write no colours until the end of the scope.
+struct ColorsKept {
+  ColorsKept() { glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE); }
+  ~ColorsKept() { glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE); }
+  ColorsKept(const ColorsKept&) = delete;
+  ColorsKept& operator=(const ColorsKept&) = delete;
+};
+
 enum class Kind : std::uint8_t { Diffuse, Planar, Implicit, Unsupported };
 
 /// What kind of reflector an object is; why it is not supported.
 Kind kindOf(const scene::Scene& scene, const scene::Object& object, std::string& reason) {
   const scene::Material& material = scene.materials[object.material];
   const raster::SampleClass kind = raster::materialClass(scene, material);
+  // One that a mask cuts is a mesh (frame::Geometry)
+  const bool surface =
+      scene.meshes[object.mesh].surface && material.alphaMode != scene::AlphaMode::Mask;
   if (kind == raster::SampleClass::Diffuse) return Kind::Diffuse;
   if (kind == raster::SampleClass::Glossy) {
     reason = "is glossy: perturbation does mirrors (g = 0)";
   } else if (material.normalTexture.used()) {
     reason = "has a normal map";
-  } else if (material.refraction > 0.0f && !scene.meshes[object.mesh].surface) {
+  } else if (material.refraction > 0.0f && !surface) {
     reason = "refracts, and is not an implicit surface";
-  } else if (object.planar) {
+  } else if (object.planar && !(material.refraction > 0.0f)) {
     return Kind::Planar;
-  } else if (scene.meshes[object.mesh].surface) {
+  } else if (surface) {
     return Kind::Implicit;
   } else {
-    reason = "is neither planar nor an implicit surface (shape \"implicit\")";
+    reason =
+        "is neither planar nor an implicit surface (shape \"implicit\") without \"alpha_cutoff\"";
   }
   return Kind::Unsupported;
 }
@@ -239,28 +251,31 @@ class Perturbation : public Method {
 
   void prepare(Services& services, const RunSettings& settings) override {
     settings_ = settings;
-    std::vector<std::uint32_t> flags{0};
-    bool others = false;
+    std::vector<float> bends{1.0f};
     for (const scene::Object& object : services.scene.objects) {
       std::string reason;
       kinds_.push_back(kindOf(services.scene, object, reason));
       any_ = any_ || kinds_.back() != Kind::Diffuse;
-      others = others || kinds_.back() == Kind::Unsupported;
-      flags.push_back(kinds_.back() == Kind::Unsupported ? 1 : 0);
+      others_ = others_ || kinds_.back() == Kind::Unsupported;
+      const float index = services.scene.materials[object.material].refraction;
+      const bool refracts = kinds_.back() == Kind::Implicit && index > 0.0f;
+      refracts_ = refracts_ || refracts;
+      bends.push_back(kinds_.back() == Kind::Unsupported ? -1.0f : refracts ? 1.0f / index : 0.0f);
     }
     if (!any_) return;
     defines_ = raster::SceneRaster::shadingDefines(services.lighting);
     defines_.push_back({"MASKS", settings.masks ? "1" : "0"});
     std::vector<gl::Define> defines = defines_;
-    defines.push_back({"UNSUPPORTED", others ? "1" : "0"});
+    defines.push_back({"UNSUPPORTED", others_ ? "1" : "0"});
+    defines.push_back({"REFRACTS", refracts_ ? "1" : "0"});
     defines.push_back({"DIRECTIONS", "0"});
     uncovered_ = gl::Program::fullScreen(kUncovered, kUncoveredSource, std::move(defines));
     for (gl::Buffer* counts : {&countsBefore_, &countsAfter_})
       *counts = gl::Buffer("counts of uncovered samples", 2 * sizeof(std::uint32_t));
     addLevel(*services.gbuffer);
-    if (others) {
-      flagBuffer_ = gl::Buffer("unsupported reflectors", std::span<const std::uint32_t>(flags));
-      flags_ = gl::Texture::makeBuffer("unsupported reflectors", GL_R32UI, flagBuffer_);
+    if (others_ || refracts_) {
+      bendBuffer_ = gl::Buffer("what reflectors do to rays", std::span<const float>(bends));
+      bends_ = gl::Texture::makeBuffer("what reflectors do to rays", GL_R32F, bendBuffer_);
     }
   }
 
@@ -275,7 +290,7 @@ class Perturbation : public Method {
       return;
     }
     output.changedReflection = update(input, services, output.counters);
-    if (!flags_.empty() && (environment_.empty() || services.scene.animated())) {
+    if (others_ && (environment_.empty() || services.scene.animated())) {
       services.timer.measure("cube_map", [&] {
         environment_ = services.raster->drawCubeMap(services.geometry.bounds.centre(),
                                                     kCubeMapFaceSize, services.lighting);
@@ -340,7 +355,7 @@ class Perturbation : public Method {
     const bool all = input.firstOfSequence || lastCamera_ != camera;
     lastCamera_ = camera;
     std::optional<raster::Region> part = input.changedSamples;
-    if (all || !flags_.empty()) part.reset();
+    if (all || others_) part.reset();
     const perturbation::View view{camera, settings_.width, settings_.height};
     const auto changed = [&](int object) {
       return std::ranges::find(input.changedObjects, object) != input.changedObjects.end();
@@ -604,6 +619,7 @@ class Perturbation : public Method {
     if (levels_.size() == 2) {
       std::vector<gl::Define> defines = defines_;
       defines.push_back({"UNSUPPORTED", "0"});
+      defines.push_back({"REFRACTS", "0"});
       defines.push_back({"DIRECTIONS", "1"});
       uncoveredInside_ = gl::Program::fullScreen(kUncovered, kUncoveredSource, std::move(defines));
       join_ = gl::Program::fullScreen("virtual objects joined",
@@ -635,7 +651,9 @@ class Perturbation : public Method {
     glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
     for (const raster::Rectangle& drawn :
          part ? part->rectangles() : std::vector<raster::Rectangle>{mirrors_}) {
-      if (!drawn.empty()) drawPart(drawn, part.has_value(), count, camera, services);
+      // Tiles reach beyond what whole frames are drawn in
+      const raster::Rectangle within = raster::intersection(drawn, mirrors_);
+      if (!within.empty()) drawPart(within, part.has_value(), count, camera, services);
     }
     glDisable(GL_STENCIL_TEST);
   }
@@ -646,10 +664,11 @@ class Perturbation : public Method {
     const raster::ScissoredTo scissor(drawn);
     glDisable(GL_BLEND);
     if (again) {
-      glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-      for (std::size_t level = 0; level < count; ++level)
-        fillUncovered(level, camera, services, countsBefore_);
-      glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+      {
+        const ColorsKept kept;
+        for (std::size_t level = 0; level < count; ++level)
+          fillUncovered(level, camera, services, countsBefore_);
+      }
       if (settings_.masks) services.gbuffer->reflectionFramebuffer.clearColorUint(1, 0);
     }
     for (std::size_t level = 0; level < count; ++level) {
@@ -728,11 +747,13 @@ class Perturbation : public Method {
     } else {
       levels_[number - 1].direction.bind(0);
     }
-    const bool others = number == 0 && !flags_.empty();
-    if (others) {
+    if (number == 0 && !bends_.empty()) {
       gbuffer.object.bind(1);
+      bends_.bind(3);
+    }
+    const bool others = number == 0 && others_;
+    if (others) {
       environment_.bind(2);
-      flags_.bind(3);
       const auto face = static_cast<float>(environment_.width());
       uncovered.set("levelOffset", 0.5f * std::log2(6.0f / kPi * face * face));
       uncovered.set("lastLevel", static_cast<float>(environment_.levels() - 1));
@@ -762,8 +783,10 @@ class Perturbation : public Method {
   std::vector<Level> levels_;
   gl::Texture environment_;
   std::uint64_t clampedTexels_ = 0;  ///< of its level 0, by half floats
-  gl::Buffer flagBuffer_;
-  gl::Texture flags_;
+  bool others_ = false;              ///< reflectors that are not supported
+  bool refracts_ = false;
+  gl::Buffer bendBuffer_;
+  gl::Texture bends_;        ///< by object id, as uncovered.frag has it; empty: all mirror
   gl::Buffer countsBefore_;  ///< of uncovered samples, in what is drawn
   gl::Buffer countsAfter_;
   std::array<std::uint32_t, 2> uncoveredCounts_{};  ///< of the whole frame

@@ -64,6 +64,12 @@ class Comparison {
     render(false, changed, part);
   }
 
+  /// The next frame, at the same time.
+  void lookFrom(const scene::Camera& camera) {
+    camera_ = camera;
+    render(false, {});
+  }
+
   FrameOutput output;
   std::vector<Vec3> reflection;  ///< of reflective samples
   std::vector<std::uint8_t> masks;
@@ -376,6 +382,49 @@ TEST(Perturbation, DrawsOnlyWhereSomethingChangedInReflectionsOfReflections) {
       twoMirrors(sphereMesh(0.45, 12), test::translation({0.6f, 0.0f, 0.3f}));
   builder.move(2, {-0.3f, 0.0f, 0.5f}, 2.0f);
   expectOnlyChangesDrawn(builder.scene(), R"({"max_bounces": 2})");
+}
+
+TEST(Perturbation, CountsUncoveredSamplesAfterTheCameraHasStopped) {
+  test::SceneBuilder builder =
+      twoMirrors(sphereMesh(0.45, 12), test::translation({0.6f, 0.0f, 0.3f}));
+  builder.move(2, {-0.3f, 0.0f, 0.5f}, 2.0f);
+  const char* options = R"({"max_bounces": 2})";
+  // The mirrors fill the frame, and then a part of it
+  const scene::Camera near = cameraAt({0.0f, 0.2f, 1.5f}, {0.0f, 0.1f, 0.0f});
+  Comparison parts(builder.scene(), near, options);
+  parts.lookFrom(kFront);
+  parts.moveTo(1.0, true);
+  Comparison whole(builder.scene(), kFront, options);
+  whole.moveTo(1.0);
+  EXPECT_EQ(parts.reflection, whole.reflection);
+  EXPECT_EQ(parts.output.counters["environment"], whole.output.counters["environment"]);
+}
+
+TEST(Perturbation, SeesTheSkyThroughAPaneAlongTheRefractedRay) {
+  test::SceneBuilder builder;
+  implicit::Domain domain{glm::dvec3(-1.0, -1.0, -0.1), glm::dvec3(1.0, 1.0, 0.1)};
+  builder.add(scene::makeImplicit(implicit::planeSurface({0.0, 0.0, 1.0}, 0.0, domain), 8,
+                                  scene::UvMode::Metres),
+              builder.reflective(1.0f), test::rotation(50.0f, {1, 0, 0}));
+  scene::Scene& scene = builder.scene();
+  EXPECT_TRUE(scene.objects[0].planar);
+  scene.materials[scene.objects[0].material].refraction = 1.5f;
+  scene.environment.type = scene::EnvironmentType::Gradient;
+  scene.environment.color = Vec3(0.0f, 0.0f, 1.0f);
+  scene.environment.horizon = Vec3(0.8f, 0.7f, 0.4f);
+  scene.environment.ground = Vec3(0.6f, 0.1f, 0.0f);
+  Comparison frame(scene, kFront);
+  EXPECT_GT(frame.samples, 5000u);
+  EXPECT_EQ(frame.output.counters["environment"], frame.samples);
+  EXPECT_LT(frame.l1Of8Bit, 0.1);
+}
+
+TEST(Perturbation, TakesASurfaceThatAMaskCutsForAMesh) {
+  scene::Scene scene = stage(sphereMesh(0.7), test::translation({0.0f, 0.3f, 0.0f})).scene();
+  scene.materials[scene.objects[0].material].alphaMode = scene::AlphaMode::Mask;
+  const auto method = perturbationEntry().make(config::parseText("{}", "options"));
+  ASSERT_EQ(method->unsupported(scene).size(), 1u);
+  EXPECT_NE(method->unsupported(scene)[0].reason.find("alpha_cutoff"), std::string::npos);
 }
 
 TEST(Perturbation, NamesReflectorsThatItCannotDoAndCountsThem) {
