@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <span>
 
 #include "core/parallel.h"
@@ -40,6 +41,12 @@ constexpr int kShifts = 4;
 constexpr std::array<float, 4> kClipTilts = {0.0f, 0.5f, 2.0f, 8.0f};
 /// Share of rays that may pass it (shading normals can turn them below their own surface). Ours.
 constexpr double kMostPassing = 0.005;
+/// Share of samples that may lie below it, by steps of their heights' range, from about so many
+/// samples of each cluster. Ours.
+constexpr double kMostBelow = 0.1;
+constexpr float kFlatShare = 1e-6f;  ///< of the heights: nothing to raise in less
+constexpr std::size_t kHeightSteps = 64;
+constexpr std::uint32_t kHeightSamples = 1024;
 /// Least cosine between that plane's normal and a reflected ray. Ours.
 constexpr float kClipCosine = 0.02f;
 /// Texels of a glossy cluster are not finer than this share of a ray's own spread. Ours.
@@ -211,16 +218,76 @@ Vec4 planeAbove(const glm::dvec3& normal, double height, double distance, const 
   return Vec4(glm::dvec4(normal, -offset));
 }
 
-/// Depth of a curved cluster's image: cut off by a plane below all samples that no ray passes, or
-/// by a near plane before all samples where there is none.
+/// Whether few rays pass the plane with the k-th tilt below all samples, and the eye lies behind
+/// it.
+bool cutsOff(const Cluster& cluster, const Window& window, std::size_t k) {
+  return window.passing[k] <= kMostPassing * cluster.samples && window.lowest[k] > 0.0f;
+}
+
+/// Raises `Window::lowest` of each curved cluster's plane until kMostBelow of its samples lie
+/// below: a few samples on a rounded edge would let in all that stands behind the others.
+void raiseClipPlanes(const Clustering& clustering, std::span<const std::uint8_t> curved,
+                     std::span<const Frame> frames, std::span<const ClusterCamera> cameras,
+                     std::span<Window> windows) {
+  struct Heights {
+    Vec3 normal{0.0f};
+    float eye = 0.0f;    ///< the eye's, from the frame's eye
+    float scale = 0.0f;  ///< steps per unit; 0: not raised
+    std::size_t tilt = 0;
+    std::uint32_t every = 1;  ///< so many samples, one is looked at
+    std::uint32_t next = 0;   ///< samples until then
+    std::array<std::uint32_t, kHeightSteps> count{};
+  };
+  const std::vector<Cluster>& clusters = clustering.clusters();
+  std::vector<Heights> heights(clusters.size());
+  for (std::size_t c = 0; c < clusters.size(); ++c) {
+    Heights& of = heights[c];
+    if (curved[c] == 0 || clusters[c].planar) continue;
+    while (of.tilt < kClipTilts.size() && !cutsOff(clusters[c], windows[c], of.tilt)) ++of.tilt;
+    if (of.tilt == kClipTilts.size()) continue;
+    const float highest = windows[c].highest[of.tilt];
+    const float range = highest - windows[c].lowest[of.tilt];
+    if (!(range > kFlatShare * highest)) continue;
+    of.normal = clusters[c].planeNormal + kClipTilts[of.tilt] * frames[c].axis;
+    of.eye = glm::dot(cameras[c].eye, of.normal);
+    of.scale = static_cast<float>(kHeightSteps) / range;
+    of.every = std::max(1u, clusters[c].samples / kHeightSamples);
+  }
+  for (const SampleBlock& block : clustering.blocks()) {
+    for (const SampleRun& run : block.runs) {
+      const std::size_t c = block.slots[run.slot];
+      Heights& of = heights[c];
+      if (of.scale == 0.0f) continue;
+      std::uint32_t i = of.next;
+      for (; i < run.count; i += of.every) {
+        const float height = glm::dot(block.position[run.first + i], of.normal) - of.eye;
+        const float step = (height - windows[c].lowest[of.tilt]) * of.scale;
+        ++of.count[static_cast<std::size_t>(
+            std::clamp(step, 0.0f, static_cast<float>(kHeightSteps - 1)))];
+      }
+      of.next = i - run.count;
+    }
+  }
+  for (std::size_t c = 0; c < clusters.size(); ++c) {
+    const Heights& of = heights[c];
+    if (of.scale == 0.0f) continue;
+    const double all = std::accumulate(of.count.begin(), of.count.end(), 0.0);
+    std::size_t step = 0;
+    for (double below = of.count[0]; below <= kMostBelow * all; below += of.count[step]) ++step;
+    windows[c].lowest[of.tilt] += static_cast<float>(step) / of.scale;
+  }
+}
+
+/// Depth of a curved cluster's image: cut off by a plane below nearly all samples that hardly a
+/// ray passes, or by a near plane before all samples where there is none.
 void setDepth(const Cluster& cluster, const Frame& frame, const Window& window, const Vec2& corner,
               float texel, ClusterCamera& made) {
   for (std::size_t k = 0; k < kClipTilts.size(); ++k) {
     const glm::dvec3 normal = glm::dvec3(cluster.planeNormal) +
                               static_cast<double>(kClipTilts[k]) * glm::dvec3(frame.axis);
+    if (!cutsOff(cluster, window, k)) continue;
     const double length = glm::length(normal);
     const double lowest = static_cast<double>(window.lowest[k]) / length;
-    if (window.passing[k] > kMostPassing * cluster.samples || !(lowest > 0.0)) continue;
     const glm::dvec3 unit = normal / length;
     double steepest = 0.0;
     for (const float x : {window.rect.min.x, window.rect.max.x}) {
@@ -567,6 +634,7 @@ std::vector<ClusterCamera> makeClusterCameras(const Clustering& clustering,
     }
   }
 
+  raiseClipPlanes(clustering, curved, frames, cameras, windowOfCluster);
   for (std::size_t c = 0; c < count; ++c) {
     if (curved[c] == 0) continue;
     const Window& all = windowOfCluster[c];

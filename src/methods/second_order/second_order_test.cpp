@@ -241,6 +241,7 @@ TEST(Clusters, RaysOfASphereStayInTheirFramesAndSpread) {
   }
   EXPECT_EQ(inClusters + clustering.samplesInNoCluster(), clustering.reflectiveSamples());
   std::size_t outside = 0;
+  std::size_t below = 0;
   std::size_t all = 0;
   for (const SampleBlock& block : clustering.blocks()) {
     for (const SampleRun& run : block.runs) {
@@ -249,8 +250,9 @@ TEST(Clusters, RaysOfASphereStayInTheirFramesAndSpread) {
         for (const float t : {0.0f, 0.5f, 2.0f}) {
           const Vec3 at = projected(made, block.position[i] + t * block.direction[i]);
           const bool inside = at.x > 0.0f && at.y > 0.0f && at.x < static_cast<float>(made.width) &&
-                              at.y < static_cast<float>(made.height) && at.z > 0.0f && at.z <= 1.0f;
+                              at.y < static_cast<float>(made.height) && at.z > 0.0f;
           outside += inside ? 0 : 1;
+          below += at.z > 1.0f ? 1 : 0;
           ++all;
         }
       }
@@ -258,6 +260,37 @@ TEST(Clusters, RaysOfASphereStayInTheirFramesAndSpread) {
   }
   // All but grazing rays at the silhouette, which run beside the frame
   EXPECT_LT(static_cast<double>(outside), 0.01 * static_cast<double>(all));
+  // A tenth of a cluster's samples may begin below the plane that cuts off what lies behind it
+  EXPECT_GT(below, 0u);
+  EXPECT_LT(static_cast<double>(below), 0.1 * static_cast<double>(all) / 3.0);
+}
+
+/// A floor that is not quite flat, with a step down along its border.
+bool hitSteppedFloor(const Vec3& eye, const Vec3& d, Vec3& position, Vec3& normal) {
+  bool found = hitFloor(eye, d, position, normal);
+  if (found && position.x > 1.5f) {
+    found = hitFloor(eye + Vec3(0.0f, 0.3f, 0.0f), d, position, normal);
+    position.y -= 0.3f;
+  }
+  normal = glm::normalize(Vec3(0.3f + 0.002f * std::sin(40.0f * position.x), 1.0f, 0.1f));
+  return found;
+}
+
+TEST(Clusters, LowSamplesAtABorderLetInNothingFromBehindTheOthers) {
+  const scene::Camera camera = cameraAt({0.0f, 1.6f, 3.0f}, {0.0f, 0.0f, 0.0f});
+  const raster::GBufferCopy gbuffer = rasterized(camera, 0.0f, hitSteppedFloor);
+  const Clustering clustering = clustersOf(gbuffer, camera);
+  ASSERT_EQ(clustering.clusters().size(), 1u);
+  EXPECT_FALSE(clustering.clusters()[0].planar);
+  float lowest = 0.0f;
+  for (const SampleBlock& block : clustering.blocks()) {
+    for (const float y : block.position.y) lowest = std::min(lowest, y + camera.eye().y);
+  }
+  EXPECT_NEAR(lowest, -0.3f, 1e-3f);
+  const ClusterCamera made =
+      makeClusterCameras(clustering, camera, kSize, kSize, roomAround(camera)).at(0);
+  EXPECT_GT(projected(made, Vec3(0.0f, -0.1f, 0.0f) - camera.eye()).z, 1.0f);
+  EXPECT_LT(projected(made, Vec3(0.0f, 0.1f, 0.0f) - camera.eye()).z, 1.0f);
 }
 
 /// A sphere beside a floor: planar and curved clusters, in one object.

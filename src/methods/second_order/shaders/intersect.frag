@@ -345,9 +345,19 @@ Hit lookUp(DepthImage image, Start start, vec3 direction, Hit centre, float limi
   vec2 at = end.xy / max(end.w, 1e-30);
   bool inside = end.w > 0.0 && all(greaterThanEqual(at, vec2(0.0))) &&
                 all(lessThan(at, image.place.zw));
-  float depth = depthAt(image, clamp(at, vec2(0.0), image.place.zw - 1.0));
+  vec2 texel = clamp(at, vec2(0.0), image.place.zw - 1.0);
+  float depth = depthAt(image, texel);
+  int layer = 0;
+#if LAYERS == 2
+  // Of both layers what lies about where the ray ends
+  float second = secondAt(image, texel);
+  float ends = end.z / end.w;
+  bool nearer = second > 0.0 && abs(second - ends) < abs(depth - ends);
+  depth = nearer ? second : depth;
+  layer = nearer ? secondLayer : 0;
+#endif
   int kind = centre.kind == kMissed || !inside ? kMissed : depth > 0.0 ? kHit : kSky;
-  return Hit(kind, at, depth, kind == kHit && centre.bridged, t, 0);
+  return Hit(kind, at, depth, kind == kHit && centre.bridged, t, kind == kHit ? layer : 0);
 }
 #endif
 
@@ -543,7 +553,8 @@ void main() {
 #if KIND == 2 && FADE
       // What is not met within reach shows as much of the diffuse colour as what is met there
       bool met = hit.kind == kHit || hit.kind == kSelf;
-      seen = mix(diffuse, seen, met ? clamp(1.0 - hit.metres / farPlane, 0.0, 1.0) : 0.0);
+      float shown = met && hit.metres < farPlane ? 1.0 - max(hit.metres, 0.0) / farPlane : 0.0;
+      seen = mix(diffuse, seen, shown);
       faded = faded || !met;
       hit.kind = met ? hit.kind : kFaded;
 #endif
