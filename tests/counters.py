@@ -12,9 +12,9 @@ import sys
 
 # Method: the counters that it must have beside clamped_half
 METHODS = {
-    "environment_map": {"clamped_cube_map"},
+    "environment_map": {"clamped_cube_map", "refraction_mirrored"},
     "traced": {"refused", "not_finite", "total_reflection"},
-    "second_order": {"clamped_cube_map"},
+    "second_order": {"clamped_cube_map", "refraction_mirrored"},
     "perturbation": {"clamped_cube_map", "paths", "path_types", "total_reflection"},
     "reference": {"refused", "not_finite"},
 }
@@ -48,6 +48,9 @@ def main(root, program, work):
         faults += found is None
         for method, counts in (found or {}).items():
             bad = {n: c for n, c in counts.items() if c > 0 and (n in ("refused", "not_finite") or n.startswith("clamped"))}
+            # What refracts is in one scene, and some methods mirror it
+            if "refraction_mirrored" in counts and (counts["refraction_mirrored"] > 0) != (scene.stem == "lens"):
+                bad["refraction_mirrored"] = counts["refraction_mirrored"]
             missing = (METHODS[method] | {"clamped_half"}) - set(counts)
             if bad or missing:
                 faults += 1

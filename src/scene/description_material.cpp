@@ -179,6 +179,9 @@ Material MaterialLibrary::read(const Value& value, Material m) {
     if (value.has("tint")) m.reflectionTint = colorOf(value.get("tint"));
     if (value.has("refraction")) {
       m.refraction = number("refraction");
+      if (!(s > 0.0f)) {
+        value.get("refraction").fail("refraction needs \"s\" above 0: the part that is refracted");
+      }
       if (g > kMirrorGlossiness) {
         value.get("refraction").fail("refraction is sharp: \"g\" must be at most 0.05");
       }

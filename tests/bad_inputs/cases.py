@@ -243,6 +243,7 @@ def scenes(cases):
             ("texture_missing", '{"objects": [{"shape": "plane", "material": {"texture": "none.png"}}]}', "none.png"),
             ("texture_outside", '{"objects": [{"shape": "plane", "material": {"texture": "../picture.png"}}]}',
              "/objects/0/material/texture.*leaves the folder"),
+            ("refraction_without_s", '{"objects": [{"shape": "sphere", "material": {"refraction": 1.5}}]}', "/objects/0/material/refraction.*needs .s. above 0"),
             ("refraction_of_gloss", '{"objects": [{"shape": "plane", "material": {"s": 1, "g": 0.5, "refraction": 1.5}}]}', "/objects/0/material/refraction.*sharp"),
             ("texture_is_folder", '{"objects": [{"shape": "plane", "material": {"texture": "."}}]}', ""),
             ("no_procedural", '{"objects": [{"shape": "plane", "material": {"texture": {"procedural": "lava"}}}]}',

@@ -9,6 +9,7 @@
 #include "gl/shader.h"
 #include "methods/environment_map/cube_map.h"
 #include "raster/materials.h"
+#include "raster/refractive_samples.h"
 
 namespace catoptric::methods {
 namespace {
@@ -119,6 +120,7 @@ class EnvironmentMap : public Method {
   void prepare(Services& services, const RunSettings& settings) override {
     masks_ = settings.masks;
     reflectors_ = findReflectors(services.scene);
+    refractive_ = raster::RefractiveSamples(services.scene);
     const auto program = [&](const char* label, const char* glossy) {
       return gl::Program::fullScreen(label, "methods/environment_map/shaders/lookup.frag",
                                      {{"GLOSSY", glossy}, {"MASKS", masks_ ? "1" : "0"}});
@@ -136,6 +138,7 @@ class EnvironmentMap : public Method {
     raster::GBuffer& gbuffer = *services.gbuffer;
     if (masks_) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
     output.counters["environment"] = 0;
+    output.counters["refraction_mirrored"] = 0;
     output.counters["clamped_cube_map"] = clamped_;
     if (!reflectors_.mirrors && !reflectors_.glossy) return;
 
@@ -145,11 +148,16 @@ class EnvironmentMap : public Method {
     if (cubeMap_.empty() || moved || (input.firstOfSequence && services.scene.animated())) {
       drawEnvironment(services);
     }
-    services.timer.measure("resolve", [&] { lookUp(gbuffer, input.frame.camera); });
+    std::uint64_t mirrored = 0;
+    services.timer.measure("resolve", [&] {
+      lookUp(gbuffer, input.frame.camera);
+      mirrored = refractive_.count(gbuffer);
+    });
     std::uint64_t samples = 0;
     if (reflectors_.mirrors) samples += mirrorCount_.read();
     if (reflectors_.glossy) samples += glossyCount_.read();
     output.counters["environment"] = samples;
+    output.counters["refraction_mirrored"] = mirrored;
     output.counters["clamped_cube_map"] = clamped_;
   }
 
@@ -214,6 +222,7 @@ class EnvironmentMap : public Method {
   Options options_;
   bool masks_ = false;
   Reflectors reflectors_;
+  raster::RefractiveSamples refractive_;
   gl::Texture cubeMap_;
   std::uint64_t clamped_ = 0;                   ///< its texels at the limit of half floats
   std::vector<frame::WorldLight> drawnLights_;  ///< that the cube map was drawn with

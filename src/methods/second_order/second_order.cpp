@@ -20,6 +20,7 @@
 #include "methods/second_order/depth_images.h"
 #include "methods/second_order/disocclusions.h"
 #include "raster/materials.h"
+#include "raster/refractive_samples.h"
 
 namespace catoptric::methods {
 namespace {
@@ -284,6 +285,7 @@ class SecondOrder : public Method {
     settings_ = settings;
     reflectors_ = findReflectors(services.scene);
     if (!reflectors_.any()) return;
+    refractive_ = raster::RefractiveSamples(services.scene);
     if (options_.images.levelErrorTexels > 0.0f) {
       services.timer.measure(
           "levels", [&] { services.raster->buildDetailLevels(services.scene, services.geometry); });
@@ -322,6 +324,7 @@ class SecondOrder : public Method {
     for (const char* name : kCountNames) output.counters[name] = 0;
     for (const char* name : kClusterCountNames) output.counters[name] = 0;
     output.counters["unclustered"] = 0;
+    output.counters["refraction_mirrored"] = 0;
     if (!reflectors_.any()) return;
     frame::StepTimer& timer = services.timer;
     const scene::Camera& camera = input.frame.camera;
@@ -373,7 +376,10 @@ class SecondOrder : public Method {
                     camera.eye(), services.geometry, services.lighting, *services.raster,
                     triangles);
     });
-    timer.measure("intersect", [&] { intersect(services, gbuffer, camera, onGrids, exact); });
+    timer.measure("intersect", [&] {
+      intersect(services, gbuffer, camera, onGrids, exact);
+      output.counters["refraction_mirrored"] = refractive_.count(gbuffer);
+    });
     report(clusters, cameras, triangles, output);
     if (std::ranges::find(settings_.layers, "cluster") != settings_.layers.end()) {
       output.clusterOf = clustering_.clusterOf();
@@ -562,6 +568,7 @@ class SecondOrder : public Method {
   Options options_;
   RunSettings settings_;
   Reflectors reflectors_;
+  raster::RefractiveSamples refractive_;
   raster::GBufferCopy copy_;
   Clustering clustering_;
   std::unique_ptr<DepthImages> images_;

@@ -1,0 +1,48 @@
+#include "raster/refractive_samples.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "raster/materials.h"
+
+namespace catoptric::raster {
+
+RefractiveSamples::RefractiveSamples(const scene::Scene& scene) {
+  std::vector<std::uint8_t> refracts{0};
+  for (const scene::Object& object : scene.objects) {
+    const scene::Material& material = scene.materials[object.material];
+    refracts.push_back(material.refraction > 0.0f &&
+                               materialClass(scene, material) == SampleClass::CurvedMirror
+                           ? 1
+                           : 0);
+  }
+  if (std::ranges::count(refracts, 1) == 0) return;
+  program_ =
+      gl::Program::fullScreen("refractive samples", "raster/shaders/refractive_samples.frag", {});
+  counter_ = gl::FragmentCounter("refractive samples");
+  buffer_ = gl::Buffer("what refracts", std::span<const std::uint8_t>(refracts));
+  refracts_ = gl::Texture::makeBuffer("what refracts", GL_R8UI, buffer_);
+}
+
+std::uint64_t RefractiveSamples::count(const GBuffer& gbuffer) const {
+  if (program_.empty()) return 0;
+  gbuffer.reflectionFramebuffer.bind();
+  program_.use();
+  gbuffer.object.bind(0);
+  refracts_.bind(1);
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_SCISSOR_TEST);
+  glEnable(GL_STENCIL_TEST);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+  // Planar and curved mirrors differ in the last bit only
+  glStencilFunc(GL_EQUAL, static_cast<int>(SampleClass::PlanarMirror), 0xFE);
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  counter_.begin();
+  gl::drawFullScreenTriangle();
+  counter_.end();
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glDisable(GL_STENCIL_TEST);
+  return counter_.read();
+}
+
+}  // namespace catoptric::raster
