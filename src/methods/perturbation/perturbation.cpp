@@ -53,6 +53,13 @@ const config::Schema& schema() {
            .defaultText = "1",
            .minimum = 1,
            .maximum = static_cast<double>(perturbation::kMaxTurns)},
+          {.name = "max_path_types",
+           .type = config::FieldType::Integer,
+           .help = "sequences of reflectors that are followed, shorter ones first; what reflects "
+                   "beyond them shows its diffuse component (counted: path_types_left_out)",
+           .defaultText = "1024",
+           .minimum = 1,
+           .maximum = 65536},
           {.name = "several",
            .type = config::FieldType::String,
            .help = "how several reflections of a point are told apart: by minima among "
@@ -105,6 +112,7 @@ struct Options {
   perturbation::PathOptions path;
   perturbation::TriangleOptions triangles;
   std::size_t maxBounces = 1;
+  std::size_t maxPathTypes = 1024;
   bool environmentMap = false;  ///< for what is not supported
 };
 
@@ -128,6 +136,7 @@ Options parseOptions(const config::Value& value) {
   options.path.sampleSpacing = integer("sample_spacing");
   options.path.fewestPaths = integer("min_paths");
   options.maxBounces = static_cast<std::size_t>(integer("max_bounces"));
+  options.maxPathTypes = static_cast<std::size_t>(integer("max_path_types"));
   options.path.groups = text("several") == "groups";
   options.path.candidates = integer("candidates");
   options.path.groupAngleRad = radians(number("group_angle"));
@@ -226,6 +235,11 @@ class Perturbation : public Method {
       }
       plan.items.push_back(
           {"pass", "paths", why + "; again when the camera or a reflector moves", 0});
+      const std::uint64_t types = mostTypes(static_cast<std::uint64_t>(planar + curved));
+      plan.items.push_back({"resource", "sampled paths",
+                            "of at most " + std::to_string(types) +
+                                " path types, where each one's reflector fills the frame",
+                            types * pathBytes(settings)});
     }
     if (planar + curved > 0) {
       plan.items.push_back({"pass", "virtual_objects",
@@ -281,9 +295,9 @@ class Perturbation : public Method {
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
     for (const char* name :
-         {"paths", "path_types", "total_reflection", "vertices", "triangles", "dropped_triangles",
-          "linear", "quadratic", "retraced", "not_converged", "environment",
-          "unsupported_reflector", "clamped_cube_map"})
+         {"paths", "path_types", "path_types_missed", "path_types_left_out", "total_reflection",
+          "vertices", "triangles", "dropped_triangles", "linear", "quadratic", "retraced",
+          "not_converged", "environment", "unsupported_reflector", "clamped_cube_map"})
       output.counters[name] = 0;
     if (!any_) {
       if (settings_.masks) services.gbuffer->reflectionFramebuffer.clearColorUint(1, 0);
@@ -313,6 +327,24 @@ class Perturbation : public Method {
   }
 
  private:
+  /// Sequences of so many reflectors, as far as they are followed.
+  std::uint64_t mostTypes(std::uint64_t reflectors) const {
+    std::uint64_t all = 0;
+    std::uint64_t ofLength = 1;
+    for (std::size_t length = 0; length < options_.maxBounces; ++length) {
+      ofLength = std::min<std::uint64_t>(ofLength * reflectors, options_.maxPathTypes);
+      all += ofLength;
+    }
+    return std::min<std::uint64_t>(all, options_.maxPathTypes);
+  }
+  /// Of one type's paths over a whole frame.
+  std::uint64_t pathBytes(const RunSettings& settings) const {
+    const int spacing = options_.path.sampleSpacing;
+    const auto samples = static_cast<std::uint64_t>((settings.width + spacing - 1) / spacing) *
+                         static_cast<std::uint64_t>((settings.height + spacing - 1) / spacing);
+    return std::max(samples, static_cast<std::uint64_t>(options_.path.fewestPaths)) *
+           options_.maxBounces * sizeof(perturbation::Bounce<double>);
+  }
   struct PlaneMirror {
     perturbation::Plane<double> plane;
     implicit::Surface surface;  ///< the same
@@ -401,8 +433,11 @@ class Perturbation : public Method {
       }
       linkObjects(services.scene);
       for (const auto& [sequence, type] : types_) {
-        if (type.paths) counters["total_reflection"] += type.paths->totalReflections();
+        if (!type.paths) continue;
+        counters["total_reflection"] += type.paths->totalReflections();
+        counters["path_types_missed"] += type.paths->missed() ? 1 : 0;
       }
+      counters["path_types_left_out"] = typesLeftOut_;
       counters["paths"] = counts.paths.paths;
       counters["vertices"] = counts.vertices;
       counters["outside_octree"] = counts.outside;
@@ -453,9 +488,12 @@ class Perturbation : public Method {
   }
 
   /// Paths by the reflectors one after the other [Chen2000] Sec. III-B.1; longer ones only where
-  /// the shorter occur.
+  /// the shorter occur. Keeps those that were found before, and no others.
   void findTypes(const scene::Scene& scene, const frame::Geometry& geometry,
                  const perturbation::View& view) {
+    std::map<Sequence, PathType> found;
+    std::size_t occurring = 0;
+    typesLeftOut_ = 0;
     std::vector<Sequence> shorter{{}};
     for (std::size_t length = 1; length <= options_.maxBounces; ++length) {
       std::vector<Sequence> longer;
@@ -467,18 +505,33 @@ class Perturbation : public Method {
           for (const Meeting& meeting : waysOn(scene, body, r)) {
             Sequence sequence = start;
             sequence.push_back(meeting);
-            if (!types_.contains(sequence))
-              types_.emplace(sequence, makeType(scene, geometry, sequence, view));
-            if (types_.at(sequence).occurs()) longer.push_back(std::move(sequence));
+            if (occurring == options_.maxPathTypes) {
+              ++typesLeftOut_;
+              continue;
+            }
+            // Nodes keep their place: longer types refer to shorter ones
+            auto type = types_.extract(sequence);
+            if (type.empty()) {
+              const perturbation::Reflector* before =
+                  length > 1 ? &*found.at(start).paths : nullptr;
+              found.emplace(sequence, makeType(scene, geometry, sequence, before, view));
+            } else {
+              found.insert(std::move(type));
+            }
+            if (!found.at(sequence).occurs()) continue;
+            ++occurring;
+            longer.push_back(std::move(sequence));
           }
         }
       }
       shorter = std::move(longer);
     }
+    types_ = std::move(found);
   }
 
   PathType makeType(const scene::Scene& scene, const frame::Geometry& geometry,
-                    const Sequence& sequence, const perturbation::View& view) const {
+                    const Sequence& sequence, const perturbation::Reflector* before,
+                    const perturbation::View& view) const {
     PathType type;
     std::vector<perturbation::Turn> turns;
     double index = 1.0;
@@ -487,6 +540,7 @@ class Perturbation : public Method {
       const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(meeting.object)];
       perturbation::Turn turn;
       turn.bounds = range.bounds;
+      turn.points = {geometry.positions.data() + range.firstVertex, range.vertexCount};
       turn.through = meeting.through;
       turn.indexBefore = index;
       turn.inside = isInside;
@@ -505,12 +559,8 @@ class Perturbation : public Method {
       turns.push_back(turn);
     }
     if (type.planes.size() < sequence.size()) type.planes.clear();
-    if (type.planes.empty() || options_.maxBounces > 1) {
-      const perturbation::Reflector* before = nullptr;
-      if (sequence.size() > 1)
-        before = &*types_.at(Sequence(sequence.begin(), sequence.end() - 1)).paths;
+    if (type.planes.empty() || options_.maxBounces > 1)
       type.paths.emplace(turns, before, geometry.bounds, view, options_.path);
-    }
     return type;
   }
 
@@ -779,6 +829,7 @@ class Perturbation : public Method {
   std::optional<scene::Camera> lastCamera_;
   std::map<int, PlaneMirror> planes_;   ///< by index of their object
   std::map<Sequence, PathType> types_;  ///< those that were looked for
+  std::uint64_t typesLeftOut_ = 0;      ///< sequences beyond max_path_types
   std::size_t deepest_ = 0;             ///< reflections of the longest that occurs
   std::vector<Level> levels_;
   gl::Texture environment_;

@@ -233,6 +233,25 @@ TEST(Perturbation, ShowsReflectionsInReflectionsOfTwoSpheres) {
   EXPECT_GT(three.output.counters["path_types"], 4u);
 }
 
+TEST(Perturbation, FindsReflectorsThatAreSmallInOthers) {
+  // A ball whose image in the other one is a pixel wide, before a floor that they show too
+  const auto scene = [] {
+    return twoMirrors(sphereMesh(0.06, 12), test::translation({0.4f, 0.1f, 0.5f})).scene();
+  };
+  Comparison frame(scene(), kFront, R"({"max_bounces": 2})", {.bounces = 2});
+  EXPECT_EQ(frame.output.counters["path_types"], 4u);
+  EXPECT_EQ(frame.output.counters["path_types_missed"], 0u);
+  EXPECT_EQ(frame.output.counters["path_types_left_out"], 0u);
+
+  // The first of them alone: both mirrors, but nothing in the second or in each other
+  Comparison few(scene(), kFront, R"({"max_bounces": 2, "max_path_types": 2})", {.bounces = 2});
+  EXPECT_EQ(few.output.counters["path_types"], 2u);
+  EXPECT_EQ(few.output.counters["path_types_left_out"], 4u);
+  EXPECT_GT(few.l1Of8Bit, frame.l1Of8Bit);
+  Comparison one(scene(), kFront, R"({"max_bounces": 1})", {.bounces = 2});
+  EXPECT_EQ(few.reflection, one.reflection);
+}
+
 TEST(Perturbation, ShowsReflectionsInReflectionsOfASphereAndAPlane) {
   Comparison frame(twoMirrors(scene::makePlane({3.0f, 2.0f}, {1, 1}, scene::UvMode::Metres),
                               uprightAt({0.0f, 0.5f, -1.0f}))

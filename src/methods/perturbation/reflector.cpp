@@ -22,6 +22,11 @@ constexpr float kRefractedSpacing = 0.25f;
 /// Frames are sampled beyond their border by this share of their size: triangles that reach into
 /// the frame have vertices there (ours).
 constexpr float kBorder = 0.5f;
+/// Images of a reflector that fall between the samples are looked for at so many of its points,
+/// and sampled so many times across, but no denser than every n-th pixel (ours).
+constexpr std::size_t kImagePoints = 64;
+constexpr float kImageSamples = 12.0f;
+constexpr float kImageSpacing = 0.125f;
 /// Steps of retrace(), and the longest one as a share of the reflector's size (ours).
 constexpr int kMaxSteps = 8;
 constexpr double kLongestStep = 0.25;
@@ -197,17 +202,61 @@ Reflector::Reflector(std::span<const Turn> turns, const Reflector* before, const
   while (grid.count < options.fewestPaths && spacing >= 2.0f && !grid.samples.empty()) {
     if (turns_.size() > 1) {
       // The later reflectors fill a part of the first: look there, and give up soon
-      if (grid.count == 0 && spacing <= 0.5f * static_cast<float>(options.sampleSpacing)) return;
+      if (grid.count == 0 && spacing <= 0.5f * static_cast<float>(options.sampleSpacing)) break;
       if (grid.count > 0) seen = filledPart(grid.samples, grid.width, seen, spacing);
     }
     spacing *= 0.5f;
     grid = sample(seen, spacing, false);
+  }
+  if (grid.count == 0) {
+    if (const auto image = imageOfLast(view)) {
+      seen = *image;
+      const float across = std::max(seen[2] - seen[0], seen[3] - seen[1]);
+      spacing = std::clamp(across / kImageSamples, kImageSpacing, spacing);
+      grid = sample(seen, spacing, false);
+      missed_ = grid.count == 0;
+    }
   }
   totalReflections_ = grid.total;
   if (grid.count == 0) return;
   octree_ = makeOctree(grid, scene, rays_);
   const Grid self = sample(seen, std::max(1.0f, kSelfSpacing * spacing), true);
   if (self.count > 0) selfOctree_ = makeOctree(self, turns_.back().bounds, selfRays_);
+}
+
+std::optional<std::array<float, 4>> Reflector::imageOfLast(const View& view) const {
+  const std::span<const Vec3> points = turns_.back().points;
+  if (!before_ || before_->pathCount() == 0) return std::nullopt;
+  const bool own = turns_[lastTurn()].surface == turns_[lastTurn() - 1].surface;
+  const std::array<float, 4> all = seenRectangle(turns_[0].bounds, view);
+  const glm::dmat4 clip =
+      glm::dmat4(scene::clipFromCamera(
+          view.camera, static_cast<float>(view.width) / static_cast<float>(view.height))) *
+      glm::dmat4(scene::cameraFromWorld(view.camera));
+  std::array<float, 4> image{all[2], all[3], all[0], all[1]};
+  RayOctree::Cursor cursor;
+  PathCounts counts;
+  for (std::size_t i = 0; i < std::min(points.size(), kImagePoints); ++i) {
+    const glm::dvec3 point(points[i * points.size() / std::min(points.size(), kImagePoints)]);
+    const Reflections found = before_->reflectionsOf(point, own, cursor, counts);
+    // Exactly, whatever the order
+    Reflections exact;
+    before_->addReflectionsNear(point, found, exact, counts);
+    for (std::uint32_t k = 0; k < exact.count; ++k) {
+      const glm::dvec4 c = clip * glm::dvec4(exact.at[k].x, 1.0);
+      if (!(c.w > 0.0)) continue;
+      const auto x = static_cast<float>((0.5 + 0.5 * c.x / c.w) * view.width);
+      const auto y = static_cast<float>((0.5 - 0.5 * c.y / c.w) * view.height);
+      image = {std::min(image[0], x), std::min(image[1], y), std::max(image[2], x),
+               std::max(image[3], y)};
+    }
+  }
+  // A little more than between the points that were found
+  const float margin = kImageSpacing + 0.25f * std::max(image[2] - image[0], image[3] - image[1]);
+  image = {std::max(all[0], image[0] - margin), std::max(all[1], image[1] - margin),
+           std::min(all[2], image[2] + margin), std::min(all[3], image[3] + margin)};
+  if (!(image[0] < image[2] && image[1] < image[3])) return std::nullopt;
+  return image;
 }
 
 Reflector::Found Reflector::pathBy(glm::dvec3 x, Path& path) const {

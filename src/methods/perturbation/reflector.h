@@ -100,6 +100,9 @@ struct Turn {
   double indexBefore = 1.0;  ///< of refraction, on the side of the eye
   double indexAfter = 1.0;
   bool inside = false;  ///< of a body that refracts, before the turn
+  /// Points of the surface, by which its small images in the reflectors before are found; none:
+  /// those may be missed.
+  std::span<const Vec3> points = {};
   /// Reflects inside a body that refracts, where it lets nothing out.
   bool total() const { return !through && inside; }
 };
@@ -118,6 +121,8 @@ class Reflector {
   std::size_t pathCount() const { return pathCount_; }
   /// Rays that would have been sampled, but the last surface reflects them totally.
   std::uint64_t totalReflections() const { return totalReflections_; }
+  /// The reflectors before show the last one, but no path between its sampled ones.
+  bool missed() const { return missed_; }
   /// Whether any path meets the last reflector again.
   bool seesItself() const { return !selfRays_.empty(); }
   /// The same without the last turn; null for one turn.
@@ -177,6 +182,9 @@ class Reflector {
   void add(const glm::dvec3& point, const Places& places, const glm::dvec3& from,
            std::vector<glm::dvec3>& starts, Reflections& result) const;
   double pixels(const glm::dvec3& x, double metres) const;
+  /// The part of the image in which the reflectors before show the last one: x0, y0, x1, y1;
+  /// nullopt where they do not.
+  std::optional<std::array<float, 4>> imageOfLast(const View& view) const;
 
   std::vector<Turn> turns_;
   const Reflector* before_;
@@ -188,6 +196,7 @@ class Reflector {
   double spread_ = 0.0;                    ///< rad, of a pixel
   std::size_t pathCount_ = 0;
   std::uint64_t totalReflections_ = 0;
+  bool missed_ = false;
   // Per path as many as there are turns, from the eye on
   std::vector<Bounce<double>> bounces_;
   std::vector<double> distances_;

@@ -140,6 +140,40 @@ TEST(Reflector, SeesABowlInItselfTwice) {
   EXPECT_GT(found, 200u);
 }
 
+TEST(Reflector, FindsASmallReflectorInAnotherOne) {
+  const implicit::Surface large = implicit::sphereSurface(1.0);
+  for (const double radius : {0.1, 0.02, 0.002}) {
+    const glm::dvec3 centre(1.3, 1.1, 1.2);
+    const implicit::Surface small =
+        implicit::placed(implicit::sphereSurface(radius), glm::dmat3(1.0), centre);
+    std::vector<Vec3> points;
+    Box3 bounds;
+    for (int i = 0; i < 100; ++i) {
+      // Evenly over the sphere
+      const double z = 1.0 - 0.02 * i;
+      const double r = std::sqrt(std::max(0.0, 1.0 - z * z));
+      points.emplace_back(centre +
+                          radius * glm::dvec3(r * std::cos(2.4 * i), r * std::sin(2.4 * i), z));
+      bounds.extend(points.back());
+    }
+    const std::array<Turn, 2> turns{
+        {{&large, boxOf(Vec3(-1.0f), Vec3(1.0f))}, {.surface = &small, .bounds = bounds}}};
+    std::array<Turn, 2> withPoints = turns;
+    withPoints[1].points = points;
+    const View view{scene::lookAt({0.0f, 0.5f, 5.0f}, Vec3(0.0f), {0.0f, 1.0f, 0.0f}, 0.6f), 256,
+                    256};
+    const Box3 around = boxOf(Vec3(-3.0f), Vec3(3.0f));
+    const Reflector once({turns.data(), 1}, nullptr, around, view, {});
+    const Reflector without(turns, &once, around, view, {});
+    const Reflector with(withPoints, &once, around, view, {});
+    EXPECT_GE(with.pathCount(), radius > 0.01 ? 20u : 1u) << radius;
+    EXPECT_FALSE(with.missed());
+    if (radius < 0.05) {
+      EXPECT_EQ(without.pathCount(), 0u) << radius;
+    }
+  }
+}
+
 TEST(Reflector, CountsTotalReflectionsOfTheSampledPathsAlone) {
   // From a corner of a block of glass its sides reflect much of what has entered
   const implicit::Surface block = implicit::superquadricSurface(glm::dvec3(0.5), 0.1, 0.1);
