@@ -195,16 +195,50 @@ TEST(Reflector, CountsTotalReflectionsOfTheSampledPathsAlone) {
   const Reflector twice(turns, &once, around, view, options);
   // Every 8th pixel, a quarter of the spacing, is sampled; those that show the block:
   std::uint64_t shown = 0;
-  for (int i = 0; i < 32 * 32; ++i) {
-    const glm::dvec3 ray(scene::rayDirection(view.camera, 256, 256,
-                                             static_cast<float>(8 * (i % 32) + 4),
-                                             static_cast<float>(8 * (i / 32) + 4)));
-    if (implicit::firstHit(block, {glm::dvec3(view.camera.eye()), ray}).status ==
-        implicit::HitStatus::Hit)
-      ++shown;
+  for (int y = 4; y < 256; y += 8) {
+    for (int x = 4; x < 256; x += 8) {
+      const glm::dvec3 ray(
+          scene::rayDirection(view.camera, 256, 256, static_cast<float>(x), static_cast<float>(y)));
+      if (implicit::firstHit(block, {glm::dvec3(view.camera.eye()), ray}).status ==
+          implicit::HitStatus::Hit)
+        ++shown;
+    }
   }
   EXPECT_GT(twice.totalReflections(), shown / 10);
   EXPECT_LT(twice.totalReflections(), shown);
+}
+
+TEST(Reflector, IsFiniteWhereverThePointIs) {
+  const implicit::Surface sphere = implicit::sphereSurface(1.0);
+  const std::array<Turn, 1> turns{{{&sphere, boxOf(Vec3(-1.0f), Vec3(1.0f))}}};
+  const Box3 around = boxOf(Vec3(-3.0f), Vec3(3.0f));
+  for (const Vec3& eye : {Vec3(0.0f, 0.0f, 3.0f), Vec3(0.0f, 0.0f, 1.0f), Vec3(0.1f, 0.2f, 0.3f)}) {
+    const View view{scene::lookAt(eye, Vec3(0.0f), {0.0f, 1.0f, 0.0f}, 0.8f), 64, 64};
+    for (const Order order : {Order::Nearest, Order::Linear, Order::Quadratic, Order::Auto}) {
+      PathOptions options;
+      options.order = order;
+      const Reflector reflector(turns, nullptr, around, view, options);
+      RayOctree::Cursor cursor;
+      PathCounts counts;
+      // The eye, on and in the surface, on the axis, on sampled rays' places, far off
+      std::vector<glm::dvec3> points{glm::dvec3(eye),        glm::dvec3(0.0), {0.0, 0.0, 1.0},
+                                     {0.0, 0.0, 1.0 + 1e-9}, {0.0, 0.0, 2.0}, {1e9, 2e9, 3e9},
+                                     {1e17, 1e17, 1e17},     {0.0, 1.0, 0.0}};
+      for (int i = 0; i < 50; ++i)
+        points.push_back((0.5 + 0.02 * i) *
+                         glm::normalize(glm::dvec3(std::sin(i), std::cos(i), 1)));
+      for (const glm::dvec3& point : points) {
+        const Reflections found = reflector.reflectionsOf(point, false, cursor, counts);
+        for (std::uint32_t i = 0; i < found.count; ++i) {
+          const Reflection& r = found.at[i];
+          EXPECT_TRUE(isFinite(Vec3(r.x)) && isFinite(Vec3(r.image)) && std::isfinite(r.share))
+              << point.x << " " << point.y << " " << point.z;
+        }
+        const auto hidden = reflector.hidden(point, cursor, counts);
+        EXPECT_TRUE(!hidden || std::isfinite(hidden->share));
+      }
+    }
+  }
 }
 
 }  // namespace
