@@ -71,6 +71,7 @@ def camera(position, target, fov=45, near=0.01, up=(0, 1, 0)):
 
 
 def write(folder, scene, view):
+    (folder / "assets").symlink_to(SCENES / "assets")
     (folder / "scene.json").write_text(json.dumps(scene))
     (folder / "path.json").write_text(json.dumps(view))
 
@@ -83,6 +84,17 @@ def spheres(scale=1.0, offset=(0, 0, 0)):
     scene = moved(unbaked(load("nine_spheres")), scale, offset)
     return scene, camera(point(SPHERES_EYE, scale, offset), point(SPHERES_TARGET, scale, offset),
                          near=0.01 * scale)
+
+
+def room(name):
+    """A room from its door, lit at run time, as a function of scale and offset."""
+    def make(scale=1.0, offset=(0, 0, 0)):
+        scene = load(name)
+        door = scene["cameras"][0]
+        view = camera(point(door["position"], scale, offset), point(door["target"], scale, offset),
+                      fov=door["fov"], near=0.01 * scale)
+        return moved(unbaked(scene), scale, offset), view
+    return make
 
 
 def box(scale=1.0, offset=(0, 0, 0), bake=False):
@@ -358,6 +370,8 @@ def empty_description(folder):
 BASES = [
     Case("spheres", "nine_spheres, lit at run time", described(spheres)),
     Case("box", "cornell_box, lit at run time", described(box)),
+    Case("living_room", "living_room, lit at run time", described(room("living_room"))),
+    Case("bathroom", "bathroom, lit at run time", described(room("bathroom"))),
     Case("baked_box", "cornell_box, baked", described(box, bake=True)),
     Case("telephoto", "nine_spheres from 23 km, 0.01 degrees",
          seen("nine_spheres", (0, 0.5, 2.3e4), (0, 0.5, 0), fov=0.01)),
@@ -377,6 +391,9 @@ CASES = [
     Case("box_large", "scaled by 1e5", described(box, 1e5), "box", {"*": 0.05}),
     Case("box_far", "moved by 1e5 along x, y and z", described(box, 1, (1e5, -1e5, 1e5)), "box",
          {"*": 0.3}),
+    *(Case(f"{name}_{size}", f"scaled by {factor:g}", described(room(name), factor), name,
+           {"*": 0.05}) for name in ("living_room", "bathroom")
+      for size, factor in (("small", 1e-4), ("large", 1e5))),
     Case("baked_box_small", "scaled by 1e-4, baked", described(box, 1e-4, bake=True), "baked_box",
          {"*": 0.05}),
     Case("baked_box_large", "scaled by 1e5, baked", described(box, 1e5, bake=True), "baked_box",
