@@ -190,6 +190,8 @@ const int kFaded = 4;   // beyond its reach
 // and normal-mapped mirrors.
 const float kLongPath = 48.0;
 const float kThickness = 1.1;
+// A ray whose cosine to the camera's axis is less may pass beside walls that the camera sees edge-on.
+const float kSideways = 0.6;
 
 struct Hit {
   int kind;
@@ -330,7 +332,8 @@ Hit walk(DepthImage image, Start start, vec3 direction, float limit) {
   }
   // What passed behind something and found nothing ends there
   hit = hit || (found.bridged && !(front && here == 0.0));
-  found.kind = hit ? kHit : (front && here == 0.0 ? kSky : kMissed);
+  bool nothing = front && here == 0.0 && along.w > kSideways;
+  found.kind = hit ? kHit : (nothing ? kSky : kMissed);
   return found;
 }
 #endif
