@@ -150,8 +150,6 @@ Options parseOptions(const config::Value& value) {
 constexpr const char* kUncovered = "uncovered samples";
 constexpr const char* kUncoveredSource = "methods/perturbation/shaders/uncovered.frag";
 constexpr int kCubeMapFaceSize = 256;
-/// Halvings more of what refracts: lenses bring a scene's surfaces into focus (ours).
-constexpr int kRefractedHalvings = 3;
 /// Paths meet planes this part of their size beyond the border too (ours).
 constexpr double kPlaneMargin = 0.25;
 /// Samples may show a place this part of the reflector's size nearer or farther than the one by
@@ -590,14 +588,12 @@ class Perturbation : public Method {
                                                       const perturbation::View& view,
                                                       perturbation::TriangleCounts& counts) const {
     const bool own = o == last;
-    perturbation::TriangleOptions options = options_.triangles;
-    if (type.paths && type.paths->refracts()) options.maxHalvings += kRefractedHalvings;
     if (geometry.objects[static_cast<std::size_t>(o)].indexCount == 0) return std::nullopt;
     if (own && !(type.planes.empty() && type.paths->seesItself())) return std::nullopt;
     raster::VirtualTriangles triangles =
         type.planes.empty()
             ? perturbation::virtualTriangles(geometry, o, *type.paths, own, view,
-                                             options_.path.order, options, counts)
+                                             options_.path.order, options_.triangles, counts)
             : perturbation::mirroredTriangles(geometry, o, type.planes, view.camera.eye(), counts);
     if (type.planes.empty())
       triangles.depthSlack = kDepthSlack * static_cast<float>(type.paths->size());

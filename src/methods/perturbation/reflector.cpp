@@ -380,7 +380,7 @@ bool Reflector::accept(const glm::dvec3& point, const Places& places) const {
     const double towardsFrom = glm::dot(*normal, back);
     if (!(towardsFrom * glm::dot(*normal, ahead) * (turn.through ? -1.0 : 1.0) > 0.0)) return false;
     // What is seen of the inside is seen through an opening
-    if (!turn.inside && towardsFrom < 0.0 && hiddenAt(i, from, x) < 1.0 - kOffSurface) return false;
+    if (!turn.inside && towardsFrom < 0.0 && !insideShows(i, from, x)) return false;
     if (options_.order == Order::Nearest) continue;  // is where it is, however wrong
     const glm::dvec3 onward = onwards(turn, glm::normalize(-back), *normal);
     if (onward == glm::dvec3(0.0) ||
@@ -499,6 +499,14 @@ void Reflector::addReflectionsNear(const glm::dvec3& point, const Reflections& k
       ++counts.notConverged;
     }
   }
+}
+
+bool Reflector::insideShows(std::size_t turn, const glm::dvec3& from, const glm::dvec3& x) const {
+  const glm::dvec3 way = x - from;
+  const double hit = hiddenAt(turn, from, from + (1.0 + kOffSurface) * way) * (1.0 + kOffSurface);
+  if (!(hit > 1.0 - kOffSurface && hit < 1.0 + kOffSurface)) return false;
+  const auto normal = implicit::normalAt(*turns_[turn].surface, from + hit * way);
+  return normal && glm::dot(*normal, way) > 0.0;
 }
 
 double Reflector::hiddenAt(std::size_t turn, const glm::dvec3& from,

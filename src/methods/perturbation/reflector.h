@@ -179,6 +179,9 @@ class Reflector {
   /// How far towards a point from `from`, the eye or the place of the turn before, one sees before
   /// reflector `turn` hides it; at least 1: not hidden.
   double hiddenAt(std::size_t turn, const glm::dvec3& from, const glm::dvec3& point) const;
+  /// Whether the inside of reflector `turn` at x is what one sees there from `from`: through an
+  /// opening. Beyond the rim of a body it is not, however near.
+  bool insideShows(std::size_t turn, const glm::dvec3& from, const glm::dvec3& x) const;
   void add(const glm::dvec3& point, const Places& places, const glm::dvec3& from,
            std::vector<glm::dvec3>& starts, Reflections& result) const;
   double pixels(const glm::dvec3& x, double metres) const;

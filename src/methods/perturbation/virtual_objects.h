@@ -12,7 +12,7 @@ namespace catoptric::methods::perturbation {
 
 struct TriangleOptions {
   float errorPixels = 0.5f;  ///< edges are halved where they miss their middle by more; 0: never
-  int maxHalvings = 5;
+  int maxHalvings = 8;
 };
 
 struct TriangleCounts {
