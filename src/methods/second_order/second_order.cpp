@@ -486,6 +486,8 @@ class SecondOrder : public Method {
       program.set("nearMetres", camera.nearMetres);
       program.set("farthest", 4.0f * services.geometry.bounds.diameter());
       program.set("samplesPerPixel", gbuffer.samples);
+      program.set("sampleSize", 1.0f / Vec2(gbuffer.sampleWidth(), gbuffer.sampleHeight()));
+      program.set("atlasTexel", 1.0f / Vec2(images_->layerWidth(), images_->layerHeight()));
       const auto face = static_cast<float>(environment_.width());
       program.set("levelOffset", 0.5f * std::log2(6.0f / kPi * face * face));
       program.set("lastLevel", static_cast<float>(environment_.levels() - 1));

@@ -27,6 +27,8 @@ uniform float farthest;  // metres: no ray goes farther
 uniform float lastLevel;
 uniform float levelOffset;  // 0.5 log2(4 / solid angle of a texel of level 0, sr)
 uniform int samplesPerPixel;  // per axis
+uniform vec2 sampleSize;      // 1 / samples of the frame
+uniform vec2 atlasTexel;      // 1 / texels of a layer of depth images
 
 // Images where they can be (depth cannot), not textures: llvmpipe loads from them in half the time
 layout(binding = 0, r16ui) readonly uniform uimage2D clusterSamples;
@@ -120,15 +122,19 @@ DepthImage depthImage(int cluster) {
   return d;
 }
 
+// By its centre, the filter being nearest: of texelFetch llvmpipe makes three times as many
+// instructions.
 float depthAt(DepthImage image, vec2 texel) {
-  return texelFetch(depthImages, ivec3(ivec2(texel) + ivec2(image.place.xy), int(image.more.x)), 0).r;
+  vec2 at = (floor(texel) + image.place.xy + 0.5) * atlasTexel;
+  return textureLod(depthImages, vec3(at, image.more.x), 0.0).r;
 }
 #if LAYERS == 2
 float secondAt(DepthImage image, vec2 texel) {
-  ivec3 at = ivec3(ivec2(texel) + ivec2(image.place.xy), int(image.more.x) + secondLayer);
-  return texelFetch(depthImages, at, 0).r;
+  vec2 at = (floor(texel) + image.place.xy + 0.5) * atlasTexel;
+  return textureLod(depthImages, vec3(at, image.more.x + float(secondLayer)), 0.0).r;
 }
 #endif
+float depthOfSample(vec2 at) { return textureLod(depthSamples, at * sampleSize, 0.0).r; }
 
 // What lies beyond the scene, or what a cube map shows in a direction.
 vec3 beyond(vec3 direction) { return environmentRadiance(direction); }
@@ -143,9 +149,8 @@ vec3 colorAt(DepthImage image, vec2 at, float depth) {
   vec2 f = corner - base;
   vec2 first = base + image.place.xy;
   ivec3 origin = ivec3(ivec2(first), int(image.more.x));
-  vec2 layer = vec2(textureSize(depthImages, 0).xy);
   // In the order (0, 1), (1, 1), (1, 0), (0, 0)
-  vec4 there = textureGather(depthImages, vec3((first + 1.0) / layer, image.more.x));
+  vec4 there = textureGather(depthImages, vec3((first + 1.0) * atlasTexel, image.more.x));
   vec4 weights = vec4(1.0 - f.x, f.x, f.x, 1.0 - f.x) * vec4(f.y, f.y, 1.0 - f.y, 1.0 - f.y);
   float near = 0.05 * (depth - dot(image.horizon, vec3(at, 1.0)));
   bvec4 asDeep = lessThanEqual(abs(there - depth), vec4(near));
@@ -262,10 +267,9 @@ Hit walk(DepthImage image, Start start, vec3 direction, float limit) {
     bool crossedSecond = false;
     bool wasFront = false;
 #endif
+    vec3 point = from + stride * float(i + 1);
     while (i < steps && !crossed) {
-      ++i;
       before = here;
-      vec3 point = from + stride * float(i);
       here = depthAt(image, clamp(point.xy, vec2(0.0), size - 1.0));
       bool behind = point.z < here;
       crossed = front && behind;
@@ -280,9 +284,12 @@ Hit walk(DepthImage image, Start start, vec3 direction, float limit) {
       frontOfSecond = !behindSecond;
 #endif
       front = !behind;
+      ++i;
+      // Not where the loop begins: what is only written under the loop's mask would then wait for it
+      point = from + stride * float(i + 1);
     }
     // The segments of the ray and of the image cross between the two steps
-    vec3 point = from + stride * float(i);
+    point = from + stride * float(i);
     float horizon = dot(image.horizon, vec3(point.xy, 1.0));
     float shown = here;
     float shownBefore = before;
@@ -391,7 +398,7 @@ float meetsItself(vec3 p, vec3 direction, uint cluster, out vec3 radiance) {
     vec3 point = from + stride * float(i);
     ivec2 sampleHere = clamp(ivec2(point.xy), ivec2(0), size - 1);
     bool own = imageLoad(clusterSamples, sampleHere).r == cluster;
-    float here = texelFetch(depthSamples, sampleHere, 0).r;
+    float here = depthOfSample(vec2(sampleHere) + 0.5);
     bool behind = own && point.z < (1.0 - kSelfSlack) * here;
     if (front && behind && i > 1) {
       vec3 met3 = rayFromPixel * vec3(vec2(sampleHere) + 0.5, 1.0) * (nearMetres / here);
@@ -463,7 +470,8 @@ void main() {
     // The mirrored camera has a texel for this very sample
     vec2 at = vec2(image.more.y - gl_FragCoord.x, gl_FragCoord.y - image.more.z) * image.more.w;
     ivec3 texel = ivec3(at, int(image.more.x));
-    float there = texelFetch(depthImages, texel, 0).r;
+    vec2 centre = (vec2(texel.xy) + 0.5) * atlasTexel;
+    float there = textureLod(depthImages, vec3(centre, image.more.x), 0.0).r;
     if (there > 0.0) {
 #if EXACT_GRID
       reflection = vec4(imageLoad(colorImages, texel).rgb, 1.0);
@@ -477,7 +485,7 @@ void main() {
 #endif
     }
 #else
-    vec3 position = ray * (nearMetres / max(texelFetch(depthSamples, sampleAt, 0).r, 1e-30));
+    vec3 position = ray * (nearMetres / max(depthOfSample(gl_FragCoord.xy), 1e-30));
     bool missed = false;
     bool sky = false;
     bool overEdge = false;
