@@ -304,9 +304,8 @@ TEST(Perturbation, SeesThroughGlassThatDoesNotBendAsIfItWereNotThere) {
   Comparison frame(builder.scene(), kFront, R"({"max_bounces": 2, "tessellation_error": 4})",
                    {.bounces = 2});
   EXPECT_GT(frame.samples, 3000u);
-  // Gaps at its rim, as with 1.001 (8.2); all of it is one when nothing is found to pass through
-  EXPECT_LT(frame.l1Of8Bit, 10.0);
-  EXPECT_LT(frame.output.counters["environment"], frame.samples * 7 / 10);
+  EXPECT_LT(frame.l1Of8Bit, 0.1);
+  EXPECT_LT(frame.output.counters["environment"], frame.samples * 6 / 10);
 }
 
 TEST(Perturbation, MovesAReflectorInReflections) {
@@ -388,8 +387,9 @@ TEST(Perturbation, JoinsReflectionsThatMerge) {
   builder.constantEnvironment(Vec3(5.0f, 0.0f, 0.0f));
   Comparison frame(builder.scene(), cameraAt({0.2f, 0.9f, 3.6f}, {0.0f, 0.2f, 0.0f}));
   EXPECT_GT(frame.samples, 5000u);
-  // Nothing but gaps shows the environment: 741 samples with gaps along folds, 132 without
-  EXPECT_LT(frame.output.counters["environment"], 300u);
+  // Nothing but gaps shows the environment: 741 samples with gaps along folds, 149 where triangles
+  // are left out in which a reflection ends
+  EXPECT_LT(frame.output.counters["environment"], 100u);
 }
 
 TEST(Perturbation, DrawsOnlyWhereSomethingChanged) {
