@@ -11,9 +11,9 @@ namespace catoptric::raster {
 namespace {
 
 /// Texels a side (ours: smaller ones cost more rectangles).
-constexpr int kTile = 32;
+constexpr int kTile = 16;
 /// A pass costs something for each rectangle (ours).
-constexpr std::size_t kManyRectangles = 16;
+constexpr std::size_t kManyRectangles = 24;
 
 /// Disjoint rectangles that cover the tiles of a grid: runs of a row, those of like runs in one.
 std::vector<Rectangle> coverOf(const std::vector<std::uint8_t>& tiles, int columns, int rows) {
