@@ -110,11 +110,11 @@ class SceneRaster {
 
   /// Draws the diffuse radiance of virtual objects into the bound framebuffer's colour 0 and depth
   /// (reversed-Z, cleared by the caller), each on the samples of its reflector. drawGBuffer() with
-  /// this camera came before. Only triangles that may show in `part`, in samples, need be drawn;
-  /// scissor and stencil test are the caller's.
+  /// this camera came before. Nothing is drawn outside the rectangles `parts`, in samples; the
+  /// stencil test is the caller's.
   void drawVirtualObjects(std::span<const VirtualObject* const> objects, const VirtualPass& pass,
                           const scene::Camera& camera, const frame::Lighting& lighting,
-                          const Rectangle& part);
+                          std::span<const Rectangle> parts);
 
   /// Cube map of the diffuse scene seen from `centre`, RGBA16F with mip levels.
   gl::Texture drawCubeMap(const Vec3& centre, int faceSize, const frame::Lighting& lighting,

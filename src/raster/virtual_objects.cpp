@@ -1,5 +1,6 @@
 #include "raster/virtual_objects.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -154,7 +155,8 @@ VirtualObject::VirtualObject(const VirtualTriangles& source, const scene::Camera
 
 void SceneRaster::drawVirtualObjects(std::span<const VirtualObject* const> objects,
                                      const VirtualPass& pass, const scene::Camera& camera,
-                                     const frame::Lighting& lighting, const Rectangle& part) {
+                                     const frame::Lighting& lighting,
+                                     std::span<const Rectangle> parts) {
   State& s = *state_;
   s.frame.bind(s.gbufferView, lighting);
   glDisable(GL_BLEND);
@@ -165,8 +167,8 @@ void SceneRaster::drawVirtualObjects(std::span<const VirtualObject* const> objec
   const bool sky = hasSky(lighting);
   for (const VirtualObject* const shown : objects) {
     const VirtualObject& object = *shown;
-    listTriangles(object, part, s.list);
-    if (s.list.counts.empty()) continue;
+    if (std::ranges::none_of(parts, [&](const Rectangle& r) { return object.where.touches(r); }))
+      continue;
     const auto number = static_cast<std::size_t>(object.object) - 1;
     const ObjectInfo& info = s.objects[number];
     const std::uint32_t lit = litFeatures(info.features, sky);
@@ -185,8 +187,13 @@ void SceneRaster::drawVirtualObjects(std::span<const VirtualObject* const> objec
     if (v.fresnel >= 0) glUniform1f(v.fresnel, pass.fresnel ? 1.0f : 0.0f);
     glUniform1f(v.depthSlack, object.depthSlack / camera.nearMetres);
     object.vertices.bind();
-    glMultiDrawElements(GL_TRIANGLES, s.list.counts.data(), GL_UNSIGNED_INT, s.list.offsets.data(),
-                        static_cast<GLsizei>(s.list.counts.size()));
+    for (const Rectangle& part : parts) {
+      listTriangles(object, part, s.list);
+      if (s.list.counts.empty()) continue;
+      const ScissoredTo scissor(part);
+      glMultiDrawElements(GL_TRIANGLES, s.list.counts.data(), GL_UNSIGNED_INT,
+                          s.list.offsets.data(), static_cast<GLsizei>(s.list.counts.size()));
+    }
   }
   glDisable(GL_DEPTH_TEST);
 }

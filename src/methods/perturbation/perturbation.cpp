@@ -7,10 +7,12 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "gl/query.h"
 #include "gl/shader.h"
 #include "methods/perturbation/reflector.h"
 #include "methods/perturbation/virtual_objects.h"
@@ -282,9 +284,8 @@ class Perturbation : public Method {
     defines.push_back({"REFRACTS", refracts_ ? "1" : "0"});
     defines.push_back({"DIRECTIONS", "0"});
     uncovered_ = gl::Program::fullScreen(kUncovered, kUncoveredSource, std::move(defines));
-    for (gl::Buffer* counts : {&countsBefore_, &countsAfter_})
-      *counts = gl::Buffer("counts of uncovered samples", 2 * sizeof(std::uint32_t));
     addLevel(*services.gbuffer);
+    if (others_) unsupportedCount_ = gl::Buffer("unsupported samples", sizeof(std::uint32_t));
     if (others_ || refracts_) {
       bendBuffer_ = gl::Buffer("what reflectors do to rays", std::span<const float>(bends));
       bends_ = gl::Texture::makeBuffer("what reflectors do to rays", GL_R32F, bendBuffer_);
@@ -314,14 +315,15 @@ class Perturbation : public Method {
     services.timer.measure("virtual_draw",
                            [&] { draw(input.frame.camera, output.changedReflection, services); });
     // Samples that were uncovered before in what was drawn are counted again
-    if (!output.changedReflection) uncoveredCounts_ = {};
-    std::array<std::uint32_t, 2> before{};
-    std::array<std::uint32_t, 2> after{};
-    countsBefore_.read(0, sizeof before, before.data());
-    countsAfter_.read(0, sizeof after, after.data());
-    for (std::size_t i = 0; i < after.size(); ++i) uncoveredCounts_[i] += after[i] - before[i];
-    output.counters["environment"] = uncoveredCounts_[0];
-    output.counters["unsupported_reflector"] = uncoveredCounts_[1];
+    std::uint32_t others = 0;
+    if (others_) unsupportedCount_.read(0, sizeof others, &others);
+    if (!output.changedReflection) uncoveredSamples_ = 0;
+    for (const Level& level : levels_) {
+      if (level.counted) uncoveredSamples_ += level.after.read();
+      if (level.counted && output.changedReflection) uncoveredSamples_ -= level.before.read();
+    }
+    output.counters["environment"] = uncoveredSamples_ - others;
+    output.counters["unsupported_reflector"] = others;
   }
 
  private:
@@ -374,6 +376,9 @@ class Perturbation : public Method {
     gl::Framebuffer last;  ///< colour alone
     gl::Framebuffer goesOn;
     gl::Framebuffer uncovered;
+    gl::FragmentCounter before;  ///< uncovered samples in what is drawn, before that and after
+    gl::FragmentCounter after;
+    bool counted = false;  ///< in this frame
   };
 
   /// Recomputes what the changes since the last frame ask for. Returns the samples in which that
@@ -643,6 +648,8 @@ class Perturbation : public Method {
     level.depth = make("virtual depth", GL_DEPTH32F_STENCIL8);
     if (!first) level.color = make("virtual objects", GL_RGBA32F);
     const gl::Texture& color = first ? gbuffer.reflection : level.color;
+    level.before = gl::FragmentCounter("samples that were uncovered");
+    level.after = gl::FragmentCounter("uncovered samples");
     level.last = gl::Framebuffer("virtual objects", {{.texture = color}}, {.texture = level.depth});
     level.uncovered =
         settings_.masks
@@ -689,37 +696,33 @@ class Perturbation : public Method {
     const raster::GBuffer& gbuffer = *services.gbuffer;
     while (levels_.size() < deepest_) addLevel(gbuffer);
     const std::size_t count = std::max<std::size_t>(1, deepest_);
+    std::vector<raster::Rectangle> drawn;
+    for (const raster::Rectangle& r :
+         part ? part->rectangles() : std::vector<raster::Rectangle>{mirrors_}) {
+      const raster::Rectangle inside = raster::intersection(r, mirrors_);
+      if (!inside.empty()) drawn.push_back(inside);
+    }
     if (settings_.masks && !part) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
-    const std::array<std::uint32_t, 2> zeros{};
-    for (gl::Buffer* counts : {&countsBefore_, &countsAfter_})
-      counts->write(0, sizeof zeros, zeros.data());
+    if (others_) {
+      const std::uint32_t zero = 0;
+      unsupportedCount_.write(0, sizeof zero, &zero);
+    }
+    glDisable(GL_BLEND);
     glEnable(GL_STENCIL_TEST);
     glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
-    for (const raster::Rectangle& drawn :
-         part ? part->rectangles() : std::vector<raster::Rectangle>{mirrors_}) {
-      // Tiles reach beyond what whole frames are drawn in
-      const raster::Rectangle within = raster::intersection(drawn, mirrors_);
-      if (!within.empty()) drawPart(within, part.has_value(), count, camera, services);
-    }
-    glDisable(GL_STENCIL_TEST);
-  }
 
-  /// All `count` levels within a rectangle; `again`: it was drawn before.
-  void drawPart(const raster::Rectangle& drawn, bool again, std::size_t count,
-                const scene::Camera& camera, Services& services) {
-    const raster::ScissoredTo scissor(drawn);
-    glDisable(GL_BLEND);
-    if (again) {
-      {
-        const ColorsKept kept;
-        for (std::size_t level = 0; level < count; ++level)
-          fillUncovered(level, camera, services, countsBefore_);
-      }
-      if (settings_.masks) services.gbuffer->reflectionFramebuffer.clearColorUint(1, 0);
+    // What was uncovered
+    for (std::size_t level = 0; level < levels_.size(); ++level)
+      levels_[level].counted = level < count && !drawn.empty();
+    if (part) {
+      const ColorsKept kept;
+      for (std::size_t level = count; level-- > 0;)
+        fillUncovered(level, drawn, camera, services, levels_[level].before);
     }
+
     for (std::size_t level = 0; level < count; ++level) {
       drawLevel(level, level + 1 < count, drawn, camera, services);
-      fillUncovered(level, camera, services, countsAfter_);
+      fillUncovered(level, drawn, camera, services, levels_[level].after);
     }
 
     // Join them, deepest first: each is seen through the s of the one before
@@ -732,12 +735,22 @@ class Perturbation : public Method {
       levels_[level - 1].reflector.bind(1);
       tints_.bind(2);
       glStencilFunc(GL_EQUAL, levelBits(level), static_cast<GLuint>(levelMask(level)));
-      gl::drawFullScreenTriangle();
+      fill(drawn);
     }
     glDisable(GL_BLEND);
+    glDisable(GL_STENCIL_TEST);
   }
 
-  void drawLevel(std::size_t number, bool goesOn, const raster::Rectangle& drawn,
+  /// Runs the program on all samples of some rectangles.
+  static void fill(std::span<const raster::Rectangle> drawn) {
+    for (const raster::Rectangle& r : drawn) {
+      const raster::ScissoredTo scissor(r);
+      gl::drawFullScreenTriangle();
+    }
+  }
+
+  /// A pass for all rectangles: changes of framebuffers are what costs.
+  void drawLevel(std::size_t number, bool goesOn, std::span<const raster::Rectangle> drawn,
                  const scene::Camera& camera, Services& services) {
     const raster::GBuffer& gbuffer = *services.gbuffer;
     const gl::Framebuffer& target = goesOn ? levels_[number].goesOn : levels_[number].last;
@@ -746,9 +759,13 @@ class Perturbation : public Method {
     glBindFramebuffer(GL_READ_FRAMEBUFFER, number == 0 ? gbuffer.reflectionFramebuffer.id()
                                                        : levels_[number - 1].last.id());
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.id());
-    glBlitFramebuffer(drawn.x0, drawn.y0, drawn.x1, drawn.y1, drawn.x0, drawn.y0, drawn.x1,
-                      drawn.y1, GL_STENCIL_BUFFER_BIT, GL_NEAREST);
-    target.clearDepth(0.0f);
+    for (const raster::Rectangle& r : drawn) {
+      glBlitFramebuffer(r.x0, r.y0, r.x1, r.y1, r.x0, r.y0, r.x1, r.y1, GL_STENCIL_BUFFER_BIT,
+                        GL_NEAREST);
+      const raster::ScissoredTo scissor(r);
+      target.clearDepth(0.0f);
+      if (number == 0 && settings_.masks) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
+    }
 
     // Virtual objects, where the level before shows their reflector
     target.bind();
@@ -778,14 +795,14 @@ class Perturbation : public Method {
   }
 
   /// Samples of a level without depth: the environment; counts them.
-  void fillUncovered(std::size_t number, const scene::Camera& camera, Services& services,
-                     const gl::Buffer& counts) {
+  void fillUncovered(std::size_t number, std::span<const raster::Rectangle> drawn,
+                     const scene::Camera& camera, Services& services,
+                     const gl::FragmentCounter& counter) {
     const raster::GBuffer& gbuffer = *services.gbuffer;
     levels_[number].uncovered.bind();
     gl::Program& uncovered = number == 0 ? uncovered_ : uncoveredInside_;
     services.raster->bindShadingResources(uncovered.id(), services.lighting);
     uncovered.use();
-    counts.bindStorage(1);
     if (number == 0) {
       gbuffer.normal.bind(0);
       uncovered.set("rayFromSample",
@@ -800,6 +817,7 @@ class Perturbation : public Method {
     const bool others = number == 0 && others_;
     if (others) {
       environment_.bind(2);
+      unsupportedCount_.bindStorage(1);
       const auto face = static_cast<float>(environment_.width());
       uncovered.set("levelOffset", 0.5f * std::log2(6.0f / kPi * face * face));
       uncovered.set("lastLevel", static_cast<float>(environment_.levels() - 1));
@@ -807,12 +825,14 @@ class Perturbation : public Method {
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_EQUAL);
     glDepthMask(GL_FALSE);
+    counter.begin();
     glStencilFunc(GL_EQUAL, levelBits(number), static_cast<GLuint>(levelMask(number)));
-    gl::drawFullScreenTriangle();
+    fill(drawn);
     if (others) {
       glStencilFunc(GL_EQUAL, static_cast<int>(raster::SampleClass::Glossy), 0xFF);
-      gl::drawFullScreenTriangle();
+      fill(drawn);
     }
+    counter.end();
     glDepthMask(GL_TRUE);
     glDepthFunc(GL_GREATER);
     glDisable(GL_DEPTH_TEST);
@@ -833,12 +853,11 @@ class Perturbation : public Method {
   bool others_ = false;              ///< reflectors that are not supported
   bool refracts_ = false;
   gl::Buffer bendBuffer_;
-  gl::Texture bends_;        ///< by object id, as uncovered.frag has it; empty: all mirror
-  gl::Buffer countsBefore_;  ///< of uncovered samples, in what is drawn
-  gl::Buffer countsAfter_;
-  std::array<std::uint32_t, 2> uncoveredCounts_{};  ///< of the whole frame
-  raster::Rectangle mirrors_;                       ///< samples that reflectors may cover
-  std::vector<gl::Define> defines_;                 ///< of both
+  gl::Texture bends_;  ///< by object id, as uncovered.frag has it; empty: all mirror
+  gl::Buffer unsupportedCount_;
+  std::uint64_t uncoveredSamples_ = 0;  ///< of the whole frame
+  raster::Rectangle mirrors_;           ///< samples that reflectors may cover
+  std::vector<gl::Define> defines_;     ///< of both
   gl::Program uncovered_;
   gl::Program uncoveredInside_;  ///< on later levels
   gl::Program join_;

@@ -23,18 +23,17 @@ uniform float levelOffset;  // 0.5 log2(4 / solid angle of a texel of level 0, s
 uniform float lastLevel;
 #endif
 
-// Counting would otherwise run the shader before the stencil and depth tests
-layout(early_fragment_tests) in;
-
 layout(location = 0) out vec4 reflection;
 #if MASKS
 layout(location = 1) out uint mask;
 const uint kMaskEnvironment = 1u;  // raster::MaskBit
 #endif
 
-layout(std430, binding = 1) buffer Counts { uint counts[]; };
-const int kCountUncovered = 0;
-const int kCountUnsupported = 1;
+#if UNSUPPORTED
+// Counting would otherwise run the shader before the stencil and depth tests
+layout(early_fragment_tests) in;
+layout(std430, binding = 1) buffer Count { uint unsupportedCount; };
+#endif
 
 void main() {
 #if DIRECTIONS
@@ -49,7 +48,6 @@ void main() {
 #endif
 #endif
   vec3 radiance = environmentRadiance(reflected);
-  int kind = kCountUncovered;
 #if UNSUPPORTED
   if (bend < 0.0) {
     // The level whose filter is as wide as the lobe, as in methods/environment_map
@@ -57,10 +55,9 @@ void main() {
     float lobe = 1.0 / max(1.0, 2.0 / max(g2 * g2, 1e-12) - 1.0);
     float level = clamp(levelOffset + 0.5 * log2(lobe), 0.0, lastLevel);
     radiance = textureLod(cubeMap, reflected, level).rgb;
-    kind = kCountUnsupported;
+    atomicAdd(unsupportedCount, 1u);
   }
 #endif
-  atomicAdd(counts[kind], 1u);
   reflection = vec4(radiance, 1.0);
 #if MASKS
   mask = kMaskEnvironment;
