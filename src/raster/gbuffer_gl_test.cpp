@@ -80,7 +80,8 @@ TEST(GBuffer, PartsAreThoseOfTheWhole) {
   builder.add(scene::makePlane({20.0f, 20.0f}, {9, 9}, scene::UvMode::Metres),
               builder.diffuse(Vec3(0.5f)), translation({0.0f, -1.0f, 0.0f}));
   for (float x = -1.5f; x < 2.0f; x += 0.5f) {
-    builder.add(scene::makeSphere(0.5f, 24, 12, scene::UvMode::Metres),
+    // Triangles down to fractions of a sample
+    builder.add(scene::makeSphere(0.5f, 120, 60, scene::UvMode::Metres),
                 builder.reflective(0.3f, 0.2f), translation({x, 0.0f, 0.3f * x}));
   }
   builder.move(3, {1.0f, 0.4f, -2.0f}, 1.0f);
@@ -104,7 +105,7 @@ TEST(GBuffer, PartsAreThoseOfTheWhole) {
                                                              scene::poseAt(world.scene, 1.0)));
   part.add(shown());
   EXPECT_GT(part.rectangles().size(), 1u);
-  world.raster->drawGBuffer(g, camera, world.lighting, part);
+  world.raster->drawGBuffer(g, camera, world.lighting, part, &world.geometry);
   world.raster->composite(g, camera, {}, frame, part);
   const Samples after = readSamples(g);
   const std::vector<float> composed = raster::readRgba(frame);

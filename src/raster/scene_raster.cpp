@@ -5,9 +5,11 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "gl/context.h"
 #include "gl/shader.h"
 #include "raster/scene_raster_state.h"
+#include "raster/triangle_cover.h"
 
 namespace catoptric::raster {
 namespace {
@@ -65,6 +67,7 @@ SceneRaster::SceneRaster(const scene::Scene& scene, const frame::Geometry& geome
     s.bounds.push_back(geometry.objects[i].bounds);
     s.uvPerMetre.push_back(geometry.objects[i].uvPerMetre);
   }
+  s.covered.resize(scene.objects.size());
   s.diameter = geometry.bounds.diameter();
   const auto largest = [](const Vec3& v) { return std::max({v.x, v.y, v.z}); };
   float color = 0.0f;
@@ -107,6 +110,7 @@ void SceneRaster::update(const frame::Geometry& geometry, std::span<const int> c
                        &geometry.attributes[range.firstVertex]);
     s.bounds[object] = range.bounds;
     s.uvPerMetre[object] = range.uvPerMetre;
+    s.covered[object].clear();
     constexpr std::uint32_t ofVertices = kVertexColor | kBakeIrradiance | kBakeVisibility | kSky;
     s.objects[object].features =
         (s.objects[object].features & ~ofVertices) | vertexFeatures(geometry, range);
@@ -122,9 +126,34 @@ GBuffer SceneRaster::makeGBuffer(const GBufferSize& size) const {
   return raster::makeGBuffer(size);
 }
 
+void SceneRaster::State::findCovered(const scene::Camera& camera, const Rectangle& image,
+                                     const frame::Geometry& geometry) {
+  if (coveredCamera != camera || coveredImage != image) {
+    for (std::vector<Rectangle>& rectangles : covered) rectangles.clear();
+    coveredCamera = camera;
+    coveredImage = image;
+  }
+  const TriangleCover cover(camera, image.x1, image.y1);
+  constexpr std::size_t kGrain = 1024;  // triangles
+  for (std::size_t i = 0; i < covered.size(); ++i) {
+    if (!covered[i].empty() || meshlets.ofObject(i).empty()) continue;
+    const std::uint32_t first = meshlets.ofObject(i).front().firstIndex;
+    covered[i].resize(geometry.objects[i].indexCount / 3);
+    parallelFor(covered[i].size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t t = begin; t < end; ++t) {
+        const auto corner = [&](std::size_t c) {
+          return cover.corner(geometry.positions[meshlets.indices[first + 3 * t + c]]);
+        };
+        covered[i][t] = cover.covered({corner(0), corner(1), corner(2)});
+      }
+    });
+  }
+}
+
 /// Lists what can be seen, nearest objects first.
 void SceneRaster::State::cull(const FrameView& view, const Mat4& clipFromWorldOfPart,
-                              int skipObject, DrawStatistics& statistics) {
+                              const Rectangle* samples, int skipObject,
+                              DrawStatistics& statistics) {
   list.clear();
   const Frustum frustum(view.clipFromWorld);
   const Frustum part(clipFromWorldOfPart);
@@ -144,6 +173,17 @@ void SceneRaster::State::cull(const FrameView& view, const Mat4& clipFromWorldOf
                         beyondNear(view.clipFromWorld, bounds[i]);
     visible.firstRange = list.counts.size();
     std::uint32_t end = 0;
+    const auto append = [&](std::uint32_t firstIndex, std::uint32_t count) {
+      visible.triangles += count / 3;
+      if (list.counts.size() > visible.firstRange && firstIndex == end) {
+        list.counts.back() += static_cast<GLsizei>(count);
+      } else {
+        list.counts.push_back(static_cast<GLsizei>(count));
+        list.offsets.push_back(reinterpret_cast<const void*>(
+            static_cast<std::uintptr_t>(firstIndex) * sizeof(std::uint32_t)));
+      }
+      end = firstIndex + count;
+    };
     float distanceSum = 0.0f;
     float areaSum = 0.0f;
     for (const Meshlet& meshlet : members) {
@@ -154,15 +194,15 @@ void SceneRaster::State::cull(const FrameView& view, const Mat4& clipFromWorldOf
       distanceSum += area * glm::distance(meshlet.centre, view.eye);
       areaSum += area;
       if (!part.mayContain(meshlet.centre, meshlet.radius)) continue;
-      visible.triangles += meshlet.indexCount / 3;
-      if (list.counts.size() > visible.firstRange && meshlet.firstIndex == end) {
-        list.counts.back() += static_cast<GLsizei>(meshlet.indexCount);
-      } else {
-        list.counts.push_back(static_cast<GLsizei>(meshlet.indexCount));
-        list.offsets.push_back(reinterpret_cast<const void*>(
-            static_cast<std::uintptr_t>(meshlet.firstIndex) * sizeof(std::uint32_t)));
+      if (!samples) {
+        append(meshlet.firstIndex, meshlet.indexCount);
+        continue;
       }
-      end = meshlet.firstIndex + meshlet.indexCount;
+      for (std::uint32_t k = 0; k < meshlet.indexCount; k += 3) {
+        const std::uint32_t index = meshlet.firstIndex + k;
+        if (!intersection(covered[i][(index - members.front().firstIndex) / 3], *samples).empty())
+          append(index, 3);
+      }
     }
     visible.rangeCount = list.counts.size() - visible.firstRange;
     statistics.triangles += visible.triangles;
@@ -209,10 +249,11 @@ Variant& SceneRaster::State::variant(std::uint32_t features, const frame::Lighti
 
 DrawStatistics SceneRaster::State::drawObjects(const FrameView& view,
                                                const Mat4& clipFromWorldOfPart,
+                                               const Rectangle* samples,
                                                const frame::Lighting& lighting, bool gbuffer,
                                                int skipObject) {
   DrawStatistics statistics;
-  cull(view, clipFromWorldOfPart, skipObject, statistics);
+  cull(view, clipFromWorldOfPart, samples, skipObject, statistics);
   frame.bind(view, lighting);
   vertices.bind();
   glDepthFunc(cost == DrawCost::SeenOnce ? GL_GEQUAL : GL_GREATER);
@@ -289,7 +330,8 @@ void SceneRaster::State::drawBackground(const frame::Lighting& lighting, bool gb
 
 DrawStatistics SceneRaster::drawGBuffer(GBuffer& target, const scene::Camera& camera,
                                         const frame::Lighting& lighting,
-                                        const std::optional<Region>& part) {
+                                        const std::optional<Region>& part,
+                                        const frame::Geometry* geometry) {
   State& s = *state_;
   const float aspect = static_cast<float>(target.width) / static_cast<float>(target.height);
   const FrameView view =
@@ -299,6 +341,8 @@ DrawStatistics SceneRaster::drawGBuffer(GBuffer& target, const scene::Camera& ca
   s.gbufferView = view;
   const Rectangle all{0, 0, target.sampleWidth(), target.sampleHeight()};
   DrawStatistics statistics;
+  const bool known = part && geometry;
+  if (known) s.findCovered(camera, all, *geometry);
   target.framebuffer.bind();
   for (const Rectangle& drawn : part ? part->rectangles() : std::vector<Rectangle>{all}) {
     // Colours are not cleared: surfaces write them where depth is above 0, the background elsewhere
@@ -313,7 +357,8 @@ DrawStatistics SceneRaster::drawGBuffer(GBuffer& target, const scene::Camera& ca
     glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
     glStencilMask(0xFF);
     const DrawStatistics ofPart =
-        s.drawObjects(view, clipOfPart(drawn, all) * view.clipFromWorld, lighting, true, 0);
+        s.drawObjects(view, clipOfPart(drawn, all) * view.clipFromWorld, known ? &drawn : nullptr,
+                      lighting, true, 0);
     statistics.triangles += ofPart.triangles;
     statistics.culledTriangles += ofPart.culledTriangles;
     glDisable(GL_STENCIL_TEST);
@@ -336,7 +381,7 @@ DrawStatistics SceneRaster::drawDiffuse(const Mat4& clipFromWorld, const Vec3& e
   glDisable(GL_STENCIL_TEST);
   glEnable(GL_DEPTH_TEST);
   const DrawStatistics statistics =
-      s.drawObjects(view, view.clipFromWorld, lighting, false, skipObject);
+      s.drawObjects(view, view.clipFromWorld, nullptr, lighting, false, skipObject);
   s.drawBackground(lighting, false);
   glDisable(GL_DEPTH_TEST);
   return statistics;

@@ -83,9 +83,11 @@ class SceneRaster {
 
   /// Fills diffuse, normal, object, depth and stencil; with `part`, in samples, nothing outside its
   /// rectangles: there `target` keeps what it has. The samples are the same, bit for bit.
+  /// `geometry`: of the last update(); with it, triangles that show nothing in `part` are left out.
   DrawStatistics drawGBuffer(GBuffer& target, const scene::Camera& camera,
                              const frame::Lighting& lighting,
-                             const std::optional<Region>& part = std::nullopt);
+                             const std::optional<Region>& part = std::nullopt,
+                             const frame::Geometry* geometry = nullptr);
 
   /// Draws diffuse radiance (rgb, a = 1; environment where nothing is, a = 0) with any view
   /// projection (reversed-Z, upper left) into the bound framebuffer's colour 0 and depth, within

@@ -102,18 +102,28 @@ struct SceneRaster::State {
   gl::Buffer viewNumbers;  ///< 0, 1, 2, ... for an attribute that counts instances
   gl::VertexArray compoundVertices;
   DrawCost cost = DrawCost::Whole;
+  // Samples that an object's triangles may cover, in the order of the meshlets; of one camera.
+  // Empty: not known
+  std::vector<std::vector<Rectangle>> covered;
+  scene::Camera coveredCamera;
+  Rectangle coveredImage;
   FrameView gbufferView;  ///< of the last G-buffer, for methods' own passes
   DrawList list;
 
   void describeVertices(gl::VertexArray& array) const {
     raster::describeVertices(array, positions, attributes);
   }
-  /// `part`: what is drawn shows there only; as Frustum takes it.
-  void cull(const FrameView& view, const Mat4& clipFromWorldOfPart, int skipObject,
-            DrawStatistics& statistics);
+  /// `part`: what is drawn shows there only; as Frustum takes it. `samples`: the same, for
+  /// `covered`; null: that is not known.
+  void cull(const FrameView& view, const Mat4& clipFromWorldOfPart, const Rectangle* samples,
+            int skipObject, DrawStatistics& statistics);
+  /// Fills in what is missing of `covered`.
+  void findCovered(const scene::Camera& camera, const Rectangle& image,
+                   const frame::Geometry& geometry);
   Variant& variant(std::uint32_t features, const frame::Lighting& lighting);
   DrawStatistics drawObjects(const FrameView& view, const Mat4& clipFromWorldOfPart,
-                             const frame::Lighting& lighting, bool gbuffer, int skipObject);
+                             const Rectangle* samples, const frame::Lighting& lighting,
+                             bool gbuffer, int skipObject);
   /// Culls one view for drawDiffuseViews(), objects in this order.
   void listView(const DiffuseView& view, std::span<const std::uint32_t> order,
                 const frame::Geometry& geometry, float snap, struct ViewList& seen) const;

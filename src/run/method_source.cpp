@@ -111,7 +111,7 @@ RenderedFrame MethodSource::render(const scene::PathFrame& frame, bool firstOfSe
   if (needs_.gbuffer) {
     const raster::DrawStatistics drawn = timer_.measure("gbuffer", [&] {
       return stage_.raster()->drawGBuffer(*gbuffer_, frame.camera, stage_.lighting(),
-                                          input.changedSamples);
+                                          input.changedSamples, &stage_.geometry());
     });
     rendered.counters["gbuffer_triangles"] = drawn.triangles;
     rendered.counters["gbuffer_culled_triangles"] = drawn.culledTriangles;

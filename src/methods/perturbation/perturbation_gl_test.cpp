@@ -84,7 +84,7 @@ class Comparison {
 
   void render(bool first, const std::vector<int>& changed,
               const std::optional<raster::Region>& part = std::nullopt) {
-    raster_.drawGBuffer(gbuffer_, camera_, lighting_, part);
+    raster_.drawGBuffer(gbuffer_, camera_, lighting_, part, &geometry_);
     FrameInput input;
     input.frame.camera = camera_;
     input.firstOfSequence = first;
