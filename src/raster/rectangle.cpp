@@ -12,8 +12,10 @@ namespace {
 
 /// Texels a side (ours: smaller ones cost more rectangles).
 constexpr int kTile = 16;
-/// A pass costs something for each rectangle (ours).
-constexpr std::size_t kManyRectangles = 24;
+/// From so many on larger tiles are taken (ours).
+constexpr std::size_t kManyRectangles = 48;
+/// A rectangle costs passes as much as so many texels (ours).
+constexpr int kRectangleCost = 1024;
 
 /// Disjoint rectangles that cover the tiles of a grid: runs of a row, those of like runs in one.
 std::vector<Rectangle> coverOf(const std::vector<std::uint8_t>& tiles, int columns, int rows) {
@@ -37,6 +39,37 @@ std::vector<Rectangle> coverOf(const std::vector<std::uint8_t>& tiles, int colum
     }
   }
   return cover;
+}
+
+/// Joins rectangles where that leaves fewer for few texels more; they stay disjoint.
+void join(std::vector<Rectangle>& cover) {
+  const auto area = [](const Rectangle& r) { return r.width() * r.height(); };
+  for (bool joined = true; joined;) {
+    joined = false;
+    for (std::size_t i = 0; i < cover.size() && !joined; ++i) {
+      for (std::size_t j = i + 1; j < cover.size() && !joined; ++j) {
+        // With all that their bounds touch
+        Rectangle bounds = bounding(cover[i], cover[j]);
+        int before = 0;
+        int count = 0;
+        for (std::size_t k = 0; k < cover.size(); ++k) {
+          const Rectangle larger = bounding(bounds, cover[k]);
+          if (intersection(bounds, cover[k]).empty() || larger == bounds) continue;
+          bounds = larger;
+          k = static_cast<std::size_t>(-1);
+        }
+        for (const Rectangle& r : cover) {
+          if (intersection(bounds, r).empty()) continue;
+          before += area(r);
+          ++count;
+        }
+        joined = area(bounds) - before < kRectangleCost * (count - 1);
+        if (!joined) continue;
+        std::erase_if(cover, [&](const Rectangle& r) { return !intersection(bounds, r).empty(); });
+        cover.push_back(bounds);
+      }
+    }
+  }
 }
 
 }  // namespace
@@ -121,6 +154,7 @@ std::vector<Rectangle> Region::rectangles() const {
   }
   for (Rectangle& r : cover)
     r = intersection(image_, {size * r.x0, size * r.y0, size * r.x1, size * r.y1});
+  join(cover);
   return cover;
 }
 

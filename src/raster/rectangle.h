@@ -52,7 +52,7 @@ class Region {
   void clip(const Rectangle& rectangle);
   bool touches(const Rectangle& rectangle) const;
   bool empty() const;
-  /// A few disjoint rectangles that cover it; larger tiles where it would take many.
+  /// Disjoint rectangles that cover it, joined to fewer at the price of some texels more.
   std::vector<Rectangle> rectangles() const;
 
  private:

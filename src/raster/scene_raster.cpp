@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "core/error.h"
@@ -12,22 +13,6 @@
 #include "raster/triangle_cover.h"
 
 namespace catoptric::raster {
-namespace {
-
-/// Clip space of a part of an image from that of all of it, a pixel more on each side.
-Mat4 clipOfPart(const Rectangle& part, const Rectangle& all) {
-  const Vec2 half = 0.5f * Vec2(part.width() + 2, part.height() + 2);
-  const Vec2 centre = 0.5f * Vec2(part.x0 + part.x1, part.y0 + part.y1);
-  const Vec2 size(all.width(), all.height());
-  Mat4 crop(1.0f);
-  crop[0][0] = 0.5f * size.x / half.x;
-  crop[1][1] = 0.5f * size.y / half.y;
-  crop[3][0] = (0.5f * size.x - centre.x) / half.x;
-  crop[3][1] = (centre.y - 0.5f * size.y) / half.y;
-  return crop;
-}
-
-}  // namespace
 
 /// Whether the whole box lies beyond the near plane (z <= w).
 bool beyondNear(const Mat4& clipFromWorld, const Box3& box) {
@@ -110,7 +95,7 @@ void SceneRaster::update(const frame::Geometry& geometry, std::span<const int> c
                        &geometry.attributes[range.firstVertex]);
     s.bounds[object] = range.bounds;
     s.uvPerMetre[object] = range.uvPerMetre;
-    s.covered[object].clear();
+    s.covered[object] = {};
     constexpr std::uint32_t ofVertices = kVertexColor | kBakeIrradiance | kBakeVisibility | kSky;
     s.objects[object].features =
         (s.objects[object].features & ~ofVertices) | vertexFeatures(geometry, range);
@@ -129,34 +114,39 @@ GBuffer SceneRaster::makeGBuffer(const GBufferSize& size) const {
 void SceneRaster::State::findCovered(const scene::Camera& camera, const Rectangle& image,
                                      const frame::Geometry& geometry) {
   if (coveredCamera != camera || coveredImage != image) {
-    for (std::vector<Rectangle>& rectangles : covered) rectangles.clear();
+    for (CoveredSamples& object : covered) object = {};
     coveredCamera = camera;
     coveredImage = image;
   }
   const TriangleCover cover(camera, image.x1, image.y1);
-  constexpr std::size_t kGrain = 1024;  // triangles
+  constexpr std::size_t kGrain = 16;  // meshlets
   for (std::size_t i = 0; i < covered.size(); ++i) {
-    if (!covered[i].empty() || meshlets.ofObject(i).empty()) continue;
-    const std::uint32_t first = meshlets.ofObject(i).front().firstIndex;
-    covered[i].resize(geometry.objects[i].indexCount / 3);
-    parallelFor(covered[i].size(), kGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t t = begin; t < end; ++t) {
-        const auto corner = [&](std::size_t c) {
-          return cover.corner(geometry.positions[meshlets.indices[first + 3 * t + c]]);
-        };
-        covered[i][t] = cover.covered({corner(0), corner(1), corner(2)});
+    const std::span<const Meshlet> members = meshlets.ofObject(i);
+    CoveredSamples& samples = covered[i];
+    if (!samples.triangles.empty() || members.empty()) continue;
+    samples.triangles.resize(geometry.objects[i].indexCount / 3);
+    samples.meshlets.resize(members.size());
+    parallelFor(members.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t m = begin; m < end; ++m) {
+        for (std::uint32_t k = 0; k < members[m].indexCount; k += 3) {
+          const std::uint32_t index = members[m].firstIndex + k;
+          const auto corner = [&](std::size_t c) {
+            return cover.corner(geometry.positions[meshlets.indices[index + c]]);
+          };
+          const Rectangle shown = cover.covered({corner(0), corner(1), corner(2)});
+          samples.triangles[(index - members.front().firstIndex) / 3] = shown;
+          samples.meshlets[m] = bounding(samples.meshlets[m], shown);
+        }
       }
     });
   }
 }
 
-/// Lists what can be seen, nearest objects first.
-void SceneRaster::State::cull(const FrameView& view, const Mat4& clipFromWorldOfPart,
-                              const Rectangle* samples, int skipObject,
-                              DrawStatistics& statistics) {
+void SceneRaster::State::cull(const FrameView& view, std::span<const Rectangle> parts,
+                              int skipObject, DrawStatistics& statistics) {
   list.clear();
   const Frustum frustum(view.clipFromWorld);
-  const Frustum part(clipFromWorldOfPart);
+  std::vector<std::uint32_t> seen;  // meshlets of one object
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const std::span<const Meshlet> members = meshlets.ofObject(i);
     std::uint64_t all = 0;
@@ -171,45 +161,63 @@ void SceneRaster::State::cull(const FrameView& view, const Mat4& clipFromWorldOf
     visible.object = static_cast<int>(i);
     visible.cullBacks = meshlets.closed[i] && objects[i].opaque && !contains(bounds[i], view.eye) &&
                         beyondNear(view.clipFromWorld, bounds[i]);
-    visible.firstRange = list.counts.size();
-    std::uint32_t end = 0;
-    const auto append = [&](std::uint32_t firstIndex, std::uint32_t count) {
-      visible.triangles += count / 3;
-      if (list.counts.size() > visible.firstRange && firstIndex == end) {
-        list.counts.back() += static_cast<GLsizei>(count);
-      } else {
-        list.counts.push_back(static_cast<GLsizei>(count));
-        list.offsets.push_back(reinterpret_cast<const void*>(
-            static_cast<std::uintptr_t>(firstIndex) * sizeof(std::uint32_t)));
-      }
-      end = firstIndex + count;
-    };
     float distanceSum = 0.0f;
     float areaSum = 0.0f;
-    for (const Meshlet& meshlet : members) {
+    seen.clear();
+    for (std::uint32_t m = 0; m < members.size(); ++m) {
+      const Meshlet& meshlet = members[m];
       if (!frustum.mayContain(meshlet.centre, meshlet.radius)) continue;
       if (visible.cullBacks && facesAway(meshlet, view.eye)) continue;
       // The order is that of the whole view, so that parts agree with it where depths are equal
       const float area = meshlet.radius * meshlet.radius;
       distanceSum += area * glm::distance(meshlet.centre, view.eye);
       areaSum += area;
-      if (!part.mayContain(meshlet.centre, meshlet.radius)) continue;
-      if (!samples) {
-        append(meshlet.firstIndex, meshlet.indexCount);
-        continue;
-      }
-      for (std::uint32_t k = 0; k < meshlet.indexCount; k += 3) {
-        const std::uint32_t index = meshlet.firstIndex + k;
-        if (!intersection(covered[i][(index - members.front().firstIndex) / 3], *samples).empty())
-          append(index, 3);
-      }
+      seen.push_back(m);
     }
-    visible.rangeCount = list.counts.size() - visible.firstRange;
-    statistics.triangles += visible.triangles;
-    statistics.culledTriangles += all - visible.triangles;
-    if (visible.rangeCount == 0) continue;
     visible.order = areaSum > 0.0f ? distanceSum / areaSum : 0.0f;
-    list.objects.push_back(visible);
+
+    std::uint64_t drawn = 0;
+    const auto append = [&](const auto& listRanges) {
+      visible.firstRange = list.counts.size();
+      visible.triangles = 0;
+      std::uint32_t end = 0;
+      listRanges([&](std::uint32_t firstIndex, std::uint32_t count) {
+        visible.triangles += count / 3;
+        if (list.counts.size() > visible.firstRange && firstIndex == end) {
+          list.counts.back() += static_cast<GLsizei>(count);
+        } else {
+          list.counts.push_back(static_cast<GLsizei>(count));
+          list.offsets.push_back(reinterpret_cast<const void*>(
+              static_cast<std::uintptr_t>(firstIndex) * sizeof(std::uint32_t)));
+        }
+        end = firstIndex + count;
+      });
+      visible.rangeCount = list.counts.size() - visible.firstRange;
+      drawn += visible.triangles;
+      if (visible.rangeCount > 0) list.objects.push_back(visible);
+    };
+    if (parts.empty()) {
+      append([&](const auto& range) {
+        for (const std::uint32_t m : seen) range(members[m].firstIndex, members[m].indexCount);
+      });
+    }
+    for (visible.part = 0; visible.part < parts.size(); ++visible.part) {
+      const auto shows = [&](const Rectangle& r) {
+        return !intersection(r, parts[visible.part]).empty();
+      };
+      append([&](const auto& range) {
+        for (const std::uint32_t m : seen) {
+          if (!shows(covered[i].meshlets[m])) continue;
+          for (std::uint32_t k = 0; k < members[m].indexCount; k += 3) {
+            const std::uint32_t index = members[m].firstIndex + k;
+            if (shows(covered[i].triangles[(index - members.front().firstIndex) / 3]))
+              range(index, 3);
+          }
+        }
+      });
+    }
+    statistics.triangles += drawn;
+    statistics.culledTriangles += std::max(all, drawn) - drawn;
   }
   std::stable_sort(
       list.objects.begin(), list.objects.end(),
@@ -248,12 +256,11 @@ Variant& SceneRaster::State::variant(std::uint32_t features, const frame::Lighti
 }
 
 DrawStatistics SceneRaster::State::drawObjects(const FrameView& view,
-                                               const Mat4& clipFromWorldOfPart,
-                                               const Rectangle* samples,
+                                               std::span<const Rectangle> parts,
                                                const frame::Lighting& lighting, bool gbuffer,
                                                int skipObject) {
   DrawStatistics statistics;
-  cull(view, clipFromWorldOfPart, samples, skipObject, statistics);
+  cull(view, parts, skipObject, statistics);
   frame.bind(view, lighting);
   vertices.bind();
   glDepthFunc(cost == DrawCost::SeenOnce ? GL_GEQUAL : GL_GREATER);
@@ -291,6 +298,8 @@ DrawStatistics SceneRaster::State::drawObjects(const FrameView& view,
       }
       glStencilFunc(GL_ALWAYS, static_cast<GLint>(info.sampleClass), 0xFF);
     }
+    std::optional<ScissoredTo> scissor;
+    if (!parts.empty()) scissor.emplace(parts[visible.part]);
     glMultiDrawElements(GL_TRIANGLES, &list.counts[visible.firstRange], GL_UNSIGNED_INT,
                         &list.offsets[visible.firstRange],
                         static_cast<GLsizei>(visible.rangeCount));
@@ -306,8 +315,9 @@ DrawStatistics SceneRaster::State::drawObjects(const FrameView& view,
 }
 
 /// Radiance of the environment where depth is still 0 (and the G-buffer's zeros). The frame block
-/// is bound.
-void SceneRaster::State::drawBackground(const frame::Lighting& lighting, bool gbuffer) {
+/// is bound. Within `parts` where there are any.
+void SceneRaster::State::drawBackground(const frame::Lighting& lighting, bool gbuffer,
+                                        std::span<const Rectangle> parts) {
   const std::string type = environmentType(lighting);
   gl::Program& program = backgrounds[type + (gbuffer ? " G-buffer" : "")];
   if (program.empty()) {
@@ -323,7 +333,11 @@ void SceneRaster::State::drawBackground(const frame::Lighting& lighting, bool gb
   noVertices.bind();
   glDepthFunc(GL_EQUAL);
   glDepthMask(GL_FALSE);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
+  if (parts.empty()) glDrawArrays(GL_TRIANGLES, 0, 3);
+  for (const Rectangle& part : parts) {
+    const ScissoredTo scissor(part);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+  }
   glDepthMask(GL_TRUE);
   glDepthFunc(GL_GREATER);
 }
@@ -340,29 +354,27 @@ DrawStatistics SceneRaster::drawGBuffer(GBuffer& target, const scene::Camera& ca
                Vec4(0.0f, 0.0f, target.sampleWidth(), target.sampleHeight()), kNoRadianceLimit);
   s.gbufferView = view;
   const Rectangle all{0, 0, target.sampleWidth(), target.sampleHeight()};
-  DrawStatistics statistics;
-  const bool known = part && geometry;
-  if (known) s.findCovered(camera, all, *geometry);
+  if (part) s.findCovered(camera, all, *geometry);
+  const std::vector<Rectangle> drawn = part ? part->rectangles() : std::vector<Rectangle>{all};
   target.framebuffer.bind();
-  for (const Rectangle& drawn : part ? part->rectangles() : std::vector<Rectangle>{all}) {
-    // Colours are not cleared: surfaces write them where depth is above 0, the background elsewhere
-    const ScissoredTo scissor(drawn);
-    if (s.cost != DrawCost::SeenOnce) {
+  // Colours are not cleared: surfaces write them where depth is above 0, the background elsewhere
+  if (s.cost != DrawCost::SeenOnce) {
+    for (const Rectangle& r : drawn) {
+      const ScissoredTo scissor(r);
       target.framebuffer.clearDepthStencil(0.0f, static_cast<int>(SampleClass::Background));
     }
+  }
 
+  DrawStatistics statistics;
+  if (!drawn.empty()) {
     glDisable(GL_BLEND);
     glEnable(GL_DEPTH_TEST);
     glEnable(GL_STENCIL_TEST);
     glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
     glStencilMask(0xFF);
-    const DrawStatistics ofPart =
-        s.drawObjects(view, clipOfPart(drawn, all) * view.clipFromWorld, known ? &drawn : nullptr,
-                      lighting, true, 0);
-    statistics.triangles += ofPart.triangles;
-    statistics.culledTriangles += ofPart.culledTriangles;
+    statistics = s.drawObjects(view, part ? drawn : std::vector<Rectangle>(), lighting, true, 0);
     glDisable(GL_STENCIL_TEST);
-    s.drawBackground(lighting, true);
+    s.drawBackground(lighting, true, drawn);
     glDisable(GL_DEPTH_TEST);
   }
   return statistics;
@@ -380,9 +392,8 @@ DrawStatistics SceneRaster::drawDiffuse(const Mat4& clipFromWorld, const Vec3& e
   glDisable(GL_BLEND);
   glDisable(GL_STENCIL_TEST);
   glEnable(GL_DEPTH_TEST);
-  const DrawStatistics statistics =
-      s.drawObjects(view, view.clipFromWorld, nullptr, lighting, false, skipObject);
-  s.drawBackground(lighting, false);
+  const DrawStatistics statistics = s.drawObjects(view, {}, lighting, false, skipObject);
+  s.drawBackground(lighting, false, {});
   glDisable(GL_DEPTH_TEST);
   return statistics;
 }

@@ -83,7 +83,7 @@ class SceneRaster {
 
   /// Fills diffuse, normal, object, depth and stencil; with `part`, in samples, nothing outside its
   /// rectangles: there `target` keeps what it has. The samples are the same, bit for bit.
-  /// `geometry`: of the last update(); with it, triangles that show nothing in `part` are left out.
+  /// `geometry`: of the last update(), needed with `part`.
   DrawStatistics drawGBuffer(GBuffer& target, const scene::Camera& camera,
                              const frame::Lighting& lighting,
                              const std::optional<Region>& part = std::nullopt,

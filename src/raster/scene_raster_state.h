@@ -49,6 +49,13 @@ struct VisibleObject {
   std::size_t rangeCount = 0;
   std::uint64_t triangles = 0;
   bool cullBacks = false;
+  std::size_t part = 0;  ///< of what is drawn in several
+};
+
+/// Samples that an object's triangles may cover.
+struct CoveredSamples {
+  std::vector<Rectangle> triangles;  ///< in the order of the meshlets; empty: not known
+  std::vector<Rectangle> meshlets;
 };
 
 /// Index ranges of a pass, as glMultiDrawElements takes them.
@@ -102,9 +109,7 @@ struct SceneRaster::State {
   gl::Buffer viewNumbers;  ///< 0, 1, 2, ... for an attribute that counts instances
   gl::VertexArray compoundVertices;
   DrawCost cost = DrawCost::Whole;
-  // Samples that an object's triangles may cover, in the order of the meshlets; of one camera.
-  // Empty: not known
-  std::vector<std::vector<Rectangle>> covered;
+  std::vector<CoveredSamples> covered;  ///< by object, seen by one camera
   scene::Camera coveredCamera;
   Rectangle coveredImage;
   FrameView gbufferView;  ///< of the last G-buffer, for methods' own passes
@@ -113,22 +118,23 @@ struct SceneRaster::State {
   void describeVertices(gl::VertexArray& array) const {
     raster::describeVertices(array, positions, attributes);
   }
-  /// `part`: what is drawn shows there only; as Frustum takes it. `samples`: the same, for
-  /// `covered`; null: that is not known.
-  void cull(const FrameView& view, const Mat4& clipFromWorldOfPart, const Rectangle* samples,
-            int skipObject, DrawStatistics& statistics);
+  /// Lists what is seen, nearest objects first; with `parts`, an object once in each of them that
+  /// it may show in (`covered` is known).
+  void cull(const FrameView& view, std::span<const Rectangle> parts, int skipObject,
+            DrawStatistics& statistics);
   /// Fills in what is missing of `covered`.
   void findCovered(const scene::Camera& camera, const Rectangle& image,
                    const frame::Geometry& geometry);
   Variant& variant(std::uint32_t features, const frame::Lighting& lighting);
-  DrawStatistics drawObjects(const FrameView& view, const Mat4& clipFromWorldOfPart,
-                             const Rectangle* samples, const frame::Lighting& lighting,
-                             bool gbuffer, int skipObject);
+  /// Within `parts` where there are any.
+  DrawStatistics drawObjects(const FrameView& view, std::span<const Rectangle> parts,
+                             const frame::Lighting& lighting, bool gbuffer, int skipObject);
   /// Culls one view for drawDiffuseViews(), objects in this order.
   void listView(const DiffuseView& view, std::span<const std::uint32_t> order,
                 const frame::Geometry& geometry, float snap, struct ViewList& seen) const;
   void updateLevelBounds(const frame::Geometry& geometry, int object);
-  void drawBackground(const frame::Lighting& lighting, bool gbuffer);
+  void drawBackground(const frame::Lighting& lighting, bool gbuffer,
+                      std::span<const Rectangle> parts);
 };
 
 }  // namespace catoptric::raster

@@ -36,8 +36,8 @@ TriangleCover::Corner TriangleCover::corner(const Vec3& point) const {
   // The driver's snap, and what rounding of clip coordinates and of samples may err
   const glm::dvec4 terms = glm::max(glm::abs(rows_[0]), glm::abs(rows_[1])) + glm::abs(rows_[2]);
   const double clip = glm::dot(terms, glm::abs(p)) / w;
-  corner.margin = 2.0 * snap_ + kRounding * ((clip + 1.0) * std::max(size_.x, size_.y) +
-                                             glm::length(corner.at));
+  corner.margin = 2.0 * snap_ +
+                  kRounding * ((clip + 1.0) * std::max(size_.x, size_.y) + glm::length(corner.at));
   return corner;
 }
 
