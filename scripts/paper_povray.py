@@ -40,20 +40,26 @@ def checker(file):
                      + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
 
 
-def plain_scene(scene, folder):
-    """The scene as both programs can show it, written to a folder: its lights without shadows, a sky
-    of one colour that lights everything alike instead of the bake, one file for textures of floors,
-    no other textures."""
+def plain_scene(scene, folder, shadows):
+    """The scene as both programs can show it, written to a folder: its lights with hard shadows (baked
+    into our vertices; as there, what moves casts none) or without, light from everywhere alike instead
+    of sky and interreflection, one file for textures of floors, no other textures. The sky is black with
+    shadows: the bake would find it occluded, POV-Ray's ambient light is not."""
     plain = json.loads(pathlib.Path("scenes", scene + ".json").read_text())
     for light in plain["lights"]:
         if light["type"] != "directional":
             raise SystemExit(f"compare_povray: {scene}: light {light['name']}: only directional "
                              "lights are translated")
-        light["baked"] = False
+        light["baked"] = shadows
         light.pop("radius", None)
-    plain["bake"] = {"mode": "none"}
-    plain["environment"] = {"type": "constant",
-                            "color": [0.4 * v for v in plain["environment"]["horizon"]]}
+    light = [0.4 * v for v in plain["environment"]["horizon"]]
+    if shadows:
+        plain["bake"] = {"mode": "full", "rays": 1, "bounces": 0, "distance": 1e-4}
+        plain["environment"] = {"type": "constant", "color": [0, 0, 0]}
+        plain["ambient"] = light
+    else:
+        plain["bake"] = {"mode": "none"}
+        plain["environment"] = {"type": "constant", "color": light}
 
     def without_texture(material, floor):
         if material.pop("texture", None):
@@ -94,17 +100,19 @@ class Translator:
         self.keys = {(a["object"], a["channel"]): a["keys"][0][1:]
                      for a in plain.get("animation", [])}
         self.bounces = bounces
+        self.moving = {a["object"] for a in plain.get("animation", [])}
 
     def scene(self, camera, aspect):
         sky = self.plain["environment"]["color"]
+        ambient = self.plain.get("ambient", sky)
         text = ["#version 3.7;", f"global_settings {{ assumed_gamma 1 max_trace_level {self.bounces + 1} "
-                f"ambient_light rgb {vector(sky)} }}", f"background {{ rgb {vector(sky)} }}",
+                f"ambient_light rgb {vector(ambient)} }}", f"background {{ rgb {vector(sky)} }}",
                 self.camera(camera, aspect)]
         for light in self.plain["lights"]:
             towards = [-v for v in light["direction"]]
             color = [light["intensity"] / math.pi * c for c in light.get("color", [1, 1, 1])]
             text.append(f"light_source {{ {vector([1e3 * v for v in towards])} rgb {vector(color)} "
-                        "parallel point_at <0,0,0> shadowless }")
+                        f"parallel point_at <0,0,0> {'' if light['baked'] else 'shadowless'} }}")
         return "\n".join(text + [self.object(o) for o in self.plain["objects"]]) + "\n"
 
     def camera(self, camera, aspect):
@@ -128,7 +136,8 @@ class Translator:
         copies = []
         for i in range(repeat["count"]):
             step = [i * v for v in repeat["step"]]
-            copies.append(f"object {{ {text} {self.transform(o)} translate {vector(step)} }}")
+            shadow = "no_shadow" if o.get("name") in self.moving else ""
+            copies.append(f"object {{ {text} {self.transform(o)} translate {vector(step)} {shadow} }}")
         return "\n".join(copies)
 
     def transform(self, o):
@@ -221,9 +230,9 @@ class Comparison:
     """One scene by POV-Ray (the vase as a lathe and as an isosurface), `traced` and `perturbation`:
     the picture of time 0, one ray a pixel, and times with one and 2 x 2 samples a pixel."""
 
-    def __init__(self, bench, scene, bounces, moved):
-        folder = bench.work / "povray"
-        plain, file = plain_scene(scene, folder)
+    def __init__(self, bench, scene, bounces, moved, shadows):
+        folder = bench.work / ("povray_shadows" if shadows else "povray")
+        plain, file = plain_scene(scene, folder, shadows)
         size = WIDTH, HEIGHT
         self.times = {}  # by samples: seconds of lathe and isosurface, Frames of both methods
         for samples in (2, 1):

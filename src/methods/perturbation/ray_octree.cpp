@@ -4,6 +4,7 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 #include <queue>
 #include <utility>
@@ -13,6 +14,9 @@ namespace {
 
 /// Distances of doubles may be off by this part of the coordinates' size.
 constexpr double kRounding = 1e-14;
+
+/// ... and squares of them in floats by this part of the squared distances from the box.
+constexpr float kGlanceRounding = 3e-6f;
 
 bool before(const NearRay& a, const NearRay& b) {
   return a.distance < b.distance || (a.distance == b.distance && a.ray < b.ray);
@@ -45,6 +49,13 @@ double RayOctree::beamRadius(std::uint32_t ray, double t) const {
     if (other != kNoRay) radius = std::max(radius, distanceTo(rays_[other], centre));
   }
   return radius;
+}
+
+bool RayOctree::inBeam(std::uint32_t ray, double t, double distance) const {
+  const glm::dvec3 centre = rays_[ray].origin + t * rays_[ray].direction;
+  return std::any_of(neighbours_[ray].begin(), neighbours_[ray].end(), [&](std::uint32_t other) {
+    return other != kNoRay && distanceTo(rays_[other], centre) >= distance;
+  });
 }
 
 std::vector<std::uint32_t> RayOctree::candidateSet(const glm::dvec3& centre, double radius,
@@ -107,6 +118,12 @@ void RayOctree::build() {
         beam.base = std::numeric_limits<double>::infinity();
     }
     beams_.push_back(beam);
+    const glm::vec3 origin(rays_[i].origin - min_);
+    const glm::vec3 direction(rays_[i].direction);
+    farthest2_ = std::max(farthest2_, glm::dot(origin, origin));
+    endless_ = endless_ && std::isinf(rays_[i].length);
+    glances_.push_back({{origin.x, origin.y, origin.z, static_cast<float>(beam.base)},
+                        {direction.x, direction.y, direction.z, static_cast<float>(beam.growth)}});
   }
   std::vector<Cell> cells{{min_ + 0.5 * size_, 0.5 * size_, 0, all_}};
   std::priority_queue<Costly> queue;
@@ -195,11 +212,71 @@ void RayOctree::nearest(const glm::dvec3& point, Cursor& cursor,
   }
 }
 
+void RayOctree::beamsAt(const glm::dvec3& point, std::span<const std::uint32_t> from,
+                        Cursor& cursor) const {
+  // Four rays at a time, in floats
+  using Four = float __attribute__((vector_size(16)));
+  const glm::vec3 p(point - min_);
+  const float size2 = glm::dot(p, p);
+  std::vector<std::uint32_t>& result = cursor.near;
+  result.resize(from.size() + 4);
+  cursor.seen.resize(rays_.size());
+  ++cursor.lookUp;
+  std::size_t count = 0;
+  for (std::size_t first = 0; first < from.size(); first += 4) {
+    std::array<Four, 4> o;
+    std::array<Four, 4> d;
+    for (std::size_t lane = 0; lane < 4; ++lane) {
+      const Glance& glance = glances_[from[std::min(first + lane, from.size() - 1)]];
+      std::memcpy(&o[lane], glance.origin.data(), sizeof(Four));
+      std::memcpy(&d[lane], glance.direction.data(), sizeof(Four));
+    }
+    const auto transpose = [](std::array<Four, 4>& r) {
+      const Four a = __builtin_shufflevector(r[0], r[1], 0, 4, 1, 5);
+      const Four b = __builtin_shufflevector(r[2], r[3], 0, 4, 1, 5);
+      const Four c = __builtin_shufflevector(r[0], r[1], 2, 6, 3, 7);
+      const Four e = __builtin_shufflevector(r[2], r[3], 2, 6, 3, 7);
+      r = {__builtin_shufflevector(a, b, 0, 1, 4, 5), __builtin_shufflevector(a, b, 2, 3, 6, 7),
+           __builtin_shufflevector(c, e, 0, 1, 4, 5), __builtin_shufflevector(c, e, 2, 3, 6, 7)};
+    };
+    transpose(o);
+    transpose(d);
+    const Four x = p.x - o[0];
+    const Four y = p.y - o[1];
+    const Four z = p.z - o[2];
+    // Rays that end are taken for longer: that is nearer, and a wider beam
+    Four t = x * d[0] + y * d[1] + z * d[2];
+    t = t > 0.0f ? t : Four{};
+    const Four away2 = x * x + y * y + z * z - t * t;
+    const Four radius = o[3] + d[3] * t;
+    const Four slack = kGlanceRounding * (size2 + o[0] * o[0] + o[1] * o[1] + o[2] * o[2]);
+    const auto passed = away2 > radius * radius + slack;
+    for (std::size_t lane = 0; lane < 4; ++lane) {
+      result[count] = from[std::min(first + lane, from.size() - 1)];
+      cursor.seen[result[count]] = {cursor.lookUp, away2[lane]};
+      count += passed[lane] == 0 && first + lane < from.size() ? 1 : 0;
+    }
+  }
+  result.resize(count);
+}
+
 void RayOctree::reflections(const glm::dvec3& point, Cursor& cursor,
                             std::vector<NearRay>& result) const {
   assert(neighbours_.size() == rays_.size());
   result.clear();
-  for (const std::uint32_t ray : candidates(point, cursor)) {
+  beamsAt(point, candidates(point, cursor), cursor);
+  const glm::vec3 p(point - min_);
+  const float doubt = 2.0f * kGlanceRounding * (glm::dot(p, p) + farthest2_);
+  for (const std::uint32_t ray : cursor.near) {
+    // Most have a neighbour that is certainly nearer
+    const float own2 = cursor.seen[ray].distance2 - doubt;
+    const bool passed =
+        endless_ &&
+        std::any_of(neighbours_[ray].begin(), neighbours_[ray].end(), [&](std::uint32_t other) {
+          return other != kNoRay && cursor.seen[other].lookUp == cursor.lookUp &&
+                 cursor.seen[other].distance2 < own2;
+        });
+    if (passed) continue;
     const double t = nearestParameter(rays_[ray], point);
     const NearRay near{ray, glm::length(rays_[ray].origin + t * rays_[ray].direction - point)};
     // Most beams are passed by.
@@ -209,7 +286,7 @@ void RayOctree::reflections(const glm::dvec3& point, Cursor& cursor,
         std::none_of(neighbours_[ray].begin(), neighbours_[ray].end(), [&](std::uint32_t other) {
           return other != kNoRay && before({other, distanceTo(rays_[other], point)}, near);
         });
-    if (minimum && near.distance <= beamRadius(ray, t)) result.push_back(near);
+    if (minimum && inBeam(ray, t, near.distance)) result.push_back(near);
   }
   std::sort(result.begin(), result.end(), before);
 }

@@ -60,6 +60,14 @@ class RayOctree {
     std::array<std::uint32_t, 3> cell{};  ///< at the octree's greatest depth
     std::uint64_t steps = 0;              ///< nodes that were visited
     std::uint64_t outside = 0;            ///< points outside the box: all rays are candidates
+    std::vector<std::uint32_t> near;      ///< scratch, and that of callers
+    std::vector<NearRay> found;
+    struct Seen {
+      std::uint32_t lookUp = 0;
+      float distance2 = 0.0f;
+    };
+    std::vector<Seen> seen;  ///< by ray: the last look-up that met it
+    std::uint32_t lookUp = 0;
   };
 
   RayOctree() = default;
@@ -92,8 +100,17 @@ class RayOctree {
     double base = 0.0;
     double growth = 0.0;
   };
+  /// A ray and its beam from `min` on, for a first look at many.
+  struct alignas(32) Glance {
+    std::array<float, 4> origin;     ///< w: beam's base
+    std::array<float, 4> direction;  ///< w: its growth
+  };
+  /// Lists those of some rays whose beams may hold a point, in their order, in `cursor.near`.
+  void beamsAt(const glm::dvec3& point, std::span<const std::uint32_t> from, Cursor& cursor) const;
   /// How far the farthest neighbour of a ray is from its point at t.
   double beamRadius(std::uint32_t ray, double t) const;
+  /// Whether that is at least `distance`.
+  bool inBeam(std::uint32_t ray, double t, double distance) const;
   /// Those of `from` that can be an answer for a point within `radius` of `centre`.
   std::vector<std::uint32_t> candidateSet(const glm::dvec3& centre, double radius,
                                           const std::vector<std::uint32_t>& from) const;
@@ -101,6 +118,9 @@ class RayOctree {
   std::vector<SampleRay> rays_;
   std::vector<Neighbours> neighbours_;
   std::vector<Beam> beams_;
+  std::vector<Glance> glances_;
+  float farthest2_ = 0.0f;  ///< squared distance of an origin from `min`
+  bool endless_ = true;     ///< all rays
   glm::dvec3 min_{0.0};
   glm::dvec3 size_{1.0};
   Settings settings_;

@@ -30,6 +30,11 @@ constexpr float kImageSpacing = 0.125f;
 /// Steps of retrace(), and the longest one as a share of the reflector's size (ours).
 constexpr int kMaxSteps = 8;
 constexpr double kLongestStep = 0.25;
+/// Quadratic moves of exact paths are taken instead of another step, or of a path that was traced
+/// for another point, where the estimate is below this part of the error allowed (ours).
+constexpr double kSmallRemainder = 0.1;
+/// ... and where that point shows nearer than this, pixels (ours).
+constexpr double kTracedReach = 12.0;
 /// Reflections of one point nearer to each other than this part of the way between their paths are
 /// one (ours): what converges does so from both sides.
 constexpr double kSameReflection = 0.25;
@@ -54,6 +59,12 @@ glm::dvec3 onwards(const Turn& turn, const glm::dvec3& direction, const glm::dve
   if (!turn.through) return glm::reflect(direction, normal);
   const glm::dvec3 against = glm::dot(normal, direction) > 0.0 ? -normal : normal;
   return glm::refract(direction, against, turn.indexBefore / turn.indexAfter);
+}
+
+/// As remainderOf() of order 2: of the first place, by the lengths of its linear and second motion.
+double remainder(double linear, double second, double rho, const glm::dvec3& step) {
+  constexpr double kTiny = 0x1p-500;
+  return second * (glm::length(step) / (rho + kTiny) + 2.0 * second / (linear + kTiny));
 }
 
 /// Pixels that show `bounds`, beyond the frame's border too: x0, y0, x1, y1.
@@ -315,16 +326,21 @@ bool Reflector::movable(const Bounce<double>* bounces, double rho) const {
   return statusOf(bounces[lastTurn()], rho) == PathStatus::Regular;
 }
 
-template <int kOrder>
 void Reflector::move(const Bounce<double>* bounces, const double* distances, double rho,
-                     const glm::dvec3& step, Places& places) const {
+                     const glm::dvec3& step, Places& first, Places& second) const {
   // [Chen2000] (15), (16)
-  Vector<double> moved = vectorOf(step);
-  for (std::size_t i = turns_.size(); i-- > 0;) {
-    const Vector<double> x =
-        movedPoint<kOrder>(bounces[i], i == lastTurn() ? rho : distances[i], moved);
-    places[i] = pointOf(x);
-    moved = x - bounces[i].x;
+  const std::size_t last = lastTurn();
+  const Move<double> moved = moveOf(bounces[last], rho, vectorOf(step));
+  Vector<double> linear = moved.linear;
+  Vector<double> quadratic = moved.linear + moved.second;
+  first[last] = pointOf(bounces[last].x + linear);
+  second[last] = pointOf(bounces[last].x + quadratic);
+  for (std::size_t i = last; i-- > 0;) {
+    linear = moveOf(bounces[i], distances[i], linear).linear;
+    const Move<double> next = moveOf(bounces[i], distances[i], quadratic);
+    quadratic = next.linear + next.second;
+    first[i] = pointOf(bounces[i].x + linear);
+    second[i] = pointOf(bounces[i].x + quadratic);
   }
 }
 
@@ -332,12 +348,15 @@ double Reflector::pixels(const glm::dvec3& x, double metres) const {
   return metres / (spread_ * glm::distance(x, eye_));
 }
 
-bool Reflector::retrace(const glm::dvec3& point, Places& places) const {
+bool Reflector::retrace(const glm::dvec3& point, Places& places, Traced* traced) const {
   const std::size_t last = lastTurn();
   glm::dvec3 x = places[0];
   Path path;
   Places first;
   Places second;
+  // pathBy() makes one step to the surface; guesses may need two
+  if (const auto gradient = implicit::gradientAt(*turns_[0].surface, x))
+    x -= implicit::valueAt(*turns_[0].surface, x) / glm::dot(*gradient, *gradient) * *gradient;
   glm::dvec3 from = x;
   for (int step = 0; step < kMaxSteps; ++step) {
     if (pathBy(x, path) != Found::Path) {
@@ -351,10 +370,11 @@ bool Reflector::retrace(const glm::dvec3& point, Places& places) const {
     const double rho = std::max(0.0, glm::dot(point - leaves, path.direction));
     if (!movable(path.bounces.data(), rho)) return false;
     const glm::dvec3 away = point - (leaves + rho * path.direction);
-    move<1>(path.bounces.data(), path.distances.data(), rho, away, first);
-    move<2>(path.bounces.data(), path.distances.data(), rho, away, second);
+    move(path.bounces.data(), path.distances.data(), rho, away, first, second);
     // Far off, the second order makes it worse
-    const bool far = glm::distance(second[0], first[0]) > 0.5 * glm::distance(first[0], x);
+    const double d1 = glm::distance(first[0], x);
+    const double d2 = glm::distance(second[0], first[0]);
+    const bool far = d2 > 0.5 * d1;
     places = far ? first : second;
     glm::dvec3 way = places[0] - x;
     const double length = glm::length(way);
@@ -362,9 +382,50 @@ bool Reflector::retrace(const glm::dvec3& point, Places& places) const {
     const double longest = kLongestStep * sizes_[0];
     if (length > longest) way *= longest / length;
     x += way;
-    if (!far && pixels(x, length) < static_cast<double>(options_.errorPixels)) return true;
+    const auto allowed = static_cast<double>(options_.errorPixels);
+    if (far || !(pixels(x, length) < allowed ||
+                 (length <= longest && !refracts() &&
+                  pixels(x, remainder(d1, d2, rho, away)) < kSmallRemainder * allowed)))
+      continue;
+    if (traced) {
+      if (traced->paths_.size() < Traced::kCount) {
+        traced->paths_.push_back(path);
+      } else {
+        traced->paths_[traced->next_] = path;
+        traced->next_ = (traced->next_ + 1) % Traced::kCount;
+      }
+    }
+    return true;
   }
   return false;
+}
+
+bool Reflector::moveTraced(const glm::dvec3& point, const Traced& traced, Places& places) const {
+  // The nearest one
+  const Path* path = nullptr;
+  double least = kTracedReach;
+  for (const Path& other : traced.paths_) {
+    const double apart = pixels(places[0], glm::distance(other.place(0), places[0]));
+    if (!(apart < least)) continue;
+    least = apart;
+    path = &other;
+  }
+  if (!path) return false;
+  const glm::dvec3 leaves = path->place(lastTurn());
+  const double rho = std::max(0.0, glm::dot(point - leaves, path->direction));
+  if (!movable(path->bounces.data(), rho)) return false;
+  const glm::dvec3 step = point - (leaves + rho * path->direction);
+  Places first;
+  Places second;
+  move(path->bounces.data(), path->distances.data(), rho, step, first, second);
+  const double d1 = glm::distance(first[0], path->place(0));
+  const double d2 = glm::distance(second[0], first[0]);
+  const double allowed = kSmallRemainder * static_cast<double>(options_.errorPixels);
+  const bool near = pixels(places[0], glm::distance(second[0], places[0])) < kTracedReach;
+  if (!near || d2 > 0.5 * d1 || !(pixels(path->place(0), remainder(d1, d2, rho, step)) < allowed))
+    return false;
+  places = second;
+  return true;
 }
 
 bool Reflector::accept(const glm::dvec3& point, const Places& places) const {
@@ -391,7 +452,7 @@ bool Reflector::accept(const glm::dvec3& point, const Places& places) const {
 }
 
 void Reflector::add(const glm::dvec3& point, const Places& places, const glm::dvec3& from,
-                    std::vector<glm::dvec3>& starts, Reflections& result) const {
+                    Starts& starts, Reflections& result) const {
   const glm::dvec3& x = places[0];
   for (std::uint32_t i = 0; i < result.count; ++i) {
     const double apart = glm::distance(result.at[i].x, x);
@@ -400,7 +461,7 @@ void Reflector::add(const glm::dvec3& point, const Places& places, const glm::dv
       return;
   }
   if (result.count == kMaxReflections) return;
-  starts.push_back(from);
+  starts[result.count] = from;
   // The virtual vertex [Chen2000] Fig. 7, as virtualVertex()
   Reflection& reflection = result.at[result.count++];
   reflection.x = x;
@@ -414,12 +475,24 @@ void Reflector::add(const glm::dvec3& point, const Places& places, const glm::dv
   reflection.share = (seen + reflected) / (seen + reflected + ahead);
 }
 
+bool Reflector::trace(const glm::dvec3& point, Places& places, PathCounts& counts,
+                      Traced* traced) const {
+  // In a lens' focus neighbouring points have far other paths
+  if (refracts()) traced = nullptr;
+  if (traced && moveTraced(point, *traced, places)) {
+    ++counts.quadratic;
+    return true;
+  }
+  ++counts.retraced;
+  return retrace(point, places, traced);
+}
+
 Reflections Reflector::reflectionsOf(const glm::dvec3& point, bool own, RayOctree::Cursor& cursor,
-                                     PathCounts& counts) const {
+                                     PathCounts& counts, Traced* traced) const {
   Reflections result;
   const std::vector<std::uint32_t>& numbers = own ? selfRays_ : rays_;
   if (numbers.empty()) return result;
-  std::vector<NearRay> nearest;
+  std::vector<NearRay>& nearest = cursor.found;
   const RayOctree& octree = own ? selfOctree_ : octree_;
   if (options_.groups) {
     octree.nearest(point, cursor, nearest);
@@ -428,13 +501,14 @@ Reflections Reflector::reflectionsOf(const glm::dvec3& point, bool own, RayOctre
   }
   const GroupLimits limits{static_cast<double>(options_.groupAngleRad),
                            static_cast<double>(options_.groupDistance) * size_};
-  std::vector<std::uint32_t> tried;
+  std::vector<std::uint32_t>& tried = cursor.near;
   if (options_.groups) {
     tried = groupRepresentatives(octree.rays(), nearest, limits);
   } else {
+    tried.clear();
     for (const NearRay& near : nearest) tried.push_back(near.ray);
   }
-  std::vector<glm::dvec3> starts;
+  Starts starts;
   for (const std::uint32_t ray : tried) {
     const std::size_t number = numbers[ray] * turns_.size();
     const Bounce<double>* bounces = &bounces_[number];
@@ -450,9 +524,8 @@ Reflections Reflector::reflectionsOf(const glm::dvec3& point, bool own, RayOctre
       found = movable(bounces, rho);
       const glm::dvec3 step = point - (leaves + rho * direction);
       Places first = places;
-      if (found) move<1>(bounces, distances, rho, step, first);
-      Places second = first;
-      if (found && options_.order != Order::Linear) move<2>(bounces, distances, rho, step, second);
+      Places second = places;
+      if (found) move(bounces, distances, rho, step, first, second);
       if (options_.order == Order::Auto) {
         // The remainder as the next term of a geometric series
         const double d1 = glm::distance(first[0], start);
@@ -467,11 +540,10 @@ Reflections Reflector::reflectionsOf(const glm::dvec3& point, bool own, RayOctre
         } else {
           const double longest = kLongestStep * sizes_[0];
           if (found && d1 < longest && d2 < 0.5 * d1) places = second;
-          found = retrace(point, places);
-          ++counts.retraced;
+          found = trace(point, places, counts, traced);
         }
       } else {
-        places = second;
+        places = options_.order == Order::Linear ? first : second;
       }
     }
     found = found && accept(point, places);
@@ -485,15 +557,14 @@ Reflections Reflector::reflectionsOf(const glm::dvec3& point, bool own, RayOctre
 }
 
 void Reflector::addReflectionsNear(const glm::dvec3& point, const Reflections& known,
-                                   Reflections& result, PathCounts& counts) const {
-  std::vector<glm::dvec3> starts;
-  for (std::uint32_t i = 0; i < result.count; ++i) starts.push_back(result.at[i].x);
+                                   Reflections& result, PathCounts& counts, Traced* traced) const {
+  Starts starts;
+  for (std::uint32_t i = 0; i < result.count; ++i) starts[i] = result.at[i].x;
   for (std::uint32_t i = 0; i < known.count; ++i) {
     const glm::dvec3 start = known.at[i].x;
     Places places;
     places[0] = start;
-    ++counts.retraced;
-    if (retrace(point, places) && accept(point, places)) {
+    if (trace(point, places, counts, traced) && accept(point, places)) {
       add(point, places, start, starts, result);
     } else {
       ++counts.notConverged;

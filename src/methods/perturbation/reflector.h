@@ -110,7 +110,27 @@ struct Turn {
 inline constexpr std::size_t kMaxTurns = 6;
 
 class Reflector {
+  /// An exact path from the eye on. bounces[i]: how its place on reflector i moves with the one on
+  /// reflector i + 1, or with the point that it shows.
+  struct Path {
+    std::array<Bounce<double>, kMaxTurns> bounces;
+    std::array<double, kMaxTurns> distances{};  ///< metres from place i to place i + 1
+    glm::dvec3 direction{0.0};                  ///< leaving the last reflector
+    glm::dvec3 place(std::size_t i) const {
+      const auto& x = bounces[i].x;
+      return {x[0], x[1], x[2]};
+    }
+  };
+
  public:
+  /// The last paths that look-ups had to trace: points near to each other are found by them.
+  class Traced {
+    friend class Reflector;
+    static constexpr std::size_t kCount = 8;  ///< ours
+    std::vector<Path> paths_;
+    std::size_t next_ = 0;
+  };
+
   /// `turns` in the order in which they are met from the eye, 1 to kMaxTurns; keeps references to
   /// their surfaces. `scene`: bounds of whatever is reflected. `before`: the same sequence without
   /// the last turn, kept too; null for one turn.
@@ -135,12 +155,12 @@ class Reflector {
   double distanceFrom(const glm::dvec3& point) const { return glm::distance(point, centre_); }
 
   /// All reflections of a point, from the groups of its nearest rays; `own`: the point lies on the
-  /// last reflector itself.
+  /// last reflector itself. `traced`: of other points before (order auto).
   Reflections reflectionsOf(const glm::dvec3& point, bool own, RayOctree::Cursor& cursor,
-                            PathCounts& counts) const;
+                            PathCounts& counts, Traced* traced = nullptr) const;
   /// Adds to a point's exact reflections those near the known ones of another point near to it.
   void addReflectionsNear(const glm::dvec3& point, const Reflections& known, Reflections& result,
-                          PathCounts& counts) const;
+                          PathCounts& counts, Traced* traced = nullptr) const;
   /// Where a point that the last reflector hides would show without it: itself, or its reflection
   /// in the reflectors before. `share`: up to where it is hidden. `cursor` of the sequence before.
   /// At a mirror's rim it shows there too; what refracts has no such places.
@@ -148,18 +168,8 @@ class Reflector {
                                    PathCounts& counts) const;
 
  private:
-  /// An exact path from the eye on. bounces[i]: how its place on reflector i moves with the one on
-  /// reflector i + 1, or with the point that it shows.
-  struct Path {
-    std::array<Bounce<double>, kMaxTurns> bounces;
-    std::array<double, kMaxTurns> distances{};  ///< metres from place i to place i + 1
-    glm::dvec3 direction{0.0};                  ///< leaving the last reflector
-    glm::dvec3 place(std::size_t i) const {
-      const auto& x = bounces[i].x;
-      return {x[0], x[1], x[2]};
-    }
-  };
   using Places = std::array<glm::dvec3, kMaxTurns>;
+  using Starts = std::array<glm::dvec3, kMaxReflections>;  ///< from where each was found
 
   std::size_t lastTurn() const { return turns_.size() - 1; }
   /// The path that leaves the eye towards x, near the first surface.
@@ -170,11 +180,16 @@ class Reflector {
   /// Whether a path may be moved where its point is at `rho` from the last place; where its places
   /// come to lie when that point moves by `step`.
   bool movable(const Bounce<double>* bounces, double rho) const;
-  template <int kOrder>
+  /// To first and to second order.
   void move(const Bounce<double>* bounces, const double* distances, double rho,
-            const glm::dvec3& step, Places& places) const;
+            const glm::dvec3& step, Places& first, Places& second) const;
   /// Newton's iteration over exact paths: each is expanded again. `places[0]` is where it starts.
-  bool retrace(const glm::dvec3& point, Places& places) const;
+  bool retrace(const glm::dvec3& point, Places& places, Traced* traced) const;
+  /// Where one of the paths that were traced leads near places[0], with a part of the error
+  /// allowed.
+  bool moveTraced(const glm::dvec3& point, const Traced& traced, Places& places) const;
+  /// moveTraced(), or retrace() and its path for others.
+  bool trace(const glm::dvec3& point, Places& places, PathCounts& counts, Traced* traced) const;
   bool accept(const glm::dvec3& point, const Places& places) const;
   /// How far towards a point from `from`, the eye or the place of the turn before, one sees before
   /// reflector `turn` hides it; at least 1: not hidden.
@@ -182,8 +197,8 @@ class Reflector {
   /// Whether the inside of reflector `turn` at x is what one sees there from `from`: through an
   /// opening. Beyond the rim of a body it is not, however near.
   bool insideShows(std::size_t turn, const glm::dvec3& from, const glm::dvec3& x) const;
-  void add(const glm::dvec3& point, const Places& places, const glm::dvec3& from,
-           std::vector<glm::dvec3>& starts, Reflections& result) const;
+  void add(const glm::dvec3& point, const Places& places, const glm::dvec3& from, Starts& starts,
+           Reflections& result) const;
   double pixels(const glm::dvec3& x, double metres) const;
   /// The part of the image in which the reflectors before show the last one: x0, y0, x1, y1;
   /// nullopt where they do not.

@@ -48,8 +48,9 @@ struct Node {
   glm::dvec3 position;
   frame::VertexAttributes attributes;
   Reflections reflections;
-  bool hidden = false;  ///< no reflection, and the reflector stands before it
-  Reflection straight;  ///< where it would show without the reflector, if hidden
+  bool hidden = false;       ///< no reflection, and the reflector stands before it
+  Reflection straight;       ///< where it would show without the reflector, if hidden
+  std::array<Vec2, 2> seen;  ///< pixels of the first reflections; x NaN: behind the camera
 };
 
 using Triangle = std::array<std::uint32_t, 3>;
@@ -103,9 +104,10 @@ std::size_t nearestTo(const Reflections& reflections, const glm::dvec3& x) {
   std::size_t best = kMaxReflections;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < reflections.count; ++i) {
-    const double apart = glm::distance(reflections.at[i].x, x);
-    if (apart < least) {
-      least = apart;
+    const glm::dvec3 way = reflections.at[i].x - x;
+    const double apart2 = glm::dot(way, way);
+    if (apart2 < least) {
+      least = apart2;
       best = i;
     }
   }
@@ -120,14 +122,34 @@ std::size_t counterpart(const Reflections& a, std::size_t i, const Reflections& 
   return j;
 }
 
+/// counterpart() of all reflections of `a`.
+using Counterparts = std::array<std::size_t, kMaxReflections>;
+Counterparts counterparts(const Reflections& a, const Reflections& b) {
+  Counterparts result;
+  if (a.count == 2 && b.count == 2) {
+    // Most often the first belong together, and the second
+    const auto apart2 = [&](std::size_t i, std::size_t j) {
+      const glm::dvec3 way = a.at[i].x - b.at[j].x;
+      return glm::dot(way, way);
+    };
+    const double same = std::max(apart2(0, 0), apart2(1, 1));
+    if (same < apart2(0, 1) && same < apart2(1, 0)) {
+      result[0] = 0;
+      result[1] = 1;
+      return result;
+    }
+  }
+  for (std::size_t i = 0; i < a.count; ++i) result[i] = counterpart(a, i, b);
+  return result;
+}
+
 /// Whether one end of an edge may have more reflections than were found: the other has others. One
 /// at each end is the same.
 bool lacks(const Reflections& mine, const Reflections& others) {
   if (mine.count == others.count && mine.count < 2) return false;
-  for (std::size_t i = 0; i < others.count; ++i) {
-    if (counterpart(others, i, mine) == kMaxReflections) return true;
-  }
-  return false;
+  const Counterparts mineOf = counterparts(others, mine);
+  return std::find(mineOf.begin(), mineOf.begin() + others.count, kMaxReflections) !=
+         mineOf.begin() + others.count;
 }
 
 /// Where the middle of an edge may be reflected: between what continues from end to end, and where
@@ -197,21 +219,24 @@ class Builder {
       TriangleCounts own;
       RayOctree::Cursor cursor;
       RayOctree::Cursor cursorBefore;
+      Reflector::Traced traced;
       for (std::size_t i = begin; i < end; ++i) {
         Node& node = nodes_[first + i];
         if (!edges.empty() && exactMiddles_) {
           const Edge edge{edges[i]};
           const Reflections guess =
               between(nodes_[edge.a()].reflections, nodes_[edge.b()].reflections);
-          reflector_.addReflectionsNear(node.position, guess, node.reflections, own.paths);
+          reflector_.addReflectionsNear(node.position, guess, node.reflections, own.paths, &traced);
         }
         if (node.reflections.count == 0)
-          node.reflections = reflector_.reflectionsOf(node.position, own_, cursor, own.paths);
+          node.reflections =
+              reflector_.reflectionsOf(node.position, own_, cursor, own.paths, &traced);
         if (node.reflections.count == 0) {
           const auto straight = reflector_.hidden(node.position, cursorBefore, own.paths);
           node.hidden = straight.has_value();
           if (straight) node.straight = *straight;
         }
+        project(node);
       }
       own.outside = cursor.outside;
       const std::lock_guard lock(mutex);
@@ -246,7 +271,10 @@ class Builder {
           const Node& a = nodes_[edge.a()];
           const Node& b = nodes_[edge.b()];
           if ((!changed[edge.a()] && !changed[edge.b()]) || a.hidden || b.hidden) continue;
-          if (lacks(a.reflections, b.reflections)) lacking[i] |= 1;
+          // Those that belong together do so both ways
+          const bool lacksOne = lacks(a.reflections, b.reflections);
+          if (lacksOne) lacking[i] |= 1;
+          if (!lacksOne && a.reflections.count == b.reflections.count) continue;
           if (lacks(b.reflections, a.reflections)) lacking[i] |= 2;
         }
       });
@@ -283,6 +311,7 @@ class Builder {
         const std::uint32_t number = wanted[firsts[k]].first;
         if (found[k].count == nodes_[number].reflections.count) continue;
         nodes_[number].reflections = found[k];
+        project(nodes_[number]);
         changed[number] = true;
         any = true;
       }
@@ -333,17 +362,31 @@ class Builder {
       }
       return Look::Halve;
     }
+    const Counterparts ofB = counterparts(a.reflections, b.reflections);
     for (std::size_t i = 0; i < a.reflections.count; ++i) {
-      const std::size_t j = counterpart(a.reflections, i, b.reflections);
+      const std::size_t j = ofB[i];
       if (j == kMaxReflections) return Look::Halve;
-      const auto xa = projection_(a.reflections.at[i].x);
-      const auto xb = projection_(b.reflections.at[j].x);
+      const auto xa = seen(a, i);
+      const auto xb = seen(b, j);
       if (!xa || !xb) continue;
       if (projection_.inFrame({*xa, *xb}) &&
           glm::distance(*xa, *xb) > kShortEdge * options_.errorPixels)
         return Look::Middle;
     }
     return Look::No;
+  }
+
+  /// Where the camera shows a node's reflection.
+  std::optional<Vec2> seen(const Node& node, std::size_t i) const {
+    if (i >= node.seen.size()) return projection_(node.reflections.at[i].x);
+    if (std::isnan(node.seen[i].x)) return std::nullopt;
+    return node.seen[i];
+  }
+  void project(Node& node) const {
+    for (std::size_t i = 0; i < std::min<std::size_t>(node.seen.size(), node.reflections.count);
+         ++i)
+      node.seen[i] = projection_(node.reflections.at[i].x)
+                         .value_or(Vec2(std::numeric_limits<float>::quiet_NaN()));
   }
 
   /// Whether the middle of an edge shows where its ends say.
@@ -477,6 +520,7 @@ class Builder {
     result_.attributes.push_back(n.attributes);
     const Reflection& r = reflection == kMaxReflections ? n.straight : n.reflections.at[reflection];
     result_.images.emplace_back(r.image, r.share);
+    seenVertices_.push_back(projection_(r.image));
     if (reflector_.before()) result_.places.emplace_back(r.last);
     vertex = static_cast<std::uint32_t>(result_.positions.size());
     return vertex - 1;
@@ -498,14 +542,13 @@ class Builder {
     }
     const Reflections& a = nodes_[t[seen]].reflections;
     const std::array<std::uint32_t, 2> others{t[(seen + 1) % 3], t[(seen + 2) % 3]};
+    std::array<Counterparts, 2> of;
+    for (std::size_t c = 0; c < 2; ++c) of[c] = counterparts(a, nodes_[others[c]].reflections);
     std::vector<std::array<std::uint32_t, 3>> whole;
     bool all = true;
     for (std::size_t i = 0; i < a.count; ++i) {
       std::array<std::size_t, 2> number{};
-      for (std::size_t c = 0; c < 2; ++c) {
-        const Node& other = nodes_[others[c]];
-        number[c] = counterpart(a, i, other.reflections);
-      }
+      for (std::size_t c = 0; c < 2; ++c) number[c] = of[c][i];
       // The rim, as near as the order lets one see
       const auto rim = [&](std::size_t c) {
         const Node& other = nodes_[others[c]];
@@ -689,7 +732,7 @@ class Builder {
   bool shows(const std::array<std::uint32_t, 3>& corners) const {
     std::array<Vec2, 3> at;
     for (std::size_t c = 0; c < 3; ++c) {
-      const auto seen = projection_(glm::dvec3(Vec3(result_.images[corners[c]])));
+      const auto& seen = seenVertices_[corners[c]];
       if (!seen) return true;
       at[c] = *seen;
     }
@@ -708,6 +751,7 @@ class Builder {
   std::vector<Triangle> mixed_;  ///< whose vertices do not share all reflections
   std::vector<Border> borders_;  ///< sorted
   raster::VirtualTriangles result_;
+  std::vector<std::optional<Vec2>> seenVertices_;
 };
 
 }  // namespace

@@ -3,32 +3,51 @@
 #include <cmath>
 
 namespace catoptric::implicit {
-namespace {
 
+/// A value and its derivatives by x, y and z: three duals that share the value.
 struct Slope {
   double value = 0.0;
-  Point gradient{0.0};  ///< by world coordinates
+  Point gradient{0.0};
+};
+static Slope operator+(const Slope& a, const Slope& b) {
+  return {a.value + b.value, a.gradient + b.gradient};
+}
+static Slope operator-(const Slope& a, const Slope& b) {
+  return {a.value - b.value, a.gradient - b.gradient};
+}
+static Slope operator-(const Slope& a) {
+  return {-a.value, -a.gradient};
+}
+static Slope operator*(const Slope& a, const Slope& b) {
+  return {a.value * b.value, a.value * b.gradient + a.gradient * b.value};
+}
+
+template <>
+struct Arithmetic<Slope> {
+  static Slope constant(double v) { return {v, Point(0.0)}; }
+  static Slope apply(Code code, const Slope& u, double c) {
+    const Chain<double> f = chainOf<1>(code, u.value, c);
+    return {f.f0, f.f1 * u.gradient};
+  }
+  static Slope quotient(const Slope& a, const Slope& b) { return a * apply(Code::Divide, b, 0.0); }
+  static Slope smaller(const Slope& a, const Slope& b) { return a.value < b.value ? a : b; }
 };
 
-/// One pass of duals per axis of local space, then the chain rule.
-Slope slopeAt(Evaluator<Dual<double>>& evaluate, const Surface& surface, const Point& world) {
+namespace {
+
+/// By world coordinates.
+Slope slopeAt(Evaluator<Slope>& evaluate, const Surface& surface, const Point& world) {
   const Point p = surface.localFromWorld(world);
-  Slope slope;
-  Point local;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto seed = [&](int i) { return Dual<double>{p[i], i == axis ? 1.0 : 0.0}; };
-    const Dual<double> g = evaluate(seed(0), seed(1), seed(2));
-    slope.value = g.value;
-    local[axis] = g.derivative;
-  }
-  slope.gradient = glm::transpose(surface.localFromWorld.linear) * local;
+  Slope slope = evaluate({p.x, Point(1.0, 0.0, 0.0)}, {p.y, Point(0.0, 1.0, 0.0)},
+                         {p.z, Point(0.0, 0.0, 1.0)});
+  slope.gradient = glm::transpose(surface.localFromWorld.linear) * slope.gradient;
   return slope;
 }
 
 }  // namespace
 
 std::optional<Point> gradientAt(const Surface& surface, const Point& world) {
-  Evaluator<Dual<double>> evaluate(surface.tape);
+  Evaluator<Slope> evaluate(surface.tape);
   const Point gradient = slopeAt(evaluate, surface, world).gradient;
   const double length = glm::length(gradient);
   if (!(length > 0.0) || !std::isfinite(length)) return std::nullopt;
@@ -44,7 +63,7 @@ std::optional<Point> normalAt(const Surface& surface, const Point& world) {
 std::optional<Point> nearestPoint(const Surface& surface, const Point& world, double reach) {
   constexpr int kSteps = 20;
   constexpr double kDone = 1e-14;  // of the way that the point may go, and of its coordinates
-  Evaluator<Dual<double>> evaluate(surface.tape);
+  Evaluator<Slope> evaluate(surface.tape);
   Point p = world;
   for (int step = 0; step < kSteps; ++step) {
     const Slope slope = slopeAt(evaluate, surface, p);
