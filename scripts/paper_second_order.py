@@ -109,14 +109,14 @@ The paper's first column is the G-buffer and the clustering.""")
     bench.paths = runs
 
 
-# Why a step takes more than twice its floor, measured with parts of it left out (AMD EPYC): textures of
-# gbuffer, loads of composite, the passes of intersect. cluster and camera: by difference to their reading.
+# Why a step takes more than twice its floor: textures of gbuffer measured without them (AMD EPYC), cluster and
+# camera by what the kernel or the copies leave out.
 REASONS = {
     "gbuffer": "textures: 27 % in bathroom a, 32 % in living room a",
-    "composite": "three loads from memory, 4 to 5 ns each; from the cache 1.4",
-    "cluster": "arithmetic: rays, bins and planes of each sample; a cluster's sums",
+    "composite": "loads from memory, 4 to 5 ns each; the object's number is loaded, too",
+    "cluster": "votes for planes and tests against them; runs by object, bin and plane",
     "camera": "arithmetic: far ends in the scene's box, twice; the upload of each sample's cluster",
-    "intersect": "planar mirrors 1/3, walks 1/2 (240 ns a sample, of 8 the longest), what found nothing 1/10"}
+    "intersect": "setting up a walk, and what found nothing"}
 
 
 def floors(bench, document):
@@ -127,10 +127,13 @@ CPU time of all threads, ms: other programs disturb it less than the clock on th
 work at most of it. `second_order_benchmark SCENE PATH FRAMES` measures frame and floors in turns, four
 frames of each path. Floor of `gbuffer` and `depth_images`: the same triangles without shading ("once":
 shaded, over the depth of the same picture, so that each sample is shaded once; what is above it is
-overdraw, and the clear of the depth images). Floor of `readback`: a copy of as many bytes; of `cluster` and
-`camera`: copies of what they must read and write; of `intersect` and `composite`: the loads, depth
-look-ups and writes that each sample needs, at the cost of passes that do nothing else, and reading the
-G-buffer; a ray needs two texels.""")
+overdraw, and the clear of the depth images). Floor of `readback`: a copy of as many bytes; of `cluster`:
+the position, normal and share of the sums of each reflective sample and the bin and ray of those that are not
+in planar mirrors, by vector instructions, and a copy of what is read of the others; of `camera`: copies of what
+it must read and write; of `intersect`: a pass that does nothing but read what each ray needs and write (of a
+walk its cluster's seven rows, the very texels that it reads up to its hit, of eight samples side by side the
+longest, four depths and four colours there; of a planar mirror one row, one depth, one colour); of
+`composite`: a pass that does nothing but read diffuse and reflected colours and write the frame.""")
     frames = {"full": ("45-900x270", "5"), "quick": ("45-900x270", "2"), "smoke": ("450", "1")}
     rows = []
     for path, (scene, file) in PATHS.items():

@@ -238,6 +238,8 @@ constexpr std::array<const char*, 15> kClusterCountNames = {
     "pushed_back",      "crossing_clusters", "capped_images",      "texels",
     "triangles",        "images_shrunk",     "bins_halved"};
 
+bool readsMeasured = false;
+
 class SecondOrder : public Method {
  public:
   explicit SecondOrder(const Options& options) : options_(options) {}
@@ -381,6 +383,7 @@ class SecondOrder : public Method {
       output.counters["refraction_mirrored"] = refractive_.count(gbuffer);
     });
     report(clusters, cameras, triangles, output);
+    if (readsMeasured) measureReads(services, gbuffer, camera, onGrids, exact);
     if (std::ranges::find(settings_.layers, "cluster") != settings_.layers.end()) {
       output.clusterOf = clustering_.clusterOf();
       for (std::uint16_t& cluster : output.clusterOf) {
@@ -407,7 +410,7 @@ class SecondOrder : public Method {
     return reach;
   }
   gl::Program program(const Services& services, const char* label, const char* kind,
-                      bool exactGrid = false) const {
+                      bool exactGrid = false, bool record = false) const {
     std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);
     defines.push_back({"KIND", kind});
     defines.push_back({"RAYS", std::to_string(options_.camera.rays)});
@@ -419,6 +422,7 @@ class SecondOrder : public Method {
     defines.push_back({"FOUND", options_.countDisocclusions ? "1" : "0"});
     defines.push_back({"LAYERS", std::to_string(options_.images.depthLayers)});
     defines.push_back({"EXACT_GRID", exactGrid ? "1" : "0"});
+    defines.push_back({"RECORD", record ? "1" : "0"});
     defines.push_back({"TILE", std::to_string(kTileSamples)});
     return gl::Program(label, {.vertex = *kind == '3' ? "methods/second_order/shaders/tiles.vert"
                                                       : "gl/fullscreen.vert",
@@ -446,7 +450,7 @@ class SecondOrder : public Method {
   }
 
   void intersect(Services& services, const raster::GBuffer& gbuffer, const scene::Camera& camera,
-                 bool onGrids, bool exact) {
+                 bool onGrids, bool exact, bool record = false) {
     const std::vector<std::uint32_t> zeros(kCountNames.size(), 0);
     counts_.write(0, zeros.size() * sizeof(std::uint32_t), zeros.data());
     tiles_.write(0, noTiles_.size() * sizeof(std::uint32_t), noTiles_.data());
@@ -498,6 +502,13 @@ class SecondOrder : public Method {
       glStencilFunc(GL_EQUAL, static_cast<GLint>(sampleClass), 0xFF);
       gl::drawFullScreenTriangle();
     };
+    if (record) {
+      gbuffer.reflectionFramebuffer.clearColor(0, 0.0f, 0.0f, 0.0f, 0.0f);
+      pass(recorded_, raster::SampleClass::CurvedMirror);
+      glDisable(GL_STENCIL_TEST);
+      glDepthMask(GL_TRUE);
+      return;
+    }
     // An object known as flat need not be flat in the frame (it deforms, or is one pixel large)
     if (reflectors_.planarMirrors) {
       pass(onGrids ? planar(services, exact) : curved(services), raster::SampleClass::PlanarMirror);
@@ -517,6 +528,50 @@ class SecondOrder : public Method {
     gl::drawRectangles(tiles_);
     glColorMaski(1, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     glDepthMask(GL_TRUE);
+  }
+
+  /// Mirrors alone, as the benchmark's scenes have them.
+  void measureReads(Services& services, const raster::GBuffer& gbuffer, const scene::Camera& camera,
+                    bool onGrids, bool exact) {
+    if (recorded_.empty()) {
+      recorded_ = program(services, "walks, recorded", "1", false, true);
+      const auto reads = [](const char* kind) {
+        return gl::Program::fullScreen("reads", "methods/second_order/shaders/reads.frag",
+                                       {{"KIND", kind}});
+      };
+      planarReads_ = reads("0");
+      curvedReads_ = reads("1");
+      walks_ =
+          gl::Texture::make2D("walks", GL_RGBA32F, gbuffer.sampleWidth(), gbuffer.sampleHeight());
+    }
+    intersect(services, gbuffer, camera, onGrids, exact, true);
+    glCopyImageSubData(gbuffer.reflection.id(), GL_TEXTURE_2D, 0, 0, 0, 0, walks_.id(),
+                       GL_TEXTURE_2D, 0, 0, 0, 0, gbuffer.sampleWidth(), gbuffer.sampleHeight(), 1);
+    services.timer.measure("recording", [] {});
+    services.timer.measure("reads", [&] {
+      gbuffer.reflectionFramebuffer.bind();
+      glDisable(GL_DEPTH_TEST);
+      glDepthMask(GL_FALSE);
+      glEnable(GL_STENCIL_TEST);
+      clusterSamples_.bindImage(0, GL_READ_ONLY);
+      walks_.bindImage(1, GL_READ_ONLY);
+      gbuffer.depth.bind(2);
+      images_->bind();
+      for (gl::Program* reads : {&planarReads_, &curvedReads_}) {
+        const bool planar = reads == &planarReads_;
+        reads->use();
+        if (!planar)
+          reads->set("sampleSize", 1.0f / Vec2(gbuffer.sampleWidth(), gbuffer.sampleHeight()));
+        reads->set("atlasTexel", 1.0f / Vec2(images_->layerWidth(), images_->layerHeight()));
+        glStencilFunc(GL_EQUAL,
+                      static_cast<GLint>(planar ? raster::SampleClass::PlanarMirror
+                                                : raster::SampleClass::CurvedMirror),
+                      0xFF);
+        gl::drawFullScreenTriangle();
+      }
+      glDisable(GL_STENCIL_TEST);
+      glDepthMask(GL_TRUE);
+    });
   }
 
   void countDisocclusions(Services& services, const scene::Camera& camera,
@@ -586,6 +641,10 @@ class SecondOrder : public Method {
   gl::Program curved_;
   gl::Program glossy_;
   gl::Program later_;
+  gl::Program recorded_;  ///< of the benchmark, like the others of reads
+  gl::Program planarReads_;
+  gl::Program curvedReads_;
+  gl::Texture walks_;
   std::uint32_t tilesAcross_ = 0;
   std::uint32_t tileCount_ = 0;
   std::vector<std::uint32_t> noTiles_;  ///< what `tiles_` begins with
@@ -598,6 +657,10 @@ std::unique_ptr<Method> make(const config::Value& options) {
 }
 
 }  // namespace
+
+void setMeasureReads(bool on) {
+  readsMeasured = on;
+}
 
 const MethodEntry& secondOrderEntry() {
   static const MethodEntry entry{

@@ -8,4 +8,8 @@ namespace catoptric::methods {
 
 const MethodEntry& secondOrderEntry();
 
+/// For second_order_benchmark: frames also draw, as step "reads", what `intersect` must at least
+/// read and write.
+void setMeasureReads(bool on);
+
 }  // namespace catoptric::methods

@@ -6,15 +6,17 @@
 //
 // Floors ("least"):
 //   gbuffer, depth_images   the same triangles drawn with a constant colour; "once": shaded, over
-//   the
-//                           depth of the same picture, so that each sample is shaded once (and the
-//                           depth is not cleared). Culling on the CPU is part of all three
-//   readback                a copy of as many bytes by one thread
-//   cluster, camera         copies of the bytes that they must read and write
-//   intersect, composite    the loads, depth look-ups and writes that each sample needs, at the
-//   cost
-//                           of full-screen passes that do nothing else, and the reading of what
-//                           they read once; a ray needs two texels of depth
+//     the depth of the same picture, so that each sample is shaded once (and the depth is not
+//     cleared). Culling on the CPU is part of all three
+//   readback   a copy of as many bytes by one thread
+//   cluster    position, normal and share of the sums of each reflective sample, bin and mirror ray
+//     of those that are not in planar mirrors, by vector instructions in one thread, and a copy of
+//     what is read of the others
+//   camera     copies of the bytes that it must read and write
+//   intersect  what each sample must read and write, and nothing else (reads.frag): its cluster's
+//     number and table, the very texels that its walk reads up to its hit, four depths and colours
+//     there; of planar mirrors one of each
+//   composite  a pass that does nothing but read both images and write the frame
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -30,6 +32,7 @@
 #include "core/error.h"
 #include "frame/steps.h"
 #include "gl/context.h"
+#include "methods/second_order/cluster_sums.h"
 #include "methods/second_order/second_order.h"
 #include "raster/scene_raster.h"
 #include "scene/animate.h"
@@ -43,7 +46,6 @@ constexpr int kSize = 512;
 constexpr int kSamples = 2;
 constexpr double kAllSamples = static_cast<double>(kSize * kSamples) * (kSize * kSamples);
 constexpr std::size_t kCopied = std::size_t{24} << 20;
-constexpr int kReads = 8;  ///< of a sample, of the calibration
 
 double processMs() {
   timespec t{};
@@ -59,6 +61,70 @@ double busyMs(Body&& body) {
   glFinish();
   return processMs() - start;
 }
+
+/// Angle of (x, y) in turns, to a few degrees: the arithmetic that a bin takes at least.
+inline float turnOf(float x, float y) {
+  const float ax = std::abs(x);
+  const float ay = std::abs(y);
+  const float t = std::min(ax, ay) / std::max(std::max(ax, ay), 1e-30f);
+  float turn = t * (0.159f - 0.034f * t);
+  turn = ay > ax ? 0.25f - turn : turn;
+  turn = x < 0.0f ? 0.5f - turn : turn;
+  return y < 0.0f ? 1.0f - turn : turn;
+}
+
+/// Samples' positions and normals, as `cluster` must have them, and of the first `binned` bins and
+/// mirror rays.
+struct ClusterKernel {
+  VectorArrays position, normal, direction;
+  std::vector<std::int32_t> bins;
+
+  __attribute__((target_clones("avx2", "default"))) void run(const raster::GBufferCopy& copy,
+                                                             const Mat3& rayFromPixel, int count,
+                                                             int binned) {
+    const auto width = copy.sampleWidth();
+    for (int first = 0; first < count; first += width) {
+      const int end = std::min(count, first + width);
+      const int row = first / width;
+      const Vec3 rowRay = rayFromPixel * Vec3(0.5f, static_cast<float>(row) + 0.5f, 1.0f);
+      const Vec3 step = rayFromPixel[0];
+      const float* __restrict depth = copy.depth.data();
+      const float* __restrict source = copy.normal.data();
+      float* __restrict px = position.x.data();
+      float* __restrict py = position.y.data();
+      float* __restrict pz = position.z.data();
+      float* __restrict nx = normal.x.data();
+      float* __restrict ny = normal.y.data();
+      float* __restrict nz = normal.z.data();
+      for (int k = first; k < end; ++k) {
+        const float scale = 0.1f / depth[k];
+        const auto x = static_cast<float>(k - first);
+        px[k] = scale * (rowRay.x + x * step.x);
+        py[k] = scale * (rowRay.y + x * step.y);
+        pz[k] = scale * (rowRay.z + x * step.z);
+      }
+      for (int k = first; k < end; ++k) {
+        nx[k] = source[4 * k];
+        ny[k] = source[4 * k + 1];
+        nz[k] = source[4 * k + 2];
+      }
+      float* __restrict dx = direction.x.data();
+      float* __restrict dy = direction.y.data();
+      float* __restrict dz = direction.z.data();
+      std::int32_t* __restrict bin = bins.data();
+      for (int k = first; k < std::min(end, binned); ++k) {
+        const float across = std::sqrt(nx[k] * nx[k] + nz[k] * nz[k]);
+        bin[k] = static_cast<std::int32_t>(8.0f * turnOf(ny[k], across)) * 13 +
+                 static_cast<std::int32_t>(13.0f * turnOf(nx[k], nz[k]));
+        const float scale = 1.0f / std::sqrt(px[k] * px[k] + py[k] * py[k] + pz[k] * pz[k]);
+        const float twice = 2.0f * scale * (px[k] * nx[k] + py[k] * ny[k] + pz[k] * nz[k]);
+        dx[k] = scale * px[k] - twice * nx[k];
+        dy[k] = scale * py[k] - twice * ny[k];
+        dz[k] = scale * pz[k] - twice * nz[k];
+      }
+    }
+  }
+};
 
 struct Step {
   double whole = 0.0, once = 0.0, least = 0.0;
@@ -88,6 +154,9 @@ class Benchmark {
       last_ = now;
     });
     method_->prepare(services_, settings_);
+    const auto all = static_cast<std::size_t>(kAllSamples);
+    for (VectorArrays* v : {&kernel_.position, &kernel_.normal, &kernel_.direction}) v->resize(all);
+    kernel_.bins.resize(all);
   }
 
   void measure(const std::string& frames, int repeats) {
@@ -112,10 +181,12 @@ class Benchmark {
     }
     std::printf("\"frame\": {\"whole\": %.3f, \"once\": %.3f, \"least\": %.3f},\n ", whole, once,
                 least);
-    for (const auto& [name, count] : counts_) std::printf("\"%s\": %.1f, ", name.c_str(), count);
-    std::printf(
-        "\n \"ns\": {\"write\": %.3f, \"load\": %.3f, \"depth\": %.3f, \"copied KiB\": %.3f}}\n",
-        1e6 * write_, 1e6 * load_, 1e6 * depth_, 1e6 * copy_ * 1024.0);
+    const char* separator = "";
+    for (const auto& [name, count] : counts_) {
+      std::printf("%s\"%s\": %.1f", separator, name.c_str(), count);
+      separator = ", ";
+    }
+    std::printf("}\n");
   }
 
  private:
@@ -143,19 +214,21 @@ class Benchmark {
     return times;
   }
 
-  double calibrated(gl::Program& program, const char* loads, const char* fetches) {
-    if (program.empty()) {
-      program =
+  /// Of a pass that does nothing but what composite must: both images read, the frame written.
+  double compositeReads() {
+    if (reads_.empty()) {
+      reads_ =
           gl::Program::fullScreen("calibration", "methods/second_order/shaders/calibration.frag",
-                                  {{"LOADS", loads}, {"FETCHES", fetches}});
+                                  {{"SAMPLES", std::to_string(kSamples)}});
     }
+    const gl::Framebuffer target("calibration", {{.texture = picture_}});
     return busyMs([&] {
-      gbuffer_.reflectionFramebuffer.bind();
+      target.bind();
       glDisable(GL_STENCIL_TEST);
       glDisable(GL_DEPTH_TEST);
-      program.use();
-      gbuffer_.normal.bindImage(0, GL_READ_ONLY);
-      gbuffer_.depth.bind(2);
+      reads_.use();
+      gbuffer_.diffuse.bindImage(0, GL_READ_ONLY);
+      gbuffer_.reflection.bindImage(1, GL_READ_ONLY);
       gl::drawFullScreenTriangle();
     });
   }
@@ -178,6 +251,11 @@ class Benchmark {
         busyMs([&] { raster_.composite(gbuffer_, camera, {false}, picture_); }));
     add("readback", &Step::whole, busyMs([&] { raster::readRgba(picture_); }));
 
+    // What rays must read, over the same images
+    setMeasureReads(true);
+    const double reads = render(input, ignored)["reads"];
+    setMeasureReads(false);
+
     // What is drawn: each sample shaded once, and not at all
     raster_.setDrawCost(raster::DrawCost::SeenOnce);
     add("gbuffer", &Step::once, busyMs(drawGBuffer));
@@ -191,38 +269,32 @@ class Benchmark {
     const auto reflective = static_cast<double>(counters.at("reflective_samples"));
     const auto planar = static_cast<double>(counters.at("planar_samples"));
     const double read = 24.0 * kAllSamples + 16.0 * kSize * kSize;
-    // Ids of all, normals and depth of reflective samples; their rays and clusters are written. A
-    // copied byte is read and written
-    const double clustered =
-        4.0 * kAllSamples + (16.0 + 4.0 + 24.0) * reflective + 2.0 * kAllSamples;
     const double cameras = 24.0 * (reflective - planar) + 2.0 * 2.0 * kAllSamples;
+    raster::readBack(gbuffer_, false, samples_);
+    Sums sums;
+    const double clustered = busyMs([&] {
+      kernel_.run(samples_, scene::rayFromPixel(camera, kSize * kSamples, kSize * kSamples),
+                  static_cast<int>(reflective), static_cast<int>(reflective - planar));
+      for (std::uint32_t first = 0; first + kSize < reflective; first += kSize) {
+        sums.add(kernel_.position, kernel_.normal, {first, 0, 0, kSize}, 0, Vec3(0.0f));
+      }
+    });
+    sum_ += sums.dot;
     for (double Step::*part : {&Step::once, &Step::least}) {
       add("readback", part, copy * read);
-      add("cluster", part, copy * clustered / 2.0);
+      // And the ids of all samples are read, their clusters written
+      add("cluster", part, clustered + copy * (4.0 + 2.0) * kAllSamples / 2.0);
       add("camera", part, copy * cameras / 2.0);
     }
 
-    // Loads and writes; milliseconds of one sample
-    const double write = calibrated(writes_, "0", "0") / kAllSamples;
-    const double load = (calibrated(loads_, "8", "0") / kAllSamples - write) / kReads;
-    const double depth = (calibrated(fetches_, "0", "8") / kAllSamples - write) / kReads;
-    // Planar mirrors: cluster, colour; others: seven texels of their cluster, normal, four colours
-    const double walked = reflective - planar;
-    // Those loads are from the cache: what is read for the first time costs a copy's reading more
-    const double intersect = planar * (2.0 * load + depth + write + 7.0 * copy) +
-                             walked * (12.0 * load + 3.0 * depth + write + 13.0 * copy);
-    const double composite = kAllSamples * (2.0 * load + 18.0 * copy) + kSize * kSize * write;
+    const double composite = compositeReads();
     for (double Step::*part : {&Step::once, &Step::least}) {
-      add("intersect", part, intersect);
+      add("intersect", part, reads);
       add("composite", part, composite);
     }
     for (const char* name : {"clusters", "texels", "triangles"}) {
       counts_[name] += share * static_cast<double>(counters.at(name));
     }
-    write_ += share * write;
-    load_ += share * load;
-    depth_ += share * depth;
-    copy_ += share * copy;
   }
 
   gl::Context context_;
@@ -242,12 +314,12 @@ class Benchmark {
   double last_ = 0.0;
   std::vector<char> from_ = std::vector<char>(kCopied, 1);
   std::vector<char> to_ = std::vector<char>(kCopied, 2);
-  gl::Program writes_;
-  gl::Program loads_;
-  gl::Program fetches_;
+  raster::GBufferCopy samples_;
+  ClusterKernel kernel_;
+  double sum_ = 0.0;  ///< so that nothing is left out
+  gl::Program reads_;
   std::map<std::string, Step> steps_;
   std::map<std::string, double> counts_;
-  double write_ = 0.0, load_ = 0.0, depth_ = 0.0, copy_ = 0.0;  ///< ms, of a sample or byte
 };
 
 int run(int argc, char** argv) {

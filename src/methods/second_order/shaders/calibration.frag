@@ -1,13 +1,13 @@
-// What a sample's reads cost: LOADS image loads of four floats, FETCHES texelFetches of depth. For the
-// benchmark.
+// What composite must read at least, for the benchmark: SAMPLES x SAMPLES samples of two images.
 layout(binding = 0, rgba32f) readonly uniform image2D values;
-layout(binding = 2) uniform sampler2D depths;
+layout(binding = 1, rgba32f) readonly uniform image2D others;
 
 layout(location = 0) out vec4 sum;
 
 void main() {
-  ivec2 at = ivec2(gl_FragCoord.xy);
-  sum = vec4(gl_FragCoord.x);
-  for (int k = 0; k < LOADS; ++k) sum += imageLoad(values, ivec2(at.x ^ k, at.y));
-  for (int k = 0; k < FETCHES; ++k) sum.a += texelFetch(depths, ivec2(at.x ^ k, at.y), 0).r;
+  sum = vec4(0.0);
+  for (int k = 0; k < SAMPLES * SAMPLES; ++k) {
+    ivec2 at = ivec2(gl_FragCoord.xy) * SAMPLES + ivec2(k % SAMPLES, k / SAMPLES);
+    sum += imageLoad(values, at) + imageLoad(others, at);
+  }
 }

@@ -9,6 +9,7 @@
 //   SELF    1: rays of concave clusters are intersected with their own cluster, too
 //   LAYERS  2: rays that pass behind what they meet look for it in a second depth layer, too
 //   FOUND   1: what each ray found is written, to be compared with Embree's rays
+//   RECORD  1: instead of radiance what each walk has read, for reads.frag
 #include "raster/shaders/shading.glsl"
 
 uniform mat3 rayFromPixel;  // (sample position, 1) to a ray that advances 1 m along the axis
@@ -225,6 +226,11 @@ Start startAt(DepthImage image, vec3 p) {
   return start;
 }
 
+#if RECORD
+// First texel + 16384 (layer, texels read), and the stride
+vec4 walked = vec4(0.0);
+#endif
+
 // Walks along the unit direction in steps of a texel, to `limit` metres at most.
 Hit walk(DepthImage image, Start start, vec3 direction, float limit) {
   vec4 along = vec4(dot(image.rowX.xyz, direction), dot(image.rowY.xyz, direction),
@@ -341,6 +347,11 @@ Hit walk(DepthImage image, Start start, vec3 direction, float limit) {
   hit = hit || (found.bridged && !(front && here == 0.0));
   bool nothing = front && here == 0.0 && along.w > kSideways;
   found.kind = hit ? kHit : (nothing ? kSky : kMissed);
+#if RECORD
+  walked = vec4(floor(clamp(from.xy, vec2(0.0), size - 1.0)) + image.place.xy +
+                    16384.0 * vec2(image.more.x, min(i, 1000) + 1),
+                stride.xy);
+#endif
   return found;
 }
 #endif
@@ -627,5 +638,8 @@ void main() {
 #endif
 #if MASKS && KIND < 3
   mask = bits;
+#endif
+#if RECORD
+  reflection = walked;
 #endif
 }
