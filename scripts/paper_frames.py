@@ -29,8 +29,9 @@ def measure(bench, path, numbers, planar, mirror):
                         [*scene_of(path), 'image.layers=["s","id"]', "image.masks=false",
                          "preview.enabled=false"], [([], numbers)], ["second_order", "traced"])
     out = bench.work / name / "0"
+    # One exposure: HDR-FLIP is not asked for
     compared = json.loads(bench.catoptric("compare", out / "second_order", out / "traced", "--json",
-                                          "--num-exposures", "1")  # HDR-FLIP is not asked for)
+                                          "--num-exposures", "1"))
     shutil.rmtree(bench.work / name)
     counters = runs["second_order"].counters
     return [[e["frame"], e["l1_8bit"], *pooled(e["objects"], planar), *pooled(e["objects"], mirror),
