@@ -17,6 +17,7 @@ VARIANTS = {
     "one_thread": ("surfaceless", 1, 0),
     "osmesa": ("osmesa", 2, 1),
 }
+PEELED = '{"method": "second_order", "name": "peeled", "depth_layers": 2}'
 METHODS = 4  # at least: those of configs/cornell_box.json
 
 
@@ -39,7 +40,8 @@ def chunks_differ(program, root, folder):
     environment = dict(os.environ, XDG_CACHE_HOME=str(folder / "cache_2"))
     for name, more in {"whole": [], "b": ["--chunk", "2/2"], "a": ["--chunk", "1/2"]}.items():
         if not render(program, root, environment, "configs/moving.json", folder / "moving" / name,
-                      "--set", "methods.3=second_order", "--frames", "3,8", *more):
+                      "--set", "methods.3=second_order", "--set", f"methods.4={PEELED}",
+                      "--frames", "1,8", *more):
             return 1
     moving = folder / "moving"
     for method in sorted(p.name for p in (moving / "whole").iterdir() if p.is_dir()):

@@ -24,6 +24,8 @@ struct FrameView {
   float radianceLimit = kNoRadianceLimit;
   /// 1 where gl_FrontFacing means the front, -1 for views that mirror (cube faces).
   float frontSign = 1.0f;
+  /// Whether closed objects about the eye or the near plane show their insides; else nothing.
+  bool insides = true;
 };
 
 /// `viewport`: x, y, width, height in pixels, row 0 on top.

@@ -277,7 +277,7 @@ Meshlets buildMeshlets(const frame::Geometry& geometry) {
       result.meshlets.push_back(meshlet);
     }
     result.firstOfObject.push_back(static_cast<std::uint32_t>(result.meshlets.size()));
-    result.closed.push_back(objects[i].closed);
+    result.closed.push_back(objects[i].closed && !geometry.objects[i].moving);
   }
   return result;
 }

@@ -32,7 +32,8 @@ struct Meshlets {
   std::vector<std::uint32_t> firstOfObject;  ///< per object, and one past the end
   /// Objects that are closed surfaces with outward normals: from outside of their bounds their
   /// back faces are hidden behind their own front faces. (Not proved: parts turned inside out by
-  /// passing through themselves; deformed objects therefore lose the mark.)
+  /// passing through themselves. Objects that move or deform at any time therefore never are, so
+  /// that a frame does not depend on the frames before it.)
   std::vector<bool> closed;
 
   std::span<const Meshlet> ofObject(std::size_t object) const {

@@ -513,8 +513,9 @@ TEST(Raster, CompositeIsItsFormula) {
   }
 }
 
-/// Closed shapes about the camera's way, some behind others, one moving.
-scene::Scene crowd() {
+/// Closed shapes about the camera's way, some behind others, one moving; `all`: the spheres
+/// by nothing.
+scene::Scene crowd(bool all = false) {
   SceneBuilder builder;
   builder.constantEnvironment(Vec3(0.7f, 0.8f, 0.9f));
   scene::Light light;
@@ -535,6 +536,7 @@ scene::Scene crowd() {
   box.size = Vec3(0.4f);
   builder.move(builder.add(scene::makeBox(box, scene::UvMode::Unit), red), {0.5f, 0.2f, 0.3f},
                1.0f);
+  for (int i = 0; all && i < 6; ++i) builder.move(i, Vec3(0.0f), 1.0f);
   return builder.scene();
 }
 
@@ -547,13 +549,9 @@ void expectSame(const Shot& a, const Shot& b) {
 }
 
 TEST(Raster, CullingChangesNoPixel) {
-  const scene::Scene scene = crowd();
-  Stage culled(scene);
-  Stage whole(scene);
-  // An update says that an object moves: its backs are then drawn
-  std::vector<int> all(scene.objects.size());
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
-  whole.raster.update(whole.geometry, all);
+  Stage culled(crowd());
+  // The backs of what moves are drawn
+  Stage whole(crowd(true));
   // From outside, from between the shapes, and from inside of a sphere
   for (const Vec3& eye : {Vec3(0.0f, 1.0f, 4.0f), Vec3(0.0f, 0.1f, 0.1f), Vec3(1.2f, 0.1f, 0.0f)}) {
     const scene::Camera camera = scene::lookAt(eye, {0.2f, 0.0f, -1.0f}, kUp, 1.0f);
@@ -604,6 +602,8 @@ TEST(Raster, CubeMapsSeeAlongTheirTexelsDirections) {
   stage.context.check("the cube map");
   const std::vector<float> texels = readRgba(cube);
   ASSERT_EQ(texels.size(), std::size_t{6 * kSize * kSize * 4});
+  // A closed body about the centre does not show, named or not
+  EXPECT_EQ(texels, readRgba(stage.raster.drawCubeMap(centre, kSize, stage.lighting)));
   for (int face = 0; face < 6; ++face) {
     for (int y = 0; y < kSize; ++y) {
       for (int x = 0; x < kSize; ++x) {

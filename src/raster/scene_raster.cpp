@@ -101,8 +101,6 @@ void SceneRaster::update(const frame::Geometry& geometry, std::span<const int> c
         (s.objects[object].features & ~ofVertices) | vertexFeatures(geometry, range);
     updateMeshletBounds(s.meshlets, geometry, object);
     s.updateLevelBounds(geometry, object);
-    // A deformed surface may pass through itself: its backs are no longer proved hidden
-    s.meshlets.closed[object] = false;
   }
   s.diameter = geometry.bounds.diameter();
 }
@@ -159,8 +157,9 @@ void SceneRaster::State::cull(const FrameView& view, std::span<const Rectangle> 
     // Backs of a closed opaque object are hidden unless the eye or the near plane is inside
     VisibleObject visible;
     visible.object = static_cast<int>(i);
-    visible.cullBacks = meshlets.closed[i] && objects[i].opaque && !contains(bounds[i], view.eye) &&
-                        beyondNear(view.clipFromWorld, bounds[i]);
+    visible.cullBacks = meshlets.closed[i] && objects[i].opaque &&
+                        (!view.insides || (!contains(bounds[i], view.eye) &&
+                                           beyondNear(view.clipFromWorld, bounds[i])));
     float distanceSum = 0.0f;
     float areaSum = 0.0f;
     seen.clear();
@@ -382,12 +381,13 @@ DrawStatistics SceneRaster::drawGBuffer(GBuffer& target, const scene::Camera& ca
 
 DrawStatistics SceneRaster::drawDiffuse(const Mat4& clipFromWorld, const Vec3& eye,
                                         float pixelSpreadRad, const frame::Lighting& lighting,
-                                        int skipObject) {
+                                        int skipObject, bool insides) {
   GLint viewport[4] = {};
   glGetIntegerv(GL_VIEWPORT, viewport);
-  const FrameView view =
+  FrameView view =
       makeView(clipFromWorld, eye, pixelSpreadRad,
                Vec4(viewport[0], viewport[1], viewport[2], viewport[3]), kHalfRadianceLimit);
+  view.insides = insides;
   State& s = *state_;
   glDisable(GL_BLEND);
   glDisable(GL_STENCIL_TEST);
@@ -437,7 +437,7 @@ gl::Texture SceneRaster::drawCubeMap(const Vec3& centre, int faceSize,
     const Mat4 rows(Vec4(f.right, -glm::dot(f.right, centre)),
                     Vec4(-f.down, glm::dot(f.down, centre)), Vec4(0.0f, 0.0f, 0.0f, nearMetres),
                     Vec4(f.forward, -glm::dot(f.forward, centre)));
-    drawDiffuse(glm::transpose(rows), centre, spread, lighting, skipObject);
+    drawDiffuse(glm::transpose(rows), centre, spread, lighting, skipObject, false);
   }
   cube.generateMipmaps();
   return cube;

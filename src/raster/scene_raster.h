@@ -91,9 +91,11 @@ class SceneRaster {
 
   /// Draws diffuse radiance (rgb, a = 1; environment where nothing is, a = 0) with any view
   /// projection (reversed-Z, upper left) into the bound framebuffer's colour 0 and depth, within
-  /// the viewport set by the caller. `skipObject`: an id left out, 0 for none.
+  /// the viewport set by the caller. `skipObject`: an id left out, 0 for none. `insides`: whether
+  /// closed opaque objects about the eye show their insides.
   DrawStatistics drawDiffuse(const Mat4& clipFromWorld, const Vec3& eye, float pixelSpreadRad,
-                             const frame::Lighting& lighting, int skipObject = 0);
+                             const frame::Lighting& lighting, int skipObject = 0,
+                             bool insides = true);
 
   /// Makes coarser levels of the objects for drawDiffuseViews(); once, before the first frame.
   void buildDetailLevels(const scene::Scene& scene, const frame::Geometry& geometry);
@@ -118,7 +120,8 @@ class SceneRaster {
                           const scene::Camera& camera, const frame::Lighting& lighting,
                           std::span<const Rectangle> parts);
 
-  /// Cube map of the diffuse scene seen from `centre`, RGBA16F with mip levels.
+  /// Cube map of the diffuse scene seen from `centre`, RGBA16F with mip levels. What is closed
+  /// about the centre, and does not move, is left out.
   gl::Texture drawCubeMap(const Vec3& centre, int faceSize, const frame::Lighting& lighting,
                           int skipObject = 0);
 

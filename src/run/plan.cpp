@@ -210,8 +210,17 @@ std::string memoryWarning(const Plan& plan, std::uint64_t memoryBytes) {
     const std::uint64_t needed = sum(plan.shared) + sum(method.items);
     const std::string text = method.name + " needs at least " + bytesText(needed) +
                              " of memory; this machine has " + bytesText(memoryBytes);
-    if (needed > memoryBytes)
-      throw UsageError(text + "; make image.width, image.height or image.samples smaller");
+    if (needed > memoryBytes) {
+      PlanItem most;
+      for (const std::vector<PlanItem>* items : {&plan.shared, &method.items}) {
+        for (const PlanItem& item : *items) {
+          if (item.bytes > most.bytes) most = item;
+        }
+      }
+      throw UsageError(text + "; most is for \"" + most.name + "\" (" + most.reason +
+                       "): make image.width, image.height, image.samples or the method's limits "
+                       "smaller");
+    }
     if (needed > memoryBytes / 2) warning += (warning.empty() ? "" : "\n") + text;
   }
   return warning;

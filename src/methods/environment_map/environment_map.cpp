@@ -34,7 +34,7 @@ const config::Schema& schema() {
            .help = "texels along the edge of a face",
            .defaultText = "512",
            .minimum = 1,
-           .maximum = 8192},
+           .maximum = 4096},
       }};
   return options;
 }

@@ -504,10 +504,10 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
       }
     }
   });
-  if (options.kMeans) {
-    moveToNearestMeans(static_cast<std::size_t>(width), options.minSamples, clusters_, blocks_,
-                       clusterOf_);
-  }
+  binsKept_ = options.kMeans
+                  ? moveToNearestMeans(static_cast<std::size_t>(width), options.minSamples,
+                                       clusters_, blocks_, clusterOf_)
+                  : 0;
 }
 
 }  // namespace catoptric::methods

@@ -104,6 +104,8 @@ class Clustering {
   int visibleObjects() const { return visibleObjects_; }  ///< n_v
   /// How often the bins along each angle were halved, since they were more than kMostBins in all.
   int timesHalved() const { return halved_; }
+  /// Clusters that k-means left alone, for their object has too many.
+  std::size_t binsKept() const { return binsKept_; }
 
   static constexpr int kRows = 16;  ///< of a block: the unit of work, whose sums are added in order
   static constexpr std::uint32_t kMostBins = 65536;  ///< of a frame, unless it has more objects
@@ -118,6 +120,7 @@ class Clustering {
   std::uint64_t unclustered_ = 0;
   int visibleObjects_ = 0;
   int halved_ = 0;
+  std::size_t binsKept_ = 0;
 };
 
 /// Bins of an object over theta (360 degrees) and phi (180 degrees): scale = min(1, density * 100 *

@@ -25,6 +25,9 @@ struct MeanRay {
   float perMetre = 0.0f;  ///< of the object
 };
 
+/// Of an object; the time of a step grows with means times samples. Ours.
+constexpr std::size_t kMostMeans = 256;
+
 /// What a step of k-means adds up for each mean, in units of 1 / kMeansUnit.
 struct MeanSums {
   std::array<std::int64_t, 6> values{};
@@ -53,8 +56,9 @@ LaneMask nearestMeans(std::span<const MeanRay> means, std::size_t first, std::si
 
 }  // namespace
 
-void moveToNearestMeans(std::size_t width, int minSamples, std::vector<Cluster>& clusters,
-                        std::vector<SampleBlock>& blocks, std::vector<std::uint16_t>& clusterOf) {
+std::size_t moveToNearestMeans(std::size_t width, int minSamples, std::vector<Cluster>& clusters,
+                               std::vector<SampleBlock>& blocks,
+                               std::vector<std::uint16_t>& clusterOf) {
   // Means of one object beside each other: first and last of every cluster's. A mean without scale
   // is left out: planar clusters, and those that became too small.
   const std::size_t count = clusters.size();
@@ -62,11 +66,18 @@ void moveToNearestMeans(std::size_t width, int minSamples, std::vector<Cluster>&
   std::vector<std::size_t> first(count), last(count);
   for (std::size_t c = 0; c < count; ++c) {
     first[c] = c > 0 && clusters[c].object == clusters[c - 1].object ? first[c - 1] : c;
-    const float away = glm::length(clusters[first[c]].centroid);
-    if (!clusters[c].planar) means[c].perMetre = away > 0.0f ? 1.0f / away : 1.0f;
   }
   for (std::size_t c = count; c-- > 0;) {
     last[c] = c + 1 < count && first[c + 1] == first[c] ? last[c + 1] : c + 1;
+  }
+  std::vector<std::uint8_t> stays(count, 0);
+  std::size_t tooMany = 0;
+  for (std::size_t c = 0; c < count; ++c) {
+    const bool many = last[c] - first[c] > kMostMeans;
+    stays[c] = clusters[c].planar || many ? 1 : 0;
+    tooMany += !clusters[c].planar && many ? 1 : 0;
+    const float away = glm::length(clusters[first[c]].centroid);
+    if (stays[c] == 0) means[c].perMetre = away > 0.0f ? 1.0f / away : 1.0f;
   }
 
   // Calls body(number of the nearest mean, k) for each sample of a run, or of its own when `bins`
@@ -76,13 +87,13 @@ void moveToNearestMeans(std::size_t width, int minSamples, std::vector<Cluster>&
     for (std::size_t k = 0; k < run.count; k += kLanes) {
       const std::size_t there = std::min<std::size_t>(kLanes, run.count - k);
       LaneMask nearest{};
-      if (!bins && !clusters[own].planar) {
+      if (!bins && stays[own] == 0) {
         nearest = nearestMeans(means, first[own], last[own], static_cast<std::int32_t>(own),
                                block.direction.load(run.first + k, there),
                                block.position.load(run.first + k, there));
       }
       for (std::size_t i = 0; i < there; ++i) {
-        body(bins || clusters[own].planar ? own : static_cast<std::size_t>(nearest[i]), k + i);
+        body(bins || stays[own] != 0 ? own : static_cast<std::size_t>(nearest[i]), k + i);
       }
     }
   };
@@ -144,7 +155,7 @@ void moveToNearestMeans(std::size_t width, int minSamples, std::vector<Cluster>&
   std::vector<std::uint16_t> numberOf(count, 0);
   std::vector<Vec3> anchors;
   for (std::size_t c = 0; c < count; ++c) {
-    if (!clusters[c].planar && means[c].perMetre == 0.0f) continue;
+    if (stays[c] == 0 && means[c].perMetre == 0.0f) continue;
     numberOf[c] = static_cast<std::uint16_t>(kept.size());
     anchors.push_back(clusters[c].centroid);
     kept.push_back(clusters[c]);
@@ -211,6 +222,7 @@ void moveToNearestMeans(std::size_t width, int minSamples, std::vector<Cluster>&
     describe(all[c], anchors[c], kept[c]);
   }
   clusters = std::move(kept);
+  return tooMany;
 }
 
 }  // namespace catoptric::methods

@@ -110,7 +110,7 @@ const config::Schema& schema() {
            .help = "texels along the edge of a face of the cube map for rays that find nothing",
            .defaultText = "256",
            .minimum = 1,
-           .maximum = 8192},
+           .maximum = 4096},
           {.name = "concave",
            .type = config::FieldType::String,
            .help =
@@ -232,11 +232,11 @@ constexpr std::array<const char*, 7> kCountNames = {
     "environment", "sky", "bridged", "below_horizon", "met_itself", "faded", "second_layer_hits"};
 
 /// Counted on the CPU; 0 where nothing reflects.
-constexpr std::array<const char*, 15> kClusterCountNames = {
+constexpr std::array<const char*, 16> kClusterCountNames = {
     "clamped_cube_map", "clusters",          "reflective_samples", "planar_clusters",
     "planar_samples",   "concave_clusters",  "normals_cancel",     "parallel_clusters",
     "pushed_back",      "crossing_clusters", "capped_images",      "texels",
-    "triangles",        "images_shrunk",     "bins_halved"};
+    "triangles",        "images_shrunk",     "bins_halved",        "bins_kept"};
 
 bool readsMeasured = false;
 
@@ -272,7 +272,7 @@ class SecondOrder : public Method {
         {"pass", "intersect", kinds, 0},
         {"resource", "G-buffer copy", "what is read back", samples * (16 + 4 + 4)},
         {"resource", "cluster of each sample", "R16UI", samples * 2},
-        {"resource", "depth images", "at most", options_.images.memoryBytes},
+        {"resource", "depth images", "at most, by memory_mib", options_.images.memoryBytes},
     };
     if (options_.countDisocclusions && reflectors.any()) {
       plan.trace = true;
@@ -602,6 +602,7 @@ class SecondOrder : public Method {
     c["depth_image_bytes"] = images_->bytes();
     c["empty_images"] = 0;
     c["bins_halved"] = static_cast<std::uint64_t>(clustering_.timesHalved());
+    c["bins_kept"] = clustering_.binsKept();
     for (std::size_t i = 0; i < clusters.size(); ++i) {
       c["planar_clusters"] += clusters[i].planar ? 1 : 0;
       c["planar_samples"] += clusters[i].planar ? clusters[i].samples : 0;

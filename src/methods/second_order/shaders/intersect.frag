@@ -197,7 +197,7 @@ const int kFaded = 4;   // beyond its reach
 const float kLongPath = 48.0;
 const float kThickness = 1.1;
 // A ray whose cosine to the camera's axis is less may pass beside walls that the camera sees edge-on.
-const float kSideways = 0.6;
+const float kSideways = 0.3;
 
 struct Hit {
   int kind;
