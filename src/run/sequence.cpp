@@ -1,5 +1,7 @@
 #include "run/sequence.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <charconv>
 #include <condition_variable>
@@ -23,6 +25,10 @@ namespace {
 double secondsSince(std::int64_t startNs) {
   return static_cast<double>(nowNs() - startNs) * 1e-9;
 }
+
+/// By which writers are nicer than the threads that render (ours): where both want a processor
+/// writers get about a tenth of it.
+constexpr int kWriterNiceness = 10;
 
 /// A rendered frame on its way to the disk.
 struct Job {
@@ -78,6 +84,8 @@ class Writer {
 
  private:
   void work() {
+    // On Linux that of this thread alone; what cannot be had is no loss
+    [[maybe_unused]] const int niceness = ::nice(kWriterNiceness);
     for (;;) {
       Job job;
       {

@@ -3,7 +3,9 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstring>
@@ -267,6 +269,20 @@ TEST(Sequence, WritingOverlapsRenderingWithABound) {
   EXPECT_EQ(encoded, 20);
   EXPECT_GE(furthestAhead, 2);
   EXPECT_LE(furthestAhead, 4);  // two in the queue, one being written, one just counted
+}
+
+TEST(Sequence, WritersLeaveTheProcessorsToRendering) {
+  FakeSource source;
+  SequenceOptions o = options();
+  const int ours = ::getpriority(PRIO_PROCESS, 0);
+  std::atomic<int> theirs{-100};
+  o.encode = [&](RenderedFrame& frame, const scene::PathFrame& path) {
+    theirs = ::getpriority(PRIO_PROCESS, 0);
+    return encode(frame, path);
+  };
+  runSequence(source, tasks(1), freshFolder(), o);
+  EXPECT_EQ(theirs, std::min(19, ours + 10));
+  EXPECT_EQ(::getpriority(PRIO_PROCESS, 0), ours);
 }
 
 TEST(Sequence, ChunkTextAndRanges) {
