@@ -5,7 +5,7 @@
 
 namespace catoptric::raster {
 
-GBuffer makeGBuffer(const GBufferSize& size) {
+GBuffer makeSurfaceSamples(const GBufferSize& size) {
   GBuffer made;
   made.width = size.width;
   made.height = size.height;
@@ -28,7 +28,13 @@ GBuffer makeGBuffer(const GBufferSize& size) {
   made.framebuffer = gl::Framebuffer(
       "G-buffer", {{.texture = made.diffuse}, {.texture = made.normal}, {.texture = made.object}},
       {.texture = made.depth});
+  return made;
+}
 
+GBuffer makeGBuffer(const GBufferSize& size) {
+  GBuffer made = makeSurfaceSamples(size);
+  const int width = made.sampleWidth();
+  const int height = made.sampleHeight();
   made.reflection = gl::Texture::make2D("reflection", GL_RGBA32F, width, height);
   if (size.masks) {
     made.masks = gl::Texture::make2D("masks", GL_R8UI, width, height);
@@ -40,6 +46,14 @@ GBuffer makeGBuffer(const GBufferSize& size) {
         gl::Framebuffer("reflection", {{.texture = made.reflection}}, {.texture = made.depth});
   }
   return made;
+}
+
+void copyTexels(const gl::Texture& from, const gl::Texture& to,
+                std::span<const Rectangle> rectangles) {
+  for (const Rectangle& r : rectangles) {
+    glCopyImageSubData(from.id(), from.target(), 0, r.x0, r.y0, 0, to.id(), to.target(), 0, r.x0,
+                       r.y0, 0, r.width(), r.height(), 1);
+  }
 }
 
 void readBack(const GBuffer& source, bool withDiffuse, GBufferCopy& copy) {

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "gl/objects.h"
+#include "raster/rectangle.h"
 
 namespace catoptric::raster {
 
@@ -49,6 +51,12 @@ struct GBufferSize {
 
 /// Allocates all textures. Throws UsageError when the device's largest texture is smaller.
 GBuffer makeGBuffer(const GBufferSize& size);
+/// The same without `reflection` and `masks`.
+GBuffer makeSurfaceSamples(const GBufferSize& size);
+
+/// Copies texels of level 0, depth and stencil alike, between textures of one size and format.
+void copyTexels(const gl::Texture& from, const gl::Texture& to,
+                std::span<const Rectangle> rectangles);
 
 /// What is read back of a G-buffer; row 0 on top, sampleWidth x sampleHeight.
 struct GBufferCopy {

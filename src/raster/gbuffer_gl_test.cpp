@@ -85,6 +85,7 @@ TEST(GBuffer, PartsAreThoseOfTheWhole) {
                 builder.reflective(0.3f, 0.2f), translation({x, 0.0f, 0.3f * x}));
   }
   builder.move(3, {1.0f, 0.4f, -2.0f}, 1.0f);
+  builder.move(4, Vec3(0.0f), 1.0f);
   builder.constantEnvironment(Vec3(0.3f));
   Uploaded world(builder.scene());
   const scene::Camera camera = cameraAt({0.4f, 0.7f, 5.0f}, {0.2f, 0.0f, 0.0f});
@@ -99,22 +100,37 @@ TEST(GBuffer, PartsAreThoseOfTheWhole) {
     return raster::shownRectangle(camera, g.sampleWidth(), g.sampleHeight(),
                                   world.geometry.objects[3].bounds);
   };
-  raster::Region part(g.sampleWidth(), g.sampleHeight());
-  part.add(shown());
-  world.raster->update(world.geometry, frame::updateGeometry(world.geometry, world.scene,
-                                                             scene::poseAt(world.scene, 1.0)));
-  part.add(shown());
-  EXPECT_GT(part.rectangles().size(), 1u);
-  world.raster->drawGBuffer(g, camera, world.lighting, part, &world.geometry);
-  world.raster->composite(g, camera, {}, frame, part);
-  const Samples after = readSamples(g);
-  const std::vector<float> composed = raster::readRgba(frame);
-  EXPECT_NE(before.ids, after.ids);
+  raster::GBuffer anew = world.raster->makeGBuffer({kSize, kSize, 2, false});
+  for (const double seconds : {0.3, 1.0, 0.5}) {
+    raster::Region part(g.sampleWidth(), g.sampleHeight());
+    part.add(shown());
+    const std::vector<int> changed =
+        frame::updateGeometry(world.geometry, world.scene, scene::poseAt(world.scene, seconds));
+    EXPECT_THAT(changed, testing::ElementsAre(3));
+    world.raster->update(world.geometry, changed);
+    part.add(shown());
+    world.raster->drawGBuffer(g, camera, world.lighting, part, &world.geometry);
+    world.raster->composite(g, camera, {}, frame, part);
+    const Samples after = readSamples(g);
+    EXPECT_NE(before.ids, after.ids);
 
-  world.raster->drawGBuffer(g, camera, world.lighting);
-  world.raster->composite(g, camera, {}, frame);
-  expectSame(after, readSamples(g));
-  expectSameBits(composed, raster::readRgba(frame), "frame");
+    Uploaded other(world.scene);
+    other.raster->update(world.geometry, changed);
+    other.raster->drawGBuffer(anew, camera, world.lighting);
+    expectSame(after, readSamples(anew));
+    gl::Texture composed = gl::Texture::make2D("frame", GL_RGBA32F, kSize, kSize);
+    other.raster->composite(anew, camera, {}, composed);
+    expectSameBits(raster::readRgba(frame), raster::readRgba(composed), "frame");
+  }
+
+  // Neither what moves nor what could is part of what stands still
+  raster::Region all(g.sampleWidth(), g.sampleHeight());
+  all.add({0, 0, g.sampleWidth(), g.sampleHeight()});
+  const std::vector<std::uint32_t> still = raster::readIds(
+      world.raster->drawStill(g, camera, world.lighting, all, world.geometry).object);
+  EXPECT_THAT(still, testing::Contains(3u));
+  EXPECT_THAT(still, testing::Not(testing::Contains(4u)));
+  EXPECT_THAT(still, testing::Not(testing::Contains(5u)));
 }
 
 TEST(GBuffer, SlantedPlaneHasItsDepth) {

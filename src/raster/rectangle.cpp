@@ -116,6 +116,13 @@ void Region::clip(const Rectangle& rectangle) {
   for (std::size_t i = 0; i < tiles_.size(); ++i) tiles_[i] &= inside.tiles_[i];
 }
 
+void Region::remove(const Region& other) {
+  assert(other.image_ == image_);
+  for (std::size_t i = 0; i < tiles_.size(); ++i) {
+    if (other.tiles_[i] != 0) tiles_[i] = 0;
+  }
+}
+
 bool Region::touches(const Rectangle& rectangle) const {
   const Rectangle t = tilesOf(rectangle);
   for (int y = t.y0; y < t.y1; ++y) {

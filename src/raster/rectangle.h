@@ -50,6 +50,8 @@ class Region {
   void add(const Region& other);
   /// Without what lies in no tile of a rectangle.
   void clip(const Rectangle& rectangle);
+  /// Without the tiles of another region of an image of this size.
+  void remove(const Region& other);
   bool touches(const Rectangle& rectangle) const;
   bool empty() const;
   /// Disjoint rectangles that cover it, joined to fewer at the price of some texels more.

@@ -48,7 +48,8 @@ SceneRaster::SceneRaster(const scene::Scene& scene, const frame::Geometry& geome
     const scene::Material& material = scene.materials[object.material];
     s.objects.push_back({object.material, objectClass(s.materials.classOf(object.material), object),
                          materialFeatures(material) | vertexFeatures(geometry, geometry.objects[i]),
-                         material.alphaMode == scene::AlphaMode::Opaque});
+                         material.alphaMode == scene::AlphaMode::Opaque,
+                         geometry.objects[i].moving});
     s.bounds.push_back(geometry.objects[i].bounds);
     s.uvPerMetre.push_back(geometry.objects[i].uvPerMetre);
   }
@@ -121,7 +122,7 @@ void SceneRaster::State::findCovered(const scene::Camera& camera, const Rectangl
   for (std::size_t i = 0; i < covered.size(); ++i) {
     const std::span<const Meshlet> members = meshlets.ofObject(i);
     CoveredSamples& samples = covered[i];
-    if (!samples.triangles.empty() || members.empty()) continue;
+    if (!samples.triangles.empty() || members.empty() || objects[i].moving) continue;
     samples.triangles.resize(geometry.objects[i].indexCount / 3);
     samples.meshlets.resize(members.size());
     parallelFor(members.size(), kGrain, [&](std::size_t begin, std::size_t end) {
@@ -141,11 +142,12 @@ void SceneRaster::State::findCovered(const scene::Camera& camera, const Rectangl
 }
 
 void SceneRaster::State::cull(const FrameView& view, std::span<const Rectangle> parts,
-                              int skipObject, DrawStatistics& statistics) {
+                              int skipObject, Which which, DrawStatistics& statistics) {
   list.clear();
   const Frustum frustum(view.clipFromWorld);
   std::vector<std::uint32_t> seen;  // meshlets of one object
   for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (which != Which::All && objects[i].moving != (which == Which::Moving)) continue;
     const std::span<const Meshlet> members = meshlets.ofObject(i);
     std::uint64_t all = 0;
     for (const Meshlet& meshlet : members) all += meshlet.indexCount / 3;
@@ -257,9 +259,15 @@ Variant& SceneRaster::State::variant(std::uint32_t features, const frame::Lighti
 DrawStatistics SceneRaster::State::drawObjects(const FrameView& view,
                                                std::span<const Rectangle> parts,
                                                const frame::Lighting& lighting, bool gbuffer,
-                                               int skipObject) {
+                                               int skipObject, Which which) {
   DrawStatistics statistics;
-  cull(view, parts, skipObject, statistics);
+  cull(view, parts, skipObject, which, statistics);
+  // As where what moves is drawn over what stands still: the same samples where depths are equal
+  if (gbuffer) {
+    std::stable_partition(
+        list.objects.begin(), list.objects.end(),
+        [&](const VisibleObject& visible) { return !objects[visible.object].moving; });
+  }
   frame.bind(view, lighting);
   vertices.bind();
   glDepthFunc(cost == DrawCost::SeenOnce ? GL_GEQUAL : GL_GREATER);
@@ -341,6 +349,42 @@ void SceneRaster::State::drawBackground(const frame::Lighting& lighting, bool gb
   glDepthFunc(GL_GREATER);
 }
 
+DrawStatistics SceneRaster::State::drawSamples(const GBuffer& target, const FrameView& view,
+                                               std::span<const Rectangle> parts,
+                                               const frame::Lighting& lighting, Which which) {
+  target.framebuffer.bind();
+  // Colours are not cleared: surfaces write them where depth is above 0, the background elsewhere
+  if (cost != DrawCost::SeenOnce) {
+    const auto clear = [&] {
+      target.framebuffer.clearDepthStencil(0.0f, static_cast<int>(SampleClass::Background));
+    };
+    if (parts.empty()) clear();
+    for (const Rectangle& r : parts) {
+      const ScissoredTo scissor(r);
+      clear();
+    }
+  }
+  const DrawStatistics statistics = drawSurfaces(view, parts, lighting, which);
+  glEnable(GL_DEPTH_TEST);
+  drawBackground(lighting, true, parts);
+  glDisable(GL_DEPTH_TEST);
+  return statistics;
+}
+
+DrawStatistics SceneRaster::State::drawSurfaces(const FrameView& view,
+                                                std::span<const Rectangle> parts,
+                                                const frame::Lighting& lighting, Which which) {
+  glDisable(GL_BLEND);
+  glEnable(GL_DEPTH_TEST);
+  glEnable(GL_STENCIL_TEST);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+  glStencilMask(0xFF);
+  const DrawStatistics statistics = drawObjects(view, parts, lighting, true, 0, which);
+  glDisable(GL_STENCIL_TEST);
+  glDisable(GL_DEPTH_TEST);
+  return statistics;
+}
+
 DrawStatistics SceneRaster::drawGBuffer(GBuffer& target, const scene::Camera& camera,
                                         const frame::Lighting& lighting,
                                         const std::optional<Region>& part,
@@ -352,31 +396,51 @@ DrawStatistics SceneRaster::drawGBuffer(GBuffer& target, const scene::Camera& ca
                scene::pixelSpreadRad(camera, target.sampleHeight()),
                Vec4(0.0f, 0.0f, target.sampleWidth(), target.sampleHeight()), kNoRadianceLimit);
   s.gbufferView = view;
-  const Rectangle all{0, 0, target.sampleWidth(), target.sampleHeight()};
-  if (part) s.findCovered(camera, all, *geometry);
-  const std::vector<Rectangle> drawn = part ? part->rectangles() : std::vector<Rectangle>{all};
-  target.framebuffer.bind();
-  // Colours are not cleared: surfaces write them where depth is above 0, the background elsewhere
-  if (s.cost != DrawCost::SeenOnce) {
-    for (const Rectangle& r : drawn) {
-      const ScissoredTo scissor(r);
-      target.framebuffer.clearDepthStencil(0.0f, static_cast<int>(SampleClass::Background));
-    }
-  }
-
   DrawStatistics statistics;
-  if (!drawn.empty()) {
-    glDisable(GL_BLEND);
-    glEnable(GL_DEPTH_TEST);
-    glEnable(GL_STENCIL_TEST);
-    glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
-    glStencilMask(0xFF);
-    statistics = s.drawObjects(view, part ? drawn : std::vector<Rectangle>(), lighting, true, 0);
-    glDisable(GL_STENCIL_TEST);
-    s.drawBackground(lighting, true, drawn);
-    glDisable(GL_DEPTH_TEST);
+  if (!part) {
+    if (s.still) s.still->drawn = Region(target.sampleWidth(), target.sampleHeight());
+    statistics = s.drawSamples(target, view, {}, lighting, Which::All);
+  } else if (!part->empty()) {
+    // What stands still, and over it what moves: that lies within the part, or is there already
+    const GBuffer& still = drawStill(target, camera, lighting, *part, *geometry, &statistics);
+    const std::vector<Rectangle> drawn = part->rectangles();
+    copyTexels(still.diffuse, target.diffuse, drawn);
+    copyTexels(still.normal, target.normal, drawn);
+    copyTexels(still.object, target.object, drawn);
+    copyTexels(still.depth, target.depth, drawn);
+    target.framebuffer.bind();
+    statistics.triangles += s.drawSurfaces(view, {}, lighting, Which::Moving).triangles;
+  }
+  if (part) {
+    const std::uint64_t all = geometry->indices.size() / 3;
+    statistics.culledTriangles = std::max(all, statistics.triangles) - statistics.triangles;
   }
   return statistics;
+}
+
+const GBuffer& SceneRaster::drawStill(const GBuffer& like, const scene::Camera& camera,
+                                      const frame::Lighting& lighting, const Region& part,
+                                      const frame::Geometry& geometry, DrawStatistics* statistics) {
+  State& s = *state_;
+  const Rectangle all{0, 0, like.sampleWidth(), like.sampleHeight()};
+  if (!s.still || s.still->samples.sampleWidth() != all.x1 ||
+      s.still->samples.sampleHeight() != all.y1) {
+    s.still.emplace(
+        State::StillSamples{makeSurfaceSamples({like.width, like.height, like.samples, false}),
+                            Region(all.x1, all.y1)});
+  }
+  Region missing(all.x1, all.y1);
+  for (const Rectangle& r : part.rectangles()) missing.add(r);
+  missing.remove(s.still->drawn);
+  if (!missing.empty()) {
+    s.findCovered(camera, all, geometry);
+    const std::vector<Rectangle> rectangles = missing.rectangles();
+    const DrawStatistics drawn =
+        s.drawSamples(s.still->samples, s.gbufferView, rectangles, lighting, Which::Still);
+    for (const Rectangle& r : rectangles) s.still->drawn.add(r);
+    if (statistics != nullptr) statistics->triangles += drawn.triangles;
+  }
+  return s.still->samples;
 }
 
 DrawStatistics SceneRaster::drawDiffuse(const Mat4& clipFromWorld, const Vec3& eye,

@@ -82,12 +82,19 @@ class SceneRaster {
   GBuffer makeGBuffer(const GBufferSize& size) const;
 
   /// Fills diffuse, normal, object, depth and stencil; with `part`, in samples, nothing outside its
-  /// rectangles: there `target` keeps what it has. The samples are the same, bit for bit.
-  /// `geometry`: of the last update(), needed with `part`.
+  /// rectangles: there `target` keeps what it has, which the whole drawn with this camera and
+  /// lighting came before. The samples are the same, bit for bit. `geometry`: of the last
+  /// update(), needed with `part`.
   DrawStatistics drawGBuffer(GBuffer& target, const scene::Camera& camera,
                              const frame::Lighting& lighting,
                              const std::optional<Region>& part = std::nullopt,
                              const frame::Geometry* geometry = nullptr);
+
+  /// The G-buffer of what stands still alone, in the tiles of `part` at least. It is drawn there
+  /// once, until the next whole drawGBuffer(), whose camera, lighting and size these are.
+  const GBuffer& drawStill(const GBuffer& like, const scene::Camera& camera,
+                           const frame::Lighting& lighting, const Region& part,
+                           const frame::Geometry& geometry, DrawStatistics* statistics = nullptr);
 
   /// Draws diffuse radiance (rgb, a = 1; environment where nothing is, a = 0) with any view
   /// projection (reversed-Z, upper left) into the bound framebuffer's colour 0 and depth, within

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -37,7 +38,11 @@ struct ObjectInfo {
   SampleClass sampleClass = SampleClass::Diffuse;
   std::uint32_t features = 0;  ///< of material and vertices, without passes
   bool opaque = true;
+  bool moving = false;  ///< in some frame
 };
+
+/// Which objects are drawn.
+enum class Which : std::uint8_t { All, Still, Moving };
 
 /// One object's visible index ranges in the lists of a pass.
 struct VisibleObject {
@@ -113,6 +118,12 @@ struct SceneRaster::State {
   scene::Camera coveredCamera;
   Rectangle coveredImage;
   FrameView gbufferView;  ///< of the last G-buffer, for methods' own passes
+  /// What stands still as the last whole G-buffer's camera sees it, in tiles that were asked for.
+  struct StillSamples {
+    GBuffer samples;
+    Region drawn;
+  };
+  std::optional<StillSamples> still;
   DrawList list;
 
   void describeVertices(gl::VertexArray& array) const {
@@ -120,15 +131,23 @@ struct SceneRaster::State {
   }
   /// Lists what is seen, nearest objects first; with `parts`, an object once in each of them that
   /// it may show in (`covered` is known).
-  void cull(const FrameView& view, std::span<const Rectangle> parts, int skipObject,
+  void cull(const FrameView& view, std::span<const Rectangle> parts, int skipObject, Which which,
             DrawStatistics& statistics);
-  /// Fills in what is missing of `covered`.
+  /// Fills in what is missing of `covered`, of what stands still.
   void findCovered(const scene::Camera& camera, const Rectangle& image,
                    const frame::Geometry& geometry);
   Variant& variant(std::uint32_t features, const frame::Lighting& lighting);
   /// Within `parts` where there are any.
   DrawStatistics drawObjects(const FrameView& view, std::span<const Rectangle> parts,
-                             const frame::Lighting& lighting, bool gbuffer, int skipObject);
+                             const frame::Lighting& lighting, bool gbuffer, int skipObject,
+                             Which which = Which::All);
+  /// A G-buffer's samples; within `parts` where there are any.
+  DrawStatistics drawSamples(const GBuffer& target, const FrameView& view,
+                             std::span<const Rectangle> parts, const frame::Lighting& lighting,
+                             Which which);
+  /// The same over what is there.
+  DrawStatistics drawSurfaces(const FrameView& view, std::span<const Rectangle> parts,
+                              const frame::Lighting& lighting, Which which);
   /// Culls one view for drawDiffuseViews(), objects in this order.
   void listView(const DiffuseView& view, std::span<const std::uint32_t> order,
                 const frame::Geometry& geometry, float snap, struct ViewList& seen) const;

@@ -105,6 +105,10 @@ std::vector<PlanItem> methodItems(const RunConfig& run, const scene::Scene& scen
                          (run.image.masks ? ", with masks" : ""),
                      samples * perSample});
     items.push_back({"pass", "gbuffer", "diffuse radiance, normals, s, g, ids and depth", 0});
+    if (const std::size_t moving = movingCount(scene); moving > 0 && moving < scene.objects.size())
+      items.push_back({"resource", "still gbuffer",
+                       "of what stands still, where something moves while the camera does not",
+                       samples * (2 * 16 + 4 + 8)});
   }
   items.insert(items.end(), needs.items.begin(), needs.items.end());
   if (needs.gbuffer) {
