@@ -1,10 +1,14 @@
 // Evaluates a tape on plain scalars, intervals, or jets and duals of either.
 #pragma once
 
+#include <array>
 #include <cassert>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <new>
 #include <type_traits>
+#include <vector>
 
 #include "scene/implicit/interval.h"
 #include "scene/implicit/jet.h"
@@ -229,7 +233,24 @@ struct Arithmetic<Dual<S>> {
   }
 };
 
-/// Holds the intermediate results, so that one allocation serves many evaluations.
+/// Room for some plain values, in place where they are few; not initialized there.
+template <class T>
+class Results {
+ public:
+  explicit Results(std::size_t size) : many_(size > kInPlace ? size : 0) {}
+  Results(const Results&) = delete;
+  Results& operator=(const Results&) = delete;
+  T& operator[](std::size_t i) {
+    return many_.empty() ? *std::launder(reinterpret_cast<T*>(few_.data()) + i) : many_[i];
+  }
+
+ private:
+  static constexpr std::size_t kInPlace = 24;
+  alignas(T) std::array<std::byte, kInPlace * sizeof(T)> few_;
+  std::vector<T> many_;
+};
+
+/// Holds the intermediate results, so that one place serves many evaluations.
 template <class T>
 class Evaluator {
  public:
@@ -281,12 +302,12 @@ class Evaluator {
           break;
       }
     }
-    return results_.back();
+    return results_[tape_->size() - 1];
   }
 
  private:
   const Tape* tape_;
-  std::vector<T> results_;
+  std::conditional_t<std::is_trivially_copyable_v<T>, Results<T>, std::vector<T>> results_;
 };
 
 }  // namespace catoptric::implicit

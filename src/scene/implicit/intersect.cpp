@@ -1,7 +1,7 @@
 // Rays and implicit surfaces.
 #include <cmath>
 
-#include "scene/implicit/surface.h"
+#include "scene/implicit/ray_polynomial.h"
 
 namespace catoptric::implicit {
 namespace {
@@ -70,11 +70,12 @@ class Along {
   Evaluator<Dual<Interval>> boxes_;
 };
 
-/// A zero of g between a and b, where its signs differ: Newton's method, halving where it leaves
-/// the bracket or does not halve it. nullopt for a pole or a jump.
-std::optional<double> refined(Along& g, double a, double b, double ga, double gb) {
+/// A zero of g between a and b, where its signs differ: Newton's method from s, halving where it
+/// leaves the bracket or does not halve it, until steps are below `rounding`. nullopt for a pole or
+/// a jump.
+std::optional<double> refined(Along& g, double a, double b, double ga, double gb, double s,
+                              double rounding) {
   const double before = std::max(std::abs(ga), std::abs(gb));
-  double s = 0.5 * (a + b);
   constexpr int kSteps = 200;
   double lastStep = b - a;
   for (int step = 0; step < kSteps; ++step) {
@@ -84,6 +85,7 @@ std::optional<double> refined(Along& g, double a, double b, double ga, double gb
     ((v.value < 0.0) == (ga < 0.0) ? a : b) = s;
     ((v.value < 0.0) == (ga < 0.0) ? ga : gb) = v.value;
     double next = s - v.value / v.derivative;
+    if (std::abs(next - s) <= rounding) break;
     const bool slow = !(std::abs(next - s) < 0.5 * lastStep);
     if (!(next > a && next < b) || slow) next = 0.5 * (a + b);
     lastStep = std::abs(next - s);
@@ -136,66 +138,133 @@ void quadricHits(const Surface& surface, const Segment& segment, std::size_t mos
   }
 }
 
-SurfaceHit find(const Surface& surface, const SurfaceRay& ray, std::size_t most,
-                std::vector<double>& hits) {
-  SurfaceHit result;
-  const Segment segment = clipped(surface, ray);
-  if (segment.length < 0.0) return result;
-  if (surface.quadric) {
-    quadricHits(surface, segment, most, hits);
-    return result;
+struct Piece {
+  double a, b;
+  double ga, gb;  ///< values at the ends: each end is evaluated once, so no sign is seen twice
+  bool crosses() const {
+    return std::isfinite(ga) && std::isfinite(gb) && (ga < 0.0) != (gb < 0.0);
+  }
+};
+
+/// One search along a segment.
+class Search {
+ public:
+  Search(const Surface& surface, const Segment& segment, std::size_t most,
+         std::vector<double>& hits)
+      : surface_(surface),
+        segment_(segment),
+        g_(surface.tape, segment),
+        rounding_(std::numeric_limits<double>::epsilon() *
+                  (std::abs(segment.start) + segment.length)),
+        resolution_(std::max(kRayResolution * segment.length, 8.0 * rounding_)),
+        most_(most),
+        hits_(hits) {}
+
+  SurfaceHit run() {
+    const RayPolynomial polynomial(surface_.tape, segment_.origin,
+                                   segment_.length * segment_.direction);
+    if (polynomial.valid()) {
+      halve(polynomial, polynomial.whole(), 0.0, segment_.length, 0);
+    } else {
+      byIntervals(pieceOf(0.0, segment_.length));
+    }
+    return result_;
   }
 
-  struct Piece {
-    double a, b;
-    double ga, gb;  ///< values at the ends: each end is evaluated once, so no sign is seen twice
-  };
-  Along g(surface.tape, segment);
-  const double ulp = std::numeric_limits<double>::epsilon();
-  const double resolution = std::max(kRayResolution * segment.length,
-                                     8.0 * ulp * (std::abs(segment.start) + segment.length));
-  std::vector<Piece> stack{{0.0, segment.length, g.value(0.0), g.value(segment.length)}};
-  int boxes = 0;
-  while (!stack.empty() && hits.size() < most) {
-    const Piece piece = stack.back();
-    stack.pop_back();
-    if (++boxes > kMaxRayBoxes) {
-      result.status = HitStatus::Unresolved;
-      return result;
-    }
-    const Interval s{piece.a, piece.b};
-    const Dual<Interval> range = g.range(s);
-    if (range.value.undefined() || !range.value.containsZero()) continue;
-    // g = 0 on all of a piece: not a surface.
-    if (range.value.lo == 0.0 && range.value.hi == 0.0 && piece.b > piece.a) {
-      result.status = HitStatus::Unresolved;
-      return result;
-    }
-    const bool crosses =
-        std::isfinite(piece.ga) && std::isfinite(piece.gb) && (piece.ga < 0.0) != (piece.gb < 0.0);
-    const bool monotone = range.derivative.bounded() && !range.derivative.containsZero();
-    const double middle = 0.5 * (piece.a + piece.b);
-    if (monotone && !crosses) continue;
-    // The mean value theorem bounds g where its derivative is bounded.
-    if (!monotone && range.derivative.bounded()) {
-      const Interval mean =
-          g.range({middle, middle}).value + range.derivative * (s + Interval{-middle, -middle});
-      if (!mean.undefined() && !mean.containsZero()) continue;
-    }
-    if (monotone || piece.b - piece.a <= resolution || middle <= piece.a || middle >= piece.b) {
-      if (crosses) {
-        if (const auto root = refined(g, piece.a, piece.b, piece.ga, piece.gb))
-          hits.push_back(segment.start + *root);
-      } else {
-        result.grazing = true;
-      }
-      continue;
-    }
-    const double gm = g.value(middle);
-    stack.push_back({middle, piece.b, gm, piece.gb});
-    stack.push_back({piece.a, middle, piece.ga, gm});
+ private:
+  bool done() const { return hits_.size() >= most_ || result_.status == HitStatus::Unresolved; }
+  /// Counts one that is looked at.
+  bool tooMany() {
+    if (++boxes_ > kMaxRayBoxes) result_.status = HitStatus::Unresolved;
+    return boxes_ > kMaxRayBoxes;
   }
-  return result;
+  Piece pieceOf(double a, double b) { return {a, b, g_.value(a), g_.value(b)}; }
+  /// About at `part` of the piece.
+  void addRoot(const Piece& piece, double part) {
+    const double s = std::clamp(piece.a + part * (piece.b - piece.a), piece.a, piece.b);
+    if (const auto root = refined(g_, piece.a, piece.b, piece.ga, piece.gb, s, rounding_))
+      hits_.push_back(segment_.start + *root);
+  }
+
+  /// In order; what the polynomial's signs leave open by intervals.
+  void halve(const RayPolynomial& polynomial, const RayPolynomial::Coefficients& coefficients,
+             double a, double b, int halvings) {
+    if (done() || tooMany()) return;
+    const RayPolynomial::Zeros zeros = polynomial.zeros(coefficients);
+    if (zeros == RayPolynomial::Zeros::None) return;
+    if (zeros == RayPolynomial::Zeros::AtMostOne || halvings == RayPolynomial::kMaxHalvings) {
+      const Piece piece = pieceOf(a, b);
+      const bool finite = std::isfinite(piece.ga) && std::isfinite(piece.gb);
+      if (zeros != RayPolynomial::Zeros::AtMostOne || !finite) {
+        byIntervals(piece);
+      } else if (piece.crosses()) {
+        addRoot(piece, polynomial.zeroNear(coefficients));
+      }
+      return;
+    }
+    const auto halves = polynomial.halves(coefficients);
+    const double middle = 0.5 * (a + b);
+    halve(polynomial, halves.first, a, middle, halvings + 1);
+    halve(polynomial, halves.second, middle, b, halvings + 1);
+  }
+
+  void byIntervals(const Piece& whole) {
+    std::vector<Piece> stack{whole};
+    while (!stack.empty() && !done()) {
+      const Piece piece = stack.back();
+      stack.pop_back();
+      if (tooMany()) return;
+      const Interval s{piece.a, piece.b};
+      const Dual<Interval> range = g_.range(s);
+      if (range.value.undefined() || !range.value.containsZero()) continue;
+      // g = 0 on all of a piece: not a surface.
+      if (range.value.lo == 0.0 && range.value.hi == 0.0 && piece.b > piece.a) {
+        result_.status = HitStatus::Unresolved;
+        return;
+      }
+      const bool monotone = range.derivative.bounded() && !range.derivative.containsZero();
+      const double middle = 0.5 * (piece.a + piece.b);
+      if (monotone && !piece.crosses()) continue;
+      // The mean value theorem bounds g where its derivative is bounded.
+      if (!monotone && range.derivative.bounded()) {
+        const Interval mean =
+            g_.range({middle, middle}).value + range.derivative * (s + Interval{-middle, -middle});
+        if (!mean.undefined() && !mean.containsZero()) continue;
+      }
+      if (monotone || piece.b - piece.a <= resolution_ || middle <= piece.a || middle >= piece.b) {
+        if (piece.crosses()) {
+          addRoot(piece, 0.5);
+        } else {
+          result_.grazing = true;
+        }
+        continue;
+      }
+      const double gm = g_.value(middle);
+      stack.push_back({middle, piece.b, gm, piece.gb});
+      stack.push_back({piece.a, middle, piece.ga, gm});
+    }
+  }
+
+  const Surface& surface_;
+  Segment segment_;
+  Along g_;
+  double rounding_;  ///< of t
+  double resolution_;
+  std::size_t most_;
+  std::vector<double>& hits_;
+  SurfaceHit result_;
+  int boxes_ = 0;
+};
+
+SurfaceHit find(const Surface& surface, const SurfaceRay& ray, std::size_t most,
+                std::vector<double>& hits) {
+  const Segment segment = clipped(surface, ray);
+  if (segment.length < 0.0) return {};
+  if (surface.quadric) {
+    quadricHits(surface, segment, most, hits);
+    return {};
+  }
+  return Search(surface, segment, most, hits).run();
 }
 
 }  // namespace

@@ -135,6 +135,54 @@ TEST(ImplicitRay, MissesNoneThatDenseSamplingSees) {
   }
 }
 
+TEST(ImplicitRay, SignsOfAPolynomialFindWhatIntervalsFind) {
+  const std::vector<std::string> formulas{
+      "x^4 + y^4 + z^4 - 5*(x^2 + y^2 + z^2) + 11.6",
+      "sqrt(x^2 + z^2) - (0.47 + (1.95 - (2.445 - 0.725*y)*y)*y)",
+      "(sqrt(x^2 + z^2) - 1)^2 + y^2 - 0.1",
+      "y/2 - x*sqrt(x^2 + y^2) + z^3",
+      "0.3 + x - sqrt(1 - x^2 - z^2)",
+      "(x^2 - 1)^2*(y + 2)/3 - z^2*(z - 1)^2"};
+  std::mt19937 random(8);
+  for (const std::string& formula : formulas) {
+    const Surface polynomial = formulaSurface(formula, {}, kBox);
+    // The same g, but no polynomial
+    const Surface other = formulaSurface(formula + " + 0*exp(x)", {}, kBox);
+    int hits = 0;
+    int grazing = 0;
+    for (int i = 0; i < 400; ++i) {
+      const Point o = 4.0 * onSphere(random);
+      SurfaceRay ray{o, glm::normalize(1.2 * onSphere(random) - o)};
+      const SurfaceHit first = firstHit(polynomial, ray);
+      if (i % 2 == 1 && first.status == HitStatus::Hit) {
+        // From the surface, almost along it
+        Jet3<double> jet;
+        const Point x = ray.origin + first.t * ray.direction;
+        if (derivativesAt(polynomial, x, jet) != PointStatus::Smooth) continue;
+        const Point n = glm::normalize(Point(jet.c[1], jet.c[2], jet.c[3]));
+        ray = {x, glm::normalize(glm::cross(n, onSphere(random)) + 1e-3 * n), 1e-3};
+      }
+      HitStatus a{};
+      HitStatus b{};
+      const auto found = allHits(polynomial, ray, a);
+      const auto expected = allHits(other, ray, b);
+      ASSERT_EQ(a, b) << formula << " " << i;
+      ASSERT_EQ(found.size(), expected.size()) << formula << " " << i;
+      for (std::size_t k = 0; k < found.size(); ++k) {
+        Jet3<double> jet;
+        const Point x = ray.origin + expected[k] * ray.direction;
+        ASSERT_NE(derivativesAt(polynomial, x, jet), PointStatus::NotFinite);
+        const double slope = std::abs(glm::dot(Point(jet.c[1], jet.c[2], jet.c[3]), ray.direction));
+        EXPECT_NEAR(found[k], expected[k], 1e-14 * (1.0 + 1.0 / slope)) << formula << " " << i;
+        ++hits;
+      }
+      if (firstHit(polynomial, ray).grazing) ++grazing;
+    }
+    EXPECT_GT(hits, 100) << formula;
+    EXPECT_LT(grazing, 20) << formula;
+  }
+}
+
 TEST(ImplicitRay, SphereToRoundingFromAnyDistanceAndSize) {
   for (const double scale : {1e-4, 1.0, 1e5}) {
     for (const bool closed : {true, false}) {

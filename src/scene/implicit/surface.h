@@ -144,7 +144,8 @@ inline constexpr int kMaxRayBoxes = 20'000;
 
 /// The first crossing with tMin <= t <= tMax inside the domain.
 /// Guarantee: pieces of the ray are discarded only when interval arithmetic proves that g has no
-/// zero there, and taken to hold exactly one when it proves g' free of zeros. So no crossing at
+/// zero there, and taken to hold exactly one when it proves g' free of zeros; for polynomials the
+/// signs of Bernstein's coefficients prove the same (RayPolynomial). So no crossing at
 /// which g changes sign is missed, unless another lies within kRayResolution of it. A zero without
 /// a change of sign (a touch) is no crossing. t is as exact as g's rounding allows. Poles and jumps
 /// of g are no crossings. Quadrics use the closed form, with the same meaning.
