@@ -17,6 +17,7 @@
 #include "methods/perturbation/reflector.h"
 #include "methods/perturbation/virtual_objects.h"
 #include "raster/materials.h"
+#include "scene/animate.h"
 
 namespace catoptric::methods {
 namespace {
@@ -227,6 +228,8 @@ class Perturbation : public Method {
     const auto samples = static_cast<std::uint64_t>(settings.width) * settings.height *
                          settings.samples * settings.samples;
     const bool several = options_.maxBounces > 1 && planar + curved > 0;
+    const std::vector<bool> moving = scene::movingObjects(scene);
+    const bool kept = std::ranges::find(moving, true) != moving.end();
     if (curved > 0 || several) {
       std::string why = std::to_string(curved) + " implicit surfaces";
       if (several) {
@@ -254,11 +257,17 @@ class Perturbation : public Method {
     }
     plan.items.push_back({"pass", "virtual_draw", "with a depth buffer of their own", 0});
     plan.items.push_back({"resource", "virtual depth", "depth and stencil", samples * 8});
+    if (kept)
+      plan.items.push_back({"resource", "still virtual objects",
+                            "colour, depth and stencil of what stands still while the camera does",
+                            samples * 24});
     if (several) {
-      plan.items.push_back({"resource", "levels of virtual objects",
-                            "at most, for reflections in reflections: colour, depth and stencil; "
-                            "mirrored directions and reflectors of the levels before",
-                            (options_.maxBounces - 1) * samples * (16 + 8 + 16 + 4)});
+      plan.items.push_back(
+          {"resource", "levels of virtual objects",
+           "at most, for reflections in reflections: colour, depth and stencil; "
+           "mirrored directions and reflectors of the levels before" +
+               std::string(kept ? "; twice, for what stands still" : ""),
+           (kept ? 2 : 1) * (options_.maxBounces - 1) * samples * (16 + 8 + 16 + 4)});
     }
     return plan;
   }
@@ -276,6 +285,9 @@ class Perturbation : public Method {
       refracts_ = refracts_ || refracts;
       bends.push_back(kinds_.back() == Kind::Unsupported ? -1.0f : refracts ? 1.0f / index : 0.0f);
     }
+    for (std::size_t i = 0; i < kinds_.size(); ++i) {
+      if (kinds_[i] != Kind::Diffuse && services.geometry.objects[i].moving) keepsStill_ = false;
+    }
     if (!any_) return;
     defines_ = raster::SceneRaster::shadingDefines(services.lighting);
     defines_.push_back({"MASKS", settings.masks ? "1" : "0"});
@@ -284,6 +296,8 @@ class Perturbation : public Method {
     defines.push_back({"REFRACTS", refracts_ ? "1" : "0"});
     defines.push_back({"DIRECTIONS", "0"});
     uncovered_ = gl::Program::fullScreen(kUncovered, kUncoveredSource, std::move(defines));
+    hidden_ =
+        gl::Program::fullScreen("hidden samples", "methods/perturbation/shaders/hidden.frag", {});
     addLevel(*services.gbuffer);
     if (others_) unsupportedCount_ = gl::Buffer("unsupported samples", sizeof(std::uint32_t));
     if (others_ || refracts_) {
@@ -368,13 +382,17 @@ class Perturbation : public Method {
   using Sequence = std::vector<Meeting>;  ///< from the eye on
 
   /// Images of what is seen by so many reflections, and what they are drawn into.
-  struct Level {
-    gl::Texture color;      ///< RGBA32F; the first level's is the G-buffer's reflection
+  struct Images {
+    gl::Texture color;      ///< RGBA32F; empty: the G-buffer's reflection
     gl::Texture direction;  ///< RGBA32F: mirrored at reflectors; likewise for levels that go on
     gl::Texture reflector;  ///< R32UI: numbers of path types
     gl::Texture depth;
     gl::Framebuffer last;  ///< colour alone
     gl::Framebuffer goesOn;
+  };
+  struct Level {
+    Images all;
+    Images still;  ///< of what stands still, in stillTiles_; uncovered samples have no colour
     gl::Framebuffer uncovered;
     gl::FragmentCounter before;  ///< uncovered samples in what is drawn, before that and after
     gl::FragmentCounter after;
@@ -638,36 +656,45 @@ class Perturbation : public Method {
     return {{{{n.x, n.y, n.z}}, offset}, implicit::planeSurface(n, offset, domain)};
   }
 
+  static gl::Texture makeImage(const char* label, GLenum format, const raster::GBuffer& gbuffer) {
+    return gl::Texture::make2D(label, format, gbuffer.sampleWidth(), gbuffer.sampleHeight());
+  }
+  static const gl::Texture& colorOf(const Images& images, const raster::GBuffer& gbuffer) {
+    return images.color.empty() ? gbuffer.reflection : images.color;
+  }
+  static Images makeImages(const raster::GBuffer& gbuffer, bool inReflection) {
+    Images images;
+    images.depth = makeImage("virtual depth", GL_DEPTH32F_STENCIL8, gbuffer);
+    if (!inReflection) images.color = makeImage("virtual objects", GL_RGBA32F, gbuffer);
+    images.last = gl::Framebuffer("virtual objects", {{.texture = colorOf(images, gbuffer)}},
+                                  {.texture = images.depth});
+    return images;
+  }
+  /// ... that a level more follows
+  static void goOn(Images& images, const raster::GBuffer& gbuffer) {
+    images.direction = makeImage("mirrored directions", GL_RGBA32F, gbuffer);
+    images.reflector = makeImage("reflectors in reflectors", GL_R32UI, gbuffer);
+    images.goesOn = gl::Framebuffer("virtual objects, first of several levels",
+                                    {{.texture = colorOf(images, gbuffer)},
+                                     {.texture = images.direction},
+                                     {.texture = images.reflector}},
+                                    {.texture = images.depth});
+  }
+
   /// The images of one level more.
   void addLevel(const raster::GBuffer& gbuffer) {
-    const bool first = levels_.empty();
-    const auto make = [&](const char* label, GLenum format) {
-      return gl::Texture::make2D(label, format, gbuffer.sampleWidth(), gbuffer.sampleHeight());
-    };
+    if (!levels_.empty()) goOn(levels_.back().all, gbuffer);
     Level level;
-    level.depth = make("virtual depth", GL_DEPTH32F_STENCIL8);
-    if (!first) level.color = make("virtual objects", GL_RGBA32F);
-    const gl::Texture& color = first ? gbuffer.reflection : level.color;
+    level.all = makeImages(gbuffer, levels_.empty());
+    const gl::Texture& color = colorOf(level.all, gbuffer);
     level.before = gl::FragmentCounter("samples that were uncovered");
     level.after = gl::FragmentCounter("uncovered samples");
-    level.last = gl::Framebuffer("virtual objects", {{.texture = color}}, {.texture = level.depth});
     level.uncovered =
         settings_.masks
             ? gl::Framebuffer("uncovered samples", {{.texture = color}, {.texture = gbuffer.masks}},
-                              {.texture = level.depth})
-            : gl::Framebuffer("uncovered samples", {{.texture = color}}, {.texture = level.depth});
-    if (!first) {
-      // The one before goes on
-      Level& before = levels_.back();
-      before.direction = make("mirrored directions", GL_RGBA32F);
-      before.reflector = make("reflectors in reflectors", GL_R32UI);
-      before.goesOn =
-          gl::Framebuffer("virtual objects, first of several levels",
-                          {{.texture = levels_.size() == 1 ? gbuffer.reflection : before.color},
-                           {.texture = before.direction},
-                           {.texture = before.reflector}},
-                          {.texture = before.depth});
-    }
+                              {.texture = level.all.depth})
+            : gl::Framebuffer("uncovered samples", {{.texture = color}},
+                              {.texture = level.all.depth});
     levels_.push_back(std::move(level));
     if (levels_.size() == 2) {
       std::vector<gl::Define> defines = defines_;
@@ -695,6 +722,7 @@ class Perturbation : public Method {
             Services& services) {
     const raster::GBuffer& gbuffer = *services.gbuffer;
     while (levels_.size() < deepest_) addLevel(gbuffer);
+    if (!part) stillTiles_.reset();
     const std::size_t count = std::max<std::size_t>(1, deepest_);
     std::vector<raster::Rectangle> drawn;
     for (const raster::Rectangle& r :
@@ -720,8 +748,27 @@ class Perturbation : public Method {
         fillUncovered(level, drawn, camera, services, levels_[level].before);
     }
 
+    const raster::GBuffer* still =
+        part && keepsStill_ ? &drawStill(*part, count, drawn, camera, services) : nullptr;
     for (std::size_t level = 0; level < count; ++level) {
-      drawLevel(level, level + 1 < count, drawn, camera, services);
+      const bool goesOn = level + 1 < count;
+      if (settings_.masks && level == 0) {
+        for (const raster::Rectangle& r : drawn) {
+          const raster::ScissoredTo scissor(r);
+          gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
+        }
+      }
+      if (still != nullptr) {
+        takeStill(level, goesOn, drawn, gbuffer, *still);
+        raster::Rectangle bounds;
+        for (const raster::Rectangle& r : drawn) bounds = raster::bounding(bounds, r);
+        drawObjects(level, goesOn, &Level::all, gbuffer, {Group::Moving}, {&bounds, 1}, camera,
+                    services);
+      } else {
+        clearLevel(level, goesOn, &Level::all, gbuffer, drawn);
+        drawObjects(level, goesOn, &Level::all, gbuffer,
+                    {Group::Still, Group::Reflector, Group::Moving}, drawn, camera, services);
+      }
       fillUncovered(level, drawn, camera, services, levels_[level].after);
     }
 
@@ -729,10 +776,10 @@ class Perturbation : public Method {
     glEnable(GL_BLEND);
     glBlendFuncSeparate(GL_DST_ALPHA, GL_ONE_MINUS_DST_ALPHA, GL_ZERO, GL_ONE);
     for (std::size_t level = count; level-- > 1;) {
-      levels_[level - 1].last.bind();
+      levels_[level - 1].all.last.bind();
       join_.use();
-      levels_[level].color.bind(0);
-      levels_[level - 1].reflector.bind(1);
+      levels_[level].all.color.bind(0);
+      levels_[level - 1].all.reflector.bind(1);
       tints_.bind(2);
       glStencilFunc(GL_EQUAL, levelBits(level), static_cast<GLuint>(levelMask(level)));
       fill(drawn);
@@ -749,48 +796,116 @@ class Perturbation : public Method {
     }
   }
 
-  /// A pass for all rectangles: changes of framebuffers are what costs.
-  void drawLevel(std::size_t number, bool goesOn, std::span<const raster::Rectangle> drawn,
-                 const scene::Camera& camera, Services& services) {
-    const raster::GBuffer& gbuffer = *services.gbuffer;
-    const gl::Framebuffer& target = goesOn ? levels_[number].goesOn : levels_[number].last;
+  /// Virtual objects by what they are, in the order in which they are drawn.
+  enum class Group : std::uint8_t { Still, Reflector, Moving };
+  static Group groupOf(const frame::Geometry& geometry, int o,
+                       const raster::VirtualObject& object) {
+    if (object.next + object.nextTotal > 0) return Group::Reflector;
+    return geometry.objects[static_cast<std::size_t>(o)].moving ? Group::Moving : Group::Still;
+  }
 
-    // The samples' stencil, and no depth
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, number == 0 ? gbuffer.reflectionFramebuffer.id()
-                                                       : levels_[number - 1].last.id());
+  /// A level's samples: their stencil, and no depth.
+  void clearLevel(std::size_t number, bool goesOn, Images Level::*images,
+                  const raster::GBuffer& gbuffer, std::span<const raster::Rectangle> drawn) {
+    const Images& own = levels_[number].*images;
+    const gl::Framebuffer& target = goesOn ? own.goesOn : own.last;
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, number == 0 ? gbuffer.framebuffer.id()
+                                                       : (levels_[number - 1].*images).last.id());
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.id());
     for (const raster::Rectangle& r : drawn) {
       glBlitFramebuffer(r.x0, r.y0, r.x1, r.y1, r.x0, r.y0, r.x1, r.y1, GL_STENCIL_BUFFER_BIT,
                         GL_NEAREST);
       const raster::ScissoredTo scissor(r);
       target.clearDepth(0.0f);
-      if (number == 0 && settings_.masks) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
     }
+  }
 
-    // Virtual objects, where the level before shows their reflector
-    target.bind();
+  /// Virtual objects, where the level before shows their reflector. All rectangles at once: changes
+  /// of framebuffers are what costs.
+  void drawObjects(std::size_t number, bool goesOn, Images Level::*images,
+                   const raster::GBuffer& gbuffer, std::initializer_list<Group> groups,
+                   std::span<const raster::Rectangle> drawn, const scene::Camera& camera,
+                   Services& services) {
+    const Images& own = levels_[number].*images;
+    (goesOn ? own.goesOn : own.last).bind();
     const int here = levelBits(number);
     const auto mask = static_cast<GLuint>(levelMask(number));
     const raster::VirtualPass pass{
-        .reflectors = number == 0 ? gbuffer.object : levels_[number - 1].reflector,
-        .depth = number == 0 ? gbuffer.depth : levels_[number - 1].depth,
+        .reflectors = number == 0 ? gbuffer.object : (levels_[number - 1].*images).reflector,
+        .depth = number == 0 ? gbuffer.depth : (levels_[number - 1].*images).depth,
         .continues = goesOn,
         .fresnel = settings_.fresnelSchlick};
     const int next = goesOn ? levelBits(number + 1) : 0;
     glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
     glStencilMask(static_cast<GLuint>(next));
-    for (const bool reflectors : {false, true}) {
+    for (const Group group : groups) {
       std::vector<const raster::VirtualObject*> objects;
       for (const auto& [sequence, type] : types_) {
         if (sequence.size() != number + 1) continue;
         for (const auto& [o, object] : type.objects) {
-          if ((object.next + object.nextTotal > 0) == reflectors) objects.push_back(&object);
+          if (groupOf(services.geometry, o, object) == group) objects.push_back(&object);
         }
       }
-      glStencilFunc(GL_EQUAL, reflectors ? here | next : here, mask);
+      glStencilFunc(GL_EQUAL, group == Group::Reflector ? here | next : here, mask);
       services.raster->drawVirtualObjects(objects, pass, camera, services.lighting, drawn);
     }
     glStencilMask(0xFF);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+  }
+
+  /// Draws what stands still where `drawn` needs it for the first time with this camera. Returns
+  /// the G-buffer of that.
+  const raster::GBuffer& drawStill(const raster::Region& part, std::size_t count,
+                                   std::span<const raster::Rectangle> drawn,
+                                   const scene::Camera& camera, Services& services) {
+    for (std::size_t level = 0; level < count; ++level) {
+      Images& images = levels_[level].still;
+      if (images.depth.empty()) images = makeImages(*services.gbuffer, false);
+      if (level + 1 < count && images.goesOn.empty()) goOn(images, *services.gbuffer);
+    }
+    raster::Region missing = part;
+    for (const raster::Rectangle& r : drawn) missing.add(r);
+    const raster::GBuffer& gbuffer = services.raster->drawStill(
+        *services.gbuffer, camera, services.lighting, missing, services.geometry);
+    glEnable(GL_STENCIL_TEST);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+    if (stillTiles_) missing.remove(*stillTiles_);
+    if (missing.empty()) return gbuffer;
+    std::vector<raster::Rectangle> rectangles;
+    for (const raster::Rectangle& r : missing.rectangles()) {
+      const raster::Rectangle inside = raster::intersection(r, mirrors_);
+      if (!inside.empty()) rectangles.push_back(inside);
+    }
+    for (std::size_t level = 0; level < count; ++level) {
+      clearLevel(level, level + 1 < count, &Level::still, gbuffer, rectangles);
+      drawObjects(level, level + 1 < count, &Level::still, gbuffer,
+                  {Group::Still, Group::Reflector}, rectangles, camera, services);
+    }
+    if (stillTiles_) missing.add(*stillTiles_);
+    stillTiles_ = std::move(missing);
+    return gbuffer;
+  }
+
+  /// Puts what stands still into a level's images, but where something that moves hides its
+  /// reflector.
+  void takeStill(std::size_t number, bool goesOn, std::span<const raster::Rectangle> drawn,
+                 const raster::GBuffer& gbuffer, const raster::GBuffer& still) {
+    const Level& level = levels_[number];
+    raster::copyTexels(level.still.depth, level.all.depth, drawn);
+    raster::copyTexels(level.still.color, colorOf(level.all, gbuffer), drawn);
+    if (goesOn) {
+      raster::copyTexels(level.still.direction, level.all.direction, drawn);
+      raster::copyTexels(level.still.reflector, level.all.reflector, drawn);
+    }
+    const ColorsKept kept;
+    glColorMaski(2, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    (goesOn ? level.all.goesOn : level.all.last).bind();
+    hidden_.use();
+    (number == 0 ? gbuffer.object : levels_[number - 1].all.reflector).bind(0);
+    (number == 0 ? still.object : levels_[number - 1].still.reflector).bind(1);
+    glStencilFunc(GL_ALWAYS, 0, 0xFF);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+    fill(drawn);
     glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
   }
 
@@ -808,7 +923,7 @@ class Perturbation : public Method {
       uncovered.set("rayFromSample",
                     scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight()));
     } else {
-      levels_[number - 1].direction.bind(0);
+      levels_[number - 1].all.direction.bind(0);
     }
     if (number == 0 && !bends_.empty()) {
       gbuffer.object.bind(1);
@@ -856,11 +971,15 @@ class Perturbation : public Method {
   gl::Texture bends_;  ///< by object id, as uncovered.frag has it; empty: all mirror
   gl::Buffer unsupportedCount_;
   std::uint64_t uncoveredSamples_ = 0;  ///< of the whole frame
-  raster::Rectangle mirrors_;           ///< samples that reflectors may cover
-  std::vector<gl::Define> defines_;     ///< of both
+  /// What stands still is kept: no reflector moves.
+  bool keepsStill_ = true;
+  std::optional<raster::Region> stillTiles_;
+  raster::Rectangle mirrors_;        ///< samples that reflectors may cover
+  std::vector<gl::Define> defines_;  ///< of both
   gl::Program uncovered_;
   gl::Program uncoveredInside_;  ///< on later levels
   gl::Program join_;
+  gl::Program hidden_;
   std::vector<Vec4> lastTints_;
   gl::Buffer tintBuffer_;
   gl::Texture tints_;

@@ -405,6 +405,31 @@ TEST(Perturbation, DrawsOnlyWhereSomethingChangedInReflectionsOfReflections) {
   expectOnlyChangesDrawn(builder.scene(), R"({"max_bounces": 2})");
 }
 
+TEST(Perturbation, KeepsWhatStandsStillBehindWhatPassesTheReflectors) {
+  for (const bool mirrorCouldMove : {false, true}) {
+    test::SceneBuilder builder =
+        twoMirrors(sphereMesh(0.45, 12), test::translation({0.6f, 0.0f, 0.3f}));
+    // The box goes by before both, close to them
+    builder.move(2, {-2.4f, 0.0f, 0.1f}, 2.0f);
+    if (mirrorCouldMove) builder.move(3, Vec3(0.0f), 2.0f);
+    const char* options = R"({"max_bounces": 3})";
+    Comparison parts(builder.scene(), kFront, options);
+    Comparison whole(builder.scene(), kFront, options);
+    const std::size_t free = whole.samples;
+    for (const double seconds : {0.4, 0.9, 1.3, 1.3, 0.7, 2.0}) {
+      parts.moveTo(seconds, true);
+      whole.moveTo(seconds);
+      EXPECT_EQ(parts.reflection, whole.reflection) << seconds;
+      EXPECT_EQ(parts.masks, whole.masks) << seconds;
+      EXPECT_EQ(parts.output.counters, whole.output.counters) << seconds;
+      EXPECT_TRUE(parts.output.changedReflection);
+      if (seconds == 0.9) {
+        EXPECT_LT(whole.samples, free);
+      }
+    }
+  }
+}
+
 TEST(Perturbation, CountsUncoveredSamplesAfterTheCameraHasStopped) {
   test::SceneBuilder builder =
       twoMirrors(sphereMesh(0.45, 12), test::translation({0.6f, 0.0f, 0.3f}));
