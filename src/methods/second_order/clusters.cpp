@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/parallel.h"
+#include "methods/second_order/cluster_steps.h"
 #include "methods/second_order/cluster_sums.h"
 #include "methods/second_order/ray_means.h"
 
@@ -17,10 +18,9 @@ constexpr float kPoleSine = 1.75e-3f;  ///< sine of 0.1 degrees; ours
 /// tenth of a texel of a 1024 pixel frame. Ours.
 constexpr float kPlanarNormal = 1e-4f;
 constexpr float kPlanarOffset = 5e-5f;
-constexpr std::uint64_t kLeastPlane = 64;     ///< samples of a planar cluster; ours
-constexpr std::size_t kPlanes = 4;            ///< planar clusters of a bin, at most; ours
-constexpr std::size_t kParts = kPlanes + 1;   ///< of a bin: what is on no plane, and the planes
-constexpr std::size_t kMostClusters = 65000;  ///< of a 16-bit index
+constexpr std::uint64_t kLeastPlane = 64;    ///< samples of a planar cluster; ours
+constexpr std::size_t kPlanes = 4;           ///< planar clusters of a bin, at most; ours
+constexpr std::size_t kParts = kPlanes + 1;  ///< of a bin: what is on no plane, and the planes
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 
 /// A plane that samples may lie on, and its weight in a vote.
@@ -504,10 +504,14 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
       }
     }
   });
-  binsKept_ = options.kMeans
-                  ? moveToNearestMeans(static_cast<std::size_t>(width), options.minSamples,
-                                       clusters_, blocks_, clusterOf_)
-                  : 0;
+  binsKept_ = 0;
+  if (options.kMeans) {
+    binsKept_ = moveToNearestMeans(static_cast<std::size_t>(width), options.minSamples, clusters_,
+                                   blocks_, clusterOf_);
+  } else {
+    divideAtSteps(static_cast<std::size_t>(width), options.minSamples, clusters_, blocks_,
+                  clusterOf_);
+  }
 }
 
 }  // namespace catoptric::methods

@@ -108,7 +108,8 @@ class Clustering {
   std::size_t binsKept() const { return binsKept_; }
 
   static constexpr int kRows = 16;  ///< of a block: the unit of work, whose sums are added in order
-  static constexpr std::uint32_t kMostBins = 65536;  ///< of a frame, unless it has more objects
+  static constexpr std::uint32_t kMostBins = 65536;    ///< of a frame, unless it has more objects
+  static constexpr std::size_t kMostClusters = 65000;  ///< of a 16-bit index
 
  private:
   struct Work;
