@@ -180,17 +180,42 @@ Eikonal<S> straightTo(const Vector<S>& q, const Vector<S>& x, const S& index) {
   const Vector<S> w = (S(1) / r) * (x - q);
   Eikonal<S> v;
   v.gradient = index * w;
-  const auto across = [&](std::size_t i, std::size_t j) { return S(i == j ? 1 : 0) - w[i] * w[j]; };
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = i; j < 3; ++j) {
-      v.hessian[implicit::kHessianIndex[i][j] - 4] = index / r * across(i, j);
-      for (std::size_t k = j; k < 3; ++k) {
-        v.third[implicit::kThirdIndex[i][j][k] - 10] =
-            -index / (r * r) * (across(i, j) * w[k] + across(i, k) * w[j] + across(j, k) * w[i]);
-      }
-    }
-  }
+  const S bend = index / r;
+  const S xx = S(1) - w[0] * w[0];
+  const S yy = S(1) - w[1] * w[1];
+  const S zz = S(1) - w[2] * w[2];
+  const S xy = -(w[0] * w[1]);
+  const S xz = -(w[0] * w[2]);
+  const S yz = -(w[1] * w[2]);
+  v.hessian = {bend * xx, bend * xy, bend * xz, bend * yy, bend * yz, bend * zz};
+  const S turn = -(bend / r);
+  const S two(2);
+  const S three(3);
+  v.third = {turn * three * xx * w[0],
+             turn * (xx * w[1] + two * xy * w[0]),
+             turn * (xx * w[2] + two * xz * w[0]),
+             turn * (yy * w[0] + two * xy * w[1]),
+             turn * three * xy * w[2],
+             turn * (zz * w[0] + two * xz * w[2]),
+             turn * three * yy * w[1],
+             turn * (yy * w[2] + two * yz * w[1]),
+             turn * (zz * w[1] + two * yz * w[2]),
+             turn * three * zz * w[2]};
   return v;
+}
+
+/// A symmetric matrix times a vector.
+template <class S>
+Vector<S> times(const std::array<S, 6>& m, const Vector<S>& v) {
+  return {{m[0] * v[0] + m[1] * v[1] + m[2] * v[2], m[1] * v[0] + m[3] * v[1] + m[4] * v[2],
+           m[2] * v[0] + m[4] * v[1] + m[5] * v[2]}};
+}
+/// A symmetric tensor, in the order of Jet3's third derivatives, times a vector.
+template <class S>
+std::array<S, 6> times(const std::array<S, 10>& t, const Vector<S>& v) {
+  return {t[0] * v[0] + t[1] * v[1] + t[2] * v[2], t[1] * v[0] + t[3] * v[1] + t[4] * v[2],
+          t[2] * v[0] + t[4] * v[1] + t[5] * v[2], t[3] * v[0] + t[6] * v[1] + t[7] * v[2],
+          t[4] * v[0] + t[7] * v[1] + t[8] * v[2], t[5] * v[0] + t[8] * v[1] + t[9] * v[2]};
 }
 
 /// The bounce of a path at x on the surface with the derivatives g, coming from `before`.
@@ -219,41 +244,29 @@ Bounce<S> makeBounce(const Vector<S>& before, const Vector<S>& x, const Jet3<S>&
 
   // The multiplier of g / |g'|, in units of the index: d + V' + lambda n = 0.
   const S lambda = -r.cosine - dot(r.n, rest.gradient) / index;
-  const auto surface2 = [&](const Vector<S>& u, const Vector<S>& v) {
-    S sum(0);
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t j = 0; j < 3; ++j) sum += g.hessian(i, j) * u[i] * v[j];
-    }
-    return S(sum / steepness);
-  };
-  const auto rest2 = [&](const Vector<S>& u, const Vector<S>& v) {
-    S sum(0);
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t j = 0; j < 3; ++j)
-        sum += rest.hessian[implicit::kHessianIndex[i][j] - 4] * u[i] * v[j];
-    }
-    return S(sum / index);
-  };
-  r.b = {surface2(r.e1, r.e1), surface2(r.e1, r.e2), surface2(r.e2, r.e2)};
-  r.k = {rest2(r.e1, r.e1) + lambda * r.b[0], rest2(r.e1, r.e2) + lambda * r.b[1],
-         rest2(r.e2, r.e2) + lambda * r.b[2]};
-  const std::array<S, 2> kn{rest2(r.e1, r.n) + lambda * surface2(r.e1, r.n),
-                            rest2(r.e2, r.n) + lambda * surface2(r.e2, r.n)};
-  const auto full3 = [&](const Vector<S>& u, const Vector<S>& v, const Vector<S>& w) {
-    S sum(0);
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t j = 0; j < 3; ++j) {
-        for (std::size_t k = 0; k < 3; ++k) {
-          sum += (rest.third[implicit::kThirdIndex[i][j][k] - 10] / index +
-                  lambda / steepness * g.third(i, j, k)) *
-                 u[i] * v[j] * w[k];
-        }
-      }
-    }
-    return sum;
-  };
-  const std::array<S, 4> third{full3(r.e1, r.e1, r.e1), full3(r.e1, r.e1, r.e2),
-                               full3(r.e1, r.e2, r.e2), full3(r.e2, r.e2, r.e2)};
+  // Second and third derivatives of the surface and of all that x must make stationary
+  const S perSteepness = S(1) / steepness;
+  const S perIndex = S(1) / index;
+  std::array<S, 6> surface2;
+  std::array<S, 6> full2;
+  for (std::size_t i = 0; i < 6; ++i) {
+    surface2[i] = perSteepness * g.c[4 + i];
+    full2[i] = perIndex * rest.hessian[i] + lambda * surface2[i];
+  }
+  std::array<S, 10> full3;
+  for (std::size_t i = 0; i < 10; ++i)
+    full3[i] = perIndex * rest.third[i] + lambda * (perSteepness * g.c[10 + i]);
+  const Vector<S> b1 = times(surface2, r.e1);
+  r.b = {dot(r.e1, b1), dot(r.e2, b1), dot(r.e2, times(surface2, r.e2))};
+  const Vector<S> k1 = times(full2, r.e1);
+  const Vector<S> k2 = times(full2, r.e2);
+  r.k = {dot(r.e1, k1), dot(r.e2, k1), dot(r.e2, k2)};
+  const std::array<S, 2> kn{dot(r.n, k1), dot(r.n, k2)};
+  const std::array<S, 6> third1 = times(full3, r.e1);
+  const Vector<S> third11 = times(third1, r.e1);
+  const std::array<S, 4> third{dot(r.e1, third11), dot(r.e2, third11),
+                               dot(r.e2, times(third1, r.e2)),
+                               dot(r.e2, times(times(full3, r.e2), r.e2))};
 
   // d lambda = l y
   const std::array<S, 2> ka = times(r.k, r.a);

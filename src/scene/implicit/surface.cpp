@@ -5,6 +5,106 @@
 #include "core/error.h"
 
 namespace catoptric::implicit {
+
+/// Once for each derivative, written out: the compiler knows the indices.
+template <class First, class Second>
+static void forFirstAndSecond(const First& first, const Second& second) {
+  first(0);
+  first(1);
+  first(2);
+  second(0, 0);
+  second(0, 1);
+  second(0, 2);
+  second(1, 1);
+  second(1, 2);
+  second(2, 2);
+}
+template <class Third>
+static void forThird(const Third& third) {
+  third(0, 0, 0);
+  third(0, 0, 1);
+  third(0, 0, 2);
+  third(0, 1, 1);
+  third(0, 1, 2);
+  third(0, 2, 2);
+  third(1, 1, 1);
+  third(1, 1, 2);
+  third(1, 2, 2);
+  third(2, 2, 2);
+}
+
+/// A jet whose derivatives above an order are zero: coordinates have those of order 1 alone, their
+/// products few more.
+struct ShortJet {
+  Jet3<double> jet;
+  int order = 3;
+};
+static ShortJet operator+(const ShortJet& a, const ShortJet& b) {
+  return {a.jet + b.jet, std::max(a.order, b.order)};
+}
+static ShortJet operator-(const ShortJet& a, const ShortJet& b) {
+  return {a.jet - b.jet, std::max(a.order, b.order)};
+}
+static ShortJet operator-(const ShortJet& a) {
+  return {-a.jet, a.order};
+}
+static ShortJet operator*(const ShortJet& x, const ShortJet& y) {
+  const ShortJet& lower = x.order <= y.order ? x : y;
+  const ShortJet& higher = x.order <= y.order ? y : x;
+  if (lower.order > 1) return {x.jet * y.jet, 3};
+  const Jet3<double>& a = lower.jet;
+  const Jet3<double>& b = higher.jet;
+  ShortJet r;
+  r.order = std::min(3, lower.order + higher.order);
+  for (std::size_t i = 0; i < 20; ++i) r.jet.c[i] = a.value() * b.c[i];
+  if (lower.order == 0) return r;
+  const auto first = [&](std::size_t i) { r.jet.c[1 + i] += a.gradient(i) * b.value(); };
+  const auto second = [&](std::size_t i, std::size_t j) {
+    r.jet.c[kHessianIndex[i][j]] += a.gradient(i) * b.gradient(j) + a.gradient(j) * b.gradient(i);
+  };
+  const auto third = [&](std::size_t i, std::size_t j, std::size_t k) {
+    r.jet.c[kThirdIndex[i][j][k]] += a.gradient(i) * b.hessian(j, k) +
+                                     a.gradient(j) * b.hessian(i, k) +
+                                     a.gradient(k) * b.hessian(i, j);
+  };
+  forFirstAndSecond(first, second);
+  if (higher.order > 1) forThird(third);
+  return r;
+}
+
+template <>
+struct Arithmetic<ShortJet> {
+  static ShortJet constant(double v) { return {Jet3<double>(v), 0}; }
+  static ShortJet apply(Code code, const ShortJet& v, double constant) {
+    if (code == Code::Square) return v * v;
+    const Chain<double> f = chainOf<3>(code, v.jet.value(), constant);
+    const Jet3<double>& u = v.jet;
+    ShortJet r;
+    r.jet.c[0] = f.f0;
+    const auto first = [&](std::size_t i) { r.jet.c[1 + i] = f.f1 * u.gradient(i); };
+    const auto second = [&](std::size_t i, std::size_t j) {
+      r.jet.c[kHessianIndex[i][j]] =
+          f.f1 * u.hessian(i, j) + f.f2 * (u.gradient(i) * u.gradient(j));
+    };
+    const auto third = [&](std::size_t i, std::size_t j, std::size_t k) {
+      r.jet.c[kThirdIndex[i][j][k]] =
+          f.f1 * u.third(i, j, k) +
+          f.f2 * (u.hessian(i, j) * u.gradient(k) + u.hessian(i, k) * u.gradient(j) +
+                  u.hessian(j, k) * u.gradient(i)) +
+          f.f3 * (u.gradient(i) * u.gradient(j) * u.gradient(k));
+    };
+    forFirstAndSecond(first, second);
+    forThird(third);
+    return r;
+  }
+  static ShortJet quotient(const ShortJet& a, const ShortJet& b) {
+    return a * apply(Code::Divide, b, 0.0);
+  }
+  static ShortJet smaller(const ShortJet& a, const ShortJet& b) {
+    return {Arithmetic<Jet3<double>>::smaller(a.jet, b.jet), 3};
+  }
+};
+
 namespace {
 
 Interval coordinate(const Domain& d, int axis) {
@@ -60,13 +160,13 @@ Interval valueIn(const Surface& surface, const Domain& local) {
 PointStatus derivativesAt(const Surface& surface, const Point& world, Jet3<double>& out) {
   const auto seeds =
       seedsAt<double>(surface.localFromWorld, std::array<double, 3>{world.x, world.y, world.z});
-  Evaluator<Jet3<double>> evaluate(surface.tape);
-  out = evaluate(seeds[0], seeds[1], seeds[2]);
+  Evaluator<ShortJet> evaluate(surface.tape);
+  out = evaluate({seeds[0], 1}, {seeds[1], 1}, {seeds[2], 1}).jet;
   if (!std::isfinite(out.c[0])) return PointStatus::NotFinite;
   for (const double v : out.c) {
     if (!std::isfinite(v)) return PointStatus::NoGradient;
   }
-  const double gradient = std::hypot(out.c[1], out.c[2], out.c[3]);
+  const double gradient = glm::length(Point(out.c[1], out.c[2], out.c[3]));
   double hessian = 0.0;
   for (std::size_t i = 4; i < 10; ++i) hessian = std::max(hessian, std::abs(out.c[i]));
   const double worldDiameter = surface.domain.diameter() / largest(surface.localFromWorld.linear);
