@@ -181,6 +181,8 @@ class Builder {
   raster::VirtualTriangles build(const frame::Geometry& geometry, int object, bool own) {
     own_ = own;
     const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(object)];
+    // Room for middles: most objects are fine enough, and moving all nodes costs much
+    nodes_.reserve(2 * std::size_t{range.vertexCount});
     nodes_.resize(range.vertexCount);
     for (std::uint32_t i = 0; i < range.vertexCount; ++i) {
       nodes_[i].position = glm::dvec3(geometry.positions[range.firstVertex + i]);
@@ -544,7 +546,8 @@ class Builder {
     const std::array<std::uint32_t, 2> others{t[(seen + 1) % 3], t[(seen + 2) % 3]};
     std::array<Counterparts, 2> of;
     for (std::size_t c = 0; c < 2; ++c) of[c] = counterparts(a, nodes_[others[c]].reflections);
-    std::vector<std::array<std::uint32_t, 3>> whole;
+    std::array<std::array<std::uint32_t, 3>, kMaxReflections> whole;
+    std::size_t wholes = 0;
     bool all = true;
     for (std::size_t i = 0; i < a.count; ++i) {
       std::array<std::size_t, 2> number{};
@@ -559,15 +562,15 @@ class Builder {
         all = false;
         continue;
       }
-      whole.push_back(
-          {vertexOf(t[seen], i), vertexOf(others[0], number[0]), vertexOf(others[1], number[1])});
+      whole[wholes++] = {vertexOf(t[seen], i), vertexOf(others[0], number[0]),
+                         vertexOf(others[1], number[1])};
     }
     if (exactMiddles_ && !all) {
       mixed_.push_back(t);
       return;
     }
-    for (const auto& corners : whole) putCorners(corners);
-    counts_.dropped += a.count - whole.size();
+    for (std::size_t i = 0; i < wholes; ++i) putCorners(whole[i]);
+    counts_.dropped += a.count - wholes;
   }
 
   /// A reflection that node `have` has and `lacking` does not: it ends between them.

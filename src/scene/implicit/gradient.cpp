@@ -26,6 +26,8 @@ template <>
 struct Arithmetic<Slope> {
   static Slope constant(double v) { return {v, Point(0.0)}; }
   static Slope apply(Code code, const Slope& u, double c) {
+    // Most often, and dearest to call
+    if (code == Code::Square) return {u.value * u.value, 2.0 * u.value * u.gradient};
     const Chain<double> f = chainOf<1>(code, u.value, c);
     return {f.f0, f.f1 * u.gradient};
   }
