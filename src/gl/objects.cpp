@@ -515,10 +515,10 @@ void drawFullScreenTriangle() {
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-void drawRectangles(const Buffer& command) {
+void drawPoints(const Buffer& command) {
   glBindVertexArray(emptyVertexArray());
   glBindBuffer(GL_DRAW_INDIRECT_BUFFER, command.id());
-  glDrawArraysIndirect(GL_TRIANGLE_STRIP, nullptr);
+  glDrawArraysIndirect(GL_POINTS, nullptr);
   glBindBuffer(GL_DRAW_INDIRECT_BUFFER, 0);
 }
 

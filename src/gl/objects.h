@@ -225,8 +225,8 @@ class Sampler {
 /// Draws one triangle that covers the viewport; vertex shader "gl/fullscreen.vert".
 void drawFullScreenTriangle();
 
-/// Draws as many strips of 4 vertices as `command`, which begins with a DrawArraysIndirectCommand,
-/// says; the vertex shader places them by gl_InstanceID and gl_VertexID.
-void drawRectangles(const Buffer& command);
+/// Draws as many points as `command`, which begins with a DrawArraysIndirectCommand, says; the
+/// vertex shader places them by gl_VertexID.
+void drawPoints(const Buffer& command);
 
 }  // namespace catoptric::gl

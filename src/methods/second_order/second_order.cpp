@@ -310,7 +310,7 @@ class SecondOrder : public Method {
     tileCount_ =
         tilesAcross_ * static_cast<std::uint32_t>((height + kTileSamples - 1) / kTileSamples);
     noTiles_ = std::vector<std::uint32_t>(4 + tileCount_, 0);
-    noTiles_[0] = 4;  // vertices of a tile
+    noTiles_[1] = 1;  // instances
     tiles_ = gl::Buffer("tiles to look up", (4 + 2 * tileCount_) * sizeof(std::uint32_t));
     tileTexture_ = gl::Texture::makeBuffer("tiles to look up", GL_R32UI, tiles_);
     clusterSamples_ = gl::Texture::make2D("cluster of each sample", GL_R16UI, width, height);
@@ -523,9 +523,11 @@ class SecondOrder : public Method {
     use(later_);
     gbuffer.reflection.bind(8);
     tileTexture_.bind(9);
-    later_.set("samples", Vec2(gbuffer.sampleWidth(), gbuffer.sampleHeight()));
     glColorMaski(1, GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    gl::drawRectangles(tiles_);
+    glPointSize(static_cast<float>(kTileSamples));
+    glViewport(0, 0, static_cast<int>(tilesAcross_) * kTileSamples,
+               static_cast<int>(tileCount_ / tilesAcross_) * kTileSamples);
+    gl::drawPoints(tiles_);
     glColorMaski(1, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     glDepthMask(GL_TRUE);
   }

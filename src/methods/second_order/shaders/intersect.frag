@@ -56,7 +56,7 @@ const float kInCubeMap = -1.0;
 const float kBeyondScene = 0.0;
 #if KIND < 3
 layout(std430, binding = 3) buffer Tiles {
-  uint vertices, tiles, firstVertex, firstTile;  // of the draw
+  uint tiles, instances, firstTile, firstInstance;  // of the draw
   uint more[];                                   // of each tile whether it is drawn; those drawn
 };
 uniform uint tilesAcross;
