@@ -515,11 +515,10 @@ void drawFullScreenTriangle() {
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-void drawPoints(const Buffer& command) {
+void drawPoints(std::size_t count, int side) {
   glBindVertexArray(emptyVertexArray());
-  glBindBuffer(GL_DRAW_INDIRECT_BUFFER, command.id());
-  glDrawArraysIndirect(GL_POINTS, nullptr);
-  glBindBuffer(GL_DRAW_INDIRECT_BUFFER, 0);
+  glPointSize(static_cast<float>(side));
+  glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(count));
 }
 
 }  // namespace catoptric::gl

@@ -225,8 +225,7 @@ class Sampler {
 /// Draws one triangle that covers the viewport; vertex shader "gl/fullscreen.vert".
 void drawFullScreenTriangle();
 
-/// Draws as many points as `command`, which begins with a DrawArraysIndirectCommand, says; the
-/// vertex shader places them by gl_VertexID.
-void drawPoints(const Buffer& command);
+/// Draws squares of `side` pixels; the vertex shader places their centres by gl_VertexID.
+void drawPoints(std::size_t count, int side);
 
 }  // namespace catoptric::gl

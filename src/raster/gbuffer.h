@@ -28,7 +28,7 @@ struct GBuffer {
   int width = 0;  ///< of the frame, pixels
   int height = 0;
   int samples = 1;      ///< per axis
-  gl::Texture diffuse;  ///< RGBA32F: diffuse radiance (before any factor 1 - s), s
+  gl::Texture diffuse;  ///< RGBA32F: diffuse radiance (before any factor 1 - s), s; -1 on the background
   gl::Texture normal;   ///< RGBA32F: world-space shading normal turned to the viewer, g
   gl::Texture object;   ///< R32UI: object id, 0 background
   gl::Texture depth;    ///< DEPTH32F_STENCIL8: reversed-Z depth (near / distance along -z)
@@ -63,7 +63,7 @@ struct GBufferCopy {
   int width = 0;  ///< of the frame, pixels
   int height = 0;
   int samples = 1;
-  std::vector<float> diffuse;  ///< 4 a sample: rgb, s
+  std::vector<float> diffuse;  ///< 4 a sample: rgb, s; -1 on the background
   std::vector<float> normal;   ///< 4 a sample: xyz, g
   std::vector<std::uint32_t> object;
   std::vector<float> depth;  ///< reversed-Z

@@ -422,7 +422,7 @@ TEST(Raster, ClassesAndReflectanceOfTexels) {
   builder.add(plane(0.9f), textured, translation({2.0f, 0.0f, 0.0f}) * upright);
   Stage stage(builder.scene());
   const Shot shot(stage, front(6.5f));
-  const float s[] = {0.0f, 0.0f, 0.5f, 0.75f, 0.25f, 0.52f};
+  const float s[] = {-1.0f, 0.0f, 0.5f, 0.75f, 0.25f, 0.52f};
   const float g[] = {0.0f, 0.0f, 0.0f, 0.0f, 0.5f, 0.1f};
   const SampleClass classes[] = {SampleClass::Background,   SampleClass::Diffuse,
                                  SampleClass::PlanarMirror, SampleClass::CurvedMirror,
@@ -466,7 +466,7 @@ TEST(Raster, CompositeIsItsFormula) {
   Stage stage(builder.scene());
   GBuffer buffer = stage.raster.makeGBuffer({2, 1, 2, false});
   // Left pixel: background, diffuse, two mirrors; right pixel: four mirrors (dyadic numbers)
-  const std::vector<float> diffuse{1, 2, 4, 0, 8, 4, 2, 0,    1, 1, 1, 0.5f, 2, 2, 2, 0.25f,
+  const std::vector<float> diffuse{1, 2, 4, -1, 8, 4, 2, 0,   1, 1, 1, 0.5f, 2, 2, 2, 0.25f,
                                    4, 4, 4, 1, 2, 4, 8, 0.5f, 1, 1, 1, 0.5f, 2, 2, 2, 0.25f};
   const std::vector<float> reflected{16, 16, 16, 1, 16, 16, 16, 1, 8, 8, 8, 1, 4, 4, 4, 1,
                                      16, 8,  4,  1, 0,  0,  0,  1, 8, 8, 8, 1, 4, 4, 4, 1};

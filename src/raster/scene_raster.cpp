@@ -529,9 +529,11 @@ void SceneRaster::composite(const GBuffer& source, const scene::Camera& camera,
   }
   program.use();
   source.diffuse.bindImage(0, GL_READ_ONLY);
-  source.object.bindImage(1, GL_READ_ONLY);
   if (reflective) source.reflection.bindImage(2, GL_READ_ONLY);
-  if (tinted) s.materials.tints().bind(5);
+  if (tinted) {
+    source.object.bindImage(1, GL_READ_ONLY);
+    s.materials.tints().bind(5);
+  }
   if (fresnel) {
     source.normal.bindImage(3, GL_READ_ONLY);
     const float aspect = static_cast<float>(source.width) / static_cast<float>(source.height);

@@ -105,7 +105,7 @@ void addLayers(image::Image& image, const SampleLayers& layers, int samples, flo
   }
   if (!layers.diffuse.empty() && layers.wantDiffuse) rgb("diffuse", layers.diffuse);
   if (!layers.diffuse.empty() && layers.wantSpecular)
-    out.mean("s", [&](std::size_t s) { return layers.diffuse[s * 4 + 3]; });
+    out.mean("s", [&](std::size_t s) { return std::max(0.0f, layers.diffuse[s * 4 + 3]); });
   if (!layers.object.empty())
     out.middle("id.object", [&](std::size_t s) { return static_cast<float>(layers.object[s]); });
   if (!layers.cluster.empty())

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 #include "core/parallel.h"
 #include "methods/second_order/cluster_steps.h"
@@ -34,6 +35,12 @@ struct Plane {
     const float off = glm::dot(normal, position) - offset;
     return glm::dot(turned, turned) <= kPlanarNormal * kPlanarNormal &&
            off * off <= kPlanarOffset * kPlanarOffset * glm::dot(position, position);
+  }
+  LaneMask holds(const Lanes3& position, const Lanes3& sampleNormal) const {
+    const Lanes3 turned = minus(sampleNormal, normal);
+    const Lanes off = dot(position, normal) - offset;
+    return (dot(turned, turned) <= kPlanarNormal * kPlanarNormal) &
+           (off * off <= kPlanarOffset * kPlanarOffset * dot(position, position));
   }
   bool sameAs(const Plane& other) const {
     const Vec3 turned = other.normal - normal;
@@ -77,6 +84,37 @@ struct Planes {
     if (least->votes == 0) *least = other;
   }
 };
+
+/// Votes of the samples from `first` on whose normal is the one before's: where neighbours' normals
+/// differ there is no plane.
+void vote(const SampleBlock& block, std::uint32_t first, std::uint32_t last, Planes& planes) {
+  for (std::uint32_t i = first; i < last;) {
+    const std::uint32_t next = std::min(last, i + static_cast<std::uint32_t>(kLanes));
+    if (next - i == kLanes) {
+      const Lanes3 normal = block.normal.load(i, kLanes);
+      const Lanes3 before = block.normal.load(i - 1, kLanes);
+      const Lanes3 turned{normal.x - before.x, normal.y - before.y, normal.z - before.z};
+      const LaneMask same = dot(turned, turned) <= kPlanarNormal * kPlanarNormal;
+      Plane& likely = planes.of.front();
+      if (noneOf(same)) {
+        i = next;
+        continue;
+      }
+      // Mostly all are on the first plane
+      if (likely.votes > 0 && allOf(same & likely.holds(block.position.load(i, kLanes), normal))) {
+        likely.votes += static_cast<std::int64_t>(kLanes);
+        i = next;
+        continue;
+      }
+    }
+    for (; i < next; ++i) {
+      const Vec3 turned = block.normal[i] - block.normal[i - 1];
+      if (glm::dot(turned, turned) <= kPlanarNormal * kPlanarNormal) {
+        planes.vote(block.position[i], block.normal[i]);
+      }
+    }
+  }
+}
 
 /// Angle of (x, y) from +x in turns, 0..1; without branches, so that loops become vector
 /// instructions. [Abramowitz1964] 4.4.49.
@@ -268,7 +306,7 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
     for (const ObjectRun& run : work.objectRuns) count += run.count;
     block.position.resize(count);
     block.normal.resize(count);
-    work.ofSample.resize(static_cast<std::size_t>(width));
+    work.ofSample.resize(static_cast<std::size_t>(width) + kLanes);
     work.bins.clear();
     work.binRuns.clear();
     work.binRows.clear();
@@ -318,14 +356,7 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
           }
           work.binRuns.push_back({from, slot, static_cast<std::uint16_t>(run.x + begin),
                                   static_cast<std::uint16_t>(end - begin)});
-          // Where neighbours' normals differ there is no plane
-          Planes& planes = work.bins[slot].planes;
-          for (std::uint32_t i = from + 1; i < to; ++i) {
-            const Vec3 turned = block.normal[i] - block.normal[i - 1];
-            if (glm::dot(turned, turned) <= kPlanarNormal * kPlanarNormal) {
-              planes.vote(block.position[i], block.normal[i]);
-            }
-          }
+          vote(block, from + 1, to, work.bins[slot].planes);
         };
         if (uneven) {
           std::int32_t* const ofSample = work.ofSample.data();
@@ -381,12 +412,19 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
           const Plane plane = candidates.of[p];
           if (plane.votes == 0) continue;
           const auto part = static_cast<std::int32_t>(p + 1);
-          for (std::size_t k = 0; k < run.count; ++k) {
-            const bool held = ofSample[k] == 0 && plane.holds(block.position[run.first + k],
-                                                              block.normal[run.first + k]);
-            ofSample[k] = held ? part : ofSample[k];
-            left -= held ? 1 : 0;
+          LaneMask taken{};
+          for (std::size_t k = 0; k < run.count; k += kLanes) {
+            const std::size_t there = run.count - k;
+            LaneMask parts;
+            std::memcpy(&parts, ofSample + k, sizeof parts);
+            const LaneMask held = plane.holds(block.position.load(run.first + k, there),
+                                              block.normal.load(run.first + k, there)) &
+                                  (parts == 0) & valid(there);
+            parts |= held & part;
+            std::memcpy(ofSample + k, &parts, sizeof parts);
+            taken -= held;
           }
+          left -= static_cast<std::size_t>(taken[0] + taken[1] + taken[2] + taken[3]);
         }
         forEqual({ofSample, run.count}, addPart);
       }

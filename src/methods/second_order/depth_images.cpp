@@ -199,7 +199,8 @@ void DepthImages::prepareDepth(std::span<const Cluster> clusters,
       }
       const AtlasPlace& place = atlas_.places[i];
       gridSamples_.use();
-      samplesOnGrids->bind(0);
+      samplesOnGrids->bindImage(0, GL_READ_ONLY);
+      glDepthRange(1.0, 1.0);
       gridSamples_.set("sampleOfTexel",
                        glm::ivec2(static_cast<int>(camera.mirrorRight) - 1 + place.x,
                                   place.y - static_cast<int>(camera.mirrorTop)));
@@ -210,6 +211,7 @@ void DepthImages::prepareDepth(std::span<const Cluster> clusters,
       glViewport(place.x, place.y, camera.width, camera.height);
       glScissor(place.x, place.y, camera.width, camera.height);
       gl::drawFullScreenTriangle();
+      glDepthRange(0.0, 1.0);
       glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
       glDisable(GL_DEPTH_TEST);
     }

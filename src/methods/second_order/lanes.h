@@ -64,6 +64,13 @@ inline Lanes3 minus(const Lanes3& a, const Vec3& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
 
+inline bool allOf(const LaneMask& mask) {
+  return (mask[0] & mask[1] & mask[2] & mask[3]) != 0;
+}
+inline bool noneOf(const LaneMask& mask) {
+  return (mask[0] | mask[1] | mask[2] | mask[3]) == 0;
+}
+
 inline float sumOf(const Lanes& a) {
   return (a[0] + a[1]) + (a[2] + a[3]);
 }

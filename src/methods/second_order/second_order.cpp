@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <ctime>
 #include <memory>
 #include <span>
@@ -225,11 +227,23 @@ Reflectors findReflectors(const scene::Scene& scene) {
 /// Times that depth images are drawn at 0.7 of their resolution until they fit: 1 / 5000. Ours.
 constexpr int kMostShrinks = 24;
 
-/// Samples along the edge of a tile with a sample that is still to be looked up. Ours.
+/// Samples along the edge of a tile with a sample that is still to be looked up: those of an
+/// integer of marks. Ours.
 constexpr int kTileSamples = 4;
+using TileRow = std::uint32_t;
 
-constexpr std::array<const char*, 7> kCountNames = {
-    "environment", "sky", "bridged", "below_horizon", "met_itself", "faded", "second_layer_hits"};
+/// Marks of intersect.frag in all samples of a row of a tile, beside raster::MaskBit.
+constexpr TileRow everyByte(std::uint8_t mark) {
+  return 0x01010101u * mark;
+}
+constexpr std::uint8_t kMarkLater = 128;
+
+/// Counted by intersect.frag.
+constexpr std::array<const char*, 4> kCountNames = {"below_horizon", "met_itself", "faded",
+                                                    "second_layer_hits"};
+/// Counted in its marks, `environment` together with `unclustered`.
+constexpr std::array<std::pair<std::uint8_t, const char*>, 3> kMarks = {
+    {{raster::kMaskEnvironment, "environment"}, {32, "sky"}, {64, "bridged"}}};
 
 /// Counted on the CPU; 0 where nothing reflects.
 constexpr std::array<const char*, 16> kClusterCountNames = {
@@ -298,20 +312,27 @@ class SecondOrder : public Method {
     }
     if (reflectors_.curvedMirrors) curved(services);
     if (reflectors_.glossy) glossy_ = program(services, "walk over depth images, lobes", "2");
-    later_ = program(services, "samples that found nothing", "3");
+    lookUps_ = program(services, "samples that found nothing", "3");
     counts_ = gl::Buffer("fallback counts", kCountNames.size() * sizeof(std::uint32_t));
     const int width = settings.width * settings.samples;
     const int height = settings.height * settings.samples;
+    marks_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    if (!settings.masks) {
+      const raster::GBuffer& gbuffer = *services.gbuffer;
+      ownMarks_ = gl::Texture::make2D("marks of samples", GL_R8UI, width, height);
+      ownTarget_ =
+          gl::Framebuffer("reflection", {{.texture = gbuffer.reflection}, {.texture = ownMarks_}},
+                          {.texture = gbuffer.depth});
+    }
     if (options_.countDisocclusions) {
       found_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
       foundBuffer_ = gl::Buffer("what rays found", found_.size() * sizeof(Found));
     }
-    tilesAcross_ = static_cast<std::uint32_t>((width + kTileSamples - 1) / kTileSamples);
-    tileCount_ =
-        tilesAcross_ * static_cast<std::uint32_t>((height + kTileSamples - 1) / kTileSamples);
-    noTiles_ = std::vector<std::uint32_t>(4 + tileCount_, 0);
-    noTiles_[1] = 1;  // instances
-    tiles_ = gl::Buffer("tiles to look up", (4 + 2 * tileCount_) * sizeof(std::uint32_t));
+    tilesAcross_ = (width + kTileSamples - 1) / kTileSamples;
+    tilesDown_ = (height + kTileSamples - 1) / kTileSamples;
+    const auto tiles =
+        static_cast<std::size_t>(tilesAcross_) * static_cast<std::size_t>(tilesDown_);
+    tiles_ = gl::Buffer("tiles to look up", tiles * sizeof(std::uint32_t));
     tileTexture_ = gl::Texture::makeBuffer("tiles to look up", GL_R32UI, tiles_);
     clusterSamples_ = gl::Texture::make2D("cluster of each sample", GL_R16UI, width, height);
     DepthImageOptions images = options_.images;
@@ -324,6 +345,7 @@ class SecondOrder : public Method {
     raster::GBuffer& gbuffer = *services.gbuffer;
     if (settings_.masks) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
     for (const char* name : kCountNames) output.counters[name] = 0;
+    for (const auto& [mark, name] : kMarks) output.counters[name] = 0;
     for (const char* name : kClusterCountNames) output.counters[name] = 0;
     output.counters["unclustered"] = 0;
     output.counters["refraction_mirrored"] = 0;
@@ -379,6 +401,7 @@ class SecondOrder : public Method {
                     triangles);
     });
     timer.measure("intersect", [&] {
+      if (!settings_.masks) ownTarget_.clearColorUint(1, 0);
       intersect(services, gbuffer, camera, onGrids, exact);
       output.counters["refraction_mirrored"] = refractive_.count(gbuffer);
     });
@@ -414,8 +437,6 @@ class SecondOrder : public Method {
     std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);
     defines.push_back({"KIND", kind});
     defines.push_back({"RAYS", std::to_string(options_.camera.rays)});
-    defines.push_back({"MASKS", settings_.masks ? "1" : "0"});
-    defines.push_back({"COUNTS", "1"});
     defines.push_back({"NEIGHBOURHOOD", options_.neighbourhood ? "1" : "0"});
     defines.push_back({"FADE", options_.glossyReach > 0.0f ? "1" : "0"});
     defines.push_back({"SELF", options_.selfIntersect ? "1" : "0"});
@@ -423,7 +444,6 @@ class SecondOrder : public Method {
     defines.push_back({"LAYERS", std::to_string(options_.images.depthLayers)});
     defines.push_back({"EXACT_GRID", exactGrid ? "1" : "0"});
     defines.push_back({"RECORD", record ? "1" : "0"});
-    defines.push_back({"TILE", std::to_string(kTileSamples)});
     return gl::Program(label, {.vertex = *kind == '3' ? "methods/second_order/shaders/tiles.vert"
                                                       : "gl/fullscreen.vert",
                                .fragment = "methods/second_order/shaders/intersect.frag",
@@ -453,13 +473,12 @@ class SecondOrder : public Method {
                  bool onGrids, bool exact, bool record = false) {
     const std::vector<std::uint32_t> zeros(kCountNames.size(), 0);
     counts_.write(0, zeros.size() * sizeof(std::uint32_t), zeros.data());
-    tiles_.write(0, noTiles_.size() * sizeof(std::uint32_t), noTiles_.data());
     if (options_.countDisocclusions) {
       std::fill(found_.begin(), found_.end(), Found{});
       foundBuffer_.write(0, found_.size() * sizeof(Found), found_.data());
       foundBuffer_.bindStorage(2);
     }
-    gbuffer.reflectionFramebuffer.bind();
+    (settings_.masks ? gbuffer.reflectionFramebuffer : ownTarget_).bind();
     glDisable(GL_DEPTH_TEST);
     glDepthMask(GL_FALSE);
     glDisable(GL_BLEND);
@@ -475,9 +494,6 @@ class SecondOrder : public Method {
       images_->bind();
       environment_.bind(7);
       counts_.bindStorage(1);
-      tiles_.bindStorage(3);
-      program.set("tilesAcross", tilesAcross_);
-      program.set("tileCount", tileCount_);
       if (options_.images.depthLayers > 1) program.set("secondLayer", images_->secondLayer());
       program.set("rayFromPixel",
                   scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight()));
@@ -518,18 +534,52 @@ class SecondOrder : public Method {
     glDisable(GL_STENCIL_TEST);
 
     // What found nothing, apart from the others: they would all pay for the cube map and the sky
-    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
-    glTextureBarrier();
-    use(later_);
-    gbuffer.reflection.bind(8);
-    tileTexture_.bind(9);
-    glColorMaski(1, GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    glPointSize(static_cast<float>(kTileSamples));
-    glViewport(0, 0, static_cast<int>(tilesAcross_) * kTileSamples,
-               static_cast<int>(tileCount_ / tilesAcross_) * kTileSamples);
-    gl::drawPoints(tiles_);
-    glColorMaski(1, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    takeMarks(settings_.masks ? gbuffer.masks : ownMarks_);
+    if (!later_.empty()) {
+      glTextureBarrier();
+      use(lookUps_);
+      gbuffer.reflection.bind(8);
+      tiles_.write(0, later_.size() * sizeof(std::uint32_t), later_.data());
+      tileTexture_.bind(9);
+      lookUps_.set("tilesAcross", tilesAcross_);
+      lookUps_.set("tilesDown", tilesDown_);
+      glColorMaski(1, GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+      glViewport(0, 0, tilesAcross_ * kTileSamples, tilesDown_ * kTileSamples);
+      gl::drawPoints(later_.size(), kTileSamples);
+      glColorMaski(1, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    }
     glDepthMask(GL_TRUE);
+  }
+
+  /// Counts the samples' marks and lists the tiles with one that is still to be looked up.
+  void takeMarks(const gl::Texture& marks) {
+    marks.read(0, GL_RED_INTEGER, GL_UNSIGNED_BYTE, std::as_writable_bytes(std::span(marks_)));
+    markCounts_ = {};
+    later_.clear();
+    const int width = marks.width();
+    std::vector<bool> listed(static_cast<std::size_t>(tilesAcross_));
+    for (int y = 0; y < marks.height(); ++y) {
+      if (y % kTileSamples == 0) listed.assign(listed.size(), false);
+      const std::uint8_t* line =
+          &marks_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width)];
+      for (int x = 0; x < width; x += kTileSamples) {
+        TileRow row = 0;
+        if (x + kTileSamples <= width) {
+          std::memcpy(&row, line + x, sizeof row);
+        } else {
+          std::memcpy(&row, line + x, static_cast<std::size_t>(width - x));
+        }
+        if (row == 0) continue;
+        for (std::size_t i = 0; i < kMarks.size(); ++i) {
+          markCounts_[i] += std::popcount(row & everyByte(kMarks[i].first));
+        }
+        const auto tile = static_cast<std::size_t>(x / kTileSamples);
+        if ((row & everyByte(kMarkLater)) == 0 || listed[tile]) continue;
+        listed[tile] = true;
+        later_.push_back(static_cast<std::uint32_t>(y / kTileSamples * tilesAcross_) +
+                         static_cast<std::uint32_t>(tile));
+      }
+    }
   }
 
   /// Mirrors alone, as the benchmark's scenes have them.
@@ -598,6 +648,8 @@ class SecondOrder : public Method {
     counts_.read(0, sizeof counts, counts.data());
     Counters& c = output.counters;
     for (std::size_t i = 0; i < counts.size(); ++i) c[kCountNames[i]] = counts[i];
+    for (std::size_t i = 0; i < kMarks.size(); ++i) c[kMarks[i].second] = markCounts_[i];
+    c["environment"] -= clustering_.samplesInNoCluster();
     c["unclustered"] = clustering_.samplesInNoCluster();
     c["clusters"] = clusters.size();
     c["reflective_samples"] = clustering_.reflectiveSamples();
@@ -643,15 +695,19 @@ class SecondOrder : public Method {
 
   gl::Program curved_;
   gl::Program glossy_;
-  gl::Program later_;
+  gl::Program lookUps_;
   gl::Program recorded_;  ///< of the benchmark, like the others of reads
   gl::Program planarReads_;
   gl::Program curvedReads_;
   gl::Texture walks_;
-  std::uint32_t tilesAcross_ = 0;
-  std::uint32_t tileCount_ = 0;
-  std::vector<std::uint32_t> noTiles_;  ///< what `tiles_` begins with
-  gl::Buffer tiles_;                    ///< as intersect.frag has them
+  gl::Texture ownMarks_;  ///< as GBuffer::masks, where there are none
+  gl::Framebuffer ownTarget_;
+  std::vector<std::uint8_t> marks_;
+  std::array<std::uint64_t, kMarks.size()> markCounts_{};
+  int tilesAcross_ = 0;
+  int tilesDown_ = 0;
+  std::vector<std::uint32_t> later_;  ///< tiles with a sample that is still to be looked up
+  gl::Buffer tiles_;                  ///< these
   gl::Texture tileTexture_;
 };
 

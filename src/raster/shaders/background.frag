@@ -1,4 +1,5 @@
-// Radiance of the environment where nothing is: a = 0 (s of the G-buffer, coverage elsewhere).
+// Radiance of the environment where nothing is: a = -1 instead of an s in the G-buffer, coverage 0
+// elsewhere.
 #include "shading.glsl"
 
 layout(location = 0) out vec4 outDiffuse;
@@ -9,7 +10,7 @@ layout(location = 2) out uint outObject;
 
 void main() {
   vec3 direction = normalize((frame.rayFromWindow * vec4(gl_FragCoord.xy, 0.0, 1.0)).xyz);
-  outDiffuse = vec4(min(environmentRadiance(direction), frame.ambient.www), 0.0);
+  outDiffuse = vec4(min(environmentRadiance(direction), frame.ambient.www), GBUFFER != 0 ? -1.0 : 0.0);
 #if GBUFFER
   outNormal = vec4(0.0);
   outObject = 0u;

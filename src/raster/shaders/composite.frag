@@ -6,10 +6,12 @@
 //   FRESNEL   1: s + (1 - s)(1 - cos)^5 [Schlick1994] where s > 0
 // Images, not textures: llvmpipe loads from them in half the time of texelFetch
 layout(binding = 0, rgba32f) readonly uniform image2D diffuseSamples;
+#if TINTED
 layout(binding = 1, r32ui) readonly uniform uimage2D objectSamples;
+layout(binding = 5) uniform samplerBuffer tints;  // by object id
+#endif
 layout(binding = 2, rgba32f) readonly uniform image2D reflectionSamples;
 layout(binding = 3, rgba32f) readonly uniform image2D normalSamples;
-layout(binding = 5) uniform samplerBuffer tints;  // by object id
 uniform mat4 rayFromWindow;
 
 layout(location = 0) out vec4 outFrame;
@@ -21,11 +23,10 @@ void main() {
     for (int i = 0; i < SAMPLES; ++i) {
       ivec2 at = corner + ivec2(i, j);
       vec4 diffuse = imageLoad(diffuseSamples, at);
-      uint id = imageLoad(objectSamples, at).r;
 #if REFLECTIVE
       vec3 reflected = imageLoad(reflectionSamples, at).rgb;
 #if TINTED
-      reflected *= texelFetch(tints, int(id)).rgb;
+      reflected *= texelFetch(tints, int(imageLoad(objectSamples, at).r)).rgb;
 #endif
       float s = diffuse.a;
 #if FRESNEL
@@ -38,7 +39,7 @@ void main() {
 #else
       vec3 color = diffuse.rgb;
 #endif
-      sum += vec4(color, id != 0u ? 1.0 : 0.0);
+      sum += vec4(color, diffuse.a >= 0.0 ? 1.0 : 0.0);
     }
   }
   outFrame = sum * (1.0 / float(SAMPLES * SAMPLES));

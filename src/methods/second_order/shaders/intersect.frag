@@ -1,9 +1,6 @@
 // Radiance along reflected rays by walking over clusters' depth images [Wang2014, section 3.4].
 //   KIND    0 mirrored sample grids (planar mirrors), 1 one mirror ray, 2 RAYS rays of a lobe,
-//           3 what the others have found nothing for, in the tiles that they have marked
-//   TILE    samples along a tile's edge
-//   MASKS   1: where a sample fell back is marked
-//   COUNTS  1: fallbacks are counted
+//           3 what the others have found nothing for, in the tiles that have a sample so marked
 //   NEIGHBOURHOOD  1: of a lobe one ray is walked, the others are looked up at its distance
 //   FADE    1: rays of a lobe end at `reach` (1 - g) / g metres, fading to the diffuse colour
 //   SELF    1: rays of concave clusters are intersected with their own cluster, too
@@ -48,33 +45,27 @@ layout(location = 0) out vec4 reflection;
 #if KIND == 3
 layout(binding = 8) uniform sampler2D reflectionSamples;  // what is written, one's own sample alone
 #endif
-#if MASKS && KIND < 3
-layout(location = 1) out uint mask;
+#if KIND < 3
+layout(location = 1) out uint marks;
 #endif
 // a of a sample that is still to be looked up, by KIND 3: in the cube map, or beyond the scene
 const float kInCubeMap = -1.0;
 const float kBeyondScene = 0.0;
-#if KIND < 3
-layout(std430, binding = 3) buffer Tiles {
-  uint tiles, instances, firstTile, firstInstance;  // of the draw
-  uint more[];                                   // of each tile whether it is drawn; those drawn
-};
-uniform uint tilesAcross;
-uniform uint tileCount;
-#endif
 const uint kMaskEnvironment = 1u;  // raster::MaskBit
 const uint kMaskBelowHorizon = 16u;
+// Marks of this method beside those bits, counted on the CPU: of atomics llvmpipe loops over all
+// lanes, of those that nobody takes, too. A ray of the sample left the scene; ends over a depth
+// edge; the sample is left to KIND 3.
+const uint kMarkSky = 32u;
+const uint kMarkBridged = 64u;
+const uint kMarkLater = 128u;
 
-// Samples: whose ray (any of its rays) found nothing, left the scene, was already behind the depth
-// image at its start, and so on. Those in no cluster are counted elsewhere.
+// What few runs have is counted here: rays, and samples with a ray.
 layout(std430, binding = 1) buffer Counts { uint counts[]; };
-const int kCountMissed = 0;
-const int kCountSky = 1;
-const int kCountBridged = 2;
-const int kCountBelowHorizon = 3;
-const int kCountSelf = 4;
-const int kCountFaded = 5;
-const int kCountSecond = 6;
+const int kCountBelowHorizon = 0;
+const int kCountSelf = 1;
+const int kCountFaded = 2;
+const int kCountSecond = 3;
 
 #if FOUND
 // By sample: bits of the rays that found no surface, where the only ray found one
@@ -491,9 +482,7 @@ void main() {
 #endif
     } else {
       reflection = vec4(0.0, 0.0, 0.0, kBeyondScene);
-#if COUNTS
-      atomicAdd(counts[kCountSky], 1u);
-#endif
+      bits = kMarkSky;
     }
 #else
     vec3 position = ray * (nearMetres / max(depthOfSample(gl_FragCoord.xy), 1e-30));
@@ -539,9 +528,7 @@ void main() {
 #if KIND == 2
       bool below;
       direction = lobeDirection(mirror, normalAndG.xyz, exponent, k, shift, below);
-#if COUNTS
       if (below) atomicAdd(counts[kCountBelowHorizon], 1u);
-#endif
       if (below) bits |= kMaskBelowHorizon;
 #endif
 #if SELF
@@ -616,28 +603,21 @@ void main() {
     reflection.a = missed ? kInCubeMap : sky ? kBeyondScene : 1.0;
 #endif
     if (missed) bits |= kMaskEnvironment;
-#if COUNTS
-    if (missed) atomicAdd(counts[kCountMissed], 1u);
-    if (sky) atomicAdd(counts[kCountSky], 1u);
-    if (overEdge) atomicAdd(counts[kCountBridged], 1u);
+    if (sky) bits |= kMarkSky;
+    if (overEdge) bits |= kMarkBridged;
 #if LAYERS == 2
     if (inSecond) atomicAdd(counts[kCountSecond], 1u);
 #endif
 #if KIND == 2 && FADE
     if (faded) atomicAdd(counts[kCountFaded], 1u);
 #endif
+#if SELF
     if (metItself) atomicAdd(counts[kCountSelf], 1u);
 #endif
 #endif
   }
-  if (reflection.a <= 0.0) {
-    uvec2 tile = uvec2(gl_FragCoord.xy) / uint(TILE);
-    uint at = tile.y * tilesAcross + tile.x;
-    if (atomicOr(more[at], 1u) == 0u) more[tileCount + atomicAdd(tiles, 1u)] = at;
-  }
-#endif
-#if MASKS && KIND < 3
-  mask = bits;
+  if (reflection.a <= 0.0) bits |= kMarkLater;
+  marks = bits;
 #endif
 #if RECORD
   reflection = walked;
