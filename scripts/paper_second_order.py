@@ -133,7 +133,8 @@ in planar mirrors, by vector instructions, and a copy of what is read of the oth
 it must read and write; of `intersect`: a pass that does nothing but read what each ray needs and write (of a
 walk its cluster's seven rows, the very texels that it reads up to its hit, of eight samples side by side the
 longest, four depths and four colours there; of a planar mirror one row, one depth, one colour); of
-`composite`: a pass that does nothing but read diffuse and reflected colours and write the frame.""")
+`composite`: a pass that does nothing but read diffuse and reflected colours (in the living room, whose
+reflectors are tinted, the tints of samples' objects, too) and write the frame.""")
     frames = {"full": ("45-900x270", "5"), "quick": ("45-900x270", "2"), "smoke": ("450", "1")}
     rows = []
     for path, (scene, file) in PATHS.items():

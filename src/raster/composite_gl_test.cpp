@@ -51,9 +51,9 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 TEST(Composite, MeanOfDiffuseAndReflectionByS) {
   Fixture f(Vec3(1.0f, 0.5f, 0.25f));
   // Rows of samples: y = 0 holds the upper samples of both pixels
-  const std::vector<Vec4> diffuse = {
-      {1, 1, 1, 0},     {2, 4, 8, 0.5f}, {1, 2, 3, -1}, {1, 2, 3, -1},
-      {4, 4, 4, 0.25f}, {8, 8, 8, 1.0f}, {1, 2, 3, -1}, {5, 6, 7, 0}};
+  const std::vector<Vec4> diffuse = {{1, 1, 1, 0},  {2, 4, 8, 0.5f},  {1, 2, 3, -1},
+                                     {1, 2, 3, -1}, {4, 4, 4, 0.25f}, {8, 8, 8, 1.0f},
+                                     {1, 2, 3, -1}, {5, 6, 7, 0}};
   const std::vector<Vec4> reflection = {{kNan, kNan, kNan, 0}, {16, 16, 16, 1}, {kNan, 0, 0, 0},
                                         {kNan, 0, 0, 0},       {8, 16, 32, 1},  {4, 8, 16, 1},
                                         {0, 0, 0, 0},          {0, 0, 0, 0}};

@@ -27,11 +27,12 @@ enum class SampleClass : std::uint8_t {
 struct GBuffer {
   int width = 0;  ///< of the frame, pixels
   int height = 0;
-  int samples = 1;      ///< per axis
-  gl::Texture diffuse;  ///< RGBA32F: diffuse radiance (before any factor 1 - s), s; -1 on the background
-  gl::Texture normal;   ///< RGBA32F: world-space shading normal turned to the viewer, g
-  gl::Texture object;   ///< R32UI: object id, 0 background
-  gl::Texture depth;    ///< DEPTH32F_STENCIL8: reversed-Z depth (near / distance along -z)
+  int samples = 1;  ///< per axis
+  gl::Texture
+      diffuse;  ///< RGBA32F: diffuse radiance (before any factor 1 - s), s; -1 on the background
+  gl::Texture normal;  ///< RGBA32F: world-space shading normal turned to the viewer, g
+  gl::Texture object;  ///< R32UI: object id, 0 background
+  gl::Texture depth;   ///< DEPTH32F_STENCIL8: reversed-Z depth (near / distance along -z)
   gl::Framebuffer framebuffer;
   /// What methods write: incoming radiance along the reflected ray (tint and s not applied).
   gl::Texture reflection;  ///< RGBA32F, a = 1

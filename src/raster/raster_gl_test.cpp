@@ -466,8 +466,8 @@ TEST(Raster, CompositeIsItsFormula) {
   Stage stage(builder.scene());
   GBuffer buffer = stage.raster.makeGBuffer({2, 1, 2, false});
   // Left pixel: background, diffuse, two mirrors; right pixel: four mirrors (dyadic numbers)
-  const std::vector<float> diffuse{1, 2, 4, -1, 8, 4, 2, 0,   1, 1, 1, 0.5f, 2, 2, 2, 0.25f,
-                                   4, 4, 4, 1, 2, 4, 8, 0.5f, 1, 1, 1, 0.5f, 2, 2, 2, 0.25f};
+  const std::vector<float> diffuse{1, 2, 4, -1, 8, 4, 2, 0,    1, 1, 1, 0.5f, 2, 2, 2, 0.25f,
+                                   4, 4, 4, 1,  2, 4, 8, 0.5f, 1, 1, 1, 0.5f, 2, 2, 2, 0.25f};
   const std::vector<float> reflected{16, 16, 16, 1, 16, 16, 16, 1, 8, 8, 8, 1, 4, 4, 4, 1,
                                      16, 8,  4,  1, 0,  0,  0,  1, 8, 8, 8, 1, 4, 4, 4, 1};
   // Rows are 4 samples wide: the left pixel has samples 0, 1, 4, 5

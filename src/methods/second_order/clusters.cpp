@@ -70,6 +70,18 @@ struct Planes {
       for (Plane& plane : of) --plane.votes;
     }
   }
+  /// Whether all samples have voted for one plane; if not, none has voted.
+  bool voteAll(const Lanes3& position, const Lanes3& sampleNormal) {
+    for (Plane& plane : of) {
+      if (plane.votes == 0) continue;
+      const LaneMask held = plane.holds(position, sampleNormal);
+      if (noneOf(held)) continue;
+      if (!allOf(held)) return false;
+      plane.votes += static_cast<std::int64_t>(kLanes);
+      return true;
+    }
+    return false;
+  }
   void vote(Plane other) {
     for (Plane& plane : of) {
       if (plane.votes > 0 && plane.sameAs(other)) {
@@ -88,21 +100,15 @@ struct Planes {
 /// Votes of the samples from `first` on whose normal is the one before's: where neighbours' normals
 /// differ there is no plane.
 void vote(const SampleBlock& block, std::uint32_t first, std::uint32_t last, Planes& planes) {
+  constexpr auto kStep = static_cast<std::uint32_t>(kLanes);
   for (std::uint32_t i = first; i < last;) {
-    const std::uint32_t next = std::min(last, i + static_cast<std::uint32_t>(kLanes));
-    if (next - i == kLanes) {
+    const std::uint32_t next = std::min(last, i + kStep);
+    if (next - i == kStep) {
       const Lanes3 normal = block.normal.load(i, kLanes);
       const Lanes3 before = block.normal.load(i - 1, kLanes);
       const Lanes3 turned{normal.x - before.x, normal.y - before.y, normal.z - before.z};
       const LaneMask same = dot(turned, turned) <= kPlanarNormal * kPlanarNormal;
-      Plane& likely = planes.of.front();
-      if (noneOf(same)) {
-        i = next;
-        continue;
-      }
-      // Mostly all are on the first plane
-      if (likely.votes > 0 && allOf(same & likely.holds(block.position.load(i, kLanes), normal))) {
-        likely.votes += static_cast<std::int64_t>(kLanes);
+      if (noneOf(same) || (allOf(same) && planes.voteAll(block.position.load(i, kLanes), normal))) {
         i = next;
         continue;
       }
@@ -408,6 +414,7 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
         std::int32_t* const ofSample = work.ofSample.data();
         std::fill_n(ofSample, run.count, 0);
         std::size_t left = run.count;
+        bool together = true;
         for (std::size_t p = 0; p < kPlanes && left > 0; ++p) {
           const Plane plane = candidates.of[p];
           if (plane.votes == 0) continue;
@@ -424,9 +431,15 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
             std::memcpy(ofSample + k, &parts, sizeof parts);
             taken -= held;
           }
-          left -= static_cast<std::size_t>(taken[0] + taken[1] + taken[2] + taken[3]);
+          const auto count = static_cast<std::size_t>(taken[0] + taken[1] + taken[2] + taken[3]);
+          together = together && (count == 0 || count == run.count);
+          left -= count;
         }
-        forEqual({ofSample, run.count}, addPart);
+        if (together) {
+          addPart(0, run.count, ofSample[0]);
+        } else {
+          forEqual({ofSample, run.count}, addPart);
+        }
       }
       // Glossiness matters where it may exceed a mirror's
       for (std::size_t r = work.partRows.back(); r < work.partRuns.size(); ++r) {

@@ -16,7 +16,8 @@
 //   intersect  what each sample must read and write, and nothing else (reads.frag): its cluster's
 //     number and table, the very texels that its walk reads up to its hit, four depths and colours
 //     there; of planar mirrors one of each
-//   composite  a pass that does nothing but read both images and write the frame
+//   composite  a pass that does nothing but read both images (and the tints of samples' objects,
+//     where reflections have any: nothing else says which tint) and write the frame
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -34,6 +35,7 @@
 #include "gl/context.h"
 #include "methods/second_order/cluster_sums.h"
 #include "methods/second_order/second_order.h"
+#include "raster/materials.h"
 #include "raster/scene_raster.h"
 #include "scene/animate.h"
 #include "scene/camera.h"
@@ -140,6 +142,7 @@ class Benchmark {
         lighting_(frame::makeLighting(
             scene_, pose_, std::make_shared<frame::EnvironmentLight>(scene_.environment))),
         raster_(scene_, geometry_),
+        materials_(scene_),
         gbuffer_(raster_.makeGBuffer({kSize, kSize, kSamples, true})),
         picture_(gl::Texture::make2D("frame", GL_RGBA32F, kSize, kSize)),
         path_(scene::loadPath(pathFile, scene_)),
@@ -214,12 +217,12 @@ class Benchmark {
     return times;
   }
 
-  /// Of a pass that does nothing but what composite must: both images read, the frame written.
+  /// Of a pass that does nothing but what composite must: read its images, write the frame.
   double compositeReads() {
     if (reads_.empty()) {
-      reads_ =
-          gl::Program::fullScreen("calibration", "methods/second_order/shaders/calibration.frag",
-                                  {{"SAMPLES", std::to_string(kSamples)}});
+      reads_ = gl::Program::fullScreen(
+          "calibration", "methods/second_order/shaders/calibration.frag",
+          {{"SAMPLES", std::to_string(kSamples)}, {"TINTED", materials_.tinted() ? "1" : "0"}});
     }
     const gl::Framebuffer target("calibration", {{.texture = picture_}});
     return busyMs([&] {
@@ -229,6 +232,8 @@ class Benchmark {
       reads_.use();
       gbuffer_.diffuse.bindImage(0, GL_READ_ONLY);
       gbuffer_.reflection.bindImage(1, GL_READ_ONLY);
+      gbuffer_.object.bindImage(2, GL_READ_ONLY);
+      materials_.tints().bind(5);
       gl::drawFullScreenTriangle();
     });
   }
@@ -303,6 +308,7 @@ class Benchmark {
   frame::Geometry geometry_;
   frame::Lighting lighting_;
   raster::SceneRaster raster_;
+  raster::Materials materials_;
   raster::GBuffer gbuffer_;
   gl::Texture picture_;
   std::unique_ptr<scene::CameraPath> path_;
