@@ -349,6 +349,22 @@ void SceneRaster::State::drawBackground(const frame::Lighting& lighting, bool gb
   glDepthFunc(GL_GREATER);
 }
 
+/// All that a G-buffer holds of surfaces.
+static void copySamples(const GBuffer& from, const GBuffer& to,
+                        std::span<const Rectangle> rectangles) {
+  copyTexels(from.diffuse, to.diffuse, rectangles);
+  copyTexels(from.normal, to.normal, rectangles);
+  copyTexels(from.object, to.object, rectangles);
+  copyTexels(from.depth, to.depth, rectangles);
+}
+
+void SceneRaster::State::findMoving(const scene::Camera& camera, const Rectangle& image) {
+  moving.emplace(image.x1, image.y1);
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (objects[i].moving) moving->add(shownRectangle(camera, image.x1, image.y1, bounds[i]));
+  }
+}
+
 DrawStatistics SceneRaster::State::drawSamples(const GBuffer& target, const FrameView& view,
                                                std::span<const Rectangle> parts,
                                                const frame::Lighting& lighting, Which which) {
@@ -404,13 +420,11 @@ DrawStatistics SceneRaster::drawGBuffer(GBuffer& target, const scene::Camera& ca
     // What stands still, and over it what moves: that lies within the part, or is there already
     const GBuffer& still = drawStill(target, camera, lighting, *part, *geometry, &statistics);
     const std::vector<Rectangle> drawn = part->rectangles();
-    copyTexels(still.diffuse, target.diffuse, drawn);
-    copyTexels(still.normal, target.normal, drawn);
-    copyTexels(still.object, target.object, drawn);
-    copyTexels(still.depth, target.depth, drawn);
+    copySamples(still, target, drawn);
     target.framebuffer.bind();
     statistics.triangles += s.drawSurfaces(view, {}, lighting, Which::Moving).triangles;
   }
+  s.findMoving(camera, {0, 0, target.sampleWidth(), target.sampleHeight()});
   if (part) {
     const std::uint64_t all = geometry->indices.size() / 3;
     statistics.culledTriangles = std::max(all, statistics.triangles) - statistics.triangles;
@@ -432,12 +446,22 @@ const GBuffer& SceneRaster::drawStill(const GBuffer& like, const scene::Camera& 
   Region missing(all.x1, all.y1);
   for (const Rectangle& r : part.rectangles()) missing.add(r);
   missing.remove(s.still->drawn);
+  // Where nothing that moves shows it is in the G-buffer
+  Region copied = missing;
+  copied.remove(*s.moving);
+  const std::vector<Rectangle> copies = copied.rectangles();
+  copySamples(like, s.still->samples, copies);
+  for (const Rectangle& r : copies) missing.add(r);
+  s.still->drawn.add(missing);
+  // Elsewhere it is drawn
+  copied = missing;
+  copied.remove(*s.moving);
+  missing.remove(copied);
   if (!missing.empty()) {
     s.findCovered(camera, all, geometry);
     const std::vector<Rectangle> rectangles = missing.rectangles();
     const DrawStatistics drawn =
         s.drawSamples(s.still->samples, s.gbufferView, rectangles, lighting, Which::Still);
-    for (const Rectangle& r : rectangles) s.still->drawn.add(r);
     if (statistics != nullptr) statistics->triangles += drawn.triangles;
   }
   return s.still->samples;

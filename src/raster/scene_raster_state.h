@@ -124,6 +124,7 @@ struct SceneRaster::State {
     Region drawn;
   };
   std::optional<StillSamples> still;
+  std::optional<Region> moving;  ///< where the last G-buffer may show what moves
   DrawList list;
 
   void describeVertices(gl::VertexArray& array) const {
@@ -141,6 +142,8 @@ struct SceneRaster::State {
   DrawStatistics drawObjects(const FrameView& view, std::span<const Rectangle> parts,
                              const frame::Lighting& lighting, bool gbuffer, int skipObject,
                              Which which = Which::All);
+  /// Notes `moving`.
+  void findMoving(const scene::Camera& camera, const Rectangle& image);
   /// A G-buffer's samples; within `parts` where there are any.
   DrawStatistics drawSamples(const GBuffer& target, const FrameView& view,
                              std::span<const Rectangle> parts, const frame::Lighting& lighting,
