@@ -219,7 +219,7 @@ void addRunOptions(CLI::App& command, RunOptions& options) {
       ->type_name("LIST");
   command
       .add_option("--method", options.methods,
-                  "Method, or a name in the config; may be given several times")
+                  "Method, or a name in the config; several: with commas, or the option again")
       ->type_name("NAME")
       ->delimiter(',')
       ->allow_extra_args(false);
