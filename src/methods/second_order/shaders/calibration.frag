@@ -13,9 +13,10 @@ void main() {
   sum = vec4(0.0);
   for (int k = 0; k < SAMPLES * SAMPLES; ++k) {
     ivec2 at = ivec2(gl_FragCoord.xy) * SAMPLES + ivec2(k % SAMPLES, k / SAMPLES);
-    sum += imageLoad(values, at) + imageLoad(others, at);
+    sum += imageLoad(values, at);
+    sum.rgb += imageLoad(others, at).rgb;
 #if TINTED
-    sum += texelFetch(tints, int(imageLoad(objectSamples, at).r));
+    sum.rgb += texelFetch(tints, int(imageLoad(objectSamples, at).r)).rgb;
 #endif
   }
 }
