@@ -35,8 +35,8 @@ constexpr float kBlindThrough = 0.25f;
 constexpr float kMargin = 8.0f;
 /// Edges that miss their middle after all halvings are torn when longer than this, pixels (ours).
 constexpr float kTornEdge = 6.0f;
-/// Two reflections about a caustic are joined up to this distance, pixels (ours).
-constexpr float kWidestFold = 40.0f;
+/// Two reflections about a caustic are joined up to this distance, of the image's height (ours).
+constexpr float kWidestFold = 1.0f / 12.0f;
 /// Halvings of the edge on which a reflection ends (ours).
 constexpr int kBorderSteps = 5;
 /// Edges that a thread looks at in one go.
@@ -76,6 +76,8 @@ class Projection {
       : size_(static_cast<float>(view.width), static_cast<float>(view.height)),
         clip_(glm::dmat4(scene::clipFromCamera(view.camera, size_.x / size_.y)) *
               glm::dmat4(scene::cameraFromWorld(view.camera))) {}
+
+  float height() const { return size_.y; }
 
   std::optional<Vec2> operator()(const glm::dvec3& p) const {
     const glm::dvec4 c = clip_ * glm::dvec4(p, 1.0);
@@ -597,7 +599,8 @@ class Builder {
       const double t = 0.5 * (low + high);
       Reflections found;
       reflector_.addReflectionsNear(glm::mix(from.position, to.position, t), known, found, counts);
-      const bool goesOn = found.count > 0 && near(found.at[0], known.at[0], kWidestFold);
+      const bool goesOn =
+          found.count > 0 && near(found.at[0], known.at[0], kWidestFold * projection_.height());
       if (goesOn) known = found;
       (goesOn ? low : high) = t;
     }
@@ -675,7 +678,8 @@ class Builder {
             const auto& from = nodes_[x.border.have].reflections.at;
             const auto xf = projection_(from[x.border.number].x);
             const auto yf = projection_(from[y.border.number].x);
-            return xs && ys && xf && yf && glm::distance(*xs, *ys) < kWidestFold &&
+            return xs && ys && xf && yf &&
+                   glm::distance(*xs, *ys) < kWidestFold * projection_.height() &&
                    glm::distance(*xs, *ys) < 0.5f * glm::distance(*xf, *yf);
           };
           if (!merge(a[0], b[0]) || !merge(a[1], b[1])) continue;

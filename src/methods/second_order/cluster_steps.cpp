@@ -13,10 +13,10 @@ namespace catoptric::methods {
 namespace {
 
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
-constexpr std::uint32_t kLooked = 256;   ///< about so many samples say where the steps are
-constexpr std::size_t kHeights = 64;     ///< of them, evenly spread
-constexpr std::size_t kMostSteps = 4;    ///< of a cluster
-constexpr double kLeastShare = 0.05;     ///< of a cluster's samples in each of its steps
+constexpr std::uint32_t kLooked = 256;  ///< about so many samples say where the steps are
+constexpr std::size_t kHeights = 64;    ///< of them, evenly spread
+constexpr std::size_t kMostSteps = 4;   ///< of a cluster
+constexpr double kLeastShare = 0.05;    ///< of a cluster's samples in each of its steps
 /// A division leaves less than this share of what it would leave of an even slope's variance.
 constexpr double kOfSlope = 0.45;
 
@@ -118,7 +118,8 @@ void divideAtSteps(std::size_t width, int minSamples, std::vector<Cluster>& clus
     if (heights.empty()) continue;
     std::ranges::sort(heights);
     const std::size_t n = std::min(heights.size(), kHeights);
-    for (std::size_t i = 0; i < n; ++i) heights[i] = heights[(2 * i + 1) * heights.size() / (2 * n)];
+    for (std::size_t i = 0; i < n; ++i)
+      heights[i] = heights[(2 * i + 1) * heights.size() / (2 * n)];
     heights.resize(n);
     const double share =
         std::max(kLeastShare, static_cast<double>(minSamples) / clusters[c].samples);
