@@ -290,9 +290,11 @@ TEST_F(App, CompareHasLimits) {
 }
 
 TEST_F(App, SignalsLeaveAResumableRun) {
-  // Large enough that the signal comes before the end.
+  // More frames than may wait for the writers when the first is on the disk
+  std::ofstream(folder / "path.json")
+      << R"({"frames": 24, "orbit": {"center": [0, 0.5, 0], "radius": 3, "height": 0.8}})";
   const std::string arguments =
-      "render run.json --set image.width=400 --set image.height=300 --set "
+      "render run.json --set image.width=200 --set image.height=150 --set "
       "methods.0.samples=8 --out s";
   const pid_t child = ::fork();
   ASSERT_GE(child, 0);
@@ -300,8 +302,8 @@ TEST_F(App, SignalsLeaveAResumableRun) {
     ::chdir(folder.c_str());
     ::freopen("child.txt", "w", stderr);
     ::freopen("child_out.txt", "w", stdout);
-    ::execl(CATOPTRIC_PROGRAM, "catoptric", "render", "run.json", "--set", "image.width=400",
-            "--set", "image.height=300", "--set", "methods.0.samples=8", "--out", "s", nullptr);
+    ::execl(CATOPTRIC_PROGRAM, "catoptric", "render", "run.json", "--set", "image.width=200",
+            "--set", "image.height=150", "--set", "methods.0.samples=8", "--out", "s", nullptr);
     ::_exit(99);
   }
   for (int i = 0; i < 600 && !fs::exists(folder / "s/frames.jsonl"); ++i)

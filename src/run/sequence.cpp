@@ -27,8 +27,8 @@ double secondsSince(std::int64_t startNs) {
 }
 
 /// By which writers are nicer than the threads that render (ours): where both want a processor
-/// writers get about a tenth of it.
-constexpr int kWriterNiceness = 10;
+/// writers get about a quarter of it. Much less, and programs beside this one would starve them.
+constexpr int kWriterNiceness = 5;
 
 /// A rendered frame on its way to the disk.
 struct Job {

@@ -281,7 +281,7 @@ TEST(Sequence, WritersLeaveTheProcessorsToRendering) {
     return encode(frame, path);
   };
   runSequence(source, tasks(1), freshFolder(), o);
-  EXPECT_EQ(theirs, std::min(19, ours + 10));
+  EXPECT_EQ(theirs, std::min(19, ours + 5));
   EXPECT_EQ(::getpriority(PRIO_PROCESS, 0), ours);
 }
 
