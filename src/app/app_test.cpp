@@ -160,6 +160,8 @@ TEST_F(App, HelpVersionAndListAreQuick) {
   EXPECT_EQ(help.exitCode, 0);
   EXPECT_EQ(help.err, "");
   EXPECT_THAT(help.out, HasSubstr("--existing"));
+  EXPECT_EQ(run("help render").out, help.out);
+  EXPECT_EQ(run("help").out, run("--help").out);
   EXPECT_LT(seconds.count(), 0.35);  // loading the image libraries alone takes 0.4 s
   EXPECT_THAT(run("--version").out, HasSubstr("catoptric 0."));
   const config::Value list = config::parseText(run("list --json").out, "list");

@@ -89,7 +89,11 @@ int runProgram(int argc, char** argv) {
   addMerge(program, common, action);
   addCompare(program, common, action);
 
-  const std::vector<std::string> arguments(argv + 1, argv + argc);
+  std::vector<std::string> arguments(argv + 1, argv + argc);
+  if (!arguments.empty() && arguments[0] == "help") {  // "help render" is "render --help"
+    arguments.erase(arguments.begin());
+    arguments.push_back("--help");
+  }
   const std::vector<std::string> names = commandNames(program);
   if (arguments.empty()) {
     std::cerr << program.help();
@@ -101,7 +105,8 @@ int runProgram(int argc, char** argv) {
                     "; commands: " + joined(names, ", "),
                 ExitCode::Usage);
   try {
-    program.parse(argc, argv);
+    // The last one first, as CLI11 takes them
+    program.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
   } catch (const CLI::CallForHelp&) {
     const auto chosen = program.get_subcommands();
     printData(chosen.empty() ? program.help() : chosen.front()->help("catoptric"));

@@ -853,8 +853,9 @@ class Perturbation : public Method {
     glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
   }
 
-  /// Draws what stands still where `drawn` needs it for the first time with this camera. Returns
-  /// the G-buffer of that.
+  /// Draws what stands still where it is needed, the first time with this camera everywhere: many
+  /// frames follow where one does, and a frame's first paths cost far more. Returns the G-buffer of
+  /// that.
   const raster::GBuffer& drawStill(const raster::Region& part, std::size_t count,
                                    std::span<const raster::Rectangle> drawn,
                                    const scene::Camera& camera, Services& services) {
@@ -864,6 +865,7 @@ class Perturbation : public Method {
       if (level + 1 < count && images.goesOn.empty()) goOn(images, *services.gbuffer);
     }
     raster::Region missing = part;
+    if (!stillTiles_) missing.add(mirrors_);
     for (const raster::Rectangle& r : drawn) missing.add(r);
     const raster::GBuffer& gbuffer = services.raster->drawStill(
         *services.gbuffer, camera, services.lighting, missing, services.geometry);
