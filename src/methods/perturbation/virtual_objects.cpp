@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
+#include <bit>
 #include <cmath>
+#include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -44,15 +46,22 @@ constexpr std::size_t kGrain = 1024;
 /// Over how many edges reflections are looked for in a round of halvings (ours).
 constexpr int kSpreadRounds = 2;
 
-struct Node {
+/// What is reflected, once for all vertices that lie there.
+struct Place {
   glm::dvec3 position;
-  frame::VertexAttributes attributes;
   Reflections reflections;
-  bool hidden = false;       ///< no reflection, and the reflector stands before it
-  Reflection straight;       ///< where it would show without the reflector, if hidden
+  /// No reflection, and the reflector stands before it: where it would show without. Else null.
+  std::unique_ptr<Reflection> straight;
   std::array<Vec2, 2> seen;  ///< pixels of the first reflections; x NaN: behind the camera
 };
 
+/// A vertex that is no mesh's: the middle of an edge, or the end of a reflection on it.
+struct Node {
+  std::uint32_t place = 0;
+  frame::VertexAttributes attributes;
+};
+
+/// Three vertices, by number.
 using Triangle = std::array<std::uint32_t, 3>;
 
 /// At `t` of the way from a to b.
@@ -124,24 +133,25 @@ std::size_t counterpart(const Reflections& a, std::size_t i, const Reflections& 
   return j;
 }
 
+/// Whether there are one or two of each, and number i of one continues number i of the other:
+/// most often.
+bool inOrder(const Reflections& a, const Reflections& b) {
+  if (a.count != b.count || a.count == 0 || a.count > 2) return false;
+  if (a.count == 1) return true;
+  const auto apart2 = [&](std::size_t i, std::size_t j) {
+    const glm::dvec3 way = a.at[i].x - b.at[j].x;
+    return glm::dot(way, way);
+  };
+  const double same = std::max(apart2(0, 0), apart2(1, 1));
+  return same < apart2(0, 1) && same < apart2(1, 0);
+}
+
 /// counterpart() of all reflections of `a`.
 using Counterparts = std::array<std::size_t, kMaxReflections>;
 Counterparts counterparts(const Reflections& a, const Reflections& b) {
   Counterparts result;
-  if (a.count == 2 && b.count == 2) {
-    // Most often the first belong together, and the second
-    const auto apart2 = [&](std::size_t i, std::size_t j) {
-      const glm::dvec3 way = a.at[i].x - b.at[j].x;
-      return glm::dot(way, way);
-    };
-    const double same = std::max(apart2(0, 0), apart2(1, 1));
-    if (same < apart2(0, 1) && same < apart2(1, 0)) {
-      result[0] = 0;
-      result[1] = 1;
-      return result;
-    }
-  }
-  for (std::size_t i = 0; i < a.count; ++i) result[i] = counterpart(a, i, b);
+  const bool ordered = inOrder(a, b);
+  for (std::size_t i = 0; i < a.count; ++i) result[i] = ordered ? i : counterpart(a, i, b);
   return result;
 }
 
@@ -183,64 +193,143 @@ class Builder {
   raster::VirtualTriangles build(const frame::Geometry& geometry, int object, bool own) {
     own_ = own;
     const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(object)];
-    // Room for middles: most objects are fine enough, and moving all nodes costs much
-    nodes_.reserve(2 * std::size_t{range.vertexCount});
-    nodes_.resize(range.vertexCount);
-    for (std::uint32_t i = 0; i < range.vertexCount; ++i) {
-      nodes_[i].position = glm::dvec3(geometry.positions[range.firstVertex + i]);
-      nodes_[i].attributes = geometry.attributes[range.firstVertex + i];
-    }
+    attributes_ = std::span(geometry.attributes).subspan(range.firstVertex, range.vertexCount);
+    listPlaces(std::span(geometry.positions).subspan(range.firstVertex, range.vertexCount));
     lookUp(0, {});
     std::vector<Triangle> triangles(range.indexCount / 3);
     for (std::size_t t = 0; t < triangles.size(); ++t) {
       for (std::size_t c = 0; c < 3; ++c)
         triangles[t][c] = geometry.indices[range.firstIndex + 3 * t + c] - range.firstVertex;
     }
+    result_.indices.reserve(2 * range.indexCount);
     // Nearest paths jump from sample to sample however short the edges are
     const int halvings = jumps_ || options_.errorPixels <= 0.0f ? 0 : options_.maxHalvings;
     for (int level = 0; !triangles.empty(); ++level) triangles = halve(triangles, level < halvings);
     putMixed();
-    counts_.vertices += nodes_.size();
+    counts_.vertices += places_.size();
     counts_.triangles += result_.indices.size() / 3;
     result_.object = object + 1;
     return std::move(result_);
   }
 
  private:
+  /// Between two places, the smaller number first.
   struct Edge {
-    std::uint64_t ends;  ///< smaller number in the upper half
-    std::uint32_t a() const { return static_cast<std::uint32_t>(ends >> 32); }
-    std::uint32_t b() const { return static_cast<std::uint32_t>(ends); }
+    std::uint32_t a = 0;
+    std::uint32_t b = 0;
   };
-  static std::uint64_t endsOf(std::uint32_t a, std::uint32_t b) {
-    return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
+  /// The edges of some triangles, each once, sorted.
+  struct Edges {
+    std::vector<Edge> ends;
+    std::vector<std::uint32_t> of;  ///< three per triangle: from corner c to the next
+  };
+  static constexpr std::uint32_t kNone = ~0u;
+  /// What spread() and lookAt() know of an edge.
+  static constexpr std::uint8_t kFirstLacks = 1;   ///< end a, a reflection that b has
+  static constexpr std::uint8_t kSecondLacks = 2;  ///< and the other way round
+  static constexpr std::uint8_t kInOrder = 4;      ///< inOrder()
+
+  /// Vertices that lie in the same place have the same reflections: meshes repeat a corner for each
+  /// normal and at seams of textures.
+  void listPlaces(std::span<const Vec3> positions) {
+    placeOf_.resize(positions.size());
+    places_.reserve(positions.size() + positions.size() / 4);  // moving all places costs much
+    std::vector<std::uint32_t> table(std::bit_ceil(2 * positions.size() + 1), kNone);
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      const Vec3 p = positions[i] + 0.0f;  // -0 is 0
+      const auto bits = std::bit_cast<std::array<std::uint32_t, 3>>(p);
+      std::uint64_t hash = bits[0];
+      hash = hash * 0x9e3779b97f4a7c15u + bits[1];
+      hash = hash * 0x9e3779b97f4a7c15u + bits[2];
+      std::size_t slot = (hash * 0x9e3779b97f4a7c15u) >> 32 & (table.size() - 1);
+      while (table[slot] != kNone && places_[table[slot]].position != glm::dvec3(p))
+        slot = (slot + 1) & (table.size() - 1);
+      if (table[slot] == kNone) {
+        table[slot] = static_cast<std::uint32_t>(places_.size());
+        places_.emplace_back().position = glm::dvec3(p);
+      }
+      placeOf_[i] = table[slot];
+    }
   }
 
-  /// Reflections of the nodes from `first` on; `edges[i]` is what node first + i is the middle of.
-  void lookUp(std::size_t first, std::span<const std::uint64_t> edges) {
+  std::uint32_t placeOf(std::uint32_t vertex) const {
+    return vertex < placeOf_.size() ? placeOf_[vertex] : more_[vertex - placeOf_.size()].place;
+  }
+  const Place& placeAt(std::uint32_t vertex) const { return places_[placeOf(vertex)]; }
+  const frame::VertexAttributes& attributesOf(std::uint32_t vertex) const {
+    return vertex < placeOf_.size() ? attributes_[vertex]
+                                    : more_[vertex - placeOf_.size()].attributes;
+  }
+  std::uint32_t addVertex(std::uint32_t place, const frame::VertexAttributes& attributes) {
+    more_.push_back({place, attributes});
+    return static_cast<std::uint32_t>(placeOf_.size() + more_.size() - 1);
+  }
+
+  Edges edgesOf(const std::vector<Triangle>& triangles) const {
+    // Sides by their first place, then each place's few by their second
+    struct Side {
+      std::uint32_t b;
+      std::uint32_t number;
+    };
+    std::vector<Edge> sides(3 * triangles.size());
+    std::vector<std::uint32_t> begin(places_.size() + 1);
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      const std::array<std::uint32_t, 3> at{placeOf(triangles[t][0]), placeOf(triangles[t][1]),
+                                            placeOf(triangles[t][2])};
+      for (std::size_t c = 0; c < 3; ++c) {
+        const auto [a, b] = std::minmax(at[c], at[(c + 1) % 3]);
+        sides[3 * t + c] = {a, b};
+        ++begin[a];
+      }
+    }
+    std::uint32_t sum = 0;
+    for (std::uint32_t& first : begin) sum += std::exchange(first, sum);
+    std::vector<Side> sorted(sides.size());
+    for (std::uint32_t i = 0; i < sides.size(); ++i) sorted[begin[sides[i].a]++] = {sides[i].b, i};
+    Edges edges;
+    edges.ends.reserve(sides.size() / 2 + 64);
+    edges.of.resize(sides.size());
+    std::size_t from = 0;  // begin[a] is now where a's end
+    for (std::uint32_t a = 0; a < places_.size(); ++a) {
+      const std::size_t end = begin[a];
+      const auto at = [&](std::size_t i) {
+        return sorted.begin() + static_cast<std::ptrdiff_t>(i);
+      };
+      std::sort(at(from), at(end), [](const Side& x, const Side& y) { return x.b < y.b; });
+      for (std::size_t i = from; i < end; ++i) {
+        if (i == from || sorted[i].b != sorted[i - 1].b) edges.ends.push_back({a, sorted[i].b});
+        edges.of[sorted[i].number] = static_cast<std::uint32_t>(edges.ends.size() - 1);
+      }
+      from = end;
+    }
+    return edges;
+  }
+
+  /// Reflections of the places from `first` on; `edges[i]` is what place first + i is the middle
+  /// of.
+  void lookUp(std::size_t first, std::span<const Edge> edges) {
     std::mutex mutex;
-    parallelFor(nodes_.size() - first, 64, [&](std::size_t begin, std::size_t end) {
+    parallelFor(places_.size() - first, 64, [&](std::size_t begin, std::size_t end) {
       TriangleCounts own;
       RayOctree::Cursor cursor;
       RayOctree::Cursor cursorBefore;
       Reflector::Traced traced;
       for (std::size_t i = begin; i < end; ++i) {
-        Node& node = nodes_[first + i];
+        Place& place = places_[first + i];
         if (!edges.empty() && exactMiddles_) {
-          const Edge edge{edges[i]};
           const Reflections guess =
-              between(nodes_[edge.a()].reflections, nodes_[edge.b()].reflections);
-          reflector_.addReflectionsNear(node.position, guess, node.reflections, own.paths, &traced);
+              between(places_[edges[i].a].reflections, places_[edges[i].b].reflections);
+          reflector_.addReflectionsNear(place.position, guess, place.reflections, own.paths,
+                                        &traced);
         }
-        if (node.reflections.count == 0)
-          node.reflections =
-              reflector_.reflectionsOf(node.position, own_, cursor, own.paths, &traced);
-        if (node.reflections.count == 0) {
-          const auto straight = reflector_.hidden(node.position, cursorBefore, own.paths);
-          node.hidden = straight.has_value();
-          if (straight) node.straight = *straight;
+        if (place.reflections.count == 0)
+          place.reflections =
+              reflector_.reflectionsOf(place.position, own_, cursor, own.paths, &traced);
+        if (place.reflections.count == 0) {
+          const auto straight = reflector_.hidden(place.position, cursorBefore, own.paths);
+          if (straight) place.straight = std::make_unique<Reflection>(*straight);
         }
-        project(node);
+        project(place);
       }
       own.outside = cursor.outside;
       const std::lock_guard lock(mutex);
@@ -263,33 +352,45 @@ class Builder {
     return rest;
   }
 
-  /// What one end of an edge found, the other is looked for at: the nearest rays need not lead to
-  /// all reflections.
-  void spread(const std::vector<std::uint64_t>& edges) {
-    std::vector<bool> changed(nodes_.size(), true);
-    for (int round = 0; round < kSpreadRounds; ++round) {
-      std::vector<std::uint8_t> lacking(edges.size());  // 1: the first end, 2: the second
-      parallelFor(edges.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-          const Edge edge{edges[i]};
-          const Node& a = nodes_[edge.a()];
-          const Node& b = nodes_[edge.b()];
-          if ((!changed[edge.a()] && !changed[edge.b()]) || a.hidden || b.hidden) continue;
-          // Those that belong together do so both ways
-          const bool lacksOne = lacks(a.reflections, b.reflections);
-          if (lacksOne) lacking[i] |= 1;
-          if (!lacksOne && a.reflections.count == b.reflections.count) continue;
-          if (lacks(b.reflections, a.reflections)) lacking[i] |= 2;
+  /// What is known of edges; of those without a place that has changed, as before.
+  void relate(const std::vector<Edge>& edges, const std::vector<bool>& changed,
+              std::vector<std::uint8_t>& states) const {
+    parallelFor(edges.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const auto [a, b] = edges[i];
+        if (!changed[a] && !changed[b]) {
+          states[i] &= kInOrder;
+          continue;
         }
-      });
-      std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted;  // node, neighbour
+        const Place& pa = places_[a];
+        const Place& pb = places_[b];
+        states[i] = inOrder(pa.reflections, pb.reflections) ? kInOrder : 0;
+        if (states[i] != 0 || !exactMiddles_ || pa.straight || pb.straight) continue;
+        // Those that belong together do so both ways
+        const bool lacksOne = lacks(pa.reflections, pb.reflections);
+        if (lacksOne) states[i] |= kFirstLacks;
+        if (!lacksOne && pa.reflections.count == pb.reflections.count) continue;
+        if (lacks(pb.reflections, pa.reflections)) states[i] |= kSecondLacks;
+      }
+    });
+  }
+
+  /// What one end of an edge found, the other is looked for at: the nearest rays need not lead to
+  /// all reflections. What is known of the edges then.
+  std::vector<std::uint8_t> spread(const std::vector<Edge>& edges) {
+    std::vector<bool> changed(places_.size(), true);
+    std::vector<std::uint8_t> states(edges.size());
+    for (int round = 0;; ++round) {
+      relate(edges, changed, states);
+      if (round == kSpreadRounds || !exactMiddles_) return states;
+      std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted;  // place, neighbour
       for (std::size_t i = 0; i < edges.size(); ++i) {
-        const Edge edge{edges[i]};
-        if ((lacking[i] & 1) != 0) wanted.emplace_back(edge.a(), edge.b());
-        if ((lacking[i] & 2) != 0) wanted.emplace_back(edge.b(), edge.a());
+        const auto [a, b] = edges[i];
+        if ((states[i] & kFirstLacks) != 0) wanted.emplace_back(a, b);
+        if ((states[i] & kSecondLacks) != 0) wanted.emplace_back(b, a);
       }
       std::sort(wanted.begin(), wanted.end());
-      std::vector<std::size_t> firsts;  // of each node's neighbours
+      std::vector<std::size_t> firsts;  // of each place's neighbours
       for (std::size_t i = 0; i < wanted.size(); ++i) {
         if (i == 0 || wanted[i].first != wanted[i - 1].first) firsts.push_back(i);
       }
@@ -298,12 +399,12 @@ class Builder {
       parallelFor(firsts.size(), 32, [&](std::size_t begin, std::size_t end) {
         TriangleCounts own;
         for (std::size_t k = begin; k < end; ++k) {
-          const Node& node = nodes_[wanted[firsts[k]].first];
+          const Place& place = places_[wanted[firsts[k]].first];
           const std::size_t last = k + 1 < firsts.size() ? firsts[k + 1] : wanted.size();
-          found[k] = node.reflections;
+          found[k] = place.reflections;
           for (std::size_t i = firsts[k]; i < last; ++i) {
-            const Reflections more = news(nodes_[wanted[i].second].reflections, found[k]);
-            reflector_.addReflectionsNear(node.position, more, found[k], own.paths);
+            const Reflections more = news(places_[wanted[i].second].reflections, found[k]);
+            reflector_.addReflectionsNear(place.position, more, found[k], own.paths);
           }
         }
         const std::lock_guard lock(mutex);
@@ -313,33 +414,33 @@ class Builder {
       bool any = false;
       for (std::size_t k = 0; k < firsts.size(); ++k) {
         const std::uint32_t number = wanted[firsts[k]].first;
-        if (found[k].count == nodes_[number].reflections.count) continue;
-        nodes_[number].reflections = found[k];
-        project(nodes_[number]);
+        if (found[k].count == places_[number].reflections.count) continue;
+        places_[number].reflections = std::move(found[k]);
+        project(places_[number]);
         changed[number] = true;
         any = true;
       }
-      if (!any) break;
+      if (!any) return states;
     }
   }
 
-  /// Where a node shows without the last reflector, pixels, as far as that is known: what shows by
+  /// Where a place shows without the last reflector, pixels, as far as that is known: what shows by
   /// way of others before it may be hidden from those.
-  std::optional<Vec2> straightOf(const Node& node) const {
+  std::optional<Vec2> straightOf(const Place& place) const {
     if (!reflector_.hides()) return std::nullopt;
-    if (!reflector_.before()) return projection_(node.position);
-    if (node.reflections.count > 0) return projection_(node.reflections.at[0].x);
-    return node.hidden ? projection_(node.straight.x) : std::nullopt;
+    if (!reflector_.before()) return projection_(place.position);
+    if (place.reflections.count > 0) return projection_(place.reflections.at[0].x);
+    return place.straight ? projection_(place.straight->x) : std::nullopt;
   }
 
   /// Whether an edge must be looked at in its middle, and whether it must be halved without.
   enum class Look { No, Middle, Halve };
-  Look lookAt(const Edge& edge) const {
-    const Node& a = nodes_[edge.a()];
-    const Node& b = nodes_[edge.b()];
+  Look lookAt(const Edge& edge, bool ordered) const {
+    const Place& a = places_[edge.a];
+    const Place& b = places_[edge.b];
     const std::uint32_t most = std::max(a.reflections.count, b.reflections.count);
     if (most == 0) {
-      if (a.hidden || b.hidden) return Look::No;
+      if (a.straight || b.straight) return Look::No;
       const glm::dvec3 centre = 0.5 * (a.position + b.position);
       const double length = glm::distance(a.position, b.position);
       const double away = std::max(0.5 * reflector_.size(), reflector_.distanceFrom(centre));
@@ -353,7 +454,7 @@ class Builder {
       const auto pa = straightOf(a);
       const auto pb = straightOf(b);
       if (pa && pb && (glm::distance(*pa, *pb) < kShortRim || !projection_.inFrame({*pa, *pb}))) {
-        const Node& one = a.reflections.count > 0 ? a : b;
+        const Place& one = a.reflections.count > 0 ? a : b;
         const auto seen = projection_(one.reflections.at[0].x);
         if (!seen || !projection_.inFrame({*seen}) || glm::distance(*pa, *pb) < kShortRim)
           return Look::No;
@@ -366,37 +467,39 @@ class Builder {
       }
       return Look::Halve;
     }
-    const Counterparts ofB = counterparts(a.reflections, b.reflections);
+    Counterparts ofB;
+    if (!ordered) ofB = counterparts(a.reflections, b.reflections);
     for (std::size_t i = 0; i < a.reflections.count; ++i) {
-      const std::size_t j = ofB[i];
+      const std::size_t j = ordered ? i : ofB[i];
       if (j == kMaxReflections) return Look::Halve;
-      const auto xa = seen(a, i);
-      const auto xb = seen(b, j);
-      if (!xa || !xb) continue;
-      if (projection_.inFrame({*xa, *xb}) &&
-          glm::distance(*xa, *xb) > kShortEdge * options_.errorPixels)
+      const Vec2 xa = seen(a, i);
+      const Vec2 xb = seen(b, j);
+      // Not of what is behind the camera
+      if (glm::distance(xa, xb) > kShortEdge * options_.errorPixels &&
+          projection_.inFrame({xa, xb}))
         return Look::Middle;
     }
     return Look::No;
   }
 
-  /// Where the camera shows a node's reflection.
-  std::optional<Vec2> seen(const Node& node, std::size_t i) const {
-    if (i >= node.seen.size()) return projection_(node.reflections.at[i].x);
-    if (std::isnan(node.seen[i].x)) return std::nullopt;
-    return node.seen[i];
+  /// Where the camera shows a place's reflection; x NaN: behind it.
+  Vec2 seen(const Place& place, std::size_t i) const {
+    return i < place.seen.size() ? place.seen[i] : seenAt(place.reflections.at[i]);
   }
-  void project(Node& node) const {
-    for (std::size_t i = 0; i < std::min<std::size_t>(node.seen.size(), node.reflections.count);
+  /// A virtual point is seen where its reflection is.
+  Vec2 seenAt(const Reflection& reflection) const {
+    return projection_(reflection.x).value_or(Vec2(std::numeric_limits<float>::quiet_NaN()));
+  }
+  void project(Place& place) const {
+    for (std::size_t i = 0; i < std::min<std::size_t>(place.seen.size(), place.reflections.count);
          ++i)
-      node.seen[i] = projection_(node.reflections.at[i].x)
-                         .value_or(Vec2(std::numeric_limits<float>::quiet_NaN()));
+      place.seen[i] = seenAt(place.reflections.at[i]);
   }
 
   /// Whether the middle of an edge shows where its ends say.
-  bool misses(const Edge& edge, const Node& middle) const {
-    const Reflections& a = nodes_[edge.a()].reflections;
-    const Reflections& b = nodes_[edge.b()].reflections;
+  bool misses(const Edge& edge, const Place& middle) const {
+    const Reflections& a = places_[edge.a].reflections;
+    const Reflections& b = places_[edge.b].reflections;
     if (a.count == 0 && b.count == 0) return middle.reflections.count > 0;
     for (std::size_t i = 0; i < a.count; ++i) {
       const std::size_t j = counterpart(a, i, b);
@@ -405,10 +508,10 @@ class Builder {
       const std::size_t k = nearestTo(middle.reflections, 0.5 * (a.at[i].x + b.at[j].x));
       if (k == kMaxReflections) return true;
       const auto expected = projection_(image);
-      const auto seen = projection_(middle.reflections.at[k].x);
-      if (!expected || !seen) continue;
-      if (projection_.inFrame({*expected, *seen}) &&
-          glm::distance(*expected, *seen) > options_.errorPixels)
+      const Vec2 is = seen(middle, k);
+      if (!expected || std::isnan(is.x)) continue;
+      if (projection_.inFrame({*expected, is}) &&
+          glm::distance(*expected, is) > options_.errorPixels)
         return true;
     }
     return false;
@@ -418,14 +521,11 @@ class Builder {
   /// moves from one to the other: they are different reflections.
   bool torn(const Triangle& t) const {
     for (std::size_t c = 0; c < 3; ++c) {
-      const Node& a = nodes_[t[c]];
-      const Node& b = nodes_[t[(c + 1) % 3]];
+      const Place& a = placeAt(t[c]);
+      const Place& b = placeAt(t[(c + 1) % 3]);
       for (std::size_t i = 0; i < a.reflections.count; ++i) {
         const std::size_t j = counterpart(a.reflections, i, b.reflections);
-        if (j == kMaxReflections) continue;
-        const auto xa = projection_(a.reflections.at[i].x);
-        const auto xb = projection_(b.reflections.at[j].x);
-        if (xa && xb && glm::distance(*xa, *xb) > kTornEdge) return true;
+        if (j != kMaxReflections && glm::distance(seen(a, i), seen(b, j)) > kTornEdge) return true;
       }
     }
     return false;
@@ -433,60 +533,77 @@ class Builder {
 
   /// One round: what need not be halved is put out, the rest comes back in pieces.
   std::vector<Triangle> halve(const std::vector<Triangle>& triangles, bool mayHalve) {
-    // All edges, each once
-    std::vector<std::uint64_t> edges;
-    edges.reserve(3 * triangles.size());
-    for (const Triangle& t : triangles) {
-      for (std::size_t c = 0; c < 3; ++c) edges.push_back(endsOf(t[c], t[(c + 1) % 3]));
-    }
-    std::sort(edges.begin(), edges.end());
-    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-    if (exactMiddles_) spread(edges);
+    const Edges edges = edgesOf(triangles);
+    const std::vector<std::uint8_t> states = spread(edges.ends);
 
     // Middles of those that may be too long
-    std::vector<Look> looks(edges.size());
-    parallelFor(edges.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) looks[i] = lookAt({edges[i]});
+    std::vector<Look> looks(edges.ends.size());
+    parallelFor(looks.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        looks[i] = lookAt(edges.ends[i], (states[i] & kInOrder) != 0);
     });
-    std::vector<std::uint64_t> looked;
-    for (std::size_t i = 0; i < edges.size(); ++i) {
+    std::vector<std::uint32_t> numbers;
+    std::vector<Edge> looked;
+    for (std::uint32_t i = 0; i < looks.size(); ++i) {
       if (looks[i] == Look::No) continue;
-      looks[looked.size()] = looks[i];
-      looked.push_back(edges[i]);
+      numbers.push_back(i);
+      looked.push_back(edges.ends[i]);
     }
-    const std::size_t first = nodes_.size();
-    nodes_.resize(first + looked.size());
-    for (std::size_t i = 0; i < looked.size(); ++i) {
-      const Edge edge{looked[i]};
-      Node& node = nodes_[first + i];
-      node.position = 0.5 * (nodes_[edge.a()].position + nodes_[edge.b()].position);
-      node.attributes = mixed(nodes_[edge.a()].attributes, nodes_[edge.b()].attributes);
-    }
+    const std::size_t first = places_.size();
+    places_.resize(first + looked.size());
+    for (std::size_t i = 0; i < looked.size(); ++i)
+      places_[first + i].position =
+          0.5 * (places_[looked[i].a].position + places_[looked[i].b].position);
     lookUp(first, looked);
     std::vector<std::uint8_t> halved(looked.size());
     parallelFor(looked.size(), kGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
-        halved[i] = looks[i] == Look::Halve || misses({looked[i]}, nodes_[first + i]) ? 1 : 0;
+        halved[i] =
+            looks[numbers[i]] == Look::Halve || misses(looked[i], places_[first + i]) ? 1 : 0;
     });
-    constexpr std::uint32_t kWhole = ~0u;
-    const auto middleOf = [&](std::uint32_t a, std::uint32_t b) {
-      const std::uint64_t ends = endsOf(a, b);
-      const auto found = std::lower_bound(looked.begin(), looked.end(), ends);
-      if (found == looked.end() || *found != ends) return kWhole;
-      const auto i = static_cast<std::size_t>(found - looked.begin());
-      return halved[i] != 0 ? static_cast<std::uint32_t>(first + i) : kWhole;
+
+    // The middles' places, and the vertices there: one for each pair of vertices
+    struct Middle {
+      std::uint32_t a;
+      std::uint32_t b;
+      std::uint32_t vertex;
+      std::uint32_t next;
+    };
+    std::vector<std::uint32_t> places(edges.ends.size(), kNone);
+    std::vector<std::uint32_t> firsts(edges.ends.size(), kNone);
+    std::vector<Middle> middles;
+    for (std::size_t i = 0; i < looked.size(); ++i) {
+      if (halved[i] != 0) places[numbers[i]] = static_cast<std::uint32_t>(first + i);
+    }
+    const auto middleOf = [&](std::uint32_t a, std::uint32_t b, std::uint32_t edge) {
+      if (places[edge] == kNone) return kNone;
+      if (a > b) std::swap(a, b);
+      for (std::uint32_t i = firsts[edge]; i != kNone; i = middles[i].next) {
+        if (middles[i].a == a && middles[i].b == b) return middles[i].vertex;
+      }
+      const std::uint32_t vertex = addVertex(places[edge], mixed(attributesOf(a), attributesOf(b)));
+      middles.push_back({a, b, vertex, firsts[edge]});
+      firsts[edge] = static_cast<std::uint32_t>(middles.size() - 1);
+      return vertex;
     };
 
     std::vector<Triangle> pieces;
-    for (const Triangle& t : triangles) {
-      const std::array<std::uint32_t, 3> m{middleOf(t[0], t[1]), middleOf(t[1], t[2]),
-                                           middleOf(t[2], t[0])};
-      const auto count = 3 - std::count(m.begin(), m.end(), kWhole);
-      if (!mayHalve && !jumps_ && count > 0 && torn(t)) {
-        ++counts_.dropped;
-      } else if (count == 0 || !mayHalve) {
-        put(t);
-      } else if (count == 3) {
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+      const Triangle& t = triangles[i];
+      const std::uint32_t* of = &edges.of[3 * i];
+      const auto count = (places[of[0]] != kNone ? 1 : 0) + (places[of[1]] != kNone ? 1 : 0) +
+                         (places[of[2]] != kNone ? 1 : 0);
+      if (count == 0 || !mayHalve) {
+        if (!mayHalve && !jumps_ && count > 0 && torn(t)) {
+          ++counts_.dropped;
+        } else {
+          put(t, (states[of[0]] & states[of[2]] & kInOrder) != 0);
+        }
+        continue;
+      }
+      const std::array<std::uint32_t, 3> m{middleOf(t[0], t[1], of[0]), middleOf(t[1], t[2], of[1]),
+                                           middleOf(t[2], t[0], of[2])};
+      if (count == 3) {
         pieces.push_back({t[0], m[0], m[2]});
         pieces.push_back({m[0], t[1], m[1]});
         pieces.push_back({m[2], m[1], t[2]});
@@ -494,7 +611,7 @@ class Builder {
       } else {
         // Turned so that edge 0 is halved, and where two are edge 1 too
         std::size_t c = 0;
-        while (m[c] == kWhole || (count == 2 && m[(c + 1) % 3] == kWhole)) ++c;
+        while (m[c] == kNone || (count == 2 && m[(c + 1) % 3] == kNone)) ++c;
         const std::uint32_t p0 = t[c];
         const std::uint32_t p1 = t[(c + 1) % 3];
         const std::uint32_t p2 = t[(c + 2) % 3];
@@ -513,21 +630,23 @@ class Builder {
     return pieces;
   }
 
-  /// The number of a node's reflection among the vertices that are put out; kMaxReflections: the
-  /// point itself, at the rim where reflection and straight view meet.
-  std::uint32_t vertexOf(std::uint32_t node, std::size_t reflection) {
-    if (vertexOf_.size() < nodes_.size()) vertexOf_.resize(nodes_.size());
-    std::uint32_t& vertex = vertexOf_[node][reflection];
-    if (vertex > 0) return vertex - 1;
-    const Node& n = nodes_[node];
-    result_.positions.emplace_back(n.position);
-    result_.attributes.push_back(n.attributes);
-    const Reflection& r = reflection == kMaxReflections ? n.straight : n.reflections.at[reflection];
+  /// The number of a vertex' reflection among those that are put out; kMaxReflections: the point
+  /// itself, at the rim where reflection and straight view meet.
+  std::uint32_t put(std::uint32_t vertex, std::size_t reflection) {
+    if (put_.size() <= vertex) put_.resize(placeOf_.size() + more_.size());
+    std::uint32_t& number = reflection < put_[vertex].size() ? put_[vertex][reflection]
+                                                             : putMore_[{vertex, reflection}];
+    if (number > 0) return number - 1;
+    const Place& place = placeAt(vertex);
+    const bool straight = reflection == kMaxReflections;
+    const Reflection& r = straight ? *place.straight : place.reflections.at[reflection];
+    result_.positions.emplace_back(place.position);
+    result_.attributes.push_back(attributesOf(vertex));
     result_.images.emplace_back(r.image, r.share);
-    seenVertices_.push_back(projection_(r.image));
+    seenVertices_.push_back(straight ? seenAt(r) : seen(place, reflection));
     if (reflector_.before()) result_.places.emplace_back(r.last);
-    vertex = static_cast<std::uint32_t>(result_.positions.size());
-    return vertex - 1;
+    number = static_cast<std::uint32_t>(result_.positions.size());
+    return number - 1;
   }
 
   /// Whether a reflection is about to become the straight view of a hidden point.
@@ -537,17 +656,22 @@ class Builder {
     return seen && hidden && glm::distance(*seen, *hidden) < kRimReach;
   }
 
-  /// One triangle for each reflection that its vertices share; where some lack one, what there is
-  /// of it later, by putMixed().
-  void put(const Triangle& t) {
+  /// One triangle for each reflection that its vertices share, `ordered`: all, in the same order;
+  /// where some lack one, what there is of it later, by putMixed().
+  void put(const Triangle& t, bool ordered) {
+    if (ordered) {
+      for (std::size_t i = 0; i < placeAt(t[0]).reflections.count; ++i)
+        putCorners({put(t[0], i), put(t[1], i), put(t[2], i)});
+      return;
+    }
     std::size_t seen = 0;
     for (std::size_t c = 1; c < 3; ++c) {
-      if (nodes_[t[c]].reflections.count > nodes_[t[seen]].reflections.count) seen = c;
+      if (placeAt(t[c]).reflections.count > placeAt(t[seen]).reflections.count) seen = c;
     }
-    const Reflections& a = nodes_[t[seen]].reflections;
+    const Reflections& a = placeAt(t[seen]).reflections;
     const std::array<std::uint32_t, 2> others{t[(seen + 1) % 3], t[(seen + 2) % 3]};
     std::array<Counterparts, 2> of;
-    for (std::size_t c = 0; c < 2; ++c) of[c] = counterparts(a, nodes_[others[c]].reflections);
+    for (std::size_t c = 0; c < 2; ++c) of[c] = counterparts(a, placeAt(others[c]).reflections);
     std::array<std::array<std::uint32_t, 3>, kMaxReflections> whole;
     std::size_t wholes = 0;
     bool all = true;
@@ -556,16 +680,15 @@ class Builder {
       for (std::size_t c = 0; c < 2; ++c) number[c] = of[c][i];
       // The rim, as near as the order lets one see
       const auto rim = [&](std::size_t c) {
-        const Node& other = nodes_[others[c]];
-        return number[c] == kMaxReflections && !exactMiddles_ && other.reflections.count == 0 &&
-               other.hidden && atRim(a.at[i], other.straight);
+        const Place& other = placeAt(others[c]);
+        return number[c] == kMaxReflections && !exactMiddles_ && other.straight &&
+               atRim(a.at[i], *other.straight);
       };
       if ((number[0] == kMaxReflections && !rim(0)) || (number[1] == kMaxReflections && !rim(1))) {
         all = false;
         continue;
       }
-      whole[wholes++] = {vertexOf(t[seen], i), vertexOf(others[0], number[0]),
-                         vertexOf(others[1], number[1])};
+      whole[wholes++] = {put(t[seen], i), put(others[0], number[0]), put(others[1], number[1])};
     }
     if (exactMiddles_ && !all) {
       mixed_.push_back(t);
@@ -575,7 +698,7 @@ class Builder {
     counts_.dropped += a.count - wholes;
   }
 
-  /// A reflection that node `have` has and `lacking` does not: it ends between them.
+  /// A reflection that vertex (or place) `have` has and `lacking` does not: it ends between them.
   struct Border {
     std::uint32_t have = 0;
     std::uint32_t number = 0;
@@ -585,11 +708,23 @@ class Builder {
       return std::tie(have, number, lacking) < std::tie(other.have, other.number, other.lacking);
     }
   };
+  Border placesOf(const Border& border) const {
+    return {placeOf(border.have), border.number, placeOf(border.lacking)};
+  }
+  static void sortOnce(std::vector<Border>& borders) {
+    std::sort(borders.begin(), borders.end());
+    borders.erase(std::unique(borders.begin(), borders.end()), borders.end());
+  }
+  static std::size_t numberIn(const std::vector<Border>& borders, const Border& border) {
+    return static_cast<std::size_t>(std::lower_bound(borders.begin(), borders.end(), border) -
+                                    borders.begin());
+  }
 
-  /// Where a reflection ends: halving what is left of the edge, from exact path to exact path.
-  Node endOf(const Border& border, PathCounts& counts) const {
-    const Node& from = nodes_[border.have];
-    const Node& to = nodes_[border.lacking];
+  /// Where a reflection ends between two places, and the part of the way there: halving what is
+  /// left of the edge, from exact path to exact path.
+  std::pair<Place, double> endOf(const Border& border, PathCounts& counts) const {
+    const Place& from = places_[border.have];
+    const Place& to = places_[border.lacking];
     Reflections known;
     known.count = 1;
     known.at[0] = from.reflections.at[border.number];
@@ -604,11 +739,11 @@ class Builder {
       if (goesOn) known = found;
       (goesOn ? low : high) = t;
     }
-    Node end;
+    Place end;
     end.position = glm::mix(from.position, to.position, low);
-    end.attributes = mixed(from.attributes, to.attributes, static_cast<float>(low));
-    end.reflections = known;
-    return end;
+    end.reflections = std::move(known);
+    project(end);
+    return {std::move(end), low};
   }
 
   bool near(const Reflection& a, const Reflection& b, float pixels) const {
@@ -619,34 +754,44 @@ class Builder {
 
   /// What there is of each reflection of the triangles whose vertices do not share it.
   void putMixed() {
-    borders_.clear();
+    std::vector<Border> borders;
     for (const Triangle& t : mixed_) {
       forPieces(t, [&](std::span<const Corner> corners) {
         for (const Corner& c : corners) {
-          if (c.isBorder) borders_.push_back(c.border);
+          if (c.isBorder) borders.push_back(c.border);
         }
       });
     }
-    std::sort(borders_.begin(), borders_.end());
-    borders_.erase(std::unique(borders_.begin(), borders_.end()), borders_.end());
-    const std::size_t first = nodes_.size();
-    nodes_.resize(first + borders_.size());
+    sortOnce(borders);
+    std::vector<Border> between;  // the same of places
+    for (const Border& border : borders) between.push_back(placesOf(border));
+    sortOnce(between);
+    const std::size_t first = places_.size();
+    places_.resize(first + between.size());
+    std::vector<double> shares(between.size());
     std::mutex mutex;
-    parallelFor(borders_.size(), 64, [&](std::size_t begin, std::size_t end) {
+    parallelFor(between.size(), 64, [&](std::size_t begin, std::size_t end) {
       TriangleCounts own;
-      for (std::size_t i = begin; i < end; ++i) nodes_[first + i] = endOf(borders_[i], own.paths);
+      for (std::size_t i = begin; i < end; ++i)
+        std::tie(places_[first + i], shares[i]) = endOf(between[i], own.paths);
       const std::lock_guard lock(mutex);
       counts_.add(own);
     });
-    const auto nodeOf = [&](const Corner& c) {
-      if (!c.isBorder) return c.border.have;
-      const auto found = std::lower_bound(borders_.begin(), borders_.end(), c.border);
-      return static_cast<std::uint32_t>(first + static_cast<std::size_t>(found - borders_.begin()));
+    const std::size_t firstEnd = placeOf_.size() + more_.size();
+    for (const Border& border : borders) {
+      const std::size_t i = numberIn(between, placesOf(border));
+      addVertex(static_cast<std::uint32_t>(first + i),
+                mixed(attributesOf(border.have), attributesOf(border.lacking),
+                      static_cast<float>(shares[i])));
+    }
+    const auto vertexOf = [&](const Corner& c) {
+      return c.isBorder ? static_cast<std::uint32_t>(firstEnd + numberIn(borders, c.border))
+                        : c.border.have;
     };
     const auto numberOf = [](const Corner& c) { return c.isBorder ? 0 : c.border.number; };
-    const auto vertex = [&](const Corner& c) { return vertexOf(nodeOf(c), numberOf(c)); };
+    const auto vertex = [&](const Corner& c) { return put(vertexOf(c), numberOf(c)); };
     const auto reflection = [&](const Corner& c) -> const Reflection& {
-      return nodes_[nodeOf(c)].reflections.at[numberOf(c)];
+      return placeAt(vertexOf(c)).reflections.at[numberOf(c)];
     };
     for (const Triangle& t : mixed_) {
       std::vector<std::vector<Corner>> pieces;
@@ -675,7 +820,7 @@ class Builder {
           const auto merge = [&](const Corner& x, const Corner& y) {
             const auto xs = projection_(reflection(x).x);
             const auto ys = projection_(reflection(y).x);
-            const auto& from = nodes_[x.border.have].reflections.at;
+            const auto& from = placeAt(x.border.have).reflections.at;
             const auto xf = projection_(from[x.border.number].x);
             const auto yf = projection_(from[y.border.number].x);
             return xs && ys && xf && yf &&
@@ -700,12 +845,12 @@ class Builder {
   void forPieces(const Triangle& t, const Put& putPiece) const {
     std::array<std::uint32_t, 3> done{};
     for (std::size_t k = 0; k < 3; ++k) {
-      const Reflections& mine = nodes_[t[k]].reflections;
+      const Reflections& mine = placeAt(t[k]).reflections;
       for (std::size_t i = 0; i < mine.count; ++i) {
         if ((done[k] >> i & 1) != 0) continue;
         std::array<std::size_t, 3> number{};
         for (std::size_t c = 0; c < 3; ++c) {
-          number[c] = c == k ? i : counterpart(mine, i, nodes_[t[c]].reflections);
+          number[c] = c == k ? i : counterpart(mine, i, placeAt(t[c]).reflections);
           if (number[c] == kMaxReflections) continue;
           if ((done[c] >> number[c] & 1) != 0) {
             number[c] = kMaxReflections;
@@ -737,13 +882,10 @@ class Builder {
 
   /// Whether a triangle may be in the frame.
   bool shows(const std::array<std::uint32_t, 3>& corners) const {
-    std::array<Vec2, 3> at;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const auto& seen = seenVertices_[corners[c]];
-      if (!seen) return true;
-      at[c] = *seen;
-    }
-    return projection_.inFrame({at[0], at[1], at[2]});
+    const Vec2& a = seenVertices_[corners[0]];
+    const Vec2& b = seenVertices_[corners[1]];
+    const Vec2& c = seenVertices_[corners[2]];
+    return std::isnan(a.x + b.x + c.x) || projection_.inFrame({a, b, c});
   }
 
   const Reflector& reflector_;
@@ -753,12 +895,17 @@ class Builder {
   bool own_ = false;
   TriangleOptions options_;
   TriangleCounts& counts_;
-  std::vector<Node> nodes_;
-  std::vector<std::array<std::uint32_t, kMaxReflections + 1>> vertexOf_;  ///< number + 1
+  std::vector<Place> places_;
+  // Vertices: the mesh's, then more
+  std::vector<std::uint32_t> placeOf_;
+  std::span<const frame::VertexAttributes> attributes_;
+  std::vector<Node> more_;
   std::vector<Triangle> mixed_;  ///< whose vertices do not share all reflections
-  std::vector<Border> borders_;  ///< sorted
+  // What is put out: numbers + 1 by vertex and reflection, most have two at most
+  std::vector<std::array<std::uint32_t, 2>> put_;
+  std::map<std::pair<std::uint32_t, std::size_t>, std::uint32_t> putMore_;
   raster::VirtualTriangles result_;
-  std::vector<std::optional<Vec2>> seenVertices_;
+  std::vector<Vec2> seenVertices_;  ///< pixels; x NaN: behind the camera
 };
 
 }  // namespace

@@ -17,7 +17,7 @@ struct TriangleOptions {
 
 struct TriangleCounts {
   PathCounts paths;
-  std::uint64_t vertices = 0;   ///< that were looked up
+  std::uint64_t vertices = 0;   ///< that were looked up; those in one place once
   std::uint64_t triangles = 0;  ///< of virtual objects
   /// Whose vertices have no or different numbers of reflections, after all halvings.
   std::uint64_t dropped = 0;
