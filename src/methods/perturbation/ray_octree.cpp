@@ -18,6 +18,24 @@ constexpr double kRounding = 1e-14;
 /// ... and squares of them in floats by this part of the squared distances from the box.
 constexpr float kGlanceRounding = 3e-6f;
 
+/// Four rays at a time, in floats
+using Four = float __attribute__((vector_size(16)));
+
+void transpose(std::array<Four, 4>& r) {
+  const Four a = __builtin_shufflevector(r[0], r[1], 0, 4, 1, 5);
+  const Four b = __builtin_shufflevector(r[2], r[3], 0, 4, 1, 5);
+  const Four c = __builtin_shufflevector(r[0], r[1], 2, 6, 3, 7);
+  const Four d = __builtin_shufflevector(r[2], r[3], 2, 6, 3, 7);
+  r = {__builtin_shufflevector(a, b, 0, 1, 4, 5), __builtin_shufflevector(a, b, 2, 3, 6, 7),
+       __builtin_shufflevector(c, d, 0, 1, 4, 5), __builtin_shufflevector(c, d, 2, 3, 6, 7)};
+}
+
+/// Cursor::seen
+std::uint64_t seenAt(std::uint32_t lookUp, float distance2) {
+  return static_cast<std::uint64_t>(lookUp) << 32 |
+         std::bit_cast<std::uint32_t>(std::max(distance2, 0.0f));
+}
+
 bool before(const NearRay& a, const NearRay& b) {
   return a.distance < b.distance || (a.distance == b.distance && a.ray < b.ray);
 }
@@ -106,7 +124,9 @@ void RayOctree::build() {
   };
   using Costly = std::pair<double, std::uint32_t>;
   nodes_.emplace_back();
+  around_ = neighbours_;
   for (std::size_t i = 0; i < neighbours_.size(); ++i) {
+    std::replace(around_[i].begin(), around_[i].end(), kNoRay, static_cast<std::uint32_t>(i));
     Beam beam;
     for (const std::uint32_t other : neighbours_[i]) {
       if (other == kNoRay) continue;
@@ -175,7 +195,7 @@ std::span<const std::uint32_t> RayOctree::candidates(const glm::dvec3& point,
   std::uint32_t different = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
-    cell[i] = static_cast<std::uint32_t>(std::ldexp(relative[axis], top));
+    cell[i] = static_cast<std::uint32_t>(static_cast<double>(1u << top) * relative[axis]);
     different |= cell[i] ^ cursor.cell[i];
   }
   // Up to the first common ancestor, then down.
@@ -214,14 +234,12 @@ void RayOctree::nearest(const glm::dvec3& point, Cursor& cursor,
 
 void RayOctree::beamsAt(const glm::dvec3& point, std::span<const std::uint32_t> from,
                         Cursor& cursor) const {
-  // Four rays at a time, in floats
-  using Four = float __attribute__((vector_size(16)));
   const glm::vec3 p(point - min_);
   const float size2 = glm::dot(p, p);
   std::vector<std::uint32_t>& result = cursor.near;
   result.resize(from.size() + 4);
-  cursor.seen.resize(rays_.size());
-  ++cursor.lookUp;
+  cursor.seen.resize(rays_.size(), ~std::uint64_t{0});
+  --cursor.lookUp;
   std::size_t count = 0;
   for (std::size_t first = 0; first < from.size(); first += 4) {
     std::array<Four, 4> o;
@@ -231,14 +249,6 @@ void RayOctree::beamsAt(const glm::dvec3& point, std::span<const std::uint32_t> 
       std::memcpy(&o[lane], glance.origin.data(), sizeof(Four));
       std::memcpy(&d[lane], glance.direction.data(), sizeof(Four));
     }
-    const auto transpose = [](std::array<Four, 4>& r) {
-      const Four a = __builtin_shufflevector(r[0], r[1], 0, 4, 1, 5);
-      const Four b = __builtin_shufflevector(r[2], r[3], 0, 4, 1, 5);
-      const Four c = __builtin_shufflevector(r[0], r[1], 2, 6, 3, 7);
-      const Four e = __builtin_shufflevector(r[2], r[3], 2, 6, 3, 7);
-      r = {__builtin_shufflevector(a, b, 0, 1, 4, 5), __builtin_shufflevector(a, b, 2, 3, 6, 7),
-           __builtin_shufflevector(c, e, 0, 1, 4, 5), __builtin_shufflevector(c, e, 2, 3, 6, 7)};
-    };
     transpose(o);
     transpose(d);
     const Four x = p.x - o[0];
@@ -253,11 +263,42 @@ void RayOctree::beamsAt(const glm::dvec3& point, std::span<const std::uint32_t> 
     const auto passed = away2 > radius * radius + slack;
     for (std::size_t lane = 0; lane < 4; ++lane) {
       result[count] = from[std::min(first + lane, from.size() - 1)];
-      cursor.seen[result[count]] = {cursor.lookUp, away2[lane]};
+      cursor.seen[result[count]] = seenAt(cursor.lookUp, away2[lane]);
       count += passed[lane] == 0 && first + lane < from.size() ? 1 : 0;
     }
   }
   result.resize(count);
+}
+
+bool RayOctree::surelyAnswer(const glm::vec3& p, const NearRay& near, float doubt) const {
+  const auto distance2 = static_cast<float>(near.distance * near.distance);
+  const Neighbours& around = around_[near.ray];
+  bool wide = false;
+  for (std::size_t first = 0; first < around.size(); first += 4) {
+    std::array<Four, 4> o;
+    std::array<Four, 4> d;
+    for (std::size_t lane = 0; lane < 4; ++lane) {
+      const Glance& glance = glances_[around[first + lane]];
+      std::memcpy(&o[lane], glance.origin.data(), sizeof(Four));
+      std::memcpy(&d[lane], glance.direction.data(), sizeof(Four));
+    }
+    transpose(o);
+    transpose(d);
+    const Four x = p.x - o[0];
+    const Four y = p.y - o[1];
+    const Four z = p.z - o[2];
+    // Rays that end are taken for longer: that is nearer
+    Four t = x * d[0] + y * d[1] + z * d[2];
+    t = t > 0.0f ? t : Four{};
+    const Four away2 = x * x + y * y + z * z - t * t;
+    for (std::size_t lane = 0; lane < 4; ++lane) {
+      if (around[first + lane] == near.ray) continue;
+      if (!(away2[lane] > distance2 + doubt)) return false;
+      // So far from the point, it is farther from the ray than the point is
+      wide = wide || away2[lane] > 4.0f * distance2 + doubt;
+    }
+  }
+  return wide;
 }
 
 void RayOctree::reflections(const glm::dvec3& point, Cursor& cursor,
@@ -268,20 +309,20 @@ void RayOctree::reflections(const glm::dvec3& point, Cursor& cursor,
   const glm::vec3 p(point - min_);
   const float doubt = 2.0f * kGlanceRounding * (glm::dot(p, p) + farthest2_);
   for (const std::uint32_t ray : cursor.near) {
-    // Most have a neighbour that is certainly nearer
-    const float own2 = cursor.seen[ray].distance2 - doubt;
-    const bool passed =
-        endless_ &&
-        std::any_of(neighbours_[ray].begin(), neighbours_[ray].end(), [&](std::uint32_t other) {
-          return other != kNoRay && cursor.seen[other].lookUp == cursor.lookUp &&
-                 cursor.seen[other].distance2 < own2;
-        });
-    if (passed) continue;
+    // Most have a neighbour that is certainly nearer. All are looked at: branches cost more
+    std::uint64_t least = ~std::uint64_t{0};
+    for (const std::uint32_t other : around_[ray]) least = std::min(least, cursor.seen[other]);
+    const float own2 = std::bit_cast<float>(static_cast<std::uint32_t>(cursor.seen[ray]));
+    if (endless_ && least < seenAt(cursor.lookUp, own2 - doubt)) continue;
     const double t = nearestParameter(rays_[ray], point);
     const NearRay near{ray, glm::length(rays_[ray].origin + t * rays_[ray].direction - point)};
     // Most beams are passed by.
     constexpr double kSlack = 1.0 + 1e-9;
     if (near.distance > kSlack * (beams_[ray].base + beams_[ray].growth * t)) continue;
+    if (surelyAnswer(p, near, doubt)) {
+      result.push_back(near);
+      continue;
+    }
     const bool minimum =
         std::none_of(neighbours_[ray].begin(), neighbours_[ray].end(), [&](std::uint32_t other) {
           return other != kNoRay && before({other, distanceTo(rays_[other], point)}, near);

@@ -62,12 +62,11 @@ class RayOctree {
     std::uint64_t outside = 0;            ///< points outside the box: all rays are candidates
     std::vector<std::uint32_t> near;      ///< scratch, and that of callers
     std::vector<NearRay> found;
-    struct Seen {
-      std::uint32_t lookUp = 0;
-      float distance2 = 0.0f;
-    };
-    std::vector<Seen> seen;  ///< by ray: the last look-up that met it
-    std::uint32_t lookUp = 0;
+    /// By ray: the last look-up that met it, counted down in the upper half, and the bits of its
+    /// squared distance there. So what this one met is less than what others did, and less the
+    /// nearer it is.
+    std::vector<std::uint64_t> seen;
+    std::uint32_t lookUp = ~0u;
   };
 
   RayOctree() = default;
@@ -107,6 +106,9 @@ class RayOctree {
   };
   /// Lists those of some rays whose beams may hold a point, in their order, in `cursor.near`.
   void beamsAt(const glm::dvec3& point, std::span<const std::uint32_t> from, Cursor& cursor) const;
+  /// Whether a ray is one of reflections()' answers for a point (relative to `min`) for sure:
+  /// squared distances in floats are off by `doubt` together.
+  bool surelyAnswer(const glm::vec3& p, const NearRay& near, float doubt) const;
   /// How far the farthest neighbour of a ray is from its point at t.
   double beamRadius(std::uint32_t ray, double t) const;
   /// Whether that is at least `distance`.
@@ -117,6 +119,7 @@ class RayOctree {
 
   std::vector<SampleRay> rays_;
   std::vector<Neighbours> neighbours_;
+  std::vector<Neighbours> around_;  ///< the same with the ray itself in place of kNoRay
   std::vector<Beam> beams_;
   std::vector<Glance> glances_;
   float farthest2_ = 0.0f;  ///< squared distance of an origin from `min`

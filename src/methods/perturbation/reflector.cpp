@@ -40,6 +40,10 @@ constexpr double kTracedReach = 12.0;
 constexpr double kSameReflection = 0.25;
 /// Without retrace(): the mirrored ray may miss the point by this angle's sine (ours).
 constexpr double kWildPerturbation = 0.05;
+/// The normal where a path was moved to is known well enough from where it was (ours) when it turns
+/// by less than this there, rad, and both segments leave the surface by more, cosines.
+constexpr double kSmallTurn = 0.3;
+constexpr double kSteep = 0.1;
 /// Nearer than this part of its size a reflector does not show itself (ours).
 constexpr double kOffSurface = 1e-3;
 
@@ -395,12 +399,13 @@ bool Reflector::retrace(const glm::dvec3& point, Places& places, Traced* traced)
         traced->next_ = (traced->next_ + 1) % Traced::kCount;
       }
     }
-    return true;
+    return accept(point, places, path.bounces.data());
   }
   return false;
 }
 
-bool Reflector::moveTraced(const glm::dvec3& point, const Traced& traced, Places& places) const {
+const Reflector::Path* Reflector::moveTraced(const glm::dvec3& point, const Traced& traced,
+                                             Places& places) const {
   // The nearest one
   const Path* path = nullptr;
   double least = kTracedReach;
@@ -410,10 +415,10 @@ bool Reflector::moveTraced(const glm::dvec3& point, const Traced& traced, Places
     least = apart;
     path = &other;
   }
-  if (!path) return false;
+  if (!path) return nullptr;
   const glm::dvec3 leaves = path->place(lastTurn());
   const double rho = std::max(0.0, glm::dot(point - leaves, path->direction));
-  if (!movable(path->bounces.data(), rho)) return false;
+  if (!movable(path->bounces.data(), rho)) return nullptr;
   const glm::dvec3 step = point - (leaves + rho * path->direction);
   Places first;
   Places second;
@@ -423,20 +428,41 @@ bool Reflector::moveTraced(const glm::dvec3& point, const Traced& traced, Places
   const double allowed = kSmallRemainder * static_cast<double>(options_.errorPixels);
   const bool near = pixels(places[0], glm::distance(second[0], places[0])) < kTracedReach;
   if (!near || d2 > 0.5 * d1 || !(pixels(path->place(0), remainder(d1, d2, rho, step)) < allowed))
-    return false;
+    return nullptr;
   places = second;
-  return true;
+  return path;
 }
 
-bool Reflector::accept(const glm::dvec3& point, const Places& places) const {
+bool Reflector::surelyTurns(std::size_t turn, const Bounce<double>& bounce, const glm::dvec3& x,
+                            const glm::dvec3& back, const glm::dvec3& ahead) const {
+  const Vector<double> way = vectorOf(x) - bounce.x;
+  const std::array<double, 2> y{dot(bounce.e1, way), dot(bounce.e2, way)};
+  const std::array<double, 2> turned = times(bounce.b, y);
+  if (turned[0] * turned[0] + turned[1] * turned[1] > kSmallTurn * kSmallTurn) return false;
+  const glm::dvec3 normal =
+      glm::normalize(pointOf(bounce.n + turned[0] * bounce.e1 + turned[1] * bounce.e2));
+  const glm::dvec3 arrives = -glm::normalize(back);
+  const glm::dvec3 leaves = glm::normalize(ahead);
+  const double before = -glm::dot(normal, arrives);
+  const double after = glm::dot(normal, leaves) * (turns_[turn].through ? -1.0 : 1.0);
+  if (!(std::min(std::abs(before), std::abs(after)) > kSteep && before * after > 0.0 &&
+        (before > 0.0 || turns_[turn].inside)))
+    return false;
+  const glm::dvec3 onward = onwards(turns_[turn], arrives, normal);
+  return onward != glm::dvec3(0.0) && glm::length(glm::cross(onward, leaves)) < kWildPerturbation;
+}
+
+bool Reflector::accept(const glm::dvec3& point, const Places& places,
+                       const Bounce<double>* bounces) const {
   for (std::size_t i = 0; i < turns_.size(); ++i) {
     const glm::dvec3& x = places[i];
-    const auto normal = implicit::normalAt(*turns_[i].surface, x);
-    if (!normal) return false;
     const glm::dvec3 from = i > 0 ? places[i - 1] : eye_;
     const glm::dvec3 back = from - x;
     const glm::dvec3 ahead = (i == lastTurn() ? point : places[i + 1]) - x;
     if (glm::length(ahead) < kOffSurface * sizes_[i]) return false;
+    if (options_.order == Order::Auto && surelyTurns(i, bounces[i], x, back, ahead)) continue;
+    const auto normal = implicit::normalAt(*turns_[i].surface, x);
+    if (!normal) return false;
     const Turn& turn = turns_[i];
     const double towardsFrom = glm::dot(*normal, back);
     if (!(towardsFrom * glm::dot(*normal, ahead) * (turn.through ? -1.0 : 1.0) > 0.0)) return false;
@@ -479,9 +505,9 @@ bool Reflector::trace(const glm::dvec3& point, Places& places, PathCounts& count
                       Traced* traced) const {
   // In a lens' focus neighbouring points have far other paths
   if (refracts()) traced = nullptr;
-  if (traced && moveTraced(point, *traced, places)) {
+  if (const Path* path = traced ? moveTraced(point, *traced, places) : nullptr) {
     ++counts.quadratic;
-    return true;
+    return accept(point, places, path->bounces.data());
   }
   ++counts.retraced;
   return retrace(point, places, traced);
@@ -520,6 +546,7 @@ Reflections Reflector::reflectionsOf(const glm::dvec3& point, bool own, RayOctre
     for (std::size_t i = 0; i < turns_.size(); ++i) places[i] = pointOf(bounces[i].x);
     const glm::dvec3 start = places[0];
     bool found = true;
+    bool accepted = false;
     if (options_.order != Order::Nearest) {
       found = movable(bounces, rho);
       const glm::dvec3 step = point - (leaves + rho * direction);
@@ -540,14 +567,13 @@ Reflections Reflector::reflectionsOf(const glm::dvec3& point, bool own, RayOctre
         } else {
           const double longest = kLongestStep * sizes_[0];
           if (found && d1 < longest && d2 < 0.5 * d1) places = second;
-          found = trace(point, places, counts, traced);
+          accepted = found = trace(point, places, counts, traced);
         }
       } else {
         places = options_.order == Order::Linear ? first : second;
       }
     }
-    found = found && accept(point, places);
-    if (found) {
+    if (found && (accepted || accept(point, places, bounces))) {
       add(point, places, start, starts, result);
     } else {
       ++counts.notConverged;
@@ -564,7 +590,7 @@ void Reflector::addReflectionsNear(const glm::dvec3& point, const Reflections& k
     const glm::dvec3 start = known.at[i].x;
     Places places;
     places[0] = start;
-    if (trace(point, places, counts, traced) && accept(point, places)) {
+    if (trace(point, places, counts, traced)) {
       add(point, places, start, starts, result);
     } else {
       ++counts.notConverged;

@@ -184,13 +184,18 @@ class Reflector {
   void move(const Bounce<double>* bounces, const double* distances, double rho,
             const glm::dvec3& step, Places& first, Places& second) const;
   /// Newton's iteration over exact paths: each is expanded again. `places[0]` is where it starts.
+  /// Whether it leads to a reflection.
   bool retrace(const glm::dvec3& point, Places& places, Traced* traced) const;
   /// Where one of the paths that were traced leads near places[0], with a part of the error
-  /// allowed.
-  bool moveTraced(const glm::dvec3& point, const Traced& traced, Places& places) const;
-  /// moveTraced(), or retrace() and its path for others.
+  /// allowed. Which one; null: none.
+  const Path* moveTraced(const glm::dvec3& point, const Traced& traced, Places& places) const;
+  /// moveTraced(), or retrace() and its path for others. Whether that is a reflection.
   bool trace(const glm::dvec3& point, Places& places, PathCounts& counts, Traced* traced) const;
-  bool accept(const glm::dvec3& point, const Places& places) const;
+  /// Whether places that a path with these bounces was moved to are a reflection.
+  bool accept(const glm::dvec3& point, const Places& places, const Bounce<double>* bounces) const;
+  /// Whether one of them turns `-back` into `ahead` for sure, by the curvature at its bounce.
+  bool surelyTurns(std::size_t turn, const Bounce<double>& bounce, const glm::dvec3& x,
+                   const glm::dvec3& back, const glm::dvec3& ahead) const;
   /// How far towards a point from `from`, the eye or the place of the turn before, one sees before
   /// reflector `turn` hides it; at least 1: not hidden.
   double hiddenAt(std::size_t turn, const glm::dvec3& from, const glm::dvec3& point) const;
