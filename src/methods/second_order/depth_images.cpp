@@ -1,6 +1,7 @@
 #include "methods/second_order/depth_images.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -20,6 +21,7 @@ constexpr float kMirrorLevel = 0.25f;
 /// Texels of a mirrored grid without a sample from which on it is worth while to mask them. Ours,
 /// measured in the living room.
 constexpr std::int64_t kMaskedTexels = 4096;
+constexpr int kMaskTile = 32;       ///< texels along the edge of what is masked at once. Ours.
 constexpr int kSmallestSide = 512;  ///< of a layer: small frames need few layers, too. Ours.
 constexpr std::uint64_t kBytesPerTexel = 8 + 4;
 constexpr std::size_t kTableRows = 7;  ///< texels per cluster, as intersect.frag reads them
@@ -45,6 +47,7 @@ DepthImages::DepthImages(int sampleWidth, int sampleHeight, float depthImageScal
     layerWidth_ = std::max(1, static_cast<int>(layerWidth_ * factor));
     layerHeight_ = std::max(1, static_cast<int>(layerHeight_ * factor));
   }
+  sampleWidth_ = sampleWidth;
   frameSamples_ = static_cast<float>(sampleWidth) * static_cast<float>(sampleHeight);
 }
 
@@ -65,10 +68,10 @@ std::uint64_t DepthImages::layerBytes() const {
 }
 
 void DepthImages::draw(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
-                       const std::vector<bool>& skipOwn, const gl::Texture* samplesOnGrids,
-                       const Vec3& frameEye, const frame::Geometry& geometry,
-                       const frame::Lighting& lighting, raster::SceneRaster& raster,
-                       std::span<std::uint64_t> triangles) {
+                       const std::vector<bool>& skipOwn,
+                       std::span<const std::uint16_t> samplesOnGrids, const Vec3& frameEye,
+                       const frame::Geometry& geometry, const frame::Lighting& lighting,
+                       raster::SceneRaster& raster, std::span<std::uint64_t> triangles) {
   const int layers = atlas_.layers * options_.depthLayers;
   if (color_.layers() < layers) {
     targets_.clear();
@@ -163,12 +166,46 @@ void DepthImages::writeTable(std::span<const Cluster> clusters,
   tableBuffer_.write(0, bytes, table.data());
 }
 
+void DepthImages::clearDepth(const Texels& t, float depth) {
+  glClearTexSubImage(depth_.id(), 0, t.x, t.y, t.layer, t.width, t.height, 1, GL_DEPTH_COMPONENT,
+                     GL_FLOAT, &depth);
+}
+
+void DepthImages::maskGrid(const Cluster& cluster, const AtlasPlace& place, std::uint16_t known,
+                           std::span<const std::uint16_t> clusterOf) {
+  const auto row = [&](int y) {
+    return clusterOf.subspan(static_cast<std::size_t>(y) * static_cast<std::size_t>(sampleWidth_));
+  };
+  std::array<float, kMaskTile * kMaskTile> depths;
+  for (int top = cluster.top; top < cluster.bottom; top += kMaskTile) {
+    const int bottom = std::min(cluster.bottom, top + kMaskTile);
+    for (int right = cluster.right; right > cluster.left; right -= kMaskTile) {
+      const int left = std::max(cluster.left, right - kMaskTile);
+      const int width = right - left;
+      std::ptrdiff_t samples = 0;
+      for (int y = top; y < bottom; ++y) {
+        samples += std::ranges::count(row(y).subspan(left, width), known);
+      }
+      const Texels tile{place.layer, place.x + cluster.right - right, place.y + top - cluster.top,
+                        width, bottom - top};
+      if (samples == 0) {
+        clearDepth(tile, 1.0f);
+      } else if (samples < std::ptrdiff_t{width} * tile.height) {
+        float* depth = depths.data();
+        for (int y = top; y < bottom; ++y) {
+          for (int x = right; x-- > left;) *depth++ = row(y)[x] == known ? 0.0f : 1.0f;
+        }
+        glTextureSubImage3D(depth_.id(), 0, tile.x, tile.y, tile.layer, width, tile.height, 1,
+                            GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
+      }
+    }
+  }
+}
+
 void DepthImages::prepareDepth(std::span<const Cluster> clusters,
                                std::span<const ClusterCamera> cameras,
                                const std::vector<bool>& onGrids, std::span<const std::size_t> order,
-                               const gl::Texture* samplesOnGrids) {
-  glDepthMask(GL_TRUE);
-  glEnable(GL_SCISSOR_TEST);
+                               std::span<const std::uint16_t> samplesOnGrids) {
   for (std::size_t first = 0; first < order.size();) {
     const int layer = atlas_.places[order[first]].layer;
     std::size_t last = first;
@@ -176,16 +213,13 @@ void DepthImages::prepareDepth(std::span<const Cluster> clusters,
     for (; last < order.size() && atlas_.places[order[last]].layer == layer; ++last) {
       bottom = std::max(bottom, atlas_.places[order[last]].y + cameras[order[last]].height);
     }
-    glScissor(0, 0, layerWidth_, bottom);
+    clearDepth({layer, 0, 0, layerWidth_, bottom}, 0.0f);
     if (secondLayer() > 0) {
-      targets_[layer + secondLayer()].bind();
-      targets_[layer + secondLayer()].clearDepth(0.0f);
+      clearDepth({layer + secondLayer(), 0, 0, layerWidth_, bottom}, 0.0f);
     }
-    targets_[layer].bind();
-    targets_[layer].clearDepth(0.0f);
 
-    // Texels that no sample will look at
-    for (; first < last && samplesOnGrids != nullptr; ++first) {
+    // Texels that no sample will look at: so near that nothing is drawn
+    for (; first < last && !samplesOnGrids.empty(); ++first) {
       const std::size_t i = order[first];
       const ClusterCamera& camera = cameras[i];
       const std::int64_t texels = static_cast<std::int64_t>(camera.width) * camera.height;
@@ -193,31 +227,10 @@ void DepthImages::prepareDepth(std::span<const Cluster> clusters,
           texels - clusters[i].samples < kMaskedTexels) {
         continue;
       }
-      if (gridSamples_.empty()) {
-        gridSamples_ = gl::Program::fullScreen("samples of mirrored grids",
-                                               "methods/second_order/shaders/grid_samples.frag");
-      }
-      const AtlasPlace& place = atlas_.places[i];
-      gridSamples_.use();
-      samplesOnGrids->bindImage(0, GL_READ_ONLY);
-      glDepthRange(1.0, 1.0);
-      gridSamples_.set("sampleOfTexel",
-                       glm::ivec2(static_cast<int>(camera.mirrorRight) - 1 + place.x,
-                                  place.y - static_cast<int>(camera.mirrorTop)));
-      gridSamples_.set("known", static_cast<std::uint32_t>(i + 2));
-      glEnable(GL_DEPTH_TEST);
-      glDepthFunc(GL_ALWAYS);
-      glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-      glViewport(place.x, place.y, camera.width, camera.height);
-      glScissor(place.x, place.y, camera.width, camera.height);
-      gl::drawFullScreenTriangle();
-      glDepthRange(0.0, 1.0);
-      glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-      glDisable(GL_DEPTH_TEST);
+      maskGrid(clusters[i], atlas_.places[i], static_cast<std::uint16_t>(i + 2), samplesOnGrids);
     }
     first = last;
   }
-  glDisable(GL_SCISSOR_TEST);
 }
 
 void DepthImages::bind() const {

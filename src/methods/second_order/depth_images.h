@@ -39,10 +39,10 @@ class DepthImages {
 
   /// Draws the images that the last fits() has placed. `triangles[i]`: drawn for cluster i.
   /// `skipOwn`: by object id, whether it is flat. `samplesOnGrids`: the cluster of each sample
-  /// (R16UI, Clustering::clusterOf()) where mirrored grids of flat objects are looked up at their
-  /// own samples alone, so that nothing else is drawn; or null.
+  /// (Clustering::clusterOf()) where mirrored grids of flat objects are looked up at their
+  /// own samples alone, so that nothing else is drawn; or nothing.
   void draw(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
-            const std::vector<bool>& skipOwn, const gl::Texture* samplesOnGrids,
+            const std::vector<bool>& skipOwn, std::span<const std::uint16_t> samplesOnGrids,
             const Vec3& frameEye, const frame::Geometry& geometry, const frame::Lighting& lighting,
             raster::SceneRaster& raster, std::span<std::uint64_t> triangles);
 
@@ -56,7 +56,17 @@ class DepthImages {
   }
 
  private:
+  /// A rectangle of a layer.
+  struct Texels {
+    int layer, x, y, width, height;
+  };
+
   std::uint64_t layerBytes() const;
+  void clearDepth(const Texels& texels, float depth);
+  /// Sets the depth of texels of a mirrored grid without a sample of its cluster, which is `known`
+  /// in `clusterOf`: so near that nothing is drawn.
+  void maskGrid(const Cluster& cluster, const AtlasPlace& place, std::uint16_t known,
+                std::span<const std::uint16_t> clusterOf);
   /// Writes the table that rays find their image by.
   void writeTable(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
                   std::span<const std::uint64_t> triangles);
@@ -64,12 +74,12 @@ class DepthImages {
   /// whether its mirrored grids are looked up as such; `order`: of clusters, by layers.
   void prepareDepth(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
                     const std::vector<bool>& onGrids, std::span<const std::size_t> order,
-                    const gl::Texture* samplesOnGrids);
+                    std::span<const std::uint16_t> samplesOnGrids);
 
   DepthImageOptions options_;
   float frameSamples_ = 1.0f;
 
-  gl::Program gridSamples_;
+  int sampleWidth_ = 1;
   int layerWidth_ = 1;
   int layerHeight_ = 1;
   Atlas atlas_;

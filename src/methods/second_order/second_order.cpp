@@ -396,7 +396,8 @@ class SecondOrder : public Method {
     timer.measure("depth_images", [&] {
       // Planar clusters of curved objects are walked over
       exact = onGrids && reflectors_.planarMirrors && cameraOptions.depthImageScale == 1.0f;
-      images_->draw(clusters, cameras, reflectors_.skipOwn, exact ? &clusterSamples_ : nullptr,
+      images_->draw(clusters, cameras, reflectors_.skipOwn,
+                    exact ? clustering_.clusterOf() : std::span<const std::uint16_t>(),
                     camera.eye(), services.geometry, services.lighting, *services.raster,
                     triangles);
     });
