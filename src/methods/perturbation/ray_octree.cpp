@@ -342,13 +342,26 @@ std::vector<Neighbours> gridNeighbours(int width, int height,
                        static_cast<std::size_t>(x)];
   };
   std::vector<Neighbours> neighbours;
+  std::vector<bool> done;
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       const std::uint32_t ray = at(x, y);
       if (ray == kNoRay) continue;
-      if (ray >= neighbours.size()) neighbours.resize(ray + std::size_t{1});
-      neighbours[ray] = {at(x - 1, y - 1), at(x, y - 1),     at(x + 1, y - 1), at(x - 1, y),
-                         at(x + 1, y),     at(x - 1, y + 1), at(x, y + 1),     at(x + 1, y + 1)};
+      if (ray >= neighbours.size()) {
+        neighbours.resize(ray + std::size_t{1});
+        done.resize(neighbours.size());
+      }
+      if (done[ray]) continue;
+      done[ray] = true;
+      // This is its upper left corner
+      int end = x + 1;
+      while (at(end, y) == ray) ++end;
+      const int size = end - x;
+      const int below = y + size;
+      const int column = x + size / 2;
+      const int row = y + size / 2;
+      neighbours[ray] = {at(x - 1, y - 1), at(column, y - 1), at(end, y - 1),    at(x - 1, row),
+                         at(end, row),     at(x - 1, below),  at(column, below), at(end, below)};
     }
   }
   return neighbours;

@@ -28,7 +28,8 @@ inline double distanceTo(const SampleRay& ray, const glm::dvec3& point) {
 /// A ray's neighbours among the samples of the image, kNoRay where there is none.
 using Neighbours = std::array<std::uint32_t, 8>;
 inline constexpr std::uint32_t kNoRay = 0xffffffff;
-/// Of rays that were sampled on a grid: `rayAt[y * width + x]` is a sample's ray, or kNoRay.
+/// Of rays that were sampled on a grid: `rayAt[y * width + x]` is a sample's ray, or kNoRay. A ray
+/// may stand for a square of the grid; of several rays along its side it knows the middle one.
 std::vector<Neighbours> gridNeighbours(int width, int height, std::span<const std::uint32_t> rayAt);
 
 struct NearRay {

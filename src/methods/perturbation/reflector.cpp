@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <utility>
 
 #include "core/parallel.h"
@@ -27,6 +28,12 @@ constexpr float kBorder = 0.5f;
 constexpr std::size_t kImagePoints = 64;
 constexpr float kImageSamples = 12.0f;
 constexpr float kImageSpacing = 0.125f;
+/// Between neighbouring paths whose directions differ by more than this, rad, and by another angle
+/// than the first one's bounce tells, by this share of it, there are two more (ours; lower shares
+/// bring more paths and nothing else).
+constexpr double kLeastTurn = 0.2;
+constexpr double kTurnError = 0.4;
+constexpr int kThirds = 3;
 /// Steps of retrace(), and the longest one as a share of the reflector's size (ours).
 constexpr int kMaxSteps = 8;
 constexpr double kLongestStep = 0.25;
@@ -96,12 +103,11 @@ std::array<float, 4> seenRectangle(const Box3& bounds, const View& view) {
 }
 
 /// The rectangle of the cells of `spacing` pixels that hold something, and those about it.
-template <class Cells>
-std::array<float, 4> filledPart(const Cells& cells, int width, const std::array<float, 4>& seen,
-                                float spacing) {
+std::array<float, 4> filledPart(std::span<const std::uint32_t> cells, int width,
+                                const std::array<float, 4>& seen, float spacing) {
   std::array<float, 4> box{seen[2], seen[3], seen[0], seen[1]};
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (!cells[i]) continue;
+    if (cells[i] == kNoRay) continue;
     const std::size_t column = i % static_cast<std::size_t>(width);
     const std::size_t row = i / static_cast<std::size_t>(width);
     const float x = seen[0] + static_cast<float>(column) * spacing;
@@ -137,27 +143,24 @@ Reflector::Reflector(std::span<const Turn> turns, const Reflector* before, const
     Path path;
     double self = 0.0;  ///< metres to the last reflector again; 0: never
   };
+  /// Samples in the middle of cells of the image, of one or several squares of the grid each.
   struct Grid {
     int width = 0;
     int height = 0;
-    std::vector<std::unique_ptr<Sample>> samples;
-    std::ptrdiff_t count = 0;  ///< of paths
-    std::uint64_t total = 0;   ///< rays that the last surface reflects totally
+    std::vector<std::uint32_t> sampleAt;  ///< by square; kNoRay: none
+    std::vector<Sample> samples;
+    std::uint64_t total = 0;  ///< rays that the last surface reflects totally
+    std::ptrdiff_t count() const { return static_cast<std::ptrdiff_t>(samples.size()); }
   };
-  const auto sample = [&](const std::array<float, 4>& seen, float spacing, bool again) {
-    const auto cells = [&](float from, float to) {
-      return to > from ? static_cast<int>(std::ceil((to - from) / spacing)) : 0;
-    };
-    Grid grid;
-    grid.width = cells(seen[0], seen[2]);
-    grid.height = cells(seen[1], seen[3]);
-    grid.samples.resize(static_cast<std::size_t>(grid.width) *
-                        static_cast<std::size_t>(grid.height));
+  // Adds samples in the middle of those squares of a grid that are asked for
+  const auto addSamples = [&](Grid& grid, const std::array<float, 4>& seen, float spacing,
+                              bool again, std::span<const std::size_t> squares) {
+    std::vector<std::unique_ptr<Sample>> samples(squares.size());
     std::atomic<std::uint64_t> total{0};
-    parallelFor(grid.samples.size(), 16, [&](std::size_t begin, std::size_t end) {
+    parallelFor(squares.size(), 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        const std::size_t column = i % static_cast<std::size_t>(grid.width);
-        const std::size_t row = i / static_cast<std::size_t>(grid.width);
+        const std::size_t column = squares[i] % static_cast<std::size_t>(grid.width);
+        const std::size_t row = squares[i] / static_cast<std::size_t>(grid.width);
         const glm::dvec3 d(
             scene::rayDirection(view.camera, view.width, view.height,
                                 seen[0] + (static_cast<float>(column) + 0.5f) * spacing,
@@ -176,12 +179,64 @@ Reflector::Reflector(std::span<const Turn> turns, const Reflector* before, const
           if (next.status != implicit::HitStatus::Hit) continue;
           found.self = next.t;
         }
-        grid.samples[i] = std::make_unique<Sample>(found);
+        samples[i] = std::make_unique<Sample>(found);
       }
     });
-    grid.total = total;
-    grid.count = std::count_if(grid.samples.begin(), grid.samples.end(),
-                               [](const auto& found) { return found != nullptr; });
+    grid.total += total;
+    for (std::size_t i = 0; i < squares.size(); ++i) {
+      grid.sampleAt[squares[i]] = kNoRay;
+      if (!samples[i]) continue;
+      grid.sampleAt[squares[i]] = static_cast<std::uint32_t>(grid.samples.size());
+      grid.samples.push_back(*samples[i]);
+    }
+  };
+  const auto sample = [&](const std::array<float, 4>& seen, float spacing, bool again) {
+    const auto cells = [&](float from, float to) {
+      return to > from ? static_cast<int>(std::ceil((to - from) / spacing)) : 0;
+    };
+    Grid grid;
+    grid.width = cells(seen[0], seen[2]);
+    grid.height = cells(seen[1], seen[3]);
+    grid.sampleAt.resize(static_cast<std::size_t>(grid.width) *
+                         static_cast<std::size_t>(grid.height));
+    std::vector<std::size_t> all(grid.sampleAt.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    addSamples(grid, seen, spacing, again, all);
+    return grid;
+  };
+  // A grid of thirds, with more samples where neighbouring paths tell too little of each other
+  const auto refined = [&](const Grid& coarse, const std::array<float, 4>& seen, float spacing) {
+    Grid grid;
+    grid.width = kThirds * coarse.width;
+    grid.height = kThirds * coarse.height;
+    grid.sampleAt.resize(static_cast<std::size_t>(grid.width) *
+                         static_cast<std::size_t>(grid.height));
+    grid.samples = coarse.samples;
+    grid.total = coarse.total;
+    const auto at = [&](int x, int y) {
+      return x < 0 || y < 0 || x >= coarse.width || y >= coarse.height
+                 ? kNoRay
+                 : coarse.sampleAt[static_cast<std::size_t>(y * coarse.width + x)];
+    };
+    std::vector<std::size_t> between;
+    for (int y = 0; y < coarse.height; ++y) {
+      for (int x = 0; x < coarse.width; ++x) {
+        const std::uint32_t own = at(x, y);
+        bool differs = false;
+        for (int i = 0; own != kNoRay && i < 9; ++i) {
+          const std::uint32_t other = at(x + i % 3 - 1, y + i / 3 - 1);
+          differs = differs || (other != kNoRay && other != own &&
+                                unlike(coarse.samples[own].path, coarse.samples[other].path));
+        }
+        for (int i = 0; i < kThirds * kThirds; ++i) {
+          const auto square = static_cast<std::size_t>((kThirds * y + i / kThirds) * grid.width +
+                                                       kThirds * x + i % kThirds);
+          grid.sampleAt[square] = own;
+          if (differs && i != kThirds * kThirds / 2) between.push_back(square);
+        }
+      }
+    }
+    addSamples(grid, seen, spacing / kThirds, false, between);
     return grid;
   };
   // Both sets of rays: rays of self paths lie about the hit, not the start, which is on the
@@ -189,22 +244,18 @@ Reflector::Reflector(std::span<const Turn> turns, const Reflector* before, const
   const auto makeOctree = [&](const Grid& grid, const Box3& box,
                               std::vector<std::uint32_t>& paths) {
     std::vector<SampleRay> rays;
-    std::vector<std::uint32_t> rayAt(grid.samples.size(), kNoRay);
-    for (std::size_t i = 0; i < grid.samples.size(); ++i) {
-      if (!grid.samples[i]) continue;
-      const Path& path = grid.samples[i]->path;
-      rayAt[i] = static_cast<std::uint32_t>(rays.size());
+    for (const Sample& found : grid.samples) {
+      const Path& path = found.path;
       paths.push_back(static_cast<std::uint32_t>(pathCount_++));
       const auto count = static_cast<std::ptrdiff_t>(turns_.size());
       bounces_.insert(bounces_.end(), path.bounces.begin(), path.bounces.begin() + count);
       distances_.insert(distances_.end(), path.distances.begin(), path.distances.begin() + count);
-      const double self = grid.samples[i]->self;
-      SampleRay ray{path.place(lastTurn()) + 0.5 * self * path.direction, path.direction};
-      if (self > 0.0) ray.length = self;
+      SampleRay ray{path.place(lastTurn()) + 0.5 * found.self * path.direction, path.direction};
+      if (found.self > 0.0) ray.length = found.self;
       rays.push_back(ray);
     }
     std::vector<Neighbours> neighbours;
-    if (!options.groups) neighbours = gridNeighbours(grid.width, grid.height, rayAt);
+    if (!options.groups) neighbours = gridNeighbours(grid.width, grid.height, grid.sampleAt);
     return RayOctree(std::move(rays), glm::dvec3(box.min), glm::dvec3(box.max),
                      {.k = static_cast<std::size_t>(options.candidates)}, std::move(neighbours));
   };
@@ -214,29 +265,30 @@ Reflector::Reflector(std::span<const Turn> turns, const Reflector* before, const
   auto spacing = static_cast<float>(options.sampleSpacing);
   if (refracts()) spacing = std::max(1.0f, kRefractedSpacing * spacing);
   Grid grid = sample(seen, spacing, false);
-  while (grid.count < options.fewestPaths && spacing >= 2.0f && !grid.samples.empty()) {
+  while (grid.count() < options.fewestPaths && spacing >= 2.0f && !grid.sampleAt.empty()) {
     if (turns_.size() > 1) {
       // The later reflectors fill a part of the first: look there, and give up soon
-      if (grid.count == 0 && spacing <= 0.5f * static_cast<float>(options.sampleSpacing)) break;
-      if (grid.count > 0) seen = filledPart(grid.samples, grid.width, seen, spacing);
+      if (grid.count() == 0 && spacing <= 0.5f * static_cast<float>(options.sampleSpacing)) break;
+      if (grid.count() > 0) seen = filledPart(grid.sampleAt, grid.width, seen, spacing);
     }
     spacing *= 0.5f;
     grid = sample(seen, spacing, false);
   }
-  if (grid.count == 0) {
+  if (grid.count() == 0) {
     if (const auto image = imageOfLast(view)) {
       seen = *image;
       const float across = std::max(seen[2] - seen[0], seen[3] - seen[1]);
       spacing = std::clamp(across / kImageSamples, kImageSpacing, spacing);
       grid = sample(seen, spacing, false);
-      missed_ = grid.count == 0;
+      missed_ = grid.count() == 0;
     }
   }
   totalReflections_ = grid.total;
-  if (grid.count == 0) return;
+  if (grid.count() == 0) return;
+  if (options.order == Order::Auto && spacing >= kThirds) grid = refined(grid, seen, spacing);
   octree_ = makeOctree(grid, scene, rays_);
   const Grid self = sample(seen, std::max(1.0f, kSelfSpacing * spacing), true);
-  if (self.count > 0) selfOctree_ = makeOctree(self, turns_.back().bounds, selfRays_);
+  if (self.count() > 0) selfOctree_ = makeOctree(self, turns_.back().bounds, selfRays_);
 }
 
 std::optional<std::array<float, 4>> Reflector::imageOfLast(const View& view) const {
@@ -272,6 +324,16 @@ std::optional<std::array<float, 4>> Reflector::imageOfLast(const View& view) con
            std::min(all[2], image[2] + margin), std::min(all[3], image[3] + margin)};
   if (!(image[0] < image[2] && image[1] < image[3])) return std::nullopt;
   return image;
+}
+
+bool Reflector::unlike(const Path& a, const Path& b) const {
+  const Bounce<double>& bounce = a.bounces[lastTurn()];
+  const Vector<double> step = vectorOf(b.place(lastTurn()) - a.place(lastTurn()));
+  const std::array<double, 2> y{dot(bounce.e1, step), dot(bounce.e2, step)};
+  const double expected = std::sqrt(std::max(0.0, form(bounce.omega, y, y)));
+  const double turned = glm::length(b.direction - a.direction);
+  const double larger = std::max(turned, expected);
+  return larger > kLeastTurn && std::abs(turned - expected) > kTurnError * larger;
 }
 
 Reflector::Found Reflector::pathBy(glm::dvec3 x, Path& path) const {

@@ -175,6 +175,9 @@ class Reflector {
   /// The path that leaves the eye towards x, near the first surface.
   enum class Found { Path, Nothing, TotalReflection };
   Found pathBy(glm::dvec3 x, Path& path) const;
+  /// Whether neighbouring paths tell too little of what lies between them: the direction turns from
+  /// one to the other by another angle than where it begins.
+  bool unlike(const Path& a, const Path& b) const;
   /// Whether the last turn's surface would let a path out that it should reflect totally.
   bool wouldLeave(const Path& path) const;
   /// Whether a path may be moved where its point is at `rho` from the last place; where its places
