@@ -9,6 +9,8 @@
 #include <queue>
 #include <utility>
 
+#include "core/parallel.h"
+
 namespace catoptric::methods::perturbation {
 namespace {
 
@@ -36,6 +38,11 @@ std::uint64_t seenAt(std::uint32_t lookUp, float distance2) {
          std::bit_cast<std::uint32_t>(std::max(distance2, 0.0f));
 }
 
+/// Beams that are told by their base and growth are that much wider.
+constexpr double kBeamRounding = 1.0 + 1e-9;
+/// Sets of more rays are divided by several threads.
+constexpr std::size_t kManyRays = 2048;
+
 bool before(const NearRay& a, const NearRay& b) {
   return a.distance < b.distance || (a.distance == b.distance && a.ray < b.ray);
 }
@@ -60,15 +67,6 @@ RayOctree::RayOctree(std::vector<SampleRay> rays, const glm::dvec3& min, const g
   build();
 }
 
-double RayOctree::beamRadius(std::uint32_t ray, double t) const {
-  const glm::dvec3 centre = rays_[ray].origin + t * rays_[ray].direction;
-  double radius = 0.0;
-  for (const std::uint32_t other : neighbours_[ray]) {
-    if (other != kNoRay) radius = std::max(radius, distanceTo(rays_[other], centre));
-  }
-  return radius;
-}
-
 bool RayOctree::inBeam(std::uint32_t ray, double t, double distance) const {
   const glm::dvec3 centre = rays_[ray].origin + t * rays_[ray].direction;
   return std::any_of(neighbours_[ray].begin(), neighbours_[ray].end(), [&](std::uint32_t other) {
@@ -81,13 +79,24 @@ std::vector<std::uint32_t> RayOctree::candidateSet(const glm::dvec3& centre, dou
   if (!neighbours_.empty()) {
     // A point within the radius is at most so much nearer to the ray, and its nearest point on the
     // ray moves at most so far, to where the beam is at most so much wider.
+    const double far = glm::length(centre);
     std::vector<std::uint32_t> beams;
     for (const std::uint32_t ray : from) {
       const double t = nearestParameter(rays_[ray], centre);
-      const double distance = glm::length(rays_[ray].origin + t * rays_[ray].direction - centre);
-      const double beam = beamRadius(ray, t);
-      const double size = glm::length(centre) + distance + beam;
-      if (distance <= beam + 2.0 * radius + kRounding * size) beams.push_back(ray);
+      const glm::dvec3 nearest = rays_[ray].origin + t * rays_[ray].direction;
+      const double distance = glm::distance(nearest, centre);
+      const auto reaches = [&](double beam) {
+        return distance <= beam + 2.0 * radius + kRounding * (far + distance + beam);
+      };
+      // Most are told without their neighbours
+      const Beam& most = beams_[ray];
+      const bool within =
+          reaches(0.0) ||
+          (reaches(kBeamRounding * (most.base + most.growth * t)) &&
+           std::any_of(neighbours_[ray].begin(), neighbours_[ray].end(), [&](std::uint32_t other) {
+             return other != kNoRay && reaches(distanceTo(rays_[other], nearest));
+           }));
+      if (within) beams.push_back(ray);
     }
     return beams;
   }
@@ -130,12 +139,13 @@ void RayOctree::build() {
     Beam beam;
     for (const std::uint32_t other : neighbours_[i]) {
       if (other == kNoRay) continue;
-      beam.base = std::max(beam.base, glm::distance(rays_[i].origin, rays_[other].origin));
+      // Beyond the end of one that ends earlier it is its end that counts
+      const double shorter =
+          rays_[other].length < rays_[i].length ? rays_[i].length - rays_[other].length : 0.0;
+      beam.base =
+          std::max(beam.base, glm::distance(rays_[i].origin, rays_[other].origin) + shorter);
       beam.growth =
           std::max(beam.growth, glm::distance(rays_[i].direction, rays_[other].direction));
-      // One that ends earlier can be anywhere.
-      if (rays_[other].length < rays_[i].length)
-        beam.base = std::numeric_limits<double>::infinity();
     }
     beams_.push_back(beam);
     const glm::vec3 origin(rays_[i].origin - min_);
@@ -163,13 +173,24 @@ void RayOctree::build() {
     cells[node].rays.clear();
     nodes_[node].child = static_cast<std::uint32_t>(nodes_.size());
     const glm::dvec3 half = 0.5 * parent.half;
-    for (std::uint32_t octant = 0; octant < 8; ++octant) {
-      const glm::dvec3 centre =
-          parent.centre + half * glm::dvec3((octant & 1) ? 1.0 : -1.0, (octant & 2) ? 1.0 : -1.0,
-                                            (octant & 4) ? 1.0 : -1.0);
+    std::array<Cell, 8> children;
+    const auto divide = [&](std::size_t begin, std::size_t end) {
+      for (std::size_t octant = begin; octant < end; ++octant) {
+        const glm::dvec3 centre =
+            parent.centre + half * glm::dvec3((octant & 1) ? 1.0 : -1.0, (octant & 2) ? 1.0 : -1.0,
+                                              (octant & 4) ? 1.0 : -1.0);
+        children[octant] = {centre, half, parent.depth + 1,
+                            candidateSet(centre, glm::length(half), parent.rays)};
+      }
+    };
+    if (parent.rays.size() > kManyRays) {
+      parallelFor(children.size(), 1, divide);
+    } else {
+      divide(0, children.size());
+    }
+    for (Cell& child : children) {
       nodes_.emplace_back();
-      cells.push_back(
-          {centre, half, parent.depth + 1, candidateSet(centre, glm::length(half), parent.rays)});
+      cells.push_back(std::move(child));
       offer(static_cast<std::uint32_t>(cells.size() - 1));
     }
     leaves += 7;

@@ -110,9 +110,7 @@ class RayOctree {
   /// Whether a ray is one of reflections()' answers for a point (relative to `min`) for sure:
   /// squared distances in floats are off by `doubt` together.
   bool surelyAnswer(const glm::vec3& p, const NearRay& near, float doubt) const;
-  /// How far the farthest neighbour of a ray is from its point at t.
-  double beamRadius(std::uint32_t ray, double t) const;
-  /// Whether that is at least `distance`.
+  /// Whether the farthest neighbour of a ray is at least `distance` from its point at t.
   bool inBeam(std::uint32_t ray, double t, double distance) const;
   /// Those of `from` that can be an answer for a point within `radius` of `centre`.
   std::vector<std::uint32_t> candidateSet(const glm::dvec3& centre, double radius,

@@ -182,6 +182,17 @@ TEST(RayOctree, ServesTheVaseWithFewCandidatesAndSteps) {
   EXPECT_LT(along.steps, freshSteps / 3);
 }
 
+TEST(RayOctree, ARayMayStandForASquareOfTheGrid) {
+  // 0 in the middle of nine squares, beside it a column of three, below nothing
+  const std::vector<std::uint32_t> rayAt{0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 3};
+  const std::vector<Neighbours> neighbours = gridNeighbours(4, 3, rayAt);
+  constexpr std::uint32_t kNone = kNoRay;
+  ASSERT_EQ(neighbours.size(), 4u);
+  EXPECT_EQ(neighbours[0], (Neighbours{kNone, kNone, kNone, kNone, 2, kNone, kNone, kNone}));
+  EXPECT_EQ(neighbours[1], (Neighbours{kNone, kNone, kNone, 0, kNone, 0, 2, kNone}));
+  EXPECT_EQ(neighbours[2], (Neighbours{0, 1, kNone, 0, kNone, 0, 3, kNone}));
+}
+
 TEST(RayOctree, FindsEveryMinimumAmongNeighbours) {
   const VaseSamples samples(40, 30);
   const RayOctree tree(samples.rays, {-3, -1, -1}, {3, 4, 5}, {}, samples.neighbours);
