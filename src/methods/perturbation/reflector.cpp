@@ -285,7 +285,8 @@ Reflector::Reflector(std::span<const Turn> turns, const Reflector* before, const
   }
   totalReflections_ = grid.total;
   if (grid.count() == 0) return;
-  if (options.order == Order::Auto && spacing >= kThirds) grid = refined(grid, seen, spacing);
+  if (options.order == Order::Auto && spacing >= kThirds && !refracts())
+    grid = refined(grid, seen, spacing);
   octree_ = makeOctree(grid, scene, rays_);
   const Grid self = sample(seen, std::max(1.0f, kSelfSpacing * spacing), true);
   if (self.count() > 0) selfOctree_ = makeOctree(self, turns_.back().bounds, selfRays_);
