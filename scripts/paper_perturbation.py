@@ -28,7 +28,7 @@ Times are medians over frames after the first, in which an object moved and the 
 
 def moving(bench, frames):
     """Frames of a path of which the first is the initial one."""
-    count = {"full": frames, "quick": min(frames, 8), "smoke": 2}[bench.effort]
+    count = {"full": frames, "quick": min(frames, 12), "smoke": 2}[bench.effort]
     return [([], list(range(1, count + 1)))]
 
 
@@ -202,7 +202,7 @@ a lathe of two Bezier pieces, its fastest exact primitive, or an isosurface. Sec
 least of three; ours after a move, as above. "update": virtual objects without drawing. Pictures of time 0, one
 ray a pixel, against POV-Ray's lathe. What a reflector shows of a reflector after the last bounce differs: its
 diffuse component here, (1 - s) of that there (the mouth of the vase).""")
-    moved = {"full": 12, "quick": 6, "smoke": 1}[bench.effort]
+    moved = {"full": 24, "quick": 12, "smoke": 1}[bench.effort]
     for shadows in (True, False):
         document.text(f"### {'With' if shadows else 'Without'} shadows")
         rows, errors = [], []

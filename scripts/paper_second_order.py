@@ -42,11 +42,12 @@ def average_and_most(values, scale=1.0):
 
 def introduce(bench, document):
     bench.catoptric("render", "configs/papers/second_order.json", "--dry-run", "-q")
-    effort = {"full": "every 30th frame", "quick": "every 90th frame, `--quick`",
+    effort = {"full": "every 30th frame", "quick": "`--quick`: every 30th frame for Tables 1, 2, 7, 9 and "
+              "accuracy's L1_8bit, every 90th for the others",
               "smoke": "two frames, `--smoke`: figures without meaning,"}[bench.effort]
     document.text(f"""# second_order: the paper's tables and pictures
 
-Written by `{bench.command("second_order")}` ({effort} of each path of 900) from
+Written by `{bench.command("second_order")}` ({effort}, of each path of 900) from
 configs/papers/second_order*.json. {machine()} The
 published figures are of a GeForce GTX 570 and Optix on it. Compare ratios and growth, not frame
 rates. 512 x 512 pixels with 2 x 2 samples; "a / b" is average / maximum over frames; times
@@ -60,7 +61,7 @@ def paths(bench, document):
     for path in PATHS:
         runs[path] = bench.render("second_order", f"paths_{PATHS[path][1]}",
                                   [*scene_of(path), 'image.layers=["s","id"]',
-                                    "preview.enabled=false"])
+                                    "preview.enabled=false"], bench.path_frames(30, 30))
     samples = 1024 * 1024
 
     def rate(run):
