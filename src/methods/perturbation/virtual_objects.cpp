@@ -788,6 +788,9 @@ class Builder {
       return c.isBorder ? static_cast<std::uint32_t>(firstEnd + numberIn(borders, c.border))
                         : c.border.have;
     };
+    const auto shareOf = [&](const Corner& c) {
+      return shares[numberIn(between, placesOf(c.border))];
+    };
     const auto numberOf = [](const Corner& c) { return c.isBorder ? 0 : c.border.number; };
     const auto vertex = [&](const Corner& c) { return put(vertexOf(c), numberOf(c)); };
     const auto reflection = [&](const Corner& c) -> const Reflection& {
@@ -800,7 +803,8 @@ class Builder {
           putCorners({vertex(corners[0]), vertex(corners[c - 1]), vertex(corners[c])});
         pieces.emplace_back(corners.begin(), corners.end());
       });
-      // Two reflections that end together merge there: what is left between them is a strip
+      // Two reflections that end in one place of an edge merge there: what is left between them is
+      // a strip. At rims each ends for itself.
       for (std::size_t p = 0; p < pieces.size(); ++p) {
         for (std::size_t q = p + 1; q < pieces.size(); ++q) {
           const auto ends = [&](std::size_t piece) {
@@ -820,12 +824,9 @@ class Builder {
           const auto merge = [&](const Corner& x, const Corner& y) {
             const auto xs = projection_(reflection(x).x);
             const auto ys = projection_(reflection(y).x);
-            const auto& from = placeAt(x.border.have).reflections.at;
-            const auto xf = projection_(from[x.border.number].x);
-            const auto yf = projection_(from[y.border.number].x);
-            return xs && ys && xf && yf &&
-                   glm::distance(*xs, *ys) < kWidestFold * projection_.height() &&
-                   glm::distance(*xs, *ys) < 0.5f * glm::distance(*xf, *yf);
+            const double apart = std::abs(shareOf(x) - shareOf(y));
+            return xs && ys && apart <= std::ldexp(1.0, -kBorderSteps) &&
+                   glm::distance(*xs, *ys) < kWidestFold * projection_.height();
           };
           if (!merge(a[0], b[0]) || !merge(a[1], b[1])) continue;
           putCorners({vertex(a[0]), vertex(a[1]), vertex(b[1])});
