@@ -20,8 +20,7 @@ constexpr double kRounding = 1e-14;
 /// ... and squares of them in floats by this part of the squared distances from the box.
 constexpr float kGlanceRounding = 3e-6f;
 
-/// Four rays at a time, in floats
-using Four = float __attribute__((vector_size(16)));
+using Four = RayOctree::Four;
 
 void transpose(std::array<Four, 4>& r) {
   const Four a = __builtin_shufflevector(r[0], r[1], 0, 4, 1, 5);
@@ -30,6 +29,17 @@ void transpose(std::array<Four, 4>& r) {
   const Four d = __builtin_shufflevector(r[2], r[3], 2, 6, 3, 7);
   r = {__builtin_shufflevector(a, b, 0, 1, 4, 5), __builtin_shufflevector(a, b, 2, 3, 6, 7),
        __builtin_shufflevector(c, d, 0, 1, 4, 5), __builtin_shufflevector(c, d, 2, 3, 6, 7)};
+}
+
+/// Squared distances of a point (relative to the box) from rays, and their nearest parameters. Rays
+/// that end are taken for longer: that is nearer, and a wider beam.
+Four distances2(const RayOctree::FourGlances& rays, const glm::vec3& p, Four& t) {
+  const Four x = p.x - rays[0];
+  const Four y = p.y - rays[1];
+  const Four z = p.z - rays[2];
+  t = x * rays[4] + y * rays[5] + z * rays[6];
+  t = t > 0.0f ? t : Four{};
+  return x * x + y * y + z * z - t * t;
 }
 
 /// Cursor::seen
@@ -255,40 +265,56 @@ void RayOctree::nearest(const glm::dvec3& point, Cursor& cursor,
 
 void RayOctree::beamsAt(const glm::dvec3& point, std::span<const std::uint32_t> from,
                         Cursor& cursor) const {
+  --cursor.lookUp;
+  cursor.near.clear();
+  if (from.empty()) return;
+  // Points near to each other have the same candidates
+  if (cursor.packedFrom != from.data()) {
+    cursor.packedFrom = from.data();
+    cursor.packed.resize((from.size() + 3) / 4);
+    for (std::size_t first = 0; first < from.size(); first += 4) {
+      std::array<std::uint32_t, 4> four{};
+      for (std::size_t lane = 0; lane < 4; ++lane)
+        four[lane] = from[std::min(first + lane, from.size() - 1)];
+      cursor.packed[first / 4] = fourGlances(four);
+    }
+  }
   const glm::vec3 p(point - min_);
   const float size2 = glm::dot(p, p);
   std::vector<std::uint32_t>& result = cursor.near;
-  result.resize(from.size() + 4);
+  result.resize(from.size() + 1);
   cursor.seen.resize(rays_.size(), ~std::uint64_t{0});
-  --cursor.lookUp;
   std::size_t count = 0;
   for (std::size_t first = 0; first < from.size(); first += 4) {
-    std::array<Four, 4> o;
-    std::array<Four, 4> d;
-    for (std::size_t lane = 0; lane < 4; ++lane) {
-      const Glance& glance = glances_[from[std::min(first + lane, from.size() - 1)]];
-      std::memcpy(&o[lane], glance.origin.data(), sizeof(Four));
-      std::memcpy(&d[lane], glance.direction.data(), sizeof(Four));
-    }
-    transpose(o);
-    transpose(d);
-    const Four x = p.x - o[0];
-    const Four y = p.y - o[1];
-    const Four z = p.z - o[2];
-    // Rays that end are taken for longer: that is nearer, and a wider beam
-    Four t = x * d[0] + y * d[1] + z * d[2];
-    t = t > 0.0f ? t : Four{};
-    const Four away2 = x * x + y * y + z * z - t * t;
-    const Four radius = o[3] + d[3] * t;
-    const Four slack = kGlanceRounding * (size2 + o[0] * o[0] + o[1] * o[1] + o[2] * o[2]);
+    const FourGlances& rays = cursor.packed[first / 4];
+    Four t;
+    const Four away2 = distances2(rays, p, t);
+    const Four radius = rays[3] + rays[7] * t;
+    const Four slack =
+        kGlanceRounding * (size2 + rays[0] * rays[0] + rays[1] * rays[1] + rays[2] * rays[2]);
     const auto passed = away2 > radius * radius + slack;
-    for (std::size_t lane = 0; lane < 4; ++lane) {
-      result[count] = from[std::min(first + lane, from.size() - 1)];
-      cursor.seen[result[count]] = seenAt(cursor.lookUp, away2[lane]);
-      count += passed[lane] == 0 && first + lane < from.size() ? 1 : 0;
+    const std::size_t lanes = std::min<std::size_t>(4, from.size() - first);
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      const std::uint32_t ray = from[first + lane];
+      result[count] = ray;
+      cursor.seen[ray] = seenAt(cursor.lookUp, away2[lane]);
+      count += passed[lane] == 0 ? 1 : 0;
     }
   }
   result.resize(count);
+}
+
+RayOctree::FourGlances RayOctree::fourGlances(const std::array<std::uint32_t, 4>& rays) const {
+  std::array<Four, 4> o;
+  std::array<Four, 4> d;
+  for (std::size_t lane = 0; lane < 4; ++lane) {
+    const Glance& glance = glances_[rays[lane]];
+    std::memcpy(&o[lane], glance.origin.data(), sizeof(Four));
+    std::memcpy(&d[lane], glance.direction.data(), sizeof(Four));
+  }
+  transpose(o);
+  transpose(d);
+  return {o[0], o[1], o[2], o[3], d[0], d[1], d[2], d[3]};
 }
 
 bool RayOctree::surelyAnswer(const glm::vec3& p, const NearRay& near, float doubt) const {
@@ -296,22 +322,10 @@ bool RayOctree::surelyAnswer(const glm::vec3& p, const NearRay& near, float doub
   const Neighbours& around = around_[near.ray];
   bool wide = false;
   for (std::size_t first = 0; first < around.size(); first += 4) {
-    std::array<Four, 4> o;
-    std::array<Four, 4> d;
-    for (std::size_t lane = 0; lane < 4; ++lane) {
-      const Glance& glance = glances_[around[first + lane]];
-      std::memcpy(&o[lane], glance.origin.data(), sizeof(Four));
-      std::memcpy(&d[lane], glance.direction.data(), sizeof(Four));
-    }
-    transpose(o);
-    transpose(d);
-    const Four x = p.x - o[0];
-    const Four y = p.y - o[1];
-    const Four z = p.z - o[2];
-    // Rays that end are taken for longer: that is nearer
-    Four t = x * d[0] + y * d[1] + z * d[2];
-    t = t > 0.0f ? t : Four{};
-    const Four away2 = x * x + y * y + z * z - t * t;
+    Four t;
+    const Four away2 = distances2(
+        fourGlances({around[first], around[first + 1], around[first + 2], around[first + 3]}), p,
+        t);
     for (std::size_t lane = 0; lane < 4; ++lane) {
       if (around[first + lane] == near.ray) continue;
       if (!(away2[lane] > distance2 + doubt)) return false;

@@ -54,6 +54,9 @@ class RayOctree {
     std::size_t leafSize = 16;     ///< cells with fewer candidates are not divided (ours)
     std::size_t maxLeaves = 8192;  ///< ours
   };
+  /// Four rays at a time, in floats: their Glances' origins and bases, directions and growths.
+  using Four = float __attribute__((vector_size(16)));
+  using FourGlances = std::array<Four, 8>;
   /// Where the last look-up ended: points near to each other find their cells from there.
   struct Cursor {
     std::array<std::uint32_t, 32> nodes{};  ///< from the root to the leaf
@@ -67,6 +70,8 @@ class RayOctree {
     /// squared distance there. So what this one met is less than what others did, and less the
     /// nearer it is.
     std::vector<std::uint64_t> seen;
+    const std::uint32_t* packedFrom = nullptr;  ///< candidates
+    std::vector<FourGlances> packed;            ///< of theirs
     std::uint32_t lookUp = ~0u;
   };
 
@@ -105,7 +110,8 @@ class RayOctree {
     std::array<float, 4> origin;     ///< w: beam's base
     std::array<float, 4> direction;  ///< w: its growth
   };
-  /// Lists those of some rays whose beams may hold a point, in their order, in `cursor.near`.
+  FourGlances fourGlances(const std::array<std::uint32_t, 4>& rays) const;
+  /// Lists those of some candidates whose beams may hold a point, in their order, in `cursor.near`.
   void beamsAt(const glm::dvec3& point, std::span<const std::uint32_t> from, Cursor& cursor) const;
   /// Whether a ray is one of reflections()' answers for a point (relative to `min`) for sure:
   /// squared distances in floats are off by `doubt` together.

@@ -37,6 +37,9 @@ constexpr int kThirds = 3;
 /// Steps of retrace(), and the longest one as a share of the reflector's size (ours).
 constexpr int kMaxSteps = 8;
 constexpr double kLongestStep = 0.25;
+/// A step that leads beyond what the first reflector shows of the others is halved so many times
+/// (ours).
+constexpr int kMaxShortenings = 2;
 /// Quadratic moves of exact paths are taken instead of another step, or of a path that was traced
 /// for another point, where the estimate is below this part of the error allowed (ours).
 constexpr double kSmallRemainder = 0.1;
@@ -425,14 +428,16 @@ bool Reflector::retrace(const glm::dvec3& point, Places& places, Traced* traced)
   if (const auto gradient = implicit::gradientAt(*turns_[0].surface, x))
     x -= implicit::valueAt(*turns_[0].surface, x) / glm::dot(*gradient, *gradient) * *gradient;
   glm::dvec3 from = x;
+  int shortenings = 0;
   for (int step = 0; step < kMaxSteps; ++step) {
     if (pathBy(x, path) != Found::Path) {
       // A step beyond what the first reflector shows of the others
-      if (last == 0 || step == 0) return false;
+      if (last == 0 || step == 0 || shortenings++ == kMaxShortenings) return false;
       x = 0.5 * (x + from);
       continue;
     }
     from = x = path.place(0);
+    shortenings = 0;
     const glm::dvec3 leaves = path.place(last);
     const double rho = std::max(0.0, glm::dot(point - leaves, path.direction));
     if (!movable(path.bounces.data(), rho)) return false;
@@ -620,11 +625,11 @@ Reflections Reflector::reflectionsOf(const glm::dvec3& point, bool own, RayOctre
         // The remainder as the next term of a geometric series
         const double d1 = glm::distance(first[0], start);
         const double d2 = glm::distance(second[0], first[0]);
-        const double allowed = static_cast<double>(options_.errorPixels);
-        if (found && pixels(start, d2) < allowed) {
+        const double allowed = static_cast<double>(options_.errorPixels) / pixels(start, 1.0);
+        if (found && d2 < allowed) {
           places = first;
           ++counts.linear;
-        } else if (found && pixels(start, d2 * d2 / d1) < allowed) {
+        } else if (found && d2 * d2 < allowed * d1) {
           places = second;
           ++counts.quadratic;
         } else {
@@ -682,14 +687,14 @@ double Reflector::hiddenAt(std::size_t turn, const glm::dvec3& from,
 }
 
 std::optional<Reflection> Reflector::hidden(const glm::dvec3& point, RayOctree::Cursor& cursor,
-                                            PathCounts& counts) const {
+                                            PathCounts& counts, Traced* traced) const {
   if (!hides()) return std::nullopt;
   if (!before_) {
     const double share = hiddenAt(0, eye_, point);
     if (!(share < 1.0)) return std::nullopt;
     return Reflection{point, point, point, share};
   }
-  const Reflections seen = before_->reflectionsOf(point, false, cursor, counts);
+  const Reflections seen = before_->reflectionsOf(point, false, cursor, counts, traced);
   for (std::uint32_t i = 0; i < seen.count; ++i) {
     Reflection reflection = seen.at[i];
     const double share = hiddenAt(lastTurn(), reflection.last, point);

@@ -162,10 +162,10 @@ class Reflector {
   void addReflectionsNear(const glm::dvec3& point, const Reflections& known, Reflections& result,
                           PathCounts& counts, Traced* traced = nullptr) const;
   /// Where a point that the last reflector hides would show without it: itself, or its reflection
-  /// in the reflectors before. `share`: up to where it is hidden. `cursor` of the sequence before.
-  /// At a mirror's rim it shows there too; what refracts has no such places.
+  /// in the reflectors before. `share`: up to where it is hidden. `cursor` and `traced` of the
+  /// sequence before. At a mirror's rim it shows there too; what refracts has no such places.
   std::optional<Reflection> hidden(const glm::dvec3& point, RayOctree::Cursor& cursor,
-                                   PathCounts& counts) const;
+                                   PathCounts& counts, Traced* traced = nullptr) const;
 
  private:
   using Places = std::array<glm::dvec3, kMaxTurns>;

@@ -201,7 +201,7 @@ class Builder {
       for (std::size_t c = 0; c < 3; ++c)
         triangles[t][c] = geometry.indices[range.firstIndex + 3 * t + c] - range.firstVertex;
     }
-    result_.indices.reserve(2 * range.indexCount);
+    reserve(2 * placeOf_.size(), std::size_t{2} * range.indexCount);
     // Nearest paths jump from sample to sample however short the edges are
     const int halvings = jumps_ || options_.errorPixels <= 0.0f ? 0 : options_.maxHalvings;
     for (int level = 0; !triangles.empty(); ++level) triangles = halve(triangles, level < halvings);
@@ -252,6 +252,16 @@ class Builder {
     }
   }
 
+  /// Room for what is put out.
+  void reserve(std::size_t vertices, std::size_t indices) {
+    result_.positions.reserve(vertices);
+    result_.attributes.reserve(vertices);
+    result_.images.reserve(vertices);
+    if (reflector_.before()) result_.places.reserve(vertices);
+    seenVertices_.reserve(vertices);
+    result_.indices.reserve(indices);
+  }
+
   std::uint32_t placeOf(std::uint32_t vertex) const {
     return vertex < placeOf_.size() ? placeOf_[vertex] : more_[vertex - placeOf_.size()].place;
   }
@@ -266,41 +276,38 @@ class Builder {
   }
 
   Edges edgesOf(const std::vector<Triangle>& triangles) const {
-    // Sides by their first place, then each place's few by their second
-    struct Side {
-      std::uint32_t b;
-      std::uint32_t number;
-    };
     std::vector<Edge> sides(3 * triangles.size());
-    std::vector<std::uint32_t> begin(places_.size() + 1);
+    std::vector<std::uint32_t> firsts(places_.size());
+    std::vector<std::uint32_t> seconds(places_.size());
     for (std::size_t t = 0; t < triangles.size(); ++t) {
       const std::array<std::uint32_t, 3> at{placeOf(triangles[t][0]), placeOf(triangles[t][1]),
                                             placeOf(triangles[t][2])};
       for (std::size_t c = 0; c < 3; ++c) {
         const auto [a, b] = std::minmax(at[c], at[(c + 1) % 3]);
         sides[3 * t + c] = {a, b};
-        ++begin[a];
+        ++firsts[a];
+        ++seconds[b];
       }
     }
-    std::uint32_t sum = 0;
-    for (std::uint32_t& first : begin) sum += std::exchange(first, sum);
-    std::vector<Side> sorted(sides.size());
-    for (std::uint32_t i = 0; i < sides.size(); ++i) sorted[begin[sides[i].a]++] = {sides[i].b, i};
+    // Sorted by counting, by their second ends and then, in that order, by their first
+    const auto addUp = [](std::vector<std::uint32_t>& counts) {
+      std::uint32_t sum = 0;
+      for (std::uint32_t& count : counts) sum += std::exchange(count, sum);
+    };
+    addUp(firsts);
+    addUp(seconds);
+    std::vector<std::uint32_t> bySecond(sides.size());
+    std::vector<std::uint32_t> sorted(sides.size());
+    for (std::uint32_t i = 0; i < sides.size(); ++i) bySecond[seconds[sides[i].b]++] = i;
+    for (const std::uint32_t i : bySecond) sorted[firsts[sides[i].a]++] = i;
     Edges edges;
     edges.ends.reserve(sides.size() / 2 + 64);
     edges.of.resize(sides.size());
-    std::size_t from = 0;  // begin[a] is now where a's end
-    for (std::uint32_t a = 0; a < places_.size(); ++a) {
-      const std::size_t end = begin[a];
-      const auto at = [&](std::size_t i) {
-        return sorted.begin() + static_cast<std::ptrdiff_t>(i);
-      };
-      std::sort(at(from), at(end), [](const Side& x, const Side& y) { return x.b < y.b; });
-      for (std::size_t i = from; i < end; ++i) {
-        if (i == from || sorted[i].b != sorted[i - 1].b) edges.ends.push_back({a, sorted[i].b});
-        edges.of[sorted[i].number] = static_cast<std::uint32_t>(edges.ends.size() - 1);
-      }
-      from = end;
+    for (const std::uint32_t i : sorted) {
+      const auto [a, b] = sides[i];
+      if (edges.ends.empty() || edges.ends.back().a != a || edges.ends.back().b != b)
+        edges.ends.push_back({a, b});
+      edges.of[i] = static_cast<std::uint32_t>(edges.ends.size() - 1);
     }
     return edges;
   }
@@ -314,6 +321,7 @@ class Builder {
       RayOctree::Cursor cursor;
       RayOctree::Cursor cursorBefore;
       Reflector::Traced traced;
+      Reflector::Traced tracedBefore;
       for (std::size_t i = begin; i < end; ++i) {
         Place& place = places_[first + i];
         if (!edges.empty() && exactMiddles_) {
@@ -326,7 +334,8 @@ class Builder {
           place.reflections =
               reflector_.reflectionsOf(place.position, own_, cursor, own.paths, &traced);
         if (place.reflections.count == 0) {
-          const auto straight = reflector_.hidden(place.position, cursorBefore, own.paths);
+          const auto straight =
+              reflector_.hidden(place.position, cursorBefore, own.paths, &tracedBefore);
           if (straight) place.straight = std::make_unique<Reflection>(*straight);
         }
         project(place);
