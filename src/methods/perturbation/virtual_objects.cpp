@@ -192,6 +192,9 @@ class Builder {
 
   raster::VirtualTriangles build(const frame::Geometry& geometry, int object, bool own) {
     own_ = own;
+    // The kernel takes as long to give memory for many places as looking them up
+    static thread_local std::vector<Place> kept;
+    places_.swap(kept);
     const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(object)];
     attributes_ = std::span(geometry.attributes).subspan(range.firstVertex, range.vertexCount);
     listPlaces(std::span(geometry.positions).subspan(range.firstVertex, range.vertexCount));
@@ -209,6 +212,8 @@ class Builder {
     counts_.vertices += places_.size();
     counts_.triangles += result_.indices.size() / 3;
     result_.object = object + 1;
+    places_.clear();
+    kept.swap(places_);
     return std::move(result_);
   }
 
