@@ -23,10 +23,12 @@ constexpr float kBoundsSlack = 1e-5f;
 constexpr std::size_t kSmallestLevel = 32;
 constexpr float kLevelRatio = 1.6f;
 constexpr float kMaxLevelError = 0.25f;
+/// Triangles lower than this part of their longest edge are lines (ours).
+constexpr float kThinnest = 1e-5f;
 /// Height of the relief that stands for a radiance of 1 while an object is simplified, as a share
 /// of the scene's diameter, and the largest error of radiance that levels may have. Ours, measured
 /// in the living room.
-constexpr float kReliefShare = 0.015f;
+constexpr float kReliefShare = 0.03f;
 constexpr float kLightError = 1.0f;
 
 /// Sphere about the box of the meshlet's vertices, and meshoptimizer's cone of normals.
@@ -202,6 +204,15 @@ struct ObjectLevels {
   std::vector<DetailLevel> levels;
 };
 
+/// Whether a triangle is more than a line.
+bool hasArea(const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 ab = b - a;
+  const Vec3 ac = c - a;
+  const Vec3 bc = c - b;
+  const float longest2 = std::max({glm::dot(ab, ab), glm::dot(ac, ac), glm::dot(bc, bc)});
+  return glm::length(glm::cross(ab, ac)) > kThinnest * longest2;
+}
+
 ObjectLevels buildObjectLevels(const frame::Geometry& geometry, const frame::ObjectRange& range,
                                float albedo) {
   ObjectLevels result;
@@ -222,28 +233,24 @@ ObjectLevels buildObjectLevels(const frame::Geometry& geometry, const frame::Obj
   const float* positions = &relief.data()->x;
   const float scale = meshopt_simplifyScale(positions, range.vertexCount, sizeof(Vec3));
   std::vector<std::uint32_t> collapsed(indices.size());
-  std::vector<std::uint32_t> gridded(indices.size());
   float error = 0.0f;
   while (indices.size() >= 3 * kSmallestLevel) {
     const std::size_t triangles = indices.size() / 3;
     const auto target = 3 * static_cast<std::size_t>(static_cast<float>(triangles) / kLevelRatio);
     float collapseError = 0.0f;
-    float gridError = 0.0f;
-    std::size_t count = meshopt_simplify(collapsed.data(), indices.data(), indices.size(),
-                                         positions, range.vertexCount, sizeof(Vec3), target,
-                                         kMaxLevelError, 0, &collapseError);
-    const std::size_t gridCount =
-        meshopt_simplifySloppy(gridded.data(), indices.data(), indices.size(), positions,
-                               range.vertexCount, sizeof(Vec3), target, 1.0f, &gridError);
-    // Loose parts, open borders and seams hold collapses up or make them err: a grid's cells do not
-    // regard them
-    const bool grid = gridCount > 0 && (4 * count > 5 * target || gridError < collapseError);
-    if (grid) count = gridCount;
+    const std::size_t count = meshopt_simplify(collapsed.data(), indices.data(), indices.size(),
+                                               positions, range.vertexCount, sizeof(Vec3), target,
+                                               kMaxLevelError, 0, &collapseError);
     if (count == 0 || 10 * count > 9 * indices.size()) break;
-    const std::vector<std::uint32_t>& made = grid ? gridded : collapsed;
-    indices.assign(made.begin(), made.begin() + static_cast<std::ptrdiff_t>(count));
+    // Where one without area lies at a border the next level's errors would not see its end
+    indices.clear();
+    for (std::size_t i = 0; i < count; i += 3) {
+      const std::array<std::uint32_t, 3> triangle{collapsed[i], collapsed[i + 1], collapsed[i + 2]};
+      if (hasArea(relief[triangle[0]], relief[triangle[1]], relief[triangle[2]]))
+        indices.insert(indices.end(), triangle.begin(), triangle.end());
+    }
     // Each level is made from the one before, by errors independent of its own
-    error = std::hypot(error, (grid ? gridError : collapseError) * scale);
+    error = std::hypot(error, collapseError * scale);
     if (error > mostError) break;
     DetailLevel level;
     level.error = error;
