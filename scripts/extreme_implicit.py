@@ -82,5 +82,5 @@ CASES = [
     against_reference("kinks", "an octahedron by a formula: no gradient along its edges",
                       scene(EYE, TARGET, surface("formula", formula="abs(x) + abs(y) + abs(z) - 0.5",
                                                  bounds=0.75, resolution=32, translate=[0, 0.75, 0]),
-                            BLOCK), perturbation=0.6),
+                            BLOCK), perturbation=0.4),
 ]

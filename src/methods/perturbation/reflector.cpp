@@ -75,6 +75,17 @@ glm::dvec3 onwards(const Turn& turn, const glm::dvec3& direction, const glm::dve
   return glm::refract(direction, against, turn.indexBefore / turn.indexAfter);
 }
 
+/// Whether a surface has no edges, as far as its formula's operations tell.
+bool isSmooth(const implicit::Surface& surface) {
+  using implicit::Code;
+  return std::none_of(surface.tape.begin(), surface.tape.end(),
+                      [](const implicit::Operation& operation) {
+                        const Code code = operation.code;
+                        return code == Code::Min || code == Code::Max || code == Code::Abs ||
+                               code == Code::AbsPower;
+                      });
+}
+
 /// As remainderOf() of order 2: of the first place, by the lengths of its linear and second motion.
 double remainder(double linear, double second, double rho, const glm::dvec3& step) {
   constexpr double kTiny = 0x1p-500;
@@ -141,7 +152,10 @@ Reflector::Reflector(std::span<const Turn> turns, const Reflector* before, const
       size_(turns.back().bounds.diameter()),
       spread_(scene::pixelSpreadRad(view.camera, view.height)) {
   assert(turns_.size() <= kMaxTurns && (turns_.size() == 1) == (before == nullptr));
-  for (std::size_t i = 0; i < turns_.size(); ++i) sizes_[i] = turns_[i].bounds.diameter();
+  for (std::size_t i = 0; i < turns_.size(); ++i) {
+    sizes_[i] = turns_[i].bounds.diameter();
+    smooth_[i] = isSmooth(*turns_[i].surface);
+  }
   struct Sample {
     Path path;
     double self = 0.0;  ///< metres to the last reflector again; 0: never
@@ -528,7 +542,8 @@ bool Reflector::accept(const glm::dvec3& point, const Places& places,
     const glm::dvec3 back = from - x;
     const glm::dvec3 ahead = (i == lastTurn() ? point : places[i + 1]) - x;
     if (glm::length(ahead) < kOffSurface * sizes_[i]) return false;
-    if (options_.order == Order::Auto && surelyTurns(i, bounces[i], x, back, ahead)) continue;
+    if (options_.order == Order::Auto && smooth_[i] && surelyTurns(i, bounces[i], x, back, ahead))
+      continue;
     const auto normal = implicit::normalAt(*turns_[i].surface, x);
     if (!normal) return false;
     const Turn& turn = turns_[i];

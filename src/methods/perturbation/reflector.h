@@ -219,6 +219,7 @@ class Reflector {
   glm::dvec3 centre_;
   std::array<double, kMaxTurns> sizes_{};  ///< metres, of bounds' diagonals
   double size_ = 0.0;                      ///< that of the last
+  std::array<bool, kMaxTurns> smooth_{};   ///< have no edges, across which no normal tells another
   double spread_ = 0.0;                    ///< rad, of a pixel
   std::size_t pathCount_ = 0;
   std::uint64_t totalReflections_ = 0;
