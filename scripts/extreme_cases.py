@@ -86,6 +86,14 @@ def spheres(scale=1.0, offset=(0, 0, 0)):
                          near=0.01 * scale)
 
 
+def spheres_and_a_far_box():
+    """A box that is farther away than floats can hold its shape beside them."""
+    scene, view = spheres()
+    scene["objects"].append({"name": "far", "shape": "box", "size": [1, 1, 1],
+                             "translate": [1e8, 0, 0]})
+    return scene, view
+
+
 def room(name):
     """A room from its door, lit at run time, as a function of scale and offset."""
     def make(scale=1.0, offset=(0, 0, 0)):
@@ -387,6 +395,9 @@ CASES = [
     Case("spheres_large", "scaled by 1e5", described(spheres, 1e5), "spheres", {"*": 0.05}),
     Case("spheres_far", "moved by 1e5 along x", described(spheres, 1, (1e5, 0, 0)), "spheres",
          {"*": 0.05}),
+    # Cube maps are drawn from the scene's middle, which the box moves away
+    Case("spheres_and_far", "also a box at 1e8 m", described(spheres_and_a_far_box), "spheres",
+         {"traced": 0.05, "reference": 0.05, "second_order": 3}),
     Case("box_small", "scaled by 1e-4", described(box, 1e-4), "box", {"*": 0.05}),
     Case("box_large", "scaled by 1e5", described(box, 1e5), "box", {"*": 0.05}),
     Case("box_far", "moved by 1e5 along x, y and z", described(box, 1, (1e5, -1e5, 1e5)), "box",

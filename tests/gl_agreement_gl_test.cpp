@@ -239,7 +239,7 @@ Differences compare(const Seen& seen, const scene::Camera& camera) {
   // What its mirrors see
   raster::GBufferCopy copy;
   raster::readBack(seen.gbuffer, true, copy);
-  const methods::ReflectiveSamples samples = methods::collectReflective(copy, camera);
+  const methods::ReflectiveSamples samples = methods::collectReflective(copy, camera, seen.trace);
   std::vector<Vec3> radiance(samples.points.size());
   found.reflected =
       trace::reflectedRadiance(seen.trace, seen.moment.lighting, spread, samples.points,

@@ -139,6 +139,7 @@ ExitCode info(const std::string& input, const CommonOptions& common) {
                   .raw("reflectors", "[" + joined(reflectors, ",") + "]")
                   .raw("textures", "[" + joined(textures, ",") + "]")
                   .add("notes", scene.notes)
+                  .add("warnings", scene.warnings)
                   .object() +
               "\n");
     return ExitCode::Done;
@@ -192,6 +193,10 @@ ExitCode info(const std::string& input, const CommonOptions& common) {
   if (!scene.notes.empty()) {
     text += "notes\n";
     for (const std::string& note : scene.notes) text += "  " + note + "\n";
+  }
+  if (!scene.warnings.empty()) {
+    text += "warnings\n";
+    for (const std::string& warning : scene.warnings) text += "  " + warning + "\n";
   }
   printData(text);
   return ExitCode::Done;

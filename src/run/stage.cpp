@@ -59,6 +59,7 @@ Stage::Stage(const RunConfig& run) : run_(run) {
       throw SceneError(error.what());
     }
   });
+  for (const std::string& warning : scene_.warnings) log::warning(warning);
   timer_.measure("path", [&] {
     path_ = run_.path.empty() ? scene::defaultPath(scene_) : scene::loadPath(run_.path, scene_);
   });

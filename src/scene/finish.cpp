@@ -1,7 +1,9 @@
 // What both loaders leave to one place, see finishScene in loader.h.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
+#include <sstream>
 #include <string>
 
 #include "core/error.h"
@@ -444,18 +446,24 @@ namespace {
 /// Far scenes get an origin of their own: where the middle lies more than kFarDiameters from 0,
 /// floats would be coarser than a 1e-5th of the scene.
 constexpr double kFarDiameters = 64.0;  // ours
-glm::dvec3 originOf(const Scene& scene) {
+/// Objects with a diameter of fewer floats' spacings are warned of: a hundredth of it is lost.
+/// Ours.
+constexpr double kLeastSpacings = 100.0;
+
+/// World-space boxes of all objects at time 0.
+std::vector<Box3> boundsOfObjects(const Scene& scene) {
   std::vector<Box3> boxes(scene.meshes.size());
   for (std::size_t m = 0; m < boxes.size(); ++m) {
     for (const Vec3& p : scene.meshes[m].positions) boxes[m].extend(p);
   }
   const Pose pose = poseAt(scene, 0.0);
-  Box3 bounds;
-  for (const Object& object : scene.objects) {
+  std::vector<Box3> bounds(scene.objects.size());
+  for (std::size_t o = 0; o < bounds.size(); ++o) {
+    const Object& object = scene.objects[o];
     const Box3& box = boxes[index(object.mesh)];
     if (box.empty()) continue;
     if (!scene.meshes[index(object.mesh)].joints.empty()) {
-      for (const Vec3& p : worldVertices(scene, object, pose).positions) bounds.extend(p);
+      for (const Vec3& p : worldVertices(scene, object, pose).positions) bounds[o].extend(p);
       continue;
     }
     const Mat4 m = (object.node == kNone ? Mat4(1.0f) : pose.worldFromNode[index(object.node)]) *
@@ -464,18 +472,59 @@ glm::dvec3 originOf(const Scene& scene) {
       const Vec3 p((corner & 1) != 0 ? box.max.x : box.min.x,
                    (corner & 2) != 0 ? box.max.y : box.min.y,
                    (corner & 4) != 0 ? box.max.z : box.min.z);
-      bounds.extend(Vec3(m * Vec4(p, 1.0f)));
+      bounds[o].extend(Vec3(m * Vec4(p, 1.0f)));
     }
+  }
+  return bounds;
+}
+
+double largestCoordinate(const glm::dvec3& p) {
+  return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+}
+
+glm::dvec3 originOf(const std::vector<Box3>& objects) {
+  Box3 bounds;
+  for (const Box3& box : objects) {
+    if (!box.empty()) bounds.extend(box);
   }
   const double diameter = bounds.diameter();
   const glm::dvec3 centre(bounds.centre());
-  const double farthest = std::max({std::abs(centre.x), std::abs(centre.y), std::abs(centre.z)});
-  if (!(diameter > 0.0) || !std::isfinite(diameter) || farthest <= kFarDiameters * diameter) {
+  if (!(diameter > 0.0) || !std::isfinite(diameter) ||
+      largestCoordinate(centre) <= kFarDiameters * diameter) {
     return glm::dvec3(0.0);
   }
   // A power of two's multiple: what was exact stays exact
   const double unit = std::exp2(std::ceil(std::log2(diameter)));
   return glm::round(centre / unit) * unit;
+}
+
+/// Of the objects that floats cannot hold where they stand, a warning of the worst.
+void warnOfLostShapes(Scene& scene, const std::vector<Box3>& bounds) {
+  int lost = 0;
+  double worst = kLeastSpacings;
+  std::string what;
+  for (std::size_t o = 0; o < bounds.size(); ++o) {
+    const double size = bounds[o].diameter();
+    if (!(size > 0.0) || !std::isfinite(size)) continue;
+    const double away = std::max(largestCoordinate(glm::dvec3(bounds[o].min) - scene.origin),
+                                 largestCoordinate(glm::dvec3(bounds[o].max) - scene.origin));
+    const double spacing = away * std::numeric_limits<float>::epsilon();
+    if (size >= kLeastSpacings * spacing) continue;
+    ++lost;
+    if (size / spacing >= worst) continue;
+    worst = size / spacing;
+    std::ostringstream text;
+    text.precision(2);
+    text << "\"" << scene.objects[o].name << "\" is " << size << " m large and lies " << away
+         << " m from the scene's origin, where its corners are rounded to about " << spacing
+         << " m";
+    what = text.str();
+  }
+  if (lost == 0) return;
+  scene.warnings.push_back(
+      what + (lost > 1 ? " (the worst of " + std::to_string(lost) + " such objects)" : "") +
+      "; floats hold the shape of nothing so small so far away: leave it out, move it nearer to "
+      "the rest, or put what is looked at around 0");
 }
 
 }  // namespace
@@ -486,7 +535,9 @@ void finishScene(Scene& scene) {
   for (Material& material : scene.materials) finishMaterial(scene, material);
   finishObjects(scene);
   scene.fingerprint = fingerprintOf(scene);
-  scene.origin = originOf(scene);
+  const std::vector<Box3> bounds = boundsOfObjects(scene);
+  scene.origin = originOf(bounds);
+  warnOfLostShapes(scene, bounds);
   for (Light& light : scene.lights) {
     if (light.node == kNone) light.position = Vec3(glm::dvec3(light.position) - scene.origin);
   }

@@ -312,5 +312,29 @@ TEST(Finish, FarScenesGetAnOriginOfTheirOwn) {
   EXPECT_EQ(near.origin, glm::dvec3(0.0));
 }
 
+TEST(Finish, WarnsOfShapesThatFloatsCannotHold) {
+  const auto warnings = [](const Vec3& second) {
+    Scene scene = sceneOf(square());
+    scene.nodes.emplace_back();
+    scene.nodes.back().translation = second;
+    scene.objects.push_back(scene.objects[0]);
+    scene.objects.back().name = "far one";
+    scene.objects.back().node = 1;
+    finishScene(scene);
+    return scene.warnings;
+  };
+  EXPECT_TRUE(warnings({1e4f, 0.0f, 0.0f}).empty());  // floats are 1 mm apart
+  EXPECT_TRUE(warnings({0.0f, 0.0f, 0.0f}).empty());
+  const std::vector<std::string> lost = warnings({0.0f, 0.0f, -1e8f});
+  ASSERT_EQ(lost.size(), 1u);
+  EXPECT_EQ(lost[0].rfind("\"far one\" is 1.4 m large and lies 1e+08 m from", 0), 0u) << lost[0];
+
+  // Where all is far away the scene's own origin takes it off
+  Scene scene = sceneOf(square());
+  scene.nodes[0].translation = Vec3(1e6f, 0.0f, 0.0f);
+  finishScene(scene);
+  EXPECT_TRUE(scene.warnings.empty());
+}
+
 }  // namespace
 }  // namespace catoptric::scene

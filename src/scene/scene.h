@@ -218,8 +218,9 @@ struct Scene {
   /// Radiance added as irradiance pi * ambient * occlusion everywhere; lights rooms that no sky
   /// sees.
   Vec3 ambient{0.0f};
-  std::vector<std::string> notes;  ///< what the loader ignored or approximated, for `info`
-  std::uint64_t fingerprint = 0;   ///< of all contents
+  std::vector<std::string> notes;     ///< what the loader ignored or approximated, for `info`
+  std::vector<std::string> warnings;  ///< what will look wrong; runs say it, too
+  std::uint64_t fingerprint = 0;      ///< of all contents
 
   int reflectorCount() const;
   std::size_t triangleCount() const;            ///< of all objects (instances counted)

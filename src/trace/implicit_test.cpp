@@ -209,8 +209,11 @@ TEST(Implicit, RaysThatLeaveASurfaceDoNotMeetItAtTheirStart) {
       const auto gradient = implicit::normalAt(surface, glm::dvec3(position));
       ASSERT_TRUE(gradient);
       const Vec3 normal(*gradient);
-      const float offset =
-          trace::surfaceOffset(geometry.bounds.diameter(), position, hits[i].distance);
+      trace::ReflectionPoint point;
+      point.position = position;
+      point.distance = hits[i].distance;
+      point.extent = trace.extentOf(hits[i].object);
+      const float offset = trace::surfaceOffset(point);
       leaving.push_back({position + offset * normal, glm::reflect(rays[i].direction, normal)});
     }
     ASSERT_GT(leaving.size(), 5'000u);

@@ -26,6 +26,8 @@ struct ReflectionPoint {
   /// Id of the object that the point lies on, where position and normal are those of its triangles:
   /// its rays start on the object's implicit surface then, if it has one. 0: they are exact.
   int object = 0;
+  /// TraceScene::extentOf() the object that it lies on.
+  float extent = 0.0f;
 };
 
 struct ReflectionOptions {
@@ -74,9 +76,9 @@ float refractionAt(const TraceScene& trace, const Hit& hit, const Vec3& position
 enum class Moved { Nothing, AlongRay, ToOutline, Nowhere };
 Moved moveOntoSurface(const TraceScene& trace, ReflectionPoint& point);
 
-/// Distance along the normal by which the rays of a point start off its surface, in a scene of this
-/// diameter.
-float surfaceOffset(float sceneDiameter, const Vec3& position, float distance);
+/// Distance along the normal by which the rays of a point start off its surface: what rounding may
+/// have moved it by, however large the scene around it is.
+float surfaceOffset(const ReflectionPoint& point);
 
 /// Half-angle-like spread (metres of width per metre) of one of `count` rays of a Phong lobe with
 /// exponent n at its centre: the root of the solid angle 1 / (count p).

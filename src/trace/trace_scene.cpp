@@ -517,9 +517,30 @@ TraceScene::TraceScene(const scene::Scene& scene, const frame::Geometry& geometr
     : state_(std::make_unique<State>(scene, geometry, policy, options)) {
   flushDenormals();
   state_->build();
+  extents_.resize(geometry.objects.size(), 0.0f);
+  for (std::size_t i = 0; i < extents_.size(); ++i) measureExtent(i);
 }
 
 TraceScene::~TraceScene() = default;
+
+void TraceScene::measureExtent(std::size_t object) {
+  const frame::Geometry& geometry = state_->geometry;
+  const scene::Scene& scene = state_->sceneData;
+  if (scene.objects[object].reflector == 0) return;
+  const frame::ObjectRange& range = geometry.objects[object];
+  if (range.surface >= 0) {
+    extents_[object] = range.bounds.diameter();
+    return;
+  }
+  float longest = 0.0f;
+  for (std::uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; i += 3) {
+    const Vec3 a = geometry.positions[geometry.indices[i]];
+    const Vec3 b = geometry.positions[geometry.indices[i + 1]];
+    const Vec3 c = geometry.positions[geometry.indices[i + 2]];
+    longest = std::max({longest, glm::distance(a, b), glm::distance(b, c), glm::distance(c, a)});
+  }
+  extents_[object] = longest;
+}
 
 void TraceScene::update(std::span<const int> changedObjects) {
   flushDenormals();
@@ -537,6 +558,7 @@ void TraceScene::update(std::span<const int> changedObjects) {
   } else {
     for (int object : changedObjects) touch(static_cast<std::size_t>(object));
   }
+  for (int object : changedObjects) measureExtent(static_cast<std::size_t>(object));
   s.commit();
 }
 

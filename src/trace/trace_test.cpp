@@ -12,6 +12,7 @@
 #include "core/parallel.h"
 #include "frame/test_scenes.h"
 #include "scene/animate.h"
+#include "trace/reflect.h"
 
 namespace catoptric {
 namespace {
@@ -398,6 +399,73 @@ TEST(RayOffset, KeepsReflectedRaysOffTheirSurface) {
   int again = 0;
   for (std::size_t i = 0; i < reflected.size(); ++i) again += hits[i].miss() ? 0 : 1;
   EXPECT_EQ(again, 0);
+}
+
+/// Rays that leave points of a plane of two triangles and are reflected by it: how many meet it.
+int selfHits(float size, float eyeHeight) {
+  SceneBuilder builder;
+  builder.add(scene::makePlane({size, 0.7f * size}, {1, 1}, scene::UvMode::Unit),
+              builder.reflective(1.0f),
+              rotation(33.0f, {0.3f, 1.0f, 0.5f}) * translation(size * Vec3(0.1f, 0.0f, -0.07f)));
+  const frame::Geometry geometry =
+      frame::makeGeometry(builder.scene(), scene::poseAt(builder.scene(), 0.0));
+  const TraceScene trace(builder.scene(), geometry, BvhPolicy::Static);
+  const Vec3 normal = geometry.attributes[0].normal;
+  // Above 0, which lies in the plane: coordinates there say nothing of the triangle's rounding
+  std::mt19937 random(7);
+  std::vector<Ray> rays;
+  for (int i = 0; i < 20000; ++i) {
+    Vec3 down = randomDirection(random);
+    if (glm::dot(down, normal) > 0.0f) down = -down;
+    rays.push_back({eyeHeight * normal, down});
+  }
+  std::vector<Hit> hits(rays.size());
+  trace.intersect(rays, hits, false);
+  std::vector<Ray> reflected;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (hits[i].miss()) continue;
+    trace::ReflectionPoint point;
+    point.position = rays[i].origin + hits[i].distance * rays[i].direction;
+    point.distance = hits[i].distance;
+    point.extent = trace.extentOf(hits[i].object);
+    reflected.push_back({point.position + normal * trace::surfaceOffset(point),
+                         glm::reflect(rays[i].direction, normal)});
+  }
+  EXPECT_GT(reflected.size(), 10000u);
+  hits.resize(reflected.size());
+  trace.intersect(reflected, hits, false);
+  int again = 0;
+  for (std::size_t i = 0; i < reflected.size(); ++i) again += hits[i].miss() ? 0 : 1;
+  return again;
+}
+
+TEST(SurfaceOffset, KeepsRaysOffLargeTrianglesNearTheOriginAndTheEye) {
+  for (const float size : {1e-3f, 1.0f, 100.0f, 1e4f, 1e6f})
+    for (const float height : {1e-5f, 1e-3f, 0.1f})
+      EXPECT_EQ(selfHits(size, height * size), 0) << size << " m, seen from " << height << " of it";
+}
+
+TEST(SurfaceOffset, DoesNotGrowWithWhatIsFarAway) {
+  SceneBuilder builder;
+  const int mirror = builder.reflective(1.0f);
+  builder.add(scene::makeSphere(0.5f, 64, 32, scene::UvMode::Unit), mirror);
+  builder.add(scene::makePlane({2.0f, 3.0f}, {1, 1}, scene::UvMode::Unit), mirror);
+  builder.add(scene::makeBox({}, scene::UvMode::Unit), builder.diffuse(Vec3(0.5f)),
+              translation({1e8f, 0.0f, 0.0f}));
+  builder.move(1, Vec3(0.3f, 0.0f, 0.0f), 10.0f);
+  const scene::Scene& scene = builder.scene();
+  frame::Geometry geometry = frame::makeGeometry(scene, scene::poseAt(scene, 0.0));
+  TraceScene trace(scene, geometry, BvhPolicy::Static);
+  EXPECT_NEAR(trace.extentOf(0), 3.14159f * 0.5f / 32.0f * std::sqrt(2.0f), 0.01f);
+  EXPECT_NEAR(trace.extentOf(1), std::sqrt(13.0f), 1e-6f);
+  EXPECT_EQ(trace.extentOf(2), 0.0f);  // not reflective
+  trace.update(frame::updateGeometry(geometry, scene, scene::poseAt(scene, 5.0)));
+  EXPECT_NEAR(trace.extentOf(1), std::sqrt(13.0f), 1e-6f);
+  trace::ReflectionPoint point;
+  point.position = Vec3(0.0f, 0.5f, 0.0f);
+  point.distance = 3.0f;
+  point.extent = trace.extentOf(0);
+  EXPECT_LT(trace::surfaceOffset(point), 2e-5f);
 }
 
 }  // namespace

@@ -224,6 +224,7 @@ class Reference : public Method {
       trace::ReflectionPoint point{
           position,           surface.normal, direction,
           surface.glossiness, hit.distance,   trace::refractionAt(trace, hit, position, direction)};
+      point.extent = trace.extentOf(hit.object);
       const auto cell = static_cast<float>(i % static_cast<std::size_t>(perPixel));
       const std::size_t pixelInTile = i / static_cast<std::size_t>(perPixel);
       const auto width = static_cast<std::size_t>(x1 - x0);

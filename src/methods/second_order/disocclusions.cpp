@@ -48,7 +48,6 @@ Disocclusions findDisocclusions(const raster::GBufferCopy& gbuffer, const scene:
   const auto height = static_cast<std::size_t>(gbuffer.sampleHeight());
   const Mat3 rayFromPixel =
       scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight());
-  const float diameter = trace.geometry().bounds.diameter();
   const int cells = gbuffer.samples * gbuffer.samples;
   std::vector<Disocclusions> ofRow(height);
   parallelFor(height, 8, [&](std::size_t begin, std::size_t end) {
@@ -75,6 +74,7 @@ Disocclusions findDisocclusions(const raster::GBufferCopy& gbuffer, const scene:
             Vec3(gbuffer.normal[4 * at], gbuffer.normal[4 * at + 1], gbuffer.normal[4 * at + 2]);
         point.glossiness = gbuffer.normal[4 * at + 3];
         point.object = static_cast<int>(gbuffer.object[at]);
+        point.extent = trace.extentOf(point.object - 1);
         const int cell = static_cast<int>(y) % gbuffer.samples * gbuffer.samples +
                          static_cast<int>(x) % gbuffer.samples;
         point.shift = Vec2((static_cast<float>(cell) + 0.5f) / static_cast<float>(cells),
@@ -85,9 +85,7 @@ Disocclusions findDisocclusions(const raster::GBufferCopy& gbuffer, const scene:
           const bool nothing = (f.nothing[static_cast<std::size_t>(k) / 32] >> (k % 32) & 1u) != 0;
           if (!nothing && !(f.at[2] > 0.0f)) continue;
           trace::Ray question;
-          question.origin =
-              point.position +
-              point.normal * trace::surfaceOffset(diameter, point.position, point.distance);
+          question.origin = point.position + point.normal * trace::surfaceOffset(point);
           bool below = false;
           question.direction = trace::lobeDirection(point, k, count, below);
           questionRays.push_back(question);

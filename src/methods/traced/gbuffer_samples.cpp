@@ -32,8 +32,8 @@ const std::array<std::array<std::uint8_t, 2>, kTile * kTile>& tileOrder() {
 
 }  // namespace
 
-ReflectiveSamples collectReflective(const raster::GBufferCopy& source,
-                                    const scene::Camera& camera) {
+ReflectiveSamples collectReflective(const raster::GBufferCopy& source, const scene::Camera& camera,
+                                    const trace::TraceScene& trace) {
   const int width = source.sampleWidth();
   const int height = source.sampleHeight();
   const int tilesX = (width + kTile - 1) / kTile;
@@ -104,6 +104,7 @@ ReflectiveSamples collectReflective(const raster::GBufferCopy& source,
             Vec3(source.normal[4 * at], source.normal[4 * at + 1], source.normal[4 * at + 2]);
         point.glossiness = source.normal[4 * at + 3];
         point.object = static_cast<int>(source.object[at]);
+        point.extent = trace.extentOf(point.object - 1);
         const int cell = (y % source.samples) * source.samples + x % source.samples;
         // The lobes of a pixel's samples interleave.
         point.shift = Vec2((static_cast<float>(cell) + 0.5f) / cells,

@@ -101,7 +101,7 @@ class Traced : public Method {
 
     // Trace the reflective samples.
     const std::int64_t start = nowNs();
-    const ReflectiveSamples samples = collectReflective(copy_, input.frame.camera);
+    const ReflectiveSamples samples = collectReflective(copy_, input.frame.camera, *services.trace);
     radiance_.assign(samples.points.size(), Vec3(0.0f));
     flags_.assign(masks_ ? samples.points.size() : 0, 0);
     const float spread = scene::pixelSpreadRad(input.frame.camera, gbuffer.sampleHeight());
