@@ -443,7 +443,7 @@ class Perturbation : public Method {
             type.objects.erase(old);
           }
           if (body >= 0 && body != o) continue;
-          const auto triangles =
+          const raster::VirtualTriangles* triangles =
               trianglesOf(geometry, sequence.back().object, type, o, view, counts);
           if (!triangles) continue;
           const auto made = type.objects.emplace(
@@ -461,7 +461,6 @@ class Perturbation : public Method {
       counters["path_types_left_out"] = typesLeftOut_;
       counters["paths"] = counts.paths.paths;
       counters["vertices"] = counts.vertices;
-      counters["outside_octree"] = counts.outside;
       counters["triangles"] = counts.triangles;
       counters["dropped_triangles"] = counts.dropped;
       counters["linear"] = counts.paths.linear;
@@ -604,23 +603,24 @@ class Perturbation : public Method {
     lastTints_ = std::move(tints);
   }
 
-  /// What one path type, whose last turn is at `last`, shows of one object; nullopt where it never
+  /// What one path type, whose last turn is at `last`, shows of one object; null where it never
   /// does.
-  std::optional<raster::VirtualTriangles> trianglesOf(const frame::Geometry& geometry, int last,
-                                                      const PathType& type, int o,
-                                                      const perturbation::View& view,
-                                                      perturbation::TriangleCounts& counts) const {
+  const raster::VirtualTriangles* trianglesOf(const frame::Geometry& geometry, int last,
+                                              const PathType& type, int o,
+                                              const perturbation::View& view,
+                                              perturbation::TriangleCounts& counts) {
     const bool own = o == last;
-    if (geometry.objects[static_cast<std::size_t>(o)].indexCount == 0) return std::nullopt;
-    if (own && !(type.planes.empty() && type.paths->seesItself())) return std::nullopt;
-    raster::VirtualTriangles triangles =
-        type.planes.empty()
-            ? perturbation::virtualTriangles(geometry, o, *type.paths, own, view,
-                                             options_.path.order, options_.triangles, counts)
-            : perturbation::mirroredTriangles(geometry, o, type.planes, view.camera.eye(), counts);
-    if (type.planes.empty())
-      triangles.depthSlack = kDepthSlack * static_cast<float>(type.paths->size());
-    return triangles;
+    if (geometry.objects[static_cast<std::size_t>(o)].indexCount == 0) return nullptr;
+    if (own && !(type.planes.empty() && type.paths->seesItself())) return nullptr;
+    if (type.planes.empty()) {
+      perturbation::virtualTriangles(geometry, o, *type.paths, own, view, options_.path.order,
+                                     options_.triangles, connectivity_[o], counts, triangles_);
+      triangles_.depthSlack = kDepthSlack * static_cast<float>(type.paths->size());
+    } else {
+      triangles_ =
+          perturbation::mirroredTriangles(geometry, o, type.planes, view.camera.eye(), counts);
+    }
+    return &triangles_;
   }
 
   /// On whose samples virtual objects show, and what shows on those.
@@ -960,10 +960,12 @@ class Perturbation : public Method {
   std::vector<Kind> kinds_;  ///< by index of objects
   bool any_ = false;
   std::optional<scene::Camera> lastCamera_;
-  std::map<int, PlaneMirror> planes_;   ///< by index of their object
-  std::map<Sequence, PathType> types_;  ///< those that were looked for
-  std::uint64_t typesLeftOut_ = 0;      ///< sequences beyond max_path_types
-  std::size_t deepest_ = 0;             ///< reflections of the longest that occurs
+  std::map<int, PlaneMirror> planes_;                       ///< by index of their object
+  std::map<Sequence, PathType> types_;                      ///< those that were looked for
+  std::uint64_t typesLeftOut_ = 0;                          ///< sequences beyond max_path_types
+  std::map<int, perturbation::Connectivity> connectivity_;  ///< by index in geometry.objects
+  raster::VirtualTriangles triangles_;                      ///< of one object, for the next
+  std::size_t deepest_ = 0;  ///< reflections of the longest that occurs
   std::vector<Level> levels_;
   gl::Texture environment_;
   std::uint64_t clampedTexels_ = 0;  ///< of its level 0, by half floats

@@ -216,7 +216,7 @@ std::span<const std::uint32_t> RayOctree::candidates(const glm::dvec3& point,
                                                      Cursor& cursor) const {
   const glm::dvec3 relative = (point - min_) / size_;
   const bool inside = glm::all(glm::greaterThanEqual(relative, glm::dvec3(0.0))) &&
-                      glm::all(glm::lessThan(relative, glm::dvec3(1.0)));
+                      glm::all(glm::lessThanEqual(relative, glm::dvec3(1.0)));
   if (!inside) {
     ++cursor.outside;
     return all_;
@@ -226,7 +226,9 @@ std::span<const std::uint32_t> RayOctree::candidates(const glm::dvec3& point,
   std::uint32_t different = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
-    cell[i] = static_cast<std::uint32_t>(static_cast<double>(1u << top) * relative[axis]);
+    // The last cell has its far side too: bounds of scenes touch it
+    cell[i] = std::min(static_cast<std::uint32_t>(static_cast<double>(1u << top) * relative[axis]),
+                       (1u << top) - 1);
     different |= cell[i] ^ cursor.cell[i];
   }
   // Up to the first common ancestor, then down.

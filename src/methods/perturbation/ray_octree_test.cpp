@@ -134,6 +134,17 @@ TEST(RayOctree, NeverMissesOneOfTheNearest) {
           for (std::size_t j = 0; j < found.size(); ++j) ASSERT_EQ(found[j].ray, expected[j].ray);
         }
         EXPECT_GT(cursor.outside, 50u);
+        // The box has its own corners: scenes' floors lie there
+        const std::uint64_t outside = cursor.outside;
+        for (int corner = 0; corner < 8; ++corner) {
+          const dvec3 p((corner & 1) != 0 ? scale : -scale, (corner & 2) != 0 ? scale : -scale,
+                        (corner & 4) != 0 ? scale : -scale);
+          tree.nearest(p, cursor, found);
+          const auto expected = bruteForce(rays, p, k);
+          ASSERT_EQ(found.size(), expected.size());
+          for (std::size_t j = 0; j < found.size(); ++j) ASSERT_EQ(found[j].ray, expected[j].ray);
+        }
+        EXPECT_EQ(cursor.outside, outside);
       }
     }
   }

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <tuple>
@@ -41,8 +42,12 @@ constexpr float kTornEdge = 6.0f;
 constexpr float kWidestFold = 1.0f / 12.0f;
 /// Halvings of the edge on which a reflection ends (ours).
 constexpr int kBorderSteps = 5;
-/// Edges that a thread looks at in one go.
+/// Edges that a thread looks at in one go, and triangles or vertices that it puts out.
 constexpr std::size_t kGrain = 1024;
+constexpr std::size_t kPutGrain = 4096;
+/// A part of the triangles that meets fewer than one place in so many is sorted by comparisons
+/// (ours).
+constexpr std::size_t kFewTriangles = 16;
 /// Over how many edges reflections are looked for in a round of halvings (ours).
 constexpr int kSpreadRounds = 2;
 
@@ -52,7 +57,29 @@ struct Place {
   Reflections reflections;
   /// No reflection, and the reflector stands before it: where it would show without. Else null.
   std::unique_ptr<Reflection> straight;
+};
+
+/// What most edges ask of a place: a tenth of its bytes.
+struct Glimpse {
   std::array<Vec2, 2> seen;  ///< pixels of the first reflections; x NaN: behind the camera
+  std::uint32_t count = 0;   ///< of its reflections
+};
+
+/// The reflections of a vertex among those that are put out.
+struct Numbers {
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+};
+
+/// Memory of one update for the next: the kernel takes as long to give it as look-ups do.
+struct Scratch {
+  std::vector<Place> places;
+  std::vector<Glimpse> glimpses;
+  std::vector<Numbers> numbers;
+  std::vector<Vec2> seenVertices;
+  std::vector<std::uint32_t> slots;
+  std::vector<std::uint32_t> placeOf;
+  std::vector<std::uint32_t> firstAt;
 };
 
 /// A vertex that is no mesh's: the middle of an edge, or the end of a reflection on it.
@@ -61,8 +88,8 @@ struct Node {
   frame::VertexAttributes attributes;
 };
 
-/// Three vertices, by number.
-using Triangle = std::array<std::uint32_t, 3>;
+using Triangle = Connectivity::Triangle;
+using Edge = Connectivity::Edge;
 
 /// At `t` of the way from a to b.
 frame::VertexAttributes mixed(const frame::VertexAttributes& a, const frame::VertexAttributes& b,
@@ -182,52 +209,61 @@ Reflections between(const Reflections& a, const Reflections& b) {
 class Builder {
  public:
   Builder(const Reflector& reflector, const View& view, Order order, const TriangleOptions& options,
-          TriangleCounts& counts)
+          TriangleCounts& counts, raster::VirtualTriangles& result)
       : reflector_(reflector),
         projection_(view),
         exactMiddles_(order == Order::Auto),
         jumps_(order == Order::Nearest),
         options_(options),
-        counts_(counts) {}
+        counts_(counts),
+        result_(result) {
+    std::swap(scratch_, kept());
+  }
+  ~Builder() { std::swap(scratch_, kept()); }
+  Builder(const Builder&) = delete;
+  Builder& operator=(const Builder&) = delete;
 
-  raster::VirtualTriangles build(const frame::Geometry& geometry, int object, bool own) {
+  void build(const frame::Geometry& geometry, int object, bool own, Connectivity& known) {
     own_ = own;
-    // The kernel takes as long to give memory for many places as looking them up
-    static thread_local std::vector<Place> kept;
-    places_.swap(kept);
     const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(object)];
     attributes_ = std::span(geometry.attributes).subspan(range.firstVertex, range.vertexCount);
-    listPlaces(std::span(geometry.positions).subspan(range.firstVertex, range.vertexCount));
+    positions_ = std::span(geometry.positions).subspan(range.firstVertex, range.vertexCount);
+    result_.indices.clear();
+    numbers_.clear();
+    listPlaces();
     lookUp(0, {});
-    std::vector<Triangle> triangles(range.indexCount / 3);
-    for (std::size_t t = 0; t < triangles.size(); ++t) {
-      for (std::size_t c = 0; c < 3; ++c)
-        triangles[t][c] = geometry.indices[range.firstIndex + 3 * t + c] - range.firstVertex;
+    if (known.placeOf != placeOf_) {
+      known.triangles.resize(range.indexCount / 3);
+      for (std::size_t t = 0; t < known.triangles.size(); ++t) {
+        for (std::size_t c = 0; c < 3; ++c) {
+          known.triangles[t][c] =
+              geometry.indices[range.firstIndex + 3 * t + c] - range.firstVertex;
+        }
+      }
+      known.edges = edgesOf(known.triangles);
+      known.placeOf = placeOf_;
     }
-    reserve(2 * placeOf_.size(), std::size_t{2} * range.indexCount);
     // Nearest paths jump from sample to sample however short the edges are
     const int halvings = jumps_ || options_.errorPixels <= 0.0f ? 0 : options_.maxHalvings;
-    for (int level = 0; !triangles.empty(); ++level) triangles = halve(triangles, level < halvings);
+    std::vector<Triangle> pieces = halve(known.triangles, known.edges, halvings > 0);
+    for (int level = 1; !pieces.empty(); ++level)
+      pieces = halve(pieces, edgesOf(pieces), level < halvings);
     putMixed();
     counts_.vertices += places_.size();
     counts_.triangles += result_.indices.size() / 3;
     result_.object = object + 1;
-    places_.clear();
-    kept.swap(places_);
-    return std::move(result_);
+    result_.positions.resize(putOut_);
+    result_.attributes.resize(putOut_);
+    result_.images.resize(putOut_);
+    result_.places.resize(reflector_.before() ? putOut_ : 0);
   }
 
  private:
-  /// Between two places, the smaller number first.
-  struct Edge {
-    std::uint32_t a = 0;
-    std::uint32_t b = 0;
-  };
-  /// The edges of some triangles, each once, sorted.
-  struct Edges {
-    std::vector<Edge> ends;
-    std::vector<std::uint32_t> of;  ///< three per triangle: from corner c to the next
-  };
+  using Edges = Connectivity::Edges;
+  static Scratch& kept() {
+    static thread_local Scratch scratch;
+    return scratch;
+  }
   static constexpr std::uint32_t kNone = ~0u;
   /// What spread() and lookAt() know of an edge.
   static constexpr std::uint8_t kFirstLacks = 1;   ///< end a, a reflection that b has
@@ -236,35 +272,34 @@ class Builder {
 
   /// Vertices that lie in the same place have the same reflections: meshes repeat a corner for each
   /// normal and at seams of textures.
-  void listPlaces(std::span<const Vec3> positions) {
-    placeOf_.resize(positions.size());
-    places_.reserve(positions.size() + positions.size() / 4);  // moving all places costs much
-    std::vector<std::uint32_t> table(std::bit_ceil(2 * positions.size() + 1), kNone);
-    for (std::size_t i = 0; i < positions.size(); ++i) {
-      const Vec3 p = positions[i] + 0.0f;  // -0 is 0
+  void listPlaces() {
+    const std::size_t count = positions_.size();
+    placeOf_.resize(count);
+    firstAt_.clear();
+    std::vector<std::uint32_t>& slots = scratch_.slots;
+    slots.assign(std::bit_ceil(2 * count + 1), kNone);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vec3 p = positions_[i] + 0.0f;  // -0 is 0
       const auto bits = std::bit_cast<std::array<std::uint32_t, 3>>(p);
       std::uint64_t hash = bits[0];
       hash = hash * 0x9e3779b97f4a7c15u + bits[1];
       hash = hash * 0x9e3779b97f4a7c15u + bits[2];
-      std::size_t slot = (hash * 0x9e3779b97f4a7c15u) >> 32 & (table.size() - 1);
-      while (table[slot] != kNone && places_[table[slot]].position != glm::dvec3(p))
-        slot = (slot + 1) & (table.size() - 1);
-      if (table[slot] == kNone) {
-        table[slot] = static_cast<std::uint32_t>(places_.size());
-        places_.emplace_back().position = glm::dvec3(p);
+      std::size_t slot = (hash * 0x9e3779b97f4a7c15u) >> 32 & (slots.size() - 1);
+      while (slots[slot] != kNone && positions_[firstAt_[slots[slot]]] != p)
+        slot = (slot + 1) & (slots.size() - 1);
+      if (slots[slot] == kNone) {
+        slots[slot] = static_cast<std::uint32_t>(firstAt_.size());
+        firstAt_.push_back(static_cast<std::uint32_t>(i));
       }
-      placeOf_[i] = table[slot];
+      placeOf_[i] = slots[slot];
     }
+    // What they hold is of an update before
+    places_.resize(firstAt_.size());
+    glimpses_.resize(firstAt_.size());
   }
-
-  /// Room for what is put out.
-  void reserve(std::size_t vertices, std::size_t indices) {
-    result_.positions.reserve(vertices);
-    result_.attributes.reserve(vertices);
-    result_.images.reserve(vertices);
-    if (reflector_.before()) result_.places.reserve(vertices);
-    seenVertices_.reserve(vertices);
-    result_.indices.reserve(indices);
+  void addPlaces(std::size_t count) {
+    places_.resize(places_.size() + count);
+    glimpses_.resize(places_.size());
   }
 
   std::uint32_t placeOf(std::uint32_t vertex) const {
@@ -282,29 +317,38 @@ class Builder {
 
   Edges edgesOf(const std::vector<Triangle>& triangles) const {
     std::vector<Edge> sides(3 * triangles.size());
-    std::vector<std::uint32_t> firsts(places_.size());
-    std::vector<std::uint32_t> seconds(places_.size());
     for (std::size_t t = 0; t < triangles.size(); ++t) {
       const std::array<std::uint32_t, 3> at{placeOf(triangles[t][0]), placeOf(triangles[t][1]),
                                             placeOf(triangles[t][2])};
       for (std::size_t c = 0; c < 3; ++c) {
         const auto [a, b] = std::minmax(at[c], at[(c + 1) % 3]);
         sides[3 * t + c] = {a, b};
-        ++firsts[a];
-        ++seconds[b];
       }
     }
-    // Sorted by counting, by their second ends and then, in that order, by their first
-    const auto addUp = [](std::vector<std::uint32_t>& counts) {
-      std::uint32_t sum = 0;
-      for (std::uint32_t& count : counts) sum += std::exchange(count, sum);
-    };
-    addUp(firsts);
-    addUp(seconds);
-    std::vector<std::uint32_t> bySecond(sides.size());
     std::vector<std::uint32_t> sorted(sides.size());
-    for (std::uint32_t i = 0; i < sides.size(); ++i) bySecond[seconds[sides[i].b]++] = i;
-    for (const std::uint32_t i : bySecond) sorted[firsts[sides[i].a]++] = i;
+    if (kFewTriangles * triangles.size() < places_.size()) {
+      std::iota(sorted.begin(), sorted.end(), 0u);
+      std::sort(sorted.begin(), sorted.end(), [&](std::uint32_t i, std::uint32_t j) {
+        return std::tie(sides[i].a, sides[i].b, i) < std::tie(sides[j].a, sides[j].b, j);
+      });
+    } else {
+      // By counting, by their second ends and then, in that order, by their first
+      std::vector<std::uint32_t> firsts(places_.size());
+      std::vector<std::uint32_t> seconds(places_.size());
+      for (const Edge& side : sides) {
+        ++firsts[side.a];
+        ++seconds[side.b];
+      }
+      const auto addUp = [](std::vector<std::uint32_t>& counts) {
+        std::uint32_t sum = 0;
+        for (std::uint32_t& count : counts) sum += std::exchange(count, sum);
+      };
+      addUp(firsts);
+      addUp(seconds);
+      std::vector<std::uint32_t> bySecond(sides.size());
+      for (std::uint32_t i = 0; i < sides.size(); ++i) bySecond[seconds[sides[i].b]++] = i;
+      for (const std::uint32_t i : bySecond) sorted[firsts[sides[i].a]++] = i;
+    }
     Edges edges;
     edges.ends.reserve(sides.size() / 2 + 64);
     edges.of.resize(sides.size());
@@ -329,6 +373,11 @@ class Builder {
       Reflector::Traced tracedBefore;
       for (std::size_t i = begin; i < end; ++i) {
         Place& place = places_[first + i];
+        if (first == 0) {
+          place.position = glm::dvec3(positions_[firstAt_[i]]);
+          place.reflections.count = 0;
+          place.straight.reset();
+        }
         if (!edges.empty() && exactMiddles_) {
           const Reflections guess =
               between(places_[edges[i].a].reflections, places_[edges[i].b].reflections);
@@ -343,9 +392,8 @@ class Builder {
               reflector_.hidden(place.position, cursorBefore, own.paths, &tracedBefore);
           if (straight) place.straight = std::make_unique<Reflection>(*straight);
         }
-        project(place);
+        project(first + i);
       }
-      own.outside = cursor.outside;
       const std::lock_guard lock(mutex);
       counts_.add(own);
     });
@@ -374,6 +422,11 @@ class Builder {
         const auto [a, b] = edges[i];
         if (!changed[a] && !changed[b]) {
           states[i] &= kInOrder;
+          continue;
+        }
+        // Most have one reflection at both ends
+        if (glimpses_[a].count == 1 && glimpses_[b].count == 1) {
+          states[i] = kInOrder;
           continue;
         }
         const Place& pa = places_[a];
@@ -430,7 +483,7 @@ class Builder {
         const std::uint32_t number = wanted[firsts[k]].first;
         if (found[k].count == places_[number].reflections.count) continue;
         places_[number].reflections = std::move(found[k]);
-        project(places_[number]);
+        project(number);
         changed[number] = true;
         any = true;
       }
@@ -450,10 +503,17 @@ class Builder {
   /// Whether an edge must be looked at in its middle, and whether it must be halved without.
   enum class Look { No, Middle, Halve };
   Look lookAt(const Edge& edge, bool ordered) const {
+    const std::uint32_t countA = glimpses_[edge.a].count;
+    const std::uint32_t countB = glimpses_[edge.b].count;
+    if (ordered) {
+      for (std::size_t i = 0; i < countA; ++i) {
+        if (mayMiss(edge, i, i)) return Look::Middle;
+      }
+      return Look::No;
+    }
     const Place& a = places_[edge.a];
     const Place& b = places_[edge.b];
-    const std::uint32_t most = std::max(a.reflections.count, b.reflections.count);
-    if (most == 0) {
+    if (countA == 0 && countB == 0) {
       if (a.straight || b.straight) return Look::No;
       const glm::dvec3 centre = 0.5 * (a.position + b.position);
       const double length = glm::distance(a.position, b.position);
@@ -463,7 +523,7 @@ class Builder {
         return length > static_cast<double>(kBlindThrough) * away ? Look::Halve : Look::No;
       return length > static_cast<double>(kBlindEdge) * away ? Look::Middle : Look::No;
     }
-    if (a.reflections.count != b.reflections.count) {
+    if (countA != countB) {
       // At the rim an image comes to lie where the point itself is seen
       const auto pa = straightOf(a);
       const auto pb = straightOf(b);
@@ -481,37 +541,44 @@ class Builder {
       }
       return Look::Halve;
     }
-    Counterparts ofB;
-    if (!ordered) ofB = counterparts(a.reflections, b.reflections);
-    for (std::size_t i = 0; i < a.reflections.count; ++i) {
-      const std::size_t j = ordered ? i : ofB[i];
-      if (j == kMaxReflections) return Look::Halve;
-      const Vec2 xa = seen(a, i);
-      const Vec2 xb = seen(b, j);
-      // Not of what is behind the camera
-      if (glm::distance(xa, xb) > kShortEdge * options_.errorPixels &&
-          projection_.inFrame({xa, xb}))
-        return Look::Middle;
+    const Counterparts ofB = counterparts(a.reflections, b.reflections);
+    for (std::size_t i = 0; i < countA; ++i) {
+      if (ofB[i] == kMaxReflections) return Look::Halve;
+      if (mayMiss(edge, i, ofB[i])) return Look::Middle;
     }
     return Look::No;
   }
 
+  /// Whether reflection `i` of an edge's first end may miss its middle on the way to `j` of the
+  /// other: not what is behind the camera.
+  bool mayMiss(const Edge& edge, std::size_t i, std::size_t j) const {
+    const Vec2 xa = seen(edge.a, i);
+    const Vec2 xb = seen(edge.b, j);
+    return glm::distance(xa, xb) > kShortEdge * options_.errorPixels &&
+           projection_.inFrame({xa, xb});
+  }
+
   /// Where the camera shows a place's reflection; x NaN: behind it.
-  Vec2 seen(const Place& place, std::size_t i) const {
-    return i < place.seen.size() ? place.seen[i] : seenAt(place.reflections.at[i]);
+  Vec2 seen(std::size_t place, std::size_t i) const {
+    const Glimpse& glimpse = glimpses_[place];
+    return i < glimpse.seen.size() ? glimpse.seen[i] : seenAt(places_[place].reflections.at[i]);
   }
   /// A virtual point is seen where its reflection is.
   Vec2 seenAt(const Reflection& reflection) const {
     return projection_(reflection.x).value_or(Vec2(std::numeric_limits<float>::quiet_NaN()));
   }
-  void project(Place& place) const {
-    for (std::size_t i = 0; i < std::min<std::size_t>(place.seen.size(), place.reflections.count);
-         ++i)
-      place.seen[i] = seenAt(place.reflections.at[i]);
+  /// After a place's reflections have changed.
+  void project(std::size_t place) {
+    const Reflections& reflections = places_[place].reflections;
+    Glimpse& glimpse = glimpses_[place];
+    glimpse.count = reflections.count;
+    for (std::size_t i = 0; i < std::min<std::size_t>(glimpse.seen.size(), glimpse.count); ++i)
+      glimpse.seen[i] = seenAt(reflections.at[i]);
   }
 
   /// Whether the middle of an edge shows where its ends say.
-  bool misses(const Edge& edge, const Place& middle) const {
+  bool misses(const Edge& edge, std::size_t place) const {
+    const Place& middle = places_[place];
     const Reflections& a = places_[edge.a].reflections;
     const Reflections& b = places_[edge.b].reflections;
     if (a.count == 0 && b.count == 0) return middle.reflections.count > 0;
@@ -522,7 +589,7 @@ class Builder {
       const std::size_t k = nearestTo(middle.reflections, 0.5 * (a.at[i].x + b.at[j].x));
       if (k == kMaxReflections) return true;
       const auto expected = projection_(image);
-      const Vec2 is = seen(middle, k);
+      const Vec2 is = seen(place, k);
       if (!expected || std::isnan(is.x)) continue;
       if (projection_.inFrame({*expected, is}) &&
           glm::distance(*expected, is) > options_.errorPixels)
@@ -539,15 +606,17 @@ class Builder {
       const Place& b = placeAt(t[(c + 1) % 3]);
       for (std::size_t i = 0; i < a.reflections.count; ++i) {
         const std::size_t j = counterpart(a.reflections, i, b.reflections);
-        if (j != kMaxReflections && glm::distance(seen(a, i), seen(b, j)) > kTornEdge) return true;
+        if (j != kMaxReflections &&
+            glm::distance(seen(placeOf(t[c]), i), seen(placeOf(t[(c + 1) % 3]), j)) > kTornEdge)
+          return true;
       }
     }
     return false;
   }
 
   /// One round: what need not be halved is put out, the rest comes back in pieces.
-  std::vector<Triangle> halve(const std::vector<Triangle>& triangles, bool mayHalve) {
-    const Edges edges = edgesOf(triangles);
+  std::vector<Triangle> halve(const std::vector<Triangle>& triangles, const Edges& edges,
+                              bool mayHalve) {
     const std::vector<std::uint8_t> states = spread(edges.ends);
 
     // Middles of those that may be too long
@@ -564,7 +633,7 @@ class Builder {
       looked.push_back(edges.ends[i]);
     }
     const std::size_t first = places_.size();
-    places_.resize(first + looked.size());
+    addPlaces(looked.size());
     for (std::size_t i = 0; i < looked.size(); ++i)
       places_[first + i].position =
           0.5 * (places_[looked[i].a].position + places_[looked[i].b].position);
@@ -572,8 +641,7 @@ class Builder {
     std::vector<std::uint8_t> halved(looked.size());
     parallelFor(looked.size(), kGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
-        halved[i] =
-            looks[numbers[i]] == Look::Halve || misses(looked[i], places_[first + i]) ? 1 : 0;
+        halved[i] = looks[numbers[i]] == Look::Halve || misses(looked[i], first + i) ? 1 : 0;
     });
 
     // The middles' places, and the vertices there: one for each pair of vertices
@@ -601,8 +669,46 @@ class Builder {
       return vertex;
     };
 
+    // Most triangles are put out as they are: in parts, each in their order
+    numberVertices();
+    const auto isWhole = [&](std::size_t i) {
+      const std::uint32_t* of = &edges.of[3 * i];
+      const Triangle& t = triangles[i];
+      return places[of[0]] == kNone && places[of[1]] == kNone && places[of[2]] == kNone &&
+             (states[of[0]] & states[of[2]] & kInOrder) != 0 && allNumbered(t);
+    };
+    struct Part {
+      std::vector<std::uint32_t> indices;
+      struct Rest {
+        std::size_t triangle;
+        std::size_t before;  ///< indices that come before it
+      };
+      std::vector<Rest> rest;
+    };
+    std::vector<Part> parts((triangles.size() + kPutGrain - 1) / kPutGrain);
+    parallelFor(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t p = begin; p < end; ++p) {
+        Part& part = parts[p];
+        const std::size_t last = std::min(triangles.size(), (p + 1) * kPutGrain);
+        part.indices.reserve(3 * (last - p * kPutGrain));
+        for (std::size_t i = p * kPutGrain; i < last; ++i) {
+          if (!isWhole(i)) {
+            part.rest.push_back({i, part.indices.size()});
+            continue;
+          }
+          const Triangle& t = triangles[i];
+          for (std::uint32_t k = 0; k < numbers_[t[0]].count; ++k) {
+            const std::array<std::uint32_t, 3> corners{
+                numbers_[t[0]].first + k, numbers_[t[1]].first + k, numbers_[t[2]].first + k};
+            if (shows(corners))
+              part.indices.insert(part.indices.end(), corners.begin(), corners.end());
+          }
+        }
+      }
+    });
+
     std::vector<Triangle> pieces;
-    for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const auto putRest = [&](std::size_t i) {
       const Triangle& t = triangles[i];
       const std::uint32_t* of = &edges.of[3 * i];
       const auto count = (places[of[0]] != kNone ? 1 : 0) + (places[of[1]] != kNone ? 1 : 0) +
@@ -613,7 +719,7 @@ class Builder {
         } else {
           put(t, (states[of[0]] & states[of[2]] & kInOrder) != 0);
         }
-        continue;
+        return;
       }
       const std::array<std::uint32_t, 3> m{middleOf(t[0], t[1], of[0]), middleOf(t[1], t[2], of[1]),
                                            middleOf(t[2], t[0], of[2])};
@@ -640,27 +746,84 @@ class Builder {
           pieces.push_back({p0, m1, p2});
         }
       }
+    };
+    for (const Part& part : parts) {
+      std::size_t done = 0;
+      const auto copyUpTo = [&](std::size_t end) {
+        result_.indices.insert(result_.indices.end(),
+                               part.indices.begin() + static_cast<std::ptrdiff_t>(done),
+                               part.indices.begin() + static_cast<std::ptrdiff_t>(end));
+        done = end;
+      };
+      for (const auto& [triangle, before] : part.rest) {
+        copyUpTo(before);
+        putRest(triangle);
+      }
+      copyUpTo(part.indices.size());
     }
     return pieces;
+  }
+
+  /// Puts out all reflections of the vertices that are new, and numbers them.
+  void numberVertices() {
+    const std::size_t old = numbers_.size();
+    numbers_.resize(placeOf_.size() + more_.size());
+    std::size_t end = putOut_;
+    for (std::size_t v = old; v < numbers_.size(); ++v) {
+      numbers_[v] = {static_cast<std::uint32_t>(end),
+                     glimpses_[placeOf(static_cast<std::uint32_t>(v))].count};
+      end += numbers_[v].count;
+    }
+    makeRoom(end);
+    parallelFor(numbers_.size() - old, kPutGrain, [&](std::size_t begin, std::size_t last) {
+      for (std::size_t v = old + begin; v < old + last; ++v) {
+        const auto vertex = static_cast<std::uint32_t>(v);
+        for (std::uint32_t i = 0; i < numbers_[v].count; ++i) {
+          putOut(numbers_[v].first + i, vertex, placeAt(vertex).reflections.at[i],
+                 seen(placeOf(vertex), i));
+        }
+      }
+    });
+    putOut_ = end;
+  }
+  bool allNumbered(const Triangle& t) const {
+    return std::all_of(t.begin(), t.end(), [&](std::uint32_t vertex) {
+      return numbers_[vertex].count == glimpses_[placeOf(vertex)].count;
+    });
+  }
+
+  /// Room for so many vertices; that of updates before is not given back.
+  void makeRoom(std::size_t vertices) {
+    if (result_.positions.size() < vertices) {
+      result_.positions.resize(vertices);
+      result_.attributes.resize(vertices);
+      result_.images.resize(vertices);
+    }
+    if (seenVertices_.size() < vertices) seenVertices_.resize(vertices);
+    if (reflector_.before() && result_.places.size() < vertices) result_.places.resize(vertices);
+  }
+  void putOut(std::size_t number, std::uint32_t vertex, const Reflection& r, const Vec2& seen) {
+    result_.positions[number] = Vec3(placeAt(vertex).position);
+    result_.attributes[number] = attributesOf(vertex);
+    result_.images[number] = Vec4(r.image, r.share);
+    if (reflector_.before()) result_.places[number] = Vec3(r.last);
+    seenVertices_[number] = seen;
   }
 
   /// The number of a vertex' reflection among those that are put out; kMaxReflections: the point
   /// itself, at the rim where reflection and straight view meet.
   std::uint32_t put(std::uint32_t vertex, std::size_t reflection) {
-    if (put_.size() <= vertex) put_.resize(placeOf_.size() + more_.size());
-    std::uint32_t& number = reflection < put_[vertex].size() ? put_[vertex][reflection]
-                                                             : putMore_[{vertex, reflection}];
-    if (number > 0) return number - 1;
-    const Place& place = placeAt(vertex);
+    if (vertex < numbers_.size() && reflection < numbers_[vertex].count)
+      return numbers_[vertex].first + static_cast<std::uint32_t>(reflection);
+    const auto [known, isNew] =
+        putMore_.try_emplace({vertex, reflection}, static_cast<std::uint32_t>(putOut_));
+    if (!isNew) return known->second;
     const bool straight = reflection == kMaxReflections;
+    const Place& place = placeAt(vertex);
     const Reflection& r = straight ? *place.straight : place.reflections.at[reflection];
-    result_.positions.emplace_back(place.position);
-    result_.attributes.push_back(attributesOf(vertex));
-    result_.images.emplace_back(r.image, r.share);
-    seenVertices_.push_back(straight ? seenAt(r) : seen(place, reflection));
-    if (reflector_.before()) result_.places.emplace_back(r.last);
-    number = static_cast<std::uint32_t>(result_.positions.size());
-    return number - 1;
+    makeRoom(putOut_ + 1);
+    putOut(putOut_++, vertex, r, straight ? seenAt(r) : seen(placeOf(vertex), reflection));
+    return known->second;
   }
 
   /// Whether a reflection is about to become the straight view of a hidden point.
@@ -756,7 +919,6 @@ class Builder {
     Place end;
     end.position = glm::mix(from.position, to.position, low);
     end.reflections = std::move(known);
-    project(end);
     return {std::move(end), low};
   }
 
@@ -781,13 +943,15 @@ class Builder {
     for (const Border& border : borders) between.push_back(placesOf(border));
     sortOnce(between);
     const std::size_t first = places_.size();
-    places_.resize(first + between.size());
+    addPlaces(between.size());
     std::vector<double> shares(between.size());
     std::mutex mutex;
     parallelFor(between.size(), 64, [&](std::size_t begin, std::size_t end) {
       TriangleCounts own;
-      for (std::size_t i = begin; i < end; ++i)
+      for (std::size_t i = begin; i < end; ++i) {
         std::tie(places_[first + i], shares[i]) = endOf(between[i], own.paths);
+        project(first + i);
+      }
       const std::lock_guard lock(mutex);
       counts_.add(own);
     });
@@ -798,6 +962,7 @@ class Builder {
                 mixed(attributesOf(border.have), attributesOf(border.lacking),
                       static_cast<float>(shares[i])));
     }
+    numberVertices();
     const auto vertexOf = [&](const Corner& c) {
       return c.isBorder ? static_cast<std::uint32_t>(firstEnd + numberIn(borders, c.border))
                         : c.border.have;
@@ -910,17 +1075,22 @@ class Builder {
   bool own_ = false;
   TriangleOptions options_;
   TriangleCounts& counts_;
-  std::vector<Place> places_;
+  Scratch scratch_;
+  std::vector<Place>& places_ = scratch_.places;
+  std::vector<Glimpse>& glimpses_ = scratch_.glimpses;  ///< by place
   // Vertices: the mesh's, then more
-  std::vector<std::uint32_t> placeOf_;
+  std::span<const Vec3> positions_;
   std::span<const frame::VertexAttributes> attributes_;
+  std::vector<std::uint32_t>& placeOf_ = scratch_.placeOf;
+  std::vector<std::uint32_t>& firstAt_ = scratch_.firstAt;  ///< by place of the mesh: a vertex
   std::vector<Node> more_;
   std::vector<Triangle> mixed_;  ///< whose vertices do not share all reflections
-  // What is put out: numbers + 1 by vertex and reflection, most have two at most
-  std::vector<std::array<std::uint32_t, 2>> put_;
+  // What is put out: by vertex, and what was found or asked for after its vertex was numbered
+  raster::VirtualTriangles& result_;
+  std::size_t putOut_ = 0;  ///< of its vertices
+  std::vector<Numbers>& numbers_ = scratch_.numbers;
   std::map<std::pair<std::uint32_t, std::size_t>, std::uint32_t> putMore_;
-  raster::VirtualTriangles result_;
-  std::vector<Vec2> seenVertices_;  ///< pixels; x NaN: behind the camera
+  std::vector<Vec2>& seenVertices_ = scratch_.seenVertices;  ///< pixels; x NaN: behind the camera
 };
 
 }  // namespace
@@ -930,14 +1100,13 @@ void TriangleCounts::add(const TriangleCounts& other) {
   vertices += other.vertices;
   triangles += other.triangles;
   dropped += other.dropped;
-  outside += other.outside;
 }
 
-raster::VirtualTriangles virtualTriangles(const frame::Geometry& geometry, int object,
-                                          const Reflector& reflector, bool own, const View& view,
-                                          Order order, const TriangleOptions& options,
-                                          TriangleCounts& counts) {
-  return Builder(reflector, view, order, options, counts).build(geometry, object, own);
+void virtualTriangles(const frame::Geometry& geometry, int object, const Reflector& reflector,
+                      bool own, const View& view, Order order, const TriangleOptions& options,
+                      Connectivity& known, TriangleCounts& counts,
+                      raster::VirtualTriangles& result) {
+  Builder(reflector, view, order, options, counts, result).build(geometry, object, own, known);
 }
 
 raster::VirtualTriangles mirroredTriangles(const frame::Geometry& geometry, int object,

@@ -1,8 +1,10 @@
 // Virtual objects: the triangles of an object as a reflector shows them [Chen2000] Sec. III-C.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "frame/geometry.h"
 #include "methods/perturbation/reflector.h"
@@ -21,16 +23,35 @@ struct TriangleCounts {
   std::uint64_t triangles = 0;  ///< of virtual objects
   /// Whose vertices have no or different numbers of reflections, after all halvings.
   std::uint64_t dropped = 0;
-  std::uint64_t outside = 0;  ///< vertices outside the octree
   void add(const TriangleCounts& other);
 };
 
+/// What of one object's mesh stays from update to update as a rule, for any reflector; made anew
+/// where other vertices coincide than before. Its indices never change.
+struct Connectivity {
+  /// Three vertices, by number in the object.
+  using Triangle = std::array<std::uint32_t, 3>;
+  /// Between two places, the smaller number first.
+  struct Edge {
+    std::uint32_t a = 0;
+    std::uint32_t b = 0;
+  };
+  /// The edges of some triangles, each once, sorted.
+  struct Edges {
+    std::vector<Edge> ends;
+    std::vector<std::uint32_t> of;  ///< three per triangle: from corner c to the next
+  };
+  std::vector<std::uint32_t> placeOf;  ///< by vertex: vertices that coincide are in one place
+  std::vector<Triangle> triangles;
+  Edges edges;
+};
+
 /// One object (index into geometry.objects) in a sequence of reflectors; `own`: it is the last of
-/// them.
-raster::VirtualTriangles virtualTriangles(const frame::Geometry& geometry, int object,
-                                          const Reflector& reflector, bool own, const View& view,
-                                          Order order, const TriangleOptions& options,
-                                          TriangleCounts& counts);
+/// them. `result` is written anew; the memory it has is used.
+void virtualTriangles(const frame::Geometry& geometry, int object, const Reflector& reflector,
+                      bool own, const View& view, Order order, const TriangleOptions& options,
+                      Connectivity& known, TriangleCounts& counts,
+                      raster::VirtualTriangles& result);
 
 /// In planes alone, in the order from the eye on: mirrored, exactly.
 raster::VirtualTriangles mirroredTriangles(const frame::Geometry& geometry, int object,
