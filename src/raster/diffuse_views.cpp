@@ -108,10 +108,8 @@ void SceneRaster::buildDetailLevels(const scene::Scene& scene, const frame::Geom
     if (material.baseColorTexture.used()) {
       albedo *= meanColor(scene.textures[material.baseColorTexture.texture]);
     }
-    // What shines stays as it is: it may lie just before a wall
     sources.push_back({.whole = scene.nodes[object.node].skin != scene::kNone ||
-                                !scene.meshes[object.mesh].morphTargets.empty() ||
-                                material.emissive != Vec3(0.0f),
+                                !scene.meshes[object.mesh].morphTargets.empty(),
                        .albedo = std::max({albedo.x, albedo.y, albedo.z})});
   }
   s.levels = raster::buildDetailLevels(geometry, sources);

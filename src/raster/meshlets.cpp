@@ -21,7 +21,7 @@ constexpr float kBoundsSlack = 1e-5f;
 /// Triangles of the smallest object that gets a coarser level, the step between levels, and how far
 /// (as a share of the object's extent) a level may go. Ours, measured in the living room.
 constexpr std::size_t kSmallestLevel = 32;
-constexpr float kLevelRatio = 1.6f;
+constexpr float kLevelRatio = 1.3f;
 constexpr float kMaxLevelError = 0.25f;
 /// Triangles lower than this part of their longest edge are lines (ours).
 constexpr float kThinnest = 1e-5f;
