@@ -1,5 +1,6 @@
 """Runs of catoptric for scripts/paper_tables, and the document that its tables go to."""
 import csv
+import itertools
 import json
 import math
 import os
@@ -14,20 +15,26 @@ NOT_RENDERING = {"wait", "layers", "disocclusions"}  # for the writers, or of as
 
 
 class Frames:
-    """One method's frames of one or several processes: steps in seconds and counters, by frame."""
+    """One method's frames of one or several processes: steps in seconds and counters, by frame. Of a frame
+    rendered several times each step counts at its least: what else ran on the machine only adds."""
 
     def __init__(self):
         self.steps = {}
         self.counters = {}
 
     def add(self, folder, skip):
+        added = {}
         with open(folder / "timings.csv", newline="") as file:
             for row in csv.DictReader(file):
                 number = int(row["frame"])
                 if number in (0, *skip) or row["clock"] == "overlapped":
                     continue
-                steps = self.steps.setdefault(number, {})
+                steps = added.setdefault(number, {})
                 steps[row["step"]] = steps.get(row["step"], 0.0) + float(row["seconds"])
+        for number, steps in added.items():
+            known = self.steps.setdefault(number, steps)
+            for step, seconds in steps.items():
+                known[step] = min(known[step], seconds)
         for line in (folder / "frames.jsonl").read_text().splitlines():
             record = json.loads(line)
             if record["frame"] not in skip:
@@ -89,18 +96,21 @@ class Bench:
         """The first part alone where time is short, for what needs many runs."""
         return self.path_frames()[:1] if self.effort != "full" else None
 
-    def render(self, config, name, settings=(), parts=None, methods=None):
-        """Renders a config of configs/papers/; Frames by method's name."""
+    def render(self, config, name, settings=(), parts=None, methods=None, repeats=1):
+        """Renders a config of configs/papers/, `repeats` times for times; Frames by method's name."""
         file = f"configs/papers/{config}.json"
         methods = methods or [m if isinstance(m, str) else m.get("name", m["method"])
                               for m in json.loads(pathlib.Path(file).read_text())["methods"]]
         runs = {method: Frames() for method in methods}
-        for i, (warm, numbers) in enumerate(parts or self.path_frames()):
+        parts = parts or self.path_frames()
+        repeats = 1 if self.effort == "smoke" else repeats
+        for i, k in itertools.product(range(len(parts)), range(repeats)):
+            warm, numbers = parts[i]
             out = self.work / name / str(i)
             shutil.rmtree(out, ignore_errors=True)
             command = ["render", file, "--out", out, "-q", "--frames",
                        ",".join(map(str, [*warm, *numbers]))]
-            for method in reversed(methods) if i % 2 else methods:
+            for method in reversed(methods) if (i + k) % 2 else methods:
                 command += ["--method", method]
             for setting in (*settings, "errors.against=[]", "image.compression=none"):
                 command += ["--set", setting]
