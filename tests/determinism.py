@@ -40,7 +40,7 @@ def chunks_differ(program, root, folder):
     environment = dict(os.environ, XDG_CACHE_HOME=str(folder / "cache_2"))
     for name, more in {"whole": [], "b": ["--chunk", "2/2"], "a": ["--chunk", "1/2"]}.items():
         if not render(program, root, environment, "configs/moving.json", folder / "moving" / name,
-                      "--set", "methods.3=second_order", "--set", f"methods.4={PEELED}",
+                      "--set", f"methods.4={PEELED}",
                       "--frames", "1,8", *more):
             return 1
     moving = folder / "moving"
