@@ -81,6 +81,19 @@ std::vector<float> readRgba(const gl::Texture& texture) {
   return texture.read<float>(0, GL_RGBA, GL_FLOAT, 4);
 }
 
+void readRgba(const gl::Texture& texture, std::span<const Rectangle> parts,
+              std::span<float> values) {
+  const auto width = static_cast<std::size_t>(texture.width());
+  glPixelStorei(GL_PACK_ROW_LENGTH, texture.width());
+  for (const Rectangle& r : parts) {
+    const std::span<float> from = values.subspan(
+        4 * (static_cast<std::size_t>(r.y0) * width + static_cast<std::size_t>(r.x0)));
+    glGetTextureSubImage(texture.id(), 0, r.x0, r.y0, 0, r.width(), r.height(), 1, GL_RGBA,
+                         GL_FLOAT, static_cast<GLsizei>(from.size_bytes()), from.data());
+  }
+  glPixelStorei(GL_PACK_ROW_LENGTH, 0);
+}
+
 std::vector<std::uint32_t> readIds(const gl::Texture& texture) {
   return texture.read<std::uint32_t>(0, GL_RED_INTEGER, GL_UNSIGNED_INT, 1);
 }

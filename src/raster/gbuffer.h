@@ -79,6 +79,9 @@ void readBack(const GBuffer& source, bool withDiffuse, GBufferCopy& copy);
 
 /// Reads a texture back, row 0 on top. RGBA32F: 4 floats a texel.
 std::vector<float> readRgba(const gl::Texture& texture);
+/// Some rectangles of it, into what was read before.
+void readRgba(const gl::Texture& texture, std::span<const Rectangle> parts,
+              std::span<float> values);
 std::vector<std::uint32_t> readIds(const gl::Texture& texture);
 std::vector<float> readDepth(const gl::Texture& texture);
 std::vector<std::uint8_t> readMasks(const gl::Texture& texture);

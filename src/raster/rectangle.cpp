@@ -20,20 +20,20 @@ constexpr int kRectangleCost = 1024;
 /// Disjoint rectangles that cover the tiles of a grid: runs of a row, those of like runs in one.
 std::vector<Rectangle> coverOf(const std::vector<std::uint8_t>& tiles, int columns, int rows) {
   std::vector<Rectangle> cover;
+  constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  // By its first column: the last rectangle that begins there
+  std::vector<std::size_t> lastAt(static_cast<std::size_t>(columns), kNone);
   for (int y = 0; y < rows; ++y) {
+    const auto row = tiles.begin() + static_cast<std::ptrdiff_t>(y) * columns;
     for (int x = 0; x < columns; ++x) {
-      const auto has = [&](int column) {
-        return tiles[static_cast<std::size_t>(y * columns + column)];
-      };
-      if (has(x) == 0) continue;
+      if (row[x] == 0) continue;
       const int x0 = x;
-      while (x < columns && has(x) != 0) ++x;
-      const auto like = std::find_if(cover.begin(), cover.end(), [&](const Rectangle& r) {
-        return r.x0 == x0 && r.x1 == x && r.y1 == y;
-      });
-      if (like != cover.end()) {
-        like->y1 = y + 1;
+      while (x < columns && row[x] != 0) ++x;
+      std::size_t& last = lastAt[static_cast<std::size_t>(x0)];
+      if (last != kNone && cover[last].x1 == x && cover[last].y1 == y) {
+        cover[last].y1 = y + 1;
       } else {
+        last = cover.size();
         cover.push_back({x0, y, x, y + 1});
       }
     }
@@ -44,29 +44,62 @@ std::vector<Rectangle> coverOf(const std::vector<std::uint8_t>& tiles, int colum
 /// Joins rectangles where that leaves fewer for few texels more; they stay disjoint.
 void join(std::vector<Rectangle>& cover) {
   const auto area = [](const Rectangle& r) { return r.width() * r.height(); };
+  // Pairs that are not worth it, until what is joined elsewhere touches their bounds
+  const std::size_t numbers = 2 * cover.size();
+  std::vector<std::size_t> numberOf(cover.size());
+  for (std::size_t i = 0; i < cover.size(); ++i) numberOf[i] = i;
+  std::size_t next = cover.size();
+  struct Pair {
+    std::size_t at;
+    Rectangle bounds;
+  };
+  std::vector<Pair> refused;
+  std::vector<std::uint8_t> isRefused(numbers * numbers);
   for (bool joined = true; joined;) {
     joined = false;
+    int all = 0;
+    for (const Rectangle& r : cover) all += area(r);
+    // No pair gains more than if it took all of them with it
+    const int most = all + kRectangleCost * (static_cast<int>(cover.size()) - 1);
     for (std::size_t i = 0; i < cover.size() && !joined; ++i) {
       for (std::size_t j = i + 1; j < cover.size() && !joined; ++j) {
+        const std::size_t pair = numberOf[i] * numbers + numberOf[j];
+        if (isRefused[pair] != 0) continue;
         // With all that their bounds touch
         Rectangle bounds = bounding(cover[i], cover[j]);
+        if (area(bounds) >= most) continue;
         int before = 0;
         int count = 0;
         for (std::size_t k = 0; k < cover.size(); ++k) {
+          if (intersection(bounds, cover[k]).empty()) continue;
           const Rectangle larger = bounding(bounds, cover[k]);
-          if (intersection(bounds, cover[k]).empty() || larger == bounds) continue;
+          if (larger == bounds) {
+            before += area(cover[k]);
+            ++count;
+            continue;
+          }
           bounds = larger;
+          before = count = 0;
           k = static_cast<std::size_t>(-1);
         }
-        for (const Rectangle& r : cover) {
-          if (intersection(bounds, r).empty()) continue;
-          before += area(r);
-          ++count;
-        }
         joined = area(bounds) - before < kRectangleCost * (count - 1);
-        if (!joined) continue;
-        std::erase_if(cover, [&](const Rectangle& r) { return !intersection(bounds, r).empty(); });
+        if (!joined) {
+          refused.push_back({pair, bounds});
+          isRefused[pair] = 1;
+          continue;
+        }
+        for (std::size_t k = cover.size(); k-- > 0;) {
+          if (intersection(bounds, cover[k]).empty()) continue;
+          cover.erase(cover.begin() + static_cast<std::ptrdiff_t>(k));
+          numberOf.erase(numberOf.begin() + static_cast<std::ptrdiff_t>(k));
+        }
         cover.push_back(bounds);
+        numberOf.push_back(next++);
+        std::erase_if(refused, [&](const Pair& other) {
+          const bool touched = !intersection(bounds, other.bounds).empty();
+          if (touched) isRefused[other.at] = 0;
+          return touched;
+        });
       }
     }
   }

@@ -185,7 +185,22 @@ image::Image MethodSource::readFrame(const scene::Camera& camera,
   image.width = settings.width;
   image.height = settings.height;
   image.channels = {"R", "G", "B", "A"};
-  timer_.measure("readback", [&] { image.data = raster::readRgba(composite_); });
+  timer_.measure("readback", [&] {
+    if (!changed) {
+      read_.clear();
+      image.data = raster::readRgba(composite_);
+      return;
+    }
+    if (read_.empty()) {
+      read_ = raster::readRgba(composite_);
+    } else {
+      std::vector<raster::Rectangle> pixels;
+      for (const raster::Rectangle& r : changed->rectangles())
+        pixels.push_back(raster::pixelsOf(r, settings.samples));
+      raster::readRgba(composite_, pixels, read_);
+    }
+    image.data = read_;
+  });
   if (settings.layers.empty() && !settings.masks) return image;
 
   timer_.measure("layers", [&] {

@@ -38,6 +38,7 @@ class MethodSource : public FrameSource {
   std::unique_ptr<trace::TraceScene> trace_;
   std::optional<raster::GBuffer> gbuffer_;
   gl::Texture composite_;
+  std::vector<float> read_;                  ///< the composite as it was read; empty: not kept
   std::optional<scene::Camera> lastCamera_;  ///< of the frame in G-buffer and composite
 };
 
