@@ -194,12 +194,13 @@ def concave(bench, document):
     runs = bench.render("second_order_concave", "concave")
     document.text("""## Concave reflectors (section 4.4)
 
-Bathroom, path a: `concave: ignore` as the other tables, and `self_intersect`.""")
+Bathroom, path a: `concave: ignore` as the other tables; `self_intersect`: rays of concave clusters are
+intersected with their object's samples in the frame, too; `self_intersect_all`: all but planar mirrors' are.""")
     document.table(["way", "concave clusters", "ms", "`intersect` ms", "L1_8bit against traced"],
                    [[n, statistics.fmean(runs[n].count("concave_clusters")), runs[n].ms(),
                      statistics.median(runs[n].step("intersect")),
                      average_and_most([e["l1_8bit"] for e in bench.errors("concave", n, "traced")[0]])]
-                    for n in ("ignore", "self_intersect")])
+                    for n in ("ignore", "self_intersect", "self_intersect_all")])
 
 
 def k_means(bench, document):

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 #include "gl/context.h"
@@ -24,7 +25,7 @@ constexpr std::int64_t kMaskedTexels = 4096;
 constexpr int kMaskTile = 32;       ///< texels along the edge of what is masked at once. Ours.
 constexpr int kSmallestSide = 512;  ///< of a layer: small frames need few layers, too. Ours.
 constexpr std::uint64_t kBytesPerTexel = 8 + 4;
-constexpr std::size_t kTableRows = 7;  ///< texels per cluster, as intersect.frag reads them
+constexpr std::size_t kTableRows = 8;  ///< texels per cluster, as intersect.frag reads them
 
 }  // namespace
 
@@ -140,6 +141,14 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
 void DepthImages::writeTable(std::span<const Cluster> clusters,
                              std::span<const ClusterCamera> cameras,
                              std::span<const std::uint64_t> triangles) {
+  std::map<int, Vec4> ofObject;  // left, top, right, bottom of all its clusters, samples
+  for (const Cluster& cluster : clusters) {
+    Vec4& r = ofObject.try_emplace(cluster.object, cluster.left, cluster.top, 0, 0).first->second;
+    r = Vec4(std::min(r.x, static_cast<float>(cluster.left)),
+             std::min(r.y, static_cast<float>(cluster.top)),
+             std::max(r.z, static_cast<float>(cluster.right)),
+             std::max(r.w, static_cast<float>(cluster.bottom)));
+  }
   std::vector<Vec4> table(std::max<std::size_t>(1, kTableRows * clusters.size()), Vec4(0.0f));
   for (std::size_t i = 0; i < clusters.size(); ++i) {
     const ClusterCamera& camera = cameras[i];
@@ -157,6 +166,7 @@ void DepthImages::writeTable(std::span<const Cluster> clusters,
                    camera.mirrorTop - rows[4].y / camera.scale, camera.scale);
     const int flags = (camera.crossing || camera.parallel ? 1 : 0) + (clusters[i].concave ? 2 : 0);
     rows[6] = Vec4(camera.horizon, static_cast<float>(flags));
+    rows[7] = ofObject.at(clusters[i].object);
   }
   const std::size_t bytes = table.size() * sizeof(Vec4);
   if (tableBuffer_.size() < bytes) {

@@ -27,6 +27,10 @@
 namespace catoptric::methods {
 namespace {
 
+/// Values of `concave`, as SELF of intersect.frag numbers them.
+constexpr std::array<const char*, 3> kSelfIntersect = {"ignore", "self_intersect",
+                                                       "self_intersect_all"};
+
 const config::Schema& schema() {
   static const config::Schema options = {
       .name = "second_order",
@@ -116,10 +120,11 @@ const config::Schema& schema() {
           {.name = "concave",
            .type = config::FieldType::String,
            .help =
-               "what rays of concave clusters that meet their own cluster again show: what lies "
-               "behind it (ignore), or its diffuse component (self_intersect)",
+               "what rays that meet their own object again show: what lies behind it (ignore), or its "
+               "diffuse component, of concave clusters' rays (self_intersect) or of all that are not "
+               "planar mirrors' (self_intersect_all)",
            .defaultText = "\"ignore\"",
-           .allowed = {"ignore", "self_intersect"}},
+           .allowed = {kSelfIntersect.begin(), kSelfIntersect.end()}},
           {.name = "glossy",
            .type = config::FieldType::String,
            .help = "cone: every ray of a lobe is walked; neighbourhood: the one in its centre, the "
@@ -147,7 +152,7 @@ struct Options {
   CameraOptions camera;
   DepthImageOptions images;
   int faceSize = 256;
-  bool selfIntersect = false;
+  int selfIntersect = 0;  ///< of kSelfIntersect
   bool neighbourhood = false;
   float glossyReach = 0.0f;
   bool countDisocclusions = false;
@@ -176,8 +181,9 @@ Options parseOptions(const config::Value& value) {
   options.images.depthLayers = static_cast<int>(integer("depth_layers"));
   options.neighbourhood = config::valueOr(value, schema(), "glossy").asString() == "neighbourhood";
   options.glossyReach = number("glossy_reach");
-  options.selfIntersect =
-      config::valueOr(value, schema(), "concave").asString() == "self_intersect";
+  options.selfIntersect = static_cast<int>(
+      std::ranges::find(kSelfIntersect, config::valueOr(value, schema(), "concave").asString()) -
+      kSelfIntersect.begin());
   options.countDisocclusions = config::valueOr(value, schema(), "count_disocclusions").asBool();
   options.faceSize = static_cast<int>(integer("environment_face_size"));
   return options;
@@ -440,7 +446,7 @@ class SecondOrder : public Method {
     defines.push_back({"RAYS", std::to_string(options_.camera.rays)});
     defines.push_back({"NEIGHBOURHOOD", options_.neighbourhood ? "1" : "0"});
     defines.push_back({"FADE", options_.glossyReach > 0.0f ? "1" : "0"});
-    defines.push_back({"SELF", options_.selfIntersect ? "1" : "0"});
+    defines.push_back({"SELF", std::to_string(options_.selfIntersect)});
     defines.push_back({"FOUND", options_.countDisocclusions ? "1" : "0"});
     defines.push_back({"LAYERS", std::to_string(options_.images.depthLayers)});
     defines.push_back({"EXACT_GRID", exactGrid ? "1" : "0"});
@@ -500,7 +506,8 @@ class SecondOrder : public Method {
                   scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight()));
       gbuffer.diffuse.bindImage(4, GL_READ_ONLY);
       if (options_.glossyReach > 0.0f) program.set("reach", options_.glossyReach);
-      if (options_.selfIntersect) {
+      if (options_.selfIntersect > 0) {
+        gbuffer.object.bindImage(6, GL_READ_ONLY);
         program.set("pixelFromRay", glm::inverse(scene::rayFromPixel(camera, gbuffer.sampleWidth(),
                                                                      gbuffer.sampleHeight())));
       }

@@ -412,19 +412,28 @@ TEST(SecondOrder, ConcaveMirrorsComeCloseToTheirRays) {
   }
 }
 
-TEST(SecondOrder, ConcaveClustersCanMeetThemselves) {
-  // One cluster for the whole of a deep bowl: rays from one side meet the other
-  const auto frame = [](const char* concave) {
-    return Comparison(
-        roomWithBowl(0.3f, 1.0f), cameraAt({2.0f, 0.1f, 3.0f}, {-0.2f, 0.0f, -0.4f}),
-        R"({"max_theta_bins": 1, "max_phi_bins": 1, "concave": ")" + std::string(concave) + "\"}");
-  };
-  const Comparison ignored = frame("ignore");
-  const Comparison met = frame("self_intersect");
-  EXPECT_TRUE(met.finite);
-  EXPECT_EQ(ignored.output.counters.at("met_itself"), 0u);
-  EXPECT_GT(met.output.counters.at("met_itself"), 1000u);
-  EXPECT_LT(met.l1Of8Bit, ignored.l1Of8Bit);
+TEST(SecondOrder, ConcaveReflectorsCanMeetThemselves) {
+  // A deep bowl, in one cluster and in many: rays from one side meet the other
+  for (const char* bins : {R"("max_theta_bins": 1, "max_phi_bins": 1, )", ""}) {
+    const auto frame = [&](const std::string& concave) {
+      return Comparison(roomWithBowl(0.3f, 1.0f), cameraAt({2.0f, 0.1f, 3.0f}, {-0.2f, 0.0f, -0.4f}),
+                        "{" + std::string(bins) + "\"concave\": \"" + concave + "\"}");
+    };
+    const Comparison ignored = frame("ignore");
+    const Comparison met = frame("self_intersect");
+    const Comparison all = frame("self_intersect_all");
+    EXPECT_TRUE(met.finite && all.finite);
+    EXPECT_EQ(ignored.output.counters.at("met_itself"), 0u);
+    EXPECT_GT(met.output.counters.at("met_itself"), 1000u);
+    EXPECT_GE(all.output.counters.at("met_itself"), met.output.counters.at("met_itself"));
+    EXPECT_LT(met.l1Of8Bit, ignored.l1Of8Bit);
+    EXPECT_LE(all.l1Of8Bit, met.l1Of8Bit);
+  }
+  // A ball does not
+  const Comparison ball(
+      roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f), 0.0f),
+      cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}), R"({"concave": "self_intersect_all"})");
+  EXPECT_EQ(ball.output.counters.at("met_itself"), 0u);
 }
 
 TEST(SecondOrder, GlossyReflectionsComeCloseToTheirRays) {

@@ -3,7 +3,8 @@
 //           3 what the others have found nothing for, in the tiles that have a sample so marked
 //   NEIGHBOURHOOD  1: of a lobe one ray is walked, the others are looked up at its distance
 //   FADE    1: rays of a lobe end at `reach` (1 - g) / g metres, fading to the diffuse colour
-//   SELF    1: rays of concave clusters are intersected with their own cluster, too
+//   SELF    1: rays of concave clusters are intersected with their own object's samples, too; 2: all
+//           rays are
 //   LAYERS  2: rays that pass behind what they meet look for it in a second depth layer, too
 //   FOUND   1: what each ray found is written, to be compared with Embree's rays
 //   RECORD  1: instead of radiance what each walk has read, for reads.frag
@@ -12,7 +13,10 @@
 uniform mat3 rayFromPixel;  // (sample position, 1) to a ray that advances 1 m along the axis
 #if SELF
 uniform mat3 pixelFromRay;  // its inverse
+layout(binding = 6, r32ui) readonly uniform uimage2D objectSamples;
 const float kSelfSlack = 1e-4;  // of the depth; ours
+// Of the depth, from sample to sample, at most: more is an edge. Ours.
+const float kSelfStep = 0.02;
 #endif
 #if FADE
 uniform float reach;
@@ -76,7 +80,7 @@ struct Found {
 layout(std430, binding = 2) writeonly buffer FoundOfSamples { Found found[]; };
 #endif
 
-const int kTableTexels = 7;
+const int kTableTexels = 8;
 
 struct DepthImage {
   vec4 rowX;
@@ -374,15 +378,16 @@ Hit lookUp(DepthImage image, Start start, vec3 direction, Hit centre, float limi
 #endif
 
 #if SELF
-// Where the ray meets its own cluster's samples in the frame, metres (0: nowhere), and their diffuse
-// radiance: a concave reflector [Wang2014, section 4.4]. Steps of a sample.
-float meetsItself(vec3 p, vec3 direction, uint cluster, out vec3 radiance) {
+// Where the ray meets its own object's samples in the frame, metres (0: nowhere), and their diffuse
+// radiance: a concave reflector [Wang2014, section 4.4], whichever clusters it is in. Steps of a
+// sample, within the rectangle of the object's clusters.
+float meetsItself(vec3 p, vec3 direction, uint object, vec4 rectangle, out vec3 radiance) {
   radiance = vec3(0.0);
-  ivec2 size = imageSize(clusterSamples);
+  ivec2 last = imageSize(objectSamples) - 1;
   vec3 start = pixelFromRay * p;
   vec3 along = pixelFromRay * direction;
-  vec4 inside = vec4(start.xy, vec2(size) * start.z - start.xy);
-  vec4 advance = vec4(along.xy, vec2(size) * along.z - along.xy);
+  vec4 inside = vec4(start.xy - rectangle.xy * start.z, rectangle.zw * start.z - start.xy);
+  vec4 advance = vec4(along.xy - rectangle.xy * along.z, rectangle.zw * along.z - along.xy);
   float t = farthest;
   for (int k = 0; k < 4; ++k) {
     t = advance[k] < 0.0 ? min(t, max(inside[k], 0.0) / -advance[k]) : t;
@@ -394,21 +399,23 @@ float meetsItself(vec3 p, vec3 direction, uint cluster, out vec3 radiance) {
   vec3 path = vec3(end.xy / end.z, nearMetres / end.z) - from;
   int steps = clamp(int(ceil(max(abs(path.x), abs(path.y)))), 1, 8192);
   vec3 stride = path / float(steps);
-  bool front = true;
+  bool front = false;
+  float before = 0.0;
   float met = 0.0;
-  for (int i = 1; i <= steps; ++i) {
+  for (int i = 1; i <= steps && met == 0.0; ++i) {
     vec3 point = from + stride * float(i);
-    ivec2 sampleHere = clamp(ivec2(point.xy), ivec2(0), size - 1);
-    bool own = imageLoad(clusterSamples, sampleHere).r == cluster;
-    float here = depthOfSample(vec2(sampleHere) + 0.5);
-    bool behind = own && point.z < (1.0 - kSelfSlack) * here;
-    if (front && behind && i > 1) {
-      vec3 met3 = rayFromPixel * vec3(vec2(sampleHere) + 0.5, 1.0) * (nearMetres / here);
-      met = max(dot(met3 - p, direction), 1e-30);
-      radiance = imageLoad(diffuseSamples, sampleHere).rgb;
-      break;
+    ivec2 at = clamp(ivec2(point.xy), ivec2(0), last);
+    float here = depthOfSample(vec2(at) + 0.5);
+    // Through the surface, not behind an edge of it
+    bool behind = point.z < (1.0 - kSelfSlack) * here;
+    if (front && behind && abs(here - before) < kSelfStep * here &&
+        imageLoad(objectSamples, at).r == object) {
+      vec3 place = rayFromPixel * vec3(vec2(at) + 0.5, 1.0) * (nearMetres / here);
+      met = max(dot(place - p, direction), 1e-30);
+      radiance = imageLoad(diffuseSamples, at).rgb;
     }
     front = !behind;
+    before = here;
   }
   return met;
 }
@@ -523,6 +530,10 @@ void main() {
     uvec2 nothingSeen = uvec2(0u);
     uvec2 skySeen = uvec2(0u);
 #endif
+#if SELF
+    uint object = imageLoad(objectSamples, sampleAt).r;
+    vec4 rectangle = imageLoad(clusterTable, (int(known) - 2) * kTableTexels + 7);
+#endif
     for (int k = 0; k < rays; ++k) {
       vec3 direction = mirror;
 #if KIND == 2
@@ -533,7 +544,9 @@ void main() {
 #endif
 #if SELF
       vec3 own = vec3(0.0);
-      float self = image.concave ? meetsItself(position, direction, known, own) : 0.0;
+      float self = SELF == 2 || image.concave
+                       ? meetsItself(position, direction, object, rectangle, own)
+                       : 0.0;
       float until = self > 0.0 ? min(limit, self) : limit;
 #else
       float until = limit;
