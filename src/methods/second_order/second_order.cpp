@@ -119,10 +119,11 @@ const config::Schema& schema() {
            .maximum = 4096},
           {.name = "concave",
            .type = config::FieldType::String,
-           .help =
-               "what rays that meet their own object again show: what lies behind it (ignore), or its "
-               "diffuse component, of concave clusters' rays (self_intersect) or of all that are not "
-               "planar mirrors' (self_intersect_all)",
+           .help = "what rays that meet their own object again show: what lies behind it (ignore), "
+                   "or its "
+                   "diffuse component, of concave clusters' rays (self_intersect) or of all that "
+                   "are not "
+                   "planar mirrors' (self_intersect_all)",
            .defaultText = "\"ignore\"",
            .allowed = {kSelfIntersect.begin(), kSelfIntersect.end()}},
           {.name = "glossy",

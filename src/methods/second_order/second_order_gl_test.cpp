@@ -416,7 +416,8 @@ TEST(SecondOrder, ConcaveReflectorsCanMeetThemselves) {
   // A deep bowl, in one cluster and in many: rays from one side meet the other
   for (const char* bins : {R"("max_theta_bins": 1, "max_phi_bins": 1, )", ""}) {
     const auto frame = [&](const std::string& concave) {
-      return Comparison(roomWithBowl(0.3f, 1.0f), cameraAt({2.0f, 0.1f, 3.0f}, {-0.2f, 0.0f, -0.4f}),
+      return Comparison(roomWithBowl(0.3f, 1.0f),
+                        cameraAt({2.0f, 0.1f, 3.0f}, {-0.2f, 0.0f, -0.4f}),
                         "{" + std::string(bins) + "\"concave\": \"" + concave + "\"}");
     };
     const Comparison ignored = frame("ignore");
