@@ -52,8 +52,10 @@ layout(binding = 8) uniform sampler2D reflectionSamples;  // what is written, on
 #if KIND < 3
 layout(location = 1) out uint marks;
 #endif
-// a of a sample that is still to be looked up, by KIND 3: in the cube map, or beyond the scene
+// a of a sample that is still to be looked up, by KIND 3: in the cube map; over nothing, in a depth
+// image that may have gaps; or beyond the scene
 const float kInCubeMap = -1.0;
+const float kOverNothing = -0.5;
 const float kBeyondScene = 0.0;
 const uint kMaskEnvironment = 1u;  // raster::MaskBit
 const uint kMaskBelowHorizon = 16u;
@@ -132,10 +134,15 @@ float secondAt(DepthImage image, vec2 texel) {
 #endif
 float depthOfSample(vec2 at) { return textureLod(depthSamples, at * sampleSize, 0.0).r; }
 
-// What lies beyond the scene, or what a cube map shows in a direction.
-vec3 beyond(vec3 direction) { return environmentRadiance(direction); }
+// What a cube map shows in a direction.
 vec3 fallback(vec3 direction, float level) {
   return textureLod(environmentMap, direction, level).rgb;
+}
+// What a ray over nothing leads to: beyond the scene. But where the cube map shows nothing of that far
+// around (4 x 4 texels of a face), as in a closed room, it has slipped through a gap.
+vec3 overNothing(vec3 direction, float level) {
+  float covered = textureLod(environmentMap, direction, max(lastLevel - 2.0, 0.0)).a;
+  return covered > 0.999 ? fallback(direction, level) : environmentRadiance(direction);
 }
 
 // Bilinear colour over the texels that lie about as deep as the hit: edges do not bleed.
@@ -467,7 +474,10 @@ void main() {
 #if KIND == 3
   float where = texelFetch(reflectionSamples, sampleAt, 0).a;
   if (known == 0u || where > 0.0) discard;
-  reflection = vec4(where == kInCubeMap ? fallback(mirror, level) : beyond(mirror), 1.0);
+  vec3 radiance = where == kInCubeMap     ? fallback(mirror, level)
+                  : where == kOverNothing ? overNothing(mirror, level)
+                                          : environmentRadiance(mirror);
+  reflection = vec4(radiance, 1.0);
 #else
   if (known < 2u) {
     // Not a reflective one, or in no cluster
@@ -607,13 +617,13 @@ void main() {
         bool below;
         vec3 direction =
             lobeDirection(mirror, normalAndG.xyz, exponent, 32 * word + k, shift, below);
-        sum += (skySeen[word] >> k & 1u) != 0u ? beyond(direction) : fallback(direction, level);
+        sum += (skySeen[word] >> k & 1u) != 0u ? overNothing(direction, level) : fallback(direction, level);
       }
     }
 #endif
     reflection = vec4(sum * (1.0 / float(rays)), 1.0);
 #if KIND == 1
-    reflection.a = missed ? kInCubeMap : sky ? kBeyondScene : 1.0;
+    reflection.a = missed ? kInCubeMap : sky ? kOverNothing : 1.0;
 #endif
     if (missed) bits |= kMaskEnvironment;
     if (sky) bits |= kMarkSky;
