@@ -92,7 +92,8 @@ enum MaskBit : std::uint8_t {
   kMaskDisoccluded = 2,    ///< mask.disoccluded
   kMaskClamped = 4,        ///< mask.clamped
   kMaskRetraced = 8,       ///< mask.retraced
-  kMaskBelowHorizon = 16,  ///< mask.below_horizon: lobe samples below the surface
+  kMaskBelowHorizon = 16,  ///< mask.below_horizon: rays below the shading normal's plane
+  kMaskSky = 32,           ///< mask.sky: rays that leave the scene; no fallback
 };
 
 }  // namespace catoptric::raster

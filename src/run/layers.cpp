@@ -10,12 +10,13 @@
 namespace catoptric::run {
 namespace {
 
-constexpr std::array<std::pair<int, const char*>, 5> kMasks = {{
+constexpr std::array<std::pair<int, const char*>, 6> kMasks = {{
     {raster::kMaskEnvironment, "mask.environment"},
     {raster::kMaskDisoccluded, "mask.disoccluded"},
     {raster::kMaskClamped, "mask.clamped"},
     {raster::kMaskRetraced, "mask.retraced"},
     {raster::kMaskBelowHorizon, "mask.below_horizon"},
+    {raster::kMaskSky, "mask.sky"},
 }};
 
 /// Appends channels computed per pixel to an interleaved image.

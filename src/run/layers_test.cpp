@@ -65,8 +65,8 @@ TEST(Layers, MiddleSamplesAndMeans) {
               testing::ElementsAre("R", "Z", "reflection.R", "reflection.G", "reflection.B", "s",
                                    "id.object", "id.cluster", "mask.reflective", "mask.environment",
                                    "mask.disoccluded", "mask.clamped", "mask.retraced",
-                                   "mask.below_horizon"));
-  EXPECT_EQ(image.data.size(), 28u);
+                                   "mask.below_horizon", "mask.sky"));
+  EXPECT_EQ(image.data.size(), 30u);
   EXPECT_EQ(image.at(0, 0, 0), 10.0f);
   EXPECT_EQ(image.at(1, 0, 0), 20.0f);
   EXPECT_FLOAT_EQ(image.at(0, 0, image.channel("Z")), 0.04f);

@@ -157,7 +157,7 @@ class Batch {
           const Vec3 direction = rays_[r].direction;
           if (hit.miss()) {
             const bool refused = !isTraceable(rays_[r]);
-            if (refused && !flags.empty()) flags[i] |= 1;
+            if (!flags.empty()) flags[i] |= refused ? 1 : 4;
             missesHere += refused ? 0 : 1;
             values_[r] = refused && !isFinite(direction)
                              ? Vec3(0.0f)
@@ -366,8 +366,7 @@ float reflectionWeight(float specularLevel, const Vec3& direction, const Vec3& n
 ReflectionCounts reflectedRadiance(const TraceScene& trace, const frame::Lighting& lighting,
                                    float spreadRad, std::span<const ReflectionPoint> points,
                                    const ReflectionOptions& options, bool parallel,
-                                   std::span<Vec3> radiance,
-                                   std::span<std::uint8_t> refusedOrFolded) {
+                                   std::span<Vec3> radiance, std::span<std::uint8_t> flags) {
   assert(radiance.size() >= points.size());
   ReflectionCounts counts;
   Batch batch(trace, lighting, spreadRad, options, parallel);
@@ -375,9 +374,9 @@ ReflectionCounts reflectedRadiance(const TraceScene& trace, const frame::Lightin
       std::max<std::size_t>(1, kRaysPerBatch / static_cast<std::size_t>(std::max(1, options.rays)));
   for (std::size_t first = 0; first < points.size(); first += perBatch) {
     const std::size_t count = std::min(perBatch, points.size() - first);
-    batch.run(
-        points.subspan(first, count), options.rays, options.bounces, radiance.subspan(first, count),
-        refusedOrFolded.empty() ? refusedOrFolded : refusedOrFolded.subspan(first, count), counts);
+    batch.run(points.subspan(first, count), options.rays, options.bounces,
+              radiance.subspan(first, count), flags.empty() ? flags : flags.subspan(first, count),
+              counts);
   }
   return counts;
 }

@@ -90,12 +90,11 @@ float reflectionWeight(float specularLevel, const Vec3& direction, const Vec3& n
 
 /// Incoming radiance along the lobes: radiance[i] belongs to points[i], the mean over its rays.
 /// `spreadRad`: of a sample's ray cone. `parallel`: over all threads; otherwise on the calling one.
-/// The same result either way. `refusedOrFolded[i]` (may be empty) gets bit 0 where a ray was
-/// refused, bit 1 where one was folded up.
+/// The same result either way. `flags[i]` (may be empty) gets bit 0 where a ray was refused, bit 1
+/// where one was folded up, bit 2 where one left the scene.
 ReflectionCounts reflectedRadiance(const TraceScene& trace, const frame::Lighting& lighting,
                                    float spreadRad, std::span<const ReflectionPoint> points,
                                    const ReflectionOptions& options, bool parallel,
-                                   std::span<Vec3> radiance,
-                                   std::span<std::uint8_t> refusedOrFolded = {});
+                                   std::span<Vec3> radiance, std::span<std::uint8_t> flags = {});
 
 }  // namespace catoptric::trace

@@ -158,7 +158,8 @@ class Reference : public Method {
     if (asks(settings, "diffuse")) add({"diffuse.R", "diffuse.G", "diffuse.B"});
     if (asks(settings, "s")) add({"s"});
     if (asks(settings, "id")) add({"id.object"});
-    if (settings.masks) add({"mask.environment", "mask.below_horizon", "mask.reflective"});
+    if (settings.masks)
+      add({"mask.environment", "mask.below_horizon", "mask.sky", "mask.reflective"});
     return names;
   }
 
@@ -299,6 +300,7 @@ class Reference : public Method {
     if (settings_.masks) {
       mean([](const Sample& s) { return (s.flags & 1) != 0 ? 1.0f : 0.0f; });
       mean([](const Sample& s) { return (s.flags & 2) != 0 ? 1.0f : 0.0f; });
+      mean([](const Sample& s) { return (s.flags & 4) != 0 ? 1.0f : 0.0f; });
       mean([](const Sample& s) { return s.specularLevel > 0.0f ? 1.0f : 0.0f; });
     }
   }

@@ -248,7 +248,7 @@ TEST(Reference, SameBitsForAnyThreadCountAndTwice) {
     images.push_back(render(builder.scene(), camera, settings, R"({"samples": 3, "bounces": 2})"));
   }
   setThreadCount(0);
-  EXPECT_EQ(images[0].channels.size(), 4u + 1u + 3u + 3u + 3u + 1u + 1u + 3u);
+  EXPECT_EQ(images[0].channels.size(), 4u + 1u + 3u + 3u + 3u + 1u + 1u + 4u);
   for (const image::Image& image : images) {
     ASSERT_EQ(image.data.size(), images[0].data.size());
     EXPECT_EQ(
@@ -282,10 +282,12 @@ TEST(Reference, LayersHoldWhatTheyName) {
   EXPECT_EQ(value(16, "id.object"), 1.0f);
   EXPECT_EQ(value(16, "mask.reflective"), 1.0f);
   EXPECT_EQ(value(16, "mask.environment"), 0.0f);
+  EXPECT_EQ(value(16, "mask.sky"), 1.0f);
   EXPECT_NEAR(value(16, "R"), 0.75f * 1.0f + 0.25f * 0.5f * 2.0f, 1e-5f);
   EXPECT_EQ(value(0, "Z"), 0.0f);
   EXPECT_EQ(value(0, "id.object"), 0.0f);
   EXPECT_EQ(value(0, "A"), 0.0f);
+  EXPECT_EQ(value(0, "mask.sky"), 0.0f);
   EXPECT_EQ(value(0, "R"), 2.0f);
 }
 

@@ -206,6 +206,7 @@ struct Reflectors {
   bool planarMirrors = false;
   bool curvedMirrors = false;
   bool glossy = false;
+  bool bent = false;  ///< normal maps may turn reflected rays below the surface that they leave
   bool levelsVary = false;  ///< s comes from a texture: some samples may not reflect
   bool any() const { return planarMirrors || curvedMirrors || glossy; }
 };
@@ -225,6 +226,8 @@ Reflectors findReflectors(const scene::Scene& scene) {
     found.planarMirrors = found.planarMirrors || kind == raster::SampleClass::PlanarMirror;
     found.curvedMirrors = found.curvedMirrors || kind == raster::SampleClass::CurvedMirror;
     found.glossy = found.glossy || kind == raster::SampleClass::Glossy;
+    found.bent =
+        found.bent || (kind != raster::SampleClass::Diffuse && material.normalTexture.used());
     found.levelsVary = found.levelsVary || (kind != raster::SampleClass::Diffuse &&
                                             material.metallicRoughnessTexture.used());
   }
@@ -250,7 +253,7 @@ constexpr std::array<const char*, 4> kCountNames = {"below_horizon", "met_itself
                                                     "second_layer_hits"};
 /// Counted in its marks, `environment` together with `unclustered`.
 constexpr std::array<std::pair<std::uint8_t, const char*>, 3> kMarks = {
-    {{raster::kMaskEnvironment, "environment"}, {32, "sky"}, {64, "bridged"}}};
+    {{raster::kMaskEnvironment, "environment"}, {raster::kMaskSky, "sky"}, {64, "bridged"}}};
 
 /// Counted on the CPU; 0 where nothing reflects.
 constexpr std::array<const char*, 16> kClusterCountNames = {
@@ -448,6 +451,7 @@ class SecondOrder : public Method {
     defines.push_back({"NEIGHBOURHOOD", options_.neighbourhood ? "1" : "0"});
     defines.push_back({"FADE", options_.glossyReach > 0.0f ? "1" : "0"});
     defines.push_back({"SELF", std::to_string(options_.selfIntersect)});
+    defines.push_back({"BENT", *kind != '0' && reflectors_.bent ? "1" : "0"});
     defines.push_back({"FOUND", options_.countDisocclusions ? "1" : "0"});
     defines.push_back({"LAYERS", std::to_string(options_.images.depthLayers)});
     defines.push_back({"EXACT_GRID", exactGrid ? "1" : "0"});
@@ -507,8 +511,8 @@ class SecondOrder : public Method {
                   scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight()));
       gbuffer.diffuse.bindImage(4, GL_READ_ONLY);
       if (options_.glossyReach > 0.0f) program.set("reach", options_.glossyReach);
-      if (options_.selfIntersect > 0) {
-        gbuffer.object.bindImage(6, GL_READ_ONLY);
+      if (options_.selfIntersect > 0) gbuffer.object.bindImage(6, GL_READ_ONLY);
+      if (options_.selfIntersect > 0 || reflectors_.bent) {
         program.set("pixelFromRay", glm::inverse(scene::rayFromPixel(camera, gbuffer.sampleWidth(),
                                                                      gbuffer.sampleHeight())));
       }

@@ -51,6 +51,7 @@ class Comparison {
     const Mat3 rays = scene::rayFromPixel(camera, copy.sampleWidth(), copy.sampleHeight());
     std::vector<trace::ReflectionPoint> points;
     std::vector<Vec3> ours;
+    std::vector<bool> below;
     for (int y = 0; y < copy.sampleHeight(); ++y) {
       for (int x = 0; x < copy.sampleWidth(); ++x) {
         const std::size_t at = static_cast<std::size_t>(y) * copy.sampleWidth() + x;
@@ -65,16 +66,19 @@ class Comparison {
         point.distance = scale * glm::length(ray);
         point.normal = Vec3(copy.normal[4 * at], copy.normal[4 * at + 1], copy.normal[4 * at + 2]);
         point.glossiness = copy.normal[4 * at + 3];
+        point.extent = trace_.extentOf(static_cast<int>(object) - 1);
         const int cell = (y % 2) * 2 + x % 2;  // as methods/traced
         point.shift = Vec2((static_cast<float>(cell) + 0.5f) / 4.0f,
                            glm::fract(static_cast<float>(cell) * 0.6180340f));
         points.push_back(point);
+        below.push_back((masks[at] & raster::kMaskBelowHorizon) != 0);
         ours.emplace_back(reflection[4 * at], reflection[4 * at + 1], reflection[4 * at + 2]);
       }
     }
     std::vector<Vec3> radiance(points.size());
-    trace::reflectedRadiance(trace_, lighting_, scene::pixelSpreadRad(camera, copy.sampleHeight()),
-                             points, {.rays = 8}, true, radiance);
+    traced = trace::reflectedRadiance(trace_, lighting_,
+                                      scene::pixelSpreadRad(camera, copy.sampleHeight()), points,
+                                      {.rays = 8}, true, radiance);
     samples = points.size();
     for (std::size_t i = 0; i < ours.size(); ++i) {
       const Vec3 d = glm::abs(ours[i] - radiance[i]);
@@ -89,17 +93,23 @@ class Comparison {
       const Vec3 shown = glm::abs(eightBit(ours[i]) - eightBit(radiance[i]));
       l1Of8Bit += static_cast<double>((shown.x + shown.y + shown.z) / 3.0f) /
                   static_cast<double>(ours.size());
+      if (below[i]) differenceBelow += static_cast<double>(difference);
       different += difference > 0.02f ? 1.0 / static_cast<double>(ours.size()) : 0.0;
     }
+    const auto count = std::count(below.begin(), below.end(), true);
+    differenceBelow /= static_cast<double>(std::max<std::ptrdiff_t>(1, count));
   }
 
   FrameOutput output;
   std::vector<std::uint8_t> masks;
+  trace::ReflectionCounts traced;
   std::size_t samples = 0;
   float brightest = 0.0f;
   double meanDifference = 0.0;  ///< of radiance
   double l1Of8Bit = 0.0;        ///< over reflective samples, of gamma 2.2 values
   double different = 0.0;       ///< share of samples that differ by more than 0.02
+  /// Mean over the samples with kMaskBelowHorizon.
+  double differenceBelow = 0.0;
   bool finite = true;
 
  private:
@@ -178,6 +188,60 @@ TEST(SecondOrder, ASphereComesCloseToItsRays) {
   EXPECT_LT(frame.different, 0.06);
   EXPECT_LT(static_cast<double>(frame.output.counters.at("environment")),
             0.02 * static_cast<double>(frame.samples));
+}
+
+/// A mirror whose normals a map turns by up to 70 degrees, by texels.
+scene::Scene roomWithBent(scene::Mesh mirror, float glossiness = 0.0f) {
+  mirror.tangents.clear();
+  for (const Vec3& n : mirror.normals) {
+    const Vec3 side = std::abs(n.y) < 0.9f ? Vec3(0.0f, 1.0f, 0.0f) : Vec3(1.0f, 0.0f, 0.0f);
+    mirror.tangents.emplace_back(glm::normalize(glm::cross(n, side)), 1.0f);
+  }
+  scene::Scene scene = roomWith(std::move(mirror), Mat4(1.0f), glossiness);
+  scene::Texture texture;
+  texture.srgb = false;
+  texture.nearest = true;
+  std::vector<std::uint8_t> texels;
+  for (const glm::u8vec3 m : {glm::u8vec3{128, 128, 255},
+                              {247, 128, 170},
+                              {8, 128, 170},
+                              {128, 247, 170},
+                              {128, 8, 170},
+                              {190, 190, 218},
+                              {66, 66, 218},
+                              {128, 230, 200},
+                              {128, 128, 255}}) {
+    texels.insert(texels.end(), {m.x, m.y, m.z, 255});
+  }
+  texture.levels.push_back({3, 3, texels});
+  scene.textures.push_back(texture);
+  scene.materials[0].normalTexture.texture = 0;
+  scene.objects[0].planar = false;
+  return scene;
+}
+
+TEST(SecondOrder, NormalMapsTurnRaysBelowTheSurfaceAsTheyDoForTraced) {
+  for (const float glossiness : {0.0f, 0.2f}) {
+    for (const bool round : {false, true}) {
+      const Comparison frame(
+          roomWithBent(round ? scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres)
+                             : scene::makePlane({4.0f, 4.0f}, {1, 1}, scene::UvMode::Metres),
+                       glossiness),
+          cameraAt({0.7f, 0.6f, 3.2f}, {0.0f, 0.0f, 0.0f}));
+      SCOPED_TRACE(std::to_string(glossiness) + (round ? ", sphere" : ", plane"));
+      EXPECT_TRUE(frame.finite);
+      const std::uint64_t folded = frame.output.counters.at("below_horizon");
+      EXPECT_GT(frame.traced.belowHorizon, 500u);
+      EXPECT_NEAR(static_cast<double>(folded), static_cast<double>(frame.traced.belowHorizon),
+                  (glossiness > 0.0f ? 0.02 : 0.001) *  // lobes in no cluster have no rays
+                      static_cast<double>(frame.traced.belowHorizon));
+      EXPECT_GT(frame.output.counters.at("met_itself"), 1000u);
+      if (glossiness == 0.0f) {
+        EXPECT_EQ(marked(frame, raster::kMaskBelowHorizon), folded);
+        EXPECT_LT(frame.differenceBelow, 0.01);  // such rays meet their own surface
+      }
+    }
+  }
 }
 
 TEST(SecondOrder, FinerDepthImagesErrLess) {
@@ -353,6 +417,7 @@ TEST(SecondOrder, WhatFindsNothingSeesTheSkyOrTheCubeMap) {
     const scene::Camera camera = cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f});
     const Comparison sky(builder.scene(), camera);
     EXPECT_GT(sky.output.counters.at("sky"), 10000u);
+    EXPECT_EQ(marked(sky, raster::kMaskSky), sky.output.counters.at("sky"));
     EXPECT_LT(sky.different, 0.02);
 
     // A plane: not seen from the place of its cube map, on itself

@@ -135,6 +135,7 @@ class Traced : public Method {
         std::uint8_t bits = 0;
         if ((flags_[k] & 1) != 0) bits |= raster::kMaskEnvironment;
         if ((flags_[k] & 2) != 0) bits |= raster::kMaskBelowHorizon;
+        if ((flags_[k] & 4) != 0) bits |= raster::kMaskSky;
         maskImage_[samples.places[k]] = bits;
       }
     }

@@ -7,12 +7,15 @@
 //           rays are
 //   LAYERS  2: rays that pass behind what they meet look for it in a second depth layer, too
 //   FOUND   1: what each ray found is written, to be compared with Embree's rays
+//   BENT    1: normal maps may turn reflected rays below the surface that they leave
 //   RECORD  1: instead of radiance what each walk has read, for reads.frag
 #include "raster/shaders/shading.glsl"
 
 uniform mat3 rayFromPixel;  // (sample position, 1) to a ray that advances 1 m along the axis
-#if SELF
+#if SELF || BENT
 uniform mat3 pixelFromRay;  // its inverse
+#endif
+#if SELF
 layout(binding = 6, r32ui) readonly uniform uimage2D objectSamples;
 const float kSelfSlack = 1e-4;  // of the depth; ours
 // Of the depth, from sample to sample, at most: more is an edge. Ours.
@@ -59,10 +62,10 @@ const float kOverNothing = -0.5;
 const float kBeyondScene = 0.0;
 const uint kMaskEnvironment = 1u;  // raster::MaskBit
 const uint kMaskBelowHorizon = 16u;
+const uint kMaskSky = 32u;
 // Marks of this method beside those bits, counted on the CPU: of atomics llvmpipe loops over all
-// lanes, of those that nobody takes, too. A ray of the sample left the scene; ends over a depth
-// edge; the sample is left to KIND 3.
-const uint kMarkSky = 32u;
+// lanes, of those that nobody takes, too. A ray of the sample ends over a depth edge; the sample is
+// left to KIND 3.
 const uint kMarkBridged = 64u;
 const uint kMarkLater = 128u;
 
@@ -428,6 +431,34 @@ float meetsItself(vec3 p, vec3 direction, uint object, vec4 rectangle, out vec3 
 }
 #endif
 
+#if BENT
+// Folds a mirror ray that would leave below the shading normal's plane, as trace::lobeDirection().
+vec3 foldedUp(vec3 direction, vec3 normal, out bool below) {
+  float above = dot(direction, normal);
+  below = above < 0.0;
+  return below ? direction - 2.0 * above * normal : direction;
+}
+#endif
+
+#if BENT && (KIND == 1 || KIND == 2)
+// Of the triangle that the sample shows, turned to the viewer, not of unit length: depth is linear
+// in the frame over a plane. Of two neighbours the one that differs less lies on it rather.
+vec3 triangleNormal(vec3 incoming) {
+  vec2 at = gl_FragCoord.xy;
+  vec2 last = vec2(imageSize(clusterSamples)) - 1.0;
+  float here = depthOfSample(at);
+  vec2 before = here - vec2(depthOfSample(at - vec2(1.0, 0.0)), depthOfSample(at - vec2(0.0, 1.0)));
+  vec2 after = vec2(depthOfSample(at + vec2(1.0, 0.0)), depthOfSample(at + vec2(0.0, 1.0))) - here;
+  bvec2 first = lessThan(at, vec2(1.0));
+  bvec2 end = greaterThan(at, last);
+  bvec2 flatter = lessThan(abs(after), abs(before));
+  vec2 slope = vec2(first.x || flatter.x && !end.x ? after.x : before.x,
+                    first.y || flatter.y && !end.y ? after.y : before.y);
+  vec3 normal = transpose(pixelFromRay) * vec3(slope, here - dot(slope, at));
+  return dot(normal, incoming) > 0.0 ? -normal : normal;
+}
+#endif
+
 #if KIND == 2
 float radicalInverse2(uint i) {
   return float(bitfieldReverse(i) >> 8) * (1.0 / 16777216.0);
@@ -460,6 +491,15 @@ void main() {
   vec3 ray = rayFromPixel * vec3(gl_FragCoord.xy, 1.0);
   vec3 incoming = normalize(ray);
   vec3 mirror = normalize(reflect(incoming, normalAndG.xyz));
+#if BENT && (KIND == 1 || KIND == 3)
+  bool folded;
+  mirror = foldedUp(mirror, normalAndG.xyz, folded);
+#if KIND == 1
+  folded = folded && known > 0u;
+  if (folded) atomicAdd(counts[kCountBelowHorizon], 1u);
+  bits |= folded ? kMaskBelowHorizon : 0u;
+#endif
+#endif
   float level = 0.0;
 #if KIND >= 2
   float g2 = max(normalAndG.a, 1e-3) * max(normalAndG.a, 1e-3);
@@ -481,7 +521,7 @@ void main() {
 #else
   if (known < 2u) {
     // Not a reflective one, or in no cluster
-    bits = known == 1u ? kMaskEnvironment : 0u;
+    bits |= known == 1u ? kMaskEnvironment : 0u;
     reflection = vec4(0.0, 0.0, 0.0, known == 1u ? kInCubeMap : 1.0);
   } else {
     DepthImage image = depthImage(int(known) - 2);
@@ -499,7 +539,7 @@ void main() {
 #endif
     } else {
       reflection = vec4(0.0, 0.0, 0.0, kBeyondScene);
-      bits = kMarkSky;
+      bits = kMaskSky;
     }
 #else
     vec3 position = ray * (nearMetres / max(depthOfSample(gl_FragCoord.xy), 1e-30));
@@ -511,6 +551,12 @@ void main() {
     float layerOfImage = image.more.x;
 #endif
     bool metItself = false;
+#if BENT
+    // A ray that goes below its triangle from just above it ends there
+    vec3 outwards = triangleNormal(incoming);
+    bool startsAbove = dot(normalAndG.xyz, outwards) > 0.0;
+    vec3 ownDiffuse = imageLoad(diffuseSamples, sampleAt).rgb;
+#endif
 #if KIND == 1
     const int rays = 1;
 #else
@@ -570,6 +616,12 @@ void main() {
       bool selfHit = self > 0.0 && hit.kind != kHit;
       hit.kind = selfHit ? kSelf : hit.kind;
 #endif
+#if BENT
+      bool inwards = startsAbove && dot(direction, outwards) < 0.0;
+      hit.kind = inwards ? kSelf : hit.kind;
+      hit.bridged = hit.bridged && !inwards;
+      hit.metres = inwards ? 0.0 : hit.metres;
+#endif
 #if LAYERS == 2
       image.more.x = layerOfImage + float(hit.layer);
       inSecond = inSecond || hit.layer > 0;
@@ -581,6 +633,10 @@ void main() {
 #if SELF
       seen = selfHit ? own : seen;
       metItself = metItself || selfHit;
+#endif
+#if BENT
+      seen = inwards ? ownDiffuse : seen;
+      metItself = metItself || inwards;
 #endif
 #if KIND == 2 && FADE
       // What is not met within reach shows as much of the diffuse colour as what is met there
@@ -626,7 +682,7 @@ void main() {
     reflection.a = missed ? kInCubeMap : sky ? kOverNothing : 1.0;
 #endif
     if (missed) bits |= kMaskEnvironment;
-    if (sky) bits |= kMarkSky;
+    if (sky) bits |= kMaskSky;
     if (overEdge) bits |= kMarkBridged;
 #if LAYERS == 2
     if (inSecond) atomicAdd(counts[kCountSecond], 1u);
@@ -634,7 +690,7 @@ void main() {
 #if KIND == 2 && FADE
     if (faded) atomicAdd(counts[kCountFaded], 1u);
 #endif
-#if SELF
+#if SELF || BENT
     if (metItself) atomicAdd(counts[kCountSelf], 1u);
 #endif
 #endif
