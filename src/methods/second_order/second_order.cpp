@@ -519,6 +519,10 @@ class SecondOrder : public Method {
       program.set("nearMetres", camera.nearMetres);
       program.set("farthest", 4.0f * services.geometry.bounds.diameter());
       program.set("samplesPerPixel", gbuffer.samples);
+      const Box3& bounds = services.geometry.bounds;
+      program.set("sceneLeast", bounds.min - camera.eye());
+      program.set("sceneMost", bounds.max - camera.eye());
+      program.set("cubeCentre", bounds.centre() - camera.eye());
       program.set("sampleSize", 1.0f / Vec2(gbuffer.sampleWidth(), gbuffer.sampleHeight()));
       program.set("atlasTexel", 1.0f / Vec2(images_->layerWidth(), images_->layerHeight()));
       const auto face = static_cast<float>(environment_.width());

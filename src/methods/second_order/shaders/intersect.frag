@@ -29,6 +29,9 @@ uniform int secondLayer;  // from an image's layer of the atlas to the one with 
 #endif
 uniform float nearMetres;
 uniform float farthest;  // metres: no ray goes farther
+uniform vec3 sceneLeast;  // corners of the scene's box, from the eye
+uniform vec3 sceneMost;
+uniform vec3 cubeCentre;  // of the cube map, from the eye
 uniform float lastLevel;
 uniform float levelOffset;  // 0.5 log2(4 / solid angle of a texel of level 0, sr)
 uniform int samplesPerPixel;  // per axis
@@ -137,15 +140,22 @@ float secondAt(DepthImage image, vec2 texel) {
 #endif
 float depthOfSample(vec2 at) { return textureLod(depthSamples, at * sampleSize, 0.0).r; }
 
-// What a cube map shows in a direction.
-vec3 fallback(vec3 direction, float level) {
-  return textureLod(environmentMap, direction, level).rgb;
+// Whether the cube map shows nothing but surfaces far around (4 x 4 texels of a face), as in a closed
+// room.
+bool closedAround(vec3 direction) {
+  return textureLod(environmentMap, direction, max(lastLevel - 2.0, 0.0)).a > 0.999;
 }
-// What a ray over nothing leads to: beyond the scene. But where the cube map shows nothing of that far
-// around (4 x 4 texels of a face), as in a closed room, it has slipped through a gap.
-vec3 overNothing(vec3 direction, float level) {
-  float covered = textureLod(environmentMap, direction, max(lastLevel - 2.0, 0.0)).a;
-  return covered > 0.999 ? fallback(direction, level) : environmentRadiance(direction);
+// What the cube map shows along a ray from p: the place where it leaves the scene's box, in closed
+// rooms [Lagarde2012].
+vec3 fallback(vec3 p, vec3 direction, float level) {
+  vec3 exits = max((sceneLeast - p) / direction, (sceneMost - p) / direction);
+  float t = min(exits.x, min(exits.y, exits.z));
+  vec3 seen = t > 0.0 && t < 1e30 ? p + t * direction - cubeCentre : direction;
+  return textureLod(environmentMap, closedAround(seen) ? seen : direction, level).rgb;
+}
+// What a ray over nothing leads to: beyond the scene, or in a closed room through a gap.
+vec3 overNothing(vec3 p, vec3 direction, float level) {
+  return closedAround(direction) ? fallback(p, direction, level) : environmentRadiance(direction);
 }
 
 // Bilinear colour over the texels that lie about as deep as the hit: edges do not bleed.
@@ -514,8 +524,9 @@ void main() {
 #if KIND == 3
   float where = texelFetch(reflectionSamples, sampleAt, 0).a;
   if (known == 0u || where > 0.0) discard;
-  vec3 radiance = where == kInCubeMap     ? fallback(mirror, level)
-                  : where == kOverNothing ? overNothing(mirror, level)
+  vec3 position = ray * (nearMetres / max(depthOfSample(gl_FragCoord.xy), 1e-30));
+  vec3 radiance = where == kInCubeMap     ? fallback(position, mirror, level)
+                  : where == kOverNothing ? overNothing(position, mirror, level)
                                           : environmentRadiance(mirror);
   reflection = vec4(radiance, 1.0);
 #else
@@ -673,7 +684,7 @@ void main() {
         bool below;
         vec3 direction =
             lobeDirection(mirror, normalAndG.xyz, exponent, 32 * word + k, shift, below);
-        sum += (skySeen[word] >> k & 1u) != 0u ? overNothing(direction, level) : fallback(direction, level);
+        sum += (skySeen[word] >> k & 1u) != 0u ? overNothing(position, direction, level) : fallback(position, direction, level);
       }
     }
 #endif
