@@ -77,5 +77,31 @@ TEST(AppGl, CornellBoxByAllMethods) {
   fs::remove_all(folder);
 }
 
+TEST(AppGl, AMethodThatFailsLeavesTheOthersTheirTables) {
+  const fs::path folder =
+      fs::path(testing::TempDir()) / ("app_gl_fails_" + std::to_string(::getpid()));
+  fs::create_directories(folder);
+  std::ofstream(folder / "run.json") << R"({
+    "scene": ")" CATOPTRIC_SOURCE_DIR R"(/scenes/nine_spheres.json",
+    "image": {"width": 256, "height": 256, "samples": 2},
+    "methods": [{"method": "second_order", "memory_mib": 1, "min_cluster_samples": 1,
+                 "bin_density": 1000, "max_theta_bins": 128, "max_phi_bins": 64},
+                "traced", "environment_map"],
+    "errors": {"against": ["second_order", "traced"]}})";
+  EXPECT_EQ(run(folder, "render '" + (folder / "run.json").string() + "' --frames 1 --out '" +
+                            (folder / "out").string() + "'"),
+            6);
+  const std::string tables = textOf(folder / "out.txt");
+  for (const std::string& text :
+       {tables, textOf(folder / "out/table.md"), textOf(folder / "out/errors.md")}) {
+    EXPECT_THAT(text, testing::HasSubstr("environment_map"));
+    EXPECT_THAT(text, testing::HasSubstr("FAILED: second_order, frame 1: "));
+    EXPECT_THAT(text, testing::HasSubstr("memory_mib"));
+  }
+  EXPECT_TRUE(fs::exists(folder / "out/contact_sheet.png"));
+  EXPECT_TRUE(fs::exists(folder / "out/traced/frames/frame.0001.exr"));
+  fs::remove_all(folder);
+}
+
 }  // namespace
 }  // namespace catoptric::app

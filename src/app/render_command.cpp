@@ -186,9 +186,8 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
         return !result.frames.rendered.empty() || !result.frames.reused.empty();
       });
   if (!anyFrames && !anyFailed && stopSignal == 0) log::info("this chunk holds no frame");
-  const bool complete = anyFrames && !anyFailed && stopSignal == 0;
   std::string tables;
-  if (complete) tables = writeReports(run, results, session.out, common.json);
+  if (anyFrames && stopSignal == 0) tables = writeReports(run, results, session.out, common.json);
   if (common.json) {
     config::JsonText all;
     all.add("out", session.out.string()).raw("methods", resultsJson(results));

@@ -9,7 +9,8 @@
 
 namespace catoptric::app {
 
-/// Writes timing and error tables (Markdown, CSV) and contact sheets of a finished run, says on
+/// Writes timing and error tables (Markdown, CSV) and contact sheets of what a run has made, with
+/// notes of the frames that failed; some method must have a frame. Says on
 /// stderr which files to open, and returns the tables as text, or the errors as JSON.
 std::string writeReports(const run::RunConfig& run, const std::vector<run::MethodResult>& results,
                          const std::filesystem::path& out, bool json);

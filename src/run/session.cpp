@@ -137,12 +137,11 @@ std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::Met
     result.folder = methodFolder(run, method, options.out);
     result.frames =
         runSequence(source, makeTasks(stage, method, *made[i]), result.folder, sequence);
-    const bool goesOn =
-        !result.frames.stopped && (result.frames.failed.empty() || options.keepGoing);
+    const bool stopped = result.frames.stopped;
     results.push_back(std::move(result));
     // The method's GL objects go before those of the next one are made.
     made[i].reset();
-    if (!goesOn) break;
+    if (stopped) break;
   }
   return results;
 }

@@ -40,8 +40,8 @@ std::filesystem::path methodFolder(const RunConfig& run, const MethodConfig& met
 std::vector<FrameTask> makeTasks(const Stage& stage, const MethodConfig& config,
                                  const methods::Method& method);
 
-/// Renders all methods, one after the other; stops after the first that failed frames (unless
-/// keepGoing) or was asked to stop. Folders are checked for all methods before any is rendered.
+/// Renders all methods, one after the other, those after one that failed frames too, until asked to
+/// stop. Folders are checked for all methods before any is rendered.
 std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::MethodEntry>& registry,
                                     const SessionOptions& options);
 
