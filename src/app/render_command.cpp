@@ -95,6 +95,8 @@ run::Plan planOf(const run::Stage& stage) {
   if (const std::string warning = run::memoryWarning(plan, run::physicalMemoryBytes());
       !warning.empty())
     log::warning(warning);
+  if (const std::string warning = run::cubeMapWarning(plan, stage.run().image); !warning.empty())
+    log::warning(warning);
   return plan;
 }
 

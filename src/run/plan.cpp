@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 
 #include "config/json_text.h"
@@ -13,6 +14,13 @@ namespace catoptric::run {
 namespace {
 
 using methods::PlanItem;
+
+/// Cube maps with fewer texels are no matter (about a second on two cores); of others those with so
+/// many times the frame's samples are warned of, drawn again or once. RGBA16F with mips. Ours.
+constexpr double kManyCubeTexels = 4e6;
+constexpr double kManyTimesAgain = 4.0;
+constexpr double kManyTimesOnce = 64.0;
+constexpr double kCubeMapTexelBytes = 8.0 * 4.0 / 3.0;
 
 constexpr std::uint64_t kFramesUnderWay = 6;  ///< one rendered, 3 queued, 2 with the writers
 
@@ -226,6 +234,31 @@ std::string memoryWarning(const Plan& plan, std::uint64_t memoryBytes) {
                        "smaller");
     }
     if (needed > memoryBytes / 2) warning += (warning.empty() ? "" : "\n") + text;
+  }
+  return warning;
+}
+
+std::string cubeMapWarning(const Plan& plan, const methods::RunSettings& image) {
+  const double samples =
+      static_cast<double>(image.width) * image.height * image.samples * image.samples;
+  std::string warning;
+  for (const PlannedMethod& method : plan.methods) {
+    const auto find = [&](const char* name) {
+      return std::find_if(method.items.begin(), method.items.end(),
+                          [&](const PlanItem& item) { return item.name == name; });
+    };
+    const auto map = find("cube map");
+    const auto step = find("cube_map");
+    if (map == method.items.end() || step == method.items.end()) continue;
+    const bool again = step->kind == "pass";
+    const double texels = static_cast<double>(map->bytes) / kCubeMapTexelBytes;
+    const double times = texels / samples;
+    if (texels < kManyCubeTexels || times < (again ? kManyTimesAgain : kManyTimesOnce)) continue;
+    warning += (warning.empty() ? "" : "\n") + method.name + ": the cube map (" + map->reason +
+               ", " + bytesText(map->bytes) + ") has " + std::to_string(std::lround(times)) +
+               " times the frame's samples, and is " +
+               (again ? "drawn in each frame in which something moved" : "drawn before the first") +
+               ": that will take longer than all else; make its face size smaller";
   }
   return warning;
 }

@@ -35,6 +35,9 @@ Plan makePlan(const RunConfig& run, const scene::Scene& scene, std::size_t frame
 /// UsageError with the figures for what needs more than all of it.
 std::string memoryWarning(const Plan& plan, std::uint64_t memoryBytes);
 
+/// Cube maps that are large beside the frame, one line each; empty when none is.
+std::string cubeMapWarning(const Plan& plan, const methods::RunSettings& image);
+
 /// As a table for a terminal, and as JSON.
 std::string planText(const Plan& plan);
 std::string planJson(const Plan& plan);

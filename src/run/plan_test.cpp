@@ -61,6 +61,26 @@ TEST(Plan, RefusedObjectsAreNamed) {
   }
 }
 
+TEST(Plan, CubeMapsOutOfProportionAreSaid) {
+  const auto warning = [](const char* kind, std::uint64_t faceSize, int size) {
+    Plan plan;
+    plan.methods.resize(1);
+    plan.methods[0].name = "mine";
+    plan.methods[0].items = {{kind, "cube_map", "the scene from one point", 0},
+                             {"resource", "cube map", "6 faces", 64 * faceSize * faceSize}};
+    methods::RunSettings image;
+    image.width = image.height = size;
+    return cubeMapWarning(plan, image);
+  };
+  EXPECT_EQ(warning("pass", 256, 64), "");
+  EXPECT_EQ(warning("pass", 1024, 1024), "");
+  EXPECT_EQ(warning("precomputation", 4096, 1024), "");
+  EXPECT_THAT(warning("pass", 4096, 512),
+              testing::StartsWith("mine: the cube map (6 faces, 1.1 GB) has 96 times the frame's "
+                                  "samples, and is drawn in each frame"));
+  EXPECT_THAT(warning("precomputation", 4096, 256), testing::HasSubstr("before the first"));
+}
+
 TEST(Plan, FramesThatDoNotFitAreSaid) {
   // 2 x 2 samples of 60 bytes, 16 bytes of the composite and 6 times 16 under way, per pixel.
   const Plan plan = planned({}, 1000);

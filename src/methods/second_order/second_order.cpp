@@ -287,13 +287,18 @@ class SecondOrder : public Method {
         {"precomputation", "levels", "coarser levels of objects that do not deform", 0},
         {again ? "pass" : "precomputation", "cube_map",
          std::string("the diffuse scene from one point, for rays that find nothing") +
-             (again ? ", drawn again in frames in which an object or a light moved" : ""),
-         cubeMapBytes(options_.faceSize)},
+             (again ? ", drawn again in frames in which an object or a light moved"
+                    : ", drawn once: it does not change"),
+         0},
         {"pass", "readback", "normals, ids and depth for the clustering", 0},
         {"pass", "cluster", "reflective samples by object and normal", 0},
         {"pass", "camera", "a camera for each cluster", 0},
         {"pass", "depth_images", "the diffuse scene as each cluster sees it", 0},
         {"pass", "intersect", kinds, 0},
+        {"resource", "cube map",
+         "6 faces of " + std::to_string(options_.faceSize) + " x " +
+             std::to_string(options_.faceSize) + ", RGBA16F, with mip levels",
+         cubeMapBytes(options_.faceSize)},
         {"resource", "G-buffer copy", "what is read back", samples * (16 + 4 + 4)},
         {"resource", "cluster of each sample", "R16UI", samples * 2},
         {"resource", "depth images", "at most, by memory_mib", options_.images.memoryBytes},
