@@ -15,7 +15,8 @@ METHODS = {
     "environment_map": {"clamped_cube_map", "refraction_mirrored"},
     "traced": {"refused", "not_finite", "total_reflection"},
     "second_order": {"clamped_cube_map", "refraction_mirrored"},
-    "perturbation": {"clamped_cube_map", "paths", "path_types", "path_types_missed", "path_types_left_out", "total_reflection"},
+    "perturbation": {"clamped_cube_map", "paths", "path_types", "path_types_missed", "path_types_left_out",
+                     "coarse_objects", "total_reflection"},
     "reference": {"refused", "not_finite"},
 }
 OPTIONS = {"perturbation": {"unsupported": "environment_map"}, "environment_map": {"face_size": 64}, "reference": {"samples": 2, "rays": 4}}

@@ -6,12 +6,15 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "core/clock.h"
+#include "core/log.h"
 #include "gl/query.h"
 #include "gl/shader.h"
 #include "methods/perturbation/reflector.h"
@@ -101,6 +104,15 @@ const config::Schema& schema() {
            .defaultText = "0.5",
            .minimum = 0,
            .maximum = 100},
+          {.name = "traced_per_pixel",
+           .type = config::FieldType::Number,
+           .help = "order auto: edges of one object in one sequence of reflectors are halved until "
+                   "so many paths have been traced anew, for each pixel of the image and 262144 at "
+                   "least; then its reflections are coarser than tessellation_error (a warning; "
+                   "counted: coarse_objects)",
+           .defaultText = "8",
+           .minimum = 0,
+           .maximum = 1000},
           {.name = "unsupported",
            .type = config::FieldType::String,
            .help = "reflectors that are neither planar nor implicit surfaces, or not mirrors: an "
@@ -116,6 +128,7 @@ struct Options {
   perturbation::TriangleOptions triangles;
   std::size_t maxBounces = 1;
   std::size_t maxPathTypes = 1024;
+  float tracedPerPixel = 8.0f;
   bool environmentMap = false;  ///< for what is not supported
 };
 
@@ -146,6 +159,7 @@ Options parseOptions(const config::Value& value) {
   options.path.groupDistance = number("group_distance");
   options.path.errorPixels = number("error");
   options.triangles.errorPixels = number("tessellation_error");
+  options.tracedPerPixel = number("traced_per_pixel");
   options.environmentMap = text("unsupported") == "environment_map";
   return options;
 }
@@ -193,6 +207,38 @@ Kind kindOf(const scene::Scene& scene, const scene::Object& object, std::string&
   }
   return Kind::Unsupported;
 }
+
+/// Tells what a frame is at when it takes long.
+class SlowNews {
+ public:
+  /// `name` says what begins.
+  void begin(std::string name) {
+    const std::scoped_lock lock(mutex_);
+    name_ = std::move(name);
+    say();
+  }
+  /// So many vertices were looked up, by any thread.
+  void add(std::size_t vertices) {
+    const std::scoped_lock lock(mutex_);
+    vertices_ += vertices;
+    say();
+  }
+
+ private:
+  static constexpr std::int64_t kEveryNs = 10'000'000'000;  ///< ours
+  void say() {
+    const std::int64_t now = nowNs();
+    if (now - last_ < kEveryNs) return;
+    last_ = now;
+    log::info("perturbation: this frame takes long: " + std::to_string(vertices_) +
+              " vertices so far, now " + name_);
+  }
+
+  std::mutex mutex_;
+  std::string name_;
+  std::uint64_t vertices_ = 0;
+  std::int64_t last_ = nowNs();
+};
 
 class Perturbation : public Method {
  public:
@@ -309,8 +355,8 @@ class Perturbation : public Method {
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
     for (const char* name :
          {"paths", "path_types", "path_types_missed", "path_types_left_out", "total_reflection",
-          "vertices", "triangles", "dropped_triangles", "linear", "quadratic", "retraced",
-          "not_converged", "environment", "unsupported_reflector", "clamped_cube_map"})
+          "vertices", "triangles", "dropped_triangles", "coarse_objects", "linear", "quadratic",
+          "retraced", "not_converged", "environment", "unsupported_reflector", "clamped_cube_map"})
       output.counters[name] = 0;
     if (!any_) {
       if (settings_.masks) services.gbuffer->reflectionFramebuffer.clearColorUint(1, 0);
@@ -413,6 +459,7 @@ class Perturbation : public Method {
     const auto changed = [&](int object) {
       return std::ranges::find(input.changedObjects, object) != input.changedObjects.end();
     };
+    SlowNews news;
     services.timer.measure("paths", [&] {
       std::erase_if(types_, [&](const auto& type) {
         return all ||
@@ -425,7 +472,7 @@ class Perturbation : public Method {
         if (kind == Kind::Planar)
           planes_[r] = planarMirror(geometry, geometry.objects[static_cast<std::size_t>(r)]);
       }
-      findTypes(services.scene, geometry, view);
+      findTypes(services.scene, geometry, view, news);
       numberTypes(services.scene);
     });
     services.timer.measure("virtual_objects", [&] {
@@ -443,8 +490,9 @@ class Perturbation : public Method {
             type.objects.erase(old);
           }
           if (body >= 0 && body != o) continue;
+          news.begin(nameOf(services.scene, sequence, o));
           const raster::VirtualTriangles* triangles =
-              trianglesOf(geometry, sequence.back().object, type, o, view, counts);
+              trianglesOf(geometry, sequence.back().object, type, o, view, news, counts);
           if (!triangles) continue;
           const auto made = type.objects.emplace(
               o, raster::VirtualObject(*triangles, camera, services.gbuffer->sampleWidth(),
@@ -463,6 +511,8 @@ class Perturbation : public Method {
       counters["vertices"] = counts.vertices;
       counters["triangles"] = counts.triangles;
       counters["dropped_triangles"] = counts.dropped;
+      counters["coarse_objects"] = counts.coarse;
+      warnOfCoarse(counts.coarse);
       counters["linear"] = counts.paths.linear;
       counters["quadratic"] = counts.paths.quadratic;
       counters["retraced"] = counts.paths.retraced;
@@ -500,6 +550,30 @@ class Perturbation : public Method {
     return body;
   }
 
+  /// What is made, for messages: an object (-1: paths) in a sequence of reflectors.
+  static std::string nameOf(const scene::Scene& scene, const Sequence& sequence, int o) {
+    const auto name = [&](int object) {
+      return "\"" + scene.objects[static_cast<std::size_t>(object)].name + "\"";
+    };
+    std::string text = o < 0 ? "paths by" : name(o) + " in";
+    for (const Meeting& meeting : sequence)
+      text += (&meeting == sequence.data() ? " " : ", ") + name(meeting.object);
+    return text;
+  }
+
+  /// Says once in a run that images are coarser than was asked for.
+  void warnOfCoarse(std::uint64_t objects) {
+    if (objects == 0 || warnedOfCoarse_) return;
+    warnedOfCoarse_ = true;
+    log::warning(
+        "perturbation: " + std::to_string(objects) +
+        " objects are reflected more coarsely than tessellation_error: halving their edges "
+        "would trace more paths than traced_per_pixel (" +
+        std::to_string(options_.tracedPerPixel) +
+        ") allows; raise it, or tessellation_error, or lower max_bounces (counted: "
+        "coarse_objects)");
+  }
+
   /// How a path may go on at an object: in two ways where it is inside of it.
   static std::vector<Meeting> waysOn(const scene::Scene& scene, int body, int object) {
     if (body < 0) return {{object, refractionOf(scene, object) > 0.0f}};
@@ -510,7 +584,7 @@ class Perturbation : public Method {
   /// Paths by the reflectors one after the other [Chen2000] Sec. III-B.1; longer ones only where
   /// the shorter occur. Keeps those that were found before, and no others.
   void findTypes(const scene::Scene& scene, const frame::Geometry& geometry,
-                 const perturbation::View& view) {
+                 const perturbation::View& view, SlowNews& news) {
     std::map<Sequence, PathType> found;
     std::size_t occurring = 0;
     typesLeftOut_ = 0;
@@ -532,6 +606,7 @@ class Perturbation : public Method {
             // Nodes keep their place: longer types refer to shorter ones
             auto type = types_.extract(sequence);
             if (type.empty()) {
+              news.begin(nameOf(scene, sequence, -1));
               const perturbation::Reflector* before =
                   length > 1 ? &*found.at(start).paths : nullptr;
               found.emplace(sequence, makeType(scene, geometry, sequence, before, view));
@@ -607,14 +682,22 @@ class Perturbation : public Method {
   /// does.
   const raster::VirtualTriangles* trianglesOf(const frame::Geometry& geometry, int last,
                                               const PathType& type, int o,
-                                              const perturbation::View& view,
+                                              const perturbation::View& view, SlowNews& news,
                                               perturbation::TriangleCounts& counts) {
     const bool own = o == last;
     if (geometry.objects[static_cast<std::size_t>(o)].indexCount == 0) return nullptr;
     if (own && !(type.planes.empty() && type.paths->seesItself())) return nullptr;
     if (type.planes.empty()) {
+      perturbation::TriangleOptions options = options_.triangles;
+      options.maxTraced =
+          std::max(perturbation::kFewestTraced,
+                   static_cast<std::size_t>(static_cast<double>(options_.tracedPerPixel) *
+                                            view.width * view.height));
+      options.lookedUp = [&](std::size_t places) { news.add(places); };
+      perturbation::TriangleCounts made;
       perturbation::virtualTriangles(geometry, o, *type.paths, own, view, options_.path.order,
-                                     options_.triangles, connectivity_[o], counts, triangles_);
+                                     options, connectivity_[o], made, triangles_);
+      counts.add(made);
       triangles_.depthSlack = kDepthSlack * static_cast<float>(type.paths->size());
     } else {
       triangles_ =
@@ -960,9 +1043,10 @@ class Perturbation : public Method {
   std::vector<Kind> kinds_;  ///< by index of objects
   bool any_ = false;
   std::optional<scene::Camera> lastCamera_;
-  std::map<int, PlaneMirror> planes_;                       ///< by index of their object
-  std::map<Sequence, PathType> types_;                      ///< those that were looked for
-  std::uint64_t typesLeftOut_ = 0;                          ///< sequences beyond max_path_types
+  std::map<int, PlaneMirror> planes_;   ///< by index of their object
+  std::map<Sequence, PathType> types_;  ///< those that were looked for
+  std::uint64_t typesLeftOut_ = 0;      ///< sequences beyond max_path_types
+  bool warnedOfCoarse_ = false;
   std::map<int, perturbation::Connectivity> connectivity_;  ///< by index in geometry.objects
   raster::VirtualTriangles triangles_;                      ///< of one object, for the next
   std::size_t deepest_ = 0;  ///< reflections of the longest that occurs

@@ -394,6 +394,7 @@ class Builder {
         }
         project(first + i);
       }
+      if (options_.lookedUp) options_.lookedUp(end - begin);
       const std::lock_guard lock(mutex);
       counts_.add(own);
     });
@@ -633,6 +634,14 @@ class Builder {
       looked.push_back(edges.ends[i]);
     }
     const std::size_t first = places_.size();
+    // What they will trace at least: what one of their ends shows
+    std::uint64_t traced = counts_.paths.retraced;
+    for (const Edge& edge : looked)
+      traced += std::max({1u, glimpses_[edge.a].count, glimpses_[edge.b].count});
+    if (exactMiddles_ && !looked.empty() && traced > options_.maxTraced) {
+      counts_.coarse = 1;
+      looked.clear();
+    }
     addPlaces(looked.size());
     for (std::size_t i = 0; i < looked.size(); ++i)
       places_[first + i].position =
@@ -1100,6 +1109,7 @@ void TriangleCounts::add(const TriangleCounts& other) {
   vertices += other.vertices;
   triangles += other.triangles;
   dropped += other.dropped;
+  coarse += other.coarse;
 }
 
 void virtualTriangles(const frame::Geometry& geometry, int object, const Reflector& reflector,

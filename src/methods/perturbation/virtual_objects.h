@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -12,9 +13,16 @@
 
 namespace catoptric::methods::perturbation {
 
+/// What TriangleOptions::maxTraced is at least: small images show many reflections too (ours).
+inline constexpr std::size_t kFewestTraced = 262'144;
+
 struct TriangleOptions {
   float errorPixels = 0.5f;  ///< edges are halved where they miss their middle by more; 0: never
   int maxHalvings = 8;
+  /// Edges are halved no more where so many paths would have been traced anew for one object.
+  std::size_t maxTraced = kFewestTraced;
+  /// Hears, from any thread, how many places were looked up; may be empty.
+  std::function<void(std::size_t)> lookedUp;
 };
 
 struct TriangleCounts {
@@ -23,6 +31,7 @@ struct TriangleCounts {
   std::uint64_t triangles = 0;  ///< of virtual objects
   /// Whose vertices have no or different numbers of reflections, after all halvings.
   std::uint64_t dropped = 0;
+  std::uint64_t coarse = 0;  ///< 1: maxTraced has ended the halvings
   void add(const TriangleCounts& other);
 };
 
