@@ -392,6 +392,24 @@ TEST(Perturbation, JoinsReflectionsThatMerge) {
   EXPECT_LT(frame.output.counters["environment"], 100u);
 }
 
+TEST(Perturbation, ConcaveMirrorsShowAFloorUpToTheirRim) {
+  // Their images are large where the floor itself is seen small, and end at the mirror's cut rim
+  test::SceneBuilder builder;
+  builder.add(
+      scene::makeImplicit(implicit::formulaSurface("z - 0.35*(x^2 + y^2)", {},
+                                                   {{-1.2, -1.2, -0.2}, {1.2, 1.2, 1.2}}, "dish"),
+                          48, scene::UvMode::Metres),
+      builder.reflective(1.0f, 0.0f), test::translation({0.0f, 0.8f, -0.6f}));
+  scene::BoxShape floor{.size = {6.0f, 0.1f, 6.0f}};
+  floor.segments = {30, 1, 30};
+  builder.add(scene::makeBox(floor, scene::UvMode::Metres), builder.diffuse({0.6f, 0.5f, 0.3f}),
+              test::translation({0.0f, -0.05f, 0.0f}));
+  builder.constantEnvironment(Vec3(0.2f, 0.4f, 1.0f));
+  Comparison frame(builder.scene(), cameraAt({0.4f, 1.3f, 2.6f}, {0.0f, 0.6f, -0.3f}));
+  EXPECT_GT(frame.samples, 10000u);
+  EXPECT_LT(frame.l1Of8Bit, 0.5);
+}
+
 TEST(Perturbation, DrawsOnlyWhereSomethingChanged) {
   test::SceneBuilder builder = stage(sphereMesh(0.7), test::translation({0.0f, 0.3f, 0.0f}));
   builder.move(2, {-0.6f, 0.0f, 0.5f}, 2.0f);
