@@ -167,6 +167,8 @@ TEST(Description, ImplicitSurfacesErrorsNamePlaceAndCure) {
   EXPECT_THAT(formula("x - 7"), HasSubstr("below 0"));
   EXPECT_THAT(formula("0*x"), HasSubstr("everywhere"));
   EXPECT_THAT(formula("abs(x) - sqrt(x^2)"), HasSubstr("0 everywhere"));
+  EXPECT_THAT(formula("(x^2 + y^2 + z^2 - 0.5)^3"), HasSubstr("has no normal"));
+  EXPECT_THAT(formula("1e-300*(x^2 + y^2 + z^2 - 0.5)"), HasSubstr("has no normal"));
   EXPECT_THAT(formula("sqrt(-1 - x^2)"), HasSubstr("not a number anywhere"));
   EXPECT_THAT(formula("1/x"), HasSubstr("poles"));
   EXPECT_THAT(formula("x*y + q"), HasSubstr("q"));

@@ -128,6 +128,7 @@ std::array<int, 3> parts(int corner) {
 }
 
 /// Normals: the gradient's; where it has none (a cone's apex) the mean of the triangles around.
+/// Throws SceneError where most of the surface has none.
 void setNormals(Mesh& mesh, const std::vector<Point>& exact, const Surface& surface) {
   std::vector<std::uint8_t> smooth(mesh.positions.size(), 0);
   parallelFor(exact.size(), 256, [&](std::size_t begin, std::size_t end) {
@@ -137,6 +138,13 @@ void setNormals(Mesh& mesh, const std::vector<Point>& exact, const Surface& surf
       mesh.normals[v] = normal ? Vec3(*normal) : Vec3(0.0f);
     }
   });
+  const auto without = std::ranges::count(smooth, 0);
+  if (2 * without > std::ssize(smooth)) {
+    throw SceneError("its gradient is 0 at " + std::to_string(without) + " of " +
+                     std::to_string(smooth.size()) +
+                     " points of the surface, which has no normal there: leave out powers of the "
+                     "whole formula (cubes, say) and tiny factors");
+  }
   for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
     const std::uint32_t* t = &mesh.indices[i];
     if (smooth[t[0]] && smooth[t[1]] && smooth[t[2]]) continue;
