@@ -203,7 +203,8 @@ Kind kindOf(const scene::Scene& scene, const scene::Object& object, std::string&
     return Kind::Implicit;
   } else {
     reason =
-        "is neither planar nor an implicit surface (shape \"implicit\") without \"alpha_cutoff\"";
+        "is a curved mesh; mirrors must be planar or implicit surfaces without \"alpha_cutoff\" (a "
+        "ball: \"shape\": \"implicit\", \"surface\": \"sphere\")";
   }
   return Kind::Unsupported;
 }
@@ -251,7 +252,8 @@ class Perturbation : public Method {
       std::string reason;
       if (kindOf(scene, scene.objects[i], reason) == Kind::Unsupported) {
         result.push_back({static_cast<int>(i) + 1,
-                          reason + "; \"unsupported\": \"environment_map\" lets it through"});
+                          reason + "; --set methods.perturbation.unsupported=environment_map lets "
+                                   "it show the cube map"});
       }
     }
     return result;
