@@ -141,9 +141,11 @@ float secondAt(DepthImage image, vec2 texel) {
 float depthOfSample(vec2 at) { return textureLod(depthSamples, at * sampleSize, 0.0).r; }
 
 // Whether the cube map shows nothing but surfaces far around (4 x 4 texels of a face), as in a closed
-// room.
+// room, which the eye is in: from within a vase it shows no more.
 bool closedAround(vec3 direction) {
-  return textureLod(environmentMap, direction, max(lastLevel - 2.0, 0.0)).a > 0.999;
+  bool within = all(lessThan(sceneLeast, vec3(0.0))) && all(greaterThan(sceneMost, vec3(0.0)));
+  return within &&
+         textureLod(environmentMap, direction, max(lastLevel - 2.0, 0.0)).a > 0.999;
 }
 // What the cube map shows along a ray from p: the place where it leaves the scene's box, in closed
 // rooms [Lagarde2012].
