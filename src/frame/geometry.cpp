@@ -27,8 +27,15 @@ bool disagreesWithNormals(const scene::Mesh& mesh, std::size_t firstIndex) {
 /// What a pose makes of an object, checked and not yet stored.
 struct Posed {
   scene::WorldVertices world;
-  std::optional<implicit::Surface> surface;  ///< of an implicit one that is shown whole
+  std::optional<PlacedSurface> placed;  ///< of an implicit one that is shown whole
 };
+
+/// Whether the map takes every body to a point or a line: nothing of it can be seen.
+bool leavesNoArea(const glm::dmat3& m) {
+  const glm::dvec3 none(0.0);
+  return glm::cross(m[0], m[1]) == none && glm::cross(m[1], m[2]) == none &&
+         glm::cross(m[2], m[0]) == none;
+}
 
 /// Throws SceneError when the object's transform flattens its surface or leaves the finite.
 Posed posedAt(const scene::Scene& scene, const scene::Object& object, const scene::Pose& pose,
@@ -48,12 +55,18 @@ Posed posedAt(const scene::Scene& scene, const scene::Object& object, const scen
   }
   if (!hasSurface) return posed;
   const glm::dmat4 world(pose.worldFromNode[object.node] * object.nodeFromInstance);
+  posed.placed.emplace();
+  if (leavesNoArea(glm::dmat3(world))) {
+    posed.placed->vanishedAt = Vec3(world[3]);
+    return posed;
+  }
   try {
-    posed.surface = implicit::placed(*scene.meshes[object.mesh].surface, glm::dmat3(world),
-                                     glm::dvec3(world[3]));
+    posed.placed->surface = implicit::placed(*scene.meshes[object.mesh].surface, glm::dmat3(world),
+                                             glm::dvec3(world[3]));
   } catch (const SceneError& error) {
     throw SceneError(where() + " at time " + std::to_string(pose.timeSeconds) +
-                     " s: " + error.what() + "; its scale must not be 0");
+                     " s: " + error.what() +
+                     "; a scale of 0 along one axis alone flattens it (along all, it hides it)");
   }
   return posed;
 }
@@ -122,11 +135,11 @@ bool usesTextures(const scene::Scene& scene, const scene::Object& object) {
 }
 
 void placeSurface(Geometry& geometry, const ObjectRange& range,
-                  std::optional<implicit::Surface> surface) {
-  if (!surface) return;
+                  std::optional<PlacedSurface> posed) {
+  if (!posed) return;
   PlacedSurface& placed = geometry.surfaces[range.surface];
-  placed.surface = std::move(*surface);
-  placed.reach = 0.0;
+  posed->object = placed.object;
+  placed = std::move(*posed);
   for (std::uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; ++i) {
     const std::uint32_t next = i % 3 == 2 ? i - 2 : i + 1;
     const Vec3 edge =
@@ -161,7 +174,7 @@ Geometry makeGeometry(const scene::Scene& scene, const scene::Pose& pose) {
     const bool cut = scene.materials[scene.objects[i].material].alphaMode == scene::AlphaMode::Mask;
     if (mesh.surface && !cut) {
       range.surface = static_cast<int>(geometry.surfaces.size());
-      geometry.surfaces.push_back({{}, static_cast<int>(i), 0.0});
+      geometry.surfaces.emplace_back().object = static_cast<int>(i);
     }
     geometry.objects.push_back(range);
     vertices += mesh.positions.size();
@@ -196,7 +209,7 @@ Geometry makeGeometry(const scene::Scene& scene, const scene::Pose& pose) {
         std::swap(triangle[1], triangle[2]);
     }
     fillVertices(geometry, range, posed.world);
-    placeSurface(geometry, range, std::move(posed.surface));
+    placeSurface(geometry, range, std::move(posed.placed));
     if (usesTextures(scene, object)) range.uvPerMetre = measureUvPerMetre(geometry, range);
   }
   updateBounds(geometry);
@@ -221,7 +234,7 @@ std::vector<int> updateGeometry(Geometry& geometry, const scene::Scene& scene,
     if (!range.moving) continue;
     Posed& object = *next++;
     if (!fillVertices(geometry, range, object.world)) continue;
-    placeSurface(geometry, range, std::move(object.surface));
+    placeSurface(geometry, range, std::move(object.placed));
     if (usesTextures(scene, scene.objects[o]))
       range.uvPerMetre = measureUvPerMetre(geometry, range);
     changed.push_back(static_cast<int>(o));

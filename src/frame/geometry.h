@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -45,6 +46,8 @@ struct PlacedSurface {
   implicit::Surface surface;
   int object = 0;      ///< index in Geometry::objects
   double reach = 0.0;  ///< metres: the longest edge of its triangles; they are nearer than that
+  /// Where a scale of 0 leaves nothing of the object: rays miss it, and `surface` says nothing.
+  std::optional<Vec3> vanishedAt;
 };
 
 struct Geometry {
@@ -64,7 +67,8 @@ struct Geometry {
   std::size_t triangleCount() const { return indices.size() / 3; }
 };
 
-/// Flattens the scene at a moment. Throws SceneError when a transform makes positions non-finite.
+/// Flattens the scene at a moment. Throws SceneError when a transform makes positions non-finite or
+/// flattens an implicit surface to a disk.
 Geometry makeGeometry(const scene::Scene& scene, const scene::Pose& pose);
 
 /// Recomputes moving objects only; returns the numbers (index in objects) of what changed.

@@ -119,11 +119,12 @@ TEST(Geometry, AFrameThatFailsStoresNothing) {
   const scene::Scene& scene = builder.scene();
   Geometry g = geometryOf(scene);
   const scene::Pose good = scene::poseAt(scene, 2.0);
-  for (const float scale : {0.0f, std::numeric_limits<float>::infinity()}) {
+  // Flattened to a disk, and beyond the finite
+  for (const Vec3 scale : {Vec3(1.0f, 0.0f, 1.0f), Vec3(std::numeric_limits<float>::infinity())}) {
     scene::Pose bad = good;
     Mat4& world = bad.worldFromNode[static_cast<std::size_t>(scene.objects[1].node)];
-    world = glm::scale(world, Vec3(scale));
-    EXPECT_THROW(updateGeometry(g, scene, bad), SceneError) << scale;
+    world = glm::scale(world, scale);
+    EXPECT_THROW(updateGeometry(g, scene, bad), SceneError) << scale.x;
     EXPECT_EQ(g.timeSeconds, 0.0);
   }
   // Both have moved since the last frame that succeeded

@@ -69,6 +69,21 @@ class SceneBuilder {
     scene_.animation.push_back(channel);
   }
 
+  /// Uniform scale of an object that stands at its node's translation, by keys of time and factor.
+  void scaleUniformly(int object, const std::vector<Vec2>& keys) {
+    scene::Node& node = scene_.nodes[scene_.objects[object].node];
+    node.hasMatrix = false;
+    node.translation = Vec3(node.matrix[3]);
+    scene::AnimationChannel channel;
+    channel.node = scene_.objects[object].node;
+    channel.target = scene::Target::Scale;
+    for (const Vec2& key : keys) {
+      channel.times.push_back(key.x);
+      channel.values.insert(channel.values.end(), 3, key.y);
+    }
+    scene_.animation.push_back(channel);
+  }
+
   void constantEnvironment(const Vec3& radiance) {
     scene_.environment.type = scene::EnvironmentType::Constant;
     scene_.environment.color = radiance;

@@ -138,6 +138,12 @@ void ImplicitGeometry::attach(RTCGeometry geometry) {
 }
 
 Box3 ImplicitGeometry::boundsOfPiece(std::size_t piece) const {
+  if (placed_.vanishedAt) {
+    // A box, or a structure that is refitted later would be without the piece
+    Box3 box;
+    box.extend(*placed_.vanishedAt);
+    return box;
+  }
   const implicit::Affine& localFromWorld = placed_.surface.localFromWorld;
   const glm::dmat3 worldFromLocal = glm::inverse(localFromWorld.linear);
   const Domain& local = pieces_[piece];
@@ -164,6 +170,7 @@ Box3 ImplicitGeometry::bounds() const {
 
 float ImplicitGeometry::hitOf(std::size_t piece, const Vec3& origin, const Vec3& direction,
                               float tMin, float tMax) const {
+  if (placed_.vanishedAt) return -1.0f;
   // The ray's part inside the piece; rounding is far below the overlap.
   const implicit::Surface& surface = placed_.surface;
   const Domain& box = pieces_[piece];

@@ -88,6 +88,45 @@ TEST(Implicit, RaysMeetTheSphereItselfUnderAllPolicies) {
   }
 }
 
+TEST(Implicit, AScaleOfZeroHidesAndLaterFramesShow) {
+  const std::vector<double> times{0.0, 1.0, 2.0, 3.0, 4.0};
+  for (const BvhPolicy policy :
+       {BvhPolicy::Static, BvhPolicy::Refit, BvhPolicy::RebuildLow, BvhPolicy::RebuildMedium}) {
+    SceneBuilder builder;
+    const int torus = builder.add(coarse(implicit::torusSurface(0.5, 0.2)),
+                                  builder.reflective(1.0f), translation({1.0f, 0.5f, 0.0f}));
+    builder.scaleUniformly(torus, {{0.0f, 0.0f}, {2.0f, 1.0f}, {3.0f, 0.0f}, {4.0f, -1.0f}});
+    frame::Geometry geometry = geometryOf(builder);
+    TraceScene trace(builder.scene(), geometry, policy);
+    std::mt19937 random(7);
+    std::vector<Ray> rays;
+    for (int i = 0; i < 4000; ++i) {
+      const Vec3 from = Vec3(1.0f, 0.5f, 0.0f) + 2.0f * randomDirection(random);
+      const Vec3 to = Vec3(1.0f, 0.5f, 0.0f) + 0.7f * randomDirection(random);
+      rays.push_back({from, glm::normalize(to - from)});
+    }
+    for (const double time : times) {
+      const scene::Pose pose = scene::poseAt(builder.scene(), time);
+      trace.update(frame::updateGeometry(geometry, builder.scene(), pose));
+      const frame::Geometry again = frame::makeGeometry(builder.scene(), pose);
+      const TraceScene fresh(builder.scene(), again, BvhPolicy::RebuildMedium);
+      std::vector<Hit> hits(rays.size());
+      std::vector<Hit> expected(rays.size());
+      trace.intersect(rays, hits, false);
+      fresh.intersect(rays, expected, false);
+      int met = 0;
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        ASSERT_EQ(hits[i].miss(), expected[i].miss()) << time;
+        if (hits[i].miss()) continue;
+        ++met;
+        ASSERT_EQ(hits[i].distance, expected[i].distance) << time;
+      }
+      const bool hidden = time == 0.0 || time == 3.0;
+      EXPECT_EQ(met == 0, hidden) << time;
+    }
+  }
+}
+
 TEST(Implicit, PiecesHoldTheWholeSurface) {
   // Turned, stretched, mirrored: what the structure finds is what one look along the ray finds.
   const std::vector<implicit::Surface> surfaces{

@@ -541,6 +541,13 @@ class Perturbation : public Method {
     return scene.materials[scene.objects[static_cast<std::size_t>(object)].material].refraction;
   }
 
+  /// Whether a scale of 0 leaves nothing of the object.
+  static bool vanished(const frame::Geometry& geometry, int object) {
+    const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(object)];
+    if (range.surface < 0) return range.bounds.min == range.bounds.max;
+    return geometry.surfaces[static_cast<std::size_t>(range.surface)].vanishedAt.has_value();
+  }
+
   /// The body inside which a path is after these turns; -1: none. Such bodies are solid: a path
   /// that has entered one meets its surface next.
   static int inside(const scene::Scene& scene, const Sequence& sequence) {
@@ -598,6 +605,7 @@ class Perturbation : public Method {
         for (int r = 0; r < static_cast<int>(kinds_.size()); ++r) {
           const Kind kind = kinds_[static_cast<std::size_t>(r)];
           if (kind != Kind::Planar && kind != Kind::Implicit) continue;
+          if (vanished(geometry, r)) continue;
           for (const Meeting& meeting : waysOn(scene, body, r)) {
             Sequence sequence = start;
             sequence.push_back(meeting);

@@ -325,6 +325,29 @@ TEST(Perturbation, MovesAReflectorInReflections) {
   EXPECT_EQ(one.reflection, other.reflection);
 }
 
+TEST(Perturbation, HidesWhatIsScaledToNothing) {
+  const auto shrinking = [](const std::vector<Vec2>& keys) {
+    test::SceneBuilder builder =
+        twoMirrors(sphereMesh(0.45, 12), test::translation({0.6f, 0.0f, 0.3f}));
+    builder.scaleUniformly(3, keys);
+    return builder.scene();
+  };
+  const char* options = R"({"max_bounces": 2})";
+  const scene::Scene scene = shrinking({{0.0f, 0.0f}, {1.0f, 1.0f}, {2.0f, 0.0f}});
+  Comparison ball(scene, kFront, options, {.bounces = 2});
+  EXPECT_LT(ball.l1Of8Bit, 1.0);
+  const std::size_t without = ball.samples;
+  const std::vector<Vec3> hidden = ball.reflection;
+  ball.moveTo(1.0);
+  EXPECT_GT(ball.samples, without);
+  EXPECT_LT(ball.l1Of8Bit, 3.0);
+  Comparison shown(shrinking({{0.0f, 1.0f}, {1.0f, 1.0f}}), kFront, options, {.bounces = 2});
+  EXPECT_EQ(ball.reflection, shown.reflection);
+  ball.moveTo(2.0);
+  EXPECT_EQ(ball.samples, without);
+  EXPECT_EQ(ball.reflection, hidden);
+}
+
 TEST(Perturbation, OrdersComeNearerToTheRays) {
   const auto l1 = [](const char* order) {
     return Comparison(stage(sphereMesh(0.7), test::translation({0.0f, 0.3f, 0.0f})).scene(), kFront,
