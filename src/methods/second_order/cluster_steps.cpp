@@ -111,20 +111,25 @@ void divideAtSteps(std::size_t width, int minSamples, std::vector<Cluster>& clus
     }
   }
   std::vector<Steps> steps(count);
+  parallelFor(count, 8, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      std::vector<float>& heights = looked[c].heights;
+      if (heights.empty()) continue;
+      std::ranges::sort(heights);
+      const std::size_t n = std::min(heights.size(), kHeights);
+      for (std::size_t i = 0; i < n; ++i) {
+        heights[i] = heights[(2 * i + 1) * heights.size() / (2 * n)];
+      }
+      heights.resize(n);
+      const double share =
+          std::max(kLeastShare, static_cast<double>(minSamples) / clusters[c].samples);
+      steps[c] =
+          findSteps(heights, static_cast<std::size_t>(std::ceil(share * static_cast<double>(n))));
+    }
+  });
   std::vector<std::size_t> first(count, 0);  ///< of the new clusters, less 1
   std::size_t made = 0;
   for (std::size_t c = 0; c < count; ++c) {
-    std::vector<float>& heights = looked[c].heights;
-    if (heights.empty()) continue;
-    std::ranges::sort(heights);
-    const std::size_t n = std::min(heights.size(), kHeights);
-    for (std::size_t i = 0; i < n; ++i)
-      heights[i] = heights[(2 * i + 1) * heights.size() / (2 * n)];
-    heights.resize(n);
-    const double share =
-        std::max(kLeastShare, static_cast<double>(minSamples) / clusters[c].samples);
-    steps[c] =
-        findSteps(heights, static_cast<std::size_t>(std::ceil(share * static_cast<double>(n))));
     if (count + made + steps[c].count > Clustering::kMostClusters) steps[c].count = 0;
     first[c] = count + made - 1;
     made += steps[c].count;

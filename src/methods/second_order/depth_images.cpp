@@ -19,6 +19,8 @@ constexpr float kWidestError = 0.3f;
 /// Factor on the error of levels of detail in planar mirrors: the largest clusters, otherwise
 /// exact. Ours: a mirror's pixels then err by less than 0.5 / 255.
 constexpr float kMirrorLevel = 0.25f;
+/// What reflects less is drawn no more coarsely: lamps show in the dimmest reflections. Ours.
+constexpr float kDimmest = 0.15f;
 /// Texels of a mirrored grid without a sample from which on it is worth while to mask them. Ours,
 /// measured in the living room.
 constexpr std::int64_t kMaskedTexels = 4096;
@@ -101,13 +103,14 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
     view.clipFromWorld = cameras[i].clipFromWorld(frameEye);
     view.eye = frameEye + cameras[i].eye;
     view.texelSpreadRad = cameras[i].texelSpreadRad;
-    // Few samples see the errors of a small cluster
-    const float allowed = options_.levelErrorTexels *
-                          ((cameras[i].mirrorGrid ? kMirrorLevel : 1.0f) +
-                           kSmallCluster * frameSamples_ / static_cast<float>(clusters[i].samples));
+    // Few samples see the errors of a small cluster, and a frame has s of them
+    const auto object = static_cast<std::size_t>(clusters[i].object);
+    const float weight = (cameras[i].mirrorGrid ? kMirrorLevel : 1.0f) +
+                         kSmallCluster * frameSamples_ / static_cast<float>(clusters[i].samples);
+    const float allowed =
+        options_.levelErrorTexels * weight / std::max(kDimmest, options_.specularLevel[object]);
     view.levelErrorTexels = std::min(allowed, kWidestError / cameras[i].texelSpreadRad);
     view.nearestMetres = cameras[i].nearestMetres;
-    const auto object = static_cast<std::size_t>(clusters[i].object);
     if (object < options_.reach.size() && options_.reach[object] > 0.0f) {
       // [Wang2014, section 3.5]: along the camera's axis no ray gets farther than from the farthest
       // sample

@@ -80,9 +80,9 @@ const config::Schema& schema() {
            .maximum = 64},
           {.name = "level_error",
            .type = config::FieldType::Number,
-           .help = "error of an object's level of detail in a depth image, texels; 0: always the "
-                   "finest level",
-           .defaultText = "1",
+           .help = "error of an object's level of detail in a depth image, texels, times s of what "
+                   "reflects it; 0: always the finest level",
+           .defaultText = "0.75",
            .minimum = 0,
            .maximum = 16},
           {.name = "rays",
@@ -203,6 +203,7 @@ std::uint64_t cubeMapBytes(int faceSize) {
 struct Reflectors {
   std::vector<ReflectorKind> kinds;  ///< by object id
   std::vector<bool> skipOwn;         ///< by object id: flat, hence never seen in itself
+  std::vector<float> specularLevel;  ///< by object id: s, 1 where it varies or is none
   bool planarMirrors = false;
   bool curvedMirrors = false;
   bool glossy = false;
@@ -215,6 +216,7 @@ Reflectors findReflectors(const scene::Scene& scene) {
   Reflectors found;
   found.kinds.push_back(ReflectorKind::None);
   found.skipOwn.push_back(false);
+  found.specularLevel.push_back(1.0f);
   for (const scene::Object& object : scene.objects) {
     const scene::Material& material = scene.materials[object.material];
     const raster::SampleClass kind =
@@ -223,6 +225,10 @@ Reflectors findReflectors(const scene::Scene& scene) {
                           : kind == raster::SampleClass::Glossy ? ReflectorKind::Glossy
                                                                 : ReflectorKind::Mirror);
     found.skipOwn.push_back(object.planar);
+    found.specularLevel.push_back(material.metallicRoughnessTexture.used() ||
+                                          found.kinds.back() == ReflectorKind::None
+                                      ? 1.0f
+                                      : material.specularLevel);
     found.planarMirrors = found.planarMirrors || kind == raster::SampleClass::PlanarMirror;
     found.curvedMirrors = found.curvedMirrors || kind == raster::SampleClass::CurvedMirror;
     found.glossy = found.glossy || kind == raster::SampleClass::Glossy;
@@ -351,6 +357,7 @@ class SecondOrder : public Method {
     tileTexture_ = gl::Texture::makeBuffer("tiles to look up", GL_R32UI, tiles_);
     clusterSamples_ = gl::Texture::make2D("cluster of each sample", GL_R16UI, width, height);
     DepthImageOptions images = options_.images;
+    images.specularLevel = reflectors_.specularLevel;
     if (options_.glossyReach > 0.0f) images.reach = reachOfObjects(services.scene);
     images_ = std::make_unique<DepthImages>(width, height, options_.camera.depthImageScale, images);
     if (!services.scene.animated()) drawEnvironment(services);

@@ -190,6 +190,28 @@ TEST(SecondOrder, ASphereComesCloseToItsRays) {
             0.02 * static_cast<double>(frame.samples));
 }
 
+TEST(SecondOrder, DimReflectionsAreDrawnMoreCoarsely) {
+  // A ball of 24,000 triangles before the mirror
+  const auto frame = [](float s, const char* options) {
+    scene::Scene scene =
+        roomWith(scene::makePlane({4.0f, 4.0f}, {1, 1}, scene::UvMode::Metres), Mat4(1.0f));
+    const scene::Scene ball =
+        roomWith(scene::makeSphere(0.6f, 160, 80, scene::UvMode::Metres), Mat4(1.0f));
+    scene.meshes.back() = ball.meshes.front();
+    scene.materials[scene.objects.front().material].specularLevel = s;
+    return Comparison(std::move(scene), cameraAt({0.7f, 1.5f, 3.2f}, {0.0f, 0.0f, 0.0f}), options);
+  };
+  const Comparison bright = frame(1.0f, "{}");
+  const Comparison dim = frame(0.2f, "{}");
+  const auto triangles = [](const Comparison& of) { return of.output.counters.at("triangles"); };
+  EXPECT_LT(triangles(dim), 0.8 * static_cast<double>(triangles(bright)));
+  EXPECT_LT(0.2 * dim.meanDifference, 1e-3);
+  // Always the finest level: as many of both
+  EXPECT_EQ(triangles(frame(0.2f, R"({"level_error": 0})")),
+            triangles(frame(1.0f, R"({"level_error": 0})")));
+  EXPECT_GT(triangles(frame(1.0f, R"({"level_error": 0})")), triangles(bright));
+}
+
 /// A mirror whose normals a map turns by up to 70 degrees, by texels.
 scene::Scene roomWithBent(scene::Mesh mirror, float glossiness = 0.0f) {
   mirror.tangents.clear();
