@@ -678,5 +678,6 @@ def pictures(bench, document):
 
 PARTS = {"paths": paths, "floors": floors, "accuracy": accuracy, "concave": concave,
          "k_means": k_means, "compound": compound, "levels": levels, "layers": layers,
-         "clusters": clusters, "sizes": sizes, "depth_images": depth_images, "triangles": triangles, "glossy": glossy, "growth": growth,
+         "clusters": clusters, "sizes": sizes, "depth_images": depth_images,
+         "triangles": triangles, "glossy": glossy, "growth": growth,
          "pictures": pictures}
