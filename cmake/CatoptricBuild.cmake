@@ -74,15 +74,20 @@ function(catoptric_test name)
   endforeach()
   target_link_libraries(${name} PRIVATE ${arg_LIBRARIES} GTest::gmock GTest::gtest GTest::gtest_main catoptric_options)
   target_compile_definitions(${name} PRIVATE CATOPTRIC_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  # Files of tests of other builds and users, which have the same names, are elsewhere
+  set(temporary ${PROJECT_BINARY_DIR}/temporary)
+  file(MAKE_DIRECTORY ${temporary})
+  set(environment TEST_TMPDIR=${temporary} TMPDIR=${temporary})
   if(arg_LABEL STREQUAL "gl")
     foreach(device surfaceless osmesa)
       add_test(NAME ${name}.${device} COMMAND ${name})
       set_tests_properties(${name}.${device} PROPERTIES LABELS gl TIMEOUT ${arg_TIMEOUT}
-        ENVIRONMENT "CATOPTRIC_DEVICE=${device}")
+        ENVIRONMENT "CATOPTRIC_DEVICE=${device};${environment}")
     endforeach()
   else()
     add_test(NAME ${name} COMMAND ${name})
-    set_tests_properties(${name} PROPERTIES LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT})
+    set_tests_properties(${name} PROPERTIES LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT}
+      ENVIRONMENT "${environment}")
   endif()
 endfunction()
 

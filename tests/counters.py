@@ -6,9 +6,12 @@ Usage: counters.py SOURCE_ROOT PROGRAM WORK_FOLDER; exit 1 and a line per count.
 import json
 import os
 import pathlib
-import shutil
 import subprocess
 import sys
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "scripts"))
+import work_folder  # noqa: E402
 
 # Method: the counters that it must have beside clamped_half
 METHODS = {
@@ -22,13 +25,17 @@ METHODS = {
 # Pictures so small have more paths to their folds than traced_per_pixel allows: a warning
 OPTIONS = {"perturbation": {"unsupported": "environment_map", "traced_per_pixel": 1000},
            "environment_map": {"face_size": 64}, "reference": {"samples": 2, "rays": 4}}
+# By which something is seen through it: there is a warning otherwise
+THROUGH_LENS = {"perturbation": {"max_bounces": 2}, "traced": {"bounces": 2},
+                "reference": {"bounces": 2}}
 
 
 def counters(scene, program, work):
     """Of each method's frame; None when the render failed."""
     config = {"scene": str(scene), "frames": "1", "preview": {"enabled": False},
               "image": {"width": 64, "height": 48, "samples": 2},
-              "methods": [{"method": m, **OPTIONS.get(m, {})} for m in METHODS]}
+              "methods": [{"method": m, **OPTIONS.get(m, {}),
+                           **(THROUGH_LENS.get(m, {}) if scene.stem == "lens" else {})} for m in METHODS]}
     file = work / f"{scene.stem}.json"
     file.write_text(json.dumps(config))
     out = work / scene.stem
@@ -41,9 +48,7 @@ def counters(scene, program, work):
 
 
 def main(root, program, work):
-    folder = pathlib.Path(work)
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
+    folder = work_folder.fresh(work)
     scenes = sorted(pathlib.Path(root, "scenes").glob("*.json"))
     faults = 0
     for scene in scenes:

@@ -5,9 +5,12 @@ Usage: determinism.py SOURCE_ROOT PROGRAM WORK_FOLDER; exit 1 and a line per dif
 
 import os
 import pathlib
-import shutil
 import subprocess
 import sys
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "scripts"))
+import work_folder  # noqa: E402
 
 # Device, threads of the program (baked light is made anew for each number), threads of llvmpipe
 # (0: none but the caller).
@@ -56,9 +59,7 @@ def chunks_differ(program, root, folder):
 
 
 def main(root: str, program: str, work: str) -> int:
-    folder = pathlib.Path(work)
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
+    folder = work_folder.fresh(work)
     frames = {}
     for name, (device, threads, driver_threads) in VARIANTS.items():
         environment = dict(os.environ, XDG_CACHE_HOME=str(folder / f"cache_{threads}"),

@@ -8,13 +8,16 @@ program), and asks for a scene whose assets are not installed: the error must sa
 
 import os
 import pathlib
-import shutil
 import subprocess
 import sys
 
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "scripts"))
+import work_folder  # noqa: E402
+
 
 def main(build: str, cmake: str, work: pathlib.Path) -> int:
-    shutil.rmtree(work, ignore_errors=True)
+    work = work_folder.fresh(work)
     prefix = work / "prefix"
     home = work / "home"
     home.mkdir(parents=True)

@@ -8,7 +8,6 @@ two frames of one as the tables do, and fits slopes to known laws.
 
 import os
 import pathlib
-import shutil
 import sys
 
 sys.dont_write_bytecode = True
@@ -19,10 +18,10 @@ def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int
     import paper_frames
     import paper_run
     import paper_second_order
+    import work_folder
 
     os.chdir(source)
-    shutil.rmtree(work, ignore_errors=True)
-    work.mkdir(parents=True)
+    work = work_folder.fresh(work)
     failed = []
 
     def expect(what, value, wanted):

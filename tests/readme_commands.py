@@ -10,9 +10,12 @@ A command that fails, or a README without commands, fails the test.
 import pathlib
 import re
 import shlex
-import shutil
 import subprocess
 import sys
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "scripts"))
+import work_folder  # noqa: E402
 
 
 def commands(readme: str):
@@ -25,8 +28,7 @@ def commands(readme: str):
 
 
 def main(root: pathlib.Path, program: str, work: pathlib.Path) -> int:
-    shutil.rmtree(work, ignore_errors=True)
-    work.mkdir(parents=True)
+    work = work_folder.fresh(work)
     ran = 0
     failed = 0
     for line in commands((root / "README.md").read_text()):

@@ -13,8 +13,10 @@ import shutil
 import subprocess
 import sys
 
-import cases
-import valid
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+import cases  # noqa: E402
+import valid  # noqa: E402
+import work_folder  # noqa: E402
 
 TIMEOUT_SECONDS = 10
 RUN_RECORDS = (".lock", "summary.json")  # of a run that has begun: they say how it ended
@@ -61,8 +63,8 @@ def main():
     parser.add_argument("--only", default="", help="cases whose names contain this")
     options = parser.parse_args()
     program = options.program.resolve()
-    shutil.rmtree(options.work, ignore_errors=True)
-    (options.work / "cache").mkdir(parents=True)
+    options.work = work_folder.fresh(options.work)
+    (options.work / "cache").mkdir()
     bad, good = cases.bad(), list(cases.good())
     names = [c.name for c in bad]
     assert len(set(names)) == len(names), [n for n in names if names.count(n) > 1]
