@@ -106,6 +106,25 @@ TEST_F(App, UsageErrorsAreExit2AndHelp) {
   EXPECT_FALSE(fs::exists(folder / "out"));
 }
 
+TEST_F(App, LensesThatShowNothingAreWarnedOf) {
+  std::ofstream(folder / "lens.json") << R"({"objects": [
+  {"name": "lens", "shape": "implicit", "surface": "sphere", "radius": 0.5, "segments": [8, 6],
+   "material": {"base_color": [0.1, 0.1, 0.1], "s": 1, "g": 0, "refraction": 1.5}}]})";
+  for (const std::string method : {"perturbation", "traced", "reference"}) {
+    const std::string option =
+        "methods." + method + (method == "perturbation" ? ".max_bounces" : ".bounces");
+    const std::string image = " --set image.width=8 --set image.height=8 --method " + method;
+    const Result plan = run("plan lens.json" + image + " --set " + option + "=1");
+    EXPECT_EQ(plan.exitCode, 0) << plan.err;
+    EXPECT_THAT(plan.err, HasSubstr("set " + option + "=2 or more"));
+    EXPECT_EQ(run("plan lens.json -q" + image + " --set " + option + "=2").err, "");
+  }
+  EXPECT_THAT(run("render lens.json --method reference --set image.width=8 --set image.height=8 "
+                  "--set methods.reference.bounces=1")
+                  .err,
+              HasSubstr("nothing is seen through \"lens\""));
+}
+
 TEST_F(App, ConfigErrorsNameFileLineAndPlace) {
   std::ofstream(folder / "bad.json") << "{\"scene\": \"scene.json\",\n\"image\": {\"widht\": 5}}";
   const Result result = run("plan bad.json");

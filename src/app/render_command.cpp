@@ -97,6 +97,8 @@ run::Plan planOf(const run::Stage& stage) {
     log::warning(warning);
   if (const std::string warning = run::cubeMapWarning(plan, stage.run().image); !warning.empty())
     log::warning(warning);
+  if (const std::string warning = run::refractionWarning(plan, stage.scene()); !warning.empty())
+    log::warning(warning);
   return plan;
 }
 

@@ -50,6 +50,9 @@ struct MethodPlan {
   bool gl = false;       ///< a GL context (implied by gbuffer)
   bool trace = false;    ///< an Embree scene
   trace::BvhPolicy bvh = trace::BvhPolicy::Static;
+  /// Reflections and refractions that a path may have, and the option that says so; 0: none does.
+  int bounces = 0;
+  const char* bouncesOption = "";
   std::vector<PlanItem> items;  ///< the method's own passes, resources, precomputations
 };
 

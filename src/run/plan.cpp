@@ -263,6 +263,29 @@ std::string cubeMapWarning(const Plan& plan, const methods::RunSettings& image) 
   return warning;
 }
 
+std::string refractionWarning(const Plan& plan, const scene::Scene& scene) {
+  constexpr int kThroughABody = 2;  // in and out; one is enough for a pane
+  std::string first;
+  std::size_t bodies = 0;
+  for (const scene::Object& object : scene.objects) {
+    const scene::Material& material = scene.materials[static_cast<std::size_t>(object.material)];
+    if (object.reflector == 0 || object.planar || !(material.refraction > 0.0f)) continue;
+    if (bodies++ == 0) first = object.name;
+  }
+  std::string warning;
+  for (const PlannedMethod& method : plan.methods) {
+    const int bounces = method.needs.bounces;
+    if (bodies == 0 || bounces == 0 || bounces >= kThroughABody) continue;
+    const std::string option = method.needs.bouncesOption;
+    warning += (warning.empty() ? "" : "\n") + method.name + ": nothing is seen through \"" +
+               first + "\"" + (bodies > 1 ? " and " + count(bodies - 1, "other object") : "") +
+               ": a path goes in and out by 2 bounces, and " + option + " is " +
+               std::to_string(bounces) + "; set methods." + method.name + "." + option +
+               "=2 or more";
+  }
+  return warning;
+}
+
 std::string planText(const Plan& plan) {
   std::string text = "once, for " + count(plan.frames, "frame") + " by " +
                      count(plan.methods.size(), "method") + ":\n";

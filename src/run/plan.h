@@ -38,6 +38,9 @@ std::string memoryWarning(const Plan& plan, std::uint64_t memoryBytes);
 /// Cube maps that are large beside the frame, one line each; empty when none is.
 std::string cubeMapWarning(const Plan& plan, const methods::RunSettings& image);
 
+/// Methods whose paths end inside of bodies that refract, one line each; empty when there are none.
+std::string refractionWarning(const Plan& plan, const scene::Scene& scene);
+
 /// As a table for a terminal, and as JSON.
 std::string planText(const Plan& plan);
 std::string planJson(const Plan& plan);

@@ -81,6 +81,31 @@ TEST(Plan, CubeMapsOutOfProportionAreSaid) {
   EXPECT_THAT(warning("precomputation", 4096, 256), testing::HasSubstr("before the first"));
 }
 
+TEST(Plan, BodiesThatNothingIsSeenThroughAreSaid) {
+  const auto warning = [](int bounces, bool planar, float refraction) {
+    scene::Scene scene = twoBalls();
+    scene.materials[0].refraction = refraction;
+    for (scene::Object& object : scene.objects) {
+      object.reflector = 1;
+      object.planar = planar;
+    }
+    Plan plan;
+    plan.methods.resize(2);
+    plan.methods[0].needs.bounces = bounces;
+    plan.methods[0].needs.bouncesOption = "max_bounces";
+    plan.methods[0].name = "mine";
+    return refractionWarning(plan, scene);
+  };
+  EXPECT_EQ(
+      warning(1, false, 1.5f),
+      "mine: nothing is seen through \"ball\" and 1 other object: a path goes in and out by 2 "
+      "bounces, and max_bounces is 1; set methods.mine.max_bounces=2 or more");
+  EXPECT_EQ(warning(2, false, 1.5f), "");
+  EXPECT_EQ(warning(0, false, 1.5f), "");  // no such option: it counts refraction_mirrored
+  EXPECT_EQ(warning(1, true, 1.5f), "");
+  EXPECT_EQ(warning(1, false, 0.0f), "");
+}
+
 TEST(Plan, FramesThatDoNotFitAreSaid) {
   // 2 x 2 samples of 60 bytes, 16 bytes of the composite and 6 times 16 under way, per pixel.
   const Plan plan = planned({}, 1000);

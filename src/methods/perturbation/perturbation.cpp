@@ -273,6 +273,8 @@ class Perturbation : public Method {
       others += kind == Kind::Unsupported ? 1 : 0;
     }
     if (planar + curved + others == 0) return plan;
+    plan.bounces = static_cast<int>(options_.maxBounces);
+    plan.bouncesOption = "max_bounces";
     const auto samples = static_cast<std::uint64_t>(settings.width) * settings.height *
                          settings.samples * settings.samples;
     const bool several = options_.maxBounces > 1 && planar + curved > 0;

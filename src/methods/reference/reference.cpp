@@ -78,6 +78,8 @@ class Reference : public Method {
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
     MethodPlan plan;
     plan.trace = true;
+    plan.bounces = reflection_.bounces;
+    plan.bouncesOption = "bounces";
     plan.items = {
         {"pass", "trace",
          std::to_string(samples_ * samples_) + " primary rays a pixel and the reflections of " +

@@ -67,6 +67,8 @@ class Traced : public Method {
     if (reflectors == 0) return plan;
     plan.trace = true;
     plan.bvh = policyOf(bvh_);
+    plan.bounces = reflection_.bounces;
+    plan.bouncesOption = "bounces";
     const auto samples = static_cast<std::uint64_t>(settings.width) * settings.height *
                          settings.samples * settings.samples;
     const std::string why = std::to_string(reflectors) + " reflective objects";
