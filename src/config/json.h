@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <variant>
 #include <vector>
@@ -73,6 +74,23 @@ Value withSetting(const Value& root, const std::string& dottedPath, const std::s
 
 /// A copy of an object without these members; all else keeps its place.
 Value without(const Value& object, const std::vector<std::string>& names);
+
+/// Collects messages, so that one run of the program shows all of a file's errors.
+class Errors {
+ public:
+  void add(const Value& at, const std::string& message);
+  void add(const std::vector<std::string>& messages);
+  /// Runs `body` and adds the error of input that it throws, if any.
+  void collect(const std::function<void()>& body);
+  bool any() const { return !lines_.empty(); }
+  /// Throws UsageError with the messages, a line each: the first 20, and how many more there are.
+  void throwIfAny() const;
+
+ private:
+  void addLine(const std::string& line);
+  std::vector<std::string> lines_;
+  std::set<std::string> known_;  ///< what is used twice is wrong once
+};
 
 // ---- Schemas: one table gives parsing, ranges, defaults, help, JSON Schema and docs ----
 

@@ -5,7 +5,8 @@
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <set>
+#include <span>
+#include <sstream>
 #include <utility>
 
 #include "config/json.h"
@@ -330,8 +331,39 @@ std::vector<std::string> check(const Value& value, const Schema& schema) {
 }
 
 void require(const Value& value, const Schema& schema) {
-  const std::vector<std::string> lines = check(value, schema);
-  if (!lines.empty()) throw UsageError(joined(lines, "\n"));
+  Errors errors;
+  errors.add(check(value, schema));
+  errors.throwIfAny();
+}
+
+void Errors::addLine(const std::string& line) {
+  if (known_.insert(line).second) lines_.push_back(line);
+}
+
+void Errors::add(const Value& at, const std::string& message) {
+  addLine(at.place().text() + ": " + message);
+}
+
+void Errors::add(const std::vector<std::string>& messages) {
+  for (const std::string& message : messages) addLine(message);
+}
+
+void Errors::collect(const std::function<void()>& body) {
+  try {
+    body();
+  } catch (const Error& error) {
+    if (error.code() != ExitCode::Usage && error.code() != ExitCode::Scene) throw;
+    std::istringstream lines(error.what());
+    for (std::string line; std::getline(lines, line);) addLine(line);
+  }
+}
+
+void Errors::throwIfAny() const {
+  constexpr std::size_t kMost = 20;
+  if (lines_.empty()) return;
+  std::string text = joined(std::span(lines_).first(std::min(kMost, lines_.size())), "\n");
+  if (lines_.size() > kMost) text += "\n... and " + std::to_string(lines_.size() - kMost) + " more";
+  throw UsageError(text);
 }
 
 Value valueOr(const Value& object, const Schema& schema, const std::string& field) {

@@ -14,6 +14,7 @@
 namespace catoptric::run {
 namespace {
 
+using config::Errors;
 using config::Field;
 using config::FieldType;
 using config::Schema;
@@ -120,23 +121,6 @@ bool isFileName(const std::string& name) {
            return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
          });
 }
-
-/// Collects messages, so that one run of the program shows all of a config's errors.
-class Errors {
- public:
-  void add(const Value& at, const std::string& message) {
-    lines_.push_back(at.place().text() + ": " + message);
-  }
-  void add(const std::vector<std::string>& lines) {
-    lines_.insert(lines_.end(), lines.begin(), lines.end());
-  }
-  void throwIfAny() const {
-    if (!lines_.empty()) throw UsageError(joined(lines_, "\n"));
-  }
-
- private:
-  std::vector<std::string> lines_;
-};
 
 /// One entry of `methods`, "traced" or {"method": "traced", ...}. Nothing when it has errors.
 std::optional<MethodConfig> readMethod(const Value& value,

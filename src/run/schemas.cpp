@@ -18,7 +18,7 @@ A run config is a JSON file that says which frames of which scene are rendered, 
 methods: `catoptric render configs/demo.json`. A bare scene (`catoptric render room.glb`) is rendered
 with the defaults below. Any value can be replaced on the command line: `--set image.width=256`,
 `--set methods.0.bvh=refit`. Paths are relative to the config. Unknown names, values out of range
-and duplicate names are errors that name file, line and place; all errors of a file are shown at once.
+and duplicate names are errors that name file, line and place; all errors of a file (the first 20) are shown at once.
 A file with one method puts its frames into `--out` itself, a file with several a folder for each.
 
 This page and configs/schema/ are made from the program's own tables, and a test holds them to it:

@@ -42,26 +42,33 @@ struct Handle {
 class Composer {
  public:
   Composer(const std::filesystem::path& file, const LoadLimits& limits)
-      : file_(file), limits_(limits), root_(config::parseFile(file)) {
-    config::require(root_, sceneSchema());
-  }
+      : file_(file), limits_(limits), root_(config::parseFile(file)) {}
 
   Scene compose() {
+    // All is checked that can be before anything is made
+    config::Errors errors;
+    errors.add(config::check(root_, sceneSchema()));
+    if (root_.kind() != Value::Kind::Object || root_.get("objects").kind() != Value::Kind::Array)
+      errors.throwIfAny();
+    materials_ = std::make_unique<MaterialLibrary>(scene_, root_.get("materials"),
+                                                   file_.parent_path(), limits_, errors);
+    checkObjects(root_.get("objects").asArray(), 0, errors);
+    errors.throwIfAny();
+
     scene_.source = file_;
     scene_.name = root_.has("name") ? root_.get("name").asString() : file_.stem().string();
-    materials_ = std::make_unique<MaterialLibrary>(scene_, root_.get("materials"),
-                                                   file_.parent_path(), limits_);
-    checkObjects(root_.get("objects").asArray(), 0);
     loadAssets();
-    for (const Value& object : root_.get("objects").asArray()) add(object, kNone);
+    addAll(root_.get("objects").asArray(), kNone, errors);
+    errors.throwIfAny();
     // An empty list is a scene of the environment alone
     if (scene_.objects.empty() && !root_.get("objects").asArray().empty()) {
       root_.get("objects").fail("nothing visible is in the scene");
     }
-    addLights();
-    addCameras();
-    addAnimations();
-    setSurroundings();
+    addLights(errors);
+    addCameras(errors);
+    addAnimations(errors);
+    errors.collect([&] { setSurroundings(); });
+    errors.throwIfAny();
     materials_->finish();
     if (scene_.memoryBytes() > limits_.maxBytes) {
       root_.fail("the scene takes " + std::to_string(scene_.memoryBytes()) +
@@ -74,33 +81,40 @@ class Composer {
   // ---- objects ----
 
   /// Checks all objects' members and collects the assets, before anything is made.
-  void checkObjects(const std::vector<Value>& objects, int depth) {
+  void checkObjects(const std::vector<Value>& objects, int depth, config::Errors& errors) {
     for (const Value& object : objects) {
       if (depth > kMaxDepth) object.fail("children are nested too deeply");
-      std::string shape;
-      if (object.has("shape")) {
-        shape = object.get("shape").asString();
-        const std::vector<std::string>& names = shapeNames();
-        if (std::find(names.begin(), names.end(), shape) == names.end()) {
-          object.get("shape").fail("there is no shape \"" + shape + "\"" +
-                                   didYouMean(shape, names) + "; known: " + joined(names, ", "));
-        }
-        if (object.has("asset")) object.fail("an object has either \"asset\" or \"shape\"");
+      errors.collect([&] { checkObject(object, errors); });
+      if (object.has("children") && object.get("children").kind() == Value::Kind::Array)
+        checkObjects(object.get("children").asArray(), depth + 1, errors);
+    }
+  }
+
+  void checkObject(const Value& object, config::Errors& errors) {
+    std::string shape;
+    if (object.has("shape")) {
+      shape = object.get("shape").asString();
+      const std::vector<std::string>& names = shapeNames();
+      if (std::find(names.begin(), names.end(), shape) == names.end()) {
+        object.get("shape").fail("there is no shape \"" + shape + "\"" + didYouMean(shape, names) +
+                                 "; known: " + joined(names, ", "));
       }
-      config::require(object, objectSchema(shape));
-      if (object.has("asset") && visible(object)) {
-        const std::filesystem::path relative(object.get("asset").asString());
-        const std::filesystem::path path = fileBeside(object.get("asset"), file_.parent_path());
-        const auto [entry, isNew] = assets_.try_emplace(path.string());
-        if (isNew) {
-          entry->second.file = path;
-          if (!std::filesystem::exists(path)) {
-            object.get("asset").fail("there is no file " + path.string() +
-                                     (*relative.begin() == "assets" ? assetAdvice() : ""));
-          }
+      if (object.has("asset")) object.fail("an object has either \"asset\" or \"shape\"");
+    }
+    config::require(object, objectSchema(shape));
+    if (object.has("material") && object.get("material").kind() == Value::Kind::Object)
+      errors.add(config::check(object.get("material"), materialSchema()));
+    if (object.has("asset") && visible(object)) {
+      const std::filesystem::path relative(object.get("asset").asString());
+      const std::filesystem::path path = fileBeside(object.get("asset"), file_.parent_path());
+      const auto [entry, isNew] = assets_.try_emplace(path.string());
+      if (isNew) {
+        entry->second.file = path;
+        if (!std::filesystem::exists(path)) {
+          object.get("asset").fail("there is no file " + path.string() +
+                                   (*relative.begin() == "assets" ? assetAdvice() : ""));
         }
       }
-      if (object.has("children")) checkObjects(object.get("children").asArray(), depth + 1);
     }
   }
 
@@ -129,9 +143,11 @@ class Composer {
         }
       }
     });
+    config::Errors errors;
     for (const Asset* asset : assets) {
-      if (asset->error) std::rethrow_exception(asset->error);
+      if (asset->error) errors.collect([&] { std::rethrow_exception(asset->error); });
     }
+    errors.throwIfAny();
   }
 
   int addNode(Node node, const Value& place) {
@@ -143,11 +159,21 @@ class Composer {
     return static_cast<int>(scene_.nodes.size()) - 1;
   }
 
+  void addAll(const std::vector<Value>& objects, int parent, config::Errors& errors) {
+    for (const Value& object : objects) {
+      errors.collect([&] { add(object, parent, errors); });
+      // Beyond the limits nothing more is made
+      if (errors.any() &&
+          (scene_.nodes.size() >= limits_.maxNodes || shapeBytes_ > limits_.maxBytes))
+        return;
+    }
+  }
+
   /// An object with its copies.
-  void add(const Value& object, int parent) {
+  void add(const Value& object, int parent, config::Errors& errors) {
     if (!visible(object)) return;
     if (!object.has("repeat")) {
-      addOne(object, parent, "");
+      addOne(object, parent, "", errors);
       return;
     }
     const Value repeat = object.get("repeat");
@@ -165,7 +191,7 @@ class Composer {
       node.parent = parent;
       node.rotation = rotation;
       node.translation = at + offset - rotation * at;
-      addOne(object, addNode(std::move(node), repeat), " " + std::to_string(index + 1));
+      addOne(object, addNode(std::move(node), repeat), " " + std::to_string(index + 1), errors);
     };
     if (repeat.has("around")) {
       const Value around = repeat.get("around");
@@ -222,7 +248,7 @@ class Composer {
     return object.has("shape") ? object.get("shape").asString() : "group";
   }
 
-  void addOne(const Value& object, int parent, const std::string& suffix) {
+  void addOne(const Value& object, int parent, const std::string& suffix, config::Errors& errors) {
     Node node;
     node.name = nameOf(object) + suffix;
     node.parent = parent;
@@ -249,9 +275,7 @@ class Composer {
       }
     }
     handles_[nameOf(object)].push_back(handle);
-    if (object.has("children")) {
-      for (const Value& child : object.get("children").asArray()) add(child, self);
-    }
+    if (object.has("children")) addAll(object.get("children").asArray(), self, errors);
   }
 
   static Quat quaternionOf(const Value& value) {
@@ -666,58 +690,57 @@ class Composer {
     name.fail("there is no object " + name.dump() + didYouMean(name.asString(), names));
   }
 
-  void addLights() {
+  void addLights(config::Errors& errors) {
     if (!root_.has("lights")) return;
-    for (const Value& value : root_.get("lights").asArray()) {
-      const auto get = [&](const char* name) {
-        return config::valueOr(value, lightSchema(), name);
-      };
-      const auto number = [&](const char* name) {
-        return static_cast<float>(get(name).asNumber());
-      };
-      const std::string type = value.get("type").asString();
-      Light light;
-      light.name = value.has("name") ? value.get("name").asString() : type;
-      light.type = type == "directional" ? LightType::Directional
-                   : type == "spot"      ? LightType::Spot
-                                         : LightType::Point;
-      if (type == "sphere" && !value.has("radius")) value.fail("a sphere light needs a \"radius\"");
-      light.intensity = colorOf(get("color")) * number("intensity");
-      light.range = number("range");
-      light.innerConeRad = radians(number("inner_cone"));
-      light.outerConeRad = radians(number("outer_cone"));
-      if (light.type == LightType::Spot && light.innerConeRad >= light.outerConeRad) {
-        value.fail("\"inner_cone\" must be smaller than \"outer_cone\"");
-      }
-      light.radius = number("radius");
-      light.baked = get("baked").asBool();
-      light.position = get("position").asVec3();
-      Vec3 direction = get("direction").asVec3();
-      if (value.has("target")) {
-        if (value.has("direction")) value.fail("a light has either \"direction\" or \"target\"");
-        direction = value.get("target").asVec3() - light.position;
-      }
-      if (!(glm::length(direction) > 1e-6f)) value.fail("the light's direction has no length");
-      light.direction = glm::normalize(direction);
-      if (value.has("object")) {
-        // Nodes shine along their -z.
-        Node node;
-        node.name = light.name;
-        node.parent = handlesOf(value.get("object")).front().node;
-        node.hasMatrix = true;
-        const Vec3 back = -light.direction;
-        Vec3 right = glm::cross(Vec3(0.0f, 1.0f, 0.0f), back);
-        if (glm::length(right) < 1e-4f) right = Vec3(1.0f, 0.0f, 0.0f);
-        right = glm::normalize(right);
-        node.matrix = Mat4(Vec4(right, 0.0f), Vec4(glm::cross(back, right), 0.0f), Vec4(back, 0.0f),
-                           Vec4(light.position, 1.0f));
-        light.node = addNode(std::move(node), value);
-      }
-      if (light.baked && bakeMode() != "full") {
-        value.get("baked").fail("a baked light needs \"bake\": {\"mode\": \"full\"}");
-      }
-      scene_.lights.push_back(std::move(light));
+    for (const Value& value : root_.get("lights").asArray())
+      errors.collect([&] { addLight(value); });
+  }
+
+  void addLight(const Value& value) {
+    const auto get = [&](const char* name) { return config::valueOr(value, lightSchema(), name); };
+    const auto number = [&](const char* name) { return static_cast<float>(get(name).asNumber()); };
+    const std::string type = value.get("type").asString();
+    Light light;
+    light.name = value.has("name") ? value.get("name").asString() : type;
+    light.type = type == "directional" ? LightType::Directional
+                 : type == "spot"      ? LightType::Spot
+                                       : LightType::Point;
+    if (type == "sphere" && !value.has("radius")) value.fail("a sphere light needs a \"radius\"");
+    light.intensity = colorOf(get("color")) * number("intensity");
+    light.range = number("range");
+    light.innerConeRad = radians(number("inner_cone"));
+    light.outerConeRad = radians(number("outer_cone"));
+    if (light.type == LightType::Spot && light.innerConeRad >= light.outerConeRad) {
+      value.fail("\"inner_cone\" must be smaller than \"outer_cone\"");
     }
+    light.radius = number("radius");
+    light.baked = get("baked").asBool();
+    light.position = get("position").asVec3();
+    Vec3 direction = get("direction").asVec3();
+    if (value.has("target")) {
+      if (value.has("direction")) value.fail("a light has either \"direction\" or \"target\"");
+      direction = value.get("target").asVec3() - light.position;
+    }
+    if (!(glm::length(direction) > 1e-6f)) value.fail("the light's direction has no length");
+    light.direction = glm::normalize(direction);
+    if (value.has("object")) {
+      // Nodes shine along their -z.
+      Node node;
+      node.name = light.name;
+      node.parent = handlesOf(value.get("object")).front().node;
+      node.hasMatrix = true;
+      const Vec3 back = -light.direction;
+      Vec3 right = glm::cross(Vec3(0.0f, 1.0f, 0.0f), back);
+      if (glm::length(right) < 1e-4f) right = Vec3(1.0f, 0.0f, 0.0f);
+      right = glm::normalize(right);
+      node.matrix = Mat4(Vec4(right, 0.0f), Vec4(glm::cross(back, right), 0.0f), Vec4(back, 0.0f),
+                         Vec4(light.position, 1.0f));
+      light.node = addNode(std::move(node), value);
+    }
+    if (light.baked && bakeMode() != "full") {
+      value.get("baked").fail("a baked light needs \"bake\": {\"mode\": \"full\"}");
+    }
+    scene_.lights.push_back(std::move(light));
   }
 
   std::string bakeMode() const {
@@ -726,37 +749,42 @@ class Composer {
                : std::string("none");
   }
 
-  void addCameras() {
+  void addCameras(config::Errors& errors) {
     if (!root_.has("cameras")) return;
     // The description's own cameras come before its assets'.
     std::vector<CameraDefinition> own;
-    for (const Value& value : root_.get("cameras").asArray()) {
-      const Vec3 position = value.get("position").asVec3();
-      const Vec3 target = value.get("target").asVec3();
-      if (position == target) value.fail("position and target are the same point");
-      Vec3 back = glm::normalize(position - target);
-      Vec3 right = glm::cross(Vec3(0.0f, 1.0f, 0.0f), back);
-      if (glm::length(right) < 1e-5f) right = Vec3(1.0f, 0.0f, 0.0f);
-      right = glm::normalize(right);
-      Node node;
-      node.name = value.has("name") ? value.get("name").asString() : "camera";
-      node.hasMatrix = true;
-      node.matrix = Mat4(Vec4(right, 0.0f), Vec4(glm::cross(back, right), 0.0f), Vec4(back, 0.0f),
-                         Vec4(position, 1.0f));
-      CameraDefinition camera;
-      camera.name = node.name;
-      camera.node = addNode(std::move(node), value);
-      camera.verticalFovRad =
-          radians(value.has("fov") ? static_cast<float>(value.get("fov").asNumber()) : 60.0f);
-      own.push_back(std::move(camera));
-    }
+    for (const Value& value : root_.get("cameras").asArray())
+      errors.collect([&] { own.push_back(cameraOf(value)); });
     scene_.cameras.insert(scene_.cameras.begin(), own.begin(), own.end());
   }
 
-  void addAnimations() {
+  CameraDefinition cameraOf(const Value& value) {
+    const Vec3 position = value.get("position").asVec3();
+    const Vec3 target = value.get("target").asVec3();
+    if (position == target) value.fail("position and target are the same point");
+    Vec3 back = glm::normalize(position - target);
+    Vec3 right = glm::cross(Vec3(0.0f, 1.0f, 0.0f), back);
+    if (glm::length(right) < 1e-5f) right = Vec3(1.0f, 0.0f, 0.0f);
+    right = glm::normalize(right);
+    Node node;
+    node.name = value.has("name") ? value.get("name").asString() : "camera";
+    node.hasMatrix = true;
+    node.matrix = Mat4(Vec4(right, 0.0f), Vec4(glm::cross(back, right), 0.0f), Vec4(back, 0.0f),
+                       Vec4(position, 1.0f));
+    CameraDefinition camera;
+    camera.name = node.name;
+    camera.node = addNode(std::move(node), value);
+    camera.verticalFovRad =
+        radians(value.has("fov") ? static_cast<float>(value.get("fov").asNumber()) : 60.0f);
+    return camera;
+  }
+
+  void addAnimations(config::Errors& errors) {
     if (!root_.has("animation")) return;
     for (const Value& value : root_.get("animation").asArray()) {
-      for (const Handle& handle : handlesOf(value.get("object"))) addAnimation(value, handle);
+      errors.collect([&] {
+        for (const Handle& handle : handlesOf(value.get("object"))) addAnimation(value, handle);
+      });
     }
   }
 

@@ -32,9 +32,10 @@ MorphShape morphOf(const config::Value& morph);
 /// Reads materials, and the textures they name; the textures are made by finish(), in parallel.
 class MaterialLibrary {
  public:
-  /// `definitions`: the description's "materials"; files are relative to `folder`.
+  /// `definitions`: the description's "materials", whose errors are added; files are relative to
+  /// `folder`.
   MaterialLibrary(Scene& scene, config::Value definitions, std::filesystem::path folder,
-                  const LoadLimits& limits);
+                  const LoadLimits& limits, config::Errors& errors);
 
   /// Index in scene.materials of a name or an inline material. `base` is the asset's material an
   /// inline material with "keep" starts from; kNone: there is none.

@@ -52,20 +52,15 @@ glm::mat3x2 uvTransform(const Value& material) {
 }  // namespace
 
 MaterialLibrary::MaterialLibrary(Scene& scene, Value definitions, std::filesystem::path folder,
-                                 const LoadLimits& limits)
+                                 const LoadLimits& limits, config::Errors& errors)
     : scene_(scene),
       definitions_(std::move(definitions)),
       folder_(std::move(folder)),
       limits_(limits) {
   // All definitions are checked, those that nothing uses too.
-  if (definitions_.isNull()) return;
-  std::vector<std::string> errors;
-  for (const std::string& name : definitions_.keys()) {
-    const Value definition = definitions_.get(name);
-    const std::vector<std::string> found = config::check(definition, materialSchema());
-    errors.insert(errors.end(), found.begin(), found.end());
-  }
-  if (!errors.empty()) throw UsageError(joined(errors, "\n"));
+  if (definitions_.kind() != Value::Kind::Object) return;
+  for (const std::string& name : definitions_.keys())
+    errors.add(config::check(definitions_.get(name), materialSchema()));
 }
 
 int MaterialLibrary::plain() {
@@ -359,9 +354,11 @@ void MaterialLibrary::finish() {
       }
     }
   });
+  config::Errors errors;
   for (const Picture& picture : pictures) {
-    if (picture.error) std::rethrow_exception(picture.error);
+    if (picture.error) errors.collect([&] { std::rethrow_exception(picture.error); });
   }
+  errors.throwIfAny();
   jobs_.clear();
 }
 

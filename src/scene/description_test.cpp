@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 
@@ -33,6 +34,68 @@ std::string errorOf(const std::string& text) {
     return error.what();
   }
   return "no error";
+}
+
+TEST(Description, AllErrorsAreSaidTogether) {
+  // What tables tell, of objects of all depths, materials and the rest
+  const std::string text = errorOf(R"({"objects": [
+    {"shape": "plane", "size": [1, 1], "colour": 1},
+    {"shape": "sphere", "radius": -1, "material": {"shine": 1}},
+    {"shape": "bx", "children": [{"shape": "plane", "size": [1, 1], "sise": 2}]}, 5],
+    "materials": {"m": {"s": 2}}, "lights": [{"type": "lamp"}], "enviroment": {}})");
+  for (const char* place :
+       {":2: /objects/0/colour: unknown", ":3: /objects/1/radius: -1 is out of range",
+        ":4: /objects/2/shape: there is no shape", ":4: /objects/2/children/0/sise: unknown",
+        ":4: /objects/3: 5 is not", ":5: /materials/m/s: 2 is out of range",
+        ":5: /lights/0/type: ", ":5: /enviroment: unknown"})
+    EXPECT_THAT(text, HasSubstr(place));
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 7);
+
+  // What comes up when objects are made; a material that several use is wrong once
+  const std::string made = errorOf(R"({"objects": [
+    {"shape": "sphere", "radius": 1, "material": "gold"},
+    {"children": [{"shape": "sphere", "radius": 1, "scale": 0},
+                  {"shape": "sphere", "radius": 1, "material": "m", "repeat": {"count": 3}}]},
+    {"shape": "sphere", "radius": 1, "material": "m"}],
+    "materials": {"m": {"s": 1, "metallic": 1}}})");
+  for (const char* place : {":2: /objects/0/material: ", ":3: /objects/1/children/0/scale: ",
+                            ":6: /materials/m: a material has either"})
+    EXPECT_THAT(made, HasSubstr(place));
+  EXPECT_EQ(std::count(made.begin(), made.end(), '\n'), 2);
+
+  // What needs the objects
+  const std::string rest = errorOf(R"({"objects": [{"name": "a", "shape": "sphere", "radius": 1}],
+    "lights": [{"type": "sphere"}, {"type": "point", "object": "b"}],
+    "cameras": [{"position": [0, 0, 0], "target": [0, 0, 0]}],
+    "animation": [{"object": "b", "channel": "scale", "keys": [[0, 1, 1, 1]]}],
+    "environment": {"type": "file", "file": "none.hdr"}})");
+  EXPECT_EQ(std::count(rest.begin(), rest.end(), '\n'), 4) << rest;
+}
+
+TEST(Description, ManyErrorsAreCounted) {
+  std::string objects;
+  for (int i = 0; i < 50; ++i)
+    objects += std::string(i > 0 ? "," : "") + R"({"shape": "sphere", "radius": 0})";
+  const std::string text = errorOf(R"({"objects": [)" + objects + "]}");
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 20);
+  EXPECT_THAT(text, HasSubstr("/objects/19/radius"));
+  EXPECT_THAT(text, ::testing::EndsWith("\n... and 30 more"));
+}
+
+TEST(Description, LimitsEndTheMakingOfObjects) {
+  LoadLimits limits;
+  limits.maxBytes = 100'000;
+  std::string objects;
+  for (int i = 0; i < 50; ++i)
+    objects += std::string(i > 0 ? "," : "") + R"({"shape": "sphere", "radius": )" +
+               std::to_string(i + 1) + "}";
+  try {
+    loadScene(written(R"({"objects": [)" + objects + "]}"), limits);
+    FAIL() << "no error";
+  } catch (const SceneError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("bytes in memory"));
+    EXPECT_THAT(error.what(), ::testing::Not(HasSubstr("\n")));
+  }
 }
 
 TEST(Description, ComposesTransformsRepeatsAndAnchors) {

@@ -245,6 +245,10 @@ def scenes(cases):
              "/objects/0/material/texture.*leaves the folder"),
             ("refraction_without_s", '{"objects": [{"shape": "sphere", "material": {"refraction": 1.5}}]}', "/objects/0/material/refraction.*needs .s. above 0"),
             ("refraction_of_gloss", '{"objects": [{"shape": "plane", "material": {"s": 1, "g": 0.5, "refraction": 1.5}}]}', "/objects/0/material/refraction.*sharp"),
+            ("two_errors", '{"objects": [{"shape": "plane", "sise": 1}, {"shape": "sphere", "radius": -1}]}',
+             "/objects/0/sise.*/objects/1/radius"),
+            ("two_errors_of_shapes", '{"objects": [{"shape": "plane", "scale": 0}, {"shape": "plane", "material": "m"}]}',
+             "/objects/0/scale.*/objects/1/material"),
             ("texture_is_folder", '{"objects": [{"shape": "plane", "material": {"texture": "."}}]}', ""),
             ("no_procedural", '{"objects": [{"shape": "plane", "material": {"texture": {"procedural": "lava"}}}]}',
              "lava")]:
