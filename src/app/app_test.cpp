@@ -106,6 +106,28 @@ TEST_F(App, UsageErrorsAreExit2AndHelp) {
   EXPECT_FALSE(fs::exists(folder / "out"));
 }
 
+TEST_F(App, LayersBecomePictures) {
+  ASSERT_EQ(run("render run.json --frames 2,5 --out run --set 'image.layers=[\"s\",\"id\"]' "
+                "--set image.masks=true")
+                .exitCode,
+            0);
+  const Result all = run("layers run --out all");
+  EXPECT_EQ(all.exitCode, 0) << all.err;
+  EXPECT_EQ(std::count(all.out.begin(), all.out.end(), '\n'), 12);  // 2 frames: s, id, 4 masks
+  EXPECT_TRUE(fs::exists(folder / "all/frame.0005.mask.sky.png"));
+  const Result ids = run("layers run/frames/frame.0002.exr --layer id,mask --out some --json");
+  EXPECT_EQ(config::parseText(ids.out, "out").asArray().size(), 5u);
+  EXPECT_EQ(textOf(folder / "some/frame.0002.id.object.png"),
+            textOf(folder / "all/frame.0002.id.object.png"));
+  const Result none = run("layers run --layer clustr --out none");
+  EXPECT_EQ(none.exitCode, 2);
+  EXPECT_THAT(none.err, HasSubstr("it has no layer \"clustr\"; it has: "));
+  ASSERT_EQ(run("render run.json --frames 2 --out plain --set 'image.layers=[]'").exitCode, 0);
+  EXPECT_THAT(run("layers plain --out none").err, HasSubstr("no layers but R G B A"));
+  EXPECT_EQ(run("layers run").exitCode, 2);
+  EXPECT_FALSE(fs::exists(folder / "none"));
+}
+
 TEST_F(App, LensesThatShowNothingAreWarnedOf) {
   std::ofstream(folder / "lens.json") << R"({"objects": [
   {"name": "lens", "shape": "implicit", "surface": "sphere", "radius": 0.5, "segments": [8, 6],

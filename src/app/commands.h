@@ -41,6 +41,7 @@ void addList(CLI::App& program, CommonOptions& common, Action& action);
 void addDoctor(CLI::App& program, CommonOptions& common, Action& action);
 void addMerge(CLI::App& program, CommonOptions& common, Action& action);
 void addCompare(CLI::App& program, CommonOptions& common, Action& action);
+void addLayers(CLI::App& program, CommonOptions& common, Action& action);
 
 /// Adds --json, -q, -v, --shader-dir.
 void addCommon(CLI::App& command, CommonOptions& common);

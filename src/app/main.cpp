@@ -24,6 +24,7 @@ Examples:
   catoptric plan configs/demo.json
   catoptric info scenes/living_room.json
   catoptric compare out/demo/traced out/demo/reference
+  catoptric layers out/demo/second_order --layer mask --out out/pictures
 
 Exit codes: 0 done; 2 usage or config; 3 scene or asset; 4 no GL device; 5 output could not be
 written; 6 some frames failed; 7 a comparison exceeded its limits; 128+n ended by signal n.
@@ -88,6 +89,7 @@ int runProgram(int argc, char** argv) {
   addDoctor(program, common, action);
   addMerge(program, common, action);
   addCompare(program, common, action);
+  addLayers(program, common, action);
 
   std::vector<std::string> arguments(argv + 1, argv + argc);
   if (!arguments.empty() && arguments[0] == "help") {  // "help render" is "render --help"

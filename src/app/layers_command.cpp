@@ -1,0 +1,100 @@
+// catoptric layers FRAMES.
+#include <array>
+#include <cstdio>
+
+#include "app/commands.h"
+#include "config/json_text.h"
+#include "core/file.h"
+#include "core/text.h"
+#include "image/image.h"
+#include "report/layer_pictures.h"
+#include "report/run_data.h"
+
+namespace catoptric::app {
+namespace {
+
+struct Options {
+  std::string frames;
+  std::string out;
+  std::vector<std::string> layers;
+};
+
+std::string fileName(int frame, const std::string& layer) {
+  std::array<char, 32> number{};
+  std::snprintf(number.data(), number.size(), "frame.%04d.", frame);
+  return number.data() + layer + ".png";
+}
+
+ExitCode layers(const Options& options, const CommonOptions& common) {
+  std::vector<std::string> written;
+  for (const auto& [number, file] : report::readSequence(options.frames).frames) {
+    const image::Image frame = image::readImage(file);
+    std::vector<std::string> names;
+    if (options.layers.empty()) names = report::layerNames(frame);
+    for (const std::string& layer : options.layers) {
+      for (const std::string& name : report::layersNamed(frame, layer, file.string()))
+        names.push_back(name);
+    }
+    if (names.empty()) continue;
+    std::error_code error;
+    std::filesystem::create_directories(options.out, error);
+    if (error) throw OutputError(options.out + ": cannot be created: " + error.message());
+    for (const std::string& name : names) {
+      const report::Rgb8 picture = report::layerPicture(frame, name);
+      const std::filesystem::path to =
+          std::filesystem::path(options.out) / fileName(number, name);
+      writeFileAtomically(to, image::encodePng(picture.width, picture.height, 3, picture.rgb));
+      written.push_back(to.string());
+    }
+  }
+  if (written.empty()) {
+    throw UsageError(options.frames +
+                     ": the frames have no layers but R G B A; configs ask for layers by "
+                     "image.layers and image.masks");
+  }
+  std::string text;
+  if (common.json) {
+    for (const std::string& file : written)
+      text += (text.empty() ? "[" : ",") + config::jsonString(file);
+    printData(text + "]\n");
+    return ExitCode::Done;
+  }
+  printData(joined(written, "\n") + "\n");
+  return ExitCode::Done;
+}
+
+}  // namespace
+
+void addLayers(CLI::App& program, CommonOptions& common, Action& action) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command =
+      program.add_subcommand("layers", "PNG pictures of frames' layers: ids, masks, normals, depth");
+  command
+      ->add_option("frames", options->frames,
+                   "A run's folder, a folder of EXR files, or one EXR file")
+      ->required()
+      ->type_name("FRAMES");
+  command->add_option("--out", options->out, "Folder of the pictures, frame.0001.LAYER.png")
+      ->check(notEmpty())
+      ->required()
+      ->type_name("DIR");
+  command
+      ->add_option("--layer", options->layers,
+                   "Only these, with commas: cluster, id, mask, N, Z, ... [all but the colours]")
+      ->delimiter(',')
+      ->check(notEmpty())
+      ->type_name("NAME");
+  addCommon(*command, common);
+  command->footer(R"(
+Numbers get a colour each; masks and s are gray, 1 white; depth is white where it is nearest.
+
+Example:
+  catoptric render configs/demo.json --out out/demo --set 'image.layers=["cluster","id"]'
+  catoptric layers out/demo/second_order --layer cluster --out out/pictures
+)");
+  command->callback([options, &common, &action] {
+    action = [options, &common] { return layers(*options, common); };
+  });
+}
+
+}  // namespace catoptric::app
