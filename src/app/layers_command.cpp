@@ -41,8 +41,7 @@ ExitCode layers(const Options& options, const CommonOptions& common) {
     if (error) throw OutputError(options.out + ": cannot be created: " + error.message());
     for (const std::string& name : names) {
       const report::Rgb8 picture = report::layerPicture(frame, name);
-      const std::filesystem::path to =
-          std::filesystem::path(options.out) / fileName(number, name);
+      const std::filesystem::path to = std::filesystem::path(options.out) / fileName(number, name);
       writeFileAtomically(to, image::encodePng(picture.width, picture.height, 3, picture.rgb));
       written.push_back(to.string());
     }
@@ -67,8 +66,8 @@ ExitCode layers(const Options& options, const CommonOptions& common) {
 
 void addLayers(CLI::App& program, CommonOptions& common, Action& action) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command =
-      program.add_subcommand("layers", "PNG pictures of frames' layers: ids, masks, normals, depth");
+  CLI::App* command = program.add_subcommand(
+      "layers", "PNG pictures of frames' layers: ids, masks, normals, depth");
   command
       ->add_option("frames", options->frames,
                    "A run's folder, a folder of EXR files, or one EXR file")

@@ -22,13 +22,12 @@ image::Image frame(std::vector<std::string> channels, std::vector<float> data) {
 }
 
 TEST(LayerPictures, LayersAreNamed) {
-  const image::Image all = frame({"A", "B", "G", "N.X", "N.Y", "N.Z", "R", "Z", "id.cluster",
-                                  "id.object", "mask.retraced", "mask.sky", "other.X",
-                                  "reflection.B", "reflection.G", "reflection.R", "s"},
-                                 std::vector<float>(34));
-  EXPECT_THAT(layerNames(all),
-              ElementsAre("N", "Z", "id.cluster", "id.object", "mask.retraced", "mask.sky",
-                          "other.X", "reflection", "s"));
+  const image::Image all = frame(
+      {"A", "B", "G", "N.X", "N.Y", "N.Z", "R", "Z", "id.cluster", "id.object", "mask.retraced",
+       "mask.sky", "other.X", "reflection.B", "reflection.G", "reflection.R", "s"},
+      std::vector<float>(34));
+  EXPECT_THAT(layerNames(all), ElementsAre("N", "Z", "id.cluster", "id.object", "mask.retraced",
+                                           "mask.sky", "other.X", "reflection", "s"));
   EXPECT_THAT(layersNamed(all, "cluster", "f"), ElementsAre("id.cluster"));
   EXPECT_THAT(layersNamed(all, "id", "f"), ElementsAre("id.cluster", "id.object"));
   EXPECT_THAT(layersNamed(all, "mask.sky", "f"), ElementsAre("mask.sky"));

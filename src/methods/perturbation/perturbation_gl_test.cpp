@@ -274,6 +274,23 @@ TEST(Perturbation, ShowsPlanesInPlanesExactly) {
   EXPECT_EQ(frame.output.counters["retraced"], 0u);
 }
 
+TEST(Perturbation, MirrorsInOnePlaneDoNotShowEachOther) {
+  // Side by side and overlapping, turned so that their vertices are rounded; 2 m beside the origin
+  const auto l1 = [](float behind, int bounces) {
+    const Mat4 turn = test::rotation(17.0f, {0.2f, 1.0f, 0.1f});
+    const auto mirror = [] {
+      return scene::makePlane({1.2f, 1.4f}, {4, 4}, scene::UvMode::Metres);
+    };
+    test::SceneBuilder builder = stage(mirror(), turn * uprightAt({-0.5f, 0.4f, -0.5f}));
+    builder.add(mirror(), builder.reflective(0.9f), turn * uprightAt({0.5f, 0.5f, -0.5f - behind}));
+    Comparison frame(builder.scene(), kFront, R"({"max_bounces": )" + std::to_string(bounces) + "}",
+                     {.bounces = bounces});
+    return frame.l1Of8Bit;
+  };
+  for (const int bounces : {1, 2})
+    EXPECT_LT(l1(0.0f, bounces), l1(0.01f, bounces) + 0.2) << bounces;
+}
+
 TEST(Perturbation, ShowsWhatRaysSeeThroughALens) {
   test::SceneBuilder builder;
   const int glass = builder.reflective(1.0f);

@@ -1164,10 +1164,23 @@ raster::VirtualTriangles mirroredTriangles(const frame::Geometry& geometry, int 
     for (const Plane<double>& plane : planes) seen = mirrored(plane, seen);
     result.places.assign(range.vertexCount, Vec3(seen[0], seen[1], seen[2]));
   }
-  for (std::uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; ++i)
-    result.indices.push_back(geometry.indices[i] - range.firstVertex);
+  // What lies in the mirror that would show it is never seen there: its image, in the mirror too,
+  // would be in front of the mirror's surface or behind it as rounding has it
+  constexpr double kInPlane = 5e-7;  // of the coordinates: a few roundings of floats. Ours
+  const Plane<double>& last = planes.back();
+  const auto inPlane = [&](std::uint32_t vertex) {
+    const Vec3& p = geometry.positions[vertex];
+    const Vector<double> v{{p.x, p.y, p.z}};
+    const double size = std::sqrt(dot(v, v)) + std::abs(last.offset);
+    return std::abs(dot(last.normal, v) - last.offset) <= kInPlane * size;
+  };
+  for (std::uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; i += 3) {
+    const std::uint32_t* corner = &geometry.indices[i];
+    if (inPlane(corner[0]) && inPlane(corner[1]) && inPlane(corner[2])) continue;
+    for (int k = 0; k < 3; ++k) result.indices.push_back(corner[k] - range.firstVertex);
+  }
   counts.vertices += range.vertexCount;
-  counts.triangles += range.indexCount / 3;
+  counts.triangles += result.indices.size() / 3;
   return result;
 }
 
