@@ -21,6 +21,8 @@ namespace {
 constexpr GLuint kViewBinding = 2;           ///< of scene.vert's block
 constexpr std::size_t kCompoundViews = 128;  ///< of a compound draw: what 16 KiB hold
 constexpr GLuint kViewAttribute = 7;
+/// Levels of what is shown more dimly err no more: thin things would vanish. Ours.
+constexpr float kDimmest = 0.25f;
 /// What keeps a compound draw's views in their rectangles.
 constexpr std::array<GLenum, 4> kBorders = {GL_CLIP_DISTANCE1, GL_CLIP_DISTANCE2, GL_CLIP_DISTANCE3,
                                             GL_CLIP_DISTANCE4};
@@ -151,9 +153,11 @@ void SceneRaster::State::listView(const DiffuseView& view, std::span<const std::
     // The coarsest level whose error does not show at the nearest place of the object
     std::span<const Meshlet> members = meshlets.ofObject(i);
     if (view.levelErrorTexels > 0.0f && !levels.firstOfObject.empty()) {
-      const float allowed = view.levelErrorTexels * view.texelSpreadRad *
-                            std::max(view.nearestMetres, distanceTo(bounds[i], view.eye));
-      if (bounds[i].diameter() < 0.5f * allowed) continue;
+      const float bright = view.levelErrorTexels * view.texelSpreadRad *
+                           std::max(view.nearestMetres, distanceTo(bounds[i], view.eye));
+      if (bounds[i].diameter() < 0.5f * bright) continue;
+      const float shown = view.shown * std::max(1.0f, objects[i].emission);
+      const float allowed = bright / std::clamp(shown, kDimmest, 1.0f);
       const float grown =
           levelExtent[i] > 0.0f ? std::max(1.0f, bounds[i].diameter() / levelExtent[i]) : 1.0f;
       for (const DetailLevel& level : levels.ofObject(i)) {

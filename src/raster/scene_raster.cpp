@@ -43,19 +43,19 @@ SceneRaster::SceneRaster(const scene::Scene& scene, const frame::Geometry& geome
   s.vertices.setIndices(s.indices);
   s.noVertices = gl::VertexArray("no vertices");
 
+  const auto largest = [](const Vec3& v) { return std::max({v.x, v.y, v.z}); };
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const scene::Object& object = scene.objects[i];
     const scene::Material& material = scene.materials[object.material];
     s.objects.push_back({object.material, objectClass(s.materials.classOf(object.material), object),
                          materialFeatures(material) | vertexFeatures(geometry, geometry.objects[i]),
-                         material.alphaMode == scene::AlphaMode::Opaque,
-                         geometry.objects[i].moving});
+                         material.alphaMode == scene::AlphaMode::Opaque, geometry.objects[i].moving,
+                         largest(material.emissive)});
     s.bounds.push_back(geometry.objects[i].bounds);
     s.uvPerMetre.push_back(geometry.objects[i].uvPerMetre);
   }
   s.covered.resize(scene.objects.size());
   s.diameter = geometry.bounds.diameter();
-  const auto largest = [](const Vec3& v) { return std::max({v.x, v.y, v.z}); };
   float color = 0.0f;
   for (const frame::VertexAttributes& vertex : geometry.attributes) {
     s.brightestIrradiance = std::max(s.brightestIrradiance, largest(Vec3(vertex.bake)));

@@ -48,8 +48,11 @@ struct DiffuseView {
   float nearestMetres = 0.0f;   ///< nothing is drawn nearer to the eye
   /// What lies wholly beyond dot(farClip, (p, 1)) = 0 need not be drawn.
   Vec4 farClip{0.0f, 0.0f, 0.0f, 1.0f};
-  float levelErrorTexels = 0.0f;  ///< of levels of detail; 0: always the finest
-  int layer = 0;                  ///< which framebuffer, and the rectangle in it, row 0 on top
+  /// Of levels of detail, where all of an object's light is shown; 0: always the finest. Objects of
+  /// less than half as much are left out.
+  float levelErrorTexels = 0.0f;
+  float shown = 1.0f;  ///< share of its light that is shown; levels of what is dim err by more
+  int layer = 0;       ///< which framebuffer, and the rectangle in it, row 0 on top
   int x = 0;
   int y = 0;
   int width = 1;

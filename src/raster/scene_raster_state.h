@@ -38,7 +38,8 @@ struct ObjectInfo {
   SampleClass sampleClass = SampleClass::Diffuse;
   std::uint32_t features = 0;  ///< of material and vertices, without passes
   bool opaque = true;
-  bool moving = false;  ///< in some frame
+  bool moving = false;    ///< in some frame
+  float emission = 0.0f;  ///< largest radiance that it emits
 };
 
 /// Which objects are drawn.

@@ -19,8 +19,6 @@ constexpr float kWidestError = 0.3f;
 /// Factor on the error of levels of detail in planar mirrors: the largest clusters, otherwise
 /// exact. Ours: a mirror's pixels then err by less than 0.5 / 255.
 constexpr float kMirrorLevel = 0.25f;
-/// What reflects less is drawn no more coarsely: lamps show in the dimmest reflections. Ours.
-constexpr float kDimmest = 0.15f;
 /// Texels of a mirrored grid without a sample from which on it is worth while to mask them. Ours,
 /// measured in the living room.
 constexpr std::int64_t kMaskedTexels = 4096;
@@ -103,13 +101,13 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
     view.clipFromWorld = cameras[i].clipFromWorld(frameEye);
     view.eye = frameEye + cameras[i].eye;
     view.texelSpreadRad = cameras[i].texelSpreadRad;
-    // Few samples see the errors of a small cluster, and a frame has s of them
-    const auto object = static_cast<std::size_t>(clusters[i].object);
-    const float weight = (cameras[i].mirrorGrid ? kMirrorLevel : 1.0f) +
-                         kSmallCluster * frameSamples_ / static_cast<float>(clusters[i].samples);
-    const float allowed =
-        options_.levelErrorTexels * weight / std::max(kDimmest, options_.specularLevel[object]);
+    // Few samples see the errors of a small cluster
+    const float allowed = options_.levelErrorTexels *
+                          ((cameras[i].mirrorGrid ? kMirrorLevel : 1.0f) +
+                           kSmallCluster * frameSamples_ / static_cast<float>(clusters[i].samples));
     view.levelErrorTexels = std::min(allowed, kWidestError / cameras[i].texelSpreadRad);
+    const auto object = static_cast<std::size_t>(clusters[i].object);
+    view.shown = options_.weight[object];
     view.nearestMetres = cameras[i].nearestMetres;
     if (object < options_.reach.size() && options_.reach[object] > 0.0f) {
       // [Wang2014, section 3.5]: along the camera's axis no ray gets farther than from the farthest

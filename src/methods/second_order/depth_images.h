@@ -16,12 +16,12 @@
 namespace catoptric::methods {
 
 struct DepthImageOptions {
-  /// Error of levels of detail, times s of what reflects it; 0: always the finest.
+  /// Of levels of detail, where all is reflected; 0: always the finest.
   float levelErrorTexels = 0.75f;
   std::uint64_t memoryBytes = 512ull << 20;  ///< of all layers
   bool compound = true;                      ///< one draw for all images of a layer
   int depthLayers = 1;                       ///< of the images of what is not a planar mirror
-  std::vector<float> specularLevel = {};     ///< by object id: s, 0..1
+  std::vector<float> weight = {};            ///< by object id: of its reflections, at most
   /// By object id: metres that its rays go at most, 0: as far as the scene; or empty.
   std::vector<float> reach = {};
 };

@@ -80,8 +80,8 @@ const config::Schema& schema() {
            .maximum = 64},
           {.name = "level_error",
            .type = config::FieldType::Number,
-           .help = "error of an object's level of detail in a depth image, texels, times s of what "
-                   "reflects it; 0: always the finest level",
+           .help = "error of an object's level of detail in a depth image, texels; up to 4 times "
+                   "as much where s is small; 0: always the finest level",
            .defaultText = "0.75",
            .minimum = 0,
            .maximum = 16},
@@ -203,7 +203,7 @@ std::uint64_t cubeMapBytes(int faceSize) {
 struct Reflectors {
   std::vector<ReflectorKind> kinds;  ///< by object id
   std::vector<bool> skipOwn;         ///< by object id: flat, hence never seen in itself
-  std::vector<float> specularLevel;  ///< by object id: s, 1 where it varies or is none
+  std::vector<float> weight;         ///< by object id: of its reflections, at most
   bool planarMirrors = false;
   bool curvedMirrors = false;
   bool glossy = false;
@@ -212,11 +212,11 @@ struct Reflectors {
   bool any() const { return planarMirrors || curvedMirrors || glossy; }
 };
 
-Reflectors findReflectors(const scene::Scene& scene) {
+Reflectors findReflectors(const scene::Scene& scene, bool fresnel) {
   Reflectors found;
   found.kinds.push_back(ReflectorKind::None);
   found.skipOwn.push_back(false);
-  found.specularLevel.push_back(1.0f);
+  found.weight.push_back(1.0f);
   for (const scene::Object& object : scene.objects) {
     const scene::Material& material = scene.materials[object.material];
     const raster::SampleClass kind =
@@ -225,10 +225,10 @@ Reflectors findReflectors(const scene::Scene& scene) {
                           : kind == raster::SampleClass::Glossy ? ReflectorKind::Glossy
                                                                 : ReflectorKind::Mirror);
     found.skipOwn.push_back(object.planar);
-    found.specularLevel.push_back(material.metallicRoughnessTexture.used() ||
-                                          found.kinds.back() == ReflectorKind::None
-                                      ? 1.0f
-                                      : material.specularLevel);
+    const Vec3& tint = material.reflectionTint;
+    const bool varies = fresnel || material.metallicRoughnessTexture.used();
+    found.weight.push_back((varies ? 1.0f : material.specularLevel) *
+                           std::max({tint.x, tint.y, tint.z}));
     found.planarMirrors = found.planarMirrors || kind == raster::SampleClass::PlanarMirror;
     found.curvedMirrors = found.curvedMirrors || kind == raster::SampleClass::CurvedMirror;
     found.glossy = found.glossy || kind == raster::SampleClass::Glossy;
@@ -277,7 +277,7 @@ class SecondOrder : public Method {
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
     MethodPlan plan;
     plan.gbuffer = true;
-    const Reflectors reflectors = findReflectors(scene);
+    const Reflectors reflectors = findReflectors(scene, settings.fresnelSchlick);
     if (!reflectors.any()) return plan;
     const auto samples = static_cast<std::uint64_t>(settings.width) * settings.height *
                          settings.samples * settings.samples;
@@ -320,7 +320,7 @@ class SecondOrder : public Method {
 
   void prepare(Services& services, const RunSettings& settings) override {
     settings_ = settings;
-    reflectors_ = findReflectors(services.scene);
+    reflectors_ = findReflectors(services.scene, settings.fresnelSchlick);
     if (!reflectors_.any()) return;
     refractive_ = raster::RefractiveSamples(services.scene);
     if (options_.images.levelErrorTexels > 0.0f) {
@@ -357,7 +357,7 @@ class SecondOrder : public Method {
     tileTexture_ = gl::Texture::makeBuffer("tiles to look up", GL_R32UI, tiles_);
     clusterSamples_ = gl::Texture::make2D("cluster of each sample", GL_R16UI, width, height);
     DepthImageOptions images = options_.images;
-    images.specularLevel = reflectors_.specularLevel;
+    images.weight = reflectors_.weight;
     if (options_.glossyReach > 0.0f) images.reach = reachOfObjects(services.scene);
     images_ = std::make_unique<DepthImages>(width, height, options_.camera.depthImageScale, images);
     if (!services.scene.animated()) drawEnvironment(services);

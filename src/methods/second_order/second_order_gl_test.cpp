@@ -192,13 +192,16 @@ TEST(SecondOrder, ASphereComesCloseToItsRays) {
 
 TEST(SecondOrder, DimReflectionsAreDrawnMoreCoarsely) {
   // A ball of 24,000 triangles before the mirror
-  const auto frame = [](float s, const char* options) {
+  const auto frame = [](float s, const char* options, float emission = 0.0f, float tint = 1.0f) {
     scene::Scene scene =
         roomWith(scene::makePlane({4.0f, 4.0f}, {1, 1}, scene::UvMode::Metres), Mat4(1.0f));
     const scene::Scene ball =
         roomWith(scene::makeSphere(0.6f, 160, 80, scene::UvMode::Metres), Mat4(1.0f));
     scene.meshes.back() = ball.meshes.front();
-    scene.materials[scene.objects.front().material].specularLevel = s;
+    scene::Material& mirror = scene.materials[scene.objects.front().material];
+    mirror.specularLevel = s;
+    mirror.reflectionTint = Vec3(tint);
+    scene.materials[scene.objects.back().material].emissive = Vec3(emission);
     return Comparison(std::move(scene), cameraAt({0.7f, 1.5f, 3.2f}, {0.0f, 0.0f, 0.0f}), options);
   };
   const Comparison bright = frame(1.0f, "{}");
@@ -206,10 +209,36 @@ TEST(SecondOrder, DimReflectionsAreDrawnMoreCoarsely) {
   const auto triangles = [](const Comparison& of) { return of.output.counters.at("triangles"); };
   EXPECT_LT(triangles(dim), 0.8 * static_cast<double>(triangles(bright)));
   EXPECT_LT(0.2 * dim.meanDifference, 1e-3);
+  // Where a frame shows as much of it all the same
+  EXPECT_EQ(triangles(frame(0.2f, "{}", 5.0f)), triangles(frame(1.0f, "{}", 5.0f)));
+  EXPECT_EQ(triangles(frame(0.2f, "{}", 0.0f, 5.0f)), triangles(bright));
   // Always the finest level: as many of both
-  EXPECT_EQ(triangles(frame(0.2f, R"({"level_error": 0})")),
-            triangles(frame(1.0f, R"({"level_error": 0})")));
-  EXPECT_GT(triangles(frame(1.0f, R"({"level_error": 0})")), triangles(bright));
+  const char* const finest = R"({"level_error": 0})";
+  EXPECT_EQ(triangles(frame(0.2f, finest)), triangles(frame(1.0f, finest)));
+  EXPECT_GT(triangles(frame(1.0f, finest)), triangles(bright));
+}
+
+TEST(SecondOrder, SmallThingsAreNotLeftOutOfDimReflections) {
+  // Balls a texel or two wide before a dim mirror
+  const auto frame = [](float s) {
+    test::SceneBuilder builder;
+    builder.add(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres),
+                builder.reflective(s, 0.0f));
+    for (int i = 0; i < 25; ++i) {
+      const Vec3 at(0.3f * static_cast<float>(i % 5 - 2), 0.3f * static_cast<float>(i / 5 - 2),
+                    2.0f);
+      builder.add(scene::makeSphere(0.02f, 12, 6, scene::UvMode::Metres),
+                  builder.diffuse(Vec3(0.8f)), test::translation(at));
+    }
+    builder.constantEnvironment(Vec3(1.0f));
+    return Comparison(builder.scene(), cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}));
+  };
+  const Comparison dim = frame(0.06f);
+  const Comparison bright = frame(1.0f);
+  EXPECT_GT(bright.output.counters.at("triangles"), 200u);
+  EXPECT_GT(dim.output.counters.at("triangles"),
+            0.9 * static_cast<double>(bright.output.counters.at("triangles")));
+  EXPECT_NEAR(dim.meanDifference, bright.meanDifference, 0.1 * bright.meanDifference);
 }
 
 /// A mirror whose normals a map turns by up to 70 degrees, by texels.
