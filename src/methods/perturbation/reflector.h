@@ -56,34 +56,27 @@ struct Reflection {
   double share = 1.0;     ///< of that length, from the eye to `last`
 };
 
-inline constexpr std::size_t kMaxReflections = 12;
+/// Of one point, at most (ours: a waved mirror of 20 crests has shown 49).
+inline constexpr std::size_t kMaxReflections = 64;
 
 /// Up to kMaxReflections; the first two in place, since few points have more and objects have many
 /// points.
 class ReflectionList {
  public:
-  ReflectionList() = default;
-  ReflectionList(ReflectionList&&) noexcept = default;
-  ReflectionList& operator=(ReflectionList&&) noexcept = default;
-  ReflectionList(const ReflectionList& other)
-      : few_(other.few_), more_(other.more_ ? std::make_unique<More>(*other.more_) : nullptr) {}
-  ReflectionList& operator=(const ReflectionList& other) { return *this = ReflectionList(other); }
-  ~ReflectionList() = default;
-
+  /// Those beyond the last one asked for so far are made.
   Reflection& operator[](std::size_t i) {
     if (i < kInPlace) return few_[i];
-    if (!more_) more_ = std::make_unique<More>();
-    return (*more_)[i - kInPlace];
+    if (i - kInPlace >= more_.size()) more_.resize(i - kInPlace + 1);
+    return more_[i - kInPlace];
   }
   const Reflection& operator[](std::size_t i) const {
-    return i < kInPlace ? few_[i] : (*more_)[i - kInPlace];
+    return i < kInPlace ? few_[i] : more_[i - kInPlace];
   }
 
  private:
   static constexpr std::size_t kInPlace = 2;
-  using More = std::array<Reflection, kMaxReflections - kInPlace>;
   std::array<Reflection, kInPlace> few_;
-  std::unique_ptr<More> more_;
+  std::vector<Reflection> more_;
 };
 
 /// All reflections of one point that were found.

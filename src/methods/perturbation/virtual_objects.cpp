@@ -34,14 +34,19 @@ constexpr double kGrazing = 0.5;
 constexpr float kShortThrough = 0.5f;
 /// Reflections are that near to the straight view of a hidden point there, pixels (ours).
 constexpr float kRimReach = 6.0f;
-/// Edges without any reflection are halved when longer than this part of their distance from the
-/// reflector: concave reflectors and lenses show a part of what is before them, which may lie
-/// between all vertices (ours).
-constexpr float kBlindEdge = 0.25f;
+/// Edges are halved when longer than this part of their distance from the reflector: what concave
+/// and waved reflectors and lenses show may lie between all vertices (ours).
+constexpr double kBlindEdge = 0.25;
 /// Pixels around the frame in which edges are looked at (ours).
 constexpr float kMargin = 8.0f;
-/// Edges that miss their middle after all halvings are torn when longer than this, pixels (ours).
+/// Edges are halved no more when shorter than this as seen from the reflector's place, pixels
+/// (ours).
+constexpr float kShortest = 0.5f;
+/// Ends of such edges that show farther apart than this are two reflections, pixels (ours).
 constexpr float kTornEdge = 6.0f;
+/// Ends of an edge that show farther apart than so many times its length as seen from the
+/// reflector's place may be two reflections (ours).
+constexpr float kStretch = 4.0f;
 /// Two reflections about a caustic are joined up to this distance, of the image's height (ours).
 constexpr float kWidestFold = 1.0f / 12.0f;
 /// Halvings of the edge on which a reflection ends (ours).
@@ -116,10 +121,12 @@ class Projection {
       : size_(static_cast<float>(view.width), static_cast<float>(view.height)),
         clip_(glm::dmat4(scene::clipFromCamera(view.camera, size_.x / size_.y)) *
               glm::dmat4(scene::cameraFromWorld(view.camera))),
-        eye_(view.camera.eye()) {}
+        eye_(view.camera.eye()),
+        spread_(scene::pixelSpreadRad(view.camera, view.height)) {}
 
   const glm::dvec3& eye() const { return eye_; }
   float height() const { return size_.y; }
+  double spread() const { return spread_; }
 
   std::optional<Vec2> operator()(const glm::dvec3& p) const {
     const glm::dvec4 c = clip_ * glm::dvec4(p, 1.0);
@@ -142,6 +149,7 @@ class Projection {
   Vec2 size_;
   glm::dmat4 clip_;
   glm::dvec3 eye_;
+  double spread_;  ///< rad, of a pixel
 };
 
 /// The reflection nearest to x; none: kMaxReflections.
@@ -250,6 +258,13 @@ class Builder {
       known.edges = edgesOf(known.triangles);
       known.placeOf = placeOf_;
     }
+    const double diameter = range.bounds.diameter();
+    const double away = reflector_.distanceFrom(range.bounds.centre()) - 0.5 * diameter;
+    hasBlind_ =
+        exactMiddles_ && diameter > kBlindEdge * std::max(0.5 * reflector_.size(), away) &&
+        std::any_of(known.edges.ends.begin(), known.edges.ends.end(), [&](const Edge& e) {
+          return angleBetween(positions_[firstAt_[e.a]], positions_[firstAt_[e.b]]) > kBlindEdge;
+        });
     // Nearest paths jump from sample to sample however short the edges are
     const int halvings = jumps_ || options_.errorPixels <= 0.0f ? 0 : options_.maxHalvings;
     std::vector<Triangle> pieces = halve(known.triangles, known.edges, halvings > 0);
@@ -385,13 +400,17 @@ class Builder {
           place.reflections.count = 0;
           place.straight.reset();
         }
+        const bool blind = !edges.empty() && isBlind(places_[edges[i].a], places_[edges[i].b]);
+        if (blind)
+          place.reflections =
+              reflector_.reflectionsOf(place.position, own_, cursor, own.paths, &traced);
         if (!edges.empty() && exactMiddles_) {
           const Reflections guess =
               between(places_[edges[i].a].reflections, places_[edges[i].b].reflections);
           reflector_.addReflectionsNear(place.position, guess, place.reflections, own.paths,
                                         &traced);
         }
-        if (place.reflections.count == 0)
+        if (place.reflections.count == 0 && !blind)
           place.reflections =
               reflector_.reflectionsOf(place.position, own_, cursor, own.paths, &traced);
         if (place.reflections.count == 0) {
@@ -422,6 +441,12 @@ class Builder {
     return rest;
   }
 
+  /// Whether the ends of an edge, of one reflection each, show so far apart that they may be two.
+  bool stretched(const Edge& edge) const {
+    const float apart = glm::distance(glimpses_[edge.a].seen[0], glimpses_[edge.b].seen[0]);
+    return apart > kTornEdge && apart > kStretch * apparent(places_[edge.a], places_[edge.b]);
+  }
+
   /// What is known of edges; of those without a place that has changed, as before.
   void relate(const std::vector<Edge>& edges, const std::vector<bool>& changed,
               std::vector<std::uint8_t>& states) const {
@@ -432,13 +457,14 @@ class Builder {
           states[i] &= kInOrder;
           continue;
         }
-        // Most have one reflection at both ends
-        if (glimpses_[a].count == 1 && glimpses_[b].count == 1) {
-          states[i] = kInOrder;
-          continue;
-        }
         const Place& pa = places_[a];
         const Place& pb = places_[b];
+        // Most have one reflection at both ends
+        if (glimpses_[a].count == 1 && glimpses_[b].count == 1) {
+          states[i] =
+              !exactMiddles_ || !stretched(edges[i]) ? kInOrder : kFirstLacks | kSecondLacks;
+          continue;
+        }
         states[i] = inOrder(pa.reflections, pb.reflections) ? kInOrder : 0;
         if (states[i] != 0 || !exactMiddles_ || pa.straight || pb.straight) continue;
         // Those that belong together do so both ways
@@ -528,11 +554,26 @@ class Builder {
     return ends;
   }
 
+  /// How far apart points are as seen from the reflector's place, rad.
+  double angleBetween(const glm::dvec3& a, const glm::dvec3& b) const {
+    const double away = std::max(0.5 * reflector_.size(), reflector_.distanceFrom(0.5 * (a + b)));
+    return glm::distance(a, b) / away;
+  }
+  /// ... in pixels
+  float apparent(const Place& a, const Place& b) const {
+    return static_cast<float>(angleBetween(a.position, b.position) / projection_.spread());
+  }
+  /// Whether there may be reflections between two places that neither has.
+  bool isBlind(const Place& a, const Place& b) const {
+    return hasBlind_ && angleBetween(a.position, b.position) > kBlindEdge;
+  }
+
   /// Whether an edge must be looked at in its middle, and whether it must be halved without.
   enum class Look { No, Middle, Halve };
   Look lookAt(const Edge& edge, bool ordered) const {
     const std::uint32_t countA = glimpses_[edge.a].count;
     const std::uint32_t countB = glimpses_[edge.b].count;
+    if (isBlind(places_[edge.a], places_[edge.b])) return Look::Halve;
     if (ordered) {
       for (std::size_t i = 0; i < countA; ++i) {
         if (mayMiss(edge, i, i)) return Look::Middle;
@@ -543,10 +584,7 @@ class Builder {
     const Place& b = places_[edge.b];
     if (countA == 0 && countB == 0) {
       if (a.straight || b.straight) return Look::No;
-      const glm::dvec3 centre = 0.5 * (a.position + b.position);
-      const double length = glm::distance(a.position, b.position);
-      const double away = std::max(0.5 * reflector_.size(), reflector_.distanceFrom(centre));
-      return length > static_cast<double>(kBlindEdge) * away ? Look::Halve : Look::No;
+      return angleBetween(a.position, b.position) > kBlindEdge ? Look::Halve : Look::No;
     }
     if (countA != countB) {
       // At the rim of a convex reflector an image comes to lie where the point itself is seen; a
@@ -558,6 +596,10 @@ class Builder {
         if (ends == Ends::None ||
             glm::distance(*pa, *pb) < (ends == Ends::Steep ? kShortSteep : kShortRim))
           return Look::No;
+      } else if (reflector_.hides() && apparent(a, b) < kShortRim) {
+        // Behind the camera
+        const Ends ends = std::max(endsOn(a, b), endsOn(b, a));
+        if (ends != Ends::Steep || apparent(a, b) < kShortSteep) return Look::No;
       }
       // ... and nothing tells how near the end of an image through a lens is
       if (exactMiddles_ && !reflector_.hides()) {
@@ -688,8 +730,12 @@ class Builder {
     std::vector<std::uint32_t> places(edges.ends.size(), kNone);
     std::vector<std::uint32_t> firsts(edges.ends.size(), kNone);
     std::vector<Middle> middles;
+    std::vector<bool> ended(edges.ends.size());  // that miss their middle and stay as they are
     for (std::size_t i = 0; i < looked.size(); ++i) {
-      if (halved[i] != 0) places[numbers[i]] = static_cast<std::uint32_t>(first + i);
+      if (halved[i] == 0) continue;
+      ended[numbers[i]] =
+          !mayHalve || apparent(places_[looked[i].a], places_[looked[i].b]) < kShortest;
+      if (!ended[numbers[i]]) places[numbers[i]] = static_cast<std::uint32_t>(first + i);
     }
     const auto middleOf = [&](std::uint32_t a, std::uint32_t b, std::uint32_t edge) {
       if (places[edge] == kNone) return kNone;
@@ -709,6 +755,7 @@ class Builder {
       const std::uint32_t* of = &edges.of[3 * i];
       const Triangle& t = triangles[i];
       return places[of[0]] == kNone && places[of[1]] == kNone && places[of[2]] == kNone &&
+             !ended[of[0]] && !ended[of[1]] && !ended[of[2]] &&
              (states[of[0]] & states[of[2]] & kInOrder) != 0 && allNumbered(t);
     };
     struct Part {
@@ -747,9 +794,13 @@ class Builder {
       const std::uint32_t* of = &edges.of[3 * i];
       const auto count = (places[of[0]] != kNone ? 1 : 0) + (places[of[1]] != kNone ? 1 : 0) +
                          (places[of[2]] != kNone ? 1 : 0);
-      if (count == 0 || !mayHalve) {
-        if (!mayHalve && !jumps_ && count > 0 && torn(t)) {
-          ++counts_.dropped;
+      if (count == 0) {
+        if (!jumps_ && (ended[of[0]] || ended[of[1]] || ended[of[2]]) && torn(t)) {
+          if (exactMiddles_) {
+            mixed_.push_back(t);
+          } else {
+            ++counts_.dropped;
+          }
         } else {
           put(t, (states[of[0]] & states[of[2]] & kInOrder) != 0);
         }
@@ -945,8 +996,7 @@ class Builder {
       const double t = 0.5 * (low + high);
       Reflections found;
       reflector_.addReflectionsNear(glm::mix(from.position, to.position, t), known, found, counts);
-      const bool goesOn =
-          found.count > 0 && near(found.at[0], known.at[0], kWidestFold * projection_.height());
+      const bool goesOn = found.count > 0 && near(found.at[0], known.at[0], kTornEdge);
       if (goesOn) known = found;
       (goesOn ? low : high) = t;
     }
@@ -1038,10 +1088,28 @@ class Builder {
             const auto xs = projection_(reflection(x).x);
             const auto ys = projection_(reflection(y).x);
             const double apart = std::abs(shareOf(x) - shareOf(y));
-            return xs && ys && apart <= std::ldexp(1.0, -kBorderSteps) &&
-                   glm::distance(*xs, *ys) < kWidestFold * projection_.height();
+            if (!xs || !ys || apart > std::ldexp(1.0, -kBorderSteps) ||
+                !(glm::distance(*xs, *ys) < kWidestFold * projection_.height()))
+              return false;
+            // They come nearer to each other ...
+            const auto start = [&](const Corner& corner) {
+              return seen(placeOf(corner.border.have), corner.border.number);
+            };
+            return glm::distance(*xs, *ys) <= glm::distance(start(x), start(y));
           };
           if (!merge(a[0], b[0]) || !merge(a[1], b[1])) continue;
+          // ... and are each other's mirror images
+          const auto turnsLeft = [&](std::size_t piece) {
+            float twice = 0.0f;
+            const std::vector<Corner>& corners = pieces[piece];
+            for (std::size_t c = 0; c < corners.size(); ++c) {
+              const Vec2 from = seenAt(reflection(corners[c]));
+              const Vec2 to = seenAt(reflection(corners[(c + 1) % corners.size()]));
+              twice += from.x * to.y - from.y * to.x;
+            }
+            return twice > 0.0f;
+          };
+          if (turnsLeft(p) == turnsLeft(q)) continue;
           putCorners({vertex(a[0]), vertex(a[1]), vertex(b[1])});
           putCorners({vertex(a[0]), vertex(b[1]), vertex(b[0])});
         }
@@ -1057,7 +1125,7 @@ class Builder {
   /// What there is of each reflection of a triangle, three to four corners.
   template <class Put>
   void forPieces(const Triangle& t, const Put& putPiece) const {
-    std::array<std::uint32_t, 3> done{};
+    std::array<std::uint64_t, 3> done{};
     for (std::size_t k = 0; k < 3; ++k) {
       const Reflections& mine = placeAt(t[k]).reflections;
       for (std::size_t i = 0; i < mine.count; ++i) {
@@ -1066,10 +1134,16 @@ class Builder {
         for (std::size_t c = 0; c < 3; ++c) {
           number[c] = c == k ? i : counterpart(mine, i, placeAt(t[c]).reflections);
           if (number[c] == kMaxReflections) continue;
+          // The nearest one need not be the same
+          const float apart = glm::distance(seen(placeOf(t[k]), i), seen(placeOf(t[c]), number[c]));
+          if (apart > std::max(kTornEdge, kStretch * apparent(placeAt(t[k]), placeAt(t[c])))) {
+            number[c] = kMaxReflections;
+            continue;
+          }
           if ((done[c] >> number[c] & 1) != 0) {
             number[c] = kMaxReflections;
           } else {
-            done[c] |= 1u << number[c];
+            done[c] |= std::uint64_t{1} << number[c];
           }
         }
         // Around the triangle, with the ends of its edges that leave the reflection
@@ -1107,6 +1181,7 @@ class Builder {
   bool exactMiddles_;
   bool jumps_;
   bool own_ = false;
+  bool hasBlind_ = false;  ///< edges of the mesh that isBlind()
   TriangleOptions options_;
   TriangleCounts& counts_;
   Scratch scratch_;

@@ -18,7 +18,9 @@ inline constexpr std::size_t kFewestTraced = 262'144;
 
 struct TriangleOptions {
   float errorPixels = 0.5f;  ///< edges are halved where they miss their middle by more; 0: never
-  int maxHalvings = 8;
+  /// Ends what the length of edges as seen from the reflector should have ended (ours: an edge of a
+  /// kilometre comes to a millimetre).
+  int maxHalvings = 20;
   /// Edges are halved no more where so many paths would have been traced anew for one object.
   std::size_t maxTraced = kFewestTraced;
   /// Hears, from any thread, how many places were looked up; may be empty.
@@ -29,7 +31,8 @@ struct TriangleCounts {
   PathCounts paths;
   std::uint64_t vertices = 0;   ///< that were looked up; those in one place once
   std::uint64_t triangles = 0;  ///< of virtual objects
-  /// Whose vertices have no or different numbers of reflections, after all halvings.
+  /// Whose vertices have no or different numbers of reflections, after all halvings. None of order
+  /// auto, which cuts them.
   std::uint64_t dropped = 0;
   std::uint64_t coarse = 0;  ///< 1: maxTraced has ended the halvings
   void add(const TriangleCounts& other);
