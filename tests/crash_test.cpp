@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -119,6 +120,21 @@ class Crash : public testing::Test {
       files[entry.path().filename().string()] = textOf(entry.path());
     return files;
   }
+  /// Waits until a run has written so many frames, or has ended.
+  void awaitFrames(pid_t child, const std::string& out, std::size_t count) const {
+    const auto written = [&] {
+      std::error_code error;
+      return static_cast<std::size_t>(std::ranges::count_if(
+          fs::directory_iterator(folder / out / "frames", error),
+          [](const auto& e) { return !e.path().filename().string().starts_with("."); }));
+    };
+    siginfo_t ended{};
+    while (written() < count &&
+           ::waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           ended.si_pid == 0) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
   /// All frames of `out` that bear a final name are those of the undisturbed run.
   void expectOnlyWholeFrames(const std::string& out,
                              const std::map<std::string, std::string>& whole) const {
@@ -151,11 +167,18 @@ TEST_F(Crash, KilledRunsResumeToTheUndisturbedRun) {
   int unfinished = 0;
   const int kills = isLong() ? 100 : 8;
   for (int i = 0; i < kills; ++i) {
-    // One moment in each of as many equal parts of the run.
+    // One moment in each of as many equal parts of the run, by the frames that it has written: a
+    // busy machine's runs differ in length
     const double share = (i + std::uniform_real_distribution<double>(0.0, 1.0)(random)) / kills;
+    const double moment = share * static_cast<double>(whole.size());
+    const auto written = static_cast<std::size_t>(moment);
     const std::string out = "killed" + std::to_string(i);
     const pid_t child = start(with(kRender, {out}));
-    std::this_thread::sleep_for(std::chrono::duration<double>(share * duration));
+    awaitFrames(child, out, written);
+    // ... and within the next frame's 10 ms, or within the start-up
+    const double next = written > 0 ? 0.01 : 0.5 * duration;
+    std::this_thread::sleep_for(
+        std::chrono::duration<double>((moment - static_cast<double>(written)) * next));
     ::kill(child, SIGKILL);
     if (wait(child).signal == SIGKILL) ++killed;
     expectOnlyWholeFrames(out, whole);
