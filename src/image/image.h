@@ -76,7 +76,9 @@ std::vector<std::uint8_t> displayRgb8(const Image& image, float exposureStops = 
 /// compares (rounded). NaN stays NaN. Tests hold both to the same result within half a step.
 float display8(float linear);
 
-/// Loads the module in the background, so that the first write does not wait for it.
+/// Loads the module (0.3 s) if nothing has; the first write or read reports a failure.
+void loadImageIo();
+/// The same in the background, so that the first write does not wait for it.
 void preloadImageIo();
 
 }  // namespace catoptric::image

@@ -214,19 +214,21 @@ std::vector<std::uint8_t> displayRgb8(const Image& image, float exposureStops) {
   return out;
 }
 
+void loadImageIo() {
+  try {
+    api();
+  } catch (const std::exception&) {
+    // The first write or read reports it
+  }
+}
+
 void preloadImageIo() {
   // Joined when the program ends: the loader must not run while it is torn down
   static std::mutex mutex;
   static std::future<void> loading;
   const std::lock_guard lock(mutex);
   if (loading.valid()) return;
-  loading = std::async(std::launch::async, [] {
-    try {
-      api();
-    } catch (const std::exception&) {
-      // The first write or read reports it
-    }
-  });
+  loading = std::async(std::launch::async, loadImageIo);
 }
 
 }  // namespace catoptric::image

@@ -339,6 +339,7 @@ SequenceResult runSequence(FrameSource& source, const std::vector<FrameTask>& ta
       job.frame.samples.push_back({number, "other", std::max(0.0, whole - named), "wall", first});
       frameStart = nowNs();
       const std::int64_t waitStart = nowNs();
+      if (rendered == 0 && options.prepareEncoding) options.prepareEncoding();
       ended = !writer.submit(std::move(job));
       waited = secondsSince(waitStart);
       ++rendered;

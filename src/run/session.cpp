@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/text.h"
+#include "image/image.h"
 #include "run/machine.h"
 #include "run/method_source.h"
 
@@ -121,6 +122,7 @@ std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::Met
         options.progress(method.name, progress);
       };
     sequence.encode = makeEncoder(run, method, stage.scene().origin);
+    sequence.prepareEncoding = image::loadImageIo;
     sequence.summary = {{"config", run.effective},
                         {"method", config::JsonText()
                                        .add("name", method.name)

@@ -47,7 +47,9 @@ const std::vector<StepMeaning>& stepMeanings() {
        "pixels are read from the device; traced, second_order: the G-buffer too"},
       {"layers", "frames", "asked-for layers and masks are read and resolved to pixels"},
       {"other", "frames", "the rest of the frame's time: what no step names"},
-      {"wait", "frames", "the next frame waits for the writers (not part of `rendering`)"},
+      {"wait", "frames",
+       "the frame waits for the writers, the second also for what they load (not part of "
+       "`rendering`)"},
       {"encode", "beside", "the EXR file is compressed"},
       {"preview", "beside", "the PNG preview is made"},
       {"write", "beside", "files are written, synced and renamed"},
