@@ -19,7 +19,7 @@ METHODS = {
     "traced": {"refused", "not_finite", "total_reflection"},
     "second_order": {"clamped_cube_map", "refraction_mirrored"},
     "perturbation": {"clamped_cube_map", "paths", "path_types", "path_types_missed", "path_types_left_out",
-                     "coarse_objects", "total_reflection"},
+                     "coarse_objects", "reflections_left_out", "total_reflection"},
     "reference": {"refused", "not_finite"},
 }
 # Pictures so small have more paths to their folds than traced_per_pixel allows: a warning

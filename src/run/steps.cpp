@@ -28,7 +28,9 @@ const std::vector<StepMeaning>& stepMeanings() {
       {"depth_images", "frames", "second_order: the scene is drawn as each cluster sees it"},
       {"intersect", "frames", "second_order: reflected rays are found in the depth images"},
       {"disocclusions", "frames",
-       "second_order with count_disocclusions: Embree's rays say which rays missed a surface"},
+       "second_order, perturbation with count_disocclusions: Embree's rays say which samples "
+       "missed a "
+       "surface"},
       {"paths", "frames",
        "perturbation: sparse rays meet the reflectors, the paths are expanded; again when the "
        "camera "

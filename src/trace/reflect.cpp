@@ -103,32 +103,15 @@ class Batch {
       std::uint64_t foldedHere = 0;
       for (std::size_t i = begin; i < end; ++i) {
         ReflectionPoint point = points[i];
-        const Moved moved = moveOntoSurface(trace_, point);
+        const Moved moved = settle(trace_, point);
         if (moved == Moved::ToOutline) ++atOutline;
         if (moved == Moved::Nowhere) ++offSurface;
-        if (point.object != 0) {
-          const scene::Scene& scene = trace_.scene();
-          const float index = scene.materials[scene.objects[point.object - 1].material].refraction;
-          point.refraction = index > 0.0f ? 1.0f / index : 0.0f;
-        }
         const int count = static_cast<int>(first_[i + 1] - first_[i]);
-        const float offset = surfaceOffset(point);
-        if (point.refraction > 0.0f) {
-          bool totally = false;
-          Ray& ray = rays_[first_[i]];
-          ray = Ray{};
-          ray.direction = specularDirection(point, totally);
-          ray.origin = point.position + point.normal * (totally ? offset : -offset);
-          total += totally ? 1 : 0;
-          continue;
-        }
-        const Vec3 origin = point.position + point.normal * offset;
         for (int k = 0; k < count; ++k) {
           bool below = false;
-          Ray& ray = rays_[first_[i] + static_cast<std::size_t>(k)];
-          ray = Ray{};
-          ray.origin = origin;
-          ray.direction = lobeDirection(point, k, count, below);
+          bool totally = false;
+          rays_[first_[i] + static_cast<std::size_t>(k)] = lobeRay(point, k, count, below, totally);
+          total += totally ? 1 : 0;
           if (below) {
             ++foldedHere;
             if (!flags.empty()) flags[i] |= 2;
@@ -197,14 +180,8 @@ class Batch {
         const frame::SurfacePoint& surface = surfaces_[r];
         if (surface.object == 0 || !(surface.specularLevel > 0.0f)) continue;
         where.push_back(r);
-        // A lobe within a lobe: one ray each, at shifted places.
-        const float k = static_cast<float>(r - first_[i]);
-        const Vec2 shift(wrapUnit(points[i].shift.x + glm::fract(0.7548777f * (k + 1.0f))),
-                         wrapUnit(points[i].shift.y + glm::fract(0.5698403f * (k + 1.0f))));
-        next.push_back({surface.position, surface.normal, rays_[r].direction, surface.glossiness,
-                        points[i].distance + hits_[r].distance,
-                        refractionAt(trace_, hits_[r], surface.position, rays_[r].direction), shift,
-                        0, trace_.extentOf(hits_[r].object)});
+        next.push_back(nextPoint(trace_, points[i], static_cast<int>(r - first_[i]),
+                                 rays_[r].direction, hits_[r], surface));
       }
     }
     if (next.empty()) return;
@@ -285,6 +262,48 @@ Moved moveOntoSurface(const TraceScene& trace, ReflectionPoint& point) {
     point.normal = back ? -n : n;
   }
   return moved;
+}
+
+Moved settle(const TraceScene& trace, ReflectionPoint& point) {
+  const Moved moved = moveOntoSurface(trace, point);
+  if (point.object != 0) {
+    const scene::Scene& scene = trace.scene();
+    const float index = scene.materials[scene.objects[point.object - 1].material].refraction;
+    point.refraction = index > 0.0f ? 1.0f / index : 0.0f;
+  }
+  return moved;
+}
+
+Ray lobeRay(const ReflectionPoint& point, int index, int count, bool& belowHorizon, bool& total) {
+  Ray ray;
+  belowHorizon = total = false;
+  const float offset = surfaceOffset(point);
+  if (point.refraction > 0.0f) {
+    ray.direction = specularDirection(point, total);
+    ray.origin = point.position + point.normal * (total ? offset : -offset);
+  } else {
+    ray.direction = lobeDirection(point, index, count, belowHorizon);
+    ray.origin = point.position + point.normal * offset;
+  }
+  return ray;
+}
+
+ReflectionPoint nextPoint(const TraceScene& trace, const ReflectionPoint& point, int index,
+                          const Vec3& direction, const Hit& hit,
+                          const frame::SurfacePoint& surface) {
+  // A lobe within a lobe: one ray each, at shifted places.
+  const float k = static_cast<float>(index);
+  const Vec2 shift(wrapUnit(point.shift.x + glm::fract(0.7548777f * (k + 1.0f))),
+                   wrapUnit(point.shift.y + glm::fract(0.5698403f * (k + 1.0f))));
+  return {surface.position,
+          surface.normal,
+          direction,
+          surface.glossiness,
+          point.distance + hit.distance,
+          refractionAt(trace, hit, surface.position, direction),
+          shift,
+          0,
+          trace.extentOf(hit.object)};
 }
 
 Vec3 specularDirection(const ReflectionPoint& point, bool& total) {

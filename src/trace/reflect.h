@@ -76,6 +76,20 @@ float refractionAt(const TraceScene& trace, const Hit& hit, const Vec3& position
 enum class Moved { Nothing, AlongRay, ToOutline, Nowhere };
 Moved moveOntoSurface(const TraceScene& trace, ReflectionPoint& point);
 
+/// moveOntoSurface(), and what the object's material makes of rays from outside:
+/// ReflectionPoint::refraction.
+Moved settle(const TraceScene& trace, ReflectionPoint& point);
+
+/// Ray number `index` of `count` of a point's lobe, or the refracted one, from off its surface;
+/// `belowHorizon` as lobeDirection(), `total` as specularDirection().
+Ray lobeRay(const ReflectionPoint& point, int index, int count, bool& belowHorizon, bool& total);
+
+/// Where ray number `index` of `point`, in this direction, has hit a reflective surface: the point
+/// from which it goes on.
+ReflectionPoint nextPoint(const TraceScene& trace, const ReflectionPoint& point, int index,
+                          const Vec3& direction, const Hit& hit,
+                          const frame::SurfacePoint& surface);
+
 /// Distance along the normal by which the rays of a point start off its surface: what rounding may
 /// have moved it by, however large the scene around it is.
 float surfaceOffset(const ReflectionPoint& point);

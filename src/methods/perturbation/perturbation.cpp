@@ -17,6 +17,7 @@
 #include "core/log.h"
 #include "gl/query.h"
 #include "gl/shader.h"
+#include "methods/perturbation/disocclusions.h"
 #include "methods/perturbation/reflector.h"
 #include "methods/perturbation/virtual_objects.h"
 #include "raster/materials.h"
@@ -119,6 +120,11 @@ const config::Schema& schema() {
                    "error, or a cube map of the diffuse scene (counted)",
            .defaultText = "\"error\"",
            .allowed = {"error", "environment_map"}},
+          {.name = "count_disocclusions",
+           .type = config::FieldType::Bool,
+           .help = "trace what no virtual object covers by Embree: counts disoccluded, where there "
+                   "is a surface, mask.disoccluded; takes the time of a ray tracer",
+           .defaultText = "false"},
       }};
   return options;
 }
@@ -130,6 +136,7 @@ struct Options {
   std::size_t maxPathTypes = 1024;
   float tracedPerPixel = 8.0f;
   bool environmentMap = false;  ///< for what is not supported
+  bool countDisocclusions = false;
 };
 
 Options parseOptions(const config::Value& value) {
@@ -161,6 +168,7 @@ Options parseOptions(const config::Value& value) {
   options.triangles.errorPixels = number("tessellation_error");
   options.tracedPerPixel = number("traced_per_pixel");
   options.environmentMap = text("unsupported") == "environment_map";
+  options.countDisocclusions = config::valueOr(value, schema(), "count_disocclusions").asBool();
   return options;
 }
 
@@ -319,6 +327,12 @@ class Perturbation : public Method {
                std::string(kept ? "; twice, for what stands still" : ""),
            (kept ? 2 : 1) * (options_.maxBounces - 1) * samples * (16 + 8 + 16 + 4)});
     }
+    if (options_.countDisocclusions) {
+      plan.trace = true;
+      plan.items.push_back({"pass", "disocclusions", "asked for: count_disocclusions", 0});
+      plan.items.push_back(
+          {"resource", "G-buffer copy", "what is read back for that", samples * (16 + 16 + 4 + 4)});
+    }
     return plan;
   }
 
@@ -359,8 +373,9 @@ class Perturbation : public Method {
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
     for (const char* name :
          {"paths", "path_types", "path_types_missed", "path_types_left_out", "total_reflection",
-          "vertices", "triangles", "dropped_triangles", "coarse_objects", "linear", "quadratic",
-          "retraced", "not_converged", "environment", "unsupported_reflector", "clamped_cube_map"})
+          "vertices", "triangles", "dropped_triangles", "coarse_objects", "reflections_left_out",
+          "linear", "quadratic", "retraced", "not_converged", "environment",
+          "unsupported_reflector", "clamped_cube_map"})
       output.counters[name] = 0;
     if (!any_) {
       if (settings_.masks) services.gbuffer->reflectionFramebuffer.clearColorUint(1, 0);
@@ -388,6 +403,11 @@ class Perturbation : public Method {
     }
     output.counters["environment"] = uncoveredSamples_ - others;
     output.counters["unsupported_reflector"] = others;
+    if (options_.countDisocclusions) {
+      services.timer.measure("disocclusions", [&] {
+        output.counters["disoccluded"] = countDisocclusions(services, input.frame.camera);
+      });
+    }
   }
 
  private:
@@ -521,6 +541,7 @@ class Perturbation : public Method {
       counters["quadratic"] = counts.paths.quadratic;
       counters["retraced"] = counts.paths.retraced;
       counters["not_converged"] = counts.paths.notConverged;
+      counters["reflections_left_out"] = counts.paths.leftOut;
     });
 
     // Nothing of it shows beside the mirrors
@@ -1050,6 +1071,43 @@ class Perturbation : public Method {
     glDisable(GL_DEPTH_TEST);
   }
 
+  /// Of the whole frame.
+  std::uint64_t countDisocclusions(Services& services, const scene::Camera& camera) const {
+    raster::GBuffer& gbuffer = *services.gbuffer;
+    raster::GBufferCopy copy;
+    raster::readBack(gbuffer, true, copy);
+    std::vector<bool> reflects(copy.object.size());
+    for (std::size_t at = 0; at < reflects.size(); ++at) {
+      if (copy.object[at] == 0 || !(copy.diffuse[4 * at + 3] > 0.0f)) continue;
+      const Kind kind = kinds_[copy.object[at] - 1];
+      reflects[at] = kind == Kind::Planar || kind == Kind::Implicit;
+    }
+    std::vector<std::uint8_t> uncovered(reflects.size());
+    const std::size_t count = std::max<std::size_t>(1, deepest_);
+    for (std::size_t level = 0; level < count; ++level) {
+      const std::vector<float> depth = raster::readDepth(levels_[level].all.depth);
+      std::vector<std::uint32_t> reflectors(reflects.size());
+      if (level + 1 < count) reflectors = raster::readIds(levels_[level].all.reflector);
+      for (std::size_t at = 0; at < reflects.size(); ++at) {
+        if (!reflects[at]) continue;
+        const bool covered = depth[at] > 0.0f;
+        if (!covered) uncovered[at] = static_cast<std::uint8_t>(level + 1);
+        reflects[at] = covered && reflectors[at] != 0;
+      }
+    }
+    std::vector<std::uint8_t> masks;
+    if (settings_.masks) {
+      masks = raster::readMasks(gbuffer.masks);
+      // What was drawn in parts has those of frames before
+      for (std::uint8_t& mask : masks)
+        mask = static_cast<std::uint8_t>(mask & ~raster::kMaskDisoccluded);
+    }
+    const std::uint64_t disoccluded = perturbation::findDisocclusions(
+        copy, camera, uncovered, services.lighting, *services.trace, masks);
+    if (settings_.masks) gbuffer.masks.upload(0, 0, GL_RED_INTEGER, GL_UNSIGNED_BYTE, masks.data());
+    return disoccluded;
+  }
+
   Options options_;
   RunSettings settings_;
   std::vector<Kind> kinds_;  ///< by index of objects
@@ -1092,13 +1150,14 @@ std::unique_ptr<Method> make(const config::Value& options) {
 }  // namespace
 
 const MethodEntry& perturbationEntry() {
-  static const MethodEntry entry{"perturbation",
-                                 "virtual objects in planes and implicit surfaces, by perturbing "
-                                 "sampled reflection paths",
-                                 "[Chen2000]",
-                                 {"paths", "virtual_objects", "cube_map", "virtual_draw"},
-                                 schema(),
-                                 make};
+  static const MethodEntry entry{
+      "perturbation",
+      "virtual objects in planes and implicit surfaces, by perturbing "
+      "sampled reflection paths",
+      "[Chen2000]",
+      {"paths", "virtual_objects", "cube_map", "virtual_draw", "bvh", "disocclusions"},
+      schema(),
+      make};
   return entry;
 }
 

@@ -140,6 +140,7 @@ void PathCounts::add(const PathCounts& other) {
   quadratic += other.quadratic;
   retraced += other.retraced;
   notConverged += other.notConverged;
+  leftOut += other.leftOut;
 }
 
 Reflector::Reflector(std::span<const Turn> turns, const Reflector* before, const Box3& scene,
@@ -561,7 +562,7 @@ bool Reflector::accept(const glm::dvec3& point, const Places& places,
 }
 
 void Reflector::add(const glm::dvec3& point, const Places& places, const glm::dvec3& from,
-                    Starts& starts, Reflections& result) const {
+                    Starts& starts, Reflections& result, PathCounts& counts) const {
   const glm::dvec3& x = places[0];
   for (std::uint32_t i = 0; i < result.count; ++i) {
     const double apart = glm::distance(result.at[i].x, x);
@@ -569,7 +570,10 @@ void Reflector::add(const glm::dvec3& point, const Places& places, const glm::dv
         pixels(x, apart) < 10.0 * static_cast<double>(options_.errorPixels))
       return;
   }
-  if (result.count == kMaxReflections) return;
+  if (result.count == kMaxReflections) {
+    ++counts.leftOut;
+    return;
+  }
   starts[result.count] = from;
   // The virtual vertex [Chen2000] Fig. 7, as virtualVertex()
   Reflection& reflection = result.at[result.count++];
@@ -657,7 +661,7 @@ Reflections Reflector::reflectionsOf(const glm::dvec3& point, bool own, RayOctre
       }
     }
     if (found && (accepted || accept(point, places, bounces))) {
-      add(point, places, start, starts, result);
+      add(point, places, start, starts, result, counts);
     } else {
       ++counts.notConverged;
     }
@@ -674,7 +678,7 @@ void Reflector::addReflectionsNear(const glm::dvec3& point, const Reflections& k
     Places places;
     places[0] = start;
     if (trace(point, places, counts, traced)) {
-      add(point, places, start, starts, result);
+      add(point, places, start, starts, result, counts);
     } else {
       ++counts.notConverged;
     }

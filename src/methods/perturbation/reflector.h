@@ -45,6 +45,7 @@ struct PathCounts {
   std::uint64_t quadratic = 0;
   std::uint64_t retraced = 0;
   std::uint64_t notConverged = 0;  ///< candidates that lead to no reflection
+  std::uint64_t leftOut = 0;       ///< reflections beyond the kMaxReflections-th of a point
   void add(const PathCounts& other);
 };
 
@@ -199,7 +200,7 @@ class Reflector {
   /// opening. Beyond the rim of a body it is not, however near.
   bool insideShows(std::size_t turn, const glm::dvec3& from, const glm::dvec3& x) const;
   void add(const glm::dvec3& point, const Places& places, const glm::dvec3& from, Starts& starts,
-           Reflections& result) const;
+           Reflections& result, PathCounts& counts) const;
   double pixels(const glm::dvec3& x, double metres) const;
   /// The part of the image in which the reflectors before show the last one: x0, y0, x1, y1;
   /// nullopt where they do not.

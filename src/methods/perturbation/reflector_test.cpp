@@ -244,6 +244,27 @@ TEST(Reflector, IsFiniteWhereverThePointIs) {
   }
 }
 
+TEST(Reflector, CountsReflectionsBeyondTheMostThatAPointHas) {
+  // Each of some hundred crests and hollows shows the point above them
+  const implicit::Surface waves = implicit::formulaSurface(
+      "y - 0.01*sin(40*x)*sin(40*z)", {}, {{-0.5, -0.1, -0.5}, {0.5, 0.1, 0.5}}, "waves");
+  const std::array<Turn, 1> turns{{{&waves, boxOf({-0.5f, -0.1f, -0.5f}, {0.5f, 0.1f, 0.5f})}}};
+  const View view{scene::lookAt({0.1f, 2.0f, 0.2f}, Vec3(0.0f), {0.0f, 0.0f, -1.0f}, 0.6f), 480,
+                  480};
+  PathOptions options;
+  options.sampleSpacing = 2;
+  const Reflector reflector(turns, nullptr, boxOf(Vec3(-3.0f), Vec3(3.0f)), view, options);
+  RayOctree::Cursor cursor;
+  PathCounts counts;
+  const Reflections found = reflector.reflectionsOf({0.0, 2.5, 0.1}, false, cursor, counts);
+  EXPECT_EQ(found.count, kMaxReflections);
+  EXPECT_GT(counts.leftOut, 20u);
+  // One that is near shows in the crests below it alone
+  PathCounts few;
+  EXPECT_LT(reflector.reflectionsOf({0.0, 0.03, 0.1}, false, cursor, few).count, kMaxReflections);
+  EXPECT_EQ(few.leftOut, 0u);
+}
+
 /// Edges of a ball before the vase are halved until so many paths were traced, and then put out as
 /// they are.
 TEST(VirtualTriangles, BoundTracedPaths) {

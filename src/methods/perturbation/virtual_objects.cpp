@@ -207,14 +207,14 @@ bool lacks(const Reflections& mine, const Reflections& others) {
 }
 
 /// Where the middle of an edge may be reflected: between what continues from end to end, and where
-/// only one end is.
+/// only one end is. More than kMaxReflections where the ends have others.
 Reflections between(const Reflections& a, const Reflections& b) {
   Reflections guess = b;
   for (std::size_t i = 0; i < a.count; ++i) {
     const std::size_t j = counterpart(a, i, b);
     if (j != kMaxReflections) {
       guess.at[j].x = 0.5 * (a.at[i].x + b.at[j].x);
-    } else if (guess.count < kMaxReflections) {
+    } else {
       guess.at[guess.count++] = a.at[i];
     }
   }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "methods/sample_points.h"
 #include "trace/reflect.h"
 
 namespace catoptric::methods {
@@ -46,9 +47,7 @@ Disocclusions findDisocclusions(const raster::GBufferCopy& gbuffer, const scene:
                                 const trace::TraceScene& trace, std::span<std::uint8_t> masks) {
   const auto width = static_cast<std::size_t>(gbuffer.sampleWidth());
   const auto height = static_cast<std::size_t>(gbuffer.sampleHeight());
-  const Mat3 rayFromPixel =
-      scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight());
-  const int cells = gbuffer.samples * gbuffer.samples;
+  const SamplePoints pointAt(gbuffer, camera, trace);
   std::vector<Disocclusions> ofRow(height);
   parallelFor(height, 8, [&](std::size_t begin, std::size_t end) {
     std::vector<trace::Ray> questionRays;
@@ -62,33 +61,15 @@ Disocclusions findDisocclusions(const raster::GBufferCopy& gbuffer, const scene:
         const Found& f = found[at];
         if (f.nothing[0] == 0 && f.nothing[1] == 0 && !(f.at[2] > 0.0f)) continue;
 
-        // The sample as methods/traced sees it
-        const Vec3 ray =
-            rayFromPixel * Vec3(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, 1.0f);
-        trace::ReflectionPoint point;
-        const float scale = camera.nearMetres / gbuffer.depth[at];
-        point.position = camera.eye() + scale * ray;
-        point.direction = glm::normalize(ray);
-        point.distance = scale * glm::length(ray);
-        point.normal =
-            Vec3(gbuffer.normal[4 * at], gbuffer.normal[4 * at + 1], gbuffer.normal[4 * at + 2]);
-        point.glossiness = gbuffer.normal[4 * at + 3];
-        point.object = static_cast<int>(gbuffer.object[at]);
-        point.extent = trace.extentOf(point.object - 1);
-        const int cell = static_cast<int>(y) % gbuffer.samples * gbuffer.samples +
-                         static_cast<int>(x) % gbuffer.samples;
-        point.shift = Vec2((static_cast<float>(cell) + 0.5f) / static_cast<float>(cells),
-                           glm::fract(static_cast<float>(cell) * 0.6180340f));
+        trace::ReflectionPoint point = pointAt(static_cast<int>(x), static_cast<int>(y));
         trace::moveOntoSurface(trace, point);
         const int count = trace::lobeRays(point.glossiness, rays);
         for (int k = 0; k < count; ++k) {
           const bool nothing = (f.nothing[static_cast<std::size_t>(k) / 32] >> (k % 32) & 1u) != 0;
           if (!nothing && !(f.at[2] > 0.0f)) continue;
-          trace::Ray question;
-          question.origin = point.position + point.normal * trace::surfaceOffset(point);
           bool below = false;
-          question.direction = trace::lobeDirection(point, k, count, below);
-          questionRays.push_back(question);
+          bool total = false;
+          questionRays.push_back(trace::lobeRay(point, k, count, below, total));
           questions.push_back({at, nothing});
         }
       }

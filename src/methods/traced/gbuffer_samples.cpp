@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "core/parallel.h"
+#include "methods/sample_points.h"
 
 namespace catoptric::methods {
 namespace {
@@ -63,9 +63,7 @@ ReflectiveSamples collectReflective(const raster::GBufferCopy& source, const sce
   ReflectiveSamples result;
   result.points.resize(first[tiles]);
   result.places.resize(first[tiles]);
-  const Vec3 eye = camera.eye();
-  const Mat3 rayFromPixel = scene::rayFromPixel(camera, width, height);
-  const float cells = static_cast<float>(source.samples * source.samples);
+  const SamplePoints pointAt(source, camera, trace);
   parallelFor(tiles, 32, [&](std::size_t begin, std::size_t end) {
     std::array<std::uint32_t, kTile * kTile> members;
     for (std::size_t tile = begin; tile < end; ++tile) {
@@ -92,23 +90,7 @@ ReflectiveSamples collectReflective(const raster::GBufferCopy& source, const sce
         const std::uint32_t at = members[k];
         const int x = static_cast<int>(at % static_cast<std::uint32_t>(width));
         const int y = static_cast<int>(at / static_cast<std::uint32_t>(width));
-        const Vec3 ray =
-            rayFromPixel * Vec3(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f, 1.0f);
-        const float scale = camera.nearMetres / source.depth[at];
-        const float length = glm::length(ray);
-        trace::ReflectionPoint& point = result.points[first[tile] + k];
-        point.position = eye + scale * ray;
-        point.direction = ray / length;
-        point.distance = scale * length;
-        point.normal =
-            Vec3(source.normal[4 * at], source.normal[4 * at + 1], source.normal[4 * at + 2]);
-        point.glossiness = source.normal[4 * at + 3];
-        point.object = static_cast<int>(source.object[at]);
-        point.extent = trace.extentOf(point.object - 1);
-        const int cell = (y % source.samples) * source.samples + x % source.samples;
-        // The lobes of a pixel's samples interleave.
-        point.shift = Vec2((static_cast<float>(cell) + 0.5f) / cells,
-                           glm::fract(static_cast<float>(cell) * 0.6180340f));
+        result.points[first[tile] + k] = pointAt(x, y);
         result.places[first[tile] + k] = at;
       }
     }

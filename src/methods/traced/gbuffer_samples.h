@@ -16,8 +16,7 @@ struct ReflectiveSamples {
 };
 
 /// All samples with s > 0 on an object, tile by tile (16 x 16 samples), within a tile by object,
-/// within an object along rows of 4 x 2 blocks. Lobes of the samples of one pixel are shifted
-/// against each other, the same way in every pixel and frame.
+/// within an object along rows of 4 x 2 blocks.
 ReflectiveSamples collectReflective(const raster::GBufferCopy& source, const scene::Camera& camera,
                                     const trace::TraceScene& trace);
 
