@@ -413,7 +413,7 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
         batched += draw.count / 3;
         ++k;
       }
-      if (batched >= kTrianglesPerBatch) {
+      if (batched >= kTrianglesPerViewBatch) {
         glFlush();
         batched = 0;
       }

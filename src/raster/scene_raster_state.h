@@ -18,6 +18,8 @@ namespace catoptric::raster {
 /// llvmpipe bins triangles on one thread and rasterizes on others, a batch at a time: a flush after
 /// so many lets both work at once. Ours; the living room's 157k triangles make four batches.
 inline constexpr std::uint64_t kTrianglesPerBatch = 40'000;
+/// The same of depth images, whose triangles are small: the rooms' 35k to 90k.
+inline constexpr std::uint64_t kTrianglesPerViewBatch = 4'000;
 
 /// A compiled variant of scene.frag.
 struct Variant {

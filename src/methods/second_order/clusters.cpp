@@ -22,6 +22,9 @@ constexpr float kPlanarOffset = 5e-5f;
 constexpr std::uint64_t kLeastPlane = 64;    ///< samples of a planar cluster; ours
 constexpr std::size_t kPlanes = 4;           ///< planar clusters of a bin, at most; ours
 constexpr std::size_t kParts = kPlanes + 1;  ///< of a bin: what is on no plane, and the planes
+/// A step of a cluster is divided off if it has this part of the frame's samples: another cluster is
+/// another image of all that it sees. Ours.
+constexpr std::size_t kLeastStep = 8192;
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 
 /// A plane that samples may lie on, and its weight in a vote.
@@ -560,8 +563,9 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
     binsKept_ = moveToNearestMeans(static_cast<std::size_t>(width), options.minSamples, clusters_,
                                    blocks_, clusterOf_);
   } else {
-    divideAtSteps(static_cast<std::size_t>(width), options.minSamples, clusters_, blocks_,
-                  clusterOf_);
+    const auto least = static_cast<int>(total / kLeastStep);
+    divideAtSteps(static_cast<std::size_t>(width), std::max(options.minSamples, least), clusters_,
+                  blocks_, clusterOf_);
   }
 }
 

@@ -18,7 +18,7 @@ constexpr float kSmallCluster = 0.004f;
 constexpr float kWidestError = 0.3f;
 /// Factor on the error of levels of detail in planar mirrors: the largest clusters, otherwise
 /// exact. Ours: a mirror's pixels then err by less than 0.5 / 255.
-constexpr float kMirrorLevel = 0.25f;
+constexpr float kMirrorLevel = 0.35f;
 /// Texels of a mirrored grid without a sample from which on it is worth while to mask them. Ours,
 /// measured in the living room.
 constexpr std::int64_t kMaskedTexels = 4096;
