@@ -99,6 +99,7 @@ struct ViewList {
   };
   std::vector<Range> ranges;
   std::vector<std::uint32_t> indices;
+  std::uint64_t leftOut = 0;  ///< objects that would be too small to show
 };
 
 void SceneRaster::buildDetailLevels(const scene::Scene& scene, const frame::Geometry& geometry) {
@@ -155,7 +156,10 @@ void SceneRaster::State::listView(const DiffuseView& view, std::span<const std::
     if (view.levelErrorTexels > 0.0f && !levels.firstOfObject.empty()) {
       const float bright = view.levelErrorTexels * view.texelSpreadRad *
                            std::max(view.nearestMetres, distanceTo(bounds[i], view.eye));
-      if (bounds[i].diameter() < 0.5f * bright) continue;
+      if (bounds[i].diameter() < 0.5f * bright) {
+        ++seen.leftOut;
+        continue;
+      }
       const float shown = view.shown * std::max(1.0f, objects[i].emission);
       const float allowed = bright / std::clamp(shown, kDimmest, 1.0f);
       const float grown =
@@ -190,13 +194,14 @@ void SceneRaster::State::listView(const DiffuseView& view, std::span<const std::
   }
 }
 
-void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
-                                   std::span<const gl::Framebuffer> layers,
-                                   const frame::Geometry& geometry, const frame::Lighting& lighting,
-                                   std::span<std::uint64_t> triangles, bool compound,
-                                   const gl::Texture* peeled) {
+std::uint64_t SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
+                                            std::span<const gl::Framebuffer> layers,
+                                            const frame::Geometry& geometry,
+                                            const frame::Lighting& lighting,
+                                            std::span<std::uint64_t> triangles, bool compound,
+                                            const gl::Texture* peeled) {
   State& s = *state_;
-  if (views.empty()) return;
+  if (views.empty()) return 0;
 
   // Small objects first: what they hide of the room's shell is then not shaded
   std::vector<std::uint32_t> order(s.objects.size());
@@ -215,10 +220,12 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
       s.listView(views[i], order, geometry, snap, lists[i]);
     }
   });
+  std::uint64_t leftOut = 0;
   std::vector<std::size_t> firstIndex(views.size() + 1, 0);
   for (std::size_t i = 0; i < views.size(); ++i) {
     triangles[i] = (peeled != nullptr && views[i].peel ? 2 : 1) * lists[i].indices.size() / 3;
     firstIndex[i + 1] = firstIndex[i] + lists[i].indices.size();
+    leftOut += lists[i].leftOut;
   }
 
   // Draws of each layer in the order of objects, so that an object's state is set once
@@ -434,6 +441,7 @@ void SceneRaster::drawDiffuseViews(std::span<const DiffuseView> views,
   }
   glDisable(GL_SCISSOR_TEST);
   glDisable(GL_DEPTH_TEST);
+  return leftOut;
 }
 
 }  // namespace catoptric::raster

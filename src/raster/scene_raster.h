@@ -116,11 +116,13 @@ class SceneRaster {
   /// are not drawn. `geometry`: of the last update(). `triangles[i]`: drawn for views[i].
   /// `compound`: one draw sends an object's triangles to all views of a layer. `peeled`: the array
   /// whose layers are the depth of `layers`, the second half of them for the nearest surfaces
-  /// behind those of the first, where views ask for it; or null.
-  void drawDiffuseViews(std::span<const DiffuseView> views, std::span<const gl::Framebuffer> layers,
-                        const frame::Geometry& geometry, const frame::Lighting& lighting,
-                        std::span<std::uint64_t> triangles, bool compound = false,
-                        const gl::Texture* peeled = nullptr);
+  /// behind those of the first, where views ask for it; or null. Returns how many objects the views
+  /// left out for their size, in all.
+  std::uint64_t drawDiffuseViews(std::span<const DiffuseView> views,
+                                 std::span<const gl::Framebuffer> layers,
+                                 const frame::Geometry& geometry, const frame::Lighting& lighting,
+                                 std::span<std::uint64_t> triangles, bool compound = false,
+                                 const gl::Texture* peeled = nullptr);
 
   /// Draws the diffuse radiance of virtual objects into the bound framebuffer's colour 0 and depth
   /// (reversed-Z, cleared by the caller), each on the samples of its reflector. drawGBuffer() with

@@ -36,8 +36,7 @@ std::uint64_t findDisocclusions(const raster::GBufferCopy& gbuffer, const scene:
       for (std::size_t x = 0; x < width; ++x) {
         const std::size_t at = y * width + x;
         if (uncovered[at] == 0) continue;
-        questions.push_back(
-            {at, uncovered[at], pointAt(static_cast<int>(x), static_cast<int>(y))});
+        questions.push_back({at, uncovered[at], pointAt(static_cast<int>(x), static_cast<int>(y))});
       }
       // A reflection of all of them at a time
       while (!questions.empty()) {
@@ -64,9 +63,8 @@ std::uint64_t findDisocclusions(const raster::GBufferCopy& gbuffer, const scene:
               trace.scene(), trace.geometry(), lighting, hits[k].object, hits[k].primitive,
               hits[k].u, hits[k].v, rays[k].origin + hits[k].distance * direction, direction, 0.0f);
           if (!(surface.specularLevel > 0.0f)) continue;
-          next.push_back(
-              {question.sample, question.reflectionsLeft - 1,
-               trace::nextPoint(trace, question.point, 0, direction, hits[k], surface)});
+          next.push_back({question.sample, question.reflectionsLeft - 1,
+                          trace::nextPoint(trace, question.point, 0, direction, hits[k], surface)});
         }
         questions.swap(next);
       }

@@ -22,8 +22,8 @@ constexpr float kPlanarOffset = 5e-5f;
 constexpr std::uint64_t kLeastPlane = 64;    ///< samples of a planar cluster; ours
 constexpr std::size_t kPlanes = 4;           ///< planar clusters of a bin, at most; ours
 constexpr std::size_t kParts = kPlanes + 1;  ///< of a bin: what is on no plane, and the planes
-/// A step of a cluster is divided off if it has this part of the frame's samples: another cluster is
-/// another image of all that it sees. Ours.
+/// A step of a cluster is divided off if it has this part of the frame's samples: another cluster
+/// is another image of all that it sees. Ours.
 constexpr std::size_t kLeastStep = 8192;
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 

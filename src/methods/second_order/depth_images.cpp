@@ -68,11 +68,12 @@ std::uint64_t DepthImages::layerBytes() const {
          static_cast<std::uint64_t>(layerHeight_);
 }
 
-void DepthImages::draw(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
-                       const std::vector<bool>& skipOwn,
-                       std::span<const std::uint16_t> samplesOnGrids, const Vec3& frameEye,
-                       const frame::Geometry& geometry, const frame::Lighting& lighting,
-                       raster::SceneRaster& raster, std::span<std::uint64_t> triangles) {
+std::uint64_t DepthImages::draw(std::span<const Cluster> clusters,
+                                std::span<const ClusterCamera> cameras,
+                                const std::vector<bool>& skipOwn,
+                                std::span<const std::uint16_t> samplesOnGrids, const Vec3& frameEye,
+                                const frame::Geometry& geometry, const frame::Lighting& lighting,
+                                raster::SceneRaster& raster, std::span<std::uint64_t> triangles) {
   const int layers = atlas_.layers * options_.depthLayers;
   if (color_.layers() < layers) {
     targets_.clear();
@@ -133,10 +134,12 @@ void DepthImages::draw(std::span<const Cluster> clusters, std::span<const Cluste
     prepareDepth(clusters, cameras, skipOwn, order, samplesOnGrids);
   }
   std::vector<std::uint64_t> drawn(views.size());
-  raster.drawDiffuseViews(views, targets_, geometry, lighting, drawn, options_.compound,
-                          options_.depthLayers > 1 ? &depth_ : nullptr);
+  const std::uint64_t leftOut =
+      raster.drawDiffuseViews(views, targets_, geometry, lighting, drawn, options_.compound,
+                              options_.depthLayers > 1 ? &depth_ : nullptr);
   for (std::size_t k = 0; k < order.size(); ++k) triangles[order[k]] = drawn[k];
   writeTable(clusters, cameras, triangles);
+  return leftOut;
 }
 
 void DepthImages::writeTable(std::span<const Cluster> clusters,

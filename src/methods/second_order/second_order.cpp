@@ -262,11 +262,12 @@ constexpr std::array<std::pair<std::uint8_t, const char*>, 3> kMarks = {
     {{raster::kMaskEnvironment, "environment"}, {raster::kMaskSky, "sky"}, {64, "bridged"}}};
 
 /// Counted on the CPU; 0 where nothing reflects.
-constexpr std::array<const char*, 16> kClusterCountNames = {
+constexpr std::array<const char*, 17> kClusterCountNames = {
     "clamped_cube_map", "clusters",          "reflective_samples", "planar_clusters",
     "planar_samples",   "concave_clusters",  "normals_cancel",     "parallel_clusters",
     "pushed_back",      "crossing_clusters", "capped_images",      "texels",
-    "triangles",        "images_shrunk",     "bins_halved",        "bins_kept"};
+    "triangles",        "images_shrunk",     "bins_halved",        "bins_kept",
+    "left_out"};
 
 bool readsMeasured = false;
 
@@ -418,10 +419,10 @@ class SecondOrder : public Method {
     timer.measure("depth_images", [&] {
       // Planar clusters of curved objects are walked over
       exact = onGrids && reflectors_.planarMirrors && cameraOptions.depthImageScale == 1.0f;
-      images_->draw(clusters, cameras, reflectors_.skipOwn,
-                    exact ? clustering_.clusterOf() : std::span<const std::uint16_t>(),
-                    camera.eye(), services.geometry, services.lighting, *services.raster,
-                    triangles);
+      output.counters["left_out"] = images_->draw(
+          clusters, cameras, reflectors_.skipOwn,
+          exact ? clustering_.clusterOf() : std::span<const std::uint16_t>(), camera.eye(),
+          services.geometry, services.lighting, *services.raster, triangles);
     });
     timer.measure("intersect", [&] {
       if (!settings_.masks) ownTarget_.clearColorUint(1, 0);

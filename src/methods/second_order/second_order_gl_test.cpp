@@ -220,7 +220,7 @@ TEST(SecondOrder, DimReflectionsAreDrawnMoreCoarsely) {
 
 TEST(SecondOrder, SmallThingsAreNotLeftOutOfDimReflections) {
   // Balls a texel or two wide before a dim mirror
-  const auto frame = [](float s) {
+  const auto frame = [](float s, const char* options = "{}") {
     test::SceneBuilder builder;
     builder.add(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres),
                 builder.reflective(s, 0.0f));
@@ -231,7 +231,7 @@ TEST(SecondOrder, SmallThingsAreNotLeftOutOfDimReflections) {
                   builder.diffuse(Vec3(0.8f)), test::translation(at));
     }
     builder.constantEnvironment(Vec3(1.0f));
-    return Comparison(builder.scene(), cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}));
+    return Comparison(builder.scene(), cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}), options);
   };
   const Comparison dim = frame(0.06f);
   const Comparison bright = frame(1.0f);
@@ -239,6 +239,13 @@ TEST(SecondOrder, SmallThingsAreNotLeftOutOfDimReflections) {
   EXPECT_GT(dim.output.counters.at("triangles"),
             0.9 * static_cast<double>(bright.output.counters.at("triangles")));
   EXPECT_NEAR(dim.meanDifference, bright.meanDifference, 0.1 * bright.meanDifference);
+  // What is left out is counted
+  const Comparison coarse = frame(1.0f, R"({"level_error": 16})");
+  const auto leftOut = [](const Comparison& of) { return of.output.counters.at("left_out"); };
+  EXPECT_EQ(leftOut(dim), leftOut(bright));
+  EXPECT_GT(leftOut(coarse), leftOut(bright));
+  EXPECT_LT(coarse.output.counters.at("triangles"), bright.output.counters.at("triangles"));
+  EXPECT_EQ(leftOut(frame(1.0f, R"({"level_error": 0})")), 0u);
 }
 
 /// A mirror whose normals a map turns by up to 70 degrees, by texels.
