@@ -25,6 +25,10 @@ constexpr std::size_t kParts = kPlanes + 1;  ///< of a bin: what is on no plane,
 /// A step of a cluster is divided off if it has this part of the frame's samples: another cluster
 /// is another image of all that it sees. Ours.
 constexpr std::size_t kLeastStep = 8192;
+/// Among many objects, too, those of at least this share of the frame have this share of the bins
+/// at a density of 1: the rays of half a sphere do not fit one camera. Ours.
+constexpr float kLeastArea = 1e-3f;
+constexpr float kLeastBins = 0.04f;
 constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 
 /// A plane that samples may lie on, and its weight in a vote.
@@ -209,8 +213,10 @@ Clustering::Clustering(Clustering&&) noexcept = default;
 Clustering::~Clustering() = default;
 
 BinScale binScale(float areaFraction, int visibleObjects, const ClusterOptions& options) {
-  const float scale = std::min(1.0f, options.binDensity * 100.0f * areaFraction /
-                                         static_cast<float>(std::max(1, visibleObjects)));
+  float scale =
+      options.binDensity * 100.0f * areaFraction / static_cast<float>(std::max(1, visibleObjects));
+  if (areaFraction >= kLeastArea) scale = std::max(scale, kLeastBins * options.binDensity);
+  scale = std::min(1.0f, scale);
   BinScale bins;
   bins.theta = std::max(1.0f, scale * static_cast<float>(options.maxThetaBins));
   bins.phi = std::max(1.0f, scale * static_cast<float>(options.maxPhiBins));

@@ -125,8 +125,9 @@ class Clustering {
 };
 
 /// Bins of an object over theta (360 degrees) and phi (180 degrees): scale = min(1, density * 100 *
-/// its share of the frame / number of visible objects), at least one bin each. The paper's formula
-/// with the area in percent (its print with a fraction gives one bin per object).
+/// its share of the frame / number of visible objects), at least one bin each and 0.04 * density
+/// where the share is at least 1/1000. The paper's formula with the area in percent (its print with
+/// a fraction gives one bin per object).
 struct BinScale {
   float theta = 1.0f;  ///< bins, not rounded: i = floor(theta / 360 * this)
   float phi = 1.0f;

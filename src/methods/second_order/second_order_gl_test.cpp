@@ -248,6 +248,24 @@ TEST(SecondOrder, SmallThingsAreNotLeftOutOfDimReflections) {
   EXPECT_EQ(leftOut(frame(1.0f, R"({"level_error": 0})")), 0u);
 }
 
+TEST(SecondOrder, AmongManyReflectorsEachComesCloseToItsRays) {
+  // Bright balls between dark mirrors
+  test::SceneBuilder builder;
+  const scene::Mesh ball = scene::makeSphere(0.14f, 32, 16, scene::UvMode::Metres);
+  const int mirror = builder.reflective(0.12f, 0.0f);
+  const int lamp = builder.diffuse(Vec3(0.9f, 0.8f, 0.5f), Vec3(6.0f, 5.0f, 3.0f));
+  for (int i = 0; i < 49; ++i) {
+    const Vec3 at(0.4f * static_cast<float>(i % 7 - 3), 0.0f, 0.4f * static_cast<float>(i / 7 - 3));
+    builder.add(ball, mirror, test::translation(at));
+    builder.add(ball, lamp, test::translation(at + Vec3(0.2f, 0.0f, 0.2f)));
+  }
+  builder.constantEnvironment(Vec3(0.05f));
+  const Comparison frame(builder.scene(), cameraAt({0.3f, 1.6f, 2.4f}, {0.0f, 0.0f, 0.2f}));
+  EXPECT_GT(frame.samples, 10000u);
+  EXPECT_TRUE(frame.finite);
+  EXPECT_LT(frame.meanDifference, 0.38);  // 0.31; with a bin each 0.51
+}
+
 /// A mirror whose normals a map turns by up to 70 degrees, by texels.
 scene::Scene roomWithBent(scene::Mesh mirror, float glossiness = 0.0f) {
   mirror.tangents.clear();

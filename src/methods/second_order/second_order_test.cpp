@@ -96,6 +96,13 @@ TEST(Bins, FollowThePapersFormulaWithTheAreaInPercent) {
   EXPECT_FLOAT_EQ(binScale(0.05f, 10, paper).theta, 6.5f);
   EXPECT_EQ(binScale(0.05f, 10, paper).thetaBins, 7);
   EXPECT_EQ(binScale(0.05f, 10, paper).phiBins, 4);
+  // Ours: at ten times its density, 0.4 of the bins even among many, where an object shows much
+  const ClusterOptions ours;
+  EXPECT_FLOAT_EQ(binScale(0.001f, 2, ours).theta, 0.5f * 13.0f);
+  EXPECT_FLOAT_EQ(binScale(0.001f, 64, ours).theta, 0.4f * 13.0f);
+  EXPECT_EQ(binScale(0.001f, 64, ours).phiBins, 4);
+  EXPECT_EQ(binScale(0.0009f, 64, ours).thetaBins, 1);
+  EXPECT_EQ(binScale(0.001f, 64, paper).thetaBins, 1);
 }
 
 TEST(Bins, NormalsNextToAPoleAreOneBin) {
