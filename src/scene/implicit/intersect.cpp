@@ -43,7 +43,7 @@ Segment clipped(const Surface& surface, const SurfaceRay& ray) {
 class Along {
  public:
   Along(const Tape& tape, const Segment& segment)
-      : segment_(segment), plain_(tape), slope_(tape), boxes_(tape) {}
+      : segment_(segment), plain_(tape), slope_(tape), values_(tape), boxes_(tape) {}
 
   double value(double s) {
     const Point p = segment_.origin + s * segment_.direction;
@@ -55,18 +55,23 @@ class Along {
     return slope_({p.x, d.x}, {p.y, d.y}, {p.z, d.z});
   }
   Dual<Interval> range(const Interval& s) {
-    const auto at = [&](int axis) {
-      const double d = segment_.direction[axis];
-      const double o = segment_.origin[axis];
-      return Dual<Interval>{Interval{o, o} + d * s, Interval{d, d}};
+    const auto slope = [&](int axis) {
+      return Interval{segment_.direction[axis], segment_.direction[axis]};
     };
-    return boxes_(at(0), at(1), at(2));
+    return boxes_({at(0, s), slope(0)}, {at(1, s), slope(1)}, {at(2, s), slope(2)});
   }
+  Interval valueRange(const Interval& s) { return values_(at(0, s), at(1, s), at(2, s)); }
 
  private:
+  Interval at(int axis, const Interval& s) const {
+    const double o = segment_.origin[axis];
+    return Interval{o, o} + segment_.direction[axis] * s;
+  }
+
   Segment segment_;
   Evaluator<double> plain_;
   Evaluator<Dual<double>> slope_;
+  Evaluator<Interval> values_;
   Evaluator<Dual<Interval>> boxes_;
 };
 
@@ -228,7 +233,7 @@ class Search {
       // The mean value theorem bounds g where its derivative is bounded.
       if (!monotone && range.derivative.bounded()) {
         const Interval mean =
-            g_.range({middle, middle}).value + range.derivative * (s + Interval{-middle, -middle});
+            g_.valueRange({middle, middle}) + range.derivative * (s + Interval{-middle, -middle});
         if (!mean.undefined() && !mean.containsZero()) continue;
       }
       if (monotone || piece.b - piece.a <= resolution_ || middle <= piece.a || middle >= piece.b) {

@@ -62,6 +62,18 @@ inline Interval operator-(const Interval& a, const Interval& b) {
   return a + (-b);
 }
 inline Interval operator*(const Interval& a, const Interval& b) {
+  // Most often nothing is zero, infinite or undefined
+  const double ll = a.lo * b.lo;
+  const double lh = a.lo * b.hi;
+  const double hl = a.hi * b.lo;
+  const double hh = a.hi * b.hi;
+  const auto plain = [](double p) {
+    return std::abs(p) > 0.0 && std::abs(p) < Interval::kInfinity;
+  };
+  if (plain(ll) && plain(lh) && plain(hl) && plain(hh)) {
+    return {rounding::below(std::min(std::min(ll, lh), std::min(hl, hh))),
+            rounding::above(std::max(std::max(ll, lh), std::max(hl, hh)))};
+  }
   if (a.undefined() || b.undefined()) return Interval::undefinedEverywhere();
   double lo = Interval::kInfinity;
   double hi = -Interval::kInfinity;
@@ -154,8 +166,9 @@ inline Interval cos(const Interval& a) {
   constexpr double kLargest = 1e6;
   constexpr double kSlack = 1e-8;
   if (!(a.lo > -kLargest && a.hi < kLargest && a.width() < kTurn)) return {-1.0, 1.0};
-  const Interval ends = rounding::widened(std::min(std::cos(a.lo), std::cos(a.hi)),
-                                          std::max(std::cos(a.lo), std::cos(a.hi)));
+  const double first = std::cos(a.lo);
+  const double last = std::cos(a.hi);
+  const Interval ends = rounding::widened(std::min(first, last), std::max(first, last));
   const auto reaches = [&](double at) {
     const double next = at + kTurn * std::ceil((a.lo - kSlack - at) / kTurn);
     return next <= a.hi + kSlack;
