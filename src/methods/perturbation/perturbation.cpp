@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <map>
 #include <memory>
@@ -501,6 +502,8 @@ class Perturbation : public Method {
     });
     services.timer.measure("virtual_objects", [&] {
       perturbation::TriangleCounts counts;
+      std::vector<std::string> coarse;
+      std::vector<std::string> leftOut;
       for (auto& [sequence, type] : types_) {
         if (!type.occurs()) continue;
         ++counters["path_types"];
@@ -514,14 +517,19 @@ class Perturbation : public Method {
             type.objects.erase(old);
           }
           if (body >= 0 && body != o) continue;
-          news.begin(nameOf(services.scene, sequence, o));
+          const std::string name = nameOf(services.scene, sequence, o);
+          news.begin(name);
+          perturbation::TriangleCounts made;
           const raster::VirtualTriangles* triangles =
-              trianglesOf(geometry, sequence.back().object, type, o, view, news, counts);
+              trianglesOf(geometry, sequence.back().object, type, o, view, news, made);
+          counts.add(made);
+          if (made.coarse > 0) coarse.push_back(name);
+          if (made.paths.leftOut > 0) leftOut.push_back(name);
           if (!triangles) continue;
-          const auto made = type.objects.emplace(
+          const auto drawn = type.objects.emplace(
               o, raster::VirtualObject(*triangles, camera, services.gbuffer->sampleWidth(),
                                        services.gbuffer->sampleHeight()));
-          if (part) part->add(made.first->second.where);
+          if (part) part->add(drawn.first->second.where);
         }
       }
       linkObjects(services.scene);
@@ -536,7 +544,8 @@ class Perturbation : public Method {
       counters["triangles"] = counts.triangles;
       counters["dropped_triangles"] = counts.dropped;
       counters["coarse_objects"] = counts.coarse;
-      warnOfCoarse(counts.coarse);
+      warnOfCoarse(coarse);
+      warnOfLeftOut(leftOut, counts.paths.leftOut);
       counters["linear"] = counts.paths.linear;
       counters["quadratic"] = counts.paths.quadratic;
       counters["retraced"] = counts.paths.retraced;
@@ -593,17 +602,37 @@ class Perturbation : public Method {
     return text;
   }
 
+  /// The first of some things, and how many others there are.
+  static std::string firstOf(const std::vector<std::string>& names) {
+    if (names.size() == 1) return names[0];
+    return names[0] + " and " + std::to_string(names.size() - 1) + " more";
+  }
+
   /// Says once in a run that images are coarser than was asked for.
-  void warnOfCoarse(std::uint64_t objects) {
-    if (objects == 0 || warnedOfCoarse_) return;
+  void warnOfCoarse(const std::vector<std::string>& objects) {
+    if (objects.empty() || warnedOfCoarse_) return;
     warnedOfCoarse_ = true;
+    std::array<char, 32> allowed{};
+    std::snprintf(allowed.data(), allowed.size(), "%g",
+                  static_cast<double>(options_.tracedPerPixel));
     log::warning(
-        "perturbation: " + std::to_string(objects) +
-        " objects are reflected more coarsely than tessellation_error: halving their edges "
-        "would trace more paths than traced_per_pixel (" +
-        std::to_string(options_.tracedPerPixel) +
-        ") allows; raise it, or tessellation_error, or lower max_bounces (counted: "
-        "coarse_objects)");
+        "perturbation: " + firstOf(objects) +
+        " are reflected more coarsely than tessellation_error: halving their edges would "
+        "trace more paths than traced_per_pixel (" +
+        allowed.data() +
+        ") allows; raise it, or tessellation_error, or lower max_bounces; waves and many sheets, "
+        "which show every point often, are faster by method traced (counted: coarse_objects)");
+  }
+
+  /// Says once in a run that points show more often than is followed.
+  void warnOfLeftOut(const std::vector<std::string>& objects, std::uint64_t reflections) {
+    if (objects.empty() || warnedOfLeftOut_) return;
+    warnedOfLeftOut_ = true;
+    log::warning("perturbation: " + firstOf(objects) + " show points more than " +
+                 std::to_string(perturbation::kMaxReflections) +
+                 " times: " + std::to_string(reflections) +
+                 " reflections are left out; method traced shows such reflectors (counted: "
+                 "reflections_left_out)");
   }
 
   /// How a path may go on at an object: in two ways where it is inside of it.
@@ -727,10 +756,8 @@ class Perturbation : public Method {
                    static_cast<std::size_t>(static_cast<double>(options_.tracedPerPixel) *
                                             view.width * view.height));
       options.lookedUp = [&](std::size_t places) { news.add(places); };
-      perturbation::TriangleCounts made;
       perturbation::virtualTriangles(geometry, o, *type.paths, own, view, options_.path.order,
-                                     options, connectivity_[o], made, triangles_);
-      counts.add(made);
+                                     options, connectivity_[o], counts, triangles_);
       triangles_.depthSlack = kDepthSlack * static_cast<float>(type.paths->size());
     } else {
       triangles_ =
@@ -1117,6 +1144,7 @@ class Perturbation : public Method {
   std::map<Sequence, PathType> types_;  ///< those that were looked for
   std::uint64_t typesLeftOut_ = 0;      ///< sequences beyond max_path_types
   bool warnedOfCoarse_ = false;
+  bool warnedOfLeftOut_ = false;
   std::map<int, perturbation::Connectivity> connectivity_;  ///< by index in geometry.objects
   raster::VirtualTriangles triangles_;                      ///< of one object, for the next
   std::size_t deepest_ = 0;  ///< reflections of the longest that occurs
