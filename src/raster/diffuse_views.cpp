@@ -72,6 +72,15 @@ Vec3 meanColor(const scene::Texture& texture) {
   return {linear(0), linear(1), linear(2)};
 }
 
+/// What an open surface gets from ambient light and environment, mean over its directions: the
+/// largest component, W/m^2.
+float skyIrradiance(const frame::Lighting& lighting) {
+  Vec3 sky = kPi * lighting.ambient;
+  constexpr float kConstantHarmonic = 0.282095f;
+  if (lighting.environment) sky += kConstantHarmonic * lighting.environment->irradianceSh()[0];
+  return std::max({sky.x, sky.y, sky.z});
+}
+
 /// No surface is brighter: thin triangles of coarse levels would otherwise extrapolate what they
 /// interpolate. Lights that are not baked have no such bound.
 float radianceBound(float irradiance, float albedo, float emission,
@@ -102,7 +111,8 @@ struct ViewList {
   std::uint64_t leftOut = 0;  ///< objects that would be too small to show
 };
 
-void SceneRaster::buildDetailLevels(const scene::Scene& scene, const frame::Geometry& geometry) {
+void SceneRaster::buildDetailLevels(const scene::Scene& scene, const frame::Geometry& geometry,
+                                    const frame::Lighting& lighting) {
   State& s = *state_;
   std::vector<LevelSource> sources;
   for (const scene::Object& object : scene.objects) {
@@ -115,7 +125,7 @@ void SceneRaster::buildDetailLevels(const scene::Scene& scene, const frame::Geom
                                 !scene.meshes[object.mesh].morphTargets.empty(),
                        .albedo = std::max({albedo.x, albedo.y, albedo.z})});
   }
-  s.levels = raster::buildDetailLevels(geometry, sources);
+  s.levels = raster::buildDetailLevels(geometry, sources, skyIrradiance(lighting));
   const auto base = static_cast<std::uint32_t>(s.meshlets.indices.size());
   for (Meshlet& meshlet : s.levels.meshlets) meshlet.firstIndex += base;
   std::vector<std::uint32_t> all = s.meshlets.indices;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <numeric>
 
 #include "core/parallel.h"
@@ -214,22 +215,25 @@ bool hasArea(const Vec3& a, const Vec3& b, const Vec3& c) {
 }
 
 ObjectLevels buildObjectLevels(const frame::Geometry& geometry, const frame::ObjectRange& range,
-                               float albedo) {
+                               float albedo, float skyIrradiance) {
   ObjectLevels result;
   std::vector<std::uint32_t> indices = localIndices(geometry, range);
   // Baked light is kept as if it were relief: flat walls are not uniformly lit
   const float metresPerRadiance = kReliefShare * geometry.bounds.diameter();
   std::vector<Vec3> relief(range.vertexCount);
-  bool lit = false;
+  float least = std::numeric_limits<float>::infinity();
+  float most = 0.0f;
   for (std::uint32_t i = 0; i < range.vertexCount; ++i) {
     const frame::VertexAttributes& vertex = geometry.attributes[range.firstVertex + i];
     const Vec3 irradiance(vertex.bake);
-    const float brightest = std::max({irradiance.x, irradiance.y, irradiance.z});
-    lit = lit || brightest > 0.0f;
+    const float brightest =
+        std::max({irradiance.x, irradiance.y, irradiance.z}) + vertex.bake.w * skyIrradiance;
+    least = std::min(least, brightest);
+    most = std::max(most, brightest);
     relief[i] = geometry.positions[range.firstVertex + i] +
                 vertex.normal * (metresPerRadiance / kPi * albedo * brightest);
   }
-  const float mostError = lit ? metresPerRadiance * kLightError : 1e30f;
+  const float mostError = most > least ? metresPerRadiance * kLightError : 1e30f;
   const float* positions = &relief.data()->x;
   const float scale = meshopt_simplifyScale(positions, range.vertexCount, sizeof(Vec3));
   std::vector<std::uint32_t> collapsed(indices.size());
@@ -290,12 +294,13 @@ Meshlets buildMeshlets(const frame::Geometry& geometry) {
 }
 
 DetailLevels buildDetailLevels(const frame::Geometry& geometry,
-                               std::span<const LevelSource> sources) {
+                               std::span<const LevelSource> sources, float skyIrradiance) {
   std::vector<ObjectLevels> objects(geometry.objects.size());
   parallelFor(objects.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (!sources[i].whole) {
-        objects[i] = buildObjectLevels(geometry, geometry.objects[i], sources[i].albedo);
+        objects[i] =
+            buildObjectLevels(geometry, geometry.objects[i], sources[i].albedo, skyIrradiance);
       }
     }
   });

@@ -71,9 +71,10 @@ struct LevelSource {
   float albedo = 1.0f;  ///< largest component, mean over its texture
 };
 
-/// `sources[object]`. Deterministic for any thread count.
+/// `sources[object]`. `skyIrradiance`: of ambient light and environment where all of them is
+/// visible, W/m^2, the largest component. Deterministic for any thread count.
 DetailLevels buildDetailLevels(const frame::Geometry& geometry,
-                               std::span<const LevelSource> sources);
+                               std::span<const LevelSource> sources, float skyIrradiance);
 
 /// Recomputes the bounds of meshlets (indices into `indices`) after vertices moved.
 void updateBounds(std::span<Meshlet> meshlets, std::span<const std::uint32_t> indices,

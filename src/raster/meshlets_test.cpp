@@ -45,7 +45,7 @@ void expectKept(scene::Mesh mesh, double area) {
   const frame::Geometry geometry =
       frame::makeGeometry(builder.scene(), scene::poseAt(builder.scene(), 0.0));
   const std::vector<raster::LevelSource> sources(1);
-  const raster::DetailLevels levels = raster::buildDetailLevels(geometry, sources);
+  const raster::DetailLevels levels = raster::buildDetailLevels(geometry, sources, 0.0f);
   std::size_t exact = 0;
   for (const raster::DetailLevel& level : levels.levels) {
     if (level.error > 1e-5f) break;
@@ -67,6 +67,31 @@ TEST(DetailLevels, KeepTheNormalsOfABox) {
   box.size = Vec3(1.0f, 2.0f, 3.0f);
   box.segments = glm::ivec3(12);
   expectKept(scene::makeBox(box, scene::UvMode::Metres), 22.0);
+}
+
+TEST(DetailLevels, KeepTheEdgesOfAmbientOcclusion) {
+  // Half of the plane sees no sky
+  test::SceneBuilder builder;
+  builder.add(scene::makePlane({4.0f, 4.0f}, {40, 40}, scene::UvMode::Metres),
+              builder.diffuse(Vec3(0.5f)));
+  frame::Geometry geometry =
+      frame::makeGeometry(builder.scene(), scene::poseAt(builder.scene(), 0.0));
+  for (std::size_t i = 0; i < geometry.positions.size(); ++i) {
+    geometry.attributes[i].bake.w = geometry.positions[i].x > 0.01f ? 1.0f : 0.0f;
+  }
+  const std::vector<raster::LevelSource> sources(1);
+  const auto fewestWithout = [&](float skyIrradiance) {
+    const raster::DetailLevels levels = raster::buildDetailLevels(geometry, sources, skyIrradiance);
+    std::size_t fewest = geometry.indices.size() / 3;
+    for (const raster::DetailLevel& level : levels.levels) {
+      if (level.error > 1e-4f) continue;
+      fewest = std::min(fewest, surfaceOf(levels, level, geometry).triangles);
+    }
+    return fewest;
+  };
+  EXPECT_LT(fewestWithout(0.0f), 100u);
+  EXPECT_GE(fewestWithout(3.0f), 2u * 40u);  // beside the edge, and on both sides of it
+  EXPECT_LT(fewestWithout(3.0f), 40u * 40u);
 }
 
 }  // namespace

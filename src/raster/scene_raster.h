@@ -108,7 +108,8 @@ class SceneRaster {
                              bool insides = true);
 
   /// Makes coarser levels of the objects for drawDiffuseViews(); once, before the first frame.
-  void buildDetailLevels(const scene::Scene& scene, const frame::Geometry& geometry);
+  void buildDetailLevels(const scene::Scene& scene, const frame::Geometry& geometry,
+                         const frame::Lighting& lighting);
 
   /// Draws diffuse radiance (colour 0) and depth of all views, each into its rectangle of
   /// `layers[view.layer]`, whose depth the caller has cleared there (where it stays, nothing was

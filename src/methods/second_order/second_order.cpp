@@ -325,8 +325,9 @@ class SecondOrder : public Method {
     if (!reflectors_.any()) return;
     refractive_ = raster::RefractiveSamples(services.scene);
     if (options_.images.levelErrorTexels > 0.0f) {
-      services.timer.measure(
-          "levels", [&] { services.raster->buildDetailLevels(services.scene, services.geometry); });
+      services.timer.measure("levels", [&] {
+        services.raster->buildDetailLevels(services.scene, services.geometry, services.lighting);
+      });
     }
     // What most frames need; the rest with the first frame that does
     if (reflectors_.planarMirrors) {
