@@ -477,6 +477,6 @@ CASES = [
     Case("row", "16384 x 1, one sample", seen("nine_spheres", SPHERES_EYE, SPHERES_TARGET),
          "reference", traces(0.3), settings={"width": 16384, "height": 1, "samples": 1}),
     Case("huge", "8192 x 8192, one sample", seen("nine_spheres", SPHERES_EYE, SPHERES_TARGET),
-         "reference", traces(0.3),
+         "reference", traces(0.6),
          settings={"width": 8192, "height": 8192, "samples": 1}, huge=True),
 ]
