@@ -128,7 +128,8 @@ def floors(bench, document):
 
 CPU time of all threads, ms: other programs disturb it less than the clock on the wall, and two threads
 work at most of it. `second_order_benchmark SCENE PATH FRAMES` measures frame and floors in turns, four
-frames of each path. Floor of `gbuffer` and `depth_images`: the same triangles without shading ("once":
+frames of each path, 20 times (of two or five repetitions a frame over its floor came out anywhere between 1.14
+and 1.28). Floor of `gbuffer` and `depth_images`: the same triangles without shading ("once":
 shaded, over the depth of the same picture, so that each sample is shaded once; what is above it is
 overdraw, and the clear of the depth images). Floor of `readback`: a copy of as many bytes; of `cluster`:
 the position, normal and share of the sums of each reflective sample and the bin and ray of those that are not
@@ -138,11 +139,11 @@ walk its cluster's seven rows, the very texels that it reads up to its hit, of e
 longest, four depths and four colours there; of a planar mirror one row, one depth, one colour); of
 `composite`: a pass that does nothing but read diffuse and reflected colours (in the living room, whose
 reflectors are tinted, the tints of samples' objects, too) and write the frame.""")
-    frames = {"full": ("45-900x270", "5"), "quick": ("45-900x270", "2"), "smoke": ("450", "1")}
+    repeated = ("450", "1") if bench.effort == "smoke" else ("45-900x270", "20")
     rows = []
     for path, (scene, file) in PATHS.items():
         done = subprocess.run([bench.program.parent / "second_order_benchmark",
-                               f"scenes/{scene}.json", f"paths/{file}.json", *frames[bench.effort]],
+                               f"scenes/{scene}.json", f"paths/{file}.json", *repeated],
                               capture_output=True, text=True)
         if done.returncode != 0:
             raise SystemExit(f"paper_tables: {done.stderr.strip()}")
