@@ -12,12 +12,12 @@
 
 #include "frame/test_scenes.h"
 #include "gl/test_context.h"
-#include "methods/test_harness.h"
+#include "methods/testing/cpu_harness.h"
 #include "methods/traced/gbuffer_samples.h"
 #include "raster/scene_raster.h"
 #include "scene/loader.h"
-#include "trace/bake.h"
-#include "trace/trace_scene.h"
+#include "trace/bake/bake.h"
+#include "trace/embree/trace_scene.h"
 
 namespace catoptric {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "frame/test_scenes.h"
 #include "gl/test_context.h"
-#include "methods/test_harness.h"
+#include "methods/testing/cpu_harness.h"
 #include "raster/scene_raster.h"
 
 namespace catoptric {

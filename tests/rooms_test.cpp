@@ -13,7 +13,7 @@
 #include "scene/animate.h"
 #include "scene/camera.h"
 #include "scene/loader.h"
-#include "trace/trace_scene.h"
+#include "trace/embree/trace_scene.h"
 
 namespace catoptric {
 namespace {

@@ -3,7 +3,7 @@
 #include "config/json_text.h"
 #include "core/text.h"
 #include "gl/doctor.h"
-#include "run/machine.h"
+#include "run/folder/machine.h"
 
 namespace catoptric::app {
 namespace {

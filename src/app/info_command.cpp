@@ -10,8 +10,8 @@
 #include "core/math.h"
 #include "core/text.h"
 #include "frame/geometry.h"
-#include "run/plan.h"
-#include "run/run_config.h"
+#include "run/config/run_config.h"
+#include "run/folder/plan.h"
 #include "scene/animate.h"
 #include "scene/loader.h"
 

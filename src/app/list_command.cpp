@@ -5,11 +5,11 @@
 #include "config/json_text.h"
 #include "core/text.h"
 #include "gl/doctor.h"
-#include "methods/method.h"
-#include "run/run_config.h"
-#include "run/schemas.h"
-#include "run/steps.h"
-#include "scene/description.h"
+#include "methods/contract/method.h"
+#include "run/config/run_config.h"
+#include "run/config/schemas.h"
+#include "run/stage/steps.h"
+#include "scene/description/description.h"
 
 namespace catoptric::app {
 namespace {

@@ -10,7 +10,7 @@
 #include "core/log.h"
 #include "core/text.h"
 #include "gl/shader.h"
-#include "run/machine.h"
+#include "run/folder/machine.h"
 
 namespace catoptric::app {
 namespace {

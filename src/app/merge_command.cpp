@@ -7,8 +7,8 @@
 #include "config/json_text.h"
 #include "core/text.h"
 #include "image/image.h"
-#include "run/merge.h"
-#include "run/session.h"
+#include "run/folder/merge.h"
+#include "run/sequence/session.h"
 
 namespace catoptric::app {
 namespace {

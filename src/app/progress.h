@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "run/sequence.h"
+#include "run/sequence/sequence.h"
 
 namespace catoptric::app {
 

@@ -17,9 +17,9 @@
 #include "config/json_text.h"
 #include "core/log.h"
 #include "core/text.h"
-#include "methods/method.h"
-#include "run/machine.h"
-#include "run/session.h"
+#include "methods/contract/method.h"
+#include "run/folder/machine.h"
+#include "run/sequence/session.h"
 #include "scene/camera.h"
 
 namespace catoptric::app {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "run/session.h"
+#include "run/sequence/session.h"
 
 namespace catoptric::app {
 

@@ -5,7 +5,7 @@
 #include "config/json_text.h"
 #include "core/parallel.h"
 #include "core/text.h"
-#include "methods/method.h"
+#include "methods/contract/method.h"
 
 namespace catoptric::app {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "app/commands.h"
-#include "run/run_config.h"
+#include "run/config/run_config.h"
 
 namespace catoptric::app {
 

@@ -8,7 +8,7 @@
 #include "core/math.h"
 #include "scene/reflectance.h"
 #include "scene/scene.h"
-#include "scene/shapes.h"
+#include "scene/shapes/shapes.h"
 
 namespace catoptric::test {
 

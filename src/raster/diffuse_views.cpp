@@ -12,8 +12,8 @@
 #include "core/parallel.h"
 #include "core/srgb.h"
 #include "gl/context.h"
+#include "raster/regions/triangle_culling.h"
 #include "raster/scene_raster_state.h"
-#include "raster/triangle_culling.h"
 
 namespace catoptric::raster {
 namespace {

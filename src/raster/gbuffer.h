@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gl/objects.h"
-#include "raster/rectangle.h"
+#include "raster/regions/rectangle.h"
 
 namespace catoptric::raster {
 

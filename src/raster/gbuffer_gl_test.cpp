@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "raster/screen.h"
+#include "raster/regions/screen.h"
 #include "raster/test_support.h"
 
 namespace catoptric {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "raster/materials.h"
+#include "raster/scene_gpu/materials.h"
 
 namespace catoptric::raster {
 

@@ -9,8 +9,8 @@
 #include "core/parallel.h"
 #include "gl/context.h"
 #include "gl/shader.h"
+#include "raster/regions/triangle_cover.h"
 #include "raster/scene_raster_state.h"
-#include "raster/triangle_cover.h"
 
 namespace catoptric::raster {
 

@@ -14,7 +14,7 @@
 #include "frame/shading.h"
 #include "gl/shader.h"
 #include "raster/gbuffer.h"
-#include "raster/rectangle.h"
+#include "raster/regions/rectangle.h"
 #include "raster/virtual_objects.h"
 #include "scene/camera.h"
 #include "scene/scene.h"

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "raster/frame_block.h"
-#include "raster/materials.h"
-#include "raster/meshlets.h"
+#include "raster/scene_gpu/materials.h"
+#include "raster/scene_gpu/meshlets.h"
 #include "raster/scene_raster.h"
 
 namespace catoptric::raster {

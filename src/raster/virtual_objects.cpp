@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "raster/regions/triangle_cover.h"
 #include "raster/scene_raster_state.h"
-#include "raster/triangle_cover.h"
 
 namespace catoptric::raster {
 namespace {

@@ -8,7 +8,7 @@
 #include "core/math.h"
 #include "frame/geometry.h"
 #include "gl/objects.h"
-#include "raster/rectangle.h"
+#include "raster/regions/rectangle.h"
 
 namespace catoptric::raster {
 

@@ -16,9 +16,9 @@
 #include "scene/animate.h"
 #include "scene/camera.h"
 #include "scene/loader.h"
-#include "trace/bake.h"
-#include "trace/reflect.h"
-#include "trace/trace_scene.h"
+#include "trace/bake/bake.h"
+#include "trace/embree/trace_scene.h"
+#include "trace/lobes/reflect.h"
 
 namespace catoptric {
 namespace {

@@ -1,4 +1,4 @@
-#include "trace/trace_scene.h"
+#include "trace/embree/trace_scene.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 #include "core/parallel.h"
 #include "frame/test_scenes.h"
 #include "scene/animate.h"
-#include "trace/reflect.h"
+#include "trace/lobes/reflect.h"
 
 namespace catoptric {
 namespace {

@@ -1,7 +1,7 @@
 #include "config/json.h"
 #include "core/error.h"
 #include "memory_file.h"
-#include "run/run_config.h"
+#include "run/config/run_config.h"
 
 using namespace catoptric;
 

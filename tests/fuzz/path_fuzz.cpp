@@ -5,7 +5,7 @@
 #include "core/error.h"
 #include "memory_file.h"
 #include "scene/camera.h"
-#include "scene/path.h"
+#include "scene/paths/path.h"
 #include "scene/scene.h"
 
 using namespace catoptric;

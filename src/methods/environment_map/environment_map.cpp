@@ -8,8 +8,8 @@
 #include "gl/query.h"
 #include "gl/shader.h"
 #include "methods/environment_map/cube_map.h"
-#include "raster/materials.h"
 #include "raster/refractive_samples.h"
+#include "raster/scene_gpu/materials.h"
 
 namespace catoptric::methods {
 namespace {

@@ -4,7 +4,7 @@
 // yardstick that the others must beat, and the fallback of what they do not accept.
 #pragma once
 
-#include "methods/method.h"
+#include "methods/contract/method.h"
 
 namespace catoptric::methods {
 

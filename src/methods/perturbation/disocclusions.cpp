@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "core/parallel.h"
-#include "methods/sample_points.h"
-#include "trace/reflect.h"
+#include "methods/shared/sample_points.h"
+#include "trace/lobes/reflect.h"
 
 namespace catoptric::methods::perturbation {
 namespace {

@@ -8,7 +8,7 @@
 #include "frame/shading.h"
 #include "raster/gbuffer.h"
 #include "scene/camera.h"
-#include "trace/trace_scene.h"
+#include "trace/embree/trace_scene.h"
 
 namespace catoptric::methods::perturbation {
 

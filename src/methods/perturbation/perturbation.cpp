@@ -21,7 +21,7 @@
 #include "methods/perturbation/disocclusions.h"
 #include "methods/perturbation/reflector.h"
 #include "methods/perturbation/virtual_objects.h"
-#include "raster/materials.h"
+#include "raster/scene_gpu/materials.h"
 #include "scene/animate.h"
 
 namespace catoptric::methods {

@@ -1,7 +1,7 @@
 // Reflections in implicit surfaces as virtual objects, by perturbing sampled paths [Chen2000].
 #pragma once
 
-#include "methods/method.h"
+#include "methods/contract/method.h"
 
 namespace catoptric::methods {
 

@@ -13,7 +13,7 @@
 #include "methods/perturbation/ray_octree.h"
 #include "methods/perturbation/virtual_objects.h"
 #include "scene/implicit/surface.h"
-#include "scene/shapes.h"
+#include "scene/shapes/shapes.h"
 
 namespace catoptric::methods::perturbation {
 namespace {

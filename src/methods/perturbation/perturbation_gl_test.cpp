@@ -10,8 +10,8 @@
 #include "methods/perturbation/reflector.h"
 #include "scene/animate.h"
 #include "scene/implicit/surface.h"
-#include "scene/shapes.h"
-#include "trace/reflect.h"
+#include "scene/shapes/shapes.h"
+#include "trace/lobes/reflect.h"
 
 namespace catoptric::methods {
 namespace {

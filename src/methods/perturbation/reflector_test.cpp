@@ -17,7 +17,7 @@
 #include "methods/perturbation/virtual_objects.h"
 #include "scene/animate.h"
 #include "scene/loader.h"
-#include "scene/shapes.h"
+#include "scene/shapes/shapes.h"
 
 namespace catoptric::methods::perturbation {
 namespace {

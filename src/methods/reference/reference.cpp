@@ -8,7 +8,7 @@
 
 #include "core/parallel.h"
 #include "core/random.h"
-#include "trace/reflect.h"
+#include "trace/lobes/reflect.h"
 
 namespace catoptric::methods {
 namespace {

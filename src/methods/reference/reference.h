@@ -1,7 +1,7 @@
 // Method `reference`: everything by Embree, converged; the peer in truth. See README.md.
 #pragma once
 
-#include "methods/method.h"
+#include "methods/contract/method.h"
 
 namespace catoptric::methods {
 

@@ -8,7 +8,7 @@
 
 #include "core/parallel.h"
 #include "frame/test_scenes.h"
-#include "methods/test_harness.h"
+#include "methods/testing/cpu_harness.h"
 
 namespace catoptric::methods {
 namespace {

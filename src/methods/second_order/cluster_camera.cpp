@@ -9,7 +9,7 @@
 
 #include "core/parallel.h"
 #include "scene/reflectance.h"
-#include "trace/reflect.h"
+#include "trace/lobes/reflect.h"
 
 namespace catoptric::methods {
 namespace {

@@ -10,7 +10,7 @@
 #include "methods/second_order/cluster_camera.h"
 #include "raster/gbuffer.h"
 #include "scene/camera.h"
-#include "trace/trace_scene.h"
+#include "trace/embree/trace_scene.h"
 
 namespace catoptric::methods {
 

@@ -21,8 +21,8 @@
 #include "methods/second_order/clusters.h"
 #include "methods/second_order/depth_images.h"
 #include "methods/second_order/disocclusions.h"
-#include "raster/materials.h"
 #include "raster/refractive_samples.h"
+#include "raster/scene_gpu/materials.h"
 
 namespace catoptric::methods {
 namespace {

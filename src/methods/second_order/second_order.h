@@ -2,7 +2,7 @@
 // walking over it.
 #pragma once
 
-#include "methods/method.h"
+#include "methods/contract/method.h"
 
 namespace catoptric::methods {
 

@@ -35,7 +35,7 @@
 #include "gl/context.h"
 #include "methods/second_order/cluster_sums.h"
 #include "methods/second_order/second_order.h"
-#include "raster/materials.h"
+#include "raster/scene_gpu/materials.h"
 #include "raster/scene_raster.h"
 #include "scene/animate.h"
 #include "scene/camera.h"

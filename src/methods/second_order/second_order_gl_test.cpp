@@ -8,8 +8,8 @@
 #include "methods/second_order/depth_images.h"
 #include "methods/second_order/second_order.h"
 #include "scene/animate.h"
-#include "scene/shapes.h"
-#include "trace/reflect.h"
+#include "scene/shapes/shapes.h"
+#include "trace/lobes/reflect.h"
 
 namespace catoptric::methods {
 namespace {

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "core/parallel.h"
-#include "methods/sample_points.h"
+#include "methods/shared/sample_points.h"
 
 namespace catoptric::methods {
 namespace {

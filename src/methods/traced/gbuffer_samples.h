@@ -6,7 +6,7 @@
 
 #include "raster/gbuffer.h"
 #include "scene/camera.h"
-#include "trace/reflect.h"
+#include "trace/lobes/reflect.h"
 
 namespace catoptric::methods {
 

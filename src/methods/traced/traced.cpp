@@ -7,7 +7,7 @@
 #include "core/parallel.h"
 #include "methods/traced/gbuffer_samples.h"
 #include "scene/reflectance.h"
-#include "trace/reflect.h"
+#include "trace/lobes/reflect.h"
 
 namespace catoptric::methods {
 namespace {

@@ -2,7 +2,7 @@
 // method. See README.md.
 #pragma once
 
-#include "methods/method.h"
+#include "methods/contract/method.h"
 
 namespace catoptric::methods {
 

@@ -1,0 +1,40 @@
+#include <algorithm>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "methods/contract/method.h"
+
+// One line per method, in the order of `catoptric list`: the function of its folder that gives its
+// entry.
+#define CATOPTRIC_METHODS(METHOD) \
+  METHOD(environmentMapEntry)     \
+  METHOD(tracedEntry)             \
+  METHOD(secondOrderEntry)        \
+  METHOD(perturbationEntry)       \
+  METHOD(referenceEntry)
+
+namespace catoptric::methods {
+
+#define CATOPTRIC_DECLARE(entry) const MethodEntry& entry();
+CATOPTRIC_METHODS(CATOPTRIC_DECLARE)
+#undef CATOPTRIC_DECLARE
+
+const std::vector<MethodEntry>& registry() {
+#define CATOPTRIC_CALL(entry) entry(),
+  static const std::vector<MethodEntry> entries = {CATOPTRIC_METHODS(CATOPTRIC_CALL)};
+#undef CATOPTRIC_CALL
+  return entries;
+}
+
+const MethodEntry& findMethod(const std::string& id) {
+  const std::vector<MethodEntry>& entries = registry();
+  const auto found = std::find_if(entries.begin(), entries.end(),
+                                  [&](const MethodEntry& entry) { return entry.id == id; });
+  if (found != entries.end()) return *found;
+  std::vector<std::string> names;
+  for (const MethodEntry& entry : entries) names.push_back(entry.id);
+  throw UsageError("there is no method \"" + id + "\"" + didYouMean(id, names) +
+                   "; the methods are " + joined(names, ", "));
+}
+
+}  // namespace catoptric::methods

@@ -1,0 +1,425 @@
+#include "run/config/run_config.h"
+
+#include <algorithm>
+#include <cctype>
+#include <optional>
+#include <set>
+
+#include "config/json_text.h"
+#include "core/error.h"
+#include "core/text.h"
+#include "run/folder/run_folder.h"
+#include "scene/paths/path.h"
+
+namespace catoptric::run {
+namespace {
+
+using config::Errors;
+using config::Field;
+using config::FieldType;
+using config::Schema;
+using config::Value;
+
+const Schema& imageSchema() {
+  static const Schema schema{
+      "image",
+      "Size, samples and layers of the frames.",
+      {
+          {.name = "width",
+           .type = FieldType::Integer,
+           .help = "Width of a frame, pixels.",
+           .defaultText = "512",
+           .minimum = 1,
+           .maximum = 16384},
+          {.name = "height",
+           .type = FieldType::Integer,
+           .help = "Height of a frame, pixels.",
+           .defaultText = "512",
+           .minimum = 1,
+           .maximum = 16384},
+          {.name = "samples",
+           .type = FieldType::Integer,
+           .help = "Samples per pixel along each axis: 2 gives 2 x 2.",
+           .defaultText = "2",
+           .minimum = 1,
+           .maximum = 8},
+          {.name = "layers",
+           .type = FieldType::Array,
+           .help = "Layers beside R G B A; Z, N, id and cluster (of methods that cluster rays) are "
+                   "those of the pixel's middle sample, the others means over its samples.",
+           .defaultText = "[]",
+           .allowed = {"Z", "N", "reflection", "diffuse", "s", "id", "cluster"},
+           .items = FieldType::String},
+          {.name = "masks",
+           .type = FieldType::Bool,
+           .help = "Layers mask.*: the share of a pixel's samples where the method fell back.",
+           .defaultText = "false"},
+          {.name = "fresnel",
+           .type = FieldType::Bool,
+           .help = "Weigh the reflection by Schlick's Fresnel term with F0 = s, instead of by s.",
+           .defaultText = "false"},
+          {.name = "half",
+           .type = FieldType::Bool,
+           .help = "R G B A as 16-bit floats; other layers are always 32-bit.",
+           .defaultText = "true"},
+          {.name = "compression",
+           .type = FieldType::String,
+           .help = "Compression of the EXR files, without loss.",
+           .defaultText = "\"zip\"",
+           .allowed = {"none", "zip", "piz"}},
+      }};
+  return schema;
+}
+
+const Schema& previewSchema() {
+  static const Schema schema{"preview",
+                             "Previews: 8-bit PNG beside the EXR frames.",
+                             {
+                                 {.name = "enabled",
+                                  .type = FieldType::Bool,
+                                  .help = "Write previews/frame.0001.png.",
+                                  .defaultText = "true"},
+                                 {.name = "exposure",
+                                  .type = FieldType::Number,
+                                  .help = "Exposure before the display transform, stops.",
+                                  .defaultText = "0",
+                                  .minimum = -20,
+                                  .maximum = 20},
+                             }};
+  return schema;
+}
+
+const Schema& errorsSchema() {
+  static const Schema schema{"errors",
+                             "Errors of the methods' frames, in a table after the run.",
+                             {
+                                 {.name = "against",
+                                  .type = FieldType::Array,
+                                  .help = "Names in `methods` that the others are compared with.",
+                                  .defaultText = "[]",
+                                  .items = FieldType::String},
+                             }};
+  return schema;
+}
+
+std::vector<std::string> methodIds(const std::vector<methods::MethodEntry>& registry) {
+  std::vector<std::string> ids;
+  for (const methods::MethodEntry& entry : registry) ids.push_back(entry.id);
+  return ids;
+}
+
+const methods::MethodEntry* findEntry(const std::vector<methods::MethodEntry>& registry,
+                                      const std::string& id) {
+  for (const methods::MethodEntry& entry : registry)
+    if (entry.id == id) return &entry;
+  return nullptr;
+}
+
+bool isFileName(const std::string& name) {
+  return !name.empty() && name.front() != '.' &&
+         std::all_of(name.begin(), name.end(), [](unsigned char c) {
+           return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
+         });
+}
+
+/// One entry of `methods`, "traced" or {"method": "traced", ...}. Nothing when it has errors.
+std::optional<MethodConfig> readMethod(const Value& value,
+                                       const std::vector<methods::MethodEntry>& registry,
+                                       Errors& errors) {
+  const std::vector<std::string> ids = methodIds(registry);
+  const bool isName = value.kind() == Value::Kind::String;
+  if (!isName && value.kind() != Value::Kind::Object) {
+    errors.add(value, value.dump() + " is neither a method's name nor an object with \"method\"");
+    return {};
+  }
+  const Value idValue = isName ? value : value.get("method");
+  if (idValue.isNull()) {
+    errors.add(value, "\"method\" is missing; it must be one of: " + joined(ids, ", "));
+    return {};
+  }
+  if (idValue.kind() != Value::Kind::String) {
+    errors.add(idValue, idValue.dump() + " is not a method's name; allowed: " + joined(ids, ", "));
+    return {};
+  }
+  const std::string& id = idValue.asString();
+  const methods::MethodEntry* entry = findEntry(registry, id);
+  if (entry == nullptr) {
+    errors.add(idValue, idValue.dump() + " is not a method" + didYouMean(id, ids) +
+                            "; allowed: " + joined(ids, ", "));
+    return {};
+  }
+
+  MethodConfig method;
+  method.id = id;
+  method.name = id;
+  if (isName) {
+    method.options = config::parseText("{}", value.place().file);
+  } else {
+    const std::vector<std::string> lines = config::check(value, methodSchema(*entry));
+    errors.add(lines);
+    if (!lines.empty()) return {};
+    if (value.has("name")) method.name = value.get("name").asString();
+    method.options = config::without(value, {"method", "name", "comment"});
+  }
+  if (!isFileName(method.name)) {
+    errors.add(value.get("name"), config::jsonString(method.name) +
+                                      " cannot name a folder; allowed: letters, digits, _ - .");
+    return {};
+  }
+  if (isRunFileName(method.name)) {
+    errors.add(value.get("name"), config::jsonString(method.name) +
+                                      " is the name of a run's own file; choose another");
+    return {};
+  }
+  method.effective = config::withDefaults(method.options, entry->options);
+  return method;
+}
+
+/// A file named in the config: relative to the config, or to the working folder for a --set.
+std::filesystem::path resolved(const Value& value, const std::filesystem::path& configFile) {
+  const std::filesystem::path named = value.asString();
+  const bool fromFile = value.place().line > 0;
+  return (named.is_absolute() || !fromFile ? named : configFile.parent_path() / named)
+      .lexically_normal();
+}
+
+}  // namespace
+
+const Schema& runSchema() {
+  static const Schema schema{
+      "run",
+      "A run config: which frames of which scene are rendered, how, and by which methods.",
+      {
+          {.name = "$schema", .type = FieldType::String, .help = "For editors; not read."},
+          {.name = "comment", .type = FieldType::Any, .help = "Any text; not read."},
+          {.name = "scene",
+           .type = FieldType::String,
+           .help = "Scene: .gltf, .glb, or a description (.json); relative to this file.",
+           .required = true},
+          {.name = "path",
+           .type = FieldType::String,
+           .help = "Camera path (.json); without it the scene's own camera."},
+          {.name = "frames",
+           .type = FieldType::String,
+           .help = "Frames of the path, such as \"1-100x2,120\"; empty: all.",
+           .defaultText = "\"\""},
+          {.name = "image",
+           .type = FieldType::Object,
+           .help = "Size, samples, layers.",
+           .object = &imageSchema()},
+          {.name = "methods",
+           .type = FieldType::Array,
+           .help = "Methods, each a name or an object with \"method\", optionally \"name\", and "
+                   "the method's own options.",
+           .defaultText = "[\"traced\"]",
+           .minimum = 1},
+          {.name = "errors",
+           .type = FieldType::Object,
+           .help = "Which errors are computed after the run.",
+           .object = &errorsSchema()},
+          {.name = "preview",
+           .type = FieldType::Object,
+           .help = "8-bit previews.",
+           .object = &previewSchema()},
+          {.name = "seed",
+           .type = FieldType::Integer,
+           .help = "Seed of all random numbers.",
+           .defaultText = "1",
+           .minimum = 0},
+          {.name = "device",
+           .type = FieldType::String,
+           .help = "GL device: auto, egl:N, surfaceless, osmesa.",
+           .defaultText = "\"auto\""},
+          {.name = "threads",
+           .type = FieldType::Integer,
+           .help = "Threads; 0: one per processor. Never changes a pixel.",
+           .defaultText = "0",
+           .minimum = 0,
+           .maximum = 1024},
+      }};
+  return schema;
+}
+
+Schema methodSchema(const methods::MethodEntry& entry) {
+  Schema schema{entry.id, entry.summary, {}};
+  schema.fields.push_back({.name = "method",
+                           .type = FieldType::String,
+                           .help = "The method.",
+                           .required = true,
+                           .allowed = {entry.id}});
+  schema.fields.push_back({.name = "name",
+                           .type = FieldType::String,
+                           .help = "Folder of its frames and row of its tables.",
+                           .defaultText = config::jsonString(entry.id)});
+  schema.fields.push_back(
+      {.name = "comment", .type = FieldType::Any, .help = "Any text; not read."});
+  schema.fields.insert(schema.fields.end(), entry.options.fields.begin(),
+                       entry.options.fields.end());
+  return schema;
+}
+
+RunConfig readRunConfig(const Value& root, const std::filesystem::path& file,
+                        const std::vector<methods::MethodEntry>& registry,
+                        const std::vector<std::string>& selected) {
+  Errors errors;
+  errors.add(config::check(root, runSchema()));
+  if (root.kind() != Value::Kind::Object) errors.throwIfAny();
+
+  // Methods have schemas of their own.
+  RunConfig run;
+  const Value methods = config::valueOr(root, runSchema(), "methods");
+  std::set<std::string> names;
+  if (methods.kind() == Value::Kind::Array) {
+    for (const Value& entry : methods.asArray()) {
+      std::optional<MethodConfig> method = readMethod(entry, registry, errors);
+      if (!method) continue;
+      if (!names.insert(method->name).second)
+        errors.add(entry, "two methods are called \"" + method->name +
+                              "\"; give one of them another \"name\"");
+      run.methods.push_back(std::move(*method));
+    }
+  }
+  errors.throwIfAny();
+
+  // --method: the config's entries of that name, else all of that method, else its defaults.
+  if (!selected.empty()) {
+    std::vector<MethodConfig> chosen;
+    for (const std::string& name : selected) {
+      const std::size_t before = chosen.size();
+      for (const MethodConfig& method : run.methods)
+        if (method.name == name) chosen.push_back(method);
+      if (chosen.size() == before)
+        for (const MethodConfig& method : run.methods)
+          if (method.id == name) chosen.push_back(method);
+      if (chosen.size() > before) continue;
+      std::vector<std::string> allowed = methodIds(registry);
+      for (const MethodConfig& method : run.methods)
+        if (findEntry(registry, method.name) == nullptr) allowed.push_back(method.name);
+      if (findEntry(registry, name) == nullptr)
+        throw UsageError("--method: \"" + name + "\" is not a method" + didYouMean(name, allowed) +
+                         "; allowed: " + joined(allowed, ", "));
+      chosen.push_back(
+          *readMethod(config::parseText(config::jsonString(name), "--method"), registry, errors));
+    }
+    for (std::size_t i = 0; i < chosen.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        if (chosen[i].name == chosen[j].name)
+          throw UsageError("--method: \"" + chosen[i].name + "\" is named twice");
+    run.methods = std::move(chosen);
+  }
+
+  run.name = file.stem().string();
+  run.file = file;
+  run.scene = resolved(root.get("scene"), file);
+  if (root.has("path")) run.path = resolved(root.get("path"), file);
+  run.frames = config::valueOr(root, runSchema(), "frames").asString();
+
+  const Value imageValue = root.get("image");
+  const auto image = [&](const char* name) {
+    return config::valueOr(imageValue, imageSchema(), name);
+  };
+  run.image.width = static_cast<int>(image("width").asInteger());
+  run.image.height = static_cast<int>(image("height").asInteger());
+  run.image.samples = static_cast<int>(image("samples").asInteger());
+  run.image.masks = image("masks").asBool();
+  run.image.fresnelSchlick = image("fresnel").asBool();
+  for (const Value& layer : image("layers").asArray()) run.image.layers.push_back(layer.asString());
+  run.image.seed =
+      static_cast<std::uint64_t>(config::valueOr(root, runSchema(), "seed").asInteger());
+  run.halfBeauty = image("half").asBool();
+  const std::string& compression = image("compression").asString();
+  run.compression = compression == "none"  ? image::Compression::None
+                    : compression == "piz" ? image::Compression::Piz
+                                           : image::Compression::Zip;
+  run.preview.enabled = config::valueOr(root.get("preview"), previewSchema(), "enabled").asBool();
+  run.preview.exposureStops = static_cast<float>(
+      config::valueOr(root.get("preview"), previewSchema(), "exposure").asNumber());
+  run.device = config::valueOr(root, runSchema(), "device").asString();
+  run.threads = static_cast<int>(config::valueOr(root, runSchema(), "threads").asInteger());
+
+  // Errors against methods that are not run are dropped when --method chose others.
+  std::vector<std::string> runNames;
+  for (const MethodConfig& method : run.methods) runNames.push_back(method.name);
+  for (const Value& against :
+       config::valueOr(root.get("errors"), errorsSchema(), "against").asArray()) {
+    const std::string& name = against.asString();
+    if (std::find(runNames.begin(), runNames.end(), name) != runNames.end()) {
+      run.errorsAgainst.push_back(name);
+    } else if (names.count(name) == 0) {
+      errors.add(against, config::jsonString(name) + " is not one of this run's methods" +
+                              didYouMean(name, runNames) + "; allowed: " + joined(runNames, ", "));
+    }
+  }
+  errors.throwIfAny();
+
+  std::vector<std::string> methodTexts;
+  for (const MethodConfig& method : run.methods)
+    methodTexts.push_back(config::JsonText()
+                              .add("name", method.name)
+                              .add("method", method.id)
+                              .raw("options", method.effective)
+                              .object());
+  run.effective = config::JsonText()
+                      .add("scene", run.scene.generic_string())
+                      .add("path", run.path.generic_string())
+                      .add("frames", run.frames)
+                      .raw("image", config::withDefaults(imageValue, imageSchema()))
+                      .raw("methods", "[" + joined(methodTexts, ",") + "]")
+                      .raw("errors", config::withDefaults(root.get("errors"), errorsSchema()))
+                      .raw("preview", config::withDefaults(root.get("preview"), previewSchema()))
+                      .add("seed", run.image.seed)
+                      .add("device", run.device)
+                      .add("threads", run.threads)
+                      .object();
+  return run;
+}
+
+std::string RunConfig::pixelSettings(const MethodConfig& method) const {
+  const Value all = config::parseText(effective, "effective config");
+  return config::JsonText()
+      .add("method", method.id)
+      .raw("options", method.effective)
+      .raw("image", all.get("image").dump())
+      .raw("preview", all.get("preview").dump())
+      .add("seed", image.seed)
+      .add("device", device)
+      .object();
+}
+
+Value configOfScene(const std::filesystem::path& scene, const std::vector<std::string>& methods) {
+  std::vector<std::string> entries;
+  for (const std::string& method : methods)
+    entries.push_back(config::JsonText().add("method", method).object());
+  return config::withSetting(config::withSetting(config::parseText("{}", scene.string()), "scene",
+                                                 config::jsonString(scene.string())),
+                             "methods", "[" + joined(entries, ",") + "]");
+}
+
+FileKind fileKind(const Value& root) {
+  if (root.kind() != Value::Kind::Object) return FileKind::Unknown;
+  if (root.has("scene")) return FileKind::RunConfig;
+  if (root.has("objects")) return FileKind::Scene;
+  const std::vector<config::Field>& fields = scene::pathSchema().fields;
+  const auto ofPath = [&](const std::string& key) {
+    return std::any_of(fields.begin(), fields.end(),
+                       [&](const config::Field& field) { return field.name == key; });
+  };
+  const std::vector<std::string> keys = root.keys();
+  const bool isPath = root.has("frames") && std::all_of(keys.begin(), keys.end(), ofPath) &&
+                      std::any_of(keys.begin(), keys.end(), [](const std::string& key) {
+                        return runSchema().fields.end() ==
+                               std::find_if(runSchema().fields.begin(), runSchema().fields.end(),
+                                            [&](const config::Field& f) { return f.name == key; });
+                      });
+  return isPath ? FileKind::Path : FileKind::Unknown;
+}
+
+bool isScene(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".gltf" || extension == ".glb") return true;
+  return fileKind(config::parseFile(file)) == FileKind::Scene;
+}
+
+}  // namespace catoptric::run

@@ -1,0 +1,71 @@
+// Run configs: what is rendered, from where, how large, by which methods. One JSON file; every
+// value is checked against a schema before anything is loaded.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "config/json.h"
+#include "image/image.h"
+#include "methods/contract/method.h"
+
+namespace catoptric::run {
+
+/// One entry of `methods`: a method with its options, under a name of its own.
+struct MethodConfig {
+  std::string name;       ///< folder of its frames, row of its tables
+  std::string id;         ///< in the registry
+  config::Value options;  ///< checked against the method's schema
+  std::string effective;  ///< canonical JSON of the options, defaults filled in
+};
+
+struct PreviewConfig {
+  bool enabled = true;
+  float exposureStops = 0.0f;
+};
+
+struct RunConfig {
+  std::string name;             ///< the config's file name without folder and extension
+  std::filesystem::path file;   ///< the config, or the bare scene
+  std::filesystem::path scene;  ///< .gltf, .glb, or a description
+  std::filesystem::path path;   ///< camera path; empty: the scene's own camera
+  std::string frames;           ///< empty: all frames of the path
+  methods::RunSettings image;
+  image::Compression compression = image::Compression::Zip;
+  bool halfBeauty = true;
+  PreviewConfig preview;
+  std::vector<MethodConfig> methods;
+  std::vector<std::string> errorsAgainst;  ///< names in `methods`
+  std::string device = "auto";
+  int threads = 0;
+  std::string effective;  ///< canonical JSON of everything, defaults filled in
+
+  /// The part of `effective` that changes the pixels or bytes of one method's frames.
+  std::string pixelSettings(const MethodConfig& method) const;
+};
+
+/// Schema of run configs without the methods' own options.
+const config::Schema& runSchema();
+/// Schema of one entry of `methods`: name, method, and the method's own options.
+config::Schema methodSchema(const methods::MethodEntry& entry);
+
+/// Checks and reads a run config; paths in it are relative to its file. All errors are collected
+/// into one UsageError, a line each. `methods` non-empty: run these instead of the config's; a name
+/// that the config has keeps its options.
+RunConfig readRunConfig(const config::Value& root, const std::filesystem::path& file,
+                        const std::vector<methods::MethodEntry>& registry,
+                        const std::vector<std::string>& methods = {});
+
+/// The config that stands for a bare scene: its own camera, these methods with their defaults.
+config::Value configOfScene(const std::filesystem::path& scene,
+                            const std::vector<std::string>& methods);
+
+/// What a JSON file describes, by its names.
+enum class FileKind { Unknown, RunConfig, Scene, Path };
+FileKind fileKind(const config::Value& root);
+
+/// True when `file` is a scene and no run config: .gltf, .glb, or JSON with "objects".
+bool isScene(const std::filesystem::path& file);
+
+}  // namespace catoptric::run

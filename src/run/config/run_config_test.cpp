@@ -1,0 +1,147 @@
+#include "run/config/run_config.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "core/error.h"
+
+namespace catoptric::run {
+namespace {
+
+const config::Schema& fakeOptions() {
+  static const config::Schema schema{"fake",
+                                     "",
+                                     {{.name = "bvh",
+                                       .type = config::FieldType::String,
+                                       .help = "Policy.",
+                                       .defaultText = "\"static\"",
+                                       .allowed = {"static", "refit"}}}};
+  return schema;
+}
+
+std::vector<methods::MethodEntry> registry() {
+  return {{"traced", "Rays.", "", {}, fakeOptions(), nullptr},
+          {"reference", "Truth.", "", {}, fakeOptions(), nullptr}};
+}
+
+RunConfig read(const std::string& text, const std::vector<std::string>& methods = {}) {
+  return readRunConfig(config::parseText(text, "configs/f.json"), "configs/f.json", registry(),
+                       methods);
+}
+
+std::string messageOf(const std::string& text, const std::vector<std::string>& methods = {}) {
+  try {
+    read(text, methods);
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return "(no error)";
+}
+
+TEST(RunConfig, DefaultsAreComplete) {
+  const RunConfig run = read("{\"scene\": \"../scenes/a.json\"}");
+  EXPECT_EQ(run.name, "f");
+  EXPECT_EQ(run.scene, "scenes/a.json");
+  EXPECT_TRUE(run.path.empty());
+  EXPECT_EQ(run.image.width, 512);
+  EXPECT_EQ(run.image.samples, 2);
+  ASSERT_EQ(run.methods.size(), 1u);
+  EXPECT_EQ(run.methods[0].id, "traced");
+  EXPECT_EQ(run.methods[0].effective, "{\"bvh\":\"static\"}");
+  EXPECT_THAT(run.effective, testing::HasSubstr("\"width\":512"));
+}
+
+TEST(RunConfig, MethodsHaveNamesAndOptions) {
+  const RunConfig run = read(
+      "{\"scene\": \"a\", \"methods\": [\"reference\", {\"method\": \"traced\", \"name\": "
+      "\"refitted\", "
+      "\"bvh\": \"refit\"}, \"traced\"], \"errors\": {\"against\": [\"reference\"]}}");
+  ASSERT_EQ(run.methods.size(), 3u);
+  EXPECT_EQ(run.methods[1].name, "refitted");
+  EXPECT_EQ(run.methods[1].id, "traced");
+  EXPECT_EQ(run.methods[1].effective, "{\"bvh\":\"refit\"}");
+  EXPECT_EQ(run.methods[1].options.keys(), std::vector<std::string>{"bvh"});  // what it understands
+  EXPECT_THAT(run.errorsAgainst, testing::ElementsAre("reference"));
+}
+
+TEST(RunConfig, AllErrorsAtOnceWithPlaces) {
+  EXPECT_EQ(
+      messageOf("{\"scene\": \"a\",\n\"frame\": \"1\",\n\"image\": {\"samples\": 9},\n\"methods\": "
+                "[\"tracd\",\n{\"method\": \"traced\", \"bvh\": \"refitt\"}, {\"bvh\": 1}]}"),
+      "configs/f.json:2: /frame: unknown name \"frame\" (did you mean \"frames\"?); allowed: "
+      "$schema, comment, scene, path, frames, image, methods, errors, preview, seed, device, "
+      "threads\n"
+      "configs/f.json:3: /image/samples: 9 is out of range; allowed: 1 to 8\n"
+      "configs/f.json:4: /methods/0: \"tracd\" is not a method (did you mean \"traced\"?); "
+      "allowed: traced, reference\n"
+      "configs/f.json:5: /methods/1/bvh: \"refitt\" is not allowed (did you mean \"refit\"?); "
+      "allowed: static, refit\n"
+      "configs/f.json:5: /methods/2: \"method\" is missing; it must be one of: traced, "
+      "reference");
+  EXPECT_EQ(messageOf("{\"scene\": \"a\", \"methods\": [\"traced\", \"traced\"]}"),
+            "configs/f.json:1: /methods/1: two methods are called \"traced\"; give one of them "
+            "another \"name\"");
+  EXPECT_EQ(messageOf("{\"scene\": \"a\", \"errors\": {\"against\": [\"refrence\"]}}"),
+            "configs/f.json:1: /errors/against/0: \"refrence\" is not one of this run's methods; "
+            "allowed: traced");
+  EXPECT_EQ(
+      messageOf("{\"scene\": \"a\", \"methods\": [{\"method\": \"traced\", \"name\": \"../x\"}]}"),
+      "configs/f.json:1: /methods/0/name: \"../x\" cannot name a folder; allowed: letters, "
+      "digits, _ - .");
+}
+
+TEST(RunConfig, MethodOptionSelectsAndAdds) {
+  const std::string text =
+      "{\"scene\": \"a\", \"methods\": [{\"method\": \"traced\", \"bvh\": \"refit\"}]}";
+  EXPECT_EQ(read(text, {"traced"}).methods[0].effective, "{\"bvh\":\"refit\"}");
+  EXPECT_EQ(read(text, {"reference"}).methods[0].effective, "{\"bvh\":\"static\"}");
+  EXPECT_EQ(
+      messageOf(text, {"refrence"}),
+      "--method: \"refrence\" is not a method (did you mean \"reference\"?); allowed: traced, "
+      "reference");
+  EXPECT_EQ(messageOf(text, {"traced", "traced"}), "--method: \"traced\" is named twice");
+}
+
+TEST(RunConfig, PixelSettingsLeaveOutWhatChangesNoPixel) {
+  const RunConfig a = read("{\"scene\": \"a\", \"threads\": 1, \"frames\": \"1\"}");
+  const RunConfig b = read("{\"scene\": \"a\", \"threads\": 2}");
+  const RunConfig c = read("{\"scene\": \"a\", \"seed\": 7}");
+  const RunConfig d = read("{\"scene\": \"a\", \"image\": {\"samples\": 3}}");
+  EXPECT_EQ(a.pixelSettings(a.methods[0]), b.pixelSettings(b.methods[0]));
+  EXPECT_NE(a.pixelSettings(a.methods[0]), c.pixelSettings(c.methods[0]));
+  EXPECT_NE(a.pixelSettings(a.methods[0]), d.pixelSettings(d.methods[0]));
+}
+
+TEST(RunConfig, MethodsCannotTakeTheNamesOfARunsFiles) {
+  for (const char* name : {"frames", "previews", "summary.json", "timings.csv", "table.md"})
+    EXPECT_THAT(messageOf(std::string("{\"scene\": \"a\", \"methods\": [{\"method\": \"traced\", "
+                                      "\"name\": \"") +
+                          name + "\"}]}"),
+                testing::HasSubstr("is the name of a run's own file"))
+        << name;
+}
+
+TEST(RunConfig, FilesAreKnownByTheirNames) {
+  const auto kind = [](const char* text) { return fileKind(config::parseText(text, "t")); };
+  EXPECT_EQ(kind(R"({"scene": "a.json", "frames": "1"})"), FileKind::RunConfig);
+  EXPECT_EQ(kind(R"({"objects": []})"), FileKind::Scene);
+  EXPECT_EQ(kind(R"({"frames": 6, "orbit": {"radius": 3}})"), FileKind::Path);
+  EXPECT_EQ(kind(R"({"frames": "1-3"})"), FileKind::Unknown);  // a config without its scene
+  EXPECT_EQ(kind("[]"), FileKind::Unknown);
+}
+
+TEST(RunConfig, BareScenesNeedNoConfig) {
+  EXPECT_TRUE(isScene("x/room.GLB"));
+  const config::Value value = configOfScene("x/room.glb", {"traced"});
+  EXPECT_EQ(readRunConfig(value, "x/room.glb", registry()).scene, "x/room.glb");
+  const std::string folder = testing::TempDir();
+  std::ofstream(folder + "scene.json") << "{\"objects\": []}";
+  std::ofstream(folder + "config.json") << "{\"scene\": \"scene.json\"}";
+  EXPECT_TRUE(isScene(folder + "scene.json"));
+  EXPECT_FALSE(isScene(folder + "config.json"));
+}
+
+}  // namespace
+}  // namespace catoptric::run

@@ -1,0 +1,317 @@
+#include "run/folder/plan.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "config/json_text.h"
+#include "core/error.h"
+#include "core/text.h"
+#include "scene/animate.h"
+
+namespace catoptric::run {
+namespace {
+
+using methods::PlanItem;
+
+/// Cube maps with fewer texels are no matter (about a second on two cores); of others those with so
+/// many times the frame's samples are warned of, drawn again or once. RGBA16F with mips. Ours.
+constexpr double kManyCubeTexels = 4e6;
+constexpr double kManyTimesAgain = 4.0;
+constexpr double kManyTimesOnce = 64.0;
+constexpr double kCubeMapTexelBytes = 8.0 * 4.0 / 3.0;
+
+constexpr std::uint64_t kFramesUnderWay = 6;  ///< one rendered, 3 queued, 2 with the writers
+
+std::string count(std::size_t n, const std::string& noun) {
+  return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
+}
+
+std::size_t movingCount(const scene::Scene& scene) {
+  const std::vector<bool> moving = scene::movingObjects(scene);
+  return static_cast<std::size_t>(std::count(moving.begin(), moving.end(), true));
+}
+
+/// What all methods share: scene, geometry, baked light, context, programs.
+std::vector<PlanItem> sharedItems(const RunConfig& run, const scene::Scene& scene, bool gl) {
+  const std::size_t moving = movingCount(scene);
+  std::vector<PlanItem> items;
+  items.push_back({"precomputation", "scene", run.scene.generic_string() + " is loaded and checked",
+                   scene.memoryBytes()});
+  std::size_t vertices = 0;
+  for (const scene::Object& object : scene.objects)
+    vertices += scene.meshes[static_cast<std::size_t>(object.mesh)].positions.size();
+  items.push_back({"precomputation", "geometry",
+                   count(scene.triangleCount(), "triangle") + " of " +
+                       count(scene.objects.size(), "object") + " in world space",
+                   vertices * (sizeof(Vec3) + sizeof(frame::VertexAttributes)) +
+                       scene.triangleCount() * 3 * sizeof(std::uint32_t)});
+  if (scene.environment.type == scene::EnvironmentType::File)
+    items.push_back({"precomputation", "environment",
+                     "the environment is an image: " + scene.environment.file.generic_string(), 0});
+  if (scene.bake.mode != scene::BakeMode::None)
+    items.push_back(
+        {"precomputation", "bake",
+         std::string("the scene asks for ") +
+             (scene.bake.mode == scene::BakeMode::Full ? "baked light" : "ambient occlusion") +
+             ", " + count(static_cast<std::size_t>(scene.bake.rays), "ray") +
+             " per vertex; kept in the cache",
+         0});
+  if (gl) {
+    items.push_back({"resource", "context", "a method rasterizes; device " + run.device, 0});
+    items.push_back({"resource", "programs",
+                     "geometry, " + count(scene.textures.size(), "texture") + " and " +
+                         count(scene.materials.size(), "material") + " are uploaded",
+                     0});
+  }
+  if (moving > 0)
+    items.push_back(
+        {"pass", "geometry", count(moving, "object") + " can move: updated in every frame", 0});
+  return items;
+}
+
+const char* policyName(trace::BvhPolicy policy) {
+  switch (policy) {
+    case trace::BvhPolicy::Static:
+      return "static";
+    case trace::BvhPolicy::Refit:
+      return "refit";
+    case trace::BvhPolicy::RebuildLow:
+      return "rebuild_low";
+    case trace::BvhPolicy::RebuildMedium:
+      return "rebuild_medium";
+  }
+  return "";
+}
+
+std::vector<PlanItem> methodItems(const RunConfig& run, const scene::Scene& scene,
+                                  const methods::MethodPlan& needs) {
+  std::vector<PlanItem> items;
+  const std::uint64_t pixels =
+      static_cast<std::uint64_t>(run.image.width) * static_cast<std::uint64_t>(run.image.height);
+  const std::uint64_t samples =
+      pixels * static_cast<std::uint64_t>(run.image.samples * run.image.samples);
+  if (needs.trace) {
+    items.push_back(
+        {"resource", "bvh", "rays are traced; policy " + std::string(policyName(needs.bvh)), 0});
+    const bool rebuilds =
+        needs.bvh == trace::BvhPolicy::RebuildLow || needs.bvh == trace::BvhPolicy::RebuildMedium;
+    if (rebuilds) {
+      items.push_back({"pass", "bvh", "the policy rebuilds it in every frame", 0});
+    } else if (movingCount(scene) > 0) {
+      items.push_back({"pass", "bvh", "follows the moving objects", 0});
+    }
+  }
+  if (needs.gbuffer) {
+    // Diffuse, normal, reflection: 16 bytes each; id 4; depth and stencil 8.
+    const std::uint64_t perSample = 3 * 16 + 4 + 8 + (run.image.masks ? 1 : 0);
+    items.push_back({"resource", "gbuffer",
+                     std::to_string(run.image.width) + "x" + std::to_string(run.image.height) +
+                         " pixels with " + std::to_string(run.image.samples) + "x" +
+                         std::to_string(run.image.samples) + " samples" +
+                         (run.image.masks ? ", with masks" : ""),
+                     samples * perSample});
+    items.push_back({"pass", "gbuffer", "diffuse radiance, normals, s, g, ids and depth", 0});
+    if (const std::size_t moving = movingCount(scene); moving > 0 && moving < scene.objects.size())
+      items.push_back({"resource", "still gbuffer",
+                       "of what stands still, where something moves while the camera does not",
+                       samples * (2 * 16 + 4 + 8)});
+  }
+  items.insert(items.end(), needs.items.begin(), needs.items.end());
+  if (needs.gbuffer) {
+    items.push_back({"pass", "composite",
+                     std::string("samples are resolved to pixels") +
+                         (run.image.fresnelSchlick ? ", with Fresnel" : ""),
+                     pixels * 16});
+    items.push_back({"pass", "readback", "the frame is written to a file", 0});
+    if (!run.image.layers.empty() || run.image.masks) {
+      std::vector<std::string> layers = run.image.layers;
+      if (run.image.masks) layers.emplace_back("masks");
+      items.push_back({"pass", "layers", "asked for: " + joined(layers, ", "), 0});
+    }
+  }
+  // Colour and layers of pixels, floats: the frame at hand, those that wait, those being written.
+  const std::uint64_t floats = 4 + 3 * run.image.layers.size() + (run.image.masks ? 7 : 0);
+  items.push_back({"resource", "frames", "pixels of frames on their way to the files, at most",
+                   pixels * floats * sizeof(float) * kFramesUnderWay});
+  items.push_back({"pass", "encode", "EXR, behind the rendering", 0});
+  if (run.preview.enabled) items.push_back({"pass", "preview", "PNG, behind the rendering", 0});
+  items.push_back({"pass", "write", "files are synced and renamed, behind the rendering", 0});
+  return items;
+}
+
+std::string itemJson(const PlanItem& item) {
+  config::JsonText text;
+  text.add("kind", item.kind).add("name", item.name).add("reason", item.reason);
+  if (item.bytes > 0) text.add("bytes", item.bytes);
+  return text.object();
+}
+
+std::string itemsJson(const std::vector<PlanItem>& items) {
+  std::vector<std::string> texts;
+  for (const PlanItem& item : items) texts.push_back(itemJson(item));
+  return "[" + joined(texts, ",") + "]";
+}
+
+void appendItems(const std::vector<PlanItem>& items, std::string& text) {
+  std::size_t widest = 0;
+  for (const PlanItem& item : items) widest = std::max(widest, item.name.size());
+  for (const PlanItem& item : items) {
+    std::string line = "  " + item.kind +
+                       std::string(16 - std::min<std::size_t>(15, item.kind.size()), ' ') +
+                       item.name + std::string(widest + 2 - item.name.size(), ' ') + item.reason;
+    if (item.bytes > 0) line += " (" + bytesText(item.bytes) + ")";
+    text += line + "\n";
+  }
+}
+
+}  // namespace
+
+std::string bytesText(std::uint64_t bytes) {
+  if (bytes == 0) return "";
+  constexpr std::array kUnits = {"bytes", "kB", "MB", "GB", "TB"};
+  double value = static_cast<double>(bytes);
+  std::size_t unit = 0;
+  while (value >= 1000.0 && unit + 1 < kUnits.size()) {
+    value /= 1000.0;
+    ++unit;
+  }
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), unit == 0 ? "%.0f %s" : "%.1f %s", value, kUnits[unit]);
+  return text.data();
+}
+
+Plan makePlan(const RunConfig& run, const scene::Scene& scene, std::size_t frames,
+              const std::vector<std::unique_ptr<methods::Method>>& made) {
+  Plan plan;
+  plan.frames = frames;
+  std::vector<std::string> refused;
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    for (const methods::Unsupported& unsupported : made[i]->unsupported(scene)) {
+      const std::size_t index = static_cast<std::size_t>(unsupported.object - 1);
+      const std::string what = unsupported.object > 0 && index < scene.objects.size()
+                                   ? "object " + std::to_string(unsupported.object) + " \"" +
+                                         scene.objects[index].name + "\""
+                                   : "the scene";
+      refused.push_back(run.methods[i].name + " cannot do " + what + " of " +
+                        run.scene.generic_string() + ": " + unsupported.reason);
+    }
+    PlannedMethod method;
+    method.name = run.methods[i].name;
+    method.id = run.methods[i].id;
+    method.needs = made[i]->plan(scene, run.image);
+    method.needs.gl = method.needs.gl || method.needs.gbuffer;
+    plan.gl = plan.gl || method.needs.gl;
+    method.items = methodItems(run, scene, method.needs);
+    plan.methods.push_back(std::move(method));
+  }
+  if (!refused.empty()) throw UsageError(joined(refused, "\n"));
+  plan.shared = sharedItems(run, scene, plan.gl);
+  return plan;
+}
+
+std::string memoryWarning(const Plan& plan, std::uint64_t memoryBytes) {
+  const auto sum = [](const std::vector<PlanItem>& items) {
+    std::uint64_t bytes = 0;
+    for (const PlanItem& item : items) bytes += item.bytes;
+    return bytes;
+  };
+  std::string warning;
+  for (const PlannedMethod& method : plan.methods) {
+    const std::uint64_t needed = sum(plan.shared) + sum(method.items);
+    const std::string text = method.name + " needs at least " + bytesText(needed) +
+                             " of memory; this machine has " + bytesText(memoryBytes);
+    if (needed > memoryBytes) {
+      PlanItem most;
+      for (const std::vector<PlanItem>* items : {&plan.shared, &method.items}) {
+        for (const PlanItem& item : *items) {
+          if (item.bytes > most.bytes) most = item;
+        }
+      }
+      throw UsageError(text + "; most is for \"" + most.name + "\" (" + most.reason +
+                       "): make image.width, image.height, image.samples or the method's limits "
+                       "smaller");
+    }
+    if (needed > memoryBytes / 2) warning += (warning.empty() ? "" : "\n") + text;
+  }
+  return warning;
+}
+
+std::string cubeMapWarning(const Plan& plan, const methods::RunSettings& image) {
+  const double samples =
+      static_cast<double>(image.width) * image.height * image.samples * image.samples;
+  std::string warning;
+  for (const PlannedMethod& method : plan.methods) {
+    const auto find = [&](const char* name) {
+      return std::find_if(method.items.begin(), method.items.end(),
+                          [&](const PlanItem& item) { return item.name == name; });
+    };
+    const auto map = find("cube map");
+    const auto step = find("cube_map");
+    if (map == method.items.end() || step == method.items.end()) continue;
+    const bool again = step->kind == "pass";
+    const double texels = static_cast<double>(map->bytes) / kCubeMapTexelBytes;
+    const double times = texels / samples;
+    if (texels < kManyCubeTexels || times < (again ? kManyTimesAgain : kManyTimesOnce)) continue;
+    warning += (warning.empty() ? "" : "\n") + method.name + ": the cube map (" + map->reason +
+               ", " + bytesText(map->bytes) + ") has " + std::to_string(std::lround(times)) +
+               " times the frame's samples, and is " +
+               (again ? "drawn in each frame in which something moved" : "drawn before the first") +
+               ": that will take longer than all else; make its face size smaller";
+  }
+  return warning;
+}
+
+std::string refractionWarning(const Plan& plan, const scene::Scene& scene) {
+  constexpr int kThroughABody = 2;  // in and out; one is enough for a pane
+  std::string first;
+  std::size_t bodies = 0;
+  for (const scene::Object& object : scene.objects) {
+    const scene::Material& material = scene.materials[static_cast<std::size_t>(object.material)];
+    if (object.reflector == 0 || object.planar || !(material.refraction > 0.0f)) continue;
+    if (bodies++ == 0) first = object.name;
+  }
+  std::string warning;
+  for (const PlannedMethod& method : plan.methods) {
+    const int bounces = method.needs.bounces;
+    if (bodies == 0 || bounces == 0 || bounces >= kThroughABody) continue;
+    const std::string option = method.needs.bouncesOption;
+    warning += (warning.empty() ? "" : "\n") + method.name + ": nothing is seen through \"" +
+               first + "\"" + (bodies > 1 ? " and " + count(bodies - 1, "other object") : "") +
+               ": a path goes in and out by 2 bounces, and " + option + " is " +
+               std::to_string(bounces) + "; set methods." + method.name + "." + option +
+               "=2 or more";
+  }
+  return warning;
+}
+
+std::string planText(const Plan& plan) {
+  std::string text = "once, for " + count(plan.frames, "frame") + " by " +
+                     count(plan.methods.size(), "method") + ":\n";
+  appendItems(plan.shared, text);
+  for (const PlannedMethod& method : plan.methods) {
+    text += method.name + (method.name == method.id ? "" : " (" + method.id + ")") + ":\n";
+    appendItems(method.items, text);
+  }
+  return text;
+}
+
+std::string planJson(const Plan& plan) {
+  std::vector<std::string> methods;
+  for (const PlannedMethod& method : plan.methods)
+    methods.push_back(config::JsonText()
+                          .add("name", method.name)
+                          .add("method", method.id)
+                          .add("context", method.needs.gl)
+                          .raw("items", itemsJson(method.items))
+                          .object());
+  return config::JsonText()
+      .add("frames", static_cast<int>(plan.frames))
+      .add("context", plan.gl)
+      .raw("shared", itemsJson(plan.shared))
+      .raw("methods", "[" + joined(methods, ",") + "]")
+      .object();
+}
+
+}  // namespace catoptric::run

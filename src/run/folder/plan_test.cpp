@@ -1,0 +1,125 @@
+// Plans of methods that refuse, and of frames that do not fit.
+#include "run/folder/plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+
+namespace catoptric::run {
+namespace {
+
+/// Refuses the second object and the scene as a whole.
+class Refusing : public methods::Method {
+ public:
+  explicit Refusing(std::vector<methods::Unsupported> refused) : refused_(std::move(refused)) {}
+  std::vector<methods::Unsupported> unsupported(const scene::Scene&) const override {
+    return refused_;
+  }
+  methods::MethodPlan plan(const scene::Scene&, const methods::RunSettings&) const override {
+    methods::MethodPlan plan;
+    plan.gbuffer = true;
+    return plan;
+  }
+  void render(const methods::FrameInput&, methods::Services&, methods::FrameOutput&) override {}
+
+ private:
+  std::vector<methods::Unsupported> refused_;
+};
+
+scene::Scene twoBalls() {
+  scene::Scene scene;
+  scene.meshes.resize(1);
+  scene.materials.resize(1);
+  scene.objects.resize(2);
+  scene.objects[0].name = "ball";
+  scene.objects[1].name = "vase";
+  for (scene::Object& object : scene.objects) object.mesh = object.material = 0;
+  return scene;
+}
+
+Plan planned(std::vector<methods::Unsupported> refused, int size) {
+  RunConfig run;
+  run.scene = "room.json";
+  run.image.width = run.image.height = size;
+  run.methods.push_back({"mine", "refusing", {}, "{}"});
+  std::vector<std::unique_ptr<methods::Method>> made;
+  made.push_back(std::make_unique<Refusing>(std::move(refused)));
+  return makePlan(run, twoBalls(), 3, made);
+}
+
+TEST(Plan, RefusedObjectsAreNamed) {
+  EXPECT_NO_THROW(planned({}, 8));
+  try {
+    planned({{2, "it is concave"}, {0, "two moments are needed"}}, 8);
+    FAIL() << "no error";
+  } catch (const UsageError& error) {
+    EXPECT_EQ(error.code(), ExitCode::Usage);
+    EXPECT_STREQ(error.what(),
+                 "mine cannot do object 2 \"vase\" of room.json: it is concave\n"
+                 "mine cannot do the scene of room.json: two moments are needed");
+  }
+}
+
+TEST(Plan, CubeMapsOutOfProportionAreSaid) {
+  const auto warning = [](const char* kind, std::uint64_t faceSize, int size) {
+    Plan plan;
+    plan.methods.resize(1);
+    plan.methods[0].name = "mine";
+    plan.methods[0].items = {{kind, "cube_map", "the scene from one point", 0},
+                             {"resource", "cube map", "6 faces", 64 * faceSize * faceSize}};
+    methods::RunSettings image;
+    image.width = image.height = size;
+    return cubeMapWarning(plan, image);
+  };
+  EXPECT_EQ(warning("pass", 256, 64), "");
+  EXPECT_EQ(warning("pass", 1024, 1024), "");
+  EXPECT_EQ(warning("precomputation", 4096, 1024), "");
+  EXPECT_THAT(warning("pass", 4096, 512),
+              testing::StartsWith("mine: the cube map (6 faces, 1.1 GB) has 96 times the frame's "
+                                  "samples, and is drawn in each frame"));
+  EXPECT_THAT(warning("precomputation", 4096, 256), testing::HasSubstr("before the first"));
+}
+
+TEST(Plan, BodiesThatNothingIsSeenThroughAreSaid) {
+  const auto warning = [](int bounces, bool planar, float refraction) {
+    scene::Scene scene = twoBalls();
+    scene.materials[0].refraction = refraction;
+    for (scene::Object& object : scene.objects) {
+      object.reflector = 1;
+      object.planar = planar;
+    }
+    Plan plan;
+    plan.methods.resize(2);
+    plan.methods[0].needs.bounces = bounces;
+    plan.methods[0].needs.bouncesOption = "max_bounces";
+    plan.methods[0].name = "mine";
+    return refractionWarning(plan, scene);
+  };
+  EXPECT_EQ(
+      warning(1, false, 1.5f),
+      "mine: nothing is seen through \"ball\" and 1 other object: a path goes in and out by 2 "
+      "bounces, and max_bounces is 1; set methods.mine.max_bounces=2 or more");
+  EXPECT_EQ(warning(2, false, 1.5f), "");
+  EXPECT_EQ(warning(0, false, 1.5f), "");  // no such option: it counts refraction_mirrored
+  EXPECT_EQ(warning(1, true, 1.5f), "");
+  EXPECT_EQ(warning(1, false, 0.0f), "");
+}
+
+TEST(Plan, FramesThatDoNotFitAreSaid) {
+  // 2 x 2 samples of 60 bytes, 16 bytes of the composite and 6 times 16 under way, per pixel.
+  const Plan plan = planned({}, 1000);
+  const std::uint64_t needed = 1'000'000 * (4 * 60 + 16 + 6 * 16);
+  EXPECT_EQ(memoryWarning(plan, 3 * needed), "");
+  EXPECT_THAT(memoryWarning(plan, needed + needed / 2),
+              testing::HasSubstr("mine needs at least 352.0 MB of memory; this machine has 528.0"));
+  try {
+    memoryWarning(plan, needed / 2);
+    FAIL() << "fits";
+  } catch (const UsageError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("most is for \"gbuffer\""));
+  }
+}
+
+}  // namespace
+}  // namespace catoptric::run

@@ -1,0 +1,221 @@
+#include "run/folder/run_folder.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include "config/json.h"
+#include "core/error.h"
+#include "core/file.h"
+#include "core/hash.h"
+
+namespace catoptric::run {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// An empty folder of this test's own.
+fs::path freshFolder() {
+  const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+  const fs::path path =
+      fs::path(testing::TempDir()) / (std::string(info->test_suite_name()) + "_" + info->name());
+  fs::remove_all(path);
+  return path;
+}
+
+std::vector<std::byte> bytesOf(const std::string& text) {
+  std::vector<std::byte> bytes;
+  for (const char c : text) bytes.push_back(static_cast<std::byte>(c));
+  return bytes;
+}
+
+const FrameFingerprints kPrints{"c", "s", "k", "b", "m"};
+
+void addFrame(RunFolder& folder, int number, const std::string& contents) {
+  const std::string path = framePath("frames", number, ".exr");
+  folder.writeFile(path, bytesOf(contents));
+  Fingerprint content;
+  content.add(std::span<const std::byte>(bytesOf(contents)));
+  FrameRecord record;
+  record.frame = number;
+  record.fingerprints = kPrints;
+  record.renderer = "fake \"GL\"";
+  record.files = {{path, contents.size(), content.text()}};
+  record.counters = {{"rays", 10}};
+  record.clusters = {{7, 100, true, false, 64, 32, 5000, 1.0},
+                     {9, 20, false, true, 8, 4, 123, 0.25}};
+  record.samples = {{number, "gbuffer", 0.25 * number, "wall", number == 1},
+                    {number, "encode", 9.0, "overlapped", false}};
+  folder.add(record);
+}
+
+std::string messageOf(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const OutputError& error) {
+    return error.what();
+  }
+  return "(no error)";
+}
+
+TEST(RunFolder, RecordsReadBackTheSame) {
+  FrameRecord record;
+  record.frame = 7;
+  record.timeSeconds = 0.1;
+  record.fingerprints = kPrints;
+  record.renderer = "r";
+  record.files = {{"frames/frame.0007.exr", 3, "abc"}};
+  record.counters = {{"rays", 1234567890123ull}};
+  record.samples = {{7, "gbuffer", 1.0 / 3.0, "wall", true}};
+  EXPECT_EQ(recordLine(parseRecord(recordLine(record), "test")), recordLine(record));
+}
+
+TEST(RunFolder, TrustsOnlyWhatIsUnchanged) {
+  const fs::path path = freshFolder();
+  {
+    RunFolder folder(path, Existing::Error);
+    for (int i = 1; i <= 5; ++i) addFrame(folder, i, "frame" + std::to_string(i));
+  }
+  fs::remove(path / "frames/frame.0002.exr");
+  std::ofstream(path / "frames/frame.0003.exr") << "longer than before";
+  std::ofstream(path / "frames/frame.0004.exr") << "frameX";
+  // Of an earlier process with this one's number; and of one that lives.
+  const std::string leftover = ".frame.0009.exr." + std::to_string(::getpid()) + ".abcdef.tmp";
+  const std::string living = ".frame.0009.exr." + std::to_string(::getppid()) + ".abcdef.tmp";
+  std::ofstream(path / "frames" / leftover) << "half";
+  std::ofstream(path / "frames" / living) << "half";
+  const RunFolder folder(path, Existing::Resume);
+  EXPECT_EQ(folder.distrust(1, kPrints), "");
+  EXPECT_EQ(folder.distrust(2, kPrints), "frames/frame.0002.exr is missing");
+  EXPECT_EQ(folder.distrust(3, kPrints), "frames/frame.0003.exr has not the size that was written");
+  EXPECT_EQ(folder.distrust(4, kPrints),
+            "frames/frame.0004.exr has not the contents that were written");
+  EXPECT_EQ(folder.distrust(6, kPrints), "it has no record");
+  FrameFingerprints other = kPrints;
+  other.scene = "t";
+  other.build = "u";
+  EXPECT_EQ(folder.distrust(5, other), "it was made with another scene, another program");
+  EXPECT_FALSE(fs::exists(path / "frames" / leftover));
+  EXPECT_TRUE(fs::exists(path / "frames" / living));
+}
+
+TEST(RunFolder, NothingIsOverwrittenUnasked) {
+  const fs::path path = freshFolder();
+  { RunFolder folder(path, Existing::Error); }
+  {
+    RunFolder folder(path, Existing::Error);  // nothing in it yet
+    addFrame(folder, 1, "x");
+    EXPECT_EQ(messageOf([&] { RunFolder second(path, Existing::Resume); }),
+              path.string() + ": another process is writing this run");
+  }
+  std::ofstream(path / "notes.txt") << "mine";
+  EXPECT_THAT(messageOf([&] { RunFolder folder(path, Existing::Error); }),
+              testing::HasSubstr("use --existing resume to keep its finished frames"));
+  EXPECT_TRUE(fs::exists(path / "frames/frame.0001.exr"));
+  { RunFolder folder(path, Existing::Overwrite); }
+  EXPECT_FALSE(fs::exists(path / "frames/frame.0001.exr"));
+  EXPECT_FALSE(fs::exists(path / "frames.jsonl"));
+  EXPECT_TRUE(fs::exists(path / "notes.txt"));
+}
+
+TEST(RunFolder, TimingsAndSummaryComeFromTheRecords) {
+  const fs::path path = freshFolder();
+  {
+    RunFolder folder(path, Existing::Error);
+    folder.addStartup({{0, "scene", 0.5, "wall", false}});
+    for (int i = 4; i >= 1; --i) addFrame(folder, i, "x");
+    folder.writeTimings();
+  }
+  // A second process adds its own start-up.
+  RunFolder folder(path, Existing::Resume);
+  folder.addStartup({{0, "scene", 0.125, "wall", false}});
+  folder.writeTimings();
+  folder.writeSummary({{"config", "{\"a\":1}"}});
+  EXPECT_THAT(readTextFile(path / "timings.csv"),
+              testing::StartsWith("frame,step,seconds,clock,first\n"
+                                  "0,scene,0.500000000,wall,0\n"
+                                  "0,scene,0.125000000,wall,0\n"
+                                  "1,gbuffer,0.250000000,wall,1\n"
+                                  "1,encode,9.000000000,overlapped,0\n"
+                                  "2,gbuffer,0.500000000,wall,0\n"));
+  EXPECT_THAT(
+      readTextFile(path / "clusters.csv"),
+      testing::StartsWith(
+          "frame,cluster,object,samples,planar,concave,width,height,triangles,displacement\n"
+          "1,0,7,100,1,0,64,32,5000,1\n"
+          "1,1,9,20,0,1,8,4,123,0.25\n"
+          "2,0,7,100,1,0,64,32,5000,1\n"));
+  const config::Value summary = config::parseFile(path / "summary.json");
+  EXPECT_EQ(summary.get("steps").get("gbuffer").dump(),
+            "{\"clock\":\"wall\",\"count\":4,\"max\":1,\"mean\":0.625,\"median\":0.625,"
+            "\"min\":0.25,\"sum\":2.5}");
+  EXPECT_EQ(summary.get("frame_seconds").get("max").asNumber(), 1.0);  // encode overlaps
+  EXPECT_EQ(summary.get("startup").get("scene").get("count").asInteger(), 2);
+  EXPECT_EQ(summary.get("counters").get("rays").get("sum").asInteger(), 40);
+  EXPECT_EQ(summary.get("config").dump(), "{\"a\":1}");
+}
+
+TEST(RunFolder, BadRecordsAreNotTrusted) {
+  const fs::path path = freshFolder();
+  {
+    RunFolder folder(path, Existing::Error);
+    addFrame(folder, 1, "x");
+  }
+  std::ofstream(path / "frames.jsonl", std::ios::app) << "{\"frame\": 2, \"fing";
+  const RunFolder folder(path, Existing::Resume);
+  EXPECT_EQ(folder.distrust(1, kPrints), "");
+  EXPECT_EQ(folder.distrust(2, kPrints), "it has no record");
+}
+
+TEST(RunFolder, RecordsAreAppendedAndTornOnesDropped) {
+  const fs::path path = freshFolder();
+  const fs::path file = path / "frames.jsonl";
+  const auto identity = [&] {
+    struct stat status {};
+    EXPECT_EQ(::stat(file.c_str(), &status), 0);
+    return status.st_ino;
+  };
+  {
+    RunFolder folder(path, Existing::Error);
+    addFrame(folder, 1, "x");
+    const auto first = identity();
+    const std::string before = readTextFile(file);
+    addFrame(folder, 3, "y");
+    addFrame(folder, 2, "z");
+    EXPECT_EQ(identity(), first);  // not a new file
+    EXPECT_TRUE(readTextFile(file).starts_with(before));
+  }
+  // Killed in the middle of a line: the frame is not known, all others are.
+  const std::string whole = readTextFile(file);
+  fs::resize_file(file, whole.size() - 20);
+  {
+    RunFolder folder(path, Existing::Resume);
+    EXPECT_EQ(folder.distrust(1, kPrints), "");
+    EXPECT_EQ(folder.distrust(3, kPrints), "");
+    EXPECT_EQ(folder.distrust(2, kPrints), "it has no record");
+    folder.forget(3);
+    addFrame(folder, 2, "z");
+    addFrame(folder, 4, "new");
+  }
+  const RunRecords known = readRunRecords(path);
+  EXPECT_EQ(known.frames.size(), 3u);
+  EXPECT_EQ(known.frames.count(3), 0u);
+  const std::string text = readTextFile(file);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);
+}
+
+TEST(RunFolder, UnwritableFoldersAreOutputErrors) {
+  const fs::path path = freshFolder();
+  fs::create_directories(path);
+  std::ofstream(path / "file") << "x";
+  EXPECT_THAT(messageOf([&] { RunFolder folder(path / "file", Existing::Error); }),
+              testing::HasSubstr("cannot be created as a folder"));
+}
+
+}  // namespace
+}  // namespace catoptric::run

@@ -1,0 +1,115 @@
+// The sequence runner: makes the frames of a run with a source that it knows by its interface
+// alone, writes them behind the rendering, and keeps a run folder that can be resumed at any
+// moment.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "frame/cluster_row.h"
+#include "frame/steps.h"
+#include "image/image.h"
+#include "run/folder/run_folder.h"
+#include "scene/camera.h"
+
+namespace catoptric::run {
+
+struct RenderedFrame {
+  image::Image image;
+  std::map<std::string, std::uint64_t> counters;
+  std::vector<frame::ClusterRow> clusters;
+  std::vector<frame::StepSample> samples;
+};
+
+/// Makes frames. One thread calls it.
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+  /// Everything that is done once; called before the first frame, and not at all when no frame has
+  /// to be rendered. Returns the samples of start-up (frame 0).
+  virtual std::vector<frame::StepSample> prepare() = 0;
+  /// `firstOfSequence`: no state of earlier frames may be used.
+  virtual RenderedFrame render(const scene::PathFrame& frame, bool firstOfSequence) = 0;
+  /// What is known after prepare() of where frames are made: "renderer", "gl_version", ...
+  virtual std::map<std::string, std::string> context() const { return {}; }
+};
+
+/// A file of a frame, ready to be written.
+struct EncodedFile {
+  std::string path;  ///< relative to the run's folder
+  std::vector<std::byte> bytes;
+  std::string step;  ///< "encode", "preview"
+  double seconds = 0.0;
+};
+
+/// Called by writer threads; may add counters.
+using Encoder = std::function<std::vector<EncodedFile>(RenderedFrame&, const scene::PathFrame&)>;
+
+/// One frame of the sequence.
+struct FrameTask {
+  scene::PathFrame frame;
+  FrameFingerprints fingerprints;
+  bool mayStart = true;  ///< its pixels do not depend on earlier frames
+};
+
+struct Progress {
+  int done = 0;  ///< rendered in this process
+  int toRender = 0;
+  int reused = 0;
+  int failed = 0;
+  int frame = 0;  ///< the last frame, 0 while starting
+  double secondsElapsed = 0.0;
+  /// Of the frames still to render, from the mean of those done; negative when unknown.
+  double secondsLeft = -1.0;
+};
+
+/// Part of a sequence: 1-based `index` of `count`.
+struct Chunk {
+  int index = 1;
+  int count = 1;
+};
+/// Parses "2/8". Throws UsageError.
+Chunk parseChunk(const std::string& text);
+/// First and one past the last task of a chunk: contiguous, sizes differ by at most one.
+std::pair<std::size_t, std::size_t> chunkRange(std::size_t tasks, const Chunk& chunk);
+
+struct SequenceOptions {
+  Chunk chunk;
+  Existing existing = Existing::Error;
+  bool keepGoing = false;
+  int writerThreads = 2;
+  int queueFrames = 3;                  ///< frames that wait to be written; rendering pauses beyond
+  std::function<bool()> stopRequested;  ///< asked between frames
+  std::function<void(const Progress&)> progress;
+  Encoder encode;
+  /// Called when the first frame is rendered, before the next: what `encode` loads at first use
+  /// would disturb the times of the frames beside it.
+  std::function<void()> prepareEncoding;
+  /// Further members of summary.json, JSON texts by name ("config", "plan", ...).
+  std::map<std::string, std::string> summary;
+};
+
+struct FailedFrame {
+  int frame = 0;
+  std::string message;
+};
+
+struct SequenceResult {
+  std::vector<int> rendered;
+  std::vector<int> reused;
+  std::vector<FailedFrame> failed;
+  std::vector<int> missing;  ///< neither rendered nor reused, the failed ones included
+  bool stopped = false;      ///< stopRequested() said so
+};
+
+/// Makes `tasks` in order, in the folder `path`. A frame that fails ends the run, unless
+/// `keepGoing`; what was finished before stays valid. Throws OutputError when files cannot be
+/// written, and what prepare() throws.
+SequenceResult runSequence(FrameSource& source, const std::vector<FrameTask>& tasks,
+                           const std::filesystem::path& path, const SequenceOptions& options);
+
+}  // namespace catoptric::run

@@ -1,0 +1,310 @@
+// The sequence with a fake source: no scene, no OpenGL.
+#include "run/sequence/sequence.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstring>
+#include <fstream>
+#include <set>
+#include <thread>
+
+#include "config/json.h"
+#include "core/error.h"
+#include "core/file.h"
+
+namespace catoptric::run {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+fs::path freshFolder() {
+  const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+  const fs::path path =
+      fs::path(testing::TempDir()) / (std::string(info->test_suite_name()) + "_" + info->name());
+  fs::remove_all(path);
+  return path;
+}
+
+/// A frame is one pixel: its number, plus, for a source with state, what it carried over.
+class FakeSource : public FrameSource {
+ public:
+  std::vector<frame::StepSample> prepare() override {
+    ++prepared;
+    return {{0, "scene", 0.5, "wall", false}};
+  }
+  RenderedFrame render(const scene::PathFrame& frame, bool firstOfSequence) override {
+    calls.push_back(frame.number);
+    if (failing.count(frame.number) != 0) throw SceneError("cannot draw this");
+    if (firstOfSequence || (frame.number - 1) % key == 0) state = 0.0f;
+    state = 0.5f * state + static_cast<float>(frame.number);
+    RenderedFrame rendered;
+    rendered.image = {1, 1, {"R"}, {stateful ? state : static_cast<float>(frame.number)}};
+    rendered.counters["rays"] = 1;
+    rendered.samples = {{frame.number, "gbuffer", 0.0, "wall", false}};
+    return rendered;
+  }
+  std::map<std::string, std::string> context() const override { return {{"renderer", renderer}}; }
+
+  int prepared = 0;
+  bool stateful = false;
+  int key = 4;  ///< with state: every fourth frame starts anew
+  float state = 0.0f;
+  std::string renderer = "fake";
+  std::vector<int> calls;
+  std::set<int> failing;
+};
+
+std::vector<EncodedFile> encode(RenderedFrame& frame, const scene::PathFrame& path) {
+  std::vector<std::byte> bytes(sizeof(float));
+  std::memcpy(bytes.data(), frame.image.data.data(), sizeof(float));
+  return {{framePath("frames", path.number, ".exr"), bytes, "encode", 0.001}};
+}
+
+/// Tasks for frames 1..count; every `key`-th may start a sequence.
+std::vector<FrameTask> tasks(int count, int key = 1) {
+  std::vector<FrameTask> all;
+  for (int i = 1; i <= count; ++i) {
+    FrameTask task;
+    task.frame.number = i;
+    task.fingerprints = {"c", "s", "k" + std::to_string(i), "b", "m"};
+    task.mayStart = (i - 1) % key == 0;
+    all.push_back(task);
+  }
+  return all;
+}
+
+SequenceOptions options(Existing existing = Existing::Error) {
+  SequenceOptions o;
+  o.existing = existing;
+  o.encode = encode;
+  return o;
+}
+
+std::map<std::string, std::string> filesOf(const fs::path& path) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::directory_iterator(path / "frames"))
+    files[entry.path().filename().string()] = readTextFile(entry.path());
+  return files;
+}
+
+TEST(Sequence, MakesAllFramesAndRecords) {
+  FakeSource source;
+  const fs::path path = freshFolder();
+  std::vector<int> seen;
+  SequenceOptions o = options();
+  o.progress = [&](const Progress& progress) { seen.push_back(progress.done); };
+  const SequenceResult result = runSequence(source, tasks(5), path, o);
+  EXPECT_THAT(result.rendered, ElementsAre(1, 2, 3, 4, 5));
+  EXPECT_TRUE(result.missing.empty());
+  EXPECT_THAT(seen, ElementsAre(0, 1, 2, 3, 4, 5));
+  EXPECT_EQ(filesOf(path).size(), 5u);
+  const config::Value summary = config::parseFile(path / "summary.json");
+  EXPECT_EQ(summary.get("device").get("renderer").asString(), "fake");
+  EXPECT_EQ(summary.get("counters").get("rays").get("sum").asInteger(), 5);
+  EXPECT_EQ(summary.get("steps").keys(),
+            (std::vector<std::string>{"encode", "gbuffer", "other", "wait", "write"}));
+  EXPECT_EQ(summary.get("startup").keys(), std::vector<std::string>{"scene"});
+}
+
+TEST(Sequence, EncodingIsPreparedOnceBetweenTheFirstTwoFrames) {
+  FakeSource source;
+  const fs::path path = freshFolder();
+  std::vector<std::size_t> rendered;
+  SequenceOptions o = options();
+  o.prepareEncoding = [&] { rendered.push_back(source.calls.size()); };
+  runSequence(source, tasks(3), path, o);
+  EXPECT_THAT(rendered, ElementsAre(1));
+  o.existing = Existing::Resume;
+  runSequence(source, tasks(3), path, o);  // nothing to encode
+  EXPECT_THAT(rendered, ElementsAre(1));
+}
+
+TEST(Sequence, ResumeRendersOnlyWhatIsMissing) {
+  const fs::path path = freshFolder();
+  FakeSource first;
+  first.failing = {3};
+  const SequenceResult broken = runSequence(first, tasks(5), path, options());
+  EXPECT_THAT(broken.missing, ElementsAre(3, 4, 5));
+  ASSERT_EQ(broken.failed.size(), 1u);
+  EXPECT_EQ(broken.failed[0].message, "cannot draw this");
+
+  std::ofstream(path / "frames/frame.0002.exr") << "damaged";
+  FakeSource second;
+  const SequenceResult whole = runSequence(second, tasks(5), path, options(Existing::Resume));
+  EXPECT_THAT(second.calls, ElementsAre(2, 3, 4, 5));
+  EXPECT_THAT(whole.reused, ElementsAre(1));
+  EXPECT_TRUE(whole.missing.empty());
+
+  // Once more: nothing is left to do, and nothing is built for it.
+  FakeSource third;
+  const SequenceResult again = runSequence(third, tasks(5), path, options(Existing::Resume));
+  EXPECT_EQ(third.prepared, 0);
+  EXPECT_EQ(again.reused.size(), 5u);
+
+  // The pixels are those of an undisturbed run.
+  FakeSource fresh;
+  const fs::path other = path.string() + "_fresh";
+  fs::remove_all(other);
+  runSequence(fresh, tasks(5), other, options());
+  EXPECT_EQ(filesOf(path), filesOf(other));
+}
+
+TEST(Sequence, ResumeDoesNotTrustOtherCamerasOrRenderers) {
+  const fs::path path = freshFolder();
+  FakeSource first;
+  runSequence(first, tasks(3), path, options());
+  std::vector<FrameTask> changed = tasks(3);
+  changed[1].fingerprints.camera = "moved";
+  FakeSource second;
+  runSequence(second, changed, path, options(Existing::Resume));
+  EXPECT_THAT(second.calls, ElementsAre(2));
+  changed[2].fingerprints.config = "larger";
+  FakeSource third;
+  third.renderer = "another GPU";  // frame 3 must be made anew, so the others are too
+  runSequence(third, changed, path, options(Existing::Resume));
+  EXPECT_THAT(third.calls, ElementsAre(1, 2, 3));
+}
+
+TEST(Sequence, KeepGoingListsTheFailed) {
+  const fs::path path = freshFolder();
+  FakeSource source;
+  source.failing = {2, 4};
+  SequenceOptions o = options();
+  o.keepGoing = true;
+  const SequenceResult result = runSequence(source, tasks(5), path, o);
+  EXPECT_THAT(result.rendered, ElementsAre(1, 3, 5));
+  EXPECT_THAT(result.missing, ElementsAre(2, 4));
+  EXPECT_EQ(result.failed.size(), 2u);
+}
+
+TEST(Sequence, StopLeavesAResumableRun) {
+  const fs::path path = freshFolder();
+  FakeSource source;
+  SequenceOptions o = options();
+  o.stopRequested = [&] { return source.calls.size() == 2; };
+  const SequenceResult result = runSequence(source, tasks(5), path, o);
+  EXPECT_TRUE(result.stopped);
+  EXPECT_THAT(result.rendered, ElementsAre(1, 2));
+  EXPECT_THAT(result.missing, ElementsAre(3, 4, 5));
+  FakeSource rest;
+  const SequenceResult resumed = runSequence(rest, tasks(5), path, options(Existing::Resume));
+  EXPECT_THAT(rest.calls, ElementsAre(3, 4, 5));
+  EXPECT_TRUE(resumed.missing.empty());
+}
+
+TEST(Sequence, ChunksGiveTheUndividedRunsPixels) {
+  const fs::path path = freshFolder();
+  FakeSource whole;
+  whole.stateful = true;
+  const std::vector<FrameTask> all = tasks(10, 4);
+  runSequence(whole, all, path / "whole", options());
+  std::map<std::string, std::string> pieces;
+  for (int i = 1; i <= 3; ++i) {
+    FakeSource part;
+    part.stateful = true;
+    SequenceOptions o = options();
+    o.chunk = {i, 3};
+    const fs::path folder = path / ("part" + std::to_string(i));
+    runSequence(part, all, folder, o);
+    for (const auto& [name, bytes] : filesOf(folder))
+      EXPECT_TRUE(pieces.emplace(name, bytes).second);
+  }
+  EXPECT_EQ(pieces, filesOf(path / "whole"));
+}
+
+TEST(Sequence, ResumedStateIsThatOfTheUndividedRun) {
+  const fs::path path = freshFolder();
+  FakeSource whole;
+  whole.stateful = true;
+  const std::vector<FrameTask> all = tasks(8, 4);
+  runSequence(whole, all, path / "a", options());
+  const auto expected = filesOf(path / "a");
+  fs::remove(path / "a/frames/frame.0007.exr");
+  FakeSource again;
+  again.stateful = true;
+  const SequenceResult result = runSequence(again, all, path / "a", options(Existing::Resume));
+  EXPECT_THAT(again.calls, ElementsAre(5, 6, 7));  // 5 and 6 for their state alone
+  EXPECT_THAT(result.rendered, ElementsAre(7));
+  EXPECT_EQ(filesOf(path / "a"), expected);
+}
+
+TEST(Sequence, WriteErrorsReachTheCaller) {
+  FakeSource source;
+  SequenceOptions o = options();
+  o.encode = [](RenderedFrame& frame, const scene::PathFrame& path) {
+    std::vector<EncodedFile> files = encode(frame, path);
+    if (path.number == 2) files[0].path = "no/such/folder/frame.exr";
+    return files;
+  };
+  const fs::path path = freshFolder();
+  EXPECT_THROW(runSequence(source, tasks(50), path, o), OutputError);
+  EXPECT_LT(source.calls.size(), 50u);  // rendering did not go on for nothing
+  EXPECT_THAT(readTextFile(path / "frames.jsonl"), HasSubstr("\"frame\":1"));
+}
+
+TEST(Sequence, EncodeErrorsFailTheirFrameAlone) {
+  FakeSource source;
+  SequenceOptions o = options();
+  o.keepGoing = true;
+  o.encode = [](RenderedFrame& frame, const scene::PathFrame& path) {
+    if (path.number == 2) throw Error(ExitCode::Internal, "bad image");
+    return encode(frame, path);
+  };
+  const SequenceResult result = runSequence(source, tasks(4), freshFolder(), o);
+  EXPECT_THAT(result.rendered, ElementsAre(1, 3, 4));
+  EXPECT_THAT(result.missing, ElementsAre(2));
+  EXPECT_EQ(result.failed.at(0).message, "bad image");
+}
+
+TEST(Sequence, WritingOverlapsRenderingWithABound) {
+  FakeSource source;
+  SequenceOptions o = options();
+  o.writerThreads = 1;
+  o.queueFrames = 2;
+  std::atomic<int> encoded{0};
+  int furthestAhead = 0;
+  o.encode = [&](RenderedFrame& frame, const scene::PathFrame& path) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(3));
+    ++encoded;
+    return encode(frame, path);
+  };
+  o.progress = [&](const Progress& p) {
+    furthestAhead = std::max(furthestAhead, p.done - encoded);
+  };
+  runSequence(source, tasks(20), freshFolder(), o);
+  EXPECT_EQ(encoded, 20);
+  EXPECT_GE(furthestAhead, 2);
+  EXPECT_LE(furthestAhead, 4);  // two in the queue, one being written, one just counted
+}
+
+TEST(Sequence, WritersLeaveTheProcessorsToRendering) {
+  FakeSource source;
+  SequenceOptions o = options();
+  const int ours = ::getpriority(PRIO_PROCESS, 0);
+  std::atomic<int> theirs{-100};
+  o.encode = [&](RenderedFrame& frame, const scene::PathFrame& path) {
+    theirs = ::getpriority(PRIO_PROCESS, 0);
+    return encode(frame, path);
+  };
+  runSequence(source, tasks(1), freshFolder(), o);
+  EXPECT_EQ(theirs, std::min(19, ours + 5));
+  EXPECT_EQ(::getpriority(PRIO_PROCESS, 0), ours);
+}
+
+TEST(Sequence, ChunkTextAndRanges) {
+  EXPECT_EQ(chunkRange(10, parseChunk("1/3")), (std::pair<std::size_t, std::size_t>{0, 3}));
+  EXPECT_EQ(chunkRange(10, parseChunk("3/3")), (std::pair<std::size_t, std::size_t>{6, 10}));
+  EXPECT_EQ(chunkRange(2, parseChunk("1/4")), (std::pair<std::size_t, std::size_t>{0, 0}));
+  for (const char* text : {"", "1", "0/3", "4/3", "1/0", "1/3x", "-1/3", "1/ 3"})
+    EXPECT_THROW(parseChunk(text), UsageError) << text;
+}
+
+}  // namespace
+}  // namespace catoptric::run

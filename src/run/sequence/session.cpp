@@ -1,0 +1,151 @@
+#include "run/sequence/session.h"
+
+#include <algorithm>
+
+#include "config/json_text.h"
+#include "core/error.h"
+#include "core/hash.h"
+#include "core/text.h"
+#include "image/image.h"
+#include "run/folder/machine.h"
+#include "run/stage/method_source.h"
+
+namespace catoptric::run {
+namespace {
+
+namespace fs = std::filesystem;
+
+void addCamera(Fingerprint& fingerprint, const scene::PathFrame& frame) {
+  fingerprint.addValue(frame.camera.worldFromCamera);
+  fingerprint.addValue(frame.camera.verticalFovRad);
+  fingerprint.addValue(frame.camera.nearMetres);
+  fingerprint.addValue(frame.timeSeconds);
+}
+
+std::string fingerprintText(const std::string& text) {
+  Fingerprint fingerprint;
+  fingerprint.add(text);
+  return fingerprint.text();
+}
+
+/// Names of the reflective objects by the ids of the layer id.object.
+std::string reflectorsJson(const scene::Scene& scene) {
+  std::vector<std::string> texts;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i)
+    if (scene.objects[i].reflector > 0)
+      texts.push_back(config::JsonText()
+                          .add("id", static_cast<int>(i + 1))
+                          .add("name", scene.objects[i].name)
+                          .object());
+  return "[" + joined(texts, ",") + "]";
+}
+
+/// One method goes into the folder itself, several into a folder each: they must not be mixed.
+void requireOneLayout(const RunConfig& run, const fs::path& out) {
+  std::error_code ignored;
+  if (run.methods.size() > 1 || fs::exists(out / "frames.jsonl", ignored)) return;
+  std::vector<std::string> runs;
+  for (const auto& entry : fs::directory_iterator(out, ignored))
+    if (fs::exists(entry.path() / "frames.jsonl", ignored)) runs.push_back(entry.path().string());
+  std::sort(runs.begin(), runs.end());
+  if (!runs.empty())
+    throw UsageError(out.string() + ": holds the runs of several methods, a folder each (" +
+                     joined(runs, ", ") + "); for one method alone name --out " +
+                     (out / run.methods.front().name).string());
+}
+
+}  // namespace
+
+std::vector<std::unique_ptr<methods::Method>> makeMethods(
+    const RunConfig& run, const std::vector<methods::MethodEntry>& registry) {
+  std::vector<std::unique_ptr<methods::Method>> made;
+  for (const MethodConfig& method : run.methods)
+    for (const methods::MethodEntry& entry : registry)
+      if (entry.id == method.id) made.push_back(entry.make(method.options));
+  return made;
+}
+
+std::filesystem::path methodFolder(const RunConfig& run, const MethodConfig& method,
+                                   const std::filesystem::path& out) {
+  return run.methods.size() == 1 ? out : out / method.name;
+}
+
+std::vector<FrameTask> makeTasks(const Stage& stage, const MethodConfig& config,
+                                 const methods::Method& method) {
+  FrameFingerprints common;
+  common.config = fingerprintText(stage.run().pixelSettings(config));
+  Fingerprint scenePrint;
+  scenePrint.addValue(stage.scene().fingerprint);
+  common.scene = scenePrint.text();
+  common.build = buildFingerprint();
+  common.machine = fingerprintText(processorName());
+
+  std::vector<FrameTask> tasks;
+  Fingerprint chain;
+  for (const int number : stage.frames()) {
+    FrameTask task;
+    task.frame = stage.path().frame(number);
+    task.mayStart = tasks.empty() || method.mayStartAt(number);
+    task.fingerprints = common;
+    // A frame with a history depends on all cameras since that began.
+    if (task.mayStart) chain = Fingerprint();
+    addCamera(chain, task.frame);
+    task.fingerprints.camera = chain.text();
+    tasks.push_back(std::move(task));
+  }
+  return tasks;
+}
+
+std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::MethodEntry>& registry,
+                                    const SessionOptions& options) {
+  const RunConfig& run = stage.run();
+  std::vector<std::unique_ptr<methods::Method>> made = makeMethods(run, registry);
+  const Plan plan = makePlan(run, stage.scene(), stage.frames().size(), made);
+
+  requireOneLayout(run, options.out);
+  // A folder that is in the way should be noticed now, not after hours of other methods.
+  if (options.existing == Existing::Error)
+    for (const MethodConfig& method : run.methods)
+      RunFolder(methodFolder(run, method, options.out), options.existing);
+
+  stage.setStopRequested(options.stopRequested);
+  std::vector<MethodResult> results;
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    const MethodConfig& method = run.methods[i];
+    SequenceOptions sequence;
+    sequence.existing = options.existing;
+    sequence.chunk = options.chunk;
+    sequence.keepGoing = options.keepGoing;
+    sequence.stopRequested = options.stopRequested;
+    if (options.progress)
+      sequence.progress = [&](const Progress& progress) {
+        options.progress(method.name, progress);
+      };
+    sequence.encode = makeEncoder(run, method, stage.scene().origin);
+    sequence.prepareEncoding = image::loadImageIo;
+    sequence.summary = {{"config", run.effective},
+                        {"method", config::JsonText()
+                                       .add("name", method.name)
+                                       .add("method", method.id)
+                                       .raw("options", method.effective)
+                                       .object()},
+                        {"machine", machineJson()},
+                        {"reflectors", reflectorsJson(stage.scene())},
+                        {"plan", planJson(plan)}};
+
+    MethodSource source(stage, *made[i], plan.methods[i].needs);
+    MethodResult result;
+    result.name = method.name;
+    result.folder = methodFolder(run, method, options.out);
+    result.frames =
+        runSequence(source, makeTasks(stage, method, *made[i]), result.folder, sequence);
+    const bool stopped = result.frames.stopped;
+    results.push_back(std::move(result));
+    // The method's GL objects go before those of the next one are made.
+    made[i].reset();
+    if (stopped) break;
+  }
+  return results;
+}
+
+}  // namespace catoptric::run

@@ -1,0 +1,283 @@
+#include "run/stage/method_source.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <numeric>
+
+#include "core/clock.h"
+#include "core/error.h"
+#include "gl/api.h"
+#include "image/exr_camera.h"
+#include "raster/regions/screen.h"
+#include "scene/camera.h"
+
+namespace catoptric::run {
+namespace {
+
+bool asksFor(const methods::RunSettings& settings, const char* layer) {
+  return std::find(settings.layers.begin(), settings.layers.end(), layer) != settings.layers.end();
+}
+
+double secondsSince(std::int64_t startNs) {
+  return static_cast<double>(nowNs() - startNs) * 1e-9;
+}
+
+/// Objects with more triangles are taken as boxes (ours).
+constexpr std::uint32_t kManyTriangles = 4096;
+
+/// Where an image may show an object.
+void addShown(const frame::Geometry& geometry, int object, const scene::Camera& camera, int width,
+              int height, raster::Region& region) {
+  const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(object)];
+  if (range.indexCount > 3 * kManyTriangles) {
+    region.add(raster::shownRectangle(camera, width, height, range.bounds));
+    return;
+  }
+  const raster::Screen screen(camera, width, height);
+  for (std::uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; i += 3) {
+    const std::array<Vec3, 3> corners{geometry.positions[geometry.indices[i]],
+                                      geometry.positions[geometry.indices[i + 1]],
+                                      geometry.positions[geometry.indices[i + 2]]};
+    region.add(screen.shows(corners));
+  }
+}
+
+}  // namespace
+
+MethodSource::MethodSource(Stage& stage, methods::Method& method, const methods::MethodPlan& needs)
+    : stage_(stage), method_(method), needs_(needs) {}
+
+MethodSource::~MethodSource() = default;
+
+std::vector<frame::StepSample> MethodSource::prepare() {
+  stage_.buildGeometry();
+  if (needs_.gl) stage_.buildRaster();
+  if (needs_.gl) timer_.setFinish([] { glFinish(); });
+
+  // Structures that follow motion start from the path's first frame, whatever chunk this is.
+  stage_.moveTo(stage_.path().frame(1).timeSeconds, nullptr);
+  stage_.checkStop();
+  if (needs_.trace)
+    trace_ = timer_.measure("bvh", [&] {
+      return std::make_unique<trace::TraceScene>(stage_.scene(), stage_.geometry(), needs_.bvh);
+    });
+  const methods::RunSettings& settings = stage_.run().image;
+  if (needs_.gbuffer)
+    timer_.measure("allocate", [&] {
+      gbuffer_ = stage_.raster()->makeGBuffer(
+          {settings.width, settings.height, settings.samples, settings.masks});
+      composite_ = gl::Texture::make2D("frame", GL_RGBA32F, settings.width, settings.height);
+    });
+  methods::Services services{stage_.scene(),
+                             stage_.geometry(),
+                             stage_.lighting(),
+                             stage_.raster(),
+                             gbuffer_ ? &*gbuffer_ : nullptr,
+                             trace_.get(),
+                             timer_};
+  stage_.checkStop();
+  const std::int64_t start = nowNs();
+  const std::size_t before = timer_.samples().size();
+  method_.prepare(services, settings);
+  // What the method did not name itself.
+  const std::vector<frame::StepSample>& samples = timer_.samples();
+  const double named = std::accumulate(
+      samples.begin() + static_cast<std::ptrdiff_t>(before), samples.end(), 0.0,
+      [](double sum, const frame::StepSample& sample) { return sum + sample.seconds; });
+  timer_.add("prepare", std::max(0.0, secondsSince(start) - named));
+  if (needs_.gl) stage_.context()->check("prepare");
+
+  std::vector<frame::StepSample> all = stage_.startup();
+  const std::vector<frame::StepSample> own = timer_.take();
+  all.insert(all.end(), own.begin(), own.end());
+  return all;
+}
+
+RenderedFrame MethodSource::render(const scene::PathFrame& frame, bool firstOfSequence) {
+  timer_.take();  // of a frame that failed
+  timer_.beginFrame(frame.number);
+  methods::FrameInput input;
+  input.frame = frame;
+  input.firstOfSequence = firstOfSequence;
+  moveTo(input);
+
+  const bool rebuilds =
+      needs_.bvh == trace::BvhPolicy::RebuildLow || needs_.bvh == trace::BvhPolicy::RebuildMedium;
+  if (trace_ && (rebuilds || !input.changedObjects.empty()))
+    timer_.measure("bvh", [&] { trace_->update(input.changedObjects); });
+
+  RenderedFrame rendered;
+  if (needs_.gbuffer) {
+    const raster::DrawStatistics drawn = timer_.measure("gbuffer", [&] {
+      return stage_.raster()->drawGBuffer(*gbuffer_, frame.camera, stage_.lighting(),
+                                          input.changedSamples, &stage_.geometry());
+    });
+    rendered.counters["gbuffer_triangles"] = drawn.triangles;
+    rendered.counters["gbuffer_culled_triangles"] = drawn.culledTriangles;
+  }
+  methods::Services services{stage_.scene(),
+                             stage_.geometry(),
+                             stage_.lighting(),
+                             stage_.raster(),
+                             gbuffer_ ? &*gbuffer_ : nullptr,
+                             trace_.get(),
+                             timer_};
+  methods::FrameOutput output;
+  method_.render(input, services, output);
+  for (const auto& [name, count] : output.counters) rendered.counters[name] += count;
+  rendered.clusters = std::move(output.clusters);
+
+  if (output.image) {
+    rendered.image = std::move(*output.image);
+  } else if (needs_.gbuffer) {
+    // What neither shows something that moved nor reflects it is still in the composite
+    std::optional<raster::Region> changed;
+    if (input.changedSamples && output.changedReflection) {
+      changed = input.changedSamples;
+      changed->add(*output.changedReflection);
+    }
+    rendered.image = readFrame(frame.camera, changed, std::move(output.clusterOf));
+  } else {
+    throw Error(ExitCode::Internal, "the method has made no image");
+  }
+  if (needs_.gl) stage_.context()->check("frame");
+  lastCamera_ = frame.camera;
+  rendered.samples = timer_.take();
+  return rendered;
+}
+
+void MethodSource::moveTo(methods::FrameInput& input) {
+  const frame::Geometry& geometry = stage_.geometry();
+  const bool kept = gbuffer_ && !input.firstOfSequence && lastCamera_ == input.frame.camera;
+  lastCamera_.reset();  // until this frame is made
+  const frame::Lighting lighting = stage_.lighting();
+  const auto shows = [&](int object) {
+    raster::Region region(gbuffer_->sampleWidth(), gbuffer_->sampleHeight());
+    addShown(geometry, object, input.frame.camera, gbuffer_->sampleWidth(),
+             gbuffer_->sampleHeight(), region);
+    return region;
+  };
+  std::map<int, raster::Region> before;
+  if (kept) {
+    for (std::size_t i = 0; i < geometry.objects.size(); ++i)
+      if (geometry.objects[i].moving)
+        before.emplace(static_cast<int>(i), shows(static_cast<int>(i)));
+  }
+  input.changedObjects = stage_.moveTo(input.frame.timeSeconds, &timer_);
+
+  if (!kept || !(lighting == stage_.lighting())) return;
+  input.changedSamples.emplace(gbuffer_->sampleWidth(), gbuffer_->sampleHeight());
+  for (const int object : input.changedObjects) {
+    input.changedSamples->add(before.at(object));
+    input.changedSamples->add(shows(object));
+  }
+}
+
+image::Image MethodSource::readFrame(const scene::Camera& camera,
+                                     const std::optional<raster::Region>& changed,
+                                     std::vector<std::uint16_t> clusterOf) {
+  const methods::RunSettings& settings = stage_.run().image;
+  timer_.measure("composite", [&] {
+    stage_.raster()->composite(*gbuffer_, camera, {settings.fresnelSchlick}, composite_, changed);
+  });
+  image::Image image;
+  image.width = settings.width;
+  image.height = settings.height;
+  image.channels = {"R", "G", "B", "A"};
+  timer_.measure("readback", [&] {
+    if (!changed) {
+      read_.clear();
+      image.data = raster::readRgba(composite_);
+      return;
+    }
+    if (read_.empty()) {
+      read_ = raster::readRgba(composite_);
+    } else {
+      std::vector<raster::Rectangle> pixels;
+      for (const raster::Rectangle& r : changed->rectangles())
+        pixels.push_back(raster::pixelsOf(r, settings.samples));
+      raster::readRgba(composite_, pixels, read_);
+    }
+    image.data = read_;
+  });
+  if (settings.layers.empty() && !settings.masks) return image;
+
+  timer_.measure("layers", [&] {
+    SampleLayers layers;
+    if (asksFor(settings, "Z")) layers.depth = raster::readDepth(gbuffer_->depth);
+    layers.wantNormal = asksFor(settings, "N");
+    if (layers.wantNormal || settings.masks) layers.normal = raster::readRgba(gbuffer_->normal);
+    if (asksFor(settings, "reflection")) layers.reflection = raster::readRgba(gbuffer_->reflection);
+    layers.wantDiffuse = asksFor(settings, "diffuse");
+    layers.wantSpecular = asksFor(settings, "s");
+    if (layers.wantDiffuse || layers.wantSpecular || settings.masks ||
+        asksFor(settings, "reflection"))
+      layers.diffuse = raster::readRgba(gbuffer_->diffuse);
+    if (asksFor(settings, "id")) layers.object = raster::readIds(gbuffer_->object);
+    layers.cluster = std::move(clusterOf);
+    if (settings.masks) layers.masks = raster::readMasks(gbuffer_->masks);
+    addLayers(image, layers, settings.samples, camera.nearMetres);
+  });
+  return image;
+}
+
+std::map<std::string, std::string> MethodSource::context() const {
+  if (!needs_.gl) return {{"renderer", "CPU"}};
+  const gl::DeviceInfo& info = stage_.context()->info();
+  return {{"renderer", info.renderer},
+          {"device", info.device},
+          {"platform", info.platformVersion},
+          {"vendor", info.vendor},
+          {"gl_version", info.version},
+          {"glsl_version", info.glslVersion},
+          {"timer", "wall clock around glFinish"}};
+}
+
+Encoder makeEncoder(const RunConfig& run, const MethodConfig& method, const glm::dvec3& origin) {
+  return [run, method, origin](RenderedFrame& frame, const scene::PathFrame& path) {
+    std::vector<EncodedFile> files;
+    const image::Image& picture = frame.image;
+
+    std::int64_t start = nowNs();
+    image::ExrOptions options;
+    options.compression = run.compression;
+    options.halfBeauty = run.halfBeauty;
+    options.text = {{"software", "catoptric"},
+                    {"catoptric.scene", run.scene.filename().string()},
+                    {"catoptric.method", method.id},
+                    {"catoptric.options", method.effective}};
+    options.numbers = {{"catoptric.frame", static_cast<float>(path.number)},
+                       {"catoptric.time", static_cast<float>(path.timeSeconds)},
+                       {"catoptric.verticalFovDegrees", degrees(path.camera.verticalFovRad)}};
+    const Mat4 cameraFromFile(
+        glm::translate(glm::dmat4(scene::cameraFromWorld(path.camera)), -origin));
+    options.matrices["worldToCamera"] = image::exrWorldToCamera(cameraFromFile);
+    options.matrices["worldToNDC"] =
+        image::exrWorldToNdc(cameraFromFile, path.camera.verticalFovRad,
+                             static_cast<float>(picture.width) / static_cast<float>(picture.height),
+                             path.camera.nearMetres);
+    image::ExrStatistics statistics;
+    EncodedFile exr;
+    exr.path = framePath("frames", path.number, ".exr");
+    exr.step = "encode";
+    exr.bytes = image::encodeExr(picture, options, &statistics);
+    exr.seconds = secondsSince(start);
+    frame.counters["clamped_half"] = statistics.clampedHalf;
+    files.push_back(std::move(exr));
+
+    if (run.preview.enabled) {
+      start = nowNs();
+      EncodedFile preview;
+      preview.path = framePath("previews", path.number, ".png");
+      preview.step = "preview";
+      preview.bytes = image::encodePng(picture.width, picture.height, 3,
+                                       image::displayRgb8(picture, run.preview.exposureStops));
+      preview.seconds = secondsSince(start);
+      files.push_back(std::move(preview));
+    }
+    return files;
+  };
+}
+
+}  // namespace catoptric::run

@@ -1,0 +1,49 @@
+// The frames of one real method: G-buffer, the method's passes, composite, readback.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "methods/contract/method.h"
+#include "run/sequence/sequence.h"
+#include "run/stage/layers.h"
+#include "run/stage/stage.h"
+
+namespace catoptric::run {
+
+class MethodSource : public FrameSource {
+ public:
+  /// `stage` must outlive this; several sources may use it one after the other.
+  MethodSource(Stage& stage, methods::Method& method, const methods::MethodPlan& needs);
+  ~MethodSource() override;
+
+  std::vector<frame::StepSample> prepare() override;
+  RenderedFrame render(const scene::PathFrame& frame, bool firstOfSequence) override;
+  std::map<std::string, std::string> context() const override;
+
+ private:
+  /// Moves the scene to the frame's time; says what that changes.
+  void moveTo(methods::FrameInput& input);
+  /// The composed frame with the asked-for layers; samples outside `changed` are those of the last
+  /// frame. `clusterOf` as in methods::FrameOutput.
+  image::Image readFrame(const scene::Camera& camera, const std::optional<raster::Region>& changed,
+                         std::vector<std::uint16_t> clusterOf);
+
+  Stage& stage_;
+  methods::Method& method_;
+  methods::MethodPlan needs_;
+  frame::StepTimer timer_;
+  std::unique_ptr<trace::TraceScene> trace_;
+  std::optional<raster::GBuffer> gbuffer_;
+  gl::Texture composite_;
+  std::vector<float> read_;                  ///< the composite as it was read; empty: not kept
+  std::optional<scene::Camera> lastCamera_;  ///< of the frame in G-buffer and composite
+};
+
+/// Encodes frames of `run` as EXR and preview, for runSequence(). `origin` of the scene, so that
+/// the camera of the files is in the coordinates of the scene's file.
+Encoder makeEncoder(const RunConfig& run, const MethodConfig& method, const glm::dvec3& origin);
+
+}  // namespace catoptric::run

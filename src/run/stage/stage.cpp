@@ -1,0 +1,122 @@
+#include "run/stage/stage.h"
+
+#include <algorithm>
+
+#include "config/json.h"
+#include "core/error.h"
+#include "core/file.h"
+#include "core/log.h"
+#include "gl/device.h"
+#include "scene/animate.h"
+#include "scene/loader.h"
+#include "trace/bake/bake.h"
+
+namespace catoptric::run {
+namespace {
+
+/// Leftovers of killed processes; a cache is no reason to fail.
+void sweepCache(const std::filesystem::path& cache) {
+  try {
+    sweepTemporaryFiles(cache);
+  } catch (const OutputError& error) {
+    log::warning(error.what());
+  }
+}
+
+/// A path or a run config named as the scene, and so on: one line says what it is.
+void checkKinds(const RunConfig& run) {
+  const auto check = [](const std::filesystem::path& file, FileKind wanted, const char* member) {
+    if (file.extension() != ".json") return;
+    FileKind kind = FileKind::Unknown;
+    try {
+      kind = fileKind(config::parseFile(file));
+    } catch (const UsageError&) {  // whoever loads it says more
+    }
+    if (kind == FileKind::Unknown || kind == wanted) return;
+    const char* what = kind == FileKind::RunConfig ? "a run config"
+                       : kind == FileKind::Scene   ? "a scene"
+                                                   : "a camera path";
+    throw UsageError(file.string() + ": is " + what + "; it cannot be the config's \"" + member +
+                     "\"");
+  };
+  check(run.scene, FileKind::Scene, "scene");
+  if (!run.path.empty()) check(run.path, FileKind::Path, "path");
+}
+
+constexpr int kMaxFrame = 10'000'000;  ///< of any path
+
+}  // namespace
+
+Stage::Stage(const RunConfig& run) : run_(run) {
+  // Wrong names, frames and files are noticed before anything large is loaded
+  gl::parseDevice(run_.device);
+  if (!run_.frames.empty()) scene::parseFrames(run_.frames, kMaxFrame);
+  checkKinds(run_);
+  scene_ = timer_.measure("scene", [&] {
+    try {
+      return scene::loadScene(run_.scene);
+    } catch (const UsageError& error) {  // of its description
+      throw SceneError(error.what());
+    }
+  });
+  for (const std::string& warning : scene_.warnings) log::warning(warning);
+  timer_.measure("path", [&] {
+    path_ = run_.path.empty() ? scene::defaultPath(scene_) : scene::loadPath(run_.path, scene_);
+  });
+  if (run_.frames.empty()) {
+    for (int number = 1; number <= path_->count(); ++number) frames_.push_back(number);
+  } else {
+    frames_ = scene::parseFrames(run_.frames, path_->count());
+  }
+  const std::vector<bool> moving = scene::movingObjects(scene_);
+  moving_ = scene_.animated() && (std::find(moving.begin(), moving.end(), true) != moving.end() ||
+                                  !scene_.lights.empty());
+  // The environment's image may be bad: say so before a folder is made
+  environment_ = timer_.measure("environment", [&] {
+    return std::make_shared<const frame::EnvironmentLight>(scene_.environment);
+  });
+}
+
+void Stage::buildGeometry() {
+  if (geometryBuilt_) return;
+  checkStop();
+  // Light is baked at time 0, whatever frames are asked for: chunks must agree.
+  const scene::Pose pose = scene::poseAt(scene_, 0.0);
+  geometry_ = timer_.measure("geometry", [&] { return frame::makeGeometry(scene_, pose); });
+  if (scene_.bake.mode != scene::BakeMode::None) {
+    const std::filesystem::path cache = cacheFolder();
+    if (!cache.empty()) sweepCache(cache);
+    const trace::BakeReport report = timer_.measure("bake", [&] {
+      return trace::bakeVertices(scene_, geometry_, *environment_, cache, stopRequested_);
+    });
+    if (report.stopped) throw Stopped();
+    log::debug(report.fromCache ? "baked light comes from the cache"
+                                : "light was baked with " + std::to_string(report.rays) + " rays");
+  }
+  lighting_ = frame::makeLighting(scene_, pose, environment_);
+  geometryBuilt_ = true;
+}
+
+void Stage::buildRaster() {
+  if (raster_) return;
+  checkStop();
+  context_.emplace(
+      timer_.measure("context", [&] { return gl::Context(gl::parseDevice(run_.device)); }));
+  timer_.setFinish([this] { context_->finish("start-up"); });
+  raster_ = timer_.measure(
+      "programs", [&] { return std::make_unique<raster::SceneRaster>(scene_, geometry_); });
+}
+
+std::vector<int> Stage::moveTo(double timeSeconds, frame::StepTimer* timer) {
+  if (!moving_) return {};
+  const auto move = [&] {
+    const scene::Pose pose = scene::poseAt(scene_, timeSeconds);
+    std::vector<int> changed = frame::updateGeometry(geometry_, scene_, pose);
+    lighting_ = frame::makeLighting(scene_, pose, environment_);
+    if (raster_ && !changed.empty()) raster_->update(geometry_, changed);
+    return changed;
+  };
+  return timer != nullptr ? timer->measure("geometry", move) : move();
+}
+
+}  // namespace catoptric::run

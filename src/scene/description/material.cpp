@@ -1,0 +1,365 @@
+// Materials of scene descriptions and the textures they name.
+#include <algorithm>
+#include <cmath>
+#include <exception>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/parallel.h"
+#include "core/text.h"
+#include "image/image.h"
+#include "scene/description/description.h"
+#include "scene/procedural/procedural.h"
+#include "scene/reflectance.h"
+#include "scene/texture.h"
+
+namespace catoptric::scene {
+namespace {
+
+using config::Value;
+
+Wrap wrapOf(const std::string& name) {
+  return name == "clamp"    ? Wrap::ClampToEdge
+         : name == "mirror" ? Wrap::MirroredRepeat
+                            : Wrap::Repeat;
+}
+
+/// uv' = offset + rotation * (scale * uv), counter-clockwise with v pointing up in the picture.
+glm::mat3x2 uvTransform(const Value& material) {
+  Vec2 scale(1.0f);
+  if (material.has("uv_scale")) {
+    const Value value = material.get("uv_scale");
+    if (value.kind() == Value::Kind::Array) {
+      const std::vector<float> v = value.asFloats(2);
+      scale = {v[0], v[1]};
+    } else {
+      scale = Vec2(static_cast<float>(value.asNumber()));
+    }
+  }
+  Vec2 offset(0.0f);
+  if (material.has("uv_offset")) {
+    const std::vector<float> v = material.get("uv_offset").asFloats(2);
+    offset = {v[0], v[1]};
+  }
+  const double angle = material.has("uv_rotate")
+                           ? material.get("uv_rotate").asNumber() * std::numbers::pi / 180.0
+                           : 0.0;
+  const auto c = static_cast<float>(std::cos(angle));
+  const auto s = static_cast<float>(std::sin(angle));
+  return {c * scale.x, -s * scale.x, s * scale.y, c * scale.y, offset.x, offset.y};
+}
+
+}  // namespace
+
+MaterialLibrary::MaterialLibrary(Scene& scene, Value definitions, std::filesystem::path folder,
+                                 const LoadLimits& limits, config::Errors& errors)
+    : scene_(scene),
+      definitions_(std::move(definitions)),
+      folder_(std::move(folder)),
+      limits_(limits) {
+  // All definitions are checked, those that nothing uses too.
+  if (definitions_.kind() != Value::Kind::Object) return;
+  for (const std::string& name : definitions_.keys())
+    errors.add(config::check(definitions_.get(name), materialSchema()));
+}
+
+int MaterialLibrary::plain() {
+  const auto [entry, isNew] =
+      byKey_.try_emplace("plain", static_cast<int>(scene_.materials.size()));
+  if (isNew) {
+    Material material;
+    material.name = "plain";
+    material.baseColor = Vec3(0.8f);
+    scene_.materials.push_back(material);
+  }
+  return entry->second;
+}
+
+int MaterialLibrary::materialOf(const Value& nameOrInline, int base) {
+  Value definition = nameOrInline;
+  std::string name = "inline";
+  if (nameOrInline.kind() == Value::Kind::String) {
+    name = nameOrInline.asString();
+    if (definitions_.isNull() || !definitions_.has(name)) {
+      const std::vector<std::string> names =
+          definitions_.isNull() ? std::vector<std::string>{} : definitions_.keys();
+      nameOrInline.fail(
+          "there is no material \"" + name + "\"" + didYouMean(name, names) +
+          (names.empty() ? "; \"materials\" defines none" : "; defined: " + joined(names, ", ")));
+    }
+    definition = definitions_.get(name);
+  } else {
+    config::require(definition, materialSchema());
+  }
+  const bool keep = definition.has("keep") && definition.get("keep").asBool();
+  if (keep && base == kNone) {
+    definition.get("keep").fail("there is no material of an asset that could be kept");
+  }
+  // Named materials are one each; inline ones are shared when their text and base are the same.
+  const std::string key = (keep ? std::to_string(base) + " " : std::string()) +
+                          (name == "inline" ? "inline " + definition.dump() : "name " + name);
+  if (const auto found = byKey_.find(key); found != byKey_.end()) return found->second;
+
+  Material start;
+  if (keep) {
+    start = scene_.materials[static_cast<std::size_t>(base)];
+  } else {
+    start.name = name;
+  }
+  Material material = read(definition, start);
+  const int index = static_cast<int>(scene_.materials.size());
+  scene_.materials.push_back(std::move(material));
+  byKey_.emplace(key, index);
+  return index;
+}
+
+Material MaterialLibrary::read(const Value& value, Material m) {
+  const auto number = [&](const char* name) {
+    return static_cast<float>(config::valueOr(value, materialSchema(), name).asNumber());
+  };
+  if (value.has("base_color")) m.baseColor = colorOf(value.get("base_color"));
+
+  // Textures; one transform for all.
+  const glm::mat3x2 transform = uvTransform(value);
+  const bool moves = value.has("uv_scale") || value.has("uv_offset") || value.has("uv_rotate");
+  const auto place = [&](TextureSlot& slot, int index) { slot = {index, 0, transform}; };
+  if (value.has("texture")) {
+    const Value source = value.get("texture");
+    place(m.baseColorTexture, texture(source, true, value));
+  } else if (moves) {
+    m.baseColorTexture.transform = transform;
+  }
+  if (value.has("normal_map")) {
+    place(m.normalTexture, normalTexture(value, value.get("texture")));
+  } else if (moves) {
+    m.normalTexture.transform = transform;
+  }
+  if (value.has("normal_scale")) m.normalScale = number("normal_scale");
+  if (value.has("emissive_texture")) {
+    place(m.emissiveTexture, texture(value.get("emissive_texture"), true, value));
+  }
+
+  // Reflection: s and g, or metallic and roughness.
+  const bool papers = value.has("s") || value.has("g") || value.has("n") || value.has("tint") ||
+                      value.has("refraction");
+  const bool gltf = value.has("metallic") || value.has("roughness") || value.has("ior") ||
+                    value.has("specular") || value.has("metallic_roughness_map");
+  if (papers && gltf) {
+    value.fail(
+        "a material has either \"s\", \"g\", \"n\", \"tint\", \"refraction\" or \"metallic\", "
+        "\"roughness\", \"ior\", \"specular\", \"metallic_roughness_map\"");
+  }
+  if (value.has("g") && value.has("n")) value.fail("a material has either \"g\" or \"n\"");
+  if (gltf) {
+    if (value.has("metallic")) m.metallicFactor = number("metallic");
+    if (value.has("roughness")) m.roughnessFactor = number("roughness");
+    if (value.has("ior") || value.has("specular")) {
+      m.dielectricF0 = dielectricF0(number("ior"), number("specular"));
+    }
+    if (value.has("metallic_roughness_map")) {
+      if (!value.has("metallic")) m.metallicFactor = 1.0f;
+      place(m.metallicRoughnessTexture, texture(value.get("metallic_roughness_map"), false, value));
+    }
+    m.reflectionTint = glm::mix(Vec3(1.0f), m.baseColor, m.metallicFactor);
+  }
+  if (papers) {
+    const bool keep = value.has("keep") && value.get("keep").asBool();
+    float s = keep ? specularLevel(m.metallicFactor, m.dielectricF0) : 0.0f;
+    float g = keep && !value.has("s") ? m.roughnessFactor : 0.0f;
+    if (value.has("s")) s = number("s");
+    if (value.has("g")) g = number("g");
+    if (value.has("n")) g = glossinessFromPhongExponent(number("n"));
+    setReflectance(m, s, g);
+    if (!keep) m.reflectionTint = Vec3(1.0f);
+    if (value.has("tint")) m.reflectionTint = colorOf(value.get("tint"));
+    if (value.has("refraction")) {
+      m.refraction = number("refraction");
+      if (!(s > 0.0f)) {
+        value.get("refraction").fail("refraction needs \"s\" above 0: the part that is refracted");
+      }
+      if (g > kMirrorGlossiness) {
+        value.get("refraction").fail("refraction is sharp: \"g\" must be at most 0.05");
+      }
+    }
+  }
+
+  if (value.has("emissive")) m.emissive = colorOf(value.get("emissive"));
+  if (value.has("emissive_texture") && !value.has("emissive")) m.emissive = Vec3(1.0f);
+  if (value.has("emissive_strength")) m.emissive *= number("emissive_strength");
+  if (value.has("alpha_cutoff")) {
+    m.alphaMode = AlphaMode::Mask;
+    m.alphaCutoff = number("alpha_cutoff");
+  }
+  if (value.has("unlit")) m.unlit = value.get("unlit").asBool();
+  return m;
+}
+
+int MaterialLibrary::reflectiveOf(int index, const Value& reflective) {
+  const Material& original = scene_.materials[static_cast<std::size_t>(index)];
+  float s = 0.0f;
+  float g = original.roughnessFactor;
+  if (reflective.kind() == Value::Kind::Object) {
+    for (const std::string& key : reflective.keys()) {
+      if (key != "s" && key != "g" && key != "n") {
+        reflective.get(key).fail("unknown name \"" + key + "\"; allowed: s, g, n");
+      }
+      const double number = reflective.get(key).asNumber();
+      if (number < 0.0 || (key != "n" && number > 1.0)) {
+        reflective.get(key).fail(reflective.get(key).dump() + " is out of range");
+      }
+    }
+    s = reflective.has("s") ? static_cast<float>(reflective.get("s").asNumber())
+                            : specularLevel(original.metallicFactor, original.dielectricF0);
+    if (reflective.has("g")) g = static_cast<float>(reflective.get("g").asNumber());
+    if (reflective.has("n")) {
+      g = glossinessFromPhongExponent(static_cast<float>(reflective.get("n").asNumber()));
+    }
+  }
+  const std::string key =
+      "reflective " + std::to_string(index) + " " + std::to_string(s) + " " + std::to_string(g);
+  const auto [entry, isNew] = byKey_.try_emplace(key, static_cast<int>(scene_.materials.size()));
+  if (isNew) {
+    Material copy = original;
+    setReflectance(copy, s, g);
+    scene_.materials.push_back(std::move(copy));
+  }
+  return entry->second;
+}
+
+int MaterialLibrary::addJob(const std::string& key, TextureJob job) {
+  const auto [entry, isNew] = textures_.try_emplace(key, static_cast<int>(scene_.textures.size()));
+  if (isNew) {
+    scene_.textures.emplace_back();
+    job.texture = entry->second;
+    jobs_.push_back(std::move(job));
+  }
+  return entry->second;
+}
+
+int MaterialLibrary::texture(const Value& source, bool srgb, const Value& material) {
+  TextureJob job;
+  job.source = source;
+  const std::string filter = config::valueOr(material, materialSchema(), "filter").asString();
+  const std::string wrap = config::valueOr(material, materialSchema(), "wrap").asString();
+  std::string key = std::string(srgb ? "srgb " : "linear ") + filter + " " + wrap + " ";
+  if (source.kind() == Value::Kind::Object) {
+    job.kind = TextureJob::Kind::Procedural;
+    // Checked at once, made later.
+    const std::string name = source.get("procedural").asString();
+    const std::vector<std::string>& names = proceduralNames();
+    if (std::find(names.begin(), names.end(), name) == names.end()) {
+      source.get("procedural")
+          .fail("there is no procedural texture \"" + name + "\"" + didYouMean(name, names) +
+                "; known: " + joined(names, ", "));
+    }
+    config::require(source, proceduralSchema(name));
+    key += "procedural " + source.dump();
+  } else {
+    job.kind = TextureJob::Kind::File;
+    job.file = fileBeside(source, folder_);
+    key += "file " + job.file.string();
+  }
+  const int index = addJob(key, job);
+  Texture& texture = scene_.textures[static_cast<std::size_t>(index)];
+  texture.name = job.kind == TextureJob::Kind::Procedural ? source.get("procedural").asString()
+                                                          : source.asString();
+  texture.srgb = srgb;
+  texture.nearest = filter == "nearest";
+  texture.wrapS = wrapOf(wrap);
+  texture.wrapT = wrapOf(wrap);
+  return index;
+}
+
+int MaterialLibrary::normalTexture(const Value& material, const Value& colorSource) {
+  const Value value = material.get("normal_map");
+  if (value.kind() == Value::Kind::String && value.asString() != "match") {
+    return texture(value, false, material);
+  }
+  TextureJob job;
+  job.kind = TextureJob::Kind::NormalMap;
+  if (value.kind() == Value::Kind::String) {
+    if (colorSource.kind() != Value::Kind::Object) {
+      value.fail("\"match\" needs a procedural \"texture\" whose heights it can take");
+    }
+    job.source = colorSource;
+  } else {
+    job.source = value;
+    if (value.has("strength")) job.strength = static_cast<float>(value.get("strength").asNumber());
+  }
+  const std::string name = job.source.get("procedural").asString();
+  const std::vector<std::string>& names = proceduralNames();
+  if (std::find(names.begin(), names.end(), name) == names.end()) {
+    job.source.get("procedural")
+        .fail("there is no procedural texture \"" + name + "\"" + didYouMean(name, names) +
+              "; known: " + joined(names, ", "));
+  }
+  config::require(job.source, proceduralSchema(name));
+  const int index =
+      addJob("normals " + std::to_string(job.strength) + " " + job.source.dump(), job);
+  Texture& texture = scene_.textures[static_cast<std::size_t>(index)];
+  texture.name = name + " normals";
+  texture.srgb = false;
+  return index;
+}
+
+void MaterialLibrary::finish() {
+  // A procedural texture that serves as colour and as normals is made once.
+  struct Picture {
+    std::vector<std::size_t> jobs;
+    std::exception_ptr error;
+  };
+  std::map<std::string, std::size_t> bySource;
+  std::vector<Picture> pictures;
+  for (std::size_t j = 0; j < jobs_.size(); ++j) {
+    const std::string key = jobs_[j].kind == TextureJob::Kind::File
+                                ? "file " + jobs_[j].file.string()
+                                : "procedural " + jobs_[j].source.dump();
+    const auto [entry, isNew] = bySource.try_emplace(key, pictures.size());
+    if (isNew) pictures.emplace_back();
+    pictures[entry->second].jobs.push_back(j);
+  }
+  const auto make = [&](const Picture& picture) {
+    const TextureJob& first = jobs_[picture.jobs.front()];
+    image::Image8 image;
+    std::vector<float> height;
+    if (first.kind == TextureJob::Kind::File) {
+      std::vector<std::byte> bytes;
+      try {
+        bytes = readFile(first.file, limits_.maxFileBytes);
+      } catch (const Error& e) {
+        first.source.fail(e.what());
+      }
+      image = image::decodeImage8(bytes, first.source.place().text() + ": " + first.file.string(),
+                                  limits_.maxTexturePixels);
+    } else {
+      ProceduralImage made = makeProcedural(first.source);
+      image = {made.size, made.size, std::move(made.rgba)};
+      height = std::move(made.height);
+    }
+    for (const std::size_t j : picture.jobs) {
+      const TextureJob& job = jobs_[j];
+      Texture& texture = scene_.textures[static_cast<std::size_t>(job.texture)];
+      std::vector<std::uint8_t> rgba = job.kind == TextureJob::Kind::NormalMap
+                                           ? normalMapFromHeight(height, image.width, job.strength)
+                                           : image.rgba;
+      texture.levels = makeMipChain(image.width, image.height, std::move(rgba), texture.srgb);
+    }
+  };
+  parallelFor(pictures.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) {
+      try {
+        make(pictures[p]);
+      } catch (...) {
+        pictures[p].error = std::current_exception();
+      }
+    }
+  });
+  config::Errors errors;
+  for (const Picture& picture : pictures) {
+    if (picture.error) errors.collect([&] { std::rethrow_exception(picture.error); });
+  }
+  errors.throwIfAny();
+  jobs_.clear();
+}
+
+}  // namespace catoptric::scene

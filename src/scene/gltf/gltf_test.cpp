@@ -1,0 +1,679 @@
+// What loadGltf makes of valid files, against values known on paper.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "image/image.h"
+#include "scene/animate.h"
+#include "scene/gltf/test_writer.h"
+#include "scene/loader.h"
+#include "scene/reflectance.h"
+
+namespace catoptric::scene {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using namespace catoptric::scene::testing;
+
+std::vector<Vec3> worldPositions(const Scene& scene, std::size_t object = 0, double time = 0.0) {
+  return worldVertices(scene, scene.objects[object], poseAt(scene, time)).positions;
+}
+
+void expectNear(const Vec3& actual, const Vec3& expected, float tolerance = 1e-6f) {
+  EXPECT_NEAR(actual.x, expected.x, tolerance);
+  EXPECT_NEAR(actual.y, expected.y, tolerance);
+  EXPECT_NEAR(actual.z, expected.z, tolerance);
+}
+
+bool hasNote(const Scene& scene, const std::string& part) {
+  for (const std::string& note : scene.notes) {
+    if (note.find(part) != std::string::npos) return true;
+  }
+  return false;
+}
+
+class Gltf : public ::testing::Test {
+ protected:
+  TemporaryFolder folder;
+  GltfWriter w;
+
+  Scene load() const { return loadGltf(w.gltf(folder)); }
+  /// A material-only file on the plain triangle, finished.
+  Material materialOf(const std::string& json) {
+    w = triangleFile();
+    w.arrays["meshes"] = {
+        R"({"primitives":[{"attributes":{"POSITION":0,"NORMAL":1},"indices":2,"material":0}]})"};
+    w.add("materials", json);
+    Scene scene = load();
+    finishScene(scene);
+    return scene.materials[0];
+  }
+  /// A mesh of `positions` alone, drawn in `mode`; the triangles' corners as x coordinates.
+  std::vector<float> cornersOf(int mode, bool indexed) {
+    w = {};
+    w.floats({0, 0, 0, 1, 5, 0, 2, 0, 1, 3, 4, 2, 4, 0, 7}, "VEC3");
+    const int indices =
+        w.accessor(w.view(bytesOf(std::vector<std::uint8_t>{4, 3, 2, 1, 0})), 5121, "SCALAR", 5);
+    w.add("meshes", R"({"primitives":[{"attributes":{"POSITION":0},"mode":)" +
+                        std::to_string(mode) +
+                        (indexed ? ",\"indices\":" + std::to_string(indices) : "") + "}]}");
+    w.add("nodes", R"({"mesh":0})");
+    const Scene scene = load();
+    std::vector<float> corners;
+    for (const std::uint32_t i : scene.meshes.at(0).indices) {
+      corners.push_back(scene.meshes[0].positions[i].x);
+    }
+    return corners;
+  }
+};
+
+TEST_F(Gltf, TriangleInBothContainersAndBesideItsBuffer) {
+  w = triangleFile();
+  std::filesystem::create_directory(folder.path() / "a b");
+  folder.write("a b/data+1.bin", w.buffer + "more than byteLength");
+  GltfWriter external = w;
+  external.add("buffers", "{\"byteLength\":" + std::to_string(w.buffer.size()) +
+                              R"(,"uri":"a%20b/data+1.bin"})");
+  GltfWriter bare = w;  // a media type that tinygltf does not know
+  bare.add("buffers", "{\"byteLength\":" + std::to_string(w.buffer.size()) +
+                          ",\"uri\":\"data:;base64," + base64(w.buffer) + "\"}");
+  for (const std::filesystem::path& file :
+       {w.gltf(folder), w.glb(folder), external.gltf(folder, "external.gltf"),
+        bare.gltf(folder, "bare.gltf")}) {
+    SCOPED_TRACE(file.string());
+    const Scene scene = loadGltf(file);
+    ASSERT_EQ(scene.objects.size(), 1u);
+    EXPECT_EQ(scene.objects[0].name, "n");
+    EXPECT_EQ(scene.triangleCount(), 1u);
+    EXPECT_EQ(scene.source, file);
+    const Mesh& mesh = scene.meshes[0];
+    EXPECT_THAT(mesh.indices, ElementsAre(0, 1, 2));
+    EXPECT_THAT(mesh.positions, ElementsAre(Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)));
+    EXPECT_THAT(mesh.normals, ElementsAre(Vec3(0, 0, 1), Vec3(0, 0, 1), Vec3(0, 0, 1)));
+  }
+}
+
+TEST_F(Gltf, EveryIndexType) {
+  for (const int type : {5121, 5123, 5125}) {
+    w = triangleFile();
+    int view = 0;
+    if (type == 5121) view = w.view(bytesOf(std::vector<std::uint8_t>{2, 0, 1}));
+    if (type == 5123) view = w.view(bytesOf(std::vector<std::uint16_t>{2, 0, 1}));
+    if (type == 5125) view = w.view(bytesOf(std::vector<std::uint32_t>{2, 0, 1}));
+    w.accessor(view, type, "SCALAR", 3);
+    w.arrays["meshes"] = {
+        R"({"primitives":[{"attributes":{"POSITION":0,"NORMAL":1},"indices":3}]})"};
+    EXPECT_THAT(load().meshes.at(0).indices, ElementsAre(2, 0, 1)) << type;
+  }
+}
+
+TEST_F(Gltf, ModesMakeTheSpecifiedTriangles) {
+  // glTF 2.0, section 3.7.2.1. Without normals each triangle has vertices of its own, so the
+  // corners are seen through their x coordinate, which is the vertex' number.
+  EXPECT_THAT(cornersOf(5, false), ElementsAre(0, 1, 2, 1, 3, 2, 2, 3, 4));
+  EXPECT_THAT(cornersOf(6, false), ElementsAre(1, 2, 0, 2, 3, 0, 3, 4, 0));
+  EXPECT_THAT(cornersOf(5, true), ElementsAre(4, 3, 2, 3, 1, 2, 2, 1, 0));
+  EXPECT_THAT(cornersOf(6, true), ElementsAre(3, 2, 4, 2, 1, 4, 1, 0, 4));
+}
+
+TEST_F(Gltf, PointsAndLinesAreNoted) {
+  for (const int mode : {0, 1, 2, 3}) {
+    w = triangleFile();
+    w.arrays["meshes"] = {R"({"primitives":[{"attributes":{"POSITION":0},"mode":)" +
+                          std::to_string(mode) +
+                          R"(},{"attributes":{"POSITION":0,"NORMAL":1},"indices":2}]})"};
+    const Scene scene = load();
+    EXPECT_EQ(scene.objects.size(), 1u);
+    EXPECT_EQ(scene.objects[0].name, "n/1");
+    EXPECT_TRUE(hasNote(scene, "/meshes/0/primitives/0: points and lines")) << mode;
+  }
+}
+
+TEST_F(Gltf, InterleavedStride) {
+  // position and normal alternate, 24 bytes apart
+  w.accessor(
+      w.view(bytesOf(std::vector<float>{0, 0, 0, 0, 0, 1, 2, 0, 0, 0, 0, 1, 0, 3, 0, 0, 0, 1}), 24),
+      5126, "VEC3", 3);
+  w.accessor(0, 5126, "VEC3", 3, R"("byteOffset":12)");
+  w.add("meshes", R"({"primitives":[{"attributes":{"POSITION":0,"NORMAL":1}}]})");
+  w.add("nodes", R"({"mesh":0})");
+  const Scene scene = load();
+  EXPECT_THAT(scene.meshes.at(0).positions,
+              ElementsAre(Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(0, 3, 0)));
+  EXPECT_THAT(scene.meshes[0].normals, ElementsAre(Vec3(0, 0, 1), Vec3(0, 0, 1), Vec3(0, 0, 1)));
+}
+
+TEST_F(Gltf, SparseOverABufferViewAndAlone) {
+  w = triangleFile();
+  const int at = w.view(bytesOf(std::vector<std::uint8_t>{1, 2}));
+  const int values = w.view(bytesOf(std::vector<float>{7, 8, 9, -1, -2, -3}));
+  const std::string sparse =
+      R"("sparse":{"count":2,"indices":{"bufferView":)" + std::to_string(at) +
+      R"(,"componentType":5121},"values":{"bufferView":)" + std::to_string(values) + "}}";
+  const int over = w.accessor(0, 5126, "VEC3", 3, sparse);
+  const int alone = w.accessor(-1, 5126, "VEC3", 3, sparse);
+  const int zero = w.accessor(-1, 5126, "VEC3", 3);
+  for (const auto& [accessor, first] :
+       {std::pair(over, Vec3(0.0f)), std::pair(alone, Vec3(0.0f))}) {
+    w.arrays["meshes"] = {R"({"primitives":[{"attributes":{"POSITION":)" +
+                          std::to_string(accessor) + R"(,"NORMAL":1}}]})"};
+    EXPECT_THAT(load().meshes.at(0).positions, ElementsAre(first, Vec3(7, 8, 9), Vec3(-1, -2, -3)));
+  }
+  // Without buffer view and sparse values all is zero; a degenerate triangle stays a triangle.
+  w.arrays["meshes"] = {R"({"primitives":[{"attributes":{"POSITION":)" + std::to_string(zero) +
+                        "}}]}"};
+  Scene scene = load();
+  finishScene(scene);
+  EXPECT_EQ(scene.triangleCount(), 1u);
+  for (const Vec3& n : scene.meshes.at(0).normals) EXPECT_NEAR(glm::length(n), 1.0f, 1e-6f);
+}
+
+TEST_F(Gltf, QuantizedAttributesAndNormalizedIntegers) {
+  w.members["extensionsUsed"] = w.members["extensionsRequired"] = R"(["KHR_mesh_quantization"])";
+  const int positions = w.accessor(
+      w.view(bytesOf(std::vector<std::int16_t>{0, 0, 0, 0, 32767, -32768, 0, 0, 0, 300, 0, 0}), 8),
+      5122, "VEC3", 3, R"("normalized":true)");
+  const int plain = w.accessor(
+      w.view(bytesOf(std::vector<std::int8_t>{0, 0, 0, 0, 100, -128, 5, 0, 1, 2, 3, 0}), 4), 5120,
+      "VEC3", 3);
+  const int normals = w.accessor(
+      w.view(bytesOf(std::vector<std::int8_t>{0, 0, 127, 0, 0, 127, 0, 0, -128, 0, 0, 0}), 4), 5120,
+      "VEC3", 3, R"("normalized":true)");
+  const int uv8 = w.accessor(
+      w.view(bytesOf(std::vector<std::uint8_t>{0, 255, 0, 0, 51, 102, 0, 0, 255, 0, 0, 0}), 4),
+      5121, "VEC2", 3, R"("normalized":true)");
+  const int uv16 =
+      w.accessor(w.view(bytesOf(std::vector<std::uint16_t>{0, 65535, 13107, 26214, 65535, 0}), 4),
+                 5123, "VEC2", 3, R"("normalized":true)");
+  const int color = w.accessor(
+      w.view(bytesOf(std::vector<std::uint8_t>{255, 0, 51, 255, 0, 0, 0, 255, 102, 0, 0, 255})),
+      5121, "VEC4", 3, R"("normalized":true)");
+  const auto mesh = [&](int position) {
+    return R"({"primitives":[{"attributes":{"POSITION":)" + std::to_string(position) +
+           ",\"NORMAL\":" + std::to_string(normals) + ",\"TEXCOORD_0\":" + std::to_string(uv8) +
+           ",\"TEXCOORD_1\":" + std::to_string(uv16) + ",\"COLOR_0\":" + std::to_string(color) +
+           "}}]}";
+  };
+  w.add("meshes", mesh(positions));
+  w.add("meshes", mesh(plain));
+  w.add("nodes", R"({"mesh":0})");
+  w.add("nodes", R"({"mesh":1})");
+  Scene scene = load();
+  finishScene(scene);
+  const Mesh& a = scene.meshes.at(0);
+  EXPECT_THAT(a.positions, ElementsAre(Vec3(0.0f), Vec3(1, -1, 0), Vec3(0, 300.0f / 32767.0f, 0)));
+  EXPECT_THAT(scene.meshes.at(1).positions,
+              ElementsAre(Vec3(0.0f), Vec3(100, -128, 5), Vec3(1, 2, 3)));
+  EXPECT_EQ(a.normals[0], Vec3(0, 0, 1));
+  EXPECT_EQ(a.normals[1], Vec3(0, 1, 0));
+  EXPECT_NEAR(glm::length(a.normals[2]), 1.0f, 1e-6f);
+  for (const auto& uv : a.uv) {
+    EXPECT_EQ(uv[0], Vec2(0, 1));
+    EXPECT_NEAR(uv[1].x, 0.2f, 1e-6f);
+    EXPECT_NEAR(uv[1].y, 0.4f, 1e-6f);
+    EXPECT_EQ(uv[2], Vec2(1, 0));
+  }
+  expectNear(a.colors[0], Vec3(1.0f, 0.0f, 0.2f));
+  expectNear(a.colors[2], Vec3(0.4f, 0.0f, 0.0f));
+}
+
+TEST_F(Gltf, MissingNormalsAreFlat) {
+  // Two triangles of a tent share an edge; each keeps its own normal.
+  w.floats({-1, 0, 0, 0, 1, 0, 0, 1, 1, 1, 0, 0}, "VEC3");
+  const int indices = w.indices({0, 2, 1, 1, 2, 3});
+  w.add("meshes", R"({"primitives":[{"attributes":{"POSITION":0},"indices":)" +
+                      std::to_string(indices) + "}]}");
+  w.add("nodes", R"({"mesh":0})");
+  Scene scene = load();
+  finishScene(scene);
+  const Mesh& mesh = scene.meshes.at(0);
+  ASSERT_EQ(mesh.positions.size(), 6u);
+  const float h = std::sqrt(0.5f);
+  for (std::size_t i = 0; i < 3; ++i) {
+    expectNear(mesh.normals[i], Vec3(-h, h, 0));
+    expectNear(mesh.normals[i + 3], Vec3(h, h, 0));
+  }
+}
+
+TEST_F(Gltf, UnusedVerticesAreDropped) {
+  w.floats({9, 9, 9, 0, 0, 0, 8, 8, 8, 1, 0, 0, 0, 1, 0}, "VEC3");
+  w.floats({1, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 0, 0, 1}, "VEC3");
+  w.indices({4, 1, 3});
+  w.add("meshes", R"({"primitives":[{"attributes":{"POSITION":0,"NORMAL":1},"indices":2}]})");
+  w.add("nodes", R"({"mesh":0})");
+  const Mesh mesh = load().meshes.at(0);
+  EXPECT_THAT(mesh.positions, ElementsAre(Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)));
+  EXPECT_THAT(mesh.indices, ElementsAre(2, 0, 1));
+}
+
+TEST_F(Gltf, HierarchyOfMatrixAndTrs) {
+  w = triangleFile();
+  // Stored child first: the loader puts parents before children.
+  w.arrays["nodes"] = {
+      R"({"name":"child","mesh":0,"translation":[1,2,3],"rotation":[0,0,0.70710678,0.70710678],"scale":[2,3,4]})",
+      R"({"name":"root","children":[0],"matrix":[0,0,-1,0, 0,1,0,0, 1,0,0,0, 10,20,30,1]})"};
+  w.arrays["scenes"] = {R"({"nodes":[1]})"};
+  const Scene scene = load();
+  ASSERT_EQ(scene.nodes.size(), 2u);
+  EXPECT_EQ(scene.nodes[0].name, "root");
+  EXPECT_EQ(scene.nodes[1].parent, 0);
+  // (1,0,0) is scaled to (2,0,0), turned to (0,2,0), moved to (1,4,3), turned by the root about
+  // +y by 90 degrees (x to -z, z to x) to (3,4,-1), and moved.
+  const std::vector<Vec3> p = worldPositions(scene);
+  expectNear(p[0], Vec3(13, 22, 29), 1e-5f);
+  expectNear(p[1], Vec3(13, 24, 29), 1e-5f);
+  expectNear(p[2], Vec3(13, 22, 32), 1e-5f);
+  // Normal +z: scaled by the inverse transpose it stays; the root turns it to +x.
+  expectNear(worldVertices(scene, scene.objects[0], poseAt(scene, 0)).normals[0], Vec3(1, 0, 0));
+}
+
+TEST_F(Gltf, MirroringFlipsTheWindingAndKeepsNormalsOutside) {
+  w = triangleFile();
+  w.arrays["nodes"] = {R"({"mesh":0,"scale":[1,1,-1]})"};
+  const Scene scene = load();
+  const WorldVertices v = worldVertices(scene, scene.objects[0], poseAt(scene, 0));
+  EXPECT_TRUE(v.flipWinding);
+  expectNear(v.normals[0], Vec3(0, 0, -1));
+  w.arrays["nodes"] = {R"({"mesh":0,"scale":[-1,1,-1]})"};
+  const Scene twice = load();
+  EXPECT_FALSE(worldVertices(twice, twice.objects[0], poseAt(twice, 0)).flipWinding);
+}
+
+TEST_F(Gltf, InstancesAreObjects) {
+  w = triangleFile();
+  w.members["extensionsUsed"] = R"(["EXT_mesh_gpu_instancing"])";
+  const int t = w.floats({0, 0, 0, 5, 6, 7}, "VEC3");
+  const int r =
+      w.accessor(w.view(bytesOf(std::vector<std::int16_t>{0, 0, 0, 32767, 0, 0, 32767, 0})), 5122,
+                 "VEC4", 2, R"("normalized":true)");
+  const int s = w.floats({1, 1, 1, 2, 2, 2}, "VEC3");
+  w.arrays["nodes"] = {
+      R"({"name":"leaf","mesh":0,"translation":[100,0,0],"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":)" +
+      std::to_string(t) + ",\"ROTATION\":" + std::to_string(r) + ",\"SCALE\":" + std::to_string(s) +
+      "}}}}"};
+  const Scene scene = load();
+  ASSERT_EQ(scene.objects.size(), 2u);
+  EXPECT_EQ(scene.meshes.size(), 1u);
+  EXPECT_EQ(scene.triangleCount(), 2u);
+  EXPECT_EQ(scene.objects[1].name, "leaf#1");
+  // A half turn about +z, twice the size.
+  expectNear(worldPositions(scene, 0)[1], Vec3(101, 0, 0));
+  expectNear(worldPositions(scene, 1)[1], Vec3(103, 6, 7), 1e-5f);
+  expectNear(worldPositions(scene, 1)[2], Vec3(105, 4, 7), 1e-5f);
+}
+
+TEST_F(Gltf, OnlyTheDefaultSceneIsDrawn) {
+  w = triangleFile();
+  w.arrays["nodes"] = {R"({"name":"a","mesh":0})", R"({"name":"b","mesh":0})"};
+  w.arrays["scenes"] = {R"({"nodes":[0]})", R"({"nodes":[1]})"};
+  w.members["scene"] = "1";
+  const Scene scene = load();
+  ASSERT_EQ(scene.objects.size(), 1u);
+  EXPECT_EQ(scene.objects[0].name, "b");
+  EXPECT_TRUE(hasNote(scene, "of 2 scenes, scene 1 is loaded"));
+}
+
+TEST_F(Gltf, MetallicRoughnessAndExtensionsGiveSAndG) {
+  Material m = materialOf(
+      R"({"name":"gold","pbrMetallicRoughness":{"baseColorFactor":[0.8,0.6,0.2,1],"metallicFactor":0.5,"roughnessFactor":0.3}})");
+  EXPECT_EQ(m.name, "gold");
+  EXPECT_NEAR(m.specularLevel, 0.5f + 0.5f * 0.04f, 1e-6f);
+  EXPECT_FLOAT_EQ(m.glossiness, 0.3f);
+  expectNear(m.baseColor, Vec3(0.8f, 0.6f, 0.2f));
+  expectNear(m.reflectionTint, Vec3(0.9f, 0.8f, 0.6f));
+
+  // A plastic is diffuse: 4% is below the threshold.
+  m = materialOf(R"({"pbrMetallicRoughness":{"metallicFactor":0}})");
+  EXPECT_EQ(m.specularLevel, 0.0f);
+
+  // ((2 - 1) / (2 + 1))^2 * 0.9 * mean(1, 0.5, 0) = 0.05
+  m = materialOf(
+      R"({"pbrMetallicRoughness":{"metallicFactor":0},"extensions":{"KHR_materials_ior":{"ior":2},"KHR_materials_specular":{"specularFactor":0.99,"specularColorFactor":[1,0.5,0]}}})");
+  EXPECT_NEAR(m.dielectricF0, 0.99f * 0.5f / 9.0f, 1e-6f);
+  EXPECT_NEAR(m.specularLevel, 0.055f, 1e-6f);
+
+  m = materialOf(
+      R"({"emissiveFactor":[1,0.5,0.25],"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":8}}})");
+  expectNear(m.emissive, Vec3(8, 4, 2));
+  EXPECT_EQ(m.specularLevel, 1.0f);  // metallic is 1 by default
+
+  m = materialOf(R"({"extensions":{"KHR_materials_unlit":{}}})");
+  EXPECT_TRUE(m.unlit);
+  EXPECT_EQ(m.specularLevel, 0.0f);
+
+  m = materialOf(R"({"alphaMode":"MASK","alphaCutoff":0.25})");
+  EXPECT_EQ(m.alphaMode, AlphaMode::Mask);
+  EXPECT_FLOAT_EQ(m.alphaCutoff, 0.25f);
+  m = materialOf(
+      R"({"alphaMode":"BLEND","alphaCutoff":0.25,"pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.7]}})");
+  EXPECT_EQ(m.alphaMode, AlphaMode::Mask);
+  EXPECT_FLOAT_EQ(m.alphaCutoff, 0.5f);
+  EXPECT_FLOAT_EQ(m.baseAlpha, 0.7f);
+}
+
+TEST_F(Gltf, ExtrasSetReflectanceOfMaterialAndNode) {
+  Material m = materialOf(
+      R"({"pbrMetallicRoughness":{"metallicFactor":0},"extras":{"catoptric":{"s":0.05,"n":1000}}})");
+  EXPECT_EQ(m.specularLevel, 0.05f);  // exactly: it is the threshold
+  EXPECT_NEAR(m.glossiness, glossinessFromPhongExponent(1000.0f), 1e-6f);
+
+  w.arrays["nodes"] = {R"({"mesh":0})", R"({"mesh":0,"extras":{"catoptric":{"s":0.75,"g":0.125}}})",
+                       R"({"mesh":0,"extras":{"catoptric":{"s":0}}})"};
+  w.arrays["scenes"] = {R"({"nodes":[0,1,2]})"};
+  Scene scene = load();
+  finishScene(scene);
+  const auto materialAt = [&](std::size_t i) {
+    return scene.materials[static_cast<std::size_t>(scene.objects[i].material)];
+  };
+  EXPECT_EQ(materialAt(0).specularLevel, 0.05f);
+  EXPECT_EQ(materialAt(1).specularLevel, 0.75f);
+  EXPECT_EQ(materialAt(1).glossiness, 0.125f);
+  EXPECT_EQ(materialAt(2).specularLevel, 0.0f);
+  EXPECT_EQ(scene.objects[0].reflector, 1);
+  EXPECT_EQ(scene.objects[1].reflector, 2);
+  EXPECT_EQ(scene.objects[2].reflector, 0);
+  EXPECT_EQ(scene.reflectorCount(), 2);
+  EXPECT_EQ(scene.reflectiveTriangleCount(), 2u);
+}
+
+TEST_F(Gltf, PrimitivesWithoutMaterialAreDiffuseWhite) {
+  w = triangleFile();
+  Scene scene = load();
+  finishScene(scene);
+  ASSERT_EQ(scene.materials.size(), 1u);
+  EXPECT_EQ(scene.materials[0].baseColor, Vec3(1.0f));
+  EXPECT_EQ(scene.materials[0].specularLevel, 0.0f);
+  EXPECT_TRUE(hasNote(scene, "without material"));
+}
+
+TEST_F(Gltf, TexturesSamplersAndTransforms) {
+  const std::vector<std::uint8_t> pixels = {255, 0, 0, 255, 0, 255, 0, 255};
+  const std::vector<std::byte> png = image::encodePng(2, 1, 4, pixels);
+  const std::string bytes(reinterpret_cast<const char*>(png.data()), png.size());
+  folder.write("colour #1.png", bytes);
+  w = triangleFile();
+  w.add("images",
+        "{\"bufferView\":" + std::to_string(w.view(bytes)) + R"(,"mimeType":"image/png"})");
+  w.add("images", "{\"uri\":\"data:image/png;base64," + base64(bytes) + "\"}");
+  w.add("images", R"({"uri":"colour%20%231.png"})");
+  w.add("samplers", R"({"magFilter":9728,"minFilter":9728,"wrapS":33071,"wrapT":33648})");
+  w.add("textures", R"({"source":0,"sampler":0})");
+  w.add("textures", R"({"source":1})");
+  w.add("textures", R"({"source":2})");
+  w.add(
+      "materials",
+      R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":1,"extensions":{"KHR_texture_transform":{"offset":[0,1],"rotation":1.5707963267948966,"scale":[0.5,0.5]}}},"metallicRoughnessTexture":{"index":1}},"emissiveTexture":{"index":2,"texCoord":0,"extensions":{"KHR_texture_transform":{"texCoord":1}}},"normalTexture":{"index":2,"scale":0.5}})");
+  const Scene scene = load();
+  ASSERT_EQ(scene.textures.size(), 4u);  // image 2 as colour and as data
+  const Material& m = scene.materials[0];
+  const auto textureOf = [&](const TextureSlot& slot) {
+    return scene.textures[static_cast<std::size_t>(slot.texture)];
+  };
+  const Texture base = textureOf(m.baseColorTexture);
+  EXPECT_TRUE(base.srgb);
+  EXPECT_TRUE(base.nearest);
+  EXPECT_EQ(base.wrapS, Wrap::ClampToEdge);
+  EXPECT_EQ(base.wrapT, Wrap::MirroredRepeat);
+  EXPECT_FALSE(textureOf(m.metallicRoughnessTexture).srgb);
+  EXPECT_FALSE(textureOf(m.normalTexture).srgb);
+  EXPECT_TRUE(textureOf(m.emissiveTexture).srgb);
+  EXPECT_FALSE(textureOf(m.emissiveTexture).nearest);
+  EXPECT_EQ(textureOf(m.emissiveTexture).wrapS, Wrap::Repeat);
+  for (const Texture& t : scene.textures) {
+    ASSERT_EQ(t.levels.size(), 2u);
+    EXPECT_EQ(t.levels[0].width, 2);
+    EXPECT_EQ(t.levels[0].height, 1);
+    EXPECT_EQ(t.levels[0].rgba, pixels);
+  }
+  EXPECT_EQ(m.baseColorTexture.uvSet, 1);
+  EXPECT_EQ(m.emissiveTexture.uvSet, 1);
+  EXPECT_FLOAT_EQ(m.normalScale, 0.5f);
+  // The extension's own example: "utilizes only the lower left quadrant of the source image".
+  for (const Vec2 uv : {Vec2(0, 0), Vec2(1, 0), Vec2(0, 1), Vec2(0.5f, 0.25f)}) {
+    const Vec2 t = m.baseColorTexture.transform * Vec3(uv, 1.0f);
+    EXPECT_NEAR(t.x, 0.5f * uv.y, 1e-6f);
+    EXPECT_NEAR(t.y, 1.0f - 0.5f * uv.x, 1e-6f);
+  }
+}
+
+TEST_F(Gltf, LightsAndCameras) {
+  w = triangleFile();
+  w.members["extensions"] =
+      R"({"KHR_lights_punctual":{"lights":[{"type":"spot","color":[1,0.5,0],"intensity":10,"range":7,"spot":{"innerConeAngle":0.1,"outerConeAngle":0.2}},{"type":"directional","name":"sun"},{"type":"point","intensity":3,"extras":{"catoptric":{"radius":0.25,"baked":true}}}]}})";
+  w.arrays["nodes"] = {
+      R"({"mesh":0,"children":[1,2,3,4]})",
+      R"({"name":"l0","translation":[1,2,3],"extensions":{"KHR_lights_punctual":{"light":0}}})",
+      R"({"extensions":{"KHR_lights_punctual":{"light":1}}})",
+      R"({"extensions":{"KHR_lights_punctual":{"light":2}}})", R"({"name":"eye","camera":1})"};
+  w.arrays["scenes"] = {R"({"nodes":[0]})"};
+  w.add("cameras",
+        R"({"type":"orthographic","orthographic":{"xmag":1,"ymag":1,"znear":0,"zfar":1}})");
+  w.add("cameras", R"({"type":"perspective","perspective":{"yfov":0.75,"znear":0.1}})");
+  const Scene scene = load();
+  ASSERT_EQ(scene.lights.size(), 3u);
+  EXPECT_EQ(scene.lights[0].type, LightType::Spot);
+  EXPECT_EQ(scene.lights[0].name, "l0");
+  expectNear(scene.lights[0].intensity, Vec3(10, 5, 0));
+  EXPECT_FLOAT_EQ(scene.lights[0].range, 7.0f);
+  EXPECT_FLOAT_EQ(scene.lights[0].innerConeRad, 0.1f);
+  EXPECT_FLOAT_EQ(scene.lights[0].outerConeRad, 0.2f);
+  EXPECT_EQ(scene.lights[0].node, 1);
+  EXPECT_EQ(scene.lights[1].type, LightType::Directional);
+  EXPECT_EQ(scene.lights[1].name, "sun");
+  EXPECT_EQ(scene.lights[1].direction, Vec3(0, 0, -1));
+  EXPECT_FLOAT_EQ(scene.lights[2].radius, 0.25f);
+  EXPECT_TRUE(scene.lights[2].baked);
+  EXPECT_FALSE(scene.lights[1].baked);
+  ASSERT_EQ(scene.cameras.size(), 1u);
+  EXPECT_EQ(scene.cameras[0].name, "eye");
+  EXPECT_EQ(scene.cameras[0].node, 4);
+  EXPECT_FLOAT_EQ(scene.cameras[0].verticalFovRad, 0.75f);
+}
+
+TEST_F(Gltf, SkinFollowsHandComputedMatrices) {
+  w = triangleFile();
+  const int joints =
+      w.accessor(w.view(bytesOf(std::vector<std::uint8_t>{0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 9, 9})),
+                 5121, "VEC4", 3);
+  const int weights = w.accessor(
+      w.view(bytesOf(std::vector<std::uint8_t>{255, 0, 0, 0, 255, 0, 0, 0, 51, 204, 0, 0})), 5121,
+      "VEC4", 3, R"("normalized":true)");
+  // The bind pose of joint 1 stands at (1,0,0): its inverse moves by (-1,0,0).
+  const int bind = w.floats({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0,  0, 0, 1,
+                             1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 1},
+                            "MAT4");
+  w.arrays["meshes"] = {R"({"primitives":[{"attributes":{"POSITION":0,"NORMAL":1,"JOINTS_0":)" +
+                        std::to_string(joints) + ",\"WEIGHTS_0\":" + std::to_string(weights) +
+                        "},\"indices\":2}]}"};
+  w.add("skins", R"({"joints":[1,2],"inverseBindMatrices":)" + std::to_string(bind) + "}");
+  w.arrays["nodes"] = {R"({"mesh":0,"skin":0,"translation":[1000,0,0]})",
+                       R"({"translation":[0,0,1],"children":[2]})",
+                       // joint 1: turned by 90 degrees about +z, at (1,0,1) in the world
+                       R"({"translation":[1,0,0],"rotation":[0,0,0.70710678,0.70710678]})"};
+  w.arrays["scenes"] = {R"({"nodes":[0,1]})"};
+  const Scene scene = load();
+  const WorldVertices v = worldVertices(scene, scene.objects[0], poseAt(scene, 0));
+  // Vertex 0 by joint 0; vertex 1 is at the origin of joint 1; vertex 2 = (0,1,0) is taken by
+  // joint 0 to (0,1,1), by joint 1 to R(-1,1,0) + (1,0,1) = (-1,-1,0) + (1,0,1) = (0,-1,1), and
+  // mixed 1:4. The node's own transform does not count.
+  expectNear(v.positions[0], Vec3(0, 0, 1));
+  expectNear(v.positions[1], Vec3(1, 0, 1));
+  expectNear(v.positions[2], Vec3(0, 0.2f - 0.8f, 1));
+  for (const Vec3& n : v.normals) expectNear(n, Vec3(0, 0, 1));
+}
+
+TEST_F(Gltf, EightInfluencesKeepTheStrongestFour) {
+  w = triangleFile();
+  const auto add = [&](const std::vector<std::uint8_t>& v, const std::vector<float>& weights) {
+    const int j = w.accessor(w.view(bytesOf(v)), 5121, "VEC4", 3);
+    return std::pair(j, w.floats(weights, "VEC4"));
+  };
+  const auto [j0, w0] =
+      add({0, 1, 2, 3, 0, 0, 0, 0, 0, 0, 0, 0}, {0.1f, 0.2f, 0.05f, 0.15f, 1, 0, 0, 0, 1, 0, 0, 0});
+  const auto [j1, w1] =
+      add({4, 5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, {0.3f, 0.2f, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0});
+  w.arrays["meshes"] = {R"({"primitives":[{"attributes":{"POSITION":0,"NORMAL":1,"JOINTS_0":)" +
+                        std::to_string(j0) + ",\"WEIGHTS_0\":" + std::to_string(w0) +
+                        ",\"JOINTS_1\":" + std::to_string(j1) +
+                        ",\"WEIGHTS_1\":" + std::to_string(w1) + "}}]}"};
+  const Mesh mesh = load().meshes.at(0);
+  EXPECT_EQ(mesh.joints[0], glm::u16vec4(4, 1, 5, 3));
+  EXPECT_NEAR(mesh.weights[0].x, 0.3f / 0.85f, 1e-6f);
+  EXPECT_NEAR(mesh.weights[0].w, 0.15f / 0.85f, 1e-6f);
+}
+
+TEST_F(Gltf, MorphTargetsSparseToo) {
+  w = triangleFile();
+  const int dense = w.floats({1, 0, 0, 0, 0, 0, 0, 0, 2}, "VEC3");
+  const int at = w.view(bytesOf(std::vector<std::uint16_t>{1}));
+  const int values = w.view(bytesOf(std::vector<float>{0, 4, 0}));
+  const int sparse = w.accessor(
+      -1, 5126, "VEC3", 3,
+      R"("sparse":{"count":1,"indices":{"bufferView":)" + std::to_string(at) +
+          R"(,"componentType":5123},"values":{"bufferView":)" + std::to_string(values) + "}}");
+  w.arrays["meshes"] = {
+      R"({"weights":[0.5,0.25],"primitives":[{"attributes":{"POSITION":0,"NORMAL":1},"indices":2,"targets":[{"POSITION":)" +
+      std::to_string(dense) + "},{\"POSITION\":" + std::to_string(sparse) + "}]}]}"};
+  w.arrays["nodes"] = {R"({"mesh":0})", R"({"mesh":0,"weights":[1,1]})"};
+  w.arrays["scenes"] = {R"({"nodes":[0,1]})"};
+  const Scene scene = load();
+  EXPECT_THAT(worldPositions(scene, 0),
+              ElementsAre(Vec3(0.5f, 0, 0), Vec3(1, 1, 0), Vec3(0, 1, 1)));
+  EXPECT_THAT(worldPositions(scene, 1), ElementsAre(Vec3(1, 0, 0), Vec3(1, 4, 0), Vec3(0, 1, 2)));
+}
+
+TEST_F(Gltf, FlatMorphTargetsTurnTheirNormals) {
+  // Without normals the target has flat normals of its own: (0,0,1) turns to (0,-1,1)/sqrt 2.
+  w.floats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3");
+  const int target = w.floats({0, 0, 0, 0, 0, 0, 0, 0, 1}, "VEC3");
+  w.add("meshes",
+        R"({"weights":[1],"primitives":[{"attributes":{"POSITION":0},"targets":[{"POSITION":)" +
+            std::to_string(target) + "}]}]}");
+  w.add("nodes", R"({"mesh":0})");
+  const Scene scene = load();
+  const float h = std::sqrt(0.5f);
+  for (const Vec3& n : worldVertices(scene, scene.objects[0], poseAt(scene, 0)).normals) {
+    expectNear(n, Vec3(0, -h, h));
+  }
+}
+
+TEST_F(Gltf, AnimationsOfThreeInterpolations) {
+  w = triangleFile();
+  const int times = w.floats({1, 2, 4}, "SCALAR");
+  const int linear = w.floats({0, 0, 0, 10, 0, 0, 10, 20, 0}, "VEC3");
+  const int step = w.floats({1, 1, 1, 2, 2, 2, 3, 3, 3}, "VEC3");
+  // CUBICSPLINE: in-tangent, value, out-tangent per key
+  const int cubic = w.floats({0, 0, 0, 1, 2, 3, 6, 0, -3,  //
+                              3, 0, 0, 4, 2, 0, 0, 0, 1,   //
+                              0, 2, 0, 0, 0, 0, 9, 9, 9},
+                             "VEC3");
+  const float h = std::sqrt(0.5f);
+  // the same rotation twice, written with the other sign: the short way is not to turn
+  const int rotation = w.floats({0, 0, 0, 1, 0, 0, h, h, 0, 0, -h, -h}, "VEC4");
+  w.add("animations",
+        R"({"samplers":[{"input":3,"output":)" + std::to_string(linear) +
+            R"(},{"input":3,"interpolation":"STEP","output":)" + std::to_string(step) +
+            R"(},{"input":3,"interpolation":"CUBICSPLINE","output":)" + std::to_string(cubic) +
+            R"(},{"input":3,"interpolation":"LINEAR","output":)" + std::to_string(rotation) +
+            R"(}],"channels":[{"sampler":0,"target":{"node":0,"path":"translation"}},)"
+            R"({"sampler":1,"target":{"node":0,"path":"scale"}},)"
+            R"({"sampler":2,"target":{"node":1,"path":"translation"}},)"
+            R"({"sampler":3,"target":{"node":2,"path":"rotation"}}]})");
+  ASSERT_EQ(times, 3);
+  w.arrays["nodes"] = {R"({"mesh":0})", R"({"mesh":0})", R"({"mesh":0})"};
+  w.arrays["scenes"] = {R"({"nodes":[0,1,2]})"};
+  const Scene scene = load();
+  EXPECT_TRUE(scene.animated());
+  EXPECT_FLOAT_EQ(scene.duration(), 4.0f);
+  const auto at = [&](std::size_t object, double time) {
+    return worldPositions(scene, object, time);
+  };
+  // Before, between and after the keys.
+  EXPECT_EQ(at(0, 0.0)[0], Vec3(0, 0, 0));
+  expectNear(at(0, 1.25)[0], Vec3(2.5f, 0, 0));
+  expectNear(at(0, 3.0)[0], Vec3(10, 10, 0));
+  expectNear(at(0, 9.0)[0], Vec3(10, 20, 0));
+  // STEP holds each key until the next.
+  expectNear(at(0, 1.99)[1] - at(0, 1.99)[0], Vec3(1, 0, 0));
+  expectNear(at(0, 2.0)[1] - at(0, 2.0)[0], Vec3(2, 0, 0));
+  expectNear(at(0, 4.0)[1] - at(0, 4.0)[0], Vec3(3, 0, 0));
+  // Hermite: between 1 s and 2 s at t = 0.5 (v0 + v1) / 2 + (b0 - a1) / 8 * 1 s,
+  // between 2 s and 4 s at t = 0.25 by the four basis functions.
+  expectNear(at(1, 1.5)[0], Vec3(2.5f + 3.0f / 8.0f, 2.0f, 1.5f - 3.0f / 8.0f));
+  const float t = 0.25f;
+  const float h00 = 2 * t * t * t - 3 * t * t + 1;
+  const float h10 = t * t * t - 2 * t * t + t;
+  const float h01 = 3 * t * t - 2 * t * t * t;
+  const float h11 = t * t * t - t * t;
+  expectNear(at(1, 2.5)[0], h00 * Vec3(4, 2, 0) + 2.0f * h10 * Vec3(0, 0, 1) + h01 * Vec3(0, 0, 0) +
+                                2.0f * h11 * Vec3(0, 2, 0));
+  expectNear(at(1, 4.0)[0], Vec3(0, 0, 0));
+  // Slerp: a third of 90 degrees is 30 degrees; then no turn at all.
+  const float a = radians(30.0f);
+  expectNear(at(2, 1.0 + 1.0 / 3.0)[1], Vec3(std::cos(a), std::sin(a), 0));
+  expectNear(at(2, 3.0)[1], Vec3(0, 1, 0));
+  EXPECT_EQ(movingObjects(scene), (std::vector<bool>{true, true, true}));
+}
+
+TEST_F(Gltf, AnimatedMorphWeightsAndWhatMoves) {
+  w = triangleFile();
+  const int target = w.floats({0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3");
+  const int times = w.floats({0, 1}, "SCALAR");
+  const int weights = w.accessor(w.view(bytesOf(std::vector<std::uint8_t>{0, 255})), 5121, "SCALAR",
+                                 2, R"("normalized":true)");
+  const int turn = w.floats({0, 0, 0, 1, 0, 1, 0, 0}, "VEC4");
+  w.add("meshes",
+        R"({"primitives":[{"attributes":{"POSITION":0,"NORMAL":1},"targets":[{"POSITION":)" +
+            std::to_string(target) + "}]}]}");
+  w.arrays["nodes"] = {R"({"mesh":1})", R"({"children":[2]})", R"({"mesh":0})", R"({"mesh":0})"};
+  w.arrays["scenes"] = {R"({"nodes":[0,1,3]})"};
+  w.add("animations", R"({"samplers":[{"input":)" + std::to_string(times) + ",\"output\":" +
+                          std::to_string(weights) + "},{\"input\":" + std::to_string(times) +
+                          ",\"output\":" + std::to_string(turn) +
+                          R"(}],"channels":[{"sampler":0,"target":{"node":0,"path":"weights"}},)"
+                          R"({"sampler":1,"target":{"node":1,"path":"rotation"}}]})");
+  const Scene scene = load();
+  expectNear(worldPositions(scene, 0, 0.25)[1], Vec3(1, 0, 0.25f));
+  EXPECT_EQ(movingObjects(scene), (std::vector<bool>{true, true, false}));
+}
+
+TEST_F(Gltf, TwentyThousandNodesDeepAreFine) {
+  w = triangleFile();
+  w.arrays["nodes"].clear();
+  constexpr int kDepth = 20000;
+  for (int i = 0; i < kDepth; ++i) {
+    w.add("nodes", R"({"translation":[0,0,0.5],"children":[)" + std::to_string(i + 1) + "]}");
+  }
+  w.add("nodes", R"({"mesh":0})");
+  const Scene scene = load();
+  EXPECT_EQ(worldPositions(scene)[0], Vec3(0, 0, kDepth / 2));
+}
+
+TEST_F(Gltf, SameFileSameFingerprintAndEveryPartCounts) {
+  w = triangleFile();
+  w.arrays["meshes"] = {
+      R"({"primitives":[{"attributes":{"POSITION":0,"NORMAL":1},"indices":2,"material":0}]})"};
+  w.arrays["materials"] = {"{}"};
+  const auto print = [&](const GltfWriter& file) {
+    return loadScene(file.gltf(folder)).fingerprint;
+  };
+  const std::uint64_t base = print(w);
+  EXPECT_EQ(print(w), base);
+  EXPECT_EQ(loadScene(w.glb(folder)).fingerprint, base);
+  GltfWriter changed = w;
+  changed.buffer[3] = '\x3e';  // a position
+  EXPECT_NE(print(changed), base);
+  changed = w;
+  changed.arrays["materials"] = {R"({"pbrMetallicRoughness":{"roughnessFactor":0.5}})"};
+  EXPECT_NE(print(changed), base);
+  changed = w;
+  changed.arrays["nodes"] = {R"({"mesh":0,"translation":[0,0,1]})"};
+  EXPECT_NE(print(changed), base);
+  changed = w;
+  changed.arrays["nodes"] = {R"({"mesh":0,"name":"another"})"};
+  EXPECT_EQ(print(changed), base);  // names change no pixel
+}
+
+}  // namespace
+}  // namespace catoptric::scene

@@ -1,0 +1,293 @@
+// Materials, textures and samplers.
+#include <algorithm>
+#include <cmath>
+#include <exception>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/parallel.h"
+#include "image/image.h"
+#include "scene/gltf/check.h"
+#include "scene/gltf/reader.h"
+#include "scene/reflectance.h"
+#include "scene/texture.h"
+
+namespace catoptric::scene::gltf {
+namespace {
+
+/// A texture as the scene needs it: one image may serve as colour and as data, and with several
+/// samplers.
+struct TextureKey {
+  int image = kNone;
+  bool srgb = true;
+  bool nearest = false;
+  Wrap wrapS = Wrap::Repeat;
+  Wrap wrapT = Wrap::Repeat;
+  auto operator<=>(const TextureKey&) const = default;  // NOLINT(modernize-use-nullptr)
+};
+
+Wrap wrapOf(int code) {
+  switch (code) {
+    case TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE:
+      return Wrap::ClampToEdge;
+    case TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT:
+      return Wrap::MirroredRepeat;
+    default:
+      return Wrap::Repeat;
+  }
+}
+
+/// uv' = translation * rotation * scale * uv; counter-clockwise seen with v pointing up, as the
+/// extension's example needs it.
+glm::mat3x2 textureTransform(const tinygltf::Value& transform) {
+  const auto pair = [&](const char* key, float otherwise) {
+    const tinygltf::Value& value = member(transform, key);
+    if (!value.IsArray() || value.ArrayLen() != 2) return Vec2(otherwise);
+    return Vec2(static_cast<float>(value.Get(0).GetNumberAsDouble()),
+                static_cast<float>(value.Get(1).GetNumberAsDouble()));
+  };
+  const Vec2 offset = pair("offset", 0.0f);
+  const Vec2 scale = pair("scale", 1.0f);
+  const double angle = numberOr(transform, "rotation", 0.0);
+  const auto c = static_cast<float>(std::cos(angle));
+  const auto s = static_cast<float>(std::sin(angle));
+  return {c * scale.x, -s * scale.x, s * scale.y, c * scale.y, offset.x, offset.y};
+}
+
+class MaterialReader {
+ public:
+  explicit MaterialReader(Reader& reader) : reader_(reader) {}
+
+  void read(bool needDefault) {
+    const std::vector<tinygltf::Material>& sources = reader_.model.materials;
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+      reader_.scene.materials.push_back(material(sources[i], elementPlace("materials", i), i));
+    }
+    if (needDefault) {
+      // DEVIATION: glTF's default is a rough metal, whose reflection would cover everything
+      // that its author left unpainted; diffuse white is what other renderers show.
+      Material plain;
+      plain.name = "default";
+      reader_.scene.materials.push_back(plain);
+      reader_.scene.notes.push_back("primitives without material are diffuse white");
+    }
+    decodeTextures();
+  }
+
+ private:
+  void note(const std::string& text) { reader_.scene.notes.push_back(text); }
+
+  /// A reference to a texture; `srgb` says how its texels are meant.
+  TextureSlot slot(int index, int texCoord, const tinygltf::ExtensionMap& extensions, bool srgb,
+                   const std::string& place) {
+    TextureSlot result;
+    if (index < 0) return result;
+    const tinygltf::Texture& source = reader_.model.textures[static_cast<std::size_t>(index)];
+    const std::string self = elementPlace("textures", static_cast<std::size_t>(index));
+    if (source.source < 0) {
+      note(place + ": " + self + " has no image that can be read and is ignored");
+      return result;
+    }
+    TextureKey key;
+    key.image = source.source;
+    key.srgb = srgb;
+    if (source.sampler >= 0) {
+      const tinygltf::Sampler& sampler =
+          reader_.model.samplers[static_cast<std::size_t>(source.sampler)];
+      key.wrapS = wrapOf(sampler.wrapS);
+      key.wrapT = wrapOf(sampler.wrapT);
+      key.nearest = sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST ||
+                    (sampler.magFilter < 0 && sampler.minFilter == TINYGLTF_TEXTURE_FILTER_NEAREST);
+    }
+    const auto [found, isNew] =
+        textures_.try_emplace(key, static_cast<int>(reader_.scene.textures.size()));
+    if (isNew) {
+      const tinygltf::Image& image = reader_.model.images[static_cast<std::size_t>(key.image)];
+      Texture texture;
+      texture.name = !source.name.empty()  ? source.name
+                     : !image.name.empty() ? image.name
+                     : !image.uri.empty()  ? image.uri
+                                           : "image " + std::to_string(key.image);
+      texture.srgb = key.srgb;
+      texture.nearest = key.nearest;
+      texture.wrapS = key.wrapS;
+      texture.wrapT = key.wrapT;
+      reader_.scene.textures.push_back(std::move(texture));
+      keys_.push_back(key);
+    }
+    result.texture = found->second;
+
+    const tinygltf::Value& transform = extension(extensions, "KHR_texture_transform");
+    result.uvSet = static_cast<int>(numberOr(transform, "texCoord", texCoord));
+    if (result.uvSet > 1) {
+      reader_.fail(place, "texture coordinate set " + std::to_string(result.uvSet) +
+                              " is not supported: 0 and 1 are");
+    }
+    if (transform.IsObject()) result.transform = textureTransform(transform);
+    return result;
+  }
+
+  Material material(const tinygltf::Material& source, const std::string& place, std::size_t index) {
+    Material m;
+    m.name = source.name.empty() ? "material " + std::to_string(index) : source.name;
+    const tinygltf::PbrMetallicRoughness& pbr = source.pbrMetallicRoughness;
+    const std::vector<double>& base = pbr.baseColorFactor;
+    m.baseColor =
+        Vec3(static_cast<float>(base[0]), static_cast<float>(base[1]), static_cast<float>(base[2]));
+    m.baseAlpha = static_cast<float>(base[3]);
+    m.metallicFactor = static_cast<float>(pbr.metallicFactor);
+    m.roughnessFactor = static_cast<float>(pbr.roughnessFactor);
+
+    const std::string pbrPlace = place + "/pbrMetallicRoughness";
+    m.baseColorTexture =
+        slot(pbr.baseColorTexture.index, pbr.baseColorTexture.texCoord,
+             pbr.baseColorTexture.extensions, true, pbrPlace + "/baseColorTexture");
+    m.metallicRoughnessTexture = slot(
+        pbr.metallicRoughnessTexture.index, pbr.metallicRoughnessTexture.texCoord,
+        pbr.metallicRoughnessTexture.extensions, false, pbrPlace + "/metallicRoughnessTexture");
+    m.normalTexture = slot(source.normalTexture.index, source.normalTexture.texCoord,
+                           source.normalTexture.extensions, false, place + "/normalTexture");
+    m.normalScale = static_cast<float>(source.normalTexture.scale);
+    m.emissiveTexture = slot(source.emissiveTexture.index, source.emissiveTexture.texCoord,
+                             source.emissiveTexture.extensions, true, place + "/emissiveTexture");
+    if (source.occlusionTexture.index >= 0) {
+      note(place + ": the occlusion texture is ignored (occlusion is baked)");
+    }
+
+    const tinygltf::Value& strength =
+        extension(source.extensions, "KHR_materials_emissive_strength");
+    const auto emissiveStrength = static_cast<float>(numberOr(strength, "emissiveStrength", 1.0));
+    for (int c = 0; c < 3; ++c) {
+      m.emissive[c] =
+          static_cast<float>(source.emissiveFactor[static_cast<std::size_t>(c)]) * emissiveStrength;
+    }
+
+    // Reflectance at normal incidence of the part that is no metal.
+    const double ior = numberOr(extension(source.extensions, "KHR_materials_ior"), "ior", 1.5);
+    if (ior != 0.0 && ior < 1.0) {
+      reader_.fail(place + "/extensions/KHR_materials_ior/ior",
+                   std::to_string(ior) + " is not allowed: 0, or 1 and more");
+    }
+    const tinygltf::Value& specular = extension(source.extensions, "KHR_materials_specular");
+    const Vec3 color = vec3Or(specular, "specularColorFactor", Vec3(1.0f));
+    const float weight = static_cast<float>(numberOr(specular, "specularFactor", 1.0));
+    // s is one number: of a coloured F0 the mean counts.
+    const float meanColor = (color.x + color.y + color.z) / 3.0f;
+    m.dielectricF0 = ior == 0.0 ? std::min(1.0f, weight * meanColor)
+                                : dielectricF0(static_cast<float>(ior), weight * meanColor);
+    for (const char* key : {"specularTexture", "specularColorTexture"}) {
+      if (member(specular, key).IsObject()) note(place + ": " + key + " is ignored");
+    }
+    m.reflectionTint = glm::mix(Vec3(1.0f), m.baseColor, m.metallicFactor);
+    m.unlit = source.extensions.count("KHR_materials_unlit") > 0;
+
+    if (source.alphaMode == "MASK") {
+      m.alphaMode = AlphaMode::Mask;
+      m.alphaCutoff = static_cast<float>(source.alphaCutoff);
+    } else if (source.alphaMode == "BLEND") {
+      m.alphaMode = AlphaMode::Mask;
+      m.alphaCutoff = 0.5f;
+      note(place + ": alphaMode BLEND is drawn as MASK with cutoff 0.5");
+    }
+    applyReflectanceExtras(source.extras, m);
+    return m;
+  }
+
+  image::Image8 decode(int index) {
+    const tinygltf::Image& source = reader_.model.images[static_cast<std::size_t>(index)];
+    const std::string place = elementPlace("images", static_cast<std::size_t>(index));
+    std::vector<std::byte> file;
+    std::span<const std::byte> bytes;
+    std::string name = reader_.file + ": " + place;
+    if (source.bufferView >= 0) {
+      bytes = std::as_bytes(reader_.bytesOf(source.bufferView, place));
+    } else if (!source.image.empty()) {
+      bytes = std::as_bytes(std::span(source.image));
+    } else {
+      const std::filesystem::path path =
+          reader_.folder / relativePath(source.uri, reader_.file, place + "/uri");
+      try {
+        file = readFile(path, reader_.limits.maxFileBytes);
+      } catch (const Error& e) {
+        reader_.fail(place + "/uri", e.what());
+      }
+      bytes = file;
+      name += " (" + path.string() + ")";
+    }
+    return image::decodeImage8(bytes, name, reader_.limits.maxTexturePixels);
+  }
+
+  /// Each image is decoded once, its mip chain made once for colour and once for data.
+  void decodeTextures() {
+    struct Job {
+      int image = kNone;
+      std::vector<std::size_t> textures;
+      std::exception_ptr error;
+    };
+    std::vector<Job> jobs;
+    for (std::size_t t = 0; t < keys_.size(); ++t) {
+      auto job = std::find_if(jobs.begin(), jobs.end(),
+                              [&](const Job& j) { return j.image == keys_[t].image; });
+      if (job == jobs.end()) job = jobs.insert(jobs.end(), Job{keys_[t].image, {}, nullptr});
+      job->textures.push_back(t);
+    }
+    parallelFor(jobs.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        try {
+          decodeJob(jobs[i].image, jobs[i].textures);
+        } catch (...) {
+          jobs[i].error = std::current_exception();
+        }
+      }
+    });
+    for (const Job& job : jobs) {
+      if (job.error) std::rethrow_exception(job.error);
+    }
+  }
+
+  void decodeJob(int imageIndex, const std::vector<std::size_t>& uses) {
+    image::Image8 image = decode(imageIndex);
+    reader_.reserveBytes(uses.size() * mipChainBytes(image.width, image.height),
+                         elementPlace("images", static_cast<std::size_t>(imageIndex)));
+    for (std::size_t u = 0; u < uses.size(); ++u) {
+      Texture& texture = reader_.scene.textures[uses[u]];
+      const auto same = std::find_if(
+          uses.begin(), uses.begin() + static_cast<std::ptrdiff_t>(u),
+          [&](std::size_t other) { return reader_.scene.textures[other].srgb == texture.srgb; });
+      if (same != uses.begin() + static_cast<std::ptrdiff_t>(u)) {
+        texture.levels = reader_.scene.textures[*same].levels;
+        continue;
+      }
+      std::vector<std::uint8_t> rgba =
+          u + 1 == uses.size() ? std::move(image.rgba) : std::vector<std::uint8_t>(image.rgba);
+      texture.levels = makeMipChain(image.width, image.height, std::move(rgba), texture.srgb);
+    }
+  }
+
+  Reader& reader_;
+  std::map<TextureKey, int> textures_;
+  std::vector<TextureKey> keys_;  ///< of scene.textures
+};
+
+}  // namespace
+
+bool applyReflectanceExtras(const tinygltf::Value& extras, Material& base) {
+  const tinygltf::Value& values = member(extras, "catoptric");
+  if (!values.IsObject()) return false;
+  const Material before = base;
+  float s = specularLevel(base.metallicFactor, base.dielectricF0);
+  float g = base.roughnessFactor;
+  s = static_cast<float>(numberOr(values, "s", s));
+  g = static_cast<float>(numberOr(values, "g", g));
+  if (member(values, "n").IsNumber()) {
+    g = glossinessFromPhongExponent(static_cast<float>(numberOr(values, "n", 0.0)));
+  }
+  setReflectance(base, s, g);
+  return true;
+}
+
+void readMaterials(Reader& reader, bool needDefault) {
+  MaterialReader(reader).read(needDefault);
+}
+
+}  // namespace catoptric::scene::gltf

@@ -1,0 +1,322 @@
+#include "trace/bake/bake.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <fstream>
+
+#include "core/parallel.h"
+#include "frame/test_scenes.h"
+#include "scene/animate.h"
+#include "trace/bake/points.h"
+
+namespace catoptric {
+namespace {
+
+using scene::BakeMode;
+using test::rotation;
+using test::SceneBuilder;
+using test::translation;
+
+frame::Geometry bake(const scene::Scene& scene, trace::BakeReport* report = nullptr,
+                     const std::filesystem::path& cache = {}) {
+  frame::Geometry geometry = frame::makeGeometry(scene, scene::poseAt(scene, 0.0));
+  const frame::EnvironmentLight environment(scene.environment);
+  const trace::BakeReport r = trace::bakeVertices(scene, geometry, environment, cache);
+  if (report != nullptr) *report = r;
+  return geometry;
+}
+
+/// The vertex of an object that is nearest to a place.
+Vec4 bakeAt(const frame::Geometry& geometry, int object, const Vec3& place) {
+  const frame::ObjectRange& range = geometry.objects[object];
+  float best = std::numeric_limits<float>::infinity();
+  Vec4 value(0.0f);
+  for (std::uint32_t v = range.firstVertex; v < range.firstVertex + range.vertexCount; ++v) {
+    const float d = glm::length(geometry.positions[v] - place);
+    if (d < best) {
+      best = d;
+      value = geometry.attributes[v].bake;
+    }
+  }
+  return value;
+}
+
+/// Horizontal 4 m x 4 m plane at y = 0, 33 x 33 vertices, with its front to +y.
+scene::Mesh ground() {
+  return scene::makePlane({4.0f, 4.0f}, {32, 32}, scene::UvMode::Unit);
+}
+
+TEST(BakeAmbientOcclusion, OpenPlaneIsFree) {
+  SceneBuilder builder;
+  builder.scene().bake.mode = BakeMode::AmbientOcclusion;
+  builder.add(ground(), builder.diffuse(Vec3(1.0f)));
+  const frame::Geometry geometry = bake(builder.scene());
+  for (const frame::VertexAttributes& v : geometry.attributes) {
+    EXPECT_EQ(v.bake, Vec4(0.0f, 0.0f, 0.0f, 1.0f));
+  }
+}
+
+TEST(BakeAmbientOcclusion, WallsTakeHalfAndThreeQuarters) {
+  // A wall in the plane x = 0 and one in z = 0, much larger than the distance of occlusion: next to
+  // one wall half of the cosine-weighted hemisphere is free, next to both a quarter.
+  SceneBuilder builder;
+  builder.scene().bake.mode = BakeMode::AmbientOcclusion;
+  builder.scene().bake.ambientOcclusionDistance = 100.0f;
+  const int white = builder.diffuse(Vec3(1.0f));
+  const int floor = builder.add(ground(), white, translation({2.0f, 0.0f, 2.0f}));
+  scene::Mesh wall = scene::makePlane({2000.0f, 2000.0f}, {1, 1}, scene::UvMode::Unit);
+  builder.add(wall, white, rotation(-90.0f, {0.0f, 0.0f, 1.0f}));
+  builder.add(wall, white, rotation(90.0f, {1.0f, 0.0f, 0.0f}));
+  const frame::Geometry geometry = bake(builder.scene());
+  // Exactly in the corner, and 1/8 m away from the second wall, where it is seen at 0.35 degrees
+  // above the horizon still: the free share of a point at distance d from an infinite wall is 1/2.
+  EXPECT_NEAR(bakeAt(geometry, floor, {0.0f, 0.0f, 0.0f}).w, 0.25f, 0.02f);
+  EXPECT_NEAR(bakeAt(geometry, floor, {2.0f, 0.0f, 0.0f}).w, 0.25f, 0.02f);
+}
+
+TEST(BakeAmbientOcclusion, HalfBesideOneWallAndLessFarther) {
+  // A wall of height H seen from distance d takes (1 - d / sqrt(d^2 + H^2)) / 2.
+  SceneBuilder builder;
+  builder.scene().bake.mode = BakeMode::AmbientOcclusion;
+  builder.scene().bake.ambientOcclusionDistance = 1e4f;
+  builder.scene().bake.rays = 1024;
+  const int white = builder.diffuse(Vec3(1.0f));
+  const int floor = builder.add(ground(), white, translation({2.0f, 0.0f, 0.0f}));
+  const float height = 1.0f;
+  builder.add(scene::makePlane({2.0f * height, 2000.0f}, {1, 1}, scene::UvMode::Unit), white,
+              rotation(-90.0f, {0.0f, 0.0f, 1.0f}));
+  const frame::Geometry geometry = bake(builder.scene());
+  EXPECT_NEAR(bakeAt(geometry, floor, {0.0f, 0.0f, 0.0f}).w, 0.5f, 0.01f);
+  for (float d : {0.25f, 0.5f, 1.0f, 2.0f, 3.0f}) {
+    const float taken = 0.5f * (1.0f - d / std::sqrt(d * d + height * height));
+    EXPECT_NEAR(bakeAt(geometry, floor, {d, 0.0f, 0.0f}).w, 1.0f - taken, 0.01f) << d;
+  }
+}
+
+TEST(BakeAmbientOcclusion, PointsInsideThingsTakeTheirNeighboursLight) {
+  // A closed box stands on the floor and 0.2 m in it: what is inside does not darken its rim.
+  SceneBuilder builder;
+  builder.scene().bake.mode = BakeMode::AmbientOcclusion;
+  builder.scene().bake.ambientOcclusionDistance = 0.5f;
+  const int white = builder.diffuse(Vec3(1.0f));
+  const int floor = builder.add(ground(), white);
+  scene::BoxShape box;
+  box.size = Vec3(1.1f, 0.4f, 1.1f);
+  builder.add(scene::makeBox(box, scene::UvMode::Unit), white);
+  trace::BakeReport report;
+  const frame::Geometry geometry = bake(builder.scene(), &report);
+  EXPECT_EQ(report.refused, 0u);
+  EXPECT_GT(report.enclosed, 50u);
+  EXPECT_GT(bakeAt(geometry, floor, {0.0f, 0.0f, 0.0f}).w, 0.4f);
+  EXPECT_EQ(bakeAt(geometry, floor, {1.9f, 0.0f, 1.9f}).w, 1.0f);
+}
+
+TEST(BakeFull, PointLightFollowsInverseSquareAndCosine) {
+  SceneBuilder builder;
+  scene::Scene& scene = builder.scene();
+  scene.bake.mode = BakeMode::Full;
+  const int floor = builder.add(ground(), builder.diffuse(Vec3(0.0f)));
+  scene::Light light;
+  light.position = {0.0f, 2.0f, 0.0f};
+  light.intensity = Vec3(8.0f, 4.0f, 2.0f);
+  light.baked = true;
+  scene.lights.push_back(light);
+  const frame::Geometry geometry = bake(scene);
+  for (float x : {0.0f, 0.5f, 1.0f, 1.75f}) {
+    const float squared = x * x + 4.0f;
+    const float expected = 8.0f * 2.0f / (squared * std::sqrt(squared));
+    const Vec4 value = bakeAt(geometry, floor, {x, 0.0f, 0.0f});
+    EXPECT_NEAR(value.x, expected, 0.02f * expected) << x;
+    EXPECT_NEAR(value.y, 0.5f * expected, 0.01f * expected) << x;
+    EXPECT_EQ(value.w, 0.0f);
+  }
+}
+
+TEST(BakeFull, DiskLightHasItsFormFactor) {
+  // Under the centre of a disk of radius r at height h: E = pi L r^2 / (r^2 + h^2).
+  for (float r : {0.05f, 0.5f, 3.0f}) {
+    SceneBuilder builder;
+    scene::Scene& scene = builder.scene();
+    scene.bake.mode = BakeMode::Full;
+    const int floor = builder.add(scene::makePlane({4.0f, 4.0f}, {128, 128}, scene::UvMode::Unit),
+                                  builder.diffuse(Vec3(0.0f)));
+    builder.add(scene::makeDisk(r, 0.0f, 96, 8, scene::UvMode::Unit),
+                builder.diffuse(Vec3(0.0f), Vec3(3.0f, 2.0f, 1.0f)),
+                translation({0.0f, 1.0f, 0.0f}) * rotation(180.0f, {1.0f, 0.0f, 0.0f}));
+    const frame::Geometry geometry = bake(scene);
+    const float expected = kPi * 3.0f * r * r / (r * r + 1.0f);
+    // Sixteen rays to the emitter and 256 around leave some noise,
+    // smoothing takes a little of the peak.
+    EXPECT_NEAR(bakeAt(geometry, floor, {0.0f, 0.0f, 0.0f}).x, expected, 0.05f * expected) << r;
+  }
+}
+
+TEST(BakeFull, SkyLightsAnOpenPlaneWithItsIrradiance) {
+  SceneBuilder builder;
+  scene::Scene& scene = builder.scene();
+  scene.bake.mode = BakeMode::Full;
+  builder.constantEnvironment(Vec3(0.5f, 1.0f, 2.0f));
+  scene.ambient = Vec3(0.25f);
+  const int floor = builder.add(ground(), builder.diffuse(Vec3(0.7f)));
+  const frame::Geometry geometry = bake(scene);
+  const Vec4 value = bakeAt(geometry, floor, {0.3f, 0.0f, 0.1f});
+  EXPECT_NEAR(value.x, kPi * 0.75f, 1e-4f);
+  EXPECT_NEAR(value.y, kPi * 1.25f, 1e-4f);
+  EXPECT_NEAR(value.z, kPi * 2.25f, 1e-4f);
+}
+
+TEST(BakeFull, InterreflectionInAClosedSphereIsAGeometricSeries) {
+  // Inside a diffuse sphere of albedo rho that emits L, every gather adds a power of rho:
+  // E = pi L (1 + rho + ... + rho^(n - 1)) after n gathers.
+  for (int bounces : {1, 2, 4}) {
+    SceneBuilder builder;
+    scene::Scene& scene = builder.scene();
+    scene.bake.mode = BakeMode::Full;
+    scene.bake.bounces = bounces;
+    scene::Mesh sphere = scene::makeIcosphere(1.0f, 4, scene::UvMode::Unit);
+    for (std::size_t i = 0; i + 2 < sphere.indices.size(); i += 3) {
+      std::swap(sphere.indices[i + 1], sphere.indices[i + 2]);
+    }
+    for (Vec3& n : sphere.normals) n = -n;
+    builder.add(sphere, builder.diffuse(Vec3(0.5f), Vec3(1.0f)));
+    const frame::Geometry geometry = bake(scene);
+    float expected = 0.0f;
+    for (int i = 0; i < bounces; ++i) expected += kPi * std::pow(0.5f, static_cast<float>(i));
+    double sum = 0.0;
+    for (const frame::VertexAttributes& v : geometry.attributes) {
+      sum += static_cast<double>(v.bake.x);
+      EXPECT_NEAR(v.bake.x, expected, 0.08f * expected);
+    }
+    EXPECT_NEAR(sum / static_cast<double>(geometry.vertexCount()), expected, 0.01f * expected)
+        << bounces;
+  }
+}
+
+TEST(BakeFull, LightDoesNotLeakThroughWalls) {
+  // A closed room of single-sheet walls in bright sky, lit from nowhere: all of it stays dark, the
+  // vertices in edges and corners too.
+  SceneBuilder builder;
+  scene::Scene& scene = builder.scene();
+  scene.bake.mode = BakeMode::Full;
+  builder.constantEnvironment(Vec3(1000.0f));
+  scene::BoxShape box;
+  box.size = Vec3(4.0f, 3.0f, 5.0f);
+  box.segments = glm::ivec3(8);
+  box.inward = true;
+  builder.add(scene::makeBox(box, scene::UvMode::Unit), builder.diffuse(Vec3(0.8f)));
+  const frame::Geometry geometry = bake(scene);
+  for (const frame::VertexAttributes& v : geometry.attributes) {
+    EXPECT_EQ(Vec3(v.bake), Vec3(0.0f));
+  }
+}
+
+TEST(BakeFull, ShadowOfARadiusIsSoft) {
+  // A half plane at height 1 under a light of radius 0.2 at height 2: the penumbra on the floor is
+  // 0.4 m wide, and in its middle half of the light is seen.
+  SceneBuilder builder;
+  scene::Scene& scene = builder.scene();
+  scene.bake.mode = BakeMode::Full;
+  const int black = builder.diffuse(Vec3(0.0f));
+  const int floor = builder.add(ground(), black);
+  builder.add(scene::makePlane({4.0f, 8.0f}, {1, 1}, scene::UvMode::Unit), black,
+              translation({2.0f, 1.0f, 0.0f}));
+  scene::Light light;
+  light.position = {0.0f, 2.0f, 0.0f};
+  light.intensity = Vec3(10.0f);
+  light.radius = 0.2f;
+  light.baked = true;
+  scene.lights.push_back(light);
+  const frame::Geometry geometry = bake(scene);
+  const auto seen = [&](float x) {
+    const float squared = x * x + 4.0f;
+    return bakeAt(geometry, floor, {x, 0.0f, 0.0f}).x /
+           (10.0f * 2.0f / (squared * std::sqrt(squared)));
+  };
+  EXPECT_NEAR(seen(-0.5f), 1.0f, 0.02f);
+  EXPECT_NEAR(seen(0.0f), 0.5f, 0.1f);
+  EXPECT_NEAR(seen(0.5f), 0.0f, 0.02f);
+  EXPECT_GT(seen(-0.125f), 0.6f);
+  EXPECT_LT(seen(-0.125f), 0.98f);
+}
+
+TEST(Bake, SameBitsForAnyThreadCountAndFromTheCache) {
+  SceneBuilder builder;
+  scene::Scene& scene = builder.scene();
+  scene.bake.mode = BakeMode::Full;
+  scene.bake.rays = 64;
+  scene.fingerprint = 42;
+  builder.constantEnvironment(Vec3(1.0f));
+  builder.add(ground(), builder.diffuse(Vec3(0.7f)));
+  builder.add(scene::makeSphere(0.5f, 32, 16, scene::UvMode::Unit), builder.diffuse(Vec3(0.4f)),
+              translation({0.0f, 0.6f, 0.0f}));
+  const auto same = [](const frame::Geometry& a, const frame::Geometry& b) {
+    return std::memcmp(a.attributes.data(), b.attributes.data(),
+                       a.attributes.size() * sizeof(frame::VertexAttributes)) == 0;
+  };
+  const std::filesystem::path cache =
+      std::filesystem::path(::testing::TempDir()) / "catoptric_bake_test";
+  std::filesystem::remove_all(cache);
+  setThreadCount(1);
+  const frame::Geometry one = bake(scene);
+  setThreadCount(2);
+  trace::BakeReport made;
+  trace::BakeReport read;
+  const frame::Geometry two = bake(scene, &made, cache);
+  const frame::Geometry cached = bake(scene, &read, cache);
+  setThreadCount(0);
+  EXPECT_TRUE(same(one, two));
+  EXPECT_TRUE(same(one, cached));
+  EXPECT_FALSE(made.fromCache);
+  EXPECT_TRUE(read.fromCache);
+
+  // A damaged cache file is noticed and replaced.
+  std::filesystem::path file;
+  for (const auto& entry : std::filesystem::directory_iterator(cache)) file = entry.path();
+  {
+    std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
+    stream.seekp(1000);
+    stream.put('x');
+  }
+  trace::BakeReport again;
+  const frame::Geometry repaired = bake(scene, &again, cache);
+  EXPECT_FALSE(again.fromCache);
+  EXPECT_TRUE(same(one, repaired));
+
+  // So is one that is cut short, with one warning.
+  std::filesystem::resize_file(file, 1000);
+  trace::BakeReport cut;
+  ::testing::internal::CaptureStderr();
+  const frame::Geometry whole = bake(scene, &cut, cache);
+  EXPECT_THAT(::testing::internal::GetCapturedStderr(),
+              ::testing::HasSubstr("is damaged: the light is baked anew"));
+  EXPECT_FALSE(cut.fromCache);
+  EXPECT_TRUE(same(one, whole));
+
+  // Other contents do not take it.
+  scene.fingerprint = 43;
+  trace::BakeReport other;
+  bake(scene, &other, cache);
+  EXPECT_FALSE(other.fromCache);
+  std::filesystem::remove_all(cache);
+}
+
+TEST(Bake, MovingObjectsReceiveLightButCastNone) {
+  SceneBuilder builder;
+  scene::Scene& scene = builder.scene();
+  scene.bake.mode = BakeMode::AmbientOcclusion;
+  scene.bake.ambientOcclusionDistance = 10.0f;
+  const int white = builder.diffuse(Vec3(1.0f));
+  const int floor = builder.add(ground(), white);
+  const int ball = builder.add(scene::makeSphere(0.5f, 32, 16, scene::UvMode::Unit), white,
+                               translation({0.0f, 0.6f, 0.0f}));
+  builder.move(ball, Vec3(1.0f, 0.0f, 0.0f), 1.0f);
+  const frame::Geometry geometry = bake(scene);
+  EXPECT_EQ(bakeAt(geometry, floor, {0.0f, 0.0f, 0.0f}).w, 1.0f);
+  EXPECT_LT(bakeAt(geometry, ball, {0.0f, 0.1f, 0.0f}).w, 0.2f);
+}
+
+}  // namespace
+}  // namespace catoptric

@@ -1,0 +1,207 @@
+#include "trace/bake/points.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <unordered_map>
+
+#include "core/parallel.h"
+#include "trace/embree/trace_scene.h"
+
+namespace catoptric::trace {
+namespace {
+
+constexpr std::size_t kGrain = 4096;
+constexpr float kOffsetPerEdge = 0.02f;  ///< of a point off its surface; ours
+constexpr float kLargestOffset = 2e-4f;  ///< of the scene's diameter; ours, 2 mm in a room
+constexpr float kPull = 0.1f;            ///< share of the way to the triangles' middle; ours
+constexpr float kPullPerOffset = 5.0f;   ///< most that a point is pulled, in offsets; ours
+/// Differences of up to about the root of this many variances count as noise; ours.
+constexpr float kNoiseFactor = 3.0f;
+constexpr float kNoiseLeft = 0.75f;  ///< of the variance after each iteration; ours
+constexpr int kFillRings = 64;       ///< rings of invalid points that are filled; ours
+
+using Key = std::array<std::uint32_t, 6>;
+
+struct KeyHash {
+  std::size_t operator()(const Key& key) const {
+    std::uint64_t h = 0x9E3779B97F4A7C15ull;
+    for (std::uint32_t k : key) {
+      h = (h ^ k) * 0xBF58476D1CE4E5B9ull;
+      h ^= h >> 29;
+    }
+    return h;
+  }
+};
+
+Key keyOf(const Vec3& position, const Vec3& normal) {
+  // Adding zero makes -0 and +0 one key.
+  const std::array<float, 6> values = {position.x + 0.0f, position.y + 0.0f, position.z + 0.0f,
+                                       normal.x + 0.0f,   normal.y + 0.0f,   normal.z + 0.0f};
+  Key key;
+  std::memcpy(key.data(), values.data(), sizeof(key));
+  return key;
+}
+
+}  // namespace
+
+BakePoints makeBakePoints(const frame::Geometry& geometry) {
+  BakePoints points;
+  const std::size_t vertexCount = geometry.vertexCount();
+  points.pointOfVertex.resize(vertexCount);
+
+  // Weld vertices that agree in position and normal, numbered in order of appearance.
+  std::unordered_map<Key, std::uint32_t, KeyHash> numbers;
+  numbers.reserve(vertexCount);
+  for (std::size_t v = 0; v < vertexCount; ++v) {
+    const Vec3& position = geometry.positions[v];
+    const Vec3& normal = geometry.attributes[v].normal;
+    const auto [place, isNew] =
+        numbers.emplace(keyOf(position, normal), static_cast<std::uint32_t>(points.size()));
+    if (isNew) {
+      points.positions.push_back(position);
+      points.normals.push_back(normal);
+    }
+    points.pointOfVertex[v] = place->second;
+  }
+
+  // Edges between points, both ways, sorted and unique; and the middle of the triangles around.
+  std::vector<std::uint64_t> edges;
+  edges.reserve(geometry.indices.size() * 2);
+  std::vector<Vec3> middle(points.size(), Vec3(0.0f));
+  std::vector<float> weight(points.size(), 0.0f);
+  for (std::size_t i = 0; i + 2 < geometry.indices.size(); i += 3) {
+    std::array<std::uint32_t, 3> p;
+    Vec3 centroid(0.0f);
+    for (int k = 0; k < 3; ++k) {
+      p[k] = points.pointOfVertex[geometry.indices[i + k]];
+      centroid += geometry.positions[geometry.indices[i + k]] / 3.0f;
+    }
+    for (int k = 0; k < 3; ++k) {
+      const std::uint64_t a = p[k];
+      const std::uint64_t b = p[(k + 1) % 3];
+      middle[a] += centroid;
+      weight[a] += 1.0f;
+      if (a == b) continue;
+      edges.push_back(a << 32 | b);
+      edges.push_back(b << 32 | a);
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  points.first.assign(points.size() + 1, 0);
+  points.neighbours.reserve(edges.size());
+  for (std::uint64_t edge : edges) {
+    ++points.first[(edge >> 32) + 1];
+    points.neighbours.push_back(static_cast<std::uint32_t>(edge));
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) points.first[i + 1] += points.first[i];
+
+  // Off the surface, and along it away from borders, where walls stand on floors.
+  const std::vector<Vec3> corners = points.positions;
+  const float largest = kLargestOffset * geometry.bounds.diameter();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3 normal = points.normals[i];
+    Vec3 position = points.positions[i];
+    float edgeSum = 0.0f;
+    for (std::uint32_t n : points.neighboursOf(i)) edgeSum += glm::length(corners[n] - position);
+    const std::size_t count = points.neighboursOf(i).size();
+    const float edge = count > 0 ? edgeSum / static_cast<float>(count) : 0.0f;
+    const float offset =
+        std::max(rayOffset(position, 0.0f), std::min(largest, kOffsetPerEdge * edge));
+    if (weight[i] > 0.0f) {
+      Vec3 pull = (middle[i] / weight[i] - position) * kPull;
+      pull -= normal * glm::dot(pull, normal);
+      const float length = glm::length(pull);
+      const float most = kPullPerOffset * offset;
+      if (length > most) pull *= most / length;
+      position += pull;
+    }
+    points.positions[i] = position + normal * offset;
+  }
+  return points;
+}
+
+void fillInvalid(const BakePoints& points, std::vector<std::uint8_t> valid,
+                 std::vector<Vec4>& values) {
+  std::vector<std::uint32_t> open;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (valid[i] == 0) open.push_back(static_cast<std::uint32_t>(i));
+  }
+  for (int ring = 0; ring < kFillRings && !open.empty(); ++ring) {
+    std::vector<std::uint32_t> filled;
+    std::vector<std::uint32_t> left;
+    std::vector<Vec4> fill;
+    for (std::uint32_t i : open) {
+      Vec4 sum(0.0f);
+      float total = 0.0f;
+      for (std::uint32_t n : points.neighboursOf(i)) {
+        if (valid[n] == 0) continue;
+        const float distance = glm::length(points.positions[n] - points.positions[i]);
+        const float w = 1.0f / std::max(distance, 1e-12f);
+        sum += w * values[n];
+        total += w;
+      }
+      if (total > 0.0f) {
+        filled.push_back(i);
+        fill.push_back(sum / total);
+      } else {
+        left.push_back(i);
+      }
+    }
+    if (filled.empty()) return;
+    for (std::size_t k = 0; k < filled.size(); ++k) {
+      values[filled[k]] = fill[k];
+      valid[filled[k]] = 1;
+    }
+    open = std::move(left);
+  }
+}
+
+float brightness(const Vec4& value) {
+  const float rgb = (value.x + value.y + value.z) / 3.0f;
+  return rgb > 0.0f ? rgb : value.w;
+}
+
+void smoothValues(const BakePoints& points, int iterations, std::vector<float> noise,
+                  std::vector<Vec4>& values) {
+  // Variances, averaged over two rings.
+  for (float& n : noise) n *= n;
+  std::vector<float> averaged(noise.size());
+  for (int ring = 0; ring < 2; ++ring) {
+    parallelFor(points.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        float sum = noise[i];
+        for (std::uint32_t n : points.neighboursOf(i)) sum += noise[n];
+        averaged[i] = sum / static_cast<float>(points.neighboursOf(i).size() + 1);
+      }
+    });
+    noise.swap(averaged);
+  }
+
+  std::vector<Vec4> next(values.size());
+  float left = 1.0f;  // share of the noise that earlier iterations have left
+  for (int iteration = 0; iteration < iterations; ++iteration) {
+    parallelFor(points.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const float own = brightness(values[i]);
+        Vec4 sum = values[i];
+        float total = 1.0f;
+        for (std::uint32_t n : points.neighboursOf(i)) {
+          const float difference = brightness(values[n]) - own;
+          const float expected = kNoiseFactor * left * (noise[i] + noise[n]);
+          if (!(expected > 0.0f)) continue;
+          const float w = std::exp(-difference * difference / expected);
+          sum += w * values[n];
+          total += w;
+        }
+        next[i] = sum / total;
+      }
+    });
+    values.swap(next);
+    left *= kNoiseLeft;
+  }
+}
+
+}  // namespace catoptric::trace

@@ -1,0 +1,629 @@
+#include "trace/embree/trace_scene.h"
+
+#include <embree3/rtcore.h>
+#include <pmmintrin.h>
+#include <xmmintrin.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <mutex>
+#include <string>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "trace/embree/implicit_geometry.h"
+
+namespace catoptric::trace {
+namespace {
+
+/// Coordinates that Embree drops (its FLT_LARGE), and the limit that we allow rays.
+constexpr float kEmbreeLargest = 1.844e18f;
+constexpr float kRayLargest = 1e18f;
+
+/// Packets that one task of a parallel loop traces; ours, small enough for 2..64 threads at 512^2.
+constexpr std::size_t kPacketsPerTask = 256;
+
+template <int N>
+struct Packet;
+template <>
+struct Packet<4> {
+  using RayHit = RTCRayHit4;
+  using Rays = RTCRay4;
+  static constexpr auto intersect = rtcIntersect4;
+  static constexpr auto occluded = rtcOccluded4;
+};
+template <>
+struct Packet<8> {
+  using RayHit = RTCRayHit8;
+  using Rays = RTCRay8;
+  static constexpr auto intersect = rtcIntersect8;
+  static constexpr auto occluded = rtcOccluded8;
+};
+template <>
+struct Packet<16> {
+  using RayHit = RTCRayHit16;
+  using Rays = RTCRay16;
+  static constexpr auto intersect = rtcIntersect16;
+  static constexpr auto occluded = rtcOccluded16;
+};
+
+void flushDenormals() {
+  _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
+  _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
+}
+
+bool below(const Vec3& v, float limit) {
+  // Comparisons with NaN are false.
+  return std::abs(v.x) < limit && std::abs(v.y) < limit && std::abs(v.z) < limit;
+}
+
+static_assert(sizeof(Ray) == 32 && offsetof(Ray, direction) == 12 && offsetof(Ray, near) == 24 &&
+              offsetof(Ray, far) == 28);
+static_assert(sizeof(Hit) == 20 && offsetof(Hit, distance) == 16);
+
+/// Where |x| < limit; false for NaN.
+__m128 isBelow(__m128 x, __m128 limit) {
+  return _mm_cmplt_ps(_mm_andnot_ps(_mm_set1_ps(-0.0f), x), limit);
+}
+
+/// Fills four lanes of a packet, from lane `at` on; lanes that must not be traced get a harmless
+/// ray and valid = 0. The tests are those of isTraceable(). Returns the number of refused rays.
+template <class Rays>
+unsigned packFour(const Ray* rays, int at, Rays& packet, int* valid) {
+  // Transpose: 32 bytes of a ray are origin and direction.x; direction.yz, near and far.
+  const float* const from = &rays->origin.x;
+  __m128 ox = _mm_loadu_ps(from);
+  __m128 oy = _mm_loadu_ps(from + 8);
+  __m128 oz = _mm_loadu_ps(from + 16);
+  __m128 dx = _mm_loadu_ps(from + 24);
+  _MM_TRANSPOSE4_PS(ox, oy, oz, dx);
+  __m128 dy = _mm_loadu_ps(from + 4);
+  __m128 dz = _mm_loadu_ps(from + 12);
+  __m128 nearT = _mm_loadu_ps(from + 20);
+  __m128 farT = _mm_loadu_ps(from + 28);
+  _MM_TRANSPOSE4_PS(dy, dz, nearT, farT);
+
+  // Which can be traced; of those a segment that holds no point hits nothing, and nothing is wrong.
+  const __m128 limit = _mm_set1_ps(kRayLargest);
+  const __m128 origin =
+      _mm_and_ps(_mm_and_ps(isBelow(ox, limit), isBelow(oy, limit)), isBelow(oz, limit));
+  const __m128 direction =
+      _mm_and_ps(_mm_and_ps(isBelow(dx, limit), isBelow(dy, limit)), isBelow(dz, limit));
+  const __m128 infinity = _mm_set1_ps(std::numeric_limits<float>::infinity());
+  const __m128 range =
+      _mm_and_ps(_mm_and_ps(_mm_cmpge_ps(nearT, _mm_setzero_ps()), _mm_cmplt_ps(nearT, infinity)),
+                 _mm_cmpord_ps(farT, farT));
+  const __m128 traceable = _mm_and_ps(_mm_and_ps(origin, direction), range);
+  const __m128 use = _mm_and_ps(traceable, _mm_cmpge_ps(farT, nearT));
+
+  const auto store = [&](float* lanes, __m128 value) {
+    _mm_store_ps(lanes + at, _mm_and_ps(use, value));
+  };
+  store(packet.org_x, ox);
+  store(packet.org_y, oy);
+  store(packet.org_z, oz);
+  store(packet.tnear, nearT);
+  store(packet.dir_x, dx);
+  store(packet.dir_y, dy);
+  _mm_store_ps(packet.dir_z + at,
+               _mm_or_ps(_mm_and_ps(use, dz), _mm_andnot_ps(use, _mm_set1_ps(-1.0f))));
+  store(packet.tfar, farT);
+  _mm_store_si128(reinterpret_cast<__m128i*>(valid + at), _mm_castps_si128(use));
+  return static_cast<unsigned>(
+      std::popcount(static_cast<unsigned>(_mm_movemask_ps(traceable)) ^ 0xFu));
+}
+
+/// Fills the first `count` of the packet's lanes and disables the rest; returns the refused rays.
+template <int N, class Rays>
+std::uint64_t pack(const Ray* rays, int count, Rays& packet, int* valid) {
+  std::uint64_t refused = 0;
+  int lane = 0;
+  for (; lane + 4 <= count; lane += 4) refused += packFour(rays + lane, lane, packet, valid);
+  for (; lane < N; lane += 4) {
+    // The last packet: empty segments in place of missing rays.
+    std::array<Ray, 4> some;
+    for (Ray& ray : some) ray.far = -1.0f;
+    for (int i = lane; i < count; ++i) some[i - lane] = rays[i];
+    refused += packFour(some.data(), lane, packet, valid);
+  }
+  return refused;
+}
+
+/// What all packets of a loop have in common.
+template <int N, class Rays>
+void setConstants(Rays& packet) {
+  for (int i = 0; i < N; ++i) {
+    packet.time[i] = 0.0f;
+    packet.mask[i] = 0xFFFFFFFFu;
+    packet.id[i] = static_cast<unsigned>(i);
+    packet.flags[i] = 0;
+  }
+}
+
+/// Four hits, or fewer at the end, from lane `at` on. Misses become Hit{}.
+template <class RayHit>
+void unpackFour(const RayHit& packet, int at, int count, Hit* hits) {
+  // Embree leaves the lanes of misses alone, which were set to object -1 and zeros.
+  const auto load = [&](const unsigned* lanes) {
+    return _mm_castsi128_ps(_mm_load_si128(reinterpret_cast<const __m128i*>(lanes + at)));
+  };
+  __m128 object = load(packet.hit.geomID);
+  const __m128 missed =
+      _mm_castsi128_ps(_mm_cmpeq_epi32(_mm_castps_si128(object), _mm_set1_epi32(-1)));
+  const __m128 distance =
+      _mm_or_ps(_mm_andnot_ps(missed, _mm_load_ps(packet.ray.tfar + at)),
+                _mm_and_ps(missed, _mm_set1_ps(std::numeric_limits<float>::infinity())));
+  __m128 primitive = load(packet.hit.primID);
+  __m128 u = _mm_load_ps(packet.hit.u + at);
+  __m128 v = _mm_load_ps(packet.hit.v + at);
+  _MM_TRANSPOSE4_PS(object, primitive, u, v);
+  alignas(16) std::array<float, 4> distances;
+  _mm_store_ps(distances.data(), distance);
+  const __m128 rows[4] = {object, primitive, u, v};
+  for (int i = 0; i < count; ++i) {
+    _mm_storeu_ps(reinterpret_cast<float*>(&hits[i]), rows[i]);
+    hits[i].distance = distances[i];
+  }
+}
+
+RTCIntersectContext makeContext(bool coherent) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags =
+      coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  return context;
+}
+
+template <int N>
+std::uint64_t intersectPackets(RTCScene scene, const Ray* rays, Hit* hits, std::size_t count,
+                               bool coherent) {
+  RTCIntersectContext context = makeContext(coherent);
+  std::uint64_t refused = 0;
+  typename Packet<N>::RayHit packet;
+  setConstants<N>(packet.ray);
+  alignas(64) std::array<int, N> valid;
+  for (std::size_t first = 0; first < count; first += N) {
+    const int lanes = static_cast<int>(std::min<std::size_t>(N, count - first));
+    refused += pack<N>(rays + first, lanes, packet.ray, valid.data());
+    for (int i = 0; i < N; ++i) {
+      packet.hit.primID[i] = 0;
+      packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+      packet.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+      packet.hit.u[i] = 0.0f;
+      packet.hit.v[i] = 0.0f;
+    }
+    Packet<N>::intersect(valid.data(), scene, &context, &packet);
+    for (int lane = 0; lane < lanes; lane += 4) {
+      unpackFour(packet, lane, std::min(4, lanes - lane),
+                 hits + first + static_cast<std::size_t>(lane));
+    }
+  }
+  return refused;
+}
+
+template <int N>
+std::uint64_t visiblePackets(RTCScene scene, const Ray* rays, std::uint8_t* free, std::size_t count,
+                             bool coherent) {
+  RTCIntersectContext context = makeContext(coherent);
+  std::uint64_t refused = 0;
+  typename Packet<N>::Rays packet;
+  setConstants<N>(packet);
+  alignas(64) std::array<int, N> valid;
+  for (std::size_t first = 0; first < count; first += N) {
+    const int lanes = static_cast<int>(std::min<std::size_t>(N, count - first));
+    refused += pack<N>(rays + first, lanes, packet, valid.data());
+    Packet<N>::occluded(valid.data(), scene, &context, &packet);
+    // Embree marks blocked rays by tfar = -infinity.
+    for (int i = 0; i < lanes; ++i) {
+      const bool blocked = valid[i] != 0 && packet.tfar[i] < 0.0f;
+      free[first + i] = blocked ? 0 : 1;
+    }
+  }
+  return refused;
+}
+
+std::size_t trianglesBeyond(const frame::Geometry& geometry, const frame::ObjectRange& range) {
+  std::size_t dropped = 0;
+  for (std::uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; i += 3) {
+    bool kept = true;
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t vertex = geometry.indices[i + k];
+      kept = kept && vertex < geometry.vertexCount() &&
+             below(geometry.positions[vertex], kEmbreeLargest);
+    }
+    dropped += kept ? 0 : 1;
+  }
+  return dropped;
+}
+
+}  // namespace
+
+struct TraceScene::State {
+  const scene::Scene& sceneData;
+  const frame::Geometry& geometry;
+  BvhPolicy policy;
+  TraceOptions options;
+  bool refits;
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+  std::vector<RTCGeometry> geometries;  ///< one per object; null when left out
+  int packetSize = 4;
+  std::size_t dropped = 0;
+  std::atomic<std::int64_t> bytes{0};
+  std::mutex errorMutex;
+  std::string error;  ///< first message of Embree since the last check
+
+  /// What a filter function needs to know of the object that it serves.
+  struct FilterTarget {
+    const State* state;
+    int object;
+  };
+  std::vector<FilterTarget> filterTargets;
+  std::vector<std::unique_ptr<ImplicitGeometry>>
+      implicits;  ///< one per object, or empty; mostly null
+
+  State(const scene::Scene& s, const frame::Geometry& g, BvhPolicy p, TraceOptions o)
+      : sceneData(s), geometry(g), policy(p), options(std::move(o)), refits(mustRefit()) {}
+
+  ~State() {
+    for (RTCGeometry g : geometries) {
+      if (g != nullptr) rtcReleaseGeometry(g);
+    }
+    if (scene != nullptr) rtcReleaseScene(scene);
+    if (device != nullptr) rtcReleaseDevice(device);
+  }
+
+  static void onError(void* user, RTCError code, const char* message) {
+    auto* state = static_cast<State*>(user);
+    const std::scoped_lock lock(state->errorMutex);
+    if (state->error.empty()) {
+      state->error = "Embree error " + std::to_string(static_cast<int>(code)) + ": " +
+                     (message != nullptr ? message : "(no message)");
+    }
+  }
+
+  static bool onMemory(void* user, ssize_t bytes, bool /*post*/) {
+    static_cast<State*>(user)->bytes += bytes;
+    return true;
+  }
+
+  void throwOnError() {
+    const std::scoped_lock lock(errorMutex);
+    if (error.empty()) return;
+    throw Error(ExitCode::Internal, error + " (tracing " + sceneData.source.string() + ")");
+  }
+
+  /// Rejects hits where the alpha mask cuts the surface away.
+  static void filterCutOut(const RTCFilterFunctionNArguments* arguments) {
+    const auto* target = static_cast<const FilterTarget*>(arguments->geometryUserPtr);
+    for (unsigned i = 0; i < arguments->N; ++i) {
+      if (arguments->valid[i] != -1) continue;
+      const unsigned primitive = RTCHitN_primID(arguments->hit, arguments->N, i);
+      const float u = RTCHitN_u(arguments->hit, arguments->N, i);
+      const float v = RTCHitN_v(arguments->hit, arguments->N, i);
+      if (frame::isCutOut(target->state->sceneData, target->state->geometry, target->object,
+                          primitive, u, v)) {
+        arguments->valid[i] = 0;
+      }
+    }
+  }
+
+  /// Whether hits must tell their triangle: for its texture, colours or baked light.
+  bool needsAttributes(int object) const {
+    const scene::Object& o = sceneData.objects[object];
+    const scene::Material& m = sceneData.materials[o.material];
+    return m.baseColorTexture.used() || m.emissiveTexture.used() || m.normalTexture.used() ||
+           m.metallicRoughnessTexture.used() || !sceneData.meshes[o.mesh].colors.empty() ||
+           sceneData.bake.mode != scene::BakeMode::None;
+  }
+
+  /// Looks up the triangles of hits on implicit surfaces.
+  void completeHits(const Ray* rays, Hit* hits, std::size_t count) const {
+    if (implicits.empty()) return;
+    for (std::size_t i = 0; i < count; ++i) {
+      Hit& hit = hits[i];
+      if (hit.miss() || !implicits[hit.object]) continue;
+      const ImplicitGeometry::Nearest nearest =
+          implicits[hit.object]->nearestTriangle(rays[i].origin + hit.distance * rays[i].direction);
+      hit.primitive = nearest.primitive;
+      hit.u = nearest.u;
+      hit.v = nearest.v;
+    }
+  }
+
+  bool moves(int object) const { return geometry.objects[object].moving; }
+
+  bool includes(int object) const {
+    return options.objects.empty() || std::find(options.objects.begin(), options.objects.end(),
+                                                object) != options.objects.end();
+  }
+
+  /// Static scenes share one structure; refitting needs a structure per object.
+  bool mustRefit() const {
+    if (policy == BvhPolicy::Refit) return true;
+    if (policy != BvhPolicy::Static) return false;
+    return std::any_of(geometry.objects.begin(), geometry.objects.end(),
+                       [](const frame::ObjectRange& range) { return range.moving; });
+  }
+
+  RTCBuildQuality sceneQuality() const {
+    // Embree builds per object, and follows the objects' own qualities, at LOW only.
+    if (policy == BvhPolicy::RebuildLow || refits) return RTC_BUILD_QUALITY_LOW;
+    return RTC_BUILD_QUALITY_MEDIUM;
+  }
+
+  RTCBuildQuality objectQuality(int object) const {
+    if (policy == BvhPolicy::RebuildLow) return RTC_BUILD_QUALITY_LOW;
+    return refits && moves(object) ? RTC_BUILD_QUALITY_REFIT : RTC_BUILD_QUALITY_MEDIUM;
+  }
+
+  void build() {
+    device = rtcNewDevice("set_affinity=0,start_threads=0");
+    if (device == nullptr) {
+      throw Error(ExitCode::Internal,
+                  "Embree gives no device: error " +
+                      std::to_string(static_cast<int>(rtcGetDeviceError(nullptr))));
+    }
+    rtcSetDeviceErrorFunction(device, onError, this);
+    rtcSetDeviceMemoryMonitorFunction(device, onMemory, this);
+    const auto native = [&](RTCDeviceProperty property) {
+      return rtcGetDeviceProperty(device, property) != 0;
+    };
+    packetSize = native(RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)  ? 16
+                 : native(RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) ? 8
+                                                                     : 4;
+    scene = rtcNewScene(device);
+    unsigned flags = RTC_SCENE_FLAG_NONE;
+    if (options.robust) flags |= RTC_SCENE_FLAG_ROBUST;
+    if (policy == BvhPolicy::RebuildLow || refits) flags |= RTC_SCENE_FLAG_DYNAMIC;
+    rtcSetSceneFlags(scene, static_cast<RTCSceneFlags>(flags));
+    rtcSetSceneBuildQuality(scene, sceneQuality());
+
+    // One geometry per object, all of them looking into the shared arrays.
+    const std::size_t count = geometry.objects.size();
+    geometries.resize(count, nullptr);
+    filterTargets.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const frame::ObjectRange& range = geometry.objects[i];
+      const int object = static_cast<int>(i);
+      if (range.indexCount == 0 || !includes(object)) continue;
+      const bool isImplicit = range.surface >= 0;
+      RTCGeometry g =
+          rtcNewGeometry(device, isImplicit ? RTC_GEOMETRY_TYPE_USER : RTC_GEOMETRY_TYPE_TRIANGLE);
+      geometries[i] = g;
+      if (isImplicit) {
+        implicits.resize(count);
+        implicits[i] = std::make_unique<ImplicitGeometry>(
+            device, sceneData.meshes[sceneData.objects[i].mesh], geometry.surfaces[range.surface],
+            needsAttributes(object));
+        implicits[i]->attach(g);
+      } else {
+        rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                   geometry.positions.data(), 0, sizeof(Vec3),
+                                   geometry.vertexCount());
+        rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                   geometry.indices.data() + range.firstIndex, 0,
+                                   3 * sizeof(std::uint32_t), range.indexCount / 3);
+      }
+      // The first build of a geometry to be refitted must be a full one.
+      rtcSetGeometryBuildQuality(
+          g, policy == BvhPolicy::RebuildLow ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM);
+      const scene::Material& material = sceneData.materials[sceneData.objects[i].material];
+      if (material.alphaMode == scene::AlphaMode::Mask) {
+        filterTargets[i] = {this, object};
+        rtcSetGeometryUserData(g, &filterTargets[i]);
+        rtcSetGeometryIntersectFilterFunction(g, filterCutOut);
+        rtcSetGeometryOccludedFilterFunction(g, filterCutOut);
+      }
+      rtcCommitGeometry(g);
+      rtcAttachGeometryByID(scene, g, static_cast<unsigned>(i));
+    }
+    commit();
+
+    // From the second commit on, moving objects are refitted.
+    for (std::size_t i = 0; i < count; ++i) {
+      if (geometries[i] == nullptr) continue;
+      const RTCBuildQuality quality = objectQuality(static_cast<int>(i));
+      if (quality != RTC_BUILD_QUALITY_REFIT) continue;
+      rtcSetGeometryBuildQuality(geometries[i], quality);
+      rtcCommitGeometry(geometries[i]);  // or a commit where it did not move fails
+    }
+  }
+
+  void commit() {
+    rtcCommitScene(scene);
+    throwOnError();
+    countDropped();
+  }
+
+  /// Embree drops triangles silently: count those beyond its limits, and see that its bounds are
+  /// those of the rest.
+  void countDropped() {
+    dropped = 0;
+    Box3 kept;
+    for (std::size_t i = 0; i < geometry.objects.size(); ++i) {
+      if (geometries[i] == nullptr) continue;
+      const frame::ObjectRange& range = geometry.objects[i];
+      if (range.surface >= 0) {
+        kept.extend(implicits[i]->bounds());
+      } else if (below(range.bounds.min, kEmbreeLargest) &&
+                 below(range.bounds.max, kEmbreeLargest)) {
+        kept.extend(range.bounds);
+      } else {
+        dropped += trianglesBeyond(geometry, range);
+      }
+    }
+    if (dropped > 0 || kept.empty()) return;
+    RTCBounds bounds;
+    rtcGetSceneBounds(scene, &bounds);
+    throwOnError();
+    const bool same = bounds.lower_x >= kept.min.x && bounds.lower_y >= kept.min.y &&
+                      bounds.lower_z >= kept.min.z && bounds.upper_x <= kept.max.x &&
+                      bounds.upper_y <= kept.max.y && bounds.upper_z <= kept.max.z;
+    if (!same) {
+      throw Error(ExitCode::Internal,
+                  "Embree's bounds of " + sceneData.source.string() +
+                      " are larger than the geometry: its structure is older than the geometry");
+    }
+  }
+
+  std::uint64_t intersect(const Ray* rays, Hit* hits, std::size_t count, bool coherent) const {
+    const std::uint64_t refused =
+        packetSize == 16  ? intersectPackets<16>(scene, rays, hits, count, coherent)
+        : packetSize == 8 ? intersectPackets<8>(scene, rays, hits, count, coherent)
+                          : intersectPackets<4>(scene, rays, hits, count, coherent);
+    completeHits(rays, hits, count);
+    return refused;
+  }
+
+  std::uint64_t visible(const Ray* rays, std::uint8_t* free, std::size_t count,
+                        bool coherent) const {
+    switch (packetSize) {
+      case 16:
+        return visiblePackets<16>(scene, rays, free, count, coherent);
+      case 8:
+        return visiblePackets<8>(scene, rays, free, count, coherent);
+      default:
+        return visiblePackets<4>(scene, rays, free, count, coherent);
+    }
+  }
+
+  /// Runs body(first ray, ray count) over tasks of whole packets, so that packets hold the same
+  /// rays for any thread count; sums what it returns.
+  template <class Body>
+  TraceCounts overTasks(std::size_t rays, const Body& body) const {
+    const std::size_t perTask = kPacketsPerTask * static_cast<std::size_t>(packetSize);
+    const std::size_t tasks = (rays + perTask - 1) / perTask;
+    std::atomic<std::uint64_t> refused{0};
+    parallelFor(tasks, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t task = begin; task < end; ++task) {
+        const std::size_t first = task * perTask;
+        const std::uint64_t n = body(first, std::min(perTask, rays - first));
+        if (n > 0) refused += n;
+      }
+    });
+    return {rays, refused};
+  }
+};
+
+TraceScene::TraceScene(const scene::Scene& scene, const frame::Geometry& geometry, BvhPolicy policy,
+                       const TraceOptions& options)
+    : state_(std::make_unique<State>(scene, geometry, policy, options)) {
+  flushDenormals();
+  state_->build();
+  extents_.resize(geometry.objects.size(), 0.0f);
+  for (std::size_t i = 0; i < extents_.size(); ++i) measureExtent(i);
+}
+
+TraceScene::~TraceScene() = default;
+
+void TraceScene::measureExtent(std::size_t object) {
+  const frame::Geometry& geometry = state_->geometry;
+  const scene::Scene& scene = state_->sceneData;
+  if (scene.objects[object].reflector == 0) return;
+  const frame::ObjectRange& range = geometry.objects[object];
+  if (range.surface >= 0) {
+    extents_[object] = range.bounds.diameter();
+    return;
+  }
+  float longest = 0.0f;
+  for (std::uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; i += 3) {
+    const Vec3 a = geometry.positions[geometry.indices[i]];
+    const Vec3 b = geometry.positions[geometry.indices[i + 1]];
+    const Vec3 c = geometry.positions[geometry.indices[i + 2]];
+    longest = std::max({longest, glm::distance(a, b), glm::distance(b, c), glm::distance(c, a)});
+  }
+  extents_[object] = longest;
+}
+
+void TraceScene::update(std::span<const int> changedObjects) {
+  flushDenormals();
+  State& s = *state_;
+  const bool rebuilds = s.policy == BvhPolicy::RebuildLow || s.policy == BvhPolicy::RebuildMedium;
+  if (!rebuilds && changedObjects.empty()) return;
+  const auto touch = [&](std::size_t i) {
+    if (s.geometries[i] == nullptr) return;
+    if (s.geometry.objects[i].surface < 0)
+      rtcUpdateGeometryBuffer(s.geometries[i], RTC_BUFFER_TYPE_VERTEX, 0);
+    rtcCommitGeometry(s.geometries[i]);
+  };
+  if (rebuilds) {
+    for (std::size_t i = 0; i < s.geometries.size(); ++i) touch(i);
+  } else {
+    for (int object : changedObjects) touch(static_cast<std::size_t>(object));
+  }
+  for (int object : changedObjects) measureExtent(static_cast<std::size_t>(object));
+  s.commit();
+}
+
+TraceCounts TraceScene::intersect(std::span<const Ray> rays, std::span<Hit> hits,
+                                  bool coherent) const {
+  assert(hits.size() >= rays.size());
+  return state_->overTasks(rays.size(), [&](std::size_t first, std::size_t count) {
+    return state_->intersect(rays.data() + first, hits.data() + first, count, coherent);
+  });
+}
+
+TraceCounts TraceScene::visible(std::span<const Ray> rays, std::span<std::uint8_t> free,
+                                bool coherent) const {
+  assert(free.size() >= rays.size());
+  return state_->overTasks(rays.size(), [&](std::size_t first, std::size_t count) {
+    return state_->visible(rays.data() + first, free.data() + first, count, coherent);
+  });
+}
+
+TraceCounts TraceScene::intersectSerial(std::span<const Ray> rays, std::span<Hit> hits,
+                                        bool coherent) const {
+  assert(hits.size() >= rays.size());
+  flushDenormals();
+  return {rays.size(), state_->intersect(rays.data(), hits.data(), rays.size(), coherent)};
+}
+
+TraceCounts TraceScene::visibleSerial(std::span<const Ray> rays, std::span<std::uint8_t> free,
+                                      bool coherent) const {
+  assert(free.size() >= rays.size());
+  flushDenormals();
+  return {rays.size(), state_->visible(rays.data(), free.data(), rays.size(), coherent)};
+}
+
+int TraceScene::packetSize() const {
+  return state_->packetSize;
+}
+const scene::Scene& TraceScene::scene() const {
+  return state_->sceneData;
+}
+const frame::Geometry& TraceScene::geometry() const {
+  return state_->geometry;
+}
+std::size_t TraceScene::droppedTriangles() const {
+  return state_->dropped;
+}
+std::uint64_t TraceScene::unresolvedRays() const {
+  std::uint64_t sum = 0;
+  for (const auto& surface : state_->implicits) sum += surface ? surface->unresolved() : 0;
+  return sum;
+}
+std::size_t TraceScene::memoryBytes() const {
+  return static_cast<std::size_t>(std::max<std::int64_t>(0, state_->bytes.load()));
+}
+
+bool isTraceable(const Ray& ray) {
+  return below(ray.origin, kRayLargest) && below(ray.direction, kRayLargest) && ray.near >= 0.0f &&
+         ray.near < std::numeric_limits<float>::infinity() && !std::isnan(ray.far);
+}
+
+float rayOffset(const Vec3& position, float distance) {
+  // 32 ulps: positions rebuilt from 32-bit depth or from a hit are off by a few.
+  constexpr float kUlps = 32.0f;
+  const Vec3 a = glm::abs(position);
+  const float largest = std::max(std::max(a.x, a.y), std::max(a.z, std::abs(distance)));
+  return std::max(largest * (kUlps * std::numeric_limits<float>::epsilon()), 1e-12f);
+}
+
+}  // namespace catoptric::trace

@@ -1,0 +1,114 @@
+// Light that reaches a reflective point along its lobe: mirror rays, Phong lobes, further bounces.
+// What the methods `traced` and `reference` share, so that both see the same transport.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "core/math.h"
+#include "frame/shading.h"
+#include "trace/embree/trace_scene.h"
+
+namespace catoptric::trace {
+
+/// A reflective point as a pixel or a ray sees it.
+struct ReflectionPoint {
+  Vec3 position{0.0f};
+  Vec3 normal{0.0f, 1.0f, 0.0f};      ///< shading normal, turned to the viewer
+  Vec3 direction{0.0f, -1.0f, 0.0f};  ///< from the viewer to the point, unit length
+  float glossiness = 0.0f;            ///< g
+  float distance = 0.0f;              ///< metres from the eye to here along the path
+  /// Index of refraction before the surface, divided by the one behind it; 0: it mirrors. Of points
+  /// with an object: made by that object's material, seen from outside.
+  float refraction = 0.0f;
+  /// Of the lobe's low-discrepancy points, 0..1 each: x in steps between two points, y in turns.
+  Vec2 shift{0.5f, 0.0f};
+  /// Id of the object that the point lies on, where position and normal are those of its triangles:
+  /// its rays start on the object's implicit surface then, if it has one. 0: they are exact.
+  int object = 0;
+  /// TraceScene::extentOf() the object that it lies on.
+  float extent = 0.0f;
+};
+
+struct ReflectionOptions {
+  int rays = 1;     ///< per lobe with g above kMirrorGlossiness, 1..256; mirrors take one
+  int bounces = 1;  ///< 1: a reflective surface that is hit shows its diffuse component
+  bool fresnelSchlick = false;  ///< of bounces after the first
+};
+
+struct ReflectionCounts {
+  std::uint64_t rays = 0;
+  std::uint64_t misses = 0;            ///< saw the environment
+  std::uint64_t refused = 0;           ///< could not be traced; saw the environment
+  std::uint64_t belowHorizon = 0;      ///< lobe samples below the surface, folded up
+  std::uint64_t totalReflections = 0;  ///< where rays could not leave a body that refracts
+  std::uint64_t notFinite = 0;         ///< radiances that were NaN or infinite: taken as 0
+  /// Points of triangles over an implicit surface whose ray passes it by, at its outline: they
+  /// moved to the nearest place of it; and those that stayed, where there is none near.
+  std::uint64_t atOutline = 0;
+  std::uint64_t offSurface = 0;
+  double traceSeconds = 0.0;    ///< Embree alone
+  double resolveSeconds = 0.0;  ///< making rays and shading hits
+
+  void add(const ReflectionCounts& other);
+};
+
+/// Rays of a point's lobe: 1 for mirrors.
+int lobeRays(float glossiness, int rays);
+
+/// Direction number `index` of `count` about the mirror direction, distributed as the Phong lobe
+/// cos^n (Hammersley points, shifted). A sample below the surface is folded up, r - 2 (r.n) n, so
+/// that all rays of a lobe count alike; `belowHorizon` says so. Unit length.
+Vec3 lobeDirection(const ReflectionPoint& point, int index, int count, bool& belowHorizon);
+
+/// The mirrored direction of a point, or the refracted one (Snell's law); `total`: it would be
+/// refracted but is reflected totally. Unit length.
+Vec3 specularDirection(const ReflectionPoint& point, bool& total);
+
+/// ReflectionPoint::refraction of a place that a ray of `direction` has hit.
+float refractionAt(const TraceScene& trace, const Hit& hit, const Vec3& position,
+                   const Vec3& direction);
+
+/// Moves a point of an object's triangles onto the object's implicit surface: to where the ray that
+/// shows it first meets the surface, at most an edge of the triangles away, or where it passes the
+/// surface by to the nearest place by Newton's method. The normal becomes the gradient's, unless a
+/// normal map has bent it. Nothing to do for objects without such a surface.
+enum class Moved { Nothing, AlongRay, ToOutline, Nowhere };
+Moved moveOntoSurface(const TraceScene& trace, ReflectionPoint& point);
+
+/// moveOntoSurface(), and what the object's material makes of rays from outside:
+/// ReflectionPoint::refraction.
+Moved settle(const TraceScene& trace, ReflectionPoint& point);
+
+/// Ray number `index` of `count` of a point's lobe, or the refracted one, from off its surface;
+/// `belowHorizon` as lobeDirection(), `total` as specularDirection().
+Ray lobeRay(const ReflectionPoint& point, int index, int count, bool& belowHorizon, bool& total);
+
+/// Where ray number `index` of `point`, in this direction, has hit a reflective surface: the point
+/// from which it goes on.
+ReflectionPoint nextPoint(const TraceScene& trace, const ReflectionPoint& point, int index,
+                          const Vec3& direction, const Hit& hit,
+                          const frame::SurfacePoint& surface);
+
+/// Distance along the normal by which the rays of a point start off its surface: what rounding may
+/// have moved it by, however large the scene around it is.
+float surfaceOffset(const ReflectionPoint& point);
+
+/// Half-angle-like spread (metres of width per metre) of one of `count` rays of a Phong lobe with
+/// exponent n at its centre: the root of the solid angle 1 / (count p).
+float lobeSpread(float glossiness, int count);
+
+/// s, with Schlick's term when asked for [Schlick1994].
+float reflectionWeight(float specularLevel, const Vec3& direction, const Vec3& normal,
+                       bool fresnelSchlick);
+
+/// Incoming radiance along the lobes: radiance[i] belongs to points[i], the mean over its rays.
+/// `spreadRad`: of a sample's ray cone. `parallel`: over all threads; otherwise on the calling one.
+/// The same result either way. `flags[i]` (may be empty) gets bit 0 where a ray was refused, bit 1
+/// where one was folded up, bit 2 where one left the scene.
+ReflectionCounts reflectedRadiance(const TraceScene& trace, const frame::Lighting& lighting,
+                                   float spreadRad, std::span<const ReflectionPoint> points,
+                                   const ReflectionOptions& options, bool parallel,
+                                   std::span<Vec3> radiance, std::span<std::uint8_t> flags = {});
+
+}  // namespace catoptric::trace
