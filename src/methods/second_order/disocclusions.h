@@ -7,7 +7,7 @@
 #include <span>
 
 #include "core/math.h"
-#include "methods/second_order/cluster_camera.h"
+#include "methods/second_order/cameras/cluster_camera.h"
 #include "raster/gbuffer.h"
 #include "scene/camera.h"
 #include "trace/embree/trace_scene.h"

@@ -17,9 +17,9 @@
 
 #include "core/error.h"
 #include "gl/shader.h"
-#include "methods/second_order/cluster_camera.h"
-#include "methods/second_order/clusters.h"
-#include "methods/second_order/depth_images.h"
+#include "methods/second_order/cameras/cluster_camera.h"
+#include "methods/second_order/clustering/clusters.h"
+#include "methods/second_order/depth_images/depth_images.h"
 #include "methods/second_order/disocclusions.h"
 #include "raster/refractive_samples.h"
 #include "raster/scene_gpu/materials.h"
@@ -619,7 +619,7 @@ class SecondOrder : public Method {
     if (recorded_.empty()) {
       recorded_ = program(services, "walks, recorded", "1", false, true);
       const auto reads = [](const char* kind) {
-        return gl::Program::fullScreen("reads", "methods/second_order/shaders/reads.frag",
+        return gl::Program::fullScreen("reads", "methods/second_order/benchmark/reads.frag",
                                        {{"KIND", kind}});
       };
       planarReads_ = reads("0");

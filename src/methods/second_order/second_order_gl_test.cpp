@@ -5,7 +5,7 @@
 
 #include "frame/test_scenes.h"
 #include "gl/test_context.h"
-#include "methods/second_order/depth_images.h"
+#include "methods/second_order/depth_images/depth_images.h"
 #include "methods/second_order/second_order.h"
 #include "scene/animate.h"
 #include "scene/shapes/shapes.h"

@@ -1,4 +1,4 @@
-#include "methods/second_order/cluster_camera.h"
+#include "methods/second_order/cameras/cluster_camera.h"
 
 #include <algorithm>
 #include <array>

@@ -33,7 +33,7 @@
 #include "core/error.h"
 #include "frame/steps.h"
 #include "gl/context.h"
-#include "methods/second_order/cluster_sums.h"
+#include "methods/second_order/clustering/sums.h"
 #include "methods/second_order/second_order.h"
 #include "raster/scene_gpu/materials.h"
 #include "raster/scene_raster.h"
@@ -221,7 +221,7 @@ class Benchmark {
   double compositeReads() {
     if (reads_.empty()) {
       reads_ = gl::Program::fullScreen(
-          "calibration", "methods/second_order/shaders/calibration.frag",
+          "calibration", "methods/second_order/benchmark/calibration.frag",
           {{"SAMPLES", std::to_string(kSamples)}, {"TINTED", materials_.tinted() ? "1" : "0"}});
     }
     const gl::Framebuffer target("calibration", {{.texture = picture_}});

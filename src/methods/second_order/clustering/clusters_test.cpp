@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "core/parallel.h"
-#include "methods/second_order/atlas.h"
-#include "methods/second_order/cluster_camera.h"
-#include "methods/second_order/clusters.h"
+#include "methods/second_order/cameras/cluster_camera.h"
+#include "methods/second_order/clustering/clusters.h"
+#include "methods/second_order/depth_images/atlas.h"
 
 namespace catoptric::methods {
 namespace {

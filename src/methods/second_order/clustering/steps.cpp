@@ -1,4 +1,4 @@
-#include "methods/second_order/cluster_steps.h"
+#include "methods/second_order/clustering/steps.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <span>
 
 #include "core/parallel.h"
-#include "methods/second_order/cluster_sums.h"
+#include "methods/second_order/clustering/sums.h"
 
 namespace catoptric::methods {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "methods/second_order/clusters.h"
+#include "methods/second_order/clustering/clusters.h"
 
 namespace catoptric::methods {
 

@@ -8,9 +8,9 @@
 #include "frame/shading.h"
 #include "gl/objects.h"
 #include "gl/shader.h"
-#include "methods/second_order/atlas.h"
-#include "methods/second_order/cluster_camera.h"
-#include "methods/second_order/clusters.h"
+#include "methods/second_order/cameras/cluster_camera.h"
+#include "methods/second_order/clustering/clusters.h"
+#include "methods/second_order/depth_images/atlas.h"
 #include "raster/scene_raster.h"
 
 namespace catoptric::methods {

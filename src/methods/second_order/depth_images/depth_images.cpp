@@ -1,4 +1,4 @@
-#include "methods/second_order/depth_images.h"
+#include "methods/second_order/depth_images/depth_images.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "methods/second_order/atlas.h"
+#include "methods/second_order/depth_images/atlas.h"
 
 #include <algorithm>
 #include <numeric>

@@ -1,4 +1,4 @@
-#include "methods/second_order/ray_means.h"
+#include "methods/second_order/clustering/means.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/parallel.h"
-#include "methods/second_order/cluster_sums.h"
+#include "methods/second_order/clustering/sums.h"
 
 namespace catoptric::methods {
 namespace {

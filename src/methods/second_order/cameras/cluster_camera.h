@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/math.h"
-#include "methods/second_order/clusters.h"
+#include "methods/second_order/clustering/clusters.h"
 #include "scene/camera.h"
 
 namespace catoptric::methods {

@@ -1,4 +1,4 @@
-#include "methods/second_order/cluster_sums.h"
+#include "methods/second_order/clustering/sums.h"
 
 #include <Eigen/Eigenvalues>
 

@@ -1,4 +1,4 @@
-#include "methods/second_order/clusters.h"
+#include "methods/second_order/clustering/clusters.h"
 
 #include <algorithm>
 #include <array>
@@ -6,9 +6,9 @@
 #include <cstring>
 
 #include "core/parallel.h"
-#include "methods/second_order/cluster_steps.h"
-#include "methods/second_order/cluster_sums.h"
-#include "methods/second_order/ray_means.h"
+#include "methods/second_order/clustering/means.h"
+#include "methods/second_order/clustering/steps.h"
+#include "methods/second_order/clustering/sums.h"
 
 namespace catoptric::methods {
 namespace {
