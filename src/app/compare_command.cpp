@@ -6,7 +6,8 @@
 #include "app/commands.h"
 #include "core/file.h"
 #include "core/log.h"
-#include "report/errors.h"
+#include "report/comparison.h"
+#include "report/error_tables.h"
 #include "report/run_data.h"
 #include "report/table.h"
 
@@ -21,7 +22,7 @@ struct Options {
   std::optional<double> fail;
   double failPercent = 0.0;
   std::optional<double> hardFail;
-  report::FlipOptions flip;
+  measure::FlipOptions flip;
 };
 
 /// Two single files are one frame, whatever their numbers.
@@ -81,7 +82,7 @@ ExitCode compare(const Options& options, const CommonOptions& common) {
   report::RunData run = report::readSequence(options.run);
   const report::RunData reference = report::readSequence(options.reference);
   pairSingleFiles(run, reference);
-  report::CompareOptions measures;
+  measure::CompareOptions measures;
   measures.flip = options.flip;
   if (options.fail) measures.threshold = *options.fail;
   const report::RunComparison comparison =

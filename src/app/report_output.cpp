@@ -6,8 +6,9 @@
 
 #include "core/file.h"
 #include "core/log.h"
+#include "report/comparison.h"
 #include "report/contact_sheet.h"
-#include "report/errors.h"
+#include "report/error_tables.h"
 #include "report/run_data.h"
 #include "report/table.h"
 #include "report/timings.h"

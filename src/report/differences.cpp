@@ -6,11 +6,16 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "measure/colours.h"
+#include "measure/display_steps.h"
+#include "measure/flip.h"
+#include "report/table.h"
 
 namespace catoptric::report {
 namespace {
 
 using image::Image;
+using measure::step8;
 
 constexpr Colour kPaper = {24, 25, 28};
 constexpr Colour kText = {236, 236, 232};
@@ -34,7 +39,7 @@ Rgb8 blank(int width, int height) {
 
 /// The frame in display steps, magenta where it is not finite.
 Rgb8 shown(const Image& image) {
-  const std::array<int, 3> channels = colourChannels(image, "image");
+  const std::array<int, 3> channels = measure::colourChannels(image, "image");
   Rgb8 picture{image.width, image.height, {}};
   picture.rgb.reserve(image.pixelCount() * 3);
   for (int y = 0; y < image.height; ++y)
@@ -55,7 +60,8 @@ Rgb8 shown(const Image& image) {
 
 Rgb8 mapColours(const std::vector<float>& errors, int width, int height) {
   std::array<Colour, 256> table{};
-  for (std::size_t i = 0; i < table.size(); ++i) table[i] = magma(static_cast<float>(i) / 255.0f);
+  for (std::size_t i = 0; i < table.size(); ++i)
+    table[i] = measure::magma(static_cast<float>(i) / 255.0f);
   Rgb8 picture{width, height, {}};
   picture.rgb.reserve(errors.size() * 3);
   for (const float e : errors) {
@@ -81,9 +87,9 @@ void label(Rgb8& sheet, int x, int y, int width, const std::string& text) {
 }  // namespace
 
 std::vector<std::uint8_t> differenceRgb8(const Image& image, const Image& reference, int gain) {
-  requireSameSize(image, reference, "difference");
-  const std::array<int, 3> from = colourChannels(image, "difference");
-  const std::array<int, 3> to = colourChannels(reference, "difference (reference)");
+  measure::requireSameSize(image, reference, "difference");
+  const std::array<int, 3> from = measure::colourChannels(image, "difference");
+  const std::array<int, 3> to = measure::colourChannels(reference, "difference (reference)");
   std::vector<std::uint8_t> rgb;
   rgb.reserve(image.pixelCount() * 3);
   for (int y = 0; y < image.height; ++y)
@@ -110,8 +116,9 @@ Rgb8 heatMap(const std::vector<float>& errors, int width, int height) {
   paste(picture, mapColours(errors, width, height), 0, 0);
   // The bar runs over the whole width, 0 to 1
   for (int x = 0; x < width; ++x)
-    fillRectangle(picture, x, height + kGap, 1, kBarHeight,
-                  magma(width > 1 ? static_cast<float>(x) / static_cast<float>(width - 1) : 0.0f));
+    fillRectangle(
+        picture, x, height + kGap, 1, kBarHeight,
+        measure::magma(width > 1 ? static_cast<float>(x) / static_cast<float>(width - 1) : 0.0f));
   const int count = width >= 200 ? 5 : 2;
   for (int i = 0; i < count; ++i) {
     const double value = static_cast<double>(i) / (count - 1);
@@ -127,7 +134,7 @@ Rgb8 heatMap(const std::vector<float>& errors, int width, int height) {
 Rgb8 sideBySide(const FrameErrors& frame) {
   const int width = frame.image.width;
   const int height = frame.image.height;
-  const ImageError& e = frame.errors;
+  const measure::ImageError& e = frame.errors;
   struct Cell {
     std::string title;
     Rgb8 picture;

@@ -1,29 +1,22 @@
 // Pictures of the errors of a frame.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
-#include "report/errors.h"
+#include "measure/errors.h"
 #include "report/font.h"
 
 namespace catoptric::report {
-
-/// Indices of the colours of an image, as compareImages chooses them. Throws UsageError.
-std::array<int, 3> colourChannels(const image::Image& image, const std::string& name);
-/// Throws UsageError when sizes differ.
-void requireSameSize(const image::Image& image, const image::Image& reference,
-                     const std::string& name);
-/// The display step 0..255 of a scene-linear value: round(display8(value)); NaN gives 0.
-int step8(float value);
 
 /// What pictures are made of; the references live as long as it.
 struct FrameErrors {
   const image::Image& image;
   const image::Image& reference;
-  const ErrorMaps& maps;
-  const ImageError& errors;
+  const measure::ErrorMaps& maps;
+  const measure::ImageError& errors;
   int frame = 0;
   std::string name;           ///< of the run
   std::string referenceName;  ///< of what it is compared with

@@ -1,11 +1,17 @@
-// Errors as tables, CSV and JSON.
+#include "report/error_tables.h"
+
 #include <cmath>
 
 #include "config/json_text.h"
-#include "report/errors.h"
 
 namespace catoptric::report {
 namespace {
+
+using measure::ErrorClass;
+using measure::ErrorShare;
+using measure::FlipPool;
+using measure::ImageError;
+using measure::RegionError;
 
 std::string decibels(double psnr) {
   return std::isinf(psnr) ? "inf" : fixedText(psnr, 2);

@@ -3,9 +3,9 @@
 
 #include <random>
 
-#include "report/errors.h"
+#include "measure/errors.h"
 
-namespace catoptric::report {
+namespace catoptric::measure {
 namespace {
 
 image::Image noise(int size, unsigned seed) {
@@ -28,6 +28,6 @@ BENCHMARK(compareFrame)
     ->MeasureProcessCPUTime();
 
 }  // namespace
-}  // namespace catoptric::report
+}  // namespace catoptric::measure
 
 BENCHMARK_MAIN();

@@ -1,4 +1,4 @@
-#include "report/flip.h"
+#include "measure/flip.h"
 
 #include <algorithm>
 #include <bit>
@@ -18,7 +18,7 @@
 #define CATOPTRIC_AVX2
 #endif
 
-namespace catoptric::report {
+namespace catoptric::measure {
 namespace {
 
 bool hasAvx2() {
@@ -471,4 +471,4 @@ std::array<std::uint8_t, 3> magma(float error) {
   return colour;
 }
 
-}  // namespace catoptric::report
+}  // namespace catoptric::measure

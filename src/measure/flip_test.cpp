@@ -1,6 +1,6 @@
 // FLIP against values worked out by hand from the papers' formulas, against those of the authors'
 // program, and its properties.
-#include "report/flip.h"
+#include "measure/flip.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <random>
 
-namespace catoptric::report {
+namespace catoptric::measure {
 namespace {
 
 using image::Image;
@@ -240,4 +240,4 @@ TEST(Magma, Anchors) {
 }
 
 }  // namespace
-}  // namespace catoptric::report
+}  // namespace catoptric::measure

@@ -1,22 +1,17 @@
-#include "report/errors.h"
+#include "measure/errors.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "config/json.h"
 #include "core/error.h"
-#include "core/file.h"
-#include "report/differences.h"
+#include "measure/ssim.h"
 
-namespace catoptric::report {
+namespace catoptric::measure {
 namespace {
 
 using image::Image;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 
 /// The linear value whose display value is `step`.
 float linearOf(int step) {
@@ -174,20 +169,6 @@ TEST(CompareImages, ObjectsAndClassesByHand) {
   expect(3, "glossy", 32, 32, 1);  // what does not reflect is not glossy
   expect(4, "other reflective", 2, 2, 1);
   expect(5, "rest", 1, 1, 1);
-  // As a table: own shares add up to the frame
-  RunComparison comparison;
-  comparison.name = "run";
-  comparison.reference = "truth";
-  comparison.frames[1] = e;
-  comparison.pooled = e;
-  const Table table = attributionView(comparison);
-  EXPECT_THAT(table.rows[2], testing::Contains("75.29"));  // 192 of 255
-  const std::vector<RunComparison> one{comparison};
-  EXPECT_THAT(attributionCsv(one), HasSubstr("\nrun,truth,all,silhouette,2,32,25,"));
-  EXPECT_THAT(errorCsv(one), HasSubstr("\nrun,truth,1,object:7,0,0,1,"));
-  const config::Value json = config::parseText(errorJson(one), "errors").asArray().at(0);
-  EXPECT_EQ(json.get("pooled").get("objects").asArray().at(1).get("id").asInteger(), 7);
-  EXPECT_EQ(json.get("pooled").get("attribution").asArray().size(), 6u);
 }
 
 TEST(CompareImages, EdgesDoNotMakeReflectors) {
@@ -253,115 +234,5 @@ TEST(Ssim, ClosedForms) {
   EXPECT_DOUBLE_EQ(ssim(c, grey, 32, 32), ssim(grey, c, 32, 32));
 }
 
-TEST(Difference, PlainAndTimesFifty) {
-  Image a = flat(3, 1, linearOf(10));
-  const Image b = a;
-  a.data[0] = linearOf(13);
-  a.data[4] = linearOf(4);
-  a.data[8] = NAN;
-  EXPECT_THAT(differenceRgb8(a, b, 1), ElementsAre(3, 0, 0, 0, 6, 0, 255, 0, 255));
-  EXPECT_THAT(differenceRgb8(a, b, 50), ElementsAre(150, 0, 0, 0, 255, 0, 255, 0, 255));
-}
-
-class CompareRuns : public ::testing::Test {
- protected:
-  void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() /
-              ("catoptric_errors_" + std::to_string(std::random_device{}()));
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  void writeFrame(const std::string& method, int number, const Image& image) {
-    const auto frames = folder_ / method / "frames";
-    std::filesystem::create_directories(frames);
-    image::ExrOptions options;
-    options.halfBeauty = false;
-    writeFileAtomically(frames / ("frame.000" + std::to_string(number) + ".exr"),
-                        image::encodeExr(image, options));
-  }
-  std::filesystem::path folder_;
-};
-
-TEST_F(CompareRuns, FramesArePooledByPixels) {
-  Image off = flat(4, 4, linearOf(50));
-  off.data[3 * 6 + 1] = linearOf(58);
-  writeFrame("reference", 1, flat(4, 4, linearOf(50)));
-  writeFrame("reference", 2, flat(4, 4, linearOf(50)));
-  writeFrame("reference", 4, flat(4, 4, 0));
-  writeFrame("traced", 1, flat(4, 4, linearOf(51)));
-  writeFrame("traced", 2, off);
-  writeFrame("traced", 3, off);
-  const RunComparison c = compareRuns(readRun(folder_ / "traced"), readRun(folder_ / "reference"));
-  ASSERT_EQ(c.frames.size(), 2u);
-  EXPECT_DOUBLE_EQ(c.frames.at(1).l1(), 1.0);
-  EXPECT_DOUBLE_EQ(c.frames.at(2).l1(), 8.0 / 48.0);
-  EXPECT_DOUBLE_EQ(c.pooled.l1(), 56.0 / 96.0);
-  EXPECT_EQ(c.pooled.max8, 8);
-  EXPECT_EQ(c.pooled.max8Frame, 2);
-  EXPECT_EQ(c.pooled.max8X, 2);
-  EXPECT_EQ(c.pooled.max8Y, 1);
-  EXPECT_THAT(c.onlyInRun, ElementsAre(3));
-  EXPECT_THAT(c.onlyInReference, ElementsAre(4));
-  const double squares =
-      c.frames.at(1).rmse() * c.frames.at(1).rmse() + c.frames.at(2).rmse() * c.frames.at(2).rmse();
-  EXPECT_NEAR(c.pooled.rmse(), std::sqrt(squares / 2.0), 1e-12);
-
-  // Tables, CSV and JSON state the same
-  const std::vector<RunComparison> one{c};
-  const std::string text = toText(errorView(c));
-  EXPECT_THAT(text, HasSubstr("traced against reference\n"));
-  EXPECT_THAT(text, HasSubstr("\n    1    1.000 "));
-  EXPECT_THAT(text, HasSubstr("\n  all    0.583 "));
-  EXPECT_THAT(text, HasSubstr("reference lacks frames 3 of traced."));
-  EXPECT_THAT(errorCsv(one), HasSubstr("\ntraced,reference,2,frame,0,0,16,0.16666666666666666,"));
-  const config::Value json = config::parseText(errorJson(one), "errors");
-  const config::Value first = json.asArray().at(0);
-  EXPECT_EQ(first.get("pooled").get("max_8bit").asInteger(), 8);
-  EXPECT_EQ(first.get("pooled").get("max_8bit_frame").asInteger(), 2);
-  EXPECT_EQ(first.get("frames").asArray().at(0).get("l1_8bit").asNumber(), 1.0);
-  EXPECT_EQ(first.get("only_in_run").dump(), "[3]");
-
-  TimingTable fast{"traced", 1, {}, {}, {}, {}, {}, {}};
-  fast.rendering.median = 0.05;
-  TimingTable slow{"reference", 1, {}, {}, {}, {}, {}, {}};
-  slow.rendering.median = 0.2;
-  const std::vector<TimingTable> timings{fast, slow};
-  const Table summary = errorSummary(one, timings);
-  EXPECT_EQ(summary.rows[0][3], "0.583");
-  EXPECT_EQ(summary.rows[0][14], "50.00");
-  EXPECT_EQ(summary.rows[0][15], "0.250");
-
-  compareRuns(readRun(folder_ / "traced"), readRun(folder_ / "reference"), {}, {folder_ / "d"});
-  const auto png = image::decodeImage8(readFile(folder_ / "d/frame.0002.x50.png"), "d", 100);
-  EXPECT_EQ(png.rgba[4 * 6 + 1], 255);
-  EXPECT_EQ(png.rgba[4 * 6], 0);
-  for (const char* name : {"png", "x50.png", "flip.png", "hdrflip.png", "sheet.png"})
-    EXPECT_TRUE(std::filesystem::exists(folder_ / "d" / ("frame.0001." + std::string(name))));
-  EXPECT_FALSE(std::filesystem::exists(folder_ / "d/frame.0003.png"));
-}
-
-TEST_F(CompareRuns, ForeignSequencesAndSingleFiles) {
-  writeFrame("a", 1, flat(4, 4, 0));
-  const auto frames = folder_ / "a/frames";
-  const auto other = folder_ / "other";
-  std::filesystem::create_directories(other);
-  std::filesystem::copy(frames / "frame.0001.exr", other / "beauty_0012.exr");
-  std::filesystem::copy(frames / "frame.0001.exr", other / "0013.exr");
-  const RunData sequence = readSequence(other);
-  EXPECT_EQ(sequence.name, "other");
-  ASSERT_EQ(sequence.frames.size(), 2u);
-  EXPECT_EQ(sequence.frames.begin()->first, 12);
-  EXPECT_EQ(readSequence(folder_ / "a").frames.size(), 1u);
-  EXPECT_EQ(readSequence(other / "0013.exr").frames.begin()->first, 13);
-  std::filesystem::copy(frames / "frame.0001.exr", other / "b.12.exr");
-  EXPECT_THROW(readSequence(other), UsageError);  // frame 12 twice
-  EXPECT_THROW(readSequence(folder_ / "absent"), UsageError);
-}
-
-TEST_F(CompareRuns, NothingInCommonIsAnError) {
-  writeFrame("a", 1, flat(1, 1, 0));
-  writeFrame("b", 2, flat(1, 1, 0));
-  EXPECT_THROW(compareRuns(readRun(folder_ / "a"), readRun(folder_ / "b")), UsageError);
-}
-
 }  // namespace
-}  // namespace catoptric::report
+}  // namespace catoptric::measure

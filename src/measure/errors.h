@@ -9,12 +9,10 @@
 #include <vector>
 
 #include "image/image.h"
-#include "report/flip.h"
-#include "report/run_data.h"
-#include "report/table.h"
-#include "report/timings.h"
+#include "measure/error_classes.h"
+#include "measure/flip.h"
 
-namespace catoptric::report {
+namespace catoptric::measure {
 
 /// Sums and extremes over R, G, B of pixels: of a frame, of its reflective part, of an object.
 /// Values that are NaN or infinite, in the image or its reference, are counted first; their pixels
@@ -80,20 +78,6 @@ class FlipPool {
   double min_ = 1.0;
 };
 
-/// A part of the error of a frame.
-struct ErrorShare {
-  std::uint64_t pixels = 0;
-  std::uint64_t sum8 = 0;
-  double sumSquared = 0.0;
-  double hdrFlipSum = 0.0;
-};
-/// How much of the error falls on pixels of one class: where accuracy would be won.
-struct ErrorClass {
-  std::string name;
-  ErrorShare all;  ///< of every pixel of the class; classes overlap
-  ErrorShare own;  ///< of the pixels that belong to no earlier class: these add up to the frame
-};
-
 /// Errors of one image, or of all frames together; the base is the whole frame.
 struct ImageError : RegionError {
   bool hasReflective = false;  ///< a layer said which pixels are reflective
@@ -127,50 +111,7 @@ ImageError compareImages(const image::Image& image, const image::Image& referenc
                          const std::string& name = "image", const CompareOptions& options = {},
                          ErrorMaps* maps = nullptr);
 
-/// Mean structural similarity of two grey images with a dynamic range of 1: Gaussian window of 11
-/// and sigma 1.5, cut at the borders. [Wang2004, Image quality assessment] Eq. (13)
-double ssim(std::span<const float> a, std::span<const float> b, int width, int height);
-/// The same, of every pixel's window.
-std::vector<double> ssimMap(std::span<const float> a, std::span<const float> b, int width,
-                            int height);
+/// Adds the errors of frame `frame` to those of others.
+void addErrors(ImageError& pooled, const ImageError& one, int frame);
 
-struct RunComparison {
-  std::string name;
-  std::string reference;
-  std::map<int, ImageError> frames;
-  ImageError pooled;
-  std::vector<int> onlyInRun;        ///< frames that the reference lacks
-  std::vector<int> onlyInReference;  ///< frames that the run lacks
-  std::map<int, std::string> objectNames;
-};
-
-/// Where compareRuns puts pictures.
-struct PictureOptions {
-  std::filesystem::path folder;  ///< empty: none
-};
-
-/// All frames that both have, read from their EXR files; with a folder, pictures of each as
-/// report/differences.h says. Throws UsageError when there are none.
-RunComparison compareRuns(const RunData& run, const RunData& reference,
-                          const CompareOptions& options = {}, const PictureOptions& pictures = {});
-
-/// One comparison, frame by frame, and the pooled row.
-Table errorView(const RunComparison& comparison);
-/// Reflective objects, pooled; no rows without the layers that tell.
-Table objectView(const RunComparison& comparison);
-/// Shares of the pooled error by class.
-Table attributionView(const RunComparison& comparison);
-/// A row for each comparison; with the mean time of its method and the ratio to its reference where
-/// `timings` has them.
-Table errorSummary(std::span<const RunComparison> comparisons,
-                   std::span<const TimingTable> timings = {});
-/// method,against,frame,region,...; regions are frame, reflective, and the objects' ids; the pooled
-/// rows have the frame "all".
-std::string errorCsv(std::span<const RunComparison> comparisons);
-/// method,against,frame,class,...
-std::string attributionCsv(std::span<const RunComparison> comparisons);
-/// [{"method", "against", "frames": [...], "pooled": {...}, "only_in_run", "only_in_reference"}];
-/// an infinite PSNR is null.
-std::string errorJson(std::span<const RunComparison> comparisons);
-
-}  // namespace catoptric::report
+}  // namespace catoptric::measure

@@ -7,9 +7,9 @@
 #include <array>
 #include <vector>
 
-#include "image/image.h"
+#include "measure/colours.h"
 
-namespace catoptric::report {
+namespace catoptric::measure {
 
 struct FlipOptions {
   /// Pixels in a degree of the viewer's field: a screen 0.7 m wide of 3840 pixels, 0.7 m away.
@@ -20,12 +20,6 @@ struct FlipOptions {
   float startExposure = -3.0f;
   float stopExposure = 3.0f;
   int exposures = 6;
-};
-
-/// Scene-linear Rec.709 colours: an image and the indices of its R, G, B.
-struct ColourView {
-  const image::Image* image = nullptr;
-  std::array<int, 3> channels{};
 };
 
 /// LDR-FLIP of the values clamped to 0..1 (what an sRGB screen shows, before rounding to 8 bits).
@@ -42,4 +36,4 @@ std::vector<float> hdrFlip(const ColourView& reference, const ColourView& test,
 /// The colour of an error 0..1 in FLIP's maps: magma, by a polynomial.
 std::array<std::uint8_t, 3> magma(float error);
 
-}  // namespace catoptric::report
+}  // namespace catoptric::measure
