@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "core/error.h"
+#include "gl/draw_state.h"
 #include "gl/query.h"
 #include "gl/shader.h"
 #include "gl/test_context.h"
@@ -222,7 +223,6 @@ TEST(Draw, RowZeroIsTheTopAndColumnZeroTheLeft) {
   const Framebuffer target("target", {{color}});
   target.bind();
   target.clearColor(0, 0, 0, 0, 0);
-  glDisable(GL_DEPTH_TEST);
   Program program = patternProgram();
   // Clip space has y up: this is the upper left quarter of the image.
   draw(program, {Vec4(-1, 0, 0, 1), 0.5f, Vec4(1, 0, 0, 1)});
@@ -253,8 +253,7 @@ TEST(Draw, ReversedDepthKeepsTheNearerAndItsExactValue) {
   target.bind();
   target.clearColor(0, 0, 0, 0, 0);
   target.clearDepthStencil(0.0f, 7);
-  glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_GREATER);
+  const DrawScope scope({.depth = {.test = true, .function = GL_GREATER}});
   Program program = patternProgram();
   // Near plane 0.1 m: depth = 0.1 / distance; 1000 m and 1000.1 m are told apart.
   const Vec4 all(-1, -1, 1, 1);
@@ -265,7 +264,6 @@ TEST(Draw, ReversedDepthKeepsTheNearerAndItsExactValue) {
   EXPECT_EQ(color.read<float>(0, GL_RED, GL_FLOAT, 1)[0], 3.0f);
   EXPECT_EQ(depth.read<float>(0, GL_DEPTH_COMPONENT, GL_FLOAT, 1)[0], 0.1f / 999.9f);
   EXPECT_EQ(depth.read<std::uint8_t>(0, GL_STENCIL_INDEX, GL_UNSIGNED_BYTE, 1)[0], 7);
-  glDisable(GL_DEPTH_TEST);
 }
 
 TEST(Draw, CountsTheFragmentsThatPass) {
@@ -284,21 +282,21 @@ TEST(Draw, CountsTheFragmentsThatPass) {
     counter.end();
     EXPECT_EQ(counter.read(), 20u * 30);
     // Of a full-screen triangle, what the stencil lets through
-    glEnable(GL_STENCIL_TEST);
-    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
-    glStencilFunc(GL_EQUAL, 2, 0xFE);
+    DrawState state;
+    state.stencil = {.test = true, .function = GL_EQUAL, .reference = 2, .compareMask = 0xFE};
+    DrawScope scope(state);
     Program position = Program::fullScreen("position", "gl/testdata/position.frag");
     position.use();
     counter.begin();
     drawFullScreenTriangle();
     counter.end();
     EXPECT_EQ(counter.read(), 40u * 30);
-    glStencilFunc(GL_EQUAL, 2, 0xFF);
+    state.stencil.compareMask = 0xFF;
+    scope.change(state);
     counter.begin();
     drawFullScreenTriangle();
     counter.end();
     EXPECT_EQ(counter.read(), 0u);
-    glDisable(GL_STENCIL_TEST);
   }
   EXPECT_EQ(liveCounts(), before);
 }
