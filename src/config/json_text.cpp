@@ -1,5 +1,8 @@
 #include "config/json_text.h"
 
+#include <array>
+#include <charconv>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/text.h"
@@ -14,6 +17,16 @@ std::string numberText(double number) {
   return nlohmann::json(number).dump();
 }
 
+std::string numberText(float number) {
+  if (!std::isfinite(number)) return "null";
+  std::array<char, 32> digits{};
+  const char* end = std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr;
+  // Read as a double, the same digits are written in JSON's form.
+  double sameDigits = 0.0;
+  std::from_chars(digits.data(), end, sameDigits);
+  return numberText(sameDigits);
+}
+
 JsonText& JsonText::raw(std::string_view name, std::string_view json) {
   if (!text_.empty()) text_ += ",";
   text_ += jsonString(name) + ":";
@@ -25,6 +38,9 @@ JsonText& JsonText::add(std::string_view name, std::string_view text) {
   return raw(name, jsonString(text));
 }
 JsonText& JsonText::add(std::string_view name, double number) {
+  return raw(name, numberText(number));
+}
+JsonText& JsonText::add(std::string_view name, float number) {
   return raw(name, numberText(number));
 }
 JsonText& JsonText::add(std::string_view name, int number) {

@@ -11,8 +11,9 @@ namespace catoptric::config {
 
 /// A JSON string literal, quotes included. Bytes that are not UTF-8 become U+FFFD.
 std::string jsonString(std::string_view text);
-/// The shortest text that reads back as the same number; "null" when it is not finite.
+/// The shortest text that reads back as the same number of its own type; "null" when not finite.
 std::string numberText(double number);
+std::string numberText(float number);
 
 /// Collects members of one object.
 class JsonText {
@@ -22,6 +23,7 @@ class JsonText {
     return add(name, std::string_view(text));
   }
   JsonText& add(std::string_view name, double number);
+  JsonText& add(std::string_view name, float number);
   JsonText& add(std::string_view name, int number);
   JsonText& add(std::string_view name, std::uint64_t number);
   JsonText& add(std::string_view name, bool value);

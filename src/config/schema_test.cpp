@@ -115,6 +115,16 @@ TEST(Schema, MarkdownTableHasEveryField) {
   EXPECT_THAT(text, testing::HasSubstr("### item"));
 }
 
+TEST(JsonText, NumbersHaveTheDigitsOfTheirType) {
+  EXPECT_EQ(numberText(0.2f), "0.2");
+  EXPECT_EQ(numberText(0.2), "0.2");
+  EXPECT_EQ(numberText(static_cast<double>(0.2f)), "0.20000000298023224");
+  EXPECT_EQ(numberText(3.0f), "3.0");
+  EXPECT_EQ(numberText(-1e-30f), "-1e-30");
+  EXPECT_EQ(numberText(std::nanf("")), "null");
+  EXPECT_EQ(JsonText().add("x", 0.1f).object(), "{\"x\":0.1}");
+}
+
 TEST(JsonText, NumbersAndStringsReadBackTheSame) {
   const std::string text = JsonText()
                                .add("quote", "a\"\\\n\x01")

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "config/options.h"
 #include "gl/query.h"
 #include "gl/shader.h"
 #include "methods/environment_map/cube_map.h"
@@ -14,30 +15,7 @@
 namespace catoptric::methods {
 namespace {
 
-const config::Schema& schema() {
-  static const config::Schema options = {
-      .name = "environment_map",
-      .help = "Reflections looked up in a cube map by direction",
-      .fields = {
-          {.name = "source",
-           .type = config::FieldType::String,
-           .help = "what the cube map shows: the diffuse scene, or the environment alone",
-           .defaultText = "\"scene\"",
-           .allowed = {"scene", "environment"}},
-          {.name = "center",
-           .type = config::FieldType::Any,
-           .help = "where the scene's cube map is seen from: \"scene\" (the middle of its bounds) "
-                   "or [x, y, z] in metres",
-           .defaultText = "\"scene\""},
-          {.name = "face_size",
-           .type = config::FieldType::Integer,
-           .help = "texels along the edge of a face",
-           .defaultText = "512",
-           .minimum = 1,
-           .maximum = 4096},
-      }};
-  return options;
-}
+constexpr auto kSources = config::names<bool>({{"scene", false}, {"environment", true}});
 
 struct Options {
   bool environmentOnly = false;
@@ -45,20 +23,29 @@ struct Options {
   int faceSize = 512;
 };
 
-Options parseOptions(const config::Value& value) {
-  config::require(value, schema());
-  Options options;
-  options.environmentOnly = config::valueOr(value, schema(), "source").asString() == "environment";
-  const config::Value center = config::valueOr(value, schema(), "center");
-  if (center.kind() == config::Value::Kind::String) {
-    if (center.asString() != "scene") {
-      center.fail("\"" + center.asString() + "\": allowed are \"scene\" and [x, y, z] in metres");
-    }
-  } else {
+void readCentre(Options& options, const config::Value& center) {
+  if (center.kind() != config::Value::Kind::String) {
     options.centre = center.asVec3();
+  } else if (center.asString() != "scene") {
+    center.fail("\"" + center.asString() + "\": allowed are \"scene\" and [x, y, z] in metres");
   }
-  options.faceSize = static_cast<int>(config::valueOr(value, schema(), "face_size").asInteger());
-  return options;
+}
+
+const config::OptionTable<Options>& optionTable() {
+  using config::field;
+  static const config::OptionTable<Options> table(
+      "environment_map", "Reflections looked up in a cube map by direction",
+      {field(&Options::environmentOnly, "source", kSources,
+             "what the cube map shows: the diffuse scene, or the environment alone"),
+       {{.name = "center",
+         .type = config::FieldType::Any,
+         .help = "where the scene's cube map is seen from: \"scene\" (the middle of its bounds) or "
+                 "[x, y, z] in metres",
+         .defaultText = "\"scene\""},
+        readCentre},
+       field(&Options::faceSize, "face_size", config::range(1, 4096),
+             "texels along the edge of a face")});
+  return table;
 }
 
 // What the scene has of reflectors, hence which passes run.
@@ -233,7 +220,7 @@ class EnvironmentMap : public Method {
 };
 
 std::unique_ptr<Method> make(const config::Value& options) {
-  return std::make_unique<EnvironmentMap>(parseOptions(options));
+  return std::make_unique<EnvironmentMap>(optionTable().parse(options));
 }
 
 }  // namespace
@@ -244,7 +231,7 @@ const MethodEntry& environmentMapEntry() {
       "cube map look-up by reflected direction; everything infinitely far away",
       "",
       {"cube_map", "resolve"},
-      schema(),
+      optionTable().schema(),
       make};
   return entry;
 }

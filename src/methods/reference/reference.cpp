@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "config/options.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "trace/lobes/reflect.h"
@@ -15,29 +16,22 @@ namespace {
 
 constexpr int kTile = 16;  ///< pixels; ours
 
-const config::Schema& optionsSchema() {
-  static const config::Schema schema = [] {
-    config::Schema s;
-    s.name = "reference";
-    s.help = "Options of the method reference.";
-    const auto integer = [&](const char* name, const char* help, const char* value, double most) {
-      config::Field field;
-      field.name = name;
-      field.type = config::FieldType::Integer;
-      field.help = help;
-      field.defaultText = value;
-      field.minimum = 1;
-      field.maximum = most;
-      s.fields.push_back(field);
-    };
-    integer("samples", "primary rays per axis and pixel, on a regular grid", "4", 64);
-    integer("rays", "rays per sample on surfaces with g above 0.05; mirrors take one", "16", 256);
-    integer("bounces",
-            "reflections along a path; after the last a surface shows its diffuse component", "1",
-            16);
-    return s;
-  }();
-  return schema;
+struct Options {
+  int samples = 4;
+  trace::ReflectionOptions reflection{.rays = 16};
+};
+
+const config::OptionTable<Options>& optionTable() {
+  using config::field, config::in, config::range, trace::ReflectionOptions;
+  static const config::OptionTable<Options> table(
+      "reference", "Options of the method reference.",
+      {field(&Options::samples, "samples", range(1, 64),
+             "primary rays per axis and pixel, on a regular grid"),
+       field(in(&Options::reflection, &ReflectionOptions::rays), "rays", range(1, 256),
+             "rays per sample on surfaces with g above 0.05; mirrors take one"),
+       field(in(&Options::reflection, &ReflectionOptions::bounces), "bounces", range(1, 16),
+             "reflections along a path; after the last a surface shows its diffuse component")});
+  return table;
 }
 
 /// One primary sample.
@@ -65,24 +59,17 @@ struct Tile {
 
 class Reference : public Method {
  public:
-  explicit Reference(const config::Value& options) {
-    const config::Schema& schema = optionsSchema();
-    const auto integer = [&](const char* name) {
-      return static_cast<int>(config::valueOr(options, schema, name).asInteger());
-    };
-    samples_ = integer("samples");
-    reflection_.rays = integer("rays");
-    reflection_.bounces = integer("bounces");
-  }
+  explicit Reference(const Options& options) : options_(options) {}
 
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
     MethodPlan plan;
     plan.trace = true;
-    plan.bounces = reflection_.bounces;
+    plan.bounces = options_.reflection.bounces;
     plan.bouncesOption = "bounces";
     plan.items = {
         {"pass", "trace",
-         std::to_string(samples_ * samples_) + " primary rays a pixel and the reflections of " +
+         std::to_string(options_.samples * options_.samples) +
+             " primary rays a pixel and the reflections of " +
              std::to_string(scene.reflectorCount()) + " reflective objects",
          0},
         {"resource", "frame", "the image and its layers",
@@ -94,7 +81,7 @@ class Reference : public Method {
 
   void prepare(Services&, const RunSettings& settings) override {
     settings_ = settings;
-    reflection_.fresnelSchlick = settings.fresnelSchlick;
+    options_.reflection.fresnelSchlick = settings.fresnelSchlick;
   }
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
@@ -171,7 +158,7 @@ class Reference : public Method {
     const trace::TraceScene& trace = *services.trace;
     const int x1 = std::min(image.width, x0 + kTile);
     const int y1 = std::min(image.height, y0 + kTile);
-    const int perPixel = samples_ * samples_;
+    const int perPixel = options_.samples * options_.samples;
     const Vec3 eye = camera.eye();
     const Vec3 forward = camera.forward();
 
@@ -180,11 +167,12 @@ class Reference : public Method {
     for (int y = y0; y < y1; ++y) {
       for (int x = x0; x < x1; ++x) {
         for (int k = 0; k < perPixel; ++k) {
-          const int row = k / samples_;
-          const float px = static_cast<float>(x) +
-                           (static_cast<float>(k % samples_) + 0.5f) / static_cast<float>(samples_);
+          const int row = k / options_.samples;
+          const float px =
+              static_cast<float>(x) + (static_cast<float>(k % options_.samples) + 0.5f) /
+                                          static_cast<float>(options_.samples);
           const float py = static_cast<float>(y) +
-                           (static_cast<float>(row) + 0.5f) / static_cast<float>(samples_);
+                           (static_cast<float>(row) + 0.5f) / static_cast<float>(options_.samples);
           trace::Ray ray;
           ray.origin = eye;
           ray.direction = scene::rayDirection(camera, image.width, image.height, px, py);
@@ -249,8 +237,8 @@ class Reference : public Method {
     tile.radiance.assign(tile.points.size(), Vec3(0.0f));
     tile.flags.assign(tile.points.size(), 0);
     trace::ReflectionCounts counts =
-        trace::reflectedRadiance(trace, services.lighting, spread, tile.points, reflection_, false,
-                                 tile.radiance, tile.flags);
+        trace::reflectedRadiance(trace, services.lighting, spread, tile.points, options_.reflection,
+                                 false, tile.radiance, tile.flags);
     counts.refused += primary.refused;
     counts.notFinite += notFinite;
     for (std::size_t k = 0; k < tile.points.size(); ++k) {
@@ -287,8 +275,8 @@ class Reference : public Method {
     const auto meanRgb = [&](Vec3 Sample::*member) {
       for (int c = 0; c < 3; ++c) mean([&](const Sample& s) { return (s.*member)[c]; });
     };
-    const Sample& middle =
-        samples[static_cast<std::size_t>(samples_ / 2) * (static_cast<std::size_t>(samples_) + 1)];
+    const Sample& middle = samples[static_cast<std::size_t>(options_.samples / 2) *
+                                   (static_cast<std::size_t>(options_.samples) + 1)];
     meanRgb(&Sample::color);
     mean([](const Sample& s) { return s.object != 0 ? 1.0f : 0.0f; });
     if (asks(settings_, "Z")) *out++ = middle.z;
@@ -307,8 +295,7 @@ class Reference : public Method {
     }
   }
 
-  int samples_ = 4;
-  trace::ReflectionOptions reflection_;
+  Options options_;
   RunSettings settings_;
 };
 
@@ -319,9 +306,9 @@ const MethodEntry& referenceEntry() {
                                  "everything by Embree, converged: the ground truth for errors",
                                  "",
                                  {"bvh", "trace"},
-                                 optionsSchema(),
+                                 optionTable().schema(),
                                  [](const config::Value& options) -> std::unique_ptr<Method> {
-                                   return std::make_unique<Reference>(options);
+                                   return std::make_unique<Reference>(optionTable().parse(options));
                                  }};
   return entry;
 }

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "config/options.h"
 #include "core/parallel.h"
 #include "methods/traced/gbuffer_samples.h"
 #include "scene/reflectance.h"
@@ -12,52 +13,33 @@
 namespace catoptric::methods {
 namespace {
 
-const config::Schema& optionsSchema() {
-  static const config::Schema schema = [] {
-    config::Schema s;
-    s.name = "traced";
-    s.help = "Options of the method traced.";
-    config::Field bvh;
-    bvh.name = "bvh";
-    bvh.type = config::FieldType::String;
-    bvh.help = "how Embree's structure follows the geometry in each frame";
-    bvh.defaultText = "\"static\"";
-    bvh.allowed = {"static", "refit", "rebuild_low", "rebuild_medium"};
-    config::Field rays;
-    rays.name = "rays";
-    rays.type = config::FieldType::Integer;
-    rays.help = "rays per sample on surfaces with g above 0.05; mirrors take one";
-    rays.defaultText = "8";
-    rays.minimum = 1;
-    rays.maximum = 64;
-    config::Field bounces;
-    bounces.name = "bounces";
-    bounces.type = config::FieldType::Integer;
-    bounces.help = "reflections along a path; after the last a surface shows its diffuse component";
-    bounces.defaultText = "1";
-    bounces.minimum = 1;
-    bounces.maximum = 16;
-    s.fields = {bvh, rays, bounces};
-    return s;
-  }();
-  return schema;
-}
+constexpr auto kPolicies =
+    config::names<trace::BvhPolicy>({{"static", trace::BvhPolicy::Static},
+                                     {"refit", trace::BvhPolicy::Refit},
+                                     {"rebuild_low", trace::BvhPolicy::RebuildLow},
+                                     {"rebuild_medium", trace::BvhPolicy::RebuildMedium}});
 
-trace::BvhPolicy policyOf(const std::string& name) {
-  if (name == "refit") return trace::BvhPolicy::Refit;
-  if (name == "rebuild_low") return trace::BvhPolicy::RebuildLow;
-  if (name == "rebuild_medium") return trace::BvhPolicy::RebuildMedium;
-  return trace::BvhPolicy::Static;
+struct Options {
+  trace::BvhPolicy bvh = trace::BvhPolicy::Static;
+  trace::ReflectionOptions reflection{.rays = 8};
+};
+
+const config::OptionTable<Options>& optionTable() {
+  using config::field, config::in, config::range, trace::ReflectionOptions;
+  static const config::OptionTable<Options> table(
+      "traced", "Options of the method traced.",
+      {field(&Options::bvh, "bvh", kPolicies,
+             "how Embree's structure follows the geometry in each frame"),
+       field(in(&Options::reflection, &ReflectionOptions::rays), "rays", range(1, 64),
+             "rays per sample on surfaces with g above 0.05; mirrors take one"),
+       field(in(&Options::reflection, &ReflectionOptions::bounces), "bounces", range(1, 16),
+             "reflections along a path; after the last a surface shows its diffuse component")});
+  return table;
 }
 
 class Traced : public Method {
  public:
-  explicit Traced(const config::Value& options) {
-    const config::Schema& schema = optionsSchema();
-    bvh_ = config::valueOr(options, schema, "bvh").asString();
-    reflection_.rays = static_cast<int>(config::valueOr(options, schema, "rays").asInteger());
-    reflection_.bounces = static_cast<int>(config::valueOr(options, schema, "bounces").asInteger());
-  }
+  explicit Traced(const Options& options) : options_(options) {}
 
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
     MethodPlan plan;
@@ -66,8 +48,8 @@ class Traced : public Method {
     const int reflectors = scene.reflectorCount();
     if (reflectors == 0) return plan;
     plan.trace = true;
-    plan.bvh = policyOf(bvh_);
-    plan.bounces = reflection_.bounces;
+    plan.bvh = options_.bvh;
+    plan.bounces = options_.reflection.bounces;
     plan.bouncesOption = "bounces";
     const auto samples = static_cast<std::uint64_t>(settings.width) * settings.height *
                          settings.samples * settings.samples;
@@ -75,7 +57,7 @@ class Traced : public Method {
     plan.items = {
         {"pass", "readback", "Embree traces on the CPU: normal, s, g, depth and ids are read back",
          0},
-        {"pass", "trace", why + ", bvh " + bvh_, 0},
+        {"pass", "trace", why + ", bvh " + kPolicies.of(options_.bvh), 0},
         {"pass", "resolve", "rays are made, hits shaded", 0},
         {"pass", "upload", "the composite takes the reflection as a texture", 0},
         {"resource", "G-buffer copy", "what is read back", samples * (16 + 16 + 4 + 4)},
@@ -85,7 +67,7 @@ class Traced : public Method {
   }
 
   void prepare(Services&, const RunSettings& settings) override {
-    reflection_.fresnelSchlick = settings.fresnelSchlick;
+    options_.reflection.fresnelSchlick = settings.fresnelSchlick;
     masks_ = settings.masks;
   }
 
@@ -110,7 +92,7 @@ class Traced : public Method {
     const double collectSeconds = static_cast<double>(nowNs() - start) * 1e-9;
     const std::uint64_t unresolvedBefore = services.trace->unresolvedRays();
     counts = trace::reflectedRadiance(*services.trace, services.lighting, spread, samples.points,
-                                      reflection_, true, radiance_, flags_);
+                                      options_.reflection, true, radiance_, flags_);
     timer.add("trace", counts.traceSeconds);
     if (!services.geometry.surfaces.empty()) {
       output.counters["at_outline"] = counts.atOutline;
@@ -163,8 +145,7 @@ class Traced : public Method {
     output.counters["total_reflection"] = counts.totalReflections;
   }
 
-  std::string bvh_;
-  trace::ReflectionOptions reflection_;
+  Options options_;
   bool masks_ = false;
   // Kept across frames, so that no frame allocates anew.
   raster::GBufferCopy copy_;
@@ -181,9 +162,9 @@ const MethodEntry& tracedEntry() {
                                  "reflected rays from the G-buffer by Embree: the peer in speed",
                                  "",
                                  {"bvh", "readback", "trace", "resolve", "upload"},
-                                 optionsSchema(),
+                                 optionTable().schema(),
                                  [](const config::Value& options) -> std::unique_ptr<Method> {
-                                   return std::make_unique<Traced>(options);
+                                   return std::make_unique<Traced>(optionTable().parse(options));
                                  }};
   return entry;
 }

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "config/json_text.h"
+#include "config/options.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "run/folder/run_folder.h"
@@ -14,92 +15,56 @@
 namespace catoptric::run {
 namespace {
 
-using config::Errors;
-using config::Field;
-using config::FieldType;
-using config::Schema;
-using config::Value;
+using config::AllowedItems, config::Errors, config::Field, config::FieldType, config::Option,
+    config::OptionTable, config::Schema, config::Value;
+using config::atLeast, config::field, config::group, config::in, config::range;
 
-const Schema& imageSchema() {
-  static const Schema schema{
-      "image",
-      "Size, samples and layers of the frames.",
-      {
-          {.name = "width",
-           .type = FieldType::Integer,
-           .help = "Width of a frame, pixels.",
-           .defaultText = "512",
-           .minimum = 1,
-           .maximum = 16384},
-          {.name = "height",
-           .type = FieldType::Integer,
-           .help = "Height of a frame, pixels.",
-           .defaultText = "512",
-           .minimum = 1,
-           .maximum = 16384},
-          {.name = "samples",
-           .type = FieldType::Integer,
-           .help = "Samples per pixel along each axis: 2 gives 2 x 2.",
-           .defaultText = "2",
-           .minimum = 1,
-           .maximum = 8},
-          {.name = "layers",
-           .type = FieldType::Array,
-           .help = "Layers beside R G B A; Z, N, id and cluster (of methods that cluster rays) are "
-                   "those of the pixel's middle sample, the others means over its samples.",
-           .defaultText = "[]",
-           .allowed = {"Z", "N", "reflection", "diffuse", "s", "id", "cluster"},
-           .items = FieldType::String},
-          {.name = "masks",
-           .type = FieldType::Bool,
-           .help = "Layers mask.*: the share of a pixel's samples where the method fell back.",
-           .defaultText = "false"},
-          {.name = "fresnel",
-           .type = FieldType::Bool,
-           .help = "Weigh the reflection by Schlick's Fresnel term with F0 = s, instead of by s.",
-           .defaultText = "false"},
-          {.name = "half",
-           .type = FieldType::Bool,
-           .help = "R G B A as 16-bit floats; other layers are always 32-bit.",
-           .defaultText = "true"},
-          {.name = "compression",
-           .type = FieldType::String,
-           .help = "Compression of the EXR files, without loss.",
-           .defaultText = "\"zip\"",
-           .allowed = {"none", "zip", "piz"}},
-      }};
-  return schema;
+constexpr auto kCompressions =
+    config::names<image::Compression>({{"none", image::Compression::None},
+                                       {"zip", image::Compression::Zip},
+                                       {"piz", image::Compression::Piz}});
+
+const OptionTable<RunConfig>& imageTable() {
+  using methods::RunSettings;
+  static const OptionTable<RunConfig> table(
+      "image", "Size, samples and layers of the frames.",
+      {field(in(&RunConfig::image, &RunSettings::width), "width", range(1, 16384),
+             "Width of a frame, pixels."),
+       field(in(&RunConfig::image, &RunSettings::height), "height", range(1, 16384),
+             "Height of a frame, pixels."),
+       field(in(&RunConfig::image, &RunSettings::samples), "samples", range(1, 8),
+             "Samples per pixel along each axis: 2 gives 2 x 2."),
+       field(in(&RunConfig::image, &RunSettings::layers), "layers",
+             AllowedItems{{"Z", "N", "reflection", "diffuse", "s", "id", "cluster"}},
+             "Layers beside R G B A; Z, N, id and cluster (of methods that cluster rays) are those "
+             "of the pixel's middle sample, the others means over its samples."),
+       field(in(&RunConfig::image, &RunSettings::masks), "masks",
+             "Layers mask.*: the share of a pixel's samples where the method fell back."),
+       field(in(&RunConfig::image, &RunSettings::fresnelSchlick), "fresnel",
+             "Weigh the reflection by Schlick's Fresnel term with F0 = s, instead of by s."),
+       field(&RunConfig::halfBeauty, "half",
+             "R G B A as 16-bit floats; other layers are always 32-bit."),
+       field(&RunConfig::compression, "compression", kCompressions,
+             "Compression of the EXR files, without loss.")});
+  return table;
 }
 
-const Schema& previewSchema() {
-  static const Schema schema{"preview",
-                             "Previews: 8-bit PNG beside the EXR frames.",
-                             {
-                                 {.name = "enabled",
-                                  .type = FieldType::Bool,
-                                  .help = "Write previews/frame.0001.png.",
-                                  .defaultText = "true"},
-                                 {.name = "exposure",
-                                  .type = FieldType::Number,
-                                  .help = "Exposure before the display transform, stops.",
-                                  .defaultText = "0",
-                                  .minimum = -20,
-                                  .maximum = 20},
-                             }};
-  return schema;
+const OptionTable<RunConfig>& previewTable() {
+  static const OptionTable<RunConfig> table(
+      "preview", "Previews: 8-bit PNG beside the EXR frames.",
+      {field(in(&RunConfig::preview, &PreviewConfig::enabled), "enabled",
+             "Write previews/frame.0001.png."),
+       field(in(&RunConfig::preview, &PreviewConfig::exposureStops), "exposure", range(-20, 20),
+             "Exposure before the display transform, stops.")});
+  return table;
 }
 
-const Schema& errorsSchema() {
-  static const Schema schema{"errors",
-                             "Errors of the methods' frames, in a table after the run.",
-                             {
-                                 {.name = "against",
-                                  .type = FieldType::Array,
-                                  .help = "Names in `methods` that the others are compared with.",
-                                  .defaultText = "[]",
-                                  .items = FieldType::String},
-                             }};
-  return schema;
+const OptionTable<RunConfig>& errorsTable() {
+  static const OptionTable<RunConfig> table(
+      "errors", "Errors of the methods' frames, in a table after the run.",
+      {field(&RunConfig::errorsAgainst, "against",
+             "Names in `methods` that the others are compared with.")});
+  return table;
 }
 
 std::vector<std::string> methodIds(const std::vector<methods::MethodEntry>& registry) {
@@ -183,61 +148,47 @@ std::filesystem::path resolved(const Value& value, const std::filesystem::path& 
       .lexically_normal();
 }
 
+/// A member that is read apart, because it needs more than its own value.
+Option<RunConfig> readApart(Field description) {
+  return {std::move(description), [](RunConfig&, const Value&) {}};
+}
+
+const OptionTable<RunConfig>& runTable() {
+  using methods::RunSettings;
+  static const OptionTable<RunConfig> table(
+      "run", "A run config: which frames of which scene are rendered, how, and by which methods.",
+      {readApart({.name = "$schema", .type = FieldType::String, .help = "For editors; not read."}),
+       readApart({.name = "comment", .type = FieldType::Any, .help = "Any text; not read."}),
+       readApart({.name = "scene",
+                  .type = FieldType::String,
+                  .help = "Scene: .gltf, .glb, or a description (.json); relative to this file.",
+                  .required = true}),
+       readApart({.name = "path",
+                  .type = FieldType::String,
+                  .help = "Camera path (.json); without it the scene's own camera."}),
+       field(&RunConfig::frames, "frames",
+             "Frames of the path, such as \"1-100x2,120\"; empty: all."),
+       group("image", imageTable(), "Size, samples, layers."),
+       readApart({.name = "methods",
+                  .type = FieldType::Array,
+                  .help = "Methods, each a name or an object with \"method\", optionally \"name\", "
+                          "and the method's own options.",
+                  .defaultText = "[\"traced\"]",
+                  .minimum = 1}),
+       group("errors", errorsTable(), "Which errors are computed after the run."),
+       group("preview", previewTable(), "8-bit previews."),
+       field(in(&RunConfig::image, &RunSettings::seed), "seed", atLeast(0),
+             "Seed of all random numbers."),
+       field(&RunConfig::device, "device", "GL device: auto, egl:N, surfaceless, osmesa."),
+       field(&RunConfig::threads, "threads", range(0, 1024),
+             "Threads; 0: one per processor. Never changes a pixel.")});
+  return table;
+}
+
 }  // namespace
 
 const Schema& runSchema() {
-  static const Schema schema{
-      "run",
-      "A run config: which frames of which scene are rendered, how, and by which methods.",
-      {
-          {.name = "$schema", .type = FieldType::String, .help = "For editors; not read."},
-          {.name = "comment", .type = FieldType::Any, .help = "Any text; not read."},
-          {.name = "scene",
-           .type = FieldType::String,
-           .help = "Scene: .gltf, .glb, or a description (.json); relative to this file.",
-           .required = true},
-          {.name = "path",
-           .type = FieldType::String,
-           .help = "Camera path (.json); without it the scene's own camera."},
-          {.name = "frames",
-           .type = FieldType::String,
-           .help = "Frames of the path, such as \"1-100x2,120\"; empty: all.",
-           .defaultText = "\"\""},
-          {.name = "image",
-           .type = FieldType::Object,
-           .help = "Size, samples, layers.",
-           .object = &imageSchema()},
-          {.name = "methods",
-           .type = FieldType::Array,
-           .help = "Methods, each a name or an object with \"method\", optionally \"name\", and "
-                   "the method's own options.",
-           .defaultText = "[\"traced\"]",
-           .minimum = 1},
-          {.name = "errors",
-           .type = FieldType::Object,
-           .help = "Which errors are computed after the run.",
-           .object = &errorsSchema()},
-          {.name = "preview",
-           .type = FieldType::Object,
-           .help = "8-bit previews.",
-           .object = &previewSchema()},
-          {.name = "seed",
-           .type = FieldType::Integer,
-           .help = "Seed of all random numbers.",
-           .defaultText = "1",
-           .minimum = 0},
-          {.name = "device",
-           .type = FieldType::String,
-           .help = "GL device: auto, egl:N, surfaceless, osmesa.",
-           .defaultText = "\"auto\""},
-          {.name = "threads",
-           .type = FieldType::Integer,
-           .help = "Threads; 0: one per processor. Never changes a pixel.",
-           .defaultText = "0",
-           .minimum = 0,
-           .maximum = 1024},
-      }};
-  return schema;
+  return runTable().schema();
 }
 
 Schema methodSchema(const methods::MethodEntry& entry) {
@@ -312,36 +263,14 @@ RunConfig readRunConfig(const Value& root, const std::filesystem::path& file,
   run.file = file;
   run.scene = resolved(root.get("scene"), file);
   if (root.has("path")) run.path = resolved(root.get("path"), file);
-  run.frames = config::valueOr(root, runSchema(), "frames").asString();
-
-  const Value imageValue = root.get("image");
-  const auto image = [&](const char* name) {
-    return config::valueOr(imageValue, imageSchema(), name);
-  };
-  run.image.width = static_cast<int>(image("width").asInteger());
-  run.image.height = static_cast<int>(image("height").asInteger());
-  run.image.samples = static_cast<int>(image("samples").asInteger());
-  run.image.masks = image("masks").asBool();
-  run.image.fresnelSchlick = image("fresnel").asBool();
-  for (const Value& layer : image("layers").asArray()) run.image.layers.push_back(layer.asString());
-  run.image.seed =
-      static_cast<std::uint64_t>(config::valueOr(root, runSchema(), "seed").asInteger());
-  run.halfBeauty = image("half").asBool();
-  const std::string& compression = image("compression").asString();
-  run.compression = compression == "none"  ? image::Compression::None
-                    : compression == "piz" ? image::Compression::Piz
-                                           : image::Compression::Zip;
-  run.preview.enabled = config::valueOr(root.get("preview"), previewSchema(), "enabled").asBool();
-  run.preview.exposureStops = static_cast<float>(
-      config::valueOr(root.get("preview"), previewSchema(), "exposure").asNumber());
-  run.device = config::valueOr(root, runSchema(), "device").asString();
-  run.threads = static_cast<int>(config::valueOr(root, runSchema(), "threads").asInteger());
+  runTable().read(run, root);
 
   // Errors against methods that are not run are dropped when --method chose others.
+  run.errorsAgainst.clear();
   std::vector<std::string> runNames;
   for (const MethodConfig& method : run.methods) runNames.push_back(method.name);
   for (const Value& against :
-       config::valueOr(root.get("errors"), errorsSchema(), "against").asArray()) {
+       config::valueOr(root.get("errors"), errorsTable().schema(), "against").asArray()) {
     const std::string& name = against.asString();
     if (std::find(runNames.begin(), runNames.end(), name) != runNames.end()) {
       run.errorsAgainst.push_back(name);
@@ -359,18 +288,19 @@ RunConfig readRunConfig(const Value& root, const std::filesystem::path& file,
                               .add("method", method.id)
                               .raw("options", method.effective)
                               .object());
-  run.effective = config::JsonText()
-                      .add("scene", run.scene.generic_string())
-                      .add("path", run.path.generic_string())
-                      .add("frames", run.frames)
-                      .raw("image", config::withDefaults(imageValue, imageSchema()))
-                      .raw("methods", "[" + joined(methodTexts, ",") + "]")
-                      .raw("errors", config::withDefaults(root.get("errors"), errorsSchema()))
-                      .raw("preview", config::withDefaults(root.get("preview"), previewSchema()))
-                      .add("seed", run.image.seed)
-                      .add("device", run.device)
-                      .add("threads", run.threads)
-                      .object();
+  run.effective =
+      config::JsonText()
+          .add("scene", run.scene.generic_string())
+          .add("path", run.path.generic_string())
+          .add("frames", run.frames)
+          .raw("image", config::withDefaults(root.get("image"), imageTable().schema()))
+          .raw("methods", "[" + joined(methodTexts, ",") + "]")
+          .raw("errors", config::withDefaults(root.get("errors"), errorsTable().schema()))
+          .raw("preview", config::withDefaults(root.get("preview"), previewTable().schema()))
+          .add("seed", run.image.seed)
+          .add("device", run.device)
+          .add("threads", run.threads)
+          .object();
   return run;
 }
 
