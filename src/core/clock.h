@@ -13,4 +13,9 @@ inline std::int64_t nowNs() {
       .count();
 }
 
+/// Seconds from `startNs` of nowNs() until now.
+inline double secondsSince(std::int64_t startNs) {
+  return static_cast<double>(nowNs() - startNs) * 1e-9;
+}
+
 }  // namespace catoptric

@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <numeric>
 
+#include "core/disk_cache.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/hash.h"
@@ -52,6 +53,36 @@ TEST(File, WriteLeavesOnlyTheWholeFile) {
   EXPECT_THROW(writeFileAtomically(folder / "none" / "b", std::string_view("x")), OutputError);
   EXPECT_THROW(readFile(folder), SceneError);
   EXPECT_THROW(readFile(folder / "a.txt", 2), SceneError);
+}
+
+TEST(DiskCache, GivesBackWhatIsWholeAndRefusesTheRest) {
+  const auto folder = std::filesystem::temp_directory_path() / "catoptric_cache_test";
+  std::filesystem::remove_all(folder);
+  constexpr CacheKind kind{"test", {'c', 'a', 't', 't', 'e', 's', 't', '1'}, "", "", ""};
+  constexpr CacheKind other{"test", {'c', 'a', 't', 't', 'e', 's', 't', '2'}, "", "", ""};
+  const std::vector<float> values{1.0f, 2.0f, 3.0f};
+  const CacheEntry entry(kind, folder, 7);
+  EXPECT_FALSE(entry.read(3, sizeof(float)));
+  entry.write(std::as_bytes(std::span(values)), values.size());
+  const auto read = entry.read(3, sizeof(float));
+  ASSERT_TRUE(read);
+  EXPECT_TRUE(std::equal(read->begin(), read->end(), std::as_bytes(std::span(values)).begin()));
+  EXPECT_FALSE(CacheEntry(kind, folder, 8).read(3, sizeof(float)));  // another key
+  EXPECT_FALSE(entry.read(2, sizeof(float)));                        // another size
+  EXPECT_FALSE(CacheEntry(other, folder, 7).read(3, sizeof(float)));
+
+  // Any flipped bit is noticed.
+  const auto file = std::filesystem::directory_iterator(folder)->path();
+  std::vector<std::byte> bytes = readFile(file);
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    bytes[i] ^= std::byte{16};
+    writeFileAtomically(file, bytes);
+    EXPECT_FALSE(entry.read(3, sizeof(float))) << "byte " << i;
+    bytes[i] ^= std::byte{16};
+  }
+  writeFileAtomically(file, bytes);
+  EXPECT_TRUE(entry.read(3, sizeof(float)));
+  EXPECT_FALSE(CacheEntry(kind, {}, 7).read(3, sizeof(float)));  // no folder, no cache
 }
 
 }  // namespace

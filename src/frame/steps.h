@@ -45,7 +45,7 @@ class StepTimer {
     Scope(StepTimer& t, const char* n) : timer(t), name(n), start(nowNs()) {}
     ~Scope() {
       if (timer.finish_) timer.finish_();
-      timer.add(name, static_cast<double>(nowNs() - start) * 1e-9);
+      timer.add(name, secondsSince(start));
     }
     StepTimer& timer;
     const char* name;

@@ -51,7 +51,7 @@ DeviceReport tryDevice(Platform platform, int index) {
     report.message = failure.message;
     report.whatToDo = failure.whatToDo;
   }
-  report.seconds = static_cast<double>(nowNs() - start) * 1e-9;
+  report.seconds = secondsSince(start);
   return report;
 }
 

@@ -25,10 +25,6 @@ struct Startup {
   bool good = false;
 };
 
-double secondsSince(std::int64_t start) {
-  return static_cast<double>(nowNs() - start) * 1e-9;
-}
-
 // In the child process: everything up to the first pixel on the CPU.
 Startup start(const char* device, const std::string& cacheFolder) {
   Startup startup;

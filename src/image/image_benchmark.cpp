@@ -36,7 +36,7 @@ double loadSeconds() {
   static const double seconds = [] {
     const std::int64_t start = nowNs();
     displayRgb8(Image{1, 1, {"R", "G", "B"}, {0, 0, 0}});
-    return static_cast<double>(nowNs() - start) * 1e-9;
+    return secondsSince(start);
   }();
   return seconds;
 }

@@ -182,7 +182,7 @@ void timed(benchmark::State& state, Body&& body) {
     const std::int64_t start = nowNs();
     body();
     w.context.finish("benchmark");
-    const double seconds = static_cast<double>(nowNs() - start) * 1e-9;
+    const double seconds = secondsSince(start);
     busy += processMs() - busyStart;
     gl += w.calibrateGl();
     total += seconds * 1e3;

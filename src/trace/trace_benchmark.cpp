@@ -191,7 +191,7 @@ void BM_TracedAgainstBare(benchmark::State& state) {
   const auto timed = [](double& sum, auto&& body) {
     const std::int64_t start = nowNs();
     body();
-    sum += static_cast<double>(nowNs() - start) * 1e-9;
+    sum += secondsSince(start);
   };
   const auto runBare = [&] { timed(bareSeconds, [&] { bare.trace(); }); };
   const auto runTraced = [&] {

@@ -89,7 +89,7 @@ class Traced : public Method {
     radiance_.assign(samples.points.size(), Vec3(0.0f));
     flags_.assign(masks_ ? samples.points.size() : 0, 0);
     const float spread = scene::pixelSpreadRad(input.frame.camera, gbuffer.sampleHeight());
-    const double collectSeconds = static_cast<double>(nowNs() - start) * 1e-9;
+    const double collectSeconds = secondsSince(start);
     const std::uint64_t unresolvedBefore = services.trace->unresolvedRays();
     counts = trace::reflectedRadiance(*services.trace, services.lighting, spread, samples.points,
                                       options_.reflection, true, radiance_, flags_);
@@ -123,8 +123,7 @@ class Traced : public Method {
         maskImage_[samples.places[k]] = bits;
       }
     }
-    timer.add("resolve", collectSeconds + counts.resolveSeconds +
-                             static_cast<double>(nowNs() - scatterStart) * 1e-9);
+    timer.add("resolve", collectSeconds + counts.resolveSeconds + secondsSince(scatterStart));
 
     timer.measure("upload", [&] {
       gbuffer.reflection.upload(0, 0, GL_RGBA, GL_FLOAT, image_.data());

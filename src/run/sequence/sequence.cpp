@@ -22,10 +22,6 @@
 namespace catoptric::run {
 namespace {
 
-double secondsSince(std::int64_t startNs) {
-  return static_cast<double>(nowNs() - startNs) * 1e-9;
-}
-
 /// By which writers are nicer than the threads that render (ours): where both want a processor
 /// writers get about a quarter of it. Much less, and programs beside this one would starve them.
 constexpr int kWriterNiceness = 5;

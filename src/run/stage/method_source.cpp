@@ -19,10 +19,6 @@ bool asksFor(const methods::RunSettings& settings, const char* layer) {
   return std::find(settings.layers.begin(), settings.layers.end(), layer) != settings.layers.end();
 }
 
-double secondsSince(std::int64_t startNs) {
-  return static_cast<double>(nowNs() - startNs) * 1e-9;
-}
-
 /// Objects with more triangles are taken as boxes (ours).
 constexpr std::uint32_t kManyTriangles = 4096;
 

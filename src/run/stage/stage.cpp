@@ -87,7 +87,7 @@ void Stage::buildGeometry() {
     const std::filesystem::path cache = cacheFolder();
     if (!cache.empty()) sweepCache(cache);
     const trace::BakeReport report = timer_.measure("bake", [&] {
-      return trace::bakeVertices(scene_, geometry_, *environment_, cache, stopRequested_);
+      return trace::bakeVertices(scene_, geometry_, *environment_, cache, {stopRequested_, {}});
     });
     if (report.stopped) throw Stopped();
     log::debug(report.fromCache ? "baked light comes from the cache"

@@ -20,6 +20,12 @@ struct BakeReport {
   std::size_t enclosed = 0;   ///< of them inside other geometry: their light comes from neighbours
 };
 
+/// Both may be called by several threads, every few milliseconds.
+struct BakeCallbacks {
+  std::function<bool()> stopRequested;         ///< true: the bake ends, with nothing filled in
+  std::function<void(double share)> progress;  ///< share of the rays that are done, 0..1
+};
+
 /// Fills VertexAttributes::bake of all vertices as scene.bake asks (nothing for BakeMode::None):
 ///   AmbientOcclusion: rgb 0, a = cosine-weighted share of the hemisphere that is free within
 ///     ambientOcclusionDistance;
@@ -31,10 +37,8 @@ struct BakeReport {
 /// then smoothed along the mesh where neighbours differ by less than the noise: the same result for
 /// any thread count. The result is cached in `cache` (no caching when empty) under the scene's
 /// fingerprint; a cache file that does not fit or is damaged is made anew.
-/// `stopRequested` is asked by all threads, every few milliseconds.
 BakeReport bakeVertices(const scene::Scene& scene, frame::Geometry& geometry,
                         const frame::EnvironmentLight& environment,
-                        const std::filesystem::path& cache,
-                        const std::function<bool()>& stopRequested = {});
+                        const std::filesystem::path& cache, const BakeCallbacks& callbacks = {});
 
 }  // namespace catoptric::trace

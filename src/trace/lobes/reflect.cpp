@@ -8,8 +8,10 @@
 #include <optional>
 #include <vector>
 
+#include "core/basis.h"
 #include "core/clock.h"
 #include "core/parallel.h"
+#include "core/sampling.h"
 #include "scene/implicit/gradient.h"
 #include "scene/reflectance.h"
 
@@ -31,19 +33,6 @@ void forRange(bool parallel, std::size_t count,
   }
 }
 
-float radicalInverse2(std::uint32_t i) {
-  i = i << 16 | i >> 16;
-  i = (i & 0x00FF00FFu) << 8 | (i & 0xFF00FF00u) >> 8;
-  i = (i & 0x0F0F0F0Fu) << 4 | (i & 0xF0F0F0F0u) >> 4;
-  i = (i & 0x33333333u) << 2 | (i & 0xCCCCCCCCu) >> 2;
-  i = (i & 0x55555555u) << 1 | (i & 0xAAAAAAAAu) >> 1;
-  return static_cast<float>(i >> 8) * (1.0f / 16777216.0f);
-}
-
-float wrapUnit(float x) {
-  return x >= 1.0f ? x - 1.0f : x;
-}
-
 /// One batch of points, all of whose rays are held at once.
 class Batch {
  public:
@@ -59,20 +48,20 @@ class Batch {
            std::span<Vec3> radiance, std::span<std::uint8_t> flags, ReflectionCounts& counts) {
     std::int64_t start = nowNs();
     makeRays(points, raysPerLobe, flags, counts);
-    counts.resolveSeconds += static_cast<double>(nowNs() - start) * 1e-9;
+    counts.resolveSeconds += secondsSince(start);
 
     start = nowNs();
     hits_.resize(rays_.size());
     const TraceCounts traced = parallel_ ? trace_.intersect(rays_, hits_, true)
                                          : trace_.intersectSerial(rays_, hits_, true);
-    counts.traceSeconds += static_cast<double>(nowNs() - start) * 1e-9;
+    counts.traceSeconds += secondsSince(start);
     counts.rays += traced.rays;
     counts.refused += traced.refused;
 
     start = nowNs();
     if (bouncesLeft > 1) surfaces_.resize(rays_.size());
     resolve(points, raysPerLobe, bouncesLeft > 1, flags, counts);
-    counts.resolveSeconds += static_cast<double>(nowNs() - start) * 1e-9;
+    counts.resolveSeconds += secondsSince(start);
     if (bouncesLeft > 1) continueReflective(points, bouncesLeft, counts);
 
     // Mean over each lobe, in the order of its rays.
@@ -346,14 +335,9 @@ Vec3 lobeDirection(const ReflectionPoint& point, int index, int count, bool& bel
     const float cosine = std::pow(std::max(1.0f - u, 1e-7f), 1.0f / (n + 1.0f));
     const float sine = std::sqrt(std::max(0.0f, 1.0f - cosine * cosine));
     const float angle = 2.0f * kPi * v;
-    // [Duff2017]
-    const float sign = std::copysign(1.0f, mirror.z);
-    const float a = -1.0f / (sign + mirror.z);
-    const float b = mirror.x * mirror.y * a;
-    const Vec3 x(1.0f + sign * mirror.x * mirror.x * a, sign * b, -sign * mirror.x);
-    const Vec3 y(b, sign + mirror.y * mirror.y * a, -mirror.y);
-    direction =
-        glm::normalize(sine * std::cos(angle) * x + sine * std::sin(angle) * y + cosine * mirror);
+    const Basis basis(mirror);
+    direction = glm::normalize(sine * std::cos(angle) * basis.x + sine * std::sin(angle) * basis.y +
+                               cosine * mirror);
   }
   const float above = glm::dot(direction, point.normal);
   if (above < 0.0f) {

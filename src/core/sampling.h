@@ -1,0 +1,46 @@
+// Low-discrepancy points and what maps them onto disks.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "core/math.h"
+
+namespace catoptric {
+
+/// Steps of the two-dimensional R2 sequence [Roberts2018].
+inline constexpr double kR2x = 0.7548776662466927;
+inline constexpr double kR2y = 0.5698402909980532;
+
+/// Van der Corput's sequence in base 2, [0, 1): the bits of `i` mirrored at the point.
+inline float radicalInverse2(std::uint32_t i) {
+  i = i << 16 | i >> 16;
+  i = (i & 0x00FF00FFu) << 8 | (i & 0xFF00FF00u) >> 8;
+  i = (i & 0x0F0F0F0Fu) << 4 | (i & 0xF0F0F0F0u) >> 4;
+  i = (i & 0x33333333u) << 2 | (i & 0xCCCCCCCCu) >> 2;
+  i = (i & 0x55555555u) << 1 | (i & 0xAAAAAAAAu) >> 1;
+  return static_cast<float>(i >> 8) * (1.0f / 16777216.0f);
+}
+
+/// `x` of [0, 2), modulo 1.
+inline float wrapUnit(float x) {
+  return x >= 1.0f ? x - 1.0f : x;
+}
+
+/// Unit square to unit disk, area preserving and continuous [Shirley1997].
+inline Vec2 concentricDisk(const Vec2& p) {
+  const float a = 2.0f * p.x - 1.0f;
+  const float b = 2.0f * p.y - 1.0f;
+  if (a == 0.0f && b == 0.0f) return Vec2(0.0f);
+  float radius = a;
+  float angle = 0.0f;
+  if (std::abs(a) > std::abs(b)) {
+    angle = kPi / 4.0f * (b / a);
+  } else {
+    radius = b;
+    angle = kPi / 2.0f - kPi / 4.0f * (a / b);
+  }
+  return {radius * std::cos(angle), radius * std::sin(angle)};
+}
+
+}  // namespace catoptric

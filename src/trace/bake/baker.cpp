@@ -1,0 +1,301 @@
+#include "trace/bake/baker.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.h"
+#include "core/sampling.h"
+
+namespace catoptric::trace {
+namespace {
+
+std::vector<int> castersOf(const frame::Geometry& geometry) {
+  std::vector<int> casters;
+  for (std::size_t o = 0; o < geometry.objects.size(); ++o) {
+    if (!geometry.objects[o].moving) casters.push_back(static_cast<int>(o));
+  }
+  return casters;
+}
+TraceOptions casterOptions(const std::vector<int>& casters) {
+  TraceOptions options;
+  // An empty list would mean all: name an object that does not exist instead.
+  options.objects = casters.empty() ? std::vector<int>{-1} : casters;
+  return options;
+}
+
+}  // namespace
+
+Baker::Baker(const scene::Scene& scene, const frame::Geometry& geometry,
+             const frame::EnvironmentLight& environment, const BakeCallbacks& callbacks)
+    : scene_(scene),
+      geometry_(geometry),
+      environment_(environment),
+      callbacks_(callbacks),
+      points_(makeBakePoints(geometry)),
+      castsLight_(castersOf(geometry)),
+      trace_(scene, geometry, BvhPolicy::Static, casterOptions(castsLight_)) {
+  occlusionDistance_ = scene.bake.ambientOcclusionDistance > 0.0f
+                           ? scene.bake.ambientOcclusionDistance
+                           : 0.1f * geometry.bounds.diameter();
+}
+
+void Baker::advance(std::uint64_t rays) {
+  const std::uint64_t done = doneRays_ += rays;
+  // A thread that finds another one telling has nothing to add
+  const std::unique_lock lock(progressMutex_, std::try_to_lock);
+  if (lock.owns_lock() && callbacks_.progress && plannedRays_ > 0)
+    callbacks_.progress(static_cast<double>(done) / static_cast<double>(plannedRays_));
+}
+
+bool Baker::facesRay(const Hit& hit, const Vec3& direction, Vec3& normal) const {
+  const std::uint32_t* t =
+      &geometry_.indices[geometry_.objects[hit.object].firstIndex + 3 * hit.primitive];
+  const Vec3 p0 = geometry_.positions[t[0]];
+  normal = glm::cross(geometry_.positions[t[1]] - p0, geometry_.positions[t[2]] - p0);
+  return glm::dot(normal, direction) < 0.0f;
+}
+
+void Baker::fillAndSmooth(const std::vector<std::uint8_t>& valid, const std::vector<float>& noise,
+                          std::vector<Vec4>& values) {
+  enclosed_ = static_cast<std::size_t>(std::count(valid.begin(), valid.end(), 0));
+  valid_ = valid;
+  fillInvalid(points_, valid, values);
+  smoothValues(points_, kSmoothIterations, noise, values);
+}
+
+std::vector<Vec4> Baker::ambientOcclusion() {
+  const int count = scene_.bake.rays;
+  const std::vector<Vec2> lattice = latticePoints(count);
+  const std::vector<Vec2> few = latticePoints(std::min(count, kEnclosedRays));
+  plannedRays_ = points_.size() * (lattice.size() + few.size());
+  std::vector<Vec4> values(points_.size());
+  std::vector<std::uint8_t> valid(points_.size(), 1);
+  std::vector<float> noise(points_.size(), 0.0f);
+  parallelFor(points_.size(), kPointsPerTask, [&](std::size_t begin, std::size_t end) {
+    if (stopped()) return;
+    std::vector<Ray> rays(lattice.size());
+    std::vector<std::uint8_t> free(lattice.size());
+    std::vector<Hit> hits(few.size());
+    for (std::size_t i = begin; i < end; ++i) {
+      const Basis basis(points_.normals[i]);
+      const Vec2 shift = shiftOf(i);
+
+      // A point whose rays end on back faces lies inside something.
+      for (std::size_t k = 0; k < few.size(); ++k) {
+        rays[k] = {points_.positions[i], cosineDirection(basis, shifted(few[k], shift))};
+      }
+      refused_ += trace_.intersectSerial(std::span(rays).first(few.size()), hits, true).refused;
+      int back = 0;
+      Vec3 normal;
+      for (std::size_t k = 0; k < few.size(); ++k) {
+        if (!hits[k].miss() && !facesRay(hits[k], rays[k].direction, normal)) ++back;
+      }
+      if (static_cast<float>(back) >= kEnclosedShare * static_cast<float>(few.size())) valid[i] = 0;
+
+      for (std::size_t k = 0; k < lattice.size(); ++k) {
+        rays[k] = {points_.positions[i], cosineDirection(basis, shifted(lattice[k], shift)), 0.0f,
+                   occlusionDistance_};
+      }
+      refused_ += trace_.visibleSerial(rays, free, true).refused;
+      int open = 0;
+      std::array<float, kGroups> groups{};
+      for (std::size_t k = 0; k < free.size(); ++k) {
+        open += free[k];
+        groups[k % kGroups] += static_cast<float>(free[k]);
+      }
+      noise[i] = standardError(groups, 1.0f / static_cast<float>(count));
+      values[i] = Vec4(0.0f, 0.0f, 0.0f, static_cast<float>(open) / static_cast<float>(count));
+    }
+    rays_ += (end - begin) * (lattice.size() + few.size());
+    advance((end - begin) * (lattice.size() + few.size()));
+  });
+  if (!stopped()) fillAndSmooth(valid, noise, values);
+  return values;
+}
+
+std::vector<Vec3> Baker::radiosity(const std::vector<Vec3>& irradiance) const {
+  std::vector<Vec3> leaving(geometry_.vertexCount());
+  for (std::size_t o = 0; o < geometry_.objects.size(); ++o) {
+    const frame::ObjectRange& range = geometry_.objects[o];
+    const scene::Material& material = scene_.materials[scene_.objects[o].material];
+    parallelFor(range.vertexCount, 4096, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        const std::size_t v = range.firstVertex + k;
+        const frame::VertexAttributes& vertex = geometry_.attributes[v];
+        const Vec3 albedo = material.baseColor * vertex.color *
+                            coarseTexel(scene_, material.baseColorTexture, vertex);
+        if (material.unlit) {
+          leaving[v] = albedo;
+          continue;
+        }
+        // What mirrors reflect is spread as if they were diffuse.
+        const float s = material.specularLevel;
+        const Vec3 reflected = (1.0f - s) * albedo + s * material.reflectionTint;
+        leaving[v] = reflected * (1.0f / kPi) * irradiance[points_.pointOfVertex[v]];
+      }
+    });
+  }
+  return leaving;
+}
+
+Vec3 Baker::emitterLight(std::size_t point, const Vec2& shift, int gatherRays, Buffers& buffers) {
+  std::vector<Ray>& rays = buffers.rays;
+  std::vector<std::uint8_t>& free = buffers.free;
+  const Vec3 position = points_.positions[point];
+  const Vec3 normal = points_.normals[point];
+  std::array<Vec3, kEmitterRays> arriving;
+  int used = 0;
+  for (int k = 0; k < kEmitterRays; ++k) {
+    // A triangle by its power, a point on it by two further dimensions of the shift.
+    const float choice = fraction((k + static_cast<double>(shift.x)) / kEmitterRays);
+    const auto place =
+        std::upper_bound(emitters_.cumulative.begin(), emitters_.cumulative.end(), choice);
+    const std::size_t index =
+        std::min<std::size_t>(static_cast<std::size_t>(place - emitters_.cumulative.begin()),
+                              emitters_.triangles.size() - 1);
+    const Emitters::Triangle& t = emitters_.triangles[index];
+    const float a = std::sqrt(fraction(shift.y + k * kR2x));
+    const float b = fraction(shift.x * 7.0 + k * kR2y);
+    const Vec3 target =
+        t.corners[0] * (1.0f - a) + t.corners[1] * (a * (1.0f - b)) + t.corners[2] * (a * b);
+    const Vec3 to = target - position;
+    const float squared = glm::dot(to, to);
+    if (!(squared > 0.0f)) continue;
+    const Vec3 direction = to / std::sqrt(squared);
+    const float here = glm::dot(normal, direction);
+    const float there = -glm::dot(t.normal, direction);
+    const float density = emitters_.density(t);
+    if (!(here > 0.0f) || !(there > 0.0f) || !(density > 0.0f)) continue;
+    // Balance heuristic with the gather's cosine-distributed rays [Veach1995].
+    const float perSolidAngle = density * squared / there;
+    const float weight =
+        kEmitterRays * perSolidAngle /
+        (kEmitterRays * perSolidAngle + static_cast<float>(gatherRays) * here / kPi);
+    arriving[used] = t.radiance * (weight * here / (perSolidAngle * kEmitterRays));
+    rays[used] = {position, to, 0.0f, 0.999f};
+    ++used;
+  }
+  refused_ +=
+      trace_.visibleSerial(std::span(rays).first(used), std::span(free).first(used), true).refused;
+  Vec3 sum(0.0f);
+  for (int k = 0; k < used; ++k) {
+    if (free[k] != 0) sum += arriving[k];
+  }
+  return sum;
+}
+
+Vec3 Baker::seenEmitter(std::size_t point, const Hit& hit, const Vec3& direction,
+                        int gatherRays) const {
+  const Emitters::Triangle& emitter =
+      emitters_
+          .triangles[static_cast<std::size_t>(emitters_.firstOfObject[hit.object]) + hit.primitive];
+  const float there = -glm::dot(emitter.normal, direction);
+  const float here = glm::dot(points_.normals[point], direction);
+  if (!(there > 0.0f)) return Vec3(0.0f);
+  const float own = static_cast<float>(gatherRays) * here / kPi;
+  const float other =
+      kEmitterRays * emitters_.density(emitter) * hit.distance * hit.distance / there;
+  return own > 0.0f ? emitter.radiance * (own / (own + other)) : Vec3(0.0f);
+}
+
+Baker::Gathered Baker::gatherPoint(std::size_t point, std::span<const Vec2> lattice,
+                                   const Vec2& shift, const std::vector<Vec3>& leaving,
+                                   Buffers& buffers) {
+  const Basis basis(points_.normals[point]);
+  std::vector<Ray>& rays = buffers.rays;
+  for (std::size_t k = 0; k < lattice.size(); ++k) {
+    rays[k] = {points_.positions[point], cosineDirection(basis, shifted(lattice[k], shift))};
+  }
+  refused_ +=
+      trace_.intersectSerial(std::span(rays).first(lattice.size()), buffers.hits, true).refused;
+  const bool emits = !emitters_.triangles.empty() && emitters_.total > 0.0;
+  Gathered gathered;
+  for (std::size_t k = 0; k < lattice.size(); ++k) {
+    const Hit& hit = buffers.hits[k];
+    Vec3& sum = gathered.parts[k % kGroups];
+    if (hit.distance > occlusionDistance_) ++gathered.open;
+    if (hit.miss()) {
+      sum += environment_.radiance(rays[k].direction);
+      continue;
+    }
+    Vec3 normal;
+    if (!facesRay(hit, rays[k].direction, normal)) {
+      ++gathered.back;
+      continue;
+    }
+    const std::uint32_t* t =
+        &geometry_.indices[geometry_.objects[hit.object].firstIndex + 3 * hit.primitive];
+    sum += (1.0f - hit.u - hit.v) * leaving[t[0]] + hit.u * leaving[t[1]] + hit.v * leaving[t[2]];
+    if (emits && emitters_.firstOfObject[hit.object] >= 0)
+      sum += seenEmitter(point, hit, rays[k].direction, static_cast<int>(lattice.size()));
+  }
+  return gathered;
+}
+
+std::vector<Vec4> Baker::gather(const std::vector<Vec3>& leaving, int count) {
+  const std::vector<Vec2> lattice = latticePoints(count);
+  std::vector<Vec4> values(points_.size());
+  std::vector<std::uint8_t> valid(points_.size(), 1);
+  std::vector<float> noise(points_.size(), 0.0f);
+  const bool emits = !emitters_.triangles.empty() && emitters_.total > 0.0;
+  parallelFor(points_.size(), kPointsPerTask, [&](std::size_t begin, std::size_t end) {
+    if (stopped()) return;
+    Buffers buffers;
+    buffers.rays.resize(std::max<std::size_t>(lattice.size(), kEmitterRays));
+    buffers.hits.resize(lattice.size());
+    buffers.free.resize(kEmitterRays);
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec2 shift = shiftOf(i);
+      const Gathered gathered = gatherPoint(i, lattice, shift, leaving, buffers);
+      if (static_cast<float>(gathered.back) >= kEnclosedShare * static_cast<float>(count))
+        valid[i] = 0;
+      Vec3 sum(0.0f);
+      std::array<float, kGroups> groups{};
+      for (int k = 0; k < kGroups; ++k) {
+        const Vec3& part = gathered.parts[k];
+        sum += part;
+        groups[k] = (part.x + part.y + part.z) / 3.0f;
+      }
+      const float scale = kPi / static_cast<float>(count);
+      noise[i] = standardError(groups, scale);
+      Vec3 irradiance = sum * scale;
+      if (emits) irradiance += emitterLight(i, shift, count, buffers);
+      values[i] = Vec4(irradiance, static_cast<float>(gathered.open) / static_cast<float>(count));
+    }
+    rays_ += (end - begin) * (lattice.size() + (emits ? kEmitterRays : 0));
+    advance((end - begin) * lattice.size());
+  });
+  if (!stopped()) fillAndSmooth(valid, noise, values);
+  return values;
+}
+
+std::vector<Vec4> Baker::full() {
+  emitters_ = findEmitters(scene_, geometry_);
+  const int gathers = std::max(1, scene_.bake.bounces);
+  const int earlierRays = std::max(16, scene_.bake.rays / kEarlierRaysDivisor);
+  plannedRays_ = points_.size() * static_cast<std::uint64_t>(kShadowRays + scene_.bake.rays +
+                                                             (gathers - 1) * earlierRays);
+  const std::vector<Vec3> direct = directLight();
+
+  // Each gather sees all light that the one before has found; the last one is the finest.
+  std::vector<Vec3> irradiance = direct;
+  std::vector<Vec4> values(points_.size(), Vec4(0.0f));
+  for (int g = 0; g < gathers; ++g) {
+    const bool last = g + 1 == gathers;
+    const int rays = last ? scene_.bake.rays : earlierRays;
+    const std::vector<Vec3> leaving = scene_.bake.bounces > 0
+                                          ? radiosity(irradiance)
+                                          : std::vector<Vec3>(geometry_.vertexCount(), Vec3(0.0f));
+    const std::vector<Vec4> indirect = gather(leaving, rays);
+    if (stopped()) return values;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      values[i] = Vec4(direct[i] + Vec3(indirect[i]) + kPi * scene_.ambient * indirect[i].w, 0.0f);
+    }
+    // Lights do not reach into walls either: what lies there takes its neighbours' light.
+    fillInvalid(points_, valid_, values);
+    for (std::size_t i = 0; i < points_.size(); ++i) irradiance[i] = Vec3(values[i]);
+  }
+  return values;
+}
+
+}  // namespace catoptric::trace

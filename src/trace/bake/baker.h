@@ -1,0 +1,96 @@
+// Private to src/trace/bake: the passes of a bake and what they share.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "frame/geometry.h"
+#include "frame/shading.h"
+#include "scene/scene.h"
+#include "trace/bake/bake.h"
+#include "trace/bake/emitters.h"
+#include "trace/bake/lattice.h"
+#include "trace/bake/points.h"
+#include "trace/embree/trace_scene.h"
+
+namespace catoptric::trace {
+
+// All thresholds are ours, chosen by looking at rooms.
+inline constexpr float kEnclosedShare = 0.75f;  ///< of rays on back faces: inside something
+inline constexpr int kEnclosedRays = 32;        ///< closest hits that decide it (occlusion only)
+inline constexpr int kShadowRays = 32;          ///< per light with a radius, in penumbrae
+inline constexpr int kRimRays = 8;              ///< to the rim of a light: all alike, no penumbra
+inline constexpr int kEmitterRays = 16;         ///< towards emissive surfaces
+inline constexpr int kEarlierRaysDivisor = 4;   ///< gathers before the last take fewer rays
+inline constexpr int kSmoothIterations = 6;
+inline constexpr std::size_t kPointsPerTask = 32;
+
+/// Everything that the passes of a bake share.
+class Baker {
+ public:
+  Baker(const scene::Scene& scene, const frame::Geometry& geometry,
+        const frame::EnvironmentLight& environment, const BakeCallbacks& callbacks);
+
+  const BakePoints& points() const { return points_; }
+  std::uint64_t rays() const { return rays_; }
+  std::size_t enclosed() const { return enclosed_; }
+  std::uint64_t refused() const { return refused_; }
+  /// The values of a stopped bake mean nothing.
+  bool stopped() const { return callbacks_.stopRequested && callbacks_.stopRequested(); }
+
+  std::vector<Vec4> ambientOcclusion();
+  std::vector<Vec4> full();
+
+ private:
+  /// What one thread of a gather needs for its rays.
+  struct Buffers {
+    std::vector<Ray> rays;
+    std::vector<Hit> hits;
+    std::vector<std::uint8_t> free;
+  };
+  /// What a point's rays have gathered, in kGroups interleaved groups.
+  struct Gathered {
+    std::array<Vec3, kGroups> parts{};
+    int back = 0;  ///< rays on back faces
+    int open = 0;  ///< rays that are free within the distance
+  };
+
+  std::vector<Vec3> directLight();
+  std::vector<Vec3> radiosity(const std::vector<Vec3>& irradiance) const;
+  /// One gather: rgb irradiance of sky, surfaces and emitters; a = free share within the distance.
+  std::vector<Vec4> gather(const std::vector<Vec3>& leaving, int rays);
+  /// Shoots a ray for each point of the lattice and sums the light of what they meet.
+  Gathered gatherPoint(std::size_t point, std::span<const Vec2> lattice, const Vec2& shift,
+                       const std::vector<Vec3>& leaving, Buffers& buffers);
+  /// An emitter's light that a gather's ray sees, by its share beside emitterLight().
+  Vec3 seenEmitter(std::size_t point, const Hit& hit, const Vec3& direction, int gatherRays) const;
+  Vec3 emitterLight(std::size_t point, const Vec2& shift, int gatherRays, Buffers& buffers);
+  bool facesRay(const Hit& hit, const Vec3& direction, Vec3& normal) const;
+  void fillAndSmooth(const std::vector<std::uint8_t>& valid, const std::vector<float>& noise,
+                     std::vector<Vec4>& values);
+  /// Counts `rays` of all that the bake will need, and tells the caller.
+  void advance(std::uint64_t rays);
+
+  const scene::Scene& scene_;
+  const frame::Geometry& geometry_;
+  const frame::EnvironmentLight& environment_;
+  const BakeCallbacks& callbacks_;
+  BakePoints points_;
+  std::vector<int> castsLight_;
+  TraceScene trace_;
+  Emitters emitters_;
+  float occlusionDistance_ = 0.0f;
+  std::atomic<std::uint64_t> rays_{0};
+  mutable std::atomic<std::uint64_t> refused_{0};
+  std::mutex progressMutex_;
+  std::uint64_t plannedRays_ = 0;
+  std::atomic<std::uint64_t> doneRays_{0};
+  std::size_t enclosed_ = 0;
+  std::vector<std::uint8_t> valid_;  ///< per point, by the last gather: 0 inside something
+};
+
+}  // namespace catoptric::trace
