@@ -1,0 +1,25 @@
+// The method's options, as a run config has them.
+#pragma once
+
+#include <cstddef>
+
+#include "config/json.h"
+#include "methods/perturbation/reflector.h"
+#include "methods/perturbation/virtual_objects.h"
+
+namespace catoptric::methods::perturbation {
+
+struct Options {
+  PathOptions path;
+  TriangleOptions triangles;
+  std::size_t maxBounces = 1;
+  std::size_t maxPathTypes = 1024;
+  float tracedPerPixel = 8.0f;
+  bool environmentMap = false;  ///< for what is not supported
+  bool countDisocclusions = false;
+};
+
+const config::Schema& schema();
+Options parseOptions(const config::Value& value);
+
+}  // namespace catoptric::methods::perturbation

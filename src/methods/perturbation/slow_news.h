@@ -1,0 +1,46 @@
+// What the log hears of a frame that takes long.
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "core/clock.h"
+#include "core/log.h"
+
+namespace catoptric::methods::perturbation {
+
+/// Tells what a frame is at when it takes long.
+class SlowNews {
+ public:
+  /// `name` says what begins.
+  void begin(std::string name) {
+    const std::scoped_lock lock(mutex_);
+    name_ = std::move(name);
+    say();
+  }
+  /// So many vertices were looked up, by any thread.
+  void add(std::size_t vertices) {
+    const std::scoped_lock lock(mutex_);
+    vertices_ += vertices;
+    say();
+  }
+
+ private:
+  static constexpr std::int64_t kEveryNs = 10'000'000'000;  ///< ours
+  void say() {
+    const std::int64_t now = nowNs();
+    if (now - last_ < kEveryNs) return;
+    last_ = now;
+    log::info("perturbation: this frame takes long: " + std::to_string(vertices_) +
+              " vertices so far, now " + name_);
+  }
+
+  std::mutex mutex_;
+  std::string name_;
+  std::uint64_t vertices_ = 0;
+  std::int64_t last_ = nowNs();
+};
+
+}  // namespace catoptric::methods::perturbation
