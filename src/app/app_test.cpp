@@ -268,14 +268,40 @@ TEST_F(App, BareScenesRenderWithoutConfig) {
 TEST_F(App, DryRunAndPlanWriteNothing) {
   const Result dry = run("render run.json --out d --dry-run");
   EXPECT_EQ(dry.exitCode, 0) << dry.err;
-  EXPECT_THAT(dry.out, HasSubstr("frames 1-6 would go to"));
+  EXPECT_THAT(dry.out, HasSubstr("d: frames 1-6 would be rendered\n"));
   const config::Value chunk =
       config::parseText(run("render run.json --out d --dry-run --chunk 2/3 --json").out, "dry");
-  EXPECT_EQ(chunk.get("frames").asString(), "3-4");
+  EXPECT_EQ(chunk.get("methods").asArray()[0].get("rendered").asString(), "3-4");
   EXPECT_FALSE(fs::exists(folder / "d"));
   const config::Value plan = config::parseText(run("plan run.json --json").out, "plan");
   EXPECT_FALSE(plan.get("context").asBool());  // reference alone needs no OpenGL
   EXPECT_EQ(plan.get("frames").asInteger(), 6);
+}
+
+TEST_F(App, DryRunsEndAsTheRunWould) {
+  ASSERT_EQ(run("render run.json --out d --frames 1-3").exitCode, 0);
+  const Result refused = run("render run.json --out d --dry-run");
+  EXPECT_EQ(refused.exitCode, 5);
+  EXPECT_EQ(refused.err, run("render run.json --out d").err);
+  fs::remove(folder / "d/frames/frame.0002.exr");
+  const Result resumed = run("render run.json --out d --dry-run --existing resume");
+  EXPECT_EQ(resumed.exitCode, 0);
+  EXPECT_THAT(resumed.out, HasSubstr("d: frames 2,4-6 would be rendered, frames 1,3 re-used"));
+  EXPECT_THAT(resumed.err,
+              HasSubstr("frame 2 is rendered again: frames/frame.0002.exr is missing"));
+  EXPECT_THAT(run("render run.json --out d --dry-run --existing overwrite").out,
+              HasSubstr("in place of the run that is there"));
+  EXPECT_TRUE(fs::exists(folder / "d/frames/frame.0003.exr"));
+}
+
+TEST_F(App, AFailedStartDoesNotBlockTheNext) {
+  const std::string arguments = "render run.json --method traced --out d --device ";
+  EXPECT_EQ(run(arguments + "egl:99").exitCode, 4);
+  EXPECT_FALSE(fs::exists(folder / "d"));
+  std::ofstream(folder / "two.json") << R"({"scene": "scene.json", "path": "path.json",
+    "methods": ["traced", "environment_map"]})";
+  EXPECT_EQ(run("render two.json --out a/b --device egl:99").exitCode, 4);
+  EXPECT_FALSE(fs::exists(folder / "a"));
 }
 
 TEST_F(App, SettingsNameMethods) {

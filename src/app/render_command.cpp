@@ -125,25 +125,48 @@ std::string resultsJson(const std::vector<run::MethodResult>& results) {
   return "[" + joined(texts, ",") + "]";
 }
 
-ExitCode dryRun(const run::Stage& stage, const RenderOptions& options, const CommonOptions& common,
-                const std::filesystem::path& out) {
+/// "frames 1-6"; "no frame".
+std::string framesText(const std::vector<int>& frames) {
+  if (frames.empty()) return "no frame";
+  return (frames.size() == 1 ? "frame " : "frames ") + scene::formatFrames(frames);
+}
+
+/// What the run would do; the folders are those that it would refuse, too.
+ExitCode dryRun(const run::Stage& stage, const CommonOptions& common,
+                const run::SessionOptions& session) {
   const run::Plan plan = planOf(stage);
-  const auto [begin, end] = run::chunkRange(stage.frames().size(), run::parseChunk(options.chunk));
-  const std::vector<int> frames(stage.frames().begin() + static_cast<std::ptrdiff_t>(begin),
-                                stage.frames().begin() + static_cast<std::ptrdiff_t>(end));
-  if (common.json) {
+  const std::vector<run::MethodForecast> forecasts =
+      run::forecastAll(stage, methods::registry(), session);
+  std::vector<std::string> methodTexts;
+  std::string text;
+  for (const run::MethodForecast& method : forecasts) {
+    const run::SequenceForecast& frames = method.frames;
+    methodTexts.push_back(config::JsonText()
+                              .add("name", method.name)
+                              .add("folder", method.folder.string())
+                              .add("rendered", scene::formatFrames(frames.rendered))
+                              .add("reused", scene::formatFrames(frames.reused))
+                              .add("warmed_up", scene::formatFrames(frames.warmedUp))
+                              .object());
+    text += method.folder.string() + ": " + framesText(frames.rendered) + " would be rendered";
+    if (session.existing == run::Existing::Resume)
+      text += ", " + framesText(frames.reused) + " re-used (if the renderer is the same)";
+    if (session.existing == run::Existing::Overwrite && std::filesystem::exists(method.folder))
+      text += ", in place of the run that is there";
+    if (!frames.warmedUp.empty())
+      text += "; " + framesText(frames.warmedUp) +
+              " too, for what later frames need of them, and not kept";
+    text += "\n";
+  }
+  if (common.json)
     printData(config::JsonText()
-                  .add("out", out.string())
-                  .add("frames", scene::formatFrames(frames))
+                  .add("out", session.out.string())
+                  .raw("methods", "[" + joined(methodTexts, ",") + "]")
                   .raw("plan", run::planJson(plan))
                   .object() +
               "\n");
-    return ExitCode::Done;
-  }
-  std::string text = "frames " + scene::formatFrames(frames) + " would go to\n";
-  for (const run::MethodConfig& method : stage.run().methods)
-    text += "  " + run::methodFolder(stage.run(), method, out).string() + "\n";
-  printData(text + run::planText(plan));
+  else
+    printData(text + run::planText(plan));
   return ExitCode::Done;
 }
 
@@ -159,7 +182,7 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
 
   // Until the scene is loaded a signal ends the process by itself: nothing has been written.
   run::Stage stage(run);
-  if (options.dryRun) return dryRun(stage, options, common, session.out);
+  if (options.dryRun) return dryRun(stage, common, session);
   planOf(stage);  // what cannot be done, or needs too much memory, is said before all else
 
   catchSignals();

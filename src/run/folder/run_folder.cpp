@@ -34,6 +34,7 @@ constexpr std::array kRunFiles = {"frames.jsonl", "timings.csv", "summary.json",
                                   "clusters.csv", "table.md",    "table.csv",
                                   "errors.md",    "errors.csv",  "contact_sheet.png"};
 constexpr std::array kFrameFolders = {"frames", "previews"};
+constexpr const char* kFileInTheWay = ": cannot be created as a folder: a file has this name";
 
 std::string fingerprintOf(std::span<const std::byte> bytes) {
   Fingerprint fingerprint;
@@ -179,11 +180,7 @@ FrameRecord parseRecord(const std::string& line, const std::string& place) {
 }
 
 RunFolder::RunFolder(const fs::path& path, Existing existing) : path_(path) {
-  std::error_code error;
-  fs::create_directories(path_, error);
-  if (error || !fs::is_directory(path_, error))
-    throw OutputError(path_.string() + ": cannot be created as a folder: " +
-                      (error ? error.message() : "a file has this name"));
+  createFolder(path_);
 
   // One process at a time: two would give frames and records of different runs.
   lock_ = ::open((path_ / kLockName).c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
@@ -205,21 +202,65 @@ RunFolder::RunFolder(const fs::path& path, Existing existing) : path_(path) {
   }
 }
 
-void RunFolder::openLocked(Existing existing) {
-  if (existing == Existing::Error) {
-    for (const fs::directory_entry& entry : fs::directory_iterator(path_))
-      if (entry.path().filename() != kLockName && !(entry.is_directory() && fs::is_empty(entry)))
-        throw OutputError(path_.string() + ": the folder is not empty (it holds " +
-                          entry.path().filename().string() +
-                          "); use --existing resume to keep its finished frames, --existing "
-                          "overwrite to replace them, or another --out");
+RunFolder::RunFolder(const fs::path& path, Existing existing, LookOnly) : path_(path) {
+  std::error_code error;
+  if (!fs::exists(path_, error)) return;
+  if (!fs::is_directory(path_, error)) throw OutputError(path_.string() + kFileInTheWay);
+  try {
+    if (existing == Existing::Error) requireEmpty();
+    if (existing == Existing::Resume) records_ = readRunRecords(path_).frames;
+  } catch (const fs::filesystem_error& failure) {
+    throw OutputError(path_.string() + ": " + failure.what());
   }
+}
+
+/// Creates a folder and what lies above it, and remembers what was not there.
+void RunFolder::createFolder(const fs::path& path) {
+  std::error_code error;
+  std::vector<fs::path> missing;
+  for (fs::path at = fs::absolute(path).lexically_normal(); !fs::exists(at, error);
+       at = at.parent_path())
+    if (at.has_filename()) missing.push_back(at);
+  fs::create_directories(path, error);
+  if (error)
+    throw OutputError(path.string() + ": cannot be created as a folder: " + error.message());
+  if (!fs::is_directory(path, error)) throw OutputError(path.string() + kFileInTheWay);
+  created_.insert(created_.end(), missing.rbegin(), missing.rend());
+}
+
+void RunFolder::discard() {
+  if (!records_.empty() || !wasEmpty_) return;
+  std::error_code ignored;
+  fs::remove(path_ / "summary.json", ignored);
+  fs::remove(path_ / kLockName, ignored);
+  for (auto folder = created_.rbegin(); folder != created_.rend(); ++folder)
+    fs::remove(*folder, ignored);  // those that are empty
+}
+
+/// The name of something in the folder that is neither a lock nor an empty folder; else empty.
+std::string RunFolder::firstContent() const {
+  for (const fs::directory_entry& entry : fs::directory_iterator(path_))
+    if (entry.path().filename() != kLockName && !(entry.is_directory() && fs::is_empty(entry)))
+      return entry.path().filename().string();
+  return "";
+}
+
+void RunFolder::requireEmpty() const {
+  if (const std::string content = firstContent(); !content.empty())
+    throw OutputError(path_.string() + ": the folder is not empty (it holds " + content +
+                      "); use --existing resume to keep its finished frames, --existing "
+                      "overwrite to replace them, or another --out");
+}
+
+void RunFolder::openLocked(Existing existing) {
+  wasEmpty_ = firstContent().empty();
+  if (existing == Existing::Error) requireEmpty();
   // Records go first: a frame without one counts for nothing.
   if (existing == Existing::Overwrite)
     for (const char* name : kRunFiles) fs::remove(path_ / name);
   sweepTemporaryFiles(path_);
   for (const char* folder : kFrameFolders) {
-    fs::create_directories(path_ / folder);
+    createFolder(path_ / folder);
     sweepTemporaryFiles(path_ / folder);
     if (existing != Existing::Overwrite) continue;
     std::vector<fs::path> unwanted;

@@ -56,6 +56,10 @@ class RunFolder {
   /// OutputError when it holds anything but a lock; Overwrite: removes a run's files (and no
   /// others); Resume: reads the records. Throws OutputError.
   RunFolder(const std::filesystem::path& path, Existing existing);
+  /// Looks at what stands there and changes nothing: throws what the constructor would throw as far
+  /// as that can be told without writing, and reads the records for Resume.
+  struct LookOnly {};
+  RunFolder(const std::filesystem::path& path, Existing existing, LookOnly);
   ~RunFolder();
   RunFolder(const RunFolder&) = delete;
   RunFolder& operator=(const RunFolder&) = delete;
@@ -67,6 +71,9 @@ class RunFolder {
   std::string distrust(int frame, const FrameFingerprints& wanted) const;
   const FrameRecord* record(int frame) const;
   const std::map<int, FrameRecord>& records() const { return records_; }
+  /// Removes what the constructor made and the summary, of a start that failed before any frame: an
+  /// empty folder would block the next try.
+  void discard();
   /// Forgets a record; its files stay until they are written anew.
   void forget(int frame);
 
@@ -89,6 +96,9 @@ class RunFolder {
   void writeSummary(const std::map<std::string, std::string>& members) const;
 
  private:
+  std::string firstContent() const;
+  void requireEmpty() const;
+  void createFolder(const std::filesystem::path& path);
   void writeRecords() const;
   void appendRecords(const std::string& lines) const;
   void checkStillThere() const;
@@ -96,6 +106,8 @@ class RunFolder {
 
   std::filesystem::path path_;
   int lock_ = -1;
+  bool wasEmpty_ = false;                       ///< but for a lock and empty folders
+  std::vector<std::filesystem::path> created_;  ///< folders that were not there before
   std::mutex mutex_;
   std::map<int, FrameRecord> records_;
   bool appendable_ = false;  ///< frames.jsonl holds what records_ holds

@@ -123,6 +123,50 @@ TEST(RunFolder, NothingIsOverwrittenUnasked) {
   EXPECT_TRUE(fs::exists(path / "notes.txt"));
 }
 
+TEST(RunFolder, LookingChangesNothing) {
+  const fs::path path = freshFolder();
+  const auto look = [&](Existing existing) {
+    const RunFolder folder(path, existing, RunFolder::LookOnly{});
+    return folder.records().size();
+  };
+  EXPECT_EQ(look(Existing::Error), 0u);
+  EXPECT_FALSE(fs::exists(path));
+  {
+    RunFolder folder(path, Existing::Error);
+    addFrame(folder, 1, "x");
+  }
+  EXPECT_EQ(look(Existing::Resume), 1u);
+  EXPECT_EQ(look(Existing::Overwrite), 0u);
+  EXPECT_TRUE(fs::exists(path / "frames/frame.0001.exr"));
+  EXPECT_EQ(messageOf([&] { look(Existing::Error); }),
+            messageOf([&] { RunFolder folder(path, Existing::Error); }));
+}
+
+TEST(RunFolder, WhatIsDiscardedLeavesNothing) {
+  const fs::path path = freshFolder();
+  const auto startAndFail = [](const fs::path& folder) {
+    RunFolder run(folder, Existing::Error);
+    run.writeSummary({});
+    run.discard();
+  };
+  startAndFail(path / "a/b");
+  EXPECT_FALSE(fs::exists(path));
+  // A folder that the user made stays, as empty as it was
+  fs::create_directories(path / "mine");
+  startAndFail(path / "mine");
+  EXPECT_TRUE(fs::is_empty(path / "mine"));
+  // Frames stay, and what was there before
+  {
+    RunFolder folder(path, Existing::Overwrite);
+    addFrame(folder, 1, "x");
+    folder.discard();
+  }
+  EXPECT_TRUE(fs::exists(path / "frames/frame.0001.exr"));
+  std::ofstream(path / "mine/notes.txt") << "mine";
+  RunFolder(path / "mine", Existing::Resume).discard();
+  EXPECT_TRUE(fs::exists(path / "mine/notes.txt"));
+}
+
 TEST(RunFolder, TimingsAndSummaryComeFromTheRecords) {
   const fs::path path = freshFolder();
   {

@@ -156,7 +156,7 @@ enum class Action { Skip, Reuse, WarmUp, Render };
 /// Which frames are rendered: those of the chunk without a trusted record, and before them those
 /// whose state they need.
 std::vector<Action> planActions(const std::vector<FrameTask>& tasks, const SequenceOptions& options,
-                                RunFolder& folder, const std::string& renderer, bool say) {
+                                const RunFolder& folder, const std::string& renderer, bool say) {
   std::vector<Action> actions(tasks.size(), Action::Skip);
   const auto [begin, end] = chunkRange(tasks.size(), options.chunk);
   std::map<std::string, std::vector<int>> again;
@@ -236,6 +236,22 @@ std::pair<std::size_t, std::size_t> chunkRange(std::size_t tasks, const Chunk& c
   return {bound(chunk.index - 1), bound(chunk.index)};
 }
 
+SequenceForecast forecastSequence(const std::vector<FrameTask>& tasks,
+                                  const std::filesystem::path& path,
+                                  const SequenceOptions& options) {
+  RunFolder folder(path, options.existing, RunFolder::LookOnly{});
+  if (options.existing == Existing::Resume) checkOtherRecords(tasks, folder);
+  const std::vector<Action> actions = planActions(tasks, options, folder, "", true);
+  SequenceForecast forecast;
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    const int number = tasks[i].frame.number;
+    if (actions[i] == Action::Render) forecast.rendered.push_back(number);
+    if (actions[i] == Action::Reuse) forecast.reused.push_back(number);
+    if (actions[i] == Action::WarmUp) forecast.warmedUp.push_back(number);
+  }
+  return forecast;
+}
+
 SequenceResult runSequence(FrameSource& source, const std::vector<FrameTask>& tasks,
                            const std::filesystem::path& path, const SequenceOptions& options) {
   const std::int64_t runStart = nowNs();
@@ -271,6 +287,9 @@ SequenceResult runSequence(FrameSource& source, const std::vector<FrameTask>& ta
       folder.addStartup(source.prepare());
     } catch (const Stopped&) {
       result.stopped = true;
+    } catch (...) {
+      folder.discard();
+      throw;
     }
   }
   if (progress.toRender > 0 && !result.stopped) {

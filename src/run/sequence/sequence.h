@@ -106,6 +106,17 @@ struct SequenceResult {
   bool stopped = false;      ///< stopRequested() said so
 };
 
+/// What runSequence() would do, as far as that can be told before anything is made.
+struct SequenceForecast {
+  std::vector<int> rendered;
+  std::vector<int> reused;    ///< of Resume: trusted, if the renderer is still the same
+  std::vector<int> warmedUp;  ///< rendered for the state of later frames, and not kept
+};
+/// Changes nothing. Throws what runSequence() would throw about the folder.
+SequenceForecast forecastSequence(const std::vector<FrameTask>& tasks,
+                                  const std::filesystem::path& path,
+                                  const SequenceOptions& options);
+
 /// Makes `tasks` in order, in the folder `path`. A frame that fails ends the run, unless
 /// `keepGoing`; what was finished before stays valid. Throws OutputError when files cannot be
 /// written, and what prepare() throws.

@@ -37,6 +37,7 @@ class FakeSource : public FrameSource {
  public:
   std::vector<frame::StepSample> prepare() override {
     ++prepared;
+    if (noDevice) throw DeviceError("no device");
     return {{0, "scene", 0.5, "wall", false}};
   }
   RenderedFrame render(const scene::PathFrame& frame, bool firstOfSequence) override {
@@ -53,6 +54,7 @@ class FakeSource : public FrameSource {
   std::map<std::string, std::string> context() const override { return {{"renderer", renderer}}; }
 
   int prepared = 0;
+  bool noDevice = false;
   bool stateful = false;
   int key = 4;  ///< with state: every fourth frame starts anew
   float state = 0.0f;
@@ -170,6 +172,38 @@ TEST(Sequence, ResumeDoesNotTrustOtherCamerasOrRenderers) {
   third.renderer = "another GPU";  // frame 3 must be made anew, so the others are too
   runSequence(third, changed, path, options(Existing::Resume));
   EXPECT_THAT(third.calls, ElementsAre(1, 2, 3));
+}
+
+TEST(Sequence, AFailedStartLeavesNoFolder) {
+  FakeSource source;
+  source.noDevice = true;
+  const fs::path path = freshFolder();
+  EXPECT_THROW(runSequence(source, tasks(3), path, options()), DeviceError);
+  EXPECT_FALSE(fs::exists(path));
+  source.noDevice = false;
+  EXPECT_EQ(runSequence(source, tasks(3), path, options()).rendered.size(), 3u);
+  // The frames of an earlier run stay
+  source.noDevice = true;
+  EXPECT_THROW(runSequence(source, tasks(4), path, options(Existing::Resume)), DeviceError);
+  EXPECT_EQ(filesOf(path).size(), 3u);
+}
+
+TEST(Sequence, TheForecastIsWhatTheRunDoes) {
+  FakeSource source;
+  source.stateful = true;
+  const fs::path path = freshFolder();
+  const SequenceForecast first = forecastSequence(tasks(6, 4), path, options());
+  EXPECT_THAT(first.rendered, ElementsAre(1, 2, 3, 4, 5, 6));
+  EXPECT_FALSE(fs::exists(path));
+  runSequence(source, tasks(6, 4), path, options());
+  EXPECT_THROW(forecastSequence(tasks(6, 4), path, options()), OutputError);
+
+  fs::remove(path / "frames/frame.0003.exr");
+  const SequenceForecast forecast = forecastSequence(tasks(7, 4), path, options(Existing::Resume));
+  const SequenceResult result = runSequence(source, tasks(7, 4), path, options(Existing::Resume));
+  EXPECT_THAT(forecast.rendered, ElementsAre(3, 7));
+  EXPECT_EQ(forecast.rendered, result.rendered);
+  EXPECT_FALSE(forecast.warmedUp.empty());
 }
 
 TEST(Sequence, KeepGoingListsTheFailed) {

@@ -96,6 +96,25 @@ std::vector<FrameTask> makeTasks(const Stage& stage, const MethodConfig& config,
   return tasks;
 }
 
+std::vector<MethodForecast> forecastAll(const Stage& stage,
+                                        const std::vector<methods::MethodEntry>& registry,
+                                        const SessionOptions& options) {
+  const RunConfig& run = stage.run();
+  const std::vector<std::unique_ptr<methods::Method>> made = makeMethods(run, registry);
+  requireOneLayout(run, options.out);
+  SequenceOptions sequence;
+  sequence.existing = options.existing;
+  sequence.chunk = options.chunk;
+  std::vector<MethodForecast> forecasts;
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    const MethodConfig& method = run.methods[i];
+    const fs::path folder = methodFolder(run, method, options.out);
+    forecasts.push_back({method.name, folder,
+                         forecastSequence(makeTasks(stage, method, *made[i]), folder, sequence)});
+  }
+  return forecasts;
+}
+
 std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::MethodEntry>& registry,
                                     const SessionOptions& options) {
   const RunConfig& run = stage.run();
@@ -106,7 +125,7 @@ std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::Met
   // A folder that is in the way should be noticed now, not after hours of other methods.
   if (options.existing == Existing::Error)
     for (const MethodConfig& method : run.methods)
-      RunFolder(methodFolder(run, method, options.out), options.existing);
+      RunFolder(methodFolder(run, method, options.out), options.existing).discard();
 
   stage.setStopRequested(options.stopRequested);
   std::vector<MethodResult> results;

@@ -40,6 +40,17 @@ std::filesystem::path methodFolder(const RunConfig& run, const MethodConfig& met
 std::vector<FrameTask> makeTasks(const Stage& stage, const MethodConfig& config,
                                  const methods::Method& method);
 
+struct MethodForecast {
+  std::string name;
+  std::filesystem::path folder;
+  SequenceForecast frames;
+};
+
+/// What renderAll() would do; changes nothing. Throws what it would throw about the folders.
+std::vector<MethodForecast> forecastAll(const Stage& stage,
+                                        const std::vector<methods::MethodEntry>& registry,
+                                        const SessionOptions& options);
+
 /// Renders all methods, one after the other, those after one that failed frames too, until asked to
 /// stop. Folders are checked for all methods before any is rendered.
 std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::MethodEntry>& registry,
