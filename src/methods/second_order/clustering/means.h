@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "methods/second_order/clustering/clusters.h"
+#include "methods/second_order/clustering/types.h"
 
 namespace catoptric::methods {
 

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "core/parallel.h"
+#include "methods/second_order/clustering/clusters.h"
 #include "methods/second_order/clustering/sums.h"
 
 namespace catoptric::methods {
@@ -80,24 +81,22 @@ Steps findSteps(std::span<const float> heights, std::size_t least) {
   return steps;
 }
 
-}  // namespace
+float heightOf(const Cluster& cluster, const Vec3& position) {
+  return glm::dot(position - cluster.centroid, cluster.meanNormal);
+}
 
-void divideAtSteps(std::size_t width, int minSamples, std::vector<Cluster>& clusters,
-                   std::vector<SampleBlock>& blocks, std::vector<std::uint16_t>& clusterOf) {
-  // Heights of every so many samples
-  const std::size_t count = clusters.size();
+/// Heights of some samples of each cluster that is not planar, evenly spread over its samples.
+std::vector<std::vector<float>> lookAtHeights(const std::vector<Cluster>& clusters,
+                                              const std::vector<SampleBlock>& blocks) {
   struct Looked {
     std::uint32_t every = 1;  ///< so many samples, one is looked at
     std::uint32_t next = 0;   ///< samples until then
-    std::vector<float> heights;
   };
-  std::vector<Looked> looked(count);
-  for (std::size_t c = 0; c < count; ++c) {
+  std::vector<Looked> looked(clusters.size());
+  std::vector<std::vector<float>> heights(clusters.size());
+  for (std::size_t c = 0; c < clusters.size(); ++c) {
     looked[c].every = std::max(1u, clusters[c].samples / kLooked);
   }
-  const auto heightOf = [&](std::size_t c, const Vec3& position) {
-    return glm::dot(position - clusters[c].centroid, clusters[c].meanNormal);
-  };
   for (const SampleBlock& block : blocks) {
     for (const SampleRun& run : block.runs) {
       const std::size_t c = block.slots[run.slot];
@@ -105,15 +104,33 @@ void divideAtSteps(std::size_t width, int minSamples, std::vector<Cluster>& clus
       if (clusters[c].planar) continue;
       std::uint32_t i = of.next;
       for (; i < run.count; i += of.every) {
-        of.heights.push_back(heightOf(c, block.position[run.first + i]));
+        heights[c].push_back(heightOf(clusters[c], block.position[run.first + i]));
       }
       of.next = i - run.count;
     }
   }
-  std::vector<Steps> steps(count);
+  return heights;
+}
+
+/// Where clusters are divided, and the numbers of what is divided off.
+struct Division {
+  std::vector<Steps> steps;        ///< by cluster
+  std::vector<std::size_t> first;  ///< by cluster: of the new ones, less 1
+  std::size_t made = 0;
+
+  std::size_t numberOf(std::size_t c, std::size_t step) const {
+    return step == 0 ? c : first[c] + step;
+  }
+};
+
+Division divisionOf(const std::vector<Cluster>& clusters, std::vector<std::vector<float>> heightsOf,
+                    int minSamples) {
+  const std::size_t count = clusters.size();
+  Division division;
+  division.steps.resize(count);
   parallelFor(count, 8, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) {
-      std::vector<float>& heights = looked[c].heights;
+      std::vector<float>& heights = heightsOf[c];
       if (heights.empty()) continue;
       std::ranges::sort(heights);
       const std::size_t n = std::min(heights.size(), kHeights);
@@ -123,76 +140,97 @@ void divideAtSteps(std::size_t width, int minSamples, std::vector<Cluster>& clus
       heights.resize(n);
       const double share =
           std::max(kLeastShare, static_cast<double>(minSamples) / clusters[c].samples);
-      steps[c] =
+      division.steps[c] =
           findSteps(heights, static_cast<std::size_t>(std::ceil(share * static_cast<double>(n))));
     }
   });
-  std::vector<std::size_t> first(count, 0);  ///< of the new clusters, less 1
-  std::size_t made = 0;
+  division.first.assign(count, 0);
   for (std::size_t c = 0; c < count; ++c) {
-    if (count + made + steps[c].count > Clustering::kMostClusters) steps[c].count = 0;
-    first[c] = count + made - 1;
-    made += steps[c].count;
+    Steps& steps = division.steps[c];
+    if (count + division.made + steps.count > Clustering::kMostClusters) steps.count = 0;
+    division.first[c] = count + division.made - 1;
+    division.made += steps.count;
   }
-  if (made == 0) return;
+  return division;
+}
 
-  clusters.resize(count + made);
+/// Deals the runs of block b out to the steps of their clusters: sums over the samples of each
+/// divided cluster's part, by slot. Empty where no cluster of the block is divided.
+std::vector<Sums> divideBlock(std::size_t b, std::size_t width, std::size_t undivided,
+                              const Division& division, const std::vector<Cluster>& clusters,
+                              SampleBlock& block, std::vector<std::uint16_t>& clusterOf) {
+  std::vector<Sums> sums;
+  const std::vector<Steps>& steps = division.steps;
+  if (std::ranges::none_of(block.slots, [&](std::uint16_t c) { return steps[c].count > 0; })) {
+    return sums;
+  }
+  std::vector<SampleRun> runs;
+  std::vector<std::uint32_t> rows;
+  sums.resize(block.slots.size());
+  std::vector<std::uint32_t> slotOf(division.made, kNone);
+  for (std::size_t row = 0; row + 1 < block.rows.size(); ++row) {
+    rows.push_back(static_cast<std::uint32_t>(runs.size()));
+    const std::size_t y = b * Clustering::kRows + row;
+    for (std::size_t r = block.rows[row]; r < block.rows[row + 1]; ++r) {
+      const SampleRun run = block.runs[r];
+      const std::size_t c = block.slots[run.slot];
+      if (steps[c].count == 0) {
+        runs.push_back(run);
+        continue;
+      }
+      const auto stepAt = [&](std::uint32_t k) {
+        return steps[c].of(heightOf(clusters[c], block.position[run.first + k]));
+      };
+      for (std::uint32_t k = 0; k < run.count;) {
+        const std::size_t step = stepAt(k);
+        std::uint32_t last = k + 1;
+        while (last < run.count && stepAt(last) == step) ++last;
+        std::uint32_t slot = run.slot;
+        if (step > 0) {
+          const std::size_t number = division.numberOf(c, step);
+          std::uint32_t& known = slotOf[number - undivided];
+          if (known == kNone) {
+            known = static_cast<std::uint32_t>(block.slots.size());
+            block.slots.push_back(static_cast<std::uint16_t>(number));
+            sums.emplace_back();
+          }
+          slot = known;
+          std::fill_n(clusterOf.begin() + static_cast<std::ptrdiff_t>(y * width + run.x + k),
+                      last - k, static_cast<std::uint16_t>(number + 2));
+        }
+        const SampleRun part{run.first + k, slot, static_cast<std::uint16_t>(run.x + k),
+                             static_cast<std::uint16_t>(last - k)};
+        runs.push_back(part);
+        sums[slot].add(block.position, block.normal, part, static_cast<int>(y),
+                       clusters[c].centroid);
+        k = last;
+      }
+    }
+  }
+  rows.push_back(static_cast<std::uint32_t>(runs.size()));
+  block.runs = std::move(runs);
+  block.rows = std::move(rows);
+  return sums;
+}
+
+}  // namespace
+
+void divideAtSteps(std::size_t width, int minSamples, std::vector<Cluster>& clusters,
+                   std::vector<SampleBlock>& blocks, std::vector<std::uint16_t>& clusterOf) {
+  const std::size_t count = clusters.size();
+  const Division division = divisionOf(clusters, lookAtHeights(clusters, blocks), minSamples);
+  if (division.made == 0) return;
+
+  clusters.resize(count + division.made);
   for (std::size_t c = 0; c < count; ++c) {
-    for (std::size_t k = 1; k <= steps[c].count; ++k) clusters[first[c] + k] = clusters[c];
+    for (std::size_t k = 1; k <= division.steps[c].count; ++k) {
+      clusters[division.numberOf(c, k)] = clusters[c];
+    }
   }
   std::vector<std::vector<Sums>> sums(blocks.size());
   parallelFor(blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
-      SampleBlock& block = blocks[b];
-      if (std::ranges::none_of(block.slots, [&](std::uint16_t c) { return steps[c].count > 0; })) {
-        continue;
-      }
-      std::vector<SampleRun> runs;
-      std::vector<std::uint32_t> rows;
-      sums[b].resize(block.slots.size());
-      std::vector<std::uint32_t> slotOf(made, kNone);
-      for (std::size_t row = 0; row + 1 < block.rows.size(); ++row) {
-        rows.push_back(static_cast<std::uint32_t>(runs.size()));
-        const std::size_t y = b * Clustering::kRows + row;
-        for (std::size_t r = block.rows[row]; r < block.rows[row + 1]; ++r) {
-          const SampleRun run = block.runs[r];
-          const std::size_t c = block.slots[run.slot];
-          if (steps[c].count == 0) {
-            runs.push_back(run);
-            continue;
-          }
-          for (std::uint32_t k = 0; k < run.count;) {
-            const std::size_t step = steps[c].of(heightOf(c, block.position[run.first + k]));
-            std::uint32_t last = k + 1;
-            while (last < run.count &&
-                   steps[c].of(heightOf(c, block.position[run.first + last])) == step) {
-              ++last;
-            }
-            std::uint32_t slot = run.slot;
-            if (step > 0) {
-              const std::size_t number = first[c] + step;
-              std::uint32_t& known = slotOf[number - count];
-              if (known == kNone) {
-                known = static_cast<std::uint32_t>(block.slots.size());
-                block.slots.push_back(static_cast<std::uint16_t>(number));
-                sums[b].emplace_back();
-              }
-              slot = known;
-              std::fill_n(clusterOf.begin() + static_cast<std::ptrdiff_t>(y * width + run.x + k),
-                          last - k, static_cast<std::uint16_t>(number + 2));
-            }
-            const SampleRun part{run.first + k, slot, static_cast<std::uint16_t>(run.x + k),
-                                 static_cast<std::uint16_t>(last - k)};
-            runs.push_back(part);
-            sums[b][slot].add(block.position, block.normal, part, static_cast<int>(y),
-                              clusters[c].centroid);
-            k = last;
-          }
-        }
-      }
-      rows.push_back(static_cast<std::uint32_t>(runs.size()));
-      block.runs = std::move(runs);
-      block.rows = std::move(rows);
+      sums[b] = divideBlock(b, width, count, division, clusters, blocks[b], clusterOf);
     }
   });
   std::vector<Sums> all(clusters.size());
@@ -200,11 +238,11 @@ void divideAtSteps(std::size_t width, int minSamples, std::vector<Cluster>& clus
     for (std::size_t s = 0; s < sums[b].size(); ++s) all[blocks[b].slots[s]].add(sums[b][s]);
   }
   for (std::size_t c = 0; c < count; ++c) {
-    if (steps[c].count == 0) continue;
+    if (division.steps[c].count == 0) continue;
     const Vec3 anchor = clusters[c].centroid;
     const float glossiness = clusters[c].maxGlossiness;
-    for (std::size_t k = 0; k <= steps[c].count; ++k) {
-      const std::size_t number = k == 0 ? c : first[c] + k;
+    for (std::size_t k = 0; k <= division.steps[c].count; ++k) {
+      const std::size_t number = division.numberOf(c, k);
       all[number].glossiness = glossiness;
       describe(all[number], anchor, clusters[number]);
     }

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "core/math.h"
-#include "methods/second_order/clustering/clusters.h"
+#include "methods/second_order/clustering/types.h"
 #include "methods/second_order/lanes.h"
 
 namespace catoptric::methods {

@@ -9,7 +9,7 @@
 #include "gl/objects.h"
 #include "gl/shader.h"
 #include "methods/second_order/cameras/cluster_camera.h"
-#include "methods/second_order/clustering/clusters.h"
+#include "methods/second_order/clustering/types.h"
 #include "methods/second_order/depth_images/atlas.h"
 #include "raster/scene_raster.h"
 

@@ -1,0 +1,12 @@
+// The camera of a planar mirror's cluster.
+#pragma once
+
+#include "methods/second_order/cameras/cluster_camera.h"
+
+namespace catoptric::methods {
+
+/// The mirrored camera on its own sample grid.
+ClusterCamera planarCamera(const Cluster& cluster, const scene::Camera& camera, int sampleWidth,
+                           int sampleHeight, const CameraOptions& options);
+
+}  // namespace catoptric::methods

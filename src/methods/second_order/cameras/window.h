@@ -1,0 +1,57 @@
+// What the image of a curved cluster must show: its samples and the far ends of their rays.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "methods/second_order/cameras/cluster_camera.h"
+#include "methods/second_order/cameras/frame.h"
+
+namespace catoptric::methods {
+
+/// What the frame of the finished camera needs.
+struct ClusterWindow {
+  SampleRect rect;  ///< tangents
+  float nearest = std::numeric_limits<float>::infinity();
+  double spacing = 0.0;
+  std::uint64_t pairs = 0;
+  double lobeShare = 0.0;  ///< sum over samples of how wide the eye sees a lobe's far end
+  std::array<float, kClipTilts.size()> lowest = allInfinite();  ///< of samples, along each normal
+  std::array<std::uint32_t, kClipTilts.size()> passing{};       ///< rays that pass the plane
+
+  std::array<float, kClipTilts.size()> highest{};  ///< likewise; above the eye, hence above 0
+  float farthest = 0.0f;                           ///< of samples, along the axis
+
+  static std::array<float, kClipTilts.size()> allInfinite() {
+    std::array<float, kClipTilts.size()> values;
+    values.fill(std::numeric_limits<float>::infinity());
+    return values;
+  }
+  void add(const ClusterWindow& w) {
+    farthest = std::max(farthest, w.farthest);
+    for (std::size_t k = 0; k < kClipTilts.size(); ++k) {
+      lowest[k] = std::min(lowest[k], w.lowest[k]);
+      highest[k] = std::max(highest[k], w.highest[k]);
+      passing[k] += w.passing[k];
+    }
+    rect.extend(w.rect);
+    nearest = std::min(nearest, w.nearest);
+    spacing += w.spacing;
+    lobeShare += w.lobeShare;
+    pairs += w.pairs;
+  }
+};
+
+/// Windows of the curved clusters, whose cameras have their eyes already. The same for any number
+/// of threads.
+std::vector<ClusterWindow> findWindows(const Clustering& clustering,
+                                       std::span<const std::uint8_t> curved,
+                                       std::span<const ClusterFrame> frames,
+                                       std::span<const ClusterCamera> cameras,
+                                       const Box3& sceneBounds);
+
+}  // namespace catoptric::methods
