@@ -108,7 +108,7 @@ TEST(Options, AllFaultsAtOnceWithPlaces) {
         "f:1: /rays: 65 is out of range; allowed: 1 to 64\n"
         "f:2: /bvh: \"refitt\" is not allowed (did you mean \"refit\"?); allowed: static, "
         "refit\n"
-        "f:3: /layers/0: \"X\" is not allowed; allowed: Z, N\n"
+        "f:3: /layers/0: \"X\" is not allowed (did you mean \"Z\"?); allowed: Z, N\n"
         "f:4: /image/width: 0 is out of range; allowed: 1 to 16384\n"
         "f:5: /dens: unknown name \"dens\"; allowed: rays, bvh, source, compound, density, "
         "reach, seed, frames, layers, error, center, image");

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "scene/animate.h"
+#include "scene/finish.h"
 #include "scene/loader.h"
 
 namespace catoptric::scene {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "scene/animate.h"
+#include "scene/finish.h"
 #include "scene/loader.h"
 #include "scene/tangents.h"
 #include "scene/texture.h"

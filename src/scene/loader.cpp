@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "scene/finish.h"
 
 namespace catoptric::scene {
 

@@ -2,6 +2,7 @@
 #include "core/parallel.h"
 #include "memory_file.h"
 #include "scene/animate.h"
+#include "scene/finish.h"
 #include "scene/loader.h"
 
 using namespace catoptric;

@@ -9,6 +9,7 @@
 #include "core/text.h"
 #include "image/image.h"
 #include "scene/description/description.h"
+#include "scene/finish.h"
 #include "scene/procedural/procedural.h"
 #include "scene/reflectance.h"
 #include "scene/texture.h"

@@ -105,25 +105,64 @@ const std::vector<Field>& commonFields() {
   return fields;
 }
 
+Field cell() {
+  return number("cell", "metres, longest edge of a grid cell; instead of segments", "", 1e-3,
+                kHuge);
+}
+
+Field radius(const char* standard) {
+  return number("radius", "metres", standard, kTiny, kHuge);
+}
+
+Field segments(const char* help, const char* standard) {
+  return numbers("segments", help, standard, 1.0, kSegments);
+}
+
+/// Parameters of the shape "implicit".
+std::vector<Field> implicitFields() {
+  return {
+      required(choice("surface", "which", "",
+                      {"plane", "sphere", "ellipsoid", "cylinder", "cone", "torus", "quadric",
+                       "superquadric", "metaballs", "revolution", "vase", "gyroid", "heart",
+                       "genus2", "blobby_cube", "formula"})),
+      text("formula", "formula: of x, y, z in metres; the surface is where it is 0"),
+      {.name = "parameters", .type = FieldType::Object, .help = "formula: names for numbers in it"},
+      any("bounds",
+          "where the surface ends: a half size in metres, 3 of them, or least x, y, z and "
+          "largest x, y, z; formula, quadric and plane need it"),
+      radius("0.5"),
+      number("tube", "torus: metres", "0.2", kTiny, kHuge),
+      number("height", "cylinder, cone: metres", "1", kTiny, kHuge),
+      numbers("radii", "ellipsoid, superquadric: along x, y, z, metres", "", kTiny, kHuge),
+      numbers("exponents", "superquadric: around y, along y", "[0.5, 0.5]", 0.1, 4.0),
+      vec3("normal", "plane: points out", "[0, 1, 0]"),
+      number("offset", "plane: along its normal, metres", "0", -kHuge, kHuge),
+      numbers("coefficients",
+              "revolution: r(y) = c0 + c1 y + ...; quadric: of xx, yy, zz, xy, xz, yz, x, y, z, "
+              "1"),
+      numbers("range", "revolution: y from, to, metres", "[0, 1]"),
+      arrayOf("balls", "metaballs: x, y, z, radius in metres", FieldType::Numbers),
+      number("sharpness", "metaballs: high ones melt together less", "2", 0.05, 100.0),
+      number("period", "gyroid: metres", "1", 0.01, kHuge),
+      number("thickness", "gyroid: of its wall, metres", "0.2", 1e-3, kHuge),
+      numbers("segments",
+              "around, along y: a regular tessellation of sphere, ellipsoid, cylinder, cone, "
+              "torus, revolution, vase",
+              "", 2.0, kSegments),
+      integer("resolution", "cells along the longest side, without segments", "48", 4, 512)};
+}
+
 /// Own parameters of each shape.
 const std::vector<std::pair<std::string, std::vector<Field>>>& shapeFields() {
-  const Field cell =
-      number("cell", "metres, longest edge of a grid cell; instead of segments", "", 1e-3, kHuge);
-  const auto radius = [](const char* standard) {
-    return number("radius", "metres", standard, kTiny, kHuge);
-  };
   const auto size3 = numbers("size", "width, height, depth in metres", "[1, 1, 1]", kTiny, kHuge);
-  const auto segments = [](const char* help, const char* standard) {
-    return numbers("segments", help, standard, 1.0, kSegments);
-  };
   static const std::vector<std::pair<std::string, std::vector<Field>>> shapes{
       {"plane",
        {numbers("size", "metres in x and z", "[1, 1]", kTiny, kHuge),
-        segments("in x and z", "[1, 1]"), cell}},
+        segments("in x and z", "[1, 1]"), cell()}},
       {"box",
        {size3,
         segments("in x, y, z", "[1, 1, 1]"),
-        cell,
+        cell(),
         boolean("inward", "faces point inwards", "false"),
         {.name = "faces",
          .type = FieldType::Array,
@@ -138,7 +177,7 @@ const std::vector<std::pair<std::string, std::vector<Field>>>& shapeFields() {
         number("thickness", "metres; 0: a sheet", "0", 0.0, kHuge),
         arrayOf("openings", "x, y of the lower left corner (x from the middle), width, height",
                 FieldType::Numbers),
-        cell}},
+        cell()}},
       {"sphere",
        {radius("0.5"), segments("around, and from pole to pole", "[48, 24]"),
         integer("icosphere", "subdivisions of an icosahedron instead", "", 0, 8)}},
@@ -147,7 +186,7 @@ const std::vector<std::pair<std::string, std::vector<Field>>>& shapeFields() {
         segments("around, and around the tube", "[64, 32]")}},
       {"disk",
        {radius("0.5"), number("inner", "radius of a hole, metres", "0", 0.0, kHuge),
-        segments("around, rings", "[48, 1]"), cell}},
+        segments("around, rings", "[48, 1]"), cell()}},
       {"cylinder",
        {radius("0.5"),
         number("top", "radius at the top; default: radius; 0: a cone", "", 0.0, kHuge),
@@ -184,38 +223,7 @@ const std::vector<std::pair<std::string, std::vector<Field>>>& shapeFields() {
         required(arrayOf("faces", "vertex numbers, counter-clockwise from outside",
                          FieldType::Numbers, 1.0)),
         boolean("smooth", "normals are shared at vertices", "false")}},
-      {"implicit",
-       {required(choice("surface", "which", "",
-                        {"plane", "sphere", "ellipsoid", "cylinder", "cone", "torus", "quadric",
-                         "superquadric", "metaballs", "revolution", "vase", "gyroid", "heart",
-                         "genus2", "blobby_cube", "formula"})),
-        text("formula", "formula: of x, y, z in metres; the surface is where it is 0"),
-        {.name = "parameters",
-         .type = FieldType::Object,
-         .help = "formula: names for numbers in it"},
-        any("bounds",
-            "where the surface ends: a half size in metres, 3 of them, or least x, y, z and "
-            "largest x, y, z; formula, quadric and plane need it"),
-        radius("0.5"),
-        number("tube", "torus: metres", "0.2", kTiny, kHuge),
-        number("height", "cylinder, cone: metres", "1", kTiny, kHuge),
-        numbers("radii", "ellipsoid, superquadric: along x, y, z, metres", "", kTiny, kHuge),
-        numbers("exponents", "superquadric: around y, along y", "[0.5, 0.5]", 0.1, 4.0),
-        vec3("normal", "plane: points out", "[0, 1, 0]"),
-        number("offset", "plane: along its normal, metres", "0", -kHuge, kHuge),
-        numbers("coefficients",
-                "revolution: r(y) = c0 + c1 y + ...; quadric: of xx, yy, zz, xy, xz, yz, x, y, z, "
-                "1"),
-        numbers("range", "revolution: y from, to, metres", "[0, 1]"),
-        arrayOf("balls", "metaballs: x, y, z, radius in metres", FieldType::Numbers),
-        number("sharpness", "metaballs: high ones melt together less", "2", 0.05, 100.0),
-        number("period", "gyroid: metres", "1", 0.01, kHuge),
-        number("thickness", "gyroid: of its wall, metres", "0.2", 1e-3, kHuge),
-        numbers("segments",
-                "around, along y: a regular tessellation of sphere, ellipsoid, cylinder, cone, "
-                "torus, revolution, vase",
-                "", 2.0, kSegments),
-        integer("resolution", "cells along the longest side, without segments", "48", 4, 512)}},
+      {"implicit", implicitFields()},
   };
   return shapes;
 }

@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "image/image.h"
 #include "scene/animate.h"
+#include "scene/finish.h"
 #include "scene/gltf/test_writer.h"
 #include "scene/loader.h"
 #include "scene/reflectance.h"

@@ -7,6 +7,7 @@
 #include "core/file.h"
 #include "core/parallel.h"
 #include "image/image.h"
+#include "scene/finish.h"
 #include "scene/gltf/check.h"
 #include "scene/gltf/reader.h"
 #include "scene/reflectance.h"

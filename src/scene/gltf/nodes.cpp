@@ -1,4 +1,4 @@
-// The node graph and what hangs on it: objects, instances, skins, lights, cameras, animation.
+// The node graph and what hangs on it: objects, instances, skins, lights, cameras.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -23,17 +23,6 @@ Mat4 affineMatrix(const Reader& reader, const float* values, const std::string& 
     reader.fail(place, "the last row of the matrix must be 0 0 0 1");
   }
   return m;
-}
-
-Quat unitRotation(const Reader& reader, float x, float y, float z, float w,
-                  const std::string& place) {
-  const Quat q(w, x, y, z);
-  const float length = glm::length(q);
-  if (!(std::abs(length - 1.0f) <= kUnitTolerance)) {
-    reader.fail(place, "the rotation has length " + std::to_string(length) + ", must be 1");
-  }
-  // What is unit up to rounding stays as it is.
-  return std::abs(length - 1.0f) < 1e-6f ? q : q / length;
 }
 
 std::vector<float> asFloats(const std::vector<double>& values) {
@@ -132,6 +121,17 @@ std::vector<Mat4> readInstances(Reader& reader, const tinygltf::Node& node,
 }
 
 }  // namespace
+
+Quat unitRotation(const Reader& reader, float x, float y, float z, float w,
+                  const std::string& place) {
+  const Quat q(w, x, y, z);
+  const float length = glm::length(q);
+  if (!(std::abs(length - 1.0f) <= kUnitTolerance)) {
+    reader.fail(place, "the rotation has length " + std::to_string(length) + ", must be 1");
+  }
+  // What is unit up to rounding stays as it is.
+  return std::abs(length - 1.0f) < 1e-6f ? q : q / length;
+}
 
 NodeOrder readNodes(Reader& reader) {
   const std::vector<tinygltf::Node>& sources = reader.model.nodes;
@@ -388,109 +388,6 @@ void readLightsAndCameras(Reader& reader, const NodeOrder& order) {
     const tinygltf::Value& baked = member(ours, "baked");
     light.baked = baked.IsBool() && baked.Get<bool>();
     reader.scene.lights.push_back(std::move(light));
-  }
-}
-
-void readAnimations(Reader& reader, const NodeOrder& order) {
-  Scene& scene = reader.scene;
-  // (node, target) -> the animation that moves it
-  std::map<std::pair<int, Target>, std::size_t> owners;
-  for (std::size_t a = 0; a < reader.model.animations.size(); ++a) {
-    const tinygltf::Animation& animation = reader.model.animations[a];
-    for (std::size_t c = 0; c < animation.channels.size(); ++c) {
-      const tinygltf::AnimationChannel& source = animation.channels[c];
-      const std::string place = elementPlace("animations", a) + "/channels/" + std::to_string(c);
-      const tinygltf::AnimationSampler& sampler = animation.samplers[size(source.sampler)];
-      const std::string samplerPlace =
-          elementPlace("animations", a) + "/samplers/" + std::to_string(source.sampler);
-
-      AnimationChannel channel;
-      if (source.target_path == "translation") {
-        channel.target = Target::Translation;
-      } else if (source.target_path == "rotation") {
-        channel.target = Target::Rotation;
-      } else if (source.target_path == "scale") {
-        channel.target = Target::Scale;
-      } else if (source.target_path == "weights") {
-        channel.target = Target::Weights;
-      } else {
-        scene.notes.push_back(place + ": target path \"" + source.target_path.substr(0, 80) +
-                              "\" is ignored");
-        continue;
-      }
-      const tinygltf::Node& target = reader.model.nodes[size(source.target_node)];
-      channel.node = order.sceneFromFile[size(source.target_node)];
-      if (channel.target != Target::Weights && !target.matrix.empty()) {
-        reader.fail(place + "/target/node", "node " + std::to_string(source.target_node) +
-                                                " is animated, so it must not have a matrix");
-      }
-      const auto [owner, isNew] = owners.try_emplace({channel.node, channel.target}, a);
-      if (!isNew) {
-        if (owner->second == a) {
-          reader.fail(place + "/target", "node and path are animated by another channel already");
-        }
-        scene.notes.push_back(place + ": ignored, another animation moves the same node");
-        continue;
-      }
-
-      channel.times = reader.floats(sampler.input, 1, kFloat, samplerPlace + "/input");
-      for (std::size_t i = 0; i < channel.times.size(); ++i) {
-        if (channel.times[i] < 0.0f || (i > 0 && !(channel.times[i] > channel.times[i - 1]))) {
-          reader.fail(samplerPlace + "/input", "key " + std::to_string(i) + " at " +
-                                                   std::to_string(channel.times[i]) +
-                                                   " s: times must be strictly increasing from 0");
-        }
-      }
-      channel.interpolation = sampler.interpolation == "STEP"          ? Interpolation::Step
-                              : sampler.interpolation == "CUBICSPLINE" ? Interpolation::CubicSpline
-                                                                       : Interpolation::Linear;
-      const std::size_t perKey = channel.interpolation == Interpolation::CubicSpline ? 3 : 1;
-      const unsigned types = channel.target == Target::Rotation || channel.target == Target::Weights
-                                 ? kFloat | kByteNormalized | kUnsignedByteNormalized |
-                                       kShortNormalized | kUnsignedShortNormalized
-                                 : static_cast<unsigned>(kFloat);
-      const int components = channel.target == Target::Weights    ? 1
-                             : channel.target == Target::Rotation ? 4
-                                                                  : 3;
-      std::size_t elements = perKey;
-      if (channel.target == Target::Weights) {
-        const std::size_t targets =
-            target.mesh < 0
-                ? 0
-                : reader.model.meshes[size(target.mesh)].primitives.front().targets.size();
-        if (targets == 0) {
-          reader.fail(place + "/target", "node " + std::to_string(source.target_node) +
-                                             " has no morph targets to animate");
-        }
-        elements *= targets;
-      }
-      const std::size_t expected = channel.times.size() * elements;
-      if (reader.countOf(sampler.output) != expected) {
-        reader.fail(samplerPlace + "/output",
-                    "has " + std::to_string(reader.countOf(sampler.output)) + " elements, " +
-                        std::to_string(expected) + " are needed for " +
-                        std::to_string(channel.times.size()) + " keys");
-      }
-      channel.values = reader.floats(sampler.output, components, types, samplerPlace + "/output");
-
-      if (channel.target == Target::Rotation) {
-        // Keys must be unit; tangents need not.
-        for (std::size_t k = 0; k < channel.times.size(); ++k) {
-          float* q = channel.values.data() + (k * perKey + (perKey == 3 ? 1 : 0)) * 4;
-          const Quat unit = unitRotation(reader, q[0], q[1], q[2], q[3],
-                                         samplerPlace + "/output (key " + std::to_string(k) + ")");
-          q[0] = unit.x;
-          q[1] = unit.y;
-          q[2] = unit.z;
-          q[3] = unit.w;
-        }
-      }
-      scene.animation.push_back(std::move(channel));
-    }
-  }
-  if (reader.model.animations.size() > 1) {
-    scene.notes.push_back(std::to_string(reader.model.animations.size()) +
-                          " animations are played together");
   }
 }
 

@@ -90,7 +90,7 @@ class Reader {
   std::atomic<std::size_t> bytes_{0};
 };
 
-// ---- Extension and extras values; types are checked by gltf_check.cpp ----
+// ---- Extension and extras values; types are checked by rules.cpp ----
 
 /// A member of an object value; null value when absent.
 const tinygltf::Value& member(const tinygltf::Value& object, const std::string& key);
@@ -99,6 +99,10 @@ double numberOr(const tinygltf::Value& object, const std::string& key, double ot
 Vec3 vec3Or(const tinygltf::Value& object, const std::string& key, const Vec3& otherwise);
 
 std::string elementPlace(const char* array, std::size_t index);
+
+/// A quaternion of the file; a SceneError at `place` where its length is not 1.
+Quat unitRotation(const Reader& reader, float x, float y, float z, float w,
+                  const std::string& place);
 
 // ---- The parts; each fills its part of reader.scene ----
 

@@ -1,0 +1,76 @@
+// What members each object of a glTF file may have, of which types and ranges; for the sources of
+// this room only.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/json.h"
+
+namespace catoptric::scene::gltf {
+
+enum class Kind { Bool, Integer, Number, String, Numbers, Indices, IndexMap, Object, Array };
+
+struct Table;
+
+struct Rule {
+  std::string_view key;
+  Kind kind = Kind::Number;
+  bool required = false;
+  const Table* table = nullptr;  ///< members of an Object or of an Array's items
+  std::string_view refers = {};  ///< index into this root array
+  double minimum = -1e18;
+  double maximum = 1e18;
+  std::vector<double> allowed = {};
+  std::vector<std::string> words = {};
+  std::size_t size = 0;  ///< exact length of Numbers
+  bool nonEmpty = false;
+};
+
+struct Table {
+  std::vector<Rule> rules;
+};
+
+/// Rule of an object whose members are indices of accessors.
+Rule accessorMap(std::string_view key, bool required);
+
+/// Members of "extras": {"catoptric": ...} of nodes and materials.
+const Table& ownExtras();
+
+/// Up to 9 digits of a number, for messages.
+std::string formatted(double value);
+/// The text in quotes, shortened when long.
+std::string quoted(const std::string& value);
+
+/// Checks values against rules; the first breach is a SceneError with its JSON pointer.
+class Checker {
+ public:
+  /// Both must outlive the checker.
+  Checker(const config::Value& root, const std::string& file) : root_(root), file_(file) {}
+
+  /// The whole file against the tables.
+  void checkRoot() const;
+  void checkObject(const config::Value& value, const Table& table, const std::string& place) const;
+  void checkIndexMap(const config::Value& value, const Rule& rule, const std::string& place) const;
+  void require(const config::Value& value, config::Value::Kind kind,
+               const std::string& place) const;
+  /// Number of elements of a root array.
+  std::size_t countOf(std::string_view array) const;
+  [[noreturn]] void failAt(const std::string& place, const std::string& message) const;
+
+ private:
+  void checkMember(const config::Value& value, const Rule& rule, const std::string& place) const;
+  void checkString(const config::Value& value, const Rule& rule, const std::string& place) const;
+  void checkNumber(const config::Value& value, const Rule& rule, const std::string& place) const;
+  void checkInteger(const config::Value& value, const Rule& rule, const std::string& place) const;
+  /// The items of an array, which must not be empty where the rule says so.
+  const std::vector<config::Value>& items(const config::Value& value, const Rule& rule,
+                                          const std::string& place) const;
+
+  const config::Value& root_;
+  const std::string& file_;
+};
+
+}  // namespace catoptric::scene::gltf
