@@ -12,8 +12,8 @@
 
 #include "frame/test_scenes.h"
 #include "gl/test_context.h"
+#include "methods/shared/reflective_samples.h"
 #include "methods/testing/cpu_harness.h"
-#include "methods/traced/gbuffer_samples.h"
 #include "raster/scene_raster.h"
 #include "scene/loader.h"
 #include "trace/bake/bake.h"

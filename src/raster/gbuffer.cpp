@@ -37,7 +37,7 @@ GBuffer makeGBuffer(const GBufferSize& size) {
   const int height = made.sampleHeight();
   made.reflection = gl::Texture::make2D("reflection", GL_RGBA32F, width, height);
   if (size.masks) {
-    made.masks = gl::Texture::make2D("masks", GL_R8UI, width, height);
+    made.masks = gl::Texture::make2D("masks", GL_R16UI, width, height);
     made.reflectionFramebuffer =
         gl::Framebuffer("reflection", {{.texture = made.reflection}, {.texture = made.masks}},
                         {.texture = made.depth});
@@ -102,8 +102,12 @@ std::vector<float> readDepth(const gl::Texture& texture) {
   return texture.read<float>(0, GL_DEPTH_COMPONENT, GL_FLOAT, 1);
 }
 
-std::vector<std::uint8_t> readMasks(const gl::Texture& texture) {
-  return texture.read<std::uint8_t>(0, GL_RED_INTEGER, GL_UNSIGNED_BYTE, 1);
+std::vector<std::uint16_t> readMasks(const gl::Texture& texture) {
+  return texture.read<std::uint16_t>(0, GL_RED_INTEGER, GL_UNSIGNED_SHORT, 1);
+}
+
+void writeMasks(gl::Texture& texture, std::span<const std::uint16_t> masks) {
+  texture.upload(0, 0, GL_RED_INTEGER, GL_UNSIGNED_SHORT, masks.data());
 }
 
 }  // namespace catoptric::raster

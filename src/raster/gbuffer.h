@@ -36,7 +36,7 @@ struct GBuffer {
   gl::Framebuffer framebuffer;
   /// What methods write: incoming radiance along the reflected ray (tint and s not applied).
   gl::Texture reflection;  ///< RGBA32F, a = 1
-  gl::Texture masks;       ///< R8UI: bits of raster::MaskBit, per sample; only when asked for
+  gl::Texture masks;       ///< R16UI: bits of raster::MaskBit, per sample; only when asked for
   gl::Framebuffer reflectionFramebuffer;  ///< reflection (+ masks) + depth's stencil
 
   int sampleWidth() const { return width * samples; }
@@ -84,10 +84,11 @@ void readRgba(const gl::Texture& texture, std::span<const Rectangle> parts,
               std::span<float> values);
 std::vector<std::uint32_t> readIds(const gl::Texture& texture);
 std::vector<float> readDepth(const gl::Texture& texture);
-std::vector<std::uint8_t> readMasks(const gl::Texture& texture);
+std::vector<std::uint16_t> readMasks(const gl::Texture& texture);
+void writeMasks(gl::Texture& texture, std::span<const std::uint16_t> masks);
 
 /// Where a method fell back, as bits of GBuffer::masks; also the names of counters and mask layers.
-enum MaskBit : std::uint8_t {
+enum MaskBit : std::uint16_t {
   kMaskEnvironment = 1,    ///< mask.environment: environment look-up instead of the true surface
   kMaskDisoccluded = 2,    ///< mask.disoccluded
   kMaskClamped = 4,        ///< mask.clamped

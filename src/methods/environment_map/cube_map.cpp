@@ -52,12 +52,4 @@ gl::Texture makeEnvironmentCubeMap(const frame::EnvironmentLight& environment, i
   return cube;
 }
 
-std::uint64_t cubeMapBytes(int faceSize, std::uint64_t bytesPerTexel) {
-  std::uint64_t texels = 0;
-  for (std::uint64_t size = static_cast<std::uint64_t>(faceSize); size > 0; size /= 2) {
-    texels += 6 * size * size;
-  }
-  return texels * bytesPerTexel;
-}
-
 }  // namespace catoptric::methods

@@ -18,7 +18,4 @@ int environmentFaceSize(const scene::Environment& environment, int faceSize);
 /// The environment's radiance at the texels' centres, RGBA32F (a = 0), with mip levels.
 gl::Texture makeEnvironmentCubeMap(const frame::EnvironmentLight& environment, int faceSize);
 
-/// Bytes of a cube map with the whole mip chain.
-std::uint64_t cubeMapBytes(int faceSize, std::uint64_t bytesPerTexel);
-
 }  // namespace catoptric::methods

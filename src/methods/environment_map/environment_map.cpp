@@ -9,8 +9,9 @@
 #include "gl/query.h"
 #include "gl/shader.h"
 #include "methods/environment_map/cube_map.h"
+#include "methods/shared/cube_map.h"
+#include "methods/shared/reflectors.h"
 #include "raster/refractive_samples.h"
-#include "raster/scene_gpu/materials.h"
 
 namespace catoptric::methods {
 namespace {
@@ -48,30 +49,6 @@ const config::OptionTable<Options>& optionTable() {
   return table;
 }
 
-// What the scene has of reflectors, hence which passes run.
-struct Reflectors {
-  bool mirrors = false;
-  bool glossy = false;
-};
-
-Reflectors findReflectors(const scene::Scene& scene) {
-  Reflectors found;
-  for (const scene::Object& object : scene.objects) {
-    const raster::SampleClass kind = raster::materialClass(scene, scene.materials[object.material]);
-    if (kind == raster::SampleClass::Diffuse) continue;
-    (kind == raster::SampleClass::Glossy ? found.glossy : found.mirrors) = true;
-  }
-  return found;
-}
-
-bool sameLights(const std::vector<frame::WorldLight>& a, const std::vector<frame::WorldLight>& b) {
-  return std::ranges::equal(a, b, [](const frame::WorldLight& x, const frame::WorldLight& y) {
-    return x.type == y.type && x.position == y.position && x.direction == y.direction &&
-           x.intensity == y.intensity && x.range == y.range && x.cosInner == y.cosInner &&
-           x.cosOuter == y.cosOuter;
-  });
-}
-
 class EnvironmentMap : public Method {
  public:
   explicit EnvironmentMap(const Options& options) : options_(options) {}
@@ -80,7 +57,7 @@ class EnvironmentMap : public Method {
     MethodPlan plan;
     plan.gbuffer = true;
     const Reflectors reflectors = findReflectors(scene);
-    if (!reflectors.mirrors && !reflectors.glossy) return plan;
+    if (!reflectors.any()) return plan;
     const std::string what =
         options_.environmentOnly ? "the environment" : "the diffuse scene from one point";
     const bool again = !options_.environmentOnly && scene.animated();
@@ -96,7 +73,7 @@ class EnvironmentMap : public Method {
                               (options_.environmentOnly ? ", RGBA32F" : ", RGBA16F") +
                               ", with mip levels",
                           cubeMapBytes(size, options_.environmentOnly ? 16 : 8)});
-    std::string kinds = reflectors.mirrors ? "mirrors (level 0)" : "";
+    std::string kinds = reflectors.mirrors() ? "mirrors (level 0)" : "";
     if (reflectors.glossy) {
       kinds += std::string(kinds.empty() ? "" : ", ") + "glossy objects (level by the lobe)";
     }
@@ -112,13 +89,13 @@ class EnvironmentMap : public Method {
       return gl::Program::fullScreen(label, "methods/environment_map/shaders/lookup.frag",
                                      {{"GLOSSY", glossy}, {"MASKS", masks_ ? "1" : "0"}});
     };
-    if (reflectors_.mirrors) mirror_ = program("environment look-up", "0");
+    if (reflectors_.mirrors()) mirror_ = program("environment look-up", "0");
     if (reflectors_.glossy) glossy_ = program("environment look-up, glossy", "1");
-    if (reflectors_.mirrors) mirrorCount_ = gl::FragmentCounter("mirror samples");
+    if (reflectors_.mirrors()) mirrorCount_ = gl::FragmentCounter("mirror samples");
     if (reflectors_.glossy) glossyCount_ = gl::FragmentCounter("glossy samples");
 
     // What does not change is drawn before the first frame.
-    if (!services.scene.animated()) drawEnvironment(services);
+    if (!services.scene.animated()) drawEnvironment({}, services);
   }
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
@@ -126,46 +103,38 @@ class EnvironmentMap : public Method {
     if (masks_) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
     output.counters["environment"] = 0;
     output.counters["refraction_mirrored"] = 0;
-    output.counters["clamped_cube_map"] = clamped_;
-    if (!reflectors_.mirrors && !reflectors_.glossy) return;
+    output.counters["clamped_cube_map"] = cubeMap_.clampedTexels();
+    if (!reflectors_.any()) return;
 
-    const bool moved =
-        !options_.environmentOnly &&
-        (!input.changedObjects.empty() || !sameLights(drawnLights_, services.lighting.lights));
-    if (cubeMap_.empty() || moved || (input.firstOfSequence && services.scene.animated())) {
-      drawEnvironment(services);
-    }
+    drawEnvironment(input, services);
     std::uint64_t mirrored = 0;
     services.timer.measure("resolve", [&] {
       lookUp(gbuffer, input.frame.camera);
       mirrored = refractive_.count(gbuffer);
     });
     std::uint64_t samples = 0;
-    if (reflectors_.mirrors) samples += mirrorCount_.read();
+    if (reflectors_.mirrors()) samples += mirrorCount_.read();
     if (reflectors_.glossy) samples += glossyCount_.read();
     output.counters["environment"] = samples;
     output.counters["refraction_mirrored"] = mirrored;
-    output.counters["clamped_cube_map"] = clamped_;
+    output.counters["clamped_cube_map"] = cubeMap_.clampedTexels();
   }
 
  private:
-  void drawEnvironment(Services& services) {
-    if (!reflectors_.mirrors && !reflectors_.glossy) return;
-    services.timer.measure("cube_map", [&] {
-      const frame::EnvironmentLight& environment = *services.lighting.environment;
-      if (options_.environmentOnly) {
-        cubeMap_ = makeEnvironmentCubeMap(
-            environment, environmentFaceSize(environment.description(), options_.faceSize));
-      } else {
-        const Vec3 centre = options_.centre
-                                ? Vec3(glm::dvec3(*options_.centre) - services.scene.origin)
-                                : services.geometry.bounds.centre();
-        cubeMap_ = services.raster->drawCubeMap(centre, options_.faceSize, services.lighting);
-        clamped_ = raster::clampedTexels(cubeMap_);
-        drawnLights_ = services.lighting.lights;
-      }
-      cubeMap_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
-    });
+  void drawEnvironment(const FrameInput& input, Services& services) {
+    if (!reflectors_.any()) return;
+    if (!options_.environmentOnly) {
+      const Vec3 centre = options_.centre
+                              ? Vec3(glm::dvec3(*options_.centre) - services.scene.origin)
+                              : services.geometry.bounds.centre();
+      cubeMap_.follow(input, services, centre, options_.faceSize);
+    } else if (cubeMap_.empty()) {
+      services.timer.measure("cube_map", [&] {
+        const frame::EnvironmentLight& environment = *services.lighting.environment;
+        cubeMap_.take(makeEnvironmentCubeMap(
+            environment, environmentFaceSize(environment.description(), options_.faceSize)));
+      });
+    }
   }
 
   // One full-screen pass per kind of reflector, on its stencil class alone.
@@ -183,14 +152,11 @@ class EnvironmentMap : public Method {
     // Planar and curved mirrors differ in the last bit only.
     static_assert((static_cast<int>(SampleClass::PlanarMirror) ^
                    static_cast<int>(SampleClass::CurvedMirror)) == 1);
-    if (reflectors_.mirrors) {
+    if (reflectors_.mirrors()) {
       pass(mirror_, mirrorCount_, ray, static_cast<int>(SampleClass::PlanarMirror), 0xFE);
     }
     if (reflectors_.glossy) {
-      const auto size = static_cast<float>(cubeMap_.width());
-      // Texels of level 0 have 4 pi / (6 size^2) sr on average.
-      glossy_.set("levelOffset", 0.5f * std::log2(6.0f / kPi * size * size));
-      glossy_.set("lastLevel", static_cast<float>(cubeMap_.levels() - 1));
+      cubeMap_.setLevels(glossy_);
       pass(glossy_, glossyCount_, ray, static_cast<int>(SampleClass::Glossy), 0xFF);
     }
     glDisable(GL_STENCIL_TEST);
@@ -210,9 +176,7 @@ class EnvironmentMap : public Method {
   bool masks_ = false;
   Reflectors reflectors_;
   raster::RefractiveSamples refractive_;
-  gl::Texture cubeMap_;
-  std::uint64_t clamped_ = 0;                   ///< its texels at the limit of half floats
-  std::vector<frame::WorldLight> drawnLights_;  ///< that the cube map was drawn with
+  CubeMap cubeMap_;
   gl::Program mirror_;
   gl::Program glossy_;
   gl::FragmentCounter mirrorCount_;

@@ -71,14 +71,14 @@ class Rig {
     Vec3 ray{0};        // unit, from the eye
     Vec3 reflected{0};  // unit
     Vec3 radiance{0};   // what the method wrote
-    std::uint8_t mask = 0;
+    std::uint16_t mask = 0;
   };
   std::vector<Sample> samples() const {
     const std::vector<float> normal = raster::readRgba(gbuffer.normal);
     const std::vector<float> reflection = raster::readRgba(gbuffer.reflection);
     const std::vector<std::uint32_t> ids = raster::readIds(gbuffer.object);
-    const std::vector<std::uint8_t> masks =
-        settings.masks ? raster::readMasks(gbuffer.masks) : std::vector<std::uint8_t>{};
+    const std::vector<std::uint16_t> masks =
+        settings.masks ? raster::readMasks(gbuffer.masks) : std::vector<std::uint16_t>{};
     std::vector<Sample> all;
     for (int y = 0; y < gbuffer.sampleHeight(); ++y) {
       for (int x = 0; x < gbuffer.sampleWidth(); ++x) {

@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "frame/test_scenes.h"
 #include "methods/environment_map/cube_map.h"
+#include "methods/shared/cube_map.h"
 
 namespace catoptric::methods {
 namespace {

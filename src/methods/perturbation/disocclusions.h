@@ -18,6 +18,6 @@ namespace catoptric::methods::perturbation {
 std::uint64_t findDisocclusions(const raster::GBufferCopy& gbuffer, const scene::Camera& camera,
                                 std::span<const std::uint8_t> uncovered,
                                 const frame::Lighting& lighting, const trace::TraceScene& trace,
-                                std::span<std::uint8_t> masks);
+                                std::span<std::uint16_t> masks);
 
 }  // namespace catoptric::methods::perturbation

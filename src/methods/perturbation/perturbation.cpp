@@ -341,16 +341,16 @@ class Perturbation : public Method {
       reflects[at] = kind == Kind::Planar || kind == Kind::Implicit;
     }
     const std::vector<std::uint8_t> uncovered = layers_.uncoveredReflections(std::move(reflects));
-    std::vector<std::uint8_t> masks;
+    std::vector<std::uint16_t> masks;
     if (settings_.masks) {
       masks = raster::readMasks(gbuffer.masks);
       // What was drawn in parts has those of frames before
-      for (std::uint8_t& mask : masks)
-        mask = static_cast<std::uint8_t>(mask & ~raster::kMaskDisoccluded);
+      for (std::uint16_t& mask : masks)
+        mask = static_cast<std::uint16_t>(mask & ~raster::kMaskDisoccluded);
     }
     const std::uint64_t disoccluded =
         findDisocclusions(copy, camera, uncovered, services.lighting, *services.trace, masks);
-    if (settings_.masks) gbuffer.masks.upload(0, 0, GL_RED_INTEGER, GL_UNSIGNED_BYTE, masks.data());
+    if (settings_.masks) raster::writeMasks(gbuffer.masks, masks);
     return disoccluded;
   }
 

@@ -72,7 +72,7 @@ class Comparison {
 
   FrameOutput output;
   std::vector<Vec3> reflection;  ///< of reflective samples
-  std::vector<std::uint8_t> masks;
+  std::vector<std::uint16_t> masks;
   std::size_t samples = 0;
   double l1Of8Bit = 0.0;  ///< over reflective samples, of gamma 2.2 values
   bool finite = true;
@@ -499,7 +499,7 @@ TEST(Perturbation, GapsAreToldFromTheSky) {
   const char* count = R"({"count_disocclusions": true})";
   const auto marked = [](const Comparison& frame) {
     return static_cast<std::uint64_t>(std::ranges::count_if(
-        frame.masks, [](std::uint8_t m) { return (m & raster::kMaskDisoccluded) != 0; }));
+        frame.masks, [](std::uint16_t m) { return (m & raster::kMaskDisoccluded) != 0; }));
   };
   // In a closed room every ray hits: what shows the environment is a gap
   Comparison closed(roomWith("y - 0.1*sin(5*x)*cos(5*z)", {{-0.5, -0.2, -0.5}, {0.5, 0.2, 0.5}}, 24,

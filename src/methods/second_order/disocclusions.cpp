@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "core/parallel.h"
 #include "methods/shared/sample_points.h"
+#include "methods/shared/sample_questions.h"
 #include "trace/lobes/reflect.h"
 
 namespace catoptric::methods {
@@ -44,59 +44,48 @@ Disocclusions findDisocclusions(const raster::GBufferCopy& gbuffer, const scene:
                                 std::span<const Found> found,
                                 std::span<const std::uint16_t> clusterOf,
                                 std::span<const ClusterCamera> cameras, int rays,
-                                const trace::TraceScene& trace, std::span<std::uint8_t> masks) {
+                                const trace::TraceScene& trace, std::span<std::uint16_t> masks) {
   const auto width = static_cast<std::size_t>(gbuffer.sampleWidth());
   const auto height = static_cast<std::size_t>(gbuffer.sampleHeight());
   const SamplePoints pointAt(gbuffer, camera, trace);
-  std::vector<Disocclusions> ofRow(height);
-  parallelFor(height, 8, [&](std::size_t begin, std::size_t end) {
-    std::vector<trace::Ray> questionRays;
+  return sumOverRows<Disocclusions>(height, [&](std::size_t y, AskedRays& asked) {
     std::vector<Question> questions;
-    std::vector<trace::Hit> hits;
-    for (std::size_t y = begin; y < end; ++y) {
-      questionRays.clear();
-      questions.clear();
-      for (std::size_t x = 0; x < width; ++x) {
-        const std::size_t at = y * width + x;
-        const Found& f = found[at];
-        if (f.nothing[0] == 0 && f.nothing[1] == 0 && !(f.at[2] > 0.0f)) continue;
+    for (std::size_t x = 0; x < width; ++x) {
+      const std::size_t at = y * width + x;
+      const Found& f = found[at];
+      if (f.nothing[0] == 0 && f.nothing[1] == 0 && !(f.at[2] > 0.0f)) continue;
 
-        trace::ReflectionPoint point = pointAt(static_cast<int>(x), static_cast<int>(y));
-        trace::moveOntoSurface(trace, point);
-        const int count = trace::lobeRays(point.glossiness, rays);
-        for (int k = 0; k < count; ++k) {
-          const bool nothing = (f.nothing[static_cast<std::size_t>(k) / 32] >> (k % 32) & 1u) != 0;
-          if (!nothing && !(f.at[2] > 0.0f)) continue;
-          bool below = false;
-          bool total = false;
-          questionRays.push_back(trace::lobeRay(point, k, count, below, total));
-          questions.push_back({at, nothing});
-        }
-      }
-      hits.resize(questionRays.size());
-      trace.intersectSerial(questionRays, hits, true);
-      std::size_t counted = static_cast<std::size_t>(-1);
-      for (std::size_t k = 0; k < questions.size(); ++k) {
-        const auto [at, nothing] = questions[k];
-        const Vec3 hit =
-            questionRays[k].origin + hits[k].distance * questionRays[k].direction - camera.eye();
-        if (!nothing) {
-          const ClusterCamera& made = cameras[clusterOf[at] - 2u];
-          ofRow[y].wrongHits += hits[k].miss() || !shows(made, found[at].at, hit) ? 1 : 0;
-        } else if (!hits[k].miss() && at != counted) {
-          counted = at;
-          ++ofRow[y].samples;
-          if (!masks.empty()) masks[at] |= raster::kMaskDisoccluded;
-        }
+      trace::ReflectionPoint point = pointAt(static_cast<int>(x), static_cast<int>(y));
+      trace::moveOntoSurface(trace, point);
+      const int count = trace::lobeRays(point.glossiness, rays);
+      for (int k = 0; k < count; ++k) {
+        const bool nothing = (f.nothing[static_cast<std::size_t>(k) / 32] >> (k % 32) & 1u) != 0;
+        if (!nothing && !(f.at[2] > 0.0f)) continue;
+        bool below = false;
+        bool total = false;
+        asked.rays.push_back(trace::lobeRay(point, k, count, below, total));
+        questions.push_back({at, nothing});
       }
     }
+    asked.ask(trace);
+    Disocclusions counted;
+    std::size_t last = static_cast<std::size_t>(-1);  // sample counted as disoccluded
+    for (std::size_t k = 0; k < questions.size(); ++k) {
+      const auto [at, nothing] = questions[k];
+      const trace::Ray& ray = asked.rays[k];
+      const trace::Hit& hit = asked.hits[k];
+      if (!nothing) {
+        const Vec3 position = ray.origin + hit.distance * ray.direction - camera.eye();
+        const ClusterCamera& made = cameras[clusterOf[at] - 2u];
+        counted.wrongHits += hit.miss() || !shows(made, found[at].at, position) ? 1 : 0;
+      } else if (!hit.miss() && at != last) {
+        last = at;
+        ++counted.samples;
+        if (!masks.empty()) masks[at] |= raster::kMaskDisoccluded;
+      }
+    }
+    return counted;
   });
-  Disocclusions all;
-  for (const Disocclusions& row : ofRow) {
-    all.samples += row.samples;
-    all.wrongHits += row.wrongHits;
-  }
-  return all;
 }
 
 }  // namespace catoptric::methods

@@ -24,6 +24,12 @@ struct Found {
 struct Disocclusions {
   std::uint64_t samples = 0;    ///< some ray found nothing where Embree's ray hits
   std::uint64_t wrongHits = 0;  ///< the only ray found a surface, Embree's another one or none
+
+  Disocclusions& operator+=(const Disocclusions& other) {
+    samples += other.samples;
+    wrongHits += other.wrongHits;
+    return *this;
+  }
 };
 
 /// Traces the rays in question. `found`, `clusterOf` (as Clustering::clusterOf): one per sample of
@@ -33,6 +39,6 @@ Disocclusions findDisocclusions(const raster::GBufferCopy& gbuffer, const scene:
                                 std::span<const Found> found,
                                 std::span<const std::uint16_t> clusterOf,
                                 std::span<const ClusterCamera> cameras, int rays,
-                                const trace::TraceScene& trace, std::span<std::uint8_t> masks);
+                                const trace::TraceScene& trace, std::span<std::uint16_t> masks);
 
 }  // namespace catoptric::methods

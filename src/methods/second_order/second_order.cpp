@@ -21,8 +21,9 @@
 #include "methods/second_order/clustering/clusters.h"
 #include "methods/second_order/depth_images/depth_images.h"
 #include "methods/second_order/disocclusions.h"
+#include "methods/shared/cube_map.h"
+#include "methods/shared/reflectors.h"
 #include "raster/refractive_samples.h"
-#include "raster/scene_gpu/materials.h"
 
 namespace catoptric::methods {
 namespace {
@@ -190,37 +191,25 @@ Options parseOptions(const config::Value& value) {
   return options;
 }
 
-/// Of an RGBA16F cube map with all its mip levels.
-std::uint64_t cubeMapBytes(int faceSize) {
-  std::uint64_t texels = 0;
-  for (auto side = static_cast<std::uint64_t>(faceSize); side > 0; side /= 2) {
-    texels += 6 * side * side;
-  }
-  return 8 * texels;
-}
-
 /// What the scene has of reflectors, hence which passes run.
-struct Reflectors {
+struct SceneReflectors : Reflectors {
   std::vector<ReflectorKind> kinds;  ///< by object id
   std::vector<bool> skipOwn;         ///< by object id: flat, hence never seen in itself
   std::vector<float> weight;         ///< by object id: of its reflections, at most
-  bool planarMirrors = false;
-  bool curvedMirrors = false;
-  bool glossy = false;
   bool bent = false;  ///< normal maps may turn reflected rays below the surface that they leave
   bool levelsVary = false;  ///< s comes from a texture: some samples may not reflect
-  bool any() const { return planarMirrors || curvedMirrors || glossy; }
 };
 
-Reflectors findReflectors(const scene::Scene& scene, bool fresnel) {
-  Reflectors found;
+SceneReflectors findSceneReflectors(const scene::Scene& scene, bool fresnel) {
+  SceneReflectors found;
+  static_cast<Reflectors&>(found) = findReflectors(scene);
   found.kinds.push_back(ReflectorKind::None);
   found.skipOwn.push_back(false);
   found.weight.push_back(1.0f);
-  for (const scene::Object& object : scene.objects) {
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const scene::Object& object = scene.objects[i];
     const scene::Material& material = scene.materials[object.material];
-    const raster::SampleClass kind =
-        raster::objectClass(raster::materialClass(scene, material), object);
+    const raster::SampleClass kind = found.classOf[i + 1];
     found.kinds.push_back(kind == raster::SampleClass::Diffuse  ? ReflectorKind::None
                           : kind == raster::SampleClass::Glossy ? ReflectorKind::Glossy
                                                                 : ReflectorKind::Mirror);
@@ -229,9 +218,6 @@ Reflectors findReflectors(const scene::Scene& scene, bool fresnel) {
     const bool varies = fresnel || material.metallicRoughnessTexture.used();
     found.weight.push_back((varies ? 1.0f : material.specularLevel) *
                            std::max({tint.x, tint.y, tint.z}));
-    found.planarMirrors = found.planarMirrors || kind == raster::SampleClass::PlanarMirror;
-    found.curvedMirrors = found.curvedMirrors || kind == raster::SampleClass::CurvedMirror;
-    found.glossy = found.glossy || kind == raster::SampleClass::Glossy;
     found.bent =
         found.bent || (kind != raster::SampleClass::Diffuse && material.normalTexture.used());
     found.levelsVary = found.levelsVary || (kind != raster::SampleClass::Diffuse &&
@@ -246,20 +232,24 @@ constexpr int kMostShrinks = 24;
 /// Samples along the edge of a tile with a sample that is still to be looked up: those of an
 /// integer of marks. Ours.
 constexpr int kTileSamples = 4;
-using TileRow = std::uint32_t;
+using Marks = std::uint16_t;
+using TileRow = std::uint64_t;
 
 /// Marks of intersect.frag in all samples of a row of a tile, beside raster::MaskBit.
-constexpr TileRow everyByte(std::uint8_t mark) {
-  return 0x01010101u * mark;
+constexpr TileRow everySample(Marks mark) {
+  return 0x0001000100010001u * mark;
 }
-constexpr std::uint8_t kMarkLater = 128;
+constexpr Marks kMarkBridged = 1u << 14;
+constexpr Marks kMarkLater = 1u << 15;
 
 /// Counted by intersect.frag.
 constexpr std::array<const char*, 4> kCountNames = {"below_horizon", "met_itself", "faded",
                                                     "second_layer_hits"};
 /// Counted in its marks, `environment` together with `unclustered`.
-constexpr std::array<std::pair<std::uint8_t, const char*>, 3> kMarks = {
-    {{raster::kMaskEnvironment, "environment"}, {raster::kMaskSky, "sky"}, {64, "bridged"}}};
+constexpr std::array<std::pair<Marks, const char*>, 3> kMarks = {
+    {{raster::kMaskEnvironment, "environment"},
+     {raster::kMaskSky, "sky"},
+     {kMarkBridged, "bridged"}}};
 
 /// Counted on the CPU; 0 where nothing reflects.
 constexpr std::array<const char*, 17> kClusterCountNames = {
@@ -278,7 +268,7 @@ class SecondOrder : public Method {
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
     MethodPlan plan;
     plan.gbuffer = true;
-    const Reflectors reflectors = findReflectors(scene, settings.fresnelSchlick);
+    const SceneReflectors reflectors = findSceneReflectors(scene, settings.fresnelSchlick);
     if (!reflectors.any()) return plan;
     const auto samples = static_cast<std::uint64_t>(settings.width) * settings.height *
                          settings.samples * settings.samples;
@@ -305,7 +295,7 @@ class SecondOrder : public Method {
         {"resource", "cube map",
          "6 faces of " + std::to_string(options_.faceSize) + " x " +
              std::to_string(options_.faceSize) + ", RGBA16F, with mip levels",
-         cubeMapBytes(options_.faceSize)},
+         cubeMapBytes(options_.faceSize, 8)},
         {"resource", "G-buffer copy", "what is read back", samples * (16 + 4 + 4)},
         {"resource", "cluster of each sample", "R16UI", samples * 2},
         {"resource", "depth images", "at most, by memory_mib", options_.images.memoryBytes},
@@ -321,7 +311,7 @@ class SecondOrder : public Method {
 
   void prepare(Services& services, const RunSettings& settings) override {
     settings_ = settings;
-    reflectors_ = findReflectors(services.scene, settings.fresnelSchlick);
+    reflectors_ = findSceneReflectors(services.scene, settings.fresnelSchlick);
     if (!reflectors_.any()) return;
     refractive_ = raster::RefractiveSamples(services.scene);
     if (options_.images.levelErrorTexels > 0.0f) {
@@ -342,7 +332,7 @@ class SecondOrder : public Method {
     marks_.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     if (!settings.masks) {
       const raster::GBuffer& gbuffer = *services.gbuffer;
-      ownMarks_ = gl::Texture::make2D("marks of samples", GL_R8UI, width, height);
+      ownMarks_ = gl::Texture::make2D("marks of samples", GL_R16UI, width, height);
       ownTarget_ =
           gl::Framebuffer("reflection", {{.texture = gbuffer.reflection}, {.texture = ownMarks_}},
                           {.texture = gbuffer.depth});
@@ -362,7 +352,9 @@ class SecondOrder : public Method {
     images.weight = reflectors_.weight;
     if (options_.glossyReach > 0.0f) images.reach = reachOfObjects(services.scene);
     images_ = std::make_unique<DepthImages>(width, height, options_.camera.depthImageScale, images);
-    if (!services.scene.animated()) drawEnvironment(services);
+    if (!services.scene.animated()) {
+      environment_.draw(services, services.geometry.bounds.centre(), options_.faceSize);
+    }
   }
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
@@ -377,8 +369,8 @@ class SecondOrder : public Method {
     frame::StepTimer& timer = services.timer;
     const scene::Camera& camera = input.frame.camera;
 
-    if (environment_.empty() || services.scene.animated()) drawEnvironment(services);
-    output.counters["clamped_cube_map"] = clampedTexels_;
+    environment_.follow(input, services, services.geometry.bounds.centre(), options_.faceSize);
+    output.counters["clamped_cube_map"] = environment_.clampedTexels();
     timer.measure("readback", [&] { raster::readBack(gbuffer, reflectors_.levelsVary, copy_); });
     timer.measure("cluster",
                   [&] { clustering_.build(copy_, camera, reflectors_.kinds, options_.cluster); });
@@ -486,15 +478,6 @@ class SecondOrder : public Method {
     return made;
   }
 
-  void drawEnvironment(Services& services) {
-    services.timer.measure("cube_map", [&] {
-      environment_ = services.raster->drawCubeMap(services.geometry.bounds.centre(),
-                                                  options_.faceSize, services.lighting);
-      clampedTexels_ = raster::clampedTexels(environment_);
-      environment_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
-    });
-  }
-
   void intersect(Services& services, const raster::GBuffer& gbuffer, const scene::Camera& camera,
                  bool onGrids, bool exact, bool record = false) {
     const std::vector<std::uint32_t> zeros(kCountNames.size(), 0);
@@ -539,9 +522,7 @@ class SecondOrder : public Method {
       program.set("cubeCentre", bounds.centre() - camera.eye());
       program.set("sampleSize", 1.0f / Vec2(gbuffer.sampleWidth(), gbuffer.sampleHeight()));
       program.set("atlasTexel", 1.0f / Vec2(images_->layerWidth(), images_->layerHeight()));
-      const auto face = static_cast<float>(environment_.width());
-      program.set("levelOffset", 0.5f * std::log2(6.0f / kPi * face * face));
-      program.set("lastLevel", static_cast<float>(environment_.levels() - 1));
+      environment_.setLevels(program);
     };
     const auto pass = [&](gl::Program& program, raster::SampleClass sampleClass) {
       if (program.empty()) return;
@@ -584,28 +565,27 @@ class SecondOrder : public Method {
 
   /// Counts the samples' marks and lists the tiles with one that is still to be looked up.
   void takeMarks(const gl::Texture& marks) {
-    marks.read(0, GL_RED_INTEGER, GL_UNSIGNED_BYTE, std::as_writable_bytes(std::span(marks_)));
+    marks.read(0, GL_RED_INTEGER, GL_UNSIGNED_SHORT, std::as_writable_bytes(std::span(marks_)));
     markCounts_ = {};
     later_.clear();
     const int width = marks.width();
     std::vector<bool> listed(static_cast<std::size_t>(tilesAcross_));
     for (int y = 0; y < marks.height(); ++y) {
       if (y % kTileSamples == 0) listed.assign(listed.size(), false);
-      const std::uint8_t* line =
-          &marks_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width)];
+      const Marks* line = &marks_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width)];
       for (int x = 0; x < width; x += kTileSamples) {
         TileRow row = 0;
         if (x + kTileSamples <= width) {
           std::memcpy(&row, line + x, sizeof row);
         } else {
-          std::memcpy(&row, line + x, static_cast<std::size_t>(width - x));
+          std::memcpy(&row, line + x, sizeof(Marks) * static_cast<std::size_t>(width - x));
         }
         if (row == 0) continue;
         for (std::size_t i = 0; i < kMarks.size(); ++i) {
-          markCounts_[i] += std::popcount(row & everyByte(kMarks[i].first));
+          markCounts_[i] += std::popcount(row & everySample(kMarks[i].first));
         }
         const auto tile = static_cast<std::size_t>(x / kTileSamples);
-        if ((row & everyByte(kMarkLater)) == 0 || listed[tile]) continue;
+        if ((row & everySample(kMarkLater)) == 0 || listed[tile]) continue;
         listed[tile] = true;
         later_.push_back(static_cast<std::uint32_t>(y / kTileSamples * tilesAcross_) +
                          static_cast<std::uint32_t>(tile));
@@ -661,14 +641,12 @@ class SecondOrder : public Method {
                           std::span<const ClusterCamera> cameras, FrameOutput& output) {
     raster::GBuffer& gbuffer = *services.gbuffer;
     foundBuffer_.read(0, found_.size() * sizeof(Found), found_.data());
-    std::vector<std::uint8_t> masks;
+    std::vector<std::uint16_t> masks;
     if (settings_.masks) masks = raster::readMasks(gbuffer.masks);
     const Disocclusions counted =
         findDisocclusions(copy_, camera, found_, clustering_.clusterOf(), cameras,
                           options_.camera.rays, *services.trace, masks);
-    if (settings_.masks) {
-      gbuffer.masks.upload(0, 0, GL_RED_INTEGER, GL_UNSIGNED_BYTE, masks.data());
-    }
+    if (settings_.masks) raster::writeMasks(gbuffer.masks, masks);
     output.counters["disoccluded"] = counted.samples;
     output.counters["wrong_hit"] = counted.wrongHits;
   }
@@ -710,14 +688,13 @@ class SecondOrder : public Method {
 
   Options options_;
   RunSettings settings_;
-  Reflectors reflectors_;
+  SceneReflectors reflectors_;
   raster::RefractiveSamples refractive_;
   raster::GBufferCopy copy_;
   Clustering clustering_;
   std::unique_ptr<DepthImages> images_;
   gl::Texture clusterSamples_;
-  gl::Texture environment_;
-  std::uint64_t clampedTexels_ = 0;  ///< of its level 0, by half floats
+  CubeMap environment_;
   gl::Buffer counts_;
   gl::Buffer foundBuffer_;  ///< of count_disocclusions
   std::vector<Found> found_;
@@ -733,7 +710,7 @@ class SecondOrder : public Method {
   gl::Texture walks_;
   gl::Texture ownMarks_;  ///< as GBuffer::masks, where there are none
   gl::Framebuffer ownTarget_;
-  std::vector<std::uint8_t> marks_;
+  std::vector<Marks> marks_;
   std::array<std::uint64_t, kMarks.size()> markCounts_{};
   int tilesAcross_ = 0;
   int tilesDown_ = 0;

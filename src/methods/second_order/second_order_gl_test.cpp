@@ -101,7 +101,7 @@ class Comparison {
   }
 
   FrameOutput output;
-  std::vector<std::uint8_t> masks;
+  std::vector<std::uint16_t> masks;
   trace::ReflectionCounts traced;
   std::size_t samples = 0;
   float brightest = 0.0f;
@@ -124,9 +124,9 @@ class Comparison {
 };
 
 /// Samples of the frame that have a bit of raster::MaskBit.
-std::size_t marked(const Comparison& frame, std::uint8_t bit) {
+std::size_t marked(const Comparison& frame, std::uint16_t bit) {
   std::size_t count = 0;
-  for (const std::uint8_t bits : frame.masks) count += (bits & bit) != 0;
+  for (const std::uint16_t bits : frame.masks) count += (bits & bit) != 0;
   return count;
 }
 

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "config/options.h"
-#include "core/parallel.h"
-#include "methods/traced/gbuffer_samples.h"
+#include "core/clock.h"
+#include "methods/shared/reflective_samples.h"
 #include "scene/reflectance.h"
 #include "trace/lobes/reflect.h"
 
@@ -102,35 +102,10 @@ class Traced : public Method {
 
     // Put every sample's light in its place.
     const std::int64_t scatterStart = nowNs();
-    const std::size_t total = copy_.object.size();
-    image_.assign(4 * total, 0.0f);
-    parallelFor(samples.places.size(), 16384, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) {
-        float* texel = &image_[4 * static_cast<std::size_t>(samples.places[k])];
-        texel[0] = radiance_[k].x;
-        texel[1] = radiance_[k].y;
-        texel[2] = radiance_[k].z;
-        texel[3] = 1.0f;
-      }
-    });
-    if (masks_) {
-      maskImage_.assign(total, 0);
-      for (std::size_t k = 0; k < samples.places.size(); ++k) {
-        std::uint8_t bits = 0;
-        if ((flags_[k] & 1) != 0) bits |= raster::kMaskEnvironment;
-        if ((flags_[k] & 2) != 0) bits |= raster::kMaskBelowHorizon;
-        if ((flags_[k] & 4) != 0) bits |= raster::kMaskSky;
-        maskImage_[samples.places[k]] = bits;
-      }
-    }
+    upload_.scatter(gbuffer, samples.places, radiance_, flags_);
     timer.add("resolve", collectSeconds + counts.resolveSeconds + secondsSince(scatterStart));
 
-    timer.measure("upload", [&] {
-      gbuffer.reflection.upload(0, 0, GL_RGBA, GL_FLOAT, image_.data());
-      if (masks_) {
-        gbuffer.masks.upload(0, 0, GL_RED_INTEGER, GL_UNSIGNED_BYTE, maskImage_.data());
-      }
-    });
+    timer.measure("upload", [&] { upload_.upload(gbuffer); });
     report(counts, output);
   }
 
@@ -150,8 +125,7 @@ class Traced : public Method {
   raster::GBufferCopy copy_;
   std::vector<Vec3> radiance_;
   std::vector<std::uint8_t> flags_;
-  std::vector<float> image_;
-  std::vector<std::uint8_t> maskImage_;
+  ReflectionUpload upload_;
 };
 
 }  // namespace

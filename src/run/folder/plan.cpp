@@ -105,7 +105,7 @@ std::vector<PlanItem> methodItems(const RunConfig& run, const scene::Scene& scen
   }
   if (needs.gbuffer) {
     // Diffuse, normal, reflection: 16 bytes each; id 4; depth and stencil 8.
-    const std::uint64_t perSample = 3 * 16 + 4 + 8 + (run.image.masks ? 1 : 0);
+    const std::uint64_t perSample = 3 * 16 + 4 + 8 + (run.image.masks ? 2 : 0);
     items.push_back({"resource", "gbuffer",
                      std::to_string(run.image.width) + "x" + std::to_string(run.image.height) +
                          " pixels with " + std::to_string(run.image.samples) + "x" +

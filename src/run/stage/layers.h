@@ -19,7 +19,7 @@ struct SampleLayers {
   std::vector<float> depth;            ///< reversed-Z
   std::vector<std::uint32_t> object;   ///< ids
   std::vector<std::uint16_t> cluster;  ///< 0: none
-  std::vector<std::uint8_t> masks;
+  std::vector<std::uint16_t> masks;
 };
 /// Adds layers to `image`: Z, N and ids of each pixel's middle sample, means of the others; Z is
 /// the distance along -z in metres, 0 where there is nothing. `samples` per axis.

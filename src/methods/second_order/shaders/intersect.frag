@@ -69,8 +69,8 @@ const uint kMaskSky = 32u;
 // Marks of this method beside those bits, counted on the CPU: of atomics llvmpipe loops over all
 // lanes, of those that nobody takes, too. A ray of the sample ends over a depth edge; the sample is
 // left to KIND 3.
-const uint kMarkBridged = 64u;
-const uint kMarkLater = 128u;
+const uint kMarkBridged = 16384u;
+const uint kMarkLater = 32768u;
 
 // What few runs have is counted here: rays, and samples with a ray.
 layout(std430, binding = 1) buffer Counts { uint counts[]; };

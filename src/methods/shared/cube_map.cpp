@@ -1,0 +1,56 @@
+#include "methods/shared/cube_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace catoptric::methods {
+namespace {
+
+bool sameLights(const std::vector<frame::WorldLight>& a, const std::vector<frame::WorldLight>& b) {
+  return std::ranges::equal(a, b, [](const frame::WorldLight& x, const frame::WorldLight& y) {
+    return x.type == y.type && x.position == y.position && x.direction == y.direction &&
+           x.intensity == y.intensity && x.range == y.range && x.cosInner == y.cosInner &&
+           x.cosOuter == y.cosOuter;
+  });
+}
+
+}  // namespace
+
+std::uint64_t cubeMapBytes(int faceSize, std::uint64_t bytesPerTexel) {
+  std::uint64_t texels = 0;
+  for (std::uint64_t size = static_cast<std::uint64_t>(faceSize); size > 0; size /= 2) {
+    texels += 6 * size * size;
+  }
+  return texels * bytesPerTexel;
+}
+
+void CubeMap::draw(Services& services, const Vec3& centre, int faceSize) {
+  services.timer.measure("cube_map", [&] {
+    take(services.raster->drawCubeMap(centre, faceSize, services.lighting));
+    clampedTexels_ = raster::clampedTexels(texture_);
+    lights_ = services.lighting.lights;
+  });
+}
+
+void CubeMap::follow(const FrameInput& input, Services& services, const Vec3& centre,
+                     int faceSize) {
+  const bool moved =
+      services.scene.animated() && (input.firstOfSequence || !input.changedObjects.empty() ||
+                                    !sameLights(lights_, services.lighting.lights));
+  if (empty() || moved) draw(services, centre, faceSize);
+}
+
+void CubeMap::take(gl::Texture texture) {
+  texture_ = std::move(texture);
+  texture_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
+}
+
+void CubeMap::setLevels(gl::Program& program) const {
+  // Texels of level 0 have 4 pi / (6 size^2) sr on average.
+  const auto size = static_cast<float>(texture_.width());
+  program.set("levelOffset", 0.5f * std::log2(6.0f / kPi * size * size));
+  program.set("lastLevel", static_cast<float>(texture_.levels() - 1));
+}
+
+}  // namespace catoptric::methods
