@@ -44,8 +44,11 @@ std::vector<Item> itemsOf(const std::string& what) {
     for (const methods::MethodEntry& entry : methods::registry())
       items.push_back({entry.id, entry.summary});
   } else if (what == "steps") {
-    for (const run::StepMeaning& step : run::stepMeanings())
+    for (const methods::StepInfo& step : run::pipelineSteps())
       items.push_back({step.name, step.when + ": " + step.meaning});
+    for (const methods::MethodEntry& entry : methods::registry())
+      for (const methods::StepInfo& step : entry.steps)
+        items.push_back({step.name, entry.id + ", " + step.when + ": " + step.meaning});
   } else if (what == "shapes") {
     for (const std::string& shape : scene::shapeNames()) items.push_back({shape, ""});
   } else if (what == "devices") {

@@ -32,6 +32,11 @@ struct ObjectRange {
   std::uint32_t firstIndex = 0;  ///< a multiple of 3
   std::uint32_t indexCount = 0;
   bool moving = false;
+  /// Its shape can change over time (morph targets, moving joints): worldFromObject does not say
+  /// where its vertices are.
+  bool deforms = false;
+  Mat4 worldFromObject{1.0f};  ///< of the mesh's vertices at this moment; identity where skinned
+  float scale = 1.0f;  ///< metres per unit of the mesh: cube root of worldFromObject's volume
   Box3 bounds;
   /// Square root of (texture area in uv units / world area), mean over the object, for uv set 0:
   /// times a texture's size it gives texels per metre for the choice of a mip level.

@@ -219,7 +219,7 @@ Pose poseAt(const Scene& scene, double timeSeconds) {
   return pose;
 }
 
-std::vector<bool> movingObjects(const Scene& scene) {
+std::vector<bool> deformingObjects(const Scene& scene) {
   const std::vector<bool> nodeMoves = movingNodes(scene);
   std::vector<bool> weightsMove(scene.nodes.size(), false);
   for (const AnimationChannel& channel : scene.animation) {
@@ -227,26 +227,44 @@ std::vector<bool> movingObjects(const Scene& scene) {
       weightsMove[static_cast<std::size_t>(channel.node)] = true;
     }
   }
-  std::vector<bool> moving(scene.objects.size(), false);
+  std::vector<bool> deforming(scene.objects.size(), false);
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const Object& object = scene.objects[i];
     if (object.node == kNone) continue;
     const auto node = static_cast<std::size_t>(object.node);
     if (weightsMove[node] &&
         !scene.meshes[static_cast<std::size_t>(object.mesh)].morphTargets.empty()) {
-      moving[i] = true;
+      deforming[i] = true;
     }
     if (skinned(scene, object)) {
-      // A skinned object follows its joints, not its node.
       const Skin& skin = scene.skins[static_cast<std::size_t>(scene.nodes[node].skin)];
       for (const int joint : skin.joints) {
-        if (nodeMoves[static_cast<std::size_t>(joint)]) moving[i] = true;
+        if (nodeMoves[static_cast<std::size_t>(joint)]) deforming[i] = true;
       }
-    } else if (nodeMoves[node]) {
-      moving[i] = true;
     }
   }
+  return deforming;
+}
+
+std::vector<bool> movingObjects(const Scene& scene) {
+  const std::vector<bool> nodeMoves = movingNodes(scene);
+  std::vector<bool> moving = deformingObjects(scene);
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const Object& object = scene.objects[i];
+    // A skinned object follows its joints, not its node.
+    if (object.node != kNone && !skinned(scene, object) &&
+        nodeMoves[static_cast<std::size_t>(object.node)])
+      moving[i] = true;
+  }
   return moving;
+}
+
+Mat4 worldFromObject(const Scene& scene, const Object& object, const Pose& pose) {
+  if (skinned(scene, object)) return Mat4(1.0f);
+  const Mat4 worldFromNode = object.node == kNone
+                                 ? glm::translate(Mat4(1.0f), Vec3(-scene.origin))
+                                 : pose.worldFromNode[static_cast<std::size_t>(object.node)];
+  return worldFromNode * object.nodeFromInstance;
 }
 
 WorldVertices worldVertices(const Scene& scene, const Object& object, const Pose& pose) {
@@ -287,10 +305,7 @@ WorldVertices worldVertices(const Scene& scene, const Object& object, const Pose
       if (i == 0) result.flipWinding = glm::determinant(linear) < 0.0f;
     }
   } else {
-    const Mat4 worldFromNode = object.node == kNone
-                                   ? glm::translate(Mat4(1.0f), Vec3(-scene.origin))
-                                   : pose.worldFromNode[static_cast<std::size_t>(object.node)];
-    const Mat4 m = worldFromNode * object.nodeFromInstance;
+    const Mat4 m = worldFromObject(scene, object, pose);
     const Mat3 linear(m);
     const Mat3 forNormals = normalMatrix(linear);
     result.flipWinding = glm::dot(linear[0], glm::cross(linear[1], linear[2])) < 0.0f;

@@ -11,11 +11,12 @@
 #include <vector>
 
 #include "config/json.h"
-#include "frame/cluster_row.h"
 #include "frame/geometry.h"
+#include "frame/object_set.h"
 #include "frame/shading.h"
 #include "frame/steps.h"
 #include "image/image.h"
+#include "methods/contract/table.h"
 #include "raster/gbuffer.h"
 #include "raster/scene_raster.h"
 #include "scene/camera.h"
@@ -33,7 +34,7 @@ struct RunSettings {
   bool masks = false;  ///< fill fallback masks
   bool fresnelSchlick = false;
   std::vector<std::string> layers;  ///< asked-for layers: "Z", "N", "reflection", "diffuse", "id",
-                                    ///< "s", "cluster"
+                                    ///< "s", and names of MethodEntry::sampleLayers
 };
 
 /// One line of a plan: something that will be built, compiled, allocated or run, and why.
@@ -53,6 +54,7 @@ struct MethodPlan {
   /// Reflections and refractions that a path may have, and the option that says so; 0: none does.
   int bounces = 0;
   const char* bouncesOption = "";
+  bool previousFrame = false;   ///< FrameInput::previous is wanted
   std::vector<PlanItem> items;  ///< the method's own passes, resources, precomputations
 };
 
@@ -76,24 +78,47 @@ struct Services {
   frame::StepTimer& timer;
 };
 
+/// The path's frame before the one at hand.
+struct PreviousFrame {
+  scene::PathFrame frame;
+  /// Where each object was: as ObjectRange::worldFromObject, at that frame's time.
+  std::vector<Mat4> worldFromObject;
+};
+
 /// One frame, as the sequence hands it to a method.
 struct FrameInput {
   scene::PathFrame frame;
   std::vector<int> changedObjects;  ///< indices whose geometry differs from the last rendered frame
-  bool firstOfSequence = true;      ///< no state of earlier frames may be used
+  /// Nothing that was kept of earlier frames may be used: the frame before was not rendered just
+  /// now.
+  bool firstOfSequence = true;
+  /// A restart frame (Method::restartsAt): its pixels must not depend on earlier frames. Always
+  /// true of methods without state; true wherever firstOfSequence is.
+  bool restarts = true;
+  /// False while warming up: the frame is thrown away, and only what later frames need must be
+  /// computed.
+  bool kept = true;
+  /// Where MethodPlan::previousFrame asks for it; none: the path's first frame.
+  std::optional<PreviousFrame> previous;
+  /// The reflective objects that this method fills; others' samples are another method's.
+  frame::ObjectSet reflectors;
   /// Samples of the G-buffer that may differ from the last frame's, whose camera and lights were
   /// the same; none: all.
   std::optional<raster::Region> changedSamples;
+};
+
+/// A number per sample of the frame, row 0 on top; 0: none. Layer id.NAME of the frame's file.
+struct SampleLayer {
+  std::string name;
+  std::vector<std::uint32_t> numbers;
 };
 
 struct FrameOutput {
   Counters counters;
   /// Samples of gbuffer->reflection that may differ from the last frame's; none: all.
   std::optional<raster::Region> changedReflection;
-  std::vector<frame::ClusterRow> clusters;  ///< of methods that cluster rays
-  /// Where the layer "cluster" is asked for: per sample 0 in no cluster, else index in `clusters`
-  /// + 1.
-  std::vector<std::uint16_t> clusterOf;
+  std::vector<Table> tables;              ///< those of MethodEntry::tables that have rows
+  std::vector<SampleLayer> sampleLayers;  ///< those of MethodEntry::sampleLayers that are asked for
   /// A method that renders whole images (MethodPlan::gbuffer false) puts the frame here: R G B A
   /// and the asked-for layers that it has.
   std::optional<image::Image> image;
@@ -115,17 +140,54 @@ class Method {
   /// Fills gbuffer->reflection (and masks) for every reflective sample, or output.image.
   virtual void render(const FrameInput& input, Services& services, FrameOutput& output) = 0;
 
-  /// Whether a chunk may start at frame `number` and still give the undivided run's pixels: always
-  /// for methods without state over frames.
-  virtual bool mayStartAt(int /*number*/) const { return true; }
+  /// Whether frame `number` of the path is a restart frame: its pixels do not depend on frames
+  /// before it. By the path alone, never by what was asked for, so that chunks, resumed runs and
+  /// lists of frames give the same pixels: whoever starts between two restart frames renders all
+  /// frames of the path from the one before. Frame 1 always is one. Methods without state: all are.
+  virtual bool restartsAt(const scene::CameraPath& /*path*/, int /*number*/) const { return true; }
 };
 
-/// A method as the program lists it.
+/// A row of the timing table that a method adds.
+struct StepInfo {
+  std::string name;
+  std::string when;     ///< "start", "frames", "start, frames"
+  std::string meaning;  ///< one line
+};
+
+/// A count of each frame.
+struct CounterInfo {
+  std::string name;
+  std::string meaning;      ///< one line
+  bool mustBeZero = false;  ///< anything else means that something is wrong or extreme
+  /// The option without which, or the scenes but for which, it is not there; empty: always there.
+  std::string onlyWith = {};
+};
+
+/// 0 for each counter that is always there.
+Counters zeros(const std::vector<CounterInfo>& counters);
+
+/// A layer of the frame's file, by sample, that a method can fill.
+struct SampleLayerInfo {
+  std::string name;
+  std::string meaning;
+};
+
+/// What the tests that run every method must know of one: JSON objects of its options.
+struct TestOptions {
+  std::string small = "{}";       ///< fit for frames of 64 pixels
+  std::string refracting = "{}";  ///< besides, for scenes with bodies that refract
+};
+
+/// A method as the program lists it. Pages and tests of every method are made from it.
 struct MethodEntry {
   std::string id;
   std::string summary;  ///< one line
   std::string paper;    ///< "[Wang2014] second_order"; empty for the common ones
-  std::vector<std::string> steps;
+  std::vector<StepInfo> steps;
+  std::vector<CounterInfo> counters = {};
+  std::vector<TableInfo> tables = {};
+  std::vector<SampleLayerInfo> sampleLayers = {};
+  TestOptions tests = {};
   const config::Schema& options;  ///< schema of its options in a run config
   std::unique_ptr<Method> (*make)(const config::Value& options);
 };

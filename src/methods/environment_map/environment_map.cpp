@@ -191,12 +191,18 @@ std::unique_ptr<Method> make(const config::Value& options) {
 
 const MethodEntry& environmentMapEntry() {
   static const MethodEntry entry{
-      "environment_map",
-      "cube map look-up by reflected direction; everything infinitely far away",
-      "",
-      {"cube_map", "resolve"},
-      optionTable().schema(),
-      make};
+      .id = "environment_map",
+      .summary = "cube map look-up by reflected direction; everything infinitely far away",
+      .paper = "",
+      .steps = {{"cube_map", "start, frames", "the cube map is drawn, again when something moved"},
+                {"resolve", "frames", "the look-up per sample"}},
+      .counters = {{"environment", "reflective samples: all see the cube map"},
+                   {"refraction_mirrored",
+                    "samples of materials that refract: they are mirrored instead"},
+                   {"clamped_cube_map", "texels of the cube map beyond half floats", true}},
+      .tests = {.small = R"({"face_size": 64})"},
+      .options = optionTable().schema(),
+      .make = make};
   return entry;
 }
 

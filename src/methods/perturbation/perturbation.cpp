@@ -15,6 +15,7 @@
 #include "methods/perturbation/kinds.h"
 #include "methods/perturbation/options.h"
 #include "methods/perturbation/path_types.h"
+#include "methods/perturbation/reports.h"
 #include "methods/perturbation/slow_news.h"
 #include "methods/perturbation/virtual_layers.h"
 #include "methods/perturbation/virtual_objects.h"
@@ -104,12 +105,7 @@ class Perturbation : public Method {
   }
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
-    for (const char* name :
-         {"paths", "path_types", "path_types_missed", "path_types_left_out", "total_reflection",
-          "vertices", "triangles", "dropped_triangles", "coarse_objects", "reflections_left_out",
-          "linear", "quadratic", "retraced", "not_converged", "environment",
-          "unsupported_reflector", "clamped_cube_map"})
-      output.counters[name] = 0;
+    output.counters = zeros(perturbationCounters());
     if (!any_) {
       if (settings_.masks) services.gbuffer->reflectionFramebuffer.clearColorUint(1, 0);
       return;
@@ -376,13 +372,18 @@ std::unique_ptr<Method> make(const config::Value& options) {
 
 const MethodEntry& perturbationEntry() {
   static const MethodEntry entry{
-      "perturbation",
-      "virtual objects in planes and implicit surfaces, by perturbing "
-      "sampled reflection paths",
-      "[Chen2000]",
-      {"paths", "virtual_objects", "cube_map", "virtual_draw", "bvh", "disocclusions"},
-      perturbation::schema(),
-      perturbation::make};
+      .id = "perturbation",
+      .summary =
+          "virtual objects in planes and implicit surfaces, by perturbing "
+          "sampled reflection paths",
+      .paper = "[Chen2000]",
+      .steps = perturbationSteps(),
+      .counters = perturbationCounters(),
+      // Pictures so small have more paths to their folds than traced_per_pixel allows by default
+      .tests = {.small = R"({"unsupported": "environment_map", "traced_per_pixel": 1000})",
+                .refracting = R"({"max_bounces": 2})"},
+      .options = perturbation::schema(),
+      .make = perturbation::make};
   return entry;
 }
 

@@ -302,14 +302,24 @@ class Reference : public Method {
 }  // namespace
 
 const MethodEntry& referenceEntry() {
-  static const MethodEntry entry{"reference",
-                                 "everything by Embree, converged: the ground truth for errors",
-                                 "",
-                                 {"bvh", "trace"},
-                                 optionTable().schema(),
-                                 [](const config::Value& options) -> std::unique_ptr<Method> {
-                                   return std::make_unique<Reference>(optionTable().parse(options));
-                                 }};
+  static const MethodEntry entry{
+      .id = "reference",
+      .summary = "everything by Embree, converged: the ground truth for errors",
+      .paper = "",
+      .steps = {{"trace", "frames", "the whole frame is traced by Embree"}},
+      .counters = {{"primary_rays", "rays from the camera"},
+                   {"rays", "reflected and refracted rays"},
+                   {"misses", "rays that left the scene"},
+                   {"refused", "rays that Embree could not take: they see the environment", true},
+                   {"not_finite", "radiances of hits that were NaN or infinite, taken as 0", true},
+                   {"below_horizon", "rays folded up from below the shading normal's plane"},
+                   {"unresolved", "rays whose meeting with an implicit surface was left undecided",
+                    false, "implicit surfaces in the scene"}},
+      .tests = {.small = R"({"samples": 2, "rays": 4})", .refracting = R"({"bounces": 2})"},
+      .options = optionTable().schema(),
+      .make = [](const config::Value& options) -> std::unique_ptr<Method> {
+        return std::make_unique<Reference>(optionTable().parse(options));
+      }};
   return entry;
 }
 

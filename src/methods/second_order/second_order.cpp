@@ -21,6 +21,7 @@
 #include "methods/second_order/clustering/clusters.h"
 #include "methods/second_order/depth_images/depth_images.h"
 #include "methods/second_order/disocclusions.h"
+#include "methods/second_order/reports.h"
 #include "methods/shared/cube_map.h"
 #include "methods/shared/reflectors.h"
 #include "raster/refractive_samples.h"
@@ -251,14 +252,6 @@ constexpr std::array<std::pair<Marks, const char*>, 3> kMarks = {
      {raster::kMaskSky, "sky"},
      {kMarkBridged, "bridged"}}};
 
-/// Counted on the CPU; 0 where nothing reflects.
-constexpr std::array<const char*, 17> kClusterCountNames = {
-    "clamped_cube_map", "clusters",          "reflective_samples", "planar_clusters",
-    "planar_samples",   "concave_clusters",  "normals_cancel",     "parallel_clusters",
-    "pushed_back",      "crossing_clusters", "capped_images",      "texels",
-    "triangles",        "images_shrunk",     "bins_halved",        "bins_kept",
-    "left_out"};
-
 bool readsMeasured = false;
 
 class SecondOrder : public Method {
@@ -360,11 +353,7 @@ class SecondOrder : public Method {
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
     raster::GBuffer& gbuffer = *services.gbuffer;
     if (settings_.masks) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
-    for (const char* name : kCountNames) output.counters[name] = 0;
-    for (const auto& [mark, name] : kMarks) output.counters[name] = 0;
-    for (const char* name : kClusterCountNames) output.counters[name] = 0;
-    output.counters["unclustered"] = 0;
-    output.counters["refraction_mirrored"] = 0;
+    output.counters = zeros(secondOrderCounters());
     if (!reflectors_.any()) return;
     frame::StepTimer& timer = services.timer;
     const scene::Camera& camera = input.frame.camera;
@@ -424,9 +413,11 @@ class SecondOrder : public Method {
     });
     report(clusters, cameras, triangles, output);
     if (readsMeasured) measureReads(services, gbuffer, camera, onGrids, exact);
-    if (std::ranges::find(settings_.layers, "cluster") != settings_.layers.end()) {
-      output.clusterOf = clustering_.clusterOf();
-      for (std::uint16_t& cluster : output.clusterOf) {
+    if (std::ranges::find(settings_.layers, kClusterLayer) != settings_.layers.end()) {
+      const std::vector<std::uint16_t>& clusterOf = clustering_.clusterOf();
+      SampleLayer& layer = output.sampleLayers.emplace_back(SampleLayer{kClusterLayer, {}});
+      layer.numbers.assign(clusterOf.begin(), clusterOf.end());
+      for (std::uint32_t& cluster : layer.numbers) {
         if (cluster > 0) --cluster;
       }
     }
@@ -666,6 +657,7 @@ class SecondOrder : public Method {
     c["empty_images"] = 0;
     c["bins_halved"] = static_cast<std::uint64_t>(clustering_.timesHalved());
     c["bins_kept"] = clustering_.binsKept();
+    Table& rows = output.tables.emplace_back(clustersTable());
     for (std::size_t i = 0; i < clusters.size(); ++i) {
       c["planar_clusters"] += clusters[i].planar ? 1 : 0;
       c["planar_samples"] += clusters[i].planar ? clusters[i].samples : 0;
@@ -680,9 +672,8 @@ class SecondOrder : public Method {
       c["triangles"] += triangles[i];
       c["empty_images"] += triangles[i] == 0 && !cameras[i].mirrorGrid ? 1 : 0;
 
-      output.clusters.push_back({clusters[i].object, clusters[i].samples, clusters[i].planar,
-                                 clusters[i].concave, cameras[i].width, cameras[i].height,
-                                 triangles[i], static_cast<double>(cameras[i].displacement)});
+      rows.add(i, clusters[i].object, clusters[i].samples, clusters[i].planar, clusters[i].concave,
+               cameras[i].width, cameras[i].height, triangles[i], cameras[i].displacement);
     }
   }
 
@@ -731,13 +722,17 @@ void setMeasureReads(bool on) {
 
 const MethodEntry& secondOrderEntry() {
   static const MethodEntry entry{
-      "second_order",
-      "clusters of reflected rays, a depth image each, found by walking over it",
-      "[Wang2014]",
-      {"levels", "cube_map", "readback", "cluster", "camera", "depth_images", "intersect", "bvh",
-       "disocclusions"},
-      schema(),
-      make};
+      .id = "second_order",
+      .summary = "clusters of reflected rays, a depth image each, found by walking over it",
+      .paper = "[Wang2014]",
+      .steps = secondOrderSteps(),
+      .counters = secondOrderCounters(),
+      .tables = {clustersTable()},
+      .sampleLayers =
+          {{kClusterLayer,
+            "number of the sample's cluster as clusters.csv counts, plus 1; 0: in none"}},
+      .options = schema(),
+      .make = make};
   return entry;
 }
 

@@ -157,11 +157,13 @@ scene::Scene roomWith(scene::Mesh mirror, const Mat4& worldFromMirror, float glo
 TEST(SecondOrder, SamplesNameTheirClusters) {
   const Comparison frame(roomWith(scene::makeSphere(0.7f, 64, 32, scene::UvMode::Unit), Mat4(1.0f)),
                          cameraAt({0.0f, 0.4f, 3.0f}, {0.0f, 0.0f, 0.0f}));
-  std::vector<std::uint64_t> counts(frame.output.clusters.size() + 1, 0);
-  for (const std::uint16_t cluster : frame.output.clusterOf) ++counts.at(cluster);
+  const std::vector<Row>& rows = frame.output.tables.at(0).rows();
+  std::vector<std::uint64_t> counts(rows.size() + 1, 0);
+  for (const std::uint32_t cluster : frame.output.sampleLayers.at(0).numbers) ++counts.at(cluster);
   ASSERT_GT(counts.size(), 10u);
-  for (std::size_t i = 0; i < frame.output.clusters.size(); ++i) {
-    EXPECT_EQ(counts[i + 1], frame.output.clusters[i].samples) << "cluster " << i;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_EQ(counts[i + 1], static_cast<std::uint64_t>(std::get<std::int64_t>(rows[i][2])))
+        << "cluster " << i;
   }
 }
 

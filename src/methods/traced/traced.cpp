@@ -131,14 +131,34 @@ class Traced : public Method {
 }  // namespace
 
 const MethodEntry& tracedEntry() {
-  static const MethodEntry entry{"traced",
-                                 "reflected rays from the G-buffer by Embree: the peer in speed",
-                                 "",
-                                 {"bvh", "readback", "trace", "resolve", "upload"},
-                                 optionTable().schema(),
-                                 [](const config::Value& options) -> std::unique_ptr<Method> {
-                                   return std::make_unique<Traced>(optionTable().parse(options));
-                                 }};
+  constexpr const char* kSurfaces = "implicit surfaces in the scene";
+  static const MethodEntry entry{
+      .id = "traced",
+      .summary = "reflected rays from the G-buffer by Embree: the peer in speed",
+      .paper = "",
+      .steps = {{"readback", "frames", "the G-buffer is read from the device"},
+                {"trace", "frames", "rays are traced by Embree"},
+                {"resolve", "frames",
+                 "rays are made; light at the hits is computed and put in its "
+                 "place"},
+                {"upload", "frames", "reflections go back to the device"}},
+      .counters = {{"rays", "rays that were traced"},
+                   {"misses", "rays that left the scene"},
+                   {"refused", "rays that Embree could not take: they see the environment", true},
+                   {"not_finite", "radiances of hits that were NaN or infinite, taken as 0", true},
+                   {"below_horizon", "rays folded up from below the shading normal's plane"},
+                   {"total_reflection", "rays reflected totally where they should leave a body"},
+                   {"at_outline", "samples at the outline of an implicit surface", false,
+                    kSurfaces},
+                   {"off_surface", "samples that lie on no implicit surface of their object", false,
+                    kSurfaces},
+                   {"unresolved", "rays whose meeting with an implicit surface was left undecided",
+                    false, kSurfaces}},
+      .tests = {.refracting = R"({"bounces": 2})"},
+      .options = optionTable().schema(),
+      .make = [](const config::Value& options) -> std::unique_ptr<Method> {
+        return std::make_unique<Traced>(optionTable().parse(options));
+      }};
   return entry;
 }
 

@@ -24,6 +24,16 @@ constexpr auto kCompressions =
                                        {"zip", image::Compression::Zip},
                                        {"piz", image::Compression::Piz}});
 
+/// Those of every frame, then those of the methods.
+AllowedItems layerNames() {
+  std::vector<std::string> names = {"Z", "N", "reflection", "diffuse", "s", "id"};
+  for (const methods::MethodEntry& entry : methods::registry())
+    for (const methods::SampleLayerInfo& layer : entry.sampleLayers)
+      if (std::find(names.begin(), names.end(), layer.name) == names.end())
+        names.push_back(layer.name);
+  return {names};
+}
+
 const OptionTable<RunConfig>& imageTable() {
   using methods::RunSettings;
   static const OptionTable<RunConfig> table(
@@ -34,8 +44,7 @@ const OptionTable<RunConfig>& imageTable() {
              "Height of a frame, pixels."),
        field(in(&RunConfig::image, &RunSettings::samples), "samples", range(1, 8),
              "Samples per pixel along each axis: 2 gives 2 x 2."),
-       field(in(&RunConfig::image, &RunSettings::layers), "layers",
-             AllowedItems{{"Z", "N", "reflection", "diffuse", "s", "id", "cluster"}},
+       field(in(&RunConfig::image, &RunSettings::layers), "layers", layerNames(),
              "Layers beside R G B A; Z, N, id and cluster (of methods that cluster rays) are those "
              "of the pixel's middle sample, the others means over its samples."),
        field(in(&RunConfig::image, &RunSettings::masks), "masks",

@@ -22,8 +22,8 @@ const config::Schema& fakeOptions() {
 }
 
 std::vector<methods::MethodEntry> registry() {
-  return {{"traced", "Rays.", "", {}, fakeOptions(), nullptr},
-          {"reference", "Truth.", "", {}, fakeOptions(), nullptr}};
+  return {{"traced", "Rays.", "", {}, {}, {}, {}, {}, fakeOptions(), nullptr},
+          {"reference", "Truth.", "", {}, {}, {}, {}, {}, fakeOptions(), nullptr}};
 }
 
 RunConfig read(const std::string& text, const std::vector<std::string>& methods = {}) {

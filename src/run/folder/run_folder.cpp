@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -19,6 +20,7 @@
 #include "core/hash.h"
 #include "core/log.h"
 #include "core/text.h"
+#include "methods/contract/method.h"
 
 namespace catoptric::run {
 namespace {
@@ -30,26 +32,24 @@ using config::Value;
 constexpr const char* kLockName = ".lock";
 constexpr std::size_t kMaxRecordBytes = std::size_t{1} << 30;  ///< 100,000s of frames
 /// What a run writes, and an overwriting run therefore may remove.
-constexpr std::array kRunFiles = {"frames.jsonl", "timings.csv", "summary.json",
-                                  "clusters.csv", "table.md",    "table.csv",
-                                  "errors.md",    "errors.csv",  "contact_sheet.png"};
+constexpr std::array kRunFiles = {"frames.jsonl", "timings.csv",      "summary.json",
+                                  "table.md",     "table.csv",        "errors.md",
+                                  "errors.csv",   "contact_sheet.png"};
 constexpr std::array kFrameFolders = {"frames", "previews"};
 constexpr const char* kFileInTheWay = ": cannot be created as a folder: a file has this name";
+
+/// These, and the tables of all methods.
+std::vector<std::string> runFiles() {
+  std::vector<std::string> names(kRunFiles.begin(), kRunFiles.end());
+  for (const methods::MethodEntry& entry : methods::registry())
+    for (const methods::TableInfo& table : entry.tables) names.push_back(table.name + ".csv");
+  return names;
+}
 
 std::string fingerprintOf(std::span<const std::byte> bytes) {
   Fingerprint fingerprint;
   fingerprint.add(bytes);
   return fingerprint.text();
-}
-
-/// The numbers of a cluster, as clusters.csv has them after frame and cluster.
-std::string clusterCells(const frame::ClusterRow& row) {
-  std::array<char, 32> displacement{};
-  std::snprintf(displacement.data(), displacement.size(), "%.6g", row.displacement);
-  return std::to_string(row.object) + "," + std::to_string(row.samples) + "," +
-         (row.planar ? "1," : "0,") + (row.concave ? "1," : "0,") + std::to_string(row.width) +
-         "," + std::to_string(row.height) + "," + std::to_string(row.triangles) + "," +
-         displacement.data();
 }
 
 /// {min, median, mean, max, sum, count} of per-frame sums.
@@ -79,6 +79,75 @@ std::string samplesText(const std::vector<frame::StepSample>& samples) {
   return "[" + text + "]";
 }
 
+/// JSON has no infinity and no NaN: they stand there as text.
+std::string cellJson(const methods::Cell& cell) {
+  const auto* real = std::get_if<double>(&cell);
+  const bool isText = std::holds_alternative<std::string>(cell);
+  if (isText) return config::jsonString(std::get<std::string>(cell));
+  const std::string text = methods::cellText(cell);
+  return real != nullptr && !std::isfinite(*real) ? config::jsonString(text) : text;
+}
+
+/// {"NAME":{"columns":[["COLUMN","integer"],...],"rows":[[...],...]},...}
+std::string tablesText(const std::vector<methods::Table>& tables) {
+  JsonText all;
+  for (const methods::Table& table : tables) {
+    std::string columns;
+    for (const methods::Column& column : table.columns())
+      columns += (columns.empty() ? "[" : ",[") + config::jsonString(column.name) + "," +
+                 config::jsonString(methods::columnTypeName(column.type)) + "]";
+    std::string rows;
+    for (const methods::Row& row : table.rows()) {
+      std::string cells;
+      for (const methods::Cell& cell : row) cells += (cells.empty() ? "" : ",") + cellJson(cell);
+      rows += (rows.empty() ? "[" : ",[") + cells + "]";
+    }
+    all.raw(table.name(),
+            JsonText().raw("columns", "[" + columns + "]").raw("rows", "[" + rows + "]").object());
+  }
+  return all.object();
+}
+
+methods::Cell parseCell(const Value& value, methods::ColumnType type) {
+  switch (type) {
+    case methods::ColumnType::Integer:
+      return static_cast<std::int64_t>(value.asInteger());
+    case methods::ColumnType::Real:
+      if (value.kind() == Value::Kind::String)  // "inf", "-inf", "nan"
+        return std::strtod(value.asString().c_str(), nullptr);
+      return value.asNumber();
+    case methods::ColumnType::Text:
+      return value.asString();
+  }
+  return {};
+}
+
+methods::Table parseTable(const std::string& name, const Value& value) {
+  methods::TableInfo info;
+  info.name = name;
+  for (const Value& column : value.get("columns").asArray()) {
+    const std::vector<Value>& parts = column.asArray();
+    if (parts.size() != 2) column.fail("a column is [name, type]");
+    const std::string type = parts[1].asString();
+    const auto is = [&](methods::ColumnType t) { return type == methods::columnTypeName(t); };
+    info.columns.push_back({parts[0].asString(),
+                            is(methods::ColumnType::Integer) ? methods::ColumnType::Integer
+                            : is(methods::ColumnType::Real)  ? methods::ColumnType::Real
+                                                             : methods::ColumnType::Text,
+                            ""});
+  }
+  methods::Table table(info);
+  for (const Value& row : value.get("rows").asArray()) {
+    const std::vector<Value>& parts = row.asArray();
+    if (parts.size() != info.columns.size()) row.fail("a row has a cell for each column");
+    methods::Row cells;
+    for (std::size_t i = 0; i < parts.size(); ++i)
+      cells.push_back(parseCell(parts[i], info.columns[i].type));
+    table.addRow(std::move(cells));
+  }
+  return table;
+}
+
 }  // namespace
 
 Existing parseExisting(const std::string& text) {
@@ -91,24 +160,15 @@ Existing parseExisting(const std::string& text) {
 }
 
 bool isRunFileName(const std::string& name) {
-  const auto is = [&](const char* own) { return name == own; };
-  return std::any_of(kRunFiles.begin(), kRunFiles.end(), is) ||
-         std::any_of(kFrameFolders.begin(), kFrameFolders.end(), is);
+  const std::vector<std::string> files = runFiles();
+  return std::find(files.begin(), files.end(), name) != files.end() ||
+         std::find(kFrameFolders.begin(), kFrameFolders.end(), name) != kFrameFolders.end();
 }
 
 std::string framePath(const std::string& folder, int frame, const std::string& extension) {
   std::array<char, 16> number{};
   std::snprintf(number.data(), number.size(), "%04d", frame);
   return folder + "/frame." + number.data() + extension;
-}
-
-/// [[object, samples, planar, concave, width, height, triangles, displacement], ...]
-std::string clustersText(const std::vector<frame::ClusterRow>& clusters) {
-  std::string text;
-  for (const frame::ClusterRow& row : clusters) {
-    text += (text.empty() ? "[" : ",[") + clusterCells(row) + "]";
-  }
-  return "[" + text + "]";
 }
 
 std::string recordLine(const FrameRecord& record) {
@@ -134,7 +194,7 @@ std::string recordLine(const FrameRecord& record) {
       .add("renderer", record.renderer)
       .raw("files", "[" + files + "]")
       .add("counters", record.counters)
-      .raw("clusters", clustersText(record.clusters))
+      .raw("tables", tablesText(record.tables))
       .raw("steps", samplesText(record.samples))
       .object();
 }
@@ -157,18 +217,10 @@ FrameRecord parseRecord(const std::string& line, const std::string& place) {
   const Value counters = value.get("counters");
   for (const std::string& key : counters.keys())
     record.counters[key] = static_cast<std::uint64_t>(counters.get(key).asNumber());
-  if (value.has("clusters")) {
-    for (const Value& cluster : value.get("clusters").asArray()) {
-      const std::vector<Value>& parts = cluster.asArray();
-      if (parts.size() != 8) cluster.fail("a cluster has 8 numbers");
-      const auto count = [&](std::size_t i) {
-        return static_cast<std::uint64_t>(parts[i].asInteger());
-      };
-      record.clusters.push_back({static_cast<int>(parts[0].asInteger()), count(1), count(2) != 0,
-                                 count(3) != 0, static_cast<int>(parts[4].asInteger()),
-                                 static_cast<int>(parts[5].asInteger()), count(6),
-                                 parts[7].asNumber()});
-    }
+  if (value.has("tables")) {
+    const Value tables = value.get("tables");
+    for (const std::string& name : tables.keys())
+      record.tables.push_back(parseTable(name, tables.get(name)));
   }
   for (const Value& step : value.get("steps").asArray()) {
     const std::vector<Value>& parts = step.asArray();
@@ -257,7 +309,7 @@ void RunFolder::openLocked(Existing existing) {
   if (existing == Existing::Error) requireEmpty();
   // Records go first: a frame without one counts for nothing.
   if (existing == Existing::Overwrite)
-    for (const char* name : kRunFiles) fs::remove(path_ / name);
+    for (const std::string& name : runFiles()) fs::remove(path_ / name);
   sweepTemporaryFiles(path_);
   for (const char* folder : kFrameFolders) {
     createFolder(path_ / folder);
@@ -459,20 +511,24 @@ void RunFolder::writeTimings() const {
     for (const frame::StepSample& sample : record.samples) append(sample);
   writeFileAtomically(path_ / "timings.csv", text);
 
-  // Clusters, of methods that have any
-  std::string clusters;
+  // The method's own tables
+  std::map<std::string, std::string> tables;
   for (const auto& [number, record] : records_) {
-    for (std::size_t i = 0; i < record.clusters.size(); ++i) {
-      clusters += std::to_string(number) + "," + std::to_string(i) + "," +
-                  clusterCells(record.clusters[i]) + "\n";
+    for (const methods::Table& table : record.tables) {
+      std::string& csv = tables[table.name()];
+      if (csv.empty()) {
+        csv = "frame";
+        for (const methods::Column& column : table.columns()) csv += "," + column.name;
+        csv += "\n";
+      }
+      for (const methods::Row& row : table.rows()) {
+        csv += std::to_string(number);
+        for (const methods::Cell& cell : row) csv += "," + methods::cellText(cell);
+        csv += "\n";
+      }
     }
   }
-  if (!clusters.empty()) {
-    writeFileAtomically(path_ / "clusters.csv",
-                        "frame,cluster,object,samples,planar,concave,width,height,triangles,"
-                        "displacement\n" +
-                            clusters);
-  }
+  for (const auto& [name, csv] : tables) writeFileAtomically(path_ / (name + ".csv"), csv);
 }
 
 void RunFolder::writeSummary(const std::map<std::string, std::string>& members) const {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "frame/cluster_row.h"
 #include "frame/steps.h"
+#include "methods/contract/table.h"
 
 namespace catoptric::run {
 
@@ -42,7 +42,7 @@ struct FrameRecord {
   std::string renderer;  ///< GL_RENDERER, or what else made the pixels
   std::vector<FileRecord> files;
   std::map<std::string, std::uint64_t> counters;
-  std::vector<frame::ClusterRow> clusters;
+  std::vector<methods::Table> tables;  ///< that have rows
   std::vector<frame::StepSample> samples;
 };
 
@@ -90,7 +90,8 @@ class RunFolder {
   /// Samples of start-up, of this and of earlier processes.
   void addStartup(const std::vector<frame::StepSample>& samples);
 
-  /// timings.csv: frame,step,seconds,clock,first; and clusters.csv where frames have clusters.
+  /// timings.csv: frame,step,seconds,clock,first; and a file NAME.csv of each table that
+  /// frames have.
   void writeTimings() const;
   /// summary.json; `members`: further JSON texts by name.
   void writeSummary(const std::map<std::string, std::string>& members) const;

@@ -18,6 +18,7 @@ namespace catoptric::run {
 namespace {
 
 namespace fs = std::filesystem;
+using std::string_literals::operator""s;
 
 /// An empty folder of this test's own.
 fs::path freshFolder() {
@@ -34,6 +35,14 @@ std::vector<std::byte> bytesOf(const std::string& text) {
   return bytes;
 }
 
+using methods::ColumnType;
+const methods::TableInfo kImages{"images",
+                                 "an image",
+                                 {{"image", ColumnType::Integer, ""},
+                                  {"object", ColumnType::Integer, ""},
+                                  {"planar", ColumnType::Integer, ""},
+                                  {"factor", ColumnType::Real, ""},
+                                  {"note", ColumnType::Text, ""}}};
 const FrameFingerprints kPrints{"c", "s", "k", "b", "m"};
 
 void addFrame(RunFolder& folder, int number, const std::string& contents) {
@@ -47,8 +56,9 @@ void addFrame(RunFolder& folder, int number, const std::string& contents) {
   record.renderer = "fake \"GL\"";
   record.files = {{path, contents.size(), content.text()}};
   record.counters = {{"rays", 10}};
-  record.clusters = {{7, 100, true, false, 64, 32, 5000, 1.0},
-                     {9, 20, false, true, 8, 4, 123, 0.25}};
+  methods::Table& rows = record.tables.emplace_back(kImages);
+  rows.add(0, 7, true, 1.0, "one, or \"two\""s);
+  rows.add(1, 9, false, 1.0 / 0.0, ""s);
   record.samples = {{number, "gbuffer", 0.25 * number, "wall", number == 1},
                     {number, "encode", 9.0, "overlapped", false}};
   folder.add(record);
@@ -72,6 +82,7 @@ TEST(RunFolder, RecordsReadBackTheSame) {
   record.files = {{"frames/frame.0007.exr", 3, "abc"}};
   record.counters = {{"rays", 1234567890123ull}};
   record.samples = {{7, "gbuffer", 1.0 / 3.0, "wall", true}};
+  record.tables.emplace_back(kImages).add(0, 3, true, -1.0 / 0.0, "n"s);
   EXPECT_EQ(recordLine(parseRecord(recordLine(record), "test")), recordLine(record));
 }
 
@@ -187,13 +198,11 @@ TEST(RunFolder, TimingsAndSummaryComeFromTheRecords) {
                                   "1,gbuffer,0.250000000,wall,1\n"
                                   "1,encode,9.000000000,overlapped,0\n"
                                   "2,gbuffer,0.500000000,wall,0\n"));
-  EXPECT_THAT(
-      readTextFile(path / "clusters.csv"),
-      testing::StartsWith(
-          "frame,cluster,object,samples,planar,concave,width,height,triangles,displacement\n"
-          "1,0,7,100,1,0,64,32,5000,1\n"
-          "1,1,9,20,0,1,8,4,123,0.25\n"
-          "2,0,7,100,1,0,64,32,5000,1\n"));
+  EXPECT_THAT(readTextFile(path / "images.csv"),
+              testing::StartsWith("frame,image,object,planar,factor,note\n"
+                                  "1,0,7,1,1,\"one, or \"\"two\"\"\"\n"
+                                  "1,1,9,0,inf,\n"
+                                  "2,0,7,1,1,\"one, or \"\"two\"\"\"\n"));
   const config::Value summary = config::parseFile(path / "summary.json");
   EXPECT_EQ(summary.get("steps").get("gbuffer").dump(),
             "{\"clock\":\"wall\",\"count\":4,\"max\":1,\"mean\":0.625,\"median\":0.625,"
@@ -202,6 +211,13 @@ TEST(RunFolder, TimingsAndSummaryComeFromTheRecords) {
   EXPECT_EQ(summary.get("startup").get("scene").get("count").asInteger(), 2);
   EXPECT_EQ(summary.get("counters").get("rays").get("sum").asInteger(), 40);
   EXPECT_EQ(summary.get("config").dump(), "{\"a\":1}");
+}
+
+TEST(RunFolder, RowsThatDoNotFitTheirTableAreRefused) {
+  methods::Table table(kImages);
+  EXPECT_THROW(table.add(0, 7, true, 1, "an integer where a real belongs"s), Error);
+  EXPECT_THROW(table.add(0, 7), Error);
+  EXPECT_TRUE(table.rows().empty());
 }
 
 TEST(RunFolder, BadRecordsAreNotTrusted) {

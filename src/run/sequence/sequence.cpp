@@ -130,7 +130,7 @@ class Writer {
     record.fingerprints = job.task->fingerprints;
     record.renderer = renderer_;
     record.counters = std::move(job.frame.counters);
-    record.clusters = std::move(job.frame.clusters);
+    record.tables = std::move(job.frame.tables);
     record.samples = std::move(job.frame.samples);
     folder_.add(std::move(record));
   }

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "frame/cluster_row.h"
 #include "frame/steps.h"
 #include "image/image.h"
+#include "methods/contract/table.h"
 #include "run/folder/run_folder.h"
 #include "scene/camera.h"
 
@@ -21,7 +21,7 @@ namespace catoptric::run {
 struct RenderedFrame {
   image::Image image;
   std::map<std::string, std::uint64_t> counters;
-  std::vector<frame::ClusterRow> clusters;
+  std::vector<methods::Table> tables;
   std::vector<frame::StepSample> samples;
 };
 

@@ -85,7 +85,7 @@ std::vector<FrameTask> makeTasks(const Stage& stage, const MethodConfig& config,
   for (const int number : stage.frames()) {
     FrameTask task;
     task.frame = stage.path().frame(number);
-    task.mayStart = tasks.empty() || method.mayStartAt(number);
+    task.mayStart = tasks.empty() || method.restartsAt(stage.path(), number);
     task.fingerprints = common;
     // A frame with a history depends on all cameras since that began.
     if (task.mayStart) chain = Fingerprint();

@@ -109,8 +109,9 @@ void addLayers(image::Image& image, const SampleLayers& layers, int samples, flo
     out.mean("s", [&](std::size_t s) { return std::max(0.0f, layers.diffuse[s * 4 + 3]); });
   if (!layers.object.empty())
     out.middle("id.object", [&](std::size_t s) { return static_cast<float>(layers.object[s]); });
-  if (!layers.cluster.empty())
-    out.middle("id.cluster", [&](std::size_t s) { return static_cast<float>(layers.cluster[s]); });
+  for (const methods::SampleLayer& layer : layers.ids)
+    out.middle("id." + layer.name,
+               [&](std::size_t s) { return static_cast<float>(layer.numbers[s]); });
   if (!layers.masks.empty()) {
     out.mean("mask.reflective", [&](std::size_t s) { return reflects(s) ? 1.0f : 0.0f; });
     if (!layers.normal.empty())

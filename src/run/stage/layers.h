@@ -5,20 +5,21 @@
 #include <vector>
 
 #include "image/image.h"
+#include "methods/contract/method.h"
 
 namespace catoptric::run {
 
 /// Samples of a G-buffer, row 0 on top; what is empty gives no layer.
 struct SampleLayers {
-  std::vector<float> diffuse;          ///< rgb and s; `reflection` and `masks` need it
-  bool wantDiffuse = true;             ///< layer diffuse, from `diffuse`
-  bool wantSpecular = false;           ///< layer s, likewise
-  std::vector<float> normal;           ///< xyz and g; `masks` needs it for mask.glossy
-  bool wantNormal = true;              ///< layers N.*, from `normal`
-  std::vector<float> reflection;       ///< rgb
-  std::vector<float> depth;            ///< reversed-Z
-  std::vector<std::uint32_t> object;   ///< ids
-  std::vector<std::uint16_t> cluster;  ///< 0: none
+  std::vector<float> diffuse;             ///< rgb and s; `reflection` and `masks` need it
+  bool wantDiffuse = true;                ///< layer diffuse, from `diffuse`
+  bool wantSpecular = false;              ///< layer s, likewise
+  std::vector<float> normal;              ///< xyz and g; `masks` needs it for mask.glossy
+  bool wantNormal = true;                 ///< layers N.*, from `normal`
+  std::vector<float> reflection;          ///< rgb
+  std::vector<float> depth;               ///< reversed-Z
+  std::vector<std::uint32_t> object;      ///< ids
+  std::vector<methods::SampleLayer> ids;  ///< layers id.NAME
   std::vector<std::uint16_t> masks;
 };
 /// Adds layers to `image`: Z, N and ids of each pixel's middle sample, means of the others; Z is

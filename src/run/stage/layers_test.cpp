@@ -53,7 +53,7 @@ TEST(Layers, MiddleSamplesAndMeans) {
   SampleLayers layers;
   layers.depth = {0.5f, 0.5f, 0, 0, 0.5f, 0.25f, 0, 0};
   layers.object = {1, 1, 0, 0, 1, 7, 0, 0};
-  layers.cluster = {0, 0, 0, 0, 3, 3, 3, 9};
+  layers.ids = {{"cluster", {0, 0, 0, 0, 3, 3, 3, 9}}};
   layers.masks = {raster::kMaskClamped, 0, 0, 0, 0, 0, raster::kMaskClamped, raster::kMaskClamped};
   layers.diffuse.resize(8 * 4, 0.0f);
   layers.reflection.resize(8 * 4, 5.0f);  // what earlier frames left where nothing reflects

@@ -10,6 +10,7 @@
 #include "gl/api.h"
 #include "image/exr_camera.h"
 #include "raster/regions/screen.h"
+#include "scene/animate.h"
 #include "scene/camera.h"
 
 namespace catoptric::run {
@@ -96,6 +97,7 @@ RenderedFrame MethodSource::render(const scene::PathFrame& frame, bool firstOfSe
   methods::FrameInput input;
   input.frame = frame;
   input.firstOfSequence = firstOfSequence;
+  if (needs_.previousFrame && frame.number > 1) input.previous = previousOf(frame.number);
   moveTo(input);
 
   const bool rebuilds =
@@ -122,7 +124,8 @@ RenderedFrame MethodSource::render(const scene::PathFrame& frame, bool firstOfSe
   methods::FrameOutput output;
   method_.render(input, services, output);
   for (const auto& [name, count] : output.counters) rendered.counters[name] += count;
-  rendered.clusters = std::move(output.clusters);
+  rendered.tables = std::move(output.tables);
+  std::erase_if(rendered.tables, [](const methods::Table& table) { return table.rows().empty(); });
 
   if (output.image) {
     rendered.image = std::move(*output.image);
@@ -133,7 +136,7 @@ RenderedFrame MethodSource::render(const scene::PathFrame& frame, bool firstOfSe
       changed = input.changedSamples;
       changed->add(*output.changedReflection);
     }
-    rendered.image = readFrame(frame.camera, changed, std::move(output.clusterOf));
+    rendered.image = readFrame(frame.camera, changed, std::move(output.sampleLayers));
   } else {
     throw Error(ExitCode::Internal, "the method has made no image");
   }
@@ -141,6 +144,14 @@ RenderedFrame MethodSource::render(const scene::PathFrame& frame, bool firstOfSe
   lastCamera_ = frame.camera;
   rendered.samples = timer_.take();
   return rendered;
+}
+
+methods::PreviousFrame MethodSource::previousOf(int number) const {
+  methods::PreviousFrame previous{stage_.path().frame(number - 1), {}};
+  const scene::Pose pose = scene::poseAt(stage_.scene(), previous.frame.timeSeconds);
+  for (const scene::Object& object : stage_.scene().objects)
+    previous.worldFromObject.push_back(scene::worldFromObject(stage_.scene(), object, pose));
+  return previous;
 }
 
 void MethodSource::moveTo(methods::FrameInput& input) {
@@ -172,7 +183,7 @@ void MethodSource::moveTo(methods::FrameInput& input) {
 
 image::Image MethodSource::readFrame(const scene::Camera& camera,
                                      const std::optional<raster::Region>& changed,
-                                     std::vector<std::uint16_t> clusterOf) {
+                                     std::vector<methods::SampleLayer> sampleLayers) {
   const methods::RunSettings& settings = stage_.run().image;
   timer_.measure("composite", [&] {
     stage_.raster()->composite(*gbuffer_, camera, {settings.fresnelSchlick}, composite_, changed);
@@ -211,7 +222,7 @@ image::Image MethodSource::readFrame(const scene::Camera& camera,
         asksFor(settings, "reflection"))
       layers.diffuse = raster::readRgba(gbuffer_->diffuse);
     if (asksFor(settings, "id")) layers.object = raster::readIds(gbuffer_->object);
-    layers.cluster = std::move(clusterOf);
+    layers.ids = std::move(sampleLayers);
     if (settings.masks) layers.masks = raster::readMasks(gbuffer_->masks);
     addLayers(image, layers, settings.samples, camera.nearMetres);
   });

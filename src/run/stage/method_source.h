@@ -24,12 +24,13 @@ class MethodSource : public FrameSource {
   std::map<std::string, std::string> context() const override;
 
  private:
+  methods::PreviousFrame previousOf(int number) const;
   /// Moves the scene to the frame's time; says what that changes.
   void moveTo(methods::FrameInput& input);
   /// The composed frame with the asked-for layers; samples outside `changed` are those of the last
-  /// frame. `clusterOf` as in methods::FrameOutput.
+  /// frame.
   image::Image readFrame(const scene::Camera& camera, const std::optional<raster::Region>& changed,
-                         std::vector<std::uint16_t> clusterOf);
+                         std::vector<methods::SampleLayer> sampleLayers);
 
   Stage& stage_;
   methods::Method& method_;

@@ -1,18 +1,16 @@
-// What the steps of the timing tables mean.
+// What the steps of the timing tables and the counters of frames mean.
 #pragma once
 
-#include <string>
 #include <vector>
+
+#include "methods/contract/method.h"
 
 namespace catoptric::run {
 
-struct StepMeaning {
-  std::string name;
-  std::string when;  ///< "start", "frames", "beside" (by the writers, beside rendering)
-  std::string meaning;
-};
-
-/// Steps of the program and of its simple methods, in the order in which they happen.
-const std::vector<StepMeaning>& stepMeanings();
+/// Steps of the program itself, in the order in which they happen; "beside": by the writers, beside
+/// rendering. Those of a method stand in its entry.
+const std::vector<methods::StepInfo>& pipelineSteps();
+/// Counters of the program itself.
+const std::vector<methods::CounterInfo>& pipelineCounters();
 
 }  // namespace catoptric::run

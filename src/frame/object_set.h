@@ -1,0 +1,29 @@
+// A set of objects by their index in Geometry::objects: which objects a draw or a method is for.
+#pragma once
+
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace catoptric::frame {
+
+class ObjectSet {
+ public:
+  /// Every object.
+  ObjectSet() = default;
+  /// Object i where `members[i]`; objects beyond its end are not in the set.
+  explicit ObjectSet(std::vector<bool> members) : all_(false), members_(std::move(members)) {}
+
+  bool all() const { return all_; }
+  bool contains(int objectIndex) const {
+    const auto index = static_cast<std::size_t>(objectIndex);
+    return all_ || (index < members_.size() && members_[index]);
+  }
+  bool operator==(const ObjectSet&) const = default;
+
+ private:
+  bool all_ = true;
+  std::vector<bool> members_;
+};
+
+}  // namespace catoptric::frame
