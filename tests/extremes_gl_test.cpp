@@ -6,9 +6,7 @@
 #include <random>
 
 #include "frame/test_scenes.h"
-#include "gl/test_context.h"
-#include "methods/testing/cpu_harness.h"
-#include "raster/scene_raster.h"
+#include "methods/testing/gl_harness.h"
 
 namespace catoptric {
 namespace {
@@ -19,15 +17,11 @@ constexpr int kSize = 256;
 
 /// Samples without an object, over all views.
 std::size_t holes(const scene::Scene& scene, const std::vector<scene::Camera>& cameras) {
-  gl::testContext();
-  const test::Moment moment(scene);
-  raster::SceneRaster raster(scene, moment.geometry);
-  raster::GBuffer gbuffer = raster.makeGBuffer({kSize, kSize, 1, false});
+  test::GlStage stage(scene, test::framesOf(kSize, kSize, 1));
   std::size_t count = 0;
   for (const scene::Camera& camera : cameras) {
-    raster.drawGBuffer(gbuffer, camera, moment.lighting);
-    gl::testContext().check("the G-buffer");
-    const std::vector<std::uint32_t> ids = raster::readIds(gbuffer.object);
+    stage.draw(camera);
+    const std::vector<std::uint32_t> ids = raster::readIds(stage.gbuffer.object);
     count += static_cast<std::size_t>(std::count(ids.begin(), ids.end(), 0u));
   }
   return count;

@@ -11,13 +11,8 @@
 #include <filesystem>
 
 #include "frame/test_scenes.h"
-#include "gl/test_context.h"
-#include "methods/shared/reflective_samples.h"
-#include "methods/testing/cpu_harness.h"
-#include "raster/scene_raster.h"
+#include "methods/testing/gl_harness.h"
 #include "scene/loader.h"
-#include "trace/bake/bake.h"
-#include "trace/embree/trace_scene.h"
 
 namespace catoptric {
 namespace {
@@ -119,13 +114,7 @@ struct Differences {
   trace::ReflectionCounts reflected;
 };
 
-/// What GL has drawn and what Embree sees of one moment.
-struct Seen {
-  const test::Moment& moment;
-  raster::SceneRaster& raster;
-  raster::GBuffer& gbuffer;
-  const trace::TraceScene& trace;
-};
+const methods::RunSettings kSettings = test::framesOf(kWidth, kHeight, 1);
 
 bool agrees(const Vec3& drawn, const Vec3& expected) {
   return glm::length(drawn - expected) <= 1e-3f + 0.01f * glm::length(expected);
@@ -156,16 +145,15 @@ trace::Hit twinOf(const frame::Geometry& geometry, const trace::Hit& hit) {
   return {};
 }
 
-Differences compare(const Seen& seen, const scene::Camera& camera) {
-  seen.raster.drawGBuffer(seen.gbuffer, camera, seen.moment.lighting);
-  gl::testContext().check("the G-buffer");
-  const std::vector<float> diffuse = raster::readRgba(seen.gbuffer.diffuse);
-  const std::vector<float> normal = raster::readRgba(seen.gbuffer.normal);
-  const std::vector<std::uint32_t> ids = raster::readIds(seen.gbuffer.object);
-  const std::vector<float> depth = raster::readDepth(seen.gbuffer.depth);
-
-  // The same samples by Embree
+/// A view's camera rays, one a sample, and where Embree's triangles meet them.
+struct Seen {
   std::vector<trace::Ray> rays;
+  std::vector<trace::Hit> hits;
+  std::vector<float> z;  ///< along the view direction, 0: nothing
+};
+
+Seen seenByEmbree(const trace::TraceScene& trace, const scene::Camera& camera) {
+  Seen seen;
   const Vec3 forward = camera.forward();
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
@@ -174,76 +162,100 @@ Differences compare(const Seen& seen, const scene::Camera& camera) {
       ray.direction = scene::rayDirection(camera, kWidth, kHeight, static_cast<float>(x) + 0.5f,
                                           static_cast<float>(y) + 0.5f);
       ray.near = camera.nearMetres / glm::dot(ray.direction, forward);
-      rays.push_back(ray);
+      seen.rays.push_back(ray);
     }
   }
-  std::vector<trace::Hit> hits(rays.size());
-  seen.trace.intersect(rays, hits, true);
-  const float spread = scene::pixelSpreadRad(camera, kHeight);
+  seen.hits.resize(seen.rays.size());
+  trace.intersect(seen.rays, seen.hits, true);
+  for (std::size_t i = 0; i < seen.hits.size(); ++i) {
+    const trace::Hit& hit = seen.hits[i];
+    seen.z.push_back(hit.miss() ? 0.0f : hit.distance * glm::dot(seen.rays[i].direction, forward));
+  }
+  return seen;
+}
 
-  const auto zOf = [&](std::size_t i) {
-    return hits[i].miss() ? 0.0f : hits[i].distance * glm::dot(rays[i].direction, forward);
-  };
+/// Whether another object, or a jump in depth, is among a sample's neighbours.
+bool isSilhouette(const Seen& seen, int x, int y) {
+  const std::size_t i = at(x, y);
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const std::size_t n = at(x + dx, y + dy);
+      if (seen.hits[n].object != seen.hits[i].object ||
+          std::abs(seen.z[n] - seen.z[i]) > 0.1f * seen.z[i])
+        return true;
+    }
+  }
+  return false;
+}
+
+/// The drawn samples of a view.
+struct Drawn {
+  std::vector<float> diffuse, normal, depth;
+  std::vector<std::uint32_t> ids;
+
+  explicit Drawn(const raster::GBuffer& gbuffer)
+      : diffuse(raster::readRgba(gbuffer.diffuse)),
+        normal(raster::readRgba(gbuffer.normal)),
+        depth(raster::readDepth(gbuffer.depth)),
+        ids(raster::readIds(gbuffer.object)) {}
+};
+
+/// Compares sample `i`, where both see the same object or none.
+void compareSample(const test::GlStage& stage, const scene::Camera& camera, const Drawn& drawn,
+                   const Seen& seen, std::size_t i, Differences& found) {
+  const test::Moment& moment = stage.moment;
+  const float spread = scene::pixelSpreadRad(camera, kHeight);
+  const trace::Ray& ray = seen.rays[i];
+  const Vec3 diffuse(drawn.diffuse[4 * i], drawn.diffuse[4 * i + 1], drawn.diffuse[4 * i + 2]);
+  Vec3 expected = moment.lighting.environment->radiance(ray.direction);
+  if (!seen.hits[i].miss()) {
+    const auto shade = [&](const trace::Hit& hit) {
+      return frame::shadeSurface(
+          stage.scene, moment.geometry, moment.lighting, hit.object, hit.primitive, hit.u, hit.v,
+          ray.origin + hit.distance * ray.direction, ray.direction, spread * hit.distance);
+    };
+    const frame::SurfacePoint point = shade(seen.hits[i]);
+    expected = point.diffuse;
+    const float z = camera.nearMetres / drawn.depth[i];
+    found.depth += std::abs(z - seen.z[i]) > 1e-4f * seen.z[i] ? 1 : 0;
+    const Vec3 n(drawn.normal[4 * i], drawn.normal[4 * i + 1], drawn.normal[4 * i + 2]);
+    found.normal += glm::dot(n, point.normal) < 0.9999f ? 1 : 0;
+    found.specular += std::abs(drawn.diffuse[4 * i + 3] - point.specularLevel) > 0.005f ||
+                              std::abs(drawn.normal[4 * i + 3] - point.glossiness) > 0.005f
+                          ? 1
+                          : 0;
+    if (!agrees(diffuse, expected)) {
+      const trace::Hit twin = twinOf(moment.geometry, seen.hits[i]);
+      if (!twin.miss() && agrees(diffuse, shade(twin).diffuse)) {
+        ++found.twins;
+        return;
+      }
+    }
+  }
+  found.diffuse += agrees(diffuse, expected) ? 0 : 1;
+  found.worstDiffuse =
+      std::max(found.worstDiffuse, static_cast<double>(glm::length(diffuse - expected)));
+}
+
+Differences compare(test::GlStage& stage, const scene::Camera& camera) {
+  stage.draw(camera);
+  const Drawn drawn(stage.gbuffer);
+  const Seen seen = seenByEmbree(stage.embree(), camera);
   Differences found;
   for (int y = 1; y + 1 < kHeight; ++y) {
     for (int x = 1; x + 1 < kWidth; ++x) {
-      // Silhouettes: another object, or a jump in depth, among the neighbours
+      if (isSilhouette(seen, x, y)) continue;
       const std::size_t i = at(x, y);
-      bool silhouette = false;
-      for (int dy = -1; dy <= 1; ++dy) {
-        for (int dx = -1; dx <= 1; ++dx) {
-          const std::size_t n = at(x + dx, y + dy);
-          silhouette = silhouette || hits[n].object != hits[i].object ||
-                       std::abs(zOf(n) - zOf(i)) > 0.1f * zOf(i);
-        }
-      }
-      if (silhouette) continue;
       ++found.compared;
-      if (static_cast<int>(ids[i]) != hits[i].object + 1) {
+      if (static_cast<int>(drawn.ids[i]) != seen.hits[i].object + 1) {
         ++found.id;
-        continue;
+      } else {
+        compareSample(stage, camera, drawn, seen, i, found);
       }
-      const Vec3 drawn(diffuse[4 * i], diffuse[4 * i + 1], diffuse[4 * i + 2]);
-      Vec3 expected = seen.moment.lighting.environment->radiance(rays[i].direction);
-      if (!hits[i].miss()) {
-        const auto shade = [&](const trace::Hit& hit) {
-          return frame::shadeSurface(seen.moment.scene, seen.moment.geometry, seen.moment.lighting,
-                                     hit.object, hit.primitive, hit.u, hit.v,
-                                     rays[i].origin + hit.distance * rays[i].direction,
-                                     rays[i].direction, spread * hit.distance);
-        };
-        const frame::SurfacePoint point = shade(hits[i]);
-        expected = point.diffuse;
-        const float z = camera.nearMetres / depth[i];
-        found.depth += std::abs(z - zOf(i)) > 1e-4f * zOf(i) ? 1 : 0;
-        const Vec3 n(normal[4 * i], normal[4 * i + 1], normal[4 * i + 2]);
-        found.normal += glm::dot(n, point.normal) < 0.9999f ? 1 : 0;
-        found.specular += std::abs(diffuse[4 * i + 3] - point.specularLevel) > 0.005f ||
-                                  std::abs(normal[4 * i + 3] - point.glossiness) > 0.005f
-                              ? 1
-                              : 0;
-        if (!agrees(drawn, expected)) {
-          const trace::Hit twin = twinOf(seen.moment.geometry, hits[i]);
-          if (!twin.miss() && agrees(drawn, shade(twin).diffuse)) {
-            ++found.twins;
-            continue;
-          }
-        }
-      }
-      found.diffuse += agrees(drawn, expected) ? 0 : 1;
-      found.worstDiffuse =
-          std::max(found.worstDiffuse, static_cast<double>(glm::length(drawn - expected)));
     }
   }
-
   // What its mirrors see
-  raster::GBufferCopy copy;
-  raster::readBack(seen.gbuffer, true, copy);
-  const methods::ReflectiveSamples samples = methods::collectReflective(copy, camera, seen.trace);
-  std::vector<Vec3> radiance(samples.points.size());
-  found.reflected =
-      trace::reflectedRadiance(seen.trace, seen.moment.lighting, spread, samples.points,
-                               {.rays = 2, .bounces = 2}, true, radiance);
+  found.reflected = test::TracedSamples(stage, camera, {.rays = 2, .bounces = 2}).counts;
   return found;
 }
 
@@ -266,13 +278,9 @@ void expectAgreement(const std::string& name, const Differences& found) {
 }
 
 TEST(Agreement, OfLightsOfAllTypes) {
-  gl::testContext();
   const Subject subject = codeScene();
-  const test::Moment moment(subject.scene);
-  raster::SceneRaster raster(subject.scene, moment.geometry);
-  raster::GBuffer gbuffer = raster.makeGBuffer({kWidth, kHeight, 1, false});
-  const trace::TraceScene trace(subject.scene, moment.geometry, trace::BvhPolicy::Static);
-  expectAgreement("code", compare({moment, raster, gbuffer, trace}, subject.camera));
+  test::GlStage stage(subject.scene, kSettings);
+  expectAgreement("code", compare(stage, subject.camera));
 }
 
 class SceneAgreement : public testing::TestWithParam<SceneFile> {
@@ -284,33 +292,25 @@ class SceneAgreement : public testing::TestWithParam<SceneFile> {
 };
 
 TEST_P(SceneAgreement, OffSilhouettesAlongThePaths) {
-  gl::testContext();
   const SceneFile& file = GetParam();
   scene::Scene scene = scene::loadScene(kRoot / "scenes" / (std::string(file.name) + ".json"));
   scene.bake.rays = 8;
   scene.bake.bounces = 1;
   // OpenGL draws the triangles of implicit surfaces: Embree, too, here
   for (scene::Mesh& mesh : scene.meshes) mesh.surface = nullptr;
-  test::Moment moment(scene);
-  trace::bakeVertices(scene, moment.geometry, *moment.lighting.environment, {});
-  raster::SceneRaster raster(scene, moment.geometry);
-  raster::GBuffer gbuffer = raster.makeGBuffer({kWidth, kHeight, 1, false});
-  trace::TraceScene trace(scene, moment.geometry, trace::BvhPolicy::Static);
+  test::GlStage stage(scene, kSettings, true);
+  stage.embree(trace::BvhPolicy::Static);
   for (const char* name : file.paths) {
     const std::unique_ptr<scene::CameraPath> path =
         scene::loadPath(kRoot / "paths" / (std::string(name) + ".json"), scene);
     for (int number : {1, 1 + path->count() / 3, path->count()}) {
       const scene::PathFrame frame = path->frame(number);
       if (file.moves) {
-        const scene::Pose pose = scene::poseAt(scene, frame.timeSeconds);
-        const std::vector<int> changed = frame::updateGeometry(moment.geometry, scene, pose);
-        moment.lighting = frame::makeLighting(scene, pose, moment.lighting.environment);
-        raster.update(moment.geometry, changed);
-        trace.update(changed);
+        const std::vector<int> changed = stage.moveTo(frame.timeSeconds);
         EXPECT_EQ(number > 1, !changed.empty());
       }
       expectAgreement(std::string(name) + " " + std::to_string(number),
-                      compare({moment, raster, gbuffer, trace}, frame.camera));
+                      compare(stage, frame.camera));
     }
   }
 }
@@ -329,38 +329,19 @@ TEST(Agreement, NoSceneIsForgotten) {
 }
 
 TEST(Agreement, TracedConvergesToReferenceOnMirrors) {
-  gl::Context& context = gl::testContext();
   Subject subject = codeScene();
   for (scene::Material& material : subject.scene.materials) material.glossiness = 0.0f;
-  const test::Moment moment(subject.scene);
-  methods::RunSettings settings;
-  settings.width = kWidth;
-  settings.height = kHeight;
-  settings.samples = 2;
-  const std::unique_ptr<methods::Method> traced =
-      methods::findMethod("traced").make(config::parseText("{}", "options"));
-  raster::SceneRaster raster(subject.scene, moment.geometry);
-  raster::GBuffer gbuffer = raster.makeGBuffer({kWidth, kHeight, 2, false});
-  trace::TraceScene trace(subject.scene, moment.geometry, trace::BvhPolicy::Static);
-  frame::StepTimer timer;
-  methods::Services services{
-      subject.scene, moment.geometry, moment.lighting, &raster, &gbuffer, &trace, timer};
-  raster.drawGBuffer(gbuffer, subject.camera, moment.lighting);
-  methods::FrameInput input;
-  input.frame.camera = subject.camera;
-  methods::FrameOutput output;
-  traced->prepare(services, settings);
-  traced->render(input, services, output);
-  gl::Texture frame = gl::Texture::make2D("frame", GL_RGBA32F, kWidth, kHeight);
-  raster.composite(gbuffer, subject.camera, {}, frame);
-  context.check("traced");
-  const std::vector<float> pixels = raster::readRgba(frame);
+  test::GlStage stage(subject.scene, test::framesOf(kWidth, kHeight, 2));
+  methods::FrameOutput output =
+      test::GlMethod(stage, methods::findMethod("traced")).render(subject.camera);
+  const std::vector<float> pixels = stage.composite(subject.camera);
   EXPECT_GT(output.counters["rays"], 1000u);
   EXPECT_EQ(output.counters["refused"], 0u);
 
   // The reference takes the very same samples: what differs are silhouettes, seen or mirrored.
-  const methods::FrameOutput truth = test::renderOnCpu(
-      methods::findMethod("reference"), R"({"samples": 2})", moment, subject.camera, settings);
+  const methods::FrameOutput truth =
+      test::renderOnCpu(methods::findMethod("reference"), R"({"samples": 2})", stage.moment,
+                        subject.camera, stage.settings);
   int different = 0;
   double sum = 0.0;
   double light = 0.0;

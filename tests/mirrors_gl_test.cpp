@@ -5,9 +5,7 @@
 #include <cmath>
 
 #include "frame/test_scenes.h"
-#include "gl/test_context.h"
-#include "methods/testing/cpu_harness.h"
-#include "raster/scene_raster.h"
+#include "methods/testing/gl_harness.h"
 
 namespace catoptric {
 namespace {
@@ -19,30 +17,9 @@ using test::translation;
 constexpr int kWidth = 160;
 constexpr int kHeight = 120;
 
-/// Draws the G-buffer and runs a method on it, one sample a pixel.
-void render(const char* name, const test::Moment& moment, const scene::Camera& camera,
-            raster::SceneRaster& raster, raster::GBuffer& gbuffer) {
-  methods::RunSettings settings;
-  settings.width = kWidth;
-  settings.height = kHeight;
-  settings.samples = 1;
-  const std::unique_ptr<methods::Method> method =
-      methods::findMethod(name).make(config::parseText("{}", "options"));
-  trace::TraceScene trace(moment.scene, moment.geometry, trace::BvhPolicy::Static);
-  frame::StepTimer timer;
-  methods::Services services{
-      moment.scene, moment.geometry, moment.lighting, &raster, &gbuffer, &trace, timer};
-  method->prepare(services, settings);
-  raster.drawGBuffer(gbuffer, camera, moment.lighting);
-  methods::FrameInput input;
-  input.frame.camera = camera;
-  methods::FrameOutput output;
-  method->render(input, services, output);
-  gl::testContext().check(name);
-}
+const methods::RunSettings kSettings = test::framesOf(kWidth, kHeight, 1);
 
 TEST(Mirrors, PlaneMirrorShowsTheMirroredCamerasImage) {
-  gl::testContext();
   SceneBuilder builder;
   builder.scene().environment.type = scene::EnvironmentType::Gradient;
   builder.scene().environment.color = Vec3(0.2f, 0.4f, 0.9f);
@@ -60,14 +37,12 @@ TEST(Mirrors, PlaneMirrorShowsTheMirroredCamerasImage) {
   builder.add(scene::makeTorus(0.4f, 0.15f, 96, 48, scene::UvMode::Unit),
               builder.diffuse(Vec3(0.2f, 0.8f, 0.3f)),
               translation({0.8f, 0.2f, 1.1f}) * rotation(40.0f, {1.0f, 0.5f, 0.0f}));
-  const test::Moment moment(builder.scene());
+  test::GlStage stage(builder.scene(), kSettings);
   const scene::Camera camera =
       scene::lookAt({0.6f, 0.5f, 4.0f}, {0.0f, 0.0f, 0.5f}, {0.0f, 1.0f, 0.0f}, 0.8f);
-  raster::SceneRaster raster(builder.scene(), moment.geometry);
-  raster::GBuffer gbuffer = raster.makeGBuffer({kWidth, kHeight, 1, false});
-  render("traced", moment, camera, raster, gbuffer);
-  const std::vector<std::uint32_t> ids = raster::readIds(gbuffer.object);
-  const std::vector<float> traced = raster::readRgba(gbuffer.reflection);
+  test::GlMethod(stage, methods::findMethod("traced")).render(camera);
+  const std::vector<std::uint32_t> ids = raster::readIds(stage.gbuffer.object);
+  const std::vector<float> traced = raster::readRgba(stage.gbuffer.reflection);
 
   // The same camera, mirrored over z = 0
   const Mat4 over = glm::scale(Mat4(1.0f), Vec3(1.0f, 1.0f, -1.0f));
@@ -79,9 +54,9 @@ TEST(Mirrors, PlaneMirrorShowsTheMirroredCamerasImage) {
   target.bind();
   target.clearDepth(0.0f);
   const Vec3 eye = camera.eye() * Vec3(1.0f, 1.0f, -1.0f);
-  raster.drawDiffuse(clip, eye, scene::pixelSpreadRad(camera, kHeight), moment.lighting,
-                     mirror + 1);
-  gl::testContext().check("the mirrored image");
+  stage.raster.drawDiffuse(clip, eye, scene::pixelSpreadRad(camera, kHeight), stage.moment.lighting,
+                           mirror + 1);
+  stage.context.check("the mirrored image");
   const std::vector<float> mirrored = raster::readRgba(color);
 
   int compared = 0;
@@ -104,24 +79,19 @@ TEST(Mirrors, PlaneMirrorShowsTheMirroredCamerasImage) {
 }
 
 TEST(Mirrors, AreWhiteInAWhiteFurnace) {
-  gl::testContext();
   SceneBuilder builder;
   builder.constantEnvironment(Vec3(1.0f));
   builder.add(scene::makeSphere(0.6f, 64, 32, scene::UvMode::Unit),
               builder.reflective(1.0f, 0.0f, Vec3(1.0f)), translation({-0.7f, 0.0f, 0.0f}));
   builder.add(scene::makeSphere(0.6f, 64, 32, scene::UvMode::Unit),
               builder.reflective(0.5f, 0.0f, Vec3(1.0f)), translation({0.7f, 0.0f, 0.0f}));
-  const test::Moment moment(builder.scene());
+  test::GlStage stage(builder.scene(), kSettings);
   const scene::Camera camera =
       scene::lookAt({0.0f, 0.2f, 4.0f}, Vec3(0.0f), {0.0f, 1.0f, 0.0f}, 0.8f);
-  raster::SceneRaster raster(builder.scene(), moment.geometry);
-  raster::GBuffer gbuffer = raster.makeGBuffer({kWidth, kHeight, 1, false});
   for (const char* method : {"environment_map", "traced"}) {
-    render(method, moment, camera, raster, gbuffer);
-    gl::Texture frame = gl::Texture::make2D("frame", GL_RGBA32F, kWidth, kHeight);
-    raster.composite(gbuffer, camera, {}, frame);
-    const std::vector<std::uint32_t> ids = raster::readIds(gbuffer.object);
-    const std::vector<float> pixels = raster::readRgba(frame);
+    test::GlMethod(stage, methods::findMethod(method)).render(camera);
+    const std::vector<std::uint32_t> ids = raster::readIds(stage.gbuffer.object);
+    const std::vector<float> pixels = stage.composite(camera);
     int bad = 0;
     int reflecting = 0;
     float darkest = 1.0f;

@@ -5,64 +5,23 @@
 #include <cmath>
 
 #include "frame/test_scenes.h"
-#include "gl/test_context.h"
 #include "methods/environment_map/cube_map.h"
 #include "methods/environment_map/environment_map.h"
-#include "scene/animate.h"
+#include "methods/testing/gl_harness.h"
 
 namespace catoptric::methods {
 namespace {
 
-// All that a frame of the method needs.
+// The method on a stage of its own, and its samples.
 class Rig {
  public:
   Rig(scene::Scene scene, const std::string& options, bool masks = true)
-      : context(gl::testContext()),
-        scene_(std::move(scene)),
-        pose_(scene::poseAt(scene_, 0.0)),
-        geometry(frame::makeGeometry(scene_, pose_)),
-        environment(std::make_shared<frame::EnvironmentLight>(scene_.environment)),
-        lighting(frame::makeLighting(scene_, pose_, environment)),
-        raster(scene_, geometry),
-        method(environmentMapEntry().make(config::parseText(options, "options"))) {
-    settings.width = 64;
-    settings.height = 48;
-    settings.samples = 2;
-    settings.masks = masks;
-    gbuffer = raster.makeGBuffer({settings.width, settings.height, settings.samples, masks});
-    timer.setFinish([] { gl::Context::current().finish("a step"); });
-    Services services = makeServices();
-    timer.beginFrame(0);
-    method->prepare(services, settings);
-  }
+      : stage(std::move(scene), test::framesOf(64, 48, 2, masks)),
+        method_(stage, environmentMapEntry(), options) {}
 
-  Services makeServices() {
-    return {scene_, geometry, lighting, &raster, &gbuffer, nullptr, timer};
-  }
-
-  FrameOutput render(const scene::Camera& camera, std::vector<int> changed = {},
-                     bool first = true) {
+  FrameOutput render(const scene::Camera& camera, std::vector<int> changed = {}) {
     camera_ = camera;
-    timer.measure("gbuffer", [&] { raster.drawGBuffer(gbuffer, camera, lighting); });
-    FrameInput input;
-    input.frame.camera = camera;
-    input.changedObjects = std::move(changed);
-    input.firstOfSequence = first;
-    FrameOutput output;
-    timer.beginFrame(++frames_);
-    Services services = makeServices();
-    method->render(input, services, output);
-    context.check("the frame");
-    return output;
-  }
-
-  // Moves to another moment; returns what changed.
-  std::vector<int> moveTo(double seconds) {
-    pose_ = scene::poseAt(scene_, seconds);
-    std::vector<int> changed = frame::updateGeometry(geometry, scene_, pose_);
-    lighting = frame::makeLighting(scene_, pose_, environment);
-    raster.update(geometry, changed);
-    return changed;
+    return method_.render(camera, std::move(changed));
   }
 
   // Samples of the last frame on the CPU.
@@ -74,6 +33,8 @@ class Rig {
     std::uint16_t mask = 0;
   };
   std::vector<Sample> samples() const {
+    const raster::GBuffer& gbuffer = stage.gbuffer;
+    const RunSettings& settings = stage.settings;
     const std::vector<float> normal = raster::readRgba(gbuffer.normal);
     const std::vector<float> reflection = raster::readRgba(gbuffer.reflection);
     const std::vector<std::uint32_t> ids = raster::readIds(gbuffer.object);
@@ -101,28 +62,14 @@ class Rig {
 
   int timesRun(const std::string& step) const {
     return static_cast<int>(std::ranges::count_if(
-        timer.samples(), [&](const frame::StepSample& s) { return s.step == step; }));
+        stage.timer.samples(), [&](const frame::StepSample& s) { return s.step == step; }));
   }
 
-  gl::Context& context;
-  RunSettings settings;
+  test::GlStage stage;
 
  private:
-  scene::Scene scene_;
-  scene::Pose pose_;
-
- public:
-  frame::Geometry geometry;
-  std::shared_ptr<const frame::EnvironmentLight> environment;
-  frame::Lighting lighting;
-  raster::SceneRaster raster;
-  raster::GBuffer gbuffer;
-  frame::StepTimer timer;
-  std::unique_ptr<Method> method;
-
- private:
+  test::GlMethod method_;
   scene::Camera camera_;
-  int frames_ = 0;
 };
 
 scene::Camera cameraAt(const Vec3& eye, const Vec3& target) {
@@ -284,9 +231,9 @@ TEST(EnvironmentMap, FollowsAMovingSceneAndOnlyThat) {
   EXPECT_GT(brightest().reflected.y, 0.8f);
   EXPECT_EQ(rig.timesRun("cube_map"), 1);
   // Nothing moved: drawn no second time.
-  rig.render(camera, {}, false);
+  rig.render(camera);
   EXPECT_EQ(rig.timesRun("cube_map"), 1);
-  rig.render(camera, rig.moveTo(1.0), false);
+  rig.render(camera, rig.stage.moveTo(1.0));
   EXPECT_LT(brightest().reflected.y, -0.8f);
   EXPECT_EQ(rig.timesRun("cube_map"), 2);
   EXPECT_EQ(rig.timesRun("resolve"), 3);
@@ -297,9 +244,9 @@ TEST(EnvironmentMap, AStaticSceneIsDrawnOnceBeforeTheFirstFrame) {
   EXPECT_EQ(rig.timesRun("cube_map"), 1);
   const scene::Camera camera = cameraAt(Vec3(0, 0, 1), kSphereCentre);
   rig.render(camera);
-  rig.render(camera, {}, false);
+  rig.render(camera);
   EXPECT_EQ(rig.timesRun("cube_map"), 1);
-  for (const frame::StepSample& sample : rig.timer.samples()) {
+  for (const frame::StepSample& sample : rig.stage.timer.samples()) {
     if (sample.step == "cube_map") {
       EXPECT_EQ(sample.frame, 0);
     }
@@ -315,7 +262,8 @@ TEST(EnvironmentMap, GradientIsLookedUpByDirection) {
   float largest = 0;
   for (const Rig::Sample& sample : rig.samples()) {
     if (sample.object == 0) continue;
-    const Vec3 difference = sample.radiance - rig.environment->radiance(sample.reflected);
+    const Vec3 difference =
+        sample.radiance - rig.stage.moment.lighting.environment->radiance(sample.reflected);
     largest = std::max(largest, glm::length(difference));
   }
   // Half a texel of 256 at the horizon's kink: gradient about 2 per unit of y.
@@ -360,9 +308,10 @@ TEST(EnvironmentMap, GlossyLookUpIsNearTheLobesMean) {
     for (std::size_t i = 0; i < samples.size(); i += 13) {
       const Rig::Sample& sample = samples[i];
       if (sample.object == 0) continue;
-      const Vec3 truth = lobeMean(*rig.environment, sample.reflected, n);
+      const Vec3 truth = lobeMean(*rig.stage.moment.lighting.environment, sample.reflected, n);
       ours += glm::length(sample.radiance - truth);
-      unfiltered += glm::length(rig.environment->radiance(sample.reflected) - truth);
+      unfiltered +=
+          glm::length(rig.stage.moment.lighting.environment->radiance(sample.reflected) - truth);
       ++count;
     }
     ours /= count;

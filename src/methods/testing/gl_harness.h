@@ -1,0 +1,179 @@
+// A scene on the device and in Embree, and methods' frames of it, without a run: for tests with a
+// context.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gl/test_context.h"
+#include "methods/shared/reflective_samples.h"
+#include "methods/testing/cpu_harness.h"
+#include "raster/scene_raster.h"
+#include "trace/bake/bake.h"
+
+namespace catoptric::test {
+
+inline methods::RunSettings framesOf(int width, int height, int samplesPerAxis,
+                                     bool masks = false) {
+  methods::RunSettings settings;
+  settings.width = width;
+  settings.height = height;
+  settings.samples = samplesPerAxis;
+  settings.masks = masks;
+  return settings;
+}
+
+/// One scene with all that methods share, at one moment at a time.
+class GlStage {
+ public:
+  /// `baked`: with the light that the scene asks to be baked.
+  explicit GlStage(scene::Scene s, const methods::RunSettings& runSettings = {}, bool baked = false)
+      : context(gl::testContext()),
+        scene(std::move(s)),
+        settings(runSettings),
+        moment(momentOf(scene, baked)),
+        raster(scene, moment.geometry),
+        gbuffer(raster.makeGBuffer(
+            {settings.width, settings.height, settings.samples, settings.masks})) {
+    timer.setFinish([] { gl::Context::current().finish("a step"); });
+  }
+  GlStage(const GlStage&) = delete;
+  GlStage& operator=(const GlStage&) = delete;
+
+  /// Embree's tree of the scene, built at the first call, which gives the policy.
+  trace::TraceScene& embree(trace::BvhPolicy policy = trace::BvhPolicy::Refit) {
+    if (!trace_) trace_.emplace(scene, moment.geometry, policy);
+    return *trace_;
+  }
+
+  /// Everything at another time; indices of the objects that changed.
+  std::vector<int> moveTo(double seconds) {
+    const scene::Pose pose = scene::poseAt(scene, seconds);
+    std::vector<int> changed = frame::updateGeometry(moment.geometry, scene, pose);
+    moment.lighting = frame::makeLighting(scene, pose, moment.lighting.environment);
+    raster.update(moment.geometry, changed);
+    if (trace_) trace_->update(changed);
+    return changed;
+  }
+
+  /// Draws the G-buffer, or what may differ of it.
+  void draw(const scene::Camera& camera, const std::optional<raster::Region>& part = std::nullopt) {
+    timer.measure("gbuffer", [&] {
+      raster.drawGBuffer(gbuffer, camera, moment.lighting, part, &moment.geometry);
+    });
+    context.check("the G-buffer");
+  }
+
+  /// What the last frame's samples resolve to: R G B A, row 0 on top.
+  std::vector<float> composite(const scene::Camera& camera) {
+    gl::Texture frame = gl::Texture::make2D("frame", GL_RGBA32F, settings.width, settings.height);
+    raster.composite(gbuffer, camera, {}, frame);
+    context.check("the composite");
+    return raster::readRgba(frame);
+  }
+
+  methods::Services services() {
+    return {scene, moment.geometry, moment.lighting, &raster, &gbuffer, trace_ ? &*trace_ : nullptr,
+            timer};
+  }
+
+  gl::Context& context;
+  const scene::Scene scene;
+  const methods::RunSettings settings;
+  Moment moment;
+  raster::SceneRaster raster;
+  raster::GBuffer gbuffer;
+  frame::StepTimer timer;
+
+ private:
+  static Moment momentOf(const scene::Scene& scene, bool baked) {
+    Moment moment(scene);
+    if (baked) trace::bakeVertices(scene, moment.geometry, *moment.lighting.environment, {});
+    return moment;
+  }
+
+  std::optional<trace::TraceScene> trace_;
+};
+
+/// A method on a stage, frame by frame.
+class GlMethod {
+ public:
+  GlMethod(GlStage& stage, const methods::MethodEntry& entry, const std::string& options = "{}")
+      : stage_(stage), method_(entry.make(config::parseText(options, "test options"))) {
+    const methods::MethodPlan plan = method_->plan(stage.scene, stage.settings);
+    if (plan.trace) stage.embree(plan.bvh);
+    methods::Services services = stage.services();
+    stage.timer.beginFrame(0);
+    method_->prepare(services, stage.settings);
+  }
+
+  /// The next frame, G-buffer and reflections. `changed`: of GlStage::moveTo(); `part`: all that
+  /// the G-buffer may differ in from the frame before.
+  methods::FrameOutput render(const scene::Camera& camera, std::vector<int> changed = {},
+                              const std::optional<raster::Region>& part = std::nullopt) {
+    stage_.timer.beginFrame(++frames_);
+    stage_.draw(camera, part);
+    methods::FrameInput input;
+    input.frame.camera = camera;
+    input.changedObjects = std::move(changed);
+    input.firstOfSequence = frames_ == 1;
+    input.changedSamples = part;
+    methods::FrameOutput output;
+    methods::Services services = stage_.services();
+    method_->render(input, services, output);
+    stage_.context.check("the frame");
+    return output;
+  }
+
+ private:
+  GlStage& stage_;
+  std::unique_ptr<methods::Method> method_;
+  int frames_ = 0;
+};
+
+/// The last frame's reflective samples, and what Embree's rays find from the same points.
+struct TracedSamples {
+  std::vector<trace::ReflectionPoint> points;
+  std::vector<std::uint32_t> places;  ///< in the G-buffer
+  std::vector<Vec3> ours;             ///< as in GBuffer::reflection
+  std::vector<Vec3> traced;
+  trace::ReflectionCounts counts;
+
+  TracedSamples(GlStage& stage, const scene::Camera& camera, const trace::ReflectionOptions& rays) {
+    raster::GBufferCopy copy;
+    raster::readBack(stage.gbuffer, true, copy);
+    methods::ReflectiveSamples samples = methods::collectReflective(copy, camera, stage.embree());
+    points = std::move(samples.points);
+    places = std::move(samples.places);
+    const std::vector<float> reflection = raster::readRgba(stage.gbuffer.reflection);
+    for (const std::size_t at : places)
+      ours.emplace_back(reflection[4 * at], reflection[4 * at + 1], reflection[4 * at + 2]);
+    traced.resize(points.size());
+    counts = trace::reflectedRadiance(stage.embree(), stage.moment.lighting,
+                                      scene::pixelSpreadRad(camera, copy.sampleHeight()), points,
+                                      rays, true, traced);
+  }
+
+  /// Mean absolute difference of gamma 2.2 values in steps of 255.
+  double l1Of8Bit() const {
+    const auto shown = [](const Vec3& v) {
+      return glm::clamp(glm::pow(glm::max(v, Vec3(0.0f)), Vec3(1.0f / 2.2f)), 0.0f, 1.0f) * 255.0f;
+    };
+    double sum = 0.0;
+    for (std::size_t i = 0; i < ours.size(); ++i) {
+      const Vec3 d = glm::abs(shown(ours[i]) - shown(traced[i]));
+      sum += static_cast<double>((d.x + d.y + d.z) / 3.0f);
+    }
+    return sum / static_cast<double>(std::max<std::size_t>(1, ours.size()));
+  }
+
+  bool finite() const {
+    return std::all_of(ours.begin(), ours.end(), [](const Vec3& v) { return isFinite(v); });
+  }
+};
+
+}  // namespace catoptric::test
