@@ -17,7 +17,7 @@ COLUMNS = ["frame", "l1_8bit", "planar_pixels", "planar_l1_8bit", "mirror_pixels
 
 def pooled(objects, ids):
     """Pixels and mean error of some objects together."""
-    parts = [(o["pixels"], o["l1_8bit"]) for o in objects if o["id"] in ids]
+    parts = [(o["pixels"], o["L1_8bit"]) for o in objects if o["id"] in ids]
     pixels = sum(n for n, _ in parts)
     return pixels, sum(n * e for n, e in parts) / pixels if pixels else 0.0
 
@@ -34,7 +34,7 @@ def measure(bench, path, numbers, planar, mirror):
                                           "--num-exposures", "1"))
     shutil.rmtree(bench.work / name)
     counters = runs["second_order"].counters
-    return [[e["frame"], e["l1_8bit"], *pooled(e["objects"], planar), *pooled(e["objects"], mirror),
+    return [[e["frame"], e["L1_8bit"], *pooled(e["objects"], planar), *pooled(e["objects"], mirror),
              *(counters[e["frame"]].get(c, 0) for c in COLUMNS[-4:])]
             for e in compared[0]["frames"]]
 

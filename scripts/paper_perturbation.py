@@ -47,7 +47,7 @@ def frame_of(bench, name, method, number_):
 
 def l1(bench, name, method, against="traced"):
     frames, _ = bench.errors(name, method, against)
-    return statistics.fmean(f["l1_8bit"] for f in frames)
+    return statistics.fmean(f["L1_8bit"] for f in frames)
 
 
 def figures(bench, document):

@@ -260,7 +260,7 @@ class Comparison:
             self.pictures[method], = (out / method / "frames").glob("*0001.exr")
         self.errors = {
             name: json.loads(bench.catoptric("compare", picture, self.pictures["POV-Ray"],
-                                             "--json"))[0]["pooled"]["l1_8bit"]
+                                             "--json"))[0]["pooled"]["L1_8bit"]
             for name, picture in self.pictures.items() if name != "POV-Ray"}
 
     def picture(self, file):

@@ -131,7 +131,7 @@ class Bench:
             for part in result["pooled"]["objects"]:
                 pixels, mean = objects.get(part["id"], (0, 0.0))
                 whole = pixels + part["pixels"]
-                mean += (part["l1_8bit"] - mean) * part["pixels"] / whole
+                mean += (part["L1_8bit"] - mean) * part["pixels"] / whole
                 objects[part["id"]] = (whole, mean)
         return frames, objects
 

@@ -175,7 +175,7 @@ def accuracy(bench, document):
                                [*scene_of(path), "image.layers=[]", "image.masks=false",
                                 "preview.enabled=false"], methods=["second_order"])["second_order"]
         share = 100 / (1024 * 1024)
-        rows.append([path, average_and_most([e["l1_8bit"] for e in errors]), PRINTED["L1"][i],
+        rows.append([path, average_and_most([e["L1_8bit"] for e in errors]), PRINTED["L1"][i],
                      sum(n * e for n, e in planar) / sum(n for n, _ in planar) if planar else None,
                      mirror[0][1] if mirror else None, average_and_most(checked.count("disoccluded"), share),
                      PRINTED["disoccluded"][i], average_and_most(checked.count("wrong_hit"), share),
@@ -200,7 +200,7 @@ intersected with their object's samples in the frame, too; `self_intersect_all`:
     document.table(["way", "concave clusters", "ms", "`intersect` ms", "L1_8bit against traced"],
                    [[n, statistics.fmean(runs[n].count("concave_clusters")), runs[n].ms(),
                      statistics.median(runs[n].step("intersect")),
-                     average_and_most([e["l1_8bit"] for e in bench.errors("concave", n, "traced")[0]])]
+                     average_and_most([e["L1_8bit"] for e in bench.errors("concave", n, "traced")[0]])]
                     for n in ("ignore", "self_intersect", "self_intersect_all")])
 
 
@@ -213,7 +213,7 @@ def k_means(bench, document):
             samples = 100 / (1024 * 1024)
             rows.append([path, n, average_and_most(runs[n].count("clusters")),
                          statistics.median(runs[n].step("cluster")), runs[n].ms(),
-                         average_and_most([e["l1_8bit"] for e in bench.errors(name, n, "traced")[0]]),
+                         average_and_most([e["L1_8bit"] for e in bench.errors(name, n, "traced")[0]]),
                          average_and_most(runs[n].count("disoccluded"), samples),
                          average_and_most(runs[n].count("wrong_hit"), samples)])
     document.text("""## k-means (the paper's outlook)
@@ -234,7 +234,7 @@ def compound(bench, document):
             errors = bench.errors(name, way, "traced")[0]
             rows.append([path, way, statistics.median(runs[way].step("depth_images")),
                          statistics.fmean(runs[way].count("triangles")) / 1e3,
-                         average_and_most([e["l1_8bit"] for e in errors])])
+                         average_and_most([e["L1_8bit"] for e in errors])])
     document.text("""## Compound depth images (section 4.4)
 
 One draw sends an object's triangles to all images of a layer, against a draw for each image (`compound:
@@ -257,7 +257,7 @@ def levels(bench, document):
                       if r["name"] == "mirror glass" and r["id"] in objects]
             rows.append([path, n, statistics.fmean(runs[n].count("triangles")) / 1e3,
                          statistics.median(runs[n].step("depth_images")), runs[n].ms(),
-                         average_and_most([e["l1_8bit"] for e in errors]),
+                         average_and_most([e["L1_8bit"] for e in errors]),
                          mirror[0][1] if mirror else None])
     document.text("""## Levels of detail in depth images (ours)
 
@@ -276,7 +276,7 @@ def layers(bench, document):
             samples = 100 / (1024 * 1024)
             rows.append([path, n, statistics.median(runs[n].step("depth_images")),
                          statistics.median(runs[n].step("intersect")),
-                         average_and_most([e["l1_8bit"] for e in bench.errors(name, n, "traced")[0]]),
+                         average_and_most([e["L1_8bit"] for e in bench.errors(name, n, "traced")[0]]),
                          average_and_most(runs[n].count("disoccluded"), samples),
                          average_and_most(runs[n].count("wrong_hit"), samples),
                          average_and_most(runs[n].count("second_layer_hits"), samples)])
@@ -477,7 +477,7 @@ def glossy(bench, document):
             rows.append([f"{level}, g {GLOSSINESS[level]}", name.replace("_", " "),
                          statistics.median(ours.step("intersect")), ms, 1e3 / ours.ms(), fps,
                          1e3 / theirs.ms(), optix, ours.ratio(theirs),
-                         average_and_most([e["l1_8bit"] for e in bench.errors(
+                         average_and_most([e["L1_8bit"] for e in bench.errors(
                              "glossy_" + level.split()[1], name, f"traced_{rays}")[0]])])
     document.text("""## Table 8: glossy reflections
 
@@ -638,7 +638,7 @@ def pictures(bench, document):
         out = bench.work / f"difference_{PATHS[path][1]}"
         result = json.loads(bench.catoptric("compare", v["second_order"], v["traced"], "--out", out,
                                             "--json"))
-        l1.append(f"{path} {number(result[0]['pooled']['l1_8bit'])}")
+        l1.append(f"{path} {number(result[0]['pooled']['L1_8bit'])}")
         from PIL import Image
         rows[0].append(Image.open(out / f"frame.{VIEWS[path]:04d}.png"))
         rows[1].append(Image.open(out / f"frame.{VIEWS[path]:04d}.x50.png"))

@@ -34,8 +34,8 @@ def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int
     expect("number", [paper_run.number(v) for v in (0.012345, 9.876, 1234.5, 0)],
            ["0.0123", "9.88", "1234", "0"])
 
-    objects = [{"id": 1, "pixels": 30, "l1_8bit": 1.0}, {"id": 2, "pixels": 10, "l1_8bit": 3.0},
-               {"id": 3, "pixels": 9, "l1_8bit": 99.0}]
+    objects = [{"id": 1, "pixels": 30, "L1_8bit": 1.0}, {"id": 2, "pixels": 10, "L1_8bit": 3.0},
+               {"id": 3, "pixels": 9, "L1_8bit": 99.0}]
     expect("pooled", [paper_frames.pooled(objects, {1, 2}), paper_frames.pooled(objects, {4})],
            [(40, 1.5), (0, 0.0)])
 

@@ -50,7 +50,7 @@ TEST(AppGl, CornellBoxByAllMethods) {
   EXPECT_EQ(result.get("errors").asArray().size(), 5u);  // no pair twice
   for (const config::Value& error : result.get("errors").asArray()) {
     if (error.get("against").asString() != "reference") continue;
-    errors[error.get("method").asString()] = error.get("pooled").get("l1_8bit").asNumber();
+    errors[error.get("method").asString()] = error.get("pooled").get("L1_8bit").asNumber();
   }
   ASSERT_EQ(errors.size(), 3u);
   EXPECT_LT(errors["traced"], 1.5);

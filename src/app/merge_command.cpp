@@ -46,14 +46,15 @@ ExitCode merge(const MergeOptions& options, const CommonOptions& common) {
   if (!errors.isNull() && errors.has("against"))
     for (const config::Value& name : errors.get("against").asArray())
       config.errorsAgainst.push_back(name.asString());
-  const std::string tables = writeReports(config, results, options.out, common.json);
+  const Reports reports = writeReports(config, results, options.out);
   printData(common.json ? config::JsonText()
                                   .add("out", options.out)
                                   .raw("methods", "[" + joined(texts, ",") + "]")
-                                  .raw("errors", tables)
+                                  .raw("timings", reports.timingsJson)
+                                  .raw("errors", reports.errorsJson)
                                   .object() +
                               "\n"
-                        : tables);
+                        : reports.text);
   return ExitCode::Done;
 }
 

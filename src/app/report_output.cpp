@@ -15,8 +15,35 @@
 #include "scene/camera.h"
 
 namespace catoptric::app {
-
 namespace {
+
+namespace fs = std::filesystem;
+
+/// What the methods of a run have left on the disk: tables describe what is there, and name what is
+/// not.
+struct Found {
+  std::vector<report::RunData> runs;
+  std::vector<report::TimingTable> timings;
+  std::vector<std::string> failures;          ///< a line for each frame that failed
+  std::map<std::string, std::string> failed;  ///< "frames 2-4" by method
+
+  explicit Found(const std::vector<run::MethodResult>& results) {
+    for (const run::MethodResult& result : results) {
+      std::vector<int> numbers;
+      for (const run::FailedFrame& frame : result.frames.failed) {
+        numbers.push_back(frame.frame);
+        failures.push_back("FAILED: " + result.name + ", frame " + std::to_string(frame.frame) +
+                           ": " + frame.message);
+      }
+      if (!numbers.empty())
+        failed[result.name] =
+            (numbers.size() > 1 ? "frames " : "frame ") + scene::formatFrames(numbers);
+      if (result.frames.rendered.empty() && result.frames.reused.empty()) continue;
+      runs.push_back(report::readRun(result.folder, result.name));
+      timings.push_back(report::timingTable(runs.back()));
+    }
+  }
+};
 
 /// A method that failed may have none.
 bool haveCommonFrame(const report::RunData& a, const report::RunData& b) {
@@ -24,33 +51,29 @@ bool haveCommonFrame(const report::RunData& a, const report::RunData& b) {
                      [&](const auto& frame) { return b.frames.contains(frame.first); });
 }
 
-}  // namespace
-
-std::string writeReports(const run::RunConfig& run, const std::vector<run::MethodResult>& results,
-                         const std::filesystem::path& out, bool json) {
-  // Read back from the disk: the tables describe what is there, and name what is not.
-  std::vector<report::RunData> data;
-  std::vector<report::TimingTable> timings;
-  std::vector<std::string> failures;
-  std::map<std::string, std::string> failed;  ///< frames by method
-  for (const run::MethodResult& result : results) {
-    std::vector<int> numbers;
-    for (const run::FailedFrame& frame : result.frames.failed) {
-      numbers.push_back(frame.frame);
-      failures.push_back("FAILED: " + result.name + ", frame " + std::to_string(frame.frame) +
-                         ": " + frame.message);
-    }
-    if (!numbers.empty())
-      failed[result.name] =
-          (numbers.size() > 1 ? "frames " : "frame ") + scene::formatFrames(numbers);
-    if (result.frames.rendered.empty() && result.frames.reused.empty()) continue;
-    data.push_back(report::readRun(result.folder, result.name));
-    timings.push_back(report::timingTable(data.back()));
+/// Every method against those that the config names; a pair is compared once, by the earlier name.
+std::vector<report::RunComparison> compareAll(const std::vector<report::RunData>& runs,
+                                              const std::vector<std::string>& names) {
+  std::vector<report::RunComparison> comparisons;
+  std::set<std::string> done;
+  for (const std::string& against : names) {
+    done.insert(against);
+    for (const report::RunData& reference : runs)
+      if (reference.name == against)
+        for (const report::RunData& method : runs)
+          if (done.count(method.name) == 0 && haveCommonFrame(method, reference))
+            comparisons.push_back(report::compareRuns(method, reference));
   }
+  return comparisons;
+}
+
+/// table.md, table.csv; returns the tables as text.
+std::string writeTimings(const Found& found, const fs::path& out) {
+  const std::vector<report::TimingTable>& timings = found.timings;
   report::Table table =
       timings.size() == 1 ? report::timingView(timings.front()) : report::timingComparison(timings);
-  table.notes.insert(table.notes.end(), failures.begin(), failures.end());
-  const report::Table counters = report::counterView(data);
+  table.notes.insert(table.notes.end(), found.failures.begin(), found.failures.end());
+  const report::Table counters = report::counterView(found.runs);
   std::string text = report::toText(table);
   std::string markdown = report::toMarkdown(table);
   if (!counters.rows.empty() || !counters.notes.empty()) {
@@ -61,46 +84,56 @@ std::string writeReports(const run::RunConfig& run, const std::vector<run::Metho
     if (timings.size() > 1) markdown += "\n" + report::toMarkdown(report::timingView(timing));
   writeFileAtomically(out / "table.md", markdown);
   writeFileAtomically(out / "table.csv", report::timingCsv(timings));
+  return text;
+}
 
-  std::string errorsJson = "[]";
-  std::vector<report::RunComparison> comparisons;
-  std::set<std::string> done;  // a pair is compared once: the earlier reference counts
-  for (const std::string& against : run.errorsAgainst) {
-    done.insert(against);
-    for (const report::RunData& reference : data)
-      if (reference.name == against)
-        for (const report::RunData& method : data)
-          if (done.count(method.name) == 0 && haveCommonFrame(method, reference))
-            comparisons.push_back(report::compareRuns(method, reference));
-  }
-  if (!comparisons.empty()) {
-    report::Table errors = report::errorSummary(comparisons, timings);
-    errors.notes.insert(errors.notes.end(), failures.begin(), failures.end());
-    text += "\n" + report::toText(errors);
-    writeFileAtomically(out / "errors.md", report::toMarkdown(errors));
-    writeFileAtomically(out / "errors.csv", report::errorCsv(comparisons));
-    errorsJson = report::errorJson(comparisons);
-  }
+/// errors.md, errors.csv; returns the table as text.
+std::string writeErrors(const Found& found, const std::vector<report::RunComparison>& comparisons,
+                        const fs::path& out) {
+  report::Table errors = report::errorSummary(comparisons, found.timings);
+  errors.notes.insert(errors.notes.end(), found.failures.begin(), found.failures.end());
+  writeFileAtomically(out / "errors.md", report::toMarkdown(errors));
+  writeFileAtomically(out / "errors.csv", report::errorCsv(comparisons));
+  return report::toText(errors);
+}
 
-  // Pictures of all methods side by side, with their figures.
+/// contact_sheet.png: all methods side by side, with their times and errors.
+void writeSheet(const run::RunConfig& run, const Found& found,
+                const std::vector<report::RunComparison>& comparisons, const fs::path& out) {
   report::SheetOptions sheet;
   sheet.title = run.name;
-  for (const auto& [name, frames] : failed) sheet.title += "; " + name + " failed in " + frames;
-  for (const report::TimingTable& timing : timings) {
+  for (const auto& [name, frames] : found.failed)
+    sheet.title += "; " + name + " failed in " + frames;
+  for (const report::TimingTable& timing : found.timings) {
     std::string& caption = sheet.captions[timing.name];
     caption = "median " + report::fixedText(timing.rendering.median * 1e3, 0) + " ms";
     for (const report::RunComparison& comparison : comparisons)
       if (comparison.name == timing.name && comparison.reference == run.errorsAgainst.front())
-        caption += ", L1 " + report::fixedText(comparison.pooled.l1(), 2);
+        caption += ", L1_8bit " + report::fixedText(comparison.pooled.l1(), 2) + " against " +
+                   comparison.reference;
   }
-  writeFileAtomically(out / "contact_sheet.png", report::contactSheetPng(data, sheet));
+  writeFileAtomically(out / "contact_sheet.png", report::contactSheetPng(found.runs, sheet));
+}
+
+}  // namespace
+
+Reports writeReports(const run::RunConfig& run, const std::vector<run::MethodResult>& results,
+                     const fs::path& out) {
+  const Found found(results);
+  Reports reports;
+  reports.text = writeTimings(found, out);
+  reports.timingsJson = report::timingJson(found.timings);
+  const std::vector<report::RunComparison> comparisons = compareAll(found.runs, run.errorsAgainst);
+  if (!comparisons.empty()) reports.text += "\n" + writeErrors(found, comparisons, out);
+  reports.errorsJson = report::errorJson(comparisons);
+  writeSheet(run, found, comparisons, out);
 
   log::info("contact sheet: " + (out / "contact_sheet.png").string());
   log::info("tables: " + (out / "table.md").string() +
             (comparisons.empty() ? "" : ", " + (out / "errors.md").string()));
   for (const run::MethodResult& result : results)
     log::info("frames: " + (result.folder / "frames").string());
-  return json ? errorsJson : text;
+  return reports;
 }
 
 }  // namespace catoptric::app

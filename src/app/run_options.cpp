@@ -68,6 +68,32 @@ config::Value changed(const config::Value& root, const std::string& path,
 
 }  // namespace
 
+void addRunOptions(CLI::App& command, RunOptions& options) {
+  command.add_option("input", options.input, "Run config, or a scene (.json, .gltf, .glb)")
+      ->required()
+      ->type_name("CONFIG|SCENE");
+  command.add_option("--frames", options.frames, "Frames of the path, such as 1-100x2,120")
+      ->check(notEmpty())
+      ->type_name("LIST");
+  command
+      .add_option("--method", options.methods,
+                  "Method, or a name in the config; several: with commas, or the option again")
+      ->type_name("NAME")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  command
+      .add_option(
+          "--set", options.settings,
+          "Changes one value of the config, such as image.width=256 or methods.traced.bvh=refit "
+          "(a method's name, or its number in the config)")
+      ->type_name("A.B=VALUE")
+      ->allow_extra_args(false);
+  command.add_option("--device", options.device, "auto, egl:N, surfaceless, osmesa")
+      ->type_name("DEVICE");
+  command.add_option("--threads", options.threads, "Threads; 0: one per processor")->type_name("N");
+  command.add_option("--seed", options.seed, "Seed of all random numbers")->type_name("N");
+}
+
 run::RunConfig readRun(const RunOptions& options) {
   requireInput(options.input);
   const std::filesystem::path file = options.input;

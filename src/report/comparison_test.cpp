@@ -119,7 +119,7 @@ TEST_F(CompareRuns, FramesArePooledByPixels) {
   const config::Value first = json.asArray().at(0);
   EXPECT_EQ(first.get("pooled").get("max_8bit").asInteger(), 8);
   EXPECT_EQ(first.get("pooled").get("max_8bit_frame").asInteger(), 2);
-  EXPECT_EQ(first.get("frames").asArray().at(0).get("l1_8bit").asNumber(), 1.0);
+  EXPECT_EQ(first.get("frames").asArray().at(0).get("L1_8bit").asNumber(), 1.0);
   EXPECT_EQ(first.get("only_in_run").dump(), "[3]");
 
   TimingTable fast{"traced", 1, {}, {}, {}, {}, {}, {}};
@@ -131,6 +131,10 @@ TEST_F(CompareRuns, FramesArePooledByPixels) {
   EXPECT_EQ(summary.rows[0][3], "0.583");
   EXPECT_EQ(summary.rows[0][14], "50.00");
   EXPECT_EQ(summary.rows[0][15], "0.250");
+  EXPECT_EQ(summary.columns[15].title, "x of against");
+  // An empty cell says why it is
+  EXPECT_EQ(summary.rows[0][4], "");
+  EXPECT_THAT(toText(summary), HasSubstr("\"reflective\" of traced is empty"));
 
   compareRuns(readRun(folder_ / "traced"), readRun(folder_ / "reference"), {}, {folder_ / "d"});
   const auto png = image::decodeImage8(readFile(folder_ / "d/frame.0002.x50.png"), "d", 100);
@@ -156,7 +160,12 @@ TEST_F(CompareRuns, ForeignSequencesAndSingleFiles) {
   EXPECT_EQ(readSequence(other / "0013.exr").frames.begin()->first, 13);
   std::filesystem::copy(frames / "frame.0001.exr", other / "b.12.exr");
   EXPECT_THROW(readSequence(other), UsageError);  // frame 12 twice
-  EXPECT_THROW(readSequence(folder_ / "absent"), UsageError);
+  try {
+    readSequence(folder_ / "othre");
+    FAIL() << "an absent folder is read";
+  } catch (const UsageError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("othre: no such file or folder (did you mean \"other\"?)"));
+  }
 }
 
 TEST_F(CompareRuns, NothingInCommonIsAnError) {

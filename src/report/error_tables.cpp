@@ -58,6 +58,14 @@ void appendNotFinite(Table& table, const std::string& name, const ImageError& e)
                         " of the reference; they count as 255 off, and in no linear measure.");
 }
 
+/// Why the column "reflective" is empty.
+void appendNoReflective(Table& table, const std::string& name, const ImageError& e) {
+  if (e.hasReflective) return;
+  table.notes.push_back("\"reflective\" of " + name +
+                        " is empty: no frame says which pixels reflect; image.masks=true, or \"s\" "
+                        "in image.layers, writes a layer that does.");
+}
+
 std::string frameList(const std::vector<int>& frames) {
   std::string text;
   for (const int frame : frames) text += (text.empty() ? "" : ",") + std::to_string(frame);
@@ -76,7 +84,7 @@ void appendMissing(Table& table, const RunComparison& c) {
 /// Members of a region, NaN first; `pooled` tells the frame of the largest error too.
 void addMembers(config::JsonText& text, const RegionError& e, bool pooled) {
   text.add("not_finite", e.notFinite).add("not_finite_reference", e.notFiniteReference);
-  text.add("pixels", e.pixels).add("l1_8bit", e.l1()).add("mae", e.mae()).add("rmse", e.rmse());
+  text.add("pixels", e.pixels).add("L1_8bit", e.l1()).add("mae", e.mae()).add("rmse", e.rmse());
   text.add("relmse", e.relMse());
   if (std::isinf(e.psnr()))
     text.raw("psnr", "null");
@@ -127,7 +135,7 @@ std::string json(const ImageError& e, const std::string& frameMember) {
   addPool(text, "flip", e.flipPool);
   addPool(text, "hdr_flip", e.hdrFlipPool);
   if (e.hasReflective) {
-    text.add("reflective_pixels", e.reflective.pixels).add("l1_8bit_reflective", e.l1Reflective());
+    text.add("reflective_pixels", e.reflective.pixels).add("L1_8bit_reflective", e.l1Reflective());
     config::JsonText part;
     addMembers(part, e.reflective, pooled);
     text.raw("reflective", part.object());
@@ -147,13 +155,13 @@ std::string json(const ImageError& e, const std::string& frameMember) {
     classes += (classes.empty() ? "" : ",") + config::JsonText()
                                                   .add("class", one.name)
                                                   .add("pixels", one.all.pixels)
-                                                  .add("l1_8bit", l1Inside(one.all))
+                                                  .add("L1_8bit", l1Inside(one.all))
                                                   .add("pixels_percent", all.pixels)
-                                                  .add("l1_percent", all.l1)
+                                                  .add("L1_percent", all.l1)
                                                   .add("squared_percent", all.squared)
                                                   .add("hdr_flip_percent", all.flip)
                                                   .add("own_pixels_percent", own.pixels)
-                                                  .add("own_l1_percent", own.l1)
+                                                  .add("own_L1_percent", own.l1)
                                                   .add("own_squared_percent", own.squared)
                                                   .add("own_hdr_flip_percent", own.flip)
                                                   .object();
@@ -206,6 +214,7 @@ Table errorView(const RunComparison& comparison) {
       worst.empty() ? "" : worst + " in frame " + std::to_string(comparison.pooled.max8Frame));
   table.rows.push_back(cells);
   appendNotFinite(table, comparison.name, comparison.pooled);
+  appendNoReflective(table, comparison.name, comparison.pooled);
   appendMissing(table, comparison);
   table.notes.emplace_back(kMeaning);
   return table;
@@ -255,7 +264,7 @@ Table errorSummary(std::span<const RunComparison> comparisons,
   table.columns.insert(table.columns.end(), kMeasures.begin(), kMeasures.end());
   if (!timings.empty()) {
     table.columns.push_back({"median ms", true});
-    table.columns.push_back({"x of reference", true});
+    table.columns.push_back({"x of against", true});
   }
   const auto medianOf = [&](const std::string& name) {
     for (const TimingTable& timing : timings)
@@ -273,6 +282,7 @@ Table errorSummary(std::span<const RunComparison> comparisons,
     }
     table.rows.push_back(cells);
     appendNotFinite(table, c.name + " against " + c.reference, c.pooled);
+    appendNoReflective(table, c.name, c.pooled);
     appendMissing(table, c);
   }
   table.notes.emplace_back(kMeaning);
@@ -285,7 +295,7 @@ std::string errorCsv(std::span<const RunComparison> comparisons) {
            "_3rd_weighted_quartile," + p + "_min," + p + "_max";
   };
   std::string text =
-      "method,against,frame,region,not_finite,not_finite_reference,pixels,l1_8bit,mae,rmse,relmse,"
+      "method,against,frame,region,not_finite,not_finite_reference,pixels,L1_8bit,mae,rmse,relmse,"
       "psnr,ssim,over_percent,max_8bit,max_8bit_x,max_8bit_y,max_linear,max_linear_x,max_linear_y" +
       flipColumns("flip") + flipColumns("hdr_flip") + "\n";
   for (const RunComparison& c : comparisons) {
@@ -309,8 +319,8 @@ std::string errorCsv(std::span<const RunComparison> comparisons) {
 
 std::string attributionCsv(std::span<const RunComparison> comparisons) {
   std::string text =
-      "method,against,frame,class,pixels,l1_8bit,pixels_percent,l1_percent,squared_percent,"
-      "hdr_flip_percent,own_pixels_percent,own_l1_percent,own_squared_percent,"
+      "method,against,frame,class,pixels,L1_8bit,pixels_percent,L1_percent,squared_percent,"
+      "hdr_flip_percent,own_pixels_percent,own_L1_percent,own_squared_percent,"
       "own_hdr_flip_percent\n";
   for (const RunComparison& c : comparisons) {
     const auto rows = [&](const std::string& frame, const ImageError& e) {

@@ -16,8 +16,8 @@ Table errorView(const RunComparison& comparison);
 Table objectView(const RunComparison& comparison);
 /// Shares of the pooled error by class.
 Table attributionView(const RunComparison& comparison);
-/// A row for each comparison; with the mean time of its method and the ratio to its reference where
-/// `timings` has them.
+/// A row for each comparison; with the mean time of its method and the ratio to that of what it is
+/// compared with where `timings` has them.
 Table errorSummary(std::span<const RunComparison> comparisons,
                    std::span<const TimingTable> timings = {});
 /// method,against,frame,region,...; regions are frame, reflective, and the objects' ids; the pooled

@@ -44,6 +44,18 @@ std::map<int, fs::path> numberedFiles(const fs::path& folder, const std::string&
   return files;
 }
 
+/// Says that nothing has this name, and which is the nearest beside it.
+void requireThere(const fs::path& path) {
+  std::error_code ignored;
+  if (fs::exists(path, ignored)) return;
+  const fs::path whole = fs::absolute(path / ".").lexically_normal().parent_path();
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(whole.parent_path(), ignored))
+    names.push_back(entry.path().filename().string());
+  throw UsageError(path.string() + ": no such file or folder" +
+                   didYouMean(whole.filename().string(), names));
+}
+
 /// The number at the end of a file's name; -1 without one.
 int numberAtEnd(const fs::path& file) {
   const std::string stem = file.stem().string();
@@ -153,6 +165,7 @@ RunData readRun(const fs::path& folder, const std::string& name) {
 
 RunData readSequence(const fs::path& path) {
   std::error_code ignored;
+  requireThere(path);
   RunData sequence;
   sequence.folder = path;
   if (fs::is_regular_file(path, ignored)) {
@@ -192,6 +205,7 @@ RunData readSequence(const fs::path& path) {
 }
 
 std::vector<RunData> readRuns(const fs::path& folder) {
+  requireThere(folder);
   if (isRun(folder)) return {readRun(folder)};
   std::vector<fs::path> found;
   std::error_code ignored;

@@ -36,7 +36,7 @@ RunData readRun(const std::filesystem::path& folder, const std::string& name = "
 /// Frames to compare, of any program: a run's folder; a folder of EXR files whose names end with
 /// the frame's number (beauty.0012.exr, 0012.exr, img_12.exr); or one EXR file, whose frame is the
 /// number at its name's end, or 1. Throws UsageError when there are none, when two files have one
-/// number, or when a name among several has none.
+/// number, when a name among several has none, or when nothing is there.
 RunData readSequence(const std::filesystem::path& path);
 
 /// The runs below `folder`: itself when it is one, otherwise its subfolders that are, by name.

@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "config/json_text.h"
 #include "core/text.h"
 
 namespace catoptric::report {
@@ -52,6 +53,28 @@ StepStatistics statisticsOf(const std::string& step, const Series& series) {
 
 std::string ms(double seconds) {
   return fixedText(seconds * 1e3, 2);
+}
+
+std::string json(const StepStatistics& s) {
+  config::JsonText text;
+  text.add("step", s.step).add("clock", s.clock).add("count", s.count).add("min", s.min);
+  text.add("median", s.median).add("mean", s.mean).add("max", s.max).add("sum", s.sum);
+  if (s.first >= 0.0) text.add("first", s.first);
+  return text.object();
+}
+
+std::string json(const std::vector<StepStatistics>& steps) {
+  std::vector<std::string> texts;
+  for (const StepStatistics& s : steps) texts.push_back(json(s));
+  return "[" + joined(texts, ",") + "]";
+}
+
+/// What others are held against: "traced", else "reference", else the first.
+std::size_t baselineOf(std::span<const TimingTable> methods) {
+  for (const char* name : {"traced", "reference"})
+    for (std::size_t i = 0; i < methods.size(); ++i)
+      if (methods[i].name == name) return i;
+  return 0;
 }
 
 std::string perSecond(double seconds) {
@@ -155,10 +178,10 @@ Table timingView(const TimingTable& timings) {
   return table;
 }
 
-Table timingComparison(std::span<const TimingTable> methods, std::size_t baseline) {
+Table timingComparison(std::span<const TimingTable> methods) {
   Table table;
   if (methods.empty()) return table;
-  baseline = std::min(baseline, methods.size() - 1);
+  const std::size_t baseline = baselineOf(methods);
   table.title = "Median ms per frame; x: time over that of " + methods[baseline].name;
   table.columns.push_back({"step", false});
   for (const TimingTable& method : methods) {
@@ -279,6 +302,22 @@ std::string timingCsv(std::span<const TimingTable> methods) {
     add("total", method.frame);
   }
   return text;
+}
+
+std::string timingJson(std::span<const TimingTable> methods) {
+  std::vector<std::string> texts;
+  for (const TimingTable& method : methods) {
+    config::JsonText text;
+    text.add("name", method.name).add("frames", method.frames);
+    if (method.frames > 0)
+      text.raw("rendering", json(method.rendering)).raw("frame", json(method.frame));
+    texts.push_back(text.raw("steps", json(method.steps))
+                        .raw("apart", json(method.apart))
+                        .raw("overlapped", json(method.overlapped))
+                        .raw("preparation", json(method.preparation))
+                        .object());
+  }
+  return "[" + joined(texts, ",") + "]";
 }
 
 }  // namespace catoptric::report

@@ -43,13 +43,16 @@ TimingTable timingTable(const RunData& run);
 /// One method: ms, share of the rendering, frames per second.
 Table timingView(const TimingTable& timings);
 /// Several methods: median ms of each step over the frames that have it (first frames, which pay
-/// for allocation, hardly move it), and how much longer each takes than `baseline` (index).
-Table timingComparison(std::span<const TimingTable> methods, std::size_t baseline = 0);
+/// for allocation, hardly move it), and how much longer each takes than "traced", else "reference",
+/// else the first.
+Table timingComparison(std::span<const TimingTable> methods);
 /// What the methods counted: mean per frame, and the most of a frame where it differs. Counters
 /// that are 0 everywhere stand in a note.
 Table counterView(std::span<const RunData> runs);
 /// Long form, seconds: method,kind,step,clock,count,min,median,mean,max,sum,first; `kind` is
 /// preparation, step, apart, overlapped, or total.
 std::string timingCsv(std::span<const TimingTable> methods);
+/// [{"name", "frames", "rendering": {...}, "steps": [...], "preparation": [...], ...}], in seconds.
+std::string timingJson(std::span<const TimingTable> methods);
 
 }  // namespace catoptric::report

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <random>
 
+#include "config/json.h"
 #include "core/error.h"
 
 namespace catoptric::report {
@@ -107,7 +108,7 @@ TEST(Timings, MethodsSideBySide) {
                   {1, "trace", 0.006, "wall", true},
                   {2, "environment", 0.004, "wall", false}};
   const std::vector<TimingTable> both{timingTable(fast), traced};
-  const Table table = timingComparison(both, 1);
+  const Table table = timingComparison(both);
   EXPECT_THAT(table.title, HasSubstr("over that of traced"));
   EXPECT_THAT(table.rows[0], ElementsAre("environment", "4.00", "", "", ""));
   // 6 ms in one of two frames: the median of the frames that have the step
@@ -132,6 +133,29 @@ TEST(Timings, CsvKeepsEveryDigit) {
                                   "traced,step,bvh,wall,4,0.01,0.025,0.04,0.1,0.16,0.01\n"));
   EXPECT_THAT(text, HasSubstr("traced,overlapped,write,overlapped,4,0.3,"));
   EXPECT_THAT(text, HasSubstr("traced,total,frame,wall,4,"));
+}
+
+TEST(Timings, RatiosAreToTracedElseToReference) {
+  std::vector<TimingTable> methods(3);
+  methods[0].name = "environment_map";
+  methods[1].name = "reference";
+  methods[2].name = "second_order";
+  EXPECT_THAT(timingComparison(methods).title, HasSubstr("over that of reference"));
+  methods[2].name = "traced";
+  EXPECT_THAT(timingComparison(methods).title, HasSubstr("over that of traced"));
+  methods.pop_back();
+  methods.pop_back();
+  EXPECT_THAT(timingComparison(methods).title, HasSubstr("over that of environment_map"));
+}
+
+TEST(Timings, JsonHasWhatTheTableHas) {
+  const std::vector<TimingTable> one{timingTable(fourFrames())};
+  const config::Value json = config::parseText(timingJson(one), "json").asArray().at(0);
+  EXPECT_EQ(json.get("name").asString(), "traced");
+  EXPECT_EQ(json.get("frames").asInteger(), 4);
+  EXPECT_EQ(json.get("rendering").get("median").asNumber(), one[0].rendering.median);
+  EXPECT_EQ(json.get("steps").asArray().size(), one[0].steps.size());
+  EXPECT_EQ(json.get("preparation").asArray().at(0).get("step").asString(), "scene");
 }
 
 TEST(Timings, EmptyRunsGiveTables) {

@@ -283,7 +283,9 @@ RunConfig readRunConfig(const Value& root, const std::filesystem::path& file,
     const std::string& name = against.asString();
     if (std::find(runNames.begin(), runNames.end(), name) != runNames.end()) {
       run.errorsAgainst.push_back(name);
-    } else if (names.count(name) == 0) {
+    } else if (names.count(name) != 0) {
+      run.errorsDropped.push_back(name);
+    } else {
       errors.add(against, config::jsonString(name) + " is not one of this run's methods" +
                               didYouMean(name, runNames) + "; allowed: " + joined(runNames, ", "));
     }

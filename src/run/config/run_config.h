@@ -37,6 +37,7 @@ struct RunConfig {
   PreviewConfig preview;
   std::vector<MethodConfig> methods;
   std::vector<std::string> errorsAgainst;  ///< names in `methods`
+  std::vector<std::string> errorsDropped;  ///< others that the config names, which are not run
   std::string device = "auto";
   int threads = 0;
   std::string effective;  ///< canonical JSON of everything, defaults filled in

@@ -128,6 +128,7 @@ std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::Met
       RunFolder(methodFolder(run, method, options.out), options.existing).discard();
 
   stage.setStopRequested(options.stopRequested);
+  stage.setStartupProgress(options.startupProgress);
   std::vector<MethodResult> results;
   for (std::size_t i = 0; i < made.size(); ++i) {
     const MethodConfig& method = run.methods[i];

@@ -20,6 +20,8 @@ struct SessionOptions {
   std::function<bool()> stopRequested;
   /// Name of the method, its progress.
   std::function<void(const std::string&, const Progress&)> progress;
+  /// A long step of start-up ("bake"), the share of it that is done; called by several threads.
+  std::function<void(const std::string&, double)> startupProgress;
 };
 
 struct MethodResult {

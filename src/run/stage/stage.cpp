@@ -86,8 +86,11 @@ void Stage::buildGeometry() {
   if (scene_.bake.mode != scene::BakeMode::None) {
     const std::filesystem::path cache = cacheFolder();
     if (!cache.empty()) sweepCache(cache);
+    trace::BakeCallbacks callbacks{stopRequested_, {}};
+    if (startupProgress_)
+      callbacks.progress = [this](double share) { startupProgress_("bake", share); };
     const trace::BakeReport report = timer_.measure("bake", [&] {
-      return trace::bakeVertices(scene_, geometry_, *environment_, cache, {stopRequested_, {}});
+      return trace::bakeVertices(scene_, geometry_, *environment_, cache, callbacks);
     });
     if (report.stopped) throw Stopped();
     log::debug(report.fromCache ? "baked light comes from the cache"

@@ -41,6 +41,10 @@ class Stage {
   void setStopRequested(std::function<bool()> stopRequested) {
     stopRequested_ = std::move(stopRequested);
   }
+  /// Told of long steps of start-up: the step, the share that is done; by several threads.
+  void setStartupProgress(std::function<void(const std::string&, double)> progress) {
+    startupProgress_ = std::move(progress);
+  }
   /// Throws Stopped.
   void checkStop() const {
     if (stopRequested_ && stopRequested_()) throw Stopped();
@@ -67,6 +71,7 @@ class Stage {
  private:
   RunConfig run_;
   std::function<bool()> stopRequested_;
+  std::function<void(const std::string&, double)> startupProgress_;
   frame::StepTimer timer_;
   scene::Scene scene_;
   std::unique_ptr<scene::CameraPath> path_;

@@ -1,0 +1,50 @@
+// catoptric plan.
+#include "app/plan_command.h"
+
+#include <memory>
+
+#include "app/commands.h"
+#include "app/run_options.h"
+#include "core/log.h"
+#include "methods/contract/method.h"
+#include "run/folder/machine.h"
+#include "run/sequence/session.h"
+
+namespace catoptric::app {
+namespace {
+
+ExitCode plan(const RunOptions& options, const CommonOptions& common) {
+  const run::Stage stage(readRun(options));
+  const run::Plan planned = planOf(stage);
+  printData(common.json ? run::planJson(planned) + "\n" : run::planText(planned));
+  return ExitCode::Done;
+}
+
+}  // namespace
+
+run::Plan planOf(const run::Stage& stage) {
+  const auto made = run::makeMethods(stage.run(), methods::registry());
+  run::Plan plan = run::makePlan(stage.run(), stage.scene(), stage.frames().size(), made);
+  if (const std::string warning = run::memoryWarning(plan, run::physicalMemoryBytes());
+      !warning.empty())
+    log::warning(warning);
+  if (const std::string warning = run::cubeMapWarning(plan, stage.run().image); !warning.empty())
+    log::warning(warning);
+  if (const std::string warning = run::refractionWarning(plan, stage.scene()); !warning.empty())
+    log::warning(warning);
+  return plan;
+}
+
+void addPlan(CLI::App& program, CommonOptions& common, Action& action) {
+  CLI::App* command =
+      program.add_subcommand("plan", "Say what a run would build, compile and allocate, and why");
+  const auto options = std::make_shared<RunOptions>();
+  addRunOptions(*command, *options);
+  addCommon(*command, common);
+  command->footer("\nExample:\n  catoptric plan configs/demo.json --method traced\n");
+  command->callback([options, &common, &action] {
+    action = [options, &common] { return plan(*options, common); };
+  });
+}
+
+}  // namespace catoptric::app
