@@ -12,6 +12,7 @@
 #include "methods/perturbation/bounce.h"
 #include "methods/perturbation/path.h"
 #include "methods/perturbation/ray_octree.h"
+#include "methods/perturbation/turn.h"
 #include "scene/camera.h"
 #include "scene/implicit/surface.h"
 
@@ -86,23 +87,6 @@ struct Reflections {
   std::uint32_t count = 0;
 };
 
-/// One reflector of a sequence, or a passage of a surface that refracts.
-struct Turn {
-  const implicit::Surface* surface = nullptr;
-  Box3 bounds;               ///< of the surface, world space
-  bool through = false;      ///< refracts
-  double indexBefore = 1.0;  ///< of refraction, on the side of the eye
-  double indexAfter = 1.0;
-  bool inside = false;  ///< of a body that refracts, before the turn
-  /// Points of the surface, by which its small images in the reflectors before are found; none:
-  /// those may be missed.
-  std::span<const Vec3> points = {};
-  /// Reflects inside a body that refracts, where it lets nothing out.
-  bool total() const { return !through && inside; }
-};
-/// Reflectors of one path, at most (run config: max_bounces).
-inline constexpr std::size_t kMaxTurns = 6;
-
 class Reflector {
   /// An exact path from the eye on. bounces[i]: how its place on reflector i moves with the one on
   /// reflector i + 1, or with the point that it shows.
@@ -162,10 +146,13 @@ class Reflector {
                                    PathCounts& counts, Traced* traced = nullptr) const;
 
  private:
+  class Sampling;  ///< of the paths, path_sampling.cpp
   using Places = std::array<glm::dvec3, kMaxTurns>;
   using Starts = std::array<glm::dvec3, kMaxReflections>;  ///< from where each was found
 
   std::size_t lastTurn() const { return turns_.size() - 1; }
+  /// Samples the paths: one every n-th pixel, more where the reflector is small in the frame.
+  void samplePaths(const View& view, const Box3& scene);
   /// The path that leaves the eye towards x, near the first surface.
   enum class Found { Path, Nothing, TotalReflection };
   Found pathBy(glm::dvec3 x, Path& path) const;
