@@ -143,12 +143,27 @@ def configs(cases):
     ], named=False)
 
 
+INFO_SCENE = ["info", "scene.json"]
+
+
+def scene_table(cases, rows):
+    table(cases, "scene", "scene.json", valid.SCENE, INFO_SCENE, SCENE, rows)
+
+
 def scenes(cases):
-    command = ["info", "scene.json"]
-    syntax(cases, "scene", "scene.json", valid.SCENE, command, SCENE)
+    syntax(cases, "scene", "scene.json", valid.SCENE, INFO_SCENE, SCENE)
+    scene_objects(cases)
+    scene_surroundings(cases)
+    scene_products(cases)
+    whole_scenes(cases)
+    for name, file, message in [("none", "none.json", "no such file|none.json"), ("folder", ".", ""),
+                                ("png", "picture.png", "no kind of scene"), ("exr", "sky.exr", "no kind of scene")]:
+        cases.append(Case(f"scene:file_{name}", {}, ["info", file], None, message))
+
+
+def scene_objects(cases):
     ball, leaf = "/objects/1", "/objects/2"
-    huge = [1e20, -1e20, 1e12]
-    table(cases, "scene", "scene.json", valid.SCENE, command, SCENE, [
+    scene_table(cases, [
         ("/objects", [5, TEXT, GONE], ""),
         ("/objects", [[]], "@/animation/0/object "),
         ("/objects/0", [5, TEXT, [1]], ""),
@@ -196,6 +211,12 @@ def scenes(cases):
         ("/objects/10/repeat/stp", [[1, 0, 0]], "unknown"),
         ("/objects/11/children", [5, [5]], ""),
         ("/objects/11/morph", [{"type": "bulge"}], ""),
+    ])
+
+
+def scene_surroundings(cases):
+    """Materials, lights, environment, animation, cameras."""
+    scene_table(cases, [
         ("/materials/steel/base_color", ["#8080", "grey", [1, 1], [-1, 0, 0], 5], ""),
         ("/materials/steel/metallic", [2, -1, "m"], ""),
         ("/materials/steel/roughness", NAN, NO_NUMBER),
@@ -225,7 +246,13 @@ def scenes(cases):
         ("/cameras/0/target", [[0, 1, 5], [1, 2], GONE], "@/cameras/0 "),
         ("/cameras/0/fov", [0, 180, "wide"], ""),
         ("/light", [[]], "lights"),
-        # Each number is in its range; their products are not
+    ])
+
+
+def scene_products(cases):
+    """Each number is in its range; their products are not."""
+    huge = [1e20, -1e20, 1e12]
+    scene_table(cases, [
         ("/objects/7/translate", [[x, 0, 0] for x in huge], '@ "ring" reaches'),
         ("/objects/11/scale", [1e10, [1e19, 1e19, 1e19]], "@ reaches"),
         ("/objects/11/translate", [[0, 1e15, 0]], "@ reaches"),
@@ -233,6 +260,9 @@ def scenes(cases):
         ("/lights/0/position", [[1e20, 0, 0]], "@ light .* reaches"),
         ("/lights", [[{"type": "point", "position": [0, 0, 0]}] * 256], "@ 257 lights"),
     ])
+
+
+def whole_scenes(cases):
     deep = '{"children": [' * 60 + '{"shape": "plane"}' + "]}" * 60
     for name, data, message in [
             ("deep_children", '{"objects": [' + deep + "]}", "(deep|nest)"),
@@ -252,10 +282,7 @@ def scenes(cases):
             ("texture_is_folder", '{"objects": [{"shape": "plane", "material": {"texture": "."}}]}', ""),
             ("no_procedural", '{"objects": [{"shape": "plane", "material": {"texture": {"procedural": "lava"}}}]}',
              "lava")]:
-        cases.append(Case(f"scene:{name}", {"scene.json": data.encode()}, command, SCENE, "scene.json.*" + message))
-    for name, file, message in [("none", "none.json", "no such file|none.json"), ("folder", ".", ""),
-                                ("png", "picture.png", "no kind of scene"), ("exr", "sky.exr", "no kind of scene")]:
-        cases.append(Case(f"scene:file_{name}", {}, ["info", file], None, message))
+        cases.append(Case(f"scene:{name}", {"scene.json": data.encode()}, INFO_SCENE, SCENE, "scene.json.*" + message))
 
 
 def paths(cases):
@@ -307,13 +334,23 @@ def paths(cases):
     ])
 
 
+INFO_GLTF = ["info", "tri.gltf"]
+PRIMITIVE = "/meshes/0/primitives/0"
+
+
 def gltfs(cases):
     document, data = valid.gltf()
-    command = ["info", "tri.gltf"]
-    syntax(cases, "gltf", "tri.gltf", document, command, SCENE)
-    primitive = "/meshes/0/primitives/0"
+    syntax(cases, "gltf", "tri.gltf", document, INFO_GLTF, SCENE)
+    gltf_nodes(cases, document)
+    gltf_meshes(cases, document)
+    gltf_data(cases, document)
+    gltf_buffers(cases, document, data)
+    glbs(cases, document, data)
+
+
+def gltf_nodes(cases, document):
     light = "/extensions/KHR_lights_punctual/lights/0"
-    table(cases, "gltf", "tri.gltf", document, command, SCENE, [
+    table(cases, "gltf", "tri.gltf", document, INFO_GLTF, SCENE, [
         ("/asset", [GONE, 5], "@/asset "),
         ("/asset/version", ["1.0", "3.0", 2.0, GONE], "@/asset/version "),
         ("/extensionsRequired", [["KHR_draco_mesh_compression"]], "@/extensionsRequired/0 "),
@@ -337,15 +374,22 @@ def gltfs(cases):
         ("/cameras/0/type", ["fisheye", GONE], ""),
         ("/cameras/0/perspective", [GONE], ""),
         ("/cameras/0/perspective/yfov", [0, 4, GONE], ""),
+        ("/nodes/2/translation", [[1e15, 0, 0]], '@ "eye" reaches'),
+    ])
+
+
+def gltf_meshes(cases, document):
+    """Meshes, materials, images."""
+    table(cases, "gltf", "tri.gltf", document, INFO_GLTF, SCENE, [
         ("/meshes/0/primitives", [[], GONE, 5], ""),
-        (primitive + "/attributes", [GONE, 5], ""),
-        (primitive + "/attributes/POSITION", [9, -1, "0"], ""),
-        (primitive + "/attributes/NORMAL", [4, 3], ""),
-        (primitive + "/attributes/TEXCOORD_0", [4, 0], ""),
-        (primitive + "/indices", [9, 0], ""),
-        (primitive + "/mode", [7, -1, "4"], ""),
-        (primitive + "/material", [1], ""),
-        (primitive + "/targets", [[{"POSITION": 4}], [{"POSITION": 9}], 5], ""),
+        (PRIMITIVE + "/attributes", [GONE, 5], ""),
+        (PRIMITIVE + "/attributes/POSITION", [9, -1, "0"], ""),
+        (PRIMITIVE + "/attributes/NORMAL", [4, 3], ""),
+        (PRIMITIVE + "/attributes/TEXCOORD_0", [4, 0], ""),
+        (PRIMITIVE + "/indices", [9, 0], ""),
+        (PRIMITIVE + "/mode", [7, -1, "4"], ""),
+        (PRIMITIVE + "/material", [1], ""),
+        (PRIMITIVE + "/targets", [[{"POSITION": 4}], [{"POSITION": 9}], 5], ""),
         ("/meshes/0/weights", [[1]], ""),
         ("/materials/0/alphaMode", ["GLASS"], ""),
         ("/materials/0/emissiveFactor", [[1], [-1, 0, 0]], ""),
@@ -358,9 +402,15 @@ def gltfs(cases):
         ("/images/0/bufferView", [9, 0, 5], "@/images/0 "),
         ("/images/0", [{}, {"uri": "../secret.png"}, {"uri": "/etc/passwd"}, {"uri": "http://x/y.png"},
                        {"uri": "%2e%2e/x.png"}, {"uri": "none.png"}, {"uri": "."}, {"uri": "a%zz.png"}], ""),
+    ])
+
+
+def gltf_data(cases, document):
+    """Accessors, animations, buffers."""
+    table(cases, "gltf", "tri.gltf", document, INFO_GLTF, SCENE, [
         ("/accessors/0/bufferView", [9, -1], ""),
         ("/accessors/0/count", [0, -1, 1.5, "3", GONE], "@/accessors/0 "),
-        ("/accessors/0/count", [4, 1000, 9007199254740991], f"@{primitive}/attributes/POSITION "),
+        ("/accessors/0/count", [4, 1000, 9007199254740991], f"@{PRIMITIVE}/attributes/POSITION "),
         ("/accessors/0/componentType", [5130, 5123, GONE], "@/accessors/0 "),
         ("/accessors/0/type", ["VEC5", "VEC2", GONE], "@ "),
         ("/accessors/0/byteOffset", [2, 9007199254740990, -4], "@ "),
@@ -378,19 +428,23 @@ def gltfs(cases):
         ("/buffers/0/byteLength", [99999, 0, 1e15, GONE], "@/buffers/0 "),
         ("/buffers/0/uri", ["none.bin", "../data.bin", "/etc/passwd", "file:///etc/passwd", ".",
                             "data:application/octet-stream;base64,AAAA", "data:text/plain,AAAA", ""], "@/buffers/0 "),
-        ("/nodes/2/translation", [[1e15, 0, 0]], '@ "eye" reaches'),
     ])
+
+
+def gltf_buffers(cases, document, data):
     floats = {"nan": b"\0\0\xc0\x7f", "infinity": b"\0\0\x80\x7f", "huge": struct.pack("<f", 3e38)}
     for name, value in floats.items():
         for at, what in [(0, "POSITION"), (36, "NORMAL")]:
             bad = data[:at] + value + data[at + 4:]
-            cases.append(Case(f"gltf:{what}_{name}", {"data.bin": bad}, command, SCENE, "tri.gltf.*" + what))
+            cases.append(Case(f"gltf:{what}_{name}", {"data.bin": bad}, INFO_GLTF, SCENE, "tri.gltf.*" + what))
     index = document["bufferViews"][3]["byteOffset"]
-    cases.append(Case("gltf:index_beyond", {"data.bin": data[:index] + b"\x03\0" + data[index + 2:]}, command, SCENE,
+    cases.append(Case("gltf:index_beyond", {"data.bin": data[:index] + b"\x03\0" + data[index + 2:]}, INFO_GLTF, SCENE,
                       "tri.gltf.*/indices.*out of range"))
-    cases.append(Case("gltf:buffer_short", {"data.bin": data[:50]}, command, SCENE, "tri.gltf.*/buffers/0"))
-    cases.append(Case("gltf:buffer_gone", {"data.bin": None}, command, SCENE, "tri.gltf.*/buffers/0"))
-    # ---- GLB ----
+    cases.append(Case("gltf:buffer_short", {"data.bin": data[:50]}, INFO_GLTF, SCENE, "tri.gltf.*/buffers/0"))
+    cases.append(Case("gltf:buffer_gone", {"data.bin": None}, INFO_GLTF, SCENE, "tri.gltf.*/buffers/0"))
+
+
+def glbs(cases, document, data):
     good = valid.glb(document, data)
     command = ["info", "tri.glb"]
     size = struct.unpack("<I", good[12:16])[0]
