@@ -2,14 +2,54 @@
 // walking over it.
 #pragma once
 
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
 #include "methods/contract/method.h"
+#include "methods/second_order/clustering/clusters.h"
+#include "methods/second_order/depth_images/depth_images.h"
+#include "methods/second_order/options.h"
+#include "methods/second_order/ray_pass.h"
+#include "methods/second_order/reflectors.h"
+#include "methods/shared/cube_map.h"
+#include "raster/refractive_samples.h"
 
 namespace catoptric::methods {
 
-const MethodEntry& secondOrderEntry();
+class SecondOrder : public Method {
+ public:
+  explicit SecondOrder(const SecondOrderOptions& options) : options_(options) {}
 
-/// For second_order_benchmark: frames also draw, as step "reads", what `intersect` must at least
-/// read and write.
-void setMeasureReads(bool on);
+  MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override;
+  void prepare(Services& services, const RunSettings& settings) override;
+  void render(const FrameInput& input, Services& services, FrameOutput& output) override;
+
+  /// Of a scene that reflects: the pass that has followed the last frame's rays, and its inputs.
+  /// For benchmarks.
+  const RayPass& rayPass() const { return *rayPass_; }
+  RayInputs rayInputs(const scene::Camera& camera) const { return {camera, *images_, cubeMap_}; }
+
+ private:
+  std::vector<ClusterCamera> makeCameras(Services& services, const scene::Camera& camera,
+                                         float& scale, Counters& counters);
+  void countDisocclusions(Services& services, const scene::Camera& camera,
+                          std::span<const ClusterCamera> cameras, FrameOutput& output);
+  void report(const std::vector<ClusterCamera>& cameras,
+              const std::vector<std::uint64_t>& triangles, FrameOutput& output) const;
+
+  SecondOrderOptions options_;
+  RunSettings settings_;
+  SecondOrderReflectors reflectors_;
+  raster::RefractiveSamples refractive_;
+  raster::GBufferCopy copy_;
+  Clustering clustering_;
+  std::unique_ptr<DepthImages> images_;
+  CubeMap cubeMap_;
+  std::unique_ptr<RayPass> rayPass_;
+};
+
+const MethodEntry& secondOrderEntry();
 
 }  // namespace catoptric::methods

@@ -146,7 +146,7 @@ class Benchmark {
         gbuffer_(raster_.makeGBuffer({kSize, kSize, kSamples, true})),
         picture_(gl::Texture::make2D("frame", GL_RGBA32F, kSize, kSize)),
         path_(scene::loadPath(pathFile, scene_)),
-        method_(secondOrderEntry().make(config::parseText(options, "options"))) {
+        method_(secondOrderOptions().parse(config::parseText(options, "options"))) {
     settings_.width = settings_.height = kSize;
     settings_.samples = kSamples;
     settings_.masks = true;
@@ -156,7 +156,7 @@ class Benchmark {
       busy_.push_back(now - last_);
       last_ = now;
     });
-    method_->prepare(services_, settings_);
+    method_.prepare(services_, settings_);
     const auto all = static_cast<std::size_t>(kAllSamples);
     for (VectorArrays* v : {&kernel_.position, &kernel_.normal, &kernel_.direction}) v->resize(all);
     kernel_.bins.resize(all);
@@ -210,11 +210,58 @@ class Benchmark {
     busy_.clear();
     last_ = processMs();
     FrameOutput output;
-    method_->render(input, services_, output);
+    method_.render(input, services_, output);
     counters = output.counters;
     std::map<std::string, double> times;
     for (std::size_t k = 0; k < busy_.size(); ++k) times[timer_.samples()[k].step] += busy_[k];
     return times;
+  }
+
+  /// Of passes that do nothing but what intersect must for mirrors, in the images of the frame that
+  /// was rendered last: read what its walks have read, write the reflection.
+  double intersectReads(const scene::Camera& camera) {
+    if (walks_.empty()) {
+      std::vector<gl::Define> defines = method_.rayPass().walkDefines(false);
+      defines.push_back({"RECORD"});
+      walksOf_ = gl::Program::fullScreen("walks, recorded",
+                                         "methods/second_order/benchmark/walks.frag", defines);
+      for (const char* kind : {"0", "1"}) {
+        defines.push_back({"KIND", kind});
+        readsOf_.push_back(
+            gl::Program::fullScreen("reads", "methods/second_order/benchmark/reads.frag", defines));
+        defines.pop_back();
+      }
+      walks_ =
+          gl::Texture::make2D("walks", GL_RGBA32F, gbuffer_.sampleWidth(), gbuffer_.sampleHeight());
+    }
+    const auto draw = [](raster::SampleClass sampleClass) {
+      glStencilFunc(GL_EQUAL, static_cast<GLint>(sampleClass), 0xFF);
+      gl::drawFullScreenTriangle();
+    };
+    const RayInputs inputs = method_.rayInputs(camera);
+    gbuffer_.reflectionFramebuffer.bind();
+    gbuffer_.reflectionFramebuffer.clearColor(0, 0.0f, 0.0f, 0.0f, 0.0f);
+    glDisable(GL_DEPTH_TEST);
+    glDepthMask(GL_FALSE);
+    glEnable(GL_STENCIL_TEST);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+    method_.rayPass().bindWalk(walksOf_, services_, inputs);
+    draw(raster::SampleClass::CurvedMirror);
+    glCopyImageSubData(gbuffer_.reflection.id(), GL_TEXTURE_2D, 0, 0, 0, 0, walks_.id(),
+                       GL_TEXTURE_2D, 0, 0, 0, 0, gbuffer_.sampleWidth(), gbuffer_.sampleHeight(),
+                       1);
+    glFinish();
+    const double ms = busyMs([&] {
+      for (gl::Program& reads : readsOf_) {
+        method_.rayPass().bindWalk(reads, services_, inputs);
+        walks_.bindImage(7, GL_READ_ONLY);
+        draw(&reads == &readsOf_[0] ? raster::SampleClass::PlanarMirror
+                                    : raster::SampleClass::CurvedMirror);
+      }
+    });
+    glDisable(GL_STENCIL_TEST);
+    glDepthMask(GL_TRUE);
+    return ms;
   }
 
   /// Of a pass that does nothing but what composite must: read its images, write the frame.
@@ -257,9 +304,7 @@ class Benchmark {
     add("readback", &Step::whole, busyMs([&] { raster::readRgba(picture_); }));
 
     // What rays must read, over the same images
-    setMeasureReads(true);
-    const double reads = render(input, ignored)["reads"];
-    setMeasureReads(false);
+    const double reads = intersectReads(camera);
 
     // What is drawn: each sample shaded once, and not at all
     raster_.setDrawCost(raster::DrawCost::SeenOnce);
@@ -312,7 +357,7 @@ class Benchmark {
   raster::GBuffer gbuffer_;
   gl::Texture picture_;
   std::unique_ptr<scene::CameraPath> path_;
-  std::unique_ptr<Method> method_;
+  SecondOrder method_;
   frame::StepTimer timer_;
   RunSettings settings_;
   Services services_{scene_, geometry_, lighting_, &raster_, &gbuffer_, nullptr, timer_};
@@ -324,6 +369,9 @@ class Benchmark {
   ClusterKernel kernel_;
   double sum_ = 0.0;  ///< so that nothing is left out
   gl::Program reads_;
+  gl::Program walksOf_;
+  std::vector<gl::Program> readsOf_;  ///< of planar and of curved mirrors
+  gl::Texture walks_;
   std::map<std::string, Step> steps_;
   std::map<std::string, double> counts_;
 };

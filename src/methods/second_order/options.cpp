@@ -1,0 +1,90 @@
+#include "methods/second_order/options.h"
+
+#include <cstdint>
+
+namespace catoptric::methods {
+namespace {
+
+using Options = SecondOrderOptions;
+using config::field;
+using config::in;
+using config::range;
+
+constexpr auto kClusterings = config::names<bool>({{"bins", false}, {"k_means", true}});
+constexpr auto kSelfIntersect =
+    config::names<SelfIntersect>({{"ignore", SelfIntersect::None},
+                                  {"self_intersect", SelfIntersect::OfConcaveClusters},
+                                  {"self_intersect_all", SelfIntersect::OfAllButPlanarMirrors}});
+constexpr auto kLobeRays = config::names<LobeRays>(
+    {{"cone", LobeRays::Walked}, {"neighbourhood", LobeRays::LookedUpAtTheCentresDistance}});
+
+/// An integer of MiB, kept in bytes.
+config::Option<Options> memory() {
+  return {{.name = "memory_mib",
+           .type = config::FieldType::Integer,
+           .help = "memory of the depth images, MiB; what does not fit is drawn at a lower "
+                   "resolution",
+           .defaultText = std::to_string(Options{}.images.memoryBytes >> 20),
+           .minimum = 1,
+           .maximum = 65536},
+          [](Options& options, const config::Value& value) {
+            options.images.memoryBytes = static_cast<std::uint64_t>(value.asInteger()) << 20;
+          }};
+}
+
+}  // namespace
+
+const config::OptionTable<SecondOrderOptions>& secondOrderOptions() {
+  static const config::OptionTable<Options> table(
+      "second_order", "Options of the method second_order.",
+      {field(in(&Options::cluster, &ClusterOptions::maxThetaBins), "max_theta_bins", range(1, 128),
+             "bins of normals over 360 degrees around the vertical, at most"),
+       field(in(&Options::cluster, &ClusterOptions::maxPhiBins), "max_phi_bins", range(1, 64),
+             "bins of normals over 180 degrees from the vertical, at most"),
+       field(in(&Options::cluster, &ClusterOptions::binDensity), "bin_density", range(0.01, 1000),
+             "factor on the number of bins that an object gets for its area in the frame; 1 is "
+             "the paper's"),
+       field(in(&Options::cluster, &ClusterOptions::minSamples), "min_cluster_samples",
+             range(1, 1000000),
+             "clusters of fewer samples get no depth image; they see the environment map"),
+       field(in(&Options::cluster, &ClusterOptions::kMeans), "clustering", kClusterings,
+             "bins: samples are clustered by bins of normals; k_means: each object's samples then "
+             "move to the nearest of as many mean rays, except on planar parts"),
+       field(in(&Options::camera, &CameraOptions::depthImageScale), "depth_image_scale",
+             range(0.05, 8),
+             "resolution of the depth images, as a factor on the spacing of their cluster's "
+             "samples"),
+       field(in(&Options::camera, &CameraOptions::maxTexelsPerSample), "max_texels_per_sample",
+             range(0.25, 64), "texels of a depth image per sample of its cluster, at most"),
+       field(in(&Options::images, &DepthImageOptions::levelErrorTexels), "level_error",
+             range(0, 16),
+             "error of an object's level of detail in a depth image, texels; up to 4 times as "
+             "much where the reflector's s is small; 0: always the finest level"),
+       field(in(&Options::camera, &CameraOptions::rays), "rays", range(1, 64),
+             "rays per sample on surfaces with g above 0.05; mirrors take one"),
+       memory(),
+       field(in(&Options::images, &DepthImageOptions::compound), "compound",
+             "true: one draw sends an object's triangles to all depth images of a layer; false: "
+             "a draw for each image"),
+       field(in(&Options::images, &DepthImageOptions::depthLayers), "depth_layers", range(1, 2),
+             "2: depth images, except those of planar mirrors, also keep the second nearest "
+             "surface, for rays that pass behind the nearest"),
+       field(&Options::faceSize, "environment_face_size", range(1, 4096),
+             "texels along the edge of a face of the cube map, which rays see that find nothing"),
+       field(&Options::selfIntersect, "concave", kSelfIntersect,
+             "what rays show that meet their own object again. ignore: what lies behind it; "
+             "self_intersect: the object's diffuse component, for rays of concave clusters; "
+             "self_intersect_all: likewise for all rays but those of planar mirrors"),
+       field(&Options::lobeRays, "glossy", kLobeRays,
+             "cone: each ray of a lobe is walked over the depth image; neighbourhood: only the "
+             "ray in the lobe's centre is, and the others are looked up at its distance"),
+       field(&Options::glossyReach, "glossy_reach", range(0, 1000000),
+             "glossy reflections fade to the diffuse colour over this many metres times "
+             "(1 - g) / g; 0: they do not fade"),
+       field(&Options::countDisocclusions, "count_disocclusions",
+             "compare what rays find with Embree's rays: counts disoccluded and wrong_hit and "
+             "fills mask.disoccluded; takes the time of a ray tracer")});
+  return table;
+}
+
+}  // namespace catoptric::methods

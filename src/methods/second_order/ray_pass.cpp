@@ -1,0 +1,273 @@
+#include "methods/second_order/ray_pass.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <string>
+#include <utility>
+
+namespace catoptric::methods {
+namespace {
+
+/// Samples along the edge of a tile with a sample that is still to be looked up: those of an
+/// integer of marks. Ours.
+constexpr int kTileSamples = 4;
+using Marks = std::uint16_t;
+using TileRow = std::uint64_t;
+
+/// A mark of shaders/marks.glsl in all samples of a row of a tile, beside raster::MaskBit.
+constexpr TileRow everySample(Marks mark) {
+  return 0x0001000100010001u * mark;
+}
+constexpr Marks kMarkBridged = 1u << 14;
+constexpr Marks kMarkLater = 1u << 15;
+
+/// Counted by shaders/rays.frag.
+constexpr std::array<const char*, 4> kCountNames = {"below_horizon", "met_itself", "faded",
+                                                    "second_layer_hits"};
+/// Counted in its marks, `environment` together with `unclustered`.
+constexpr std::array<std::pair<Marks, const char*>, 3> kMarks = {
+    {{raster::kMaskEnvironment, "environment"},
+     {raster::kMaskSky, "sky"},
+     {kMarkBridged, "bridged"}}};
+
+gl::Program planarProgram(bool exactGrid, int depthLayers) {
+  return gl::Program::fullScreen(
+      "look-up in mirrored frames", "methods/second_order/shaders/planar.frag",
+      {{"EXACT_GRID", exactGrid ? "1" : "0"}, {"LAYERS", std::to_string(depthLayers)}});
+}
+
+}  // namespace
+
+RayPass::RayPass(const SecondOrderOptions& options, const SecondOrderReflectors& reflectors,
+                 const Services& services, const RunSettings& settings)
+    : options_(options), reflectors_(reflectors) {
+  // What most frames need
+  if (reflectors_.planarMirrors) planar(options_.camera.depthImageScale == 1.0f);
+  if (reflectors_.curvedMirrors) curved(services);
+  if (reflectors_.glossy) glossy_ = walkProgram(services, true);
+  std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);
+  defines.push_back({"SELF", "0"});
+  defines.push_back({"BENT", reflectors_.bent ? "1" : "0"});
+  lookUps_ = gl::Program("samples that found nothing",
+                         {.vertex = "methods/second_order/shaders/tiles.vert",
+                          .fragment = "methods/second_order/shaders/look_up.frag",
+                          .defines = std::move(defines)});
+
+  counts_ = gl::Buffer("fallback counts", kCountNames.size() * sizeof(std::uint32_t));
+  const int width = settings.width * settings.samples;
+  const int height = settings.height * settings.samples;
+  const std::size_t samples = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  marks_.resize(samples);
+  if (!settings.masks) {
+    const raster::GBuffer& gbuffer = *services.gbuffer;
+    ownMarks_ = gl::Texture::make2D("marks of samples", GL_R16UI, width, height);
+    ownTarget_ =
+        gl::Framebuffer("reflection", {{.texture = gbuffer.reflection}, {.texture = ownMarks_}},
+                        {.texture = gbuffer.depth});
+  }
+  if (options_.countDisocclusions) {
+    found_.resize(samples);
+    foundBuffer_ = gl::Buffer("what rays found", found_.size() * sizeof(Found));
+  }
+  tilesAcross_ = (width + kTileSamples - 1) / kTileSamples;
+  tilesDown_ = (height + kTileSamples - 1) / kTileSamples;
+  const auto tiles = static_cast<std::size_t>(tilesAcross_) * static_cast<std::size_t>(tilesDown_);
+  tiles_ = gl::Buffer("tiles to look up", tiles * sizeof(std::uint32_t));
+  tileTexture_ = gl::Texture::makeBuffer("tiles to look up", GL_R32UI, tiles_);
+  clusterSamples_ = gl::Texture::make2D("cluster of each sample", GL_R16UI, width, height);
+}
+
+std::vector<gl::Define> RayPass::walkDefines(bool lobes) const {
+  return {{"LOBES", lobes ? "1" : "0"},
+          {"RAYS", std::to_string(options_.camera.rays)},
+          {"NEIGHBOURHOOD", options_.lobeRays == LobeRays::Walked ? "0" : "1"},
+          {"FADE", options_.glossyReach > 0.0f ? "1" : "0"},
+          {"SELF", std::to_string(static_cast<int>(options_.selfIntersect))},
+          {"BENT", reflectors_.bent ? "1" : "0"},
+          {"FOUND", options_.countDisocclusions ? "1" : "0"},
+          {"LAYERS", std::to_string(options_.images.depthLayers)}};
+}
+
+gl::Program RayPass::walkProgram(const Services& services, bool lobes) const {
+  std::vector<gl::Define> defines = walkDefines(lobes);
+  if (lobes) {
+    for (gl::Define& define : raster::SceneRaster::shadingDefines(services.lighting)) {
+      defines.push_back(std::move(define));
+    }
+  }
+  return gl::Program::fullScreen(lobes ? "walk over depth images, lobes" : "walk over depth images",
+                                 "methods/second_order/shaders/rays.frag", std::move(defines));
+}
+
+gl::Program& RayPass::curved(const Services& services) {
+  if (curved_.empty()) curved_ = walkProgram(services, false);
+  return curved_;
+}
+
+gl::Program& RayPass::planar(bool exact) {
+  gl::Program& made = exact ? planarExact_ : planarScaled_;
+  if (made.empty()) made = planarProgram(exact, options_.images.depthLayers);
+  return made;
+}
+
+void RayPass::setClusters(std::span<const std::uint16_t> clusterOf) {
+  clusterSamples_.upload(0, 0, GL_RED_INTEGER, GL_UNSIGNED_SHORT, clusterOf.data());
+}
+
+void RayPass::bindSamples(gl::Program& program, const Services& services,
+                          const RayInputs& inputs) const {
+  const raster::GBuffer& gbuffer = *services.gbuffer;
+  program.use();
+  clusterSamples_.bindImage(0, GL_READ_ONLY);
+  gbuffer.normal.bindImage(1, GL_READ_ONLY);
+  gbuffer.depth.bind(2);
+  gbuffer.diffuse.bindImage(4, GL_READ_ONLY);
+  const Mat3 rayFromPixel =
+      scene::rayFromPixel(inputs.camera, gbuffer.sampleWidth(), gbuffer.sampleHeight());
+  program.set("rayFromPixel", rayFromPixel);
+  program.set("pixelFromRay", glm::inverse(rayFromPixel));
+  program.set("nearMetres", inputs.camera.nearMetres);
+  program.set("sampleSize", 1.0f / Vec2(gbuffer.sampleWidth(), gbuffer.sampleHeight()));
+}
+
+void RayPass::bindWalk(gl::Program& program, const Services& services,
+                       const RayInputs& inputs) const {
+  bindSamples(program, services, inputs);
+  inputs.images.bind();
+  program.set("atlasTexel", 1.0f / Vec2(inputs.images.layerWidth(), inputs.images.layerHeight()));
+  program.set("secondLayer", inputs.images.secondLayer());
+  program.set("farthest", 4.0f * services.geometry.bounds.diameter());
+}
+
+void RayPass::bindFallback(gl::Program& program, const Services& services,
+                           const RayInputs& inputs) const {
+  services.raster->bindShadingResources(program.id(), services.lighting);
+  inputs.cubeMap.bind(7);
+  inputs.cubeMap.setLevels(program);
+  const Box3& bounds = services.geometry.bounds;
+  const Vec3 eye = inputs.camera.eye();
+  program.set("sceneLeast", bounds.min - eye);
+  program.set("sceneMost", bounds.max - eye);
+  program.set("cubeCentre", bounds.centre() - eye);
+}
+
+void RayPass::run(Services& services, const RayInputs& inputs) {
+  const raster::GBuffer& gbuffer = *services.gbuffer;
+  const bool masks = ownMarks_.empty();
+  if (!masks) ownTarget_.clearColorUint(1, 0);
+  const std::vector<std::uint32_t> zeros(kCountNames.size(), 0);
+  counts_.write(0, zeros.size() * sizeof(std::uint32_t), zeros.data());
+  if (options_.countDisocclusions) {
+    std::fill(found_.begin(), found_.end(), Found{});
+    foundBuffer_.write(0, found_.size() * sizeof(Found), found_.data());
+    foundBuffer_.bindStorage(2);
+  }
+  (masks ? gbuffer.reflectionFramebuffer : ownTarget_).bind();
+  glDisable(GL_DEPTH_TEST);
+  glDepthMask(GL_FALSE);
+  glDisable(GL_BLEND);
+  glDisable(GL_SCISSOR_TEST);
+  followRays(services, inputs);
+  // What found nothing, apart from the others: they would all pay for the cube map and the sky
+  takeMarks(masks ? gbuffer.masks : ownMarks_);
+  if (!later_.empty()) lookUp(services, inputs);
+  glDepthMask(GL_TRUE);
+}
+
+void RayPass::followRays(Services& services, const RayInputs& inputs) {
+  glEnable(GL_STENCIL_TEST);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+  counts_.bindStorage(1);
+  const auto draw = [](raster::SampleClass sampleClass) {
+    glStencilFunc(GL_EQUAL, static_cast<GLint>(sampleClass), 0xFF);
+    gl::drawFullScreenTriangle();
+  };
+  const auto walk = [&](gl::Program& program, raster::SampleClass sampleClass) {
+    bindWalk(program, services, inputs);
+    if (sampleClass == raster::SampleClass::Glossy) {
+      bindFallback(program, services, inputs);
+      program.set("samplesPerPixel", services.gbuffer->samples);
+      if (options_.glossyReach > 0.0f) program.set("reach", options_.glossyReach);
+    }
+    if (options_.selfIntersect != SelfIntersect::None) {
+      services.gbuffer->object.bindImage(6, GL_READ_ONLY);
+    }
+    draw(sampleClass);
+  };
+  // An object known as flat need not be flat in the frame (it deforms, or is one pixel large)
+  if (reflectors_.planarMirrors && inputs.onGrids) {
+    gl::Program& program = planar(inputs.exactGrids);
+    program.use();
+    clusterSamples_.bindImage(0, GL_READ_ONLY);
+    inputs.images.bind();
+    program.set("atlasTexel", 1.0f / Vec2(inputs.images.layerWidth(), inputs.images.layerHeight()));
+    draw(raster::SampleClass::PlanarMirror);
+  } else if (reflectors_.planarMirrors) {
+    walk(curved(services), raster::SampleClass::PlanarMirror);
+  }
+  if (reflectors_.curvedMirrors) walk(curved_, raster::SampleClass::CurvedMirror);
+  if (reflectors_.glossy) walk(glossy_, raster::SampleClass::Glossy);
+  glDisable(GL_STENCIL_TEST);
+}
+
+void RayPass::takeMarks(const gl::Texture& marks) {
+  marks.read(0, GL_RED_INTEGER, GL_UNSIGNED_SHORT, std::as_writable_bytes(std::span(marks_)));
+  std::array<std::uint64_t, kMarks.size()> counts{};
+  later_.clear();
+  const int width = marks.width();
+  std::vector<bool> listed(static_cast<std::size_t>(tilesAcross_));
+  for (int y = 0; y < marks.height(); ++y) {
+    if (y % kTileSamples == 0) listed.assign(listed.size(), false);
+    const Marks* line = &marks_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width)];
+    for (int x = 0; x < width; x += kTileSamples) {
+      TileRow row = 0;
+      if (x + kTileSamples <= width) {
+        std::memcpy(&row, line + x, sizeof row);
+      } else {
+        std::memcpy(&row, line + x, sizeof(Marks) * static_cast<std::size_t>(width - x));
+      }
+      if (row == 0) continue;
+      for (std::size_t i = 0; i < kMarks.size(); ++i) {
+        counts[i] += std::popcount(row & everySample(kMarks[i].first));
+      }
+      const auto tile = static_cast<std::size_t>(x / kTileSamples);
+      if ((row & everySample(kMarkLater)) == 0 || listed[tile]) continue;
+      listed[tile] = true;
+      later_.push_back(static_cast<std::uint32_t>(y / kTileSamples * tilesAcross_) +
+                       static_cast<std::uint32_t>(tile));
+    }
+  }
+  markCounts_.assign(counts.begin(), counts.end());
+}
+
+void RayPass::lookUp(Services& services, const RayInputs& inputs) {
+  glTextureBarrier();
+  bindSamples(lookUps_, services, inputs);
+  bindFallback(lookUps_, services, inputs);
+  services.gbuffer->reflection.bind(8);
+  tiles_.write(0, later_.size() * sizeof(std::uint32_t), later_.data());
+  tileTexture_.bind(9);
+  lookUps_.set("tilesAcross", tilesAcross_);
+  lookUps_.set("tilesDown", tilesDown_);
+  glColorMaski(1, GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  glViewport(0, 0, tilesAcross_ * kTileSamples, tilesDown_ * kTileSamples);
+  gl::drawPoints(later_.size(), kTileSamples);
+  glColorMaski(1, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+}
+
+void RayPass::count(std::uint64_t unclustered, Counters& counters) const {
+  std::array<std::uint32_t, kCountNames.size()> counts{};
+  counts_.read(0, sizeof counts, counts.data());
+  for (std::size_t i = 0; i < counts.size(); ++i) counters[kCountNames[i]] = counts[i];
+  for (std::size_t i = 0; i < kMarks.size(); ++i) counters[kMarks[i].second] = markCounts_[i];
+  counters["environment"] -= unclustered;
+  counters["unclustered"] = unclustered;
+}
+
+std::span<const Found> RayPass::readFound() {
+  foundBuffer_.read(0, found_.size() * sizeof(Found), found_.data());
+  return found_;
+}
+
+}  // namespace catoptric::methods

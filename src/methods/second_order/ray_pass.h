@@ -1,0 +1,85 @@
+// The pass `intersect`: radiance along the reflected rays of all samples, from the depth images of
+// their clusters, and from the cube map and the sky for rays that find nothing.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "gl/objects.h"
+#include "gl/shader.h"
+#include "methods/contract/method.h"
+#include "methods/second_order/depth_images/depth_images.h"
+#include "methods/second_order/disocclusions.h"
+#include "methods/second_order/options.h"
+#include "methods/second_order/reflectors.h"
+#include "methods/shared/cube_map.h"
+
+namespace catoptric::methods {
+
+/// What a frame's rays are intersected with.
+struct RayInputs {
+  const scene::Camera& camera;
+  const DepthImages& images;
+  const CubeMap& cubeMap;
+  /// All samples of planar mirrors are looked up in mirrored grids; else they are walked like those
+  /// of curved mirrors.
+  bool onGrids = true;
+  bool exactGrids = false;  ///< these have a texel for each sample
+};
+
+class RayPass {
+ public:
+  /// Compiles the programs that most frames need; the others with the first frame that does.
+  RayPass(const SecondOrderOptions& options, const SecondOrderReflectors& reflectors,
+          const Services& services, const RunSettings& settings);
+
+  /// The cluster of each sample (Clustering::clusterOf()).
+  void setClusters(std::span<const std::uint16_t> clusterOf);
+  /// Fills the reflection of every sample, and its marks.
+  void run(Services& services, const RayInputs& inputs);
+
+  /// The counts of the last run; `unclustered`: samples in no cluster, which see the cube map.
+  void count(std::uint64_t unclustered, Counters& counters) const;
+  /// What each sample's rays found, where the options count disocclusions.
+  std::span<const Found> readFound();
+
+  /// Binds what walks of mirror rays read: for benchmarks, too.
+  void bindWalk(gl::Program& program, const Services& services, const RayInputs& inputs) const;
+  /// What programs of walks are compiled with.
+  std::vector<gl::Define> walkDefines(bool lobes) const;
+
+ private:
+  gl::Program walkProgram(const Services& services, bool lobes) const;
+  void bindSamples(gl::Program& program, const Services& services, const RayInputs& inputs) const;
+  void bindFallback(gl::Program& program, const Services& services, const RayInputs& inputs) const;
+  gl::Program& curved(const Services& services);
+  gl::Program& planar(bool exact);
+  void followRays(Services& services, const RayInputs& inputs);
+  void takeMarks(const gl::Texture& marks);
+  void lookUp(Services& services, const RayInputs& inputs);
+
+  SecondOrderOptions options_;
+  SecondOrderReflectors reflectors_;
+  gl::Program planarExact_;
+  gl::Program planarScaled_;
+  gl::Program curved_;
+  gl::Program glossy_;
+  gl::Program lookUps_;
+  gl::Texture clusterSamples_;
+  gl::Buffer counts_;
+  gl::Buffer foundBuffer_;
+  std::vector<Found> found_;
+  gl::Texture ownMarks_;  ///< as GBuffer::masks, where there are none
+  gl::Framebuffer ownTarget_;
+  std::vector<std::uint16_t> marks_;
+  std::vector<std::uint64_t> markCounts_;  ///< of each mark that is counted
+  int tilesAcross_ = 0;
+  int tilesDown_ = 0;
+  std::vector<std::uint32_t> later_;  ///< tiles with a sample that is still to be looked up
+  gl::Buffer tiles_;                  ///< these
+  gl::Texture tileTexture_;
+};
+
+}  // namespace catoptric::methods

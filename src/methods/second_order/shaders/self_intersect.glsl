@@ -1,0 +1,80 @@
+// Rays that meet the surface that they leave.
+//   SELF  0: none is looked for; 1, 2: rays are intersected with their own object's samples
+//   BENT  1: normal maps may turn rays below the surface that they leave
+#include "samples.glsl"
+
+#if SELF
+layout(binding = 6, r32ui) readonly uniform uimage2D objectSamples;
+const float kSelfSlack = 1e-4;  // of the depth; ours
+// Of the depth, from sample to sample, at most: more is an edge. Ours.
+const float kSelfStep = 0.02;
+
+// Where the ray meets its own object's samples in the frame, metres (0: nowhere), and their diffuse
+// radiance: a concave reflector [Wang2014, section 4.4], whichever clusters it is in. Steps of a
+// sample, within the rectangle of the object's clusters; `farthest` metres at most.
+float meetsItself(vec3 p, vec3 direction, float farthest, uint object, vec4 rectangle,
+                  out vec3 radiance) {
+  radiance = vec3(0.0);
+  ivec2 last = imageSize(objectSamples) - 1;
+  vec3 start = pixelFromRay * p;
+  vec3 along = pixelFromRay * direction;
+  vec4 inside = vec4(start.xy - rectangle.xy * start.z, rectangle.zw * start.z - start.xy);
+  vec4 advance = vec4(along.xy - rectangle.xy * along.z, rectangle.zw * along.z - along.xy);
+  float t = farthest;
+  for (int k = 0; k < 4; ++k) {
+    t = advance[k] < 0.0 ? min(t, max(inside[k], 0.0) / -advance[k]) : t;
+  }
+  t = along.z < 0.0 ? min(t, 0.9 * start.z / -along.z) : t;
+  vec3 end = start + t * along;
+  // Sample position and reversed depth, which is linear along the path
+  vec3 from = vec3(start.xy / start.z, nearMetres / start.z);
+  vec3 path = vec3(end.xy / end.z, nearMetres / end.z) - from;
+  int steps = clamp(int(ceil(max(abs(path.x), abs(path.y)))), 1, 8192);
+  vec3 stride = path / float(steps);
+  bool front = false;
+  float before = 0.0;
+  float met = 0.0;
+  for (int i = 1; i <= steps && met == 0.0; ++i) {
+    vec3 point = from + stride * float(i);
+    ivec2 at = clamp(ivec2(point.xy), ivec2(0), last);
+    float here = depthOfSample(vec2(at) + 0.5);
+    // Through the surface, not behind an edge of it
+    bool behind = point.z < (1.0 - kSelfSlack) * here;
+    if (front && behind && abs(here - before) < kSelfStep * here &&
+        imageLoad(objectSamples, at).r == object) {
+      vec3 place = rayFromPixel * vec3(vec2(at) + 0.5, 1.0) * (nearMetres / here);
+      met = max(dot(place - p, direction), 1e-30);
+      radiance = imageLoad(diffuseSamples, at).rgb;
+    }
+    front = !behind;
+    before = here;
+  }
+  return met;
+}
+#endif
+
+// Folds a mirror ray that would leave below the shading normal's plane, as trace::lobeDirection().
+vec3 foldedUp(vec3 direction, vec3 normal, out bool below) {
+  float above = dot(direction, normal);
+  below = above < 0.0;
+  return below ? direction - 2.0 * above * normal : direction;
+}
+
+#if BENT
+// Of the triangle that the sample shows, turned to the viewer, not of unit length: depth is linear
+// in the frame over a plane. Of two neighbours the one that differs less lies on it rather.
+vec3 triangleNormal(vec3 incoming) {
+  vec2 at = gl_FragCoord.xy;
+  vec2 last = vec2(imageSize(clusterSamples)) - 1.0;
+  float here = depthOfSample(at);
+  vec2 before = here - vec2(depthOfSample(at - vec2(1.0, 0.0)), depthOfSample(at - vec2(0.0, 1.0)));
+  vec2 after = vec2(depthOfSample(at + vec2(1.0, 0.0)), depthOfSample(at + vec2(0.0, 1.0))) - here;
+  bvec2 first = lessThan(at, vec2(1.0));
+  bvec2 end = greaterThan(at, last);
+  bvec2 flatter = lessThan(abs(after), abs(before));
+  vec2 slope = vec2(first.x || flatter.x && !end.x ? after.x : before.x,
+                    first.y || flatter.y && !end.y ? after.y : before.y);
+  vec3 normal = transpose(pixelFromRay) * vec3(slope, here - dot(slope, at));
+  return dot(normal, incoming) > 0.0 ? -normal : normal;
+}
+#endif
