@@ -26,13 +26,6 @@ const std::vector<MethodEntry>& registry() {
   return entries;
 }
 
-Counters zeros(const std::vector<CounterInfo>& counters) {
-  Counters all;
-  for (const CounterInfo& counter : counters)
-    if (counter.onlyWith.empty()) all[counter.name] = 0;
-  return all;
-}
-
 const MethodEntry& findMethod(const std::string& id) {
   const std::vector<MethodEntry>& entries = registry();
   const auto found = std::find_if(entries.begin(), entries.end(),

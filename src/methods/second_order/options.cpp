@@ -52,8 +52,8 @@ const config::OptionTable<SecondOrderOptions>& secondOrderOptions() {
              "move to the nearest of as many mean rays, except on planar parts"),
        field(in(&Options::camera, &CameraOptions::depthImageScale), "depth_image_scale",
              range(0.05, 8),
-             "resolution of the depth images, as a factor on the spacing of their cluster's "
-             "samples"),
+             "resolution of the depth images along each axis; 1: texels as far apart as the "
+             "cluster's samples"),
        field(in(&Options::camera, &CameraOptions::maxTexelsPerSample), "max_texels_per_sample",
              range(0.25, 64), "texels of a depth image per sample of its cluster, at most"),
        field(in(&Options::images, &DepthImageOptions::levelErrorTexels), "level_error",
