@@ -1,0 +1,136 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "methods/second_order/test_comparison.h"
+
+namespace catoptric::methods {
+namespace {
+
+TEST(SecondOrder, ExtremesStayWithinTheirBounds) {
+  const scene::UvMode uv = scene::UvMode::Metres;
+  const auto expectWithin = [](double bound, scene::Scene scene, const scene::Camera& camera,
+                               const char* options = "{}") {
+    const Comparison frame(std::move(scene), camera, options);
+    EXPECT_TRUE(frame.finite);
+    EXPECT_GT(frame.samples, 0u);
+    EXPECT_LT(frame.l1Of8Bit, bound);
+  };
+  const auto sphere = [&](float radius) {
+    return roomWith(scene::makeSphere(radius, 96, 48, uv), Mat4(1.0f));
+  };
+  const scene::Camera aside = cameraAt({0.0f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f});
+  // A sphere that fills the frame, one of about 3 pixels (no cluster: the cube map)
+  expectWithin(0.5, sphere(1.0f), cameraAt({0.0f, 0.0f, 1.3f}, {0.0f, 0.0f, 0.0f}));
+  expectWithin(20.0, sphere(0.03f), aside);
+  // From inside a sphere, whose far side only Embree's rays find
+  expectWithin(16.0, sphere(1.0f), cameraAt({0.0f, 0.0f, 0.3f}, {0.0f, 0.0f, -1.0f}));
+  expectWithin(0.5, sphere(0.1f), aside,
+               R"({"min_cluster_samples": 1, "max_theta_bins": 128, "max_phi_bins": 64,
+                   "bin_density": 1000})");  // a sample each
+  // Edge-on
+  expectWithin(0.1, roomWith(scene::makePlane({4.0f, 4.0f}, {1, 1}, uv), Mat4(1.0f)),
+               cameraAt({0.0f, 0.01f, 3.6f}, {0.0f, 0.0f, 0.0f}));
+  expectWithin(2.0, roomWith(scene::makeTorus(0.7f, 0.25f, 48, 24, uv), Mat4(1.0f)),
+               cameraAt({0.0f, 0.0f, 3.0f}, {0.0f, 0.0f, 0.0f}));
+  // 500 reflectors, a cluster or less each: no better than the cube map
+  test::SceneBuilder many;
+  const int mirror = many.reflective(0.8f);
+  for (int i = 0; i < 500; ++i) {
+    const int column = i % 25 - 12;
+    const int row = i / 25 - 10;
+    many.add(scene::makeSphere(0.1f, 24, 12, uv), mirror,
+             test::translation(
+                 {0.3f * static_cast<float>(column), 0.3f * static_cast<float>(row), 0.0f}));
+  }
+  many.add(scene::makeBox({.size = {9.0f, 9.0f, 0.1f}}, uv), many.diffuse({0.3f, 0.7f, 0.3f}),
+           test::translation({0.0f, 0.0f, -1.0f}));
+  many.add(scene::makeBox({.size = {0.1f, 9.0f, 9.0f}}, uv), many.diffuse({0.8f, 0.7f, 0.3f}),
+           test::translation({4.5f, 0.0f, 3.0f}));
+  many.constantEnvironment(Vec3(0.8f));
+  expectWithin(27.0, many.scene(), cameraAt({0.0f, 0.8f, 6.6f}, {0.0f, 0.0f, 0.0f}));
+  // None at all
+  test::SceneBuilder none;
+  none.add(scene::makeSphere(1.0f, 24, 12, uv), none.diffuse(Vec3(0.5f)));
+  const Comparison empty(none.scene(), aside);
+  EXPECT_EQ(empty.samples, 0u);
+  EXPECT_EQ(empty.output.counters.at("sky"), 0u);
+}
+
+/// Strips side by side in the plane z = 0, with shading normals to the right and to the left, which
+/// turn a little so that no neighbours make a plane.
+scene::Mesh stripsOfOppositeNormals() {
+  scene::Mesh mesh;
+  for (int i = 0; i < 16; ++i) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    const float left = -1.0f + 0.125f * static_cast<float>(i);
+    for (const Vec2& corner :
+         {Vec2(0.0f, -1.0f), Vec2(0.125f, -1.0f), Vec2(0.125f, 1.0f), Vec2(0.0f, 1.0f)}) {
+      mesh.positions.emplace_back(left + corner.x, corner.y, 0.0f);
+      const float turn = corner.x > 0.0f ? 0.2f : -0.2f;
+      mesh.normals.emplace_back((i % 2 == 0 ? 1.0f : -1.0f) * std::cos(turn), std::sin(turn), 0.0f);
+    }
+    for (const std::uint32_t corner : {0u, 1u, 2u, 0u, 2u, 3u}) {
+      mesh.indices.push_back(first + corner);
+    }
+  }
+  return mesh;
+}
+
+TEST(SecondOrder, DegenerateClustersAreCountedAndStayWithinTheirBounds) {
+  const scene::UvMode uv = scene::UvMode::Metres;
+  const std::string oneBin = R"("max_theta_bins": 1, "max_phi_bins": 1)";
+  const auto expectCounted = [](const char* counter, double bound, scene::Scene scene,
+                                const scene::Camera& camera, const std::string& options) {
+    const Comparison frame(std::move(scene), camera, "{" + options + "}");
+    EXPECT_GT(frame.output.counters.at(counter), 0u) << counter;
+    EXPECT_TRUE(frame.finite) << counter;
+    EXPECT_GT(frame.samples, 1000u) << counter;
+    EXPECT_LT(frame.l1Of8Bit, bound) << counter;
+  };
+  const auto sphere = [&] { return roomWith(scene::makeSphere(1.0f, 96, 48, uv), Mat4(1.0f)); };
+  const scene::Camera before = cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f});
+  const scene::Camera atFocus = cameraAt({0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, -1.0f});
+  // The eye in a bowl's focus sends parallel rays; from beyond its centre they cross
+  expectCounted("parallel_clusters", 6.0, roomWithBowl(-0.2f, 0.9f), atFocus, "");
+  expectCounted("crossing_clusters", 13.0, roomWithBowl(-0.2f, 1.8f),
+                cameraAt({0.9f, 0.7f, 2.6f}, {0.0f, 0.0f, -1.0f}), "");
+  // A whole sphere in a cluster bends more than a camera can follow
+  expectCounted("pushed_back", 30.0, sphere(), before, oneBin);
+  expectCounted("capped_images", 4.0, sphere(), before, R"("max_texels_per_sample": 0.25)");
+  // Rays of such normals run on behind the surface: only finite
+  expectCounted("normals_cancel", 256.0, roomWith(stripsOfOppositeNormals(), Mat4(1.0f)),
+                cameraAt({0.0f, 0.0f, 3.6f}, {0.0f, 0.0f, 0.0f}), oneBin);
+  test::SceneBuilder many;
+  const int mirror = many.reflective(0.8f);
+  for (int i = 0; i < 100; ++i) {
+    const Vec3 place(0.25f * static_cast<float>(i % 10 - 5), 0.25f * static_cast<float>(i / 10 - 5),
+                     0.0f);
+    many.add(scene::makeSphere(0.1f, 24, 12, uv), mirror, test::translation(place));
+  }
+  many.constantEnvironment(Vec3(0.8f));
+  expectCounted("bins_halved", 30.0, many.scene(), before,
+                R"("max_theta_bins": 128, "max_phi_bins": 64, "bin_density": 1000)");
+}
+
+TEST(SecondOrder, OddReflectorsStayFinite) {
+  const auto expectFinite = [](scene::Mesh mesh, const Mat4& place, const scene::Camera& camera) {
+    const Comparison frame(roomWith(std::move(mesh), place), camera);
+    EXPECT_TRUE(frame.finite);
+  };
+  const scene::UvMode uv = scene::UvMode::Metres;
+  // From inside a sphere, a sphere of about 3 pixels, edge-on, a sphere that fills the frame
+  expectFinite(scene::makeSphere(1.0f, 48, 24, uv), Mat4(1.0f),
+               cameraAt({0.0f, 0.0f, 0.3f}, {0.0f, 0.0f, -1.0f}));
+  expectFinite(scene::makeSphere(0.03f, 24, 12, uv), Mat4(1.0f),
+               cameraAt({0.0f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}));
+  expectFinite(scene::makePlane({4.0f, 4.0f}, {1, 1}, uv), Mat4(1.0f),
+               cameraAt({0.0f, 1e-4f, 3.6f}, {0.0f, 0.0f, 0.0f}));
+  expectFinite(scene::makeSphere(1.0f, 48, 24, uv), Mat4(1.0f),
+               cameraAt({0.0f, 0.0f, 1.02f}, {0.0f, 0.0f, 0.0f}));
+  expectFinite(scene::makeTorus(0.7f, 0.25f, 48, 24, uv), Mat4(1.0f),
+               cameraAt({0.4f, 1.5f, 2.0f}, {0.0f, 0.0f, 0.0f}));
+}
+
+}  // namespace
+}  // namespace catoptric::methods

@@ -1,0 +1,127 @@
+// The method's images against Embree's rays from the same samples.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "frame/test_scenes.h"
+#include "methods/second_order/second_order.h"
+#include "methods/testing/gl_harness.h"
+#include "scene/shapes/shapes.h"
+
+namespace catoptric::methods {
+
+/// One frame of a scene by the method, and the light that Embree's rays find at its samples.
+class Comparison {
+ public:
+  Comparison(scene::Scene scene, const scene::Camera& camera, const std::string& options = "{}") {
+    RunSettings settings = test::framesOf(128, 128, 2, true);
+    settings.layers = {"cluster"};
+    test::GlStage stage(std::move(scene), settings);
+    stage.embree(trace::BvhPolicy::Static);
+    output = test::GlMethod(stage, secondOrderEntry(), options).render(camera);
+    masks = raster::readMasks(stage.gbuffer.masks);
+    const test::TracedSamples found(stage, camera, {.rays = 8});
+    traced = found.counts;
+    samples = found.points.size();
+    l1Of8Bit = found.l1Of8Bit();
+    finite = found.finite();
+    std::size_t below = 0;
+    for (std::size_t i = 0; i < samples; ++i) {
+      const Vec3& ours = found.ours[i];
+      const Vec3 d = glm::abs(ours - found.traced[i]);
+      const double difference = static_cast<double>((d.x + d.y + d.z) / 3.0f);
+      brightest = std::max({brightest, ours.x, ours.y, ours.z});
+      meanDifference += difference / static_cast<double>(samples);
+      different += difference > 0.02 ? 1.0 / static_cast<double>(samples) : 0.0;
+      if ((masks[found.places[i]] & raster::kMaskBelowHorizon) == 0) continue;
+      differenceBelow += difference;
+      ++below;
+    }
+    differenceBelow /= static_cast<double>(std::max<std::size_t>(1, below));
+  }
+
+  FrameOutput output;
+  std::vector<std::uint16_t> masks;
+  trace::ReflectionCounts traced;
+  std::size_t samples = 0;
+  float brightest = 0.0f;
+  double meanDifference = 0.0;  ///< of radiance
+  double l1Of8Bit = 0.0;        ///< over reflective samples, of gamma 2.2 values
+  double different = 0.0;       ///< share of samples that differ by more than 0.02
+  /// Mean over the samples with kMaskBelowHorizon.
+  double differenceBelow = 0.0;
+  bool finite = true;
+};
+
+/// Samples of the frame that have a bit of raster::MaskBit.
+inline std::size_t marked(const Comparison& frame, std::uint16_t bit) {
+  std::size_t count = 0;
+  for (const std::uint16_t bits : frame.masks) count += (bits & bit) != 0;
+  return count;
+}
+
+inline scene::Camera cameraAt(const Vec3& eye, const Vec3& target) {
+  return scene::lookAt(eye, target, Vec3(0.0f, 1.0f, 0.0f), radians(50.0f));
+}
+
+/// A mirror (the first object) among coloured boxes in a room.
+inline scene::Scene roomWith(scene::Mesh mirror, const Mat4& worldFromMirror,
+                             float glossiness = 0.0f) {
+  test::SceneBuilder builder;
+  builder.add(std::move(mirror), builder.reflective(1.0f, glossiness), worldFromMirror);
+  const auto box = [&](const Vec3& centre, const Vec3& size, const Vec3& color) {
+    builder.add(scene::makeBox({.size = size}, scene::UvMode::Metres), builder.diffuse(color),
+                glm::translate(Mat4(1.0f), centre));
+  };
+  box({0.0f, 1.5f, -4.0f}, {8.0f, 5.0f, 0.1f}, {0.8f, 0.3f, 0.2f});
+  box({0.0f, 1.5f, 4.5f}, {8.0f, 5.0f, 0.1f}, {0.3f, 0.7f, 0.3f});
+  box({-4.0f, 1.5f, 0.0f}, {0.1f, 5.0f, 9.0f}, {0.2f, 0.4f, 0.8f});
+  box({4.0f, 1.5f, 0.0f}, {0.1f, 5.0f, 9.0f}, {0.8f, 0.8f, 0.3f});
+  box({0.0f, 4.0f, 0.0f}, {8.0f, 0.1f, 9.0f}, {0.9f, 0.9f, 0.9f});
+  box({0.0f, -1.1f, 0.0f}, {8.0f, 0.1f, 9.0f}, {0.5f, 0.4f, 0.3f});
+  box({1.6f, 0.3f, -0.6f}, {0.5f, 1.4f, 0.5f}, {0.9f, 0.1f, 0.5f});
+  box({-1.5f, -0.2f, 1.0f}, {0.4f, 0.8f, 0.4f}, {0.1f, 0.8f, 0.8f});
+  builder.constantEnvironment(Vec3(1.0f));
+  return builder.scene();
+}
+
+/// The part of a sphere below a height share (-1..1) along its axis +z, seen from the inside.
+inline scene::Mesh bowl(float radius, float until) {
+  scene::Mesh mesh = scene::makeSphere(radius, 96, 64, scene::UvMode::Metres);
+  std::vector<std::uint32_t> kept;
+  for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
+    bool inside = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      inside = inside && mesh.positions[mesh.indices[t + k]].z <= until * radius;
+    }
+    if (inside)
+      kept.insert(kept.end(), {mesh.indices[t], mesh.indices[t + 2], mesh.indices[t + 1]});
+  }
+  mesh.indices = kept;
+  for (Vec3& normal : mesh.normals) normal = -normal;
+  return mesh;
+}
+
+/// A bowl of radius 2 m whose centre is at z = 1, its vertex at z = -1 and its focus at z = 0, with
+/// a box `distance` metres before its vertex.
+inline scene::Scene roomWithBowl(float until, float distance) {
+  const scene::UvMode uv = scene::UvMode::Metres;
+  test::SceneBuilder builder;
+  builder.add(bowl(2.0f, until), builder.reflective(1.0f), test::translation({0.0f, 0.0f, 1.0f}));
+  builder.add(scene::makeBox({.size = {0.3f, 0.3f, 0.3f}}, uv), builder.diffuse({0.9f, 0.2f, 0.1f}),
+              test::translation({0.15f, -0.1f, -1.0f + distance}));
+  builder.add(scene::makeBox({.size = {9.0f, 6.0f, 0.1f}}, uv), builder.diffuse({0.3f, 0.7f, 0.3f}),
+              test::translation({0.0f, 0.0f, 6.0f}));
+  builder.add(scene::makeBox({.size = {9.0f, 0.1f, 9.0f}}, uv), builder.diffuse({0.3f, 0.3f, 0.8f}),
+              test::translation({0.0f, -2.5f, 2.0f}));
+  builder.constantEnvironment(Vec3(0.8f));
+  return builder.scene();
+}
+
+}  // namespace catoptric::methods
