@@ -40,7 +40,7 @@ def counters(scene, program, work):
     file.write_text(json.dumps(config))
     out = work / scene.stem
     done = subprocess.run([program, "render", str(file), "--out", str(out), "-q"], text=True,
-                          env=dict(os.environ, XDG_CACHE_HOME=str(work / "cache")), capture_output=True)
+                          env=dict(os.environ, XDG_CACHE_HOME=os.environ.get("CATOPTRIC_TEST_CACHE", str(work / "cache"))), capture_output=True)
     if done.returncode != 0 or done.stderr:
         print(f"{scene.name}: exit {done.returncode}\n{done.stderr}")
         return None
