@@ -8,6 +8,7 @@
 #include "config/json_text.h"
 #include "core/error.h"
 #include "core/text.h"
+#include "methods/contract/restarts.h"
 #include "scene/animate.h"
 
 namespace catoptric::run {
@@ -211,6 +212,20 @@ Plan makePlan(const RunConfig& run, const scene::Scene& scene, std::size_t frame
   return plan;
 }
 
+void planWarmUps(Plan& plan, const scene::CameraPath& path, const std::vector<int>& asked,
+                 const std::vector<std::unique_ptr<methods::Method>>& made) {
+  for (std::size_t i = 0; i < plan.methods.size(); ++i) {
+    PlannedMethod& method = plan.methods[i];
+    method.warmUpFrames = methods::withWarmUp(*made[i], path, asked).size() - asked.size();
+    if (method.warmUpFrames > 0)
+      method.items.insert(method.items.begin(), {"pass", "warm_up",
+                                                 count(method.warmUpFrames, "more frame") +
+                                                     " of the path: its state starts at restart "
+                                                     "frames, and carries over all frames since",
+                                                 0});
+  }
+}
+
 std::string memoryWarning(const Plan& plan, std::uint64_t memoryBytes) {
   const auto sum = [](const std::vector<PlanItem>& items) {
     std::uint64_t bytes = 0;
@@ -304,6 +319,7 @@ std::string planJson(const Plan& plan) {
                           .add("name", method.name)
                           .add("method", method.id)
                           .add("context", method.needs.gl)
+                          .add("warm_up_frames", static_cast<int>(method.warmUpFrames))
                           .raw("items", itemsJson(method.items))
                           .object());
   return config::JsonText()

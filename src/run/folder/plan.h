@@ -17,6 +17,7 @@ struct PlannedMethod {
   std::string id;
   methods::MethodPlan needs;
   std::vector<methods::PlanItem> items;  ///< of the shared pipeline and the method's own, in order
+  std::size_t warmUpFrames = 0;          ///< rendered for the state of later frames, and not kept
 };
 
 struct Plan {
@@ -30,6 +31,11 @@ struct Plan {
 /// run.methods.
 Plan makePlan(const RunConfig& run, const scene::Scene& scene, std::size_t frames,
               const std::vector<std::unique_ptr<methods::Method>>& made);
+
+/// Adds to each method how many frames of the path warm its state up, before or between the frames
+/// asked for.
+void planWarmUps(Plan& plan, const scene::CameraPath& path, const std::vector<int>& asked,
+                 const std::vector<std::unique_ptr<methods::Method>>& made);
 
 /// What the methods need that need more than half of `memoryBytes`; empty when none does. Throws
 /// UsageError with the figures for what needs more than all of it.

@@ -14,6 +14,7 @@
 #include "image/image.h"
 #include "methods/contract/table.h"
 #include "run/folder/run_folder.h"
+#include "run/sequence/tasks.h"
 #include "scene/camera.h"
 
 namespace catoptric::run {
@@ -25,6 +26,14 @@ struct RenderedFrame {
   std::vector<frame::StepSample> samples;
 };
 
+/// What is asked of a source.
+struct FrameRequest {
+  scene::PathFrame frame;
+  bool firstOfSequence = true;  ///< the frame before it was not rendered just now
+  bool restarts = true;         ///< as in methods::FrameInput; true wherever firstOfSequence is
+  bool kept = true;             ///< false: the result is thrown away, later frames need the state
+};
+
 /// Makes frames. One thread calls it.
 class FrameSource {
  public:
@@ -32,8 +41,8 @@ class FrameSource {
   /// Everything that is done once; called before the first frame, and not at all when no frame has
   /// to be rendered. Returns the samples of start-up (frame 0).
   virtual std::vector<frame::StepSample> prepare() = 0;
-  /// `firstOfSequence`: no state of earlier frames may be used.
-  virtual RenderedFrame render(const scene::PathFrame& frame, bool firstOfSequence) = 0;
+  /// Frames in the order of the path; between a restart frame and one that is kept none is missing.
+  virtual RenderedFrame render(const FrameRequest& request) = 0;
   /// What is known after prepare() of where frames are made: "renderer", "gl_version", ...
   virtual std::map<std::string, std::string> context() const { return {}; }
 };
@@ -49,13 +58,6 @@ struct EncodedFile {
 /// Called by writer threads; may add counters.
 using Encoder = std::function<std::vector<EncodedFile>(RenderedFrame&, const scene::PathFrame&)>;
 
-/// One frame of the sequence.
-struct FrameTask {
-  scene::PathFrame frame;
-  FrameFingerprints fingerprints;
-  bool mayStart = true;  ///< its pixels do not depend on earlier frames
-};
-
 struct Progress {
   int done = 0;  ///< rendered in this process
   int toRender = 0;
@@ -66,16 +68,6 @@ struct Progress {
   /// Of the frames still to render, from the mean of those done; negative when unknown.
   double secondsLeft = -1.0;
 };
-
-/// Part of a sequence: 1-based `index` of `count`.
-struct Chunk {
-  int index = 1;
-  int count = 1;
-};
-/// Parses "2/8". Throws UsageError.
-Chunk parseChunk(const std::string& text);
-/// First and one past the last task of a chunk: contiguous, sizes differ by at most one.
-std::pair<std::size_t, std::size_t> chunkRange(std::size_t tasks, const Chunk& chunk);
 
 struct SequenceOptions {
   Chunk chunk;
@@ -110,7 +102,8 @@ struct SequenceResult {
 struct SequenceForecast {
   std::vector<int> rendered;
   std::vector<int> reused;    ///< of Resume: trusted, if the renderer is still the same
-  std::vector<int> warmedUp;  ///< rendered for the state of later frames, and not kept
+  std::vector<int> warmedUp;  ///< rendered for the state of later frames, and not kept;
+                              ///< they may be re-used besides
 };
 /// Changes nothing. Throws what runSequence() would throw about the folder.
 SequenceForecast forecastSequence(const std::vector<FrameTask>& tasks,
@@ -118,8 +111,9 @@ SequenceForecast forecastSequence(const std::vector<FrameTask>& tasks,
                                   const SequenceOptions& options);
 
 /// Makes `tasks` in order, in the folder `path`. A frame that fails ends the run, unless
-/// `keepGoing`; what was finished before stays valid. Throws OutputError when files cannot be
-/// written, and what prepare() throws.
+/// `keepGoing`; what was finished before stays valid. Frames that need the state of a failed one
+/// warm up anew; where that fails too they fail, with the reason. Throws OutputError when files
+/// cannot be written, and what prepare() throws.
 SequenceResult runSequence(FrameSource& source, const std::vector<FrameTask>& tasks,
                            const std::filesystem::path& path, const SequenceOptions& options);
 

@@ -40,13 +40,12 @@ class FakeSource : public FrameSource {
     if (noDevice) throw DeviceError("no device");
     return {{0, "scene", 0.5, "wall", false}};
   }
-  RenderedFrame render(const scene::PathFrame& frame, bool firstOfSequence) override {
+  RenderedFrame render(const FrameRequest& request) override {
+    const scene::PathFrame& frame = request.frame;
     calls.push_back(frame.number);
     if (failing.count(frame.number) != 0) throw SceneError("cannot draw this");
-    if (firstOfSequence || (frame.number - 1) % key == 0) state = 0.0f;
-    state = 0.5f * state + static_cast<float>(frame.number);
     RenderedFrame rendered;
-    rendered.image = {1, 1, {"R"}, {stateful ? state : static_cast<float>(frame.number)}};
+    rendered.image = {1, 1, {"R"}, {static_cast<float>(frame.number)}};
     rendered.counters["rays"] = 1;
     rendered.samples = {{frame.number, "gbuffer", 0.0, "wall", false}};
     return rendered;
@@ -55,9 +54,6 @@ class FakeSource : public FrameSource {
 
   int prepared = 0;
   bool noDevice = false;
-  bool stateful = false;
-  int key = 4;  ///< with state: every fourth frame starts anew
-  float state = 0.0f;
   std::string renderer = "fake";
   std::vector<int> calls;
   std::set<int> failing;
@@ -69,14 +65,13 @@ std::vector<EncodedFile> encode(RenderedFrame& frame, const scene::PathFrame& pa
   return {{framePath("frames", path.number, ".exr"), bytes, "encode", 0.001}};
 }
 
-/// Tasks for frames 1..count; every `key`-th may start a sequence.
-std::vector<FrameTask> tasks(int count, int key = 1) {
+/// Tasks for frames 1..count without state.
+std::vector<FrameTask> tasks(int count) {
   std::vector<FrameTask> all;
   for (int i = 1; i <= count; ++i) {
     FrameTask task;
     task.frame.number = i;
     task.fingerprints = {"c", "s", "k" + std::to_string(i), "b", "m"};
-    task.mayStart = (i - 1) % key == 0;
     all.push_back(task);
   }
   return all;
@@ -190,20 +185,18 @@ TEST(Sequence, AFailedStartLeavesNoFolder) {
 
 TEST(Sequence, TheForecastIsWhatTheRunDoes) {
   FakeSource source;
-  source.stateful = true;
   const fs::path path = freshFolder();
-  const SequenceForecast first = forecastSequence(tasks(6, 4), path, options());
+  const SequenceForecast first = forecastSequence(tasks(6), path, options());
   EXPECT_THAT(first.rendered, ElementsAre(1, 2, 3, 4, 5, 6));
   EXPECT_FALSE(fs::exists(path));
-  runSequence(source, tasks(6, 4), path, options());
-  EXPECT_THROW(forecastSequence(tasks(6, 4), path, options()), OutputError);
+  runSequence(source, tasks(6), path, options());
+  EXPECT_THROW(forecastSequence(tasks(6), path, options()), OutputError);
 
   fs::remove(path / "frames/frame.0003.exr");
-  const SequenceForecast forecast = forecastSequence(tasks(7, 4), path, options(Existing::Resume));
-  const SequenceResult result = runSequence(source, tasks(7, 4), path, options(Existing::Resume));
+  const SequenceForecast forecast = forecastSequence(tasks(7), path, options(Existing::Resume));
+  const SequenceResult result = runSequence(source, tasks(7), path, options(Existing::Resume));
   EXPECT_THAT(forecast.rendered, ElementsAre(3, 7));
   EXPECT_EQ(forecast.rendered, result.rendered);
-  EXPECT_FALSE(forecast.warmedUp.empty());
 }
 
 TEST(Sequence, KeepGoingListsTheFailed) {
@@ -231,42 +224,6 @@ TEST(Sequence, StopLeavesAResumableRun) {
   const SequenceResult resumed = runSequence(rest, tasks(5), path, options(Existing::Resume));
   EXPECT_THAT(rest.calls, ElementsAre(3, 4, 5));
   EXPECT_TRUE(resumed.missing.empty());
-}
-
-TEST(Sequence, ChunksGiveTheUndividedRunsPixels) {
-  const fs::path path = freshFolder();
-  FakeSource whole;
-  whole.stateful = true;
-  const std::vector<FrameTask> all = tasks(10, 4);
-  runSequence(whole, all, path / "whole", options());
-  std::map<std::string, std::string> pieces;
-  for (int i = 1; i <= 3; ++i) {
-    FakeSource part;
-    part.stateful = true;
-    SequenceOptions o = options();
-    o.chunk = {i, 3};
-    const fs::path folder = path / ("part" + std::to_string(i));
-    runSequence(part, all, folder, o);
-    for (const auto& [name, bytes] : filesOf(folder))
-      EXPECT_TRUE(pieces.emplace(name, bytes).second);
-  }
-  EXPECT_EQ(pieces, filesOf(path / "whole"));
-}
-
-TEST(Sequence, ResumedStateIsThatOfTheUndividedRun) {
-  const fs::path path = freshFolder();
-  FakeSource whole;
-  whole.stateful = true;
-  const std::vector<FrameTask> all = tasks(8, 4);
-  runSequence(whole, all, path / "a", options());
-  const auto expected = filesOf(path / "a");
-  fs::remove(path / "a/frames/frame.0007.exr");
-  FakeSource again;
-  again.stateful = true;
-  const SequenceResult result = runSequence(again, all, path / "a", options(Existing::Resume));
-  EXPECT_THAT(again.calls, ElementsAre(5, 6, 7));  // 5 and 6 for their state alone
-  EXPECT_THAT(result.rendered, ElementsAre(7));
-  EXPECT_EQ(filesOf(path / "a"), expected);
 }
 
 TEST(Sequence, WriteErrorsReachTheCaller) {

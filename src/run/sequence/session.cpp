@@ -15,13 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void addCamera(Fingerprint& fingerprint, const scene::PathFrame& frame) {
-  fingerprint.addValue(frame.camera.worldFromCamera);
-  fingerprint.addValue(frame.camera.verticalFovRad);
-  fingerprint.addValue(frame.camera.nearMetres);
-  fingerprint.addValue(frame.timeSeconds);
-}
-
 std::string fingerprintText(const std::string& text) {
   Fingerprint fingerprint;
   fingerprint.add(text);
@@ -80,20 +73,7 @@ std::vector<FrameTask> makeTasks(const Stage& stage, const MethodConfig& config,
   common.build = buildFingerprint();
   common.machine = fingerprintText(processorName());
 
-  std::vector<FrameTask> tasks;
-  Fingerprint chain;
-  for (const int number : stage.frames()) {
-    FrameTask task;
-    task.frame = stage.path().frame(number);
-    task.mayStart = tasks.empty() || method.restartsAt(stage.path(), number);
-    task.fingerprints = common;
-    // A frame with a history depends on all cameras since that began.
-    if (task.mayStart) chain = Fingerprint();
-    addCamera(chain, task.frame);
-    task.fingerprints.camera = chain.text();
-    tasks.push_back(std::move(task));
-  }
-  return tasks;
+  return makeTasks(stage.path(), stage.frames(), method, common);
 }
 
 std::vector<MethodForecast> forecastAll(const Stage& stage,
@@ -119,7 +99,8 @@ std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::Met
                                     const SessionOptions& options) {
   const RunConfig& run = stage.run();
   std::vector<std::unique_ptr<methods::Method>> made = makeMethods(run, registry);
-  const Plan plan = makePlan(run, stage.scene(), stage.frames().size(), made);
+  Plan plan = makePlan(run, stage.scene(), stage.frames().size(), made);
+  planWarmUps(plan, stage.path(), stage.frames(), made);
 
   requireOneLayout(run, options.out);
   // A folder that is in the way should be noticed now, not after hours of other methods.

@@ -4,6 +4,7 @@
 #include <array>
 #include <map>
 #include <numeric>
+#include <utility>
 
 #include "core/clock.h"
 #include "core/error.h"
@@ -91,12 +92,15 @@ std::vector<frame::StepSample> MethodSource::prepare() {
   return all;
 }
 
-RenderedFrame MethodSource::render(const scene::PathFrame& frame, bool firstOfSequence) {
+RenderedFrame MethodSource::render(const FrameRequest& request) {
+  const scene::PathFrame& frame = request.frame;
   timer_.take();  // of a frame that failed
   timer_.beginFrame(frame.number);
   methods::FrameInput input;
   input.frame = frame;
-  input.firstOfSequence = firstOfSequence;
+  input.firstOfSequence = request.firstOfSequence;
+  input.restarts = request.restarts;
+  input.kept = request.kept;
   if (needs_.previousFrame && frame.number > 1) input.previous = previousOf(frame.number);
   moveTo(input);
 
@@ -127,16 +131,20 @@ RenderedFrame MethodSource::render(const scene::PathFrame& frame, bool firstOfSe
   rendered.tables = std::move(output.tables);
   std::erase_if(rendered.tables, [](const methods::Table& table) { return table.rows().empty(); });
 
-  if (output.image) {
+  const bool composed = std::exchange(composed_, false);
+  if (!request.kept) {
+    // Nothing of it is looked at
+  } else if (output.image) {
     rendered.image = std::move(*output.image);
   } else if (needs_.gbuffer) {
     // What neither shows something that moved nor reflects it is still in the composite
     std::optional<raster::Region> changed;
-    if (input.changedSamples && output.changedReflection) {
+    if (composed && input.changedSamples && output.changedReflection) {
       changed = input.changedSamples;
       changed->add(*output.changedReflection);
     }
     rendered.image = readFrame(frame.camera, changed, std::move(output.sampleLayers));
+    composed_ = true;
   } else {
     throw Error(ExitCode::Internal, "the method has made no image");
   }

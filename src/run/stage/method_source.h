@@ -20,7 +20,7 @@ class MethodSource : public FrameSource {
   ~MethodSource() override;
 
   std::vector<frame::StepSample> prepare() override;
-  RenderedFrame render(const scene::PathFrame& frame, bool firstOfSequence) override;
+  RenderedFrame render(const FrameRequest& request) override;
   std::map<std::string, std::string> context() const override;
 
  private:
@@ -40,6 +40,7 @@ class MethodSource : public FrameSource {
   std::optional<raster::GBuffer> gbuffer_;
   gl::Texture composite_;
   std::vector<float> read_;                  ///< the composite as it was read; empty: not kept
+  bool composed_ = false;                    ///< the composite is that of the last frame
   std::optional<scene::Camera> lastCamera_;  ///< of the frame in G-buffer and composite
 };
 

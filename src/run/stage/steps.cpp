@@ -18,6 +18,7 @@ const std::vector<methods::StepInfo>& pipelineSteps() {
        "Embree's tree is built; in a frame: follows the geometry, by the method's policy"},
       {"allocate", "start", "memory of the G-buffer and the frame"},
       {"prepare", "start", "what a method prepares besides the steps that it names"},
+      {"warm_up", "start", "frames that are not kept: the method needs their state for later ones"},
       {"gbuffer", "frames", "diffuse radiance, normals, s, g, ids and depth are rasterized"},
       {"composite", "frames", "diffuse and reflection are joined, samples resolved to pixels"},
       {"readback", "frames", "the frame's pixels are read from the device"},
