@@ -46,9 +46,9 @@ std::string animation(const std::string& path, int input, int output,
          R"("}],"channels":[{"sampler":0,"target":{"node":0,"path":")" + path + "\"}}]}";
 }
 
-const std::vector<Bad>& badFiles() {
-  static const std::vector<Bad> files = {
-      // --- syntax and types ---
+/// Syntax and types.
+std::vector<Bad> badSyntax() {
+  return {
       {"Syntax", "", "", [](GltfWriter& w) { w.members["x"] = "["; }},
       {"DuplicateKey", "", "",
        [](GltfWriter& w) { w.arrays["nodes"] = {R"({"mesh":0,"mesh":0})"}; }},
@@ -79,7 +79,12 @@ const std::vector<Bad>& badFiles() {
        [](GltfWriter& w) { w.arrays["nodes"] = {R"({"mesh":4294967296})"}; }},
       {"NegativeIndex", "/nodes/0/mesh", "index -1 is out of range",
        [](GltfWriter& w) { w.arrays["nodes"] = {R"({"mesh":-1})"}; }},
-      // --- indices of everything ---
+  };
+}
+
+/// Indices of everything.
+std::vector<Bad> badIndices() {
+  return {
       {"NoSuchMesh", "/nodes/0/mesh", "the file has 1 meshes",
        [](GltfWriter& w) { w.arrays["nodes"] = {R"({"mesh":1})"}; }},
       {"NoSuchAccessor", "/meshes/0/primitives/1/attributes/POSITION", "index 9 is out of range",
@@ -105,7 +110,12 @@ const std::vector<Bad>& badFiles() {
          w.add("animations", R"({"samplers":[{"input":0,"output":0}],)"
                              R"("channels":[{"sampler":1,"target":{"node":0,"path":"scale"}}]})");
        }},
-      // --- accessors ---
+  };
+}
+
+/// Accessors: counts, places.
+std::vector<Bad> badAccessors() {
+  return {
       {"IndexOutOfRange", "/meshes/0/primitives/0/indices",
        "index 3 at 1 is out of range: the primitive has 3 vertices",
        [](GltfWriter& w) {
@@ -166,6 +176,12 @@ const std::vector<Bad>& badFiles() {
        }},
       {"EmptyImage", "/images/0/uri", "holds no data",
        [](GltfWriter& w) { w.add("images", R"({"uri":"data:image/png;base64,"})"); }},
+  };
+}
+
+/// Accessors: types, values, sparse ones.
+std::vector<Bad> badValues() {
+  return {
       {"WrongType", "/meshes/0/primitives/0/attributes/POSITION", "type is VEC2, must be VEC3",
        [](GltfWriter& w) {
          w.arrays["accessors"][0] =
@@ -225,6 +241,12 @@ const std::vector<Bad>& badFiles() {
          w.accessor(-1, 5123, "SCALAR", 3);
          primitive(w, R"({"attributes":{"POSITION":0},"indices":3})");
        }},
+  };
+}
+
+/// Primitives.
+std::vector<Bad> badPrimitives() {
+  return {
       {"BadMode", "/meshes/0/primitives/0/mode", "7 is not one of",
        [](GltfWriter& w) { primitive(w, R"({"attributes":{"POSITION":0},"mode":7})"); }},
       {"JointsWithoutWeights", "/meshes/0/primitives/0/attributes", "must be given together",
@@ -239,7 +261,12 @@ const std::vector<Bad>& badFiles() {
        [](GltfWriter& w) {
          w.arrays["meshes"] = {R"({"weights":[1],"primitives":[{"attributes":{"POSITION":0}}]})"};
        }},
-      // --- nodes ---
+  };
+}
+
+/// Nodes.
+std::vector<Bad> badNodes() {
+  return {
       {"OwnChild", "/nodes/0/children/0", "its own child",
        [](GltfWriter& w) { w.arrays["nodes"] = {R"({"children":[0]})"}; }},
       {"Cycle", "/nodes/1", "cycle",
@@ -282,7 +309,12 @@ const std::vector<Bad>& badFiles() {
              R"({"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"SCALE":0,"TRANSLATION":)" +
              std::to_string(t) + "}}}}"};
        }},
-      // --- skins, animation, lights, materials ---
+  };
+}
+
+/// Skins and animation.
+std::vector<Bad> badMotion() {
+  return {
       {"JointOutOfRange", "/meshes/0/primitives/0/attributes/JOINTS_0", "/skins/0 has 1 joints",
        [](GltfWriter& w) {
          const int j = w.accessor(
@@ -329,6 +361,12 @@ const std::vector<Bad>& badFiles() {
          const int t = w.floats({0, 1}, "SCALAR");
          w.add("animations", animation("weights", t, t));
        }},
+  };
+}
+
+/// Lights and materials.
+std::vector<Bad> badLook() {
+  return {
       {"SpotCone", "/extensions/KHR_lights_punctual/lights/0/spot",
        "must be less than outerConeAngle",
        [](GltfWriter& w) {
@@ -367,7 +405,12 @@ const std::vector<Bad>& badFiles() {
          w.add("textures", R"({"source":0})");
          w.add("materials", R"({"emissiveTexture":{"index":0,"texCoord":2}})");
        }},
-      // --- buffers, images, URIs ---
+  };
+}
+
+/// Buffers, images, URIs.
+std::vector<Bad> badFilesBeside() {
+  return {
       {"NoUri", "/buffers/0", "has no uri",
        [](GltfWriter& w) { w.add("buffers", R"({"byteLength":78})"); }},
       {"ShortDataUri", "/buffers/0", "byteLength is 78, but the data URI has 3 bytes",
@@ -414,6 +457,16 @@ const std::vector<Bad>& badFiles() {
          w.add("materials", R"({"emissiveTexture":{"index":0}})");
        }},
   };
+}
+
+const std::vector<Bad>& badFiles() {
+  static const std::vector<Bad> files = [] {
+    std::vector<Bad> all;
+    for (const auto& some : {badSyntax(), badIndices(), badAccessors(), badValues(),
+                             badPrimitives(), badNodes(), badMotion(), badLook(), badFilesBeside()})
+      all.insert(all.end(), some.begin(), some.end());
+    return all;
+  }();
   return files;
 }
 

@@ -41,95 +41,116 @@ float rosette(Vec2 p, float radius, int petals, float depth) {
          radius * (1.0f - depth + depth * std::cos(static_cast<float>(petals) * angle));
 }
 
+struct RugColors {
+  Vec3 field, border, accent, ground;
+  float soft;  ///< width of an edge
+  std::uint32_t seed;
+};
+
+/// Small flowers all over the field, corner pieces, and a medallion with rings and a star.
+Vec3 persianField(const RugColors& rug, Vec2 k, Vec2 p) {
+  Vec3 color = rug.field;
+  const Vec2 cell = k * 14.0f;
+  const int ci = static_cast<int>(cell.x);
+  const int cj = static_cast<int>(cell.y);
+  const Vec2 local = glm::fract(cell) - 0.5f;
+  const float flower = rosette(local, 0.3f, 4 + (ci + cj) % 3, 0.35f);
+  color = glm::mix(color, (ci + cj) % 2 != 0 ? rug.border : rug.accent, ink(flower, 0.02f));
+  color = glm::mix(color, rug.ground, ink(glm::length(local) - 0.09f, 0.02f));
+  const Vec2 corner = Vec2(0.36f) - glm::abs(p);
+  const float quarter = rosette(corner, 0.2f, 16, 0.06f);
+  color = glm::mix(color, rug.border, ink(quarter, rug.soft));
+  color = glm::mix(color, rug.accent, ink(std::abs(quarter) - 0.005f, rug.soft));
+  color = glm::mix(color, rug.ground,
+                   ink(std::abs(rosette(corner, 0.12f, 8, 0.15f)) - 0.008f, rug.soft));
+  const Vec2 m(p.x * 1.25f, p.y);
+  color = glm::mix(color, rug.border, ink(rosette(m, 0.25f, 16, 0.09f), rug.soft));
+  color =
+      glm::mix(color, rug.accent, ink(std::abs(rosette(m, 0.25f, 16, 0.09f)) - 0.006f, rug.soft));
+  color = glm::mix(color, rug.ground, ink(rosette(m, 0.19f, 12, 0.12f), rug.soft));
+  color = glm::mix(color, rug.field, ink(rosette(m, 0.165f, 12, 0.12f), rug.soft));
+  const float angle = std::atan2(m.y, m.x);
+  const float spoke = std::abs(fract(angle / (2.0f * kPi) * 12.0f) - 0.5f);
+  const float r = glm::length(m);
+  color = glm::mix(color, rug.accent,
+                   ink(std::max(std::abs(r - 0.105f) - 0.035f, (0.3f - spoke) * 0.1f), rug.soft));
+  color = glm::mix(color, rug.ground, ink(rosette(m, 0.065f, 8, 0.25f), rug.soft));
+  color = glm::mix(color, rug.border, ink(r - 0.028f, rug.soft));
+  return color;
+}
+
+/// Rows of stepped diamonds.
+Vec3 kilimField(const RugColors& rug, Vec2 k) {
+  const float rows = 7.0f;
+  const Vec2 cell(k.x * 5.0f + (static_cast<int>(k.y * rows) % 2 != 0 ? 0.5f : 0.0f), k.y * rows);
+  Vec2 local = glm::fract(cell) - 0.5f;
+  local = glm::floor(local * 16.0f + 0.5f) / 16.0f;
+  const int row = static_cast<int>(cell.y);
+  const Vec3 bands[3] = {rug.field, rug.border, glm::mix(rug.field, rug.accent, 0.5f)};
+  Vec3 color = bands[row % 3];
+  color = glm::mix(color, rug.ground, ink(diamond(local, {0.48f, 0.46f}), 0.01f));
+  color = glm::mix(color, bands[(row + 1) % 3], ink(diamond(local, {0.38f, 0.36f}), 0.01f));
+  color = glm::mix(color, rug.accent, ink(diamond(local, {0.24f, 0.22f}), 0.01f));
+  color = glm::mix(color, rug.ground, ink(diamond(local, {0.1f, 0.1f}), 0.01f));
+  return color;
+}
+
+/// Large overlapping shapes.
+Vec3 modernField(const RugColors& rug, Vec2 k) {
+  Vec3 color = rug.field;
+  for (int i = 0; i < 9; ++i) {
+    const Vec2 centre(hash01(i, 1, rug.seed), hash01(i, 2, rug.seed));
+    const float size = 0.1f + 0.2f * hash01(i, 3, rug.seed);
+    const Vec3 tones[4] = {rug.border, rug.accent, rug.ground,
+                           glm::mix(rug.field, rug.accent, 0.4f)};
+    const Vec2 q = k - centre;
+    const float d = i % 3 == 0 ? glm::length(q) - size
+                    : i % 3 == 1
+                        ? box(turned(q, 6.28f * hash01(i, 4, rug.seed)), Vec2(size, 0.35f * size))
+                        : std::abs(glm::length(q) - size) - 0.012f;
+    color = glm::mix(color, tones[i % 4], 0.9f * ink(d, rug.soft));
+  }
+  return color;
+}
+
+/// Guard stripes and a row of flowers between them.
+Vec3 withBorder(Vec3 color, const RugColors& rug, Vec2 p, float rim) {
+  const float along = std::abs(p.x) > std::abs(p.y) ? p.y : p.x;
+  if (rim < 0.115f) {
+    color = rug.border;
+    const Vec2 local(fract(along * 18.0f + 0.5f) - 0.5f, (rim - 0.0625f) * 18.0f);
+    color = glm::mix(color, rug.accent, ink(rosette(local, 0.38f, 6, 0.3f), 0.03f));
+    color = glm::mix(color, rug.ground, ink(glm::length(local) - 0.13f, 0.03f));
+    color = glm::mix(color, rug.ground, ink(std::abs(rim - 0.107f) - 0.006f, rug.soft));
+    color = glm::mix(color, rug.field, ink(std::abs(rim - 0.02f) - 0.009f, rug.soft));
+    color = glm::mix(color, rug.ground, ink(rim - 0.008f, rug.soft));
+  }
+  return color;
+}
+
 void rug(Canvas& canvas) {
   const std::string style = canvas.word("style");
   const bool modern = style == "modern";
-  const Vec3 field = canvas.color(0, modern ? "#cfc8ba" : "#7d1f24");
-  const Vec3 border = canvas.color(1, modern ? "#3d4a57" : "#1f2a48");
-  const Vec3 accent = canvas.color(2, modern ? "#b5673d" : "#c89b4f");
-  const Vec3 ground = canvas.color(3, modern ? "#8d9a94" : "#e6d8b8");
   const std::uint32_t seed = canvas.seed();
+  const RugColors rug{.field = canvas.color(0, modern ? "#cfc8ba" : "#7d1f24"),
+                      .border = canvas.color(1, modern ? "#3d4a57" : "#1f2a48"),
+                      .accent = canvas.color(2, modern ? "#b5673d" : "#c89b4f"),
+                      .ground = canvas.color(3, modern ? "#8d9a94" : "#e6d8b8"),
+                      .soft = 1.2f / static_cast<float>(canvas.size()),
+                      .seed = seed};
   const Field wool = fbm(canvas.size(), 160, 160, 1, seed + 1u);
   const Field slow = fbm(canvas.size(), 5, 9, 3, seed + 2u);
-  const float soft = 1.2f / static_cast<float>(canvas.size());
   canvas.paint([&](int x, int y, float u, float v, Vec3& color, float& height) {
     // Knots: the drawing is made of small squares.
     const float knots = 160.0f;
     const Vec2 k((std::floor(u * knots) + 0.5f) / knots, (std::floor(v * knots) + 0.5f) / knots);
     const Vec2 p = k - 0.5f;
     const float rim = 0.5f - std::max(std::abs(p.x), std::abs(p.y));  // distance to the border
-    color = field;
-    if (style == "persian") {
-      // Small flowers all over the field.
-      const Vec2 cell = k * 14.0f;
-      const int ci = static_cast<int>(cell.x);
-      const int cj = static_cast<int>(cell.y);
-      const Vec2 local = glm::fract(cell) - 0.5f;
-      const float flower = rosette(local, 0.3f, 4 + (ci + cj) % 3, 0.35f);
-      color = glm::mix(color, (ci + cj) % 2 != 0 ? border : accent, ink(flower, 0.02f));
-      color = glm::mix(color, ground, ink(glm::length(local) - 0.09f, 0.02f));
-      // Corner pieces and a medallion with rings and a star.
-      const Vec2 corner = Vec2(0.36f) - glm::abs(p);
-      const float quarter = rosette(corner, 0.2f, 16, 0.06f);
-      color = glm::mix(color, border, ink(quarter, soft));
-      color = glm::mix(color, accent, ink(std::abs(quarter) - 0.005f, soft));
-      color =
-          glm::mix(color, ground, ink(std::abs(rosette(corner, 0.12f, 8, 0.15f)) - 0.008f, soft));
-      const Vec2 m(p.x * 1.25f, p.y);
-      color = glm::mix(color, border, ink(rosette(m, 0.25f, 16, 0.09f), soft));
-      color = glm::mix(color, accent, ink(std::abs(rosette(m, 0.25f, 16, 0.09f)) - 0.006f, soft));
-      color = glm::mix(color, ground, ink(rosette(m, 0.19f, 12, 0.12f), soft));
-      color = glm::mix(color, field, ink(rosette(m, 0.165f, 12, 0.12f), soft));
-      const float angle = std::atan2(m.y, m.x);
-      const float spoke = std::abs(fract(angle / (2.0f * kPi) * 12.0f) - 0.5f);
-      const float r = glm::length(m);
-      color = glm::mix(color, accent,
-                       ink(std::max(std::abs(r - 0.105f) - 0.035f, (0.3f - spoke) * 0.1f), soft));
-      color = glm::mix(color, ground, ink(rosette(m, 0.065f, 8, 0.25f), soft));
-      color = glm::mix(color, border, ink(r - 0.028f, soft));
-    } else if (style == "kilim") {
-      // Rows of stepped diamonds.
-      const float rows = 7.0f;
-      const Vec2 cell(k.x * 5.0f + (static_cast<int>(k.y * rows) % 2 != 0 ? 0.5f : 0.0f),
-                      k.y * rows);
-      Vec2 local = glm::fract(cell) - 0.5f;
-      local = glm::floor(local * 16.0f + 0.5f) / 16.0f;
-      const int row = static_cast<int>(cell.y);
-      const Vec3 bands[3] = {field, border, glm::mix(field, accent, 0.5f)};
-      color = bands[row % 3];
-      color = glm::mix(color, ground, ink(diamond(local, {0.48f, 0.46f}), 0.01f));
-      color = glm::mix(color, bands[(row + 1) % 3], ink(diamond(local, {0.38f, 0.36f}), 0.01f));
-      color = glm::mix(color, accent, ink(diamond(local, {0.24f, 0.22f}), 0.01f));
-      color = glm::mix(color, ground, ink(diamond(local, {0.1f, 0.1f}), 0.01f));
-    } else {
-      // Large overlapping shapes.
-      for (int i = 0; i < 9; ++i) {
-        const Vec2 centre(hash01(i, 1, seed), hash01(i, 2, seed));
-        const float size = 0.1f + 0.2f * hash01(i, 3, seed);
-        const Vec3 tones[4] = {border, accent, ground, glm::mix(field, accent, 0.4f)};
-        const Vec2 q = k - centre;
-        const float d = i % 3 == 0 ? glm::length(q) - size
-                        : i % 3 == 1
-                            ? box(turned(q, 6.28f * hash01(i, 4, seed)), Vec2(size, 0.35f * size))
-                            : std::abs(glm::length(q) - size) - 0.012f;
-        color = glm::mix(color, tones[i % 4], 0.9f * ink(d, soft));
-      }
-    }
-    if (!modern) {
-      // Border: guard stripes and a row of flowers between them.
-      const float along = std::abs(p.x) > std::abs(p.y) ? p.y : p.x;
-      if (rim < 0.115f) {
-        color = border;
-        const Vec2 local(fract(along * 18.0f + 0.5f) - 0.5f, (rim - 0.0625f) * 18.0f);
-        color = glm::mix(color, accent, ink(rosette(local, 0.38f, 6, 0.3f), 0.03f));
-        color = glm::mix(color, ground, ink(glm::length(local) - 0.13f, 0.03f));
-        color = glm::mix(color, ground, ink(std::abs(rim - 0.107f) - 0.006f, soft));
-        color = glm::mix(color, field, ink(std::abs(rim - 0.02f) - 0.009f, soft));
-        color = glm::mix(color, ground, ink(rim - 0.008f, soft));
-      }
-    } else {
-      color = glm::mix(color, border, ink(rim - 0.02f, soft));
-    }
+    color = style == "persian" ? persianField(rug, k, p)
+            : style == "kilim" ? kilimField(rug, k)
+                               : modernField(rug, k);
+    color = modern ? glm::mix(color, rug.border, ink(rim - 0.02f, rug.soft))
+                   : withBorder(color, rug, p, rim);
     const float pile = wool.at(x, y);
     const float knot =
         0.5f + 0.5f * std::cos(2.0f * kPi * u * knots) * std::cos(2.0f * kPi * v * knots);
@@ -191,161 +212,194 @@ Vec3 sky(float v, const Vec3& top, const Vec3& low) {
   return glm::mix(top, low, smoothstep(0.0f, 1.0f, v));
 }
 
+/// What all paintings are made of.
+struct Painting {
+  Field cloud, ridge, brush, fine;
+  std::uint32_t seed;
+  float soft;
+
+  /// Height at which a row of hills meets the sky.
+  float skyline(float us, float base, float roughness, int row) const {
+    return base - roughness * ridge.sample(us, 0.137f * static_cast<float>(row));
+  }
+};
+
+Vec3 trees(Vec3 color, const Painting& p, float us, float vs, float stroke) {
+  for (int i = 0; i < 7; ++i) {
+    const float foot = 0.66f + 0.24f * hash01(i, 1, p.seed);
+    const float scale = 0.5f + 2.2f * (foot - 0.62f);
+    const Vec2 at(us - hash01(i, 2, p.seed), vs - foot);
+    const float trunk = box(at - Vec2(0.0f, -0.05f * scale), Vec2(0.006f, 0.06f) * scale);
+    color = glm::mix(color, Vec3(hex("#4a3524")), ink(trunk, p.soft));
+    const float crown = glm::length((at - Vec2(0.0f, -0.14f * scale)) / Vec2(0.8f, 1.1f)) -
+                        scale * (0.075f + 0.04f * p.fine.sample(us * 2.0f, vs * 2.0f));
+    const Vec3 leaves = glm::mix(
+        Vec3(hex("#34502a")), Vec3(hex("#7f9440")),
+        smoothstep(0.1f, -0.2f, at.y / scale + 0.14f + 0.3f * at.x / scale) + 0.3f * stroke);
+    color = glm::mix(color, leaves, ink(crown, 0.004f));
+  }
+  return color;
+}
+
+Vec3 landscape(const Painting& p, float us, float vs, float stroke) {
+  Vec3 color = sky(vs / 0.55f, Vec3(hex("#5f8fc0")), Vec3(hex("#f0dcc0")));
+  const float c =
+      smoothstep(0.02f, 0.5f, p.cloud.sample(us, vs * 1.5f)) * smoothstep(0.5f, 0.2f, vs);
+  color = glm::mix(color, Vec3(hex("#fbf3e6")), 0.8f * c);
+  const Vec3 hills[4] = {Vec3(hex("#8fa7b5")), Vec3(hex("#7c9a7c")), Vec3(hex("#6f8c4d")),
+                         Vec3(hex("#8f9a45"))};
+  for (int i = 0; i < 4; ++i) {
+    const float line = p.skyline(us, 0.45f + 0.1f * static_cast<float>(i),
+                                 0.12f - 0.015f * static_cast<float>(i), i + 1);
+    const Vec3 tone = hills[i] * (0.9f + 0.3f * (vs - line) + 0.12f * stroke);
+    color = glm::mix(color, tone, ink(line - vs, 2.0f * p.soft));
+  }
+  // A path towards the hills.
+  const float path =
+      std::abs(us - 0.5f - 0.12f * std::sin(9.0f * vs)) - 0.16f * std::max(vs - 0.68f, 0.0f);
+  color = glm::mix(color, Vec3(hex("#d9c08a")),
+                   0.85f * ink(path, 0.004f) * smoothstep(0.69f, 0.73f, vs));
+  return trees(color, p, us, vs, stroke);
+}
+
+Vec3 mountains(const Painting& p, float us, float vs, float stroke) {
+  Vec3 color = sky(vs / 0.6f, Vec3(hex("#28406e")), Vec3(hex("#f2b486")));
+  const float sun = glm::length(Vec2(us - 0.66f, vs - 0.36f));
+  color = glm::mix(color, Vec3(hex("#fff0c8")),
+                   std::max(ink(sun - 0.05f, 0.006f), 0.5f * std::exp(-9.0f * sun)));
+  for (int i = 0; i < 5; ++i) {
+    const float t = static_cast<float>(i) / 4.0f;
+    const float line =
+        p.skyline(us, 0.38f + 0.13f * static_cast<float>(i), 0.24f * (1.0f - 0.5f * t), i + 1);
+    Vec3 tone = glm::mix(Vec3(hex("#a98fa6")), Vec3(hex("#1c2436")), t);
+    const float snow =
+        i < 2 ? smoothstep(0.045f, 0.02f,
+                           vs - line + 0.05f * p.ridge.sample(us * 3.0f, 0.4f) + 0.012f * stroke)
+              : 0.0f;
+    tone = glm::mix(tone, Vec3(hex("#f6e6dc")), 0.7f * snow);
+    tone = glm::mix(tone, Vec3(hex("#d9a58c")),
+                    0.35f * (1.0f - t) * smoothstep(0.0f, 0.25f, vs - line));
+    color = glm::mix(color, tone * (1.0f + 0.1f * stroke), ink(line - vs, 2.0f * p.soft));
+  }
+  return color;
+}
+
+Vec3 seascape(const Painting& p, float us, float vs, float /*stroke*/) {
+  const float horizon = 0.48f;
+  Vec3 color = sky(vs / horizon, Vec3(hex("#7fa3bf")), Vec3(hex("#f3e3cd")));
+  const float c = smoothstep(-0.05f, 0.45f, p.cloud.sample(us, vs * 1.8f));
+  color = glm::mix(color, Vec3(hex("#fdf6ee")), 0.75f * c * smoothstep(horizon, 0.3f, vs));
+  if (vs > horizon) {
+    const float depth = (vs - horizon) / (1.0f - horizon);
+    const float wave =
+        p.ridge.sample(us * (0.6f + 0.4f * (1.0f - depth)), 0.35f / (0.1f + depth) * 0.6f);
+    color = glm::mix(Vec3(hex("#6f9db0")), Vec3(hex("#123c52")), std::pow(depth, 0.6f));
+    color = glm::mix(color, Vec3(hex("#e8f0ee")), 0.7f * smoothstep(0.28f, 0.5f, wave));
+    color = glm::mix(
+        color, Vec3(hex("#f6e6c6")),
+        0.6f * std::exp(-60.0f * (us - 0.6f) * (us - 0.6f)) * smoothstep(0.1f, 0.4f, wave + 0.2f));
+  }
+  // A sail.
+  const Vec2 s(us - 0.34f, vs - 0.5f);
+  const float sail =
+      std::max({s.y, -0.2f - s.y, std::abs(s.x - 0.01f) - 0.3f * (0.2f + s.y) * 0.9f});
+  color = glm::mix(color, Vec3(hex("#fbf7ee")), ink(sail, p.soft));
+  const float hull =
+      std::max(std::abs(s.y - 0.015f) - 0.015f, std::abs(s.x) - 0.08f + 1.2f * (s.y - 0.0f));
+  color = glm::mix(color, Vec3(hex("#5a2d22")), ink(hull, p.soft));
+  return color;
+}
+
+/// A table with a bowl of fruit and a bottle before a dark wall.
+Vec3 stillLife(const Painting& p, float us, float vs, float stroke) {
+  Vec3 color = glm::mix(Vec3(hex("#4a3d33")), Vec3(hex("#1e1a19")),
+                        smoothstep(0.0f, 0.9f, glm::length(Vec2(us - 0.35f, vs - 0.3f))));
+  color *= 1.0f + 0.1f * p.cloud.sample(us, vs);
+  const float table = 0.68f;
+  if (vs > table) color = Vec3(hex("#8a5e3a")) * (1.0f + 0.25f * stroke - 0.5f * (vs - table));
+  const Vec2 b(us - 0.72f, vs - 0.45f);
+  const float neck = smoothstep(-0.16f, -0.05f, b.y);
+  const float bottle = std::max(std::abs(b.x) - (0.022f + 0.05f * neck), std::abs(b.y) - 0.27f);
+  color = glm::mix(
+      color, glm::mix(Vec3(hex("#16291c")), Vec3(hex("#4f7a55")), smoothstep(0.02f, -0.05f, b.x)),
+      ink(bottle, p.soft));
+  color = glm::mix(color, Vec3(hex("#dff0dc")),
+                   0.8f * ink(box(b - Vec2(-0.035f, 0.05f), {0.006f, 0.12f}), 0.004f));
+  const Vec3 fruit[3] = {Vec3(hex("#c8402c")), Vec3(hex("#e09a2e")), Vec3(hex("#9bb03c"))};
+  for (int i = 0; i < 7; ++i) {
+    const Vec2 centre(0.2f + 0.055f * static_cast<float>(i) + 0.02f * hash01(i, 1, p.seed),
+                      0.57f - (i % 2 == 0 ? 0.0f : 0.06f) + 0.02f * hash01(i, 2, p.seed));
+    const float radius = 0.055f + 0.02f * hash01(i, 3, p.seed);
+    const Vec2 q = Vec2(us, vs) - centre;
+    const float light = std::clamp(0.55f - 4.0f * (q.x + q.y) + 0.15f * stroke, 0.15f, 1.2f);
+    color = glm::mix(color, fruit[i % 3] * light, ink(glm::length(q) - radius, p.soft));
+    color =
+        glm::mix(color, Vec3(1.0f), 0.6f * ink(glm::length(q + 0.35f * radius) - 0.012f, 0.01f));
+  }
+  const Vec2 c(us - 0.38f, vs - 0.6f);
+  const float bowl = std::max(glm::length(c / Vec2(1.7f, 1.0f)) - 0.135f, -c.y);
+  color = glm::mix(
+      color, glm::mix(Vec3(hex("#5b7fa6")), Vec3(hex("#c9d8e6")), smoothstep(0.2f, -0.2f, c.x)),
+      ink(bowl, p.soft));
+  color = glm::mix(color, color * 0.5f,
+                   0.7f * ink(glm::length(Vec2((us - 0.45f) / 3.0f, vs - 0.745f)) - 0.05f, 0.03f));
+  return color;
+}
+
+/// A grid of coloured fields between dark bars, and one circle.
+Vec3 abstractFields(const Painting& p, float us, float vs, float /*stroke*/) {
+  float x0 = 0.0f, x1 = 1.0f, y0 = 0.0f, y1 = 1.0f;
+  int id = 1;
+  for (int level = 0; level < 5; ++level) {
+    const float cut = 0.3f + 0.4f * hash01(id, level, p.seed);
+    const bool upright = (x1 - x0) > (y1 - y0);
+    if (upright) {
+      const float at = mix(x0, x1, cut);
+      us < at ? x1 = at : x0 = at;
+      id = 2 * id + (us < at ? 0 : 1);
+    } else {
+      const float at = mix(y0, y1, cut);
+      vs < at ? y1 = at : y0 = at;
+      id = 2 * id + (vs < at ? 0 : 1);
+    }
+    if (hash01(id, 77, p.seed) < 0.18f && level > 1) break;
+  }
+  const Vec3 tones[8] = {Vec3(hex("#f1ece0")), Vec3(hex("#d8412f")), Vec3(hex("#f1ece0")),
+                         Vec3(hex("#f0bb3a")), Vec3(hex("#2b4c8c")), Vec3(hex("#e6dfd0")),
+                         Vec3(hex("#7ba39a")), Vec3(hex("#f4efe6"))};
+  Vec3 color = tones[hash(static_cast<std::uint32_t>(id), 5u, p.seed) % 8u];
+  const float ring = glm::length(Vec2(us - 0.62f, vs - 0.38f));
+  color = glm::mix(color, Vec3(hex("#d8412f")), 0.85f * ink(ring - 0.16f, p.soft));
+  color = glm::mix(color, Vec3(hex("#222226")), ink(std::abs(ring - 0.21f) - 0.006f, p.soft));
+  const float bar = std::min(std::min(us - x0, x1 - us), std::min(vs - y0, y1 - vs));
+  color = glm::mix(color, Vec3(hex("#1d1d20")), ink(bar - 0.008f, p.soft));
+  return color;
+}
+
 void painting(Canvas& canvas) {
+  using Motif = Vec3 (*)(const Painting&, float us, float vs, float stroke);
   const std::string style = canvas.word("style");
+  const Motif motif = style == "landscape"    ? landscape
+                      : style == "mountains"  ? mountains
+                      : style == "seascape"   ? seascape
+                      : style == "still_life" ? stillLife
+                                              : abstractFields;
   const std::uint32_t seed = canvas.seed();
   const int size = canvas.size();
-  const Field cloud = fbm(size, 3, 5, 5, seed + 1u, 0.55f);
-  const Field ridge = fbm(size, 4, 4, 6, seed + 2u);
-  const Field brush = fbm(size, 16, 90, 2, seed + 3u);
-  const Field fine = fbm(size, 48, 48, 2, seed + 4u);
-  const float soft = 1.5f / static_cast<float>(size);
+  const Painting p{.cloud = fbm(size, 3, 5, 5, seed + 1u, 0.55f),
+                   .ridge = fbm(size, 4, 4, 6, seed + 2u),
+                   .brush = fbm(size, 16, 90, 2, seed + 3u),
+                   .fine = fbm(size, 48, 48, 2, seed + 4u),
+                   .seed = seed,
+                   .soft = 1.5f / static_cast<float>(size)};
   canvas.paint([&](int x, int y, float u, float v, Vec3& color, float& height) {
-    const float stroke = brush.at(x, y);
+    const float stroke = p.brush.at(x, y);
     // Strokes tear the drawing a little.
-    const float us = u + 0.006f * fine.at(x, y);
+    const float us = u + 0.006f * p.fine.at(x, y);
     const float vs = v + 0.006f * stroke;
-    const auto skyline = [&](float base, float roughness, int row) {
-      return base - roughness * ridge.sample(us, 0.137f * static_cast<float>(row));
-    };
-    if (style == "landscape") {
-      color = sky(vs / 0.55f, Vec3(hex("#5f8fc0")), Vec3(hex("#f0dcc0")));
-      const float c =
-          smoothstep(0.02f, 0.5f, cloud.sample(us, vs * 1.5f)) * smoothstep(0.5f, 0.2f, vs);
-      color = glm::mix(color, Vec3(hex("#fbf3e6")), 0.8f * c);
-      const Vec3 hills[4] = {Vec3(hex("#8fa7b5")), Vec3(hex("#7c9a7c")), Vec3(hex("#6f8c4d")),
-                             Vec3(hex("#8f9a45"))};
-      for (int i = 0; i < 4; ++i) {
-        const float line = skyline(0.45f + 0.1f * static_cast<float>(i),
-                                   0.12f - 0.015f * static_cast<float>(i), i + 1);
-        const Vec3 tone = hills[i] * (0.9f + 0.3f * (vs - line) + 0.12f * stroke);
-        color = glm::mix(color, tone, ink(line - vs, 2.0f * soft));
-      }
-      // A path towards the hills, and trees.
-      const float path =
-          std::abs(us - 0.5f - 0.12f * std::sin(9.0f * vs)) - 0.16f * std::max(vs - 0.68f, 0.0f);
-      color = glm::mix(color, Vec3(hex("#d9c08a")),
-                       0.85f * ink(path, 0.004f) * smoothstep(0.69f, 0.73f, vs));
-      for (int i = 0; i < 7; ++i) {
-        const float foot = 0.66f + 0.24f * hash01(i, 1, seed);
-        const float scale = 0.5f + 2.2f * (foot - 0.62f);
-        const Vec2 at(us - hash01(i, 2, seed), vs - foot);
-        const float trunk = box(at - Vec2(0.0f, -0.05f * scale), Vec2(0.006f, 0.06f) * scale);
-        color = glm::mix(color, Vec3(hex("#4a3524")), ink(trunk, soft));
-        const float crown = glm::length((at - Vec2(0.0f, -0.14f * scale)) / Vec2(0.8f, 1.1f)) -
-                            scale * (0.075f + 0.04f * fine.sample(us * 2.0f, vs * 2.0f));
-        const Vec3 leaves = glm::mix(
-            Vec3(hex("#34502a")), Vec3(hex("#7f9440")),
-            smoothstep(0.1f, -0.2f, at.y / scale + 0.14f + 0.3f * at.x / scale) + 0.3f * stroke);
-        color = glm::mix(color, leaves, ink(crown, 0.004f));
-      }
-    } else if (style == "mountains") {
-      color = sky(vs / 0.6f, Vec3(hex("#28406e")), Vec3(hex("#f2b486")));
-      const float sun = glm::length(Vec2(us - 0.66f, vs - 0.36f));
-      color = glm::mix(color, Vec3(hex("#fff0c8")),
-                       std::max(ink(sun - 0.05f, 0.006f), 0.5f * std::exp(-9.0f * sun)));
-      for (int i = 0; i < 5; ++i) {
-        const float t = static_cast<float>(i) / 4.0f;
-        const float line =
-            skyline(0.38f + 0.13f * static_cast<float>(i), 0.24f * (1.0f - 0.5f * t), i + 1);
-        Vec3 tone = glm::mix(Vec3(hex("#a98fa6")), Vec3(hex("#1c2436")), t);
-        const float snow =
-            i < 2 ? smoothstep(0.045f, 0.02f,
-                               vs - line + 0.05f * ridge.sample(us * 3.0f, 0.4f) + 0.012f * stroke)
-                  : 0.0f;
-        tone = glm::mix(tone, Vec3(hex("#f6e6dc")), 0.7f * snow);
-        tone = glm::mix(tone, Vec3(hex("#d9a58c")),
-                        0.35f * (1.0f - t) * smoothstep(0.0f, 0.25f, vs - line));
-        color = glm::mix(color, tone * (1.0f + 0.1f * stroke), ink(line - vs, 2.0f * soft));
-      }
-    } else if (style == "seascape") {
-      const float horizon = 0.48f;
-      color = sky(vs / horizon, Vec3(hex("#7fa3bf")), Vec3(hex("#f3e3cd")));
-      const float c = smoothstep(-0.05f, 0.45f, cloud.sample(us, vs * 1.8f));
-      color = glm::mix(color, Vec3(hex("#fdf6ee")), 0.75f * c * smoothstep(horizon, 0.3f, vs));
-      if (vs > horizon) {
-        const float depth = (vs - horizon) / (1.0f - horizon);
-        const float wave =
-            ridge.sample(us * (0.6f + 0.4f * (1.0f - depth)), 0.35f / (0.1f + depth) * 0.6f);
-        color = glm::mix(Vec3(hex("#6f9db0")), Vec3(hex("#123c52")), std::pow(depth, 0.6f));
-        color = glm::mix(color, Vec3(hex("#e8f0ee")), 0.7f * smoothstep(0.28f, 0.5f, wave));
-        color = glm::mix(color, Vec3(hex("#f6e6c6")),
-                         0.6f * std::exp(-60.0f * (us - 0.6f) * (us - 0.6f)) *
-                             smoothstep(0.1f, 0.4f, wave + 0.2f));
-      }
-      // A sail.
-      const Vec2 s(us - 0.34f, vs - 0.5f);
-      const float sail =
-          std::max({s.y, -0.2f - s.y, std::abs(s.x - 0.01f) - 0.3f * (0.2f + s.y) * 0.9f});
-      color = glm::mix(color, Vec3(hex("#fbf7ee")), ink(sail, soft));
-      const float hull =
-          std::max(std::abs(s.y - 0.015f) - 0.015f, std::abs(s.x) - 0.08f + 1.2f * (s.y - 0.0f));
-      color = glm::mix(color, Vec3(hex("#5a2d22")), ink(hull, soft));
-    } else if (style == "still_life") {
-      // A table with a bowl of fruit and a bottle before a dark wall.
-      color = glm::mix(Vec3(hex("#4a3d33")), Vec3(hex("#1e1a19")),
-                       smoothstep(0.0f, 0.9f, glm::length(Vec2(us - 0.35f, vs - 0.3f))));
-      color *= 1.0f + 0.1f * cloud.sample(us, vs);
-      const float table = 0.68f;
-      if (vs > table) color = Vec3(hex("#8a5e3a")) * (1.0f + 0.25f * stroke - 0.5f * (vs - table));
-      const Vec2 b(us - 0.72f, vs - 0.45f);
-      const float neck = smoothstep(-0.16f, -0.05f, b.y);
-      const float bottle = std::max(std::abs(b.x) - (0.022f + 0.05f * neck), std::abs(b.y) - 0.27f);
-      color = glm::mix(
-          color,
-          glm::mix(Vec3(hex("#16291c")), Vec3(hex("#4f7a55")), smoothstep(0.02f, -0.05f, b.x)),
-          ink(bottle, soft));
-      color = glm::mix(color, Vec3(hex("#dff0dc")),
-                       0.8f * ink(box(b - Vec2(-0.035f, 0.05f), {0.006f, 0.12f}), 0.004f));
-      const Vec3 fruit[3] = {Vec3(hex("#c8402c")), Vec3(hex("#e09a2e")), Vec3(hex("#9bb03c"))};
-      for (int i = 0; i < 7; ++i) {
-        const Vec2 centre(0.2f + 0.055f * static_cast<float>(i) + 0.02f * hash01(i, 1, seed),
-                          0.57f - (i % 2 == 0 ? 0.0f : 0.06f) + 0.02f * hash01(i, 2, seed));
-        const float radius = 0.055f + 0.02f * hash01(i, 3, seed);
-        const Vec2 q = Vec2(us, vs) - centre;
-        const float light = std::clamp(0.55f - 4.0f * (q.x + q.y) + 0.15f * stroke, 0.15f, 1.2f);
-        color = glm::mix(color, fruit[i % 3] * light, ink(glm::length(q) - radius, soft));
-        color = glm::mix(color, Vec3(1.0f),
-                         0.6f * ink(glm::length(q + 0.35f * radius) - 0.012f, 0.01f));
-      }
-      const Vec2 c(us - 0.38f, vs - 0.6f);
-      const float bowl = std::max(glm::length(c / Vec2(1.7f, 1.0f)) - 0.135f, -c.y);
-      color = glm::mix(
-          color, glm::mix(Vec3(hex("#5b7fa6")), Vec3(hex("#c9d8e6")), smoothstep(0.2f, -0.2f, c.x)),
-          ink(bowl, soft));
-      color =
-          glm::mix(color, color * 0.5f,
-                   0.7f * ink(glm::length(Vec2((us - 0.45f) / 3.0f, vs - 0.745f)) - 0.05f, 0.03f));
-    } else {
-      // Abstract: a grid of coloured fields between dark bars, and one circle.
-      float x0 = 0.0f, x1 = 1.0f, y0 = 0.0f, y1 = 1.0f;
-      int id = 1;
-      for (int level = 0; level < 5; ++level) {
-        const float cut = 0.3f + 0.4f * hash01(id, level, seed);
-        const bool upright = (x1 - x0) > (y1 - y0);
-        if (upright) {
-          const float at = mix(x0, x1, cut);
-          us < at ? x1 = at : x0 = at;
-          id = 2 * id + (us < at ? 0 : 1);
-        } else {
-          const float at = mix(y0, y1, cut);
-          vs < at ? y1 = at : y0 = at;
-          id = 2 * id + (vs < at ? 0 : 1);
-        }
-        if (hash01(id, 77, seed) < 0.18f && level > 1) break;
-      }
-      const Vec3 tones[8] = {Vec3(hex("#f1ece0")), Vec3(hex("#d8412f")), Vec3(hex("#f1ece0")),
-                             Vec3(hex("#f0bb3a")), Vec3(hex("#2b4c8c")), Vec3(hex("#e6dfd0")),
-                             Vec3(hex("#7ba39a")), Vec3(hex("#f4efe6"))};
-      color = tones[hash(static_cast<std::uint32_t>(id), 5u, seed) % 8u];
-      const float ring = glm::length(Vec2(us - 0.62f, vs - 0.38f));
-      color = glm::mix(color, Vec3(hex("#d8412f")), 0.85f * ink(ring - 0.16f, soft));
-      color = glm::mix(color, Vec3(hex("#222226")), ink(std::abs(ring - 0.21f) - 0.006f, soft));
-      const float bar = std::min(std::min(us - x0, x1 - us), std::min(vs - y0, y1 - vs));
-      color = glm::mix(color, Vec3(hex("#1d1d20")), ink(bar - 0.008f, soft));
-    }
-    color *= 1.0f + 0.07f * stroke + 0.03f * fine.at(x, y);
-    height = 0.0008f * stroke + 0.0004f * fine.at(x, y);
+    color = motif(p, us, vs, stroke);
+    color *= 1.0f + 0.07f * stroke + 0.03f * p.fine.at(x, y);
+    height = 0.0008f * stroke + 0.0004f * p.fine.at(x, y);
   });
 }
 
