@@ -250,7 +250,7 @@ TEST_F(App, DryRunsEndAsTheRunWould) {
   EXPECT_EQ(resumed.exitCode, 0);
   EXPECT_THAT(resumed.out, HasSubstr("d: frames 2,4-6 would be rendered, frames 1,3 re-used"));
   EXPECT_THAT(resumed.err,
-              HasSubstr("frame 2 is rendered again: frames/frame.0002.exr is missing"));
+              HasSubstr("d: frame 2 is rendered again: frames/frame.0002.exr is missing"));
   EXPECT_THAT(run("render run.json --out d --dry-run --existing overwrite").out,
               HasSubstr("in place of the run that is there"));
   EXPECT_TRUE(fs::exists(folder / "d/frames/frame.0003.exr"));

@@ -77,11 +77,15 @@ std::string frameFile(int frame, const char* extension) {
   return name;
 }
 
-/// Text no wider than `width`: larger when there is room.
-void label(Rgb8& sheet, int x, int y, int width, const std::string& text) {
-  const int scale = textWidth(text, 2) <= width ? 2 : 1;
-  const auto letters = static_cast<std::size_t>(std::max(1, width / (kGlyphAdvance * scale)));
-  drawText(sheet, x, y, scale, text.substr(0, letters), kText);
+/// The larger size of letters, if `text` has room in `width` with it.
+int scaleFor(const std::string& text, int width) {
+  return textWidth(text, 2) <= width ? 2 : 1;
+}
+
+/// Text cut to `width`.
+void label(Rgb8& sheet, int x, int y, int width, int scale, const std::string& text) {
+  const int letters = std::max(1, (width / scale + 1) / kGlyphAdvance);
+  drawText(sheet, x, y, scale, text.substr(0, static_cast<std::size_t>(letters)), kText);
 }
 
 }  // namespace
@@ -151,14 +155,21 @@ Rgb8 sideBySide(const FrameErrors& frame) {
       {"HDR-FLIP " + fixedText(e.hdrFlip(), 4), heatMap(frame.maps.hdrFlip, width, height)}};
   const int line = 2 * kGlyphHeight + kGap;
   const int mapHeight = cells.back().picture.height;
-  Rgb8 sheet = blank(3 * width + 4 * kGap, 3 * line + height + mapHeight + 3 * kGap);
-  label(sheet, kGap, kGap, sheet.width - 2 * kGap,
-        frame.name + " against " + frame.referenceName + ", frame " + std::to_string(frame.frame) +
-            ", RMSE " + fixedText(e.rmse(), 5) + ", SSIM " + fixedText(e.ssim(), 4));
+  // Small frames stand apart as far as their titles need
+  int cellWidth = width;
+  for (const Cell& cell : cells) cellWidth = std::max(cellWidth, textWidth(cell.title, 1));
+  Rgb8 sheet = blank(3 * cellWidth + 4 * kGap, 3 * line + height + mapHeight + 3 * kGap);
+  const std::string title = frame.name + " against " + frame.referenceName + ", frame " +
+                            std::to_string(frame.frame) + ", RMSE " + fixedText(e.rmse(), 5) +
+                            ", SSIM " + fixedText(e.ssim(), 4);
+  const int inner = sheet.width - 2 * kGap;
+  label(sheet, kGap, kGap, inner, scaleFor(title, inner), title);
+  int scale = 2;
+  for (const Cell& cell : cells) scale = std::min(scale, scaleFor(cell.title, cellWidth));
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    const int x = kGap + static_cast<int>(i % 3) * (width + kGap);
+    const int x = kGap + static_cast<int>(i % 3) * (cellWidth + kGap);
     const int y = kGap + line + static_cast<int>(i / 3) * (line + height + kGap);
-    label(sheet, x, y, width, cells[i].title);
+    label(sheet, x, y, cellWidth, scale, cells[i].title);
     paste(sheet, cells[i].picture, x, y + line);
   }
   return sheet;

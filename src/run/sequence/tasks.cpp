@@ -100,8 +100,9 @@ std::vector<TaskPlan> planTasks(const std::vector<FrameTask>& tasks, const Chunk
   }
   if (say)
     for (const auto& [reason, numbers] : again)
-      log::info((numbers.size() == 1 ? "frame " : "frames ") + scene::formatFrames(numbers) +
-                (numbers.size() == 1 ? " is" : " are") + " rendered again: " + reason);
+      log::info(folder.path().string() + (numbers.size() == 1 ? ": frame " : ": frames ") +
+                scene::formatFrames(numbers) + (numbers.size() == 1 ? " is" : " are") +
+                " rendered again: " + reason);
   bool needed = false;  // the task after this one needs its state
   for (std::size_t i = tasks.size(); i-- > 0;) {
     plan[i].run = plan[i].outcome == Outcome::Render || needed;
