@@ -1,15 +1,12 @@
 """Tables, pictures and growth curves of [Wang2014], for scripts/paper_tables."""
-import colorsys
 import json
 import os
 import statistics
 import subprocess
 
-from paper_run import exponent, machine, number, preview, sheet, slope
+from paper_run import machine, number
+from paper_sets import ROOMS as PATHS, sets
 
-PATHS = {"living room a": ("living_room", "living_room_a"),
-         "living room b": ("living_room", "living_room_b"),
-         "bathroom a": ("bathroom", "bathroom_a"), "bathroom b": ("bathroom", "bathroom_b")}
 BVH = {"traced_static": "static", "traced_refit": "refit", "traced_rebuild_low": "low rebuild",
        "traced_rebuild_medium": "medium rebuild"}
 # Views of the pictures: as the rows of Fig. 1, two in the living room and one in the bathroom.
@@ -489,195 +486,17 @@ one ray is walked, the others are looked up at its distance.""")
                                        [runs[f"second_order_{n}"].ms() for n in (4, 8, 16, 49)])
 
 
-# --- Growth -------------------------------------------------------------------------------------
-
-# Measured on AMD EPYC, 2 processors.
-SCALE = """The depth-image scale grows beyond its law because llvmpipe pays for every texel. From 1/2 to 2 the images
-of four frames of living room a have 15 times the texels (0.25, 0.99, 3.93 million) and, by finer levels of
-detail, twice the triangles (39, 54, 76 thousand). CPU time over that of `gbuffer`, which does not depend on
-the scale: `depth_images` 0.67, 0.83, 1.75 (without shading 0.57, 0.73, 1.18), `intersect` 0.40, 0.43, 0.65,
-whose walks are as much longer. From 1 to 2 that is about 47 ns for each texel more. The mask that leaves
-out texels without a sample works at scale 1 alone (`second_order_benchmark scenes/living_room.json
-paths/living_room_a.json 45-900x270 2 '{"depth_image_scale": 2}'`)."""
+def pictures(bench, document):
+    import paper_second_order_pictures
+    paper_second_order_pictures.pictures(bench, document)
 
 
 def growth(bench, document):
-    import matplotlib
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    document.text("""## Growth
-
-Slopes of log time over log quantity (1: proportional; 0: none), and the laws that they are held to.""")
-    laws = {"clusters": "linear, at most 0.35 ms each", "frame pixels": "exponent at most 0.75",
-            "depth-image scale": "1/2 to 2: at most +15 %",
-            "diffuse triangles": "sublinear; doubling at most +15 %",
-            "non-diffuse triangles": "nothing outside the G-buffer (which is left out here)",
-            "rays per sample": "at most linear"}
-    rows = []
-    figure, axes = pyplot.subplots(2, 3, figsize=(10.5, 6.2), layout="constrained")
-    for axis, (name, law) in zip(axes.flat, laws.items()):
-        axis.set_visible(False)
-        if name not in bench.growth:
-            continue
-        xs, ys = bench.growth[name]
-        power = exponent(xs, ys)
-        rows.append([name, " ".join(number(x) for x in xs), " ".join(number(y) for y in ys), power,
-                     f"{number(slope(xs, ys))} ms each" if name == "clusters" else
-                     f"{100 * (ys[-1] / ys[0] - 1):+.0f} %" if name == "depth-image scale" else
-                     f"{100 * (2 ** power - 1):+.0f} %", law])
-        axis.set_visible(True)
-        axis.plot(xs, ys, "o-", color="#1f4e79")
-        axis.set_title(f"{name}: exponent {power:.2f}", fontsize=10)
-        axis.set(xscale="log", ylabel="ms",
-                 ylim=(0, 1.1 * max(ys)))
-        axis.set_xticks(xs, [f"{x / 1000:.0f}k" if x >= 5000 else f"{x:.3g}" for x in xs],
-                        rotation=30)
-        axis.minorticks_off()
-        axis.grid(alpha=0.3)
-    document.table(["over", "at", "ms", "exponent", "per doubling, cluster, or 1/2 to 2", "law"], rows)
-    document.text(SCALE)
-    figure.savefig(document.picture("growth.png", "Time of a frame over what it grows with"), dpi=100,
-                   metadata={"Software": None})
-    pyplot.close(figure)
+    import paper_second_order_pictures
+    paper_second_order_pictures.growth(bench, document)
 
 
-# --- Pictures -----------------------------------------------------------------------------------
-
-def layer(frame, channels, convert=(), depth="uint8"):
-    """Channels of an EXR frame as an image of PIL, with 8 or 16 bits."""
-    from PIL import Image
-    file = frame.with_suffix(".layer.png")
-    subprocess.run(["oiiotool", frame, "--ch", channels, *convert, "-d", depth, "-o", file],
-                   check=True, stdout=subprocess.DEVNULL)
-    with Image.open(file) as image:
-        image.load()
-    file.unlink()
-    return image
-
-
-def reflection(frame):
-    """The reflective component alone, black where nothing reflects."""
-    from PIL import Image
-    shown = layer(frame, "reflection.R,reflection.G,reflection.B",
-                  ["--colorconvert", "linear", "sRGB"]).convert("RGB")
-    return Image.composite(shown, Image.new("RGB", shown.size), layer(frame, "mask.reflective"))
-
-
-def red(frame, mask):
-    """The reflective component, darkened, with the pixels of a mask in red."""
-    from PIL import Image
-    return Image.composite(Image.new("RGB", (512, 512), (255, 30, 20)),
-                           reflection(frame).point(lambda v: v * 0.6),
-                           layer(frame, mask).point(lambda v: 255 if v else 0))
-
-
-def cluster_colors(frame):
-    """Clusters in false colours, what is in none in grey."""
-    ids = layer(frame, "id.cluster", ["--mulc", str(1 / 65535)], "uint16").getdata()
-    grey = preview(frame).convert("L").point(lambda v: v // 2 + 40).convert("RGB")
-    colors = {i: tuple(round(255 * c) for c in
-                       colorsys.hsv_to_rgb(0.618034 * i % 1, 0.55 + 0.15 * (i % 4), 0.7 + 0.1 * (i % 3)))
-              for i in set(ids)}
-    grey.putdata([colors[i] if i else pixel for i, pixel in zip(ids, grey.getdata())])
-    return grey
-
-
-def pictures(bench, document):
-    views = {}
-    for path, frame in VIEWS.items():
-        name = f"view_{PATHS[path][1]}"
-        runs = bench.render("second_order_pictures", name, scene_of(path), [([], [frame])])
-        views[path] = {m: bench.work / name / "0" / m / "frames" / f"frame.{frame:04d}.exr"
-                       for m in runs}
-        views[path]["counts"] = {m: r.counters[frame] for m, r in runs.items()}
-    shown = ", ".join(f"{path} frame {frame}" for path, frame in VIEWS.items())
-
-    document.text(f"## Fig. 1: environment mapping, ray tracing, second_order\n\n{shown}.")
-    methods = ["environment_map", "traced", "second_order"]
-    sheet(document.picture("fig1.png", "Three views by three methods"),
-          [[preview(v[m]) for m in methods] for v in views.values()],
-          [m.replace("_", " ") for m in methods])
-
-    levels = {level: bench.work / f"figure_{level.split()[1]}" for level in GLOSSINESS}
-    frames = {}
-    for level, folder in levels.items():
-        runs = bench.render("second_order_glossy", folder.name,
-                            [glossy_scene(bench, level), 'image.layers=["reflection","s","cluster"]',
-                             "image.masks=true"], [([], [GLOSSY_VIEW])],
-                            ["second_order_8", "second_order_49", "traced_8"])
-        frames[level] = {m: folder / "0" / m / "frames" / f"frame.{GLOSSY_VIEW:04d}.exr"
-                         for m in runs}
-    document.text("## Fig. 2: two levels of glossiness\n\n"
-                  + ", ".join(f"{k}: g {v}" for k, v in GLOSSINESS.items()) + "; 8 rays.")
-    sheet(document.picture("fig2.png", "Glossy reflections"),
-          [[preview(f["second_order_8"]) for f in frames.values()]], list(frames))
-
-    document.text("## Fig. 4: clusters\n\nWhat is in no cluster is grey.")
-    glossy_view = frames["more specular"]["second_order_8"]
-    sheet(document.picture("fig4.png", "Clusters in false colours"),
-          [[*(cluster_colors(v["second_order"]) for v in views.values()), cluster_colors(glossy_view)]],
-          [f"{p}: {v['counts']['second_order']['clusters']}" for p, v in views.items()]
-          + ["glossy (Fig. 2)"])
-
-    view = views["living room a"]
-    density = {"bins_0.3": 0.3, "bins_3": 3, "second_order": 10}
-    document.text("## Fig. 7: disocclusions (red) by number of clusters\n\nThe reflective component alone; "
-                  "below as second_order shows it. " + "; ".join(
-                      f"bin_density {d}: {view['counts'][m]['disoccluded'] / 1048576:.2%} of the samples"
-                      for m, d in density.items()) + ".")
-    sheet(document.picture("fig7.png", "Disocclusions"),
-          [[red(view[m], "mask.disoccluded") for m in density], [reflection(view[m]) for m in density]],
-          [f"{view['counts'][m]['clusters']} clusters" for m in density])
-
-    document.text("## Fig. 8: differences from `traced`\n\nBelow 50 times as large. "
-                  "L1_8bit, printed 6, 3, 9: ")
-    rows = [[], []]
-    l1 = []
-    for path, v in views.items():
-        out = bench.work / f"difference_{PATHS[path][1]}"
-        result = json.loads(bench.catoptric("compare", v["second_order"], v["traced"], "--out", out,
-                                            "--json"))
-        l1.append(f"{path} {number(result[0]['pooled']['L1_8bit'])}")
-        from PIL import Image
-        rows[0].append(Image.open(out / f"frame.{VIEWS[path]:04d}.png"))
-        rows[1].append(Image.open(out / f"frame.{VIEWS[path]:04d}.x50.png"))
-    document.blocks[-1] += ", ".join(l1) + "."
-    sheet(document.picture("fig8.png", "Differences"), rows, list(views))
-
-    document.text("## Fig. 9: pixels that took the cube map (red)\n\n"
-                  f"{view['counts']['second_order']['environment'] / 1048576:.2%} of the samples.")
-    sheet(document.picture("fig9.png", "Fallbacks"),
-          [[reflection(view["second_order"]), red(view["second_order"], "mask.environment")]],
-          ["reflective component", "cube map in red"])
-
-    document.text("## Fig. 10: depth images with a third of the resolution\n\nA vase and what "
-                  "stands about it, living room b, pixel for pixel.")
-    sheet(document.picture("fig10.png", "Resolution of depth images"),
-          [[reflection(views["living room b"][m]).crop((60, 60, 316, 316))
-            for m in ("second_order", "third")]], ["scale 1", "scale 1/3"])
-
-    document.text("## Fig. 11: two levels of glossiness, 8 rays\n\nWithout and with the diffuse "
-                  "component, and by `traced`.")
-    sheet(document.picture("fig11.png", "Glossy reflections, 8 rays"),
-          [[reflection(f["second_order_8"]), preview(f["second_order_8"]), preview(f["traced_8"])]
-           for f in frames.values()], ["reflective component", "second order", "traced"])
-
-    document.text("## Fig. 12: the same with 49 rays")
-    sheet(document.picture("fig12.png", "Glossy reflections, 49 rays"),
-          [[preview(f["second_order_49"]) for f in frames.values()]], list(frames))
-
-    runs = bench.render("second_order_normal_map", "normal_map", parts=[([1, 2], [4, 6, 8, 10, 12])])
-    document.text("## Fig. 13: a normal-mapped reflector\n\n"
-                  f"{1e3 / runs['second_order'].ms():.1f} fps (printed: 31), traced / ours "
-                  f"{runs['second_order'].ratio(runs['traced']):.2f}, "
-                  f"{statistics.fmean(runs['second_order'].count('clusters')):.0f} clusters.")
-    sheet(document.picture("fig13.png", "Normal-mapped reflector"),
-          [[preview(bench.work / "normal_map" / "0" / m / "frames" / "frame.0006.exr") for m in runs]],
-          [m.replace("_", " ") for m in runs])
-
-
-PARTS = {"paths": paths, "floors": floors, "accuracy": accuracy, "concave": concave,
+PARTS = {"paths": paths, "floors": floors, "accuracy": accuracy, "sets": sets, "concave": concave,
          "k_means": k_means, "compound": compound, "levels": levels, "layers": layers,
          "clusters": clusters, "sizes": sizes, "depth_images": depth_images,
          "triangles": triangles, "glossy": glossy, "growth": growth,

@@ -18,6 +18,8 @@ def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int
     import paper_frames
     import paper_run
     import paper_second_order
+    import paper_second_order_pictures  # noqa: F401
+    import paper_sets
     import work_folder
 
     os.chdir(source)
@@ -68,6 +70,15 @@ def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int
                         scene["objects"][0]["children"][0].get("segments")], [20, None])
     expect("glossiness", [scene["materials"]["a"]["g"], scene["objects"][1]["materials"]["*"]["g"],
                           "g" in scene["materials"]["b"]], [0.3, 0.3, False])
+
+    def frames(rows):
+        return {(row[1], row[2], n) for row in rows for n in paper_sets.frames_of(row)}
+
+    expect("frames in both sets", frames(paper_sets.TUNING) & frames(paper_sets.VALIDATION), set())
+    for row in paper_sets.TUNING + paper_sets.VALIDATION:
+        known = [(source / folder / f"{name}.json").exists()
+                 for folder, name in (("scenes", row[1]), ("paths", row[2]))]
+        expect(f"scene and path of {row[0]}", known, [True, True])
     for line in failed:
         print(line)
     return 1 if failed else 0

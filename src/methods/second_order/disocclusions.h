@@ -14,7 +14,7 @@
 
 namespace catoptric::methods {
 
-/// What the rays of a sample found, as intersect.frag writes it (std430).
+/// What the rays of a sample found, as rays.frag writes it (std430).
 struct Found {
   std::array<std::uint32_t, 2> nothing{};  ///< bit k: ray k found no surface
   /// Texel and depth that the only ray found in its cluster's image; depth 0: not known.

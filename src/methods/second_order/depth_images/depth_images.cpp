@@ -25,7 +25,7 @@ constexpr std::int64_t kMaskedTexels = 4096;
 constexpr int kMaskTile = 32;       ///< texels along the edge of what is masked at once. Ours.
 constexpr int kSmallestSide = 512;  ///< of a layer: small frames need few layers, too. Ours.
 constexpr std::uint64_t kBytesPerTexel = 8 + 4;
-constexpr std::size_t kTableRows = 8;  ///< texels per cluster, as intersect.frag reads them
+constexpr std::size_t kTableRows = 8;  ///< texels per cluster, as depth_image.glsl reads them
 
 }  // namespace
 

@@ -50,7 +50,7 @@ class DepthImages {
                      const frame::Geometry& geometry, const frame::Lighting& lighting,
                      raster::SceneRaster& raster, std::span<std::uint64_t> triangles);
 
-  /// Binds colour and depth images and the table of clusters, as intersect.frag names them.
+  /// Binds colour and depth images and the table of clusters, as depth_image.glsl names them.
   void bind() const;
   /// From an image's layer of the atlas to that of what lies behind; 0: there is none.
   int secondLayer() const { return options_.depthLayers > 1 ? color_.layers() / 2 : 0; }
