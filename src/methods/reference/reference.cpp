@@ -46,8 +46,9 @@ struct Sample {
   std::uint8_t flags = 0;
 };
 
-/// Buffers of one tile, reused by the tiles of a task.
+/// One tile; its buffers are reused by the tiles of a task.
 struct Tile {
+  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< pixels
   std::vector<trace::Ray> rays;
   std::vector<trace::Hit> hits;
   std::vector<Sample> samples;
@@ -105,10 +106,12 @@ class Reference : public Method {
                   [&](std::size_t begin, std::size_t end) {
                     Tile tile;
                     for (std::size_t t = begin; t < end; ++t) {
-                      const int x0 = static_cast<int>(t) % tilesX * kTile;
-                      const int y0 = static_cast<int>(t) / tilesX * kTile;
+                      tile.x0 = static_cast<int>(t) % tilesX * kTile;
+                      tile.y0 = static_cast<int>(t) / tilesX * kTile;
+                      tile.x1 = std::min(image.width, tile.x0 + kTile);
+                      tile.y1 = std::min(image.height, tile.y0 + kTile);
                       const trace::ReflectionCounts counts =
-                          renderTile(input, services, x0, y0, tile, image);
+                          renderTile(input, services, tile, image);
                       primary += tile.rays.size();
                       rays += counts.rays;
                       misses += counts.misses;
@@ -152,21 +155,48 @@ class Reference : public Method {
     return names;
   }
 
-  trace::ReflectionCounts renderTile(const FrameInput& input, Services& services, int x0, int y0,
-                                     Tile& tile, image::Image& image) const {
+  int perPixel() const { return options_.samples * options_.samples; }
+
+  trace::ReflectionCounts renderTile(const FrameInput& input, Services& services, Tile& tile,
+                                     image::Image& image) const {
     const scene::Camera& camera = input.frame.camera;
     const trace::TraceScene& trace = *services.trace;
-    const int x1 = std::min(image.width, x0 + kTile);
-    const int y1 = std::min(image.height, y0 + kTile);
-    const int perPixel = options_.samples * options_.samples;
+    aimRays(camera, image, tile);
+    tile.hits.resize(tile.rays.size());
+    const trace::TraceCounts primary = trace.intersectSerial(tile.rays, tile.hits, true);
+    // Ray cones are those of the rasterizing methods.
+    const float spread = scene::pixelSpreadRad(camera, image.height * settings_.samples);
+    const std::uint64_t notFinite = shadeHits(camera, services, spread, tile);
+    tile.radiance.assign(tile.points.size(), Vec3(0.0f));
+    tile.flags.assign(tile.points.size(), 0);
+    trace::ReflectionCounts counts =
+        trace::reflectedRadiance(trace, services.lighting, spread, tile.points, options_.reflection,
+                                 false, tile.radiance, tile.flags);
+    counts.refused += primary.refused;
+    counts.notFinite += notFinite;
+    addReflections(services.scene, tile);
+
+    const auto perPixel = static_cast<std::size_t>(this->perPixel());
+    std::size_t first = 0;
+    for (int y = tile.y0; y < tile.y1; ++y) {
+      for (int x = tile.x0; x < tile.x1; ++x) {
+        writePixel(
+            std::span(tile.samples).subspan(first, perPixel),
+            &image.data[(static_cast<std::size_t>(y) * image.width + x) * image.channels.size()]);
+        first += perPixel;
+      }
+    }
+    return counts;
+  }
+
+  /// Primary rays, pixel by pixel.
+  void aimRays(const scene::Camera& camera, const image::Image& image, Tile& tile) const {
     const Vec3 eye = camera.eye();
     const Vec3 forward = camera.forward();
-
-    // Primary rays, pixel by pixel.
     tile.rays.clear();
-    for (int y = y0; y < y1; ++y) {
-      for (int x = x0; x < x1; ++x) {
-        for (int k = 0; k < perPixel; ++k) {
+    for (int y = tile.y0; y < tile.y1; ++y) {
+      for (int x = tile.x0; x < tile.x1; ++x) {
+        for (int k = 0; k < perPixel(); ++k) {
           const int row = k / options_.samples;
           const float px =
               static_cast<float>(x) + (static_cast<float>(k % options_.samples) + 0.5f) /
@@ -181,11 +211,14 @@ class Reference : public Method {
         }
       }
     }
-    tile.hits.resize(tile.rays.size());
-    const trace::TraceCounts primary = trace.intersectSerial(tile.rays, tile.hits, true);
+  }
 
-    // Shade what they hit; note what reflects. Ray cones are those of the rasterizing methods.
-    const float spread = scene::pixelSpreadRad(camera, image.height * settings_.samples);
+  /// Shades what the rays hit and notes what reflects; how often radiance was not finite.
+  std::uint64_t shadeHits(const scene::Camera& camera, const Services& services, float spread,
+                          Tile& tile) const {
+    const trace::TraceScene& trace = *services.trace;
+    const Vec3 eye = camera.eye();
+    const Vec3 forward = camera.forward();
     tile.samples.assign(tile.rays.size(), Sample{});
     tile.points.clear();
     tile.sampleOfPoint.clear();
@@ -216,52 +249,40 @@ class Reference : public Method {
           position,           surface.normal, direction,
           surface.glossiness, hit.distance,   trace::refractionAt(trace, hit, position, direction)};
       point.extent = trace.extentOf(hit.object);
-      const auto cell = static_cast<float>(i % static_cast<std::size_t>(perPixel));
-      const std::size_t pixelInTile = i / static_cast<std::size_t>(perPixel);
-      const auto width = static_cast<std::size_t>(x1 - x0);
-      const auto x =
-          static_cast<std::uint32_t>(x0) + static_cast<std::uint32_t>(pixelInTile % width);
-      const auto y =
-          static_cast<std::uint32_t>(y0) + static_cast<std::uint32_t>(pixelInTile / width);
-      const std::uint32_t noise =
-          mixedBits(x ^ mixedBits(y ^ mixedBits(static_cast<std::uint32_t>(settings_.seed))));
-      // A pixel's lobes interleave; pixels are shifted against each other.
-      point.shift =
-          Vec2(glm::fract((cell + 0.5f) / static_cast<float>(perPixel) + unitFloat(noise)),
-               glm::fract(cell * 0.6180340f + unitFloat(mixedBits(noise))));
+      point.shift = lobeShift(tile, i);
       tile.points.push_back(point);
       tile.sampleOfPoint.push_back(i);
     }
+    return notFinite;
+  }
 
-    // What they reflect.
-    tile.radiance.assign(tile.points.size(), Vec3(0.0f));
-    tile.flags.assign(tile.points.size(), 0);
-    trace::ReflectionCounts counts =
-        trace::reflectedRadiance(trace, services.lighting, spread, tile.points, options_.reflection,
-                                 false, tile.radiance, tile.flags);
-    counts.refused += primary.refused;
-    counts.notFinite += notFinite;
+  /// A pixel's lobes interleave; pixels are shifted against each other.
+  Vec2 lobeShift(const Tile& tile, std::size_t sample) const {
+    const auto perPixel = static_cast<std::size_t>(this->perPixel());
+    const auto cell = static_cast<float>(sample % perPixel);
+    const std::size_t pixelInTile = sample / perPixel;
+    const auto width = static_cast<std::size_t>(tile.x1 - tile.x0);
+    const auto x =
+        static_cast<std::uint32_t>(tile.x0) + static_cast<std::uint32_t>(pixelInTile % width);
+    const auto y =
+        static_cast<std::uint32_t>(tile.y0) + static_cast<std::uint32_t>(pixelInTile / width);
+    const std::uint32_t noise =
+        mixedBits(x ^ mixedBits(y ^ mixedBits(static_cast<std::uint32_t>(settings_.seed))));
+    return {glm::fract((cell + 0.5f) / static_cast<float>(perPixel) + unitFloat(noise)),
+            glm::fract(cell * 0.6180340f + unitFloat(mixedBits(noise)))};
+  }
+
+  /// Weighs reflections against diffuse light.
+  void addReflections(const scene::Scene& scene, Tile& tile) const {
     for (std::size_t k = 0; k < tile.points.size(); ++k) {
       Sample& sample = tile.samples[tile.sampleOfPoint[k]];
-      const scene::Material& material =
-          services.scene.materials[services.scene.objects[sample.object - 1].material];
+      const scene::Material& material = scene.materials[scene.objects[sample.object - 1].material];
       const float s = trace::reflectionWeight(sample.specularLevel, tile.points[k].direction,
                                               sample.normal, settings_.fresnelSchlick);
       sample.reflection = tile.radiance[k];
       sample.color = (1.0f - s) * sample.diffuse + s * material.reflectionTint * sample.reflection;
       sample.flags = tile.flags[k];
     }
-
-    std::size_t first = 0;
-    for (int y = y0; y < y1; ++y) {
-      for (int x = x0; x < x1; ++x) {
-        writePixel(
-            std::span(tile.samples).subspan(first, static_cast<std::size_t>(perPixel)),
-            &image.data[(static_cast<std::size_t>(y) * image.width + x) * image.channels.size()]);
-        first += static_cast<std::size_t>(perPixel);
-      }
-    }
-    return counts;
   }
 
   /// Means over the samples; Z, N and id of the middle one.
