@@ -115,6 +115,34 @@ bool planarPath(const Vector<S>& p, const std::vector<Plane<S>>& planes, const V
   return true;
 }
 
+/// Solves `size` linear equations, rows of `m` with the right side last, by elimination with row
+/// pivots; the solution replaces the right side. False: they are singular.
+template <class S>
+bool solveLinear(std::vector<S>& m, std::size_t size) {
+  using std::abs;
+  const auto at = [&](std::size_t row, std::size_t column) -> S& {
+    return m[row * (size + 1) + column];
+  };
+  for (std::size_t c = 0; c < size; ++c) {
+    std::size_t pivot = c;
+    for (std::size_t r = c + 1; r < size; ++r) {
+      if (abs(at(r, c)) > abs(at(pivot, c))) pivot = r;
+    }
+    if (!(abs(at(pivot, c)) > 0)) return false;
+    for (std::size_t k = 0; k <= size; ++k) std::swap(at(c, k), at(pivot, k));
+    for (std::size_t r = c + 1; r < size; ++r) {
+      const S factor = at(r, c) / at(c, c);
+      if (factor == 0) continue;
+      for (std::size_t k = c; k <= size; ++k) at(r, k) -= factor * at(c, k);
+    }
+  }
+  for (std::size_t c = size; c-- > 0;) {
+    for (std::size_t k = c + 1; k < size; ++k) at(c, size) -= at(c, k) * at(k, size);
+    at(c, size) /= at(c, c);
+  }
+  return true;
+}
+
 /// An exact path near a given one, by Newton's method on its 4 N equations
 ///   index_{i-1} unit(x_i - x_{i-1}) + index_i unit(x_i - x_{i+1}) + lambda_i g_i' = 0,  g_i = 0.
 /// `surface(i, x, jet)` gives the derivatives of x_i's surface and false where there are none.
@@ -172,24 +200,7 @@ PathStatus solvePath(const Vector<S>& p, const Vector<S>& q, const SurfaceAt& su
       }
       at(4 * i + 3, size) = -vertex.g.value() / steepness;
     }
-    // Elimination with row pivots.
-    for (std::size_t c = 0; c < size; ++c) {
-      std::size_t pivot = c;
-      for (std::size_t r = c + 1; r < size; ++r) {
-        if (abs(at(r, c)) > abs(at(pivot, c))) pivot = r;
-      }
-      if (!(abs(at(pivot, c)) > 0)) return PathStatus::Caustic;
-      for (std::size_t k = 0; k <= size; ++k) std::swap(at(c, k), at(pivot, k));
-      for (std::size_t r = c + 1; r < size; ++r) {
-        const S factor = at(r, c) / at(c, c);
-        if (factor == 0) continue;
-        for (std::size_t k = c; k <= size; ++k) at(r, k) -= factor * at(c, k);
-      }
-    }
-    for (std::size_t c = size; c-- > 0;) {
-      for (std::size_t k = c + 1; k < size; ++k) at(c, size) -= at(c, k) * at(k, size);
-      at(c, size) /= at(c, c);
-    }
+    if (!solveLinear(m, size)) return PathStatus::Caustic;
     // Steps of at most a quarter of the mean segment.
     S largest(0);
     for (std::size_t i = 0; i < count; ++i) {

@@ -29,8 +29,12 @@ std::array<Real, 4> equations(const Surface& surface, const State& s) {
           sum[2] + s[9] * g.gradient(2), g.value()};
 }
 
-/// SimpleJac and SimpleHess (Fig. 4 and 5) with D = -Gamma^-1 T, from those of the next bounce.
-PaperBounce paperBounce(const Surface& surface, const State& s, const PaperBounce* next) {
+/// First and second derivatives of F by all ten variables.
+struct Differences {
+  Real first[4][10];
+  Real second[4][10][10];
+};
+void findDifferences(const Surface& surface, const State& s, Differences& d) {
   const Real h("1e-12");
   const auto shifted = [&](std::size_t a, int ka, std::size_t b, int kb) {
     State t = s;
@@ -38,22 +42,26 @@ PaperBounce paperBounce(const Surface& surface, const State& s, const PaperBounc
     t[b] += kb * h;
     return equations(surface, t);
   };
-  // First and second derivatives of F by all ten variables.
-  static Real first[4][10];
-  static Real second[4][10][10];
   for (std::size_t a = 0; a < 10; ++a) {
     const auto plus = shifted(a, 1, a, 0);
     const auto minus = shifted(a, -1, a, 0);
-    for (std::size_t r = 0; r < 4; ++r) first[r][a] = (plus[r] - minus[r]) / (2 * h);
+    for (std::size_t r = 0; r < 4; ++r) d.first[r][a] = (plus[r] - minus[r]) / (2 * h);
     for (std::size_t b = 0; b < 10; ++b) {
       const auto pp = shifted(a, 1, b, 1);
       const auto pm = shifted(a, 1, b, -1);
       const auto mp = shifted(a, -1, b, 1);
       const auto mm = shifted(a, -1, b, -1);
       for (std::size_t r = 0; r < 4; ++r)
-        second[r][a][b] = (pp[r] - pm[r] - mp[r] + mm[r]) / (4 * h * h);
+        d.second[r][a][b] = (pp[r] - pm[r] - mp[r] + mm[r]) / (4 * h * h);
     }
   }
+}
+
+/// SimpleJac and SimpleHess (Fig. 4 and 5) with D = -Gamma^-1 T, from those of the next bounce.
+PaperBounce paperBounce(const Surface& surface, const State& s, const PaperBounce* next) {
+  static Differences differences;
+  findDifferences(surface, s, differences);
+  const auto& [first, second] = differences;
   // Columns of the variables: T's from 0, A's from 3 and lambda's 9, B's from 6.
   const auto columnA = [](std::size_t c) { return c < 3 ? 3 + c : std::size_t{9}; };
   Real gamma[4][4];

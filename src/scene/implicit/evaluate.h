@@ -59,11 +59,75 @@ S realPower(const S& u, double exponent, int order) {
   }
 }
 
+// A function of u and its derivatives up to `Order` (0, 1 or 3).
+
+template <int Order, class S>
+Chain<S> integerPowerChain(const S& u, int n) {
+  const auto number = [](double v) { return constantOf<S>(v); };
+  const auto derivative = [&](int order, double factor) {
+    return factor == 0.0 ? number(0) : number(factor) * integerPower(u, n - order);
+  };
+  Chain<S> f;
+  f.f0 = integerPower(u, n);
+  if constexpr (Order >= 1) f.f1 = derivative(1, n);
+  if constexpr (Order >= 3) {
+    f.f2 = derivative(2, static_cast<double>(n) * (n - 1));
+    f.f3 = derivative(3, static_cast<double>(n) * (n - 1) * (n - 2));
+  }
+  return f;
+}
+template <int Order, class S>
+Chain<S> realPowerChain(const S& u, double exponent) {
+  const auto number = [](double v) { return constantOf<S>(v); };
+  const S c = number(exponent);
+  Chain<S> f;
+  f.f0 = realPower(u, exponent, 0);
+  if constexpr (Order >= 1) f.f1 = c * realPower(u, exponent, 1);
+  if constexpr (Order >= 3) {
+    f.f2 = c * (c - number(1)) * realPower(u, exponent, 2);
+    f.f3 = c * (c - number(1)) * (c - number(2)) * realPower(u, exponent, 3);
+  }
+  return f;
+}
+/// |u|^exponent: odd derivatives have the sign of u; at 0 they are 0 or undefined.
+template <int Order, class S>
+Chain<S> absPowerChain(const S& u, double exponent) {
+  using std::abs;
+  const auto number = [](double v) { return constantOf<S>(v); };
+  const S c = number(exponent);
+  const S size = S(abs(u));
+  const auto signedPower = [&](int order) {
+    if constexpr (!std::is_same_v<S, Interval>) {
+      if (u == 0 && exponent > order) return S(0);
+    }
+    return realPower(size, exponent, order) * signOf(u);
+  };
+  Chain<S> f;
+  f.f0 = realPower(size, exponent, 0);
+  if constexpr (Order >= 1) f.f1 = c * signedPower(1);
+  if constexpr (Order >= 3) {
+    f.f2 = c * (c - number(1)) * realPower(size, exponent, 2);
+    f.f3 = c * (c - number(1)) * (c - number(2)) * signedPower(3);
+  }
+  return f;
+}
+template <int Order, class S>
+Chain<S> atanChain(const S& u) {
+  using std::atan;
+  const auto number = [](double v) { return constantOf<S>(v); };
+  Chain<S> f;
+  f.f0 = atan(u);
+  if constexpr (Order >= 1) f.f1 = number(1) / (number(1) + square(u));
+  if constexpr (Order >= 3) {
+    f.f2 = number(-2) * u * square(f.f1);
+    f.f3 = square(f.f1) * (number(8) * square(u) * f.f1 - number(2));
+  }
+  return f;
+}
 /// f of `code` at u and its derivatives up to `Order` (0, 1 or 3).
 template <int Order, class S>
 Chain<S> chainOf(Code code, const S& u, double constant) {
   using std::abs;
-  using std::atan;
   using std::cos;
   using std::exp;
   using std::log;
@@ -77,47 +141,12 @@ Chain<S> chainOf(Code code, const S& u, double constant) {
       if constexpr (Order >= 1) f.f1 = number(2) * u;
       if constexpr (Order >= 3) f.f2 = number(2);
       return f;
-    case Code::IntegerPower: {
-      const int n = static_cast<int>(constant);
-      const auto derivative = [&](int order, double factor) {
-        return factor == 0.0 ? number(0) : number(factor) * integerPower(u, n - order);
-      };
-      f.f0 = integerPower(u, n);
-      if constexpr (Order >= 1) f.f1 = derivative(1, n);
-      if constexpr (Order >= 3) {
-        f.f2 = derivative(2, static_cast<double>(n) * (n - 1));
-        f.f3 = derivative(3, static_cast<double>(n) * (n - 1) * (n - 2));
-      }
-      return f;
-    }
-    case Code::RealPower: {
-      const S c = number(constant);
-      f.f0 = realPower(u, constant, 0);
-      if constexpr (Order >= 1) f.f1 = c * realPower(u, constant, 1);
-      if constexpr (Order >= 3) {
-        f.f2 = c * (c - number(1)) * realPower(u, constant, 2);
-        f.f3 = c * (c - number(1)) * (c - number(2)) * realPower(u, constant, 3);
-      }
-      return f;
-    }
-    case Code::AbsPower: {
-      // Odd derivatives have the sign of u; at 0 they are 0 or undefined.
-      const S c = number(constant);
-      const S size = S(abs(u));
-      const auto signedPower = [&](int order) {
-        if constexpr (!std::is_same_v<S, Interval>) {
-          if (u == 0 && constant > order) return S(0);
-        }
-        return realPower(size, constant, order) * signOf(u);
-      };
-      f.f0 = realPower(size, constant, 0);
-      if constexpr (Order >= 1) f.f1 = c * signedPower(1);
-      if constexpr (Order >= 3) {
-        f.f2 = c * (c - number(1)) * realPower(size, constant, 2);
-        f.f3 = c * (c - number(1)) * (c - number(2)) * signedPower(3);
-      }
-      return f;
-    }
+    case Code::IntegerPower:
+      return integerPowerChain<Order>(u, static_cast<int>(constant));
+    case Code::RealPower:
+      return realPowerChain<Order>(u, constant);
+    case Code::AbsPower:
+      return absPowerChain<Order>(u, constant);
     case Code::Sqrt:
       f.f0 = sqrt(u);
       if constexpr (Order >= 1) f.f1 = number(0.5) / f.f0;
@@ -136,15 +165,8 @@ Chain<S> chainOf(Code code, const S& u, double constant) {
       }
       return f;
     }
-    case Code::Atan: {
-      f.f0 = atan(u);
-      if constexpr (Order >= 1) f.f1 = number(1) / (number(1) + square(u));
-      if constexpr (Order >= 3) {
-        f.f2 = number(-2) * u * square(f.f1);
-        f.f3 = square(f.f1) * (number(8) * square(u) * f.f1 - number(2));
-      }
-      return f;
-    }
+    case Code::Atan:
+      return atanChain<Order>(u);
     case Code::Exp:
       f.f0 = exp(u);
       if constexpr (Order >= 1) f.f1 = f.f0;
