@@ -21,9 +21,10 @@ def introduce(bench, document):
     document.text(f"""# perturbation: the paper's tables and pictures
 
 Written by `{bench.command("perturbation")}` from configs/papers/perturbation*.json. {machine()} The
-published figures are of an SGI Indigo2, a MIPS R10000 with 175 MHz. 640 x 480 pixels (Fig. 11:
-512 x 512) with 2 x 2 samples, `traced` with one ray a sample to the true surface and as many bounces.
-Times are medians over frames after the first, in which an object moved and the camera did not.""")
+published figures were measured on an SGI Indigo2 with a MIPS R10000 at 175 MHz. Frames have 640 x 480 pixels
+(Fig. 11: 512 x 512) with 2 x 2 samples each. `traced` shoots one ray per sample to the true surface and
+follows as many bounces. Times are medians over the frames after the first, in which an object moved and the
+camera did not. L1_8bit is the error against `traced`.""")
 
 
 def moving(bench, frames):
@@ -67,7 +68,7 @@ def figures(bench, document):
                     "update of the virtual objects alone", "`traced`", "POV-Ray, printed",
                     "traced / frame", "traced / update", "L1_8bit"], rows)
     names = ["geometry", "gbuffer", "paths", "virtual_objects", "virtual_draw", "composite", "readback"]
-    document.text("Milliseconds of the steps after a move:")
+    document.text("Milliseconds of each step after a move:")
     document.table(["figure", *names], [
         [figure, *(statistics.median(after_first(r["perturbation"]).step(n)) for n in names)]
         for figure, r in runs.items()])
@@ -77,28 +78,29 @@ def figures(bench, document):
         run = after_first(runs["Fig. 8"][method])
         rows.append([method.replace("perturbation", "auto"), l1(bench, "perturbation", method),
                      statistics.median(run.step("virtual_objects")), run.ms()])
-    document.text("## Fig. 13: approximation order\n\nThe vase and the lizard, 40 x 30 sample rays.")
+    document.text("## Fig. 13: approximation order\n\nThe vase and the lizard, with 40 x 30 sample rays.")
     document.table(["order", "L1_8bit", "`virtual_objects` ms", "frame ms"], rows)
 
     last = max(runs["Fig. 8"]["perturbation"].steps)
-    document.text("## Pictures\n\nFig. 8: by perturbation and by rays.")
+    document.text("## Pictures\n\nFig. 8, by perturbation and by rays:")
     shown = [preview(frame_of(bench, "perturbation", m, last)) for m in ("perturbation", "traced")]
     sheet(document.picture("fig8.png", "The vase and the lizard"), [shown, [close(p) for p in shown]],
           ["perturbation", "traced"])
-    document.text(f"Fig. 9: two bounces by perturbation, and by rays of two and five bounces. L1_8bit from "
-                  f"five bounces {number(l1(bench, 'perturbation_bounces', 'perturbation', 'traced_5'))}, "
-                  f"of rays of two bounces {number(l1(bench, 'perturbation_bounces', 'traced', 'traced_5'))}.")
+    document.text("Fig. 9: perturbation with two bounces, and rays with two and with five bounces. Against rays with five "
+                  "bounces, perturbation has an L1_8bit of "
+                  f"{number(l1(bench, 'perturbation_bounces', 'perturbation', 'traced_5'))}, and rays with two bounces "
+                  f"have {number(l1(bench, 'perturbation_bounces', 'traced', 'traced_5'))}.")
     shown = [preview(frame_of(bench, "perturbation_bounces", m, last))
              for m in ("perturbation", "traced", "traced_5")]
     sheet(document.picture("fig9.png", "Two reflectors"), [shown, [close(p) for p in shown]],
           ["perturbation", "traced, 2 bounces", "traced, 5 bounces"])
-    document.text("Fig. 10: the icosahedron moves.")
+    document.text("Fig. 10, while the icosahedron moves:")
     numbers = sorted(runs["Fig. 10"]["perturbation"].steps)
     chosen = [numbers[i * (len(numbers) - 1) // 2] for i in range(3)]
     sheet(document.picture("fig10.png", "The vase by the window"),
           [[preview(frame_of(bench, "perturbation_window", m, n)) for n in chosen]
            for m in ("perturbation", "traced")], [f"frame {n}" for n in chosen])
-    document.text("Fig. 13: nearest, linear, quadratic.")
+    document.text("Fig. 13, the orders nearest, linear and quadratic:")
     sheet(document.picture("fig13.png", "Approximation orders"),
           [[close(preview(frame_of(bench, "perturbation", m, last)))
             for m in ("nearest", "linear", "quadratic")]], ["nearest", "linear", "quadratic"])
@@ -116,8 +118,9 @@ def close(picture):
 
 def density(bench, document):
     runs = bench.render("perturbation_density", "density", parts=moving(bench, 12))
-    document.text("## Fig. 11: density of the sample rays\n\nInitial: the paths and all virtual objects. The paper's "
-                  "figure is quadratic; `auto` bounds its error whatever the density, and adds rays between unlike ones.")
+    document.text("## Fig. 11: density of the sample rays\n\nThe initial time is that of the paths and of all virtual "
+                  "objects. The paper's figure has the order `quadratic`. The order `auto` bounds its error whatever the density "
+                  "is, and adds rays between neighbours that differ much.")
     rows, errors, times = [], {}, {}
     for n in DENSITIES:
         for order in ORDERS:
@@ -160,7 +163,7 @@ def curves(file, across, xs, panels):
 
 
 def tessellation(bench, document):
-    document.text("## Fig. 12: tessellation\n\nVase and sphere as they are reflected; given triangles, not halved.")
+    document.text("## Fig. 12: tessellation\n\nVase and sphere are reflected with the triangles that are given: edges are not halved.")
     rows, pictures, labels = [], [], []
     scene = json.loads(pathlib.Path("scenes/vase_sphere.json").read_text())
     for n in SEGMENTS:
@@ -181,7 +184,7 @@ def tessellation(bench, document):
         pictures.append(close(preview(frame_of(bench, name, "perturbation", max(run.steps)))))
     document.table(["triangles of each reflector, at most", "vertices looked up", "initial `virtual_objects` ms",
                     "frame ms after a move", "L1_8bit"], rows)
-    document.text("Time of the initial virtual objects grows with the vertices to the power of "
+    document.text("The time of the initial virtual objects grows with the number of vertices to the power of "
                   f"{exponent([r[1] for r in rows], [r[2] for r in rows]):.2f}.")
     curves(document.picture("tessellation.png", "Error and time by tessellation"),
            "triangles of each reflector", [r[0] for r in rows],
@@ -194,14 +197,16 @@ def povray(bench, document, scenes=tuple(POVRAY)):
     paper_povray.install()
     document.text("""## POV-Ray
 
-The same scenes by POV-Ray 3.7 on two threads, a checker on the floor, so that both show the same. First
-with hard shadows of the light, as our scenes have them (baked there: one ray a vertex of a floor in cells of
-0.12 m, so their edges are softer; what moves casts none), light from everywhere alike and a black sky.
-Then lights without shadows and a sky of one colour, its fastest form, which shows less than ours. The vase is
-a lathe of two Bezier pieces, its fastest exact primitive, or an isosurface. Seconds of tracing alone, the
-least of three; ours after a move, as above. "update": virtual objects without drawing. Pictures of time 0, one
-ray a pixel, against POV-Ray's lathe. What a reflector shows of a reflector after the last bounce differs: its
-diffuse component here, (1 - s) of that there (the mouth of the vase).""")
+POV-Ray 3.7 renders the same scenes on two threads, with a checker on the floor, so that both programs show
+the same. The first tables have hard shadows of the light, as our scenes have them (ours are baked with one ray
+per vertex of a floor in cells of 0.12 m, so their edges are softer, and what moves casts none), light from
+everywhere alike and a black sky. The second tables have lights without shadows and a sky of one colour: this is
+POV-Ray's fastest form, and it shows less than our scenes do. For POV-Ray the vase is a lathe of two Bezier
+pieces, its fastest exact primitive, or an isosurface. Its seconds are of tracing alone, the least of three runs;
+ours are of a frame after a move, as above, and "update" is the virtual objects without their drawing. The
+pictures are of time 0 with one ray per pixel, and errors are against POV-Ray's lathe. One thing differs: after
+the last bounce a reflector that is seen in a reflector shows its diffuse component here, and (1 - s) of it in
+POV-Ray (the mouth of the vase).""")
     moved = {"full": 24, "quick": 12, "smoke": 1}[bench.effort]
     for shadows in (True, False):
         document.text(f"### {'With' if shadows else 'Without'} shadows")
