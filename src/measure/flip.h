@@ -1,7 +1,6 @@
 // FLIP: how strongly two images seem to differ when a viewer alternates between them, 0..1 in each
-// pixel. [Andersson2020] FLIP: A Difference Evaluator for Alternating Images (LDR-FLIP);
-// [Andersson2021] Visualizing Errors in Rendered High Dynamic Range Images (HDR-FLIP). Our own
-// implementation; all of its 2D filters are sums of separable ones and are applied as such.
+// pixel: LDR-FLIP [Andersson2020] and HDR-FLIP [Andersson2021]. Our own implementation; all of its
+// 2D filters are sums of separable ones and are applied as such.
 #pragma once
 
 #include <array>

@@ -1,5 +1,4 @@
-// Structural similarity. [Wang2004] Image quality assessment: from error visibility to structural
-// similarity
+// Structural similarity [Wang2004].
 #pragma once
 
 #include <span>
