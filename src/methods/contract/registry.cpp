@@ -11,6 +11,8 @@
   METHOD(tracedEntry)             \
   METHOD(secondOrderEntry)        \
   METHOD(perturbationEntry)       \
+  METHOD(reprojectionEntry)       \
+  METHOD(imageWarpEntry)          \
   METHOD(referenceEntry)
 
 namespace catoptric::methods {

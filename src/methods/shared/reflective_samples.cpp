@@ -126,6 +126,10 @@ void ReflectionUpload::scatter(const raster::GBuffer& gbuffer,
   }
 }
 
+void ReflectionUpload::mark(std::uint32_t place, std::uint16_t bits) {
+  masks_[place] |= bits;
+}
+
 void ReflectionUpload::upload(raster::GBuffer& gbuffer) const {
   gbuffer.reflection.upload(0, 0, GL_RGBA, GL_FLOAT, image_.data());
   if (!masks_.empty()) raster::writeMasks(gbuffer.masks, masks_);

@@ -30,6 +30,8 @@ class ReflectionUpload {
   /// trace::reflectedRadiance(), empty where no masks are asked for.
   void scatter(const raster::GBuffer& gbuffer, std::span<const std::uint32_t> places,
                std::span<const Vec3> radiance, std::span<const std::uint8_t> flags);
+  /// Sets further raster::MaskBits of a sample; after a scatter() with flags.
+  void mark(std::uint32_t place, std::uint16_t bits);
   /// To GBuffer::reflection, and masks where there were flags.
   void upload(raster::GBuffer& gbuffer) const;
 

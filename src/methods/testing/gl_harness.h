@@ -120,7 +120,7 @@ class GlMethod {
     methods::FrameInput input;
     input.frame.camera = camera;
     input.changedObjects = std::move(changed);
-    input.firstOfSequence = frames_ == 1;
+    input.firstOfSequence = input.restarts = frames_ == 1;
     input.changedSamples = part;
     methods::FrameOutput output;
     methods::Services services = stage_.services();

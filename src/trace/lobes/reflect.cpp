@@ -44,6 +44,16 @@ class Batch {
         options_(options),
         parallel_(parallel) {}
 
+  /// Of the points of the last run().
+  void firstHits(std::span<FirstHit> hits) const {
+    forRange(parallel_, hits.size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const Ray& ray = rays_[first_[i]];
+        hits[i] = {hits_[first_[i]], ray.origin, ray.direction};
+      }
+    });
+  }
+
   void run(std::span<const ReflectionPoint> points, int raysPerLobe, int bouncesLeft,
            std::span<Vec3> radiance, std::span<std::uint8_t> flags, ReflectionCounts& counts) {
     std::int64_t start = nowNs();
@@ -369,7 +379,8 @@ float reflectionWeight(float specularLevel, const Vec3& direction, const Vec3& n
 ReflectionCounts reflectedRadiance(const TraceScene& trace, const frame::Lighting& lighting,
                                    float spreadRad, std::span<const ReflectionPoint> points,
                                    const ReflectionOptions& options, bool parallel,
-                                   std::span<Vec3> radiance, std::span<std::uint8_t> flags) {
+                                   std::span<Vec3> radiance, std::span<std::uint8_t> flags,
+                                   std::span<FirstHit> hits) {
   assert(radiance.size() >= points.size());
   ReflectionCounts counts;
   Batch batch(trace, lighting, spreadRad, options, parallel);
@@ -380,6 +391,7 @@ ReflectionCounts reflectedRadiance(const TraceScene& trace, const frame::Lightin
     batch.run(points.subspan(first, count), options.rays, options.bounces,
               radiance.subspan(first, count), flags.empty() ? flags : flags.subspan(first, count),
               counts);
+    if (!hits.empty()) batch.firstHits(hits.subspan(first, count));
   }
   return counts;
 }

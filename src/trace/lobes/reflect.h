@@ -102,6 +102,13 @@ float lobeSpread(float glossiness, int count);
 float reflectionWeight(float specularLevel, const Vec3& direction, const Vec3& normal,
                        bool fresnelSchlick);
 
+/// What the first ray of a point has met.
+struct FirstHit {
+  Hit hit;
+  Vec3 origin{0.0f};
+  Vec3 direction{0.0f};
+};
+
 /// Incoming radiance along the lobes: radiance[i] belongs to points[i], the mean over its rays.
 /// `spreadRad`: of a sample's ray cone. `parallel`: over all threads; otherwise on the calling one.
 /// The same result either way. `flags[i]` (may be empty) gets bit 0 where a ray was refused, bit 1
@@ -109,6 +116,7 @@ float reflectionWeight(float specularLevel, const Vec3& direction, const Vec3& n
 ReflectionCounts reflectedRadiance(const TraceScene& trace, const frame::Lighting& lighting,
                                    float spreadRad, std::span<const ReflectionPoint> points,
                                    const ReflectionOptions& options, bool parallel,
-                                   std::span<Vec3> radiance, std::span<std::uint8_t> flags = {});
+                                   std::span<Vec3> radiance, std::span<std::uint8_t> flags = {},
+                                   std::span<FirstHit> hits = {});
 
 }  // namespace catoptric::trace

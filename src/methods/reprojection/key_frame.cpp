@@ -1,0 +1,125 @@
+#include "methods/reprojection/key_frame.h"
+
+#include <limits>
+
+#include "core/parallel.h"
+
+namespace catoptric::methods::reprojection {
+namespace {
+
+constexpr std::size_t kSamplesPerTask = 16384;
+
+Vec3 placeOf(const trace::Hit& hit, const frame::Geometry& geometry) {
+  const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(hit.object)];
+  const std::uint32_t* corner = &geometry.indices[range.firstIndex + 3 * hit.primitive];
+  return (1.0f - hit.u - hit.v) * geometry.positions[corner[0]] +
+         hit.u * geometry.positions[corner[1]] + hit.v * geometry.positions[corner[2]];
+}
+
+/// Maps a point of world space to samples: (x, y) = (X / W, Y / W), centres at whole numbers; W is
+/// the distance along the camera's axis.
+Mat4 sampleFromWorld(const scene::Camera& camera, int width, int height) {
+  // rayFromPixel maps (x, y, 1) to the ray one metre along the axis; its inverse maps a point
+  // relative to the eye to (x z, y z, z).
+  const Mat3 pixelFromRay = glm::inverse(scene::rayFromPixel(camera, width, height));
+  Mat4 result(1.0f);
+  const Vec3 eye = camera.eye();
+  for (int column = 0; column < 3; ++column) {
+    const Vec3 c = pixelFromRay[column];
+    result[column] = Vec4(c.x - 0.5f * c.z, c.y - 0.5f * c.z, 0.0f, c.z);
+  }
+  const Vec3 origin = -(pixelFromRay * eye);
+  result[3] = Vec4(origin.x - 0.5f * origin.z, origin.y - 0.5f * origin.z, 1.0f, origin.z);
+  return result;
+}
+
+}  // namespace
+
+void KeyFrame::begin(const raster::GBufferCopy& source, const scene::Camera& camera,
+                     const frame::Lighting& lighting, const frame::Geometry& geometry) {
+  width_ = source.sampleWidth();
+  height_ = source.sampleHeight();
+  camera_ = camera;
+  lighting_ = lighting;
+  sampleFromWorld_ = sampleFromWorld(camera, width_, height_);
+  const std::size_t count = source.object.size();
+  reflector_.assign(count, 0);
+  shown_.assign(count, 0);
+  place_.resize(count);
+  radiance_.resize(count);
+  length_.resize(count);
+  distance_.resize(count);
+  moving_.clear();
+  worldFromObject_.clear();
+  hitObjectMoves_.clear();
+  bool moves = false;
+  for (const frame::ObjectRange& range : geometry.objects) {
+    worldFromObject_.push_back(range.worldFromObject);
+    // A hit on an implicit surface is not a point of its triangles
+    hitObjectMoves_.push_back(range.moving ? 1 : 0);
+    moves = moves || range.moving;
+  }
+  hits_.assign(moves ? count : 0, {});
+  const Mat3 rayFromPixel = scene::rayFromPixel(camera, width_, height_);
+  parallelFor(count, kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t at = begin; at < end; ++at) {
+      const auto x = static_cast<float>(at % static_cast<std::size_t>(width_));
+      const auto y = static_cast<float>(at / static_cast<std::size_t>(width_));
+      distance_[at] = source.depth[at] > 0.0f
+                          ? camera.nearMetres / source.depth[at] *
+                                glm::length(rayFromPixel * Vec3(x + 0.5f, y + 0.5f, 1.0f))
+                          : 0.0f;
+    }
+  });
+}
+
+void KeyFrame::keep(std::size_t at, const trace::ReflectionPoint& point, const trace::FirstHit& hit,
+                    const Vec3& radiance) {
+  reflector_[at] = static_cast<std::uint32_t>(point.object);
+  radiance_[at] = radiance;
+  if (hit.hit.miss()) {
+    shown_[at] = 0;
+    place_[at] = Vec4(hit.direction, 0.0f);
+    length_[at] = point.distance;
+    return;
+  }
+  shown_[at] = static_cast<std::uint32_t>(hit.hit.object + 1);
+  place_[at] = Vec4(hit.origin + hit.hit.distance * hit.direction, 1.0f);
+  length_[at] = point.distance + hit.hit.distance * glm::length(hit.direction);
+  if (!hits_.empty()) hits_[at] = hit.hit;
+}
+
+void KeyFrame::finish(const frame::Geometry& geometry) {
+  for (std::size_t at = 0; at < hits_.size(); ++at) {
+    if (reflector_[at] == 0 || shown_[at] == 0 || hitObjectMoves_[shown_[at] - 1] == 0) continue;
+    if (geometry.objects[shown_[at] - 1].surface >= 0) {
+      reflector_[at] = 0;
+      continue;
+    }
+    moving_.push_back({at, hits_[at]});
+  }
+  hits_ = {};
+}
+
+void KeyFrame::follow(const frame::Geometry& geometry) {
+  parallelFor(moving_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      place_[moving_[i].at] = Vec4(placeOf(moving_[i].hit, geometry), 1.0f);
+  });
+}
+
+Vec3 KeyFrame::formerly(const Vec3& position, int object, const frame::Geometry& geometry) const {
+  const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(object)];
+  if (!range.moving) return position;
+  return Vec3(worldFromObject_[static_cast<std::size_t>(object)] *
+              (glm::inverse(range.worldFromObject) * Vec4(position, 1.0f)));
+}
+
+std::optional<Vec2> KeyFrame::project(const Vec3& position, int object,
+                                      const frame::Geometry& geometry) const {
+  const Vec4 p = sampleFromWorld_ * Vec4(formerly(position, object, geometry), 1.0f);
+  if (!(p.w > 0.0f)) return std::nullopt;
+  return Vec2(p.x / p.w, p.y / p.w);
+}
+
+}  // namespace catoptric::methods::reprojection

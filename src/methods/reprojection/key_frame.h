@@ -1,0 +1,89 @@
+// The reflection buffers [Xie2017] Sec. 3.1: what the reflective samples of a key frame have met,
+// kept so that later frames find their reflections in them.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/math.h"
+#include "frame/geometry.h"
+#include "frame/shading.h"
+#include "raster/gbuffer.h"
+#include "scene/camera.h"
+#include "trace/lobes/reflect.h"
+
+namespace catoptric::methods::reprojection {
+
+/// By sample, row 0 on top.
+class KeyFrame {
+ public:
+  /// Of the G-buffer `source` as `camera` sees it; nothing is kept of reflections yet.
+  void begin(const raster::GBufferCopy& source, const scene::Camera& camera,
+             const frame::Lighting& lighting, const frame::Geometry& geometry);
+  /// Keeps what the sample `at` reflects: a mirror's first hit and the light from there.
+  void keep(std::size_t at, const trace::ReflectionPoint& point, const trace::FirstHit& hit,
+            const Vec3& radiance);
+  /// After the last keep().
+  void finish(const frame::Geometry& geometry);
+
+  /// Brings what has been met on moving objects to where it is now.
+  void follow(const frame::Geometry& geometry);
+
+  bool empty() const { return width_ == 0; }
+  int width() const { return width_; }
+  int height() const { return height_; }
+  const scene::Camera& camera() const { return camera_; }
+  const frame::Lighting& lighting() const { return lighting_; }
+
+  bool inside(int x, int y) const { return x >= 0 && y >= 0 && x < width_ && y < height_; }
+  std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
+           static_cast<std::size_t>(x);
+  }
+
+  /// Id of the reflector whose reflection is kept; 0: none is.
+  std::uint32_t reflector(std::size_t at) const { return reflector_[at]; }
+  /// The id of what it shows; 0: the sky.
+  std::uint32_t shown(std::size_t at) const { return shown_[at]; }
+  /// R: its place, w = 1; or the direction to the sky, w = 0.
+  const Vec4& place(std::size_t at) const { return place_[at]; }
+  const Vec3& radiance(std::size_t at) const { return radiance_[at]; }
+  /// s.d + s.r, Euclidean metres from the eye by way of the reflector; of the sky s.d.
+  float length(std::size_t at) const { return length_[at]; }
+  /// s.d of any sample that shows a surface: metres from the eye.
+  float distance(std::size_t at) const { return distance_[at]; }
+
+  /// Where the key frame's camera sees a point of object `object` (index) that is at `position`
+  /// now: in samples, centres at whole numbers. Nothing behind the camera.
+  std::optional<Vec2> project(const Vec3& position, int object,
+                              const frame::Geometry& geometry) const;
+  /// The same point where it was, world space.
+  Vec3 formerly(const Vec3& position, int object, const frame::Geometry& geometry) const;
+
+ private:
+  /// A hit on an object that moves, by which it is found again.
+  struct MovingHit {
+    std::size_t at = 0;
+    trace::Hit hit;
+  };
+
+  int width_ = 0;
+  int height_ = 0;
+  scene::Camera camera_;
+  frame::Lighting lighting_;
+  Mat4 sampleFromWorld_{1.0f};  ///< x, y and w in rows 0, 1 and 3
+  std::vector<Mat4> worldFromObject_;
+  std::vector<std::uint32_t> reflector_;
+  std::vector<std::uint32_t> shown_;
+  std::vector<Vec4> place_;
+  std::vector<Vec3> radiance_;
+  std::vector<float> length_;
+  std::vector<float> distance_;
+  std::vector<MovingHit> moving_;
+  std::vector<std::uint8_t> hitObjectMoves_;
+  std::vector<trace::Hit> hits_;  ///< by sample, until finish(); empty when nothing moves
+};
+
+}  // namespace catoptric::methods::reprojection

@@ -1,0 +1,69 @@
+#include "methods/reprojection/options.h"
+
+#include <vector>
+
+namespace catoptric::methods::reprojection {
+namespace {
+
+using config::field;
+
+constexpr auto kPolicies =
+    config::names<trace::BvhPolicy>({{"static", trace::BvhPolicy::Static},
+                                     {"refit", trace::BvhPolicy::Refit},
+                                     {"rebuild_low", trace::BvhPolicy::RebuildLow},
+                                     {"rebuild_medium", trace::BvhPolicy::RebuildMedium}});
+
+/// What both methods have.
+std::vector<config::Option<Options>> common() {
+  return {
+      field(
+          &Options::keyframeThreshold, "keyframe_threshold", config::range(0.0, 1.0),
+          "share of the mirrors' samples that may be traced anew: a frame with more becomes a key "
+          "frame"),
+      field(&Options::keyframeEvery, "keyframe_every", config::range(0, 100000),
+            "frames from a key frame to the next at the most; 0: keyframe_threshold alone decides"),
+      field(
+          &Options::restartEvery, "restart_every", config::range(1, 100000),
+          "frames 1, 1 + n, 1 + 2n, ... of the path are key frames in any case, and so are cuts of "
+          "the camera: whoever begins in between must render from the one before"),
+      field(&Options::epsilon, "epsilon", config::range(0.0, 1.0),
+            "relative difference of two neighbours' distances along the reflected path at which "
+            "they do not show one surface"),
+      field(&Options::magnification, "magnification", config::atLeast(1.0),
+            "area over which a sample of the key frame may be stretched, in samples"),
+      field(&Options::rays, "rays", config::range(1, 64),
+            "rays per sample on surfaces with g above 0.05, as in traced; those are always traced "
+            "anew"),
+      field(&Options::bounces, "bounces", config::range(1, 16),
+            "reflections along a path, as in traced; what shows a reflection of a reflection is "
+            "traced anew"),
+      field(&Options::bvh, "bvh", kPolicies,
+            "how Embree's structure follows the geometry in each frame"),
+  };
+}
+
+}  // namespace
+
+const config::OptionTable<Options>& reprojectionOptions() {
+  static const config::OptionTable<Options> table = [] {
+    std::vector<config::Option<Options>> options = common();
+    options.push_back(field(&Options::fidelity, "fidelity", config::range(0.0, 100.0),
+                            "distance from the mirrored ray, in samples of the key frame, at which "
+                            "what was found there is traced anew"));
+    options.push_back(field(&Options::maxSearchSteps, "max_search_steps", config::range(1, 1000),
+                            "steps of the search, from each start"));
+    options.push_back(field(&Options::refine, "refine",
+                            "correct what was found by what is shown between the samples"));
+    return config::OptionTable<Options>("reprojection", "Options of the method reprojection.",
+                                        std::move(options));
+  }();
+  return table;
+}
+
+const config::OptionTable<Options>& imageWarpOptions() {
+  static const config::OptionTable<Options> table("image_warp", "Options of the method image_warp.",
+                                                  common());
+  return table;
+}
+
+}  // namespace catoptric::methods::reprojection

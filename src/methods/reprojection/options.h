@@ -1,0 +1,27 @@
+// Options of the methods reprojection and image_warp.
+#pragma once
+
+#include "config/options.h"
+#include "trace/embree/trace_scene.h"
+
+namespace catoptric::methods::reprojection {
+
+struct Options {
+  float keyframeThreshold = 0.3f;  ///< [Xie2017] Sec. 4.4
+  int keyframeEvery = 0;           ///< 0: by content alone
+  int restartEvery = 64;           ///< ours
+  int maxSearchSteps = 16;         ///< ours; the median of the rooms' samples needs 2
+  float epsilon = 0.05f;           ///< ours: relative difference of lengths along the path
+  float magnification = 16.0f;     ///< [Xie2017] Sec. 4.1
+  float fidelity = 0.25f;          ///< ours: samples of the key frame
+  bool refine = true;
+  int rays = 8;
+  int bounces = 1;
+  trace::BvhPolicy bvh = trace::BvhPolicy::Static;
+};
+
+/// Of reprojection, and of image_warp, which searches nothing.
+const config::OptionTable<Options>& reprojectionOptions();
+const config::OptionTable<Options>& imageWarpOptions();
+
+}  // namespace catoptric::methods::reprojection

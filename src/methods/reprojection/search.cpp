@@ -1,0 +1,208 @@
+#include "methods/reprojection/search.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "core/basis.h"
+
+namespace catoptric::methods::reprojection {
+namespace {
+
+/// Longest step of the descent, in samples: reflections are linear over less than that (ours).
+constexpr float kLongestStep = 24.0f;
+/// A step as short as that ends the descent: the linear model is about its own sample then.
+constexpr float kShortStep = 0.75f;
+/// Two directions across a ray, in which misses are measured.
+struct Across {
+  Vec3 a, b;
+  explicit Across(const Vec3& direction) : a(0.0f), b(0.0f) {
+    const Basis basis(direction);
+    a = basis.x;
+    b = basis.y;
+  }
+};
+
+/// The tangents of the angle between the ray and a place, in two directions; none behind it.
+bool angleOff(const MirrorRay& ray, const Across& across, const Vec4& place, Vec2& off) {
+  const Vec3 way = place.w > 0.0f ? Vec3(place) - ray.origin : Vec3(place);
+  const float along = glm::dot(ray.direction, way);
+  if (!(along > 0.0f)) return false;
+  off = Vec2(glm::dot(across.a, way), glm::dot(across.b, way)) / along;
+  return true;
+}
+
+/// Whether two samples show one continuous surface in one reflector.
+bool continuous(const KeyFrame& key, std::size_t a, std::size_t b, float epsilon) {
+  if (key.reflector(a) != key.reflector(b) || key.shown(a) != key.shown(b)) return false;
+  const float la = key.length(a);
+  const float lb = key.length(b);
+  return std::abs(la - lb) <= epsilon * std::min(la, lb);
+}
+
+/// d(off)/dk about sample (x, y), by one neighbour along each axis that shows the same surface.
+bool slopes(const KeyFrame& key, const MirrorRay& ray, const Across& across, int x, int y,
+            const Vec2& off, float epsilon, glm::mat2& jacobian) {
+  const std::size_t at = key.index(x, y);
+  constexpr std::array<std::array<int, 2>, 2> kAxes{{{1, 0}, {0, 1}}};
+  for (int axis = 0; axis < 2; ++axis) {
+    bool known = false;
+    for (const int side : {1, -1}) {
+      const int nx = x + side * kAxes[axis][0];
+      const int ny = y + side * kAxes[axis][1];
+      if (!key.inside(nx, ny)) continue;
+      const std::size_t neighbour = key.index(nx, ny);
+      Vec2 there;
+      if (!continuous(key, at, neighbour, epsilon) ||
+          !angleOff(ray, across, key.place(neighbour), there))
+        continue;
+      jacobian[axis] = static_cast<float>(side) * (there - off);
+      known = true;
+      break;
+    }
+    if (!known) return false;
+  }
+  const float determinant = glm::determinant(jacobian);
+  const float size =
+      std::max(glm::dot(jacobian[0], jacobian[0]), glm::dot(jacobian[1], jacobian[1]));
+  return std::isfinite(determinant) && std::abs(determinant) > 1e-6f * size && size > 0.0f;
+}
+
+/// (x, y) of the sample nearest to a place that is not farther than half a sample outside.
+bool nearestSample(const KeyFrame& key, const Vec2& place, int& x, int& y) {
+  if (!(place.x > -0.5f && place.y > -0.5f && place.x < static_cast<float>(key.width()) - 0.5f &&
+        place.y < static_cast<float>(key.height()) - 0.5f))
+    return false;
+  x = static_cast<int>(std::floor(place.x + 0.5f));
+  y = static_cast<int>(std::floor(place.y + 0.5f));
+  return key.inside(x, y);
+}
+
+/// The paper's step [Xie2017] Alg. 2, where a sample has no neighbour to take a slope from: to the
+/// best of the eight around it, if that is better.
+bool stepDown(const KeyFrame& key, const MirrorRay& ray, const Across& across, float miss, int& x,
+              int& y) {
+  const int fromX = x;
+  const int fromY = y;
+  bool better = false;
+  for (int ny = fromY - 1; ny <= fromY + 1; ++ny)
+    for (int nx = fromX - 1; nx <= fromX + 1; ++nx) {
+      Vec2 off;
+      if (!key.inside(nx, ny) || key.reflector(key.index(nx, ny)) != ray.reflector ||
+          !angleOff(ray, across, key.place(key.index(nx, ny)), off) || !(glm::dot(off, off) < miss))
+        continue;
+      miss = glm::dot(off, off);
+      x = nx;
+      y = ny;
+      better = true;
+    }
+  return better;
+}
+
+/// One more step, from what is shown between the samples: the first one took a line through two of
+/// them for the truth.
+void refine(const KeyFrame& key, const MirrorRay& ray, const Across& across,
+            const glm::mat2& jacobian, const Options& options, Vec2& place) {
+  const Lookup lookup = lookUp(key, ray.reflector, place, options);
+  Vec2 off;
+  if (lookup.outcome != Outcome::Found || !angleOff(ray, across, lookup.place, off)) return;
+  const Vec2 move = -(glm::inverse(jacobian) * off);
+  if (std::max(std::abs(move.x), std::abs(move.y)) <= kShortStep) place += move;
+}
+
+}  // namespace
+
+Match search(const KeyFrame& key, const MirrorRay& ray, const Vec2& start, const Options& options) {
+  const Across across(ray.direction);
+  Match match{start, Outcome::NotFound};
+  int x = 0;
+  int y = 0;
+  if (!nearestSample(key, start, x, y)) return match;
+  float best = std::numeric_limits<float>::infinity();
+  float longest = kLongestStep;
+  for (int step = 0; step < options.maxSearchSteps; ++step) {
+    const std::size_t at = key.index(x, y);
+    Vec2 off;
+    glm::mat2 jacobian;
+    if (key.reflector(at) != ray.reflector || !angleOff(ray, across, key.place(at), off))
+      return match;
+    // Stop on a plateau: the print would go round in circles there (Algorithm 2, line 11).
+    const float miss = glm::dot(off, off);
+    if (!(miss < best)) {
+      if (longest < 1.0f) return match;
+      longest *= 0.5f;
+    }
+    best = std::min(best, miss);
+    if (!slopes(key, ray, across, x, y, off, options.epsilon, jacobian)) {
+      if (!stepDown(key, ray, across, miss, x, y)) return match;
+      continue;
+    }
+    Vec2 move = -(glm::inverse(jacobian) * off);
+    const float length = std::max(std::abs(move.x), std::abs(move.y));
+    if (length <= kShortStep) {
+      match = {Vec2(static_cast<float>(x), static_cast<float>(y)) + move, Outcome::Found};
+      if (options.refine) refine(key, ray, across, jacobian, options, match.place);
+      return match;
+    }
+    if (!(length <= longest)) move *= longest / length;
+    const Vec2 next = Vec2(static_cast<float>(x), static_cast<float>(y)) + move;
+    if (!std::isfinite(next.x) || !std::isfinite(next.y) || !nearestSample(key, next, x, y))
+      return match;
+  }
+  return match;
+}
+
+Lookup lookUp(const KeyFrame& key, std::uint32_t reflector, const Vec2& place,
+              const Options& options) {
+  Lookup result;
+  const Vec2 rounded = glm::floor(place + 0.5f);
+  const Vec2 beside = glm::abs(place - rounded);
+  if (std::max(beside.x, beside.y) <= kSnap) {
+    const int x = static_cast<int>(rounded.x);
+    const int y = static_cast<int>(rounded.y);
+    if (!key.inside(x, y) || key.reflector(key.index(x, y)) != reflector) return result;
+    const std::size_t at = key.index(x, y);
+    return {key.radiance(at), key.place(at), Outcome::Found};
+  }
+  const Vec2 corner = glm::floor(place);
+  const int x = static_cast<int>(corner.x);
+  const int y = static_cast<int>(corner.y);
+  if (!key.inside(x, y) || !key.inside(x + 1, y + 1)) return result;
+  const Vec2 f = place - corner;
+  const std::array<std::size_t, 4> at{key.index(x, y), key.index(x + 1, y), key.index(x, y + 1),
+                                      key.index(x + 1, y + 1)};
+  const std::array<float, 4> weight{(1.0f - f.x) * (1.0f - f.y), f.x * (1.0f - f.y),
+                                    (1.0f - f.x) * f.y, f.x * f.y};
+  if (key.reflector(at[0]) != reflector || !continuous(key, at[0], at[1], options.epsilon) ||
+      !continuous(key, at[0], at[2], options.epsilon) ||
+      !continuous(key, at[3], at[1], options.epsilon) ||
+      !continuous(key, at[3], at[2], options.epsilon))
+    return result;
+  for (int i = 0; i < 4; ++i) {
+    result.radiance += weight[i] * key.radiance(at[i]);
+    result.place += weight[i] * key.place(at[i]);
+  }
+  result.outcome = Outcome::Found;
+  return result;
+}
+
+float missBy(const KeyFrame& key, const MirrorRay& ray, const Vec2& at, const Vec4& place,
+             const Options& options) {
+  constexpr float kFar = std::numeric_limits<float>::infinity();
+  const Across across(ray.direction);
+  int x = 0;
+  int y = 0;
+  Vec2 off;
+  Vec2 here;
+  glm::mat2 jacobian;
+  if (!nearestSample(key, at, x, y) || !angleOff(ray, across, place, off) ||
+      !angleOff(ray, across, key.place(key.index(x, y)), here) ||
+      !slopes(key, ray, across, x, y, here, options.epsilon, jacobian))
+    return kFar;
+  const Vec2 miss = glm::inverse(jacobian) * off;
+  const float length = glm::length(miss);
+  return std::isfinite(length) ? length : kFar;
+}
+
+}  // namespace catoptric::methods::reprojection

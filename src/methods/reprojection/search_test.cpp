@@ -1,0 +1,199 @@
+// The search against closed forms: reflections of a wall in a plane and in a sphere, both ways of
+// light solved exactly.
+#include "methods/reprojection/search.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <optional>
+
+namespace catoptric::methods::reprojection {
+namespace {
+
+constexpr int kSize = 128;
+
+/// Where a ray meets a wall across z; it goes on for ever sideways.
+std::optional<Vec3> wallHit(float wallZ, const Vec3& origin, const Vec3& direction) {
+  const float t = (wallZ - origin.z) / direction.z;
+  if (!(t > 0.0f)) return std::nullopt;
+  return origin + t * direction;
+}
+
+Vec3 wallColour(const Vec3& p) {
+  return Vec3(0.5f + 0.4f * std::sin(1.3f * p.x), 0.5f + 0.4f * std::cos(1.1f * p.y), 0.25f);
+}
+
+/// A reflector with its normal; none where the ray misses it.
+struct Surface {
+  Vec3 position{0.0f};
+  Vec3 normal{0.0f, 1.0f, 0.0f};
+};
+struct Setting {
+  std::function<std::optional<Surface>(const Vec3&, const Vec3&)> reflector;
+  float wallZ = 0.0f;
+};
+
+std::optional<Surface> floorHit(const Vec3& origin, const Vec3& direction) {
+  if (!(direction.y < 0.0f)) return std::nullopt;
+  return Surface{origin - origin.y / direction.y * direction, Vec3(0.0f, 1.0f, 0.0f)};
+}
+
+const Setting kFloor{floorHit, -6.0f};
+
+const Vec3 kCentre(0.0f, 1.0f, -3.0f);
+constexpr float kRadius = 1.0f;
+std::optional<Surface> sphereHit(const Vec3& origin, const Vec3& direction) {
+  const Vec3 d = glm::normalize(direction);
+  const Vec3 to = origin - kCentre;
+  const float b = glm::dot(to, d);
+  const float root = b * b - glm::dot(to, to) + kRadius * kRadius;
+  if (!(root > 0.0f)) return std::nullopt;
+  const Vec3 p = origin + (-b - std::sqrt(root)) * d;
+  return Surface{p, (p - kCentre) / kRadius};
+}
+
+const Setting kSphere{sphereHit, 5.0f};
+
+frame::Geometry stillGeometry() {
+  frame::Geometry geometry;
+  geometry.objects.resize(2);
+  return geometry;
+}
+
+/// What camera sees in the reflector at sample (x, y).
+struct Seen {
+  Surface surface;
+  Vec3 direction{0.0f};  ///< mirrored
+  Vec3 place{0.0f};
+};
+std::optional<Seen> see(const Setting& setting, const scene::Camera& camera, float x, float y) {
+  const Vec3 ray = scene::rayDirection(camera, kSize, kSize, x + 0.5f, y + 0.5f);
+  const auto surface = setting.reflector(camera.eye(), ray);
+  if (!surface) return std::nullopt;
+  const Vec3 mirrored = glm::reflect(ray, surface->normal);
+  const auto hit = wallHit(setting.wallZ, surface->position, mirrored);
+  if (!hit) return std::nullopt;
+  return Seen{*surface, mirrored, *hit};
+}
+
+KeyFrame keyOf(const Setting& setting, const scene::Camera& camera) {
+  raster::GBufferCopy copy;
+  copy.width = copy.height = kSize;
+  copy.samples = 1;
+  const std::size_t count = static_cast<std::size_t>(kSize) * kSize;
+  copy.object.assign(count, 0);
+  copy.depth.assign(count, 0.0f);
+  KeyFrame key;
+  const frame::Geometry geometry = stillGeometry();
+  key.begin(copy, camera, {}, geometry);
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      const auto seen = see(setting, camera, static_cast<float>(x), static_cast<float>(y));
+      if (!seen) continue;
+      trace::ReflectionPoint point;
+      point.object = 1;
+      point.position = seen->surface.position;
+      point.distance = glm::distance(camera.eye(), point.position);
+      trace::FirstHit hit;
+      hit.hit.object = 1;
+      hit.hit.distance = glm::distance(point.position, seen->place);
+      hit.origin = point.position;
+      hit.direction = glm::normalize(seen->direction);
+      key.keep(key.index(x, y), point, hit, wallColour(seen->place));
+    }
+  key.finish(geometry);
+  return key;
+}
+
+/// The point of the unit normal's surface about kCentre over which light goes from a to b: where
+/// the way is shortest, by Newton's method on two angles. [Hero; Alhazen's problem]
+Vec3 shortestOnSphere(const Vec3& a, const Vec3& b, const Vec3& begin) {
+  Vec3 normal = glm::normalize(begin - kCentre);
+  for (int i = 0; i < 60; ++i) {
+    const Vec3 p = kCentre + kRadius * normal;
+    const Vec3 half = glm::normalize(a - p) + glm::normalize(b - p);
+    // At the solution the half vector is the normal: a damped fixed point converges to 1e-7.
+    normal = glm::normalize(normal + 0.3f * glm::normalize(half));
+  }
+  return kCentre + kRadius * normal;
+}
+
+/// Compares every place that would be used with the exact one, and its colour (which the sphere
+/// shows coarsely near its rim); returns how many were compared.
+int compare(const Setting& setting, const scene::Camera& before, const scene::Camera& now,
+            const std::function<Vec3(const Seen&)>& keySurface, float bound, float colourBound) {
+  const KeyFrame key = keyOf(setting, before);
+  const frame::Geometry geometry = stillGeometry();
+  const Options options;
+  int compared = 0;
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      const auto seen = see(setting, now, static_cast<float>(x), static_cast<float>(y));
+      if (!seen) continue;
+      const MirrorRay ray{seen->surface.position, glm::normalize(seen->direction), 1};
+      const auto start = key.project(seen->surface.position, 0, geometry);
+      if (!start) continue;
+      const Match match = search(key, ray, *start, options);
+      if (match.outcome != Outcome::Found) continue;
+      const auto exact = key.project(keySurface(*seen), 0, geometry);
+      if (!exact) {
+        ADD_FAILURE() << "the exact place lies behind the camera";
+        return compared;
+      }
+      // What lies at an edge, or misses the ray, is traced anew: it need not be exact.
+      const Lookup lookup = lookUp(key, 1, match.place, options);
+      if (lookup.outcome != Outcome::Found ||
+          !(missBy(key, ray, match.place, lookup.place, options) <= options.fidelity))
+        continue;
+      EXPECT_LT(glm::distance(match.place, *exact), bound) << x << ", " << y;
+      EXPECT_LT(glm::distance(lookup.radiance, wallColour(seen->place)), colourBound);
+      ++compared;
+    }
+  return compared;
+}
+
+TEST(Search, FindsPlanarReflectionsAtTheirClosedForm) {
+  const auto before = scene::lookAt({0.0f, 1.5f, 3.0f}, {0.0f, 0.0f, -1.0f}, {0, 1, 0}, 0.9f);
+  const auto now = scene::lookAt({0.35f, 1.7f, 2.8f}, {0.1f, 0.0f, -1.0f}, {0, 1, 0}, 0.9f);
+  // The floor's mirror image of a place is seen in the direction of its reflection.
+  const auto mirrorImage = [](const Seen& seen) {
+    return Vec3(seen.place.x, -seen.place.y, seen.place.z);
+  };
+  EXPECT_GT(compare(kFloor, before, now, mirrorImage, 0.05f, 0.03f), 8000);
+}
+
+TEST(Search, FindsSphericalReflectionsOfAlhazensProblem) {
+  const auto before = scene::lookAt({0.0f, 1.2f, 2.0f}, kCentre, {0, 1, 0}, 0.7f);
+  const auto now = scene::lookAt({0.25f, 1.3f, 1.9f}, kCentre, {0, 1, 0}, 0.7f);
+  const auto onSphere = [&](const Seen& seen) {
+    return shortestOnSphere(before.eye(), seen.place, seen.surface.position);
+  };
+  EXPECT_GT(compare(kSphere, before, now, onSphere, 0.5f, 0.1f), 500);
+}
+
+TEST(Search, StaysWhereNothingHasMoved) {
+  const auto camera = scene::lookAt({0.0f, 1.5f, 3.0f}, {0.0f, 0.0f, -1.0f}, {0, 1, 0}, 0.9f);
+  const KeyFrame key = keyOf(kFloor, camera);
+  const auto seen = see(kFloor, camera, 40.0f, 100.0f);
+  ASSERT_TRUE(seen);
+  const Match match = search(key, {seen->surface.position, glm::normalize(seen->direction), 1},
+                             {40.0f, 100.0f}, {});
+  ASSERT_EQ(match.outcome, Outcome::Found);
+  EXPECT_LT(glm::distance(match.place, Vec2(40.0f, 100.0f)), kSnap);
+}
+
+TEST(Search, SaysWhatItCannotFind) {
+  const auto camera = scene::lookAt({0.0f, 1.5f, 3.0f}, {0.0f, 0.0f, -1.0f}, {0, 1, 0}, 0.9f);
+  const KeyFrame key = keyOf(kFloor, camera);
+  const MirrorRay up{{0.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, 1};
+  EXPECT_EQ(search(key, up, {64.0f, 100.0f}, {}).outcome, Outcome::NotFound);
+  const MirrorRay other{{0.0f, 0.0f, 0.0f}, glm::normalize(Vec3(0.0f, 0.3f, -1.0f)), 2};
+  EXPECT_EQ(search(key, other, {64.0f, 100.0f}, {}).outcome, Outcome::NotFound);
+  const Vec2 outside(-400.0f, 1e9f);
+  EXPECT_EQ(search(key, up, outside, {}).outcome, Outcome::NotFound);
+  EXPECT_EQ(lookUp(key, 1, {-7.3f, 2.0f}, {}).outcome, Outcome::Discontinuity);
+}
+
+}  // namespace
+}  // namespace catoptric::methods::reprojection
