@@ -46,11 +46,11 @@ def introduce(bench, document):
 
 Written by `{bench.command("second_order")}` ({effort}, of each path of 900) from
 configs/papers/second_order*.json. {machine()} The
-published figures are of a GeForce GTX 570 and Optix on it. Compare ratios and growth, not frame
-rates. 512 x 512 pixels with 2 x 2 samples; "a / b" is average / maximum over frames; times
-and ratios without "/" are medians over frames. Of Tables 1 to 7, compound images and triangles each step of a
-frame is the least of two or three renderings, in which the methods take turns: what else runs on the machine only
-adds.""")
+published figures were measured on a GeForce GTX 570, those of the ray tracer with Optix on it, so compare ratios
+and growth, not frame rates. Frames have 512 x 512 pixels with 2 x 2 samples. "a / b" is the average and the maximum
+over the frames; times and ratios without "/" are medians over the frames. In Tables 1 to 7 and in the tables of
+compound images and of triangles, the time of each step of a frame is the least of two or three renderings, in which
+the methods take turns: other programs on the machine can only add to it.""")
 
 
 # --- Tables 1, 2, 7, 9 --------------------------------------------------------------------------
@@ -70,8 +70,9 @@ def paths(bench, document):
 
     document.text("""## Table 1: frames per second, and Table 9: planar share
 
-Reflective: share of the frame's samples; planar: share of the reflective samples in planar clusters.
-Rates: median (max, min); printed: average (max, min).""")
+"reflective %" is the share of the frame's samples that reflect, and "planar %" the share of these that are in planar
+clusters. Rates are in frames per second. Ours are the median, the maximum and the minimum; the printed ones are the
+average, the maximum and the minimum.""")
     document.table(
         ["path", "reflective %", "printed", "planar %", "printed", "second_order", "printed",
          "traced static", "medium rebuild", "Optix, printed"],
@@ -83,8 +84,8 @@ Rates: median (max, min); printed: average (max, min).""")
           PRINTED["planar"][i], rate(r["second_order"]), PRINTED["ours_fps"][i],
           rate(r["traced_static"]), rate(r["traced_rebuild_medium"]), PRINTED["optix_fps"][i]]
          for i, (p, r) in enumerate(runs.items())])
-    document.text("Time of `traced` with the same rays over that of second_order, by BVH policy, median "
-                  "of the frames' ratios (above 1: second_order is faster):")
+    document.text("""The time of `traced` with the same rays divided by that of second_order, for each policy of the BVH: the median of
+the frames' ratios. Above 1, second_order is faster.""")
     document.table(["path", *BVH.values()],
                    [[p, *(r["second_order"].ratio(r[m]) for m in BVH)] for p, r in runs.items()])
 
@@ -123,19 +124,24 @@ def floors(bench, document):
     """What each step takes at least, by second_order_benchmark."""
     document.text("""## Floors
 
-CPU time of all threads, ms: other programs disturb it less than the clock on the wall, and two threads
-work at most of it. `second_order_benchmark SCENE PATH FRAMES` measures frame and floors in turns, four
-frames of each path, 20 times (of two or five repetitions a frame over its floor came out anywhere between 1.14
-and 1.28). Floor of `gbuffer` and `depth_images`: the same triangles without shading ("once":
-shaded, over the depth of the same picture, so that each sample is shaded once; what is above it is
-overdraw, and the clear of the depth images). Floor of `readback`: a copy of as many bytes; of `cluster`:
-the position, normal and share of the sums of each reflective sample and the bin and ray of those that are not
-in planar mirrors, by vector instructions, and a copy of what is read of the others; of `camera`: copies of what
-it must read and write; of `intersect`: a pass that does nothing but read what each ray needs and write (of a
-walk its cluster's seven rows, the very texels that it reads up to its hit, of eight samples side by side the
-longest, four depths and four colours there; of a planar mirror one row, one depth, one colour); of
-`composite`: a pass that does nothing but read diffuse and reflected colours (in the living room, whose
-reflectors are tinted, the tints of samples' objects, too) and write the frame.""")
+A floor is what a step takes at least on this machine: a program that does only what the step cannot avoid. Times are
+CPU times of all threads in milliseconds, since other programs disturb them less than the clock on the wall; two threads
+do most of the work. `second_order_benchmark SCENE PATH FRAMES` measures the frame and the floors in turns, for four
+frames of each path, 20 times. (With two or five repetitions a frame's time over its floor came out anywhere between
+1.14 and 1.28.)
+
+- `gbuffer` and `depth_images`: the same triangles are drawn without shading. For "once" they are shaded, over the depth
+  of the same picture, so that each sample is shaded once; what a step takes beyond that is overdraw, and clearing the
+  depth images.
+- `readback`: as many bytes are copied.
+- `cluster`: position, normal and share of the sums are computed for each reflective sample, and bin and ray for those
+  that are not in planar mirrors, by vector instructions; what is read of the other samples is copied.
+- `camera`: what it must read and write is copied.
+- `intersect`: a pass reads what each ray needs and writes the result. For a walk that is its cluster's seven rows of the
+  table, the very texels that it reads up to its hit (of eight samples side by side, those of the longest walk), and
+  four depths and four colours there; for a planar mirror it is one row, one depth and one colour.
+- `composite`: a pass reads the diffuse and the reflected colours (in the living room, whose reflectors are tinted, the
+  tints of the samples' objects, too) and writes the frame.""")
     repeated = ("450", "1") if bench.effort == "smoke" else ("45-900x270", "20")
     rows = []
     for path, (scene, file) in PATHS.items():
@@ -179,10 +185,10 @@ def accuracy(bench, document):
                      average_and_most(checked.count("environment"), share)])
     document.text("""## Accuracy (section 4.1): differences from `traced` static, disocclusions
 
-L1_8bit: mean absolute difference per channel over the frame, of 255; likewise over the pixels of all
-planar reflectors, and of the mirror (where one is seen). In percent of the frame's samples:
-disoccluded (a ray found nothing where Embree's hits), wrong hit (another surface than Embree's, or
-none there), and those that took the cube map.""")
+L1_8bit is the mean absolute difference per channel, of 255, over the frame; the next columns have it over the pixels
+of all planar reflectors, and of the mirror where one is seen. The other columns are shares of the frame's samples:
+disoccluded samples, where a ray found nothing although Embree's ray hits a surface; wrong hits, where it found another
+surface than Embree's, or one where there is none; and samples that took the cube map.""")
     document.table(["path", "L1_8bit", "printed, of 3 images", "planar reflectors", "mirror",
                     "disoccluded %", "printed",
                     "wrong hit %", "environment %"], rows)
@@ -192,8 +198,9 @@ def concave(bench, document):
     runs = bench.render("second_order_concave", "concave")
     document.text("""## Concave reflectors (section 4.4)
 
-Bathroom, path a: `concave: ignore` as the other tables; `self_intersect`: rays of concave clusters are
-intersected with their object's samples in the frame, too; `self_intersect_all`: all but planar mirrors' are.""")
+Bathroom, path a. With `concave: ignore`, as in the other tables, rays do not meet their own object. With
+`self_intersect` the rays of concave clusters are also intersected with their object's samples in the frame, and with
+`self_intersect_all` all rays but those of planar mirrors.""")
     document.table(["way", "concave clusters", "ms", "`intersect` ms", "L1_8bit against traced"],
                    [[n, statistics.fmean(runs[n].count("concave_clusters")), runs[n].ms(),
                      statistics.median(runs[n].step("intersect")),
@@ -215,8 +222,8 @@ def k_means(bench, document):
                          average_and_most(runs[n].count("wrong_hit"), samples)])
     document.text("""## k-means (the paper's outlook)
 
-Every 90th frame. `clustering: bins` as the other tables, and `k_means`: each object's rays around as
-many means as bins made.""")
+Every 90th frame is measured, with `clustering: bins` as in the other tables, and with `k_means`, which groups each
+object's rays around as many means as there are clusters by bins.""")
     document.table(["path", "clustering", "clusters", "`cluster` ms", "ms", "L1_8bit against traced",
                     "disoccluded %", "wrong hit %"], rows)
 
@@ -234,8 +241,8 @@ def compound(bench, document):
                          average_and_most([e["L1_8bit"] for e in errors])])
     document.text("""## Compound depth images (section 4.4)
 
-One draw sends an object's triangles to all images of a layer, against a draw for each image (`compound:
-false`).""")
+"compound": one draw sends an object's triangles to all images of a layer. "separate" (`compound: false`): each image
+has a draw of its own.""")
     document.table(["path", "way", "`depth_images` ms", "triangles drawn, thousands",
                     "L1_8bit against traced"], rows)
 
@@ -258,7 +265,7 @@ def levels(bench, document):
                          mirror[0][1] if mirror else None])
     document.text("""## Levels of detail in depth images (ours)
 
-Every 90th frame, `level_error` from 0 (always the finest level) on; 0.75 is the default.""")
+Every 90th frame is measured, with `level_error` from 0, which always takes the finest level, on; 0.75 is the default.""")
     document.table(["path", "`level_error`", "triangles drawn, thousands", "`depth_images` ms", "ms",
                     "L1_8bit against traced", "of the mirror"], rows)
 
@@ -279,8 +286,8 @@ def layers(bench, document):
                          average_and_most(runs[n].count("second_layer_hits"), samples)])
     document.text("""## A second depth layer (the paper's outlook)
 
-Every 90th frame. Depth images of what is not a planar mirror with the nearest surface (`depth_layers:
-1`), or with the second nearest, too.""")
+Every 90th frame is measured. Depth images, but for those of planar mirrors, keep the nearest surface (`depth_layers:
+1`), or the second nearest, too.""")
     document.table(["path", "layers", "`depth_images` ms", "`intersect` ms", "L1_8bit against traced",
                     "disoccluded %", "wrong hit %", "found in the second %"], rows)
 
@@ -294,8 +301,8 @@ def clusters(bench, document):
                   for n, r in runs.items() if n != "traced")
     document.text("""## Table 3: number of clusters
 
-Living room, path a; `bin_density` as in the name (40: twice the bins along each angle too).
-Printed: 156, 141, 123, 86, 32 clusters at 12, 13, 15, 15, 20 fps.""")
+Living room, path a, with the `bin_density` that the name says (with 40 there are also twice as many bins along each
+angle). The paper prints 156, 141, 123, 86 and 32 clusters at 12, 13, 15, 15 and 20 frames per second.""")
     document.table(["bins", "clusters", "ms", "fps", "traced / ours"],
                    [[n, c, ms, 1e3 / ms, ratio] for c, ms, _, ratio, n in rows])
     bench.growth["clusters"] = ([r[0] for r in rows], [r[1] for r in rows])
@@ -402,8 +409,8 @@ def triangles(bench, document):
         "most": stacked([DIFFUSE, DIFFUSE[:5]], 2)}, "diffuse")
     document.text("""## Table 6: number of diffuse triangles
 
-Living room, path a: without its diffuse furniture, without the sofa, as it is, and with copies of the
-furniture on top of it. Printed: 63, 132, 162, 289 thousand at 15, 15, 12, 10 fps.""")
+Living room, path a: without its diffuse furniture, without the sofa, as it is, and with copies of the furniture on top
+of it. The paper prints 63, 132, 162 and 289 thousand triangles at 15, 15, 12 and 10 frames per second.""")
     document.table(["diffuse triangles, thousands", "ms", "fps", "`depth_images` ms",
                     "triangles drawn, thousands", "traced static / ours", "medium rebuild / ours"],
                    [[n / 1e3, r["second_order"].ms(), 1e3 / r["second_order"].ms(),
@@ -419,8 +426,8 @@ furniture on top of it. Printed: 63, 132, 162, 289 thousand at 15, 15, 12, 10 fp
         "finest": tessellated(2)}, "other")
     document.text("""## Non-diffuse triangles
 
-The paper: the time does not depend on them. Living room, path a; the teapot, vases, bowls and balls with
-0.5, 1, 1.5 and 2 times the segments along each direction.""")
+The paper says that the time does not depend on them. Living room, path a, where the teapot, the vases, the bowls and
+the balls have 0.5, 1, 1.5 and 2 times as many segments along each direction.""")
     document.table(["non-diffuse triangles, thousands", "ms", "`gbuffer` ms", "without `gbuffer` ms",
                     "clusters", "traced static / ours", "medium rebuild / ours"],
                    [[n / 1e3, r["second_order"].ms(),
@@ -478,8 +485,8 @@ def glossy(bench, document):
                              "glossy_" + level.split()[1], name, f"traced_{rays}")[0]])])
     document.text("""## Table 8: glossy reflections
 
-Living room, path a, every reflector with the same g; `traced` static with the same rays. neighbourhood:
-one ray is walked, the others are looked up at its distance.""")
+Living room, path a, where every reflector has the same g, compared with `traced` (static BVH, the same rays). With
+"neighbourhood" one ray of a lobe is walked and the others are looked up at its distance.""")
     document.table(["glossiness", "way, rays", "`intersect` ms", "printed", "fps", "printed",
                     "traced fps", "Optix, printed", "traced / ours", "L1_8bit"], rows)
     bench.growth["rays per sample"] = ([4, 8, 16, 49],

@@ -10,13 +10,13 @@ from paper_second_order import GLOSSINESS, GLOSSY_VIEW, PATHS, VIEWS, glossy_sce
 # --- Growth -------------------------------------------------------------------------------------
 
 # Measured on AMD EPYC, 2 processors.
-SCALE = """The depth-image scale grows beyond its law because llvmpipe pays for every texel. From 1/2 to 2 the images
-of four frames of living room a have 15 times the texels (0.25, 0.99, 3.93 million) and, by finer levels of
-detail, twice the triangles (39, 54, 76 thousand). CPU time over that of `gbuffer`, which does not depend on
-the scale: `depth_images` 0.67, 0.83, 1.75 (without shading 0.57, 0.73, 1.18), `intersect` 0.40, 0.43, 0.65,
-whose walks are as much longer. From 1 to 2 that is about 47 ns for each texel more. The mask that leaves
-out texels without a sample works at scale 1 alone (`second_order_benchmark scenes/living_room.json
-paths/living_room_a.json 45-900x270 2 '{"depth_image_scale": 2}'`)."""
+SCALE = """The time grows with the scale of the depth images beyond its law because llvmpipe pays for every texel. From scale 1/2 to
+2 the images of four frames of living room a have 15 times the texels (0.25, 0.99, 3.93 million) and, by finer levels of
+detail, twice the triangles (39, 54, 76 thousand). Divided by the CPU time of `gbuffer`, which does not depend on the
+scale, `depth_images` takes 0.67, 0.83, 1.75 (without shading 0.57, 0.73, 1.18), and `intersect`, whose walks are as much
+longer, 0.40, 0.43, 0.65. From 1 to 2 that is about 47 ns for each further texel. The mask that leaves out texels without
+a sample works at scale 1 alone. (`second_order_benchmark scenes/living_room.json paths/living_room_a.json 45-900x270 2
+'{"depth_image_scale": 2}'`)"""
 
 
 def growth(bench, document):
@@ -26,7 +26,8 @@ def growth(bench, document):
 
     document.text("""## Growth
 
-Slopes of log time over log quantity (1: proportional; 0: none), and the laws that they are held to.""")
+The exponent is the slope of log time over log quantity: 1 is proportional growth, 0 is none. The last column has the
+law that the growth is held to.""")
     laws = {"clusters": "linear, at most 0.35 ms each", "frame pixels": "exponent at most 0.75",
             "depth-image scale": "1/2 to 2: at most +15 %",
             "diffuse triangles": "sublinear; doubling at most +15 %",
@@ -129,7 +130,7 @@ def glossy_frames(bench):
 
 def figures_of_clusters(views, frames, document):
     """Figs. 4 and 7."""
-    document.text("## Fig. 4: clusters\n\nWhat is in no cluster is grey.")
+    document.text("## Fig. 4: clusters\n\nSamples in no cluster are grey.")
     glossy_view = frames["more specular"]["second_order_8"]
     sheet(document.picture("fig4.png", "Clusters in false colours"),
           [[*(cluster_colors(v["second_order"]) for v in views.values()), cluster_colors(glossy_view)]],
@@ -139,7 +140,7 @@ def figures_of_clusters(views, frames, document):
     view = views["living room a"]
     density = {"bins_0.3": 0.3, "bins_3": 3, "second_order": 10}
     document.text("## Fig. 7: disocclusions (red) by number of clusters\n\nThe reflective component alone; "
-                  "below as second_order shows it. " + "; ".join(
+                  "the lower row is second_order's picture of it. " + "; ".join(
                       f"bin_density {d}: {view['counts'][m]['disoccluded'] / 1048576:.2%} of the samples"
                       for m, d in density.items()) + ".")
     sheet(document.picture("fig7.png", "Disocclusions"),
@@ -149,8 +150,8 @@ def figures_of_clusters(views, frames, document):
 
 def figures_of_errors(bench, views, document):
     """Figs. 8 to 10."""
-    document.text("## Fig. 8: differences from `traced`\n\nBelow 50 times as large. "
-                  "L1_8bit, printed 6, 3, 9: ")
+    document.text("## Fig. 8: differences from `traced`\n\nThe lower row shows them 50 times as large. "
+                  "L1_8bit, where the paper prints 6, 3 and 9: ")
     rows = [[], []]
     l1 = []
     for path, v in views.items():
@@ -171,8 +172,8 @@ def figures_of_errors(bench, views, document):
           [[reflection(view["second_order"]), red(view["second_order"], "mask.environment")]],
           ["reflective component", "cube map in red"])
 
-    document.text("## Fig. 10: depth images with a third of the resolution\n\nA vase and what "
-                  "stands about it, living room b, pixel for pixel.")
+    document.text("## Fig. 10: depth images with a third of the resolution\n\nThe picture shows a vase "
+                  "and its surroundings in living room b, pixel for pixel.")
     sheet(document.picture("fig10.png", "Resolution of depth images"),
           [[reflection(views["living room b"][m]).crop((60, 60, 316, 316))
             for m in ("second_order", "third")]], ["scale 1", "scale 1/3"])
@@ -180,8 +181,8 @@ def figures_of_errors(bench, views, document):
 
 def figures_of_lobes(frames, document):
     """Figs. 11 and 12."""
-    document.text("## Fig. 11: two levels of glossiness, 8 rays\n\nWithout and with the diffuse "
-                  "component, and by `traced`.")
+    document.text("## Fig. 11: two levels of glossiness, 8 rays\n\nThe pictures are without and with "
+                  "the diffuse component, and by `traced`.")
     sheet(document.picture("fig11.png", "Glossy reflections, 8 rays"),
           [[reflection(f["second_order_8"]), preview(f["second_order_8"]), preview(f["traced_8"])]
            for f in frames.values()], ["reflective component", "second order", "traced"])
