@@ -48,6 +48,14 @@ DrawState everything() {
   return state;
 }
 
+/// What is bound says which stencil values there can be.
+struct StencilTarget {
+  Texture stencil = Texture::make2D("stencil", GL_DEPTH32F_STENCIL8, 2, 2);
+  Texture color = Texture::make2D("color", GL_R8, 2, 2);
+  Framebuffer framebuffer{"target", {{color}}, {stencil}};
+  StencilTarget() { framebuffer.bind(); }
+};
+
 void expectApplied(const DrawState& state) {
   EXPECT_EQ(glIsEnabled(GL_DEPTH_TEST) == GL_TRUE, state.depth.test);
   EXPECT_EQ(integer(GL_DEPTH_FUNC), static_cast<GLint>(state.depth.function));
@@ -82,6 +90,7 @@ void expectApplied(const DrawState& state) {
 
 TEST(DrawScope, AppliesAllOfAStateAndRestoresTheOneBefore) {
   testContext();
+  const StencilTarget target;
   const DrawState none;
   {
     const DrawScope outer(none);
@@ -108,6 +117,7 @@ TEST(DrawScope, AppliesAllOfAStateAndRestoresTheOneBefore) {
 
 TEST(DrawScope, ChangesToAnotherState) {
   testContext();
+  const StencilTarget target;
   DrawScope scope(everything());
   DrawState next = everything();
   next.stencil.reference = 3;

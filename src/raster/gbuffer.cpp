@@ -5,6 +5,20 @@
 
 namespace catoptric::raster {
 
+gl::DrawState onSamplesOf(SampleClass sampleClass) {
+  gl::DrawState state;
+  state.stencil = {.test = true, .function = GL_EQUAL, .reference = static_cast<int>(sampleClass)};
+  return state;
+}
+
+gl::DrawState onMirrors() {
+  // The two classes differ in the last bit only
+  static_assert((shared::kClassPlanarMirror ^ shared::kClassCurvedMirror) == 1);
+  gl::DrawState state = onSamplesOf(SampleClass::PlanarMirror);
+  state.stencil.compareMask = 0xFE;
+  return state;
+}
+
 GBuffer makeSurfaceSamples(const GBufferSize& size) {
   GBuffer made;
   made.width = size.width;

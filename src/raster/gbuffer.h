@@ -6,7 +6,9 @@
 #include <span>
 #include <vector>
 
+#include "gl/draw_state.h"
 #include "gl/objects.h"
+#include "raster/constants.h"
 #include "raster/regions/rectangle.h"
 
 namespace catoptric::raster {
@@ -14,12 +16,17 @@ namespace catoptric::raster {
 /// Stencil values that classify samples, so that full-screen passes run on the live ones only
 /// (on llvmpipe a pass without live tiles costs 4 ms with, 104 ms without a stencil test).
 enum class SampleClass : std::uint8_t {
-  Background = 0,
-  Diffuse = 1,
-  PlanarMirror = 2,
-  CurvedMirror = 3,
-  Glossy = 4,  ///< any object that can have g above kMirrorGlossiness
+  Background = shared::kClassBackground,
+  Diffuse = shared::kClassDiffuse,
+  PlanarMirror = shared::kClassPlanarMirror,
+  CurvedMirror = shared::kClassCurvedMirror,
+  Glossy = shared::kClassGlossy,  ///< any object that can have g above kMirrorGlossiness
 };
+
+/// Draws on the samples of one class alone, by the G-buffer's stencil.
+gl::DrawState onSamplesOf(SampleClass sampleClass);
+/// Draws on the samples of planar and curved mirrors.
+gl::DrawState onMirrors();
 
 /// All textures are width * samples by height * samples; row 0 is the top of the image
 /// (glClipControl upper left). Sample (i, j) is centred at ((i + .5) / samples, (j + .5) / samples)
@@ -89,12 +96,12 @@ void writeMasks(gl::Texture& texture, std::span<const std::uint16_t> masks);
 
 /// Where a method fell back, as bits of GBuffer::masks; also the names of counters and mask layers.
 enum MaskBit : std::uint16_t {
-  kMaskEnvironment = 1,    ///< mask.environment: environment look-up instead of the true surface
-  kMaskDisoccluded = 2,    ///< mask.disoccluded
-  kMaskClamped = 4,        ///< mask.clamped
-  kMaskRetraced = 8,       ///< mask.retraced
-  kMaskBelowHorizon = 16,  ///< mask.below_horizon: rays below the shading normal's plane
-  kMaskSky = 32,           ///< mask.sky: rays that leave the scene; no fallback
+  kMaskEnvironment = shared::kMaskEnvironment,
+  kMaskDisoccluded = shared::kMaskDisoccluded,
+  kMaskClamped = shared::kMaskClamped,
+  kMaskRetraced = shared::kMaskRetraced,
+  kMaskBelowHorizon = shared::kMaskBelowHorizon,
+  kMaskSky = shared::kMaskSky,
 };
 
 }  // namespace catoptric::raster

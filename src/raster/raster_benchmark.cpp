@@ -134,7 +134,6 @@ struct World {
   /// Milliseconds of a fixed fill by GL.
   double calibrateGl() {
     const std::int64_t start = nowNs();
-    glDisable(GL_DEPTH_TEST);
     fillFramebuffer.bind();
     fill.use();
     gl::drawFullScreenTriangle();

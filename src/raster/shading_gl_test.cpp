@@ -135,7 +135,7 @@ TEST(Diffuse, SkippedObjectsAndBackgroundHaveAlphaZero) {
     target.clearDepth(0.0f);
     world.raster->drawDiffuse(scene::clipFromCamera(camera, 1.0f) * scene::cameraFromWorld(camera),
                               camera.eye(), scene::pixelSpreadRad(camera, 32), world.lighting,
-                              skip);
+                              {.objects = raster::ObjectSet::without({skip})});
     const std::vector<float> pixels = raster::readRgba(color);
     const float* middle = &pixels[4 * (16 * 32 + 16)];
     EXPECT_EQ(middle[0], skip == 0 ? 0.5f : 0.25f);

@@ -11,7 +11,7 @@
 #include "methods/environment_map/cube_map.h"
 #include "methods/shared/cube_map.h"
 #include "methods/shared/reflectors.h"
-#include "raster/refractive_samples.h"
+#include "raster/passes/refractive_samples.h"
 
 namespace catoptric::methods {
 namespace {
@@ -140,33 +140,21 @@ class EnvironmentMap : public Method {
   // One full-screen pass per kind of reflector, on its stencil class alone.
   void lookUp(const raster::GBuffer& gbuffer, const scene::Camera& camera) {
     gbuffer.reflectionFramebuffer.bind();
-    glDisable(GL_DEPTH_TEST);
-    glDisable(GL_BLEND);
-    glDisable(GL_SCISSOR_TEST);
-    glEnable(GL_STENCIL_TEST);
-    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
     gbuffer.normal.bind(0);
     cubeMap_.bind(1);
     const Mat3 ray = scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight());
-    using raster::SampleClass;
-    // Planar and curved mirrors differ in the last bit only.
-    static_assert((static_cast<int>(SampleClass::PlanarMirror) ^
-                   static_cast<int>(SampleClass::CurvedMirror)) == 1);
-    if (reflectors_.mirrors()) {
-      pass(mirror_, mirrorCount_, ray, static_cast<int>(SampleClass::PlanarMirror), 0xFE);
-    }
+    if (reflectors_.mirrors()) pass(mirror_, mirrorCount_, ray, raster::onMirrors());
     if (reflectors_.glossy) {
       cubeMap_.setLevels(glossy_);
-      pass(glossy_, glossyCount_, ray, static_cast<int>(SampleClass::Glossy), 0xFF);
+      pass(glossy_, glossyCount_, ray, raster::onSamplesOf(raster::SampleClass::Glossy));
     }
-    glDisable(GL_STENCIL_TEST);
   }
 
   static void pass(gl::Program& program, const gl::FragmentCounter& counter, const Mat3& ray,
-                   int sampleClass, GLuint mask) {
+                   const gl::DrawState& state) {
+    const gl::DrawScope scope(state);
     program.use();
     program.set("rayFromSample", ray);
-    glStencilFunc(GL_EQUAL, sampleClass, mask);
     counter.begin();
     gl::drawFullScreenTriangle();
     counter.end();

@@ -16,7 +16,7 @@
 #include "methods/perturbation/options.h"
 #include "methods/perturbation/reflector.h"
 #include "methods/perturbation/slow_news.h"
-#include "raster/virtual_objects.h"
+#include "methods/perturbation/virtual_draw.h"
 #include "scene/scene.h"
 
 namespace catoptric::methods::perturbation {
@@ -33,10 +33,10 @@ using Sequence = std::vector<Meeting>;  ///< from the eye on
 
 /// What is kept of one sequence of reflectors while they and the camera stand still.
 struct PathType {
-  std::optional<Reflector> paths;                ///< none: a plane by itself, exactly
-  std::vector<Plane<double>> planes;             ///< where all of them are
-  std::uint32_t number = 0;                      ///< of samples that show them
-  std::map<int, raster::VirtualObject> objects;  ///< by index in geometry.objects
+  std::optional<Reflector> paths;        ///< none: a plane by itself, exactly
+  std::vector<Plane<double>> planes;     ///< where all of them are
+  std::uint32_t number = 0;              ///< of samples that show them
+  std::map<int, VirtualObject> objects;  ///< by index in geometry.objects
   bool occurs() const { return !paths || paths->pathCount() > 0; }
 };
 

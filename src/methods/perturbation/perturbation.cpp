@@ -233,15 +233,15 @@ class Perturbation : public Method {
         const std::string name = nameOf(services.scene, sequence, o);
         news.begin(name);
         TriangleCounts made;
-        const raster::VirtualTriangles* triangles =
+        const VirtualTriangles* triangles =
             trianglesOf(geometry, sequence.back().object, type, o, view, news, made);
         counts.add(made);
         if (made.coarse > 0) coarse.push_back(name);
         if (made.paths.leftOut > 0) leftOut.push_back(name);
         if (!triangles) continue;
         const auto drawn = type.objects.emplace(
-            o, raster::VirtualObject(*triangles, view.camera, services.gbuffer->sampleWidth(),
-                                     services.gbuffer->sampleHeight()));
+            o, VirtualObject(*triangles, view.camera, services.gbuffer->sampleWidth(),
+                             services.gbuffer->sampleHeight()));
         if (part) part->add(drawn.first->second.where);
       }
     }
@@ -272,9 +272,9 @@ class Perturbation : public Method {
 
   /// What one path type, whose last turn is at `last`, shows of one object; null where it never
   /// does.
-  const raster::VirtualTriangles* trianglesOf(const frame::Geometry& geometry, int last,
-                                              const PathType& type, int o, const View& view,
-                                              SlowNews& news, TriangleCounts& counts) {
+  const VirtualTriangles* trianglesOf(const frame::Geometry& geometry, int last,
+                                      const PathType& type, int o, const View& view, SlowNews& news,
+                                      TriangleCounts& counts) {
     const bool own = o == last;
     if (geometry.objects[static_cast<std::size_t>(o)].indexCount == 0) return nullptr;
     if (own && !(type.planes.empty() && type.paths->seesItself())) return nullptr;
@@ -360,7 +360,7 @@ class Perturbation : public Method {
   bool warnedOfCoarse_ = false;
   bool warnedOfLeftOut_ = false;
   std::map<int, Connectivity> connectivity_;  ///< by index in geometry.objects
-  raster::VirtualTriangles triangles_;        ///< of one object, for the next
+  VirtualTriangles triangles_;                ///< of one object, for the next
 };
 
 std::unique_ptr<Method> make(const config::Value& options) {

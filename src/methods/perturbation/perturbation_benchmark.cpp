@@ -218,7 +218,7 @@ void updates(benchmark::State& state) {
   setThreadCount(2);
   TriangleCounts counts;
   Connectivity known;
-  raster::VirtualTriangles made;
+  VirtualTriangles made;
   double calibration = std::numeric_limits<double>::infinity();
   for (auto _ : state) {
     counts = {};

@@ -5,11 +5,11 @@
 
 namespace catoptric::methods::perturbation {
 
-raster::VirtualTriangles mirroredTriangles(const frame::Geometry& geometry, int object,
-                                           std::span<const Plane<double>> planes,
-                                           const glm::dvec3& eye, TriangleCounts& counts) {
+VirtualTriangles mirroredTriangles(const frame::Geometry& geometry, int object,
+                                   std::span<const Plane<double>> planes, const glm::dvec3& eye,
+                                   TriangleCounts& counts) {
   const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(object)];
-  raster::VirtualTriangles result;
+  VirtualTriangles result;
   result.object = object + 1;
   for (std::uint32_t i = range.firstVertex; i < range.firstVertex + range.vertexCount; ++i) {
     const Vec3& p = geometry.positions[i];

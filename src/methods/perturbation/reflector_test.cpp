@@ -288,7 +288,7 @@ TEST(VirtualTriangles, BoundTracedPaths) {
                   640, 480};
   const Reflector reflector({&turn, 1}, nullptr, around, view, {});
   Connectivity known;
-  raster::VirtualTriangles made;
+  VirtualTriangles made;
   const auto make = [&](std::size_t maxTraced) {
     TriangleCounts counts;
     TriangleOptions options;

@@ -11,14 +11,6 @@ constexpr const char* kUncovered = "uncovered samples";
 constexpr const char* kUncoveredSource = "methods/perturbation/shaders/uncovered.frag";
 constexpr int kCubeMapFaceSize = 256;
 
-/// Draws write no colours until the end of the scope.
-struct ColorsKept {
-  ColorsKept() { glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE); }
-  ~ColorsKept() { glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE); }
-  ColorsKept(const ColorsKept&) = delete;
-  ColorsKept& operator=(const ColorsKept&) = delete;
-};
-
 /// Stencil bits: samples of a level are marked, and keep the marks of the levels before. The
 /// first level's are mirrors, whose two classes differ in the last bit only.
 constexpr int kMirror = static_cast<int>(raster::SampleClass::PlanarMirror);
@@ -35,10 +27,21 @@ gl::Texture makeImage(const char* label, GLenum format, const raster::GBuffer& g
   return gl::Texture::make2D(label, format, gbuffer.sampleWidth(), gbuffer.sampleHeight());
 }
 
+/// On the samples of a level.
+gl::DrawState onLevel(std::size_t level) {
+  gl::DrawState state;
+  state.stencil = {.test = true,
+                   .function = GL_EQUAL,
+                   .reference = levelBits(level),
+                   .compareMask = static_cast<GLuint>(levelMask(level))};
+  return state;
+}
+
 /// Runs the program on all samples of some rectangles.
-void fill(std::span<const raster::Rectangle> drawn) {
+void fill(std::span<const raster::Rectangle> drawn, const gl::DrawState& state) {
+  gl::DrawScope scope(state);
   for (const raster::Rectangle& r : drawn) {
-    const raster::ScissoredTo scissor(r);
+    scope.change(raster::within(r, state));
     gl::drawFullScreenTriangle();
   }
 }
@@ -202,23 +205,17 @@ void VirtualLayers::draw(const scene::Camera& camera, const std::optional<raster
     const std::uint32_t zero = 0;
     unsupportedCount_.write(0, sizeof zero, &zero);
   }
-  glDisable(GL_BLEND);
-  glEnable(GL_STENCIL_TEST);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
 
   // What was uncovered
   for (std::size_t level = 0; level < levels_.size(); ++level)
     levels_[level].counted = level < count && !drawn.empty();
   if (part) {
-    const ColorsKept kept;
     for (std::size_t level = count; level-- > 0;)
-      fillUncovered(level, drawn, camera, services, levels_[level].before);
+      fillUncovered(level, drawn, camera, services, levels_[level].before, false);
   }
 
   drawLevels(camera, part, drawn, services);
   joinLevels(drawn);
-  glDisable(GL_BLEND);
-  glDisable(GL_STENCIL_TEST);
 }
 
 void VirtualLayers::drawLevels(const scene::Camera& camera,
@@ -232,7 +229,7 @@ void VirtualLayers::drawLevels(const scene::Camera& camera,
     const bool goesOn = level + 1 < count;
     if (settings_.masks && level == 0) {
       for (const raster::Rectangle& r : drawn) {
-        const raster::ScissoredTo scissor(r);
+        const gl::DrawScope scope(raster::within(r));
         gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
       }
     }
@@ -247,26 +244,29 @@ void VirtualLayers::drawLevels(const scene::Camera& camera,
       drawObjects(level, goesOn, &Level::all, gbuffer,
                   {Group::Still, Group::Reflector, Group::Moving}, drawn, camera, services);
     }
-    fillUncovered(level, drawn, camera, services, levels_[level].after);
+    fillUncovered(level, drawn, camera, services, levels_[level].after, true);
   }
 }
 
 void VirtualLayers::joinLevels(std::span<const raster::Rectangle> drawn) {
-  glEnable(GL_BLEND);
-  glBlendFuncSeparate(GL_DST_ALPHA, GL_ONE_MINUS_DST_ALPHA, GL_ZERO, GL_ONE);
   for (std::size_t level = levelCount(); level-- > 1;) {
     levels_[level - 1].all.last.bind();
     join_.use();
     levels_[level].all.color.bind(0);
     levels_[level - 1].all.reflector.bind(1);
     tints_.bind(2);
-    glStencilFunc(GL_EQUAL, levelBits(level), static_cast<GLuint>(levelMask(level)));
-    fill(drawn);
+    gl::DrawState state = onLevel(level);
+    state.blend = {.on = true,
+                   .sourceColor = GL_DST_ALPHA,
+                   .targetColor = GL_ONE_MINUS_DST_ALPHA,
+                   .sourceAlpha = GL_ZERO,
+                   .targetAlpha = GL_ONE};
+    fill(drawn, state);
   }
 }
 
 VirtualLayers::Group VirtualLayers::groupOf(const frame::Geometry& geometry, int o,
-                                            const raster::VirtualObject& object) {
+                                            const VirtualObject& object) {
   if (object.next + object.nextTotal > 0) return Group::Reflector;
   return geometry.objects[static_cast<std::size_t>(o)].moving ? Group::Moving : Group::Still;
 }
@@ -282,7 +282,7 @@ void VirtualLayers::clearLevel(std::size_t number, bool goesOn, Images Level::*i
   for (const raster::Rectangle& r : drawn) {
     glBlitFramebuffer(r.x0, r.y0, r.x1, r.y1, r.x0, r.y0, r.x1, r.y1, GL_STENCIL_BUFFER_BIT,
                       GL_NEAREST);
-    const raster::ScissoredTo scissor(r);
+    const gl::DrawScope scope(raster::within(r));
     target.clearDepth(0.0f);
   }
 }
@@ -293,29 +293,27 @@ void VirtualLayers::drawObjects(std::size_t number, bool goesOn, Images Level::*
                                 const scene::Camera& camera, Services& services) {
   const Images& own = levels_[number].*images;
   (goesOn ? own.goesOn : own.last).bind();
-  const int here = levelBits(number);
-  const auto mask = static_cast<GLuint>(levelMask(number));
-  const raster::VirtualPass pass{
+  VirtualPass pass{
       .reflectors = number == 0 ? gbuffer.object : (levels_[number - 1].*images).reflector,
       .depth = number == 0 ? gbuffer.depth : (levels_[number - 1].*images).depth,
       .continues = goesOn,
-      .fresnel = settings_.fresnelSchlick};
+      .fresnel = settings_.fresnelSchlick,
+      .stencil = onLevel(number).stencil};
+  const int here = levelBits(number);
   const int next = goesOn ? levelBits(number + 1) : 0;
-  glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
-  glStencilMask(static_cast<GLuint>(next));
+  pass.stencil.writeMask = static_cast<GLuint>(next);
+  pass.stencil.pass = GL_REPLACE;
   for (const Group group : groups) {
-    std::vector<const raster::VirtualObject*> objects;
+    std::vector<const VirtualObject*> objects;
     for (const auto& [sequence, type] : types_) {
       if (sequence.size() != number + 1) continue;
       for (const auto& [o, object] : type.objects) {
         if (groupOf(services.geometry, o, object) == group) objects.push_back(&object);
       }
     }
-    glStencilFunc(GL_EQUAL, group == Group::Reflector ? here | next : here, mask);
-    services.raster->drawVirtualObjects(objects, pass, camera, services.lighting, drawn);
+    pass.stencil.reference = group == Group::Reflector ? here | next : here;
+    drawVirtualObjects(*services.raster, objects, pass, camera, services.lighting, drawn);
   }
-  glStencilMask(0xFF);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
 }
 
 const raster::GBuffer& VirtualLayers::drawStill(const raster::Region& part, std::size_t count,
@@ -331,8 +329,6 @@ const raster::GBuffer& VirtualLayers::drawStill(const raster::Region& part, std:
   for (const raster::Rectangle& r : drawn) missing.add(r);
   const raster::GBuffer& gbuffer = services.raster->drawStill(
       *services.gbuffer, camera, services.lighting, missing, services.geometry);
-  glEnable(GL_STENCIL_TEST);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
   if (stillTiles_) missing.remove(*stillTiles_);
   if (missing.empty()) return gbuffer;
   const std::vector<raster::Rectangle> rectangles = insideMirrors(missing.rectangles());
@@ -356,21 +352,19 @@ void VirtualLayers::takeStill(std::size_t number, bool goesOn,
     raster::copyTexels(level.still.direction, level.all.direction, drawn);
     raster::copyTexels(level.still.reflector, level.all.reflector, drawn);
   }
-  const ColorsKept kept;
-  glColorMaski(2, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   (goesOn ? level.all.goesOn : level.all.last).bind();
   hidden_.use();
   (number == 0 ? gbuffer.object : levels_[number - 1].all.reflector).bind(0);
   (number == 0 ? still.object : levels_[number - 1].still.reflector).bind(1);
-  glStencilFunc(GL_ALWAYS, 0, 0xFF);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
-  fill(drawn);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+  gl::DrawState state;
+  state.stencil = {.test = true, .function = GL_ALWAYS, .reference = 0, .pass = GL_REPLACE};
+  state.colors = 0b100;
+  fill(drawn, state);
 }
 
 void VirtualLayers::fillUncovered(std::size_t number, std::span<const raster::Rectangle> drawn,
                                   const scene::Camera& camera, Services& services,
-                                  const gl::FragmentCounter& counter) {
+                                  const gl::FragmentCounter& counter, bool colors) {
   const raster::GBuffer& gbuffer = *services.gbuffer;
   levels_[number].uncovered.bind();
   gl::Program& uncovered = number == 0 ? uncovered_ : uncoveredInside_;
@@ -395,20 +389,17 @@ void VirtualLayers::fillUncovered(std::size_t number, std::span<const raster::Re
     uncovered.set("levelOffset", 0.5f * std::log2(6.0f / kPi * face * face));
     uncovered.set("lastLevel", static_cast<float>(environment_.levels() - 1));
   }
-  glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_EQUAL);
-  glDepthMask(GL_FALSE);
+  gl::DrawState state = onLevel(number);
+  state.depth = {.test = true, .function = GL_EQUAL, .write = false};
+  if (!colors) state.colors = 0;
   counter.begin();
-  glStencilFunc(GL_EQUAL, levelBits(number), static_cast<GLuint>(levelMask(number)));
-  fill(drawn);
+  fill(drawn, state);
   if (others) {
-    glStencilFunc(GL_EQUAL, static_cast<int>(raster::SampleClass::Glossy), 0xFF);
-    fill(drawn);
+    state.stencil.reference = static_cast<int>(raster::SampleClass::Glossy);
+    state.stencil.compareMask = 0xFF;
+    fill(drawn, state);
   }
   counter.end();
-  glDepthMask(GL_TRUE);
-  glDepthFunc(GL_GREATER);
-  glDisable(GL_DEPTH_TEST);
 }
 
 }  // namespace catoptric::methods::perturbation

@@ -83,7 +83,7 @@ class VirtualLayers {
                   std::span<const raster::Rectangle> drawn, Services& services);
   /// Joins the levels, deepest first: each is seen through the s of the one before.
   void joinLevels(std::span<const raster::Rectangle> drawn);
-  static Group groupOf(const frame::Geometry& geometry, int o, const raster::VirtualObject& object);
+  static Group groupOf(const frame::Geometry& geometry, int o, const VirtualObject& object);
   /// A level's samples: their stencil, and no depth.
   void clearLevel(std::size_t number, bool goesOn, Images Level::*images,
                   const raster::GBuffer& gbuffer, std::span<const raster::Rectangle> drawn);
@@ -103,10 +103,10 @@ class VirtualLayers {
   /// reflector.
   void takeStill(std::size_t number, bool goesOn, std::span<const raster::Rectangle> drawn,
                  const raster::GBuffer& gbuffer, const raster::GBuffer& still);
-  /// Samples of a level without depth: the environment; counts them.
+  /// Samples of a level without depth: the environment, written where `colors`; counts them.
   void fillUncovered(std::size_t number, std::span<const raster::Rectangle> drawn,
                      const scene::Camera& camera, Services& services,
-                     const gl::FragmentCounter& counter);
+                     const gl::FragmentCounter& counter, bool colors);
 
   const PathTypes& types_;
   RunSettings settings_;

@@ -18,8 +18,7 @@ void TriangleCounts::add(const TriangleCounts& other) {
 
 void virtualTriangles(const frame::Geometry& geometry, int object, const Reflector& reflector,
                       bool own, const View& view, Order order, const TriangleOptions& options,
-                      Connectivity& known, TriangleCounts& counts,
-                      raster::VirtualTriangles& result) {
+                      Connectivity& known, TriangleCounts& counts, VirtualTriangles& result) {
   const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(object)];
   VertexTable table(reflector, view);
   VirtualOutput output(table, reflector.before() != nullptr, result);

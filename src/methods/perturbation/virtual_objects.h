@@ -9,7 +9,7 @@
 
 #include "frame/geometry.h"
 #include "methods/perturbation/reflector.h"
-#include "raster/virtual_objects.h"
+#include "methods/perturbation/virtual_draw.h"
 
 namespace catoptric::methods::perturbation {
 
@@ -62,12 +62,11 @@ struct Connectivity {
 /// them. `result` is written anew; the memory it has is used.
 void virtualTriangles(const frame::Geometry& geometry, int object, const Reflector& reflector,
                       bool own, const View& view, Order order, const TriangleOptions& options,
-                      Connectivity& known, TriangleCounts& counts,
-                      raster::VirtualTriangles& result);
+                      Connectivity& known, TriangleCounts& counts, VirtualTriangles& result);
 
 /// In planes alone, in the order from the eye on: mirrored, exactly.
-raster::VirtualTriangles mirroredTriangles(const frame::Geometry& geometry, int object,
-                                           std::span<const Plane<double>> planes,
-                                           const glm::dvec3& eye, TriangleCounts& counts);
+VirtualTriangles mirroredTriangles(const frame::Geometry& geometry, int object,
+                                   std::span<const Plane<double>> planes, const glm::dvec3& eye,
+                                   TriangleCounts& counts);
 
 }  // namespace catoptric::methods::perturbation

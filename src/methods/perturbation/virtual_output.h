@@ -18,7 +18,7 @@ class VirtualOutput {
  public:
   /// `places`: the place of a vertex' last reflection is kept too. Writes `result` anew; the memory
   /// it has is used.
-  VirtualOutput(const VertexTable& table, bool places, raster::VirtualTriangles& result)
+  VirtualOutput(const VertexTable& table, bool places, VirtualTriangles& result)
       : table_(table), keepsPlaces_(places), result_(result) {
     std::swap(scratch_, kept());
     numbers.clear();
@@ -88,7 +88,7 @@ class VirtualOutput {
  private:
   const VertexTable& table_;
   bool keepsPlaces_;
-  raster::VirtualTriangles& result_;
+  VirtualTriangles& result_;
   std::size_t putOut_ = 0;  ///< of its vertices
   /// What was found or asked for after its vertex was numbered.
   std::map<std::pair<std::uint32_t, std::size_t>, std::uint32_t> putMore_;

@@ -164,23 +164,18 @@ void RayPass::run(Services& services, const RayInputs& inputs) {
     foundBuffer_.bindStorage(2);
   }
   (masks ? gbuffer.reflectionFramebuffer : ownTarget_).bind();
-  glDisable(GL_DEPTH_TEST);
-  glDepthMask(GL_FALSE);
-  glDisable(GL_BLEND);
-  glDisable(GL_SCISSOR_TEST);
   followRays(services, inputs);
   // What found nothing, apart from the others: they would all pay for the cube map and the sky
   takeMarks(masks ? gbuffer.masks : ownMarks_);
   if (!later_.empty()) lookUp(services, inputs);
-  glDepthMask(GL_TRUE);
 }
 
 void RayPass::followRays(Services& services, const RayInputs& inputs) {
-  glEnable(GL_STENCIL_TEST);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
   counts_.bindStorage(1);
   const auto draw = [](raster::SampleClass sampleClass) {
-    glStencilFunc(GL_EQUAL, static_cast<GLint>(sampleClass), 0xFF);
+    gl::DrawState state = raster::onSamplesOf(sampleClass);
+    state.depth.write = false;  // it is read
+    const gl::DrawScope scope(state);
     gl::drawFullScreenTriangle();
   };
   const auto walk = [&](gl::Program& program, raster::SampleClass sampleClass) {
@@ -208,7 +203,6 @@ void RayPass::followRays(Services& services, const RayInputs& inputs) {
   }
   if (reflectors_.curvedMirrors) walk(curved_, raster::SampleClass::CurvedMirror);
   if (reflectors_.glossy) walk(glossy_, raster::SampleClass::Glossy);
-  glDisable(GL_STENCIL_TEST);
 }
 
 void RayPass::takeMarks(const gl::Texture& marks) {
@@ -250,10 +244,12 @@ void RayPass::lookUp(Services& services, const RayInputs& inputs) {
   tileTexture_.bind(9);
   lookUps_.set("tilesAcross", tilesAcross_);
   lookUps_.set("tilesDown", tilesDown_);
-  glColorMaski(1, GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  gl::DrawState state;
+  state.depth.write = false;  // it is read
+  state.colors = 0b01;        // the masks are marks
+  const gl::DrawScope scope(state);
   glViewport(0, 0, tilesAcross_ * kTileSamples, tilesDown_ * kTileSamples);
   gl::drawPoints(later_.size(), kTileSamples);
-  glColorMaski(1, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
 }
 
 void RayPass::count(std::uint64_t unclustered, Counters& counters) const {

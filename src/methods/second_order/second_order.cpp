@@ -121,7 +121,7 @@ void SecondOrder::render(const FrameInput& input, Services& services, FrameOutpu
     output.counters["left_out"] = images_->draw(
         clusters, cameras, reflectors_.skipOwn,
         inputs.exactGrids ? clustering_.clusterOf() : std::span<const std::uint16_t>(),
-        camera.eye(), services.geometry, services.lighting, *services.raster, triangles);
+        camera.eye(), services.geometry, services.lighting, services.raster->scene(), triangles);
   });
   timer.measure("intersect", [&] {
     rayPass_->run(services, inputs);

@@ -14,7 +14,7 @@
 #include "methods/second_order/ray_pass.h"
 #include "methods/second_order/reflectors.h"
 #include "methods/shared/cube_map.h"
-#include "raster/refractive_samples.h"
+#include "raster/passes/refractive_samples.h"
 
 namespace catoptric::methods {
 

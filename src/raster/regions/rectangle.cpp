@@ -198,12 +198,9 @@ std::vector<Rectangle> Region::rectangles() const {
   return cover;
 }
 
-ScissoredTo::ScissoredTo(const Rectangle& r) {
-  glEnable(GL_SCISSOR_TEST);
-  glScissor(r.x0, r.y0, r.width(), r.height());
-}
-ScissoredTo::~ScissoredTo() {
-  glDisable(GL_SCISSOR_TEST);
+gl::DrawState within(const Rectangle& rectangle, gl::DrawState state) {
+  state.scissor = gl::Scissor{rectangle.x0, rectangle.y0, rectangle.width(), rectangle.height()};
+  return state;
 }
 
 }  // namespace catoptric::raster

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/math.h"
+#include "gl/draw_state.h"
 #include "scene/camera.h"
 
 namespace catoptric::raster {
@@ -73,13 +74,7 @@ Rectangle shownRectangle(const scene::Camera& camera, int width, int height,
                          std::span<const Vec3> points);
 Rectangle shownRectangle(const scene::Camera& camera, int width, int height, const Box3& box);
 
-/// While it lives GL draws and clears within a rectangle only.
-class ScissoredTo {
- public:
-  explicit ScissoredTo(const Rectangle& rectangle);
-  ~ScissoredTo();
-  ScissoredTo(const ScissoredTo&) = delete;
-  ScissoredTo& operator=(const ScissoredTo&) = delete;
-};
+/// `state` within a rectangle.
+gl::DrawState within(const Rectangle& rectangle, gl::DrawState state = {});
 
 }  // namespace catoptric::raster

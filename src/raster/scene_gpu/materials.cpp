@@ -12,13 +12,13 @@
 namespace catoptric::raster {
 namespace {
 
-/// The slot of scene.frag, std140.
+/// The slot of surface.glsl, std140.
 struct SlotBlock {
   Vec4 linear{1.0f, 0.0f, 0.0f, 1.0f};
   Vec4 offset{0.0f};
 };
 
-/// The material block of scene.frag, std140.
+/// The material block of surface.glsl, std140.
 struct MaterialBlock {
   Vec4 baseColor{1.0f};
   Vec4 emissive{0.0f};
@@ -139,10 +139,12 @@ std::uint32_t litFeatures(std::uint32_t features, bool sky) {
   return features;
 }
 
-std::uint32_t diffusePassFeatures(std::uint32_t features) {
-  features &= ~(kSpecularTexture | kSpecularUv1 | kGBufferPass);
-  if ((features & kUnlit) != 0) features &= ~(kNormalMap | kNormalUv1);
-  return features;
+std::uint32_t passFeatures(std::uint32_t features, std::uint32_t outputs) {
+  if ((outputs & kSpecularOutput) == 0) features &= ~(kSpecularTexture | kSpecularUv1);
+  if ((features & kUnlit) != 0 && (outputs & kNormalOutput) == 0) {
+    features &= ~(kNormalMap | kNormalUv1);
+  }
+  return features | outputs;
 }
 
 std::uint32_t vertexFeatures(const frame::Geometry& geometry, const frame::ObjectRange& range) {
@@ -170,7 +172,9 @@ std::vector<gl::Define> featureDefines(std::uint32_t features) {
   slot(kNormalMap, kNormalUv1);
   slot(kSpecularTexture, kSpecularUv1);
   slot(kEmissiveTexture, kEmissiveUv1);
-  return {{"GBUFFER", flag(kGBufferPass)},
+  return {{"RADIANCE_OUTPUT", flag(kRadianceOutput)},
+          {"NORMAL_OUTPUT", flag(kNormalOutput)},
+          {"SPECULAR_OUTPUT", flag(kSpecularOutput)},
           {"BASE_TEXTURE", flag(kBaseTexture)},
           {"NORMAL_MAP", flag(kNormalMap)},
           {"SPECULAR_TEXTURE", flag(kSpecularTexture)},
@@ -185,11 +189,6 @@ std::vector<gl::Define> featureDefines(std::uint32_t features) {
           {"SPECULAR_UV", flag(kSpecularUv1)},
           {"EMISSIVE_UV", flag(kEmissiveUv1)},
           {"SKY", flag(kSky)},
-          {"VIEWS", flag(kViews)},
-          {"VIRTUAL", flag(kVirtual)},
-          {"PLACES", flag(kPlaces)},
-          {"COMPOUND", flag(kCompound)},
-          {"PEEL", flag(kPeel)},
           {"UV0", uv0 ? "1" : "0"},
           {"UV1", uv1 ? "1" : "0"}};
 }
@@ -248,14 +247,14 @@ Materials::Materials(const scene::Scene& scene) {
 }
 
 void Materials::bind(int material) const {
-  glBindBufferRange(GL_UNIFORM_BUFFER, 1, blocks_.id(),
+  glBindBufferRange(GL_UNIFORM_BUFFER, shared::kMaterialBlock, blocks_.id(),
                     static_cast<GLintptr>(blockStride_ * static_cast<std::size_t>(material)),
                     sizeof(MaterialBlock));
   const Slots& slots = slots_[material];
-  if (slots.base != scene::kNone) textures_[slots.base].bind(0);
-  if (slots.normal != scene::kNone) textures_[slots.normal].bind(1);
-  if (slots.specular != scene::kNone) textures_[slots.specular].bind(2);
-  if (slots.emissive != scene::kNone) textures_[slots.emissive].bind(3);
+  if (slots.base != scene::kNone) textures_[slots.base].bind(shared::kBaseTextureUnit);
+  if (slots.normal != scene::kNone) textures_[slots.normal].bind(shared::kNormalTextureUnit);
+  if (slots.specular != scene::kNone) textures_[slots.specular].bind(shared::kSpecularTextureUnit);
+  if (slots.emissive != scene::kNone) textures_[slots.emissive].bind(shared::kEmissiveTextureUnit);
 }
 
 std::size_t Materials::bytes() const {

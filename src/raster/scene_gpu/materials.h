@@ -13,7 +13,7 @@
 
 namespace catoptric::raster {
 
-/// What a variant of scene.frag is compiled with; only combinations that occur are compiled.
+/// What a variant of surface.glsl is compiled with; only combinations that occur are compiled.
 enum Feature : std::uint32_t {
   kBaseTexture = 1u << 0,
   kNormalMap = 1u << 1,
@@ -28,25 +28,22 @@ enum Feature : std::uint32_t {
   kEmissiveUv1 = 1u << 10,
   kBakeIrradiance = 1u << 11,
   kBakeVisibility = 1u << 12,
-  kSky = 1u << 13,          ///< light of the environment or ambient light, where visible
-  kGBufferPass = 1u << 14,  ///< otherwise diffuse radiance alone
-  kViews = 1u << 15,        ///< many views in one pass
-  kCompound = 1u << 16,     ///< ... and many of them in one draw
-  kVirtual = 1u << 17,      ///< drawn where a reflector shows it
-  kPlaces = 1u << 18,       ///< ... by way of others, with the places of the last reflection
-  kPeel = 1u << 19,         ///< of many views: what lies behind the nearest surface
+  kSky = 1u << 13,             ///< light of the environment or ambient light, where visible
+  kRadianceOutput = 1u << 14,  ///< what a pass writes: diffuse radiance,
+  kNormalOutput = 1u << 15,    ///< the shading normal,
+  kSpecularOutput = 1u << 16,  ///< s and g
 };
 
 /// Features of a material by itself.
 std::uint32_t materialFeatures(const scene::Material& material);
 /// Those that the lighting does not need are removed; `sky`: hasSky() of the lighting.
 std::uint32_t litFeatures(std::uint32_t features, bool sky);
-/// Those that the diffuse pass can do without are removed (s and g are not written).
-std::uint32_t diffusePassFeatures(std::uint32_t features);
+/// Those that a pass with these outputs (bits of Feature) needs, and the outputs.
+std::uint32_t passFeatures(std::uint32_t features, std::uint32_t outputs);
 /// Features of an object's vertex attributes: colours that are not white, baked light; kSky where
 /// any vertex sees the sky.
 std::uint32_t vertexFeatures(const frame::Geometry& geometry, const frame::ObjectRange& range);
-/// Defines of scene.vert and scene.frag for a set of features.
+/// Defines of vertex.glsl and surface.glsl for a set of features.
 std::vector<gl::Define> featureDefines(std::uint32_t features);
 
 /// Diffuse, CurvedMirror or Glossy: what a material can show anywhere (a texture's largest values).
@@ -65,7 +62,7 @@ class Materials {
   /// exceeds the context's limits or has no pixels.
   explicit Materials(const scene::Scene& scene);
 
-  /// Binds the block and the textures of a material, as scene.frag names them.
+  /// Binds the block and the textures of a material, as surface.glsl names them.
   void bind(int material) const;
   /// Reflection tints by object id (0: background), RGBA32F texel buffer.
   const gl::Texture& tints() const { return tints_; }

@@ -4,14 +4,16 @@
 //   REFLECTIVE 0 when nothing of the scene reflects: the mean of the diffuse radiance
 //   TINTED    0 when all reflective materials have tint 1
 //   FRESNEL   1: s + (1 - s)(1 - cos)^5 [Schlick1994] where s > 0
+#include "constants.glsl"
+
 // Images, not textures: llvmpipe loads from them in half the time of texelFetch
-layout(binding = 0, rgba32f) readonly uniform image2D diffuseSamples;
+layout(binding = kDiffuseImage, rgba32f) readonly uniform image2D diffuseSamples;
 #if TINTED
-layout(binding = 1, r32ui) readonly uniform uimage2D objectSamples;
-layout(binding = 5) uniform samplerBuffer tints;  // by object id
+layout(binding = kObjectImage, r32ui) readonly uniform uimage2D objectSamples;
+layout(binding = kTintsUnit) uniform samplerBuffer tints;  // by object id
 #endif
-layout(binding = 2, rgba32f) readonly uniform image2D reflectionSamples;
-layout(binding = 3, rgba32f) readonly uniform image2D normalSamples;
+layout(binding = kReflectionImage, rgba32f) readonly uniform image2D reflectionSamples;
+layout(binding = kNormalImage, rgba32f) readonly uniform image2D normalSamples;
 uniform mat4 rayFromWindow;
 
 layout(location = 0) out vec4 outFrame;

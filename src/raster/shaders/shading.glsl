@@ -4,9 +4,9 @@
 //   ENVIRONMENT   0 constant, 1 gradient, 2 latitude-longitude image
 //   SKY           1 when the environment's irradiance or the ambient light reaches any vertex
 //   LIGHT_COUNT   lights that are not baked; LIGHT_SUM their sum as an expression of x and n
+#include "constants.glsl"
 
 const float kPi = 3.14159265358979;
-const float kReflectiveThreshold = 0.05;  // scene/reflectance.h
 
 struct Light {
   vec4 positionRange;    // xyz position; w 1 / range, 0 for unlimited
@@ -14,7 +14,7 @@ struct Light {
   vec4 intensityCone;    // rgb intensity; w 1 / max(1e-3, cosInner - cosOuter)
 };
 
-layout(std140, binding = 0) uniform Frame {
+layout(std140, binding = kFrameBlock) uniform Frame {
   mat4 clipFromWorld;
   mat4 rayFromWindow;    // window coordinates to (position - eye), homogeneous
   vec4 eye;              // xyz; w spread of one sample's ray cone in radians
@@ -28,7 +28,7 @@ layout(std140, binding = 0) uniform Frame {
 } frame;
 
 #if ENVIRONMENT == 2
-layout(binding = 4) uniform sampler2D environmentImage;
+layout(binding = kEnvironmentUnit) uniform sampler2D environmentImage;
 #endif
 
 // Radiance of the environment along the unit direction d.

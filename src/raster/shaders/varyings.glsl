@@ -1,43 +1,16 @@
-// What goes from vertices to fragments: only what the variant uses (each varying costs time per
-// triangle and per sample on llvmpipe). VARYING is `out` or `in`.
+// What goes from vertices to fragments of surfaces: only what the variant uses (each varying costs time
+// per triangle and per sample on llvmpipe). VARYING is `out` or `in`.
+//   NORMAL_OUTPUT    1 when the shading normal is written, also that of unlit surfaces
+//   SPECULAR_OUTPUT  1 when s and g are written
 #ifdef VERTEX_STAGE
 #define VARYING out
 #else
 #define VARYING in
 #endif
-#define FROM_EYE (BASE_TEXTURE || NORMAL_MAP || EMISSIVE_TEXTURE || (SPECULAR_TEXTURE && GBUFFER) || (LIGHT_COUNT > 0 && !UNLIT))
-#if VIEWS
-// One of many views
-#if COMPOUND
-struct ViewOfMany {
-#else
-layout(std140, binding = 2) uniform View {
-#endif
-  mat4 clipFromWorld;
-  vec4 eye;      // xyz; w spread of one sample's ray cone in radians
-  vec4 ownClip;  // of the object behind which the eye is: drawn in front of it
-#if COMPOUND
-  vec4 place;    // of its rectangle in the layer's clip space: scale, centre
-};
-layout(std140, binding = 2) uniform Views { ViewOfMany views[128]; };  // kCompoundViews
-#if FROM_EYE
-flat VARYING vec4 vertexEye;
-#endif
-#else
-} view;
-#endif
-#if FROM_EYE
-VARYING vec3 vertexFromEye;
-#endif
-#endif
-#if VIRTUAL
-VARYING vec3 vertexPosition;
-VARYING float vertexShare;
-#if PLACES
-VARYING vec3 vertexPlace;
-#endif
-#endif
-#if !UNLIT || GBUFFER
+#define HAS_NORMAL (!UNLIT || NORMAL_OUTPUT)
+// Whether the way from the eye matters
+#define FROM_EYE (BASE_TEXTURE || NORMAL_MAP || EMISSIVE_TEXTURE || (SPECULAR_TEXTURE && SPECULAR_OUTPUT) || (LIGHT_COUNT > 0 && !UNLIT))
+#if HAS_NORMAL
 VARYING vec3 vertexNormal;
 #endif
 #if NORMAL_MAP

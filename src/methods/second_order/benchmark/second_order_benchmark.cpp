@@ -25,14 +25,17 @@
 #include <cstring>
 #include <ctime>
 #include <exception>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "core/error.h"
+#include "core/file.h"
 #include "frame/steps.h"
 #include "gl/context.h"
+#include "gl/shader.h"
 #include "methods/second_order/clustering/sums.h"
 #include "methods/second_order/second_order.h"
 #include "raster/scene_gpu/materials.h"
@@ -132,6 +135,74 @@ struct Step {
   double whole = 0.0, once = 0.0, least = 0.0;
 };
 
+/// While it lives GL draws over the depth of the same picture, drawn before, which is not cleared:
+/// each sample is shaded once.
+class SeenOnce {
+ public:
+  SeenOnce() {
+    depthFunc_ = glad_glDepthFunc;
+    glad_glDepthFunc = [](GLenum f) { depthFunc_(f == GL_GREATER ? GLenum{GL_GEQUAL} : f); };
+    glad_glClearNamedFramebufferfi = [](GLuint, GLenum, GLint, GLfloat, GLint) {};
+    glad_glClearTexSubImage = [](GLuint, GLint, GLint, GLint, GLint, GLsizei, GLsizei, GLsizei,
+                                 GLenum, GLenum, const void*) {};
+    glad_glTextureSubImage3D = [](GLuint, GLint, GLint, GLint, GLint, GLsizei, GLsizei, GLsizei,
+                                  GLenum, GLenum, const void*) {};
+  }
+  ~SeenOnce() {
+    glad_glDepthFunc = depthFunc_;
+    glad_glClearNamedFramebufferfi = clearFramebuffer_;
+    glad_glClearTexSubImage = clearTexture_;
+    glad_glTextureSubImage3D = writeTexture_;
+  }
+  SeenOnce(const SeenOnce&) = delete;
+  SeenOnce& operator=(const SeenOnce&) = delete;
+
+ private:
+  static inline PFNGLDEPTHFUNCPROC depthFunc_ = nullptr;
+  PFNGLCLEARNAMEDFRAMEBUFFERFIPROC clearFramebuffer_ = glad_glClearNamedFramebufferfi;
+  PFNGLCLEARTEXSUBIMAGEPROC clearTexture_ = glad_glClearTexSubImage;
+  PFNGLTEXTURESUBIMAGE3DPROC writeTexture_ = glad_glTextureSubImage3D;
+};
+
+/// While it lives programs are compiled that give surfaces a constant colour.
+class Unshaded {
+ public:
+  Unshaded() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "catoptric-XXXXXX").string();
+    folder_ = mkdtemp(pattern.data());
+    write("raster/shaders/gbuffer.frag",
+          "#include \"raster/shaders/surface.glsl\"\n"
+          "uniform uint objectId;\n"
+          "layout(location = 0) out vec4 outDiffuse;\n"
+          "layout(location = 1) out vec4 outNormal;\n"
+          "layout(location = 2) out uint outObject;\n"
+          "void main() {\n"
+          "  outDiffuse = outNormal = vec4(0.5);\n"
+          "  outObject = objectId;\n"
+          "}\n");
+    write("methods/second_order/shaders/views.frag",
+          "#include \"raster/shaders/surface.glsl\"\n"
+          "uniform int frontLayer;\n"
+          "layout(location = 0) out vec4 outDiffuse;\n"
+          "void main() { outDiffuse = vec4(0.5); }\n");
+    gl::setShaderFolder(folder_);
+  }
+  ~Unshaded() {
+    gl::setShaderFolder({});
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+  Unshaded(const Unshaded&) = delete;
+  Unshaded& operator=(const Unshaded&) = delete;
+
+ private:
+  void write(const std::string& file, const std::string& text) const {
+    std::filesystem::create_directories((folder_ / file).parent_path());
+    writeFileAtomically(folder_ / file, text);
+  }
+  std::filesystem::path folder_;
+};
+
 class Benchmark {
  public:
   Benchmark(const char* sceneFile, const char* pathFile, const char* options)
@@ -142,11 +213,13 @@ class Benchmark {
         lighting_(frame::makeLighting(
             scene_, pose_, std::make_shared<frame::EnvironmentLight>(scene_.environment))),
         raster_(scene_, geometry_),
+        unshaded_(scene_, geometry_),
         materials_(scene_),
         gbuffer_(raster_.makeGBuffer({kSize, kSize, kSamples, true})),
         picture_(gl::Texture::make2D("frame", GL_RGBA32F, kSize, kSize)),
         path_(scene::loadPath(pathFile, scene_)),
-        method_(secondOrderOptions().parse(config::parseText(options, "options"))) {
+        method_(secondOrderOptions().parse(config::parseText(options, "options"))),
+        unshadedMethod_(secondOrderOptions().parse(config::parseText(options, "options"))) {
     settings_.width = settings_.height = kSize;
     settings_.samples = kSamples;
     settings_.masks = true;
@@ -157,6 +230,7 @@ class Benchmark {
       last_ = now;
     });
     method_.prepare(services_, settings_);
+    unshadedMethod_.prepare(unshadedServices_, settings_);
     const auto all = static_cast<std::size_t>(kAllSamples);
     for (VectorArrays* v : {&kernel_.position, &kernel_.normal, &kernel_.direction}) v->resize(all);
     kernel_.bins.resize(all);
@@ -206,11 +280,15 @@ class Benchmark {
 
   /// Milliseconds by step of the method's part of a frame.
   std::map<std::string, double> render(const FrameInput& input, Counters& counters) {
+    return render(method_, services_, input, counters);
+  }
+  std::map<std::string, double> render(Method& method, Services& services, const FrameInput& input,
+                                       Counters& counters) {
     timer_.take();
     busy_.clear();
     last_ = processMs();
     FrameOutput output;
-    method_.render(input, services_, output);
+    method.render(input, services, output);
     counters = output.counters;
     std::map<std::string, double> times;
     for (std::size_t k = 0; k < busy_.size(); ++k) times[timer_.samples()[k].step] += busy_[k];
@@ -235,16 +313,14 @@ class Benchmark {
           gl::Texture::make2D("walks", GL_RGBA32F, gbuffer_.sampleWidth(), gbuffer_.sampleHeight());
     }
     const auto draw = [](raster::SampleClass sampleClass) {
-      glStencilFunc(GL_EQUAL, static_cast<GLint>(sampleClass), 0xFF);
+      gl::DrawState state = raster::onSamplesOf(sampleClass);
+      state.depth.write = false;
+      const gl::DrawScope scope(state);
       gl::drawFullScreenTriangle();
     };
     const RayInputs inputs = method_.rayInputs(camera);
     gbuffer_.reflectionFramebuffer.bind();
     gbuffer_.reflectionFramebuffer.clearColor(0, 0.0f, 0.0f, 0.0f, 0.0f);
-    glDisable(GL_DEPTH_TEST);
-    glDepthMask(GL_FALSE);
-    glEnable(GL_STENCIL_TEST);
-    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
     method_.rayPass().bindWalk(walksOf_, services_, inputs);
     draw(raster::SampleClass::CurvedMirror);
     glCopyImageSubData(gbuffer_.reflection.id(), GL_TEXTURE_2D, 0, 0, 0, 0, walks_.id(),
@@ -259,8 +335,6 @@ class Benchmark {
                                     : raster::SampleClass::CurvedMirror);
       }
     });
-    glDisable(GL_STENCIL_TEST);
-    glDepthMask(GL_TRUE);
     return ms;
   }
 
@@ -274,8 +348,6 @@ class Benchmark {
     const gl::Framebuffer target("calibration", {{.texture = picture_}});
     return busyMs([&] {
       target.bind();
-      glDisable(GL_STENCIL_TEST);
-      glDisable(GL_DEPTH_TEST);
       reads_.use();
       gbuffer_.diffuse.bindImage(0, GL_READ_ONLY);
       gbuffer_.reflection.bindImage(1, GL_READ_ONLY);
@@ -296,7 +368,6 @@ class Benchmark {
     // The frame
     Counters counters;
     Counters ignored;
-    raster_.setDrawCost(raster::DrawCost::Whole);
     add("gbuffer", &Step::whole, busyMs(drawGBuffer));
     for (const auto& [name, ms] : render(input, counters)) add(name, &Step::whole, ms);
     add("composite", &Step::whole,
@@ -307,12 +378,18 @@ class Benchmark {
     const double reads = intersectReads(camera);
 
     // What is drawn: each sample shaded once, and not at all
-    raster_.setDrawCost(raster::DrawCost::SeenOnce);
-    add("gbuffer", &Step::once, busyMs(drawGBuffer));
-    add("depth_images", &Step::once, render(input, ignored)["depth_images"]);
-    raster_.setDrawCost(raster::DrawCost::Constant);
-    add("depth_images", &Step::least, render(input, ignored)["depth_images"]);
-    add("gbuffer", &Step::least, busyMs(drawGBuffer));
+    {
+      const SeenOnce once;
+      add("gbuffer", &Step::once, busyMs(drawGBuffer));
+      add("depth_images", &Step::once, render(input, ignored)["depth_images"]);
+    }
+    {
+      const Unshaded constant;
+      add("depth_images", &Step::least,
+          render(unshadedMethod_, unshadedServices_, input, ignored)["depth_images"]);
+      add("gbuffer", &Step::least,
+          busyMs([&] { unshaded_.drawGBuffer(gbuffer_, camera, lighting_); }));
+    }
 
     // Copies
     const double copy = busyMs([&] { std::memcpy(to_.data(), from_.data(), kCopied); }) / kCopied;
@@ -353,14 +430,17 @@ class Benchmark {
   frame::Geometry geometry_;
   frame::Lighting lighting_;
   raster::SceneRaster raster_;
+  raster::SceneRaster unshaded_;  ///< whose programs are compiled by Unshaded
   raster::Materials materials_;
   raster::GBuffer gbuffer_;
   gl::Texture picture_;
   std::unique_ptr<scene::CameraPath> path_;
   SecondOrder method_;
+  SecondOrder unshadedMethod_;
   frame::StepTimer timer_;
   RunSettings settings_;
   Services services_{scene_, geometry_, lighting_, &raster_, &gbuffer_, nullptr, timer_};
+  Services unshadedServices_{scene_, geometry_, lighting_, &unshaded_, &gbuffer_, nullptr, timer_};
   std::vector<double> busy_;  ///< of the steps that timer_ has seen, ms
   double last_ = 0.0;
   std::vector<char> from_ = std::vector<char>(kCopied, 1);

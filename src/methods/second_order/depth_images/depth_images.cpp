@@ -73,7 +73,7 @@ std::uint64_t DepthImages::draw(std::span<const Cluster> clusters,
                                 const std::vector<bool>& skipOwn,
                                 std::span<const std::uint16_t> samplesOnGrids, const Vec3& frameEye,
                                 const frame::Geometry& geometry, const frame::Lighting& lighting,
-                                raster::SceneRaster& raster, std::span<std::uint64_t> triangles) {
+                                raster::SceneGpu& scene, std::span<std::uint64_t> triangles) {
   const int layers = atlas_.layers * options_.depthLayers;
   if (color_.layers() < layers) {
     targets_.clear();
@@ -95,10 +95,10 @@ std::uint64_t DepthImages::draw(std::span<const Cluster> clusters,
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return atlas_.places[a].layer < atlas_.places[b].layer;
   });
-  std::vector<raster::DiffuseView> views;
+  std::vector<DiffuseView> views;
   views.reserve(order.size());
   for (const std::size_t i : order) {
-    raster::DiffuseView view;
+    DiffuseView view;
     view.clipFromWorld = cameras[i].clipFromWorld(frameEye);
     view.eye = frameEye + cameras[i].eye;
     view.texelSpreadRad = cameras[i].texelSpreadRad;
@@ -130,13 +130,12 @@ std::uint64_t DepthImages::draw(std::span<const Cluster> clusters,
     view.skipOwn = skipOwn[static_cast<std::size_t>(clusters[i].object)];
     views.push_back(view);
   }
-  if (raster.drawCost() != raster::DrawCost::SeenOnce) {
-    prepareDepth(clusters, cameras, skipOwn, order, samplesOnGrids);
-  }
+  prepareDepth(clusters, cameras, skipOwn, order, samplesOnGrids);
   std::vector<std::uint64_t> drawn(views.size());
-  const std::uint64_t leftOut =
-      raster.drawDiffuseViews(views, targets_, geometry, lighting, drawn, options_.compound,
-                              options_.depthLayers > 1 ? &depth_ : nullptr);
+  const ViewLayers targets{.targets = targets_,
+                           .peeled = options_.depthLayers > 1 ? &depth_ : nullptr,
+                           .compound = options_.compound};
+  const std::uint64_t leftOut = diffuse_.draw(scene, views, targets, geometry, lighting, drawn);
   for (std::size_t k = 0; k < order.size(); ++k) triangles[order[k]] = drawn[k];
   writeTable(clusters, cameras, triangles);
   return leftOut;

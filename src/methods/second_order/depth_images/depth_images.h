@@ -11,7 +11,8 @@
 #include "methods/second_order/cameras/cluster_camera.h"
 #include "methods/second_order/clustering/types.h"
 #include "methods/second_order/depth_images/atlas.h"
-#include "raster/scene_raster.h"
+#include "methods/second_order/depth_images/diffuse_views.h"
+#include "raster/scene_gpu/scene_gpu.h"
 
 namespace catoptric::methods {
 
@@ -48,7 +49,7 @@ class DepthImages {
                      const std::vector<bool>& skipOwn,
                      std::span<const std::uint16_t> samplesOnGrids, const Vec3& frameEye,
                      const frame::Geometry& geometry, const frame::Lighting& lighting,
-                     raster::SceneRaster& raster, std::span<std::uint64_t> triangles);
+                     raster::SceneGpu& scene, std::span<std::uint64_t> triangles);
 
   /// Binds colour and depth images and the table of clusters, as depth_image.glsl names them.
   void bind() const;
@@ -87,6 +88,7 @@ class DepthImages {
   int layerWidth_ = 1;
   int layerHeight_ = 1;
   Atlas atlas_;
+  DiffuseViews diffuse_;
   gl::Texture color_;  ///< RGBA16F; of two depth layers the second half
   gl::Texture depth_;
   std::vector<gl::Framebuffer> targets_;

@@ -3,14 +3,18 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
+#include <span>
 #include <vector>
 
 #include "core/math.h"
 #include "frame/geometry.h"
+#include "frame/shading.h"
+#include "gl/draw_state.h"
 #include "gl/objects.h"
-#include "raster/regions/rectangle.h"
+#include "raster/scene_raster.h"
 
-namespace catoptric::raster {
+namespace catoptric::methods::perturbation {
 
 /// What one reflector, or several one after the other, show of one object.
 struct VirtualTriangles {
@@ -44,8 +48,8 @@ struct VirtualObject {
   float refraction = 0.0f;
   std::uint32_t nextTotal = 0;
   float depthSlack = 0.0f;
-  Region where;                      ///< what may show any of it
-  std::vector<Rectangle> triangles;  ///< ... and each of its triangles
+  raster::Region where;                      ///< what may show any of it
+  std::vector<raster::Rectangle> triangles;  ///< ... and each of its triangles
   gl::Buffer positions;
   gl::Buffer attributes;
   gl::Buffer images;
@@ -60,6 +64,15 @@ struct VirtualPass {
   const gl::Texture& depth;       ///< reversed-Z: where samples show them
   bool continues = false;  ///< colour a is s; the direction onward goes to colour 1, `next` to 2
   bool fresnel = false;    ///< s by Schlick's formula
+  gl::StencilState stencil = {};
 };
 
-}  // namespace catoptric::raster
+/// Draws the diffuse radiance of virtual objects into the bound framebuffer's colour 0 and depth
+/// (reversed-Z, cleared by the caller), each on the samples of its reflector. The raster's
+/// drawGBuffer() with this camera came before. Nothing is drawn outside the rectangles `parts`, in
+/// samples.
+void drawVirtualObjects(raster::SceneRaster& raster, std::span<const VirtualObject* const> objects,
+                        const VirtualPass& pass, const scene::Camera& camera,
+                        const frame::Lighting& lighting, std::span<const raster::Rectangle> parts);
+
+}  // namespace catoptric::methods::perturbation

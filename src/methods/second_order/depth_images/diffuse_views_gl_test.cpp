@@ -6,9 +6,11 @@
 #include <cstring>
 #include <numeric>
 
+#include "gl/draw_state.h"
+#include "methods/second_order/depth_images/diffuse_views.h"
 #include "raster/test_support.h"
 
-namespace catoptric {
+namespace catoptric::methods {
 namespace {
 
 using test::SceneBuilder;
@@ -36,7 +38,7 @@ scene::Scene room() {
 }
 
 /// Views from within the room and from beside it, with large, small and oblong images.
-std::vector<raster::DiffuseView> viewsOfRoom() {
+std::vector<DiffuseView> viewsOfRoom() {
   struct View {
     Vec3 eye, target;
     float angle;
@@ -48,10 +50,10 @@ std::vector<raster::DiffuseView> viewsOfRoom() {
                                       {{-1, 0, 0.7f}, {-1, 0, 0}, 1.5f, 0, 120, 33, 40},
                                       {{1, -0.5f, -0.5f}, {2, 0, 0}, 2.2f, 60, 130, 90, 70},
                                       {{9, 3, 1}, {0, 0, 0}, 0.5f, 160, 40, 21, 60}}};
-  std::vector<raster::DiffuseView> views;
+  std::vector<DiffuseView> views;
   for (const View& g : given) {
     scene::Camera camera = scene::lookAt(g.eye, g.target, {0, 1, 0}, g.angle);
-    raster::DiffuseView view;
+    DiffuseView view;
     view.clipFromWorld =
         scene::clipFromCamera(camera, static_cast<float>(g.width) / static_cast<float>(g.height)) *
         scene::cameraFromWorld(camera);
@@ -83,19 +85,19 @@ struct Layers {
   }
 
   /// Draws each view by itself into layer 1; the triangles drawn.
-  std::uint64_t drawAlone(const Uploaded& world, std::span<const raster::DiffuseView> views,
+  std::uint64_t drawAlone(const Uploaded& world, std::span<const DiffuseView> views,
                           int skipObject = 0) {
     std::uint64_t triangles = 0;
     targets[1].bind();
-    glEnable(GL_SCISSOR_TEST);
-    for (const raster::DiffuseView& view : views) {
+    gl::DrawScope scope{gl::DrawState()};
+    const raster::DiffuseDraw what{.objects = raster::ObjectSet::without({skipObject})};
+    for (const DiffuseView& view : views) {
       glViewport(view.x, view.y, view.width, view.height);
-      glScissor(view.x, view.y, view.width, view.height);
+      scope.change({.scissor = gl::Scissor{view.x, view.y, view.width, view.height}});
       triangles +=
-          world.raster->drawDiffuse(view.clipFromWorld, view.eye, 0.01f, world.lighting, skipObject)
+          world.raster->drawDiffuse(view.clipFromWorld, view.eye, 0.01f, world.lighting, what)
               .triangles;
     }
-    glDisable(GL_SCISSOR_TEST);
     return triangles;
   }
 };
@@ -104,9 +106,10 @@ TEST(DiffuseViews, CulledTrianglesShowNothing) {
   Uploaded world(room());
   constexpr int kSide = Layers::kSide;
   Layers images;
-  const std::vector<raster::DiffuseView> views = viewsOfRoom();
+  const std::vector<DiffuseView> views = viewsOfRoom();
   std::vector<std::uint64_t> triangles(views.size());
-  world.raster->drawDiffuseViews(views, images.targets, world.geometry, world.lighting, triangles);
+  DiffuseViews().draw(world.raster->scene(), views, {.targets = images.targets}, world.geometry,
+                      world.lighting, triangles);
   std::uint64_t together = 0;
   for (std::size_t i = 0; i < views.size(); ++i) {
     together += triangles[i];
@@ -142,15 +145,17 @@ TEST(DiffuseViews, MayEndFarAwayWithoutLosingWhatIsNear) {
   constexpr float kUntil = 1.8f;
   Layers whole;
   Layers cut;
-  std::vector<raster::DiffuseView> views = viewsOfRoom();
+  std::vector<DiffuseView> views = viewsOfRoom();
   std::vector<std::uint64_t> all(views.size());
-  world.raster->drawDiffuseViews(views, whole.targets, world.geometry, world.lighting, all);
-  for (raster::DiffuseView& view : views) {
+  DiffuseViews().draw(world.raster->scene(), views, {.targets = whole.targets}, world.geometry,
+                      world.lighting, all);
+  for (DiffuseView& view : views) {
     const Vec4 w = glm::transpose(view.clipFromWorld)[3];  // distance along the axis
     view.farClip = Vec4(0.0f, 0.0f, 0.0f, kUntil) - w;
   }
   std::vector<std::uint64_t> triangles(views.size());
-  world.raster->drawDiffuseViews(views, cut.targets, world.geometry, world.lighting, triangles);
+  DiffuseViews().draw(world.raster->scene(), views, {.targets = cut.targets}, world.geometry,
+                      world.lighting, triangles);
   gl::checkErrors("views");
   const auto depths = whole.depth.read<float>(0, GL_DEPTH_COMPONENT, GL_FLOAT, 1);
   const auto depthsOfCut = cut.depth.read<float>(0, GL_DEPTH_COMPONENT, GL_FLOAT, 1);
@@ -183,23 +188,24 @@ TEST(DiffuseViews, MayEndFarAwayWithoutLosingWhatIsNear) {
 TEST(DiffuseViews, ClipTheirOwnObjectAlone) {
   Uploaded world(room());
   constexpr int kOwn = 2;  // the large sphere
-  std::vector<raster::DiffuseView> views = viewsOfRoom();
-  for (raster::DiffuseView& view : views) {
+  std::vector<DiffuseView> views = viewsOfRoom();
+  for (DiffuseView& view : views) {
     view.ownObject = kOwn;
     view.ownClip = Vec4(0.0f, 0.0f, 0.0f, -1.0f);  // nothing of it is left
   }
   for (const bool compound : {false, true}) {
     Layers images;
     std::vector<std::uint64_t> triangles(views.size());
-    world.raster->drawDiffuseViews(views, images.targets, world.geometry, world.lighting, triangles,
-                                   compound);
+    DiffuseViews().draw(world.raster->scene(), views,
+                        {.targets = images.targets, .compound = compound}, world.geometry,
+                        world.lighting, triangles);
     images.drawAlone(world, views, kOwn);
     gl::checkErrors("views");
     const auto depths = images.depth.read<float>(0, GL_DEPTH_COMPONENT, GL_FLOAT, 1);
     constexpr int kSide = Layers::kSide;
     std::size_t texels = 0;
     std::size_t different = 0;
-    for (const raster::DiffuseView& view : views) {
+    for (const DiffuseView& view : views) {
       for (int y = view.y; y < view.y + view.height; ++y) {
         for (int x = view.x; x < view.x + view.width; ++x) {
           const auto at = static_cast<std::size_t>(y * kSide + x);
@@ -215,4 +221,4 @@ TEST(DiffuseViews, ClipTheirOwnObjectAlone) {
 }
 
 }  // namespace
-}  // namespace catoptric
+}  // namespace catoptric::methods

@@ -1,10 +1,11 @@
-#include "raster/frame_block.h"
+#include "raster/scene_gpu/frame_block.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 
 #include "core/error.h"
+#include "raster/constants.h"
 #include "scene/loader.h"
 
 namespace catoptric::raster {
@@ -157,7 +158,7 @@ void FrameResources::bind(const FrameView& view, const frame::Lighting& lighting
   } else {
     block_.write(0, bytes.size(), bytes.data());
   }
-  block_.bindUniform(0);
+  block_.bindUniform(shared::kFrameBlock);
 }
 
 void FrameResources::bindEnvironment(const frame::Lighting& lighting) {
@@ -174,7 +175,7 @@ void FrameResources::bindEnvironment(const frame::Lighting& lighting) {
     image_.setWrap(GL_REPEAT, GL_CLAMP_TO_EDGE);
     imageOf_ = &environment;
   }
-  image_.bind(4);
+  image_.bind(shared::kEnvironmentUnit);
 }
 
 }  // namespace catoptric::raster

@@ -1,4 +1,4 @@
-#include "raster/refractive_samples.h"
+#include "raster/passes/refractive_samples.h"
 
 #include <algorithm>
 #include <vector>
@@ -30,18 +30,12 @@ std::uint64_t RefractiveSamples::count(const GBuffer& gbuffer) const {
   program_.use();
   gbuffer.object.bind(0);
   refracts_.bind(1);
-  glDisable(GL_DEPTH_TEST);
-  glDisable(GL_SCISSOR_TEST);
-  glEnable(GL_STENCIL_TEST);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
-  // Planar and curved mirrors differ in the last bit only
-  glStencilFunc(GL_EQUAL, static_cast<int>(SampleClass::PlanarMirror), 0xFE);
-  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  gl::DrawState state = onMirrors();
+  state.colors = 0;
+  const gl::DrawScope scope(state);
   counter_.begin();
   gl::drawFullScreenTriangle();
   counter_.end();
-  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-  glDisable(GL_STENCIL_TEST);
   return counter_.read();
 }
 

@@ -1,17 +1,29 @@
-#include "raster/virtual_objects.h"
+#include "methods/perturbation/virtual_draw.h"
 
 #include <algorithm>
 #include <array>
 
+#include "raster/passes/visible.h"
 #include "raster/regions/triangle_cover.h"
-#include "raster/scene_raster_state.h"
+#include "raster/scene_gpu/scene_gpu.h"
 
-namespace catoptric::raster {
+namespace catoptric::methods::perturbation {
 namespace {
 
-/// Texture units of scene.frag.
-constexpr GLuint kReflectorUnit = 5;
-constexpr GLuint kDepthUnit = 6;
+using raster::DrawList;
+using raster::Rectangle;
+
+#include "methods/perturbation/shaders/virtual_constants.glsl"
+
+raster::SurfaceShaders virtualShaders(bool continues, bool places) {
+  return {
+      .label = "virtual objects",
+      .vertex = "methods/perturbation/shaders/virtual.vert",
+      .fragment = "methods/perturbation/shaders/virtual.frag",
+      .outputs = raster::kRadianceOutput |
+                 (continues ? std::uint32_t{raster::kNormalOutput | raster::kSpecularOutput} : 0u),
+      .defines = {{"PLACES", places ? "1" : "0"}}};
+}
 
 /// So many triangles are rather drawn in vain than left out between two ranges (ours).
 constexpr std::size_t kLongestGap = 8;
@@ -49,8 +61,8 @@ VirtualObject::VirtualObject(const VirtualTriangles& source, const scene::Camera
                  : gl::Buffer("virtual object's places", std::span<const Vec3>(source.places))),
       vertices("virtual object") {
   // Without the triangles that cover no sample's centre
-  const TriangleCover cover(camera, width, height);
-  std::vector<TriangleCover::Corner> corners;
+  const raster::TriangleCover cover(camera, width, height);
+  std::vector<raster::TriangleCover::Corner> corners;
   corners.reserve(source.images.size());
   for (const Vec4& image : source.images) corners.push_back(cover.corner(Vec3(image)));
   std::vector<std::uint32_t> kept;
@@ -65,55 +77,53 @@ VirtualObject::VirtualObject(const VirtualTriangles& source, const scene::Camera
     where.add(covered);
   }
   indices = gl::Buffer("virtual object's indices", std::span<const std::uint32_t>(kept));
-  describeVertices(vertices, positions, attributes);
-  vertices.setAttribute(7, images, 4, GL_FLOAT, 0, sizeof(Vec4));
-  if (!source.places.empty()) vertices.setAttribute(8, places, 3, GL_FLOAT, 0, sizeof(Vec3));
+  raster::describeVertices(vertices, positions, attributes);
+  vertices.setAttribute(kImageAttribute, images, 4, GL_FLOAT, 0, sizeof(Vec4));
+  if (!source.places.empty())
+    vertices.setAttribute(kPlaceAttribute, places, 3, GL_FLOAT, 0, sizeof(Vec3));
   vertices.setIndices(indices);
 }
 
-void SceneRaster::drawVirtualObjects(std::span<const VirtualObject* const> objects,
-                                     const VirtualPass& pass, const scene::Camera& camera,
-                                     const frame::Lighting& lighting,
-                                     std::span<const Rectangle> parts) {
-  State& s = *state_;
-  s.frame.bind(s.gbufferView, lighting);
-  glDisable(GL_BLEND);
-  glDisable(GL_CULL_FACE);
-  glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_GREATER);
-  glDepthMask(GL_TRUE);
-  const bool sky = hasSky(lighting);
+void drawVirtualObjects(raster::SceneRaster& raster, std::span<const VirtualObject* const> objects,
+                        const VirtualPass& pass, const scene::Camera& camera,
+                        const frame::Lighting& lighting, std::span<const Rectangle> parts) {
+  raster::SceneGpu& device = raster.scene();
+  device.frame().bind(raster.gbufferView(), lighting);
+  gl::DrawState state;
+  state.depth.test = true;
+  state.stencil = pass.stencil;
+  gl::DrawScope scope(state);
+  const bool sky = raster::hasSky(lighting);
+  DrawList list;
   for (const VirtualObject* const shown : objects) {
     const VirtualObject& object = *shown;
     if (std::ranges::none_of(parts, [&](const Rectangle& r) { return object.where.touches(r); }))
       continue;
     const auto number = static_cast<std::size_t>(object.object) - 1;
-    const ObjectInfo& info = s.objects[number];
-    const std::uint32_t lit = litFeatures(info.features, sky);
-    const Variant& v = s.variant((pass.continues ? lit | kGBufferPass : diffusePassFeatures(lit)) |
-                                     kVirtual | (object.places.size() > 0 ? kPlaces : 0u),
-                                 lighting);
+    const raster::DeviceObject& info = device.objects()[number];
+    raster::PassPrograms& programs =
+        device.programs().of(virtualShaders(pass.continues, object.places.size() > 0), lighting);
+    const raster::SurfaceProgram& v = programs.of(info.features, sky);
     v.program.use();
-    s.materials.bind(info.material);
+    device.materials().bind(info.material);
     pass.reflectors.bind(kReflectorUnit);
     pass.depth.bind(kDepthUnit);
-    if (v.uvPerMetre >= 0) glUniform1f(v.uvPerMetre, s.uvPerMetre[number]);
-    glUniform1ui(v.reflector, object.reflector);
-    if (v.objectId >= 0) glUniform1ui(v.objectId, object.next);
-    if (v.nextTotal >= 0) glUniform1ui(v.nextTotal, object.nextTotal);
-    if (v.refraction >= 0) glUniform1f(v.refraction, object.refraction);
-    if (v.fresnel >= 0) glUniform1f(v.fresnel, pass.fresnel ? 1.0f : 0.0f);
-    glUniform1f(v.depthSlack, object.depthSlack / camera.nearMetres);
+    glUniform1f(v.uvPerMetre, info.uvPerMetre);
+    glUniform1ui(v.objectId, object.next);
+    glUniform1ui(v.program.location("reflector"), object.reflector);
+    glUniform1ui(v.program.location("nextTotal"), object.nextTotal);
+    glUniform1f(v.program.location("refraction"), object.refraction);
+    glUniform1f(v.program.location("fresnel"), pass.fresnel ? 1.0f : 0.0f);
+    glUniform1f(v.program.location("depthSlack"), object.depthSlack / camera.nearMetres);
     object.vertices.bind();
     for (const Rectangle& part : parts) {
-      listTriangles(object, part, s.list);
-      if (s.list.counts.empty()) continue;
-      const ScissoredTo scissor(part);
-      glMultiDrawElements(GL_TRIANGLES, s.list.counts.data(), GL_UNSIGNED_INT,
-                          s.list.offsets.data(), static_cast<GLsizei>(s.list.counts.size()));
+      listTriangles(object, part, list);
+      if (list.counts.empty()) continue;
+      scope.change(raster::within(part, state));
+      glMultiDrawElements(GL_TRIANGLES, list.counts.data(), GL_UNSIGNED_INT, list.offsets.data(),
+                          static_cast<GLsizei>(list.counts.size()));
     }
   }
-  glDisable(GL_DEPTH_TEST);
 }
 
-}  // namespace catoptric::raster
+}  // namespace catoptric::methods::perturbation

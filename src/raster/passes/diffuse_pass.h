@@ -1,0 +1,28 @@
+// Draws what surfaces show of themselves, from anywhere: views beside the frame's own, cube maps,
+// impostors.
+#pragma once
+
+#include "raster/passes/background.h"
+#include "raster/passes/visible.h"
+
+namespace catoptric::raster {
+
+class DiffusePass {
+ public:
+  explicit DiffusePass(SceneGpu& scene)
+      : scene_(scene), background_("raster/shaders/background.frag") {}
+
+  /// As SceneRaster::drawDiffuse().
+  DrawStatistics draw(const Mat4& clipFromWorld, const Vec3& eye, float pixelSpreadRad,
+                      const frame::Lighting& lighting, const DiffuseDraw& what = {});
+  /// As SceneRaster::drawCubeMap().
+  gl::Texture drawCubeMap(const Vec3& centre, int faceSize, const frame::Lighting& lighting,
+                          const ObjectSet& objects = {});
+
+ private:
+  SceneGpu& scene_;
+  Background background_;
+  DrawList list_;
+};
+
+}  // namespace catoptric::raster

@@ -1,0 +1,149 @@
+#include "raster/scene_gpu/scene_gpu.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/srgb.h"
+#include "raster/constants.h"
+
+namespace catoptric::raster {
+namespace {
+
+float largest(const Vec3& v) {
+  return std::max({v.x, v.y, v.z});
+}
+
+/// Linear mean of a texture: its last mip level.
+Vec3 meanColor(const scene::Texture& texture) {
+  if (texture.levels.empty() || texture.levels.back().rgba.size() < 3) return Vec3(1.0f);
+  const std::vector<std::uint8_t>& last = texture.levels.back().rgba;
+  const auto linear = [&](std::size_t i) {
+    return texture.srgb ? linearOfSrgb8()[last[i]] : static_cast<float>(last[i]) / 255.0f;
+  };
+  return {linear(0), linear(1), linear(2)};
+}
+
+/// What an open surface gets from ambient light and environment, mean over its directions: the
+/// largest component, W/m^2.
+float skyIrradiance(const frame::Lighting& lighting) {
+  Vec3 sky = kPi * lighting.ambient;
+  constexpr float kConstantHarmonic = 0.282095f;
+  if (lighting.environment) sky += kConstantHarmonic * lighting.environment->irradianceSh()[0];
+  return largest(sky);
+}
+
+Brightest brightestOf(const scene::Scene& scene, const frame::Geometry& geometry) {
+  Brightest brightest;
+  float color = 0.0f;
+  for (const frame::VertexAttributes& vertex : geometry.attributes) {
+    brightest.irradiance = std::max(brightest.irradiance, largest(Vec3(vertex.bake)));
+    color = std::max(color, largest(vertex.color));
+  }
+  for (const scene::Material& material : scene.materials) {
+    brightest.albedo = std::max(brightest.albedo, color * largest(material.baseColor));
+    brightest.emission = std::max(brightest.emission, largest(material.emissive));
+  }
+  return brightest;
+}
+
+}  // namespace
+
+/// Variants read only the attributes that they use.
+void describeVertices(gl::VertexArray& array, const gl::Buffer& positions,
+                      const gl::Buffer& attributes) {
+  using Attributes = frame::VertexAttributes;
+  array.setAttribute(shared::kPositionAttribute, positions, 3, GL_FLOAT, 0, sizeof(Vec3));
+  const auto attribute = [&](GLuint location, int components, std::size_t offset) {
+    array.setAttribute(location, attributes, components, GL_FLOAT, offset, sizeof(Attributes));
+  };
+  attribute(shared::kNormalAttribute, 3, offsetof(Attributes, normal));
+  attribute(shared::kTangentAttribute, 4, offsetof(Attributes, tangent));
+  attribute(shared::kUv0Attribute, 2, offsetof(Attributes, uv0));
+  attribute(shared::kUv1Attribute, 2, offsetof(Attributes, uv1));
+  attribute(shared::kColorAttribute, 3, offsetof(Attributes, color));
+  attribute(shared::kBakeAttribute, 4, offsetof(Attributes, bake));
+}
+
+SceneGpu::SceneGpu(const scene::Scene& scene, const frame::Geometry& geometry)
+    : materials_(scene),
+      meshlets_(buildMeshlets(geometry)),
+      brightest_(brightestOf(scene, geometry)),
+      diameter_(geometry.bounds.diameter()),
+      positions_("positions", std::span<const Vec3>(geometry.positions)),
+      attributes_("vertex attributes",
+                  std::span<const frame::VertexAttributes>(geometry.attributes)),
+      indices_("indices", std::span<const std::uint32_t>(meshlets_.indices)),
+      vertices_("scene") {
+  describeVertices(vertices_);
+  vertices_.setIndices(indices_);
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const scene::Object& object = scene.objects[i];
+    const scene::Material& material = scene.materials[object.material];
+    const frame::ObjectRange& range = geometry.objects[i];
+    objects_.push_back({.material = object.material,
+                        .sampleClass = objectClass(materials_.classOf(object.material), object),
+                        .features = materialFeatures(material) | vertexFeatures(geometry, range),
+                        .opaque = material.alphaMode == scene::AlphaMode::Opaque,
+                        .moving = range.moving,
+                        .emission = largest(material.emissive),
+                        .bounds = range.bounds,
+                        .uvPerMetre = range.uvPerMetre});
+  }
+}
+
+void SceneGpu::update(const frame::Geometry& geometry, std::span<const int> changedObjects) {
+  for (const int object : changedObjects) {
+    const frame::ObjectRange& range = geometry.objects[object];
+    positions_.write(range.firstVertex * sizeof(Vec3), range.vertexCount * sizeof(Vec3),
+                     &geometry.positions[range.firstVertex]);
+    attributes_.write(range.firstVertex * sizeof(frame::VertexAttributes),
+                      range.vertexCount * sizeof(frame::VertexAttributes),
+                      &geometry.attributes[range.firstVertex]);
+    DeviceObject& changed = objects_[object];
+    changed.bounds = range.bounds;
+    changed.uvPerMetre = range.uvPerMetre;
+    constexpr std::uint32_t ofVertices = kVertexColor | kBakeIrradiance | kBakeVisibility | kSky;
+    changed.features = (changed.features & ~ofVertices) | vertexFeatures(geometry, range);
+    updateMeshletBounds(meshlets_, geometry, object);
+    if (levels_.firstOfObject.empty()) continue;
+    for (const DetailLevel& level : levels_.ofObject(static_cast<std::size_t>(object))) {
+      updateBounds(std::span(levels_.meshlets).subspan(level.firstMeshlet, level.meshletCount),
+                   levels_.indices, geometry);
+    }
+  }
+  diameter_ = geometry.bounds.diameter();
+}
+
+void SceneGpu::buildDetailLevels(const scene::Scene& scene, const frame::Geometry& geometry,
+                                 const frame::Lighting& lighting) {
+  std::vector<LevelSource> sources;
+  for (const scene::Object& object : scene.objects) {
+    const scene::Material& material = scene.materials[object.material];
+    Vec3 albedo = material.baseColor;
+    if (material.baseColorTexture.used()) {
+      albedo *= meanColor(scene.textures[material.baseColorTexture.texture]);
+    }
+    sources.push_back({.whole = scene.nodes[object.node].skin != scene::kNone ||
+                                !scene.meshes[object.mesh].morphTargets.empty(),
+                       .albedo = largest(albedo)});
+  }
+  levels_ = raster::buildDetailLevels(geometry, sources, skyIrradiance(lighting));
+  const auto base = static_cast<std::uint32_t>(meshlets_.indices.size());
+  for (Meshlet& meshlet : levels_.meshlets) meshlet.firstIndex += base;
+  std::vector<std::uint32_t> all = meshlets_.indices;
+  all.insert(all.end(), levels_.indices.begin(), levels_.indices.end());
+  levels_.indices = std::move(all);
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    objects_[i].levelExtent = geometry.objects[i].bounds.diameter();
+  }
+}
+
+void SceneGpu::describeVertices(gl::VertexArray& array) const {
+  raster::describeVertices(array, positions_, attributes_);
+}
+
+std::size_t SceneGpu::bytes() const {
+  return materials_.bytes() + positions_.size() + attributes_.size() + indices_.size();
+}
+
+}  // namespace catoptric::raster

@@ -1,0 +1,7 @@
+// Shared with C++ by raster/constants.h: bits of masks (raster::MaskBit)
+const uint kMaskEnvironment = 1u;    // mask.environment: environment look-up instead of the true surface
+const uint kMaskDisoccluded = 2u;    // mask.disoccluded
+const uint kMaskClamped = 4u;        // mask.clamped
+const uint kMaskRetraced = 8u;       // mask.retraced
+const uint kMaskBelowHorizon = 16u;  // mask.below_horizon: rays below the shading normal's plane
+const uint kMaskSky = 32u;           // mask.sky: rays that leave the scene; no fallback
