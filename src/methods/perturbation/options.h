@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "config/json.h"
+#include "config/options.h"
 #include "methods/perturbation/reflector.h"
 #include "methods/perturbation/virtual_objects.h"
 

@@ -243,7 +243,7 @@ Reflections Reflector::reflectionsOf(const glm::dvec3& point, bool own, RayOctre
   } else {
     octree.reflections(point, cursor, nearest);
   }
-  const GroupLimits limits{static_cast<double>(options_.groupAngleRad),
+  const GroupLimits limits{static_cast<double>(radians(options_.groupAngleDegrees)),
                            static_cast<double>(options_.groupDistance) * size_};
   std::vector<std::uint32_t>& tried = cursor.near;
   if (options_.groups) {

@@ -27,10 +27,10 @@ struct PathOptions {
   /// Several reflections of a point: by minima among neighbouring rays, or as in the paper by
   /// groups of the k nearest.
   bool groups = false;
-  int candidates = 5;  ///< k [Chen2000: 5]
-  float groupAngleRad = 0.5f;
-  float groupDistance = 0.1f;  ///< share of the reflector's diameter
-  float errorPixels = 0.1f;    ///< order auto: what the estimate allows
+  int candidates = 5;               ///< k [Chen2000: 5]
+  float groupAngleDegrees = 30.0f;  ///< between reflected directions, at most
+  float groupDistance = 0.1f;       ///< share of the reflector's diameter
+  float errorPixels = 0.1f;         ///< order auto: what the estimate allows
 };
 
 /// The view that paths start from.
