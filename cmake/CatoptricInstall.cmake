@@ -11,7 +11,17 @@ install(DIRECTORY configs scenes paths DESTINATION ${CMAKE_INSTALL_DATADIR}/cato
 install(PROGRAMS scripts/prepare_assets DESTINATION ${CMAKE_INSTALL_DATADIR}/catoptric/scripts)
 install(DIRECTORY scripts/assets DESTINATION ${CMAKE_INSTALL_DATADIR}/catoptric/scripts
   PATTERN __pycache__ EXCLUDE)
-install(FILES LICENSE NOTICE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+# The pages keep their places beside one another too, so that the links between them hold.
+install(FILES CONTRIBUTING.md LICENSE NOTICE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR})
+foreach(folder scenes src/methods)
+  file(GLOB_RECURSE pages RELATIVE ${PROJECT_SOURCE_DIR} CONFIGURE_DEPENDS ${folder}/*.md)
+  list(FILTER pages EXCLUDE REGEX "^scenes/assets/")
+  foreach(page ${pages})
+    get_filename_component(place ${page} DIRECTORY)
+    install(FILES ${page} DESTINATION ${CMAKE_INSTALL_DOCDIR}/${place})
+  endforeach()
+endforeach()
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME catoptric)

@@ -8,6 +8,7 @@ program), and asks for a scene whose assets are not installed: the error must sa
 
 import os
 import pathlib
+import re
 import subprocess
 import sys
 
@@ -38,6 +39,25 @@ def main(build: str, cmake: str, work: pathlib.Path) -> int:
 
     listed = run("list")
     expect(listed.returncode == 0 and "traced" in listed.stdout, "list names the methods", listed)
+
+    # Away from the source tree it lists what is installed, and what lies in the working folder.
+    (home / "scenes").mkdir()
+    (home / "scenes" / "mine.glb").touch()
+    scenes = run("list", "scenes").stdout.splitlines()
+    expect("scenes/mine.glb" in scenes and str(share / "scenes" / "cornell_box.json") in scenes,
+           "list finds installed scenes", listed)
+    configs = run("list", "configs", "--json")
+    expect(str(share / "configs" / "papers" / "perturbation.json") in configs.stdout,
+           "list finds the papers' configs", configs)
+
+    documentation = prefix / "share" / "doc" / "catoptric"
+    pages = sorted(documentation.rglob("*.md"))
+    expect({"outputs.md", "config.md"} <= {p.name for p in pages} and
+           any(p.match("src/methods/traced/README.md") for p in pages), "the docs are installed", listed)
+    for page in pages:
+        for link in re.findall(r"\]\(([^)#]+)[^)]*\)", page.read_text()):
+            if "://" not in link:
+                expect((page.parent / link).exists(), f"{page}: the link {link} leads somewhere", listed)
 
     # The prefix is read only for whoever runs a package's program.
     rendered = run("render", str(share / "configs" / "cornell_box.json"), "--frames", "1",

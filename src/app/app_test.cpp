@@ -158,6 +158,29 @@ TEST_F(App, HelpVersionAndListAreQuick) {
     EXPECT_THAT(steps, HasSubstr(std::string(name) + " "));
 }
 
+TEST_F(App, HelpPagesAreOfTheirCommandAndFitATerminal) {
+  for (const std::string command :
+       {"render", "plan", "info", "list", "doctor", "merge", "compare", "layers"}) {
+    const std::string help = run(command + " --help").out;
+    EXPECT_THAT(help, HasSubstr("Example")) << command;
+    EXPECT_THAT(help, HasSubstr("  catoptric " + command)) << command;
+    std::istringstream lines(help);
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
+  }
+  EXPECT_THAT(run("doctor --help").out, testing::Not(HasSubstr("catoptric render")));
+}
+
+TEST_F(App, DoctorTellsOfTheCache) {
+  fs::create_directories(folder / "cache/catoptric");
+  std::ofstream(folder / "cache/catoptric/bake-1.bin") << "12345";
+  const config::Value cache = config::parseText(run("doctor --json").out, "doctor").get("cache");
+  EXPECT_EQ(cache.get("folder").asString(), (folder / "cache/catoptric").string());
+  EXPECT_EQ(cache.get("files").asInteger(), 1);
+  EXPECT_EQ(cache.get("bytes").asInteger(), 5);
+  EXPECT_THAT(run("doctor").out,
+              HasSubstr("cache: " + (folder / "cache/catoptric").string() + ", 1 file, "));
+}
+
 TEST_F(App, RendersResumesAndRefuses) {
   const Result first = run("render run.json --out a --frames 1-3");
   ASSERT_EQ(first.exitCode, 0) << first.err;

@@ -43,17 +43,34 @@ void addMerge(CLI::App& program, CommonOptions& common, Action& action);
 void addCompare(CLI::App& program, CommonOptions& common, Action& action);
 void addLayers(CLI::App& program, CommonOptions& common, Action& action);
 
-/// Adds --json, -q, -v, --shader-dir.
+/// Reads the command line (without the program's name) and runs the command. Throws what it throws,
+/// and UsageError for what cannot be understood.
+ExitCode runProgram(std::vector<std::string> arguments);
+
+/// Adds --json, -q, -v.
 void addCommon(CLI::App& command, CommonOptions& common);
-/// Adds CONFIG|SCENE, --frames, --method, --set, --device, --threads, --seed.
-void addRunOptions(CLI::App& command, RunOptions& options);
+/// Adds CONFIG|SCENE, --frames, --method, --set, --device, --threads, --seed, --shader-dir, and the
+/// common options.
+void addRunOptions(CLI::App& command, RunOptions& options, CommonOptions& common);
 
 /// Of options whose empty value would mean something else.
 inline CLI::Validator notEmpty() {
   return {[](const std::string& text) { return text.empty() ? "must not be empty" : ""; }, ""};
 }
 
-/// Writes data to stdout, and checks that it arrived. Throws OutputError.
+/// A number from `low` to `high`; the help text says so, not CLI11.
+inline CLI::Validator within(double low, double high) {
+  return CLI::Range(low, high).description("");
+}
+/// 0 or more.
+inline CLI::Validator notNegative() {
+  return CLI::Validator(CLI::NonNegativeNumber).description("");
+}
+
+/// What reads stdout has seen enough (`| head`): no error of ours.
+struct ReaderGone {};
+
+/// Writes data to stdout, and checks that it arrived. Throws OutputError, ReaderGone.
 void printData(const std::string& text);
 
 }  // namespace catoptric::app

@@ -109,63 +109,68 @@ ExitCode compare(const Options& options, const CommonOptions& common) {
 void addCompare(CLI::App& program, CommonOptions& common, Action& action) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = program.add_subcommand(
-      "compare", "Errors of a run against another, images of the difference");
+      "compare", "Measure the errors of a run against another, and draw the differences.");
   command->add_option("run", options->run, "A run's folder, a folder of EXR files, or one EXR file")
       ->required()
       ->type_name("RUN");
-  command->add_option("reference", options->reference, "What it is compared with, likewise")
+  command->add_option("reference", options->reference, "What the run is compared with, likewise")
       ->required()
       ->type_name("REFERENCE");
   command
       ->add_option("--out", options->out,
-                   "Write pictures of the differences, CSV and JSON into this folder")
+                   "Folder for pictures of the differences and for tables (CSV, JSON)")
       ->check(notEmpty())
       ->type_name("DIR");
-  CLI::Option* fail =
-      command
-          ->add_option("--fail", options->fail,
-                       "A pixel fails when a channel differs by more (scene-linear); a frame when "
-                       "pixels do: exit 7")
-          ->check(CLI::NonNegativeNumber)
-          ->type_name("X");
+  CLI::Option* fail = command
+                          ->add_option("--fail", options->fail,
+                                       "Let a pixel fail when one of its channels differs by more "
+                                       "than this (scene-linear); a frame with failing pixels is "
+                                       "exit 7")
+                          ->check(notNegative())
+                          ->type_name("X");
   command
       ->add_option("--fail-percent", options->failPercent,
-                   "Percent of a frame's pixels that may fail [0]")
-      ->check(CLI::Range(0.0, 100.0))
+                   "Let a frame pass when at most this percentage of its pixels fail [0]")
+      ->check(within(0.0, 100.0))
       ->needs(fail)
       ->type_name("P");
   command
       ->add_option("--hard-fail", options->hardFail,
-                   "Exit 7 when a channel of any pixel differs by more (scene-linear)")
-      ->check(CLI::NonNegativeNumber)
+                   "Exit 7 when a channel of any pixel differs by more than this (scene-linear)")
+      ->check(notNegative())
       ->type_name("X");
   command
       ->add_option("--max-l1", options->maxL1,
-                   "Exit 7 when the mean absolute difference (0..255) is larger")
-      ->check(CLI::NonNegativeNumber)
+                   "Exit 7 when L1_8bit, the mean absolute difference of display values 0..255, is "
+                   "larger than this")
+      ->check(notNegative())
       ->type_name("X");
   command
       ->add_option("--start-exposure", options->flip.startExposure,
-                   "First exposure of HDR-FLIP, stops [-3]")
-      ->check(CLI::Range(-60.0, 60.0))
+                   "First exposure of HDR-FLIP, in stops [-3]")
+      ->check(within(-60.0, 60.0))
       ->type_name("EV");
   command
       ->add_option("--stop-exposure", options->flip.stopExposure,
-                   "Last exposure of HDR-FLIP, stops [3]")
-      ->check(CLI::Range(-60.0, 60.0))
+                   "Last exposure of HDR-FLIP, in stops [3]")
+      ->check(within(-60.0, 60.0))
       ->type_name("EV");
-  command->add_option("--num-exposures", options->flip.exposures, "Exposures of HDR-FLIP [6]")
-      ->check(CLI::Range(1, 100))
+  command
+      ->add_option("--num-exposures", options->flip.exposures,
+                   "Number of exposures of HDR-FLIP, at most 100 [6]")
+      ->check(within(1, 100))
       ->type_name("N");
   command
       ->add_option("--ppd", options->flip.pixelsPerDegree,
-                   "Pixels per degree of the viewer's field, for FLIP [67.02]")
-      ->check(CLI::Range(1.0, 400.0))
+                   "Pixels in a degree of the viewer's field, for FLIP; 1 to 400 [67.02]")
+      ->check(within(1.0, 400.0))
       ->type_name("N");
   addCommon(*command, common);
-  command->footer(
-      "\nFrames that one side lacks are an error too (exit 7).\n\nExample:\n  catoptric compare "
-      "out/demo/traced out/demo/reference --fail 0.1 --fail-percent 2\n");
+  command->footer(R"(Example:
+  catoptric compare out/demo/traced out/demo/reference --fail 0.1 --fail-percent 2
+
+Frames that only one side has are exit 7, too. docs/outputs.md explains every measure.
+)");
   command->callback([options, &common, &action] {
     action = [options, &common] { return compare(*options, common); };
   });

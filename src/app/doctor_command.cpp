@@ -1,9 +1,11 @@
 // catoptric doctor: what this machine can render with.
 #include "app/commands.h"
 #include "config/json_text.h"
+#include "core/file.h"
 #include "core/text.h"
 #include "gl/doctor.h"
 #include "run/folder/machine.h"
+#include "run/folder/plan.h"
 
 namespace catoptric::app {
 namespace {
@@ -26,22 +28,51 @@ std::string reportJson(const gl::DeviceReport& report) {
       .object();
 }
 
+/// The folder of what is computed once and kept, and how large it has grown.
+struct Cache {
+  std::filesystem::path folder = cacheFolder();
+  std::uint64_t files = 0;
+  std::uint64_t bytes = 0;
+
+  Cache() {
+    std::error_code ignored;
+    if (folder.empty()) return;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder, ignored)) {
+      if (!entry.is_regular_file(ignored)) continue;
+      ++files;
+      bytes += entry.file_size(ignored);
+    }
+  }
+  std::string text() const {
+    if (folder.empty()) return "no cache: neither XDG_CACHE_HOME nor HOME names a folder\n";
+    return "cache: " + folder.string() + ", " + std::to_string(files) +
+           (files == 1 ? " file, " : " files, ") + run::bytesText(bytes) +
+           "; it may be deleted at any time\n";
+  }
+};
+
 ExitCode doctor(const CommonOptions& common) {
   const std::vector<gl::DeviceReport> reports = gl::describeDevices();
   std::vector<std::string> usable;
   for (const gl::DeviceReport& report : reports)
     if (report.usable()) usable.push_back(report.device);
+  const Cache cache;
   if (common.json) {
     std::vector<std::string> texts;
     for (const gl::DeviceReport& report : reports) texts.push_back(reportJson(report));
     printData(JsonText()
                   .raw("machine", run::machineJson())
                   .raw("devices", "[" + joined(texts, ",") + "]")
+                  .raw("cache", JsonText()
+                                    .add("folder", cache.folder.string())
+                                    .add("files", cache.files)
+                                    .add("bytes", cache.bytes)
+                                    .object())
                   .object() +
               "\n");
   } else {
     printData("catoptric " + std::string(run::versionText()) + " on " + run::processorName() +
-              "\n" + gl::doctorText(reports) +
+              "\n" + gl::doctorText(reports) + cache.text() +
               (usable.empty() ? "No device can render: see \"to do\" above.\n"
                               : "Ready to render: --device " + joined(usable, ", or ") + ".\n"));
   }
@@ -52,8 +83,14 @@ ExitCode doctor(const CommonOptions& common) {
 
 void addDoctor(CLI::App& program, CommonOptions& common, Action& action) {
   CLI::App* command = program.add_subcommand(
-      "doctor", "Try every GL platform and device; say what is missing and what to do");
+      "doctor",
+      "Try every OpenGL platform and device, and say what is missing and what to do about it.");
   addCommon(*command, common);
+  command->footer(R"(Example:
+  catoptric doctor
+
+It also says where the cache is and how large it has grown. Exit code: 4 when no device can render.
+)");
   command->callback([&common, &action] { action = [&common] { return doctor(common); }; });
 }
 

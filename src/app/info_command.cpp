@@ -92,59 +92,99 @@ void requireScene(const std::string& input) {
                    "; what a run of it needs: catoptric plan " + input);
 }
 
-ExitCode info(const std::string& input, const CommonOptions& common) {
-  requireScene(input);
-  const scene::Scene scene = scene::loadScene(input);
-  const std::vector<bool> moving = scene::movingObjects(scene);
-  const auto movingCount = std::count(moving.begin(), moving.end(), true);
-  if (common.json) {
-    std::vector<std::string> reflectors;
-    std::vector<std::string> textures;
-    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-      const scene::Object& object = scene.objects[i];
-      if (object.reflector == 0) continue;
-      const scene::Material& material = scene.materials[static_cast<std::size_t>(object.material)];
-      reflectors.push_back(JsonText()
-                               .add("reflector", object.reflector)
-                               .add("id", static_cast<int>(i + 1))
-                               .add("name", object.name)
-                               .add("material", material.name)
-                               .add("s", static_cast<double>(material.specularLevel))
-                               .add("g", static_cast<double>(material.glossiness))
-                               .add("planar", object.planar)
-                               .add("moving", static_cast<bool>(moving[i]))
-                               .add("triangles", trianglesOf(scene, object))
-                               .object());
-    }
-    for (const scene::Texture& texture : scene.textures)
-      textures.push_back(JsonText()
-                             .add("name", texture.name)
-                             .add("width", texture.levels.empty() ? 0 : texture.levels[0].width)
-                             .add("height", texture.levels.empty() ? 0 : texture.levels[0].height)
-                             .object());
-    printData(JsonText()
-                  .add("scene", input)
-                  .add("name", scene.name)
-                  .add("objects", scene.objects.size())
-                  .add("triangles", scene.triangleCount())
-                  .add("diffuse_triangles", scene.triangleCount() - scene.reflectiveTriangleCount())
-                  .add("moving_objects", static_cast<std::uint64_t>(movingCount))
-                  .add("duration", static_cast<double>(scene.duration()))
-                  .add("lights", scene.lights.size())
-                  .add("cameras", scene.cameras.size())
-                  .add("environment", environmentName(scene.environment.type))
-                  .add("bake", bakeName(scene.bake.mode))
-                  .add("memory_bytes", scene.memoryBytes())
-                  .add("memory_bound_bytes", memoryBound(scene))
-                  .raw("reflectors", "[" + joined(reflectors, ",") + "]")
-                  .raw("textures", "[" + joined(textures, ",") + "]")
-                  .add("notes", scene.notes)
-                  .add("warnings", scene.warnings)
-                  .object() +
-              "\n");
-    return ExitCode::Done;
-  }
+const scene::Material& materialOf(const scene::Scene& scene, const scene::Object& object) {
+  return scene.materials[static_cast<std::size_t>(object.material)];
+}
 
+std::string infoJson(const std::string& input, const scene::Scene& scene,
+                     const std::vector<bool>& moving) {
+  std::vector<std::string> reflectors;
+  std::vector<std::string> textures;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const scene::Object& object = scene.objects[i];
+    if (object.reflector == 0) continue;
+    const scene::Material& material = materialOf(scene, object);
+    reflectors.push_back(JsonText()
+                             .add("reflector", object.reflector)
+                             .add("id", static_cast<int>(i + 1))
+                             .add("name", object.name)
+                             .add("material", material.name)
+                             .add("s", material.specularLevel)
+                             .add("g", material.glossiness)
+                             .add("planar", object.planar)
+                             .add("moving", static_cast<bool>(moving[i]))
+                             .add("triangles", trianglesOf(scene, object))
+                             .object());
+  }
+  for (const scene::Texture& texture : scene.textures)
+    textures.push_back(JsonText()
+                           .add("name", texture.name)
+                           .add("width", texture.levels.empty() ? 0 : texture.levels[0].width)
+                           .add("height", texture.levels.empty() ? 0 : texture.levels[0].height)
+                           .object());
+  return JsonText()
+      .add("scene", input)
+      .add("name", scene.name)
+      .add("objects", scene.objects.size())
+      .add("triangles", scene.triangleCount())
+      .add("diffuse_triangles", scene.triangleCount() - scene.reflectiveTriangleCount())
+      .add("moving_objects",
+           static_cast<std::uint64_t>(std::count(moving.begin(), moving.end(), true)))
+      .add("duration", scene.duration())
+      .add("lights", scene.lights.size())
+      .add("cameras", scene.cameras.size())
+      .add("environment", environmentName(scene.environment.type))
+      .add("bake", bakeName(scene.bake.mode))
+      .add("memory_bytes", scene.memoryBytes())
+      .add("memory_bound_bytes", memoryBound(scene))
+      .raw("reflectors", "[" + joined(reflectors, ",") + "]")
+      .raw("textures", "[" + joined(textures, ",") + "]")
+      .add("notes", scene.notes)
+      .add("warnings", scene.warnings)
+      .object();
+}
+
+std::string reflectorsText(const scene::Scene& scene) {
+  std::size_t widest = 4;
+  for (const scene::Object& object : scene.objects)
+    if (object.reflector > 0) widest = std::max(widest, object.name.size());
+  std::string text = "reflectors\n  " + paddedTo("no", 4) + paddedTo("id", 5) +
+                     paddedTo("name", widest + 2) + paddedTo("s", 7) + paddedTo("g", 8) +
+                     paddedTo("planar", 8) + "triangles\n";
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const scene::Object& object = scene.objects[i];
+    if (object.reflector == 0) continue;
+    const scene::Material& material = materialOf(scene, object);
+    text += "  " + paddedTo(std::to_string(object.reflector), 4) +
+            paddedTo(std::to_string(i + 1), 5) + paddedTo(object.name, widest + 2) +
+            paddedTo(number(material.specularLevel), 7) + paddedTo(number(material.glossiness), 8) +
+            paddedTo(object.planar ? "yes" : "no", 8) + std::to_string(trianglesOf(scene, object)) +
+            "\n";
+  }
+  return text;
+}
+
+std::string texturesText(const scene::Scene& scene) {
+  std::string text = "textures\n";
+  for (const scene::Texture& texture : scene.textures) {
+    std::string size = "?";
+    if (!texture.levels.empty())
+      size =
+          std::to_string(texture.levels[0].width) + "x" + std::to_string(texture.levels[0].height);
+    text += "  " + size + "  " + texture.name + "\n";
+  }
+  return text;
+}
+
+/// "notes" and a line for each; nothing when there are none.
+std::string listText(const char* title, const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += "  " + line + "\n";
+  return lines.empty() ? "" : std::string(title) + "\n" + text;
+}
+
+std::string infoText(const std::string& input, const scene::Scene& scene,
+                     const std::vector<bool>& moving) {
   std::string text = (scene.name.empty() ? input : scene.name) + " (" + input + ")\n";
   const auto line = [&](const char* name, const std::string& value) {
     text += "  " + paddedTo(name, 14) + value + "\n";
@@ -154,7 +194,7 @@ ExitCode info(const std::string& input, const CommonOptions& common) {
                         " diffuse");
   line("objects", std::to_string(scene.objects.size()) + ", of which " +
                       std::to_string(scene.reflectorCount()) + " reflective and " +
-                      std::to_string(movingCount) + " moving");
+                      std::to_string(std::count(moving.begin(), moving.end(), true)) + " moving");
   line("materials", std::to_string(scene.materials.size()));
   line("lights", std::to_string(scene.lights.size()));
   line("cameras", std::to_string(scene.cameras.size()));
@@ -163,42 +203,16 @@ ExitCode info(const std::string& input, const CommonOptions& common) {
   if (scene.animated()) line("animation", number(scene.duration()) + " s");
   line("memory", run::bytesText(scene.memoryBytes()) + " loaded, at most " +
                      run::bytesText(memoryBound(scene)) + " while rendering (frames apart)");
-  if (scene.reflectorCount() > 0) {
-    std::size_t widest = 4;
-    for (const scene::Object& object : scene.objects)
-      if (object.reflector > 0) widest = std::max(widest, object.name.size());
-    text += "reflectors\n  " + paddedTo("no", 4) + paddedTo("id", 5) +
-            paddedTo("name", widest + 2) + paddedTo("s", 7) + paddedTo("g", 8) +
-            paddedTo("planar", 8) + "triangles\n";
-    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-      const scene::Object& object = scene.objects[i];
-      if (object.reflector == 0) continue;
-      const scene::Material& material = scene.materials[static_cast<std::size_t>(object.material)];
-      text += "  " + paddedTo(std::to_string(object.reflector), 4) +
-              paddedTo(std::to_string(i + 1), 5) + paddedTo(object.name, widest + 2) +
-              paddedTo(number(material.specularLevel), 7) +
-              paddedTo(number(material.glossiness), 8) + paddedTo(object.planar ? "yes" : "no", 8) +
-              std::to_string(trianglesOf(scene, object)) + "\n";
-    }
-  }
-  if (!scene.textures.empty()) {
-    text += "textures\n";
-    for (const scene::Texture& texture : scene.textures)
-      text += "  " +
-              (texture.levels.empty() ? std::string("?")
-                                      : std::to_string(texture.levels[0].width) + "x" +
-                                            std::to_string(texture.levels[0].height)) +
-              "  " + texture.name + "\n";
-  }
-  if (!scene.notes.empty()) {
-    text += "notes\n";
-    for (const std::string& note : scene.notes) text += "  " + note + "\n";
-  }
-  if (!scene.warnings.empty()) {
-    text += "warnings\n";
-    for (const std::string& warning : scene.warnings) text += "  " + warning + "\n";
-  }
-  printData(text);
+  if (scene.reflectorCount() > 0) text += reflectorsText(scene);
+  if (!scene.textures.empty()) text += texturesText(scene);
+  return text + listText("notes", scene.notes) + listText("warnings", scene.warnings);
+}
+
+ExitCode info(const std::string& input, const CommonOptions& common) {
+  requireScene(input);
+  const scene::Scene scene = scene::loadScene(input);
+  const std::vector<bool> moving = scene::movingObjects(scene);
+  printData(common.json ? infoJson(input, scene, moving) + "\n" : infoText(input, scene, moving));
   return ExitCode::Done;
 }
 
@@ -206,13 +220,13 @@ ExitCode info(const std::string& input, const CommonOptions& common) {
 
 void addInfo(CLI::App& program, CommonOptions& common, Action& action) {
   CLI::App* command =
-      program.add_subcommand("info", "Triangles, reflectors, textures, memory of a scene");
+      program.add_subcommand("info", "Show a scene's triangles, reflectors, textures and memory.");
   const auto input = std::make_shared<std::string>();
-  command->add_option("scene", *input, "Scene (.json, .gltf, .glb)")
+  command->add_option("scene", *input, "A scene (.json, .gltf, .glb)")
       ->required()
       ->type_name("SCENE");
   addCommon(*command, common);
-  command->footer("\nExample:\n  catoptric info scenes/cornell_box.json\n");
+  command->footer("Example:\n  catoptric info scenes/cornell_box.json\n");
   command->callback(
       [input, &common, &action] { action = [input, &common] { return info(*input, common); }; });
 }

@@ -67,25 +67,28 @@ ExitCode layers(const Options& options, const CommonOptions& common) {
 void addLayers(CLI::App& program, CommonOptions& common, Action& action) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = program.add_subcommand(
-      "layers", "PNG pictures of frames' layers: ids, masks, normals, depth");
+      "layers", "Draw the layers of frames as PNG pictures: ids, masks, normals, depth.");
   command
       ->add_option("frames", options->frames,
                    "A run's folder, a folder of EXR files, or one EXR file")
       ->required()
       ->type_name("FRAMES");
-  command->add_option("--out", options->out, "Folder of the pictures, frame.0001.LAYER.png")
+  command->add_option("--out", options->out, "Folder for the pictures, frame.0001.LAYER.png")
       ->check(notEmpty())
       ->required()
       ->type_name("DIR");
   command
-      ->add_option("--layer", options->layers,
-                   "Only these, with commas: cluster, id, mask, N, Z, ... [all but the colours]")
+      ->add_option(
+          "--layer", options->layers,
+          "Draw only these layers, separated by commas: cluster, id, mask, N, Z, ... [all but "
+          "R G B A]")
       ->delimiter(',')
       ->check(notEmpty())
       ->type_name("NAME");
   addCommon(*command, common);
-  command->footer(R"(
-Numbers get a colour each; masks and s are gray, 1 white; depth is white where it is nearest.
+  command->footer(
+      R"(Each number of an id has a colour of its own. Masks and s are gray, from 0 (black) to 1 (white). Of
+the depth Z the nearest point is white.
 
 Example:
   catoptric render configs/demo.json --out out/demo --set 'image.layers=["cluster","id"]'

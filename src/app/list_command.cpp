@@ -19,8 +19,8 @@ using config::JsonText;
 const std::vector<std::string> kWhat = {"methods", "steps",  "scenes", "paths",
                                         "configs", "shapes", "devices"};
 
-/// Files of the working folder's scenes/, paths/, configs/ (and configs/papers/).
-std::vector<std::string> filesIn(const std::string& folder) {
+/// Scenes, paths or configs in a folder, sorted.
+std::vector<std::string> filesIn(const std::filesystem::path& folder) {
   std::vector<std::string> files;
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
@@ -31,6 +31,20 @@ std::vector<std::string> filesIn(const std::string& folder) {
   }
   std::sort(files.begin(), files.end());
   return files;
+}
+
+/// The folders in which scenes/, paths/ and configs/ are looked for: the working folder, and the
+/// one that is installed with the program.
+std::vector<std::filesystem::path> dataFolders() {
+  std::error_code error;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+  const std::filesystem::path installed =
+      (program.parent_path() / "../share/catoptric").lexically_normal();
+  std::vector<std::filesystem::path> folders = {""};
+  if (std::filesystem::is_directory(installed, error) &&
+      !std::filesystem::equivalent(installed, ".", error))
+    folders.push_back(installed);
+  return folders;
 }
 
 struct Item {
@@ -56,9 +70,12 @@ std::vector<Item> itemsOf(const std::string& what) {
       items.push_back({report.device, report.status + ", " +
                                           (report.usable() ? report.renderer : report.message)});
   } else {
-    for (const std::string& file : filesIn(what)) items.push_back({file, ""});
-    if (what == "configs")
-      for (const std::string& file : filesIn("configs/papers")) items.push_back({file, ""});
+    for (const std::filesystem::path& folder : dataFolders()) {
+      for (const std::string& file : filesIn(folder / what)) items.push_back({file, ""});
+      if (what == "configs")
+        for (const std::string& file : filesIn(folder / "configs/papers"))
+          items.push_back({file, ""});
+    }
   }
   return items;
 }
@@ -115,16 +132,21 @@ void addList(CLI::App& program, CommonOptions& common, Action& action) {
   };
   const auto options = std::make_shared<Options>();
   CLI::App* command = program.add_subcommand(
-      "list", "Methods, steps, scenes, paths, configs, shapes, devices; JSON Schemas");
-  command->add_option("what", options->what, "Any of: " + joined(kWhat, ", "))->type_name("WHAT");
+      "list",
+      "List what there is: methods, steps, scenes, paths, configs, shapes, devices. Or print "
+      "a JSON Schema.");
+  command
+      ->add_option("what", options->what,
+                   "What to list, any of " + joined(kWhat, ", ") + " [all but the devices]")
+      ->type_name("WHAT");
   command
       ->add_option("--schema", options->schema,
-                   "Print a JSON Schema: " + joined(run::schemaNames(), ", "))
+                   "Print a JSON Schema instead: that of " + joined(run::schemaNames(), ", "))
       ->type_name("NAME");
-  command->add_flag("--markdown", options->markdown, "The schema as tables instead");
+  command->add_flag("--markdown", options->markdown, "Print the schema as tables in Markdown");
   addCommon(*command, common);
   command->footer(
-      "\nExamples:\n  catoptric list methods\n  catoptric list devices\n"
+      "Examples:\n  catoptric list methods\n  catoptric list devices\n"
       "  catoptric list --schema run > configs/schema/run.schema.json\n");
   command->callback([options, &common, &action] {
     action = [options, &common] {

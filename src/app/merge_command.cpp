@@ -61,24 +61,26 @@ ExitCode merge(const MergeOptions& options, const CommonOptions& common) {
 }  // namespace
 
 void addMerge(CLI::App& program, CommonOptions& common, Action& action) {
-  CLI::App* command = program.add_subcommand("merge", "Merge the chunks of a run into one run");
+  CLI::App* command = program.add_subcommand(
+      "merge", "Join the parts of a run, which `render --chunk` has made, into one run.");
   const auto options = std::make_shared<MergeOptions>();
-  command->add_option("runs", options->runs, "Folders that render --chunk has filled")
+  command->add_option("runs", options->runs, "The folders of the parts, in any order")
       ->required()
       ->type_name("RUN");
-  command->add_option("--out", options->out, "Folder of the whole run")
+  command->add_option("--out", options->out, "Folder for the whole run")
       ->check(notEmpty())
       ->required()
       ->type_name("DIR");
   command
       ->add_option("--existing", options->existing,
-                   "What to do with an earlier run in that folder: error, overwrite")
+                   "What to do when that folder holds a run already: error (refuse) or overwrite")
       ->capture_default_str()
       ->type_name("HOW");
   addCommon(*command, common);
-  command->footer(R"(
-Frames that are missing or damaged (exit 6), and runs with other settings, scene, program, machine
-or renderer, are errors; nothing is written then. Frames become hard links where that can be.
+  command->footer(
+      R"(The parts must agree in settings, scene, program, machine and renderer (otherwise exit 2), and no
+frame may be missing or damaged (otherwise exit 6, with a list of them); then nothing is written.
+Frames are hard links to those of the parts where the file system has them, and copies elsewhere.
 
 Example:
   catoptric render configs/demo.json --chunk 1/2 --out out/part1

@@ -38,11 +38,10 @@ run::Plan planOf(const run::Stage& stage) {
 
 void addPlan(CLI::App& program, CommonOptions& common, Action& action) {
   CLI::App* command =
-      program.add_subcommand("plan", "Say what a run would build, compile and allocate, and why");
+      program.add_subcommand("plan", "Show what a run would build, compile and allocate, and why.");
   const auto options = std::make_shared<RunOptions>();
-  addRunOptions(*command, *options);
-  addCommon(*command, common);
-  command->footer("\nExample:\n  catoptric plan configs/demo.json --method traced\n");
+  addRunOptions(*command, *options, common);
+  command->footer("Example:\n  catoptric plan configs/demo.json --method traced\n");
   command->callback([options, &common, &action] {
     action = [options, &common] { return plan(*options, common); };
   });

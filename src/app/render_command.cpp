@@ -174,43 +174,54 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
 }  // namespace
 
 void addRender(CLI::App& program, CommonOptions& common, Action& action) {
-  CLI::App* command = program.add_subcommand("render", "Render the frames of a path");
+  CLI::App* command = program.add_subcommand("render", "Render the frames of a camera path.");
   const auto options = std::make_shared<RenderOptions>();
-  addRunOptions(*command, *options);
+  addRunOptions(*command, *options, common);
   command
       ->add_option("--out", options->out,
-                   "Folder of the results (out/NAME); several methods: a folder each in it")
+                   "Folder for the results; several methods get a folder each in it [out/NAME, by "
+                   "the config's name]")
       ->check(notEmpty())
       ->type_name("DIR");
   command
       ->add_option("--existing", options->existing,
-                   "What to do with an earlier run in that folder: error, overwrite, or resume "
-                   "(keep the finished frames that fit)")
+                   "What to do when that folder holds a run already: error (refuse), overwrite "
+                   "(replace it), or resume (keep the finished frames that still fit and render "
+                   "the others)")
       ->capture_default_str()
       ->type_name("HOW");
-  command->add_option("--chunk", options->chunk, "Only the i-th of n parts of the frames")
-      ->type_name("I/N");
-  command->add_flag("--keep-going", options->keepGoing,
-                    "Go on after a frame that fails (exit 6 at the end)");
   command
       ->add_option(
-          "--stop-within", options->stopWithin,
-          "Seconds that SIGINT or SIGTERM leaves the frame at hand to be finished; then it "
-          "is dropped")
+          "--chunk", options->chunk,
+          "Render only the Ith of N parts of the frames; `catoptric merge` joins the parts")
+      ->type_name("I/N");
+  command->add_flag("--keep-going", options->keepGoing,
+                    "When a frame fails, render the others; the exit code is 6 in the end");
+  command
+      ->add_option("--stop-within", options->stopWithin,
+                   "How many seconds SIGINT or SIGTERM leaves the current frame to be finished, "
+                   "before it is dropped")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 86400.0))
+      ->check(within(0.0, 86400.0))
       ->type_name("SECONDS");
-  command->add_flag("--dry-run", options->dryRun, "Say what would be done; write nothing");
-  command->add_option("--progress", options->progress, "On stderr: auto, bar, plain, json, none")
+  command->add_flag("--dry-run", options->dryRun,
+                    "Say which frames would be rendered or re-used and what that needs, and write "
+                    "nothing; exit as the run would if it refused to start");
+  command
+      ->add_option("--progress", options->progress,
+                   "How to show progress on stderr: bar, plain (lines), json (then every line is a "
+                   "JSON object), none, or auto (a bar on a terminal, otherwise lines; none with "
+                   "--quiet)")
       ->capture_default_str()
       ->type_name("HOW");
-  addCommon(*command, common);
-  command->footer(R"(
-Examples:
+  command->footer(R"(Examples:
   catoptric render configs/demo.json --out out/demo
   catoptric render room.glb --method environment_map --set image.width=1024
   catoptric render configs/demo.json --frames 1-100x10 --existing overwrite
   catoptric render configs/demo.json --chunk 2/8 --out out/part2
+
+Exit codes: 0 done; 2 the command line or the config is wrong; 3 a scene or one of its files; 4 no
+OpenGL device; 5 output could not be written; 6 some frames failed; 128 + N ended by signal N.
 )");
   command->callback([options, &common, &action] {
     action = [options, &common] { return render(*options, common); };

@@ -68,30 +68,51 @@ config::Value changed(const config::Value& root, const std::string& path,
 
 }  // namespace
 
-void addRunOptions(CLI::App& command, RunOptions& options) {
-  command.add_option("input", options.input, "Run config, or a scene (.json, .gltf, .glb)")
+void addRunOptions(CLI::App& command, RunOptions& options, CommonOptions& common) {
+  command
+      .add_option("input", options.input,
+                  "A run config, or a scene (.json, .gltf, .glb), which is rendered with the "
+                  "defaults of a config")
       ->required()
       ->type_name("CONFIG|SCENE");
-  command.add_option("--frames", options.frames, "Frames of the path, such as 1-100x2,120")
+  command
+      .add_option("--frames", options.frames,
+                  "Which frames of the path, such as 1-100x2,120: every second one to 100, and 120 "
+                  "[all]")
       ->check(notEmpty())
       ->type_name("LIST");
   command
       .add_option("--method", options.methods,
-                  "Method, or a name in the config; several: with commas, or the option again")
+                  "Use this method alone: one of the config's by its name, or one that `catoptric "
+                  "list methods` names. Separate several by commas, or repeat the option")
       ->type_name("NAME")
       ->delimiter(',')
       ->allow_extra_args(false);
   command
       .add_option(
           "--set", options.settings,
-          "Changes one value of the config, such as image.width=256 or methods.traced.bvh=refit "
-          "(a method's name, or its number in the config)")
+          "Change one value of the config, such as image.width=256 or "
+          "methods.traced.bvh=refit. A method goes by its name or its number in the config. "
+          "Repeat the option for several values; docs/config.md lists them")
       ->type_name("A.B=VALUE")
       ->allow_extra_args(false);
-  command.add_option("--device", options.device, "auto, egl:N, surfaceless, osmesa")
+  command
+      .add_option("--device", options.device,
+                  "Where OpenGL renders: auto, egl:N, surfaceless, or osmesa; `catoptric doctor` "
+                  "tries them all [auto]")
       ->type_name("DEVICE");
-  command.add_option("--threads", options.threads, "Threads; 0: one per processor")->type_name("N");
-  command.add_option("--seed", options.seed, "Seed of all random numbers")->type_name("N");
+  command
+      .add_option("--threads", options.threads, "Number of threads; 0 is one for each processor")
+      ->type_name("N");
+  command
+      .add_option("--seed", options.seed,
+                  "Seed of all random numbers; the same seed gives the same frames")
+      ->type_name("N");
+  addCommon(command, common);
+  command
+      .add_option("--shader-dir", common.shaderFolder,
+                  "For developers: read the shaders from this copy of src/, not from the program")
+      ->type_name("DIR");
 }
 
 run::RunConfig readRun(const RunOptions& options) {

@@ -76,6 +76,132 @@ struct Cell {
   Rgb8 picture;
 };
 
+/// Where everything stands: a title, then a line of text above every row; of several runs the frame
+/// numbers stand above the columns.
+struct Layout {
+  bool several = false;
+  std::string title;
+  std::vector<int> frames;
+  int columns = 0;
+  int rows = 0;
+  int cellWidth = 0;
+  int cellHeight = 0;
+  int textsWidth = 0;  ///< which a sheet of few columns makes room for
+
+  int titleHeight() const { return title.empty() ? 0 : kGlyphHeight * kTitleScale + kGap; }
+  int cellX(int column) const { return kMargin + column * (cellWidth + kGap); }
+  int rowY(int row) const {
+    return kMargin + titleHeight() + (several ? kLine : 0) + row * (kLine + cellHeight + kGap);
+  }
+  int width() const {
+    return 2 * kMargin + std::max(columns * cellWidth + (columns - 1) * kGap,
+                                  std::min(textsWidth, kMaxTextWidth));
+  }
+  int height() const { return rowY(rows) - kGap + kMargin; }
+};
+
+std::string captionOf(const SheetOptions& options, const std::string& name) {
+  const auto caption = options.captions.find(name);
+  return caption == options.captions.end() ? "" : caption->second;
+}
+
+/// Chooses the frames, of all that any run has, and the cells' size, by the first picture there is.
+Layout layOut(std::span<const RunData> runs, const SheetOptions& options) {
+  std::set<int> numbers;
+  for (const RunData& run : runs) {
+    for (const auto& [number, file] : run.frames) numbers.insert(number);
+    for (const auto& [number, file] : run.previews) numbers.insert(number);
+  }
+  if (numbers.empty()) throw UsageError("contact sheet: no run has a frame or a preview");
+  Layout layout;
+  layout.several = runs.size() > 1;
+  layout.frames = spread({numbers.begin(), numbers.end()},
+                         static_cast<std::size_t>(
+                             std::max(1, layout.several ? options.maxColumns : options.maxFrames)));
+  const int count = static_cast<int>(layout.frames.size());
+  layout.columns = layout.several ? count : std::min(count, std::max(1, options.maxColumns));
+  layout.rows = layout.several ? static_cast<int>(runs.size())
+                               : (count + layout.columns - 1) / layout.columns;
+  for (std::size_t i = 0; i < runs.size() * layout.frames.size() && layout.cellWidth == 0; ++i) {
+    const Rgb8 picture =
+        loadFrame(runs[i / layout.frames.size()], layout.frames[i % layout.frames.size()]);
+    if (picture.width == 0) continue;
+    layout.cellWidth = std::min(std::max(16, options.cellWidth), picture.width);
+    layout.cellHeight =
+        std::max(1, static_cast<int>(std::lround(static_cast<double>(layout.cellWidth) *
+                                                 picture.height / picture.width)));
+  }
+
+  layout.title = options.title;
+  if (!layout.several) {
+    const std::string caption = captionOf(options, runs[0].name);
+    layout.title += (layout.title.empty() ? "" : ": ") + runs[0].name;
+    if (!caption.empty()) layout.title += "   " + caption;
+  }
+  layout.textsWidth = textWidth(layout.title, kTextScale);
+  if (layout.several)
+    for (const RunData& run : runs)
+      layout.textsWidth =
+          std::max(layout.textsWidth,
+                   textWidth(run.name + (options.captions.contains(run.name) ? "   " : "") +
+                                 captionOf(options, run.name),
+                             kTextScale));
+  return layout;
+}
+
+/// The frames' numbers above the columns, the runs' names and captions above their rows.
+void drawHeaders(Rgb8& sheet, const Layout& layout, std::span<const RunData> runs,
+                 const SheetOptions& options) {
+  const int inner = sheet.width - 2 * kMargin;
+  for (int c = 0; c < layout.columns; ++c)
+    drawText(sheet, layout.cellX(c), kMargin + layout.titleHeight(), kTextScale,
+             cut("frame " + std::to_string(layout.frames[static_cast<std::size_t>(c)]), kTextScale,
+                 layout.cellWidth),
+             kFaint);
+  for (int r = 0; r < layout.rows; ++r) {
+    const std::string& name = runs[static_cast<std::size_t>(r)].name;
+    const std::string shown = cut(name, kTextScale, inner);
+    drawText(sheet, kMargin, layout.rowY(r), kTextScale, shown, kText);
+    const int x = textWidth(shown, kTextScale) + 3 * kGlyphAdvance * kTextScale;
+    drawText(sheet, kMargin + x, layout.rowY(r), kTextScale,
+             cut(captionOf(options, name), kTextScale, std::max(0, inner - x)), kFaint);
+  }
+}
+
+/// The pictures, row by row, shrunk into their cells.
+std::vector<Cell> loadCells(std::span<const RunData> runs, const Layout& layout) {
+  std::vector<Cell> cells;
+  for (const RunData& run : runs)
+    for (const int frame : layout.frames) cells.push_back({&run, frame, {}});
+  parallelFor(cells.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Rgb8 picture = loadFrame(*cells[i].run, cells[i].frame);
+      if (picture.width > 0)
+        cells[i].picture = fitted(picture, layout.cellWidth, layout.cellHeight);
+    }
+  });
+  return cells;
+}
+
+void drawCell(Rgb8& sheet, const Layout& layout, const Cell& cell, std::size_t number) {
+  const int column = static_cast<int>(number) % layout.columns;
+  const int row = static_cast<int>(number) / layout.columns;
+  const int x = layout.cellX(column);
+  const int y = layout.rowY(row) + kLine;
+  if (!layout.several)
+    drawText(sheet, x, layout.rowY(row), kTextScale,
+             cut("frame " + std::to_string(cell.frame), kTextScale, layout.cellWidth), kFaint);
+  if (cell.picture.width > 0) {
+    paste(sheet, cell.picture, x + (layout.cellWidth - cell.picture.width) / 2,
+          y + (layout.cellHeight - cell.picture.height) / 2);
+    return;
+  }
+  fillRectangle(sheet, x, y, layout.cellWidth, layout.cellHeight, kEmpty);
+  const std::string missing = cut("missing", kTextScale, layout.cellWidth);
+  drawText(sheet, x + (layout.cellWidth - textWidth(missing, kTextScale)) / 2,
+           y + (layout.cellHeight - kGlyphHeight * kTextScale) / 2, kTextScale, missing, kFaint);
+}
+
 }  // namespace
 
 std::vector<int> spread(const std::vector<int>& all, std::size_t count) {
@@ -144,110 +270,18 @@ Rgb8 shrink(const Rgb8& picture, int width, int height) {
 }
 
 Rgb8 contactSheet(std::span<const RunData> runs, const SheetOptions& options) {
-  // Choose the frames: of all that any run has
-  std::set<int> numbers;
-  for (const RunData& run : runs) {
-    for (const auto& [number, file] : run.frames) numbers.insert(number);
-    for (const auto& [number, file] : run.previews) numbers.insert(number);
-  }
-  if (numbers.empty()) throw UsageError("contact sheet: no run has a frame or a preview");
-  const bool several = runs.size() > 1;
-  const std::vector<int> frames = spread(
-      {numbers.begin(), numbers.end()},
-      static_cast<std::size_t>(std::max(1, several ? options.maxColumns : options.maxFrames)));
-  const int count = static_cast<int>(frames.size());
-  const int columns = several ? count : std::min(count, std::max(1, options.maxColumns));
-  const int rows = several ? static_cast<int>(runs.size()) : (count + columns - 1) / columns;
-
-  // Load and shrink; the first picture found gives the cells' shape
-  std::vector<Cell> cells;
-  for (const RunData& run : runs)
-    for (const int frame : frames) cells.push_back({&run, frame, {}});
-  int cellWidth = 0;
-  int cellHeight = 0;
-  for (const Cell& cell : cells) {
-    const Rgb8 picture = loadFrame(*cell.run, cell.frame);
-    if (picture.width == 0) continue;
-    cellWidth = std::min(std::max(16, options.cellWidth), picture.width);
-    cellHeight = std::max(1, static_cast<int>(std::lround(static_cast<double>(cellWidth) *
-                                                          picture.height / picture.width)));
-    break;
-  }
-  parallelFor(cells.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Rgb8 picture = loadFrame(*cells[i].run, cells[i].frame);
-      if (picture.width > 0) cells[i].picture = fitted(picture, cellWidth, cellHeight);
-    }
-  });
-
-  // Lay out: title, then a line of text above every row; frame numbers above the columns
-  std::string title = options.title;
-  if (!several) {
-    title += (title.empty() ? "" : ": ") + runs[0].name;
-    if (const auto caption = options.captions.find(runs[0].name);
-        caption != options.captions.end() && !caption->second.empty())
-      title += "   " + caption->second;
-  }
-  const int titleHeight = title.empty() ? 0 : kGlyphHeight * kTitleScale + kGap;
-  const int columnHeader = several ? kLine : 0;
-  Rgb8 sheet;
-  // A single small column makes room for its texts
-  int textNeeds = textWidth(title, kTextScale);
-  if (several)
-    for (const RunData& run : runs) {
-      const auto caption = options.captions.find(run.name);
-      const std::string text = caption == options.captions.end() ? "" : "   " + caption->second;
-      textNeeds = std::max(textNeeds, textWidth(run.name + text, kTextScale));
-    }
-  sheet.width = 2 * kMargin + std::max(columns * cellWidth + (columns - 1) * kGap,
-                                       std::min(textNeeds, kMaxTextWidth));
-  sheet.height =
-      2 * kMargin + titleHeight + columnHeader + rows * (kLine + cellHeight) + (rows - 1) * kGap;
+  const Layout layout = layOut(runs, options);
+  Rgb8 sheet{layout.width(), layout.height(), {}};
   sheet.rgb.resize(static_cast<std::size_t>(sheet.width) * sheet.height * 3);
   fillRectangle(sheet, 0, 0, sheet.width, sheet.height, kPaper);
   const int inner = sheet.width - 2 * kMargin;
   // A long title goes smaller before it is cut
-  const int titleScale = textWidth(title, kTitleScale) <= inner ? kTitleScale : kTextScale;
-  drawText(sheet, kMargin, kMargin, titleScale, cut(title, titleScale, inner), kText);
+  const int titleScale = textWidth(layout.title, kTitleScale) <= inner ? kTitleScale : kTextScale;
+  drawText(sheet, kMargin, kMargin, titleScale, cut(layout.title, titleScale, inner), kText);
+  if (layout.several) drawHeaders(sheet, layout, runs, options);
 
-  const auto cellX = [&](int column) { return kMargin + column * (cellWidth + kGap); };
-  const int top = kMargin + titleHeight + columnHeader;
-  const auto rowY = [&](int row) { return top + row * (kLine + cellHeight + kGap); };
-  if (several) {
-    for (int c = 0; c < columns; ++c)
-      drawText(sheet, cellX(c), kMargin + titleHeight, kTextScale,
-               cut("frame " + std::to_string(frames[static_cast<std::size_t>(c)]), kTextScale,
-                   cellWidth),
-               kFaint);
-    for (int r = 0; r < rows; ++r) {
-      const std::string& name = runs[static_cast<std::size_t>(r)].name;
-      const std::string shown = cut(name, kTextScale, inner);
-      drawText(sheet, kMargin, rowY(r), kTextScale, shown, kText);
-      const auto caption = options.captions.find(name);
-      if (caption == options.captions.end()) continue;
-      const int x = textWidth(shown, kTextScale) + 3 * kGlyphAdvance * kTextScale;
-      drawText(sheet, kMargin + x, rowY(r), kTextScale,
-               cut(caption->second, kTextScale, std::max(0, inner - x)), kFaint);
-    }
-  }
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const int column = static_cast<int>(i) % columns;
-    const int row = static_cast<int>(i) / columns;
-    const int y = rowY(row) + kLine;
-    if (!several)
-      drawText(sheet, cellX(column), rowY(row), kTextScale,
-               cut("frame " + std::to_string(cells[i].frame), kTextScale, cellWidth), kFaint);
-    const Rgb8& picture = cells[i].picture;
-    if (picture.width > 0) {
-      paste(sheet, picture, cellX(column) + (cellWidth - picture.width) / 2,
-            y + (cellHeight - picture.height) / 2);
-      continue;
-    }
-    fillRectangle(sheet, cellX(column), y, cellWidth, cellHeight, kEmpty);
-    const std::string missing = cut("missing", kTextScale, cellWidth);
-    drawText(sheet, cellX(column) + (cellWidth - textWidth(missing, kTextScale)) / 2,
-             y + (cellHeight - kGlyphHeight * kTextScale) / 2, kTextScale, missing, kFaint);
-  }
+  const std::vector<Cell> cells = loadCells(runs, layout);
+  for (std::size_t i = 0; i < cells.size(); ++i) drawCell(sheet, layout, cells[i], i);
   return sheet;
 }
 

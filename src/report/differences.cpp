@@ -149,7 +149,7 @@ Rgb8 sideBySide(const FrameErrors& frame) {
   const std::vector<Cell> cells = {
       {frame.name, shown(frame.image)},
       {frame.referenceName, shown(frame.reference)},
-      {"difference x50, L1 " + fixedText(e.l1(), 3), difference(50)},
+      {"difference x50, L1_8bit " + fixedText(e.l1(), 3), difference(50)},
       {"difference, max " + std::to_string(e.max8), difference(1)},
       {"LDR-FLIP " + fixedText(e.flip(), 4), heatMap(frame.maps.flip, width, height)},
       {"HDR-FLIP " + fixedText(e.hdrFlip(), 4), heatMap(frame.maps.hdrFlip, width, height)}};
