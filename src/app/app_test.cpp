@@ -202,6 +202,10 @@ TEST_F(App, RendersResumesAndRefuses) {
   const config::Value result = config::parseText(resumed.out, "out").get("methods").asArray()[0];
   EXPECT_EQ(result.get("reused").dump(), "[1,2,3]");
   EXPECT_EQ(result.get("rendered").dump(), "[4,5,6]");
+  const config::Value timings =
+      config::parseText(resumed.out, "out").get("timings").asArray().at(0);
+  EXPECT_EQ(timings.get("frames").asInteger(), 6);
+  EXPECT_GT(timings.get("rendering").get("median").asNumber(), 0.0);
 
   // Whole, in one process and one thread; and in chunks: the same bytes.
   ASSERT_EQ(run("render run.json --out b --threads 1").exitCode, 0);

@@ -206,7 +206,8 @@ void addRender(CLI::App& program, CommonOptions& common, Action& action) {
       ->type_name("SECONDS");
   command->add_flag("--dry-run", options->dryRun,
                     "Say which frames would be rendered or re-used and what that needs, and write "
-                    "nothing; exit as the run would if it refused to start");
+                    "nothing. What the run would refuse (a config, a scene, a folder that is not "
+                    "empty) is refused here, too");
   command
       ->add_option("--progress", options->progress,
                    "How to show progress on stderr: bar, plain (lines), json (then every line is a "
