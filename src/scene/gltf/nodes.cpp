@@ -244,15 +244,23 @@ void readSkins(Reader& reader, const NodeOrder& order) {
   }
 }
 
-void readObjects(Reader& reader, const NodeOrder& order,
-                 std::vector<std::vector<Primitive>> primitives) {
+namespace {
+
+/// Per mesh of the file and primitive.
+struct DrawnMeshes {
+  std::vector<std::vector<int>> mesh;  ///< in the scene; kNone: not drawn
+  std::vector<std::vector<int>> material;
+  std::vector<std::vector<int>> largestJoint;
+};
+
+/// Meshes in the order of the file, as far as they are drawn.
+DrawnMeshes takeMeshes(Reader& reader, std::vector<std::vector<Primitive>> primitives) {
   Scene& scene = reader.scene;
   const int defaultMaterial = static_cast<int>(reader.model.materials.size());
-
-  // Meshes in the order of the file, as far as they are drawn.
-  std::vector<std::vector<int>> meshOf(primitives.size());
-  std::vector<std::vector<int>> materialOf(primitives.size());
-  std::vector<std::vector<int>> largestJoint(primitives.size());
+  DrawnMeshes drawn;
+  drawn.mesh.resize(primitives.size());
+  drawn.material.resize(primitives.size());
+  drawn.largestJoint.resize(primitives.size());
   for (std::size_t m = 0; m < primitives.size(); ++m) {
     for (Primitive& primitive : primitives[m]) {
       scene.notes.insert(scene.notes.end(), primitive.notes.begin(), primitive.notes.end());
@@ -261,77 +269,93 @@ void readObjects(Reader& reader, const NodeOrder& order,
         joint = std::max({joint, static_cast<int>(j.x), static_cast<int>(j.y),
                           static_cast<int>(j.z), static_cast<int>(j.w)});
       }
-      largestJoint[m].push_back(joint);
-      materialOf[m].push_back(primitive.material == kNone ? defaultMaterial : primitive.material);
-      meshOf[m].push_back(primitive.drawn ? static_cast<int>(scene.meshes.size()) : kNone);
+      drawn.largestJoint[m].push_back(joint);
+      drawn.material[m].push_back(primitive.material == kNone ? defaultMaterial
+                                                              : primitive.material);
+      drawn.mesh[m].push_back(primitive.drawn ? static_cast<int>(scene.meshes.size()) : kNone);
       if (primitive.drawn) scene.meshes.push_back(std::move(primitive.mesh));
     }
   }
+  return drawn;
+}
 
+/// Fails where a primitive's vertices name joints that its node's skin does not have.
+void checkJoints(const Reader& reader, const tinygltf::Node& node, std::size_t primitive,
+                 int largestJoint) {
+  if (node.skin < 0) return;
+  const auto joints = static_cast<int>(reader.scene.skins[size(node.skin)].joints.size());
+  if (largestJoint < joints) return;
+  reader.fail(elementPlace("meshes", size(node.mesh)) + "/primitives/" + std::to_string(primitive) +
+                  "/attributes/JOINTS_0",
+              "joint " + std::to_string(largestJoint) + " is out of range: /skins/" +
+                  std::to_string(node.skin) + " has " + std::to_string(joints) + " joints");
+}
+
+/// A node's own s, g, n: a copy of each material that its primitives have.
+int ownMaterial(Scene& scene, const tinygltf::Node& node, int material,
+                std::map<int, int>& overridden) {
+  if (!member(node.extras, "catoptric").IsObject()) return material;
+  const auto [found, isNew] =
+      overridden.try_emplace(material, static_cast<int>(scene.materials.size()));
+  if (isNew) {
+    Material copy = scene.materials[size(material)];
+    applyReflectanceExtras(node.extras, copy);
+    scene.materials.push_back(std::move(copy));
+  }
+  return found->second;
+}
+
+/// The objects of a node, its scene number `n`: every instance of every primitive of its mesh.
+void addObjects(Reader& reader, const tinygltf::Node& source, std::size_t n,
+                const std::string& place, const DrawnMeshes& drawn) {
+  Scene& scene = reader.scene;
+  const std::vector<Mat4> instances = readInstances(reader, source, place);
+  const std::vector<int>& meshes = drawn.mesh[size(source.mesh)];
+  std::map<int, int> overridden;
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    for (std::size_t p = 0; p < meshes.size(); ++p) {
+      if (meshes[p] == kNone) continue;
+      checkJoints(reader, source, p, drawn.largestJoint[size(source.mesh)][p]);
+      Object object;
+      object.name = scene.nodes[n].name;
+      if (meshes.size() > 1) object.name += "/" + std::to_string(p);
+      if (instances.size() > 1) object.name += "#" + std::to_string(i);
+      object.mesh = meshes[p];
+      object.node = static_cast<int>(n);
+      object.material =
+          ownMaterial(scene, source, drawn.material[size(source.mesh)][p], overridden);
+      object.nodeFromInstance = instances[i];
+      scene.objects.push_back(std::move(object));
+    }
+  }
+  if (source.skin < 0 || scene.nodes[n].skin < 0) return;
+  for (std::size_t p = 0; p < meshes.size(); ++p) {
+    if (meshes[p] != kNone && scene.meshes[size(meshes[p])].joints.empty()) {
+      scene.notes.push_back(place + ": has a skin, but primitive " + std::to_string(p) +
+                            " of its mesh has no JOINTS_0; it follows its node");
+    }
+  }
+}
+
+}  // namespace
+
+void readObjects(Reader& reader, const NodeOrder& order,
+                 std::vector<std::vector<Primitive>> primitives) {
+  const DrawnMeshes drawn = takeMeshes(reader, std::move(primitives));
   std::size_t hidden = 0;
   for (std::size_t n = 0; n < order.fileFromScene.size(); ++n) {
     const int file = order.fileFromScene[n];
     const tinygltf::Node& source = reader.model.nodes[size(file)];
     if (source.mesh < 0) continue;
-    if (!order.inScene[size(file)]) {
+    if (order.inScene[size(file)]) {
+      addObjects(reader, source, n, elementPlace("nodes", size(file)), drawn);
+    } else {
       ++hidden;
-      continue;
-    }
-    const std::string place = elementPlace("nodes", size(file));
-    const std::vector<Mat4> instances = readInstances(reader, source, place);
-    const std::size_t count = meshOf[size(source.mesh)].size();
-    // A node's own s, g, n: a copy of each material that its primitives have.
-    std::map<int, int> overridden;
-    for (std::size_t i = 0; i < instances.size(); ++i) {
-      for (std::size_t p = 0; p < count; ++p) {
-        const int mesh = meshOf[size(source.mesh)][p];
-        if (mesh == kNone) continue;
-        if (source.skin >= 0) {
-          const int joint = largestJoint[size(source.mesh)][p];
-          const auto joints = static_cast<int>(scene.skins[size(source.skin)].joints.size());
-          if (joint >= joints) {
-            reader.fail(elementPlace("meshes", size(source.mesh)) + "/primitives/" +
-                            std::to_string(p) + "/attributes/JOINTS_0",
-                        "joint " + std::to_string(joint) + " is out of range: /skins/" +
-                            std::to_string(source.skin) + " has " + std::to_string(joints) +
-                            " joints");
-          }
-        }
-        int material = materialOf[size(source.mesh)][p];
-        if (member(source.extras, "catoptric").IsObject()) {
-          const auto [found, isNew] =
-              overridden.try_emplace(material, static_cast<int>(scene.materials.size()));
-          if (isNew) {
-            Material copy = scene.materials[size(material)];
-            applyReflectanceExtras(source.extras, copy);
-            scene.materials.push_back(std::move(copy));
-          }
-          material = found->second;
-        }
-        Object object;
-        object.name = scene.nodes[n].name;
-        if (count > 1) object.name += "/" + std::to_string(p);
-        if (instances.size() > 1) object.name += "#" + std::to_string(i);
-        object.mesh = mesh;
-        object.node = static_cast<int>(n);
-        object.material = material;
-        object.nodeFromInstance = instances[i];
-        scene.objects.push_back(std::move(object));
-      }
-    }
-    if (source.skin >= 0 && scene.nodes[n].skin >= 0) {
-      for (std::size_t p = 0; p < count; ++p) {
-        if (meshOf[size(source.mesh)][p] != kNone &&
-            scene.meshes[size(meshOf[size(source.mesh)][p])].joints.empty()) {
-          scene.notes.push_back(place + ": has a skin, but primitive " + std::to_string(p) +
-                                " of its mesh has no JOINTS_0; it follows its node");
-        }
-      }
     }
   }
   if (hidden > 0) {
-    scene.notes.push_back(std::to_string(hidden) +
-                          " nodes with meshes are outside the scene and not drawn");
+    reader.scene.notes.push_back(std::to_string(hidden) +
+                                 " nodes with meshes are outside the scene and not drawn");
   }
 }
 
