@@ -307,22 +307,23 @@ class Perturbation : public Method {
     std::snprintf(allowed.data(), allowed.size(), "%g",
                   static_cast<double>(options_.tracedPerPixel));
     log::warning(
-        "perturbation: " + firstOf(objects) +
-        " are reflected more coarsely than tessellation_error: halving their edges would "
-        "trace more paths than traced_per_pixel (" +
+        "perturbation: the reflections of " + firstOf(objects) +
+        " are coarser than tessellation_error asks: halving more edges would trace more "
+        "paths than traced_per_pixel (" +
         allowed.data() +
-        ") allows; raise it, or tessellation_error, or lower max_bounces; waves and many sheets, "
-        "which show every point often, are faster by method traced (counted: coarse_objects)");
+        ") allows. Raise traced_per_pixel or tessellation_error, or lower max_bounces. The "
+        "method traced renders mirrors with waves or many sheets, which show each point "
+        "many times, in less time (counted: coarse_objects)");
   }
 
   /// Says once in a run that points show more often than is followed.
   void warnOfLeftOut(const std::vector<std::string>& objects, std::uint64_t reflections) {
     if (objects.empty() || warnedOfLeftOut_) return;
     warnedOfLeftOut_ = true;
-    log::warning("perturbation: " + firstOf(objects) + " show points more than " +
-                 std::to_string(kMaxReflections) + " times: " + std::to_string(reflections) +
-                 " reflections are left out; method traced shows such reflectors (counted: "
-                 "reflections_left_out)");
+    log::warning("perturbation: " + firstOf(objects) + ": points show more than " +
+                 std::to_string(kMaxReflections) + " times, and " + std::to_string(reflections) +
+                 " of their reflections are left out. The method traced shows all of them "
+                 "(counted: reflections_left_out)");
   }
 
   /// Of the whole frame.
