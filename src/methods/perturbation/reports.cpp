@@ -21,21 +21,26 @@ const std::vector<StepInfo>& perturbationSteps() {
 const std::vector<CounterInfo>& perturbationCounters() {
   static const std::vector<CounterInfo> counters = {
       {"paths", "sampled paths"},
-      {"path_types", "sequences of reflectors that are followed"},
-      {"path_types_missed", "sequences that are visible but that no sampled path meets"},
+      {"path_types", "sequences of reflectors that sampled paths meet, and that are followed"},
+      {"path_types_missed",
+       "sequences by which reflectors show a further one, too small for any sampled path to meet "
+       "it"},
       {"path_types_left_out",
-       "sequences beyond max_path_types: their reflectors show the diffuse "
-       "part there"},
+       "sequences beyond max_path_types: there their reflectors show their diffuse component"},
       {"total_reflection",
-       "sampled paths that were reflected totally where they should leave a "
-       "body"},
-      {"vertices", "vertices whose reflections were looked for"},
-      {"triangles", "virtual triangles drawn"},
-      {"dropped_triangles", "virtual triangles that were left out"},
-      {"coarse_objects", "objects whose edges were halved no more, as that had cost too much"},
-      {"linear", "reflections found by the first order alone"},
-      {"quadratic", "reflections found by the second order"},
-      {"retraced", "reflections found by a path traced anew"},
+       "sampled paths that could not leave a body, because its surface reflects them totally"},
+      {"vertices",
+       "places whose reflections were looked up: vertices, those in one place once, and middles of "
+       "edges"},
+      {"triangles", "virtual triangles that were made"},
+      {"dropped_triangles",
+       "virtual triangles left out because their vertices do not share a reflection; 0 with order: "
+       "auto, which cuts them"},
+      {"coarse_objects",
+       "objects whose edges were halved no more because they had cost traced_per_pixel paths"},
+      {"linear", "reflections found by moving a sampled path by its Jacobian"},
+      {"quadratic", "reflections found by moving a path by its Jacobian and Hessian"},
+      {"retraced", "reflections for which a path was traced anew"},
       {"not_converged", "candidates that led to no reflection"},
       {"reflections_left_out", "reflections of a point beyond its 64th"},
       {"environment", "samples that nothing covers: sky and gaps alike see the environment"},
