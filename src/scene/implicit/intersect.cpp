@@ -110,7 +110,7 @@ int quadraticRoots(double a, double b, double c, std::array<double, 2>& roots) {
     roots[0] = -c / b;
     return 1;
   }
-  // b^2 - 4 a c with one rounding [Kahan].
+  // b^2 - 4 a c with one rounding [Kahan2004].
   const double p = b * b;
   const double q = 4.0 * a * c;
   const double discriminant = (p - q) + (std::fma(b, b, -p) - std::fma(4.0 * a, c, -q));
