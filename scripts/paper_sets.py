@@ -71,11 +71,12 @@ def sets(bench, document):
     rows = [row for kind in SETS for row in rows_of(bench, kind)]
     document.text("""## Tuning set and validation set
 
-All constants of the method were chosen on the tuning set: every 90th frame from 45 on of the four paths, and the
-small scenes that are named. No constant was ever chosen on the validation set: every 90th frame from 17 on of the
-paths, and other scenes (`scripts/paper_sets.py` lists both). L1_8bit: mean absolute difference from `traced` per
-channel, of 255, over the frame; "of reflectors": over the pixels of reflective objects. In percent of the reflective
-samples: disoccluded (a ray found nothing where Embree's hits) and wrong hit (another surface than Embree's, or none
-there). "a / b" is average / maximum over the frames.""")
+All constants of the method were chosen on the tuning set: every 90th frame from 45 on of the four paths, and the small
+scenes of that name in the table. No constant was ever chosen on the validation set: every 90th frame from 17 on of the
+paths, and other scenes. `scripts/paper_sets.py` lists both. L1_8bit is the mean absolute difference from `traced` per
+channel, of 255, over the frame; "of reflectors" has it over the pixels of reflective objects. The next columns are
+shares of the reflective samples: disoccluded samples, where a ray found nothing although Embree's ray hits a surface,
+and wrong hits, where it found another surface than Embree's, or one where there is none. "a / b" is the average and the
+maximum over the frames.""")
     document.table(["set", "scene, path", "frames", "L1_8bit", "of reflectors", "disoccluded %", "wrong hit %",
                     "clusters"], rows)

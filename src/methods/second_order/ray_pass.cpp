@@ -6,8 +6,11 @@
 #include <string>
 #include <utility>
 
+#include "methods/second_order/shaders/constants.h"
 namespace catoptric::methods {
 namespace {
+
+namespace shared = second_order_shared;
 
 /// Samples along the edge of a tile with a sample that is still to be looked up: those of an
 /// integer of marks. Ours.
@@ -15,16 +18,18 @@ constexpr int kTileSamples = 4;
 using Marks = std::uint16_t;
 using TileRow = std::uint64_t;
 
-/// A mark of shaders/marks.glsl in all samples of a row of a tile, beside raster::MaskBit.
+/// A mark in all samples of a row of a tile, beside raster::MaskBit.
 constexpr TileRow everySample(Marks mark) {
   return 0x0001000100010001u * mark;
 }
-constexpr Marks kMarkBridged = 1u << 14;
-constexpr Marks kMarkLater = 1u << 15;
+constexpr Marks kMarkBridged = shared::kMarkBridged;
+constexpr Marks kMarkLater = shared::kMarkLater;
 
-/// Counted by shaders/rays.frag.
+/// Counted by shaders/rays.frag, in the order of its kCount... constants.
 constexpr std::array<const char*, 4> kCountNames = {"below_horizon", "met_itself", "faded",
                                                     "second_layer_hits"};
+static_assert(shared::kCountBelowHorizon == 0 && shared::kCountSelf == 1 &&
+              shared::kCountFaded == 2 && shared::kCountSecond == 3);
 /// Counted in its marks, `environment` together with `unclustered`.
 constexpr std::array<std::pair<Marks, const char*>, 3> kMarks = {
     {{raster::kMaskEnvironment, "environment"},
@@ -119,10 +124,10 @@ void RayPass::bindSamples(gl::Program& program, const Services& services,
                           const RayInputs& inputs) const {
   const raster::GBuffer& gbuffer = *services.gbuffer;
   program.use();
-  clusterSamples_.bindImage(0, GL_READ_ONLY);
-  gbuffer.normal.bindImage(1, GL_READ_ONLY);
-  gbuffer.depth.bind(2);
-  gbuffer.diffuse.bindImage(4, GL_READ_ONLY);
+  clusterSamples_.bindImage(shared::kClustersBinding, GL_READ_ONLY);
+  gbuffer.normal.bindImage(shared::kNormalsBinding, GL_READ_ONLY);
+  gbuffer.depth.bind(shared::kDepthsBinding);
+  gbuffer.diffuse.bindImage(shared::kDiffuseBinding, GL_READ_ONLY);
   const Mat3 rayFromPixel =
       scene::rayFromPixel(inputs.camera, gbuffer.sampleWidth(), gbuffer.sampleHeight());
   program.set("rayFromPixel", rayFromPixel);
@@ -143,7 +148,7 @@ void RayPass::bindWalk(gl::Program& program, const Services& services,
 void RayPass::bindFallback(gl::Program& program, const Services& services,
                            const RayInputs& inputs) const {
   services.raster->bindShadingResources(program.id(), services.lighting);
-  inputs.cubeMap.bind(7);
+  inputs.cubeMap.bind(shared::kCubeMapBinding);
   inputs.cubeMap.setLevels(program);
   const Box3& bounds = services.geometry.bounds;
   const Vec3 eye = inputs.camera.eye();
@@ -161,7 +166,7 @@ void RayPass::run(Services& services, const RayInputs& inputs) {
   if (options_.countDisocclusions) {
     std::fill(found_.begin(), found_.end(), Found{});
     foundBuffer_.write(0, found_.size() * sizeof(Found), found_.data());
-    foundBuffer_.bindStorage(2);
+    foundBuffer_.bindStorage(shared::kFoundBinding);
   }
   (masks ? gbuffer.reflectionFramebuffer : ownTarget_).bind();
   followRays(services, inputs);
@@ -171,7 +176,7 @@ void RayPass::run(Services& services, const RayInputs& inputs) {
 }
 
 void RayPass::followRays(Services& services, const RayInputs& inputs) {
-  counts_.bindStorage(1);
+  counts_.bindStorage(shared::kCountsBinding);
   const auto draw = [](raster::SampleClass sampleClass) {
     gl::DrawState state = raster::onSamplesOf(sampleClass);
     state.depth.write = false;  // it is read
@@ -186,7 +191,7 @@ void RayPass::followRays(Services& services, const RayInputs& inputs) {
       if (options_.glossyReach > 0.0f) program.set("reach", options_.glossyReach);
     }
     if (options_.selfIntersect != SelfIntersect::None) {
-      services.gbuffer->object.bindImage(6, GL_READ_ONLY);
+      services.gbuffer->object.bindImage(shared::kObjectsBinding, GL_READ_ONLY);
     }
     draw(sampleClass);
   };
@@ -194,7 +199,7 @@ void RayPass::followRays(Services& services, const RayInputs& inputs) {
   if (reflectors_.planarMirrors && inputs.onGrids) {
     gl::Program& program = planar(inputs.exactGrids);
     program.use();
-    clusterSamples_.bindImage(0, GL_READ_ONLY);
+    clusterSamples_.bindImage(shared::kClustersBinding, GL_READ_ONLY);
     inputs.images.bind();
     program.set("atlasTexel", 1.0f / Vec2(inputs.images.layerWidth(), inputs.images.layerHeight()));
     draw(raster::SampleClass::PlanarMirror);
@@ -239,9 +244,9 @@ void RayPass::lookUp(Services& services, const RayInputs& inputs) {
   glTextureBarrier();
   bindSamples(lookUps_, services, inputs);
   bindFallback(lookUps_, services, inputs);
-  services.gbuffer->reflection.bind(8);
+  services.gbuffer->reflection.bind(shared::kReflectionBinding);
   tiles_.write(0, later_.size() * sizeof(std::uint32_t), later_.data());
-  tileTexture_.bind(9);
+  tileTexture_.bind(shared::kTilesBinding);
   lookUps_.set("tilesAcross", tilesAcross_);
   lookUps_.set("tilesDown", tilesDown_);
   gl::DrawState state;

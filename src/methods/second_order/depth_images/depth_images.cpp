@@ -7,9 +7,12 @@
 #include <numeric>
 
 #include "gl/context.h"
+#include "methods/second_order/shaders/constants.h"
 
 namespace catoptric::methods {
 namespace {
+
+namespace shared = second_order_shared;
 
 /// Share of the frame of a cluster whose levels of detail may err twice as much as a large one's.
 /// Ours.
@@ -25,7 +28,7 @@ constexpr std::int64_t kMaskedTexels = 4096;
 constexpr int kMaskTile = 32;       ///< texels along the edge of what is masked at once. Ours.
 constexpr int kSmallestSide = 512;  ///< of a layer: small frames need few layers, too. Ours.
 constexpr std::uint64_t kBytesPerTexel = 8 + 4;
-constexpr std::size_t kTableRows = 8;  ///< texels per cluster, as depth_image.glsl reads them
+constexpr std::size_t kTableRows = shared::kTableTexels;
 
 }  // namespace
 
@@ -156,20 +159,22 @@ void DepthImages::writeTable(std::span<const Cluster> clusters,
   for (std::size_t i = 0; i < clusters.size(); ++i) {
     const ClusterCamera& camera = cameras[i];
     Vec4* rows = &table[kTableRows * i];
-    rows[0] = camera.rowX;
-    rows[1] = camera.rowY;
-    rows[2] = camera.rowZ;
-    rows[3] = camera.rowW;
+    rows[shared::kRowX] = camera.rowX;
+    rows[shared::kRowX + 1] = camera.rowY;
+    rows[shared::kRowX + 2] = camera.rowZ;
+    rows[shared::kRowX + 3] = camera.rowW;
     // Rays leave an empty image, then of one texel, at once
     const bool empty = triangles[i] == 0 && !camera.mirrorGrid;
-    rows[4] = Vec4(atlas_.places[i].x, atlas_.places[i].y, empty ? 1 : camera.width,
-                   empty ? 1 : camera.height);
+    Vec4& place = rows[shared::kPlace];
+    place = Vec4(atlas_.places[i].x, atlas_.places[i].y, empty ? 1 : camera.width,
+                 empty ? 1 : camera.height);
     // In the atlas already: a planar mirror then needs this row alone
-    rows[5] = Vec4(atlas_.places[i].layer, camera.mirrorRight + rows[4].x / camera.scale,
-                   camera.mirrorTop - rows[4].y / camera.scale, camera.scale);
-    const int flags = (camera.crossing || camera.parallel ? 1 : 0) + (clusters[i].concave ? 2 : 0);
-    rows[6] = Vec4(camera.horizon, static_cast<float>(flags));
-    rows[7] = ofObject.at(clusters[i].object);
+    rows[shared::kMore] = Vec4(atlas_.places[i].layer, camera.mirrorRight + place.x / camera.scale,
+                               camera.mirrorTop - place.y / camera.scale, camera.scale);
+    const int flags = (camera.crossing || camera.parallel ? shared::kCrossingFlag : 0) +
+                      (clusters[i].concave ? shared::kConcaveFlag : 0);
+    rows[shared::kHorizon] = Vec4(camera.horizon, static_cast<float>(flags));
+    rows[shared::kRectangle] = ofObject.at(clusters[i].object);
   }
   const std::size_t bytes = table.size() * sizeof(Vec4);
   if (tableBuffer_.size() < bytes) {
@@ -247,9 +252,9 @@ void DepthImages::prepareDepth(std::span<const Cluster> clusters,
 }
 
 void DepthImages::bind() const {
-  table_.bindImage(3, GL_READ_ONLY);
-  color_.bindImage(5, GL_READ_ONLY);
-  depth_.bind(6);
+  table_.bindImage(shared::kTableBinding, GL_READ_ONLY);
+  color_.bindImage(shared::kColorImagesBinding, GL_READ_ONLY);
+  depth_.bind(shared::kDepthImagesBinding);
 }
 
 }  // namespace catoptric::methods

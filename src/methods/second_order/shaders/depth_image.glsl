@@ -1,20 +1,15 @@
 // Clusters' depth images on the layers of their atlas, and the table that says where they are.
 //   LAYERS  2: with a second depth layer, of what lies behind
-layout(binding = 3, rgba32f) readonly uniform imageBuffer clusterTable;
-layout(binding = 5, rgba16f) readonly uniform image2DArray colorImages;
-layout(binding = 6) uniform sampler2DArray depthImages;
+#include "constants.glsl"
+
+layout(binding = kTableBinding, rgba32f) readonly uniform imageBuffer clusterTable;
+layout(binding = kColorImagesBinding, rgba16f) readonly uniform image2DArray colorImages;
+layout(binding = kDepthImagesBinding) uniform sampler2DArray depthImages;
 
 uniform vec2 atlasTexel;  // 1 / texels of a layer
 #if LAYERS == 2
 uniform int secondLayer;  // from an image's layer of the atlas to the one with what lies behind
 #endif
-
-const int kTableTexels = 8;  // of a cluster
-const int kRowX = 0;         // rows X, Y, Z, W of the camera
-const int kPlace = 4;        // corner in the atlas, size
-const int kMore = 5;         // layer; mirrored grid: right and top in the atlas, scale
-const int kHorizon = 6;      // horizon; flags
-const int kRectangle = 7;    // of all clusters of the object, in samples
 
 struct DepthImage {
   vec4 rowX;
@@ -40,8 +35,8 @@ DepthImage depthImage(int cluster) {
   d.rowW = tableOf(cluster, kRowX + 3);
   vec4 last = tableOf(cluster, kHorizon);
   d.horizon = last.xyz;
-  d.crossing = (int(last.w) & 1) != 0;
-  d.concave = (int(last.w) & 2) != 0;
+  d.crossing = (int(last.w) & kCrossingFlag) != 0;
+  d.concave = (int(last.w) & kConcaveFlag) != 0;
   return d;
 }
 

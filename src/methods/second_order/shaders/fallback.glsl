@@ -1,7 +1,8 @@
 // What rays see that find nothing in their depth image: the cube map, or the sky.
+#include "constants.glsl"
 #include "raster/shaders/shading.glsl"
 
-layout(binding = 7) uniform samplerCube environmentMap;
+layout(binding = kCubeMapBinding) uniform samplerCube environmentMap;
 
 uniform vec3 sceneLeast;  // corners of the scene's box, from the eye
 uniform vec3 sceneMost;

@@ -5,7 +5,8 @@
 #include "marks.glsl"
 #include "self_intersect.glsl"
 
-layout(binding = 8) uniform sampler2D reflectionSamples;  // what is written, one's own sample alone
+// What is written, of which only one's own sample is read
+layout(binding = kReflectionBinding) uniform sampler2D reflectionSamples;
 
 // Counting would otherwise run the shader before the stencil test
 layout(early_fragment_tests) in;

@@ -3,7 +3,7 @@
 #include "depth_image.glsl"
 #include "marks.glsl"
 
-layout(binding = 0, r16ui) readonly uniform uimage2D clusterSamples;
+layout(binding = kClustersBinding, r16ui) readonly uniform uimage2D clusterSamples;
 
 // Counting would otherwise run the shader before the stencil test
 layout(early_fragment_tests) in;

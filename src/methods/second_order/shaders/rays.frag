@@ -29,12 +29,7 @@ layout(early_fragment_tests) in;
 layout(location = 0) out vec4 reflection;
 layout(location = 1) out uint marks;
 
-// What few runs have is counted here: rays, and samples with a ray.
-layout(std430, binding = 1) buffer Counts { uint counts[]; };
-const int kCountBelowHorizon = 0;
-const int kCountSelf = 1;
-const int kCountFaded = 2;
-const int kCountSecond = 3;
+layout(std430, binding = kCountsBinding) buffer Counts { uint counts[]; };
 
 #if FOUND
 // By sample: bits of the rays that found no surface, where the only ray found one
@@ -42,7 +37,7 @@ struct Found {
   uint nothing[2];
   float at[3];
 };
-layout(std430, binding = 2) writeonly buffer FoundOfSamples { Found found[]; };
+layout(std430, binding = kFoundBinding) writeonly buffer FoundOfSamples { Found found[]; };
 #endif
 
 // A sample and what its rays leave.

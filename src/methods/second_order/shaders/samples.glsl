@@ -1,9 +1,12 @@
 // The frame's samples: their clusters, their places, and what they reflect.
 // Images where they can be (depth cannot), not textures: llvmpipe loads from them in half the time.
-layout(binding = 0, r16ui) readonly uniform uimage2D clusterSamples;
-layout(binding = 1, rgba32f) readonly uniform image2D normalSamples;  // xyz shading normal, a = g
-layout(binding = 2) uniform sampler2D depthSamples;                   // reversed-Z
-layout(binding = 4, rgba32f) readonly uniform image2D diffuseSamples;
+#include "constants.glsl"
+
+layout(binding = kClustersBinding, r16ui) readonly uniform uimage2D clusterSamples;
+// xyz shading normal, a = g
+layout(binding = kNormalsBinding, rgba32f) readonly uniform image2D normalSamples;
+layout(binding = kDepthsBinding) uniform sampler2D depthSamples;  // reversed-Z
+layout(binding = kDiffuseBinding, rgba32f) readonly uniform image2D diffuseSamples;
 
 uniform mat3 rayFromPixel;  // (sample position, 1) to a ray that advances 1 m along the axis
 uniform mat3 pixelFromRay;  // its inverse

@@ -4,7 +4,7 @@
 #include "samples.glsl"
 
 #if SELF
-layout(binding = 6, r32ui) readonly uniform uimage2D objectSamples;
+layout(binding = kObjectsBinding, r32ui) readonly uniform uimage2D objectSamples;
 const float kSelfSlack = 1e-4;  // of the depth; ours
 // Of the depth, from sample to sample, at most: more is an edge. Ours.
 const float kSelfStep = 0.02;

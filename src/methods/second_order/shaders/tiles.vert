@@ -1,5 +1,7 @@
 // Squares of samples, as points: the tiles to look up.
-layout(binding = 9) uniform usamplerBuffer tiles;
+#include "constants.glsl"
+
+layout(binding = kTilesBinding) uniform usamplerBuffer tiles;
 
 uniform int tilesAcross;
 uniform int tilesDown;
