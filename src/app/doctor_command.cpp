@@ -4,6 +4,7 @@
 #include "core/file.h"
 #include "core/text.h"
 #include "gl/doctor.h"
+#include "gl/workarounds.h"
 #include "run/folder/machine.h"
 #include "run/folder/plan.h"
 
@@ -51,6 +52,28 @@ struct Cache {
   }
 };
 
+std::string workaroundsJson() {
+  std::vector<std::string> texts;
+  for (const gl::WorkaroundInfo& info : gl::workarounds()) {
+    texts.push_back(JsonText()
+                        .add("name", info.name)
+                        .add("on", gl::worksAround(info.workaround))
+                        .add("reason", info.reason)
+                        .object());
+  }
+  return "[" + joined(texts, ",") + "]";
+}
+
+std::string workaroundsText() {
+  std::string text =
+      "Driver workarounds, off by CATOPTRIC_DISABLE_WORKAROUNDS=NAME,NAME in the environment:\n";
+  for (const gl::WorkaroundInfo& info : gl::workarounds()) {
+    text += std::string("  ") + info.name + (gl::worksAround(info.workaround) ? "" : " (off)") +
+            ": " + info.reason + ".\n";
+  }
+  return text;
+}
+
 ExitCode doctor(const CommonOptions& common) {
   const std::vector<gl::DeviceReport> reports = gl::describeDevices();
   std::vector<std::string> usable;
@@ -68,11 +91,12 @@ ExitCode doctor(const CommonOptions& common) {
                                     .add("files", cache.files)
                                     .add("bytes", cache.bytes)
                                     .object())
+                  .raw("workarounds", workaroundsJson())
                   .object() +
               "\n");
   } else {
     printData("catoptric " + std::string(run::versionText()) + " on " + run::processorName() +
-              "\n" + gl::doctorText(reports) + cache.text() +
+              "\n" + gl::doctorText(reports) + workaroundsText() + cache.text() +
               (usable.empty() ? "No device can render: see \"to do\" above.\n"
                               : "Ready to render: --device " + joined(usable, ", or ") + ".\n"));
   }

@@ -12,6 +12,7 @@
 #include "gl/api.h"
 #include "gl/context_state.h"
 #include "gl/platform.h"
+#include "gl/workarounds.h"
 
 namespace catoptric::gl {
 
@@ -139,11 +140,11 @@ void release(Context::State* state) noexcept {
   if (state != nullptr) state->platform->release();
 }
 
-// Makes `next` current in its driver; the old context is released first, since EGL and OSMesa
-// share Mesa's notion of the current context without telling each other.
+// Makes `next` current in its driver.
 void switchTo(Context::State& next) {
   if (currentState == &next) return;
-  release(std::exchange(currentState, nullptr));
+  Context::State* old = std::exchange(currentState, nullptr);
+  if (worksAround(Workaround::MesaReleaseBeforeSwitch)) release(old);
   next.platform->makeCurrent();
   try {
     loadFunctions(*next.platform);
@@ -192,8 +193,8 @@ void inspect(Context::State& state, Platform platform, int index) {
   GLint bits = 0;
   glGetQueryiv(GL_TIMESTAMP, GL_QUERY_COUNTER_BITS, &bits);
   info.timerQueryBits = bits;
-  // llvmpipe claims 64 bits, but its timestamps are taken when commands are queued.
-  info.timer = (info.software || bits == 0) ? TimerKind::FinishClock : TimerKind::TimerQuery;
+  const bool lies = info.software && worksAround(Workaround::SoftwareFinishClock);
+  info.timer = (lies || bits == 0) ? TimerKind::FinishClock : TimerKind::TimerQuery;
 }
 
 std::unique_ptr<Context::State> open(Platform platform, int index) {

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "gl/draw_state.h"
+#include "gl/workarounds.h"
 #include "methods/second_order/depth_images/view_lists.h"
 #include "raster/constants.h"
 
@@ -19,8 +20,8 @@ using raster::SceneGpu;
 
 #include "methods/second_order/shaders/views_constants.glsl"
 
-/// llvmpipe bins triangles on one thread and rasterizes on others, a batch at a time: a flush after
-/// so many lets both work at once. Ours; these triangles are small: the rooms' 35k to 90k.
+/// After so many triangles GL is flushed (gl::Workaround::SoftwareFlushBatches). Ours; these
+/// triangles are small: the rooms' 35k to 90k.
 constexpr std::uint64_t kTrianglesPerBatch = 4'000;
 /// What keeps a compound draw's views in their rectangles: bits of gl_ClipDistance.
 constexpr std::uint8_t kBorders = 0b11110;
@@ -124,6 +125,7 @@ class ViewDraws {
   std::vector<Draw> draws_;
   std::vector<std::size_t> firstIndex_;  ///< of each view, and one past the end
   std::vector<std::size_t> groups_;      ///< first view of each compound draw
+  const bool oneClipDistance_ = gl::worksAround(gl::Workaround::MesaOneClipDistance);
   // Of the draws so far
   int layer_ = -1;
   std::optional<std::uint32_t> group_;
@@ -284,8 +286,11 @@ std::size_t ViewDraws::drawViews(std::size_t k, bool behind, gl::DrawScope& scop
   const bool own = draw.sides == Sides::OwnFront || draw.sides == Sides::OwnBoth;
   gl::DrawState state = scope.state();
   state.cullBacks = draw.sides == Sides::Front || draw.sides == Sides::OwnFront;
+  // What should not be clipped has a distance of 1
+  const bool clips = own || (!layers_.compound && oneClipDistance_);
+  state.clipDistances =
+      static_cast<std::uint8_t>((layers_.compound ? kBorders : 0) | (clips ? kOwnClip : 0));
   if (layers_.compound) {
-    state.clipDistances = kBorders | (own ? kOwnClip : 0);
     scope.change(state);
     return drawCompound(k, behind, scope, triangles);
   }
@@ -309,6 +314,7 @@ void ViewDraws::draw(const frame::Lighting& lighting, bool behind, gl::DrawScope
   program_ = 0;
   material_ = -1;
   auto object = static_cast<std::uint32_t>(scene_.objects().size());
+  const bool flushes = gl::worksAround(gl::Workaround::SoftwareFlushBatches);
   std::uint64_t batched = 0;
   for (std::size_t k = 0; k < draws_.size();) {
     const DiffuseView& view = views_[draws_[k].view];
@@ -327,7 +333,7 @@ void ViewDraws::draw(const frame::Lighting& lighting, bool behind, gl::DrawScope
       useObject(object, programs, sky, behind);
     }
     k = drawViews(k, behind, scope, batched);
-    if (batched >= kTrianglesPerBatch) {
+    if (flushes && batched >= kTrianglesPerBatch) {
       glFlush();
       batched = 0;
     }
@@ -356,9 +362,6 @@ std::uint64_t DiffuseViews::draw(SceneGpu& scene, std::span<const DiffuseView> v
   scene.frame().bind(shared, lighting);
   gl::DrawState state;
   state.depth.test = true;
-  // llvmpipe (Mesa 22.3.6) clips by a distance that a shader writes even where no clip distance is
-  // enabled: one always is, and what should not be clipped has a distance of 1
-  state.clipDistances = layers.compound ? kBorders : kOwnClip;
   gl::DrawScope scope(state);
   draws.draw(lighting, false, scope);
   if (layers.peeled != nullptr) {

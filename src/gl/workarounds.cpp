@@ -1,0 +1,65 @@
+#include "gl/workarounds.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <string>
+
+#include "core/error.h"
+#include "core/text.h"
+
+namespace catoptric::gl {
+namespace {
+
+constexpr const char* kVariable = "CATOPTRIC_DISABLE_WORKAROUNDS";
+
+constexpr std::array<WorkaroundInfo, 4> kWorkarounds = {{
+    {Workaround::SoftwareFinishClock, "software-finish-clock",
+     "llvmpipe claims timer queries of 64 bits but takes its timestamps when commands are queued "
+     "(a "
+     "draw of 2,800 ms reads 8 to 20 ms): software renderers are timed by glFinish and the clock"},
+    {Workaround::SoftwareFlushBatches, "software-flush-batches",
+     "llvmpipe bins triangles on one thread and rasterizes on others, a batch at a time: a flush "
+     "after so many triangles lets both work at once"},
+    {Workaround::MesaOneClipDistance, "mesa-one-clip-distance",
+     "llvmpipe (Mesa 22.3.6) clips by a distance that a shader writes even where no clip distance "
+     "is enabled: one is always enabled where shaders write any"},
+    {Workaround::MesaReleaseBeforeSwitch, "mesa-release-before-switch",
+     "EGL and OSMesa share Mesa's notion of the current context without telling each other: a "
+     "context is released before another becomes current"},
+}};
+
+}  // namespace
+
+std::span<const WorkaroundInfo> workarounds() {
+  return kWorkarounds;
+}
+
+std::vector<Workaround> parseWorkarounds(std::string_view names) {
+  std::vector<Workaround> disabled;
+  while (!names.empty()) {
+    const std::size_t end = std::min(names.find(','), names.size());
+    const std::string name(names.substr(0, end));
+    names.remove_prefix(std::min(end + 1, names.size()));
+    const auto found = std::ranges::find_if(
+        kWorkarounds, [&](const WorkaroundInfo& info) { return name == info.name; });
+    if (found == kWorkarounds.end()) {
+      std::vector<std::string> known;
+      for (const WorkaroundInfo& info : kWorkarounds) known.emplace_back(info.name);
+      throw UsageError(std::string(kVariable) + ": there is no driver workaround \"" + name + "\"" +
+                       didYouMean(name, known) + "; `catoptric doctor` lists them");
+    }
+    disabled.push_back(found->workaround);
+  }
+  return disabled;
+}
+
+bool worksAround(Workaround workaround) {
+  static const std::vector<Workaround> disabled = [] {
+    const char* names = std::getenv(kVariable);
+    return parseWorkarounds(names != nullptr ? names : "");
+  }();
+  return std::ranges::find(disabled, workaround) == disabled.end();
+}
+
+}  // namespace catoptric::gl
