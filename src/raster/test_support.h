@@ -19,9 +19,9 @@ struct Uploaded {
   frame::Lighting lighting;
   std::unique_ptr<raster::SceneRaster> raster;
 
-  explicit Uploaded(scene::Scene s) : scene(std::move(s)) {
+  explicit Uploaded(scene::Scene s, double seconds = 0.0) : scene(std::move(s)) {
     gl::testContext();
-    const scene::Pose pose = scene::poseAt(scene, 0.0);
+    const scene::Pose pose = scene::poseAt(scene, seconds);
     geometry = frame::makeGeometry(scene, pose);
     lighting = frame::makeLighting(scene, pose,
                                    std::make_shared<frame::EnvironmentLight>(scene.environment));

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 
+#include "gl/workarounds.h"
+
 namespace catoptric::raster {
 namespace {
 
-/// llvmpipe bins triangles on one thread and rasterizes on others, a batch at a time: a flush after
-/// so many lets both work at once. Ours; the living room's 157k triangles make four batches.
+/// After so many triangles GL is flushed (gl::Workaround::SoftwareFlushBatches). Ours; the living
+/// room's 157k triangles make four batches.
 constexpr std::uint64_t kTrianglesPerBatch = 40'000;
 
 }  // namespace
@@ -29,6 +31,7 @@ DrawStatistics drawSurfaces(SceneGpu& scene, const FrameView& view, const frame:
   gl::DrawScope scope(state);
   GLuint program = 0;
   int material = -1;
+  const bool flushes = gl::worksAround(gl::Workaround::SoftwareFlushBatches);
   std::uint64_t batch = 0;
   for (const VisibleObject& visible : list.objects) {
     const DeviceObject& object = scene.objects()[visible.object];
@@ -52,7 +55,7 @@ DrawStatistics drawSurfaces(SceneGpu& scene, const FrameView& view, const frame:
                         &list.offsets[visible.firstRange],
                         static_cast<GLsizei>(visible.rangeCount));
     batch += visible.triangles;
-    if (batch >= kTrianglesPerBatch) {
+    if (flushes && batch >= kTrianglesPerBatch) {
       glFlush();
       batch = 0;
     }
