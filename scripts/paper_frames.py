@@ -87,11 +87,11 @@ def write(bench: Bench, document: Document, frames=range(1, FRAMES + 1)):
     document.text(f"""# second_order: every frame of the paths
 
 Written by `scripts/paper_tables second_order --every-frame`: {len(frames)} frames of each path, 512 x 512
-pixels with 2 x 2 samples, second_order against `traced` with the same rays. "a / b" is average /
-maximum over the frames. L1_8bit: mean absolute difference per channel, of 255, over the frame; over the
-pixels of all planar reflectors; and over those of the mirror. In percent of the samples: disoccluded
-(a ray found nothing where Embree's hits), wrong hit (another surface than Embree's, or none there),
-environment (took the cube map).""")
+pixels with 2 x 2 samples, second_order compared with `traced` with the same rays. "a / b" is the average and the
+maximum over the frames. L1_8bit is the mean absolute difference per channel, of 255, over the frame; the next columns
+have it over the pixels of all planar reflectors and of the mirror. The other columns are shares of the samples:
+disoccluded samples, where a ray found nothing although Embree's ray hits a surface; wrong hits, where it found another
+surface than Embree's, or one where there is none; and samples that took the cube map.""")
 
     def column(rows, name):
         return [row[COLUMNS.index(name)] for row in rows]
@@ -110,8 +110,8 @@ environment (took the cube map).""")
           average_and_most(column(rows, "environment"), 100 / SAMPLES)]
          for i, (path, rows) in enumerate(paths.items())])
 
-    document.text("## Clusters\n\nAnd how their number changes from a frame to the next: mean, 95th "
-                  "percentile and most.")
+    document.text("## Clusters\n\nThe last columns say how their number changes from a frame to the next: the "
+                  "mean, the 95th percentile and the most.")
     table = []
     for i, (path, rows) in enumerate(paths.items()):
         counts = column(rows, "clusters")
@@ -121,7 +121,7 @@ environment (took the cube map).""")
     document.table(["path", "clusters", "printed", "change", "95 %", "most"], table)
     plot(document.picture("every_frame.png", "Errors, disocclusions and clusters along the paths"), paths)
 
-    document.text("## Worst frames\n\nTo look at: `catoptric render configs/papers/second_order_pictures.json "
+    document.text("## Worst frames\n\nTo look at them: `catoptric render configs/papers/second_order_pictures.json "
                   "--set scene=... --set path=... --frames N`.")
     document.table(["path", "frames of the largest L1_8bit", "of most disocclusions"],
                    [[path, *(", ".join(f"{r[0]:.0f}" for r in sorted(
