@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "raster/constants.h"
 #include "raster/test_shots.h"
+#include "scene/reflectance.h"
 
 namespace catoptric::raster {
 namespace {
@@ -13,6 +15,10 @@ using test::kWidth;
 using test::SceneBuilder;
 using test::translation;
 using test::Uploaded;
+
+TEST(Constants, OfShadersAreThoseOfTheScene) {
+  EXPECT_EQ(shared::kReflectiveThreshold, scene::kReflectiveThreshold);
+}
 
 TEST(ObjectSet, HasWhatItIsMadeOf) {
   const ObjectSet all;

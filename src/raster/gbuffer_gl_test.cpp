@@ -1,5 +1,5 @@
 // Where the G-buffer's samples lie, which side of a surface they show, that culling and repetition
-// change none. Closed forms of depth, normals and light: raster_gl_test.cpp.
+// change none. Closed forms of depth, normals and light: surfaces_gl_test.cpp.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Baked and ambient light, backgrounds, uv sets, sRGB, and the diffuse pass. Lights, normal maps
-// and mip levels: raster_gl_test.cpp.
+// and mip levels: surfaces_gl_test.cpp.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

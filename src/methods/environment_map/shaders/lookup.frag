@@ -1,6 +1,8 @@
 // Incoming radiance along the reflected ray from a cube map around the scene.
 //   GLOSSY  1: the mip level whose filter is as wide as the lobe
 //   MASKS   1: every sample is marked as an environment look-up
+#include "raster/shaders/masks.glsl"
+
 uniform mat3 rayFromSample;  // (sample position, 1) to a ray of any length, world space
 uniform float levelOffset;   // 0.5 log2(4 / solid angle of a texel of level 0, sr)
 uniform float lastLevel;
@@ -10,7 +12,6 @@ layout(binding = 1) uniform samplerCube cubeMap;
 layout(location = 0) out vec4 reflection;
 #if MASKS
 layout(location = 1) out uint mask;
-const uint kMaskEnvironment = 1u;  // raster::MaskBit
 #endif
 
 void main() {

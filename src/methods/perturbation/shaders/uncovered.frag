@@ -4,6 +4,7 @@
 //   UNSUPPORTED  1: there are such reflectors
 //   REFRACTS     1: there are reflectors that refract
 //   DIRECTIONS   1: the reflector is one that another shows, and the rays onward are given
+#include "raster/shaders/masks.glsl"
 #include "raster/shaders/shading.glsl"
 
 #if DIRECTIONS
@@ -26,7 +27,6 @@ uniform float lastLevel;
 layout(location = 0) out vec4 reflection;
 #if MASKS
 layout(location = 1) out uint mask;
-const uint kMaskEnvironment = 1u;  // raster::MaskBit
 #endif
 
 #if UNSUPPORTED
