@@ -18,7 +18,7 @@ METHODS = {
     "environment_map": {"clamped_cube_map", "refraction_mirrored"},
     "traced": {"refused", "not_finite", "total_reflection"},
     "second_order": {"clamped_cube_map", "refraction_mirrored"},
-    "perturbation": {"clamped_cube_map", "paths", "path_types", "path_types_missed", "path_types_left_out",
+    "perturbation": {"paths", "path_types", "path_types_missed", "path_types_left_out",
                      "coarse_objects", "reflections_left_out", "total_reflection"},
     "reference": {"refused", "not_finite"},
 }
@@ -55,7 +55,7 @@ def main(root, program, work):
         found = counters(scene, program, folder)
         faults += found is None
         for method, counts in (found or {}).items():
-            bad = {n: c for n, c in counts.items() if c > 0 and (n in ("refused", "not_finite") or n.startswith("clamped"))}
+            bad = {n: c for n, c in counts.items() if c > 0 and n.split(".")[-1].startswith(("refused", "not_finite", "clamped"))}
             # What refracts is in one scene, and some methods mirror it
             if "refraction_mirrored" in counts and (counts["refraction_mirrored"] > 0) != (scene.stem == "lens"):
                 bad["refraction_mirrored"] = counts["refraction_mirrored"]

@@ -23,7 +23,7 @@ ExitCode plan(const RunOptions& options, const CommonOptions& common) {
 }  // namespace
 
 run::Plan planOf(const run::Stage& stage) {
-  const auto made = run::makeMethods(stage.run(), methods::registry());
+  const auto made = run::makeMethods(stage, methods::registry());
   run::Plan plan = run::makePlan(stage.run(), stage.scene(), stage.frames().size(), made);
   run::planWarmUps(plan, stage.path(), stage.frames(), made);
   if (const std::string warning = run::memoryWarning(plan, run::physicalMemoryBytes());

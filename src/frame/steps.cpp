@@ -12,7 +12,7 @@ void StepTimer::beginFrame(int number) {
 }
 
 void StepTimer::add(const std::string& step, double seconds, const std::string& clock) {
-  samples_.push_back({frame_, step, seconds, clock, first_});
+  samples_.push_back({frame_, prefix_ + step, seconds, clock, first_});
 }
 
 std::vector<StepSample> StepTimer::take() {

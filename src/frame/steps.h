@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/clock.h"
@@ -37,6 +38,19 @@ class StepTimer {
   void add(const std::string& step, double seconds, const std::string& clock = "wall");
 
   const std::vector<StepSample>& samples() const { return samples_; }
+  /// While it lives, what is added has names that begin with `text`: steps of one of several
+  /// methods of a frame.
+  class Prefix {
+   public:
+    Prefix(StepTimer& timer, std::string text) : timer_(timer) { timer_.prefix_ = std::move(text); }
+    ~Prefix() { timer_.prefix_.clear(); }
+    Prefix(const Prefix&) = delete;
+    Prefix& operator=(const Prefix&) = delete;
+
+   private:
+    StepTimer& timer_;
+  };
+
   /// Hands out the samples collected so far and forgets them.
   std::vector<StepSample> take();
 
@@ -55,6 +69,7 @@ class StepTimer {
   int frame_ = 0;
   bool anyFrame_ = false;
   bool first_ = false;
+  std::string prefix_;
   std::vector<StepSample> samples_;
 };
 

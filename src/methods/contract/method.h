@@ -31,6 +31,11 @@ struct RunSettings {
   int height = 512;
   int samples = 2;  ///< per axis and pixel
   std::uint64_t seed = 1;
+  /// The reflective objects that the method fills; of others its plan and render() know nothing:
+  /// another method of the frame fills them. Where these are not all, masks are clear when render()
+  /// is called, what lies beside its own samples is left alone, and in the stencil others' samples
+  /// are of no class (methods/shared/share.h).
+  frame::ObjectSet reflectors = {};
   bool masks = false;  ///< fill fallback masks
   bool fresnelSchlick = false;
   std::vector<std::string> layers;  ///< asked-for layers: "Z", "N", "reflection", "diffuse", "id",
@@ -100,8 +105,6 @@ struct FrameInput {
   bool kept = true;
   /// Where MethodPlan::previousFrame asks for it; none: the path's first frame.
   std::optional<PreviousFrame> previous;
-  /// The reflective objects that this method fills; others' samples are another method's.
-  frame::ObjectSet reflectors;
   /// Samples of the G-buffer that may differ from the last frame's, whose camera and lights were
   /// the same; none: all.
   std::optional<raster::Region> changedSamples;
@@ -190,6 +193,8 @@ struct MethodEntry {
   TestOptions tests = {};
   const config::Schema& options;  ///< schema of its options in a run config
   std::unique_ptr<Method> (*make)(const config::Value& options);
+  /// Method::unsupported() may name reflectors: its configs have the option `unsupported`.
+  bool refusesReflectors = false;
 };
 
 /// All methods, in the order of `catoptric list`.

@@ -53,10 +53,10 @@ class EnvironmentMap : public Method {
  public:
   explicit EnvironmentMap(const Options& options) : options_(options) {}
 
-  MethodPlan plan(const scene::Scene& scene, const RunSettings&) const override {
+  MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
     MethodPlan plan;
     plan.gbuffer = true;
-    const Reflectors reflectors = findReflectors(scene);
+    const Reflectors reflectors = findReflectors(scene, settings.reflectors);
     if (!reflectors.any()) return plan;
     const std::string what =
         options_.environmentOnly ? "the environment" : "the diffuse scene from one point";
@@ -83,7 +83,8 @@ class EnvironmentMap : public Method {
 
   void prepare(Services& services, const RunSettings& settings) override {
     masks_ = settings.masks;
-    reflectors_ = findReflectors(services.scene);
+    clearsMasks_ = settings.masks && settings.reflectors.all();
+    reflectors_ = findReflectors(services.scene, settings.reflectors);
     refractive_ = raster::RefractiveSamples(services.scene);
     const auto program = [&](const char* label, const char* glossy) {
       return gl::Program::fullScreen(label, "methods/environment_map/shaders/lookup.frag",
@@ -100,7 +101,7 @@ class EnvironmentMap : public Method {
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
     raster::GBuffer& gbuffer = *services.gbuffer;
-    if (masks_) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
+    if (clearsMasks_) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
     output.counters["environment"] = 0;
     output.counters["refraction_mirrored"] = 0;
     output.counters["clamped_cube_map"] = cubeMap_.clampedTexels();
@@ -162,6 +163,7 @@ class EnvironmentMap : public Method {
 
   Options options_;
   bool masks_ = false;
+  bool clearsMasks_ = false;  ///< the whole frame is its own
   Reflectors reflectors_;
   raster::RefractiveSamples refractive_;
   CubeMap cubeMap_;

@@ -11,7 +11,6 @@ constexpr auto kOrders = config::names<Order>({{"nearest", Order::Nearest},
                                                {"linear", Order::Linear},
                                                {"quadratic", Order::Quadratic},
                                                {"auto", Order::Auto}});
-constexpr auto kUnsupported = config::names<bool>({{"error", false}, {"environment_map", true}});
 constexpr auto kSeveral = config::names<bool>({{"minima", false}, {"groups", true}});
 
 /// All options, bound to Options.
@@ -57,11 +56,6 @@ const config::OptionTable<Options>& optionTable() {
            "reflectors, per pixel of the image and 262144 at least; then its edges are halved no "
            "more, and its reflections are coarser than tessellation_error (a warning says so; "
            "counted: coarse_objects)"),
-       field(
-           &Options::environmentMap, "unsupported", kUnsupported,
-           "what reflective objects do that are neither planes nor implicit surfaces, or that are "
-           "no mirrors. error: they end the run; environment_map: they show a cube map of the "
-           "diffuse scene (counted)"),
        field(&Options::countDisocclusions, "count_disocclusions",
              "trace a ray by Embree at each sample that no virtual object covers: where it meets a "
              "surface, the sample is counted (disoccluded) and marked (mask.disoccluded); takes "

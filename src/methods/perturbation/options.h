@@ -15,7 +15,6 @@ struct Options {
   std::size_t maxBounces = 1;
   std::size_t maxPathTypes = 1024;
   float tracedPerPixel = 8.0f;
-  bool environmentMap = false;  ///< for what is not supported
   bool countDisocclusions = false;
 };
 

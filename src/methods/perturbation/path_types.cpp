@@ -76,6 +76,7 @@ void PathTypes::find(const scene::Scene& scene, const frame::Geometry& geometry,
       for (int r = 0; r < static_cast<int>(kinds_.size()); ++r) {
         const Kind kind = kinds_[static_cast<std::size_t>(r)];
         if (kind != Kind::Planar && kind != Kind::Implicit) continue;
+        if (length == 1 && !first_.contains(r)) continue;
         if (vanished(geometry, r)) continue;
         for (const Meeting& meeting : waysOn(scene, body, r)) {
           Sequence sequence = start;

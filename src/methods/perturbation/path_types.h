@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "frame/geometry.h"
+#include "frame/object_set.h"
 #include "methods/perturbation/kinds.h"
 #include "methods/perturbation/options.h"
 #include "methods/perturbation/reflector.h"
@@ -69,6 +70,8 @@ class PathTypes {
              std::ranges::any_of(type.first, [&](const Meeting& m) { return changed(m.object); });
     });
   }
+  /// Paths begin at these reflectors alone; they go on to all.
+  void setFirst(const frame::ObjectSet& reflectors) { first_ = reflectors; }
   /// A planar mirror has moved, or is new.
   void setPlane(const frame::Geometry& geometry, int object);
   /// Looks for path types, longer ones only where the shorter occur. Keeps those that were found
@@ -92,6 +95,7 @@ class PathTypes {
 
   Options options_;
   const std::vector<Kind>& kinds_;
+  frame::ObjectSet first_;
   std::map<int, PlaneMirror> planes_;   ///< by index of their object
   std::map<Sequence, PathType> types_;  ///< those that were looked for
   std::uint64_t leftOut_ = 0;

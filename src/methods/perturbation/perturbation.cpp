@@ -36,13 +36,10 @@ class Perturbation : public Method {
 
   std::vector<Unsupported> unsupported(const scene::Scene& scene) const override {
     std::vector<Unsupported> result;
-    if (options_.environmentMap) return result;
     for (std::size_t i = 0; i < scene.objects.size(); ++i) {
       std::string reason;
       if (kindOf(scene, scene.objects[i], reason) == Kind::Unsupported) {
-        result.push_back({static_cast<int>(i) + 1,
-                          reason + "; --set methods.perturbation.unsupported=environment_map lets "
-                                   "it show the cube map"});
+        result.push_back({static_cast<int>(i) + 1, reason});
       }
     }
     return result;
@@ -53,15 +50,15 @@ class Perturbation : public Method {
     plan.gbuffer = true;
     int planar = 0;
     int curved = 0;
-    int others = 0;
-    for (const scene::Object& object : scene.objects) {
+    int own = 0;
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
       std::string reason;
-      const Kind kind = kindOf(scene, object, reason);
+      const Kind kind = kindOf(scene, scene.objects[i], reason);
       planar += kind == Kind::Planar ? 1 : 0;
       curved += kind == Kind::Implicit ? 1 : 0;
-      others += kind == Kind::Unsupported ? 1 : 0;
+      own += kind != Kind::Diffuse && settings.reflectors.contains(static_cast<int>(i)) ? 1 : 0;
     }
-    if (planar + curved + others == 0) return plan;
+    if (own == 0) return plan;
     plan.bounces = static_cast<int>(options_.maxBounces);
     plan.bouncesOption = "max_bounces";
     const bool several = options_.maxBounces > 1 && planar + curved > 0;
@@ -86,32 +83,30 @@ class Perturbation : public Method {
                                 " implicit mirrors; again when something moves",
                             0});
     }
-    if (others > 0) {
-      plan.items.push_back(
-          {"pass", "cube_map", std::to_string(others) + " reflectors are not supported", 0});
-    }
     planDrawing(scene, settings, several, plan);
     return plan;
   }
 
   void prepare(Services& services, const RunSettings& settings) override {
     settings_ = settings;
-    for (const scene::Object& object : services.scene.objects) {
+    for (std::size_t i = 0; i < services.scene.objects.size(); ++i) {
       std::string reason;
-      kinds_.push_back(kindOf(services.scene, object, reason));
-      any_ = any_ || kinds_.back() != Kind::Diffuse;
+      kinds_.push_back(kindOf(services.scene, services.scene.objects[i], reason));
+      any_ = any_ ||
+             (kinds_.back() != Kind::Diffuse && settings.reflectors.contains(static_cast<int>(i)));
     }
+    types_.setFirst(settings.reflectors);
     if (any_) layers_.prepare(services, settings, kinds_);
   }
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
     output.counters = zeros(perturbationCounters());
     if (!any_) {
-      if (settings_.masks) services.gbuffer->reflectionFramebuffer.clearColorUint(1, 0);
+      if (settings_.masks && settings_.reflectors.all())
+        services.gbuffer->reflectionFramebuffer.clearColorUint(1, 0);
       return;
     }
     output.changedReflection = update(input, services, output.counters);
-    layers_.updateCubeMap(services);
     services.timer.measure("virtual_draw", [&] {
       layers_.draw(input.frame.camera, output.changedReflection, services);
     });
@@ -179,7 +174,7 @@ class Perturbation : public Method {
     const bool all = input.firstOfSequence || lastCamera_ != input.frame.camera;
     lastCamera_ = input.frame.camera;
     std::optional<raster::Region> part = input.changedSamples;
-    if (all || layers_.hasUnsupported()) part.reset();
+    if (all) part.reset();
     const View view{input.frame.camera, settings_.width, settings_.height};
     const auto changed = [&](int object) {
       return std::ranges::find(input.changedObjects, object) != input.changedObjects.end();
@@ -335,7 +330,8 @@ class Perturbation : public Method {
     for (std::size_t at = 0; at < reflects.size(); ++at) {
       if (copy.object[at] == 0 || !(copy.diffuse[4 * at + 3] > 0.0f)) continue;
       const Kind kind = kinds_[copy.object[at] - 1];
-      reflects[at] = kind == Kind::Planar || kind == Kind::Implicit;
+      reflects[at] = (kind == Kind::Planar || kind == Kind::Implicit) &&
+                     settings_.reflectors.contains(static_cast<int>(copy.object[at]) - 1);
     }
     const std::vector<std::uint8_t> uncovered = layers_.uncoveredReflections(std::move(reflects));
     std::vector<std::uint16_t> masks;
@@ -384,7 +380,8 @@ const MethodEntry& perturbationEntry() {
       .tests = {.small = R"({"unsupported": "environment_map", "traced_per_pixel": 1000})",
                 .refracting = R"({"max_bounces": 2})"},
       .options = perturbation::schema(),
-      .make = perturbation::make};
+      .make = perturbation::make,
+      .refusesReflectors = true};
   return entry;
 }
 

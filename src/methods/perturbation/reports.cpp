@@ -9,8 +9,6 @@ const std::vector<StepInfo>& perturbationSteps() {
        "reflector moved"},
       {"virtual_objects", "frames",
        "where the vertices of reflected objects appear; again for what moved"},
-      {"cube_map", "frames",
-       "with unsupported reflectors: the cube map is drawn, again when something moved"},
       {"virtual_draw", "frames", "virtual objects are drawn, what they leave sees the environment"},
       {"disocclusions", "frames",
        "with count_disocclusions: Embree's rays say which samples missed a surface"},
@@ -44,8 +42,6 @@ const std::vector<CounterInfo>& perturbationCounters() {
       {"not_converged", "candidates that led to no reflection"},
       {"reflections_left_out", "reflections of a point beyond its 64th"},
       {"environment", "samples that nothing covers: sky and gaps alike see the environment"},
-      {"unsupported_reflector", "samples of reflectors that the method cannot do"},
-      {"clamped_cube_map", "texels of the cube map beyond half floats", true},
       {"disoccluded", "gaps: samples that nothing covers where a surface is", false,
        "count_disocclusions"},
   };

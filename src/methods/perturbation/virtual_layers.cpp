@@ -9,7 +9,6 @@ namespace {
 
 constexpr const char* kUncovered = "uncovered samples";
 constexpr const char* kUncoveredSource = "methods/perturbation/shaders/uncovered.frag";
-constexpr int kCubeMapFaceSize = 256;
 
 /// Stencil bits: samples of a level are marked, and keep the marks of the levels before. The
 /// first level's are mirrors, whose two classes differ in the last bit only.
@@ -73,25 +72,22 @@ void VirtualLayers::prepare(Services& services, const RunSettings& settings,
   std::vector<float> bends{1.0f};
   for (std::size_t i = 0; i < kinds.size(); ++i) {
     const scene::Object& object = services.scene.objects[i];
-    others_ = others_ || kinds[i] == Kind::Unsupported;
     const float index = services.scene.materials[object.material].refraction;
     const bool refracts = kinds[i] == Kind::Implicit && index > 0.0f;
     refracts_ = refracts_ || refracts;
-    bends.push_back(kinds[i] == Kind::Unsupported ? -1.0f : refracts ? 1.0f / index : 0.0f);
+    bends.push_back(refracts ? 1.0f / index : 0.0f);
     if (kinds[i] != Kind::Diffuse && services.geometry.objects[i].moving) keepsStill_ = false;
   }
   defines_ = raster::SceneRaster::shadingDefines(services.lighting);
   defines_.push_back({"MASKS", settings.masks ? "1" : "0"});
   std::vector<gl::Define> defines = defines_;
-  defines.push_back({"UNSUPPORTED", others_ ? "1" : "0"});
   defines.push_back({"REFRACTS", refracts_ ? "1" : "0"});
   defines.push_back({"DIRECTIONS", "0"});
   uncovered_ = gl::Program::fullScreen(kUncovered, kUncoveredSource, std::move(defines));
   hidden_ =
       gl::Program::fullScreen("hidden samples", "methods/perturbation/shaders/hidden.frag", {});
   addLevel(*services.gbuffer);
-  if (others_) unsupportedCount_ = gl::Buffer("unsupported samples", sizeof(std::uint32_t));
-  if (others_ || refracts_) {
+  if (refracts_) {
     bendBuffer_ = gl::Buffer("what reflectors do to rays", std::span<const float>(bends));
     bends_ = gl::Texture::makeBuffer("what reflectors do to rays", GL_R32F, bendBuffer_);
   }
@@ -113,7 +109,6 @@ void VirtualLayers::addLevel(const raster::GBuffer& gbuffer) {
   levels_.push_back(std::move(level));
   if (levels_.size() == 2) {
     std::vector<gl::Define> defines = defines_;
-    defines.push_back({"UNSUPPORTED", "0"});
     defines.push_back({"REFRACTS", "0"});
     defines.push_back({"DIRECTIONS", "1"});
     uncoveredInside_ = gl::Program::fullScreen(kUncovered, kUncoveredSource, std::move(defines));
@@ -122,21 +117,11 @@ void VirtualLayers::addLevel(const raster::GBuffer& gbuffer) {
   }
 }
 
-void VirtualLayers::updateCubeMap(Services& services) {
-  if (!others_ || !(environment_.empty() || services.scene.animated())) return;
-  services.timer.measure("cube_map", [&] {
-    environment_ = services.raster->drawCubeMap(services.geometry.bounds.centre(), kCubeMapFaceSize,
-                                                services.lighting);
-    clampedTexels_ = raster::clampedTexels(environment_);
-    environment_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
-  });
-}
-
 void VirtualLayers::findMirrors(const scene::Camera& camera, Services& services,
                                 const std::vector<Kind>& kinds) {
   mirrors_ = {};
   for (std::size_t r = 0; r < kinds.size(); ++r) {
-    if (kinds[r] == Kind::Diffuse) continue;
+    if (kinds[r] == Kind::Diffuse || !settings_.reflectors.contains(static_cast<int>(r))) continue;
     mirrors_ =
         raster::bounding(mirrors_, raster::shownRectangle(camera, services.gbuffer->sampleWidth(),
                                                           services.gbuffer->sampleHeight(),
@@ -153,16 +138,12 @@ void VirtualLayers::setTints(std::vector<Vec4> tints) {
 
 void VirtualLayers::count(bool inPart, Counters& counters) {
   // Samples that were uncovered before in what was drawn are counted again
-  std::uint32_t others = 0;
-  if (others_) unsupportedCount_.read(0, sizeof others, &others);
   if (!inPart) uncoveredSamples_ = 0;
   for (const Level& level : levels_) {
     if (level.counted) uncoveredSamples_ += level.after.read();
     if (level.counted && inPart) uncoveredSamples_ -= level.before.read();
   }
-  counters["environment"] = uncoveredSamples_ - others;
-  counters["unsupported_reflector"] = others;
-  counters["clamped_cube_map"] = clampedTexels_;
+  counters["environment"] = uncoveredSamples_;
 }
 
 std::vector<std::uint8_t> VirtualLayers::uncoveredReflections(std::vector<bool> reflects) const {
@@ -200,11 +181,7 @@ void VirtualLayers::draw(const scene::Camera& camera, const std::optional<raster
   const std::size_t count = levelCount();
   const std::vector<raster::Rectangle> drawn =
       insideMirrors(part ? part->rectangles() : std::vector<raster::Rectangle>{mirrors_});
-  if (settings_.masks && !part) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
-  if (others_) {
-    const std::uint32_t zero = 0;
-    unsupportedCount_.write(0, sizeof zero, &zero);
-  }
+  if (clearsMasks() && !part) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
 
   // What was uncovered
   for (std::size_t level = 0; level < levels_.size(); ++level)
@@ -227,7 +204,7 @@ void VirtualLayers::drawLevels(const scene::Camera& camera,
       part && keepsStill_ ? &drawStill(*part, count, drawn, camera, services) : nullptr;
   for (std::size_t level = 0; level < count; ++level) {
     const bool goesOn = level + 1 < count;
-    if (settings_.masks && level == 0) {
+    if (clearsMasks() && level == 0) {
       for (const raster::Rectangle& r : drawn) {
         const gl::DrawScope scope(raster::within(r));
         gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
@@ -381,24 +358,11 @@ void VirtualLayers::fillUncovered(std::size_t number, std::span<const raster::Re
     gbuffer.object.bind(1);
     bends_.bind(3);
   }
-  const bool others = number == 0 && others_;
-  if (others) {
-    environment_.bind(2);
-    unsupportedCount_.bindStorage(1);
-    const auto face = static_cast<float>(environment_.width());
-    uncovered.set("levelOffset", 0.5f * std::log2(6.0f / kPi * face * face));
-    uncovered.set("lastLevel", static_cast<float>(environment_.levels() - 1));
-  }
   gl::DrawState state = onLevel(number);
   state.depth = {.test = true, .function = GL_EQUAL, .write = false};
   if (!colors) state.colors = 0;
   counter.begin();
   fill(drawn, state);
-  if (others) {
-    state.stencil.reference = static_cast<int>(raster::SampleClass::Glossy);
-    state.stencil.compareMask = 0xFF;
-    fill(drawn, state);
-  }
   counter.end();
 }
 

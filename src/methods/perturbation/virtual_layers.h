@@ -25,11 +25,6 @@ class VirtualLayers {
   explicit VirtualLayers(const PathTypes& types) : types_(types) {}
 
   void prepare(Services& services, const RunSettings& settings, const std::vector<Kind>& kinds);
-  /// Whether reflectors are not supported: they show a cube map.
-  bool hasUnsupported() const { return others_; }
-  /// Draws the cube map that unsupported reflectors show, as step `cube_map`, where there are such
-  /// and it may have changed.
-  void updateCubeMap(Services& services);
   /// Finds the samples that reflectors may cover.
   void findMirrors(const scene::Camera& camera, Services& services, const std::vector<Kind>& kinds);
   const raster::Rectangle& mirrors() const { return mirrors_; }
@@ -67,6 +62,8 @@ class VirtualLayers {
   /// Virtual objects by what they are, in the order in which they are drawn.
   enum class Group : std::uint8_t { Still, Reflector, Moving };
 
+  /// In a frame that it shares, masks are clear already.
+  bool clearsMasks() const { return settings_.masks && settings_.reflectors.all(); }
   std::size_t levelCount() const { return std::max<std::size_t>(1, types_.deepest()); }
   static const gl::Texture& colorOf(const Images& images, const raster::GBuffer& gbuffer) {
     return images.color.empty() ? gbuffer.reflection : images.color;
@@ -111,13 +108,9 @@ class VirtualLayers {
   const PathTypes& types_;
   RunSettings settings_;
   std::vector<Level> levels_;
-  gl::Texture environment_;
-  std::uint64_t clampedTexels_ = 0;  ///< of its level 0, by half floats
-  bool others_ = false;              ///< reflectors that are not supported
   bool refracts_ = false;
   gl::Buffer bendBuffer_;
   gl::Texture bends_;  ///< by object id, as uncovered.frag has it; empty: all mirror
-  gl::Buffer unsupportedCount_;
   std::uint64_t uncoveredSamples_ = 0;  ///< of the whole frame
   /// What stands still is kept: no reflector moves.
   bool keepsStill_ = true;

@@ -85,6 +85,7 @@ class Reprojection : public Method {
     reflection_.bounces = options_.bounces;
     reflection_.fresnelSchlick = settings.fresnelSchlick;
     masks_ = settings.masks;
+    reflectors_ = settings.reflectors;
   }
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
@@ -95,7 +96,7 @@ class Reprojection : public Method {
     }
     const ReflectiveSamples samples = services.timer.measure("readback", [&] {
       raster::readBack(*services.gbuffer, true, copy_);
-      return collectReflective(copy_, input.frame.camera, *services.trace);
+      return collectReflective(copy_, input.frame.camera, *services.trace, reflectors_);
     });
     const std::size_t count = samples.points.size();
     radiance_.assign(count, Vec3(0.0f));
@@ -197,7 +198,7 @@ class Reprojection : public Method {
   void show(Services& services, const ReflectiveSamples& samples,
             const std::vector<std::uint32_t>& missing) {
     services.timer.measure("upload", [&] {
-      upload_.scatter(*services.gbuffer, samples.places, radiance_, flags_);
+      upload_.scatter(*services.gbuffer, !reflectors_.all(), samples.places, radiance_, flags_);
       if (masks_)
         for (const std::uint32_t i : missing)
           upload_.mark(
@@ -232,6 +233,7 @@ class Reprojection : public Method {
   Reuse reuse_;
   trace::ReflectionOptions reflection_;
   bool masks_ = false;
+  frame::ObjectSet reflectors_;  ///< those that it fills
   KeyFrame key_;
   int keyNumber_ = 0;
   trace::ReflectionCounts counts_;

@@ -47,6 +47,7 @@ gl::Program planarProgram(bool exactGrid, int depthLayers) {
 RayPass::RayPass(const SecondOrderOptions& options, const SecondOrderReflectors& reflectors,
                  const Services& services, const RunSettings& settings)
     : options_(options), reflectors_(reflectors) {
+  sharesFrame_ = !settings.reflectors.all();
   // What most frames need
   if (reflectors_.planarMirrors) planar(options_.camera.depthImageScale == 1.0f);
   if (reflectors_.curvedMirrors) curved(services);
@@ -117,6 +118,7 @@ gl::Program& RayPass::planar(bool exact) {
 }
 
 void RayPass::setClusters(std::span<const std::uint16_t> clusterOf) {
+  clusterOf_ = clusterOf;
   clusterSamples_.upload(0, 0, GL_RED_INTEGER, GL_UNSIGNED_SHORT, clusterOf.data());
 }
 
@@ -212,6 +214,12 @@ void RayPass::followRays(Services& services, const RayInputs& inputs) {
 
 void RayPass::takeMarks(const gl::Texture& marks) {
   marks.read(0, GL_RED_INTEGER, GL_UNSIGNED_SHORT, std::as_writable_bytes(std::span(marks_)));
+  if (sharesFrame_) {
+    // What lies beside the method's own samples are others' masks
+    for (std::size_t at = 0; at < marks_.size(); ++at) {
+      if (clusterOf_[at] == 0) marks_[at] = 0;
+    }
+  }
   std::array<std::uint64_t, kMarks.size()> counts{};
   later_.clear();
   const int width = marks.width();

@@ -35,7 +35,7 @@ class RayPass {
   RayPass(const SecondOrderOptions& options, const SecondOrderReflectors& reflectors,
           const Services& services, const RunSettings& settings);
 
-  /// The cluster of each sample (Clustering::clusterOf()).
+  /// The cluster of each sample (Clustering::clusterOf()), kept until run() is done.
   void setClusters(std::span<const std::uint16_t> clusterOf);
   /// Fills the reflection of every sample, and its marks.
   void run(Services& services, const RayInputs& inputs);
@@ -68,6 +68,8 @@ class RayPass {
   gl::Program glossy_;
   gl::Program lookUps_;
   gl::Texture clusterSamples_;
+  bool sharesFrame_ = false;                  ///< with other methods
+  std::span<const std::uint16_t> clusterOf_;  ///< of the frame at hand
   gl::Buffer counts_;
   gl::Buffer foundBuffer_;
   std::vector<Found> found_;

@@ -4,9 +4,10 @@
 
 namespace catoptric::methods {
 
-SecondOrderReflectors findSecondOrderReflectors(const scene::Scene& scene, bool fresnel) {
+SecondOrderReflectors findSecondOrderReflectors(const scene::Scene& scene,
+                                                const RunSettings& settings) {
   SecondOrderReflectors found;
-  static_cast<Reflectors&>(found) = findReflectors(scene);
+  static_cast<Reflectors&>(found) = findReflectors(scene, settings.reflectors);
   found.kinds.push_back(ReflectorKind::None);
   found.skipOwn.push_back(false);
   found.weight.push_back(1.0f);
@@ -20,7 +21,7 @@ SecondOrderReflectors findSecondOrderReflectors(const scene::Scene& scene, bool 
                                                                 : ReflectorKind::Mirror);
     found.skipOwn.push_back(object.planar);
     const Vec3& tint = material.reflectionTint;
-    const bool varies = fresnel || material.metallicRoughnessTexture.used();
+    const bool varies = settings.fresnelSchlick || material.metallicRoughnessTexture.used();
     found.weight.push_back((varies ? 1.0f : material.specularLevel) *
                            std::max({tint.x, tint.y, tint.z}));
     found.bent = found.bent || (reflects && material.normalTexture.used());

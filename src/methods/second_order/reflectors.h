@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "methods/contract/method.h"
 #include "methods/second_order/clustering/types.h"
 #include "methods/shared/reflectors.h"
 #include "scene/scene.h"
@@ -21,7 +22,8 @@ struct SecondOrderReflectors : Reflectors {
   std::vector<float> reach(const scene::Scene& scene, float glossyReach) const;
 };
 
-/// `fresnel`: whether s grows at grazing angles.
-SecondOrderReflectors findSecondOrderReflectors(const scene::Scene& scene, bool fresnel);
+/// Those that the method fills.
+SecondOrderReflectors findSecondOrderReflectors(const scene::Scene& scene,
+                                                const RunSettings& settings);
 
 }  // namespace catoptric::methods

@@ -21,8 +21,7 @@ constexpr int kMostShrinks = 24;
 MethodPlan SecondOrder::plan(const scene::Scene& scene, const RunSettings& settings) const {
   MethodPlan plan;
   plan.gbuffer = true;
-  const SecondOrderReflectors reflectors =
-      findSecondOrderReflectors(scene, settings.fresnelSchlick);
+  const SecondOrderReflectors reflectors = findSecondOrderReflectors(scene, settings);
   if (!reflectors.any()) return plan;
   const auto samples = static_cast<std::uint64_t>(settings.width) * settings.height *
                        settings.samples * settings.samples;
@@ -65,7 +64,7 @@ MethodPlan SecondOrder::plan(const scene::Scene& scene, const RunSettings& setti
 
 void SecondOrder::prepare(Services& services, const RunSettings& settings) {
   settings_ = settings;
-  reflectors_ = findSecondOrderReflectors(services.scene, settings.fresnelSchlick);
+  reflectors_ = findSecondOrderReflectors(services.scene, settings);
   if (!reflectors_.any()) return;
   refractive_ = raster::RefractiveSamples(services.scene);
   if (options_.images.levelErrorTexels > 0.0f) {
@@ -89,7 +88,9 @@ void SecondOrder::prepare(Services& services, const RunSettings& settings) {
 
 void SecondOrder::render(const FrameInput& input, Services& services, FrameOutput& output) {
   raster::GBuffer& gbuffer = *services.gbuffer;
-  if (settings_.masks) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
+  if (settings_.masks && settings_.reflectors.all()) {
+    gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
+  }
   output.counters = zeros(secondOrderCounters());
   if (!reflectors_.any()) return;
   frame::StepTimer& timer = services.timer;

@@ -33,14 +33,15 @@ const std::array<std::array<std::uint8_t, 2>, kTile * kTile>& tileOrder() {
 }  // namespace
 
 ReflectiveSamples collectReflective(const raster::GBufferCopy& source, const scene::Camera& camera,
-                                    const trace::TraceScene& trace) {
+                                    const trace::TraceScene& trace, const frame::ObjectSet& own) {
   const int width = source.sampleWidth();
   const int height = source.sampleHeight();
   const int tilesX = (width + kTile - 1) / kTile;
   const int tilesY = (height + kTile - 1) / kTile;
   const std::size_t tiles = static_cast<std::size_t>(tilesX) * static_cast<std::size_t>(tilesY);
   const auto reflects = [&](std::size_t at) {
-    return source.object[at] != 0 && source.diffuse[4 * at + 3] > 0.0f && source.depth[at] > 0.0f;
+    return source.object[at] != 0 && source.diffuse[4 * at + 3] > 0.0f && source.depth[at] > 0.0f &&
+           own.contains(static_cast<int>(source.object[at]) - 1);
   };
 
   // Count per tile, so that every tile knows where it writes.
@@ -98,13 +99,17 @@ ReflectiveSamples collectReflective(const raster::GBufferCopy& source, const sce
   return result;
 }
 
-void ReflectionUpload::scatter(const raster::GBuffer& gbuffer,
+void ReflectionUpload::scatter(const raster::GBuffer& gbuffer, bool beside,
                                std::span<const std::uint32_t> places,
                                std::span<const Vec3> radiance,
                                std::span<const std::uint8_t> flags) {
   const std::size_t total = static_cast<std::size_t>(gbuffer.sampleWidth()) *
                             static_cast<std::size_t>(gbuffer.sampleHeight());
-  image_.assign(4 * total, 0.0f);
+  if (beside) {
+    image_ = raster::readRgba(gbuffer.reflection);
+  } else {
+    image_.assign(4 * total, 0.0f);
+  }
   parallelFor(places.size(), 16384, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       float* texel = &image_[4 * static_cast<std::size_t>(places[k])];
@@ -116,7 +121,11 @@ void ReflectionUpload::scatter(const raster::GBuffer& gbuffer,
   });
   masks_.clear();
   if (flags.empty()) return;
-  masks_.assign(total, 0);
+  if (beside) {
+    masks_ = raster::readMasks(gbuffer.masks);
+  } else {
+    masks_.assign(total, 0);
+  }
   for (std::size_t k = 0; k < places.size(); ++k) {
     std::uint16_t bits = 0;
     if ((flags[k] & 1) != 0) bits |= raster::kMaskEnvironment;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/math.h"
+#include "frame/object_set.h"
 #include "raster/gbuffer.h"
 #include "scene/camera.h"
 #include "trace/lobes/reflect.h"
@@ -18,17 +19,18 @@ struct ReflectiveSamples {
   std::vector<std::uint32_t> places;  ///< index of the sample in the G-buffer
 };
 
-/// All samples with s > 0 on an object, tile by tile (16 x 16 samples), within a tile by object,
-/// within an object along rows of 4 x 2 blocks.
+/// All samples with s > 0 on an object of `own`, tile by tile (16 x 16 samples), within a tile by
+/// object, within an object along rows of 4 x 2 blocks.
 ReflectiveSamples collectReflective(const raster::GBufferCopy& source, const scene::Camera& camera,
-                                    const trace::TraceScene& trace);
+                                    const trace::TraceScene& trace,
+                                    const frame::ObjectSet& own = {});
 
 /// Reflections that were made on the CPU, on their way into a G-buffer.
 class ReflectionUpload {
  public:
-  /// Puts every sample's light in its place, 0 elsewhere; `flags` as of
-  /// trace::reflectedRadiance(), empty where no masks are asked for.
-  void scatter(const raster::GBuffer& gbuffer, std::span<const std::uint32_t> places,
+  /// Puts every sample's light in its place; elsewhere stays what is there if `beside`, else 0.
+  /// `flags` as of trace::reflectedRadiance(), empty where no masks are asked for.
+  void scatter(const raster::GBuffer& gbuffer, bool beside, std::span<const std::uint32_t> places,
                std::span<const Vec3> radiance, std::span<const std::uint8_t> flags);
   /// Sets further raster::MaskBits of a sample; after a scatter() with flags.
   void mark(std::uint32_t place, std::uint16_t bits);

@@ -1,22 +1,34 @@
 #include "methods/shared/reflectors.h"
 
+#include <algorithm>
+
 #include "raster/scene_gpu/materials.h"
 
 namespace catoptric::methods {
 
-Reflectors findReflectors(const scene::Scene& scene) {
+Reflectors findReflectors(const scene::Scene& scene, const frame::ObjectSet& among) {
   using raster::SampleClass;
   Reflectors found;
   found.classOf.push_back(SampleClass::Background);
-  for (const scene::Object& object : scene.objects) {
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const scene::Object& object = scene.objects[i];
     const SampleClass kind =
-        raster::objectClass(raster::materialClass(scene, scene.materials[object.material]), object);
+        !among.contains(static_cast<int>(i))
+            ? SampleClass::Diffuse
+            : raster::objectClass(raster::materialClass(scene, scene.materials[object.material]),
+                                  object);
     found.classOf.push_back(kind);
     found.planarMirrors = found.planarMirrors || kind == SampleClass::PlanarMirror;
     found.curvedMirrors = found.curvedMirrors || kind == SampleClass::CurvedMirror;
     found.glossy = found.glossy || kind == SampleClass::Glossy;
   }
   return found;
+}
+
+std::size_t Reflectors::count() const {
+  return static_cast<std::size_t>(std::ranges::count_if(classOf, [](raster::SampleClass kind) {
+    return kind != raster::SampleClass::Background && kind != raster::SampleClass::Diffuse;
+  }));
 }
 
 }  // namespace catoptric::methods

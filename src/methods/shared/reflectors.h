@@ -1,8 +1,10 @@
 // What of a scene reflects, in the classes of the G-buffer's samples.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
+#include "frame/object_set.h"
 #include "raster/gbuffer.h"
 #include "scene/scene.h"
 
@@ -16,8 +18,10 @@ struct Reflectors {
 
   bool mirrors() const { return planarMirrors || curvedMirrors; }
   bool any() const { return mirrors() || glossy; }
+  std::size_t count() const;  ///< objects
 };
 
-Reflectors findReflectors(const scene::Scene& scene);
+/// Those of `among`; other objects are Diffuse.
+Reflectors findReflectors(const scene::Scene& scene, const frame::ObjectSet& among = {});
 
 }  // namespace catoptric::methods

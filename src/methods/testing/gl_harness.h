@@ -103,7 +103,9 @@ class GlStage {
 class GlMethod {
  public:
   GlMethod(GlStage& stage, const methods::MethodEntry& entry, const std::string& options = "{}")
-      : stage_(stage), method_(entry.make(config::parseText(options, "test options"))) {
+      : GlMethod(stage, entry.make(config::parseText(options, "test options"))) {}
+  GlMethod(GlStage& stage, std::unique_ptr<methods::Method> method)
+      : stage_(stage), method_(std::move(method)) {
     const methods::MethodPlan plan = method_->plan(stage.scene, stage.settings);
     if (plan.trace) stage.embree(plan.bvh);
     methods::Services services = stage.services();

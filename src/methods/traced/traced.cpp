@@ -7,6 +7,7 @@
 #include "config/options.h"
 #include "core/clock.h"
 #include "methods/shared/reflective_samples.h"
+#include "methods/shared/reflectors.h"
 #include "scene/reflectance.h"
 #include "trace/lobes/reflect.h"
 
@@ -45,7 +46,7 @@ class Traced : public Method {
     MethodPlan plan;
     plan.gbuffer = true;
     plan.gl = true;
-    const int reflectors = scene.reflectorCount();
+    const auto reflectors = findReflectors(scene, settings.reflectors).count();
     if (reflectors == 0) return plan;
     plan.trace = true;
     plan.bvh = options_.bvh;
@@ -69,6 +70,7 @@ class Traced : public Method {
   void prepare(Services&, const RunSettings& settings) override {
     options_.reflection.fresnelSchlick = settings.fresnelSchlick;
     masks_ = settings.masks;
+    reflectors_ = settings.reflectors;
   }
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
@@ -85,7 +87,8 @@ class Traced : public Method {
 
     // Trace the reflective samples.
     const std::int64_t start = nowNs();
-    const ReflectiveSamples samples = collectReflective(copy_, input.frame.camera, *services.trace);
+    const ReflectiveSamples samples =
+        collectReflective(copy_, input.frame.camera, *services.trace, reflectors_);
     radiance_.assign(samples.points.size(), Vec3(0.0f));
     flags_.assign(masks_ ? samples.points.size() : 0, 0);
     const float spread = scene::pixelSpreadRad(input.frame.camera, gbuffer.sampleHeight());
@@ -102,7 +105,7 @@ class Traced : public Method {
 
     // Put every sample's light in its place.
     const std::int64_t scatterStart = nowNs();
-    upload_.scatter(gbuffer, samples.places, radiance_, flags_);
+    upload_.scatter(gbuffer, !reflectors_.all(), samples.places, radiance_, flags_);
     timer.add("resolve", collectSeconds + counts.resolveSeconds + secondsSince(scatterStart));
 
     timer.measure("upload", [&] { upload_.upload(gbuffer); });
@@ -121,6 +124,7 @@ class Traced : public Method {
 
   Options options_;
   bool masks_ = false;
+  frame::ObjectSet reflectors_;
   // Kept across frames, so that no frame allocates anew.
   raster::GBufferCopy copy_;
   std::vector<Vec3> radiance_;

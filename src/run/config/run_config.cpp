@@ -96,6 +96,37 @@ bool isFileName(const std::string& name) {
          });
 }
 
+std::optional<MethodConfig> readMethod(const Value& value,
+                                       const std::vector<methods::MethodEntry>& registry,
+                                       Errors& errors);
+
+/// The member `reflectors` of an entry: {"NAME": method, ...}.
+std::vector<ReflectorRule> readReflectors(const Value& value,
+                                          const std::vector<methods::MethodEntry>& registry,
+                                          Errors& errors) {
+  std::vector<ReflectorRule> rules;
+  for (const std::string& pattern : value.isNull() ? std::vector<std::string>{} : value.keys()) {
+    const Value member = value.get(pattern);
+    const std::size_t star = pattern.find('*');
+    if (pattern.empty() || (star != std::string::npos && star + 1 != pattern.size())) {
+      errors.add(member, config::jsonString(pattern) +
+                             ": allowed are an object's name, and the beginning of names with * "
+                             "at its end");
+      continue;
+    }
+    if (member.kind() == Value::Kind::Object &&
+        (member.has("name") || member.has("reflectors") || member.has("unsupported"))) {
+      errors.add(member,
+                 "a method of some reflectors has \"method\" and the method's own options "
+                 "alone");
+      continue;
+    }
+    const std::optional<MethodConfig> method = readMethod(member, registry, errors);
+    if (method) rules.push_back({pattern, method->id, method->options, method->effective, member});
+  }
+  return rules;
+}
+
 /// One entry of `methods`, "traced" or {"method": "traced", ...}. Nothing when it has errors.
 std::optional<MethodConfig> readMethod(const Value& value,
                                        const std::vector<methods::MethodEntry>& registry,
@@ -133,7 +164,10 @@ std::optional<MethodConfig> readMethod(const Value& value,
     errors.add(lines);
     if (!lines.empty()) return {};
     if (value.has("name")) method.name = value.get("name").asString();
-    method.options = config::without(value, {"method", "name", "comment"});
+    method.reflectors = readReflectors(value.get("reflectors"), registry, errors);
+    if (value.has("unsupported")) method.unsupported = value.get("unsupported").asString();
+    method.options =
+        config::without(value, {"method", "name", "comment", "reflectors", "unsupported"});
   }
   if (!isFileName(method.name)) {
     errors.add(value.get("name"), config::jsonString(method.name) +
@@ -213,9 +247,38 @@ Schema methodSchema(const methods::MethodEntry& entry) {
                            .defaultText = config::jsonString(entry.id)});
   schema.fields.push_back(
       {.name = "comment", .type = FieldType::Any, .help = "Any text; not read."});
+  static const Schema reflectors{.name = "reflectors", .help = "", .fields = {}, .open = true};
+  schema.fields.push_back(
+      {.name = "reflectors",
+       .type = FieldType::Object,
+       .help = "Other methods for some reflective objects of the same frame: {\"NAME\": "
+               "\"traced\", \"lamp*\": {\"method\": \"traced\", \"rays\": 16}}; NAME is an "
+               "object's, or with * at its end the beginning of names. A name is stronger than a "
+               "pattern, a longer pattern than a shorter one. This method fills all others.",
+       .object = &reflectors});
+  if (entry.refusesReflectors)
+    schema.fields.push_back(
+        {.name = "unsupported",
+         .type = FieldType::String,
+         .help = "What becomes of reflectors that the method cannot do: an error, or this method "
+                 "fills them (counted: unsupported_reflector samples).",
+         .defaultText = "\"error\"",
+         .allowed = {"error", "environment_map", "traced"}});
   schema.fields.insert(schema.fields.end(), entry.options.fields.begin(),
                        entry.options.fields.end());
   return schema;
+}
+
+void MethodConfig::addSettings(config::JsonText& text) const {
+  text.add("method", id).raw("options", effective);
+  if (!reflectors.empty()) {
+    config::JsonText rules;
+    for (const ReflectorRule& rule : reflectors)
+      rules.raw(rule.pattern,
+                config::JsonText().add("method", rule.id).raw("options", rule.effective).object());
+    text.raw("reflectors", rules.object());
+  }
+  if (unsupported != "error") text.add("unsupported", unsupported);
 }
 
 RunConfig readRunConfig(const Value& root, const std::filesystem::path& file,
@@ -293,12 +356,12 @@ RunConfig readRunConfig(const Value& root, const std::filesystem::path& file,
   errors.throwIfAny();
 
   std::vector<std::string> methodTexts;
-  for (const MethodConfig& method : run.methods)
-    methodTexts.push_back(config::JsonText()
-                              .add("name", method.name)
-                              .add("method", method.id)
-                              .raw("options", method.effective)
-                              .object());
+  for (const MethodConfig& method : run.methods) {
+    config::JsonText text;
+    text.add("name", method.name);
+    method.addSettings(text);
+    methodTexts.push_back(text.object());
+  }
   run.effective =
       config::JsonText()
           .add("scene", run.scene.generic_string())
@@ -317,10 +380,9 @@ RunConfig readRunConfig(const Value& root, const std::filesystem::path& file,
 
 std::string RunConfig::pixelSettings(const MethodConfig& method) const {
   const Value all = config::parseText(effective, "effective config");
-  return config::JsonText()
-      .add("method", method.id)
-      .raw("options", method.effective)
-      .raw("image", all.get("image").dump())
+  config::JsonText text;
+  method.addSettings(text);
+  return text.raw("image", all.get("image").dump())
       .raw("preview", all.get("preview").dump())
       .add("seed", image.seed)
       .add("device", device)

@@ -7,10 +7,20 @@
 #include <vector>
 
 #include "config/json.h"
+#include "config/json_text.h"
 #include "image/image.h"
 #include "methods/contract/method.h"
 
 namespace catoptric::run {
+
+/// A member of an entry's `reflectors`: the method that fills some reflective objects.
+struct ReflectorRule {
+  std::string pattern;    ///< an object's name, or with a trailing * the beginning of names
+  std::string id;         ///< in the registry
+  config::Value options;  ///< checked against the method's schema
+  std::string effective;  ///< canonical JSON of the options, defaults filled in
+  config::Value place;    ///< for messages
+};
 
 /// One entry of `methods`: a method with its options, under a name of its own.
 struct MethodConfig {
@@ -18,6 +28,12 @@ struct MethodConfig {
   std::string id;         ///< in the registry
   config::Value options;  ///< checked against the method's schema
   std::string effective;  ///< canonical JSON of the options, defaults filled in
+  std::vector<ReflectorRule> reflectors = {};  ///< others are filled by the method itself
+  /// What fills reflectors that their method cannot do: "error" (none), or a method's id.
+  std::string unsupported = "error";
+
+  /// Adds what makes the method's pixels: method, options, reflectors, unsupported.
+  void addSettings(config::JsonText& text) const;
 };
 
 struct PreviewConfig {

@@ -167,6 +167,11 @@ void appendItems(const std::vector<PlanItem>& items, std::string& text) {
   }
 }
 
+std::string hint(const MethodConfig& method) {
+  return "--set methods." + method.name +
+         ".unsupported=environment_map (or =traced) lets that method fill it";
+}
+
 }  // namespace
 
 std::string bytesText(std::uint64_t bytes) {
@@ -196,7 +201,8 @@ Plan makePlan(const RunConfig& run, const scene::Scene& scene, std::size_t frame
                                          scene.objects[index].name + "\""
                                    : "the scene";
       refused.push_back(run.methods[i].name + " cannot do " + what + " of " +
-                        run.scene.generic_string() + ": " + unsupported.reason);
+                        run.scene.generic_string() + ": " + unsupported.reason +
+                        (unsupported.object > 0 ? "; " + hint(run.methods[i]) : ""));
     }
     PlannedMethod method;
     method.name = run.methods[i].name;

@@ -56,7 +56,8 @@ TEST(Plan, RefusedObjectsAreNamed) {
   } catch (const UsageError& error) {
     EXPECT_EQ(error.code(), ExitCode::Usage);
     EXPECT_STREQ(error.what(),
-                 "mine cannot do object 2 \"vase\" of room.json: it is concave\n"
+                 "mine cannot do object 2 \"vase\" of room.json: it is concave; --set "
+                 "methods.mine.unsupported=environment_map (or =traced) lets that method fill it\n"
                  "mine cannot do the scene of room.json: two moments are needed");
   }
 }

@@ -9,6 +9,7 @@
 #include "image/image.h"
 #include "run/folder/machine.h"
 #include "run/stage/method_source.h"
+#include "run/stage/mixture.h"
 
 namespace catoptric::run {
 namespace {
@@ -50,11 +51,10 @@ void requireOneLayout(const RunConfig& run, const fs::path& out) {
 }  // namespace
 
 std::vector<std::unique_ptr<methods::Method>> makeMethods(
-    const RunConfig& run, const std::vector<methods::MethodEntry>& registry) {
+    const Stage& stage, const std::vector<methods::MethodEntry>& registry) {
   std::vector<std::unique_ptr<methods::Method>> made;
-  for (const MethodConfig& method : run.methods)
-    for (const methods::MethodEntry& entry : registry)
-      if (entry.id == method.id) made.push_back(entry.make(method.options));
+  for (const MethodConfig& method : stage.run().methods)
+    made.push_back(makeMethod(method, stage.scene(), stage.run().image, registry));
   return made;
 }
 
@@ -80,7 +80,7 @@ std::vector<MethodForecast> forecastAll(const Stage& stage,
                                         const std::vector<methods::MethodEntry>& registry,
                                         const SessionOptions& options) {
   const RunConfig& run = stage.run();
-  const std::vector<std::unique_ptr<methods::Method>> made = makeMethods(run, registry);
+  const std::vector<std::unique_ptr<methods::Method>> made = makeMethods(stage, registry);
   requireOneLayout(run, options.out);
   SequenceOptions sequence;
   sequence.existing = options.existing;
@@ -98,7 +98,7 @@ std::vector<MethodForecast> forecastAll(const Stage& stage,
 std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::MethodEntry>& registry,
                                     const SessionOptions& options) {
   const RunConfig& run = stage.run();
-  std::vector<std::unique_ptr<methods::Method>> made = makeMethods(run, registry);
+  std::vector<std::unique_ptr<methods::Method>> made = makeMethods(stage, registry);
   Plan plan = makePlan(run, stage.scene(), stage.frames().size(), made);
   planWarmUps(plan, stage.path(), stage.frames(), made);
 
@@ -124,12 +124,11 @@ std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::Met
       };
     sequence.encode = makeEncoder(run, method, stage.scene().origin);
     sequence.prepareEncoding = image::loadImageIo;
+    config::JsonText text;
+    text.add("name", method.name);
+    method.addSettings(text);
     sequence.summary = {{"config", run.effective},
-                        {"method", config::JsonText()
-                                       .add("name", method.name)
-                                       .add("method", method.id)
-                                       .raw("options", method.effective)
-                                       .object()},
+                        {"method", text.object()},
                         {"machine", machineJson()},
                         {"reflectors", reflectorsJson(stage.scene())},
                         {"plan", planJson(plan)}};

@@ -30,9 +30,9 @@ struct MethodResult {
   SequenceResult frames;
 };
 
-/// The methods of `run`, made from the registry, in the config's order.
+/// The methods of the run, made from the registry, in the config's order.
 std::vector<std::unique_ptr<methods::Method>> makeMethods(
-    const RunConfig& run, const std::vector<methods::MethodEntry>& registry);
+    const Stage& stage, const std::vector<methods::MethodEntry>& registry);
 
 /// Where a method's frames go: `out` itself for the only method of a run, else a folder in it.
 std::filesystem::path methodFolder(const RunConfig& run, const MethodConfig& method,

@@ -40,6 +40,9 @@ const std::vector<methods::CounterInfo>& pipelineCounters() {
        "methods that use the G-buffer"},
       {"gbuffer_culled_triangles", "triangles left out of it, as no sample shows them", false,
        "methods that use the G-buffer"},
+      {"unsupported_reflector",
+       "samples of reflectors that their method cannot do and another one fills", false,
+       "`unsupported` other than \"error\", and such reflectors"},
       {"clamped_half", "values of the beauty beyond half floats", true},
   };
   return counters;

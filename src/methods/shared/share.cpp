@@ -1,0 +1,80 @@
+#include "methods/shared/share.h"
+
+#include <span>
+#include <vector>
+
+#include "gl/draw_state.h"
+
+namespace catoptric::methods {
+namespace {
+
+using raster::SampleClass;
+
+// Hidden mirrors have bit 4 set besides 2 (and 1), hidden glossy samples bit 1 besides 4: what no
+// class has, nor a test with mask 6 (perturbation's levels) takes for a mirror.
+constexpr int kMirror = static_cast<int>(SampleClass::PlanarMirror);
+constexpr int kGlossy = static_cast<int>(SampleClass::Glossy);
+constexpr int kHidesMirror = 4;
+constexpr int kHidesGlossy = 1;
+static_assert(kMirror == 2 && static_cast<int>(SampleClass::CurvedMirror) == 3 && kGlossy == 4);
+
+gl::DrawState stencilState(int reference, GLuint compareMask, GLuint writeMask) {
+  gl::DrawState state;
+  state.stencil = {.test = true,
+                   .function = GL_EQUAL,
+                   .reference = reference,
+                   .compareMask = compareMask,
+                   .writeMask = writeMask,
+                   .pass = writeMask != 0 ? static_cast<GLenum>(GL_REPLACE) : GL_KEEP};
+  state.colors = 0;
+  return state;
+}
+
+/// Sets the hiding bits of all reflective samples that the bound program passes, or clears them.
+void mark(const raster::GBuffer& gbuffer, bool hidden) {
+  gbuffer.reflectionFramebuffer.bind();
+  // Mirrors, planar and curved, hidden or not; then glossy samples likewise
+  gl::DrawScope scope(stencilState(hidden ? kMirror | kHidesMirror : kMirror, 0xFA, kHidesMirror));
+  gl::drawFullScreenTriangle();
+  scope.change(stencilState(hidden ? kGlossy | kHidesGlossy : kGlossy, 0xFE, kHidesGlossy));
+  gl::drawFullScreenTriangle();
+}
+
+}  // namespace
+
+Share::Share(std::size_t objects, const frame::ObjectSet& own) {
+  const char* file = "methods/shared/shaders/share.frag";
+  others_ = gl::Program::fullScreen("others' reflectors", file, {{"OTHERS", "1"}});
+  all_ = gl::Program::fullScreen("all reflectors", file, {{"OTHERS", "0"}});
+  counter_ = gl::FragmentCounter("samples of a share");
+  std::vector<std::uint8_t> owned(objects + 1);
+  for (std::size_t i = 0; i < objects; ++i) owned[i + 1] = own.contains(static_cast<int>(i));
+  buffer_ = gl::Buffer("own reflectors", std::span<const std::uint8_t>(owned));
+  own_ = gl::Texture::makeBuffer("own reflectors", GL_R8UI, buffer_);
+}
+
+void Share::hideOthers(const raster::GBuffer& gbuffer) const {
+  others_.use();
+  gbuffer.object.bind(0);
+  own_.bind(1);
+  mark(gbuffer, true);
+}
+
+void Share::showAll(const raster::GBuffer& gbuffer) const {
+  all_.use();
+  mark(gbuffer, false);
+}
+
+std::uint64_t Share::countShown(const raster::GBuffer& gbuffer) const {
+  all_.use();
+  gbuffer.reflectionFramebuffer.bind();
+  counter_.begin();
+  gl::DrawScope scope(stencilState(kMirror, 0xFE, 0));
+  gl::drawFullScreenTriangle();
+  scope.change(stencilState(kGlossy, 0xFF, 0));
+  gl::drawFullScreenTriangle();
+  counter_.end();
+  return counter_.read();
+}
+
+}  // namespace catoptric::methods

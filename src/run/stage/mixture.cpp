@@ -1,0 +1,304 @@
+#include "run/stage/mixture.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "methods/shared/reflectors.h"
+#include "methods/shared/share.h"
+
+namespace catoptric::run {
+namespace {
+
+using methods::MethodEntry;
+using raster::SampleClass;
+
+/// Options of the method that fills what others cannot do: the cube map of a fallback is as small
+/// as those of the methods' own fallbacks. Ours.
+constexpr const char* kFallbackCubeMap = R"({"face_size": 256})";
+
+/// A method and its reflectors.
+struct Part {
+  std::string label;   ///< the method's id, numbered where it occurs with several options
+  std::string prefix;  ///< of its steps and counters: empty for the entry's own method
+  std::string id;
+  std::string effective;  ///< options, canonical
+  std::unique_ptr<methods::Method> method;
+  std::vector<bool> own;             ///< by index of objects
+  std::vector<std::string> because;  ///< what the config says of them
+  std::string fills;                 ///< line of the plan
+  bool fallback = false;             ///< fills what others cannot do
+};
+
+std::string quoted(const std::string& name) {
+  return "\"" + name + "\"";
+}
+
+class MixedMethod : public methods::Method {
+ public:
+  explicit MixedMethod(std::vector<Part> parts) : parts_(std::move(parts)) {}
+
+  std::vector<methods::Unsupported> unsupported(const scene::Scene& scene) const override {
+    std::vector<methods::Unsupported> all;
+    for (const Part& part : parts_) {
+      for (methods::Unsupported& one : part.method->unsupported(scene)) {
+        if (one.object == 0 || part.own[static_cast<std::size_t>(one.object) - 1])
+          all.push_back({one.object, part.label + ": " + one.reason});
+      }
+    }
+    return all;
+  }
+
+  methods::MethodPlan plan(const scene::Scene& scene,
+                           const methods::RunSettings& settings) const override {
+    methods::MethodPlan all;
+    all.gbuffer = true;
+    for (const Part& part : parts_) {
+      const methods::MethodPlan own = part.method->plan(scene, settingsOf(part, settings));
+      all.trace = all.trace || own.trace;
+      all.bvh = std::max(all.bvh, own.bvh);  // the one that follows motion more closely
+      all.previousFrame = all.previousFrame || own.previousFrame;
+      all.items.push_back({"method", part.label, part.fills, 0});
+      for (methods::PlanItem item : own.items) {
+        item.name = part.prefix + item.name;
+        all.items.push_back(std::move(item));
+      }
+    }
+    return all;
+  }
+
+  void prepare(methods::Services& services, const methods::RunSettings& settings) override {
+    masks_ = settings.masks;
+    for (const Part& part : parts_) {
+      const frame::StepTimer::Prefix prefix(services.timer, part.prefix);
+      part.method->prepare(services, settingsOf(part, settings));
+      shares_.emplace_back(services.scene.objects.size(), frame::ObjectSet(part.own));
+    }
+  }
+
+  void render(const methods::FrameInput& input, methods::Services& services,
+              methods::FrameOutput& output) override {
+    if (masks_) services.gbuffer->reflectionFramebuffer.clearColorUint(1, 0);
+    methods::FrameInput whole = input;
+    whole.changedSamples.reset();  // others have written beside a part's own samples
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      const Part& part = parts_[i];
+      const frame::StepTimer::Prefix prefix(services.timer, part.prefix);
+      methods::FrameOutput own;
+      shares_[i].hideOthers(*services.gbuffer);
+      part.method->render(whole, services, own);
+      if (part.fallback)
+        output.counters["unsupported_reflector"] += shares_[i].countShown(*services.gbuffer);
+      shares_[i].showAll(*services.gbuffer);
+      take(part, std::move(own), output);
+    }
+  }
+
+  bool restartsAt(const scene::CameraPath& path, int number) const override {
+    return std::ranges::all_of(
+        parts_, [&](const Part& part) { return part.method->restartsAt(path, number); });
+  }
+
+ private:
+  static methods::RunSettings settingsOf(const Part& part, const methods::RunSettings& settings) {
+    methods::RunSettings own = settings;
+    own.reflectors = frame::ObjectSet(part.own);
+    return own;
+  }
+
+  /// Counters of methods beside the entry's own are named after them; so are tables and layers of
+  /// a method that is there twice.
+  static void take(const Part& part, methods::FrameOutput own, methods::FrameOutput& output) {
+    for (const auto& [name, count] : own.counters) output.counters[part.prefix + name] += count;
+    for (methods::Table& table : own.tables) {
+      if (part.label != part.id) table.rename(part.prefix + table.name());
+      output.tables.push_back(std::move(table));
+    }
+    for (methods::SampleLayer& layer : own.sampleLayers) {
+      if (part.label != part.id) layer.name = part.prefix + layer.name;
+      output.sampleLayers.push_back(std::move(layer));
+    }
+  }
+
+  std::vector<Part> parts_;
+  std::vector<methods::Share> shares_;  ///< one per part
+  bool masks_ = false;
+};
+
+/// Puts the reflectors of one scene into the parts of a mixture.
+class Assignment {
+ public:
+  Assignment(const MethodConfig& config, const scene::Scene& scene,
+             const std::vector<MethodEntry>& registry)
+      : config_(config), scene_(scene), registry_(registry) {
+    const std::vector<SampleClass> classes = methods::findReflectors(scene).classOf;
+    for (std::size_t i = 0; i < scene.objects.size(); ++i)
+      reflective_.push_back(classes[i + 1] != SampleClass::Diffuse);
+    partOf(config.id, config.options, config.effective, "all that no other method is named for");
+  }
+
+  void byNames() {
+    for (const ReflectorRule& rule : config_.reflectors) checkRule(rule);
+    for (std::size_t i = 0; i < reflective_.size(); ++i) {
+      if (!reflective_[i]) continue;
+      const ReflectorRule* rule = ruleFor(scene_.objects[i].name);
+      Part& part = rule == nullptr
+                       ? parts_.front()
+                       : partOf(rule->id, rule->options, rule->effective, quoted(rule->pattern));
+      part.own[i] = true;
+    }
+  }
+
+  /// What its part's method cannot do goes to the method that `unsupported` names.
+  void unsupported() {
+    if (config_.unsupported == "error") return;
+    std::vector<bool> moved(reflective_.size(), false);
+    for (const Part& part : parts_) {
+      for (const methods::Unsupported& one : part.method->unsupported(scene_)) {
+        if (one.object > 0 && part.own[static_cast<std::size_t>(one.object) - 1])
+          moved[static_cast<std::size_t>(one.object) - 1] = true;
+      }
+    }
+    if (std::ranges::find(moved, true) == moved.end()) return;
+    for (Part& part : parts_)
+      for (std::size_t i = 0; i < moved.size(); ++i) part.own[i] = part.own[i] && !moved[i];
+    Part fallback = makePart(
+        config_.unsupported,
+        config::parseText(config_.unsupported == "environment_map" ? kFallbackCubeMap : "{}",
+                          "unsupported"));
+    fallback.fallback = true;
+    fallback.own = std::move(moved);
+    fallback.because = {"what its method cannot do, by \"unsupported\""};
+    parts_.push_back(std::move(fallback));
+  }
+
+  /// Those that fill something; the entry's own stays beside others, so that it counts its zeros.
+  std::vector<Part> take() {
+    const auto fills = [](const Part& part) {
+      return std::ranges::find(part.own, true) != part.own.end();
+    };
+    parts_.erase(std::remove_if(parts_.begin() + 1, parts_.end(),
+                                [&](const Part& part) { return !fills(part); }),
+                 parts_.end());
+    if (parts_.size() == 2 && !fills(parts_.front()) && !parts_.back().fallback)
+      parts_.erase(parts_.begin());
+    for (Part& part : parts_) {
+      part.fills = shown(part) + " (" + joined(part.because, ", ") + ")";
+      const auto same = std::ranges::count_if(
+          parts_, [&](const Part& other) { return &other < &part && other.id == part.id; });
+      part.label = part.id + (same == 0 ? "" : "_" + std::to_string(same + 1));
+      if (&part != &parts_.front()) part.prefix = part.label + ".";
+    }
+    return std::move(parts_);
+  }
+
+ private:
+  Part makePart(const std::string& id, const config::Value& options) const {
+    const auto entry =
+        std::ranges::find_if(registry_, [&](const MethodEntry& e) { return e.id == id; });
+    if (entry == registry_.end()) throw Error(ExitCode::Internal, "there is no method " + id);
+    Part part;
+    part.id = id;
+    part.method = entry->make(options);
+    part.own.assign(reflective_.size(), false);
+    return part;
+  }
+
+  Part& partOf(const std::string& id, const config::Value& options, const std::string& effective,
+               const std::string& because) {
+    auto found = std::ranges::find_if(
+        parts_, [&](const Part& part) { return part.id == id && part.effective == effective; });
+    if (found == parts_.end()) {
+      parts_.push_back(makePart(id, options));
+      parts_.back().effective = effective;
+      found = parts_.end() - 1;
+    }
+    if (std::ranges::find(found->because, because) == found->because.end())
+      found->because.push_back(because);
+    return *found;
+  }
+
+  static bool matches(const std::string& pattern, const std::string& name) {
+    return pattern.ends_with('*')
+               ? name.starts_with(std::string_view(pattern).substr(0, pattern.size() - 1))
+               : name == pattern;
+  }
+
+  /// A name is stronger than a pattern, a long pattern than a short one.
+  const ReflectorRule* ruleFor(const std::string& name) const {
+    const ReflectorRule* best = nullptr;
+    for (const ReflectorRule& rule : config_.reflectors) {
+      if (!matches(rule.pattern, name)) continue;
+      const auto strength = [](const ReflectorRule& r) {
+        return std::pair(!r.pattern.ends_with('*'), r.pattern.size());
+      };
+      if (best == nullptr || strength(rule) > strength(*best)) best = &rule;
+    }
+    return best;
+  }
+
+  void checkRule(const ReflectorRule& rule) const {
+    std::vector<std::string> names;
+    bool any = false;
+    for (std::size_t i = 0; i < reflective_.size(); ++i) {
+      const std::string& name = scene_.objects[i].name;
+      if (matches(rule.pattern, name)) {
+        if (reflective_[i]) return;
+        any = true;
+      }
+      if (reflective_[i]) names.push_back(name);
+    }
+    std::ranges::sort(names);
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+    const std::string allowed = names.empty()
+                                    ? "; nothing in this scene reflects"
+                                    : "; the reflective objects are " + joined(names, ", ");
+    if (any)
+      rule.place.fail(quoted(rule.pattern) + " does not reflect: its material has s = 0" + allowed);
+    rule.place.fail("no object of the scene is called " + quoted(rule.pattern) +
+                    didYouMean(rule.pattern, names) + allowed);
+  }
+
+  std::string shown(const Part& part) const {
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < part.own.size(); ++i)
+      if (part.own[i]) names.push_back(scene_.objects[i].name);
+    constexpr std::size_t kMost = 8;  // names in a line of the plan; ours
+    const std::size_t count = names.size();
+    if (count > kMost) {
+      names.resize(kMost);
+      names.push_back("and " + std::to_string(count - kMost) + " more");
+    }
+    return "fills " + (names.empty() ? "nothing" : joined(names, ", "));
+  }
+
+  const MethodConfig& config_;
+  const scene::Scene& scene_;
+  const std::vector<MethodEntry>& registry_;
+  std::vector<bool> reflective_;  ///< by index of objects
+  std::vector<Part> parts_;       ///< the entry's own method first
+};
+
+}  // namespace
+
+std::unique_ptr<methods::Method> makeMethod(const MethodConfig& config, const scene::Scene& scene,
+                                            const methods::RunSettings& settings,
+                                            const std::vector<MethodEntry>& registry) {
+  Assignment assignment(config, scene, registry);
+  assignment.byNames();
+  assignment.unsupported();
+  std::vector<Part> parts = assignment.take();
+  if (parts.size() == 1 && !parts.front().fallback) return std::move(parts.front().method);
+  for (const Part& part : parts) {
+    if (!part.method->plan(scene, settings).gbuffer)
+      throw UsageError(config.name + ": " + part.id +
+                       " renders whole images; it cannot share a frame with other methods");
+  }
+  return std::make_unique<MixedMethod>(std::move(parts));
+}
+
+}  // namespace catoptric::run

@@ -1,0 +1,210 @@
+// Several methods in one frame: on its own reflectors each makes the samples that it makes alone.
+#include "run/stage/mixture.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "frame/test_scenes.h"
+#include "methods/testing/gl_harness.h"
+#include "scene/implicit/surface.h"
+
+namespace catoptric::run {
+namespace {
+
+using testing::HasSubstr;
+
+/// A room of six colours with a flat mirror, a ball that mirrors and a glossy one; ids 7, 8, 9.
+scene::Scene room() {
+  test::SceneBuilder builder;
+  for (int face = 0; face < 6; ++face) {
+    scene::BoxShape wall;
+    wall.size = Vec3(4.0f);
+    wall.inward = true;
+    wall.faces = {};
+    wall.faces[face] = true;
+    builder.add(scene::makeBox(wall, scene::UvMode::Unit),
+                builder.diffuse(Vec3(0.1f), Vec3(0.15f * static_cast<float>(face + 1),
+                                                 0.9f - 0.1f * static_cast<float>(face), 0.3f)));
+  }
+  const Mat4 upright = test::translation({-0.7f, 0.0f, -0.5f}) * test::rotation(90.0f, {1, 0, 0});
+  builder.add(scene::makePlane({1.2f, 1.2f}, {1, 1}, scene::UvMode::Unit), builder.reflective(0.8f),
+              upright);
+  builder.add(scene::makeIcosphere(0.4f, 4, scene::UvMode::Unit), builder.reflective(0.9f),
+              test::translation({0.5f, 0.3f, -0.3f}));
+  builder.add(scene::makeIcosphere(0.4f, 4, scene::UvMode::Unit), builder.reflective(0.7f, 0.3f),
+              test::translation({0.5f, -0.7f, 0.0f}));
+  scene::Scene& scene = builder.scene();
+  scene.objects[6].name = "pane";
+  scene.objects[7].name = "ball mirror";
+  scene.objects[8].name = "ball glossy";
+  return scene;
+}
+
+MethodConfig configOf(const std::string& json) {
+  const config::Value root =
+      config::parseText(R"({"scene": "room.json", "methods": [)" + json + "]}", "mixture.json");
+  return readRunConfig(root, "mixture.json", methods::registry()).methods.front();
+}
+
+std::unique_ptr<methods::Method> methodOf(const std::string& json, const scene::Scene& scene,
+                                          const methods::RunSettings& settings = {}) {
+  return makeMethod(configOf(json), scene, settings, methods::registry());
+}
+
+/// One frame: reflection and masks of every sample.
+struct Frame {
+  std::vector<float> reflection;
+  std::vector<std::uint16_t> masks;
+  std::vector<std::uint32_t> object;
+  methods::FrameOutput output;
+  std::vector<frame::StepSample> steps;
+
+  explicit Frame(const std::string& json, const scene::Scene& scene = room()) {
+    test::GlStage stage(scene, test::framesOf(96, 96, 2, true));
+    test::GlMethod method(stage, methodOf(json, stage.scene, stage.settings));
+    const scene::Camera camera =
+        scene::lookAt({0.0f, 0.2f, 1.8f}, {0.0f, -0.1f, -0.5f}, {0, 1, 0}, radians(60.0f));
+    output = method.render(camera);
+    const std::vector<float> first = raster::readRgba(stage.gbuffer.reflection);
+    method.render(camera);  // finds the stencil as the first did
+    reflection = raster::readRgba(stage.gbuffer.reflection);
+    EXPECT_EQ(reflection, first);
+    masks = raster::readMasks(stage.gbuffer.masks);
+    object = raster::readIds(stage.gbuffer.object);
+    steps = stage.timer.samples();
+  }
+
+  /// Samples of an object that differ from another frame's, of how many.
+  std::pair<int, int> differing(const Frame& other, std::uint32_t id) const {
+    int differ = 0;
+    int all = 0;
+    for (std::size_t at = 0; at < object.size(); ++at) {
+      if (object[at] != id) continue;
+      ++all;
+      const bool same =
+          masks[at] == other.masks[at] &&
+          std::equal(&reflection[4 * at], &reflection[4 * at] + 3, &other.reflection[4 * at]);
+      differ += same ? 0 : 1;
+    }
+    return {differ, all};
+  }
+};
+
+/// Mean absolute difference of radiance over an object's samples.
+double meanDifference(const Frame& a, const Frame& b, std::uint32_t id) {
+  double sum = 0.0;
+  int count = 0;
+  for (std::size_t at = 0; at < a.object.size(); ++at) {
+    if (a.object[at] != id) continue;
+    for (std::size_t c = 4 * at; c < 4 * at + 3; ++c)
+      sum += std::abs(static_cast<double>(a.reflection[c]) - static_cast<double>(b.reflection[c]));
+    count += 3;
+  }
+  return sum / count;
+}
+
+constexpr std::uint32_t kPane = 7;
+constexpr std::uint32_t kMirror = 8;
+constexpr std::uint32_t kGlossy = 9;
+
+TEST(Mixture, EachMethodMakesItsReflectorsSamples) {
+  const Frame looked(R"("environment_map")");
+  const Frame traced(R"("traced")");
+  const Frame clustered(R"("second_order")");
+  const Frame mixed(
+      R"({"method": "environment_map", "reflectors": {"ball*": "second_order", "pane": "traced"}})");
+  EXPECT_EQ(mixed.differing(traced, kPane).first, 0);
+  // Bins of normals are shared out among the reflectors at hand: fewer of them, other clusters
+  for (const std::uint32_t id : {kMirror, kGlossy}) {
+    const double difference = meanDifference(mixed, clustered, id);
+    EXPECT_LT(difference, 0.2 * meanDifference(looked, clustered, id)) << id;
+    EXPECT_LT(difference, 0.02) << id;
+  }
+  // The methods differ there, so that a mix-up shows
+  EXPECT_GT(traced.differing(clustered, kGlossy).first, 500);
+  EXPECT_GT(traced.differing(looked, kPane).first, 500);
+
+  // Every method can be the one beside others, and first or last
+  const Frame other(
+      R"({"method": "traced", "reflectors": {"pane": "perturbation", "ball glossy": "environment_map"}})");
+  EXPECT_EQ(other.differing(traced, kMirror).first, 0);
+  EXPECT_EQ(other.differing(looked, kGlossy).first, 0);
+  const Frame moved(R"({"method": "perturbation", "unsupported": "traced"})");
+  EXPECT_EQ(other.differing(moved, kPane).first, 0);
+  EXPECT_EQ(moved.differing(traced, kGlossy).first, 0);
+}
+
+TEST(Mixture, OneMethodForAllIsThatMethod) {
+  const Frame traced(R"("traced")");
+  const Frame given(R"({"method": "environment_map", "reflectors": {"*": "traced"}})");
+  EXPECT_EQ(given.reflection, traced.reflection);
+  EXPECT_EQ(given.masks, traced.masks);
+  EXPECT_EQ(given.output.counters, traced.output.counters);
+}
+
+TEST(Mixture, CountersAndStepsAreNamedAfterTheirMethod) {
+  const Frame mixed(R"({"method": "environment_map", "reflectors": {
+      "pane": "second_order", "ball mirror": {"method": "second_order", "bin_density": 2}}})");
+  EXPECT_GT(mixed.output.counters.at("second_order.planar_samples"), 500u);
+  EXPECT_GT(mixed.output.counters.at("second_order_2.clusters"), 1u);
+  EXPECT_GT(mixed.output.counters.at("environment"), 500u);
+  for (const char* step :
+       {"second_order.cluster", "second_order_2.cluster", "cube_map", "second_order.cube_map"}) {
+    EXPECT_TRUE(std::ranges::any_of(mixed.steps, [&](const frame::StepSample& sample) {
+      return sample.step == step;
+    })) << step;
+  }
+}
+
+TEST(Mixture, WhatAMethodCannotDoIsFilledAndCounted) {
+  const Frame looked(R"({"method": "environment_map", "face_size": 256})");
+  const Frame filled(R"({"method": "perturbation", "unsupported": "environment_map"})");
+  std::uint64_t samples = 0;
+  for (const std::uint32_t id : {kMirror, kGlossy}) {
+    const auto [differ, all] = filled.differing(looked, id);
+    EXPECT_EQ(differ, 0);
+    samples += static_cast<std::uint64_t>(all);
+  }
+  EXPECT_EQ(filled.output.counters.at("unsupported_reflector"), samples);
+  EXPECT_EQ(filled.output.counters.at("environment_map.environment"), samples);
+  EXPECT_GT(filled.output.counters.at("triangles"), 0u);
+
+  const auto refused = methodOf(R"("perturbation")", room())->unsupported(room());
+  ASSERT_EQ(refused.size(), 2u);
+  EXPECT_EQ(refused[0].object, 8);
+  // A method that is named for what it cannot do refuses that alone
+  const auto named =
+      methodOf(R"({"method": "traced", "reflectors": {"ball glossy": "perturbation"}})", room());
+  const auto byName = named->unsupported(room());
+  ASSERT_EQ(byName.size(), 1u);
+  EXPECT_EQ(byName[0].object, 9);
+}
+
+std::string errorOf(const std::string& json) {
+  try {
+    methodOf(json, room());
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Mixture, WrongNamesAreErrors) {
+  const auto withRule = [](const std::string& name, const std::string& method) {
+    return R"({"method": "traced", "reflectors": {")" + name + R"(": ")" + method + R"("}})";
+  };
+  EXPECT_THAT(errorOf(withRule("ball miror", "environment_map")),
+              HasSubstr(R"(did you mean "ball mirror"?)"));
+  EXPECT_THAT(errorOf(withRule("object0", "environment_map")), HasSubstr("does not reflect"));
+  EXPECT_THAT(errorOf(withRule("lamp*", "environment_map")), HasSubstr("mixture.json:1: "));
+  EXPECT_THAT(errorOf(withRule("pane", "environment_mop")),
+              HasSubstr(R"(did you mean "environment_map"?)"));
+  EXPECT_THAT(errorOf(withRule("p*ne", "traced")), HasSubstr("at its end"));
+  EXPECT_THAT(errorOf(withRule("pane", "reference")), HasSubstr("renders whole images"));
+  EXPECT_THAT(errorOf(R"({"method": "traced", "unsupported": "traced"})"),
+              HasSubstr("unsupported"));
+}
+
+}  // namespace
+}  // namespace catoptric::run
