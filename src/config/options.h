@@ -222,10 +222,10 @@ Option<detail::StructOf<Member>> field(Member member, std::string name, Range ra
 
 /// An array of strings of a given set.
 template <class Member>
-Option<detail::StructOf<Member>> field(Member member, std::string name, AllowedItems items,
+Option<detail::StructOf<Member>> field(Member member, std::string name, const AllowedItems& items,
                                        std::string help) {
   auto option = field(member, std::move(name), std::move(help));
-  option.description.allowed = std::move(items.names);
+  option.description.allowed = items.names;
   return option;
 }
 
