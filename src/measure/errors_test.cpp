@@ -7,23 +7,14 @@
 
 #include "core/error.h"
 #include "measure/ssim.h"
+#include "measure/test_images.h"
 
 namespace catoptric::measure {
 namespace {
 
 using image::Image;
-
-/// The linear value whose display value is `step`.
-float linearOf(int step) {
-  const double v = step / 255.0;
-  return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
-}
-
-Image flat(int width, int height, float value) {
-  Image image{width, height, {"R", "G", "B"}, {}};
-  image.data.assign(image.pixelCount() * 3, value);
-  return image;
-}
+using test::flat;
+using test::linearOf;
 
 TEST(CompareImages, StepsOf255ByHand) {
   // 4 pixels: differences (in steps) 0, 1, 2 in one, 30 in one channel of another

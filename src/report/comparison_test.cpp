@@ -9,6 +9,7 @@
 #include "config/json.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "measure/test_images.h"
 #include "report/differences.h"
 #include "report/error_tables.h"
 
@@ -16,20 +17,10 @@ namespace catoptric::report {
 namespace {
 
 using image::Image;
+using test::flat;
+using test::linearOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-/// The linear value whose display value is `step`.
-float linearOf(int step) {
-  const double v = step / 255.0;
-  return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
-}
-
-Image flat(int width, int height, float value) {
-  Image image{width, height, {"R", "G", "B"}, {}};
-  image.data.assign(image.pixelCount() * 3, value);
-  return image;
-}
 
 TEST(ErrorTables, SharesOfClassesAddUpToTheFrame) {
   measure::ImageError e;

@@ -3,33 +3,18 @@
 #include <gtest/gtest.h>
 
 #include "methods/perturbation/test_paths.h"
+#include "scene/implicit/test_surfaces.h"
 
 namespace catoptric::methods::perturbation {
 namespace {
 
-const implicit::Domain kBox{{-2, -2, -2}, {2, 2, 2}};
-
-struct Named {
-  std::string name;
-  Surface surface;
-};
-std::vector<Named> catalogue() {
+std::vector<test::NamedSurface> catalogue() {
   using namespace implicit;
-  return {
-      {"plane", planeSurface({1, 2, -0.5}, 0.3, kBox)},
-      {"sphere", sphereSurface(1.2)},
-      {"ellipsoid", ellipsoidSurface({1.0, 0.7, 1.4})},
-      {"cylinder", cylinderSurface(0.8, 2.0)},
-      {"cone", coneSurface(0.9, 1.5)},
-      {"torus", torusSurface(1.0, 0.4)},
-      {"quadric", quadricSurface({1, -0.5, 0.7, 0.2, -0.3, 0.4, 0.1, -0.2, 0.3, -0.6}, kBox)},
-      {"superquadric", superquadricSurface({1.0, 0.8, 1.1}, 0.6, 0.45)},
-      {"metaballs",
-       metaballsSurface({{0, 0, 0, 0.7}, {0.8, 0.2, 0, 0.5}, {0.1, 0.9, 0.3, 0.4}}, 2.0)},
-      {"revolution", revolutionSurface({0.6, 0.3, -0.5, 0.2}, -1.0, 1.0)},
-      {"vase", placed(vaseSurface(), glm::dmat3(1.0), {0, -1, 0})},
-      {"formula", formulaSurface("x^2 + y^2*z/3 + z^2 + sin(3*x)*cos(2*y)/5 - 0.8", {}, kBox)},
-  };
+  std::vector<test::NamedSurface> all = test::namedSurfaces();
+  all.push_back({"vase", placed(vaseSurface(), glm::dmat3(1.0), {0, -1, 0})});
+  all.push_back({"formula", formulaSurface("x^2 + y^2*z/3 + z^2 + sin(3*x)*cos(2*y)/5 - 0.8", {},
+                                           test::kBox)});
+  return all;
 }
 
 /// The exact paths for moves of p by h along each of three directions.
@@ -118,7 +103,7 @@ void checkPath(TestPath& path, Orders& orders) {
 
 TEST(PathOrder, EverySurfaceAndNumberOfBounces) {
   const Surface room = implicit::ellipsoidSurface({5.0, 6.0, 5.5});
-  for (const Named& named : catalogue()) {
+  for (const test::NamedSurface& named : catalogue()) {
     for (const std::size_t bounces : {1, 2, 3, 5}) {
       TestPath path;
       path.surfaces = {named.surface, room};
@@ -161,7 +146,8 @@ TEST(PathOrder, RefractionThroughALens) {
       lens(sphereSurface(1.0), sphereSurface(1.0), -0.97, 0.97),
       lens(placed(sphereSurface(3.0), glm::dmat3(1.0), {0, -2.8, 0}),
            placed(ellipsoidSurface({2, 1, 3}), glm::dmat3(1.0), {0, 0.8, 0}), -0.2, 0.2),
-      lens(planeSurface({0, 1, 0}, 0.5, kBox), planeSurface({0.1, 1, 0}, -0.5, kBox), -0.5, 0.5)};
+      lens(planeSurface({0, 1, 0}, 0.5, test::kBox), planeSurface({0.1, 1, 0}, -0.5, test::kBox),
+           -0.5, 0.5)};
   // Refraction at the front of a ball, reflection inside its back, and out again: a rainbow's path.
   TestPath rainbow;
   rainbow.surfaces = {sphereSurface(1.0)};

@@ -11,6 +11,7 @@
 #include "methods/perturbation/batch.h"
 #include "methods/perturbation/path.h"
 #include "methods/perturbation/ray_octree.h"
+#include "methods/perturbation/test_ball.h"
 #include "methods/perturbation/virtual_objects.h"
 #include "scene/implicit/surface.h"
 #include "scene/shapes/shapes.h"
@@ -195,26 +196,9 @@ double calibrate() {
 /// 480, a path every 16th pixel, order and tessellation by default. The first iteration makes the
 /// mesh's connectivity.
 void updates(benchmark::State& state) {
-  const implicit::Surface vase = implicit::vaseSurface();
-  const int rows = static_cast<int>(std::sqrt(0.5 * static_cast<double>(state.range(0))));
-  const scene::Mesh ball = scene::makeSphere(0.5f, 2 * rows, rows, scene::UvMode::Metres);
-  frame::Geometry geometry;
-  for (const Vec3& p : ball.positions) geometry.positions.push_back(p + Vec3(0.9f, 0.9f, 1.2f));
-  geometry.attributes.resize(geometry.positions.size());
-  geometry.indices = ball.indices;
-  frame::ObjectRange range;
-  range.vertexCount = static_cast<std::uint32_t>(geometry.positions.size());
-  range.indexCount = static_cast<std::uint32_t>(geometry.indices.size());
-  geometry.objects.push_back(range);
-  Turn turn{&vase, {}};
-  turn.bounds.extend(Vec3(-1.0f, 0.0f, -1.0f));
-  turn.bounds.extend(Vec3(1.0f, 2.0f, 1.0f));
-  Box3 scene;
-  scene.extend(Vec3(-4.0f, -1.0f, -4.0f));
-  scene.extend(Vec3(4.0f, 4.0f, 6.0f));
-  const View view{scene::lookAt({0.0f, 2.6f, 5.4f}, {0.0f, 0.78f, 0.2f}, {0.0f, 1.0f, 0.0f}, 0.65f),
-                  640, 480};
-  const Reflector reflector({&turn, 1}, nullptr, scene, view, {});
+  const BallBeforeVase stage(
+      static_cast<int>(std::sqrt(0.5 * static_cast<double>(state.range(0)))));
+  const Reflector reflector({&stage.turn, 1}, nullptr, stage.around, stage.view, {});
   setThreadCount(2);
   TriangleCounts counts;
   Connectivity known;
@@ -222,7 +206,8 @@ void updates(benchmark::State& state) {
   double calibration = std::numeric_limits<double>::infinity();
   for (auto _ : state) {
     counts = {};
-    virtualTriangles(geometry, 0, reflector, false, view, Order::Auto, {}, known, counts, made);
+    virtualTriangles(stage.geometry, 0, reflector, false, stage.view, Order::Auto, {}, known,
+                     counts, made);
     benchmark::DoNotOptimize(made.indices.data());
     state.PauseTiming();
     calibration = std::min(calibration, calibrate());

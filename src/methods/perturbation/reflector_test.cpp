@@ -14,6 +14,7 @@
 #include <tuple>
 #include <vector>
 
+#include "methods/perturbation/test_ball.h"
 #include "methods/perturbation/virtual_objects.h"
 #include "scene/animate.h"
 #include "scene/loader.h"
@@ -268,25 +269,8 @@ TEST(Reflector, CountsReflectionsBeyondTheMostThatAPointHas) {
 /// Edges of a ball before the vase are halved until so many paths were traced, and then put out as
 /// they are.
 TEST(VirtualTriangles, BoundTracedPaths) {
-  const implicit::Surface vase = implicit::vaseSurface();
-  const scene::Mesh ball = scene::makeSphere(0.5f, 24, 12, scene::UvMode::Metres);
-  frame::Geometry geometry;
-  for (const Vec3& p : ball.positions) geometry.positions.push_back(p + Vec3(0.9f, 0.9f, 1.2f));
-  geometry.attributes.resize(geometry.positions.size());
-  geometry.indices = ball.indices;
-  frame::ObjectRange range;
-  range.vertexCount = static_cast<std::uint32_t>(geometry.positions.size());
-  range.indexCount = static_cast<std::uint32_t>(geometry.indices.size());
-  geometry.objects.push_back(range);
-  Turn turn{&vase, {}};
-  turn.bounds.extend(Vec3(-1.0f, 0.0f, -1.0f));
-  turn.bounds.extend(Vec3(1.0f, 2.0f, 1.0f));
-  Box3 around;
-  around.extend(Vec3(-4.0f, -1.0f, -4.0f));
-  around.extend(Vec3(4.0f, 4.0f, 6.0f));
-  const View view{scene::lookAt({0.0f, 2.6f, 5.4f}, {0.0f, 0.78f, 0.2f}, {0.0f, 1.0f, 0.0f}, 0.65f),
-                  640, 480};
-  const Reflector reflector({&turn, 1}, nullptr, around, view, {});
+  const BallBeforeVase stage(12);
+  const Reflector reflector({&stage.turn, 1}, nullptr, stage.around, stage.view, {});
   Connectivity known;
   VirtualTriangles made;
   const auto make = [&](std::size_t maxTraced) {
@@ -299,8 +283,8 @@ TEST(VirtualTriangles, BoundTracedPaths) {
       const std::scoped_lock lock(mutex);
       heard += places;
     };
-    virtualTriangles(geometry, 0, reflector, false, view, Order::Auto, options, known, counts,
-                     made);
+    virtualTriangles(stage.geometry, 0, reflector, false, stage.view, Order::Auto, options, known,
+                     counts, made);
     EXPECT_LE(heard, counts.vertices);
     EXPECT_EQ(made.positions.size(), made.images.size());
     for (const std::uint32_t i : made.indices) EXPECT_LT(i, made.positions.size());

@@ -8,34 +8,21 @@
 
 #include "core/error.h"
 #include "scene/implicit/multiprecision_test.h"
+#include "scene/implicit/test_surfaces.h"
 
 namespace catoptric::implicit {
 namespace {
 
-const Domain kBox{{-2, -2, -2}, {2, 2, 2}};
+using test::kBox;
+using test::NamedSurface;
 
-struct Named {
-  std::string name;
-  Surface surface;
-};
-std::vector<Named> catalogue() {
-  return {
-      {"plane", planeSurface({1, 2, -0.5}, 0.3, kBox)},
-      {"sphere", sphereSurface(1.2)},
-      {"ellipsoid", ellipsoidSurface({1.0, 0.7, 1.4})},
-      {"cylinder", cylinderSurface(0.8, 2.0)},
-      {"cone", coneSurface(0.9, 1.5)},
-      {"torus", torusSurface(1.0, 0.4)},
-      {"quadric", quadricSurface({1, -0.5, 0.7, 0.2, -0.3, 0.4, 0.1, -0.2, 0.3, -0.6}, kBox)},
-      {"superquadric", superquadricSurface({1.0, 0.8, 1.1}, 0.6, 0.45)},
-      {"metaballs",
-       metaballsSurface({{0, 0, 0, 0.7}, {0.8, 0.2, 0, 0.5}, {0.1, 0.9, 0.3, 0.4}}, 2.0)},
-      {"revolution", revolutionSurface({0.6, 0.3, -0.5, 0.2}, -1.0, 1.0)},
-      {"vase", vaseSurface()},
-      {"formula", formulaSurface("sin(2*x)*cos(y) + atan(z)*exp(0.3*x) + log(4 + y) - "
-                                 "max(x*y, z^3/5)^2 - tan(0.2*z) - 1.2",
-                                 {}, kBox)},
-  };
+std::vector<NamedSurface> catalogue() {
+  std::vector<NamedSurface> all = test::namedSurfaces();
+  all.push_back({"vase", vaseSurface()});
+  all.push_back({"formula", formulaSurface("sin(2*x)*cos(y) + atan(z)*exp(0.3*x) + log(4 + y) - "
+                                           "max(x*y, z^3/5)^2 - tan(0.2*z) - 1.2",
+                                           {}, kBox)});
+  return all;
 }
 
 /// A point of space near the surface, seeded.
@@ -66,7 +53,7 @@ Real difference(const Surface& s, RealPoint p, std::vector<std::size_t> by) {
 
 TEST(ImplicitSurface, JetsAreExactToRounding) {
   std::mt19937 random(3);
-  for (Named& named : catalogue()) {
+  for (NamedSurface& named : catalogue()) {
     const Surface s = placed(named.surface, glm::dmat3(1.1, 0.2, 0, -0.3, 0.9, 0.1, 0.2, 0, 1.3),
                              {0.1, -0.2, 0.3});
     double worst = 0.0;
