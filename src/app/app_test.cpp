@@ -105,6 +105,36 @@ TEST_F(App, MissingScenesAreExit3) {
   EXPECT_EQ(run("render nothing.glb --out o").exitCode, 3);
 }
 
+TEST_F(App, OptionsInTheWrongFormAreShownInTheRightOne) {
+  EXPECT_THAT(run("render run.json --outdir x").err, HasSubstr("(did you mean \"--out\"?)"));
+  EXPECT_THAT(run("render run.json --set rays=4").err,
+              HasSubstr("\"rays\" is an option of a method; write --set methods.reference.rays=4"));
+  EXPECT_THAT(run("render run.json --set image.layers=Z").err,
+              HasSubstr("did you mean --set 'image.layers=[\"Z\"]'?"));
+  const Result scene = run("render run.json --set scene=none.json");
+  EXPECT_EQ(scene.exitCode, 3);
+  EXPECT_THAT(scene.err, HasSubstr("there is no file none.json (names given by --set are relative "
+                                   "to the current folder)"));
+}
+
+TEST_F(App, BlackFramesAreWarnedOf) {
+  const Result black = run("render run.json --frames 1 --environment '#000000' --out black");
+  EXPECT_EQ(black.exitCode, 0);
+  EXPECT_THAT(black.err, HasSubstr("warning: frame 1 is wholly black"));
+  const Result lit = run("render run.json --frames 1 --environment 0.5,0.5,0.5 --out lit");
+  EXPECT_THAT(lit.err, testing::Not(HasSubstr("wholly black")));
+  EXPECT_EQ(run("render run.json --environment none.exr").exitCode, 2);
+}
+
+TEST_F(App, ScenesAndPathsMayNameTheirSchema) {
+  const std::string schema = R"({"$schema": "x.json", )";
+  for (const char* file : {"scene.json", "path.json"}) {
+    const std::string text = textOf(folder / file);
+    std::ofstream(folder / file) << schema + text.substr(1);
+  }
+  EXPECT_EQ(run("render run.json --dry-run").err, "");
+}
+
 TEST_F(App, WrongFilesAreNamedInOneLine) {
   const auto lines = [](const Result& result) {
     return std::count(result.err.begin(), result.err.end(), '\n');

@@ -88,6 +88,18 @@ std::vector<std::string> optionNames(const CLI::App& command) {
   return names;
 }
 
+/// " (did you mean ...?)": the nearest name, or a name of which one is the other's beginning.
+std::string nearestOption(const std::string& name, const std::vector<std::string>& known) {
+  const std::string near = didYouMean(name, known);
+  if (!near.empty()) return near;
+  constexpr std::size_t kLeast = 5;  // "--out"; ours
+  for (const std::string& option : known)
+    if (std::min(option.size(), name.size()) >= kLeast &&
+        (name.starts_with(option) || option.starts_with(name)))
+      return " (did you mean \"" + option + "\"?)";
+  return "";
+}
+
 /// CLI11's complaint, with the nearest name of what it does not know.
 std::string parseMessage(const CLI::App& program, const CLI::ParseError& error,
                          const std::vector<std::string>& arguments) {
@@ -102,7 +114,7 @@ std::string parseMessage(const CLI::App& program, const CLI::ParseError& error,
     for (const std::string& argument : arguments) {
       const std::string name = argument.substr(0, argument.find('='));
       if (name.starts_with("--") && std::find(known.begin(), known.end(), name) == known.end())
-        message = "unknown option " + name + didYouMean(name, known);
+        message = "unknown option " + name + nearestOption(name, known);
     }
   }
   return message + "\nSee: catoptric" + command + " --help";

@@ -27,6 +27,7 @@ struct RunOptions {
   std::string input;
   std::string out;
   std::string frames;
+  std::string environment;
   std::vector<std::string> methods;
   std::vector<std::string> settings;
   std::string device;

@@ -198,7 +198,9 @@ std::string infoText(const std::string& input, const scene::Scene& scene,
   line("materials", std::to_string(scene.materials.size()));
   line("lights", std::to_string(scene.lights.size()));
   line("cameras", std::to_string(scene.cameras.size()));
-  line("environment", environmentName(scene.environment.type));
+  line("environment", scene.environment.isDefault
+                          ? std::string("the default sky, for the file has no light")
+                          : std::string(environmentName(scene.environment.type)));
   line("baked light", bakeName(scene.bake.mode));
   if (scene.animated()) line("animation", number(scene.duration()) + " s");
   line("memory", run::bytesText(scene.memoryBytes()) + " loaded, at most " +

@@ -32,6 +32,43 @@ void requireInput(const std::string& input) {
   throw UsageError(message);
 }
 
+/// How an option of a method is set, where `path` names one without saying whose it is: the methods
+/// of the config that have it, or the first of all.
+std::string methodOptionHint(const config::Value& root, const std::string& path,
+                             const std::string& value) {
+  const std::string name = path.substr(path.rfind('.') + 1);
+  const auto hasOption = [&](const std::string& id) {
+    for (const methods::MethodEntry& entry : methods::registry())
+      for (const config::Field& field : entry.options.fields)
+        if (entry.id == id && field.name == name) return true;
+    return false;
+  };
+  std::vector<std::string> forms;
+  const config::Value methods = root.get("methods");
+  if (methods.kind() == config::Value::Kind::Array)
+    for (const config::Value& method : methods.asArray()) {
+      const bool isName = method.kind() == config::Value::Kind::String;
+      const config::Value id = isName ? method : method.get("method");
+      const config::Value own = !isName && method.has("name") ? method.get("name") : id;
+      if (id.kind() == config::Value::Kind::String && own.kind() == config::Value::Kind::String &&
+          hasOption(id.asString()))
+        forms.push_back("--set methods." + own.asString() + "." + name + "=" + value);
+    }
+  return joined(forms, " or ");
+}
+
+/// Names that the config cannot have, with the right form where it is a method's option.
+void checkSettingName(const config::Value& root, const std::string& path,
+                      const std::string& value) {
+  const std::string first = path.substr(0, path.find('.'));
+  for (const config::Field& field : run::runSchema().fields)
+    if (field.name == first) return;
+  const std::string hint = methodOptionHint(root, path, value);
+  if (!hint.empty())
+    throw UsageError("--set " + path + "=" + value + ": \"" + path +
+                     "\" is an option of a method; write " + hint);
+}
+
 /// Changes one value. A method is named by its number or its name in the config, and gets options
 /// also where the config gives its name alone.
 config::Value changed(const config::Value& root, const std::string& path,
@@ -39,6 +76,7 @@ config::Value changed(const config::Value& root, const std::string& path,
   constexpr std::string_view kMethods = "methods.";
   const config::Value methods = root.get("methods");
   const std::size_t dot = path.find('.', kMethods.size());
+  checkSettingName(root, path, value);
   if (!path.starts_with(kMethods) || dot == std::string::npos ||
       methods.kind() != config::Value::Kind::Array)
     return config::withSetting(root, path, value);
@@ -82,6 +120,13 @@ void addRunOptions(CLI::App& command, RunOptions& options, CommonOptions& common
       ->check(notEmpty())
       ->type_name("LIST");
   command
+      .add_option(
+          "--environment", options.environment,
+          "What lights the scene from far away, in place of the scene's own environment: an "
+          "image (.exr, .hdr), a colour (#8090a0, or a radiance 0.5,0.5,0.5), or sky")
+      ->check(notEmpty())
+      ->type_name("FILE|COLOUR");
+  command
       .add_option("--method", options.methods,
                   "Use this method alone: one of the config's by its name, or one that `catoptric "
                   "list methods` names. Separate several by commas, or repeat the option")
@@ -93,7 +138,8 @@ void addRunOptions(CLI::App& command, RunOptions& options, CommonOptions& common
           "--set", options.settings,
           "Change one value of the config, such as image.width=256 or "
           "methods.traced.bvh=refit. A method goes by its name or its number in the config. "
-          "Repeat the option for several values; docs/config.md lists them")
+          "Repeat the option for several values; docs/config.md lists them. Names of files are "
+          "relative to the current folder")
       ->type_name("A.B=VALUE")
       ->allow_extra_args(false);
   command
@@ -147,6 +193,7 @@ run::RunConfig readRun(const RunOptions& options) {
                        const std::string& option) {
     if (!value.empty()) root = config::withSetting(root, name, json, option + " " + value);
   };
+  set("environment", options.environment, config::jsonString(options.environment), "--environment");
   set("frames", options.frames, config::jsonString(options.frames), "--frames");
   set("device", options.device, config::jsonString(options.device), "--device");
   set("threads", options.threads, options.threads, "--threads");

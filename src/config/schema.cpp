@@ -122,9 +122,20 @@ class Checker {
                      "; allowed: " + joined(field.allowed, ", "));
   }
 
+  /// Where a single item stands instead of an array: the array of it, as it is to be written.
+  static std::string arrayHint(const Value& value, const Field& field) {
+    if (value.kind() != Value::Kind::String || field.items != FieldType::String) return "";
+    const std::string item = "[" + value.dump() + "]";
+    const std::string& file = value.place().file;
+    const std::size_t equals = file.find('=');
+    if (!file.starts_with("--set ") || equals == std::string::npos)
+      return "; did you mean " + item + "?";
+    return "; did you mean --set '" + file.substr(6, equals - 5) + item + "'?";
+  }
+
   void array(const Value& value, const Field& field) {
     if (value.kind() != Value::Kind::Array) {
-      wrongKind(value, "an array");
+      wrongKind(value, "an array" + arrayHint(value, field));
       return;
     }
     const auto size = static_cast<double>(value.asArray().size());

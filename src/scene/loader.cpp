@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "core/error.h"
+#include "scene/environment.h"
 #include "scene/finish.h"
 
 namespace catoptric::scene {
@@ -27,19 +28,22 @@ LoadLimits limitsOfEnvironment() {
   return limits;
 }
 
-Scene loadScene(const std::filesystem::path& file, const LoadLimits& limits) {
+Scene loadScene(const std::filesystem::path& file, const LoadLimits& limits,
+                const std::optional<Environment>& environment) {
   std::string extension = file.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   Scene scene;
   if (extension == ".gltf" || extension == ".glb") {
     scene = loadGltf(file, limits);
+    if (scene.lights.empty()) scene.environment = defaultEnvironment();
   } else if (extension == ".json") {
     scene = loadDescription(file, limits);
   } else {
     throw SceneError(file.string() + ": \"" + extension +
                      "\" is no kind of scene: .json, .gltf and .glb are");
   }
+  if (environment) scene.environment = *environment;
   finishScene(scene);
   checkScene(scene);
   return scene;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 
 #include "scene/scene.h"
 
@@ -25,10 +26,11 @@ struct LoadLimits {
 /// Throws UsageError when that is no whole number from 1 to 1048576.
 LoadLimits limitsOfEnvironment();
 
-/// Loads and checks a scene. Throws SceneError that names file, place (JSON pointer where it has
-/// one), value and what is allowed.
-Scene loadScene(const std::filesystem::path& file,
-                const LoadLimits& limits = limitsOfEnvironment());
+/// Loads and checks a scene. A glTF file without lights gets the default environment; `environment`
+/// takes the place of any scene's own. Throws SceneError that names file, place (JSON pointer where
+/// it has one), value and what is allowed.
+Scene loadScene(const std::filesystem::path& file, const LoadLimits& limits = limitsOfEnvironment(),
+                const std::optional<Environment>& environment = {});
 
 /// glTF alone; also used by scene descriptions for their assets.
 Scene loadGltf(const std::filesystem::path& file, const LoadLimits& limits = {});

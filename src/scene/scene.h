@@ -164,6 +164,7 @@ struct Environment {
   std::filesystem::path file;  ///< latitude-longitude image, EXR or HDR
   float scale = 1.0f;
   float rotationRad = 0.0f;  ///< about +y
+  bool isDefault = false;    ///< stands in for the light that the file does not have
 };
 
 struct CameraDefinition {

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "run/folder/run_folder.h"
+#include "scene/environment.h"
 #include "scene/paths/path.h"
 
 namespace catoptric::run {
@@ -209,6 +210,12 @@ const OptionTable<RunConfig>& runTable() {
        readApart({.name = "path",
                   .type = FieldType::String,
                   .help = "Camera path (.json); without it the scene's own camera."}),
+       readApart({.name = "environment",
+                  .type = FieldType::String,
+                  .help =
+                      "What lights the scene from far away, in place of its own environment: an "
+                      "image file (latitude-longitude, .exr or .hdr), a colour (\"#8090a0\", "
+                      "or a radiance \"0.5,0.5,0.5\"), or \"sky\"."}),
        field(&RunConfig::frames, "frames",
              "Frames of the path, such as \"1-100x2,120\"; empty: all."),
        group("image", imageTable(), "Size, samples, layers."),
@@ -281,80 +288,98 @@ void MethodConfig::addSettings(config::JsonText& text) const {
   if (unsupported != "error") text.add("unsupported", unsupported);
 }
 
-RunConfig readRunConfig(const Value& root, const std::filesystem::path& file,
-                        const std::vector<methods::MethodEntry>& registry,
-                        const std::vector<std::string>& selected) {
-  Errors errors;
-  errors.add(config::check(root, runSchema()));
-  if (root.kind() != Value::Kind::Object) errors.throwIfAny();
+namespace {
 
-  // Methods have schemas of their own.
-  RunConfig run;
+/// All entries of `methods`, each with a schema of its own; a name twice is an error.
+std::vector<MethodConfig> readMethods(const Value& root,
+                                      const std::vector<methods::MethodEntry>& registry,
+                                      Errors& errors) {
+  std::vector<MethodConfig> result;
   const Value methods = config::valueOr(root, runSchema(), "methods");
+  if (methods.kind() != Value::Kind::Array) return result;
   std::set<std::string> names;
-  if (methods.kind() == Value::Kind::Array) {
-    for (const Value& entry : methods.asArray()) {
-      std::optional<MethodConfig> method = readMethod(entry, registry, errors);
-      if (!method) continue;
-      if (!names.insert(method->name).second)
-        errors.add(entry, "two methods are called \"" + method->name +
-                              "\"; give one of them another \"name\"");
-      run.methods.push_back(std::move(*method));
-    }
+  for (const Value& entry : methods.asArray()) {
+    std::optional<MethodConfig> method = readMethod(entry, registry, errors);
+    if (!method) continue;
+    if (!names.insert(method->name).second)
+      errors.add(entry, "two methods are called \"" + method->name +
+                            "\"; give one of them another \"name\"");
+    result.push_back(std::move(*method));
   }
-  errors.throwIfAny();
+  return result;
+}
 
-  // --method: the config's entries of that name, else all of that method, else its defaults.
-  if (!selected.empty()) {
-    std::vector<MethodConfig> chosen;
-    for (const std::string& name : selected) {
-      const std::size_t before = chosen.size();
-      for (const MethodConfig& method : run.methods)
-        if (method.name == name) chosen.push_back(method);
-      if (chosen.size() == before)
-        for (const MethodConfig& method : run.methods)
-          if (method.id == name) chosen.push_back(method);
-      if (chosen.size() > before) continue;
-      std::vector<std::string> allowed = methodIds(registry);
-      for (const MethodConfig& method : run.methods)
-        if (findEntry(registry, method.name) == nullptr) allowed.push_back(method.name);
-      if (findEntry(registry, name) == nullptr)
-        throw UsageError("--method: \"" + name + "\" is not a method" + didYouMean(name, allowed) +
-                         "; allowed: " + joined(allowed, ", "));
-      chosen.push_back(
-          *readMethod(config::parseText(config::jsonString(name), "--method"), registry, errors));
-    }
-    for (std::size_t i = 0; i < chosen.size(); ++i)
-      for (std::size_t j = 0; j < i; ++j)
-        if (chosen[i].name == chosen[j].name)
-          throw UsageError("--method: \"" + chosen[i].name + "\" is named twice");
-    run.methods = std::move(chosen);
+/// --method: the config's entries of that name, else all of that method, else its defaults.
+std::vector<MethodConfig> selectMethods(const std::vector<MethodConfig>& all,
+                                        const std::vector<std::string>& selected,
+                                        const std::vector<methods::MethodEntry>& registry,
+                                        Errors& errors) {
+  std::vector<MethodConfig> chosen;
+  for (const std::string& name : selected) {
+    const std::size_t before = chosen.size();
+    for (const MethodConfig& method : all)
+      if (method.name == name) chosen.push_back(method);
+    if (chosen.size() == before)
+      for (const MethodConfig& method : all)
+        if (method.id == name) chosen.push_back(method);
+    if (chosen.size() > before) continue;
+    std::vector<std::string> allowed = methodIds(registry);
+    for (const MethodConfig& method : all)
+      if (findEntry(registry, method.name) == nullptr) allowed.push_back(method.name);
+    if (findEntry(registry, name) == nullptr)
+      throw UsageError("--method: \"" + name + "\" is not a method" + didYouMean(name, allowed) +
+                       "; allowed: " + joined(allowed, ", "));
+    chosen.push_back(
+        *readMethod(config::parseText(config::jsonString(name), "--method"), registry, errors));
   }
+  for (std::size_t i = 0; i < chosen.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (chosen[i].name == chosen[j].name)
+        throw UsageError("--method: \"" + chosen[i].name + "\" is named twice");
+  return chosen;
+}
 
+/// The files that the config names.
+void readFiles(RunConfig& run, const Value& root, const std::filesystem::path& file,
+               Errors& errors) {
   run.name = file.stem().string();
   run.file = file;
   run.scene = resolved(root.get("scene"), file);
-  if (root.has("path")) run.path = resolved(root.get("path"), file);
-  runTable().read(run, root);
+  run.sceneReference = root.get("scene").place().text();
+  if (root.has("path")) {
+    run.path = resolved(root.get("path"), file);
+    run.pathReference = root.get("path").place().text();
+  }
+  if (root.has("environment"))
+    errors.collect([&] {
+      const Value environment = root.get("environment");
+      run.environment = scene::namedEnvironment(environment, resolved(environment, file));
+    });
+}
 
-  // Errors against methods that are not run are dropped when --method chose others.
-  run.errorsAgainst.clear();
+/// Keeps those of `errors.against` that are run; those of other methods of the config
+/// (`configured`) are dropped.
+void keepErrorsAgainst(RunConfig& run, const Value& root,
+                       const std::vector<MethodConfig>& configured, Errors& errors) {
   std::vector<std::string> runNames;
   for (const MethodConfig& method : run.methods) runNames.push_back(method.name);
+  run.errorsAgainst.clear();
   for (const Value& against :
        config::valueOr(root.get("errors"), errorsTable().schema(), "against").asArray()) {
     const std::string& name = against.asString();
     if (std::find(runNames.begin(), runNames.end(), name) != runNames.end()) {
       run.errorsAgainst.push_back(name);
-    } else if (names.count(name) != 0) {
+    } else if (std::any_of(configured.begin(), configured.end(),
+                           [&](const MethodConfig& method) { return method.name == name; })) {
       run.errorsDropped.push_back(name);
     } else {
       errors.add(against, config::jsonString(name) + " is not one of this run's methods" +
                               didYouMean(name, runNames) + "; allowed: " + joined(runNames, ", "));
     }
   }
-  errors.throwIfAny();
+}
 
+std::string effectiveText(const RunConfig& run, const Value& root) {
   std::vector<std::string> methodTexts;
   for (const MethodConfig& method : run.methods) {
     config::JsonText text;
@@ -362,19 +387,40 @@ RunConfig readRunConfig(const Value& root, const std::filesystem::path& file,
     method.addSettings(text);
     methodTexts.push_back(text.object());
   }
-  run.effective =
-      config::JsonText()
-          .add("scene", run.scene.generic_string())
-          .add("path", run.path.generic_string())
-          .add("frames", run.frames)
-          .raw("image", config::withDefaults(root.get("image"), imageTable().schema()))
-          .raw("methods", "[" + joined(methodTexts, ",") + "]")
-          .raw("errors", config::withDefaults(root.get("errors"), errorsTable().schema()))
-          .raw("preview", config::withDefaults(root.get("preview"), previewTable().schema()))
-          .add("seed", run.image.seed)
-          .add("device", run.device)
-          .add("threads", run.threads)
-          .object();
+  return config::JsonText()
+      .add("scene", run.scene.generic_string())
+      .add("path", run.path.generic_string())
+      .add("environment", root.has("environment") ? root.get("environment").asString() : "")
+      .add("frames", run.frames)
+      .raw("image", config::withDefaults(root.get("image"), imageTable().schema()))
+      .raw("methods", "[" + joined(methodTexts, ",") + "]")
+      .raw("errors", config::withDefaults(root.get("errors"), errorsTable().schema()))
+      .raw("preview", config::withDefaults(root.get("preview"), previewTable().schema()))
+      .add("seed", run.image.seed)
+      .add("device", run.device)
+      .add("threads", run.threads)
+      .object();
+}
+
+}  // namespace
+
+RunConfig readRunConfig(const Value& root, const std::filesystem::path& file,
+                        const std::vector<methods::MethodEntry>& registry,
+                        const std::vector<std::string>& selected) {
+  Errors errors;
+  errors.add(config::check(root, runSchema()));
+  if (root.kind() != Value::Kind::Object) errors.throwIfAny();
+  const std::vector<MethodConfig> configured = readMethods(root, registry, errors);
+  errors.throwIfAny();
+
+  RunConfig run;
+  runTable().read(run, root);
+  readFiles(run, root, file, errors);
+  run.methods =
+      selected.empty() ? configured : selectMethods(configured, selected, registry, errors);
+  keepErrorsAgainst(run, root, configured, errors);
+  errors.throwIfAny();
+  run.effective = effectiveText(run, root);
   return run;
 }
 

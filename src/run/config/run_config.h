@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "config/json_text.h"
 #include "image/image.h"
 #include "methods/contract/method.h"
+#include "scene/scene.h"
 
 namespace catoptric::run {
 
@@ -45,8 +47,11 @@ struct RunConfig {
   std::string name;             ///< the config's file name without folder and extension
   std::filesystem::path file;   ///< the config, or the bare scene
   std::filesystem::path scene;  ///< .gltf, .glb, or a description
+  std::string sceneReference;   ///< where the scene is named: config, line, pointer
   std::filesystem::path path;   ///< camera path; empty: the scene's own camera
-  std::string frames;           ///< empty: all frames of the path
+  std::string pathReference;    ///< where the path is named
+  std::optional<scene::Environment> environment;  ///< in place of the scene's own
+  std::string frames;                             ///< empty: all frames of the path
   methods::RunSettings image;
   image::Compression compression = image::Compression::Zip;
   bool halfBeauty = true;

@@ -71,7 +71,8 @@ TEST(RunConfig, AllErrorsAtOnceWithPlaces) {
       messageOf("{\"scene\": \"a\",\n\"frame\": \"1\",\n\"image\": {\"samples\": 9},\n\"methods\": "
                 "[\"tracd\",\n{\"method\": \"traced\", \"bvh\": \"refitt\"}, {\"bvh\": 1}]}"),
       "configs/f.json:2: /frame: unknown name \"frame\" (did you mean \"frames\"?); allowed: "
-      "$schema, comment, scene, path, frames, image, methods, errors, preview, seed, device, "
+      "$schema, comment, scene, path, environment, frames, image, methods, errors, preview, seed, "
+      "device, "
       "threads\n"
       "configs/f.json:3: /image/samples: 9 is out of range; allowed: 1 to 8\n"
       "configs/f.json:4: /methods/0: \"tracd\" is not a method (did you mean \"traced\"?); "
@@ -121,6 +122,37 @@ TEST(RunConfig, MethodsCannotTakeTheNamesOfARunsFiles) {
                           name + "\"}]}"),
                 testing::HasSubstr("is the name of a run's own file"))
         << name;
+}
+
+TEST(RunConfig, ListsThatAreGivenAsOneItemAreShownAsTheyAreWritten) {
+  EXPECT_EQ(messageOf("{\"scene\": \"a\", \"image\": {\"layers\": \"Z\"}}"),
+            "configs/f.json:1: /image/layers: \"Z\" is not an array; did you mean [\"Z\"]?");
+  const config::Value set =
+      config::withSetting(config::parseText("{\"scene\": \"a\"}", "f"), "errors.against", "traced");
+  try {
+    readRunConfig(set, "f", registry());
+    FAIL();
+  } catch (const UsageError& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "--set errors.against=traced: /errors/against: \"traced\" is not an array; did you "
+        "mean --set 'errors.against=[\"traced\"]'?");
+  }
+}
+
+TEST(RunConfig, FilesKnowWhereTheyAreNamed) {
+  const RunConfig run = read("{\n\"scene\": \"a.json\",\n\"path\": \"p.json\"}");
+  EXPECT_EQ(run.sceneReference, "configs/f.json:2: /scene");
+  EXPECT_EQ(run.pathReference, "configs/f.json:3: /path");
+}
+
+TEST(RunConfig, EnvironmentsAreNamed) {
+  EXPECT_FALSE(read("{\"scene\": \"a\"}").environment);
+  EXPECT_EQ(read("{\"scene\": \"a\", \"environment\": \"#ffffff\"}").environment.value().color,
+            Vec3(1.0f));
+  EXPECT_THAT(messageOf("{\"scene\": \"a\", \"environment\": \"none.exr\"}"),
+              testing::HasSubstr("configs/f.json:1: /environment: there is no file "
+                                 "configs/none.exr"));
 }
 
 TEST(RunConfig, FilesAreKnownByTheirNames) {

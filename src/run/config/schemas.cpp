@@ -14,20 +14,34 @@ namespace {
 /// docs/config.md begins with this.
 constexpr const char* kRunPreface = R"(# Run configs
 
-A run config is a JSON file that says which frames of which scene are rendered, how, and by which
-methods: `catoptric render configs/demo.json`. A bare scene (`catoptric render room.glb`) is rendered
-with the defaults below. Any value can be replaced on the command line: `--set image.width=256`,
-`--set methods.0.bvh=refit`. Paths are relative to the config. Unknown names, values out of range
-and duplicate names are errors that name file, line and place; all errors of a file (the first 20) are shown at once.
-A file with one method puts its frames into `--out` itself, a file with several a folder for each.
+A run config is a JSON file. It says which frames of which scene are rendered, how, and by which
+methods. `catoptric render configs/demo.json` renders one. A scene can be rendered without a config,
+too (`catoptric render room.glb`): everything then has the defaults of the tables below.
 
-This page and configs/schema/ are made from the program's own tables, and a test holds them to it:
+Any value can be replaced on the command line: `--set image.width=256`, or, for an option of a method,
+`--set methods.traced.bvh=refit` with the method's name (or its number) in the config. A list is
+written as in JSON: `--set 'image.layers=["Z"]'`. File names in a config are relative to the config;
+those of `--set` and `--environment` are relative to the current folder.
+
+A name that does not exist, a value out of range and a name that stands twice are errors. The message
+gives the file, the line and the place in it, and all errors of a file (up to 20) are shown at once.
+
+A config with one method writes its frames into the folder `--out`. A config with several methods
+writes a folder for each of them there.
+
+## Where this page comes from
+
+The tables on this page and the files in configs/schema/ are written by the program itself, and a test
+compares them:
 
     catoptric list --schema run --markdown > docs/config.md
     for s in run scene path; do catoptric list --schema $s > configs/schema/$s.schema.json; done
 
-Editors that know JSON Schema check and complete a config that begins with
-`"$schema": "schema/run.schema.json"`. Scenes and paths are described in scenes.md.
+An editor that knows JSON Schema checks and completes a config that begins with
+`"$schema": "schema/run.schema.json"`. Scenes and camera paths take such a line, too; scenes.md
+describes them.
+
+## Tables
 
 )";
 

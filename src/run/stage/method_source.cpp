@@ -8,6 +8,7 @@
 
 #include "core/clock.h"
 #include "core/error.h"
+#include "core/log.h"
 #include "gl/api.h"
 #include "image/exr_camera.h"
 #include "raster/regions/screen.h"
@@ -39,6 +40,20 @@ void addShown(const frame::Geometry& geometry, int object, const scene::Camera& 
                                       geometry.positions[geometry.indices[i + 2]]};
     region.add(screen.shows(corners));
   }
+}
+
+/// Whether all of R, G and B are 0.
+bool isBlack(const image::Image& image) {
+  std::vector<std::size_t> colors;
+  for (const char* name : {"R", "G", "B"}) {
+    const auto found = std::find(image.channels.begin(), image.channels.end(), name);
+    if (found != image.channels.end())
+      colors.push_back(static_cast<std::size_t>(found - image.channels.begin()));
+  }
+  for (std::size_t pixel = 0; pixel < image.pixelCount(); ++pixel)
+    for (const std::size_t color : colors)
+      if (image.data[pixel * image.channels.size() + color] != 0.0f) return false;
+  return !colors.empty();
 }
 
 }  // namespace
@@ -149,6 +164,7 @@ RenderedFrame MethodSource::render(const FrameRequest& request) {
     throw Error(ExitCode::Internal, "the method has made no image");
   }
   if (needs_.gl) stage_.context()->check("frame");
+  warnOfBlack(rendered.image, frame.number);
   lastCamera_ = frame.camera;
   rendered.samples = timer_.take();
   return rendered;
@@ -160,6 +176,15 @@ methods::PreviousFrame MethodSource::previousOf(int number) const {
   for (const scene::Object& object : stage_.scene().objects)
     previous.worldFromObject.push_back(scene::worldFromObject(stage_.scene(), object, pose));
   return previous;
+}
+
+void MethodSource::warnOfBlack(const image::Image& image, int frame) {
+  if (saidBlack_ || !isBlack(image)) return;
+  saidBlack_ = true;
+  log::warning("frame " + std::to_string(frame) +
+               " is wholly black: nothing that the camera sees gives light or is lit; does it look "
+               "at the scene, and has the scene a light or an environment (--environment "
+               "FILE|COLOUR)? Further black frames are not mentioned");
 }
 
 void MethodSource::moveTo(methods::FrameInput& input) {

@@ -32,12 +32,16 @@ class MethodSource : public FrameSource {
   image::Image readFrame(const scene::Camera& camera, const std::optional<raster::Region>& changed,
                          std::vector<methods::SampleLayer> sampleLayers);
 
+  /// Warns of the first wholly black frame.
+  void warnOfBlack(const image::Image& image, int frame);
+
   Stage& stage_;
   methods::Method& method_;
   methods::MethodPlan needs_;
   frame::StepTimer timer_;
   std::unique_ptr<trace::TraceScene> trace_;
   std::optional<raster::GBuffer> gbuffer_;
+  bool saidBlack_ = false;
   gl::Texture composite_;
   std::vector<float> read_;                  ///< the composite as it was read; empty: not kept
   bool composed_ = false;                    ///< the composite is that of the last frame

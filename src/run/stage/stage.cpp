@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "config/json.h"
+#include "config/json_text.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/log.h"
@@ -43,6 +44,30 @@ void checkKinds(const RunConfig& run) {
   if (!run.path.empty()) check(run.path, FileKind::Path, "path");
 }
 
+/// A file that the config names must be there; `reference` says where it is named.
+void requireFile(const std::filesystem::path& file, const std::string& reference, ExitCode code) {
+  std::error_code ignored;
+  if (file.empty() || std::filesystem::is_regular_file(file, ignored)) return;
+  const bool onCommandLine = reference.starts_with("--");
+  throw Error(
+      code,
+      reference + ": there is no file " + file.string() +
+          (onCommandLine ? " (names given by --set are relative to the current folder)" : ""));
+}
+
+/// Says what was chosen because neither the config nor the scene does.
+void sayDefaults(const RunConfig& run, const scene::Scene& scene, std::size_t frames) {
+  if (scene.environment.isDefault)
+    log::info(run.scene.string() +
+              ": has no light, so the default sky lights it; --environment FILE|COLOUR chooses "
+              "another");
+  if (run.path.empty() && run.frames.empty() && frames > 1)
+    log::info("all " + std::to_string(frames) + " frames of the scene's animation are rendered (" +
+              config::numberText(scene.duration()) +
+              " s, 30 frames per second); --frames 1 renders the first, --frames 1-" +
+              std::to_string(frames) + "x10 each tenth");
+}
+
 constexpr int kMaxFrame = 10'000'000;  ///< of any path
 
 }  // namespace
@@ -51,10 +76,12 @@ Stage::Stage(const RunConfig& run) : run_(run) {
   // Wrong names, frames and files are noticed before anything large is loaded
   gl::parseDevice(run_.device);
   if (!run_.frames.empty()) scene::parseFrames(run_.frames, kMaxFrame);
+  requireFile(run_.scene, run_.sceneReference, ExitCode::Scene);
+  requireFile(run_.path, run_.pathReference, ExitCode::Usage);
   checkKinds(run_);
   scene_ = timer_.measure("scene", [&] {
     try {
-      return scene::loadScene(run_.scene);
+      return scene::loadScene(run_.scene, scene::limitsOfEnvironment(), run_.environment);
     } catch (const UsageError& error) {  // of its description
       throw SceneError(error.what());
     }
@@ -68,6 +95,7 @@ Stage::Stage(const RunConfig& run) : run_(run) {
   } else {
     frames_ = scene::parseFrames(run_.frames, path_->count());
   }
+  sayDefaults(run_, scene_, frames_.size());
   const std::vector<bool> moving = scene::movingObjects(scene_);
   moving_ = scene_.animated() && (std::find(moving.begin(), moving.end(), true) != moving.end() ||
                                   !scene_.lights.empty());

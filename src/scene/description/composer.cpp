@@ -103,9 +103,10 @@ void Composer::addMissingAssets(config::Errors& errors) const {
   const std::filesystem::path root =
       std::filesystem::absolute(file_).lexically_normal().parent_path().parent_path();
   errors.add(first, "there is no file " + (file_.parent_path() / first.asString()).string() +
-                        (others > 0 ? ", and " + std::to_string(others) +
+                        (others > 1 ? ", and " + std::to_string(others) +
                                           " more files of assets/ are missing"
-                                    : "") +
+                         : others > 0 ? ", and one more file of assets/ is missing"
+                                      : "") +
                         "; run " + (root / "scripts/prepare_assets").string() +
                         ", which makes the assets (where " + root.string() +
                         " cannot be written, in a copy of that folder)");

@@ -195,6 +195,14 @@ TEST(Description, ErrorsNamePlaceAndWhatIsAllowed) {
   EXPECT_THAT(errorOf("{"), HasSubstr("catoptric_description.json:1"));
 }
 
+TEST(Description, MissingAssetsAreOneErrorWithOneRemedy) {
+  const std::string text = errorOf(R"({"objects": [{"asset": "assets/none_a.glb"},
+    {"asset": "assets/none_b.glb"}, {"asset": "assets/none_a.glb"}]})");
+  EXPECT_THAT(text, HasSubstr(":1: /objects/0/asset: there is no file "));
+  EXPECT_THAT(text, HasSubstr(", and one more file of assets/ is missing; run "));
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 0) << text;
+}
+
 TEST(Description, ImplicitSurfacesKeepTheirSurface) {
   const Scene scene = load(R"({"objects": [
     {"shape": "implicit", "surface": "vase", "segments": [24, 24]},

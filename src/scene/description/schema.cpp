@@ -409,6 +409,7 @@ const Schema& sceneSchema() {
       "scene",
       "A scene description.",
       {
+          text("$schema", "For editors; not read."),
           text("name", "for reports"),
           any("comment", "any text"),
           {.name = "objects",

@@ -178,6 +178,7 @@ const Schema& pathSchema() {
       "path",
       "A camera path: one of keyframes, orbit, walk, gltf_camera, segments.",
       {
+          {.name = "$schema", .type = FieldType::String, .help = "For editors; not read."},
           {.name = "name", .type = FieldType::String, .help = "for messages"},
           {.name = "comment", .type = FieldType::Any, .help = "any text"},
           {.name = "frames",

@@ -1,0 +1,46 @@
+#include "scene/environment.h"
+
+#include "core/error.h"
+#include "scene/procedural/procedural.h"
+
+namespace catoptric::scene {
+
+Environment defaultEnvironment() {
+  Environment sky;
+  sky.type = EnvironmentType::Gradient;
+  sky.color = Vec3(0.75f, 0.87f, 1.0f);
+  sky.horizon = Vec3(1.0f, 1.0f, 1.0f);
+  sky.ground = Vec3(0.3f, 0.28f, 0.26f);
+  sky.isDefault = true;
+  return sky;
+}
+
+Environment namedEnvironment(const config::Value& text, const std::filesystem::path& file) {
+  const std::string& name = text.asString();
+  Environment environment;
+  if (name == "sky") {
+    environment = defaultEnvironment();
+    environment.isDefault = false;
+  } else if (name.starts_with("#")) {
+    environment.color = colorOf(text);
+  } else if (!name.empty() && name.find_first_not_of("0123456789.,+-eE ") == std::string::npos) {
+    config::Value color;
+    try {
+      color = config::parseText("[" + name + "]", "colour");
+      environment.color = colorOf(color);
+    } catch (const UsageError&) {
+      text.fail("\"" + name + "\" is not a colour of three numbers from 0, such as 0.5,0.5,0.5");
+    }
+  } else {
+    environment.type = EnvironmentType::File;
+    environment.file = file;
+    if (!std::filesystem::is_regular_file(file)) {
+      text.fail("there is no file " + file.string() +
+                "; an environment is an image, a colour (\"#8090a0\" or \"0.5,0.5,0.5\"), or "
+                "\"sky\"");
+    }
+  }
+  return environment;
+}
+
+}  // namespace catoptric::scene
