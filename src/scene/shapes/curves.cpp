@@ -244,14 +244,18 @@ Mesh makeRevolution(const RevolutionShape& shape, UvMode uv) {
   return builder.take();
 }
 
-Mesh makeTube(const TubeShape& shape, UvMode uv) {
+namespace {
+
+/// A cross-section of a tube.
+struct Ring {
+  Vec3 centre;
+  Vec3 tangent;
+  float radius;
+  float slope;  ///< d radius / d arc length
+};
+
+std::vector<Ring> ringsOf(const TubeShape& shape) {
   const std::vector<Cubic<Vec3>> spans = spansThrough(shape.points, shape.smooth, shape.closed);
-  struct Ring {
-    Vec3 centre;
-    Vec3 tangent;
-    float radius;
-    float slope;  ///< d radius / d arc length
-  };
   const auto radiusAt = [&](std::size_t i) {
     return shape.radii.size() == 1 ? shape.radii[0] : shape.radii[i % shape.radii.size()];
   };
@@ -272,6 +276,38 @@ Mesh makeTube(const TubeShape& shape, UvMode uv) {
   }
   if (!shape.smooth && shape.closed) rings.front().tangent = rings.back().tangent;
   if (shape.closed) rings.back().centre = rings.front().centre;
+  return rings;
+}
+
+/// Half spheres at the ends; `sides` are the rings' x axes.
+void addTubeCaps(ShapeBuilder& builder, const TubeShape& shape, const std::vector<Ring>& rings,
+                 const std::vector<Vec3>& sides, const Vec2& extent) {
+  constexpr int kCapRings = 5;
+  for (int end = 0; end < 2; ++end) {
+    const std::size_t k = end == 0 ? 0 : rings.size() - 1;
+    const Ring& ring = rings[k];
+    const Vec3 out = end == 0 ? -ring.tangent : ring.tangent;
+    builder.grid(kCapRings, shape.around, end != 0, [&](int i, int j) {
+      const float polar = 0.5f * kPi * fraction(i, kCapRings);
+      const Vec2 c = onCircle(j, shape.around);
+      const Vec3 radial = c.x * sides[k] + c.y * glm::cross(ring.tangent, sides[k]);
+      const Vec3 normal = i == kCapRings ? out
+                          : i == 0
+                              ? radial
+                              : glm::normalize(std::cos(polar) * radial + std::sin(polar) * out);
+      const Vec3 position = i == kCapRings ? ring.centre + ring.radius * out
+                            : i == 0       ? ring.centre + ring.radius * radial
+                                           : ring.centre + ring.radius * normal;
+      return ShapeVertex{position, normal,
+                         Vec2(end == 0 ? 0.0f : 1.0f, fraction(j, shape.around)) * extent};
+    });
+  }
+}
+
+}  // namespace
+
+Mesh makeTube(const TubeShape& shape, UvMode uv) {
+  const std::vector<Ring> rings = ringsOf(shape);
 
   // Frames by parallel transport; a closed ring's left-over twist is spread over its length.
   std::vector<Vec3> sides(rings.size());
@@ -308,29 +344,7 @@ Mesh makeTube(const TubeShape& shape, UvMode uv) {
     return ShapeVertex{ring.centre + ring.radius * radial, normal,
                        Vec2(arc[at] / total, fraction(j, shape.around)) * extent};
   });
-  if (shape.closed || !shape.caps) return builder.take();
-
-  // Half spheres at the ends.
-  constexpr int kCapRings = 5;
-  for (int end = 0; end < 2; ++end) {
-    const std::size_t k = end == 0 ? 0 : rings.size() - 1;
-    const Ring& ring = rings[k];
-    const Vec3 out = end == 0 ? -ring.tangent : ring.tangent;
-    builder.grid(kCapRings, shape.around, end != 0, [&](int i, int j) {
-      const float polar = 0.5f * kPi * fraction(i, kCapRings);
-      const Vec2 c = onCircle(j, shape.around);
-      const Vec3 radial = c.x * sides[k] + c.y * glm::cross(ring.tangent, sides[k]);
-      const Vec3 normal = i == kCapRings ? out
-                          : i == 0
-                              ? radial
-                              : glm::normalize(std::cos(polar) * radial + std::sin(polar) * out);
-      const Vec3 position = i == kCapRings ? ring.centre + ring.radius * out
-                            : i == 0       ? ring.centre + ring.radius * radial
-                                           : ring.centre + ring.radius * normal;
-      return ShapeVertex{position, normal,
-                         Vec2(end == 0 ? 0.0f : 1.0f, fraction(j, shape.around)) * extent};
-    });
-  }
+  if (!shape.closed && shape.caps) addTubeCaps(builder, shape, rings, sides, extent);
   return builder.take();
 }
 

@@ -186,37 +186,41 @@ std::string boxText(const Domain& d) {
                    "the surface is thinner than a cell");
 }
 
-}  // namespace
-
-Mesh makeImplicit(const Surface& surface, int resolution, UvMode uv) {
-  const Domain bounds = implicit::boundsOf(surface);
-  if (bounds.empty()) {
-    failEmpty(surface, sidesOf(surface, Grid(surface.domain, resolution)), resolution);
+/// Cuts a grid's cells along the surface. One vertex per crossed grid edge: a manifold by
+/// construction, whose rims lie on the domain's faces.
+class GridCut {
+ public:
+  GridCut(const Grid& grid, const Sides& sides) : grid_(grid), sides_(sides) {
+    // Six tetrahedra around each cell's diagonal [Kuhn]; neighbouring cells agree on their faces.
+    constexpr std::array<std::array<int, 4>, 6> kTetrahedra{
+        {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7}, {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}}};
+    for (int z = 0; z < grid_.cells.z; ++z) {
+      for (int y = 0; y < grid_.cells.y; ++y) {
+        for (int x = 0; x < grid_.cells.x; ++x) {
+          for (const std::array<int, 4>& tetrahedron : kTetrahedra) cut({x, y, z}, tetrahedron);
+        }
+      }
+    }
   }
-  const Grid grid(bounds, resolution);
-  const Sides sides = sidesOf(surface, grid);
 
-  // One vertex per crossed grid edge: a manifold by construction, whose rims lie on the domain's
-  // faces.
   struct Edge {
     glm::ivec3 inside, outside;
   };
-  std::unordered_map<std::uint64_t, std::uint32_t> numbers;
-  std::vector<Edge> edges;
-  const auto crossing = [&](const glm::ivec3& inside, const glm::ivec3& outside) {
-    const std::uint64_t ia = grid.number(inside);
-    const std::uint64_t ib = grid.number(outside);
+  std::vector<Edge> edges;                              ///< of the vertices
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< vertices, seen from outside
+
+ private:
+  /// The vertex between two corners.
+  std::uint32_t crossing(const glm::ivec3& inside, const glm::ivec3& outside) {
+    const std::uint64_t ia = grid_.number(inside);
+    const std::uint64_t ib = grid_.number(outside);
     const std::uint64_t key = (std::min(ia, ib) << 32) | std::max(ia, ib);
-    const auto [entry, isNew] = numbers.try_emplace(key, static_cast<std::uint32_t>(edges.size()));
+    const auto [entry, isNew] = numbers_.try_emplace(key, static_cast<std::uint32_t>(edges.size()));
     if (isNew) edges.push_back({inside, outside});
     return entry->second;
-  };
+  }
 
-  // Six tetrahedra around each cell's diagonal [Kuhn]; neighbouring cells agree on their faces.
-  constexpr std::array<std::array<int, 4>, 6> kTetrahedra{
-      {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7}, {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}}};
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-  const auto cut = [&](const glm::ivec3& base, const std::array<int, 4>& tetrahedron) {
+  void cut(const glm::ivec3& base, const std::array<int, 4>& tetrahedron) {
     std::array<glm::ivec3, 4> in{};
     std::array<glm::ivec3, 4> out{};
     std::size_t ins = 0;
@@ -224,7 +228,7 @@ Mesh makeImplicit(const Surface& surface, int resolution, UvMode uv) {
     for (const int c : tetrahedron) {
       const auto [dx, dy, dz] = parts(c);
       const glm::ivec3 p = base + glm::ivec3(dx, dy, dz);
-      const Side side = sides.of[grid.number(p)];
+      const Side side = sides_.of[grid_.number(p)];
       if (side == Side::Undefined) return;
       (side == Side::Inside ? in[ins++] : out[outs++]) = p;
     }
@@ -254,14 +258,36 @@ Mesh makeImplicit(const Surface& surface, int resolution, UvMode uv) {
     for (std::size_t k = 0; k < corners; ++k) v[k] = crossing(in[pairs[k][0]], out[pairs[k][1]]);
     triangles.push_back({v[0], v[1], v[2]});
     if (corners == 4) triangles.push_back({v[0], v[2], v[3]});
-  };
-  for (int z = 0; z < grid.cells.z; ++z) {
-    for (int y = 0; y < grid.cells.y; ++y) {
-      for (int x = 0; x < grid.cells.x; ++x) {
-        for (const std::array<int, 4>& tetrahedron : kTetrahedra) cut({x, y, z}, tetrahedron);
-      }
-    }
   }
+
+  const Grid& grid_;
+  const Sides& sides_;
+  std::unordered_map<std::uint64_t, std::uint32_t> numbers_;
+};
+
+/// uv: projections along the largest axis of the normal.
+void projectUv(Mesh& mesh, const std::vector<Point>& exact, const Domain& bounds, UvMode uv) {
+  const Point extent = uv == UvMode::Metres ? Point(1.0) : bounds.max - bounds.min;
+  for (std::size_t v = 0; v < exact.size(); ++v) {
+    const Vec3 a = glm::abs(mesh.normals[v]);
+    const Vec3 p((exact[v] - bounds.min) / extent);
+    mesh.uv[0][v] = a.y >= a.x && a.y >= a.z ? Vec2(p.x, p.z)
+                    : a.x >= a.z             ? Vec2(p.z, 1.0f - p.y)
+                                             : Vec2(p.x, 1.0f - p.y);
+  }
+}
+
+}  // namespace
+
+Mesh makeImplicit(const Surface& surface, int resolution, UvMode uv) {
+  const Domain bounds = implicit::boundsOf(surface);
+  if (bounds.empty()) {
+    failEmpty(surface, sidesOf(surface, Grid(surface.domain, resolution)), resolution);
+  }
+  const Grid grid(bounds, resolution);
+  const Sides sides = sidesOf(surface, grid);
+  const GridCut cut(grid, sides);
+  const std::vector<GridCut::Edge>& edges = cut.edges;
 
   // Vertices where g is zero along their edges.
   std::vector<Point> exact(edges.size());
@@ -277,22 +303,14 @@ Mesh makeImplicit(const Surface& surface, int resolution, UvMode uv) {
   });
   ShapeBuilder builder;
   for (const Point& p : exact) builder.vertex(Vec3(p), Vec3(0.0f), Vec2(0.0f));
-  for (const auto& [a, b, c] : triangles) {
+  for (const auto& [a, b, c] : cut.triangles) {
     if (found[a] && found[b] && found[c]) builder.triangle(a, b, c);
   }
   Mesh mesh = builder.take();
   if (mesh.indices.empty()) failEmpty(surface, sides, resolution);
   setNormals(mesh, exact, surface);
 
-  // uv: projections along the largest axis of the normal.
-  const Point extent = uv == UvMode::Metres ? Point(1.0) : bounds.max - bounds.min;
-  for (std::size_t v = 0; v < exact.size(); ++v) {
-    const Vec3 a = glm::abs(mesh.normals[v]);
-    const Vec3 p((exact[v] - bounds.min) / extent);
-    mesh.uv[0][v] = a.y >= a.x && a.y >= a.z ? Vec2(p.x, p.z)
-                    : a.x >= a.z             ? Vec2(p.z, 1.0f - p.y)
-                                             : Vec2(p.x, 1.0f - p.y);
-  }
+  projectUv(mesh, exact, bounds, uv);
   mesh.surface = std::make_shared<const Surface>(surface);
   return mesh;
 }

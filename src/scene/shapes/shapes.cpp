@@ -123,10 +123,21 @@ Mesh makeRoundedBox(Vec3 size, float radius, int rounding, UvMode uv) {
   return builder.take();
 }
 
-Mesh makePanel(const PanelShape& shape, UvMode uv) {
-  const float halfWidth = 0.5f * shape.size.x;
-  // Grid lines at the borders, at the openings, and so that no cell is wider than `cell`.
-  const auto lines = [&](float low, float high, int axis) {
+namespace {
+
+/// Cells of a panel between grid lines; those in its openings are not solid.
+struct PanelGrid {
+  PanelGrid(const PanelShape& panel, UvMode uv)
+      : shape(panel),
+        halfWidth(0.5f * panel.size.x),
+        xs(lines(-halfWidth, halfWidth, 0)),
+        ys(lines(0.0f, panel.size.y, 1)),
+        columns(static_cast<int>(xs.size()) - 1),
+        rows(static_cast<int>(ys.size()) - 1),
+        uvScale(uv == UvMode::Metres ? Vec2(1.0f) : 1.0f / panel.size) {}
+
+  /// Grid lines at the borders, at the openings, and so that no cell is wider than `cell`.
+  std::vector<float> lines(float low, float high, int axis) const {
     std::vector<float> at{low, high};
     for (const Vec4& o : shape.openings) {
       at.push_back(std::clamp(o[axis], low, high));
@@ -145,40 +156,44 @@ Mesh makePanel(const PanelShape& shape, UvMode uv) {
       all.push_back(at[i]);
     }
     return all;
-  };
-  const std::vector<float> xs = lines(-halfWidth, halfWidth, 0);
-  const std::vector<float> ys = lines(0.0f, shape.size.y, 1);
-  const int columns = static_cast<int>(xs.size()) - 1;
-  const int rows = static_cast<int>(ys.size()) - 1;
-  const auto solid = [&](int i, int j) {
+  }
+
+  bool solid(int i, int j) const {
     if (i < 0 || j < 0 || i >= columns || j >= rows) return false;
     const float x = 0.5f * (xs[static_cast<std::size_t>(i)] + xs[static_cast<std::size_t>(i + 1)]);
     const float y = 0.5f * (ys[static_cast<std::size_t>(j)] + ys[static_cast<std::size_t>(j + 1)]);
     return std::none_of(shape.openings.begin(), shape.openings.end(), [&](const Vec4& o) {
       return x > o.x && x < o.x + o.z && y > o.y && y < o.y + o.w;
     });
-  };
-  const Vec2 uvScale = uv == UvMode::Metres ? Vec2(1.0f) : 1.0f / shape.size;
-  ShapeBuilder builder;
+  }
 
-  // Front, and back when the wall has a thickness; vertices shared within a side.
-  for (int side = 0; side < (shape.thickness > 0.0f ? 2 : 1); ++side) {
-    const float z = side == 0 ? 0.0f : -shape.thickness;
+  const PanelShape& shape;
+  float halfWidth;
+  std::vector<float> xs, ys;
+  int columns, rows;
+  Vec2 uvScale;
+};
+
+/// Front, and back when the wall has a thickness; vertices shared within a side.
+void addPanelSides(ShapeBuilder& builder, const PanelGrid& grid) {
+  for (int side = 0; side < (grid.shape.thickness > 0.0f ? 2 : 1); ++side) {
+    const float z = side == 0 ? 0.0f : -grid.shape.thickness;
     const float sign = side == 0 ? 1.0f : -1.0f;
     std::map<std::pair<int, int>, std::uint32_t> shared;
     const auto corner = [&](int i, int j) {
       const auto [entry, isNew] = shared.try_emplace({i, j}, 0u);
       if (isNew) {
-        const float x = xs[static_cast<std::size_t>(i)];
-        const float y = ys[static_cast<std::size_t>(j)];
-        entry->second = builder.vertex({x, y, z}, {0, 0, sign},
-                                       Vec2(halfWidth + sign * x, shape.size.y - y) * uvScale);
+        const float x = grid.xs[static_cast<std::size_t>(i)];
+        const float y = grid.ys[static_cast<std::size_t>(j)];
+        entry->second =
+            builder.vertex({x, y, z}, {0, 0, sign},
+                           Vec2(grid.halfWidth + sign * x, grid.shape.size.y - y) * grid.uvScale);
       }
       return entry->second;
     };
-    for (int j = 0; j < rows; ++j) {
-      for (int i = 0; i < columns; ++i) {
-        if (!solid(i, j)) continue;
+    for (int j = 0; j < grid.rows; ++j) {
+      for (int i = 0; i < grid.columns; ++i) {
+        if (!grid.solid(i, j)) continue;
         if (side == 0) {
           builder.quad(corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1));
         } else {
@@ -187,40 +202,51 @@ Mesh makePanel(const PanelShape& shape, UvMode uv) {
       }
     }
   }
-  if (shape.thickness <= 0.0f) return builder.take();
+}
 
-  // Outer edges and reveals: wherever a solid cell borders on none.
+/// Outer edges and reveals: wherever a solid cell borders on none.
+void addPanelEdges(ShapeBuilder& builder, const PanelGrid& grid) {
   const auto edge = [&](Vec3 a, Vec3 b, const Vec3& normal) {
-    // a to b along the front edge, with `normal` out of the solid; going back by the thickness.
-    const Vec3 back(0.0f, 0.0f, -shape.thickness);
+    // a to b along the front edge, with `normal` out of the grid.solid; going back by the
+    // thickness.
+    const Vec3 back(0.0f, 0.0f, -grid.shape.thickness);
     const float along = glm::length(b - a);
     const auto at = [&](const Vec3& p, float s, float t) {
-      return builder.vertex(p, normal, Vec2(s, t) * uvScale);
+      return builder.vertex(p, normal, Vec2(s, t) * grid.uvScale);
     };
     const float start = std::abs(normal.x) > 0.5f ? a.y : a.x;
     const std::uint32_t p = at(a, start, 0.0f);
     const std::uint32_t q = at(b, start + along, 0.0f);
-    const std::uint32_t r = at(b + back, start + along, shape.thickness);
-    const std::uint32_t s = at(a + back, start, shape.thickness);
+    const std::uint32_t r = at(b + back, start + along, grid.shape.thickness);
+    const std::uint32_t s = at(a + back, start, grid.shape.thickness);
     if (glm::dot(glm::cross(b - a, back), normal) > 0.0f) {
       builder.quad(p, q, r, s);
     } else {
       builder.quad(q, p, s, r);
     }
   };
-  for (int j = 0; j < rows; ++j) {
-    for (int i = 0; i < columns; ++i) {
-      if (!solid(i, j)) continue;
-      const float x0 = xs[static_cast<std::size_t>(i)];
-      const float x1 = xs[static_cast<std::size_t>(i + 1)];
-      const float y0 = ys[static_cast<std::size_t>(j)];
-      const float y1 = ys[static_cast<std::size_t>(j + 1)];
-      if (!solid(i - 1, j)) edge({x0, y0, 0}, {x0, y1, 0}, {-1, 0, 0});
-      if (!solid(i + 1, j)) edge({x1, y0, 0}, {x1, y1, 0}, {1, 0, 0});
-      if (!solid(i, j - 1)) edge({x0, y0, 0}, {x1, y0, 0}, {0, -1, 0});
-      if (!solid(i, j + 1)) edge({x0, y1, 0}, {x1, y1, 0}, {0, 1, 0});
+  for (int j = 0; j < grid.rows; ++j) {
+    for (int i = 0; i < grid.columns; ++i) {
+      if (!grid.solid(i, j)) continue;
+      const float x0 = grid.xs[static_cast<std::size_t>(i)];
+      const float x1 = grid.xs[static_cast<std::size_t>(i + 1)];
+      const float y0 = grid.ys[static_cast<std::size_t>(j)];
+      const float y1 = grid.ys[static_cast<std::size_t>(j + 1)];
+      if (!grid.solid(i - 1, j)) edge({x0, y0, 0}, {x0, y1, 0}, {-1, 0, 0});
+      if (!grid.solid(i + 1, j)) edge({x1, y0, 0}, {x1, y1, 0}, {1, 0, 0});
+      if (!grid.solid(i, j - 1)) edge({x0, y0, 0}, {x1, y0, 0}, {0, -1, 0});
+      if (!grid.solid(i, j + 1)) edge({x0, y1, 0}, {x1, y1, 0}, {0, 1, 0});
     }
   }
+}
+
+}  // namespace
+
+Mesh makePanel(const PanelShape& shape, UvMode uv) {
+  const PanelGrid grid(shape, uv);
+  ShapeBuilder builder;
+  addPanelSides(builder, grid);
+  if (shape.thickness > 0.0f) addPanelEdges(builder, grid);
   return builder.take();
 }
 
