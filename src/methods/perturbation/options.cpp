@@ -13,7 +13,8 @@ constexpr auto kOrders = config::names<Order>({{"nearest", Order::Nearest},
                                                {"auto", Order::Auto}});
 constexpr auto kSeveral = config::names<bool>({{"minima", false}, {"groups", true}});
 
-/// All options, bound to Options.
+}  // namespace
+
 const config::OptionTable<Options>& optionTable() {
   static const config::OptionTable<Options> table(
       "perturbation", "Options of the method perturbation.",
@@ -61,16 +62,6 @@ const config::OptionTable<Options>& optionTable() {
              "surface, the sample is counted (disoccluded) and marked (mask.disoccluded); takes "
              "the time of a ray tracer")});
   return table;
-}
-
-}  // namespace
-
-const config::Schema& schema() {
-  return optionTable().schema();
-}
-
-Options parseOptions(const config::Value& value) {
-  return optionTable().parse(value);
 }
 
 }  // namespace catoptric::methods::perturbation

@@ -18,7 +18,6 @@ struct Options {
   bool countDisocclusions = false;
 };
 
-const config::Schema& schema();
-Options parseOptions(const config::Value& value);
+const config::OptionTable<Options>& optionTable();
 
 }  // namespace catoptric::methods::perturbation

@@ -361,7 +361,7 @@ class Perturbation : public Method {
 };
 
 std::unique_ptr<Method> make(const config::Value& options) {
-  return std::make_unique<Perturbation>(parseOptions(options));
+  return std::make_unique<Perturbation>(optionTable().parse(options));
 }
 
 }  // namespace
@@ -379,7 +379,7 @@ const MethodEntry& perturbationEntry() {
       // Pictures so small have more paths to their folds than traced_per_pixel allows by default
       .tests = {.small = R"({"unsupported": "environment_map", "traced_per_pixel": 1000})",
                 .refracting = R"({"max_bounces": 2})"},
-      .options = perturbation::schema(),
+      .options = perturbation::optionTable().schema(),
       .make = perturbation::make,
       .refusesReflectors = true};
   return entry;
