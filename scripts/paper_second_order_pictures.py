@@ -80,7 +80,7 @@ def reflection(frame):
     from PIL import Image
     shown = layer(frame, "reflection.R,reflection.G,reflection.B",
                   ["--colorconvert", "linear", "sRGB"]).convert("RGB")
-    return Image.composite(shown, Image.new("RGB", shown.size), layer(frame, "mask.reflective"))
+    return Image.composite(shown, Image.new("RGB", shown.size), layer(frame, "mask.reflective.X"))
 
 
 def red(frame, mask):
@@ -93,7 +93,7 @@ def red(frame, mask):
 
 def cluster_colors(frame):
     """Clusters in false colours, what is in none in grey."""
-    ids = layer(frame, "id.cluster", ["--mulc", str(1 / 65535)], "uint16").getdata()
+    ids = layer(frame, "id.cluster.X", ["--mulc", str(1 / 65535)], "uint16").getdata()
     grey = preview(frame).convert("L").point(lambda v: v // 2 + 40).convert("RGB")
     colors = {i: tuple(round(255 * c) for c in
                        colorsys.hsv_to_rgb(0.618034 * i % 1, 0.55 + 0.15 * (i % 4), 0.7 + 0.1 * (i % 3)))
@@ -144,7 +144,7 @@ def figures_of_clusters(views, frames, document):
                       f"bin_density {d}: {view['counts'][m]['disoccluded'] / 1048576:.2%} of the samples"
                       for m, d in density.items()) + ".")
     sheet(document.picture("fig7.png", "Disocclusions"),
-          [[red(view[m], "mask.disoccluded") for m in density], [reflection(view[m]) for m in density]],
+          [[red(view[m], "mask.disoccluded.X") for m in density], [reflection(view[m]) for m in density]],
           [f"{view['counts'][m]['clusters']} clusters" for m in density])
 
 
@@ -169,7 +169,7 @@ def figures_of_errors(bench, views, document):
     document.text("## Fig. 9: pixels that took the cube map (red)\n\n"
                   f"{view['counts']['second_order']['environment'] / 1048576:.2%} of the samples.")
     sheet(document.picture("fig9.png", "Fallbacks"),
-          [[reflection(view["second_order"]), red(view["second_order"], "mask.environment")]],
+          [[reflection(view["second_order"]), red(view["second_order"], "mask.environment.X")]],
           ["reflective component", "cube map in red"])
 
     document.text("## Fig. 10: depth images with a third of the resolution\n\nThe picture shows a vase "

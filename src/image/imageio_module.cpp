@@ -34,6 +34,20 @@ bool isBeauty(const std::string& channel) {
   return channel == "R" || channel == "G" || channel == "B" || channel == "A";
 }
 
+/// Layers of one channel are called NAME.X in files: of a layer's channels Blender, and others,
+/// know single letters alone.
+bool isLayerOfOne(const std::string& name) {
+  return name == "s" || name.starts_with("id.") || name.starts_with("mask.");
+}
+std::string nameInFile(const std::string& name) {
+  return isLayerOfOne(name) ? name + ".X" : name;
+}
+/// Earlier files have them without the letter.
+std::string nameFromFile(const std::string& name) {
+  const std::string layer = name.ends_with(".X") ? name.substr(0, name.size() - 2) : "";
+  return isLayerOfOne(layer) ? layer : name;
+}
+
 /// Pixels as the file holds them: channel after channel, halves where the spec says so.
 /// OpenImageIO's own conversion of mixed formats takes 10 times as long.
 std::vector<std::byte> packed(const Image& image, const std::vector<bool>& isHalf) {
@@ -62,7 +76,8 @@ std::vector<std::byte> packed(const Image& image, const std::vector<bool>& isHal
 std::string writeExr(const Image& image, const ExrOptions& options, std::vector<std::byte>& bytes) {
   OIIO::ImageSpec spec(image.width, image.height, static_cast<int>(image.channels.size()),
                        OIIO::TypeFloat);
-  spec.channelnames = image.channels;
+  spec.channelnames.clear();
+  for (const std::string& name : image.channels) spec.channelnames.push_back(nameInFile(name));
   std::vector<bool> isHalf;
   for (std::size_t c = 0; c < image.channels.size(); ++c) {
     const std::string& name = image.channels[c];
@@ -189,7 +204,8 @@ std::string readExr(std::span<const std::byte> bytes, std::size_t maxValues, Ima
 
   image.width = static_cast<int>(width);
   image.height = static_cast<int>(height);
-  image.channels = channels;
+  image.channels.clear();
+  for (const std::string& name : channels) image.channels.push_back(nameFromFile(name));
   image.data.clear();
   image.data.reserve(image.pixelCount() * channels.size());  // touches nothing yet
 

@@ -59,7 +59,10 @@ struct MethodPlan {
   /// Reflections and refractions that a path may have, and the option that says so; 0: none does.
   int bounces = 0;
   const char* bouncesOption = "";
-  bool previousFrame = false;   ///< FrameInput::previous is wanted
+  bool previousFrame = false;  ///< FrameInput::previous is wanted
+  /// Bits of raster::MaskBit that it fills: the others give no layer. Of what it does not measure
+  /// nothing is known.
+  std::uint16_t masks = 0;
   std::vector<PlanItem> items;  ///< the method's own passes, resources, precomputations
 };
 

@@ -56,6 +56,7 @@ class EnvironmentMap : public Method {
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
     MethodPlan plan;
     plan.gbuffer = true;
+    plan.masks = raster::kMaskEnvironment;
     const Reflectors reflectors = findReflectors(scene, settings.reflectors);
     if (!reflectors.any()) return plan;
     const std::string what =

@@ -48,6 +48,8 @@ class Perturbation : public Method {
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
     MethodPlan plan;
     plan.gbuffer = true;
+    plan.masks = static_cast<std::uint16_t>(
+        raster::kMaskEnvironment | (options_.countDisocclusions ? raster::kMaskDisoccluded : 0));
     int planar = 0;
     int curved = 0;
     int own = 0;

@@ -48,6 +48,8 @@ class Reprojection : public Method {
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
     MethodPlan plan;
     plan.gbuffer = true;
+    plan.masks = raster::kMaskEnvironment | raster::kMaskBelowHorizon | raster::kMaskSky |
+                 raster::kMaskRetraced | raster::kMaskDisoccluded;
     plan.gl = true;
     const int reflectors = scene.reflectorCount();
     if (reflectors == 0) return plan;

@@ -21,6 +21,9 @@ constexpr int kMostShrinks = 24;
 MethodPlan SecondOrder::plan(const scene::Scene& scene, const RunSettings& settings) const {
   MethodPlan plan;
   plan.gbuffer = true;
+  plan.masks = static_cast<std::uint16_t>(
+      raster::kMaskEnvironment | raster::kMaskBelowHorizon | raster::kMaskSky |
+      (options_.countDisocclusions ? raster::kMaskDisoccluded : 0));
   const SecondOrderReflectors reflectors = findSecondOrderReflectors(scene, settings);
   if (!reflectors.any()) return plan;
   const auto samples = static_cast<std::uint64_t>(settings.width) * settings.height *

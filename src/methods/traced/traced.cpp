@@ -45,6 +45,7 @@ class Traced : public Method {
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
     MethodPlan plan;
     plan.gbuffer = true;
+    plan.masks = raster::kMaskEnvironment | raster::kMaskBelowHorizon | raster::kMaskSky;
     plan.gl = true;
     const auto reflectors = findReflectors(scene, settings.reflectors).count();
     if (reflectors == 0) return plan;

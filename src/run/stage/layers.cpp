@@ -118,10 +118,12 @@ void addLayers(image::Image& image, const SampleLayers& layers, int samples, flo
       out.mean("mask.glossy", [&](std::size_t s) {
         return reflects(s) && layers.normal[s * 4 + 3] > 0.0f ? 1.0f : 0.0f;
       });
-    for (const auto& [bit, name] : kMasks)
+    for (const auto& [bit, name] : kMasks) {
+      if ((layers.filledMasks & bit) == 0) continue;
       out.mean(name, [&, b = bit](std::size_t s) {
         return reflects(s) && (layers.masks[s] & b) != 0 ? 1.0f : 0.0f;
       });
+    }
   }
   out.finish();
 }

@@ -21,6 +21,7 @@ struct SampleLayers {
   std::vector<std::uint32_t> object;      ///< ids
   std::vector<methods::SampleLayer> ids;  ///< layers id.NAME
   std::vector<std::uint16_t> masks;
+  std::uint16_t filledMasks = 0;  ///< bits of `masks` that mean something: those give layers
 };
 /// Adds layers to `image`: Z, N and ids of each pixel's middle sample, means of the others; Z is
 /// the distance along -z in metres, 0 where there is nothing. `samples` per axis.

@@ -55,6 +55,7 @@ TEST(Layers, MiddleSamplesAndMeans) {
   layers.object = {1, 1, 0, 0, 1, 7, 0, 0};
   layers.ids = {{"cluster", {0, 0, 0, 0, 3, 3, 3, 9}}};
   layers.masks = {raster::kMaskClamped, 0, 0, 0, 0, 0, raster::kMaskClamped, raster::kMaskClamped};
+  layers.filledMasks = raster::kMaskEnvironment | raster::kMaskClamped | raster::kMaskSky;
   layers.diffuse.resize(8 * 4, 0.0f);
   layers.reflection.resize(8 * 4, 5.0f);  // what earlier frames left where nothing reflects
   for (const std::size_t sample : {0u, 1u, 4u, 6u}) layers.diffuse[sample * 4 + 3] = 0.4f;
@@ -64,9 +65,8 @@ TEST(Layers, MiddleSamplesAndMeans) {
   EXPECT_THAT(image.channels,
               testing::ElementsAre("R", "Z", "reflection.R", "reflection.G", "reflection.B", "s",
                                    "id.object", "id.cluster", "mask.reflective", "mask.environment",
-                                   "mask.disoccluded", "mask.clamped", "mask.retraced",
-                                   "mask.below_horizon", "mask.sky"));
-  EXPECT_EQ(image.data.size(), 30u);
+                                   "mask.clamped", "mask.sky"));
+  EXPECT_EQ(image.data.size(), 24u);
   EXPECT_EQ(image.at(0, 0, 0), 10.0f);
   EXPECT_EQ(image.at(1, 0, 0), 20.0f);
   EXPECT_FLOAT_EQ(image.at(0, 0, image.channel("Z")), 0.04f);

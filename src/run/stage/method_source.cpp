@@ -12,6 +12,7 @@
 #include "gl/api.h"
 #include "image/exr_camera.h"
 #include "raster/regions/screen.h"
+#include "run/folder/machine.h"
 #include "scene/animate.h"
 #include "scene/camera.h"
 
@@ -257,6 +258,7 @@ image::Image MethodSource::readFrame(const scene::Camera& camera,
     if (asksFor(settings, "id")) layers.object = raster::readIds(gbuffer_->object);
     layers.ids = std::move(sampleLayers);
     if (settings.masks) layers.masks = raster::readMasks(gbuffer_->masks);
+    layers.filledMasks = needs_.masks;
     addLayers(image, layers, settings.samples, camera.nearMetres);
   });
   return image;
@@ -283,11 +285,15 @@ Encoder makeEncoder(const RunConfig& run, const MethodConfig& method, const glm:
     image::ExrOptions options;
     options.compression = run.compression;
     options.halfBeauty = run.halfBeauty;
-    options.text = {{"software", "catoptric"},
+    options.text = {{"software", std::string("catoptric ") + versionText()},
+                    {"catoptric.version", versionText()},
+                    {"catoptric.name", method.name},
+                    {"catoptric.seed", std::to_string(run.image.seed)},
                     {"catoptric.scene", run.scene.filename().string()},
                     {"catoptric.method", method.id},
                     {"catoptric.options", method.effective}};
-    options.numbers = {{"catoptric.frame", static_cast<float>(path.number)},
+    options.numbers = {{"catoptric.samplesPerAxis", static_cast<float>(run.image.samples)},
+                       {"catoptric.frame", static_cast<float>(path.number)},
                        {"catoptric.time", static_cast<float>(path.timeSeconds)},
                        {"catoptric.verticalFovDegrees", degrees(path.camera.verticalFovRad)}};
     const Mat4 cameraFromFile(

@@ -60,6 +60,7 @@ class MixedMethod : public methods::Method {
     for (const Part& part : parts_) {
       const methods::MethodPlan own = part.method->plan(scene, settingsOf(part, settings));
       all.trace = all.trace || own.trace;
+      all.masks |= own.masks;
       all.bvh = std::max(all.bvh, own.bvh);  // the one that follows motion more closely
       all.previousFrame = all.previousFrame || own.previousFrame;
       all.items.push_back({"method", part.label, part.fills, 0});
