@@ -105,7 +105,7 @@ def breaches_of_cmake(root: pathlib.Path, included: dict) -> list:
             for module in modules:
                 if module in ALLOWED and module != folder and module not in ALLOWED.get(folder, set()):
                     breaches.append(f"src/{relative}: {what}: {folder} must not depend on {module}")
-            if what in (f"catoptric_module({folder})", "catoptric"):
+            if what in (f"catoptric_module({folder})", "catoptric", "catoptric_app"):
                 direct.setdefault(folder, set()).update(m for m in modules if m in ALLOWED)
 
     def reached(folder, seen):

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Renders one small frame of every scene by every method and expects every counter of what must not
-happen - refused rays, radiances that are not finite, clamped values - to be there and to be 0.
+"""Renders one small frame of every scene by every method and holds its counters to what the methods say of them
+(`catoptric list methods --json`): those that are always there are there, those that must be 0 - refused rays, radiances
+that are not finite, clamped values - are 0, and no other is there.
 Usage: counters.py SOURCE_ROOT PROGRAM WORK_FOLDER; exit 1 and a line per count."""
 
 import json
@@ -11,60 +12,64 @@ import sys
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "scripts"))
+import method_list  # noqa: E402
 import work_folder  # noqa: E402
 
-# Method: the counters that it must have beside clamped_half
-METHODS = {
-    "environment_map": {"clamped_cube_map", "refraction_mirrored"},
-    "traced": {"refused", "not_finite", "total_reflection"},
-    "second_order": {"clamped_cube_map", "refraction_mirrored"},
-    "perturbation": {"paths", "path_types", "path_types_missed", "path_types_left_out",
-                     "coarse_objects", "reflections_left_out", "total_reflection"},
-    "reference": {"refused", "not_finite"},
-}
-# Pictures so small have more paths to their folds than traced_per_pixel allows: a warning
-OPTIONS = {"perturbation": {"unsupported": "environment_map", "traced_per_pixel": 1000},
-           "environment_map": {"face_size": 64}, "reference": {"samples": 2, "rays": 4}}
-# By which something is seen through it: there is a warning otherwise
-THROUGH_LENS = {"perturbation": {"max_bounces": 2}, "traced": {"bounces": 2},
-                "reference": {"bounces": 2}}
+REFRACTS = "lens"  # the scene with a body that refracts, which some methods mirror and count
 
 
-def counters(scene, program, work):
+def counters(scene, program, methods, work):
     """Of each method's frame; None when the render failed."""
     config = {"scene": str(scene), "frames": "1", "preview": {"enabled": False},
               "image": {"width": 64, "height": 48, "samples": 2},
-              "methods": [{"method": m, **OPTIONS.get(m, {}),
-                           **(THROUGH_LENS.get(m, {}) if scene.stem == "lens" else {})} for m in METHODS]}
+              "methods": methods.configured(refracting=scene.stem == REFRACTS)}
     file = work / f"{scene.stem}.json"
     file.write_text(json.dumps(config))
     out = work / scene.stem
+    cache = os.environ.get("CATOPTRIC_TEST_CACHE", str(work / "cache"))
     done = subprocess.run([program, "render", str(file), "--out", str(out), "-q"], text=True,
-                          env=dict(os.environ, XDG_CACHE_HOME=os.environ.get("CATOPTRIC_TEST_CACHE", str(work / "cache"))), capture_output=True)
+                          env=dict(os.environ, XDG_CACHE_HOME=cache), capture_output=True)
     if done.returncode != 0 or done.stderr:
         print(f"{scene.name}: exit {done.returncode}\n{done.stderr}")
         return None
-    return {m: json.loads((out / m / "frames.jsonl").read_text())["counters"] for m in METHODS}
+    return {m: json.loads((out / m / "frames.jsonl").read_text())["counters"] for m in methods.names}
+
+
+def faults_of(scene, counts, method, methods):
+    """What is wrong with one frame's counters."""
+    faults = []
+    # METHOD.COUNTER is of another method that fills some of the reflectors
+    others = {name.split(".")[0] for name in counts if "." in name}
+    known = methods.counters(method) + [{**c, "name": f"{other}.{c['name']}", "only_with": "its reflectors"}
+                                        for other in others for c in methods.counters(other)]
+    for counter in known:
+        name = counter["name"]
+        if name not in counts and not counter["only_with"]:
+            faults.append(f"{name} is not counted")
+        if counter["must_be_zero"] and counts.get(name, 0) > 0:
+            faults.append(f"{name} is {counts[name]}")
+    faults += [f"{name} is not described" for name in set(counts) - {c["name"] for c in known}]
+    mirrored = counts.get("refraction_mirrored", None)
+    if mirrored is not None and (mirrored > 0) != (scene.stem == REFRACTS):
+        faults.append(f"refraction_mirrored is {mirrored}")
+    return faults
 
 
 def main(root, program, work):
     folder = work_folder.fresh(work)
+    methods = method_list.Methods(program)
     scenes = sorted(pathlib.Path(root, "scenes").glob("*.json"))
     faults = 0
     for scene in scenes:
-        found = counters(scene, program, folder)
+        found = counters(scene, program, methods, folder)
         faults += found is None
         for method, counts in (found or {}).items():
-            bad = {n: c for n, c in counts.items() if c > 0 and n.split(".")[-1].startswith(("refused", "not_finite", "clamped"))}
-            # What refracts is in one scene, and some methods mirror it
-            if "refraction_mirrored" in counts and (counts["refraction_mirrored"] > 0) != (scene.stem == "lens"):
-                bad["refraction_mirrored"] = counts["refraction_mirrored"]
-            missing = (METHODS[method] | {"clamped_half"}) - set(counts)
-            if bad or missing:
+            for fault in faults_of(scene, counts, method, methods):
                 faults += 1
-                print(f"{scene.name}, {method}: {bad or ''} {'not counted: ' + ', '.join(missing) if missing else ''}")
-    print(f"{len(scenes)} scenes by {len(METHODS)} methods, {faults} faults")
-    return 1 if faults or len(scenes) < 10 else 0
+                print(f"{scene.name}, {method}: {fault}")
+    zeros = sum(c["must_be_zero"] for m in methods.names for c in methods.counters(m))
+    print(f"{len(scenes)} scenes by {len(methods.names)} methods, {zeros} counters that must be 0, {faults} faults")
+    return 1 if faults or len(scenes) < 10 or zeros < len(methods.names) else 0
 
 
 if __name__ == "__main__":

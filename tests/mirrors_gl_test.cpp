@@ -40,10 +40,6 @@ TEST(Mirrors, PlaneMirrorShowsTheMirroredCamerasImage) {
   test::GlStage stage(builder.scene(), kSettings);
   const scene::Camera camera =
       scene::lookAt({0.6f, 0.5f, 4.0f}, {0.0f, 0.0f, 0.5f}, {0.0f, 1.0f, 0.0f}, 0.8f);
-  test::GlMethod(stage, methods::findMethod("traced")).render(camera);
-  const std::vector<std::uint32_t> ids = raster::readIds(stage.gbuffer.object);
-  const std::vector<float> traced = raster::readRgba(stage.gbuffer.reflection);
-
   // The same camera, mirrored over z = 0
   const Mat4 over = glm::scale(Mat4(1.0f), Vec3(1.0f, 1.0f, -1.0f));
   const Mat4 clip = scene::clipFromCamera(camera, static_cast<float>(kWidth) / kHeight) *
@@ -59,23 +55,32 @@ TEST(Mirrors, PlaneMirrorShowsTheMirroredCamerasImage) {
   stage.context.check("the mirrored image");
   const std::vector<float> mirrored = raster::readRgba(color);
 
-  int compared = 0;
-  int different = 0;
-  int surfaces = 0;
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    if (static_cast<int>(ids[i]) != mirror + 1) continue;
-    ++compared;
-    surfaces += mirrored[4 * i + 3] > 0.0f ? 1 : 0;
-    float worst = 0.0f;
-    for (std::size_t c = 0; c < 3; ++c)
-      worst = std::max(worst, std::abs(traced[4 * i + c] - mirrored[4 * i + c]));
-    different += worst > 2e-3f ? 1 : 0;
+  int claims = 0;
+  for (const methods::MethodEntry& entry : methods::registry()) {
+    if (entry.tests.planeMirrorPercent < 0.0) continue;
+    ++claims;
+    test::GlMethod(stage, entry, entry.tests.small).render(camera);
+    const std::vector<std::uint32_t> ids = raster::readIds(stage.gbuffer.object);
+    const std::vector<float> shown = raster::readRgba(stage.gbuffer.reflection);
+    int compared = 0;
+    int different = 0;
+    int surfaces = 0;
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      if (static_cast<int>(ids[i]) != mirror + 1) continue;
+      ++compared;
+      surfaces += mirrored[4 * i + 3] > 0.0f ? 1 : 0;
+      float worst = 0.0f;
+      for (std::size_t c = 0; c < 3; ++c)
+        worst = std::max(worst, std::abs(shown[4 * i + c] - mirrored[4 * i + c]));
+      different += worst > 2e-3f ? 1 : 0;
+    }
+    std::printf("%s: %d of %d samples differ, %d show surfaces\n", entry.id.c_str(), different,
+                compared, surfaces);
+    EXPECT_GT(compared, 4000);
+    EXPECT_GT(surfaces, 500);
+    EXPECT_LE(different, compared * entry.tests.planeMirrorPercent / 100.0) << entry.id;
   }
-  std::printf("mirrored camera: %d of %d samples differ, %d show surfaces\n", different, compared,
-              surfaces);
-  EXPECT_GT(compared, 4000);
-  EXPECT_GT(surfaces, 500);
-  EXPECT_LE(different, compared / 1000);
+  EXPECT_GE(claims, 1);
 }
 
 TEST(Mirrors, AreWhiteInAWhiteFurnace) {
@@ -88,8 +93,11 @@ TEST(Mirrors, AreWhiteInAWhiteFurnace) {
   test::GlStage stage(builder.scene(), kSettings);
   const scene::Camera camera =
       scene::lookAt({0.0f, 0.2f, 4.0f}, Vec3(0.0f), {0.0f, 1.0f, 0.0f}, 0.8f);
-  for (const char* method : {"environment_map", "traced"}) {
-    test::GlMethod(stage, methods::findMethod(method)).render(camera);
+  for (const methods::MethodEntry& entry : methods::registry()) {
+    const auto method = entry.make(config::parseText(entry.tests.small, "options"));
+    if (!method->plan(stage.scene, kSettings).gbuffer) continue;  // makes whole images
+    if (!method->unsupported(stage.scene).empty()) continue;      // others fill its reflectors
+    test::GlMethod(stage, entry, entry.tests.small).render(camera);
     const std::vector<std::uint32_t> ids = raster::readIds(stage.gbuffer.object);
     const std::vector<float> pixels = stage.composite(camera);
     int bad = 0;
@@ -97,13 +105,16 @@ TEST(Mirrors, AreWhiteInAWhiteFurnace) {
     float darkest = 1.0f;
     for (std::size_t i = 0; i < ids.size(); ++i) {
       reflecting += ids[i] != 0 ? 1 : 0;
+      bool white = true;
       for (std::size_t c = 0; c < 3; ++c) {
-        bad += std::abs(pixels[4 * i + c] - 1.0f) > 1e-3f ? 1 : 0;
+        white = white && std::abs(pixels[4 * i + c] - 1.0f) <= 1e-3f;
         darkest = std::min(darkest, pixels[4 * i + c]);
       }
+      bad += white ? 0 : 1;
     }
     EXPECT_GT(reflecting, 2000);
-    EXPECT_EQ(bad, 0) << method << ", darkest " << darkest;
+    EXPECT_LE(bad, static_cast<double>(ids.size()) * entry.tests.furnacePercent / 100.0)
+        << entry.id << ", darkest " << darkest;
   }
 }
 

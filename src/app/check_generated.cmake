@@ -1,5 +1,5 @@
-# cmake -DPROGRAM=... -DSOURCE=... -P check_generated.cmake: the schemas and docs/config.md are those
-# that the program makes.
+# cmake -DPROGRAM=... -DSOURCE=... -P check_generated.cmake: the schemas, docs/config.md and
+# docs/methods.md are those that the program makes.
 function(check arguments file)
   separate_arguments(arguments UNIX_COMMAND "${arguments}")
   execute_process(COMMAND ${PROGRAM} list ${arguments} OUTPUT_VARIABLE made RESULT_VARIABLE result)
@@ -12,6 +12,7 @@ function(check arguments file)
   endif()
 endfunction()
 check("--schema run --markdown" docs/config.md)
+check("methods --markdown" docs/methods.md)
 foreach(name run scene path)
   check("--schema ${name}" configs/schema/${name}.schema.json)
 endforeach()

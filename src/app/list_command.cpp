@@ -1,7 +1,8 @@
-// catoptric list: methods, steps, scenes, paths, configs, shapes, devices; schemas.
+// catoptric list: methods, steps, counters, scenes, paths, configs, shapes, devices; schemas.
 #include <algorithm>
 
 #include "app/commands.h"
+#include "app/method_descriptions.h"
 #include "config/json_text.h"
 #include "core/text.h"
 #include "gl/doctor.h"
@@ -16,8 +17,8 @@ namespace {
 
 using config::JsonText;
 
-const std::vector<std::string> kWhat = {"methods", "steps",  "scenes", "paths",
-                                        "configs", "shapes", "devices"};
+const std::vector<std::string> kWhat = {"methods", "steps",   "counters", "scenes",
+                                        "paths",   "configs", "shapes",   "devices"};
 
 /// Scenes, paths or configs in a folder, sorted.
 std::vector<std::string> filesIn(const std::filesystem::path& folder) {
@@ -50,19 +51,26 @@ std::vector<std::filesystem::path> dataFolders() {
 struct Item {
   std::string name;
   std::string summary;
+  std::string json = {};  ///< all that is known of it; empty: these two
 };
 
 std::vector<Item> itemsOf(const std::string& what) {
   std::vector<Item> items;
   if (what == "methods") {
     for (const methods::MethodEntry& entry : methods::registry())
-      items.push_back({entry.id, entry.summary});
+      items.push_back({entry.id, entry.summary, methodJson(entry)});
   } else if (what == "steps") {
     for (const methods::StepInfo& step : run::pipelineSteps())
       items.push_back({step.name, step.when + ": " + step.meaning});
     for (const methods::MethodEntry& entry : methods::registry())
       for (const methods::StepInfo& step : entry.steps)
         items.push_back({step.name, entry.id + ", " + step.when + ": " + step.meaning});
+  } else if (what == "counters") {
+    for (const methods::CounterInfo& counter : run::pipelineCounters())
+      items.push_back({counter.name, counter.meaning, counterJson(counter)});
+    for (const methods::MethodEntry& entry : methods::registry())
+      for (const methods::CounterInfo& counter : entry.counters)
+        items.push_back({counter.name, entry.id + ": " + counter.meaning});
   } else if (what == "shapes") {
     for (const std::string& shape : scene::shapeNames()) items.push_back({shape, ""});
   } else if (what == "devices") {
@@ -87,7 +95,12 @@ ExitCode list(const std::vector<std::string>& chosen, const std::string& schema,
                        : run::schemaJson(schema, methods::registry()));
     return ExitCode::Done;
   }
-  if (markdown) throw UsageError("--markdown goes with --schema");
+  if (markdown) {
+    if (chosen != std::vector<std::string>{"methods"})
+      throw UsageError("--markdown goes with --schema, or with \"methods\" alone");
+    printData(methodsPage(methods::registry()));
+    return ExitCode::Done;
+  }
   for (const std::string& what : chosen)
     if (std::find(kWhat.begin(), kWhat.end(), what) == kWhat.end())
       throw UsageError("list: \"" + what + "\" is not known" + didYouMean(what, kWhat) +
@@ -106,7 +119,7 @@ ExitCode list(const std::vector<std::string>& chosen, const std::string& schema,
       JsonText one;
       one.add("name", item.name);
       if (!item.summary.empty()) one.add("summary", item.summary);
-      texts.push_back(one.object());
+      texts.push_back(item.json.empty() ? one.object() : item.json);
     }
     json.raw(what, "[" + joined(texts, ",") + "]");
     if (shown.size() > 1) text += what + "\n";
@@ -133,8 +146,8 @@ void addList(CLI::App& program, CommonOptions& common, Action& action) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = program.add_subcommand(
       "list",
-      "List what there is: methods, steps, scenes, paths, configs, shapes, devices. Or print "
-      "a JSON Schema.");
+      "List what there is: methods, steps, counters, scenes, paths, configs, shapes, "
+      "devices. Or print a JSON Schema.");
   command
       ->add_option("what", options->what,
                    "What to list, any of " + joined(kWhat, ", ") + " [all but the devices]")
@@ -143,7 +156,8 @@ void addList(CLI::App& program, CommonOptions& common, Action& action) {
       ->add_option("--schema", options->schema,
                    "Print a JSON Schema instead: that of " + joined(run::schemaNames(), ", "))
       ->type_name("NAME");
-  command->add_flag("--markdown", options->markdown, "Print the schema as tables in Markdown");
+  command->add_flag("--markdown", options->markdown,
+                    "Print the schema, or what methods report, as a page in Markdown");
   addCommon(*command, common);
   command->footer(
       "Examples:\n  catoptric list methods\n  catoptric list devices\n"

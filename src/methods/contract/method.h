@@ -182,6 +182,13 @@ struct SampleLayerInfo {
 struct TestOptions {
   std::string small = "{}";       ///< fit for frames of 64 pixels
   std::string refracting = "{}";  ///< besides, for scenes with bodies that refract
+  /// Besides, one at a time: settings by which frames are made in another way.
+  std::vector<std::string> variants = {};
+  /// Percent of a plane mirror's samples that may differ from the mirrored camera's image;
+  /// negative: the method does not claim to show it.
+  double planeMirrorPercent = -1.0;
+  /// Percent of samples that may be other than white in a white furnace.
+  double furnacePercent = 0.0;
 };
 
 /// A method as the program lists it. Pages and tests of every method are made from it.

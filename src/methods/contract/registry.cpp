@@ -13,7 +13,15 @@
   METHOD(perturbationEntry)       \
   METHOD(reprojectionEntry)       \
   METHOD(imageWarpEntry)          \
-  METHOD(referenceEntry)
+  METHOD(referenceEntry)          \
+  CATOPTRIC_TEST_METHODS(METHOD)
+
+// Tests compile this file once more with a method of their own.
+#ifdef CATOPTRIC_TEST_METHOD
+#define CATOPTRIC_TEST_METHODS(METHOD) METHOD(CATOPTRIC_TEST_METHOD)
+#else
+#define CATOPTRIC_TEST_METHODS(METHOD)
+#endif
 
 namespace catoptric::methods {
 

@@ -380,7 +380,8 @@ const MethodEntry& perturbationEntry() {
       .counters = perturbationCounters(),
       // Pictures so small have more paths to their folds than traced_per_pixel allows by default
       .tests = {.small = R"({"unsupported": "environment_map", "traced_per_pixel": 1000})",
-                .refracting = R"({"max_bounces": 2})"},
+                .refracting = R"({"max_bounces": 2, "tessellation_error": 2})",
+                .planeMirrorPercent = 0.1},
       .options = perturbation::optionTable().schema(),
       .make = perturbation::make,
       .refusesReflectors = true};

@@ -159,7 +159,7 @@ const MethodEntry& tracedEntry() {
                     kSurfaces},
                    {"unresolved", "rays whose meeting with an implicit surface was left undecided",
                     false, kSurfaces}},
-      .tests = {.refracting = R"({"bounces": 2})"},
+      .tests = {.refracting = R"({"bounces": 2})", .planeMirrorPercent = 0.1},
       .options = optionTable().schema(),
       .make = [](const config::Value& options) -> std::unique_ptr<Method> {
         return std::make_unique<Traced>(optionTable().parse(options));

@@ -45,9 +45,10 @@ const OptionTable<RunConfig>& imageTable() {
              "Height of a frame, pixels."),
        field(in(&RunConfig::image, &RunSettings::samples), "samples", range(1, 8),
              "Samples per pixel along each axis: 2 gives 2 x 2."),
-       field(in(&RunConfig::image, &RunSettings::layers), "layers", layerNames(),
-             "Layers beside R G B A; Z, N, id and cluster (of methods that cluster rays) are those "
-             "of the pixel's middle sample, the others means over its samples."),
+       field(
+           in(&RunConfig::image, &RunSettings::layers), "layers", layerNames(),
+           "Layers beside R G B A; Z, N, id and those of one method alone (cluster: second_order) "
+           "are of the pixel's middle sample, the others means over its samples."),
        field(in(&RunConfig::image, &RunSettings::masks), "masks",
              "Layers mask.*: the share of a pixel's samples where the method fell back."),
        field(in(&RunConfig::image, &RunSettings::fresnelSchlick), "fresnel",

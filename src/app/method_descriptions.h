@@ -1,0 +1,20 @@
+// What methods say of themselves, for `catoptric list`: JSON for programs, a page for people.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "methods/contract/method.h"
+
+namespace catoptric::app {
+
+/// Everything of an entry but the schema of its options.
+std::string methodJson(const methods::MethodEntry& entry);
+
+/// Name, meaning, must_be_zero, only_with.
+std::string counterJson(const methods::CounterInfo& counter);
+
+/// docs/methods.md: steps, counters, tables and layers of the program and of each method.
+std::string methodsPage(const std::vector<methods::MethodEntry>& registry);
+
+}  // namespace catoptric::app
