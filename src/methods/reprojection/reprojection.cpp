@@ -13,6 +13,7 @@
 #include "methods/reprojection/options.h"
 #include "methods/reprojection/reuse.h"
 #include "methods/shared/reflective_samples.h"
+#include "methods/shared/reflectors.h"
 #include "scene/reflectance.h"
 #include "trace/lobes/reflect.h"
 
@@ -51,7 +52,7 @@ class Reprojection : public Method {
     plan.masks = raster::kMaskEnvironment | raster::kMaskBelowHorizon | raster::kMaskSky |
                  raster::kMaskRetraced | raster::kMaskDisoccluded;
     plan.gl = true;
-    const int reflectors = scene.reflectorCount();
+    const auto reflectors = findReflectors(scene, settings.reflectors).count();
     if (reflectors == 0) return plan;
     plan.trace = true;
     plan.bvh = options_.bvh;
