@@ -33,6 +33,12 @@ ALLOWED = {
 ALLOWED = {folder: set(others.split()) for folder, others in ALLOWED.items()}
 # Folders of methods/ that are no method: every method may include them.
 COMMON_OF_METHODS = {"contract", "shared", "testing"}
+# Of the rooms in these modules, the headers that other modules may include; others are private.
+PUBLIC_IN_ROOMS = {
+    "scene": {"description/description.h", "implicit/gradient.h", "implicit/jet.h", "implicit/surface.h",
+              "implicit/multiprecision_test.h", "implicit/test_surfaces.h", "paths/path.h", "shapes/shapes.h"},
+    "trace": {"bake/bake.h", "embree/trace_scene.h", "lobes/reflect.h"},
+}
 # Third-party headers and the one folder that may include them.
 OWNERS = {
     r"nlohmann/": "config", r"embree": "trace", r"OpenImageIO/": "image", r"OpenColorIO/": "image",
@@ -59,6 +65,10 @@ def breaches_of_includes(root: pathlib.Path, included: dict) -> list:
                 included.setdefault(folder, {}).setdefault(target, place)
                 if target not in ALLOWED.get(folder, set()):
                     breaches.append(f"{place}: {folder} must not include {name}")
+                parts = name.split("/", 1)
+                public = PUBLIC_IN_ROOMS.get(target)
+                if public is not None and "/" in parts[1] and parts[1] not in public:
+                    breaches.append(f"{place}: {name} is private to {target}")
             if quoted and folder == "methods" and target == "methods" and len(relative.parts) > 2:
                 own = relative.parts[1]
                 parts = name.split("/")
@@ -136,6 +146,8 @@ def self_test() -> list:
         "src/measure/CMakeLists.txt": "catoptric_module(measure SOURCES a.cpp DEPENDS core)",
         "src/measure/a.cpp": '#include "image/a.h"\n#include "core/a.h"\n',
         "src/methods/one/one.cpp": '#include "methods/two/two.h"\n#include "methods/contract/method.h"\n',
+        "src/raster/CMakeLists.txt": "catoptric_module(raster SOURCES a.cpp DEPENDS scene)",
+        "src/raster/a.cpp": '#include "scene/gltf/reader.h"\n#include "scene/paths/path.h"\n',
         "src/report/CMakeLists.txt": "catoptric_test(report_test SOURCES a.cpp DEPENDS report run)",
     }
     expected = [
@@ -145,6 +157,7 @@ def self_test() -> list:
         "src/image/a.h:1: <spdlog/spdlog.h> belongs to src/core alone",
         "src/measure/a.cpp:1: includes image, which DEPENDS of src/measure does not name",
         "src/methods/one/one.cpp:1: method one must not include method two",
+        "src/raster/a.cpp:1: scene/gltf/reader.h is private to scene",
         "src/report/CMakeLists.txt: catoptric_test(report_test): report must not depend on run",
     ]
     with tempfile.TemporaryDirectory() as folder:
