@@ -51,7 +51,7 @@ Mesh makeDisk(float radius, float inner, int around, int rings, UvMode uv);
 Mesh makeCylinder(float radius, float topRadius, float height, int around, int up, bool caps,
                   UvMode uv);
 
-// ---- shapes_curves.cpp ----
+// ---- curves.cpp ----
 enum class ProfileCurve { Polyline, CatmullRom, Bezier, Polynomial };
 
 /// A profile (r, y) turned about +y.
@@ -85,11 +85,11 @@ Mesh makePrism(const std::vector<Vec2>& outline, float height, float bevel, UvMo
 Mesh makePolygons(const std::vector<Vec3>& vertices, const std::vector<std::vector<int>>& faces,
                   bool smooth, UvMode uv);
 
-// ---- shapes_teapot.cpp ----
+// ---- teapot.cpp ----
 /// The Utah teapot's 32 Bezier patches [Newell1975], y up, spout to +x, standing on y = 0.
 Mesh makeTeapot(float height, int segments, bool lid, UvMode uv);
 
-// ---- shapes_implicit.cpp ----
+// ---- implicit.cpp ----
 /// Marching tetrahedra over the surface's domain: a manifold, closed but where the domain cuts the
 /// surface off, with clean rims there. Vertices lie on the surface, normals are its gradients
 /// (where there is none, the mean of the triangles around). `resolution`: cells along the longest
@@ -113,7 +113,7 @@ implicit::Surface heartSurface();
 implicit::Surface genus2Surface();
 implicit::Surface blobbyCubeSurface();
 
-// ---- shapes_morph.cpp ----
+// ---- morph.cpp ----
 enum class MorphType { Wave, Flag, Bulge, Twist, Stretch };
 
 /// Adds morph targets to a mesh; a cyclic wave takes two targets (sine and cosine).
