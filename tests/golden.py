@@ -21,7 +21,7 @@ def largest_reflector(frame):
     """Its pixels."""
     ids = frame.values(next(n for n in frame.channels if n.startswith("id.object")))
     pixels = collections.defaultdict(list)
-    for i, (number, s) in enumerate(zip(ids, frame.values("s"))):
+    for i, (number, s) in enumerate(zip(ids, frame.values("s.X"))):
         if number > 0 and s > 0:
             pixels[number].append(i)
     return max(pixels.values(), key=len, default=[])
