@@ -7,6 +7,14 @@
 namespace catoptric::app {
 namespace {
 
+/// TestOptions::small for a run config: there other methods may fill what this one refuses.
+std::string smallOptions(const methods::MethodEntry& entry) {
+  std::string text = entry.tests.small;
+  if (entry.refusesReflectors)
+    text.insert(1, std::string(R"("unsupported": "environment_map")") + (text == "{}" ? "" : ", "));
+  return text;
+}
+
 using config::JsonText;
 
 /// "[a,b]" of the JSON texts that `text` makes.
@@ -87,7 +95,7 @@ std::string counterJson(const methods::CounterInfo& counter) {
 std::string methodJson(const methods::MethodEntry& entry) {
   const std::string tests =
       JsonText()
-          .raw("small", entry.tests.small)
+          .raw("small", smallOptions(entry))
           .raw("refracting", entry.tests.refracting)
           .raw("variants",
                listJson(entry.tests.variants, [](const std::string& options) { return options; }))

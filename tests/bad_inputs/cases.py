@@ -139,7 +139,7 @@ def configs(cases):
         ("/path", ["none.json", "scene.json", "picture.png"], "@ (none|scene|picture)"),
     ], named=False)
     table(cases, "config:use", "config.json", valid.CONFIG, command, SCENE, [
-        ("/scene", ["none.json", "picture.png", "."], "@ (none.json|picture.png|no kind of scene)"),
+        ("/scene", ["none.json", "picture.png", "."], "@ (none.json|picture.png|not a regular file)"),
     ], named=False)
 
 

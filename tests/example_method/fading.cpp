@@ -47,6 +47,7 @@ class Fading : public Method {
   MethodPlan plan(const scene::Scene&, const RunSettings&) const override {
     MethodPlan plan;
     plan.gbuffer = true;
+    plan.masks = raster::kMaskEnvironment;
     plan.items = {{"pass", "fade", "the environment along mirrored rays", 0}};
     return plan;
   }

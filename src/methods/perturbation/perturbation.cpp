@@ -379,7 +379,7 @@ const MethodEntry& perturbationEntry() {
       .steps = perturbationSteps(),
       .counters = perturbationCounters(),
       // Pictures so small have more paths to their folds than traced_per_pixel allows by default
-      .tests = {.small = R"({"unsupported": "environment_map", "traced_per_pixel": 1000})",
+      .tests = {.small = R"({"traced_per_pixel": 1000})",
                 .refracting = R"({"max_bounces": 2, "tessellation_error": 2})",
                 .planeMirrorPercent = 0.1},
       .options = perturbation::optionTable().schema(),

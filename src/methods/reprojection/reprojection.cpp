@@ -300,6 +300,7 @@ const MethodEntry& reprojectionEntry() {
       .steps = stepsOf(true),
       .counters = counterInfos(),
       .tables = {kKeyFrames},
+      .tests = {.refracting = R"({"bounces": 2})"},
       .options = reprojection::reprojectionOptions().schema(),
       .make = make<true>};
   return entry;
@@ -314,6 +315,7 @@ const MethodEntry& imageWarpEntry() {
       .steps = stepsOf(false),
       .counters = counterInfos(),
       .tables = {kKeyFrames},
+      .tests = {.refracting = R"({"bounces": 2})"},
       .options = reprojection::imageWarpOptions().schema(),
       .make = make<false>};
   return entry;

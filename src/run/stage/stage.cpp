@@ -49,9 +49,12 @@ void requireFile(const std::filesystem::path& file, const std::string& reference
   std::error_code ignored;
   if (file.empty() || std::filesystem::is_regular_file(file, ignored)) return;
   const bool onCommandLine = reference.starts_with("--");
+  const std::string what = std::filesystem::exists(file, ignored)
+                               ? file.string() + " is not a regular file"
+                               : "there is no file " + file.string();
   throw Error(
       code,
-      reference + ": there is no file " + file.string() +
+      reference + ": " + what +
           (onCommandLine ? " (names given by --set are relative to the current folder)" : ""));
 }
 
