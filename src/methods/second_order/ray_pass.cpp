@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstring>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "methods/second_order/shaders/constants.h"
@@ -15,15 +16,20 @@ namespace shared = second_order_shared;
 /// Samples along the edge of a tile with a sample that is still to be looked up: those of an
 /// integer of marks. Ours.
 constexpr int kTileSamples = 4;
-using Marks = std::uint16_t;
-using TileRow = std::uint64_t;
+/// Marks of the samples of a row of a tile: those of a run without masks are bytes, which are
+/// cleared, read and counted in half the time.
+template <class Marks>
+using TileRow = std::conditional_t<sizeof(Marks) == 1, std::uint32_t, std::uint64_t>;
 
 /// A mark in all samples of a row of a tile, beside raster::MaskBit.
-constexpr TileRow everySample(Marks mark) {
-  return 0x0001000100010001u * mark;
+template <class Marks>
+constexpr TileRow<Marks> everySample(std::uint32_t mark) {
+  constexpr std::uint64_t kOnes = sizeof(Marks) == 1 ? 0x01010101u : 0x0001000100010001u;
+  return static_cast<TileRow<Marks>>(kOnes * mark);
 }
-constexpr Marks kMarkBridged = shared::kMarkBridged;
-constexpr Marks kMarkLater = shared::kMarkLater;
+constexpr std::uint32_t kMarkBridged = shared::kMarkBridged;
+constexpr std::uint32_t kMarkLater = shared::kMarkLater;
+static_assert(kMarkLater <= 0xFF && kMarkBridged <= 0xFF);
 
 /// Counted by shaders/rays.frag, in the order of its kCount... constants.
 constexpr std::array<const char*, 4> kCountNames = {"below_horizon", "met_itself", "faded",
@@ -31,7 +37,7 @@ constexpr std::array<const char*, 4> kCountNames = {"below_horizon", "met_itself
 static_assert(shared::kCountBelowHorizon == 0 && shared::kCountSelf == 1 &&
               shared::kCountFaded == 2 && shared::kCountSecond == 3);
 /// Counted in its marks, `environment` together with `unclustered`.
-constexpr std::array<std::pair<Marks, const char*>, 3> kMarks = {
+constexpr std::array<std::pair<std::uint32_t, const char*>, 3> kMarks = {
     {{raster::kMaskEnvironment, "environment"},
      {raster::kMaskSky, "sky"},
      {kMarkBridged, "bridged"}}};
@@ -64,10 +70,12 @@ RayPass::RayPass(const SecondOrderOptions& options, const SecondOrderReflectors&
   const int width = settings.width * settings.samples;
   const int height = settings.height * settings.samples;
   const std::size_t samples = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  marks_.resize(samples);
-  if (!settings.masks) {
+  if (settings.masks) {
+    masks_.resize(samples);
+  } else {
+    marks_.resize(samples);
     const raster::GBuffer& gbuffer = *services.gbuffer;
-    ownMarks_ = gl::Texture::make2D("marks of samples", GL_R16UI, width, height);
+    ownMarks_ = gl::Texture::make2D("marks of samples", GL_R8UI, width, height);
     ownTarget_ =
         gl::Framebuffer("reflection", {{.texture = gbuffer.reflection}, {.texture = ownMarks_}},
                         {.texture = gbuffer.depth});
@@ -173,7 +181,11 @@ void RayPass::run(Services& services, const RayInputs& inputs) {
   (masks ? gbuffer.reflectionFramebuffer : ownTarget_).bind();
   followRays(services, inputs);
   // What found nothing, apart from the others: they would all pay for the cube map and the sky
-  takeMarks(masks ? gbuffer.masks : ownMarks_);
+  if (masks) {
+    takeMarks(gbuffer.masks, GL_UNSIGNED_SHORT, masks_);
+  } else {
+    takeMarks(ownMarks_, GL_UNSIGNED_BYTE, marks_);
+  }
   if (!later_.empty()) lookUp(services, inputs);
 }
 
@@ -212,23 +224,24 @@ void RayPass::followRays(Services& services, const RayInputs& inputs) {
   if (reflectors_.glossy) walk(glossy_, raster::SampleClass::Glossy);
 }
 
-void RayPass::takeMarks(const gl::Texture& marks) {
-  marks.read(0, GL_RED_INTEGER, GL_UNSIGNED_SHORT, std::as_writable_bytes(std::span(marks_)));
+template <class Marks>
+void RayPass::takeMarks(const gl::Texture& texture, GLenum type, std::vector<Marks>& marks) {
+  texture.read(0, GL_RED_INTEGER, type, std::as_writable_bytes(std::span(marks)));
   if (sharesFrame_) {
     // What lies beside the method's own samples are others' masks
-    for (std::size_t at = 0; at < marks_.size(); ++at) {
-      if (clusterOf_[at] == 0) marks_[at] = 0;
+    for (std::size_t at = 0; at < marks.size(); ++at) {
+      if (clusterOf_[at] == 0) marks[at] = 0;
     }
   }
   std::array<std::uint64_t, kMarks.size()> counts{};
   later_.clear();
-  const int width = marks.width();
+  const int width = texture.width();
   std::vector<bool> listed(static_cast<std::size_t>(tilesAcross_));
-  for (int y = 0; y < marks.height(); ++y) {
+  for (int y = 0; y < texture.height(); ++y) {
     if (y % kTileSamples == 0) listed.assign(listed.size(), false);
-    const Marks* line = &marks_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width)];
+    const Marks* line = &marks[static_cast<std::size_t>(y) * static_cast<std::size_t>(width)];
     for (int x = 0; x < width; x += kTileSamples) {
-      TileRow row = 0;
+      TileRow<Marks> row = 0;
       if (x + kTileSamples <= width) {
         std::memcpy(&row, line + x, sizeof row);
       } else {
@@ -236,10 +249,10 @@ void RayPass::takeMarks(const gl::Texture& marks) {
       }
       if (row == 0) continue;
       for (std::size_t i = 0; i < kMarks.size(); ++i) {
-        counts[i] += std::popcount(row & everySample(kMarks[i].first));
+        counts[i] += std::popcount(row & everySample<Marks>(kMarks[i].first));
       }
       const auto tile = static_cast<std::size_t>(x / kTileSamples);
-      if ((row & everySample(kMarkLater)) == 0 || listed[tile]) continue;
+      if ((row & everySample<Marks>(kMarkLater)) == 0 || listed[tile]) continue;
       listed[tile] = true;
       later_.push_back(static_cast<std::uint32_t>(y / kTileSamples * tilesAcross_) +
                        static_cast<std::uint32_t>(tile));

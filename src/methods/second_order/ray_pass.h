@@ -57,7 +57,8 @@ class RayPass {
   gl::Program& curved(const Services& services);
   gl::Program& planar(bool exact);
   void followRays(Services& services, const RayInputs& inputs);
-  void takeMarks(const gl::Texture& marks);
+  template <class Marks>
+  void takeMarks(const gl::Texture& texture, GLenum type, std::vector<Marks>& marks);
   void lookUp(Services& services, const RayInputs& inputs);
 
   SecondOrderOptions options_;
@@ -75,7 +76,8 @@ class RayPass {
   std::vector<Found> found_;
   gl::Texture ownMarks_;  ///< as GBuffer::masks, where there are none
   gl::Framebuffer ownTarget_;
-  std::vector<std::uint16_t> marks_;
+  std::vector<std::uint8_t> marks_;        ///< where no masks are asked for
+  std::vector<std::uint16_t> masks_;       ///< where they are
   std::vector<std::uint64_t> markCounts_;  ///< of each mark that is counted
   int tilesAcross_ = 0;
   int tilesDown_ = 0;

@@ -28,8 +28,8 @@ const int kConcaveFlag = 2;
 
 // Marks of a sample beside raster::MaskBit, counted on the CPU: of atomics llvmpipe loops over all
 // lanes, of those that nobody takes, too.
-const uint kMarkBridged = 16384u;  // a ray ends over a depth edge
-const uint kMarkLater = 32768u;    // left to look_up.frag
+const uint kMarkBridged = 64u;  // a ray ends over a depth edge
+const uint kMarkLater = 128u;   // left to look_up.frag
 
 // What few runs have is counted by atomics: rays, and samples with a ray.
 const int kCountBelowHorizon = 0;
