@@ -90,8 +90,7 @@ std::vector<std::string> optionNames(const CLI::App& command) {
 
 /// " (did you mean ...?)": the nearest name, or a name of which one is the other's beginning.
 std::string nearestOption(const std::string& name, const std::vector<std::string>& known) {
-  const std::string near = didYouMean(name, known);
-  if (!near.empty()) return near;
+  if (std::string near = didYouMean(name, known); !near.empty()) return near;
   constexpr std::size_t kLeast = 5;  // "--out"; ours
   for (const std::string& option : known)
     if (std::min(option.size(), name.size()) >= kLeast &&

@@ -63,8 +63,9 @@ void KeyFrame::begin(const raster::GBufferCopy& source, const scene::Camera& cam
   const Mat3 rayFromPixel = scene::rayFromPixel(camera, width_, height_);
   parallelFor(count, kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t at = begin; at < end; ++at) {
+      const std::size_t row = at / static_cast<std::size_t>(width_);
       const auto x = static_cast<float>(at % static_cast<std::size_t>(width_));
-      const auto y = static_cast<float>(at / static_cast<std::size_t>(width_));
+      const auto y = static_cast<float>(row);
       distance_[at] = source.depth[at] > 0.0f
                           ? camera.nearMetres / source.depth[at] *
                                 glm::length(rayFromPixel * Vec3(x + 0.5f, y + 0.5f, 1.0f))
