@@ -329,7 +329,8 @@ void appendTable(const Schema& schema, std::string& text, std::vector<const Sche
     text += "\n";
   }
   for (const Field& field : schema.fields)
-    if (field.object != nullptr && std::find(done.begin(), done.end(), field.object) == done.end())
+    if (field.object != nullptr && !field.object->fields.empty() &&
+        std::find(done.begin(), done.end(), field.object) == done.end())
       appendTable(*field.object, text, done);
 }
 
