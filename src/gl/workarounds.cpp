@@ -47,7 +47,7 @@ std::vector<Workaround> parseWorkarounds(std::string_view names) {
       std::vector<std::string> known;
       for (const WorkaroundInfo& info : kWorkarounds) known.emplace_back(info.name);
       throw UsageError(std::string(kVariable) + ": there is no driver workaround \"" + name + "\"" +
-                       didYouMean(name, known) + "; `catoptric doctor` lists them");
+                       didYouMean(name, known) + "; there are: " + joined(known, ", "));
     }
     disabled.push_back(found->workaround);
   }

@@ -1,6 +1,7 @@
 #include "run/config/run_config.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <optional>
 #include <set>
@@ -116,11 +117,14 @@ std::vector<ReflectorRule> readReflectors(const Value& value,
                              "at its end");
       continue;
     }
-    if (member.kind() == Value::Kind::Object &&
-        (member.has("name") || member.has("reflectors") || member.has("unsupported"))) {
-      errors.add(member,
-                 "a method of some reflectors has \"method\" and the method's own options "
-                 "alone");
+    const std::array<const char*, 3> ofEntries = {"name", "reflectors", "unsupported"};
+    const auto* const wrong = std::ranges::find_if(ofEntries, [&](const char* name) {
+      return member.kind() == Value::Kind::Object && member.has(name);
+    });
+    if (wrong != ofEntries.end()) {
+      errors.add(member, config::jsonString(*wrong) +
+                             " is for entries of methods: a method of some reflectors has "
+                             "\"method\" and the method's own options alone");
       continue;
     }
     const std::optional<MethodConfig> method = readMethod(member, registry, errors);

@@ -168,6 +168,10 @@ void appendItems(const std::vector<PlanItem>& items, std::string& text) {
 }
 
 std::string hint(const MethodConfig& method) {
+  // A method without the option does all reflectors itself: another one was named for this object.
+  for (const methods::MethodEntry& entry : methods::registry())
+    if (entry.id == method.id && !entry.refusesReflectors)
+      return "name another method for it in \"reflectors\" of methods." + method.name;
   return "--set methods." + method.name +
          ".unsupported=environment_map (or =traced) lets that method fill it";
 }

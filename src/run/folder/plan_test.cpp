@@ -38,11 +38,12 @@ scene::Scene twoBalls() {
   return scene;
 }
 
-Plan planned(std::vector<methods::Unsupported> refused, int size) {
+Plan planned(std::vector<methods::Unsupported> refused, int size,
+             const std::string& id = "refusing") {
   RunConfig run;
   run.scene = "room.json";
   run.image.width = run.image.height = size;
-  run.methods.push_back({"mine", "refusing", {}, "{}"});
+  run.methods.push_back({"mine", id, {}, "{}"});
   std::vector<std::unique_ptr<methods::Method>> made;
   made.push_back(std::make_unique<Refusing>(std::move(refused)));
   return makePlan(run, twoBalls(), 3, made);
@@ -59,6 +60,18 @@ TEST(Plan, RefusedObjectsAreNamed) {
                  "mine cannot do object 2 \"vase\" of room.json: it is concave; --set "
                  "methods.mine.unsupported=environment_map (or =traced) lets that method fill it\n"
                  "mine cannot do the scene of room.json: two moments are needed");
+  }
+}
+
+// A method that takes no "unsupported" only refuses what its "reflectors" give to another one.
+TEST(Plan, OptionsThatAMethodHasNotAreNotNamed) {
+  try {
+    planned({{2, "perturbation: it is concave"}}, 8, "traced");
+    FAIL() << "no error";
+  } catch (const UsageError& error) {
+    EXPECT_STREQ(error.what(),
+                 "mine cannot do object 2 \"vase\" of room.json: perturbation: it is concave; "
+                 "name another method for it in \"reflectors\" of methods.mine");
   }
 }
 

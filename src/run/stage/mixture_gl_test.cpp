@@ -204,6 +204,9 @@ TEST(Mixture, WrongNamesAreErrors) {
   EXPECT_THAT(errorOf(withRule("pane", "reference")), HasSubstr("renders whole images"));
   EXPECT_THAT(errorOf(R"({"method": "traced", "unsupported": "traced"})"),
               HasSubstr("unsupported"));
+  EXPECT_THAT(errorOf(R"({"method": "traced", "reflectors":
+                          {"pane": {"method": "perturbation", "unsupported": "traced"}}})"),
+              HasSubstr(R"("unsupported" is for entries of methods)"));
 }
 
 }  // namespace
