@@ -2,16 +2,12 @@
 
 #include <vector>
 
+#include "methods/shared/bvh_policies.h"
+
 namespace catoptric::methods::reprojection {
 namespace {
 
 using config::field;
-
-constexpr auto kPolicies =
-    config::names<trace::BvhPolicy>({{"static", trace::BvhPolicy::Static},
-                                     {"refit", trace::BvhPolicy::Refit},
-                                     {"rebuild_low", trace::BvhPolicy::RebuildLow},
-                                     {"rebuild_medium", trace::BvhPolicy::RebuildMedium}});
 
 /// What both methods have.
 std::vector<config::Option<Options>> common() {
@@ -37,7 +33,7 @@ std::vector<config::Option<Options>> common() {
       field(&Options::bounces, "bounces", config::range(1, 16),
             "reflections along a path, as in traced; what shows a reflection of a reflection is "
             "traced anew"),
-      field(&Options::bvh, "bvh", kPolicies,
+      field(&Options::bvh, "bvh", kBvhPolicies,
             "how Embree's structure follows the geometry in each frame"),
   };
 }

@@ -14,7 +14,6 @@
 #include "methods/reprojection/reuse.h"
 #include "methods/shared/reflective_samples.h"
 #include "methods/shared/reflectors.h"
-#include "scene/reflectance.h"
 #include "trace/lobes/reflect.h"
 
 namespace catoptric::methods {
@@ -159,13 +158,11 @@ class Reprojection : public Method {
       for (std::size_t i = 0; i < count; ++i) {
         const trace::ReflectionPoint& point = samples.points[i];
         const trace::FirstHit& hit = hits_[i];
-        const auto& object = scene.objects[static_cast<std::size_t>(point.object - 1)];
         // One ray whose light depends on nothing but the place that it meets
-        const bool mirrors = point.glossiness <= scene::kMirrorGlossiness &&
-                             !(scene.materials[object.material].refraction > 0.0f);
         const bool shines = hit.hit.miss() || options_.bounces == 1 ||
                             scene.objects[static_cast<std::size_t>(hit.hit.object)].reflector == 0;
-        if (mirrors && shines && trace::isTraceable({hit.origin, hit.direction}))
+        if (reprojection::isMirror(point, scene) && shines &&
+            trace::isTraceable({hit.origin, hit.direction}))
           key_.keep(samples.places[i], point, hit, radiance_[i]);
       }
       key_.finish(services.geometry);

@@ -16,13 +16,13 @@ constexpr std::size_t kSamplesPerTask = 2048;
 
 const Vec2 kNowhere(std::numeric_limits<float>::quiet_NaN());
 
+}  // namespace
+
 bool isMirror(const trace::ReflectionPoint& point, const scene::Scene& scene) {
   const scene::Object& object = scene.objects[static_cast<std::size_t>(point.object - 1)];
   return point.glossiness <= scene::kMirrorGlossiness &&
          !(scene.materials[object.material].refraction > 0.0f);
 }
-
-}  // namespace
 
 void Reuse::makeRays(const KeyFrame& key, const ReflectiveSamples& samples,
                      const Services& services) {

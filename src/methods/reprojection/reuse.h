@@ -15,6 +15,10 @@
 
 namespace catoptric::methods::reprojection {
 
+/// Whether the light of a reflective sample comes along one mirrored ray: neither a lobe nor a body
+/// that refracts.
+bool isMirror(const trace::ReflectionPoint& point, const scene::Scene& scene);
+
 class Reuse {
  public:
   /// `searches`: follow the reflection; false: keep it on its surface (image_warp).

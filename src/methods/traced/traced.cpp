@@ -6,6 +6,7 @@
 
 #include "config/options.h"
 #include "core/clock.h"
+#include "methods/shared/bvh_policies.h"
 #include "methods/shared/reflective_samples.h"
 #include "methods/shared/reflectors.h"
 #include "scene/reflectance.h"
@@ -13,12 +14,6 @@
 
 namespace catoptric::methods {
 namespace {
-
-constexpr auto kPolicies =
-    config::names<trace::BvhPolicy>({{"static", trace::BvhPolicy::Static},
-                                     {"refit", trace::BvhPolicy::Refit},
-                                     {"rebuild_low", trace::BvhPolicy::RebuildLow},
-                                     {"rebuild_medium", trace::BvhPolicy::RebuildMedium}});
 
 struct Options {
   trace::BvhPolicy bvh = trace::BvhPolicy::Static;
@@ -29,7 +24,7 @@ const config::OptionTable<Options>& optionTable() {
   using config::field, config::in, config::range, trace::ReflectionOptions;
   static const config::OptionTable<Options> table(
       "traced", "Options of the method traced.",
-      {field(&Options::bvh, "bvh", kPolicies,
+      {field(&Options::bvh, "bvh", kBvhPolicies,
              "how Embree's structure follows the geometry in each frame"),
        field(in(&Options::reflection, &ReflectionOptions::rays), "rays", range(1, 64),
              "rays per sample on surfaces with g above 0.05; mirrors take one"),
@@ -59,7 +54,7 @@ class Traced : public Method {
     plan.items = {
         {"pass", "readback", "Embree traces on the CPU: normal, s, g, depth and ids are read back",
          0},
-        {"pass", "trace", why + ", bvh " + kPolicies.of(options_.bvh), 0},
+        {"pass", "trace", why + ", bvh " + kBvhPolicies.of(options_.bvh), 0},
         {"pass", "resolve", "rays are made, hits shaded", 0},
         {"pass", "upload", "the composite takes the reflection as a texture", 0},
         {"resource", "G-buffer copy", "what is read back", samples * (16 + 16 + 4 + 4)},
