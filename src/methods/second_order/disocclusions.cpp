@@ -23,14 +23,10 @@ bool shows(const ClusterCamera& camera, const std::array<float, 3>& at, const Ve
   const float w = glm::dot(camera.rowW, p);
   if (!(w > 0.0f)) return false;
   const Vec2 texel = Vec2(glm::dot(camera.rowX, p), glm::dot(camera.rowY, p)) / w;
-  const auto above = [&](const Vec2& t, float depth) {
-    return depth - glm::dot(camera.horizon, Vec3(t, 1.0f));
-  };
-  const float expected = above(texel, glm::dot(camera.rowZ, p) / w);
+  const float expected = camera.aboveHorizon / w;
   const Vec2 found(at[0], at[1]);
   return glm::distance(texel, found) <= kWrongTexels &&
-         std::abs(above(found, at[2]) - expected) <=
-             kWrongShare * std::max(expected, above(found, at[2]));
+         std::abs(at[2] - expected) <= kWrongShare * std::max(expected, at[2]);
 }
 
 struct Question {

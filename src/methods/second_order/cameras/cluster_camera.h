@@ -28,9 +28,10 @@ struct ClusterCamera {
   Vec4 rowY{0.0f};
   Vec4 rowZ{0.0f, 0.0f, 0.0f, 1.0f};
   Vec4 rowW{0.0f, 0.0f, 0.0f, 1.0f};
-  /// Depth of what is infinitely far, at texel (x, y): dot(horizon, (x, y, 1)); depth above it is
-  /// proportional to 1 / W.
+  /// Depth of what is infinitely far, at texel (x, y): dot(horizon, (x, y, 1)). Depth is above it
+  /// by aboveHorizon / W.
   Vec3 horizon{0.0f};
+  float aboveHorizon = 1.0f;
   /// The cluster's own object is drawn where dot(own, (p, 1)) > 0: above all samples, so that its
   /// inner sides hide nothing.
   Vec4 own{0.0f, 0.0f, 0.0f, 1.0f};

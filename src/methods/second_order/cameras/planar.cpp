@@ -48,6 +48,13 @@ ClusterCamera planarCamera(const Cluster& cluster, const scene::Camera& camera, 
   const double offset = glm::dot(n, glm::dvec3(cluster.centroid)) +
                         kClipSlack * glm::length(glm::dvec3(cluster.centroid));
   made.rowZ = depthBeyond(n, offset, std::max(steepest, 1e-6), made.rowW);
+  const double c = kDepthRange / std::max(steepest, 1e-6);
+  made.aboveHorizon = static_cast<float>(c * (offset - glm::dot(n, eye)));
+  // Of rays that advance by 1 along the axis, depth at infinity is 1 - c dot(n, ray)
+  const glm::dvec3 slope = c * (glm::transpose(mirrored) * n);
+  const double texel = 1.0 / static_cast<double>(made.scale);
+  made.horizon = Vec3(slope.x * texel, -slope.y * texel,
+                      1.0 - slope.x * cluster.right - slope.y * cluster.top - slope.z);
   return made;
 }
 

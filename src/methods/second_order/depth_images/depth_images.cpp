@@ -161,8 +161,8 @@ void DepthImages::writeTable(std::span<const Cluster> clusters,
     Vec4* rows = &table[kTableRows * i];
     rows[shared::kRowX] = camera.rowX;
     rows[shared::kRowX + 1] = camera.rowY;
-    rows[shared::kRowX + 2] = camera.rowZ;
-    rows[shared::kRowX + 3] = camera.rowW;
+    rows[shared::kRowX + 2] = camera.rowW;
+    rows[shared::kHorizon] = Vec4(camera.horizon, camera.aboveHorizon);
     // Rays leave an empty image, then of one texel, at once
     const bool empty = triangles[i] == 0 && !camera.mirrorGrid;
     Vec4& place = rows[shared::kPlace];
@@ -173,7 +173,7 @@ void DepthImages::writeTable(std::span<const Cluster> clusters,
                                camera.mirrorTop - place.y / camera.scale, camera.scale);
     const int flags = (camera.crossing || camera.parallel ? shared::kCrossingFlag : 0) +
                       (clusters[i].concave ? shared::kConcaveFlag : 0);
-    rows[shared::kHorizon] = Vec4(camera.horizon, static_cast<float>(flags));
+    rows[shared::kFlags] = Vec4(static_cast<float>(flags), 0.0f, 0.0f, 0.0f);
     rows[shared::kRectangle] = ofObject.at(clusters[i].object);
   }
   const std::size_t bytes = table.size() * sizeof(Vec4);

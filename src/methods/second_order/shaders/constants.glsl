@@ -18,10 +18,11 @@ const int kFoundBinding = 2;
 
 // The table of clusters: texels of each, and what they have
 const int kTableTexels = 8;
-const int kRowX = 0;       // rows X, Y, Z, W of the camera
+const int kRowX = 0;       // rows X, Y, W of the camera
+const int kHorizon = 3;    // horizon; depth above it times W
 const int kPlace = 4;      // corner in the atlas, size
 const int kMore = 5;       // layer; mirrored grid: right and top in the atlas, scale
-const int kHorizon = 6;    // horizon; flags
+const int kFlags = 6;
 const int kRectangle = 7;  // of all clusters of the object, in samples
 const int kCrossingFlag = 1;
 const int kConcaveFlag = 2;

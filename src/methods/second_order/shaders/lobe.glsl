@@ -35,22 +35,22 @@ vec3 lobeDirection(vec3 mirror, vec3 normal, float exponent, int index, vec2 shi
 // [Wang2014, section 4.2.2].
 Hit lookUp(DepthImage image, Start start, vec3 direction, Hit centre, float limit) {
   float t = min(centre.metres, limit);
-  vec4 end = start.place + t * vec4(dot(image.rowX.xyz, direction), dot(image.rowY.xyz, direction),
-                                    dot(image.rowZ.xyz, direction), dot(image.rowW.xyz, direction));
-  vec2 at = end.xy / max(end.w, 1e-30);
-  bool inside = end.w > 0.0 && all(greaterThanEqual(at, vec2(0.0))) &&
+  vec3 end = start.place + t * vec3(dot(image.rowX.xyz, direction), dot(image.rowY.xyz, direction),
+                                    dot(image.rowW.xyz, direction));
+  vec2 at = end.xy / max(end.z, 1e-30);
+  bool inside = end.z > 0.0 && all(greaterThanEqual(at, vec2(0.0))) &&
                 all(lessThan(at, image.place.zw));
   vec2 texel = clamp(at, vec2(0.0), image.place.zw - 1.0);
-  float depth = depthAt(image, texel);
+  float height = heightAt(image, texel);
   int layer = 0;
 #if LAYERS == 2
   // Of both layers what lies about where the ray ends
   float second = secondAt(image, texel);
-  float ends = end.z / end.w;
-  bool nearer = second > 0.0 && abs(second - ends) < abs(depth - ends);
-  depth = nearer ? second : depth;
+  float ends = image.horizon.w / end.z;
+  bool nearer = second > 0.0 && abs(second - ends) < abs(height - ends);
+  height = nearer ? second : height;
   layer = nearer ? secondLayer : 0;
 #endif
-  int kind = centre.kind == kMissed || !inside ? kMissed : depth > 0.0 ? kHit : kSky;
-  return Hit(kind, at, depth, kind == kHit && centre.bridged, t, kind == kHit ? layer : 0);
+  int kind = centre.kind == kMissed || !inside ? kMissed : height > 0.0 ? kHit : kSky;
+  return Hit(kind, at, height, kind == kHit && centre.bridged, t, kind == kHit ? layer : 0);
 }

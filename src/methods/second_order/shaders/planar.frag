@@ -32,8 +32,10 @@ void main() {
       DepthImage image;
       image.place = tableOf(cluster, kPlace);
       image.more = grid;
-      image.horizon = vec3(0.0);
-      reflection = vec4(colorAt(image, at - image.place.xy, there), 1.0);
+      image.horizon = tableOf(cluster, kHorizon);
+      vec2 inImage = at - image.place.xy;
+      float height = aboveHorizon(image, there, floor(inImage) + 0.5);
+      reflection = vec4(colorAt(image, inImage, height), 1.0);
 #endif
     } else {
       reflection = vec4(0.0, 0.0, 0.0, kBeyondScene);

@@ -103,7 +103,7 @@ Hit follow(Surface surface, DepthImage image, Start start, vec3 direction, float
   // An eighth of a lobe's ray is a texel of its cluster: the nearest one is enough
   seen = hit.kind == kHit ? nearestColorAt(image, hit.at) : vec3(0.0);
 #else
-  seen = hit.kind == kHit ? colorAt(image, hit.at, hit.depth) : vec3(0.0);
+  seen = hit.kind == kHit ? colorAt(image, hit.at, hit.height) : vec3(0.0);
 #endif
 #if SELF
   seen = selfHit ? own : seen;
@@ -180,7 +180,7 @@ Met followRays(Surface surface, DepthImage image, inout uint bits) {
 #endif
 #if FOUND
     nothing[k >> 5] |= hit.kind == kHit || hit.kind == kSelf ? 0u : bit;
-    where = rays == 1 && hit.kind == kHit ? vec3(hit.at, hit.depth) : vec3(0.0);
+    where = rays == 1 && hit.kind == kHit ? vec3(hit.at, hit.height) : vec3(0.0);
 #endif
   }
 #if FOUND

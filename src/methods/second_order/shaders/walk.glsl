@@ -24,7 +24,7 @@ const float kSideways = 0.3;
 struct Hit {
   int kind;
   vec2 at;      // texels
-  float depth;
+  float height; // above the image's horizon
   bool bridged; // over a depth edge
   float metres; // along the ray
   int layer;    // of the atlas, from the image's
@@ -32,19 +32,17 @@ struct Hit {
 
 // Where all rays of a sample start.
 struct Start {
-  vec4 place;   // X, Y, Z, W
-  vec3 from;    // texel and depth
+  vec3 place;   // X, Y, W
+  vec3 from;    // texel and height above the horizon
   float before; // of the image
-  float above;  // from.z above the horizon
 };
 
 Start startAt(DepthImage image, vec3 p) {
   Start start;
-  start.place = vec4(dot(image.rowX, vec4(p, 1.0)), dot(image.rowY, vec4(p, 1.0)),
-                     dot(image.rowZ, vec4(p, 1.0)), dot(image.rowW, vec4(p, 1.0)));
-  start.from = start.place.xyz / start.place.w;
-  start.before = depthAt(image, clamp(start.from.xy, vec2(0.0), image.place.zw - 1.0));
-  start.above = start.from.z - dot(image.horizon, vec3(start.from.xy, 1.0));
+  start.place = vec3(dot(image.rowX, vec4(p, 1.0)), dot(image.rowY, vec4(p, 1.0)),
+                     dot(image.rowW, vec4(p, 1.0)));
+  start.from = vec3(start.place.xy, image.horizon.w) / start.place.z;
+  start.before = heightAt(image, clamp(start.from.xy, vec2(0.0), image.place.zw - 1.0));
   return start;
 }
 
@@ -52,29 +50,29 @@ Start startAt(DepthImage image, vec3 p) {
 struct Path {
   float alongW;  // advance of W per metre
   float metres;
-  vec4 end;      // X, Y, Z, W
+  vec3 end;      // X, Y, W
   int steps;
-  vec3 stride;   // texel and depth
+  vec3 stride;   // texel and height above the horizon
   bool passing;  // the ray may pass behind what it meets
 };
 
 Path pathOf(DepthImage image, Start start, vec3 direction, float limit) {
-  vec4 along = vec4(dot(image.rowX.xyz, direction), dot(image.rowY.xyz, direction),
-                    dot(image.rowZ.xyz, direction), dot(image.rowW.xyz, direction));
+  vec3 along = vec3(dot(image.rowX.xyz, direction), dot(image.rowY.xyz, direction),
+                    dot(image.rowW.xyz, direction));
   // As far as the frame goes: every border is a plane through the camera's eye
   vec2 size = image.place.zw;
   float t = limit;
-  vec4 inside = vec4(start.place.xy, size * start.place.w - start.place.xy);
-  vec4 advance = vec4(along.xy, size * along.w - along.xy);
+  vec4 inside = vec4(start.place.xy, size * start.place.z - start.place.xy);
+  vec4 advance = vec4(along.xy, size * along.z - along.xy);
   for (int k = 0; k < 4; ++k) {
     t = advance[k] < 0.0 ? min(t, max(inside[k], 0.0) / -advance[k]) : t;
   }
-  t = along.w < 0.0 ? min(t, 0.9 * start.place.w / -along.w) : t;
+  t = along.z < 0.0 ? min(t, 0.9 * start.place.z / -along.z) : t;
   Path path;
-  path.alongW = along.w;
+  path.alongW = along.z;
   path.metres = t;
   path.end = start.place + t * along;
-  vec3 way = path.end.xyz / path.end.w - start.from;
+  vec3 way = vec3(path.end.xy, image.horizon.w) / path.end.z - start.from;
   float length = max(abs(way.x), abs(way.y));
   path.steps = clamp(int(ceil(length)), 1, 8192);
   path.stride = way / float(path.steps);
@@ -82,8 +80,8 @@ Path pathOf(DepthImage image, Start start, vec3 direction, float limit) {
   return path;
 }
 
-// Depths of the image at the last two steps, and where the ray was.
-struct Depths {
+// Heights of the image above its horizon at the last two steps, and where the ray was.
+struct Heights {
   float before;
   float here;
   bool front;    // of the image, at the last step
@@ -98,8 +96,8 @@ struct Depths {
 #endif
 };
 
-Depths depthsAtStart(DepthImage image, Start start) {
-  Depths d;
+Heights heightsAtStart(DepthImage image, Start start) {
+  Heights d;
   d.before = start.before;
   d.here = d.before;
   d.front = start.from.z >= d.before;
@@ -111,10 +109,10 @@ Depths depthsAtStart(DepthImage image, Start start) {
   return d;
 }
 
-void takeStep(DepthImage image, vec3 point, inout Depths d) {
+void takeStep(DepthImage image, vec3 point, inout Heights d) {
   vec2 size = image.place.zw;
   d.before = d.here;
-  d.here = depthAt(image, clamp(point.xy, vec2(0.0), size - 1.0));
+  d.here = heightAt(image, clamp(point.xy, vec2(0.0), size - 1.0));
   bool behind = point.z < d.here;
   d.crossed = d.front && behind;
 #if LAYERS == 2
@@ -140,18 +138,17 @@ struct Crossing {
   bool inSecond;      // of the two layers
 };
 
-Crossing crossingAt(DepthImage image, Start start, Path path, vec3 point, float rayBefore, Depths d) {
+Crossing crossingAt(DepthImage image, Start start, Path path, vec3 point, float rayBefore, Heights d) {
   Crossing c;
   c.inSecond = false;
-  float horizon = dot(image.horizon, vec3(point.xy, 1.0));
   c.shown = d.here;
   c.shownBefore = d.before;
 #if LAYERS == 2
   // A surface of the second layer may have been the first before the step
   bool nearerFirst = d.wasFront && abs(d.before - d.second) < abs(d.secondBefore - d.second);
   float behindOf = nearerFirst ? d.before : d.secondBefore;
-  bool firstEdge = d.before - horizon < 0.8 * (d.here - horizon);
-  bool secondEdge = behindOf - horizon < 0.8 * (d.second - horizon);
+  bool firstEdge = d.before < 0.8 * d.here;
+  bool secondEdge = behindOf < 0.8 * d.second;
   c.inSecond = d.crossedSecond && !secondEdge && (!d.crossedFirst || firstEdge);
   c.shown = c.inSecond ? d.second : c.shown;
   c.shownBefore = c.inSecond ? behindOf : c.shownBefore;
@@ -159,15 +156,15 @@ Crossing crossingAt(DepthImage image, Start start, Path path, vec3 point, float 
   float a = rayBefore - c.shownBefore;
   float b = c.shown - point.z;
   float s = a / max(a + b, 1e-30);
-  bool edge = c.shownBefore - horizon < 0.8 * (c.shown - horizon);
+  bool edge = c.shownBefore < 0.8 * c.shown;
   // Distances from where the ray starts, in units of its W
-  float reach = start.above / (c.shown - horizon) - 1.0;
-  bool edgeFromStart = start.above / max(c.shownBefore - horizon, 1e-30) - 1.0 > 1.25 * reach;
+  float reach = start.from.z / c.shown - 1.0;
+  bool edgeFromStart = start.from.z / max(c.shownBefore, 1e-30) - 1.0 > 1.25 * reach;
   c.passes = path.passing && edgeFromStart &&
-             start.above / (point.z - horizon) - 1.0 > kThickness * reach;
+             start.from.z / point.z - 1.0 > kThickness * reach;
 #if LAYERS == 2
   // What is seen behind an edge is known here: no ray ends at it that is clearly farther
-  bool behindEdge = edge && point.z - horizon < (c.shown - horizon) / kThickness;
+  bool behindEdge = edge && point.z < c.shown / kThickness;
   c.passes = !c.inSecond && (!d.crossedFirst || behindEdge);
 #endif
   c.edge = path.passing ? edgeFromStart : edge;
@@ -186,7 +183,7 @@ Hit walk(DepthImage image, Start start, vec3 direction, float limit) {
   Path path = pathOf(image, start, direction, limit);
   vec3 from = start.from;
   vec3 stride = path.stride;
-  Depths d = depthsAtStart(image, start);
+  Heights d = heightsAtStart(image, start);
   bool hit = false;
   int i = 0;
   while (i < path.steps && !hit) {
@@ -218,10 +215,10 @@ Hit walk(DepthImage image, Start start, vec3 direction, float limit) {
 #else
     found.at = taken ? mix(point.xy - stride.xy, point.xy, c.share) : found.at;
 #endif
-    found.depth = taken ? mix(c.shownBefore, c.shown, c.share) : found.depth;
+    found.height = taken ? mix(c.shownBefore, c.shown, c.share) : found.height;
     found.bridged = taken ? c.edge : found.bridged;
     float share = (float(i - 1) + c.share) / float(path.steps);
-    float metres = path.metres * share * start.place.w / mix(path.end.w, start.place.w, share);
+    float metres = path.metres * share * start.place.z / mix(path.end.z, start.place.z, share);
     found.metres = taken ? metres : found.metres;
     hit = d.crossed && !c.passes;
   }
