@@ -35,19 +35,17 @@ Mat4 sampleFromWorld(const scene::Camera& camera, int width, int height) {
 
 }  // namespace
 
-void KeyFrame::begin(const raster::GBufferCopy& source, const scene::Camera& camera,
+void KeyFrame::begin(int width, int height, const scene::Camera& camera,
                      const frame::Lighting& lighting, const frame::Geometry& geometry) {
-  width_ = source.sampleWidth();
-  height_ = source.sampleHeight();
+  width_ = width;
+  height_ = height;
   camera_ = camera;
   lighting_ = lighting;
   sampleFromWorld_ = sampleFromWorld(camera, width_, height_);
-  const std::size_t count = source.object.size();
-  reflector_.assign(count, 0);
-  shown_.assign(count, 0);
+  const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  surface_.assign(count, 0);
   place_.resize(count);
   radiance_.resize(count);
-  length_.resize(count);
   distance_.resize(count);
   moving_.clear();
   worldFromObject_.clear();
@@ -55,49 +53,36 @@ void KeyFrame::begin(const raster::GBufferCopy& source, const scene::Camera& cam
   bool moves = false;
   for (const frame::ObjectRange& range : geometry.objects) {
     worldFromObject_.push_back(range.worldFromObject);
-    // A hit on an implicit surface is not a point of its triangles
     hitObjectMoves_.push_back(range.moving ? 1 : 0);
     moves = moves || range.moving;
   }
   hits_.assign(moves ? count : 0, {});
-  const Mat3 rayFromPixel = scene::rayFromPixel(camera, width_, height_);
-  parallelFor(count, kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t at = begin; at < end; ++at) {
-      const std::size_t row = at / static_cast<std::size_t>(width_);
-      const auto x = static_cast<float>(at % static_cast<std::size_t>(width_));
-      const auto y = static_cast<float>(row);
-      distance_[at] = source.depth[at] > 0.0f
-                          ? camera.nearMetres / source.depth[at] *
-                                glm::length(rayFromPixel * Vec3(x + 0.5f, y + 0.5f, 1.0f))
-                          : 0.0f;
-    }
-  });
 }
 
 void KeyFrame::keep(std::size_t at, const trace::ReflectionPoint& point, const trace::FirstHit& hit,
                     const Vec3& radiance) {
-  reflector_[at] = static_cast<std::uint32_t>(point.object);
+  std::uint32_t shown = 0;
   radiance_[at] = radiance;
+  distance_[at] = point.distance;
   if (hit.hit.miss()) {
-    shown_[at] = 0;
-    place_[at] = Vec4(hit.direction, 0.0f);
-    length_[at] = point.distance;
-    return;
+    place_[at] = Vec4(hit.direction, point.distance);
+  } else {
+    shown = static_cast<std::uint32_t>(hit.hit.object + 1);
+    place_[at] = Vec4(hit.origin + hit.hit.distance * hit.direction,
+                      point.distance + hit.hit.distance * glm::length(hit.direction));
+    if (!hits_.empty()) hits_[at] = hit.hit;
   }
-  shown_[at] = static_cast<std::uint32_t>(hit.hit.object + 1);
-  place_[at] = Vec4(hit.origin + hit.hit.distance * hit.direction, 1.0f);
-  length_[at] = point.distance + hit.hit.distance * glm::length(hit.direction);
-  if (!hits_.empty()) hits_[at] = hit.hit;
+  surface_[at] = (static_cast<std::uint64_t>(point.object) << 32U) | shown;
 }
 
 void KeyFrame::finish(const frame::Geometry& geometry) {
   for (std::size_t at = 0; at < hits_.size(); ++at) {
-    if (reflector_[at] == 0 || shown_[at] == 0 || hitObjectMoves_[shown_[at] - 1] == 0) continue;
-    if (geometry.objects[shown_[at] - 1].surface >= 0) {
-      reflector_[at] = 0;
-      continue;
-    }
-    moving_.push_back({at, hits_[at]});
+    if (reflector(at) == 0 || shown(at) == 0 || hitObjectMoves_[shown(at) - 1] == 0) continue;
+    // A hit on an implicit surface is not a point of its triangles
+    if (geometry.objects[shown(at) - 1].surface >= 0)
+      surface_[at] = 0;
+    else
+      moving_.push_back({at, hits_[at]});
   }
   hits_ = {};
 }
@@ -105,7 +90,7 @@ void KeyFrame::finish(const frame::Geometry& geometry) {
 void KeyFrame::follow(const frame::Geometry& geometry) {
   parallelFor(moving_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
-      place_[moving_[i].at] = Vec4(placeOf(moving_[i].hit, geometry), 1.0f);
+      place_[moving_[i].at] = Vec4(placeOf(moving_[i].hit, geometry), place_[moving_[i].at].w);
   });
 }
 

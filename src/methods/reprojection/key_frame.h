@@ -10,19 +10,19 @@
 #include "core/math.h"
 #include "frame/geometry.h"
 #include "frame/shading.h"
-#include "raster/gbuffer.h"
 #include "scene/camera.h"
 #include "trace/lobes/reflect.h"
 
 namespace catoptric::methods::reprojection {
 
-/// By sample, row 0 on top.
+/// By sample, row 0 on top. A partial key frame keeps some samples only.
 class KeyFrame {
  public:
-  /// Of the G-buffer `source` as `camera` sees it; nothing is kept of reflections yet.
-  void begin(const raster::GBufferCopy& source, const scene::Camera& camera,
-             const frame::Lighting& lighting, const frame::Geometry& geometry);
-  /// Keeps what the sample `at` reflects: a mirror's first hit and the light from there.
+  /// Of width x height samples as `camera` sees them; nothing is kept of reflections yet.
+  void begin(int width, int height, const scene::Camera& camera, const frame::Lighting& lighting,
+             const frame::Geometry& geometry);
+  /// Keeps what the sample `at` reflects: a mirror's first hit and the light from there. Threads
+  /// may keep different samples at once.
   void keep(std::size_t at, const trace::ReflectionPoint& point, const trace::FirstHit& hit,
             const Vec3& radiance);
   /// After the last keep().
@@ -44,15 +44,19 @@ class KeyFrame {
   }
 
   /// Id of the reflector whose reflection is kept; 0: none is.
-  std::uint32_t reflector(std::size_t at) const { return reflector_[at]; }
+  std::uint32_t reflector(std::size_t at) const {
+    return static_cast<std::uint32_t>(surface_[at] >> 32U);
+  }
   /// The id of what it shows; 0: the sky.
-  std::uint32_t shown(std::size_t at) const { return shown_[at]; }
+  std::uint32_t shown(std::size_t at) const { return static_cast<std::uint32_t>(surface_[at]); }
+  /// Equal where reflector() and shown() are.
+  std::uint64_t surface(std::size_t at) const { return surface_[at]; }
   /// R: its place, w = 1; or the direction to the sky, w = 0.
-  const Vec4& place(std::size_t at) const { return place_[at]; }
+  Vec4 place(std::size_t at) const { return Vec4(Vec3(place_[at]), shown(at) != 0 ? 1.0f : 0.0f); }
   const Vec3& radiance(std::size_t at) const { return radiance_[at]; }
   /// s.d + s.r, Euclidean metres from the eye by way of the reflector; of the sky s.d.
-  float length(std::size_t at) const { return length_[at]; }
-  /// s.d of any sample that shows a surface: metres from the eye.
+  float length(std::size_t at) const { return place_[at].w; }
+  /// s.d of a sample whose reflection is kept: metres from the eye.
   float distance(std::size_t at) const { return distance_[at]; }
 
   /// Where the key frame's camera sees a point of object `object` (index) that is at `position`
@@ -75,11 +79,10 @@ class KeyFrame {
   frame::Lighting lighting_;
   Mat4 sampleFromWorld_{1.0f};  ///< x, y and w in rows 0, 1 and 3
   std::vector<Mat4> worldFromObject_;
-  std::vector<std::uint32_t> reflector_;
-  std::vector<std::uint32_t> shown_;
-  std::vector<Vec4> place_;
+  // By sample. What the search reads lies in two arrays: it waits for memory most of its time.
+  std::vector<std::uint64_t> surface_;  ///< reflector and what it shows
+  std::vector<Vec4> place_;             ///< place or direction, and length
   std::vector<Vec3> radiance_;
-  std::vector<float> length_;
   std::vector<float> distance_;
   std::vector<MovingHit> moving_;
   std::vector<std::uint8_t> hitObjectMoves_;

@@ -9,6 +9,9 @@ namespace {
 
 using config::field;
 
+constexpr auto kEdges =
+    config::names<Edges>({{"trace", Edges::Trace}, {"nearest", Edges::Nearest}});
+
 /// What both methods have.
 std::vector<config::Option<Options>> common() {
   return {
@@ -22,9 +25,18 @@ std::vector<config::Option<Options>> common() {
           &Options::restartEvery, "restart_every", config::range(1, 100000),
           "frames 1, 1 + n, 1 + 2n, ... of the path are key frames in any case, and so are cuts of "
           "the camera: whoever begins in between must render from the one before"),
+      field(&Options::partialKeys, "partial_keys", config::range(0, 16),
+            "partial key frames that are kept beside the key frame, the newest ones: what a frame "
+            "had to trace anew is searched in the frames after it; 0: as in the paper"),
+      field(&Options::partialThreshold, "partial_threshold", config::range(0.0, 1.0),
+            "share of the mirrors' samples: a frame that misses so many more than the first frame "
+            "after the last key frame, partial or not, becomes a partial key frame"),
       field(&Options::epsilon, "epsilon", config::range(0.0, 1.0),
             "relative difference of two neighbours' distances along the reflected path at which "
             "they do not show one surface"),
+      field(&Options::edges, "edges", kEdges,
+            "a sample that is found between samples of two surfaces is traced anew, or shows the "
+            "surface of the nearest one: fewer rays, edges off by up to half a sample"),
       field(&Options::magnification, "magnification", config::atLeast(1.0),
             "area over which a sample of the key frame may be stretched, in samples"),
       field(&Options::rays, "rays", config::range(1, 64),

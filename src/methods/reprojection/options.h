@@ -1,19 +1,30 @@
 // Options of the methods reprojection and image_warp.
 #pragma once
 
+#include <cstdint>
+
 #include "config/options.h"
 #include "trace/embree/trace_scene.h"
 
 namespace catoptric::methods::reprojection {
 
+/// What becomes of a sample that is found between samples of two surfaces.
+enum class Edges : std::uint8_t {
+  Trace,    ///< it is traced anew
+  Nearest,  ///< it shows the surface of the nearest one
+};
+
 struct Options {
   float keyframeThreshold = 0.3f;  ///< [Xie2017] Sec. 4.4
   int keyframeEvery = 0;           ///< 0: by content alone
   int restartEvery = 64;           ///< ours
+  int partialKeys = 3;             ///< ours
+  float partialThreshold = 0.02f;  ///< ours
   int maxSearchSteps = 16;         ///< ours; the median of the rooms' samples needs 2
   float epsilon = 0.05f;           ///< ours: relative difference of lengths along the path
-  float magnification = 16.0f;     ///< [Xie2017] Sec. 4.1
-  float fidelity = 0.25f;          ///< ours: samples of the key frame
+  Edges edges = Edges::Trace;
+  float magnification = 16.0f;  ///< [Xie2017] Sec. 4.1
+  float fidelity = 0.25f;       ///< ours: samples of the key frame
   bool refine = true;
   int rays = 8;
   int bounces = 1;

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/clock.h"
+#include "core/parallel.h"
 #include "methods/contract/restarts.h"
 #include "methods/reprojection/key_frame.h"
 #include "methods/reprojection/options.h"
@@ -29,14 +29,18 @@ const TableInfo kKeyFrames{
     "one row a frame: which key frame its reflections come from",
     {{"key", ColumnType::Integer, "the key frame's number"},
      {"reason", ColumnType::Text,
-      "why this frame is a key frame: first, restart, every, lights, threshold; empty: it is none"},
+      "why this frame is a key frame: first, restart, every, lights, threshold; partial: what it "
+      "traced anew is kept beside the key frame; empty: it is none"},
      {"reflective", ColumnType::Integer, "reflective samples"},
      {"missing", ColumnType::Integer,
-      "of them those that were not found in the key frame before (a first key frame: all)"}}};
+      "of them those that were not found in the key frames before (a first key frame: all)"}}};
+
+constexpr const char* kPartial = "partial";
+constexpr std::size_t kSamplesPerTask = 4096;
 
 /// What becomes of reflective samples, for the counters.
 struct OutcomeCounts {
-  std::array<std::uint64_t, 7> of{};
+  std::array<std::uint64_t, 8> of{};
   std::uint64_t operator[](Outcome outcome) const { return of[static_cast<std::size_t>(outcome)]; }
 };
 
@@ -71,8 +75,8 @@ class Reprojection : public Method {
         {"pass", "recompute", "what was not found, and key frames, by Embree", 0},
         {"pass", "upload", "the composite takes the reflection as a texture", 0},
         {"resource", "G-buffer copy", "what is read back", samples * (16 + 16 + 4 + 4)},
-        {"resource", "key frame", "what its reflective samples have met",
-         samples * (4 + 4 + 16 + 12 + 4 + 4)},
+        {"resource", "key frames", "what the reflective samples of whole and partial ones have met",
+         samples * (8 + 16 + 12 + 4) * static_cast<std::uint64_t>(1 + options_.partialKeys)},
         {"resource", "reflection image", "what is uploaded", samples * 16},
     };
     return plan;
@@ -108,28 +112,23 @@ class Reprojection : public Method {
     OutcomeCounts outcomes;
     std::vector<std::uint32_t> missing;
     if (reason.empty()) {
-      key_.follow(services.geometry);
-      reuse_.run(key_, copy_, samples, services, radiance_);
-      for (std::size_t i = 0; i < count; ++i) {
-        ++outcomes.of[static_cast<std::size_t>(reuse_.outcome(i))];
-        if (reuse_.outcome(i) != Outcome::Found) missing.push_back(static_cast<std::uint32_t>(i));
-      }
+      findAll(samples, services, outcomes, missing);
       // A new key frame helps only those that it can be searched for.
       const std::uint64_t never = outcomes[Outcome::NotSearched];
-      if (static_cast<double>(missing.size() - never) >
-          static_cast<double>(options_.keyframeThreshold) * static_cast<double>(count - never))
-        reason = "threshold";
+      reason = shareReason(missing.size() - never, count - never);
     }
-    const std::uint64_t missed = reason == "threshold" || reason.empty() ? missing.size() : count;
-    if (!reason.empty()) {
+    const std::uint64_t missed = outcomes.of == OutcomeCounts{}.of ? count : missing.size();
+    const bool whole = !reason.empty() && reason != kPartial;
+    if (whole) {
       makeKey(input, services, samples);
       outcomes = {};
       missing.clear();
-    } else if (input.kept) {
-      retrace(input, services, samples, missing);
+    } else if (input.kept || reason == kPartial) {
+      retrace(input, services, samples, missing, reason == kPartial);
     }
     if (input.kept) show(services, samples, missing);
-    report(outcomes, missing.size(), reason.empty() ? 0 : count, output);
+    report(outcomes, missing.size(), whole ? count : 0, output);
+    output.counters["partial_key"] = reason == kPartial ? 1 : 0;
     Table table(kKeyFrames);
     table.add(keyNumber_, reason, count, missed);
     output.tables.push_back(std::move(table));
@@ -147,43 +146,93 @@ class Reprojection : public Method {
     return "";
   }
 
-  /// Traces all samples, as `traced` does, and keeps what they met.
-  void makeKey(const FrameInput& input, Services& services, const ReflectiveSamples& samples) {
-    services.timer.measure("recompute", [&] {
-      const std::size_t count = samples.points.size();
-      hits_.resize(count);
-      trace(input, services, samples.points, radiance_, flags_, hits_);
-      key_.begin(copy_, input.frame.camera, services.lighting, services.geometry);
-      const scene::Scene& scene = services.scene;
-      for (std::size_t i = 0; i < count; ++i) {
-        const trace::ReflectionPoint& point = samples.points[i];
+  /// Why a frame becomes a key frame by what it misses: `missing` of `count` samples of mirrors.
+  std::string shareReason(std::uint64_t missing, std::uint64_t count) {
+    const double share = count > 0 ? static_cast<double>(missing) / static_cast<double>(count) : 0;
+    if (share > static_cast<double>(options_.keyframeThreshold)) return "threshold";
+    if (share < leastShare_) leastShare_ = share;
+    return options_.partialKeys > 0 &&
+                   share > leastShare_ + static_cast<double>(options_.partialThreshold)
+               ? kPartial
+               : "";
+  }
+
+  /// Looks for all samples in the key frame, and for the rest in the partial ones, newest first.
+  void findAll(const ReflectiveSamples& samples, Services& services, OutcomeCounts& outcomes,
+               std::vector<std::uint32_t>& missing) {
+    reuse_.begin(copy_, samples, services);
+    key_.follow(services.geometry);
+    reuse_.findIn(key_, services, radiance_);
+    for (auto partial = partial_.rbegin(); partial != partial_.rend(); ++partial) {
+      partial->follow(services.geometry);
+      reuse_.findIn(*partial, services, radiance_);
+    }
+    for (std::size_t i = 0; i < samples.points.size(); ++i) {
+      ++outcomes.of[static_cast<std::size_t>(reuse_.outcome(i))];
+      if (reuse_.outcome(i) != Outcome::Found) missing.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+
+  /// Keeps in `key` what the samples `places` have met.
+  void keep(KeyFrame& key, const FrameInput& input, Services& services,
+            std::span<const trace::ReflectionPoint> points, std::span<const std::uint32_t> places,
+            std::span<const Vec3> radiance) {
+    key.begin(copy_.sampleWidth(), copy_.sampleHeight(), input.frame.camera, services.lighting,
+              services.geometry);
+    const scene::Scene& scene = services.scene;
+    parallelFor(points.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
         const trace::FirstHit& hit = hits_[i];
         // One ray whose light depends on nothing but the place that it meets
         const bool shines = hit.hit.miss() || options_.bounces == 1 ||
                             scene.objects[static_cast<std::size_t>(hit.hit.object)].reflector == 0;
-        if (reprojection::isMirror(point, scene) && shines &&
+        if (reprojection::isMirror(points[i], scene) && shines &&
             trace::isTraceable({hit.origin, hit.direction}))
-          key_.keep(samples.places[i], point, hit, radiance_[i]);
+          key.keep(places[i], points[i], hit, radiance[i]);
       }
-      key_.finish(services.geometry);
+    });
+    key.finish(services.geometry);
+    leastShare_ = 1.0;
+  }
+
+  /// Traces all samples, as `traced` does, and keeps what they met.
+  void makeKey(const FrameInput& input, Services& services, const ReflectiveSamples& samples) {
+    services.timer.measure("recompute", [&] {
+      hits_.resize(samples.points.size());
+      trace(input, services, samples.points, radiance_, flags_, hits_);
+      keep(key_, input, services, samples.points, samples.places, radiance_);
       keyNumber_ = input.frame.number;
+      partial_.clear();
     });
   }
 
-  /// Traces what was not found.
+  /// Traces what was not found; `keeps`: as a partial key frame.
   void retrace(const FrameInput& input, Services& services, const ReflectiveSamples& samples,
-               const std::vector<std::uint32_t>& missing) {
+               const std::vector<std::uint32_t>& missing, bool keeps) {
     services.timer.measure("recompute", [&] {
       std::vector<trace::ReflectionPoint> points;
+      std::vector<std::uint32_t> places;
       points.reserve(missing.size());
-      for (const std::uint32_t i : missing) points.push_back(samples.points[i]);
+      places.reserve(missing.size());
+      for (const std::uint32_t i : missing) {
+        points.push_back(samples.points[i]);
+        places.push_back(samples.places[i]);
+      }
       std::vector<Vec3> radiance(points.size(), Vec3(0.0f));
       std::vector<std::uint8_t> flags(masks_ ? points.size() : 0, 0);
-      trace(input, services, points, radiance, flags, {});
+      hits_.resize(keeps ? points.size() : 0);
+      trace(input, services, points, radiance, flags, hits_);
       for (std::size_t k = 0; k < missing.size(); ++k) {
         radiance_[missing[k]] = radiance[k];
         if (masks_) flags_[missing[k]] = flags[k];
       }
+      if (!keeps) return;
+      // The oldest one's memory serves the newest.
+      if (partial_.size() < static_cast<std::size_t>(options_.partialKeys))
+        partial_.emplace_back();
+      else
+        std::rotate(partial_.begin(), partial_.begin() + 1, partial_.end());
+      keep(partial_.back(), input, services, points, places, radiance);
     });
   }
 
@@ -217,6 +266,7 @@ class Reprojection : public Method {
     output.counters["key_frame"] = keyed > 0 ? 1 : 0;
     output.counters["not_searched"] = outcomes[Outcome::NotSearched];
     output.counters["not_found"] = outcomes[Outcome::NotFound];
+    output.counters["hidden"] = outcomes[Outcome::Hidden];
     output.counters["discontinuity"] = outcomes[Outcome::Discontinuity];
     output.counters["magnified"] = outcomes[Outcome::Magnified];
     output.counters["unfaithful"] = outcomes[Outcome::Unfaithful];
@@ -236,6 +286,8 @@ class Reprojection : public Method {
   frame::ObjectSet reflectors_;  ///< those that it fills
   KeyFrame key_;
   int keyNumber_ = 0;
+  std::vector<KeyFrame> partial_;  ///< since then, oldest first
+  double leastShare_ = 1.0;  ///< of samples not found, since the last key frame of either kind
   trace::ReflectionCounts counts_;
   // Kept across frames, so that no frame allocates anew.
   raster::GBufferCopy copy_;
@@ -264,9 +316,12 @@ const std::vector<CounterInfo>& counterInfos() {
       {"reused", "samples whose reflection comes from the key frame"},
       {"retraced", "samples that were traced anew in a frame that is no key frame"},
       {"key_frame", "1 where the frame is a key frame"},
+      {"partial_key", "1 where what the frame traced anew is kept beside the key frame"},
       {"key_frame_samples", "samples that were traced because the frame is a key frame"},
       {"not_searched", "of retraced: glossy samples and those of bodies that refract"},
       {"not_found", "of retraced: the search ended at a rim, outside, or nowhere"},
+      {"hidden",
+       "of retraced: what lies in front beside it may go on where no reflection was kept"},
       {"discontinuity", "of retraced: found at an edge of what is reflected"},
       {"magnified", "of retraced: stretched over too many samples"},
       {"unfaithful", "of retraced: what was found does not lie on the mirrored ray"},

@@ -14,6 +14,14 @@ namespace {
 constexpr int kTile = 16;  ///< samples along an edge; a sample starts from its neighbours in it
 constexpr std::size_t kSamplesPerTask = 2048;
 
+/// Whether a key frame keeps a reflection of `reflector` at a place.
+bool keeps(const KeyFrame& key, std::uint32_t reflector, const Vec2& place) {
+  const Vec2 rounded = glm::floor(glm::clamp(place, -1e6f, 1e6f) + 0.5f);
+  const int x = static_cast<int>(rounded.x);
+  const int y = static_cast<int>(rounded.y);
+  return key.inside(x, y) && key.reflector(key.index(x, y)) == reflector;
+}
+
 const Vec2 kNowhere(std::numeric_limits<float>::quiet_NaN());
 
 }  // namespace
@@ -24,76 +32,165 @@ bool isMirror(const trace::ReflectionPoint& point, const scene::Scene& scene) {
          !(scene.materials[object.material].refraction > 0.0f);
 }
 
-void Reuse::makeRays(const KeyFrame& key, const ReflectiveSamples& samples,
-                     const Services& services) {
-  rays_.resize(samples.points.size());
-  attached_.resize(samples.points.size());
-  matches_.assign(samples.points.size(), {});
-  places_.resize(samples.points.size());
-  parallelFor(samples.points.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      trace::ReflectionPoint point = samples.points[i];
-      rays_[i].reflector = 0;
-      attached_[i] = kNowhere;
-      if (!isMirror(point, services.scene)) {
-        matches_[i].outcome = Outcome::NotSearched;
-        continue;
+void Reuse::begin(const raster::GBufferCopy& current, const ReflectiveSamples& samples,
+                  Services& services) {
+  current_ = &current;
+  samples_ = &samples;
+  const std::size_t count = samples.points.size();
+  services.timer.measure("search", [&] {
+    indexOf_.assign(current.object.size(), -1);
+    rays_.resize(count);
+    attached_.resize(count);
+    matches_.resize(count);
+    changed_.resize(count);
+    places_.resize(count);
+    outcomes_.resize(count);
+    parallelFor(count, kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        indexOf_[samples.places[i]] = static_cast<std::int32_t>(i);
+        trace::ReflectionPoint point = samples.points[i];
+        rays_[i].reflector = 0;
+        outcomes_[i] = Outcome::NotSearched;
+        if (!isMirror(point, services.scene)) continue;
+        trace::settle(*services.trace, point);
+        bool belowHorizon = false;
+        bool total = false;
+        const trace::Ray ray = trace::lobeRay(point, 0, 1, belowHorizon, total);
+        rays_[i] = {ray.origin, ray.direction, static_cast<std::uint32_t>(point.object)};
+        outcomes_[i] = Outcome::NotAsked;
       }
-      trace::settle(*services.trace, point);
-      bool belowHorizon = false;
-      bool total = false;
-      const trace::Ray ray = trace::lobeRay(point, 0, 1, belowHorizon, total);
-      rays_[i] = {ray.origin, ray.direction, static_cast<std::uint32_t>(point.object)};
-      matches_[i].outcome = Outcome::NotFound;
+    });
+  });
+}
+
+void Reuse::attach(const KeyFrame& key, const Services& services) {
+  pending_.clear();
+  for (std::size_t i = 0; i < outcomes_.size(); ++i)
+    if (outcomes_[i] != Outcome::Found && outcomes_[i] != Outcome::NotSearched)
+      pending_.push_back(static_cast<std::uint32_t>(i));
+  parallelFor(matches_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
+    std::fill(matches_.begin() + static_cast<std::ptrdiff_t>(begin),
+              matches_.begin() + static_cast<std::ptrdiff_t>(end),
+              Match{kNowhere, Outcome::NotAsked});
+  });
+  parallelFor(pending_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const std::size_t i = pending_[k];
+      const trace::ReflectionPoint& point = samples_->points[i];
       const auto place = key.project(point.position, point.object - 1, services.geometry);
-      if (place) attached_[i] = *place;
+      attached_[i] = place ? *place : kNowhere;
+      matches_[i].outcome = Outcome::NotFound;
+      changed_[i] = 0;
     }
   });
 }
 
-void Reuse::searchTile(const KeyFrame& key, const raster::GBufferCopy& current, int tileX,
-                       int tileY) {
-  const int width = current.sampleWidth();
-  const int right = std::min(width, tileX + kTile);
-  const int bottom = std::min(current.sampleHeight(), tileY + kTile);
-  for (int y = tileY; y < bottom; ++y) {
-    for (int x = tileX; x < right; ++x) {
-      const std::int32_t i = indexOf_[static_cast<std::size_t>(y * width + x)];
-      if (i < 0 || rays_[i].reflector == 0) continue;
-      // Neighbours' reflections move alike; else it starts where the surface was.
-      std::array<Vec2, 3> starts{kNowhere, kNowhere, attached_[i]};
-      const auto from = [&](int nx, int ny) {
-        if (nx < tileX || ny < tileY) return kNowhere;
-        const std::int32_t n = indexOf_[static_cast<std::size_t>(ny * width + nx)];
-        if (n < 0 || matches_[n].outcome != Outcome::Found ||
-            rays_[n].reflector != rays_[i].reflector)
-          return kNowhere;
-        return matches_[n].place + attached_[i] - attached_[n];
-      };
-      starts[0] = from(x - 1, y);
-      starts[1] = from(x, y - 1);
-      for (const Vec2& start : starts) {
-        if (std::isnan(start.x)) continue;
-        matches_[i] = search(key, rays_[i], start, options_);
-        if (matches_[i].outcome == Outcome::Found) break;
-      }
-      // What has not moved over its reflector stays exactly where it was.
-      const Vec2 offset = glm::abs(matches_[i].place - attached_[i]);
-      if (std::max(offset.x, offset.y) <= kSnap) matches_[i].place = attached_[i];
-    }
+Match Reuse::searchFrom(const KeyFrame& key, std::size_t i, std::span<const Vec2> starts) const {
+  Match match{kNowhere, Outcome::NotFound};
+  for (const Vec2& start : starts) {
+    if (std::isnan(start.x)) continue;
+    match = search(key, rays_[i], start, options_);
+    if (match.outcome == Outcome::Found) break;
+  }
+  // What has not moved over its reflector stays exactly where it was.
+  const Vec2 offset = glm::abs(match.place - attached_[i]);
+  if (std::max(offset.x, offset.y) <= kSnap) match.place = attached_[i];
+  return match;
+}
+
+bool Reuse::holds(const KeyFrame& key, std::size_t i, const Match& match) const {
+  const Lookup lookup = lookUp(key, rays_[i].reflector, match.place, options_);
+  return lookup.outcome == Outcome::Found &&
+         missBy(key, rays_[i], match.place, lookup.place, options_) <= options_.fidelity;
+}
+
+void Reuse::searchSample(const KeyFrame& key, int sweep, std::int32_t i,
+                         const std::array<std::int32_t, 2>& beside, std::int32_t last) {
+  // Neighbours' reflections move alike; else it starts where the surface was.
+  const auto from = [&](std::int32_t n) {
+    if (n < 0 || rays_[n].reflector != rays_[i].reflector ||
+        (matches_[n].outcome != Outcome::Found && matches_[n].outcome != Outcome::Hidden))
+      return kNowhere;
+    return matches_[n].place + attached_[i] - attached_[n];
+  };
+  const std::array<Vec2, 4> starts{from(beside[0]), from(beside[1]),
+                                   sweep == 0 ? attached_[i] : kNowhere,
+                                   sweep == 0 ? from(last) : kNowhere};
+  if (matches_[i].outcome == Outcome::NotFound) {
+    matches_[i] = searchFrom(key, i, starts);
+    changed_[i] = static_cast<std::uint8_t>(sweep);
+  }
+  // A ray that meets several things that the key frame shows sees the nearest one.
+  for (int side = 0; side < 2 && matches_[i].outcome == Outcome::Found; ++side) {
+    const float nearer = matches_[i].length * (1.0f - options_.epsilon);
+    if (std::isnan(starts[side].x) || !(matches_[beside[side]].length < nearer)) continue;
+    const Match match = searchFrom(key, i, {&starts[side], 1});
+    if (match.outcome == Outcome::Found && match.length < nearer && holds(key, i, match))
+      matches_[i] = match;
+    else if (!keeps(key, rays_[i].reflector, starts[side]))
+      matches_[i] = {starts[side], Outcome::Hidden, matches_[beside[side]].length};
+    else
+      continue;
+    changed_[i] = static_cast<std::uint8_t>(sweep);
   }
 }
 
-void Reuse::warpInPlace(const KeyFrame& key, const ReflectiveSamples& samples,
-                        const Services& services) {
-  parallelFor(samples.points.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
+void Reuse::sweepTile(const KeyFrame& key, int sweep, const Tile& tile) {
+  const int width = current_->sampleWidth();
+  std::int32_t last = -1;  // the last one found
+  // A neighbour from which a sample has started before need not be tried again.
+  const auto at = [&](int x, int y, bool tried) {
+    if (x < tile.left || y < tile.top || x >= tile.right || y >= tile.bottom) return -1;
+    const std::int32_t n = indexOf_[static_cast<std::size_t>(y * width + x)];
+    return n >= 0 && tried && sweep >= 2 && changed_[n] + 1 < sweep ? -1 : n;
+  };
+  // The first and third sweep come from the left and from above, the others from the other side.
+  const int back = sweep % 2 == 0 ? 1 : -1;
+  const auto visit = [&](int x, int y) {
+    const std::int32_t i = indexOf_[static_cast<std::size_t>(y * width + x)];
+    if (i < 0 || matches_[i].outcome == Outcome::NotAsked) return;
+    searchSample(key, sweep, i,
+                 {at(x - back, y, x / kTile == (x - back) / kTile),
+                  at(x, y - back, y / kTile == (y - back) / kTile)},
+                 last);
+    if (matches_[i].outcome == Outcome::Found) last = i;
+  };
+  const int columns = tile.right - tile.left;
+  const int count = columns * (tile.bottom - tile.top);
+  for (int k = 0; k < count; ++k) {
+    const int n = back > 0 ? k : count - 1 - k;
+    visit(tile.left + n % columns, tile.top + n / columns);
+  }
+}
+
+void Reuse::searchTiles(const KeyFrame& key, int firstSweep, int shift) {
+  const int width = current_->sampleWidth();
+  const int height = current_->sampleHeight();
+  const int tilesX = (width + shift + kTile - 1) / kTile;
+  const int tilesY = (height + shift + kTile - 1) / kTile;
+  parallelFor(static_cast<std::size_t>(tilesX * tilesY), 8,
+              [&](std::size_t begin, std::size_t end) {
+                for (std::size_t t = begin; t < end; ++t) {
+                  const int left = static_cast<int>(t % tilesX) * kTile - shift;
+                  const int top = static_cast<int>(t / tilesX) * kTile - shift;
+                  const Tile tile{std::max(0, left), std::max(0, top),
+                                  std::min(width, left + kTile), std::min(height, top + kTile)};
+                  sweepTile(key, firstSweep, tile);
+                  sweepTile(key, firstSweep + 1, tile);
+                }
+              });
+}
+
+void Reuse::warpInPlace(const KeyFrame& key, const Services& services) {
+  parallelFor(pending_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const std::size_t i = pending_[k];
       const Vec2 place = attached_[i];
-      if (rays_[i].reflector == 0 || std::isnan(place.x)) continue;
-      const int x = static_cast<int>(std::floor(std::clamp(place.x, -1e6f, 1e6f) + 0.5f));
-      const int y = static_cast<int>(std::floor(std::clamp(place.y, -1e6f, 1e6f) + 0.5f));
-      if (!key.inside(x, y) || key.reflector(key.index(x, y)) != rays_[i].reflector) continue;
-      const trace::ReflectionPoint& point = samples.points[i];
+      if (std::isnan(place.x)) continue;
+      if (!keeps(key, rays_[i].reflector, place)) continue;
+      const auto x = static_cast<int>(std::floor(place.x + 0.5f));
+      const auto y = static_cast<int>(std::floor(place.y + 0.5f));
+      const trace::ReflectionPoint& point = samples_->points[i];
       const float distance = glm::distance(
           key.formerly(point.position, point.object - 1, services.geometry), key.camera().eye());
       const float kept = key.distance(key.index(x, y));
@@ -103,8 +200,8 @@ void Reuse::warpInPlace(const KeyFrame& key, const ReflectiveSamples& samples,
   });
 }
 
-float Reuse::keyArea(const raster::GBufferCopy& current, std::size_t at) const {
-  const auto width = static_cast<std::size_t>(current.sampleWidth());
+float Reuse::keyArea(std::size_t at) const {
+  const auto width = static_cast<std::size_t>(current_->sampleWidth());
   const std::size_t x = at % width;
   const std::size_t y = at / width;
   const std::int32_t i = indexOf_[at];
@@ -129,61 +226,56 @@ float Reuse::keyArea(const raster::GBufferCopy& current, std::size_t at) const {
   return std::abs(steps[0].x * steps[1].y - steps[0].y * steps[1].x);
 }
 
-void Reuse::run(const KeyFrame& key, const raster::GBufferCopy& current,
-                const ReflectiveSamples& samples, Services& services, std::vector<Vec3>& radiance) {
-  const std::size_t count = samples.points.size();
-  services.timer.measure("search", [&] {
-    indexOf_.assign(current.object.size(), -1);
-    for (std::size_t i = 0; i < count; ++i)
-      indexOf_[samples.places[i]] = static_cast<std::int32_t>(i);
-    makeRays(key, samples, services);
-    if (!searches_) {
-      warpInPlace(key, samples, services);
-      return;
-    }
-    const int tilesX = (current.sampleWidth() + kTile - 1) / kTile;
-    const int tilesY = (current.sampleHeight() + kTile - 1) / kTile;
-    parallelFor(static_cast<std::size_t>(tilesX * tilesY), 8,
-                [&](std::size_t begin, std::size_t end) {
-                  for (std::size_t tile = begin; tile < end; ++tile)
-                    searchTile(key, current, static_cast<int>(tile % tilesX) * kTile,
-                               static_cast<int>(tile / tilesX) * kTile);
-                });
-  });
-  // What the key frame shows there, if it shows one surface there and is not stretched too far.
-  std::vector<Outcome> outcomes(count);
-  services.timer.measure("shift", [&] {
-    parallelFor(count, kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        radiance[i] = Vec3(0.0f);
-        outcomes[i] = matches_[i].outcome;
-        if (outcomes[i] != Outcome::Found) continue;
+void Reuse::shift(const KeyFrame& key, std::vector<Vec3>& radiance) {
+  // Written apart from what neighbours still read: their matches.
+  parallelFor(pending_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const std::size_t i = pending_[k];
+      Outcome outcome = matches_[i].outcome;
+      if (outcome == Outcome::Found) {
         const Lookup lookup = lookUp(key, rays_[i].reflector, matches_[i].place, options_);
-        outcomes[i] = lookup.outcome;
-        if (lookup.outcome != Outcome::Found) continue;
-        if (keyArea(current, samples.places[i]) * options_.magnification < 1.0f) {
-          outcomes[i] = Outcome::Magnified;
-          continue;
-        }
+        outcome = lookup.outcome;
+        if (outcome == Outcome::Found &&
+            keyArea(samples_->places[i]) * options_.magnification < 1.0f)
+          outcome = Outcome::Magnified;
         radiance[i] = lookup.radiance;
         places_[i] = lookup.place;
       }
-    });
+      // Of several key frames the first one says why.
+      if (outcome == Outcome::Found || outcomes_[i] == Outcome::NotAsked) outcomes_[i] = outcome;
+      if (outcome != Outcome::Found) radiance[i] = Vec3(0.0f);
+    }
   });
+}
+
+void Reuse::warp(const KeyFrame& key, std::vector<Vec3>& radiance) {
+  parallelFor(pending_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const std::size_t i = pending_[k];
+      if (outcomes_[i] != Outcome::Found ||
+          missBy(key, rays_[i], matches_[i].place, places_[i], options_) <= options_.fidelity)
+        continue;
+      outcomes_[i] = Outcome::Unfaithful;
+      radiance[i] = Vec3(0.0f);
+    }
+  });
+}
+
+void Reuse::findIn(const KeyFrame& key, Services& services, std::vector<Vec3>& radiance) {
+  services.timer.measure("search", [&] {
+    attach(key, services);
+    if (!searches_) {
+      warpInPlace(key, services);
+      return;
+    }
+    searchTiles(key, 0, 0);
+    // Once more across the tiles' borders.
+    searchTiles(key, 2, kTile / 2);
+  });
+  // What the key frame shows there, if it shows one surface there and is not stretched too far.
+  services.timer.measure("shift", [&] { shift(key, radiance); });
   // Whether it lies where this frame's mirrored ray goes.
-  services.timer.measure("warp", [&] {
-    parallelFor(count, kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        if (searches_ && outcomes[i] == Outcome::Found &&
-            !(missBy(key, rays_[i], matches_[i].place, places_[i], options_) <=
-              options_.fidelity)) {
-          outcomes[i] = Outcome::Unfaithful;
-          radiance[i] = Vec3(0.0f);
-        }
-        matches_[i].outcome = outcomes[i];
-      }
-    });
-  });
+  if (searches_) services.timer.measure("warp", [&] { warp(key, radiance); });
 }
 
 }  // namespace catoptric::methods::reprojection

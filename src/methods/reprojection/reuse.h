@@ -2,7 +2,9 @@
 // paper's steps search, shift and warp, for all samples.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "frame/steps.h"
@@ -24,29 +26,53 @@ class Reuse {
   /// `searches`: follow the reflection; false: keep it on its surface (image_warp).
   Reuse(const Options& options, bool searches) : options_(options), searches_(searches) {}
 
-  /// Fills radiance[i] and outcome(i) of samples.points[i]; the radiance of what is not Found is 0.
-  /// Times itself as steps `search`, `shift` and `warp`.
-  void run(const KeyFrame& key, const raster::GBufferCopy& current,
-           const ReflectiveSamples& samples, Services& services, std::vector<Vec3>& radiance);
+  /// Begins a frame: nothing is found yet. `current` and `samples` stay with the caller until the
+  /// next one. Times itself as `search`.
+  void begin(const raster::GBufferCopy& current, const ReflectiveSamples& samples,
+             Services& services);
+  /// Looks in `key` for what has not been found yet, and fills radiance[i] of what is. Times itself
+  /// as `search`, `shift` and `warp`.
+  void findIn(const KeyFrame& key, Services& services, std::vector<Vec3>& radiance);
 
-  Outcome outcome(std::size_t i) const { return matches_[i].outcome; }
+  /// Of samples.points[i]: Found, or why it was not found in the first of the key frames.
+  Outcome outcome(std::size_t i) const { return outcomes_[i]; }
 
  private:
-  /// Makes the mirrored rays and where the key frame saw their surfaces.
-  void makeRays(const KeyFrame& key, const ReflectiveSamples& samples, const Services& services);
-  void searchTile(const KeyFrame& key, const raster::GBufferCopy& current, int tileX, int tileY);
-  void warpInPlace(const KeyFrame& key, const ReflectiveSamples& samples, const Services& services);
+  /// What was not found yet, and where the key frame saw its surfaces.
+  void attach(const KeyFrame& key, const Services& services);
+  struct Tile {
+    int left, top, right, bottom;
+  };
+  /// All samples, tile by tile, forth and back; the tiles begin `shift` samples before the frame.
+  void searchTiles(const KeyFrame& key, int firstSweep, int shift);
+  void sweepTile(const KeyFrame& key, int sweep, const Tile& tile);
+  /// `beside`: neighbours to start from, -1: none; `last`: another sample that was found.
+  void searchSample(const KeyFrame& key, int sweep, std::int32_t i,
+                    const std::array<std::int32_t, 2>& beside, std::int32_t last);
+  /// Whether a match shows one surface, on the mirrored ray of sample i.
+  bool holds(const KeyFrame& key, std::size_t i, const Match& match) const;
+  /// The match of sample i, from its neighbours' and from where its surface was.
+  Match searchFrom(const KeyFrame& key, std::size_t i, std::span<const Vec2> starts) const;
+  void warpInPlace(const KeyFrame& key, const Services& services);
+  void shift(const KeyFrame& key, std::vector<Vec3>& radiance);
+  void warp(const KeyFrame& key, std::vector<Vec3>& radiance);
   /// Area of the key frame that a sample shows, in its samples; 1 where no neighbour tells.
-  float keyArea(const raster::GBufferCopy& current, std::size_t at) const;
+  float keyArea(std::size_t at) const;
 
   Options options_;
   bool searches_;
+  const raster::GBufferCopy* current_ = nullptr;
+  const ReflectiveSamples* samples_ = nullptr;
   // By sample of the G-buffer: index in `samples`, -1: none. By index in `samples`: the others.
   std::vector<std::int32_t> indexOf_;
   std::vector<MirrorRay> rays_;  ///< reflector 0: not asked
-  std::vector<Vec2> attached_;   ///< where the key frame saw the surface; NaN: nowhere
+  std::vector<Outcome> outcomes_;
+  // Of the key frame in turn.
+  std::vector<std::uint32_t> pending_;
+  std::vector<Vec2> attached_;  ///< where it saw the surface; NaN: nowhere
   std::vector<Match> matches_;
-  std::vector<Vec4> places_;  ///< what the match shows
+  std::vector<std::uint8_t> changed_;  ///< the sweep in which the match last changed
+  std::vector<Vec4> places_;           ///< what the match shows
 };
 
 }  // namespace catoptric::methods::reprojection

@@ -35,33 +35,36 @@ bool angleOff(const MirrorRay& ray, const Across& across, const Vec4& place, Vec
 
 /// Whether two samples show one continuous surface in one reflector.
 bool continuous(const KeyFrame& key, std::size_t a, std::size_t b, float epsilon) {
-  if (key.reflector(a) != key.reflector(b) || key.shown(a) != key.shown(b)) return false;
+  if (key.surface(a) != key.surface(b)) return false;
   const float la = key.length(a);
   const float lb = key.length(b);
   return std::abs(la - lb) <= epsilon * std::min(la, lb);
 }
 
+/// The side, 1 or -1, on which sample (x, y) has a neighbour along an axis that shows the same
+/// surface; 0: on neither.
+int besideOf(const KeyFrame& key, int x, int y, int axis, float epsilon) {
+  for (const int side : {1, -1}) {
+    const int nx = x + (axis == 0 ? side : 0);
+    const int ny = y + (axis == 1 ? side : 0);
+    if (key.inside(nx, ny) && continuous(key, key.index(x, y), key.index(nx, ny), epsilon))
+      return side;
+  }
+  return 0;
+}
+
 /// d(off)/dk about sample (x, y), by one neighbour along each axis that shows the same surface.
 bool slopes(const KeyFrame& key, const MirrorRay& ray, const Across& across, int x, int y,
             const Vec2& off, float epsilon, glm::mat2& jacobian) {
-  const std::size_t at = key.index(x, y);
-  constexpr std::array<std::array<int, 2>, 2> kAxes{{{1, 0}, {0, 1}}};
   for (int axis = 0; axis < 2; ++axis) {
-    bool known = false;
-    for (const int side : {1, -1}) {
-      const int nx = x + side * kAxes[axis][0];
-      const int ny = y + side * kAxes[axis][1];
-      if (!key.inside(nx, ny)) continue;
-      const std::size_t neighbour = key.index(nx, ny);
-      Vec2 there;
-      if (!continuous(key, at, neighbour, epsilon) ||
-          !angleOff(ray, across, key.place(neighbour), there))
-        continue;
-      jacobian[axis] = static_cast<float>(side) * (there - off);
-      known = true;
-      break;
-    }
-    if (!known) return false;
+    const int side = besideOf(key, x, y, axis, epsilon);
+    Vec2 there;
+    if (side == 0 ||
+        !angleOff(ray, across,
+                  key.place(key.index(x + (axis == 0 ? side : 0), y + (axis == 1 ? side : 0))),
+                  there))
+      return false;
+    jacobian[axis] = static_cast<float>(side) * (there - off);
   }
   const float determinant = glm::determinant(jacobian);
   const float size =
@@ -141,7 +144,8 @@ Match search(const KeyFrame& key, const MirrorRay& ray, const Vec2& start, const
     Vec2 move = -(glm::inverse(jacobian) * off);
     const float length = std::max(std::abs(move.x), std::abs(move.y));
     if (length <= kShortStep) {
-      match = {Vec2(static_cast<float>(x), static_cast<float>(y)) + move, Outcome::Found};
+      match = {Vec2(static_cast<float>(x), static_cast<float>(y)) + move, Outcome::Found,
+               key.shown(at) != 0 ? key.length(at) : std::numeric_limits<float>::infinity()};
       if (options.refine) refine(key, ray, across, jacobian, options, match.place);
       return match;
     }
@@ -152,6 +156,49 @@ Match search(const KeyFrame& key, const MirrorRay& ray, const Vec2& start, const
   }
   return match;
 }
+
+namespace {
+
+/// Of four samples about a place some may show nothing of the reflector: they lie off its rim, or
+/// a partial key frame has not kept them. Less than half a sample beyond the others they stand for
+/// the place. Where one of them shows that a surface ends there, that is left to Options::edges.
+Lookup beyondRim(const KeyFrame& key, std::uint32_t reflector, const Vec2& place,
+                 const std::array<std::size_t, 4>& at, const std::array<float, 4>& weight,
+                 const Options& options) {
+  const Lookup none;
+  const int nearest =
+      static_cast<int>(std::max_element(weight.begin(), weight.end()) - weight.begin());
+  if (key.reflector(at[nearest]) != reflector) return none;
+  Lookup result;
+  float sum = 0.0f;
+  for (int i = 0; i < 4; ++i) {
+    if (key.reflector(at[i]) != reflector) continue;
+    if (!continuous(key, at[nearest], at[i], options.epsilon)) {
+      if (options.edges == Edges::Nearest) continue;
+      return none;
+    }
+    sum += weight[i];
+    result.radiance += weight[i] * key.radiance(at[i]);
+  }
+  result.radiance /= sum;
+  // On the plane through the nearest sample and its neighbours.
+  const int x = static_cast<int>(std::floor(place.x + 0.5f));
+  const int y = static_cast<int>(std::floor(place.y + 0.5f));
+  const Vec4 here = key.place(at[nearest]);
+  result.place = here;
+  const std::array<float, 2> beside{place.x - static_cast<float>(x),
+                                    place.y - static_cast<float>(y)};
+  for (int axis = 0; axis < 2; ++axis) {
+    const int side = besideOf(key, x, y, axis, options.epsilon);
+    if (side == 0) return none;
+    const Vec4 there = key.place(key.index(x + (axis == 0 ? side : 0), y + (axis == 1 ? side : 0)));
+    result.place += static_cast<float>(side) * beside[axis] * (there - here);
+  }
+  result.outcome = Outcome::Found;
+  return result;
+}
+
+}  // namespace
 
 Lookup lookUp(const KeyFrame& key, std::uint32_t reflector, const Vec2& place,
               const Options& options) {
@@ -174,11 +221,12 @@ Lookup lookUp(const KeyFrame& key, std::uint32_t reflector, const Vec2& place,
                                       key.index(x + 1, y + 1)};
   const std::array<float, 4> weight{(1.0f - f.x) * (1.0f - f.y), f.x * (1.0f - f.y),
                                     (1.0f - f.x) * f.y, f.x * f.y};
-  if (key.reflector(at[0]) != reflector || !continuous(key, at[0], at[1], options.epsilon) ||
-      !continuous(key, at[0], at[2], options.epsilon) ||
-      !continuous(key, at[3], at[1], options.epsilon) ||
-      !continuous(key, at[3], at[2], options.epsilon))
-    return result;
+  const bool whole = key.reflector(at[0]) == reflector &&
+                     continuous(key, at[0], at[1], options.epsilon) &&
+                     continuous(key, at[0], at[2], options.epsilon) &&
+                     continuous(key, at[3], at[1], options.epsilon) &&
+                     continuous(key, at[3], at[2], options.epsilon);
+  if (!whole) return beyondRim(key, reflector, place, at, weight, options);
   for (int i = 0; i < 4; ++i) {
     result.radiance += weight[i] * key.radiance(at[i]);
     result.place += weight[i] * key.place(at[i]);

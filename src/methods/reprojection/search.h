@@ -28,6 +28,7 @@ enum class Outcome : std::uint8_t {
   Found,
   NotSearched,    ///< a lobe, a body that refracts, a key frame
   NotFound,       ///< the search left the reflector, the buffers, or came to a stand
+  Hidden,         ///< a nearer surface beside it may go on where the key frame saw no reflection
   Discontinuity,  ///< at an edge of what is reflected, or of the reflector
   Magnified,      ///< one sample would be stretched over too many
   Unfaithful,     ///< what is kept there does not lie on the mirrored ray
@@ -37,6 +38,8 @@ enum class Outcome : std::uint8_t {
 struct Match {
   Vec2 place{0.0f};
   Outcome outcome = Outcome::NotAsked;
+  /// Where Found: KeyFrame::length() there, infinite of the sky.
+  float length = 0.0f;
 };
 
 /// The mirrored ray of a sample.
@@ -57,7 +60,7 @@ struct Lookup {
   Outcome outcome = Outcome::Discontinuity;
 };
 /// Bilinear among the four samples about it, where they show one continuous surface in one
-/// reflector; on a sample that sample alone.
+/// reflector; on a sample that sample alone; off a rim, by less than half a sample, those at it.
 Lookup lookUp(const KeyFrame& key, std::uint32_t reflector, const Vec2& place,
               const Options& options);
 

@@ -120,6 +120,7 @@ class GlMethod {
     stage_.timer.beginFrame(++frames_);
     stage_.draw(camera, part);
     methods::FrameInput input;
+    input.frame.number = frames_;
     input.frame.camera = camera;
     input.changedObjects = std::move(changed);
     input.firstOfSequence = input.restarts = frames_ == 1;
