@@ -306,6 +306,14 @@ float textureScale(const scene::Scene& scene, const scene::TextureSlot& slot) {
   return static_cast<float>(size) * std::sqrt(area);
 }
 
+Vec3 reflectionTint(const scene::Material& material, float metallic, const Vec3& albedo) {
+  if (!material.tintVaries()) return material.reflectionTint;
+  if (!material.metallicRoughnessTexture.used())
+    return material.reflectionTint + material.albedoTint * albedo;
+  const scene::TintShares shares = scene::tintShares(metallic, material.dielectricF0);
+  return Vec3(shares.plain) + shares.metal * albedo;
+}
+
 SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
                           const Lighting& lighting, int object, std::uint32_t primitive, float u,
                           float v, const Vec3& position, const Vec3& direction, float coneWidth) {
@@ -354,20 +362,24 @@ SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
   if (back) normal = -normal;
   point.normal = normal;
 
-  // s and g.
-  point.specularLevel = material.specularLevel;
-  point.glossiness = material.glossiness;
-  if (material.metallicRoughnessTexture.used()) {
-    const Vec4 texels = sample(material.metallicRoughnessTexture);
-    point.glossiness = material.roughnessFactor * texels.g;
-    const float s = scene::specularLevel(material.metallicFactor * texels.b, material.dielectricF0);
-    point.specularLevel = s < scene::kReflectiveThreshold ? 0.0f : s;
-  }
-
-  // Diffuse radiance.
   Vec3 albedo = material.baseColor;
   if (material.baseColorTexture.used()) albedo *= Vec3(sample(material.baseColorTexture));
   albedo *= at(&VertexAttributes::color);
+
+  // s, g and tint.
+  point.specularLevel = material.specularLevel;
+  point.glossiness = material.glossiness;
+  float metallic = material.metallicFactor;
+  if (material.metallicRoughnessTexture.used()) {
+    const Vec4 texels = sample(material.metallicRoughnessTexture);
+    point.glossiness = material.roughnessFactor * texels.g;
+    metallic *= texels.b;
+    const float s = scene::specularLevel(metallic, material.dielectricF0);
+    point.specularLevel = s < scene::kReflectiveThreshold ? 0.0f : s;
+  }
+  point.tint = reflectionTint(material, metallic, albedo);
+
+  // Diffuse radiance.
   if (material.unlit) {
     point.diffuse = albedo;
     return point;

@@ -20,6 +20,10 @@
 //   albedo = baseColor * texel * vertex colour; unlit: L = albedo and nothing else.
 //   s, g: the material's; with a metallic-roughness texture g = roughnessFactor * texel.g,
 //         s = specularLevel(metallicFactor * texel.b, dielectricF0), 0 below kReflectiveThreshold.
+//   Tint of the reflection, which is seen as s * tint * radiance: reflectionTint + albedoTint *
+//   albedo;
+//         with a metallic-roughness texture and albedoTint > 0 by scene::tintShares() of the
+//         texel: s * tint is glTF's F0, mix(dielectricF0, albedo, metallic).
 //   E_sh(n) = max(0, sum_k c_k Y_k(n)); Y_0..8 = 0.282095, 0.488603 (y, z, x),
 //         1.092548 (xy, yz), 0.315392 (3 z^2 - 1), 1.092548 xz, 0.546274 (x^2 - y^2).
 //   E_i: directional intensity * max(0, n.l); point and spot with r = |x_i - x|:
@@ -104,8 +108,12 @@ struct SurfacePoint {
   Vec3 diffuse{0.0f};          ///< radiance L of the formula above
   float specularLevel = 0.0f;  ///< s
   float glossiness = 0.0f;     ///< g
+  Vec3 tint{1.0f};             ///< of the reflection: (1 - s) diffuse + s tint reflection is seen
   int object = 0;              ///< id
 };
+
+/// The tint of a material's reflection where its metallic and albedo are these.
+Vec3 reflectionTint(const scene::Material& material, float metallic, const Vec3& albedo);
 
 /// Evaluates the surface at barycentric (u, v) of triangle `primitive` of object index `object`;
 /// where the object has an implicit surface, N and the side are those of its gradient at

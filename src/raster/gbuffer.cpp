@@ -39,9 +39,19 @@ GBuffer makeSurfaceSamples(const GBufferSize& size) {
   made.normal = gl::Texture::make2D("G-buffer normal", GL_RGBA32F, width, height);
   made.object = gl::Texture::make2D("G-buffer object", GL_R32UI, width, height);
   made.depth = gl::Texture::make2D("G-buffer depth", GL_DEPTH32F_STENCIL8, width, height);
-  made.framebuffer = gl::Framebuffer(
-      "G-buffer", {{.texture = made.diffuse}, {.texture = made.normal}, {.texture = made.object}},
-      {.texture = made.depth});
+  if (size.tints) {
+    made.tint = gl::Texture::make2D("G-buffer tint", GL_RGBA32F, width, height);
+    made.framebuffer = gl::Framebuffer("G-buffer",
+                                       {{.texture = made.diffuse},
+                                        {.texture = made.normal},
+                                        {.texture = made.object},
+                                        {.texture = made.tint}},
+                                       {.texture = made.depth});
+  } else {
+    made.framebuffer = gl::Framebuffer(
+        "G-buffer", {{.texture = made.diffuse}, {.texture = made.normal}, {.texture = made.object}},
+        {.texture = made.depth});
+  }
   return made;
 }
 

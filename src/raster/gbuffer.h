@@ -39,7 +39,9 @@ struct GBuffer {
       diffuse;  ///< RGBA32F: diffuse radiance (before any factor 1 - s), s; -1 on the background
   gl::Texture normal;  ///< RGBA32F: world-space shading normal turned to the viewer, g
   gl::Texture object;  ///< R32UI: object id, 0 background
-  gl::Texture depth;   ///< DEPTH32F_STENCIL8: reversed-Z depth (near / distance along -z)
+  /// RGBA32F: what the reflection is multiplied with beside s; empty where each object has one.
+  gl::Texture tint;
+  gl::Texture depth;  ///< DEPTH32F_STENCIL8: reversed-Z depth (near / distance along -z)
   gl::Framebuffer framebuffer;
   /// What methods write: incoming radiance along the reflected ray (tint and s not applied).
   gl::Texture reflection;  ///< RGBA32F, a = 1
@@ -55,6 +57,7 @@ struct GBufferSize {
   int height = 512;
   int samples = 2;
   bool masks = false;
+  bool tints = false;  ///< Materials::tintVaries()
 };
 
 /// Allocates all textures. Throws UsageError when the device's largest texture is smaller.

@@ -37,7 +37,9 @@ void SceneRaster::buildDetailLevels(const scene::Scene& scene, const frame::Geom
 }
 
 GBuffer SceneRaster::makeGBuffer(const GBufferSize& size) const {
-  return raster::makeGBuffer(size);
+  GBufferSize needed = size;
+  needed.tints = state_->scene.materials().tintVaries();
+  return raster::makeGBuffer(needed);
 }
 
 DrawStatistics SceneRaster::drawGBuffer(GBuffer& target, const scene::Camera& camera,

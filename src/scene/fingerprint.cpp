@@ -68,6 +68,7 @@ void addMaterial(Contents& all, const Material& m) {
   all.vec(m.baseColor);
   all.vec(m.emissive);
   all.vec(m.reflectionTint);
+  if (m.tintVaries()) all.value(m.albedoTint);
   for (const TextureSlot* slot :
        {&m.baseColorTexture, &m.emissiveTexture, &m.normalTexture, &m.metallicRoughnessTexture}) {
     all.slot(*slot);

@@ -35,6 +35,27 @@ float largestTexel(const Texture& texture, std::size_t channel) {
   return static_cast<float>(largest) / 255.0f;
 }
 
+/// By material: whether it colours vertices of any mesh.
+std::vector<char> vertexColoured(const Scene& scene) {
+  std::vector<char> coloured(scene.materials.size(), 0);
+  for (const Object& object : scene.objects) {
+    const std::vector<Vec3>& colors = scene.meshes[index(object.mesh)].colors;
+    if (std::any_of(colors.begin(), colors.end(), [](const Vec3& c) { return c != Vec3(1.0f); }))
+      coloured[index(object.material)] = 1;
+  }
+  return coloured;
+}
+
+/// A tint that is the same everywhere becomes one colour.
+void finishTint(Material& m, bool vertexColours) {
+  if (m.specularLevel > 0.0f && (m.baseColorTexture.used() || vertexColours)) return;
+  if (m.specularLevel > 0.0f && m.metallicRoughnessTexture.used() && m.baseColor != Vec3(1.0f))
+    return;
+  const bool white = m.baseColor == Vec3(1.0f) && m.albedoTint > 0.0f;
+  m.reflectionTint = white ? Vec3(1.0f) : m.reflectionTint + m.albedoTint * m.baseColor;
+  m.albedoTint = 0.0f;
+}
+
 /// s and g by scene/reflectance.h, unless a loader has set them already. With a texture the
 /// largest s and g of any texel stand for the material: an object whose texture makes any part
 /// reflect is a reflector.
@@ -191,7 +212,18 @@ void addNote(Scene& scene, const std::string& note) {
   }
 }
 
+void setMetallicTint(Material& material) {
+  const TintShares shares = tintShares(material.metallicFactor, material.dielectricF0);
+  material.reflectionTint = Vec3(shares.plain);
+  material.albedoTint = shares.metal;
+}
+
 void setReflectance(Material& material, float s, float g) {
+  // Without the texture nobody knows where the metal is
+  if (material.metallicRoughnessTexture.used()) {
+    material.reflectionTint += material.albedoTint * material.baseColor;
+    material.albedoTint = 0.0f;
+  }
   // With F0 = 0 the mapping gives s back without rounding.
   material.metallicFactor = s;
   material.roughnessFactor = g;
@@ -204,7 +236,11 @@ void setReflectance(Material& material, float s, float g) {
 void finishScene(Scene& scene) {
   finishMeshes(scene);
   noteMissingTextureCoordinates(scene);
-  for (Material& material : scene.materials) finishMaterial(scene, material);
+  const std::vector<char> coloured = vertexColoured(scene);
+  for (std::size_t m = 0; m < scene.materials.size(); ++m) {
+    finishMaterial(scene, scene.materials[m]);
+    finishTint(scene.materials[m], coloured[m] != 0);
+  }
   finishObjects(scene);
   scene.fingerprint = fingerprintOf(scene);
   const std::vector<Box3> bounds = boundsOfObjects(scene);

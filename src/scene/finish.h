@@ -18,4 +18,7 @@ void checkScene(const Scene& scene);
 /// finishScene then derives exactly these.
 void setReflectance(Material& material, float s, float g);
 
+/// The tint of a metallic-roughness material, by its factors.
+void setMetallicTint(Material& material);
+
 }  // namespace catoptric::scene

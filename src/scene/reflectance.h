@@ -20,6 +20,20 @@ inline float specularLevel(float metallic, float dielectricF0) {
   return metallic + (1.0f - metallic) * dielectricF0;
 }
 
+/// glTF's colour of a reflection at normal incidence, F0 = (1 - metallic) dielectricF0 + metallic
+/// albedo, is s times the tint plain + albedo * metal. Exactly 1 for dielectrics, the albedo for
+/// metals.
+struct TintShares {
+  float plain = 1.0f;
+  float metal = 0.0f;
+};
+inline TintShares tintShares(float metallic, float dielectricF0) {
+  const float plain = (1.0f - metallic) * dielectricF0;
+  const float s = metallic + plain;
+  if (!(s > 0.0f)) return {};
+  return {plain / s, metallic / s};
+}
+
 /// Metallic that gives s; inverse of specularLevel for s >= F0, 0 below.
 inline float metallicFromSpecularLevel(float s, float dielectricF0) {
   return std::clamp((s - dielectricF0) / (1.0f - dielectricF0), 0.0f, 1.0f);

@@ -69,7 +69,10 @@ struct Material {
   float metallicFactor = 0.0f;
   float roughnessFactor = 1.0f;
   float dielectricF0 = 0.04f;  ///< of the non-metallic part: ior and specular factor
-  Vec3 reflectionTint{1.0f};   ///< multiplies the reflection; baseColor for metals
+  /// The reflection is multiplied with reflectionTint + albedoTint * albedo (frame/shading.h).
+  /// finishScene() leaves albedoTint above 0 only where that differs from place to place.
+  Vec3 reflectionTint{1.0f};
+  float albedoTint = 0.0f;
   /// Index of refraction of the body that the surface bounds: the weight s goes to the refracted
   /// ray instead of the mirrored one. 0: mirrors.
   float refraction = 0.0f;
@@ -77,6 +80,8 @@ struct Material {
   float alphaCutoff = 0.5f;
   float baseAlpha = 1.0f;
   bool unlit = false;  ///< KHR_materials_unlit: radiance = albedo, no lights
+
+  bool tintVaries() const { return albedoTint > 0.0f; }
 };
 
 struct MorphTarget {

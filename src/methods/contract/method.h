@@ -143,7 +143,11 @@ class Method {
   /// Precomputation, once, before the first frame; steps timed through services.timer.
   virtual void prepare(Services&, const RunSettings&) {}
 
-  /// Fills gbuffer->reflection (and masks) for every reflective sample, or output.image.
+  /// Fills gbuffer->reflection (and masks) for every reflective sample, or output.image. The
+  /// reflection is radiance that arrives: the composite weighs it by the sample's s and tint, each
+  /// read from the G-buffer (tints of a scene may differ from sample to sample: GBuffer::tint). A
+  /// method weighs only what one reflector shows of another, by the tint of that place:
+  /// frame::SurfacePoint::tint, or TINT_OUTPUT of surface.glsl.
   virtual void render(const FrameInput& input, Services& services, FrameOutput& output) = 0;
 
   /// Whether frame `number` of the path is a restart frame: its pixels do not depend on frames

@@ -15,14 +15,14 @@ using raster::Rectangle;
 
 #include "methods/perturbation/shaders/virtual_constants.glsl"
 
-raster::SurfaceShaders virtualShaders(bool continues, bool places) {
-  return {
-      .label = "virtual objects",
-      .vertex = "methods/perturbation/shaders/virtual.vert",
-      .fragment = "methods/perturbation/shaders/virtual.frag",
-      .outputs = raster::kRadianceOutput |
-                 (continues ? std::uint32_t{raster::kNormalOutput | raster::kSpecularOutput} : 0u),
-      .defines = {{"PLACES", places ? "1" : "0"}}};
+raster::SurfaceShaders virtualShaders(bool continues, bool places, bool tints) {
+  std::uint32_t onward = raster::kNormalOutput | raster::kSpecularOutput;
+  if (tints) onward |= raster::kTintOutput;
+  return {.label = "virtual objects",
+          .vertex = "methods/perturbation/shaders/virtual.vert",
+          .fragment = "methods/perturbation/shaders/virtual.frag",
+          .outputs = raster::kRadianceOutput | (continues ? onward : 0u),
+          .defines = {{"PLACES", places ? "1" : "0"}}};
 }
 
 /// So many triangles are rather drawn in vain than left out between two ranges (ours).
@@ -101,8 +101,9 @@ void drawVirtualObjects(raster::SceneRaster& raster, std::span<const VirtualObje
       continue;
     const auto number = static_cast<std::size_t>(object.object) - 1;
     const raster::DeviceObject& info = device.objects()[number];
-    raster::PassPrograms& programs =
-        device.programs().of(virtualShaders(pass.continues, object.places.size() > 0), lighting);
+    raster::PassPrograms& programs = device.programs().of(
+        virtualShaders(pass.continues, object.places.size() > 0, device.materials().tintVaries()),
+        lighting);
     const raster::SurfaceProgram& v = programs.of(info.features, sky);
     v.program.use();
     device.materials().bind(info.material);

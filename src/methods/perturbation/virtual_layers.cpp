@@ -59,10 +59,20 @@ VirtualLayers::Images VirtualLayers::makeImages(const raster::GBuffer& gbuffer, 
 void VirtualLayers::goOn(Images& images, const raster::GBuffer& gbuffer) {
   images.direction = makeImage("mirrored directions", GL_RGBA32F, gbuffer);
   images.reflector = makeImage("reflectors in reflectors", GL_R32UI, gbuffer);
-  images.goesOn = gl::Framebuffer("virtual objects, first of several levels",
-                                  {{.texture = colorOf(images, gbuffer)},
+  const char* label = "virtual objects, first of several levels";
+  const gl::Texture& color = colorOf(images, gbuffer);
+  if (gbuffer.tint.empty()) {
+    images.goesOn = gl::Framebuffer(
+        label, {{.texture = color}, {.texture = images.direction}, {.texture = images.reflector}},
+        {.texture = images.depth});
+    return;
+  }
+  images.tint = makeImage("tints of reflectors in reflectors", GL_RGBA32F, gbuffer);
+  images.goesOn = gl::Framebuffer(label,
+                                  {{.texture = color},
                                    {.texture = images.direction},
-                                   {.texture = images.reflector}},
+                                   {.texture = images.reflector},
+                                   {.texture = images.tint}},
                                   {.texture = images.depth});
 }
 
@@ -112,8 +122,9 @@ void VirtualLayers::addLevel(const raster::GBuffer& gbuffer) {
     defines.push_back({"REFRACTS", "0"});
     defines.push_back({"DIRECTIONS", "1"});
     uncoveredInside_ = gl::Program::fullScreen(kUncovered, kUncoveredSource, std::move(defines));
-    join_ = gl::Program::fullScreen("virtual objects joined",
-                                    "methods/perturbation/shaders/join.frag", {});
+    join_ =
+        gl::Program::fullScreen("virtual objects joined", "methods/perturbation/shaders/join.frag",
+                                {{"TINT_SAMPLES", gbuffer.tint.empty() ? "0" : "1"}});
   }
 }
 
@@ -230,8 +241,13 @@ void VirtualLayers::joinLevels(std::span<const raster::Rectangle> drawn) {
     levels_[level - 1].all.last.bind();
     join_.use();
     levels_[level].all.color.bind(0);
-    levels_[level - 1].all.reflector.bind(1);
-    tints_.bind(2);
+    const Images& through = levels_[level - 1].all;
+    if (through.tint.empty()) {
+      through.reflector.bind(1);
+      tints_.bind(2);
+    } else {
+      through.tint.bind(1);
+    }
     gl::DrawState state = onLevel(level);
     state.blend = {.on = true,
                    .sourceColor = GL_DST_ALPHA,
@@ -328,6 +344,7 @@ void VirtualLayers::takeStill(std::size_t number, bool goesOn,
   if (goesOn) {
     raster::copyTexels(level.still.direction, level.all.direction, drawn);
     raster::copyTexels(level.still.reflector, level.all.reflector, drawn);
+    if (!level.all.tint.empty()) raster::copyTexels(level.still.tint, level.all.tint, drawn);
   }
   (goesOn ? level.all.goesOn : level.all.last).bind();
   hidden_.use();

@@ -46,6 +46,7 @@ class VirtualLayers {
     gl::Texture color;      ///< RGBA32F; empty: the G-buffer's reflection
     gl::Texture direction;  ///< RGBA32F: mirrored at reflectors; likewise for levels that go on
     gl::Texture reflector;  ///< R32UI: numbers of path types
+    gl::Texture tint;       ///< RGBA32F: of that reflection; empty where each object has one
     gl::Texture depth;
     gl::Framebuffer last;  ///< colour alone
     gl::Framebuffer goesOn;

@@ -41,6 +41,7 @@ struct Sample {
   Vec3 color{0.0f};
   Vec3 normal{0.0f};
   float specularLevel = 0.0f;
+  Vec3 tint{1.0f};
   float z = 0.0f;  ///< along the camera's -z; 0: nothing
   int object = 0;  ///< id
   std::uint8_t flags = 0;
@@ -174,7 +175,7 @@ class Reference : public Method {
                                  false, tile.radiance, tile.flags);
     counts.refused += primary.refused;
     counts.notFinite += notFinite;
-    addReflections(services.scene, tile);
+    addReflections(tile);
 
     const auto perPixel = static_cast<std::size_t>(this->perPixel());
     std::size_t first = 0;
@@ -242,6 +243,7 @@ class Reference : public Method {
       sample.color = sample.diffuse;
       sample.normal = surface.normal;
       sample.specularLevel = surface.specularLevel;
+      sample.tint = surface.tint;
       sample.z = hit.distance * glm::dot(direction, forward);
       sample.object = surface.object;
       if (!(surface.specularLevel > 0.0f)) continue;
@@ -273,14 +275,13 @@ class Reference : public Method {
   }
 
   /// Weighs reflections against diffuse light.
-  void addReflections(const scene::Scene& scene, Tile& tile) const {
+  void addReflections(Tile& tile) const {
     for (std::size_t k = 0; k < tile.points.size(); ++k) {
       Sample& sample = tile.samples[tile.sampleOfPoint[k]];
-      const scene::Material& material = scene.materials[scene.objects[sample.object - 1].material];
       const float s = trace::reflectionWeight(sample.specularLevel, tile.points[k].direction,
                                               sample.normal, settings_.fresnelSchlick);
       sample.reflection = tile.radiance[k];
-      sample.color = (1.0f - s) * sample.diffuse + s * material.reflectionTint * sample.reflection;
+      sample.color = (1.0f - s) * sample.diffuse + s * sample.tint * sample.reflection;
       sample.flags = tile.flags[k];
     }
   }

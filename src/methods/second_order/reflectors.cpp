@@ -20,7 +20,7 @@ SecondOrderReflectors findSecondOrderReflectors(const scene::Scene& scene,
                           : kind == raster::SampleClass::Glossy ? ReflectorKind::Glossy
                                                                 : ReflectorKind::Mirror);
     found.skipOwn.push_back(object.planar);
-    const Vec3& tint = material.reflectionTint;
+    const Vec3 tint = material.tintVaries() ? Vec3(1.0f) : material.reflectionTint;
     const bool varies = settings.fresnelSchlick || material.metallicRoughnessTexture.used();
     found.weight.push_back((varies ? 1.0f : material.specularLevel) *
                            std::max({tint.x, tint.y, tint.z}));

@@ -19,21 +19,22 @@ void CompositePass::draw(const GBuffer& source, const Materials& materials,
   }
   const bool reflective = materials.reflective();
   const bool fresnel = reflective && options.fresnelSchlick;
-  const bool tinted = reflective && materials.tinted();
-  gl::Program& program =
-      programs_[static_cast<std::uint32_t>(source.samples) * 8u + (reflective ? 4u : 0u) +
-                (tinted ? 2u : 0u) + (fresnel ? 1u : 0u)];
+  const int tinted = !reflective ? 0 : !source.tint.empty() ? 2 : materials.tinted() ? 1 : 0;
+  gl::Program& program = programs_[static_cast<std::uint32_t>(source.samples) * 16u +
+                                   static_cast<std::uint32_t>(tinted) * 4u +
+                                   (reflective ? 2u : 0u) + (fresnel ? 1u : 0u)];
   if (program.empty()) {
     program = gl::Program::fullScreen("composite", "raster/shaders/composite.frag",
                                       {{"SAMPLES", std::to_string(source.samples)},
                                        {"REFLECTIVE", reflective ? "1" : "0"},
-                                       {"TINTED", tinted ? "1" : "0"},
+                                       {"TINTED", std::to_string(tinted)},
                                        {"FRESNEL", fresnel ? "1" : "0"}});
   }
   program.use();
   source.diffuse.bindImage(shared::kDiffuseImage, GL_READ_ONLY);
   if (reflective) source.reflection.bindImage(shared::kReflectionImage, GL_READ_ONLY);
-  if (tinted) {
+  if (tinted == 2) source.tint.bindImage(shared::kTintImage, GL_READ_ONLY);
+  if (tinted == 1) {
     source.object.bindImage(shared::kObjectImage, GL_READ_ONLY);
     materials.tints().bind(shared::kTintsUnit);
   }

@@ -9,14 +9,14 @@
 namespace catoptric::raster {
 namespace {
 
-const SurfaceShaders& gbufferShaders() {
-  static const SurfaceShaders shaders{
+SurfaceShaders gbufferShaders(bool tints) {
+  return {
       .label = "gbuffer",
       .vertex = "raster/shaders/scene.vert",
       .fragment = "raster/shaders/gbuffer.frag",
-      .outputs = kRadianceOutput | kNormalOutput | kSpecularOutput,
+      .outputs = kRadianceOutput | kNormalOutput | kSpecularOutput |
+                 (tints ? std::uint32_t{kTintOutput} : 0u),
   };
-  return shaders;
 }
 
 /// All that a G-buffer holds of surfaces.
@@ -24,6 +24,7 @@ void copySamples(const GBuffer& from, const GBuffer& to, std::span<const Rectang
   copyTexels(from.diffuse, to.diffuse, rectangles);
   copyTexels(from.normal, to.normal, rectangles);
   copyTexels(from.object, to.object, rectangles);
+  if (!from.tint.empty()) copyTexels(from.tint, to.tint, rectangles);
   copyTexels(from.depth, to.depth, rectangles);
 }
 
@@ -96,7 +97,8 @@ DrawStatistics GBufferPass::drawSamples(const GBuffer& target, std::span<const R
 
 DrawStatistics GBufferPass::drawOver(std::span<const Rectangle> parts,
                                      const frame::Lighting& lighting, Which which) {
-  SurfacePass pass{.shaders = gbufferShaders(), .stillFirst = true};
+  const SurfaceShaders shaders = gbufferShaders(scene_.materials().tintVaries());
+  SurfacePass pass{.shaders = shaders, .stillFirst = true};
   pass.state.depth.test = true;
   pass.state.stencil = {.test = true, .pass = GL_REPLACE};
   const Selection selection{.which = which, .parts = parts, .covered = covered_};
@@ -138,8 +140,9 @@ const GBuffer& GBufferPass::drawStill(const GBuffer& like, const scene::Camera& 
   const Rectangle all{0, 0, like.sampleWidth(), like.sampleHeight()};
   if (!still_ || still_->samples.sampleWidth() != all.x1 ||
       still_->samples.sampleHeight() != all.y1) {
-    still_.emplace(StillSamples{makeSurfaceSamples({like.width, like.height, like.samples, false}),
-                                Region(all.x1, all.y1)});
+    still_.emplace(StillSamples{
+        makeSurfaceSamples({like.width, like.height, like.samples, false, !like.tint.empty()}),
+        Region(all.x1, all.y1)});
   }
   Region missing(all.x1, all.y1);
   for (const Rectangle& r : part.rectangles()) missing.add(r);

@@ -24,6 +24,7 @@ struct MaterialBlock {
   Vec4 emissive{0.0f};
   Vec4 specular{0.0f};
   Vec4 more{0.0f};
+  Vec4 tint{1.0f, 1.0f, 1.0f, 0.0f};
   SlotBlock base;
   SlotBlock emissiveSlot;
   SlotBlock normal;
@@ -175,6 +176,7 @@ std::vector<gl::Define> featureDefines(std::uint32_t features) {
   return {{"RADIANCE_OUTPUT", flag(kRadianceOutput)},
           {"NORMAL_OUTPUT", flag(kNormalOutput)},
           {"SPECULAR_OUTPUT", flag(kSpecularOutput)},
+          {"TINT_OUTPUT", flag(kTintOutput)},
           {"BASE_TEXTURE", flag(kBaseTexture)},
           {"NORMAL_MAP", flag(kNormalMap)},
           {"SPECULAR_TEXTURE", flag(kSpecularTexture)},
@@ -214,6 +216,7 @@ Materials::Materials(const scene::Scene& scene) {
     block.emissive = Vec4(m.emissive, m.alphaCutoff);
     block.specular = Vec4(m.specularLevel, m.glossiness, m.metallicFactor, m.roughnessFactor);
     block.more = Vec4(m.dielectricF0, m.normalScale, 0.0f, 0.0f);
+    block.tint = Vec4(m.reflectionTint, m.albedoTint);
     block.base = slotBlock(scene, m.baseColorTexture);
     block.emissiveSlot = slotBlock(scene, m.emissiveTexture);
     block.normal = slotBlock(scene, m.normalTexture);
@@ -240,6 +243,7 @@ Materials::Materials(const scene::Scene& scene) {
     tints.emplace_back(material.reflectionTint, 1.0f);
     if (classes_[object.material] == SampleClass::Diffuse) continue;
     reflective_ = true;
+    tintVaries_ = tintVaries_ || material.tintVaries();
     tinted_ = tinted_ || material.reflectionTint != Vec3(1.0f);
   }
   tintBuffer_ = gl::Buffer("reflection tints", std::span<const Vec4>(tints));

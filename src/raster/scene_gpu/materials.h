@@ -31,7 +31,8 @@ enum Feature : std::uint32_t {
   kSky = 1u << 13,             ///< light of the environment or ambient light, where visible
   kRadianceOutput = 1u << 14,  ///< what a pass writes: diffuse radiance,
   kNormalOutput = 1u << 15,    ///< the shading normal,
-  kSpecularOutput = 1u << 16,  ///< s and g
+  kSpecularOutput = 1u << 16,  ///< s and g,
+  kTintOutput = 1u << 17,      ///< the reflection's tint
 };
 
 /// Features of a material by itself.
@@ -67,6 +68,7 @@ class Materials {
   /// Reflection tints by object id (0: background), RGBA32F texel buffer.
   const gl::Texture& tints() const { return tints_; }
   bool tinted() const { return tinted_; }          ///< any reflective object with a tint but 1
+  bool tintVaries() const { return tintVaries_; }  ///< and one with a tint of its own everywhere
   bool reflective() const { return reflective_; }  ///< any object that reflects
   SampleClass classOf(int material) const { return classes_[material]; }
   std::size_t bytes() const;
@@ -86,6 +88,7 @@ class Materials {
   gl::Texture tints_;
   std::size_t blockStride_ = 0;
   bool tinted_ = false;
+  bool tintVaries_ = false;
   bool reflective_ = false;
 };
 

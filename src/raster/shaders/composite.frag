@@ -2,15 +2,17 @@
 // not background.
 //   SAMPLES   per axis
 //   REFLECTIVE 0 when nothing of the scene reflects: the mean of the diffuse radiance
-//   TINTED    0 when all reflective materials have tint 1
+//   TINTED    0 when all reflective materials have tint 1; 1: each object has one; 2: each sample
 //   FRESNEL   1: s + (1 - s)(1 - cos)^5 [Schlick1994] where s > 0
 #include "constants.glsl"
 
 // Images, not textures: llvmpipe loads from them in half the time of texelFetch
 layout(binding = kDiffuseImage, rgba32f) readonly uniform image2D diffuseSamples;
-#if TINTED
+#if TINTED == 1
 layout(binding = kObjectImage, r32ui) readonly uniform uimage2D objectSamples;
 layout(binding = kTintsUnit) uniform samplerBuffer tints;  // by object id
+#elif TINTED == 2
+layout(binding = kTintImage, rgba32f) readonly uniform image2D tintSamples;
 #endif
 layout(binding = kReflectionImage, rgba32f) readonly uniform image2D reflectionSamples;
 layout(binding = kNormalImage, rgba32f) readonly uniform image2D normalSamples;
@@ -27,8 +29,10 @@ void main() {
       vec4 diffuse = imageLoad(diffuseSamples, at);
 #if REFLECTIVE
       vec3 reflected = imageLoad(reflectionSamples, at).rgb;
-#if TINTED
+#if TINTED == 1
       reflected *= texelFetch(tints, int(imageLoad(objectSamples, at).r)).rgb;
+#elif TINTED == 2
+      reflected *= imageLoad(tintSamples, at).rgb;
 #endif
       float s = diffuse.a;
 #if FRESNEL

@@ -17,6 +17,7 @@ const int kDiffuseImage = 0;
 const int kObjectImage = 1;
 const int kReflectionImage = 2;
 const int kNormalImage = 3;
+const int kTintImage = 4;
 const int kTintsUnit = 5;
 
 // Attributes of the scene's vertices

@@ -12,6 +12,7 @@ layout(std140, binding = kMaterialBlock) uniform Material {
   vec4 emissive;       // rgb radiance; w alpha cutoff
   vec4 specular;       // s, g, metallic factor, roughness factor
   vec4 more;           // F0 of the dielectric part, scale of the normal map
+  vec4 tint;           // of the reflection: rgb + a * albedo
   Slot baseSlot;
   Slot emissiveSlot;
   Slot normalSlot;
@@ -122,7 +123,7 @@ vec3 surfaceIrradiance(vec3 place, vec3 normal) {
   return irradiance;
 }
 
-vec3 diffuseRadiance(vec3 place, vec3 normal, float footprint2) {
+vec3 surfaceAlbedo(float footprint2) {
   vec3 albedo = material.baseColor.rgb;
 #if BASE_TEXTURE
   albedo *= textureLod(baseTexture, slotUv(material.baseSlot, UV_OF(BASE_UV)),
@@ -131,6 +132,10 @@ vec3 diffuseRadiance(vec3 place, vec3 normal, float footprint2) {
 #if VERTEX_COLOR
   albedo *= vertexColor;
 #endif
+  return albedo;
+}
+
+vec3 diffuseRadiance(vec3 place, vec3 normal, vec3 albedo, float footprint2) {
 #if UNLIT
   vec3 radiance = albedo;
 #else
@@ -144,15 +149,27 @@ vec3 diffuseRadiance(vec3 place, vec3 normal, float footprint2) {
   return min(radiance, frame.ambient.www);
 }
 
-// s and g.
-vec2 specularAndGloss(float footprint2) {
+// s, g and metallic.
+vec3 specularAndGloss(float footprint2) {
 #if SPECULAR_TEXTURE && SPECULAR_OUTPUT
   vec2 texel = textureLod(specularTexture, slotUv(material.specularSlot, UV_OF(SPECULAR_UV)),
                           slotLevel(material.specularSlot, footprint2)).bg;
-  return vec2(specularLevel(material.specular.z * texel.x, material.more.x),
-              material.specular.w * texel.y);
+  float metallic = material.specular.z * texel.x;
+  return vec3(specularLevel(metallic, material.more.x), material.specular.w * texel.y, metallic);
 #else
-  return material.specular.xy;
+  return material.specular.xyz;
+#endif
+}
+
+// What the reflection is multiplied with beside s.
+vec3 reflectionTint(float metallic, vec3 albedo) {
+#if SPECULAR_TEXTURE && TINT_OUTPUT
+  float plain = (1.0 - metallic) * material.more.x;
+  float s = metallic + plain;
+  vec3 byTexel = s > 0.0 ? vec3(plain / s) + metallic / s * albedo : vec3(1.0);
+  return material.tint.a > 0.0 ? byTexel : material.tint.rgb;
+#else
+  return material.tint.rgb + material.tint.a * albedo;
 #endif
 }
 
@@ -161,6 +178,7 @@ struct Surface {
   vec3 normal;    // unit shading normal turned to the viewer; 0 where nobody needs it
   float s;
   float g;
+  vec3 tint;  // of the reflection; of use with TINT_OUTPUT alone
 };
 
 // The surface that a fragment shows. eye: xyz, w spread of its ray cones; coneLength2: the square of
@@ -170,8 +188,10 @@ Surface surfaceAt(vec4 eye, vec3 fromEye, float coneLength2, bool front) {
   float footprint2 = coneFootprint2(eye, fromEye, coneLength2, normal);
   normal = mappedNormal(normal, footprint2);
   if (!front) normal = -normal;
-  vec2 sg = specularAndGloss(footprint2);
-  return Surface(diffuseRadiance(eye.xyz + fromEye, normal, footprint2), normal, sg.x, sg.y);
+  vec3 albedo = surfaceAlbedo(footprint2);
+  vec3 specular = specularAndGloss(footprint2);
+  return Surface(diffuseRadiance(eye.xyz + fromEye, normal, albedo, footprint2), normal, specular.x,
+                 specular.y, reflectionTint(specular.z, albedo));
 }
 
 // ... as the eye of `frame` sees it (glFrontFace follows views that mirror).

@@ -105,19 +105,23 @@ std::vector<PlanItem> methodItems(const RunConfig& run, const scene::Scene& scen
     }
   }
   if (needs.gbuffer) {
-    // Diffuse, normal, reflection: 16 bytes each; id 4; depth and stencil 8.
-    const std::uint64_t perSample = 3 * 16 + 4 + 8 + (run.image.masks ? 2 : 0);
+    // Diffuse, normal, reflection, and tints that vary: 16 bytes each; id 4; depth and stencil 8.
+    const bool tints = std::ranges::any_of(scene.objects, [&](const scene::Object& object) {
+      return scene.materials[static_cast<std::size_t>(object.material)].tintVaries();
+    });
+    const std::uint64_t surface = (tints ? 3 : 2) * 16 + 4 + 8;
+    const std::uint64_t perSample = surface + 16 + (run.image.masks ? 2 : 0);
     items.push_back({"resource", "gbuffer",
                      std::to_string(run.image.width) + "x" + std::to_string(run.image.height) +
                          " pixels with " + std::to_string(run.image.samples) + "x" +
                          std::to_string(run.image.samples) + " samples" +
-                         (run.image.masks ? ", with masks" : ""),
+                         (tints ? ", with tints" : "") + (run.image.masks ? ", with masks" : ""),
                      samples * perSample});
     items.push_back({"pass", "gbuffer", "diffuse radiance, normals, s, g, ids and depth", 0});
     if (const std::size_t moving = movingCount(scene); moving > 0 && moving < scene.objects.size())
       items.push_back({"resource", "still gbuffer",
                        "of what stands still, where something moves while the camera does not",
-                       samples * (2 * 16 + 4 + 8)});
+                       samples * surface});
   }
   items.insert(items.end(), needs.items.begin(), needs.items.end());
   if (needs.gbuffer) {

@@ -161,7 +161,7 @@ Material MaterialLibrary::read(const Value& value, Material m) {
       if (!value.has("metallic")) m.metallicFactor = 1.0f;
       place(m.metallicRoughnessTexture, texture(value.get("metallic_roughness_map"), false, value));
     }
-    m.reflectionTint = glm::mix(Vec3(1.0f), m.baseColor, m.metallicFactor);
+    setMetallicTint(m);
   }
   if (papers) {
     const bool keep = value.has("keep") && value.get("keep").asBool();
@@ -171,8 +171,10 @@ Material MaterialLibrary::read(const Value& value, Material m) {
     if (value.has("g")) g = number("g");
     if (value.has("n")) g = glossinessFromPhongExponent(number("n"));
     setReflectance(m, s, g);
-    if (!keep) m.reflectionTint = Vec3(1.0f);
-    if (value.has("tint")) m.reflectionTint = colorOf(value.get("tint"));
+    if (!keep || value.has("tint")) {
+      m.reflectionTint = value.has("tint") ? colorOf(value.get("tint")) : Vec3(1.0f);
+      m.albedoTint = 0.0f;
+    }
     if (value.has("refraction")) {
       m.refraction = number("refraction");
       if (!(s > 0.0f)) {

@@ -264,7 +264,8 @@ TEST_F(Gltf, MetallicRoughnessAndExtensionsGiveSAndG) {
   EXPECT_NEAR(m.specularLevel, 0.5f + 0.5f * 0.04f, 1e-6f);
   EXPECT_FLOAT_EQ(m.glossiness, 0.3f);
   expectNear(m.baseColor, Vec3(0.8f, 0.6f, 0.2f));
-  expectNear(m.reflectionTint, Vec3(0.9f, 0.8f, 0.6f));
+  // glTF's F0 is mix(0.04, base colour, metallic)
+  expectNear(m.specularLevel * m.reflectionTint, Vec3(0.42f, 0.32f, 0.12f));
 
   // A plastic is diffuse: 4% is below the threshold.
   m = materialOf(R"({"pbrMetallicRoughness":{"metallicFactor":0}})");

@@ -179,7 +179,7 @@ class MaterialReader {
     for (const char* key : {"specularTexture", "specularColorTexture"}) {
       if (member(specular, key).IsObject()) note(place + ": " + key + " is ignored");
     }
-    m.reflectionTint = glm::mix(Vec3(1.0f), m.baseColor, m.metallicFactor);
+    setMetallicTint(m);
     m.unlit = source.extensions.count("KHR_materials_unlit") > 0;
 
     if (source.alphaMode == "MASK") {

@@ -5,6 +5,7 @@
 
 #include "core/parallel.h"
 #include "core/sampling.h"
+#include "scene/reflectance.h"
 
 namespace catoptric::trace {
 namespace {
@@ -129,8 +130,14 @@ std::vector<Vec3> Baker::radiosity(const std::vector<Vec3>& irradiance) const {
           continue;
         }
         // What mirrors reflect is spread as if they were diffuse.
-        const float s = material.specularLevel;
-        const Vec3 reflected = (1.0f - s) * albedo + s * material.reflectionTint;
+        float s = material.specularLevel;
+        float metallic = material.metallicFactor;
+        if (material.tintVaries() && material.metallicRoughnessTexture.used()) {
+          metallic *= coarseTexel(scene_, material.metallicRoughnessTexture, vertex).b;
+          s = scene::specularLevel(metallic, material.dielectricF0);
+        }
+        const Vec3 tint = frame::reflectionTint(material, metallic, albedo);
+        const Vec3 reflected = (1.0f - s) * albedo + s * tint;
         leaving[v] = reflected * (1.0f / kPi) * irradiance[points_.pointOfVertex[v]];
       }
     });

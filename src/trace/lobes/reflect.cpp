@@ -191,9 +191,7 @@ class Batch {
       const frame::SurfacePoint& surface = surfaces_[where[k]];
       const float s = reflectionWeight(surface.specularLevel, next[k].direction, surface.normal,
                                        options_.fresnelSchlick);
-      const scene::Scene& scene = trace_.scene();
-      const Vec3 tint = scene.materials[scene.objects[surface.object - 1].material].reflectionTint;
-      values_[where[k]] = (1.0f - s) * surface.diffuse + s * tint * reflected[k];
+      values_[where[k]] = (1.0f - s) * surface.diffuse + s * surface.tint * reflected[k];
     }
   }
 

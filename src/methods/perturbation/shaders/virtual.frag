@@ -1,5 +1,6 @@
 // An object where a reflector shows it: its diffuse radiance, and what goes on from there.
 //   NORMAL_OUTPUT, SPECULAR_OUTPUT  1: s, the direction onward, and the object's id are written, too
+//   TINT_OUTPUT                     1: and the tint of what it reflects
 #include "raster/shaders/surface.glsl"
 #include "virtual.glsl"
 #include "virtual_constants.glsl"
@@ -17,6 +18,9 @@ layout(location = 0) out vec4 outDiffuse;
 #if NORMAL_OUTPUT
 layout(location = 1) out vec4 outNormal;
 layout(location = 2) out uint outObject;
+#endif
+#if TINT_OUTPUT
+layout(location = 3) out vec4 outTint;
 #endif
 
 void main() {
@@ -50,6 +54,9 @@ void main() {
   outNormal = vec4(onward, surface.g);
   outObject = refraction > 0.0 && mirrors ? nextTotal : objectId;
   outDiffuse = vec4(surface.radiance, s);
+#if TINT_OUTPUT
+  outTint = vec4(surface.tint, 1.0);
+#endif
 #else
   outDiffuse = vec4(surface.radiance, 1.0);
 #endif

@@ -1,0 +1,258 @@
+// Scenes whose colours are known on paper, by every method: reflections of surroundings of radiance
+// 1 everywhere show what the surface makes of light.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include "frame/test_scenes.h"
+#include "methods/testing/gl_harness.h"
+#include "scene/finish.h"
+
+namespace catoptric {
+namespace {
+
+using test::rotation;
+using test::SceneBuilder;
+
+constexpr int kSize = 64;
+constexpr float kTolerance = 2e-4f;
+const methods::RunSettings kSettings = test::framesOf(kSize, kSize, 1, true);
+
+/// A texture without filtering: texels in rows. Linear: llvmpipe decodes sRGB to 1e-3 only.
+int addTexture(scene::Scene& scene, int width, std::vector<glm::u8vec4> texels) {
+  scene::Texture texture;
+  texture.srgb = false;
+  texture.nearest = true;
+  scene::MipLevel level{width, static_cast<int>(texels.size()) / width, {}};
+  for (const glm::u8vec4& texel : texels) {
+    for (int c = 0; c < 4; ++c) level.rgba.push_back(texel[c]);
+  }
+  texture.levels.push_back(std::move(level));
+  scene.textures.push_back(std::move(texture));
+  return static_cast<int>(scene.textures.size()) - 1;
+}
+
+constexpr std::array<glm::u8vec4, 4> kPaints = {
+    {{250, 200, 40, 255}, {60, 120, 240, 255}, {200, 80, 60, 255}, {30, 210, 110, 255}}};
+
+Vec3 linearOf(const glm::u8vec4& texel) {
+  return Vec3(texel) / 255.0f;
+}
+
+/// glTF's material: what a reader of the specification expects in surroundings of radiance 1.
+Vec3 inFurnace(const Vec3& albedo, float metallic) {
+  const float s = metallic + (1.0f - metallic) * 0.04f;
+  // Below the threshold surfaces are diffuse
+  if (s < 0.05f) return albedo;
+  return (1.0f - s) * albedo + glm::mix(Vec3(0.04f), albedo, metallic);
+}
+
+/// A plane of 2 m that faces +z, seen straight on: it fills the frame, with uv from (0, 0) in the
+/// upper left corner.
+SceneBuilder furnacePlane(const scene::Material& material, scene::Mesh mesh) {
+  SceneBuilder builder;
+  builder.constantEnvironment(Vec3(1.0f));
+  builder.scene().materials.push_back(material);
+  builder.add(std::move(mesh), 0, rotation(90.0f, {1.0f, 0.0f, 0.0f}));
+  return builder;
+}
+scene::Mesh plane() {
+  return scene::makePlane({2.0f, 2.0f}, {1, 1}, scene::UvMode::Unit);
+}
+scene::Camera straightOn() {
+  return scene::lookAt({0.0f, 0.0f, 2.0f}, {}, {0.0f, 1.0f, 0.0f}, 2.0f * std::atan(0.45f));
+}
+/// Where pixel (x, y) of that camera shows the plane, -1..1.
+Vec2 onPlane(int x, int y) {
+  return {0.9f * ((static_cast<float>(x) + 0.5f) * 2.0f / kSize - 1.0f),
+          -0.9f * ((static_cast<float>(y) + 0.5f) * 2.0f / kSize - 1.0f)};
+}
+
+struct Frame {
+  std::vector<float> pixels;  ///< R G B A
+  std::vector<std::uint16_t> masks;
+  methods::Counters counters;
+  Vec3 at(int x, int y) const {
+    const float* p =
+        &pixels[4 * (static_cast<std::size_t>(y) * kSize + static_cast<std::size_t>(x))];
+    return {p[0], p[1], p[2]};
+  }
+};
+
+/// `options` besides those for small frames.
+std::string optionsOf(const methods::MethodEntry& entry, const std::string& more) {
+  std::string options = entry.tests.small;
+  if (more.empty()) return options;
+  options.insert(options.rfind('}'), (options.find(':') == std::string::npos ? "" : ", ") + more);
+  return options;
+}
+
+/// The frame of a scene by every method that takes it, bounces where it knows any.
+void byEveryMethod(const scene::Scene& scene, const scene::Camera& camera, int bounces,
+                   const std::function<void(const methods::MethodEntry&, const Frame&)>& check) {
+  for (const methods::MethodEntry& entry : methods::registry()) {
+    auto method = entry.make(config::parseText(entry.tests.small, "options"));
+    if (!method->unsupported(scene).empty()) continue;  // others fill its reflectors
+    const methods::MethodPlan plan = method->plan(scene, kSettings);
+    const std::string bouncesOption = plan.bouncesOption;
+    if (bounces > 1 && bouncesOption.empty()) continue;
+    const std::string options = optionsOf(
+        entry, bounces > 1 ? "\"" + bouncesOption + "\": " + std::to_string(bounces) : "");
+    SCOPED_TRACE(entry.id);
+    Frame frame;
+    if (!plan.gbuffer) {
+      methods::FrameOutput output =
+          test::renderOnCpu(entry, options, test::Moment(scene), camera, kSettings);
+      const image::Image& image = output.image.value();
+      for (int y = 0; y < kSize; ++y) {
+        for (int x = 0; x < kSize; ++x) {
+          for (int c = 0; c < 4; ++c) frame.pixels.push_back(image.at(x, y, c));
+        }
+      }
+      frame.counters = output.counters;
+    } else {
+      test::GlStage stage(scene, kSettings);
+      frame.counters = test::GlMethod(stage, entry, options).render(camera).counters;
+      frame.pixels = stage.composite(camera);
+      frame.masks = raster::readMasks(stage.gbuffer.masks);
+    }
+    check(entry, frame);
+  }
+}
+
+/// Every pixel of the plane against `expected(place)`; pixels whose place is within `border` of an
+/// edge of texels, `texels` a side, are left out.
+void expectOnPlane(const scene::Scene& scene, int texels, float tolerance,
+                   const std::function<Vec3(const Vec2&)>& expected, int bounces = 1) {
+  int methods = 0;
+  byEveryMethod(scene, straightOn(), bounces, [&](const methods::MethodEntry&, const Frame& frame) {
+    ++methods;
+    int compared = 0;
+    float worst = 0.0f;
+    for (int y = 0; y < kSize; ++y) {
+      for (int x = 0; x < kSize; ++x) {
+        const Vec2 place = onPlane(x, y);
+        const Vec2 cell = (0.5f * place + 0.5f) * static_cast<float>(texels);
+        const Vec2 away = glm::abs(cell - glm::round(cell));
+        if (texels > 0 && std::min(away.x, away.y) < 0.08f) continue;
+        ++compared;
+        const Vec3 difference = glm::abs(frame.at(x, y) - expected(place));
+        worst = std::max({worst, difference.x, difference.y, difference.z});
+      }
+    }
+    EXPECT_GT(compared, kSize * kSize / 2);
+    EXPECT_LE(worst, tolerance);
+  });
+  EXPECT_GE(methods, bounces > 1 ? 2 : 4);
+}
+
+/// Of 2 x 2 texels, as the plane shows them.
+const glm::u8vec4& paintAt(const Vec2& place) {
+  return kPaints[(place.x > 0.0f ? 1u : 0u) + (place.y < 0.0f ? 2u : 0u)];
+}
+
+scene::Material metal() {
+  scene::Material m;
+  m.metallicFactor = 1.0f;
+  m.roughnessFactor = 0.0f;
+  scene::setMetallicTint(m);
+  return m;
+}
+
+TEST(Colours, TexturedMetalReflectsByItsTexels) {
+  scene::Material m = metal();
+  m.baseColor = Vec3(0.9f, 0.8f, 0.7f);
+  SceneBuilder builder = furnacePlane(m, plane());
+  scene::Scene& scene = builder.scene();
+  scene.materials[0].baseColorTexture.texture =
+      addTexture(scene, 2, {kPaints.begin(), kPaints.end()});
+  scene::finishScene(scene);
+  EXPECT_TRUE(scene.materials[0].tintVaries());
+  expectOnPlane(scene, 2, kTolerance, [](const Vec2& place) {
+    return Vec3(0.9f, 0.8f, 0.7f) * linearOf(paintAt(place));
+  });
+}
+
+TEST(Colours, DielectricTexelsOfAMixedMaterialAreNotTinted) {
+  scene::Material m = metal();
+  SceneBuilder builder = furnacePlane(m, plane());
+  scene::Scene& scene = builder.scene();
+  scene.materials[0].baseColorTexture.texture =
+      addTexture(scene, 2, {kPaints.begin(), kPaints.end()});
+  // Blue is metallic: a metal, a dielectric, and what is between
+  const std::array<std::uint8_t, 4> metallic = {255, 0, 128, 13};
+  std::vector<glm::u8vec4> texels;
+  for (const std::uint8_t b : metallic) texels.emplace_back(0, 0, b, 255);
+  scene.materials[0].metallicRoughnessTexture.texture = addTexture(scene, 2, texels);
+  scene::finishScene(scene);
+  expectOnPlane(scene, 2, kTolerance, [&](const Vec2& place) {
+    const auto i = static_cast<std::size_t>(&paintAt(place) - kPaints.data());
+    return inFurnace(linearOf(kPaints[i]), static_cast<float>(metallic[i]) / 255.0f);
+  });
+}
+
+TEST(Colours, VertexColoursTintMetals) {
+  scene::Mesh mesh = plane();
+  for (const Vec3& p : mesh.positions) mesh.colors.emplace_back(0.5f + 0.5f * p.x, 0.3f, 0.6f);
+  SceneBuilder builder = furnacePlane(metal(), mesh);
+  scene::finishScene(builder.scene());
+  expectOnPlane(builder.scene(), 0, kTolerance,
+                [](const Vec2& place) { return Vec3(0.5f + 0.5f * place.x, 0.3f, 0.6f); });
+}
+
+TEST(Colours, PartlyMetallicSurfaceHasOneTint) {
+  scene::Material m;
+  m.baseColor = Vec3(0.9f, 0.5f, 0.1f);
+  m.metallicFactor = 0.6f;
+  m.roughnessFactor = 0.0f;
+  scene::setMetallicTint(m);
+  SceneBuilder builder = furnacePlane(m, plane());
+  scene::finishScene(builder.scene());
+  EXPECT_FALSE(builder.scene().materials[0].tintVaries());
+  expectOnPlane(builder.scene(), 0, kTolerance,
+                [&](const Vec2&) { return inFurnace(Vec3(0.9f, 0.5f, 0.1f), 0.6f); });
+}
+
+TEST(Colours, GivenSpecularLevelKeepsTheTextureOfAMetal) {
+  scene::Material m = metal();
+  scene::setReflectance(m, 0.5f, 0.0f);
+  SceneBuilder builder = furnacePlane(m, plane());
+  scene::Scene& scene = builder.scene();
+  scene.materials[0].baseColorTexture.texture =
+      addTexture(scene, 2, {kPaints.begin(), kPaints.end()});
+  scene::finishScene(scene);
+  // Half of it is diffuse
+  expectOnPlane(scene, 2, kTolerance, [](const Vec2& place) { return linearOf(paintAt(place)); });
+}
+
+TEST(Colours, MetalsInMetalsMultiply) {
+  // The plane shows what is behind the eye: another such plane, 6 m wide, and it alone
+  scene::Material m = metal();
+  SceneBuilder builder = furnacePlane(m, plane());
+  scene::Scene& scene = builder.scene();
+  scene.materials[0].baseColorTexture.texture =
+      addTexture(scene, 2, {kPaints.begin(), kPaints.end()});
+  const std::vector<glm::u8vec4> behind = {{240, 180, 120, 255}, {90, 160, 220, 255}};
+  m.baseColorTexture.texture = addTexture(scene, 1, behind);
+  scene.materials.push_back(m);
+  builder.add(scene::makePlane({6.0f, 6.0f}, {1, 1}, scene::UvMode::Unit), 1,
+              test::translation({0.0f, 0.0f, 3.0f}) * rotation(-90.0f, {1.0f, 0.0f, 0.0f}));
+  scene::finishScene(scene);
+  expectOnPlane(
+      scene, 8, kTolerance,
+      [&](const Vec2& place) {
+        // 2 m to the plane and 3 m back
+        const Vec3 seen = linearOf(paintAt(place)) * linearOf(behind[place.y > 0.0f ? 1 : 0]);
+        // The first one again, 3 m on, where the path ends with its diffuse light
+        const bool again = std::max(std::abs(place.x), std::abs(place.y)) < 0.25f;
+        return again ? seen * linearOf(paintAt(place)) : seen;
+      },
+      2);
+}
+
+}  // namespace
+}  // namespace catoptric
