@@ -24,6 +24,7 @@ constexpr const char* kFooter = R"(Examples:
   catoptric info scenes/living_room.json
   catoptric compare out/demo/traced out/demo/reference
   catoptric layers out/demo/second_order --layer mask --out out/pictures
+  catoptric sweep configs/demo.json --vary methods.second_order.level_error=0,0.75
 
 Exit codes:
   0  everything is done
@@ -75,7 +76,8 @@ class HelpFormatter : public CLI::Formatter {
 
 std::vector<std::string> commandNames(const CLI::App& program) {
   std::vector<std::string> names;
-  for (const CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; }))
+  for (const CLI::App* command :
+       program.get_subcommands([](const CLI::App* one) { return !one->get_group().empty(); }))
     names.push_back(command->get_name());
   return names;
 }
@@ -138,6 +140,8 @@ std::unique_ptr<CLI::App> makeProgram(CommonOptions& common, Action& action) {
   addMerge(*program, common, action);
   addCompare(*program, common, action);
   addLayers(*program, common, action);
+  addSweep(*program, common, action);
+  addWorker(*program, common, action);
   program->footer(kFooter);  // last: commands would inherit it
   return program;
 }
@@ -157,7 +161,7 @@ ExitCode runProgram(std::vector<std::string> arguments) {
     return ExitCode::Usage;
   }
   const std::vector<std::string> names = commandNames(*program);
-  if (!arguments[0].starts_with("-") &&
+  if (!arguments[0].starts_with("-") && arguments[0] != "worker" &&
       std::find(names.begin(), names.end(), arguments[0]) == names.end())
     throw UsageError("unknown command \"" + arguments[0] + "\"" + didYouMean(arguments[0], names) +
                      "; commands: " + joined(names, ", "));

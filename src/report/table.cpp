@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <string_view>
 
 namespace catoptric::report {
 namespace {
@@ -77,6 +78,68 @@ std::string toMarkdown(const Table& table) {
   for (const auto& row : table.rows)
     if (!row.empty()) append(row);
   for (const std::string& note : table.notes) text += "\n" + note + "\n";
+  return text;
+}
+
+namespace {
+
+/// Text with LaTeX's own letters written as text.
+std::string texText(const std::string& text) {
+  std::string out;
+  for (const char letter : text) {
+    if (std::string_view("&%$#_{}").find(letter) != std::string_view::npos)
+      out += std::string("\\") + letter;
+    else if (letter == '\\')
+      out += "\\textbackslash{}";
+    else if (letter == '~')
+      out += "\\textasciitilde{}";
+    else if (letter == '^')
+      out += "\\textasciicircum{}";
+    else
+      out += letter;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string toTex(const Table& table) {
+  std::string text = table.title.empty() ? "" : "% " + table.title + "\n";
+  std::string columns;
+  std::vector<std::string> titles;
+  for (const Column& column : table.columns) {
+    columns += column.number ? "r" : "l";
+    titles.push_back(column.title);
+  }
+  const auto append = [&](const std::vector<std::string>& cells) {
+    for (std::size_t c = 0; c < table.columns.size(); ++c)
+      text += (c > 0 ? " & " : "") + texText(cellOf(cells, c));
+    text += " \\\\\n";
+  };
+  text += "\\begin{tabular}{" + columns + "}\n\\toprule\n";
+  append(titles);
+  text += "\\midrule\n";
+  for (const auto& row : table.rows)
+    if (row.empty())
+      text += "\\midrule\n";
+    else
+      append(row);
+  text += "\\bottomrule\n\\end{tabular}\n";
+  for (const std::string& note : table.notes) text += "\\par " + texText(note) + "\n";
+  return text;
+}
+
+std::string toCsv(const Table& table) {
+  std::string text;
+  const auto append = [&](const auto& cells, const auto& textOf) {
+    for (std::size_t c = 0; c < table.columns.size(); ++c)
+      text += (c > 0 ? "," : "") + csvCell(textOf(cells, c));
+    text += "\n";
+  };
+  append(table.columns, [](const auto& columns, std::size_t c) { return columns[c].title; });
+  for (const auto& row : table.rows)
+    if (!row.empty())
+      append(row, [](const auto& cells, std::size_t c) { return cellOf(cells, c); });
   return text;
 }
 

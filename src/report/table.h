@@ -25,6 +25,11 @@ std::string toText(const Table& table);
 /// GitHub's Markdown; rules are left out, "|" is escaped.
 std::string toMarkdown(const Table& table);
 
+/// A LaTeX tabular (booktabs), notes below it.
+std::string toTex(const Table& table);
+/// The cells alone. [RFC 4180]
+std::string toCsv(const Table& table);
+
 /// A cell of CSV, quoted only where it has to be. [RFC 4180]
 std::string csvCell(const std::string& text);
 

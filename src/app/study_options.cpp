@@ -1,0 +1,175 @@
+#include "app/study_options.h"
+
+#include <algorithm>
+
+#include "app/run_options.h"
+#include "config/json_text.h"
+#include "core/file.h"
+#include "core/text.h"
+#include "run/folder/machine.h"
+
+namespace catoptric::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What a study keeps in its folder.
+constexpr const char* kStudyFiles[] = {"errors",     "frames",       "logs",        "samples",
+                                       "study",      "samples.csv",  "points.csv",  "sweep.json",
+                                       "table.md",   "table.tex",    "report.html", "tradeoff.svg",
+                                       "tuned.json", "trials.jsonl", "tune.json"};
+
+/// Frames are written for their errors alone: no previews.
+constexpr const char* kStudySetting = "preview.enabled=false";
+
+RunOptions withSettings(const RunOptions& options, const study::Settings& settings,
+                        const std::string& method) {
+  RunOptions own = options;
+  own.settings.insert(own.settings.begin(), kStudySetting);
+  for (const auto& [name, value] : settings) own.settings.push_back(name + "=" + value);
+  if (!method.empty()) own.methods = {method};
+  return own;
+}
+
+}  // namespace
+
+void addStudyOptions(CLI::App& command, StudyOptions& options, CommonOptions& common) {
+  addRunOptions(command, options, common);
+  command.add_option("--out", options.out, "Folder for the results [out/NAME_COMMAND]")
+      ->check(notEmpty())
+      ->type_name("DIR");
+  command
+      .add_option("--against", options.against,
+                  "What errors are measured against: a method, or a folder with frames [the first "
+                  "of the config's errors.against]")
+      ->check(notEmpty())
+      ->type_name("METHOD|DIR");
+  command
+      .add_option("--repeats", options.repeats,
+                  "How many timed rounds each frame is rendered in, after one that does not count; "
+                  "0: errors only. Fewer than 8 cannot tell times apart")
+      ->capture_default_str()
+      ->check(within(0, 1000))
+      ->type_name("N");
+  command
+      .add_option("--workers", options.workers,
+                  "How many settings stay in memory at once and are timed in turns; fewer where "
+                  "memory is short")
+      ->capture_default_str()
+      ->check(within(2, 256))
+      ->type_name("N");
+  command
+      .add_option("--existing", options.existing,
+                  "What to do when the folder holds a study already: error (refuse), overwrite "
+                  "(replace it), or resume (measure only what is missing)")
+      ->capture_default_str()
+      ->type_name("HOW");
+  command
+      .add_option("--clock", options.clock,
+                  "Which times count: wall (what passes), or cpu (of all threads: other programs "
+                  "disturb it less)")
+      ->capture_default_str()
+      ->type_name("CLOCK");
+  command
+      .add_option("--progress", options.progress,
+                  "How to show progress on stderr: bar, plain, json, none, or auto")
+      ->capture_default_str()
+      ->type_name("HOW");
+}
+
+study::Inputs studyInputs(const RunOptions& options) {
+  return {[options](const study::Settings& settings, const std::string& method) {
+            return readRun(withSettings(options, settings, method));
+          },
+          [options](const study::Settings& settings, const std::string& method) {
+            const RunOptions own = withSettings(options, settings, method);
+            std::vector<std::string> words{own.input, "-q", "--method", own.methods.front()};
+            for (const std::string& setting : own.settings) {
+              words.emplace_back("--set");
+              words.push_back(setting);
+            }
+            const auto add = [&](const char* name, const std::string& value) {
+              if (value.empty()) return;
+              words.emplace_back(name);
+              words.push_back(value);
+            };
+            add("--frames", own.frames);
+            add("--environment", own.environment);
+            add("--device", own.device);
+            add("--threads", own.threads);
+            add("--seed", own.seed);
+            return words;
+          }};
+}
+
+std::string referenceName(const StudyOptions& options) {
+  if (!options.against.empty()) return options.against;
+  RunOptions all = options;
+  all.methods.clear();
+  const run::RunConfig run = readRun(all);
+  if (run.errorsAgainst.empty())
+    throw UsageError(options.input +
+                     ": the config has no errors.against; name what errors are measured against, "
+                     "as in --against reference");
+  return run.errorsAgainst.front();
+}
+
+std::vector<std::string> studiedMethods(const StudyOptions& options, const std::string& against) {
+  std::vector<std::string> names;
+  for (const run::MethodConfig& method : readRun(options).methods) names.push_back(method.name);
+  if (options.methods.empty() && names.size() > 1) std::erase(names, against);
+  return names;
+}
+
+study::Measurement::Clock parseClock(const std::string& text) {
+  if (text == "wall") return study::Measurement::Clock::Wall;
+  if (text == "cpu") return study::Measurement::Clock::Cpu;
+  const std::vector<std::string> names{"wall", "cpu"};
+  throw UsageError("--clock \"" + text + "\"" + didYouMean(text, names) +
+                   ": must be one of: wall, cpu");
+}
+
+void openStudyFolder(const fs::path& folder, const std::string& existing, const std::string& mark) {
+  const run::Existing how = run::parseExisting(existing);
+  std::error_code error;
+  const bool empty = !fs::exists(folder, error) || fs::is_empty(folder, error);
+  const fs::path kind = folder / "study";
+  if (!empty) {
+    const bool ours = fs::exists(kind, error) && readTextFile(kind) == mark + "\n";
+    if (how == run::Existing::Error)
+      throw OutputError(folder.string() +
+                        ": is not empty; name another folder, or --existing resume or overwrite");
+    if (!ours)
+      throw OutputError(folder.string() + ": holds no " + mark +
+                        " of this program; name another folder");
+    if (how == run::Existing::Overwrite)
+      for (const char* name : kStudyFiles) fs::remove_all(folder / name, error);
+  }
+  fs::create_directories(folder, error);
+  if (error) throw OutputError(folder.string() + ": cannot be made: " + error.message());
+  writeFileAtomically(kind, std::string_view(mark + "\n"));
+}
+
+study::BenchOptions benchOptions(const StudyOptions& options, const fs::path& folder,
+                                 ProgressPrinter& printer) {
+  study::BenchOptions bench;
+  bench.folder = folder;
+  bench.repeats = options.repeats;
+  bench.workers = options.workers;
+  bench.seed = options.seed.empty() ? 0 : std::stoull(options.seed);
+  bench.stopRequested = [] { return stopSignal() != 0; };
+  bench.progress = [&printer](const std::string& what, double share) {
+    printer.showStep(what, std::max(0.0, share));
+  };
+  return bench;
+}
+
+std::string studyContext(const study::Bench& bench) {
+  return config::JsonText()
+      .raw("machine", run::machineJson())
+      .add("renderers",
+           std::vector<std::string>(bench.renderers().begin(), bench.renderers().end()))
+      .object();
+}
+
+}  // namespace catoptric::app

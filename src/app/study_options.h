@@ -1,0 +1,53 @@
+// What the commands that measure have in common: options, and how settings become run configs.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/commands.h"
+#include "app/progress.h"
+#include "app/stop_signals.h"
+#include "study/bench.h"
+
+namespace catoptric::app {
+
+struct StudyOptions : RunOptions {
+  std::string against;
+  int repeats = 8;
+  int workers = 8;
+  std::string existing = "error";
+  std::string progress = "auto";
+  std::string clock = "wall";
+};
+
+/// Adds the options of a run and --out, --against, --repeats, --workers, --existing, --clock,
+/// --progress.
+void addStudyOptions(CLI::App& command, StudyOptions& options, CommonOptions& common);
+
+/// Settings of a study become run configs and command lines of workers.
+study::Inputs studyInputs(const RunOptions& options);
+
+/// The method or folder to compare with: --against, or the first of the config's errors.against.
+/// Throws UsageError when there is none.
+std::string referenceName(const StudyOptions& options);
+
+/// Names of the methods that are studied: those of --method, else all of the config but the
+/// reference.
+std::vector<std::string> studiedMethods(const StudyOptions& options, const std::string& against);
+
+study::Measurement::Clock parseClock(const std::string& text);
+
+/// Prepares the folder of a study as --existing says; `mark` is a file that a finished study of
+/// this kind has. Throws UsageError, OutputError.
+void openStudyFolder(const std::filesystem::path& folder, const std::string& existing,
+                     const std::string& mark);
+
+/// Options of the bench of a study in `folder`; progress goes to `printer`.
+study::BenchOptions benchOptions(const StudyOptions& options, const std::filesystem::path& folder,
+                                 ProgressPrinter& printer);
+
+/// JSON of where the times were measured.
+std::string studyContext(const study::Bench& bench);
+
+}  // namespace catoptric::app

@@ -1,0 +1,161 @@
+// catoptric sweep.
+#include "study/sweep.h"
+
+#include <algorithm>
+#include <memory>
+
+#include "app/study_options.h"
+#include "config/json_text.h"
+#include "core/log.h"
+#include "core/text.h"
+
+namespace catoptric::app {
+namespace {
+
+struct SweepOptions : StudyOptions {
+  std::vector<std::string> vary;
+  std::vector<std::string> link;
+  std::vector<std::string> where;
+  std::vector<std::string> metrics = {"L1_8bit"};
+  std::string ratioTo;
+  std::string keepFrames = "none";
+  bool dryRun = false;
+};
+
+std::vector<study::Point> pointsOf(const SweepOptions& options,
+                                   const std::vector<std::string>& methods) {
+  std::vector<study::Axis> axes;
+  for (const std::string& text : options.vary) axes.push_back(study::parseAxis(text));
+  for (const std::string& link : options.link) study::linkAxes(axes, link);
+  std::vector<study::Condition> conditions;
+  for (const std::string& where : options.where) conditions.emplace_back(where, axes);
+  return study::makePoints(methods, axes, conditions);
+}
+
+void checkOptions(const SweepOptions& options, const std::vector<std::string>& methods) {
+  for (const std::string& metric : options.metrics) study::requireMetric(metric);
+  if (options.keepFrames != "none" && options.keepFrames != "all")
+    throw UsageError("--keep-frames \"" + options.keepFrames + "\": must be one of: none, all");
+  if (!options.ratioTo.empty() &&
+      std::find(methods.begin(), methods.end(), options.ratioTo) == methods.end())
+    throw UsageError("--ratio-to \"" + options.ratioTo + "\": the sweep has no such method" +
+                     didYouMean(options.ratioTo, methods) + "; it has " + joined(methods, ", "));
+}
+
+std::string dryRunText(study::Bench& bench, const std::vector<study::Setting>& settings) {
+  std::string text;
+  std::size_t renders = 0;
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    text += std::to_string(i + 1) + ": " + settings[i].text() + "\n";
+    renders +=
+        bench.frames(settings[i]).size() * static_cast<std::size_t>(bench.options().repeats + 1);
+  }
+  return text + std::to_string(settings.size()) + " points, " + std::to_string(renders) +
+         " frames to render (" + std::to_string(bench.options().repeats) +
+         " timed rounds and one that warms up), and those of the reference\n";
+}
+
+ExitCode sweep(const SweepOptions& options, const CommonOptions& common) {
+  const ProgressMode mode = parseProgress(options.progress, common.quiet);
+  ProgressPrinter printer(mode);
+  study::SweepRequest request;
+  request.clock = parseClock(options.clock);
+  request.metrics = options.metrics;
+  request.ratioTo = options.ratioTo;
+  request.against = referenceName(options);
+  const std::vector<std::string> methods = studiedMethods(options, request.against);
+  checkOptions(options, methods);
+  request.points = pointsOf(options, methods);
+  const study::Inputs inputs = studyInputs(options);
+  request.name = inputs.readRun({}, methods.front()).name;
+  const std::filesystem::path folder =
+      options.out.empty() ? "out/" + request.name + "_sweep" : options.out;
+
+  study::BenchOptions benchWith = benchOptions(options, folder, printer);
+  benchWith.keepFrames = options.keepFrames == "all";
+  study::Bench bench(inputs, benchWith);
+  bench.setReference(request.against);
+  std::vector<study::Setting> settings;
+  for (const study::Point& point : request.points) settings.push_back(bench.prepare(point));
+  bench.checkReference(settings);
+  if (options.dryRun) {
+    printData(dryRunText(bench, settings));
+    return ExitCode::Done;
+  }
+  openStudyFolder(folder, options.existing, "sweep");
+  if (options.existing == "resume") bench.readSamples();
+
+  catchStopSignals(mode == ProgressMode::Json);
+  try {
+    study::runSweep(bench, request, settings);
+  } catch (const study::StudyStopped&) {
+    printer.endLine();
+    log::warning("stopped; what was measured is kept: go on with --existing resume");
+    return static_cast<ExitCode>(128 + stopSignal());
+  }
+  printer.endLine();
+  const study::SweepResult result = study::evaluateSweep(bench, request, settings);
+  study::writeSweep(bench, result, studyContext(bench));
+  bench.clear();
+  printData(common.json ? study::sweepJson(result, studyContext(bench)) + "\n"
+                        : report::toText(study::sweepTable(result)));
+  log::info("the curves are in " + (folder / "report.html").string());
+  return bench.failures().empty() ? ExitCode::Done : ExitCode::FramesFailed;
+}
+
+}  // namespace
+
+void addSweep(CLI::App& program, CommonOptions& common, Action& action) {
+  CLI::App* command = program.add_subcommand(
+      "sweep", "Measure time and error of every combination of some options' values.");
+  const auto options = std::make_shared<SweepOptions>();
+  addStudyOptions(*command, *options, common);
+  command
+      ->add_option("--vary", options->vary,
+                   "An option and its values: methods.NAME.OPTION=A,B,C; FROM..TO:COUNT for even "
+                   "steps, log:FROM..TO:COUNT for even ratios. `program=FILE,FILE` compares builds "
+                   "of catoptric. Repeat it for several options")
+      ->type_name("NAME=VALUES")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--link", options->link,
+                   "Options that change together, value by value, in place of all combinations")
+      ->type_name("A,B")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--where", options->where,
+                   "Take only combinations that hold this, as in \"rays<=16 && samples>2\"")
+      ->type_name("CONDITION")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--metric", options->metrics,
+                   "Measures of errors, with commas; the first is traded against time")
+      ->delimiter(',')
+      ->capture_default_str()
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--ratio-to", options->ratioTo,
+                   "Ratios of times are to the first point of this method [the first point]")
+      ->type_name("METHOD");
+  command
+      ->add_option("--keep-frames", options->keepFrames,
+                   "Frames of the points: none (removed when their errors are known), or all")
+      ->capture_default_str()
+      ->type_name("WHICH");
+  command->add_flag("--dry-run", options->dryRun, "List the points, and write nothing");
+  command->footer(R"(Examples:
+  catoptric sweep configs/living_room.json --method second_order --frames 1-900x90 \
+      --vary methods.second_order.level_error=0,0.375,0.75
+  catoptric sweep configs/demo.json --vary image.width=128,256,512 --vary image.height=128,256,512 \
+      --link image.width,image.height --against reference
+
+Exit codes: 0 done; 2 the command line or the config is wrong; 5 output could not be written; 6 some
+points failed; 128 + N ended by signal N.
+)");
+  command->callback([options, &common, &action] {
+    action = [options, &common] { return sweep(*options, common); };
+  });
+}
+
+}  // namespace catoptric::app

@@ -1,0 +1,401 @@
+#include "study/bench.h"
+
+#include <algorithm>
+#include <charconv>
+#include <sstream>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/hash.h"
+#include "core/log.h"
+#include "report/table.h"
+#include "run/folder/machine.h"
+#include "run/folder/plan.h"
+#include "run/sequence/session.h"
+
+namespace catoptric::study {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string printOf(const std::string& text) {
+  Fingerprint print;
+  print.add(text);
+  return print.text();
+}
+
+std::string printOfFile(const fs::path& file) {
+  Fingerprint print;
+  print.add(readFile(file));
+  return print.text();
+}
+
+/// The value of a cell of a file of samples.
+template <class T>
+T cellNumber(const std::string& cell, const std::string& place) {
+  T value{};
+  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  if (error != std::errc() || end != cell.data() + cell.size())
+    throw UsageError(place + ": \"" + cell + "\" is no number");
+  return value;
+}
+
+std::vector<std::string> cellsOf(const std::string& line, char separator) {
+  std::vector<std::string> cells;
+  std::istringstream text(line);
+  for (std::string cell; std::getline(text, cell, separator);) cells.push_back(cell);
+  return cells;
+}
+
+constexpr const char* kSamplesHeader = "round,turn,point,frame,seconds,cpu_seconds,steps";
+
+}  // namespace
+
+std::optional<std::size_t> Samples::find(const std::string& key) const {
+  const auto found = std::find(keys.begin(), keys.end(), key);
+  if (found == keys.end()) return {};
+  const auto index = static_cast<std::size_t>(found - keys.begin());
+  const bool measured = std::any_of(measurement.turns.begin(), measurement.turns.end(),
+                                    [&](const Turn& turn) { return turn.setting == index; });
+  return measured ? std::optional(index) : std::nullopt;
+}
+
+std::string samplesCsv(const Samples& samples, bool header) {
+  std::string text = header ? std::string(kSamplesHeader) + "\n" : "";
+  for (const Turn& turn : samples.measurement.turns) {
+    text += std::to_string(turn.round) + "," + std::to_string(turn.turn) + "," +
+            samples.keys[turn.setting] + "," + std::to_string(turn.frame) + "," +
+            report::exactText(turn.report.seconds) + "," +
+            report::exactText(turn.report.cpuSeconds) + ",";
+    std::string steps;
+    for (const auto& [step, seconds] : turn.report.steps)
+      steps += (steps.empty() ? "" : ";") + step + "=" + report::exactText(seconds);
+    text += steps + "\n";
+  }
+  return text;
+}
+
+Samples parseSamples(const std::string& text, const std::string& name) {
+  Samples samples;
+  std::istringstream lines(text);
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const std::string place = name + ":" + std::to_string(++number);
+    if (number == 1) {
+      if (line != kSamplesHeader) throw UsageError(place + ": is no file of samples");
+      continue;
+    }
+    const std::vector<std::string> cells = cellsOf(line, ',');
+    if (cells.size() < 6) throw UsageError(place + ": a line of samples has 7 cells");
+    Turn turn;
+    turn.round = cellNumber<int>(cells[0], place);
+    turn.turn = cellNumber<int>(cells[1], place);
+    const auto known = std::find(samples.keys.begin(), samples.keys.end(), cells[2]);
+    turn.setting = static_cast<std::size_t>(known - samples.keys.begin());
+    if (known == samples.keys.end()) samples.keys.push_back(cells[2]);
+    turn.frame = cellNumber<int>(cells[3], place);
+    turn.report.seconds = cellNumber<double>(cells[4], place);
+    turn.report.cpuSeconds = cellNumber<double>(cells[5], place);
+    for (const std::string& step :
+         cells.size() > 6 ? cellsOf(cells[6], ';') : std::vector<std::string>{}) {
+      const std::size_t equals = step.find('=');
+      if (equals == std::string::npos) throw UsageError(place + ": \"" + step + "\" is no step");
+      turn.report.steps[step.substr(0, equals)] =
+          cellNumber<double>(step.substr(equals + 1), place);
+    }
+    samples.repeats = std::max(samples.repeats, turn.round);
+    if (std::find(samples.frames.begin(), samples.frames.end(), turn.frame) == samples.frames.end())
+      samples.frames.push_back(turn.frame);
+    samples.measurement.turns.push_back(std::move(turn));
+  }
+  std::sort(samples.frames.begin(), samples.frames.end());
+  samples.measurement.settings.resize(samples.keys.size());
+  return samples;
+}
+
+Bench::Bench(Inputs inputs, BenchOptions options)
+    : inputs_(std::move(inputs)), options_(std::move(options)) {}
+
+const Bench::Place& Bench::placeOf(const run::RunConfig& run) {
+  std::string name = run.scene.string() + "\n" + run.path.string() + "\n" + run.frames + "\n";
+  for (const run::MethodConfig& method : run.methods) name += method.id + "\n";
+  if (run.environment)
+    name += config::parseText(run.effective, "run").get("environment").asString();
+  const auto known = places_.find(name);
+  if (known != places_.end()) return known->second;
+
+  const run::Stage stage(run);
+  const auto made = run::makeMethods(stage, methods::registry());
+  run::makePlan(run, stage.scene(), stage.frames().size(), made);  // says what cannot be done
+  Place place;
+  Fingerprint print;
+  print.addValue(stage.scene().fingerprint);
+  if (!run.path.empty()) print.add(printOfFile(run.path));
+  place.fingerprint = print.text();
+  place.frames = stage.frames();
+  for (std::size_t i = 0; i < stage.scene().objects.size(); ++i)
+    if (stage.scene().objects[i].reflector > 0)
+      place.reflectors[static_cast<int>(i + 1)] = stage.scene().objects[i].name;
+  return places_.emplace(name, std::move(place)).first->second;
+}
+
+Setting Bench::prepare(const Point& point) {
+  Setting setting{point, inputs_.readRun(point.settings, point.method), ""};
+  std::string& program = programs_[point.program];
+  if (program.empty()) {
+    std::error_code error;
+    if (!point.program.empty() && !fs::is_regular_file(point.program, error))
+      throw UsageError("program " + point.program + ": no such file; name a build of catoptric");
+    program = point.program.empty() ? run::buildFingerprint() : printOfFile(point.program);
+  }
+  setting.key =
+      printOf(setting.run.pixelSettings(setting.run.methods.front()) + "\n" +
+              std::to_string(setting.run.threads) + "\n" + placeOf(setting.run).fingerprint + "\n" +
+              program + "\n" + run::processorName());
+  return setting;
+}
+
+const std::vector<int>& Bench::frames(const Setting& setting) {
+  return placeOf(setting.run).frames;
+}
+
+const std::map<int, std::string>& Bench::reflectors(const Setting& setting) {
+  return placeOf(setting.run).reflectors;
+}
+
+void Bench::checkStop() const {
+  if (options_.stopRequested && options_.stopRequested()) throw StudyStopped();
+}
+
+void Bench::say(const std::string& what, double share) const {
+  if (options_.progress) options_.progress(what, share);
+}
+
+/// The reference of a setting: what all methods have in common, by the reference's method.
+Setting Bench::referenceOf(const Setting& setting) {
+  Point point{reference_, {}, "", setting.point.group};
+  for (const auto& [name, value] : setting.point.settings)
+    if (!name.starts_with("methods.") || name.starts_with("methods." + reference_ + "."))
+      point.settings.emplace_back(name, value);
+  return prepare(point);
+}
+
+std::string Bench::referenceKey(const Setting& setting) {
+  std::error_code ignored;
+  return fs::exists(reference_, ignored) ? printOf(fs::canonical(reference_).string())
+                                         : referenceOf(setting).key;
+}
+
+fs::path Bench::errorsFile(const Setting& setting) {
+  return options_.folder / "errors" / (setting.key + "-" + referenceKey(setting) + ".json");
+}
+
+fs::path Bench::framesFolder(const Setting& setting) const {
+  return options_.folder / "frames" / setting.key;
+}
+
+const PointErrors& Bench::errors(const Setting& setting) {
+  const fs::path file = errorsFile(setting);
+  const auto known = errors_.find(file.string());
+  if (known != errors_.end()) return known->second;
+  return errors_.emplace(file.string(), readErrors(file)).first->second;
+}
+
+std::size_t Bench::capacity() const {
+  const auto most = static_cast<std::size_t>(std::max(2, options_.workers));
+  if (workerMemory_ == 0) return most;
+  // Workers may have 60 % of what is free and of what they have (ours): frames are written, too
+  const std::uint64_t free = availableMemoryBytes() + workerMemory_ * workers_.size();
+  const auto fitting = static_cast<std::size_t>(0.6 * static_cast<double>(free) /
+                                                static_cast<double>(workerMemory_));
+  return std::clamp<std::size_t>(fitting, 2, most);
+}
+
+/// The worker of a setting, started where it is not resident; those that are not `needed` go where
+/// there is no room. Null, and a failure, when it cannot start.
+WorkerProcess* Bench::worker(const Setting& setting, const std::vector<std::string>& needed) {
+  const auto found = std::find_if(workers_.begin(), workers_.end(),
+                                  [&](const auto& one) { return one.first == setting.key; });
+  if (found != workers_.end()) {
+    workers_.splice(workers_.begin(), workers_, found);
+    return workers_.front().second.get();
+  }
+  for (auto last = workers_.end(); workers_.size() >= capacity() && last != workers_.begin();) {
+    --last;
+    if (std::find(needed.begin(), needed.end(), last->first) == needed.end())
+      last = workers_.erase(last);
+  }
+  checkStop();
+  say("starting " + setting.text(), -1.0);
+  try {
+    const fs::path program =
+        setting.point.program.empty() ? ownProgram() : fs::path(setting.point.program);
+    auto process = std::make_unique<WorkerProcess>(
+        program, inputs_.arguments(setting.point.settings, setting.point.method),
+        options_.folder / "logs" / (setting.key + ".txt"));
+    renderers_.insert(process->renderer());
+    workerMemory_ = std::max(workerMemory_, process->memoryBytes());
+    workers_.emplace_front(setting.key, std::move(process));
+    return workers_.front().second.get();
+  } catch (const UsageError&) {
+    throw;
+  } catch (const Error& error) {
+    failures_[setting.key] = error.what();
+    log::error(setting.text() + ": " + error.what());
+    return nullptr;
+  }
+}
+
+report::RunData Bench::referenceFrames(const Setting& setting, const std::vector<int>& frames) {
+  std::error_code ignored;
+  if (fs::exists(reference_, ignored)) return report::readSequence(reference_);
+  const Setting reference = referenceOf(setting);
+  const fs::path folder = framesFolder(reference);
+  report::RunData data;
+  data.name = reference_;
+  data.folder = folder;
+  for (const int number : frames) {
+    const fs::path file = folder / run::framePath("frames", number, ".exr");
+    data.frames[number] = file;
+    if (fs::exists(file, ignored)) continue;
+    checkStop();
+    WorkerProcess* process = worker(reference, {});
+    if (process == nullptr)
+      throw Error(ExitCode::FramesFailed,
+                  "the reference " + reference.text() + ": " + failures_[reference.key]);
+    say("reference " + reference.text() + ", frame " + std::to_string(number), -1.0);
+    process->render(number, folder);
+    ++framesRendered_;
+  }
+  return data;
+}
+
+/// Compares frames that were written, keeps the errors, and removes the frames.
+void Bench::compare(const Setting& setting, const std::vector<int>& frames,
+                    const std::map<int, FrameReport>& written) {
+  report::RunData run;
+  run.name = setting.point.method;
+  run.folder = framesFolder(setting);
+  for (const int number : frames)
+    run.frames[number] = run.folder / run::framePath("frames", number, ".exr");
+  report::RunData reference = referenceFrames(setting, frames);
+  std::erase_if(reference.frames, [&](const auto& one) { return !run.frames.contains(one.first); });
+  const report::RunComparison comparison = report::compareRuns(run, reference);
+  if (!comparison.onlyInRun.empty())
+    throw UsageError("the reference " + reference.folder.string() + " lacks frames " +
+                     scene::formatFrames(comparison.onlyInRun));
+  const fs::path file = errorsFile(setting);
+  PointErrors all = errors(setting);
+  for (const auto& [number, error] : comparison.frames) {
+    FrameErrors one = frameErrors(error);
+    one.pixels = written.at(number).pixels;
+    one.counters = written.at(number).counters;
+    all.frames[number] = std::move(one);
+  }
+  writeErrors(file, all);
+  errors_[file.string()] = std::move(all);
+  if (options_.keepFrames || setting.key == referenceKey(setting)) return;
+  std::error_code ignored;
+  fs::remove_all(run.folder, ignored);
+}
+
+void Bench::findErrors(const std::vector<Setting>& settings, const std::vector<int>& frames) {
+  for (const Setting& setting : settings) {
+    std::vector<int> missing;
+    for (const int number : frames)
+      if (!errors(setting).frames.contains(number)) missing.push_back(number);
+    if (missing.empty() || failures_.contains(setting.key)) continue;
+    WorkerProcess* process = worker(setting, {});
+    if (process == nullptr) continue;
+    std::map<int, FrameReport> written;
+    try {
+      for (const int number : missing) {
+        checkStop();
+        say("errors of " + setting.text(),
+            static_cast<double>(written.size()) / static_cast<double>(missing.size()));
+        written[number] = process->render(number, framesFolder(setting));
+        ++framesRendered_;
+      }
+    } catch (const Error& error) {
+      failures_[setting.key] = error.what();
+      log::error(setting.text() + ": " + error.what());
+      continue;
+    }
+    compare(setting, missing, written);
+  }
+}
+
+const Samples& Bench::measure(const std::vector<Setting>& settings, const std::vector<int>& frames,
+                              bool withErrors) {
+  std::vector<std::string> needed;
+  for (const Setting& setting : settings) needed.push_back(setting.key);
+  Samples samples;
+  samples.frames = frames;
+  samples.repeats = options_.repeats;
+  std::vector<Runner*> runners;
+  std::vector<const Setting*> running;
+  TurnOptions turns;
+  std::vector<std::vector<int>> missing;
+  for (const Setting& setting : settings) {
+    if (failures_.contains(setting.key)) continue;
+    WorkerProcess* process = worker(setting, needed);
+    if (process == nullptr) continue;
+    runners.push_back(process);
+    running.push_back(&setting);
+    samples.keys.push_back(setting.key);
+    missing.emplace_back();
+    for (const int number : withErrors ? frames : std::vector<int>{})
+      if (!errors(setting).frames.contains(number)) missing.back().push_back(number);
+    turns.writeTo.push_back(missing.back().empty() ? fs::path() : framesFolder(setting));
+  }
+  turns.repeats = options_.repeats;
+  turns.seed = options_.seed;
+  turns.stopRequested = options_.stopRequested;
+  turns.progress = [&](int done, int all) {
+    say("measuring " + std::to_string(runners.size()) + " settings in turns",
+        static_cast<double>(done) / all);
+  };
+  samples.measurement = measureInTurns(runners, frames, turns);
+  framesRendered_ += static_cast<int>(frames.size() * runners.size()) * (1 + options_.repeats);
+  if (samples.measurement.stopped) throw StudyStopped();
+  for (std::size_t i = 0; i < running.size(); ++i) {
+    const SettingResult& result = samples.measurement.settings[i];
+    if (!result.failure.empty()) {
+      failures_[running[i]->key] = result.failure;
+      log::error(running[i]->text() + ": " + result.failure);
+    } else if (!missing[i].empty()) {
+      compare(*running[i], missing[i], result.written);
+    }
+  }
+  if (options_.repeats > 0) keep(samples);
+  samples_.push_back(std::move(samples));
+  return samples_.back();
+}
+
+void Bench::keep(const Samples& samples) {
+  const fs::path folder = options_.folder / "samples";
+  fs::create_directories(folder);
+  int number = 1;
+  std::error_code ignored;
+  while (fs::exists(folder / (std::to_string(number) + ".csv"), ignored)) ++number;
+  writeFileAtomically(folder / (std::to_string(number) + ".csv"),
+                      std::string_view(samplesCsv(samples)));
+}
+
+void Bench::readSamples() {
+  std::error_code ignored;
+  for (int number = 1;; ++number) {
+    const fs::path file = options_.folder / "samples" / (std::to_string(number) + ".csv");
+    if (!fs::exists(file, ignored)) return;
+    samples_.push_back(parseSamples(readTextFile(file, std::size_t{1} << 31), file.string()));
+  }
+}
+
+void Bench::clear() {
+  workers_.clear();
+  if (options_.keepFrames) return;
+  std::error_code ignored;
+  fs::remove_all(options_.folder / "logs", ignored);
+}
+
+}  // namespace catoptric::study

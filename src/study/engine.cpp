@@ -1,0 +1,102 @@
+#include "study/engine.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "core/error.h"
+#include "core/random.h"
+
+namespace catoptric::study {
+namespace {
+
+/// In which order the settings have their turns at a frame: a shuffle of its own for two rounds,
+/// which the second of them takes backwards, so that each is as often before another as after it.
+std::vector<std::size_t> orderOf(std::size_t settings, int round, int frame, std::uint64_t seed) {
+  std::vector<std::size_t> order(settings);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::uint32_t state = mixedBits(static_cast<std::uint32_t>(seed) ^
+                                  mixedBits(static_cast<std::uint32_t>((round + 1) / 2) * 65537u +
+                                            static_cast<std::uint32_t>(frame)));
+  for (std::size_t i = settings; i > 1; --i) {
+    state = mixedBits(state);
+    std::swap(order[i - 1], order[state % i]);
+  }
+  if (round % 2 == 0) std::reverse(order.begin(), order.end());
+  return order;
+}
+
+template <class Get>
+RoundTimes collect(const std::vector<Turn>& turns, std::size_t setting, const Get& get) {
+  RoundTimes times;
+  for (const Turn& turn : turns) {
+    if (turn.setting != setting) continue;
+    times.resize(std::max(times.size(), static_cast<std::size_t>(turn.round)));
+    times[static_cast<std::size_t>(turn.round - 1)].push_back(get(turn.report));
+  }
+  return times;
+}
+
+}  // namespace
+
+RoundTimes Measurement::times(std::size_t setting, Clock clock) const {
+  return collect(turns, setting, [&](const FrameReport& report) {
+    return clock == Clock::Wall ? report.seconds : report.cpuSeconds;
+  });
+}
+
+RoundTimes Measurement::stepTimes(std::size_t setting, const std::string& step) const {
+  return collect(turns, setting, [&](const FrameReport& report) {
+    const auto found = report.steps.find(step);
+    return found == report.steps.end() ? 0.0 : found->second;
+  });
+}
+
+std::vector<std::string> Measurement::steps(std::size_t setting) const {
+  std::map<std::string, double> sums;
+  for (const Turn& turn : turns)
+    if (turn.setting == setting)
+      for (const auto& [step, seconds] : turn.report.steps) sums[step] += seconds;
+  std::vector<std::string> names;
+  for (const auto& [step, seconds] : sums) names.push_back(step);
+  std::stable_sort(names.begin(), names.end(),
+                   [&](const auto& a, const auto& b) { return sums[a] > sums[b]; });
+  return names;
+}
+
+Measurement measureInTurns(const std::vector<Runner*>& runners, const std::vector<int>& frames,
+                           const TurnOptions& options) {
+  Measurement result;
+  result.settings.resize(runners.size());
+  const int all = (options.repeats + 1) * static_cast<int>(frames.size() * runners.size());
+  int done = 0;
+  for (int round = 0; round <= options.repeats; ++round) {
+    for (const int frame : frames) {
+      for (const std::size_t setting : orderOf(runners.size(), round, frame, options.seed)) {
+        if (options.stopRequested && options.stopRequested()) {
+          result.stopped = true;
+          return result;
+        }
+        ++done;
+        SettingResult& own = result.settings[setting];
+        if (!own.failure.empty()) continue;
+        const bool writes = round == 0 && !options.writeTo.empty();
+        try {
+          FrameReport report = runners[setting]->render(
+              frame, writes ? options.writeTo[setting] : std::filesystem::path());
+          if (round == 0)
+            own.written[frame] = std::move(report);
+          else
+            result.turns.push_back({round, done, setting, frame, std::move(report)});
+        } catch (const Error& error) {
+          own.failure = error.what();
+        }
+        if (options.progress) options.progress(done, all);
+      }
+    }
+  }
+  std::erase_if(result.turns,
+                [&](const Turn& turn) { return !result.settings[turn.setting].failure.empty(); });
+  return result;
+}
+
+}  // namespace catoptric::study

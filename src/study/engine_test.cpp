@@ -1,0 +1,180 @@
+#include "study/engine.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <set>
+
+#include "core/error.h"
+
+namespace catoptric::study {
+namespace {
+
+/// A machine that is slower now and then: a slow drift, another program that comes and goes, and
+/// single disturbed frames. Its clock runs by what is rendered.
+struct Machine {
+  explicit Machine(std::uint32_t seed) : random(seed) {}
+
+  double render(double cost) {
+    std::normal_distribution<double> small(0.0, 0.02);
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    const double drift = 1.0 + 0.17 * std::sin(clock / 40.0 + phase);
+    if (clock > nextChange) {
+      busy = !busy;
+      nextChange = clock + (busy ? 3.0 : 9.0) * -std::log(1.0 - unit(random));
+    }
+    double seconds = cost * drift * (busy ? 1.6 : 1.0) * std::exp(small(random));
+    if (unit(random) < 0.08) seconds *= 1.0 + unit(random);
+    clock += seconds;
+    return seconds;
+  }
+
+  std::mt19937 random;
+  double clock = 0.0;
+  double phase = 0.0;
+  double nextChange = 5.0;
+  bool busy = false;
+};
+
+/// Renders frame n in `cost` times n-dependent seconds of the machine.
+class Simulated : public Runner {
+ public:
+  Simulated(Machine& machine, double cost) : machine_(machine), cost_(cost) {}
+  FrameReport render(int frame, const std::filesystem::path& writeTo) override {
+    if (frame == failsAt) throw Error(ExitCode::FramesFailed, "out of luck");
+    orders.push_back(frame);
+    if (!writeTo.empty()) written.insert(writeTo.string());
+    FrameReport report;
+    report.seconds = machine_.render(cost_ * (0.1 + 0.02 * (frame % 3)));
+    report.cpuSeconds = report.seconds;
+    report.steps = {{"all", report.seconds}};
+    return report;
+  }
+  int failsAt = 0;
+  std::vector<int> orders;
+  std::set<std::string> written;
+
+ private:
+  Machine& machine_;
+  double cost_;
+};
+
+struct Trials {
+  int holding = 0;  ///< intervals that contain the truth
+  int found = 0;    ///< verdicts of the right sign
+  int wrong = 0;    ///< of the wrong one
+  std::vector<double> off;
+};
+
+constexpr int kTrials = 400;
+
+/// Many measurements of two settings with the default number of rounds, the second of them
+/// `truth` times as expensive.
+Trials measured(double truth) {
+  Trials trials;
+  const std::vector<int> frames{10, 20, 30, 40, 50, 60, 70, 80, 90, 100};
+  for (std::uint32_t seed = 1; seed <= kTrials; ++seed) {
+    Machine machine(seed);
+    machine.phase = seed;
+    Simulated a(machine, 1.0);
+    Simulated b(machine, truth);
+    TurnOptions options;
+    options.seed = seed;
+    const Measurement result = measureInTurns({&a, &b}, frames, options);
+    const Ratio ratio = pairedRatio(result.times(1), result.times(0));
+    if (ratio.interval->low <= truth && truth <= ratio.interval->high) ++trials.holding;
+    const Verdict verdict = verdictOf(ratio);
+    if (verdict == Verdict::Slower) ++trials.found;
+    if (verdict == Verdict::Faster) ++trials.wrong;
+    trials.off.push_back(std::abs(ratio.value / truth - 1.0));
+  }
+  return trials;
+}
+
+TEST(Engine, TheSameSettingTwiceIsNotToldApart) {
+  const Trials trials = measured(1.0);
+  EXPECT_GE(trials.holding, kTrials * 19 / 20);
+  EXPECT_LE(median(trials.off), 0.015);
+}
+
+TEST(Engine, FivePercentAreFound) {
+  const Trials trials = measured(1.05);
+  EXPECT_GE(trials.found, kTrials * 18 / 20);
+  EXPECT_GE(trials.holding, kTrials * 19 / 20);
+}
+
+TEST(Engine, TwoPercentAreNeverTakenTheWrongWay) {
+  const Trials trials = measured(1.02);
+  EXPECT_LE(trials.wrong, kTrials / 100);
+  EXPECT_GE(trials.found, kTrials / 4);
+}
+
+/// One setting after the other on the same machine, what this engine is there to avoid.
+TEST(Engine, RunsOneAfterTheOtherAreFarWorse) {
+  std::vector<double> off;
+  for (std::uint32_t seed = 1; seed <= 20; ++seed) {
+    Machine machine(seed);
+    machine.phase = seed;
+    Simulated a(machine, 1.0);
+    Simulated b(machine, 1.0);
+    const std::vector<int> frames{10, 20, 30, 40, 50, 60, 70, 80, 90, 100};
+    const Measurement first = measureInTurns({&a}, frames, {});
+    const Measurement second = measureInTurns({&b}, frames, {});
+    off.push_back(std::abs(pairedRatio(second.times(0), first.times(0)).value - 1.0));
+  }
+  EXPECT_GT(median(off), 2.0 * median(measured(1.0).off));
+}
+
+TEST(Engine, EachSettingIsAsOftenBeforeAnotherAsAfterIt) {
+  Machine machine(1);
+  Simulated a(machine, 1.0);
+  Simulated b(machine, 1.0);
+  Simulated c(machine, 1.0);
+  TurnOptions options;
+  options.repeats = 8;
+  const Measurement result = measureInTurns({&a, &b, &c}, {1, 2, 3, 4, 5}, options);
+  std::map<std::pair<std::size_t, std::size_t>, int> before;
+  for (const Turn& one : result.turns)
+    for (const Turn& other : result.turns)
+      if (one.round == other.round && one.frame == other.frame && one.turn < other.turn)
+        ++before[{one.setting, other.setting}];
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < i; ++j) EXPECT_EQ((before[{i, j}]), (before[{j, i}]));
+}
+
+TEST(Engine, OnlyTheRoundThatWarmsUpWrites) {
+  Machine machine(1);
+  Simulated a(machine, 1.0);
+  TurnOptions options;
+  options.repeats = 2;
+  options.writeTo = {"somewhere"};
+  const Measurement result = measureInTurns({&a}, {4, 5}, options);
+  EXPECT_EQ(a.orders, (std::vector<int>{4, 5, 4, 5, 4, 5}));
+  EXPECT_EQ(a.written, std::set<std::string>{"somewhere"});
+  EXPECT_EQ(result.turns.size(), 4u);
+  EXPECT_EQ(result.settings[0].written.size(), 2u);
+}
+
+TEST(Engine, OneThatFailsLeavesTheOthers) {
+  Machine machine(1);
+  Simulated a(machine, 1.0);
+  Simulated b(machine, 1.0);
+  b.failsAt = 5;
+  const Measurement result = measureInTurns({&a, &b}, {4, 5}, {});
+  EXPECT_EQ(result.settings[1].failure, "out of luck");
+  EXPECT_EQ(result.times(0).size(), 8u);
+  EXPECT_TRUE(result.times(1).empty());
+}
+
+TEST(Engine, StopsBetweenFrames) {
+  Machine machine(1);
+  Simulated a(machine, 1.0);
+  TurnOptions options;
+  options.stopRequested = [&] { return a.orders.size() == 3; };
+  EXPECT_TRUE(measureInTurns({&a}, {1, 2}, options).stopped);
+  EXPECT_EQ(a.orders.size(), 3u);
+}
+
+}  // namespace
+}  // namespace catoptric::study

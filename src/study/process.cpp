@@ -1,0 +1,174 @@
+#include "study/process.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include "config/json.h"
+#include "config/json_text.h"
+#include "core/error.h"
+
+extern char** environ;
+
+namespace catoptric::study {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Both ends are closed in children but where they are handed over.
+std::array<int, 2> makePipe() {
+  std::array<int, 2> ends{};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0)
+    throw Error(ExitCode::Internal, std::string("a pipe cannot be made: ") + std::strerror(errno));
+  return ends;
+}
+
+/// The last line of a worker's log that says something, without its level.
+std::string lastWords(const fs::path& log) {
+  std::ifstream file(log);
+  std::string last;
+  for (std::string line; std::getline(file, line);)
+    if (!line.empty()) last = line;
+  constexpr std::string_view kLevel = "error: ";
+  return last.starts_with(kLevel) ? last.substr(kLevel.size()) : last;
+}
+
+std::map<std::string, double> numbersOf(const config::Value& object) {
+  std::map<std::string, double> numbers;
+  if (!object.isNull())
+    for (const std::string& name : object.keys()) numbers[name] = object.get(name).asNumber();
+  return numbers;
+}
+
+}  // namespace
+
+WorkerProcess::WorkerProcess(const fs::path& program, const std::vector<std::string>& arguments,
+                             const fs::path& log)
+    : program_(program), log_(log) {
+  const std::array<int, 2> in = makePipe();
+  const std::array<int, 2> out = makePipe();
+  std::vector<std::string> words{program.string(), "worker"};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+
+  fs::create_directories(log.parent_path());
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, in[0], STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, out[1], STDOUT_FILENO);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, log.c_str(),
+                                   O_WRONLY | O_CREAT | O_TRUNC, 0644);
+  // A group of its own: Ctrl-C is for this program, which ends its workers by closing their input.
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+  const int error =
+      ::posix_spawn(&pid_, program.c_str(), &actions, &attributes, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  posix_spawnattr_destroy(&attributes);
+  ::close(in[0]);
+  ::close(out[1]);
+  toWorker_ = in[1];
+  fromWorker_ = out[0];
+  if (error != 0) {
+    pid_ = -1;
+    ::close(toWorker_);
+    ::close(fromWorker_);
+    throw UsageError(program.string() + ": cannot be started: " + std::strerror(error));
+  }
+  try {
+    const config::Value ready = config::parseText(readLine(), program_.string());
+    renderer_ = ready.get("renderer").asString();
+    build_ = ready.get("build").asString();
+    startupSeconds_ = ready.get("startup_seconds").asNumber();
+    memoryBytes_ = static_cast<std::uint64_t>(ready.get("memory_bytes").asNumber());
+  } catch (...) {
+    end();
+    throw;
+  }
+}
+
+void WorkerProcess::end() {
+  if (pid_ < 0) return;
+  ::close(toWorker_);
+  ::close(fromWorker_);
+  int status = 0;
+  while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+  }
+  pid_ = -1;
+}
+
+void WorkerProcess::failEnded() {
+  const std::string words = lastWords(log_);
+  throw Error(ExitCode::FramesFailed,
+              words.empty() ? program_.string() + " worker has ended without a word" : words);
+}
+
+std::string WorkerProcess::readLine() {
+  for (;;) {
+    const std::size_t end = buffered_.find('\n');
+    if (end != std::string::npos) {
+      std::string line = buffered_.substr(0, end);
+      buffered_.erase(0, end + 1);
+      return line;
+    }
+    std::array<char, 65536> bytes{};
+    const ssize_t count = ::read(fromWorker_, bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) failEnded();
+    buffered_.append(bytes.data(), static_cast<std::size_t>(count));
+  }
+}
+
+FrameReport WorkerProcess::render(int frame, const fs::path& writeTo) {
+  config::JsonText order;
+  order.add("frame", frame);
+  if (!writeTo.empty()) order.add("write", writeTo.string());
+  const std::string text = order.object() + "\n";
+  for (std::size_t sent = 0; sent < text.size();) {
+    const ssize_t count = ::write(toWorker_, text.data() + sent, text.size() - sent);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) failEnded();
+    sent += static_cast<std::size_t>(count);
+  }
+  const config::Value answer = config::parseText(readLine(), program_.string());
+  if (answer.has("failed"))
+    throw Error(ExitCode::FramesFailed,
+                "frame " + std::to_string(frame) + ": " + answer.get("failed").asString());
+  FrameReport report;
+  report.seconds = answer.get("seconds").asNumber();
+  report.cpuSeconds = answer.get("cpu_seconds").asNumber();
+  report.steps = numbersOf(answer.get("steps"));
+  for (const auto& [name, count] : numbersOf(answer.get("counters")))
+    report.counters[name] = static_cast<std::uint64_t>(count);
+  if (answer.has("pixels")) report.pixels = answer.get("pixels").asString();
+  if (answer.has("memory_bytes"))
+    memoryBytes_ = static_cast<std::uint64_t>(answer.get("memory_bytes").asNumber());
+  return report;
+}
+
+fs::path ownProgram() {
+  return fs::read_symlink("/proc/self/exe");
+}
+
+std::uint64_t availableMemoryBytes() {
+  std::ifstream file("/proc/meminfo");
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream words(line);
+    std::string name;
+    std::uint64_t kibibytes = 0;
+    if (words >> name >> kibibytes && name == "MemAvailable:") return kibibytes * 1024;
+  }
+  return 0;
+}
+
+}  // namespace catoptric::study

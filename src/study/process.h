@@ -1,0 +1,54 @@
+// A worker as a process: of this program or of another build of it.
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "study/engine.h"
+
+namespace catoptric::study {
+
+class WorkerProcess : public Runner {
+ public:
+  /// Starts `program` with "worker" and `arguments` and waits until it can render. What it says on
+  /// stderr goes to the file `log`. Throws Error with its last words when it cannot.
+  WorkerProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+                const std::filesystem::path& log);
+  ~WorkerProcess() override { end(); }
+  WorkerProcess(const WorkerProcess&) = delete;
+  WorkerProcess& operator=(const WorkerProcess&) = delete;
+
+  FrameReport render(int frame, const std::filesystem::path& writeTo) override;
+
+  const std::string& renderer() const { return renderer_; }
+  const std::string& build() const { return build_; }
+  double startupSeconds() const { return startupSeconds_; }
+  std::uint64_t memoryBytes() const { return memoryBytes_; }  ///< at most, so far
+
+ private:
+  void end();
+  std::string readLine();
+  [[noreturn]] void failEnded();
+
+  std::filesystem::path program_;
+  std::filesystem::path log_;
+  pid_t pid_ = -1;
+  int toWorker_ = -1;
+  int fromWorker_ = -1;
+  std::string buffered_;
+  std::string renderer_;
+  std::string build_;
+  double startupSeconds_ = 0.0;
+  std::uint64_t memoryBytes_ = 0;
+};
+
+/// The running program's file.
+std::filesystem::path ownProgram();
+
+/// Memory that programs can have now without others' being put out; 0: unknown.
+std::uint64_t availableMemoryBytes();
+
+}  // namespace catoptric::study

@@ -1,0 +1,199 @@
+#include "study/sweep.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/error.h"
+
+namespace catoptric::study {
+namespace {
+
+/// Indices of the points of each group, in the order of the first ones.
+std::vector<std::vector<std::size_t>> groupsOf(const std::vector<Setting>& settings) {
+  std::vector<std::vector<std::size_t>> groups;
+  std::map<std::string, std::size_t> known;
+  for (std::size_t i = 0; i < settings.size(); ++i) {
+    const auto [at, isNew] = known.emplace(settings[i].point.group, groups.size());
+    if (isNew) groups.emplace_back();
+    groups[at->second].push_back(i);
+  }
+  return groups;
+}
+
+/// The point to which the others of a group are compared.
+std::size_t measureOf(const std::vector<Setting>& settings, const std::vector<std::size_t>& group,
+                      const SweepRequest& request) {
+  for (const std::size_t i : group)
+    if (settings[i].point.method == request.ratioTo) return i;
+  return group.front();
+}
+
+/// Samples of a point beside the group's measure, with the frames and repeats that are wanted.
+const Samples* samplesOf(const Bench& bench, const std::string& key, const std::string& measure,
+                         const std::vector<int>& frames) {
+  for (const Samples& samples : bench.samples())
+    if (samples.find(key) && samples.find(measure) && samples.frames == frames &&
+        samples.repeats >= bench.options().repeats)
+      return &samples;
+  return nullptr;
+}
+
+void addTimes(const Bench& bench, const SweepRequest& request, const std::string& measure,
+              const std::vector<int>& frames, SweepPoint& point) {
+  const Samples* samples = samplesOf(bench, point.setting.key, measure, frames);
+  if (samples == nullptr) return;
+  const std::size_t own = *samples->find(point.setting.key);
+  const Measurement& measurement = samples->measurement;
+  point.ratio = pairedRatio(measurement.times(own, request.clock),
+                            measurement.times(*samples->find(measure), request.clock));
+  const FrameSeconds seconds = frameSeconds(measurement.times(own, request.clock));
+  point.seconds = seconds.mean;
+  point.worstSeconds = seconds.worst;
+  if (seconds.worstFrame >= 0)
+    point.worstSecondsFrame = frames[static_cast<std::size_t>(seconds.worstFrame)];
+  for (const std::string& step : measurement.steps(own))
+    point.steps[step] = frameSeconds(measurement.stepTimes(own, step)).mean;
+}
+
+/// How many times as long point a takes as b: measured beside each other, or both beside the
+/// group's measure.
+Ratio ratioOf(const Bench& bench, const SweepRequest& request, const SweepPoint& a,
+              const SweepPoint& b, const std::vector<int>& frames) {
+  const Samples* samples = samplesOf(bench, a.setting.key, b.setting.key, frames);
+  if (samples == nullptr) return quotient(a.ratio, b.ratio);
+  const Measurement& measurement = samples->measurement;
+  return pairedRatio(measurement.times(*samples->find(a.setting.key), request.clock),
+                     measurement.times(*samples->find(b.setting.key), request.clock));
+}
+
+bool samePixels(const PointErrors& a, const PointErrors& b, const std::vector<int>& frames) {
+  return std::all_of(frames.begin(), frames.end(), [&](int number) {
+    const auto one = a.frames.find(number);
+    const auto other = b.frames.find(number);
+    return one != a.frames.end() && other != b.frames.end() &&
+           one->second.pixels == other->second.pixels;
+  });
+}
+
+/// What differs between two points of one method, as far as it is one option.
+std::string onlyDifference(const Point& a, const Point& b) {
+  std::string name;
+  if (a.method != b.method || a.settings.size() != b.settings.size()) return "";
+  for (std::size_t i = 0; i < a.settings.size(); ++i) {
+    if (a.settings[i] == b.settings[i]) continue;
+    if (!name.empty()) return "";
+    name = a.settings[i].first;
+  }
+  return name;
+}
+
+/// Says which options change nothing, wherever they alone differ.
+void noteEffects(SweepResult& result) {
+  std::map<std::string, std::pair<int, int>>
+      pairs;  // option: pairs of points, those that are equal
+  for (const SweepPoint& a : result.points)
+    for (const SweepPoint& b : result.points) {
+      if (b.number <= a.number || !a.failure.empty() || !b.failure.empty()) continue;
+      const std::string name = onlyDifference(a.setting.point, b.setting.point);
+      if (name.empty()) continue;
+      auto& [all, equal] = pairs[name];
+      ++all;
+      if (std::find(a.sameAs.begin(), a.sameAs.end(), b.number) != a.sameAs.end()) ++equal;
+    }
+  for (const auto& [name, counts] : pairs)
+    if (counts.second == counts.first)
+      result.notes.push_back(name +
+                             " has no effect on these frames: all its values give the same "
+                             "pixels.");
+}
+
+void judgeGroup(const Bench& bench, const std::vector<std::size_t>& group,
+                const std::vector<int>& frames, SweepResult& result) {
+  std::vector<double> errors;
+  for (const std::size_t i : group) {
+    const SweepPoint& point = result.points[i];
+    const auto error = point.errors.find(result.request.metrics.front());
+    errors.push_back(point.seconds > 0.0 && error != point.errors.end()
+                         ? error->second
+                         : std::numeric_limits<double>::quiet_NaN());
+  }
+  const std::vector<Judged> judged = judge(errors, [&](std::size_t a, std::size_t b) {
+    return ratioOf(bench, result.request, result.points[group[a]], result.points[group[b]], frames);
+  });
+  for (std::size_t k = 0; k < group.size(); ++k) {
+    result.points[group[k]].judged = judged[k];
+    if (judged[k].by >= 0)
+      result.points[group[k]].judged.by =
+          static_cast<int>(group[static_cast<std::size_t>(judged[k].by)]);
+  }
+}
+
+}  // namespace
+
+void runSweep(Bench& bench, const SweepRequest& request, const std::vector<Setting>& settings) {
+  for (const std::vector<std::size_t>& group : groupsOf(settings)) {
+    const Setting& measure = settings[measureOf(settings, group, request)];
+    const std::vector<int>& frames = bench.frames(measure);
+    std::vector<Setting> own;
+    for (const std::size_t i : group) own.push_back(settings[i]);
+    if (bench.options().repeats == 0) {
+      bench.findErrors(own, frames);
+      continue;
+    }
+    // The group's measure has a turn in every batch, so that all batches can be compared.
+    std::vector<Setting> waiting;
+    for (const Setting& setting : own)
+      if (setting.key != measure.key && !samplesOf(bench, setting.key, measure.key, frames))
+        waiting.push_back(setting);
+    if (waiting.empty() && !samplesOf(bench, measure.key, measure.key, frames))
+      bench.measure({measure}, frames, true);
+    for (std::size_t next = 0; next < waiting.size();) {
+      std::vector<Setting> batch{measure};
+      while (batch.size() < bench.capacity() && next < waiting.size())
+        batch.push_back(waiting[next++]);
+      bench.measure(batch, frames, true);
+    }
+    bench.findErrors(own, frames);  // of points whose times were known
+  }
+}
+
+SweepResult evaluateSweep(Bench& bench, const SweepRequest& request,
+                          const std::vector<Setting>& settings) {
+  SweepResult result{request, {}, bench.frames(settings.front()), {}};
+  for (std::size_t i = 0; i < settings.size(); ++i)
+    result.points.push_back(
+        {settings[i], static_cast<int>(i + 1), "", {}, 0.0, 0.0, 0, {}, {}, {}, {}, {}});
+  for (const std::vector<std::size_t>& group : groupsOf(settings)) {
+    const Setting& measure = settings[measureOf(settings, group, request)];
+    const std::vector<int>& frames = bench.frames(measure);
+    for (const std::size_t i : group) {
+      SweepPoint& point = result.points[i];
+      const auto failure = bench.failures().find(point.setting.key);
+      if (failure != bench.failures().end()) {
+        point.failure = failure->second;
+        continue;
+      }
+      addTimes(bench, request, measure.key, frames, point);
+      const PointErrors& errors = bench.errors(point.setting);
+      for (const std::string& metric : request.metrics) {
+        const double pooled = errors.pooled(metric, frames);
+        if (std::isnan(pooled)) continue;
+        point.errors[metric] = pooled;
+        const int worst = errors.worstFrame(metric, frames);
+        point.worst[metric] = {worst, errors.frames.at(worst).metrics.at(metric)};
+      }
+      for (const std::size_t j : group)
+        if (j != i && samePixels(errors, bench.errors(settings[j]), frames))
+          point.sameAs.push_back(static_cast<int>(j + 1));
+    }
+    judgeGroup(bench, group, frames, result);
+  }
+  noteEffects(result);
+  if (bench.options().repeats > 0 && bench.options().repeats < kLeastRounds)
+    result.notes.push_back("Fewer than " + std::to_string(kLeastRounds) +
+                           " rounds cannot tell times apart: every such pair is unclear.");
+  return result;
+}
+
+}  // namespace catoptric::study

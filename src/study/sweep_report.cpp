@@ -1,0 +1,270 @@
+// What a sweep writes.
+#include <algorithm>
+#include <set>
+
+#include "config/json_text.h"
+#include "core/file.h"
+#include "core/text.h"
+#include "scene/camera.h"
+#include "study/page.h"
+#include "study/sweep.h"
+
+namespace catoptric::study {
+namespace {
+
+using report::exactText;
+using report::fixedText;
+
+std::string milliseconds(double seconds) {
+  return seconds > 0.0 ? fixedText(1e3 * seconds, seconds < 0.01 ? 2 : 1) : "";
+}
+
+/// With three significant digits or so.
+std::string errorText(double error) {
+  return fixedText(error, error == 0.0 || error >= 100.0 ? 0
+                          : error >= 10.0                ? 1
+                          : error >= 1.0                 ? 2
+                          : error >= 0.1                 ? 3
+                                                         : 4);
+}
+
+std::string markText(const SweepResult& result, const SweepPoint& point) {
+  std::string text = markName(point.judged.mark);
+  if (point.judged.mark == Mark::Dominated) text += " by ";
+  if (point.judged.mark == Mark::Unclear) text += " beside ";
+  if (point.judged.by >= 0)
+    text += std::to_string(result.points[static_cast<std::size_t>(point.judged.by)].number);
+  return text;
+}
+
+/// Names of the options that vary, in the order of the points.
+std::vector<std::string> variedNames(const SweepResult& result) {
+  std::vector<std::string> names;
+  for (const SweepPoint& point : result.points)
+    for (const auto& [name, value] : point.setting.point.settings)
+      if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  return names;
+}
+
+std::string valueOf(const SweepPoint& point, const std::string& name) {
+  for (const auto& [own, value] : point.setting.point.settings)
+    if (own == name) return value;
+  return "";
+}
+
+std::string pointJson(const SweepResult& result, const SweepPoint& point) {
+  config::JsonText settings;
+  for (const auto& [name, value] : point.setting.point.settings) settings.add(name, value);
+  config::JsonText text;
+  text.add("number", point.number)
+      .add("key", point.setting.key)
+      .add("method", point.setting.point.method)
+      .raw("settings", settings.object());
+  if (!point.setting.point.program.empty()) text.add("program", point.setting.point.program);
+  if (!point.failure.empty()) return text.add("failure", point.failure).object();
+  if (point.seconds > 0.0) {
+    text.add("seconds", point.seconds)
+        .add("worst_seconds", point.worstSeconds)
+        .add("worst_seconds_frame", point.worstSecondsFrame)
+        .add("ratio", point.ratio.value);
+    if (point.ratio.interval)
+      text.raw("ratio_interval", "[" + config::numberText(point.ratio.interval->low) + "," +
+                                     config::numberText(point.ratio.interval->high) + "]");
+    config::JsonText steps;
+    for (const auto& [step, seconds] : point.steps) steps.add(step, seconds);
+    text.raw("steps", steps.object());
+  }
+  config::JsonText errors;
+  for (const auto& [metric, error] : point.errors)
+    errors.raw(metric, config::JsonText()
+                           .add("all", error)
+                           .add("worst", point.worst.at(metric).second)
+                           .add("worst_frame", point.worst.at(metric).first)
+                           .object());
+  text.raw("errors", errors.object())
+      .add("mark", markName(point.judged.mark))
+      .add("same_pixels_as", point.sameAs);
+  if (point.judged.by >= 0)
+    text.add("by", result.points[static_cast<std::size_t>(point.judged.by)].number);
+  return text.object();
+}
+
+std::string howMeasured(const SweepResult& result) {
+  int rounds = 0;
+  for (const SweepPoint& point : result.points) rounds = std::max(rounds, point.ratio.rounds);
+  std::string text = "Frames " + scene::formatFrames(result.frames) + ". ";
+  if (rounds > 0)
+    text +=
+        "Times: " + std::to_string(rounds) +
+        " rounds in turns, frame by frame, after one that does not count; a frame's time is its "
+        "median, and ms the mean over the frames. Ratios in brackets: the interval that holds "
+        "the truth 95 times in 100. ";
+  return text + "Errors: against " + result.request.against + ", over all frames together.";
+}
+
+}  // namespace
+
+report::Table sweepTable(const SweepResult& result) {
+  report::Table table;
+  const std::vector<std::string> names = variedNames(result);
+  table.columns = {{"", true}, {"method", false}};
+  for (const std::string& name : names)
+    table.columns.push_back({name.substr(name.rfind('.') + 1), true});
+  table.columns.push_back({"ms", true});
+  table.columns.push_back({"ratio", false});
+  for (const std::string& metric : result.request.metrics) {
+    table.columns.push_back({metric, true});
+    table.columns.push_back({"worst (frame)", true});
+  }
+  table.columns.push_back({"", false});
+  for (const SweepPoint& point : result.points) {
+    std::vector<std::string> row{std::to_string(point.number), point.setting.point.method};
+    if (!point.setting.point.program.empty()) row.back() += " of " + point.setting.point.program;
+    for (const std::string& name : names) row.push_back(valueOf(point, name));
+    const bool timed = point.seconds > 0.0;
+    row.push_back(milliseconds(point.seconds));
+    row.push_back(timed ? ratioText(point.ratio) : "");
+    for (const std::string& metric : result.request.metrics) {
+      const bool known = point.errors.contains(metric);
+      row.push_back(known ? errorText(point.errors.at(metric)) : "");
+      row.push_back(known ? errorText(point.worst.at(metric).second) + " (" +
+                                std::to_string(point.worst.at(metric).first) + ")"
+                          : "");
+    }
+    row.push_back(point.failure.empty() ? markText(result, point) : "failed: " + point.failure);
+    table.rows.push_back(row);
+  }
+  table.notes = result.notes;
+  table.notes.push_back(howMeasured(result));
+  return table;
+}
+
+std::string sweepCsv(const SweepResult& result) {
+  const std::vector<std::string> names = variedNames(result);
+  std::string text = "point,key,method,program";
+  for (const std::string& name : names) text += "," + report::csvCell(name);
+  text += ",seconds,worst_seconds,worst_seconds_frame,ratio,ratio_low,ratio_high";
+  for (const std::string& metric : result.request.metrics)
+    text += "," + metric + "," + metric + "_worst," + metric + "_worst_frame";
+  text += ",mark,by,failure\n";
+  for (const SweepPoint& point : result.points) {
+    text += std::to_string(point.number) + "," + point.setting.key + "," +
+            report::csvCell(point.setting.point.method) + "," +
+            report::csvCell(point.setting.point.program);
+    for (const std::string& name : names) text += "," + report::csvCell(valueOf(point, name));
+    const auto& interval = point.ratio.interval;
+    if (point.seconds > 0.0)
+      text += "," + exactText(point.seconds) + "," + exactText(point.worstSeconds) + "," +
+              std::to_string(point.worstSecondsFrame) + "," + exactText(point.ratio.value) + "," +
+              (interval ? exactText(interval->low) + "," + exactText(interval->high) : ",");
+    else
+      text += ",,,,,,";
+    for (const std::string& metric : result.request.metrics)
+      text += point.errors.contains(metric) ? "," + exactText(point.errors.at(metric)) + "," +
+                                                  exactText(point.worst.at(metric).second) + "," +
+                                                  std::to_string(point.worst.at(metric).first)
+                                            : ",,,";
+    text += std::string(",") + markName(point.judged.mark) + "," +
+            (point.judged.by >= 0
+                 ? std::to_string(result.points[static_cast<std::size_t>(point.judged.by)].number)
+                 : "") +
+            "," + report::csvCell(point.failure) + "\n";
+  }
+  return text;
+}
+
+std::string sweepJson(const SweepResult& result, const std::string& context) {
+  std::vector<std::string> points;
+  for (const SweepPoint& point : result.points) points.push_back(pointJson(result, point));
+  return config::JsonText()
+      .add("name", result.request.name)
+      .add("against", result.request.against)
+      .add("metrics", result.request.metrics)
+      .add("frames", scene::formatFrames(result.frames))
+      .raw("points", "[" + joined(points, ",\n") + "]")
+      .add("notes", result.notes)
+      .raw("machine", context)
+      .object();
+}
+
+std::vector<Chart> sweepCharts(const SweepResult& result) {
+  const std::string& metric = result.request.metrics.front();
+  std::vector<std::string> groups;
+  for (const SweepPoint& point : result.points)
+    if (std::find(groups.begin(), groups.end(), point.setting.point.group) == groups.end())
+      groups.push_back(point.setting.point.group);
+  std::vector<Chart> charts;
+  for (const std::string& group : groups) {
+    Chart chart;
+    chart.title = result.request.name + (group.empty() ? "" : ": " + group);
+    chart.xTitle = "ms per frame";
+    chart.yTitle = metric + " against " + result.request.against;
+    chart.showFront = true;
+    double least = 1e300;
+    double most = 0.0;
+    for (const SweepPoint& point : result.points) {
+      if (point.setting.point.group != group || point.seconds <= 0.0 ||
+          !point.errors.contains(metric))
+        continue;
+      auto series = std::find_if(
+          chart.series.begin(), chart.series.end(),
+          [&](const ChartSeries& one) { return one.name == point.setting.point.method; });
+      if (series == chart.series.end())
+        series = chart.series.insert(series, ChartSeries{point.setting.point.method, {}, false});
+      ChartPoint at;
+      at.x = 1e3 * point.seconds;
+      at.y = point.errors.at(metric);
+      if (point.ratio.interval && point.ratio.value > 0.0)
+        at.xInterval = Interval{at.x * point.ratio.interval->low / point.ratio.value,
+                                at.x * point.ratio.interval->high / point.ratio.value};
+      at.mark = point.judged.mark;
+      Settings own = point.setting.point.settings;
+      std::erase_if(own, [](const auto& one) { return !one.first.starts_with("methods."); });
+      at.label = settingsText(own);
+      at.title = std::to_string(point.number) + ": " + point.setting.text() + ": " +
+                 fixedText(at.x, 1) + " ms, " + metric + " " + errorText(at.y);
+      least = std::min(least, at.x);
+      most = std::max(most, at.x);
+      series->points.push_back(at);
+    }
+    constexpr double kManyTimes =
+        6.0;  // from here on a linear axis would crowd the fast ones; ours
+    chart.xLog = most > kManyTimes * least;
+    if (!chart.series.empty()) charts.push_back(std::move(chart));
+  }
+  return charts;
+}
+
+std::string sweepPage(const SweepResult& result, const std::string& context) {
+  Page page("Sweep of " + result.request.name);
+  const std::vector<Chart> charts = sweepCharts(result);
+  if (!charts.empty()) {
+    page.svg(toSvg(charts));
+    page.paragraph(
+        "A filled point is on the front: no other is as accurate and as fast. A hollow one is "
+        "dominated. A dashed one is unclear: another is as accurate, and which of both is faster "
+        "cannot be told from these rounds. The line through a point is the interval of its time.");
+  }
+  page.table(sweepTable(result));
+  page.details("Machine", context);
+  return page.text();
+}
+
+void writeSweep(const Bench& bench, const SweepResult& result, const std::string& context) {
+  const std::filesystem::path& folder = bench.options().folder;
+  const auto write = [&](const char* name, const std::string& text) {
+    writeFileAtomically(folder / name, std::string_view(text));
+  };
+  std::string samples;
+  for (const Samples& one : bench.samples()) samples += samplesCsv(one, samples.empty());
+  write("samples.csv", samples);
+  write("points.csv", sweepCsv(result));
+  write("sweep.json", sweepJson(result, context) + "\n");
+  write("table.md", report::toMarkdown(sweepTable(result)));
+  write("table.tex", report::toTex(sweepTable(result)));
+  const std::vector<Chart> charts = sweepCharts(result);
+  if (!charts.empty()) write("tradeoff.svg", toSvg(charts));
+  write("report.html", sweepPage(result, context));
+}
+
+}  // namespace catoptric::study

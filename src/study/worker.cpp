@@ -1,0 +1,162 @@
+#include "study/worker.h"
+
+#include <sys/resource.h>
+#include <time.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "config/json_text.h"
+#include "core/clock.h"
+#include "core/error.h"
+#include "core/file.h"
+#include "core/hash.h"
+#include "image/image.h"
+#include "run/folder/machine.h"
+#include "run/sequence/session.h"
+#include "run/stage/method_source.h"
+
+namespace catoptric::study {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Of all threads of this process.
+double cpuSeconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+std::uint64_t peakMemoryBytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+/// Fingerprint of R, G, B, which does not depend on how a file keeps them.
+std::string pixelsOf(const image::Image& image) {
+  std::vector<std::size_t> colours;
+  for (const char* name : {"R", "G", "B"}) {
+    const auto found = std::find(image.channels.begin(), image.channels.end(), name);
+    if (found != image.channels.end())
+      colours.push_back(static_cast<std::size_t>(found - image.channels.begin()));
+  }
+  std::vector<float> values;
+  values.reserve(image.pixelCount() * colours.size());
+  for (std::size_t pixel = 0; pixel < image.pixelCount(); ++pixel)
+    for (const std::size_t colour : colours)
+      values.push_back(image.data[pixel * image.channels.size() + colour]);
+  Fingerprint print;
+  print.addArray(std::span<const float>(values));
+  return print.text();
+}
+
+/// The frames of one method, with what each needs of those before it.
+class Frames {
+ public:
+  explicit Frames(run::Stage& stage)
+      : made_(run::makeMethods(stage, methods::registry())),
+        plan_(run::makePlan(stage.run(), stage.scene(), stage.frames().size(), made_)),
+        source_(stage, *made_.front(), plan_.methods.front().needs),
+        tasks_(run::makeTasks(stage, stage.run().methods.front(), *made_.front())),
+        encode_(run::makeEncoder(stage.run(), stage.run().methods.front(), stage.scene().origin)) {}
+
+  std::string ready() {
+    double startup = 0.0;
+    for (const frame::StepSample& sample : source_.prepare()) startup += sample.seconds;
+    image::loadImageIo();  // at first use it would disturb a frame
+    std::string renderer = "CPU";
+    const std::map<std::string, std::string> context = source_.context();
+    if (context.contains("renderer")) renderer = context.at("renderer");
+    return config::JsonText()
+        .add("ready", true)
+        .add("renderer", renderer)
+        .add("build", run::buildFingerprint())
+        .add("startup_seconds", startup)
+        .add("memory_bytes", peakMemoryBytes())
+        .object();
+  }
+
+  std::string render(int number, const fs::path& writeTo) {
+    const auto found = std::find_if(tasks_.begin(), tasks_.end(), [&](const run::FrameTask& task) {
+      return task.frame.number == number;
+    });
+    if (found == tasks_.end())
+      throw UsageError("frame " + std::to_string(number) + " is none of this run's");
+    const auto task = static_cast<std::size_t>(found - tasks_.begin());
+    if (!found->restarts && last_ != task - 1) warmUp(task);
+
+    const std::int64_t start = nowNs();
+    const double cpuStart = cpuSeconds();
+    run::RenderedFrame frame = renderTask(task, true);
+    const double cpu = cpuSeconds() - cpuStart;
+    const double seconds = secondsSince(start);
+
+    std::map<std::string, double> steps;
+    for (const frame::StepSample& sample : frame.samples) steps[sample.step] += sample.seconds;
+    config::JsonText stepText;
+    for (const auto& [step, value] : steps) stepText.add(step, value);
+    config::JsonText answer;
+    answer.add("frame", number)
+        .add("seconds", seconds)
+        .add("cpu_seconds", cpu)
+        .raw("steps", stepText.object());
+    if (!writeTo.empty()) {
+      answer.add("pixels", pixelsOf(frame.image));
+      for (const run::EncodedFile& file : encode_(frame, tasks_[task].frame)) {
+        fs::create_directories((writeTo / file.path).parent_path());
+        writeFileAtomically(writeTo / file.path, file.bytes);
+      }
+      answer.add("memory_bytes", peakMemoryBytes());
+    }
+    return answer.add("counters", frame.counters).object();
+  }
+
+ private:
+  run::RenderedFrame renderTask(std::size_t task, bool kept) {
+    // Whoever goes back to an earlier frame, or to the same one, must not re-use what stands still.
+    const bool continues = last_ && *last_ + 1 == task;
+    last_.reset();  // until it is made
+    run::RenderedFrame frame =
+        source_.render({tasks_[task].frame, !continues, tasks_[task].restarts, kept});
+    last_ = task;
+    return frame;
+  }
+
+  /// Brings a method with a history to the state before `task`.
+  void warmUp(std::size_t task) {
+    std::size_t first = task;
+    while (!tasks_[first].restarts) --first;
+    for (std::size_t i = first; i < task; ++i) renderTask(i, false);
+  }
+
+  std::vector<std::unique_ptr<methods::Method>> made_;
+  run::Plan plan_;
+  run::MethodSource source_;
+  std::vector<run::FrameTask> tasks_;
+  run::Encoder encode_;
+  std::optional<std::size_t> last_;  ///< task whose state the method has
+};
+
+}  // namespace
+
+void serveFrames(run::Stage& stage, const std::function<bool(std::string&)>& next,
+                 const std::function<void(const std::string&)>& answer) {
+  if (stage.run().methods.size() != 1) throw UsageError("a worker renders by one method");
+  Frames frames(stage);
+  answer(frames.ready());
+  for (std::string line; next(line);) {
+    try {
+      const config::Value order = config::parseText(line, "order");
+      const fs::path writeTo = order.has("write") ? order.get("write").asString() : "";
+      answer(frames.render(static_cast<int>(order.get("frame").asInteger()), writeTo));
+    } catch (const std::exception& error) {
+      answer(config::JsonText().add("failed", error.what()).object());
+    }
+  }
+}
+
+}  // namespace catoptric::study
