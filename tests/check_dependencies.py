@@ -32,7 +32,7 @@ ALLOWED = {
 }
 ALLOWED = {folder: set(others.split()) for folder, others in ALLOWED.items()}
 # Folders of methods/ that are no method: every method may include them.
-COMMON_OF_METHODS = {"contract", "shared", "testing"}
+COMMON_OF_METHODS = {"contract", "impostors", "shared", "testing"}
 # Of the rooms in these modules, the headers that other modules may include; others are private.
 PUBLIC_IN_ROOMS = {
     "scene": {"description/description.h", "implicit/gradient.h", "implicit/jet.h", "implicit/surface.h",

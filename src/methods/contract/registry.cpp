@@ -13,6 +13,8 @@
   METHOD(perturbationEntry)       \
   METHOD(reprojectionEntry)       \
   METHOD(imageWarpEntry)          \
+  METHOD(billboardsEntry)         \
+  METHOD(depthImpostorsEntry)     \
   METHOD(referenceEntry)          \
   CATOPTRIC_TEST_METHODS(METHOD)
 

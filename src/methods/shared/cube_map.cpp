@@ -25,9 +25,10 @@ std::uint64_t cubeMapBytes(int faceSize, std::uint64_t bytesPerTexel) {
   return texels * bytesPerTexel;
 }
 
-void CubeMap::draw(Services& services, const Vec3& centre, int faceSize) {
+void CubeMap::draw(Services& services, const Vec3& centre, int faceSize,
+                   const raster::ObjectSet& objects) {
   services.timer.measure("cube_map", [&] {
-    take(services.raster->drawCubeMap(centre, faceSize, services.lighting));
+    take(services.raster->drawCubeMap(centre, faceSize, services.lighting, objects));
     clampedTexels_ = raster::clampedTexels(texture_);
     lights_ = services.lighting.lights;
   });

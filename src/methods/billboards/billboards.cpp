@@ -1,0 +1,44 @@
+// Reflections from billboards [Popescu2006, Sec. 3]: an image of each object on a quad through its
+// centroid, made for each reflector, and the environment map behind all.
+#include <memory>
+
+#include "methods/impostors/impostor_method.h"
+
+namespace catoptric::methods {
+namespace {
+
+class Billboards : public impostors::ImpostorMethod {
+ public:
+  explicit Billboards(impostors::Options options)
+      : ImpostorMethod(impostors::Kind::Billboard, std::move(options)) {}
+
+ protected:
+  std::string fragment() const override { return "methods/billboards/shaders/billboards.frag"; }
+  const char* workCounter() const override { return "intersections"; }
+};
+
+}  // namespace
+
+const MethodEntry& billboardsEntry();
+const MethodEntry& billboardsEntry() {
+  static const MethodEntry entry = [] {
+    std::vector<CounterInfo> counters = impostors::commonCounters();
+    counters.push_back({"intersections", "rays against billboards"});
+    return MethodEntry{
+        .id = "billboards",
+        .summary = "images of objects on quads, an environment map behind them",
+        .paper = "[Popescu2006] impostors",
+        .steps = impostors::commonSteps(),
+        .counters = std::move(counters),
+        .tables = {impostors::impostorsTable()},
+        .tests = {.small = R"({"face_size": 64, "texture_size": 64})",
+                  .variants = {R"({"bounces": 2, "second_diffuse": true})"}},
+        .options = impostors::billboardOptions().schema(),
+        .make = [](const config::Value& options) -> std::unique_ptr<Method> {
+          return std::make_unique<Billboards>(impostors::billboardOptions().parse(options));
+        }};
+  }();
+  return entry;
+}
+
+}  // namespace catoptric::methods

@@ -1,0 +1,34 @@
+// Reflections from depth maps [Popescu2006, Sec. 4.3].
+//   WAY        0: texel by texel, 1: the simplified line nearest to the ray's projection, 2: the two
+//              nearest, and between them
+//   POINTS     points of a simplified line
+//   DOMAINS    directions of lines
+#include "methods/impostors/shaders/impostors.glsl"
+#include "methods/impostors/shaders/quad.glsl"
+#include "ray.glsl"
+#if WAY == 0
+#include "walk.glsl"
+#else
+#include "rows.glsl"
+#endif
+
+bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec2 uv,
+           inout uint work, inout uint marks) {
+  if (way == kWayQuad) {
+    bool hit = meetsQuad(texel, origin, direction, t, uv);
+    return hit;
+  }
+  Projected ray;
+  t = 0.0;
+  uv = vec2(0.0);
+  if (!projected(texel, origin, direction, ray)) return false;
+  float size = float(textureSize(impostorColors, 0).x);
+  vec3 a = vec3(ray.from.xy * size, ray.from.z);
+  vec3 b = vec3(ray.to.xy * size, ray.to.z);
+  float share;
+  int layer = int(texelFetch(impostorTable, texel + kMore).x);
+  bool hit = followsTo(layer, int(size), a, b, share, work);
+  uv = mix(ray.from.xy, ray.to.xy, share);
+  t = distanceAt(ray, share);
+  return hit;
+}

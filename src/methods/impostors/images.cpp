@@ -1,0 +1,127 @@
+#include "methods/impostors/images.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "gl/draw_state.h"
+#include "raster/draw.h"
+
+namespace catoptric::methods::impostors {
+
+void Images::prepare(int textureSize, bool reflective, bool depths) {
+  size_ = textureSize;
+  reflective_ = reflective;
+  keepsDepths_ = depths;
+  color_ = gl::Texture::make2D("impostor", GL_RGBA16F, size_, size_, 0);
+  depth_ = gl::Texture::make2D("impostor's depth", GL_DEPTH_COMPONENT32F, size_, size_);
+  target_ = gl::Framebuffer("impostor", {{.texture = color_}}, {.texture = depth_});
+  if (!reflective_) return;
+  normal_ = gl::Texture::make2D("impostor's normals", GL_RGBA16F, size_, size_, 0);
+  specular_ = gl::Texture::make2D("impostor's specular level", GL_RGBA16F, size_, size_, 0);
+  reflectiveTarget_ = gl::Framebuffer(
+      "reflective impostor", {{.texture = color_}, {.texture = normal_}, {.texture = specular_}},
+      {.texture = depth_});
+}
+
+void Images::forget(std::span<const int> objects) {
+  for (Slot& slot : slots_)
+    if (std::find(objects.begin(), objects.end(), slot.object) != objects.end()) slot.used = false;
+}
+
+void Images::forgetAll() {
+  for (Slot& slot : slots_) slot.used = false;
+}
+
+void Images::grow(std::size_t layers) {
+  if (layers <= slots_.size()) return;
+  slots_.assign(std::max(layers, 2 * slots_.size()), Slot{});
+  const int count = static_cast<int>(slots_.size());
+  colors_ = gl::Texture::makeArray("impostors", GL_RGBA16F, size_, size_, count, 0);
+  colors_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
+  if (reflective_) {
+    // Two layers each: normals, s
+    normals_ = gl::Texture::makeArray("impostors' normals", GL_RGBA16F, size_, size_, 2 * count, 0);
+    normals_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
+  }
+  if (keepsDepths_) depths_ = gl::Texture::makeArray("depth maps", GL_R32F, size_, size_, count);
+}
+
+void Images::update(Services& services, const std::vector<Impostor>& impostors,
+                    std::span<const int> needed, const Drawn& drawn) {
+  drawn_ = kept_ = 0;
+  layerOf_.assign(impostors.size(), -1);
+  drawnNow_.assign(impostors.size(), false);
+  grow(needed.size());
+  // What is there already keeps its layer
+  std::vector<bool> taken(slots_.size(), false);
+  const auto shows = [](const Slot& slot, const Impostor& impostor) {
+    return slot.used && slot.object == impostor.object && slot.slab == impostor.slab &&
+           slot.camera == impostor.camera;
+  };
+  for (const int index : needed) {
+    const Impostor& impostor = impostors[static_cast<std::size_t>(index)];
+    for (std::size_t s = 0; s < slots_.size(); ++s) {
+      if (taken[s] || !shows(slots_[s], impostor)) continue;
+      taken[s] = true;
+      layerOf_[static_cast<std::size_t>(index)] = static_cast<int>(s);
+      ++kept_;
+      break;
+    }
+  }
+  std::size_t free = 0;
+  std::vector<int> fresh;
+  for (const int index : needed) {
+    if (layerOf(index) >= 0) continue;
+    while (taken[free]) ++free;
+    taken[free] = true;
+    layerOf_[static_cast<std::size_t>(index)] = static_cast<int>(free);
+    fresh.push_back(index);
+  }
+  if (fresh.empty()) return;
+  services.timer.measure("impostors", [&] {
+    for (const int index : fresh) {
+      const Impostor& impostor = impostors[static_cast<std::size_t>(index)];
+      const int layer = layerOf(index);
+      draw(services, impostor, layer, drawn, index);
+      slots_[static_cast<std::size_t>(layer)] = {true, impostor.slab, impostor.object,
+                                                 impostor.camera};
+      drawnNow_[static_cast<std::size_t>(index)] = true;
+      ++drawn_;
+    }
+  });
+}
+
+void Images::draw(Services& services, const Impostor& impostor, int layer, const Drawn& drawn,
+                  int index) {
+  const bool normals = reflective_ && impostor.reflective;
+  const gl::Framebuffer& target = normals ? reflectiveTarget_ : target_;
+  const gl::DrawScope scope{gl::DrawState()};
+  target.bind();
+  target.clearDepth(0.0f);
+  for (int i = 0; i < (normals ? 3 : 1); ++i) target.clearColor(i, 0.0f, 0.0f, 0.0f, 0.0f);
+  const Camera& camera = impostor.camera;
+  const float spread = std::sqrt(camera.size.x * camera.size.y) / static_cast<float>(size_);
+  services.raster->drawDiffuse(
+      camera.clipFromWorld(), camera.eye, spread, services.lighting,
+      {.objects = raster::ObjectSet::only({impostor.object + 1}),
+       .outputs = {.radiance = true, .normal = normals, .specular = normals},
+       .background = false});
+  const auto keep = [](gl::Texture& from, const gl::Texture& to, int at) {
+    from.generateMipmaps();
+    for (int level = 0; level < to.levels(); ++level)
+      glCopyImageSubData(from.id(), GL_TEXTURE_2D, level, 0, 0, 0, to.id(), GL_TEXTURE_2D_ARRAY,
+                         level, 0, 0, at, to.levelWidth(level), to.levelHeight(level), 1);
+  };
+  keep(color_, colors_, layer);
+  if (normals) {
+    keep(normal_, normals_, 2 * layer);
+    keep(specular_, normals_, 2 * layer + 1);
+  }
+  if (!impostor.depth) return;
+  texels_ = raster::readDepth(depth_);
+  depths_.upload(0, layer, GL_RED, GL_FLOAT, texels_.data());
+  drawn(index, layer, texels_);
+}
+
+}  // namespace catoptric::methods::impostors

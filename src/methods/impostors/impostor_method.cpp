@@ -1,0 +1,329 @@
+#include "methods/impostors/impostor_method.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "methods/impostors/shaders/constants.h"
+#include "raster/scene_gpu/meshlets.h"
+
+namespace catoptric::methods::impostors {
+namespace {
+
+bool sameLights(const std::vector<frame::WorldLight>& a, const std::vector<frame::WorldLight>& b) {
+  return std::ranges::equal(a, b, [](const frame::WorldLight& x, const frame::WorldLight& y) {
+    return x.type == y.type && x.position == y.position && x.direction == y.direction &&
+           x.intensity == y.intensity && x.range == y.range && x.cosInner == y.cosInner &&
+           x.cosOuter == y.cosOuter;
+  });
+}
+
+Vec4 planeOf(const Impostor& impostor, const Shape& shape) {
+  if (impostor.plane) return Vec4(impostor.plane->normal, -impostor.plane->offset);
+  return Vec4(impostor.camera.forward, -glm::dot(impostor.camera.forward, shape.centroid));
+}
+
+}  // namespace
+
+const TableInfo& impostorsTable() {
+  static const TableInfo table{
+      "impostors",
+      "an impostor that a frame needs",
+      {{"object", ColumnType::Integer, "id of what it shows"},
+       {"way", ColumnType::Text, "quad, plane (the object's own) or depth"},
+       {"drawn", ColumnType::Integer, "1: in this frame; 0: kept"},
+       {"texel_m", ColumnType::Real, "metres of a texel at the object's centroid"}}};
+  return table;
+}
+
+std::vector<StepInfo> commonSteps() {
+  return {{"cube_map", "start, frames",
+           "the environment map is drawn without what has impostors, again when something moved"},
+          {"impostors", "frames", "images of impostors that are new or have changed are drawn"},
+          {"intersect", "frames", "rays against impostors, and the environment map behind them"},
+          {"readback", "frames", "marks of the samples are read and counted"}};
+}
+
+std::vector<CounterInfo> commonCounters() {
+  return {{"environment", "samples with a ray that sees the environment map"},
+          {"second_order", "samples whose ray went on from a reflective impostor"},
+          {"impostors_rendered", "images drawn in this frame"},
+          {"impostors_reused", "images that were there already"},
+          {"enclosing", "objects about a reflector that are left in the environment map"},
+          {"left_in_map", "objects beyond the option most, left in the environment map"},
+          {"coinciding", "pairs of a reflector and an object with one centroid"},
+          {"refraction_mirrored", "samples of materials that refract: they are mirrored instead"},
+          {"clamped_cube_map", "texels of the cube map beyond half floats", true}};
+}
+
+MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& settings) const {
+  MethodPlan plan;
+  plan.gbuffer = true;
+  plan.masks = raster::kMaskEnvironment;
+  const Reflectors reflectors = findReflectors(scene, settings.reflectors);
+  if (!reflectors.any()) return plan;
+  plan.bounces = options_.bounces;
+  plan.bouncesOption = "bounces";
+  const bool again = scene.animated();
+  plan.items = {
+      {again ? "pass" : "precomputation", "cube_map",
+       again ? "drawn again in frames in which something moved" : "drawn once: nothing moves"},
+      {"pass", "impostors",
+       "those of reflectors in view, drawn when first needed and when changed"},
+      {"pass", "intersect", std::to_string(reflectors.count()) + " reflective objects"},
+      {"pass", "readback", "marks of the samples are counted"},
+      {"resource", "cube map", "RGBA16F with mip levels", cubeMapBytes(options_.faceSize, 8)},
+      {"resource", "marks", "R32UI by sample",
+       4ull * static_cast<std::uint64_t>(settings.width * settings.samples) *
+           static_cast<std::uint64_t>(settings.height * settings.samples)}};
+  return plan;
+}
+
+void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
+  settings_ = settings;
+  reflectors_ = findReflectors(services.scene, settings.reflectors);
+  refractive_ = raster::RefractiveSamples(services.scene);
+  if (!reflectors_.any()) return;
+  const std::size_t count = services.scene.objects.size();
+  const Reflectors all = findReflectors(services.scene);
+  const auto isReflector = [](raster::SampleClass kind) {
+    return kind != raster::SampleClass::Diffuse && kind != raster::SampleClass::Background;
+  };
+  for (std::size_t o = 0; o < count; ++o) {
+    reflects_.push_back(isReflector(reflectors_.classOf[o + 1]));
+    mirrors_.push_back(isReflector(all.classOf[o + 1]));
+  }
+  images_.prepare(options_.textureSize, options_.bounces > 1, kind_ == Kind::DepthMap);
+  prepareMaps();
+  const auto program = [&](const char* label, const char* glossy) {
+    std::vector<gl::Define> with = defines();
+    with.push_back({"GLOSSY", glossy});
+    with.push_back({"BOUNCES", std::to_string(options_.bounces)});
+    with.push_back({"MASKS", settings.masks ? "1" : "0"});
+    return gl::Program::fullScreen(label, fragment(), std::move(with));
+  };
+  if (reflectors_.mirrors()) mirror_ = program("impostors", "0");
+  if (reflectors_.glossy) glossy_ = program("impostors, glossy", "1");
+  const raster::GBuffer& gbuffer = *services.gbuffer;
+  known_ = gl::Texture::make2D("marks of samples", GL_R32UI, gbuffer.sampleWidth(),
+                               gbuffer.sampleHeight());
+  knownCopy_.resize(static_cast<std::size_t>(gbuffer.sampleWidth()) *
+                    static_cast<std::size_t>(gbuffer.sampleHeight()));
+  target_ =
+      settings.masks
+          ? gl::Framebuffer(
+                "reflection",
+                {{.texture = gbuffer.reflection}, {.texture = known_}, {.texture = gbuffer.masks}},
+                {.texture = gbuffer.depth})
+          : gl::Framebuffer("reflection", {{.texture = gbuffer.reflection}, {.texture = known_}},
+                            {.texture = gbuffer.depth});
+  if (!services.scene.animated()) {
+    follow({}, services);
+    drawEnvironment({}, services);
+  }
+}
+
+void ImpostorMethod::follow(const FrameInput& input, Services& services) {
+  const bool relit = !sameLights(lights_, services.lighting.lights);
+  const bool all = services.scene.animated() && input.firstOfSequence;
+  if (!shapes_.empty() && !all && !relit && input.changedObjects.empty()) return;
+  const frame::Geometry& geometry = services.geometry;
+  const float metres = geometry.bounds.diameter();
+  if (shapes_.empty() || all) {
+    shapes_.resize(geometry.objects.size());
+    for (std::size_t o = 0; o < shapes_.size(); ++o)
+      shapes_[o] = shapeOf(geometry, static_cast<int>(o), metres);
+    images_.forgetAll();
+  } else {
+    for (const int o : input.changedObjects)
+      shapes_[static_cast<std::size_t>(o)] = shapeOf(geometry, o, metres);
+    images_.forget(input.changedObjects);
+  }
+  if (relit) images_.forgetAll();
+  lights_ = services.lighting.lights;
+  choice_ = choose(options_, kind_, services.scene, geometry, shapes_, reflects_, mirrors_);
+}
+
+std::vector<int> ImpostorMethod::visibleReflectors(const FrameInput& input,
+                                                   const Services& services) const {
+  const scene::Camera& camera = input.frame.camera;
+  const float aspect = static_cast<float>(settings_.width) / static_cast<float>(settings_.height);
+  const raster::Frustum frustum(scene::clipFromCamera(camera, aspect) *
+                                scene::cameraFromWorld(camera));
+  std::vector<int> visible;
+  for (std::size_t o = 0; o < reflects_.size(); ++o)
+    if (reflects_[o] && frustum.mayContain(services.geometry.objects[o].bounds))
+      visible.push_back(static_cast<int>(o));
+  return visible;
+}
+
+std::vector<int> ImpostorMethod::neededOf(const std::vector<int>& reflectors) const {
+  std::vector<bool> need(choice_.impostors.size(), false);
+  for (const int r : reflectors) {
+    for (const int i : choice_.listOf[static_cast<std::size_t>(r)].members) {
+      need[static_cast<std::size_t>(i)] = true;
+      const Impostor& impostor = choice_.impostors[static_cast<std::size_t>(i)];
+      if (options_.bounces < 2 || !impostor.reflective) continue;
+      const ImpostorList& second = choice_.listOf[static_cast<std::size_t>(impostor.object)];
+      const std::size_t count =
+          options_.secondDiffuse ? second.members.size() : static_cast<std::size_t>(second.diffuse);
+      for (std::size_t k = 0; k < count; ++k)
+        need[static_cast<std::size_t>(second.members[k])] = true;
+    }
+  }
+  std::vector<int> needed;
+  for (std::size_t i = 0; i < need.size(); ++i)
+    if (need[i]) needed.push_back(static_cast<int>(i));
+  return needed;
+}
+
+void ImpostorMethod::uploadTable(const Services& services) {
+  std::vector<Vec4> table(choice_.impostors.size() * shared::kTableTexels, Vec4(0.0f));
+  for (const int index : needed_) {
+    const Impostor& impostor = choice_.impostors[static_cast<std::size_t>(index)];
+    const Shape& shape = shapes_[static_cast<std::size_t>(impostor.object)];
+    Vec4* line = &table[static_cast<std::size_t>(index) * shared::kTableTexels];
+    const Camera& camera = impostor.camera;
+    const std::array<Vec4, 4> rows = camera.rows();
+    line[shared::kPlane] = planeOf(impostor, shape);
+    // On the plane w is one number
+    line[shared::kRowU] = rows[0] / camera.centreMetres;
+    line[shared::kRowV] = rows[1] / camera.centreMetres;
+    const float texel = std::sqrt(camera.size.x * camera.size.y) * camera.centreMetres /
+                        static_cast<float>(options_.textureSize);
+    line[shared::kMore] =
+        Vec4(static_cast<float>(images_.layerOf(index)),
+             static_cast<float>(impostor.depth ? shared::kWayDepth : shared::kWayQuad), texel,
+             impostor.reflective ? 1.0f : 0.0f);
+    std::copy(rows.begin(), rows.end(), line + shared::kRows);
+    line[shared::kWalls] = Vec4(0.0f, static_cast<float>(impostor.object + 1), 0.0f, 0.0f);
+    const scene::Object& object = services.scene.objects[static_cast<std::size_t>(impostor.object)];
+    line[shared::kTint] = Vec4(services.scene.materials[object.material].reflectionTint, 0.0f);
+  }
+  const std::size_t objects = choice_.listOf.size();
+  std::vector<std::int32_t> lists(3 * (objects + 1), 0);
+  for (std::size_t o = 0; o < objects; ++o) {
+    const ImpostorList& list = choice_.listOf[o];
+    lists[3 * (o + 1)] = static_cast<std::int32_t>(lists.size());
+    lists[3 * (o + 1) + 1] = list.diffuse;
+    lists[3 * (o + 1) + 2] = static_cast<std::int32_t>(list.members.size());
+    lists.insert(lists.end(), list.members.begin(), list.members.end());
+  }
+  table.resize(std::max<std::size_t>(table.size(), shared::kTableTexels));
+  table_ = gl::Buffer("impostors", std::span<const Vec4>(table));
+  tableTexture_ = gl::Texture::makeBuffer("impostors", GL_RGBA32F, table_);
+  lists_ = gl::Buffer("lists of impostors", std::span<const std::int32_t>(lists));
+  listsTexture_ = gl::Texture::makeBuffer("lists of impostors", GL_R32I, lists_);
+}
+
+void ImpostorMethod::drawEnvironment(const FrameInput& input, Services& services) {
+  const bool moved =
+      services.scene.animated() && (input.firstOfSequence || !input.changedObjects.empty());
+  if (!cubeMap_.empty() && !moved) return;
+  std::vector<int> without;
+  for (std::size_t o = 0; o < choice_.chosen.size(); ++o)
+    if (choice_.chosen[o]) without.push_back(static_cast<int>(o) + 1);
+  cubeMap_.draw(services, services.geometry.bounds.centre(), options_.faceSize,
+                raster::ObjectSet::without(std::move(without)));
+}
+
+void ImpostorMethod::render(const FrameInput& input, Services& services, FrameOutput& output) {
+  for (const CounterInfo& counter : commonCounters()) output.counters[counter.name] = 0;
+  output.counters[workCounter()] = 0;
+  raster::GBuffer& gbuffer = *services.gbuffer;
+  if (settings_.masks && settings_.reflectors.all())
+    gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
+  if (!reflectors_.any()) return;
+  follow(input, services);
+  drawEnvironment(input, services);
+  needed_ = neededOf(visibleReflectors(input, services));
+  images_.update(services, choice_.impostors, needed_,
+                 [&](int, int layer, std::span<const float> texels) { mapDrawn(layer, texels); });
+  mapsReady(services, output, images_.layers());
+  services.timer.measure("intersect", [&] {
+    uploadTable(services);
+    intersect(input, services);
+  });
+  services.timer.measure("readback", [&] { count(output); });
+  output.counters["refraction_mirrored"] = refractive_.count(gbuffer);
+  report(services, output);
+}
+
+void ImpostorMethod::intersect(const FrameInput& input, Services& services) {
+  target_.bind();
+  target_.clearColorUint(1, 0);
+  if (reflectors_.mirrors()) pass(mirror_, input, services, raster::onMirrors());
+  if (reflectors_.glossy)
+    pass(glossy_, input, services, raster::onSamplesOf(raster::SampleClass::Glossy));
+}
+
+void ImpostorMethod::pass(gl::Program& program, const FrameInput& input, Services& services,
+                          const gl::DrawState& state) {
+  const raster::GBuffer& gbuffer = *services.gbuffer;
+  const scene::Camera& camera = input.frame.camera;
+  gl::DrawState drawn = state;
+  drawn.depth.write = false;  // it is read
+  const gl::DrawScope scope(drawn);
+  program.use();
+  gbuffer.normal.bind(shared::kSampleNormalsUnit);
+  gbuffer.depth.bind(shared::kSampleDepthsUnit);
+  gbuffer.object.bind(shared::kSampleObjectsUnit);
+  tableTexture_.bind(shared::kTableUnit);
+  listsTexture_.bind(shared::kListsUnit);
+  if (!images_.colors().empty()) images_.colors().bind(shared::kColorsUnit);
+  if (!images_.normals().empty()) images_.normals().bind(shared::kNormalsUnit);
+  if (!images_.depths().empty()) images_.depths().bind(shared::kDepthsUnit);
+  cubeMap_.bind(shared::kCubeMapUnit);
+  cubeMap_.setLevels(program);
+  bindMaps(program);
+  program.set("rayFromSample",
+              scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight()));
+  program.set("eye", camera.eye());
+  program.set("nearMetres", camera.nearMetres);
+  program.set("spreadRad", scene::pixelSpreadRad(camera, gbuffer.sampleHeight()));
+  const Box3& bounds = services.geometry.bounds;
+  program.set("sceneLeast", bounds.min);
+  program.set("sceneMost", bounds.max);
+  program.set("cubeCentre", bounds.centre());
+  if (options_.bounces > 1) program.set("secondDiffuse", options_.secondDiffuse);
+  gl::drawFullScreenTriangle();
+}
+
+void ImpostorMethod::count(FrameOutput& output) {
+  known_.read(0, GL_RED_INTEGER, GL_UNSIGNED_INT, std::as_writable_bytes(std::span(knownCopy_)));
+  std::uint64_t environment = 0;
+  std::uint64_t second = 0;
+  std::uint64_t work = 0;
+  for (const std::uint32_t known : knownCopy_) {
+    environment += known & raster::kMaskEnvironment;
+    second += (known & shared::kMarkSecond) != 0 ? 1 : 0;
+    work += known >> shared::kWorkShift;
+  }
+  output.counters["environment"] = environment;
+  output.counters["second_order"] = second;
+  output.counters[workCounter()] = work;
+}
+
+void ImpostorMethod::report(const Services&, FrameOutput& output) const {
+  output.counters["impostors_rendered"] = images_.drawnCount();
+  output.counters["impostors_reused"] = images_.keptCount();
+  output.counters["enclosing"] = choice_.enclosing;
+  output.counters["left_in_map"] = choice_.left;
+  output.counters["coinciding"] = choice_.coinciding;
+  output.counters["clamped_cube_map"] = cubeMap_.clampedTexels();
+  if (needed_.empty()) return;
+  Table& table = output.tables.emplace_back(impostorsTable());
+  for (const int index : needed_) {
+    const Impostor& impostor = choice_.impostors[static_cast<std::size_t>(index)];
+    const Camera& camera = impostor.camera;
+    table.add(impostor.object + 1,
+              std::string(impostor.depth   ? "depth"
+                          : impostor.plane ? "plane"
+                                           : "quad"),
+              images_.drawnNow(index) ? 1 : 0,
+              std::sqrt(camera.size.x * camera.size.y) * camera.centreMetres /
+                  static_cast<float>(options_.textureSize));
+  }
+}
+
+}  // namespace catoptric::methods::impostors

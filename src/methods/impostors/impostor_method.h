@@ -1,0 +1,85 @@
+// What billboards and depth_impostors have in common: objects are chosen, their images drawn where
+// the frame needs them, and rays intersected with them in one pass over the reflective samples.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "gl/query.h"
+#include "gl/shader.h"
+#include "methods/contract/method.h"
+#include "methods/impostors/images.h"
+#include "methods/impostors/options.h"
+#include "methods/shared/cube_map.h"
+#include "methods/shared/reflectors.h"
+#include "raster/passes/refractive_samples.h"
+
+namespace catoptric::methods::impostors {
+
+/// The columns of impostors.csv.
+const TableInfo& impostorsTable();
+/// What both methods list.
+std::vector<StepInfo> commonSteps();
+std::vector<CounterInfo> commonCounters();
+
+class ImpostorMethod : public Method {
+ public:
+  ImpostorMethod(Kind kind, Options options) : kind_(kind), options_(std::move(options)) {}
+
+  MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override;
+  void prepare(Services& services, const RunSettings& settings) override;
+  void render(const FrameInput& input, Services& services, FrameOutput& output) override;
+
+ protected:
+  /// The entry point of the pass, and what else it is compiled with.
+  virtual std::string fragment() const = 0;
+  virtual std::vector<gl::Define> defines() const { return {}; }
+  /// Called before the first frame, for each depth map that was drawn, when all are (with the
+  /// number of layers that are kept), and before the pass.
+  virtual void prepareMaps() {}
+  virtual void mapDrawn(int /*layer*/, std::span<const float> /*texels*/) {}
+  virtual void mapsReady(Services& /*services*/, FrameOutput& /*output*/, int /*layers*/) {}
+  virtual void bindMaps(gl::Program& /*program*/) {}
+  /// The counter of the work per sample.
+  virtual const char* workCounter() const = 0;
+
+  const Options& options() const { return options_; }
+
+ private:
+  void follow(const FrameInput& input, Services& services);
+  std::vector<int> visibleReflectors(const FrameInput& input, const Services& services) const;
+  std::vector<int> neededOf(const std::vector<int>& reflectors) const;
+  void uploadTable(const Services& services);
+  void drawEnvironment(const FrameInput& input, Services& services);
+  void intersect(const FrameInput& input, Services& services);
+  void pass(gl::Program& program, const FrameInput& input, Services& services,
+            const gl::DrawState& state);
+  void count(FrameOutput& output);
+  void report(const Services& services, FrameOutput& output) const;
+
+  Kind kind_;
+  Options options_;
+  RunSettings settings_;
+  Reflectors reflectors_;
+  std::vector<bool> reflects_;  ///< by object: those that it fills
+  std::vector<bool> mirrors_;   ///< by object: all that reflect
+  raster::RefractiveSamples refractive_;
+  std::vector<frame::WorldLight> lights_;
+  std::vector<Shape> shapes_;
+  Choice choice_;
+  Images images_;
+  CubeMap cubeMap_;
+  std::vector<int> needed_;
+  gl::Program mirror_;
+  gl::Program glossy_;
+  gl::Texture known_;  ///< R32UI by sample: marks, and the work from kWorkShift on
+  gl::Framebuffer target_;
+  gl::Buffer table_;
+  gl::Buffer lists_;
+  gl::Texture tableTexture_;
+  gl::Texture listsTexture_;
+  std::vector<std::uint32_t> knownCopy_;
+};
+
+}  // namespace catoptric::methods::impostors

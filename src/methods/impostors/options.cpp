@@ -1,0 +1,63 @@
+#include "methods/impostors/options.h"
+
+#include <utility>
+
+namespace catoptric::methods::impostors {
+namespace {
+
+using config::field, config::range, config::atLeast;
+
+/// What both methods have.
+std::vector<config::Option<Options>> common() {
+  return {
+      field(&Options::objects, "objects",
+            "names of the objects that get impostors; \"auto\": those whose reflections by "
+            "direction alone would be wrong"),
+      field(&Options::least, "least", range(0.0, 13.0),
+            "auto: solid angle from a reflector, times the angle by which a look-up by direction "
+            "is wrong, from which an object gets an impostor"),
+      field(&Options::most, "most", range(1, 4096),
+            "objects that get an impostor at the most; the others stay in the environment map"),
+      field(&Options::textureSize, "texture_size", range(1, 4096),
+            "texels along the edge of an impostor's image"),
+      field(&Options::faceSize, "face_size", range(1, 4096),
+            "texels along the edge of a face of the environment map"),
+      field(&Options::bounces, "bounces", range(1, 2),
+            "reflections along a path: with 2 rays that hit a reflective impostor go on"),
+      field(&Options::secondDiffuse, "second_diffuse",
+            "whether rays that are reflected again see the diffuse part of reflective objects, as "
+            "in traced; else they see diffuse objects alone, as in the paper"),
+  };
+}
+
+}  // namespace
+
+const config::OptionTable<Options>& billboardOptions() {
+  static const config::OptionTable<Options> table("billboards", "Options of the method billboards.",
+                                                  common());
+  return table;
+}
+
+const config::OptionTable<Options>& depthOptions() {
+  static const config::OptionTable<Options> table = [] {
+    std::vector<config::Option<Options>> options = common();
+    options.push_back(field(&Options::intersection, "intersection", kIntersections,
+                            "how rays are intersected with depth maps: texel by texel along their "
+                            "projection, or with the simplified row nearest to it, or with two"));
+    options.push_back(field(&Options::domains, "domains", range(1, 720),
+                            "directions of simplified rows (the paper's n)"));
+    options.push_back(field(&Options::points, "points", range(2, 512),
+                            "points of a simplified row at the most (the paper's m)"));
+    options.push_back(field(&Options::maps, "maps", range(1, 7),
+                            "depth maps of an object for each reflector: the first looks from the "
+                            "reflector, the others 60 degrees from there, all around"));
+    options.push_back(field(&Options::directionCells, "direction_cells", range(2, 4096),
+                            "cells along the edge of the octahedral map of directions, in the "
+                            "object's frame: reflectors in one cell share their depth maps"));
+    return config::OptionTable<Options>("depth_impostors", "Options of the method depth_impostors.",
+                                        std::move(options));
+  }();
+  return table;
+}
+
+}  // namespace catoptric::methods::impostors

@@ -1,0 +1,43 @@
+// Options of billboards and depth_impostors. [Popescu2006] is "Reflected-Scene Impostors for
+// Realistic Reflections at Interactive Rates".
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "config/options.h"
+
+namespace catoptric::methods::impostors {
+
+enum class Kind : std::uint8_t { Billboard, DepthMap };
+/// How rays are intersected with a depth map [Popescu2006, Sec. 4].
+enum class Intersection : std::uint8_t { Walk, Srdm, SrdmTwoRows };
+
+inline constexpr auto kIntersections =
+    config::names<Intersection>({{"walk", Intersection::Walk},
+                                 {"srdm", Intersection::Srdm},
+                                 {"srdm_two_rows", Intersection::SrdmTwoRows}});
+
+struct Options {
+  std::vector<std::string> objects = {"auto"};
+  float least = 0.001f;   ///< sr; ours, measured in README.md
+  int most = 64;          ///< objects with an impostor; ours
+  int textureSize = 256;  ///< texels; the paper's
+  int faceSize = 512;     ///< texels, as environment_map's
+  int bounces = 1;
+  bool secondDiffuse = false;
+  float transitionHeight = 0.0f;  ///< metres, the paper's H
+  float attenuation = 0.0f;       ///< metres
+  // depth_impostors alone
+  Intersection intersection = Intersection::Srdm;
+  int domains = 60;         ///< the paper's n
+  int points = 8;           ///< the paper's m
+  int maps = 1;             ///< of an object, for each reflector
+  int directionCells = 32;  ///< of an octahedral map's edge; ours
+};
+
+const config::OptionTable<Options>& billboardOptions();
+const config::OptionTable<Options>& depthOptions();
+
+}  // namespace catoptric::methods::impostors

@@ -1,0 +1,31 @@
+// What shaders and C++ share: shaders/constants.h reads these very lines.
+
+// Texture units
+const int kSampleNormalsUnit = 0;
+const int kSampleDepthsUnit = 1;
+const int kSampleObjectsUnit = 2;
+const int kTableUnit = 3;
+const int kListsUnit = 4;
+const int kColorsUnit = 5;
+const int kNormalsUnit = 6;
+const int kCubeMapUnit = 7;
+const int kDepthsUnit = 8;
+const int kRowsUnit = 9;
+const int kDomainsUnit = 10;
+
+// The table of impostors: texels of each, and what they have
+const int kTableTexels = 10;
+const int kPlane = 0;   // normal, minus offset
+const int kRowU = 1;    // on the plane: u and v of a point
+const int kRowV = 2;
+const int kMore = 3;    // layer, way (kWay...), metres of a texel, 1 where it has normals
+const int kRows = 4;    // rows u w, v w, g w, w of its camera
+const int kWalls = 8;   // height of the transition walls, id of the object
+const int kTint = 9;    // of its reflection
+
+const int kWayQuad = 0;
+const int kWayDepth = 1;
+
+// What is known of each sample: marks of raster::MaskBit, then the work
+const int kWorkShift = 16;
+const uint kMarkSecond = 64u;  // a reflective impostor was hit, and the ray went on

@@ -1,0 +1,202 @@
+// Radiance along the reflected rays of samples, from the impostors of their reflector and from the
+// environment map behind. An entry point includes this file and defines
+//   bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec2 uv,
+//              inout uint work, inout uint marks)
+// for an impostor whose lines of the table begin at `texel`.
+//   GLOSSY   1: look-ups as wide as lobes
+//   BOUNCES  2: rays that hit a reflective impostor go on
+//   MASKS    1: marks are written as masks, too
+#include "constants.glsl"
+#include "raster/shaders/masks.glsl"
+
+layout(binding = kSampleNormalsUnit) uniform sampler2D normalSamples;  // xyz shading normal, a = g
+layout(binding = kSampleDepthsUnit) uniform sampler2D depthSamples;    // reversed-Z
+layout(binding = kSampleObjectsUnit) uniform usampler2D objectSamples;
+layout(binding = kTableUnit) uniform samplerBuffer impostorTable;
+layout(binding = kListsUnit) uniform isamplerBuffer impostorLists;  // by object: first, diffuse, all
+layout(binding = kColorsUnit) uniform sampler2DArray impostorColors;
+#if BOUNCES > 1
+layout(binding = kNormalsUnit) uniform sampler2DArray impostorNormals;
+uniform bool secondDiffuse;
+#endif
+layout(binding = kCubeMapUnit) uniform samplerCube environmentMap;
+
+uniform mat3 rayFromSample;  // (sample position, 1) to a ray that advances 1 m along the axis
+uniform vec3 eye;
+uniform float nearMetres;
+uniform float spreadRad;
+uniform float levelOffset;  // 0.5 log2(4 / solid angle of a texel of level 0, sr)
+uniform float lastLevel;
+uniform vec3 sceneLeast;  // corners of the scene's box
+uniform vec3 sceneMost;
+uniform vec3 cubeCentre;
+
+layout(location = 0) out vec4 reflection;
+layout(location = 1) out uint known;
+#if MASKS
+layout(location = 2) out uint mask;
+#endif
+
+// Coverage from which a texel shows its object.
+const float kCovered = 0.5;
+
+bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec2 uv,
+           inout uint work, inout uint marks);
+
+struct Found {
+  float t;
+  int impostor;  // -1: none
+  vec4 color;    // radiance times coverage, coverage
+  vec2 uv;
+  float level;
+#if GLOSSY
+  vec4 behind;  // color of the next impostor
+  float tBehind;
+#endif
+};
+
+// What the environment map shows along a ray: where surfaces are all around (4 x 4 texels of a
+// face), at the place where the ray leaves the scene's box [Lagarde2012].
+vec3 environmentAlong(vec3 origin, vec3 direction, float level) {
+  vec3 leaves = max((sceneLeast - origin) / direction, (sceneMost - origin) / direction);
+  float t = min(leaves.x, min(leaves.y, leaves.z));
+  vec3 place = t > 0.0 && t < 1e30 ? origin + t * direction - cubeCentre : direction;
+  bool closed = textureLod(environmentMap, place, max(lastLevel - 2.0, 0.0)).a > 0.999;
+  return textureLod(environmentMap, closed ? place : direction, level).rgb;
+}
+
+#if GLOSSY
+// The share of a look-up so many texels wide about uv that falls on the image.
+float within(vec2 uv, float level) {
+  vec2 wide = exp2(level) / vec2(textureSize(impostorColors, 0).xy);
+  vec2 share = clamp(uv / wide + 0.5, 0.0, 1.0) * clamp((1.0 - uv) / wide + 0.5, 0.0, 1.0);
+  return share.x * share.y;
+}
+#endif
+
+// What an impostor shows at a place of its image, coverage 1 on its object's.
+vec4 shownAt(vec3 place, float level, bool isDepth) {
+  vec4 color = textureLod(impostorColors, place, level);
+#if GLOSSY
+  return color * within(place.xy, level);
+#else
+  // A depth map knows what is hit; over its outline look at what is beside
+  if (isDepth && color.a < kCovered) color = textureLod(impostorColors, place, level + 2.0);
+  bool covered = isDepth ? color.a > 1e-3 : color.a >= kCovered;
+  return covered ? vec4(color.rgb / color.a, 1.0) : vec4(0.0);
+#endif
+}
+
+// The nearest of an object's impostors along a ray; `distance`: from the eye to its origin.
+Found nearest(int object, bool diffuseAlone, vec3 origin, vec3 direction, float distance,
+              float spread, inout uint work, inout uint marks) {
+  Found found;
+  found.t = 1e30;
+  found.impostor = -1;
+  found.color = vec4(0.0);
+#if GLOSSY
+  found.behind = vec4(0.0);
+  found.tBehind = 1e30;
+#endif
+  int first = texelFetch(impostorLists, 3 * object).r;
+  int count = texelFetch(impostorLists, 3 * object + (diffuseAlone ? 1 : 2)).r;
+  for (int i = 0; i < 4096; ++i) {
+    if (i >= count) break;
+    int impostor = texelFetch(impostorLists, first + i).r;
+    int texel = impostor * kTableTexels;
+    vec4 more = texelFetch(impostorTable, texel + kMore);
+    float t;
+    vec2 uv;
+    bool hit = meets(texel, int(more.y), origin, direction, t, uv, work, marks);
+#if GLOSSY
+    bool wanted = hit && t < found.tBehind;
+#else
+    bool wanted = hit && t < found.t;
+#endif
+    if (wanted) {
+      // As wide as the cone, with the area that it has on the slanted image
+      float slant = max(0.05, abs(dot(texelFetch(impostorTable, texel + kPlane).xyz, direction)));
+      float level = max(0.0, log2(spread * (distance + t) / more.z * inversesqrt(slant)));
+      vec4 color = shownAt(vec3(uv, more.x), level, int(more.y) == kWayDepth);
+      if (color.a > 0.0) {
+#if GLOSSY
+        if (t >= found.t) {
+          found.behind = color;
+          found.tBehind = t;
+          continue;
+        }
+        found.behind = found.color;
+        found.tBehind = found.t;
+#endif
+        found.t = t;
+        found.impostor = impostor;
+        found.color = color;
+        found.uv = uv;
+        found.level = level;
+      }
+    }
+  }
+  return found;
+}
+
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy);
+  vec4 normalAndG = texelFetch(normalSamples, at, 0);
+  int object = int(texelFetch(objectSamples, at, 0).r);
+  vec3 ray = rayFromSample * vec3(gl_FragCoord.xy, 1.0);
+  float scale = nearMetres / max(texelFetch(depthSamples, at, 0).r, 1e-30);
+  vec3 origin = eye + scale * ray;
+  float distance = scale * length(ray);
+  vec3 direction = normalize(reflect(normalize(ray), normalAndG.xyz));
+  uint marks = 0u;
+  uint work = 0u;
+  float spread = spreadRad;
+  float mapLevel = 0.0;
+#if GLOSSY
+  // A Phong lobe has variance 1 / (n + 1) per axis, n + 1 = 2 / g^4 - 1 (scene/reflectance.h)
+  float g2 = normalAndG.a * normalAndG.a;
+  float lobe = 1.0 / max(1.0, 2.0 / max(g2 * g2, 1e-12) - 1.0);
+  mapLevel = clamp(levelOffset + 0.5 * log2(lobe), 0.0, lastLevel);
+  spread = max(spread, 2.0 * sqrt(lobe));
+  distance = 0.0;
+#endif
+  Found found = nearest(object, false, origin, direction, distance, spread, work, marks);
+  bool none = found.impostor < 0;
+#if GLOSSY
+  vec4 seen = found.color + (1.0 - found.color.a) * found.behind;
+#else
+  vec4 seen = found.color;
+#endif
+#if BOUNCES > 1
+  int texel = max(found.impostor, 0) * kTableTexels;
+  vec4 more = texelFetch(impostorTable, texel + kMore);
+  if (!none && more.w > 0.0) {
+    marks |= kMarkSecond;
+    vec4 normal = textureLod(impostorNormals, vec3(found.uv, 2.0 * more.x), found.level);
+    vec4 specular = textureLod(impostorNormals, vec3(found.uv, 2.0 * more.x + 1.0), found.level);
+    float s = specular.r / max(specular.a, 1e-6);
+    vec3 n = normalize(normal.xyz + vec3(0.0, 1e-20, 0.0));
+    if (dot(n, direction) > 0.0) n = -n;
+    vec3 from = origin + found.t * direction;
+    vec3 again = reflect(direction, n);
+    Found second = nearest(int(texelFetch(impostorTable, texel + kWalls).g), !secondDiffuse, from,
+                           again, distance + found.t, spread, work, marks);
+    vec3 incoming = second.color.rgb;
+    if (second.color.a < 1.0) {
+      incoming += (1.0 - second.color.a) * environmentAlong(from, again, mapLevel);
+      marks |= kMaskEnvironment;
+    }
+    vec3 tint = texelFetch(impostorTable, texel + kTint).rgb;
+    seen.rgb = (1.0 - s) * seen.rgb + s * found.color.a * tint * incoming;
+  }
+#endif
+  if (seen.a < 0.999) {
+    seen.rgb += (1.0 - seen.a) * environmentAlong(origin, direction, mapLevel);
+    marks |= kMaskEnvironment;
+  }
+  reflection = vec4(seen.rgb, 1.0);
+  known = marks | (min(work, 0xFFFFu) << kWorkShift);
+#if MASKS
+  mask = marks & ~kMarkSecond;
+#endif
+}
