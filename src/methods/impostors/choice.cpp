@@ -76,17 +76,20 @@ class Chooser {
     const bool automatic = std::find(options_.objects.begin(), options_.objects.end(), "auto") !=
                            options_.objects.end();
     std::vector<float> score(geometry_.objects.size(), 0.0f);
+    std::vector<int> reflectors;
+    for (std::size_t r = 0; r < score.size(); ++r)
+      if (reflects_[r] && !vanished(static_cast<int>(r))) reflectors.push_back(static_cast<int>(r));
     for (std::size_t o = 0; o < score.size(); ++o) {
       const int object = static_cast<int>(o);
       if (vanished(object)) continue;
       const bool named = std::find(options_.objects.begin(), options_.objects.end(),
                                    scene_.objects[o].name) != options_.objects.end();
       bool about = false;  // a reflector, and not made of planes
-      for (std::size_t r = 0; r < score.size(); ++r) {
-        if (r == o || !reflects_[r] || vanished(static_cast<int>(r))) continue;
-        score[o] = std::max(score[o], errorOfDirection(static_cast<int>(r), object));
+      for (const int r : reflectors) {
+        if (r == object) continue;
+        score[o] = std::max(score[o], errorOfDirection(r, object));
         about = about || (shape(object).planes.empty() && kind_ == Kind::Billboard &&
-                          encloses(range(object).bounds, shape(static_cast<int>(r)).centroid));
+                          encloses(range(object).bounds, shape(r).centroid));
       }
       if (about) {
         choice_.enclosing += named || (automatic && score[o] >= options_.least) ? 1 : 0;

@@ -62,8 +62,6 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
   plan.masks = raster::kMaskEnvironment;
   const Reflectors reflectors = findReflectors(scene, settings.reflectors);
   if (!reflectors.any()) return plan;
-  plan.bounces = options_.bounces;
-  plan.bouncesOption = "bounces";
   const bool again = scene.animated();
   plan.items = {
       {again ? "pass" : "precomputation", "cube_map",
