@@ -15,6 +15,7 @@
   METHOD(imageWarpEntry)          \
   METHOD(billboardsEntry)         \
   METHOD(depthImpostorsEntry)     \
+  METHOD(glossyLodEntry)          \
   METHOD(referenceEntry)          \
   CATOPTRIC_TEST_METHODS(METHOD)
 

@@ -1,5 +1,6 @@
 // What rays see that find nothing in their depth image: the cube map, or the sky.
 #include "constants.glsl"
+#include "methods/shared/shaders/lobe_rays.glsl"
 #include "raster/shaders/shading.glsl"
 
 layout(binding = kCubeMapBinding) uniform samplerCube environmentMap;
@@ -10,11 +11,6 @@ uniform vec3 cubeCentre;  // of the cube map, from the eye
 uniform float lastLevel;
 uniform float levelOffset;  // 0.5 log2(4 / solid angle of a texel of level 0, sr)
 
-// Phong exponent of a lobe of glossiness g.
-float lobeExponent(float g) {
-  float g2 = max(g, 1e-3) * max(g, 1e-3);
-  return max(0.0, 2.0 / (g2 * g2) - 2.0);
-}
 // Level of the cube map for one of `rays` rays of a lobe.
 float lobeLevel(float exponent, float rays) {
   float level = levelOffset - 0.5 * log2(exponent + 1.0);

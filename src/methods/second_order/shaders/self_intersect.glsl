@@ -1,6 +1,7 @@
 // Rays that meet the surface that they leave.
 //   SELF  0: none is looked for; 1, 2: rays are intersected with their own object's samples
 //   BENT  1: normal maps may turn rays below the surface that they leave
+#include "methods/shared/shaders/lobe_rays.glsl"
 #include "samples.glsl"
 
 #if SELF
@@ -52,13 +53,6 @@ float meetsItself(vec3 p, vec3 direction, float farthest, uint object, vec4 rect
   return met;
 }
 #endif
-
-// Folds a mirror ray that would leave below the shading normal's plane, as trace::lobeDirection().
-vec3 foldedUp(vec3 direction, vec3 normal, out bool below) {
-  float above = dot(direction, normal);
-  below = above < 0.0;
-  return below ? direction - 2.0 * above * normal : direction;
-}
 
 #if BENT
 // Of the triangle that the sample shows, turned to the viewer, not of unit length: depth is linear

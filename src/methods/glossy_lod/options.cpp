@@ -1,0 +1,40 @@
+#include "methods/glossy_lod/options.h"
+
+#include "config/options.h"
+
+namespace catoptric::methods::glossy_lod {
+namespace {
+
+constexpr auto kLevels =
+    config::names<Levels>({{"adaptive", Levels::Adaptive}, {"off", Levels::Off}});
+constexpr auto kObjects =
+    config::names<Objects>({{"diffuse", Objects::Diffuse}, {"all", Objects::All}});
+
+}  // namespace
+
+const config::OptionTable<Options>& optionTable() {
+  using config::field, config::range;
+  static const config::OptionTable<Options> table(
+      "glossy_lod", "Options of the method glossy_lod.",
+      {field(&Options::rays, "rays", range(1, 256),
+             "rays per sample on surfaces with g above 0.05, as in traced; mirrors take one"),
+       field(&Options::alpha, "alpha", range(0.0, 1e6),
+             "how much wider than its solid angle a ray is taken to be, where it decides how fine "
+             "the geometry must be: 0 always descends to the finest triangles"),
+       field(&Options::levels, "levels", kLevels,
+             "off: the traversal without any levels of detail, as alpha 0"),
+       field(&Options::filter, "filter",
+             "radiance averaged over what a ray stands for; false: that of the nearest texel"),
+       field(&Options::automatic, "automatic",
+             "the paper's rule instead of rays and alpha: 20 rays and alpha 3 for exponents above "
+             "3000, else 40 rays and alpha 10"),
+       field(&Options::size, "size", range(1, 1024),
+             "quads along the edge of an object's geometry image: all of its charts together have "
+             "about as many as one square of this size"),
+       field(&Options::objects, "objects", kObjects,
+             "what is reflected: diffuse objects alone, or all, of reflective ones their diffuse "
+             "component")});
+  return table;
+}
+
+}  // namespace catoptric::methods::glossy_lod

@@ -1,0 +1,23 @@
+// Options of the method glossy_lod.
+#pragma once
+
+#include "config/options.h"
+
+namespace catoptric::methods::glossy_lod {
+
+enum class Levels : std::uint8_t { Adaptive, Off };
+enum class Objects : std::uint8_t { Diffuse, All };
+
+struct Options {
+  int rays = 8;        ///< as in traced
+  float alpha = 3.0f;  ///< [Yu2008] Eq. (7)
+  Levels levels = Levels::Adaptive;
+  bool filter = true;
+  bool automatic = false;  ///< [Yu2008] Sec. 4: rays and alpha by the exponent
+  int size = 128;          ///< quads along the edge of an object's geometry image
+  Objects objects = Objects::Diffuse;
+};
+
+const config::OptionTable<Options>& optionTable();
+
+}  // namespace catoptric::methods::glossy_lod

@@ -1,0 +1,191 @@
+#include "methods/glossy_lod/scene_images.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <map>
+#include <numeric>
+#include <string>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "methods/glossy_lod/shaders/constants.h"
+
+namespace catoptric::methods::glossy_lod {
+namespace {
+
+/// Quads of all objects together, by which memory is bounded. Ours: 0.8 GB of tree, vertices,
+/// radiance.
+constexpr double kMostQuads = 6e6;
+constexpr std::uint32_t kMostAtlas =
+    8192;  ///< texels, beside which half as many levels lie: drivers guarantee 16384
+
+/// The bits of `code` at even places.
+std::uint32_t everyOther(std::uint64_t code) {
+  std::uint32_t bits = 0;
+  for (int i = 0; i < 32; ++i) bits |= static_cast<std::uint32_t>(code >> (2 * i) & 1) << i;
+  return bits;
+}
+
+MeshView viewOf(const scene::Scene& scene, const frame::Geometry& geometry, std::size_t object) {
+  const frame::ObjectRange& range = geometry.objects[object];
+  MeshView mesh{scene.meshes[scene.objects[object].mesh].positions, {}};
+  mesh.indices.resize(range.indexCount);
+  for (std::uint32_t i = 0; i < range.indexCount; ++i)
+    mesh.indices[i] = geometry.indices[range.firstIndex + i] - range.firstVertex;
+  return mesh;
+}
+
+/// As the shader reads a chart: one texel.
+struct DeviceChart {
+  std::uint32_t x, y, texelLevel, level;
+};
+
+}  // namespace
+
+void SceneImages::make(const scene::Scene& scene, const frame::Geometry& geometry,
+                       const Options& options) {
+  counts_ = {};
+  const auto reflected = [&](const scene::Object& object) {
+    return object.reflector == 0 || options.objects == Objects::All;
+  };
+  const auto objects = std::count_if(scene.objects.begin(), scene.objects.end(), reflected);
+  double quads = static_cast<double>(options.size) * options.size;
+  if (static_cast<double>(objects) * quads > kMostQuads) {
+    quads = kMostQuads / static_cast<double>(objects);
+    counts_.reducedObjects = static_cast<std::uint64_t>(objects);
+  }
+  std::map<int, std::shared_ptr<const ObjectImage>> ofMesh;
+  charts_.clear();
+  firstChart_.assign(1, 0);
+  std::uint64_t vertices = 0;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const scene::Object& object = scene.objects[i];
+    if (reflected(object)) {
+      std::shared_ptr<const ObjectImage>& image = ofMesh[object.mesh];
+      if (!image)
+        image = std::make_shared<ObjectImage>(
+            makeObjectImage(viewOf(scene, geometry, i), quads, options.size));
+      for (const ChartImage& chart : image->charts) {
+        PlacedChart placed{.object = static_cast<int>(i), .image = chart, .source = image.get()};
+        placed.firstVertex = static_cast<std::uint32_t>(vertices);
+        const std::uint64_t row = (std::uint64_t{1} << chart.level) + 1;
+        vertices += row * row;
+        counts_.quads += std::uint64_t{1} << (2 * chart.level);
+        charts_.push_back(placed);
+      }
+      counts_.charts += image->charts.size();
+      counts_.plainTriangles += image->plainTriangles;
+      counts_.degenerateTriangles += image->degenerateTriangles;
+      counts_.notFlattened += image->notFlattened;
+    }
+    firstChart_.push_back(charts_.size());
+  }
+  images_.clear();
+  for (auto& [mesh, image] : ofMesh) images_.push_back(std::move(image));
+  GLint most = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most);
+  const std::uint64_t texels = 2 * (counts_.quads * 4 / 3 + 2 * counts_.charts);
+  if (vertices > static_cast<std::uint64_t>(most) || texels > static_cast<std::uint64_t>(most))
+    throw UsageError("glossy_lod: " + std::to_string(counts_.quads) +
+                     " quads are more than a texel buffer of this device holds (" +
+                     std::to_string(most) + " texels): take a smaller \"size\"");
+  vertices_.assign(vertices, Vec4(0.0f));
+  grids_.clear();
+  for (const PlacedChart& chart : charts_) grids_.push_back({chart.firstVertex, chart.image.level});
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) place(geometry, static_cast<int>(i));
+  tree_.build(grids_, vertices_);
+  packAtlas();
+  upload();
+}
+
+void SceneImages::place(const frame::Geometry& geometry, int object) {
+  if (!reflects(object)) return;
+  const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(object)];
+  const ObjectImage& image = *chartsOf(object).front().source;
+  std::vector<Vec4> samples(image.samples.size());
+  parallelFor(samples.size(), 8192, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) {
+      const Sample& sample = image.samples[s];
+      const Vec3* p = &geometry.positions[range.firstVertex];
+      const Vec3 p0 = p[sample.vertex[0]];
+      samples[s] =
+          Vec4(p0 + sample.w1 * (p[sample.vertex[1]] - p0) + sample.w2 * (p[sample.vertex[2]] - p0),
+               0.0f);
+    }
+  });
+  const std::span<const PlacedChart> charts = chartsOf(object);
+  parallelFor(charts.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      const std::size_t row = (std::size_t{1} << charts[c].image.level) + 1;
+      for (std::size_t v = 0; v < row * row; ++v)
+        vertices_[charts[c].firstVertex + v] = samples[image.grid[charts[c].image.firstGrid + v]];
+    }
+  });
+}
+
+void SceneImages::packAtlas() {
+  // Squares of powers of two, the largest first, along a Z: each lies where its levels need it
+  std::vector<std::size_t> order(charts_.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return charts_[a].image.texelLevel > charts_[b].image.texelLevel;
+  });
+  std::uint64_t at = 0;
+  for (const std::size_t c : order) {
+    charts_[c].x = everyOther(at);
+    charts_[c].y = everyOther(at >> 1);
+    at += std::uint64_t{1} << (2 * charts_[c].image.texelLevel);
+  }
+  atlasSide_ = 2;
+  while (std::uint64_t{atlasSide_} * atlasSide_ < at) atlasSide_ *= 2;
+  if (atlasSide_ > kMostAtlas)
+    throw UsageError("glossy_lod: " + std::to_string(at) +
+                     " texels of radiance are more than a texture holds: take a smaller \"size\"");
+}
+
+void SceneImages::follow(const frame::Geometry& geometry, std::span<const int> changedObjects) {
+  bool any = false;
+  for (const int object : changedObjects) {
+    any = any || reflects(object);
+    place(geometry, object);
+  }
+  if (!any) return;
+  tree_.refit(vertices_);
+  vertexBuffer_.write(0, vertices_.size() * sizeof(Vec4), vertices_.data());
+  nodeBuffer_.write(0, tree_.nodes().size() * sizeof(Node), tree_.nodes().data());
+}
+
+void SceneImages::upload() {
+  std::vector<DeviceChart> charts;
+  for (const PlacedChart& chart : charts_)
+    charts.push_back({chart.x, chart.y, static_cast<std::uint32_t>(chart.image.texelLevel),
+                      static_cast<std::uint32_t>(chart.image.level)});
+  // A texel buffer has at least one texel
+  const std::array<Node, 1> nothing{};
+  const std::array<Quad, 1> noQuad{};
+  const std::array<Vec4, 1> noVertex{};
+  const std::array<DeviceChart, 1> noChart{};
+  const auto orNothing = [](const auto& values, const auto& none) {
+    using T = typename std::decay_t<decltype(none)>::value_type;
+    return values.empty() ? std::span<const T>(none) : std::span<const T>(values);
+  };
+  nodeBuffer_ = gl::Buffer("nodes", orNothing(tree_.nodes(), nothing));
+  quadBuffer_ = gl::Buffer("quads", orNothing(tree_.quads(), noQuad));
+  vertexBuffer_ = gl::Buffer("geometry images", orNothing(vertices_, noVertex));
+  chartBuffer_ = gl::Buffer("charts", orNothing(charts, noChart));
+  nodes_ = gl::Texture::makeBuffer("nodes", GL_RGBA32UI, nodeBuffer_);
+  quads_ = gl::Texture::makeBuffer("quads", GL_RGBA32UI, quadBuffer_);
+  vertexTexture_ = gl::Texture::makeBuffer("geometry images", GL_RGBA32F, vertexBuffer_);
+  chartTexture_ = gl::Texture::makeBuffer("charts", GL_RGBA32UI, chartBuffer_);
+}
+
+void SceneImages::bind(gl::Program& program) const {
+  nodes_.bind(glossy_lod_shared::kNodesUnit);
+  quads_.bind(glossy_lod_shared::kQuadsUnit);
+  vertexTexture_.bind(glossy_lod_shared::kVerticesUnit);
+  chartTexture_.bind(glossy_lod_shared::kChartsUnit);
+  program.set("nodeCount", static_cast<std::uint32_t>(tree_.nodes().size()));
+}
+
+}  // namespace catoptric::methods::glossy_lod

@@ -1,0 +1,77 @@
+// The geometry images of all objects that are reflected, in world space at one moment, and on the
+// device.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "gl/objects.h"
+#include "gl/shader.h"
+#include "methods/contract/method.h"
+#include "methods/glossy_lod/images/geometry_image.h"
+#include "methods/glossy_lod/options.h"
+#include "methods/glossy_lod/tree/tree.h"
+
+namespace catoptric::methods::glossy_lod {
+
+/// A chart of an object, among those of all.
+struct PlacedChart {
+  int object = 0;  ///< index in the scene
+  ChartImage image;
+  const ObjectImage* source = nullptr;
+  std::uint32_t firstVertex = 0;
+  std::uint32_t x = 0;  ///< of its texels in the atlas
+  std::uint32_t y = 0;
+};
+
+/// Sums over all objects, for counters.
+struct ImageCounts {
+  std::uint64_t charts = 0;
+  std::uint64_t quads = 0;
+  std::uint64_t plainTriangles = 0;
+  std::uint64_t degenerateTriangles = 0;
+  std::uint64_t notFlattened = 0;
+  std::uint64_t reducedObjects = 0;  ///< that have fewer quads than asked for
+};
+
+class SceneImages {
+ public:
+  /// Makes the images of all objects that are reflected, each mesh's once.
+  void make(const scene::Scene& scene, const frame::Geometry& geometry, const Options& options);
+  /// Moves the vertices of these objects, and the tree about them.
+  void follow(const frame::Geometry& geometry, std::span<const int> changedObjects);
+
+  /// Puts everything where the traversal reads it.
+  void bind(gl::Program& program) const;
+
+  const std::vector<PlacedChart>& charts() const { return charts_; }
+  const std::vector<Vec4>& vertices() const { return vertices_; }
+  const Tree& tree() const { return tree_; }
+  const ImageCounts& counts() const { return counts_; }
+  std::uint32_t atlasSide() const { return atlasSide_; }
+  bool reflects(int object) const { return firstChart_[object] < firstChart_[object + 1]; }
+  std::span<const PlacedChart> chartsOf(int object) const {
+    return std::span(charts_).subspan(firstChart_[object],
+                                      firstChart_[object + 1] - firstChart_[object]);
+  }
+
+ private:
+  void place(const frame::Geometry& geometry, int object);
+  void packAtlas();
+  void upload();
+
+  std::vector<std::shared_ptr<const ObjectImage>> images_;  ///< by mesh
+  std::vector<PlacedChart> charts_;
+  std::vector<std::size_t> firstChart_;  ///< by object; one more at the end
+  std::vector<Vec4> vertices_;
+  std::vector<Grid> grids_;
+  Tree tree_;
+  ImageCounts counts_;
+  std::uint32_t atlasSide_ = 1;
+  gl::Buffer nodeBuffer_, quadBuffer_, vertexBuffer_, chartBuffer_;
+  gl::Texture nodes_, quads_, vertexTexture_, chartTexture_;
+};
+
+}  // namespace catoptric::methods::glossy_lod

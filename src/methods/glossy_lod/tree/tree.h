@@ -1,0 +1,63 @@
+// The hierarchy over all charts, threaded for traversal without a stack [Carr2006]: nodes in the
+// order in which they are visited, each with the one to go to when it is missed. The one to go to
+// when it is hit is the next.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/math.h"
+
+namespace catoptric::methods::glossy_lod {
+
+/// Vertices of a chart: (2^level + 1)^2, row by row.
+struct Grid {
+  std::uint32_t firstVertex = 0;
+  int level = 0;
+};
+
+/// As the shader reads it: two texels.
+struct Node {
+  Vec3 least{0.0f};
+  std::uint32_t miss = 0;  ///< the node after this one and all below it
+  Vec3 most{0.0f};
+  std::uint32_t flags = 0;  ///< kHasQuad, kIsLeaf
+};
+static_assert(sizeof(Node) == 32);
+inline constexpr std::uint32_t kHasQuad = 1;  ///< of a chart: its corners make a quad
+inline constexpr std::uint32_t kIsLeaf = 2;
+
+/// The quad of a chart's node on its level: one texel.
+struct Quad {
+  std::uint32_t first = 0;  ///< vertex v00
+  std::uint32_t up = 0;     ///< vertices from v00 to v01
+  std::uint32_t chart = 0;
+  std::uint32_t place = 0;  ///< column, row << 12 of v00 in the chart's grid; level << 24
+};
+
+class Tree {
+ public:
+  /// 4-to-1 within charts, in two by their centres above them.
+  void build(std::span<const Grid> grids, std::span<const Vec4> vertices);
+  /// The same nodes about moved vertices.
+  void refit(std::span<const Vec4> vertices);
+
+  const std::vector<Node>& nodes() const { return nodes_; }
+  const std::vector<Quad>& quads() const { return quads_; }
+
+ private:
+  void addSplit(std::span<std::uint32_t> charts, std::uint32_t parent);
+  void addChart(std::uint32_t chart, int level, std::uint32_t column, std::uint32_t row,
+                std::uint32_t parent);
+  std::uint32_t addNode(std::uint32_t flags, const Quad& quad, std::uint32_t parent);
+
+  std::span<const Grid> grids_;
+  std::vector<Vec3> centres_;  ///< of charts, while it is built
+  std::vector<Node> nodes_;
+  std::vector<Quad> quads_;
+  std::vector<std::uint32_t> parents_;
+};
+
+}  // namespace catoptric::methods::glossy_lod
