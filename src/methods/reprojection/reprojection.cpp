@@ -40,7 +40,7 @@ constexpr std::size_t kSamplesPerTask = 4096;
 
 /// What becomes of reflective samples, for the counters.
 struct OutcomeCounts {
-  std::array<std::uint64_t, 8> of{};
+  std::array<std::uint64_t, 9> of{};
   std::uint64_t operator[](Outcome outcome) const { return of[static_cast<std::size_t>(outcome)]; }
 };
 
@@ -269,6 +269,7 @@ class Reprojection : public Method {
     output.counters["hidden"] = outcomes[Outcome::Hidden];
     output.counters["discontinuity"] = outcomes[Outcome::Discontinuity];
     output.counters["magnified"] = outcomes[Outcome::Magnified];
+    output.counters["crossed"] = outcomes[Outcome::Crossed];
     output.counters["unfaithful"] = outcomes[Outcome::Unfaithful];
     output.counters["rays"] = counts_.rays;
     output.counters["misses"] = counts_.misses;
@@ -324,6 +325,7 @@ const std::vector<CounterInfo>& counterInfos() {
        "of retraced: what lies in front beside it may go on where no reflection was kept"},
       {"discontinuity", "of retraced: found at an edge of what is reflected"},
       {"magnified", "of retraced: stretched over too many samples"},
+      {"crossed", "of retraced: the bounds of an object that moves lie on the mirrored ray"},
       {"unfaithful", "of retraced: what was found does not lie on the mirrored ray"},
       {"rays", "rays that Embree traced"},
       {"misses", "of them those that left the scene and saw the environment"},

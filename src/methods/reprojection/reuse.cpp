@@ -36,6 +36,7 @@ void Reuse::begin(const raster::GBufferCopy& current, const ReflectiveSamples& s
                   Services& services) {
   current_ = &current;
   samples_ = &samples;
+  moving_.update(services.scene, services.geometry);
   const std::size_t count = samples.points.size();
   services.timer.measure("search", [&] {
     indexOf_.assign(current.object.size(), -1);
@@ -248,14 +249,28 @@ void Reuse::shift(const KeyFrame& key, std::vector<Vec3>& radiance) {
   });
 }
 
-void Reuse::warp(const KeyFrame& key, std::vector<Vec3>& radiance) {
+void Reuse::warp(const KeyFrame& key, const frame::Geometry& geometry,
+                 std::vector<Vec3>& radiance) {
+  const auto crossed = [&](std::size_t i) {
+    if (moving_.empty()) return false;
+    const Vec2 nearest = glm::floor(matches_[i].place + 0.5f);
+    const std::uint32_t shown =
+        key.shown(key.index(static_cast<int>(nearest.x), static_cast<int>(nearest.y)));
+    const Vec3& from = rays_[i].origin;
+    const float farthest = 2.0f * geometry.bounds.diameter();
+    const Vec3 to = places_[i].w > 0.0f ? Vec3(places_[i]) : from + farthest * rays_[i].direction;
+    return moving_.cross(from, to, rays_[i].reflector, shown);
+  };
   parallelFor(pending_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const std::size_t i = pending_[k];
-      if (outcomes_[i] != Outcome::Found ||
-          missBy(key, rays_[i], matches_[i].place, places_[i], options_) <= options_.fidelity)
+      if (outcomes_[i] != Outcome::Found) continue;
+      if (!(missBy(key, rays_[i], matches_[i].place, places_[i], options_) <= options_.fidelity))
+        outcomes_[i] = Outcome::Unfaithful;
+      else if (crossed(i))
+        outcomes_[i] = Outcome::Crossed;
+      else
         continue;
-      outcomes_[i] = Outcome::Unfaithful;
       radiance[i] = Vec3(0.0f);
     }
   });
@@ -275,7 +290,7 @@ void Reuse::findIn(const KeyFrame& key, Services& services, std::vector<Vec3>& r
   // What the key frame shows there, if it shows one surface there and is not stretched too far.
   services.timer.measure("shift", [&] { shift(key, radiance); });
   // Whether it lies where this frame's mirrored ray goes.
-  if (searches_) services.timer.measure("warp", [&] { warp(key, radiance); });
+  if (searches_) services.timer.measure("warp", [&] { warp(key, services.geometry, radiance); });
 }
 
 }  // namespace catoptric::methods::reprojection

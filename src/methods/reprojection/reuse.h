@@ -10,6 +10,7 @@
 #include "frame/steps.h"
 #include "methods/contract/method.h"
 #include "methods/reprojection/key_frame.h"
+#include "methods/reprojection/moving_boxes.h"
 #include "methods/reprojection/options.h"
 #include "methods/reprojection/search.h"
 #include "methods/shared/reflective_samples.h"
@@ -55,7 +56,7 @@ class Reuse {
   Match searchFrom(const KeyFrame& key, std::size_t i, std::span<const Vec2> starts) const;
   void warpInPlace(const KeyFrame& key, const Services& services);
   void shift(const KeyFrame& key, std::vector<Vec3>& radiance);
-  void warp(const KeyFrame& key, std::vector<Vec3>& radiance);
+  void warp(const KeyFrame& key, const frame::Geometry& geometry, std::vector<Vec3>& radiance);
   /// Area of the key frame that a sample shows, in its samples; 1 where no neighbour tells.
   float keyArea(std::size_t at) const;
 
@@ -63,6 +64,7 @@ class Reuse {
   bool searches_;
   const raster::GBufferCopy* current_ = nullptr;
   const ReflectiveSamples* samples_ = nullptr;
+  MovingBoxes moving_;
   // By sample of the G-buffer: index in `samples`, -1: none. By index in `samples`: the others.
   std::vector<std::int32_t> indexOf_;
   std::vector<MirrorRay> rays_;  ///< reflector 0: not asked

@@ -31,6 +31,7 @@ enum class Outcome : std::uint8_t {
   Hidden,         ///< a nearer surface beside it may go on where the key frame saw no reflection
   Discontinuity,  ///< at an edge of what is reflected, or of the reflector
   Magnified,      ///< one sample would be stretched over too many
+  Crossed,        ///< an object that moves may be in front of it now
   Unfaithful,     ///< what is kept there does not lie on the mirrored ray
 };
 

@@ -117,10 +117,10 @@ Vec3 shortestOnSphere(const Vec3& a, const Vec3& b, const Vec3& begin) {
 /// Compares every place that would be used with the exact one, and its colour (which the sphere
 /// shows coarsely near its rim); returns how many were compared.
 int compare(const Setting& setting, const scene::Camera& before, const scene::Camera& now,
-            const std::function<Vec3(const Seen&)>& keySurface, float bound, float colourBound) {
+            const std::function<Vec3(const Seen&)>& keySurface, float bound, float colourBound,
+            const Options& options = {}) {
   const KeyFrame key = keyOf(setting, before);
   const frame::Geometry geometry = stillGeometry();
-  const Options options;
   int compared = 0;
   for (int y = 0; y < kSize; ++y)
     for (int x = 0; x < kSize; ++x) {
@@ -165,6 +165,9 @@ TEST(Search, FindsPlanarReflectionsAtTheirClosedForm) {
     return Vec3(seen.place.x, -seen.place.y, seen.place.z);
   };
   EXPECT_GT(compare(kFloor, before, now, mirrorImage, 0.05f, 0.03f), 8000);
+  Options coarse;
+  coarse.refine = false;
+  EXPECT_GT(compare(kFloor, before, now, mirrorImage, 0.5f, 0.05f, coarse), 8000);
 }
 
 TEST(Search, FindsSphericalReflectionsOfAlhazensProblem) {
