@@ -16,6 +16,7 @@ constexpr std::size_t kSamplesPerTask = 2048;
 
 /// Whether a key frame keeps a reflection of `reflector` at a place.
 bool keeps(const KeyFrame& key, std::uint32_t reflector, const Vec2& place) {
+  if (std::isnan(place.x)) return false;
   const Vec2 rounded = glm::floor(glm::clamp(place, -1e6f, 1e6f) + 0.5f);
   const int x = static_cast<int>(rounded.x);
   const int y = static_cast<int>(rounded.y);
@@ -67,7 +68,8 @@ void Reuse::begin(const raster::GBufferCopy& current, const ReflectiveSamples& s
 void Reuse::attach(const KeyFrame& key, const Services& services) {
   pending_.clear();
   for (std::size_t i = 0; i < outcomes_.size(); ++i)
-    if (outcomes_[i] != Outcome::Found && outcomes_[i] != Outcome::NotSearched)
+    if (outcomes_[i] != Outcome::Found && outcomes_[i] != Outcome::NotSearched &&
+        outcomes_[i] != Outcome::Discontinuity)
       pending_.push_back(static_cast<std::uint32_t>(i));
   parallelFor(matches_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
     std::fill(matches_.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -105,21 +107,27 @@ bool Reuse::holds(const KeyFrame& key, std::size_t i, const Match& match) const 
          missBy(key, rays_[i], match.place, lookup.place, options_) <= options_.fidelity;
 }
 
-void Reuse::searchSample(const KeyFrame& key, int sweep, std::int32_t i,
+bool Reuse::searchSample(const KeyFrame& key, int sweep, std::int32_t i,
                          const std::array<std::int32_t, 2>& beside, std::int32_t last) {
+  const std::uint32_t reflector = rays_[i].reflector;
   // Neighbours' reflections move alike; else it starts where the surface was.
   const auto from = [&](std::int32_t n) {
-    if (n < 0 || rays_[n].reflector != rays_[i].reflector ||
+    if (n < 0 || rays_[n].reflector != reflector ||
         (matches_[n].outcome != Outcome::Found && matches_[n].outcome != Outcome::Hidden))
       return kNowhere;
     return matches_[n].place + attached_[i] - attached_[n];
   };
-  const std::array<Vec2, 4> starts{from(beside[0]), from(beside[1]),
-                                   sweep == 0 ? attached_[i] : kNowhere,
-                                   sweep == 0 ? from(last) : kNowhere};
-  if (matches_[i].outcome == Outcome::NotFound) {
-    matches_[i] = searchFrom(key, i, starts);
+  std::array<Vec2, 3> starts{from(beside[0]), from(beside[1]), kNowhere};
+  const auto changes = [&](const Match& match) {
+    matches_[i] = match;
     changed_[i] = static_cast<std::uint8_t>(sweep);
+  };
+  bool changed = false;
+  if (matches_[i].outcome == Outcome::NotFound) {
+    if (sweep == 0) starts[2] = keeps(key, reflector, attached_[i]) ? attached_[i] : from(last);
+    const Match match = searchFrom(key, i, starts);
+    changed = match.outcome == Outcome::Found;
+    if (changed) changes(match);
   }
   // A ray that meets several things that the key frame shows sees the nearest one.
   for (int side = 0; side < 2 && matches_[i].outcome == Outcome::Found; ++side) {
@@ -127,40 +135,46 @@ void Reuse::searchSample(const KeyFrame& key, int sweep, std::int32_t i,
     if (std::isnan(starts[side].x) || !(matches_[beside[side]].length < nearer)) continue;
     const Match match = searchFrom(key, i, {&starts[side], 1});
     if (match.outcome == Outcome::Found && match.length < nearer && holds(key, i, match))
-      matches_[i] = match;
-    else if (!keeps(key, rays_[i].reflector, starts[side]))
-      matches_[i] = {starts[side], Outcome::Hidden, matches_[beside[side]].length};
+      changes(match);
+    else if (!keeps(key, reflector, starts[side]))
+      changes({starts[side], Outcome::Hidden, matches_[beside[side]].length});
     else
       continue;
-    changed_[i] = static_cast<std::uint8_t>(sweep);
+    changed = true;
   }
+  return changed;
 }
 
 void Reuse::sweepTile(const KeyFrame& key, int sweep, const Tile& tile) {
   const int width = current_->sampleWidth();
   std::int32_t last = -1;  // the last one found
-  // A neighbour from which a sample has started before need not be tried again.
+  // The first and third sweep come from the left and from above, the others from the other side.
+  const int back = sweep % 2 == 0 ? 1 : -1;
+  // The later two look across the borders of the first two's tiles, and go on where that helped.
+  bool goesOn = sweep < 2;
   const auto at = [&](int x, int y, bool tried) {
     if (x < tile.left || y < tile.top || x >= tile.right || y >= tile.bottom) return -1;
     const std::int32_t n = indexOf_[static_cast<std::size_t>(y * width + x)];
-    return n >= 0 && tried && sweep >= 2 && changed_[n] + 1 < sweep ? -1 : n;
+    // A neighbour from which a sample has started before need not be tried again.
+    return n >= 0 && tried && changed_[n] + 1 < sweep ? -1 : n;
   };
-  // The first and third sweep come from the left and from above, the others from the other side.
-  const int back = sweep % 2 == 0 ? 1 : -1;
-  const auto visit = [&](int x, int y) {
+  const auto visit = [&](int x, int y, bool triedBeside, bool triedAbove) {
     const std::int32_t i = indexOf_[static_cast<std::size_t>(y * width + x)];
     if (i < 0 || matches_[i].outcome == Outcome::NotAsked) return;
-    searchSample(key, sweep, i,
-                 {at(x - back, y, x / kTile == (x - back) / kTile),
-                  at(x, y - back, y / kTile == (y - back) / kTile)},
-                 last);
+    const std::array<std::int32_t, 2> beside{at(x - back, y, triedBeside),
+                                             at(x, y - back, triedAbove)};
+    if (sweep > 0 && beside[0] < 0 && beside[1] < 0) return;
+    goesOn = searchSample(key, sweep, i, beside, last) || goesOn;
     if (matches_[i].outcome == Outcome::Found) last = i;
   };
-  const int columns = tile.right - tile.left;
-  const int count = columns * (tile.bottom - tile.top);
-  for (int k = 0; k < count; ++k) {
-    const int n = back > 0 ? k : count - 1 - k;
-    visit(tile.left + n % columns, tile.top + n / columns);
+  const int firstX = back > 0 ? tile.left : tile.right - 1;
+  const int firstY = back > 0 ? tile.top : tile.bottom - 1;
+  for (int y = firstY; y >= tile.top && y < tile.bottom; y += back) {
+    const bool triedAbove = sweep >= 2 && y / kTile == (y - back) / kTile;
+    for (int x = firstX; x >= tile.left && x < tile.right; x += back) {
+      const bool triedBeside = sweep >= 2 && x / kTile == (x - back) / kTile;
+      if (goesOn || !triedAbove || !triedBeside) visit(x, y, triedBeside, triedAbove);
+    }
   }
 }
 

@@ -39,7 +39,8 @@ class Reuse {
   Outcome outcome(std::size_t i) const { return outcomes_[i]; }
 
  private:
-  /// What was not found yet, and where the key frame saw its surfaces.
+  /// What is to be found in this key frame, and where it saw the surfaces: not what lies at an edge
+  /// of an earlier one, since others show the same edge.
   void attach(const KeyFrame& key, const Services& services);
   struct Tile {
     int left, top, right, bottom;
@@ -47,8 +48,9 @@ class Reuse {
   /// All samples, tile by tile, forth and back; the tiles begin `shift` samples before the frame.
   void searchTiles(const KeyFrame& key, int firstSweep, int shift);
   void sweepTile(const KeyFrame& key, int sweep, const Tile& tile);
-  /// `beside`: neighbours to start from, -1: none; `last`: another sample that was found.
-  void searchSample(const KeyFrame& key, int sweep, std::int32_t i,
+  /// `beside`: neighbours to start from, -1: none; `last`: another sample that was found. Whether
+  /// that changed something.
+  bool searchSample(const KeyFrame& key, int sweep, std::int32_t i,
                     const std::array<std::int32_t, 2>& beside, std::int32_t last);
   /// Whether a match shows one surface, on the mirrored ray of sample i.
   bool holds(const KeyFrame& key, std::size_t i, const Match& match) const;

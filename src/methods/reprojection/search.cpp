@@ -103,13 +103,49 @@ bool stepDown(const KeyFrame& key, const MirrorRay& ray, const Across& across, f
   return better;
 }
 
+/// The four samples about a place, and their bilinear weights.
+struct Taps {
+  bool inside = false;
+  std::array<std::size_t, 4> at{};
+  std::array<float, 4> weight{};
+};
+Taps tapsOf(const KeyFrame& key, const Vec2& place) {
+  Taps taps;
+  const Vec2 corner = glm::floor(place);
+  const int x = static_cast<int>(corner.x);
+  const int y = static_cast<int>(corner.y);
+  taps.inside = key.inside(x, y) && key.inside(x + 1, y + 1);
+  if (!taps.inside) return taps;
+  const Vec2 f = place - corner;
+  taps.at = {key.index(x, y), key.index(x + 1, y), key.index(x, y + 1), key.index(x + 1, y + 1)};
+  taps.weight = {(1.0f - f.x) * (1.0f - f.y), f.x * (1.0f - f.y), (1.0f - f.x) * f.y, f.x * f.y};
+  return taps;
+}
+
+/// Whether all four show one continuous surface in the reflector.
+bool continuousTaps(const KeyFrame& key, std::uint32_t reflector, const Taps& taps, float epsilon) {
+  const auto& at = taps.at;
+  return key.reflector(at[0]) == reflector && continuous(key, at[0], at[1], epsilon) &&
+         continuous(key, at[0], at[2], epsilon) && continuous(key, at[3], at[1], epsilon) &&
+         continuous(key, at[3], at[2], epsilon);
+}
+
 /// One more step, from what is shown between the samples: the first one took a line through two of
 /// them for the truth.
 void refine(const KeyFrame& key, const MirrorRay& ray, const Across& across,
             const glm::mat2& jacobian, const Options& options, Vec2& place) {
-  const Lookup lookup = lookUp(key, ray.reflector, place, options);
+  const Taps taps = tapsOf(key, place);
+  if (!taps.inside) return;
+  Vec4 shown(0.0f);
+  if (continuousTaps(key, ray.reflector, taps, options.epsilon)) {
+    for (int i = 0; i < 4; ++i) shown += taps.weight[i] * key.place(taps.at[i]);
+  } else {
+    const Lookup lookup = lookUp(key, ray.reflector, place, options);
+    if (lookup.outcome != Outcome::Found) return;
+    shown = lookup.place;
+  }
   Vec2 off;
-  if (lookup.outcome != Outcome::Found || !angleOff(ray, across, lookup.place, off)) return;
+  if (!angleOff(ray, across, shown, off)) return;
   const Vec2 move = -(glm::inverse(jacobian) * off);
   if (std::max(std::abs(move.x), std::abs(move.y)) <= kShortStep) place += move;
 }
@@ -212,24 +248,13 @@ Lookup lookUp(const KeyFrame& key, std::uint32_t reflector, const Vec2& place,
     const std::size_t at = key.index(x, y);
     return {key.radiance(at), key.place(at), Outcome::Found};
   }
-  const Vec2 corner = glm::floor(place);
-  const int x = static_cast<int>(corner.x);
-  const int y = static_cast<int>(corner.y);
-  if (!key.inside(x, y) || !key.inside(x + 1, y + 1)) return result;
-  const Vec2 f = place - corner;
-  const std::array<std::size_t, 4> at{key.index(x, y), key.index(x + 1, y), key.index(x, y + 1),
-                                      key.index(x + 1, y + 1)};
-  const std::array<float, 4> weight{(1.0f - f.x) * (1.0f - f.y), f.x * (1.0f - f.y),
-                                    (1.0f - f.x) * f.y, f.x * f.y};
-  const bool whole = key.reflector(at[0]) == reflector &&
-                     continuous(key, at[0], at[1], options.epsilon) &&
-                     continuous(key, at[0], at[2], options.epsilon) &&
-                     continuous(key, at[3], at[1], options.epsilon) &&
-                     continuous(key, at[3], at[2], options.epsilon);
-  if (!whole) return beyondRim(key, reflector, place, at, weight, options);
+  const Taps taps = tapsOf(key, place);
+  if (!taps.inside) return result;
+  if (!continuousTaps(key, reflector, taps, options.epsilon))
+    return beyondRim(key, reflector, place, taps.at, taps.weight, options);
   for (int i = 0; i < 4; ++i) {
-    result.radiance += weight[i] * key.radiance(at[i]);
-    result.place += weight[i] * key.place(at[i]);
+    result.radiance += taps.weight[i] * key.radiance(taps.at[i]);
+    result.place += taps.weight[i] * key.place(taps.at[i]);
   }
   result.outcome = Outcome::Found;
   return result;
