@@ -1,4 +1,5 @@
-// Glossy ray tracing on geometry images with adaptive level of detail [Yu2008].
+#include "methods/glossy_lod/glossy_lod.h"
+
 #include <algorithm>
 #include <array>
 #include <memory>
@@ -209,8 +210,7 @@ const MethodEntry& glossyLodEntry() {
                    {"quads", "quads of their finest level"},
                    {"plain_triangles", "triangles that no chart holds: traced as they are"},
                    {"degenerate_triangles", "triangles without area: left out"},
-                   {"not_flattened",
-                    "charts that could not be flattened: their triangles are plain"},
+                   {"not_flattened", "charts that could not be flattened, and were cut"},
                    {"reduced_objects",
                     "objects that have fewer quads than `size` asks for: all of them, where all "
                     "together would be more than 6 million"},

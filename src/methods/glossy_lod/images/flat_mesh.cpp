@@ -68,7 +68,10 @@ FlatMesh::FlatMesh(const MeshView& mesh, const Topology& topology, const Outline
     for (std::size_t i = 0; i < 3; ++i) {
       const std::uint32_t v = topology.vertex[3 * std::size_t{t} + i];
       const auto [known, isNew] = local.try_emplace(v, static_cast<int>(positions_.size()));
-      if (isNew) positions_.emplace_back(mesh.positions[v]);
+      if (isNew) {
+        positions_.emplace_back(mesh.positions[v]);
+        welded_.push_back(v);
+      }
       triangle.v[i] = known->second;
     }
     triangles_.push_back(triangle);
@@ -242,6 +245,23 @@ Place FlatMesh::onHalf(bool lower, double b1, double b2) const {
     }
   }
   return {whose->source, static_cast<float>(at.x), static_cast<float>(at.y)};
+}
+
+void FlatMesh::placeCorners(const std::array<std::uint32_t, 4>& vertices) {
+  for (std::size_t e = 0; e < border_.size(); ++e) {
+    const std::uint32_t v = welded_[static_cast<std::size_t>(border_[e].from)];
+    if (std::find(vertices.begin(), vertices.end(), v) != vertices.end()) corners_.push_back(e);
+  }
+  makePieces();
+}
+
+std::vector<std::uint32_t> FlatMesh::cornerVertices() const {
+  std::vector<std::uint32_t> vertices;
+  for (const std::size_t c : corners_) {
+    const auto v = static_cast<std::size_t>(border_[c].from);
+    if (v < welded_.size()) vertices.push_back(welded_[v]);
+  }
+  return vertices;
 }
 
 void FlatMesh::makePieces() {

@@ -43,6 +43,10 @@ class FlatMesh {
 
   /// Finds the corners of the square where the border turns most, and the pieces in between.
   void placeCorners();
+  /// The same, at these welded vertices, in any order.
+  void placeCorners(const std::array<std::uint32_t, 4>& vertices);
+  /// The welded vertices that placeCorners() has found, fewer where it has cut edges.
+  std::vector<std::uint32_t> cornerVertices() const;
   /// Gives each side 2^level steps, as many to each piece as its length asks for; false where there
   /// are more pieces than steps, `wanted` of each at the least.
   bool giveSteps(int level, int wanted);
@@ -80,6 +84,7 @@ class FlatMesh {
   bool solve();
 
   std::vector<glm::dvec3> positions_;
+  std::vector<std::uint32_t> welded_;  ///< of the mesh's own vertices, which come first
   std::vector<glm::dvec2> uv_;
   std::vector<Triangle> triangles_;
   std::vector<BorderEdge> border_;

@@ -11,8 +11,13 @@
 namespace catoptric::methods::glossy_lod {
 namespace {
 
-/// Steps of the grid that a run of so many edges of the mesh gets at the least. Ours.
+/// A border with all of the mesh's edges may make a chart's grid finer by so many levels than its
+/// share of the quads. Ours.
+constexpr int kFinerForBorder = 2;
+/// Else a run of edges gets so many steps at the least. Ours.
 constexpr int kWantedSteps = 4;
+/// More steps than any run of edges has.
+constexpr int kAllSteps = 1 << kMostLevels;
 /// Triangles of a chart that is traced as it is: those of a quad.
 constexpr std::size_t kPlain = 2;
 
@@ -22,10 +27,16 @@ double areaOf(const MeshView& mesh, std::uint32_t t) {
                                       glm::dvec3(mesh.positions[mesh.indices[3 * t + 2]]) - a));
 }
 
+/// FlatMesh::stretch() from which on a chart is cut in two. Ours: a rectangle of 1 x 12.
+constexpr double kMostStretch = 2.5;
+/// Charts of so few triangles are not cut in two but into these. Ours.
+constexpr std::size_t kSmallChart = 4;
+
 /// A chart on its way: flat, with as many quads as it gets.
 struct Prepared {
   std::unique_ptr<FlatMesh> flat;
-  bool failed = false;
+  bool failed = false;  ///< it cannot be flattened
+  bool bad = false;     ///< it is to be cut
   bool plain = false;
   int level = 0;
   int texelLevel = 0;
@@ -63,7 +74,8 @@ std::vector<Place> plainTexels(const Chart& chart, const FlatMesh& flat, int tex
 }
 
 Prepared prepare(const MeshView& mesh, const Topology& topology, const Outlines& outlines,
-                 std::size_t index, double quads, int most) {
+                 std::size_t index, const std::vector<std::uint32_t>& corners, double quads,
+                 int most) {
   const Chart& chart = outlines.charts[index];
   Prepared made;
   made.plain = chart.triangles.size() <= kPlain;
@@ -73,12 +85,17 @@ Prepared prepare(const MeshView& mesh, const Topology& topology, const Outlines&
   }
   made.flat = std::make_unique<FlatMesh>(mesh, topology, outlines, index);
   FlatMesh& flat = *made.flat;
-  flat.placeCorners();
+  if (corners.size() == 4 && !made.plain) {
+    flat.placeCorners({corners[0], corners[1], corners[2], corners[3]});
+  } else {
+    flat.placeCorners();
+  }
   const int level = made.plain ? 0 : levelOf(quads, most);
   made.failed = true;
-  for (const int wanted : {made.plain ? 1 : kWantedSteps, 1}) {
-    for (made.level = level; made.level <= most && made.failed; made.level += made.failed ? 1 : 0)
-      made.failed = !flat.giveSteps(made.level, wanted);
+  for (const int wanted : {made.plain ? 1 : kAllSteps, kWantedSteps, 1}) {
+    const int finest = wanted == 1 ? most : std::min(most, level + kFinerForBorder);
+    for (int finer = level; finer <= finest && made.failed; ++finer)
+      made.failed = !flat.giveSteps(finer, wanted);
     if (!made.failed) break;
   }
   if (made.failed) return made;
@@ -221,18 +238,80 @@ void addChart(const MeshView& mesh, const Outlines& outlines, std::size_t index,
   image.charts.push_back(chart);
 }
 
-/// Makes charts that could not be flattened into charts of one triangle each.
-std::int32_t split(const Outlines& outlines, const std::vector<Prepared>& made,
-                   std::vector<std::int32_t>& chartOf) {
-  std::int32_t count = 0;
-  for (std::size_t c = 0; c < made.size(); ++c) {
-    for (const std::uint32_t t : outlines.charts[c].triangles) {
-      chartOf[t] = count;
-      if (made[c].failed) ++count;
+/// Where the corners of each chart's square lie, at which arcs end: else the two charts of an arc
+/// would spread its vertices differently.
+std::vector<std::vector<std::uint32_t>> cornersOf(const MeshView& mesh, const Topology& topology,
+                                                  const Outlines& outlines) {
+  std::vector<std::vector<std::uint32_t>> corners(outlines.charts.size());
+  parallelFor(corners.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      if (!outlines.charts[c].simple) continue;
+      FlatMesh flat(mesh, topology, outlines, c);
+      flat.placeCorners();
+      corners[c] = flat.cornerVertices();
     }
-    if (!made[c].failed) ++count;
+  });
+  return corners;
+}
+
+/// On which side of the plane through a chart's middle, across its longest extent, a triangle lies.
+class Halves {
+ public:
+  Halves(const MeshView& mesh, const Chart& chart) : mesh_(mesh) {
+    Box3 box;
+    for (const std::uint32_t t : chart.triangles) box.extend(middleOf(t));
+    middle_ = box.centre();
+    // The direction to the farthest one, then that between the two ends
+    const Vec3 end = farthest(chart, middle_);
+    axis_ = farthest(chart, end) - end;
+    middle_ = end + 0.5f * axis_;
   }
-  return count;
+  bool second(std::uint32_t t) const { return glm::dot(middleOf(t) - middle_, axis_) > 0.0f; }
+
+ private:
+  Vec3 middleOf(std::uint32_t t) const {
+    const std::uint32_t* v = &mesh_.indices[3 * std::size_t{t}];
+    return (mesh_.positions[v[0]] + mesh_.positions[v[1]] + mesh_.positions[v[2]]) / 3.0f;
+  }
+  Vec3 farthest(const Chart& chart, const Vec3& from) const {
+    Vec3 best = from;
+    for (const std::uint32_t t : chart.triangles) {
+      if (glm::distance(middleOf(t), from) > glm::distance(best, from)) best = middleOf(t);
+    }
+    return best;
+  }
+
+  const MeshView& mesh_;
+  Vec3 middle_{0.0f};
+  Vec3 axis_{0.0f};
+};
+
+/// Cuts charts that could not be flattened, or only with much stretch, in two; small ones into
+/// their triangles. Returns the number of charts then.
+std::int32_t cutBad(const MeshView& mesh, const Topology& topology, const Outlines& outlines,
+                    const std::vector<Prepared>& made, std::vector<std::int32_t>& chartOf) {
+  std::vector<std::uint32_t> groupOf(chartOf.size(), 0);
+  std::int32_t count = 0;
+  std::uint32_t groups = 0;
+  for (std::size_t c = 0; c < made.size(); ++c) {
+    const std::vector<std::uint32_t>& triangles = outlines.charts[c].triangles;
+    if (!made[c].bad) {
+      for (const std::uint32_t t : triangles) chartOf[t] = count;
+      ++count;
+      continue;
+    }
+    const Halves halves(mesh, outlines.charts[c]);
+    std::size_t inSecond = 0;
+    for (const std::uint32_t t : triangles) inSecond += halves.second(t) ? 1 : 0;
+    const bool single =
+        triangles.size() <= kSmallChart || inSecond == 0 || inSecond == triangles.size();
+    for (const std::uint32_t t : triangles) {
+      chartOf[t] = kNobody;
+      groupOf[t] = single ? groups++ : groups + (halves.second(t) ? 1 : 0);
+    }
+    if (!single) groups += 2;
+  }
+  return growCharts(mesh, topology, groupOf, count, chartOf);
 }
 
 void measure(const std::vector<Prepared>& made, ObjectImage& image) {
@@ -253,7 +332,9 @@ ObjectImage makeObjectImage(const MeshView& mesh, double quads, int size) {
   ObjectImage image;
   const Topology topology = findTopology(mesh);
   std::vector<std::int32_t> chartOf;
-  std::int32_t count = growCharts(mesh, topology, chartOf);
+  chartOf.assign(mesh.triangles(), kNobody);
+  std::int32_t count =
+      growCharts(mesh, topology, std::vector<std::uint32_t>(mesh.triangles(), 0), 0, chartOf);
   double area = 0.0;
   std::size_t triangles = 0;
   for (std::uint32_t t = 0; t < mesh.triangles(); ++t) {
@@ -267,6 +348,10 @@ ObjectImage makeObjectImage(const MeshView& mesh, double quads, int size) {
   std::vector<Prepared> made;
   for (bool again = true; again;) {
     outlines = findOutlines(topology, chartOf, count);
+    const std::vector<std::vector<std::uint32_t>> corners = cornersOf(mesh, topology, outlines);
+    std::vector<std::uint32_t> ends;
+    for (const auto& vertices : corners) ends.insert(ends.end(), vertices.begin(), vertices.end());
+    outlines = findOutlines(topology, chartOf, count, ends);
     made.clear();
     made.resize(outlines.charts.size());
     parallelFor(made.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -276,15 +361,18 @@ ObjectImage makeObjectImage(const MeshView& mesh, double quads, int size) {
         const double ofTriangles = static_cast<double>(outlines.charts[c].triangles.size()) /
                                    static_cast<double>(triangles);
         const double share = 0.5 * (area > 0.0 ? part / area : ofTriangles) + 0.5 * ofTriangles;
-        made[c] = prepare(mesh, topology, outlines, c, quads * share, most);
+        made[c] = prepare(mesh, topology, outlines, c, corners[c], quads * share, most);
       }
     });
     again = false;
-    for (const Prepared& chart : made) {
-      image.notFlattened += chart.failed ? 1 : 0;
-      again = again || chart.failed;
+    for (std::size_t c = 0; c < made.size(); ++c) {
+      const bool stretched =
+          made[c].stretch > kMostStretch && outlines.charts[c].triangles.size() > kSmallChart;
+      made[c].bad = made[c].failed || stretched;
+      image.notFlattened += made[c].failed ? 1 : 0;
+      again = again || made[c].bad;
     }
-    if (again) count = split(outlines, made, chartOf);
+    if (again) count = cutBad(mesh, topology, outlines, made, chartOf);
   }
   for (std::size_t c = 0; c < made.size(); ++c)
     if (made[c].plain) image.plainTriangles += outlines.charts[c].triangles.size();

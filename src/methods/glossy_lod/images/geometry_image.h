@@ -35,7 +35,7 @@ struct ObjectImage {
   std::vector<ChartImage> charts;
   std::uint64_t plainTriangles = 0;       ///< traced as they are
   std::uint64_t degenerateTriangles = 0;  ///< without area, left out
-  std::uint64_t notFlattened = 0;         ///< charts that could not be: their triangles are plain
+  std::uint64_t notFlattened = 0;         ///< charts that could not be, and were cut
   double meanStretch = 1.0;  ///< of FlatMesh::stretch(), over charts that are not plain
   double mostStretch = 1.0;
 };

@@ -39,7 +39,8 @@ std::vector<std::size_t> borderLoop(const Topology& topology,
 class Meetings {
  public:
   Meetings(const Topology& topology, const std::vector<std::int32_t>& chartOf,
-           const std::vector<std::vector<std::size_t>>& loops)
+           const std::vector<std::vector<std::size_t>>& loops,
+           const std::vector<std::uint32_t>& ends)
       : topology_(topology), chartsAt_(topology.edges) {
     for (const auto& loop : loops)
       for (const std::size_t side : loop)
@@ -55,6 +56,7 @@ class Meetings {
         }
     for (const auto& [vertex, edges] : edgesAt)
       ends_[vertex] = edges.size() != 2 || chartsAt_[edges[0]] != chartsAt_[edges[1]];
+    for (const std::uint32_t vertex : ends) ends_[vertex] = true;
     // Where two charts meet along a closed loop it ends at its least vertex.
     for (const auto& loop : loops) {
       std::uint32_t least = ~0u;
@@ -99,7 +101,7 @@ class ArcNumbers {
 }  // namespace
 
 Outlines findOutlines(const Topology& topology, const std::vector<std::int32_t>& chartOf,
-                      std::int32_t charts) {
+                      std::int32_t charts, const std::vector<std::uint32_t>& ends) {
   Outlines outlines;
   outlines.charts.resize(static_cast<std::size_t>(charts));
   for (std::size_t t = 0; t < chartOf.size(); ++t)
@@ -111,7 +113,7 @@ Outlines findOutlines(const Topology& topology, const std::vector<std::int32_t>&
     loops.push_back(borderLoop(topology, chartOf, chart));
     chart.simple = !loops.back().empty();
   }
-  const Meetings meetings(topology, chartOf, loops);
+  const Meetings meetings(topology, chartOf, loops, ends);
   ArcNumbers numbers(outlines.arcs);
   for (std::size_t i = 0; i < loops.size(); ++i) {
     std::vector<std::size_t>& loop = loops[i];

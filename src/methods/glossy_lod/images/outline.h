@@ -32,7 +32,8 @@ struct Outlines {
   std::vector<Arc> arcs;
 };
 
+/// Arcs also end at `ends`, welded vertices.
 Outlines findOutlines(const Topology& topology, const std::vector<std::int32_t>& chartOf,
-                      std::int32_t charts);
+                      std::int32_t charts, const std::vector<std::uint32_t>& ends = {});
 
 }  // namespace catoptric::methods::glossy_lod

@@ -44,8 +44,9 @@ Vec3 areaNormal(const MeshView& mesh, std::size_t t) {
 /// Grows one chart after the other, triangle by triangle.
 class Growth {
  public:
-  Growth(const MeshView& mesh, const Topology& topology, std::vector<std::int32_t>& chartOf)
-      : topology_(topology), chartOf_(chartOf), normal_(mesh.triangles()) {
+  Growth(const MeshView& mesh, const Topology& topology, const std::vector<std::uint32_t>& groupOf,
+         std::vector<std::int32_t>& chartOf)
+      : topology_(topology), groupOf_(groupOf), chartOf_(chartOf), normal_(mesh.triangles()) {
     for (std::size_t t = 0; t < normal_.size(); ++t) normal_[t] = areaNormal(mesh, t);
     lastChart_.assign(mesh.positions.size(), kNobody);
   }
@@ -59,7 +60,8 @@ class Growth {
       front_.pop_front();
       const std::int32_t other = topology_.across[side];
       const auto t = static_cast<std::size_t>(other) / 3;
-      if (chartOf_[t] != kNobody || topology_.degenerate[t]) continue;
+      if (chartOf_[t] != kNobody || topology_.degenerate[t] || groupOf_[t] != groupOf_[seed])
+        continue;
       if (!bendsLittle(side / 3, t) || !staysDisk(t, chart)) continue;
       add(t, chart);
     }
@@ -98,6 +100,7 @@ class Growth {
   }
 
   const Topology& topology_;
+  const std::vector<std::uint32_t>& groupOf_;
   std::vector<std::int32_t>& chartOf_;
   std::vector<Vec3> normal_;
   std::vector<std::int32_t> lastChart_;  ///< by vertex: the last chart that it became part of
@@ -153,10 +156,9 @@ Topology findTopology(const MeshView& mesh) {
 }
 
 std::int32_t growCharts(const MeshView& mesh, const Topology& topology,
+                        const std::vector<std::uint32_t>& groupOf, std::int32_t charts,
                         std::vector<std::int32_t>& chartOf) {
-  chartOf.assign(mesh.triangles(), kNobody);
-  Growth growth(mesh, topology, chartOf);
-  std::int32_t charts = 0;
+  Growth growth(mesh, topology, groupOf, chartOf);
   for (std::size_t t = 0; t < mesh.triangles(); ++t) {
     if (chartOf[t] == kNobody && !topology.degenerate[t]) growth.grow(t, charts++);
   }

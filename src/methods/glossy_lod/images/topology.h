@@ -34,9 +34,11 @@ struct Topology {
 
 Topology findTopology(const MeshView& mesh);
 
-/// The chart of each triangle: disks, by construction, that do not bend much nor pass creases.
-/// kNobody: degenerate. Returns the number of charts.
+/// Joins triangles without a chart (kNobody) into charts from number `charts` on: disks, by
+/// construction, that do not bend much nor pass creases, each within one group of triangles.
+/// Degenerate ones stay without. Returns the number of charts then.
 std::int32_t growCharts(const MeshView& mesh, const Topology& topology,
+                        const std::vector<std::uint32_t>& groupOf, std::int32_t charts,
                         std::vector<std::int32_t>& chartOf);
 
 inline std::size_t nextCorner(std::size_t corner) {

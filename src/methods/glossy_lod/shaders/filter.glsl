@@ -15,17 +15,23 @@ vec3 radianceOnLevel(vec2 place, uvec4 chart, uint level, float layer) {
   return textureLod(radiance, vec3(texel / vec2(textureSize(radiance, 0).xy), layer), 0.0).rgb;
 }
 
-vec3 seen(Found found, vec3 direction, float width) {
+// The place of a hit in its chart, 0..1.
+vec2 placeInChart(uvec4 quad, uvec4 chart, vec2 at) {
+  vec2 corner = vec2(quad.w & 0xFFFu, quad.w >> 12 & 0xFFFu);
+  return (corner + at * float(1u << (quad.w >> 24))) / float(1u << chart.w);
+}
+
+vec4 nearestTexel(vec2 place, uvec4 chart, bool back) {
+  ivec2 last = ivec2((1 << chart.z) - 1);
+  ivec2 nearest = clamp(ivec2(place * float(1u << chart.z)), ivec2(0), last);
+  return texelFetch(radiance, ivec3(ivec2(chart.xy) + nearest, back ? 1 : 0), 0);
+}
+
+// Mip level at which a texel is as large as the footprint of a ray of this width.
+float levelOf(Found found, vec3 direction, float width) {
   uvec4 quad = texelFetch(quads, int(found.node));
   uvec4 chart = texelFetch(charts, int(quad.z));
   uint stride = 1u << (quad.w >> 24);
-  vec2 corner = vec2(quad.w & 0xFFFu, quad.w >> 12 & 0xFFFu);
-  vec2 place = (corner + found.at * float(stride)) / float(1u << chart.w);
-  float layer = found.back ? 1.0 : 0.0;
-  ivec2 last = ivec2((1 << chart.z) - 1);
-  ivec2 nearest = clamp(ivec2(place * float(1u << chart.z)), ivec2(0), last);
-  vec4 texel = texelFetch(radiance, ivec3(ivec2(chart.xy) + nearest, int(layer)), 0);
-#if FILTER
   bool upper = found.at.x + found.at.y > 1.0;
   int first = int(quad.x);
   vec3 p = texelFetch(vertices, upper ? first + int(quad.y + stride) : first).xyz;
@@ -34,13 +40,23 @@ vec3 seen(Found found, vec3 direction, float width) {
   vec3 normal = cross(e1, e2);
   float cosine = abs(dot(normal, direction)) * inversesqrt(max(dot(normal, normal), 1e-38));
   float area = width * width / max(cosine, kLeastCosine);  // Eq. (8)
+  vec4 texel = nearestTexel(placeInChart(quad, chart, found.at), chart, found.back);
   float texels = area / max(texel.a, 1e-38);
-  float level = clamp(0.5 * log2(max(texels, 1e-38)), 0.0, float(chart.z));  // Eq. (9)
+  return clamp(0.5 * log2(max(texels, 1e-38)), 0.0, float(chart.z));  // Eq. (9)
+}
+
+vec3 seen(Found found, vec3 direction, float width) {
+  uvec4 quad = texelFetch(quads, int(found.node));
+  uvec4 chart = texelFetch(charts, int(quad.z));
+  vec2 place = placeInChart(quad, chart, found.at);
+#if FILTER
+  float level = levelOf(found, direction, width);
+  float layer = found.back ? 1.0 : 0.0;
   uint fine = uint(level);
   uint coarse = min(fine + 1u, chart.z);
   return mix(radianceOnLevel(place, chart, fine, layer), radianceOnLevel(place, chart, coarse, layer),
              level - float(fine));
 #else
-  return texel.rgb;
+  return nearestTexel(place, chart, found.back).rgb;
 #endif
 }

@@ -1,0 +1,300 @@
+// Hits and lobes against what is known of them.
+#include "methods/glossy_lod/glossy_lod.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "frame/test_scenes.h"
+#include "methods/glossy_lod/radiance.h"
+#include "methods/glossy_lod/scene_images.h"
+#include "methods/glossy_lod/shaders/constants.h"
+#include "methods/testing/gl_harness.h"
+#include "scene/loader.h"
+
+namespace catoptric::methods {
+namespace {
+
+using namespace glossy_lod;
+using test::SceneBuilder;
+
+/// What the shader finds along given rays.
+struct Met {
+  float metres, visits, back, level;
+};
+
+/// A scene's images and the traversal alone.
+class Rays {
+ public:
+  Rays(test::GlStage& stage, const Options& options, bool levels = true) {
+    images.make(stage.scene, stage.moment.geometry, options);
+    std::vector<int> objects(stage.scene.objects.size());
+    for (std::size_t i = 0; i < objects.size(); ++i) objects[i] = static_cast<int>(i);
+    radiance_.shade(stage.scene, stage.moment.geometry, stage.moment.lighting, images, objects);
+    std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(stage.moment.lighting);
+    defines.push_back({"LEVELS", levels ? "1" : "0"});
+    defines.push_back({"FILTER", "1"});
+    defines.push_back({"MASKED", "0"});
+    program_ = gl::Program::fullScreen("hits", "methods/glossy_lod/testdata/hits.frag", defines);
+  }
+
+  /// `origins`: a is the slope of the ray's width.
+  std::vector<Met> meet(const std::vector<Vec4>& origins, const std::vector<Vec4>& directions,
+                        float alpha) {
+    const int width = 256;
+    const int height = static_cast<int>((origins.size() + 255) / 256);
+    std::vector<Vec4> o = origins;
+    std::vector<Vec4> d = directions;
+    o.resize(static_cast<std::size_t>(width) * height, Vec4(0.0f));
+    d.resize(o.size(), Vec4(0.0f, 0.0f, 1.0f, 0.0f));
+    const auto texture = [&](const std::vector<Vec4>& values) {
+      gl::Texture made = gl::Texture::make2D("rays", GL_RGBA32F, width, height);
+      made.upload(0, 0, GL_RGBA, GL_FLOAT, values.data());
+      return made;
+    };
+    const gl::Texture from = texture(o);
+    const gl::Texture along = texture(d);
+    const gl::Texture target = gl::Texture::make2D("hits", GL_RGBA32F, width, height);
+    const gl::Framebuffer framebuffer("hits", {{.texture = target}});
+    framebuffer.bind();
+    program_.use();
+    images.bind(program_);
+    radiance_.bind();
+    from.bind(glossy_lod_shared::kNormalsUnit);
+    along.bind(glossy_lod_shared::kDepthsUnit);
+    program_.set("alphaOfAll", alpha);
+    gl::drawFullScreenTriangle();
+    const std::vector<float> values = raster::readRgba(target);
+    std::vector<Met> met;
+    for (std::size_t i = 0; i < origins.size(); ++i)
+      met.push_back({values[4 * i], values[4 * i + 1], values[4 * i + 2], values[4 * i + 3]});
+    return met;
+  }
+
+  SceneImages images;
+
+ private:
+  Radiance radiance_;
+  gl::Program program_;
+};
+
+/// Rays from within half a metre of 0 into all directions.
+void raysWithin(std::size_t count, std::vector<Vec4>& origins, std::vector<Vec4>& directions) {
+  std::mt19937 random(11);
+  std::normal_distribution<float> any(0.0f, 1.0f);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3 o(any(random), any(random), any(random));
+    const Vec3 d(any(random), any(random), any(random));
+    origins.emplace_back(0.4f * glm::normalize(o), 0.0f);
+    directions.emplace_back(glm::normalize(d), 0.0f);
+  }
+}
+
+/// The nearest of all finest triangles, in double.
+double nearest(const Tree& tree, const std::vector<Vec4>& vertices, const Vec3& o, const Vec3& d) {
+  double best = -1.0;
+  for (std::size_t i = 0; i < tree.nodes().size(); ++i) {
+    if ((tree.nodes()[i].flags & kIsLeaf) == 0) continue;
+    const Quad& q = tree.quads()[i];
+    const std::uint32_t v[4] = {q.first, q.first + 1, q.first + q.up, q.first + q.up + 1};
+    for (const auto& t : {std::array{v[0], v[1], v[2]}, {v[3], v[2], v[1]}}) {
+      const glm::dvec3 a(vertices[t[0]]);
+      const glm::dvec3 e1 = glm::dvec3(vertices[t[1]]) - a;
+      const glm::dvec3 e2 = glm::dvec3(vertices[t[2]]) - a;
+      const glm::dvec3 p = glm::cross(glm::dvec3(d), e2);
+      const double det = glm::dot(e1, p);
+      if (det == 0.0) continue;
+      const glm::dvec3 s = glm::dvec3(o) - a;
+      const double u = glm::dot(s, p) / det;
+      const glm::dvec3 r = glm::cross(s, e1);
+      const double w = glm::dot(glm::dvec3(d), r) / det;
+      const double t1 = glm::dot(e2, r) / det;
+      if (u < 0.0 || w < 0.0 || u + w > 1.0 || t1 <= 0.0) continue;
+      if (best < 0.0 || t1 < best) best = t1;
+    }
+  }
+  return best;
+}
+
+scene::Scene manyBodies() {
+  SceneBuilder builder;
+  const int white = builder.diffuse(Vec3(0.7f));
+  builder.add(scene::makeTorus(0.8f, 0.25f, 40, 20, scene::UvMode::Unit), white,
+              test::rotation(30.0f, {1, 0, 0}));
+  builder.add(scene::makeBox({.size = Vec3(0.4f)}, scene::UvMode::Unit), white,
+              test::translation({0.9f, 0.6f, -0.3f}));
+  builder.add(scene::makeIcosphere(0.5f, 3, scene::UvMode::Unit), white,
+              test::translation({-1.2f, 0.1f, 0.4f}));
+  return builder.scene();
+}
+
+TEST(GlossyLodHits, EqualBruteForceOverTheFinestTriangles) {
+  test::GlStage stage(manyBodies());
+  for (const bool levels : {false, true}) {
+    Rays rays(stage, {.size = 16}, levels);
+    std::vector<Vec4> origins;
+    std::vector<Vec4> directions;
+    raysWithin(3000, origins, directions);
+    const std::vector<Met> met = rays.meet(origins, directions, 0.0f);
+    int hits = 0;
+    int wrong = 0;
+    for (std::size_t i = 0; i < met.size(); ++i) {
+      const double truth = nearest(rays.images.tree(), rays.images.vertices(), Vec3(origins[i]),
+                                   Vec3(directions[i]));
+      hits += truth > 0.0 ? 1 : 0;
+      wrong += std::abs(truth - static_cast<double>(met[i].metres)) > 2e-5 ? 1 : 0;
+    }
+    EXPECT_GT(hits, 800);
+    EXPECT_EQ(wrong, 0);
+  }
+}
+
+TEST(GlossyLodHits, DoNotLeakThroughSeams) {
+  std::size_t count = 0;
+  std::size_t backs = 0;
+  for (int body = 0; body < 4; ++body) {
+    SceneBuilder builder;
+    scene::BoxShape box;
+    box.size = Vec3(2.0f);
+    box.segments = {9, 9, 9};
+    builder.add(body == 0   ? scene::makeIcosphere(1.0f, 4, scene::UvMode::Unit)
+                : body == 1 ? scene::makeSphere(1.0f, 97, 53, scene::UvMode::Unit)
+                : body == 2 ? scene::makeBox(box, scene::UvMode::Unit)
+                            : scene::makeRoundedBox(Vec3(2.0f), 0.3f, 4, scene::UvMode::Unit),
+                builder.diffuse(Vec3(1.0f)));
+    test::GlStage stage(builder.scene());
+    Rays rays(stage, {.size = 32});
+    std::vector<Vec4> origins;
+    std::vector<Vec4> directions;
+    raysWithin(260000, origins, directions);
+    const std::vector<Met> met = rays.meet(origins, directions, 0.0f);
+    for (const Met& m : met) {
+      if (m.metres < 0.0f) ADD_FAILURE() << "body " << body;
+      backs += m.back == 1.0f ? 1 : 0;
+    }
+    count += met.size();
+  }
+  // Coarse borders fold a few quads over
+  EXPECT_GE(backs, count - count / 500);
+  EXPECT_GE(count, 1'000'000u);
+}
+
+TEST(GlossyLodHits, VisitsFallWithAlpha) {
+  test::GlStage stage(manyBodies());
+  Rays rays(stage, {.size = 64});
+  std::vector<Vec4> origins;
+  std::vector<Vec4> directions;
+  raysWithin(4000, origins, directions);
+  for (Vec4& o : origins) o.w = 0.02f;
+  double before = 1e30;
+  for (const float alpha : {0.0f, 1.0f, 3.0f, 10.0f}) {
+    double visits = 0.0;
+    for (const Met& m : rays.meet(origins, directions, alpha))
+      visits += static_cast<double>(m.visits);
+    EXPECT_LE(visits, before);
+    before = visits;
+  }
+}
+
+/// A glossy mirror on the ground, and a camera that sees one place of it under 45 degrees.
+struct LobeBench {
+  static constexpr float kG = 0.42f;
+  SceneBuilder builder;
+  scene::Camera camera = scene::lookAt({0.0f, 1.0f, 1.0f}, Vec3(0.0f), {0, 1, 0}, 0.002f);
+
+  LobeBench() {
+    builder.add(scene::makePlane(Vec2(4.0f), {1, 1}, scene::UvMode::Unit),
+                builder.reflective(1.0f, kG));
+    builder.constantEnvironment(Vec3(0.0f));
+  }
+  /// The mean over the frame of what the lobe sees.
+  double seen(const std::string& options) {
+    test::GlStage stage(builder.scene(), test::framesOf(16, 16, 1));
+    test::GlMethod method(stage, glossyLodEntry(), options);
+    method.render(camera);
+    const std::vector<float> values = raster::readRgba(stage.gbuffer.reflection);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < values.size(); i += 4) sum += static_cast<double>(values[i]);
+    return 4.0 * sum / static_cast<double>(values.size());
+  }
+};
+
+TEST(GlossyLodHits, AverageOverThePerpendicularFootprint) {
+  // A square of 1 m in 64 x 64 texels
+  SceneBuilder builder;
+  builder.add(scene::makePlane(Vec2(1.0f), {1, 1}, scene::UvMode::Unit),
+              builder.diffuse(Vec3(0.0f), Vec3(1.0f)));
+  test::GlStage stage(builder.scene());
+  Rays rays(stage, {.size = 64});
+  const float side = 1.0f / 64.0f;
+  for (const float level : {0.0f, 1.0f, 2.5f, 6.0f}) {
+    // [Yu2008] Eqs. (8), (9): from d metres above, d^2 Omega = 4^l texels
+    const float metres = 2.0f;
+    const float slope = std::exp2(level) * side / metres;
+    const Met met = rays.meet({Vec4(0.1f, metres, 0.2f, slope)}, {Vec4(0, -1, 0, 0)}, 0.0f)[0];
+    EXPECT_NEAR(met.metres, metres, 1e-5f);
+    EXPECT_NEAR(met.level, level, 1e-3f);
+  }
+}
+
+TEST(GlossyLod, SeesOfASphereItsShareOfTheLobe) {
+  LobeBench bench;
+  const float angle = 0.2f;
+  const Vec3 mirror = glm::normalize(Vec3(0.0f, 1.0f, -1.0f));
+  bench.builder.add(scene::makeIcosphere(3.0f * std::sin(angle), 5, scene::UvMode::Unit),
+                    bench.builder.diffuse(Vec3(0.0f), Vec3(1.0f)),
+                    test::translation(3.0f * mirror));
+  const double n = static_cast<double>(scene::phongExponentFromGlossiness(LobeBench::kG));
+  const double share = 1.0 - std::pow(std::cos(static_cast<double>(angle)), n + 1.0);
+  EXPECT_GT(share, 0.5);
+  EXPECT_LT(share, 0.9);
+  for (const char* alpha : {"0", "1", "3"})
+    EXPECT_NEAR(bench.seen(std::string(R"({"rays": 160, "alpha": )") + alpha + "}"), share, 0.015)
+        << alpha;
+}
+
+TEST(GlossyLod, SeesHalfOfAnEdgeThroughTheAxis) {
+  LobeBench bench;
+  // A wide sheet across the mirrored axis that ends at it, to the right
+  const Mat4 place = test::translation({10.0f, 2.0f, -2.0f}) * test::rotation(-45.0f, {1, 0, 0});
+  bench.builder.add(scene::makePlane(Vec2(20.0f), {8, 8}, scene::UvMode::Unit),
+                    bench.builder.diffuse(Vec3(0.0f), Vec3(1.0f)), place);
+  for (const char* alpha : {"0", "3"})
+    EXPECT_NEAR(bench.seen(std::string(R"({"rays": 160, "alpha": )") + alpha + "}"), 0.5, 0.02);
+}
+
+TEST(GlossyLod, IsWhiteInAWhiteFurnaceAtAnyAlpha) {
+  LobeBench bench;
+  bench.builder.constantEnvironment(Vec3(1.0f));
+  bench.builder.add(scene::makeTorus(0.5f, 0.2f, 40, 20, scene::UvMode::Unit),
+                    bench.builder.diffuse(Vec3(0.0f), Vec3(1.0f)),
+                    test::translation({0.0f, 1.0f, -1.0f}));
+  for (const char* options :
+       {R"({"alpha": 0})", R"({"alpha": 1})", R"({"alpha": 10})", R"({"alpha": 1000})",
+        R"({"filter": false})", R"({"rays": 40})", R"({"automatic": true})"})
+    EXPECT_EQ(bench.seen(options), 1.0) << options;
+}
+
+TEST(GlossyLod, AtAlphaZeroIsThePlainTracer) {
+  test::GlStage stage(
+      scene::loadScene(std::string(CATOPTRIC_SOURCE_DIR) + "/scenes/nine_spheres.json"),
+      test::framesOf(96, 96, 1));
+  const scene::Camera camera =
+      scene::lookAt({1.0f, 1.8f, 5.0f}, {0.0f, 0.6f, 0.0f}, {0, 1, 0}, 0.7f);
+  std::vector<std::vector<float>> frames;
+  for (const char* options :
+       {R"({"objects": "all", "levels": "off"})", R"({"objects": "all", "alpha": 0})"}) {
+    test::GlMethod method(stage, glossyLodEntry(), options);
+    const FrameOutput output = method.render(camera);
+    EXPECT_GT(output.counters.at("quads_tested"), 1000u);
+    EXPECT_EQ(output.counters.at("stopped"), 0u);
+    frames.push_back(raster::readRgba(stage.gbuffer.reflection));
+  }
+  EXPECT_EQ(frames[0], frames[1]);
+}
+
+}  // namespace
+}  // namespace catoptric::methods
