@@ -1,0 +1,264 @@
+"""Tables, pictures and curves of [Xie2017], for scripts/paper_tables."""
+import json
+import pathlib
+import statistics
+import subprocess
+
+from paper_run import exponent, machine, number, preview, sheet
+
+# Scene, path, as printed: reflective pixels % (max, avg), ray tracer and method in frames per second (max, min,
+# avg), key-frame intervals (max, avg), recomputed %. The paper's toilet is our bathroom.
+PATHS = {
+    "living room a": ("living_room", "living_room_temporal", "62 / 50", "18.6 / 7.5 / 9.4", "50.8 / 7.0 / 34.7",
+                      "164 / 53.1", "18.7"),
+    "living room b": ("living_room", "living_room_temporal_b", "58 / 44", "12.8 / 6.4 / 8.8", "48.4 / 6.6 / 32.0",
+                      "92 / 24.2", "18.5"),
+    "bathroom a": ("bathroom", "bathroom_temporal", "55 / 45", "23.0 / 13.4 / 18.5", "54.9 / 13.0 / 33.4",
+                   "51 / 20.6", "20.8"),
+    "bathroom b": ("bathroom", "bathroom_temporal_b", "58 / 44", "22.4 / 14.0 / 18.0", "49.5 / 12.6 / 34.9",
+                   "63 / 20.0", "18.9")}
+STEPS = {"gbuffer": ("0.6", "0.7"), "readback": ("", ""), "search": ("3.4", "2.2"), "shift": ("1.3", "1.7"),
+         "warp": ("2.7", "2.1"), "recompute": ("20.3", "23.2"), "upload": ("", ""), "composite": ("0.9", "0.7")}
+LATER = 15  # frames from a key frame to that of the pictures
+OWN = ("search", "shift", "warp")
+
+
+def introduce(bench, document):
+    document.text(f"""# reprojection: the paper's tables and pictures
+
+Written by `{bench.command("reprojection")}` from configs/papers/reprojection*.json. {machine()} The published figures were
+measured on a GeForce GTX 980M, those of the ray tracer with Optix on it, so compare ratios and shares, not frame rates.
+Frames have 1024 x 1024 pixels with one sample each and Fresnel terms. {extent(bench)} `traced` traces the same mirrored rays.
+The paper's paths are not published: ours move the camera by 12 mm from frame to frame (living room a) and by 2 to 4 mm (the
+others).""")
+
+
+def extent(bench):
+    frames = path_frames(bench)
+    return (f"Of each path of 500 frames, frames {frames[0]} to {frames[-1]} were rendered, without a gap." if len(frames) < 500
+            else "All 500 frames of each path were rendered.")
+
+
+def path_frames(bench):
+    """Consecutive frames, from a restart on."""
+    return {"full": list(range(1, 501)), "quick": list(range(193, 205)), "smoke": [193, 194, 195]}[bench.effort]
+
+
+def render(bench, name, scene, path, methods=None, frames=None, config="reprojection", settings=()):
+    sets = [f"scene={scene}", f"path={path}"] if scene else []
+    return bench.render(config, name, [*sets, *settings], [([], frames or path_frames(bench))], methods)
+
+
+def rooms(bench, methods):
+    """Runs of the four paths, rendered once."""
+    if not hasattr(bench, "rooms"):
+        bench.rooms = {name: render(bench, name.replace(" ", "_"), f"scenes/{scene}.json", f"paths/{path}.json", methods)
+                       for name, (scene, path, *_) in PATHS.items()}
+    return bench.rooms
+
+
+def reflective(counters):
+    return counters["reused"] + counters["retraced"] + counters["key_frame_samples"]
+
+
+def recomputed(run, keys):
+    """Mean share of the reflective samples that were traced, %; `keys`: of key frames too."""
+    shares = [100 * (c["retraced"] + c["key_frame_samples"]) / max(1, reflective(c)) for c in run.counters.values()
+              if keys or not c["key_frame"]]
+    return statistics.fmean(shares) if shares else 0
+
+
+def intervals(run):
+    """Frames from each key frame to the next one or to the end."""
+    numbers = sorted(run.counters)
+    keys = [n for n in numbers if run.counters[n]["key_frame"]] + [numbers[-1] + 1]
+    return [b - a for a, b in zip(keys, keys[1:])]
+
+
+def rate(times):
+    return " / ".join(number(v) for v in (1e3 / min(times), 1e3 / max(times), 1e3 / statistics.fmean(times)))
+
+
+def temporal(bench, name, method):
+    """Over pairs of successive frames, in 8-bit steps: the mean change of `traced`, that of the method
+    divided by it, and the mean difference of the two changes."""
+    from PIL import ImageMath, ImageStat
+    folder = bench.work / name / "0"
+    files = sorted((folder / "traced" / "frames").glob("*.exr"))
+    step = max(1, (len(files) - 1) // 12)
+    own, changes, differences = [], [], []
+    for before, after in list(zip(files, files[1:]))[::step]:
+        images = [preview(folder / m / "frames" / f.name).split()[:3] for m in (method, "traced") for f in (after, before)]
+        mean = lambda formula: statistics.fmean(  # noqa: E731
+            ImageStat.Stat(ImageMath.eval(formula, a=a, b=b, c=c, d=d)).mean[0] for a, b, c, d in zip(*images))
+        own.append(mean("abs(float(a)-float(b))"))
+        changes.append(mean("abs(float(c)-float(d))"))
+        differences.append(mean("abs((float(a)-float(b))-(float(c)-float(d)))"))
+    return statistics.fmean(changes), statistics.fmean(own) / max(1e-9, statistics.fmean(changes)), statistics.fmean(differences)
+
+
+def tables(bench, document):
+    runs = rooms(bench, ["traced", "reprojection", "image_warp"])
+    document.text("""## Table 1
+
+Frames per second are maximum / minimum / average. Key-frame intervals (maximum / average) end at the latest after 64
+frames, where the grid of `restart_every` asks for a key frame; "recomputed" is without key frames, then with them.""")
+    rows = []
+    for name, run in runs.items():
+        _, _, *printed = PATHS[name]
+        ours, traced = run["reprojection"], run["traced"]
+        share = [100 * reflective(c) / 1024 ** 2 for c in ours.counters.values()]
+        rows.append([name, f"{max(share):.0f} / {statistics.fmean(share):.0f}", printed[0], rate(traced.times().values()), printed[1],
+                     rate(ours.times().values()), printed[2],
+                     f"{max(intervals(ours))} / {statistics.fmean(intervals(ours)):.1f}", printed[3],
+                     f"{recomputed(ours, False):.1f}, {recomputed(ours, True):.1f}", printed[4], ours.ratio(traced)])
+    document.table(["path", "reflective %", "printed", "`traced`", "printed", "reprojection", "printed", "intervals", "printed",
+                    "recomputed %", "printed", "traced / reprojection"], rows)
+    document.text("""## Table 2: milliseconds of the steps
+
+Of frames that are no key frames, medians. The last column is `trace` and `resolve` of `traced`: what the steps `search` to
+`recompute` stand for. The printed ones are of the toilet and of the living room.""")
+    rows = []
+    for name, run in runs.items():
+        ours, traced = run["reprojection"], run["traced"]
+        plain = [n for n, c in ours.counters.items() if not c["key_frame"]]
+        rows.append([name, *(statistics.median(1e3 * ours.steps[n].get(step, 0) for n in plain) for step in STEPS),
+                     statistics.median(a + b for a, b in zip(traced.step("trace"), traced.step("resolve")))])
+    rows += [["printed, toilet", *(p[0] for p in STEPS.values()), ""], ["printed, living room", *(p[1] for p in STEPS.values()), ""]]
+    document.table(["path", *STEPS, "`traced`"], rows)
+    document.text("""## Errors
+
+L1_8bit against `traced` over the frame: mean and worst of all frames (printed for three frames: 0.13, 0.45, 0.12). The
+change is the mean difference of successive frames, in 8-bit steps; beside it the method's change divided by that of
+`traced`, and the mean difference of the two changes.""")
+    rows = []
+    for name in runs:
+        folder = name.replace(" ", "_")
+        cells = [name]
+        for method in ("reprojection", "image_warp"):
+            errors = [f["L1_8bit"] for f in bench.errors(folder, method, "traced")[0]]
+            cells += [statistics.fmean(errors), max(errors)]
+        change, ratio, difference = temporal(bench, folder, "reprojection")
+        rows.append([*cells, change, ratio, difference, temporal(bench, folder, "image_warp")[2]])
+    document.table(["path", "reprojection, mean", "worst", "image_warp, mean", "worst", "change of `traced`", "reprojection / `traced`",
+                    "difference of changes", "image_warp's"], rows)
+
+
+def masked(frame):
+    """A frame with what was traced anew in red."""
+    from PIL import Image
+    file = frame.with_suffix(".mask.png")
+    subprocess.run(["oiiotool", frame, "--ch", "mask.retraced.X", "-d", "uint8", "-o", file], check=True)
+    with Image.open(file) as image:
+        mask = image.convert("L").point(lambda v: 255 if v else 0)
+    file.unlink()
+    shown = preview(frame).convert("RGB")
+    return Image.composite(Image.new("RGB", shown.size, (230, 30, 30)), shown, mask)
+
+
+def figures(bench, document):
+    from PIL import ImageChops
+    runs = rooms(bench, ["traced", "reprojection", "image_warp"])
+    later = min(LATER, len(path_frames(bench)) - 1)
+    document.text(f"## Figs. 1 and 6: image_warp, reprojection, traced\n\nThe frames that follow their key frame by {later}, whole and at the "
+                  "place of the largest difference.")
+    whole, differences, marked, labels = [], [], [], []
+    for name in runs:
+        folder = bench.work / name.replace(" ", "_") / "0"
+        numbers = path_frames(bench)
+        chosen = numbers[later]
+        frame = lambda m, n=chosen: folder / m / "frames" / f"frame.{n:04d}.exr"  # noqa: E731,B023
+        shown = [preview(frame(m)).convert("RGB") for m in ("image_warp", "reprojection", "traced")]
+        x, y = place_of(ImageChops.difference(shown[0], shown[2]))
+        whole += [shown, [p.crop((x, y, x + 256, y + 256)) for p in shown]]
+        difference = ImageChops.difference(shown[1], shown[2])
+        differences.append([shown[1], difference, difference.point(lambda v: min(255, 60 * v))])
+        marked.append([preview(frame("reprojection", numbers[0])), masked(frame("reprojection"))])
+        labels.append(name)
+    sheet(document.picture("fig6.png", "Reflections of four paths"), whole, ["image_warp", "reprojection", "traced"])
+    document.text("## Fig. 7: key frame and the frame of Fig. 6, traced anew in red\n\n" + ", ".join(labels) + ":")
+    sheet(document.picture("fig7.png", "What was traced anew"), marked, ["key frame", "the frame"])
+    document.text("## Fig. 8: differences to traced, and 60 times as large")
+    sheet(document.picture("fig8.png", "Differences"), differences, ["reprojection", "difference", "times 60"])
+
+
+def place_of(difference, size=256):
+    """The upper left corner of the part that differs most."""
+    small = difference.convert("L").resize((16, 16), 4)  # box filter
+    w, h = difference.size
+    best = max(range(256), key=lambda i: small.getpixel((i % 16, i // 16)))
+    return (min(max(0, best % 16 * w // 16 - size // 2), w - size), min(max(0, best // 16 * h // 16 - size // 2), h - size))
+
+
+def pillars(bench, document):
+    frames = [1, 14, 27, 40] if bench.effort != "smoke" else [1, 2]
+    render(bench, "pillars", None, None, frames=frames, config="reprojection_pillars")
+    document.text("""## Fig. 9: pillars
+
+A pillar of the back row that the key frame saw hidden behind one of the front row comes out, in the mirror. A reflected
+ray that misses the front pillar finds the wall in the key frame, and nothing tells that a pillar stands before it: so in the
+paper; here partial key frames and the nearest of several matches narrow the error.""")
+    folder = bench.work / "pillars" / "0"
+    crop = lambda p: p.convert("RGB").crop((p.width // 8, p.height * 5 // 16, p.width * 7 // 8, p.height * 11 // 16))  # noqa: E731
+    sheet(document.picture("fig9.png", "Pillars"),
+          [[crop(preview(folder / m / "frames" / f"frame.{n:04d}.exr")) for n in frames] for m in ("image_warp", "reprojection", "traced")],
+          [f"frame {n}" for n in frames])
+    errors = {m: [f["L1_8bit"] for f in bench.errors("pillars", m, "traced")[0]] for m in ("reprojection", "image_warp")}
+    document.table(["L1_8bit of frame", *map(str, frames)], [[m, *values] for m, values in errors.items()])
+
+
+def options(bench, document):
+    """One option at a time."""
+    count = {"full": 128, "quick": 12, "smoke": 2}[bench.effort]
+    runs = render(bench, "options", None, None, frames=list(range(193, 193 + count)), config="reprojection_options")
+    rows = []
+    for name, run in runs.items():
+        if name == "traced":
+            continue
+        errors = [f["L1_8bit"] for f in bench.errors("options", name, "traced")[0]]
+        rows.append([name, run.ms(), run.ratio(runs["traced"]), recomputed(run, False), sum(run.count("key_frame")),
+                     sum(run.count("partial_key")), statistics.fmean(errors), max(errors)])
+    document.text(f"## The trade of time against error\n\nThe default, and one option changed at a time; living room b, {count} frames from 193 on.")
+    document.table(["setting", "ms", "traced / ours", "recomputed %", "key frames", "partial", "L1_8bit", "worst"], rows)
+
+
+def triangles(bench, document):
+    """Time over the number of triangles, in scenes made for it."""
+    rows, counts, own = [], [], []
+    source = json.loads(pathlib.Path("scenes/pillars.json").read_text())
+    for times in (1, 4, 16) if bench.effort != "smoke" else (1, 2):
+        scene = json.loads(json.dumps(source))
+        for row in scene["objects"]:
+            for child in row.get("children", []):
+                child["segments"] = [48 * times, 8 * times]
+        scene["bake"] = {"mode": "none"}
+        file = bench.work / f"pillars_{times}.json"
+        file.write_text(json.dumps(scene))
+        run = render(bench, f"triangles_{times}", file, "paths/pillars.json", ["traced", "reprojection"], list(range(1, 9)),
+                     settings=["image.layers=[]", "image.masks=false"])
+        ours, traced = run["reprojection"], run["traced"]
+        plain = [n for n, c in ours.counters.items() if not c["key_frame"]]
+        counts.append(8 * (2 * 48 * times * 8 * times + 96 * times))
+        own.append(statistics.median(1e3 * sum(ours.steps[n].get(s, 0) for s in OWN) for n in plain))
+        rows.append([f"{counts[-1] / 1e6:.3f}", own[-1], statistics.median(ours.step("recompute")),
+                     statistics.median(a + b for a, b in zip(traced.step("trace"), traced.step("resolve")))])
+    document.text("## Growth with triangles\n\nThe pillars with finer meshes: milliseconds of `search`, `shift` and `warp` together, whose exponent "
+                  f"is {number(exponent(counts, own), 2)}, and of what traces.")
+    document.table(["million triangles of the pillars", "own part", "`recompute`", "`traced`: `trace` and `resolve`"], rows)
+
+
+def slow(bench, document):
+    """Where tracing is slow."""
+    frames = list(range(193, 193 + {"full": 128, "quick": 12, "smoke": 2}[bench.effort]))
+    rows = []
+    for bounces in (1, 2, 3):
+        run = render(bench, f"bounces_{bounces}", "scenes/living_room.json", "paths/living_room_temporal_b.json", ["traced", "reprojection"],
+                     frames, settings=[f"methods.0.bounces={bounces}", f"methods.1.bounces={bounces}", "image.masks=false"])
+        errors = [f["L1_8bit"] for f in bench.errors(f"bounces_{bounces}", "reprojection", "traced")[0]]
+        rows.append([str(bounces), run["traced"].ms(), run["reprojection"].ms(), run["reprojection"].ratio(run["traced"]),
+                     recomputed(run["reprojection"], False), statistics.fmean(errors)])
+    document.text("## Several bounces\n\nLiving room b.")
+    document.table(["bounces", "`traced` ms", "reprojection ms", "ratio", "recomputed %", "L1_8bit"], rows)
+
+
+PARTS = {"tables": tables, "figures": figures, "pillars": pillars, "options": options, "triangles": triangles, "slow": slow}
