@@ -16,9 +16,9 @@ Vec3 placeOf(const trace::Hit& hit, const frame::Geometry& geometry) {
          hit.u * geometry.positions[corner[1]] + hit.v * geometry.positions[corner[2]];
 }
 
-/// Maps a point of world space to samples: (x, y) = (X / W, Y / W), centres at whole numbers; W is
-/// the distance along the camera's axis.
-Mat4 sampleFromWorld(const scene::Camera& camera, int width, int height) {
+}  // namespace
+
+Mat4 sampleFromWorldOf(const scene::Camera& camera, int width, int height) {
   // rayFromPixel maps (x, y, 1) to the ray one metre along the axis; its inverse maps a point
   // relative to the eye to (x z, y z, z).
   const Mat3 pixelFromRay = glm::inverse(scene::rayFromPixel(camera, width, height));
@@ -33,20 +33,21 @@ Mat4 sampleFromWorld(const scene::Camera& camera, int width, int height) {
   return result;
 }
 
-}  // namespace
-
 void KeyFrame::begin(int width, int height, const scene::Camera& camera,
-                     const frame::Lighting& lighting, const frame::Geometry& geometry) {
+                     const frame::Lighting& lighting, const frame::Geometry& geometry,
+                     bool normals) {
+  ++number_;
   width_ = width;
   height_ = height;
   camera_ = camera;
   lighting_ = lighting;
-  sampleFromWorld_ = sampleFromWorld(camera, width_, height_);
+  sampleFromWorld_ = sampleFromWorldOf(camera, width_, height_);
   const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   surface_.assign(count, 0);
   place_.resize(count);
   radiance_.resize(count);
   distance_.resize(count);
+  normal_.resize(normals ? count : 0);
   moving_.clear();
   worldFromObject_.clear();
   hitObjectMoves_.clear();
@@ -64,6 +65,7 @@ void KeyFrame::keep(std::size_t at, const trace::ReflectionPoint& point, const t
   std::uint32_t shown = 0;
   radiance_[at] = radiance;
   distance_[at] = point.distance;
+  if (!normal_.empty()) normal_[at] = point.normal;
   if (hit.hit.miss()) {
     place_[at] = Vec4(hit.direction, point.distance);
   } else {

@@ -15,12 +15,17 @@
 
 namespace catoptric::methods::reprojection {
 
+/// Maps a point of world space to samples: (x, y) = (X / W, Y / W), centres at whole numbers; W is
+/// the distance along the camera's axis.
+Mat4 sampleFromWorldOf(const scene::Camera& camera, int width, int height);
+
 /// By sample, row 0 on top. A partial key frame keeps some samples only.
 class KeyFrame {
  public:
   /// Of width x height samples as `camera` sees them; nothing is kept of reflections yet.
+  /// `normals`: they are kept too.
   void begin(int width, int height, const scene::Camera& camera, const frame::Lighting& lighting,
-             const frame::Geometry& geometry);
+             const frame::Geometry& geometry, bool normals = false);
   /// Keeps what the sample `at` reflects: a mirror's first hit and the light from there. Threads
   /// may keep different samples at once.
   void keep(std::size_t at, const trace::ReflectionPoint& point, const trace::FirstHit& hit,
@@ -32,6 +37,8 @@ class KeyFrame {
   void follow(const frame::Geometry& geometry);
 
   bool empty() const { return width_ == 0; }
+  /// Counts the calls of begin().
+  int number() const { return number_; }
   int width() const { return width_; }
   int height() const { return height_; }
   const scene::Camera& camera() const { return camera_; }
@@ -59,6 +66,9 @@ class KeyFrame {
   /// s.d of a sample whose reflection is kept: metres from the eye.
   float distance(std::size_t at) const { return distance_[at]; }
 
+  /// s.n, where begin() was told to keep them.
+  const Vec3& normal(std::size_t at) const { return normal_[at]; }
+
   /// Where the key frame's camera sees a point of object `object` (index) that is at `position`
   /// now: in samples, centres at whole numbers. Nothing behind the camera.
   std::optional<Vec2> project(const Vec3& position, int object,
@@ -73,6 +83,7 @@ class KeyFrame {
     trace::Hit hit;
   };
 
+  int number_ = 0;
   int width_ = 0;
   int height_ = 0;
   scene::Camera camera_;
@@ -84,6 +95,7 @@ class KeyFrame {
   std::vector<Vec4> place_;             ///< place or direction, and length
   std::vector<Vec3> radiance_;
   std::vector<float> distance_;
+  std::vector<Vec3> normal_;
   std::vector<MovingHit> moving_;
   std::vector<std::uint8_t> hitObjectMoves_;
   std::vector<trace::Hit> hits_;  ///< by sample, until finish(); empty when nothing moves

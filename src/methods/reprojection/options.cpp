@@ -50,11 +50,19 @@ std::vector<config::Option<Options>> common() {
   };
 }
 
+constexpr auto kMappings =
+    config::names<Mapping>({{"gather", Mapping::Gather}, {"grid", Mapping::Grid}});
+
 }  // namespace
 
 const config::OptionTable<Options>& reprojectionOptions() {
   static const config::OptionTable<Options> table = [] {
     std::vector<config::Option<Options>> options = common();
+    options.push_back(field(&Options::mapping, "mapping", kMappings,
+                            "how reflections are found again: each sample of the frame looks in "
+                            "the key frame, or as in the paper each sample of the key frame looks "
+                            "where it goes, and two meshes move it there (slow; without partial "
+                            "key frames; what moving mirrors show is traced anew)"));
     options.push_back(field(&Options::fidelity, "fidelity", config::range(0.0, 100.0),
                             "distance from the mirrored ray, in samples of the key frame, at which "
                             "what was found there is traced anew"));

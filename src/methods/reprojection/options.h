@@ -14,7 +14,10 @@ enum class Edges : std::uint8_t {
   Nearest,  ///< it shows the surface of the nearest one
 };
 
+enum class Mapping : std::uint8_t { Gather, Grid };
+
 struct Options {
+  Mapping mapping = Mapping::Gather;
   float keyframeThreshold = 0.3f;  ///< [Xie2017] Sec. 4.4
   int keyframeEvery = 0;           ///< 0: by content alone
   int restartEvery = 64;           ///< ours

@@ -47,7 +47,9 @@ struct OutcomeCounts {
 class Reprojection : public Method {
  public:
   Reprojection(const Options& options, bool searches)
-      : options_(options), searches_(searches), reuse_(options, searches) {}
+      : options_(options), searches_(searches), reuse_(options, searches) {
+    if (options_.mapping == reprojection::Mapping::Grid) options_.partialKeys = 0;
+  }
 
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
     MethodPlan plan;
@@ -112,7 +114,7 @@ class Reprojection : public Method {
     OutcomeCounts outcomes;
     std::vector<std::uint32_t> missing;
     if (reason.empty()) {
-      findAll(samples, services, outcomes, missing);
+      findAll(input, samples, services, outcomes, missing);
       // A new key frame helps only those that it can be searched for.
       const std::uint64_t never = outcomes[Outcome::NotSearched];
       reason = shareReason(missing.size() - never, count - never);
@@ -158,9 +160,9 @@ class Reprojection : public Method {
   }
 
   /// Looks for all samples in the key frame, and for the rest in the partial ones, newest first.
-  void findAll(const ReflectiveSamples& samples, Services& services, OutcomeCounts& outcomes,
-               std::vector<std::uint32_t>& missing) {
-    reuse_.begin(copy_, samples, services);
+  void findAll(const FrameInput& input, const ReflectiveSamples& samples, Services& services,
+               OutcomeCounts& outcomes, std::vector<std::uint32_t>& missing) {
+    reuse_.begin(copy_, samples, input.frame.camera, services);
     key_.follow(services.geometry);
     reuse_.findIn(key_, services, radiance_);
     for (auto partial = partial_.rbegin(); partial != partial_.rend(); ++partial) {
@@ -178,7 +180,7 @@ class Reprojection : public Method {
             std::span<const trace::ReflectionPoint> points, std::span<const std::uint32_t> places,
             std::span<const Vec3> radiance) {
     key.begin(copy_.sampleWidth(), copy_.sampleHeight(), input.frame.camera, services.lighting,
-              services.geometry);
+              services.geometry, options_.mapping == reprojection::Mapping::Grid);
     const scene::Scene& scene = services.scene;
     parallelFor(points.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
@@ -354,7 +356,7 @@ const MethodEntry& reprojectionEntry() {
       .steps = stepsOf(true),
       .counters = counterInfos(),
       .tables = {kKeyFrames},
-      .tests = {.refracting = R"({"bounces": 2})"},
+      .tests = {.refracting = R"({"bounces": 2})", .variants = {R"({"mapping": "grid"})"}},
       .options = reprojection::reprojectionOptions().schema(),
       .make = make<true>};
   return entry;

@@ -73,6 +73,27 @@ TEST(Reprojection, FindsMostAndTracesTheRest) {
   }
 }
 
+TEST(Reprojection, FindsMostByThePapersGrids) {
+  test::GlStage stage(sceneOf("planar_mirror"), test::framesOf(192, 192, 1, true));
+  const auto from = [](const Vec3& at) {
+    return scene::lookAt(at, {0.0f, 1.0f, -2.0f}, {0.0f, 1.0f, 0.0f}, 0.8f);
+  };
+  test::GlMethod method(stage, reprojectionEntry(),
+                        R"({"keyframe_threshold": 1, "mapping": "grid"})");
+  method.render(from({0.3f, 1.35f, 1.2f}));
+  const std::vector<float> before = raster::readRgba(stage.gbuffer.reflection);
+  FrameOutput output = method.render(from({0.3f, 1.35f, 1.2f}));
+  EXPECT_EQ(raster::readRgba(stage.gbuffer.reflection), before);
+  const auto camera = from({0.35f, 1.36f, 1.17f});
+  output = method.render(camera);
+  const test::TracedSamples samples(stage, camera, {});
+  const auto masks = raster::readMasks(stage.gbuffer.masks);
+  EXPECT_EQ(samplesThat(samples, masks, true, samples.traced), 0);
+  EXPECT_GT(output.counters.at("reused"), 2 * output.counters.at("retraced"));
+  EXPECT_LT(samples.l1Of8Bit(), 3.0);
+  RecordProperty("l1", std::to_string(samples.l1Of8Bit()));
+}
+
 TEST(Reprojection, KeepsTheBytesOfWhatStandsStill) {
   test::GlStage stage(sceneOf("nine_spheres"), test::framesOf(96, 96, 1, true));
   for (const MethodEntry* entry : {&reprojectionEntry(), &imageWarpEntry()}) {

@@ -34,7 +34,8 @@ bool isMirror(const trace::ReflectionPoint& point, const scene::Scene& scene) {
 }
 
 void Reuse::begin(const raster::GBufferCopy& current, const ReflectiveSamples& samples,
-                  Services& services) {
+                  const scene::Camera& camera, Services& services) {
+  camera_ = camera;
   current_ = &current;
   samples_ = &samples;
   moving_.update(services.scene, services.geometry);
@@ -145,13 +146,16 @@ bool Reuse::searchSample(const KeyFrame& key, int sweep, std::int32_t i,
   return changed;
 }
 
-void Reuse::sweepTile(const KeyFrame& key, int sweep, const Tile& tile) {
+bool Reuse::sweepTile(const KeyFrame& key, int sweep, const Tile& tile) {
   const int width = current_->sampleWidth();
   std::int32_t last = -1;  // the last one found
   // The first and third sweep come from the left and from above, the others from the other side.
   const int back = sweep % 2 == 0 ? 1 : -1;
   // The later two look across the borders of the first two's tiles, and go on where that helped.
   bool goesOn = sweep < 2;
+  bool lacks = false;
+  float nearest = std::numeric_limits<float>::infinity();
+  float farthest = 0.0f;
   const auto at = [&](int x, int y, bool tried) {
     if (x < tile.left || y < tile.top || x >= tile.right || y >= tile.bottom) return -1;
     const std::int32_t n = indexOf_[static_cast<std::size_t>(y * width + x)];
@@ -165,7 +169,13 @@ void Reuse::sweepTile(const KeyFrame& key, int sweep, const Tile& tile) {
                                              at(x, y - back, triedAbove)};
     if (sweep > 0 && beside[0] < 0 && beside[1] < 0) return;
     goesOn = searchSample(key, sweep, i, beside, last) || goesOn;
-    if (matches_[i].outcome == Outcome::Found) last = i;
+    const Match& match = matches_[i];
+    if (match.outcome == Outcome::Found)
+      last = i;
+    else
+      lacks = true;
+    nearest = std::min(nearest, match.length);
+    farthest = std::max(farthest, match.length);
   };
   const int firstX = back > 0 ? tile.left : tile.right - 1;
   const int firstY = back > 0 ? tile.top : tile.bottom - 1;
@@ -176,6 +186,7 @@ void Reuse::sweepTile(const KeyFrame& key, int sweep, const Tile& tile) {
       if (goesOn || !triedAbove || !triedBeside) visit(x, y, triedBeside, triedAbove);
     }
   }
+  return sweep >= 2 || lacks || nearest < farthest * (1.0f - options_.epsilon);
 }
 
 void Reuse::searchTiles(const KeyFrame& key, int firstSweep, int shift) {
@@ -190,8 +201,7 @@ void Reuse::searchTiles(const KeyFrame& key, int firstSweep, int shift) {
                   const int top = static_cast<int>(t / tilesX) * kTile - shift;
                   const Tile tile{std::max(0, left), std::max(0, top),
                                   std::min(width, left + kTile), std::min(height, top + kTile)};
-                  sweepTile(key, firstSweep, tile);
-                  sweepTile(key, firstSweep + 1, tile);
+                  if (sweepTile(key, firstSweep, tile)) sweepTile(key, firstSweep + 1, tile);
                 }
               });
 }
@@ -290,7 +300,22 @@ void Reuse::warp(const KeyFrame& key, const frame::Geometry& geometry,
   });
 }
 
+void Reuse::findByGrid(const KeyFrame& key, Services& services, std::vector<Vec3>& radiance) {
+  services.timer.measure("search", [&] { grid_.search(key, services.geometry, camera_); });
+  services.timer.measure("shift", [&] { grid_.shift(key); });
+  services.timer.measure("warp", [&] {
+    grid_.warp(key, camera_);
+    for (std::size_t i = 0; i < outcomes_.size(); ++i)
+      if (outcomes_[i] != Outcome::NotSearched)
+        outcomes_[i] = grid_.found(samples_->places[i], samples_->points[i], radiance[i]);
+  });
+}
+
 void Reuse::findIn(const KeyFrame& key, Services& services, std::vector<Vec3>& radiance) {
+  if (searches_ && options_.mapping == Mapping::Grid) {
+    findByGrid(key, services, radiance);
+    return;
+  }
   services.timer.measure("search", [&] {
     attach(key, services);
     if (!searches_) {

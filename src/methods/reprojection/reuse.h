@@ -9,6 +9,7 @@
 
 #include "frame/steps.h"
 #include "methods/contract/method.h"
+#include "methods/reprojection/grid.h"
 #include "methods/reprojection/key_frame.h"
 #include "methods/reprojection/moving_boxes.h"
 #include "methods/reprojection/options.h"
@@ -25,12 +26,13 @@ bool isMirror(const trace::ReflectionPoint& point, const scene::Scene& scene);
 class Reuse {
  public:
   /// `searches`: follow the reflection; false: keep it on its surface (image_warp).
-  Reuse(const Options& options, bool searches) : options_(options), searches_(searches) {}
+  Reuse(const Options& options, bool searches)
+      : options_(options), searches_(searches), grid_(options) {}
 
   /// Begins a frame: nothing is found yet. `current` and `samples` stay with the caller until the
   /// next one. Times itself as `search`.
   void begin(const raster::GBufferCopy& current, const ReflectiveSamples& samples,
-             Services& services);
+             const scene::Camera& camera, Services& services);
   /// Looks in `key` for what has not been found yet, and fills radiance[i] of what is. Times itself
   /// as `search`, `shift` and `warp`.
   void findIn(const KeyFrame& key, Services& services, std::vector<Vec3>& radiance);
@@ -39,6 +41,8 @@ class Reuse {
   Outcome outcome(std::size_t i) const { return outcomes_[i]; }
 
  private:
+  /// findIn() by the paper's mapping.
+  void findByGrid(const KeyFrame& key, Services& services, std::vector<Vec3>& radiance);
   /// What is to be found in this key frame, and where it saw the surfaces: not what lies at an edge
   /// of an earlier one, since others show the same edge.
   void attach(const KeyFrame& key, const Services& services);
@@ -47,7 +51,8 @@ class Reuse {
   };
   /// All samples, tile by tile, forth and back; the tiles begin `shift` samples before the frame.
   void searchTiles(const KeyFrame& key, int firstSweep, int shift);
-  void sweepTile(const KeyFrame& key, int sweep, const Tile& tile);
+  /// Whether another sweep can find more: where all was found and is about as far away, none can.
+  bool sweepTile(const KeyFrame& key, int sweep, const Tile& tile);
   /// `beside`: neighbours to start from, -1: none; `last`: another sample that was found. Whether
   /// that changed something.
   bool searchSample(const KeyFrame& key, int sweep, std::int32_t i,
@@ -64,6 +69,8 @@ class Reuse {
 
   Options options_;
   bool searches_;
+  GridMapping grid_;
+  scene::Camera camera_;
   const raster::GBufferCopy* current_ = nullptr;
   const ReflectiveSamples* samples_ = nullptr;
   MovingBoxes moving_;
