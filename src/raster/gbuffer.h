@@ -105,6 +105,7 @@ enum MaskBit : std::uint16_t {
   kMaskRetraced = shared::kMaskRetraced,
   kMaskBelowHorizon = shared::kMaskBelowHorizon,
   kMaskSky = shared::kMaskSky,
+  kMaskTransition = shared::kMaskTransition,
 };
 
 }  // namespace catoptric::raster

@@ -1,5 +1,5 @@
-// Reflections from billboards [Popescu2006, Sec. 3]: an image of each object on a quad through its
-// centroid, made for each reflector, and the environment map behind all.
+#include "methods/billboards/billboards.h"
+
 #include <memory>
 
 #include "methods/impostors/impostor_method.h"
@@ -19,7 +19,6 @@ class Billboards : public impostors::ImpostorMethod {
 
 }  // namespace
 
-const MethodEntry& billboardsEntry();
 const MethodEntry& billboardsEntry() {
   static const MethodEntry entry = [] {
     std::vector<CounterInfo> counters = impostors::commonCounters();
@@ -32,7 +31,8 @@ const MethodEntry& billboardsEntry() {
         .counters = std::move(counters),
         .tables = {impostors::impostorsTable()},
         .tests = {.small = R"({"face_size": 64, "texture_size": 64})",
-                  .variants = {R"({"bounces": 2, "second_diffuse": true})"}},
+                  .variants = {R"({"bounces": 2, "second_diffuse": true})",
+                               R"({"transition_height": 0.5})"}},
         .options = impostors::billboardOptions().schema(),
         .make = [](const config::Value& options) -> std::unique_ptr<Method> {
           return std::make_unique<Billboards>(impostors::billboardOptions().parse(options));

@@ -1,5 +1,5 @@
-// Reflections from depth maps of single objects [Popescu2006, Sec. 4], with the environment map
-// behind all.
+#include "methods/depth_impostors/depth_impostors.h"
+
 #include <memory>
 
 #include "methods/depth_impostors/srdm.h"
@@ -99,7 +99,6 @@ class DepthImpostors : public impostors::ImpostorMethod {
 
 }  // namespace
 
-const MethodEntry& depthImpostorsEntry();
 const MethodEntry& depthImpostorsEntry() {
   static const MethodEntry entry = [] {
     std::vector<CounterInfo> counters = impostors::commonCounters();

@@ -25,6 +25,13 @@ Mat4 Camera::clipFromWorld() const {
   return glm::transpose(Mat4(2.0f * r[0] - r[3], r[3] - 2.0f * r[1], r[2], r[3]));
 }
 
+Camera withoutMargin(const Camera& camera) {
+  Camera tight = camera;
+  tight.size = camera.size / (1.0f + 2.0f * kMargin);
+  tight.least = camera.least + kMargin * tight.size;
+  return tight;
+}
+
 Camera lookAtPoints(std::span<const Vec3> points, const Vec3& centre, const Vec3& forward,
                     const Vec3& up, float leastMetres) {
   Camera camera;

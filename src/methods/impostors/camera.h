@@ -30,6 +30,9 @@ struct Camera {
   Mat4 clipFromWorld() const;
 };
 
+/// The same camera without the margin about what it was made for.
+Camera withoutMargin(const Camera& camera);
+
 /// A look along `forward` at `points`, from where a sphere about `centre` that holds them fills 10
 /// degrees [Popescu2006, Sec. 3]. `up`: any direction beside `forward`. Sizes that vanish become
 /// `leastMetres`.

@@ -177,6 +177,9 @@ class Chooser {
     centre += plane.normal * (plane.offset - glm::dot(plane.normal, centre));
     impostor.camera =
         lookAtPoints(points, centre, -normal, upBeside(object, normal), kLeastSize * metres_);
+    // Transition walls stand on the object's edges
+    if (!impostor.slab && options_.transitionHeight > 0.0f)
+      impostor.camera = withoutMargin(impostor.camera);
     Camera& camera = impostor.camera;
     const float half = impostor.slab ? kSlab * metres_ : 0.1f * camera.centreMetres;
     camera.nearMetres = camera.centreMetres - half;

@@ -47,6 +47,8 @@ std::vector<StepInfo> commonSteps() {
 std::vector<CounterInfo> commonCounters() {
   return {{"environment", "samples with a ray that sees the environment map"},
           {"second_order", "samples whose ray went on from a reflective impostor"},
+          {"transition", "samples with a ray that meets a transition wall", false,
+           "transition_height above 0"},
           {"impostors_rendered", "images drawn in this frame"},
           {"impostors_reused", "images that were there already"},
           {"enclosing", "objects about a reflector that are left in the environment map"},
@@ -60,6 +62,7 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
   MethodPlan plan;
   plan.gbuffer = true;
   plan.masks = raster::kMaskEnvironment;
+  if (options_.transitionHeight > 0.0f) plan.masks |= raster::kMaskTransition;
   const Reflectors reflectors = findReflectors(scene, settings.reflectors);
   if (!reflectors.any()) return plan;
   const bool again = scene.animated();
@@ -98,6 +101,8 @@ void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
     with.push_back({"GLOSSY", glossy});
     with.push_back({"BOUNCES", std::to_string(options_.bounces)});
     with.push_back({"MASKS", settings.masks ? "1" : "0"});
+    with.push_back({"WALLS", options_.transitionHeight > 0.0f ? "1" : "0"});
+    with.push_back({"FADES", options_.attenuation > 0.0f ? "1" : "0"});
     return gl::Program::fullScreen(label, fragment(), std::move(with));
   };
   if (reflectors_.mirrors()) mirror_ = program("impostors", "0");
@@ -175,6 +180,13 @@ std::vector<int> ImpostorMethod::neededOf(const std::vector<int>& reflectors) co
   return needed;
 }
 
+int ImpostorMethod::wayOf(const Impostor& impostor) const {
+  if (impostor.depth) return shared::kWayDepth;
+  const bool walls = impostor.plane && !impostor.slab && options_.transitionHeight > 0.0f;
+  if (!walls) return shared::kWayQuad;
+  return options_.shareEnvironment ? shared::kWayShared : shared::kWayBox;
+}
+
 void ImpostorMethod::uploadTable(const Services& services) {
   std::vector<Vec4> table(choice_.impostors.size() * shared::kTableTexels, Vec4(0.0f));
   for (const int index : needed_) {
@@ -184,17 +196,23 @@ void ImpostorMethod::uploadTable(const Services& services) {
     const Camera& camera = impostor.camera;
     const std::array<Vec4, 4> rows = camera.rows();
     line[shared::kPlane] = planeOf(impostor, shape);
-    // On the plane w is one number
-    line[shared::kRowU] = rows[0] / camera.centreMetres;
-    line[shared::kRowV] = rows[1] / camera.centreMetres;
+    // On the plane w is one number; beside it u and v are those of the place below
+    const Vec4 depth = rows[3];
+    const auto onPlane = [&](const Vec4& row, float least, float size) {
+      const Vec4 across = (row * size + least * depth) / camera.centreMetres;
+      return (across - Vec4(0, 0, 0, least)) / size;
+    };
+    line[shared::kRowU] = onPlane(rows[0], camera.least.x, camera.size.x);
+    line[shared::kRowV] = onPlane(rows[1], camera.least.y, camera.size.y);
     const float texel = std::sqrt(camera.size.x * camera.size.y) * camera.centreMetres /
                         static_cast<float>(options_.textureSize);
     line[shared::kMore] =
-        Vec4(static_cast<float>(images_.layerOf(index)),
-             static_cast<float>(impostor.depth ? shared::kWayDepth : shared::kWayQuad), texel,
+        Vec4(static_cast<float>(images_.layerOf(index)), static_cast<float>(wayOf(impostor)), texel,
              impostor.reflective ? 1.0f : 0.0f);
     std::copy(rows.begin(), rows.end(), line + shared::kRows);
-    line[shared::kWalls] = Vec4(0.0f, static_cast<float>(impostor.object + 1), 0.0f, 0.0f);
+    const Vec4& plane = line[shared::kPlane];
+    line[shared::kWalls] = Vec4(options_.transitionHeight, static_cast<float>(impostor.object + 1),
+                                glm::dot(Vec3(plane), camera.forward) < 0.0f ? 1.0f : -1.0f, 0.0f);
     const scene::Object& object = services.scene.objects[static_cast<std::size_t>(impostor.object)];
     line[shared::kTint] = Vec4(services.scene.materials[object.material].reflectionTint, 0.0f);
   }
@@ -219,14 +237,17 @@ void ImpostorMethod::drawEnvironment(const FrameInput& input, Services& services
       services.scene.animated() && (input.firstOfSequence || !input.changedObjects.empty());
   if (!cubeMap_.empty() && !moved) return;
   std::vector<int> without;
+  const bool shares = options_.transitionHeight > 0.0f && options_.shareEnvironment;
   for (std::size_t o = 0; o < choice_.chosen.size(); ++o)
-    if (choice_.chosen[o]) without.push_back(static_cast<int>(o) + 1);
+    if (choice_.chosen[o] && !(shares && shapes_[o].flat()))
+      without.push_back(static_cast<int>(o) + 1);
   cubeMap_.draw(services, services.geometry.bounds.centre(), options_.faceSize,
                 raster::ObjectSet::without(std::move(without)));
 }
 
 void ImpostorMethod::render(const FrameInput& input, Services& services, FrameOutput& output) {
-  for (const CounterInfo& counter : commonCounters()) output.counters[counter.name] = 0;
+  output.counters = zeros(commonCounters());
+  if (options_.transitionHeight > 0.0f) output.counters["transition"] = 0;
   output.counters[workCounter()] = 0;
   raster::GBuffer& gbuffer = *services.gbuffer;
   if (settings_.masks && settings_.reflectors.all())
@@ -283,6 +304,7 @@ void ImpostorMethod::pass(gl::Program& program, const FrameInput& input, Service
   program.set("sceneLeast", bounds.min);
   program.set("sceneMost", bounds.max);
   program.set("cubeCentre", bounds.centre());
+  if (options_.attenuation > 0.0f) program.set("fadeMetres", options_.attenuation);
   if (options_.bounces > 1) program.set("secondDiffuse", options_.secondDiffuse);
   gl::drawFullScreenTriangle();
 }
@@ -291,14 +313,17 @@ void ImpostorMethod::count(FrameOutput& output) {
   known_.read(0, GL_RED_INTEGER, GL_UNSIGNED_INT, std::as_writable_bytes(std::span(knownCopy_)));
   std::uint64_t environment = 0;
   std::uint64_t second = 0;
+  std::uint64_t transition = 0;
   std::uint64_t work = 0;
   for (const std::uint32_t known : knownCopy_) {
     environment += known & raster::kMaskEnvironment;
     second += (known & shared::kMarkSecond) != 0 ? 1 : 0;
+    transition += (known & raster::kMaskTransition) != 0 ? 1 : 0;
     work += known >> shared::kWorkShift;
   }
   output.counters["environment"] = environment;
   output.counters["second_order"] = second;
+  if (options_.transitionHeight > 0.0f) output.counters["transition"] = transition;
   output.counters[workCounter()] = work;
 }
 

@@ -50,6 +50,7 @@ class ImpostorMethod : public Method {
   void follow(const FrameInput& input, Services& services);
   std::vector<int> visibleReflectors(const FrameInput& input, const Services& services) const;
   std::vector<int> neededOf(const std::vector<int>& reflectors) const;
+  int wayOf(const Impostor& impostor) const;
   void uploadTable(const Services& services);
   void drawEnvironment(const FrameInput& input, Services& services);
   void intersect(const FrameInput& input, Services& services);

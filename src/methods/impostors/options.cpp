@@ -27,6 +27,14 @@ std::vector<config::Option<Options>> common() {
       field(&Options::secondDiffuse, "second_diffuse",
             "whether rays that are reflected again see the diffuse part of reflective objects, as "
             "in traced; else they see diffuse objects alone, as in the paper"),
+      field(&Options::transitionHeight, "transition_height", atLeast(0.0),
+            "metres: height of the walls on the edges of flat objects in which their reflection "
+            "turns into that of the environment map; 0: none (the paper's H)"),
+      field(&Options::shareEnvironment, "share_environment",
+            "flat objects with walls take their colours from the environment map, which then shows "
+            "them; they must hide nothing there"),
+      field(&Options::attenuation, "attenuation", atLeast(0.0),
+            "metres along the reflected ray over which what it meets fades to 1/e; 0: not at all"),
   };
 }
 

@@ -28,7 +28,8 @@ struct Options {
   int bounces = 1;
   bool secondDiffuse = false;
   float transitionHeight = 0.0f;  ///< metres, the paper's H
-  float attenuation = 0.0f;       ///< metres
+  bool shareEnvironment = false;
+  float attenuation = 0.0f;  ///< metres; 0: none
   // depth_impostors alone
   Intersection intersection = Intersection::Srdm;
   int domains = 60;         ///< the paper's n

@@ -5,4 +5,5 @@ const uint kMaskClamped = 4u;        // mask.clamped
 const uint kMaskRetraced = 8u;       // mask.retraced
 const uint kMaskBelowHorizon = 16u;  // mask.below_horizon: rays below the shading normal's plane
 const uint kMaskSky = 32u;           // mask.sky: rays that leave the scene; no fallback
-// 64 and 128 are for a method's own marks, which no layer shows; 256 and above are free.
+const uint kMaskTransition = 256u;   // mask.transition: rays in the walls of a flat impostor
+// 64 and 128 are for a method's own marks, which no layer shows; 512 and above are free.

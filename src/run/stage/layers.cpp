@@ -10,13 +10,14 @@
 namespace catoptric::run {
 namespace {
 
-constexpr std::array<std::pair<int, const char*>, 6> kMasks = {{
+constexpr std::array<std::pair<int, const char*>, 7> kMasks = {{
     {raster::kMaskEnvironment, "mask.environment"},
     {raster::kMaskDisoccluded, "mask.disoccluded"},
     {raster::kMaskClamped, "mask.clamped"},
     {raster::kMaskRetraced, "mask.retraced"},
     {raster::kMaskBelowHorizon, "mask.below_horizon"},
     {raster::kMaskSky, "mask.sky"},
+    {raster::kMaskTransition, "mask.transition"},
 }};
 
 /// Appends channels computed per pixel to an interleaved image.

@@ -3,7 +3,11 @@
 #include "methods/impostors/shaders/quad.glsl"
 
 bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec2 uv,
-           inout uint work, inout uint marks) {
-  work += 1u;
+           out float share, inout uint work) {
+  ++work;
+#if WALLS
+  if (way != kWayQuad) return meetsBox(texel, origin, direction, t, uv, share);
+#endif
+  share = 0.0;
   return meetsQuad(texel, origin, direction, t, uv);
 }

@@ -13,11 +13,13 @@
 #endif
 
 bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec2 uv,
-           inout uint work, inout uint marks) {
-  if (way == kWayQuad) {
-    bool hit = meetsQuad(texel, origin, direction, t, uv);
-    return hit;
-  }
+           out float share, inout uint work) {
+  share = 0.0;
+#if WALLS
+  if (way == kWayBox || way == kWayShared)
+    return meetsBox(texel, origin, direction, t, uv, share);
+#endif
+  if (way == kWayQuad) return meetsQuad(texel, origin, direction, t, uv);
   Projected ray;
   t = 0.0;
   uv = vec2(0.0);
@@ -25,10 +27,10 @@ bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec
   float size = float(textureSize(impostorColors, 0).x);
   vec3 a = vec3(ray.from.xy * size, ray.from.z);
   vec3 b = vec3(ray.to.xy * size, ray.to.z);
-  float share;
+  float along;
   int layer = int(texelFetch(impostorTable, texel + kMore).x);
-  bool hit = followsTo(layer, int(size), a, b, share, work);
-  uv = mix(ray.from.xy, ray.to.xy, share);
-  t = distanceAt(ray, share);
+  bool hit = followsTo(layer, int(size), a, b, along, work);
+  uv = mix(ray.from.xy, ray.to.xy, along);
+  t = distanceAt(ray, along);
   return hit;
 }

@@ -20,11 +20,13 @@ const int kRowU = 1;    // on the plane: u and v of a point
 const int kRowV = 2;
 const int kMore = 3;    // layer, way (kWay...), metres of a texel, 1 where it has normals
 const int kRows = 4;    // rows u w, v w, g w, w of its camera
-const int kWalls = 8;   // height of the transition walls, id of the object
+const int kWalls = 8;   // height of the transition walls, id of the object, side of the plane
 const int kTint = 9;    // of its reflection
 
 const int kWayQuad = 0;
 const int kWayDepth = 1;
+const int kWayBox = 2;     // a quad with transition walls
+const int kWayShared = 3;  // one whose colour is in the environment map
 
 // What is known of each sample: marks of raster::MaskBit, then the work
 const int kWorkShift = 16;

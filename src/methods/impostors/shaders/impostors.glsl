@@ -1,11 +1,13 @@
 // Radiance along the reflected rays of samples, from the impostors of their reflector and from the
 // environment map behind. An entry point includes this file and defines
 //   bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec2 uv,
-//              inout uint work, inout uint marks)
-// for an impostor whose lines of the table begin at `texel`.
+//              out float share, inout uint work)
+// for an impostor whose lines of the table begin at `texel`; share: of the environment map's radiance.
 //   GLOSSY   1: look-ups as wide as lobes
 //   BOUNCES  2: rays that hit a reflective impostor go on
 //   MASKS    1: marks are written as masks, too
+//   WALLS    1: there are transition walls
+//   FADES    1: what is far off is dimmed
 #include "constants.glsl"
 #include "raster/shaders/masks.glsl"
 
@@ -30,6 +32,9 @@ uniform float lastLevel;
 uniform vec3 sceneLeast;  // corners of the scene's box
 uniform vec3 sceneMost;
 uniform vec3 cubeCentre;
+#if FADES
+uniform float fadeMetres;
+#endif
 
 layout(location = 0) out vec4 reflection;
 layout(location = 1) out uint known;
@@ -41,7 +46,7 @@ layout(location = 2) out uint mask;
 const float kCovered = 0.5;
 
 bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec2 uv,
-           inout uint work, inout uint marks);
+           out float share, inout uint work);
 
 struct Found {
   float t;
@@ -49,6 +54,8 @@ struct Found {
   vec4 color;    // radiance times coverage, coverage
   vec2 uv;
   float level;
+  float share;  // of the environment map
+  int way;
 #if GLOSSY
   vec4 behind;  // color of the next impostor
   float tBehind;
@@ -62,7 +69,11 @@ vec3 environmentAlong(vec3 origin, vec3 direction, float level) {
   float t = min(leaves.x, min(leaves.y, leaves.z));
   vec3 place = t > 0.0 && t < 1e30 ? origin + t * direction - cubeCentre : direction;
   bool closed = textureLod(environmentMap, place, max(lastLevel - 2.0, 0.0)).a > 0.999;
-  return textureLod(environmentMap, closed ? place : direction, level).rgb;
+  vec3 seen = textureLod(environmentMap, closed ? place : direction, level).rgb;
+#if FADES
+  seen *= closed ? exp(-t / fadeMetres) : 0.0;
+#endif
+  return seen;
 }
 
 #if GLOSSY
@@ -94,6 +105,8 @@ Found nearest(int object, bool diffuseAlone, vec3 origin, vec3 direction, float 
   found.t = 1e30;
   found.impostor = -1;
   found.color = vec4(0.0);
+  found.share = 0.0;
+  found.way = kWayQuad;
 #if GLOSSY
   found.behind = vec4(0.0);
   found.tBehind = 1e30;
@@ -107,7 +120,8 @@ Found nearest(int object, bool diffuseAlone, vec3 origin, vec3 direction, float 
     vec4 more = texelFetch(impostorTable, texel + kMore);
     float t;
     vec2 uv;
-    bool hit = meets(texel, int(more.y), origin, direction, t, uv, work, marks);
+    float share;
+    bool hit = meets(texel, int(more.y), origin, direction, t, uv, share, work);
 #if GLOSSY
     bool wanted = hit && t < found.tBehind;
 #else
@@ -117,7 +131,13 @@ Found nearest(int object, bool diffuseAlone, vec3 origin, vec3 direction, float 
       // As wide as the cone, with the area that it has on the slanted image
       float slant = max(0.05, abs(dot(texelFetch(impostorTable, texel + kPlane).xyz, direction)));
       float level = max(0.0, log2(spread * (distance + t) / more.z * inversesqrt(slant)));
+#if WALLS
+      vec4 color = int(more.y) == kWayShared ? vec4(0.0, 0.0, 0.0, 1.0)
+                                             : shownAt(vec3(uv, more.x), level, false);
+      if (int(more.y) == kWayDepth) color = shownAt(vec3(uv, more.x), level, true);
+#else
       vec4 color = shownAt(vec3(uv, more.x), level, int(more.y) == kWayDepth);
+#endif
       if (color.a > 0.0) {
 #if GLOSSY
         if (t >= found.t) {
@@ -133,9 +153,24 @@ Found nearest(int object, bool diffuseAlone, vec3 origin, vec3 direction, float 
         found.color = color;
         found.uv = uv;
         found.level = level;
+        found.share = share;
+        found.way = int(more.y);
       }
     }
   }
+#if WALLS
+  if (found.impostor >= 0 && found.share > 0.0) marks |= kMaskTransition;
+  if (found.impostor >= 0 && found.way == kWayShared) {
+    // The blended ray r_m [Popescu2006, Sec. 3.2]; on the quad itself the ray to the hit
+    vec3 towards = normalize(origin + found.t * direction - cubeCentre);
+    found.color.rgb = textureLod(environmentMap, mix(towards, direction, found.share), 0.0).rgb;
+  } else if (found.impostor >= 0 && found.share > 0.0) {
+    found.color = mix(found.color, vec4(environmentAlong(origin, direction, 0.0), 1.0), found.share);
+  }
+#endif
+#if FADES
+  found.color.rgb *= exp(-found.t / fadeMetres);
+#endif
   return found;
 }
 

@@ -1,0 +1,180 @@
+#include "methods/billboards/billboards.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "frame/test_scenes.h"
+#include "methods/testing/gl_harness.h"
+
+namespace catoptric::methods {
+namespace {
+
+const RunSettings kSettings = test::framesOf(96, 96, 1, true);
+
+/// An unlit quad with colours that change evenly over it, its middle at `place`.
+scene::Mesh coloured(const Vec2& size) {
+  scene::Mesh mesh = scene::makePlane(size, {1, 1}, scene::UvMode::Unit);
+  for (const Vec3& p : mesh.positions)
+    mesh.colors.push_back(Vec3(0.2f, 0.3f, 0.4f) + 0.2f * Vec3(p.x / size.x, p.z / size.y, 0.5f));
+  return mesh;
+}
+
+int unlit(test::SceneBuilder& builder) {
+  scene::Material material;
+  material.unlit = true;
+  builder.scene().materials.push_back(material);
+  return static_cast<int>(builder.scene().materials.size()) - 1;
+}
+
+scene::Camera cameraAt(const Vec3& eye) {
+  return scene::lookAt(eye, Vec3(0.0f), {0.0f, 1.0f, 0.0f}, radians(40.0f));
+}
+
+/// A mirror ball between coloured quads.
+test::SceneBuilder ballAndQuads(int reflectors = 1) {
+  test::SceneBuilder builder;
+  builder.constantEnvironment(Vec3(0.25f));
+  for (int i = 0; i < reflectors; ++i)
+    builder.add(scene::makeSphere(0.4f, 64, 32, scene::UvMode::Unit), builder.reflective(0.9f),
+                test::translation({1.0f * static_cast<float>(i), 0.0f, 0.0f}));
+  const int material = unlit(builder);
+  builder.add(coloured({4.0f, 4.0f}), material, test::translation({0.0f, -0.6f, 0.0f}));
+  builder.add(coloured({2.0f, 1.0f}), material,
+              test::translation({0.0f, 0.2f, 1.5f}) * test::rotation(-80.0f, {1.0f, 0.0f, 0.0f}));
+  builder.add(coloured({1.0f, 1.5f}), material,
+              test::translation({-1.2f, 0.3f, 0.2f}) * test::rotation(75.0f, {0.0f, 0.2f, 1.0f}));
+  return builder;
+}
+
+TEST(Billboards, FlatQuadsAreThoseThatTracedSees) {
+  test::GlStage stage(ballAndQuads().scene(), kSettings);
+  test::GlMethod method(stage, billboardsEntry(), R"({"texture_size": 256, "objects": ["object1",
+      "object2", "object3"]})");
+  const scene::Camera camera = cameraAt({0.3f, 0.9f, 2.2f});
+  const FrameOutput output = method.render(camera);
+  const test::TracedSamples samples(stage, camera, {});
+  std::size_t off = 0;
+  for (std::size_t i = 0; i < samples.ours.size(); ++i) {
+    const Vec3 d = glm::abs(samples.ours[i] - samples.traced[i]);
+    off += std::max(d.x, std::max(d.y, d.z)) > 0.5f / 255.0f ? 1 : 0;
+  }
+  EXPECT_GT(samples.ours.size(), 500u);
+  EXPECT_LT(output.counters.at("environment"), samples.ours.size() / 2);
+  // At the quads' edges: a texel is half a sample wide there
+  EXPECT_LE(static_cast<double>(off), 0.03 * static_cast<double>(samples.ours.size()));
+}
+
+TEST(Billboards, IntersectionsAreTwiceTheDiffusePlusTheOthers) {
+  test::GlStage stage(ballAndQuads(3).scene(), kSettings);
+  test::GlMethod method(stage, billboardsEntry(), R"({"bounces": 2, "least": 0})");
+  const FrameOutput output = method.render(cameraAt({0.3f, 0.9f, 2.8f}));
+  const std::vector<std::uint32_t> ids = raster::readIds(stage.gbuffer.object);
+  const auto samples = static_cast<std::uint64_t>(
+      std::ranges::count_if(ids, [](std::uint32_t id) { return id >= 1 && id <= 3; }));
+  constexpr std::uint64_t kDiffuse = 3;
+  constexpr std::uint64_t kReflectors = 3;
+  EXPECT_GT(output.counters.at("second_order"), 20u);
+  EXPECT_EQ(output.counters.at("intersections"),
+            samples * (kDiffuse + kReflectors - 1) + output.counters.at("second_order") * kDiffuse);
+}
+
+TEST(Billboards, AChangeOfViewRendersNoImpostor) {
+  test::GlStage stage(ballAndQuads(2).scene(), kSettings);
+  test::GlMethod method(stage, billboardsEntry());
+  EXPECT_GT(method.render(cameraAt({0.3f, 0.9f, 2.8f})).counters.at("impostors_rendered"), 0u);
+  const FrameOutput output = method.render(cameraAt({-0.3f, 0.6f, 3.1f}));
+  EXPECT_EQ(output.counters.at("impostors_rendered"), 0u);
+  EXPECT_GT(output.counters.at("impostors_reused"), 0u);
+}
+
+// What a ray sees of a floor between walls: the floor, a blend on the walls, else the environment.
+Vec3 ofBox(const Vec3& origin, const Vec3& direction, float half, float y, float height,
+           const Vec3& floor, const Vec3& environment) {
+  const glm::dvec3 o(origin);
+  const glm::dvec3 d(direction);
+  const auto inside = [&](double a, double b) {
+    return std::abs(a) <= half && b >= 0 && b <= height;
+  };
+  // Five quads; of two hits the later one is where the ray leaves the box
+  double last = 0.0;
+  Vec3 seen = environment;
+  const auto hit = [&](double t, bool on, float share) {
+    if (!(t > last) || !on) return;
+    last = t;
+    seen = floor + share * (environment - floor);
+  };
+  const double t = (y - o.y) / d.y;
+  const glm::dvec3 p = o + t * d;
+  hit(t, std::abs(p.x) <= half && std::abs(p.z) <= half && d.y < 0.0, 0.0f);
+  for (const int axis : {0, 2}) {
+    for (const double side : {-1.0, 1.0}) {
+      const double s = (side * half - o[axis]) / d[axis];
+      const glm::dvec3 q = o + s * d;
+      // Leaves, does not enter
+      if (d[axis] * side <= 0.0) continue;
+      hit(s, inside(q[2 - axis], q.y - y), static_cast<float>((q.y - y) / height));
+    }
+  }
+  return seen;
+}
+
+TEST(Billboards, WallsTurnAFloorIntoTheEnvironment) {
+  const Vec3 environment(0.25f, 0.5f, 0.75f);
+  const Vec3 floor(1.0f, 0.25f, 0.0f);
+  test::SceneBuilder builder;
+  builder.constantEnvironment(environment);
+  builder.add(scene::makeSphere(0.4f, 96, 48, scene::UvMode::Unit), builder.reflective(0.9f));
+  const int material = unlit(builder);
+  builder.scene().materials[static_cast<std::size_t>(material)].baseColor = floor;
+  builder.add(scene::makePlane({3.0f, 3.0f}, {1, 1}, scene::UvMode::Unit), material,
+              test::translation({0.0f, -0.5f, 0.0f}));
+  test::GlStage stage(builder.scene(), kSettings);
+  test::GlMethod method(stage, billboardsEntry(),
+                        R"({"transition_height": 0.4, "objects": ["object1"]})");
+  const scene::Camera camera = cameraAt({0.3f, 0.4f, 2.2f});
+  const FrameOutput output = method.render(camera);
+  EXPECT_GT(output.counters.at("transition"), 30u);
+  const test::TracedSamples samples(stage, camera, {});
+  std::size_t off = 0;
+  for (std::size_t i = 0; i < samples.points.size(); ++i) {
+    const trace::ReflectionPoint& point = samples.points[i];
+    const Vec3 direction = glm::normalize(glm::reflect(point.direction, point.normal));
+    const Vec3 truth = ofBox(point.position, direction, 1.5f, -0.5f, 0.4f, floor, environment);
+    const Vec3 d = glm::abs(truth - samples.ours[i]);
+    off += std::max(d.x, std::max(d.y, d.z)) > 1.0f / 255.0f ? 1 : 0;
+  }
+  EXPECT_GT(samples.points.size(), 500u);
+  EXPECT_LE(off, 2u);
+}
+
+TEST(Billboards, WhatIsFarOffFades) {
+  test::SceneBuilder builder = ballAndQuads();
+  test::GlStage stage(builder.scene(), kSettings);
+  const scene::Camera camera = cameraAt({0.3f, 0.9f, 2.2f});
+  constexpr const char* kObjects = R"("objects": ["object1", "object2", "object3"])";
+  test::GlMethod(stage, billboardsEntry(), std::string("{") + kObjects + "}").render(camera);
+  const std::vector<float> plain = raster::readRgba(stage.gbuffer.reflection);
+  test::GlMethod(stage, billboardsEntry(), std::string(R"({"attenuation": 2, )") + kObjects + "}")
+      .render(camera);
+  const test::TracedSamples samples(stage, camera, {});
+  int compared = 0;
+  int off = 0;
+  for (std::size_t i = 0; i < samples.points.size(); ++i) {
+    // The floor in closed form
+    const trace::ReflectionPoint& point = samples.points[i];
+    const Vec3 direction = glm::normalize(glm::reflect(point.direction, point.normal));
+    const float t = (-0.6f - point.position.y) / direction.y;
+    const Vec3 p = point.position + t * direction;
+    if (!(t > 0.0f) || std::abs(p.x) > 1.9f || p.z > 1.0f || p.z < -1.9f || p.x < -0.9f) continue;
+    ++compared;
+    const float before = plain[4 * samples.places[i] + 1];
+    off += std::abs(samples.ours[i].y - before * std::exp(-t / 2.0f)) > 2e-3f ? 1 : 0;
+  }
+  EXPECT_GT(compared, 100);
+  EXPECT_LE(off, compared / 50);
+}
+
+}  // namespace
+}  // namespace catoptric::methods

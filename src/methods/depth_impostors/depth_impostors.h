@@ -1,0 +1,11 @@
+// Reflections from depth maps of single objects [Popescu2006, Sec. 4], with the environment map
+// behind all.
+#pragma once
+
+#include "methods/contract/method.h"
+
+namespace catoptric::methods {
+
+const MethodEntry& depthImpostorsEntry();
+
+}  // namespace catoptric::methods

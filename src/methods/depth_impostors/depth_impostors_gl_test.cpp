@@ -1,0 +1,104 @@
+#include "methods/depth_impostors/depth_impostors.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "frame/test_scenes.h"
+#include "methods/testing/gl_harness.h"
+
+namespace catoptric::methods {
+namespace {
+
+const RunSettings kSettings = test::framesOf(96, 96, 1);
+const Vec3 kBall(0.0f, 0.0f, 1.2f);
+constexpr float kRadius = 0.5f;
+
+/// A mirror ball and one whose colour says where on it one is.
+test::SceneBuilder twoBalls(const Mat4& pose = Mat4(1.0f)) {
+  test::SceneBuilder builder;
+  builder.constantEnvironment(Vec3(0.0f));
+  builder.add(scene::makeSphere(0.4f, 128, 64, scene::UvMode::Unit), builder.reflective(0.9f),
+              pose);
+  scene::Mesh ball = scene::makeSphere(kRadius, 128, 64, scene::UvMode::Unit);
+  for (const Vec3& p : ball.positions) ball.colors.push_back(0.5f + 0.25f * p / kRadius);
+  scene::Material material;
+  material.unlit = true;
+  builder.scene().materials.push_back(material);
+  builder.add(std::move(ball), static_cast<int>(builder.scene().materials.size()) - 1,
+              pose * test::translation(kBall));
+  return builder;
+}
+
+scene::Camera camera() {
+  return scene::lookAt({1.6f, 0.7f, 1.8f}, Vec3(0.0f), {0.0f, 1.0f, 0.0f}, radians(40.0f));
+}
+
+/// Colour where a ray meets the ball.
+std::optional<Vec3> colorAt(const Vec3& origin, const Vec3& direction) {
+  const Vec3 q = origin - kBall;
+  const float b = glm::dot(q, direction);
+  const float root = b * b - glm::dot(q, q) + kRadius * kRadius;
+  if (root < 0.0f || -b - std::sqrt(root) < 0.0f) return std::nullopt;
+  return 0.5f + 0.25f * (q + (-b - std::sqrt(root)) * direction) / kRadius;
+}
+
+TEST(DepthImpostors, ABallIsWhereItIs) {
+  for (const char* options : {R"({"intersection": "walk"})", R"({"points": 16})",
+                              R"({"points": 16, "intersection": "srdm_two_rows"})"}) {
+    test::GlStage stage(twoBalls().scene(), kSettings);
+    test::GlMethod(stage, depthImpostorsEntry(), options).render(camera());
+    const test::TracedSamples samples(stage, camera(), {});
+    int hits = 0;
+    int missed = 0;
+    double error = 0.0;
+    for (std::size_t i = 0; i < samples.points.size(); ++i) {
+      const trace::ReflectionPoint& point = samples.points[i];
+      const std::optional<Vec3> truth =
+          colorAt(point.position, glm::normalize(glm::reflect(point.direction, point.normal)));
+      const Vec3& ours = samples.ours[i];
+      if (!truth) continue;
+      ++hits;
+      if (ours == Vec3(0.0f)) {
+        ++missed;
+        continue;
+      }
+      // In radii of the ball
+      error += static_cast<double>(glm::length(ours - *truth) / 0.25f);
+    }
+    std::printf("%s: %d hits, %d missed, mean error %.4f radii\n", options, hits, missed,
+                error / hits);
+    EXPECT_GT(hits, 200) << options;
+    EXPECT_LE(missed, hits / 20) << options;
+    EXPECT_LT(error / hits, 0.02) << options;
+  }
+}
+
+TEST(DepthImpostors, ARigidlyMovedPairShowsTheSame) {
+  const Mat4 pose = test::translation({3.0f, 1.0f, -2.0f}) *
+                    test::rotation(50.0f, glm::normalize(Vec3(1.0f, 2.0f, 0.5f)));
+  std::vector<Vec3> before;
+  for (const Mat4& moved : {Mat4(1.0f), pose}) {
+    test::GlStage stage(twoBalls(moved).scene(), kSettings);
+    scene::Camera seen = camera();
+    seen.worldFromCamera = moved * seen.worldFromCamera;
+    test::GlMethod(stage, depthImpostorsEntry(), R"({"objects": ["object1"]})").render(seen);
+    std::vector<Vec3> shown = test::TracedSamples(stage, seen, {}).ours;
+    if (before.empty()) {
+      before = std::move(shown);
+      continue;
+    }
+    // Rounding moves a few outlines by a sample
+    ASSERT_NEAR(static_cast<double>(before.size()), static_cast<double>(shown.size()), 4.0);
+    if (before.size() != shown.size()) return;
+    std::size_t off = 0;
+    for (std::size_t i = 0; i < shown.size(); ++i)
+      off += glm::length(shown[i] - before[i]) > 4.0f / 255.0f ? 1 : 0;
+    EXPECT_LE(off, shown.size() / 50);
+  }
+}
+
+}  // namespace
+}  // namespace catoptric::methods

@@ -1,0 +1,158 @@
+#include "methods/depth_impostors/srdm.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace catoptric::methods::depth_impostors {
+namespace {
+
+constexpr float kNear = 9.0f;
+constexpr float kFar = 11.0f;
+
+/// A map's value at a depth.
+float valueOf(float z) {
+  return (1.0f / z - 1.0f / kFar) / (1.0f / kNear - 1.0f / kFar);
+}
+
+/// A bumpy ball before nothing, as a depth map.
+std::vector<float> bumpyBall(int size) {
+  std::vector<float> texels(static_cast<std::size_t>(size) * static_cast<std::size_t>(size), 0.0f);
+  for (int y = 0; y < size; ++y) {
+    for (int x = 0; x < size; ++x) {
+      const Vec2 p = (2.0f * (Vec2(x, y) + 0.5f) / static_cast<float>(size) - 1.0f) * 1.1f;
+      const float r2 = glm::dot(p, p);
+      if (r2 >= 0.81f) continue;
+      const float z =
+          10.0f - std::sqrt(0.81f - r2) + 0.05f * std::sin(9.0f * p.x) * std::cos(7.0f * p.y);
+      texels[static_cast<std::size_t>(y * size + x)] = valueOf(z);
+    }
+  }
+  return texels;
+}
+
+struct Made {
+  std::vector<Domain> domains;
+  std::vector<Point> points;
+  Simplification done;
+};
+
+Made make(const std::vector<float>& texels, int size, int n, int m) {
+  Made made{makeDomains(n, size), {}, {}};
+  const Domain& last = made.domains.back();
+  made.points.resize(static_cast<std::size_t>((last.offset + last.count) * m));
+  buildSrdm(texels, size, made.domains, m, made.points, made.done);
+  return made;
+}
+
+TEST(Srdm, LinesOfEveryDirectionCoverTheSquare) {
+  constexpr int kSize = 64;
+  std::size_t domains = 0;
+  for (const Domain& domain : makeDomains(60, kSize)) {
+    ++domains;
+    EXPECT_LE(std::abs(domain.slope), 1.0f + 1e-6f);
+    for (const float minor : {0.0f, kSize / 3.0f, static_cast<float>(kSize)}) {
+      for (const float major : {0.0f, kSize / 2.0f, static_cast<float>(kSize)}) {
+        const int line = static_cast<int>(std::floor(minor - domain.slope * major)) - domain.first;
+        EXPECT_GE(line, 0);
+        EXPECT_LT(line, domain.count);
+      }
+    }
+  }
+  EXPECT_EQ(domains, 60u);
+}
+
+TEST(Srdm, APlaneIsItsTwoPoints) {
+  constexpr int kSize = 128;
+  std::vector<float> texels(kSize * kSize);
+  const auto plane = [](float x, float y) { return 0.2f + 0.003f * x + 0.0015f * y; };
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x)
+      texels[static_cast<std::size_t>(y * kSize + x)] =
+          plane(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+  const Made made = make(texels, kSize, 12, 2);
+  EXPECT_EQ(made.done.lostSpans, 0u);
+  float worst = 0.0f;
+  int points = 0;
+  for (const Domain& domain : made.domains) {
+    for (int j = 0; j < domain.count; ++j) {
+      for (int k = 0; k < 2; ++k) {
+        const Point p = made.points[static_cast<std::size_t>((domain.offset + j) * 2 + k)];
+        if (p == kUnused) continue;
+        const float major = std::abs(p.x);
+        const float minor = static_cast<float>(domain.first + j) + 0.5f + domain.slope * major;
+        // Beside the outermost texels' centres there is nothing to interpolate
+        if (minor < 0.5f || minor > kSize - 0.5f) continue;
+        ++points;
+        const float truth = domain.alongX ? plane(major, minor) : plane(minor, major);
+        worst = std::max(worst, std::abs(p.y - truth));
+      }
+    }
+  }
+  EXPECT_GT(points, 12 * kSize);
+  EXPECT_LT(worst, 1e-6f);
+}
+
+TEST(Srdm, ErrorFallsWithPointsAndIsSmall) {
+  constexpr int kSize = 256;
+  const std::vector<float> texels = bumpyBall(kSize);
+  double before = 1.0;
+  for (const int m : {6, 8, 10, 12, 14, 16}) {
+    Made made = make(texels, kSize, 20, m);
+    measureSrdm(texels, kSize, made.domains, m, made.points, kNear, kFar, made.done);
+    const double percent = 100.0 * made.done.errorSum / static_cast<double>(made.done.samples);
+    std::printf("m %d: z error %.3f %%, relative to z %.4f %%\n", m, percent,
+                100.0 * made.done.metresSum / static_cast<double>(made.done.samples));
+    EXPECT_LT(percent, before);
+    before = percent;
+    if (m == 8) {
+      EXPECT_LT(percent, 1.2);
+    }
+    if (m == 16) {
+      EXPECT_LT(percent, 0.4);
+    }
+  }
+}
+
+TEST(Srdm, WithPointsEnoughEverySampleIsKept) {
+  constexpr int kSize = 48;
+  const std::vector<float> texels = bumpyBall(kSize);
+  const Made made = make(texels, kSize, 4, 2 * kSize);
+  EXPECT_EQ(made.done.lostSamples, 0u);
+  // The first domain's lines are the rows of texels themselves
+  int compared = 0;
+  for (int j = 0; j < made.domains[0].count; ++j) {
+    const int row = made.domains[0].first + j;
+    if (row < 0 || row >= kSize) continue;
+    for (int k = 0; k < 2 * kSize; ++k) {
+      const Point p = made.points[static_cast<std::size_t>(j * 2 * kSize + k)];
+      if (p == kUnused) continue;
+      const int x = static_cast<int>(std::abs(p.x));
+      EXPECT_EQ(p.y, texels[static_cast<std::size_t>(row * kSize + x)]);
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, kSize * kSize / 4);
+}
+
+TEST(Srdm, ShortestSpansAreLostAndCounted) {
+  std::vector<float> samples(32, 0.0f);
+  for (const int k : {2, 3, 4, 8, 12, 13, 20, 21, 22, 23})
+    samples[static_cast<std::size_t>(k)] = 0.5f;
+  std::vector<Point> points(6);
+  Simplification done;
+  simplifyLine(samples, points, done);
+  EXPECT_EQ(done.spans, 4u);
+  EXPECT_EQ(done.lostSpans, 1u);
+  EXPECT_EQ(done.lostSamples, 1u);
+  EXPECT_EQ(done.samples, 10u);
+  EXPECT_EQ(points[0], Point(-2.5f, 0.5f));
+  EXPECT_EQ(points[1], Point(4.5f, 0.5f));
+  EXPECT_EQ(points[4], Point(-20.5f, 0.5f));
+  EXPECT_EQ(points[5], Point(23.5f, 0.5f));
+}
+
+}  // namespace
+}  // namespace catoptric::methods::depth_impostors
