@@ -41,8 +41,8 @@ test::SceneBuilder ballAndQuads(int reflectors = 1) {
                 test::translation({1.0f * static_cast<float>(i), 0.0f, 0.0f}));
   const int material = unlit(builder);
   builder.add(coloured({4.0f, 4.0f}), material, test::translation({0.0f, -0.6f, 0.0f}));
-  builder.add(coloured({2.0f, 1.0f}), material,
-              test::translation({0.0f, 0.2f, 1.5f}) * test::rotation(-80.0f, {1.0f, 0.0f, 0.0f}));
+  builder.add(coloured({4.0f, 3.0f}), material,
+              test::translation({0.0f, 0.9f, 4.0f}) * test::rotation(-80.0f, {1.0f, 0.0f, 0.0f}));
   builder.add(coloured({1.0f, 1.5f}), material,
               test::translation({-1.2f, 0.3f, 0.2f}) * test::rotation(75.0f, {0.0f, 0.2f, 1.0f}));
   return builder;
@@ -60,8 +60,8 @@ TEST(Billboards, FlatQuadsAreThoseThatTracedSees) {
     const Vec3 d = glm::abs(samples.ours[i] - samples.traced[i]);
     off += std::max(d.x, std::max(d.y, d.z)) > 0.5f / 255.0f ? 1 : 0;
   }
-  EXPECT_GT(samples.ours.size(), 500u);
-  EXPECT_LT(output.counters.at("environment"), samples.ours.size() / 2);
+  EXPECT_GT(samples.ours.size(), 400u);
+  EXPECT_LT(output.counters.at("environment"), 2 * samples.ours.size() / 3);
   // At the quads' edges: a texel is half a sample wide there
   EXPECT_LE(static_cast<double>(off), 0.03 * static_cast<double>(samples.ours.size()));
 }
@@ -167,7 +167,7 @@ TEST(Billboards, WhatIsFarOffFades) {
     const Vec3 direction = glm::normalize(glm::reflect(point.direction, point.normal));
     const float t = (-0.6f - point.position.y) / direction.y;
     const Vec3 p = point.position + t * direction;
-    if (!(t > 0.0f) || std::abs(p.x) > 1.9f || p.z > 1.0f || p.z < -1.9f || p.x < -0.9f) continue;
+    if (!(t > 0.0f) || std::abs(p.x) > 1.9f || p.z > 1.9f || p.z < -1.9f || p.x < -0.9f) continue;
     ++compared;
     const float before = plain[4 * samples.places[i] + 1];
     off += std::abs(samples.ours[i].y - before * std::exp(-t / 2.0f)) > 2e-3f ? 1 : 0;

@@ -8,14 +8,38 @@
 namespace catoptric::methods::depth_impostors {
 namespace {
 
-/// Texels with the major axis first: byMajor[major * size + minor].
-std::vector<float> transposed(std::span<const float> texels, int size) {
-  std::vector<float> turned(texels.size());
-  const auto n = static_cast<std::size_t>(size);
-  for (std::size_t y = 0; y < n; ++y)
-    for (std::size_t x = 0; x < n; ++x) turned[x * n + y] = texels[y * n + x];
-  return turned;
-}
+/// A map's texels, those along the minor axis one after another, background before and after them.
+class Columns {
+ public:
+  Columns(std::span<const float> texels, int size, bool alongX)
+      : size_(size), stride_(static_cast<std::size_t>(size) + 2) {
+    const auto n = static_cast<std::size_t>(size);
+    texels_.assign(n * stride_, 0.0f);
+    for (std::size_t y = 0; y < n; ++y)
+      for (std::size_t x = 0; x < n; ++x)
+        texels_[alongX ? x * stride_ + y + 1 : y * stride_ + x + 1] = texels[y * n + x];
+  }
+
+  int size() const { return size_; }
+
+  /// Depth between texels at a texel's centre along the major axis: of two texels by linear
+  /// interpolation, of one where the other is background, else 0.
+  float at(int major, float minor) const {
+    const float place = minor + 0.5f;
+    if (!(place >= 0.0f && place < static_cast<float>(size_ + 1))) return 0.0f;
+    const int j = static_cast<int>(place);
+    const float f = place - static_cast<float>(j);
+    const float* texel =
+        &texels_[static_cast<std::size_t>(major) * stride_ + static_cast<std::size_t>(j)];
+    if (texel[0] > 0.0f && texel[1] > 0.0f) return texel[0] + f * (texel[1] - texel[0]);
+    return f < 0.5f ? texel[0] : texel[1];
+  }
+
+ private:
+  int size_;
+  std::size_t stride_;
+  std::vector<float> texels_;
+};
 
 /// A segment of a line's polyline, between two samples.
 struct Segment {
@@ -129,14 +153,14 @@ void simplify(std::span<const float> g, std::span<Point> points, Work& work, Sim
 }
 
 /// Samples of line j of a domain, by major texel.
-void sampleAll(std::span<const float> byMajor, int size, const Domain& domain, int j,
-               std::vector<float>& g) {
+void sampleAll(const Columns& columns, const Domain& domain, int j, std::vector<float>& g) {
+  const int size = columns.size();
   g.assign(static_cast<std::size_t>(size), 0.0f);
   const float start = static_cast<float>(domain.first + j) + 0.5f;
   // Texels along the major axis at which the line is over the square
   int from = 0;
   int to = size;
-  if (domain.slope != 0.0f) {
+  if (std::abs(domain.slope) > 1e-6f) {
     const float a = (-0.5f - start) / domain.slope;
     const float b = (static_cast<float>(size) + 0.5f - start) / domain.slope;
     from = std::clamp(static_cast<int>(std::floor(std::min(a, b) - 1.0f)), 0, size);
@@ -144,23 +168,12 @@ void sampleAll(std::span<const float> byMajor, int size, const Domain& domain, i
   }
   for (int k = from; k < to; ++k)
     g[static_cast<std::size_t>(k)] =
-        sampleLine(byMajor, size, k, start + domain.slope * (static_cast<float>(k) + 0.5f));
+        columns.at(k, start + domain.slope * (static_cast<float>(k) + 0.5f));
 }
 
 /// Depth of a map's value: linear in 1 / z.
 float metresOf(float g, float nearMetres, float farMetres) {
   return 1.0f / (g * (1.0f / nearMetres - 1.0f / farMetres) + 1.0f / farMetres);
-}
-
-template <class Visit>
-void forLines(std::span<const Domain> domains, Visit&& visit) {
-  std::size_t lines = 0;
-  std::vector<std::size_t> domainOf;
-  for (std::size_t d = 0; d < domains.size(); ++d) {
-    lines += static_cast<std::size_t>(domains[d].count);
-    domainOf.insert(domainOf.end(), static_cast<std::size_t>(domains[d].count), d);
-  }
-  parallelFor(lines, 512, [&](std::size_t begin, std::size_t end) { visit(begin, end, domainOf); });
 }
 
 }  // namespace
@@ -196,18 +209,6 @@ std::vector<Domain> makeDomains(int n, int size) {
   return domains;
 }
 
-float sampleLine(std::span<const float> byMajor, int size, int major, float minor) {
-  const float at = minor - 0.5f;
-  const float low = std::floor(at);
-  const int j = static_cast<int>(low);
-  const float f = at - low;
-  const float* line = &byMajor[static_cast<std::size_t>(major) * static_cast<std::size_t>(size)];
-  const float a = j >= 0 && j < size ? line[j] : 0.0f;
-  const float b = j + 1 >= 0 && j + 1 < size ? line[j + 1] : 0.0f;
-  if (a > 0.0f && b > 0.0f) return a + f * (b - a);
-  return f < 0.5f ? a : b;
-}
-
 void simplifyLine(std::span<const float> samples, std::span<Point> points, Simplification& done) {
   Work work;
   simplify(samples, points, work, done);
@@ -215,7 +216,8 @@ void simplifyLine(std::span<const float> samples, std::span<Point> points, Simpl
 
 void buildSrdm(std::span<const float> texels, int size, std::span<const Domain> domains, int m,
                std::span<Point> into, Simplification& done) {
-  const std::vector<float> turned = transposed(texels, size);
+  const Columns across(texels, size, true);
+  const Columns down(texels, size, false);
   const auto points = static_cast<std::size_t>(m);
   std::vector<Simplification> sums(domains.size());
   parallelFor(domains.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -224,7 +226,7 @@ void buildSrdm(std::span<const float> texels, int size, std::span<const Domain> 
     for (std::size_t d = begin; d < end; ++d) {
       const Domain& domain = domains[d];
       for (int j = 0; j < domain.count; ++j) {
-        sampleAll(domain.alongX ? std::span<const float>(turned) : texels, size, domain, j, g);
+        sampleAll(domain.alongX ? across : down, domain, j, g);
         simplify(g, into.subspan(static_cast<std::size_t>(domain.offset + j) * points, points),
                  work, sums[d]);
       }
@@ -236,11 +238,12 @@ void buildSrdm(std::span<const float> texels, int size, std::span<const Domain> 
 void measureSrdm(std::span<const float> texels, int size, std::span<const Domain> domains, int m,
                  std::span<const Point> points, float nearMetres, float farMetres,
                  Simplification& done) {
-  const std::vector<float> turned = transposed(texels, size);
+  const Columns across(texels, size, true);
+  const Columns down(texels, size, false);
   std::vector<float> g;
   for (const Domain& domain : domains) {
     for (int j = 0; j < domain.count; ++j) {
-      sampleAll(domain.alongX ? std::span<const float>(turned) : texels, size, domain, j, g);
+      sampleAll(domain.alongX ? across : down, domain, j, g);
       const std::span<const Point> line =
           points.subspan(static_cast<std::size_t>(domain.offset + j) * static_cast<std::size_t>(m),
                          static_cast<std::size_t>(m));

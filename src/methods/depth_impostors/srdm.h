@@ -30,17 +30,12 @@ std::vector<Domain> makeDomains(int n, int size);
 using Point = Vec2;
 inline constexpr Point kUnused{-1e9f, 0.0f};
 
-/// Depth between texels of a line's sample, at a texel's centre along the major axis: of two
-/// texels by linear interpolation, of one where the other is background, else 0.
-/// `texels[minor + size * major]`... of the map, transposed where the major axis is x.
-float sampleLine(std::span<const float> byMajor, int size, int major, float minor);
-
 struct Simplification {
   std::uint64_t samples = 0;      ///< of objects
   std::uint64_t spans = 0;        ///< runs of them along lines
   std::uint64_t lostSpans = 0;    ///< the shortest ones of lines with more than m / 2
   std::uint64_t lostSamples = 0;  ///< in these
-  double errorSum = 0.0;          ///< |z - z'| of the depths, in 1 / 1 of the map's depth range
+  double errorSum = 0.0;          ///< |z - z'| / (far - near), of measureSrdm()
   double metresSum = 0.0;         ///< |z - z'| / z
   void add(const Simplification& other);
 };
@@ -50,8 +45,7 @@ struct Simplification {
 /// up or no error is left.
 void simplifyLine(std::span<const float> samples, std::span<Point> points, Simplification& done);
 
-/// All lines of all domains of a size x size map, m points each. `depthOf` (near, far) for errors
-/// in z: of planes in metres; measured where `errors`.
+/// All lines of all domains of a size x size map, m points each, in parallel.
 void buildSrdm(std::span<const float> texels, int size, std::span<const Domain> domains, int m,
                std::span<Point> into, Simplification& done);
 

@@ -1,7 +1,7 @@
 // A walk over the texels of a depth map along a ray's projection.
 layout(binding = kDepthsUnit) uniform sampler2DArray depthMaps;
 
-// Depth of a line at a texel's centre along the major axis; 0: background. As sampleLine() of srdm.h.
+// Depth of a line at a texel's centre along the major axis; 0: background. As Columns::at() of srdm.cpp.
 float depthBetween(int layer, int size, bool alongX, int major, float minor) {
   float at = minor - 0.5;
   float low = floor(at);
