@@ -238,10 +238,17 @@ void ImpostorMethod::drawEnvironment(const FrameInput& input, Services& services
   if (!cubeMap_.empty() && !moved) return;
   std::vector<int> without;
   const bool shares = options_.transitionHeight > 0.0f && options_.shareEnvironment;
-  for (std::size_t o = 0; o < choice_.chosen.size(); ++o)
-    if (choice_.chosen[o] && !(shares && shapes_[o].flat()))
+  const Vec3 centre = services.geometry.bounds.centre();
+  for (std::size_t o = 0; o < choice_.chosen.size(); ++o) {
+    // A reflector about the map's centre would hide all from it
+    const Box3& box = services.geometry.objects[o].bounds;
+    const bool hides = reflects_[o] && !shapes_[o].flat() &&
+                       glm::all(glm::lessThanEqual(box.min, centre)) &&
+                       glm::all(glm::greaterThanEqual(box.max, centre));
+    if (hides || (choice_.chosen[o] && !(shares && shapes_[o].flat())))
       without.push_back(static_cast<int>(o) + 1);
-  cubeMap_.draw(services, services.geometry.bounds.centre(), options_.faceSize,
+  }
+  cubeMap_.draw(services, centre, options_.faceSize,
                 raster::ObjectSet::without(std::move(without)));
 }
 
