@@ -47,6 +47,8 @@ def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int
     small = ["scene=scenes/cornell_box.json", "path=paths/cornell_box.json", "image.width=32",
              "image.height=32", 'image.layers=["s","id"]']
     for config in sorted((source / "configs" / "papers").glob("*.json")):
+        if config.name.endswith(".suite.json"):
+            continue
         sets = [] if config.name.startswith("perturbation") else [
             part for setting in small for part in ("--set", setting)]
         bench.catoptric("plan", config, "--frames", "1", *sets)

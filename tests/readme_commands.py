@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Runs the commands that README.md quotes in its ```sh blocks, in their order.
+"""Runs the commands that README.md, or another page, quotes in its ```sh blocks, in their order.
 
-Usage: readme_commands.py SOURCE_ROOT PROGRAM WORK_FOLDER
+Usage: readme_commands.py SOURCE_ROOT PROGRAM WORK_FOLDER [PAGE]
 `catoptric` stands for PROGRAM, `out/` for WORK_FOLDER. The two commands that install and build
 (scripts/demo, scripts/test) are only checked to exist: this test runs inside the second one.
 A command that fails, or a README without commands, fails the test.
@@ -27,11 +27,11 @@ def commands(readme: str):
                 yield line
 
 
-def main(root: pathlib.Path, program: str, work: pathlib.Path) -> int:
+def main(root: pathlib.Path, program: str, work: pathlib.Path, page: str = "README.md") -> int:
     work = work_folder.fresh(work)
     ran = 0
     failed = 0
-    for line in commands((root / "README.md").read_text()):
+    for line in commands((root / page).read_text()):
         script = shlex.split(line)[0]
         if script in ("scripts/demo", "scripts/test"):
             if not (root / script).exists():
@@ -54,4 +54,4 @@ def main(root: pathlib.Path, program: str, work: pathlib.Path) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(pathlib.Path(sys.argv[1]), sys.argv[2], pathlib.Path(sys.argv[3])))
+    sys.exit(main(pathlib.Path(sys.argv[1]), sys.argv[2], pathlib.Path(sys.argv[3]), *sys.argv[4:]))

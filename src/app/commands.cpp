@@ -141,6 +141,8 @@ std::unique_ptr<CLI::App> makeProgram(CommonOptions& common, Action& action) {
   addCompare(*program, common, action);
   addLayers(*program, common, action);
   addSweep(*program, common, action);
+  addTables(*program, common, action);
+  addTune(*program, common, action);
   addWorker(*program, common, action);
   program->footer(kFooter);  // last: commands would inherit it
   return program;

@@ -44,6 +44,8 @@ void addMerge(CLI::App& program, CommonOptions& common, Action& action);
 void addCompare(CLI::App& program, CommonOptions& common, Action& action);
 void addLayers(CLI::App& program, CommonOptions& common, Action& action);
 void addSweep(CLI::App& program, CommonOptions& common, Action& action);
+void addTables(CLI::App& program, CommonOptions& common, Action& action);
+void addTune(CLI::App& program, CommonOptions& common, Action& action);
 void addWorker(CLI::App& program, CommonOptions& common, Action& action);
 
 /// Reads the command line (without the program's name) and runs the command. Throws what it throws,

@@ -82,7 +82,7 @@ std::vector<Item> itemsOf(const std::string& what) {
       for (const std::string& file : filesIn(folder / what)) items.push_back({file, ""});
       if (what == "configs")
         for (const std::string& file : filesIn(folder / "configs/papers"))
-          items.push_back({file, ""});
+          if (!file.ends_with(".suite.json")) items.push_back({file, ""});
     }
   }
   return items;

@@ -1,10 +1,12 @@
 // catoptric render.
 #include <algorithm>
 #include <memory>
+#include <optional>
 
 #include "app/commands.h"
 #include "app/plan_command.h"
 #include "app/progress.h"
+#include "app/repeat_times.h"
 #include "app/report_output.h"
 #include "app/run_options.h"
 #include "app/stop_signals.h"
@@ -14,6 +16,7 @@
 #include "methods/contract/method.h"
 #include "run/sequence/session.h"
 #include "scene/camera.h"
+#include "study/bench.h"
 
 namespace catoptric::app {
 namespace {
@@ -25,6 +28,7 @@ struct RenderOptions : RunOptions {
   double stopWithin = 15.0;
   bool keepGoing = false;
   bool dryRun = false;
+  RepeatOptions repeat;
 };
 
 std::filesystem::path outFolder(const RunOptions& options, const run::RunConfig& run) {
@@ -113,7 +117,8 @@ bool sayFailures(const std::vector<run::MethodResult>& results) {
 
 /// Writes the tables of what is there, also when frames are missing, and prints the results.
 void printResults(const run::RunConfig& run, const std::vector<run::MethodResult>& results,
-                  const std::filesystem::path& out, bool anyFailed, bool asJson) {
+                  const std::filesystem::path& out, bool anyFailed, bool asJson,
+                  const std::optional<RepeatedTimes>& repeated) {
   const bool anyFrames =
       std::any_of(results.begin(), results.end(), [](const run::MethodResult& result) {
         return !result.frames.rendered.empty() || !result.frames.reused.empty();
@@ -123,13 +128,36 @@ void printResults(const run::RunConfig& run, const std::vector<run::MethodResult
   const bool tables = anyFrames && stopSignal() == 0;
   if (tables) reports = writeReports(run, results, out);
   if (!asJson) {
-    printData(reports.text);
+    printData(reports.text + (repeated ? "\n" + repeated->text : ""));
     return;
   }
   config::JsonText all;
   all.add("out", out.string()).raw("methods", resultsJson(results));
   if (tables) all.raw("timings", reports.timingsJson).raw("errors", reports.errorsJson);
+  if (repeated) all.raw("repeats", repeated->json);
   printData(all.object() + "\n");
+}
+
+/// Times the methods in turns, where that is asked for and the run is whole.
+std::optional<RepeatedTimes> repeatTimes(const RenderOptions& options, const run::RunConfig& run,
+                                         const std::filesystem::path& out,
+                                         ProgressPrinter& printer) {
+  if (options.repeat.repeats == 0 || stopSignal() != 0) return {};
+  try {
+    return measureRepeats(options, run, out, options.repeat, printer);
+  } catch (const study::StudyStopped&) {
+    printer.endLine();
+    return {};
+  }
+}
+
+/// Options of --repeats that contradict others.
+void checkRepeats(const RenderOptions& options, const run::RunConfig& run) {
+  if (!options.repeat.ratioTo.empty() && options.repeat.repeats == 0)
+    throw UsageError("--ratio-to needs --repeats N: a single run says too little of ratios");
+  ratioMethod(run, options.repeat);
+  if (options.repeat.repeats > 0 && options.chunk != "1/1")
+    throw UsageError("--repeats measures all frames of the run: it cannot be joined with --chunk");
 }
 
 ExitCode render(const RenderOptions& options, const CommonOptions& common) {
@@ -141,6 +169,7 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
   const ProgressMode mode = parseProgress(options.progress, common.quiet);
   ProgressPrinter printer(mode);
   const run::RunConfig run = readRun(options);
+  checkRepeats(options, run);
   session.out = outFolder(options, run);
   if (!run.errorsDropped.empty())
     log::info("no errors against " + joined(run.errorsDropped, ", ") +
@@ -166,7 +195,8 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
   printer.endLine();
 
   const bool anyFailed = sayFailures(results);
-  printResults(run, results, session.out, anyFailed, common.json);
+  printResults(run, results, session.out, anyFailed, common.json,
+               repeatTimes(options, run, session.out, printer));
   if (stopSignal() != 0) return static_cast<ExitCode>(128 + stopSignal());
   return anyFailed ? ExitCode::FramesFailed : ExitCode::Done;
 }
@@ -215,6 +245,18 @@ void addRender(CLI::App& program, CommonOptions& common, Action& action) {
                    "--quiet)")
       ->capture_default_str()
       ->type_name("HOW");
+  command
+      ->add_option("--repeats", options->repeat.repeats,
+                   "After the run time its methods in turns, frame by frame, in this many rounds, "
+                   "and say how far the ratios hold; fewer than 8 cannot tell")
+      ->check(within(0, 1000))
+      ->type_name("N");
+  command
+      ->add_option(
+          "--ratio-to", options->repeat.ratioTo,
+          "Ratios of --repeats are to this method [traced, else reference, else the first]")
+      ->check(notEmpty())
+      ->type_name("METHOD");
   command->footer(R"(Examples:
   catoptric render configs/demo.json --out out/demo
   catoptric render room.glb --method environment_map --set image.width=1024

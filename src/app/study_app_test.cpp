@@ -117,5 +117,100 @@ TEST_F(Sweep, AStrangeFolderStaysAsItIs) {
   EXPECT_EQ(textOf(folder / "s/mine.txt"), "mine");
 }
 
+TEST_F(Sweep, TuneFindsTheFastestWithinAnError) {
+  // Only 4 samples give the truth's pixels.
+  const Result result =
+      run("tune run.json --method reference --against truth --max-error 'L1_8bit<=0 every-frame' "
+          "--vary methods.reference.samples=1,2,4 --repeats 1 --progress none --out t "
+          "--test-path path.json");
+  EXPECT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("reference samples=4"));
+  EXPECT_THAT(result.out, HasSubstr("holds on all frames"));
+  EXPECT_THAT(result.out, HasSubstr("On path.json: L1_8bit 0.000"));
+  const Result tuned = run("render t/tuned.json --out tuned --frames 1 -q");
+  EXPECT_EQ(tuned.exitCode, 0) << tuned.err;
+  EXPECT_THAT(textOf(folder / "tuned/summary.json"), HasSubstr("\"samples\": 4"));
+}
+
+TEST_F(Sweep, TuneNamesTheNearestWhereNothingSatisfies) {
+  const Result result =
+      run("tune run.json --method reference --against truth --max-error 'L1_8bit<=0' "
+          "--vary methods.reference.samples=1,2,3 --repeats 1 --progress none --out t");
+  EXPECT_EQ(result.exitCode, 7) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("Nearest: reference samples=3"));
+  EXPECT_FALSE(fs::exists(folder / "t/tuned.json"));
+}
+
+TEST_F(Sweep, TuneRefusesWhatContradictsItself) {
+  const std::map<std::string, std::string> wrong{
+      {"", "name what is wanted"},
+      {"--max-error 'L1_8bit<=1' --max-time 1s", "contradict each other"},
+      {"--max-error 'L1<=1'", "is no measure of errors"},
+      {"--max-error 'L1_8bit<=1' --vary image.width=8,16", "varies options of methods"},
+      {"--max-error 'L1_8bit<=1' --verify most", "must be all, or a number"},
+      {"--max-error 'L1_8bit<=1 every-frame' --per-reflector", "a bound on the mean error"},
+      {"--max-time 0.8x:trut", "did you mean \"truth\"?"},
+  };
+  for (const auto& [options, hint] : wrong) {
+    const Result result =
+        run("tune run.json --method reference --against truth --out t " + options);
+    EXPECT_EQ(result.exitCode, 2) << options << "\n" << result.err;
+    EXPECT_THAT(result.err, HasSubstr(hint)) << options;
+  }
+}
+
+TEST_F(Sweep, RepeatsOfARunSayHowFarRatiosHold) {
+  const std::string command = "render run.json --out r --existing overwrite --frames 1-2 -q ";
+  const Result result = run(command + "--repeats 8 --ratio-to truth");
+  EXPECT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("8 rounds in turns; x: time over that of truth"));
+  EXPECT_THAT(result.out, HasSubstr(" to 0."));
+  EXPECT_THAT(run(command + "--repeats 2").out, HasSubstr("too few rounds to tell"));
+  EXPECT_EQ(run(command + "--ratio-to truth").exitCode, 2);
+  EXPECT_THAT(run(command + "--repeats 2 --ratio-to trut").err, HasSubstr("did you mean"));
+  EXPECT_EQ(run(command + "--repeats 2 --chunk 1/2").exitCode, 2);
+}
+
+TEST_F(Sweep, TablesAreMadeAgainWithoutRendering) {
+  const auto write = [&](const std::string& title, const std::string& samples) {
+    std::ofstream(folder / "a.suite.json")
+        << R"json({"title": "A", "runs": {
+  "one": {"config": "run.json", "settings": {"methods.reference.samples": )json"
+        << samples << R"json(}, "frames": {"smoke": "1"}, "against": "truth"},
+  "two": {"config": "run.json", "frames": {"smoke": "2"}, "against": "truth"}},
+  "tables": [{"title": ")json"
+        << title << R"json(", "columns": ["run", "ms", "L1_8bit"], "rows": [
+    ["one", "ms(one.reference)", "error(one.reference, L1_8bit)"],
+    ["two", "ms(two.reference)", "18 (25, 13)"]]}],
+  "figures": [{"title": "F", "x": "run", "y": "ms", "values": [1, 2],
+               "series": {"reference": ["ms(one.reference)", "ms(two.reference)"]}}]})json";
+  };
+  const std::string command = "tables a.suite.json --effort smoke --out t --progress none ";
+  write("Before", "1");
+  const Result first = run(command + "--format md,csv,tex,html");
+  ASSERT_EQ(first.exitCode, 0) << first.err;
+  EXPECT_THAT(first.err, HasSubstr("one: "));
+  EXPECT_THAT(first.err, HasSubstr("two: "));
+  EXPECT_THAT(textOf(folder / "t/tables.md"), HasSubstr("18 (25, 13)"));
+  // Another text: nothing is rendered. Another setting of one run: that run alone.
+  write("After", "1");
+  const Result second = run(command);
+  EXPECT_THAT(second.err, testing::Not(HasSubstr("frames rendered")));
+  EXPECT_THAT(textOf(folder / "t/tables.md"), HasSubstr("After"));
+  EXPECT_EQ(run(command + "--text-only").exitCode, 0);
+  write("After", "2");
+  EXPECT_EQ(run(command + "--text-only").exitCode, 2);
+  const Result third = run(command);
+  EXPECT_THAT(third.err, HasSubstr("one: "));
+  EXPECT_THAT(third.err, testing::Not(HasSubstr("two: ")));
+  std::ofstream(folder / "a.suite.json")
+      << R"json({"title": "A", "runs": {"one": {"config": "run.json", "against": "truth"}},
+ "tables": [{"title": "T", "columns": ["x"], "rows": [["ms(ome.reference)"]]}]})json";
+  const Result wrong = run(command);
+  EXPECT_EQ(wrong.exitCode, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("did you mean \"one\"?"));
+  EXPECT_THAT(wrong.err, testing::Not(HasSubstr("frames rendered")));
+}
+
 }  // namespace
 }  // namespace catoptric::app

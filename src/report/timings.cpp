@@ -249,6 +249,10 @@ Table timingComparison(std::span<const TimingTable> methods) {
         "Last rows: before the first frame, summed over the processes that made the run.");
   else
     table.rows.pop_back();
+  if (methods.size() > 1)
+    table.notes.emplace_back(
+        "The methods ran one after the other: their ratios hold what else the machine did. "
+        "`render --repeats 8` measures them in turns and says how far the ratios hold.");
   if (someFramesOnly)
     table.notes.emplace_back("A step that only some frames have: the median of those frames.");
   return table;

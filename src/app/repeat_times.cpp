@@ -1,0 +1,126 @@
+#include "app/repeat_times.h"
+
+#include <algorithm>
+
+#include "app/study_options.h"
+#include "config/json_text.h"
+#include "core/file.h"
+#include "core/text.h"
+#include "report/table.h"
+#include "study/bench.h"
+
+namespace catoptric::app {
+namespace {
+
+using study::Measurement;
+
+std::string milliseconds(const study::RoundTimes& times) {
+  const double seconds = study::frameSeconds(times).mean;
+  return seconds > 0.0 ? report::fixedText(1e3 * seconds, 2) : "";
+}
+
+/// All steps of the settings, the longest of the first setting first.
+std::vector<std::string> stepsOf(const Measurement& measurement) {
+  std::vector<std::string> steps;
+  for (std::size_t i = 0; i < measurement.settings.size(); ++i)
+    for (const std::string& step : measurement.steps(i))
+      if (std::find(steps.begin(), steps.end(), step) == steps.end()) steps.push_back(step);
+  return steps;
+}
+
+}  // namespace
+
+std::string ratioMethod(const run::RunConfig& run, const RepeatOptions& options) {
+  std::vector<std::string> names;
+  for (const run::MethodConfig& method : run.methods) names.push_back(method.name);
+  const auto has = [&](const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  if (!options.ratioTo.empty()) {
+    if (!has(options.ratioTo))
+      throw UsageError("--ratio-to \"" + options.ratioTo + "\": the run has no such method" +
+                       didYouMean(options.ratioTo, names) + "; it has " + joined(names, ", "));
+    return options.ratioTo;
+  }
+  for (const char* name : {"traced", "reference"})
+    if (has(name)) return name;
+  return names.front();
+}
+
+RepeatedTimes measureRepeats(const RunOptions& options, const run::RunConfig& run,
+                             const std::filesystem::path& out, const RepeatOptions& repeat,
+                             ProgressPrinter& printer) {
+  StudyOptions own;
+  static_cast<RunOptions&>(own) = options;
+  own.repeats = repeat.repeats;
+  own.workers = 256;  // all methods of a run at once, as far as memory allows
+  const std::filesystem::path folder = out / "repeats";
+  std::error_code ignored;
+  std::filesystem::remove_all(folder, ignored);
+  study::Bench bench(studyInputs(options), benchOptions(own, folder, printer));
+  const std::string base = ratioMethod(run, repeat);
+  std::vector<study::Setting> settings;
+  for (const run::MethodConfig& method : run.methods)
+    settings.push_back(bench.prepare({method.name, {}, "", ""}));
+  const study::Samples& samples = bench.measure(settings, bench.frames(settings.front()), false);
+  printer.endLine();
+
+  const Measurement& measurement = samples.measurement;
+  report::Table table;
+  table.title = "Ms per frame, the mean of the frames' medians over " +
+                std::to_string(repeat.repeats) + " rounds in turns; x: time over that of " + base +
+                ", and the interval that holds the truth 95 times in 100";
+  table.columns = {{"step", false}};
+  std::vector<std::string> frame{"frame"};
+  std::vector<std::string> methods;
+  std::vector<std::size_t> measured;
+  const auto ofBase = std::find_if(settings.begin(), settings.end(), [&](const auto& setting) {
+    return setting.point.method == base;
+  });
+  const std::optional<std::size_t> baseIndex = samples.find(ofBase->key);
+  for (const study::Setting& setting : settings) {
+    const std::optional<std::size_t> i = samples.find(setting.key);
+    if (!i) {
+      table.notes.push_back(setting.point.method + " failed: " + bench.failures().at(setting.key));
+      continue;
+    }
+    measured.push_back(*i);
+    table.columns.push_back({setting.point.method, true});
+    table.columns.push_back({"x", false});
+    frame.push_back(milliseconds(measurement.times(*i)));
+    const study::Ratio ratio =
+        baseIndex ? study::pairedRatio(measurement.times(*i), measurement.times(*baseIndex))
+                  : study::Ratio{};
+    frame.push_back(baseIndex ? study::ratioText(ratio) : "");
+    config::JsonText text;
+    text.add("name", setting.point.method)
+        .add("seconds", study::frameSeconds(measurement.times(*i)).mean)
+        .add("ratio", ratio.value);
+    if (ratio.interval)
+      text.raw("ratio_interval", "[" + config::numberText(ratio.interval->low) + "," +
+                                     config::numberText(ratio.interval->high) + "]");
+    methods.push_back(text.object());
+  }
+  for (const std::string& step : stepsOf(measurement)) {
+    std::vector<std::string> row{step};
+    for (const std::size_t i : measured) {
+      row.push_back(milliseconds(measurement.stepTimes(i, step)));
+      row.emplace_back();
+    }
+    table.rows.push_back(row);
+  }
+  table.rows.emplace_back();
+  table.rows.push_back(frame);
+  if (repeat.repeats < study::kLeastRounds)
+    table.notes.push_back("Fewer than " + std::to_string(study::kLeastRounds) +
+                          " rounds cannot tell how far a ratio holds.");
+  writeFileAtomically(folder / "table.md", std::string_view(report::toMarkdown(table)));
+  bench.clear();
+  return {report::toText(table), config::JsonText()
+                                     .add("repeats", repeat.repeats)
+                                     .add("ratio_to", base)
+                                     .raw("methods", "[" + joined(methods, ",") + "]")
+                                     .object()};
+}
+
+}  // namespace catoptric::app

@@ -1,0 +1,222 @@
+// catoptric tables.
+#include <algorithm>
+#include <charconv>
+#include <memory>
+
+#include "app/study_options.h"
+#include "core/file.h"
+#include "core/log.h"
+#include "core/text.h"
+#include "study/page.h"
+#include "study/suite.h"
+
+namespace catoptric::app {
+namespace {
+
+struct TablesOptions {
+  std::string suite;
+  std::string out;
+  std::string effort = "quick";
+  std::vector<int> only;
+  std::vector<std::string> formats = {"md"};
+  int repeats = 8;
+  int workers = 8;
+  bool textOnly = false;
+  std::string progress = "auto";
+};
+
+const std::vector<std::string> kEfforts = {"smoke", "quick", "full"};
+const std::vector<std::string> kFormats = {"md", "csv", "html", "tex"};
+
+void requireOneOf(const std::string& name, const std::string& value,
+                  const std::vector<std::string>& allowed) {
+  if (std::find(allowed.begin(), allowed.end(), value) == allowed.end())
+    throw UsageError(name + " \"" + value + "\"" + didYouMean(value, allowed) +
+                     ": must be one of: " + joined(allowed, ", "));
+}
+
+/// One run of the suite, checked and ready to be measured.
+struct PreparedRun {
+  std::string name;
+  std::unique_ptr<study::Bench> bench;
+  std::vector<study::Setting> settings;
+};
+
+PreparedRun prepareRun(const study::SuiteRun& run, const TablesOptions& options,
+                       ProgressPrinter& printer, const std::filesystem::path& folder) {
+  StudyOptions own;
+  own.input = run.config.string();
+  own.repeats = options.effort == "smoke" ? 1 : options.repeats;
+  own.workers = options.workers;
+  for (const auto& [name, value] : run.settings) own.settings.push_back(name + "=" + value);
+  const auto frames = run.frames.find(options.effort);
+  if (frames != run.frames.end()) own.frames = frames->second;
+  PreparedRun prepared{
+      run.name,
+      std::make_unique<study::Bench>(
+          studyInputs(own), benchOptions(own, folder / options.effort / run.name, printer)),
+      {}};
+  const std::vector<std::string> methods =
+      run.methods.empty() ? studiedMethods(own, "") : run.methods;
+  for (const std::string& method : methods)
+    prepared.settings.push_back(prepared.bench->prepare({method, {}, "", ""}));
+  prepared.bench->setReference(run.against.empty() ? methods.front() : run.against);
+  prepared.bench->checkReference(prepared.settings);
+  return prepared;
+}
+
+/// Measures a run as far as it is not known.
+void measureRun(const PreparedRun& run, bool textOnly, study::SuiteData& data) {
+  study::Bench& bench = *run.bench;
+  bench.readSamples();
+  const std::vector<int>& asked = bench.frames(run.settings.front());
+  const auto known = std::ranges::find_if(bench.samples(), [&](const study::Samples& samples) {
+    return samples.frames == asked && samples.repeats == bench.options().repeats &&
+           std::ranges::all_of(run.settings, [&](const study::Setting& setting) {
+             return samples.find(setting.key).has_value();
+           });
+  });
+  const study::Samples* samples = known == bench.samples().end() ? nullptr : &*known;
+  if (samples == nullptr) {
+    if (textOnly)
+      throw UsageError("--text-only: the run " + run.name +
+                       " is not there as the suite wants it; leave --text-only out");
+    samples = &bench.measure(run.settings, asked, true);
+  }
+  bench.findErrors(run.settings, asked);
+  for (const study::Setting& setting : run.settings) {
+    const auto index = samples->find(setting.key);
+    if (!index)
+      throw Error(ExitCode::FramesFailed,
+                  run.name + ": " + setting.text() + ": " + bench.failures().at(setting.key));
+    data.runs[run.name][setting.point.method] = {setting, samples, *index, bench.errors(setting),
+                                                 asked};
+  }
+  if (bench.framesRendered() > 0)
+    log::info(run.name + ": " + std::to_string(bench.framesRendered()) + " frames rendered");
+  bench.clear();
+}
+
+void writeTables(const study::Suite& suite, const study::SuiteData& data,
+                 const TablesOptions& options, const std::filesystem::path& folder,
+                 const std::string& context) {
+  const std::vector<report::Table> tables = study::suiteTables(suite, data, options.only);
+  const std::vector<study::Chart> charts = study::suiteCharts(suite, data);
+  const auto write = [&](const std::string& name, const std::string& text) {
+    writeFileAtomically(folder / name, std::string_view(text));
+  };
+  if (!charts.empty()) write("curves.svg", study::toSvg(charts));
+  const std::string effort = "Effort: " + options.effort +
+                             (options.effort == "smoke" ? " (figures without meaning)." : ".");
+  std::string markdown = "# " + suite.title + "\n\n" + suite.text + "\n\n" + effort + "\n";
+  std::string csv;
+  std::string tex;
+  study::Page page(suite.title);
+  page.paragraph(suite.text);
+  page.paragraph(effort);
+  for (const report::Table& table : tables) {
+    markdown += "\n" + report::toMarkdown(table);
+    csv += (csv.empty() ? "" : "\n") + report::csvCell(table.title) + "\n" + report::toCsv(table);
+    tex += report::toTex(table) + "\n";
+    page.table(table);
+    printData(report::toText(table) + "\n");
+  }
+  if (!charts.empty()) {
+    markdown += "\n![curves](curves.svg)\n";
+    page.svg(study::toSvg(charts));
+  }
+  page.details("Machine", context);
+  const std::map<std::string, std::string> texts{
+      {"md", markdown}, {"csv", csv}, {"tex", tex}, {"html", page.text()}};
+  for (const std::string& format : options.formats) write("tables." + format, texts.at(format));
+  log::info("tables: " + (folder / ("tables." + options.formats.front())).string());
+}
+
+ExitCode tables(const TablesOptions& options, const CommonOptions& common) {
+  requireOneOf("--effort", options.effort, kEfforts);
+  for (const std::string& format : options.formats) requireOneOf("--format", format, kFormats);
+  const ProgressMode mode = parseProgress(options.progress, common.quiet);
+  ProgressPrinter printer(mode);
+  const study::Suite suite = study::readSuite(options.suite);
+  std::string name = std::filesystem::path(options.suite).stem().string();
+  if (name.ends_with(".suite")) name.resize(name.size() - 6);
+  const std::filesystem::path folder = options.out.empty()
+                                           ? std::filesystem::path("out/tables") / name
+                                           : std::filesystem::path(options.out);
+  std::filesystem::create_directories(folder);
+  catchStopSignals(mode == ProgressMode::Json);
+  study::SuiteData data;
+  std::vector<PreparedRun> runs;
+  for (const study::SuiteRun& run : suite.runs) {
+    runs.push_back(prepareRun(run, options, printer, folder));
+    for (const study::Setting& setting : runs.back().settings)
+      data.runs[run.name][setting.point.method].setting = setting;
+  }
+  // What the cells name is checked before anything is rendered.
+  study::suiteTables(suite, data, {});
+  study::suiteCharts(suite, data);
+  try {
+    for (const PreparedRun& run : runs) measureRun(run, options.textOnly, data);
+  } catch (const study::StudyStopped&) {
+    printer.endLine();
+    log::warning("stopped; what was measured is kept, and is not rendered again");
+    return static_cast<ExitCode>(128 + stopSignal());
+  }
+  printer.endLine();
+  writeTables(suite, data, options, folder, runs.empty() ? "" : studyContext(*runs.front().bench));
+  return ExitCode::Done;
+}
+
+}  // namespace
+
+void addTables(CLI::App& program, CommonOptions& common, Action& action) {
+  CLI::App* command = program.add_subcommand(
+      "tables", "Make the tables and curves of a suite of runs (configs/papers/*.suite.json).");
+  const auto options = std::make_shared<TablesOptions>();
+  command->add_option("suite", options->suite, "A suite (JSON)")->required()->type_name("SUITE");
+  command->add_option("--out", options->out, "Folder for the results [out/tables/NAME]")
+      ->check(notEmpty())
+      ->type_name("DIR");
+  command
+      ->add_option("--effort", options->effort,
+                   "How many frames: smoke (only to see that it works), quick, full")
+      ->capture_default_str()
+      ->type_name("EFFORT");
+  command
+      ->add_option("--only", options->only,
+                   "Write these tables only, by their numbers, with commas")
+      ->delimiter(',')
+      ->type_name("N")
+      ->allow_extra_args(false);
+  command->add_option("--format", options->formats, "md, csv, html, tex, with commas")
+      ->delimiter(',')
+      ->capture_default_str()
+      ->type_name("FORMAT")
+      ->allow_extra_args(false);
+  command->add_option("--repeats", options->repeats, "Timed rounds (of smoke: one)")
+      ->capture_default_str()
+      ->check(within(1, 1000))
+      ->type_name("N");
+  command
+      ->add_option("--workers", options->workers, "Settings that stay in memory at once, at most")
+      ->capture_default_str()
+      ->check(within(2, 256))
+      ->type_name("N");
+  command->add_flag("--text-only", options->textOnly,
+                    "Render nothing: make the tables again from what is there");
+  command->add_option("--progress", options->progress, "bar, plain, json, none, or auto")
+      ->capture_default_str()
+      ->type_name("HOW");
+  addCommon(*command, common);
+  command->footer(R"(Examples:
+  catoptric tables configs/papers/second_order.suite.json --effort smoke
+  catoptric tables configs/papers/second_order.suite.json --effort full --format md,tex,html
+
+What was rendered before, with the same settings by the same program, is not rendered again.
+)");
+  command->callback([options, &common, &action] {
+    action = [options, &common] { return tables(*options, common); };
+  });
+}
+
+}  // namespace catoptric::app

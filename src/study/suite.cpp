@@ -1,0 +1,276 @@
+#include "study/suite.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/error.h"
+#include "core/text.h"
+
+namespace catoptric::study {
+namespace {
+
+using config::Field, config::FieldType, config::Schema, config::Value;
+
+const Schema& runSchemaOfSuite() {
+  static const Schema open{.name = "settings", .help = "", .fields = {}, .open = true};
+  static const Schema schema{
+      .name = "run",
+      .help = "A run of a suite.",
+      .fields = {{.name = "config",
+                  .type = FieldType::String,
+                  .help = "A run config, relative to the suite.",
+                  .required = true},
+                 {.name = "settings",
+                  .type = FieldType::Object,
+                  .help = "Values of the config, by their names as for --set.",
+                  .object = &open},
+                 {.name = "methods",
+                  .type = FieldType::Array,
+                  .help = "Names of the config's methods; without it, all.",
+                  .items = FieldType::String},
+                 {.name = "frames",
+                  .type = FieldType::Object,
+                  .help = "Frames by effort: smoke, quick, full.",
+                  .object = &open},
+                 {.name = "against",
+                  .type = FieldType::String,
+                  .help = "The method that errors are measured against."}}};
+  return schema;
+}
+
+const Schema& suiteSchema() {
+  static const Schema runs{.name = "runs", .help = "", .fields = {}, .open = true};
+  static const Schema schema{
+      .name = "suite",
+      .help = "Tables and curves of a paper.",
+      .fields = {{.name = "comment", .type = FieldType::Any, .help = "Not read."},
+                 {.name = "title", .type = FieldType::String, .help = "Title.", .required = true},
+                 {.name = "text", .type = FieldType::String, .help = "Text below the title."},
+                 {.name = "runs",
+                  .type = FieldType::Object,
+                  .help = "Runs by name.",
+                  .required = true,
+                  .object = &runs},
+                 {.name = "tables", .type = FieldType::Array, .help = "Tables."},
+                 {.name = "figures", .type = FieldType::Array, .help = "Curves."}}};
+  return schema;
+}
+
+/// With three significant digits.
+std::string threeDigits(double value) {
+  if (!std::isfinite(value)) return "";
+  if (value == 0.0) return "0";
+  const int digits = 2 - static_cast<int>(std::floor(std::log10(std::abs(value))));
+  return report::fixedText(value, std::max(0, digits));
+}
+
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+/// "name(a, b)" in its parts; no parts: it is no call.
+struct Call {
+  std::string name;
+  std::vector<std::string> arguments;
+};
+Call parseCall(const std::string& text) {
+  const std::size_t open = text.find('(');
+  if (open == std::string::npos || open == 0 || text.back() != ')') return {};
+  Call call{text.substr(0, open), {}};
+  static const std::vector<std::string> known{"ms",    "worst_ms", "step", "ratio",  "error",
+                                              "worst", "mean",     "most", "percent"};
+  if (std::find(known.begin(), known.end(), call.name) == known.end()) return {};
+  const std::string inside = text.substr(open + 1, text.size() - open - 2);
+  for (std::size_t begin = 0; begin <= inside.size();) {
+    const std::size_t end = std::min(inside.find(',', begin), inside.size());
+    std::string part = inside.substr(begin, end - begin);
+    part.erase(0, part.find_first_not_of(' '));
+    part.erase(part.find_last_not_of(' ') + 1);
+    call.arguments.push_back(part);
+    begin = end + 1;
+  }
+  return call;
+}
+
+}  // namespace
+
+Suite readSuite(const std::filesystem::path& file) {
+  const Value root = config::parseFile(file);
+  config::require(root, suiteSchema());
+  Suite suite;
+  suite.title = root.get("title").asString();
+  if (root.has("text")) suite.text = root.get("text").asString();
+  for (const std::string& name : root.get("runs").keys()) {
+    const Value value = root.get("runs").get(name);
+    config::require(value, runSchemaOfSuite());
+    SuiteRun run;
+    run.name = name;
+    run.config = (file.parent_path() / value.get("config").asString()).lexically_normal();
+    if (value.has("settings"))
+      for (const std::string& key : value.get("settings").keys()) {
+        const Value setting = value.get("settings").get(key);
+        if (key == "scene" || key == "path") {  // relative to the suite, as in a config
+          run.settings.emplace_back(
+              key, (file.parent_path() / setting.asString()).lexically_normal().string());
+          continue;
+        }
+        run.settings.emplace_back(
+            key, setting.kind() == Value::Kind::String ? setting.asString() : setting.dump());
+      }
+    if (value.has("methods"))
+      for (const Value& method : value.get("methods").asArray())
+        run.methods.push_back(method.asString());
+    if (value.has("frames"))
+      for (const std::string& effort : value.get("frames").keys())
+        run.frames[effort] = value.get("frames").get(effort).asString();
+    if (value.has("against")) run.against = value.get("against").asString();
+    suite.runs.push_back(std::move(run));
+  }
+  suite.tables = root.get("tables");
+  suite.figures = root.get("figures");
+  return suite;
+}
+
+const SuiteData::Entry& SuiteData::entry(const std::string& name, const Value& cell) const {
+  const std::size_t dot = name.find('.');
+  const std::string run = name.substr(0, dot);
+  const std::string method = dot == std::string::npos ? "" : name.substr(dot + 1);
+  const auto found = runs.find(run);
+  std::vector<std::string> names;
+  for (const auto& [own, methods] : runs) names.push_back(own);
+  if (found == runs.end())
+    cell.fail("\"" + run + "\" is no run of this suite" + didYouMean(run, names) + "; it has " +
+              joined(names, ", "));
+  const auto at = found->second.find(method);
+  names.clear();
+  for (const auto& [own, ignored] : found->second) names.push_back(own);
+  if (at == found->second.end())
+    cell.fail("the run " + run + " has no method \"" + method + "\"" + didYouMean(method, names) +
+              "; it has " + joined(names, ", "));
+  return at->second;
+}
+
+double SuiteData::number(const Value& cell) const {
+  if (cell.kind() == Value::Kind::Number) return cell.asNumber();
+  const Call call = parseCall(cell.asString());
+  if (call.name.empty())
+    cell.fail(
+        cell.dump() +
+        " is no value; allowed: ms(R), worst_ms(R), step(R, NAME), ratio(R, R), error(R, "
+        "MEASURE), worst(R, MEASURE), mean(R, COUNTER), most(R, COUNTER), percent(R, COUNTER, "
+        "COUNTER), where R is RUN.METHOD, and a counter `samples` is the frame's own");
+  const std::size_t arguments = call.name == "ms" || call.name == "worst_ms" ? 1
+                                : call.name == "percent"                     ? 3
+                                                                             : 2;
+  if (call.arguments.size() != arguments)
+    cell.fail(call.name + " takes " + std::to_string(arguments) + " arguments");
+  const Entry& one = entry(call.arguments[0], cell);
+  if (call.name == "error" || call.name == "worst") {
+    requireMetric(call.arguments[1]);
+    if (call.name == "error") return one.errors.pooled(call.arguments[1], one.frames);
+    const int worst = one.errors.worstFrame(call.arguments[1], one.frames);
+    return worst > 0 ? one.errors.frames.at(worst).metrics.at(call.arguments[1]) : NAN;
+  }
+  if (call.name == "percent") {
+    const methods::RunSettings& image = one.setting.run.image;
+    const double samples =
+        static_cast<double>(image.width) * image.height * image.samples * image.samples;
+    const auto counted = [&](const std::string& name) {
+      return name == "samples" ? samples : one.errors.meanCounter(name, one.frames);
+    };
+    return 100.0 * counted(call.arguments[1]) / counted(call.arguments[2]);
+  }
+  if (call.name == "mean") return one.errors.meanCounter(call.arguments[1], one.frames);
+  if (call.name == "most") {
+    double most = 0.0;
+    for (const int frame : one.frames)
+      most = std::max(most, one.errors.meanCounter(call.arguments[1], {frame}));
+    return most;
+  }
+  if (one.samples == nullptr) return NAN;
+  const Measurement& measurement = one.samples->measurement;
+  if (call.name == "ms") return 1e3 * frameSeconds(measurement.times(one.index)).mean;
+  if (call.name == "worst_ms") return 1e3 * frameSeconds(measurement.times(one.index)).worst;
+  if (call.name == "step")
+    return 1e3 * mean(frameSeconds(measurement.stepTimes(one.index, call.arguments[1])).frames);
+  const Entry& base = entry(call.arguments[1], cell);
+  if (base.samples == nullptr) return NAN;
+  const Ratio ratio =
+      base.samples == one.samples
+          ? pairedRatio(measurement.times(one.index), measurement.times(base.index))
+          : Ratio{frameSeconds(measurement.times(one.index)).mean /
+                      frameSeconds(base.samples->measurement.times(base.index)).mean,
+                  {},
+                  0,
+                  0};
+  return ratio.value;
+}
+
+std::string SuiteData::cell(const Value& cell) const {
+  if (cell.kind() == Value::Kind::Number) return threeDigits(cell.asNumber());
+  const std::string& text = cell.asString();
+  const Call call = parseCall(text);
+  if (call.name.empty()) return text;
+  if (call.name == "ratio") {
+    const Entry& one = entry(call.arguments.at(0), cell);
+    const Entry& base = entry(call.arguments.size() > 1 ? call.arguments[1] : "", cell);
+    if (one.samples != nullptr && one.samples == base.samples) {
+      const Measurement& measurement = one.samples->measurement;
+      return ratioText(pairedRatio(measurement.times(one.index), measurement.times(base.index)));
+    }
+  }
+  return threeDigits(number(cell));
+}
+
+std::vector<report::Table> suiteTables(const Suite& suite, const SuiteData& data,
+                                       const std::vector<int>& only) {
+  std::vector<report::Table> tables;
+  int number = 0;
+  for (const Value& value : suite.tables.isNull() ? std::vector<Value>{} : suite.tables.asArray()) {
+    ++number;
+    if (!only.empty() && std::find(only.begin(), only.end(), number) == only.end()) continue;
+    report::Table table;
+    table.title = value.get("title").asString();
+    for (const Value& title : value.get("columns").asArray())
+      table.columns.push_back({title.asString(), !table.columns.empty()});
+    for (const Value& row : value.get("rows").asArray()) {
+      std::vector<std::string> cells;
+      for (const Value& cell : row.asArray()) cells.push_back(data.cell(cell));
+      if (cells.size() != table.columns.size())
+        row.fail("a row of " + std::to_string(cells.size()) + " cells in a table of " +
+                 std::to_string(table.columns.size()) + " columns");
+      table.rows.push_back(std::move(cells));
+    }
+    if (value.has("text")) table.notes.push_back(value.get("text").asString());
+    tables.push_back(std::move(table));
+  }
+  return tables;
+}
+
+std::vector<Chart> suiteCharts(const Suite& suite, const SuiteData& data) {
+  std::vector<Chart> charts;
+  for (const Value& value :
+       suite.figures.isNull() ? std::vector<Value>{} : suite.figures.asArray()) {
+    Chart chart;
+    chart.title = value.get("title").asString();
+    chart.xTitle = value.get("x").asString();
+    chart.yTitle = value.get("y").asString();
+    const std::vector<Value> places = value.get("values").asArray();
+    for (const std::string& name : value.get("series").keys()) {
+      ChartSeries series{name, {}, true};
+      const std::vector<Value> cells = value.get("series").get(name).asArray();
+      for (std::size_t i = 0; i < std::min(cells.size(), places.size()); ++i) {
+        ChartPoint point;
+        point.x = places[i].asNumber();
+        point.y = data.number(cells[i]);
+        if (std::isfinite(point.y)) series.points.push_back(point);
+      }
+      chart.series.push_back(std::move(series));
+    }
+    charts.push_back(std::move(chart));
+  }
+  return charts;
+}
+
+}  // namespace catoptric::study

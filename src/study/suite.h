@@ -1,0 +1,64 @@
+// A suite: runs of configs, and tables and curves whose cells are computed from them. What was
+// rendered is kept; text and tables are made again without rendering.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "config/json.h"
+#include "report/table.h"
+#include "study/bench.h"
+#include "study/chart.h"
+
+namespace catoptric::study {
+
+/// A run of a suite: a config with settings, some methods, some frames.
+struct SuiteRun {
+  std::string name;
+  std::filesystem::path config;
+  Settings settings;
+  std::vector<std::string> methods;
+  std::map<std::string, std::string> frames;  ///< by effort: smoke, quick, full
+  std::string against;                        ///< empty: no errors
+};
+
+struct Suite {
+  std::string title;
+  std::string text;
+  std::vector<SuiteRun> runs;
+  config::Value tables;   ///< of {"title", "text", "columns", "rows"}
+  config::Value figures;  ///< of {"title", "x", "y", "values", "series"}
+};
+
+/// Throws UsageError with the place of what is wrong.
+Suite readSuite(const std::filesystem::path& file);
+
+/// The measured runs, for the cells: by run, by method.
+class SuiteData {
+ public:
+  struct Entry {
+    Setting setting;
+    const Samples* samples = nullptr;  ///< null: only errors
+    std::size_t index = 0;
+    PointErrors errors;
+    std::vector<int> frames;
+  };
+  std::map<std::string, std::map<std::string, Entry>> runs;
+
+  /// The value of a cell such as "ms(paths.second_order)"; text that is no call is itself. Throws
+  /// UsageError: `cell` has the place.
+  std::string cell(const config::Value& cell) const;
+  double number(const config::Value& cell) const;
+
+ private:
+  const Entry& entry(const std::string& name, const config::Value& cell) const;
+};
+
+/// Tables of the suite, those that `only` names by their numbers from 1, or all.
+std::vector<report::Table> suiteTables(const Suite& suite, const SuiteData& data,
+                                       const std::vector<int>& only);
+std::vector<Chart> suiteCharts(const Suite& suite, const SuiteData& data);
+
+}  // namespace catoptric::study

@@ -1,0 +1,161 @@
+#include "study/tune.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.h"
+
+namespace catoptric::study {
+namespace {
+
+using testing::HasSubstr;
+
+/// A method with three options of 6 values each: time and error are known, and not simply products.
+struct World : TuneWorld {
+  World() {
+    for (int a = 0; a < 6; ++a)
+      for (int b = 0; b < 6; ++b)
+        for (int c = 0; c < 6; ++c) candidates.push_back({0, {a, b, c}});
+    for (int frame = 1; frame <= 900; ++frame) frames.push_back(frame);
+  }
+  double seconds(std::size_t i) const {
+    const std::vector<int>& v = candidates[i].values;
+    return 0.02 + 0.01 * std::pow(1.5, v[0]) + 0.004 * v[1] * (1.0 + 0.2 * v[0]) + 0.002 * v[2];
+  }
+  double error(std::size_t i, int frame) const {
+    const std::vector<int>& v = candidates[i].values;
+    const double all = 6.0 * std::pow(0.7, v[0]) + 2.0 * std::pow(0.6, v[1]) + 0.3 * (5 - v[2]) / 5;
+    return all * (frame == hardFrame ? 1.5 : 1.0 + 0.05 * std::sin(frame));
+  }
+  std::vector<double> errors(std::size_t i, const std::vector<int>& of) override {
+    std::vector<double> result;
+    for (const int frame : of) result.push_back(error(i, frame));
+    rendered += static_cast<int>(of.size());
+    return result;
+  }
+  double pooled(std::size_t i, const std::vector<int>& of) override {
+    double sum = 0.0;
+    for (const int frame : of) sum += error(i, frame);
+    return sum / static_cast<double>(of.size());
+  }
+  std::map<std::size_t, MeasuredTime> times(const std::vector<std::size_t>& of,
+                                            const std::vector<int>& ofFrames) override {
+    std::map<std::size_t, MeasuredTime> result;
+    for (const std::size_t i : of) {
+      result[i] = {seconds(i), {}};
+      rendered += 9 * static_cast<int>(ofFrames.size());
+    }
+    return result;
+  }
+  Ratio ratioToMethod(std::size_t i, const std::vector<int>&) override {
+    const double ratio = seconds(i) / 0.1;
+    return {ratio, Interval{0.98 * ratio, 1.02 * ratio}, 8, 16};
+  }
+  /// The best of all combinations.
+  double bestSeconds(double limit, bool everyFrame) const {
+    double best = INFINITY;
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      double sum = 0.0;
+      double most = 0.0;
+      for (const int frame : frames) {
+        sum += error(i, frame);
+        most = std::max(most, error(i, frame));
+      }
+      if ((everyFrame ? most : sum / 900.0) <= limit) best = std::min(best, seconds(i));
+    }
+    return best;
+  }
+  std::vector<Candidate> candidates;
+  std::vector<int> frames;
+  int hardFrame = 0;
+  int rendered = 0;
+};
+
+TuneOptions optionsFor(const World& world, const Bound& bound) {
+  TuneOptions options;
+  options.bound = bound;
+  options.frames = world.frames;
+  return options;
+}
+
+TEST(Tune, EndsNearTheBestOfTheGridForAFifthOfItsFrames) {
+  World world;
+  const TuneResult result =
+      tune(world.candidates, world, optionsFor(world, parseMaxError("L1_8bit<=2")));
+  ASSERT_TRUE(result.best);
+  EXPECT_TRUE(result.verifiedOnAll);
+  EXPECT_LE(result.error, 2.0);
+  EXPECT_LE(world.seconds(*result.best), 1.1 * world.bestSeconds(2.0, false));
+  EXPECT_LE(world.rendered, 216 * 900 / 5);
+}
+
+TEST(Tune, AHardFrameThatNobodyLookedAtIsFound) {
+  World world;
+  world.hardFrame = 333;
+  const TuneResult result =
+      tune(world.candidates, world, optionsFor(world, parseMaxError("L1_8bit<=2 every-frame")));
+  ASSERT_TRUE(result.best);
+  EXPECT_LE(world.error(*result.best, 333), 2.0);
+  EXPECT_EQ(result.worstFrame, 333);
+  EXPECT_LE(world.seconds(*result.best), 1.1 * world.bestSeconds(2.0, true));
+}
+
+TEST(Tune, OfATimeTheMostAccurateHolds) {
+  World world;
+  const TuneResult result =
+      tune(world.candidates, world, optionsFor(world, parseMaxTime("0.8x:traced")));
+  ASSERT_TRUE(result.best);
+  EXPECT_LE(world.seconds(*result.best), 0.08);
+  double best = INFINITY;
+  for (std::size_t i = 0; i < world.candidates.size(); ++i)
+    if (world.seconds(i) * 1.02 <= 0.08) best = std::min(best, world.pooled(i, world.frames));
+  EXPECT_LE(result.error, 1.1 * best);
+}
+
+TEST(Tune, WhatCannotBeHadNamesTheNearest) {
+  World world;
+  const TuneResult result =
+      tune(world.candidates, world, optionsFor(world, parseMaxError("L1_8bit<=0.1")));
+  EXPECT_FALSE(result.best);
+  ASSERT_TRUE(result.nearest);
+  EXPECT_EQ(world.candidates[*result.nearest].values, (std::vector<int>{5, 5, 5}));
+}
+
+TEST(Tune, TheSameSeedGivesTheSameProposals) {
+  std::vector<std::string> texts;
+  for (int i = 0; i < 2; ++i) {
+    World world;
+    TuneOptions options = optionsFor(world, parseMaxError("L1_8bit<=2"));
+    options.seed = 7;
+    std::string text;
+    for (const Trial& trial : tune(world.candidates, world, options).trials)
+      text += trial.stage + std::to_string(trial.candidate) + " ";
+    texts.push_back(text);
+  }
+  EXPECT_EQ(texts[0], texts[1]);
+}
+
+TEST(Tune, BoundsAreChecked) {
+  const auto messageOf = [](const std::function<void()>& body) -> std::string {
+    try {
+      body();
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(messageOf([] { parseMaxError("L1_8bt<=2"); }),
+              HasSubstr("did you mean \"L1_8bit\"?"));
+  EXPECT_THAT(messageOf([] { parseMaxError("L1_8bit=2"); }), HasSubstr("MEASURE<=LIMIT"));
+  EXPECT_THAT(messageOf([] { parseMaxError("L1_8bit<=-1"); }), HasSubstr("below 0"));
+  EXPECT_THAT(messageOf([] { parseMaxError("L1_8bit<=2 often"); }), HasSubstr("every-frame, mean"));
+  EXPECT_THAT(messageOf([] { parseMaxTime("fast"); }), HasSubstr("must be a time"));
+  EXPECT_THAT(messageOf([] { parseMaxTime("0ms"); }), HasSubstr("takes no time"));
+  EXPECT_EQ(parseMaxTime("0.8x:traced").timeOf, "traced");
+  EXPECT_DOUBLE_EQ(parseMaxTime("100ms").limit, 0.1);
+}
+
+}  // namespace
+}  // namespace catoptric::study
