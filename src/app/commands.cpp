@@ -34,6 +34,8 @@ Exit codes:
   5  output could not be written, or a folder that is not empty stands in its way
   6  some frames failed
   7  a comparison exceeded its limits
+  8  the memory did not suffice
+  70 a fault of the program itself: please report it
   128 + N  the process was ended by signal N
 )";
 
@@ -194,7 +196,9 @@ void addCommon(CLI::App& command, CommonOptions& common) {
 }
 
 void printData(const std::string& text) {
-  if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0)
+  const std::string shown = printable(text);  // names of files and objects are not ours
+  if (std::fwrite(shown.data(), 1, shown.size(), stdout) == shown.size() &&
+      std::fflush(stdout) == 0)
     return;
   if (errno == EPIPE) throw ReaderGone();
   throw OutputError("stdout: cannot be written");

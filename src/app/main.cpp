@@ -27,7 +27,7 @@ int main(int argc, char** argv) {
   } catch (const app::ReaderGone&) {
     return 128 + SIGPIPE;
   } catch (const std::bad_alloc&) {
-    return fail("out of memory", ExitCode::Internal);
+    return fail("out of memory", ExitCode::OutOfMemory);
   } catch (const std::exception& error) {
     return fail(std::string("internal error: ") + error.what(), ExitCode::Internal);
   }

@@ -21,6 +21,19 @@ TEST(Text, NearestNameFindsTypingErrors) {
   EXPECT_EQ(nearestName("zzz", names), "");
 }
 
+TEST(Text, ControlCharactersAreShown) {
+  EXPECT_EQ(printable("a\tb\nc \xc3\xa4 \xe2\x82\xac \xf0\x9f\x98\x80"),
+            "a\tb\nc \xc3\xa4 \xe2\x82\xac \xf0\x9f\x98\x80");
+  EXPECT_EQ(printable("\x1b[31mred\r\x7f"), "\\u001b[31mred\\u000d\\u007f");
+  EXPECT_EQ(printable("\xc2\x9b"
+                      "2J"),
+            "\\u009b2J");  // the same in one character
+  EXPECT_EQ(printable("\x9b"
+                      "2J \xc3"),
+            "\\x9b2J \\xc3");  // no UTF-8
+  EXPECT_EQ(printable(std::string_view("\0", 1)), "\\u0000");
+}
+
 TEST(Fingerprint, DependsOnEveryByteAndOnPieceBorders) {
   const auto of = [](std::string_view a, std::string_view b) {
     Fingerprint f;

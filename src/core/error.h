@@ -2,6 +2,7 @@
 // them to the exit codes of the command line. Our own bugs are assertions, not errors.
 #pragma once
 
+#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -15,6 +16,7 @@ enum class ExitCode : int {
   Output = 5,          ///< output could not be written
   FramesFailed = 6,    ///< some frames failed; their list is printed
   LimitsExceeded = 7,  ///< a comparison exceeded its limits
+  OutOfMemory = 8,     ///< the memory did not suffice
   Internal = 70,       ///< a bug of ours
 };
 
@@ -38,8 +40,17 @@ struct SceneError : Error {
 struct DeviceError : Error {
   explicit DeviceError(const std::string& m) : Error(ExitCode::NoDevice, m) {}
 };
+/// A frame that cannot be written as it was made; others of the run may be good.
+struct FrameError : Error {
+  explicit FrameError(const std::string& m) : Error(ExitCode::FramesFailed, m) {}
+};
 struct OutputError : Error {
   explicit OutputError(const std::string& m) : Error(ExitCode::Output, m) {}
 };
+
+/// what() of an exception, with plain words for std::bad_alloc.
+inline std::string messageOf(const std::exception& error) {
+  return dynamic_cast<const std::bad_alloc*>(&error) != nullptr ? "out of memory" : error.what();
+}
 
 }  // namespace catoptric

@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <mutex>
 
+#include "core/text.h"
+
 namespace catoptric::log {
 namespace {
 
@@ -37,9 +39,10 @@ spdlog::logger& logger() {
   return *instance;
 }
 
-void print(Level level, spdlog::level::level_enum shown, const std::string& message) {
+void print(Level level, spdlog::level::level_enum shown, const std::string& text) {
   State& all = state();
   if (all.level > level) return;
+  const std::string message = printable(text);  // names of files and objects are not ours
   const std::scoped_lock lock(all.mutex);
   if (all.before) all.before();
   if (all.formatter) {

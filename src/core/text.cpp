@@ -26,6 +26,26 @@ std::size_t editDistance(std::string_view a, std::string_view b) {
   return above[b.size()];
 }
 
+/// Bytes of the UTF-8 character that `text` begins with; 0: it begins with none.
+std::size_t utf8Length(std::string_view text) {
+  const auto first = static_cast<unsigned char>(text[0]);
+  if (first < 0x80) return 1;
+  const std::size_t bytes = first >= 0xC2 && first < 0xE0   ? 2
+                            : first >= 0xE0 && first < 0xF0 ? 3
+                            : first >= 0xF0 && first < 0xF5 ? 4
+                                                            : 0;
+  if (bytes > text.size()) return 0;
+  for (std::size_t i = 1; i < bytes; ++i)
+    if ((static_cast<unsigned char>(text[i]) & 0xC0) != 0x80) return 0;
+  return bytes;
+}
+
+/// `start` and two hexadecimal digits.
+std::string escaped(std::string_view start, unsigned value) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  return std::string(start) + kDigits[value >> 4] + kDigits[value & 0xF];
+}
+
 }  // namespace
 
 std::string nearestName(std::string_view name, std::span<const std::string> candidates) {
@@ -44,6 +64,27 @@ std::string nearestName(std::string_view name, std::span<const std::string> cand
 std::string didYouMean(std::string_view name, std::span<const std::string> candidates) {
   const std::string nearest = nearestName(name, candidates);
   return nearest.empty() ? "" : " (did you mean \"" + nearest + "\"?)";
+}
+
+std::string printable(std::string_view text) {
+  std::string shown;
+  shown.reserve(text.size());
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t bytes = utf8Length(text.substr(i));
+    const auto first = static_cast<unsigned char>(text[i]);
+    const bool ascii =
+        bytes == 1 && first != 0x7F && (first >= 0x20 || first == '\n' || first == '\t');
+    // U+0080 to U+009F are control characters, too
+    const auto second = static_cast<unsigned char>(bytes == 2 ? text[i + 1] : 0);
+    if (ascii || bytes > 2 || (bytes == 2 && !(first == 0xC2 && second < 0xA0)))
+      shown += text.substr(i, bytes);
+    else if (bytes == 0)
+      shown += escaped("\\x", first);
+    else
+      shown += escaped("\\u00", bytes == 1 ? first : second);
+    i += std::max<std::size_t>(bytes, 1);
+  }
+  return shown;
 }
 
 std::string joined(std::span<const std::string> items, std::string_view separator) {

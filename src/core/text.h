@@ -15,6 +15,10 @@ std::string nearestName(std::string_view name, std::span<const std::string> cand
 /// " (did you mean \"x\"?)" or an empty string.
 std::string didYouMean(std::string_view name, std::span<const std::string> candidates);
 
+/// Text for a terminal: control characters but for line breaks and tabs as \u001b, bytes that are
+/// no UTF-8 as \x80.
+std::string printable(std::string_view text);
+
 std::string joined(std::span<const std::string> items, std::string_view separator);
 
 }  // namespace catoptric
