@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <unordered_set>
@@ -16,8 +17,9 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t kMaxDepth = 64;                  // scene descriptions nest about 10 levels
-constexpr std::size_t kMaxFileBytes = 64u << 20;       // of one description
+constexpr std::size_t kMaxDepth = 64;             // scene descriptions nest about 10 levels
+constexpr std::size_t kMaxFileBytes = 64u << 20;  // of one description
+constexpr const char* kZeroInText = "the character \\u0000 is not allowed in a text";
 constexpr std::size_t kShortTextBytes = 60;            // of a value inside a message
 constexpr double kExactIntegers = 9007199254740992.0;  // 2^53: doubles count exactly to here
 
@@ -93,6 +95,7 @@ class Builder {
   bool string(std::string& value) {
     auto n = node(Value::Kind::String);
     n->string = std::move(value);
+    if (hasZero(n->string)) Value(n).fail(kZeroInText);
     return add(n);
   }
   bool binary(Json::binary_t&) { return false; }
@@ -103,6 +106,10 @@ class Builder {
   bool key(std::string& value) {
     Level& level = levels_.back();
     level.key = std::move(value);
+    if (hasZero(level.key)) {
+      level.key.resize(level.key.find('\0'));  // what stands in the message must not end it
+      Value(node(Value::Kind::Null)).fail(kZeroInText);
+    }
     if (!level.seen.insert(level.key).second) {
       auto n = node(Value::Kind::Null);
       Value(n).fail("the name \"" + level.key + "\" stands here for the second time");
@@ -126,6 +133,9 @@ class Builder {
     std::string key;
     std::unordered_set<std::string> seen;
   };
+
+  /// Names of files end at a zero byte: another file would be opened than the one that is shown.
+  static bool hasZero(const std::string& text) { return text.find('\0') != std::string::npos; }
 
   static bool endsInside(const std::string& message) {
     return message.find("unexpected end of input") != std::string::npos;
@@ -168,7 +178,12 @@ class Builder {
     // A number ends where something else begins: one character too many has been read.
     const char* at = farthest_;
     while (at > text_.data() && (at[-1] < '0' || at[-1] > '9')) --at;
-    return nodeAt(Value::Kind::Number, at);
+    auto n = nodeAt(Value::Kind::Number, at);
+    const char* begin = at;
+    while (begin > text_.data() && std::strchr("0123456789+-.eE", begin[-1]) != nullptr) --begin;
+    n->textRange = {static_cast<std::size_t>(begin - text_.data()),
+                    static_cast<std::size_t>(at - text_.data())};
+    return n;
   }
 
   bool add(const std::shared_ptr<Value::Node>& n) {
@@ -327,6 +342,9 @@ std::int64_t Value::asInteger() const {
   if (kind() != Kind::Number || !node_->isInteger) failKind(*this, node_->missing, "an integer");
   return node_->integer;
 }
+std::pair<std::size_t, std::size_t> Value::textRange() const {
+  return node_->textRange;
+}
 const std::string& Value::asString() const {
   if (kind() != Kind::String) failKind(*this, node_->missing, "a string");
   return node_->string;
@@ -385,6 +403,11 @@ std::string Value::dump(int indent) const {
 }
 
 Value parseText(const std::string& text, const std::string& name) {
+  // nlohmann's parser takes a zero byte for the end of the text, and ignores what follows.
+  if (const std::size_t zero = text.find('\0'); zero != std::string::npos)
+    throw UsageError(
+        name + ":" + std::to_string(1 + std::count(text.data(), text.data() + zero, '\n')) +
+        ": byte " + std::to_string(zero) + " of the text is zero, which is not allowed in JSON");
   Builder builder(text, name);
   const char* end = text.data() + text.size();
   Json::sax_parse(CountingIterator(text.data(), builder.farthest()), CountingIterator(end, nullptr),

@@ -1,6 +1,6 @@
 // JSON with places: every value knows the line it stands on and its JSON pointer, so that every
-// message about input can name them. Parsing is by nlohmann::json; duplicate keys, NaN, comments
-// and excessive depth are errors.
+// message about input can name them. Parsing is by nlohmann::json; duplicate keys, NaN, comments,
+// zero bytes and excessive depth are errors.
 #pragma once
 
 #include <cstddef>
@@ -10,6 +10,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -39,6 +40,8 @@ class Value {
   bool asBool() const;
   double asNumber() const;
   std::int64_t asInteger() const;  ///< a number without fraction
+  /// Where a number's text stands in what was parsed, as bytes from first to before second.
+  std::pair<std::size_t, std::size_t> textRange() const;
   const std::string& asString() const;
   const std::vector<Value>& asArray() const;
   Vec3 asVec3() const;  ///< array of 3 finite numbers

@@ -39,6 +39,27 @@ TEST(Json, NumbersAtTheEndOfTheFile) {
   EXPECT_EQ(parseText("9223372036854775807", "f").asInteger(), 9223372036854775807);
 }
 
+TEST(Json, ZeroBytesHideNothing) {
+  EXPECT_EQ(parseMessage(std::string("{\"a\": 1}\n\0 {\"b\": 2}", 19)),
+            "f.json:2: byte 9 of the text is zero, which is not allowed in JSON");
+  EXPECT_EQ(parseMessage("{\"a\":\n [\"x.png\\u0000.jpg\"]}"),
+            "f.json:2: /a/0: the character \\u0000 is not allowed in a text");
+  EXPECT_NE(parseMessage("{\"a\\u0000\": 1}").find("\\u0000 is not allowed"), std::string::npos);
+}
+
+TEST(Json, NumbersKnowTheirText) {
+  const std::string text = "{\"a\": -0.5e+3, \"b\":[7,36.0 ,1e2]}";
+  const Value root = parseText(text, "f");
+  const auto textOf = [&](const Value& value) {
+    const auto [begin, end] = value.textRange();
+    return text.substr(begin, end - begin);
+  };
+  EXPECT_EQ(textOf(root.get("a")), "-0.5e+3");
+  EXPECT_EQ(textOf(root.get("b").asArray()[0]), "7");
+  EXPECT_EQ(textOf(root.get("b").asArray()[1]), "36.0");
+  EXPECT_EQ(textOf(root.get("b").asArray()[2]), "1e2");
+}
+
 TEST(Json, MalformedTextNamesLineAndColumn) {
   EXPECT_EQ(parseMessage("{\n  \"a\": 1, // size\n}"),
             "f.json:2:11: comments are not allowed in JSON");

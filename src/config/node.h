@@ -16,7 +16,8 @@ struct Value::Node {
   Place place;
   bool boolean = false;
   double number = 0.0;
-  bool isInteger = false;  ///< `integer` holds the number exactly
+  bool isInteger = false;                               ///< `integer` holds the number exactly
+  std::pair<std::size_t, std::size_t> textRange{0, 0};  ///< of a number
   std::int64_t integer = 0;
   std::string string;
   std::vector<Value> array;
