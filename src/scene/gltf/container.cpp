@@ -1,5 +1,6 @@
 #include "scene/gltf/container.h"
 
+#include <algorithm>
 #include <cstdint>
 
 #include "core/error.h"
@@ -10,12 +11,33 @@ namespace {
 /// Deeper nesting than any real file has (glTF itself needs 7; extras may go on); ours.
 constexpr int kMaxNesting = 100;
 
+// The words of a GLB file
+constexpr std::uint32_t kMagic = 0x46546C67;  // "glTF"
+constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kJson = 0x4E4F534A;
+constexpr std::uint32_t kBin = 0x004E4942;
+
 std::uint32_t littleEndian32(std::span<const std::byte> bytes, std::size_t at) {
   std::uint32_t value = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     value |= std::to_integer<std::uint32_t>(bytes[at + i]) << (8 * i);
   }
   return value;
+}
+
+void appendLittleEndian32(std::vector<std::byte>& bytes, std::size_t value) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    bytes.push_back(static_cast<std::byte>((value >> (8 * i)) & 0xFF));
+  }
+}
+
+void appendChunk(std::vector<std::byte>& bytes, std::uint32_t type, std::span<const std::byte> data,
+                 std::byte padding) {
+  const std::size_t size = (data.size() + 3) / 4 * 4;
+  appendLittleEndian32(bytes, size);
+  appendLittleEndian32(bytes, type);
+  bytes.insert(bytes.end(), data.begin(), data.end());
+  bytes.insert(bytes.end(), size - data.size(), padding);
 }
 
 }  // namespace
@@ -25,9 +47,6 @@ void fail(const std::string& file, const std::string& place, const std::string& 
 }
 
 Container splitContainer(std::span<const std::byte> bytes, const std::string& file) {
-  constexpr std::uint32_t kMagic = 0x46546C67;  // "glTF"
-  constexpr std::uint32_t kJson = 0x4E4F534A;
-  constexpr std::uint32_t kBin = 0x004E4942;
   const auto textOf = [&](std::size_t offset, std::size_t size) {
     return std::string_view(reinterpret_cast<const char*>(bytes.data()) + offset, size);
   };
@@ -38,9 +57,9 @@ Container splitContainer(std::span<const std::byte> bytes, const std::string& fi
 
   if (bytes.size() < 20) fail(file, "byte 0", "GLB header is cut short");
   const std::uint32_t version = littleEndian32(bytes, 4);
-  if (version != 2) {
+  if (version != kVersion) {
     fail(file, "byte 4",
-         "GLB version " + std::to_string(version) + " is not supported: 2 is" +
+         "GLB version " + std::to_string(version) + " is not supported; version 2 is" +
              (version == 1 ? " (convert it: assimp export IN OUT.glb -fglb2)" : ""));
   }
   const std::size_t length = littleEndian32(bytes, 8);
@@ -68,6 +87,8 @@ Container splitContainer(std::span<const std::byte> bytes, const std::string& fi
     if (chunk == 0) {
       if (type != kJson) fail(file, "byte " + std::to_string(at), "first GLB chunk is not JSON");
       container.json = textOf(at + 8, size);
+      // Chunks are padded with spaces; some programs pad with zeros.
+      while (container.json.ends_with('\0')) container.json.remove_suffix(1);
     } else if (chunk == 1 && type == kBin) {
       container.bin = bytes.subspan(at + 8, size);
     }
@@ -75,6 +96,32 @@ Container splitContainer(std::span<const std::byte> bytes, const std::string& fi
   }
   if (container.json.empty()) fail(file, "byte 12", "GLB file has no JSON");
   return container;
+}
+
+std::vector<std::byte> rewritten(const Container& container, std::span<const Rewrite> rewrites) {
+  std::string json;
+  json.reserve(container.json.size());
+  std::size_t done = 0;
+  for (const Rewrite& rewrite : rewrites) {
+    json += container.json.substr(done, rewrite.begin - done);
+    json += rewrite.text;
+    done = rewrite.end;
+  }
+  json += container.json.substr(done);
+
+  const auto text = std::as_bytes(std::span(json));
+  if (!container.binary) return {text.begin(), text.end()};
+  std::vector<std::byte> bytes;
+  bytes.reserve(json.size() + container.bin.size() + 32);
+  appendLittleEndian32(bytes, kMagic);
+  appendLittleEndian32(bytes, kVersion);
+  appendLittleEndian32(bytes, 0);
+  appendChunk(bytes, kJson, text, std::byte{' '});
+  if (!container.bin.empty()) appendChunk(bytes, kBin, container.bin, std::byte{0});
+  std::vector<std::byte> length;
+  appendLittleEndian32(length, bytes.size());
+  std::copy(length.begin(), length.end(), bytes.begin() + 8);
+  return bytes;
 }
 
 void checkNesting(std::string_view json, const std::string& file) {

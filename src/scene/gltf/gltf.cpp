@@ -110,11 +110,15 @@ void parse(Reader& reader, std::span<const std::byte> bytes, const Container& co
 
 Scene loadGltf(const std::filesystem::path& file, const LoadLimits& limits) {
   constexpr std::size_t kParserMax = 0xFFFFFFFFu;
-  const std::vector<std::byte> bytes = readFile(file, std::min(limits.maxFileBytes, kParserMax));
+  std::vector<std::byte> bytes = readFile(file, std::min(limits.maxFileBytes, kParserMax));
   Reader reader(file, limits);
-  const Container container = splitContainer(bytes, reader.file);
-  const External external = checkJson(container, reader.file, limits);
-  parse(reader, bytes, container, external);
+  Container container = splitContainer(bytes, reader.file);
+  const Checked checked = checkJson(container, reader.file, limits);
+  if (!checked.rewrites.empty()) {
+    bytes = rewritten(container, checked.rewrites);
+    container = splitContainer(bytes, reader.file);
+  }
+  parse(reader, bytes, container, checked.external);
 
   const auto uses = [&](const char* name) {
     const std::vector<std::string>& used = reader.model.extensionsUsed;

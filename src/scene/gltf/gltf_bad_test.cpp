@@ -62,6 +62,12 @@ std::vector<Bad> badSyntax() {
        [](GltfWriter& w) { w.members["asset"] = R"({"version":"1.0"})"; }},
       {"MinVersion", "/asset/minVersion", "\"2.1\" is not supported",
        [](GltfWriter& w) { w.members["asset"] = R"({"version":"2.1","minVersion":"2.1"})"; }},
+      {"MinVersionIsNumber", "/asset/minVersion", "must be a string, is a number",
+       [](GltfWriter& w) { w.members["asset"] = R"({"version":"2.0","minVersion":2.0})"; }},
+      {"TextAfterZero", "", "is zero, which is not allowed",
+       [](GltfWriter& w) { w.members["extras"] = std::string("1}\0{", 4); }},
+      {"ZeroInName", "", "/nodes/0/name: the character \\u0000 is not allowed",
+       [](GltfWriter& w) { w.arrays["nodes"] = {R"({"name":"a\u0000b","mesh":0})"}; }},
       {"RequiredExtension", "/extensionsRequired/0", "\"KHR_draco_mesh_compression\" is required",
        [](GltfWriter& w) {
          w.members["extensionsRequired"] = R"(["KHR_draco_mesh_compression"])";
@@ -550,7 +556,8 @@ TEST(BadGltfFile, UnknownKindOfScene) {
     loadScene("room.obj");
     FAIL() << "loaded";
   } catch (const SceneError& e) {
-    EXPECT_STREQ(e.what(), "room.obj: \".obj\" is no kind of scene: .json, .gltf and .glb are");
+    EXPECT_STREQ(e.what(),
+                 "room.obj: \".obj\" is not a kind of scene; the kinds are .json, .gltf and .glb");
   }
 }
 

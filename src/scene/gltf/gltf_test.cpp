@@ -452,5 +452,70 @@ TEST_F(Gltf, SameFileSameFingerprintAndEveryPartCounts) {
   EXPECT_EQ(print(changed), base);  // names change no pixel
 }
 
+/// JSON with every integer outside of texts as a float: 36 as 36.0, and 5126 as 5126e0.
+std::string withFloats(const std::string& json) {
+  std::string text;
+  bool inText = false;
+  bool odd = false;
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    if (json[i] == '"') inText = !inText;
+    text += json[i];
+    const auto isDigit = [&](std::size_t at) {
+      return at < json.size() && (std::isdigit(static_cast<unsigned char>(json[at])) != 0 ||
+                                  json[at] == '.' || json[at] == 'e');
+    };
+    const bool isNumber = std::isdigit(static_cast<unsigned char>(json[i])) != 0;
+    if (!inText && isNumber && !isDigit(i + 1)) text += (odd = !odd) ? ".0" : "e0";
+  }
+  return text;
+}
+
+TEST_F(Gltf, IntegersMayBeWrittenAsFloats) {
+  w = triangleFile();
+  w.members["scene"] = "0";
+  w.add("nodes", R"({"translation":[0,0,2],"children":[2],"mesh":0})");
+  w.add("nodes", R"({"name":"child","mesh":0,"extensions":{"KHR_lights_punctual":{"light":0}}})");
+  w.arrays["scenes"] = {R"({"nodes":[0,1]})"};
+  w.add("materials", R"({"emissiveFactor":[1,1,1],"doubleSided":true})");
+  w.arrays["meshes"] = {
+      R"({"primitives":[{"attributes":{"POSITION":0,"NORMAL":1},"indices":2,"material":0}]})"};
+  w.members["extensionsUsed"] = R"(["KHR_lights_punctual"])";
+  w.members["extensions"] =
+      R"({"KHR_lights_punctual":{"lights":[{"type":"point","intensity":3}]}})";
+  const Scene plain = load();
+  ASSERT_EQ(plain.objects.size(), 3u);
+
+  const auto expectSame = [&](const Scene& scene) {
+    ASSERT_EQ(scene.objects.size(), 3u);
+    ASSERT_EQ(scene.meshes.size(), plain.meshes.size());
+    EXPECT_EQ(scene.meshes[0].indices, plain.meshes[0].indices);
+    ASSERT_EQ(scene.lights.size(), 1u);
+    for (std::size_t o = 0; o < 3; ++o) {
+      EXPECT_EQ(scene.objects[o].name, plain.objects[o].name);
+      EXPECT_EQ(scene.objects[o].material, plain.objects[o].material);
+      const std::vector<Vec3> positions = worldPositions(scene, o);
+      EXPECT_EQ(positions, worldPositions(plain, o)) << o;
+    }
+  };
+  expectSame(loadGltf(folder.write("floats.gltf", withFloats(w.json(true)))));
+  expectSame(loadGltf(
+      folder.write("floats.glb", GltfWriter::glbBytes(withFloats(w.json(false)), w.buffer))));
+  // Zeros may pad the JSON of a GLB file
+  std::string padded = w.json(false);
+  padded.append(4 - padded.size() % 4, '\0');
+  expectSame(loadGltf(folder.write("padded.glb", GltfWriter::glbBytes(padded, w.buffer))));
+}
+
+TEST_F(Gltf, LargeIntegersOfExtensionsDoNotWrap) {
+  const Material m = materialOf(
+      R"({"emissiveFactor":[1,1,1],"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":3000000000}}})");
+  expectNear(m.emissive, Vec3(3e9f), 1.0f);
+  w = triangleFile();
+  w.add("materials", R"({"extras":{"catoptric":{"s":1,"n":5000000000}}})");
+  w.arrays["meshes"] = {
+      R"({"primitives":[{"attributes":{"POSITION":0,"NORMAL":1},"indices":2,"material":0}]})"};
+  EXPECT_LT(load().materials[0].glossiness, 1e-3f);
+}
+
 }  // namespace
 }  // namespace catoptric::scene

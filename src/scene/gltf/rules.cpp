@@ -5,7 +5,6 @@
 #include <cstdio>
 
 #include "core/text.h"
-#include "scene/gltf/container.h"
 
 namespace catoptric::scene::gltf {
 namespace {
@@ -15,6 +14,7 @@ using config::Value;
 constexpr double kMaxIndex = 2147483646.0;
 /// Byte counts and offsets: exact in a double.
 constexpr double kMaxBytes = 9007199254740991.0;
+constexpr double kFirstWrapped = 2147483648.0;  // 2^31
 
 Rule index(std::string_view key, std::string_view refers, bool required = false) {
   return {.key = key,
@@ -325,6 +325,17 @@ void Checker::checkNumber(const Value& value, const Rule& rule, const std::strin
     failAt(place, formatted(x) + " is out of range: " + formatted(rule.minimum) + " to " +
                       formatted(rule.maximum) + " is allowed");
   }
+  // Of extensions and extras tinygltf keeps integers as int.
+  if (x == std::floor(x) && std::abs(x) >= kFirstWrapped) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.17e", x);
+    rewrite(value, text);
+  }
+}
+
+void Checker::rewrite(const Value& value, std::string text) const {
+  const auto [begin, end] = value.textRange();
+  if (json_.substr(begin, end - begin) != text) rewrites_.push_back({begin, end, std::move(text)});
 }
 
 void Checker::checkInteger(const Value& value, const Rule& rule, const std::string& place) const {
@@ -333,6 +344,11 @@ void Checker::checkInteger(const Value& value, const Rule& rule, const std::stri
   if (x != std::floor(x) || !std::isfinite(x)) {
     failAt(place, formatted(x) + " is not an integer");
   }
+  checkWholeNumber(x, rule, place);
+  rewrite(value, std::to_string(static_cast<std::int64_t>(x)));
+}
+
+void Checker::checkWholeNumber(double x, const Rule& rule, const std::string& place) const {
   if (!rule.allowed.empty()) {
     if (std::find(rule.allowed.begin(), rule.allowed.end(), x) == rule.allowed.end()) {
       std::vector<std::string> names;

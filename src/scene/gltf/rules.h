@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "config/json.h"
+#include "scene/gltf/container.h"
 
 namespace catoptric::scene::gltf {
 
@@ -47,8 +48,11 @@ std::string quoted(const std::string& value);
 /// Checks values against rules; the first breach is a SceneError with its JSON pointer.
 class Checker {
  public:
-  /// Both must outlive the checker.
-  Checker(const config::Value& root, const std::string& file) : root_(root), file_(file) {}
+  /// All must outlive the checker. `root` was parsed from `json`; `rewrites` gets the numbers in it
+  /// that tinygltf would misread.
+  Checker(const config::Value& root, std::string_view json, const std::string& file,
+          std::vector<Rewrite>& rewrites)
+      : root_(root), json_(json), file_(file), rewrites_(rewrites) {}
 
   /// The whole file against the tables.
   void checkRoot() const;
@@ -65,12 +69,17 @@ class Checker {
   void checkString(const config::Value& value, const Rule& rule, const std::string& place) const;
   void checkNumber(const config::Value& value, const Rule& rule, const std::string& place) const;
   void checkInteger(const config::Value& value, const Rule& rule, const std::string& place) const;
+  void checkWholeNumber(double x, const Rule& rule, const std::string& place) const;
+  /// Has the number written as `text` for tinygltf, where it is not.
+  void rewrite(const config::Value& value, std::string text) const;
   /// The items of an array, which must not be empty where the rule says so.
   const std::vector<config::Value>& items(const config::Value& value, const Rule& rule,
                                           const std::string& place) const;
 
   const config::Value& root_;
+  std::string_view json_;
   const std::string& file_;
+  std::vector<Rewrite>& rewrites_;
 };
 
 }  // namespace catoptric::scene::gltf

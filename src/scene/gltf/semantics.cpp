@@ -46,14 +46,17 @@ void checkVersion(const Checker& check, const Value& root) {
   const Value asset = root.get("asset");
   const std::string version = asset.get("version").asString();
   if (version.rfind("2.", 0) != 0) {
-    check.failAt("/asset/version", quoted(version) + " is not supported: 2.0 is" +
+    check.failAt("/asset/version", quoted(version) + " is not supported; version 2.0 is" +
                                        (version == "1.0" || version == "1"
                                             ? " (convert it: assimp export IN OUT.glb -fglb2)"
                                             : ""));
   }
+  if (asset.has("minVersion")) {
+    check.require(asset.get("minVersion"), Value::Kind::String, "/asset/minVersion");
+  }
   if (asset.has("minVersion") && asset.get("minVersion").asString() != "2.0") {
     check.failAt("/asset/minVersion",
-                 quoted(asset.get("minVersion").asString()) + " is not supported: 2.0 is");
+                 quoted(asset.get("minVersion").asString()) + " is not supported; version 2.0 is");
   }
 }
 
@@ -213,15 +216,12 @@ bool isKnownExtension(std::string_view name) {
          kKnownExtensions.end();
 }
 
-External checkJson(const Container& container, const std::string& file, const LoadLimits& limits) {
+Checked checkJson(const Container& container, const std::string& file,
+                  const LoadLimits& limits) try {
   checkNesting(container.json, file);
-  Value root;
-  try {
-    root = config::parseText(std::string(container.json), file);
-  } catch (const Error& e) {
-    throw SceneError(e.what());
-  }
-  Checker check(root, file);
+  const Value root = config::parseText(std::string(container.json), file);
+  Checked checked;
+  Checker check(root, container.json, file, checked.rewrites);
   // The version first: an older file fails every other test too, with worse messages.
   check.require(root, Value::Kind::Object, "");
   if (root.get("asset").kind() != Value::Kind::Object ||
@@ -238,7 +238,12 @@ External checkJson(const Container& container, const std::string& file, const Lo
   checkMaterials(check, root);
   checkCameras(check, root);
   checkAnimations(check, root);
-  return checkUris(root, container, file, limits);
+  checked.external = checkUris(root, container, file, limits);
+  std::sort(checked.rewrites.begin(), checked.rewrites.end(),
+            [](const Rewrite& a, const Rewrite& b) { return a.begin < b.begin; });
+  return checked;
+} catch (const UsageError& e) {
+  throw SceneError(e.what());  // what JSON itself says is wrong is wrong with the scene
 }
 
 }  // namespace catoptric::scene::gltf
