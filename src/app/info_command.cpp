@@ -10,6 +10,7 @@
 #include "core/math.h"
 #include "core/text.h"
 #include "frame/geometry.h"
+#include "frame/shading.h"
 #include "run/config/run_config.h"
 #include "run/folder/plan.h"
 #include "scene/animate.h"
@@ -213,6 +214,7 @@ std::string infoText(const std::string& input, const scene::Scene& scene,
 ExitCode info(const std::string& input, const CommonOptions& common) {
   requireScene(input);
   const scene::Scene scene = scene::loadScene(input);
+  frame::EnvironmentLight(scene.environment);  // reads the environment's image: it may be bad
   const std::vector<bool> moving = scene::movingObjects(scene);
   printData(common.json ? infoJson(input, scene, moving) + "\n" : infoText(input, scene, moving));
   return ExitCode::Done;

@@ -8,6 +8,7 @@
 #include "core/srgb.h"
 #include "image/image.h"
 #include "scene/implicit/gradient.h"
+#include "scene/loader.h"
 #include "scene/reflectance.h"
 
 namespace catoptric::frame {
@@ -136,6 +137,18 @@ Vec2 slotUv(const scene::TextureSlot& slot, const Interpolation& at) {
   return slot.transform * Vec3(uv, 1.0f);
 }
 
+/// Throws SceneError for a pixel of an environment's image that is no radiance.
+void requireRadiance(const scene::Environment& environment, const Vec3& pixel, int x, int y) {
+  const auto fail = [&](const std::string& what) {
+    throw SceneError(environment.file.string() + ": pixel (" + std::to_string(x) + ", " +
+                     std::to_string(y) + ") is " + what);
+  };
+  if (!isFinite(pixel) || glm::any(glm::lessThan(pixel, Vec3(0.0f))))
+    fail("negative or not finite; radiance must be >= 0");
+  if (!glm::all(glm::lessThanEqual(environment.scale * pixel, Vec3(scene::kMaxRadiance))))
+    fail("too bright; with its scale a radiance up to 1e33 is allowed");
+}
+
 }  // namespace
 
 EnvironmentLight::EnvironmentLight(const scene::Environment& environment)
@@ -155,11 +168,7 @@ EnvironmentLight::EnvironmentLight(const scene::Environment& environment)
     for (int y = 0; y < height_; ++y) {
       for (int x = 0; x < width_; ++x) {
         const Vec3 pixel(image.at(x, y, r), image.at(x, y, g), image.at(x, y, b));
-        if (!isFinite(pixel) || glm::any(glm::lessThan(pixel, Vec3(0.0f)))) {
-          throw SceneError(environment.file.string() + ": pixel (" + std::to_string(x) + ", " +
-                           std::to_string(y) +
-                           ") is negative or not finite; radiance must be >= 0");
-        }
+        requireRadiance(environment, pixel, x, y);
         pixels_[static_cast<std::size_t>(y) * width_ + x] = pixel;
       }
     }

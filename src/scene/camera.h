@@ -40,6 +40,12 @@ Mat3 rayFromPixel(const Camera& camera, int width, int height);
 /// Angle that one pixel's height subtends at the image centre, radians: the spread of ray cones.
 float pixelSpreadRad(const Camera& camera, int height);
 
+/// Nearer targets give no direction. Metres; ours, far above where single precision loses it.
+inline constexpr float kLeastTargetDistance = 1e-9f;
+inline bool givesDirection(const Vec3& eye, const Vec3& target) {
+  return glm::length(target - eye) >= kLeastTargetDistance;
+}
+
 Camera lookAt(const Vec3& eye, const Vec3& target, const Vec3& up, float verticalFovRad);
 
 /// One frame of a path: the number under which it is stored, its camera, its scene time.

@@ -83,6 +83,27 @@ std::vector<double> momentsOf(const Scene& scene, std::size_t count) {
   return some;
 }
 
+/// No product of factors may be so bright that sums of it overflow.
+void checkBrightness(const Scene& scene) {
+  const auto check = [&](const Vec3& value, const std::string& what) {
+    if (glm::all(glm::lessThanEqual(value, Vec3(kMaxRadiance)))) return;  // false for NaN too
+    throw SceneError(scene.source.string() + ": " + what + " is (" + formatted(value.x) + ", " +
+                     formatted(value.y) + ", " + formatted(value.z) + "); up to " +
+                     formatted(kMaxRadiance) + " is allowed");
+  };
+  for (const Light& light : scene.lights) {
+    check(light.intensity, "the intensity of light \"" + light.name + "\"");
+  }
+  for (const Material& material : scene.materials) {
+    check(material.emissive, "the emitted radiance of material \"" + material.name + "\"");
+  }
+  const Environment& sky = scene.environment;
+  if (sky.type == EnvironmentType::File) return;  // its pixels are checked as they are read
+  for (const Vec3& color : {sky.color, sky.horizon, sky.ground}) {
+    check(sky.scale * color, "the environment's radiance");
+  }
+}
+
 void checkObject(const Scene& scene, const Object& object, const Bounds& bounds, const Pose& pose) {
   if (bounds.rest.empty()) return;
   Box3 box = bounds.rest;
@@ -119,6 +140,7 @@ void checkObject(const Scene& scene, const Object& object, const Bounds& bounds,
 }  // namespace
 
 void checkScene(const Scene& scene) {
+  checkBrightness(scene);
   const auto unbaked = static_cast<std::size_t>(std::count_if(
       scene.lights.begin(), scene.lights.end(),
       [&](const Light& light) { return !light.baked || scene.bake.mode != BakeMode::Full; }));

@@ -29,13 +29,16 @@ Environment namedEnvironment(const config::Value& text, const std::filesystem::p
       color = config::parseText("[" + name + "]", "colour");
       environment.color = colorOf(color);
     } catch (const UsageError&) {
-      text.fail("\"" + name + "\" is not a colour of three numbers from 0, such as 0.5,0.5,0.5");
+      text.fail("\"" + name + "\" is not a colour of three numbers from 0 to 1e9, such as 0.5,0.5,0.5");
     }
   } else {
     environment.type = EnvironmentType::File;
     environment.file = file;
-    if (!std::filesystem::is_regular_file(file)) {
-      text.fail("there is no file " + file.string() +
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(file, error)) {
+      text.fail((std::filesystem::is_directory(file, error) ? file.string() + " is a folder"
+                 : std::filesystem::exists(file, error) ? file.string() + " is not a regular file"
+                                                        : "there is no file " + file.string()) +
                 "; an environment is an image, a colour (\"#8090a0\" or \"0.5,0.5,0.5\"), or "
                 "\"sky\"");
     }

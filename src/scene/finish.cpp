@@ -20,6 +20,10 @@ namespace {
 constexpr float kPlanarDistance = 1e-5f;
 constexpr float kPlanarCosine = 0.9999f;
 
+/// Longer edges of triangles are warned of, metres: single precision is a metre apart there, the
+/// height of an eye above the ground. Ours; llvmpipe shows a floor of 1e8 m and none of 2e8 m.
+constexpr double kLongestEdge = 1e7;
+
 std::size_t index(int i) {
   return static_cast<std::size_t>(i);
 }
@@ -204,6 +208,38 @@ void warnOfLostShapes(Scene& scene, const std::vector<Box3>& bounds) {
       "the rest, or put what is looked at around 0");
 }
 
+double longestEdge(const Scene& scene, const Object& object) {
+  const WorldVertices world = worldVertices(scene, object, poseAt(scene, 0.0));
+  const std::vector<std::uint32_t>& indices = scene.meshes[index(object.mesh)].indices;
+  double longest = 0.0;
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    const std::size_t next = i % 3 == 2 ? i - 2 : i + 1;
+    const glm::dvec3 edge =
+        glm::dvec3(world.positions[indices[i]]) - glm::dvec3(world.positions[indices[next]]);
+    longest = std::max(longest, glm::length(edge));
+  }
+  return longest;
+}
+
+/// A rasterizer knows a triangle by its corners alone, in clip space: where they are far away, what
+/// lies near the camera is rounded as they are, and the triangle may be lost.
+void warnOfLongEdges(Scene& scene, const std::vector<Box3>& bounds) {
+  for (std::size_t o = 0; o < bounds.size(); ++o) {
+    if (!(bounds[o].diameter() > kLongestEdge)) continue;
+    const double edge = longestEdge(scene, scene.objects[o]);
+    if (!(edge > kLongestEdge)) continue;
+    std::ostringstream text;
+    text.precision(2);
+    text << "\"" << scene.objects[o].name << "\" has a triangle with an edge of " << edge
+         << " m: methods that rasterize place all of it only to about "
+         << edge * std::numeric_limits<float>::epsilon()
+         << " m, and may not show it at all; make it smaller (a plane of 1e+06 m reaches the same "
+            "horizon), or divide it";
+    scene.warnings.push_back(text.str());
+    return;
+  }
+}
+
 }  // namespace
 
 void addNote(Scene& scene, const std::string& note) {
@@ -246,6 +282,7 @@ void finishScene(Scene& scene) {
   const std::vector<Box3> bounds = boundsOfObjects(scene);
   scene.origin = originOf(bounds);
   warnOfLostShapes(scene, bounds);
+  warnOfLongEdges(scene, bounds);
   for (Light& light : scene.lights) {
     if (light.node == kNone) light.position = Vec3(glm::dvec3(light.position) - scene.origin);
   }

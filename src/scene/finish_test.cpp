@@ -337,5 +337,20 @@ TEST(Finish, WarnsOfShapesThatFloatsCannotHold) {
   EXPECT_TRUE(scene.warnings.empty());
 }
 
+TEST(Finish, WarnsOfTrianglesThatRasterizersLose) {
+  const auto warnings = [](float scale) {
+    Scene scene = sceneOf(square());
+    scene.objects[0].name = "floor";
+    scene.nodes[0].scale = Vec3(scale, scale, 1.0f);
+    finishScene(scene);
+    return scene.warnings;
+  };
+  EXPECT_TRUE(warnings(1e6f).empty());
+  const std::vector<std::string> large = warnings(1e8f);
+  ASSERT_EQ(large.size(), 1u);
+  EXPECT_EQ(large[0].rfind("\"floor\" has a triangle with an edge of 1.4e+08 m", 0), 0u)
+      << large[0];
+}
+
 }  // namespace
 }  // namespace catoptric::scene

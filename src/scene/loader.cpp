@@ -41,7 +41,7 @@ Scene loadScene(const std::filesystem::path& file, const LoadLimits& limits,
     scene = loadDescription(file, limits);
   } else {
     throw SceneError(file.string() + ": \"" + extension +
-                     "\" is no kind of scene: .json, .gltf and .glb are");
+                     "\" is not a kind of scene; the kinds are .json, .gltf and .glb");
   }
   if (environment) scene.environment = *environment;
   finishScene(scene);

@@ -11,6 +11,11 @@ namespace catoptric::scene {
 
 /// Metres. Beyond it the squares of areas would overflow floats; Embree aborts at 1e18. Ours.
 inline constexpr float kMaxCoordinate = 1e9f;
+/// The largest component of a colour as it is given. Ours: that of a light's colour in a glTF file.
+inline constexpr float kMaxColor = 1e9f;
+/// The largest radiance (W/(m^2 sr)) or intensity that anything gives, its factors multiplied.
+/// Ours: it leaves five decimal digits of single precision to sums and products of rendering.
+inline constexpr float kMaxRadiance = 1e33f;
 /// Lights that are evaluated at run time, at 48 bytes each in the 16 KiB block that GL guarantees.
 inline constexpr std::size_t kMaxUnbakedLights = 256;
 

@@ -90,6 +90,8 @@ def syntax(cases, kind, file, document, command, code):
             ("not_utf8", text.encode().replace(b'"', b'"\xff\xfe', 1), ""),
             ("nested", b'{"x":' + b"[" * 20000 + b"]" * 20000 + b"}", "(deep|nest)"),
             ("binary", bytes(range(256)) * 4, ""),
+            ("zero_byte", text.encode() + b"\0{}", "zero"),
+            ("zero_inside", text.encode().replace(b"{", b"{\0", 1), "zero"),
             ("nan", text.replace("{", '{"x": NaN,', 1).encode(), "")]:
         cases.append(Case(f"{kind}:{name}", {file: data}, command, code, re.escape(file) + ".*" + message))
 
@@ -157,7 +159,7 @@ def scenes(cases):
     scene_products(cases)
     whole_scenes(cases)
     for name, file, message in [("none", "none.json", "no such file|none.json"), ("folder", ".", ""),
-                                ("png", "picture.png", "no kind of scene"), ("exr", "sky.exr", "no kind of scene")]:
+                                ("png", "picture.png", "not a kind of scene"), ("exr", "sky.exr", "not a kind of scene")]:
         cases.append(Case(f"scene:file_{name}", {}, ["info", file], None, message))
 
 
@@ -217,7 +219,8 @@ def scene_objects(cases):
 def scene_surroundings(cases):
     """Materials, lights, environment, animation, cameras."""
     scene_table(cases, [
-        ("/materials/steel/base_color", ["#8080", "grey", [1, 1], [-1, 0, 0], 5], ""),
+        ("/materials/steel/base_color", ["#8080", "grey", [1, 1], [-1, 0, 0], 5, [1e38, 0, 0]], ""),
+        ("/ambient", [[1e38, 1e38, 1e38], [0, 0, 2e9]], RANGE),
         ("/materials/steel/metallic", [2, -1, "m"], ""),
         ("/materials/steel/roughness", NAN, NO_NUMBER),
         ("/materials/steel/metalic", [1], "metallic"),
@@ -232,6 +235,8 @@ def scene_surroundings(cases):
         ("/environment/type", ["sky", GONE], ""),
         ("/environment/zenith", [[1], "x"], ""),
         ("/environment/scale", [-1, 1e40], ""),
+        ("/environment/zenith", [[1e38, 0, 0]], RANGE),
+        ("/materials/steel/texture", ["a.png\0.jpg"], "u0000 is not allowed"),
         ("/environment", [{"type": "file", "file": "none.hdr"}, {"type": "file"}], ""),
         ("/environment", [{"type": "file", "file": "../sky.hdr"}], "leaves the folder"),
         ("/ambient", [[1, 1], "x", [-1, 0, 0]], ""),
@@ -243,7 +248,7 @@ def scene_surroundings(cases):
         ("/animation/0/keys", [[], [[0, 1]], [[0, 0, 0, 0], [0, 1, 1, 1]], [[1, 0, 0, 0], [0, 1, 1, 1]], GONE], ""),
         ("/animation/0/interpolation", ["cubic"], ""),
         ("/animation/1", [valid.SCENE["animation"][0]], "animated already"),
-        ("/cameras/0/target", [[0, 1, 5], [1, 2], GONE], "@/cameras/0 "),
+        ("/cameras/0/target", [[0, 1, 5], [1e-30, 1, 5], [1, 2], GONE], "@/cameras/0 "),
         ("/cameras/0/fov", [0, 180, "wide"], ""),
         ("/light", [[]], "lights"),
     ])
@@ -273,7 +278,7 @@ def whole_scenes(cases):
             ("texture_missing", '{"objects": [{"shape": "plane", "material": {"texture": "none.png"}}]}', "none.png"),
             ("texture_outside", '{"objects": [{"shape": "plane", "material": {"texture": "../picture.png"}}]}',
              "/objects/0/material/texture.*leaves the folder"),
-            ("refraction_without_s", '{"objects": [{"shape": "sphere", "material": {"refraction": 1.5}}]}', "/objects/0/material/refraction.*needs .s. above 0"),
+            ("refraction_without_s", '{"objects": [{"shape": "sphere", "material": {"refraction": 1.5}}]}', "/objects/0/material/refraction.*needs an .s. above 0"),
             ("refraction_of_gloss", '{"objects": [{"shape": "plane", "material": {"s": 1, "g": 0.5, "refraction": 1.5}}]}', "/objects/0/material/refraction.*sharp"),
             ("two_errors", '{"objects": [{"shape": "plane", "sise": 1}, {"shape": "sphere", "radius": -1}]}',
              "/objects/0/sise.*/objects/1/radius"),
@@ -352,6 +357,7 @@ def gltf_nodes(cases, document):
     light = "/extensions/KHR_lights_punctual/lights/0"
     table(cases, "gltf", "tri.gltf", document, INFO_GLTF, SCENE, [
         ("/asset", [GONE, 5], "@/asset "),
+        ("/asset/minVersion", [2.0, [1], "2.1"], "@/asset/minVersion "),
         ("/asset/version", ["1.0", "3.0", 2.0, GONE], "@/asset/version "),
         ("/extensionsRequired", [["KHR_draco_mesh_compression"]], "@/extensionsRequired/0 "),
         ("/scene", [1, -1, "0"], ""),
@@ -498,6 +504,7 @@ def images(cases):
            "not_numbers": valid.hdr(size_line=b"-Y a +X b\n"), "row_width": valid.hdr(rows=b"\2\2\0\x09" + bytes(90)),
            "run_beyond": valid.hdr(rows=b"\2\2\0\x08" + b"\xff\x01" * 40), "run_first": valid.hdr(4, 1, rows=b"\1\1\1\5"),
            "exposure": valid.hdr(head=b"#?RADIANCE\nEXPOSURE=0\n\n"), "exposure_nan": valid.hdr(head=b"#?RADIANCE\nEXPOSURE=nan\n\n"),
+           "too_bright": valid.hdr(rows=(b"\2\2\0\x08" + b"\x88\xff" * 4) * 4),
            "long_line": b"#?RADIANCE\n" + b"x" * 9000, "png": good}
     plain, packed = valid.exr(), valid.exr(compression=3)
     exr = {"empty": b"", "magic": plain[:4], "cut_header": plain[:100], "cut_table": plain[:-300], "cut_rows": plain[:-10],
@@ -513,6 +520,8 @@ def images(cases):
             file = "sky." + kind
             cases.append(Case(f"{kind}:{name}", {"scene.json": valid.text(valid.sky(file)), file: data_},
                               ["plan", "scene.json"], SCENE, re.escape(file)))
+        cases.append(Case(f"{kind}:info", {"scene.json": valid.text(valid.sky(file)), file: bad["cut_rows"]},
+                          ["info", "scene.json"], SCENE, re.escape(file)))
         cases.append(Case(f"{kind}:render", {"scene.json": valid.text(valid.sky(file)), file: b""},
                           ["render", "scene.json", "--out", "out"], SCENE, re.escape(file)))
 

@@ -71,7 +71,9 @@ void Composer::addLoop(const Value& object, int node, std::size_t targets) {
   });
   if (duration <= 0.0) return;
   const double keys = std::ceil(duration / shortest * kLoopKeys);
-  if (keys > kMaxLoopKeys) object.get("morph").fail("\"duration\" holds too many cycles");
+  if (keys > kMaxLoopKeys)
+    object.get("morph").fail(
+        "\"duration\" is too long for so short a \"cycle\": it would have too many keys");
   const int count = static_cast<int>(keys);
   AnimationChannel channel;
   channel.node = node;

@@ -1,5 +1,6 @@
 // Lights, cameras, ambient light, baking and the environment of a described scene.
 #include "core/text.h"
+#include "scene/camera.h"
 #include "scene/description/composer.h"
 #include "scene/procedural/procedural.h"
 
@@ -94,7 +95,7 @@ void Composer::addCameras(config::Errors& errors) {
 CameraDefinition Composer::cameraOf(const Value& value) {
   const Vec3 position = value.get("position").asVec3();
   const Vec3 target = value.get("target").asVec3();
-  if (position == target) value.fail("position and target are the same point");
+  if (!givesDirection(position, target)) value.fail("position and target are the same point");
   Node node;
   node.name = value.has("name") ? value.get("name").asString() : "camera";
   node.hasMatrix = true;

@@ -178,10 +178,11 @@ Material MaterialLibrary::read(const Value& value, Material m) {
     if (value.has("refraction")) {
       m.refraction = number("refraction");
       if (!(s > 0.0f)) {
-        value.get("refraction").fail("refraction needs \"s\" above 0: the part that is refracted");
+        value.get("refraction")
+            .fail("a material that refracts needs an \"s\" above 0, the part that is refracted");
       }
       if (g > kMirrorGlossiness) {
-        value.get("refraction").fail("refraction is sharp: \"g\" must be at most 0.05");
+        value.get("refraction").fail("what refracts must be sharp: \"g\" may be 0.05 at most");
       }
     }
   }

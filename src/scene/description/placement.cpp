@@ -20,7 +20,7 @@ Vec3 scaleOf(const Value& value) {
                          ? value.asVec3()
                          : Vec3(static_cast<float>(value.asNumber()));
   if (scale.x == 0.0f || scale.y == 0.0f || scale.z == 0.0f) {
-    value.fail("a scale of 0 leaves nothing");
+    value.fail("the scale is 0 along all axes, so that nothing of the object would be left");
   }
   return scale;
 }

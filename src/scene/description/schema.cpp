@@ -72,46 +72,55 @@ constexpr double kSegments = 4096;  // of one direction of one shape
 
 const std::vector<Field>& commonFields() {
   static const std::vector<Field> fields{
-      text("name", "for messages and animations"),
-      any("comment", "any text"),
-      text("asset", "a .gltf or .glb file"),
-      boolean("lights", "assets: take their lights along", "true"),
-      boolean("animated", "assets: take their animations along", "true"),
+      text("name", "The object's name, by which messages, animations and lights refer to it."),
+      any("comment", "Any text; not read."),
+      text("asset", "A .gltf or .glb file that is placed in the scene."),
+      boolean("lights", "Whether the asset's lights come along.", "true"),
+      boolean("animated", "Whether the asset's animations come along.", "true"),
       {.name = "nodes",
        .type = FieldType::Array,
-       .help = "assets: only nodes that match one of these patterns, with what is below them",
+       .help = "Takes only the asset's nodes whose names match one of these patterns, with what is "
+               "below them.",
        .items = FieldType::String},
-      vec3("translate", "metres, in the parent's space", "[0, 0, 0]"),
-      vec3("rotate", "degrees about x, y, z; applied about z first, then x, then y", "[0, 0, 0]"),
-      numbers("quaternion", "x, y, z, w instead of rotate"),
-      any("scale", "a number or 3 numbers", "1"),
-      any("fit", "metres per axis or null: the size that the bounding box gets"),
-      choice("anchor", "the point that comes to translate", "\"origin\"",
+      vec3("translate", "Where the object is, in metres, in the parent's space.", "[0, 0, 0]"),
+      vec3("rotate",
+           "Degrees about x, y and z; the object is turned about z first, then about x, then about "
+           "y.",
+           "[0, 0, 0]"),
+      numbers("quaternion", "A rotation as x, y, z, w, in place of rotate."),
+      any("scale", "One factor for all axes, or one for each of x, y and z.", "1"),
+      any("fit",
+          "The size that the bounding box gets: metres along each axis, or null where the "
+          "proportion is kept."),
+      choice("anchor", "The point of the object that comes to translate.", "\"origin\"",
              {"origin", "center", "bottom", "top", "back"}),
-      any("material", "a material's name or a material"),
+      any("material", "The name of a material, or a material itself."),
       {.name = "materials",
        .type = FieldType::Object,
-       .help = "assets: material pattern to name or material"},
-      any("reflective", "false, true, or {s, g} or {s, n}"),
-      choice("uv", "shapes: layout of texture coordinates", "\"unit\"", {"unit", "metres"}),
-      any("repeat", "{count, step, rotate_step, around}: copies"),
+       .help = "Replaces the asset's materials: a pattern of their names, and the name of a "
+               "material or a material itself."},
+      any("reflective", "Whether the object reflects: false, true, or its {s, g} or {s, n}."),
+      choice("uv",
+             "How texture coordinates lie on a shape: 0 to 1 over each face, or 1 to a metre.",
+             "\"unit\"", {"unit", "metres"}),
+      any("repeat", "Makes copies of the object: {count, step, rotate_step, around}."),
       {.name = "children",
        .type = FieldType::Array,
-       .help = "objects in this object's space",
+       .help = "Objects that stand in this object's space.",
        .items = FieldType::Object},
-      any("morph", "makes the shape deform; one or several of the table morph"),
-      boolean("visible", "false: left out with its children", "true"),
+      any("morph", "Makes the shape deform: one or several deformations, as in the table morph."),
+      boolean("visible", "With false the object is left out, and its children with it.", "true"),
   };
   return fields;
 }
 
 Field cell() {
-  return number("cell", "metres, longest edge of a grid cell; instead of segments", "", 1e-3,
-                kHuge);
+  return number("cell", "The longest edge of a grid cell in metres, in place of segments.", "",
+                1e-3, kHuge);
 }
 
 Field radius(const char* standard) {
-  return number("radius", "metres", standard, kTiny, kHuge);
+  return number("radius", "The radius in metres.", standard, kTiny, kHuge);
 }
 
 Field segments(const char* help, const char* standard) {
@@ -121,117 +130,147 @@ Field segments(const char* help, const char* standard) {
 /// Parameters of the shape "implicit".
 std::vector<Field> implicitFields() {
   return {
-      required(choice("surface", "which", "",
+      required(choice("surface", "Which surface it is.", "",
                       {"plane", "sphere", "ellipsoid", "cylinder", "cone", "torus", "quadric",
                        "superquadric", "metaballs", "revolution", "vase", "gyroid", "heart",
                        "genus2", "blobby_cube", "formula"})),
-      text("formula", "formula: of x, y, z in metres; the surface is where it is 0"),
-      {.name = "parameters", .type = FieldType::Object, .help = "formula: names for numbers in it"},
+      text("formula",
+           "Of formula: a function of x, y and z in metres; the surface is where it is 0."),
+      {.name = "parameters",
+       .type = FieldType::Object,
+       .help = "Of formula: names for numbers in it."},
       any("bounds",
-          "where the surface ends: a half size in metres, 3 of them, or least x, y, z and "
-          "largest x, y, z; formula, quadric and plane need it"),
+          "Where the surface ends: a half size in metres, 3 of them, or the least x, y, z and the "
+          "largest x, y, z. A formula, a quadric and a plane need it."),
       radius("0.5"),
-      number("tube", "torus: metres", "0.2", kTiny, kHuge),
-      number("height", "cylinder, cone: metres", "1", kTiny, kHuge),
-      numbers("radii", "ellipsoid, superquadric: along x, y, z, metres", "", kTiny, kHuge),
-      numbers("exponents", "superquadric: around y, along y", "[0.5, 0.5]", 0.1, 4.0),
-      vec3("normal", "plane: points out", "[0, 1, 0]"),
-      number("offset", "plane: along its normal, metres", "0", -kHuge, kHuge),
-      numbers("coefficients",
-              "revolution: r(y) = c0 + c1 y + ...; quadric: of xx, yy, zz, xy, xz, yz, x, y, z, "
-              "1"),
-      numbers("range", "revolution: y from, to, metres", "[0, 1]"),
-      arrayOf("balls", "metaballs: x, y, z, radius in metres", FieldType::Numbers),
-      number("sharpness", "metaballs: high ones melt together less", "2", 0.05, 100.0),
-      number("period", "gyroid: metres", "1", 0.01, kHuge),
-      number("thickness", "gyroid: of its wall, metres", "0.2", 1e-3, kHuge),
-      numbers("segments",
-              "around, along y: a regular tessellation of sphere, ellipsoid, cylinder, cone, "
-              "torus, revolution, vase",
-              "", 2.0, kSegments),
-      integer("resolution", "cells along the longest side, without segments", "48", 4, 512)};
+      number("tube", "Of a torus: the radius of its tube in metres.", "0.2", kTiny, kHuge),
+      number("height", "Of a cylinder and a cone: the height in metres.", "1", kTiny, kHuge),
+      numbers("radii", "Of an ellipsoid and a superquadric: the radii along x, y and z in metres.",
+              "", kTiny, kHuge),
+      numbers("exponents", "Of a superquadric: the exponents around y and along y.", "[0.5, 0.5]",
+              0.1, 4.0),
+      vec3("normal", "Of a plane: the direction that points out.", "[0, 1, 0]"),
+      number("offset", "Of a plane: how far it lies along its normal, in metres.", "0", -kHuge,
+             kHuge),
+      numbers(
+          "coefficients",
+          "Of a revolution: r(y) = c0 + c1 y + ... Of a quadric: the coefficients of xx, yy, zz, "
+          "xy, xz, yz, x, y, z and 1."),
+      numbers("range", "Of a revolution: from which y to which, in metres.", "[0, 1]"),
+      arrayOf("balls", "Of metaballs: x, y, z and the radius of each ball in metres.",
+              FieldType::Numbers),
+      number("sharpness", "Of metaballs: those of a high sharpness melt together less.", "2", 0.05,
+             100.0),
+      number("period", "Of a gyroid: the length after which it repeats, in metres.", "1", 0.01,
+             kHuge),
+      number("thickness", "Of a gyroid: the thickness of its wall in metres.", "0.2", 1e-3, kHuge),
+      numbers(
+          "segments",
+          "Around y and along y: divides a sphere, an ellipsoid, a cylinder, a cone, a torus, a "
+          "revolution or a vase regularly.",
+          "", 2.0, kSegments),
+      integer("resolution",
+              "The number of cells along the longest side, where segments are not given.", "48", 4,
+              512)};
 }
 
 /// Own parameters of each shape.
 const std::vector<std::pair<std::string, std::vector<Field>>>& shapeFields() {
-  const auto size3 = numbers("size", "width, height, depth in metres", "[1, 1, 1]", kTiny, kHuge);
+  const auto size3 =
+      numbers("size", "Width, height and depth in metres.", "[1, 1, 1]", kTiny, kHuge);
   static const std::vector<std::pair<std::string, std::vector<Field>>> shapes{
       {"plane",
-       {numbers("size", "metres in x and z", "[1, 1]", kTiny, kHuge),
-        segments("in x and z", "[1, 1]"), cell()}},
+       {numbers("size", "The size in x and z in metres.", "[1, 1]", kTiny, kHuge),
+        segments("How many parts the shape has in x and z.", "[1, 1]"), cell()}},
       {"box",
        {size3,
-        segments("in x, y, z", "[1, 1, 1]"),
+        segments("How many parts the shape has in x, y and z.", "[1, 1, 1]"),
         cell(),
-        boolean("inward", "faces point inwards", "false"),
+        boolean("inward", "Whether the faces point inwards, as those of a room do.", "false"),
         {.name = "faces",
          .type = FieldType::Array,
-         .help = "which faces are made; default: all",
+         .help = "Which faces are made; without it all are.",
          .allowed = {"+x", "-x", "+y", "-y", "+z", "-z"},
          .items = FieldType::String}}},
       {"rounded_box",
-       {size3, number("radius", "of the edges, metres", "0.05", kTiny, kHuge),
-        integer("rounding", "segments of a quarter round", "4", 1, 64)}},
+       {size3, number("radius", "The radius of the edges in metres.", "0.05", kTiny, kHuge),
+        integer("rounding", "How many segments a quarter of a round has.", "4", 1, 64)}},
       {"panel",
-       {numbers("size", "width and height in metres", "[1, 1]", kTiny, kHuge),
-        number("thickness", "metres; 0: a sheet", "0", 0.0, kHuge),
-        arrayOf("openings", "x, y of the lower left corner (x from the middle), width, height",
+       {numbers("size", "Width and height in metres.", "[1, 1]", kTiny, kHuge),
+        number("thickness", "The thickness in metres; 0 makes a sheet.", "0", 0.0, kHuge),
+        arrayOf("openings",
+                "Openings: x and y of the lower left corner (x from the middle), width and height.",
                 FieldType::Numbers),
         cell()}},
       {"sphere",
-       {radius("0.5"), segments("around, and from pole to pole", "[48, 24]"),
-        integer("icosphere", "subdivisions of an icosahedron instead", "", 0, 8)}},
+       {radius("0.5"),
+        segments("How many parts the shape has around, and from pole to pole.", "[48, 24]"),
+        integer("icosphere", "How often an icosahedron is divided, in place of segments.", "", 0,
+                8)}},
       {"torus",
-       {radius("0.5"), number("tube", "radius of the tube, metres", "0.2", kTiny, kHuge),
-        segments("around, and around the tube", "[64, 32]")}},
+       {radius("0.5"), number("tube", "The radius of the tube in metres.", "0.2", kTiny, kHuge),
+        segments("How many parts the shape has around, and around the tube.", "[64, 32]")}},
       {"disk",
-       {radius("0.5"), number("inner", "radius of a hole, metres", "0", 0.0, kHuge),
-        segments("around, rings", "[48, 1]"), cell()}},
+       {radius("0.5"), number("inner", "The radius of a hole in metres.", "0", 0.0, kHuge),
+        segments("How many parts the shape has around, and how many rings.", "[48, 1]"), cell()}},
       {"cylinder",
        {radius("0.5"),
-        number("top", "radius at the top; default: radius; 0: a cone", "", 0.0, kHuge),
-        number("height", "metres", "1", kTiny, kHuge), segments("around, upwards", "[48, 1]"),
-        boolean("caps", "closed below and above", "true")}},
+        number("top",
+               "The radius at the top in metres; without it that at the foot; 0 makes a cone.", "",
+               0.0, kHuge),
+        number("height", "The height in metres.", "1", kTiny, kHuge),
+        segments("How many parts the shape has around, and upwards.", "[48, 1]"),
+        boolean("caps", "Whether it is closed below and above.", "true")}},
       {"teapot",
-       {number("height", "metres", "0.5", kTiny, kHuge),
-        integer("segments", "per edge of a patch", "10", 1, 256),
-        boolean("lid", "with the lid", "true")}},
+       {number("height", "The height in metres.", "0.5", kTiny, kHuge),
+        integer("segments", "How many parts an edge of a patch has.", "10", 1, 256),
+        boolean("lid", "Whether the teapot has its lid.", "true")}},
       {"revolution",
        {{.name = "profile",
          .type = FieldType::Array,
-         .help = "[r, y] in metres from bottom to top",
+         .help = "Points [r, y] in metres, from bottom to top.",
          .items = FieldType::Numbers},
-        choice("curve", "through the profile", "\"catmull_rom\"",
+        choice("curve", "The curve through the profile's points.", "\"catmull_rom\"",
                {"polyline", "catmull_rom", "bezier", "polynomial"}),
-        numbers("coefficients", "polynomial: r(y) = c0 + c1 y + ..."),
-        numbers("range", "polynomial: y from, to, metres", "[0, 1]"),
-        number("thickness", "metres; > 0: a vessel with an inner wall and a rim", "0", 0.0, kHuge),
-        segments("around, along", "[64, 48]"),
-        number("smooth_angle", "degrees; sharper bends keep an edge", "40", 0.0, 180.0),
-        boolean("caps", "closes ends that are off the axis", "true")}},
+        numbers("coefficients", "Of a polynomial: r(y) = c0 + c1 y + ..."),
+        numbers("range", "Of a polynomial: from which y to which, in metres.", "[0, 1]"),
+        number(
+            "thickness",
+            "The thickness in metres; above 0 the shape is a vessel with an inner wall and a rim.",
+            "0", 0.0, kHuge),
+        segments("How many parts the shape has around, and along its profile.", "[64, 48]"),
+        number("smooth_angle", "Degrees; bends that are sharper keep an edge.", "40", 0.0, 180.0),
+        boolean("caps", "Whether ends that are off the axis are closed.", "true")}},
       {"tube",
-       {required(arrayOf("points", "metres", FieldType::Vec3, 2.0)),
-        any("radius", "metres; one, or one per point", "0.02"),
-        choice("curve", "through the points", "\"catmull_rom\"", {"catmull_rom", "polyline"}),
-        segments("around, along each span", "[16, 8]"), boolean("closed", "a ring", "false"),
-        boolean("caps", "rounded ends", "true")}},
+       {required(arrayOf("points", "The points that the bar runs through, in metres.",
+                         FieldType::Vec3, 2.0)),
+        any("radius", "The radius in metres: one, or one for each point.", "0.02"),
+        choice("curve", "The curve through the points.", "\"catmull_rom\"",
+               {"catmull_rom", "polyline"}),
+        segments("How many parts the bar has around, and along each span.", "[16, 8]"),
+        boolean("closed", "Whether the bar is a ring.", "false"),
+        boolean("caps", "Whether the ends are rounded.", "true")}},
       {"prism",
-       {required(arrayOf("outline", "[x, z] in metres; a simple polygon", FieldType::Numbers, 3.0)),
-        number("height", "metres", "1", kTiny, kHuge), number("bevel", "metres", "0", 0.0, kHuge)}},
+       {required(arrayOf("outline", "Points [x, z] in metres of a simple polygon.",
+                         FieldType::Numbers, 3.0)),
+        number("height", "The height in metres.", "1", kTiny, kHuge),
+        number("bevel", "The width of the bevel in metres.", "0", 0.0, kHuge)}},
       {"polygons",
-       {required(arrayOf("vertices", "metres", FieldType::Vec3, 3.0)),
-        required(arrayOf("faces", "vertex numbers, counter-clockwise from outside",
-                         FieldType::Numbers, 1.0)),
-        boolean("smooth", "normals are shared at vertices", "false")}},
+       {required(arrayOf("vertices", "The vertices in metres.", FieldType::Vec3, 3.0)),
+        required(arrayOf(
+            "faces", "The numbers of each face's vertices, counter-clockwise as seen from outside.",
+            FieldType::Numbers, 1.0)),
+        boolean("smooth", "Whether faces share their normals at vertices.", "false")}},
       {"implicit", implicitFields()},
   };
   return shapes;
 }
 
 Schema withCommon(const std::string& name, const std::vector<Field>& own) {
-  Schema schema{name, "an object of a scene", {}};
+  Schema schema{name, "An object of a scene.", {}};
   schema.fields = commonFields();
-  if (!own.empty() || name != "object") schema.fields.push_back(text("shape", "a built-in shape"));
+  if (!own.empty() || name != "object")
+    schema.fields.push_back(text("shape", "The built-in shape that the object is."));
   schema.fields.insert(schema.fields.end(), own.begin(), own.end());
   return schema;
 }
@@ -262,34 +301,45 @@ const Schema& objectSchema(const std::string& shape) {
 const Schema& materialSchema() {
   static const Schema schema{
       "material",
-      "s and g (or n), or glTF's metallic and roughness",
+      "A material: by s and g (or n), or by glTF's metallic and roughness.",
       {
-          any("comment", "any text"),
-          any("base_color", "albedo; [r, g, b] linear or \"#rrggbb\"", "[1, 1, 1]"),
-          any("texture", "a file or {\"procedural\": ...}"),
-          any("normal_map", "a file, {\"procedural\": ..., \"strength\"}, or \"match\""),
-          number("normal_scale", "multiplies the slopes", "1", -100.0, 100.0),
-          text("metallic_roughness_map", "a file; roughness in green, metallic in blue"),
-          any("uv_scale", "a number or 2 numbers", "1"),
-          numbers("uv_offset", "2 numbers", "[0, 0]"),
-          number("uv_rotate", "degrees", "0"),
-          choice("filter", "of textures", "\"linear\"", {"linear", "nearest"}),
-          choice("wrap", "of textures", "\"repeat\"", {"repeat", "mirror", "clamp"}),
-          number("s", "specular level, 0 diffuse to 1 mirror", "", 0.0, 1.0),
-          number("g", "glossiness, 0 mirror to 1", "", 0.0, 1.0),
-          number("n", "Phong exponent instead of g", "", 0.0, 1e9),
-          any("tint", "colour of the reflection", "[1, 1, 1]"),
-          number("refraction", "index of the body: s refracts instead of mirroring", "", 1.0, 10.0),
-          number("metallic", "0 to 1", "0", 0.0, 1.0),
-          number("roughness", "0 to 1", "1", 0.0, 1.0),
-          number("ior", "index of refraction", "1.5", 1.0, 10.0),
-          number("specular", "multiplies the dielectric reflection", "1", 0.0, 1.0),
-          any("emissive", "radiance", "[0, 0, 0]"),
-          number("emissive_strength", "multiplies emissive", "1", 0.0, 1e30),
-          any("emissive_texture", "a file or {\"procedural\": ...}"),
-          number("alpha_cutoff", "texels with less alpha are cut out", "", 0.0, 1.0),
-          boolean("unlit", "radiance = albedo", "false"),
-          boolean("keep", "overrides: change only what is named", "false"),
+          any("comment", "Any text; not read."),
+          any("base_color", "The albedo: [r, g, b] in linear values, or \"#rrggbb\".", "[1, 1, 1]"),
+          any("texture", "A file, or {\"procedural\": ...}, that multiplies the albedo."),
+          any("normal_map",
+              "A file, {\"procedural\": ..., \"strength\"}, or \"match\": that of the texture."),
+          number("normal_scale", "Multiplies the slopes of the normal map.", "1", -100.0, 100.0),
+          text("metallic_roughness_map",
+               "A file that has the roughness in green and the metallic share in blue."),
+          any("uv_scale",
+              "Multiplies the texture coordinates: a number, or one for each of u and v.", "1"),
+          numbers("uv_offset", "Is added to the texture coordinates: 2 numbers.", "[0, 0]"),
+          number("uv_rotate", "Turns the texture by so many degrees.", "0"),
+          choice("filter", "How textures are filtered.", "\"linear\"", {"linear", "nearest"}),
+          choice("wrap", "What textures show outside of 0 to 1.", "\"repeat\"",
+                 {"repeat", "mirror", "clamp"}),
+          number("s", "The specular level, from 0 (diffuse) to 1 (a mirror).", "", 0.0, 1.0),
+          number("g", "The glossiness, from 0 (sharp) to 1.", "", 0.0, 1.0),
+          number("n", "The Phong exponent, in place of g.", "", 0.0, 1e9),
+          any("tint", "The colour of the reflection.", "[1, 1, 1]"),
+          number("refraction",
+                 "The body's index of refraction: the part s is refracted in place of mirrored.",
+                 "", 1.0, 10.0),
+          number("metallic", "How metallic the material is, from 0 to 1.", "0", 0.0, 1.0),
+          number("roughness", "How rough the material is, from 0 to 1.", "1", 0.0, 1.0),
+          number("ior",
+                 "The index of refraction, from which the reflection of a dielectric follows.",
+                 "1.5", 1.0, 10.0),
+          number("specular", "Multiplies the reflection of a dielectric.", "1", 0.0, 1.0),
+          any("emissive", "The radiance that the material gives.", "[0, 0, 0]"),
+          number("emissive_strength", "Multiplies emissive.", "1", 0.0, 1e30),
+          any("emissive_texture", "A file, or {\"procedural\": ...}, that multiplies emissive."),
+          number("alpha_cutoff", "Texels with less alpha than this are cut out.", "", 0.0, 1.0),
+          boolean("unlit", "Whether the material shows its albedo as it is, without light.",
+                  "false"),
+          boolean("keep",
+                  "Whether only what is named here is changed of the material that is replaced.",
+                  "false"),
       }};
   return schema;
 }
@@ -297,22 +347,29 @@ const Schema& materialSchema() {
 const Schema& lightSchema() {
   static const Schema schema{
       "light",
-      "a light",
+      "A light.",
       {
-          text("name", "for messages"),
-          any("comment", "any text"),
-          required(choice("type", "kind", "", {"point", "spot", "directional", "sphere"})),
-          vec3("position", "metres", "[0, 0, 0]"),
-          vec3("direction", "where it shines to", "[0, -1, 0]"),
-          vec3("target", "metres; instead of direction"),
-          any("color", "[r, g, b] linear or \"#rrggbb\"", "[1, 1, 1]"),
-          number("intensity", "W/sr; directional: W/m^2", "1", 0.0, 1e30),
-          number("range", "metres; 0: unlimited", "0", 0.0, kHuge),
-          number("inner_cone", "half angle, degrees", "0", 0.0, 90.0),
-          number("outer_cone", "half angle, degrees", "45", 0.0, 90.0),
-          number("radius", "metres; soft baked shadows", "0", 0.0, kHuge),
-          boolean("baked", "acts through the bake, with shadows", "false"),
-          text("object", "position and direction are in this object's space"),
+          text("name", "The light's name, for messages."),
+          any("comment", "Any text; not read."),
+          required(
+              choice("type", "The kind of light.", "", {"point", "spot", "directional", "sphere"})),
+          vec3("position", "Where the light is, in metres.", "[0, 0, 0]"),
+          vec3("direction", "The direction into which it shines.", "[0, -1, 0]"),
+          vec3("target", "The point to which it shines, in metres, in place of direction."),
+          any("color", "The colour: [r, g, b] in linear values, or \"#rrggbb\".", "[1, 1, 1]"),
+          number("intensity", "The intensity in W/sr; of a directional light W/m^2.", "1", 0.0,
+                 1e30),
+          number("range", "How far the light reaches in metres; 0 is without limit.", "0", 0.0,
+                 kHuge),
+          number("inner_cone", "The half angle of the cone of full light, in degrees.", "0", 0.0,
+                 90.0),
+          number("outer_cone",
+                 "The half angle of the cone outside of which there is no light, in degrees.", "45",
+                 0.0, 90.0),
+          number("radius", "The radius in metres, which makes baked shadows soft.", "0", 0.0,
+                 kHuge),
+          boolean("baked", "Whether the light acts through the bake, with shadows.", "false"),
+          text("object", "The object in whose space position and direction are."),
       }};
   return schema;
 }
@@ -320,16 +377,20 @@ const Schema& lightSchema() {
 const Schema& morphSchema() {
   static const Schema schema{
       "morph",
-      "a deformation of a shape",
+      "A deformation of a shape.",
       {
-          required(choice("type", "kind", "", {"wave", "flag", "bulge", "twist", "stretch"})),
-          number("amplitude", "metres; twist: turns; stretch: share of the length", "0.1", -kHuge,
-                 kHuge),
-          number("waves", "along the shape", "2", 0.0, 1000.0),
-          vec3("axis", "of the displacement", "[0, 1, 0]"),
-          number("cycle", "seconds of an endless loop; none: animate the channel morph", "", 0.01,
-                 1e6),
-          number("duration", "seconds that the loop goes on", "10", 0.01, 1e6),
+          required(choice("type", "The kind of deformation.", "",
+                          {"wave", "flag", "bulge", "twist", "stretch"})),
+          number(
+              "amplitude",
+              "How far it goes, in metres; of a twist turns, of a stretch a share of the length.",
+              "0.1", -kHuge, kHuge),
+          number("waves", "How many waves there are along the shape.", "2", 0.0, 1000.0),
+          vec3("axis", "The direction of the displacement.", "[0, 1, 0]"),
+          number("cycle",
+                 "Seconds of an endless loop; without it the channel morph is to be animated.", "",
+                 0.01, 1e6),
+          number("duration", "For how many seconds the loop goes on.", "10", 0.01, 1e6),
       }};
   return schema;
 }
@@ -339,16 +400,17 @@ namespace {
 const Schema& environmentSchema() {
   static const Schema schema{
       "environment",
-      "radiance from infinitely far away",
+      "What lights the scene from infinitely far away.",
       {
-          required(choice("type", "kind", "", {"constant", "gradient", "file"})),
-          any("color", "constant: radiance"),
-          any("zenith", "gradient: radiance above"),
-          any("horizon", "gradient"),
-          any("ground", "gradient: radiance below"),
-          text("file", "latitude-longitude image, EXR or HDR"),
-          number("scale", "multiplies all", "1", 0.0, 1e30),
-          number("rotate", "degrees about +y; files", "0"),
+          required(
+              choice("type", "The kind of environment.", "", {"constant", "gradient", "file"})),
+          any("color", "Of a constant environment: its radiance."),
+          any("zenith", "Of a gradient: the radiance above."),
+          any("horizon", "Of a gradient: the radiance at the horizon."),
+          any("ground", "Of a gradient: the radiance below."),
+          text("file", "An image by latitude and longitude, EXR or HDR."),
+          number("scale", "Multiplies all radiances.", "1", 0.0, 1e30),
+          number("rotate", "Of an image: degrees by which it is turned about +y.", "0"),
       }};
   return schema;
 }
@@ -356,13 +418,16 @@ const Schema& environmentSchema() {
 const Schema& bakeSchema() {
   static const Schema schema{
       "bake",
-      "what is baked per vertex at load",
+      "What is computed for each vertex when the scene is loaded.",
       {
-          choice("mode", "what", "\"none\"", {"none", "ambient_occlusion", "full"}),
-          integer("rays", "hemisphere rays per vertex", "256", 1, 65536),
-          integer("bounces", "gathers of interreflection (full)", "2", 0, 16),
-          number("distance", "of occluders, metres; 0: a tenth of the scene's diameter", "0", 0.0,
-                 kHuge),
+          choice("mode", "What is baked.", "\"none\"", {"none", "ambient_occlusion", "full"}),
+          integer("rays", "How many rays each vertex sends into its hemisphere.", "256", 1, 65536),
+          integer("bounces", "Of full: how often light is gathered that surfaces give one another.",
+                  "2", 0, 16),
+          number(
+              "distance",
+              "How far away surfaces still shade, in metres; 0 is a tenth of the scene's diameter.",
+              "0", 0.0, kHuge),
       }};
   return schema;
 }
@@ -370,14 +435,16 @@ const Schema& bakeSchema() {
 const Schema& animationSchema() {
   static const Schema schema{
       "animation",
-      "keys of one channel of one object",
+      "The keys of one channel of one object.",
       {
-          any("comment", "any text"),
-          required(text("object", "its name")),
-          required(choice("channel", "what is animated", "",
+          any("comment", "Any text; not read."),
+          required(text("object", "The object's name.")),
+          required(choice("channel", "What of the object is animated.", "",
                           {"translate", "rotate", "scale", "quaternion", "morph"})),
-          choice("interpolation", "between keys", "\"linear\"", {"linear", "step", "smooth"}),
-          required(arrayOf("keys", "[seconds, values...]", FieldType::Numbers, 1.0)),
+          choice("interpolation", "What happens between the keys.", "\"linear\"",
+                 {"linear", "step", "smooth"}),
+          required(
+              arrayOf("keys", "The keys, each [seconds, values...].", FieldType::Numbers, 1.0)),
       }};
   return schema;
 }
@@ -385,12 +452,12 @@ const Schema& animationSchema() {
 const Schema& cameraSchema() {
   static const Schema schema{
       "camera",
-      "a fixed camera",
+      "A fixed camera.",
       {
-          text("name", "for paths"),
-          required(vec3("position", "metres")),
-          required(vec3("target", "metres")),
-          number("fov", "vertical field of view, degrees", "60", 0.001, 179.9),
+          text("name", "The camera's name, for camera paths."),
+          required(vec3("position", "Where the camera is, in metres.")),
+          required(vec3("target", "The point at which it looks, in metres.")),
+          number("fov", "The vertical field of view in degrees.", "60", 0.001, 179.9),
       }};
   return schema;
 }
@@ -401,7 +468,7 @@ const Schema& sceneSchema() {
   // Objects are checked one by one with their shape's own table.
   static const Schema anyObject = [] {
     Schema schema = withCommon("object", {});
-    schema.fields.push_back(text("shape", "a built-in shape"));
+    schema.fields.push_back(text("shape", "The built-in shape that the object is."));
     schema.open = true;
     return schema;
   }();
@@ -410,28 +477,35 @@ const Schema& sceneSchema() {
       "A scene description.",
       {
           text("$schema", "For editors; not read."),
-          text("name", "for reports"),
-          any("comment", "any text"),
+          text("name", "The scene's name, for reports."),
+          any("comment", "Any text; not read."),
           {.name = "objects",
            .type = FieldType::Array,
-           .help = "what is in the scene",
+           .help = "The objects of the scene.",
            .required = true,
            .object = &anyObject},
-          {.name = "materials", .type = FieldType::Object, .help = "name to material"},
-          {.name = "lights", .type = FieldType::Array, .help = "lights", .object = &lightSchema()},
+          {.name = "materials", .type = FieldType::Object, .help = "Materials by their names."},
+          {.name = "lights",
+           .type = FieldType::Array,
+           .help = "The lights.",
+           .object = &lightSchema()},
           {.name = "environment",
            .type = FieldType::Object,
-           .help = "default: black",
+           .help = "What lights the scene from far away; without it the surroundings are black.",
            .object = &environmentSchema()},
-          any("ambient", "radiance from everywhere, [r, g, b] or \"#rrggbb\"", "[0, 0, 0]"),
-          {.name = "bake", .type = FieldType::Object, .help = "baking", .object = &bakeSchema()},
+          any("ambient", "A radiance that comes from everywhere: [r, g, b] or \"#rrggbb\".",
+              "[0, 0, 0]"),
+          {.name = "bake",
+           .type = FieldType::Object,
+           .help = "What is baked.",
+           .object = &bakeSchema()},
           {.name = "animation",
            .type = FieldType::Array,
-           .help = "moving objects",
+           .help = "How objects move.",
            .object = &animationSchema()},
           {.name = "cameras",
            .type = FieldType::Array,
-           .help = "fixed cameras",
+           .help = "Fixed cameras.",
            .object = &cameraSchema()},
       }};
   return schema;

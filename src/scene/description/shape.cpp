@@ -129,7 +129,7 @@ class ShapeReader {
       const std::array<std::string, 6> names{"+x", "-x", "+y", "-y", "+z", "-z"};
       box.faces.fill(false);
       if (object_.get("faces").asArray().empty()) {
-        object_.get("faces").fail("is empty: nothing of the box is left");
+        object_.get("faces").fail("names no face, so that nothing of the box would be left");
       }
       for (const Value& face : object_.get("faces").asArray()) {
         const auto at = std::find(names.begin(), names.end(), face.asString());
@@ -199,7 +199,7 @@ class ShapeReader {
       if (p.x < 0.0f) point.fail("a radius must not be below 0");
       if (shape.profile.size() > 1 && curve != "bezier" &&
           p == shape.profile[shape.profile.size() - 2]) {
-        point.fail("the same point stands twice");
+        point.fail("the point is the same as the one before it");
       }
     }
     const std::size_t count = shape.profile.size();
@@ -220,7 +220,7 @@ class ShapeReader {
     for (const Value& point : object_.get("points").asArray()) {
       shape.points.push_back(point.asVec3());
       if (shape.points.size() > 1 && shape.points.back() == shape.points[shape.points.size() - 2]) {
-        point.fail("the same point stands twice");
+        point.fail("the point is the same as the one before it");
       }
     }
     const Value radius = get("radius");
@@ -251,8 +251,8 @@ class ShapeReader {
       for (const Value& corner : face.asArray()) {
         const std::int64_t index = corner.asInteger();
         if (index < 0 || index >= static_cast<std::int64_t>(vertices.size())) {
-          corner.fail(std::to_string(index) + " is no vertex; there are " +
-                      std::to_string(vertices.size()) + ", from 0");
+          corner.fail(std::to_string(index) + " is not the number of a vertex: they go from 0 to " +
+                      std::to_string(vertices.size() - 1));
         }
         corners.push_back(static_cast<int>(index));
       }
@@ -323,7 +323,7 @@ MorphShape morphOf(const Value& morph) {
   if (!(glm::length(axis) > 1e-6f)) morph.get("axis").fail("the axis has no length");
   shape.axis = glm::normalize(axis);
   if (shape.type == MorphType::Stretch && !(shape.amplitude > -0.95f)) {
-    morph.get("amplitude").fail("a stretch must be above -0.95");
+    morph.get("amplitude").fail("the amplitude of a stretch must be above -0.95");
   }
   return shape;
 }

@@ -24,7 +24,7 @@ class KeyframePath : public CommonPath {
     const Vec3 eye = constantSpeed ? positions.at(u * positions.length()) : timed.at(time);
     const auto fov = static_cast<float>(fovs.at(positionTime));
     if (hasTargets) {
-      return common_.frame(number, lookAt(eye, targets.at(positionTime), common_.up, fov));
+      return common_.lookingAt(number, eye, targets.at(positionTime), fov);
     }
     Camera camera;
     camera.verticalFovRad = fov;
@@ -78,7 +78,7 @@ Keys readKeys(const Value& path, const PathSettings& common) {
     }
     if (keys.hasTargets) {
       keys.targets.push_back(common.position(key.get("target")));
-      if (keys.targets.back() == keys.positions.back())
+      if (!givesDirection(keys.positions.back(), keys.targets.back()))
         key.fail("position and target are the same point");
     } else {
       const std::vector<float> q = key.get("orientation").asFloats(4);
@@ -113,19 +113,24 @@ Keys readKeys(const Value& path, const PathSettings& common) {
 const config::Schema& keyframeSchema() {
   static const Schema schema{
       "keyframe",
-      "one key of a path; give target or orientation",
+      "One key of a path, with a target or an orientation.",
       {
           {.name = "time",
            .type = FieldType::Number,
-           .help = "seconds; left out in all: even spacing"},
-          {.name = "position", .type = FieldType::Vec3, .help = "metres", .required = true},
-          {.name = "target", .type = FieldType::Vec3, .help = "metres; what the camera looks at"},
+           .help = "The key's time in seconds; where no key has one, they are spaced evenly."},
+          {.name = "position",
+           .type = FieldType::Vec3,
+           .help = "Where the camera is, in metres.",
+           .required = true},
+          {.name = "target",
+           .type = FieldType::Vec3,
+           .help = "The point at which the camera looks, in metres."},
           {.name = "orientation",
            .type = FieldType::Numbers,
-           .help = "quaternion x, y, z, w; the camera looks along its -z"},
+           .help = "A quaternion x, y, z, w; the camera looks along its -z."},
           {.name = "fov",
            .type = FieldType::Number,
-           .help = "vertical field of view, degrees; default: the path's",
+           .help = "The vertical field of view in degrees; without it the path's.",
            .minimum = 0.001,
            .maximum = 179.9},
       }};

@@ -43,6 +43,8 @@ struct PathSettings {
     camera.nearMetres = nearMetres;
     return {number, timeOf(number), camera};
   }
+  /// Throws UsageError when the eye has come upon the target.
+  PathFrame lookingAt(int number, const Vec3& eye, const Vec3& target, float fovOfFrame) const;
 };
 
 class CommonPath : public CameraPath {

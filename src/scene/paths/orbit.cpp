@@ -23,7 +23,7 @@ class OrbitPath : public CommonPath {
     const Vec3 offset(static_cast<float>(r * std::sin(angle)),
                       static_cast<float>(height + (heightEnd - height) * u),
                       static_cast<float>(r * std::cos(angle)));
-    return common_.frame(number, lookAt(centre + offset, target, common_.up, common_.fovRad));
+    return common_.lookingAt(number, centre + offset, target, common_.fovRad);
   }
 
   Vec3 centre{0.0f};
@@ -41,29 +41,39 @@ class OrbitPath : public CommonPath {
 const Schema& orbitSchema() {
   static const Schema schema{
       "orbit",
-      "a circle or spiral around a point",
+      "A circle or a spiral around a point.",
       {
-          {.name = "center", .type = FieldType::Vec3, .help = "metres", .required = true},
+          {.name = "center",
+           .type = FieldType::Vec3,
+           .help = "The point in the middle, in metres.",
+           .required = true},
           {.name = "radius",
            .type = FieldType::Number,
-           .help = "metres",
+           .help = "The radius in metres.",
            .required = true,
            .minimum = 0.001},
           {.name = "height",
            .type = FieldType::Number,
-           .help = "metres above the centre",
+           .help = "How high above the centre the camera is, in metres.",
            .defaultText = "0"},
           {.name = "turns",
            .type = FieldType::Number,
-           .help = "negative: clockwise",
+           .help = "How often it goes around; a negative number goes clockwise.",
            .defaultText = "1"},
           {.name = "start",
            .type = FieldType::Number,
-           .help = "degrees; 0: seen from +z, 90: from +x",
+           .help = "Where it begins, in degrees: 0 sees the centre from +z, 90 from +x.",
            .defaultText = "0"},
-          {.name = "target", .type = FieldType::Vec3, .help = "metres; default: the centre"},
-          {.name = "radius_end", .type = FieldType::Number, .help = "metres", .minimum = 0.001},
-          {.name = "height_end", .type = FieldType::Number, .help = "metres"},
+          {.name = "target",
+           .type = FieldType::Vec3,
+           .help = "The point at which the camera looks, in metres; without it the centre."},
+          {.name = "radius_end",
+           .type = FieldType::Number,
+           .help = "The radius at the end, in metres.",
+           .minimum = 0.001},
+          {.name = "height_end",
+           .type = FieldType::Number,
+           .help = "The height at the end, in metres."},
       }};
   return schema;
 }

@@ -182,5 +182,21 @@ TEST(Frames, ParseAndFormat) {
   EXPECT_THAT(error("99999999999999"), HasSubstr("too large"));
 }
 
+TEST(Path, ATargetAtTheCameraIsRefused) {
+  EXPECT_THAT(errorOf(R"({"keyframes": [{"position": [0,0,1], "target": [1e-30,0,1]}]})"),
+              HasSubstr("position and target are the same point"));
+  EXPECT_THAT(errorOf(R"({"keyframes": [{"position": [0,0,0], "target": [1e-30,0,0]}]})"),
+              HasSubstr("position and target are the same point"));
+  // On the way only: frame 2 of 3 is at the target
+  const Scene scene;
+  const auto path = makePath(
+      config::parseText(R"({"frames": 3, "keyframes": [{"position": [0,0,1], "target": [0,0,0]},
+                            {"position": [0,0,-1], "target": [0,0,0]}]})",
+                        "path"),
+      scene);
+  EXPECT_NO_THROW(path->frame(1));
+  EXPECT_THROW(path->frame(2), UsageError);
+}
+
 }  // namespace
 }  // namespace catoptric::scene

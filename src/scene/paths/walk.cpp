@@ -34,7 +34,7 @@ class WalkPath : public CommonPath {
       const Vec3 direction = normalizedOr(ahead - eye, Vec3(0.0f, 0.0f, -1.0f));
       aim = eye + direction + std::tan(pitchRad) * Vec3(0.0f, 1.0f, 0.0f);
     }
-    return common_.frame(number, lookAt(eye, aim, common_.up, common_.fovRad));
+    return common_.lookingAt(number, eye, aim, common_.fovRad);
   }
 
   enum class Look { Ahead, Target, Targets };
@@ -50,45 +50,49 @@ class WalkPath : public CommonPath {
 }  // namespace
 
 const Schema& walkSchema() {
-  static const Schema schema{"walk",
-                             "a walk through points at constant speed",
-                             {
-                                 {.name = "points",
-                                  .type = FieldType::Array,
-                                  .help = "[x, z] on the floor, or [x, y, z]",
-                                  .required = true,
-                                  .minimum = 2.0,
-                                  .items = FieldType::Numbers},
-                                 {.name = "eye_height",
-                                  .type = FieldType::Number,
-                                  .help = "metres, for points [x, z]",
-                                  .defaultText = "1.6"},
-                                 {.name = "look",
-                                  .type = FieldType::String,
-                                  .help = "where to",
-                                  .defaultText = "\"ahead\"",
-                                  .allowed = {"ahead", "target", "targets"}},
-                                 {.name = "look_ahead",
-                                  .type = FieldType::Number,
-                                  .help = "metres along the path",
-                                  .defaultText = "1",
-                                  .minimum = 0.01},
-                                 {.name = "pitch",
-                                  .type = FieldType::Number,
-                                  .help = "degrees upwards, for ahead",
-                                  .defaultText = "0",
-                                  .minimum = -89.0,
-                                  .maximum = 89.0},
-                                 {.name = "target", .type = FieldType::Vec3, .help = "metres"},
-                                 {.name = "targets",
-                                  .type = FieldType::Array,
-                                  .help = "one per point",
-                                  .items = FieldType::Vec3},
-                                 {.name = "closed",
-                                  .type = FieldType::Bool,
-                                  .help = "returns to its first point",
-                                  .defaultText = "false"},
-                             }};
+  static const Schema schema{
+      "walk",
+      "A walk through points at constant speed.",
+      {
+          {.name = "points",
+           .type = FieldType::Array,
+           .help = "Points [x, z] on the floor, or [x, y, z], in metres.",
+           .required = true,
+           .minimum = 2.0,
+           .items = FieldType::Numbers},
+          {.name = "eye_height",
+           .type = FieldType::Number,
+           .help = "The height of the eye above points [x, z], in metres.",
+           .defaultText = "1.6"},
+          {.name = "look",
+           .type = FieldType::String,
+           .help =
+               "Where the camera looks: along the path, at one point, or at one for each point.",
+           .defaultText = "\"ahead\"",
+           .allowed = {"ahead", "target", "targets"}},
+          {.name = "look_ahead",
+           .type = FieldType::Number,
+           .help = "How far along the path it looks ahead, in metres.",
+           .defaultText = "1",
+           .minimum = 0.01},
+          {.name = "pitch",
+           .type = FieldType::Number,
+           .help = "Degrees by which it looks upwards, where it looks ahead.",
+           .defaultText = "0",
+           .minimum = -89.0,
+           .maximum = 89.0},
+          {.name = "target",
+           .type = FieldType::Vec3,
+           .help = "The point at which it looks, in metres."},
+          {.name = "targets",
+           .type = FieldType::Array,
+           .help = "The points at which it looks, one for each point of the path.",
+           .items = FieldType::Vec3},
+          {.name = "closed",
+           .type = FieldType::Bool,
+           .help = "Whether the walk returns to its first point.",
+           .defaultText = "false"},
+      }};
   return schema;
 }
 

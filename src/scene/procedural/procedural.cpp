@@ -5,6 +5,7 @@
 #include <map>
 
 #include "core/error.h"
+#include "scene/loader.h"
 #include "scene/procedural/canvas.h"
 
 namespace catoptric::scene {
@@ -185,6 +186,9 @@ Vec3 colorOf(const config::Value& value) {
   const Vec3 color = value.asVec3();
   if (color.x < 0.0f || color.y < 0.0f || color.z < 0.0f) {
     value.fail(value.dump() + " has a component below 0");
+  }
+  if (glm::any(glm::greaterThan(color, Vec3(kMaxColor)))) {
+    value.fail(value.dump() + " is out of range: components from 0 to 1e9 are allowed");
   }
   return color;
 }
