@@ -113,16 +113,16 @@ void requireWellFormed(const Image& image) {
   }
 }
 
-/// Throws OutputError for the first NaN or infinity.
+/// Throws FrameError for the first NaN or infinity.
 void requireFinite(const Image& image) {
   const std::size_t count = image.channels.size();
   for (std::size_t i = 0; i < image.data.size(); ++i) {
     if (std::isfinite(image.data[i])) continue;
     const std::size_t pixel = i / count;
-    throw OutputError("channel " + image.channels[i % count] + " has " +
-                      (std::isnan(image.data[i]) ? "NaN" : "an infinity") + " at pixel (" +
-                      std::to_string(pixel % image.width) + ", " +
-                      std::to_string(pixel / image.width) + "); frames must be finite");
+    throw FrameError("channel " + image.channels[i % count] + " has " +
+                     (std::isnan(image.data[i]) ? "NaN" : "an infinity") + " at pixel (" +
+                     std::to_string(pixel % image.width) + ", " +
+                     std::to_string(pixel / image.width) + "); frames must be finite");
   }
 }
 

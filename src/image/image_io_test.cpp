@@ -159,7 +159,7 @@ TEST_F(ImageFile, NotFiniteIsRefusedWithItsPlace) {
     try {
       encodeExr(image, {});
       FAIL() << "no error for " << bad;
-    } catch (const OutputError& error) {
+    } catch (const FrameError& error) {
       EXPECT_THAT(error.what(), HasSubstr("channel N.X"));
       EXPECT_THAT(error.what(), HasSubstr(std::isnan(bad) ? "NaN" : "infinity"));
       EXPECT_THAT(error.what(), HasSubstr("pixel (3, 2)"));

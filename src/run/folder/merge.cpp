@@ -239,6 +239,7 @@ std::vector<std::string> configuredOrder(const Merge& merge) {
 MergedRun write(const std::string& method, const Merge& merge, const fs::path& path,
                 Existing existing) {
   RunFolder folder(path, existing);
+  folder.begin();
   std::vector<FrameRecord> records;
   MergedRun merged;
   for (const auto& [number, part] : merge.owner) {

@@ -1,5 +1,4 @@
-// A run's folder: frames, their records, timings and summary. A record is written after its
-// frame's files, and states their fingerprints: what has no matching record does not count.
+// A run's folder: frames, their records, timings and summary. One process at a time writes there.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +10,7 @@
 #include <vector>
 
 #include "frame/steps.h"
-#include "methods/contract/table.h"
+#include "run/folder/records.h"
 
 namespace catoptric::run {
 
@@ -19,42 +18,11 @@ enum class Existing { Error, Overwrite, Resume };
 /// Throws UsageError.
 Existing parseExisting(const std::string& text);
 
-/// What a frame's pixels depend on, each as 16 hexadecimal digits or plain text.
-struct FrameFingerprints {
-  std::string config;   ///< method, options, image settings, seed
-  std::string scene;    ///< all contents of the scene
-  std::string camera;   ///< camera and time of this frame (and of earlier ones it depends on)
-  std::string build;    ///< the program
-  std::string machine;  ///< processor
-};
-
-struct FileRecord {
-  std::string path;  ///< relative to the run's folder
-  std::uint64_t bytes = 0;
-  std::string content;  ///< fingerprint of the bytes
-};
-
-/// One line of frames.jsonl.
-struct FrameRecord {
-  int frame = 0;
-  double timeSeconds = 0.0;  ///< of the scene
-  FrameFingerprints fingerprints;
-  std::string renderer;  ///< GL_RENDERER, or what else made the pixels
-  std::vector<FileRecord> files;
-  std::map<std::string, std::uint64_t> counters;
-  std::vector<methods::Table> tables;  ///< that have rows
-  std::vector<frame::StepSample> samples;
-};
-
-std::string recordLine(const FrameRecord& record);
-/// Throws UsageError with the place.
-FrameRecord parseRecord(const std::string& line, const std::string& place);
-
 class RunFolder {
  public:
   /// Creates or opens the folder and locks it against other processes. Existing::Error: an
-  /// OutputError when it holds anything but a lock; Overwrite: removes a run's files (and no
-  /// others); Resume: reads the records. Throws OutputError.
+  /// OutputError when it holds anything but a lock; Overwrite: leaves the run that is there until
+  /// begin(); Resume: reads the records. Throws OutputError.
   RunFolder(const std::filesystem::path& path, Existing existing);
   /// Looks at what stands there and changes nothing: throws what the constructor would throw as far
   /// as that can be told without writing, and reads the records for Resume.
@@ -71,6 +39,11 @@ class RunFolder {
   std::string distrust(int frame, const FrameFingerprints& wanted) const;
   const FrameRecord* record(int frame) const;
   const std::map<int, FrameRecord>& records() const { return records_; }
+  /// Of Overwrite: removes the files of the run that is there, and no others. Called when nothing
+  /// but writing can fail any more, and before anything is written.
+  void begin();
+  /// Whether an earlier run stands there that begin() would remove.
+  bool holdsOldRun() const { return overwrites_ && !wasEmpty_; }
   /// Removes what the constructor made and the summary, of a start that failed before any frame: an
   /// empty folder would block the next try.
   void discard();
@@ -107,6 +80,7 @@ class RunFolder {
 
   std::filesystem::path path_;
   int lock_ = -1;
+  bool overwrites_ = false;                     ///< begin() has yet to remove a run
   bool wasEmpty_ = false;                       ///< but for a lock and empty folders
   std::vector<std::filesystem::path> created_;  ///< folders that were not there before
   std::mutex mutex_;
@@ -118,19 +92,5 @@ class RunFolder {
 /// True for names that a run gives to files and folders of its own ("frames", "table.md"): no
 /// method's folder can be called so.
 bool isRunFileName(const std::string& name);
-
-/// What the records and the table of a run's folder say; lines that cannot be read are warned of
-/// and left out.
-struct RunRecords {
-  std::map<int, FrameRecord> frames;
-  std::vector<frame::StepSample> startup;
-};
-RunRecords readRunRecords(const std::filesystem::path& path);
-
-/// Why the files of `record` in `folder` are not what was written; empty when they are.
-std::string damage(const std::filesystem::path& folder, const FrameRecord& record);
-
-/// "frames/frame.0001.exr" for ("frames", 1, ".exr").
-std::string framePath(const std::string& folder, int frame, const std::string& extension);
 
 }  // namespace catoptric::run

@@ -128,7 +128,13 @@ TEST(RunFolder, NothingIsOverwrittenUnasked) {
   EXPECT_THAT(messageOf([&] { RunFolder folder(path, Existing::Error); }),
               testing::HasSubstr("use --existing resume to keep its finished frames"));
   EXPECT_TRUE(fs::exists(path / "frames/frame.0001.exr"));
-  { RunFolder folder(path, Existing::Overwrite); }
+  {
+    RunFolder folder(path, Existing::Overwrite);
+    EXPECT_TRUE(folder.holdsOldRun());
+    EXPECT_TRUE(fs::exists(path / "frames.jsonl"));  // until the new run begins
+    folder.begin();
+    EXPECT_FALSE(folder.holdsOldRun());
+  }
   EXPECT_FALSE(fs::exists(path / "frames/frame.0001.exr"));
   EXPECT_FALSE(fs::exists(path / "frames.jsonl"));
   EXPECT_TRUE(fs::exists(path / "notes.txt"));

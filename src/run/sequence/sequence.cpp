@@ -37,6 +37,7 @@ class Sequence {
                                .add("chunks", options_.chunk.count)
                                .object();
     // Nothing is built when nothing is to be rendered.
+    if (progress_.toRender == 0) folder_.begin();
     if (progress_.toRender > 0 && prepare()) write();
     finish();
     return std::move(result_);
@@ -64,8 +65,10 @@ class Sequence {
 
   /// False when the run was asked to stop.
   bool prepare() {
-    // Said before the first frame, so that a killed run's folder tells what it was to hold.
-    folder_.writeSummary(members_);
+    // Said before the first frame, so that a killed run's folder tells what it was to hold. A run
+    // that is to be overwritten stays whole until the device, the programs and the light are there.
+    const bool replaces = folder_.holdsOldRun();
+    if (!replaces) folder_.writeSummary(members_);
     try {
       folder_.addStartup(source_.prepare());
     } catch (const Stopped&) {
@@ -75,11 +78,13 @@ class Sequence {
       folder_.discard();
       throw;
     }
+    folder_.begin();
     config::JsonText device;
     const std::map<std::string, std::string> context = source_.context();
     for (const auto& [name, value] : context) device.add(name, value);
     if (!context.empty()) members_["device"] = device.object();
     renderer_ = context.contains("renderer") ? context.at("renderer") : "CPU";
+    if (replaces) folder_.writeSummary(members_);
     plan(renderer_, false);
     for (const int number : numbersOf(tasks_, plan_, Outcome::Render)) folder_.forget(number);
     folder_.writeTimings();
@@ -133,8 +138,8 @@ class Sequence {
       made = source_.render({tasks_[i].frame, !continues_, tasks_[i].restarts, kept});
       ++runs_;
     } catch (const std::exception& error) {
-      log::error("frame " + std::to_string(tasks_[i].frame.number) + ": " + error.what());
-      failure = error.what();
+      log::error("frame " + std::to_string(tasks_[i].frame.number) + ": " + messageOf(error));
+      failure = messageOf(error);
     }
     continues_ = !failure;
     if (!kept) warmUpSeconds_ += secondsSince(start);
@@ -209,6 +214,7 @@ class Sequence {
                              .add("stopped", result_.stopped)
                              .add("seconds", secondsSince(runStart_))
                              .object();
+    if (folder_.holdsOldRun()) return;  // stopped before it was replaced
     folder_.writeTimings();
     folder_.writeSummary(members_);
   }

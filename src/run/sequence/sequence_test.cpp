@@ -183,6 +183,40 @@ TEST(Sequence, AFailedStartLeavesNoFolder) {
   EXPECT_EQ(filesOf(path).size(), 3u);
 }
 
+TEST(Sequence, AnOverwrittenRunGoesWhenTheNewOneIsSureToBegin) {
+  const fs::path path = freshFolder();
+  FakeSource first;
+  runSequence(first, tasks(3), path, options());
+  const std::string summary = readTextFile(path / "summary.json");
+  const auto frames = filesOf(path);
+  FakeSource second;
+  second.noDevice = true;
+  EXPECT_THROW(runSequence(second, tasks(2), path, options(Existing::Overwrite)), DeviceError);
+  EXPECT_EQ(filesOf(path), frames);
+  EXPECT_EQ(readTextFile(path / "summary.json"), summary);
+  second.noDevice = false;
+  runSequence(second, tasks(2), path, options(Existing::Overwrite));
+  EXPECT_EQ(filesOf(path).size(), 2u);
+  EXPECT_NE(readTextFile(path / "summary.json"), summary);
+}
+
+TEST(Sequence, FramesThatCannotBeEncodedFailAlone) {
+  const fs::path path = freshFolder();
+  FakeSource source;
+  SequenceOptions o = options();
+  o.keepGoing = true;
+  o.encode = [](RenderedFrame& frame, const scene::PathFrame& at) {
+    if (at.number == 2) throw FrameError("channel R has NaN");
+    if (at.number == 3) throw std::bad_alloc();
+    return encode(frame, at);
+  };
+  const SequenceResult result = runSequence(source, tasks(4), path, o);
+  EXPECT_THAT(result.rendered, ElementsAre(1, 4));
+  ASSERT_EQ(result.failed.size(), 2u);
+  EXPECT_EQ(result.failed[0].message, "channel R has NaN");
+  EXPECT_EQ(result.failed[1].message, "out of memory");
+}
+
 TEST(Sequence, TheForecastIsWhatTheRunDoes) {
   FakeSource source;
   const fs::path path = freshFolder();

@@ -8,8 +8,10 @@
 #include "core/text.h"
 #include "image/image.h"
 #include "run/folder/machine.h"
+#include "run/stage/encoder.h"
 #include "run/stage/method_source.h"
 #include "run/stage/mixture.h"
+#include "run/stage/steps.h"
 
 namespace catoptric::run {
 namespace {
@@ -124,12 +126,15 @@ std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::Met
       };
     sequence.encode = makeEncoder(run, method, stage.scene().origin);
     sequence.prepareEncoding = image::loadImageIo;
+    config::JsonText kinds;
+    for (const auto& [step, kind] : stepKinds()) kinds.add(step, kind);
     config::JsonText text;
     text.add("name", method.name);
     method.addSettings(text);
     sequence.summary = {{"config", run.effective},
                         {"method", text.object()},
                         {"machine", machineJson()},
+                        {"step_kinds", kinds.object()},
                         {"reflectors", reflectorsJson(stage.scene())},
                         {"plan", planJson(plan)}};
 

@@ -10,9 +10,7 @@
 #include "core/error.h"
 #include "core/log.h"
 #include "gl/api.h"
-#include "image/exr_camera.h"
 #include "raster/regions/screen.h"
-#include "run/folder/machine.h"
 #include "scene/animate.h"
 #include "scene/camera.h"
 
@@ -274,56 +272,6 @@ std::map<std::string, std::string> MethodSource::context() const {
           {"gl_version", info.version},
           {"glsl_version", info.glslVersion},
           {"timer", "wall clock around glFinish"}};
-}
-
-Encoder makeEncoder(const RunConfig& run, const MethodConfig& method, const glm::dvec3& origin) {
-  return [run, method, origin](RenderedFrame& frame, const scene::PathFrame& path) {
-    std::vector<EncodedFile> files;
-    const image::Image& picture = frame.image;
-
-    std::int64_t start = nowNs();
-    image::ExrOptions options;
-    options.compression = run.compression;
-    options.halfBeauty = run.halfBeauty;
-    options.text = {{"software", std::string("catoptric ") + versionText()},
-                    {"catoptric.version", versionText()},
-                    {"catoptric.name", method.name},
-                    {"catoptric.seed", std::to_string(run.image.seed)},
-                    {"catoptric.scene", run.scene.filename().string()},
-                    {"catoptric.method", method.id},
-                    {"catoptric.options", method.effective}};
-    options.numbers = {{"catoptric.samplesPerAxis", static_cast<float>(run.image.samples)},
-                       {"catoptric.frame", static_cast<float>(path.number)},
-                       {"catoptric.time", static_cast<float>(path.timeSeconds)},
-                       {"catoptric.verticalFovDegrees", degrees(path.camera.verticalFovRad)}};
-    const Mat4 cameraFromFile(
-        glm::translate(glm::dmat4(scene::cameraFromWorld(path.camera)), -origin));
-    options.matrices["worldToCamera"] = image::exrWorldToCamera(cameraFromFile);
-    options.matrices["worldToNDC"] =
-        image::exrWorldToNdc(cameraFromFile, path.camera.verticalFovRad,
-                             static_cast<float>(picture.width) / static_cast<float>(picture.height),
-                             path.camera.nearMetres);
-    image::ExrStatistics statistics;
-    EncodedFile exr;
-    exr.path = framePath("frames", path.number, ".exr");
-    exr.step = "encode";
-    exr.bytes = image::encodeExr(picture, options, &statistics);
-    exr.seconds = secondsSince(start);
-    frame.counters["clamped_half"] = statistics.clampedHalf;
-    files.push_back(std::move(exr));
-
-    if (run.preview.enabled) {
-      start = nowNs();
-      EncodedFile preview;
-      preview.path = framePath("previews", path.number, ".png");
-      preview.step = "preview";
-      preview.bytes = image::encodePng(picture.width, picture.height, 3,
-                                       image::displayRgb8(picture, run.preview.exposureStops));
-      preview.seconds = secondsSince(start);
-      files.push_back(std::move(preview));
-    }
-    return files;
-  };
 }
 
 }  // namespace catoptric::run

@@ -48,8 +48,4 @@ class MethodSource : public FrameSource {
   std::optional<scene::Camera> lastCamera_;  ///< of the frame in G-buffer and composite
 };
 
-/// Encodes frames of `run` as EXR and preview, for runSequence(). `origin` of the scene, so that
-/// the camera of the files is in the coordinates of the scene's file.
-Encoder makeEncoder(const RunConfig& run, const MethodConfig& method, const glm::dvec3& origin);
-
 }  // namespace catoptric::run
