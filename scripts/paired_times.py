@@ -11,17 +11,18 @@ LIMIT = 1.03         # ratio new/old; a step beyond it is slower (ours: what a c
 SMALL_SHARE = 0.01   # steps below this share of the frame's time are shown, not judged
 SMALL_SECONDS = 5e-5 # likewise below this (ours: what starting a thread or a clock's tick may cost)
 DRAWS, CONFIDENCE = 1000, 0.95
-NOT_RENDERING = {"wait", "other"}  # waiting for the writers; what no step names
+NOT_JUDGED = {"waiting", "rest"}  # kinds of steps: for the writers; what no step names
 
 
-def steps_of(timings):
+def steps_of(timings, kinds):
     """{step: {frame: seconds}} of a timings.csv, without first frames and what runs beside rendering. Steps before
-    the first frame are frame 0 of "start: STEP"; `rendering` sums a frame's steps."""
+    the first frame are frame 0 of "start: STEP"; `rendering` sums a frame's steps. `kinds`: {step: kind}, as
+    `catoptric list steps --json` names them."""
     found = {}
     with open(timings, newline="") as file:
         for row in csv.DictReader(file):
             frame = int(row["frame"])
-            if row["clock"] == "overlapped" or (frame and row["first"] == "1") or row["step"] in NOT_RENDERING:
+            if row["clock"] == "overlapped" or (frame and row["first"] == "1") or kinds.get(row["step"]) in NOT_JUDGED:
                 continue
             for step in ([row["step"], "rendering"] if frame else ["start: " + row["step"]]):
                 frames = found.setdefault(step, {})

@@ -36,6 +36,7 @@ def moving(bench, frames):
 def after_first(run):
     """Without the first frame, which makes the paths."""
     rest = type(run)()
+    rest.kinds = run.kinds
     first = min(run.steps)
     rest.steps = {n: s for n, s in run.steps.items() if n != first}
     rest.counters = {n: c for n, c in run.counters.items() if n != first}

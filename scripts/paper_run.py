@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 
-NOT_RENDERING = {"wait", "layers", "disocclusions"}  # for the writers, or of asked-for extras
+NOT_RENDERING = {"waiting", "extras", "check"}  # kinds of steps: for the writers, or of asked-for extras
 
 
 class Frames:
@@ -20,10 +20,12 @@ class Frames:
 
     def __init__(self):
         self.steps = {}
+        self.kinds = {}
         self.counters = {}
 
     def add(self, folder, skip):
         added = {}
+        self.kinds.update(json.loads((folder / "summary.json").read_text())["step_kinds"])
         with open(folder / "timings.csv", newline="") as file:
             for row in csv.DictReader(file):
                 number = int(row["frame"])
@@ -43,7 +45,7 @@ class Frames:
     def times(self, without=()):
         """Milliseconds of rendering by frame, without some steps."""
         return {n: 1e3 * sum(s for step, s in steps.items()
-                             if step not in NOT_RENDERING and step not in without)
+                             if self.kinds.get(step) not in NOT_RENDERING and step not in without)
                 for n, steps in self.steps.items()}
 
     def ms(self, without=()):

@@ -25,14 +25,6 @@ std::string listJson(const std::vector<Item>& items, Text&& text) {
   return "[" + joined(texts, ",") + "]";
 }
 
-std::string stepJson(const methods::StepInfo& step) {
-  return JsonText()
-      .add("name", step.name)
-      .add("when", step.when)
-      .add("meaning", step.meaning)
-      .object();
-}
-
 std::string tableJson(const methods::TableInfo& table) {
   return JsonText()
       .add("name", table.name)
@@ -48,10 +40,16 @@ std::string tableJson(const methods::TableInfo& table) {
       .object();
 }
 
+std::string kindNote(methods::StepKind kind) {
+  const bool apart = kind == methods::StepKind::Waiting || kind == methods::StepKind::Check;
+  return apart ? " (not part of `rendering`)" : "";
+}
+
 std::string stepRows(const std::vector<methods::StepInfo>& steps) {
   std::string text = "| step | when | meaning |\n|---|---|---|\n";
   for (const methods::StepInfo& step : steps)
-    text += "| `" + step.name + "` | " + step.when + " | " + step.meaning + " |\n";
+    text += "| `" + step.name + "` | " + step.when + " | " + step.meaning + kindNote(step.kind) +
+            " |\n";
   return text;
 }
 
@@ -82,6 +80,15 @@ std::string section(const methods::MethodEntry& entry) {
 }
 
 }  // namespace
+
+std::string stepJson(const methods::StepInfo& step) {
+  return JsonText()
+      .add("name", step.name)
+      .add("when", step.when)
+      .add("meaning", step.meaning)
+      .add("kind", methods::stepKindName(step.kind))
+      .object();
+}
 
 std::string counterJson(const methods::CounterInfo& counter) {
   return JsonText()

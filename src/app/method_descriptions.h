@@ -12,6 +12,7 @@ namespace catoptric::app {
 std::string methodJson(const methods::MethodEntry& entry);
 
 /// Name, meaning, must_be_zero, only_with.
+std::string stepJson(const methods::StepInfo& step);
 std::string counterJson(const methods::CounterInfo& counter);
 
 /// docs/methods.md: steps, counters, tables and layers of the program and of each method.

@@ -72,7 +72,7 @@ bool parse(std::string_view text, Number& value) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
-/// Counters and objects' names; a run that was stopped has no summary.
+/// Counters, kinds of steps and objects' names; a run that was stopped has no summary.
 void readSummary(const fs::path& file, RunData& run) {
   std::error_code ignored;
   if (!fs::exists(file, ignored)) return;
@@ -83,6 +83,9 @@ void readSummary(const fs::path& file, RunData& run) {
       const config::Value counter = counters.get(name);
       run.counters.push_back({name, counter.get("mean").asNumber(), counter.get("max").asNumber()});
     }
+  const config::Value kinds = summary.get("step_kinds");
+  if (!kinds.isNull())
+    for (const std::string& step : kinds.keys()) run.stepKinds[step] = kinds.get(step).asString();
   const config::Value reflectors = summary.get("reflectors");
   if (!reflectors.isNull())
     for (const config::Value& reflector : reflectors.asArray())

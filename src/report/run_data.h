@@ -26,6 +26,7 @@ struct RunData {
                                                   ///< there is one
   std::map<int, std::filesystem::path> previews;  ///< PNG files by frame number
   std::vector<Counter> counters;                  ///< of summary.json, by name
+  std::map<std::string, std::string> stepKinds;   ///< of summary.json: what is not rendering
   std::map<int, std::string> objectNames;         ///< of summary.json: reflective objects by id
 };
 

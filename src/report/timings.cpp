@@ -12,8 +12,12 @@ namespace catoptric::report {
 namespace {
 
 constexpr const char* kOverlapped = "overlapped";
-/// Not rendering: for the writers, or a check that was asked for.
-const std::set<std::string> kApart = {"wait", "disocclusions"};
+
+/// Whether a step is no part of rendering (methods::StepKind, as summary.json names it).
+bool isApart(const RunData& run, const std::string& step) {
+  const auto kind = run.stepKinds.find(step);
+  return kind != run.stepKinds.end() && (kind->second == "waiting" || kind->second == "check");
+}
 
 /// Values of one row, one for each frame, and which of them are of first frames.
 struct Series {
@@ -115,7 +119,7 @@ TimingTable timingTable(const RunData& run) {
     if (sample.clock == kOverlapped) continue;
     frame.perFrame[sample.frame] += sample.seconds;
     if (sample.first) frame.firsts.insert(sample.frame);
-    if (kApart.contains(sample.step)) continue;
+    if (isApart(run, sample.step)) continue;
     rendering.perFrame[sample.frame] += sample.seconds;
     if (sample.first) rendering.firsts.insert(sample.frame);
   }
@@ -127,9 +131,9 @@ TimingTable timingTable(const RunData& run) {
     table.preparation.push_back(statisticsOf(step, preparationClocks[step], preparation[step]));
   for (const std::string& step : order) {
     const Series& s = series[step];
-    (s.clock == kOverlapped  ? table.overlapped
-     : kApart.contains(step) ? table.apart
-                             : table.steps)
+    (s.clock == kOverlapped ? table.overlapped
+     : isApart(run, step)   ? table.apart
+                            : table.steps)
         .push_back(statisticsOf(step, s));
   }
   table.rendering = statisticsOf("rendering", rendering);

@@ -18,6 +18,7 @@ using ::testing::HasSubstr;
 RunData fourFrames() {
   RunData run;
   run.name = "traced";
+  run.stepKinds = {{"wait", "waiting"}, {"disocclusions", "check"}, {"layers", "extras"}};
   run.samples = {{0, "scene", 0.5, "wall", false}};
   const double bvh[] = {0.010, 0.020, 0.030, 0.100};
   for (int i = 0; i < 4; ++i) {

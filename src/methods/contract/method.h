@@ -157,11 +157,23 @@ class Method {
   virtual bool restartsAt(const scene::CameraPath& /*path*/, int /*number*/) const { return true; }
 };
 
+/// What a step's time goes to.
+enum class StepKind {
+  Rendering,  ///< the frame
+  Extras,     ///< layers beside its colour, as they were asked for
+  Rest,       ///< what no step names
+  Waiting,    ///< for the writers: no part of rendering
+  Check,      ///< a measurement that was asked for: no part of rendering
+};
+/// "rendering", "extras", "rest", "waiting", "check".
+const char* stepKindName(StepKind kind);
+
 /// A row of the timing table that a method adds.
 struct StepInfo {
   std::string name;
   std::string when;     ///< "start", "frames", "start, frames"
   std::string meaning;  ///< one line
+  StepKind kind = StepKind::Rendering;
 };
 
 /// A count of each frame.

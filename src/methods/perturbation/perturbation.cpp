@@ -98,6 +98,7 @@ class Perturbation : public Method {
              (kinds_.back() != Kind::Diffuse && settings.reflectors.contains(static_cast<int>(i)));
     }
     types_.setFirst(settings.reflectors);
+    warnOfNearest(services.scene);
     if (any_) layers_.prepare(services, settings, kinds_);
   }
 
@@ -121,6 +122,20 @@ class Perturbation : public Method {
   }
 
  private:
+  /// Paths as they were sampled miss most of what a lens shows: they change too fast.
+  void warnOfNearest(const scene::Scene& scene) const {
+    if (options_.path.order != Order::Nearest) return;
+    for (std::size_t i = 0; i < kinds_.size(); ++i) {
+      const scene::Object& object = scene.objects[i];
+      const scene::Material& material = scene.materials[static_cast<std::size_t>(object.material)];
+      if (kinds_[i] != Kind::Implicit || !(material.refraction > 0.0f)) continue;
+      log::warning("perturbation: \"" + object.name +
+                   "\" refracts, and with \"order\": \"nearest\" most of what is behind it is not "
+                   "found: the surroundings show there, or black; take linear, quadratic or auto");
+      return;
+    }
+  }
+
   /// What is drawn, read back and allocated for it; `several`: reflections in reflections.
   void planDrawing(const scene::Scene& scene, const RunSettings& settings, bool several,
                    MethodPlan& plan) const {

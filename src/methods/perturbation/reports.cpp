@@ -11,7 +11,8 @@ const std::vector<StepInfo>& perturbationSteps() {
        "where the vertices of reflected objects appear; again for what moved"},
       {"virtual_draw", "frames", "virtual objects are drawn, what they leave sees the environment"},
       {"disocclusions", "frames",
-       "with count_disocclusions: Embree's rays say which samples missed a surface"},
+       "with count_disocclusions: Embree's rays say which samples missed a surface",
+       StepKind::Check},
   };
   return steps;
 }

@@ -12,7 +12,8 @@ const std::vector<StepInfo>& secondOrderSteps() {
       {"depth_images", "frames", "the scene is drawn as each cluster sees it"},
       {"intersect", "frames", "reflected rays are found in the depth images"},
       {"disocclusions", "frames",
-       "with count_disocclusions: Embree's rays say which samples missed a surface"},
+       "with count_disocclusions: Embree's rays say which samples missed a surface",
+       StepKind::Check},
   };
   return steps;
 }

@@ -2,6 +2,8 @@
 
 namespace catoptric::run {
 
+using methods::StepKind;
+
 const std::vector<methods::StepInfo>& pipelineSteps() {
   static const std::vector<methods::StepInfo> meanings = {
       {"scene", "start", "the scene description and its files are read and checked"},
@@ -22,16 +24,27 @@ const std::vector<methods::StepInfo>& pipelineSteps() {
       {"gbuffer", "frames", "diffuse radiance, normals, s, g, ids and depth are rasterized"},
       {"composite", "frames", "diffuse and reflection are joined, samples resolved to pixels"},
       {"readback", "frames", "the frame's pixels are read from the device"},
-      {"layers", "frames", "asked-for layers and masks are read and resolved to pixels"},
-      {"other", "frames", "the rest of the frame's time: what no step names"},
-      {"wait", "frames",
-       "the frame waits for the writers, the second also for what they load (not part of "
-       "`rendering`)"},
+      {"layers", "frames", "asked-for layers and masks are read and resolved to pixels",
+       StepKind::Extras},
+      {"other", "frames", "the rest of the frame's time: what no step names", StepKind::Rest},
+      {"wait", "frames", "the frame waits for the writers, the second also for what they load",
+       StepKind::Waiting},
       {"encode", "beside", "the EXR file is compressed"},
       {"preview", "beside", "the PNG preview is made"},
       {"write", "beside", "files are written, synced and renamed"},
   };
   return meanings;
+}
+
+std::map<std::string, std::string> stepKinds() {
+  std::map<std::string, std::string> kinds;
+  const auto add = [&](const std::vector<methods::StepInfo>& steps) {
+    for (const methods::StepInfo& step : steps)
+      if (step.kind != StepKind::Rendering) kinds[step.name] = methods::stepKindName(step.kind);
+  };
+  add(pipelineSteps());
+  for (const methods::MethodEntry& entry : methods::registry()) add(entry.steps);
+  return kinds;
 }
 
 const std::vector<methods::CounterInfo>& pipelineCounters() {
