@@ -28,6 +28,7 @@ void add(RegionError& pooled, const RegionError& one, int frame) {
   pooled.pixels += one.pixels;
   pooled.notFinite += one.notFinite;
   pooled.notFiniteReference += one.notFiniteReference;
+  pooled.bothBlack += one.bothBlack;
   pooled.sum8 += one.sum8;
   if (one.max8 > pooled.max8) {
     pooled.max8 = one.max8;
@@ -80,9 +81,11 @@ RegionError pixelError(const ColourView& test, const ColourView& truth, int x, i
   one.notFinite = finiteA ? 0 : 1;
   one.notFiniteReference = finiteB ? 0 : 1;
   if (finiteA && finiteB) {
+    bool black = true;
     for (std::size_t c = 0; c < 3; ++c) {
       const float a = test.image->at(x, y, test.channels[c]);
       const float b = truth.image->at(x, y, truth.channels[c]);
+      black = black && a == 0.0f && b == 0.0f;
       const int difference = std::abs(step8(a) - step8(b));
       one.sum8 += static_cast<std::uint64_t>(difference);
       one.max8 = std::max(one.max8, difference);
@@ -93,6 +96,7 @@ RegionError pixelError(const ColourView& test, const ColourView& truth, int x, i
       one.maxLinear = std::max(one.maxLinear, linear);
     }
     one.linearValues = 3;
+    one.bothBlack = black ? 1 : 0;
     one.over = one.maxLinear > threshold ? 1 : 0;
   } else {
     one.sum8 = 3 * 255;

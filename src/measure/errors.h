@@ -22,6 +22,7 @@ struct RegionError {
   std::uint64_t pixels = 0;
   std::uint64_t notFinite = 0;           ///< pixels with NaN or infinity in the image
   std::uint64_t notFiniteReference = 0;  ///< and in the reference
+  std::uint64_t bothBlack = 0;           ///< pixels that are 0 in both: they agree on nothing
 
   // Display-referred: steps of round(display8(value))
   std::uint64_t sum8 = 0;
@@ -60,6 +61,8 @@ struct RegionError {
   double flip() const;
   double hdrFlip() const;
   double overPercent() const;
+  /// Nothing is shown on either side: that all errors are 0 says nothing.
+  bool isBlack() const { return pixels > 0 && bothBlack == pixels; }
 };
 
 /// Values of a FLIP map by their size, for the pooled values of FLIP's own tool.

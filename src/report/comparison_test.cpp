@@ -46,6 +46,24 @@ TEST(ErrorTables, SharesOfClassesAddUpToTheFrame) {
   EXPECT_EQ(json.get("pooled").get("attribution").asArray().size(), 2u);
 }
 
+TEST(ErrorTables, TwoBlackFramesAreNamed) {
+  RunComparison c;
+  c.name = "run";
+  c.reference = "truth";
+  c.frames[1] = measure::compareImages(flat(4, 4, 0), flat(4, 4, 0));
+  c.frames[2] = measure::compareImages(flat(4, 4, 0.5f), flat(4, 4, 0.5f));
+  for (const auto& [number, e] : c.frames) measure::addErrors(c.pooled, e, number);
+  EXPECT_TRUE(c.frames[1].isBlack());
+  EXPECT_FALSE(c.pooled.isBlack());
+  const Table table = errorView(c);
+  EXPECT_THAT(table.rows[0], testing::Contains("black"));
+  EXPECT_THAT(table.rows[1], testing::Contains("inf"));
+  EXPECT_THAT(table.notes, testing::Contains(HasSubstr("both sides are wholly black in frame 1;")));
+  const std::vector<RunComparison> one{c};
+  EXPECT_THAT(errorSummary(one, {}).notes, testing::Contains(HasSubstr("wholly black")));
+  EXPECT_THAT(errorJson(one), HasSubstr("\"both_black\":16"));
+}
+
 TEST(Difference, PlainAndTimesFifty) {
   Image a = flat(3, 1, linearOf(10));
   const Image b = a;

@@ -13,8 +13,8 @@ using measure::FlipPool;
 using measure::ImageError;
 using measure::RegionError;
 
-std::string decibels(double psnr) {
-  return std::isinf(psnr) ? "inf" : fixedText(psnr, 2);
+std::string decibels(const RegionError& e) {
+  return e.isBlack() ? "black" : std::isinf(e.psnr()) ? "inf" : fixedText(e.psnr(), 2);
 }
 
 std::string place(const RegionError& e) {
@@ -32,7 +32,7 @@ void appendMeasures(std::vector<std::string>& cells, const ImageError& e) {
   cells.push_back(fixedText(e.mae(), 5));
   cells.push_back(fixedText(e.rmse(), 5));
   cells.push_back(fixedText(e.relMse(), 5));
-  cells.push_back(decibels(e.psnr()));
+  cells.push_back(decibels(e));
   cells.push_back(fixedText(e.ssim(), 4));
   cells.push_back(fixedText(e.flip(), 4));
   cells.push_back(fixedText(e.hdrFlip(), 4));
@@ -58,18 +58,29 @@ void appendNotFinite(Table& table, const std::string& name, const ImageError& e)
                         " of the reference; they count as 255 off, and in no linear measure.");
 }
 
+std::string frameList(const std::vector<int>& frames) {
+  std::string text;
+  for (const int frame : frames) text += (text.empty() ? "" : ",") + std::to_string(frame);
+  return text;
+}
+
+/// Two black frames agree, and that says nothing.
+void appendBlack(Table& table, const std::string& name, const RunComparison& c) {
+  std::vector<int> black;
+  for (const auto& [number, e] : c.frames)
+    if (e.isBlack()) black.push_back(number);
+  if (black.empty()) return;
+  table.notes.push_back("ATTENTION: " + name + ": both sides are wholly black in " +
+                        (black.size() == 1 ? "frame " : "frames ") + frameList(black) +
+                        "; errors of 0 say nothing there.");
+}
+
 /// Why the column "reflective" is empty.
 void appendNoReflective(Table& table, const std::string& name, const ImageError& e) {
   if (e.hasReflective) return;
   table.notes.push_back("\"reflective\" of " + name +
                         " is empty: no frame says which pixels reflect; image.masks=true, or \"s\" "
                         "in image.layers, writes a layer that does.");
-}
-
-std::string frameList(const std::vector<int>& frames) {
-  std::string text;
-  for (const int frame : frames) text += (text.empty() ? "" : ",") + std::to_string(frame);
-  return text;
 }
 
 void appendMissing(Table& table, const RunComparison& c) {
@@ -84,6 +95,7 @@ void appendMissing(Table& table, const RunComparison& c) {
 /// Members of a region, NaN first; `pooled` tells the frame of the largest error too.
 void addMembers(config::JsonText& text, const RegionError& e, bool pooled) {
   text.add("not_finite", e.notFinite).add("not_finite_reference", e.notFiniteReference);
+  text.add("both_black", e.bothBlack);
   text.add("pixels", e.pixels).add("L1_8bit", e.l1()).add("mae", e.mae()).add("rmse", e.rmse());
   text.add("relmse", e.relMse());
   if (std::isinf(e.psnr()))
@@ -214,6 +226,7 @@ Table errorView(const RunComparison& comparison) {
       worst.empty() ? "" : worst + " in frame " + std::to_string(comparison.pooled.max8Frame));
   table.rows.push_back(cells);
   appendNotFinite(table, comparison.name, comparison.pooled);
+  appendBlack(table, comparison.name, comparison);
   appendNoReflective(table, comparison.name, comparison.pooled);
   appendMissing(table, comparison);
   table.notes.emplace_back(kMeaning);
@@ -282,6 +295,7 @@ Table errorSummary(std::span<const RunComparison> comparisons,
     }
     table.rows.push_back(cells);
     appendNotFinite(table, c.name + " against " + c.reference, c.pooled);
+    appendBlack(table, c.name + " against " + c.reference, c);
     appendNoReflective(table, c.name, c.pooled);
     appendMissing(table, c);
   }
@@ -297,13 +311,14 @@ std::string errorCsv(std::span<const RunComparison> comparisons) {
   std::string text =
       "method,against,frame,region,not_finite,not_finite_reference,pixels,L1_8bit,mae,rmse,relmse,"
       "psnr,ssim,over_percent,max_8bit,max_8bit_x,max_8bit_y,max_linear,max_linear_x,max_linear_y" +
-      flipColumns("flip") + flipColumns("hdr_flip") + "\n";
+      flipColumns("flip") + flipColumns("hdr_flip") + ",both_black\n";
   for (const RunComparison& c : comparisons) {
     const auto row = [&](const std::string& frame, const std::string& region, const RegionError& e,
                          const FlipPool* pool, const FlipPool* hdrPool) {
       text += csvCell(c.name) + "," + csvCell(c.reference) + "," + frame + "," + region + "," +
               csvMeasures(e) + "," + csvFlip(e.flip(), e.flipMax, pool) + "," +
-              csvFlip(e.hdrFlip(), e.hdrFlipMax, hdrPool) + "\n";
+              csvFlip(e.hdrFlip(), e.hdrFlipMax, hdrPool) + "," + std::to_string(e.bothBlack) +
+              "\n";
     };
     const auto rows = [&](const std::string& frame, const ImageError& e) {
       row(frame, "frame", e, &e.flipPool, &e.hdrFlipPool);
