@@ -13,7 +13,12 @@ install(DIRECTORY scripts/assets DESTINATION ${CMAKE_INSTALL_DATADIR}/catoptric/
   PATTERN __pycache__ EXCLUDE)
 # The pages keep their places beside one another too, so that the links between them hold.
 install(FILES CONTRIBUTING.md LICENSE NOTICE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
-install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR}
+  PATTERN docs/man EXCLUDE PATTERN docs/completion EXCLUDE)
+install(FILES docs/man/catoptric.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+install(FILES docs/completion/catoptric.bash RENAME catoptric
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+install(FILES docs/completion/_catoptric DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions)
 foreach(folder scenes src/methods)
   file(GLOB_RECURSE pages RELATIVE ${PROJECT_SOURCE_DIR} CONFIGURE_DEPENDS ${folder}/*.md)
   list(FILTER pages EXCLUDE REGEX "^scenes/assets/")

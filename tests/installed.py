@@ -63,6 +63,13 @@ def main(build: str, cmake: str, work: pathlib.Path) -> int:
                     SOURCE / page.relative_to(documentation).parent)
                 expect((place / link).exists(), f"{page}: the link {link} leads somewhere", listed)
 
+    page = prefix / "share" / "man" / "man1" / "catoptric.1"
+    expect(page.is_file() and ".SS render" in page.read_text(), "the manual page is installed", listed)
+    for name in ("bash-completion/completions/catoptric", "zsh/vendor-completions/_catoptric"):
+        place = prefix / "share" / name
+        expect(place.is_file() and "complete -F _catoptric catoptric" in place.read_text(),
+               f"{name} is installed", listed)
+
     # The prefix is read only for whoever runs a package's program.
     rendered = run("render", str(share / "configs" / "cornell_box.json"), "--frames", "1",
                    "--method", "traced", "--set", "image.width=64", "--set", "image.height=64",

@@ -80,6 +80,11 @@ TEST_F(App, LensesThatShowNothingAreWarnedOf) {
     EXPECT_THAT(plan.err, HasSubstr("set " + option + "=2 or more"));
     EXPECT_EQ(run("plan lens.json -q" + image + " --set " + option + "=2").err, "");
   }
+  EXPECT_THAT(run("render lens.json --method perturbation --set methods.perturbation.max_bounces=2 "
+                  "--set methods.perturbation.order=nearest --set image.width=8 "
+                  "--set image.height=8 --out near")
+                  .err,
+              HasSubstr("\"lens\" refracts, and with \"order\": \"nearest\""));
   EXPECT_THAT(run("render lens.json --method reference --set image.width=8 --set image.height=8 "
                   "--set methods.reference.bounces=1")
                   .err,
@@ -267,7 +272,7 @@ TEST_F(App, DryRunAndPlanWriteNothing) {
   EXPECT_THAT(dry.out, HasSubstr("d: frames 1-6 would be rendered\n"));
   const config::Value chunk =
       config::parseText(run("render run.json --out d --dry-run --chunk 2/3 --json").out, "dry");
-  EXPECT_EQ(chunk.get("methods").asArray()[0].get("rendered").asString(), "3-4");
+  EXPECT_EQ(chunk.get("methods").asArray()[0].get("rendered").dump(), "[3,4]");
   EXPECT_FALSE(fs::exists(folder / "d"));
   const config::Value plan = config::parseText(run("plan run.json --json").out, "plan");
   EXPECT_FALSE(plan.get("context").asBool());  // reference alone needs no OpenGL
@@ -401,6 +406,144 @@ TEST_F(App, FullDisksAndClosedPipesAreExit5) {
   EXPECT_EQ(WEXITSTATUS(status), 5);
   std::ofstream(folder / "file") << "x";
   EXPECT_EQ(run("render run.json --out file").exitCode, 5);
+}
+
+TEST_F(App, AConfigMayComeFromStandardInput) {
+  const Result plan = run("plan - < run.json");
+  EXPECT_EQ(plan.exitCode, 0) << plan.err;
+  const Result piped = run("render - --frames 2 --out piped < run.json");
+  EXPECT_EQ(piped.exitCode, 0) << piped.err;
+  ASSERT_EQ(run("render run.json --frames 2 --out named").exitCode, 0);
+  EXPECT_EQ(frames("piped"), frames("named"));
+  EXPECT_EQ(run("render - --dry-run --json < run.json").out.find("{\"out\":\"out/stdin\""), 0u);
+  const Result bad = run("render - < path.json");
+  EXPECT_EQ(bad.exitCode, 2);
+  EXPECT_THAT(bad.err, HasSubstr("standard input:1: /"));
+  EXPECT_THAT(run("render - < scene.json").err, HasSubstr("standard input: is a scene"));
+  EXPECT_EQ(run("render - < /dev/null").exitCode, 2);
+}
+
+TEST_F(App, OptionsOfAMethodThatOnlyTheCommandLineNames) {
+  const Result plan = run("plan run.json --method traced --set methods.traced.bvh=refit --json");
+  EXPECT_EQ(plan.exitCode, 0) << plan.err;
+  EXPECT_THAT(run("plan run.json --method traced --set methods.traced.bvh=refti").err,
+              HasSubstr("/bvh: \"refti\""));
+  EXPECT_EQ(run("plan run.json --method traced --set methods.perturbation.rays=1").exitCode, 2);
+}
+
+TEST_F(App, EnvironmentsThatAreNoFilesAreNamed) {
+  EXPECT_THAT(run("plan run.json --environment /tmp").err, HasSubstr("/tmp is a folder; an "));
+  EXPECT_THAT(run("plan run.json --environment /dev/null").err,
+              HasSubstr("/dev/null is not a regular file; an "));
+}
+
+TEST_F(App, ControlCharactersOfFilesDoNotReachTheTerminal) {
+  std::ofstream(folder / "odd.json") << R"({"objects": [
+  {"name": "\u001b[2Jball", "shape": "sphere", "material": {"base_color": "#fff", "s": 1}}],
+  "x\u009b1m": 1})";
+  EXPECT_THAT(run("info odd.json").err, HasSubstr("x\\u009b1m"));
+  std::ofstream(folder / "odd.json")
+      << R"({"objects": [{"name": "\u001b[2Jball", "shape": "sphere", "material": {"s": 1}}]})";
+  const Result info = run("info odd.json");
+  EXPECT_EQ(info.exitCode, 0) << info.err;
+  EXPECT_THAT(info.out, HasSubstr("\\u001b[2Jball"));
+  EXPECT_EQ(info.out.find('\x1b'), std::string::npos);
+  EXPECT_NO_THROW(config::parseText(run("info odd.json --json").out, "info"));
+}
+
+TEST_F(App, ADeviceThatFailsLeavesTheOldRun) {
+  ASSERT_EQ(run("render run.json --frames 1-2 --out a").exitCode, 0);
+  const auto before = frames("a");
+  const Result failed =
+      run("render run.json --method traced --device egl:99 --existing overwrite --out a");
+  EXPECT_EQ(failed.exitCode, 4) << failed.err;
+  EXPECT_EQ(frames("a"), before);
+  EXPECT_TRUE(fs::exists(folder / "a/frames.jsonl"));
+}
+
+TEST_F(App, FramesTooBrightFailAloneAndTheOtherMethodsGoOn) {
+  // Each mirror multiplies: 1e9 * 1e9 * 1e30 is beyond single precision.
+  std::ofstream(folder / "scene.json") << R"({"objects": [
+  {"name": "ball", "shape": "sphere", "radius": 0.5, "translate": [0, 0.5, 0],
+   "material": {"s": 1, "g": 0, "tint": [1e9, 1e9, 1e9]}}],
+  "environment": {"type": "constant", "color": [1, 1, 1], "scale": 1e30}})";
+  const Result result =
+      run("render run.json --frames 1-2 --keep-going --out a --set image.half=false "
+          "--set 'methods=[{\"method\":\"reference\",\"name\":\"bright\",\"samples\":1},"
+          "{\"method\":\"reference\",\"name\":\"other\",\"samples\":1,\"bounces\":1}]'");
+  EXPECT_EQ(result.exitCode, 6) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("bright: frame 1: channel R has an infinity at pixel ("));
+  EXPECT_THAT(result.err, HasSubstr("bright: frame 2: "));
+  EXPECT_THAT(result.err, HasSubstr("other: frame 2: "));
+}
+
+TEST_F(App, TooLittleMemoryIsExit8) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "AddressSanitizer takes terabytes of address space";
+#endif
+  std::ofstream(folder / "scene.json") << R"({"objects": [
+  {"shape": "plane", "segments": [4096, 1500]}]})";
+  const std::string command = "cd '" + folder.string() +
+                              "' && ulimit -v 500000 && " CATOPTRIC_PROGRAM
+                              " info scene.json >stdout.txt 2>stderr.txt";
+  const int status = std::system(command.c_str());
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 8) << textOf(folder / "stderr.txt");
+  EXPECT_EQ(textOf(folder / "stderr.txt"), "error: out of memory\n");
+  EXPECT_THAT(run("--help").out, HasSubstr("8  the memory did not suffice"));
+}
+
+TEST_F(App, FramesSayWhereTheyComeFrom) {
+  ASSERT_EQ(
+      run("render run.json --frames 3 --seed 7 --out a --set methods.reference.name=fine").exitCode,
+      0);
+  const std::string exr = frames("a").begin()->second;
+  for (const char* attribute :
+       {"catoptric.version", "catoptric.seed", "catoptric.samplesPerAxis", "catoptric.method",
+        "catoptric.name", "catoptric.options", "catoptric.scene", "catoptric.frame"})
+    EXPECT_NE(exr.find(attribute), std::string::npos) << attribute;
+  const std::size_t name = exr.find("catoptric.name");
+  EXPECT_NE(exr.substr(name, 40).find("fine"), std::string::npos);
+  const std::size_t seed = exr.find("catoptric.seed");
+  EXPECT_NE(exr.substr(seed, 40).find('7'), std::string::npos);
+}
+
+TEST_F(App, ShellsCompleteWhatTheProgramKnows) {
+  std::ofstream(folder / "complete.bash")
+      << run("list --completion bash").out << "catoptric() { " CATOPTRIC_PROGRAM R"( "$@"; }
+ask() {
+  COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _catoptric; echo "${COMPREPLY[*]}"
+}
+ask catoptric ren
+ask catoptric render --fr
+ask catoptric render run.json --existing re
+ask catoptric render --method trac
+ask catoptric list co
+ask catoptric render run.js
+)";
+  const std::string command =
+      "cd '" + folder.string() + "' && bash complete.bash >stdout.txt 2>stderr.txt";
+  ASSERT_EQ(std::system(command.c_str()), 0) << textOf(folder / "stderr.txt");
+  EXPECT_EQ(textOf(folder / "stdout.txt"),
+            "render\n--frames\nresume\ntraced\ncounters configs\nrun.json\n");
+  EXPECT_EQ(run("list --completion fish").exitCode, 2);
+  // Words of values are those that the help names
+  const std::string help = run("render --help").out;
+  for (const char* word : {"overwrite", "resume", "plain", "json", "surfaceless", "osmesa"})
+    EXPECT_THAT(help, HasSubstr(word));
+}
+
+TEST_F(App, TheManualPageNamesEveryCommandAndOption) {
+  const std::string page = run("list --man").out;
+  for (const char* part : {".SS render", ".SS compare", ".SH EXIT STATUS", ".SH EXAMPLES",
+                           "\\fB\\-\\-existing\\fR \\fIHOW\\fR", "8  the memory did not suffice"})
+    EXPECT_THAT(page, HasSubstr(part));
+  const std::string command = "man -l --warnings=all - >/dev/null 2>'" +
+                              (folder / "man.txt").string() + "' <'" +
+                              (folder / "stdout.txt").string() + "'";
+  if (std::system("man --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "man is not installed";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  EXPECT_EQ(textOf(folder / "man.txt"), "");
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-# cmake -DPROGRAM=... -DSOURCE=... -P check_generated.cmake: the schemas, docs/config.md and
-# docs/methods.md are those that the program makes.
+# cmake -DPROGRAM=... -DSOURCE=... -P check_generated.cmake: the schemas, docs/config.md,
+# docs/methods.md, the manual page and the completions are those that the program makes.
 function(check arguments file)
   separate_arguments(arguments UNIX_COMMAND "${arguments}")
   execute_process(COMMAND ${PROGRAM} list ${arguments} OUTPUT_VARIABLE made RESULT_VARIABLE result)
@@ -13,6 +13,9 @@ function(check arguments file)
 endfunction()
 check("--schema run --markdown" docs/config.md)
 check("methods --markdown" docs/methods.md)
+check("--man" docs/man/catoptric.1)
+check("--completion bash" docs/completion/catoptric.bash)
+check("--completion zsh" docs/completion/_catoptric)
 foreach(name run scene path)
   check("--schema ${name}" configs/schema/${name}.schema.json)
 endforeach()

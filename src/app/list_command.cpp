@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "app/commands.h"
+#include "app/manual.h"
 #include "app/method_descriptions.h"
 #include "config/json_text.h"
 #include "core/text.h"
@@ -61,10 +62,11 @@ std::vector<Item> itemsOf(const std::string& what) {
       items.push_back({entry.id, entry.summary, methodJson(entry)});
   } else if (what == "steps") {
     for (const methods::StepInfo& step : run::pipelineSteps())
-      items.push_back({step.name, step.when + ": " + step.meaning});
+      items.push_back({step.name, step.when + ": " + step.meaning, stepJson(step)});
     for (const methods::MethodEntry& entry : methods::registry())
       for (const methods::StepInfo& step : entry.steps)
-        items.push_back({step.name, entry.id + ", " + step.when + ": " + step.meaning});
+        items.push_back(
+            {step.name, entry.id + ", " + step.when + ": " + step.meaning, stepJson(step)});
   } else if (what == "counters") {
     for (const methods::CounterInfo& counter : run::pipelineCounters())
       items.push_back({counter.name, counter.meaning, counterJson(counter)});
@@ -88,19 +90,29 @@ std::vector<Item> itemsOf(const std::string& what) {
   return items;
 }
 
-ExitCode list(const std::vector<std::string>& chosen, const std::string& schema, bool markdown,
-              const CommonOptions& common) {
-  if (!schema.empty()) {
-    printData(markdown ? run::schemaMarkdown(schema, methods::registry())
-                       : run::schemaJson(schema, methods::registry()));
-    return ExitCode::Done;
-  }
-  if (markdown) {
-    if (chosen != std::vector<std::string>{"methods"})
-      throw UsageError("--markdown goes with --schema, or with \"methods\" alone");
-    printData(methodsPage(methods::registry()));
-    return ExitCode::Done;
-  }
+/// What is asked for besides the lists.
+struct Pages {
+  std::string schema;
+  std::string completion;
+  bool man = false;
+  bool markdown = false;
+};
+
+/// The page that was asked for; empty: none was.
+std::string pageOf(const CLI::App& program, const std::vector<std::string>& chosen,
+                   const Pages& pages) {
+  if (pages.man) return manPage(program);
+  if (!pages.completion.empty()) return completion(program, pages.completion);
+  if (!pages.schema.empty())
+    return pages.markdown ? run::schemaMarkdown(pages.schema, methods::registry())
+                          : run::schemaJson(pages.schema, methods::registry());
+  if (!pages.markdown) return "";
+  if (chosen != std::vector<std::string>{"methods"})
+    throw UsageError("--markdown goes with --schema, or with \"methods\" alone");
+  return methodsPage(methods::registry());
+}
+
+ExitCode list(const std::vector<std::string>& chosen, const CommonOptions& common) {
   for (const std::string& what : chosen)
     if (std::find(kWhat.begin(), kWhat.end(), what) == kWhat.end())
       throw UsageError("list: \"" + what + "\" is not known" + didYouMean(what, kWhat) +
@@ -140,31 +152,39 @@ ExitCode list(const std::vector<std::string>& chosen, const std::string& schema,
 void addList(CLI::App& program, CommonOptions& common, Action& action) {
   struct Options {
     std::vector<std::string> what;
-    std::string schema;
-    bool markdown = false;
+    Pages pages;
   };
   const auto options = std::make_shared<Options>();
   CLI::App* command = program.add_subcommand(
       "list",
       "List what there is: methods, steps, counters, scenes, paths, configs, shapes, "
-      "devices. Or print a JSON Schema.");
+      "devices. Or print a JSON Schema, the manual page, or a shell's completion.");
   command
       ->add_option("what", options->what,
                    "What to list, any of " + joined(kWhat, ", ") + " [all but the devices]")
       ->type_name("WHAT");
   command
-      ->add_option("--schema", options->schema,
+      ->add_option("--schema", options->pages.schema,
                    "Print a JSON Schema instead: that of " + joined(run::schemaNames(), ", "))
       ->type_name("NAME");
-  command->add_flag("--markdown", options->markdown,
+  command->add_flag("--markdown", options->pages.markdown,
                     "Print the schema, or what methods report, as a page in Markdown");
+  command->add_flag("--man", options->pages.man, "Print the program's manual page");
+  command
+      ->add_option("--completion", options->pages.completion,
+                   "Print what completes command lines in a shell: bash or zsh")
+      ->type_name("SHELL");
   addCommon(*command, common);
   command->footer(
       "Examples:\n  catoptric list methods\n  catoptric list devices\n"
-      "  catoptric list --schema run > configs/schema/run.schema.json\n");
-  command->callback([options, &common, &action] {
-    action = [options, &common] {
-      return list(options->what, options->schema, options->markdown, common);
+      "  catoptric list --schema run > configs/schema/run.schema.json\n"
+      "  . <(catoptric list --completion bash)\n");
+  command->callback([options, &program, &common, &action] {
+    action = [options, &program, &common] {
+      const std::string page = pageOf(program, options->what, options->pages);
+      if (page.empty()) return list(options->what, common);
+      printData(page);
+      return ExitCode::Done;
     };
   });
 }

@@ -73,9 +73,9 @@ ExitCode dryRun(const run::Stage& stage, const CommonOptions& common,
     methodTexts.push_back(config::JsonText()
                               .add("name", method.name)
                               .add("folder", method.folder.string())
-                              .add("rendered", scene::formatFrames(frames.rendered))
-                              .add("reused", scene::formatFrames(frames.reused))
-                              .add("warmed_up", scene::formatFrames(frames.warmedUp))
+                              .add("rendered", frames.rendered)
+                              .add("reused", frames.reused)
+                              .add("warmed_up", frames.warmedUp)
                               .object());
     text += method.folder.string() + ": " + framesText(frames.rendered) + " would be rendered";
     if (session.existing == run::Existing::Resume)
@@ -264,7 +264,8 @@ void addRender(CLI::App& program, CommonOptions& common, Action& action) {
   catoptric render configs/demo.json --chunk 2/8 --out out/part2
 
 Exit codes: 0 done; 2 the command line or the config is wrong; 3 a scene or one of its files; 4 no
-OpenGL device; 5 output could not be written; 6 some frames failed; 128 + N ended by signal N.
+OpenGL device; 5 output could not be written; 6 some frames failed; 8 the memory did not suffice;
+128 + N ended by signal N.
 )");
   command->callback([options, &common, &action] {
     action = [options, &common] { return render(*options, common); };

@@ -1,6 +1,8 @@
 #include "app/run_options.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
 
 #include "config/json_text.h"
 #include "core/parallel.h"
@@ -9,6 +11,8 @@
 
 namespace catoptric::app {
 namespace {
+
+constexpr const char* kStandardInput = "-";
 
 /// A file that is not there, with the nearest name of its folder.
 void requireInput(const std::string& input) {
@@ -30,6 +34,18 @@ void requireInput(const std::string& input) {
   const std::string message = input + ": no such file" + hint;
   if (path.extension() == ".gltf" || path.extension() == ".glb") throw SceneError(message);
   throw UsageError(message);
+}
+
+/// What stands on standard input. Throws UsageError when it is too much for a config.
+std::string standardInput() {
+  constexpr std::size_t kMost = 64u << 20;  // as of a config's file
+  std::string text;
+  std::array<char, 65536> part{};
+  while (const std::size_t n = std::fread(part.data(), 1, part.size(), stdin)) {
+    text.append(part.data(), n);
+    if (text.size() > kMost) throw UsageError("standard input: more than 64 MiB are no run config");
+  }
+  return text;
 }
 
 /// How an option of a method is set, where `path` names one without saying whose it is: the methods
@@ -104,13 +120,39 @@ config::Value changed(const config::Value& root, const std::string& path,
   return config::withSetting(expanded, "methods." + chosen + path.substr(dot), value);
 }
 
+/// The config with the methods that --method names and the config has not, so that --set can change
+/// their options.
+config::Value withSelected(const config::Value& root, const std::vector<std::string>& selected) {
+  const config::Value methods = config::valueOr(root, run::runSchema(), "methods");
+  if (root.kind() != config::Value::Kind::Object || methods.kind() != config::Value::Kind::Array)
+    return root;
+  config::Value all = root;
+  std::size_t count = methods.asArray().size();
+  if (!root.has("methods")) all = config::withSetting(all, "methods", methods.dump());
+  for (const std::string& name : selected) {
+    const auto isIt = [&](const config::Value& value) {
+      return value.kind() == config::Value::Kind::String && value.asString() == name;
+    };
+    const bool there = std::ranges::any_of(methods.asArray(), [&](const config::Value& method) {
+      return isIt(method) || (method.kind() == config::Value::Kind::Object &&
+                              (isIt(method.get("name")) || isIt(method.get("method"))));
+    });
+    const bool known = std::ranges::any_of(
+        methods::registry(), [&](const methods::MethodEntry& entry) { return entry.id == name; });
+    if (there || !known) continue;
+    all = config::withSetting(all, "methods." + std::to_string(count++),
+                              config::JsonText().add("method", name).object(), "--method " + name);
+  }
+  return all;
+}
+
 }  // namespace
 
 void addRunOptions(CLI::App& command, RunOptions& options, CommonOptions& common) {
   command
       .add_option("input", options.input,
                   "A run config, or a scene (.json, .gltf, .glb), which is rendered with the "
-                  "defaults of a config")
+                  "defaults of a config; - reads a run config from standard input")
       ->required()
       ->type_name("CONFIG|SCENE");
   command
@@ -161,10 +203,17 @@ void addRunOptions(CLI::App& command, RunOptions& options, CommonOptions& common
       ->type_name("DIR");
 }
 
-run::RunConfig readRun(const RunOptions& options) {
+namespace {
+
+/// The config that a file, a scene or standard input gives, before the command line changes it.
+config::Value inputConfig(const RunOptions& options, const std::filesystem::path& file) {
+  if (options.input == kStandardInput) {
+    const config::Value root = config::parseText(standardInput(), "standard input");
+    if (run::fileKind(root) == run::FileKind::Scene)
+      throw UsageError("standard input: is a scene; a run config is read from there alone");
+    return root;
+  }
   requireInput(options.input);
-  const std::filesystem::path file = options.input;
-  config::Value root;
   if (run::isScene(file)) {
     // Methods that are known; readRunConfig() complains of the others.
     std::vector<std::string> methods;
@@ -173,15 +222,24 @@ run::RunConfig readRun(const RunOptions& options) {
           options.methods.end())
         methods.push_back(entry.id);
     if (methods.empty()) methods.emplace_back("traced");
-    root = run::configOfScene(file, methods);
-  } else {
-    root = config::parseFile(file);
-    if (run::fileKind(root) == run::FileKind::Path)
-      throw UsageError(options.input +
-                       ": is a camera path; name a run config or a scene, and this file as the "
-                       "config's \"path\" (--set path=" +
-                       options.input + ")");
+    return run::configOfScene(file, methods);
   }
+  const config::Value root = config::parseFile(file);
+  if (run::fileKind(root) == run::FileKind::Path)
+    throw UsageError(options.input +
+                     ": is a camera path; name a run config or a scene, and this file as the "
+                     "config's \"path\" (--set path=" +
+                     options.input + ")");
+  return root;
+}
+
+}  // namespace
+
+run::RunConfig readRun(const RunOptions& options) {
+  // What standard input names is relative to the current folder, and its results go to out/stdin.
+  const std::filesystem::path file = options.input == kStandardInput ? "stdin" : options.input;
+  config::Value root = inputConfig(options, file);
+  if (!options.settings.empty()) root = withSelected(root, options.methods);
   for (const std::string& setting : options.settings) {
     const std::size_t equals = setting.find('=');
     if (equals == std::string::npos || equals == 0)

@@ -37,10 +37,11 @@ std::span<const WorkaroundInfo> workarounds() {
 
 std::vector<Workaround> parseWorkarounds(std::string_view names) {
   std::vector<Workaround> disabled;
-  while (!names.empty()) {
-    const std::size_t end = std::min(names.find(','), names.size());
-    const std::string name(names.substr(0, end));
-    names.remove_prefix(std::min(end + 1, names.size()));
+  for (std::size_t start = 0; start <= names.size();) {
+    const std::size_t end = std::min(names.find(',', start), names.size());
+    const std::string name(names.substr(start, end - start));
+    start = end + 1;
+    if (name.empty()) continue;  // "a,,b", or a comma at an end
     const auto found = std::ranges::find_if(
         kWorkarounds, [&](const WorkaroundInfo& info) { return name == info.name; });
     if (found == kWorkarounds.end()) {

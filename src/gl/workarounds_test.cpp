@@ -32,6 +32,10 @@ TEST(Workarounds, AreTurnedOffByTheirNames) {
   EXPECT_THAT(parseWorkarounds(""), IsEmpty());
   EXPECT_THAT(parseWorkarounds("mesa-one-clip-distance,software-flush-batches"),
               ElementsAre(Workaround::MesaOneClipDistance, Workaround::SoftwareFlushBatches));
+  for (const char* odd : {"software-flush-batches,,mesa-one-clip-distance",
+                          ",software-flush-batches,mesa-one-clip-distance,"})
+    EXPECT_THAT(parseWorkarounds(odd),
+                ElementsAre(Workaround::SoftwareFlushBatches, Workaround::MesaOneClipDistance));
   EXPECT_THAT([] { parseWorkarounds("mesa-one-clip-distanse"); },
               Throws<UsageError>(Property(&UsageError::what,
                                           HasSubstr("did you mean \"mesa-one-clip-distance\""))));

@@ -1,0 +1,37 @@
+# Completes command lines of catoptric in bash. Made by `catoptric list --completion bash`; do not edit.
+_catoptric() {
+  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} command=${COMP_WORDS[1]}
+  COMPREPLY=()
+  if [ "$COMP_CWORD" -eq 1 ]; then
+    COMPREPLY=($(compgen -W "render plan info list doctor merge compare layers --help --version" -- "$word"))
+    return
+  fi
+  case $before in
+    --completion) COMPREPLY=($(compgen -W "bash zsh" -- "$word")); return ;;
+    --device) COMPREPLY=($(compgen -W "auto surfaceless osmesa" -- "$word")); return ;;
+    --existing) COMPREPLY=($(compgen -W "error overwrite resume" -- "$word")); return ;;
+    --method) COMPREPLY=($(compgen -W "$(catoptric list methods 2>/dev/null | sed 's/ .*//')" -- "$word")); return ;;
+    --progress) COMPREPLY=($(compgen -W "auto bar plain json none" -- "$word")); return ;;
+    --schema) COMPREPLY=($(compgen -W "run scene path" -- "$word")); return ;;
+  esac
+  local options=
+  case $command in
+    render) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --existing --chunk --keep-going --stop-within --dry-run --progress" ;;
+    plan) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir" ;;
+    info) options="--help --json --quiet --verbose" ;;
+    list) options="--help --schema --markdown --man --completion --json --quiet --verbose" ;;
+    doctor) options="--help --json --quiet --verbose" ;;
+    merge) options="--help --out --existing --json --quiet --verbose" ;;
+    compare) options="--help --out --fail --fail-percent --hard-fail --max-l1 --start-exposure --stop-exposure --num-exposures --ppd --json --quiet --verbose" ;;
+    layers) options="--help --out --layer --json --quiet --verbose" ;;
+  esac
+  if [[ $word == -* ]]; then
+    COMPREPLY=($(compgen -W "$options" -- "$word"))
+  elif [ "$command" = list ]; then
+    COMPREPLY=($(compgen -W "methods steps counters scenes paths configs shapes devices" -- "$word"))
+  else
+    compopt -o filenames 2>/dev/null
+    COMPREPLY=($(compgen -f -- "$word"))
+  fi
+}
+complete -F _catoptric catoptric

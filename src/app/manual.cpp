@@ -1,0 +1,186 @@
+#include "app/manual.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <sstream>
+#include <vector>
+
+#include "core/error.h"
+#include "core/text.h"
+
+namespace catoptric::app {
+namespace {
+
+std::vector<const CLI::App*> commandsOf(const CLI::App& program) {
+  return program.get_subcommands([](const CLI::App*) { return true; });
+}
+
+/// Text for troff: its escape character, hyphens that are typed, and lines that begin like a
+/// request.
+std::string troff(const std::string& text) {
+  std::string page;
+  for (const char c : text) {
+    if (page.empty() || page.back() == '\n') {
+      if (c == '.' || c == '\'') page += "\\&";
+    }
+    if (c == '\\')
+      page += "\\e";
+    else if (c == '-')
+      page += "\\-";
+    else
+      page += c;
+  }
+  return page;
+}
+
+/// Lines that stay as they are.
+std::string verbatim(const std::string& text) {
+  return ".nf\n" + troff(text) + (text.ends_with('\n') ? "" : "\n") + ".fi\n";
+}
+
+/// ".TP" and an option's names, value, description and default.
+std::string optionEntry(const CLI::Option& option) {
+  std::vector<std::string> names;
+  for (const std::string& name : option.get_snames())
+    names.push_back("\\fB\\-" + troff(name) + "\\fR");
+  for (const std::string& name : option.get_lnames())
+    names.push_back("\\fB\\-\\-" + troff(name) + "\\fR");
+  const bool takesValue = option.get_items_expected_max() > 0;
+  std::string entry = ".TP\n" + joined(names, ", ");
+  if (names.empty() || takesValue)
+    entry += (names.empty() ? "\\fI" : " \\fI") + troff(option.get_type_name()) + "\\fR";
+  entry += "\n" + troff(option.get_description());
+  if (!option.get_default_str().empty()) entry += " [" + troff(option.get_default_str()) + "]";
+  return entry + "\n";
+}
+
+/// "catoptric render [OPTIONS] CONFIG|SCENE".
+std::string synopsis(const CLI::App& command) {
+  std::string line = "\\fBcatoptric " + command.get_name() + "\\fR [\\fIOPTIONS\\fR]";
+  for (const CLI::Option* option : command.get_options())
+    if (option->get_positional())
+      line += (option->get_required() ? " \\fI" : " [\\fI") + troff(option->get_type_name()) +
+              (option->get_items_expected_max() > 1 ? "\\fR..." : "\\fR") +
+              (option->get_required() ? "" : "]");
+  return line + "\n";
+}
+
+std::string commandSection(const CLI::App& command) {
+  std::string page = ".SS " + command.get_name() + "\n" + synopsis(command) + ".PP\n" +
+                     troff(command.get_description()) + "\n";
+  for (const CLI::Option* option : command.get_options()) page += optionEntry(*option);
+  std::istringstream footer(command.get_footer());
+  std::string lines;
+  for (std::string line; std::getline(footer, line);)
+    if (!line.empty()) lines += line + "\n";
+  return lines.empty() ? page : page + ".PP\n" + verbatim(lines);
+}
+
+/// Words that an option's value may be; the tests hold that its help text names them all.
+std::map<std::string, std::vector<std::string>> valueWords() {
+  // The shell asks for the methods, so that a new one needs no new completion
+  return {{"--method", {"$(catoptric list methods 2>/dev/null | sed 's/ .*//')"}},
+          {"--existing", {"error", "overwrite", "resume"}},
+          {"--progress", {"auto", "bar", "plain", "json", "none"}},
+          {"--device", {"auto", "surfaceless", "osmesa"}},
+          {"--schema", {"run", "scene", "path"}},
+          {"--completion", {"bash", "zsh"}}};
+}
+
+constexpr const char* kBashStart =
+    R"(# Completes command lines of catoptric in bash. Made by `catoptric list --completion bash`; do not edit.
+_catoptric() {
+  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} command=${COMP_WORDS[1]}
+  COMPREPLY=()
+  if [ "$COMP_CWORD" -eq 1 ]; then
+    COMPREPLY=($(compgen -W "@COMMANDS@ --help --version" -- "$word"))
+    return
+  fi
+  case $before in
+)";
+
+constexpr const char* kBashMiddle = R"(  esac
+  local options=
+  case $command in
+)";
+
+constexpr const char* kBashEnd = R"(  esac
+  if [[ $word == -* ]]; then
+    COMPREPLY=($(compgen -W "$options" -- "$word"))
+  elif [ "$command" = list ]; then
+    COMPREPLY=($(compgen -W "@WHAT@" -- "$word"))
+  else
+    compopt -o filenames 2>/dev/null
+    COMPREPLY=($(compgen -f -- "$word"))
+  fi
+}
+complete -F _catoptric catoptric
+)";
+
+std::string replaced(std::string text, const std::string& mark, const std::string& by) {
+  const std::size_t at = text.find(mark);
+  return text.replace(at, mark.size(), by);
+}
+
+/// The words that the help text of `list` names: "any of methods, steps, ... [all".
+std::string listWords(const CLI::App& program) {
+  const std::string help = program.get_subcommand("list")->get_option("what")->get_description();
+  const std::size_t begin = help.find("any of ") + 7;
+  std::string words = help.substr(begin, help.find(" [") - begin);
+  std::erase(words, ',');
+  return words;
+}
+
+std::string bashCompletion(const CLI::App& program) {
+  std::vector<std::string> names;
+  std::string options;
+  for (const CLI::App* command : commandsOf(program)) {
+    names.push_back(command->get_name());
+    std::vector<std::string> all;
+    for (const CLI::Option* option : command->get_options())
+      for (const std::string& name : option->get_lnames()) all.push_back("--" + name);
+    options += "    " + command->get_name() + ") options=\"" + joined(all, " ") + "\" ;;\n";
+  }
+  std::string values;
+  for (const auto& [option, words] : valueWords())
+    values += "    " + option + ") COMPREPLY=($(compgen -W \"" + joined(words, " ") +
+              "\" -- \"$word\")); return ;;\n";
+  return replaced(kBashStart, "@COMMANDS@", joined(names, " ")) + values + kBashMiddle + options +
+         replaced(kBashEnd, "@WHAT@", listWords(program));
+}
+
+}  // namespace
+
+std::string manPage(const CLI::App& program) {
+  std::string page =
+      ".\\\" Made by `catoptric list --man`; do not edit.\n"
+      ".TH CATOPTRIC 1\n.SH NAME\ncatoptric \\- renders reflections along camera paths\n"
+      ".SH SYNOPSIS\n";
+  for (const CLI::App* command : commandsOf(program)) page += synopsis(*command) + ".br\n";
+  page += ".SH DESCRIPTION\n" + troff(program.get_description()) + "\n.SH COMMANDS\n";
+  for (const CLI::App* command : commandsOf(program)) page += commandSection(*command);
+  const std::string footer = program.get_footer();
+  const std::size_t codes = footer.find("Exit codes:\n");
+  page += ".SH EXIT STATUS\n" + verbatim(footer.substr(footer.find('\n', codes) + 1));
+  page += ".SH EXAMPLES\n" +
+          verbatim(footer.substr(footer.find('\n') + 1, codes - footer.find('\n') - 2));
+  return page +
+         ".SH ENVIRONMENT\n.TP\n\\fBXDG_CACHE_HOME\\fR\nwhere baked light is kept [~/.cache]\n"
+         ".TP\n\\fBCATOPTRIC_SCENE_MIB\\fR\nhow much memory a scene may take, in MiB [4096]\n"
+         ".TP\n\\fBNO_COLOR\\fR\nno colours on standard error when it is not empty\n"
+         ".SH SEE ALSO\nThe pages in the folder of the documentation, share/doc/catoptric.\n";
+}
+
+std::string completion(const CLI::App& program, const std::string& shell) {
+  if (shell == "bash") return bashCompletion(program);
+  if (shell == "zsh")
+    return "#compdef catoptric\n# Made by `catoptric list --completion zsh`; do not edit.\n"
+           "autoload -U +X bashcompinit && bashcompinit\n" +
+           bashCompletion(program);
+  const std::array<std::string, 2> known = {"bash", "zsh"};
+  throw UsageError("--completion: \"" + shell + "\" is not known" + didYouMean(shell, known) +
+                   "; allowed: bash, zsh");
+}
+
+}  // namespace catoptric::app

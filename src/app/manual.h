@@ -1,0 +1,15 @@
+// The manual page and the completion of command lines, made from the program's own options.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace catoptric::app {
+
+/// docs/man/catoptric.1: the page of `man catoptric`.
+std::string manPage(const CLI::App& program);
+
+/// What completes the program's command lines in "bash" or "zsh". Throws UsageError for others.
+std::string completion(const CLI::App& program, const std::string& shell);
+
+}  // namespace catoptric::app
