@@ -29,7 +29,8 @@ Environment namedEnvironment(const config::Value& text, const std::filesystem::p
       color = config::parseText("[" + name + "]", "colour");
       environment.color = colorOf(color);
     } catch (const UsageError&) {
-      text.fail("\"" + name + "\" is not a colour of three numbers from 0 to 1e9, such as 0.5,0.5,0.5");
+      text.fail("\"" + name +
+                "\" is not a colour of three numbers from 0 to 1e9, such as 0.5,0.5,0.5");
     }
   } else {
     environment.type = EnvironmentType::File;

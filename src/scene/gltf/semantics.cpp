@@ -241,6 +241,10 @@ Checked checkJson(const Container& container, const std::string& file,
   checked.external = checkUris(root, container, file, limits);
   std::sort(checked.rewrites.begin(), checked.rewrites.end(),
             [](const Rewrite& a, const Rewrite& b) { return a.begin < b.begin; });
+  checked.rewrites.erase(
+      std::unique(checked.rewrites.begin(), checked.rewrites.end(),
+                  [](const Rewrite& a, const Rewrite& b) { return a.begin == b.begin; }),
+      checked.rewrites.end());
   return checked;
 } catch (const UsageError& e) {
   throw SceneError(e.what());  // what JSON itself says is wrong is wrong with the scene
