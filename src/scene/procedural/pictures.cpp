@@ -562,16 +562,18 @@ void foliage(Canvas& canvas) {
 
 std::vector<Texture> pictureTextures() {
   return {
-      {"rug", {wordField("style", "drawing", "\"persian\"", {"persian", "modern", "kilim"})}, rug},
+      {"rug",
+       {wordField("style", "How the rug is drawn.", "\"persian\"", {"persian", "modern", "kilim"})},
+       rug},
       {"wallpaper",
-       {pairField("count", "motifs in u and v", "[4, 4]"),
-        wordField("style", "motif", "\"damask\"", {"damask", "dots", "leaves"})},
+       {pairField("count", "How many motifs there are in u and v.", "[4, 4]"),
+        wordField("style", "The motif.", "\"damask\"", {"damask", "dots", "leaves"})},
        wallpaper},
       {"painting",
-       {wordField("style", "what is painted", "\"landscape\"",
+       {wordField("style", "What is painted.", "\"landscape\"",
                   {"landscape", "seascape", "abstract", "still_life", "mountains"})},
        painting},
-      {"books", {integerField("count", "spines per tile", "24", 1, 256)}, books},
+      {"books", {integerField("count", "How many spines a tile has.", "24", 1, 256)}, books},
       {"screen", {}, screen},
       {"foliage", {}, foliage},
   };

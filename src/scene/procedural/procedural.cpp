@@ -55,14 +55,16 @@ const std::vector<Entry>& entries() {
       schema.fields = {
           {.name = "procedural",
            .type = config::FieldType::String,
-           .help = "which",
+           .help = "Which texture it is.",
            .required = true},
-          integerField("size", "texels along a side", "512", 8, 8192),
-          integerField("seed", "another one of the same kind", "1", 0, 4294967295.0),
+          integerField("size", "How many texels a side has.", "512", 8, 8192),
+          integerField("seed", "Another seed makes another texture of the same kind.", "1", 0,
+                       4294967295.0),
           {.name = "colors",
            .type = config::FieldType::Array,
-           .help = "[r, g, b] linear or \"#rrggbb\", in place of the built-in ones"},
-          numberField("strength", "normal maps: multiplies the slopes", "1", -100.0, 100.0),
+           .help = "Colours in place of the built-in ones, each [r, g, b] in linear values or "
+                   "\"#rrggbb\"."},
+          numberField("strength", "Of normal maps: multiplies the slopes.", "1", -100.0, 100.0),
       };
       schema.fields.insert(schema.fields.end(), texture.fields.begin(), texture.fields.end());
       made.push_back({std::move(texture), std::move(schema)});
