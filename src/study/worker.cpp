@@ -16,6 +16,7 @@
 #include "image/image.h"
 #include "run/folder/machine.h"
 #include "run/sequence/session.h"
+#include "run/stage/encoder.h"
 #include "run/stage/method_source.h"
 
 namespace catoptric::study {
