@@ -3,7 +3,7 @@ _catoptric() {
   local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} command=${COMP_WORDS[1]}
   COMPREPLY=()
   if [ "$COMP_CWORD" -eq 1 ]; then
-    COMPREPLY=($(compgen -W "render plan info list doctor merge compare layers --help --version" -- "$word"))
+    COMPREPLY=($(compgen -W "render plan info list doctor merge compare layers sweep worker --help --version" -- "$word"))
     return
   fi
   case $before in
@@ -24,6 +24,8 @@ _catoptric() {
     merge) options="--help --out --existing --json --quiet --verbose" ;;
     compare) options="--help --out --fail --fail-percent --hard-fail --max-l1 --start-exposure --stop-exposure --num-exposures --ppd --json --quiet --verbose" ;;
     layers) options="--help --out --layer --json --quiet --verbose" ;;
+    sweep) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --against --repeats --workers --existing --clock --progress --vary --link --where --metric --ratio-to --keep-frames --dry-run" ;;
+    worker) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir" ;;
   esac
   if [[ $word == -* ]]; then
     COMPREPLY=($(compgen -W "$options" -- "$word"))
