@@ -175,11 +175,11 @@ def figures(bench, document):
         differences.append([shown[1], difference, difference.point(lambda v: min(255, 60 * v))])
         marked.append([preview(frame("reprojection", numbers[0])), masked(frame("reprojection"))])
         labels.append(name)
-    sheet(document.picture("fig6.png", "Reflections of four paths"), whole, ["image_warp", "reprojection", "traced"])
+    sheet(document.picture("fig6.png", "Reflections of four paths"), whole, ["image_warp", "reprojection", "traced"], 170)
     document.text("## Fig. 7: key frame and the frame of Fig. 6, traced anew in red\n\n" + ", ".join(labels) + ":")
-    sheet(document.picture("fig7.png", "What was traced anew"), marked, ["key frame", "the frame"])
+    sheet(document.picture("fig7.png", "What was traced anew"), marked, ["key frame", "the frame"], 170)
     document.text("## Fig. 8: differences to traced, and 60 times as large")
-    sheet(document.picture("fig8.png", "Differences"), differences, ["reprojection", "difference", "times 60"])
+    sheet(document.picture("fig8.png", "Differences"), differences, ["reprojection", "difference", "times 60"], 170)
 
 
 def place_of(difference, size=256):
@@ -202,7 +202,7 @@ paper; here partial key frames and the nearest of several matches narrow the err
     crop = lambda p: p.convert("RGB").crop((p.width // 8, p.height * 5 // 16, p.width * 7 // 8, p.height * 11 // 16))  # noqa: E731
     sheet(document.picture("fig9.png", "Pillars"),
           [[crop(preview(folder / m / "frames" / f"frame.{n:04d}.exr")) for n in frames] for m in ("image_warp", "reprojection", "traced")],
-          [f"frame {n}" for n in frames])
+          [f"frame {n}" for n in frames], 170)
     errors = {m: [f["L1_8bit"] for f in bench.errors("pillars", m, "traced")[0]] for m in ("reprojection", "image_warp")}
     document.table(["L1_8bit of frame", *map(str, frames)], [[m, *values] for m, values in errors.items()])
 
@@ -232,6 +232,8 @@ def triangles(bench, document):
             for child in row.get("children", []):
                 child["segments"] = [48 * times, 8 * times]
         scene["bake"] = {"mode": "none"}
+        for light in scene["lights"]:
+            del light["baked"]
         file = bench.work / f"pillars_{times}.json"
         file.write_text(json.dumps(scene))
         run = render(bench, f"triangles_{times}", file, "paths/pillars.json", ["traced", "reprojection"], list(range(1, 9)),

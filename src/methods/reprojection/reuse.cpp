@@ -289,7 +289,9 @@ void Reuse::warp(const KeyFrame& key, const frame::Geometry& geometry,
     for (std::size_t k = begin; k < end; ++k) {
       const std::size_t i = pending_[k];
       if (outcomes_[i] != Outcome::Found) continue;
-      if (!(missBy(key, rays_[i], matches_[i].place, places_[i], options_) <= options_.fidelity))
+      // What had so little to correct, by the same measure, is nearer still after it.
+      if (!(matches_[i].miss <= 0.5f * options_.fidelity) &&
+          !(missBy(key, rays_[i], matches_[i].place, places_[i], options_) <= options_.fidelity))
         outcomes_[i] = Outcome::Unfaithful;
       else if (crossed(i))
         outcomes_[i] = Outcome::Crossed;

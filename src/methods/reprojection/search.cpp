@@ -133,7 +133,8 @@ bool continuousTaps(const KeyFrame& key, std::uint32_t reflector, const Taps& ta
 /// One more step, from what is shown between the samples: the first one took a line through two of
 /// them for the truth.
 void refine(const KeyFrame& key, const MirrorRay& ray, const Across& across,
-            const glm::mat2& jacobian, const Options& options, Vec2& place) {
+            const glm::mat2& jacobian, const Options& options, Match& match) {
+  Vec2& place = match.place;
   const Taps taps = tapsOf(key, place);
   if (!taps.inside) return;
   Vec4 shown(0.0f);
@@ -147,7 +148,9 @@ void refine(const KeyFrame& key, const MirrorRay& ray, const Across& across,
   Vec2 off;
   if (!angleOff(ray, across, shown, off)) return;
   const Vec2 move = -(glm::inverse(jacobian) * off);
-  if (std::max(std::abs(move.x), std::abs(move.y)) <= kShortStep) place += move;
+  if (!(std::max(std::abs(move.x), std::abs(move.y)) <= kShortStep)) return;
+  match.miss = glm::length(move);
+  place += move;
 }
 
 }  // namespace
@@ -182,7 +185,7 @@ Match search(const KeyFrame& key, const MirrorRay& ray, const Vec2& start, const
     if (length <= kShortStep) {
       match = {Vec2(static_cast<float>(x), static_cast<float>(y)) + move, Outcome::Found,
                key.shown(at) != 0 ? key.length(at) : std::numeric_limits<float>::infinity()};
-      if (options.refine) refine(key, ray, across, jacobian, options, match.place);
+      if (options.refine) refine(key, ray, across, jacobian, options, match);
       return match;
     }
     if (!(length <= longest)) move *= longest / length;

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "core/math.h"
 #include "methods/reprojection/key_frame.h"
@@ -41,6 +42,8 @@ struct Match {
   Outcome outcome = Outcome::NotAsked;
   /// Where Found: KeyFrame::length() there, infinite of the sky.
   float length = 0.0f;
+  /// How far it was from the ray before the last correction, in samples; infinite: not measured.
+  float miss = std::numeric_limits<float>::infinity();
 };
 
 /// The mirrored ray of a sample.
