@@ -30,7 +30,7 @@ const MethodEntry& billboardsEntry() {
         .steps = impostors::commonSteps(),
         .counters = std::move(counters),
         .tables = {impostors::impostorsTable()},
-        .tests = {.small = R"({"face_size": 64, "texture_size": 64})",
+        .tests = {.small = R"({"face_size": 64, "texture_size": 64, "plane_size": 64})",
                   .variants = {R"({"bounces": 2, "second_diffuse": true})",
                                R"({"transition_height": 0.5})"}},
         .options = impostors::billboardOptions().schema(),

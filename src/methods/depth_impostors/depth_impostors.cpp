@@ -120,7 +120,8 @@ const MethodEntry& depthImpostorsEntry() {
         .steps = std::move(steps),
         .counters = std::move(counters),
         .tables = {impostors::impostorsTable()},
-        .tests = {.small = R"({"face_size": 64, "texture_size": 64, "domains": 18})",
+        .tests = {.small =
+                      R"({"face_size": 64, "texture_size": 64, "plane_size": 64, "domains": 18})",
                   .variants = {R"({"intersection": "walk", "bounces": 2})",
                                R"({"intersection": "srdm_two_rows", "maps": 3})"}},
         .options = impostors::depthOptions().schema(),

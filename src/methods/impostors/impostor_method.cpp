@@ -95,6 +95,7 @@ void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
     mirrors_.push_back(isReflector(all.classOf[o + 1]));
   }
   images_.prepare(options_.textureSize, options_.bounces > 1, kind_ == Kind::DepthMap);
+  planes_.prepare(options_.planeSize, options_.bounces > 1, false);
   prepareMaps();
   const auto program = [&](const char* label, const char* glossy) {
     std::vector<gl::Define> with = defines();
@@ -137,12 +138,17 @@ void ImpostorMethod::follow(const FrameInput& input, Services& services) {
     for (std::size_t o = 0; o < shapes_.size(); ++o)
       shapes_[o] = shapeOf(geometry, static_cast<int>(o), metres);
     images_.forgetAll();
+    planes_.forgetAll();
   } else {
     for (const int o : input.changedObjects)
       shapes_[static_cast<std::size_t>(o)] = shapeOf(geometry, o, metres);
     images_.forget(input.changedObjects);
+    planes_.forget(input.changedObjects);
   }
-  if (relit) images_.forgetAll();
+  if (relit) {
+    images_.forgetAll();
+    planes_.forgetAll();
+  }
   lights_ = services.lighting.lights;
   choice_ = choose(options_, kind_, services.scene, geometry, shapes_, reflects_, mirrors_);
 }
@@ -180,10 +186,16 @@ std::vector<int> ImpostorMethod::neededOf(const std::vector<int>& reflectors) co
   return needed;
 }
 
+float ImpostorMethod::texelMetres(const Impostor& impostor) const {
+  const Camera& camera = impostor.camera;
+  return std::sqrt(camera.size.x * camera.size.y) * camera.centreMetres /
+         static_cast<float>(impostor.plane ? options_.planeSize : options_.textureSize);
+}
+
 int ImpostorMethod::wayOf(const Impostor& impostor) const {
   if (impostor.depth) return shared::kWayDepth;
   const bool walls = impostor.plane && !impostor.slab && options_.transitionHeight > 0.0f;
-  if (!walls) return shared::kWayQuad;
+  if (!walls) return impostor.plane ? shared::kWayPlane : shared::kWayQuad;
   return options_.shareEnvironment ? shared::kWayShared : shared::kWayBox;
 }
 
@@ -204,11 +216,9 @@ void ImpostorMethod::uploadTable(const Services& services) {
     };
     line[shared::kRowU] = onPlane(rows[0], camera.least.x, camera.size.x);
     line[shared::kRowV] = onPlane(rows[1], camera.least.y, camera.size.y);
-    const float texel = std::sqrt(camera.size.x * camera.size.y) * camera.centreMetres /
-                        static_cast<float>(options_.textureSize);
-    line[shared::kMore] =
-        Vec4(static_cast<float>(images_.layerOf(index)), static_cast<float>(wayOf(impostor)), texel,
-             impostor.reflective ? 1.0f : 0.0f);
+    line[shared::kMore] = Vec4(static_cast<float>(imagesOf(impostor).layerOf(index)),
+                               static_cast<float>(wayOf(impostor)), texelMetres(impostor),
+                               impostor.reflective ? 1.0f : 0.0f);
     std::copy(rows.begin(), rows.end(), line + shared::kRows);
     const Vec4& plane = line[shared::kPlane];
     line[shared::kWalls] = Vec4(options_.transitionHeight, static_cast<float>(impostor.object + 1),
@@ -263,7 +273,12 @@ void ImpostorMethod::render(const FrameInput& input, Services& services, FrameOu
   follow(input, services);
   drawEnvironment(input, services);
   needed_ = neededOf(visibleReflectors(input, services));
-  images_.update(services, choice_.impostors, needed_,
+  std::vector<int> planes;
+  std::vector<int> others;
+  for (const int index : needed_)
+    (choice_.impostors[static_cast<std::size_t>(index)].plane ? planes : others).push_back(index);
+  planes_.update(services, choice_.impostors, planes, {});
+  images_.update(services, choice_.impostors, others,
                  [&](int, int layer, std::span<const float> texels) { mapDrawn(layer, texels); });
   mapsReady(services, output, images_.layers());
   services.timer.measure("intersect", [&] {
@@ -296,6 +311,8 @@ void ImpostorMethod::pass(gl::Program& program, const FrameInput& input, Service
   gbuffer.object.bind(shared::kSampleObjectsUnit);
   tableTexture_.bind(shared::kTableUnit);
   listsTexture_.bind(shared::kListsUnit);
+  if (!planes_.colors().empty()) planes_.colors().bind(shared::kPlaneColorsUnit);
+  if (!planes_.normals().empty()) planes_.normals().bind(shared::kPlaneNormalsUnit);
   if (!images_.colors().empty()) images_.colors().bind(shared::kColorsUnit);
   if (!images_.normals().empty()) images_.normals().bind(shared::kNormalsUnit);
   if (!images_.depths().empty()) images_.depths().bind(shared::kDepthsUnit);
@@ -335,8 +352,8 @@ void ImpostorMethod::count(FrameOutput& output) {
 }
 
 void ImpostorMethod::report(const Services&, FrameOutput& output) const {
-  output.counters["impostors_rendered"] = images_.drawnCount();
-  output.counters["impostors_reused"] = images_.keptCount();
+  output.counters["impostors_rendered"] = images_.drawnCount() + planes_.drawnCount();
+  output.counters["impostors_reused"] = images_.keptCount() + planes_.keptCount();
   output.counters["enclosing"] = choice_.enclosing;
   output.counters["left_in_map"] = choice_.left;
   output.counters["coinciding"] = choice_.coinciding;
@@ -345,14 +362,11 @@ void ImpostorMethod::report(const Services&, FrameOutput& output) const {
   Table& table = output.tables.emplace_back(impostorsTable());
   for (const int index : needed_) {
     const Impostor& impostor = choice_.impostors[static_cast<std::size_t>(index)];
-    const Camera& camera = impostor.camera;
     table.add(impostor.object + 1,
               std::string(impostor.depth   ? "depth"
                           : impostor.plane ? "plane"
                                            : "quad"),
-              images_.drawnNow(index) ? 1 : 0,
-              std::sqrt(camera.size.x * camera.size.y) * camera.centreMetres /
-                  static_cast<float>(options_.textureSize));
+              imagesOf(impostor).drawnNow(index) ? 1 : 0, texelMetres(impostor));
   }
 }
 

@@ -51,6 +51,11 @@ class ImpostorMethod : public Method {
   std::vector<int> visibleReflectors(const FrameInput& input, const Services& services) const;
   std::vector<int> neededOf(const std::vector<int>& reflectors) const;
   int wayOf(const Impostor& impostor) const;
+  const Images& imagesOf(const Impostor& impostor) const {
+    return impostor.plane ? planes_ : images_;
+  }
+  /// Metres of a texel at the object's centroid.
+  float texelMetres(const Impostor& impostor) const;
   void uploadTable(const Services& services);
   void drawEnvironment(const FrameInput& input, Services& services);
   void intersect(const FrameInput& input, Services& services);
@@ -69,7 +74,8 @@ class ImpostorMethod : public Method {
   std::vector<frame::WorldLight> lights_;
   std::vector<Shape> shapes_;
   Choice choice_;
-  Images images_;
+  Images images_;  ///< quads and depth maps
+  Images planes_;  ///< objects' own planes
   CubeMap cubeMap_;
   std::vector<int> needed_;
   gl::Program mirror_;

@@ -20,6 +20,8 @@ std::vector<config::Option<Options>> common() {
             "objects that get an impostor at the most; the others stay in the environment map"),
       field(&Options::textureSize, "texture_size", range(1, 4096),
             "texels along the edge of an impostor's image"),
+      field(&Options::planeSize, "plane_size", range(1, 8192),
+            "texels along the edge of the image of an object's own plane"),
       field(&Options::faceSize, "face_size", range(1, 4096),
             "texels along the edge of a face of the environment map"),
       field(&Options::bounces, "bounces", range(1, 2),

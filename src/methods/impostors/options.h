@@ -24,6 +24,7 @@ struct Options {
   float least = 0.001f;   ///< sr; ours, measured in README.md
   int most = 64;          ///< objects with an impostor; ours
   int textureSize = 256;  ///< texels; the paper's
+  int planeSize = 512;    ///< texels; ours: measured in docs/papers/impostors.md
   int faceSize = 512;     ///< texels, as environment_map's
   int bounces = 1;
   bool secondDiffuse = false;

@@ -6,7 +6,7 @@ bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec
            out float share, inout uint work) {
   ++work;
 #if WALLS
-  if (way != kWayQuad) return meetsBox(texel, origin, direction, t, uv, share);
+  if (way == kWayBox || way == kWayShared) return meetsBox(texel, origin, direction, t, uv, share);
 #endif
   share = 0.0;
   return meetsQuad(texel, origin, direction, t, uv);

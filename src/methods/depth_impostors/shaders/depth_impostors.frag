@@ -19,7 +19,7 @@ bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec
   if (way == kWayBox || way == kWayShared)
     return meetsBox(texel, origin, direction, t, uv, share);
 #endif
-  if (way == kWayQuad) return meetsQuad(texel, origin, direction, t, uv);
+  if (way != kWayDepth) return meetsQuad(texel, origin, direction, t, uv);
   Projected ray;
   t = 0.0;
   uv = vec2(0.0);

@@ -12,6 +12,8 @@ const int kCubeMapUnit = 7;
 const int kDepthsUnit = 8;
 const int kRowsUnit = 9;
 const int kDomainsUnit = 10;
+const int kPlaneColorsUnit = 11;
+const int kPlaneNormalsUnit = 12;
 
 // The table of impostors: texels of each, and what they have
 const int kTableTexels = 10;
@@ -27,6 +29,7 @@ const int kWayQuad = 0;
 const int kWayDepth = 1;
 const int kWayBox = 2;     // a quad with transition walls
 const int kWayShared = 3;  // one whose colour is in the environment map
+const int kWayPlane = 4;   // an object's own plane, without walls
 
 // What is known of each sample: marks of raster::MaskBit, then the work
 const int kWorkShift = 16;

@@ -17,8 +17,10 @@ layout(binding = kSampleObjectsUnit) uniform usampler2D objectSamples;
 layout(binding = kTableUnit) uniform samplerBuffer impostorTable;
 layout(binding = kListsUnit) uniform isamplerBuffer impostorLists;  // by object: first, diffuse, all
 layout(binding = kColorsUnit) uniform sampler2DArray impostorColors;
+layout(binding = kPlaneColorsUnit) uniform sampler2DArray planeColors;  // of objects' own planes
 #if BOUNCES > 1
 layout(binding = kNormalsUnit) uniform sampler2DArray impostorNormals;
+layout(binding = kPlaneNormalsUnit) uniform sampler2DArray planeNormals;
 uniform bool secondDiffuse;
 #endif
 layout(binding = kCubeMapUnit) uniform samplerCube environmentMap;
@@ -78,18 +80,22 @@ vec3 environmentAlong(vec3 origin, vec3 direction, float level) {
 
 #if GLOSSY
 // The share of a look-up so many texels wide about uv that falls on the image.
-float within(vec2 uv, float level) {
-  vec2 wide = exp2(level) / vec2(textureSize(impostorColors, 0).xy);
+float within(vec2 uv, float level, bool isPlane) {
+  ivec3 size = isPlane ? textureSize(planeColors, 0) : textureSize(impostorColors, 0);
+  vec2 wide = exp2(level) / vec2(size.xy);
   vec2 share = clamp(uv / wide + 0.5, 0.0, 1.0) * clamp((1.0 - uv) / wide + 0.5, 0.0, 1.0);
   return share.x * share.y;
 }
 #endif
 
 // What an impostor shows at a place of its image, coverage 1 on its object's.
-vec4 shownAt(vec3 place, float level, bool isDepth) {
-  vec4 color = textureLod(impostorColors, place, level);
+vec4 shownAt(vec3 place, float level, int way) {
+  bool isDepth = way == kWayDepth;
+  bool isPlane = way == kWayPlane || way == kWayBox;
+  vec4 color = isPlane ? textureLod(planeColors, place, level)
+                       : textureLod(impostorColors, place, level);
 #if GLOSSY
-  return color * within(place.xy, level);
+  return color * within(place.xy, level, isPlane);
 #else
   // A depth map knows what is hit; over its outline look at what is beside
   if (isDepth && color.a < kCovered) color = textureLod(impostorColors, place, level + 2.0);
@@ -133,10 +139,9 @@ Found nearest(int object, bool diffuseAlone, vec3 origin, vec3 direction, float 
       float level = max(0.0, log2(spread * (distance + t) / more.z * inversesqrt(slant)));
 #if WALLS
       vec4 color = int(more.y) == kWayShared ? vec4(0.0, 0.0, 0.0, 1.0)
-                                             : shownAt(vec3(uv, more.x), level, false);
-      if (int(more.y) == kWayDepth) color = shownAt(vec3(uv, more.x), level, true);
+                                             : shownAt(vec3(uv, more.x), level, int(more.y));
 #else
-      vec4 color = shownAt(vec3(uv, more.x), level, int(more.y) == kWayDepth);
+      vec4 color = shownAt(vec3(uv, more.x), level, int(more.y));
 #endif
       if (color.a > 0.0) {
 #if GLOSSY
@@ -207,8 +212,13 @@ void main() {
   vec4 more = texelFetch(impostorTable, texel + kMore);
   if (!none && more.w > 0.0) {
     marks |= kMarkSecond;
-    vec4 normal = textureLod(impostorNormals, vec3(found.uv, 2.0 * more.x), found.level);
-    vec4 specular = textureLod(impostorNormals, vec3(found.uv, 2.0 * more.x + 1.0), found.level);
+    vec3 normalAt = vec3(found.uv, 2.0 * more.x);
+    vec3 specularAt = vec3(found.uv, 2.0 * more.x + 1.0);
+    bool isPlane = found.way == kWayPlane || found.way == kWayBox;
+    vec4 normal = isPlane ? textureLod(planeNormals, normalAt, found.level)
+                          : textureLod(impostorNormals, normalAt, found.level);
+    vec4 specular = isPlane ? textureLod(planeNormals, specularAt, found.level)
+                            : textureLod(impostorNormals, specularAt, found.level);
     float s = specular.r / max(specular.a, 1e-6);
     vec3 n = normalize(normal.xyz + vec3(0.0, 1e-20, 0.0));
     if (dot(n, direction) > 0.0) n = -n;
