@@ -2,12 +2,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <set>
 #include <utility>
 #include <vector>
 
 #include "methods/glossy_lod/images/geometry_image.h"
+#include "methods/glossy_lod/images/image_cache.h"
 #include "methods/glossy_lod/tree/tree.h"
 #include "scene/shapes/shapes.h"
 
@@ -17,7 +20,7 @@ namespace {
 using scene::UvMode;
 
 MeshView viewOf(const scene::Mesh& mesh) {
-  return {mesh.positions, mesh.indices};
+  return {mesh.positions, mesh.indices, mesh.normals};
 }
 
 /// Triangles of all grids by their samples, without those that have no area by construction.
@@ -138,6 +141,47 @@ TEST(GeometryImages, TakeAnyMesh) {
   EXPECT_EQ(image.degenerateTriangles, 2u);
   EXPECT_EQ(image.plainTriangles, 4u);
   EXPECT_NEAR(areaOf(mesh, image), 1.0 + 2.0 * 0.5 * std::sqrt(2.0), 1e-6);
+}
+
+bool same(const ObjectImage& a, const ObjectImage& b) {
+  const auto samples = [](const Sample& x, const Sample& y) {
+    return x.vertex == y.vertex && x.w1 == y.w1 && x.w2 == y.w2;
+  };
+  const auto places = [](const Place& x, const Place& y) {
+    return x.triangle == y.triangle && x.b1 == y.b1 && x.b2 == y.b2;
+  };
+  const auto charts = [](const ChartImage& x, const ChartImage& y) {
+    return x.level == y.level && x.texelLevel == y.texelLevel && x.firstGrid == y.firstGrid &&
+           x.firstTexel == y.firstTexel && x.plain == y.plain;
+  };
+  return a.grid == b.grid &&
+         std::equal(a.samples.begin(), a.samples.end(), b.samples.begin(), b.samples.end(),
+                    samples) &&
+         std::equal(a.texels.begin(), a.texels.end(), b.texels.begin(), b.texels.end(), places) &&
+         std::equal(a.charts.begin(), a.charts.end(), b.charts.begin(), b.charts.end(), charts) &&
+         a.plainTriangles == b.plainTriangles && a.mostStretch == b.mostStretch;
+}
+
+TEST(GeometryImages, AreTheSameFromAColdAWarmAndADamagedCache) {
+  const scene::Mesh mesh = scene::makeTorus(1.0f, 0.3f, 64, 32, UvMode::Unit);
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / "geometry_images";
+  std::filesystem::remove_all(folder);
+  const ObjectImage made = makeObjectImage(viewOf(mesh), 32 * 32, 32);
+  const auto cached = [&] { return cachedObjectImage(viewOf(mesh), 32 * 32, 32, folder); };
+  EXPECT_TRUE(same(cached(), made));
+  const auto files = [&] { return std::distance(std::filesystem::directory_iterator(folder), {}); };
+  EXPECT_EQ(files(), 2);
+  EXPECT_TRUE(same(cached(), made));
+  for (const auto& file : std::filesystem::directory_iterator(folder)) {
+    std::fstream bytes(file.path(), std::ios::in | std::ios::out | std::ios::binary);
+    bytes.seekp(50);
+    bytes.put('\x7f');
+    bytes.close();
+    EXPECT_TRUE(same(cached(), made)) << file.path();
+  }
+  EXPECT_TRUE(same(cached(), made));
+  EXPECT_EQ(files(), 2);
 }
 
 TEST(GeometryImages, ShareStepsByLength) {

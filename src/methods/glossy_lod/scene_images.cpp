@@ -8,7 +8,9 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/file.h"
 #include "core/parallel.h"
+#include "methods/glossy_lod/images/image_cache.h"
 #include "methods/glossy_lod/shaders/constants.h"
 
 namespace catoptric::methods::glossy_lod {
@@ -29,7 +31,8 @@ std::uint32_t everyOther(std::uint64_t code) {
 
 MeshView viewOf(const scene::Scene& scene, const frame::Geometry& geometry, std::size_t object) {
   const frame::ObjectRange& range = geometry.objects[object];
-  MeshView mesh{scene.meshes[scene.objects[object].mesh].positions, {}};
+  const scene::Mesh& source = scene.meshes[scene.objects[object].mesh];
+  MeshView mesh{source.positions, {}, source.normals};
   mesh.indices.resize(range.indexCount);
   for (std::uint32_t i = 0; i < range.indexCount; ++i)
     mesh.indices[i] = geometry.indices[range.firstIndex + i] - range.firstVertex;
@@ -65,7 +68,7 @@ void SceneImages::make(const scene::Scene& scene, const frame::Geometry& geometr
       std::shared_ptr<const ObjectImage>& image = ofMesh[object.mesh];
       if (!image)
         image = std::make_shared<ObjectImage>(
-            makeObjectImage(viewOf(scene, geometry, i), quads, options.size));
+            cachedObjectImage(viewOf(scene, geometry, i), quads, options.size, cacheFolder()));
       for (const ChartImage& chart : image->charts) {
         PlacedChart placed{.object = static_cast<int>(i), .image = chart, .source = image.get()};
         placed.firstVertex = static_cast<std::uint32_t>(vertices);

@@ -13,7 +13,7 @@ namespace {
 
 /// A border with all of the mesh's edges may make a chart's grid finer by so many levels than its
 /// share of the quads. Ours.
-constexpr int kFinerForBorder = 2;
+constexpr int kFinerForBorder = 1;
 /// Else a run of edges gets so many steps at the least. Ours.
 constexpr int kWantedSteps = 4;
 /// More steps than any run of edges has.
@@ -75,7 +75,7 @@ std::vector<Place> plainTexels(const Chart& chart, const FlatMesh& flat, int tex
 
 Prepared prepare(const MeshView& mesh, const Topology& topology, const Outlines& outlines,
                  std::size_t index, const std::vector<std::uint32_t>& corners, double quads,
-                 int most) {
+                 int most, bool whole) {
   const Chart& chart = outlines.charts[index];
   Prepared made;
   made.plain = chart.triangles.size() <= kPlain;
@@ -108,9 +108,10 @@ Prepared prepare(const MeshView& mesh, const Topology& topology, const Outlines&
   const int n = 1 << made.level;
   made.failed = !flat.flatten();
   if (made.failed) return made;
+  made.stretch = flat.stretch();
+  if (!whole) return made;
   made.inner = flat.placesAt(n, 0.0, 1, n - 1);
   made.texels = flat.placesAt(n, 0.5, 0, n);
-  made.stretch = flat.stretch();
   made.failed = made.texels.empty() || (n > 1 && made.inner.empty());
   return made;
 }
@@ -346,7 +347,10 @@ ObjectImage makeObjectImage(const MeshView& mesh, double quads, int size) {
   const int most = std::bit_width(static_cast<unsigned>(size)) - 1;
   Outlines outlines;
   std::vector<Prepared> made;
-  for (bool again = true; again;) {
+  // Which charts are good is found out first; those that are cut leave the numbers below `judged`
+  // to them. Then all are made, whose borders now are what they will be.
+  std::size_t judged = 0;
+  for (bool whole = false, done = false; !done;) {
     outlines = findOutlines(topology, chartOf, count);
     const std::vector<std::vector<std::uint32_t>> corners = cornersOf(mesh, topology, outlines);
     std::vector<std::uint32_t> ends;
@@ -356,23 +360,27 @@ ObjectImage makeObjectImage(const MeshView& mesh, double quads, int size) {
     made.resize(outlines.charts.size());
     parallelFor(made.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t c = begin; c < end; ++c) {
+        if (!whole && c < judged) continue;
         double part = 0.0;
         for (const std::uint32_t t : outlines.charts[c].triangles) part += areaOf(mesh, t);
         const double ofTriangles = static_cast<double>(outlines.charts[c].triangles.size()) /
                                    static_cast<double>(triangles);
         const double share = 0.5 * (area > 0.0 ? part / area : ofTriangles) + 0.5 * ofTriangles;
-        made[c] = prepare(mesh, topology, outlines, c, corners[c], quads * share, most);
+        made[c] = prepare(mesh, topology, outlines, c, corners[c], quads * share, most, whole);
       }
     });
-    again = false;
+    std::size_t bad = 0;
     for (std::size_t c = 0; c < made.size(); ++c) {
       const bool stretched =
           made[c].stretch > kMostStretch && outlines.charts[c].triangles.size() > kSmallChart;
       made[c].bad = made[c].failed || stretched;
       image.notFlattened += made[c].failed ? 1 : 0;
-      again = again || made[c].bad;
+      bad += made[c].bad ? 1 : 0;
     }
-    if (again) count = cutBad(mesh, topology, outlines, made, chartOf);
+    if (bad > 0) count = cutBad(mesh, topology, outlines, made, chartOf);
+    judged = made.size() - bad;
+    done = whole && bad == 0;
+    whole = bad == 0;
   }
   for (std::size_t c = 0; c < made.size(); ++c)
     if (made[c].plain) image.plainTriangles += outlines.charts[c].triangles.size();

@@ -47,7 +47,15 @@ class Growth {
   Growth(const MeshView& mesh, const Topology& topology, const std::vector<std::uint32_t>& groupOf,
          std::vector<std::int32_t>& chartOf)
       : topology_(topology), groupOf_(groupOf), chartOf_(chartOf), normal_(mesh.triangles()) {
-    for (std::size_t t = 0; t < normal_.size(); ++t) normal_[t] = areaNormal(mesh, t);
+    for (std::size_t t = 0; t < normal_.size(); ++t) {
+      normal_[t] = areaNormal(mesh, t);
+      if (mesh.normals.empty()) continue;
+      // Those of slivers say little
+      const std::uint32_t* v = &mesh.indices[3 * t];
+      const Vec3 sum = mesh.normals[v[0]] + mesh.normals[v[1]] + mesh.normals[v[2]];
+      normal_[t] =
+          glm::length(normal_[t]) * normalizedOr(sum, normalizedOr(normal_[t], Vec3(0.0f)));
+    }
     lastChart_.assign(mesh.positions.size(), kNobody);
   }
 

@@ -16,6 +16,7 @@ namespace catoptric::methods::glossy_lod {
 struct MeshView {
   std::span<const Vec3> positions;
   std::vector<std::uint32_t> indices;  ///< three per triangle
+  std::span<const Vec3> normals = {};  ///< of vertices: where they agree there is no crease
   std::size_t triangles() const { return indices.size() / 3; }
 };
 

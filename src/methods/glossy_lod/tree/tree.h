@@ -39,7 +39,7 @@ struct Quad {
 
 class Tree {
  public:
-  /// 4-to-1 within charts, in two by their centres above them.
+  /// 4-to-1 within charts, in two by the areas of boxes above them.
   void build(std::span<const Grid> grids, std::span<const Vec4> vertices);
   /// The same nodes about moved vertices.
   void refit(std::span<const Vec4> vertices);
@@ -48,13 +48,15 @@ class Tree {
   const std::vector<Quad>& quads() const { return quads_; }
 
  private:
-  void addSplit(std::span<std::uint32_t> charts, std::uint32_t parent);
+  void addSplit(std::span<std::uint32_t> charts, std::uint32_t parent, int depth);
+  /// Sorts charts along the best axis; how many of them go into the first half.
+  std::size_t sortForSplit(std::span<std::uint32_t> charts) const;
   void addChart(std::uint32_t chart, int level, std::uint32_t column, std::uint32_t row,
                 std::uint32_t parent);
   std::uint32_t addNode(std::uint32_t flags, const Quad& quad, std::uint32_t parent);
 
   std::span<const Grid> grids_;
-  std::vector<Vec3> centres_;  ///< of charts, while it is built
+  std::vector<Box3> boxes_;  ///< of charts, while it is built
   std::vector<Node> nodes_;
   std::vector<Quad> quads_;
   std::vector<std::uint32_t> parents_;

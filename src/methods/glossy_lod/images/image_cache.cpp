@@ -1,0 +1,134 @@
+#include "methods/glossy_lod/images/image_cache.h"
+
+#include <array>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/disk_cache.h"
+#include "core/hash.h"
+
+namespace catoptric::methods::glossy_lod {
+namespace {
+
+constexpr std::uint32_t kVersion = 2;  ///< raise it when results change
+/// Triangles of a mesh from which on a file is faster than making its image again. Ours.
+constexpr std::size_t kLeastTriangles = 2000;
+
+constexpr CacheKind kHeads{"geometry-head",
+                           {'c', 'a', 't', 'g', 'h', 'e', 'a', '1'},
+                           "the geometry image is made anew",
+                           "the cache of geometry images is not used",
+                           "the geometry image is not cached"};
+constexpr CacheKind kImages{"geometry",
+                            {'c', 'a', 't', 'g', 'e', 'o', 'm', '1'},
+                            "the geometry image is made anew",
+                            "the cache of geometry images is not used",
+                            "the geometry image is not cached"};
+
+/// What an image has beside its arrays, and how long these are.
+struct Head {
+  std::array<std::uint64_t, 4> lengths{};  ///< samples, grid, texels, charts
+  std::array<std::uint64_t, 3> counts{};
+  std::array<double, 2> stretch{};
+};
+
+/// Members of an array, each on its own, so that no padding is written.
+template <class Visit>
+void eachValue(ObjectImage& image, Visit&& visit) {
+  for (Sample& s : image.samples) {
+    for (std::uint32_t& v : s.vertex) visit(v);
+    visit(s.w1);
+    visit(s.w2);
+  }
+  for (std::uint32_t& g : image.grid) visit(g);
+  for (Place& p : image.texels) {
+    visit(p.triangle);
+    visit(p.b1);
+    visit(p.b2);
+  }
+  for (ChartImage& c : image.charts) {
+    std::uint32_t packed = static_cast<std::uint32_t>(c.level) |
+                           static_cast<std::uint32_t>(c.texelLevel) << 8 | (c.plain ? 1u << 16 : 0);
+    visit(packed);
+    visit(c.firstGrid);
+    visit(c.firstTexel);
+    c.level = static_cast<int>(packed & 0xFF);
+    c.texelLevel = static_cast<int>(packed >> 8 & 0xFF);
+    c.plain = packed >> 16 != 0;
+  }
+}
+
+std::size_t valuesOf(const Head& head) {
+  return 5 * head.lengths[0] + head.lengths[1] + 3 * head.lengths[2] + 3 * head.lengths[3];
+}
+
+std::uint64_t keyOf(const MeshView& mesh, double quads, int size) {
+  Fingerprint f;
+  f.addValue(kVersion);
+  f.addArray(mesh.positions);
+  f.addArray(mesh.normals);
+  f.addArray(std::span<const std::uint32_t>(mesh.indices));
+  f.addValue(quads);
+  f.addValue(size);
+  return f.value();
+}
+
+std::optional<ObjectImage> read(const CacheEntry& heads, const CacheEntry& images) {
+  const auto headBytes = heads.read(1, sizeof(Head));
+  if (!headBytes) return std::nullopt;
+  Head head;
+  std::memcpy(&head, headBytes->data(), sizeof(head));
+  const auto bytes = images.read(valuesOf(head), sizeof(std::uint32_t));
+  if (!bytes) return std::nullopt;
+  ObjectImage image;
+  image.samples.resize(head.lengths[0]);
+  image.grid.resize(head.lengths[1]);
+  image.texels.resize(head.lengths[2]);
+  image.charts.resize(head.lengths[3]);
+  image.plainTriangles = head.counts[0];
+  image.degenerateTriangles = head.counts[1];
+  image.notFlattened = head.counts[2];
+  image.meanStretch = head.stretch[0];
+  image.mostStretch = head.stretch[1];
+  const std::byte* at = bytes->data();
+  eachValue(image, [&](auto& value) {
+    std::memcpy(&value, at, sizeof(value));
+    at += sizeof(value);
+  });
+  return image;
+}
+
+void write(ObjectImage& image, const CacheEntry& heads, const CacheEntry& images) {
+  Head head;
+  head.lengths = {image.samples.size(), image.grid.size(), image.texels.size(),
+                  image.charts.size()};
+  head.counts = {image.plainTriangles, image.degenerateTriangles, image.notFlattened};
+  head.stretch = {image.meanStretch, image.mostStretch};
+  std::vector<std::byte> bytes;
+  bytes.reserve(4 * valuesOf(head));
+  eachValue(image, [&](auto& value) {
+    const auto* from = reinterpret_cast<const std::byte*>(&value);
+    bytes.insert(bytes.end(), from, from + sizeof(value));
+  });
+  images.write(bytes, valuesOf(head));
+  heads.write(std::as_bytes(std::span(&head, 1)), 1);
+}
+
+}  // namespace
+
+ObjectImage cachedObjectImage(const MeshView& mesh, double quads, int size,
+                              const std::filesystem::path& folder) {
+  if (folder.empty() || mesh.triangles() < kLeastTriangles)
+    return makeObjectImage(mesh, quads, size);
+  const std::uint64_t key = keyOf(mesh, quads, size);
+  const CacheEntry heads(kHeads, folder, key);
+  const CacheEntry images(kImages, folder, key);
+  if (std::optional<ObjectImage> known = read(heads, images)) return std::move(*known);
+  ObjectImage image = makeObjectImage(mesh, quads, size);
+  write(image, heads, images);
+  return image;
+}
+
+}  // namespace catoptric::methods::glossy_lod
