@@ -4,11 +4,13 @@
 #include <tbb/blocked_range.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_group.h>
 #include <xmmintrin.h>
 
 #include <algorithm>
 #include <memory>
 #include <thread>
+#include <utility>
 
 namespace catoptric {
 namespace {
@@ -43,6 +45,27 @@ void parallelFor(std::size_t count, std::size_t grain,
         body(range.begin(), range.end());
       },
       tbb::simple_partitioner());
+}
+
+struct Background::Group {
+  tbb::task_group tasks;
+};
+
+Background::Background() : group_(std::make_unique<Group>()) {}
+
+Background::~Background() {
+  try {
+    group_->tasks.wait();
+  } catch (...) {  // of work that nobody waited for
+  }
+}
+
+void Background::start(std::function<void()> work) {
+  group_->tasks.run(std::move(work));
+}
+
+void Background::wait() {
+  group_->tasks.wait();
 }
 
 }  // namespace catoptric

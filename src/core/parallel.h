@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <memory>
 
 namespace catoptric {
 
@@ -19,5 +20,22 @@ int threadCount();
 /// An exception thrown by a body reaches the caller.
 void parallelFor(std::size_t count, std::size_t grain,
                  const std::function<void(std::size_t, std::size_t)>& body);
+
+/// Work of the threads of the loops while the calling thread does something else.
+class Background {
+ public:
+  Background();
+  ~Background();  ///< waits
+  Background(const Background&) = delete;
+  Background& operator=(const Background&) = delete;
+
+  void start(std::function<void()> work);
+  /// Takes part in what is left of it; an exception of the work reaches the caller.
+  void wait();
+
+ private:
+  struct Group;
+  std::unique_ptr<Group> group_;
+};
 
 }  // namespace catoptric

@@ -35,6 +35,10 @@ class StepTimer {
     const Scope scope(*this, name);
     return body();
   }
+  /// Waits for the work issued so far, for steps that overlap and are timed by their caller.
+  void finish() const {
+    if (finish_) finish_();
+  }
   void add(const std::string& step, double seconds, const std::string& clock = "wall");
 
   const std::vector<StepSample>& samples() const { return samples_; }

@@ -352,6 +352,17 @@ void Texture::read(int level, GLenum pixelFormat, GLenum pixelType,
                     out.data());
 }
 
+void Texture::uploadRows(int firstRow, int rows, GLenum pixelFormat, GLenum pixelType,
+                         const void* pixels) {
+  glTextureSubImage2D(id(), 0, 0, firstRow, width(), rows, pixelFormat, pixelType, pixels);
+}
+
+void Texture::readRows(int firstRow, int rows, GLenum pixelFormat, GLenum pixelType,
+                       std::span<std::byte> out) const {
+  glGetTextureSubImage(id(), 0, 0, firstRow, 0, width(), rows, 1, pixelFormat, pixelType,
+                       static_cast<GLsizei>(out.size()), out.data());
+}
+
 void Texture::generateMipmaps() {
   glGenerateTextureMipmap(id());
 }

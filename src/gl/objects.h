@@ -112,6 +112,10 @@ class Texture {
   void upload(int level, int layer, GLenum pixelFormat, GLenum pixelType, const void* pixels);
   /// Reads a whole level of all layers, tightly packed, row 0 first.
   void read(int level, GLenum pixelFormat, GLenum pixelType, std::span<std::byte> out) const;
+  /// Some rows of level 0 of a 2D texture, tightly packed.
+  void uploadRows(int firstRow, int rows, GLenum pixelFormat, GLenum pixelType, const void* pixels);
+  void readRows(int firstRow, int rows, GLenum pixelFormat, GLenum pixelType,
+                std::span<std::byte> out) const;
   template <class T>
   std::vector<T> read(int level, GLenum pixelFormat, GLenum pixelType,
                       std::size_t valuesPerTexel) const {

@@ -80,16 +80,18 @@ void copyTexels(const gl::Texture& from, const gl::Texture& to,
   }
 }
 
-void readBack(const GBuffer& source, bool withDiffuse, GBufferCopy& copy) {
+void readRows(const GBuffer& source, int firstRow, int rows, bool withDiffuse, GBufferCopy& copy) {
   copy.width = source.width;
   copy.height = source.height;
   copy.samples = source.samples;
-  const std::size_t count = static_cast<std::size_t>(source.sampleWidth()) *
-                            static_cast<std::size_t>(source.sampleHeight());
+  copy.firstRow = firstRow;
+  copy.rows = rows;
+  const std::size_t count =
+      static_cast<std::size_t>(source.sampleWidth()) * static_cast<std::size_t>(rows);
   const auto read = [&](const gl::Texture& texture, GLenum format, GLenum type, auto& values,
                         std::size_t perSample) {
     values.resize(count * perSample);
-    texture.read(0, format, type, std::as_writable_bytes(std::span(values)));
+    texture.readRows(firstRow, rows, format, type, std::as_writable_bytes(std::span(values)));
   };
   read(source.normal, GL_RGBA, GL_FLOAT, copy.normal, 4);
   read(source.object, GL_RED_INTEGER, GL_UNSIGNED_INT, copy.object, 1);
@@ -99,6 +101,10 @@ void readBack(const GBuffer& source, bool withDiffuse, GBufferCopy& copy) {
   } else {
     copy.diffuse.clear();
   }
+}
+
+void readBack(const GBuffer& source, bool withDiffuse, GBufferCopy& copy) {
+  readRows(source, 0, source.sampleHeight(), withDiffuse, copy);
 }
 
 std::vector<float> readRgba(const gl::Texture& texture) {

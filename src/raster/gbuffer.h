@@ -69,11 +69,13 @@ GBuffer makeSurfaceSamples(const GBufferSize& size);
 void copyTexels(const gl::Texture& from, const gl::Texture& to,
                 std::span<const Rectangle> rectangles);
 
-/// What is read back of a G-buffer; row 0 on top, sampleWidth x sampleHeight.
+/// What is read back of a G-buffer, row 0 on top: sampleWidth x sampleHeight, or some rows of it.
 struct GBufferCopy {
   int width = 0;  ///< of the frame, pixels
   int height = 0;
   int samples = 1;
+  int firstRow = 0;            ///< of samples, which the arrays begin with
+  int rows = 0;                ///< that they hold
   std::vector<float> diffuse;  ///< 4 a sample: rgb, s; -1 on the background
   std::vector<float> normal;   ///< 4 a sample: xyz, g
   std::vector<std::uint32_t> object;
@@ -86,6 +88,8 @@ struct GBufferCopy {
 /// Reads a G-buffer back into `copy`, whose memory is used again. `withDiffuse`: diffuse radiance
 /// and s too (empty otherwise).
 void readBack(const GBuffer& source, bool withDiffuse, GBufferCopy& copy);
+/// The same of some rows of samples.
+void readRows(const GBuffer& source, int firstRow, int rows, bool withDiffuse, GBufferCopy& copy);
 
 /// Reads a texture back, row 0 on top. RGBA32F: 4 floats a texel.
 std::vector<float> readRgba(const gl::Texture& texture);

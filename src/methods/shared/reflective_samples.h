@@ -25,6 +25,9 @@ ReflectiveSamples collectReflective(const raster::GBufferCopy& source, const sce
                                     const trace::TraceScene& trace,
                                     const frame::ObjectSet& own = {});
 
+/// raster::MaskBits of a sample with these flags of trace::reflectedRadiance().
+std::uint16_t maskBits(std::uint8_t flags);
+
 /// Reflections that were made on the CPU, on their way into a G-buffer.
 class ReflectionUpload {
  public:

@@ -9,6 +9,14 @@
 
 namespace catoptric::methods {
 
+/// ReflectionPoint::shift at a place of a pixel of samples x samples: lobes of the samples of one
+/// pixel are shifted against each other, the same way in every pixel and frame.
+inline Vec2 lobeShift(int cell, int samples) {
+  const auto cells = static_cast<float>(samples * samples);
+  return {(static_cast<float>(cell) + 0.5f) / cells,
+          glm::fract(static_cast<float>(cell) * 0.6180340f)};
+}
+
 class SamplePoints {
  public:
   /// Keeps references to `source` and `trace`.
@@ -20,8 +28,7 @@ class SamplePoints {
         nearMetres_(camera.nearMetres),
         rayFromPixel_(scene::rayFromPixel(camera, source.sampleWidth(), source.sampleHeight())) {}
 
-  /// That of sample (x, y), which shows an object. Lobes of the samples of one pixel are shifted
-  /// against each other, the same way in every pixel and frame.
+  /// That of sample (x, y), which shows an object.
   trace::ReflectionPoint operator()(int x, int y) const {
     const std::size_t at =
         static_cast<std::size_t>(y) * static_cast<std::size_t>(source_.sampleWidth()) +
@@ -39,10 +46,8 @@ class SamplePoints {
     point.glossiness = normal[3];
     point.object = static_cast<int>(source_.object[at]);
     point.extent = trace_.extentOf(point.object - 1);
-    const int cell = (y % source_.samples) * source_.samples + x % source_.samples;
-    const auto cells = static_cast<float>(source_.samples * source_.samples);
-    point.shift = Vec2((static_cast<float>(cell) + 0.5f) / cells,
-                       glm::fract(static_cast<float>(cell) * 0.6180340f));
+    point.shift =
+        lobeShift((y % source_.samples) * source_.samples + x % source_.samples, source_.samples);
     return point;
   }
 

@@ -5,11 +5,9 @@
 #include <string>
 
 #include "config/options.h"
-#include "core/clock.h"
 #include "methods/shared/bvh_policies.h"
-#include "methods/shared/reflective_samples.h"
 #include "methods/shared/reflectors.h"
-#include "scene/reflectance.h"
+#include "methods/traced/bands.h"
 #include "trace/lobes/reflect.h"
 
 namespace catoptric::methods {
@@ -57,8 +55,9 @@ class Traced : public Method {
         {"pass", "trace", why + ", bvh " + kBvhPolicies.of(options_.bvh), 0},
         {"pass", "resolve", "rays are made, hits shaded", 0},
         {"pass", "upload", "the composite takes the reflection as a texture", 0},
-        {"resource", "G-buffer copy", "what is read back", samples * (16 + 16 + 4 + 4)},
-        {"resource", "reflection image", "what is uploaded", samples * 16},
+        {"resource", "bands", "two of what is read back and uploaded",
+         2 * std::min(samples, TracedBands::largest(settings.width * settings.samples)) *
+             (16 + 16 + 4 + 4 + 16)},
     };
     return plan;
   }
@@ -78,33 +77,20 @@ class Traced : public Method {
       return;
     }
 
-    // Read the G-buffer back.
-    timer.measure("readback", [&] { raster::readBack(gbuffer, true, copy_); });
-
-    // Trace the reflective samples.
-    const std::int64_t start = nowNs();
-    const ReflectiveSamples samples =
-        collectReflective(copy_, input.frame.camera, *services.trace, reflectors_);
-    radiance_.assign(samples.points.size(), Vec3(0.0f));
-    flags_.assign(masks_ ? samples.points.size() : 0, 0);
-    const float spread = scene::pixelSpreadRad(input.frame.camera, gbuffer.sampleHeight());
-    const double collectSeconds = secondsSince(start);
     const std::uint64_t unresolvedBefore = services.trace->unresolvedRays();
-    counts = trace::reflectedRadiance(*services.trace, services.lighting, spread, samples.points,
-                                      options_.reflection, true, radiance_, flags_);
-    timer.add("trace", counts.traceSeconds);
+    counts = bands_.run({.gbuffer = gbuffer,
+                         .camera = input.frame.camera,
+                         .trace = *services.trace,
+                         .lighting = services.lighting,
+                         .timer = timer,
+                         .own = reflectors_,
+                         .reflection = options_.reflection,
+                         .masks = masks_});
     if (!services.geometry.surfaces.empty()) {
       output.counters["at_outline"] = counts.atOutline;
       output.counters["off_surface"] = counts.offSurface;
       output.counters["unresolved"] = services.trace->unresolvedRays() - unresolvedBefore;
     }
-
-    // Put every sample's light in its place.
-    const std::int64_t scatterStart = nowNs();
-    upload_.scatter(gbuffer, !reflectors_.all(), samples.places, radiance_, flags_);
-    timer.add("resolve", collectSeconds + counts.resolveSeconds + secondsSince(scatterStart));
-
-    timer.measure("upload", [&] { upload_.upload(gbuffer); });
     report(counts, output);
   }
 
@@ -121,11 +107,7 @@ class Traced : public Method {
   Options options_;
   bool masks_ = false;
   frame::ObjectSet reflectors_;
-  // Kept across frames, so that no frame allocates anew.
-  raster::GBufferCopy copy_;
-  std::vector<Vec3> radiance_;
-  std::vector<std::uint8_t> flags_;
-  ReflectionUpload upload_;
+  TracedBands bands_;
 };
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "trace/embree/ray_lanes.h"
 #include "trace/embree/trace_scene.h"
 
 namespace catoptric::trace {
@@ -115,6 +116,42 @@ std::uint64_t pack(const Ray* rays, int count, Rays& packet, int* valid) {
   return refused;
 }
 
+/// The same of rays by components, from 0 to infinity, of which `left` remain from ray `first` on.
+template <class Rays>
+unsigned packFourLanes(const RayLanes& rays, std::size_t first, int left, int at, Rays& packet,
+                       int* valid) {
+  const __m128 ox = _mm_loadu_ps(rays.originX + first);
+  const __m128 oy = _mm_loadu_ps(rays.originY + first);
+  const __m128 oz = _mm_loadu_ps(rays.originZ + first);
+  const __m128 dx = _mm_loadu_ps(rays.directionX + first);
+  const __m128 dy = _mm_loadu_ps(rays.directionY + first);
+  const __m128 dz = _mm_loadu_ps(rays.directionZ + first);
+  const __m128 limit = _mm_set1_ps(kRayLargest);
+  const __m128 origin =
+      _mm_and_ps(_mm_and_ps(isBelow(ox, limit), isBelow(oy, limit)), isBelow(oz, limit));
+  const __m128 direction =
+      _mm_and_ps(_mm_and_ps(isBelow(dx, limit), isBelow(dy, limit)), isBelow(dz, limit));
+  const __m128 exists =
+      _mm_castsi128_ps(_mm_cmplt_epi32(_mm_setr_epi32(0, 1, 2, 3), _mm_set1_epi32(left)));
+  const __m128 traceable = _mm_and_ps(origin, direction);
+  const __m128 use = _mm_and_ps(traceable, exists);
+  const auto store = [&](float* lanes, __m128 value) {
+    _mm_store_ps(lanes + at, _mm_and_ps(use, value));
+  };
+  store(packet.org_x, ox);
+  store(packet.org_y, oy);
+  store(packet.org_z, oz);
+  _mm_store_ps(packet.tnear + at, _mm_setzero_ps());
+  store(packet.dir_x, dx);
+  store(packet.dir_y, dy);
+  _mm_store_ps(packet.dir_z + at,
+               _mm_or_ps(_mm_and_ps(use, dz), _mm_andnot_ps(use, _mm_set1_ps(-1.0f))));
+  store(packet.tfar, _mm_set1_ps(std::numeric_limits<float>::infinity()));
+  _mm_store_si128(reinterpret_cast<__m128i*>(valid + at), _mm_castps_si128(use));
+  return static_cast<unsigned>(
+      std::popcount(static_cast<unsigned>(_mm_movemask_ps(_mm_andnot_ps(traceable, exists)))));
+}
+
 /// What all packets of a loop have in common.
 template <int N, class Rays>
 void setConstants(Rays& packet) {
@@ -160,9 +197,10 @@ inline RTCIntersectContext makeContext(bool coherent) {
   return context;
 }
 
-template <int N>
-std::uint64_t intersectPackets(RTCScene scene, const Ray* rays, Hit* hits, std::size_t count,
-                               bool coherent) {
+/// `fill(first, lanes, packet, valid)` packs rays and returns how many were refused.
+template <int N, class Fill>
+std::uint64_t intersectFilled(RTCScene scene, Hit* hits, std::size_t count, bool coherent,
+                              const Fill& fill) {
   RTCIntersectContext context = makeContext(coherent);
   std::uint64_t refused = 0;
   typename Packet<N>::RayHit packet;
@@ -170,7 +208,7 @@ std::uint64_t intersectPackets(RTCScene scene, const Ray* rays, Hit* hits, std::
   alignas(64) std::array<int, N> valid;
   for (std::size_t first = 0; first < count; first += N) {
     const int lanes = static_cast<int>(std::min<std::size_t>(N, count - first));
-    refused += pack<N>(rays + first, lanes, packet.ray, valid.data());
+    refused += fill(first, lanes, packet.ray, valid.data());
     for (int i = 0; i < N; ++i) {
       packet.hit.primID[i] = 0;
       packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
@@ -185,6 +223,28 @@ std::uint64_t intersectPackets(RTCScene scene, const Ray* rays, Hit* hits, std::
     }
   }
   return refused;
+}
+
+template <int N>
+std::uint64_t intersectPackets(RTCScene scene, const Ray* rays, Hit* hits, std::size_t count,
+                               bool coherent) {
+  return intersectFilled<N>(scene, hits, count, coherent,
+                            [&](std::size_t first, int lanes, auto& packet, int* valid) {
+                              return pack<N>(rays + first, lanes, packet, valid);
+                            });
+}
+
+template <int N>
+std::uint64_t intersectPackets(RTCScene scene, const RayLanes& rays, Hit* hits, std::size_t count,
+                               bool coherent) {
+  return intersectFilled<N>(scene, hits, count, coherent,
+                            [&](std::size_t first, int lanes, auto& packet, int* valid) {
+                              std::uint64_t refused = 0;
+                              for (int at = 0; at < N; at += 4)
+                                refused += packFourLanes(rays, first + static_cast<std::size_t>(at),
+                                                         lanes - at, at, packet, valid);
+                              return refused;
+                            });
 }
 
 template <int N>

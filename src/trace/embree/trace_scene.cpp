@@ -132,13 +132,14 @@ struct TraceScene::State {
   }
 
   /// Looks up the triangles of hits on implicit surfaces.
-  void completeHits(const Ray* rays, Hit* hits, std::size_t count) const {
+  template <class PlaceOf>
+  void completeHits(Hit* hits, std::size_t count, const PlaceOf& placeOf) const {
     if (implicits.empty()) return;
     for (std::size_t i = 0; i < count; ++i) {
       Hit& hit = hits[i];
       if (hit.miss() || !implicits[hit.object]) continue;
       const ImplicitGeometry::Nearest nearest =
-          implicits[hit.object]->nearestTriangle(rays[i].origin + hit.distance * rays[i].direction);
+          implicits[hit.object]->nearestTriangle(placeOf(i, hit.distance));
       hit.primitive = nearest.primitive;
       hit.u = nearest.u;
       hit.v = nearest.v;
@@ -281,12 +282,20 @@ struct TraceScene::State {
     }
   }
 
-  std::uint64_t intersect(const Ray* rays, Hit* hits, std::size_t count, bool coherent) const {
+  /// `rays`: of Ray, or by components.
+  template <class Rays>
+  std::uint64_t intersect(const Rays& rays, Hit* hits, std::size_t count, bool coherent) const {
     const std::uint64_t refused =
         packetSize == 16  ? intersectPackets<16>(scene, rays, hits, count, coherent)
         : packetSize == 8 ? intersectPackets<8>(scene, rays, hits, count, coherent)
                           : intersectPackets<4>(scene, rays, hits, count, coherent);
-    completeHits(rays, hits, count);
+    completeHits(hits, count, [&](std::size_t i, float distance) {
+      if constexpr (std::is_same_v<Rays, RayLanes>) {
+        return rays.origin(i) + distance * rays.direction(i);
+      } else {
+        return rays[i].origin + distance * rays[i].direction;
+      }
+    });
     return refused;
   }
 
@@ -393,6 +402,12 @@ TraceCounts TraceScene::intersectSerial(std::span<const Ray> rays, std::span<Hit
   return {rays.size(), state_->intersect(rays.data(), hits.data(), rays.size(), coherent)};
 }
 
+TraceCounts TraceScene::intersectSerial(const RayLanes& rays, std::span<Hit> hits,
+                                        bool coherent) const {
+  flushDenormals();
+  return {hits.size(), state_->intersect(rays, hits.data(), hits.size(), coherent)};
+}
+
 TraceCounts TraceScene::visibleSerial(std::span<const Ray> rays, std::span<std::uint8_t> free,
                                       bool coherent) const {
   assert(free.size() >= rays.size());
@@ -427,11 +442,9 @@ bool isTraceable(const Ray& ray) {
 }
 
 float rayOffset(const Vec3& position, float distance) {
-  // 32 ulps: positions rebuilt from 32-bit depth or from a hit are off by a few.
-  constexpr float kUlps = 32.0f;
   const Vec3 a = glm::abs(position);
   const float largest = std::max(std::max(a.x, a.y), std::max(a.z, std::abs(distance)));
-  return std::max(largest * (kUlps * std::numeric_limits<float>::epsilon()), 1e-12f);
+  return std::max(largest * kRayOffset, kLeastRayOffset);
 }
 
 }  // namespace catoptric::trace

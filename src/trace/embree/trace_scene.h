@@ -11,6 +11,7 @@
 #include "frame/geometry.h"
 #include "frame/shading.h"
 #include "scene/scene.h"
+#include "trace/embree/ray_lanes.h"
 
 namespace catoptric::trace {
 
@@ -78,6 +79,7 @@ class TraceScene {
   /// The same on the calling thread alone, for callers that are parallel themselves. A single ray
   /// and a ray in a packet hit the same triangle (but for exact ties in distance).
   TraceCounts intersectSerial(std::span<const Ray> rays, std::span<Hit> hits, bool coherent) const;
+  TraceCounts intersectSerial(const RayLanes& rays, std::span<Hit> hits, bool coherent) const;
   TraceCounts visibleSerial(std::span<const Ray> rays, std::span<std::uint8_t> free,
                             bool coherent = false) const;
 
@@ -105,6 +107,11 @@ class TraceScene {
 
 /// Whether Embree can take a ray: finite, origin and direction below 1e18, near >= 0, far a number.
 bool isTraceable(const Ray& ray);
+
+/// Of the largest coordinate of a point: 32 ulps, as positions rebuilt from 32-bit depth or from a
+/// hit are off by a few. Ours.
+inline constexpr float kRayOffset = 32.0f * std::numeric_limits<float>::epsilon();
+inline constexpr float kLeastRayOffset = 1e-12f;  ///< metres; ours
 
 /// Distance by which a reflected ray starts off its surface, for a point at `position` reached over
 /// `distance` metres: a few ulps of the largest coordinate. One definition for all methods.

@@ -11,6 +11,10 @@
 
 namespace catoptric::trace {
 
+/// Of the extent of what a point lies on: 16 roundings. Embree's distance from a triangle is off by
+/// up to 6 of its longest edge, more in slivers. Ours.
+inline constexpr float kLeastOffset = 9.5e-7f;
+
 /// A reflective point as a pixel or a ray sees it.
 struct ReflectionPoint {
   Vec3 position{0.0f};
@@ -51,10 +55,16 @@ struct ReflectionCounts {
   double resolveSeconds = 0.0;  ///< making rays and shading hits
 
   void add(const ReflectionCounts& other);
+  /// Scales both times, sums over threads, to `seconds` of the wall's clock together.
+  void shareTime(double seconds);
 };
 
 /// Rays of a point's lobe: 1 for mirrors.
 int lobeRays(float glossiness, int rays);
+
+/// Direction number `index` of `count` of the Phong lobe cos^n with z as its axis (Hammersley
+/// points, shifted). Of unit length up to rounding.
+Vec3 lobeSample(float glossiness, const Vec2& shift, int index, int count);
 
 /// Direction number `index` of `count` about the mirror direction, distributed as the Phong lobe
 /// cos^n (Hammersley points, shifted). A sample below the surface is folded up, r - 2 (r.n) n, so

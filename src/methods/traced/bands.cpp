@@ -1,0 +1,164 @@
+#include "methods/traced/bands.h"
+
+#include <algorithm>
+#include <cstring>
+#include <mutex>
+#include <span>
+
+#include "core/clock.h"
+#include "methods/shared/reflective_samples.h"
+#include "trace/lobes/lobe_tracer.h"
+
+namespace catoptric::methods {
+namespace {
+
+/// Samples of a band: what fits a core's second cache, and keeps 16 threads busy. Ours.
+constexpr int kBandSamples = 1 << 16;
+constexpr std::size_t kTilesPerTask = 4;  ///< ours
+
+/// One tile's place in a band.
+struct TileRows {
+  std::size_t x0, y0, columns, rows, width;
+};
+
+/// Reflection 0 and no mask where nothing reflects.
+template <class T>
+void clear(const TileRows& tile, std::size_t perSample, std::vector<T>& values) {
+  for (std::size_t y = tile.y0; y < tile.y0 + tile.rows; ++y)
+    std::fill_n(
+        values.begin() + static_cast<std::ptrdiff_t>((y * tile.width + tile.x0) * perSample),
+        tile.columns * perSample, T{0});
+}
+
+int rowsOfBand(int sampleWidth) {
+  return std::max(1, kBandSamples / (sampleWidth * SampleTiles::kSize)) * SampleTiles::kSize;
+}
+
+}  // namespace
+
+std::uint64_t TracedBands::largest(int sampleWidth) {
+  return static_cast<std::uint64_t>(sampleWidth) *
+         static_cast<std::uint64_t>(rowsOfBand(sampleWidth));
+}
+
+trace::ReflectionCounts TracedBands::run(const TracedFrame& frame) {
+  const std::int64_t start = nowNs();
+  double readSeconds = 0.0;
+  double uploadSeconds = 0.0;
+  const auto timed = [](double& seconds, auto&& body) {
+    const std::int64_t begin = nowNs();
+    body();
+    seconds += secondsSince(begin);
+  };
+  const int width = frame.gbuffer.sampleWidth();
+  const int height = frame.gbuffer.sampleHeight();
+  const SampleTiles tiles({width, height, frame.gbuffer.samples}, frame.camera, frame.trace,
+                          frame.own);
+  readsLevels_ = specularLevelsVary(frame.trace.scene(), frame.own);
+  const int rows = rowsOfBand(width);
+  const int bands = (height + rows - 1) / rows;
+  const auto readBand = [&](int b) {
+    timed(readSeconds, [&] {
+      read(frame, b * rows, std::min(rows, height - b * rows),
+           bands_[static_cast<std::size_t>(b) % 2]);
+    });
+  };
+  const auto uploadBand = [&](int b) {
+    timed(uploadSeconds, [&] { upload(frame, bands_[static_cast<std::size_t>(b) % 2]); });
+  };
+
+  trace::ReflectionCounts counts;
+  Background background;
+  readBand(0);
+  for (int b = 0; b < bands; ++b) {
+    background.start(
+        [&, b] { counts.add(traceBand(frame, tiles, bands_[static_cast<std::size_t>(b) % 2])); });
+    if (b > 0) uploadBand(b - 1);
+    if (b + 1 < bands) readBand(b + 1);
+    background.wait();
+  }
+  uploadBand(bands - 1);
+  timed(uploadSeconds, [&] { frame.timer.finish(); });
+
+  counts.shareTime(secondsSince(start) - readSeconds - uploadSeconds);
+  frame.timer.add("readback", readSeconds);
+  frame.timer.add("trace", counts.traceSeconds);
+  frame.timer.add("resolve", counts.resolveSeconds);
+  frame.timer.add("upload", uploadSeconds);
+  return counts;
+}
+
+void TracedBands::read(const TracedFrame& frame, int firstRow, int rows, Band& band) const {
+  raster::readRows(frame.gbuffer, firstRow, rows, readsLevels_, band.samples);
+  const std::size_t count =
+      static_cast<std::size_t>(frame.gbuffer.sampleWidth()) * static_cast<std::size_t>(rows);
+  band.image.resize(4 * count);
+  band.masks.resize(frame.masks ? count : 0);
+  if (frame.own.all()) return;
+  // What others have filled stays.
+  frame.gbuffer.reflection.readRows(firstRow, rows, GL_RGBA, GL_FLOAT,
+                                    std::as_writable_bytes(std::span(band.image)));
+  if (frame.masks)
+    frame.gbuffer.masks.readRows(firstRow, rows, GL_RED_INTEGER, GL_UNSIGNED_SHORT,
+                                 std::as_writable_bytes(std::span(band.masks)));
+}
+
+void TracedBands::upload(const TracedFrame& frame, const Band& band) {
+  const raster::GBufferCopy& samples = band.samples;
+  frame.gbuffer.reflection.uploadRows(samples.firstRow, samples.rows, GL_RGBA, GL_FLOAT,
+                                      band.image.data());
+  if (frame.masks)
+    frame.gbuffer.masks.uploadRows(samples.firstRow, samples.rows, GL_RED_INTEGER,
+                                   GL_UNSIGNED_SHORT, band.masks.data());
+}
+
+trace::ReflectionCounts TracedBands::traceBand(const TracedFrame& frame, const SampleTiles& tiles,
+                                               Band& band) {
+  const float spread = scene::pixelSpreadRad(frame.camera, frame.gbuffer.sampleHeight());
+  const raster::GBufferCopy& samples = band.samples;
+  const auto columns = static_cast<std::size_t>(tiles.columns());
+  const std::size_t count = columns * static_cast<std::size_t>(SampleTiles::rowsOf(samples.rows));
+  const auto width = static_cast<std::size_t>(samples.sampleWidth());
+  constexpr std::size_t kSize = SampleTiles::kSize;
+  trace::ReflectionCounts counts;
+  std::mutex mutex;
+  parallelFor(count, kTilesPerTask, [&](std::size_t begin, std::size_t end) {
+    const std::int64_t start = nowNs();
+    trace::ReflectionCounts mine;
+    trace::LobeTracer& tracer = trace::LobeTracer::ofThread();
+    tracer.begin(frame.trace, frame.lighting, spread, frame.reflection);
+    SampleTiles::Members members;
+    std::array<Vec3, SampleTiles::kSamples> radiance;
+    std::array<std::uint8_t, SampleTiles::kSamples> flags;
+    for (std::size_t tile = begin; tile < end; ++tile) {
+      const std::size_t column = tile % columns;
+      const std::size_t row = tile / columns;
+      tiles.find(samples, static_cast<int>(column), static_cast<int>(row), members);
+      if (frame.own.all()) {
+        const TileRows place{column * kSize, row * kSize, std::min(kSize, width - column * kSize),
+                             std::min(kSize, static_cast<std::size_t>(samples.rows) - row * kSize),
+                             width};
+        clear(place, 4, band.image);
+        if (frame.masks) clear(place, 1, band.masks);
+      }
+      if (members.count == 0) continue;
+      tiles.place(samples, members, tracer.points());
+      if (frame.masks) std::fill_n(flags.begin(), members.count, std::uint8_t{0});
+      tracer.run(radiance.data(), frame.masks ? flags.data() : nullptr, nullptr, mine);
+      for (std::size_t k = 0; k < members.count; ++k) {
+        float* const texel = &band.image[4 * static_cast<std::size_t>(members.at[k])];
+        texel[0] = radiance[k].x;
+        texel[1] = radiance[k].y;
+        texel[2] = radiance[k].z;
+        texel[3] = 1.0f;
+        if (frame.masks) band.masks[members.at[k]] = maskBits(flags[k]);
+      }
+    }
+    mine.resolveSeconds = secondsSince(start) - mine.traceSeconds;
+    const std::scoped_lock lock(mutex);
+    counts.add(mine);
+  });
+  return counts;
+}
+
+}  // namespace catoptric::methods

@@ -1,0 +1,373 @@
+#include "trace/lobes/lobe_tracer.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <mutex>
+#include <span>
+
+#include "core/clock.h"
+#include "core/parallel.h"
+#include "core/sampling.h"
+#include "scene/reflectance.h"
+
+namespace catoptric::trace {
+
+/// Directions of lobes about their axes, kept: samples of one glossiness at the same place in their
+/// pixels have the same.
+struct LobeTracer::LobeTables {
+  static constexpr std::size_t kKept = 64;  ///< a power of two; ours
+
+  struct Table {
+    float glossiness = -1.0f;
+    Vec2 shift{0.0f};
+    int count = 0;
+    LobeLanes lobe;
+  };
+  std::array<Table, kKept> tables;
+
+  const LobeLanes& of(const PointLanes& points, std::size_t point, int count) {
+    const float glossiness = points.glossiness[point];
+    const Vec2 shift(points.shiftX[point], points.shiftY[point]);
+    const std::uint32_t bits = std::bit_cast<std::uint32_t>(glossiness) * 0x9E3779B1u ^
+                               std::bit_cast<std::uint32_t>(shift.x) * 0x85EBCA77u ^
+                               std::bit_cast<std::uint32_t>(shift.y) * 0xC2B2AE3Du;
+    Table& table = tables[bits >> 26];
+    if (table.glossiness != glossiness || table.shift != shift || table.count != count) {
+      table.glossiness = glossiness;
+      table.shift = shift;
+      table.count = count;
+      for (int k = 0; k < count; ++k) {
+        const Vec3 direction = lobeSample(glossiness, shift, k, count);
+        table.lobe.x[static_cast<std::size_t>(k)] = direction.x;
+        table.lobe.y[static_cast<std::size_t>(k)] = direction.y;
+        table.lobe.z[static_cast<std::size_t>(k)] = direction.z;
+      }
+    }
+    return table.lobe;
+  }
+};
+
+/// What the points of one bounce need.
+struct LobeTracer::Level {
+  PointLanes points;
+  std::array<std::size_t, kMostLanes + 1> first{};  ///< ray of a block's point
+  Lanes3 origins, directions;                       ///< of rays that are not just their points'
+  RayLanes rays{};
+  std::array<Hit, kMostLanes> hits;
+  std::array<Vec3, kMostLanes> values;
+  // Where paths go on
+  std::vector<frame::SurfacePoint> surfaces;
+  std::vector<std::size_t> onward;  ///< rays
+  std::vector<Vec3> reflected;
+};
+
+/// Some of a level's points, whose rays are traced together.
+struct LobeTracer::Block {
+  std::size_t begin, end;  ///< points
+  std::size_t rays;
+  int raysPerLobe;
+  bool mirrors;  ///< every point sends one ray along its axis
+};
+
+namespace {
+
+/// Hits ahead whose triangles are fetched while others are shaded: hides a cache's misses. Ours.
+constexpr std::size_t kFetchAhead = 8;
+
+/// Begins to load what shading a hit reads first.
+void fetch(const frame::Geometry& geometry, const Hit& hit) {
+  if (hit.miss()) return;
+  const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(hit.object)];
+  const std::uint32_t* const corners = &geometry.indices[range.firstIndex + 3 * hit.primitive];
+  for (int k = 0; k < 3; ++k) {
+    __builtin_prefetch(&geometry.positions[corners[k]]);
+    const frame::VertexAttributes& attributes = geometry.attributes[corners[k]];
+    __builtin_prefetch(&attributes);
+    __builtin_prefetch(&attributes.bake);
+  }
+}
+
+}  // namespace
+
+LobeTracer::LobeTracer() = default;
+LobeTracer::~LobeTracer() = default;
+
+LobeTracer& LobeTracer::ofThread() {
+  static thread_local LobeTracer tracer;
+  return tracer;
+}
+
+void LobeTracer::begin(const TraceScene& trace, const frame::Lighting& lighting, float spreadRad,
+                       const ReflectionOptions& options) {
+  trace_ = &trace;
+  lighting_ = &lighting;
+  spreadRad_ = spreadRad;
+  options_ = options;
+  settles_ = !trace.geometry().surfaces.empty() ||
+             std::ranges::any_of(trace.scene().materials, [](const scene::Material& material) {
+               return material.refraction > 0.0f;
+             });
+}
+
+LobeTracer::Level& LobeTracer::level(std::size_t bounce) {
+  while (levels_.size() <= bounce) levels_.push_back(std::make_unique<Level>());
+  return *levels_[bounce];
+}
+
+PointLanes& LobeTracer::points() {
+  return level(0).points;
+}
+
+void LobeTracer::run(Vec3* radiance, std::uint8_t* flags, FirstHit* hits,
+                     ReflectionCounts& counts) {
+  const std::int64_t start = nowNs();
+  const double traceBefore = counts.traceSeconds;
+  PointLanes& points = level(0).points;
+  settlePoints(points, counts);
+  runLevel(0, options_.bounces, radiance, flags, hits, counts);
+  counts.resolveSeconds += secondsSince(start) - (counts.traceSeconds - traceBefore);
+}
+
+void LobeTracer::settlePoints(PointLanes& points, ReflectionCounts& counts) const {
+  for (std::size_t i = 0; i < points.count; ++i) {
+    if (!settles_ && !(points.refraction[i] > 0.0f)) continue;
+    ReflectionPoint point = points.at(i);
+    const Moved moved = settle(*trace_, point);
+    counts.atOutline += moved == Moved::ToOutline ? 1 : 0;
+    counts.offSurface += moved == Moved::Nowhere ? 1 : 0;
+    const float coneDistance = points.coneDistance[i];
+    points.set(i, point);
+    points.coneDistance[i] = coneDistance;
+  }
+}
+
+void LobeTracer::runLevel(std::size_t bounce, int bouncesLeft, Vec3* radiance, std::uint8_t* flags,
+                          FirstHit* hits, ReflectionCounts& counts) {
+  Level& here = level(bounce);
+  const PointLanes& points = here.points;
+  aim(here.points);
+  // Lobes within lobes have one ray each.
+  const int raysPerLobe = bounce == 0 ? options_.rays : 1;
+  Block block{0, 0, 0, raysPerLobe, true};
+  while (block.end < points.count) {
+    block = {block.end, block.end, 0, raysPerLobe, true};
+    for (; block.end < points.count; ++block.end) {
+      const std::size_t i = block.end;
+      const auto rays = static_cast<std::size_t>(lobeRays(points.glossiness[i], raysPerLobe));
+      if (block.rays + rays > kMostLanes) break;
+      here.first[i - block.begin] = block.rays;
+      block.rays += rays;
+      block.mirrors = block.mirrors && points.glossiness[i] <= scene::kMirrorGlossiness &&
+                      !(points.refraction[i] > 0.0f) && !(points.above[i] < 0.0f);
+    }
+    here.first[block.end - block.begin] = block.rays;
+    std::uint8_t* const blockFlags = flags == nullptr ? nullptr : flags + block.begin;
+    makeRays(here, block, blockFlags, counts);
+    intersect(here, block, counts);
+    if (hits != nullptr) {
+      for (std::size_t i = block.begin; i < block.end; ++i) {
+        const std::size_t ray = here.first[i - block.begin];
+        hits[i] = {here.hits[ray], here.rays.origin(ray), here.rays.direction(ray)};
+      }
+    }
+    resolve(here, block, bouncesLeft > 1, blockFlags, counts);
+    if (bouncesLeft > 1) continueReflective(bounce, block, bouncesLeft, counts);
+
+    // Mean over each lobe, in the order of its rays.
+    for (std::size_t i = block.begin; i < block.end; ++i) {
+      const std::size_t begin = here.first[i - block.begin];
+      const std::size_t end = here.first[i - block.begin + 1];
+      Vec3 sum(0.0f);
+      for (std::size_t ray = begin; ray < end; ++ray) sum += here.values[ray];
+      radiance[i] = sum / static_cast<float>(end - begin);
+    }
+  }
+}
+
+void LobeTracer::makeRays(Level& level, const Block& block, std::uint8_t* flags,
+                          ReflectionCounts& counts) {
+  const auto view = [](const Lanes3& origin, const Lanes3& direction, std::size_t first) {
+    return RayLanes{origin.x.data() + first,    origin.y.data() + first,
+                    origin.z.data() + first,    direction.x.data() + first,
+                    direction.y.data() + first, direction.z.data() + first};
+  };
+  const PointLanes& points = level.points;
+  if (block.mirrors) {
+    level.rays = view(points.origin, points.axis, block.begin);
+    return;
+  }
+  for (std::size_t i = block.begin; i < block.end; ++i) copyRays(level, block, i, flags, counts);
+  level.rays = view(level.origins, level.directions, 0);
+}
+
+void LobeTracer::copyRays(Level& level, const Block& block, std::size_t point, std::uint8_t* flags,
+                          ReflectionCounts& counts) {
+  const PointLanes& points = level.points;
+  const std::size_t begin = level.first[point - block.begin];
+  const std::size_t end = level.first[point - block.begin + 1];
+  const int count = static_cast<int>(end - begin);
+  std::uint8_t* const flag = flags == nullptr ? nullptr : flags + (point - block.begin);
+  if (points.refraction[point] > 0.0f || (count == 1 && points.above[point] < 0.0f)) {
+    for (int k = 0; k < count; ++k)
+      setRay(level, point, begin + static_cast<std::size_t>(k), k, count, flag, counts);
+    return;
+  }
+  const Vec3 origin = points.origin.at(point);
+  if (points.glossiness[point] <= scene::kMirrorGlossiness) {
+    level.origins.set(begin, origin);
+    level.directions.set(begin, points.axis.at(point));
+    return;
+  }
+  if (count == 1) {  // too many different ones to keep
+    setRay(level, point, begin, 0, 1, flag, counts);
+    return;
+  }
+  if (tables_ == nullptr) tables_ = std::make_unique<LobeTables>();
+  const LobeLanes& lobe = tables_->of(points, point, count);
+  for (std::size_t ray = begin; ray < end; ++ray) level.origins.set(ray, origin);
+  if (aimLobe(points, point, lobe, static_cast<std::size_t>(count), level.directions, begin))
+    return;
+  const Vec3 normal = points.normal.at(point);
+  for (std::size_t ray = begin; ray < end; ++ray) {
+    if (glm::dot(level.directions.at(ray), normal) < 0.0f)
+      setRay(level, point, ray, static_cast<int>(ray - begin), count, flag, counts);
+  }
+}
+
+void LobeTracer::setRay(Level& level, std::size_t point, std::size_t ray, int index, int count,
+                        std::uint8_t* flag, ReflectionCounts& counts) const {
+  bool below = false;
+  bool total = false;
+  const Ray made = lobeRay(level.points.at(point), index, count, below, total);
+  level.origins.set(ray, made.origin);
+  level.directions.set(ray, made.direction);
+  counts.totalReflections += total ? 1 : 0;
+  if (!below) return;
+  ++counts.belowHorizon;
+  if (flag != nullptr) *flag |= 2;
+}
+
+void LobeTracer::intersect(Level& level, const Block& block, ReflectionCounts& counts) const {
+  const std::int64_t start = nowNs();
+  const TraceCounts traced =
+      trace_->intersectSerial(level.rays, std::span(level.hits).first(block.rays), true);
+  counts.traceSeconds += secondsSince(start);
+  counts.rays += traced.rays;
+  counts.refused += traced.refused;
+}
+
+void LobeTracer::resolve(Level& level, const Block& block, bool keepSurfaces, std::uint8_t* flags,
+                         ReflectionCounts& counts) const {
+  if (keepSurfaces) level.surfaces.resize(kMostLanes);
+  const PointLanes& points = level.points;
+  for (std::size_t i = block.begin; i < block.end; ++i) {
+    const float spread = lobeSpread(points.glossiness[i], block.raysPerLobe);
+    const std::size_t end = level.first[i - block.begin + 1];
+    for (std::size_t ray = level.first[i - block.begin]; ray < end; ++ray) {
+      if (ray + kFetchAhead < block.rays) fetch(trace_->geometry(), level.hits[ray + kFetchAhead]);
+      const Hit& hit = level.hits[ray];
+      const Vec3 direction = level.rays.direction(ray);
+      if (hit.miss()) {
+        const bool refused = !isTraceable({level.rays.origin(ray), direction});
+        if (flags != nullptr) flags[i - block.begin] |= refused ? 1 : 4;
+        counts.misses += refused ? 0 : 1;
+        level.values[ray] = refused && !isFinite(direction)
+                                ? Vec3(0.0f)
+                                : lighting_->environment->radiance(direction);
+        if (keepSurfaces) level.surfaces[ray].object = 0;
+        continue;
+      }
+      const float width =
+          spreadRad_ * (points.coneDistance[i] + hit.distance) + spread * hit.distance;
+      const frame::SurfacePoint surface = frame::shadeSurface(
+          trace_->scene(), trace_->geometry(), *lighting_, hit.object, hit.primitive, hit.u, hit.v,
+          level.rays.origin(ray) + hit.distance * direction, direction, width);
+      Vec3 value = surface.diffuse;
+      if (!isFinite(value)) {
+        value = Vec3(0.0f);
+        ++counts.notFinite;
+      }
+      level.values[ray] = value;
+      if (keepSurfaces) {
+        level.surfaces[ray] = surface;
+        level.surfaces[ray].diffuse = value;
+      }
+    }
+  }
+}
+
+/// Replaces the values of reflective hits by diffuse and reflected light, weighted by s.
+void LobeTracer::continueReflective(std::size_t bounce, const Block& block, int bouncesLeft,
+                                    ReflectionCounts& counts) {
+  level(bounce + 1);  // may move the levels' pointers, not the levels
+  Level& here = level(bounce);
+  PointLanes& next = level(bounce + 1).points;
+  next.count = 0;
+  here.onward.clear();
+  for (std::size_t i = block.begin; i < block.end; ++i) {
+    const std::size_t begin = here.first[i - block.begin];
+    const std::size_t end = here.first[i - block.begin + 1];
+    for (std::size_t ray = begin; ray < end; ++ray) {
+      const frame::SurfacePoint& surface = here.surfaces[ray];
+      if (surface.object == 0 || !(surface.specularLevel > 0.0f)) continue;
+      here.onward.push_back(ray);
+      ReflectionPoint from = here.points.at(i);
+      from.distance = here.points.coneDistance[i];
+      next.add(nextPoint(*trace_, from, static_cast<int>(ray - begin), here.rays.direction(ray),
+                         here.hits[ray], surface));
+    }
+  }
+  if (next.count == 0) return;
+  here.reflected.resize(kMostLanes);
+  runLevel(bounce + 1, bouncesLeft - 1, here.reflected.data(), nullptr, nullptr, counts);
+  for (std::size_t k = 0; k < here.onward.size(); ++k) {
+    const std::size_t ray = here.onward[k];
+    const frame::SurfacePoint& surface = here.surfaces[ray];
+    const float s = reflectionWeight(surface.specularLevel, here.rays.direction(ray),
+                                     surface.normal, options_.fresnelSchlick);
+    here.values[ray] = (1.0f - s) * surface.diffuse + s * surface.tint * here.reflected[k];
+  }
+}
+
+ReflectionCounts reflectedRadiance(const TraceScene& trace, const frame::Lighting& lighting,
+                                   float spreadRad, std::span<const ReflectionPoint> points,
+                                   const ReflectionOptions& options, bool parallel,
+                                   std::span<Vec3> radiance, std::span<std::uint8_t> flags,
+                                   std::span<FirstHit> hits) {
+  assert(radiance.size() >= points.size());
+  constexpr std::size_t kTile = 256;  ///< points; ours
+  ReflectionCounts counts;
+  std::mutex mutex;
+  const auto tiles = [&](std::size_t begin, std::size_t end) {
+    ReflectionCounts mine;
+    LobeTracer& tracer = LobeTracer::ofThread();
+    tracer.begin(trace, lighting, spreadRad, options);
+    for (std::size_t first = begin * kTile; first < std::min(end * kTile, points.size());
+         first += kTile) {
+      PointLanes& lanes = tracer.points();
+      lanes.count = 0;
+      for (const ReflectionPoint& point :
+           points.subspan(first, std::min(kTile, points.size() - first)))
+        lanes.add(point);
+      tracer.run(radiance.data() + first, flags.empty() ? nullptr : flags.data() + first,
+                 hits.empty() ? nullptr : hits.data() + first, mine);
+    }
+    const std::scoped_lock lock(mutex);
+    counts.add(mine);
+  };
+  const std::size_t count = (points.size() + kTile - 1) / kTile;
+  const std::int64_t start = nowNs();
+  if (parallel) {
+    parallelFor(count, 4, tiles);
+    counts.shareTime(secondsSince(start));
+  } else if (count > 0) {
+    tiles(0, count);
+  }
+  return counts;
+}
+
+}  // namespace catoptric::trace

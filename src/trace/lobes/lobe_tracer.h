@@ -1,0 +1,67 @@
+// Lobes of a tile of points on one thread, from the rays to the mean of their light: every step of
+// a tile is done before the next tile begins, so that its data stay in the core's cache.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/math.h"
+#include "frame/shading.h"
+#include "trace/embree/trace_scene.h"
+#include "trace/lobes/point_lanes.h"
+#include "trace/lobes/reflect.h"
+
+namespace catoptric::trace {
+
+class LobeTracer {
+ public:
+  LobeTracer();
+  ~LobeTracer();
+  LobeTracer(const LobeTracer&) = delete;
+  LobeTracer& operator=(const LobeTracer&) = delete;
+
+  /// That of the calling thread: its memory is used again.
+  static LobeTracer& ofThread();
+
+  /// What the next runs trace in; everything must outlive them.
+  void begin(const TraceScene& trace, const frame::Lighting& lighting, float spreadRad,
+             const ReflectionOptions& options);
+
+  /// For the caller to fill before run().
+  PointLanes& points();
+
+  /// Mean radiance along the lobe of each point. `flags` and `hits` as of reflectedRadiance(), one
+  /// for each point, or null. Adds to `counts`.
+  void run(Vec3* radiance, std::uint8_t* flags, FirstHit* hits, ReflectionCounts& counts);
+
+ private:
+  struct Level;
+  struct Block;
+  struct LobeTables;
+
+  Level& level(std::size_t bounce);
+  void settlePoints(PointLanes& points, ReflectionCounts& counts) const;
+  void runLevel(std::size_t bounce, int bouncesLeft, Vec3* radiance, std::uint8_t* flags,
+                FirstHit* hits, ReflectionCounts& counts);
+  void makeRays(Level& level, const Block& block, std::uint8_t* flags, ReflectionCounts& counts);
+  void copyRays(Level& level, const Block& block, std::size_t point, std::uint8_t* flags,
+                ReflectionCounts& counts);
+  void setRay(Level& level, std::size_t point, std::size_t ray, int index, int count,
+              std::uint8_t* flags, ReflectionCounts& counts) const;
+  void intersect(Level& level, const Block& block, ReflectionCounts& counts) const;
+  void resolve(Level& level, const Block& block, bool keepSurfaces, std::uint8_t* flags,
+               ReflectionCounts& counts) const;
+  void continueReflective(std::size_t bounce, const Block& block, int bouncesLeft,
+                          ReflectionCounts& counts);
+
+  const TraceScene* trace_ = nullptr;
+  const frame::Lighting* lighting_ = nullptr;
+  float spreadRad_ = 0.0f;
+  ReflectionOptions options_;
+  bool settles_ = false;  ///< points of the scene may have to move, or refract
+  std::vector<std::unique_ptr<Level>> levels_;
+  std::unique_ptr<LobeTables> tables_;
+};
+
+}  // namespace catoptric::trace

@@ -1,0 +1,210 @@
+#include "trace/lobes/lobe_tracer.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/vector_level.h"
+#include "frame/test_scenes.h"
+#include "scene/animate.h"
+#include "scene/scene.h"
+#include "trace/lobes/reflect.h"
+
+namespace catoptric {
+namespace {
+
+using test::SceneBuilder;
+using test::translation;
+using trace::ReflectionPoint;
+
+constexpr float kSpread = 1e-3f;
+
+/// A room with mirrors, wide and narrow lobes, and a glass ball, under a sky with a gradient.
+class World {
+ public:
+  World() {
+    SceneBuilder builder;
+    scene::BoxShape box;
+    box.size = Vec3(10.0f, 4.0f, 10.0f);
+    box.inward = true;
+    builder.add(scene::makeBox(box, scene::UvMode::Unit), builder.diffuse(Vec3(0.5f, 0.7f, 0.2f)));
+    const int glass = builder.reflective(1.0f);
+    builder.scene().materials[static_cast<std::size_t>(glass)].refraction = 1.5f;
+    const std::vector<int> materials = {
+        builder.reflective(1.0f),
+        builder.reflective(0.6f, 0.3f, Vec3(0.2f), Vec3(0.9f, 0.5f, 0.1f)),
+        builder.reflective(0.8f, 0.9f), glass};
+    for (std::size_t i = 0; i < materials.size(); ++i)
+      builder.add(scene::makeSphere(0.7f, 48, 24, scene::UvMode::Unit), materials[i],
+                  translation({1.7f * static_cast<float>(i) - 2.5f, 0.3f, -1.0f}));
+    scene_ = builder.scene();
+    scene_.environment.type = scene::EnvironmentType::Gradient;
+    scene_.environment.color = Vec3(0.2f, 0.4f, 0.9f);
+    scene_.environment.ground = Vec3(0.3f, 0.2f, 0.1f);
+    scene_.ambient = Vec3(0.4f);
+    const scene::Pose pose = scene::poseAt(scene_, 0.0);
+    geometry_ = frame::makeGeometry(scene_, pose);
+    lighting_ = frame::makeLighting(scene_, pose,
+                                    std::make_shared<frame::EnvironmentLight>(scene_.environment));
+    trace_ = std::make_unique<trace::TraceScene>(scene_, geometry_, trace::BvhPolicy::Static);
+  }
+
+  /// What random rays from an eye meet of the reflective objects; more than two tiles.
+  std::vector<ReflectionPoint> points() const {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<float> uniform(-1.0f, 1.0f);
+    const Vec3 eye(0.0f, 1.2f, 3.0f);
+    std::vector<ReflectionPoint> points;
+    while (points.size() < 700) {
+      const Vec3 target(3.5f * uniform(random), 0.3f + 0.8f * uniform(random), -1.0f);
+      const Vec3 direction = glm::normalize(target - eye);
+      trace::Hit hit;
+      trace_->intersectSerial(std::vector<trace::Ray>{{eye, direction}}, {&hit, 1}, true);
+      if (hit.miss() || scene_.objects[static_cast<std::size_t>(hit.object)].reflector == 0)
+        continue;
+      const frame::SurfacePoint surface =
+          frame::shadeSurface(scene_, geometry_, lighting_, hit.object, hit.primitive, hit.u, hit.v,
+                              eye + hit.distance * direction, direction, kSpread * hit.distance);
+      ReflectionPoint point{surface.position, surface.normal, direction, surface.glossiness,
+                            hit.distance};
+      // As normal maps bend it, so that some rays would leave below the surface.
+      point.normal =
+          glm::normalize(point.normal + 0.3f * Vec3(uniform(random), uniform(random), 0.0f));
+      point.object = surface.object;
+      point.extent = trace_->extentOf(hit.object);
+      point.shift = {0.125f + 0.25f * static_cast<float>(points.size() % 4), 0.0f};
+      points.push_back(point);
+    }
+    return points;
+  }
+
+  const trace::TraceScene& traceScene() const { return *trace_; }
+  const frame::Lighting& lighting() const { return lighting_; }
+
+  /// The light along one lobe, ray by ray, by the functions that define it.
+  Vec3 plainly(const ReflectionPoint& seen, const trace::ReflectionOptions& options, int rays,
+               int bounces) const {
+    ReflectionPoint point = seen;
+    trace::settle(*trace_, point);
+    const int count = trace::lobeRays(point.glossiness, rays);
+    Vec3 sum(0.0f);
+    for (int k = 0; k < count; ++k) {
+      bool below = false;
+      bool total = false;
+      const trace::Ray ray = trace::lobeRay(point, k, count, below, total);
+      trace::Hit hit;
+      trace_->intersectSerial(std::vector<trace::Ray>{ray}, {&hit, 1}, true);
+      if (hit.miss()) {
+        sum += lighting_.environment->radiance(ray.direction);
+        continue;
+      }
+      const float width = kSpread * (seen.distance + hit.distance) +
+                          trace::lobeSpread(seen.glossiness, rays) * hit.distance;
+      const frame::SurfacePoint surface =
+          frame::shadeSurface(scene_, geometry_, lighting_, hit.object, hit.primitive, hit.u, hit.v,
+                              ray.origin + hit.distance * ray.direction, ray.direction, width);
+      Vec3 value = surface.diffuse;
+      if (bounces > 1 && surface.specularLevel > 0.0f) {
+        const ReflectionPoint next =
+            trace::nextPoint(*trace_, seen, k, ray.direction, hit, surface);
+        const float s = trace::reflectionWeight(surface.specularLevel, ray.direction,
+                                                surface.normal, options.fresnelSchlick);
+        value = (1.0f - s) * value + s * surface.tint * plainly(next, options, 1, bounces - 1);
+      }
+      sum += value;
+    }
+    return sum / static_cast<float>(count);
+  }
+
+ private:
+  scene::Scene scene_;
+  frame::Geometry geometry_;
+  frame::Lighting lighting_;
+  std::unique_ptr<trace::TraceScene> trace_;
+};
+
+bool sameBits(const Vec3& a, const Vec3& b) {
+  return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
+/// The machine's vector code, or less of it.
+class Levels : public testing::TestWithParam<VectorLevel> {
+ protected:
+  void SetUp() override {
+    limitVectorLevel(GetParam());
+    if (vectorLevel() != GetParam()) GTEST_SKIP() << "this machine has no such instructions";
+  }
+  void TearDown() override { limitVectorLevel(VectorLevel::V4); }
+};
+
+TEST_P(Levels, GiveTheBitsOfThePlainDefinition) {
+  const World world;
+  const std::vector<ReflectionPoint> points = world.points();
+  const std::vector<trace::ReflectionOptions> cases = {
+      {.rays = 1},
+      {.rays = 8},
+      {.rays = 49},
+      {.rays = 256},
+      {.rays = 8, .bounces = 3, .fresnelSchlick = true}};
+  for (const trace::ReflectionOptions& options : cases) {
+    std::vector<Vec3> radiance(points.size());
+    std::vector<std::uint8_t> flags(points.size(), 0);
+    std::vector<trace::FirstHit> hits(points.size());
+    const trace::ReflectionCounts counts =
+        trace::reflectedRadiance(world.traceScene(), world.lighting(), kSpread, points, options,
+                                 true, radiance, flags, hits);
+    EXPECT_GT(counts.belowHorizon, 0u) << options.rays;
+    std::uint64_t rays = 0;
+    for (std::size_t i = 0; i<points.size(); i += options.rays> 8 ? 7 : 1) {
+      const Vec3 expected = world.plainly(points[i], options, options.rays, options.bounces);
+      ASSERT_TRUE(sameBits(radiance[i], expected)) << options.rays << " rays, point " << i << ": "
+                                                   << radiance[i].x << " instead of " << expected.x;
+    }
+    for (const ReflectionPoint& point : points)
+      rays += static_cast<std::uint64_t>(trace::lobeRays(point.glossiness, options.rays));
+    if (options.bounces == 1) {
+      EXPECT_EQ(counts.rays, rays);
+    }
+  }
+}
+
+TEST_P(Levels, PlaceSamplesAsTheFirstLevelDoes) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
+  const trace::SampleCamera camera{
+      {0.3f, 1.7f, -2.0f},
+      0.05f,
+      Mat3(0.0021f, 0.0003f, -0.0001f, 0.0f, -0.002f, 0.0007f, -1.1f, 0.9f, -1.3f)};
+  trace::SampleLanes samples;
+  auto points = std::make_unique<trace::PointLanes>();
+  points->count = 253;
+  for (std::size_t i = 0; i < points->count; ++i) {
+    samples.x[i] = 1024.0f * uniform(random);
+    samples.y[i] = 1024.0f * uniform(random);
+    samples.depth[i] = uniform(random);
+  }
+  trace::placePoints(camera, samples, *points);
+  for (std::size_t i = 0; i < points->count; ++i) {
+    // The operations of methods/shared/sample_points.h
+    const Vec3 ray = camera.rayFromPixel * Vec3(samples.x[i], samples.y[i], 1.0f);
+    const float scale = camera.nearMetres / samples.depth[i];
+    const float length = glm::length(ray);
+    ASSERT_TRUE(sameBits(points->position.at(i), camera.eye + scale * ray)) << i;
+    ASSERT_TRUE(sameBits(points->direction.at(i), ray / length)) << i;
+    ASSERT_EQ(points->distance[i], scale * length) << i;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Vector, Levels,
+                         testing::Values(VectorLevel::Base, VectorLevel::V2, VectorLevel::V3,
+                                         VectorLevel::V4),
+                         [](const testing::TestParamInfo<VectorLevel>& level) {
+                           return "Level" + std::to_string(static_cast<int>(level.param) + 1);
+                         });
+
+}  // namespace
+}  // namespace catoptric

@@ -1,0 +1,78 @@
+// Points and rays in arrays of one component each, for vector code: what trace/lobes works on,
+// a tile of points at a time.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "core/math.h"
+#include "trace/lobes/reflect.h"
+
+namespace catoptric::trace {
+
+/// Points, and rays, that are worked on at once: what fits a core's cache. Ours.
+inline constexpr std::size_t kMostLanes = 1024;
+
+/// With room for a whole packet from any point on.
+using Lane = std::array<float, kMostLanes + 16>;
+
+struct Lanes3 {
+  alignas(64) Lane x{}, y{}, z{};
+  Vec3 at(std::size_t i) const { return {x[i], y[i], z[i]}; }
+  void set(std::size_t i, const Vec3& v) {
+    x[i] = v.x;
+    y[i] = v.y;
+    z[i] = v.z;
+  }
+};
+
+/// ReflectionPoint by components.
+struct PointLanes {
+  std::size_t count = 0;
+  Lanes3 position, normal, direction;
+  alignas(64) Lane glossiness{}, distance{}, refraction{}, shiftX{}, shiftY{}, extent{};
+  /// Distance before settle() moved the point: what ray cones grow with.
+  alignas(64) Lane coneDistance{};
+  std::array<int, kMostLanes> object{};
+  // What aim() makes of them
+  Lanes3 axis;               ///< mirrored direction, unit length
+  Lanes3 origin;             ///< of rays to the outside
+  alignas(64) Lane above{};  ///< cosine between axis and normal
+
+  ReflectionPoint at(std::size_t i) const;
+  void set(std::size_t i, const ReflectionPoint& point);
+  void add(const ReflectionPoint& point) { set(count++, point); }
+};
+
+/// Samples of a depth image that points are made of.
+struct SampleLanes {
+  static constexpr std::size_t kMost = 256;
+  alignas(64) std::array<float, kMost> x{}, y{};  ///< in samples, at their centres
+  alignas(64) std::array<float, kMost> depth{};   ///< reversed-Z
+};
+
+/// A camera as the points of its samples need it.
+struct SampleCamera {
+  Vec3 eye;
+  float nearMetres;
+  Mat3 rayFromPixel;  ///< world-space ray of depth 1 along the view from (x, y, 1)
+};
+
+/// position, direction and both distances of the first points.count samples.
+void placePoints(const SampleCamera& camera, const SampleLanes& samples, PointLanes& points);
+
+/// axis, origin and above of all points.
+void aim(PointLanes& points);
+
+/// Directions of a lobe about an axis: x, y along the axes of Basis(axis), z along the axis.
+struct LobeLanes {
+  static constexpr std::size_t kMost = 256;
+  alignas(64) std::array<float, kMost> x{}, y{}, z{};
+};
+
+/// `count` rays of one point from number `first` on; true where none lies below the surface.
+bool aimLobe(const PointLanes& points, std::size_t point, const LobeLanes& lobe, std::size_t count,
+             Lanes3& directions, std::size_t first);
+
+}  // namespace catoptric::trace
