@@ -332,7 +332,7 @@ SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
   const scene::Material& material = scene.materials[scene.objects[object].material];
 
   // Geometric and interpolated normal, which side is seen.
-  const Vec3 p0 = geometry.positions[triangle[0]];
+  const Vec3& p0 = geometry.positions[triangle[0]];  // a copy would go by way of the stack
   const Vec3 across =
       glm::cross(geometry.positions[triangle[1]] - p0, geometry.positions[triangle[2]] - p0);
   Vec3 smooth = normalizedOr(at(&VertexAttributes::normal), Vec3(0.0f, 1.0f, 0.0f));

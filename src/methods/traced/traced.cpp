@@ -3,18 +3,25 @@
 #include <algorithm>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "config/options.h"
 #include "methods/shared/bvh_policies.h"
 #include "methods/shared/reflectors.h"
 #include "methods/traced/bands.h"
+#include "trace/lobes/environment_levels.h"
 #include "trace/lobes/reflect.h"
 
 namespace catoptric::methods {
 namespace {
 
+constexpr auto kObjects = config::names<bool>({{"all", false}, {"diffuse", true}});
+constexpr auto kEnvironments = config::names<bool>({{"unfiltered", false}, {"filtered", true}});
+
 struct Options {
   trace::BvhPolicy bvh = trace::BvhPolicy::Static;
+  bool diffuseOnly = false;
+  bool filtersEnvironment = false;
   trace::ReflectionOptions reflection{.rays = 8};
 };
 
@@ -24,8 +31,15 @@ const config::OptionTable<Options>& optionTable() {
       "traced", "Options of the method traced.",
       {field(&Options::bvh, "bvh", kBvhPolicies,
              "how Embree's structure follows the geometry in each frame"),
-       field(in(&Options::reflection, &ReflectionOptions::rays), "rays", range(1, 64),
+       field(in(&Options::reflection, &ReflectionOptions::rays), "rays", range(1, 256),
              "rays per sample on surfaces with g above 0.05; mirrors take one"),
+       field(
+           &Options::diffuseOnly, "objects", kObjects,
+           "what reflected rays meet: all objects, or those that do not reflect, as in glossy_lod"),
+       field(
+           &Options::filtersEnvironment, "environment", kEnvironments,
+           "where rays leave the scene: its radiance in their direction, or the mean of its image "
+           "over their solid angle"),
        field(in(&Options::reflection, &ReflectionOptions::bounces), "bounces", range(1, 16),
              "reflections along a path; after the last a surface shows its diffuse component")});
   return table;
@@ -42,7 +56,7 @@ class Traced : public Method {
     plan.gl = true;
     const auto reflectors = findReflectors(scene, settings.reflectors).count();
     if (reflectors == 0) return plan;
-    plan.trace = true;
+    plan.trace = !options_.diffuseOnly;
     plan.bvh = options_.bvh;
     plan.bounces = options_.reflection.bounces;
     plan.bouncesOption = "bounces";
@@ -59,28 +73,43 @@ class Traced : public Method {
          2 * std::min(samples, TracedBands::largest(settings.width * settings.samples)) *
              (16 + 16 + 4 + 4 + 16)},
     };
+    if (options_.diffuseOnly)
+      plan.items.push_back({"resource", "bvh", "of the objects that do not reflect", 0});
     return plan;
   }
 
-  void prepare(Services&, const RunSettings& settings) override {
+  void prepare(Services& services, const RunSettings& settings) override {
     options_.reflection.fresnelSchlick = settings.fresnelSchlick;
     masks_ = settings.masks;
     reflectors_ = settings.reflectors;
+    if (findReflectors(services.scene, reflectors_).count() == 0) return;
+    if (options_.filtersEnvironment) {
+      levels_ = std::make_unique<trace::EnvironmentLevels>(services.lighting.environment);
+      options_.reflection.environment = levels_.get();
+    }
+    if (options_.diffuseOnly)
+      services.timer.measure("bvh", [&] {
+        diffuse_ = std::make_unique<trace::TraceScene>(
+            services.scene, services.geometry, options_.bvh,
+            trace::TraceOptions{.objects = diffuseObjects(services.scene)});
+      });
   }
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
     raster::GBuffer& gbuffer = *services.gbuffer;
     frame::StepTimer& timer = services.timer;
     trace::ReflectionCounts counts;
-    if (services.trace == nullptr) {  // no reflectors: nothing was planned
+    if (diffuse_) followMotion(input, timer);
+    const trace::TraceScene* const trace = diffuse_ ? diffuse_.get() : services.trace;
+    if (trace == nullptr) {  // no reflectors: nothing was planned
       report(counts, output);
       return;
     }
 
-    const std::uint64_t unresolvedBefore = services.trace->unresolvedRays();
+    const std::uint64_t unresolvedBefore = trace->unresolvedRays();
     counts = bands_.run({.gbuffer = gbuffer,
                          .camera = input.frame.camera,
-                         .trace = *services.trace,
+                         .trace = *trace,
                          .lighting = services.lighting,
                          .timer = timer,
                          .own = reflectors_,
@@ -89,12 +118,27 @@ class Traced : public Method {
     if (!services.geometry.surfaces.empty()) {
       output.counters["at_outline"] = counts.atOutline;
       output.counters["off_surface"] = counts.offSurface;
-      output.counters["unresolved"] = services.trace->unresolvedRays() - unresolvedBefore;
+      output.counters["unresolved"] = trace->unresolvedRays() - unresolvedBefore;
     }
     report(counts, output);
   }
 
  private:
+  static std::vector<int> diffuseObjects(const scene::Scene& scene) {
+    std::vector<int> objects;
+    for (std::size_t i = 0; i < scene.objects.size(); ++i)
+      if (scene.objects[i].reflector == 0) objects.push_back(static_cast<int>(i));
+    if (objects.empty()) objects.push_back(scene::kNone);  // an empty list would mean all
+    return objects;
+  }
+
+  void followMotion(const FrameInput& input, frame::StepTimer& timer) {
+    const bool rebuilds = options_.bvh == trace::BvhPolicy::RebuildLow ||
+                          options_.bvh == trace::BvhPolicy::RebuildMedium;
+    if (rebuilds || !input.changedObjects.empty())
+      timer.measure("bvh", [&] { diffuse_->update(input.changedObjects); });
+  }
+
   static void report(const trace::ReflectionCounts& counts, FrameOutput& output) {
     output.counters["rays"] = counts.rays;
     output.counters["misses"] = counts.misses;
@@ -107,6 +151,8 @@ class Traced : public Method {
   Options options_;
   bool masks_ = false;
   frame::ObjectSet reflectors_;
+  std::unique_ptr<trace::EnvironmentLevels> levels_;  ///< where the environment is filtered
+  std::unique_ptr<trace::TraceScene> diffuse_;        ///< where only diffuse objects are met
   TracedBands bands_;
 };
 
@@ -118,7 +164,9 @@ const MethodEntry& tracedEntry() {
       .id = "traced",
       .summary = "reflected rays from the G-buffer by Embree: the peer in speed",
       .paper = "",
-      .steps = {{"readback", "frames", "the G-buffer is read from the device"},
+      .steps = {{"bvh", "start, frames",
+                 "Embree's tree is built, follows the geometry by the option bvh"},
+                {"readback", "frames", "the G-buffer is read from the device"},
                 {"trace", "frames", "rays are traced by Embree"},
                 {"resolve", "frames",
                  "rays are made; light at the hits is computed and put in its "

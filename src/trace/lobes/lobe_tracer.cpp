@@ -13,6 +13,7 @@
 #include "core/parallel.h"
 #include "core/sampling.h"
 #include "scene/reflectance.h"
+#include "trace/lobes/environment_levels.h"
 
 namespace catoptric::trace {
 
@@ -72,26 +73,6 @@ struct LobeTracer::Block {
   int raysPerLobe;
   bool mirrors;  ///< every point sends one ray along its axis
 };
-
-namespace {
-
-/// Hits ahead whose triangles are fetched while others are shaded: hides a cache's misses. Ours.
-constexpr std::size_t kFetchAhead = 8;
-
-/// Begins to load what shading a hit reads first.
-void fetch(const frame::Geometry& geometry, const Hit& hit) {
-  if (hit.miss()) return;
-  const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(hit.object)];
-  const std::uint32_t* const corners = &geometry.indices[range.firstIndex + 3 * hit.primitive];
-  for (int k = 0; k < 3; ++k) {
-    __builtin_prefetch(&geometry.positions[corners[k]]);
-    const frame::VertexAttributes& attributes = geometry.attributes[corners[k]];
-    __builtin_prefetch(&attributes);
-    __builtin_prefetch(&attributes.bake);
-  }
-}
-
-}  // namespace
 
 LobeTracer::LobeTracer() = default;
 LobeTracer::~LobeTracer() = default;
@@ -268,16 +249,16 @@ void LobeTracer::resolve(Level& level, const Block& block, bool keepSurfaces, st
     const float spread = lobeSpread(points.glossiness[i], block.raysPerLobe);
     const std::size_t end = level.first[i - block.begin + 1];
     for (std::size_t ray = level.first[i - block.begin]; ray < end; ++ray) {
-      if (ray + kFetchAhead < block.rays) fetch(trace_->geometry(), level.hits[ray + kFetchAhead]);
       const Hit& hit = level.hits[ray];
       const Vec3 direction = level.rays.direction(ray);
       if (hit.miss()) {
         const bool refused = !isTraceable({level.rays.origin(ray), direction});
         if (flags != nullptr) flags[i - block.begin] |= refused ? 1 : 4;
         counts.misses += refused ? 0 : 1;
-        level.values[ray] = refused && !isFinite(direction)
-                                ? Vec3(0.0f)
-                                : lighting_->environment->radiance(direction);
+        level.values[ray] =
+            refused && !isFinite(direction)
+                ? Vec3(0.0f)
+                : environment(points, i, ray - level.first[i - block.begin], block, direction);
         if (keepSurfaces) level.surfaces[ray].object = 0;
         continue;
       }
@@ -298,6 +279,19 @@ void LobeTracer::resolve(Level& level, const Block& block, bool keepSurfaces, st
       }
     }
   }
+}
+
+Vec3 LobeTracer::environment(const PointLanes& points, std::size_t point, std::size_t index,
+                             const Block& block, const Vec3& direction) const {
+  if (options_.environment == nullptr) return lighting_->environment->radiance(direction);
+  const float glossiness = points.glossiness[point];
+  // Of a mirror the sample's own cone.
+  const float solidAngle =
+      glossiness <= scene::kMirrorGlossiness || points.refraction[point] > 0.0f
+          ? spreadRad_ * spreadRad_
+          : lobeSolidAngle(glossiness, {points.shiftX[point], points.shiftY[point]},
+                           static_cast<int>(index), lobeRays(glossiness, block.raysPerLobe));
+  return options_.environment->radiance(direction, solidAngle);
 }
 
 /// Replaces the values of reflective hits by diffuse and reflected light, weighted by s.

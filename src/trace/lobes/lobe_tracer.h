@@ -52,6 +52,9 @@ class LobeTracer {
   void intersect(Level& level, const Block& block, ReflectionCounts& counts) const;
   void resolve(Level& level, const Block& block, bool keepSurfaces, std::uint8_t* flags,
                ReflectionCounts& counts) const;
+  /// What ray number `index` of a point sees where it leaves the scene.
+  Vec3 environment(const PointLanes& points, std::size_t point, std::size_t index,
+                   const Block& block, const Vec3& direction) const;
   void continueReflective(std::size_t bounce, const Block& block, int bouncesLeft,
                           ReflectionCounts& counts);
 

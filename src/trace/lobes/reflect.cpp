@@ -180,6 +180,14 @@ float lobeSpread(float glossiness, int count) {
   return std::sqrt(1.0f / (static_cast<float>(count) * density));
 }
 
+float lobeSolidAngle(float glossiness, const Vec2& shift, int index, int count) {
+  const float n = scene::phongExponentFromGlossiness(glossiness);
+  const float u = (static_cast<float>(index) + shift.x) / static_cast<float>(count);
+  // cos^n of lobeSample()'s angle
+  const float cosines = std::pow(std::max(1.0f - u, 1e-7f), n / (n + 1.0f));
+  return std::min(2.0f * kPi / (static_cast<float>(count) * (n + 1.0f) * cosines), 4.0f * kPi);
+}
+
 float reflectionWeight(float specularLevel, const Vec3& direction, const Vec3& normal,
                        bool fresnelSchlick) {
   if (!fresnelSchlick || !(specularLevel > 0.0f)) return specularLevel;

@@ -11,6 +11,8 @@
 
 namespace catoptric::trace {
 
+class EnvironmentLevels;
+
 /// Of the extent of what a point lies on: 16 roundings. Embree's distance from a triangle is off by
 /// up to 6 of its longest edge, more in slivers. Ours.
 inline constexpr float kLeastOffset = 9.5e-7f;
@@ -38,6 +40,9 @@ struct ReflectionOptions {
   int rays = 1;     ///< per lobe with g above kMirrorGlossiness, 1..256; mirrors take one
   int bounces = 1;  ///< 1: a reflective surface that is hit shows its diffuse component
   bool fresnelSchlick = false;  ///< of bounces after the first
+  /// Where rays leave the scene, its mean over their solid angle; null: its radiance in their
+  /// middle.
+  const EnvironmentLevels* environment = nullptr;
 };
 
 struct ReflectionCounts {
@@ -103,6 +108,10 @@ ReflectionPoint nextPoint(const TraceScene& trace, const ReflectionPoint& point,
 /// Distance along the normal by which the rays of a point start off its surface: what rounding may
 /// have moved it by, however large the scene around it is.
 float surfaceOffset(const ReflectionPoint& point);
+
+/// Solid angle of ray number `index` of `count` of a Phong lobe, 1 / (count p) for the density p of
+/// its directions there [Yu2008] Eq. (5); at most the whole sphere.
+float lobeSolidAngle(float glossiness, const Vec2& shift, int index, int count);
 
 /// Half-angle-like spread (metres of width per metre) of one of `count` rays of a Phong lobe with
 /// exponent n at its centre: the root of the solid angle 1 / (count p).
