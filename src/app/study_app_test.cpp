@@ -1,6 +1,8 @@
 // The commands that measure, as programs.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "app/test_program.h"
 
 namespace catoptric::app {
@@ -105,6 +107,16 @@ TEST_F(Sweep, AnUnknownReferenceIsNoMethod) {
       run("sweep run.json --method reference --vary threads=1 --against trut --out s");
   EXPECT_EQ(result.exitCode, 2);
   EXPECT_THAT(result.err, HasSubstr("did you mean \"truth\"?"));
+}
+
+TEST_F(Sweep, TheSameOptionsTwiceAreTwoSettings) {
+  const Result result =
+      run(R"(sweep run.json --set 'methods=[{"method": "reference", "name": "a"}, )"
+          R"({"method": "reference", "name": "b"}]' --set errors.against=[] --against a )"
+          "--method a,b --repeats 2 --progress none --out s");
+  EXPECT_EQ(result.exitCode, 0) << result.err;
+  const std::string samples = textOf(folder / "s/samples.csv");
+  EXPECT_EQ(std::count(samples.begin(), samples.end(), '\n'), 1 + 2 * 2 * 3);
 }
 
 TEST_F(Sweep, AStrangeFolderStaysAsItIs) {

@@ -148,8 +148,9 @@ Setting Bench::prepare(const Point& point) {
       throw UsageError("program " + point.program + ": no such file; name a build of catoptric");
     program = point.program.empty() ? run::buildFingerprint() : printOfFile(point.program);
   }
+  // With its name: the same options twice are two settings, which may be compared.
   setting.key =
-      printOf(setting.run.pixelSettings(setting.run.methods.front()) + "\n" +
+      printOf(point.method + "\n" + setting.run.pixelSettings(setting.run.methods.front()) + "\n" +
               std::to_string(setting.run.threads) + "\n" + placeOf(setting.run).fingerprint + "\n" +
               program + "\n" + run::processorName());
   return setting;
