@@ -3,7 +3,7 @@ _catoptric() {
   local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} command=${COMP_WORDS[1]}
   COMPREPLY=()
   if [ "$COMP_CWORD" -eq 1 ]; then
-    COMPREPLY=($(compgen -W "render plan info list doctor merge compare layers sweep worker --help --version" -- "$word"))
+    COMPREPLY=($(compgen -W "render plan info list doctor merge compare layers sweep tables tune worker --help --version" -- "$word"))
     return
   fi
   case $before in
@@ -16,7 +16,7 @@ _catoptric() {
   esac
   local options=
   case $command in
-    render) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --existing --chunk --keep-going --stop-within --dry-run --progress" ;;
+    render) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --existing --chunk --keep-going --stop-within --dry-run --progress --repeats --ratio-to" ;;
     plan) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir" ;;
     info) options="--help --json --quiet --verbose" ;;
     list) options="--help --schema --markdown --man --completion --json --quiet --verbose" ;;
@@ -25,6 +25,8 @@ _catoptric() {
     compare) options="--help --out --fail --fail-percent --hard-fail --max-l1 --start-exposure --stop-exposure --num-exposures --ppd --json --quiet --verbose" ;;
     layers) options="--help --out --layer --json --quiet --verbose" ;;
     sweep) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --against --repeats --workers --existing --clock --progress --vary --link --where --metric --ratio-to --keep-frames --dry-run" ;;
+    tables) options="--help --out --effort --only --format --repeats --workers --text-only --progress --json --quiet --verbose" ;;
+    tune) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --against --repeats --workers --existing --clock --progress --max-error --max-time --vary --per-reflector --verify --test-path --margin --budget" ;;
     worker) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir" ;;
   esac
   if [[ $word == -* ]]; then
