@@ -1,5 +1,7 @@
 #include "raster/scene_raster.h"
 
+#include <utility>
+
 #include "raster/passes/diffuse_pass.h"
 #include "raster/passes/gbuffer_pass.h"
 
@@ -62,8 +64,9 @@ DrawStatistics SceneRaster::drawDiffuse(const Mat4& clipFromWorld, const Vec3& e
 }
 
 gl::Texture SceneRaster::drawCubeMap(const Vec3& centre, int faceSize,
-                                     const frame::Lighting& lighting, const ObjectSet& objects) {
-  return state_->diffuse.drawCubeMap(centre, faceSize, lighting, objects);
+                                     const frame::Lighting& lighting, const ObjectSet& objects,
+                                     gl::Texture earlier) {
+  return state_->diffuse.drawCubeMap(centre, faceSize, lighting, objects, std::move(earlier));
 }
 
 void SceneRaster::composite(const GBuffer& source, const scene::Camera& camera,

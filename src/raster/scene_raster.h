@@ -71,9 +71,10 @@ class SceneRaster {
                              const frame::Lighting& lighting, const DiffuseDraw& what = {});
 
   /// Cube map of the diffuse scene seen from `centre`, RGBA16F with mip levels. What is closed
-  /// about the centre, and does not move, is left out.
+  /// about the centre, and does not move, is left out. `earlier`: a map that this has drawn, which
+  /// is drawn over if it has that size.
   gl::Texture drawCubeMap(const Vec3& centre, int faceSize, const frame::Lighting& lighting,
-                          const ObjectSet& objects = {});
+                          const ObjectSet& objects = {}, gl::Texture earlier = {});
 
   /// Resolves samples to pixels into `frame` (RGBA32F, width x height, row 0 on top): mean over the
   /// samples of (1 - s) diffuse + s tint reflection; a = share of samples that are not background.

@@ -28,7 +28,8 @@ std::uint64_t cubeMapBytes(int faceSize, std::uint64_t bytesPerTexel) {
 void CubeMap::draw(Services& services, const Vec3& centre, int faceSize,
                    const raster::ObjectSet& objects) {
   services.timer.measure("cube_map", [&] {
-    take(services.raster->drawCubeMap(centre, faceSize, services.lighting, objects));
+    take(services.raster->drawCubeMap(centre, faceSize, services.lighting, objects,
+                                      std::move(texture_)));
     clampedTexels_ = raster::clampedTexels(texture_);
     lights_ = services.lighting.lights;
   });

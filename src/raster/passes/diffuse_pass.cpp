@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "core/error.h"
 #include "raster/passes/surfaces.h"
@@ -55,17 +56,23 @@ DrawStatistics DiffusePass::draw(const Mat4& clipFromWorld, const Vec3& eye, flo
 }
 
 gl::Texture DiffusePass::drawCubeMap(const Vec3& centre, int faceSize,
-                                     const frame::Lighting& lighting, const ObjectSet& objects) {
-  gl::Texture cube = gl::Texture::makeCube("cube map", GL_RGBA16F, faceSize, 0);
-  const gl::Texture depth =
-      gl::Texture::make2D("cube map depth", GL_DEPTH_COMPONENT32F, faceSize, faceSize);
+                                     const frame::Lighting& lighting, const ObjectSet& objects,
+                                     gl::Texture earlier) {
+  const auto fits = [&](const gl::Texture& made) {
+    return !made.empty() && made.width() == faceSize;
+  };
+  gl::Texture cube = fits(earlier) ? std::move(earlier)
+                                   : gl::Texture::makeCube("cube map", GL_RGBA16F, faceSize, 0);
+  if (!fits(cubeDepth_)) {
+    cubeDepth_ = gl::Texture::make2D("cube map depth", GL_DEPTH_COMPONENT32F, faceSize, faceSize);
+  }
   // Near enough to keep everything, far from rounding
   const float nearMetres = std::max(1e-12f, 1e-4f * scene_.diameter());
   const float spread = 2.0f * std::atan(1.0f / static_cast<float>(faceSize));
   const gl::DrawScope scope{gl::DrawState()};
   for (std::size_t i = 0; i < kFaces.size(); ++i) {
     const gl::Framebuffer target("cube map face", {{.texture = cube, .layer = static_cast<int>(i)}},
-                                 {.texture = depth});
+                                 {.texture = cubeDepth_});
     target.bind();
     target.clearDepth(0.0f);
     // Rows are clip x, -y and w

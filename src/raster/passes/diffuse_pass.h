@@ -17,12 +17,13 @@ class DiffusePass {
                       const frame::Lighting& lighting, const DiffuseDraw& what = {});
   /// As SceneRaster::drawCubeMap().
   gl::Texture drawCubeMap(const Vec3& centre, int faceSize, const frame::Lighting& lighting,
-                          const ObjectSet& objects = {});
+                          const ObjectSet& objects, gl::Texture earlier);
 
  private:
   SceneGpu& scene_;
   Background background_;
   DrawList list_;
+  gl::Texture cubeDepth_;
 };
 
 }  // namespace catoptric::raster

@@ -190,7 +190,9 @@ struct TraceScene::State {
     scene = rtcNewScene(device);
     unsigned flags = RTC_SCENE_FLAG_NONE;
     if (options.robust) flags |= RTC_SCENE_FLAG_ROBUST;
-    if (policy == BvhPolicy::RebuildLow || refits) flags |= RTC_SCENE_FLAG_DYNAMIC;
+    // Also where all is built anew: of a scene that is not dynamic Embree 3.13.5 leaves a list of
+    // all triangles behind at each commit. The tree is the same.
+    if (policy != BvhPolicy::Static || refits) flags |= RTC_SCENE_FLAG_DYNAMIC;
     rtcSetSceneFlags(scene, static_cast<RTCSceneFlags>(flags));
     rtcSetSceneBuildQuality(scene, sceneQuality());
 
