@@ -156,14 +156,16 @@ void ProgressPrinter::showStep(const std::string& step, double share) {
     lastStep_ = step;
     if (!due(mode_ == ProgressMode::Plain ? kPlainIntervalNs : kBarIntervalNs)) return;
     const double seconds = static_cast<double>(nowNs() - stepStartNs_) * 1e-9;
+    const double left = share > 0.0 ? seconds * (1.0 - share) / share : -1.0;
     if (mode_ == ProgressMode::Json) {
-      const std::string line =
-          config::JsonText().add("step", step).add("share", share).add("seconds", seconds).object();
-      std::fprintf(stderr, "%s\n", line.c_str());
+      config::JsonText line;
+      line.add("step", step).add("share", share).add("seconds", seconds);
+      if (left >= 0.0) line.add("seconds_left", left);
+      std::fprintf(stderr, "%s\n", line.object().c_str());
       return;
     }
-    const std::string text =
-        std::to_string(static_cast<int>(100.0 * share)) + " %, " + durationText(seconds);
+    const std::string text = std::to_string(static_cast<int>(100.0 * share)) + " %, " +
+                             (left >= 0.0 ? durationText(left) + " left" : std::string("starting"));
     if (mode_ == ProgressMode::Plain)
       std::fprintf(stderr, "%s: %s\n", step.c_str(), text.c_str());
     else

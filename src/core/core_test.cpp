@@ -80,6 +80,8 @@ TEST(DiskCache, GivesBackWhatIsWholeAndRefusesTheRest) {
   const auto read = entry.read(3, sizeof(float));
   ASSERT_TRUE(read);
   EXPECT_TRUE(std::equal(read->begin(), read->end(), std::as_bytes(std::span(values)).begin()));
+  EXPECT_EQ(entry.readAll(sizeof(float)), read);
+  EXPECT_FALSE(CacheEntry(kind, folder, 8).readAll(sizeof(float)));
   EXPECT_FALSE(CacheEntry(kind, folder, 8).read(3, sizeof(float)));  // another key
   EXPECT_FALSE(entry.read(2, sizeof(float)));                        // another size
   EXPECT_FALSE(CacheEntry(other, folder, 7).read(3, sizeof(float)));
@@ -91,7 +93,12 @@ TEST(DiskCache, GivesBackWhatIsWholeAndRefusesTheRest) {
     bytes[i] ^= std::byte{16};
     writeFileAtomically(file, bytes);
     EXPECT_FALSE(entry.read(3, sizeof(float))) << "byte " << i;
+    EXPECT_FALSE(entry.readAll(sizeof(float))) << "byte " << i;
     bytes[i] ^= std::byte{16};
+  }
+  for (const std::size_t size : {std::size_t{0}, std::size_t{8}, bytes.size() - 4}) {
+    writeFileAtomically(file, std::span(bytes).first(size));
+    EXPECT_FALSE(entry.readAll(sizeof(float))) << size;
   }
   writeFileAtomically(file, bytes);
   EXPECT_TRUE(entry.read(3, sizeof(float)));

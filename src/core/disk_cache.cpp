@@ -39,18 +39,30 @@ CacheEntry::CacheEntry(const CacheKind& kind, const std::filesystem::path& folde
       file_(folder.empty() ? std::filesystem::path() : folder / fileName(kind, key)),
       key_(key) {}
 
+std::optional<std::size_t> CacheEntry::contentBytes() const {
+  if (file_.empty()) return std::nullopt;
+  std::error_code failed;
+  const std::uintmax_t size = std::filesystem::file_size(file_, failed);
+  if (failed) return std::nullopt;
+  return size < sizeof(Header) ? 0 : static_cast<std::size_t>(size) - sizeof(Header);
+}
+
+std::nullopt_t CacheEntry::damaged() const {
+  log::warning(file_.string() + " is damaged: " + kind_.whenDamaged);
+  return std::nullopt;
+}
+
+std::optional<std::vector<std::byte>> CacheEntry::readAll(std::size_t elementBytes) const {
+  const std::optional<std::size_t> size = contentBytes();
+  return size ? read(*size / elementBytes, elementBytes) : std::nullopt;
+}
+
 std::optional<std::vector<std::byte>> CacheEntry::read(std::size_t count,
                                                        std::size_t elementBytes) const {
-  if (file_.empty()) return std::nullopt;
-  std::error_code ignored;
-  const std::size_t wanted = sizeof(Header) + count * elementBytes;
-  const std::uintmax_t size = std::filesystem::file_size(file_, ignored);
-  if (ignored) return std::nullopt;
-  const auto damaged = [&] {
-    log::warning(file_.string() + " is damaged: " + kind_.whenDamaged);
-    return std::nullopt;
-  };
-  if (size != wanted) return damaged();
+  const std::optional<std::size_t> size = contentBytes();
+  if (!size) return std::nullopt;
+  if (*size != count * elementBytes) return damaged();
+  const std::size_t wanted = sizeof(Header) + *size;
   std::vector<std::byte> bytes;
   try {
     bytes = readFile(file_, wanted);

@@ -32,10 +32,16 @@ class CacheEntry {
   /// The contents, if the file is there and whole: `count` elements of `elementBytes`. A damaged or
   /// unreadable file is warned of.
   std::optional<std::vector<std::byte>> read(std::size_t count, std::size_t elementBytes) const;
+  /// The same of as many elements as the file has.
+  std::optional<std::vector<std::byte>> readAll(std::size_t elementBytes) const;
   /// Writes the file whole or not at all; what cannot be written is warned of.
   void write(std::span<const std::byte> contents, std::size_t count) const;
 
  private:
+  /// Of the contents; none without a file.
+  std::optional<std::size_t> contentBytes() const;
+  std::nullopt_t damaged() const;
+
   const CacheKind& kind_;
   std::filesystem::path file_;
   std::uint64_t key_;

@@ -13,6 +13,7 @@ struct SceneRaster::State {
   GBufferPass gbuffer{scene};
   DiffusePass diffuse{scene};
   CompositePass composite;
+  std::filesystem::path levelCache;
 };
 
 SceneRaster::SceneRaster(const scene::Scene& scene, const frame::Geometry& geometry)
@@ -33,9 +34,13 @@ void SceneRaster::update(const frame::Geometry& geometry, std::span<const int> c
   state_->gbuffer.forget(changedObjects);
 }
 
+void SceneRaster::cacheLevelsIn(std::filesystem::path folder) {
+  state_->levelCache = std::move(folder);
+}
+
 void SceneRaster::buildDetailLevels(const scene::Scene& scene, const frame::Geometry& geometry,
                                     const frame::Lighting& lighting) {
-  state_->scene.buildDetailLevels(scene, geometry, lighting);
+  state_->scene.buildDetailLevels(scene, geometry, lighting, state_->levelCache);
 }
 
 GBuffer SceneRaster::makeGBuffer(const GBufferSize& size) const {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -43,6 +44,8 @@ class SceneRaster {
 
   /// Re-uploads the vertices of changed objects (indices into geometry.objects).
   void update(const frame::Geometry& geometry, std::span<const int> changedObjects);
+  /// Where buildDetailLevels() keeps what it makes; nowhere without it.
+  void cacheLevelsIn(std::filesystem::path folder);
   /// Makes coarser levels of the objects for passes that draw them; once, before the first frame.
   void buildDetailLevels(const scene::Scene& scene, const frame::Geometry& geometry,
                          const frame::Lighting& lighting);

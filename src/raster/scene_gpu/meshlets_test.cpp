@@ -3,7 +3,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <iterator>
+#include <span>
+#include <vector>
+
+#include "core/file.h"
 #include "frame/test_scenes.h"
+#include "raster/scene_gpu/level_cache.h"
 #include "scene/animate.h"
 #include "scene/shapes/shapes.h"
 
@@ -92,6 +101,52 @@ TEST(DetailLevels, KeepTheEdgesOfAmbientOcclusion) {
   EXPECT_LT(fewestWithout(0.0f), 100u);
   EXPECT_GE(fewestWithout(3.0f), 2u * 40u);  // beside the edge, and on both sides of it
   EXPECT_LT(fewestWithout(3.0f), 40u * 40u);
+}
+
+bool sameLevels(const raster::DetailLevels& a, const raster::DetailLevels& b) {
+  const auto same = [](const auto& x, const auto& y) {
+    return std::ranges::equal(std::as_bytes(std::span(x)), std::as_bytes(std::span(y)));
+  };
+  return same(a.indices, b.indices) && same(a.meshlets, b.meshlets) && same(a.levels, b.levels) &&
+         same(a.firstOfObject, b.firstOfObject);
+}
+
+TEST(DetailLevels, AreTheSameFromTheCache) {
+  const auto folder = std::filesystem::temp_directory_path() / "catoptric_levels_test";
+  std::filesystem::remove_all(folder);
+  test::SceneBuilder builder;
+  builder.add(scene::makeSphere(1.0f, 64, 32, scene::UvMode::Metres), builder.diffuse(Vec3(0.5f)));
+  builder.add(scene::makePlane({4.0f, 4.0f}, {20, 20}, scene::UvMode::Metres),
+              builder.diffuse(Vec3(0.5f)));
+  frame::Geometry geometry =
+      frame::makeGeometry(builder.scene(), scene::poseAt(builder.scene(), 0.0));
+  std::vector<raster::LevelSource> sources(2);
+  const auto files = [&] { return std::distance(std::filesystem::directory_iterator(folder), {}); };
+  const raster::DetailLevels made = raster::buildDetailLevels(geometry, sources, 1.0f);
+  ASSERT_GT(made.levels.size(), 4u);
+  // Not there, made and kept; read; damaged, made anew and kept whole again; read
+  for (const bool damage : {false, false, true, false}) {
+    if (damage) {
+      const auto file = std::filesystem::directory_iterator(folder)->path();
+      std::vector<std::byte> bytes = readFile(file);
+      bytes[bytes.size() / 2] ^= std::byte{1};
+      writeFileAtomically(file, bytes);
+    }
+    EXPECT_TRUE(sameLevels(made, raster::cachedDetailLevels(geometry, sources, 1.0f, folder)));
+    EXPECT_EQ(files(), 1);
+  }
+  // Anything else that levels depend on
+  raster::cachedDetailLevels(geometry, sources, 2.0f, folder);
+  sources[0].albedo = 0.5f;
+  raster::cachedDetailLevels(geometry, sources, 1.0f, folder);
+  sources[1].whole = true;
+  raster::cachedDetailLevels(geometry, sources, 1.0f, folder);
+  geometry.attributes[5].bake.x = 0.5f;
+  raster::cachedDetailLevels(geometry, sources, 1.0f, folder);
+  geometry.positions[5].x += 0.01f;
+  raster::cachedDetailLevels(geometry, sources, 1.0f, folder);
+  EXPECT_EQ(files(), 6);
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "core/srgb.h"
 #include "raster/constants.h"
+#include "raster/scene_gpu/level_cache.h"
 
 namespace catoptric::raster {
 namespace {
@@ -115,7 +116,8 @@ void SceneGpu::update(const frame::Geometry& geometry, std::span<const int> chan
 }
 
 void SceneGpu::buildDetailLevels(const scene::Scene& scene, const frame::Geometry& geometry,
-                                 const frame::Lighting& lighting) {
+                                 const frame::Lighting& lighting,
+                                 const std::filesystem::path& cache) {
   std::vector<LevelSource> sources;
   for (const scene::Object& object : scene.objects) {
     const scene::Material& material = scene.materials[object.material];
@@ -127,7 +129,7 @@ void SceneGpu::buildDetailLevels(const scene::Scene& scene, const frame::Geometr
                                 !scene.meshes[object.mesh].morphTargets.empty(),
                        .albedo = largest(albedo)});
   }
-  levels_ = raster::buildDetailLevels(geometry, sources, skyIrradiance(lighting));
+  levels_ = cachedDetailLevels(geometry, sources, skyIrradiance(lighting), cache);
   const auto base = static_cast<std::uint32_t>(meshlets_.indices.size());
   for (Meshlet& meshlet : levels_.meshlets) meshlet.firstIndex += base;
   std::vector<std::uint32_t> all = meshlets_.indices;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <vector>
 
@@ -46,9 +47,9 @@ class SceneGpu {
 
   /// Re-uploads the vertices of changed objects (indices into geometry.objects).
   void update(const frame::Geometry& geometry, std::span<const int> changedObjects);
-  /// Makes coarser levels of the objects; once, before the first frame.
+  /// Makes coarser levels of the objects, or takes them from `cache`; once, before the first frame.
   void buildDetailLevels(const scene::Scene& scene, const frame::Geometry& geometry,
-                         const frame::Lighting& lighting);
+                         const frame::Lighting& lighting, const std::filesystem::path& cache);
 
   std::span<const DeviceObject> objects() const { return objects_; }  ///< by id - 1
   const Materials& materials() const { return materials_; }

@@ -139,6 +139,7 @@ void Stage::buildRaster() {
   timer_.setFinish([this] { context_->finish("start-up"); });
   raster_ = timer_.measure(
       "programs", [&] { return std::make_unique<raster::SceneRaster>(scene_, geometry_); });
+  raster_->cacheLevelsIn(cacheFolder());
 }
 
 std::vector<int> Stage::moveTo(double timeSeconds, frame::StepTimer* timer) {

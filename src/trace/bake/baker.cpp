@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/parallel.h"
 #include "core/sampling.h"
@@ -239,23 +240,20 @@ Baker::Gathered Baker::gatherPoint(std::size_t point, std::span<const Vec2> latt
   return gathered;
 }
 
-std::vector<Vec4> Baker::gather(const std::vector<Vec3>& leaving, int count) {
+void Baker::gatherAt(std::span<const std::uint32_t> points, const std::vector<Vec3>& leaving,
+                     int count, Gather& all) {
   const std::vector<Vec2> lattice = latticePoints(count);
-  std::vector<Vec4> values(points_.size());
-  std::vector<std::uint8_t> valid(points_.size(), 1);
-  std::vector<float> noise(points_.size(), 0.0f);
   const bool emits = !emitters_.triangles.empty() && emitters_.total > 0.0;
-  parallelFor(points_.size(), kPointsPerTask, [&](std::size_t begin, std::size_t end) {
+  parallelFor(points.size(), kPointsPerTask, [&](std::size_t begin, std::size_t end) {
     if (stopped()) return;
     Buffers buffers;
     buffers.rays.resize(std::max<std::size_t>(lattice.size(), kEmitterRays));
     buffers.hits.resize(lattice.size());
     buffers.free.resize(kEmitterRays);
-    for (std::size_t i = begin; i < end; ++i) {
+    for (const std::uint32_t i : points.subspan(begin, end - begin)) {
       const Vec2 shift = shiftOf(i);
       const Gathered gathered = gatherPoint(i, lattice, shift, leaving, buffers);
-      if (static_cast<float>(gathered.back) >= kEnclosedShare * static_cast<float>(count))
-        valid[i] = 0;
+      all.valid[i] = static_cast<float>(gathered.back) < kEnclosedShare * static_cast<float>(count);
       Vec3 sum(0.0f);
       std::array<float, kGroups> groups{};
       for (int k = 0; k < kGroups; ++k) {
@@ -264,24 +262,63 @@ std::vector<Vec4> Baker::gather(const std::vector<Vec3>& leaving, int count) {
         groups[k] = (part.x + part.y + part.z) / 3.0f;
       }
       const float scale = kPi / static_cast<float>(count);
-      noise[i] = standardError(groups, scale);
+      all.noise[i] = standardError(groups, scale);
       Vec3 irradiance = sum * scale;
       if (emits) irradiance += emitterLight(i, shift, count, buffers);
-      values[i] = Vec4(irradiance, static_cast<float>(gathered.open) / static_cast<float>(count));
+      all.values[i] =
+          Vec4(irradiance, static_cast<float>(gathered.open) / static_cast<float>(count));
     }
     rays_ += (end - begin) * (lattice.size() + (emits ? kEmitterRays : 0));
     advance((end - begin) * lattice.size());
   });
-  if (!stopped()) fillAndSmooth(valid, noise, values);
-  return values;
+}
+
+std::vector<std::uint32_t> Baker::disagreeing(const Gather& all) const {
+  std::vector<std::uint32_t> points;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const std::span<const std::uint32_t> neighbours = points_.neighboursOf(i);
+    // The standard error of one point is an estimate by few groups itself
+    float variance = all.noise[i] * all.noise[i];
+    for (const std::uint32_t n : neighbours) variance += all.noise[n] * all.noise[n];
+    variance /= static_cast<float>(neighbours.size() + 1);
+    const float own = brightness(all.values[i]);
+    bool agrees = !neighbours.empty() && variance <= kAgreeingNoise * kAgreeingNoise * own * own;
+    for (const std::uint32_t n : neighbours) {
+      const float difference = brightness(all.values[n]) - own;
+      const float allowed = kAgreeingErrors * kAgreeingErrors * 2.0f * variance;
+      agrees = agrees && all.valid[n] == all.valid[i] && difference * difference <= allowed;
+    }
+    if (!agrees) points.push_back(static_cast<std::uint32_t>(i));
+  }
+  return points;
+}
+
+std::vector<Vec4> Baker::gather(const std::vector<Vec3>& leaving, int count, bool adaptive) {
+  Gather all{.values = std::vector<Vec4>(points_.size()),
+             .valid = std::vector<std::uint8_t>(points_.size(), 1),
+             .noise = std::vector<float>(points_.size(), 0.0f)};
+  std::vector<std::uint32_t> every(points_.size());
+  std::iota(every.begin(), every.end(), 0u);
+  if (adaptive) {
+    gatherAt(every, leaving, std::max(16, count / kAgreeingRaysDivisor), all);
+    const std::vector<std::uint32_t> rest = disagreeing(all);
+    plannedRays_ -= (points_.size() - rest.size()) * static_cast<std::uint64_t>(count);
+    gatherAt(rest, leaving, count, all);
+  } else {
+    gatherAt(every, leaving, count, all);
+  }
+  if (!stopped()) fillAndSmooth(all.valid, all.noise, all.values);
+  return all.values;
 }
 
 std::vector<Vec4> Baker::full() {
   emitters_ = findEmitters(scene_, geometry_);
   const int gathers = std::max(1, scene_.bake.bounces);
   const int earlierRays = std::max(16, scene_.bake.rays / kEarlierRaysDivisor);
-  plannedRays_ = points_.size() * static_cast<std::uint64_t>(kShadowRays + scene_.bake.rays +
-                                                             (gathers - 1) * earlierRays);
+  const int agreeingRays = std::max(16, scene_.bake.rays / kAgreeingRaysDivisor);
+  plannedRays_ =
+      points_.size() * static_cast<std::uint64_t>(kShadowRays + agreeingRays + scene_.bake.rays +
+                                                  (gathers - 1) * earlierRays);
   const std::vector<Vec3> direct = directLight();
 
   // Each gather sees all light that the one before has found; the last one is the finest.
@@ -293,7 +330,7 @@ std::vector<Vec4> Baker::full() {
     const std::vector<Vec3> leaving = scene_.bake.bounces > 0
                                           ? radiosity(irradiance)
                                           : std::vector<Vec3>(geometry_.vertexCount(), Vec3(0.0f));
-    const std::vector<Vec4> indirect = gather(leaving, rays);
+    const std::vector<Vec4> indirect = gather(leaving, rays, last);
     if (stopped()) return values;
     for (std::size_t i = 0; i < points_.size(); ++i) {
       values[i] = Vec4(direct[i] + Vec3(indirect[i]) + kPi * scene_.ambient * indirect[i].w, 0.0f);

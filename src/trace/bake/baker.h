@@ -25,7 +25,14 @@ inline constexpr int kEnclosedRays = 32;        ///< closest hits that decide it
 inline constexpr int kShadowRays = 32;          ///< per light with a radius, in penumbrae
 inline constexpr int kRimRays = 8;              ///< to the rim of a light: all alike, no penumbra
 inline constexpr int kEmitterRays = 16;         ///< towards emissive surfaces
-inline constexpr int kEarlierRaysDivisor = 4;   ///< gathers before the last take fewer rays
+inline constexpr int kEarlierRaysDivisor = 8;   ///< gathers before the last take fewer rays
+/// The last gather's share of rays from points that agree with their neighbours, whose mean they
+/// take afterwards.
+inline constexpr int kAgreeingRaysDivisor = 4;
+/// They agree where values differ by no more than so many standard errors, which are no more than
+/// so much of the value themselves.
+inline constexpr float kAgreeingErrors = 3.0f;
+inline constexpr float kAgreeingNoise = 0.25f;
 inline constexpr int kSmoothIterations = 6;
 inline constexpr std::size_t kPointsPerTask = 32;
 
@@ -62,7 +69,19 @@ class Baker {
   std::vector<Vec3> directLight();
   std::vector<Vec3> radiosity(const std::vector<Vec3>& irradiance) const;
   /// One gather: rgb irradiance of sky, surfaces and emitters; a = free share within the distance.
-  std::vector<Vec4> gather(const std::vector<Vec3>& leaving, int rays);
+  /// With `adaptive`, fewer rays from points that agree with their neighbours.
+  std::vector<Vec4> gather(const std::vector<Vec3>& leaving, int rays, bool adaptive);
+  /// What a gather knows of all points.
+  struct Gather {
+    std::vector<Vec4> values;
+    std::vector<std::uint8_t> valid;  ///< 0: inside something
+    std::vector<float> noise;         ///< standard error of each value's brightness
+  };
+  /// Gathers at some points alone.
+  void gatherAt(std::span<const std::uint32_t> points, const std::vector<Vec3>& leaving, int rays,
+                Gather& all);
+  /// Points whose value or validity is not that of their neighbours.
+  std::vector<std::uint32_t> disagreeing(const Gather& all) const;
   /// Shoots a ray for each point of the lattice and sums the light of what they meet.
   Gathered gatherPoint(std::size_t point, std::span<const Vec2> lattice, const Vec2& shift,
                        const std::vector<Vec3>& leaving, Buffers& buffers);
