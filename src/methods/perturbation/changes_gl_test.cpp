@@ -66,6 +66,42 @@ TEST(PerturbationChanges, FollowsWhatMovesAndGivesTheFrameOfAFreshRun) {
   EXPECT_EQ(one.reflection, other.reflection);
 }
 
+/// A wall of mirrors, each turned a little, before a floor and a box that moves.
+scene::Scene wallOfMirrors() {
+  test::SceneBuilder builder = stage(scene::makePlane({0.2f, 0.2f}, {1, 1}, scene::UvMode::Unit),
+                                     uprightAt({-1.2f, 0.0f, -0.5f}));
+  const int mirror = builder.reflective(0.9f);
+  for (int i = 1; i < 144; ++i) {
+    const Vec3 at(-1.2f + 0.22f * static_cast<float>(i % 12), 0.22f * static_cast<float>(i / 12),
+                  -0.5f);
+    builder.add(scene::makePlane({0.2f, 0.2f}, {1, 1}, scene::UvMode::Unit), mirror,
+                uprightAt(at) * test::rotation(static_cast<float>(i % 7 - 3), {0.0f, 0.0f, 1.0f}));
+  }
+  builder.move(2, {-0.3f, 0.0f, 0.0f}, 2.0f);
+  return builder.scene();
+}
+
+TEST(PerturbationChanges, ManyMirrorsStayWithinTheirMemory) {
+  Comparison all(wallOfMirrors(), kFront);
+  EXPECT_GT(all.samples, 5000u);
+  EXPECT_LT(all.l1Of8Bit, 0.5);
+  EXPECT_EQ(all.output.counters.at("objects_left_out"), 0u);
+  // Of 144 mirrors and 146 objects nearly none see each other
+  EXPECT_LT(all.output.counters.at("vertices"), 20u * 144u * 26u / 4u);
+  const char* const little = R"({"memory_mib": 1})";
+  Comparison few(wallOfMirrors(), kFront, little);
+  EXPECT_GT(few.output.counters.at("objects_left_out"), 20u);
+  EXPECT_GT(few.output.counters.at("environment"), all.output.counters.at("environment"));
+  // What is left out does not depend on the frames before
+  few.moveTo(0.5);
+  few.moveTo(1.5);
+  Comparison fresh(wallOfMirrors(), kFront, little);
+  fresh.moveTo(1.5);
+  EXPECT_EQ(few.reflection, fresh.reflection);
+  EXPECT_EQ(few.output.counters.at("objects_left_out"),
+            fresh.output.counters.at("objects_left_out"));
+}
+
 void expectOnlyChangesDrawn(const scene::Scene& scene, const std::string& options) {
   Comparison parts(scene, kFront, options);
   Comparison whole(scene, kFront, options);

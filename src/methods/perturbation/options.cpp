@@ -1,5 +1,7 @@
 #include "methods/perturbation/options.h"
 
+#include <string>
+
 namespace catoptric::methods::perturbation {
 namespace {
 
@@ -12,6 +14,21 @@ constexpr auto kOrders = config::names<Order>({{"nearest", Order::Nearest},
                                                {"quadratic", Order::Quadratic},
                                                {"auto", Order::Auto}});
 constexpr auto kSeveral = config::names<bool>({{"minima", false}, {"groups", true}});
+
+/// An integer of MiB, kept in bytes.
+config::Option<Options> memory() {
+  return {{.name = "memory_mib",
+           .type = config::FieldType::Integer,
+           .help = "memory of the virtual objects, MiB; once they have it, mirrors show no more "
+                   "objects: the environment is seen there (counted: objects_left_out). It bounds "
+                   "the time of scenes with many mirrors, too",
+           .defaultText = std::to_string(Options{}.memoryBytes >> 20),
+           .minimum = 1,
+           .maximum = 65536},
+          [](Options& options, const config::Value& value) {
+            options.memoryBytes = static_cast<std::uint64_t>(value.asInteger()) << 20;
+          }};
+}
 
 }  // namespace
 
@@ -57,6 +74,7 @@ const config::OptionTable<Options>& optionTable() {
            "reflectors, per pixel of the image and 262144 at least; then its edges are halved no "
            "more, and its reflections are coarser than tessellation_error (a warning says so; "
            "counted: coarse_objects)"),
+       memory(),
        field(&Options::countDisocclusions, "count_disocclusions",
              "trace a ray by Embree at each sample that no virtual object covers: where it meets a "
              "surface, the sample is counted (disoccluded) and marked (mask.disoccluded); takes "

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include "config/options.h"
 #include "methods/perturbation/reflector.h"
@@ -15,6 +16,7 @@ struct Options {
   std::size_t maxBounces = 1;
   std::size_t maxPathTypes = 1024;
   float tracedPerPixel = 8.0f;
+  std::uint64_t memoryBytes = std::uint64_t{1} << 30;  ///< of virtual objects
   bool countDisocclusions = false;
 };
 

@@ -34,11 +34,19 @@ using Sequence = std::vector<Meeting>;  ///< from the eye on
 
 /// What is kept of one sequence of reflectors while they and the camera stand still.
 struct PathType {
-  std::optional<Reflector> paths;        ///< none: a plane by itself, exactly
-  std::vector<Plane<double>> planes;     ///< where all of them are
-  std::uint32_t number = 0;              ///< of samples that show them
-  std::map<int, VirtualObject> objects;  ///< by index in geometry.objects
+  std::optional<Reflector> paths;     ///< none: a plane by itself, exactly
+  std::vector<Plane<double>> planes;  ///< where all of them are
+  std::uint32_t number = 0;           ///< of samples that show them
+  /// By index in geometry.objects; what shows nothing has none.
+  std::map<int, VirtualObject> objects;
+  /// Likewise what each takes, 0 where nothing of it shows; kUnknown: it was not looked for.
+  std::vector<std::uint64_t> bytes;
+  static constexpr std::uint64_t kUnknown = ~std::uint64_t{0};
   bool occurs() const { return !paths || paths->pathCount() > 0; }
+  void forgetObjects() {
+    objects.clear();
+    bytes.clear();
+  }
 };
 
 /// The body inside which a path is after these turns; -1: none. Such bodies are solid: a path that

@@ -15,6 +15,7 @@
 #include "methods/perturbation/kinds.h"
 #include "methods/perturbation/options.h"
 #include "methods/perturbation/path_types.h"
+#include "methods/perturbation/plane_culling.h"
 #include "methods/perturbation/reports.h"
 #include "methods/perturbation/slow_news.h"
 #include "methods/perturbation/virtual_layers.h"
@@ -85,6 +86,7 @@ class Perturbation : public Method {
                                 " implicit mirrors; again when something moves",
                             0});
     }
+    if (planar + curved > 0) planObjects(scene, static_cast<std::uint64_t>(planar + curved), plan);
     planDrawing(scene, settings, several, plan);
     return plan;
   }
@@ -134,6 +136,24 @@ class Perturbation : public Method {
                    "found: the surroundings show there, or black; take linear, quadratic or auto");
       return;
     }
+  }
+
+  /// The virtual objects: each one in each sequence of mirrors.
+  void planObjects(const scene::Scene& scene, std::uint64_t mirrors, MethodPlan& plan) const {
+    std::uint64_t ofMirror = 0;
+    for (const scene::Object& object : scene.objects) {
+      const auto vertices = scene.meshes[static_cast<std::size_t>(object.mesh)].positions.size();
+      ofMirror += kObjectBytes + vertices * kVertexBytes;
+    }
+    const std::uint64_t types = mostTypes(mirrors);
+    const std::uint64_t all = types * ofMirror;
+    plan.items.push_back(
+        {"resource", "virtual objects",
+         "at most, before edges are halved: " + std::to_string(scene.objects.size()) +
+             " objects in " + std::to_string(types) + " sequences of mirrors" +
+             (all > options_.memoryBytes ? ", more than memory_mib allows: the others are left out"
+                                         : "; with halved edges no more than memory_mib"),
+         std::min(all, options_.memoryBytes)});
   }
 
   /// What is drawn, read back and allocated for it; `several`: reflections in reflections.
@@ -188,7 +208,9 @@ class Perturbation : public Method {
   /// and what moved may show; none: all.
   std::optional<raster::Region> update(const FrameInput& input, Services& services,
                                        Counters& counters) {
-    const bool all = input.firstOfSequence || lastCamera_ != input.frame.camera;
+    // What did not fit depends on what was there before: it would be another in a run of its own
+    const bool all =
+        input.firstOfSequence || lastCamera_ != input.frame.camera || objectsLeftOut_ > 0;
     lastCamera_ = input.frame.camera;
     std::optional<raster::Region> part = input.changedSamples;
     if (all) part.reset();
@@ -220,47 +242,116 @@ class Perturbation : public Method {
     return part;
   }
 
+  /// What an update has made.
+  struct Made {
+    TriangleCounts counts;
+    std::vector<std::string> coarse;
+    std::vector<std::string> leftOut;
+    std::uint64_t beyond = 0;  ///< objects in sequences of mirrors that memory_mib leaves out
+    std::string firstBeyond;
+    std::uint64_t bytes = 0;  ///< of all virtual objects, also those that were there
+  };
+
   /// Makes the virtual objects that are missing or have changed, and adds to `part` where those
   /// showed before and show now.
   template <class Changed>
   void updateObjects(const Changed& changed, const View& view, Services& services,
                      std::optional<raster::Region>& part, SlowNews& news, Counters& counters) {
-    const frame::Geometry& geometry = services.geometry;
-    TriangleCounts counts;
-    std::vector<std::string> coarse;
-    std::vector<std::string> leftOut;
-    for (auto& [sequence, type] : types_) {
+    const bool fresh =
+        std::ranges::all_of(types_, [](const auto& type) { return type.second.bytes.empty(); });
+    Made made = makeObjects(changed, view, services, part, news);
+    std::uint64_t largest = 0;
+    for (const frame::ObjectRange& range : services.geometry.objects)
+      largest = std::max(largest, leastBytes(range));
+    if (!fresh && made.bytes + largest > options_.memoryBytes) {
+      // What fits must not depend on what was there: all in their order, as in a run of its own
+      part.reset();
+      for (auto& [sequence, type] : types_) type.forgetObjects();
+      made = makeObjects(changed, view, services, part, news);
+    }
+    for (const auto& [sequence, type] : types_) {
       if (!type.occurs()) continue;
       ++counters["path_types"];
-      if (type.paths) counts.paths.paths += type.paths->pathCount();
+      if (type.paths) made.counts.paths.paths += type.paths->pathCount();
+    }
+    types_.linkObjects(services.scene);
+    putCounts(made.counts, counters);
+    objectsLeftOut_ = made.beyond;
+    counters["objects_left_out"] = objectsLeftOut_;
+    warnOfCoarse(made.coarse);
+    warnOfLeftOut(made.leftOut, made.counts.paths.leftOut);
+    warnOfBeyond(made);
+  }
+
+  template <class Changed>
+  Made makeObjects(const Changed& changed, const View& view, Services& services,
+                   std::optional<raster::Region>& part, SlowNews& news) {
+    const frame::Geometry& geometry = services.geometry;
+    PlaneCulling culling(geometry, view.camera, services.gbuffer->sampleWidth(),
+                         services.gbuffer->sampleHeight());
+    Made made;
+    for (auto& [sequence, type] : types_) {
+      if (!type.occurs()) continue;
+      type.bytes.resize(geometry.objects.size(), PathType::kUnknown);
+      for (int o = 0; o < static_cast<int>(geometry.objects.size()); ++o) {
+        std::uint64_t& bytes = type.bytes[static_cast<std::size_t>(o)];
+        if (changed(o)) bytes = PathType::kUnknown;
+        if (bytes != PathType::kUnknown) made.bytes += bytes;
+      }
+    }
+    for (auto& [sequence, type] : types_) {
+      if (!type.occurs()) continue;
       const int body = inside(services.scene, sequence);
       for (int o = 0; o < static_cast<int>(geometry.objects.size()); ++o) {
-        if (type.objects.contains(o) && !changed(o)) continue;
+        std::uint64_t& bytes = type.bytes[static_cast<std::size_t>(o)];
+        if (bytes != PathType::kUnknown) continue;
+        bytes = 0;
         const auto old = type.objects.find(o);
         if (old != type.objects.end()) {
           if (part) part->add(old->second.where);
           type.objects.erase(old);
         }
         if (body >= 0 && body != o) continue;
+        if (!type.planes.empty() && culling.hides(type.planes, sequence[0].object, o)) continue;
+        if (made.bytes + leastBytes(geometry.objects[static_cast<std::size_t>(o)]) >
+            options_.memoryBytes) {
+          if (made.beyond++ == 0) made.firstBeyond = nameOf(services.scene, sequence, o);
+          continue;
+        }
         const std::string name = nameOf(services.scene, sequence, o);
         news.begin(name);
-        TriangleCounts made;
-        const VirtualTriangles* triangles =
-            trianglesOf(geometry, sequence.back().object, type, o, view, news, made);
-        counts.add(made);
-        if (made.coarse > 0) coarse.push_back(name);
-        if (made.paths.leftOut > 0) leftOut.push_back(name);
-        if (!triangles) continue;
-        const auto drawn = type.objects.emplace(
-            o, VirtualObject(*triangles, view.camera, services.gbuffer->sampleWidth(),
-                             services.gbuffer->sampleHeight()));
-        if (part) part->add(drawn.first->second.where);
+        bytes = makeObject(sequence, type, o, name, view, services, part, news, made);
+        made.bytes += bytes;
       }
     }
-    types_.linkObjects(services.scene);
-    putCounts(counts, counters);
-    warnOfCoarse(coarse);
-    warnOfLeftOut(leftOut, counts.paths.leftOut);
+    return made;
+  }
+
+  /// One of them; returns its bytes.
+  std::uint64_t makeObject(const Sequence& sequence, PathType& type, int o, const std::string& name,
+                           const View& view, Services& services,
+                           std::optional<raster::Region>& part, SlowNews& news, Made& all) {
+    TriangleCounts counts;
+    const VirtualTriangles* const triangles =
+        trianglesOf(services.geometry, sequence.back().object, type, o, view, news, counts);
+    all.counts.add(counts);
+    if (counts.coarse > 0) all.coarse.push_back(name);
+    if (counts.paths.leftOut > 0) all.leftOut.push_back(name);
+    // What curved mirrors show nothing of has taken its time, which memory_mib bounds, too
+    const std::uint64_t searched = type.planes.empty() ? counts.vertices * kVertexBytes : 0;
+    if (!triangles) return searched;
+    VirtualObject drawn(*triangles, view.camera, services.gbuffer->sampleWidth(),
+                        services.gbuffer->sampleHeight());
+    if (drawn.triangles.empty()) return searched;
+    if (part) part->add(drawn.where);
+    const std::uint64_t bytes = drawn.bytes();
+    type.objects.emplace(o, std::move(drawn));
+    return std::max(bytes, searched);
+  }
+
+  /// What an object takes at least, unless it is not seen at all.
+  static std::uint64_t leastBytes(const frame::ObjectRange& range) {
+    return kObjectBytes + range.vertexCount * kVertexBytes;
   }
 
   void putCounts(const TriangleCounts& counts, Counters& counters) const {
@@ -338,6 +429,18 @@ class Perturbation : public Method {
                  "(counted: reflections_left_out)");
   }
 
+  /// Says once in a run that mirrors show fewer objects than there are.
+  void warnOfBeyond(const Made& made) {
+    if (made.beyond == 0 || warnedOfBeyond_) return;
+    warnedOfBeyond_ = true;
+    log::warning("perturbation: " + made.firstBeyond + " and " + std::to_string(made.beyond - 1) +
+                 " more objects in mirrors are left out, and show the environment: virtual objects "
+                 "have reached memory_mib (" +
+                 std::to_string(options_.memoryBytes >> 20) +
+                 "). Raise it, or take the method traced, which renders many mirrors in less time "
+                 "(counted: objects_left_out)");
+  }
+
   /// Of the whole frame.
   std::uint64_t countDisocclusions(Services& services, const scene::Camera& camera) const {
     raster::GBuffer& gbuffer = *services.gbuffer;
@@ -373,6 +476,8 @@ class Perturbation : public Method {
   VirtualLayers layers_;
   bool warnedOfCoarse_ = false;
   bool warnedOfLeftOut_ = false;
+  bool warnedOfBeyond_ = false;
+  std::uint64_t objectsLeftOut_ = 0;          ///< in the last frame
   std::map<int, Connectivity> connectivity_;  ///< by index in geometry.objects
   VirtualTriangles triangles_;                ///< of one object, for the next
 };

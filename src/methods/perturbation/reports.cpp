@@ -37,6 +37,8 @@ const std::vector<CounterInfo>& perturbationCounters() {
        "auto, which cuts them"},
       {"coarse_objects",
        "objects whose edges were halved no more because they had cost traced_per_pixel paths"},
+      {"objects_left_out",
+       "objects in mirrors beyond memory_mib, which show the environment in their place"},
       {"linear", "reflections found by moving a sampled path by its Jacobian"},
       {"quadratic", "reflections found by moving a path by its Jacobian and Hessian"},
       {"retraced", "reflections for which a path was traced anew"},

@@ -84,6 +84,11 @@ VirtualObject::VirtualObject(const VirtualTriangles& source, const scene::Camera
   vertices.setIndices(indices);
 }
 
+std::uint64_t VirtualObject::bytes() const {
+  return kObjectBytes + positions.size() + attributes.size() + images.size() + places.size() +
+         indices.size() + triangles.size() * sizeof(Rectangle);
+}
+
 void drawVirtualObjects(raster::SceneRaster& raster, std::span<const VirtualObject* const> objects,
                         const VirtualPass& pass, const scene::Camera& camera,
                         const frame::Lighting& lighting, std::span<const Rectangle> parts) {
