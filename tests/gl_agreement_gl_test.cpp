@@ -92,6 +92,16 @@ const std::vector<SceneFile>& sceneFiles() {
       {"vase_lizard", {"vase_lizard"}, true},
       {"vase_sphere", {"vase_sphere"}},
       {"vase_window", {"vase_window"}, true},
+      {"pillars", {"pillars"}},
+      {"facade", {"facade"}},
+      {"gargoyle_plane", {"gargoyle_plane"}},
+      {"gargoyle_teapot", {"gargoyle_teapot"}},
+      {"glossy_complex", {"glossy_complex"}, true},
+      {"glossy_text", {"glossy_text"}},
+      {"ground_morph", {"ground_morph"}},
+      {"near_far", {"near_far"}},
+      {"statue_table", {"statue_table"}},
+      {"two_figures", {"two_figures"}, true},
   };
   return files;
 }
