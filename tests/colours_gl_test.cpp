@@ -254,5 +254,95 @@ TEST(Colours, MetalsInMetalsMultiply) {
       2);
 }
 
+// ---- Mirrored rays below the surface ----
+
+/// A mirror whose own diffuse light is none: rays that meet it itself are dark.
+scene::Material darkMirror(float s) {
+  scene::Material m;
+  m.baseColor = Vec3(0.0f);
+  scene::setReflectance(m, s, 0.0f);
+  return m;
+}
+
+/// Every pixel that shows an object is `level`, and bent normals are counted and marked.
+void expectEvenAndCounted(const scene::Scene& scene, const scene::Camera& camera, float level) {
+  byEveryMethod(scene, camera, 1, [&](const methods::MethodEntry&, const Frame& frame) {
+    int shown = 0;
+    int wrong = 0;
+    for (std::size_t i = 0; i < frame.pixels.size(); i += 4) {
+      if (frame.pixels[i + 3] < 1.0f) continue;
+      ++shown;
+      wrong += std::abs(frame.pixels[i] - level) > 1e-3f ? 1 : 0;
+    }
+    EXPECT_GT(shown, 800);
+    EXPECT_EQ(wrong, 0);
+    const auto bent = frame.counters.find("below_horizon");
+    if (bent == frame.counters.end()) return;  // methods of impostors do not count them
+    EXPECT_GT(bent->second, 20u);
+    if (frame.masks.empty()) return;
+    const auto marked = std::ranges::count_if(
+        frame.masks, [](std::uint16_t mask) { return (mask & raster::kMaskBelowHorizon) != 0; });
+    EXPECT_EQ(static_cast<std::uint64_t>(marked), bent->second);
+  });
+}
+
+TEST(Colours, FewTrianglesWithSmoothNormalsAreWhiteInAWhiteFurnace) {
+  SceneBuilder builder;
+  builder.constantEnvironment(Vec3(1.0f));
+  builder.scene().materials.push_back(darkMirror(1.0f));
+  builder.add(scene::makeIcosphere(1.0f, 1, scene::UvMode::Unit), 0);
+  scene::finishScene(builder.scene());
+  expectEvenAndCounted(builder.scene(),
+                       scene::lookAt({0.3f, 0.5f, 3.0f}, {}, {0.0f, 1.0f, 0.0f}, 0.8f), 1.0f);
+}
+
+TEST(Colours, NormalMappedFloorReflectsByItsLevelAlone) {
+  SceneBuilder builder;
+  builder.constantEnvironment(Vec3(1.0f));
+  scene::Scene& scene = builder.scene();
+  scene.materials.push_back(darkMirror(0.7f));
+  scene.materials[0].normalTexture.texture = addTexture(scene, 3,
+                                                        {{128, 128, 255, 255},
+                                                         {230, 128, 200, 255},
+                                                         {20, 128, 200, 255},
+                                                         {128, 235, 190, 255},
+                                                         {128, 30, 190, 255},
+                                                         {190, 190, 218, 255}});
+  builder.add(scene::makePlane({40.0f, 40.0f}, {1, 1}, scene::UvMode::Metres), 0);
+  scene::finishScene(scene);
+  expectEvenAndCounted(scene, scene::lookAt({0.0f, 1.0f, 4.0f}, {}, {0.0f, 1.0f, 0.0f}, 0.8f),
+                       0.7f);
+}
+
+TEST(Colours, BentNormalsAreTheSameInGlAndEmbree) {
+  SceneBuilder builder;
+  scene::Scene& scene = builder.scene();
+  scene.environment.type = scene::EnvironmentType::Gradient;
+  scene.environment.color = Vec3(0.2f, 0.4f, 0.9f);
+  scene.environment.horizon = Vec3(0.8f);
+  scene.environment.ground = Vec3(0.3f, 0.2f, 0.1f);
+  scene.materials.push_back(darkMirror(1.0f));
+  builder.add(scene::makeIcosphere(1.0f, 1, scene::UvMode::Unit), 0);
+  scene::finishScene(scene);
+  const scene::Camera camera = scene::lookAt({0.3f, 0.5f, 3.0f}, {}, {0.0f, 1.0f, 0.0f}, 0.8f);
+  const methods::MethodEntry& reference = methods::findMethod("reference");
+  const image::Image truth =
+      test::renderOnCpu(reference, R"({"samples": 1})", test::Moment(scene), camera, kSettings)
+          .image.value();
+  test::GlStage stage(scene, kSettings);
+  test::GlMethod(stage, methods::findMethod("traced")).render(camera);
+  const std::vector<float> pixels = stage.composite(camera);
+  int different = 0;
+  for (int y = 0; y < kSize; ++y) {
+    for (int x = 0; x < kSize; ++x) {
+      const float* p = &pixels[4 * static_cast<std::size_t>(y * kSize + x)];
+      float worst = 0.0f;
+      for (int c = 0; c < 4; ++c) worst = std::max(worst, std::abs(p[c] - truth.at(x, y, c)));
+      different += worst > 2e-3f ? 1 : 0;
+    }
+  }
+  EXPECT_LE(different, 2);  // on the silhouette
+}
+
 }  // namespace
 }  // namespace catoptric

@@ -315,6 +315,38 @@ float textureScale(const scene::Scene& scene, const scene::TextureSlot& slot) {
   return static_cast<float>(size) * std::sqrt(area);
 }
 
+bool bendsNormals(const scene::Scene& scene, const ObjectRange& range, int object) {
+  const scene::Material& material = scene.materials[scene.objects[object].material];
+  if (!(material.specularLevel > 0.0f) || material.refraction > 0.0f) return false;
+  return material.normalTexture.used() || (!scene.objects[object].planar && range.surface < 0);
+}
+
+bool aboveSurface(const Vec3& geometric, const Vec3& direction, Vec3& normal) {
+  const float viewer = -glm::dot(geometric, direction);
+  const float least = std::min(kElevationShare * viewer, kLeastElevation);
+  if (!(glm::dot(geometric, glm::reflect(direction, normal)) < least)) return false;
+  // The viewer along X, the part of the normal across the geometric one, and along that one
+  const Vec3 across = normal - glm::dot(normal, geometric) * geometric;
+  const float length2 = glm::dot(across, across);
+  const float b = std::max(viewer, 0.0f);
+  const Vec3 x = across / std::sqrt(std::max(length2, 1e-20f));
+  const float a = -glm::dot(x, direction);
+  const float r2 = a * a + b * b;
+  if (!(length2 > 1e-12f) || !(r2 > 1e-20f)) {
+    normal = geometric;
+    return true;
+  }
+  const float t = std::max(least, 0.0f);
+  const float q = std::sqrt(std::max(r2 - t * t, 0.0f));
+  const float cosine2 = (b * t - a * q) / r2;
+  const float sine2 = std::max(a * t + b * q, 0.0f) / r2;
+  const float larger = std::sqrt(0.5f + 0.5f * std::min(std::abs(cosine2), 1.0f));
+  const float smaller = 0.5f * sine2 / larger;
+  normal = cosine2 < 0.0f ? larger * x + smaller * geometric : smaller * x + larger * geometric;
+  normal = glm::normalize(normal);
+  return true;
+}
+
 Vec3 reflectionTint(const scene::Material& material, float metallic, const Vec3& albedo) {
   if (!material.tintVaries()) return material.reflectionTint;
   if (!material.metallicRoughnessTexture.used())
@@ -387,6 +419,8 @@ SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
     point.specularLevel = s < scene::kReflectiveThreshold ? 0.0f : s;
   }
   point.tint = reflectionTint(material, metallic, albedo);
+  if (point.specularLevel > 0.0f && bendsNormals(scene, range, object))
+    point.bent = aboveSurface(point.geometricNormal, direction, point.normal);
 
   // Diffuse radiance.
   if (material.unlit) {

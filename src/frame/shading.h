@@ -17,6 +17,8 @@
 //   n   = N; with a normal map t = normalize(tangent.xyz), b = cross(N, t) * tangent.w,
 //         m = 2 texel - 1, m.xy *= normalScale, n = normalize(m.x t + m.y b + m.z N).
 //         n = -n when the viewer sees the back of the triangle.
+//         Where s > 0 and bendsNormals(), the normal of the reflection (and of it alone) is bent
+//         by aboveSurface(): interpolated and mapped normals can mirror rays into the surface.
 //   albedo = baseColor * texel * vertex colour; unlit: L = albedo and nothing else.
 //   s, g: the material's; with a metallic-roughness texture g = roughnessFactor * texel.g,
 //         s = specularLevel(metallicFactor * texel.b, dielectricF0), 0 below kReflectiveThreshold.
@@ -110,7 +112,23 @@ struct SurfacePoint {
   float glossiness = 0.0f;     ///< g
   Vec3 tint{1.0f};             ///< of the reflection: (1 - s) diffuse + s tint reflection is seen
   int object = 0;              ///< id
+  bool bent = false;           ///< the normal is aboveSurface()'s
 };
+
+/// A mirrored ray leaves with at least this elevation above the triangle, as a sine, but no more
+/// than this share of the viewer's own: as Cycles' ensure_valid_specular_reflection().
+inline constexpr float kLeastElevation = 0.025f;
+inline constexpr float kElevationShare = 0.9f;
+
+/// Whether normals of an object's reflective places may have to be bent: no plane, no body that
+/// refracts, no implicit surface, whose normals are those of its places; but with a normal map.
+bool bendsNormals(const scene::Scene& scene, const ObjectRange& range, int object);
+
+/// Bends `normal` towards `geometric` as far as the ray that it mirrors needs to leave above the
+/// surface, and says whether that was needed. All of unit length; `geometric` turned to the viewer,
+/// from whom `direction` comes. In the plane of both normals, n = X sin a + G cos a mirrors the way
+/// to the viewer to the elevation v.X sin 2a + v.G cos 2a, which is solved for the largest a.
+bool aboveSurface(const Vec3& geometric, const Vec3& direction, Vec3& normal);
 
 /// The tint of a material's reflection where its metallic and albedo are these.
 Vec3 reflectionTint(const scene::Material& material, float metallic, const Vec3& albedo);

@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "core/file.h"
+#include "core/random.h"
 #include "frame/test_scenes.h"
 #include "image/image.h"
 #include "scene/animate.h"
@@ -319,6 +320,37 @@ TEST_F(ShadeSurface, MetallicRoughnessTexelsGiveSAndG) {
   EXPECT_NEAR(shade(down).glossiness, 0.1f, 1e-6f);
   builder.scene().materials[material].metallicFactor = 0.0f;
   EXPECT_EQ(shade(down).specularLevel, 0.0f);
+}
+
+TEST(AboveSurface, NormalsAreBentAsFarAsMirroredRaysNeed) {
+  const auto unit = [](std::uint32_t i) {
+    const auto f = [](std::uint32_t x) { return 2.0f * unitFloat(mixedBits(x)) - 1.0f; };
+    return normalizedOr(Vec3(f(3 * i), f(3 * i + 1), f(3 * i + 2)), Vec3(1.0f, 0.0f, 0.0f));
+  };
+  int bentOnes = 0;
+  for (std::uint32_t i = 0; i < 20000; ++i) {
+    const Vec3 direction = unit(3 * i);
+    Vec3 geometric = unit(3 * i + 1);
+    if (glm::dot(geometric, direction) > 0.0f) geometric = -geometric;
+    const Vec3 before = unit(3 * i + 2);
+    const float least =
+        std::min(kElevationShare * -glm::dot(geometric, direction), kLeastElevation);
+    const bool below = glm::dot(geometric, glm::reflect(direction, before)) < least;
+    Vec3 normal = before;
+    ASSERT_EQ(aboveSurface(geometric, direction, normal), below);
+    if (!below) {
+      ASSERT_EQ(normal, before);
+      continue;
+    }
+    ++bentOnes;
+    // As far as needed, no farther, and in the plane of both normals
+    ASSERT_NEAR(glm::length(normal), 1.0f, 1e-5f);
+    ASSERT_NEAR(glm::dot(geometric, glm::reflect(direction, normal)), least, 2e-4f);
+    ASSERT_NEAR(glm::dot(normal, glm::cross(geometric, before)), 0.0f, 2e-4f);
+    ASSERT_GE(glm::dot(normal, geometric), 0.0f);
+    ASSERT_LE(glm::dot(normal, direction), 1e-5f);
+  }
+  EXPECT_GT(bentOnes, 5000);
 }
 
 }  // namespace

@@ -28,6 +28,15 @@ gl::DrawState onSamplesOf(SampleClass sampleClass);
 /// Draws on the samples of planar and curved mirrors.
 gl::DrawState onMirrors();
 
+/// g as the alpha of GBuffer::normal has it: -1 - g where the normal was bent, so that mirrored
+/// rays leave above the surface (frame::aboveSurface). In shaders: gloss.glsl.
+inline float glossinessOf(float alpha) {
+  return alpha < 0.0f ? -1.0f - alpha : alpha;
+}
+inline bool isBent(float alpha) {
+  return alpha < 0.0f;
+}
+
 /// All textures are width * samples by height * samples; row 0 is the top of the image
 /// (glClipControl upper left). Sample (i, j) is centred at ((i + .5) / samples, (j + .5) / samples)
 /// pixels.
@@ -37,7 +46,8 @@ struct GBuffer {
   int samples = 1;  ///< per axis
   gl::Texture
       diffuse;  ///< RGBA32F: diffuse radiance (before any factor 1 - s), s; -1 on the background
-  gl::Texture normal;  ///< RGBA32F: world-space shading normal turned to the viewer, g
+  /// RGBA32F: world-space normal of the reflection turned to the viewer, g; by glossinessOf()
+  gl::Texture normal;
   gl::Texture object;  ///< R32UI: object id, 0 background
   /// RGBA32F: what the reflection is multiplied with beside s; empty where each object has one.
   gl::Texture tint;
@@ -77,7 +87,7 @@ struct GBufferCopy {
   int firstRow = 0;            ///< of samples, which the arrays begin with
   int rows = 0;                ///< that they hold
   std::vector<float> diffuse;  ///< 4 a sample: rgb, s; -1 on the background
-  std::vector<float> normal;   ///< 4 a sample: xyz, g
+  std::vector<float> normal;   ///< 4 a sample: xyz, g by glossinessOf()
   std::vector<std::uint32_t> object;
   std::vector<float> depth;  ///< reversed-Z
 

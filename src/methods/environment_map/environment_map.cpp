@@ -56,7 +56,7 @@ class EnvironmentMap : public Method {
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
     MethodPlan plan;
     plan.gbuffer = true;
-    plan.masks = raster::kMaskEnvironment;
+    plan.masks = raster::kMaskEnvironment | raster::kMaskBelowHorizon;
     const Reflectors reflectors = findReflectors(scene, settings.reflectors);
     if (!reflectors.any()) return plan;
     const std::string what =
@@ -93,6 +93,7 @@ class EnvironmentMap : public Method {
     };
     if (reflectors_.mirrors()) mirror_ = program("environment look-up", "0");
     if (reflectors_.glossy) glossy_ = program("environment look-up, glossy", "1");
+    bentCount_ = gl::Buffer("samples with a bent normal", sizeof(std::uint32_t));
     if (reflectors_.mirrors()) mirrorCount_ = gl::FragmentCounter("mirror samples");
     if (reflectors_.glossy) glossyCount_ = gl::FragmentCounter("glossy samples");
 
@@ -104,6 +105,7 @@ class EnvironmentMap : public Method {
     raster::GBuffer& gbuffer = *services.gbuffer;
     if (clearsMasks_) gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
     output.counters["environment"] = 0;
+    output.counters["below_horizon"] = 0;
     output.counters["refraction_mirrored"] = 0;
     output.counters["clamped_cube_map"] = cubeMap_.clampedTexels();
     if (!reflectors_.any()) return;
@@ -118,6 +120,9 @@ class EnvironmentMap : public Method {
     if (reflectors_.mirrors()) samples += mirrorCount_.read();
     if (reflectors_.glossy) samples += glossyCount_.read();
     output.counters["environment"] = samples;
+    std::uint32_t bent = 0;
+    bentCount_.read(0, sizeof bent, &bent);
+    output.counters["below_horizon"] = bent;
     output.counters["refraction_mirrored"] = mirrored;
     output.counters["clamped_cube_map"] = cubeMap_.clampedTexels();
   }
@@ -144,6 +149,9 @@ class EnvironmentMap : public Method {
     gbuffer.reflectionFramebuffer.bind();
     gbuffer.normal.bind(0);
     cubeMap_.bind(1);
+    constexpr std::uint32_t kNone = 0;
+    bentCount_.write(0, sizeof kNone, &kNone);
+    bentCount_.bindStorage(0);
     const Mat3 ray = scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight());
     if (reflectors_.mirrors()) pass(mirror_, mirrorCount_, ray, raster::onMirrors());
     if (reflectors_.glossy) {
@@ -172,6 +180,7 @@ class EnvironmentMap : public Method {
   gl::Program glossy_;
   gl::FragmentCounter mirrorCount_;
   gl::FragmentCounter glossyCount_;
+  gl::Buffer bentCount_;  ///< one number
 };
 
 std::unique_ptr<Method> make(const config::Value& options) {
@@ -188,6 +197,8 @@ const MethodEntry& environmentMapEntry() {
       .steps = {{"cube_map", "start, frames", "the cube map is drawn, again when something moved"},
                 {"resolve", "frames", "the look-up per sample"}},
       .counters = {{"environment", "reflective samples: all see the cube map"},
+                   {"below_horizon",
+                    "of those, mirrored below the surface but for a normal that was bent"},
                    {"refraction_mirrored",
                     "samples of materials that refract: they are mirrored instead"},
                    {"clamped_cube_map", "texels of the cube map beyond half floats", true}},

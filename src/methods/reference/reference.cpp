@@ -165,8 +165,8 @@ class Reference : public Method {
     aimRays(camera, image, tile);
     tile.hits.resize(tile.rays.size());
     const trace::TraceCounts primary = trace.intersectSerial(tile.rays, tile.hits, true);
-    // Ray cones are those of the rasterizing methods.
-    const float spread = scene::pixelSpreadRad(camera, image.height * settings_.samples);
+    // Ray cones are those of its own samples: it shows what the others approach
+    const float spread = scene::pixelSpreadRad(camera, image.height * options_.samples);
     const std::uint64_t notFinite = shadeHits(camera, services, spread, tile);
     tile.radiance.assign(tile.points.size(), Vec3(0.0f));
     tile.flags.assign(tile.points.size(), 0);
@@ -251,6 +251,7 @@ class Reference : public Method {
           position,           surface.normal, direction,
           surface.glossiness, hit.distance,   trace::refractionAt(trace, hit, position, direction)};
       point.extent = trace.extentOf(hit.object);
+      point.bent = surface.bent;
       point.shift = lobeShift(tile, i);
       tile.points.push_back(point);
       tile.sampleOfPoint.push_back(i);
@@ -334,7 +335,7 @@ const MethodEntry& referenceEntry() {
                    {"misses", "rays that left the scene"},
                    {"refused", "rays that Embree could not take: they see the environment", true},
                    {"not_finite", "radiances of hits that were NaN or infinite, taken as 0", true},
-                   {"below_horizon", "rays folded up from below the shading normal's plane"},
+                   {"below_horizon", "rays below the surface: mirrored by a normal that was bent, or folded up"},
                    {"unresolved", "rays whose meeting with an implicit surface was left undecided",
                     false, "implicit surfaces in the scene"}},
       .tests = {.small = R"({"samples": 2, "rays": 4})", .refracting = R"({"bounces": 2})"},

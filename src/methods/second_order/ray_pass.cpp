@@ -59,8 +59,6 @@ RayPass::RayPass(const SecondOrderOptions& options, const SecondOrderReflectors&
   if (reflectors_.curvedMirrors) curved(services);
   if (reflectors_.glossy) glossy_ = walkProgram(services, true);
   std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);
-  defines.push_back({"SELF", "0"});
-  defines.push_back({"BENT", reflectors_.bent ? "1" : "0"});
   lookUps_ = gl::Program("samples that found nothing",
                          {.vertex = "methods/second_order/shaders/tiles.vert",
                           .fragment = "methods/second_order/shaders/look_up.frag",
@@ -98,7 +96,7 @@ std::vector<gl::Define> RayPass::walkDefines(bool lobes) const {
           {"NEIGHBOURHOOD", options_.lobeRays == LobeRays::Walked ? "0" : "1"},
           {"FADE", options_.glossyReach > 0.0f ? "1" : "0"},
           {"SELF", std::to_string(static_cast<int>(options_.selfIntersect))},
-          {"BENT", reflectors_.bent ? "1" : "0"},
+          {"BENT", lobes && reflectors_.bent ? "1" : "0"},
           {"FOUND", options_.countDisocclusions ? "1" : "0"},
           {"LAYERS", std::to_string(options_.images.depthLayers)}};
 }

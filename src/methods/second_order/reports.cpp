@@ -28,7 +28,7 @@ const std::vector<CounterInfo>& secondOrderCounters() {
        "they see the cube map"},
       {"sky", "samples with a ray that left the scene"},
       {"bridged", "samples with a hit that bridges an edge in depth"},
-      {"below_horizon", "samples with a ray folded up from below the shading normal's plane"},
+      {"below_horizon", "samples of mirrors whose normal was bent, and rays of lobes below the surface, folded up"},
       {"met_itself",
        "samples with a ray that met its own surface: they show the diffuse component"},
       {"faded", "samples with a ray that faded to the diffuse colour with distance"},

@@ -43,7 +43,8 @@ class SamplePoints {
     point.distance = scale * length;
     const float* normal = &source_.normal[4 * at];
     point.normal = Vec3(normal[0], normal[1], normal[2]);
-    point.glossiness = normal[3];
+    point.glossiness = raster::glossinessOf(normal[3]);
+    point.bent = raster::isBent(normal[3]);
     point.object = static_cast<int>(source_.object[at]);
     point.extent = trace_.extentOf(point.object - 1);
     point.shift =

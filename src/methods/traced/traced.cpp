@@ -176,7 +176,7 @@ const MethodEntry& tracedEntry() {
                    {"misses", "rays that left the scene"},
                    {"refused", "rays that Embree could not take: they see the environment", true},
                    {"not_finite", "radiances of hits that were NaN or infinite, taken as 0", true},
-                   {"below_horizon", "rays folded up from below the shading normal's plane"},
+                   {"below_horizon", "rays below the surface: mirrored by a normal that was bent, or folded up"},
                    {"total_reflection", "rays reflected totally where they should leave a body"},
                    {"at_outline", "samples at the outline of an implicit surface", false,
                     kSurfaces},

@@ -141,7 +141,7 @@ std::uint32_t litFeatures(std::uint32_t features, bool sky) {
 }
 
 std::uint32_t passFeatures(std::uint32_t features, std::uint32_t outputs) {
-  if ((outputs & kSpecularOutput) == 0) features &= ~(kSpecularTexture | kSpecularUv1);
+  if ((outputs & kSpecularOutput) == 0) features &= ~(kSpecularTexture | kSpecularUv1 | kBend);
   if ((features & kUnlit) != 0 && (outputs & kNormalOutput) == 0) {
     features &= ~(kNormalMap | kNormalUv1);
   }
@@ -181,6 +181,7 @@ std::vector<gl::Define> featureDefines(std::uint32_t features) {
           {"NORMAL_MAP", flag(kNormalMap)},
           {"SPECULAR_TEXTURE", flag(kSpecularTexture)},
           {"EMISSIVE_TEXTURE", flag(kEmissiveTexture)},
+          {"BEND", flag(kBend)},
           {"ALPHA_MASK", flag(kAlphaMask)},
           {"VERTEX_COLOR", flag(kVertexColor)},
           {"UNLIT", flag(kUnlit)},

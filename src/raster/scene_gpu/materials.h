@@ -33,6 +33,7 @@ enum Feature : std::uint32_t {
   kNormalOutput = 1u << 15,    ///< the shading normal,
   kSpecularOutput = 1u << 16,  ///< s and g,
   kTintOutput = 1u << 17,      ///< the reflection's tint
+  kBend = 1u << 18,            ///< frame::bendsNormals()
 };
 
 /// Features of a material by itself.

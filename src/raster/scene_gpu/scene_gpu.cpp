@@ -81,14 +81,17 @@ SceneGpu::SceneGpu(const scene::Scene& scene, const frame::Geometry& geometry)
     const scene::Object& object = scene.objects[i];
     const scene::Material& material = scene.materials[object.material];
     const frame::ObjectRange& range = geometry.objects[i];
-    objects_.push_back({.material = object.material,
-                        .sampleClass = objectClass(materials_.classOf(object.material), object),
-                        .features = materialFeatures(material) | vertexFeatures(geometry, range),
-                        .opaque = material.alphaMode == scene::AlphaMode::Opaque,
-                        .moving = range.moving,
-                        .emission = largest(material.emissive),
-                        .bounds = range.bounds,
-                        .uvPerMetre = range.uvPerMetre});
+    const std::uint32_t bend =
+        frame::bendsNormals(scene, range, static_cast<int>(i)) ? std::uint32_t{kBend} : 0u;
+    objects_.push_back(
+        {.material = object.material,
+         .sampleClass = objectClass(materials_.classOf(object.material), object),
+         .features = materialFeatures(material) | vertexFeatures(geometry, range) | bend,
+         .opaque = material.alphaMode == scene::AlphaMode::Opaque,
+         .moving = range.moving,
+         .emission = largest(material.emissive),
+         .bounds = range.bounds,
+         .uvPerMetre = range.uvPerMetre});
   }
 }
 

@@ -39,3 +39,7 @@ const int kClassGlossy = 4;
 
 // s from here on is a reflection (scene/reflectance.h)
 const float kReflectiveThreshold = 0.05f;
+
+// Of bent normals (frame/shading.h)
+const float kLeastElevation = 0.025f;
+const float kElevationShare = 0.9f;

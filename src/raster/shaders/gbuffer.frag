@@ -1,4 +1,5 @@
 // One sample of the G-buffer.
+//   BEND         1: the normal may mirror rays below the triangle, and is bent where it does
 //   TINT_OUTPUT  1: tints differ from place to place on some material, and are written
 #include "surface.glsl"
 
@@ -11,11 +12,56 @@ layout(location = 2) out uint outObject;
 layout(location = 3) out vec4 outTint;  // of the reflection
 #endif
 
+#if BEND
+// Of the triangle, turned to the viewer: depth is linear in the window over a plane.
+vec3 triangleNormal(vec3 fromEye, vec2 slope) {
+  vec4 ray = frame.rayFromWindow * vec4(gl_FragCoord.xyz, 1.0);
+  vec4 right = frame.rayFromWindow[0] + slope.x * frame.rayFromWindow[2];
+  vec4 down = frame.rayFromWindow[1] + slope.y * frame.rayFromWindow[2];
+  vec3 place = ray.xyz / ray.w;
+  vec3 normal = cross(right.xyz - place * right.w, down.xyz - place * down.w);
+  normal *= inversesqrt(max(dot(normal, normal), 1e-37));
+  return dot(normal, fromEye) > 0.0 ? -normal : normal;
+}
+
+// frame::aboveSurface(), the same formulas.
+bool aboveSurface(vec3 geometric, vec3 direction, inout vec3 normal) {
+  float viewer = -dot(geometric, direction);
+  float least = min(kElevationShare * viewer, kLeastElevation);
+  if (!(dot(geometric, reflect(direction, normal)) < least)) return false;
+  vec3 across = normal - dot(normal, geometric) * geometric;
+  float length2 = dot(across, across);
+  float b = max(viewer, 0.0);
+  vec3 x = across / sqrt(max(length2, 1e-20));
+  float a = -dot(x, direction);
+  float r2 = a * a + b * b;
+  float t = max(least, 0.0);
+  float q = sqrt(max(r2 - t * t, 0.0));
+  float cosine2 = (b * t - a * q) / max(r2, 1e-20);
+  float sine2 = max(a * t + b * q, 0.0) / max(r2, 1e-20);
+  float larger = sqrt(0.5 + 0.5 * min(abs(cosine2), 1.0));
+  float smaller = 0.5 * sine2 / larger;
+  vec3 bent = cosine2 < 0.0 ? larger * x + smaller * geometric : smaller * x + larger * geometric;
+  normal = length2 > 1e-12 && r2 > 1e-20 ? normalize(bent) : geometric;
+  return true;
+}
+#endif
+
 void main() {
+#if BEND
+  vec2 slope = vec2(dFdx(gl_FragCoord.z), dFdy(gl_FragCoord.z));
+#endif
   cutOut();
   Surface surface = surfaceSeen();
+  float alpha = surface.g;
+#if BEND
+  vec3 fromEye = fragmentFromEye();
+  bool bent = surface.s > 0.0 &&
+              aboveSurface(triangleNormal(fromEye, slope), normalize(fromEye), surface.normal);
+  alpha = bent ? -1.0 - surface.g : surface.g;
+#endif
   outDiffuse = vec4(surface.radiance, surface.s);
-  outNormal = vec4(surface.normal, surface.g);
+  outNormal = vec4(surface.normal, alpha);
   outObject = objectId;
 #if TINT_OUTPUT
   outTint = vec4(surface.tint, 1.0);

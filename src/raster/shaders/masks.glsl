@@ -3,7 +3,7 @@ const uint kMaskEnvironment = 1u;    // mask.environment: environment look-up in
 const uint kMaskDisoccluded = 2u;    // mask.disoccluded
 const uint kMaskClamped = 4u;        // mask.clamped
 const uint kMaskRetraced = 8u;       // mask.retraced
-const uint kMaskBelowHorizon = 16u;  // mask.below_horizon: rays below the shading normal's plane
+const uint kMaskBelowHorizon = 16u;  // mask.below_horizon: rays below the surface: by a bent normal, or folded up
 const uint kMaskSky = 32u;           // mask.sky: rays that leave the scene; no fallback
 const uint kMaskTransition = 256u;   // mask.transition: rays in the walls of a flat impostor
 // 64 and 128 are for a method's own marks, which no layer shows; 512 and above are free.

@@ -109,7 +109,8 @@ ReflectionPoint nextPoint(const TraceScene& trace, const ReflectionPoint& point,
           refractionAt(trace, hit, surface.position, direction),
           shift,
           0,
-          trace.extentOf(hit.object)};
+          trace.extentOf(hit.object),
+          surface.bent};
 }
 
 Vec3 specularDirection(const ReflectionPoint& point, bool& total) {
@@ -153,7 +154,7 @@ Vec3 lobeSample(float glossiness, const Vec2& shift, int index, int count) {
 
 Vec3 lobeDirection(const ReflectionPoint& point, int index, int count, bool& belowHorizon) {
   const Vec3 mirror = glm::normalize(glm::reflect(point.direction, point.normal));
-  belowHorizon = false;
+  belowHorizon = point.bent;
   Vec3 direction = mirror;
   if (point.glossiness > scene::kMirrorGlossiness) {
     const Vec3 sample = lobeSample(point.glossiness, point.shift, index, count);

@@ -34,6 +34,8 @@ struct ReflectionPoint {
   int object = 0;
   /// TraceScene::extentOf() the object that it lies on.
   float extent = 0.0f;
+  bool bent =
+      false;  ///< the normal is frame::aboveSurface()'s: all rays count as below the horizon
 };
 
 struct ReflectionOptions {
@@ -49,7 +51,7 @@ struct ReflectionCounts {
   std::uint64_t rays = 0;
   std::uint64_t misses = 0;            ///< saw the environment
   std::uint64_t refused = 0;           ///< could not be traced; saw the environment
-  std::uint64_t belowHorizon = 0;      ///< lobe samples below the surface, folded up
+  std::uint64_t belowHorizon = 0;      ///< rays below the surface: by a bent normal, or folded up
   std::uint64_t totalReflections = 0;  ///< where rays could not leave a body that refracts
   std::uint64_t notFinite = 0;         ///< radiances that were NaN or infinite: taken as 0
   /// Points of triangles over an implicit surface whose ray passes it by, at its outline: they

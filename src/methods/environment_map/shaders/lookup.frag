@@ -1,6 +1,7 @@
 // Incoming radiance along the reflected ray from a cube map around the scene.
 //   GLOSSY  1: the mip level whose filter is as wide as the lobe
 //   MASKS   1: every sample is marked as an environment look-up
+#include "raster/shaders/gloss.glsl"
 #include "raster/shaders/masks.glsl"
 
 uniform mat3 rayFromSample;  // (sample position, 1) to a ray of any length, world space
@@ -8,6 +9,10 @@ uniform float levelOffset;   // 0.5 log2(4 / solid angle of a texel of level 0, 
 uniform float lastLevel;
 layout(binding = 0) uniform sampler2D normalSamples;  // xyz shading normal, a = g
 layout(binding = 1) uniform samplerCube cubeMap;
+
+// Counting would otherwise run the shader before the stencil test
+layout(early_fragment_tests) in;
+layout(std430, binding = 0) buffer Counts { uint bent; };
 
 layout(location = 0) out vec4 reflection;
 #if MASKS
@@ -21,14 +26,17 @@ void main() {
 #if GLOSSY
   // A Phong lobe of exponent n has variance 1 / (n + 1) per axis (solid angle 2 pi / (n + 1)), a
   // texel of w rad, filtered bilinearly, w^2 / 4; n + 1 = 2 / g^4 - 1 (scene/reflectance.h)
-  float g2 = normalAndG.a * normalAndG.a;
+  float g = glossOf(normalAndG.a);
+  float g2 = g * g;
   float lobe = 1.0 / max(1.0, 2.0 / max(g2 * g2, 1e-12) - 1.0);
   float level = clamp(levelOffset + 0.5 * log2(lobe), 0.0, lastLevel);
 #else
   const float level = 0.0;
 #endif
   reflection = vec4(textureLod(cubeMap, reflected, level).rgb, 1.0);
+  bool below = isBent(normalAndG.a);
+  if (below) atomicAdd(bent, 1u);
 #if MASKS
-  mask = kMaskEnvironment;
+  mask = kMaskEnvironment | (below ? kMaskBelowHorizon : 0u);
 #endif
 }

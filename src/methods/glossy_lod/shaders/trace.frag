@@ -2,6 +2,7 @@
 //   LOBES  1: rays of a Phong lobe; 0: one mirror ray
 //   MASKS  1: marks are written
 //   AUTOMATIC  1: rays and alpha by the exponent [Yu2008, section 4]
+#include "raster/shaders/gloss.glsl"
 #include "raster/shaders/masks.glsl"
 #include "raster/shaders/shading.glsl"
 #include "methods/shared/shaders/lobe_rays.glsl"
@@ -15,7 +16,7 @@ uniform float spread;        // of a sample's ray cone, radians
 uniform int samplesPerPixel;  // per axis
 uniform int raysOfLobe;
 uniform float alphaOfAll;
-layout(binding = kNormalsUnit) uniform sampler2D normalSamples;  // xyz shading normal, a = g
+layout(binding = kNormalsUnit) uniform sampler2D normalSamples;  // xyz normal, a = g (gloss.glsl)
 layout(binding = kDepthsUnit) uniform sampler2D depthSamples;    // reversed-Z
 
 layout(std430, binding = kCountsBinding) buffer Counts { uint counts[]; };
@@ -49,6 +50,8 @@ void main() {
   float metres = length(ray);
   vec3 position = eye + ray;
   vec3 normal = normalAndG.xyz;
+  bool bent = isBent(normalAndG.a);
+  normalAndG.a = glossOf(normalAndG.a);
   vec3 mirror = normalize(reflect(ray / metres, normal));
   vec3 origin = position + normal * offsetOf(position, metres);
   bool lobe = LOBES == 1 && normalAndG.a > kMirrorGlossiness;
@@ -84,7 +87,7 @@ void main() {
                       : seen(found, direction, width.base + width.slope * found.metres);
     sum += met;
     misses += missed ? 1u : 0u;
-    folded += below ? 1u : 0u;
+    folded += below || bent ? 1u : 0u;
   }
   reflection = vec4(sum / float(rays), 1.0);
   count(kCountRays, uint(rays));

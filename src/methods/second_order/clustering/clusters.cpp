@@ -293,7 +293,7 @@ void findPartRuns(const FrameSamples& frame, std::span<const BinPlanes> planes,
       if (frame.kinds[frame.gbuffer.object[at]] != ReflectorKind::Glossy) continue;
       float& most = work.bins[run.slot / kParts].sums[run.slot % kParts].glossiness;
       for (std::size_t k = at; k < at + run.count; ++k) {
-        most = std::max(most, frame.gbuffer.normal[4 * k + 3]);
+        most = std::max(most, raster::glossinessOf(frame.gbuffer.normal[4 * k + 3]));
       }
     }
   }

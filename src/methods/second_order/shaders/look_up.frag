@@ -1,9 +1,9 @@
 // Radiance along the rays of samples for which the other passes have found nothing, in the tiles
 // that have a sample so marked. Apart from the walks: every lane would pay for the look-ups.
-//   BENT  1: normal maps may turn rays below the surface that they leave
+#include "raster/shaders/gloss.glsl"
 #include "fallback.glsl"
 #include "marks.glsl"
-#include "self_intersect.glsl"
+#include "samples.glsl"
 
 // What is written, of which only one's own sample is read
 layout(binding = kReflectionBinding) uniform sampler2D reflectionSamples;
@@ -20,11 +20,7 @@ void main() {
   vec3 ray = rayFromPixel * vec3(gl_FragCoord.xy, 1.0);
   vec3 incoming = normalize(ray);
   vec3 mirror = normalize(reflect(incoming, normalAndG.xyz));
-#if BENT
-  bool folded;
-  mirror = foldedUp(mirror, normalAndG.xyz, folded);
-#endif
-  float level = lobeLevel(lobeExponent(normalAndG.a), 1.0);
+  float level = lobeLevel(lobeExponent(glossOf(normalAndG.a)), 1.0);
   float where = texelFetch(reflectionSamples, sampleAt, 0).a;
   if (known == 0u || where > 0.0) discard;
   vec3 position = positionOfSample(ray);

@@ -7,7 +7,8 @@
 //                  2: all rays are
 //   LAYERS         2: rays that pass behind what they meet look for it in a second depth layer, too
 //   FOUND          1: what each ray found is written, to be compared with Embree's rays
-//   BENT           1: normal maps may turn reflected rays below the surface that they leave
+//   BENT           1: normal maps may turn rays of lobes below the surface that they leave
+#include "raster/shaders/gloss.glsl"
 #include "marks.glsl"
 #include "self_intersect.glsl"
 #include "walk.glsl"
@@ -45,6 +46,7 @@ struct Surface {
   ivec2 at;
   vec3 incoming;
   vec4 normalAndG;
+  bool bent;    // the normal was, as mirrored rays would go below the surface
   vec3 mirror;  // direction of the mirror ray
   vec3 position;
 #if SELF
@@ -158,6 +160,7 @@ Met followRays(Surface surface, DepthImage image, inout uint bits) {
 #if LOBES
     bool below;
     direction = lobeDirection(surface.mirror, normal, exponent, k, shift, below);
+    below = below || surface.bent;
     if (below) atomicAdd(counts[kCountBelowHorizon], 1u);
     if (below) bits |= kMaskBelowHorizon;
 #endif
@@ -209,6 +212,8 @@ Surface surfaceAt(ivec2 sampleAt, vec3 ray) {
   Surface surface;
   surface.at = sampleAt;
   surface.normalAndG = imageLoad(normalSamples, sampleAt);
+  surface.bent = isBent(surface.normalAndG.a);
+  surface.normalAndG.a = glossOf(surface.normalAndG.a);
   surface.incoming = normalize(ray);
   surface.mirror = normalize(reflect(surface.incoming, surface.normalAndG.xyz));
   return surface;
@@ -234,12 +239,10 @@ void main() {
   uint bits = 0u;
   vec3 ray = rayFromPixel * vec3(gl_FragCoord.xy, 1.0);
   Surface surface = surfaceAt(sampleAt, ray);
-#if BENT && !LOBES
-  bool folded;
-  surface.mirror = foldedUp(surface.mirror, surface.normalAndG.xyz, folded);
-  folded = folded && known > 0u;
-  if (folded) atomicAdd(counts[kCountBelowHorizon], 1u);
-  bits |= folded ? kMaskBelowHorizon : 0u;
+#if !LOBES
+  bool below = surface.bent && known > 0u;
+  if (below) atomicAdd(counts[kCountBelowHorizon], 1u);
+  bits |= below ? kMaskBelowHorizon : 0u;
 #endif
   if (known < 2u) {
     // Not a reflective one, or in no cluster

@@ -1,6 +1,6 @@
 // Rays that meet the surface that they leave.
 //   SELF  0: none is looked for; 1, 2: rays are intersected with their own object's samples
-//   BENT  1: normal maps may turn rays below the surface that they leave
+//   BENT  1: normal maps may turn rays of lobes below the surface that they leave
 #include "methods/shared/shaders/lobe_rays.glsl"
 #include "samples.glsl"
 
