@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <string>
 
 #include "frame/test_scenes.h"
@@ -85,7 +86,9 @@ struct Frame {
 
 /// `options` besides those for small frames.
 std::string optionsOf(const methods::MethodEntry& entry, const std::string& more) {
-  std::string options = entry.tests.small;
+  // What renders whole images samples where the rasterizer does
+  std::string options =
+      entry.id == "reference" ? R"({"samples": 1, "rays": 4})" : entry.tests.small;
   if (more.empty()) return options;
   options.insert(options.rfind('}'), (options.find(':') == std::string::npos ? "" : ", ") + more);
   return options;
@@ -342,6 +345,126 @@ TEST(Colours, BentNormalsAreTheSameInGlAndEmbree) {
     }
   }
   EXPECT_LE(different, 2);  // on the silhouette
+}
+
+// ---- Highlights ----
+
+scene::Light lampAt(const Vec3& position, float intensity) {
+  scene::Light light;
+  light.position = position;
+  light.intensity = Vec3(intensity);
+  return light;
+}
+
+/// A plane of rough metal under a lamp in the dark.
+scene::Scene lampOnMetal(float roughness) {
+  scene::Material m = metal();
+  m.baseColor = Vec3(0.9f, 0.6f, 0.3f);
+  m.roughnessFactor = roughness;
+  SceneBuilder builder = furnacePlane(m, plane());
+  builder.constantEnvironment(Vec3(0.0f));
+  builder.scene().lights.push_back(lampAt({0.3f, 0.2f, 1.5f}, 2.0f));
+  builder.scene().highlights = true;
+  scene::finishScene(builder.scene());
+  return builder.scene();
+}
+
+TEST(Colours, LampShowsOnRoughMetalByTheLobe) {
+  const scene::Scene scene = lampOnMetal(0.4f);
+  const double exponent = 2.0 / std::pow(0.4, 4.0) - 2.0;
+  expectOnPlane(scene, 0, 5e-3f, [&](const Vec2& place) {
+    const glm::dvec3 x(place, 0.0);
+    const glm::dvec3 toLamp = glm::dvec3(0.3, 0.2, 1.5) - x;
+    const glm::dvec3 incoming = glm::normalize(x - glm::dvec3(0.0, 0.0, 2.0));
+    const glm::dvec3 mirror(incoming.x, incoming.y, -incoming.z);
+    const glm::dvec3 l = glm::normalize(toLamp);
+    const auto lobe = [&](const glm::dvec3& w) {
+      return (exponent + 1.0) / (2.0 * std::numbers::pi) *
+             std::pow(std::max(0.0, glm::dot(mirror, w)), exponent);
+    };
+    // What leaves below the plane is folded up
+    const double density = lobe(l) + lobe({l.x, l.y, -l.z});
+    return Vec3(0.9f, 0.6f, 0.3f) * static_cast<float>(2.0 / glm::dot(toLamp, toLamp) * density);
+  });
+}
+
+TEST(Colours, LampsShowOnNoMirrorAndOnlyWhereAskedFor) {
+  scene::Scene off = lampOnMetal(0.4f);
+  off.highlights = false;
+  for (const scene::Scene& scene : {lampOnMetal(0.03f), off})
+    expectOnPlane(scene, 0, 0.0f, [](const Vec2&) { return Vec3(0.0f); });
+}
+
+TEST(Colours, HighlightIsWhatTheLobeTracesOfASmallLight) {
+  constexpr int kRays = 1 << 18;
+  constexpr float kCapCosine = 0.9986f;  // 3 degrees
+  for (const float g : {0.35f, 0.6f, 0.9f}) {
+    trace::ReflectionPoint point;
+    point.normal = Vec3(0.0f, 0.0f, 1.0f);
+    point.direction = glm::normalize(Vec3(1.0f, 0.2f, -0.35f));  // half the lobe is folded
+    point.glossiness = g;
+    frame::WorldLight light;
+    light.type = scene::LightType::Directional;
+    light.intensity = Vec3(1.0f);
+    const Vec3 l = glm::normalize(Vec3(1.0f, 0.1f, 0.25f));
+    light.direction = -l;
+    int inCap = 0;
+    for (int k = 0; k < kRays; ++k) {
+      bool below = false;
+      inCap += glm::dot(trace::lobeDirection(point, k, kRays, below), l) > kCapCosine ? 1 : 0;
+    }
+    const float solidAngle = 2.0f * kPi * (1.0f - kCapCosine);
+    const float traced = static_cast<float>(inCap) / (kRays * solidAngle);
+    const Vec3 shown =
+        frame::lightHighlights({light}, Vec3(0.0f), point.normal, point.direction, g);
+    EXPECT_NEAR(shown.x / traced, 1.0f, 0.03f) << g;
+  }
+}
+
+TEST(Colours, HighlightsAreTheSameInGlAndEmbree) {
+  SceneBuilder builder;
+  scene::Scene& scene = builder.scene();
+  builder.constantEnvironment(Vec3(0.0f));
+  scene::Material m;
+  m.baseColor = Vec3(0.0f);  // of itself it shows nothing to rays of the lobe
+  scene::setReflectance(m, 1.0f, 0.45f);
+  scene.materials.push_back(m);
+  builder.add(scene::makeIcosphere(1.0f, 2, scene::UvMode::Unit), 0);
+  scene.lights.push_back(lampAt({1.5f, 1.0f, 2.0f}, 3.0f));
+  scene::Light sun;
+  sun.type = scene::LightType::Directional;
+  sun.direction = glm::normalize(Vec3(1.0f, -0.5f, -0.4f));
+  scene.lights.push_back(sun);
+  scene::Light spot = lampAt({-0.5f, 2.5f, 2.0f}, 8.0f);
+  spot.type = scene::LightType::Spot;
+  spot.direction = glm::normalize(-spot.position);
+  spot.innerConeRad = 0.1f;
+  spot.outerConeRad = 0.4f;
+  spot.range = 9.0f;
+  scene.lights.push_back(spot);
+  scene.highlights = true;
+  scene::finishScene(scene);
+  const scene::Camera camera = scene::lookAt({0.3f, 0.5f, 3.0f}, {}, {0.0f, 1.0f, 0.0f}, 0.8f);
+  const image::Image truth =
+      test::renderOnCpu(methods::findMethod("reference"), R"({"samples": 1, "rays": 1})",
+                        test::Moment(scene), camera, kSettings)
+          .image.value();
+  test::GlStage stage(scene, kSettings);
+  test::GlMethod(stage, methods::findMethod("environment_map"), R"({"source": "environment"})")
+      .render(camera);
+  const std::vector<float> pixels = stage.composite(camera);
+  int bright = 0;
+  int different = 0;
+  for (int y = 0; y < kSize; ++y) {
+    for (int x = 0; x < kSize; ++x) {
+      const float shown = pixels[4 * static_cast<std::size_t>(y * kSize + x)];
+      const float expected = truth.at(x, y, 0);
+      bright += expected > 0.05f ? 1 : 0;
+      different += std::abs(shown - expected) > 2e-3f + 0.01f * expected ? 1 : 0;
+    }
+  }
+  EXPECT_GT(bright, 300);
+  EXPECT_LE(different, bright / 50);
 }
 
 }  // namespace

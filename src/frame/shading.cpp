@@ -252,14 +252,28 @@ Vec3 EnvironmentLight::irradiance(const Vec3& normal) const {
   return glm::max(sum, Vec3(0.0f));
 }
 
+namespace {
+
+/// A light that the bake holds is not evaluated again.
+bool isBaked(const scene::Scene& scene, const scene::Light& light) {
+  return light.baked && scene.bake.mode == scene::BakeMode::Full;
+}
+
+}  // namespace
+
+bool hasUnbakedLights(const scene::Scene& scene) {
+  return std::ranges::any_of(scene.lights,
+                             [&](const scene::Light& light) { return !isBaked(scene, light); });
+}
+
 Lighting makeLighting(const scene::Scene& scene, const scene::Pose& pose,
                       std::shared_ptr<const EnvironmentLight> environment) {
   Lighting lighting;
   lighting.environment = std::move(environment);
   lighting.ambient = scene.ambient;
+  lighting.highlights = scene.highlights;
   for (const scene::Light& light : scene.lights) {
-    // A light that the bake holds is not evaluated again.
-    if (light.baked && scene.bake.mode == scene::BakeMode::Full) continue;
+    if (isBaked(scene, light)) continue;
     lighting.lights.push_back(worldLight(light, pose));
   }
   return lighting;
@@ -303,6 +317,40 @@ Vec3 lightIrradiance(const WorldLight& light, const Vec3& position, const Vec3& 
     factor *= cone * cone;
   }
   return glm::min(light.intensity * factor, Vec3(1e30f));
+}
+
+namespace {
+
+/// (k + 1) / (2 pi) c^k of the cosine between two directions; in powers of its sine's square, as
+/// large exponents ask for more than the cosine's digits.
+float lobeDensity(const Vec3& mirror, const Vec3& l, float exponent) {
+  const float cosine = glm::dot(mirror, l);
+  if (!(cosine > 0.0f)) return 0.0f;
+  const Vec3 across = glm::cross(mirror, l);
+  const float q = std::min(glm::dot(across, across), 1.0f);
+  const float series = -0.5f * q * (1.0f + q * (0.5f + q * (1.0f / 3.0f + q * (0.25f + q * 0.2f))));
+  const float logarithm = q < 0.1f ? series : std::log(std::max(cosine, 1e-20f));
+  return (exponent + 1.0f) / (2.0f * kPi) * std::exp(exponent * logarithm);
+}
+
+}  // namespace
+
+Vec3 lightHighlights(const std::vector<WorldLight>& lights, const Vec3& position,
+                     const Vec3& normal, const Vec3& direction, float glossiness) {
+  const Vec3 mirror = glm::normalize(glm::reflect(direction, normal));
+  const float exponent = scene::phongExponentFromGlossiness(glossiness);
+  Vec3 sum(0.0f);
+  for (const WorldLight& light : lights) {
+    const Vec3 l = light.type == scene::LightType::Directional
+                       ? -light.direction
+                       : normalizedOr(light.position - position, normal);
+    const float above = glm::dot(l, normal);
+    if (!(above > 0.0f)) continue;
+    const float density =
+        lobeDensity(mirror, l, exponent) + lobeDensity(mirror, l - 2.0f * above * normal, exponent);
+    sum += lightIrradiance(light, position, l) * density;
+  }
+  return glm::min(sum, Vec3(1e30f));
 }
 
 float textureScale(const scene::Scene& scene, const scene::TextureSlot& slot) {
@@ -421,6 +469,12 @@ SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
   point.tint = reflectionTint(material, metallic, albedo);
   if (point.specularLevel > 0.0f && bendsNormals(scene, range, object))
     point.bent = aboveSurface(point.geometricNormal, direction, point.normal);
+  const bool shines = lighting.highlights && material.refraction == 0.0f &&
+                      point.specularLevel > 0.0f && point.glossiness > scene::kMirrorGlossiness;
+  if (shines) {
+    point.highlight =
+        lightHighlights(lighting.lights, position, point.normal, direction, point.glossiness);
+  }
 
   // Diffuse radiance.
   if (material.unlit) {

@@ -26,6 +26,13 @@
 //   albedo;
 //         with a metallic-roughness texture and albedoTint > 0 by scene::tintShares() of the
 //         texel: s * tint is glTF's F0, mix(dielectricF0, albedo, metallic).
+//   Highlights (Lighting::highlights, where s > 0 and g > kMirrorGlossiness): sum_i E_i(x, l) p(l),
+//   seen
+//         as the reflection is, s * tint times; l towards the light, E_i(x, l) its irradiance
+//         across that, p the density of trace::lobeDirection()'s rays about r, d mirrored at the
+//         normal n of the reflection: p(l) = lobe(l) + lobe(l - 2 (l.n) n) where l.n > 0, else 0;
+//         lobe(l) = (k + 1) / (2 pi) (r.l)^k, k = phongExponentFromGlossiness(g). So a light of
+//         some size that shrinks comes to the same. Unshadowed, as E_i is.
 //   E_sh(n) = max(0, sum_k c_k Y_k(n)); Y_0..8 = 0.282095, 0.488603 (y, z, x),
 //         1.092548 (xy, yz), 0.315392 (3 z^2 - 1), 1.092548 xz, 0.546274 (x^2 - y^2).
 //   E_i: directional intensity * max(0, n.l); point and spot with r = |x_i - x|:
@@ -90,17 +97,25 @@ struct Lighting {
   std::shared_ptr<const EnvironmentLight> environment;
   Vec3 ambient{0.0f};
   std::vector<WorldLight> lights;  ///< those that are not baked
+  bool highlights = false;         ///< of those lights on glossy surfaces
   bool operator==(const Lighting&) const = default;
 };
 /// Lights that are marked as baked are left out only where a full bake holds them.
 Lighting makeLighting(const scene::Scene& scene, const scene::Pose& pose,
                       std::shared_ptr<const EnvironmentLight> environment);
 
+bool hasUnbakedLights(const scene::Scene& scene);
+
 /// One light at a pose.
 WorldLight worldLight(const scene::Light& light, const scene::Pose& pose);
 
 /// Irradiance E_i of the formula above, without shadows; `normal` of unit length.
 Vec3 lightIrradiance(const WorldLight& light, const Vec3& position, const Vec3& normal);
+
+/// Radiance of the lights' highlights by the formula above: `normal` of the reflection, `direction`
+/// from the viewer, of unit length.
+Vec3 lightHighlights(const std::vector<WorldLight>& lights, const Vec3& position,
+                     const Vec3& normal, const Vec3& direction, float glossiness);
 
 /// A point on a surface as a ray or a pixel sees it.
 struct SurfacePoint {
@@ -110,7 +125,8 @@ struct SurfacePoint {
   Vec3 diffuse{0.0f};          ///< radiance L of the formula above
   float specularLevel = 0.0f;  ///< s
   float glossiness = 0.0f;     ///< g
-  Vec3 tint{1.0f};             ///< of the reflection: (1 - s) diffuse + s tint reflection is seen
+  Vec3 tint{1.0f};             ///< (1 - s) diffuse + s tint (reflection + highlight) is seen
+  Vec3 highlight{0.0f};        ///< of the lights
   int object = 0;              ///< id
   bool bent = false;           ///< the normal is aboveSurface()'s
 };

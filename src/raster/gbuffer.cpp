@@ -39,18 +39,23 @@ GBuffer makeSurfaceSamples(const GBufferSize& size) {
   made.normal = gl::Texture::make2D("G-buffer normal", GL_RGBA32F, width, height);
   made.object = gl::Texture::make2D("G-buffer object", GL_R32UI, width, height);
   made.depth = gl::Texture::make2D("G-buffer depth", GL_DEPTH32F_STENCIL8, width, height);
-  if (size.tints) {
-    made.tint = gl::Texture::make2D("G-buffer tint", GL_RGBA32F, width, height);
-    made.framebuffer = gl::Framebuffer("G-buffer",
-                                       {{.texture = made.diffuse},
-                                        {.texture = made.normal},
-                                        {.texture = made.object},
-                                        {.texture = made.tint}},
-                                       {.texture = made.depth});
-  } else {
+  if (size.tints) made.tint = gl::Texture::make2D("G-buffer tint", GL_RGBA32F, width, height);
+  if (size.highlights)
+    made.highlight = gl::Texture::make2D("G-buffer highlight", GL_RGBA32F, width, height);
+  const gl::Attachment diffuse{.texture = made.diffuse};
+  const gl::Attachment normal{.texture = made.normal};
+  const gl::Attachment object{.texture = made.object};
+  const gl::Attachment depth{.texture = made.depth};
+  const gl::Attachment tint{.texture = made.tint};
+  const gl::Attachment highlight{.texture = made.highlight};
+  if (size.tints && size.highlights) {
+    made.framebuffer =
+        gl::Framebuffer("G-buffer", {diffuse, normal, object, tint, highlight}, depth);
+  } else if (size.tints || size.highlights) {
     made.framebuffer = gl::Framebuffer(
-        "G-buffer", {{.texture = made.diffuse}, {.texture = made.normal}, {.texture = made.object}},
-        {.texture = made.depth});
+        "G-buffer", {diffuse, normal, object, size.tints ? tint : highlight}, depth);
+  } else {
+    made.framebuffer = gl::Framebuffer("G-buffer", {diffuse, normal, object}, depth);
   }
   return made;
 }

@@ -51,7 +51,8 @@ struct GBuffer {
   gl::Texture object;  ///< R32UI: object id, 0 background
   /// RGBA32F: what the reflection is multiplied with beside s; empty where each object has one.
   gl::Texture tint;
-  gl::Texture depth;  ///< DEPTH32F_STENCIL8: reversed-Z depth (near / distance along -z)
+  gl::Texture highlight;  ///< RGBA32F: of lights, beside the reflection; empty where there is none
+  gl::Texture depth;      ///< DEPTH32F_STENCIL8: reversed-Z depth (near / distance along -z)
   gl::Framebuffer framebuffer;
   /// What methods write: incoming radiance along the reflected ray (tint and s not applied).
   gl::Texture reflection;  ///< RGBA32F, a = 1
@@ -67,7 +68,8 @@ struct GBufferSize {
   int height = 512;
   int samples = 2;
   bool masks = false;
-  bool tints = false;  ///< Materials::tintVaries()
+  bool tints = false;       ///< Materials::tintVaries()
+  bool highlights = false;  ///< Materials::highlights()
 };
 
 /// Allocates all textures. Throws UsageError when the device's largest texture is smaller.

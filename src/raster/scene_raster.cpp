@@ -46,6 +46,7 @@ void SceneRaster::buildDetailLevels(const scene::Scene& scene, const frame::Geom
 GBuffer SceneRaster::makeGBuffer(const GBufferSize& size) const {
   GBufferSize needed = size;
   needed.tints = state_->scene.materials().tintVaries();
+  needed.highlights = state_->scene.materials().highlights();
   return raster::makeGBuffer(needed);
 }
 

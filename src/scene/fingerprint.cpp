@@ -236,6 +236,7 @@ std::uint64_t fingerprintOf(const Scene& scene) {
   addLightsAndCameras(all, scene);
   addAnimation(all, scene);
   addSurroundings(all, scene, image);
+  if (scene.highlights) all.value(scene.highlights);
   return all.fingerprint();
 }
 

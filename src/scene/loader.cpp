@@ -36,6 +36,7 @@ Scene loadScene(const std::filesystem::path& file, const LoadLimits& limits,
   Scene scene;
   if (extension == ".gltf" || extension == ".glb") {
     scene = loadGltf(file, limits);
+    scene.highlights = true;
     if (scene.lights.empty()) scene.environment = defaultEnvironment();
   } else if (extension == ".json") {
     scene = loadDescription(file, limits);

@@ -224,6 +224,9 @@ struct Scene {
   /// Radiance added as irradiance pi * ambient * occlusion everywhere; lights rooms that no sky
   /// sees.
   Vec3 ambient{0.0f};
+  /// Lights that are not baked show in glossy surfaces: true for glTF files, an option of scene
+  /// descriptions.
+  bool highlights = false;
   std::vector<std::string> notes;     ///< what the loader ignored or approximated, for `info`
   std::vector<std::string> warnings;  ///< what will look wrong; runs say it, too
   std::uint64_t fingerprint = 0;      ///< of all contents

@@ -42,6 +42,7 @@ struct Sample {
   Vec3 normal{0.0f};
   float specularLevel = 0.0f;
   Vec3 tint{1.0f};
+  Vec3 highlight{0.0f};
   float z = 0.0f;  ///< along the camera's -z; 0: nothing
   int object = 0;  ///< id
   std::uint8_t flags = 0;
@@ -244,6 +245,7 @@ class Reference : public Method {
       sample.normal = surface.normal;
       sample.specularLevel = surface.specularLevel;
       sample.tint = surface.tint;
+      sample.highlight = surface.highlight;
       sample.z = hit.distance * glm::dot(direction, forward);
       sample.object = surface.object;
       if (!(surface.specularLevel > 0.0f)) continue;
@@ -282,7 +284,8 @@ class Reference : public Method {
       const float s = trace::reflectionWeight(sample.specularLevel, tile.points[k].direction,
                                               sample.normal, settings_.fresnelSchlick);
       sample.reflection = tile.radiance[k];
-      sample.color = (1.0f - s) * sample.diffuse + s * sample.tint * sample.reflection;
+      sample.color =
+          (1.0f - s) * sample.diffuse + s * sample.tint * (sample.reflection + sample.highlight);
       sample.flags = tile.flags[k];
     }
   }
@@ -335,7 +338,8 @@ const MethodEntry& referenceEntry() {
                    {"misses", "rays that left the scene"},
                    {"refused", "rays that Embree could not take: they see the environment", true},
                    {"not_finite", "radiances of hits that were NaN or infinite, taken as 0", true},
-                   {"below_horizon", "rays below the surface: mirrored by a normal that was bent, or folded up"},
+                   {"below_horizon",
+                    "rays below the surface: mirrored by a normal that was bent, or folded up"},
                    {"unresolved", "rays whose meeting with an implicit surface was left undecided",
                     false, "implicit surfaces in the scene"}},
       .tests = {.small = R"({"samples": 2, "rays": 4})", .refracting = R"({"bounces": 2})"},

@@ -20,19 +20,23 @@ void CompositePass::draw(const GBuffer& source, const Materials& materials,
   const bool reflective = materials.reflective();
   const bool fresnel = reflective && options.fresnelSchlick;
   const int tinted = !reflective ? 0 : !source.tint.empty() ? 2 : materials.tinted() ? 1 : 0;
-  gl::Program& program = programs_[static_cast<std::uint32_t>(source.samples) * 16u +
-                                   static_cast<std::uint32_t>(tinted) * 4u +
-                                   (reflective ? 2u : 0u) + (fresnel ? 1u : 0u)];
+  const bool highlights = reflective && !source.highlight.empty();
+  gl::Program& program =
+      programs_[static_cast<std::uint32_t>(source.samples) * 32u +
+                static_cast<std::uint32_t>(tinted) * 8u + (highlights ? 4u : 0u) +
+                (reflective ? 2u : 0u) + (fresnel ? 1u : 0u)];
   if (program.empty()) {
     program = gl::Program::fullScreen("composite", "raster/shaders/composite.frag",
                                       {{"SAMPLES", std::to_string(source.samples)},
                                        {"REFLECTIVE", reflective ? "1" : "0"},
                                        {"TINTED", std::to_string(tinted)},
+                                       {"HIGHLIGHTS", highlights ? "1" : "0"},
                                        {"FRESNEL", fresnel ? "1" : "0"}});
   }
   program.use();
   source.diffuse.bindImage(shared::kDiffuseImage, GL_READ_ONLY);
   if (reflective) source.reflection.bindImage(shared::kReflectionImage, GL_READ_ONLY);
+  if (highlights) source.highlight.bindImage(shared::kHighlightImage, GL_READ_ONLY);
   if (tinted == 2) source.tint.bindImage(shared::kTintImage, GL_READ_ONLY);
   if (tinted == 1) {
     source.object.bindImage(shared::kObjectImage, GL_READ_ONLY);

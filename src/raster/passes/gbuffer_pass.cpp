@@ -9,13 +9,14 @@
 namespace catoptric::raster {
 namespace {
 
-SurfaceShaders gbufferShaders(bool tints) {
+SurfaceShaders gbufferShaders(const Materials& materials) {
   return {
       .label = "gbuffer",
       .vertex = "raster/shaders/scene.vert",
       .fragment = "raster/shaders/gbuffer.frag",
       .outputs = kRadianceOutput | kNormalOutput | kSpecularOutput |
-                 (tints ? std::uint32_t{kTintOutput} : 0u),
+                 (materials.tintVaries() ? std::uint32_t{kTintOutput} : 0u) |
+                 (materials.highlights() ? std::uint32_t{kHighlightOutput} : 0u),
   };
 }
 
@@ -25,6 +26,7 @@ void copySamples(const GBuffer& from, const GBuffer& to, std::span<const Rectang
   copyTexels(from.normal, to.normal, rectangles);
   copyTexels(from.object, to.object, rectangles);
   if (!from.tint.empty()) copyTexels(from.tint, to.tint, rectangles);
+  if (!from.highlight.empty()) copyTexels(from.highlight, to.highlight, rectangles);
   copyTexels(from.depth, to.depth, rectangles);
 }
 
@@ -97,7 +99,7 @@ DrawStatistics GBufferPass::drawSamples(const GBuffer& target, std::span<const R
 
 DrawStatistics GBufferPass::drawOver(std::span<const Rectangle> parts,
                                      const frame::Lighting& lighting, Which which) {
-  const SurfaceShaders shaders = gbufferShaders(scene_.materials().tintVaries());
+  const SurfaceShaders shaders = gbufferShaders(scene_.materials());
   SurfacePass pass{.shaders = shaders, .stillFirst = true};
   pass.state.depth.test = true;
   pass.state.stencil = {.test = true, .pass = GL_REPLACE};
@@ -140,9 +142,9 @@ const GBuffer& GBufferPass::drawStill(const GBuffer& like, const scene::Camera& 
   const Rectangle all{0, 0, like.sampleWidth(), like.sampleHeight()};
   if (!still_ || still_->samples.sampleWidth() != all.x1 ||
       still_->samples.sampleHeight() != all.y1) {
-    still_.emplace(StillSamples{
-        makeSurfaceSamples({like.width, like.height, like.samples, false, !like.tint.empty()}),
-        Region(all.x1, all.y1)});
+    still_.emplace(StillSamples{makeSurfaceSamples({like.width, like.height, like.samples, false,
+                                                    !like.tint.empty(), !like.highlight.empty()}),
+                                Region(all.x1, all.y1)});
   }
   Region missing(all.x1, all.y1);
   for (const Rectangle& r : part.rectangles()) missing.add(r);

@@ -86,9 +86,17 @@ std::vector<gl::Define> lightDefines(const frame::Lighting& lighting) {
                      std::to_string(scene::kMaxUnbakedLights) + " are allowed: bake some of them");
   }
   std::string sum;
+  std::string highlights;
   for (std::size_t i = 0; i < lighting.lights.size(); ++i) {
     if (i > 0) sum += " + ";
+    if (i > 0) highlights += " + ";
     const std::string number = std::to_string(i);
+    const bool directional = lighting.lights[i].type == scene::LightType::Directional;
+    const bool spot = lighting.lights[i].type == scene::LightType::Spot;
+    highlights += (directional ? "directionalHighlight("
+                   : spot      ? "spotHighlight("
+                               : "pointHighlight(") +
+                  number + ", x, lobe)";
     switch (lighting.lights[i].type) {
       case scene::LightType::Directional:
         sum += "directionalLight(" + number + ", n)";
@@ -102,7 +110,8 @@ std::vector<gl::Define> lightDefines(const frame::Lighting& lighting) {
     }
   }
   return {{"LIGHT_COUNT", std::to_string(lighting.lights.size())},
-          {"LIGHT_SUM", sum.empty() ? "vec3(0.0)" : sum}};
+          {"LIGHT_SUM", sum.empty() ? "vec3(0.0)" : sum},
+          {"HIGHLIGHT_SUM", highlights.empty() ? "vec3(0.0)" : highlights}};
 }
 
 std::string environmentType(const frame::Lighting& lighting) {

@@ -182,6 +182,7 @@ std::vector<gl::Define> featureDefines(std::uint32_t features) {
           {"SPECULAR_TEXTURE", flag(kSpecularTexture)},
           {"EMISSIVE_TEXTURE", flag(kEmissiveTexture)},
           {"BEND", flag(kBend)},
+          {"HIGHLIGHT_OUTPUT", flag(kHighlightOutput)},
           {"ALPHA_MASK", flag(kAlphaMask)},
           {"VERTEX_COLOR", flag(kVertexColor)},
           {"UNLIT", flag(kUnlit)},
@@ -239,12 +240,15 @@ Materials::Materials(const scene::Scene& scene) {
 
   // Tints by object id
   std::vector<Vec4> tints{Vec4(1.0f)};
+  const bool lit = frame::hasUnbakedLights(scene);
   for (const scene::Object& object : scene.objects) {
     const scene::Material& material = scene.materials[object.material];
     tints.emplace_back(material.reflectionTint, 1.0f);
     if (classes_[object.material] == SampleClass::Diffuse) continue;
     reflective_ = true;
     tintVaries_ = tintVaries_ || material.tintVaries();
+    highlights_ = highlights_ || (lit && scene.highlights && material.refraction == 0.0f &&
+                                  classes_[object.material] == SampleClass::Glossy);
     tinted_ = tinted_ || material.reflectionTint != Vec3(1.0f);
   }
   tintBuffer_ = gl::Buffer("reflection tints", std::span<const Vec4>(tints));

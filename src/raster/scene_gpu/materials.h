@@ -28,12 +28,13 @@ enum Feature : std::uint32_t {
   kEmissiveUv1 = 1u << 10,
   kBakeIrradiance = 1u << 11,
   kBakeVisibility = 1u << 12,
-  kSky = 1u << 13,             ///< light of the environment or ambient light, where visible
-  kRadianceOutput = 1u << 14,  ///< what a pass writes: diffuse radiance,
-  kNormalOutput = 1u << 15,    ///< the shading normal,
-  kSpecularOutput = 1u << 16,  ///< s and g,
-  kTintOutput = 1u << 17,      ///< the reflection's tint
-  kBend = 1u << 18,            ///< frame::bendsNormals()
+  kSky = 1u << 13,              ///< light of the environment or ambient light, where visible
+  kRadianceOutput = 1u << 14,   ///< what a pass writes: diffuse radiance,
+  kNormalOutput = 1u << 15,     ///< the shading normal,
+  kSpecularOutput = 1u << 16,   ///< s and g,
+  kTintOutput = 1u << 17,       ///< the reflection's tint
+  kBend = 1u << 18,             ///< frame::bendsNormals()
+  kHighlightOutput = 1u << 19,  ///< lights' highlights
 };
 
 /// Features of a material by itself.
@@ -70,6 +71,7 @@ class Materials {
   const gl::Texture& tints() const { return tints_; }
   bool tinted() const { return tinted_; }          ///< any reflective object with a tint but 1
   bool tintVaries() const { return tintVaries_; }  ///< and one with a tint of its own everywhere
+  bool highlights() const { return highlights_; }  ///< any object on which lights show
   bool reflective() const { return reflective_; }  ///< any object that reflects
   SampleClass classOf(int material) const { return classes_[material]; }
   std::size_t bytes() const;
@@ -90,6 +92,7 @@ class Materials {
   std::size_t blockStride_ = 0;
   bool tinted_ = false;
   bool tintVaries_ = false;
+  bool highlights_ = false;
   bool reflective_ = false;
 };
 

@@ -1,8 +1,9 @@
-// Samples to pixels: mean of (1 - s) diffuse + s tint reflection; a = share of samples that are
+// Samples to pixels: mean of (1 - s) diffuse + s tint (reflection + highlight); a = share of samples that are
 // not background.
 //   SAMPLES   per axis
 //   REFLECTIVE 0 when nothing of the scene reflects: the mean of the diffuse radiance
 //   TINTED    0 when all reflective materials have tint 1; 1: each object has one; 2: each sample
+//   HIGHLIGHTS 1: there are highlights of lights
 //   FRESNEL   1: s + (1 - s)(1 - cos)^5 [Schlick1994] where s > 0
 #include "constants.glsl"
 
@@ -13,6 +14,9 @@ layout(binding = kObjectImage, r32ui) readonly uniform uimage2D objectSamples;
 layout(binding = kTintsUnit) uniform samplerBuffer tints;  // by object id
 #elif TINTED == 2
 layout(binding = kTintImage, rgba32f) readonly uniform image2D tintSamples;
+#endif
+#if HIGHLIGHTS
+layout(binding = kHighlightImage, rgba32f) readonly uniform image2D highlightSamples;
 #endif
 layout(binding = kReflectionImage, rgba32f) readonly uniform image2D reflectionSamples;
 layout(binding = kNormalImage, rgba32f) readonly uniform image2D normalSamples;
@@ -29,6 +33,9 @@ void main() {
       vec4 diffuse = imageLoad(diffuseSamples, at);
 #if REFLECTIVE
       vec3 reflected = imageLoad(reflectionSamples, at).rgb;
+#if HIGHLIGHTS
+      reflected += imageLoad(highlightSamples, at).rgb;
+#endif
 #if TINTED == 1
       reflected *= texelFetch(tints, int(imageLoad(objectSamples, at).r)).rgb;
 #elif TINTED == 2

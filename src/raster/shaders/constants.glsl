@@ -18,6 +18,7 @@ const int kObjectImage = 1;
 const int kReflectionImage = 2;
 const int kNormalImage = 3;
 const int kTintImage = 4;
+const int kHighlightImage = 5;
 const int kTintsUnit = 5;
 
 // Attributes of the scene's vertices

@@ -1,5 +1,6 @@
 // One sample of the G-buffer.
 //   BEND         1: the normal may mirror rays below the triangle, and is bent where it does
+//   HIGHLIGHT_OUTPUT  1: lights show on some glossy object
 //   TINT_OUTPUT  1: tints differ from place to place on some material, and are written
 #include "surface.glsl"
 
@@ -10,6 +11,10 @@ layout(location = 1) out vec4 outNormal;
 layout(location = 2) out uint outObject;
 #if TINT_OUTPUT
 layout(location = 3) out vec4 outTint;  // of the reflection
+#endif
+#if HIGHLIGHT_OUTPUT
+#include "highlights.glsl"
+layout(location = 3 + TINT_OUTPUT) out vec4 outHighlight;
 #endif
 
 #if BEND
@@ -63,6 +68,14 @@ void main() {
   outDiffuse = vec4(surface.radiance, surface.s);
   outNormal = vec4(surface.normal, alpha);
   outObject = objectId;
+#if HIGHLIGHT_OUTPUT
+  vec3 away = fragmentFromEye();
+  bool shines = surface.s > 0.0 && surface.g > kLargestMirrorG;
+  outHighlight = vec4(shines ? lightHighlights(frame.eye.xyz + away, surface.normal,
+                                               normalize(away), surface.g)
+                             : vec3(0.0),
+                      1.0);
+#endif
 #if TINT_OUTPUT
   outTint = vec4(surface.tint, 1.0);
 #endif

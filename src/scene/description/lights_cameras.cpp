@@ -110,6 +110,7 @@ CameraDefinition Composer::cameraOf(const Value& value) {
 
 void Composer::setSurroundings() {
   if (root_.has("ambient")) scene_.ambient = colorOf(root_.get("ambient"));
+  if (root_.has("highlights")) scene_.highlights = root_.get("highlights").asBool();
   if (root_.has("bake")) {
     const Value bake = root_.get("bake");
     const std::string mode = bakeMode();

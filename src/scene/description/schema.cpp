@@ -495,6 +495,8 @@ const Schema& sceneSchema() {
            .object = &environmentSchema()},
           any("ambient", "A radiance that comes from everywhere: [r, g, b] or \"#rrggbb\".",
               "[0, 0, 0]"),
+          boolean("highlights", "Whether lights that are not baked show in glossy surfaces.",
+                  "false"),
           {.name = "bake",
            .type = FieldType::Object,
            .help = "What is baked.",

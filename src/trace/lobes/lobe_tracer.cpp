@@ -143,7 +143,8 @@ void LobeTracer::runLevel(std::size_t bounce, int bouncesLeft, Vec3* radiance, s
       here.first[i - block.begin] = block.rays;
       block.rays += rays;
       block.mirrors = block.mirrors && points.glossiness[i] <= scene::kMirrorGlossiness &&
-                      !(points.refraction[i] > 0.0f) && !(points.above[i] < 0.0f);
+                      points.bent[i] == 0 && !(points.refraction[i] > 0.0f) &&
+                      !(points.above[i] < 0.0f);
     }
     here.first[block.end - block.begin] = block.rays;
     std::uint8_t* const blockFlags = flags == nullptr ? nullptr : flags + block.begin;
@@ -192,7 +193,8 @@ void LobeTracer::copyRays(Level& level, const Block& block, std::size_t point, s
   const std::size_t end = level.first[point - block.begin + 1];
   const int count = static_cast<int>(end - begin);
   std::uint8_t* const flag = flags == nullptr ? nullptr : flags + (point - block.begin);
-  if (points.refraction[point] > 0.0f || (count == 1 && points.above[point] < 0.0f)) {
+  if (points.bent[point] != 0 || points.refraction[point] > 0.0f ||
+      (count == 1 && points.above[point] < 0.0f)) {
     for (int k = 0; k < count; ++k)
       setRay(level, point, begin + static_cast<std::size_t>(k), k, count, flag, counts);
     return;
@@ -323,7 +325,9 @@ void LobeTracer::continueReflective(std::size_t bounce, const Block& block, int 
     const frame::SurfacePoint& surface = here.surfaces[ray];
     const float s = reflectionWeight(surface.specularLevel, here.rays.direction(ray),
                                      surface.normal, options_.fresnelSchlick);
-    here.values[ray] = (1.0f - s) * surface.diffuse + s * surface.tint * here.reflected[k];
+    const Vec3 arriving =
+        surface.highlight == Vec3(0.0f) ? here.reflected[k] : here.reflected[k] + surface.highlight;
+    here.values[ray] = (1.0f - s) * surface.diffuse + s * surface.tint * arriving;
   }
 }
 

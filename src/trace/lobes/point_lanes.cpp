@@ -180,7 +180,7 @@ const Versions& versions() {
 
 ReflectionPoint PointLanes::at(std::size_t i) const {
   return {position.at(i), normal.at(i),           direction.at(i), glossiness[i], distance[i],
-          refraction[i],  {shiftX[i], shiftY[i]}, object[i],       extent[i]};
+          refraction[i],  {shiftX[i], shiftY[i]}, object[i],       extent[i],     bent[i] != 0};
 }
 
 void PointLanes::set(std::size_t i, const ReflectionPoint& point) {
@@ -194,6 +194,7 @@ void PointLanes::set(std::size_t i, const ReflectionPoint& point) {
   shiftY[i] = point.shift.y;
   object[i] = point.object;
   extent[i] = point.extent;
+  bent[i] = point.bent ? 1 : 0;
 }
 
 void placePoints(const SampleCamera& camera, const SampleLanes& samples, PointLanes& points) {

@@ -35,6 +35,7 @@ struct PointLanes {
   /// Distance before settle() moved the point: what ray cones grow with.
   alignas(64) Lane coneDistance{};
   std::array<int, kMostLanes> object{};
+  std::array<std::uint8_t, kMostLanes> bent{};
   // What aim() makes of them
   Lanes3 axis;               ///< mirrored direction, unit length
   Lanes3 origin;             ///< of rays to the outside

@@ -34,8 +34,8 @@ struct ReflectionPoint {
   int object = 0;
   /// TraceScene::extentOf() the object that it lies on.
   float extent = 0.0f;
-  bool bent =
-      false;  ///< the normal is frame::aboveSurface()'s: all rays count as below the horizon
+  /// The normal is frame::aboveSurface()'s: all rays count as below the horizon.
+  bool bent = false;
 };
 
 struct ReflectionOptions {
