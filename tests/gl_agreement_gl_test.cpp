@@ -230,10 +230,11 @@ void compareSample(const test::GlStage& stage, const scene::Camera& camera, cons
     found.depth += std::abs(z - seen.z[i]) > 1e-4f * seen.z[i] ? 1 : 0;
     const Vec3 n(drawn.normal[4 * i], drawn.normal[4 * i + 1], drawn.normal[4 * i + 2]);
     found.normal += glm::dot(n, point.normal) < 0.9999f ? 1 : 0;
-    found.specular += std::abs(drawn.diffuse[4 * i + 3] - point.specularLevel) > 0.005f ||
-                              std::abs(raster::glossinessOf(drawn.normal[4 * i + 3]) - point.glossiness) > 0.005f
-                          ? 1
-                          : 0;
+    found.specular +=
+        std::abs(drawn.diffuse[4 * i + 3] - point.specularLevel) > 0.005f ||
+                std::abs(raster::glossinessOf(drawn.normal[4 * i + 3]) - point.glossiness) > 0.005f
+            ? 1
+            : 0;
     if (!agrees(diffuse, expected)) {
       const trace::Hit twin = twinOf(moment.geometry, seen.hits[i]);
       if (!twin.miss() && agrees(diffuse, shade(twin).diffuse)) {

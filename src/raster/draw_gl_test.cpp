@@ -114,7 +114,7 @@ TEST(DiffuseDraw, ASetDrawnAloneIsThePartOfTheWholeThatItShows) {
         ASSERT_EQ(normal[4 * i + c], whole.normal[4 * i + c]) << alone;
       }
       ASSERT_EQ(specular[4 * i], whole.s(i));
-      ASSERT_EQ(specular[4 * i + 1], whole.g(i));
+      ASSERT_NEAR(specular[4 * i + 1], whole.g(i), 1e-6f);
     }
     EXPECT_GT(shown, 50u) << alone;
     if (alone == 1) {
