@@ -99,11 +99,9 @@ std::size_t SceneRaster::memoryBytes() const {
   return state_->scene.bytes();
 }
 
-std::uint64_t clampedTexels(const gl::Texture& cube) {
+std::uint64_t clampedTexels(const gl::Texture& texture) {
   constexpr std::uint16_t kLargestHalf = 0x7BFF;
-  const auto side = static_cast<std::size_t>(cube.width());
-  std::vector<std::uint16_t> texels(6 * side * side * 4);
-  cube.read(0, GL_RGBA, GL_HALF_FLOAT, std::as_writable_bytes(std::span(texels)));
+  const auto texels = texture.read<std::uint16_t>(0, GL_RGBA, GL_HALF_FLOAT, 4);
   std::uint64_t count = 0;
   for (std::size_t i = 0; i < texels.size(); i += 4) {
     count +=

@@ -25,8 +25,8 @@ namespace catoptric::raster {
 class SceneGpu;
 struct FrameView;
 
-/// Texels of level 0 of a cube map (RGBA16F) that half floats have clamped.
-std::uint64_t clampedTexels(const gl::Texture& cube);
+/// Texels of level 0 of all layers of a texture (RGBA16F) that half floats have clamped.
+std::uint64_t clampedTexels(const gl::Texture& texture);
 
 /// GL side of one scene; lives as long as its context.
 class SceneRaster {

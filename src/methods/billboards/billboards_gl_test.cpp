@@ -89,6 +89,31 @@ TEST(Billboards, AChangeOfViewRendersNoImpostor) {
   EXPECT_GT(output.counters.at("impostors_reused"), 0u);
 }
 
+TEST(Billboards, ClampedTexelsOfImagesAreCounted) {
+  for (const float radiance : {1.0f, 1e6f}) {
+    test::SceneBuilder builder;
+    builder.constantEnvironment(Vec3(0.25f));
+    builder.add(scene::makeSphere(0.4f, 64, 32, scene::UvMode::Unit), builder.reflective(0.9f));
+    const int material = unlit(builder);
+    builder.scene().materials[static_cast<std::size_t>(material)].baseColor = Vec3(0, radiance, 0);
+    builder.add(scene::makePlane({2.0f, 2.0f}, {1, 1}, scene::UvMode::Unit), material,
+                test::translation({0.0f, -0.5f, 0.0f}));
+    test::GlStage stage(builder.scene(), kSettings);
+    test::GlMethod method(stage, billboardsEntry(),
+                          R"({"plane_size": 32, "objects": ["object1"]})");
+    // The quad fills its image, but for texels at the edges
+    const std::uint64_t least = radiance > 65504.0f ? 30u * 30u : 0u;
+    const std::uint64_t most = radiance > 65504.0f ? 32u * 32u : 0u;
+    for (const float x : {0.3f, -0.3f}) {  // drawn, then kept
+      const FrameOutput output = method.render(cameraAt({x, 0.4f, 2.2f}));
+      EXPECT_EQ(output.counters.at("impostors_rendered"), x > 0.0f ? 1u : 0u);
+      EXPECT_GE(output.counters.at("clamped_images"), least);
+      EXPECT_LE(output.counters.at("clamped_images"), most);
+      EXPECT_EQ(output.counters.at("clamped_cube_map"), 0u);
+    }
+  }
+}
+
 // What a ray sees of a floor between walls: the floor, a blend on the walls, else the environment.
 Vec3 ofBox(const Vec3& origin, const Vec3& direction, float half, float y, float height,
            const Vec3& floor, const Vec3& environment) {

@@ -83,17 +83,24 @@ void Images::update(Services& services, const std::vector<Impostor>& impostors,
     for (const int index : fresh) {
       const Impostor& impostor = impostors[static_cast<std::size_t>(index)];
       const int layer = layerOf(index);
-      draw(services, impostor, layer, drawn, index);
+      const std::uint64_t clamped = draw(services, impostor, layer, drawn, index);
       slots_[static_cast<std::size_t>(layer)] = {true, impostor.slab, impostor.object,
-                                                 impostor.camera};
+                                                 impostor.camera, clamped};
       drawnNow_[static_cast<std::size_t>(index)] = true;
       ++drawn_;
     }
   });
 }
 
-void Images::draw(Services& services, const Impostor& impostor, int layer, const Drawn& drawn,
-                  int index) {
+std::uint64_t Images::clampedTexels() const {
+  std::uint64_t sum = 0;
+  for (const int layer : layerOf_)
+    if (layer >= 0) sum += slots_[static_cast<std::size_t>(layer)].clampedTexels;
+  return sum;
+}
+
+std::uint64_t Images::draw(Services& services, const Impostor& impostor, int layer,
+                           const Drawn& drawn, int index) {
   const bool normals = reflective_ && impostor.reflective;
   const gl::Framebuffer& target = normals ? reflectiveTarget_ : target_;
   const gl::DrawScope scope{gl::DrawState()};
@@ -118,10 +125,12 @@ void Images::draw(Services& services, const Impostor& impostor, int layer, const
     keep(normal_, normals_, 2 * layer);
     keep(specular_, normals_, 2 * layer + 1);
   }
-  if (!impostor.depth) return;
+  const std::uint64_t clamped = raster::clampedTexels(color_);
+  if (!impostor.depth) return clamped;
   texels_ = raster::readDepth(depth_);
   depths_.upload(0, layer, GL_RED, GL_FLOAT, texels_.data());
   drawn(index, layer, texels_);
+  return clamped;
 }
 
 }  // namespace catoptric::methods::impostors

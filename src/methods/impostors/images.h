@@ -36,6 +36,8 @@ class Images {
   int layers() const { return static_cast<int>(slots_.size()); }
   std::uint64_t drawnCount() const { return drawn_; }
   std::uint64_t keptCount() const { return kept_; }
+  /// Texels of the needed images that half floats have clamped, whenever they were drawn.
+  std::uint64_t clampedTexels() const;
 
   const gl::Texture& colors() const { return colors_; }
   const gl::Texture& normals() const { return normals_; }
@@ -47,9 +49,12 @@ class Images {
     bool slab = false;
     int object = 0;
     Camera camera;
+    std::uint64_t clampedTexels = 0;
   };
   void grow(std::size_t layers);
-  void draw(Services& services, const Impostor& impostor, int layer, const Drawn& drawn, int index);
+  /// Returns how many of its texels half floats have clamped.
+  std::uint64_t draw(Services& services, const Impostor& impostor, int layer, const Drawn& drawn,
+                     int index);
 
   int size_ = 0;
   bool reflective_ = false;

@@ -55,7 +55,8 @@ std::vector<CounterInfo> commonCounters() {
           {"left_in_map", "objects beyond the option most, left in the environment map"},
           {"coinciding", "pairs of a reflector and an object with one centroid"},
           {"refraction_mirrored", "samples of materials that refract: they are mirrored instead"},
-          {"clamped_cube_map", "texels of the cube map beyond half floats", true}};
+          {"clamped_cube_map", "texels of the cube map beyond half floats", true},
+          {"clamped_images", "texels of the impostors' images beyond half floats", true}};
 }
 
 MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& settings) const {
@@ -358,6 +359,7 @@ void ImpostorMethod::report(const Services&, FrameOutput& output) const {
   output.counters["left_in_map"] = choice_.left;
   output.counters["coinciding"] = choice_.coinciding;
   output.counters["clamped_cube_map"] = cubeMap_.clampedTexels();
+  output.counters["clamped_images"] = images_.clampedTexels() + planes_.clampedTexels();
   if (needed_.empty()) return;
   Table& table = output.tables.emplace_back(impostorsTable());
   for (const int index : needed_) {
