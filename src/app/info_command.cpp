@@ -214,7 +214,8 @@ std::string infoText(const std::string& input, const scene::Scene& scene,
 ExitCode info(const std::string& input, const CommonOptions& common) {
   requireScene(input);
   const scene::Scene scene = scene::loadScene(input);
-  frame::EnvironmentLight(scene.environment);  // reads the environment's image: it may be bad
+  // Reads the environment's image: it may be bad.
+  static_cast<void>(frame::EnvironmentLight(scene.environment));
   const std::vector<bool> moving = scene::movingObjects(scene);
   printData(common.json ? infoJson(input, scene, moving) + "\n" : infoText(input, scene, moving));
   return ExitCode::Done;

@@ -208,7 +208,7 @@ namespace {
 /// The config that a file, a scene or standard input gives, before the command line changes it.
 config::Value inputConfig(const RunOptions& options, const std::filesystem::path& file) {
   if (options.input == kStandardInput) {
-    const config::Value root = config::parseText(standardInput(), "standard input");
+    config::Value root = config::parseText(standardInput(), "standard input");
     if (run::fileKind(root) == run::FileKind::Scene)
       throw UsageError("standard input: is a scene; a run config is read from there alone");
     return root;
@@ -224,7 +224,7 @@ config::Value inputConfig(const RunOptions& options, const std::filesystem::path
     if (methods.empty()) methods.emplace_back("traced");
     return run::configOfScene(file, methods);
   }
-  const config::Value root = config::parseFile(file);
+  config::Value root = config::parseFile(file);
   if (run::fileKind(root) == run::FileKind::Path)
     throw UsageError(options.input +
                      ": is a camera path; name a run config or a scene, and this file as the "

@@ -403,6 +403,34 @@ Vec3 reflectionTint(const scene::Material& material, float metallic, const Vec3&
   return Vec3(shares.plain) + shares.metal * albedo;
 }
 
+namespace {
+
+/// A normal map's texel in the frame of the interpolated normal and tangent.
+Vec3 mappedNormal(const scene::Material& material, const Vec3& smooth, const Vec4& tangent,
+                  const Vec3& texel) {
+  const Vec3 t = normalizedOr(Vec3(tangent), Vec3(1.0f, 0.0f, 0.0f));
+  const Vec3 b = glm::cross(smooth, t) * tangent.w;
+  Vec3 m = 2.0f * texel - Vec3(1.0f);
+  m.x *= material.normalScale;
+  m.y *= material.normalScale;
+  return normalizedOr(m.x * t + m.y * b + m.z * smooth, smooth);
+}
+
+/// Of what is baked, the sky and the lights.
+Vec3 surfaceIrradiance(const Lighting& lighting, const Vec4& bake, const Vec3& position,
+                       const Vec3& normal) {
+  Vec3 irradiance = Vec3(bake);
+  if (bake.w > 0.0f) {
+    irradiance += bake.w * (lighting.environment->irradiance(normal) + kPi * lighting.ambient);
+  }
+  for (const WorldLight& light : lighting.lights) {
+    irradiance += lightIrradiance(light, position, normal);
+  }
+  return irradiance;
+}
+
+}  // namespace
+
 SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
                           const Lighting& lighting, int object, std::uint32_t primitive, float u,
                           float v, const Vec3& position, const Vec3& direction, float coneWidth) {
@@ -437,16 +465,10 @@ SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
   point.position = position;
   point.geometricNormal = back ? -geometric : geometric;
 
-  // Normal map in the frame of the interpolated normal and tangent.
   Vec3 normal = smooth;
   if (material.normalTexture.used()) {
-    const Vec4 tangent = at(&VertexAttributes::tangent);
-    const Vec3 t = normalizedOr(Vec3(tangent), Vec3(1.0f, 0.0f, 0.0f));
-    const Vec3 b = glm::cross(smooth, t) * tangent.w;
-    Vec3 m = 2.0f * Vec3(sample(material.normalTexture)) - Vec3(1.0f);
-    m.x *= material.normalScale;
-    m.y *= material.normalScale;
-    normal = normalizedOr(m.x * t + m.y * b + m.z * smooth, smooth);
+    normal = mappedNormal(material, smooth, at(&VertexAttributes::tangent),
+                          Vec3(sample(material.normalTexture)));
   }
   if (back) normal = -normal;
   point.normal = normal;
@@ -481,14 +503,8 @@ SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
     point.diffuse = albedo;
     return point;
   }
-  const Vec4 bake = at(&VertexAttributes::bake);
-  Vec3 irradiance = Vec3(bake);
-  if (bake.w > 0.0f) {
-    irradiance += bake.w * (lighting.environment->irradiance(normal) + kPi * lighting.ambient);
-  }
-  for (const WorldLight& light : lighting.lights) {
-    irradiance += lightIrradiance(light, position, normal);
-  }
+  const Vec3 irradiance =
+      surfaceIrradiance(lighting, at(&VertexAttributes::bake), position, normal);
   Vec3 emissive = material.emissive;
   if (material.emissiveTexture.used()) emissive *= Vec3(sample(material.emissiveTexture));
   point.diffuse = albedo * (1.0f / kPi) * irradiance + emissive;

@@ -111,7 +111,8 @@ TEST(EnvironmentMap, MirrorInAConstantEnvironmentIsThatConstant) {
         }
         ++reflective;
         worst = std::max(worst, glm::length((sample.radiance - radiance) / radiance));
-        EXPECT_EQ(sample.mask, raster::kMaskEnvironment);
+        // Normals are bent along the outline
+        EXPECT_EQ(sample.mask & ~raster::kMaskBelowHorizon, raster::kMaskEnvironment);
       }
       EXPECT_GT(reflective, 1000u);
       // Filtering equal texels rounds.

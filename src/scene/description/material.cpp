@@ -114,6 +114,19 @@ int MaterialLibrary::materialOf(const Value& nameOrInline, int base) {
   return index;
 }
 
+namespace {
+
+/// Of a material of s and g.
+void setRefraction(Material& m, const Value& value, float s, float g) {
+  const Value index = value.get("refraction");
+  m.refraction = static_cast<float>(index.asNumber());
+  if (!(s > 0.0f))
+    index.fail("a material that refracts needs an \"s\" above 0, the part that is refracted");
+  if (g > kMirrorGlossiness) index.fail("what refracts must be sharp: \"g\" may be 0.05 at most");
+}
+
+}  // namespace
+
 Material MaterialLibrary::read(const Value& value, Material m) {
   const auto number = [&](const char* name) {
     return static_cast<float>(config::valueOr(value, materialSchema(), name).asNumber());
@@ -175,16 +188,7 @@ Material MaterialLibrary::read(const Value& value, Material m) {
       m.reflectionTint = value.has("tint") ? colorOf(value.get("tint")) : Vec3(1.0f);
       m.albedoTint = 0.0f;
     }
-    if (value.has("refraction")) {
-      m.refraction = number("refraction");
-      if (!(s > 0.0f)) {
-        value.get("refraction")
-            .fail("a material that refracts needs an \"s\" above 0, the part that is refracted");
-      }
-      if (g > kMirrorGlossiness) {
-        value.get("refraction").fail("what refracts must be sharp: \"g\" may be 0.05 at most");
-      }
-    }
+    if (value.has("refraction")) setRefraction(m, value, s, g);
   }
 
   if (value.has("emissive")) m.emissive = colorOf(value.get("emissive"));

@@ -175,6 +175,24 @@ std::vector<Field> implicitFields() {
 }
 
 /// Own parameters of each shape.
+std::vector<Field> revolutionFields() {
+  return {
+      {.name = "profile",
+       .type = FieldType::Array,
+       .help = "Points [r, y] in metres, from bottom to top.",
+       .items = FieldType::Numbers},
+      choice("curve", "The curve through the profile's points.", "\"catmull_rom\"",
+             {"polyline", "catmull_rom", "bezier", "polynomial"}),
+      numbers("coefficients", "Of a polynomial: r(y) = c0 + c1 y + ..."),
+      numbers("range", "Of a polynomial: from which y to which, in metres.", "[0, 1]"),
+      number("thickness",
+             "The thickness in metres; above 0 the shape is a vessel with an inner wall and a rim.",
+             "0", 0.0, kHuge),
+      segments("How many parts the shape has around, and along its profile.", "[64, 48]"),
+      number("smooth_angle", "Degrees; bends that are sharper keep an edge.", "40", 0.0, 180.0),
+      boolean("caps", "Whether ends that are off the axis are closed.", "true")};
+}
+
 const std::vector<std::pair<std::string, std::vector<Field>>>& shapeFields() {
   const auto size3 =
       numbers("size", "Width, height and depth in metres.", "[1, 1, 1]", kTiny, kHuge);
@@ -225,22 +243,7 @@ const std::vector<std::pair<std::string, std::vector<Field>>>& shapeFields() {
        {number("height", "The height in metres.", "0.5", kTiny, kHuge),
         integer("segments", "How many parts an edge of a patch has.", "10", 1, 256),
         boolean("lid", "Whether the teapot has its lid.", "true")}},
-      {"revolution",
-       {{.name = "profile",
-         .type = FieldType::Array,
-         .help = "Points [r, y] in metres, from bottom to top.",
-         .items = FieldType::Numbers},
-        choice("curve", "The curve through the profile's points.", "\"catmull_rom\"",
-               {"polyline", "catmull_rom", "bezier", "polynomial"}),
-        numbers("coefficients", "Of a polynomial: r(y) = c0 + c1 y + ..."),
-        numbers("range", "Of a polynomial: from which y to which, in metres.", "[0, 1]"),
-        number(
-            "thickness",
-            "The thickness in metres; above 0 the shape is a vessel with an inner wall and a rim.",
-            "0", 0.0, kHuge),
-        segments("How many parts the shape has around, and along its profile.", "[64, 48]"),
-        number("smooth_angle", "Degrees; bends that are sharper keep an edge.", "40", 0.0, 180.0),
-        boolean("caps", "Whether ends that are off the axis are closed.", "true")}},
+      {"revolution", revolutionFields()},
       {"tube",
        {required(arrayOf("points", "The points that the bar runs through, in metres.",
                          FieldType::Vec3, 2.0)),
