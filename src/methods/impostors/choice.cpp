@@ -158,7 +158,7 @@ class Chooser {
 
   int insert(Impostor impostor) {
     impostor.reflective = mirrors_[static_cast<std::size_t>(impostor.object)];
-    choice_.impostors.push_back(std::move(impostor));
+    choice_.impostors.push_back(impostor);
     return static_cast<int>(choice_.impostors.size()) - 1;
   }
 
@@ -184,7 +184,7 @@ class Chooser {
     const float half = impostor.slab ? kSlab * metres_ : 0.1f * camera.centreMetres;
     camera.nearMetres = camera.centreMetres - half;
     camera.farMetres = camera.centreMetres + half;
-    const int made = insert(std::move(impostor));
+    const int made = insert(impostor);
     flats_.emplace(key, made);
     return made;
   }
@@ -203,7 +203,7 @@ class Chooser {
     Impostor impostor{.object = object};
     impostor.camera = lookAtPoints(verticesOf(geometry_, object), shape(object).centroid, forward,
                                    upBeside(object, forward), kLeastSize * metres_);
-    return insert(std::move(impostor));
+    return insert(impostor);
   }
 
   void depthMaps(int reflector, int object, ImpostorList& into) {
@@ -249,7 +249,7 @@ class Chooser {
     Impostor impostor{.object = object, .depth = true};
     impostor.camera = lookAtPoints(verticesOf(geometry_, object), shape(object).centroid, forward,
                                    upBeside(object, forward), kLeastSize * metres_);
-    const int made = insert(std::move(impostor));
+    const int made = insert(impostor);
     maps_.emplace(key, made);
     return made;
   }
