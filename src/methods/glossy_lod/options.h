@@ -15,7 +15,7 @@ struct Options {
   bool filter = true;
   bool automatic = false;  ///< [Yu2008] Sec. 4: rays and alpha by the exponent
   int size = 128;          ///< quads along the edge of an object's geometry image
-  Objects objects = Objects::Diffuse;
+  Objects objects = Objects::All;
 };
 
 const config::OptionTable<Options>& optionTable();

@@ -176,8 +176,8 @@ void GridMapping::shift(const KeyFrame& key) {
       if (std::isnan(offsets_[at[i]].x) || key.surface(at[i]) != key.surface(at[0]) ||
           !similar(key.length(at[i]), key.length(at[(i + 1) % 3]), options_.epsilon))
         return;
-      p[i] = Vec2(static_cast<float>(at[i] % width), static_cast<float>(at[i] / width)) +
-             offsets_[at[i]];
+      const std::size_t row = at[i] / width;
+      p[i] = Vec2(static_cast<float>(at[i] % width), static_cast<float>(row)) + offsets_[at[i]];
     }
     // A triangle of the grid is half a sample large.
     if (std::abs(cross(p[1] - p[0], p[2] - p[0])) > options_.magnification) return;
