@@ -29,7 +29,7 @@ std::string px(double value) {
 /// Shortest text of a tick: 0.5, 20, 1500.
 std::string tickText(double value) {
   for (int decimals = 0; decimals < 6; ++decimals) {
-    const std::string text = report::fixedText(value, decimals);
+    std::string text = report::fixedText(value, decimals);
     if (std::abs(std::stod(text) - value) <= 1e-9 * std::abs(value)) return text;
   }
   return report::exactText(value);

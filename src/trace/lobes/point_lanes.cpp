@@ -5,6 +5,13 @@
 #include "core/basis.h"
 #include "core/vector_level.h"
 
+// Of a loop whose turns do not depend on each other.
+#if defined(__GNUC__) && !defined(__clang__)
+#define CATOPTRIC_INDEPENDENT _Pragma("GCC ivdep")
+#else
+#define CATOPTRIC_INDEPENDENT
+#endif
+
 // The bodies below are plain loops over arrays that the compiler turns into vector code, once for
 // each level of the machine (CMakeLists.txt: no errno, no traps). They repeat the operations of
 // their scalar twins in reflect.cpp and methods/shared/sample_points.h one by one: equal bits.
@@ -43,7 +50,7 @@ static_assert(kMostLanes % kWidest == 0 && LobeLanes::kMost % kWidest == 0);
   float* const distance = points.distance.data();
   float* const coneDistance = points.coneDistance.data();
   const std::size_t count = padded(points.count);
-#pragma GCC ivdep
+  CATOPTRIC_INDEPENDENT
   for (std::size_t i = 0; i < count; ++i) {
     const float rayX = m00 * sampleX[i] + m10 * sampleY[i] + m20;
     const float rayY = m01 * sampleX[i] + m11 * sampleY[i] + m21;
@@ -80,7 +87,7 @@ static_assert(kMostLanes % kWidest == 0 && LobeLanes::kMost % kWidest == 0);
   float* const originZ = points.origin.z.data();
   float* const above = points.above.data();
   const std::size_t count = padded(points.count);
-#pragma GCC ivdep
+  CATOPTRIC_INDEPENDENT
   for (std::size_t i = 0; i < count; ++i) {
     // glm::normalize(glm::reflect(direction, normal))
     const float cosine =
@@ -119,7 +126,7 @@ struct LobeFrame {
   float* const directionY = frame.directionY;
   float* const directionZ = frame.directionZ;
   int below = 0;
-#pragma GCC ivdep
+  CATOPTRIC_INDEPENDENT
   for (std::size_t k = 0; k < count; ++k) {
     const float x = lobe.x[k] * bx.x + lobe.y[k] * by.x + lobe.z[k] * axis.x;
     const float y = lobe.x[k] * bx.y + lobe.y[k] * by.y + lobe.z[k] * axis.y;
@@ -141,6 +148,7 @@ struct Versions {
 };
 
 // One set of functions for each level: a macro, as a function's target is an attribute.
+// NOLINTBEGIN(bugprone-macro-parentheses): attributes take none
 #define CATOPTRIC_VERSION(name, attributes)                                           \
   namespace name {                                                                    \
   attributes void place(const SampleCamera& c, const SampleLanes& s, PointLanes& p) { \
@@ -161,6 +169,7 @@ CATOPTRIC_VERSION(v3, [[gnu::target("avx2,fma,bmi,bmi2")]])
 CATOPTRIC_VERSION(v4,
                   [[gnu::target("avx512f,avx512vl,avx512bw,avx512dq,avx512cd,avx2,fma,bmi,bmi2")]])
 #undef CATOPTRIC_VERSION
+// NOLINTEND(bugprone-macro-parentheses)
 
 const Versions& versions() {
   switch (vectorLevel()) {
