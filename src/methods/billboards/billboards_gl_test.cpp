@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/error.h"
 #include "frame/test_scenes.h"
 #include "methods/testing/gl_harness.h"
 
@@ -64,6 +65,12 @@ TEST(Billboards, FlatQuadsAreThoseThatTracedSees) {
   EXPECT_LT(output.counters.at("environment"), 2 * samples.ours.size() / 3);
   // At the quads' edges: a texel is half a sample wide there
   EXPECT_LE(static_cast<double>(off), 0.03 * static_cast<double>(samples.ours.size()));
+}
+
+TEST(Billboards, NamesOfNoObjectAreRefused) {
+  test::GlStage stage(ballAndQuads().scene(), kSettings);
+  EXPECT_THROW(test::GlMethod(stage, billboardsEntry(), R"({"objects": ["object1", "objekt2"]})"),
+               UsageError);
 }
 
 TEST(Billboards, IntersectionsAreTwiceTheDiffusePlusTheOthers) {

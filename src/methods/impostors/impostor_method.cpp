@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/error.h"
+#include "core/text.h"
 #include "methods/impostors/shaders/constants.h"
 #include "raster/scene_gpu/meshlets.h"
 
@@ -59,7 +61,27 @@ std::vector<CounterInfo> commonCounters() {
           {"clamped_images", "texels of the impostors' images beyond half floats", true}};
 }
 
+namespace {
+
+/// Throws UsageError where one of the names is no object's.
+void checkNames(const std::vector<std::string>& names, const scene::Scene& scene) {
+  constexpr std::size_t kListed = 20;  // of a scene's objects
+  std::vector<std::string> known;
+  for (const scene::Object& object : scene.objects) known.push_back(object.name);
+  for (const std::string& name : names) {
+    if (name == "auto" || std::ranges::find(known, name) != known.end()) continue;
+    std::string text = "objects: no object of the scene is called \"" + name + "\"" +
+                       didYouMean(name, known) + "; there are \"auto\"";
+    for (std::size_t i = 0; i < std::min(known.size(), kListed); ++i)
+      text += ", \"" + known[i] + "\"";
+    throw UsageError(text + (known.size() > kListed ? " and more" : ""));
+  }
+}
+
+}  // namespace
+
 MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& settings) const {
+  checkNames(options_.objects, scene);
   MethodPlan plan;
   plan.gbuffer = true;
   plan.masks = raster::kMaskEnvironment;
