@@ -49,7 +49,8 @@ def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int
     for config in sorted((source / "configs" / "papers").glob("*.json")):
         if config.name.endswith(".suite.json"):
             continue
-        sets = [] if config.name.startswith("perturbation") else [
+        # These need their own scenes: implicit surfaces, objects that they name
+        sets = [] if config.name.startswith(("perturbation", "impostors")) else [
             part for setting in small for part in ("--set", setting)]
         bench.catoptric("plan", config, "--frames", "1", *sets)
 
