@@ -216,6 +216,16 @@ EnvironmentLight::EnvironmentLight(const scene::Environment& environment)
   irradianceSh_ = projection.irradiance();
 }
 
+Vec2 EnvironmentLight::imageUv(const Vec3& direction) const {
+  // The direction turned by -rotation into the file's frame
+  const float c = std::cos(description_.rotationRad);
+  const float s = std::sin(description_.rotationRad);
+  const float x = c * direction.x - s * direction.z;
+  const float z = s * direction.x + c * direction.z;
+  return {0.5f + std::atan2(x, -z) / (2.0f * kPi),
+          std::acos(std::clamp(direction.y, -1.0f, 1.0f)) / kPi};
+}
+
 Vec3 EnvironmentLight::radiance(const Vec3& direction) const {
   const scene::Environment& e = description_;
   if (e.type == scene::EnvironmentType::Constant) return e.scale * e.color;
@@ -223,15 +233,9 @@ Vec3 EnvironmentLight::radiance(const Vec3& direction) const {
     const float t = std::min(1.0f, std::abs(direction.y));
     return e.scale * glm::mix(e.horizon, direction.y >= 0.0f ? e.color : e.ground, t);
   }
-  // Turn the direction by -rotation into the file's frame, then look up bilinearly.
-  const float c = std::cos(e.rotationRad);
-  const float s = std::sin(e.rotationRad);
-  const float x = c * direction.x - s * direction.z;
-  const float z = s * direction.x + c * direction.z;
-  const float u = 0.5f + std::atan2(x, -z) / (2.0f * kPi);
-  const float v = std::acos(std::clamp(direction.y, -1.0f, 1.0f)) / kPi;
-  const float px = u * static_cast<float>(width_) - 0.5f;
-  const float py = v * static_cast<float>(height_) - 0.5f;
+  const Vec2 uv = imageUv(direction);
+  const float px = uv.x * static_cast<float>(width_) - 0.5f;
+  const float py = uv.y * static_cast<float>(height_) - 0.5f;
   const float fx = std::floor(px);
   const float fy = std::floor(py);
   const int x0 = wrapped(static_cast<int>(fx), width_, scene::Wrap::Repeat);

@@ -73,6 +73,8 @@ class EnvironmentLight {
  public:
   explicit EnvironmentLight(const scene::Environment& environment);
   Vec3 radiance(const Vec3& direction) const;  ///< unit direction, world space
+  /// Where the image shows a unit direction of world space: u and v in 0..1, v from the top.
+  Vec2 imageUv(const Vec3& direction) const;
   /// Irradiance coefficients of the nine spherical harmonics of order <= 2, premultiplied so that
   /// E(n) = sum c_k Y_k(n) [Ramamoorthi2001].
   const std::array<Vec3, 9>& irradianceSh() const { return irradianceSh_; }

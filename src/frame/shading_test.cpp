@@ -4,12 +4,10 @@
 
 #include <cmath>
 #include <filesystem>
-#include <functional>
 
-#include "core/file.h"
 #include "core/random.h"
+#include "frame/test_environment.h"
 #include "frame/test_scenes.h"
-#include "image/image.h"
 #include "scene/animate.h"
 
 namespace catoptric::frame {
@@ -29,31 +27,6 @@ const std::vector<Vec3>& directions() {
     return d;
   }();
   return list;
-}
-
-/// A latitude-longitude image of a function of direction, as a Radiance file would hold it.
-std::filesystem::path writeEnvironment(const char* name, int width, int height,
-                                       const std::function<float(const Vec3&)>& radiance) {
-  image::Image image;
-  image.width = width;
-  image.height = height;
-  image.channels = {"R", "G", "B"};
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const float theta = kPi * (static_cast<float>(y) + 0.5f) / static_cast<float>(height);
-      const float phi =
-          2.0f * kPi * ((static_cast<float>(x) + 0.5f) / static_cast<float>(width) - 0.5f);
-      const Vec3 d(std::sin(theta) * std::sin(phi), std::cos(theta),
-                   -std::sin(theta) * std::cos(phi));
-      const float value = radiance(d);
-      image.data.insert(image.data.end(), {value, 2.0f * value, 0.5f * value});
-    }
-  }
-  image::ExrOptions options;
-  options.halfBeauty = false;
-  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / name;
-  writeFileAtomically(file, image::encodeExr(image, options));
-  return file;
 }
 
 TEST(EnvironmentLight, ConstantGivesPiTimesItsRadiance) {
@@ -107,8 +80,10 @@ TEST(EnvironmentLight, CosineSkyIsRightToOrderTwo) {
 
 TEST(EnvironmentLight, ImageFollowsTheMappingAndTurns) {
   // A bright half sky towards +x, as an image; turned by 90 degrees about +y it stands towards -z.
-  const auto file =
-      writeEnvironment("catoptric_env.exr", 256, 128, [](const Vec3& d) { return 1.0f + d.x; });
+  const auto file = test::writeEnvironment("catoptric_env.exr", 256, 128, [](const Vec3& d) {
+    const float value = 1.0f + d.x;
+    return Vec3(value, 2.0f * value, 0.5f * value);
+  });
   scene::Environment e;
   e.type = scene::EnvironmentType::File;
   e.file = file;

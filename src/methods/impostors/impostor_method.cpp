@@ -12,14 +12,6 @@
 namespace catoptric::methods::impostors {
 namespace {
 
-bool sameLights(const std::vector<frame::WorldLight>& a, const std::vector<frame::WorldLight>& b) {
-  return std::ranges::equal(a, b, [](const frame::WorldLight& x, const frame::WorldLight& y) {
-    return x.type == y.type && x.position == y.position && x.direction == y.direction &&
-           x.intensity == y.intensity && x.range == y.range && x.cosInner == y.cosInner &&
-           x.cosOuter == y.cosOuter;
-  });
-}
-
 Vec4 planeOf(const Impostor& impostor, const Shape& shape) {
   if (impostor.plane) return Vec4(impostor.plane->normal, -impostor.plane->offset);
   return Vec4(impostor.camera.forward, -glm::dot(impostor.camera.forward, shape.centroid));
@@ -151,7 +143,7 @@ void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
 }
 
 void ImpostorMethod::follow(const FrameInput& input, Services& services) {
-  const bool relit = !sameLights(lights_, services.lighting.lights);
+  const bool relit = lights_ != services.lighting.lights;
   const bool all = services.scene.animated() && input.firstOfSequence;
   if (!shapes_.empty() && !all && !relit && input.changedObjects.empty()) return;
   const frame::Geometry& geometry = services.geometry;

@@ -5,17 +5,6 @@
 #include <utility>
 
 namespace catoptric::methods {
-namespace {
-
-bool sameLights(const std::vector<frame::WorldLight>& a, const std::vector<frame::WorldLight>& b) {
-  return std::ranges::equal(a, b, [](const frame::WorldLight& x, const frame::WorldLight& y) {
-    return x.type == y.type && x.position == y.position && x.direction == y.direction &&
-           x.intensity == y.intensity && x.range == y.range && x.cosInner == y.cosInner &&
-           x.cosOuter == y.cosOuter;
-  });
-}
-
-}  // namespace
 
 std::uint64_t cubeMapBytes(int faceSize, std::uint64_t bytesPerTexel) {
   std::uint64_t texels = 0;
@@ -39,7 +28,7 @@ void CubeMap::follow(const FrameInput& input, Services& services, const Vec3& ce
                      int faceSize) {
   const bool moved =
       services.scene.animated() && (input.firstOfSequence || !input.changedObjects.empty() ||
-                                    !sameLights(lights_, services.lighting.lights));
+                                    lights_ != services.lighting.lights);
   if (empty() || moved) draw(services, centre, faceSize);
 }
 

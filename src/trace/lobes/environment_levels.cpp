@@ -70,23 +70,18 @@ Vec3 EnvironmentLevels::radiance(const Vec3& direction, float solidAngle) const 
   const float level = std::min(0.5f * std::log2(std::max(solidAngle, 1e-20f) / texel), last);
   if (!(level > 0.0f)) return environment_->radiance(direction);
 
-  const scene::Environment& e = environment_->description();
-  const float c = std::cos(e.rotationRad);
-  const float s = std::sin(e.rotationRad);
-  const float x = c * direction.x - s * direction.z;
-  const float z = s * direction.x + c * direction.z;
-  const float u = 0.5f + std::atan2(x, -z) / (2.0f * kPi);
-  const float v = std::acos(std::clamp(direction.y, -1.0f, 1.0f)) / kPi;
+  const float scale = environment_->description().scale;
+  const Vec2 uv = environment_->imageUv(direction);
   const auto below = static_cast<std::size_t>(level);
-  const Vec3 fine = at(levels_[below], u, v);
+  const Vec3 fine = at(levels_[below], uv);
   const float fraction = level - static_cast<float>(below);
-  if (!(fraction > 0.0f)) return e.scale * fine;
-  return e.scale * glm::mix(fine, at(levels_[below + 1], u, v), fraction);
+  if (!(fraction > 0.0f)) return scale * fine;
+  return scale * glm::mix(fine, at(levels_[below + 1], uv), fraction);
 }
 
-Vec3 EnvironmentLevels::at(const Level& level, float u, float v) const {
-  const float px = u * static_cast<float>(level.width) - 0.5f;
-  const float py = v * static_cast<float>(level.height) - 0.5f;
+Vec3 EnvironmentLevels::at(const Level& level, const Vec2& uv) const {
+  const float px = uv.x * static_cast<float>(level.width) - 0.5f;
+  const float py = uv.y * static_cast<float>(level.height) - 0.5f;
   const float fx = std::floor(px);
   const float fy = std::floor(py);
   const auto column = [&](int i) { return ((i % level.width) + level.width) % level.width; };

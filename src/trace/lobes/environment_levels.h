@@ -27,7 +27,7 @@ class EnvironmentLevels {
     std::vector<Vec3> texels;
   };
   static Level halved(const Level& from);
-  Vec3 at(const Level& level, float u, float v) const;
+  Vec3 at(const Level& level, const Vec2& uv) const;
 
   std::shared_ptr<const frame::EnvironmentLight> environment_;
   std::vector<Level> levels_;

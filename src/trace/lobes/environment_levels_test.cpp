@@ -3,16 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
 #include <functional>
 #include <memory>
 #include <random>
 #include <string>
 #include <vector>
 
-#include "core/file.h"
+#include "frame/test_environment.h"
 #include "frame/test_scenes.h"
-#include "image/image.h"
 #include "scene/animate.h"
 #include "scene/reflectance.h"
 #include "trace/embree/trace_scene.h"
@@ -26,28 +24,10 @@ using Sky = std::function<Vec3(const Vec3&)>;
 
 /// An image file of a sky, each pixel that of its middle.
 scene::Environment skyFile(const std::string& name, int width, int height, const Sky& sky) {
-  image::Image image;
-  image.width = width;
-  image.height = height;
-  image.channels = {"R", "G", "B"};
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const float theta = kPi * (static_cast<float>(y) + 0.5f) / static_cast<float>(height);
-      const float phi =
-          2.0f * kPi * ((static_cast<float>(x) + 0.5f) / static_cast<float>(width) - 0.5f);
-      const Vec3 radiance =
-          sky({std::sin(theta) * std::sin(phi), std::cos(theta), -std::sin(theta) * std::cos(phi)});
-      image.data.insert(image.data.end(), {radiance.x, radiance.y, radiance.z});
-    }
-  }
-  image::ExrOptions options;
-  options.halfBeauty = false;
-  const auto file =
-      std::filesystem::path(testing::TempDir()) / ("catoptric_levels_" + name + ".exr");
-  writeFileAtomically(file, image::encodeExr(image, options));
   scene::Environment environment;
   environment.type = scene::EnvironmentType::File;
-  environment.file = file;
+  environment.file =
+      test::writeEnvironment("catoptric_levels_" + name + ".exr", width, height, sky);
   environment.scale = 2.0f;
   return environment;
 }
