@@ -34,7 +34,7 @@ inline std::filesystem::path writeEnvironment(const std::string& name, int width
   }
   image::ExrOptions options;
   options.halfBeauty = false;
-  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / name;
+  std::filesystem::path file = std::filesystem::path(testing::TempDir()) / name;
   writeFileAtomically(file, image::encodeExr(image, options));
   return file;
 }
