@@ -28,7 +28,8 @@ ALLOWED = {
     "measure": "image core",
     "report": "measure frame image config core",  # of frame: the samples of step times
     "study": "run report measure methods frame scene image config core",
-    "app": "study run report measure methods gl frame scene image config core",
+    "cluster": "run scene config core",
+    "app": "cluster study run report measure methods gl frame scene image config core",
 }
 ALLOWED = {folder: set(others.split()) for folder, others in ALLOWED.items()}
 # Folders of methods/ that are no method: every method may include them.

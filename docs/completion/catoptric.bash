@@ -3,7 +3,7 @@ _catoptric() {
   local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} command=${COMP_WORDS[1]}
   COMPREPLY=()
   if [ "$COMP_CWORD" -eq 1 ]; then
-    COMPREPLY=($(compgen -W "render plan info list doctor merge compare layers sweep tables tune worker --help --version" -- "$word"))
+    COMPREPLY=($(compgen -W "render plan info list doctor merge submit status retry cancel compare layers sweep tables tune worker --help --version" -- "$word"))
     return
   fi
   case $before in
@@ -13,15 +13,20 @@ _catoptric() {
     --method) COMPREPLY=($(compgen -W "$(catoptric list methods 2>/dev/null | sed 's/ .*//')" -- "$word")); return ;;
     --progress) COMPREPLY=($(compgen -W "auto bar plain json none" -- "$word")); return ;;
     --schema) COMPREPLY=($(compgen -W "run scene path" -- "$word")); return ;;
+    --to) COMPREPLY=($(compgen -W "slurm script" -- "$word")); return ;;
   esac
   local options=
   case $command in
-    render) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --existing --chunk --keep-going --stop-within --dry-run --progress --repeats --ratio-to" ;;
+    render) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --existing --chunk --keep-going --no-tables --wait --stop-within --dry-run --progress --repeats --ratio-to" ;;
     plan) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir" ;;
     info) options="--help --json --quiet --verbose" ;;
     list) options="--help --schema --markdown --man --completion --json --quiet --verbose" ;;
     doctor) options="--help --json --quiet --verbose" ;;
     merge) options="--help --out --existing --json --quiet --verbose" ;;
+    submit) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --to --chunks --task-minutes --times --max-parallel --sbatch --dry-run" ;;
+    status) options="--help --wait --verify --json --quiet --verbose" ;;
+    retry) options="--help --verify --dry-run --json --quiet --verbose" ;;
+    cancel) options="--help --json --quiet --verbose" ;;
     compare) options="--help --out --fail --fail-percent --hard-fail --max-l1 --start-exposure --stop-exposure --num-exposures --ppd --json --quiet --verbose" ;;
     layers) options="--help --out --layer --json --quiet --verbose" ;;
     sweep) options="--help --frames --environment --method --set --device --threads --seed --json --quiet --verbose --shader-dir --out --against --repeats --workers --existing --clock --progress --vary --link --where --metric --ratio-to --keep-frames --dry-run" ;;

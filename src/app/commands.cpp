@@ -20,6 +20,7 @@ constexpr const char* kFooter = R"(Examples:
   catoptric render scenes/cornell_box.json --method traced --set image.width=256
   catoptric render configs/demo.json --out out/demo --existing resume
   catoptric merge out/part1 out/part2 --out out/whole
+  catoptric submit configs/demo.json --chunks 20 --out out/shared
   catoptric plan configs/demo.json
   catoptric info scenes/living_room.json
   catoptric compare out/demo/traced out/demo/reference
@@ -140,6 +141,10 @@ std::unique_ptr<CLI::App> makeProgram(CommonOptions& common, Action& action) {
   addList(*program, common, action);
   addDoctor(*program, common, action);
   addMerge(*program, common, action);
+  addSubmit(*program, common, action);
+  addStatus(*program, common, action);
+  addRetry(*program, common, action);
+  addCancel(*program, common, action);
   addCompare(*program, common, action);
   addLayers(*program, common, action);
   addSweep(*program, common, action);

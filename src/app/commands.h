@@ -41,6 +41,11 @@ void addInfo(CLI::App& program, CommonOptions& common, Action& action);
 void addList(CLI::App& program, CommonOptions& common, Action& action);
 void addDoctor(CLI::App& program, CommonOptions& common, Action& action);
 void addMerge(CLI::App& program, CommonOptions& common, Action& action);
+void addSubmit(CLI::App& program, CommonOptions& common, Action& action);
+/// status, retry, cancel: of what was submitted.
+void addStatus(CLI::App& program, CommonOptions& common, Action& action);
+void addRetry(CLI::App& program, CommonOptions& common, Action& action);
+void addCancel(CLI::App& program, CommonOptions& common, Action& action);
 void addCompare(CLI::App& program, CommonOptions& common, Action& action);
 void addLayers(CLI::App& program, CommonOptions& common, Action& action);
 void addSweep(CLI::App& program, CommonOptions& common, Action& action);

@@ -82,6 +82,7 @@ std::map<std::string, std::vector<std::string>> valueWords() {
   // The shell asks for the methods, so that a new one needs no new completion
   return {{"--method", {"$(catoptric list methods 2>/dev/null | sed 's/ .*//')"}},
           {"--existing", {"error", "overwrite", "resume"}},
+          {"--to", {"slurm", "script"}},
           {"--progress", {"auto", "bar", "plain", "json", "none"}},
           {"--device", {"auto", "surfaceless", "osmesa"}},
           {"--schema", {"run", "scene", "path"}},

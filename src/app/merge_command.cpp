@@ -3,6 +3,7 @@
 
 #include "app/commands.h"
 #include "app/report_output.h"
+#include "cluster/submission.h"
 #include "config/json.h"
 #include "config/json_text.h"
 #include "core/text.h"
@@ -19,10 +20,36 @@ struct MergeOptions {
   std::string existing = "error";
 };
 
-ExitCode merge(const MergeOptions& options, const CommonOptions& common) {
+/// The folders of the parts: of what was submitted, those of its chunks that a task has begun.
+std::vector<std::filesystem::path> partsOf(const MergeOptions& options) {
+  std::vector<std::filesystem::path> parts;
+  for (const std::string& folder : options.runs) {
+    if (!cluster::isSubmission(folder)) {
+      parts.emplace_back(folder);
+      continue;
+    }
+    const cluster::Submission submission = cluster::readSubmission(folder);
+    for (const int chunk : submission.wanted())
+      if (std::filesystem::exists(submission.part(chunk))) parts.push_back(submission.part(chunk));
+    if (parts.empty()) throw UsageError(folder + ": no chunk has been rendered yet");
+  }
+  return parts;
+}
+
+/// --out, or where the whole of what was submitted belongs.
+std::string outOf(const MergeOptions& options) {
+  if (!options.out.empty()) return options.out;
+  if (options.runs.size() == 1 && cluster::isSubmission(options.runs.front()))
+    return cluster::readSubmission(options.runs.front()).merged().string();
+  throw UsageError("--out is required: the folder for the whole run");
+}
+
+ExitCode merge(const MergeOptions& given, const CommonOptions& common) {
+  MergeOptions options = given;
+  options.out = outOf(given);
   const run::Existing existing = run::parseExisting(options.existing);
   const std::vector<run::MergedRun> merged =
-      run::mergeRuns({options.runs.begin(), options.runs.end()}, options.out, existing);
+      run::mergeRuns(partsOf(options), options.out, existing);
 
   // The tables of the whole, as the undivided run would have written them.
   image::preloadImageIo();
@@ -64,12 +91,15 @@ void addMerge(CLI::App& program, CommonOptions& common, Action& action) {
   CLI::App* command = program.add_subcommand(
       "merge", "Join the parts of a run, which `render --chunk` has made, into one run.");
   const auto options = std::make_shared<MergeOptions>();
-  command->add_option("runs", options->runs, "The folders of the parts, in any order")
+  command
+      ->add_option("runs", options->runs,
+                   "The folders of the parts, in any order, or the folder of a `submit`")
       ->required()
       ->type_name("RUN");
-  command->add_option("--out", options->out, "Folder for the whole run")
+  command
+      ->add_option("--out", options->out,
+                   "Folder for the whole run [of a `submit`: merged/ in its folder]")
       ->check(notEmpty())
-      ->required()
       ->type_name("DIR");
   command
       ->add_option("--existing", options->existing,

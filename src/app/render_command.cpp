@@ -26,7 +26,9 @@ struct RenderOptions : RunOptions {
   std::string chunk = "1/1";
   std::string progress = "auto";
   double stopWithin = 15.0;
+  double wait = 0.0;
   bool keepGoing = false;
+  bool noTables = false;
   bool dryRun = false;
   RepeatOptions repeat;
 };
@@ -117,7 +119,7 @@ bool sayFailures(const std::vector<run::MethodResult>& results) {
 
 /// Writes the tables of what is there, also when frames are missing, and prints the results.
 void printResults(const run::RunConfig& run, const std::vector<run::MethodResult>& results,
-                  const std::filesystem::path& out, bool anyFailed, bool asJson,
+                  const std::filesystem::path& out, bool anyFailed, bool asJson, bool noTables,
                   const std::optional<RepeatedTimes>& repeated) {
   const bool anyFrames =
       std::any_of(results.begin(), results.end(), [](const run::MethodResult& result) {
@@ -125,7 +127,7 @@ void printResults(const run::RunConfig& run, const std::vector<run::MethodResult
       });
   if (!anyFrames && !anyFailed && stopSignal() == 0) log::info("this chunk holds no frame");
   Reports reports;
-  const bool tables = anyFrames && stopSignal() == 0;
+  const bool tables = anyFrames && !noTables && stopSignal() == 0;
   if (tables) reports = writeReports(run, results, out);
   if (!asJson) {
     printData(reports.text + (repeated ? "\n" + repeated->text : ""));
@@ -166,6 +168,7 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
   session.existing = run::parseExisting(options.existing);
   session.chunk = run::parseChunk(options.chunk);
   session.keepGoing = options.keepGoing;
+  session.waitSeconds = options.wait;
   const ProgressMode mode = parseProgress(options.progress, common.quiet);
   ProgressPrinter printer(mode);
   const run::RunConfig run = readRun(options);
@@ -195,7 +198,7 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
   printer.endLine();
 
   const bool anyFailed = sayFailures(results);
-  printResults(run, results, session.out, anyFailed, common.json,
+  printResults(run, results, session.out, anyFailed, common.json, options.noTables,
                repeatTimes(options, run, session.out, printer));
   if (stopSignal() != 0) return static_cast<ExitCode>(128 + stopSignal());
   return anyFailed ? ExitCode::FramesFailed : ExitCode::Done;
@@ -227,6 +230,15 @@ void addRender(CLI::App& program, CommonOptions& common, Action& action) {
       ->type_name("I/N");
   command->add_flag("--keep-going", options->keepGoing,
                     "When a frame fails, render the others; the exit code is 6 in the end");
+  command->add_flag("--no-tables", options->noTables,
+                    "Write the frames and their records, but no tables and no contact sheet");
+  command
+      ->add_option("--wait", options->wait,
+                   "How many seconds to wait for another process that writes the folder, before "
+                   "giving up")
+      ->capture_default_str()
+      ->check(within(0.0, 86400.0))
+      ->type_name("SECONDS");
   command
       ->add_option("--stop-within", options->stopWithin,
                    "How many seconds SIGINT or SIGTERM leaves the current frame to be finished, "

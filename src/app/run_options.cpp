@@ -235,7 +235,7 @@ config::Value inputConfig(const RunOptions& options, const std::filesystem::path
 
 }  // namespace
 
-run::RunConfig readRun(const RunOptions& options) {
+InputConfig readConfig(const RunOptions& options) {
   // What standard input names is relative to the current folder, and its results go to out/stdin.
   const std::filesystem::path file = options.input == kStandardInput ? "stdin" : options.input;
   config::Value root = inputConfig(options, file);
@@ -257,8 +257,27 @@ run::RunConfig readRun(const RunOptions& options) {
   set("threads", options.threads, options.threads, "--threads");
   set("seed", options.seed, options.seed, "--seed");
   run::RunConfig run = run::readRunConfig(root, file, methods::registry(), options.methods);
+  return {std::move(root), std::move(run)};
+}
+
+run::RunConfig readRun(const RunOptions& options) {
+  run::RunConfig run = readConfig(options).run;
   setThreadCount(run.threads);
   return run;
+}
+
+std::string portableConfig(const InputConfig& input) {
+  config::Value root = config::without(input.root, {"$schema"});
+  const auto name = [&](const char* member, const std::filesystem::path& file) {
+    root = config::withSetting(
+        root, member,
+        config::jsonString(std::filesystem::absolute(file).lexically_normal().string()));
+  };
+  name("scene", input.run.scene);
+  if (!input.run.path.empty()) name("path", input.run.path);
+  if (input.run.environment && input.run.environment->type == scene::EnvironmentType::File)
+    name("environment", input.run.environment->file);
+  return root.dump(2);
 }
 
 }  // namespace catoptric::app

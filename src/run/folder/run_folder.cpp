@@ -8,9 +8,12 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
+#include <thread>
 #include <utility>
 
+#include "core/clock.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/log.h"
@@ -55,7 +58,7 @@ bool isRunFileName(const std::string& name) {
          std::find(kFrameFolders.begin(), kFrameFolders.end(), name) != kFrameFolders.end();
 }
 
-RunFolder::RunFolder(const fs::path& path, Existing existing)
+RunFolder::RunFolder(const fs::path& path, Existing existing, double waitSeconds)
     : path_(path), overwrites_(existing == Existing::Overwrite) {
   createFolder(path_);
 
@@ -63,12 +66,7 @@ RunFolder::RunFolder(const fs::path& path, Existing existing)
   lock_ = ::open((path_ / kLockName).c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
   if (lock_ < 0) throw OutputError(path_.string() + ": cannot be written: " + std::strerror(errno));
   try {
-    if (::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
-      if (errno == EWOULDBLOCK)
-        throw OutputError(path_.string() + ": another process is writing this run");
-      log::warning(path_.string() + ": cannot be locked (" + std::strerror(errno) +
-                   "): see to it that one process alone writes there");
-    }
+    lock(waitSeconds);
     openLocked(existing);
   } catch (const fs::filesystem_error& failure) {
     ::close(lock_);
@@ -76,6 +74,21 @@ RunFolder::RunFolder(const fs::path& path, Existing existing)
   } catch (...) {
     ::close(lock_);
     throw;
+  }
+}
+
+void RunFolder::lock(double waitSeconds) {
+  constexpr auto kAskAgain = std::chrono::milliseconds(200);  // ours
+  const std::int64_t start = nowNs();
+  while (::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
+    if (errno != EWOULDBLOCK) {
+      log::warning(path_.string() + ": cannot be locked (" + std::strerror(errno) +
+                   "): see to it that one process alone writes there");
+      return;
+    }
+    if (secondsSince(start) >= waitSeconds)
+      throw OutputError(path_.string() + ": another process is writing this run");
+    std::this_thread::sleep_for(kAskAgain);
   }
 }
 

@@ -22,8 +22,9 @@ class RunFolder {
  public:
   /// Creates or opens the folder and locks it against other processes. Existing::Error: an
   /// OutputError when it holds anything but a lock; Overwrite: leaves the run that is there until
-  /// begin(); Resume: reads the records. Throws OutputError.
-  RunFolder(const std::filesystem::path& path, Existing existing);
+  /// begin(); Resume: reads the records. Waits so long for another process that writes there.
+  /// Throws OutputError.
+  RunFolder(const std::filesystem::path& path, Existing existing, double waitSeconds = 0.0);
   /// Looks at what stands there and changes nothing: throws what the constructor would throw as far
   /// as that can be told without writing, and reads the records for Resume.
   struct LookOnly {};
@@ -76,6 +77,7 @@ class RunFolder {
   void writeRecords() const;
   void appendRecords(const std::string& lines) const;
   void checkStillThere() const;
+  void lock(double waitSeconds);
   void openLocked(Existing existing);
 
   std::filesystem::path path_;

@@ -24,7 +24,7 @@ class Sequence {
       : source_(source),
         tasks_(tasks),
         options_(options),
-        folder_(path, options.existing),
+        folder_(path, options.existing, options.waitSeconds),
         members_(options.summary) {}
 
   SequenceResult run() {

@@ -73,6 +73,7 @@ struct SequenceOptions {
   Chunk chunk;
   Existing existing = Existing::Error;
   bool keepGoing = false;
+  double waitSeconds = 0.0;  ///< for another process that writes the folder
   int writerThreads = 2;
   int queueFrames = 3;                  ///< frames that wait to be written; rendering pauses beyond
   std::function<bool()> stopRequested;  ///< asked between frames

@@ -324,9 +324,10 @@ TEST(Sequence, WritersLeaveTheProcessorsToRendering) {
 }
 
 TEST(Sequence, ChunkTextAndRanges) {
-  EXPECT_EQ(chunkRange(10, parseChunk("1/3")), (std::pair<std::size_t, std::size_t>{0, 3}));
-  EXPECT_EQ(chunkRange(10, parseChunk("3/3")), (std::pair<std::size_t, std::size_t>{6, 10}));
-  EXPECT_EQ(chunkRange(2, parseChunk("1/4")), (std::pair<std::size_t, std::size_t>{0, 0}));
+  EXPECT_THAT(chunkBounds(tasks(10), 3), ElementsAre(0, 3, 6, 10));
+  EXPECT_THAT(chunkBounds(tasks(2), 4), ElementsAre(0, 0, 1, 1, 2));
+  EXPECT_THAT(chunkBounds({}, 2), ElementsAre(0, 0, 0));
+  EXPECT_EQ(parseChunk("2/3").index, 2);
   for (const char* text : {"", "1", "0/3", "4/3", "1/0", "1/3x", "-1/3", "1/ 3"})
     EXPECT_THROW(parseChunk(text), UsageError) << text;
 }

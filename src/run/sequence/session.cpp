@@ -119,6 +119,7 @@ std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::Met
     sequence.existing = options.existing;
     sequence.chunk = options.chunk;
     sequence.keepGoing = options.keepGoing;
+    sequence.waitSeconds = options.waitSeconds;
     sequence.stopRequested = options.stopRequested;
     if (options.progress)
       sequence.progress = [&](const Progress& progress) {

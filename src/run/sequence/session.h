@@ -17,6 +17,7 @@ struct SessionOptions {
   Existing existing = Existing::Error;
   Chunk chunk;
   bool keepGoing = false;
+  double waitSeconds = 0.0;  ///< for another process that writes a folder
   std::function<bool()> stopRequested;
   /// Name of the method, its progress.
   std::function<void(const std::string&, const Progress&)> progress;

@@ -165,14 +165,29 @@ TEST_F(State, PixelsDoNotDependOnWriters) {
 }
 
 TEST_F(State, ChunksInAnyOrderGiveTheWhole) {
+  // From the restart frames 1, 21, 33 and 41 that are nearest to 1, 16, 31 and 46
+  const std::map<int, std::size_t> sizes = {{1, 20}, {2, 12}, {3, 8}, {4, 20}};
   for (const int index : {3, 1, 4, 2}) {
     ChainSource source;
     SequenceOptions o = options();
     o.chunk = {index, 4};
     const std::string name = "part" + std::to_string(index);
-    EXPECT_EQ(run(source, name, "1-60", o).rendered.size(), 15u);
-    expectWhole(name, 15);
+    EXPECT_EQ(run(source, name, "1-60", o).rendered.size(), sizes.at(index));
+    EXPECT_EQ(source.calls.size(), sizes.at(index)) << "frames of another chunk were rendered";
+    expectWhole(name, sizes.at(index));
   }
+}
+
+TEST_F(State, ManyChunksAreEmptyRatherThanWarmingUp) {
+  std::size_t rendered = 0;
+  for (int index = 1; index <= 60; ++index) {
+    ChainSource source;
+    SequenceOptions o = options();
+    o.chunk = {index, 60};
+    run(source, "one" + std::to_string(index), "1-60", o);
+    rendered += source.calls.size();
+  }
+  EXPECT_EQ(rendered, 60u);
 }
 
 TEST_F(State, AKilledRunGoesOn) {

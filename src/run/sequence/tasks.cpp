@@ -67,18 +67,37 @@ Chunk parseChunk(const std::string& text) {
   return chunk;
 }
 
-std::pair<std::size_t, std::size_t> chunkRange(std::size_t frames, const Chunk& chunk) {
-  const auto bound = [&](int i) {
-    return frames * static_cast<std::size_t>(i) / static_cast<std::size_t>(chunk.count);
-  };
-  return {bound(chunk.index - 1), bound(chunk.index)};
+std::vector<std::size_t> chunkBounds(const std::vector<FrameTask>& tasks, int count) {
+  // Among the frames asked for, those that need no frame asked for before them.
+  std::vector<std::size_t> starts;
+  std::size_t frames = 0;
+  bool restarted = true;
+  for (const FrameTask& task : tasks) {
+    restarted = restarted || task.restarts;
+    if (!task.asked) continue;
+    if (restarted) starts.push_back(frames);
+    restarted = false;
+    ++frames;
+  }
+  starts.push_back(frames);
+  std::vector<std::size_t> bounds;
+  for (int i = 0; i <= count; ++i) {
+    const std::size_t even = frames * static_cast<std::size_t>(i) / static_cast<std::size_t>(count);
+    const auto after = std::lower_bound(starts.begin(), starts.end(), even);
+    const bool before =
+        after != starts.begin() && *after != even && even - *(after - 1) <= *after - even;
+    bounds.push_back(before ? *(after - 1) : *after);
+  }
+  return bounds;
 }
 
 std::vector<TaskPlan> planTasks(const std::vector<FrameTask>& tasks, const Chunk& chunk,
                                 Existing existing, const RunFolder& folder,
                                 const std::string& renderer, bool say) {
   std::vector<TaskPlan> plan(tasks.size());
-  const auto [begin, end] = chunkRange(askedNumbers(tasks).size(), chunk);
+  const std::vector<std::size_t> bounds = chunkBounds(tasks, chunk.count);
+  const std::size_t begin = bounds[static_cast<std::size_t>(chunk.index) - 1];
+  const std::size_t end = bounds[static_cast<std::size_t>(chunk.index)];
   std::map<std::string, std::vector<int>> again;
   std::size_t asked = 0;
   for (std::size_t i = 0; i < tasks.size(); ++i) {

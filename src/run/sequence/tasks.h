@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "methods/contract/method.h"
@@ -34,9 +33,11 @@ struct Chunk {
 };
 /// Parses "2/8". Throws UsageError.
 Chunk parseChunk(const std::string& text);
-/// First and one past the last of `frames` asked-for frames in a chunk: contiguous, sizes differ by
-/// at most one.
-std::pair<std::size_t, std::size_t> chunkRange(std::size_t frames, const Chunk& chunk);
+/// Where chunks begin among the frames asked for, and one past the last of them: `count` + 1
+/// places. Chunks are contiguous; without state their sizes differ by at most one. With state each
+/// begins at the restart frame nearest to that, so that none renders frames of another one, and
+/// some may be empty.
+std::vector<std::size_t> chunkBounds(const std::vector<FrameTask>& tasks, int count);
 
 /// What becomes of one task.
 struct TaskPlan {

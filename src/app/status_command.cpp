@@ -1,0 +1,180 @@
+// catoptric status, retry, cancel: of what `submit` has made.
+#include <chrono>
+#include <memory>
+#include <thread>
+
+#include "app/commands.h"
+#include "cluster/progress.h"
+#include "cluster/slurm.h"
+#include "cluster/submission.h"
+#include "config/json_text.h"
+#include "core/log.h"
+#include "core/text.h"
+#include "scene/camera.h"
+
+namespace catoptric::app {
+namespace {
+
+using cluster::ChunkState;
+
+struct StatusOptions {
+  std::string folder;
+  bool wait = false;
+  bool verify = false;
+  bool dryRun = false;
+};
+
+constexpr ChunkState kStates[] = {ChunkState::Done, ChunkState::Running, ChunkState::Waiting,
+                                  ChunkState::Held, ChunkState::Failed};
+constexpr std::size_t kMostNotes = 10;  ///< lines about chunks; ours
+
+cluster::Progress progressOf(const cluster::Submission& submission, bool verify) {
+  const bool slurm = submission.engine == cluster::Engine::Slurm;
+  return cluster::progressOf(
+      submission, slurm ? cluster::queuedTasks() : std::vector<cluster::QueuedTask>(), verify);
+}
+
+std::string numbers(const std::vector<int>& chunks) {
+  return chunks.empty() ? "" : scene::formatFrames(chunks);
+}
+
+std::string progressText(const cluster::Progress& progress) {
+  std::string text = std::to_string(progress.finished()) + " of " +
+                     std::to_string(progress.frames()) + " frames are there\n";
+  for (const ChunkState state : kStates)
+    if (const std::vector<int> chunks = progress.chunksThatAre(state); !chunks.empty())
+      text += std::to_string(chunks.size()) + (chunks.size() == 1 ? " chunk " : " chunks ") +
+              cluster::stateName(state) + ": " + numbers(chunks) + "\n";
+  std::size_t notes = 0;
+  for (const cluster::ChunkProgress& chunk : progress.chunks)
+    if (!chunk.note.empty() && notes++ < kMostNotes)
+      text += "  chunk " + std::to_string(chunk.chunk) + ": " + chunk.note + "\n";
+  if (notes > kMostNotes) text += "  and " + std::to_string(notes - kMostNotes) + " more\n";
+  return text + (progress.merged    ? "merged\n"
+                 : progress.merging ? "to be merged\n"
+                                    : "not merged\n");
+}
+
+std::string progressJson(const cluster::Progress& progress) {
+  config::JsonText states;
+  for (const ChunkState state : kStates)
+    states.add(cluster::stateName(state), progress.chunksThatAre(state));
+  std::vector<std::string> notes;
+  for (const cluster::ChunkProgress& chunk : progress.chunks)
+    if (!chunk.note.empty())
+      notes.push_back(
+          config::JsonText().add("chunk", chunk.chunk).add("note", chunk.note).object());
+  return config::JsonText()
+             .add("frames", progress.frames())
+             .add("finished", progress.finished())
+             .raw("chunks", states.object())
+             .raw("notes", "[" + joined(notes, ",") + "]")
+             .add("merging", progress.merging)
+             .add("merged", progress.merged)
+             .object() +
+         "\n";
+}
+
+ExitCode status(const StatusOptions& options, const CommonOptions& common) {
+  cluster::Submission submission = cluster::readSubmission(options.folder);
+  cluster::Progress progress = progressOf(submission, options.verify);
+  constexpr auto kAskAgain = std::chrono::seconds(2);  // ours
+  while (options.wait && progress.moves()) {
+    std::this_thread::sleep_for(kAskAgain);
+    submission = cluster::readSubmission(options.folder);
+    progress = progressOf(submission, options.verify);
+  }
+  printData(common.json ? progressJson(progress) : progressText(progress));
+  const bool lost = !progress.chunksThatAre(ChunkState::Failed).empty() ||
+                    !progress.chunksThatAre(ChunkState::Held).empty();
+  if (lost) log::warning("frames are missing that nobody makes: catoptric retry " + options.folder);
+  return lost ? ExitCode::FramesFailed : ExitCode::Done;
+}
+
+ExitCode retry(const StatusOptions& options, const CommonOptions& common) {
+  cluster::Submission submission = cluster::readSubmission(options.folder);
+  const cluster::Progress progress = progressOf(submission, options.verify);
+  const std::vector<int> failed = progress.chunksThatAre(ChunkState::Failed);
+  const bool slurm = submission.engine == cluster::Engine::Slurm;
+  const bool merges = !failed.empty() || (!progress.merged && !progress.moves());
+  if (slurm && merges && !options.dryRun) cluster::submitToSlurm(submission, failed);
+  if (common.json) {
+    printData(config::JsonText().add("chunks", failed).add("merge", merges).object() + "\n");
+    return ExitCode::Done;
+  }
+  std::string text = "nothing has failed\n";
+  if (merges) text = failed.empty() ? "merge\n" : "chunks " + numbers(failed) + ", merge\n";
+  if (!slurm && merges) text += "Run: " + (submission.folder / "run.sh").string() + " [PARALLEL]\n";
+  printData(text);
+  return ExitCode::Done;
+}
+
+ExitCode cancel(const StatusOptions& options) {
+  const cluster::Submission submission = cluster::readSubmission(options.folder);
+  if (submission.engine != cluster::Engine::Slurm)
+    throw UsageError(options.folder + ": is run by a script; interrupt run.sh where it runs");
+  cluster::cancelInSlurm(submission);
+  return ExitCode::Done;
+}
+
+void addFolder(CLI::App& command, StatusOptions& options) {
+  command.add_option("run", options.folder, "The folder (--out) of a `catoptric submit`")
+      ->required()
+      ->type_name("RUN");
+}
+
+void addVerify(CLI::App& command, StatusOptions& options) {
+  command.add_flag("--verify", options.verify,
+                   "Read all files, and count only frames with the contents that were written");
+}
+
+}  // namespace
+
+void addStatus(CLI::App& program, CommonOptions& common, Action& action) {
+  CLI::App* command =
+      program.add_subcommand("status", "Say what has become of the chunks of a `submit`.");
+  const auto options = std::make_shared<StatusOptions>();
+  addFolder(*command, *options);
+  command->add_flag("--wait", options->wait, "Wait until no task waits or runs any more");
+  addVerify(*command, *options);
+  addCommon(*command, common);
+  command->footer(R"(Example:
+  catoptric status out/shared --wait
+
+Exit codes: 0 all frames are there, or tasks still make them; 2 the command line is wrong, or Slurm
+does not answer; 6 frames are missing that no task makes.
+)");
+  command->callback([options, &common, &action] {
+    action = [options, &common] { return status(*options, common); };
+  });
+}
+
+void addRetry(CLI::App& program, CommonOptions& common, Action& action) {
+  CLI::App* command = program.add_subcommand(
+      "retry", "Submit again the chunks whose frames are missing and that no task renders.");
+  const auto options = std::make_shared<StatusOptions>();
+  addFolder(*command, *options);
+  addVerify(*command, *options);
+  command->add_flag("--dry-run", options->dryRun, "Name the chunks, and submit nothing");
+  addCommon(*command, common);
+  command->footer(R"(Frames that are there are kept, also those of a chunk that failed.
+
+Example:
+  catoptric retry out/shared
+)");
+  command->callback([options, &common, &action] {
+    action = [options, &common] { return retry(*options, common); };
+  });
+}
+
+void addCancel(CLI::App& program, CommonOptions& common, Action& action) {
+  CLI::App* command = program.add_subcommand(
+      "cancel", "End the tasks of a `submit` that wait or run. Finished frames stay.");
+  const auto options = std::make_shared<StatusOptions>();
+  addFolder(*command, *options);
+  addCommon(*command, common);
+  command->footer("Example:\n  catoptric cancel out/shared\n");
+  command->callback([options, &action] { action = [options] { return cancel(*options); }; });
+}
+
+}  // namespace catoptric::app

@@ -1,0 +1,243 @@
+// catoptric submit.
+#include <cmath>
+#include <filesystem>
+#include <memory>
+
+#include "app/commands.h"
+#include "app/plan_command.h"
+#include "app/run_options.h"
+#include "cluster/job_scripts.h"
+#include "cluster/slurm.h"
+#include "cluster/submission.h"
+#include "config/json_text.h"
+#include "core/log.h"
+#include "core/text.h"
+#include "run/folder/records.h"
+#include "run/sequence/session.h"
+#include "scene/camera.h"
+
+namespace catoptric::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct SubmitOptions : RunOptions {
+  std::string to = "slurm";
+  int chunks = 0;
+  double taskMinutes = 5.0;
+  std::string times;
+  int maxParallel = 0;
+  std::vector<std::string> sbatch;
+  bool dryRun = false;
+};
+
+/// What an earlier run says of the times of this one.
+struct MeasuredTimes {
+  double startupSeconds = 0.0;
+  double frameSeconds = 0.0;  ///< of all methods
+};
+
+/// Means of a run's frames, and of its start-ups; of all its methods.
+MeasuredTimes measuredTimes(const fs::path& folder) {
+  std::vector<fs::path> runs;
+  std::error_code error;
+  if (fs::exists(folder / "frames.jsonl", error)) runs.push_back(folder);
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
+    if (fs::exists(entry.path() / "frames.jsonl", error)) runs.push_back(entry.path());
+  if (runs.empty())
+    throw UsageError("--times " + folder.string() +
+                     ": holds no run; render some frames of this config there first");
+  MeasuredTimes times;
+  for (const fs::path& path : runs) {
+    const run::RunRecords records = run::readRunRecords(path);
+    double seconds = 0.0;
+    for (const auto& [number, record] : records.frames)
+      for (const frame::StepSample& sample : record.samples)
+        if (sample.clock != "overlapped") seconds += sample.seconds;
+    if (!records.frames.empty())
+      times.frameSeconds += seconds / static_cast<double>(records.frames.size());
+    for (const frame::StepSample& sample : records.startup) times.startupSeconds += sample.seconds;
+  }
+  return times;
+}
+
+/// --chunks, or as many as have tasks of --task-minutes.
+int chunkCount(const SubmitOptions& options, std::size_t frames) {
+  if (options.chunks > 0) return options.chunks;
+  if (options.times.empty())
+    throw UsageError(
+        "say into how many chunks the frames are divided: --chunks N; or --times RUN, a run of "
+        "some "
+        "of these frames, whose times say how many chunks have tasks of --task-minutes");
+  const MeasuredTimes times = measuredTimes(options.times);
+  constexpr double kSecondsPerMinute = 60.0;
+  const double left = options.taskMinutes * kSecondsPerMinute - times.startupSeconds;
+  if (left < times.frameSeconds)
+    log::warning("a task of one frame takes longer than --task-minutes: " +
+                 std::to_string(std::lround(times.startupSeconds + times.frameSeconds)) +
+                 " s, of these " + std::to_string(std::lround(times.startupSeconds)) +
+                 " s before the first frame");
+  const double perChunk = std::max(1.0, std::floor(left / times.frameSeconds));
+  return static_cast<int>(std::ceil(static_cast<double>(frames) / perChunk));
+}
+
+/// Which frames each chunk has, for each method.
+std::vector<cluster::MethodShare> sharesOf(const run::Stage& stage, int chunks) {
+  std::vector<cluster::MethodShare> shares;
+  const auto made = run::makeMethods(stage, methods::registry());
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    const run::MethodConfig& method = stage.run().methods[i];
+    const std::vector<run::FrameTask> tasks = run::makeTasks(stage, method, *made[i]);
+    const std::vector<int> numbers = run::askedNumbers(tasks);
+    const std::vector<std::size_t> bounds = run::chunkBounds(tasks, chunks);
+    cluster::MethodShare share{
+        method.name, run::methodFolder(stage.run(), method, "").string(), {}};
+    for (std::size_t c = 0; c + 1 < bounds.size(); ++c)
+      share.chunks.emplace_back(numbers.begin() + static_cast<std::ptrdiff_t>(bounds[c]),
+                                numbers.begin() + static_cast<std::ptrdiff_t>(bounds[c + 1]));
+    shares.push_back(std::move(share));
+  }
+  return shares;
+}
+
+/// The program's own file, which the tasks run too.
+std::string ownProgram() {
+  std::error_code error;
+  const fs::path path = fs::read_symlink("/proc/self/exe", error);
+  if (error) throw Error(ExitCode::Internal, "the program's own file cannot be found");
+  return path.string();
+}
+
+std::string summaryText(const cluster::Submission& submission, std::size_t frames) {
+  const std::vector<int> wanted = submission.wanted();
+  std::size_t methods = submission.methods.size();
+  std::string text = std::to_string(frames) + " frames by " + std::to_string(methods) +
+                     (methods == 1 ? " method" : " methods") + " in " +
+                     std::to_string(wanted.size()) + " chunks";
+  if (wanted.size() < static_cast<std::size_t>(submission.chunks))
+    text += " (" + std::to_string(static_cast<std::size_t>(submission.chunks) - wanted.size()) +
+            " of " + std::to_string(submission.chunks) +
+            " would be empty: a chunk begins at a frame that needs none before it)";
+  return text;
+}
+
+/// What Slurm refuses leaves no folder that would stand in the way of the next try.
+void submitAll(cluster::Submission& submission) {
+  try {
+    cluster::submitToSlurm(submission, submission.wanted());
+  } catch (const Error&) {
+    std::error_code ignored;
+    if (submission.jobs.empty()) fs::remove_all(submission.folder, ignored);
+    throw;
+  }
+}
+
+ExitCode submit(const SubmitOptions& options, const CommonOptions& common) {
+  cluster::Submission submission;
+  submission.engine = cluster::parseEngine(options.to);
+  const InputConfig input = readConfig(options);
+  const run::Stage stage(input.run);
+  planOf(stage);  // what the tasks would refuse is refused now
+  submission.folder =
+      fs::absolute(options.out.empty() ? "out/" + input.run.name : options.out).lexically_normal();
+  if (!submission.folder.has_filename()) submission.folder = submission.folder.parent_path();
+  submission.program = ownProgram();
+  submission.workingFolder = fs::current_path().string();
+  for (const std::string& method : options.methods) {
+    submission.runArguments.emplace_back("--method");
+    submission.runArguments.push_back(method);
+  }
+  submission.slurmArguments = options.sbatch;
+  submission.maxParallel = options.maxParallel;
+  submission.chunks = chunkCount(options, stage.frames().size());
+  submission.methods = sharesOf(stage, submission.chunks);
+
+  const std::string summary = summaryText(submission, stage.frames().size());
+  if (options.dryRun) {
+    printData(summary + "\n");
+    return ExitCode::Done;
+  }
+  cluster::createSubmission(submission, portableConfig(input));
+  cluster::writeScripts(submission);
+  if (submission.engine == cluster::Engine::Slurm) submitAll(submission);
+
+  std::vector<std::string> jobs;
+  for (const cluster::Job& job : submission.jobs) jobs.push_back(job.id);
+  if (common.json)
+    printData(config::JsonText()
+                  .add("out", submission.folder.string())
+                  .add("chunks", static_cast<int>(submission.wanted().size()))
+                  .add("jobs", jobs)
+                  .object() +
+              "\n");
+  else if (submission.engine == cluster::Engine::Slurm)
+    printData(summary + ", jobs " + joined(jobs, ", ") + "\nSee: catoptric status " +
+              submission.folder.string() + "\n");
+  else
+    printData(summary + "\nRun: " + (submission.folder / "run.sh").string() + " [PARALLEL]\n");
+  return ExitCode::Done;
+}
+
+void addTaskOptions(CLI::App& command, SubmitOptions& options) {
+  command.add_option("--to", options.to, "What runs the tasks: slurm, or script (a shell script)")
+      ->capture_default_str()
+      ->type_name("ENGINE");
+  command
+      .add_option("--chunks", options.chunks,
+                  "Into how many chunks the frames are divided; a task renders one chunk")
+      ->check(within(1, 1'000'000))
+      ->type_name("N");
+  command
+      .add_option("--task-minutes", options.taskMinutes, "With --times: how long a task is to take")
+      ->capture_default_str()
+      ->check(within(0.01, 100'000.0))
+      ->type_name("MINUTES");
+  command
+      .add_option("--times", options.times,
+                  "A run of some frames of this config, as `render` makes it on one of the nodes; "
+                  "its times say how many chunks there are")
+      ->check(notEmpty())
+      ->type_name("RUN");
+  command
+      .add_option("--max-parallel", options.maxParallel,
+                  "How many tasks may run at the same time [as many as Slurm lets]")
+      ->check(within(1, 1'000'000))
+      ->type_name("N");
+  command
+      .add_option("--sbatch", options.sbatch,
+                  "An argument of sbatch, such as --sbatch=--partition=long; repeat it for several")
+      ->type_name("ARG")
+      ->allow_extra_args(false);
+  command.add_flag("--dry-run", options.dryRun,
+                   "Say how the frames would be divided, and write nothing");
+}
+
+}  // namespace
+
+void addSubmit(CLI::App& program, CommonOptions& common, Action& action) {
+  CLI::App* command = program.add_subcommand(
+      "submit", "Share the frames of a run among the nodes of a cluster, or among processes.");
+  const auto options = std::make_shared<SubmitOptions>();
+  addRunOptions(*command, *options, common);
+  command
+      ->add_option("--out", options->out,
+                   "Folder for the chunks and, in merged/, for the whole run; all nodes must see "
+                   "it [out/NAME]")
+      ->check(notEmpty())
+      ->type_name("DIR");
+  addTaskOptions(*command, *options);
+  command->footer(R"(Examples:
+  catoptric submit configs/demo.json --chunks 20 --out out/shared --sbatch=--cpus-per-task=4
+  catoptric status out/shared
+  catoptric retry out/shared
+  catoptric submit configs/demo.json --chunks 8 --to script --out out/shared && out/shared/run.sh 2
+
+Exit codes: 0 done; 2 the command line or the config is wrong, or Slurm refuses; 3 a scene or one of
+its files; 5 output could not be written.
+)");
+  command->callback([options, &common, &action] {
+    action = [options, &common] { return submit(*options, common); };
+  });
+}
+
+}  // namespace catoptric::app

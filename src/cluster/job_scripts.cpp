@@ -1,0 +1,108 @@
+#include "cluster/job_scripts.h"
+
+#include <filesystem>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "scene/camera.h"
+
+namespace catoptric::cluster {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// How long a task waits for another process that writes its chunk: what a lost node has left
+/// there ends after Slurm's KillWait, or goes on to the end. Ours.
+constexpr const char* kWaitSeconds = "600";
+
+std::string enterFolder(const Submission& submission) {
+  return "cd " + shellWord(submission.workingFolder) + " || exit 5\n";
+}
+
+}  // namespace
+
+std::string shellWord(const std::string& text) {
+  std::string word = "'";
+  for (const char c : text) {
+    if (c == '\'')
+      word += "'\\''";
+    else
+      word += c;
+  }
+  return word + "'";
+}
+
+std::string chunkScript(const Submission& submission) {
+  std::string arguments;
+  for (const std::string& argument : submission.runArguments)
+    arguments += " " + shellWord(argument);
+  const std::string folder = shellWord(submission.folder.string());
+  return "#!/bin/sh\n"
+         "# Made by `catoptric submit`. Renders a chunk: chunk.sh NUMBER; as a task of a Slurm "
+         "array:\n"
+         "# chunk.sh --array OFFSET. It may run again at any time, and twice at a time.\n"
+         "threads=0\n"
+         "if [ \"$1\" = --array ]; then\n"
+         "  chunk=$(($2 + SLURM_ARRAY_TASK_ID))\n"
+         "  # The processors that Slurm has given to this task\n"
+         "  threads=${SLURM_CPUS_ON_NODE:-0}\n"
+         "  LP_NUM_THREADS=${SLURM_CPUS_ON_NODE:-}\n"
+         "  export LP_NUM_THREADS\n"
+         "else\n"
+         "  chunk=$1\n"
+         "fi\n" +
+         enterFolder(submission) + "echo \"chunk $chunk on $(uname -n), $(date)\" >>" + folder +
+         "/logs/$chunk.log\n"
+         "# exec, so that signals reach the program\n"
+         "exec " +
+         shellWord(submission.program) + " render " + shellWord(submission.config().string()) +
+         arguments + " --threads \"$threads\" --chunk \"$chunk/" +
+         std::to_string(submission.chunks) + "\" \\\n  --out " + folder +
+         "/parts/$chunk --existing resume --wait " + kWaitSeconds +
+         " --no-tables --keep-going --progress plain \\\n  >>" + folder + "/logs/$chunk.log 2>&1\n";
+}
+
+std::string mergeScript(const Submission& submission) {
+  const std::string folder = shellWord(submission.folder.string());
+  return "#!/bin/sh\n# Made by `catoptric submit`. Merges the chunks into merged/.\n" +
+         enterFolder(submission) + "exec " + shellWord(submission.program) + " merge " + folder +
+         " --existing overwrite >" + folder + "/logs/merge.log 2>&1\n";
+}
+
+std::string runScript(const Submission& submission) {
+  std::string chunks;
+  for (const int chunk : submission.wanted()) chunks += std::to_string(chunk) + "\n";
+  const std::string folder = shellWord(submission.folder.string());
+  return "#!/bin/sh\n"
+         "# Made by `catoptric submit`. Renders all chunks on this machine, PARALLEL at a time, "
+         "and\n"
+         "# merges them: run.sh [PARALLEL [I/N]]. With I/N it renders the Ith of N shares of the\n"
+         "# chunks and merges nothing: run it on N machines that share this folder, then "
+         "merge.sh.\n"
+         "# Run it again to go on: finished frames are kept.\n"
+         "parallel=${1:-1}\n"
+         "share=${2:-1/1}\n"
+         "awk -v i=\"${share%/*}\" -v n=\"${share#*/}\" 'NR % n == i % n' <<'CHUNKS' |\n" +
+         chunks +
+         "CHUNKS\n"
+         "  xargs -P \"$parallel\" -n 1 " +
+         folder + "/chunk.sh || echo \"some chunks failed: catoptric status \"" + folder +
+         " >&2\n" + "[ \"$share\" != 1/1 ] || " + folder + "/merge.sh || { cat " + folder +
+         "/logs/merge.log >&2; exit 6; }\n";
+}
+
+void writeScripts(const Submission& submission) {
+  const auto write = [&](const char* name, const std::string& text) {
+    const fs::path file = submission.folder / name;
+    writeFileAtomically(file, text);
+    std::error_code error;
+    fs::permissions(file, fs::perms::owner_exec | fs::perms::group_exec | fs::perms::others_exec,
+                    fs::perm_options::add, error);
+    if (error) throw OutputError(file.string() + ": " + error.message());
+  };
+  write("chunk.sh", chunkScript(submission));
+  write("merge.sh", mergeScript(submission));
+  if (submission.engine == Engine::Script) write("run.sh", runScript(submission));
+}
+
+}  // namespace catoptric::cluster

@@ -1,0 +1,147 @@
+// Folders of submissions, scripts and array indices; Slurm itself is asked by tests/slurm.py.
+#include "cluster/submission.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "cluster/job_scripts.h"
+#include "cluster/progress.h"
+#include "cluster/slurm.h"
+#include "core/error.h"
+
+namespace catoptric::cluster {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::string textOf(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+class Submissions : public testing::Test {
+ protected:
+  Submissions() {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::absolute(fs::path(testing::TempDir()) /
+                           (std::string("it's a submission ") + info->name()));
+    fs::remove_all(folder_);
+    made_.folder = folder_;
+    made_.engine = Engine::Script;
+    made_.program = "/bin/echo";
+    made_.workingFolder = "/";
+    made_.runArguments = {"--method", "it's $HOME"};
+    made_.slurmArguments = {"--partition=long"};
+    made_.maxParallel = 3;
+    made_.chunks = 3;
+    made_.methods = {{"a", "a", {{1, 2}, {}, {3}}}, {"b", "b", {{1, 2, 3}, {}, {}}}};
+  }
+  ~Submissions() override { fs::remove_all(folder_); }
+
+  fs::path folder_;
+  Submission made_;
+};
+
+TEST_F(Submissions, AreReadAsTheyWereWritten) {
+  createSubmission(made_, "{}");
+  recordJob(made_, {"17", 1000, {1001, 1003}});
+  recordJob(made_, {"18", 0, {}});
+  const Submission read = readSubmission(folder_);
+  EXPECT_EQ(read.folder, folder_);
+  EXPECT_EQ(read.engine, Engine::Script);
+  EXPECT_EQ(read.runArguments, made_.runArguments);
+  EXPECT_EQ(read.slurmArguments, made_.slurmArguments);
+  EXPECT_EQ(read.maxParallel, 3);
+  EXPECT_EQ(read.chunks, 3);
+  ASSERT_EQ(read.methods.size(), 2u);
+  EXPECT_EQ(read.methods[0].chunks, made_.methods[0].chunks);
+  EXPECT_EQ(read.methods[1].folder, "b");
+  EXPECT_THAT(read.wanted(), ElementsAre(1, 3));
+  ASSERT_EQ(read.jobs.size(), 2u);
+  EXPECT_EQ(read.jobs[0].offset, 1000);
+  EXPECT_THAT(read.jobs[0].chunks, ElementsAre(1001, 1003));
+  EXPECT_THAT(read.jobs[1].chunks, IsEmpty());
+}
+
+TEST_F(Submissions, NeedAnEmptyFolder) {
+  createSubmission(made_, "{}");
+  EXPECT_THROW(createSubmission(made_, "{}"), OutputError);
+  EXPECT_THROW(readSubmission(folder_ / "parts"), UsageError);
+}
+
+TEST_F(Submissions, ScriptsPassEveryWordAsItIs) {
+  createSubmission(made_, "{}");
+  writeScripts(made_);
+  ASSERT_EQ(std::system((shellWord((folder_ / "chunk.sh").string()) + " 3").c_str()), 0);
+  const std::string log = textOf(made_.log(3));
+  EXPECT_THAT(log, HasSubstr("--method it's $HOME"));
+  EXPECT_THAT(log, HasSubstr("--chunk 3/3 --out " + made_.part(3).string()));
+}
+
+TEST_F(Submissions, ArrayTasksAddTheirOffset) {
+  createSubmission(made_, "{}");
+  writeScripts(made_);
+  ASSERT_EQ(std::system(("SLURM_ARRAY_TASK_ID=2 SLURM_CPUS_ON_NODE=7 " +
+                         shellWord((folder_ / "chunk.sh").string()) + " --array 1")
+                            .c_str()),
+            0);
+  EXPECT_THAT(textOf(made_.log(3)), HasSubstr("--threads 7 --chunk 3/3"));
+}
+
+TEST_F(Submissions, RunScriptsTakeAllChunksOrAShareOfThem) {
+  createSubmission(made_, "{}");
+  writeScripts(made_);
+  const std::string script = shellWord((folder_ / "run.sh").string());
+  ASSERT_EQ(std::system((script + " 2 2/2").c_str()), 0);
+  EXPECT_FALSE(fs::exists(made_.log(1)));
+  EXPECT_TRUE(fs::exists(made_.log(3)));
+  EXPECT_FALSE(fs::exists(folder_ / "logs/merge.log"));
+  ASSERT_EQ(std::system(script.c_str()), 0);
+  EXPECT_TRUE(fs::exists(made_.log(1)));
+  EXPECT_FALSE(fs::exists(made_.log(2)));  // it is empty
+  EXPECT_TRUE(fs::exists(folder_ / "logs/merge.log"));
+}
+
+TEST_F(Submissions, StatesComeFromTheQueueWhereFramesAreMissing) {
+  made_.methods = {{"a", "", {{1}, {2}, {3}}}};
+  createSubmission(made_, "{}");
+  std::ofstream(made_.log(2)) << "chunk 2 on node, today\nerror: it was too much\n\n";
+  recordJob(made_, {"5", 0, {1, 2, 3}});
+  recordJob(made_, {"6", 0, {}});
+  const Progress progress = progressOf(made_,
+                                       {{"4", 2, "RUNNING", "None"},
+                                        {"5", 1, "PENDING", "Resources"},
+                                        {"5", 3, "PENDING", "JobHeldUser"},
+                                        {"6", 0, "PENDING", "Dependency"}},
+                                       false);
+  EXPECT_EQ(progress.frames(), 3);
+  EXPECT_EQ(progress.finished(), 0);
+  EXPECT_THAT(progress.chunksThatAre(ChunkState::Waiting), ElementsAre(1));
+  EXPECT_THAT(progress.chunksThatAre(ChunkState::Failed), ElementsAre(2));
+  EXPECT_THAT(progress.chunksThatAre(ChunkState::Held), ElementsAre(3));
+  EXPECT_EQ(progress.chunks[1].note, "error: it was too much");
+  EXPECT_TRUE(progress.merging);
+  EXPECT_FALSE(progress.merged);
+  EXPECT_TRUE(progress.moves());
+}
+
+TEST(Slurm, ArrayIndicesHaveTheirOwnSteps) {
+  EXPECT_EQ(arrayIndices({1, 2, 3, 4, 8}), "1-4,8");
+  EXPECT_EQ(arrayIndices({1, 3, 5, 7}), "1-7:2");
+}
+
+TEST(Engines, AreSlurmAndScript) {
+  EXPECT_EQ(parseEngine("slurm"), Engine::Slurm);
+  EXPECT_THROW(parseEngine("slrum"), UsageError);
+}
+
+}  // namespace
+}  // namespace catoptric::cluster
