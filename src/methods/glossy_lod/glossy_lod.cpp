@@ -1,19 +1,19 @@
 #include "methods/glossy_lod/glossy_lod.h"
 
 #include <algorithm>
-#include <array>
 #include <memory>
+#include <mutex>
 #include <numeric>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "gl/shader.h"
+#include "core/clock.h"
 #include "methods/contract/method.h"
 #include "methods/glossy_lod/options.h"
 #include "methods/glossy_lod/radiance.h"
 #include "methods/glossy_lod/scene_images.h"
-#include "methods/glossy_lod/shaders/constants.h"
+#include "methods/glossy_lod/tile_tracer.h"
+#include "methods/shared/bands.h"
 #include "methods/shared/reflectors.h"
 #include "raster/passes/refractive_samples.h"
 
@@ -21,11 +21,6 @@ namespace catoptric::methods {
 namespace {
 
 using namespace glossy_lod;
-namespace shared = glossy_lod_shared;
-
-/// Counted by shaders/trace.frag, in the order of its kCount... constants.
-constexpr std::array<const char*, shared::kCounts> kCountNames = {
-    "rays", "misses", "below_horizon", "visits", "quads_tested", "stopped"};
 
 class GlossyLod : public Method {
  public:
@@ -57,33 +52,35 @@ class GlossyLod : public Method {
 
   void prepare(Services& services, const RunSettings& settings) override {
     masks_ = settings.masks;
-    clearsMasks_ = settings.masks && settings.reflectors.all();
+    own_ = settings.reflectors;
     reflectors_ = findReflectors(services.scene, settings.reflectors);
     if (!reflectors_.any()) return;
     refractive_ = raster::RefractiveSamples(services.scene);
     services.timer.measure("geometry_images",
                            [&] { images_.make(services.scene, services.geometry, options_); });
     shadeAll(services);
-    if (reflectors_.mirrors()) mirror_ = makeProgram("rays of mirrors", services, false);
-    if (reflectors_.glossy) glossy_ = makeProgram("rays of lobes", services, true);
-    counts_ = gl::Buffer("counts of rays", 2 * kCountNames.size() * sizeof(std::uint32_t));
+    masked_ = std::ranges::any_of(services.scene.materials, [](const scene::Material& material) {
+      return material.alphaMode == scene::AlphaMode::Mask;
+    });
+    for (std::size_t i = 0; i < services.geometry.objects.size(); ++i)
+      extents_.push_back(
+          trace::reflectorExtent(services.scene, services.geometry, static_cast<int>(i)));
   }
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
-    if (clearsMasks_) services.gbuffer->reflectionFramebuffer.clearColorUint(1, 0);
-    if (!reflectors_.any()) {
-      for (const char* name : kCountNames) output.counters[name] = 0;
-      output.counters["refraction_mirrored"] = 0;
-      report(output);
-      return;
+    TraceCounts counts;
+    output.counters["refraction_mirrored"] = 0;
+    if (reflectors_.any()) {
+      follow(input, services);
+      counts = trace(input, services);
+      output.counters["refraction_mirrored"] = refractive_.count(*services.gbuffer);
     }
-    follow(input, services);
-    services.timer.measure("trace", [&] { trace(input, services); });
-    std::array<std::uint32_t, 2 * kCountNames.size()> counts{};
-    counts_.read(0, sizeof counts, counts.data());
-    for (std::size_t i = 0; i < kCountNames.size(); ++i)
-      output.counters[kCountNames[i]] = counts[2 * i] | std::uint64_t{counts[2 * i + 1]} << 32;
-    output.counters["refraction_mirrored"] = refractive_.count(*services.gbuffer);
+    output.counters["rays"] = counts.rays;
+    output.counters["misses"] = counts.misses;
+    output.counters["below_horizon"] = counts.belowHorizon;
+    output.counters["visits"] = counts.visits.nodes;
+    output.counters["quads_tested"] = counts.visits.quads;
+    output.counters["stopped"] = counts.visits.stopped;
     report(output);
   }
 
@@ -103,12 +100,17 @@ class GlossyLod : public Method {
       std::vector<int> objects(services.scene.objects.size());
       std::iota(objects.begin(), objects.end(), 0);
       radiance_.shade(services.scene, services.geometry, services.lighting, images_, objects);
+      if (!environment_ || lighting_.environment != services.lighting.environment)
+        environment_ = std::make_unique<trace::EnvironmentLevels>(services.lighting.environment);
       lighting_ = services.lighting;
     });
   }
 
   void follow(const FrameInput& input, Services& services) {
     const std::vector<int>& changed = input.changedObjects;
+    for (const int i : changed)
+      extents_[static_cast<std::size_t>(i)] =
+          trace::reflectorExtent(services.scene, services.geometry, i);
     const bool moved =
         std::any_of(changed.begin(), changed.end(), [&](int i) { return images_.reflects(i); });
     if (moved)
@@ -123,69 +125,51 @@ class GlossyLod : public Method {
     }
   }
 
-  gl::Program makeProgram(const char* label, const Services& services, bool lobes) const {
-    std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);
-    const bool masked =
-        std::any_of(services.scene.materials.begin(), services.scene.materials.end(),
-                    [](const scene::Material& m) { return m.alphaMode == scene::AlphaMode::Mask; });
-    const auto define = [&](const char* name, bool on) {
-      defines.push_back({name, on ? "1" : "0"});
-    };
-    define("LOBES", lobes);
-    define("MASKS", masks_);
-    define("LEVELS", options_.levels == Levels::Adaptive);
-    define("FILTER", options_.filter);
-    define("AUTOMATIC", options_.automatic);
-    define("MASKED", masked);
-    return gl::Program::fullScreen(label, "methods/glossy_lod/shaders/trace.frag",
-                                   std::move(defines));
-  }
-
-  void trace(const FrameInput& input, Services& services) {
-    const raster::GBuffer& gbuffer = *services.gbuffer;
-    const std::vector<std::uint32_t> zeros(2 * kCountNames.size(), 0);
-    counts_.write(0, zeros.size() * sizeof(std::uint32_t), zeros.data());
-    counts_.bindStorage(shared::kCountsBinding);
-    gbuffer.reflectionFramebuffer.bind();
-    if (reflectors_.mirrors()) pass(mirror_, input, services, raster::onMirrors());
-    if (reflectors_.glossy)
-      pass(glossy_, input, services, raster::onSamplesOf(raster::SampleClass::Glossy));
-  }
-
-  void pass(gl::Program& program, const FrameInput& input, Services& services,
-            gl::DrawState state) const {
-    const raster::GBuffer& gbuffer = *services.gbuffer;
+  TraceCounts trace(const FrameInput& input, Services& services) {
+    raster::GBuffer& gbuffer = *services.gbuffer;
     const scene::Camera& camera = input.frame.camera;
-    program.use();
-    services.raster->bindShadingResources(program.id(), services.lighting);
-    gbuffer.normal.bind(shared::kNormalsUnit);
-    gbuffer.depth.bind(shared::kDepthsUnit);
-    images_.bind(program);
-    radiance_.bind();
-    program.set("rayFromPixel",
-                scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight()));
-    program.set("eye", camera.eye());
-    program.set("nearMetres", camera.nearMetres);
-    program.set("spread", scene::pixelSpreadRad(camera, gbuffer.sampleHeight()));
-    program.set("samplesPerPixel", gbuffer.samples);
-    program.set("raysOfLobe", options_.rays);
-    program.set("alphaOfAll", options_.alpha);
-    state.depth.write = false;  // it is read
-    const gl::DrawScope scope(state);
-    gl::drawFullScreenTriangle();
+    const SampleTiles tiles({gbuffer.sampleWidth(), gbuffer.sampleHeight(), gbuffer.samples},
+                            camera, services.scene, extents_, own_);
+    const SceneTexels texels{images_, radiance_};
+    Traced scene{images_.view(),    images_,
+                 radiance_,         *environment_,
+                 services.lighting, scene::pixelSpreadRad(camera, gbuffer.sampleHeight()),
+                 options_};
+    if (masked_) scene.tree.alphaTest = {isCutAway, &texels};
+    TraceCounts counts;
+    std::mutex mutex;
+    const double seconds =
+        bands_.run({gbuffer, tiles, services.timer, services.scene, own_, masks_},
+                   [&](const raster::GBufferCopy& samples, const SampleTiles::Members& members,
+                       Vec3* radiance, std::uint8_t* flags) {
+                     TraceCounts mine;
+                     const std::int64_t start = nowNs();
+                     TileTracer& tracer = TileTracer::ofThread();
+                     tiles.place(samples, members, tracer.points());
+                     tracer.run(scene, radiance, flags, mine);
+                     mine.resolveSeconds = secondsSince(start) - mine.traceSeconds;
+                     const std::scoped_lock lock(mutex);
+                     counts.add(mine);
+                   });
+    // Both are sums over threads
+    const double sum = std::max(counts.traceSeconds + counts.resolveSeconds, 1e-12);
+    services.timer.add("trace", seconds * counts.traceSeconds / sum);
+    services.timer.add("resolve", seconds * counts.resolveSeconds / sum);
+    return counts;
   }
 
   Options options_;
   bool masks_ = false;
-  bool clearsMasks_ = false;  ///< the whole frame is its own
   Reflectors reflectors_;
   raster::RefractiveSamples refractive_;
   SceneImages images_;
   Radiance radiance_;
   frame::Lighting lighting_;  ///< that the radiance is of
-  gl::Program mirror_;
-  gl::Program glossy_;
-  gl::Buffer counts_;
+  frame::ObjectSet own_;
+  std::vector<float> extents_;
+  bool masked_ = false;  ///< some surfaces are cut by alpha masks
+  std::unique_ptr<trace::EnvironmentLevels> environment_;
+  Bands bands_;
 };
 
 }  // namespace
@@ -199,7 +183,10 @@ const MethodEntry& glossyLodEntry() {
                  "geometry images and their tree are made; what has moved follows"},
                 {"radiance", "start, frames",
                  "their diffuse radiance is computed, again when lights or objects change"},
-                {"trace", "frames", "rays are traced and filtered"}},
+                {"readback", "frames", "the G-buffer is read from the device"},
+                {"trace", "frames", "rays are traced"},
+                {"resolve", "frames", "rays are made; what they see is filtered"},
+                {"upload", "frames", "reflections go back to the device"}},
       .counters = {{"rays", "rays that were traced"},
                    {"misses", "rays that left the scene"},
                    {"below_horizon", "rays below the shading normal's plane, folded up"},

@@ -3,15 +3,19 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "core/vector_level.h"
 #include "frame/test_scenes.h"
+#include "methods/glossy_lod/filter.h"
 #include "methods/glossy_lod/radiance.h"
 #include "methods/glossy_lod/scene_images.h"
-#include "methods/glossy_lod/shaders/constants.h"
+#include "methods/glossy_lod/tree/traversal.h"
 #include "methods/testing/gl_harness.h"
 #include "scene/loader.h"
 
@@ -21,56 +25,51 @@ namespace {
 using namespace glossy_lod;
 using test::SceneBuilder;
 
-/// What the shader finds along given rays.
+/// What the traversal finds along a ray.
 struct Met {
-  float metres, visits, back, level;
+  float metres;
+  std::uint64_t visits;
+  bool back;
+  float level;
 };
 
 /// A scene's images and the traversal alone.
 class Rays {
  public:
-  Rays(test::GlStage& stage, const Options& options, bool levels = true) {
+  Rays(test::GlStage& stage, const Options& options, bool levels = true) : levels_(levels) {
     images.make(stage.scene, stage.moment.geometry, options);
     std::vector<int> objects(stage.scene.objects.size());
-    for (std::size_t i = 0; i < objects.size(); ++i) objects[i] = static_cast<int>(i);
+    std::iota(objects.begin(), objects.end(), 0);
     radiance_.shade(stage.scene, stage.moment.geometry, stage.moment.lighting, images, objects);
-    std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(stage.moment.lighting);
-    defines.push_back({"LEVELS", levels ? "1" : "0"});
-    defines.push_back({"FILTER", "1"});
-    defines.push_back({"MASKED", "0"});
-    program_ = gl::Program::fullScreen("hits", "methods/glossy_lod/testdata/hits.frag", defines);
   }
 
-  /// `origins`: a is the slope of the ray's width.
+  /// `origins`: a is the slope of the ray's width. In packets of `together`.
   std::vector<Met> meet(const std::vector<Vec4>& origins, const std::vector<Vec4>& directions,
-                        float alpha) {
-    const int width = 256;
-    const int height = static_cast<int>((origins.size() + 255) / 256);
-    std::vector<Vec4> o = origins;
-    std::vector<Vec4> d = directions;
-    o.resize(static_cast<std::size_t>(width) * height, Vec4(0.0f));
-    d.resize(o.size(), Vec4(0.0f, 0.0f, 1.0f, 0.0f));
-    const auto texture = [&](const std::vector<Vec4>& values) {
-      gl::Texture made = gl::Texture::make2D("rays", GL_RGBA32F, width, height);
-      made.upload(0, 0, GL_RGBA, GL_FLOAT, values.data());
-      return made;
-    };
-    const gl::Texture from = texture(o);
-    const gl::Texture along = texture(d);
-    const gl::Texture target = gl::Texture::make2D("hits", GL_RGBA32F, width, height);
-    const gl::Framebuffer framebuffer("hits", {{.texture = target}});
-    framebuffer.bind();
-    program_.use();
-    images.bind(program_);
-    radiance_.bind();
-    from.bind(glossy_lod_shared::kNormalsUnit);
-    along.bind(glossy_lod_shared::kDepthsUnit);
-    program_.set("alphaOfAll", alpha);
-    gl::drawFullScreenTriangle();
-    const std::vector<float> values = raster::readRgba(target);
+                        float alpha, std::size_t together = RayPacket::kMost) {
     std::vector<Met> met;
-    for (std::size_t i = 0; i < origins.size(); ++i)
-      met.push_back({values[4 * i], values[4 * i + 1], values[4 * i + 2], values[4 * i + 3]});
+    for (std::size_t first = 0; first < origins.size(); first += together) {
+      RayPacket packet;
+      packet.count = std::min(together, origins.size() - first);
+      for (std::size_t i = 0; i < packet.count; ++i) {
+        for (int axis = 0; axis < 3; ++axis) {
+          packet.origin[static_cast<std::size_t>(axis)][i] = origins[first + i][axis];
+          packet.direction[static_cast<std::size_t>(axis)][i] = directions[first + i][axis];
+        }
+        packet.base[i] = 0.0f;
+        packet.slope[i] = origins[first + i].w;
+      }
+      PacketHits hits;
+      Visits visits;
+      traverse(images.view(), packet, alpha, levels_, hits, visits);
+      for (std::size_t i = 0; i < packet.count; ++i) {
+        const bool missed = hits.node[i] == kNothing;
+        const Found found{hits.node[i], {hits.u[i], hits.v[i]}, hits.back[i] != 0};
+        met.push_back({missed ? -1.0f : hits.metres[i], i == 0 ? visits.nodes : 0, found.back,
+                       missed ? -1.0f
+                              : levelOf(images, radiance_, found, Vec3(directions[first + i]),
+                                        packet.slope[i] * hits.metres[i])});
+      }
+    }
     return met;
   }
 
@@ -78,7 +77,7 @@ class Rays {
 
  private:
   Radiance radiance_;
-  gl::Program program_;
+  bool levels_;
 };
 
 /// Rays from within half a metre of 0 into all directions.
@@ -152,6 +151,40 @@ TEST(GlossyLodHits, EqualBruteForceOverTheFinestTriangles) {
   }
 }
 
+TEST(GlossyLodHits, AreTheSameInPacketsOfAnyMakeUpAndOnEveryMachine) {
+  test::GlStage stage(manyBodies());
+  Rays rays(stage, {.size = 32});
+  std::vector<Vec4> origins;
+  std::vector<Vec4> directions;
+  raysWithin(3000, origins, directions);
+  for (std::size_t i = 0; i < origins.size(); ++i) origins[i].w = i % 3 == 0 ? 0.05f : 0.002f;
+  // Along axes too, and with zeros of both signs
+  directions[0] = Vec4(0.0f, 1.0f, 0.0f, 0.0f);
+  directions[1] = Vec4(-0.0f, -1.0f, 0.0f, 0.0f);
+  const std::vector<Met> alone = rays.meet(origins, directions, 3.0f, 1);
+  std::uint64_t visits = 0;
+  for (const Met& m : alone) visits += m.visits;
+  const VectorLevel machine = vectorLevel();
+  for (const VectorLevel level : {VectorLevel::Base, VectorLevel::V3, VectorLevel::V4}) {
+    limitVectorLevel(level);
+    for (const std::size_t together : {1u, 5u, 16u}) {
+      const std::vector<Met> met = rays.meet(origins, directions, 3.0f, together);
+      std::uint64_t sum = 0;
+      std::size_t wrong = 0;
+      for (std::size_t i = 0; i < met.size(); ++i) {
+        sum += met[i].visits;
+        wrong += met[i].metres != alone[i].metres || met[i].back != alone[i].back ||
+                         met[i].level != alone[i].level
+                     ? 1
+                     : 0;
+      }
+      EXPECT_EQ(wrong, 0u) << together;
+      EXPECT_EQ(sum, visits) << together;
+    }
+  }
+  limitVectorLevel(machine);
+}
+
 TEST(GlossyLodHits, DoNotLeakThroughSeams) {
   std::size_t count = 0;
   std::size_t backs = 0;
@@ -173,7 +206,7 @@ TEST(GlossyLodHits, DoNotLeakThroughSeams) {
     const std::vector<Met> met = rays.meet(origins, directions, 0.0f);
     for (const Met& m : met) {
       if (m.metres < 0.0f) ADD_FAILURE() << "body " << body;
-      backs += m.back == 1.0f ? 1 : 0;
+      backs += m.back ? 1 : 0;
     }
     count += met.size();
   }

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "core/parallel.h"
-#include "methods/glossy_lod/shaders/constants.h"
 
 namespace catoptric::methods::glossy_lod {
 namespace {
@@ -99,12 +98,9 @@ void Radiance::average(const PlacedChart& chart) {
 void Radiance::shade(const scene::Scene& scene, const frame::Geometry& geometry,
                      const frame::Lighting& lighting, const SceneImages& images,
                      std::span<const int> objects) {
-  if (texture_.empty()) {
+  if (side_ == 0) {
     side_ = images.atlasSide();
     for (auto& texels : texels_) texels.assign(width() * side_, Vec4(0.0f));
-    texture_ = gl::Texture::makeArray("radiance of geometry images", GL_RGBA32F,
-                                      static_cast<int>(width()), static_cast<int>(side_), 2);
-    texture_.setFilter(GL_LINEAR, GL_LINEAR);
   }
   std::vector<const PlacedChart*> charts;
   for (const int object : objects)
@@ -118,11 +114,6 @@ void Radiance::shade(const scene::Scene& scene, const frame::Geometry& geometry,
     }
   });
   notFinite_ = notFinite;
-  for (int s = 0; s < 2; ++s) texture_.upload(0, s, GL_RGBA, GL_FLOAT, texels_[s].data());
-}
-
-void Radiance::bind() const {
-  texture_.bind(glossy_lod_shared::kRadianceUnit);
 }
 
 }  // namespace catoptric::methods::glossy_lod

@@ -1,4 +1,4 @@
-// Diffuse radiance of all geometry images, on both sides, with mip levels, on the device.
+// Diffuse radiance of all geometry images, on both sides, with mip levels.
 #pragma once
 
 #include <cstdint>
@@ -6,26 +6,29 @@
 #include <vector>
 
 #include "frame/shading.h"
-#include "gl/objects.h"
 #include "methods/glossy_lod/scene_images.h"
 
 namespace catoptric::methods::glossy_lod {
 
 class Radiance {
  public:
-  /// Shades all texels of these objects by the pipeline's shading (frame::shadeSurface), averages
-  /// them into coarser levels, and takes them to the device.
+  /// Shades all texels of these objects by the pipeline's shading (frame::shadeSurface), and
+  /// averages them into coarser levels.
   void shade(const scene::Scene& scene, const frame::Geometry& geometry,
              const frame::Lighting& lighting, const SceneImages& images,
              std::span<const int> objects);
 
-  void bind() const;
   std::uint64_t notFinite() const { return notFinite_; }
   /// Texels of level 0 of one side: rgb radiance, a the area in m^2 that a texel has, negative
   /// where an alpha mask cuts it away.
   const Vec4& texel(int side, std::uint32_t x, std::uint32_t y) const {
     return texels_[side][std::size_t{y} * width() + x];
   }
+  /// Those of a coarser level, and from one to the texel above it.
+  const Vec4* onLevel(int side, int level, std::size_t x, std::size_t y) const {
+    return &texels_[side][at(level, x, y)];
+  }
+  std::size_t row() const { return width(); }
 
  private:
   std::uint64_t shadeChart(const scene::Scene& scene, const frame::Geometry& geometry,
@@ -42,7 +45,6 @@ class Radiance {
 
   std::uint32_t side_ = 0;  ///< of level 0, texels
   std::vector<Vec4> texels_[2];
-  gl::Texture texture_;
   std::uint64_t notFinite_ = 0;
 };
 

@@ -1,7 +1,6 @@
 #include "methods/glossy_lod/scene_images.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <map>
 #include <numeric>
@@ -11,7 +10,6 @@
 #include "core/file.h"
 #include "core/parallel.h"
 #include "methods/glossy_lod/images/image_cache.h"
-#include "methods/glossy_lod/shaders/constants.h"
 
 namespace catoptric::methods::glossy_lod {
 namespace {
@@ -19,8 +17,7 @@ namespace {
 /// Quads of all objects together, by which memory is bounded. Ours: 0.8 GB of tree, vertices,
 /// radiance.
 constexpr double kMostQuads = 6e6;
-constexpr std::uint32_t kMostAtlas =
-    8192;  ///< texels, beside which half as many levels lie: drivers guarantee 16384
+constexpr std::uint32_t kMostAtlas = 8192;  ///< texels along a side. Ours: 3 GB of radiance
 
 /// The bits of `code` at even places.
 std::uint32_t everyOther(std::uint64_t code) {
@@ -38,11 +35,6 @@ MeshView viewOf(const scene::Scene& scene, const frame::Geometry& geometry, std:
     mesh.indices[i] = geometry.indices[range.firstIndex + i] - range.firstVertex;
   return mesh;
 }
-
-/// As the shader reads a chart: one texel.
-struct DeviceChart {
-  std::uint32_t x, y, texelLevel, level;
-};
 
 }  // namespace
 
@@ -86,20 +78,12 @@ void SceneImages::make(const scene::Scene& scene, const frame::Geometry& geometr
   }
   images_.clear();
   for (auto& [mesh, image] : ofMesh) images_.push_back(std::move(image));
-  GLint most = 0;
-  glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most);
-  const std::uint64_t texels = 2 * (counts_.quads * 4 / 3 + 2 * counts_.charts);
-  if (vertices > static_cast<std::uint64_t>(most) || texels > static_cast<std::uint64_t>(most))
-    throw UsageError("glossy_lod: " + std::to_string(counts_.quads) +
-                     " quads are more than a texel buffer of this device holds (" +
-                     std::to_string(most) + " texels): take a smaller \"size\"");
   vertices_.assign(vertices, Vec4(0.0f));
   grids_.clear();
   for (const PlacedChart& chart : charts_) grids_.push_back({chart.firstVertex, chart.image.level});
   for (std::size_t i = 0; i < scene.objects.size(); ++i) place(geometry, static_cast<int>(i));
   tree_.build(grids_, vertices_);
   packAtlas();
-  upload();
 }
 
 void SceneImages::place(const frame::Geometry& geometry, int object) {
@@ -155,40 +139,14 @@ void SceneImages::follow(const frame::Geometry& geometry, std::span<const int> c
   }
   if (!any) return;
   tree_.refit(vertices_);
-  vertexBuffer_.write(0, vertices_.size() * sizeof(Vec4), vertices_.data());
-  nodeBuffer_.write(0, tree_.nodes().size() * sizeof(Node), tree_.nodes().data());
 }
 
-void SceneImages::upload() {
-  std::vector<DeviceChart> charts;
-  for (const PlacedChart& chart : charts_)
-    charts.push_back({chart.x, chart.y, static_cast<std::uint32_t>(chart.image.texelLevel),
-                      static_cast<std::uint32_t>(chart.image.level)});
-  // A texel buffer has at least one texel
-  const std::array<Node, 1> nothing{};
-  const std::array<Quad, 1> noQuad{};
-  const std::array<Vec4, 1> noVertex{};
-  const std::array<DeviceChart, 1> noChart{};
-  const auto orNothing = [](const auto& values, const auto& none) {
-    using T = typename std::decay_t<decltype(none)>::value_type;
-    return values.empty() ? std::span<const T>(none) : std::span<const T>(values);
-  };
-  nodeBuffer_ = gl::Buffer("nodes", orNothing(tree_.nodes(), nothing));
-  quadBuffer_ = gl::Buffer("quads", orNothing(tree_.quads(), noQuad));
-  vertexBuffer_ = gl::Buffer("geometry images", orNothing(vertices_, noVertex));
-  chartBuffer_ = gl::Buffer("charts", orNothing(charts, noChart));
-  nodes_ = gl::Texture::makeBuffer("nodes", GL_RGBA32UI, nodeBuffer_);
-  quads_ = gl::Texture::makeBuffer("quads", GL_RGBA32UI, quadBuffer_);
-  vertexTexture_ = gl::Texture::makeBuffer("geometry images", GL_RGBA32F, vertexBuffer_);
-  chartTexture_ = gl::Texture::makeBuffer("charts", GL_RGBA32UI, chartBuffer_);
-}
-
-void SceneImages::bind(gl::Program& program) const {
-  nodes_.bind(glossy_lod_shared::kNodesUnit);
-  quads_.bind(glossy_lod_shared::kQuadsUnit);
-  vertexTexture_.bind(glossy_lod_shared::kVerticesUnit);
-  chartTexture_.bind(glossy_lod_shared::kChartsUnit);
-  program.set("nodeCount", static_cast<std::uint32_t>(tree_.nodes().size()));
+TreeView SceneImages::view() const {
+  return {tree_.nodes().data(),
+          tree_.quads().data(),
+          vertices_.data(),
+          static_cast<std::uint32_t>(tree_.nodes().size()),
+          {}};
 }
 
 }  // namespace catoptric::methods::glossy_lod

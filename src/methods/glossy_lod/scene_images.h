@@ -1,5 +1,4 @@
-// The geometry images of all objects that are reflected, in world space at one moment, and on the
-// device.
+// The geometry images of all objects that are reflected, in world space at one moment.
 #pragma once
 
 #include <cstdint>
@@ -7,11 +6,10 @@
 #include <span>
 #include <vector>
 
-#include "gl/objects.h"
-#include "gl/shader.h"
 #include "methods/contract/method.h"
 #include "methods/glossy_lod/images/geometry_image.h"
 #include "methods/glossy_lod/options.h"
+#include "methods/glossy_lod/tree/traversal.h"
 #include "methods/glossy_lod/tree/tree.h"
 
 namespace catoptric::methods::glossy_lod {
@@ -43,12 +41,10 @@ class SceneImages {
   /// Moves the vertices of these objects, and the tree about them.
   void follow(const frame::Geometry& geometry, std::span<const int> changedObjects);
 
-  /// Puts everything where the traversal reads it.
-  void bind(gl::Program& program) const;
-
   const std::vector<PlacedChart>& charts() const { return charts_; }
   const std::vector<Vec4>& vertices() const { return vertices_; }
   const Tree& tree() const { return tree_; }
+  TreeView view() const;
   const ImageCounts& counts() const { return counts_; }
   std::uint32_t atlasSide() const { return atlasSide_; }
   bool reflects(int object) const { return firstChart_[object] < firstChart_[object + 1]; }
@@ -60,7 +56,6 @@ class SceneImages {
  private:
   void place(const frame::Geometry& geometry, int object);
   void packAtlas();
-  void upload();
 
   std::vector<std::shared_ptr<const ObjectImage>> images_;  ///< by mesh
   std::vector<PlacedChart> charts_;
@@ -70,8 +65,6 @@ class SceneImages {
   Tree tree_;
   ImageCounts counts_;
   std::uint32_t atlasSide_ = 1;
-  gl::Buffer nodeBuffer_, quadBuffer_, vertexBuffer_, chartBuffer_;
-  gl::Texture nodes_, quads_, vertexTexture_, chartTexture_;
 };
 
 }  // namespace catoptric::methods::glossy_lod

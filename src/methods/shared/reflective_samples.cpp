@@ -9,7 +9,7 @@ namespace catoptric::methods {
 ReflectiveSamples collectReflective(const raster::GBufferCopy& source, const scene::Camera& camera,
                                     const trace::TraceScene& trace, const frame::ObjectSet& own) {
   const SampleTiles tiles({source.sampleWidth(), source.sampleHeight(), source.samples}, camera,
-                          trace, own);
+                          trace.scene(), trace.extents(), own);
   const auto columns = static_cast<std::size_t>(tiles.columns());
   const std::size_t count =
       columns * static_cast<std::size_t>(SampleTiles::rowsOf(source.sampleHeight()));

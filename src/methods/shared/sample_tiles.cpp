@@ -40,13 +40,13 @@ bool specularLevelsVary(const scene::Scene& scene, const frame::ObjectSet& own) 
 }
 
 SampleTiles::SampleTiles(const SampleGrid& grid, const scene::Camera& camera,
-                         const trace::TraceScene& trace, const frame::ObjectSet& own)
+                         const scene::Scene& scene, std::span<const float> extents,
+                         const frame::ObjectSet& own)
     : camera_{camera.eye(), camera.nearMetres,
               scene::rayFromPixel(camera, grid.width, grid.height)},
       width_(grid.width),
       samples_(grid.samples),
       columns_((grid.width + kSize - 1) / kSize) {
-  const scene::Scene& scene = trace.scene();
   kinds_.assign(scene.objects.size() + 1, Kind::No);
   extents_.assign(scene.objects.size() + 1, 0.0f);
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
@@ -55,7 +55,7 @@ SampleTiles::SampleTiles(const SampleGrid& grid, const scene::Camera& camera,
     kinds_[i + 1] = scene.materials[object.material].metallicRoughnessTexture.used()
                         ? Kind::ByTexture
                         : Kind::Yes;
-    extents_[i + 1] = trace.extentOf(static_cast<int>(i));
+    extents_[i + 1] = extents[i];
   }
   for (int cell = 0; cell < samples_ * samples_; ++cell)
     shifts_.push_back(lobeShift(cell, samples_));

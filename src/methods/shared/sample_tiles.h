@@ -11,7 +11,7 @@
 #include "frame/object_set.h"
 #include "raster/gbuffer.h"
 #include "scene/camera.h"
-#include "trace/embree/trace_scene.h"
+#include "scene/scene.h"
 #include "trace/lobes/point_lanes.h"
 
 namespace catoptric::methods {
@@ -39,9 +39,10 @@ class SampleTiles {
     std::span<const std::uint32_t> places() const { return {at.data(), count}; }
   };
 
-  /// Of samples with s > 0 on an object of `own`. `trace` must outlive this.
-  SampleTiles(const SampleGrid& grid, const scene::Camera& camera, const trace::TraceScene& trace,
-              const frame::ObjectSet& own);
+  /// Of samples with s > 0 on an object of `own`. `extents`:
+  /// trace::reflectorExtent() by object.
+  SampleTiles(const SampleGrid& grid, const scene::Camera& camera, const scene::Scene& scene,
+              std::span<const float> extents, const frame::ObjectSet& own);
 
   int columns() const { return columns_; }
   /// Rows of tiles that hold so many rows of samples.

@@ -2,14 +2,17 @@
 
 #include <algorithm>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
 #include "config/options.h"
+#include "core/clock.h"
+#include "methods/shared/bands.h"
 #include "methods/shared/bvh_policies.h"
 #include "methods/shared/reflectors.h"
-#include "methods/traced/bands.h"
 #include "trace/lobes/environment_levels.h"
+#include "trace/lobes/lobe_tracer.h"
 #include "trace/lobes/reflect.h"
 
 namespace catoptric::methods {
@@ -70,7 +73,7 @@ class Traced : public Method {
         {"pass", "resolve", "rays are made, hits shaded", 0},
         {"pass", "upload", "the composite takes the reflection as a texture", 0},
         {"resource", "bands", "two of what is read back and uploaded",
-         2 * std::min(samples, TracedBands::largest(settings.width * settings.samples)) *
+         2 * std::min(samples, Bands::largest(settings.width * settings.samples)) *
              (16 + 16 + 4 + 4 + 16)},
     };
     if (options_.diffuseOnly)
@@ -96,7 +99,6 @@ class Traced : public Method {
   }
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
-    raster::GBuffer& gbuffer = *services.gbuffer;
     frame::StepTimer& timer = services.timer;
     trace::ReflectionCounts counts;
     if (diffuse_) followMotion(input, timer);
@@ -107,14 +109,7 @@ class Traced : public Method {
     }
 
     const std::uint64_t unresolvedBefore = trace->unresolvedRays();
-    counts = bands_.run({.gbuffer = gbuffer,
-                         .camera = input.frame.camera,
-                         .trace = *trace,
-                         .lighting = services.lighting,
-                         .timer = timer,
-                         .own = reflectors_,
-                         .reflection = options_.reflection,
-                         .masks = masks_});
+    counts = traceFrame(*trace, input, services);
     if (!services.geometry.surfaces.empty()) {
       output.counters["at_outline"] = counts.atOutline;
       output.counters["off_surface"] = counts.offSurface;
@@ -124,6 +119,35 @@ class Traced : public Method {
   }
 
  private:
+  trace::ReflectionCounts traceFrame(const trace::TraceScene& trace, const FrameInput& input,
+                                     Services& services) {
+    raster::GBuffer& gbuffer = *services.gbuffer;
+    const scene::Camera& camera = input.frame.camera;
+    const SampleTiles tiles({gbuffer.sampleWidth(), gbuffer.sampleHeight(), gbuffer.samples},
+                            camera, trace.scene(), trace.extents(), reflectors_);
+    const float spread = scene::pixelSpreadRad(camera, gbuffer.sampleHeight());
+    trace::ReflectionCounts counts;
+    std::mutex mutex;
+    const double seconds =
+        bands_.run({gbuffer, tiles, services.timer, trace.scene(), reflectors_, masks_},
+                   [&](const raster::GBufferCopy& samples, const SampleTiles::Members& members,
+                       Vec3* radiance, std::uint8_t* flags) {
+                     const std::int64_t start = nowNs();
+                     trace::ReflectionCounts mine;
+                     trace::LobeTracer& tracer = trace::LobeTracer::ofThread();
+                     tracer.begin(trace, services.lighting, spread, options_.reflection);
+                     tiles.place(samples, members, tracer.points());
+                     tracer.run(radiance, flags, nullptr, mine);
+                     mine.resolveSeconds = secondsSince(start) - mine.traceSeconds;
+                     const std::scoped_lock lock(mutex);
+                     counts.add(mine);
+                   });
+    counts.shareTime(seconds);
+    services.timer.add("trace", counts.traceSeconds);
+    services.timer.add("resolve", counts.resolveSeconds);
+    return counts;
+  }
+
   static std::vector<int> diffuseObjects(const scene::Scene& scene) {
     std::vector<int> objects;
     for (std::size_t i = 0; i < scene.objects.size(); ++i)
@@ -153,7 +177,7 @@ class Traced : public Method {
   frame::ObjectSet reflectors_;
   std::unique_ptr<trace::EnvironmentLevels> levels_;  ///< where the environment is filtered
   std::unique_ptr<trace::TraceScene> diffuse_;        ///< where only diffuse objects are met
-  TracedBands bands_;
+  Bands bands_;
 };
 
 }  // namespace

@@ -336,30 +336,11 @@ TraceScene::TraceScene(const scene::Scene& scene, const frame::Geometry& geometr
     : state_(std::make_unique<State>(scene, geometry, policy, options)) {
   flushDenormals();
   state_->build();
-  extents_.resize(geometry.objects.size(), 0.0f);
-  for (std::size_t i = 0; i < extents_.size(); ++i) measureExtent(i);
+  for (std::size_t i = 0; i < geometry.objects.size(); ++i)
+    extents_.push_back(reflectorExtent(scene, geometry, static_cast<int>(i)));
 }
 
 TraceScene::~TraceScene() = default;
-
-void TraceScene::measureExtent(std::size_t object) {
-  const frame::Geometry& geometry = state_->geometry;
-  const scene::Scene& scene = state_->sceneData;
-  if (scene.objects[object].reflector == 0) return;
-  const frame::ObjectRange& range = geometry.objects[object];
-  if (range.surface >= 0) {
-    extents_[object] = range.bounds.diameter();
-    return;
-  }
-  float longest = 0.0f;
-  for (std::uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; i += 3) {
-    const Vec3 a = geometry.positions[geometry.indices[i]];
-    const Vec3 b = geometry.positions[geometry.indices[i + 1]];
-    const Vec3 c = geometry.positions[geometry.indices[i + 2]];
-    longest = std::max({longest, glm::distance(a, b), glm::distance(b, c), glm::distance(c, a)});
-  }
-  extents_[object] = longest;
-}
 
 void TraceScene::update(std::span<const int> changedObjects) {
   flushDenormals();
@@ -377,7 +358,8 @@ void TraceScene::update(std::span<const int> changedObjects) {
   } else {
     for (int object : changedObjects) touch(static_cast<std::size_t>(object));
   }
-  for (int object : changedObjects) measureExtent(static_cast<std::size_t>(object));
+  for (const int object : changedObjects)
+    extents_[static_cast<std::size_t>(object)] = reflectorExtent(s.sceneData, s.geometry, object);
   s.commit();
 }
 
@@ -436,6 +418,21 @@ std::uint64_t TraceScene::unresolvedRays() const {
 }
 std::size_t TraceScene::memoryBytes() const {
   return static_cast<std::size_t>(std::max<std::int64_t>(0, state_->bytes.load()));
+}
+
+float reflectorExtent(const scene::Scene& scene, const frame::Geometry& geometry, int object) {
+  const auto index = static_cast<std::size_t>(object);
+  if (scene.objects[index].reflector == 0) return 0.0f;
+  const frame::ObjectRange& range = geometry.objects[index];
+  if (range.surface >= 0) return range.bounds.diameter();
+  float longest = 0.0f;
+  for (std::uint32_t i = range.firstIndex; i < range.firstIndex + range.indexCount; i += 3) {
+    const Vec3 a = geometry.positions[geometry.indices[i]];
+    const Vec3 b = geometry.positions[geometry.indices[i + 1]];
+    const Vec3 c = geometry.positions[geometry.indices[i + 2]];
+    longest = std::max({longest, glm::distance(a, b), glm::distance(b, c), glm::distance(c, a)});
+  }
+  return longest;
 }
 
 bool isTraceable(const Ray& ray) {

@@ -86,8 +86,8 @@ class TraceScene {
   /// Rays that a packet holds on this machine: 16, 8 or 4.
   int packetSize() const;
 
-  /// Metres over which hits on a reflective object (index in geometry.objects) are rounded: the
-  /// longest edge of its triangles; of an implicit surface the diameter of its box. 0 of others.
+  /// reflectorExtent() of each object.
+  std::span<const float> extents() const { return extents_; }
   float extentOf(int object) const { return extents_[static_cast<std::size_t>(object)]; }
 
   const scene::Scene& scene() const;
@@ -99,11 +99,14 @@ class TraceScene {
 
  private:
   struct State;
-  void measureExtent(std::size_t object);
 
   std::unique_ptr<State> state_;
   std::vector<float> extents_;
 };
+
+/// Metres over which hits on a reflective object (index in geometry.objects) are rounded: the
+/// longest edge of its triangles; of an implicit surface the diameter of its box. 0 of others.
+float reflectorExtent(const scene::Scene& scene, const frame::Geometry& geometry, int object);
 
 /// Whether Embree can take a ray: finite, origin and direction below 1e18, near >= 0, far a number.
 bool isTraceable(const Ray& ray);

@@ -133,20 +133,10 @@ void LobeTracer::runLevel(std::size_t bounce, int bouncesLeft, Vec3* radiance, s
   aim(here.points);
   // Lobes within lobes have one ray each.
   const int raysPerLobe = bounce == 0 ? options_.rays : 1;
-  Block block{0, 0, 0, raysPerLobe, true};
-  while (block.end < points.count) {
-    block = {block.end, block.end, 0, raysPerLobe, true};
-    for (; block.end < points.count; ++block.end) {
-      const std::size_t i = block.end;
-      const auto rays = static_cast<std::size_t>(lobeRays(points.glossiness[i], raysPerLobe));
-      if (block.rays + rays > kMostLanes) break;
-      here.first[i - block.begin] = block.rays;
-      block.rays += rays;
-      block.mirrors = block.mirrors && points.glossiness[i] <= scene::kMirrorGlossiness &&
-                      points.bent[i] == 0 && !(points.refraction[i] > 0.0f) &&
-                      !(points.above[i] < 0.0f);
-    }
-    here.first[block.end - block.begin] = block.rays;
+  std::size_t done = 0;
+  while (done < points.count) {
+    const Block block = nextBlock(here, done, points.count, raysPerLobe);
+    done = block.end;
     std::uint8_t* const blockFlags = flags == nullptr ? nullptr : flags + block.begin;
     makeRays(here, block, blockFlags, counts);
     intersect(here, block, counts);
@@ -168,6 +158,33 @@ void LobeTracer::runLevel(std::size_t bounce, int bouncesLeft, Vec3* radiance, s
       radiance[i] = sum / static_cast<float>(end - begin);
     }
   }
+}
+
+LobeTracer::Block LobeTracer::nextBlock(Level& level, std::size_t begin, std::size_t end,
+                                        int raysPerLobe) {
+  const PointLanes& points = level.points;
+  Block block{begin, begin, 0, raysPerLobe, true};
+  for (; block.end < end; ++block.end) {
+    const std::size_t i = block.end;
+    const auto rays = static_cast<std::size_t>(lobeRays(points.glossiness[i], raysPerLobe));
+    if (block.rays + rays > kMostLanes) break;
+    level.first[i - block.begin] = block.rays;
+    block.rays += rays;
+    block.mirrors = block.mirrors && points.glossiness[i] <= scene::kMirrorGlossiness &&
+                    points.bent[i] == 0 && !(points.refraction[i] > 0.0f) &&
+                    !(points.above[i] < 0.0f);
+  }
+  level.first[block.end - block.begin] = block.rays;
+  return block;
+}
+
+LobeTracer::Lobes LobeTracer::makeRays(std::size_t begin, std::size_t end, int raysPerLobe,
+                                       std::uint8_t* flags, ReflectionCounts& counts) {
+  Level& here = level(0);
+  if (begin == 0) aim(here.points);
+  const Block block = nextBlock(here, begin, end, raysPerLobe);
+  makeRays(here, block, flags == nullptr ? nullptr : flags + block.begin, counts);
+  return {block.begin, block.end, here.first.data(), here.rays};
 }
 
 void LobeTracer::makeRays(Level& level, const Block& block, std::uint8_t* flags,

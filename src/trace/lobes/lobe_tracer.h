@@ -28,8 +28,21 @@ class LobeTracer {
   void begin(const TraceScene& trace, const frame::Lighting& lighting, float spreadRad,
              const ReflectionOptions& options);
 
-  /// For the caller to fill before run().
+  /// For the caller to fill before run(), or makeRays().
   PointLanes& points();
+
+  /// Rays of whole lobes, for others to trace: those of point i are number first[i - begin] to
+  /// first[i - begin + 1].
+  struct Lobes {
+    std::size_t begin, end;  ///< points
+    const std::size_t* first;
+    RayLanes rays;
+  };
+  /// Those of as many of the points begin..end as fit at once; the first time since points() were
+  /// filled from point 0. Without begin(): no point may have to move or refract. `flags` and
+  /// `counts` as of run(), for rays that were folded up.
+  Lobes makeRays(std::size_t begin, std::size_t end, int raysPerLobe, std::uint8_t* flags,
+                 ReflectionCounts& counts);
 
   /// Mean radiance along the lobe of each point. `flags` and `hits` as of reflectedRadiance(), one
   /// for each point, or null. Adds to `counts`.
@@ -44,6 +57,8 @@ class LobeTracer {
   void settlePoints(PointLanes& points, ReflectionCounts& counts) const;
   void runLevel(std::size_t bounce, int bouncesLeft, Vec3* radiance, std::uint8_t* flags,
                 FirstHit* hits, ReflectionCounts& counts);
+  /// The points from `begin` on whose rays fit at once.
+  static Block nextBlock(Level& level, std::size_t begin, std::size_t end, int raysPerLobe);
   void makeRays(Level& level, const Block& block, std::uint8_t* flags, ReflectionCounts& counts);
   void copyRays(Level& level, const Block& block, std::size_t point, std::uint8_t* flags,
                 ReflectionCounts& counts);

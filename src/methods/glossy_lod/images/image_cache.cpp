@@ -16,18 +16,15 @@ constexpr std::uint32_t kVersion = 2;  ///< raise it when results change
 /// Triangles of a mesh from which on a file is faster than making its image again. Ours.
 constexpr std::size_t kLeastTriangles = 2000;
 
-constexpr CacheKind kHeads{"geometry-head",
-                           {'c', 'a', 't', 'g', 'h', 'e', 'a', '1'},
-                           "the geometry image is made anew",
-                           "the cache of geometry images is not used",
-                           "the geometry image is not cached"};
-constexpr CacheKind kImages{"geometry",
-                            {'c', 'a', 't', 'g', 'e', 'o', 'm', '1'},
-                            "the geometry image is made anew",
-                            "the cache of geometry images is not used",
-                            "the geometry image is not cached"};
+constexpr std::size_t kValueBytes = sizeof(std::uint32_t);
 
-/// What an image has beside its arrays, and how long these are.
+constexpr CacheKind kKind{"geometry-image",
+                          {'c', 'a', 't', 'g', 'e', 'o', 'm', '2'},
+                          "the geometry image is made anew",
+                          "the cache of geometry images is not used",
+                          "the geometry image is not cached"};
+
+/// What an image has beside its arrays, and how long these are: before them in the file.
 struct Head {
   std::array<std::uint64_t, 4> lengths{};  ///< samples, grid, texels, charts
   std::array<std::uint64_t, 3> counts{};
@@ -60,6 +57,7 @@ void eachValue(ObjectImage& image, Visit&& visit) {
   }
 }
 
+/// Of 4 bytes, as all that follow the head.
 std::size_t valuesOf(const Head& head) {
   return 5 * head.lengths[0] + head.lengths[1] + 3 * head.lengths[2] + 3 * head.lengths[3];
 }
@@ -75,13 +73,12 @@ std::uint64_t keyOf(const MeshView& mesh, double quads, int size) {
   return f.value();
 }
 
-std::optional<ObjectImage> read(const CacheEntry& heads, const CacheEntry& images) {
-  const auto headBytes = heads.read(1, sizeof(Head));
-  if (!headBytes) return std::nullopt;
+std::optional<ObjectImage> read(const CacheEntry& entry) {
+  const auto bytes = entry.readAll(kValueBytes);
   Head head;
-  std::memcpy(&head, headBytes->data(), sizeof(head));
-  const auto bytes = images.read(valuesOf(head), sizeof(std::uint32_t));
-  if (!bytes) return std::nullopt;
+  if (!bytes || bytes->size() < sizeof(head)) return std::nullopt;
+  std::memcpy(&head, bytes->data(), sizeof(head));
+  if (bytes->size() != sizeof(head) + kValueBytes * valuesOf(head)) return std::nullopt;
   ObjectImage image;
   image.samples.resize(head.lengths[0]);
   image.grid.resize(head.lengths[1]);
@@ -92,7 +89,7 @@ std::optional<ObjectImage> read(const CacheEntry& heads, const CacheEntry& image
   image.notFlattened = head.counts[2];
   image.meanStretch = head.stretch[0];
   image.mostStretch = head.stretch[1];
-  const std::byte* at = bytes->data();
+  const std::byte* at = bytes->data() + sizeof(head);
   eachValue(image, [&](auto& value) {
     std::memcpy(&value, at, sizeof(value));
     at += sizeof(value);
@@ -100,20 +97,21 @@ std::optional<ObjectImage> read(const CacheEntry& heads, const CacheEntry& image
   return image;
 }
 
-void write(ObjectImage& image, const CacheEntry& heads, const CacheEntry& images) {
+void write(ObjectImage& image, const CacheEntry& entry) {
   Head head;
   head.lengths = {image.samples.size(), image.grid.size(), image.texels.size(),
                   image.charts.size()};
   head.counts = {image.plainTriangles, image.degenerateTriangles, image.notFlattened};
   head.stretch = {image.meanStretch, image.mostStretch};
+  const auto headBytes = std::as_bytes(std::span(&head, 1));
   std::vector<std::byte> bytes;
-  bytes.reserve(4 * valuesOf(head));
+  bytes.reserve(sizeof(head) + kValueBytes * valuesOf(head));
+  bytes.assign(headBytes.begin(), headBytes.end());
   eachValue(image, [&](auto& value) {
     const auto* from = reinterpret_cast<const std::byte*>(&value);
     bytes.insert(bytes.end(), from, from + sizeof(value));
   });
-  images.write(bytes, valuesOf(head));
-  heads.write(std::as_bytes(std::span(&head, 1)), 1);
+  entry.write(bytes, bytes.size() / kValueBytes);
 }
 
 }  // namespace
@@ -123,11 +121,10 @@ ObjectImage cachedObjectImage(const MeshView& mesh, double quads, int size,
   if (folder.empty() || mesh.triangles() < kLeastTriangles)
     return makeObjectImage(mesh, quads, size);
   const std::uint64_t key = keyOf(mesh, quads, size);
-  const CacheEntry heads(kHeads, folder, key);
-  const CacheEntry images(kImages, folder, key);
-  if (std::optional<ObjectImage> known = read(heads, images)) return std::move(*known);
+  const CacheEntry entry(kKind, folder, key);
+  if (std::optional<ObjectImage> known = read(entry)) return std::move(*known);
   ObjectImage image = makeObjectImage(mesh, quads, size);
-  write(image, heads, images);
+  write(image, entry);
   return image;
 }
 

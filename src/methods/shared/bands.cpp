@@ -1,13 +1,12 @@
-#include "methods/traced/bands.h"
+#include "methods/shared/bands.h"
 
 #include <algorithm>
 #include <cstring>
-#include <mutex>
 #include <span>
 
 #include "core/clock.h"
+#include "core/parallel.h"
 #include "methods/shared/reflective_samples.h"
-#include "trace/lobes/lobe_tracer.h"
 
 namespace catoptric::methods {
 namespace {
@@ -36,12 +35,12 @@ int rowsOfBand(int sampleWidth) {
 
 }  // namespace
 
-std::uint64_t TracedBands::largest(int sampleWidth) {
+std::uint64_t Bands::largest(int sampleWidth) {
   return static_cast<std::uint64_t>(sampleWidth) *
          static_cast<std::uint64_t>(rowsOfBand(sampleWidth));
 }
 
-trace::ReflectionCounts TracedBands::run(const TracedFrame& frame) {
+double Bands::run(const BandFrame& frame, const TraceTile& traceTile) {
   const std::int64_t start = nowNs();
   double readSeconds = 0.0;
   double uploadSeconds = 0.0;
@@ -52,9 +51,7 @@ trace::ReflectionCounts TracedBands::run(const TracedFrame& frame) {
   };
   const int width = frame.gbuffer.sampleWidth();
   const int height = frame.gbuffer.sampleHeight();
-  const SampleTiles tiles({width, height, frame.gbuffer.samples}, frame.camera, frame.trace,
-                          frame.own);
-  readsLevels_ = specularLevelsVary(frame.trace.scene(), frame.own);
+  readsLevels_ = specularLevelsVary(frame.scene, frame.own);
   const int rows = rowsOfBand(width);
   const int bands = (height + rows - 1) / rows;
   const auto readBand = [&](int b) {
@@ -67,28 +64,23 @@ trace::ReflectionCounts TracedBands::run(const TracedFrame& frame) {
     timed(uploadSeconds, [&] { upload(frame, bands_[static_cast<std::size_t>(b) % 2]); });
   };
 
-  trace::ReflectionCounts counts;
   Background background;
   readBand(0);
   for (int b = 0; b < bands; ++b) {
     background.start(
-        [&, b] { counts.add(traceBand(frame, tiles, bands_[static_cast<std::size_t>(b) % 2])); });
+        [&, b] { traceBand(frame, traceTile, bands_[static_cast<std::size_t>(b) % 2]); });
     if (b > 0) uploadBand(b - 1);
     if (b + 1 < bands) readBand(b + 1);
     background.wait();
   }
   uploadBand(bands - 1);
   timed(uploadSeconds, [&] { frame.timer.finish(); });
-
-  counts.shareTime(secondsSince(start) - readSeconds - uploadSeconds);
   frame.timer.add("readback", readSeconds);
-  frame.timer.add("trace", counts.traceSeconds);
-  frame.timer.add("resolve", counts.resolveSeconds);
   frame.timer.add("upload", uploadSeconds);
-  return counts;
+  return secondsSince(start) - readSeconds - uploadSeconds;
 }
 
-void TracedBands::read(const TracedFrame& frame, int firstRow, int rows, Band& band) const {
+void Bands::read(const BandFrame& frame, int firstRow, int rows, Band& band) const {
   raster::readRows(frame.gbuffer, firstRow, rows, readsLevels_, band.samples);
   const std::size_t count =
       static_cast<std::size_t>(frame.gbuffer.sampleWidth()) * static_cast<std::size_t>(rows);
@@ -103,7 +95,7 @@ void TracedBands::read(const TracedFrame& frame, int firstRow, int rows, Band& b
                                  std::as_writable_bytes(std::span(band.masks)));
 }
 
-void TracedBands::upload(const TracedFrame& frame, const Band& band) {
+void Bands::upload(const BandFrame& frame, const Band& band) {
   const raster::GBufferCopy& samples = band.samples;
   frame.gbuffer.reflection.uploadRows(samples.firstRow, samples.rows, GL_RGBA, GL_FLOAT,
                                       band.image.data());
@@ -112,21 +104,14 @@ void TracedBands::upload(const TracedFrame& frame, const Band& band) {
                                    GL_UNSIGNED_SHORT, band.masks.data());
 }
 
-trace::ReflectionCounts TracedBands::traceBand(const TracedFrame& frame, const SampleTiles& tiles,
-                                               Band& band) {
-  const float spread = scene::pixelSpreadRad(frame.camera, frame.gbuffer.sampleHeight());
+void Bands::traceBand(const BandFrame& frame, const TraceTile& traceTile, Band& band) {
+  const SampleTiles& tiles = frame.tiles;
   const raster::GBufferCopy& samples = band.samples;
   const auto columns = static_cast<std::size_t>(tiles.columns());
   const std::size_t count = columns * static_cast<std::size_t>(SampleTiles::rowsOf(samples.rows));
   const auto width = static_cast<std::size_t>(samples.sampleWidth());
   constexpr std::size_t kSize = SampleTiles::kSize;
-  trace::ReflectionCounts counts;
-  std::mutex mutex;
   parallelFor(count, kTilesPerTask, [&](std::size_t begin, std::size_t end) {
-    const std::int64_t start = nowNs();
-    trace::ReflectionCounts mine;
-    trace::LobeTracer& tracer = trace::LobeTracer::ofThread();
-    tracer.begin(frame.trace, frame.lighting, spread, frame.reflection);
     SampleTiles::Members members;
     std::array<Vec3, SampleTiles::kSamples> radiance;
     std::array<std::uint8_t, SampleTiles::kSamples> flags;
@@ -142,9 +127,8 @@ trace::ReflectionCounts TracedBands::traceBand(const TracedFrame& frame, const S
         if (frame.masks) clear(place, 1, band.masks);
       }
       if (members.count == 0) continue;
-      tiles.place(samples, members, tracer.points());
       if (frame.masks) std::fill_n(flags.begin(), members.count, std::uint8_t{0});
-      tracer.run(radiance.data(), frame.masks ? flags.data() : nullptr, nullptr, mine);
+      traceTile(samples, members, radiance.data(), frame.masks ? flags.data() : nullptr);
       for (std::size_t k = 0; k < members.count; ++k) {
         float* const texel = &band.image[4 * static_cast<std::size_t>(members.at[k])];
         texel[0] = radiance[k].x;
@@ -154,11 +138,7 @@ trace::ReflectionCounts TracedBands::traceBand(const TracedFrame& frame, const S
         if (frame.masks) band.masks[members.at[k]] = maskBits(flags[k]);
       }
     }
-    mine.resolveSeconds = secondsSince(start) - mine.traceSeconds;
-    const std::scoped_lock lock(mutex);
-    counts.add(mine);
   });
-  return counts;
 }
 
 }  // namespace catoptric::methods

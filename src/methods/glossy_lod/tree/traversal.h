@@ -1,0 +1,60 @@
+// The way of rays through the tree, without a stack [Carr2006], as deep as their widths ask for
+// [Yu2008, section 3.3]. Rays share the loads and branches of a walk, but each meets what it would
+// meet alone: the same bits for packets of any make-up and for every level of the machine.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "core/math.h"
+#include "methods/glossy_lod/tree/tree.h"
+
+namespace catoptric::methods::glossy_lod {
+
+inline constexpr std::uint32_t kNothing = ~0u;
+
+/// Whether an alpha mask cuts a node's quad away at a place in it, 0..1.
+struct AlphaTest {
+  bool (*isCut)(const void* of, std::uint32_t node, Vec2 at) = nullptr;  ///< null: nothing is cut
+  const void* of = nullptr;
+};
+
+struct TreeView {
+  const Node* nodes = nullptr;
+  const Quad* quads = nullptr;
+  const Vec4* vertices = nullptr;
+  std::uint32_t count = 0;  ///< nodes
+  AlphaTest alphaTest;
+};
+
+/// Rays that are traced together.
+struct RayPacket {
+  static constexpr std::size_t kMost = 16;
+  using Lane = std::array<float, kMost>;
+  alignas(64) std::array<Lane, 3> origin;
+  alignas(64) std::array<Lane, 3> direction;
+  /// Metres that a ray is wide: base + slope * distance.
+  alignas(64) Lane base;
+  alignas(64) Lane slope;
+  std::size_t count = 0;
+};
+
+struct PacketHits {
+  alignas(64) std::array<float, RayPacket::kMost> metres;
+  alignas(64) std::array<std::uint32_t, RayPacket::kMost> node;  ///< kNothing: it leaves the scene
+  alignas(64) std::array<float, RayPacket::kMost> u, v;          ///< in the node's quad, 0..1
+  alignas(64) std::array<std::uint32_t, RayPacket::kMost> back;  ///< not 0: the quad's back
+};
+
+struct Visits {
+  std::uint64_t nodes = 0;
+  std::uint64_t quads = 0;
+  std::uint64_t stopped = 0;  ///< quads of coarser levels
+};
+
+/// `levels` false: always down to the finest triangles, as with alpha 0. Adds to `visits`.
+void traverse(const TreeView& tree, const RayPacket& packet, float alpha, bool levels,
+              PacketHits& hits, Visits& visits);
+
+}  // namespace catoptric::methods::glossy_lod

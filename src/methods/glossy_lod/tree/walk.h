@@ -1,0 +1,249 @@
+// The walk of V::kLanes rays: included by traversal.cpp alone, once for each kind of vectors V.
+// NOLINT(llvm-header-guard)
+
+struct Three {
+  V::F of[3];
+  CATOPTRIC_TARGET [[gnu::always_inline]] V::F& operator[](int i) { return of[i]; }
+  CATOPTRIC_TARGET [[gnu::always_inline]] const V::F& operator[](int i) const { return of[i]; }
+};
+
+/// Rays of one Kind. Components of directions and places are turned, the longest axis last.
+struct Rays {
+  Three origin;               // x, y, z
+  Three inverse;              // of the direction
+  Three shear;                // [Woop2013]
+  std::array<int, 3> turned;  // component that a turned place has first, second, third
+  bool forwards;
+};
+
+/// What is nearest so far.
+struct Nearest {
+  V::F metres, u, v;
+  V::I node;
+  V::M back;
+};
+
+CATOPTRIC_TARGET inline Rays raysOf(const Walk& walk, const Kind& kind) {
+  Rays rays;
+  Three direction;
+  for (int i = 0; i < 3; ++i) {
+    const auto axis = static_cast<std::size_t>(i);
+    rays.origin[i] = V::load(walk.packet.origin[axis].data() + walk.first);
+    direction[i] = V::load(walk.packet.direction[axis].data() + walk.first);
+    const V::M tiny = V::lt(V::magnitude(direction[i]), V::all(kTiny));
+    rays.inverse[i] = V::div(V::all(1.0f), V::pick(tiny, V::all(kTiny), direction[i]));
+  }
+  rays.turned = {(kind.axis + 1) % 3, (kind.axis + 2) % 3, kind.axis};
+  const int z = kind.axis;
+  rays.shear[0] = V::div(direction[(z + 1) % 3], direction[z]);
+  rays.shear[1] = V::div(direction[(z + 2) % 3], direction[z]);
+  rays.shear[2] = V::div(V::all(1.0f), direction[z]);
+  rays.forwards = (kind.negative >> kind.axis & 1u) == 0;
+  return rays;
+}
+
+/// A vertex as the watertight test takes it [Woop2013]: rays run along z.
+CATOPTRIC_TARGET [[gnu::always_inline]] inline Three sheared(const Rays& rays, const Vec4& vertex) {
+  const float* const p = &vertex.x;
+  const auto [x, y, z] = rays.turned;
+  const V::F depth = V::sub(V::all(p[z]), rays.origin[z]);
+  const V::F across = V::sub(V::all(p[x]), rays.origin[x]);
+  const V::F up = V::sub(V::all(p[y]), rays.origin[y]);
+  return {V::sub(across, V::mul(rays.shear[0], depth)), V::sub(up, V::mul(rays.shear[1], depth)),
+          V::mul(rays.shear[2], depth)};
+}
+
+/// Lanes of a quad's half that were met.
+struct Met {
+  V::F metres, u, v;
+  V::M hit, back;
+};
+
+CATOPTRIC_TARGET [[gnu::always_inline]] inline Met meetTriangle(const Three& a, const Three& b,
+                                                                const Three& c, V::F limit,
+                                                                V::M lanes) {
+  const V::F zero = V::all(0.0f);
+  // The same edge gives the same number, but for its sign, in both triangles that have it
+  const V::F u = V::sub(V::mul(c[0], b[1]), V::mul(c[1], b[0]));
+  const V::F v = V::sub(V::mul(a[0], c[1]), V::mul(a[1], c[0]));
+  const V::F w = V::sub(V::mul(b[0], a[1]), V::mul(b[1], a[0]));
+  const V::F low = V::least(V::least(u, v), w);
+  const V::F high = V::most(V::most(u, v), w);
+  const V::M inside = V::either(V::le(zero, low), V::le(high, zero));
+  Met met;
+  met.hit = V::both(lanes, inside);
+  if (V::bits(met.hit) == 0) return met;
+  const V::F facing = V::add(V::add(u, v), w);
+  met.metres = V::div(V::add(V::add(V::mul(u, a[2]), V::mul(v, b[2])), V::mul(w, c[2])), facing);
+  met.u = V::div(v, facing);
+  met.v = V::div(w, facing);
+  met.back = V::lt(facing, zero);
+  const V::M flat = V::both(V::le(facing, zero), V::le(zero, facing));
+  met.hit = V::both(V::without(met.hit, flat),
+                    V::both(V::lt(zero, met.metres), V::lt(met.metres, limit)));
+  return met;
+}
+
+CATOPTRIC_TARGET inline void keep(const Walk& walk, const Rays& rays, std::uint32_t node,
+                                  bool upper, Met& met, Nearest& nearest) {
+  if (V::bits(met.hit) == 0) return;
+  if (upper) {
+    met.u = V::sub(V::all(1.0f), met.u);
+    met.v = V::sub(V::all(1.0f), met.v);
+  }
+  const AlphaTest& test = walk.tree.alphaTest;
+  if (test.isCut != nullptr) {
+    std::array<float, V::kLanes> u;
+    std::array<float, V::kLanes> v;
+    V::store(u.data(), met.u);
+    V::store(v.data(), met.v);
+    unsigned hit = V::bits(met.hit);
+    for (std::size_t lane = 0; lane < V::kLanes; ++lane)
+      if ((hit >> lane & 1u) != 0 && test.isCut(test.of, node, {u[lane], v[lane]}))
+        hit &= ~(1u << lane);
+    met.hit = V::fromBits(hit);
+  }
+  nearest.metres = V::pick(met.hit, met.metres, nearest.metres);
+  nearest.u = V::pick(met.hit, met.u, nearest.u);
+  nearest.v = V::pick(met.hit, met.v, nearest.v);
+  nearest.node = V::pick(met.hit, V::all(node), nearest.node);
+  const V::M back = rays.forwards ? met.back : V::without(met.hit, met.back);
+  nearest.back = V::either(V::without(nearest.back, met.hit), V::both(met.hit, back));
+}
+
+/// Tests the two triangles of a node's quad.
+CATOPTRIC_TARGET inline void meetQuad(const Walk& walk, const Rays& rays, std::uint32_t node,
+                                      V::M lanes, Nearest& nearest) {
+  const Quad& quad = walk.tree.quads[node];
+  const std::uint32_t right = 1u << (quad.place >> 24);
+  const Vec4* const v = walk.tree.vertices + quad.first;
+  const Three v10 = sheared(rays, v[right]);
+  const Three v01 = sheared(rays, v[quad.up]);
+  Met met = meetTriangle(sheared(rays, v[0]), v10, v01, nearest.metres, lanes);
+  keep(walk, rays, node, false, met, nearest);
+  met = meetTriangle(sheared(rays, v[quad.up + right]), v01, v10, nearest.metres, lanes);
+  keep(walk, rays, node, true, met, nearest);
+}
+
+/// Lanes whose width asks for no more than this box [Yu2008] Eqs. (6), (7), without their
+/// divisions.
+CATOPTRIC_TARGET [[gnu::always_inline]] inline V::M wideEnough(const Walk& walk, const Rays& rays,
+                                                               const Node& node) {
+  const Vec3 size = node.most - node.least;
+  const Vec3 centre = 0.5f * (node.least + node.most);
+  const float quarter = 0.25f * kPi * (size.x * size.x + size.y * size.y + size.z * size.z);
+  const V::F x = V::sub(V::all(centre.x), rays.origin[0]);
+  const V::F y = V::sub(V::all(centre.y), rays.origin[1]);
+  const V::F z = V::sub(V::all(centre.z), rays.origin[2]);
+  const V::F metres = V::root(V::add(V::add(V::mul(x, x), V::mul(y, y)), V::mul(z, z)));
+  const V::F base = V::load(walk.packet.base.data() + walk.first);
+  const V::F slope = V::load(walk.packet.slope.data() + walk.first);
+  const V::F wide = V::mul(V::all(walk.alpha), V::add(base, V::mul(slope, metres)));
+  return V::le(V::all(quarter), V::mul(wide, wide));
+}
+
+/// Metres at which rays pass a plane across an axis.
+CATOPTRIC_TARGET [[gnu::always_inline]] inline V::F along(const Rays& rays, int axis, float plane) {
+  return V::mul(V::sub(V::all(plane), rays.origin[axis]), rays.inverse[axis]);
+}
+
+template <class T, class Values, class To>
+CATOPTRIC_TARGET [[gnu::always_inline]] inline void write(const Walk& walk, unsigned lanes,
+                                                          const Values& values, To& to) {
+  std::array<T, V::kLanes> all;
+  V::store(all.data(), values);
+  for (std::size_t lane = 0; lane < V::kLanes; ++lane)
+    if ((lanes >> lane & 1u) != 0) to[walk.first + lane] = all[lane];
+}
+
+template <bool kLevels>
+CATOPTRIC_TARGET void walkLanes(const Walk& walk, const Kind& kind, unsigned lanes) {
+  const Rays rays = raysOf(walk, kind);
+  const Node* const nodes = walk.tree.nodes;
+  const std::uint32_t count = walk.tree.count;
+  const V::F zero = V::all(0.0f);
+  // Offsets of the nearer and the farther side of a box along each axis, in floats of a node
+  std::array<std::size_t, 3> nearer;
+  std::array<std::size_t, 3> farther;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const bool negative = (kind.negative >> i & 1u) != 0;
+    nearer[i] = i + (negative ? 4 : 0);
+    farther[i] = i + (negative ? 0 : 4);
+  }
+  Nearest nearest{V::all(kFarthest), zero, zero, V::all(kNothing), V::fromBits(0)};
+  // The node at which a lane goes on: all before it are passed by
+  V::I next = V::pick(V::fromBits(lanes), V::all(0u),
+                      V::all(static_cast<std::uint32_t>(std::numeric_limits<int>::max())));
+  std::uint64_t visited = 0;
+  std::uint64_t tested = 0;
+  std::uint64_t stopped = 0;
+  for (std::uint32_t node = 0; node < count;) {
+    const Node& box = nodes[node];
+    const float* const side = &box.least.x;
+    const V::M active = V::le(next, V::all(node));
+    const V::F enters =
+        V::most(V::most(along(rays, 0, side[nearer[0]]), along(rays, 1, side[nearer[1]])),
+                along(rays, 2, side[nearer[2]]));
+    const V::F leaves = V::mul(
+        V::least(V::least(along(rays, 0, side[farther[0]]), along(rays, 1, side[farther[1]])),
+                 along(rays, 2, side[farther[2]])),
+        V::all(kSlack));
+    const V::M hit = V::both(V::both(active, V::le(V::most(enters, zero), leaves)),
+                             V::le(enters, nearest.metres));
+    visited += static_cast<std::uint64_t>(__builtin_popcount(V::bits(active)));
+    if (V::bits(hit) == 0) {
+      node = box.miss;
+      continue;
+    }
+    V::M stop = hit;
+    if ((box.flags & kIsLeaf) == 0) {
+      stop = V::fromBits(0);
+      if constexpr (kLevels) {
+        // Never from inside of the box
+        if ((box.flags & kHasQuad) != 0)
+          stop = V::both(V::both(hit, V::lt(zero, enters)), wideEnough(walk, rays, box));
+        stopped += static_cast<std::uint64_t>(__builtin_popcount(V::bits(stop)));
+      }
+    }
+    if (V::bits(stop) != 0) {
+      tested += static_cast<std::uint64_t>(__builtin_popcount(V::bits(stop)));
+      meetQuad(walk, rays, node, stop, nearest);
+    }
+    const V::M down = V::without(hit, stop);
+    if (V::bits(down) == 0) {
+      node = box.miss;
+      continue;
+    }
+    next = V::pick(V::without(active, down), V::all(box.miss), next);
+    ++node;
+  }
+  walk.visits.nodes += visited;
+  walk.visits.quads += tested;
+  walk.visits.stopped += stopped;
+  write<float>(walk, lanes, nearest.metres, walk.hits.metres);
+  write<std::uint32_t>(walk, lanes, nearest.node, walk.hits.node);
+  write<float>(walk, lanes, nearest.u, walk.hits.u);
+  write<float>(walk, lanes, nearest.v, walk.hits.v);
+  write<std::uint32_t>(walk, lanes, V::pick(nearest.back, V::all(1u), V::all(0u)), walk.hits.back);
+}
+
+CATOPTRIC_TARGET void walkAll(Walk walk, bool levels) {
+  for (; walk.first < walk.packet.count; walk.first += V::kLanes) {
+    const std::size_t count = std::min(V::kLanes, walk.packet.count - walk.first);
+    std::array<Kind, V::kLanes> kinds;
+    for (std::size_t lane = 0; lane < count; ++lane)
+      kinds[lane] = kindOf(walk.packet, walk.first + lane);
+    unsigned left = (1u << count) - 1;
+    while (left != 0) {
+      const Kind& kind = kinds[static_cast<std::size_t>(__builtin_ctz(left))];
+      unsigned alike = 0;
+      for (std::size_t lane = 0; lane < count; ++lane)
+        if ((left >> lane & 1u) != 0 && same(kind, kinds[lane])) alike |= 1u << lane;
+      if (levels)
+        walkLanes<true>(walk, kind, alike);
+      else
+        walkLanes<false>(walk, kind, alike);
+      left &= ~alike;
+    }
+  }
+}
