@@ -66,9 +66,12 @@ RepeatedTimes measureRepeats(const RunOptions& options, const run::RunConfig& ru
   printer.endLine();
 
   const Measurement& measurement = samples.measurement;
+  std::size_t rounds = 0;
+  for (std::size_t i = 0; i < samples.keys.size(); ++i)
+    rounds = std::max(rounds, measurement.times(i).size());
   report::Table table;
-  table.title = "Ms per frame, the mean of the frames' medians over " +
-                std::to_string(repeat.repeats) + " rounds in turns; x: time over that of " + base +
+  table.title = "Ms per frame, the mean of the frames' medians over " + std::to_string(rounds) +
+                " rounds in turns; x: time over that of " + base +
                 ", and the interval that holds the truth 95 times in 100";
   table.columns = {{"step", false}};
   std::vector<std::string> frame{"frame"};
@@ -117,7 +120,7 @@ RepeatedTimes measureRepeats(const RunOptions& options, const run::RunConfig& ru
   writeFileAtomically(folder / "table.md", std::string_view(report::toMarkdown(table)));
   bench.clear();
   return {report::toText(table), config::JsonText()
-                                     .add("repeats", repeat.repeats)
+                                     .add("repeats", rounds)
                                      .add("ratio_to", base)
                                      .raw("methods", "[" + joined(methods, ",") + "]")
                                      .object()};

@@ -175,12 +175,43 @@ TEST_F(Sweep, RepeatsOfARunSayHowFarRatiosHold) {
   const std::string command = "render run.json --out r --existing overwrite --frames 1-2 -q ";
   const Result result = run(command + "--repeats 8 --ratio-to truth");
   EXPECT_EQ(result.exitCode, 0) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("8 rounds in turns; x: time over that of truth"));
+  EXPECT_THAT(result.out, HasSubstr("rounds in turns; x: time over that of truth"));
   EXPECT_THAT(result.out, HasSubstr(" to 0."));
   EXPECT_THAT(run(command + "--repeats 2").out, HasSubstr("too few rounds to tell"));
   EXPECT_EQ(run(command + "--ratio-to truth").exitCode, 2);
   EXPECT_THAT(run(command + "--repeats 2 --ratio-to trut").err, HasSubstr("did you mean"));
   EXPECT_EQ(run(command + "--repeats 2 --chunk 1/2").exitCode, 2);
+}
+
+TEST_F(Sweep, AChangedSettingRendersItsCellAlone) {
+  const auto write = [&](int samples, const char* checks) {
+    std::ofstream(folder / "many.json") << R"({
+  "scene": "scene.json", "path": "path.json", "frames": "1", "image": {"width": 32, "height": 24},
+  "methods": [{"method": "reference", "name": "a", "samples": 1, "rays": 1},
+              {"method": "reference", "name": "b", "samples": )"
+                                        << samples << R"(, "rays": 1},
+              {"method": "reference", "name": "truth", "samples": 4, "rays": 1}]})";
+    std::ofstream(folder / "b.suite.json") << R"json({"title": "B", "runs": {
+  "times": {"config": "many.json", "against": "truth"},
+  "errors": {"config": "many.json", "against": "truth", "times": false}},
+  "efforts": {"smoke": {"image.height": 12}}, "checks": )json"
+                                           << checks << R"json(,
+  "tables": [{"title": "T", "columns": ["a", "b", "ratio"], "rows": [
+    ["error(errors.a, L1_8bit)", "error(errors.b, L1_8bit)", "ratio(times.a, times.b)"]]}]})json";
+  };
+  const std::string command = "tables b.suite.json --effort smoke --out t --progress none ";
+  write(2, "[]");
+  const Result first = run(command);
+  ASSERT_EQ(first.exitCode, 0) << first.err;
+  EXPECT_THAT(first.err, HasSubstr("times: 6 frames rendered"));   // three, warm and timed
+  EXPECT_THAT(first.err, HasSubstr("errors: 3 frames rendered"));  // three
+  write(3, R"json([{"value": "error(errors.b, L1_8bit)", "from": 100, "to": 101}])json");
+  const Result second = run(command + "--check");
+  EXPECT_EQ(second.exitCode, 7) << second.err;
+  EXPECT_THAT(second.err, HasSubstr("expected 100 to 101"));
+  EXPECT_THAT(second.err, HasSubstr("times: 4 frames rendered"));  // b, beside the truth
+  EXPECT_THAT(second.err, HasSubstr("errors: 1 frames rendered"));
+  EXPECT_THAT(textOf(folder / "t/tables.md"), HasSubstr("too few rounds"));
 }
 
 TEST_F(Sweep, TablesAreMadeAgainWithoutRendering) {
@@ -215,6 +246,15 @@ TEST_F(Sweep, TablesAreMadeAgainWithoutRendering) {
   const Result third = run(command);
   EXPECT_THAT(third.err, HasSubstr("one: "));
   EXPECT_THAT(third.err, testing::Not(HasSubstr("two: ")));
+  // The page's own text stays
+  std::ofstream(folder / "page.md") << "Text.\n\n<!-- table 1 -->\nold\n<!-- end -->\nMore.\n";
+  EXPECT_EQ(run(command + "--into page.md").exitCode, 0);
+  const std::string page = textOf(folder / "page.md");
+  EXPECT_THAT(page, testing::StartsWith("Text.\n\n<!-- table 1 -->\n\n| run | ms |"));
+  EXPECT_THAT(page, testing::EndsWith("<!-- end -->\nMore.\n"));
+  EXPECT_THAT(page, testing::Not(HasSubstr("old")));
+  std::ofstream(folder / "page.md") << "<!-- table 2 -->\n<!-- end -->\n";
+  EXPECT_THAT(run(command + "--into page.md").err, HasSubstr("the suite has 1 tables"));
   std::ofstream(folder / "a.suite.json")
       << R"json({"title": "A", "runs": {"one": {"config": "run.json", "against": "truth"}},
  "tables": [{"title": "T", "columns": ["x"], "rows": [["ms(ome.reference)"]]}]})json";

@@ -22,6 +22,8 @@ struct TablesOptions {
   int repeats = 8;
   int workers = 8;
   bool textOnly = false;
+  bool check = false;
+  std::string into;
   std::string progress = "auto";
 };
 
@@ -40,22 +42,26 @@ struct PreparedRun {
   std::string name;
   std::unique_ptr<study::Bench> bench;
   std::vector<study::Setting> settings;
+  bool times = true;
 };
 
-PreparedRun prepareRun(const study::SuiteRun& run, const TablesOptions& options,
-                       ProgressPrinter& printer, const std::filesystem::path& folder) {
+PreparedRun prepareRun(const study::SuiteRun& run, const study::Settings& ofEffort,
+                       const TablesOptions& options, ProgressPrinter& printer,
+                       const std::filesystem::path& folder) {
   StudyOptions own;
   own.input = run.config.string();
   own.repeats = options.effort == "smoke" ? 1 : options.repeats;
   own.workers = options.workers;
-  for (const auto& [name, value] : run.settings) own.settings.push_back(name + "=" + value);
+  for (const study::Settings& settings : {run.settings, ofEffort})
+    for (const auto& [name, value] : settings) own.settings.push_back(name + "=" + value);
   const auto frames = run.frames.find(options.effort);
   if (frames != run.frames.end()) own.frames = frames->second;
   PreparedRun prepared{
       run.name,
       std::make_unique<study::Bench>(
           studyInputs(own), benchOptions(own, folder / options.effort / run.name, printer)),
-      {}};
+      {},
+      run.times};
   const std::vector<std::string> methods =
       run.methods.empty() ? studiedMethods(own, "") : run.methods;
   for (const std::string& method : methods)
@@ -65,32 +71,71 @@ PreparedRun prepareRun(const study::SuiteRun& run, const TablesOptions& options,
   return prepared;
 }
 
+/// Samples of a setting beside `base`; null: there are none yet.
+const study::Samples* samplesOf(const study::Bench& bench, const std::string& key,
+                                const std::string& base, const std::vector<int>& frames) {
+  for (const study::Samples& samples : bench.samples())
+    if (samples.frames == frames && samples.repeats >= bench.options().repeats &&
+        samples.find(key) && samples.find(base))
+      return &samples;
+  return nullptr;
+}
+
+/// Times what is not known, always beside the same setting, so that all can be compared.
+void measureTimes(study::Bench& bench, const std::vector<study::Setting>& settings,
+                  const study::Setting& base, const std::vector<int>& frames) {
+  std::vector<study::Setting> waiting;
+  for (const study::Setting& setting : settings)
+    if (!samplesOf(bench, setting.key, base.key, frames) && setting.key != base.key)
+      waiting.push_back(setting);
+  if (waiting.empty() && !samplesOf(bench, base.key, base.key, frames))
+    bench.measure({base}, frames, true);
+  for (std::size_t next = 0; next < waiting.size();) {
+    std::vector<study::Setting> batch{base};
+    while (batch.size() < bench.capacity() && next < waiting.size())
+      batch.push_back(waiting[next++]);
+    bench.measure(batch, frames, true);
+  }
+}
+
+bool isKnown(study::Bench& bench, const PreparedRun& run, const study::Setting& base,
+             const std::vector<int>& frames) {
+  return std::ranges::all_of(run.settings, [&](const study::Setting& setting) {
+    const auto& known = bench.errors(setting).frames;
+    return std::ranges::all_of(frames, [&](int frame) { return known.contains(frame); }) &&
+           (!run.times || samplesOf(bench, setting.key, base.key, frames));
+  });
+}
+
 /// Measures a run as far as it is not known.
 void measureRun(const PreparedRun& run, bool textOnly, study::SuiteData& data) {
   study::Bench& bench = *run.bench;
   bench.readSamples();
   const std::vector<int>& asked = bench.frames(run.settings.front());
-  const auto known = std::ranges::find_if(bench.samples(), [&](const study::Samples& samples) {
-    return samples.frames == asked && samples.repeats == bench.options().repeats &&
-           std::ranges::all_of(run.settings, [&](const study::Setting& setting) {
-             return samples.find(setting.key).has_value();
-           });
+  // What ratios are to, mostly: then they are of neighbours in time.
+  const auto against = std::ranges::find_if(run.settings, [&](const study::Setting& setting) {
+    return setting.point.method == bench.reference();
   });
-  const study::Samples* samples = known == bench.samples().end() ? nullptr : &*known;
-  if (samples == nullptr) {
-    if (textOnly)
-      throw UsageError("--text-only: the run " + run.name +
-                       " is not there as the suite wants it; leave --text-only out");
-    samples = &bench.measure(run.settings, asked, true);
-  }
+  const study::Setting& base = against == run.settings.end() ? run.settings.front() : *against;
+  if (textOnly && !isKnown(bench, run, base, asked))
+    throw UsageError("--text-only: the run " + run.name +
+                     " is not there as the suite wants it; leave --text-only out");
+  if (run.times) measureTimes(bench, run.settings, base, asked);
+  bench.findErrors({base}, asked);  // first: its frames are the others' reference
   bench.findErrors(run.settings, asked);
   for (const study::Setting& setting : run.settings) {
-    const auto index = samples->find(setting.key);
-    if (!index)
+    if (const auto failure = bench.failures().find(setting.key); failure != bench.failures().end())
       throw Error(ExitCode::FramesFailed,
-                  run.name + ": " + setting.text() + ": " + bench.failures().at(setting.key));
-    data.runs[run.name][setting.point.method] = {setting, samples, *index, bench.errors(setting),
-                                                 asked};
+                  run.name + ": " + setting.text() + ": " + failure->second);
+    const study::Samples* samples =
+        run.times ? samplesOf(bench, setting.key, base.key, asked) : nullptr;
+    data.runs[run.name][setting.point.method] = {
+        setting,
+        samples,
+        samples == nullptr ? 0 : *samples->find(setting.key),
+        base.key,
+        bench.errors(setting),
+        asked};
   }
   if (bench.framesRendered() > 0)
     log::info(run.name + ": " + std::to_string(bench.framesRendered()) + " frames rendered");
@@ -132,6 +177,14 @@ void writeTables(const study::Suite& suite, const study::SuiteData& data,
   log::info("tables: " + (folder / ("tables." + options.formats.front())).string());
 }
 
+/// Replaces the tables of a page; without `write` only sees whether that can be done.
+void writeInto(const std::string& page, const study::Suite& suite, const study::SuiteData& data,
+               bool write) {
+  const std::string text =
+      study::withTables(readTextFile(page), study::suiteTables(suite, data, {}), page);
+  if (write) writeFileAtomically(page, std::string_view(text));
+}
+
 ExitCode tables(const TablesOptions& options, const CommonOptions& common) {
   requireOneOf("--effort", options.effort, kEfforts);
   for (const std::string& format : options.formats) requireOneOf("--format", format, kFormats);
@@ -148,13 +201,18 @@ ExitCode tables(const TablesOptions& options, const CommonOptions& common) {
   study::SuiteData data;
   std::vector<PreparedRun> runs;
   for (const study::SuiteRun& run : suite.runs) {
-    runs.push_back(prepareRun(run, options, printer, folder));
+    const auto ofEffort = suite.efforts.find(options.effort);
+    runs.push_back(
+        prepareRun(run, ofEffort == suite.efforts.end() ? study::Settings{} : ofEffort->second,
+                   options, printer, folder));
     for (const study::Setting& setting : runs.back().settings)
       data.runs[run.name][setting.point.method].setting = setting;
   }
   // What the cells name is checked before anything is rendered.
   study::suiteTables(suite, data, {});
   study::suiteCharts(suite, data);
+  study::failedChecks(suite, data);
+  if (!options.into.empty()) writeInto(options.into, suite, data, false);
   try {
     for (const PreparedRun& run : runs) measureRun(run, options.textOnly, data);
   } catch (const study::StudyStopped&) {
@@ -164,7 +222,11 @@ ExitCode tables(const TablesOptions& options, const CommonOptions& common) {
   }
   printer.endLine();
   writeTables(suite, data, options, folder, runs.empty() ? "" : studyContext(*runs.front().bench));
-  return ExitCode::Done;
+  if (!options.into.empty()) writeInto(options.into, suite, data, true);
+  if (!options.check) return ExitCode::Done;
+  const std::vector<std::string> failed = study::failedChecks(suite, data);
+  for (const std::string& line : failed) log::error(line);
+  return failed.empty() ? ExitCode::Done : ExitCode::LimitsExceeded;
 }
 
 }  // namespace
@@ -204,6 +266,15 @@ void addTables(CLI::App& program, CommonOptions& common, Action& action) {
       ->type_name("N");
   command->add_flag("--text-only", options->textOnly,
                     "Render nothing: make the tables again from what is there");
+  command
+      ->add_option(
+          "--into", options->into,
+          "Replace the tables of this page, too: what stands between its lines \"<!-- table "
+          "2 -->\" and \"<!-- end -->\" becomes table 2")
+      ->check(notEmpty())
+      ->type_name("PAGE.md");
+  command->add_flag("--check", options->check,
+                    "Hold the ranges that the suite has under \"checks\"");
   command->add_option("--progress", options->progress, "bar, plain, json, none, or auto")
       ->capture_default_str()
       ->type_name("HOW");
@@ -213,6 +284,9 @@ void addTables(CLI::App& program, CommonOptions& common, Action& action) {
   catoptric tables configs/papers/second_order.suite.json --effort full --format md,tex,html
 
 What was rendered before, with the same settings by the same program, is not rendered again.
+
+Exit codes: 0 done; 2 the command line or a suite is wrong; 5 output could not be written; 6 frames failed;
+7 a value is beyond the suite's range (--check); 128 + N ended by signal N.
 )");
   command->callback([options, &common, &action] {
     action = [options, &common] { return tables(*options, common); };

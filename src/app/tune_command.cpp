@@ -107,7 +107,7 @@ class BenchWorld : public study::TuneWorld {
   const study::Samples& measured(const std::vector<study::Setting>& batch,
                                  const std::vector<int>& frames) {
     for (const study::Samples& samples : bench_.samples())
-      if (samples.frames == frames && samples.repeats == bench_.options().repeats &&
+      if (samples.frames == frames && samples.repeats >= bench_.options().repeats &&
           std::ranges::all_of(batch, [&](const study::Setting& setting) {
             return samples.find(setting.key).has_value();
           }))

@@ -26,7 +26,7 @@ struct Inputs {
 
 struct BenchOptions {
   std::filesystem::path folder;
-  int repeats = 8;
+  int repeats = 8;  ///< of short frames up to kMostLonger times as many, if enough to tell
   int workers = 8;  ///< resident at once, at most; fewer where memory is short
   std::uint64_t seed = 0;
   bool keepFrames = false;
@@ -73,6 +73,7 @@ class Bench {
 
   /// A method of the config (or the registry), or a folder with frames.
   void setReference(const std::string& methodOrFolder) { reference_ = methodOrFolder; }
+  const std::string& reference() const { return reference_; }
   /// Throws UsageError for a reference that these settings cannot have.
   void checkReference(const std::vector<Setting>& settings) {
     for (const Setting& setting : settings) referenceKey(setting);

@@ -69,7 +69,10 @@ Measurement measureInTurns(const std::vector<Runner*>& runners, const std::vecto
   result.settings.resize(runners.size());
   const int all = (options.repeats + 1) * static_cast<int>(frames.size() * runners.size());
   int done = 0;
-  for (int round = 0; round <= options.repeats; ++round) {
+  double measured = 0.0;  // seconds of all settings
+  const double wanted = options.leastSeconds * static_cast<double>(runners.size());
+  int rounds = options.repeats;
+  for (int round = 0; round <= rounds; ++round) {
     for (const int frame : frames) {
       for (const std::size_t setting : orderOf(runners.size(), round, frame, options.seed)) {
         if (options.stopRequested && options.stopRequested()) {
@@ -83,16 +86,21 @@ Measurement measureInTurns(const std::vector<Runner*>& runners, const std::vecto
         try {
           FrameReport report = runners[setting]->render(
               frame, writes ? options.writeTo[setting] : std::filesystem::path());
-          if (round == 0)
+          if (round == 0) {
             own.written[frame] = std::move(report);
-          else
+          } else {
+            measured += report.seconds;
             result.turns.push_back({round, done, setting, frame, std::move(report)});
+          }
         } catch (const Error& error) {
           own.failure = error.what();
         }
-        if (options.progress) options.progress(done, all);
+        if (options.progress) options.progress(std::min(done, all), all);
       }
     }
+    // By two: the second round takes the orders of the first one backwards.
+    if (round == rounds && measured < wanted && rounds + 2 <= kMostLonger * options.repeats)
+      rounds += 2;
   }
   std::erase_if(result.turns,
                 [&](const Turn& turn) { return !result.settings[turn.setting].failure.empty(); });

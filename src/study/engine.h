@@ -41,11 +41,17 @@ struct Turn {
 
 struct TurnOptions {
   int repeats = 8;  ///< timed rounds; the one before them warms up, and writes what is asked for
+  /// Rounds of short frames go on, up to kMostLonger times as many, until each setting has been
+  /// measured for so long: another program that runs for a second must not fill all rounds.
+  double leastSeconds = 0.0;
   std::uint64_t seed = 0;
   std::vector<std::filesystem::path> writeTo;  ///< of each setting; empty: nothing is written
   std::function<bool()> stopRequested;
   std::function<void(int done, int all)> progress;
 };
+
+/// How many times as many rounds as were asked for, at most; ours.
+inline constexpr int kMostLonger = 4;
 
 /// What becomes of a setting.
 struct SettingResult {

@@ -156,6 +156,22 @@ TEST(Engine, OnlyTheRoundThatWarmsUpWrites) {
   EXPECT_EQ(result.settings[0].written.size(), 2u);
 }
 
+TEST(Engine, RoundsOfShortFramesGoOnByTwo) {
+  const auto rounds = [](double leastSeconds) {
+    Machine machine(1);
+    Simulated a(machine, 1.0);
+    Simulated b(machine, 1.0);
+    TurnOptions options;
+    options.leastSeconds = leastSeconds;
+    return measureInTurns({&a, &b}, {1, 2}, options).times(0).size();
+  };
+  EXPECT_EQ(rounds(0.0), 8u);
+  EXPECT_EQ(rounds(1.0), 8u);  // a round takes about 0.25 s of each
+  EXPECT_GT(rounds(3.0), 8u);
+  EXPECT_EQ(rounds(3.0) % 2, 0u);
+  EXPECT_EQ(rounds(1e6), 8u * kMostLonger);
+}
+
 TEST(Engine, OneThatFailsLeavesTheOthers) {
   Machine machine(1);
   Simulated a(machine, 1.0);

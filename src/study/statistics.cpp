@@ -116,8 +116,10 @@ Ratio pairedRatio(const RoundTimes& times, const RoundTimes& base) {
                     std::clamp(logRatio(times[r][f], base[r][f]) - middle.ofFrame[f], -most, most);
   const Shift shift = shiftOf(ofRound);
   Ratio ratio{std::exp(shift.value), {}, static_cast<int>(rounds), static_cast<int>(frames)};
+  const double spread = times == base ? 0.0 : kProcessSpread;  // none beside itself
   if (shift.interval)
-    ratio.interval = Interval{std::exp(shift.interval->low), std::exp(shift.interval->high)};
+    ratio.interval =
+        Interval{std::exp(shift.interval->low - spread), std::exp(shift.interval->high + spread)};
   return ratio;
 }
 

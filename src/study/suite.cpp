@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <numeric>
 
 #include "core/error.h"
@@ -35,7 +36,10 @@ const Schema& runSchemaOfSuite() {
                   .object = &open},
                  {.name = "against",
                   .type = FieldType::String,
-                  .help = "The method that errors are measured against."}}};
+                  .help = "The method that errors are measured against."},
+                 {.name = "times",
+                  .type = FieldType::Bool,
+                  .help = "false: only errors and counters, each frame once."}}};
   return schema;
 }
 
@@ -52,9 +56,30 @@ const Schema& suiteSchema() {
                   .help = "Runs by name.",
                   .required = true,
                   .object = &runs},
+                 {.name = "efforts",
+                  .type = FieldType::Object,
+                  .help = "Settings of all runs, by effort.",
+                  .object = &runs},
+                 {.name = "checks",
+                  .type = FieldType::Array,
+                  .help = "Ranges that values must be in, for --check."},
                  {.name = "tables", .type = FieldType::Array, .help = "Tables."},
                  {.name = "figures", .type = FieldType::Array, .help = "Curves."}}};
   return schema;
+}
+
+/// Settings of a suite or of an effort. Files are relative to the suite, as in a config.
+Settings readSettings(const Value& value, const std::filesystem::path& folder) {
+  Settings settings;
+  for (const std::string& key : value.keys()) {
+    const Value setting = value.get(key);
+    if (key == "scene" || key == "path")
+      settings.emplace_back(key, (folder / setting.asString()).lexically_normal().string());
+    else
+      settings.emplace_back(
+          key, setting.kind() == Value::Kind::String ? setting.asString() : setting.dump());
+  }
+  return settings;
 }
 
 /// With three significant digits.
@@ -78,8 +103,8 @@ Call parseCall(const std::string& text) {
   const std::size_t open = text.find('(');
   if (open == std::string::npos || open == 0 || text.back() != ')') return {};
   Call call{text.substr(0, open), {}};
-  static const std::vector<std::string> known{"ms",    "worst_ms", "step", "ratio",  "error",
-                                              "worst", "mean",     "most", "percent"};
+  static const std::vector<std::string> known{"ms",    "worst_ms", "step", "ratio",   "error",
+                                              "worst", "mean",     "most", "percent", "per"};
   if (std::find(known.begin(), known.end(), call.name) == known.end()) return {};
   const std::string inside = text.substr(open + 1, text.size() - open - 2);
   for (std::size_t begin = 0; begin <= inside.size();) {
@@ -108,16 +133,7 @@ Suite readSuite(const std::filesystem::path& file) {
     run.name = name;
     run.config = (file.parent_path() / value.get("config").asString()).lexically_normal();
     if (value.has("settings"))
-      for (const std::string& key : value.get("settings").keys()) {
-        const Value setting = value.get("settings").get(key);
-        if (key == "scene" || key == "path") {  // relative to the suite, as in a config
-          run.settings.emplace_back(
-              key, (file.parent_path() / setting.asString()).lexically_normal().string());
-          continue;
-        }
-        run.settings.emplace_back(
-            key, setting.kind() == Value::Kind::String ? setting.asString() : setting.dump());
-      }
+      run.settings = readSettings(value.get("settings"), file.parent_path());
     if (value.has("methods"))
       for (const Value& method : value.get("methods").asArray())
         run.methods.push_back(method.asString());
@@ -125,8 +141,13 @@ Suite readSuite(const std::filesystem::path& file) {
       for (const std::string& effort : value.get("frames").keys())
         run.frames[effort] = value.get("frames").get(effort).asString();
     if (value.has("against")) run.against = value.get("against").asString();
+    if (value.has("times")) run.times = value.get("times").asBool();
     suite.runs.push_back(std::move(run));
   }
+  if (root.has("efforts"))
+    for (const std::string& effort : root.get("efforts").keys())
+      suite.efforts[effort] = readSettings(root.get("efforts").get(effort), file.parent_path());
+  suite.checks = root.get("checks");
   suite.tables = root.get("tables");
   suite.figures = root.get("figures");
   return suite;
@@ -155,14 +176,15 @@ double SuiteData::number(const Value& cell) const {
   if (cell.kind() == Value::Kind::Number) return cell.asNumber();
   const Call call = parseCall(cell.asString());
   if (call.name.empty())
-    cell.fail(
-        cell.dump() +
-        " is no value; allowed: ms(R), worst_ms(R), step(R, NAME), ratio(R, R), error(R, "
-        "MEASURE), worst(R, MEASURE), mean(R, COUNTER), most(R, COUNTER), percent(R, COUNTER, "
-        "COUNTER), where R is RUN.METHOD, and a counter `samples` is the frame's own");
-  const std::size_t arguments = call.name == "ms" || call.name == "worst_ms" ? 1
-                                : call.name == "percent"                     ? 3
-                                                                             : 2;
+    cell.fail(cell.dump() +
+              " is no value; allowed: ms(R), worst_ms(R), step(R, NAME), ratio(R, R), error(R, "
+              "MEASURE), worst(R, MEASURE), mean(R, COUNTER), most(R, COUNTER), per(R, COUNTER, "
+              "COUNTER), "
+              "percent(R, COUNTER, COUNTER), where R is RUN.METHOD, and a counter `samples` is the "
+              "frame's own");
+  const std::size_t arguments = call.name == "ms" || call.name == "worst_ms"   ? 1
+                                : call.name == "percent" || call.name == "per" ? 3
+                                                                               : 2;
   if (call.arguments.size() != arguments)
     cell.fail(call.name + " takes " + std::to_string(arguments) + " arguments");
   const Entry& one = entry(call.arguments[0], cell);
@@ -172,14 +194,15 @@ double SuiteData::number(const Value& cell) const {
     const int worst = one.errors.worstFrame(call.arguments[1], one.frames);
     return worst > 0 ? one.errors.frames.at(worst).metrics.at(call.arguments[1]) : NAN;
   }
-  if (call.name == "percent") {
+  if (call.name == "percent" || call.name == "per") {
     const methods::RunSettings& image = one.setting.run.image;
     const double samples =
         static_cast<double>(image.width) * image.height * image.samples * image.samples;
     const auto counted = [&](const std::string& name) {
       return name == "samples" ? samples : one.errors.meanCounter(name, one.frames);
     };
-    return 100.0 * counted(call.arguments[1]) / counted(call.arguments[2]);
+    return (call.name == "percent" ? 100.0 : 1.0) * counted(call.arguments[1]) /
+           counted(call.arguments[2]);
   }
   if (call.name == "mean") return one.errors.meanCounter(call.arguments[1], one.frames);
   if (call.name == "most") {
@@ -196,15 +219,24 @@ double SuiteData::number(const Value& cell) const {
     return 1e3 * mean(frameSeconds(measurement.stepTimes(one.index, call.arguments[1])).frames);
   const Entry& base = entry(call.arguments[1], cell);
   if (base.samples == nullptr) return NAN;
-  const Ratio ratio =
-      base.samples == one.samples
-          ? pairedRatio(measurement.times(one.index), measurement.times(base.index))
-          : Ratio{frameSeconds(measurement.times(one.index)).mean /
-                      frameSeconds(base.samples->measurement.times(base.index)).mean,
-                  {},
-                  0,
-                  0};
-  return ratio.value;
+  return ratioOf(one, base).value;
+}
+
+/// Measured beside each other, or both beside the run's first setting.
+Ratio SuiteData::ratioOf(const Entry& one, const Entry& other) {
+  const auto against = [](const Entry& entry, const std::string& key) {
+    const Measurement& measurement = entry.samples->measurement;
+    return pairedRatio(measurement.times(entry.index),
+                       measurement.times(*entry.samples->find(key)));
+  };
+  if (one.samples->find(other.setting.key)) return against(one, other.setting.key);
+  if (one.base == other.base && one.samples->find(one.base) && other.samples->find(one.base))
+    return quotient(against(one, one.base), against(other, one.base));
+  return {frameSeconds(one.samples->measurement.times(one.index)).mean /
+              frameSeconds(other.samples->measurement.times(other.index)).mean,
+          {},
+          0,
+          0};
 }
 
 std::string SuiteData::cell(const Value& cell) const {
@@ -215,10 +247,7 @@ std::string SuiteData::cell(const Value& cell) const {
   if (call.name == "ratio") {
     const Entry& one = entry(call.arguments.at(0), cell);
     const Entry& base = entry(call.arguments.size() > 1 ? call.arguments[1] : "", cell);
-    if (one.samples != nullptr && one.samples == base.samples) {
-      const Measurement& measurement = one.samples->measurement;
-      return ratioText(pairedRatio(measurement.times(one.index), measurement.times(base.index)));
-    }
+    if (one.samples != nullptr && base.samples != nullptr) return ratioText(ratioOf(one, base));
   }
   return threeDigits(number(cell));
 }
@@ -271,6 +300,44 @@ std::vector<Chart> suiteCharts(const Suite& suite, const SuiteData& data) {
     charts.push_back(std::move(chart));
   }
   return charts;
+}
+
+std::vector<std::string> failedChecks(const Suite& suite, const SuiteData& data) {
+  std::vector<std::string> failed;
+  for (const Value& check : suite.checks.isNull() ? std::vector<Value>{} : suite.checks.asArray()) {
+    const double value = data.number(check.get("value"));
+    const double from = check.get("from").asNumber();
+    const double to = check.get("to").asNumber();
+    if (!(from <= value && value <= to))
+      failed.push_back(check.get("value").asString() + " is " + threeDigits(value) + ", expected " +
+                       threeDigits(from) + " to " + threeDigits(to));
+  }
+  return failed;
+}
+
+std::string withTables(const std::string& page, const std::vector<report::Table>& tables,
+                       const std::string& name) {
+  const std::string before = "<!-- table ";
+  const std::string after = "<!-- end -->";
+  std::string text;
+  std::size_t at = 0;
+  for (std::size_t mark = page.find(before); mark != std::string::npos;
+       mark = page.find(before, at)) {
+    const std::size_t line = page.find('\n', mark);
+    const std::size_t end = page.find(after, mark);
+    const auto number = static_cast<std::size_t>(std::atoi(page.c_str() + mark + before.size()));
+    if (end == std::string::npos || line > end)
+      throw UsageError(name + ": \"" + page.substr(mark, line - mark) + "\" has no line \"" +
+                       after + "\" below it");
+    if (number == 0 || number > tables.size())
+      throw UsageError(name + ": \"" + page.substr(mark, line - mark) + "\": the suite has " +
+                       std::to_string(tables.size()) + " tables");
+    report::Table table = tables[number - 1];
+    table.title.clear();  // the page has its own heading
+    text += page.substr(at, line + 1 - at) + "\n" + report::toMarkdown(table) + "\n";
+    at = end;
+  }
+  return text + page.substr(at);
 }
 
 }  // namespace catoptric::study

@@ -22,14 +22,17 @@ struct SuiteRun {
   std::vector<std::string> methods;
   std::map<std::string, std::string> frames;  ///< by effort: smoke, quick, full
   std::string against;                        ///< empty: no errors
+  bool times = true;                          ///< false: errors and counters alone
 };
 
 struct Suite {
   std::string title;
   std::string text;
   std::vector<SuiteRun> runs;
-  config::Value tables;   ///< of {"title", "text", "columns", "rows"}
-  config::Value figures;  ///< of {"title", "x", "y", "values", "series"}
+  std::map<std::string, Settings> efforts;  ///< settings of all runs, by effort
+  config::Value checks;                     ///< of {"value", "from", "to"}
+  config::Value tables;                     ///< of {"title", "text", "columns", "rows"}
+  config::Value figures;                    ///< of {"title", "x", "y", "values", "series"}
 };
 
 /// Throws UsageError with the place of what is wrong.
@@ -42,6 +45,7 @@ class SuiteData {
     Setting setting;
     const Samples* samples = nullptr;  ///< null: only errors
     std::size_t index = 0;
+    std::string base;  ///< key of the setting that all of the run were measured beside
     PointErrors errors;
     std::vector<int> frames;
   };
@@ -54,7 +58,16 @@ class SuiteData {
 
  private:
   const Entry& entry(const std::string& name, const config::Value& cell) const;
+  static Ratio ratioOf(const Entry& one, const Entry& other);
 };
+
+/// What of the suite's checks does not hold, a line each.
+std::vector<std::string> failedChecks(const Suite& suite, const SuiteData& data);
+
+/// A page with its tables replaced: what stands between the lines "<!-- table 2 -->" and "<!-- end
+/// -->" becomes table 2. Throws UsageError for marks of tables that are not there.
+std::string withTables(const std::string& page, const std::vector<report::Table>& tables,
+                       const std::string& name);
 
 /// Tables of the suite, those that `only` names by their numbers from 1, or all.
 std::vector<report::Table> suiteTables(const Suite& suite, const SuiteData& data,
