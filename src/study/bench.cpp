@@ -47,10 +47,10 @@ std::vector<std::string> cellsOf(const std::string& line, char separator) {
   return cells;
 }
 
-/// How long each setting is timed at least where rounds are enough to tell; ours. Of frames of 13 ms
-/// 8 rounds are over in a second, which another program can fill: beside 3 to 8 busy programs on 2
-/// processors a setting that was 5 % slower by --clock cpu was found 21 times of 21 with 32 rounds,
-/// and 73 times of 84 with 8.
+/// How long each setting is timed at least where rounds are enough to tell; ours. Of frames of 13
+/// ms 8 rounds are over in a second, which another program can fill: beside 3 to 8 busy programs on
+/// 2 processors a setting that was 5 % slower by --clock cpu was found 21 times of 21 with 32
+/// rounds, and 73 times of 84 with 8.
 constexpr double kLeastSeconds = 4.0;
 
 constexpr const char* kSamplesHeader = "round,turn,point,frame,seconds,cpu_seconds,steps";
