@@ -75,12 +75,13 @@ bool Refinement::stretched(const Edge& edge) const {
          apart > kStretch * table_.apparent(table_.places[edge.a], table_.places[edge.b]);
 }
 
-void Refinement::relate(const std::vector<Edge>& edges, const std::vector<bool>& changed,
+void Refinement::relate(const std::vector<Edge>& edges, bool first,
                         std::vector<std::uint8_t>& states) const {
   parallelFor(edges.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto [a, b] = edges[i];
-      if (!changed[a] && !changed[b]) {
+      const bool tried = !changed_[a] && !changed_[b];
+      if (tried && !first) {
         states[i] &= kInOrder;
         continue;
       }
@@ -88,11 +89,13 @@ void Refinement::relate(const std::vector<Edge>& edges, const std::vector<bool>&
       const Place& pb = table_.places[b];
       // Most have one reflection at both ends
       if (table_.glimpses[a].count == 1 && table_.glimpses[b].count == 1) {
-        states[i] = !exactMiddles_ || !stretched(edges[i]) ? kInOrder : kFirstLacks | kSecondLacks;
+        states[i] = !exactMiddles_ || !stretched(edges[i]) ? kInOrder
+                    : tried                                ? 0
+                                                           : kFirstLacks | kSecondLacks;
         continue;
       }
       states[i] = inOrder(pa.reflections, pb.reflections) ? kInOrder : 0;
-      if (states[i] != 0 || !exactMiddles_ || pa.straight || pb.straight) continue;
+      if (states[i] != 0 || tried || !exactMiddles_ || pa.straight || pb.straight) continue;
       // Those that belong together do so both ways
       const bool lacksOne = lacks(pa.reflections, pb.reflections);
       if (lacksOne) states[i] |= kFirstLacks;
@@ -103,10 +106,10 @@ void Refinement::relate(const std::vector<Edge>& edges, const std::vector<bool>&
 }
 
 std::vector<std::uint8_t> Refinement::spread(const std::vector<Edge>& edges) {
-  std::vector<bool> changed(table_.places.size(), true);
+  changed_.resize(table_.places.size(), true);
   std::vector<std::uint8_t> states(edges.size());
   for (int round = 0;; ++round) {
-    relate(edges, changed, states);
+    relate(edges, round == 0, states);
     if (round == kSpreadRounds || !exactMiddles_) return states;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> wanted;  // place, neighbour
     for (std::size_t i = 0; i < edges.size(); ++i) {
@@ -135,14 +138,14 @@ std::vector<std::uint8_t> Refinement::spread(const std::vector<Edge>& edges) {
       const std::lock_guard lock(mutex);
       counts_.add(own);
     });
-    std::fill(changed.begin(), changed.end(), false);
+    std::fill(changed_.begin(), changed_.end(), false);
     bool any = false;
     for (std::size_t k = 0; k < firsts.size(); ++k) {
       const std::uint32_t number = wanted[firsts[k]].first;
       if (found[k].count == table_.places[number].reflections.count) continue;
       table_.places[number].reflections = std::move(found[k]);
       table_.project(number);
-      changed[number] = true;
+      changed_[number] = true;
       any = true;
     }
     if (!any) return states;

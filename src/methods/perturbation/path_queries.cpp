@@ -1,6 +1,7 @@
 // Where a point shows by way of a sequence of reflectors: paths near it moved, or traced anew.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "methods/perturbation/reflector.h"
 #include "scene/implicit/gradient.h"
@@ -14,6 +15,9 @@ constexpr double kLongestStep = 0.25;
 /// A step that leads beyond what the first reflector shows of the others is halved so many times
 /// (ours).
 constexpr int kMaxShortenings = 2;
+/// Where a point has no reflection, steps go to and fro: so many of them that miss it by no less
+/// than one before end the search, unless the path refracts (ours; experiments.md).
+constexpr int kMostRetreats = 2;
 /// Quadratic moves of exact paths are taken instead of another step, or of a path that was traced
 /// for another point, where the estimate is below this part of the error allowed (ours).
 constexpr double kSmallRemainder = 0.1;
@@ -75,6 +79,8 @@ bool Reflector::retrace(const glm::dvec3& point, Places& places, Traced* traced)
     x -= implicit::valueAt(*turns_[0].surface, x) / glm::dot(*gradient, *gradient) * *gradient;
   glm::dvec3 from = x;
   int shortenings = 0;
+  int retreats = 0;
+  double least = std::numeric_limits<double>::infinity();
   for (int step = 0; step < kMaxSteps; ++step) {
     if (pathBy(x, path) != Found::Path) {
       // A step beyond what the first reflector shows of the others
@@ -88,6 +94,10 @@ bool Reflector::retrace(const glm::dvec3& point, Places& places, Traced* traced)
     const double rho = std::max(0.0, glm::dot(point - leaves, path.direction));
     if (!movable(path.bounces.data(), rho)) return false;
     const glm::dvec3 away = point - (leaves + rho * path.direction);
+    const double missed2 = glm::dot(away, away);
+    const double sine2 = missed2 / (rho * rho + missed2);
+    if (!(sine2 < least) && !refracts() && ++retreats == kMostRetreats) return false;
+    least = std::min(least, sine2);
     move(path.bounces.data(), path.distances.data(), rho, away, first, second);
     // Far off, the second order makes it worse
     const double d1 = glm::distance(first[0], x);

@@ -70,9 +70,9 @@ class Refinement {
   Reflections news(const Reflections& a, const Reflections& b) const;
   /// Whether the ends of an edge, of one reflection each, show so far apart that they may be two.
   bool stretched(const Edge& edge) const;
-  /// What is known of edges; of those without a place that has changed, as before.
-  void relate(const std::vector<Edge>& edges, const std::vector<bool>& changed,
-              std::vector<std::uint8_t>& states) const;
+  /// What is known of edges; of those without a place that has changed, as before. `first`: of
+  /// spread()'s rounds; what was tried over an edge in a call before is not tried again.
+  void relate(const std::vector<Edge>& edges, bool first, std::vector<std::uint8_t>& states) const;
   /// What one end of an edge found, the other is looked for at: the nearest rays need not lead to
   /// all reflections. What is known of the edges then.
   std::vector<std::uint8_t> spread(const std::vector<Edge>& edges);
@@ -122,6 +122,8 @@ class Refinement {
   VirtualOutput& output_;
   TriangleCounts& counts_;
   std::vector<Triangle> mixed_;
+  /// Places whose reflections are news to spread(): by place, those beyond the end too.
+  std::vector<bool> changed_;
 };
 
 }  // namespace catoptric::methods::perturbation
