@@ -12,7 +12,7 @@ import sys
 import tempfile
 
 # A folder may include itself and what stands here (all of them written out, none is implied):
-# app -> study -> run, report -> methods -> raster, trace -> gl, frame -> scene -> config, image
+# app -> nightly -> study -> run, report -> methods -> raster, trace -> gl, frame -> scene -> config, image
 # -> core; report -> measure -> image. Siblings on one level do not include each other.
 ALLOWED = {
     "core": "",
@@ -28,8 +28,9 @@ ALLOWED = {
     "measure": "image core",
     "report": "measure frame image config core",  # of frame: the samples of step times
     "study": "run report measure methods frame scene image config core",
+    "nightly": "study run report measure methods frame scene image config core",
     "cluster": "run scene config core",
-    "app": "cluster study run report measure methods gl frame scene image config core",
+    "app": "cluster nightly study run report measure methods gl frame scene image config core",
 }
 ALLOWED = {folder: set(others.split()) for folder, others in ALLOWED.items()}
 # Folders of methods/ that are no method: every method may include them.
@@ -45,7 +46,7 @@ PUBLIC_IN_ROOMS = {
 OWNERS = {
     r"nlohmann/": "config", r"embree": "trace", r"OpenImageIO/": "image", r"OpenColorIO/": "image",
     r"tiny_gltf": "scene", r"glad/": "gl", r"CLI/": "app", r"tbb/": "core", r"spdlog/": "core",
-    r"glm/": "core", r"SQLiteCpp/": "study", r"sqlite3": "study", r"pugixml": "study",
+    r"glm/": "core", r"SQLiteCpp/": "nightly", r"sqlite3": "nightly", r"pugixml": "nightly",
     r"png\.h": "image", r"jpeglib\.h": "image", r"EGL/": "gl", r"GL/": "gl",
 }
 

@@ -150,6 +150,7 @@ std::unique_ptr<CLI::App> makeProgram(CommonOptions& common, Action& action) {
   addSweep(*program, common, action);
   addTables(*program, common, action);
   addTune(*program, common, action);
+  addNightly(*program, common, action);
   addWorker(*program, common, action);
   program->footer(kFooter);  // last: commands would inherit it
   return program;

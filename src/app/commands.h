@@ -50,6 +50,7 @@ void addCompare(CLI::App& program, CommonOptions& common, Action& action);
 void addLayers(CLI::App& program, CommonOptions& common, Action& action);
 void addSweep(CLI::App& program, CommonOptions& common, Action& action);
 void addTables(CLI::App& program, CommonOptions& common, Action& action);
+void addNightly(CLI::App& program, CommonOptions& common, Action& action);
 void addTune(CLI::App& program, CommonOptions& common, Action& action);
 void addWorker(CLI::App& program, CommonOptions& common, Action& action);
 

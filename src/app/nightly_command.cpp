@@ -1,0 +1,385 @@
+// catoptric nightly.
+#include <pwd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <memory>
+
+#include "app/study_options.h"
+#include "core/file.h"
+#include "core/hash.h"
+#include "core/log.h"
+#include "core/text.h"
+#include "methods/contract/method.h"
+#include "nightly/accept.h"
+#include "nightly/compare.h"
+#include "nightly/junit.h"
+#include "nightly/night.h"
+#include "nightly/open_night.h"
+#include "nightly/page.h"
+#include "report/table.h"
+#include "run/folder/machine.h"
+
+namespace catoptric::app {
+namespace {
+
+namespace fs = std::filesystem;
+using nightly::History, nightly::Night, nightly::Outcome, nightly::Verdict;
+
+struct NightlyOptions {
+  std::string what;
+  std::vector<std::string> cases;
+  std::string history = "out/nightly/history.db";
+  std::string effort = "full";
+  std::vector<std::string> only;
+  std::string program;
+  double timeGate = 0.0;  ///< percent; 0: the suite's
+  int repeats = 8;
+  std::string clock = "wall";
+  bool runOnly = false;
+  bool compareOnly = false;
+  bool reportOnly = false;
+  std::string html;
+  bool singleFile = false;
+  std::string junit;
+  std::string reason;
+  std::string progress = "auto";
+};
+
+std::string userName() {
+  const passwd* user = ::getpwuid(::getuid());
+  return user != nullptr ? user->pw_name : std::to_string(::getuid());
+}
+
+std::string printOf(const std::string& text) {
+  Fingerprint print;
+  print.add(text);
+  return print.text();
+}
+
+std::string printOfProgram(const fs::path& program) {
+  Fingerprint print;
+  print.add(std::span<const std::byte>(readFile(program)));
+  return print.text();
+}
+
+/// Counters that must be 0, of all methods.
+std::vector<std::string> countersThatMustBeZero() {
+  std::vector<std::string> names;
+  for (const methods::MethodEntry& entry : methods::registry())
+    for (const methods::CounterInfo& counter : entry.counters)
+      if (counter.mustBeZero) names.push_back(counter.name);
+  return names;
+}
+
+study::Inputs inputsOf(const nightly::NightScene& scene, const std::string& frames) {
+  RunOptions run;
+  run.input = scene.config.string();
+  for (const auto& [name, value] : scene.settings)
+    if (!name.starts_with("methods.")) run.settings.push_back(name + "=" + value);
+  run.frames = frames;
+  return studyInputs(run);
+}
+
+std::string machineName() {
+  std::array<char, 256> host{};
+  ::gethostname(host.data(), host.size() - 1);
+  return std::string(host.data()) + ", " + run::processorName();
+}
+
+/// The newest night of the suite that `fits`.
+Night newestNight(const History& history, const std::string& suite, bool judged) {
+  for (const Night& night : history.nights(suite, 100))
+    if (!judged || !night.finished.empty()) return night;
+  throw UsageError("the history has no night of the suite " + suite +
+                   (judged ? " that was judged" : ""));
+}
+
+void writeReports(const History& history, const Night& night, const std::vector<Verdict>& verdicts,
+                  const nightly::NightSuite& suite, const NightlyOptions& options) {
+  if (!options.junit.empty()) {
+    const fs::path file = options.junit;
+    std::error_code ignored;
+    if (file.has_parent_path()) fs::create_directories(file.parent_path(), ignored);
+    writeFileAtomically(file, std::string_view(nightly::junitXml(night, verdicts)));
+  }
+  if (options.html.empty()) return;
+  nightly::PageOptions page;
+  page.title = suite.title;
+  page.out = options.html;
+  page.singleFile = options.singleFile;
+  page.historyOption = options.history;
+  const fs::path file = nightly::writePage(history, night, verdicts, page);
+  log::info("page: " + file.string());
+}
+
+/// Table of what is not good, and the last line.
+ExitCode conclude(const Night& night, const std::vector<Verdict>& verdicts) {
+  report::Table table;
+  table.columns = {
+      {"case", false}, {"what", false}, {"verdict", false}, {"since", true}, {"", false}};
+  for (const Verdict& verdict : verdicts) {
+    const Outcome outcome = nightly::outcomeOf(verdict);
+    if (outcome != Outcome::Regression && outcome != Outcome::Crash) continue;
+    table.rows.push_back(
+        {verdict.name + (verdict.frame != 0 ? ":" + std::to_string(verdict.frame) : ""),
+         verdict.kind, verdict.status, std::to_string(verdict.began), verdict.message});
+  }
+  if (!table.rows.empty()) printData(report::toText(table) + "\n");
+  const nightly::Summary summary = nightly::summaryOf(verdicts);
+  const std::string counts = std::to_string(summary.cases) + " cases, " +
+                             std::to_string(summary.regressions) + " regressions, " +
+                             std::to_string(summary.crashes) + " crashes, " +
+                             std::to_string(summary.skipped) + " undecided, new or acknowledged; " +
+                             std::to_string(summary.toAccept) + " frames want to be accepted";
+  const ExitCode code = summary.crashes > 0       ? ExitCode::FramesFailed
+                        : summary.regressions > 0 ? ExitCode::LimitsExceeded
+                                                  : ExitCode::Done;
+  printData("Night " + std::to_string(night.id) + ": " + counts + ": " +
+            (code == ExitCode::Done             ? "good"
+             : code == ExitCode::LimitsExceeded ? "REGRESSION"
+                                                : "CRASH") +
+            "\n");
+  return code;
+}
+
+/// Measures what the night lacks; none: it was asked to stop.
+std::optional<Night> measure(History& history, const nightly::NightSuite& suite,
+                             const NightlyOptions& options, ProgressPrinter& printer) {
+  nightly::LabOptions lab;
+  lab.inputs = inputsOf;
+  lab.program = options.program.empty() ? study::ownProgram() : fs::path(options.program);
+  lab.clock = parseClock(options.clock);
+  lab.work = history.folder() / "work" / std::to_string(::getpid());
+  lab.stopRequested = [] { return stopSignal() != 0; };
+  const std::unique_ptr<nightly::Lab> rooms = nightly::makeLab(lab);
+  const std::vector<nightly::NightCase> cases =
+      nightly::casesOf(suite, options.effort, options.only, *rooms);
+  if (cases.empty())
+    throw UsageError("no case of " + options.what + " has frames for --effort " + options.effort +
+                     (options.only.empty() ? "" : " and fits --only " + joined(options.only, ",")));
+  std::string names;
+  for (const nightly::NightCase& one : cases) names += one.name + "\n";
+  const Night wanted{0,
+                     suite.name,
+                     printOf(names),
+                     options.effort,
+                     machineName(),
+                     printOfProgram(lab.program),
+                     run::versionText(),
+                     nightly::utcNow(),
+                     "",
+                     !options.only.empty()};
+  const nightly::OpenNight open(history, wanted);
+  if (open.resumed()) log::info("night " + std::to_string(open.night().id) + " goes on");
+  nightly::keepProgram(history, lab.program, wanted.build);
+  nightly::NightOptions how;
+  how.rounds = options.repeats;
+  how.mostRounds = 4 * options.repeats;
+  how.program = lab.program;
+  how.stopRequested = lab.stopRequested;
+  how.progress = [&](const std::string& what, double share) { printer.showStep(what, share); };
+  try {
+    nightly::measureNight(history, open.night(), cases, suite.gates, *rooms, how);
+  } catch (const study::StudyStopped&) {
+    printer.endLine();
+    log::warning("stopped; the same command goes on with this night");
+    return {};
+  }
+  printer.endLine();
+  return open.night();
+}
+
+ExitCode runSuite(const NightlyOptions& options, const CommonOptions& common) {
+  const ProgressMode mode = parseProgress(options.progress, common.quiet);
+  ProgressPrinter printer(mode);
+  catchStopSignals(mode == ProgressMode::Json);
+  nightly::NightSuite suite = nightly::readNightSuite(options.what);
+  if (options.timeGate > 0.0) suite.gates.time = options.timeGate / 100.0;
+  const bool measures = !options.compareOnly && !options.reportOnly;
+  History history(options.history, measures             ? History::Mode::Create
+                                   : options.reportOnly ? History::Mode::Read
+                                                        : History::Mode::Write);
+  Night night;
+  if (measures) {
+    const std::optional<Night> measured = measure(history, suite, options, printer);
+    if (!measured) return static_cast<ExitCode>(128 + stopSignal());
+    night = *measured;
+    if (options.runOnly) {
+      printData("Night " + std::to_string(night.id) + ": measured, not judged\n");
+      return ExitCode::Done;
+    }
+  } else {
+    night = newestNight(history, suite.name, options.reportOnly);
+  }
+  const std::vector<Verdict> verdicts =
+      options.reportOnly
+          ? history.verdicts(night.id)
+          : nightly::judgeNight(history, night, suite.gates, countersThatMustBeZero());
+  if (measures) nightly::dropPrograms(history);
+  night = *history.night(night.id);
+  writeReports(history, night, verdicts, suite, options);
+  return conclude(night, verdicts);
+}
+
+ExitCode acceptCases(const NightlyOptions& options) {
+  if (options.cases.empty())
+    throw UsageError(
+        "nightly accept: name what is accepted, as in cornell_box.traced:12; * stands "
+        "for anything");
+  History history(options.history, History::Mode::Write);
+  const nightly::Accepted accepted =
+      nightly::acceptVerdicts(history, {options.cases, options.reason, userName()});
+  printData("Acknowledgement " + std::to_string(accepted.acknowledgement) + ": " +
+            std::to_string(accepted.frames) + " frames, times of " +
+            std::to_string(accepted.times) + " cases; take it back with `catoptric nightly undo " +
+            std::to_string(accepted.acknowledgement) + "`\n");
+  return ExitCode::Done;
+}
+
+ExitCode undoAcceptance(const NightlyOptions& options) {
+  int number = 0;
+  const std::string text = options.cases.size() == 1 ? options.cases[0] : "";
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (text.empty() || error != std::errc() || end != text.data() + text.size())
+    throw UsageError(
+        "nightly undo: name the number of one acknowledgement; `catoptric nightly log` "
+        "lists them");
+  History history(options.history, History::Mode::Write);
+  history.undo(number, nightly::utcNow());
+  printData("Acknowledgement " + text + " does not hold any more\n");
+  return ExitCode::Done;
+}
+
+ExitCode printLog(const NightlyOptions& options) {
+  const History history(options.history, History::Mode::Read);
+  report::Table nights;
+  nights.title = "Nights";
+  nights.columns = {{"night", true},       {"began", false},  {"suite", false},
+                    {"effort", false},     {"build", false},  {"cases", true},
+                    {"regressions", true}, {"crashes", true}, {"to accept", true}};
+  for (const Night& night : history.nights("", 30)) {
+    const nightly::Summary summary = nightly::summaryOf(history.verdicts(night.id));
+    nights.rows.push_back({std::to_string(night.id), night.started, night.suite, night.effort,
+                           night.build.substr(0, 8),
+                           night.finished.empty() ? "unfinished" : std::to_string(summary.cases),
+                           std::to_string(summary.regressions), std::to_string(summary.crashes),
+                           std::to_string(summary.toAccept)});
+  }
+  printData(report::toText(nights) + "\n");
+  report::Table acknowledgements;
+  acknowledgements.title = "Acknowledgements";
+  acknowledgements.columns = {{"number", true}, {"when", false},   {"who", false},
+                              {"what", false},  {"reason", false}, {"undone", false}};
+  for (const nightly::Acknowledgement& one : history.acknowledgements())
+    acknowledgements.rows.push_back(
+        {std::to_string(one.id), one.at, one.who, one.what, one.reason, one.undone});
+  if (!acknowledgements.rows.empty()) printData(report::toText(acknowledgements) + "\n");
+  return ExitCode::Done;
+}
+
+ExitCode nightlyCommand(const NightlyOptions& options, const CommonOptions& common) {
+  if (options.what == "accept") return acceptCases(options);
+  if (options.what == "undo") return undoAcceptance(options);
+  if (options.what == "log") return printLog(options);
+  if (!options.cases.empty())
+    throw UsageError("nightly: \"" + options.cases.front() +
+                     "\" is one argument too many; choose cases with --only");
+  if (options.runOnly + options.compareOnly + options.reportOnly > 1)
+    throw UsageError("--run-only, --compare-only and --report-only exclude each other");
+  if (options.singleFile && options.html.empty())
+    throw UsageError("--single-file is how --html writes the page; name that, too");
+  return runSuite(options, common);
+}
+
+void addReportOptions(CLI::App& command, NightlyOptions& options) {
+  command.add_flag("--run-only", options.runOnly, "Measure, and judge another time");
+  command.add_flag("--compare-only", options.compareOnly,
+                   "Judge the newest night once more; render nothing");
+  command.add_flag("--report-only", options.reportOnly,
+                   "Write the page and JUnit of the newest judged night; change nothing");
+  command.add_option("--html", options.html, "Write the page into this folder")
+      ->check(notEmpty())
+      ->type_name("DIR");
+  command.add_flag("--single-file", options.singleFile,
+                   "Write the page as one file, index.html, of at most 10 MB");
+  command.add_option("--junit", options.junit, "Write the verdicts as JUnit's XML")
+      ->check(notEmpty())
+      ->type_name("FILE");
+  command.add_option("--reason", options.reason, "Why something is accepted")->type_name("TEXT");
+  command.add_option("--progress", options.progress, "bar, plain, json, none, or auto")
+      ->capture_default_str()
+      ->type_name("HOW");
+}
+
+}  // namespace
+
+void addNightly(CLI::App& program, CommonOptions& common, Action& action) {
+  CLI::App* command = program.add_subcommand(
+      "nightly",
+      "Compare a suite with what was accepted, night by night: times, pictures, counters, memory.");
+  const auto options = std::make_shared<NightlyOptions>();
+  command
+      ->add_option("what", options->what,
+                   "A suite (JSON); or accept, undo, log, of what the newest night says")
+      ->required()
+      ->type_name("SUITE|accept|undo|log");
+  command
+      ->add_option("cases", options->cases,
+                   "accept: SCENE.METHOD or SCENE.METHOD:FRAME, * stands for anything; undo: the "
+                   "acknowledgement's number")
+      ->type_name("CASE");
+  command->add_option("--history", options->history, "The history's file")
+      ->capture_default_str()
+      ->check(notEmpty())
+      ->type_name("FILE");
+  command
+      ->add_option("--effort", options->effort,
+                   "Which frames of each scene: smoke, full, or another word of the suite")
+      ->capture_default_str()
+      ->type_name("EFFORT");
+  command
+      ->add_option("--only", options->only,
+                   "Only these cases, by tag, scene, method or name, with commas; * stands for "
+                   "anything")
+      ->delimiter(',')
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  command->add_option("--program", options->program, "The build that is judged [this one]")
+      ->check(notEmpty())
+      ->type_name("FILE");
+  command
+      ->add_option("--time-gate", options->timeGate,
+                   "How much longer than the accepted build is a regression, percent [the suite's]")
+      ->check(within(0.1, 1000))
+      ->type_name("PERCENT");
+  command
+      ->add_option("--repeats", options->repeats,
+                   "Timed rounds at first; up to four times as many until a time is decided")
+      ->capture_default_str()
+      ->check(within(1, 1000))
+      ->type_name("N");
+  command
+      ->add_option("--clock", options->clock,
+                   "Which times count: wall (what passes), or cpu (of all threads)")
+      ->capture_default_str()
+      ->type_name("CLOCK");
+  addReportOptions(*command, *options);
+  addCommon(*command, common);
+  command->footer(R"(Examples:
+  catoptric nightly configs/nightly/own.suite.json --html out/nightly/page --junit out/nightly/junit.xml
+  catoptric nightly configs/nightly/own.suite.json --effort smoke --only smoke
+  catoptric nightly accept 'cornell_box.*' --reason "bent normals"
+  catoptric nightly undo 3
+  catoptric nightly log
+
+Exit code 7: a regression; 6: a case could not be rendered; 0: neither. The last line says which.
+A night that was interrupted goes on when the same command is given again.
+)");
+  command->callback([options, &common, &action] {
+    action = [options, &common] { return nightlyCommand(*options, common); };
+  });
+}
+
+}  // namespace catoptric::app

@@ -1,0 +1,57 @@
+#include "nightly/gates.h"
+
+namespace catoptric::nightly {
+namespace {
+
+using config::Field, config::FieldType, config::Schema, config::Value;
+
+Field share(const char* name, const char* help) {
+  return {.name = name, .type = FieldType::Number, .help = help, .minimum = 0.0};
+}
+
+}  // namespace
+
+const Schema& gatesSchema() {
+  static const Schema schema = [] {
+    Schema gates{.name = "gates",
+                 .help = "What a night may differ by.",
+                 .fields = {share("time", "Longer than the accepted build, percent."),
+                            share("memory", "More memory than the accepted build, percent."),
+                            share("disk", "Larger frames than the accepted ones, percent."),
+                            share("again", "Tonight's build against itself, percent."),
+                            share("watch_rise", "Rise of a watched counter, percent."),
+                            {.name = "watch",
+                             .type = FieldType::Array,
+                             .help = "Counters that may not rise.",
+                             .items = FieldType::String}}};
+    for (const auto& [name, limit] : Gates().picture)
+      gates.fields.push_back({.name = name,
+                              .type = FieldType::Number,
+                              .help = "Limit of a picture's difference.",
+                              .minimum = 0.0});
+    return gates;
+  }();
+  return schema;
+}
+
+Gates readGates(const Value& value) {
+  Gates gates;
+  if (value.isNull()) return gates;
+  const auto percent = [&](const char* name, double& share) {
+    if (value.has(name)) share = value.get(name).asNumber() / 100.0;
+  };
+  percent("time", gates.time);
+  percent("memory", gates.memory);
+  percent("disk", gates.disk);
+  percent("again", gates.again);
+  percent("watch_rise", gates.watchRise);
+  for (auto& [name, limit] : gates.picture)
+    if (value.has(name)) limit = value.get(name).asNumber();
+  if (value.has("watch")) {
+    gates.watch.clear();
+    for (const Value& name : value.get("watch").asArray()) gates.watch.push_back(name.asString());
+  }
+  return gates;
+}
+
+}  // namespace catoptric::nightly

@@ -1,0 +1,190 @@
+#include "nightly/lab.h"
+
+#include "config/json.h"
+#include "core/error.h"
+#include "core/hash.h"
+#include "nightly/bench_print.h"
+#include "run/folder/records.h"
+#include "run/stage/stage.h"
+#include "scene/camera.h"
+
+namespace catoptric::nightly {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A word for a shell.
+std::string shellWord(const std::string& word) {
+  if (!word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                              "0123456789_-./=,:") == std::string::npos)
+    return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? "'\\''" : std::string(1, c);
+  return text + "'";
+}
+
+/// Settings of a scene that are of this method; the others are of all methods, or of another.
+study::Settings settingsOf(const NightScene& scene, const std::string& method) {
+  study::Settings own;
+  for (const auto& [name, value] : scene.settings)
+    if (name.starts_with("methods." + method + ".")) own.emplace_back(name, value);
+  return own;
+}
+
+class ProcessLab : public Lab {
+ public:
+  explicit ProcessLab(LabOptions options) : options_(std::move(options)) {}
+  ~ProcessLab() override {
+    workers_.clear();
+    std::error_code ignored;
+    fs::remove_all(options_.work, ignored);
+  }
+
+  std::vector<std::string> methods(const NightScene& scene) override {
+    std::vector<std::string> names;
+    for (const run::MethodConfig& method : options_.inputs(scene, "").readRun({}, "").methods)
+      names.push_back(method.name);
+    return names;
+  }
+
+  BenchFacts bench(const NightCase& one) override {
+    const study::Inputs inputs = options_.inputs(one.scene, one.frames);
+    const run::RunConfig run = inputs.readRun(settingsOf(one.scene, one.method), one.method);
+    BenchFacts facts;
+    const Place& place = placeOf(run);
+    facts.frames = place.frames;
+    facts.description = describeCase(one) + "threads " + std::to_string(run.threads) + "\nframes " +
+                        scene::formatFrames(place.frames) + "\nscene " + filesPrint(run.scene) +
+                        (run.path.empty() ? "" : "\npath " + filesPrint(run.path)) + "\n";
+    Fingerprint print;
+    print.add(facts.description);
+    facts.print = print.text();
+    for (const auto& [id, name] : place.objects)
+      facts.description += "object " + std::to_string(id) + " " + name + "\n";
+    facts.command = "catoptric render";
+    for (const std::string& word : inputs.arguments(settingsOf(one.scene, one.method), one.method))
+      if (word != "-q") facts.command += " " + shellWord(word);
+    return facts;
+  }
+
+  Turns measure(const NightCase& one, const std::vector<Program>& programs, int rounds, bool fresh,
+                const fs::path& writeTo) override {
+    if (fresh || one.name != workersOf_) workers_.clear();
+    workersOf_ = one.name;
+    const study::Inputs inputs = options_.inputs(one.scene, one.frames);
+    Turns turns;
+    std::vector<study::Runner*> runners;
+    std::vector<std::string> roles;
+    study::TurnOptions how;
+    how.repeats = rounds;
+    how.seed = ++measurements_;
+    how.stopRequested = options_.stopRequested;
+    for (const Program& program : programs) {
+      checkStop();
+      try {
+        runners.push_back(
+            &worker(program, inputs.arguments(settingsOf(one.scene, one.method), one.method)));
+      } catch (const Error& error) {
+        turns.failures[program.role] = error.what();
+        continue;
+      }
+      roles.push_back(program.role);
+      const fs::path scratch = options_.work / "frames" / program.role;
+      if (!writeTo.empty())
+        how.writeTo.push_back(program.role == role::kTonight ? writeTo : scratch);
+    }
+    const study::Measurement measured = study::measureInTurns(runners, placeFrames(one), how);
+    std::error_code ignored;
+    fs::remove_all(options_.work / "frames", ignored);
+    if (measured.stopped) throw study::StudyStopped();
+    for (std::size_t i = 0; i < roles.size(); ++i) {
+      turns.memory[roles[i]] = workers_.at(roles[i])->memoryBytes();
+      if (!measured.settings[i].failure.empty())
+        turns.failures[roles[i]] = measured.settings[i].failure;
+      else
+        turns.times[roles[i]] = measured.times(i, options_.clock);
+      if (roles[i] == role::kTonight && !writeTo.empty())
+        turns.written = measured.settings[i].written;
+    }
+    return turns;
+  }
+
+  void truth(const NightCase& one, const std::vector<int>& frames,
+             const fs::path& folder) override {
+    NightCase truth = one;
+    truth.method = one.scene.against;
+    std::unique_ptr<study::WorkerProcess> process;
+    for (const int number : frames) {
+      std::error_code ignored;
+      if (fs::exists(folder / run::framePath("frames", number, ".exr"), ignored)) continue;
+      checkStop();
+      if (!process)
+        process = std::make_unique<study::WorkerProcess>(
+            options_.program,
+            options_.inputs(one.scene, one.frames)
+                .arguments(settingsOf(one.scene, one.scene.against), one.scene.against),
+            options_.work / "logs" / "truth.txt");
+      process->render(number, folder);
+    }
+  }
+
+  void leave() override { workers_.clear(); }
+
+ private:
+  struct Place {
+    std::vector<int> frames;
+    std::map<int, std::string> objects;
+  };
+
+  void checkStop() const {
+    if (options_.stopRequested && options_.stopRequested()) throw study::StudyStopped();
+  }
+
+  const std::vector<int>& placeFrames(const NightCase& one) {
+    return placeOf(options_.inputs(one.scene, one.frames)
+                       .readRun(settingsOf(one.scene, one.method), one.method))
+        .frames;
+  }
+
+  study::WorkerProcess& worker(const Program& program, const std::vector<std::string>& arguments) {
+    std::unique_ptr<study::WorkerProcess>& process = workers_[program.role];
+    try {
+      if (!process)
+        process = std::make_unique<study::WorkerProcess>(
+            program.file, arguments, options_.work / "logs" / (program.role + ".txt"));
+    } catch (...) {
+      workers_.erase(program.role);
+      throw;
+    }
+    return *process;
+  }
+
+  /// Scene and path of a run; the last ones are kept.
+  const Place& placeOf(const run::RunConfig& run) {
+    std::string key = run.scene.string() + "\n" + run.path.string() + "\n" + run.frames + "\n";
+    if (run.environment) key += config::parseText(run.effective, "run").get("environment").dump();
+    const auto known = places_.find(key);
+    if (known != places_.end()) return known->second;
+    const run::Stage stage(run);
+    Place place;
+    place.frames = stage.frames();
+    for (std::size_t i = 0; i < stage.scene().objects.size(); ++i)
+      if (stage.scene().objects[i].reflector > 0)
+        place.objects[static_cast<int>(i + 1)] = stage.scene().objects[i].name;
+    return places_.emplace(key, std::move(place)).first->second;
+  }
+
+  LabOptions options_;
+  std::map<std::string, Place> places_;
+  std::map<std::string, std::unique_ptr<study::WorkerProcess>> workers_;  ///< by role
+  std::string workersOf_;
+  std::uint64_t measurements_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Lab> makeLab(LabOptions options) {
+  return std::make_unique<ProcessLab>(std::move(options));
+}
+
+}  // namespace catoptric::nightly

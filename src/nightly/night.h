@@ -1,0 +1,40 @@
+// A night: every case is measured and kept, so that an interrupted one goes on where it was.
+#pragma once
+
+#include <functional>
+
+#include "nightly/history.h"
+#include "nightly/lab.h"
+
+namespace catoptric::nightly {
+
+struct NightOptions {
+  int rounds = 8;       ///< of a first look at the times
+  int mostRounds = 32;  ///< until they are decided
+  int againEvery = 4;   ///< of so many timed cases one times tonight's build against itself
+  std::filesystem::path program;
+  std::function<bool()> stopRequested;
+  std::function<void(const std::string& what, double share)> progress;
+};
+
+/// Cases of a suite for an effort, and with a tag or a name that `only` matches; `only` empty: all.
+std::vector<NightCase> casesOf(const NightSuite& suite, const std::string& effort,
+                               const std::vector<std::string>& only, Lab& lab);
+
+/// Does `text` match `pattern`, in which * stands for anything?
+bool matches(const std::string& pattern, const std::string& text);
+
+/// Keeps `program`, with the module that writes frames, in the history's folder. Throws
+/// OutputError.
+void keepProgram(const History& history, const std::filesystem::path& program,
+                 const std::string& build);
+/// The kept program's file.
+std::filesystem::path keptProgram(const History& history, const std::string& build);
+/// Removes programs that nothing refers to.
+void dropPrograms(const History& history);
+
+/// Measures the cases that the night does not have yet. Throws StudyStopped: the night can go on.
+void measureNight(History& history, const Night& night, const std::vector<NightCase>& cases,
+                  const Gates& gates, Lab& lab, const NightOptions& options);
+
+}  // namespace catoptric::nightly

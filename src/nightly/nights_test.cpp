@@ -1,0 +1,207 @@
+// Twenty nights of a project's life: what is wrong is found and named with the night that it began
+// with, and what is not is left alone, although other programs use the machine.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "nightly/accept.h"
+#include "nightly/open_night.h"
+#include "nightly/test_lab.h"
+
+namespace catoptric::nightly {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class Nights : public testing::Test {
+ protected:
+  Nights() {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder = fs::path(testing::TempDir()) /
+             ("nights_" + std::string(info->name()) + "_" + std::to_string(::getpid()));
+    fs::remove_all(folder);
+    fs::create_directories(folder / "programs");
+    suite.name = "own";
+    suite.title = "Own";
+    for (const char* name : {"a", "b", "c", "d", "e", "f", "g", "h"}) addScene(name);
+    history = std::make_unique<History>(folder / "history.db", History::Mode::Create);
+  }
+  ~Nights() override {
+    history.reset();
+    fs::remove_all(folder);
+  }
+
+  void addScene(const std::string& name) {
+    NightScene scene;
+    scene.name = name;
+    scene.frames = {{"full", "1-8"}};
+    suite.scenes.push_back(scene);
+  }
+
+  NightScene& scene(const std::string& name) {
+    return *std::ranges::find_if(suite.scenes, [&](const auto& one) { return one.name == name; });
+  }
+
+  /// The next night, of the next build, with what is wrong with it.
+  std::vector<Verdict> night(const Build& build) {
+    const int number = ++nights;
+    const std::string name = "b" + std::to_string(100 + number);
+    builds[name] = build;
+    std::ofstream(folder / "programs" / name) << name;
+    lab.machine.random.seed(static_cast<unsigned>(1000 * seed + number));
+    const Night wanted{0,  "own", "p", "full", "machine", name, "1.0", "2026-01-01T00:00:00Z",
+                       "", false};
+    const OpenNight open(*history, wanted);
+    NightOptions options;
+    options.program = folder / "programs" / name;
+    keepProgram(*history, options.program, name);
+    measureNight(*history, open.night(), casesOf(suite, "full", {}, lab), suite.gates, lab,
+                 options);
+    return judgeNight(*history, open.night(), suite.gates, {"refused"});
+  }
+
+  static std::vector<Verdict> of(const std::vector<Verdict>& verdicts, const std::string& scene,
+                                 const std::string& kind) {
+    std::vector<Verdict> all;
+    for (const Verdict& verdict : verdicts)
+      if (verdict.name == "own." + scene + ".m" && verdict.kind == kind) all.push_back(verdict);
+    return all;
+  }
+  static std::string statusOf(const std::vector<Verdict>& verdicts, const std::string& scene,
+                              const std::string& kind) {
+    const std::vector<Verdict> all = of(verdicts, scene, kind);
+    return all.empty() ? "" : all.back().status;
+  }
+  static std::string failures(const std::vector<Verdict>& verdicts) {
+    std::string text;
+    for (const Verdict& verdict : verdicts)
+      if (outcomeOf(verdict) == Outcome::Regression || outcomeOf(verdict) == Outcome::Crash)
+        text +=
+            verdict.name + " " + verdict.kind + " " + verdict.status + " " + verdict.message + "\n";
+    return text;
+  }
+
+  fs::path folder;
+  NightSuite suite;
+  std::map<std::string, Build> builds;
+  TestLab lab{builds};
+  std::unique_ptr<History> history;
+  int nights = 0;
+  int seed = 1;
+};
+
+TEST_F(Nights, TwentyWithoutFaultsAlarmNobody) {
+  int isVoid = 0;
+  int undecided = 0;
+  for (int i = 0; i < 20; ++i) {
+    const std::vector<Verdict> verdicts = night({});
+    if (i == 0) acceptVerdicts(*history, {{"*"}, "first", "tester"});
+    EXPECT_EQ(failures(verdicts), "") << "night " << i + 1;
+    for (const Verdict& verdict : verdicts) {
+      isVoid += verdict.status == "void" ? 1 : 0;
+      undecided += verdict.status == "undecided" ? 1 : 0;
+    }
+  }
+  std::printf("void: %d, undecided: %d of %d\n", isVoid, undecided, 19 * 8 * 2 - 8);
+  EXPECT_LE(isVoid, 2 * 8 * 2);  // two nights
+  EXPECT_LE(undecided, 3);
+}
+
+TEST_F(Nights, FaultsAreNamedWithTheNightTheyBegan) {
+  Build build;
+  std::map<std::string, int> firstSeen;
+  for (int i = 1; i <= 20; ++i) {
+    if (i == 5) build.cost["a"] = 1.08;
+    if (i >= 6 && i <= 9) build.cost["b"] = std::pow(1.03, i - 5);
+    if (i == 7) build.steps["c"] = 1;
+    if (i == 8) build.nan.insert("d");
+    if (i == 9) build.crash.insert("e");
+    if (i == 10) build.counters["f"] = {{"refused", 3}};
+    if (i == 11) addScene("new");
+    if (i == 12) std::erase_if(suite.scenes, [](const auto& one) { return one.name == "g"; });
+    if (i == 13) scene("h").settings = {{"image.width", "64"}};
+    if (i == 14) build.memory["h"] = 150;
+    const std::vector<Verdict> verdicts = night(build);
+    if (i == 1) acceptVerdicts(*history, {{"*"}, "first", "tester"});
+    SCOPED_TRACE("night " + std::to_string(i) + "\n" + failures(verdicts));
+    for (const Verdict& verdict : verdicts) {
+      if (outcomeOf(verdict) != Outcome::Regression && outcomeOf(verdict) != Outcome::Crash)
+        continue;
+      // Nothing but what was put in is named, and with its night
+      const std::map<std::string, std::pair<std::set<std::string>, int>> truth = {
+          {"own.a.m", {{"time", "creep"}, 5}}, {"own.b.m", {{"time", "creep"}, 6}},
+          {"own.c.m", {{"picture"}, 7}},       {"own.d.m", {{"picture"}, 8}},
+          {"own.e.m", {{"run"}, 9}},           {"own.f.m", {{"counter"}, 10}},
+          {"own.h.m", {{"memory"}, 14}}};
+      const auto found = truth.find(verdict.name);
+      ASSERT_NE(found, truth.end()) << verdict.name;
+      EXPECT_TRUE(found->second.first.contains(verdict.kind)) << verdict.name << verdict.kind;
+      EXPECT_EQ(verdict.began, found->second.second) << verdict.name << " " << verdict.message;
+      firstSeen.emplace(verdict.name, i);
+    }
+    if (i >= 7) {
+      EXPECT_EQ(statusOf(verdicts, "c", "picture"), "changed");
+      EXPECT_THAT(of(verdicts, "c", "picture").front().message, HasSubstr("worst_reflector"));
+    }
+    if (i >= 8) {
+      std::string statuses;
+      for (const Verdict& verdict : of(verdicts, "d", "picture")) statuses += verdict.status + " ";
+      EXPECT_THAT(statuses, HasSubstr("not finite"));
+    }
+    EXPECT_EQ(statusOf(verdicts, "new", "scene"), i == 11 ? "new" : "");
+    if (i == 13) {
+      EXPECT_EQ(statusOf(verdicts, "h", "scene"), "changed setting");
+      EXPECT_THAT(of(verdicts, "h", "scene").front().message, HasSubstr("set:image.width 64"));
+    }
+    EXPECT_EQ(statusOf(verdicts, "g", "scene"), i == 1 ? "new" : i == 12 ? "removed" : "");
+  }
+  EXPECT_LE(firstSeen["own.a.m"], 6);  // one night may be void
+  EXPECT_LE(firstSeen["own.b.m"], 9);
+  for (const auto& [name, night] :
+       std::map<std::string, int>{{"own.c.m", 7}, {"own.d.m", 8}, {"own.e.m", 9}, {"own.f.m", 10}})
+    EXPECT_EQ(firstSeen[name], night) << name;
+  for (const auto& [name, night] : firstSeen) std::printf("%s: night %d\n", name.c_str(), night);
+}
+
+TEST_F(Nights, WhatIsAcceptedHoldsAndCanBeTakenBack) {
+  night({});
+  EXPECT_THROW(acceptVerdicts(*history, {{"*"}, "", "tester"}), UsageError);
+  EXPECT_THROW(acceptVerdicts(*history, {{"nothing.*"}, "why", "tester"}), UsageError);
+  EXPECT_TRUE(history->acknowledgements().empty());
+  acceptVerdicts(*history, {{"*"}, "first", "tester"});
+  Build build;
+  build.steps["c"] = 2;
+  build.cost["a"] = 1.2;
+  EXPECT_THAT(failures(night(build)), HasSubstr("own.c.m picture changed"));
+  const Accepted accepted = acceptVerdicts(*history, {{"c.m:3", "a.m"}, "wanted", "tester"});
+  EXPECT_EQ(accepted.frames, 1);
+  EXPECT_EQ(accepted.times, 1);
+  // Accepted twice is refused: nothing of it is left
+  EXPECT_THROW(acceptVerdicts(*history, {{"c.m:3"}, "wanted", "tester"}), UsageError);
+  std::string after = failures(night(build));
+  EXPECT_THAT(after, testing::Not(HasSubstr("own.a.m")));
+  EXPECT_THAT(after, HasSubstr("own.c.m picture changed"));  // the other frames
+  acceptVerdicts(*history, {{"c.m"}, "all of it", "tester"});
+  EXPECT_EQ(failures(night(build)), "");
+  history->undo(accepted.acknowledgement, utcNow());
+  EXPECT_THROW(history->undo(accepted.acknowledgement, utcNow()), UsageError);
+  after = failures(night(build));
+  EXPECT_THAT(after, HasSubstr("own.a.m"));
+}
+
+TEST_F(Nights, WhatHasNotBeenRenderedCannotBeAccepted) {
+  Build build;
+  build.nan.insert("d");
+  build.crash.insert("e");
+  night(build);
+  acceptVerdicts(*history, {{"*"}, "first", "tester"});
+  for (const char* name : {"d", "e"}) {
+    const std::string full = std::string("own.") + name + ".m";
+    EXPECT_TRUE(history->references(full, history->result(1, full).bench).empty());
+    EXPECT_THROW(acceptVerdicts(*history, {{full}, "why", "tester"}), UsageError);
+  }
+}
+
+}  // namespace
+}  // namespace catoptric::nightly

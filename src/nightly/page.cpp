@@ -1,0 +1,411 @@
+#include "nightly/page.h"
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <set>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "nightly/compare.h"
+#include "nightly/junit.h"
+#include "nightly/page_assets.h"
+#include "nightly/page_pictures.h"
+#include "report/table.h"
+#include "study/chart.h"
+
+namespace catoptric::nightly {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Frames of a case whose pictures are shown; the others are named. Ours.
+constexpr int kShownFrames = 3;
+/// What text may take of a single file: the rest is for pictures.
+constexpr std::size_t kTextRoom = 4'000'000;
+
+std::string text(const std::string& raw) {
+  return xmlSafe(raw);
+}
+
+const char* outcomeName(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::Crash:
+      return "crash";
+    case Outcome::Regression:
+      return "regression";
+    case Outcome::Skipped:
+      return "skipped";
+    default:
+      return "good";
+  }
+}
+
+std::string lower(std::string words) {
+  for (char& c : words) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return words;
+}
+
+/// Verdicts of one case.
+struct CaseVerdicts {
+  std::string name;
+  Outcome outcome = Outcome::Good;
+  std::vector<Verdict> verdicts;
+
+  std::string words() const {
+    std::string all = name;
+    for (const Verdict& verdict : verdicts)
+      if (verdict.outcome != Outcome::Good) all += " " + verdict.kind + " " + verdict.status;
+    return lower(all);
+  }
+};
+
+std::vector<CaseVerdicts> byCase(const std::vector<Verdict>& verdicts) {
+  std::map<std::string, CaseVerdicts> cases;
+  for (const Verdict& verdict : verdicts) {
+    CaseVerdicts& one = cases[verdict.name];
+    one.name = verdict.name;
+    one.outcome = std::max(one.outcome, outcomeOf(verdict));
+    one.verdicts.push_back(verdict);
+  }
+  std::vector<CaseVerdicts> all;
+  for (auto& [name, one] : cases) all.push_back(std::move(one));
+  std::stable_sort(all.begin(), all.end(), [](const CaseVerdicts& a, const CaseVerdicts& b) {
+    return a.outcome > b.outcome;
+  });
+  return all;
+}
+
+std::string copyLine(const std::string& line) {
+  return "<div class=\"copy\"><code>" + text(line) + "</code></div>\n";
+}
+
+class PageWriter {
+ public:
+  PageWriter(const History& history, const Night& night, const std::vector<Verdict>& verdicts,
+             const PageOptions& options)
+      : history_(history),
+        night_(night),
+        options_(options),
+        cases_(byCase(verdicts)),
+        summary_(summaryOf(verdicts)),
+        pictures_(history, options.out, options.singleFile, kSingleFileBytes - kTextRoom) {}
+
+  std::string page() {
+    for (const CaseVerdicts& one : cases_)
+      if (one.outcome != Outcome::Good) addCase(one);
+    std::string body =
+        head() + filter() + "<main id=\"failures\">\n<h2>What is not good</h2>\n" +
+        (articles_.empty() ? "<p>Nothing: every case is as it was accepted.</p>\n" : articles_) +
+        "</main>\n" + table() + acknowledgements() + notes();
+    const std::string style = options_.singleFile
+                                  ? "<style>" + std::string(kPageStyle) + "</style>\n"
+                                  : std::string("<link rel=\"stylesheet\" href=\"nightly.css\">\n");
+    const std::string script = options_.singleFile
+                                   ? "<script>" + std::string(kPageScript) + "</script>\n"
+                                   : std::string("<script src=\"nightly.js\"></script>\n");
+    return "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta "
+           "name=\"viewport\" content=\"width=device-width\">\n<title>" +
+           text(options_.title) + ", night " + std::to_string(night_.id) + "</title>\n" + style +
+           "</head>\n<body>\n" + body + script + "</body></html>\n";
+  }
+
+  const std::map<std::string, std::string>& curves() const { return curves_; }
+
+ private:
+  std::string head() const {
+    const Outcome worst = cases_.empty() ? Outcome::Good : cases_.front().outcome;
+    return "<a class=\"skip\" href=\"#failures\">To what is not good</a>\n<h1>" +
+           text(options_.title) + "</h1>\n<p>Night " + std::to_string(night_.id) + ", " +
+           text(night_.started) + ", effort " + text(night_.effort) + ", build <code>" +
+           text(night_.build) + "</code> (" + text(night_.version) + ") on " +
+           text(night_.machine) + "</p>\n<p class=\"end " + outcomeName(worst) + "\">" +
+           std::to_string(summary_.cases) + " cases: " + std::to_string(summary_.regressions) +
+           " regressions, " + std::to_string(summary_.crashes) + " crashes, " +
+           std::to_string(summary_.skipped) + " undecided, new or acknowledged. " +
+           std::to_string(summary_.toAccept) + " frames want to be accepted.</p>\n";
+  }
+
+  static std::string filter() {
+    std::string boxes;
+    for (const auto& [value, label] :
+         {std::pair{"crash", "crashes"}, std::pair{"regression", "regressions"},
+          std::pair{"skipped", "undecided, new"}, std::pair{"good", "good"}})
+      boxes += "<label><input type=\"checkbox\" name=\"outcome\" value=\"" + std::string(value) +
+               "\" checked> " + label + "</label>\n";
+    return "<form class=\"filter\" hidden role=\"search\"><label>Filter <input type=\"search\" "
+           "name=\"words\" placeholder=\"scene, method, picture, slower\"></label>\n" +
+           boxes + "<output aria-live=\"polite\"></output></form>\n";
+  }
+
+  std::string attributes(const CaseVerdicts& one) const {
+    return "data-outcome=\"" + std::string(outcomeName(one.outcome)) + "\" data-words=\"" +
+           text(one.words()) + "\"";
+  }
+
+  void addCase(const CaseVerdicts& one) {
+    std::string lines;
+    std::vector<Verdict> frames;
+    bool wants = false;
+    bool timed = false;
+    for (const Verdict& verdict : one.verdicts) {
+      if (verdict.outcome == Outcome::Good) continue;
+      lines += verdictLine(verdict);
+      if (verdict.kind == "picture" && verdict.frame != 0) frames.push_back(verdict);
+      timed = timed || verdict.kind == "time" || verdict.kind == "creep";
+      wants = wants || (verdict.acknowledgement == 0 && verdict.kind != "run" &&
+                        verdict.kind != "scene" && verdict.status != "not finite" &&
+                        verdict.status != "undecided" && verdict.status != "void");
+    }
+    std::string commands;
+    CaseFacts facts;
+    if (history_.bench(night_.id, one.name)) {
+      facts = history_.result(night_.id, one.name);
+      if (!facts.command.empty()) commands += copyLine(facts.command + " --out out/again");
+      if (wants)
+        commands += copyLine("catoptric nightly accept " + one.name + " --history " +
+                             options_.historyOption + " --reason 'WHY'");
+    }
+    articles_ += "<article id=\"" + text(one.name) + "\" " + attributes(one) +
+                 ">\n<h3><a href=\"#" + text(one.name) + "\">" + text(one.name) +
+                 "</a> <span class=\"" + outcomeName(one.outcome) + "\">" +
+                 outcomeName(one.outcome) + "</span></h3>\n<ul>" + lines + "</ul>\n" + commands +
+                 (timed ? trend(one.name, facts.bench) : "") + (timed ? steps(facts) : "") +
+                 figures(facts, frames) + "</article>\n";
+  }
+
+  std::string verdictLine(const Verdict& verdict) const {
+    std::string line = "<li><strong class=\"" + std::string(outcomeName(outcomeOf(verdict))) +
+                       "\">" + text(verdict.kind) + ": " + text(verdict.status) + "</strong>";
+    if (verdict.frame != 0) line += ", frame " + std::to_string(verdict.frame);
+    line += ": " + text(verdict.message);
+    if (verdict.acknowledgement != 0)
+      line += " <span class=\"skipped\">acknowledged, number " +
+              std::to_string(verdict.acknowledgement) + "</span>";
+    if (verdict.outcome == Outcome::Regression || verdict.outcome == Outcome::Crash)
+      line += " <span class=\"soft\">since night " + std::to_string(verdict.began) +
+              (verdict.lastGood.empty() ? "" : "; last good build " + text(verdict.lastGood)) +
+              (verdict.firstBad.empty() ? "" : ", first bad build " + text(verdict.firstBad)) +
+              "</span>";
+    return line + "</li>\n";
+  }
+
+  /// A curve of the ratios to the anchor build over the nights.
+  std::string trend(const std::string& name, const std::string& bench) {
+    std::vector<TrendPoint> points = trendOf(
+        history_, {night_.id + 1, night_.suite, "", "", night_.machine, "", "", "", "", false},
+        name, bench);
+    if (points.size() < 2) return "";
+    if (points.size() > 60) points.erase(points.begin(), points.end() - 60);
+    study::Chart chart;
+    chart.title = "Time against the anchor build";
+    chart.xTitle = "night";
+    chart.yTitle = "times as long";
+    chart.fromZero = false;
+    study::ChartSeries series{"tonight", {}, true};
+    for (const TrendPoint& point : points) {
+      study::ChartPoint at;
+      at.x = point.night;
+      at.y = point.value;
+      at.title = "night " + std::to_string(point.night) + ": " + report::fixedText(point.value, 3);
+      series.points.push_back(at);
+    }
+    chart.series.push_back(std::move(series));
+    const std::string svg = study::toSvg(chart, 560, 240);
+    if (options_.singleFile) return svg;
+    curves_[name] = svg;
+    return "<p><img class=\"curve\" loading=\"lazy\" src=\"curves/" + text(name) + ".svg\" alt=\"" +
+           text("time of the last nights against the anchor build") + "\"></p>\n";
+  }
+
+  /// Where tonight's time goes: steps explain, they are no verdict.
+  std::string steps(const CaseFacts& facts) const {
+    std::map<std::string, double> mean;
+    for (const auto& [number, frame] : facts.frames)
+      for (const auto& [step, seconds] : frame.steps)
+        mean[step] += 1e3 * seconds / static_cast<double>(facts.frames.size());
+    if (mean.empty()) return "";
+    std::vector<std::pair<double, std::string>> order;
+    for (const auto& [step, ms] : mean) order.emplace_back(-ms, step);
+    std::sort(order.begin(), order.end());
+    std::string rows;
+    for (const auto& [ms, step] : order)
+      rows += "<tr><td>" + text(step) + "</td><td class=\"n\">" + report::fixedText(-ms, 2) +
+              "</td></tr>";
+    return "<details><summary>Steps of tonight’s first round</summary><div class=\"wide\"><table>"
+           "<tr><th>step</th><th class=\"n\">ms a frame</th></tr>" +
+           rows + "</table></div></details>\n";
+  }
+
+  std::string figures(const CaseFacts& facts, const std::vector<Verdict>& frames) {
+    const std::map<int, Reference> references =
+        frames.empty() ? std::map<int, Reference>{} : history_.references(facts.name, facts.bench);
+    std::string html;
+    int shown = 0;
+    for (const Verdict& verdict : frames) {
+      const auto frame = facts.frames.find(verdict.frame);
+      if (frame == facts.frames.end() || shown == kShownFrames) continue;
+      const auto reference = references.find(verdict.frame);
+      const FramePictures pictures =
+          pictures_.write(facts.name, frame->second, verdict.frame,
+                          reference == references.end() ? nullptr : &reference->second);
+      const std::string one = figure(facts, verdict, pictures);
+      if (one.empty()) continue;
+      html += one;
+      ++shown;
+    }
+    if (static_cast<int>(frames.size()) > shown && shown > 0)
+      html += "<p class=\"soft\">" + std::to_string(static_cast<int>(frames.size()) - shown) +
+              " more frames differ; their files are in the history’s folder.</p>\n";
+    return html;
+  }
+
+  std::string figure(const CaseFacts& facts, const Verdict& verdict,
+                     const FramePictures& pictures) const {
+    const auto view = [](const char* kind, const std::string& label, const std::string& source) {
+      return source.empty() ? ""
+                            : "<div class=\"view " + std::string(kind) +
+                                  "\"><div class=\"scroll\"><img loading=\"lazy\" src=\"" + source +
+                                  "\" alt=\"" + kind + "\"></div><span class=\"soft\">" + label +
+                                  "</span></div>\n";
+    };
+    const std::string views = view("accepted", "accepted", pictures.accepted) +
+                              view("tonight", "tonight", pictures.tonight) +
+                              view("gained", "difference × 50", pictures.difference) +
+                              view("flip", "HDR-FLIP", pictures.flip);
+    if (views.empty()) return "";
+    std::string data;
+    for (const auto& [name, source] : pictures.exposures)
+      data += " data-" + name + "=\"" + source + "\"";
+    std::string reflectors;
+    for (const auto& [id, steps] : pictures.comparison.reflectors)
+      if (steps > 0.0)
+        reflectors += "<tr><td>" + text(objectName(facts, id)) + "</td><td class=\"n\">" +
+                      report::fixedText(steps, 3) + "</td></tr>";
+    std::string table;
+    for (const auto& [name, value] : pictures.comparison.errors)
+      table += "<tr><td>" + text(name) + "</td><td class=\"n\">" + report::fixedText(value, 4) +
+               "</td></tr>";
+    return "<figure class=\"frame\"" + data + ">\n<figcaption>Frame " +
+           std::to_string(verdict.frame) + ": " + text(verdict.status) +
+           "</figcaption>\n<div class=\"views\">" + views + "</div>\n" +
+           (table.empty() ? ""
+                          : "<details><summary>Measures</summary><div class=\"wide\"><table>" +
+                                table + "</table></div></details>\n") +
+           (reflectors.empty()
+                ? ""
+                : "<details open><summary>Reflectors that differ</summary><div "
+                  "class=\"wide\"><table><tr><th>reflector</th><th class=\"n\">mean difference, "
+                  "steps</th></tr>" +
+                      reflectors + "</table></div></details>\n") +
+           "</figure>\n";
+  }
+
+  static std::string objectName(const CaseFacts& facts, int id) {
+    const std::string begin = "object " + std::to_string(id) + " ";
+    const std::size_t at = facts.description.find(begin);
+    if (at == std::string::npos) return "object " + std::to_string(id);
+    const std::size_t from = at + begin.size();
+    return facts.description.substr(from, facts.description.find('\n', from) - from);
+  }
+
+  std::string table() const {
+    const std::vector<std::string> kinds = {"run", "time", "creep", "picture", "counter", "memory"};
+    std::string html = "<h2>All cases</h2>\n<div class=\"wide\"><table>\n<tr><th>case</th>";
+    for (const std::string& kind : kinds) html += "<th>" + kind + "</th>";
+    html += "</tr>\n";
+    for (const CaseVerdicts& one : cases_) {
+      html += "<tr " + attributes(one) + "><td>" +
+              (one.outcome == Outcome::Good
+                   ? text(one.name)
+                   : "<a href=\"#" + text(one.name) + "\">" + text(one.name) + "</a>") +
+              "</td>";
+      for (const std::string& kind : kinds) html += cell(one, kind);
+      html += "</tr>\n";
+    }
+    return html + "</table></div>\n";
+  }
+
+  static std::string cell(const CaseVerdicts& one, const std::string& kind) {
+    const Verdict* worst = nullptr;
+    for (const Verdict& verdict : one.verdicts)
+      if ((verdict.kind == kind || (kind == "run" && verdict.kind == "scene")) &&
+          (worst == nullptr || outcomeOf(verdict) > outcomeOf(*worst)))
+        worst = &verdict;
+    if (worst == nullptr) return "<td></td>";
+    const bool ratio =
+        worst->value > 0.0 && (kind == "time" || kind == "creep" || kind == "memory");
+    return "<td class=\"" + std::string(outcomeName(outcomeOf(*worst))) + "\">" +
+           text(worst->status) + (ratio ? " " + report::fixedText(worst->value, 3) : "") + "</td>";
+  }
+
+  std::string acknowledgements() const {
+    std::string rows;
+    for (const Acknowledgement& one : history_.acknowledgements()) {
+      rows += "<tr><td class=\"n\">" + std::to_string(one.id) + "</td><td>" + text(one.at) +
+              "</td><td>" + text(one.who) + "</td><td>" + text(one.what) + "</td><td>" +
+              text(one.reason) + "</td><td>" + text(one.undone) + "</td></tr>\n";
+      if (rows.size() > 100'000) break;
+    }
+    return rows.empty() ? ""
+                        : "<h2>What people accepted</h2>\n<div class=\"wide\"><table><tr><th "
+                          "class=\"n\">number</th><th>when</th><th>who</th><th>what</th><th>reason"
+                          "</th><th>taken back</th></tr>\n" +
+                              rows + "</table></div>\n";
+  }
+
+  std::string notes() const {
+    std::string note =
+        "<h2>How it was measured</h2>\n<p class=\"soft\">Times are those of tonight’s build "
+        "against "
+        "kept older builds, frame by frame in turns in the same night. A time fails when its whole "
+        "interval is beyond the gate, again in fresh processes. Pictures are compared with frames "
+        "that a person accepted.</p>\n";
+    if (pictures_.leftOut() > 0)
+      note += "<p class=\"soft\">" + std::to_string(pictures_.leftOut()) + " figures are left out" +
+              (options_.singleFile ? " for the size of this file; the folder has them"
+                                   : ": their frames are gone") +
+              ".</p>\n";
+    return note;
+  }
+
+  const History& history_;
+  const Night& night_;
+  const PageOptions& options_;
+  std::vector<CaseVerdicts> cases_;
+  Summary summary_;
+  PictureWriter pictures_;
+  std::string articles_;
+  std::map<std::string, std::string> curves_;
+};
+
+}  // namespace
+
+fs::path writePage(const History& history, const Night& night, const std::vector<Verdict>& verdicts,
+                   const PageOptions& options) {
+  std::error_code error;
+  fs::create_directories(options.out, error);
+  if (error) throw OutputError(options.out.string() + ": cannot be made: " + error.message());
+  const fs::path file = options.out / "index.html";
+  if (!options.singleFile)
+    for (const char* name : {"pictures", "curves"}) {
+      fs::remove_all(options.out / name, error);
+      fs::create_directories(options.out / name, error);
+      if (error) throw OutputError((options.out / name).string() + ": " + error.message());
+    }
+  PageWriter writer(history, night, verdicts, options);
+  const std::string page = writer.page();
+  if (options.singleFile && page.size() > kSingleFileBytes)
+    throw OutputError(file.string() + ": the page would take " + std::to_string(page.size()) +
+                      " bytes; leave --single-file out");
+  if (!options.singleFile) {
+    for (const auto& [name, svg] : writer.curves())
+      writeFileAtomically(options.out / "curves" / (name + ".svg"), std::string_view(svg));
+    writeFileAtomically(options.out / "nightly.css", std::string_view(kPageStyle));
+    writeFileAtomically(options.out / "nightly.js", std::string_view(kPageScript));
+  }
+  writeFileAtomically(file, std::string_view(page));
+  return file;
+}
+
+}  // namespace catoptric::nightly
