@@ -179,9 +179,11 @@ History::History(const fs::path& file, Mode mode)
   try {
     database_ = std::make_unique<Database>(file.string(), flags, kBusyMs);
     database_->exec("PRAGMA foreign_keys = ON");
+    SQLite::Transaction look(*database_);  // another process may be making the tables
     const int application = database_->execAndGet("PRAGMA application_id").getInt();
     const int version = database_->execAndGet("PRAGMA user_version").getInt();
     const bool empty = database_->execAndGet("SELECT count(*) FROM sqlite_master").getInt() == 0;
+    look.commit();
     if (!empty && application != kApplication)
       throw UsageError(file.string() + ": is no history of catoptric; name another file");
     if (version > kSchemaVersion)

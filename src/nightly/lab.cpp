@@ -1,5 +1,8 @@
 #include "nightly/lab.h"
 
+#include <cerrno>
+#include <cstring>
+
 #include "config/json.h"
 #include "core/error.h"
 #include "core/hash.h"
@@ -29,6 +32,12 @@ study::Settings settingsOf(const NightScene& scene, const std::string& method) {
   for (const auto& [name, value] : scene.settings)
     if (name.starts_with("methods." + method + ".")) own.emplace_back(name, value);
   return own;
+}
+
+/// A full or read-only disk is no fault of the program that is judged.
+void requireRoom(const std::string& failure) {
+  for (const int cause : {ENOSPC, EDQUOT, EROFS})
+    if (failure.find(std::strerror(cause)) != std::string::npos) throw OutputError(failure);
 }
 
 class ProcessLab : public Lab {
@@ -93,10 +102,12 @@ class ProcessLab : public Lab {
       if (!writeTo.empty())
         how.writeTo.push_back(program.role == role::kTonight ? writeTo : scratch);
     }
+    for (const auto& [name, failure] : turns.failures) requireRoom(failure);
     const study::Measurement measured = study::measureInTurns(runners, placeFrames(one), how);
     std::error_code ignored;
     fs::remove_all(options_.work / "frames", ignored);
     if (measured.stopped) throw study::StudyStopped();
+    for (const study::SettingResult& result : measured.settings) requireRoom(result.failure);
     for (std::size_t i = 0; i < roles.size(); ++i) {
       turns.memory[roles[i]] = workers_.at(roles[i])->memoryBytes();
       if (!measured.settings[i].failure.empty())

@@ -202,7 +202,7 @@ class PageWriter {
     chart.xTitle = "night";
     chart.yTitle = "times as long";
     chart.fromZero = false;
-    study::ChartSeries series{"tonight", {}, true};
+    study::ChartSeries series{"nights up to this one", {}, true};
     for (const TrendPoint& point : points) {
       study::ChartPoint at;
       at.x = point.night;

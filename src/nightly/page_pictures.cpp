@@ -16,7 +16,7 @@ using image::Image;
 constexpr int kSmall = 160;
 constexpr float kStops = 2.0f;
 
-std::string base64(const std::vector<std::byte>& bytes) {
+std::string base64(std::span<const std::byte> bytes) {
   constexpr const char* kDigits =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string text;
@@ -50,6 +50,10 @@ Image smaller(const Image& image) {
 
 }  // namespace
 
+std::string dataAddress(const std::string& type, std::span<const std::byte> bytes) {
+  return "data:" + type + ";base64," + base64(bytes);
+}
+
 PictureWriter::PictureWriter(const History& history, fs::path folder, bool singleFile,
                              std::size_t room)
     : history_(history), folder_(std::move(folder)), singleFile_(singleFile), room_(room) {}
@@ -64,7 +68,7 @@ std::string PictureWriter::add(const std::string& name, int width, int height,
   const std::size_t size = 4 * (png.size() + 2) / 3 + 30;
   if (size > room_) return "";
   room_ -= size;
-  return "data:image/png;base64," + base64(png);
+  return dataAddress("image/png", png);
 }
 
 FramePictures PictureWriter::write(const std::string& name, const FrameFacts& frame, int number,

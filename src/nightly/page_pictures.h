@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <span>
 #include <string>
 
 #include "nightly/history.h"
@@ -19,6 +20,9 @@ struct FramePictures {
   std::map<std::string, std::string> exposures;  ///< "accepted-under", "tonight-over", ...
   PictureComparison comparison;
 };
+
+/// An address that is the bytes themselves.
+std::string dataAddress(const std::string& type, std::span<const std::byte> bytes);
 
 class PictureWriter {
  public:
