@@ -212,10 +212,13 @@ class PageWriter {
     }
     chart.series.push_back(std::move(series));
     const std::string svg = study::toSvg(chart, 560, 240);
-    if (options_.singleFile) return svg;
-    curves_[name] = svg;
-    return "<p><img class=\"curve\" loading=\"lazy\" src=\"curves/" + text(name) + ".svg\" alt=\"" +
-           text("time of the last nights against the anchor build") + "\"></p>\n";
+    if (!options_.singleFile) curves_[name] = svg;
+    const std::string source =
+        options_.singleFile
+            ? dataAddress("image/svg+xml", std::as_bytes(std::span(svg.data(), svg.size())))
+            : "curves/" + text(name) + ".svg";
+    return "<p><img class=\"curve\" loading=\"lazy\" src=\"" + source +
+           "\" alt=\"time of the last nights against the anchor build\"></p>\n";
   }
 
   /// Where tonight's time goes: steps explain, they are no verdict.
