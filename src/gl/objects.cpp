@@ -354,12 +354,22 @@ void Texture::read(int level, GLenum pixelFormat, GLenum pixelType,
 
 void Texture::uploadRows(int firstRow, int rows, GLenum pixelFormat, GLenum pixelType,
                          const void* pixels) {
-  glTextureSubImage2D(id(), 0, 0, firstRow, width(), rows, pixelFormat, pixelType, pixels);
+  uploadPart(0, firstRow, width(), rows, pixelFormat, pixelType, pixels);
+}
+
+void Texture::uploadPart(int x, int y, int width, int height, GLenum pixelFormat, GLenum pixelType,
+                         const void* pixels) {
+  glTextureSubImage2D(id(), 0, x, y, width, height, pixelFormat, pixelType, pixels);
 }
 
 void Texture::readRows(int firstRow, int rows, GLenum pixelFormat, GLenum pixelType,
                        std::span<std::byte> out) const {
-  glGetTextureSubImage(id(), 0, 0, firstRow, 0, width(), rows, 1, pixelFormat, pixelType,
+  readPart(0, firstRow, width(), rows, pixelFormat, pixelType, out);
+}
+
+void Texture::readPart(int x, int y, int width, int height, GLenum pixelFormat, GLenum pixelType,
+                       std::span<std::byte> out) const {
+  glGetTextureSubImage(id(), 0, x, y, 0, width, height, 1, pixelFormat, pixelType,
                        static_cast<GLsizei>(out.size()), out.data());
 }
 

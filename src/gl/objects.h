@@ -114,6 +114,11 @@ class Texture {
   void read(int level, GLenum pixelFormat, GLenum pixelType, std::span<std::byte> out) const;
   /// Some rows of level 0 of a 2D texture, tightly packed.
   void uploadRows(int firstRow, int rows, GLenum pixelFormat, GLenum pixelType, const void* pixels);
+  /// A rectangle of level 0 of a 2D texture, tightly packed.
+  void uploadPart(int x, int y, int width, int height, GLenum pixelFormat, GLenum pixelType,
+                  const void* pixels);
+  void readPart(int x, int y, int width, int height, GLenum pixelFormat, GLenum pixelType,
+                std::span<std::byte> out) const;
   void readRows(int firstRow, int rows, GLenum pixelFormat, GLenum pixelType,
                 std::span<std::byte> out) const;
   template <class T>

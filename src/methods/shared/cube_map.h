@@ -26,6 +26,7 @@ class CubeMap {
   void take(gl::Texture texture);
 
   bool empty() const { return texture_.empty(); }
+  const gl::Texture& texture() const { return texture_; }
   void bind(int unit) const { texture_.bind(unit); }
   /// Sets uniforms levelOffset and lastLevel: the mip level of a lobe (lookup.frag).
   void setLevels(gl::Program& program) const;
