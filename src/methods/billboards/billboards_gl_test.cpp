@@ -208,5 +208,101 @@ TEST(Billboards, WhatIsFarOffFades) {
   EXPECT_LE(off, compared / 50);
 }
 
+std::string with(const std::string& options, const char* unit) {
+  return "{" + options + (options.empty() ? "" : ", ") + R"("intersect_on": ")" + unit + R"("})";
+}
+
+TEST(Billboards, TheProcessorShowsWhatTheDeviceShows) {
+  for (const char* options :
+       {"", R"("bounces": 2, "second_diffuse": true, "least": 0)", R"("transition_height": 0.4)",
+        R"("transition_height": 0.4, "share_environment": true)", R"("attenuation": 2)"}) {
+    test::GlStage stage(ballAndQuads(3).scene(), kSettings);
+    const scene::Camera camera = cameraAt({0.3f, 0.9f, 2.8f});
+    std::vector<float> shown[2];
+    std::vector<std::uint16_t> masks[2];
+    FrameOutput outputs[2];
+    for (int i = 0; i < 2; ++i) {
+      outputs[i] =
+          test::GlMethod(stage, billboardsEntry(), with(options, i == 0 ? "device" : "processor"))
+              .render(camera);
+      shown[i] = raster::readRgba(stage.gbuffer.reflection);
+      masks[i] = raster::readMasks(stage.gbuffer.masks);
+    }
+    const std::vector<std::uint32_t> ids = raster::readIds(stage.gbuffer.object);
+    int samples = 0;
+    int off = 0;
+    int offMasks = 0;
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      if (ids[i] < 1 || ids[i] > 3) continue;
+      ++samples;
+      float most = 0.0f;
+      for (std::size_t c = 0; c < 3; ++c)
+        most = std::max(most, std::abs(shown[0][4 * i + c] - shown[1][4 * i + c]));
+      off += most > 1.0f / 255.0f ? 1 : 0;
+      offMasks += masks[0][i] != masks[1][i] ? 1 : 0;
+    }
+    std::printf("%s: %d samples, %d differ, masks %d\n", options, samples, off, offMasks);
+    EXPECT_GT(samples, 500);
+    EXPECT_LE(off, samples / 200) << options;
+    EXPECT_LE(offMasks, samples / 200) << options;
+    for (const char* counter : {"environment", "second_order", "intersections"})
+      EXPECT_NEAR(static_cast<double>(outputs[0].counters.at(counter)),
+                  static_cast<double>(outputs[1].counters.at(counter)),
+                  0.005 * static_cast<double>(outputs[0].counters.at(counter)) + 2.0)
+          << counter;
+  }
+}
+
+/// Whether all that a method has shown on reflectors is finite, and how many samples there are.
+int finiteSamples(const test::GlStage& stage) {
+  const std::vector<float> shown = raster::readRgba(stage.gbuffer.reflection);
+  const std::vector<std::uint32_t> ids = raster::readIds(stage.gbuffer.object);
+  int samples = 0;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (ids[i] == 0) continue;
+    ++samples;
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_TRUE(std::isfinite(shown[4 * i + c])) << i;
+  }
+  return samples;
+}
+
+TEST(Billboards, BallsInsideTouchingAndAboutTheCentreAreShown) {
+  for (const char* unit : {"device", "processor"}) {
+    // Inside, touching from without, about the same centre, and apart
+    for (const auto& [radius, x] :
+         {std::pair{0.15f, 0.1f}, {0.3f, 0.7f}, {0.2f, 0.0f}, {0.3f, 2.0f}}) {
+      test::SceneBuilder builder;
+      builder.constantEnvironment(Vec3(0.25f));
+      builder.add(scene::makeSphere(0.4f, 64, 32, scene::UvMode::Unit), builder.reflective(0.9f));
+      builder.add(scene::makeSphere(radius, 64, 32, scene::UvMode::Unit), unlit(builder),
+                  test::translation({x, 0.0f, 0.0f}));
+      test::GlStage stage(builder.scene(), kSettings);
+      test::GlMethod method(stage, billboardsEntry(), with(R"("objects": ["object1"])", unit));
+      const FrameOutput output = method.render(cameraAt({0.3f, 0.9f, 2.2f}));
+      EXPECT_GT(finiteSamples(stage), 300);
+      // One about the reflector's centroid stays in the map
+      EXPECT_EQ(output.counters.at("enclosing"), x < radius ? 1u : 0u) << unit << x;
+    }
+  }
+}
+
+TEST(Billboards, FiveHundredReflectorsAreFilled) {
+  test::SceneBuilder builder;
+  builder.constantEnvironment(Vec3(0.25f));
+  const int material = builder.reflective(0.9f);
+  for (int i = 0; i < 500; ++i)
+    builder.add(scene::makeSphere(0.05f, 8, 4, scene::UvMode::Unit), material,
+                test::translation({0.12f * static_cast<float>(i % 25 - 12),
+                                   0.12f * static_cast<float>(i / 25 - 10), 0.0f}));
+  builder.add(coloured({4.0f, 4.0f}), unlit(builder), test::translation({0.0f, -1.4f, 0.0f}));
+  test::GlStage stage(builder.scene(), kSettings);
+  test::GlMethod method(stage, billboardsEntry(),
+                        R"({"texture_size": 16, "face_size": 64, "objects": ["object500"]})");
+  const FrameOutput output = method.render(cameraAt({0.3f, 0.5f, 4.5f}));
+  EXPECT_GT(finiteSamples(stage), 500);
+  // One image of the floor for all
+  EXPECT_EQ(output.counters.at("impostors_rendered"), 1u);
+}
+
 }  // namespace
 }  // namespace catoptric::methods

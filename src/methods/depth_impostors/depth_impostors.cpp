@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "methods/depth_impostors/search.h"
 #include "methods/depth_impostors/srdm.h"
 #include "methods/impostors/impostor_method.h"
 #include "methods/impostors/shaders/constants.h"
@@ -42,29 +43,43 @@ class DepthImpostors : public impostors::ImpostorMethod {
   }
 
   void mapDrawn(int layer, std::span<const float> texels) override {
-    if (domains_.empty()) return;
+    if (domains_.empty() && !onProcessor()) return;
     Made& made = made_.emplace_back();
     made.layer = layer;
     made.texels.assign(texels.begin(), texels.end());
   }
 
   void mapsReady(Services& services, FrameOutput& output, int layers) override {
-    if (domains_.empty()) return;
+    const auto count = static_cast<std::size_t>(layers);
+    if (domains_.empty()) {
+      if (texels_.size() < count) texels_.resize(count);
+      for (const Made& made : made_)
+        texels_[static_cast<std::size_t>(made.layer)] =
+            std::make_unique<depth_impostors::MapTexels>(
+                depth_impostors::Columns(made.texels, options().textureSize, true),
+                depth_impostors::Columns(made.texels, options().textureSize, false));
+      made_.clear();
+      return;
+    }
     const std::size_t points = rows_ * static_cast<std::size_t>(options().points);
     const std::size_t bytes = points * sizeof(depth_impostors::Point);
-    if (layers > layers_) {  // all maps were drawn anew
-      layers_ = layers;
-      rowBuffer_ = gl::Buffer("simplified lines", static_cast<std::size_t>(layers) * bytes);
-      rowTexture_ = gl::Texture::makeBuffer("simplified lines", GL_RG32F, rowBuffer_);
+    if (lines_.size() < count) {  // all maps were drawn anew
+      lines_.resize(count);
+      if (onDevice()) {
+        rowBuffer_ = gl::Buffer("simplified lines", count * bytes);
+        rowTexture_ = gl::Texture::makeBuffer("simplified lines", GL_RG32F, rowBuffer_);
+      }
     }
     depth_impostors::Simplification done;
     if (!made_.empty()) {
       services.timer.measure("srdm", [&] {
-        line_.resize(points);
         for (const Made& made : made_) {
+          std::vector<depth_impostors::Point>& lines = lines_[static_cast<std::size_t>(made.layer)];
+          lines.resize(points + depth_impostors::kSpare, depth_impostors::kUnused);
           depth_impostors::buildSrdm(made.texels, options().textureSize, domains_, options().points,
-                                     line_, done);
-          rowBuffer_.write(static_cast<std::size_t>(made.layer) * bytes, bytes, line_.data());
+                                     std::span(lines).first(points), done);
+          if (onDevice())
+            rowBuffer_.write(static_cast<std::size_t>(made.layer) * bytes, bytes, lines.data());
         }
       });
     }
@@ -74,10 +89,17 @@ class DepthImpostors : public impostors::ImpostorMethod {
   }
 
   void bindMaps(gl::Program& program) override {
-    if (layers_ == 0) return;
+    if (rowTexture_.empty()) return;
     rowTexture_.bind(impostors::shared::kRowsUnit);
     domainTexture_.bind(impostors::shared::kDomainsUnit);
     program.set("rowsOfMap", static_cast<int>(rows_));
+  }
+
+  std::uint64_t meetMap(int layer, impostors::MapRays& rays) const override {
+    const auto at = static_cast<std::size_t>(layer);
+    if (domains_.empty()) return depth_impostors::walkTexels(*texels_[at], rays);
+    return depth_impostors::searchLines({domains_, options().points, lines_[at].data()},
+                                        options().intersection == Intersection::SrdmTwoRows, rays);
   }
 
  private:
@@ -88,9 +110,9 @@ class DepthImpostors : public impostors::ImpostorMethod {
 
   std::vector<depth_impostors::Domain> domains_;
   std::size_t rows_ = 0;  ///< lines of all domains
-  int layers_ = 0;
   std::vector<Made> made_;
-  std::vector<depth_impostors::Point> line_;
+  std::vector<std::vector<depth_impostors::Point>> lines_;           ///< by layer
+  std::vector<std::unique_ptr<depth_impostors::MapTexels>> texels_;  ///< by layer; of the walk
   gl::Buffer domainBuffer_;
   gl::Texture domainTexture_;
   gl::Buffer rowBuffer_;
@@ -110,6 +132,10 @@ const MethodEntry& depthImpostorsEntry() {
                         false, "intersection srdm, srdm_two_rows"});
     counters.push_back({"lost_spans", "of them those that had no place among a line's points",
                         false, "intersection srdm, srdm_two_rows"});
+    counters.push_back(
+        {"clipped",
+         "rays of which the six planes of a depth map's camera leave nothing; on the "
+         "processor, where a tile's bounds have not decided"});
     std::vector<StepInfo> steps = impostors::commonSteps();
     steps.insert(steps.begin() + 2,
                  {"srdm", "frames", "lines of depth maps that were drawn are simplified"});

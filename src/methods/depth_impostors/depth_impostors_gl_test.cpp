@@ -76,6 +76,39 @@ TEST(DepthImpostors, ABallIsWhereItIs) {
   }
 }
 
+TEST(DepthImpostors, TheProcessorShowsWhatTheDeviceShows) {
+  for (const std::string way : {"walk", "srdm", "srdm_two_rows"}) {
+    test::GlStage stage(twoBalls().scene(), kSettings);
+    std::vector<Vec3> shown[2];
+    for (int i = 0; i < 2; ++i) {
+      test::GlMethod(stage, depthImpostorsEntry(),
+                     R"({"intersection": ")" + way + R"(", "intersect_on": ")" +
+                         (i == 0 ? "device" : "processor") + R"("})")
+          .render(camera());
+      shown[i] = test::TracedSamples(stage, camera(), {}).ours;
+    }
+    ASSERT_EQ(shown[0].size(), shown[1].size());
+    std::size_t off = 0;
+    for (std::size_t i = 0; i < shown[0].size(); ++i)
+      off += glm::length(shown[0][i] - shown[1][i]) > 2.0f / 255.0f ? 1 : 0;
+    std::printf("%s: %zu of %zu differ\n", way.c_str(), off, shown[0].size());
+    EXPECT_LE(off, shown[0].size() / 100) << way;
+  }
+}
+
+TEST(DepthImpostors, AChangeOfViewRendersNoImpostor) {
+  test::GlStage stage(twoBalls().scene(), kSettings);
+  test::GlMethod method(stage, depthImpostorsEntry());
+  const FrameOutput first = method.render(camera());
+  EXPECT_EQ(first.counters.at("impostors_rendered"), 1u);
+  EXPECT_GT(first.counters.at("spans"), 0u);
+  const FrameOutput second = method.render(
+      scene::lookAt({1.2f, 0.9f, 2.2f}, Vec3(0.0f), {0.0f, 1.0f, 0.0f}, radians(40.0f)));
+  EXPECT_EQ(second.counters.at("impostors_rendered"), 0u);
+  EXPECT_EQ(second.counters.at("impostors_reused"), 1u);
+  EXPECT_EQ(second.counters.at("spans"), 0u);
+}
+
 TEST(DepthImpostors, ARigidlyMovedPairShowsTheSame) {
   const Mat4 pose = test::translation({3.0f, 1.0f, -2.0f}) *
                     test::rotation(50.0f, glm::normalize(Vec3(1.0f, 2.0f, 0.5f)));

@@ -4,42 +4,20 @@
 #include <cmath>
 
 #include "core/parallel.h"
+#include "core/vector_level.h"
+#include "methods/depth_impostors/columns.h"
 
+#if defined(__GNUC__) && !defined(__clang__)
+#define CATOPTRIC_INDEPENDENT _Pragma("GCC ivdep")
+#else
+#define CATOPTRIC_INDEPENDENT
+#endif
+#define CATOPTRIC_INLINE [[gnu::always_inline]] inline
+
+// Loops over samples are plain ones that the compiler turns into vector code, once for each level
+// of the machine; all give the same bits.
 namespace catoptric::methods::depth_impostors {
 namespace {
-
-/// A map's texels, those along the minor axis one after another, background before and after them.
-class Columns {
- public:
-  Columns(std::span<const float> texels, int size, bool alongX)
-      : size_(size), stride_(static_cast<std::size_t>(size) + 2) {
-    const auto n = static_cast<std::size_t>(size);
-    texels_.assign(n * stride_, 0.0f);
-    for (std::size_t y = 0; y < n; ++y)
-      for (std::size_t x = 0; x < n; ++x)
-        texels_[alongX ? x * stride_ + y + 1 : y * stride_ + x + 1] = texels[y * n + x];
-  }
-
-  int size() const { return size_; }
-
-  /// Depth between texels at a texel's centre along the major axis: of two texels by linear
-  /// interpolation, of one where the other is background, else 0.
-  float at(int major, float minor) const {
-    const float place = minor + 0.5f;
-    if (!(place >= 0.0f && place < static_cast<float>(size_ + 1))) return 0.0f;
-    const int j = static_cast<int>(place);
-    const float f = place - static_cast<float>(j);
-    const float* texel =
-        &texels_[static_cast<std::size_t>(major) * stride_ + static_cast<std::size_t>(j)];
-    if (texel[0] > 0.0f && texel[1] > 0.0f) return texel[0] + f * (texel[1] - texel[0]);
-    return f < 0.5f ? texel[0] : texel[1];
-  }
-
- private:
-  int size_;
-  std::size_t stride_;
-  std::vector<float> texels_;
-};
 
 /// A segment of a line's polyline, between two samples.
 struct Segment {
@@ -51,7 +29,7 @@ struct Segment {
 };
 
 /// The largest distance of samples between two of them from the line through these.
-void measure(std::span<const float> g, Segment& segment) {
+CATOPTRIC_INLINE void measure(std::span<const float> g, Segment& segment) {
   segment.error = 0.0f;
   segment.worst = segment.from;
   const int length = segment.to - segment.from;
@@ -78,8 +56,8 @@ struct Span {
 };
 
 /// Runs of samples; of more than `most` the longest.
-void findSpans(std::span<const float> g, std::size_t most, std::vector<Span>& spans,
-               Simplification& done) {
+CATOPTRIC_INLINE void findSpans(std::span<const float> g, std::size_t most,
+                                std::vector<Span>& spans, Simplification& done) {
   spans.clear();
   const int count = static_cast<int>(g.size());
   for (int k = 0; k < count; ++k) {
@@ -105,9 +83,11 @@ void findSpans(std::span<const float> g, std::size_t most, std::vector<Span>& sp
 struct Work {
   std::vector<Span> spans;
   std::vector<Segment> queue;  ///< a heap by error
+  std::vector<float> samples;
 };
 
-void simplify(std::span<const float> g, std::span<Point> points, Work& work, Simplification& done) {
+CATOPTRIC_INLINE void simplify(std::span<const float> g, std::span<Point> points, Work& work,
+                               Simplification& done) {
   std::fill(points.begin(), points.end(), kUnused);
   findSpans(g, points.size() / 2, work.spans, done);
   if (work.spans.empty()) return;
@@ -153,7 +133,8 @@ void simplify(std::span<const float> g, std::span<Point> points, Work& work, Sim
 }
 
 /// Samples of line j of a domain, by major texel.
-void sampleAll(const Columns& columns, const Domain& domain, int j, std::vector<float>& g) {
+CATOPTRIC_INLINE void sampleAll(const Columns& columns, const Domain& domain, int j,
+                                std::vector<float>& g) {
   const int size = columns.size();
   g.assign(static_cast<std::size_t>(size), 0.0f);
   const float start = static_cast<float>(domain.first + j) + 0.5f;
@@ -166,9 +147,55 @@ void sampleAll(const Columns& columns, const Domain& domain, int j, std::vector<
     from = std::clamp(static_cast<int>(std::floor(std::min(a, b) - 1.0f)), 0, size);
     to = std::clamp(static_cast<int>(std::ceil(std::max(a, b) + 1.0f)), 0, size);
   }
+  const float slope = domain.slope;
+  float* const into = g.data();
+  CATOPTRIC_INDEPENDENT
   for (int k = from; k < to; ++k)
-    g[static_cast<std::size_t>(k)] =
-        columns.at(k, start + domain.slope * (static_cast<float>(k) + 0.5f));
+    into[k] = columns.at(k, start + slope * (static_cast<float>(k) + 0.5f));
+}
+
+/// All lines of a domain.
+CATOPTRIC_INLINE void simplifyDomain(const Columns& columns, const Domain& domain, std::size_t m,
+                                     std::span<Point> into, Work& work, Simplification& done) {
+  for (int j = 0; j < domain.count; ++j) {
+    sampleAll(columns, domain, j, work.samples);
+    simplify(work.samples, into.subspan(static_cast<std::size_t>(j) * m, m), work, done);
+  }
+}
+
+using SimplifyDomain = void (*)(const Columns&, const Domain&, std::size_t, std::span<Point>, Work&,
+                                Simplification&);
+
+// One function for each level: a macro, as a function's target is an attribute.
+// NOLINTBEGIN(bugprone-macro-parentheses): attributes take none
+#define CATOPTRIC_VERSION(name, attributes)                                                 \
+  namespace name {                                                                          \
+  attributes void all(const Columns& c, const Domain& d, std::size_t m, std::span<Point> p, \
+                      Work& w, Simplification& s) {                                         \
+    simplifyDomain(c, d, m, p, w, s);                                                       \
+  }                                                                                         \
+  }
+
+CATOPTRIC_VERSION(base, )
+CATOPTRIC_VERSION(v2, [[gnu::target("sse4.2,popcnt")]])
+CATOPTRIC_VERSION(v3, [[gnu::target("avx2,fma,bmi,bmi2")]])
+CATOPTRIC_VERSION(v4,
+                  [[gnu::target("avx512f,avx512vl,avx512bw,avx512dq,avx512cd,avx2,fma,bmi,bmi2")]])
+#undef CATOPTRIC_VERSION
+// NOLINTEND(bugprone-macro-parentheses)
+
+SimplifyDomain ofThisMachine() {
+  switch (vectorLevel()) {
+    case VectorLevel::V4:
+      return v4::all;
+    case VectorLevel::V3:
+      return v3::all;
+    case VectorLevel::V2:
+      return v2::all;
+    case VectorLevel::Base:
+      break;
+  }
+  return base::all;
 }
 
 /// Depth of a map's value: linear in 1 / z.
@@ -219,17 +246,16 @@ void buildSrdm(std::span<const float> texels, int size, std::span<const Domain> 
   const Columns across(texels, size, true);
   const Columns down(texels, size, false);
   const auto points = static_cast<std::size_t>(m);
+  const SimplifyDomain simplifies = ofThisMachine();
   std::vector<Simplification> sums(domains.size());
   parallelFor(domains.size(), 1, [&](std::size_t begin, std::size_t end) {
     Work work;
-    std::vector<float> g;
     for (std::size_t d = begin; d < end; ++d) {
       const Domain& domain = domains[d];
-      for (int j = 0; j < domain.count; ++j) {
-        sampleAll(domain.alongX ? across : down, domain, j, g);
-        simplify(g, into.subspan(static_cast<std::size_t>(domain.offset + j) * points, points),
+      simplifies(domain.alongX ? across : down, domain, points,
+                 into.subspan(static_cast<std::size_t>(domain.offset) * points,
+                              static_cast<std::size_t>(domain.count) * points),
                  work, sums[d]);
-      }
     }
   });
   for (const Simplification& sum : sums) done.add(sum);

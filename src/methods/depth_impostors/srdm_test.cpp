@@ -6,6 +6,8 @@
 #include <cmath>
 #include <set>
 
+#include "core/vector_level.h"
+
 namespace catoptric::methods::depth_impostors {
 namespace {
 
@@ -138,6 +140,19 @@ TEST(Srdm, WithPointsEnoughEverySampleIsKept) {
     }
   }
   EXPECT_GT(compared, kSize * kSize / 4);
+}
+
+TEST(Srdm, EveryVectorLevelGivesTheSamePoints) {
+  constexpr int kSize = 96;
+  const std::vector<float> texels = bumpyBall(kSize);
+  const VectorLevel best = vectorLevel();
+  limitVectorLevel(VectorLevel::Base);
+  const Made truth = make(texels, kSize, 12, 8);
+  for (const VectorLevel level : {VectorLevel::V2, VectorLevel::V3, VectorLevel::V4}) {
+    limitVectorLevel(level);
+    EXPECT_EQ(make(texels, kSize, 12, 8).points, truth.points);
+  }
+  limitVectorLevel(best);
 }
 
 TEST(Srdm, ShortestSpansAreLostAndCounted) {

@@ -9,8 +9,9 @@
 
 namespace catoptric::methods::impostors {
 
-void Images::prepare(int textureSize, bool reflective, bool depths) {
+void Images::prepare(int textureSize, bool reflective, bool depths, bool inMemory) {
   size_ = textureSize;
+  inMemory_ = inMemory;
   reflective_ = reflective;
   keepsDepths_ = depths;
   color_ = gl::Texture::make2D("impostor", GL_RGBA16F, size_, size_, 0);
@@ -43,6 +44,10 @@ void Images::grow(std::size_t layers) {
     // Two layers each: normals, s
     normals_ = gl::Texture::makeArray("impostors' normals", GL_RGBA16F, size_, size_, 2 * count, 0);
     normals_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
+  }
+  if (inMemory_) {
+    colorsInMemory_.resize(slots_.size());
+    if (reflective_) normalsInMemory_.resize(2 * slots_.size());
   }
   if (keepsDepths_) depths_ = gl::Texture::makeArray("depth maps", GL_R32F, size_, size_, count);
 }
@@ -124,6 +129,14 @@ std::uint64_t Images::draw(Services& services, const Impostor& impostor, int lay
   if (normals) {
     keep(normal_, normals_, 2 * layer);
     keep(specular_, normals_, 2 * layer + 1);
+  }
+  if (inMemory_) {
+    const auto at = static_cast<std::size_t>(layer);
+    colorsInMemory_[at].read(color_);
+    if (normals) {
+      normalsInMemory_[2 * at].read(normal_);
+      normalsInMemory_[2 * at + 1].read(specular_);
+    }
   }
   const std::uint64_t clamped = raster::clampedTexels(color_);
   if (!impostor.depth) return clamped;

@@ -11,14 +11,15 @@
 #include "gl/objects.h"
 #include "methods/contract/method.h"
 #include "methods/impostors/choice.h"
+#include "methods/impostors/half_image.h"
 
 namespace catoptric::methods::impostors {
 
 class Images {
  public:
   /// `reflective`: with images of normals; `depths`: depth maps are kept, and handed to whoever
-  /// asks.
-  void prepare(int textureSize, bool reflective, bool depths);
+  /// asks; `inMemory`: images are kept for the processor, too.
+  void prepare(int textureSize, bool reflective, bool depths, bool inMemory);
 
   /// What was drawn from here on differs in these objects, or with other lights in all.
   void forget(std::span<const int> objects);
@@ -42,6 +43,9 @@ class Images {
   const gl::Texture& colors() const { return colors_; }
   const gl::Texture& normals() const { return normals_; }
   const gl::Texture& depths() const { return depths_; }
+  /// By layer; of normals two each: normals, s.
+  const std::vector<HalfImage>& colorsInMemory() const { return colorsInMemory_; }
+  const std::vector<HalfImage>& normalsInMemory() const { return normalsInMemory_; }
 
  private:
   struct Slot {
@@ -59,6 +63,7 @@ class Images {
   int size_ = 0;
   bool reflective_ = false;
   bool keepsDepths_ = false;
+  bool inMemory_ = false;
   std::vector<Slot> slots_;
   std::vector<int> layerOf_;
   std::vector<bool> drawnNow_;
@@ -74,6 +79,8 @@ class Images {
   gl::Framebuffer target_;
   gl::Framebuffer reflectiveTarget_;
   std::vector<float> texels_;
+  std::vector<HalfImage> colorsInMemory_;
+  std::vector<HalfImage> normalsInMemory_;
 };
 
 }  // namespace catoptric::methods::impostors

@@ -6,7 +6,9 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "gl/context.h"
 #include "methods/impostors/shaders/constants.h"
+#include "raster/regions/rectangle.h"
 #include "raster/scene_gpu/meshlets.h"
 
 namespace catoptric::methods::impostors {
@@ -35,14 +37,19 @@ std::vector<StepInfo> commonSteps() {
            "the environment map is drawn without what has impostors, again when something moved"},
           {"impostors", "frames", "images of impostors that are new or have changed are drawn"},
           {"intersect", "frames", "rays against impostors, and the environment map behind them"},
-          {"readback", "frames", "marks of the samples are read and counted"}};
+          {"readback", "frames",
+           "marks of the samples are read and counted; before the processor's intersections the "
+           "G-buffer"},
+          {"upload", "frames", "the processor's reflections go to the device"}};
 }
 
 std::vector<CounterInfo> commonCounters() {
   return {{"environment", "samples with a ray that sees the environment map"},
+          {"below_horizon", "samples with a normal that was bent, so that rays leave above it"},
           {"second_order", "samples whose ray went on from a reflective impostor"},
           {"transition", "samples with a ray that meets a transition wall", false,
            "transition_height above 0"},
+          {"culled", "rays against impostors that the bounds of a tile's rays decide"},
           {"impostors_rendered", "images drawn in this frame"},
           {"impostors_reused", "images that were there already"},
           {"enclosing", "objects about a reflector that are left in the environment map"},
@@ -109,9 +116,19 @@ void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
     reflects_.push_back(isReflector(reflectors_.classOf[o + 1]));
     mirrors_.push_back(isReflector(all.classOf[o + 1]));
   }
-  images_.prepare(options_.textureSize, options_.bounces > 1, kind_ == Kind::DepthMap);
-  planes_.prepare(options_.planeSize, options_.bounces > 1, false);
-  prepareMaps();
+  const bool processor =
+      options_.intersectOn == Unit::Processor ||
+      (options_.intersectOn == Unit::Auto && gl::Context::current().info().software);
+  onProcessor_ = processor && reflectors_.mirrors();
+  images_.prepare(options_.textureSize, options_.bounces > 1, kind_ == Kind::DepthMap,
+                  onProcessor_);
+  planes_.prepare(options_.planeSize, options_.bounces > 1, false, onProcessor_);
+  isMirror_.assign(count + 1, 0);
+  for (std::size_t id = 1; id <= count; ++id) {
+    const raster::SampleClass kind = reflectors_.classOf[id];
+    isMirror_[id] =
+        kind == raster::SampleClass::PlanarMirror || kind == raster::SampleClass::CurvedMirror;
+  }
   const auto program = [&](const char* label, const char* glossy) {
     std::vector<gl::Define> with = defines();
     with.push_back({"GLOSSY", glossy});
@@ -121,8 +138,9 @@ void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
     with.push_back({"FADES", options_.attenuation > 0.0f ? "1" : "0"});
     return gl::Program::fullScreen(label, fragment(), std::move(with));
   };
-  if (reflectors_.mirrors()) mirror_ = program("impostors", "0");
+  if (reflectors_.mirrors() && !onProcessor_) mirror_ = program("impostors", "0");
   if (reflectors_.glossy) glossy_ = program("impostors, glossy", "1");
+  prepareMaps();
   const raster::GBuffer& gbuffer = *services.gbuffer;
   known_ = gl::Texture::make2D("marks of samples", GL_R32UI, gbuffer.sampleWidth(),
                                gbuffer.sampleHeight());
@@ -214,32 +232,67 @@ int ImpostorMethod::wayOf(const Impostor& impostor) const {
   return options_.shareEnvironment ? shared::kWayShared : shared::kWayBox;
 }
 
-void ImpostorMethod::uploadTable(const Services& services) {
-  std::vector<Vec4> table(choice_.impostors.size() * shared::kTableTexels, Vec4(0.0f));
+ImpostorLines ImpostorMethod::linesOf(int index, const Services& services) const {
+  const Impostor& impostor = choice_.impostors[static_cast<std::size_t>(index)];
+  const Shape& shape = shapes_[static_cast<std::size_t>(impostor.object)];
+  const Camera& camera = impostor.camera;
+  ImpostorLines lines;
+  lines.rows = camera.rows();
+  lines.quad.plane = planeOf(impostor, shape);
+  // On the plane w is one number; beside it u and v are those of the place below
+  const Vec4 depth = lines.rows[3];
+  const auto onPlane = [&](const Vec4& row, float least, float size) {
+    const Vec4 across = (row * size + least * depth) / camera.centreMetres;
+    return (across - Vec4(0, 0, 0, least)) / size;
+  };
+  lines.quad.rowU = onPlane(lines.rows[0], camera.least.x, camera.size.x);
+  lines.quad.rowV = onPlane(lines.rows[1], camera.least.y, camera.size.y);
+  lines.layer = imagesOf(impostor).layerOf(index);
+  lines.way = wayOf(impostor);
+  lines.texelMetres = texelMetres(impostor);
+  lines.plane = impostor.plane.has_value();
+  lines.reflective = impostor.reflective;
+  lines.object = impostor.object + 1;
+  lines.height = options_.transitionHeight;
+  lines.side = glm::dot(Vec3(lines.quad.plane), camera.forward) < 0.0f ? 1.0f : -1.0f;
+  const scene::Object& object = services.scene.objects[static_cast<std::size_t>(impostor.object)];
+  lines.tint = services.scene.materials[object.material].reflectionTint;
+  Box3 box;
+  const bool walls = lines.way == shared::kWayBox || lines.way == shared::kWayShared;
+  for (int corner = 0; corner < 8; ++corner) {
+    const bool far = (corner & 4) != 0;
+    const float z = !impostor.depth ? camera.centreMetres
+                    : far           ? camera.farMetres
+                                    : camera.nearMetres;
+    const Vec2 at = camera.least + camera.size * Vec2((corner & 1) != 0, (corner & 2) != 0);
+    Vec3 place = camera.eye + z * (camera.forward + at.x * camera.right + at.y * camera.down);
+    if (walls && far) place -= lines.height * camera.forward;
+    box.extend(place);
+  }
+  lines.centre = box.centre();
+  lines.radius = 0.5f * box.diameter();
+  return lines;
+}
+
+void ImpostorMethod::makeLines(const Services& services) {
+  lines_.assign(choice_.impostors.size(), {});
+  for (const int index : needed_)
+    lines_[static_cast<std::size_t>(index)] = linesOf(index, services);
+}
+
+void ImpostorMethod::uploadTable() {
+  std::vector<Vec4> table(lines_.size() * shared::kTableTexels, Vec4(0.0f));
   for (const int index : needed_) {
-    const Impostor& impostor = choice_.impostors[static_cast<std::size_t>(index)];
-    const Shape& shape = shapes_[static_cast<std::size_t>(impostor.object)];
+    const ImpostorLines& lines = lines_[static_cast<std::size_t>(index)];
     Vec4* line = &table[static_cast<std::size_t>(index) * shared::kTableTexels];
-    const Camera& camera = impostor.camera;
-    const std::array<Vec4, 4> rows = camera.rows();
-    line[shared::kPlane] = planeOf(impostor, shape);
-    // On the plane w is one number; beside it u and v are those of the place below
-    const Vec4 depth = rows[3];
-    const auto onPlane = [&](const Vec4& row, float least, float size) {
-      const Vec4 across = (row * size + least * depth) / camera.centreMetres;
-      return (across - Vec4(0, 0, 0, least)) / size;
-    };
-    line[shared::kRowU] = onPlane(rows[0], camera.least.x, camera.size.x);
-    line[shared::kRowV] = onPlane(rows[1], camera.least.y, camera.size.y);
-    line[shared::kMore] = Vec4(static_cast<float>(imagesOf(impostor).layerOf(index)),
-                               static_cast<float>(wayOf(impostor)), texelMetres(impostor),
-                               impostor.reflective ? 1.0f : 0.0f);
-    std::copy(rows.begin(), rows.end(), line + shared::kRows);
-    const Vec4& plane = line[shared::kPlane];
-    line[shared::kWalls] = Vec4(options_.transitionHeight, static_cast<float>(impostor.object + 1),
-                                glm::dot(Vec3(plane), camera.forward) < 0.0f ? 1.0f : -1.0f, 0.0f);
-    const scene::Object& object = services.scene.objects[static_cast<std::size_t>(impostor.object)];
-    line[shared::kTint] = Vec4(services.scene.materials[object.material].reflectionTint, 0.0f);
+    line[shared::kPlane] = lines.quad.plane;
+    line[shared::kRowU] = lines.quad.rowU;
+    line[shared::kRowV] = lines.quad.rowV;
+    line[shared::kMore] = Vec4(static_cast<float>(lines.layer), static_cast<float>(lines.way),
+                               lines.texelMetres, lines.reflective ? 1.0f : 0.0f);
+    std::ranges::copy(lines.rows, line + shared::kRows);
+    line[shared::kWalls] = Vec4(lines.height, static_cast<float>(lines.object), lines.side, 0.0f);
+    line[shared::kTint] = Vec4(lines.tint, 0.0f);
   }
   const std::size_t objects = choice_.listOf.size();
   std::vector<std::int32_t> lists(3 * (objects + 1), 0);
@@ -275,12 +328,18 @@ void ImpostorMethod::drawEnvironment(const FrameInput& input, Services& services
   }
   cubeMap_.draw(services, centre, options_.faceSize,
                 raster::ObjectSet::without(std::move(without)));
+  if (onProcessor_) {
+    services.timer.measure("cube_map", [&] {
+      cubeInMemory_.read(cubeMap_.texture(), std::max(0, cubeMap_.texture().levels() - 3));
+    });
+  }
 }
 
 void ImpostorMethod::render(const FrameInput& input, Services& services, FrameOutput& output) {
   output.counters = zeros(commonCounters());
   if (options_.transitionHeight > 0.0f) output.counters["transition"] = 0;
   output.counters[workCounter()] = 0;
+  if (kind_ == Kind::DepthMap) output.counters["clipped"] = 0;
   raster::GBuffer& gbuffer = *services.gbuffer;
   if (settings_.masks && settings_.reflectors.all())
     gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
@@ -296,11 +355,23 @@ void ImpostorMethod::render(const FrameInput& input, Services& services, FrameOu
   images_.update(services, choice_.impostors, others,
                  [&](int, int layer, std::span<const float> texels) { mapDrawn(layer, texels); });
   mapsReady(services, output, images_.layers());
-  services.timer.measure("intersect", [&] {
-    uploadTable(services);
-    intersect(input, services);
-  });
-  services.timer.measure("readback", [&] { count(output); });
+  makeLines(services);
+  ProcessorCounts counts;
+  if (onProcessor_) counts = intersectOnProcessor(input, services);
+  if (onDevice()) {
+    services.timer.measure("intersect", [&] {
+      uploadTable();
+      intersect(input, services);
+    });
+    services.timer.measure("readback", [&] { count(counts); });
+  }
+  output.counters["environment"] = counts.environment;
+  output.counters["below_horizon"] = counts.bent;
+  output.counters["second_order"] = counts.secondOrder;
+  output.counters["culled"] = counts.culled;
+  if (kind_ == Kind::DepthMap) output.counters["clipped"] = counts.clipped;
+  if (options_.transitionHeight > 0.0f) output.counters["transition"] = counts.transition;
+  output.counters[workCounter()] = counts.work;
   output.counters["refraction_mirrored"] = refractive_.count(gbuffer);
   report(services, output);
 }
@@ -308,7 +379,7 @@ void ImpostorMethod::render(const FrameInput& input, Services& services, FrameOu
 void ImpostorMethod::intersect(const FrameInput& input, Services& services) {
   target_.bind();
   target_.clearColorUint(1, 0);
-  if (reflectors_.mirrors()) pass(mirror_, input, services, raster::onMirrors());
+  if (!mirror_.empty()) pass(mirror_, input, services, raster::onMirrors());
   if (reflectors_.glossy)
     pass(glossy_, input, services, raster::onSamplesOf(raster::SampleClass::Glossy));
 }
@@ -348,22 +419,46 @@ void ImpostorMethod::pass(gl::Program& program, const FrameInput& input, Service
   gl::drawFullScreenTriangle();
 }
 
-void ImpostorMethod::count(FrameOutput& output) {
+void ImpostorMethod::count(ProcessorCounts& counts) {
   known_.read(0, GL_RED_INTEGER, GL_UNSIGNED_INT, std::as_writable_bytes(std::span(knownCopy_)));
-  std::uint64_t environment = 0;
-  std::uint64_t second = 0;
-  std::uint64_t transition = 0;
-  std::uint64_t work = 0;
   for (const std::uint32_t known : knownCopy_) {
-    environment += known & raster::kMaskEnvironment;
-    second += (known & shared::kMarkSecond) != 0 ? 1 : 0;
-    transition += (known & raster::kMaskTransition) != 0 ? 1 : 0;
-    work += known >> shared::kWorkShift;
+    counts.environment += known & raster::kMaskEnvironment;
+    counts.bent += (known & raster::kMaskBelowHorizon) != 0 ? 1 : 0;
+    counts.secondOrder += (known & shared::kMarkSecond) != 0 ? 1 : 0;
+    counts.transition += (known & raster::kMaskTransition) != 0 ? 1 : 0;
+    counts.work += known >> shared::kWorkShift;
   }
-  output.counters["environment"] = environment;
-  output.counters["second_order"] = second;
-  if (options_.transitionHeight > 0.0f) output.counters["transition"] = transition;
-  output.counters[workCounter()] = work;
+}
+
+ProcessorCounts ImpostorMethod::intersectOnProcessor(const FrameInput& input, Services& services) {
+  raster::GBuffer& gbuffer = *services.gbuffer;
+  const scene::Camera& camera = input.frame.camera;
+  raster::Region shown(gbuffer.sampleWidth(), gbuffer.sampleHeight());
+  for (const int r : visibleReflectors(input, services)) {
+    if (isMirror_[static_cast<std::size_t>(r) + 1] == 0) continue;
+    shown.add(
+        raster::shownRectangle(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight(),
+                               services.geometry.objects[static_cast<std::size_t>(r)].bounds));
+  }
+  const MeetMap meets = [this](int layer, MapRays& rays) { return meetMap(layer, rays); };
+  return processor_.run({.gbuffer = gbuffer,
+                         .camera = camera,
+                         .bounds = services.geometry.bounds,
+                         .mirror = isMirror_,
+                         .parts = shown.rectangles(),
+                         .lines = lines_,
+                         .lists = choice_.listOf,
+                         .images = images_.colorsInMemory(),
+                         .normals = images_.normalsInMemory(),
+                         .planes = planes_.colorsInMemory(),
+                         .planeNormals = planes_.normalsInMemory(),
+                         .cube = cubeInMemory_,
+                         .meetMap = meets,
+                         .options = options_,
+                         .countsRays = kind_ == Kind::Billboard,
+                         .masks = settings_.masks,
+                         .beside = !settings_.reflectors.all(),
+                         .timer = services.timer});
 }
 
 void ImpostorMethod::report(const Services&, FrameOutput& output) const {

@@ -11,6 +11,7 @@
 #include "methods/contract/method.h"
 #include "methods/impostors/images.h"
 #include "methods/impostors/options.h"
+#include "methods/impostors/processor.h"
 #include "methods/shared/cube_map.h"
 #include "methods/shared/reflectors.h"
 #include "raster/passes/refractive_samples.h"
@@ -41,10 +42,15 @@ class ImpostorMethod : public Method {
   virtual void mapDrawn(int /*layer*/, std::span<const float> /*texels*/) {}
   virtual void mapsReady(Services& /*services*/, FrameOutput& /*output*/, int /*layers*/) {}
   virtual void bindMaps(gl::Program& /*program*/) {}
+  /// Where rays meet the depth map of a layer, on the processor; returns the work.
+  virtual std::uint64_t meetMap(int /*layer*/, MapRays& /*rays*/) const { return 0; }
   /// The counter of the work per sample.
   virtual const char* workCounter() const = 0;
 
   const Options& options() const { return options_; }
+  /// Whether there are rays that the processor, or the device, intersects.
+  bool onProcessor() const { return onProcessor_; }
+  bool onDevice() const { return !mirror_.empty() || !glossy_.empty(); }
 
  private:
   void follow(const FrameInput& input, Services& services);
@@ -56,12 +62,15 @@ class ImpostorMethod : public Method {
   }
   /// Metres of a texel at the object's centroid.
   float texelMetres(const Impostor& impostor) const;
-  void uploadTable(const Services& services);
+  ImpostorLines linesOf(int index, const Services& services) const;
+  void makeLines(const Services& services);
+  void uploadTable();
   void drawEnvironment(const FrameInput& input, Services& services);
   void intersect(const FrameInput& input, Services& services);
+  ProcessorCounts intersectOnProcessor(const FrameInput& input, Services& services);
   void pass(gl::Program& program, const FrameInput& input, Services& services,
             const gl::DrawState& state);
-  void count(FrameOutput& output);
+  void count(ProcessorCounts& counts);
   void report(const Services& services, FrameOutput& output) const;
 
   Kind kind_;
@@ -77,7 +86,12 @@ class ImpostorMethod : public Method {
   Images images_;  ///< quads and depth maps
   Images planes_;  ///< objects' own planes
   CubeMap cubeMap_;
+  HalfCube cubeInMemory_;
   std::vector<int> needed_;
+  std::vector<ImpostorLines> lines_;  ///< by impostor
+  bool onProcessor_ = false;
+  Processor processor_;
+  std::vector<std::uint8_t> isMirror_;  ///< by object id: those that the processor fills
   gl::Program mirror_;
   gl::Program glossy_;
   gl::Texture known_;  ///< R32UI by sample: marks, and the work from kWorkShift on

@@ -37,6 +37,9 @@ std::vector<config::Option<Options>> common() {
             "them; they must hide nothing there"),
       field(&Options::attenuation, "attenuation", atLeast(0.0),
             "metres along the reflected ray over which what it meets fades to 1/e; 0: not at all"),
+      field(&Options::intersectOn, "intersect_on", kUnits,
+            "where rays of mirrors are intersected: by a shader on the device, by vector code on "
+            "the processor, or where it is faster: on the processor if the device is one"),
   };
 }
 

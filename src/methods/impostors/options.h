@@ -19,6 +19,12 @@ inline constexpr auto kIntersections =
                                  {"srdm", Intersection::Srdm},
                                  {"srdm_two_rows", Intersection::SrdmTwoRows}});
 
+/// Where rays of mirrors are intersected.
+enum class Unit : std::uint8_t { Auto, Device, Processor };
+
+inline constexpr auto kUnits = config::names<Unit>(
+    {{"auto", Unit::Auto}, {"device", Unit::Device}, {"processor", Unit::Processor}});
+
 struct Options {
   std::vector<std::string> objects = {"auto"};
   float least = 0.001f;   ///< sr; ours, measured in README.md
@@ -31,6 +37,7 @@ struct Options {
   float transitionHeight = 0.0f;  ///< metres, the paper's H
   bool shareEnvironment = false;
   float attenuation = 0.0f;  ///< metres; 0: none
+  Unit intersectOn = Unit::Auto;
   // depth_impostors alone
   Intersection intersection = Intersection::Srdm;
   int domains = 60;         ///< the paper's n

@@ -189,7 +189,7 @@ void main() {
   vec3 origin = eye + scale * ray;
   float distance = scale * length(ray);
   vec3 direction = normalize(reflect(normalize(ray), normalAndG.xyz));
-  uint marks = 0u;
+  uint marks = isBent(normalAndG.a) ? kMaskBelowHorizon : 0u;
   uint work = 0u;
   float spread = spreadRad;
   float mapLevel = 0.0;

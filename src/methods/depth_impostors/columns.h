@@ -1,0 +1,46 @@
+// A depth map by columns: what lines over it are sampled from.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace catoptric::methods::depth_impostors {
+
+/// A map's texels, those along the minor axis one after another, background before and after them.
+class Columns {
+ public:
+  Columns(std::span<const float> texels, int size, bool alongX)
+      : size_(size), stride_(static_cast<std::size_t>(size) + 2) {
+    const auto n = static_cast<std::size_t>(size);
+    texels_.assign(n * stride_, 0.0f);
+    for (std::size_t y = 0; y < n; ++y)
+      for (std::size_t x = 0; x < n; ++x)
+        texels_[alongX ? x * stride_ + y + 1 : y * stride_ + x + 1] = texels[y * n + x];
+  }
+
+  int size() const { return size_; }
+
+  /// Depth between texels at a texel's centre along the major axis: of two texels by linear
+  /// interpolation, of one where the other is background, else 0.
+  [[gnu::always_inline]] float at(int major, float minor) const {
+    const float place = minor + 0.5f;
+    const bool on = (place >= 0.0f) & (place < static_cast<float>(size_ + 1));
+    const int j = on ? static_cast<int>(place) : 0;
+    const float f = place - static_cast<float>(j);
+    const float* const texel = texels_.data() + major * static_cast<int>(stride_) + j;
+    const float a = texel[0];
+    const float b = texel[1];
+    const float nearer = f < 0.5f ? a : b;
+    const float between = a + f * (b - a);
+    const float value = (a > 0.0f) & (b > 0.0f) ? between : nearer;
+    return on ? value : 0.0f;
+  }
+
+ private:
+  int size_;
+  std::size_t stride_;
+  std::vector<float> texels_;
+};
+
+}  // namespace catoptric::methods::depth_impostors

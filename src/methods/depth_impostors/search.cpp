@@ -1,0 +1,220 @@
+#include "methods/depth_impostors/search.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/vector_level.h"
+
+#if defined(__GNUC__) && !defined(__clang__)
+#define CATOPTRIC_INDEPENDENT _Pragma("GCC ivdep")
+#else
+#define CATOPTRIC_INDEPENDENT
+#endif
+#define CATOPTRIC_INLINE [[gnu::always_inline]] inline
+
+// Plain loops that the compiler turns into vector code, as in ../impostors/ray_loops.cpp.
+namespace catoptric::methods::depth_impostors {
+namespace {
+
+using impostors::MapRays;
+
+constexpr float kNone = 2.0f;    ///< a share that is none
+constexpr float kSlack = 1e-4f;  ///< neighbouring segments leave no gap
+constexpr std::size_t kBlock = 8;
+
+/// Of half turns in 0..1, times `n`, to 1e-5 rad.
+CATOPTRIC_INLINE float directionOf(float dx, float dy, float n) {
+  const float ax = std::abs(dx), ay = std::abs(dy);
+  const bool steep = ay > ax;
+  const float most = steep ? ay : ax;
+  const float r = (steep ? ax : ay) / (most > 1e-20f ? most : 1e-20f);
+  const float r2 = r * r;
+  const float angle =
+      r * (0.99997726f +
+           r2 * (-0.33262347f +
+                 r2 * (0.19354346f + r2 * (-0.11643287f + r2 * (0.05265332f - r2 * 0.01172120f)))));
+  const float quarter = steep ? 0.5f * kPi - angle : angle;
+  const bool falls = (dx < 0.0f) != (dy < 0.0f);
+  return (falls ? kPi - quarter : quarter) * (n / kPi);
+}
+
+/// The nearest place where a ray crosses the line of a domain nearest to the middle of its
+/// projection, as a share of it.
+CATOPTRIC_INLINE float crossesLine(const MapLines& lines, const Domain& domain, const MapRays& rays,
+                                   std::size_t i) {
+  const float ax = rays.fromX[i], ay = rays.fromY[i], az = rays.fromG[i];
+  const float bx = rays.toX[i], by = rays.toY[i], bz = rays.toG[i];
+  const float middleX = 0.5f * (ax + bx), middleY = 0.5f * (ay + by);
+  const float minor =
+      domain.alongX ? middleY - domain.slope * middleX : middleX - domain.slope * middleY;
+  const int row =
+      std::clamp(static_cast<int>(std::floor(minor)) - domain.first, 0, domain.count - 1);
+  const Point* const line = lines.first + static_cast<std::size_t>(domain.offset + row) *
+                                              static_cast<std::size_t>(lines.points);
+  const float from = domain.alongX ? ax : ay;
+  const float dx = (domain.alongX ? bx : by) - from;
+  const float dz = bz - az;
+  const int segments = lines.points - 1;
+  float nearest = kNone;
+  for (int block = 0; block < segments; block += static_cast<int>(kBlock)) {
+    const float* const p = &line[block].x;
+    alignas(32) std::array<float, kBlock> shares;
+    CATOPTRIC_INDEPENDENT
+    for (std::size_t k = 0; k < kBlock; ++k) {
+      const float px = std::abs(p[2 * k]), pz = p[2 * k + 1];
+      const float qx = p[2 * k + 2], qz = p[2 * k + 3];
+      const float ex = qx - px, ez = qz - pz;
+      const float fx = px - from, fz = pz - az;
+      const float inverse = 1.0f / (dx * ez - dz * ex);
+      const float share = (fx * ez - fz * ex) * inverse;
+      const float other = (fx * dz - fz * dx) * inverse;
+      const bool meets = (qx > 0.0f) & (share >= 0.0f) & (share <= 1.0f) & (other >= -kSlack) &
+                         (other <= 1.0f + kSlack) & (block + static_cast<int>(k) < segments);
+      shares[k] = meets ? share : kNone;
+    }
+    for (std::size_t half = kBlock / 2; half > 0; half /= 2)
+      for (std::size_t k = 0; k < half; ++k)
+        shares[k] = shares[k + half] < shares[k] ? shares[k + half] : shares[k];
+    nearest = shares[0] < nearest ? shares[0] : nearest;
+  }
+  return nearest;
+}
+
+CATOPTRIC_INLINE void searchBody(const MapLines& lines, bool twoRows, MapRays& rays) {
+  const auto n = static_cast<int>(lines.domains.size());
+  alignas(64) impostors::Lane turns;
+  CATOPTRIC_INDEPENDENT
+  for (std::size_t i = 0; i < impostors::kMostRays; ++i)
+    turns[i] = directionOf(rays.toX[i] - rays.fromX[i], rays.toY[i] - rays.fromY[i],
+                           static_cast<float>(n));
+  const auto domainOf = [&](int d) -> const Domain& {
+    return lines.domains[static_cast<std::size_t>(d >= n ? d - n : d)];
+  };
+  for (std::size_t i = 0; i < rays.count; ++i) {
+    if (!twoRows) {
+      rays.at[i] = crossesLine(lines, domainOf(static_cast<int>(turns[i] + 0.5f)), rays, i);
+      continue;
+    }
+    // DEVIATION: the paper leaves it to the future and does not say how
+    const int low = static_cast<int>(turns[i]);
+    const float f = turns[i] - static_cast<float>(low);
+    const float one = crossesLine(lines, domainOf(low), rays, i);
+    const float two = crossesLine(lines, domainOf(low + 1), rays, i);
+    rays.at[i] = one <= 1.0f && two <= 1.0f ? one + f * (two - one) : f < 0.5f ? one : two;
+  }
+}
+
+/// Where two segments of a plane meet, as a share of the first; kNone where they do not.
+CATOPTRIC_INLINE float crossing(const Vec2& a, const Vec2& b, const Vec2& p, const Vec2& q) {
+  const Vec2 d = b - a, e = q - p, f = p - a;
+  const float det = d.x * e.y - d.y * e.x;
+  const float share = (f.x * e.y - f.y * e.x) / det;
+  const float other = (f.x * d.y - f.y * d.x) / det;
+  const bool meet = (det != 0.0f) & (share >= 0.0f) & (share <= 1.0f) & (other >= -kSlack) &
+                    (other <= 1.0f + kSlack);
+  return meet ? share : kNone;
+}
+
+CATOPTRIC_INLINE std::uint64_t walkBody(const MapTexels& texels, MapRays& rays) {
+  std::uint64_t walked = 0;
+  const int size = texels.across.size();
+  for (std::size_t i = 0; i < rays.count; ++i) {
+    Vec2 from(rays.fromX[i], rays.fromY[i]);
+    Vec2 to(rays.toX[i], rays.toY[i]);
+    const bool alongX = std::abs(to.x - from.x) >= std::abs(to.y - from.y);
+    const Columns& columns = alongX ? texels.across : texels.down;
+    if (!alongX) {
+      std::swap(from.x, from.y);
+      std::swap(to.x, to.y);
+    }
+    const float slope = std::abs(to.x - from.x) > 1e-4f ? (to.y - from.y) / (to.x - from.x) : 0.0f;
+    const bool onwards = to.x >= from.x;
+    // Texels whose centres bracket the projection
+    const auto texel = [&](float x, int more) {
+      return std::clamp(static_cast<int>(std::floor(x - 0.5f)) + more, 0, size - 1);
+    };
+    const int first = texel(std::min(from.x, to.x), 0);
+    const int last = texel(std::max(from.x, to.x), 1);
+    int at = onwards ? first : last;
+    const int end = onwards ? last : first;
+    const int step = onwards ? 1 : -1;
+    const Vec2 rayFrom(from.x, rays.fromG[i]);
+    const Vec2 rayTo(to.x, rays.toG[i]);
+    Vec2 before(0.0f);
+    bool wasOn = false;
+    bool alone = false;  // a span of one texel
+    float share = kNone;
+    while (true) {
+      const bool past = (at - end) * step > 0;
+      const float place = static_cast<float>(at) + 0.5f;
+      const float g = past ? 0.0f : columns.at(at, from.y + slope * (place - from.x));
+      const bool on = g > 0.0f;
+      if (wasOn && (on || alone)) {
+        const Vec2 p = !on ? Vec2(before.x - 0.499f, before.y) : before;
+        const Vec2 q = !on ? Vec2(before.x + 0.499f, before.y) : Vec2(place, g);
+        share = crossing(rayFrom, rayTo, p, q);
+      }
+      if (past || share <= 1.0f) break;
+      ++walked;
+      alone = on && !wasOn;
+      wasOn = on;
+      before = Vec2(place, g);
+      at += step;
+    }
+    rays.at[i] = share;
+  }
+  return walked;
+}
+
+struct Versions {
+  void (*search)(const MapLines&, bool, MapRays&);
+  std::uint64_t (*walk)(const MapTexels&, MapRays&);
+};
+
+// One set of functions for each level: a macro, as a function's target is an attribute.
+// NOLINTBEGIN(bugprone-macro-parentheses): attributes take none
+#define CATOPTRIC_VERSION(name, attributes)                         \
+  namespace name {                                                  \
+  attributes void search(const MapLines& l, bool two, MapRays& r) { \
+    searchBody(l, two, r);                                          \
+  }                                                                 \
+  attributes std::uint64_t walk(const MapTexels& t, MapRays& r) {   \
+    return walkBody(t, r);                                          \
+  }                                                                 \
+  constexpr Versions kVersions{search, walk};                       \
+  }
+
+CATOPTRIC_VERSION(base, )
+CATOPTRIC_VERSION(v2, [[gnu::target("sse4.2,popcnt")]])
+CATOPTRIC_VERSION(v3, [[gnu::target("avx2,fma,bmi,bmi2")]])
+CATOPTRIC_VERSION(v4,
+                  [[gnu::target("avx512f,avx512vl,avx512bw,avx512dq,avx512cd,avx2,fma,bmi,bmi2")]])
+#undef CATOPTRIC_VERSION
+// NOLINTEND(bugprone-macro-parentheses)
+
+const Versions& versions() {
+  switch (vectorLevel()) {
+    case VectorLevel::V4:
+      return v4::kVersions;
+    case VectorLevel::V3:
+      return v3::kVersions;
+    case VectorLevel::V2:
+      return v2::kVersions;
+    case VectorLevel::Base:
+      break;
+  }
+  return base::kVersions;
+}
+
+}  // namespace
+
+std::uint64_t searchLines(const MapLines& lines, bool twoRows, MapRays& rays) {
+  versions().search(lines, twoRows, rays);
+  return rays.count * static_cast<std::uint64_t>(lines.points - 1) * (twoRows ? 2 : 1);
+}
+
+std::uint64_t walkTexels(const MapTexels& texels, MapRays& rays) {
+  return versions().walk(texels, rays);
+}
+
+}  // namespace catoptric::methods::depth_impostors

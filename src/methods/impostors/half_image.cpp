@@ -1,0 +1,141 @@
+#include "methods/impostors/half_image.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+
+#include <glm/gtc/packing.hpp>
+
+#include "core/math.h"
+
+namespace catoptric::methods::impostors {
+namespace {
+
+constexpr std::size_t kValues = 4;  ///< of a texel
+
+std::size_t valuesOf(int size) {
+  const auto side = static_cast<std::size_t>(size) + 2;
+  return kValues * side * side;
+}
+
+/// A face of a cube map, as OpenGL orders and turns them.
+struct Face {
+  Vec3 s, t, axis;
+};
+constexpr std::array<Face, 6> kFaces = {{{{0, 0, -1}, {0, -1, 0}, {1, 0, 0}},
+                                         {{0, 0, 1}, {0, -1, 0}, {-1, 0, 0}},
+                                         {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}},
+                                         {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}},
+                                         {{1, 0, 0}, {0, -1, 0}, {0, 0, 1}},
+                                         {{-1, 0, 0}, {0, -1, 0}, {0, 0, -1}}}};
+
+struct Texel {
+  std::size_t face;
+  int x, y;
+};
+
+/// The texel beside an edge of a face, at -1 or `size` in one of x and y: the neighbour's.
+Texel beyond(std::size_t face, int x, int y, int size) {
+  const auto place = [&](int i) {
+    return (2.0f * static_cast<float>(i) + 1.0f) / static_cast<float>(size) - 1.0f;
+  };
+  const float inwards = 1.0f - 1.0f / static_cast<float>(size);
+  const Vec2 at(std::clamp(place(x), -1.0f, 1.0f), std::clamp(place(y), -1.0f, 1.0f));
+  const Vec3 direction =
+      at.x * kFaces[face].s + at.y * kFaces[face].t + inwards * kFaces[face].axis;
+  for (std::size_t f = 0; f < kFaces.size(); ++f) {
+    if (glm::dot(direction, kFaces[f].axis) < 1.0f) continue;
+    const auto index = [&](const Vec3& axis) {
+      const float s = 0.5f * (glm::dot(direction, axis) + 1.0f) * static_cast<float>(size);
+      return std::clamp(static_cast<int>(std::floor(s)), 0, size - 1);
+    };
+    return {f, index(kFaces[f].s), index(kFaces[f].t)};
+  }
+  return {face, std::clamp(x, 0, size - 1), std::clamp(y, 0, size - 1)};
+}
+
+}  // namespace
+
+void HalfImage::read(const gl::Texture& texture) {
+  levels_.clear();
+  std::size_t count = 0;
+  for (int level = 0; level < texture.levels(); ++level) {
+    levels_.push_back({texture.levelWidth(level), count});
+    count += valuesOf(texture.levelWidth(level));
+  }
+  values_.resize(count);
+  for (int level = 0; level < texture.levels(); ++level) {
+    const HalfLevel& here = levels_[static_cast<std::size_t>(level)];
+    const auto size = static_cast<std::size_t>(here.size);
+    const std::size_t side = size + 2;
+    read_.resize(kValues * size * size);
+    texture.read(level, GL_RGBA, GL_HALF_FLOAT, std::as_writable_bytes(std::span(read_)));
+    std::uint16_t* const into = values_.data() + here.first;
+    for (std::size_t y = 0; y < side; ++y) {
+      const std::uint16_t* const from =
+          &read_[kValues * size * (std::clamp<std::size_t>(y, 1, size) - 1)];
+      std::uint16_t* const row = into + kValues * side * y;
+      std::copy_n(from, kValues, row);
+      std::copy_n(from, kValues * size, row + kValues);
+      std::copy_n(from + kValues * (size - 1), kValues, row + kValues * (size + 1));
+    }
+  }
+}
+
+void HalfCube::read(const gl::Texture& texture, int coarse) {
+  fine_ = {texture.levelWidth(0), 0};
+  coarse_ = {texture.levelWidth(coarse), kFaces.size() * valuesOf(fine_.size)};
+  values_.resize(coarse_.first + kFaces.size() * valuesOf(coarse_.size));
+  add(texture, 0, fine_);
+  add(texture, coarse, coarse_);
+  least_ = 1.0f;
+  most_ = 0.0f;
+  for (std::size_t i = coarse_.first + 3; i < values_.size(); i += kValues) {
+    const float coverage = glm::unpackHalf1x16(values_[i]);
+    least_ = std::min(least_, coverage);
+    most_ = std::max(most_, coverage);
+  }
+}
+
+void HalfCube::add(const gl::Texture& texture, int level, HalfLevel& into) {
+  const int size = into.size;
+  const auto side = static_cast<std::size_t>(size) + 2;
+  const auto inner = static_cast<std::size_t>(size);
+  read_.resize(kFaces.size() * kValues * inner * inner);
+  texture.read(level, GL_RGBA, GL_HALF_FLOAT, std::as_writable_bytes(std::span(read_)));
+  const auto texel = [&](const Texel& t) {
+    return &read_[kValues * ((t.face * inner + static_cast<std::size_t>(t.y)) * inner +
+                             static_cast<std::size_t>(t.x))];
+  };
+  for (std::size_t face = 0; face < kFaces.size(); ++face) {
+    std::uint16_t* const values = values_.data() + into.first + face * valuesOf(size);
+    const auto place = [&](int x, int y) {
+      return values +
+             kValues * (static_cast<std::size_t>(y + 1) * side + static_cast<std::size_t>(x + 1));
+    };
+    for (int y = 0; y < size; ++y) {
+      std::copy_n(texel({face, 0, y}), kValues * inner, place(0, y));
+      std::copy_n(texel(beyond(face, -1, y, size)), kValues, place(-1, y));
+      std::copy_n(texel(beyond(face, size, y, size)), kValues, place(size, y));
+    }
+    for (int x = 0; x < size; ++x) {
+      std::copy_n(texel(beyond(face, x, -1, size)), kValues, place(x, -1));
+      std::copy_n(texel(beyond(face, x, size, size)), kValues, place(x, size));
+    }
+    // Three faces meet at a corner: the mean of their texels
+    for (const int y : {-1, size}) {
+      for (const int x : {-1, size}) {
+        const int nextX = x < 0 ? 0 : size - 1;
+        const int nextY = y < 0 ? 0 : size - 1;
+        for (std::size_t c = 0; c < kValues; ++c)
+          place(x, y)[c] = glm::packHalf1x16((glm::unpackHalf1x16(place(nextX, nextY)[c]) +
+                                              glm::unpackHalf1x16(place(x, nextY)[c]) +
+                                              glm::unpackHalf1x16(place(nextX, y)[c])) /
+                                             3.0f);
+      }
+    }
+  }
+}
+
+}  // namespace catoptric::methods::impostors
