@@ -20,6 +20,9 @@ class Columns {
   }
 
   int size() const { return size_; }
+  /// Texel `minor` of column `major` is at major * stride() + minor + 1.
+  const float* texels() const { return texels_.data(); }
+  int stride() const { return static_cast<int>(stride_); }
 
   /// Depth between texels at a texel's centre along the major axis: of two texels by linear
   /// interpolation, of one where the other is background, else 0.

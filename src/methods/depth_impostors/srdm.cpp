@@ -28,26 +28,35 @@ struct Segment {
   bool first = false;  ///< of its span
 };
 
-/// The largest distance of samples between two of them from the line through these.
-CATOPTRIC_INLINE void measure(std::span<const float> g, Segment& segment) {
+/// What lies in a block is asked for at once. Ours.
+constexpr int kBlock = 16;
+
+/// The largest distance of samples between two of them from the line through these. `errors`: room
+/// for those of all samples and a block.
+CATOPTRIC_INLINE void measure(const float* g, Segment& segment, float* errors) {
   segment.error = 0.0f;
   segment.worst = segment.from;
   const int length = segment.to - segment.from;
   if (length < 2) return;
-  const float start = g[static_cast<std::size_t>(segment.from)];
-  const float step = (g[static_cast<std::size_t>(segment.to)] - start) / static_cast<float>(length);
-  const float* at = &g[static_cast<std::size_t>(segment.from)];
+  const float* const at = g + segment.from;
+  const float start = at[0];
+  const float step = (at[length] - start) / static_cast<float>(length);
   float most = 0.0f;
-  for (int k = 1; k < length; ++k)
-    most = std::max(most, std::abs(at[k] - (start + step * static_cast<float>(k))));
-  if (!(most > 0.0f)) return;
+  CATOPTRIC_INDEPENDENT
   for (int k = 1; k < length; ++k) {
-    if (std::abs(at[k] - (start + step * static_cast<float>(k))) == most) {
-      segment.error = most;
-      segment.worst = segment.from + k;
-      return;
-    }
+    const float error = std::abs(at[k] - (start + step * static_cast<float>(k)));
+    errors[k] = error;
+    most = error > most ? error : most;
   }
+  if (!(most > 0.0f)) return;
+  for (int k = length; k < length + kBlock; ++k) errors[k] = -1.0f;
+  int block = 1;
+  for (int found = 0; found == 0; block += kBlock)
+    for (int k = 0; k < kBlock; ++k) found |= errors[block + k] == most ? 1 : 0;
+  int worst = block - kBlock;
+  while (errors[worst] != most) ++worst;
+  segment.error = most;
+  segment.worst = segment.from + worst;
 }
 
 struct Span {
@@ -84,11 +93,18 @@ struct Work {
   std::vector<Span> spans;
   std::vector<Segment> queue;  ///< a heap by error
   std::vector<float> samples;
+  std::vector<float> errors;  ///< measure()'s
+  // sampleAll()'s, by sample
+  std::vector<int> places;
+  std::vector<float> shares;
+  std::vector<float> lower;
+  std::vector<float> upper;
 };
 
 CATOPTRIC_INLINE void simplify(std::span<const float> g, std::span<Point> points, Work& work,
                                Simplification& done) {
   std::fill(points.begin(), points.end(), kUnused);
+  work.errors.resize(g.size() + 2 * kBlock);
   findSpans(g, points.size() / 2, work.spans, done);
   if (work.spans.empty()) return;
   const auto smaller = [](const Segment& a, const Segment& b) {
@@ -97,7 +113,7 @@ CATOPTRIC_INLINE void simplify(std::span<const float> g, std::span<Point> points
   work.queue.clear();
   for (const Span& span : work.spans) {
     Segment segment{span.from, span.to, 0.0f, 0, true};
-    measure(g, segment);
+    measure(g.data(), segment, work.errors.data());
     work.queue.push_back(segment);
   }
   std::make_heap(work.queue.begin(), work.queue.end(), smaller);
@@ -108,8 +124,8 @@ CATOPTRIC_INLINE void simplify(std::span<const float> g, std::span<Point> points
     const Segment whole = work.queue.back();
     Segment left{whole.from, whole.worst, 0.0f, 0, whole.first};
     Segment right{whole.worst, whole.to, 0.0f, 0, false};
-    measure(g, left);
-    measure(g, right);
+    measure(g.data(), left, work.errors.data());
+    measure(g.data(), right, work.errors.data());
     work.queue.back() = left;
     std::push_heap(work.queue.begin(), work.queue.end(), smaller);
     work.queue.push_back(right);
@@ -133,32 +149,60 @@ CATOPTRIC_INLINE void simplify(std::span<const float> g, std::span<Point> points
 }
 
 /// Samples of line j of a domain, by major texel.
-CATOPTRIC_INLINE void sampleAll(const Columns& columns, const Domain& domain, int j,
-                                std::vector<float>& g) {
+CATOPTRIC_INLINE void sampleAll(const Columns& columns, const Domain& domain, int j, Work& work) {
   const int size = columns.size();
-  g.assign(static_cast<std::size_t>(size), 0.0f);
+  work.samples.assign(static_cast<std::size_t>(size), 0.0f);
+  for (std::vector<float>* lane : {&work.shares, &work.lower, &work.upper})
+    lane->resize(static_cast<std::size_t>(size));
+  work.places.resize(static_cast<std::size_t>(size));
   const float start = static_cast<float>(domain.first + j) + 0.5f;
+  const float slope = domain.slope;
   // Texels along the major axis at which the line is over the square
   int from = 0;
   int to = size;
-  if (std::abs(domain.slope) > 1e-6f) {
-    const float a = (-0.5f - start) / domain.slope;
-    const float b = (static_cast<float>(size) + 0.5f - start) / domain.slope;
+  if (std::abs(slope) > 1e-6f) {
+    const float a = (-0.5f - start) / slope;
+    const float b = (static_cast<float>(size) + 0.5f - start) / slope;
     from = std::clamp(static_cast<int>(std::floor(std::min(a, b) - 1.0f)), 0, size);
     to = std::clamp(static_cast<int>(std::ceil(std::max(a, b) + 1.0f)), 0, size);
   }
-  const float slope = domain.slope;
-  float* const into = g.data();
+  // As Columns::at(), in three loops: only the middle one reads at scattered places
+  const int stride = columns.stride();
+  const auto most = static_cast<float>(size);
+  int* const places = work.places.data();
+  float* const shares = work.shares.data();
+  float* const lower = work.lower.data();
+  float* const upper = work.upper.data();
+  float* const into = work.samples.data();
   CATOPTRIC_INDEPENDENT
-  for (int k = from; k < to; ++k)
-    into[k] = columns.at(k, start + slope * (static_cast<float>(k) + 0.5f));
+  for (int k = from; k < to; ++k) {
+    const float place = start + slope * (static_cast<float>(k) + 0.5f) + 0.5f;
+    const float above = place > 0.0f ? place : 0.0f;
+    const int texel = static_cast<int>(above < most ? above : most);
+    places[k] = k * stride + texel;
+    shares[k] = place - static_cast<float>(texel);  // beside 0..1 beyond the square
+  }
+  for (int k = from; k < to; ++k) {
+    const float* const texel = columns.texels() + places[k];
+    lower[k] = texel[0];
+    upper[k] = texel[1];
+  }
+  CATOPTRIC_INDEPENDENT
+  for (int k = from; k < to; ++k) {
+    const float a = lower[k], b = upper[k], f = shares[k];
+    const float between = a + f * (b - a);
+    const float nearer = f < 0.5f ? a : b;
+    const float value = (a > 0.0f) & (b > 0.0f) ? between : nearer;
+    const float begun = f < 0.0f ? 0.0f : value;
+    into[k] = f < 1.0f ? begun : 0.0f;
+  }
 }
 
 /// All lines of a domain.
 CATOPTRIC_INLINE void simplifyDomain(const Columns& columns, const Domain& domain, std::size_t m,
                                      std::span<Point> into, Work& work, Simplification& done) {
   for (int j = 0; j < domain.count; ++j) {
-    sampleAll(columns, domain, j, work.samples);
+    sampleAll(columns, domain, j, work);
     simplify(work.samples, into.subspan(static_cast<std::size_t>(j) * m, m), work, done);
   }
 }
@@ -266,10 +310,11 @@ void measureSrdm(std::span<const float> texels, int size, std::span<const Domain
                  Simplification& done) {
   const Columns across(texels, size, true);
   const Columns down(texels, size, false);
-  std::vector<float> g;
+  Work work;
   for (const Domain& domain : domains) {
     for (int j = 0; j < domain.count; ++j) {
-      sampleAll(domain.alongX ? across : down, domain, j, g);
+      sampleAll(domain.alongX ? across : down, domain, j, work);
+      const std::vector<float>& g = work.samples;
       const std::span<const Point> line =
           points.subspan(static_cast<std::size_t>(domain.offset + j) * static_cast<std::size_t>(m),
                          static_cast<std::size_t>(m));

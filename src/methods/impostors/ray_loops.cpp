@@ -201,9 +201,10 @@ CATOPTRIC_INLINE void projectBody(const std::array<Vec4, 4>& rows, float size, c
     // All six are start + t step >= 0; u, v, g: and w minus them
     const auto clip = [&](float start, float step) {
       const float t = -start / step;
-      tFrom = (step > 0.0f) & (t > tFrom) ? t : tFrom;
-      tTo = (step < 0.0f) & (t < tTo) ? t : tTo;
-      tTo = (step == 0.0f) & (start < 0.0f) ? -1.0f : tTo;
+      const float never = start < 0.0f ? -1.0f : kFar;
+      const float leaves = step < 0.0f ? t : kFar;
+      tFrom = larger(tFrom, step > 0.0f ? t : 0.0f);
+      tTo = smaller(tTo, step == 0.0f ? never : leaves);
     };
     clip(startU, stepU);
     clip(startW - startU, stepW - stepU);
@@ -310,23 +311,30 @@ CATOPTRIC_INLINE void placeOnCube(const EnvironmentLookUps& at, const Vec3& cent
   const std::size_t count = padded(at.count);
   CATOPTRIC_INDEPENDENT
   for (std::size_t i = 0; i < count; ++i) {
-    const float t = at.t[i];
-    const bool leaves = (t > 0.0f) & (t < kFar) & (leaving | (at.closed[i] > 0.999f));
-    const bool far = !leaves;
-    const float x = far ? at.directionX[i] : at.originX[i] + t * at.directionX[i] - centre.x;
-    const float y = far ? at.directionY[i] : at.originY[i] + t * at.directionY[i] - centre.y;
-    const float z = far ? at.directionZ[i] : at.originZ[i] + t * at.directionZ[i] - centre.z;
+    const float closed = leaving ? 1.0f : at.closed[i];
+    const float ahead = at.t[i] > 0.0f ? at.t[i] : kFar;
+    const float t = closed > 0.999f ? ahead : kFar;
+    const float dx = at.directionX[i], dy = at.directionY[i], dz = at.directionZ[i];
+    const float placeX = at.originX[i] + t * dx - centre.x;
+    const float placeY = at.originY[i] + t * dy - centre.y;
+    const float placeZ = at.originZ[i] + t * dz - centre.z;
+    const float x = t < kFar ? placeX : dx;
+    const float y = t < kFar ? placeY : dy;
+    const float z = t < kFar ? placeZ : dz;
     const float ax = std::abs(x), ay = std::abs(y), az = std::abs(z);
-    const bool alongX = (ax >= ay) & (ax >= az);
-    const bool alongY = !alongX & (ay >= az);
-    const float major = alongX ? x : alongY ? y : z;
+    const float longest = larger(ax, larger(ay, az));
+    const float notX = ay >= longest ? y : z;
+    const float major = ax >= longest ? x : notX;
     const float sign = major < 0.0f ? -1.0f : 1.0f;
-    const float s = alongX ? -z * sign : alongY ? x : x * sign;
-    const float v = alongY ? z * sign : -y;
+    const float sideS = ay >= longest ? x : x * sign;
+    const float sideV = ay >= longest ? z * sign : -y;
+    const float sideBase = ay >= longest ? 2.0f : 4.0f;
+    const float s = ax >= longest ? -z * sign : sideS;
+    const float v = ax >= longest ? -y : sideV;
+    const float base = ax >= longest ? 0.0f : sideBase;
     const float inverse = half / larger(std::abs(major), 1e-30f);
-    const float base = alongX ? 0.0f : alongY ? 2.0f : 4.0f;
     const float limit = 2.0f * half + 0.5f;
-    places.face[i] = base + (major < 0.0f ? 1.0f : 0.0f);
+    places.face[i] = base + (0.5f - 0.5f * sign);
     places.x[i] = smaller(larger(s * inverse + half + 0.5f, 0.5f), limit);
     places.y[i] = smaller(larger(v * inverse + half + 0.5f, 0.5f), limit);
   }
