@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <span>
-
-#include <glm/gtc/packing.hpp>
 
 #include "core/math.h"
 
@@ -17,6 +16,20 @@ constexpr std::size_t kValues = 4;  ///< of a texel
 std::size_t valuesOf(int size) {
   const auto side = static_cast<std::size_t>(size) + 2;
   return kValues * side * side;
+}
+
+/// What is no normal half float becomes 0.
+float floatOf(std::uint16_t half) {
+  const std::uint32_t exponentAndMore = (half & 0x7FFFu) << 13;
+  if (exponentAndMore < (1u << 23)) return 0.0f;
+  return std::bit_cast<float>((half & 0x8000u) << 16 | (exponentAndMore + (112u << 23)));
+}
+/// Of the mean of such values: rounded towards 0.
+std::uint16_t halfOf(float value) {
+  const auto bits = std::bit_cast<std::uint32_t>(value);
+  const std::uint32_t sized = bits & 0x7FFFFFFFu;
+  if (sized < (113u << 23)) return 0;
+  return static_cast<std::uint16_t>((bits >> 16 & 0x8000u) | ((sized - (112u << 23)) >> 13));
 }
 
 /// A face of a cube map, as OpenGL orders and turns them.
@@ -92,7 +105,7 @@ void HalfCube::read(const gl::Texture& texture, int coarse) {
   least_ = 1.0f;
   most_ = 0.0f;
   for (std::size_t i = coarse_.first + 3; i < values_.size(); i += kValues) {
-    const float coverage = glm::unpackHalf1x16(values_[i]);
+    const float coverage = floatOf(values_[i]);
     least_ = std::min(least_, coverage);
     most_ = std::max(most_, coverage);
   }
@@ -129,10 +142,9 @@ void HalfCube::add(const gl::Texture& texture, int level, HalfLevel& into) {
         const int nextX = x < 0 ? 0 : size - 1;
         const int nextY = y < 0 ? 0 : size - 1;
         for (std::size_t c = 0; c < kValues; ++c)
-          place(x, y)[c] = glm::packHalf1x16((glm::unpackHalf1x16(place(nextX, nextY)[c]) +
-                                              glm::unpackHalf1x16(place(x, nextY)[c]) +
-                                              glm::unpackHalf1x16(place(nextX, y)[c])) /
-                                             3.0f);
+          place(x, y)[c] = halfOf((floatOf(place(nextX, nextY)[c]) + floatOf(place(x, nextY)[c]) +
+                                   floatOf(place(nextX, y)[c])) /
+                                  3.0f);
       }
     }
   }
