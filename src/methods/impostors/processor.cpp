@@ -105,7 +105,7 @@ void Processor::upload(const ProcessorFrame& frame, const Band& band) {
 
 namespace {
 
-/// Samples of a tile that are to be filled, by object.
+/// Samples of a tile that are to be filled.
 struct Members {
   std::size_t count = 0;
   std::array<std::uint32_t, kMostRays> at;  ///< index in the band
@@ -114,90 +114,116 @@ struct Members {
 
 }  // namespace
 
-ProcessorCounts Processor::intersect(const ProcessorFrame& frame, Band& band) {
-  const int width = band.place.width();
-  const int height = band.place.height();
-  const int columns = (width + kTile - 1) / kTile;
-  const int rows = (height + kTile - 1) / kTile;
-  ProcessorCounts counts;
-  std::mutex mutex;
-  const auto fill = [&](TileRays& rays, const Members& tile, ProcessorCounts& mine) {
+/// The tiles of a band, one by one.
+class Processor::Tiles {
+ public:
+  Tiles(const ProcessorFrame& frame, Band& band)
+      : frame_(frame),
+        band_(band),
+        width_(band.place.width()),
+        columns_(static_cast<std::size_t>((width_ + kTile - 1) / kTile)) {}
+
+  std::size_t count() const {
+    return columns_ * static_cast<std::size_t>((band_.place.height() + kTile - 1) / kTile);
+  }
+
+  void fill(std::size_t index, TileRays& rays, ProcessorCounts& counts) {
+    find(index);
     std::array<bool, kMostRays> done{};
-    for (std::size_t begin = 0; begin < tile.count; ++begin) {
+    for (std::size_t begin = 0; begin < members_.count; ++begin) {
       if (done[begin]) continue;
-      RayBatch& batch = rays.batch();
-      Samples& samples = rays.samples();
-      const std::uint32_t object = band.object[tile.at[begin]];
-      batch.object = static_cast<int>(object);
-      batch.count = 0;
-      for (std::size_t m = begin; m < tile.count; ++m) {
-        const std::size_t at = tile.at[m];
-        if (band.object[at] != object) continue;
-        done[m] = true;
-        const std::size_t k = batch.count++;
-        const float* const normal = &band.normal[4 * at];
-        samples.x[k] = static_cast<float>(band.place.x0 + tile.x[m]) + 0.5f;
-        samples.y[k] = static_cast<float>(band.place.y0 + tile.y[m]) + 0.5f;
-        samples.depth[k] = band.depth[at];
-        samples.normalX[k] = normal[0];
-        samples.normalY[k] = normal[1];
-        samples.normalZ[k] = normal[2];
-        batch.sample[k] = tile.at[m];
-      }
+      gather(begin, rays, done);
       rays.run();
-      for (std::size_t k = 0; k < batch.count; ++k) {
-        const std::size_t at = batch.sample[k];
-        const bool bent = raster::isBent(band.normal[4 * at + 3]);
-        std::uint32_t marks = batch.marks[k];
-        if (bent) marks |= raster::kMaskBelowHorizon;
-        mine.environment += marks & raster::kMaskEnvironment;
-        mine.transition += (marks & raster::kMaskTransition) != 0 ? 1 : 0;
-        mine.bent += bent ? 1 : 0;
-        float* const texel = &band.image[4 * at];
-        texel[0] = batch.red[k];
-        texel[1] = batch.green[k];
-        texel[2] = batch.blue[k];
-        texel[3] = 1.0f;
-        if (frame.masks) band.masks[at] = static_cast<std::uint16_t>(marks);
+      write(rays.batch(), counts);
+    }
+  }
+
+ private:
+  /// Samples of mirrors; what else the tile shows is cleared.
+  void find(std::size_t index) {
+    const int x0 = static_cast<int>(index % columns_) * kTile;
+    const int y0 = static_cast<int>(index / columns_) * kTile;
+    const int x1 = std::min(width_, x0 + kTile);
+    members_.count = 0;
+    for (int y = y0; y < std::min(band_.place.height(), y0 + kTile); ++y) {
+      const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
+      if (!frame_.beside) {
+        const std::size_t first = row + static_cast<std::size_t>(x0);
+        const auto columns = static_cast<std::size_t>(x1 - x0);
+        std::fill_n(&band_.image[4 * first], 4 * columns, 0.0f);
+        if (frame_.masks) std::fill_n(&band_.masks[first], columns, std::uint16_t{0});
+      }
+      for (int x = x0; x < x1; ++x) {
+        const std::size_t at = row + static_cast<std::size_t>(x);
+        if (frame_.mirror[band_.object[at]] == 0 || !(band_.depth[at] > 0.0f)) continue;
+        members_.at[members_.count] = static_cast<std::uint32_t>(at);
+        members_.x[members_.count] = static_cast<std::uint16_t>(x);
+        members_.y[members_.count] = static_cast<std::uint16_t>(y);
+        ++members_.count;
       }
     }
-  };
-  parallelFor(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), kTilesPerTask,
-              [&](std::size_t begin, std::size_t end) {
-                ProcessorCounts mine;
-                TileRays& rays = TileRays::ofThread();
-                rays.begin(frame, mine);
-                Members tile;
-                for (std::size_t t = begin; t < end; ++t) {
-                  const int x0 = static_cast<int>(t % static_cast<std::size_t>(columns)) * kTile;
-                  const int y0 = static_cast<int>(t / static_cast<std::size_t>(columns)) * kTile;
-                  const int x1 = std::min(width, x0 + kTile);
-                  tile.count = 0;
-                  for (int y = y0; y < std::min(height, y0 + kTile); ++y) {
-                    const auto row = static_cast<std::uint32_t>(y * width);
-                    if (!frame.beside) {
-                      std::fill(band.image.begin() + 4 * (row + static_cast<std::uint32_t>(x0)),
-                                band.image.begin() + 4 * (row + static_cast<std::uint32_t>(x1)),
-                                0.0f);
-                      if (frame.masks)
-                        std::fill(band.masks.begin() + row + static_cast<std::uint32_t>(x0),
-                                  band.masks.begin() + row + static_cast<std::uint32_t>(x1),
-                                  std::uint16_t{0});
-                    }
-                    for (int x = x0; x < x1; ++x) {
-                      const std::uint32_t at = row + static_cast<std::uint32_t>(x);
-                      if (frame.mirror[band.object[at]] == 0 || !(band.depth[at] > 0.0f)) continue;
-                      tile.at[tile.count] = at;
-                      tile.x[tile.count] = static_cast<std::uint16_t>(x);
-                      tile.y[tile.count] = static_cast<std::uint16_t>(y);
-                      ++tile.count;
-                    }
-                  }
-                  if (tile.count > 0) fill(rays, tile, mine);
-                }
-                const std::scoped_lock lock(mutex);
-                counts.add(mine);
-              });
+  }
+
+  /// All samples from `begin` on that show that one's object.
+  void gather(std::size_t begin, TileRays& rays, std::array<bool, kMostRays>& done) const {
+    RayBatch& batch = rays.batch();
+    Samples& samples = rays.samples();
+    const std::uint32_t object = band_.object[members_.at[begin]];
+    batch.object = static_cast<int>(object);
+    batch.count = 0;
+    for (std::size_t m = begin; m < members_.count; ++m) {
+      const std::size_t at = members_.at[m];
+      if (band_.object[at] != object) continue;
+      done[m] = true;
+      const std::size_t k = batch.count++;
+      const float* const normal = &band_.normal[4 * at];
+      samples.x[k] = static_cast<float>(band_.place.x0 + members_.x[m]) + 0.5f;
+      samples.y[k] = static_cast<float>(band_.place.y0 + members_.y[m]) + 0.5f;
+      samples.depth[k] = band_.depth[at];
+      samples.normalX[k] = normal[0];
+      samples.normalY[k] = normal[1];
+      samples.normalZ[k] = normal[2];
+      batch.sample[k] = members_.at[m];
+    }
+  }
+
+  void write(const RayBatch& batch, ProcessorCounts& counts) {
+    for (std::size_t k = 0; k < batch.count; ++k) {
+      const std::size_t at = batch.sample[k];
+      const bool bent = raster::isBent(band_.normal[4 * at + 3]);
+      std::uint32_t marks = batch.marks[k];
+      if (bent) marks |= raster::kMaskBelowHorizon;
+      counts.environment += marks & raster::kMaskEnvironment;
+      counts.transition += (marks & raster::kMaskTransition) != 0 ? 1 : 0;
+      counts.bent += bent ? 1 : 0;
+      float* const texel = &band_.image[4 * at];
+      texel[0] = batch.red[k];
+      texel[1] = batch.green[k];
+      texel[2] = batch.blue[k];
+      texel[3] = 1.0f;
+      if (frame_.masks) band_.masks[at] = static_cast<std::uint16_t>(marks);
+    }
+  }
+
+  const ProcessorFrame& frame_;
+  Band& band_;
+  int width_;
+  std::size_t columns_;
+  Members members_;
+};
+
+ProcessorCounts Processor::intersect(const ProcessorFrame& frame, Band& band) {
+  ProcessorCounts counts;
+  std::mutex mutex;
+  parallelFor(Tiles(frame, band).count(), kTilesPerTask, [&](std::size_t begin, std::size_t end) {
+    ProcessorCounts mine;
+    TileRays& rays = TileRays::ofThread();
+    rays.begin(frame, mine);
+    Tiles tiles(frame, band);
+    for (std::size_t t = begin; t < end; ++t) tiles.fill(t, rays, mine);
+    const std::scoped_lock lock(mutex);
+    counts.add(mine);
+  });
   return counts;
 }
 

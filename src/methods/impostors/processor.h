@@ -78,6 +78,7 @@ class Processor {
   ProcessorCounts run(const ProcessorFrame& frame);
 
  private:
+  class Tiles;
   struct Band {
     raster::Rectangle place;
     std::vector<float> normal;

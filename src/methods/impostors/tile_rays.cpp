@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "methods/impostors/shaders/constants.h"
 
@@ -53,16 +54,7 @@ void TileRays::nearest(RayBatch& rays, bool diffuseAlone) {
       diffuseAlone ? static_cast<std::size_t>(list.diffuse) : list.members.size();
   if (frame_->countsRays) counts_->work += rays.count * count;
   if (count == 0) return;
-  const RayBounds bounds = loops_->bound(rays);
-  for (std::size_t k = 0; k < count; ++k) {
-    const int index = list.members[k];
-    const ImpostorLines& lines = frame_->lines[static_cast<std::size_t>(index)];
-    if (bounds.mayMeet(lines.centre, lines.radius)) {
-      meet(rays, index, lines);
-    } else {
-      counts_->culled += rays.count;
-    }
-  }
+  meetInOrder(rays, std::span(list.members).first(count));
   if (frame_->options.transitionHeight > 0.0f) shadeWalls(rays);
   if (frame_->options.attenuation > 0.0f) {
     for (std::size_t i = 0; i < rays.count; ++i) {
@@ -71,6 +63,33 @@ void TileRays::nearest(RayBatch& rays, bool diffuseAlone) {
       rays.green[i] *= fade;
       rays.blue[i] *= fade;
     }
+  }
+}
+
+void TileRays::meetInOrder(RayBatch& rays, std::span<const int> members) {
+  const RayBounds bounds = loops_->bound(rays);
+  const Vec3 middle = 0.5f * (bounds.least + bounds.most);
+  const float spread = 0.5f * glm::length(bounds.most - bounds.least);
+  order_.clear();
+  for (const int index : members) {
+    const ImpostorLines& lines = frame_->lines[static_cast<std::size_t>(index)];
+    if (bounds.mayMeet(lines.centre, lines.radius)) {
+      const float distance = glm::length(lines.centre - middle) - lines.radius - spread;
+      order_.emplace_back(distance > 0.0f ? distance : 0.0f, index);
+    } else {
+      counts_->culled += rays.count;
+    }
+  }
+  std::ranges::sort(order_);
+  for (std::size_t k = 0; k < order_.size(); ++k) {
+    // Nothing from here on is nearer than what all rays have met
+    const float farthest =
+        *std::max_element(rays.t.begin(), rays.t.begin() + static_cast<std::ptrdiff_t>(rays.count));
+    if (order_[k].first > farthest) {
+      counts_->culled += rays.count * (order_.size() - k);
+      return;
+    }
+    meet(rays, order_[k].second, frame_->lines[static_cast<std::size_t>(order_[k].second)]);
   }
 }
 

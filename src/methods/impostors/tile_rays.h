@@ -2,6 +2,11 @@
 // ones, and the environment map behind.
 #pragma once
 
+#include <array>
+#include <span>
+#include <utility>
+#include <vector>
+
 #include "methods/impostors/processor.h"
 
 namespace catoptric::methods::impostors {
@@ -20,6 +25,8 @@ class TileRays {
 
  private:
   void nearest(RayBatch& rays, bool diffuseAlone);
+  /// The nearest first, as far as spheres about them tell.
+  void meetInOrder(RayBatch& rays, std::span<const int> members);
   void meet(RayBatch& rays, int index, const ImpostorLines& lines);
   void meetDepthMap(const RayBatch& rays, const ImpostorLines& lines);
   void take(RayBatch& rays, int index, const ImpostorLines& lines);
@@ -41,6 +48,7 @@ class TileRays {
   std::array<std::uint16_t, kMostRays>
       from_{};  ///< rays of first_ that those of second_ go on from
   std::array<float, kMostRays> specular_{};
+  std::vector<std::pair<float, int>> order_;  ///< meetInOrder()'s: distance, impostor
   Meetings met_;
   MapRays map_;
   LookUps looks_;
