@@ -46,8 +46,7 @@ SchedulerParameters=batch_sched_delay=0,sched_min_interval=1000,sched_interval=1
 SelectType=select/cons_tres
 SelectTypeParameters=CR_CPU
 AccountingStorageType=accounting_storage/none
-JobCompType=jobcomp/filetxt
-JobCompLoc={folder}/completed
+JobCompType=jobcomp/none
 JobAcctGatherType=jobacct_gather/none
 {nodes}
 PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
@@ -148,14 +147,42 @@ class Cluster:
             return False
         return any(f"/{name}.log" in link or f"/spool/{name}" in link for link in held)
 
-    def lose_node(self, name):
-        """The node and all that runs on it are gone at once, as when its power fails."""
-        self.kill(name)
-        for number in self.tasks_of(name):
+    def lose_busy_node(self):
+        """A node that renders is gone at once, with all that runs on it, as when its power fails; its name."""
+        found = []
+
+        def stopped():
+            for name in reversed(self.names):
+                numbers = self.tasks_of(name)
+                self.signal(numbers, signal.SIGSTOP)
+                if any(self.renders(number) for number in numbers):  # it has not told Slurm that it ended
+                    found.extend([name, numbers])
+                    return True
+                self.signal(numbers, signal.SIGCONT)
+            return False
+
+        self.wait_for(stopped, "a task on a node", 60)
+        self.kill(found[0])
+        self.signal(found[1], signal.SIGKILL)
+        return found[0]
+
+    @staticmethod
+    def signal(numbers, which):
+        for number in numbers:
             try:
-                os.kill(number, signal.SIGKILL)
+                os.kill(number, which)
             except ProcessLookupError:
                 pass
+
+    @staticmethod
+    def renders(number):
+        """Whether a process is there, has not ended, and is not Slurm's own."""
+        try:
+            place = pathlib.Path("/proc", str(number))
+            state = (place / "stat").read_text().rpartition(")")[2].split()[0]
+            return state != "Z" and not (place / "cmdline").read_bytes().startswith(b"slurmstepd")
+        except OSError:
+            return False
 
     def requeued(self):
         """Tasks that wait after their node was lost: Slurm lets each wait two minutes before it may start again."""

@@ -1,4 +1,5 @@
 // catoptric status, retry, cancel: of what `submit` has made.
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <thread>
@@ -38,7 +39,12 @@ std::string numbers(const std::vector<int>& chunks) {
   return chunks.empty() ? "" : scene::formatFrames(chunks);
 }
 
-std::string progressText(const cluster::Progress& progress) {
+std::string progressText(const cluster::Submission& submission, const cluster::Progress& progress) {
+  if (submission.isStudy()) {
+    const cluster::ChunkProgress& only = progress.chunks.front();
+    return "the sweep is " + std::string(cluster::stateName(only.state)) +
+           (only.note.empty() ? "" : ": " + only.note) + "\n";
+  }
   std::string text = std::to_string(progress.finished()) + " of " +
                      std::to_string(progress.frames()) + " frames are there\n";
   for (const ChunkState state : kStates)
@@ -78,13 +84,16 @@ std::string progressJson(const cluster::Progress& progress) {
 ExitCode status(const StatusOptions& options, const CommonOptions& common) {
   cluster::Submission submission = cluster::readSubmission(options.folder);
   cluster::Progress progress = progressOf(submission, options.verify);
-  constexpr auto kAskAgain = std::chrono::seconds(2);  // ours
+  // Slurm is asked ever more rarely. Ours
+  constexpr auto kAtMost = std::chrono::milliseconds(15'000);
+  auto pause = std::chrono::milliseconds(250);
   while (options.wait && progress.moves()) {
-    std::this_thread::sleep_for(kAskAgain);
+    std::this_thread::sleep_for(pause);
+    pause = std::min(kAtMost, pause + pause / 4);
     submission = cluster::readSubmission(options.folder);
     progress = progressOf(submission, options.verify);
   }
-  printData(common.json ? progressJson(progress) : progressText(progress));
+  printData(common.json ? progressJson(progress) : progressText(submission, progress));
   const bool lost = !progress.chunksThatAre(ChunkState::Failed).empty() ||
                     !progress.chunksThatAre(ChunkState::Held).empty();
   if (lost) log::warning("frames are missing that nobody makes: catoptric retry " + options.folder);

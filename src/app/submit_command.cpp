@@ -1,5 +1,7 @@
 // catoptric submit.
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 
@@ -28,6 +30,7 @@ struct SubmitOptions : RunOptions {
   std::string times;
   int maxParallel = 0;
   std::vector<std::string> sbatch;
+  std::vector<std::string> study;
   bool dryRun = false;
 };
 
@@ -108,7 +111,30 @@ std::string ownProgram() {
   return path.string();
 }
 
+/// What stands after --.
+void checkStudy(const std::vector<std::string>& study) {
+  if (study.front() != "sweep")
+    throw UsageError("\"" + study.front() +
+                     "\" cannot be submitted; write -- sweep and its options");
+  for (const std::string& word : study)
+    for (const char* own : {"--out", "--existing", "--progress", "--dry-run"})
+      if (word.starts_with(own))
+        throw UsageError(word + ": the sweep's folder and what becomes of it are chosen by submit");
+}
+
+/// What the sweep would refuse is refused now; it says why.
+void trySweep(const cluster::Submission& submission) {
+  const std::string command =
+      cluster::shellWords({submission.program, "sweep"}) +
+      cluster::shellWords({submission.config().string()}) +
+      cluster::shellWords(submission.runArguments) +
+      cluster::shellWords({submission.study.begin() + 1, submission.study.end()}) +
+      " --dry-run -q >/dev/null";
+  if (std::system(command.c_str()) != 0) throw UsageError("the sweep would be refused; see above");
+}
+
 std::string summaryText(const cluster::Submission& submission, std::size_t frames) {
+  if (submission.isStudy()) return "a sweep, in one task";
   const std::vector<int> wanted = submission.wanted();
   std::size_t methods = submission.methods.size();
   std::string text = std::to_string(frames) + " frames by " + std::to_string(methods) +
@@ -121,10 +147,14 @@ std::string summaryText(const cluster::Submission& submission, std::size_t frame
   return text;
 }
 
-/// What Slurm refuses leaves no folder that would stand in the way of the next try.
-void submitAll(cluster::Submission& submission) {
+/// What is refused leaves no folder that would stand in the way of the next try.
+void createAndSubmit(cluster::Submission& submission, const std::string& config) {
+  cluster::createSubmission(submission, config);
   try {
-    cluster::submitToSlurm(submission, submission.wanted());
+    if (submission.isStudy()) trySweep(submission);
+    cluster::writeScripts(submission);
+    if (submission.engine == cluster::Engine::Slurm)
+      cluster::submitToSlurm(submission, submission.wanted());
   } catch (const Error&) {
     std::error_code ignored;
     if (submission.jobs.empty()) fs::remove_all(submission.folder, ignored);
@@ -149,17 +179,21 @@ ExitCode submit(const SubmitOptions& options, const CommonOptions& common) {
   }
   submission.slurmArguments = options.sbatch;
   submission.maxParallel = options.maxParallel;
-  submission.chunks = chunkCount(options, stage.frames().size());
-  submission.methods = sharesOf(stage, submission.chunks);
+  submission.study = options.study;
+  if (submission.isStudy()) {
+    checkStudy(options.study);
+    submission.chunks = 1;
+  } else {
+    submission.chunks = chunkCount(options, stage.frames().size());
+    submission.methods = sharesOf(stage, submission.chunks);
+  }
 
   const std::string summary = summaryText(submission, stage.frames().size());
   if (options.dryRun) {
     printData(summary + "\n");
     return ExitCode::Done;
   }
-  cluster::createSubmission(submission, portableConfig(input));
-  cluster::writeScripts(submission);
-  if (submission.engine == cluster::Engine::Slurm) submitAll(submission);
+  createAndSubmit(submission, portableConfig(input));
 
   std::vector<std::string> jobs;
   for (const cluster::Job& job : submission.jobs) jobs.push_back(job.id);
@@ -220,6 +254,10 @@ void addSubmit(CLI::App& program, CommonOptions& common, Action& action) {
   const auto options = std::make_shared<SubmitOptions>();
   addRunOptions(*command, *options, common);
   command
+      ->add_option("study", options->study,
+                   "After --: sweep and its options, in place of frames; one task measures it")
+      ->type_name("-- sweep ...");
+  command
       ->add_option("--out", options->out,
                    "Folder for the chunks and, in merged/, for the whole run; all nodes must see "
                    "it [out/NAME]")
@@ -230,6 +268,7 @@ void addSubmit(CLI::App& program, CommonOptions& common, Action& action) {
   catoptric submit configs/demo.json --chunks 20 --out out/shared --sbatch=--cpus-per-task=4
   catoptric status out/shared
   catoptric retry out/shared
+  catoptric submit configs/demo.json --out out/levels -- sweep --vary image.width=128,256
   catoptric submit configs/demo.json --chunks 8 --to script --out out/shared && out/shared/run.sh 2
 
 Exit codes: 0 done; 2 the command line or the config is wrong, or Slurm refuses; 3 a scene or one of

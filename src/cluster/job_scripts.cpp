@@ -32,11 +32,25 @@ std::string shellWord(const std::string& text) {
   return word + "'";
 }
 
+std::string shellWords(const std::vector<std::string>& arguments) {
+  std::string text;
+  for (const std::string& argument : arguments) text += " " + shellWord(argument);
+  return text;
+}
+
 std::string chunkScript(const Submission& submission) {
-  std::string arguments;
-  for (const std::string& argument : submission.runArguments)
-    arguments += " " + shellWord(argument);
   const std::string folder = shellWord(submission.folder.string());
+  const std::string config = shellWord(submission.config().string());
+  const std::string command =
+      submission.isStudy()
+          ? submission.study.front() + " " + config + shellWords(submission.runArguments) +
+                shellWords({submission.study.begin() + 1, submission.study.end()}) +
+                " --threads \"$threads\" --out " + shellWord(submission.studyFolder().string()) +
+                " --existing resume --progress plain"
+          : "render " + config + shellWords(submission.runArguments) +
+                " --threads \"$threads\" --chunk \"$chunk/" + std::to_string(submission.chunks) +
+                "\" \\\n  --out " + folder + "/parts/$chunk --existing resume --wait " +
+                kWaitSeconds + " --no-tables --keep-going --progress plain";
   return "#!/bin/sh\n"
          "# Made by `catoptric submit`. Renders a chunk: chunk.sh NUMBER; as a task of a Slurm "
          "array:\n"
@@ -51,15 +65,13 @@ std::string chunkScript(const Submission& submission) {
          "else\n"
          "  chunk=$1\n"
          "fi\n" +
-         enterFolder(submission) + "echo \"chunk $chunk on $(uname -n), $(date)\" >>" + folder +
+         enterFolder(submission) +
+         "echo \"chunk $chunk on $(uname -n), $(date +%Y-%m-%dT%H:%M:%S.%N)\" >>" + folder +
          "/logs/$chunk.log\n"
          "# exec, so that signals reach the program\n"
          "exec " +
-         shellWord(submission.program) + " render " + shellWord(submission.config().string()) +
-         arguments + " --threads \"$threads\" --chunk \"$chunk/" +
-         std::to_string(submission.chunks) + "\" \\\n  --out " + folder +
-         "/parts/$chunk --existing resume --wait " + kWaitSeconds +
-         " --no-tables --keep-going --progress plain \\\n  >>" + folder + "/logs/$chunk.log 2>&1\n";
+         shellWord(submission.program) + " " + command + " \\\n  >>" + folder +
+         "/logs/$chunk.log 2>&1\n";
 }
 
 std::string mergeScript(const Submission& submission) {
@@ -70,9 +82,14 @@ std::string mergeScript(const Submission& submission) {
 }
 
 std::string runScript(const Submission& submission) {
+  const std::string folder = shellWord(submission.folder.string());
+  const std::string failed =
+      " || { echo \"some chunks failed; see: catoptric status \"" + folder + " >&2; exit 6; }\n";
+  if (submission.isStudy())
+    return "#!/bin/sh\n# Made by `catoptric submit`. Run it again to go on.\n" + folder +
+           "/chunk.sh 1" + failed;
   std::string chunks;
   for (const int chunk : submission.wanted()) chunks += std::to_string(chunk) + "\n";
-  const std::string folder = shellWord(submission.folder.string());
   return "#!/bin/sh\n"
          "# Made by `catoptric submit`. Renders all chunks on this machine, PARALLEL at a time, "
          "and\n"
@@ -83,11 +100,8 @@ std::string runScript(const Submission& submission) {
          "parallel=${1:-1}\n"
          "share=${2:-1/1}\n"
          "awk -v i=\"${share%/*}\" -v n=\"${share#*/}\" 'NR % n == i % n' <<'CHUNKS' |\n" +
-         chunks +
-         "CHUNKS\n"
-         "  xargs -P \"$parallel\" -n 1 " +
-         folder + "/chunk.sh || echo \"some chunks failed: catoptric status \"" + folder +
-         " >&2\n" + "[ \"$share\" != 1/1 ] || " + folder + "/merge.sh || { cat " + folder +
+         chunks + "CHUNKS\n  xargs -P \"$parallel\" -n 1 " + folder + "/chunk.sh" + failed +
+         "[ \"$share\" != 1/1 ] || " + folder + "/merge.sh || { cat " + folder +
          "/logs/merge.log >&2; exit 6; }\n";
 }
 
@@ -101,7 +115,7 @@ void writeScripts(const Submission& submission) {
     if (error) throw OutputError(file.string() + ": " + error.message());
   };
   write("chunk.sh", chunkScript(submission));
-  write("merge.sh", mergeScript(submission));
+  if (!submission.isStudy()) write("merge.sh", mergeScript(submission));
   if (submission.engine == Engine::Script) write("run.sh", runScript(submission));
 }
 

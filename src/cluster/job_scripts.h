@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "cluster/submission.h"
 
@@ -9,6 +10,9 @@ namespace catoptric::cluster {
 
 /// A word for a shell, whatever is in it.
 std::string shellWord(const std::string& text);
+
+/// Words for a shell, each after a space.
+std::string shellWords(const std::vector<std::string>& arguments);
 
 /// chunk.sh: renders one chunk, `chunk.sh NUMBER`, or as a task of a Slurm array
 /// `chunk.sh --array OFFSET`.

@@ -75,24 +75,33 @@ std::string lastWords(const fs::path& log, int chunk) {
 }
 
 /// Of a chunk that is not done.
-void tellState(ChunkProgress& progress, const Submission& submission, const QueuedTask* task) {
-  const int chunk = progress.chunk;
-  if (task != nullptr && isOneOf(kAtWork, task->state)) {
-    progress.state = ChunkState::Running;
-  } else if (task != nullptr && (isOneOf(kHeldBy, task->reason) || task->state.ends_with("HOLD"))) {
-    progress.state = ChunkState::Held;
-    progress.note = task->reason;
-  } else if (task != nullptr) {
-    progress.state = ChunkState::Waiting;
-  } else if (std::any_of(submission.methods.begin(), submission.methods.end(),
-                         [&](const MethodShare& method) {
-                           return isWritten(submission.part(chunk) / method.folder);
-                         })) {
-    progress.state = ChunkState::Running;
-  } else {
-    progress.state = ChunkState::Failed;
-    progress.note = lastWords(submission.log(chunk), chunk);
+ChunkState stateOf(int chunk, const Submission& submission, const QueuedTask* task) {
+  if (task != nullptr) {
+    if (isOneOf(kAtWork, task->state)) return ChunkState::Running;
+    const bool held = isOneOf(kHeldBy, task->reason) || task->state.ends_with("HOLD");
+    return held ? ChunkState::Held : ChunkState::Waiting;
   }
+  const bool written = std::any_of(
+      submission.methods.begin(), submission.methods.end(),
+      [&](const MethodShare& method) { return isWritten(submission.part(chunk) / method.folder); });
+  return written ? ChunkState::Running : ChunkState::Failed;
+}
+
+/// Frames of a chunk; a study counts as one.
+ChunkProgress progressOfChunk(const Submission& submission, int chunk, bool contents) {
+  ChunkProgress progress;
+  progress.chunk = chunk;
+  for (const MethodShare& method : submission.methods) {
+    const std::vector<int>& frames = method.chunks[static_cast<std::size_t>(chunk) - 1];
+    progress.frames += static_cast<int>(frames.size());
+    progress.finished += finishedFrames(submission.part(chunk) / method.folder, frames, contents);
+  }
+  if (submission.isStudy()) {
+    std::error_code error;
+    progress.frames = 1;
+    progress.finished = fs::exists(submission.studyFolder() / "sweep.json", error) ? 1 : 0;
+  }
+  return progress;
 }
 
 }  // namespace
@@ -151,27 +160,28 @@ Progress progressOf(const Submission& submission, const std::vector<QueuedTask>&
         taskOf[job.offset + task.index] = &task;
     }
   for (const int chunk : submission.wanted()) {
-    ChunkProgress one;
-    one.chunk = chunk;
-    for (const MethodShare& method : submission.methods) {
-      const std::vector<int>& frames = method.chunks[static_cast<std::size_t>(chunk) - 1];
-      one.frames += static_cast<int>(frames.size());
-      one.finished += finishedFrames(submission.part(chunk) / method.folder, frames, contents);
-    }
+    ChunkProgress one = progressOfChunk(submission, chunk, contents);
     one.state = ChunkState::Done;
-    const auto task = taskOf.find(chunk);
-    if (one.finished < one.frames)
-      tellState(one, submission, task == taskOf.end() ? nullptr : task->second);
+    if (one.finished < one.frames) {
+      const auto found = taskOf.find(chunk);
+      const QueuedTask* task = found == taskOf.end() ? nullptr : found->second;
+      one.state = stateOf(chunk, submission, task);
+      if (one.state == ChunkState::Held) one.note = task->reason;
+      if (one.state == ChunkState::Failed) one.note = lastWords(submission.log(chunk), chunk);
+    }
     progress.chunks.push_back(std::move(one));
   }
-  progress.merged = std::all_of(
-      submission.methods.begin(), submission.methods.end(), [&](const MethodShare& method) {
-        std::vector<int> frames;
-        for (const std::vector<int>& chunk : method.chunks)
-          frames.insert(frames.end(), chunk.begin(), chunk.end());
-        return finishedFrames(submission.merged() / method.folder, frames, contents) ==
-               static_cast<int>(frames.size());
-      });
+  if (submission.isStudy())
+    progress.merged = progress.finished() == progress.frames();
+  else
+    progress.merged = std::all_of(
+        submission.methods.begin(), submission.methods.end(), [&](const MethodShare& method) {
+          std::vector<int> frames;
+          for (const std::vector<int>& chunk : method.chunks)
+            frames.insert(frames.end(), chunk.begin(), chunk.end());
+          return finishedFrames(submission.merged() / method.folder, frames, contents) ==
+                 static_cast<int>(frames.size());
+        });
   return progress;
 }
 

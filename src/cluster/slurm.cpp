@@ -122,6 +122,7 @@ void submitToSlurm(Submission& submission, const std::vector<int>& chunks) {
           submission.maxParallel > 0 ? "%" + std::to_string(submission.maxParallel) : "";
       std::vector<std::string> words = sbatchWords(submission, name, "slurm-%A.log");
       words.push_back("--array=" + arrayIndices(indices) + most);
+      if (submission.isStudy()) words.emplace_back("--exclusive");  // its times must be its own
       words.push_back((submission.folder / "chunk.sh").string());
       words.emplace_back("--array");
       words.push_back(std::to_string(offset));
@@ -131,6 +132,7 @@ void submitToSlurm(Submission& submission, const std::vector<int>& chunks) {
       recordJob(submission, job);
     }
   }
+  if (submission.isStudy()) return;
   std::vector<std::string> words = sbatchWords(submission, name + "-merge", "slurm-%j.log");
   if (!chunks.empty()) words.push_back("--dependency=" + dependency);
   words.push_back((submission.folder / "merge.sh").string());

@@ -53,6 +53,7 @@ std::string descriptionText(const Submission& submission) {
       .add("program", submission.program)
       .add("working_folder", submission.workingFolder)
       .add("render", submission.runArguments)
+      .add("study", submission.study)
       .add("sbatch", submission.slurmArguments)
       .add("max_parallel", submission.maxParallel)
       .add("chunks", submission.chunks)
@@ -99,6 +100,7 @@ fs::path Submission::log(int chunk) const {
 }
 
 std::vector<int> Submission::wanted() const {
+  if (isStudy()) return {1};
   std::set<int> numbers;
   for (const MethodShare& method : methods)
     for (std::size_t i = 0; i < method.chunks.size(); ++i)
@@ -140,6 +142,7 @@ Submission readSubmission(const fs::path& folder) {
   submission.program = value.get("program").asString();
   submission.workingFolder = value.get("working_folder").asString();
   submission.runArguments = strings(value.get("render"));
+  submission.study = strings(value.get("study"));
   submission.slurmArguments = strings(value.get("sbatch"));
   submission.maxParallel = static_cast<int>(value.get("max_parallel").asInteger());
   submission.chunks = static_cast<int>(value.get("chunks").asInteger());

@@ -38,13 +38,18 @@ struct Submission {
   int maxParallel = 0;                      ///< tasks at the same time; 0: as many as Slurm lets
   int chunks = 0;
   std::vector<MethodShare> methods;
+  /// In place of frames: a sweep, whose times count only where one task on one node measures them
+  /// all. The words of its command line after the config, without those about its folder.
+  std::vector<std::string> study;
   std::vector<Job> jobs;
 
   std::filesystem::path config() const { return folder / "config.json"; }
   std::filesystem::path part(int chunk) const { return folder / "parts" / std::to_string(chunk); }
   std::filesystem::path log(int chunk) const;
   std::filesystem::path merged() const { return folder / "merged"; }
-  /// The chunks that have frames.
+  std::filesystem::path studyFolder() const { return folder / "sweep"; }
+  bool isStudy() const { return !study.empty(); }
+  /// The chunks that have frames; a study is one chunk.
   std::vector<int> wanted() const;
 };
 
