@@ -135,15 +135,17 @@ void trySweep(const cluster::Submission& submission) {
 
 std::string summaryText(const cluster::Submission& submission, std::size_t frames) {
   if (submission.isStudy()) return "a sweep, in one task";
-  const std::vector<int> wanted = submission.wanted();
-  std::size_t methods = submission.methods.size();
-  std::string text = std::to_string(frames) + " frames by " + std::to_string(methods) +
-                     (methods == 1 ? " method" : " methods") + " in " +
-                     std::to_string(wanted.size()) + " chunks";
-  if (wanted.size() < static_cast<std::size_t>(submission.chunks))
-    text += " (" + std::to_string(static_cast<std::size_t>(submission.chunks) - wanted.size()) +
-            " of " + std::to_string(submission.chunks) +
-            " would be empty: a chunk begins at a frame that needs none before it)";
+  const auto counted = [](std::size_t count, const std::string& what) {
+    return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+  };
+  const std::size_t chunks = submission.wanted().size();
+  std::string text = counted(frames, "frame") + " by " +
+                     counted(submission.methods.size(), "method") + " in " +
+                     counted(chunks, "chunk");
+  const auto asked = static_cast<std::size_t>(submission.chunks);
+  if (chunks < std::min(asked, frames))
+    text +=
+        " (of " + std::to_string(asked) + ": a chunk begins at a frame that needs none before it)";
   return text;
 }
 
