@@ -217,12 +217,11 @@ void GridMapping::warp(const KeyFrame& key, const scene::Camera& now) {
   });
 }
 
-Outcome GridMapping::found(std::size_t at, const trace::ReflectionPoint& point,
+Outcome GridMapping::found(std::size_t at, std::uint32_t reflector, float distance,
                            Vec3& radiance) const {
   radiance = Vec3(0.0f);
   if (warped_.reflector[at] == 0) return Outcome::NotFound;
-  if (warped_.reflector[at] != static_cast<std::uint32_t>(point.object) ||
-      !similar(warped_.depth[at], point.distance, options_.epsilon))
+  if (warped_.reflector[at] != reflector || !similar(warped_.depth[at], distance, options_.epsilon))
     return Outcome::Discontinuity;
   radiance = warped_.radiance[at];
   return Outcome::Found;

@@ -25,8 +25,9 @@ class GridMapping {
   void shift(const KeyFrame& key);
   /// That image in the current view.
   void warp(const KeyFrame& key, const scene::Camera& now);
-  /// What was found for a point of the current frame whose sample is `at`.
-  Outcome found(std::size_t at, const trace::ReflectionPoint& point, Vec3& radiance) const;
+  /// What was found for sample `at` of the current frame, which shows a reflector so far from the
+  /// eye.
+  Outcome found(std::size_t at, std::uint32_t reflector, float distance, Vec3& radiance) const;
 
   /// Of the key frame's sample, from where it was to where its reflection is now; NaN: invalid.
   std::span<const Vec2> offsets() const { return offsets_; }

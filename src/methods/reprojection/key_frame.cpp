@@ -77,7 +77,7 @@ void KeyFrame::keep(std::size_t at, const trace::ReflectionPoint& point, const t
   surface_[at] = (static_cast<std::uint64_t>(point.object) << 32U) | shown;
 }
 
-void KeyFrame::finish(const frame::Geometry& geometry) {
+void KeyFrame::finish(const frame::Geometry& geometry, float epsilon) {
   for (std::size_t at = 0; at < hits_.size(); ++at) {
     if (reflector(at) == 0 || shown(at) == 0 || hitObjectMoves_[shown(at) - 1] == 0) continue;
     // A hit on an implicit surface is not a point of its triangles
@@ -87,6 +87,22 @@ void KeyFrame::finish(const frame::Geometry& geometry) {
       moving_.push_back({at, hits_[at]});
   }
   hits_ = {};
+  findCells(epsilon);
+}
+
+void KeyFrame::findCells(float epsilon) {
+  const auto width = static_cast<std::size_t>(width_);
+  cells_.assign(surface_.size(), 0);
+  parallelFor(static_cast<std::size_t>(height_ - 1), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t y = begin; y < end; ++y)
+      for (std::size_t a = y * width; a + 1 < (y + 1) * width; ++a) {
+        if (surface_[a] == 0 || !continuous(a, a + 1, epsilon) ||
+            !continuous(a, a + width, epsilon) || !continuous(a + width + 1, a + 1, epsilon) ||
+            !continuous(a + width + 1, a + width, epsilon))
+          continue;
+        cells_[a] = reflector(a) << 1U | (shown(a) == 0 ? 1U : 0U);
+      }
+  });
 }
 
 void KeyFrame::follow(const frame::Geometry& geometry) {

@@ -2,6 +2,8 @@
 // kept so that later frames find their reflections in them.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -30,8 +32,8 @@ class KeyFrame {
   /// may keep different samples at once.
   void keep(std::size_t at, const trace::ReflectionPoint& point, const trace::FirstHit& hit,
             const Vec3& radiance);
-  /// After the last keep().
-  void finish(const frame::Geometry& geometry);
+  /// After the last keep(). `epsilon`: that of continuous().
+  void finish(const frame::Geometry& geometry, float epsilon);
 
   /// Brings what has been met on moving objects to where it is now.
   void follow(const frame::Geometry& geometry);
@@ -66,6 +68,19 @@ class KeyFrame {
   /// s.d of a sample whose reflection is kept: metres from the eye.
   float distance(std::size_t at) const { return distance_[at]; }
 
+  /// Whether two samples show one continuous surface in one reflector: their lengths differ by no
+  /// more than `epsilon`, relatively.
+  bool continuous(std::size_t a, std::size_t b, float epsilon) const {
+    return surface_[a] == surface_[b] &&
+           std::abs(place_[a].w - place_[b].w) <= epsilon * std::min(place_[a].w, place_[b].w);
+  }
+  /// By sample: where it and the three to its right and below show one continuous surface twice the
+  /// reflector's id, and 1 more of the sky; else 0.
+  std::span<const std::uint32_t> cells() const { return cells_; }
+  /// By sample: place() and length().
+  std::span<const Vec4> places() const { return place_; }
+  std::span<const Vec3> radiances() const { return radiance_; }
+
   /// s.n, where begin() was told to keep them.
   const Vec3& normal(std::size_t at) const { return normal_[at]; }
 
@@ -77,6 +92,7 @@ class KeyFrame {
   Vec3 formerly(const Vec3& position, int object, const frame::Geometry& geometry) const;
 
  private:
+  void findCells(float epsilon);
   /// A hit on an object that moves, by which it is found again.
   struct MovingHit {
     std::size_t at = 0;
@@ -94,6 +110,7 @@ class KeyFrame {
   std::vector<std::uint64_t> surface_;  ///< reflector and what it shows
   std::vector<Vec4> place_;             ///< place or direction, and length
   std::vector<Vec3> radiance_;
+  std::vector<std::uint32_t> cells_;
   std::vector<float> distance_;
   std::vector<Vec3> normal_;
   std::vector<MovingHit> moving_;

@@ -10,10 +10,12 @@
 #include "core/parallel.h"
 #include "methods/contract/restarts.h"
 #include "methods/reprojection/key_frame.h"
+#include "methods/reprojection/mirror_samples.h"
 #include "methods/reprojection/options.h"
 #include "methods/reprojection/reuse.h"
 #include "methods/shared/reflective_samples.h"
 #include "methods/shared/reflectors.h"
+#include "methods/shared/sample_tiles.h"
 #include "trace/lobes/reflect.h"
 
 namespace catoptric::methods {
@@ -102,11 +104,11 @@ class Reprojection : public Method {
       report({}, 0, 0, output);
       return;
     }
-    const ReflectiveSamples samples = services.timer.measure("readback", [&] {
-      raster::readBack(*services.gbuffer, true, copy_);
-      return collectReflective(copy_, input.frame.camera, *services.trace, reflectors_);
+    services.timer.measure("readback", [&] {
+      raster::readBack(*services.gbuffer, specularLevelsVary(services.scene, reflectors_), copy_);
+      samples_.find(copy_, input.frame.camera, *services.trace, reflectors_);
     });
-    const std::size_t count = samples.points.size();
+    const std::size_t count = samples_.count();
     radiance_.assign(count, Vec3(0.0f));
     flags_.assign(masks_ ? count : 0, 0);
 
@@ -114,7 +116,7 @@ class Reprojection : public Method {
     OutcomeCounts outcomes;
     std::vector<std::uint32_t> missing;
     if (reason.empty()) {
-      findAll(input, samples, services, outcomes, missing);
+      findAll(services, outcomes, missing);
       // A new key frame helps only those that it can be searched for.
       const std::uint64_t never = outcomes[Outcome::NotSearched];
       reason = shareReason(missing.size() - never, count - never);
@@ -122,13 +124,13 @@ class Reprojection : public Method {
     const std::uint64_t missed = outcomes.of == OutcomeCounts{}.of ? count : missing.size();
     const bool whole = !reason.empty() && reason != kPartial;
     if (whole) {
-      makeKey(input, services, samples);
+      makeKey(input, services);
       outcomes = {};
       missing.clear();
     } else if (input.kept || reason == kPartial) {
-      retrace(input, services, samples, missing, reason == kPartial);
+      retrace(input, services, missing, reason == kPartial);
     }
-    if (input.kept) show(services, samples, missing);
+    if (input.kept) show(services, missing);
     report(outcomes, missing.size(), whole ? count : 0, output);
     output.counters["partial_key"] = reason == kPartial ? 1 : 0;
     Table table(kKeyFrames);
@@ -160,16 +162,16 @@ class Reprojection : public Method {
   }
 
   /// Looks for all samples in the key frame, and for the rest in the partial ones, newest first.
-  void findAll(const FrameInput& input, const ReflectiveSamples& samples, Services& services,
-               OutcomeCounts& outcomes, std::vector<std::uint32_t>& missing) {
-    reuse_.begin(copy_, samples, input.frame.camera, services);
+  void findAll(Services& services, OutcomeCounts& outcomes, std::vector<std::uint32_t>& missing) {
+    services.timer.measure("search", [&] { samples_.aim(); });
+    reuse_.begin(samples_, services);
     key_.follow(services.geometry);
     reuse_.findIn(key_, services, radiance_);
     for (auto partial = partial_.rbegin(); partial != partial_.rend(); ++partial) {
       partial->follow(services.geometry);
       reuse_.findIn(*partial, services, radiance_);
     }
-    for (std::size_t i = 0; i < samples.points.size(); ++i) {
+    for (std::size_t i = 0; i < samples_.count(); ++i) {
       ++outcomes.of[static_cast<std::size_t>(reuse_.outcome(i))];
       if (reuse_.outcome(i) != Outcome::Found) missing.push_back(static_cast<std::uint32_t>(i));
     }
@@ -177,53 +179,49 @@ class Reprojection : public Method {
 
   /// Keeps in `key` what the samples `places` have met.
   void keep(KeyFrame& key, const FrameInput& input, Services& services,
-            std::span<const trace::ReflectionPoint> points, std::span<const std::uint32_t> places,
-            std::span<const Vec3> radiance) {
+            std::span<const std::uint32_t> places, std::span<const Vec3> radiance) {
     key.begin(copy_.sampleWidth(), copy_.sampleHeight(), input.frame.camera, services.lighting,
               services.geometry, options_.mapping == reprojection::Mapping::Grid);
     const scene::Scene& scene = services.scene;
-    parallelFor(points.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
+    parallelFor(places.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const trace::FirstHit& hit = hits_[i];
         // One ray whose light depends on nothing but the place that it meets
         const bool shines = hit.hit.miss() || options_.bounces == 1 ||
                             scene.objects[static_cast<std::size_t>(hit.hit.object)].reflector == 0;
-        if (reprojection::isMirror(points[i], scene) && shines &&
+        if (reprojection::isMirror(points_[i].glossiness, points_[i].object, scene) && shines &&
             trace::isTraceable({hit.origin, hit.direction}))
-          key.keep(places[i], points[i], hit, radiance[i]);
+          key.keep(places[i], points_[i], hit, radiance[i]);
       }
     });
-    key.finish(services.geometry);
+    key.finish(services.geometry, options_.epsilon);
     leastShare_ = 1.0;
   }
 
   /// Traces all samples, as `traced` does, and keeps what they met.
-  void makeKey(const FrameInput& input, Services& services, const ReflectiveSamples& samples) {
+  void makeKey(const FrameInput& input, Services& services) {
     services.timer.measure("recompute", [&] {
-      hits_.resize(samples.points.size());
-      trace(input, services, samples.points, radiance_, flags_, hits_);
-      keep(key_, input, services, samples.points, samples.places, radiance_);
+      samples_.points(samples_.places(), points_);
+      hits_.resize(points_.size());
+      trace(input, services, radiance_, flags_, hits_);
+      keep(key_, input, services, samples_.places(), radiance_);
       keyNumber_ = input.frame.number;
       partial_.clear();
     });
   }
 
   /// Traces what was not found; `keeps`: as a partial key frame.
-  void retrace(const FrameInput& input, Services& services, const ReflectiveSamples& samples,
+  void retrace(const FrameInput& input, Services& services,
                const std::vector<std::uint32_t>& missing, bool keeps) {
     services.timer.measure("recompute", [&] {
-      std::vector<trace::ReflectionPoint> points;
       std::vector<std::uint32_t> places;
-      points.reserve(missing.size());
       places.reserve(missing.size());
-      for (const std::uint32_t i : missing) {
-        points.push_back(samples.points[i]);
-        places.push_back(samples.places[i]);
-      }
-      std::vector<Vec3> radiance(points.size(), Vec3(0.0f));
-      std::vector<std::uint8_t> flags(masks_ ? points.size() : 0, 0);
-      hits_.resize(keeps ? points.size() : 0);
-      trace(input, services, points, radiance, flags, hits_);
+      for (const std::uint32_t i : missing) places.push_back(samples_.places()[i]);
+      samples_.points(places, points_);
+      std::vector<Vec3> radiance(points_.size(), Vec3(0.0f));
+      std::vector<std::uint8_t> flags(masks_ ? points_.size() : 0, 0);
+      hits_.resize(keeps ? points_.size() : 0);
+      trace(input, services, radiance, flags, hits_);
       for (std::size_t k = 0; k < missing.size(); ++k) {
         radiance_[missing[k]] = radiance[k];
         if (masks_) flags_[missing[k]] = flags[k];
@@ -234,26 +232,25 @@ class Reprojection : public Method {
         partial_.emplace_back();
       else
         std::rotate(partial_.begin(), partial_.begin() + 1, partial_.end());
-      keep(partial_.back(), input, services, points, places, radiance);
+      keep(partial_.back(), input, services, places, radiance);
     });
   }
 
-  void trace(const FrameInput& input, Services& services,
-             std::span<const trace::ReflectionPoint> points, std::span<Vec3> radiance,
+  /// Of points_.
+  void trace(const FrameInput& input, Services& services, std::span<Vec3> radiance,
              std::span<std::uint8_t> flags, std::span<trace::FirstHit> hits) {
     const float spread = scene::pixelSpreadRad(input.frame.camera, copy_.sampleHeight());
-    counts_ = trace::reflectedRadiance(*services.trace, services.lighting, spread, points,
+    counts_ = trace::reflectedRadiance(*services.trace, services.lighting, spread, points_,
                                        reflection_, true, radiance, flags, hits);
   }
 
-  void show(Services& services, const ReflectiveSamples& samples,
-            const std::vector<std::uint32_t>& missing) {
+  void show(Services& services, const std::vector<std::uint32_t>& missing) {
     services.timer.measure("upload", [&] {
-      upload_.scatter(*services.gbuffer, !reflectors_.all(), samples.places, radiance_, flags_);
+      upload_.scatter(*services.gbuffer, !reflectors_.all(), samples_.places(), radiance_, flags_);
       if (masks_)
         for (const std::uint32_t i : missing)
           upload_.mark(
-              samples.places[i],
+              samples_.places()[i],
               raster::kMaskRetraced |
                   (reuse_.outcome(i) == Outcome::NotSearched ? 0 : raster::kMaskDisoccluded));
       upload_.upload(*services.gbuffer);
@@ -294,6 +291,8 @@ class Reprojection : public Method {
   trace::ReflectionCounts counts_;
   // Kept across frames, so that no frame allocates anew.
   raster::GBufferCopy copy_;
+  reprojection::MirrorSamples samples_;
+  std::vector<trace::ReflectionPoint> points_;  ///< those that are traced
   std::vector<Vec3> radiance_;
   std::vector<std::uint8_t> flags_;
   std::vector<trace::FirstHit> hits_;

@@ -6,12 +6,10 @@
 #include <limits>
 
 #include "core/parallel.h"
-#include "scene/reflectance.h"
 
 namespace catoptric::methods::reprojection {
 namespace {
 
-constexpr int kTile = 16;  ///< samples along an edge; a sample starts from its neighbours in it
 constexpr std::size_t kSamplesPerTask = 2048;
 
 /// Whether a key frame keeps a reflection of `reflector` at a place.
@@ -27,40 +25,26 @@ const Vec2 kNowhere(std::numeric_limits<float>::quiet_NaN());
 
 }  // namespace
 
-bool isMirror(const trace::ReflectionPoint& point, const scene::Scene& scene) {
-  const scene::Object& object = scene.objects[static_cast<std::size_t>(point.object - 1)];
-  return point.glossiness <= scene::kMirrorGlossiness &&
-         !(scene.materials[object.material].refraction > 0.0f);
-}
-
-void Reuse::begin(const raster::GBufferCopy& current, const ReflectiveSamples& samples,
-                  const scene::Camera& camera, Services& services) {
-  camera_ = camera;
-  current_ = &current;
+void Reuse::begin(const MirrorSamples& samples, Services& services) {
   samples_ = &samples;
+  width_ = samples.source().sampleWidth();
+  height_ = samples.source().sampleHeight();
+  rays_ = samples.rays();
+  first_ = true;
   moving_.update(services.scene, services.geometry);
-  const std::size_t count = samples.points.size();
+  const std::size_t count = samples.count();
   services.timer.measure("search", [&] {
-    indexOf_.assign(current.object.size(), -1);
-    rays_.resize(count);
+    indexOf_.assign(samples.source().object.size(), -1);
     attached_.resize(count);
     matches_.resize(count);
     changed_.resize(count);
     places_.resize(count);
+    shown_.resize(count);
     outcomes_.resize(count);
     parallelFor(count, kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        indexOf_[samples.places[i]] = static_cast<std::int32_t>(i);
-        trace::ReflectionPoint point = samples.points[i];
-        rays_[i].reflector = 0;
-        outcomes_[i] = Outcome::NotSearched;
-        if (!isMirror(point, services.scene)) continue;
-        trace::settle(*services.trace, point);
-        bool belowHorizon = false;
-        bool total = false;
-        const trace::Ray ray = trace::lobeRay(point, 0, 1, belowHorizon, total);
-        rays_[i] = {ray.origin, ray.direction, static_cast<std::uint32_t>(point.object)};
-        outcomes_[i] = Outcome::NotAsked;
+        indexOf_[samples.places()[i]] = static_cast<std::int32_t>(i);
+        outcomes_[i] = rays_[i].reflector != 0 ? Outcome::NotAsked : Outcome::NotSearched;
       }
     });
   });
@@ -80,19 +64,23 @@ void Reuse::attach(const KeyFrame& key, const Services& services) {
   parallelFor(pending_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const std::size_t i = pending_[k];
-      const trace::ReflectionPoint& point = samples_->points[i];
-      const auto place = key.project(point.position, point.object - 1, services.geometry);
+      const auto place = key.project(samples_->positions()[i],
+                                     static_cast<int>(rays_[i].reflector) - 1, services.geometry);
       attached_[i] = place ? *place : kNowhere;
       matches_[i].outcome = Outcome::NotFound;
       changed_[i] = 0;
+      shown_[i] = Shown::Unknown;
     }
   });
 }
 
 Match Reuse::searchFrom(const KeyFrame& key, std::size_t i, std::span<const Vec2> starts) const {
   Match match{kNowhere, Outcome::NotFound};
+  Vec2 before = kNowhere;
   for (const Vec2& start : starts) {
-    if (std::isnan(start.x)) continue;
+    // From the same place it comes to the same end.
+    if (std::isnan(start.x) || glm::floor(start + 0.5f) == before) continue;
+    before = glm::floor(start + 0.5f);
     match = search(key, rays_[i], start, options_);
     if (match.outcome == Outcome::Found) break;
   }
@@ -108,46 +96,51 @@ bool Reuse::holds(const KeyFrame& key, std::size_t i, const Match& match) const 
          missBy(key, rays_[i], match.place, lookup.place, options_) <= options_.fidelity;
 }
 
+Vec2 Reuse::like(std::int32_t i, std::int32_t n) const {
+  if (n < 0 || rays_[n].reflector != rays_[i].reflector ||
+      (matches_[n].outcome != Outcome::Found && matches_[n].outcome != Outcome::Hidden))
+    return kNowhere;
+  return matches_[n].place + attached_[i] - attached_[n];
+}
+
+bool Reuse::findFrom(const KeyFrame& key, int sweep, std::int32_t i,
+                     const std::array<std::int32_t, 2>& beside, std::int32_t last) {
+  // Neighbours' reflections move alike; else it starts where the surface was.
+  std::array<Vec2, 3> starts{like(i, beside[0]), like(i, beside[1]), kNowhere};
+  if (sweep == 0)
+    starts[2] = keeps(key, rays_[i].reflector, attached_[i]) ? attached_[i] : like(i, last);
+  const Match match = searchFrom(key, i, starts);
+  if (match.outcome != Outcome::Found) return false;
+  matches_[i] = match;
+  changed_[i] = static_cast<std::uint8_t>(sweep);
+  shown_[i] = Shown::Unknown;
+  return true;
+}
+
 bool Reuse::searchSample(const KeyFrame& key, int sweep, std::int32_t i,
                          const std::array<std::int32_t, 2>& beside, std::int32_t last) {
-  const std::uint32_t reflector = rays_[i].reflector;
-  // Neighbours' reflections move alike; else it starts where the surface was.
-  const auto from = [&](std::int32_t n) {
-    if (n < 0 || rays_[n].reflector != reflector ||
-        (matches_[n].outcome != Outcome::Found && matches_[n].outcome != Outcome::Hidden))
-      return kNowhere;
-    return matches_[n].place + attached_[i] - attached_[n];
-  };
-  std::array<Vec2, 3> starts{from(beside[0]), from(beside[1]), kNowhere};
-  const auto changes = [&](const Match& match) {
-    matches_[i] = match;
-    changed_[i] = static_cast<std::uint8_t>(sweep);
-  };
-  bool changed = false;
-  if (matches_[i].outcome == Outcome::NotFound) {
-    if (sweep == 0) starts[2] = keeps(key, reflector, attached_[i]) ? attached_[i] : from(last);
-    const Match match = searchFrom(key, i, starts);
-    changed = match.outcome == Outcome::Found;
-    if (changed) changes(match);
-  }
+  bool changed = matches_[i].outcome == Outcome::NotFound && findFrom(key, sweep, i, beside, last);
   // A ray that meets several things that the key frame shows sees the nearest one.
   for (int side = 0; side < 2 && matches_[i].outcome == Outcome::Found; ++side) {
     const float nearer = matches_[i].length * (1.0f - options_.epsilon);
-    if (std::isnan(starts[side].x) || !(matches_[beside[side]].length < nearer)) continue;
-    const Match match = searchFrom(key, i, {&starts[side], 1});
+    if (beside[side] < 0 || !(matches_[beside[side]].length < nearer)) continue;
+    const Vec2 start = like(i, beside[side]);
+    if (std::isnan(start.x)) continue;
+    const Match match = searchFrom(key, i, {&start, 1});
     if (match.outcome == Outcome::Found && match.length < nearer && holds(key, i, match))
-      changes(match);
-    else if (!keeps(key, reflector, starts[side]))
-      changes({starts[side], Outcome::Hidden, matches_[beside[side]].length});
+      matches_[i] = match;
+    else if (!keeps(key, rays_[i].reflector, start))
+      matches_[i] = {start, Outcome::Hidden, matches_[beside[side]].length};
     else
       continue;
+    changed_[i] = static_cast<std::uint8_t>(sweep);
+    shown_[i] = Shown::Unknown;
     changed = true;
   }
   return changed;
 }
 
 bool Reuse::sweepTile(const KeyFrame& key, int sweep, const Tile& tile) {
-  const int width = current_->sampleWidth();
   std::int32_t last = -1;  // the last one found
   // The first and third sweep come from the left and from above, the others from the other side.
   const int back = sweep % 2 == 0 ? 1 : -1;
@@ -158,12 +151,12 @@ bool Reuse::sweepTile(const KeyFrame& key, int sweep, const Tile& tile) {
   float farthest = 0.0f;
   const auto at = [&](int x, int y, bool tried) {
     if (x < tile.left || y < tile.top || x >= tile.right || y >= tile.bottom) return -1;
-    const std::int32_t n = indexOf_[static_cast<std::size_t>(y * width + x)];
+    const std::int32_t n = indexOf_[static_cast<std::size_t>(y * width_ + x)];
     // A neighbour from which a sample has started before need not be tried again.
     return n >= 0 && tried && changed_[n] + 1 < sweep ? -1 : n;
   };
   const auto visit = [&](int x, int y, bool triedBeside, bool triedAbove) {
-    const std::int32_t i = indexOf_[static_cast<std::size_t>(y * width + x)];
+    const std::int32_t i = indexOf_[static_cast<std::size_t>(y * width_ + x)];
     if (i < 0 || matches_[i].outcome == Outcome::NotAsked) return;
     const std::array<std::int32_t, 2> beside{at(x - back, y, triedBeside),
                                              at(x, y - back, triedAbove)};
@@ -189,19 +182,16 @@ bool Reuse::sweepTile(const KeyFrame& key, int sweep, const Tile& tile) {
   return sweep >= 2 || lacks || nearest < farthest * (1.0f - options_.epsilon);
 }
 
-void Reuse::searchTiles(const KeyFrame& key, int firstSweep, int shift) {
-  const int width = current_->sampleWidth();
-  const int height = current_->sampleHeight();
-  const int tilesX = (width + shift + kTile - 1) / kTile;
-  const int tilesY = (height + shift + kTile - 1) / kTile;
+void Reuse::forTiles(int shift, const std::function<void(const Tile&)>& body) const {
+  const int tilesX = (width_ + shift + kTile - 1) / kTile;
+  const int tilesY = (height_ + shift + kTile - 1) / kTile;
   parallelFor(static_cast<std::size_t>(tilesX * tilesY), 8,
               [&](std::size_t begin, std::size_t end) {
                 for (std::size_t t = begin; t < end; ++t) {
                   const int left = static_cast<int>(t % tilesX) * kTile - shift;
                   const int top = static_cast<int>(t / tilesX) * kTile - shift;
-                  const Tile tile{std::max(0, left), std::max(0, top),
-                                  std::min(width, left + kTile), std::min(height, top + kTile)};
-                  if (sweepTile(key, firstSweep, tile)) sweepTile(key, firstSweep + 1, tile);
+                  body({std::max(0, left), std::max(0, top), std::min(width_, left + kTile),
+                        std::min(height_, top + kTile)});
                 }
               });
 }
@@ -215,9 +205,10 @@ void Reuse::warpInPlace(const KeyFrame& key, const Services& services) {
       if (!keeps(key, rays_[i].reflector, place)) continue;
       const auto x = static_cast<int>(std::floor(place.x + 0.5f));
       const auto y = static_cast<int>(std::floor(place.y + 0.5f));
-      const trace::ReflectionPoint& point = samples_->points[i];
-      const float distance = glm::distance(
-          key.formerly(point.position, point.object - 1, services.geometry), key.camera().eye());
+      const float distance =
+          glm::distance(key.formerly(samples_->positions()[i],
+                                     static_cast<int>(rays_[i].reflector) - 1, services.geometry),
+                        key.camera().eye());
       const float kept = key.distance(key.index(x, y));
       if (std::abs(kept - distance) <= options_.epsilon * distance)
         matches_[i] = {place, Outcome::Found};
@@ -226,7 +217,7 @@ void Reuse::warpInPlace(const KeyFrame& key, const Services& services) {
 }
 
 float Reuse::keyArea(std::size_t at) const {
-  const auto width = static_cast<std::size_t>(current_->sampleWidth());
+  const auto width = static_cast<std::size_t>(width_);
   const std::size_t x = at % width;
   const std::size_t y = at / width;
   const std::int32_t i = indexOf_[at];
@@ -257,15 +248,15 @@ void Reuse::shift(const KeyFrame& key, std::vector<Vec3>& radiance) {
     for (std::size_t k = begin; k < end; ++k) {
       const std::size_t i = pending_[k];
       Outcome outcome = matches_[i].outcome;
-      if (outcome == Outcome::Found) {
+      if (outcome == Outcome::Found && shown_[i] == Shown::Unknown) {
         const Lookup lookup = lookUp(key, rays_[i].reflector, matches_[i].place, options_);
         outcome = lookup.outcome;
-        if (outcome == Outcome::Found &&
-            keyArea(samples_->places[i]) * options_.magnification < 1.0f)
-          outcome = Outcome::Magnified;
         radiance[i] = lookup.radiance;
         places_[i] = lookup.place;
       }
+      if (outcome == Outcome::Found && shown_[i] != Shown::Measured &&
+          keyArea(samples_->places()[i]) * options_.magnification < 1.0f)
+        outcome = Outcome::Magnified;
       // Of several key frames the first one says why.
       if (outcome == Outcome::Found || outcomes_[i] == Outcome::NotAsked) outcomes_[i] = outcome;
       if (outcome != Outcome::Found) radiance[i] = Vec3(0.0f);
@@ -303,13 +294,16 @@ void Reuse::warp(const KeyFrame& key, const frame::Geometry& geometry,
 }
 
 void Reuse::findByGrid(const KeyFrame& key, Services& services, std::vector<Vec3>& radiance) {
-  services.timer.measure("search", [&] { grid_.search(key, services.geometry, camera_); });
+  services.timer.measure("search",
+                         [&] { grid_.search(key, services.geometry, samples_->camera()); });
   services.timer.measure("shift", [&] { grid_.shift(key); });
   services.timer.measure("warp", [&] {
-    grid_.warp(key, camera_);
+    grid_.warp(key, samples_->camera());
+    const Vec3 eye = samples_->camera().eye();
     for (std::size_t i = 0; i < outcomes_.size(); ++i)
       if (outcomes_[i] != Outcome::NotSearched)
-        outcomes_[i] = grid_.found(samples_->places[i], samples_->points[i], radiance[i]);
+        outcomes_[i] = grid_.found(samples_->places()[i], rays_[i].reflector,
+                                   glm::distance(samples_->positions()[i], eye), radiance[i]);
   });
 }
 
@@ -324,14 +318,28 @@ void Reuse::findIn(const KeyFrame& key, Services& services, std::vector<Vec3>& r
       warpInPlace(key, services);
       return;
     }
-    searchTiles(key, 0, 0);
+    // Forth and back.
+    const int columns = (width_ + kTile - 1) / kTile;
+    const int rows = (height_ + kTile - 1) / kTile;
+    tiles_.assign(static_cast<std::size_t>(columns * rows), {});
+    forTiles(0, [&](const Tile& tile) {
+      const auto t = static_cast<std::size_t>(tile.top / kTile * columns + tile.left / kTile);
+      if (samples_->countIn(t) == 0)
+        tiles_[t].all = true;
+      else if (first_)
+        tiles_[t] = fillTile(key, tile, radiance);
+      if (!settled(tile) && sweepTile(key, 0, tile)) sweepTile(key, 1, tile);
+    });
     // Once more across the tiles' borders.
-    searchTiles(key, 2, kTile / 2);
+    forTiles(kTile / 2, [&](const Tile& tile) {
+      if (!settled(tile) && sweepTile(key, 2, tile)) sweepTile(key, 3, tile);
+    });
   });
   // What the key frame shows there, if it shows one surface there and is not stretched too far.
   services.timer.measure("shift", [&] { shift(key, radiance); });
   // Whether it lies where this frame's mirrored ray goes.
   if (searches_) services.timer.measure("warp", [&] { warp(key, services.geometry, radiance); });
+  first_ = false;
 }
 
 }  // namespace catoptric::methods::reprojection

@@ -4,40 +4,41 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <limits>
 #include <span>
 #include <vector>
 
 #include "frame/steps.h"
 #include "methods/contract/method.h"
+#include "methods/reprojection/cell_lanes.h"
 #include "methods/reprojection/grid.h"
 #include "methods/reprojection/key_frame.h"
+#include "methods/reprojection/mirror_samples.h"
 #include "methods/reprojection/moving_boxes.h"
 #include "methods/reprojection/options.h"
 #include "methods/reprojection/search.h"
-#include "methods/shared/reflective_samples.h"
 #include "raster/gbuffer.h"
 
 namespace catoptric::methods::reprojection {
 
-/// Whether the light of a reflective sample comes along one mirrored ray: neither a lobe nor a body
-/// that refracts.
-bool isMirror(const trace::ReflectionPoint& point, const scene::Scene& scene);
-
 class Reuse {
  public:
+  static constexpr int kTile =
+      16;  ///< samples along an edge; a sample starts from its neighbours in it
+
   /// `searches`: follow the reflection; false: keep it on its surface (image_warp).
   Reuse(const Options& options, bool searches)
       : options_(options), searches_(searches), grid_(options) {}
 
-  /// Begins a frame: nothing is found yet. `current` and `samples` stay with the caller until the
-  /// next one. Times itself as `search`.
-  void begin(const raster::GBufferCopy& current, const ReflectiveSamples& samples,
-             const scene::Camera& camera, Services& services);
+  /// Begins a frame: nothing is found yet. `samples` stay with the caller until the next one. Times
+  /// itself as `search`.
+  void begin(const MirrorSamples& samples, Services& services);
   /// Looks in `key` for what has not been found yet, and fills radiance[i] of what is. Times itself
   /// as `search`, `shift` and `warp`.
   void findIn(const KeyFrame& key, Services& services, std::vector<Vec3>& radiance);
 
-  /// Of samples.points[i]: Found, or why it was not found in the first of the key frames.
+  /// Of sample i: Found, or why it was not found in the first of the key frames.
   Outcome outcome(std::size_t i) const { return outcomes_[i]; }
 
  private:
@@ -49,12 +50,45 @@ class Reuse {
   struct Tile {
     int left, top, right, bottom;
   };
-  /// All samples, tile by tile, forth and back; the tiles begin `shift` samples before the frame.
-  void searchTiles(const KeyFrame& key, int firstSweep, int shift);
+  /// Some neighbouring samples, and those at their corners (left to right, then below), -1: none.
+  struct Cell {
+    int left, top, right, bottom;  ///< all inclusive
+    std::array<std::int32_t, 4> node;
+  };
+  /// Calls body(tile) for all tiles, which begin `shift` samples before the frame.
+  void forTiles(int shift, const std::function<void(const Tile&)>& body) const;
+  /// What is known of a tile that begins with the frame.
+  struct TileState {
+    bool all = false;  ///< all of it was found by its cells, or nothing is to be found
+    float nearest = std::numeric_limits<float>::infinity();  ///< of all, Match::length
+    float farthest = 0.0f;
+  };
+  /// Whether no sample of a tile of any place can find more from its neighbours.
+  bool settled(const Tile& tile) const;
+  /// What the corners of a cell tell.
+  struct Corners {
+    std::array<bool, 4> known{};  ///< was found
+    std::array<Vec2, 4> offset{};
+    bool agree = false;  ///< they show one surface that is not stretched too far
+  };
+  /// Searches the corners of a tile's cells, and finds others by theirs, with their radiance.
+  TileState fillTile(const KeyFrame& key, const Tile& tile, std::vector<Vec3>& radiance);
+  Corners corners(const KeyFrame& key, const Cell& cell) const;
+  /// Adds the cell's samples at offsets between its corners', or at the nearest one's where they do
+  /// not agree. Whether that is all of them.
+  bool expect(const Cell& cell, const Corners& corners, CellLanes& lanes);
+  /// Takes what is found of the lanes, and keeps those that another correction may find. How many
+  /// of the others there were.
+  std::size_t take(const KeyFrame& key, CellLanes& lanes, std::vector<Vec3>& radiance);
   /// Whether another sweep can find more: where all was found and is about as far away, none can.
   bool sweepTile(const KeyFrame& key, int sweep, const Tile& tile);
-  /// `beside`: neighbours to start from, -1: none; `last`: another sample that was found. Whether
-  /// that changed something.
+  /// Where sample `i` would be if it had moved like sample `n`, -1: none.
+  Vec2 like(std::int32_t i, std::int32_t n) const;
+  /// Looks for a sample that was not found yet. `beside`: neighbours to start from, -1: none;
+  /// `last`: another sample that was found. Whether it is found.
+  bool findFrom(const KeyFrame& key, int sweep, std::int32_t i,
+                const std::array<std::int32_t, 2>& beside, std::int32_t last);
+  /// That, and whether what a neighbour shows is in front of it. Whether that changed something.
   bool searchSample(const KeyFrame& key, int sweep, std::int32_t i,
                     const std::array<std::int32_t, 2>& beside, std::int32_t last);
   /// Whether a match shows one surface, on the mirrored ray of sample i.
@@ -70,18 +104,23 @@ class Reuse {
   Options options_;
   bool searches_;
   GridMapping grid_;
-  scene::Camera camera_;
-  const raster::GBufferCopy* current_ = nullptr;
-  const ReflectiveSamples* samples_ = nullptr;
+  const MirrorSamples* samples_ = nullptr;
+  int width_ = 0;  ///< of the frame, in samples
+  int height_ = 0;
   MovingBoxes moving_;
   // By sample of the G-buffer: index in `samples`, -1: none. By index in `samples`: the others.
   std::vector<std::int32_t> indexOf_;
-  std::vector<MirrorRay> rays_;  ///< reflector 0: not asked
+  std::span<const MirrorRay> rays_;  ///< reflector 0: not asked
   std::vector<Outcome> outcomes_;
+  bool first_ = false;  ///< of the frame's key frames, the one in turn is the first
   // Of the key frame in turn.
   std::vector<std::uint32_t> pending_;
   std::vector<Vec2> attached_;  ///< where it saw the surface; NaN: nowhere
   std::vector<Match> matches_;
+  /// Whether radiance and place of a match are known by its cell, and its magnification too.
+  enum class Shown : std::uint8_t { Unknown, Known, Measured };
+  std::vector<Shown> shown_;
+  std::vector<TileState> tiles_;       ///< along rows; of a later key frame nothing
   std::vector<std::uint8_t> changed_;  ///< the sweep in which the match last changed
   std::vector<Vec4> places_;           ///< what the match shows
 };

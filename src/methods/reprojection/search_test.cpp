@@ -8,6 +8,11 @@
 #include <cmath>
 #include <functional>
 #include <optional>
+#include <utility>
+#include <vector>
+
+#include "core/vector_level.h"
+#include "methods/reprojection/cell_lanes.h"
 
 namespace catoptric::methods::reprojection {
 namespace {
@@ -97,7 +102,7 @@ KeyFrame keyOf(const Setting& setting, const scene::Camera& camera) {
       hit.direction = glm::normalize(seen->direction);
       key.keep(key.index(x, y), point, hit, wallColour(seen->place));
     }
-  key.finish(geometry);
+  key.finish(geometry, Options{}.epsilon);
   return key;
 }
 
@@ -177,6 +182,93 @@ TEST(Search, FindsSphericalReflectionsOfAlhazensProblem) {
     return shortestOnSphere(before.eye(), seen.place, seen.surface.position);
   };
   EXPECT_GT(compare(kSphere, before, now, onSphere, 0.5f, 0.1f), 500);
+}
+
+/// Samples of both settings as lanes, somewhat beside the places that search() finds.
+std::size_t lanesOf(const Setting& setting, const KeyFrame& key, const scene::Camera& now,
+                    CellLanes& lanes, std::vector<Match>& matches) {
+  const frame::Geometry geometry = stillGeometry();
+  lanes.count = 0;
+  for (int y = 0; y < kSize; y += 3)
+    for (int x = 0; x < kSize && lanes.count < CellLanes::kMost; x += 5) {
+      const auto seen = see(setting, now, static_cast<float>(x), static_cast<float>(y));
+      const auto start = seen ? key.project(seen->surface.position, 0, geometry) : std::nullopt;
+      if (!start) continue;
+      const MirrorRay ray{seen->surface.position, glm::normalize(seen->direction), 1};
+      const Match match = search(key, ray, *start, {});
+      if (match.outcome != Outcome::Found) continue;
+      const std::size_t lane = lanes.count++;
+      lanes.sample[lane] = static_cast<std::int32_t>(lane);
+      lanes.reflector[lane] = 1;
+      lanes.originX[lane] = ray.origin.x;
+      lanes.originY[lane] = ray.origin.y;
+      lanes.originZ[lane] = ray.origin.z;
+      lanes.directionX[lane] = ray.direction.x;
+      lanes.directionY[lane] = ray.direction.y;
+      lanes.directionZ[lane] = ray.direction.z;
+      lanes.attachedX[lane] = start->x;
+      lanes.attachedY[lane] = start->y;
+      lanes.x[lane] = match.place.x + (x % 2 == 0 ? 0.1f : -0.07f);
+      lanes.y[lane] = match.place.y + (y % 2 == 0 ? -0.09f : 0.06f);
+      matches.push_back(match);
+    }
+  return lanes.count;
+}
+
+TEST(CellLanes, FindWhatTheSearchFindsAtEveryVectorLevel) {
+  const auto before = scene::lookAt({0.0f, 1.5f, 3.0f}, {0.0f, 0.0f, -1.0f}, {0, 1, 0}, 0.9f);
+  const auto now = scene::lookAt({0.05f, 1.52f, 2.97f}, {0.0f, 0.0f, -1.0f}, {0, 1, 0}, 0.9f);
+  for (const Setting& setting : {kFloor, kSphere}) {
+    const KeyFrame key = keyOf(setting, before);
+    std::vector<CellLanes> results;
+    for (const VectorLevel level :
+         {VectorLevel::Base, VectorLevel::V2, VectorLevel::V3, VectorLevel::V4}) {
+      limitVectorLevel(level);
+      CellLanes lanes;
+      std::vector<Match> matches;
+      ASSERT_GT(lanesOf(setting, key, now, lanes, matches), 15u);
+      correct(key, 0.5f, lanes);
+      std::size_t found = 0;
+      for (std::size_t i = 0; i < lanes.count; ++i) {
+        if (lanes.found[i] == 0) continue;
+        ++found;
+        const Vec2 place(lanes.x[i], lanes.y[i]);
+        EXPECT_LT(glm::distance(place, matches[i].place), 0.05f);
+        const Lookup lookup = lookUp(key, 1, place, {});
+        ASSERT_EQ(lookup.outcome, Outcome::Found);
+        EXPECT_EQ(Vec3(lanes.red[i], lanes.green[i], lanes.blue[i]), lookup.radiance);
+        EXPECT_NEAR(lanes.length[i], matches[i].length, 0.05f * matches[i].length);
+      }
+      EXPECT_GT(found, lanes.count / 2);
+      results.push_back(lanes);
+    }
+    limitVectorLevel(VectorLevel::V4);
+    for (const CellLanes& other : results)
+      for (std::size_t i = 0; i < other.count; ++i) {
+        EXPECT_EQ(other.found[i], results[0].found[i]);
+        EXPECT_EQ(other.x[i], results[0].x[i]);
+        EXPECT_EQ(other.y[i], results[0].y[i]);
+        EXPECT_EQ(other.red[i], results[0].red[i]);
+      }
+  }
+}
+
+TEST(CellLanes, FindNothingWhereThereIsNoCell) {
+  // A key frame of one sample, and one of the wrong reflector
+  const auto camera = scene::lookAt({0.0f, 1.5f, 3.0f}, {0.0f, 0.0f, -1.0f}, {0, 1, 0}, 0.9f);
+  KeyFrame small;
+  small.begin(1, 1, camera, {}, stillGeometry());
+  small.finish(stillGeometry(), 0.05f);
+  const KeyFrame key = keyOf(kFloor, camera);
+  CellLanes lanes;
+  std::vector<Match> matches;
+  ASSERT_GT(lanesOf(kFloor, key, camera, lanes, matches), 15u);
+  lanes.reflector.fill(2);
+  for (const KeyFrame* other : {&key, &std::as_const(small)}) {
+    lanes.found.fill(1);
+    correct(*other, 0.5f, lanes);
+    for (std::size_t i = 0; i < lanes.count; ++i) EXPECT_EQ(lanes.found[i], 0);
+  }
 }
 
 TEST(Search, StaysWhereNothingHasMoved) {

@@ -181,6 +181,28 @@ TEST(ReprojectionSequences, HoldWhereObjectsMoveAppearAndVanish) {
   EXPECT_GT(worst.reused, worst.samples / 3);
 }
 
+TEST(ReprojectionSequences, HoldWhereLightsChange) {
+  SceneBuilder builder = mirrors(1.0f, false);
+  const int lamp = builder.add(scene::makeSphere(0.05f, 8, 4, scene::UvMode::Unit),
+                               builder.diffuse({0.1f, 0.1f, 0.1f}, {1.0f, 1.0f, 0.8f}),
+                               test::translation({-1.0f, 2.0f, 2.0f}));
+  builder.move(lamp, {0.8f, 0.0f, 0.0f}, 0.45f);
+  scene::Light light;
+  light.intensity = Vec3(6.0f);
+  light.node = builder.scene().objects[static_cast<std::size_t>(lamp)].node;
+  builder.scene().lights.push_back(light);
+  // The lamp stops after five of ten frames. Until then all are key frames: traced's bits.
+  const Worst moving =
+      render(builder.scene(), {.frames = 5, .seconds = 0.1f, .camera = sideways(1.0f, 0.01f)});
+  EXPECT_EQ(moving.keys, 5u);
+  EXPECT_EQ(moving.l1, 0.0);
+  const Worst whole =
+      render(builder.scene(), {.frames = 10, .seconds = 0.1f, .camera = sideways(1.0f, 0.01f)});
+  EXPECT_EQ(whole.keys, 6u);
+  EXPECT_GT(whole.reused, whole.samples / 5);
+  EXPECT_LT(whole.l1, 0.6);
+}
+
 TEST(ReprojectionSequences, HoldWhereMirrorsMove) {
   SceneBuilder builder = mirrors(1.0f, false);
   const int ball = builder.add(scene::makeSphere(0.5f, 64, 32, scene::UvMode::Unit),

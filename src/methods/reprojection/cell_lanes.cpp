@@ -1,0 +1,222 @@
+#include "methods/reprojection/cell_lanes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/vector_level.h"
+#include "methods/reprojection/search.h"
+
+// Of a loop whose turns do not depend on each other.
+#if defined(__GNUC__) && !defined(__clang__)
+#define CATOPTRIC_INDEPENDENT _Pragma("GCC ivdep")
+#else
+#define CATOPTRIC_INDEPENDENT
+#endif
+
+// Plain loops that the compiler turns into vector code, once for each level of the machine, as in
+// trace/lobes/point_lanes.cpp: equal bits.
+namespace catoptric::methods::reprojection {
+namespace {
+
+/// Whole vectors of the widest kind: what lies behind the last lane is computed and never used.
+constexpr std::size_t kWidest = 16;
+static_assert(CellLanes::kMost % kWidest == 0);
+
+/// The key frame's arrays.
+struct KeyArrays {
+  int width;
+  float lastX, lastY;  ///< places of the last samples
+  const std::uint32_t* cells;
+  const float* places;    ///< 4 a sample
+  const float* radiance;  ///< 3 a sample
+};
+
+[[gnu::always_inline]] inline std::size_t padded(std::size_t count) {
+  return (count + kWidest - 1) / kWidest * kWidest;
+}
+
+[[gnu::always_inline]] inline void moveBody(const KeyArrays& key, float near, CellLanes& lanes) {
+  const float* const originX = lanes.originX.data();
+  const float* const originY = lanes.originY.data();
+  const float* const originZ = lanes.originZ.data();
+  const float* const directionX = lanes.directionX.data();
+  const float* const directionY = lanes.directionY.data();
+  const float* const directionZ = lanes.directionZ.data();
+  const float* const attachedX = lanes.attachedX.data();
+  const float* const attachedY = lanes.attachedY.data();
+  const std::uint32_t* const reflector = lanes.reflector.data();
+  float* const placeX = lanes.x.data();
+  float* const placeY = lanes.y.data();
+  float* const misses = lanes.miss.data();
+  std::int32_t* const found = lanes.found.data();
+  const std::size_t count = padded(lanes.count);
+  CATOPTRIC_INDEPENDENT
+  for (std::size_t i = 0; i < count; ++i) {
+    const float px = placeX[i];
+    const float py = placeY[i];
+    const int inside = (px >= 0.0f ? 1 : 0) & (py >= 0.0f ? 1 : 0) & (px < key.lastX ? 1 : 0) &
+                       (py < key.lastY ? 1 : 0);
+    const int x = static_cast<int>(inside != 0 ? px : 0.0f);
+    const int y = static_cast<int>(inside != 0 ? py : 0.0f);
+    const float fx = px - static_cast<float>(x);
+    const float fy = py - static_cast<float>(y);
+    const int at = y * key.width + x;
+    const std::uint32_t cell = key.cells[at];
+    const float* const corner = key.places;
+    const int a = 4 * at;
+    const int c = 4 * (at + key.width);
+    const float ax = corner[a], ay = corner[a + 1], az = corner[a + 2];
+    const float topX = corner[a + 4] - ax, topY = corner[a + 5] - ay, topZ = corner[a + 6] - az;
+    const float leftX = corner[c] - ax, leftY = corner[c + 1] - ay, leftZ = corner[c + 2] - az;
+    const float twistX = corner[c + 4] - ax - topX - leftX;
+    const float twistY = corner[c + 5] - ay - topY - leftY;
+    const float twistZ = corner[c + 6] - az - topZ - leftZ;
+    const float alongXx = topX + fy * twistX;
+    const float alongXy = topY + fy * twistY;
+    const float alongXz = topZ + fy * twistZ;
+    const float alongYx = leftX + fx * twistX, alongYy = leftY + fx * twistY,
+                alongYz = leftZ + fx * twistZ;
+    const float from = (cell & 1U) != 0 ? 0.0f : 1.0f;  // the sky's places are directions
+    const float wayX = ax + fx * alongXx + fy * leftX - from * originX[i];
+    const float wayY = ay + fx * alongXy + fy * leftY - from * originY[i];
+    const float wayZ = az + fx * alongXz + fy * leftZ - from * originZ[i];
+    // Basis about the ray's direction
+    const float dx = directionX[i], dy = directionY[i], dz = directionZ[i];
+    const float sign = std::copysign(1.0f, dz);
+    const float q = -1.0f / (sign + dz);
+    const float b = dx * dy * q;
+    const float ux = 1.0f + sign * dx * dx * q, uy = sign * b, uz = -sign * dx;
+    const float vx = b, vy = sign + dy * dy * q, vz = -dy;
+    // Tangents of the angle between the ray and the place, and how they change along x and y
+    const float along = dx * wayX + dy * wayY + dz * wayZ;
+    const float offU = (ux * wayX + uy * wayY + uz * wayZ) / along;
+    const float offV = (vx * wayX + vy * wayY + vz * wayZ) / along;
+    const float growX = dx * alongXx + dy * alongXy + dz * alongXz;
+    const float growY = dx * alongYx + dy * alongYy + dz * alongYz;
+    const float slopeXu = (ux * alongXx + uy * alongXy + uz * alongXz - offU * growX) / along;
+    const float slopeXv = (vx * alongXx + vy * alongXy + vz * alongXz - offV * growX) / along;
+    const float slopeYu = (ux * alongYx + uy * alongYy + uz * alongYz - offU * growY) / along;
+    const float slopeYv = (vx * alongYx + vy * alongYy + vz * alongYz - offV * growY) / along;
+    const float determinant = slopeXu * slopeYv - slopeXv * slopeYu;
+    const float sizeX = slopeXu * slopeXu + slopeXv * slopeXv;
+    const float sizeY = slopeYu * slopeYu + slopeYv * slopeYv;
+    const float size = sizeX < sizeY ? sizeY : sizeX;
+    const float stepX = (slopeYu * offV - slopeYv * offU) / determinant;
+    const float stepY = (slopeXv * offU - slopeXu * offV) / determinant;
+    const float miss = std::sqrt(stepX * stepX + stepY * stepY);
+    found[i] = inside & (cell >> 1U == reflector[i] ? 1 : 0) & (along > 0.0f ? 1 : 0) &
+               (std::abs(determinant) > 1e-6f * size ? 1 : 0) & (miss <= near ? 1 : 0);
+    misses[i] = miss;
+    const float nextX = px + stepX;
+    const float nextY = py + stepY;
+    // Where an offset is as good as 0 it is 0.
+    const int stays = (std::abs(nextX - attachedX[i]) <= kSnap ? 1 : 0) &
+                      (std::abs(nextY - attachedY[i]) <= kSnap ? 1 : 0);
+    placeX[i] = stays != 0 ? attachedX[i] : nextX;
+    placeY[i] = stays != 0 ? attachedY[i] : nextY;
+  }
+}
+
+[[gnu::always_inline]] inline void showBody(const KeyArrays& key, CellLanes& lanes) {
+  const float* const placeX = lanes.x.data();
+  const float* const placeY = lanes.y.data();
+  const std::uint32_t* const reflector = lanes.reflector.data();
+  float* const lengths = lanes.length.data();
+  float* const red = lanes.red.data();
+  float* const green = lanes.green.data();
+  float* const blue = lanes.blue.data();
+  std::int32_t* const found = lanes.found.data();
+  const std::size_t count = padded(lanes.count);
+  CATOPTRIC_INDEPENDENT
+  for (std::size_t i = 0; i < count; ++i) {
+    // On a sample that sample alone counts.
+    const float roundedX = std::floor(placeX[i] + 0.5f);
+    const float roundedY = std::floor(placeY[i] + 0.5f);
+    const int on = (std::abs(placeX[i] - roundedX) <= kSnap ? 1 : 0) &
+                   (std::abs(placeY[i] - roundedY) <= kSnap ? 1 : 0);
+    const float px = on != 0 ? roundedX : placeX[i];
+    const float py = on != 0 ? roundedY : placeY[i];
+    const int inside = (px >= 0.0f ? 1 : 0) & (py >= 0.0f ? 1 : 0) & (px < key.lastX ? 1 : 0) &
+                       (py < key.lastY ? 1 : 0) & found[i];
+    const int x = static_cast<int>(inside != 0 ? px : 0.0f);
+    const int y = static_cast<int>(inside != 0 ? py : 0.0f);
+    const float fx = px - static_cast<float>(x);
+    const float fy = py - static_cast<float>(y);
+    const int at = y * key.width + x;
+    const std::uint32_t cell = key.cells[at];
+    found[i] = inside & (cell >> 1U == reflector[i] ? 1 : 0);
+    const float wa = (1.0f - fx) * (1.0f - fy);
+    const float wb = fx * (1.0f - fy);
+    const float wc = (1.0f - fx) * fy;
+    const float wd = fx * fy;
+    const float* const light = key.radiance;
+    const int a = 3 * at;
+    const int c = 3 * (at + key.width);
+    red[i] = wa * light[a] + wb * light[a + 3] + wc * light[c] + wd * light[c + 3];
+    green[i] = wa * light[a + 1] + wb * light[a + 4] + wc * light[c + 1] + wd * light[c + 4];
+    blue[i] = wa * light[a + 2] + wb * light[a + 5] + wc * light[c + 2] + wd * light[c + 5];
+    const int nearest = at + (fx >= 0.5f ? 1 : 0) + (fy >= 0.5f ? key.width : 0);
+    const float length = key.places[4 * nearest + 3];
+    lengths[i] = (cell & 1U) != 0 ? std::numeric_limits<float>::infinity() : length;
+  }
+}
+
+struct Versions {
+  void (*move)(const KeyArrays&, float, CellLanes&);
+  void (*show)(const KeyArrays&, CellLanes&);
+};
+
+// One set of functions for each level: a macro, as a function's target is an attribute.
+// NOLINTBEGIN(bugprone-macro-parentheses): attributes take none
+#define CATOPTRIC_VERSION(name, attributes)                         \
+  namespace name {                                                  \
+  attributes void move(const KeyArrays& k, float n, CellLanes& l) { \
+    moveBody(k, n, l);                                              \
+  }                                                                 \
+  attributes void show(const KeyArrays& k, CellLanes& l) {          \
+    showBody(k, l);                                                 \
+  }                                                                 \
+  constexpr Versions kVersions{move, show};                         \
+  }
+
+CATOPTRIC_VERSION(base, )
+CATOPTRIC_VERSION(v2, [[gnu::target("sse4.2,popcnt")]])
+CATOPTRIC_VERSION(v3, [[gnu::target("avx2,fma,bmi,bmi2")]])
+CATOPTRIC_VERSION(v4,
+                  [[gnu::target("avx512f,avx512vl,avx512bw,avx512dq,avx512cd,avx2,fma,bmi,bmi2")]])
+#undef CATOPTRIC_VERSION
+// NOLINTEND(bugprone-macro-parentheses)
+
+const Versions& versions() {
+  switch (vectorLevel()) {
+    case VectorLevel::V4:
+      return v4::kVersions;
+    case VectorLevel::V3:
+      return v3::kVersions;
+    case VectorLevel::V2:
+      return v2::kVersions;
+    case VectorLevel::Base:
+      break;
+  }
+  return base::kVersions;
+}
+
+}  // namespace
+
+void correct(const KeyFrame& key, float near, CellLanes& lanes) {
+  if (key.width() < 2 || key.height() < 2) {  // no four samples
+    std::fill_n(lanes.found.begin(), lanes.count, 0);
+    return;
+  }
+  const KeyArrays arrays{key.width(),
+                         static_cast<float>(key.width() - 1),
+                         static_cast<float>(key.height() - 1),
+                         key.cells().data(),
+                         &key.places().front().x,
+                         &key.radiances().front().x};
+  versions().move(arrays, near, lanes);
+  versions().show(arrays, lanes);
+}
+
+}  // namespace catoptric::methods::reprojection

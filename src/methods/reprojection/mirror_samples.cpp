@@ -1,0 +1,96 @@
+#include "methods/reprojection/mirror_samples.h"
+
+#include <algorithm>
+
+#include "core/parallel.h"
+#include "methods/shared/sample_points.h"
+#include "scene/reflectance.h"
+#include "trace/lobes/lobe_tracer.h"
+#include "trace/lobes/point_lanes.h"
+
+namespace catoptric::methods::reprojection {
+namespace {
+
+constexpr std::size_t kTilesPerTask = 32;
+constexpr std::size_t kSamplesPerTask = 2048;
+
+}  // namespace
+
+bool isMirror(float glossiness, int object, const scene::Scene& scene) {
+  const scene::Object& shown = scene.objects[static_cast<std::size_t>(object - 1)];
+  return glossiness <= scene::kMirrorGlossiness &&
+         !(scene.materials[shown.material].refraction > 0.0f);
+}
+
+void MirrorSamples::find(const raster::GBufferCopy& source, const scene::Camera& camera,
+                         const trace::TraceScene& trace, const frame::ObjectSet& own) {
+  source_ = &source;
+  camera_ = &camera;
+  trace_ = &trace;
+  own_ = own;
+  const SampleTiles tiles({source.sampleWidth(), source.sampleHeight(), source.samples}, camera,
+                          trace, own);
+  const auto columns = static_cast<std::size_t>(tiles.columns());
+  tiles_.resize(columns * static_cast<std::size_t>(SampleTiles::rowsOf(source.sampleHeight())));
+  parallelFor(tiles_.size(), kTilesPerTask, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t)
+      tiles.find(source, static_cast<int>(t % columns), static_cast<int>(t / columns), tiles_[t]);
+  });
+  first_.assign(1, 0);
+  for (const SampleTiles::Members& members : tiles_)
+    first_.push_back(first_.back() + members.count);
+  places_.resize(first_.back());
+  parallelFor(tiles_.size(), kTilesPerTask, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t)
+      std::copy_n(tiles_[t].at.begin(), tiles_[t].count,
+                  places_.begin() + static_cast<std::ptrdiff_t>(first_[t]));
+  });
+}
+
+void MirrorSamples::aim() {
+  rays_.resize(count());
+  positions_.resize(count());
+  const SampleTiles tiles({source_->sampleWidth(), source_->sampleHeight(), source_->samples},
+                          *camera_, *trace_, own_);
+  const scene::Scene& scene = trace_->scene();
+  parallelFor(tiles_.size(), kTilesPerTask, [&](std::size_t begin, std::size_t end) {
+    trace::PointLanes& lanes = trace::LobeTracer::ofThread().points();
+    for (std::size_t t = begin; t < end; ++t) {
+      if (tiles_[t].count == 0) continue;
+      tiles.place(*source_, tiles_[t], lanes);
+      trace::aim(lanes);
+      for (std::size_t k = 0; k < tiles_[t].count; ++k) {
+        MirrorRay& ray = rays_[first_[t] + k];
+        positions_[first_[t] + k] = lanes.position.at(k);
+        ray.reflector = 0;
+        const int object = lanes.object[k];
+        if (!isMirror(lanes.glossiness[k], object, scene)) continue;
+        ray.reflector = static_cast<std::uint32_t>(object);
+        ray.origin = lanes.origin.at(k);
+        ray.direction = lanes.axis.at(k);
+        const bool implicit = trace_->geometry().objects[ray.reflector - 1].surface >= 0;
+        if (!implicit && lanes.bent[k] == 0 && !(lanes.above[k] < 0.0f)) continue;
+        trace::ReflectionPoint point = lanes.at(k);
+        trace::settle(*trace_, point);
+        bool belowHorizon = false;
+        bool total = false;
+        const trace::Ray settled = trace::lobeRay(point, 0, 1, belowHorizon, total);
+        ray.origin = settled.origin;
+        ray.direction = settled.direction;
+      }
+    }
+  });
+}
+
+void MirrorSamples::points(std::span<const std::uint32_t> places,
+                           std::vector<trace::ReflectionPoint>& result) const {
+  const SamplePoints pointAt(*source_, *camera_, *trace_);
+  const auto width = static_cast<std::uint32_t>(source_->sampleWidth());
+  result.resize(places.size());
+  parallelFor(places.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k)
+      result[k] = pointAt(static_cast<int>(places[k] % width), static_cast<int>(places[k] / width));
+  });
+}
+
+}  // namespace catoptric::methods::reprojection

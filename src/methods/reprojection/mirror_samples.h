@@ -1,0 +1,57 @@
+// The reflective samples of a frame, tile by tile, and the mirrored rays of those that are mirrors.
+// Points to trace from are made of those samples alone that are traced.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "methods/reprojection/search.h"
+#include "methods/shared/sample_tiles.h"
+#include "raster/gbuffer.h"
+#include "scene/camera.h"
+#include "trace/lobes/reflect.h"
+
+namespace catoptric::methods::reprojection {
+
+/// Whether the light of a reflective sample comes along one mirrored ray: neither a lobe nor a body
+/// that refracts.
+bool isMirror(float glossiness, int object, const scene::Scene& scene);
+
+class MirrorSamples {
+ public:
+  /// Lists the samples, in the order of collectReflective(). All stay with the caller until the
+  /// next call.
+  void find(const raster::GBufferCopy& source, const scene::Camera& camera,
+            const trace::TraceScene& trace, const frame::ObjectSet& own);
+  /// Makes what rays() and positions() give.
+  void aim();
+
+  std::size_t count() const { return places_.size(); }
+  /// How many of them lie in a tile of SampleTiles, numbered along rows.
+  std::size_t countIn(std::size_t tile) const { return tiles_[tile].count; }
+  const raster::GBufferCopy& source() const { return *source_; }
+  const scene::Camera& camera() const { return *camera_; }
+  /// Index of each in the G-buffer.
+  std::span<const std::uint32_t> places() const { return places_; }
+  /// Reflector 0 where it is no mirror.
+  std::span<const MirrorRay> rays() const { return rays_; }
+  /// Of its surface, as the G-buffer has it.
+  std::span<const Vec3> positions() const { return positions_; }
+  /// Those samples as points to trace from.
+  void points(std::span<const std::uint32_t> places,
+              std::vector<trace::ReflectionPoint>& result) const;
+
+ private:
+  const raster::GBufferCopy* source_ = nullptr;
+  const scene::Camera* camera_ = nullptr;
+  const trace::TraceScene* trace_ = nullptr;
+  std::vector<SampleTiles::Members> tiles_;
+  std::vector<std::size_t> first_;  ///< of each tile, and their number
+  std::vector<std::uint32_t> places_;
+  std::vector<MirrorRay> rays_;
+  std::vector<Vec3> positions_;
+  frame::ObjectSet own_;
+};
+
+}  // namespace catoptric::methods::reprojection
