@@ -28,8 +28,6 @@ class MirrorSamples {
   void aim();
 
   std::size_t count() const { return places_.size(); }
-  /// How many of them lie in a tile of SampleTiles, numbered along rows.
-  std::size_t countIn(std::size_t tile) const { return tiles_[tile].count; }
   const raster::GBufferCopy& source() const { return *source_; }
   const scene::Camera& camera() const { return *camera_; }
   /// Index of each in the G-buffer.

@@ -321,13 +321,17 @@ void Reuse::findIn(const KeyFrame& key, Services& services, std::vector<Vec3>& r
     // Forth and back.
     const int columns = (width_ + kTile - 1) / kTile;
     const int rows = (height_ + kTile - 1) / kTile;
-    tiles_.assign(static_cast<std::size_t>(columns * rows), {});
+    // Where nothing is to be found all is.
+    tiles_.assign(static_cast<std::size_t>(columns * rows), {true});
+    for (const std::uint32_t i : pending_) {
+      const auto place = static_cast<int>(samples_->places()[i]);
+      tiles_[static_cast<std::size_t>(place / width_ / kTile * columns + place % width_ / kTile)]
+          .all = false;
+    }
     forTiles(0, [&](const Tile& tile) {
-      const auto t = static_cast<std::size_t>(tile.top / kTile * columns + tile.left / kTile);
-      if (samples_->countIn(t) == 0)
-        tiles_[t].all = true;
-      else if (first_)
-        tiles_[t] = fillTile(key, tile, radiance);
+      TileState& state =
+          tiles_[static_cast<std::size_t>(tile.top / kTile * columns + tile.left / kTile)];
+      if (first_ && !state.all) state = fillTile(key, tile, radiance);
       if (!settled(tile) && sweepTile(key, 0, tile)) sweepTile(key, 1, tile);
     });
     // Once more across the tiles' borders.

@@ -120,7 +120,7 @@ class Reuse {
   /// Whether radiance and place of a match are known by its cell, and its magnification too.
   enum class Shown : std::uint8_t { Unknown, Known, Measured };
   std::vector<Shown> shown_;
-  std::vector<TileState> tiles_;       ///< along rows; of a later key frame nothing
+  std::vector<TileState> tiles_;       ///< along rows
   std::vector<std::uint8_t> changed_;  ///< the sweep in which the match last changed
   std::vector<Vec4> places_;           ///< what the match shows
 };
