@@ -29,7 +29,7 @@ void MirrorSamples::find(const raster::GBufferCopy& source, const scene::Camera&
   trace_ = &trace;
   own_ = own;
   const SampleTiles tiles({source.sampleWidth(), source.sampleHeight(), source.samples}, camera,
-                          trace, own);
+                          trace.scene(), trace.extents(), own);
   const auto columns = static_cast<std::size_t>(tiles.columns());
   tiles_.resize(columns * static_cast<std::size_t>(SampleTiles::rowsOf(source.sampleHeight())));
   parallelFor(tiles_.size(), kTilesPerTask, [&](std::size_t begin, std::size_t end) {
@@ -51,7 +51,7 @@ void MirrorSamples::aim() {
   rays_.resize(count());
   positions_.resize(count());
   const SampleTiles tiles({source_->sampleWidth(), source_->sampleHeight(), source_->samples},
-                          *camera_, *trace_, own_);
+                          *camera_, trace_->scene(), trace_->extents(), own_);
   const scene::Scene& scene = trace_->scene();
   parallelFor(tiles_.size(), kTilesPerTask, [&](std::size_t begin, std::size_t end) {
     trace::PointLanes& lanes = trace::LobeTracer::ofThread().points();
