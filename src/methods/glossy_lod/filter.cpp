@@ -1,6 +1,9 @@
 #include "methods/glossy_lod/filter.h"
 
+#include <xmmintrin.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace catoptric::methods::glossy_lod {
@@ -27,66 +30,86 @@ const Vec4& nearestTexel(const Radiance& radiance, const PlacedChart& chart, con
 }
 
 /// Bilinear within the chart.
-Vec4 onLevel(const Radiance& radiance, const PlacedChart& chart, const Vec2& place, int level,
-             int side) {
+Footprint::Square squareOn(const Radiance& radiance, const PlacedChart& chart, const Vec2& place,
+                           int level, int side) {
   const int size = (1 << chart.image.texelLevel) >> level;
   const float last = static_cast<float>(size - 1);
   const float x = std::clamp(place.x * static_cast<float>(size) - 0.5f, 0.0f, last);
   const float y = std::clamp(place.y * static_cast<float>(size) - 0.5f, 0.0f, last);
   const int x0 = static_cast<int>(x);
   const int y0 = static_cast<int>(y);
-  const std::size_t row = radiance.row();
-  const Vec4* const corner =
-      radiance.onLevel(side, level, (chart.x >> level) + x0, (chart.y >> level) + y0);
-  const std::size_t right = x0 + 1 < size ? 1 : 0;
-  const std::size_t up = y0 + 1 < size ? row : 0;
-  const float fx = x - static_cast<float>(x0);
-  const float fy = y - static_cast<float>(y0);
-  const Vec4 low = corner[0] + fx * (corner[right] - corner[0]);
-  const Vec4 high = corner[up] + fx * (corner[up + right] - corner[up]);
-  return low + fy * (high - low);
+  Footprint::Square square;
+  square.corner = radiance.onLevel(side, level, (chart.x >> level) + static_cast<std::uint32_t>(x0),
+                                   (chart.y >> level) + static_cast<std::uint32_t>(y0));
+  square.right = x0 + 1 < size ? 1 : 0;
+  square.up = y0 + 1 < size ? radiance.row() : 0;
+  square.at = {x - static_cast<float>(x0), y - static_cast<float>(y0)};
+  __builtin_prefetch(square.corner);
+  __builtin_prefetch(square.corner + square.up + square.right);
+  return square;
 }
 
-float levelAt(const SceneImages& images, const Quad& quad, const PlacedChart& chart,
-              const Vec4& texel, const Found& found, const Vec3& direction, float width) {
+__m128 mix(__m128 a, __m128 b, __m128 share) {
+  return _mm_add_ps(a, _mm_mul_ps(share, _mm_sub_ps(b, a)));
+}
+
+__m128 meanOf(const Footprint::Square& square) {
+  const auto load = [&](std::size_t at) { return _mm_loadu_ps(&square.corner[at].x); };
+  const __m128 x = _mm_set1_ps(square.at.x);
+  return mix(mix(load(0), load(square.right), x),
+             mix(load(square.up), load(square.up + square.right), x), _mm_set1_ps(square.at.y));
+}
+
+float levelAt(const SceneImages& images, const Quad& quad, const PlacedChart& chart, const Vec2& at,
+              const Vec3& direction, float width) {
   const std::uint32_t stride = 1u << (quad.place >> 24);
-  const bool upper = found.at.x + found.at.y > 1.0f;
+  const bool upper = at.x + at.y > 1.0f;
   const Vec4* const v = &images.vertices()[quad.first];
   const Vec3 p(v[upper ? quad.up + stride : 0]);
   const Vec3 normal = glm::cross(Vec3(v[stride]) - p, Vec3(v[quad.up]) - p);
-  const float cosine =
-      std::abs(glm::dot(normal, direction)) / std::sqrt(std::max(glm::dot(normal, normal), 1e-38f));
-  const float area = width * width / std::max(cosine, kLeastCosine);  // Eq. (8)
-  const float texels = area / std::max(texel.w, 1e-38f);
+  const float square = std::max(glm::dot(normal, normal), 1e-38f);
+  const float twice = std::sqrt(square);  // the triangle's area: that of the quad, if it were flat
+  const float cosine = std::max(std::abs(glm::dot(normal, direction)) / twice, kLeastCosine);
+  // Eq. (8), and texels of the finest level in it
+  const int finer = chart.image.texelLevel - chart.image.level + static_cast<int>(quad.place >> 24);
+  const float texels = width * width / cosine * static_cast<float>(1u << (2 * finer)) / twice;
   return std::clamp(0.5f * std::log2(std::max(texels, 1e-38f)), 0.0f,
                     static_cast<float>(chart.image.texelLevel));  // Eq. (9)
 }
 
 }  // namespace
 
-float levelOf(const SceneImages& images, const Radiance& radiance, const Found& found,
-              const Vec3& direction, float width) {
+float levelOf(const SceneImages& images, const Found& found, const Vec3& direction, float width) {
   const Quad& quad = images.tree().quads()[found.node];
-  const PlacedChart& chart = images.charts()[quad.chart];
-  const Vec4& texel =
-      nearestTexel(radiance, chart, placeInChart(quad, chart, found.at), found.back ? 1 : 0);
-  return levelAt(images, quad, chart, texel, found, direction, width);
+  return levelAt(images, quad, images.charts()[quad.chart], found.at, direction, width);
 }
 
-Vec3 seen(const SceneImages& images, const Radiance& radiance, const Found& found,
-          const Vec3& direction, float width, bool filter) {
+Footprint footprint(const SceneImages& images, const Radiance& radiance, const Found& found,
+                    const Vec3& direction, float width, bool filter) {
   const Quad& quad = images.tree().quads()[found.node];
   const PlacedChart& chart = images.charts()[quad.chart];
   const Vec2 place = placeInChart(quad, chart, found.at);
   const int side = found.back ? 1 : 0;
-  const Vec4& texel = nearestTexel(radiance, chart, place, side);
-  if (!filter) return Vec3(texel);
-  const float level = levelAt(images, quad, chart, texel, found, direction, width);
+  Footprint result;
+  if (!filter) {
+    result.fine.corner = &nearestTexel(radiance, chart, place, side);
+    return result;
+  }
+  const float level = levelAt(images, quad, chart, found.at, direction, width);
   const int fine = static_cast<int>(level);
-  const Vec4 low = onLevel(radiance, chart, place, fine, side);
-  const float share = level - static_cast<float>(fine);
-  if (!(share > 0.0f)) return Vec3(low);
-  return Vec3(low + share * (onLevel(radiance, chart, place, fine + 1, side) - low));
+  result.share = level - static_cast<float>(fine);
+  result.fine = squareOn(radiance, chart, place, fine, side);
+  if (result.share > 0.0f) result.coarse = squareOn(radiance, chart, place, fine + 1, side);
+  return result;
+}
+
+Vec3 mean(const Footprint& footprint) {
+  __m128 value = meanOf(footprint.fine);
+  if (footprint.share > 0.0f)
+    value = mix(value, meanOf(footprint.coarse), _mm_set1_ps(footprint.share));
+  alignas(16) std::array<float, 4> rgb;
+  _mm_store_ps(rgb.data(), value);
+  return {rgb[0], rgb[1], rgb[2]};
 }
 
 bool isCutAway(const void* sceneTexels, std::uint32_t node, Vec2 at) {

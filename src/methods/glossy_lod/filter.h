@@ -17,13 +17,26 @@ struct Found {
   bool back = false;  ///< it meets the quad's back
 };
 
-/// Mip level at which a texel is as large as the footprint of a ray that is `width` metres wide.
-float levelOf(const SceneImages& images, const Radiance& radiance, const Found& found,
-              const Vec3& direction, float width);
+/// Mip level at which a texel is as large as the footprint of a ray that is `width` metres wide;
+/// the size of texels is that of the triangle which it met.
+float levelOf(const SceneImages& images, const Found& found, const Vec3& direction, float width);
 
-/// Radiance averaged over that footprint; without `filter` that of the nearest texel.
-Vec3 seen(const SceneImages& images, const Radiance& radiance, const Found& found,
-          const Vec3& direction, float width, bool filter);
+/// The texels whose mean a ray sees, which are being loaded.
+struct Footprint {
+  /// On two levels, their texel of least x and y, and where the others lie from there.
+  struct Square {
+    const Vec4* corner = nullptr;
+    std::size_t right = 0, up = 0;
+    Vec2 at{0.0f};  ///< between them, 0..1
+  };
+  Square fine, coarse;
+  float share = 0.0f;  ///< of the coarse level
+};
+
+/// Those of the levels next to levelOf(); without `filter` the nearest texel.
+Footprint footprint(const SceneImages& images, const Radiance& radiance, const Found& found,
+                    const Vec3& direction, float width, bool filter);
+Vec3 mean(const Footprint& footprint);
 
 /// AlphaTest::isCut of a SceneTexels.
 struct SceneTexels {

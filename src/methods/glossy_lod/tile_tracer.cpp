@@ -42,119 +42,113 @@ TileTracer& TileTracer::ofThread() {
 
 void TileTracer::run(const Traced& scene, Vec3* radiance, std::uint8_t* flags,
                      TraceCounts& counts) {
-  const std::int64_t start = nowNs();
-  const double traceBefore = counts.traceSeconds;
   const trace::PointLanes& points = lobes_.points();
   trace::ReflectionCounts made;
-  const bool automatic = scene.options.automatic;
   for (std::size_t begin = 0; begin < points.count;) {
-    // Points with the same number of rays
-    int rays = scene.options.rays;
-    float alpha = scene.options.alpha;
-    std::size_t end = points.count;
-    if (automatic) {
-      const bool sharp = isSharp(points.glossiness[begin]);
-      rays = sharp ? kSharpRays : kBroadRays;
-      alpha = sharp ? kSharpAlpha : kBroadAlpha;
-      end = begin + 1;
-      while (end < points.count && isSharp(points.glossiness[end]) == sharp) ++end;
-    }
-    // Whole packets of neighbours, where as many lobes fit
-    const std::size_t most = trace::kMostLanes / static_cast<std::size_t>(rays);
-    if (most >= RayPacket::kMost && points.glossiness[begin] > scene::kMirrorGlossiness)
-      end = std::min(end, begin + most / RayPacket::kMost * RayPacket::kMost);
-    const trace::LobeTracer::Lobes lobes = lobes_.makeRays(begin, end, rays, flags, made);
-    runBlock(scene, lobes, alpha, flags, counts);
+    const Group group = nextGroup(scene.options, begin);
+    makePackets(scene, group, flags, made);
+    const auto rays = static_cast<std::size_t>(group.rays);
+    const std::size_t packets = (rays + group.perPacket() - 1) / group.perPacket();
+    for (std::size_t packet = 0; packet < packets; ++packet)
+      tracePacket(scene, group, packet, flags, counts);
     // Mean over each lobe, in the order of its rays
-    for (std::size_t i = lobes.begin; i < lobes.end; ++i) {
-      const std::size_t first = lobes.first[i - lobes.begin];
-      const std::size_t last = lobes.first[i - lobes.begin + 1];
+    for (std::size_t i = 0; i < group.points; ++i) {
       Vec3 sum(0.0f);
-      for (std::size_t ray = first; ray < last; ++ray) sum += values_[ray];
-      radiance[i] = sum / static_cast<float>(last - first);
+      for (std::size_t k = 0; k < rays; ++k)
+        sum += values_[k / group.perPacket()][k % group.perPacket() * group.points + i];
+      radiance[begin + i] = sum / static_cast<float>(group.rays);
+    }
+    begin += group.points;
+  }
+  counts.belowHorizon += made.belowHorizon;
+}
+
+TileTracer::Group TileTracer::nextGroup(const Options& options, std::size_t begin) {
+  const trace::PointLanes& points = lobes_.points();
+  const auto groupOf = [&](std::size_t i) {
+    const bool sharp = options.automatic && isSharp(points.glossiness[i]);
+    const int rays = !options.automatic ? options.rays : sharp ? kSharpRays : kBroadRays;
+    const float alpha = !options.automatic ? options.alpha : sharp ? kSharpAlpha : kBroadAlpha;
+    return Group{i, 1, trace::lobeRays(points.glossiness[i], rays), alpha};
+  };
+  Group group = groupOf(begin);
+  for (; group.points < RayPacket::kMost; ++group.points) {
+    const std::size_t i = begin + group.points;
+    if (i == points.count) break;
+    const Group next = groupOf(i);
+    if (next.rays != group.rays || next.alpha != group.alpha) break;
+  }
+  return group;
+}
+
+/// A packet holds rays of one number, or a few, in the lobes of all points: they are nearly
+/// parallel.
+void TileTracer::makePackets(const Traced& scene, const Group& group, std::uint8_t* flags,
+                             trace::ReflectionCounts& counts) {
+  const trace::PointLanes& points = lobes_.points();
+  const std::size_t perPacket = group.perPacket();
+  const std::size_t end = group.begin + group.points;
+  for (std::size_t begin = group.begin; begin < end;) {
+    const trace::LobeTracer::Lobes lobes = lobes_.makeRays(begin, end, group.rays, flags, counts);
+    for (std::size_t i = lobes.begin; i < lobes.end; ++i) {
+      // DEVIATION: a mirror's ray stands for what the sample's cone covers
+      const bool mirror = points.glossiness[i] <= scene::kMirrorGlossiness;
+      const float base = mirror ? scene.spreadRad * points.coneDistance[i] : 0.0f;
+      const float* const slopes = mirror ? &scene.spreadRad : slopesOf(i, group.rays);
+      const std::size_t first = lobes.first[i - lobes.begin];
+      for (std::size_t k = 0; k < static_cast<std::size_t>(group.rays); ++k) {
+        RayPacket& packet = packets_[k / perPacket];
+        const std::size_t lane = k % perPacket * group.points + (i - group.begin);
+        packet.origin[0][lane] = lobes.rays.originX[first + k];
+        packet.origin[1][lane] = lobes.rays.originY[first + k];
+        packet.origin[2][lane] = lobes.rays.originZ[first + k];
+        packet.direction[0][lane] = lobes.rays.directionX[first + k];
+        packet.direction[1][lane] = lobes.rays.directionY[first + k];
+        packet.direction[2][lane] = lobes.rays.directionZ[first + k];
+        packet.base[lane] = base;
+        packet.slope[lane] = slopes[k];
+        packet.count = lane + 1;
+      }
     }
     begin = lobes.end;
   }
-  counts.belowHorizon += made.belowHorizon;
-  counts.resolveSeconds += secondsSince(start) - (counts.traceSeconds - traceBefore);
 }
 
-/// By neighbours, of those by number in the lobe: rays of the same number are nearly parallel.
-void TileTracer::orderRays(const trace::LobeTracer::Lobes& lobes) {
-  std::size_t ordered = 0;
-  for (std::size_t group = lobes.begin; group < lobes.end; group += RayPacket::kMost) {
-    const std::size_t end = std::min(lobes.end, group + RayPacket::kMost);
-    bool any = true;
-    for (std::size_t k = 0; any; ++k) {
-      any = false;
-      for (std::size_t i = group; i < end; ++i) {
-        const std::size_t ray = lobes.first[i - lobes.begin] + k;
-        if (ray >= lobes.first[i - lobes.begin + 1]) continue;
-        order_[ordered++] = {static_cast<std::uint16_t>(ray), static_cast<std::uint16_t>(i)};
-        any = true;
-      }
-    }
-  }
-}
-
-void TileTracer::runBlock(const Traced& scene, const trace::LobeTracer::Lobes& lobes, float alpha,
-                          std::uint8_t* flags, TraceCounts& counts) {
-  orderRays(lobes);
-  const bool levels = scene.options.levels == Levels::Adaptive;
+void TileTracer::tracePacket(const Traced& scene, const Group& group, std::size_t number,
+                             std::uint8_t* flags, TraceCounts& counts) {
+  const RayPacket& packet = packets_[number];
   const bool filter = scene.options.filter;
-  const std::size_t rays = lobes.first[lobes.end - lobes.begin];
-  counts.rays += rays;
-  for (std::size_t first = 0; first < rays; first += RayPacket::kMost) {
-    fill(scene, lobes, first, std::min(RayPacket::kMost, rays - first));
-    const std::int64_t start = nowNs();
-    traverse(scene.tree, packet_, alpha, levels, hits_, counts.visits);
-    counts.traceSeconds += secondsSince(start);
-    for (std::size_t lane = 0; lane < packet_.count; ++lane) {
-      const Ray& ray = order_[first + lane];
-      const Vec3 direction = lobes.rays.direction(ray.number);
-      Vec3& value = values_[ray.number];
-      if (hits_.node[lane] != kNothing) {
-        value =
-            seen(scene.images, scene.radiance,
-                 {hits_.node[lane], {hits_.u[lane], hits_.v[lane]}, hits_.back[lane] != 0},
-                 direction, packet_.base[lane] + packet_.slope[lane] * hits_.metres[lane], filter);
-        continue;
-      }
-      ++counts.misses;
-      if (flags != nullptr) flags[ray.point] |= 4;
-      const float slope = packet_.slope[lane];
-      value = filter ? scene.environment.radiance(direction, slope * slope)
-                     : scene.lighting.environment->radiance(direction);
+  const std::int64_t start = nowNs();
+  traverse(scene.tree, packet, group.alpha, scene.options.levels == Levels::Adaptive, hits_,
+           counts.visits);
+  counts.traceSeconds += secondsSince(start);
+  counts.rays += packet.count;
+  const auto directionOf = [&](std::size_t lane) {
+    return Vec3(packet.direction[0][lane], packet.direction[1][lane], packet.direction[2][lane]);
+  };
+  // All look-ups are found first, so that their loads overlap
+  for (std::size_t lane = 0; lane < packet.count; ++lane) {
+    if (hits_.node[lane] == kNothing) continue;
+    footprints_[lane] = footprint(
+        scene.images, scene.radiance,
+        {hits_.node[lane], {hits_.u[lane], hits_.v[lane]}, hits_.back[lane] != 0},
+        directionOf(lane), packet.base[lane] + packet.slope[lane] * hits_.metres[lane], filter);
+  }
+  for (std::size_t lane = 0; lane < packet.count; ++lane) {
+    Vec3& value = values_[number][lane];
+    if (hits_.node[lane] != kNothing) {
+      value = mean(footprints_[lane]);
+      continue;
     }
+    ++counts.misses;
+    if (flags != nullptr) flags[group.begin + lane % group.points] |= 4;
+    const float slope = packet.slope[lane];
+    value = filter ? scene.environment.radiance(directionOf(lane), slope * slope)
+                   : scene.lighting.environment->radiance(directionOf(lane));
   }
 }
 
-void TileTracer::fill(const Traced& scene, const trace::LobeTracer::Lobes& lobes, std::size_t first,
-                      std::size_t count) {
-  const trace::PointLanes& points = lobes_.points();
-  packet_.count = count;
-  for (std::size_t lane = 0; lane < count; ++lane) {
-    const auto [number, point] = order_[first + lane];
-    packet_.origin[0][lane] = lobes.rays.originX[number];
-    packet_.origin[1][lane] = lobes.rays.originY[number];
-    packet_.origin[2][lane] = lobes.rays.originZ[number];
-    packet_.direction[0][lane] = lobes.rays.directionX[number];
-    packet_.direction[1][lane] = lobes.rays.directionY[number];
-    packet_.direction[2][lane] = lobes.rays.directionZ[number];
-    if (points.glossiness[point] <= scene::kMirrorGlossiness) {
-      // DEVIATION: a mirror's ray stands for what the sample's cone covers
-      packet_.base[lane] = scene.spreadRad * points.coneDistance[point];
-      packet_.slope[lane] = scene.spreadRad;
-    } else {
-      const std::size_t begin = lobes.first[point - lobes.begin];
-      const auto rays = static_cast<int>(lobes.first[point - lobes.begin + 1] - begin);
-      packet_.base[lane] = 0.0f;
-      packet_.slope[lane] = slopesOf(point, rays)[number - begin];
-    }
-  }
-}
-
-const std::array<float, 256>& TileTracer::slopesOf(std::size_t point, int count) {
+const float* TileTracer::slopesOf(std::size_t point, int count) {
   const trace::PointLanes& points = lobes_.points();
   const float glossiness = points.glossiness[point];
   const Vec2 shift(points.shiftX[point], points.shiftY[point]);
@@ -169,7 +163,7 @@ const std::array<float, 256>& TileTracer::slopesOf(std::size_t point, int count)
       widths.slopes[static_cast<std::size_t>(k)] =
           std::sqrt(trace::lobeSolidAngle(glossiness, shift, k, count));
   }
-  return widths.slopes;
+  return widths.slopes.data();
 }
 
 }  // namespace catoptric::methods::glossy_lod

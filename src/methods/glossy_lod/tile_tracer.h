@@ -57,22 +57,27 @@ class TileTracer {
     int count = 0;
     std::array<float, 256> slopes{};
   };
-  struct Ray {
-    std::uint16_t number, point;
+  /// Neighbouring points with the same number of rays.
+  struct Group {
+    std::size_t begin, points;
+    int rays;  ///< of each
+    float alpha;
+    /// Numbers of rays that a packet holds, of all points each.
+    std::size_t perPacket() const { return RayPacket::kMost / points; }
   };
 
-  void runBlock(const Traced& scene, const trace::LobeTracer::Lobes& lobes, float alpha,
-                std::uint8_t* flags, TraceCounts& counts);
-  void orderRays(const trace::LobeTracer::Lobes& lobes);
-  void fill(const Traced& scene, const trace::LobeTracer::Lobes& lobes, std::size_t first,
-            std::size_t count);
-  const std::array<float, 256>& slopesOf(std::size_t point, int count);
+  Group nextGroup(const Options& options, std::size_t begin);
+  void makePackets(const Traced& scene, const Group& group, std::uint8_t* flags,
+                   trace::ReflectionCounts& counts);
+  void tracePacket(const Traced& scene, const Group& group, std::size_t packet, std::uint8_t* flags,
+                   TraceCounts& counts);
+  const float* slopesOf(std::size_t point, int count);
 
   trace::LobeTracer lobes_;
   std::array<Widths, 64> widths_;  ///< a power of two; ours
-  std::array<Ray, trace::kMostLanes> order_;
-  std::array<Vec3, trace::kMostLanes> values_;
-  RayPacket packet_;
+  std::array<RayPacket, 256> packets_;
+  std::array<std::array<Vec3, RayPacket::kMost>, 256> values_;  ///< of their rays
+  std::array<Footprint, RayPacket::kMost> footprints_;
   PacketHits hits_;
 };
 

@@ -32,19 +32,6 @@ constexpr float kFarthest = 3e38f;  ///< metres
 /// Two more ulps than rounding may take [Ize2013].
 constexpr float kSlack = 1.0000005f;
 
-Kind kindOf(const RayPacket& packet, std::size_t lane) {
-  const float d[3] = {packet.direction[0][lane], packet.direction[1][lane],
-                      packet.direction[2][lane]};
-  const float a[3] = {std::abs(d[0]), std::abs(d[1]), std::abs(d[2])};
-  Kind kind{a[0] >= a[1] && a[0] >= a[2] ? 0 : a[1] >= a[2] ? 1 : 2, 0};
-  for (int i = 0; i < 3; ++i) kind.negative |= (d[i] <= -kTiny ? 1u : 0u) << i;
-  return kind;
-}
-
-bool same(const Kind& a, const Kind& b) {
-  return a.axis == b.axis && a.negative == b.negative;
-}
-
 // The walk is written once for vectors `V`; V's operations must be compiled for its instructions,
 // and so must all that calls them: it is included once for each.
 // NOLINTBEGIN(bugprone-suspicious-include, misc-include-cleaner)

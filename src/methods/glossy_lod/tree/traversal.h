@@ -30,7 +30,7 @@ struct TreeView {
 
 /// Rays that are traced together.
 struct RayPacket {
-  static constexpr std::size_t kMost = 16;
+  static constexpr std::size_t kMost = 32;
   using Lane = std::array<float, kMost>;
   alignas(64) std::array<Lane, 3> origin;
   alignas(64) std::array<Lane, 3> direction;

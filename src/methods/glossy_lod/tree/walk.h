@@ -179,6 +179,7 @@ CATOPTRIC_TARGET void walkLanes(const Walk& walk, const Kind& kind, unsigned lan
   std::uint64_t stopped = 0;
   for (std::uint32_t node = 0; node < count;) {
     const Node& box = nodes[node];
+    __builtin_prefetch(nodes + box.miss);
     const float* const side = &box.least.x;
     const V::M active = V::le(next, V::all(node));
     const V::F enters =
@@ -227,22 +228,51 @@ CATOPTRIC_TARGET void walkLanes(const Walk& walk, const Kind& kind, unsigned lan
   write<std::uint32_t>(walk, lanes, V::pick(nearest.back, V::all(1u), V::all(0u)), walk.hits.back);
 }
 
+/// The kinds of rays, each as one bit of five sets of lanes.
+struct KindBits {
+  std::array<unsigned, 3> negative;
+  std::array<unsigned, 2> axis;  // the longest is x, is y
+
+  Kind of(unsigned lane) const {
+    Kind kind{(axis[0] >> lane & 1u) != 0 ? 0 : (axis[1] >> lane & 1u) != 0 ? 1 : 2, 0};
+    for (std::size_t i = 0; i < 3; ++i) kind.negative |= (negative[i] >> lane & 1u) << i;
+    return kind;
+  }
+  /// Lanes of the same kind as one.
+  unsigned like(unsigned lane) const {
+    unsigned lanes = ~0u;
+    for (const unsigned set : {negative[0], negative[1], negative[2], axis[0], axis[1]})
+      lanes &= (set >> lane & 1u) != 0 ? set : ~set;
+    return lanes;
+  }
+};
+
+CATOPTRIC_TARGET inline KindBits kindsOf(const Walk& walk) {
+  Three size;
+  KindBits kinds;
+  for (int i = 0; i < 3; ++i) {
+    const auto axis = static_cast<std::size_t>(i);
+    const V::F direction = V::load(walk.packet.direction[axis].data() + walk.first);
+    kinds.negative[axis] = V::bits(V::le(direction, V::all(-kTiny)));
+    size[i] = V::magnitude(direction);
+  }
+  kinds.axis[0] = V::bits(V::both(V::le(size[1], size[0]), V::le(size[2], size[0])));
+  kinds.axis[1] = V::bits(V::le(size[2], size[1])) & ~kinds.axis[0];
+  return kinds;
+}
+
 CATOPTRIC_TARGET void walkAll(Walk walk, bool levels) {
   for (; walk.first < walk.packet.count; walk.first += V::kLanes) {
     const std::size_t count = std::min(V::kLanes, walk.packet.count - walk.first);
-    std::array<Kind, V::kLanes> kinds;
-    for (std::size_t lane = 0; lane < count; ++lane)
-      kinds[lane] = kindOf(walk.packet, walk.first + lane);
-    unsigned left = (1u << count) - 1;
+    const KindBits kinds = kindsOf(walk);
+    unsigned left = ~0u >> (32 - count);
     while (left != 0) {
-      const Kind& kind = kinds[static_cast<std::size_t>(__builtin_ctz(left))];
-      unsigned alike = 0;
-      for (std::size_t lane = 0; lane < count; ++lane)
-        if ((left >> lane & 1u) != 0 && same(kind, kinds[lane])) alike |= 1u << lane;
+      const auto lane = static_cast<unsigned>(__builtin_ctz(left));
+      const unsigned alike = kinds.like(lane) & left;
       if (levels)
-        walkLanes<true>(walk, kind, alike);
+        walkLanes<true>(walk, kinds.of(lane), alike);
       else
-        walkLanes<false>(walk, kind, alike);
+        walkLanes<false>(walk, kinds.of(lane), alike);
       left &= ~alike;
     }
   }
