@@ -81,6 +81,7 @@ class GlossyLod : public Method {
     output.counters["visits"] = counts.visits.nodes;
     output.counters["quads_tested"] = counts.visits.quads;
     output.counters["stopped"] = counts.visits.stopped;
+    output.counters["own_backs"] = counts.visits.ownBacks;
     report(output);
   }
 
@@ -193,6 +194,8 @@ const MethodEntry& glossyLodEntry() {
                    {"visits", "nodes of the tree that were looked at"},
                    {"quads_tested", "quads whose two triangles were tested"},
                    {"stopped", "of these those of coarser levels"},
+                   {"own_backs",
+                    "triangles of the reflector's own image that lie above its surface: passed by"},
                    {"charts", "charts of all objects that are reflected"},
                    {"quads", "quads of their finest level"},
                    {"plain_triangles", "triangles that no chart holds: traced as they are"},

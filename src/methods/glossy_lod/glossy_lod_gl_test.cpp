@@ -293,6 +293,41 @@ TEST(GlossyLod, SeesHalfOfAnEdgeThroughTheAxis) {
     EXPECT_NEAR(bench.seen(std::string(R"({"rays": 160, "alpha": )") + alpha + "}"), 0.5, 0.02);
 }
 
+TEST(GlossyLod, DoesNotMeetItsOwnImageFromBelow) {
+  SceneBuilder builder;
+  builder.add(scene::makeIcosphere(1.0f, 5, scene::UvMode::Unit), builder.reflective(1.0f, 0.2f));
+  test::GlStage stage(builder.scene(), test::framesOf(16, 16, 1));
+  Rays rays(stage, {.size = 64});
+  // Outwards from a little below the sphere, from its centre, and from outside
+  for (const float radius : {0.985f, 0.0f, -2.0f}) {
+    for (const std::uint32_t own : {0u, 1u}) {
+      std::mt19937 random(7);
+      std::normal_distribution<float> any(0.0f, 1.0f);
+      Visits visits;
+      std::size_t met = 0;
+      for (int turn = 0; turn < 50; ++turn) {
+        RayPacket packet;
+        packet.count = RayPacket::kMost;
+        for (std::size_t i = 0; i < packet.count; ++i) {
+          const Vec3 out = glm::normalize(Vec3(any(random), any(random), any(random)));
+          for (int axis = 0; axis < 3; ++axis) {
+            packet.origin[static_cast<std::size_t>(axis)][i] = radius * out[axis];
+            packet.direction[static_cast<std::size_t>(axis)][i] = out[axis];
+          }
+          packet.base[i] = packet.slope[i] = 0.0f;
+          packet.own[i] = own;
+        }
+        PacketHits hits;
+        traverse(rays.images.view(), packet, 0.0f, true, hits, visits);
+        for (std::size_t i = 0; i < packet.count; ++i) met += hits.node[i] != kNothing ? 1 : 0;
+      }
+      const bool passes = own == 1 && radius == 0.985f;
+      EXPECT_NEAR(static_cast<double>(met), passes ? 0.0 : 1600.0, 8.0) << radius << ' ' << own;
+      EXPECT_NEAR(static_cast<double>(visits.ownBacks), passes ? 1600.0 : 0.0, 8.0);
+    }
+  }
+}
+
 TEST(GlossyLod, IsWhiteInAWhiteFurnaceAtAnyAlpha) {
   LobeBench bench;
   bench.builder.constantEnvironment(Vec3(1.0f));

@@ -80,7 +80,11 @@ void SceneImages::make(const scene::Scene& scene, const frame::Geometry& geometr
   for (auto& [mesh, image] : ofMesh) images_.push_back(std::move(image));
   vertices_.assign(vertices, Vec4(0.0f));
   grids_.clear();
-  for (const PlacedChart& chart : charts_) grids_.push_back({chart.firstVertex, chart.image.level});
+  objects_.clear();
+  for (const PlacedChart& chart : charts_) {
+    grids_.push_back({chart.firstVertex, chart.image.level});
+    objects_.push_back(static_cast<std::uint32_t>(chart.object) + 1);
+  }
   for (std::size_t i = 0; i < scene.objects.size(); ++i) place(geometry, static_cast<int>(i));
   tree_.build(grids_, vertices_);
   packAtlas();
@@ -145,6 +149,7 @@ TreeView SceneImages::view() const {
   return {tree_.nodes().data(),
           tree_.quads().data(),
           vertices_.data(),
+          objects_.data(),
           static_cast<std::uint32_t>(tree_.nodes().size()),
           {}};
 }

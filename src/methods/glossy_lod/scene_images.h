@@ -62,6 +62,7 @@ class SceneImages {
   std::vector<std::size_t> firstChart_;  ///< by object; one more at the end
   std::vector<Vec4> vertices_;
   std::vector<Grid> grids_;
+  std::vector<std::uint32_t> objects_;  ///< TreeView's, by chart
   Tree tree_;
   ImageCounts counts_;
   std::uint32_t atlasSide_ = 1;

@@ -31,6 +31,7 @@ void TraceCounts::add(const TraceCounts& other) {
   visits.nodes += other.visits.nodes;
   visits.quads += other.visits.quads;
   visits.stopped += other.visits.stopped;
+  visits.ownBacks += other.visits.ownBacks;
   traceSeconds += other.traceSeconds;
   resolveSeconds += other.resolveSeconds;
 }
@@ -107,6 +108,7 @@ void TileTracer::makePackets(const Traced& scene, const Group& group, std::uint8
         packet.direction[2][lane] = lobes.rays.directionZ[first + k];
         packet.base[lane] = base;
         packet.slope[lane] = slopes[k];
+        packet.own[lane] = static_cast<std::uint32_t>(points.object[i]);
         packet.count = lane + 1;
       }
     }

@@ -24,7 +24,8 @@ struct TreeView {
   const Node* nodes = nullptr;
   const Quad* quads = nullptr;
   const Vec4* vertices = nullptr;
-  std::uint32_t count = 0;  ///< nodes
+  const std::uint32_t* objects = nullptr;  ///< id of each chart's
+  std::uint32_t count = 0;                 ///< nodes
   AlphaTest alphaTest;
 };
 
@@ -37,8 +38,14 @@ struct RayPacket {
   /// Metres that a ray is wide: base + slope * distance.
   alignas(64) Lane base;
   alignas(64) Lane slope;
+  /// Id of the object that a ray leaves; 0: none, or it is exact. An image may lie above the
+  /// surface that a ray leaves: it passes by the backs of its own object's quads that are nearer
+  /// than kOwnQuads times their boxes' diagonals.
+  alignas(64) std::array<std::uint32_t, kMost> own{};
   std::size_t count = 0;
 };
+
+inline constexpr float kOwnQuads = 2.0f;  ///< of what bends by 70 degrees at most: ours
 
 struct PacketHits {
   alignas(64) std::array<float, RayPacket::kMost> metres;
@@ -50,7 +57,8 @@ struct PacketHits {
 struct Visits {
   std::uint64_t nodes = 0;
   std::uint64_t quads = 0;
-  std::uint64_t stopped = 0;  ///< quads of coarser levels
+  std::uint64_t stopped = 0;   ///< quads of coarser levels
+  std::uint64_t ownBacks = 0;  ///< triangles that were passed by
 };
 
 /// `levels` false: always down to the finest triangles, as with alpha 0. Adds to `visits`.

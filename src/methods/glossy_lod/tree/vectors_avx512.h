@@ -23,6 +23,9 @@ struct V {
   CATOPTRIC_OP F load(const float* p) {
     return {_mm512_loadu_ps(p), _mm512_loadu_ps(p + 16)};
   }
+  CATOPTRIC_OP I load(const std::uint32_t* p) {
+    return {_mm512_loadu_si512(p), _mm512_loadu_si512(p + 16)};
+  }
   CATOPTRIC_OP void store(float* p, F x) {
     _mm512_storeu_ps(p, x.a);
     _mm512_storeu_ps(p + 16, x.b);

@@ -15,6 +15,9 @@ struct V {
   CATOPTRIC_OP F load(const float* p) {
     return _mm_loadu_ps(p);
   }
+  CATOPTRIC_OP I load(const std::uint32_t* p) {
+    return _mm_loadu_si128(reinterpret_cast<const __m128i*>(p));
+  }
   CATOPTRIC_OP void store(float* p, F x) {
     _mm_storeu_ps(p, x);
   }

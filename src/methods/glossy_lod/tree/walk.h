@@ -84,12 +84,29 @@ CATOPTRIC_TARGET [[gnu::always_inline]] inline Met meetTriangle(const Three& a, 
   return met;
 }
 
+/// Lanes that have left the object of a node's quad.
+CATOPTRIC_TARGET [[gnu::always_inline]] inline V::M ofOwnObject(const Walk& walk,
+                                                                std::uint32_t node) {
+  const V::I object = V::all(walk.tree.objects[walk.tree.quads[node].chart]);
+  const V::I own = V::load(walk.packet.own.data() + walk.first);
+  return V::both(V::le(own, object), V::le(object, own));
+}
+
 CATOPTRIC_TARGET inline void keep(const Walk& walk, const Rays& rays, std::uint32_t node,
                                   bool upper, Met& met, Nearest& nearest) {
   if (V::bits(met.hit) == 0) return;
   if (upper) {
     met.u = V::sub(V::all(1.0f), met.u);
     met.v = V::sub(V::all(1.0f), met.v);
+  }
+  const V::M back = rays.forwards ? met.back : V::without(met.hit, met.back);
+  const unsigned own = V::bits(V::both(V::both(met.hit, back), ofOwnObject(walk, node)));
+  if (own != 0) {
+    const Node& box = walk.tree.nodes[node];
+    const V::M near = V::lt(met.metres, V::all(kOwnQuads * glm::distance(box.least, box.most)));
+    const V::M passed = V::both(V::fromBits(own), near);
+    walk.visits.ownBacks += static_cast<std::uint64_t>(__builtin_popcount(V::bits(passed)));
+    met.hit = V::without(met.hit, passed);
   }
   const AlphaTest& test = walk.tree.alphaTest;
   if (test.isCut != nullptr) {
@@ -107,7 +124,6 @@ CATOPTRIC_TARGET inline void keep(const Walk& walk, const Rays& rays, std::uint3
   nearest.u = V::pick(met.hit, met.u, nearest.u);
   nearest.v = V::pick(met.hit, met.v, nearest.v);
   nearest.node = V::pick(met.hit, V::all(node), nearest.node);
-  const V::M back = rays.forwards ? met.back : V::without(met.hit, met.back);
   nearest.back = V::either(V::without(nearest.back, met.hit), V::both(met.hit, back));
 }
 
