@@ -305,6 +305,12 @@ class NightJudge {
           "the " + std::string(name) + " build cannot render it: " + failed->second);
       set(name);  // the next night has one again
     }
+    // A build that is faster because its pictures are wrong must not be the measure of the next one
+    if (std::ranges::any_of(verdicts_, [&](const Verdict& verdict) {
+          return verdict.name == facts.name && verdict.kind != "creep" &&
+                 verdict.outcome == Outcome::Regression;
+        }))
+      return;
     for (const Timed& one : timed)
       if (one.facts == &facts && std::string(one.role) == role::kAccepted && !isVoid &&
           one.ratio.state == TimeState::Holds)
