@@ -340,7 +340,8 @@ float lobeDensity(const Vec3& mirror, const Vec3& l, float exponent) {
 }  // namespace
 
 Vec3 lightHighlights(const std::vector<WorldLight>& lights, const Vec3& position,
-                     const Vec3& normal, const Vec3& direction, float glossiness) {
+                     const Vec3& normal, const Vec3& lobeHorizon, const Vec3& direction,
+                     float glossiness) {
   const Vec3 mirror = glm::normalize(glm::reflect(direction, normal));
   const float exponent = scene::phongExponentFromGlossiness(glossiness);
   Vec3 sum(0.0f);
@@ -348,10 +349,10 @@ Vec3 lightHighlights(const std::vector<WorldLight>& lights, const Vec3& position
     const Vec3 l = light.type == scene::LightType::Directional
                        ? -light.direction
                        : normalizedOr(light.position - position, normal);
-    const float above = glm::dot(l, normal);
+    const float above = glm::dot(l, lobeHorizon);
     if (!(above > 0.0f)) continue;
-    const float density =
-        lobeDensity(mirror, l, exponent) + lobeDensity(mirror, l - 2.0f * above * normal, exponent);
+    const float density = lobeDensity(mirror, l, exponent) +
+                          lobeDensity(mirror, l - 2.0f * above * lobeHorizon, exponent);
     sum += lightIrradiance(light, position, l) * density;
   }
   return glm::min(sum, Vec3(1e30f));
@@ -493,13 +494,15 @@ SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
     point.specularLevel = s < scene::kReflectiveThreshold ? 0.0f : s;
   }
   point.tint = reflectionTint(material, metallic, albedo);
-  if (point.specularLevel > 0.0f && bendsNormals(scene, range, object))
-    point.bent = aboveSurface(point.geometricNormal, direction, point.normal);
+  const bool bends = point.specularLevel > 0.0f && bendsNormals(scene, range, object);
+  if (bends) point.bent = aboveSurface(point.geometricNormal, direction, point.normal);
+  point.lobeHorizon =
+      bends && point.glossiness > scene::kMirrorGlossiness ? point.geometricNormal : point.normal;
   const bool shines = lighting.highlights && material.refraction == 0.0f &&
                       point.specularLevel > 0.0f && point.glossiness > scene::kMirrorGlossiness;
   if (shines) {
-    point.highlight =
-        lightHighlights(lighting.lights, position, point.normal, direction, point.glossiness);
+    point.highlight = lightHighlights(lighting.lights, position, point.normal, point.lobeHorizon,
+                                      direction, point.glossiness);
   }
 
   // Diffuse radiance.

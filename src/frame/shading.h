@@ -27,10 +27,10 @@
 //         with a metallic-roughness texture and albedoTint > 0 by scene::tintShares() of the
 //         texel: s * tint is glTF's F0, mix(dielectricF0, albedo, metallic).
 //   Highlights (Lighting::highlights, where s > 0 and g > kMirrorGlossiness): sum_i E_i(x, l) p(l),
-//   seen
-//         as the reflection is, s * tint times; l towards the light, E_i(x, l) its irradiance
+//         seen as the reflection is, s * tint times; l towards the light, E_i(x, l) its irradiance
 //         across that, p the density of trace::lobeDirection()'s rays about r, d mirrored at the
-//         normal n of the reflection: p(l) = lobe(l) + lobe(l - 2 (l.n) n) where l.n > 0, else 0;
+//         normal n of the reflection: p(l) = lobe(l) + lobe(l - 2 (l.h) h) where l.h > 0, else 0,
+//         h being n, or the triangle's normal where n may be bent (SurfacePoint::lobeHorizon);
 //         lobe(l) = (k + 1) / (2 pi) (r.l)^k, k = phongExponentFromGlossiness(g). So a light of
 //         some size that shrinks comes to the same. Unshadowed, as E_i is.
 //   E_sh(n) = max(0, sum_k c_k Y_k(n)); Y_0..8 = 0.282095, 0.488603 (y, z, x),
@@ -115,9 +115,10 @@ WorldLight worldLight(const scene::Light& light, const scene::Pose& pose);
 Vec3 lightIrradiance(const WorldLight& light, const Vec3& position, const Vec3& normal);
 
 /// Radiance of the lights' highlights by the formula above: `normal` of the reflection, `direction`
-/// from the viewer, of unit length.
+/// from the viewer, of unit length, as `lobeHorizon`.
 Vec3 lightHighlights(const std::vector<WorldLight>& lights, const Vec3& position,
-                     const Vec3& normal, const Vec3& direction, float glossiness);
+                     const Vec3& normal, const Vec3& lobeHorizon, const Vec3& direction,
+                     float glossiness);
 
 /// A point on a surface as a ray or a pixel sees it.
 struct SurfacePoint {
@@ -131,6 +132,9 @@ struct SurfacePoint {
   Vec3 highlight{0.0f};        ///< of the lights
   int object = 0;              ///< id
   bool bent = false;           ///< the normal is aboveSurface()'s
+  /// Normal of the plane that rays of its lobe stay above: of a lobe whose normal may have to be
+  /// bent (bendsNormals()) geometricNormal, else `normal`.
+  Vec3 lobeHorizon{0.0f, 1.0f, 0.0f};
 };
 
 /// A mirrored ray leaves with at least this elevation above the triangle, as a sine, but no more

@@ -397,15 +397,20 @@ void Texture::bindImage(GLuint unit, GLenum access, int level) const {
 }
 
 Framebuffer::Framebuffer(std::string_view label, std::initializer_list<Attachment> colors) {
-  make(label, colors, nullptr);
+  make(label, std::span(colors.begin(), colors.end()), nullptr);
 }
 
 Framebuffer::Framebuffer(std::string_view label, std::initializer_list<Attachment> colors,
                          const Attachment& depth) {
+  make(label, std::span(colors.begin(), colors.end()), &depth);
+}
+
+Framebuffer::Framebuffer(std::string_view label, std::span<const Attachment> colors,
+                         const Attachment& depth) {
   make(label, colors, &depth);
 }
 
-void Framebuffer::make(std::string_view label, std::initializer_list<Attachment> colors,
+void Framebuffer::make(std::string_view label, std::span<const Attachment> colors,
                        const Attachment* depth) {
   requireContext(label);
   GLuint id = 0;

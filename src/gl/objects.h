@@ -169,6 +169,7 @@ class Framebuffer {
   Framebuffer(std::string_view label, std::initializer_list<Attachment> colors);
   Framebuffer(std::string_view label, std::initializer_list<Attachment> colors,
               const Attachment& depth);
+  Framebuffer(std::string_view label, std::span<const Attachment> colors, const Attachment& depth);
 
   bool empty() const { return name_.id() == 0; }
   GLuint id() const { return name_.id(); }
@@ -186,8 +187,7 @@ class Framebuffer {
   void clearDepthStencil(float depth, int stencil) const;
 
  private:
-  void make(std::string_view label, std::initializer_list<Attachment> colors,
-            const Attachment* depth);
+  void make(std::string_view label, std::span<const Attachment> colors, const Attachment* depth);
   void attach(GLenum point, const Attachment& attachment, std::string_view label);
 
   Name<ObjectKind::Framebuffer> name_;

@@ -1,5 +1,8 @@
 #include "raster/gbuffer.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/error.h"
 #include "gl/context.h"
 
@@ -9,6 +12,19 @@ gl::DrawState onSamplesOf(SampleClass sampleClass) {
   gl::DrawState state;
   state.stencil = {.test = true, .function = GL_EQUAL, .reference = static_cast<int>(sampleClass)};
   return state;
+}
+
+Vec3 lobeHorizonOf(std::uint32_t packed, const Vec3& normal) {
+  if (packed == 0) return normal;
+  const std::uint32_t bits = packed ^ 0x80008000u;
+  const auto component = [](std::uint32_t half) {
+    return static_cast<float>(static_cast<std::int16_t>(half)) * (1.0f / 32767.0f);
+  };
+  const float x = component(bits & 0xFFFFu);
+  const float y = component(bits >> 16);
+  const float z = 1.0f - std::abs(x) - std::abs(y);
+  const float fold = std::max(-z, 0.0f);
+  return glm::normalize(Vec3(x >= 0.0f ? x - fold : x + fold, y >= 0.0f ? y - fold : y + fold, z));
 }
 
 gl::DrawState onMirrors() {
@@ -42,21 +58,15 @@ GBuffer makeSurfaceSamples(const GBufferSize& size) {
   if (size.tints) made.tint = gl::Texture::make2D("G-buffer tint", GL_RGBA32F, width, height);
   if (size.highlights)
     made.highlight = gl::Texture::make2D("G-buffer highlight", GL_RGBA32F, width, height);
-  const gl::Attachment diffuse{.texture = made.diffuse};
-  const gl::Attachment normal{.texture = made.normal};
-  const gl::Attachment object{.texture = made.object};
-  const gl::Attachment depth{.texture = made.depth};
-  const gl::Attachment tint{.texture = made.tint};
-  const gl::Attachment highlight{.texture = made.highlight};
-  if (size.tints && size.highlights) {
-    made.framebuffer =
-        gl::Framebuffer("G-buffer", {diffuse, normal, object, tint, highlight}, depth);
-  } else if (size.tints || size.highlights) {
-    made.framebuffer = gl::Framebuffer(
-        "G-buffer", {diffuse, normal, object, size.tints ? tint : highlight}, depth);
-  } else {
-    made.framebuffer = gl::Framebuffer("G-buffer", {diffuse, normal, object}, depth);
-  }
+  if (size.lobeHorizons)
+    made.lobeHorizon = gl::Texture::make2D("G-buffer lobe horizon", GL_R32UI, width, height);
+  std::vector<gl::Attachment> colors = {
+      {.texture = made.diffuse}, {.texture = made.normal}, {.texture = made.object}};
+  if (size.tints) colors.push_back({.texture = made.tint});
+  if (size.highlights) colors.push_back({.texture = made.highlight});
+  if (size.lobeHorizons) colors.push_back({.texture = made.lobeHorizon});
+  made.framebuffer =
+      gl::Framebuffer("G-buffer", std::span<const gl::Attachment>(colors), {.texture = made.depth});
   return made;
 }
 
@@ -101,6 +111,11 @@ void readRows(const GBuffer& source, int firstRow, int rows, bool withDiffuse, G
   read(source.normal, GL_RGBA, GL_FLOAT, copy.normal, 4);
   read(source.object, GL_RED_INTEGER, GL_UNSIGNED_INT, copy.object, 1);
   read(source.depth, GL_DEPTH_COMPONENT, GL_FLOAT, copy.depth, 1);
+  if (source.lobeHorizon.empty()) {
+    copy.lobeHorizon.clear();
+  } else {
+    read(source.lobeHorizon, GL_RED_INTEGER, GL_UNSIGNED_INT, copy.lobeHorizon, 1);
+  }
   if (withDiffuse) {
     read(source.diffuse, GL_RGBA, GL_FLOAT, copy.diffuse, 4);
   } else {

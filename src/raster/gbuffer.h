@@ -36,6 +36,9 @@ inline float glossinessOf(float alpha) {
 inline bool isBent(float alpha) {
   return alpha < 0.0f;
 }
+/// frame::SurfacePoint::lobeHorizon of a sample with this `normal` by what GBuffer::lobeHorizon has
+/// of it.
+Vec3 lobeHorizonOf(std::uint32_t packed, const Vec3& normal);
 
 /// All textures are width * samples by height * samples; row 0 is the top of the image
 /// (glClipControl upper left). Sample (i, j) is centred at ((i + .5) / samples, (j + .5) / samples)
@@ -52,7 +55,10 @@ struct GBuffer {
   /// RGBA32F: what the reflection is multiplied with beside s; empty where each object has one.
   gl::Texture tint;
   gl::Texture highlight;  ///< RGBA32F: of lights, beside the reflection; empty where there is none
-  gl::Texture depth;      ///< DEPTH32F_STENCIL8: reversed-Z depth (near / distance along -z)
+  /// R32UI: the triangle's normal, turned to the viewer, where it bounds the rays of a lobe, else
+  /// 0; by lobeHorizonOf(); empty where it is so nowhere.
+  gl::Texture lobeHorizon;
+  gl::Texture depth;  ///< DEPTH32F_STENCIL8: reversed-Z depth (near / distance along -z)
   gl::Framebuffer framebuffer;
   /// What methods write: incoming radiance along the reflected ray (tint and s not applied).
   gl::Texture reflection;  ///< RGBA32F, a = 1
@@ -68,8 +74,9 @@ struct GBufferSize {
   int height = 512;
   int samples = 2;
   bool masks = false;
-  bool tints = false;       ///< Materials::tintVaries()
-  bool highlights = false;  ///< Materials::highlights()
+  bool tints = false;         ///< Materials::tintVaries()
+  bool highlights = false;    ///< Materials::highlights()
+  bool lobeHorizons = false;  ///< Materials::lobeHorizons()
 };
 
 /// Allocates all textures. Throws UsageError when the device's largest texture is smaller.
@@ -91,7 +98,8 @@ struct GBufferCopy {
   std::vector<float> diffuse;  ///< 4 a sample: rgb, s; -1 on the background
   std::vector<float> normal;   ///< 4 a sample: xyz, g by glossinessOf()
   std::vector<std::uint32_t> object;
-  std::vector<float> depth;  ///< reversed-Z
+  std::vector<std::uint32_t> lobeHorizon;  ///< where the G-buffer has it
+  std::vector<float> depth;                ///< reversed-Z
 
   int sampleWidth() const { return width * samples; }
   int sampleHeight() const { return height * samples; }

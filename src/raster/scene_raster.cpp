@@ -47,6 +47,7 @@ GBuffer SceneRaster::makeGBuffer(const GBufferSize& size) const {
   GBufferSize needed = size;
   needed.tints = state_->scene.materials().tintVaries();
   needed.highlights = state_->scene.materials().highlights();
+  needed.lobeHorizons = state_->scene.materials().lobeHorizons();
   return raster::makeGBuffer(needed);
 }
 

@@ -254,6 +254,7 @@ class Reference : public Method {
           surface.glossiness, hit.distance,   trace::refractionAt(trace, hit, position, direction)};
       point.extent = trace.extentOf(hit.object);
       point.bent = surface.bent;
+      point.lobeHorizon = surface.lobeHorizon;
       point.shift = lobeShift(tile, i);
       tile.points.push_back(point);
       tile.sampleOfPoint.push_back(i);

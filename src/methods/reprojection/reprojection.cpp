@@ -332,7 +332,7 @@ const std::vector<CounterInfo>& counterInfos() {
       {"misses", "of them those that left the scene and saw the environment"},
       {"refused", "rays that could not be traced; they see the environment", true},
       {"not_finite", "radiances that were no number: taken as 0", true},
-      {"below_horizon", "rays below the shading normal's plane, folded up"},
+      {"below_horizon", "rays below the surface: mirrored by a normal that was bent, or folded up"},
       {"total_reflection", "rays that could not leave a body that refracts"},
   };
   return infos;

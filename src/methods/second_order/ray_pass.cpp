@@ -57,6 +57,7 @@ RayPass::RayPass(const SecondOrderOptions& options, const SecondOrderReflectors&
   // What most frames need
   if (reflectors_.planarMirrors) planar(options_.camera.depthImageScale == 1.0f);
   if (reflectors_.curvedMirrors) curved(services);
+  lobeHorizons_ = !services.gbuffer->lobeHorizon.empty();
   if (reflectors_.glossy) glossy_ = walkProgram(services, true);
   std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);
   lookUps_ = gl::Program("samples that found nothing",
@@ -96,7 +97,7 @@ std::vector<gl::Define> RayPass::walkDefines(bool lobes) const {
           {"NEIGHBOURHOOD", options_.lobeRays == LobeRays::Walked ? "0" : "1"},
           {"FADE", options_.glossyReach > 0.0f ? "1" : "0"},
           {"SELF", std::to_string(static_cast<int>(options_.selfIntersect))},
-          {"BENT", lobes && reflectors_.bent ? "1" : "0"},
+          {"LOBE_HORIZONS", lobeHorizons_ ? "1" : "0"},
           {"FOUND", options_.countDisocclusions ? "1" : "0"},
           {"LAYERS", std::to_string(options_.images.depthLayers)}};
 }
@@ -200,6 +201,8 @@ void RayPass::followRays(Services& services, const RayInputs& inputs) {
     if (sampleClass == raster::SampleClass::Glossy) {
       bindFallback(program, services, inputs);
       program.set("samplesPerPixel", services.gbuffer->samples);
+      if (lobeHorizons_)
+        services.gbuffer->lobeHorizon.bindImage(shared::kLobeHorizonsBinding, GL_READ_ONLY);
       if (options_.glossyReach > 0.0f) program.set("reach", options_.glossyReach);
     }
     if (options_.selfIntersect != SelfIntersect::None) {

@@ -66,6 +66,7 @@ class RayPass {
   gl::Program planarExact_;
   gl::Program planarScaled_;
   gl::Program curved_;
+  bool lobeHorizons_ = false;  ///< the G-buffer has them
   gl::Program glossy_;
   gl::Program lookUps_;
   gl::Texture clusterSamples_;

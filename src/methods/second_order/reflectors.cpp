@@ -24,7 +24,6 @@ SecondOrderReflectors findSecondOrderReflectors(const scene::Scene& scene,
     const bool varies = settings.fresnelSchlick || material.metallicRoughnessTexture.used();
     found.weight.push_back((varies ? 1.0f : material.specularLevel) *
                            std::max({tint.x, tint.y, tint.z}));
-    found.bent = found.bent || (reflects && material.normalTexture.used());
     found.levelsVary = found.levelsVary || (reflects && material.metallicRoughnessTexture.used());
   }
   return found;

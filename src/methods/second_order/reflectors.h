@@ -14,8 +14,7 @@ struct SecondOrderReflectors : Reflectors {
   std::vector<ReflectorKind> kinds;  ///< by object id
   std::vector<bool> skipOwn;         ///< by object id: flat, hence never seen in itself
   std::vector<float> weight;         ///< by object id: of its reflections, at most
-  bool bent = false;  ///< normal maps may turn reflected rays below the surface that they leave
-  bool levelsVary = false;  ///< s comes from a texture: some samples may not reflect
+  bool levelsVary = false;           ///< s comes from a texture: some samples may not reflect
 
   /// By object id: how far the rays of its lobes go, metres, as shaders/rays.frag has it for
   /// `glossyReach`; 0 where g varies over the object.

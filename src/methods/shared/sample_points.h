@@ -45,6 +45,8 @@ class SamplePoints {
     point.normal = Vec3(normal[0], normal[1], normal[2]);
     point.glossiness = raster::glossinessOf(normal[3]);
     point.bent = raster::isBent(normal[3]);
+    if (!source_.lobeHorizon.empty())
+      point.lobeHorizon = raster::lobeHorizonOf(source_.lobeHorizon[at], point.normal);
     point.object = static_cast<int>(source_.object[at]);
     point.extent = trace_.extentOf(point.object - 1);
     point.shift =

@@ -119,6 +119,13 @@ void SampleTiles::place(const raster::GBufferCopy& source, const Members& member
     points.extent[k] = extents_[source.object[at]];
   }
   for (std::size_t k = 0; k < members.count; ++k) {
+    const Vec3 normal = points.normal.at(k);
+    points.lobeHorizon.set(k,
+                           source.lobeHorizon.empty()
+                               ? normal
+                               : raster::lobeHorizonOf(source.lobeHorizon[members.at[k]], normal));
+  }
+  for (std::size_t k = 0; k < members.count; ++k) {
     const Vec2 shift =
         shifts_[static_cast<std::size_t>(cellOfColumn_[members.x[k]] + cellOfRow_[members.y[k]])];
     points.shiftX[k] = shift.x;

@@ -9,10 +9,11 @@ void Background::draw(FrameResources& frame, const frame::Lighting& lighting,
   const std::string type = environmentType(lighting);
   gl::Program& program = programs_[type];
   if (program.empty()) {
-    program = gl::Program("background",
-                          {.vertex = "raster/shaders/background.vert",
-                           .fragment = fragment_,
-                           .defines = {{"ENVIRONMENT", type}, {"LIGHT_COUNT", "0"}, {"SKY", "0"}}});
+    std::vector<gl::Define> defines = {{"ENVIRONMENT", type}, {"LIGHT_COUNT", "0"}, {"SKY", "0"}};
+    defines.insert(defines.end(), defines_.begin(), defines_.end());
+    program = gl::Program("background", {.vertex = "raster/shaders/background.vert",
+                                         .fragment = fragment_,
+                                         .defines = std::move(defines)});
   }
   program.use();
   frame.bindEnvironment(lighting);

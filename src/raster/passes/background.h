@@ -4,6 +4,8 @@
 #include <map>
 #include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "gl/draw_state.h"
 #include "raster/regions/rectangle.h"
@@ -13,8 +15,9 @@ namespace catoptric::raster {
 
 class Background {
  public:
-  /// `fragment` includes environment.glsl.
-  explicit Background(std::string fragment) : fragment_(std::move(fragment)) {}
+  /// `fragment` includes environment.glsl, and has these defines beside that file's.
+  explicit Background(std::string fragment, std::vector<gl::Define> defines = {})
+      : fragment_(std::move(fragment)), defines_(std::move(defines)) {}
 
   /// Into the bound framebuffer; the frame block is bound. Within `parts` where there are any, else
   /// where `state` says.
@@ -23,6 +26,7 @@ class Background {
 
  private:
   std::string fragment_;
+  std::vector<gl::Define> defines_;
   std::map<std::string, gl::Program> programs_;  ///< by type of environment
 };
 

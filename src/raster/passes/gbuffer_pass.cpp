@@ -16,7 +16,8 @@ SurfaceShaders gbufferShaders(const Materials& materials) {
       .fragment = "raster/shaders/gbuffer.frag",
       .outputs = kRadianceOutput | kNormalOutput | kSpecularOutput |
                  (materials.tintVaries() ? std::uint32_t{kTintOutput} : 0u) |
-                 (materials.highlights() ? std::uint32_t{kHighlightOutput} : 0u),
+                 (materials.highlights() ? std::uint32_t{kHighlightOutput} : 0u) |
+                 (materials.lobeHorizons() ? std::uint32_t{kLobeHorizonOutput} : 0u),
   };
 }
 
@@ -27,10 +28,18 @@ void copySamples(const GBuffer& from, const GBuffer& to, std::span<const Rectang
   copyTexels(from.object, to.object, rectangles);
   if (!from.tint.empty()) copyTexels(from.tint, to.tint, rectangles);
   if (!from.highlight.empty()) copyTexels(from.highlight, to.highlight, rectangles);
+  if (!from.lobeHorizon.empty()) copyTexels(from.lobeHorizon, to.lobeHorizon, rectangles);
   copyTexels(from.depth, to.depth, rectangles);
 }
 
 }  // namespace
+
+std::vector<gl::Define> GBufferPass::backgroundDefines(const Materials& materials) {
+  const auto flag = [](bool on) { return std::string(on ? "1" : "0"); };
+  return {{"TINT_OUTPUT", flag(materials.tintVaries())},
+          {"HIGHLIGHT_OUTPUT", flag(materials.highlights())},
+          {"LOBE_HORIZON_OUTPUT", flag(materials.lobeHorizons())}};
+}
 
 void GBufferPass::forget(std::span<const int> changedObjects) {
   if (covered_.empty()) return;
@@ -142,9 +151,10 @@ const GBuffer& GBufferPass::drawStill(const GBuffer& like, const scene::Camera& 
   const Rectangle all{0, 0, like.sampleWidth(), like.sampleHeight()};
   if (!still_ || still_->samples.sampleWidth() != all.x1 ||
       still_->samples.sampleHeight() != all.y1) {
-    still_.emplace(StillSamples{makeSurfaceSamples({like.width, like.height, like.samples, false,
-                                                    !like.tint.empty(), !like.highlight.empty()}),
-                                Region(all.x1, all.y1)});
+    still_.emplace(StillSamples{
+        makeSurfaceSamples({like.width, like.height, like.samples, false, !like.tint.empty(),
+                            !like.highlight.empty(), !like.lobeHorizon.empty()}),
+        Region(all.x1, all.y1)});
   }
   Region missing(all.x1, all.y1);
   for (const Rectangle& r : part.rectangles()) missing.add(r);

@@ -15,7 +15,9 @@ namespace catoptric::raster {
 class GBufferPass {
  public:
   explicit GBufferPass(SceneGpu& scene)
-      : scene_(scene), background_("raster/shaders/gbuffer_background.frag") {}
+      : scene_(scene),
+        background_("raster/shaders/gbuffer_background.frag",
+                    backgroundDefines(scene.materials())) {}
 
   /// As SceneRaster::drawGBuffer().
   DrawStatistics draw(GBuffer& target, const scene::Camera& camera, const frame::Lighting& lighting,
@@ -31,6 +33,7 @@ class GBufferPass {
   const FrameView& view() const { return view_; }
 
  private:
+  static std::vector<gl::Define> backgroundDefines(const Materials& materials);
   /// A G-buffer's samples; within `parts` where there are any.
   DrawStatistics drawSamples(const GBuffer& target, std::span<const Rectangle> parts,
                              const frame::Lighting& lighting, Which which);

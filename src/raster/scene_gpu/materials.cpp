@@ -183,6 +183,7 @@ std::vector<gl::Define> featureDefines(std::uint32_t features) {
           {"EMISSIVE_TEXTURE", flag(kEmissiveTexture)},
           {"BEND", flag(kBend)},
           {"HIGHLIGHT_OUTPUT", flag(kHighlightOutput)},
+          {"LOBE_HORIZON_OUTPUT", flag(kLobeHorizonOutput)},
           {"ALPHA_MASK", flag(kAlphaMask)},
           {"VERTEX_COLOR", flag(kVertexColor)},
           {"UNLIT", flag(kUnlit)},
@@ -201,6 +202,14 @@ SampleClass materialClass(const scene::Scene& scene, const scene::Material& mate
   if (!(largestSpecularLevel(scene, material) > 0.0f)) return SampleClass::Diffuse;
   return largestGlossiness(scene, material) > scene::kMirrorGlossiness ? SampleClass::Glossy
                                                                        : SampleClass::CurvedMirror;
+}
+
+bool hasLobeHorizons(const scene::Scene& scene) {
+  return std::ranges::any_of(scene.objects, [&](const scene::Object& object) {
+    const scene::Material& material = scene.materials[object.material];
+    return material.refraction == 0.0f && (material.normalTexture.used() || !object.planar) &&
+           materialClass(scene, material) == SampleClass::Glossy;
+  });
 }
 
 Materials::Materials(const scene::Scene& scene) {
@@ -238,6 +247,7 @@ Materials::Materials(const scene::Scene& scene) {
     textures_.push_back(used[i] ? uploadTexture(scene.textures[i], i) : gl::Texture());
   }
 
+  lobeHorizons_ = hasLobeHorizons(scene);
   // Tints by object id
   std::vector<Vec4> tints{Vec4(1.0f)};
   const bool lit = frame::hasUnbakedLights(scene);

@@ -28,13 +28,14 @@ enum Feature : std::uint32_t {
   kEmissiveUv1 = 1u << 10,
   kBakeIrradiance = 1u << 11,
   kBakeVisibility = 1u << 12,
-  kSky = 1u << 13,              ///< light of the environment or ambient light, where visible
-  kRadianceOutput = 1u << 14,   ///< what a pass writes: diffuse radiance,
-  kNormalOutput = 1u << 15,     ///< the shading normal,
-  kSpecularOutput = 1u << 16,   ///< s and g,
-  kTintOutput = 1u << 17,       ///< the reflection's tint
-  kBend = 1u << 18,             ///< frame::bendsNormals()
-  kHighlightOutput = 1u << 19,  ///< lights' highlights
+  kSky = 1u << 13,                ///< light of the environment or ambient light, where visible
+  kRadianceOutput = 1u << 14,     ///< what a pass writes: diffuse radiance,
+  kNormalOutput = 1u << 15,       ///< the shading normal,
+  kSpecularOutput = 1u << 16,     ///< s and g,
+  kTintOutput = 1u << 17,         ///< the reflection's tint
+  kBend = 1u << 18,               ///< frame::bendsNormals()
+  kHighlightOutput = 1u << 19,    ///< lights' highlights
+  kLobeHorizonOutput = 1u << 20,  ///< what bounds the rays of lobes
 };
 
 /// Features of a material by itself.
@@ -51,6 +52,9 @@ std::vector<gl::Define> featureDefines(std::uint32_t features);
 
 /// Diffuse, CurvedMirror or Glossy: what a material can show anywhere (a texture's largest values).
 SampleClass materialClass(const scene::Scene& scene, const scene::Material& material);
+/// Whether rays of some object's lobes may be bounded by another normal than their own
+/// (frame::bendsNormals(), and lobes).
+bool hasLobeHorizons(const scene::Scene& scene);
 /// The class of an object: planar mirrors are told from curved ones.
 inline SampleClass objectClass(SampleClass material, const scene::Object& object) {
   return material == SampleClass::CurvedMirror && object.planar ? SampleClass::PlanarMirror
@@ -72,7 +76,8 @@ class Materials {
   bool tinted() const { return tinted_; }          ///< any reflective object with a tint but 1
   bool tintVaries() const { return tintVaries_; }  ///< and one with a tint of its own everywhere
   bool highlights() const { return highlights_; }  ///< any object on which lights show
-  bool reflective() const { return reflective_; }  ///< any object that reflects
+  bool lobeHorizons() const { return lobeHorizons_; }  ///< hasLobeHorizons()
+  bool reflective() const { return reflective_; }      ///< any object that reflects
   SampleClass classOf(int material) const { return classes_[material]; }
   std::size_t bytes() const;
 
@@ -93,6 +98,7 @@ class Materials {
   bool tinted_ = false;
   bool tintVaries_ = false;
   bool highlights_ = false;
+  bool lobeHorizons_ = false;
   bool reflective_ = false;
 };
 

@@ -2,6 +2,8 @@
 //   BEND         1: the normal may mirror rays below the triangle, and is bent where it does
 //   HIGHLIGHT_OUTPUT  1: lights show on some glossy object
 //   TINT_OUTPUT  1: tints differ from place to place on some material, and are written
+//   LOBE_HORIZON_OUTPUT  1: rays of some object's lobes are bounded by its triangles' normals
+#include "gloss.glsl"
 #include "surface.glsl"
 
 uniform uint objectId;
@@ -15,6 +17,9 @@ layout(location = 3) out vec4 outTint;  // of the reflection
 #if HIGHLIGHT_OUTPUT
 #include "highlights.glsl"
 layout(location = 3 + TINT_OUTPUT) out vec4 outHighlight;
+#endif
+#if LOBE_HORIZON_OUTPUT
+layout(location = 3 + TINT_OUTPUT + HIGHLIGHT_OUTPUT) out uint outLobeHorizon;
 #endif
 
 #if BEND
@@ -61,20 +66,28 @@ void main() {
   float alpha = surface.g;
 #if BEND
   vec3 fromEye = fragmentFromEye();
-  bool bent = surface.s > 0.0 &&
-              aboveSurface(triangleNormal(fromEye, slope), normalize(fromEye), surface.normal);
+  vec3 geometric = triangleNormal(fromEye, slope);
+  bool bent = surface.s > 0.0 && aboveSurface(geometric, normalize(fromEye), surface.normal);
   alpha = bent ? -1.0 - surface.g : surface.g;
+  vec3 horizon = geometric;
+#else
+  vec3 horizon = surface.normal;
 #endif
   outDiffuse = vec4(surface.radiance, surface.s);
   outNormal = vec4(surface.normal, alpha);
   outObject = objectId;
+#if HIGHLIGHT_OUTPUT || LOBE_HORIZON_OUTPUT
+  bool lobe = surface.s > 0.0 && surface.g > kLargestMirrorG;
+#endif
 #if HIGHLIGHT_OUTPUT
   vec3 away = fragmentFromEye();
-  bool shines = surface.s > 0.0 && surface.g > kLargestMirrorG;
-  outHighlight = vec4(shines ? lightHighlights(frame.eye.xyz + away, surface.normal,
-                                               normalize(away), surface.g)
-                             : vec3(0.0),
+  outHighlight = vec4(lobe ? lightHighlights(frame.eye.xyz + away, surface.normal, horizon,
+                                             normalize(away), surface.g)
+                           : vec3(0.0),
                       1.0);
+#endif
+#if LOBE_HORIZON_OUTPUT
+  outLobeHorizon = BEND == 1 && lobe ? packedLobeHorizon(horizon) : 0u;
 #endif
 #if TINT_OUTPUT
   outTint = vec4(surface.tint, 1.0);

@@ -1,9 +1,9 @@
 // Highlights of lights on glossy surfaces: frame::lightHighlights(), the same formulas.
-// g up to here is a mirror, which shows none (scene/reflectance.h)
-const float kLargestMirrorG = 0.05;
+#include "gloss.glsl"
 
 struct Lobe {
   vec3 normal;
+  vec3 horizon;  // of its rays (frame::SurfacePoint::lobeHorizon)
   vec3 mirror;
   float exponent;
 };
@@ -20,9 +20,9 @@ float lobeDensity(Lobe lobe, vec3 l) {
 
 // Where l is above the surface: with what is folded up from below.
 float foldedDensity(Lobe lobe, vec3 l) {
-  float above = dot(l, lobe.normal);
+  float above = dot(l, lobe.horizon);
   return above > 0.0
-             ? lobeDensity(lobe, l) + lobeDensity(lobe, l - 2.0 * above * lobe.normal)
+             ? lobeDensity(lobe, l) + lobeDensity(lobe, l - 2.0 * above * lobe.horizon)
              : 0.0;
 }
 
@@ -44,8 +44,9 @@ vec3 spotHighlight(int i, vec3 x, Lobe lobe) {
   return spotLight(i, x, l) * foldedDensity(lobe, l);
 }
 
-vec3 lightHighlights(vec3 x, vec3 normal, vec3 direction, float g) {
+vec3 lightHighlights(vec3 x, vec3 normal, vec3 horizon, vec3 direction, float g) {
   float g2 = max(g, 1e-3) * max(g, 1e-3);
-  Lobe lobe = Lobe(normal, normalize(reflect(direction, normal)), max(0.0, 2.0 / (g2 * g2) - 2.0));
+  Lobe lobe = Lobe(normal, horizon, normalize(reflect(direction, normal)),
+                   max(0.0, 2.0 / (g2 * g2) - 2.0));
   return min(HIGHLIGHT_SUM, vec3(1e30));
 }

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "methods/contract/restarts.h"
+#include "raster/scene_gpu/materials.h"
 #include "scene/animate.h"
 
 namespace catoptric::run {
@@ -105,11 +106,13 @@ std::vector<PlanItem> methodItems(const RunConfig& run, const scene::Scene& scen
     }
   }
   if (needs.gbuffer) {
-    // Diffuse, normal, reflection, and tints that vary: 16 bytes each; id 4; depth and stencil 8.
+    // Diffuse, normal, reflection, and tints that vary: 16 bytes each; id 4, as horizons of lobes;
+    // depth and stencil 8.
     const bool tints = std::ranges::any_of(scene.objects, [&](const scene::Object& object) {
       return scene.materials[static_cast<std::size_t>(object.material)].tintVaries();
     });
-    const std::uint64_t surface = (tints ? 3 : 2) * 16 + 4 + 8;
+    const std::uint64_t surface =
+        (tints ? 3 : 2) * 16 + 4 + 8 + (raster::hasLobeHorizons(scene) ? 4 : 0);
     const std::uint64_t perSample = surface + 16 + (run.image.masks ? 2 : 0);
     items.push_back({"resource", "gbuffer",
                      std::to_string(run.image.width) + "x" + std::to_string(run.image.height) +

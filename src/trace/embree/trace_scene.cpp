@@ -336,6 +336,8 @@ TraceScene::TraceScene(const scene::Scene& scene, const frame::Geometry& geometr
     : state_(std::make_unique<State>(scene, geometry, policy, options)) {
   flushDenormals();
   state_->build();
+  refracts_ = std::ranges::any_of(
+      scene.materials, [](const scene::Material& material) { return material.refraction > 0.0f; });
   for (std::size_t i = 0; i < geometry.objects.size(); ++i)
     extents_.push_back(reflectorExtent(scene, geometry, static_cast<int>(i)));
 }

@@ -90,6 +90,9 @@ class TraceScene {
   std::span<const float> extents() const { return extents_; }
   float extentOf(int object) const { return extents_[static_cast<std::size_t>(object)]; }
 
+  /// Whether any material refracts.
+  bool refracts() const { return refracts_; }
+
   const scene::Scene& scene() const;
   const frame::Geometry& geometry() const;
   std::size_t droppedTriangles() const;
@@ -102,6 +105,7 @@ class TraceScene {
 
   std::unique_ptr<State> state_;
   std::vector<float> extents_;
+  bool refracts_ = false;
 };
 
 /// Metres over which hits on a reflective object (index in geometry.objects) are rounded: the

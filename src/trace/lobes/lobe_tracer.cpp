@@ -20,7 +20,8 @@ namespace catoptric::trace {
 /// Directions of lobes about their axes, kept: samples of one glossiness at the same place in their
 /// pixels have the same.
 struct LobeTracer::LobeTables {
-  static constexpr std::size_t kKept = 64;  ///< a power of two; ours
+  static constexpr int kKeptBits = 6;  ///< ours
+  static constexpr std::size_t kKept = std::size_t{1} << kKeptBits;
 
   struct Table {
     float glossiness = -1.0f;
@@ -36,7 +37,7 @@ struct LobeTracer::LobeTables {
     const std::uint32_t bits = std::bit_cast<std::uint32_t>(glossiness) * 0x9E3779B1u ^
                                std::bit_cast<std::uint32_t>(shift.x) * 0x85EBCA77u ^
                                std::bit_cast<std::uint32_t>(shift.y) * 0xC2B2AE3Du;
-    Table& table = tables[bits >> 26];
+    Table& table = tables[bits >> (32 - kKeptBits)];
     if (table.glossiness != glossiness || table.shift != shift || table.count != count) {
       table.glossiness = glossiness;
       table.shift = shift;
@@ -88,10 +89,7 @@ void LobeTracer::begin(const TraceScene& trace, const frame::Lighting& lighting,
   lighting_ = &lighting;
   spreadRad_ = spreadRad;
   options_ = options;
-  settles_ = !trace.geometry().surfaces.empty() ||
-             std::ranges::any_of(trace.scene().materials, [](const scene::Material& material) {
-               return material.refraction > 0.0f;
-             });
+  settles_ = !trace.geometry().surfaces.empty() || trace.refracts();
 }
 
 LobeTracer::Level& LobeTracer::level(std::size_t bounce) {
@@ -231,9 +229,9 @@ void LobeTracer::copyRays(Level& level, const Block& block, std::size_t point, s
   for (std::size_t ray = begin; ray < end; ++ray) level.origins.set(ray, origin);
   if (aimLobe(points, point, lobe, static_cast<std::size_t>(count), level.directions, begin))
     return;
-  const Vec3 normal = points.normal.at(point);
+  const Vec3 horizon = points.lobeHorizon.at(point);
   for (std::size_t ray = begin; ray < end; ++ray) {
-    if (glm::dot(level.directions.at(ray), normal) < 0.0f)
+    if (glm::dot(level.directions.at(ray), horizon) < 0.0f)
       setRay(level, point, ray, static_cast<int>(ray - begin), count, flag, counts);
   }
 }

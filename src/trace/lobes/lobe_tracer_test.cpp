@@ -76,6 +76,7 @@ class World {
           glm::normalize(point.normal + 0.3f * Vec3(uniform(random), uniform(random), 0.0f));
       point.object = surface.object;
       point.extent = trace_->extentOf(hit.object);
+      if (points.size() % 3 != 0) point.lobeHorizon = surface.geometricNormal;
       point.shift = {0.125f + 0.25f * static_cast<float>(points.size() % 4), 0.0f};
       points.push_back(point);
     }

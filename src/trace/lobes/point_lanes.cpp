@@ -71,6 +71,9 @@ static_assert(kMostLanes % kWidest == 0 && LobeLanes::kMost % kWidest == 0);
   const float* const normalX = points.normal.x.data();
   const float* const normalY = points.normal.y.data();
   const float* const normalZ = points.normal.z.data();
+  const float* const horizonX = points.lobeHorizon.x.data();
+  const float* const horizonY = points.lobeHorizon.y.data();
+  const float* const horizonZ = points.lobeHorizon.z.data();
   const float* const directionX = points.direction.x.data();
   const float* const directionY = points.direction.y.data();
   const float* const directionZ = points.direction.z.data();
@@ -99,7 +102,7 @@ static_assert(kMostLanes % kWidest == 0 && LobeLanes::kMost % kWidest == 0);
     axisX[i] = x * inverse;
     axisY[i] = y * inverse;
     axisZ[i] = z * inverse;
-    above[i] = axisX[i] * normalX[i] + axisY[i] * normalY[i] + axisZ[i] * normalZ[i];
+    above[i] = axisX[i] * horizonX[i] + axisY[i] * horizonY[i] + axisZ[i] * horizonZ[i];
     // surfaceOffset()
     const float largest = larger(larger(std::abs(positionX[i]), std::abs(positionY[i])),
                                  larger(std::abs(positionZ[i]), std::abs(distance[i])));
@@ -113,7 +116,7 @@ static_assert(kMostLanes % kWidest == 0 && LobeLanes::kMost % kWidest == 0);
 
 /// A point's frame for its lobe, and where its rays go.
 struct LobeFrame {
-  Vec3 x, y, axis, normal;
+  Vec3 x, y, axis, horizon;
   float* directionX;
   float* directionY;
   float* directionZ;
@@ -121,7 +124,7 @@ struct LobeFrame {
 
 [[gnu::always_inline]] inline bool lobeBody(const LobeFrame& frame, const LobeLanes& lobe,
                                             std::size_t count) {
-  const Vec3 bx = frame.x, by = frame.y, axis = frame.axis, n = frame.normal;
+  const Vec3 bx = frame.x, by = frame.y, axis = frame.axis, h = frame.horizon;
   float* const directionX = frame.directionX;
   float* const directionY = frame.directionY;
   float* const directionZ = frame.directionZ;
@@ -135,7 +138,7 @@ struct LobeFrame {
     directionX[k] = x * inverse;
     directionY[k] = y * inverse;
     directionZ[k] = z * inverse;
-    const float above = directionX[k] * n.x + directionY[k] * n.y + directionZ[k] * n.z;
+    const float above = directionX[k] * h.x + directionY[k] * h.y + directionZ[k] * h.z;
     below |= above < 0.0f ? 1 : 0;
   }
   return below == 0;
@@ -188,8 +191,9 @@ const Versions& versions() {
 }  // namespace
 
 ReflectionPoint PointLanes::at(std::size_t i) const {
-  return {position.at(i), normal.at(i),           direction.at(i), glossiness[i], distance[i],
-          refraction[i],  {shiftX[i], shiftY[i]}, object[i],       extent[i],     bent[i] != 0};
+  return {position.at(i), normal.at(i),  direction.at(i),        glossiness[i],
+          distance[i],    refraction[i], {shiftX[i], shiftY[i]}, object[i],
+          extent[i],      bent[i] != 0,  lobeHorizon.at(i)};
 }
 
 void PointLanes::set(std::size_t i, const ReflectionPoint& point) {
@@ -204,6 +208,7 @@ void PointLanes::set(std::size_t i, const ReflectionPoint& point) {
   object[i] = point.object;
   extent[i] = point.extent;
   bent[i] = point.bent ? 1 : 0;
+  lobeHorizon.set(i, point.lobeHorizon == Vec3(0.0f) ? point.normal : point.lobeHorizon);
 }
 
 void placePoints(const SampleCamera& camera, const SampleLanes& samples, PointLanes& points) {
@@ -220,7 +225,7 @@ bool aimLobe(const PointLanes& points, std::size_t point, const LobeLanes& lobe,
   const LobeFrame frame{basis.x,
                         basis.y,
                         basis.z,
-                        points.normal.at(point),
+                        points.lobeHorizon.at(point),
                         directions.x.data() + first,
                         directions.y.data() + first,
                         directions.z.data() + first};

@@ -31,6 +31,7 @@ struct Lanes3 {
 struct PointLanes {
   std::size_t count = 0;
   Lanes3 position, normal, direction;
+  Lanes3 lobeHorizon;  ///< never 0
   alignas(64) Lane glossiness{}, distance{}, refraction{}, shiftX{}, shiftY{}, extent{};
   /// Distance before settle() moved the point: what ray cones grow with.
   alignas(64) Lane coneDistance{};
@@ -39,7 +40,7 @@ struct PointLanes {
   // What aim() makes of them
   Lanes3 axis;               ///< mirrored direction, unit length
   Lanes3 origin;             ///< of rays to the outside
-  alignas(64) Lane above{};  ///< cosine between axis and normal
+  alignas(64) Lane above{};  ///< cosine between axis and lobeHorizon
 
   ReflectionPoint at(std::size_t i) const;
   void set(std::size_t i, const ReflectionPoint& point);
@@ -72,7 +73,8 @@ struct LobeLanes {
   alignas(64) std::array<float, kMost> x{}, y{}, z{};
 };
 
-/// `count` rays of one point from number `first` on; true where none lies below the surface.
+/// `count` rays of one point from number `first` on; true where none lies below lobeHorizon's
+/// plane.
 bool aimLobe(const PointLanes& points, std::size_t point, const LobeLanes& lobe, std::size_t count,
              Lanes3& directions, std::size_t first);
 

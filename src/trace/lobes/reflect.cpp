@@ -65,7 +65,7 @@ Moved moveOntoSurface(const TraceScene& trace, ReflectionPoint& point) {
     const Vec3 n(*normal);
     const bool back = moved == Moved::AlongRay ? glm::dot(n, point.direction) > 0.0f
                                                : glm::dot(n, point.normal) < 0.0f;
-    point.normal = back ? -n : n;
+    point.normal = point.lobeHorizon = back ? -n : n;
   }
   return moved;
 }
@@ -110,7 +110,8 @@ ReflectionPoint nextPoint(const TraceScene& trace, const ReflectionPoint& point,
           shift,
           0,
           trace.extentOf(hit.object),
-          surface.bent};
+          surface.bent,
+          surface.lobeHorizon};
 }
 
 Vec3 specularDirection(const ReflectionPoint& point, bool& total) {
@@ -161,10 +162,11 @@ Vec3 lobeDirection(const ReflectionPoint& point, int index, int count, bool& bel
     const Basis basis(mirror);
     direction = glm::normalize(sample.x * basis.x + sample.y * basis.y + sample.z * mirror);
   }
-  const float above = glm::dot(direction, point.normal);
+  const Vec3& horizon = point.lobeHorizon == Vec3(0.0f) ? point.normal : point.lobeHorizon;
+  const float above = glm::dot(direction, horizon);
   if (above < 0.0f) {
     belowHorizon = true;
-    direction -= 2.0f * above * point.normal;
+    direction -= 2.0f * above * horizon;
   }
   return direction;
 }

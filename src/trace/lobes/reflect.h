@@ -36,6 +36,8 @@ struct ReflectionPoint {
   float extent = 0.0f;
   /// The normal is frame::aboveSurface()'s: all rays count as below the horizon.
   bool bent = false;
+  /// frame::SurfacePoint::lobeHorizon; 0: `normal`.
+  Vec3 lobeHorizon{0.0f};
 };
 
 struct ReflectionOptions {
@@ -74,8 +76,9 @@ int lobeRays(float glossiness, int rays);
 Vec3 lobeSample(float glossiness, const Vec2& shift, int index, int count);
 
 /// Direction number `index` of `count` about the mirror direction, distributed as the Phong lobe
-/// cos^n (Hammersley points, shifted). A sample below the surface is folded up, r - 2 (r.n) n, so
-/// that all rays of a lobe count alike; `belowHorizon` says so. Unit length.
+/// cos^n (Hammersley points, shifted). A sample below the surface is folded up, r - 2 (r.h) h with
+/// h = ReflectionPoint::lobeHorizon, so that all rays of a lobe count alike and none enters the
+/// triangle that it leaves; `belowHorizon` says so. Unit length.
 Vec3 lobeDirection(const ReflectionPoint& point, int index, int count, bool& belowHorizon);
 
 /// The mirrored direction of a point, or the refracted one (Snell's law); `total`: it would be

@@ -10,6 +10,7 @@ const int kColorImagesBinding = 5;
 const int kObjectsBinding = 6;
 const int kDepthImagesBinding = 6;
 const int kCubeMapBinding = 7;
+const int kLobeHorizonsBinding = 7;
 const int kReflectionBinding = 8;
 const int kTilesBinding = 9;
 // Storage blocks

@@ -7,7 +7,7 @@
 //                  2: all rays are
 //   LAYERS         2: rays that pass behind what they meet look for it in a second depth layer, too
 //   FOUND          1: what each ray found is written, to be compared with Embree's rays
-//   BENT           1: normal maps may turn rays of lobes below the surface that they leave
+//   LOBE_HORIZONS  1: rays of lobes are bounded by the G-buffer's lobe horizons, else by normals
 #include "raster/shaders/gloss.glsl"
 #include "marks.glsl"
 #include "self_intersect.glsl"
@@ -19,6 +19,9 @@
 
 #if LOBES
 uniform int samplesPerPixel;  // per axis
+#if LOBE_HORIZONS
+layout(binding = kLobeHorizonsBinding, r32ui) readonly uniform uimage2D lobeHorizons;
+#endif
 #endif
 #if FADE
 uniform float reach;
@@ -53,10 +56,8 @@ struct Surface {
   uint object;
   vec4 rectangle;  // of the object's clusters
 #endif
-#if BENT
-  vec3 outwards;     // normal of the sample's triangle
-  bool startsAbove;  // a ray that goes below its triangle from just above it ends there
-  vec3 ownDiffuse;
+#if LOBES
+  vec3 horizon;  // of rays: normal of the plane that they stay above
 #endif
 };
 
@@ -92,12 +93,6 @@ Hit follow(Surface surface, DepthImage image, Start start, vec3 direction, float
   bool selfHit = self > 0.0 && hit.kind != kHit;
   hit.kind = selfHit ? kSelf : hit.kind;
 #endif
-#if BENT
-  bool inwards = surface.startsAbove && dot(direction, surface.outwards) < 0.0;
-  hit.kind = inwards ? kSelf : hit.kind;
-  hit.bridged = hit.bridged && !inwards;
-  hit.metres = inwards ? 0.0 : hit.metres;
-#endif
 #if LAYERS == 2
   image.more.x += float(hit.layer);
 #endif
@@ -109,9 +104,6 @@ Hit follow(Surface surface, DepthImage image, Start start, vec3 direction, float
 #endif
 #if SELF
   seen = selfHit ? own : seen;
-#endif
-#if BENT
-  seen = inwards ? surface.ownDiffuse : seen;
 #endif
   return hit;
 }
@@ -130,7 +122,6 @@ void fade(float farPlane, vec3 diffuse, inout Hit hit, inout vec3 seen) {
 Met followRays(Surface surface, DepthImage image, inout uint bits) {
   Met all = Met(vec3(0.0), false, false, false, false, false, false);
   Start start = startAt(image, surface.position);
-  vec3 normal = surface.normalAndG.xyz;
   float limit = farthest;
   Hit centre = Hit(kMissed, vec2(0.0), 0.0, false, 0.0, 0);
 #if FOUND
@@ -159,7 +150,7 @@ Met followRays(Surface surface, DepthImage image, inout uint bits) {
     vec3 direction = surface.mirror;
 #if LOBES
     bool below;
-    direction = lobeDirection(surface.mirror, normal, exponent, k, shift, below);
+    direction = lobeDirection(surface.mirror, surface.horizon, exponent, k, shift, below);
     below = below || surface.bent;
     if (below) atomicAdd(counts[kCountBelowHorizon], 1u);
     if (below) bits |= kMaskBelowHorizon;
@@ -199,7 +190,7 @@ Met followRays(Surface surface, DepthImage image, inout uint bits) {
       nothingSeen[word] &= nothingSeen[word] - 1u;
       bool below;
       vec3 direction =
-          lobeDirection(surface.mirror, normal, exponent, 32 * word + k, shift, below);
+          lobeDirection(surface.mirror, surface.horizon, exponent, 32 * word + k, shift, below);
       all.sum += (skySeen[word] >> k & 1u) != 0u ? overNothing(surface.position, direction, level)
                                                  : fallback(surface.position, direction, level);
     }
@@ -222,10 +213,11 @@ Surface surfaceAt(ivec2 sampleAt, vec3 ray) {
 // What only samples of clusters need.
 void completeSurface(vec3 ray, int cluster, inout Surface surface) {
   surface.position = positionOfSample(ray);
-#if BENT
-  surface.outwards = triangleNormal(surface.incoming);
-  surface.startsAbove = dot(surface.normalAndG.xyz, surface.outwards) > 0.0;
-  surface.ownDiffuse = imageLoad(diffuseSamples, surface.at).rgb;
+#if LOBES
+  surface.horizon = surface.normalAndG.xyz;
+#if LOBE_HORIZONS
+  surface.horizon = lobeHorizonOf(imageLoad(lobeHorizons, surface.at).r, surface.horizon);
+#endif
 #endif
 #if SELF
   surface.object = imageLoad(objectSamples, surface.at).r;

@@ -1,6 +1,5 @@
 // Rays that meet the surface that they leave.
 //   SELF  0: none is looked for; 1, 2: rays are intersected with their own object's samples
-//   BENT  1: normal maps may turn rays of lobes below the surface that they leave
 #include "methods/shared/shaders/lobe_rays.glsl"
 #include "samples.glsl"
 
@@ -51,24 +50,5 @@ float meetsItself(vec3 p, vec3 direction, float farthest, uint object, vec4 rect
     before = here;
   }
   return met;
-}
-#endif
-
-#if BENT
-// Of the triangle that the sample shows, turned to the viewer, not of unit length: depth is linear
-// in the frame over a plane. Of two neighbours the one that differs less lies on it rather.
-vec3 triangleNormal(vec3 incoming) {
-  vec2 at = gl_FragCoord.xy;
-  vec2 last = vec2(imageSize(clusterSamples)) - 1.0;
-  float here = depthOfSample(at);
-  vec2 before = here - vec2(depthOfSample(at - vec2(1.0, 0.0)), depthOfSample(at - vec2(0.0, 1.0)));
-  vec2 after = vec2(depthOfSample(at + vec2(1.0, 0.0)), depthOfSample(at + vec2(0.0, 1.0))) - here;
-  bvec2 first = lessThan(at, vec2(1.0));
-  bvec2 end = greaterThan(at, last);
-  bvec2 flatter = lessThan(abs(after), abs(before));
-  vec2 slope = vec2(first.x || flatter.x && !end.x ? after.x : before.x,
-                    first.y || flatter.y && !end.y ? after.y : before.y);
-  vec3 normal = transpose(pixelFromRay) * vec3(slope, here - dot(slope, at));
-  return dot(normal, incoming) > 0.0 ? -normal : normal;
 }
 #endif

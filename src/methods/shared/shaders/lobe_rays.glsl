@@ -38,9 +38,9 @@ vec3 lobeDirection(vec3 mirror, float exponent, int index, int count, vec2 shift
   return normalize(sine * cos(angle) * x + sine * sin(angle) * y + cosine * mirror);
 }
 
-// A direction `below` the shading normal's plane is folded up.
-vec3 foldedUp(vec3 direction, vec3 normal, out bool below) {
-  float above = dot(direction, normal);
+// A direction `below` the plane of lobeHorizon (gloss.glsl) is folded up.
+vec3 foldedUp(vec3 direction, vec3 horizon, out bool below) {
+  float above = dot(direction, horizon);
   below = above < 0.0;
-  return below ? direction - 2.0 * above * normal : direction;
+  return below ? direction - 2.0 * above * horizon : direction;
 }
