@@ -18,6 +18,10 @@ std::vector<int> castersOf(const frame::Geometry& geometry) {
   }
   return casters;
 }
+/// By the share of its rays on back faces.
+bool isEnclosed(float back) {
+  return back >= kEnclosedShare;
+}
 TraceOptions casterOptions(const std::vector<int>& casters) {
   TraceOptions options;
   // An empty list would mean all: name an object that does not exist instead.
@@ -146,16 +150,28 @@ std::vector<Vec3> Baker::radiosity(const std::vector<Vec3>& irradiance) const {
   return leaving;
 }
 
-Vec3 Baker::emitterLight(std::size_t point, const Vec2& shift, int gatherRays, Buffers& buffers) {
+Baker::GatherRays Baker::gatherRays(int count, int first) const {
+  return {.lattice = latticePoints(count, first),
+          .toEmitters = emitters_.triangles.empty() || !(emitters_.total > 0.0)
+                            ? 0
+                            : std::max(kLeastEmitterRays,
+                                       kEmitterRays * count / std::max(count, scene_.bake.rays)),
+          .share = static_cast<float>(count) / static_cast<float>(first + count)};
+}
+
+Vec3 Baker::emitterLight(std::size_t point, const Vec2& shift, const GatherRays& gather,
+                         Buffers& buffers) {
   std::vector<Ray>& rays = buffers.rays;
   std::vector<std::uint8_t>& free = buffers.free;
   const Vec3 position = points_.positions[point];
   const Vec3 normal = points_.normals[point];
   std::array<Vec3, kEmitterRays> arriving;
+  const int count = gather.toEmitters;
+  const auto counted = static_cast<float>(count);
   int used = 0;
-  for (int k = 0; k < kEmitterRays; ++k) {
+  for (int k = 0; k < count; ++k) {
     // A triangle by its power, a point on it by two further dimensions of the shift.
-    const float choice = fraction((k + static_cast<double>(shift.x)) / kEmitterRays);
+    const float choice = fraction((k + static_cast<double>(shift.x)) / count);
     const auto place =
         std::upper_bound(emitters_.cumulative.begin(), emitters_.cumulative.end(), choice);
     const std::size_t index =
@@ -177,9 +193,9 @@ Vec3 Baker::emitterLight(std::size_t point, const Vec2& shift, int gatherRays, B
     // Balance heuristic with the gather's cosine-distributed rays [Veach1995].
     const float perSolidAngle = density * squared / there;
     const float weight =
-        kEmitterRays * perSolidAngle /
-        (kEmitterRays * perSolidAngle + static_cast<float>(gatherRays) * here / kPi);
-    arriving[used] = t.radiance * (weight * here / (perSolidAngle * kEmitterRays));
+        counted * perSolidAngle /
+        (counted * perSolidAngle + static_cast<float>(gather.lattice.size()) * here / kPi);
+    arriving[used] = t.radiance * (weight * here / (perSolidAngle * counted));
     rays[used] = {position, to, 0.0f, 0.999f};
     ++used;
   }
@@ -193,22 +209,22 @@ Vec3 Baker::emitterLight(std::size_t point, const Vec2& shift, int gatherRays, B
 }
 
 Vec3 Baker::seenEmitter(std::size_t point, const Hit& hit, const Vec3& direction,
-                        int gatherRays) const {
+                        const GatherRays& gather) const {
   const Emitters::Triangle& emitter =
       emitters_
           .triangles[static_cast<std::size_t>(emitters_.firstOfObject[hit.object]) + hit.primitive];
   const float there = -glm::dot(emitter.normal, direction);
   const float here = glm::dot(points_.normals[point], direction);
   if (!(there > 0.0f)) return Vec3(0.0f);
-  const float own = static_cast<float>(gatherRays) * here / kPi;
-  const float other =
-      kEmitterRays * emitters_.density(emitter) * hit.distance * hit.distance / there;
+  const float own = static_cast<float>(gather.lattice.size()) * here / kPi;
+  const float other = static_cast<float>(gather.toEmitters) * emitters_.density(emitter) *
+                      hit.distance * hit.distance / there;
   return own > 0.0f ? emitter.radiance * (own / (own + other)) : Vec3(0.0f);
 }
 
-Baker::Gathered Baker::gatherPoint(std::size_t point, std::span<const Vec2> lattice,
-                                   const Vec2& shift, const std::vector<Vec3>& leaving,
-                                   Buffers& buffers) {
+Baker::Gathered Baker::gatherPoint(std::size_t point, const GatherRays& gather, const Vec2& shift,
+                                   const std::vector<Vec3>& leaving, Buffers& buffers) {
+  const std::vector<Vec2>& lattice = gather.lattice;
   const Basis basis(points_.normals[point]);
   std::vector<Ray>& rays = buffers.rays;
   for (std::size_t k = 0; k < lattice.size(); ++k) {
@@ -216,7 +232,6 @@ Baker::Gathered Baker::gatherPoint(std::size_t point, std::span<const Vec2> latt
   }
   refused_ +=
       trace_.intersectSerial(std::span(rays).first(lattice.size()), buffers.hits, true).refused;
-  const bool emits = !emitters_.triangles.empty() && emitters_.total > 0.0;
   Gathered gathered;
   for (std::size_t k = 0; k < lattice.size(); ++k) {
     const Hit& hit = buffers.hits[k];
@@ -234,26 +249,25 @@ Baker::Gathered Baker::gatherPoint(std::size_t point, std::span<const Vec2> latt
     const std::uint32_t* t =
         &geometry_.indices[geometry_.objects[hit.object].firstIndex + 3 * hit.primitive];
     sum += (1.0f - hit.u - hit.v) * leaving[t[0]] + hit.u * leaving[t[1]] + hit.v * leaving[t[2]];
-    if (emits && emitters_.firstOfObject[hit.object] >= 0)
-      sum += seenEmitter(point, hit, rays[k].direction, static_cast<int>(lattice.size()));
+    if (gather.toEmitters > 0 && emitters_.firstOfObject[hit.object] >= 0)
+      sum += seenEmitter(point, hit, rays[k].direction, gather);
   }
   return gathered;
 }
 
 void Baker::gatherAt(std::span<const std::uint32_t> points, const std::vector<Vec3>& leaving,
-                     int count, Gather& all) {
-  const std::vector<Vec2> lattice = latticePoints(count);
-  const bool emits = !emitters_.triangles.empty() && emitters_.total > 0.0;
+                     const GatherRays& rays, Gather& all) {
+  const std::size_t count = rays.lattice.size();
+  const auto counted = static_cast<float>(count);
   parallelFor(points.size(), kPointsPerTask, [&](std::size_t begin, std::size_t end) {
     if (stopped()) return;
     Buffers buffers;
-    buffers.rays.resize(std::max<std::size_t>(lattice.size(), kEmitterRays));
-    buffers.hits.resize(lattice.size());
+    buffers.rays.resize(std::max<std::size_t>(count, kEmitterRays));
+    buffers.hits.resize(count);
     buffers.free.resize(kEmitterRays);
     for (const std::uint32_t i : points.subspan(begin, end - begin)) {
       const Vec2 shift = shiftOf(i);
-      const Gathered gathered = gatherPoint(i, lattice, shift, leaving, buffers);
-      all.valid[i] = static_cast<float>(gathered.back) < kEnclosedShare * static_cast<float>(count);
+      const Gathered gathered = gatherPoint(i, rays, shift, leaving, buffers);
       Vec3 sum(0.0f);
       std::array<float, kGroups> groups{};
       for (int k = 0; k < kGroups; ++k) {
@@ -261,15 +275,21 @@ void Baker::gatherAt(std::span<const std::uint32_t> points, const std::vector<Ve
         sum += part;
         groups[k] = (part.x + part.y + part.z) / 3.0f;
       }
-      const float scale = kPi / static_cast<float>(count);
-      all.noise[i] = standardError(groups, scale);
+      const float scale = kPi / counted;
       Vec3 irradiance = sum * scale;
-      if (emits) irradiance += emitterLight(i, shift, count, buffers);
-      all.values[i] =
-          Vec4(irradiance, static_cast<float>(gathered.open) / static_cast<float>(count));
+      if (rays.toEmitters > 0)
+        irradiance +=
+            emitterLight(i, rays.share < 1.0f ? shifted(shift, Vec2(0.5f)) : shift, rays, buffers);
+      const float own = rays.share;
+      const float noise = own * standardError(groups, scale);
+      const float noiseBefore = (1.0f - own) * all.noise[i];
+      all.noise[i] = std::sqrt(noise * noise + noiseBefore * noiseBefore);
+      all.back[i] = own * static_cast<float>(gathered.back) / counted + (1.0f - own) * all.back[i];
+      all.values[i] = own * Vec4(irradiance, static_cast<float>(gathered.open) / counted) +
+                      (1.0f - own) * all.values[i];
     }
-    rays_ += (end - begin) * (lattice.size() + (emits ? kEmitterRays : 0));
-    advance((end - begin) * lattice.size());
+    rays_ += (end - begin) * (count + static_cast<std::size_t>(rays.toEmitters));
+    advance((end - begin) * count);
   });
 }
 
@@ -286,7 +306,8 @@ std::vector<std::uint32_t> Baker::disagreeing(const Gather& all) const {
     for (const std::uint32_t n : neighbours) {
       const float difference = brightness(all.values[n]) - own;
       const float allowed = kAgreeingErrors * kAgreeingErrors * 2.0f * variance;
-      agrees = agrees && all.valid[n] == all.valid[i] && difference * difference <= allowed;
+      agrees = agrees && isEnclosed(all.back[n]) == isEnclosed(all.back[i]) &&
+               difference * difference <= allowed;
     }
     if (!agrees) points.push_back(static_cast<std::uint32_t>(i));
   }
@@ -295,19 +316,23 @@ std::vector<std::uint32_t> Baker::disagreeing(const Gather& all) const {
 
 std::vector<Vec4> Baker::gather(const std::vector<Vec3>& leaving, int count, bool adaptive) {
   Gather all{.values = std::vector<Vec4>(points_.size()),
-             .valid = std::vector<std::uint8_t>(points_.size(), 1),
+             .back = std::vector<float>(points_.size(), 0.0f),
              .noise = std::vector<float>(points_.size(), 0.0f)};
   std::vector<std::uint32_t> every(points_.size());
   std::iota(every.begin(), every.end(), 0u);
-  if (adaptive) {
-    gatherAt(every, leaving, std::max(16, count / kAgreeingRaysDivisor), all);
+  const int few = std::max(16, count / kAgreeingRaysDivisor);
+  if (adaptive && few < count) {
+    gatherAt(every, leaving, gatherRays(few), all);
     const std::vector<std::uint32_t> rest = disagreeing(all);
-    plannedRays_ -= (points_.size() - rest.size()) * static_cast<std::uint64_t>(count);
-    gatherAt(rest, leaving, count, all);
+    plannedRays_ -= (points_.size() - rest.size()) * static_cast<std::uint64_t>(count - few);
+    gatherAt(rest, leaving, gatherRays(count - few, few), all);
   } else {
-    gatherAt(every, leaving, count, all);
+    gatherAt(every, leaving, gatherRays(count), all);
   }
-  if (!stopped()) fillAndSmooth(all.valid, all.noise, all.values);
+  if (stopped()) return all.values;
+  std::vector<std::uint8_t> valid(points_.size());
+  for (std::size_t i = 0; i < valid.size(); ++i) valid[i] = isEnclosed(all.back[i]) ? 0 : 1;
+  fillAndSmooth(valid, all.noise, all.values);
   return all.values;
 }
 
@@ -315,10 +340,8 @@ std::vector<Vec4> Baker::full() {
   emitters_ = findEmitters(scene_, geometry_);
   const int gathers = std::max(1, scene_.bake.bounces);
   const int earlierRays = std::max(16, scene_.bake.rays / kEarlierRaysDivisor);
-  const int agreeingRays = std::max(16, scene_.bake.rays / kAgreeingRaysDivisor);
-  plannedRays_ =
-      points_.size() * static_cast<std::uint64_t>(kShadowRays + agreeingRays + scene_.bake.rays +
-                                                  (gathers - 1) * earlierRays);
+  plannedRays_ = points_.size() * static_cast<std::uint64_t>(kShadowRays + scene_.bake.rays +
+                                                             (gathers - 1) * earlierRays);
   const std::vector<Vec3> direct = directLight();
 
   // Each gather sees all light that the one before has found; the last one is the finest.

@@ -24,7 +24,9 @@ inline constexpr float kEnclosedShare = 0.75f;  ///< of rays on back faces: insi
 inline constexpr int kEnclosedRays = 32;        ///< closest hits that decide it (occlusion only)
 inline constexpr int kShadowRays = 32;          ///< per light with a radius, in penumbrae
 inline constexpr int kRimRays = 8;              ///< to the rim of a light: all alike, no penumbra
-inline constexpr int kEmitterRays = 16;         ///< towards emissive surfaces
+inline constexpr int kGlanceRays = 2;           ///< the same where neighbours agree
+inline constexpr int kEmitterRays = 16;         ///< towards emissive surfaces, by the most rays
+inline constexpr int kLeastEmitterRays = 4;     ///< by gathers with fewer rays
 inline constexpr int kEarlierRaysDivisor = 8;   ///< gathers before the last take fewer rays
 /// The last gather's share of rays from points that agree with their neighbours, whose mean they
 /// take afterwards.
@@ -74,20 +76,29 @@ class Baker {
   /// What a gather knows of all points.
   struct Gather {
     std::vector<Vec4> values;
-    std::vector<std::uint8_t> valid;  ///< 0: inside something
-    std::vector<float> noise;         ///< standard error of each value's brightness
+    std::vector<float> back;   ///< share of rays on back faces
+    std::vector<float> noise;  ///< standard error of each value's brightness
   };
+  /// Rays of a gather from one point.
+  struct GatherRays {
+    std::vector<Vec2> lattice;
+    int toEmitters = 0;
+    float share = 1.0f;  ///< of the value; the rest is what is known already
+  };
+  GatherRays gatherRays(int count, int first = 0) const;
   /// Gathers at some points alone.
-  void gatherAt(std::span<const std::uint32_t> points, const std::vector<Vec3>& leaving, int rays,
-                Gather& all);
+  void gatherAt(std::span<const std::uint32_t> points, const std::vector<Vec3>& leaving,
+                const GatherRays& rays, Gather& all);
   /// Points whose value or validity is not that of their neighbours.
   std::vector<std::uint32_t> disagreeing(const Gather& all) const;
   /// Shoots a ray for each point of the lattice and sums the light of what they meet.
-  Gathered gatherPoint(std::size_t point, std::span<const Vec2> lattice, const Vec2& shift,
+  Gathered gatherPoint(std::size_t point, const GatherRays& gather, const Vec2& shift,
                        const std::vector<Vec3>& leaving, Buffers& buffers);
   /// An emitter's light that a gather's ray sees, by its share beside emitterLight().
-  Vec3 seenEmitter(std::size_t point, const Hit& hit, const Vec3& direction, int gatherRays) const;
-  Vec3 emitterLight(std::size_t point, const Vec2& shift, int gatherRays, Buffers& buffers);
+  Vec3 seenEmitter(std::size_t point, const Hit& hit, const Vec3& direction,
+                   const GatherRays& gather) const;
+  Vec3 emitterLight(std::size_t point, const Vec2& shift, const GatherRays& gather,
+                    Buffers& buffers);
   bool facesRay(const Hit& hit, const Vec3& direction, Vec3& normal) const;
   void fillAndSmooth(const std::vector<std::uint8_t>& valid, const std::vector<float>& noise,
                      std::vector<Vec4>& values);

@@ -16,6 +16,14 @@ struct BakedLight {
   float radius = 0.0f;  ///< metres; of a directional light at one metre
 };
 
+/// What a point sees of a light.
+enum class Seen : std::uint8_t {
+  Nothing,  ///< whatever lies between: the point or the light faces away, or it is too far
+  None,
+  Part,
+  All,
+};
+
 /// Samples one light from one point after the other, for one thread.
 class LightSampler {
  public:
@@ -27,32 +35,46 @@ class LightSampler {
   std::uint64_t traced() const { return traced_; }
   std::uint64_t refused() const { return refused_; }
 
-  /// Irradiance at a point, shadows included.
-  Vec3 irradiance(const BakedLight& light, const Vec3& position, const Vec3& normal,
-                  const Vec2& shift) {
+  /// The light and the point that the next calls are about.
+  void set(const BakedLight& light, const Vec3& position, const Vec3& normal, const Vec2& shift) {
     light_ = &light;
     position_ = position;
     normal_ = normal;
+    shift_ = shift;
     const bool directional = light.light.type == scene::LightType::Directional;
     toLight_ = directional ? -light.light.direction : light.light.position - position;
-    const float distance = glm::length(toLight_);
-    if (!(distance > 0.0f)) return Vec3(0.0f);
-    const Basis basis(toLight_ / distance);
-    if (!(light.radius > 0.0f)) {
+    distance_ = glm::length(toLight_);
+  }
+
+  /// By rays to `count` places of the emitter's rim, evenly spaced; to its middle where it has no
+  /// radius.
+  Seen look(int count) {
+    if (!mayArrive()) return Seen::Nothing;
+    const Basis basis(toLight_ / distance_);
+    if (!(light_->radius > 0.0f)) {
       aim(0, basis, Vec2(0.0f));
-      const bool lit = glm::any(glm::greaterThan(arriving_[0], Vec3(0.0f))) && countFree(1) == 1;
-      return lit ? arriving_[0] : Vec3(0.0f);
+      return countFree(1) == 1 ? Seen::All : Seen::None;
     }
-    // Where the emitter's whole rim is seen, or none of it, there is no penumbra.
-    for (int k = 0; k < kRimRays; ++k) {
-      const float angle = 2.0f * kPi * (static_cast<float>(k) + shift.x) / kRimRays;
+    for (int k = 0; k < count; ++k) {
+      const float angle =
+          2.0f * kPi * (static_cast<float>(k) + shift_.x) / static_cast<float>(count);
       aim(k, basis, {std::cos(angle), std::sin(angle)});
     }
-    const auto rim = countFree(kRimRays);
-    if (rim == 0) return Vec3(0.0f);
+    const auto free = countFree(count);
+    return free == 0 ? Seen::None : free == count ? Seen::All : Seen::Part;
+  }
+
+  /// Irradiance where that much is seen; where a part is, by rays.
+  Vec3 irradiance(Seen seen) {
+    if (seen == Seen::Nothing || seen == Seen::None) return Vec3(0.0f);
+    const Basis basis(toLight_ / distance_);
+    if (!(light_->radius > 0.0f)) {
+      aim(0, basis, Vec2(0.0f));
+      return arriving_[0];
+    }
     for (int k = 0; k < kShadowRays; ++k)
-      aim(k, basis, concentricDisk(shifted(lattice_[k], shift)));
-    if (rim < kRimRays) {
+      aim(k, basis, concentricDisk(shifted(lattice_[k], shift_)));
+    if (seen == Seen::Part) {
       countFree(kShadowRays);
     } else {
       std::fill(free_.begin(), free_.end(), std::uint8_t{1});
@@ -65,6 +87,21 @@ class LightSampler {
   }
 
  private:
+  /// False: lightIrradiance() is 0 for every place of the emitter's disk.
+  bool mayArrive() const {
+    const float radius = light_->radius;
+    if (!(distance_ > 0.0f) || !(glm::dot(normal_, toLight_) > -radius)) return false;
+    const frame::WorldLight& light = light_->light;
+    if (light.type == scene::LightType::Directional) return true;
+    if (light.range > 0.0f && distance_ >= light.range) return false;
+    if (light.type != scene::LightType::Spot) return true;
+    const float cosine = -glm::dot(toLight_, light.direction) / distance_;
+    const float disk = std::atan2(radius, distance_);
+    constexpr float kRounding = 1e-3f;  // radians
+    return std::acos(std::clamp(cosine, -1.0f, 1.0f)) - disk <
+           std::acos(light.cosOuter) + kRounding;
+  }
+
   /// Ray `k` towards a place of the emitter's disk as the point sees it. Whatever lies within the
   /// emitter's radius casts no shadow.
   void aim(int k, const Basis& basis, const Vec2& disk) {
@@ -100,7 +137,9 @@ class LightSampler {
   const BakedLight* light_ = nullptr;
   Vec3 position_{0.0f};
   Vec3 normal_{0.0f};
+  Vec2 shift_{0.0f};
   Vec3 toLight_{0.0f};
+  float distance_ = 0.0f;
   std::vector<Ray> rays_ = std::vector<Ray>(kShadowRays);
   std::vector<Vec3> arriving_ = std::vector<Vec3>(kShadowRays);
   std::vector<std::uint8_t> free_ = std::vector<std::uint8_t>(kShadowRays);
@@ -116,19 +155,34 @@ std::vector<Vec3> Baker::directLight() {
   for (const scene::Light& light : scene_.lights)
     if (light.baked) lights.push_back({frame::worldLight(light, pose), light.radius});
   std::vector<Vec3> values(points_.size(), Vec3(0.0f));
-  if (!lights.empty())
+  std::vector<Seen> glance(points_.size());
+  const auto forPoints = [&](const BakedLight& light, auto&& work) {
     parallelFor(points_.size(), kPointsPerTask, [&](std::size_t begin, std::size_t end) {
       if (stopped()) return;
       LightSampler sampler(trace_, geometry_);
       for (std::size_t i = begin; i < end; ++i) {
-        const Vec2 shift = shiftOf(i);
-        for (const BakedLight& light : lights)
-          values[i] += sampler.irradiance(light, points_.positions[i], points_.normals[i], shift);
+        sampler.set(light, points_.positions[i], points_.normals[i], shiftOf(i));
+        work(sampler, i);
       }
       rays_ += sampler.traced();
       refused_ += sampler.refused();
-      advance((end - begin) * kShadowRays);
+      advance((end - begin) * kShadowRays / (2 * lights.size()));
     });
+  };
+  for (const BakedLight& light : lights) {
+    forPoints(light,
+              [&](LightSampler& sampler, std::size_t i) { glance[i] = sampler.look(kGlanceRays); });
+    // Where neighbours see the same as a glance, there is no penumbra; else the rim tells
+    forPoints(light, [&](LightSampler& sampler, std::size_t i) {
+      const Seen seen = glance[i];
+      const std::span<const std::uint32_t> neighbours = points_.neighboursOf(i);
+      const bool agree = !neighbours.empty() && std::ranges::all_of(neighbours, [&](auto n) {
+        return glance[n] == seen || glance[n] == Seen::Nothing;
+      });
+      const bool sure = seen == Seen::Nothing || (agree && seen != Seen::Part);
+      values[i] += sampler.irradiance(sure ? seen : sampler.look(kRimRays));
+    });
+  }
   return values;
 }
 

@@ -33,9 +33,10 @@ Vec2 shifted(const Vec2& p, const Vec2& shift) {
   return {q.x >= 1.0f ? q.x - 1.0f : q.x, q.y >= 1.0f ? q.y - 1.0f : q.y};
 }
 
-std::vector<Vec2> latticePoints(int count) {
+std::vector<Vec2> latticePoints(int count, int first) {
   std::vector<Vec2> points(count);
-  for (int i = 0; i < count; ++i) points[i] = {fraction(0.5 + i * kR2x), fraction(0.5 + i * kR2y)};
+  for (int i = 0; i < count; ++i)
+    points[i] = {fraction(0.5 + (first + i) * kR2x), fraction(0.5 + (first + i) * kR2y)};
   const auto morton = [](const Vec2& p) {
     const auto x = static_cast<std::uint32_t>(p.x * 256.0f);
     const auto y = static_cast<std::uint32_t>(p.y * 256.0f);

@@ -17,8 +17,9 @@ float fraction(double x);
 Vec2 shiftOf(std::size_t number);
 /// A point of the unit square, moved on the torus.
 Vec2 shifted(const Vec2& p, const Vec2& shift);
-/// R2 points in the unit square, ordered along a Morton curve so that neighbours stay together.
-std::vector<Vec2> latticePoints(int count);
+/// R2 points number `first` to `first + count` in the unit square, ordered along a Morton curve so
+/// that neighbours stay together.
+std::vector<Vec2> latticePoints(int count, int first = 0);
 /// Cosine-distributed direction about basis.z (Malley's method).
 Vec3 cosineDirection(const Basis& basis, const Vec2& p);
 
