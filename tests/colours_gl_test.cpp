@@ -24,7 +24,7 @@ constexpr float kTolerance = 2e-4f;
 const methods::RunSettings kSettings = test::framesOf(kSize, kSize, 1, true);
 
 /// A texture without filtering: texels in rows. Linear: llvmpipe decodes sRGB to 1e-3 only.
-int addTexture(scene::Scene& scene, int width, std::vector<glm::u8vec4> texels) {
+int addTexture(scene::Scene& scene, int width, const std::vector<glm::u8vec4>& texels) {
   scene::Texture texture;
   texture.srgb = false;
   texture.nearest = true;

@@ -29,8 +29,8 @@ inline std::string textOf(const fs::path& file) {
 
 inline fs::path freshFolder() {
   const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-  const fs::path path = fs::path(testing::TempDir()) /
-                        ("app_" + std::string(info->name()) + "_" + std::to_string(::getpid()));
+  fs::path path = fs::path(testing::TempDir()) /
+                  ("app_" + std::string(info->name()) + "_" + std::to_string(::getpid()));
   fs::remove_all(path);
   fs::create_directories(path);
   return path;

@@ -159,12 +159,13 @@ class CaseMeasurement {
  private:
   /// Renders by all programs that have not failed, and keeps times.
   Turns turns(int attempt, int rounds, bool fresh, const fs::path& writeTo) {
-    const Turns measured = lab_.measure(one_, programs_, rounds, fresh, writeTo);
-    for (const auto& [name, failure] : measured.failures) {
+    Turns measured = lab_.measure(one_, programs_, rounds, fresh, writeTo);
+    for (const auto& failed : measured.failures) {
+      const std::string& name = failed.first;
       if (name == role::kTonight)
-        facts_.failure = failure;
+        facts_.failure = failed.second;
       else
-        facts_.baselineFailures[name] = failure;
+        facts_.baselineFailures[name] = failed.second;
       std::erase_if(facts_.timings, [&](const Timing& timing) { return timing.role == name; });
       std::erase_if(programs_, [&](const Program& program) { return program.role == name; });
     }

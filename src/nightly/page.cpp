@@ -389,7 +389,7 @@ fs::path writePage(const History& history, const Night& night, const std::vector
   std::error_code error;
   fs::create_directories(options.out, error);
   if (error) throw OutputError(options.out.string() + ": cannot be made: " + error.message());
-  const fs::path file = options.out / "index.html";
+  fs::path file = options.out / "index.html";
   if (!options.singleFile)
     for (const char* name : {"pictures", "curves"}) {
       fs::remove_all(options.out / name, error);

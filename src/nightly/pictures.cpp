@@ -87,7 +87,7 @@ std::string storeFrame(const History& history, const fs::path& file) {
   const std::vector<std::byte> bytes = readFile(file);
   Fingerprint print;
   print.add(std::span<const std::byte>(bytes));
-  const std::string object = print.text();
+  std::string object = print.text();
   const fs::path place = storedFrame(history, object);
   std::error_code error;
   if (fs::exists(place, error)) {

@@ -290,10 +290,12 @@ TEST(Billboards, FiveHundredReflectorsAreFilled) {
   test::SceneBuilder builder;
   builder.constantEnvironment(Vec3(0.25f));
   const int material = builder.reflective(0.9f);
-  for (int i = 0; i < 500; ++i)
+  for (int i = 0; i < 500; ++i) {
+    const int row = i / 25;
     builder.add(scene::makeSphere(0.05f, 8, 4, scene::UvMode::Unit), material,
                 test::translation({0.12f * static_cast<float>(i % 25 - 12),
-                                   0.12f * static_cast<float>(i / 25 - 10), 0.0f}));
+                                   0.12f * static_cast<float>(row - 10), 0.0f}));
+  }
   builder.add(coloured({4.0f, 4.0f}), unlit(builder), test::translation({0.0f, -1.4f, 0.0f}));
   test::GlStage stage(builder.scene(), kSettings);
   test::GlMethod method(stage, billboardsEntry(),

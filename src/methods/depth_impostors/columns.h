@@ -36,7 +36,7 @@ class Columns {
     const float b = texel[1];
     const float nearer = f < 0.5f ? a : b;
     const float between = a + f * (b - a);
-    const float value = (a > 0.0f) & (b > 0.0f) ? between : nearer;
+    const float value = ((a > 0.0f) & (b > 0.0f)) ? between : nearer;
     return on ? value : 0.0f;
   }
 

@@ -55,9 +55,9 @@ class DepthImpostors : public impostors::ImpostorMethod {
       if (texels_.size() < count) texels_.resize(count);
       for (const Made& made : made_)
         texels_[static_cast<std::size_t>(made.layer)] =
-            std::make_unique<depth_impostors::MapTexels>(
+            std::make_unique<depth_impostors::MapTexels>(depth_impostors::MapTexels{
                 depth_impostors::Columns(made.texels, options().textureSize, true),
-                depth_impostors::Columns(made.texels, options().textureSize, false));
+                depth_impostors::Columns(made.texels, options().textureSize, false)});
       made_.clear();
       return;
     }

@@ -192,7 +192,7 @@ CATOPTRIC_INLINE void sampleAll(const Columns& columns, const Domain& domain, in
     const float a = lower[k], b = upper[k], f = shares[k];
     const float between = a + f * (b - a);
     const float nearer = f < 0.5f ? a : b;
-    const float value = (a > 0.0f) & (b > 0.0f) ? between : nearer;
+    const float value = ((a > 0.0f) & (b > 0.0f)) ? between : nearer;
     const float begun = f < 0.0f ? 0.0f : value;
     into[k] = f < 1.0f ? begun : 0.0f;
   }

@@ -102,8 +102,8 @@ TEST(SecondOrder, SmallThingsAreNotLeftOutOfDimReflections) {
     builder.add(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres),
                 builder.reflective(s, 0.0f));
     for (int i = 0; i < 25; ++i) {
-      const Vec3 at(0.3f * static_cast<float>(i % 5 - 2), 0.3f * static_cast<float>(i / 5 - 2),
-                    2.0f);
+      const int row = i / 5;
+      const Vec3 at(0.3f * static_cast<float>(i % 5 - 2), 0.3f * static_cast<float>(row - 2), 2.0f);
       builder.add(scene::makeSphere(0.02f, 12, 6, scene::UvMode::Metres),
                   builder.diffuse(Vec3(0.8f)), test::translation(at));
     }
@@ -132,7 +132,8 @@ TEST(SecondOrder, AmongManyReflectorsEachComesCloseToItsRays) {
   const int mirror = builder.reflective(0.12f, 0.0f);
   const int lamp = builder.diffuse(Vec3(0.9f, 0.8f, 0.5f), Vec3(6.0f, 5.0f, 3.0f));
   for (int i = 0; i < 49; ++i) {
-    const Vec3 at(0.4f * static_cast<float>(i % 7 - 3), 0.0f, 0.4f * static_cast<float>(i / 7 - 3));
+    const int row = i / 7;
+    const Vec3 at(0.4f * static_cast<float>(i % 7 - 3), 0.0f, 0.4f * static_cast<float>(row - 3));
     builder.add(ball, mirror, test::translation(at));
     builder.add(ball, lamp, test::translation(at + Vec3(0.2f, 0.0f, 0.2f)));
   }

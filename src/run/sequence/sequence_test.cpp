@@ -26,7 +26,7 @@ using testing::HasSubstr;
 
 fs::path freshFolder() {
   const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-  const fs::path path =
+  fs::path path =
       fs::path(testing::TempDir()) / (std::string(info->test_suite_name()) + "_" + info->name());
   fs::remove_all(path);
   return path;

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
+#include <array>
+#include <bit>
+#include <cstdint>
 #include <memory>
 #include <random>
 #include <string>
@@ -129,7 +131,8 @@ class World {
 };
 
 bool sameBits(const Vec3& a, const Vec3& b) {
-  return std::memcmp(&a, &b, sizeof a) == 0;
+  using Bits = std::array<std::uint32_t, 3>;
+  return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
 }
 
 /// The machine's vector code, or less of it.
