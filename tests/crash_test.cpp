@@ -166,10 +166,12 @@ TEST_F(Crash, KilledRunsResumeToTheUndisturbedRun) {
   int killed = 0;
   int unfinished = 0;
   const int kills = isLong() ? 100 : 8;
-  for (int i = 0; i < kills; ++i) {
+  // More of them where a busy machine let runs end before they were killed
+  for (int i = 0; i < kills || (unfinished < kills / 4 && i < 4 * kills); ++i) {
     // One moment in each of as many equal parts of the run, by the frames that it has written: a
     // busy machine's runs differ in length
-    const double share = (i + std::uniform_real_distribution<double>(0.0, 1.0)(random)) / kills;
+    const double part = i % kills;
+    const double share = (part + std::uniform_real_distribution<double>(0.0, 1.0)(random)) / kills;
     const double moment = share * static_cast<double>(whole.size());
     const auto written = static_cast<std::size_t>(moment);
     const std::string out = "killed" + std::to_string(i);
