@@ -3,14 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/vector_level.h"
-
-#if defined(__GNUC__) && !defined(__clang__)
-#define CATOPTRIC_INDEPENDENT _Pragma("GCC ivdep")
-#else
-#define CATOPTRIC_INDEPENDENT
-#endif
-#define CATOPTRIC_INLINE [[gnu::always_inline]] inline
+#include "core/vector_versions.h"
 
 // Plain loops that the compiler turns into vector code, as in ../impostors/ray_loops.cpp.
 namespace catoptric::methods::depth_impostors {
@@ -184,26 +177,12 @@ struct Versions {
   constexpr Versions kVersions{search, walk};                       \
   }
 
-CATOPTRIC_VERSION(base, )
-CATOPTRIC_VERSION(v2, [[gnu::target("sse4.2,popcnt")]])
-CATOPTRIC_VERSION(v3, [[gnu::target("avx2,fma,bmi,bmi2")]])
-CATOPTRIC_VERSION(v4,
-                  [[gnu::target("avx512f,avx512vl,avx512bw,avx512dq,avx512cd,avx2,fma,bmi,bmi2")]])
+CATOPTRIC_EACH_VECTOR_LEVEL(CATOPTRIC_VERSION)
 #undef CATOPTRIC_VERSION
 // NOLINTEND(bugprone-macro-parentheses)
 
 const Versions& versions() {
-  switch (vectorLevel()) {
-    case VectorLevel::V4:
-      return v4::kVersions;
-    case VectorLevel::V3:
-      return v3::kVersions;
-    case VectorLevel::V2:
-      return v2::kVersions;
-    case VectorLevel::Base:
-      break;
-  }
-  return base::kVersions;
+  return versionOf(base::kVersions, v2::kVersions, v3::kVersions, v4::kVersions);
 }
 
 }  // namespace

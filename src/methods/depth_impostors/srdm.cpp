@@ -4,15 +4,8 @@
 #include <cmath>
 
 #include "core/parallel.h"
-#include "core/vector_level.h"
+#include "core/vector_versions.h"
 #include "methods/depth_impostors/columns.h"
-
-#if defined(__GNUC__) && !defined(__clang__)
-#define CATOPTRIC_INDEPENDENT _Pragma("GCC ivdep")
-#else
-#define CATOPTRIC_INDEPENDENT
-#endif
-#define CATOPTRIC_INLINE [[gnu::always_inline]] inline
 
 // Loops over samples are plain ones that the compiler turns into vector code, once for each level
 // of the machine; all give the same bits.
@@ -218,29 +211,12 @@ using SimplifyDomain = void (*)(const Columns&, const Domain&, std::size_t, std:
                       Work& w, Simplification& s) {                                         \
     simplifyDomain(c, d, m, p, w, s);                                                       \
   }                                                                                         \
+  constexpr SimplifyDomain kAll = all;                                                      \
   }
 
-CATOPTRIC_VERSION(base, )
-CATOPTRIC_VERSION(v2, [[gnu::target("sse4.2,popcnt")]])
-CATOPTRIC_VERSION(v3, [[gnu::target("avx2,fma,bmi,bmi2")]])
-CATOPTRIC_VERSION(v4,
-                  [[gnu::target("avx512f,avx512vl,avx512bw,avx512dq,avx512cd,avx2,fma,bmi,bmi2")]])
+CATOPTRIC_EACH_VECTOR_LEVEL(CATOPTRIC_VERSION)
 #undef CATOPTRIC_VERSION
 // NOLINTEND(bugprone-macro-parentheses)
-
-SimplifyDomain ofThisMachine() {
-  switch (vectorLevel()) {
-    case VectorLevel::V4:
-      return v4::all;
-    case VectorLevel::V3:
-      return v3::all;
-    case VectorLevel::V2:
-      return v2::all;
-    case VectorLevel::Base:
-      break;
-  }
-  return base::all;
-}
 
 /// Depth of a map's value: linear in 1 / z.
 float metresOf(float g, float nearMetres, float farMetres) {
@@ -290,7 +266,7 @@ void buildSrdm(std::span<const float> texels, int size, std::span<const Domain> 
   const Columns across(texels, size, true);
   const Columns down(texels, size, false);
   const auto points = static_cast<std::size_t>(m);
-  const SimplifyDomain simplifies = ofThisMachine();
+  const SimplifyDomain simplifies = versionOf(base::kAll, v2::kAll, v3::kAll, v4::kAll);
   std::vector<Simplification> sums(domains.size());
   parallelFor(domains.size(), 1, [&](std::size_t begin, std::size_t end) {
     Work work;

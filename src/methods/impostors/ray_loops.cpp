@@ -6,15 +6,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/vector_level.h"
+#include "core/vector_versions.h"
 #include "methods/impostors/ray_batch.h"
-
-#if defined(__GNUC__) && !defined(__clang__)
-#define CATOPTRIC_INDEPENDENT _Pragma("GCC ivdep")
-#else
-#define CATOPTRIC_INDEPENDENT
-#endif
-#define CATOPTRIC_INLINE [[gnu::always_inline]] inline
 
 namespace catoptric::methods::impostors {
 
@@ -408,28 +401,14 @@ CATOPTRIC_INLINE void environmentBody(const Surroundings& around, EnvironmentLoo
   constexpr RayLoops kLoops{aim, bound, meetQuad, meetBox, project, levels, lookUp, environment}; \
   }
 
-CATOPTRIC_VERSION(base, )
-CATOPTRIC_VERSION(v2, [[gnu::target("sse4.2,popcnt")]])
-CATOPTRIC_VERSION(v3, [[gnu::target("avx2,fma,bmi,bmi2")]])
-CATOPTRIC_VERSION(v4,
-                  [[gnu::target("avx512f,avx512vl,avx512bw,avx512dq,avx512cd,avx2,fma,bmi,bmi2")]])
+CATOPTRIC_EACH_VECTOR_LEVEL(CATOPTRIC_VERSION)
 #undef CATOPTRIC_VERSION
 // NOLINTEND(bugprone-macro-parentheses)
 
 }  // namespace
 
 const RayLoops& rayLoops() {
-  switch (vectorLevel()) {
-    case VectorLevel::V4:
-      return v4::kLoops;
-    case VectorLevel::V3:
-      return v3::kLoops;
-    case VectorLevel::V2:
-      return v2::kLoops;
-    case VectorLevel::Base:
-      break;
-  }
-  return base::kLoops;
+  return versionOf(base::kLoops, v2::kLoops, v3::kLoops, v4::kLoops);
 }
 
 }  // namespace catoptric::methods::impostors

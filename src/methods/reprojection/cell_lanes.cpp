@@ -4,15 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/vector_level.h"
+#include "core/vector_versions.h"
 #include "methods/reprojection/search.h"
-
-// Of a loop whose turns do not depend on each other.
-#if defined(__GNUC__) && !defined(__clang__)
-#define CATOPTRIC_INDEPENDENT _Pragma("GCC ivdep")
-#else
-#define CATOPTRIC_INDEPENDENT
-#endif
 
 // Plain loops that the compiler turns into vector code, once for each level of the machine, as in
 // trace/lobes/point_lanes.cpp: equal bits.
@@ -32,11 +25,11 @@ struct KeyArrays {
   const float* radiance;  ///< 3 a sample
 };
 
-[[gnu::always_inline]] inline std::size_t padded(std::size_t count) {
+CATOPTRIC_INLINE std::size_t padded(std::size_t count) {
   return (count + kWidest - 1) / kWidest * kWidest;
 }
 
-[[gnu::always_inline]] inline void moveBody(const KeyArrays& key, float near, CellLanes& lanes) {
+CATOPTRIC_INLINE void moveBody(const KeyArrays& key, float near, CellLanes& lanes) {
   const float* const originX = lanes.originX.data();
   const float* const originY = lanes.originY.data();
   const float* const originZ = lanes.originZ.data();
@@ -118,7 +111,7 @@ struct KeyArrays {
   }
 }
 
-[[gnu::always_inline]] inline void showBody(const KeyArrays& key, CellLanes& lanes) {
+CATOPTRIC_INLINE void showBody(const KeyArrays& key, CellLanes& lanes) {
   const float* const placeX = lanes.x.data();
   const float* const placeY = lanes.y.data();
   const std::uint32_t* const reflector = lanes.reflector.data();
@@ -180,26 +173,12 @@ struct Versions {
   constexpr Versions kVersions{move, show};                         \
   }
 
-CATOPTRIC_VERSION(base, )
-CATOPTRIC_VERSION(v2, [[gnu::target("sse4.2,popcnt")]])
-CATOPTRIC_VERSION(v3, [[gnu::target("avx2,fma,bmi,bmi2")]])
-CATOPTRIC_VERSION(v4,
-                  [[gnu::target("avx512f,avx512vl,avx512bw,avx512dq,avx512cd,avx2,fma,bmi,bmi2")]])
+CATOPTRIC_EACH_VECTOR_LEVEL(CATOPTRIC_VERSION)
 #undef CATOPTRIC_VERSION
 // NOLINTEND(bugprone-macro-parentheses)
 
 const Versions& versions() {
-  switch (vectorLevel()) {
-    case VectorLevel::V4:
-      return v4::kVersions;
-    case VectorLevel::V3:
-      return v3::kVersions;
-    case VectorLevel::V2:
-      return v2::kVersions;
-    case VectorLevel::Base:
-      break;
-  }
-  return base::kVersions;
+  return versionOf(base::kVersions, v2::kVersions, v3::kVersions, v4::kVersions);
 }
 
 }  // namespace

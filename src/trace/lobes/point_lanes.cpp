@@ -3,14 +3,7 @@
 #include <cmath>
 
 #include "core/basis.h"
-#include "core/vector_level.h"
-
-// Of a loop whose turns do not depend on each other.
-#if defined(__GNUC__) && !defined(__clang__)
-#define CATOPTRIC_INDEPENDENT _Pragma("GCC ivdep")
-#else
-#define CATOPTRIC_INDEPENDENT
-#endif
+#include "core/vector_versions.h"
 
 // The bodies below are plain loops over arrays that the compiler turns into vector code, once for
 // each level of the machine (CMakeLists.txt: no errno, no traps). They repeat the operations of
@@ -22,16 +15,16 @@ namespace {
 constexpr std::size_t kWidest = 16;
 static_assert(kMostLanes % kWidest == 0 && LobeLanes::kMost % kWidest == 0);
 
-[[gnu::always_inline]] inline std::size_t padded(std::size_t count) {
+CATOPTRIC_INLINE std::size_t padded(std::size_t count) {
   return (count + kWidest - 1) / kWidest * kWidest;
 }
 
-[[gnu::always_inline]] inline float larger(float a, float b) {
+CATOPTRIC_INLINE float larger(float a, float b) {
   return a < b ? b : a;
 }
 
-[[gnu::always_inline]] inline void placeBody(const SampleCamera& camera, const SampleLanes& samples,
-                                             PointLanes& points) {
+CATOPTRIC_INLINE void placeBody(const SampleCamera& camera, const SampleLanes& samples,
+                                PointLanes& points) {
   const Mat3& m = camera.rayFromPixel;
   const float m00 = m[0][0], m01 = m[0][1], m02 = m[0][2];
   const float m10 = m[1][0], m11 = m[1][1], m12 = m[1][2];
@@ -67,7 +60,7 @@ static_assert(kMostLanes % kWidest == 0 && LobeLanes::kMost % kWidest == 0);
   }
 }
 
-[[gnu::always_inline]] inline void aimBody(PointLanes& points) {
+CATOPTRIC_INLINE void aimBody(PointLanes& points) {
   const float* const normalX = points.normal.x.data();
   const float* const normalY = points.normal.y.data();
   const float* const normalZ = points.normal.z.data();
@@ -122,8 +115,7 @@ struct LobeFrame {
   float* directionZ;
 };
 
-[[gnu::always_inline]] inline bool lobeBody(const LobeFrame& frame, const LobeLanes& lobe,
-                                            std::size_t count) {
+CATOPTRIC_INLINE bool lobeBody(const LobeFrame& frame, const LobeLanes& lobe, std::size_t count) {
   const Vec3 bx = frame.x, by = frame.y, axis = frame.axis, h = frame.horizon;
   float* const directionX = frame.directionX;
   float* const directionY = frame.directionY;
@@ -166,26 +158,12 @@ struct Versions {
   constexpr Versions kVersions{place, aim, lobe};                                     \
   }
 
-CATOPTRIC_VERSION(base, )
-CATOPTRIC_VERSION(v2, [[gnu::target("sse4.2,popcnt")]])
-CATOPTRIC_VERSION(v3, [[gnu::target("avx2,fma,bmi,bmi2")]])
-CATOPTRIC_VERSION(v4,
-                  [[gnu::target("avx512f,avx512vl,avx512bw,avx512dq,avx512cd,avx2,fma,bmi,bmi2")]])
+CATOPTRIC_EACH_VECTOR_LEVEL(CATOPTRIC_VERSION)
 #undef CATOPTRIC_VERSION
 // NOLINTEND(bugprone-macro-parentheses)
 
 const Versions& versions() {
-  switch (vectorLevel()) {
-    case VectorLevel::V4:
-      return v4::kVersions;
-    case VectorLevel::V3:
-      return v3::kVersions;
-    case VectorLevel::V2:
-      return v2::kVersions;
-    case VectorLevel::Base:
-      break;
-  }
-  return base::kVersions;
+  return versionOf(base::kVersions, v2::kVersions, v3::kVersions, v4::kVersions);
 }
 
 }  // namespace
