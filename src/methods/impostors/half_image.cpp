@@ -7,6 +7,7 @@
 #include <span>
 
 #include "core/math.h"
+#include "raster/cube_faces.h"
 
 namespace catoptric::methods::impostors {
 namespace {
@@ -32,17 +33,6 @@ std::uint16_t halfOf(float value) {
   return static_cast<std::uint16_t>((bits >> 16 & 0x8000u) | ((sized - (112u << 23)) >> 13));
 }
 
-/// A face of a cube map, as OpenGL orders and turns them.
-struct Face {
-  Vec3 s, t, axis;
-};
-constexpr std::array<Face, 6> kFaces = {{{{0, 0, -1}, {0, -1, 0}, {1, 0, 0}},
-                                         {{0, 0, 1}, {0, -1, 0}, {-1, 0, 0}},
-                                         {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}},
-                                         {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}},
-                                         {{1, 0, 0}, {0, -1, 0}, {0, 0, 1}},
-                                         {{-1, 0, 0}, {0, -1, 0}, {0, 0, -1}}}};
-
 struct Texel {
   std::size_t face;
   int x, y;
@@ -55,15 +45,16 @@ Texel beyond(std::size_t face, int x, int y, int size) {
   };
   const float inwards = 1.0f - 1.0f / static_cast<float>(size);
   const Vec2 at(std::clamp(place(x), -1.0f, 1.0f), std::clamp(place(y), -1.0f, 1.0f));
-  const Vec3 direction =
-      at.x * kFaces[face].s + at.y * kFaces[face].t + inwards * kFaces[face].axis;
-  for (std::size_t f = 0; f < kFaces.size(); ++f) {
-    if (glm::dot(direction, kFaces[f].axis) < 1.0f) continue;
+  const Vec3 direction = at.x * raster::kCubeFaces[face].right +
+                         at.y * raster::kCubeFaces[face].down +
+                         inwards * raster::kCubeFaces[face].forward;
+  for (std::size_t f = 0; f < raster::kCubeFaces.size(); ++f) {
+    if (glm::dot(direction, raster::kCubeFaces[f].forward) < 1.0f) continue;
     const auto index = [&](const Vec3& axis) {
       const float s = 0.5f * (glm::dot(direction, axis) + 1.0f) * static_cast<float>(size);
       return std::clamp(static_cast<int>(std::floor(s)), 0, size - 1);
     };
-    return {f, index(kFaces[f].s), index(kFaces[f].t)};
+    return {f, index(raster::kCubeFaces[f].right), index(raster::kCubeFaces[f].down)};
   }
   return {face, std::clamp(x, 0, size - 1), std::clamp(y, 0, size - 1)};
 }
@@ -98,8 +89,8 @@ void HalfImage::read(const gl::Texture& texture) {
 
 void HalfCube::read(const gl::Texture& texture, int coarse) {
   fine_ = {texture.levelWidth(0), 0};
-  coarse_ = {texture.levelWidth(coarse), kFaces.size() * valuesOf(fine_.size)};
-  values_.resize(coarse_.first + kFaces.size() * valuesOf(coarse_.size));
+  coarse_ = {texture.levelWidth(coarse), raster::kCubeFaces.size() * valuesOf(fine_.size)};
+  values_.resize(coarse_.first + raster::kCubeFaces.size() * valuesOf(coarse_.size));
   add(texture, 0, fine_);
   add(texture, coarse, coarse_);
   least_ = 1.0f;
@@ -115,13 +106,13 @@ void HalfCube::add(const gl::Texture& texture, int level, HalfLevel& into) {
   const int size = into.size;
   const auto side = static_cast<std::size_t>(size) + 2;
   const auto inner = static_cast<std::size_t>(size);
-  read_.resize(kFaces.size() * kValues * inner * inner);
+  read_.resize(raster::kCubeFaces.size() * kValues * inner * inner);
   texture.read(level, GL_RGBA, GL_HALF_FLOAT, std::as_writable_bytes(std::span(read_)));
   const auto texel = [&](const Texel& t) {
     return &read_[kValues * ((t.face * inner + static_cast<std::size_t>(t.y)) * inner +
                              static_cast<std::size_t>(t.x))];
   };
-  for (std::size_t face = 0; face < kFaces.size(); ++face) {
+  for (std::size_t face = 0; face < raster::kCubeFaces.size(); ++face) {
     std::uint16_t* const values = values_.data() + into.first + face * valuesOf(size);
     const auto place = [&](int x, int y) {
       return values +

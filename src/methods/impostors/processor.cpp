@@ -7,12 +7,13 @@
 #include "core/clock.h"
 #include "core/parallel.h"
 #include "methods/impostors/tile_rays.h"
+#include "methods/shared/band_steps.h"
+#include "methods/shared/sample_tiles.h"
 
 namespace catoptric::methods::impostors {
 namespace {
 
-constexpr int kTile = 16;                 ///< samples a side
-constexpr int kBandSamples = 1 << 16;     ///< of what is read at once, as traced's
+constexpr int kTile = SampleTiles::kSize;
 constexpr std::size_t kTilesPerTask = 4;  ///< ours
 
 using raster::Rectangle;
@@ -22,7 +23,7 @@ std::vector<Rectangle> bandsOf(const std::vector<Rectangle>& parts) {
   std::vector<Rectangle> bands;
   for (const Rectangle& part : parts) {
     if (part.empty()) continue;
-    const int rows = std::max(1, kBandSamples / (part.width() * kTile)) * kTile;
+    const int rows = rowsOfBand(part.width());
     for (int y = part.y0; y < part.y1; y += rows)
       bands.push_back({part.x0, y, part.x1, std::min(part.y1, y + rows)});
   }
@@ -42,34 +43,16 @@ void ProcessorCounts::add(const ProcessorCounts& other) {
 }
 
 ProcessorCounts Processor::run(const ProcessorFrame& frame) {
-  const std::int64_t start = nowNs();
-  double readSeconds = 0.0;
-  double uploadSeconds = 0.0;
-  const auto timed = [](double& seconds, auto&& body) {
-    const std::int64_t begin = nowNs();
-    body();
-    seconds += secondsSince(begin);
-  };
   const std::vector<Rectangle> bands = bandsOf(frame.parts);
   ProcessorCounts counts;
   const auto band = [&](std::size_t b) -> Band& { return bands_[b % bands_.size()]; };
-  Background background;
-  for (std::size_t b = 0; b < bands.size(); ++b) {
-    if (b == 0) timed(readSeconds, [&] { read(frame, bands[0], band(0)); });
-    background.start([&, b] { counts.add(intersect(frame, band(b))); });
-    if (b > 0) timed(uploadSeconds, [&] { upload(frame, band(b - 1)); });
-    if (b + 1 < bands.size()) timed(readSeconds, [&] { read(frame, bands[b + 1], band(b + 1)); });
-    background.wait();
-  }
-  if (!bands.empty()) {
-    timed(uploadSeconds, [&] {
-      upload(frame, band(bands.size() - 1));
-      frame.timer.finish();
-    });
-  }
-  frame.timer.add("readback", readSeconds);
-  frame.timer.add("intersect", secondsSince(start) - readSeconds - uploadSeconds);
-  frame.timer.add("upload", uploadSeconds);
+  const BandSteps steps{[&](std::size_t b) { read(frame, bands[b], band(b)); },
+                        [&](std::size_t b) { counts.add(intersect(frame, band(b))); },
+                        [&](std::size_t b) { upload(frame, band(b)); }};
+  const BandSeconds seconds = runBands(bands.size(), steps, frame.timer);
+  frame.timer.add("readback", seconds.read);
+  frame.timer.add("intersect", seconds.work);
+  frame.timer.add("upload", seconds.upload);
   return counts;
 }
 

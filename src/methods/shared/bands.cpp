@@ -4,15 +4,13 @@
 #include <cstring>
 #include <span>
 
-#include "core/clock.h"
 #include "core/parallel.h"
+#include "methods/shared/band_steps.h"
 #include "methods/shared/reflective_samples.h"
 
 namespace catoptric::methods {
 namespace {
 
-/// Samples of a band: what fits a core's second cache, and keeps 16 threads busy. Ours.
-constexpr int kBandSamples = 1 << 16;
 constexpr std::size_t kTilesPerTask = 4;  ///< ours
 
 /// One tile's place in a band.
@@ -29,10 +27,6 @@ void clear(const TileRows& tile, std::size_t perSample, std::vector<T>& values) 
         tile.columns * perSample, T{0});
 }
 
-int rowsOfBand(int sampleWidth) {
-  return std::max(1, kBandSamples / (sampleWidth * SampleTiles::kSize)) * SampleTiles::kSize;
-}
-
 }  // namespace
 
 std::uint64_t Bands::largest(int sampleWidth) {
@@ -41,43 +35,22 @@ std::uint64_t Bands::largest(int sampleWidth) {
 }
 
 double Bands::run(const BandFrame& frame, const TraceTile& traceTile) {
-  const std::int64_t start = nowNs();
-  double readSeconds = 0.0;
-  double uploadSeconds = 0.0;
-  const auto timed = [](double& seconds, auto&& body) {
-    const std::int64_t begin = nowNs();
-    body();
-    seconds += secondsSince(begin);
-  };
   const int width = frame.gbuffer.sampleWidth();
   const int height = frame.gbuffer.sampleHeight();
   readsLevels_ = specularLevelsVary(frame.scene, frame.own);
   const int rows = rowsOfBand(width);
-  const int bands = (height + rows - 1) / rows;
-  const auto readBand = [&](int b) {
-    timed(readSeconds, [&] {
-      read(frame, b * rows, std::min(rows, height - b * rows),
-           bands_[static_cast<std::size_t>(b) % 2]);
-    });
-  };
-  const auto uploadBand = [&](int b) {
-    timed(uploadSeconds, [&] { upload(frame, bands_[static_cast<std::size_t>(b) % 2]); });
-  };
-
-  Background background;
-  readBand(0);
-  for (int b = 0; b < bands; ++b) {
-    background.start(
-        [&, b] { traceBand(frame, traceTile, bands_[static_cast<std::size_t>(b) % 2]); });
-    if (b > 0) uploadBand(b - 1);
-    if (b + 1 < bands) readBand(b + 1);
-    background.wait();
-  }
-  uploadBand(bands - 1);
-  timed(uploadSeconds, [&] { frame.timer.finish(); });
-  frame.timer.add("readback", readSeconds);
-  frame.timer.add("upload", uploadSeconds);
-  return secondsSince(start) - readSeconds - uploadSeconds;
+  const auto band = [&](std::size_t b) -> Band& { return bands_[b % bands_.size()]; };
+  const BandSteps steps{[&](std::size_t b) {
+                          const int first = static_cast<int>(b) * rows;
+                          read(frame, first, std::min(rows, height - first), band(b));
+                        },
+                        [&](std::size_t b) { traceBand(frame, traceTile, band(b)); },
+                        [&](std::size_t b) { upload(frame, band(b)); }};
+  const auto count = static_cast<std::size_t>((height + rows - 1) / rows);
+  const BandSeconds seconds = runBands(count, steps, frame.timer);
+  frame.timer.add("readback", seconds.read);
+  frame.timer.add("upload", seconds.upload);
+  return seconds.work;
 }
 
 void Bands::read(const BandFrame& frame, int firstRow, int rows, Band& band) const {

@@ -1,10 +1,10 @@
 #include "raster/passes/diffuse_pass.h"
 
-#include <array>
 #include <cmath>
 #include <utility>
 
 #include "core/error.h"
+#include "raster/cube_faces.h"
 #include "raster/passes/surfaces.h"
 
 namespace catoptric::raster {
@@ -18,18 +18,6 @@ SurfaceShaders diffuseShaders(const DiffuseOutputs& outputs) {
                      (outputs.normal ? std::uint32_t{kNormalOutput} : 0u) |
                      (outputs.specular ? std::uint32_t{kSpecularOutput} : 0u)};
 }
-
-/// A face of a cube map: directions to the right, down and forward.
-struct Face {
-  Vec3 right, down, forward;
-};
-/// In the order of GL.
-constexpr std::array<Face, 6> kFaces = {{{{0, 0, -1}, {0, -1, 0}, {1, 0, 0}},
-                                         {{0, 0, 1}, {0, -1, 0}, {-1, 0, 0}},
-                                         {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}},
-                                         {{1, 0, 0}, {0, 0, -1}, {0, -1, 0}},
-                                         {{1, 0, 0}, {0, -1, 0}, {0, 0, 1}},
-                                         {{-1, 0, 0}, {0, -1, 0}, {0, 0, -1}}}};
 
 }  // namespace
 
@@ -70,13 +58,13 @@ gl::Texture DiffusePass::drawCubeMap(const Vec3& centre, int faceSize,
   const float nearMetres = std::max(1e-12f, 1e-4f * scene_.diameter());
   const float spread = 2.0f * std::atan(1.0f / static_cast<float>(faceSize));
   const gl::DrawScope scope{gl::DrawState()};
-  for (std::size_t i = 0; i < kFaces.size(); ++i) {
+  for (std::size_t i = 0; i < kCubeFaces.size(); ++i) {
     const gl::Framebuffer target("cube map face", {{.texture = cube, .layer = static_cast<int>(i)}},
                                  {.texture = cubeDepth_});
     target.bind();
     target.clearDepth(0.0f);
     // Rows are clip x, -y and w
-    const Face& f = kFaces[i];
+    const CubeFace& f = kCubeFaces[i];
     const Mat4 rows(Vec4(f.right, -glm::dot(f.right, centre)),
                     Vec4(-f.down, glm::dot(f.down, centre)), Vec4(0.0f, 0.0f, 0.0f, nearMetres),
                     Vec4(f.forward, -glm::dot(f.forward, centre)));
