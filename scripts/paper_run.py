@@ -5,6 +5,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import shutil
 import statistics
 import subprocess
@@ -190,6 +191,12 @@ def sheet(file, rows, labels, width=256):
     out.save(file, optimize=True)
 
 
+def sections(text):
+    """Parts of a page by name, with their marks; "": what stands before the first one."""
+    marks = [("", 0), *((m[1], m.start()) for m in re.finditer(r"^<!-- part (\w+) -->$", text, re.M)), (None, len(text))]
+    return {name: text[begin:end] for (name, begin), (_, end) in zip(marks, marks[1:])}
+
+
 class Document:
     """Markdown with pictures beside it in images/; printed as it grows."""
 
@@ -216,7 +223,16 @@ class Document:
         self.text(f"![{what}]({os.path.relpath(file, self.file.parent)})")
         return file
 
-    def write(self):
+    def part(self, name):
+        """Begins a part of the page, which says what else the machine did then."""
+        self.text(f"<!-- part {name} -->\n\n*Load of the machine before this part: {os.getloadavg()[0]:.1f}.*")
+
+    def write(self, order=()):
+        """`order`: names of all parts; those that the document has not are taken from the file, if it has them."""
+        text = "\n\n".join(self.blocks) + "\n"
+        if order and self.file.exists():
+            parts = {**sections(self.file.read_text()), **sections(text)}
+            text = "\n\n".join(parts[name].strip() for name in ("", *order) if name in parts) + "\n"
         self.file.parent.mkdir(parents=True, exist_ok=True)
-        self.file.write_text("\n\n".join(self.blocks) + "\n")
+        self.file.write_text(text)
         print(self.file, file=sys.stderr)

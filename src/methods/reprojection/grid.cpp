@@ -20,6 +20,13 @@ float cross(const Vec2& a, const Vec2& b) {
 /// Calls put(x, y, weights) for the sample centres (whole numbers) in a triangle.
 template <class Put>
 void rasterize(const std::array<Vec2, 3>& p, int width, int height, Put put) {
+  if (p[0] == p[1] && p[1] == p[2]) {  // a point covers the nearest sample
+    const Vec2 at = glm::floor(p[0] + 0.5f);
+    if (at.x >= 0.0f && at.y >= 0.0f && at.x < static_cast<float>(width) &&
+        at.y < static_cast<float>(height))
+      put(static_cast<int>(at.x), static_cast<int>(at.y), Vec3(1.0f, 0.0f, 0.0f));
+    return;
+  }
   const float area = cross(p[1] - p[0], p[2] - p[0]);
   if (!(std::abs(area) > 1e-9f)) return;
   const Vec2 low = glm::max(glm::min(glm::min(p[0], p[1]), p[2]), Vec2(0.0f));
@@ -34,9 +41,13 @@ void rasterize(const std::array<Vec2, 3>& p, int width, int height, Put put) {
     }
 }
 
-/// Calls draw(a, b, c) for the two triangles of each cell of the grid.
+/// Calls draw({a, b, c}) for the two triangles of each cell of the grid; draw({a, a, a}) for each
+/// sample where they are `points`.
 template <class Draw>
-void forTriangles(const KeyFrame& key, Draw draw) {
+void forTriangles(const KeyFrame& key, bool points, Draw draw) {
+  const std::size_t count = key.places().size();
+  for (std::size_t a = 0; points && a < count; ++a) draw(std::array<std::size_t, 3>{a, a, a});
+  if (points) return;
   for (int y = 0; y + 1 < key.height(); ++y)
     for (int x = 0; x + 1 < key.width(); ++x) {
       const std::size_t a = key.index(x, y);
@@ -170,7 +181,8 @@ void GridMapping::search(const KeyFrame& key, const frame::Geometry& geometry,
 void GridMapping::shift(const KeyFrame& key) {
   shifted_.clear(offsets_.size());
   const auto width = static_cast<std::size_t>(key.width());
-  forTriangles(key, [&](const std::array<std::size_t, 3>& at) {
+  const bool splats = options_.mapping == Mapping::Splat;
+  forTriangles(key, splats, [&](const std::array<std::size_t, 3>& at) {
     std::array<Vec2, 3> p;
     for (int i = 0; i < 3; ++i) {
       if (std::isnan(offsets_[at[i]].x) || key.surface(at[i]) != key.surface(at[0]) ||
@@ -202,7 +214,8 @@ void GridMapping::warp(const KeyFrame& key, const scene::Camera& now) {
     seen[at] = valid ? Vec3(snapped(Vec2(p.x, p.y) / p.w), glm::distance(surface_[at], now.eye()))
                      : Vec3(kInvalid, 0.0f);
   }
-  forTriangles(key, [&](const std::array<std::size_t, 3>& at) {
+  const bool splats = options_.mapping == Mapping::Splat;
+  forTriangles(key, splats, [&](const std::array<std::size_t, 3>& at) {
     for (int i = 0; i < 3; ++i)
       if (std::isnan(seen[at[i]].x) || key.reflector(at[i]) != key.reflector(at[0]) ||
           !similar(key.distance(at[i]), key.distance(at[(i + 1) % 3]), options_.epsilon))

@@ -50,8 +50,8 @@ std::vector<config::Option<Options>> common() {
   };
 }
 
-constexpr auto kMappings =
-    config::names<Mapping>({{"gather", Mapping::Gather}, {"grid", Mapping::Grid}});
+constexpr auto kMappings = config::names<Mapping>(
+    {{"gather", Mapping::Gather}, {"grid", Mapping::Grid}, {"splat", Mapping::Splat}});
 
 }  // namespace
 
@@ -61,8 +61,9 @@ const config::OptionTable<Options>& reprojectionOptions() {
     options.push_back(field(&Options::mapping, "mapping", kMappings,
                             "how reflections are found again: each sample of the frame looks in "
                             "the key frame, or as in the paper each sample of the key frame looks "
-                            "where it goes, and two meshes move it there (slow; without partial "
-                            "key frames; what moving mirrors show is traced anew)"));
+                            "where it goes, and two meshes move it there, or in splat single "
+                            "points, between which holes open (both slow; without partial key "
+                            "frames; what moving mirrors show is traced anew)"));
     options.push_back(field(&Options::fidelity, "fidelity", config::range(0.0, 100.0),
                             "distance from the mirrored ray, in samples of the key frame, at which "
                             "what was found there is traced anew"));

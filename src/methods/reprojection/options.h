@@ -14,17 +14,22 @@ enum class Edges : std::uint8_t {
   Nearest,  ///< it shows the surface of the nearest one
 };
 
-enum class Mapping : std::uint8_t { Gather, Grid };
+/// How reflections come from the key frame to the current one.
+enum class Mapping : std::uint8_t {
+  Gather,  ///< each sample of the frame looks in the key frame
+  Grid,    ///< [Xie2017] Sec. 3.2: two meshes of the key frame's samples are drawn
+  Splat,   ///< [Xie2017] Fig. 5, left: its samples are drawn as points
+};
 
 struct Options {
   Mapping mapping = Mapping::Gather;
-  float keyframeThreshold = 0.3f;  ///< [Xie2017] Sec. 4.4
-  int keyframeEvery = 0;           ///< 0: by content alone
-  int restartEvery = 64;           ///< ours
-  int partialKeys = 3;             ///< ours
-  float partialThreshold = 0.02f;  ///< ours
-  int maxSearchSteps = 16;         ///< ours; the median of the rooms' samples needs 2
-  float epsilon = 0.05f;           ///< ours: relative difference of lengths along the path
+  float keyframeThreshold = 0.22f;  ///< ours; [Xie2017] Sec. 4.4: 0.3
+  int keyframeEvery = 0;            ///< 0: by content alone
+  int restartEvery = 64;            ///< ours
+  int partialKeys = 3;              ///< ours
+  float partialThreshold = 0.02f;   ///< ours
+  int maxSearchSteps = 16;          ///< ours; the median of the rooms' samples needs 2
+  float epsilon = 0.05f;            ///< ours: relative difference of lengths along the path
   Edges edges = Edges::Trace;
   float magnification = 16.0f;  ///< [Xie2017] Sec. 4.1
   float fidelity = 0.25f;       ///< ours: samples of the key frame

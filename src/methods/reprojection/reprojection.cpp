@@ -50,7 +50,7 @@ class Reprojection : public Method {
  public:
   Reprojection(const Options& options, bool searches)
       : options_(options), searches_(searches), reuse_(options, searches) {
-    if (options_.mapping == reprojection::Mapping::Grid) options_.partialKeys = 0;
+    if (options_.mapping != reprojection::Mapping::Gather) options_.partialKeys = 0;
   }
 
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
@@ -181,7 +181,7 @@ class Reprojection : public Method {
   void keep(KeyFrame& key, const FrameInput& input, Services& services,
             std::span<const std::uint32_t> places, std::span<const Vec3> radiance) {
     key.begin(copy_.sampleWidth(), copy_.sampleHeight(), input.frame.camera, services.lighting,
-              services.geometry, options_.mapping == reprojection::Mapping::Grid);
+              services.geometry, options_.mapping != reprojection::Mapping::Gather);
     const scene::Scene& scene = services.scene;
     parallelFor(places.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {

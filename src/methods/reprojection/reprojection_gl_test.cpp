@@ -94,6 +94,30 @@ TEST(Reprojection, FindsMostByThePapersGrids) {
   RecordProperty("l1", std::to_string(samples.l1Of8Bit()));
 }
 
+// [Xie2017] Fig. 5: where the camera comes nearer, holes open between points but not in a mesh.
+TEST(Reprojection, TearsWherePointsAreSplatted) {
+  test::GlStage stage(sceneOf("planar_mirror"), test::framesOf(128, 128, 1, true));
+  const auto from = [](float z) {
+    return scene::lookAt({0.0f, 1.3f, z}, {0.0f, 1.0f, -2.0f}, {0.0f, 1.0f, 0.0f}, 0.8f);
+  };
+  std::vector<std::uint64_t> missing;
+  for (const char* mapping : {"grid", "splat"}) {
+    test::GlMethod method(
+        stage, reprojectionEntry(),
+        std::string(R"({"keyframe_threshold": 1, "mapping": ")") + mapping + "\"}");
+    method.render(from(1.2f));
+    const std::vector<float> before = raster::readRgba(stage.gbuffer.reflection);
+    method.render(from(1.2f));
+    EXPECT_EQ(raster::readRgba(stage.gbuffer.reflection), before) << mapping;
+    const auto output = method.render(from(0.4f));
+    const test::TracedSamples samples(stage, from(0.4f), {});
+    const auto masks = raster::readMasks(stage.gbuffer.masks);
+    EXPECT_EQ(samplesThat(samples, masks, true, samples.traced), 0) << mapping;
+    missing.push_back(output.counters.at("retraced"));
+  }
+  EXPECT_GT(missing[1], missing[0] + missing[0] / 4);
+}
+
 TEST(Reprojection, KeepsTheBytesOfWhatStandsStill) {
   test::GlStage stage(sceneOf("nine_spheres"), test::framesOf(96, 96, 1, true));
   for (const MethodEntry* entry : {&reprojectionEntry(), &imageWarpEntry()}) {

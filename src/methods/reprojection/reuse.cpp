@@ -308,7 +308,7 @@ void Reuse::findByGrid(const KeyFrame& key, Services& services, std::vector<Vec3
 }
 
 void Reuse::findIn(const KeyFrame& key, Services& services, std::vector<Vec3>& radiance) {
-  if (searches_ && options_.mapping == Mapping::Grid) {
+  if (searches_ && options_.mapping != Mapping::Gather) {
     findByGrid(key, services, radiance);
     return;
   }
