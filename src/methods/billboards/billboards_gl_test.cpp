@@ -117,6 +117,11 @@ TEST(Billboards, ClampedTexelsOfImagesAreCounted) {
       EXPECT_GE(output.counters.at("clamped_images"), least);
       EXPECT_LE(output.counters.at("clamped_images"), most);
       EXPECT_EQ(output.counters.at("clamped_cube_map"), 0u);
+      const std::vector<std::uint16_t> masks = raster::readMasks(stage.gbuffer.masks);
+      const auto marked = static_cast<std::uint64_t>(std::ranges::count_if(
+          masks, [](std::uint16_t mask) { return (mask & raster::kMaskClamped) != 0; }));
+      EXPECT_EQ(output.counters.at("shows_clamped"), marked);
+      EXPECT_EQ(marked > 20, radiance > 65504.0f);
     }
   }
 }
@@ -190,7 +195,8 @@ TEST(Billboards, WhatIsFarOffFades) {
   const std::vector<float> plain = raster::readRgba(stage.gbuffer.reflection);
   test::GlMethod(stage, billboardsEntry(), std::string(R"({"attenuation": 2, )") + kObjects + "}")
       .render(camera);
-  const test::TracedSamples samples(stage, camera, {});
+  const test::TracedSamples samples(stage, camera, {.fadeMetres = 2.0f});
+  int offTraced = 0;
   int compared = 0;
   int off = 0;
   for (std::size_t i = 0; i < samples.points.size(); ++i) {
@@ -203,9 +209,11 @@ TEST(Billboards, WhatIsFarOffFades) {
     ++compared;
     const float before = plain[4 * samples.places[i] + 1];
     off += std::abs(samples.ours[i].y - before * std::exp(-t / 2.0f)) > 2e-3f ? 1 : 0;
+    offTraced += glm::length(samples.ours[i] - samples.traced[i]) > 1.0f / 255.0f ? 1 : 0;
   }
   EXPECT_GT(compared, 100);
   EXPECT_LE(off, compared / 50);
+  EXPECT_LE(offTraced, compared / 50);
 }
 
 std::string with(const std::string& options, const char* unit) {
@@ -215,7 +223,8 @@ std::string with(const std::string& options, const char* unit) {
 TEST(Billboards, TheProcessorShowsWhatTheDeviceShows) {
   for (const char* options :
        {"", R"("bounces": 2, "second_diffuse": true, "least": 0)", R"("transition_height": 0.4)",
-        R"("transition_height": 0.4, "share_environment": true)", R"("attenuation": 2)"}) {
+        R"("transition_height": 0.4, "share_environment": true)", R"("attenuation": 2)",
+        R"("attenuation": 2, "bounces": 2, "least": 0)"}) {
     test::GlStage stage(ballAndQuads(3).scene(), kSettings);
     const scene::Camera camera = cameraAt({0.3f, 0.9f, 2.8f});
     std::vector<float> shown[2];

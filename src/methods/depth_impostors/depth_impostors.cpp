@@ -24,7 +24,8 @@ class DepthImpostors : public impostors::ImpostorMethod {
   std::vector<gl::Define> defines() const override {
     return {{"WAY", std::to_string(static_cast<int>(options().intersection))},
             {"POINTS", std::to_string(options().points)},
-            {"DOMAINS", std::to_string(options().domains)}};
+            {"DOMAINS", std::to_string(options().domains)},
+            {"REFINE", std::to_string(options().refine)}};
   }
   const char* workCounter() const override {
     return options().intersection == Intersection::Walk ? "walked_texels" : "segments";
@@ -51,13 +52,8 @@ class DepthImpostors : public impostors::ImpostorMethod {
 
   void mapsReady(Services& services, FrameOutput& output, int layers) override {
     const auto count = static_cast<std::size_t>(layers);
+    if (onProcessor() && (domains_.empty() || options().refine > 0)) keepTexels(count);
     if (domains_.empty()) {
-      if (texels_.size() < count) texels_.resize(count);
-      for (const Made& made : made_)
-        texels_[static_cast<std::size_t>(made.layer)] =
-            std::make_unique<depth_impostors::MapTexels>(depth_impostors::MapTexels{
-                depth_impostors::Columns(made.texels, options().textureSize, true),
-                depth_impostors::Columns(made.texels, options().textureSize, false)});
       made_.clear();
       return;
     }
@@ -98,8 +94,12 @@ class DepthImpostors : public impostors::ImpostorMethod {
   std::uint64_t meetMap(int layer, impostors::MapRays& rays) const override {
     const auto at = static_cast<std::size_t>(layer);
     if (domains_.empty()) return depth_impostors::walkTexels(*texels_[at], rays);
-    return depth_impostors::searchLines({domains_, options().points, lines_[at].data()},
-                                        options().intersection == Intersection::SrdmTwoRows, rays);
+    std::uint64_t work =
+        depth_impostors::searchLines({domains_, options().points, lines_[at].data()},
+                                     options().intersection == Intersection::SrdmTwoRows, rays);
+    if (options().refine > 0)
+      work += depth_impostors::refineHits(*texels_[at], options().refine, rays);
+    return work;
   }
 
  private:
@@ -108,11 +108,20 @@ class DepthImpostors : public impostors::ImpostorMethod {
     std::vector<float> texels;
   };
 
+  void keepTexels(std::size_t layers) {
+    if (texels_.size() < layers) texels_.resize(layers);
+    const int size = options().textureSize;
+    for (const Made& made : made_)
+      texels_[static_cast<std::size_t>(made.layer)] = std::make_unique<depth_impostors::MapTexels>(
+          depth_impostors::MapTexels{depth_impostors::Columns(made.texels, size, true),
+                                     depth_impostors::Columns(made.texels, size, false)});
+  }
+
   std::vector<depth_impostors::Domain> domains_;
   std::size_t rows_ = 0;  ///< lines of all domains
   std::vector<Made> made_;
   std::vector<std::vector<depth_impostors::Point>> lines_;           ///< by layer
-  std::vector<std::unique_ptr<depth_impostors::MapTexels>> texels_;  ///< by layer; of the walk
+  std::vector<std::unique_ptr<depth_impostors::MapTexels>> texels_;  ///< by layer; for walks
   gl::Buffer domainBuffer_;
   gl::Texture domainTexture_;
   gl::Buffer rowBuffer_;
@@ -124,7 +133,9 @@ class DepthImpostors : public impostors::ImpostorMethod {
 const MethodEntry& depthImpostorsEntry() {
   static const MethodEntry entry = [] {
     std::vector<CounterInfo> counters = impostors::commonCounters();
-    counters.push_back({"segments", "segments of simplified lines that rays were tested against",
+    counters.push_back({"segments",
+                        "segments of simplified lines that rays were tested against, and texels "
+                        "that refine walked over",
                         false, "intersection srdm, srdm_two_rows"});
     counters.push_back(
         {"walked_texels", "texels that rays were walked over", false, "intersection walk"});
@@ -149,7 +160,7 @@ const MethodEntry& depthImpostorsEntry() {
         .tests = {.small =
                       R"({"face_size": 64, "texture_size": 64, "plane_size": 64, "domains": 18})",
                   .variants = {R"({"intersection": "walk", "bounces": 2})",
-                               R"({"intersection": "srdm_two_rows", "maps": 3})"}},
+                               R"({"intersection": "srdm_two_rows", "maps": 3, "refine": 2})"}},
         .options = impostors::depthOptions().schema(),
         .make = [](const config::Value& options) -> std::unique_ptr<Method> {
           return std::make_unique<DepthImpostors>(impostors::depthOptions().parse(options));

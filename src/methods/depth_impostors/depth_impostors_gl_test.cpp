@@ -77,12 +77,13 @@ TEST(DepthImpostors, ABallIsWhereItIs) {
 }
 
 TEST(DepthImpostors, TheProcessorShowsWhatTheDeviceShows) {
-  for (const std::string way : {"walk", "srdm", "srdm_two_rows"}) {
+  for (const std::string way :
+       {R"("walk")", R"("srdm")", R"("srdm_two_rows")", R"("srdm", "refine": 4)"}) {
     test::GlStage stage(twoBalls().scene(), kSettings);
     std::vector<Vec3> shown[2];
     for (int i = 0; i < 2; ++i) {
       test::GlMethod(stage, depthImpostorsEntry(),
-                     R"({"intersection": ")" + way + R"(", "intersect_on": ")" +
+                     R"({"intersection": )" + way + R"(, "intersect_on": ")" +
                          (i == 0 ? "device" : "processor") + R"("})")
           .render(camera());
       shown[i] = test::TracedSamples(stage, camera(), {}).ours;

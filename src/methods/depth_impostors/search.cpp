@@ -108,53 +108,82 @@ CATOPTRIC_INLINE float crossing(const Vec2& a, const Vec2& b, const Vec2& p, con
   return meet ? share : kNone;
 }
 
+/// A ray's way over texels: whole, or so many texels about a share of it.
+struct Stretch {
+  float around = 0.0f;
+  int reach = -1;  ///< negative: whole
+};
+
+/// The first crossing on a stretch, as a share of the ray; kNone where there is none.
+CATOPTRIC_INLINE float walkRay(const MapTexels& texels, const MapRays& rays, std::size_t i,
+                               Stretch stretch, std::uint64_t& walked, bool& seesAny) {
+  const int size = texels.across.size();
+  Vec2 from(rays.fromX[i], rays.fromY[i]);
+  Vec2 to(rays.toX[i], rays.toY[i]);
+  const bool alongX = std::abs(to.x - from.x) >= std::abs(to.y - from.y);
+  const Columns& columns = alongX ? texels.across : texels.down;
+  if (!alongX) {
+    std::swap(from.x, from.y);
+    std::swap(to.x, to.y);
+  }
+  const float slope = std::abs(to.x - from.x) > 1e-4f ? (to.y - from.y) / (to.x - from.x) : 0.0f;
+  const bool onwards = to.x >= from.x;
+  // Texels whose centres bracket the projection
+  const auto texel = [&](float x, int more) {
+    return std::clamp(static_cast<int>(std::floor(x - 0.5f)) + more, 0, size - 1);
+  };
+  int first = texel(std::min(from.x, to.x), 0);
+  int last = texel(std::max(from.x, to.x), 1);
+  if (stretch.reach >= 0) {
+    const float middle = from.x + stretch.around * (to.x - from.x);
+    first = std::max(first, texel(middle, -stretch.reach));
+    last = std::min(last, texel(middle, stretch.reach + 1));
+  }
+  int at = onwards ? first : last;
+  const int end = onwards ? last : first;
+  const int step = onwards ? 1 : -1;
+  const Vec2 rayFrom(from.x, rays.fromG[i]);
+  const Vec2 rayTo(to.x, rays.toG[i]);
+  Vec2 before(0.0f);
+  bool wasOn = false;
+  bool alone = false;  // a span of one texel
+  float share = kNone;
+  seesAny = false;
+  while (true) {
+    const bool past = (at - end) * step > 0;
+    const float place = static_cast<float>(at) + 0.5f;
+    const float g = past ? 0.0f : columns.at(at, from.y + slope * (place - from.x));
+    const bool on = g > 0.0f;
+    seesAny |= on;
+    if (wasOn && (on || alone)) {
+      const Vec2 p = !on ? Vec2(before.x - 0.499f, before.y) : before;
+      const Vec2 q = !on ? Vec2(before.x + 0.499f, before.y) : Vec2(place, g);
+      share = crossing(rayFrom, rayTo, p, q);
+    }
+    if (past || share <= 1.0f) return share;
+    ++walked;
+    alone = on && !wasOn;
+    wasOn = on;
+    before = Vec2(place, g);
+    at += step;
+  }
+}
+
 CATOPTRIC_INLINE std::uint64_t walkBody(const MapTexels& texels, MapRays& rays) {
   std::uint64_t walked = 0;
-  const int size = texels.across.size();
+  bool seesAny = false;
+  for (std::size_t i = 0; i < rays.count; ++i)
+    rays.at[i] = walkRay(texels, rays, i, {}, walked, seesAny);
+  return walked;
+}
+
+CATOPTRIC_INLINE std::uint64_t refineBody(const MapTexels& texels, int reach, MapRays& rays) {
+  std::uint64_t walked = 0;
   for (std::size_t i = 0; i < rays.count; ++i) {
-    Vec2 from(rays.fromX[i], rays.fromY[i]);
-    Vec2 to(rays.toX[i], rays.toY[i]);
-    const bool alongX = std::abs(to.x - from.x) >= std::abs(to.y - from.y);
-    const Columns& columns = alongX ? texels.across : texels.down;
-    if (!alongX) {
-      std::swap(from.x, from.y);
-      std::swap(to.x, to.y);
-    }
-    const float slope = std::abs(to.x - from.x) > 1e-4f ? (to.y - from.y) / (to.x - from.x) : 0.0f;
-    const bool onwards = to.x >= from.x;
-    // Texels whose centres bracket the projection
-    const auto texel = [&](float x, int more) {
-      return std::clamp(static_cast<int>(std::floor(x - 0.5f)) + more, 0, size - 1);
-    };
-    const int first = texel(std::min(from.x, to.x), 0);
-    const int last = texel(std::max(from.x, to.x), 1);
-    int at = onwards ? first : last;
-    const int end = onwards ? last : first;
-    const int step = onwards ? 1 : -1;
-    const Vec2 rayFrom(from.x, rays.fromG[i]);
-    const Vec2 rayTo(to.x, rays.toG[i]);
-    Vec2 before(0.0f);
-    bool wasOn = false;
-    bool alone = false;  // a span of one texel
-    float share = kNone;
-    while (true) {
-      const bool past = (at - end) * step > 0;
-      const float place = static_cast<float>(at) + 0.5f;
-      const float g = past ? 0.0f : columns.at(at, from.y + slope * (place - from.x));
-      const bool on = g > 0.0f;
-      if (wasOn && (on || alone)) {
-        const Vec2 p = !on ? Vec2(before.x - 0.499f, before.y) : before;
-        const Vec2 q = !on ? Vec2(before.x + 0.499f, before.y) : Vec2(place, g);
-        share = crossing(rayFrom, rayTo, p, q);
-      }
-      if (past || share <= 1.0f) break;
-      ++walked;
-      alone = on && !wasOn;
-      wasOn = on;
-      before = Vec2(place, g);
-      at += step;
-    }
-    rays.at[i] = share;
+    if (!(rays.at[i] <= 1.0f)) continue;
+    bool seesAny = false;
+    const float share = walkRay(texels, rays, i, {rays.at[i], reach}, walked, seesAny);
+    if (share <= 1.0f || !seesAny) rays.at[i] = share;
   }
   return walked;
 }
@@ -162,19 +191,23 @@ CATOPTRIC_INLINE std::uint64_t walkBody(const MapTexels& texels, MapRays& rays) 
 struct Versions {
   void (*search)(const MapLines&, bool, MapRays&);
   std::uint64_t (*walk)(const MapTexels&, MapRays&);
+  std::uint64_t (*refine)(const MapTexels&, int, MapRays&);
 };
 
 // One set of functions for each level: a macro, as a function's target is an attribute.
 // NOLINTBEGIN(bugprone-macro-parentheses): attributes take none
-#define CATOPTRIC_VERSION(name, attributes)                         \
-  namespace name {                                                  \
-  attributes void search(const MapLines& l, bool two, MapRays& r) { \
-    searchBody(l, two, r);                                          \
-  }                                                                 \
-  attributes std::uint64_t walk(const MapTexels& t, MapRays& r) {   \
-    return walkBody(t, r);                                          \
-  }                                                                 \
-  constexpr Versions kVersions{search, walk};                       \
+#define CATOPTRIC_VERSION(name, attributes)                                    \
+  namespace name {                                                             \
+  attributes void search(const MapLines& l, bool two, MapRays& r) {            \
+    searchBody(l, two, r);                                                     \
+  }                                                                            \
+  attributes std::uint64_t walk(const MapTexels& t, MapRays& r) {              \
+    return walkBody(t, r);                                                     \
+  }                                                                            \
+  attributes std::uint64_t refine(const MapTexels& t, int reach, MapRays& r) { \
+    return refineBody(t, reach, r);                                            \
+  }                                                                            \
+  constexpr Versions kVersions{search, walk, refine};                          \
   }
 
 CATOPTRIC_EACH_VECTOR_LEVEL(CATOPTRIC_VERSION)
@@ -194,6 +227,10 @@ std::uint64_t searchLines(const MapLines& lines, bool twoRows, MapRays& rays) {
 
 std::uint64_t walkTexels(const MapTexels& texels, MapRays& rays) {
   return versions().walk(texels, rays);
+}
+
+std::uint64_t refineHits(const MapTexels& texels, int reach, MapRays& rays) {
+  return versions().refine(texels, reach, rays);
 }
 
 }  // namespace catoptric::methods::depth_impostors

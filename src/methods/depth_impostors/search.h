@@ -32,4 +32,9 @@ struct MapTexels {
 /// Sets `at` of all rays, texel by texel along them; returns the number of texels.
 std::uint64_t walkTexels(const MapTexels& texels, impostors::MapRays& rays);
 
+/// Walks over so many texels on either side of the places that searchLines() has found: the first
+/// crossing there is the place, and where the map shows nothing there the ray meets nothing.
+/// Returns the number of texels.
+std::uint64_t refineHits(const MapTexels& texels, int reach, impostors::MapRays& rays);
+
 }  // namespace catoptric::methods::depth_impostors

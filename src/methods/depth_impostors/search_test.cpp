@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <memory>
@@ -130,6 +131,48 @@ TEST(Search, LinesWithAllSamplesAreTheWalkAlongRows) {
   }
 }
 
+TEST(Search, RefinedHitsAreThoseOfTheWalk) {
+  const std::vector<float> map = bumps();
+  const MapTexels texels = texelsOf(map);
+  const Made made = make(map, 60, 8);
+  const auto truth = randomRays(false);
+  walkTexels(texels, *truth);
+  int rough = 0;
+  int refined = 0;
+  for (const int reach : {0, 8}) {
+    const auto rays = randomRays(false);
+    searchLines({made.domains, 8, made.points.data()}, false, *rays);
+    if (reach > 0) {
+      EXPECT_GT(refineHits(texels, reach, *rays), 0u);
+    }
+    int& close = reach > 0 ? refined : rough;
+    for (std::size_t i = 0; i < rays->count; ++i)
+      close += truth->at[i] <= 1.0f && std::abs(truth->at[i] - rays->at[i]) < 1e-5f ? 1 : 0;
+  }
+  const auto hits = std::ranges::count_if(truth->at, [](float at) { return at <= 1.0f; });
+  std::printf("%d hits of the walk, %d found exactly, %d refined\n", static_cast<int>(hits), rough,
+              refined);
+  EXPECT_GT(refined, static_cast<int>(hits) * 3 / 5);
+  EXPECT_LT(rough, static_cast<int>(hits) / 10);
+}
+
+// All the way refined is the walk, wherever a line has found something
+TEST(Search, RefinedAllTheWayIsTheWalk) {
+  const std::vector<float> map = bumps();
+  const MapTexels texels = texelsOf(map);
+  const Made made = make(map, 60, 8);
+  const auto truth = randomRays(false);
+  walkTexels(texels, *truth);
+  const auto rays = randomRays(false);
+  searchLines({made.domains, 8, made.points.data()}, false, *rays);
+  const std::vector<float> found(rays->at.begin(), rays->at.end());
+  refineHits(texels, kSize, *rays);
+  for (std::size_t i = 0; i < rays->count; ++i)
+    if (found[i] <= 1.0f && truth->at[i] <= 1.0f) {
+      EXPECT_EQ(rays->at[i], truth->at[i]) << i;
+    }
+}
+
 TEST(Search, EveryVectorLevelGivesTheSameBits) {
   const std::vector<float> map = bumps();
   const Made made = make(map, 60, 8);
@@ -146,6 +189,9 @@ TEST(Search, EveryVectorLevelGivesTheSameBits) {
     }
     const auto rays = randomRays(false);
     walkTexels(texelsOf(map), *rays);
+    values.insert(values.end(), rays->at.begin(), rays->at.end());
+    searchLines({made.domains, 8, made.points.data()}, false, *rays);
+    refineHits(texelsOf(map), 4, *rays);
     values.insert(values.end(), rays->at.begin(), rays->at.end());
   }
   limitVectorLevel(best);

@@ -41,7 +41,8 @@ class Chooser {
     choice_.listOf.resize(count);
     for (const int object : wanted()) choice_.chosen[static_cast<std::size_t>(object)] = true;
     for (std::size_t r = 0; r < count; ++r)
-      if (reflects_[r] || (options_.bounces > 1 && mirrors_[r])) list(static_cast<int>(r));
+      if (!vanished(static_cast<int>(r)) && (reflects_[r] || (options_.bounces > 1 && mirrors_[r])))
+        list(static_cast<int>(r));
     return std::move(choice_);
   }
 

@@ -13,6 +13,7 @@ namespace catoptric::methods::impostors {
 namespace {
 
 constexpr std::size_t kValues = 4;  ///< of a texel
+constexpr std::uint16_t kLargestHalf = 0x7BFF;
 
 std::size_t valuesOf(int size) {
   const auto side = static_cast<std::size_t>(size) + 2;
@@ -31,6 +32,14 @@ std::uint16_t halfOf(float value) {
   const std::uint32_t sized = bits & 0x7FFFFFFFu;
   if (sized < (113u << 23)) return 0;
   return static_cast<std::uint16_t>((bits >> 16 & 0x8000u) | ((sized - (112u << 23)) >> 13));
+}
+
+/// Rounded to the nearest.
+std::uint16_t nearestHalf(float value) {
+  const auto bits = std::bit_cast<std::uint32_t>(value);
+  const std::uint32_t sized = (bits & 0x7FFFFFFFu) + 0x1000u;
+  const std::uint32_t half = (sized - (112u << 23)) >> 13;
+  return static_cast<std::uint16_t>(sized < (113u << 23) ? 0u : (bits >> 16 & 0x8000u) | half);
 }
 
 struct Texel {
@@ -59,32 +68,92 @@ Texel beyond(std::size_t face, int x, int y, int size) {
   return {face, std::clamp(x, 0, size - 1), std::clamp(y, 0, size - 1)};
 }
 
-}  // namespace
+/// What HalfImage::read() works with.
+struct Scratch {
+  std::vector<std::uint16_t> texels;
+  std::vector<float> fine;
+  std::vector<float> coarse;
+};
 
-void HalfImage::read(const gl::Texture& texture) {
-  levels_.clear();
-  std::size_t count = 0;
-  for (int level = 0; level < texture.levels(); ++level) {
-    levels_.push_back({texture.levelWidth(level), count});
-    count += valuesOf(texture.levelWidth(level));
+/// A level's texels, with its border.
+void put(std::span<const std::uint16_t> texels, const HalfLevel& level,
+         std::vector<std::uint16_t>& values) {
+  const auto size = static_cast<std::size_t>(level.size);
+  const std::size_t side = size + 2;
+  std::uint16_t* const into = values.data() + level.first;
+  for (std::size_t y = 0; y < side; ++y) {
+    const std::uint16_t* const from =
+        &texels[kValues * size * (std::clamp<std::size_t>(y, 1, size) - 1)];
+    std::uint16_t* const row = into + kValues * side * y;
+    std::copy_n(from, kValues, row);
+    std::copy_n(from, kValues * size, row + kValues);
+    std::copy_n(from + kValues * (size - 1), kValues, row + kValues * (size + 1));
   }
-  values_.resize(count);
-  for (int level = 0; level < texture.levels(); ++level) {
-    const HalfLevel& here = levels_[static_cast<std::size_t>(level)];
-    const auto size = static_cast<std::size_t>(here.size);
-    const std::size_t side = size + 2;
-    read_.resize(kValues * size * size);
-    texture.read(level, GL_RGBA, GL_HALF_FLOAT, std::as_writable_bytes(std::span(read_)));
-    std::uint16_t* const into = values_.data() + here.first;
-    for (std::size_t y = 0; y < side; ++y) {
-      const std::uint16_t* const from =
-          &read_[kValues * size * (std::clamp<std::size_t>(y, 1, size) - 1)];
-      std::uint16_t* const row = into + kValues * side * y;
-      std::copy_n(from, kValues, row);
-      std::copy_n(from, kValues * size, row + kValues);
-      std::copy_n(from + kValues * (size - 1), kValues, row + kValues * (size + 1));
+}
+
+/// The next level of `fine`, into it and `texels`, as glGenerateMipmap: linear look-ups at the
+/// coarse texels' centres.
+void shrink(Scratch& scratch, int from, int to) {
+  const auto wide = kValues * static_cast<std::size_t>(from);
+  const auto narrow = static_cast<std::size_t>(to);
+  scratch.coarse.resize(kValues * narrow * narrow);
+  // The first of two fine texels, and the share of the second
+  const auto place = [&](std::size_t i, float& share) {
+    const float at =
+        (static_cast<float>(i) + 0.5f) * static_cast<float>(from) / static_cast<float>(to) - 0.5f;
+    const auto low = static_cast<std::size_t>(at);
+    share = at - static_cast<float>(low);
+    return low;
+  };
+  for (std::size_t y = 0; y < narrow; ++y) {
+    float fy = 0.0f;
+    const float* const upper = scratch.fine.data() + wide * place(y, fy);
+    const float* const lower = upper + wide;
+    for (std::size_t x = 0; x < narrow; ++x) {
+      float fx = 0.0f;
+      const std::size_t left = kValues * place(x, fx);
+      const std::size_t right = left + kValues;
+      float* const into = &scratch.coarse[kValues * (y * narrow + x)];
+      for (std::size_t c = 0; c < kValues; ++c) {
+        const float top = upper[left + c] + fx * (upper[right + c] - upper[left + c]);
+        const float bottom = lower[left + c] + fx * (lower[right + c] - lower[left + c]);
+        into[c] = top + fy * (bottom - top);
+      }
     }
   }
+  std::swap(scratch.fine, scratch.coarse);
+  scratch.texels.resize(scratch.fine.size());
+  std::ranges::transform(scratch.fine, scratch.texels.begin(), nearestHalf);
+}
+
+}  // namespace
+
+std::uint64_t HalfImage::read(const gl::Texture& texture) {
+  static thread_local Scratch scratch;
+  levels_.clear();
+  std::size_t count = 0;
+  for (int size = texture.levelWidth(0); size > 0; size /= 2) {
+    levels_.push_back({size, count});
+    count += valuesOf(size);
+  }
+  values_.resize(count);
+  const auto size = static_cast<std::size_t>(levels_.front().size);
+  std::vector<std::uint16_t>& texels = scratch.texels;
+  texels.resize(kValues * size * size);
+  texture.read(0, GL_RGBA, GL_HALF_FLOAT, std::as_writable_bytes(std::span(texels)));
+  std::uint64_t clamped = 0;
+  for (std::size_t i = 0; i < texels.size(); i += kValues) {
+    const std::uint16_t most = std::max({texels[i], texels[i + 1], texels[i + 2]});
+    clamped += most >= kLargestHalf ? 1 : 0;
+  }
+  scratch.fine.resize(texels.size());
+  std::ranges::transform(texels, scratch.fine.begin(), floatOf);
+  put(texels, levels_.front(), values_);
+  for (std::size_t level = 1; level < levels_.size(); ++level) {
+    shrink(scratch, levels_[level - 1].size, levels_[level].size);
+    put(texels, levels_[level], values_);
+  }
+  return clamped;
 }
 
 void HalfCube::read(const gl::Texture& texture, int coarse) {

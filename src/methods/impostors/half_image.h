@@ -16,17 +16,17 @@ struct HalfLevel {
   std::size_t first = 0;  ///< its first value, of the border
 };
 
-/// All levels of a square RGBA16F texture, edges clamped.
+/// A square RGBA16F texture with all levels, edges clamped.
 class HalfImage {
  public:
-  void read(const gl::Texture& texture);
+  /// Reads level 0 and makes the others; returns how many of its texels half floats have clamped.
+  std::uint64_t read(const gl::Texture& texture);
   const std::vector<HalfLevel>& levels() const { return levels_; }
   const std::uint16_t* values() const { return values_.data(); }
 
  private:
   std::vector<HalfLevel> levels_;
   std::vector<std::uint16_t> values_;
-  std::vector<std::uint16_t> read_;
 };
 
 /// Level 0 of an RGBA16F cube map, and how much of it is covered on a level of few texels.

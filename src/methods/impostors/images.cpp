@@ -9,8 +9,9 @@
 
 namespace catoptric::methods::impostors {
 
-void Images::prepare(int textureSize, bool reflective, bool depths, bool inMemory) {
+void Images::prepare(int textureSize, bool reflective, bool depths, bool inMemory, bool onDevice) {
   size_ = textureSize;
+  onDevice_ = onDevice;
   inMemory_ = inMemory;
   reflective_ = reflective;
   keepsDepths_ = depths;
@@ -37,6 +38,11 @@ void Images::forgetAll() {
 void Images::grow(std::size_t layers) {
   if (layers <= slots_.size()) return;
   slots_.assign(std::max(layers, 2 * slots_.size()), Slot{});
+  if (inMemory_) {
+    colorsInMemory_.resize(slots_.size());
+    if (reflective_) normalsInMemory_.resize(2 * slots_.size());
+  }
+  if (!onDevice_) return;
   const int count = static_cast<int>(slots_.size());
   colors_ = gl::Texture::makeArray("impostors", GL_RGBA16F, size_, size_, count, 0);
   colors_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
@@ -44,10 +50,6 @@ void Images::grow(std::size_t layers) {
     // Two layers each: normals, s
     normals_ = gl::Texture::makeArray("impostors' normals", GL_RGBA16F, size_, size_, 2 * count, 0);
     normals_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
-  }
-  if (inMemory_) {
-    colorsInMemory_.resize(slots_.size());
-    if (reflective_) normalsInMemory_.resize(2 * slots_.size());
   }
   if (keepsDepths_) depths_ = gl::Texture::makeArray("depth maps", GL_R32F, size_, size_, count);
 }
@@ -125,23 +127,27 @@ std::uint64_t Images::draw(Services& services, const Impostor& impostor, int lay
       glCopyImageSubData(from.id(), GL_TEXTURE_2D, level, 0, 0, 0, to.id(), GL_TEXTURE_2D_ARRAY,
                          level, 0, 0, at, to.levelWidth(level), to.levelHeight(level), 1);
   };
-  keep(color_, colors_, layer);
-  if (normals) {
-    keep(normal_, normals_, 2 * layer);
-    keep(specular_, normals_, 2 * layer + 1);
+  if (onDevice_) {
+    keep(color_, colors_, layer);
+    if (normals) {
+      keep(normal_, normals_, 2 * layer);
+      keep(specular_, normals_, 2 * layer + 1);
+    }
   }
+  std::uint64_t clamped = 0;
   if (inMemory_) {
     const auto at = static_cast<std::size_t>(layer);
-    colorsInMemory_[at].read(color_);
+    clamped = colorsInMemory_[at].read(color_);
     if (normals) {
       normalsInMemory_[2 * at].read(normal_);
       normalsInMemory_[2 * at + 1].read(specular_);
     }
+  } else {
+    clamped = raster::clampedTexels(color_);
   }
-  const std::uint64_t clamped = raster::clampedTexels(color_);
   if (!impostor.depth) return clamped;
   texels_ = raster::readDepth(depth_);
-  depths_.upload(0, layer, GL_RED, GL_FLOAT, texels_.data());
+  if (onDevice_) depths_.upload(0, layer, GL_RED, GL_FLOAT, texels_.data());
   drawn(index, layer, texels_);
   return clamped;
 }

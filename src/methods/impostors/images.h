@@ -18,8 +18,8 @@ namespace catoptric::methods::impostors {
 class Images {
  public:
   /// `reflective`: with images of normals; `depths`: depth maps are kept, and handed to whoever
-  /// asks; `inMemory`: images are kept for the processor, too.
-  void prepare(int textureSize, bool reflective, bool depths, bool inMemory);
+  /// asks; `inMemory`, `onDevice`: where images are kept.
+  void prepare(int textureSize, bool reflective, bool depths, bool inMemory, bool onDevice);
 
   /// What was drawn from here on differs in these objects, or with other lights in all.
   void forget(std::span<const int> objects);
@@ -64,6 +64,7 @@ class Images {
   bool reflective_ = false;
   bool keepsDepths_ = false;
   bool inMemory_ = false;
+  bool onDevice_ = true;
   std::vector<Slot> slots_;
   std::vector<int> layerOf_;
   std::vector<bool> drawnNow_;

@@ -56,6 +56,7 @@ std::vector<CounterInfo> commonCounters() {
           {"left_in_map", "objects beyond the option most, left in the environment map"},
           {"coinciding", "pairs of a reflector and an object with one centroid"},
           {"refraction_mirrored", "samples of materials that refract: they are mirrored instead"},
+          {"shows_clamped", "samples that show a texel beyond half floats", true},
           {"clamped_cube_map", "texels of the cube map beyond half floats", true},
           {"clamped_images", "texels of the impostors' images beyond half floats", true}};
 }
@@ -83,7 +84,7 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
   checkNames(options_.objects, scene);
   MethodPlan plan;
   plan.gbuffer = true;
-  plan.masks = raster::kMaskEnvironment;
+  plan.masks = raster::kMaskEnvironment | raster::kMaskClamped;
   if (options_.transitionHeight > 0.0f) plan.masks |= raster::kMaskTransition;
   const Reflectors reflectors = findReflectors(scene, settings.reflectors);
   if (!reflectors.any()) return plan;
@@ -120,9 +121,10 @@ void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
       options_.intersectOn == Unit::Processor ||
       (options_.intersectOn == Unit::Auto && gl::Context::current().info().software);
   onProcessor_ = processor && reflectors_.mirrors();
-  images_.prepare(options_.textureSize, options_.bounces > 1, kind_ == Kind::DepthMap,
-                  onProcessor_);
-  planes_.prepare(options_.planeSize, options_.bounces > 1, false, onProcessor_);
+  const bool shader = reflectors_.glossy || !onProcessor_;
+  images_.prepare(options_.textureSize, options_.bounces > 1, kind_ == Kind::DepthMap, onProcessor_,
+                  shader);
+  planes_.prepare(options_.planeSize, options_.bounces > 1, false, onProcessor_, shader);
   isMirror_.assign(count + 1, 0);
   for (std::size_t id = 1; id <= count; ++id) {
     const raster::SampleClass kind = reflectors_.classOf[id];
@@ -367,6 +369,7 @@ void ImpostorMethod::render(const FrameInput& input, Services& services, FrameOu
   }
   output.counters["environment"] = counts.environment;
   output.counters["below_horizon"] = counts.bent;
+  output.counters["shows_clamped"] = counts.clamped;
   output.counters["second_order"] = counts.secondOrder;
   output.counters["culled"] = counts.culled;
   if (kind_ == Kind::DepthMap) output.counters["clipped"] = counts.clipped;
@@ -423,6 +426,7 @@ void ImpostorMethod::count(ProcessorCounts& counts) {
   known_.read(0, GL_RED_INTEGER, GL_UNSIGNED_INT, std::as_writable_bytes(std::span(knownCopy_)));
   for (const std::uint32_t known : knownCopy_) {
     counts.environment += known & raster::kMaskEnvironment;
+    counts.clamped += (known & raster::kMaskClamped) != 0 ? 1 : 0;
     counts.bent += (known & raster::kMaskBelowHorizon) != 0 ? 1 : 0;
     counts.secondOrder += (known & shared::kMarkSecond) != 0 ? 1 : 0;
     counts.transition += (known & raster::kMaskTransition) != 0 ? 1 : 0;

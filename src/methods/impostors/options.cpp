@@ -61,6 +61,9 @@ const config::OptionTable<Options>& depthOptions() {
                             "directions of simplified rows (the paper's n)"));
     options.push_back(field(&Options::points, "points", range(2, 512),
                             "points of a simplified row at the most (the paper's m)"));
+    options.push_back(field(&Options::refine, "refine", range(0, 512),
+                            "texels on either side of a hit with simplified rows that are walked "
+                            "over for the exact place; 0: none"));
     options.push_back(field(&Options::maps, "maps", range(1, 7),
                             "depth maps of an object for each reflector: the first looks from the "
                             "reflector, the others 60 degrees from there, all around"));

@@ -42,6 +42,7 @@ struct Options {
   Intersection intersection = Intersection::Srdm;
   int domains = 60;         ///< the paper's n
   int points = 8;           ///< the paper's m
+  int refine = 4;           ///< texels; ours, measured in docs/papers/impostors.md
   int maps = 1;             ///< of an object, for each reflector
   int directionCells = 32;  ///< of an octahedral map's edge; ours
 };

@@ -6,6 +6,7 @@
 
 #include "core/clock.h"
 #include "core/parallel.h"
+#include "methods/impostors/shaders/constants.h"
 #include "methods/impostors/tile_rays.h"
 #include "methods/shared/band_steps.h"
 #include "methods/shared/sample_tiles.h"
@@ -37,6 +38,7 @@ void ProcessorCounts::add(const ProcessorCounts& other) {
   secondOrder += other.secondOrder;
   transition += other.transition;
   bent += other.bent;
+  clamped += other.clamped;
   work += other.work;
   clipped += other.clipped;
   culled += other.culled;
@@ -176,6 +178,9 @@ class Processor::Tiles {
       const bool bent = raster::isBent(band_.normal[4 * at + 3]);
       std::uint32_t marks = batch.marks[k];
       if (bent) marks |= raster::kMaskBelowHorizon;
+      const float most = std::max(batch.red[k], std::max(batch.green[k], batch.blue[k]));
+      if (most >= shared::kClampedRadiance) marks |= raster::kMaskClamped;
+      counts.clamped += (marks & raster::kMaskClamped) != 0 ? 1 : 0;
       counts.environment += marks & raster::kMaskEnvironment;
       counts.transition += (marks & raster::kMaskTransition) != 0 ? 1 : 0;
       counts.bent += bent ? 1 : 0;

@@ -42,6 +42,7 @@ struct ProcessorCounts {
   std::uint64_t secondOrder = 0;
   std::uint64_t transition = 0;
   std::uint64_t bent = 0;
+  std::uint64_t clamped = 0;
   std::uint64_t work = 0;
   std::uint64_t clipped = 0;  ///< rays of which a depth map's planes leave nothing
   std::uint64_t culled = 0;   ///< of the rays against impostors those that a tile's bounds decide

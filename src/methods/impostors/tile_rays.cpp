@@ -34,6 +34,7 @@ void TileRays::run() {
   std::fill_n(first_.marks.begin(), first_.count, 0u);
   nearest(first_, false);
   if (frame_->options.bounces > 1) goOn();
+  fade(first_);
   addEnvironment(first_);
 }
 
@@ -56,13 +57,15 @@ void TileRays::nearest(RayBatch& rays, bool diffuseAlone) {
   if (count == 0) return;
   meetInOrder(rays, std::span(list.members).first(count));
   if (frame_->options.transitionHeight > 0.0f) shadeWalls(rays);
-  if (frame_->options.attenuation > 0.0f) {
-    for (std::size_t i = 0; i < rays.count; ++i) {
-      const float fade = std::exp(-rays.t[i] / frame_->options.attenuation);
-      rays.red[i] *= fade;
-      rays.green[i] *= fade;
-      rays.blue[i] *= fade;
-    }
+}
+
+void TileRays::fade(RayBatch& rays) const {
+  if (!(frame_->options.attenuation > 0.0f)) return;
+  for (std::size_t i = 0; i < rays.count; ++i) {
+    const float kept = std::exp(-rays.t[i] / frame_->options.attenuation);
+    rays.red[i] *= kept;
+    rays.green[i] *= kept;
+    rays.blue[i] *= kept;
   }
 }
 
@@ -308,6 +311,7 @@ void TileRays::followBatch() {
     second_.marks[k] = 0;
   }
   nearest(second_, !frame_->options.secondDiffuse);
+  fade(second_);
   addEnvironment(second_);
   counts_->secondOrder += second_.count;
   for (std::size_t k = 0; k < second_.count; ++k) {

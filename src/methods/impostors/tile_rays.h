@@ -31,6 +31,8 @@ class TileRays {
   void meetDepthMap(const RayBatch& rays, const ImpostorLines& lines);
   void take(RayBatch& rays, int index, const ImpostorLines& lines);
   void shadeWalls(RayBatch& rays);
+  /// Dims what was found by its distance.
+  void fade(RayBatch& rays) const;
   void goOn();
   void followBatch();
   /// Adds what the environment map shows where nothing was met: to `rays`, and their marks.

@@ -29,7 +29,7 @@ struct Options {
 };
 
 const config::OptionTable<Options>& optionTable() {
-  using config::field, config::in, config::range, trace::ReflectionOptions;
+  using config::atLeast, config::field, config::in, config::range, trace::ReflectionOptions;
   static const config::OptionTable<Options> table(
       "traced", "Options of the method traced.",
       {field(&Options::bvh, "bvh", kBvhPolicies,
@@ -43,6 +43,10 @@ const config::OptionTable<Options>& optionTable() {
            &Options::filtersEnvironment, "environment", kEnvironments,
            "where rays leave the scene: its radiance in their direction, or the mean of its image "
            "over their solid angle"),
+       field(
+           in(&Options::reflection, &ReflectionOptions::fadeMetres), "attenuation", atLeast(0.0),
+           "metres along a reflected ray over which what it meets fades to 1/e, as in billboards; "
+           "0: not at all"),
        field(in(&Options::reflection, &ReflectionOptions::bounces), "bounces", range(1, 16),
              "reflections along a path; after the last a surface shows its diffuse component")});
   return table;

@@ -146,6 +146,7 @@ void LobeTracer::runLevel(std::size_t bounce, int bouncesLeft, Vec3* radiance, s
     }
     resolve(here, block, bouncesLeft > 1, blockFlags, counts);
     if (bouncesLeft > 1) continueReflective(bounce, block, bouncesLeft, counts);
+    if (options_.fadeMetres > 0.0f) fade(here, block);
 
     // Mean over each lobe, in the order of its rays.
     for (std::size_t i = block.begin; i < block.end; ++i) {
@@ -309,6 +310,13 @@ Vec3 LobeTracer::environment(const PointLanes& points, std::size_t point, std::s
           : lobeSolidAngle(glossiness, {points.shiftX[point], points.shiftY[point]},
                            static_cast<int>(index), lobeRays(glossiness, block.raysPerLobe));
   return options_.environment->radiance(direction, solidAngle);
+}
+
+void LobeTracer::fade(Level& level, const Block& block) const {
+  for (std::size_t ray = 0; ray < block.rays; ++ray) {
+    const Hit& hit = level.hits[ray];
+    level.values[ray] *= hit.miss() ? 0.0f : std::exp(-hit.distance / options_.fadeMetres);
+  }
 }
 
 /// Replaces the values of reflective hits by diffuse and reflected light, weighted by s.

@@ -67,6 +67,7 @@ class LobeTracer {
   void intersect(Level& level, const Block& block, ReflectionCounts& counts) const;
   void resolve(Level& level, const Block& block, bool keepSurfaces, std::uint8_t* flags,
                ReflectionCounts& counts) const;
+  void fade(Level& level, const Block& block) const;
   /// What ray number `index` of a point sees where it leaves the scene.
   Vec3 environment(const PointLanes& points, std::size_t point, std::size_t index,
                    const Block& block, const Vec3& direction) const;

@@ -44,6 +44,9 @@ struct ReflectionOptions {
   int rays = 1;     ///< per lobe with g above kMirrorGlossiness, 1..256; mirrors take one
   int bounces = 1;  ///< 1: a reflective surface that is hit shows its diffuse component
   bool fresnelSchlick = false;  ///< of bounces after the first
+  /// What a ray meets at a distance t is dimmed by exp(-t / fadeMetres), along all bounces of its
+  /// path; where it leaves the scene it sees nothing. 0: not at all.
+  float fadeMetres = 0.0f;
   /// Where rays leave the scene, its mean over their solid angle; null: its radiance in their
   /// middle.
   const EnvironmentLevels* environment = nullptr;

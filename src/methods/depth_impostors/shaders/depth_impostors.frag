@@ -3,12 +3,14 @@
 //              nearest, and between them
 //   POINTS     points of a simplified line
 //   DOMAINS    directions of lines
+//   REFINE     texels on either side of a place found by lines that are walked over
 #include "methods/impostors/shaders/impostors.glsl"
 #include "methods/impostors/shaders/quad.glsl"
 #include "ray.glsl"
-#if WAY == 0
+#if WAY == 0 || REFINE > 0
 #include "walk.glsl"
-#else
+#endif
+#if WAY != 0
 #include "rows.glsl"
 #endif
 
@@ -27,9 +29,21 @@ bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec
   float size = float(textureSize(impostorColors, 0).x);
   vec3 a = vec3(ray.from.xy * size, ray.from.z);
   vec3 b = vec3(ray.to.xy * size, ray.to.z);
-  float along;
   int layer = int(texelFetch(impostorTable, texel + kMore).x);
-  bool hit = followsTo(layer, int(size), a, b, along, work);
+#if WAY == 0
+  bool any;
+  float along = walks(layer, int(size), a, b, 0.0, -1, any, work);
+#else
+  float along = searches(layer, a, b, work);
+#if REFINE > 0
+  if (along <= 1.0) {
+    bool any;
+    float exact = walks(layer, int(size), a, b, along, REFINE, any, work);
+    if (exact <= 1.0 || !any) along = exact;
+  }
+#endif
+#endif
+  bool hit = along <= 1.0;
   uv = mix(ray.from.xy, ray.to.xy, along);
   t = distanceAt(ray, along);
   return hit;

@@ -25,14 +25,15 @@ float crossesLine(int layer, int domain, vec3 a, vec3 b, inout uint work) {
   return share;
 }
 
-// The first place where a ray from a to b (in texels, and depth) crosses the map, as a share of it.
-bool followsTo(int layer, int size, vec3 a, vec3 b, out float share, inout uint work) {
+// The first place where a ray from a to b (in texels, and depth) crosses the map, as a share of it; above 1:
+// nowhere.
+float searches(int layer, vec3 a, vec3 b, inout uint work) {
   vec2 d = b.xy - a.xy;
   float turns = atan(d.y, d.x) / 3.14159265358979;  // -1 .. 1, of half turns
   float at = (turns - floor(turns)) * float(DOMAINS);
 #if WAY == 1
   int domain = int(floor(at + 0.5));
-  share = crossesLine(layer, domain >= DOMAINS ? domain - DOMAINS : domain, a, b, work);
+  return crossesLine(layer, domain >= DOMAINS ? domain - DOMAINS : domain, a, b, work);
 #else
   // DEVIATION: the paper leaves it to the future and does not say how
   int low = int(floor(at));
@@ -41,7 +42,6 @@ bool followsTo(int layer, int size, vec3 a, vec3 b, out float share, inout uint 
   float one = crossesLine(layer, low, a, b, work);
   float two = crossesLine(layer, low + 1 >= DOMAINS ? 0 : low + 1, a, b, work);
   bool both = one <= 1.0 && two <= 1.0;
-  share = both ? mix(one, two, f) : f < 0.5 ? one : two;
+  return both ? mix(one, two, f) : f < 0.5 ? one : two;
 #endif
-  return share <= 1.0;
 }

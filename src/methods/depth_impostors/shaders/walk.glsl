@@ -17,8 +17,11 @@ float depthBetween(int layer, int size, bool alongX, int major, float minor) {
   return f < 0.5 ? a : b;
 }
 
-// The first place where a ray from a to b (in texels, and depth) crosses the map, as a share of it.
-bool followsTo(int layer, int size, vec3 a, vec3 b, out float share, inout uint work) {
+// The first place where a ray from a to b (in texels, and depth) crosses the map, as a share of it; 2:
+// none. On its whole way (reach negative), or so many texels about a share of it. `any`: whether the
+// map shows anything there.
+float walks(int layer, int size, vec3 a, vec3 b, float around, int reach, out bool any,
+            inout uint work) {
   vec2 d = b.xy - a.xy;
   bool alongX = abs(d.x) >= abs(d.y);
   vec2 from = alongX ? a.xy : a.yx;  // major, minor
@@ -30,10 +33,16 @@ bool followsTo(int layer, int size, vec3 a, vec3 b, out float share, inout uint 
   int last = int(floor(max(from.x, to.x) - 0.5)) + 1;
   first = clamp(first, 0, size - 1);
   last = clamp(last, 0, size - 1);
+  if (reach >= 0) {
+    int middle = int(floor(mix(from.x, to.x, around) - 0.5));
+    first = max(first, clamp(middle - reach, 0, size - 1));
+    last = min(last, clamp(middle + reach + 1, 0, size - 1));
+  }
   int at = onwards ? first : last;
   int end = onwards ? last : first;
   int way = onwards ? 1 : -1;
-  share = 2.0;
+  float share = 2.0;
+  any = false;
   vec2 ends0 = vec2(from.x, a.z);
   vec2 ends1 = vec2(to.x, b.z);
   vec2 before = vec2(0.0);
@@ -45,6 +54,7 @@ bool followsTo(int layer, int size, vec3 a, vec3 b, out float share, inout uint 
     float g = past ? 0.0
                    : depthBetween(layer, size, alongX, at, from.y + slope * (place - from.x));
     bool on = g > 0.0;
+    any = any || on;
     vec2 here = vec2(place, g);
     vec2 p = before;
     vec2 q = here;
@@ -63,5 +73,5 @@ bool followsTo(int layer, int size, vec3 a, vec3 b, out float share, inout uint 
     before = here;
     at += way;
   }
-  return share <= 1.0;
+  return share;
 }

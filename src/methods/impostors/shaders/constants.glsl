@@ -31,6 +31,9 @@ const int kWayBox = 2;     // a quad with transition walls
 const int kWayShared = 3;  // one whose colour is in the environment map
 const int kWayPlane = 4;   // an object's own plane, without walls
 
+// Radiance from which a look-up shows a texel that half floats have clamped: their largest less 1 %
+const float kClampedRadiance = 64848.0;
+
 // What is known of each sample: marks of raster::MaskBit, then the work
 const int kWorkShift = 16;
 const uint kMarkSecond = 64u;  // a reflective impostor was hit, and the ray went on

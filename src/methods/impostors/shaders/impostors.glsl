@@ -174,9 +174,6 @@ Found nearest(int object, bool diffuseAlone, vec3 origin, vec3 direction, float 
     found.color = mix(found.color, vec4(environmentAlong(origin, direction, 0.0), 1.0), found.share);
   }
 #endif
-#if FADES
-  found.color.rgb *= exp(-found.t / fadeMetres);
-#endif
   return found;
 }
 
@@ -229,6 +226,9 @@ void main() {
     Found second = nearest(int(texelFetch(impostorTable, texel + kWalls).g), !secondDiffuse, from,
                            again, distance + found.t, spread, work, marks);
     vec3 incoming = second.color.rgb;
+#if FADES
+    incoming *= exp(-second.t / fadeMetres);
+#endif
     if (second.color.a < 1.0) {
       incoming += (1.0 - second.color.a) * environmentAlong(from, again, mapLevel);
       marks |= kMaskEnvironment;
@@ -237,10 +237,14 @@ void main() {
     seen.rgb = (1.0 - s) * seen.rgb + s * found.color.a * tint * incoming;
   }
 #endif
+#if FADES
+  seen.rgb *= exp(-found.t / fadeMetres);
+#endif
   if (seen.a < 0.999) {
     seen.rgb += (1.0 - seen.a) * environmentAlong(origin, direction, mapLevel);
     marks |= kMaskEnvironment;
   }
+  if (max(seen.r, max(seen.g, seen.b)) >= kClampedRadiance) marks |= kMaskClamped;
   reflection = vec4(seen.rgb, 1.0);
   known = marks | (min(work, 0xFFFFu) << kWorkShift);
 #if MASKS
