@@ -216,5 +216,26 @@ TEST(Tree, VisitsEveryQuadOnceAndNestsItsBoxes) {
   EXPECT_EQ(leaves.size(), 16u + 1u + 4u);
 }
 
+TEST(Tree, FollowsTheChartsThatMoved) {
+  const std::vector<Grid> grids = {{0, 2}, {25, 0}, {29, 1}};
+  std::vector<Vec4> vertices;
+  for (int i = 0; i < 38; ++i)
+    vertices.emplace_back(std::sin(3.0f * static_cast<float>(i)), 0.1f * static_cast<float>(i),
+                          std::cos(5.0f * static_cast<float>(i)), 0.0f);
+  Tree partly;
+  partly.build(grids, vertices);
+  Tree wholly = partly;
+  const Node before = partly.nodes().front();
+  for (std::size_t i = 29; i < 38; ++i) vertices[i] = 0.2f * vertices[i] - Vec4(3.0f);
+  partly.refit(vertices, std::vector<std::uint32_t>{2});
+  wholly.refit(vertices, std::vector<std::uint32_t>{0, 1, 2});
+  EXPECT_NE(partly.nodes().front().least, before.least);
+  EXPECT_NE(partly.nodes().front().most, before.most);  // nothing keeps where it was
+  for (std::size_t i = 0; i < partly.nodes().size(); ++i) {
+    EXPECT_EQ(partly.nodes()[i].least, wholly.nodes()[i].least) << i;
+    EXPECT_EQ(partly.nodes()[i].most, wholly.nodes()[i].most) << i;
+  }
+}
+
 }  // namespace
 }  // namespace catoptric::methods::glossy_lod

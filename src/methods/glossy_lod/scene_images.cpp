@@ -136,13 +136,13 @@ void SceneImages::packAtlas() {
 }
 
 void SceneImages::follow(const frame::Geometry& geometry, std::span<const int> changedObjects) {
-  bool any = false;
+  std::vector<std::uint32_t> charts;
   for (const int object : changedObjects) {
-    any = any || reflects(object);
     place(geometry, object);
+    for (std::size_t c = firstChart_[object]; c < firstChart_[object + 1]; ++c)
+      charts.push_back(static_cast<std::uint32_t>(c));
   }
-  if (!any) return;
-  tree_.refit(vertices_);
+  if (!charts.empty()) tree_.refit(vertices_, charts);
 }
 
 TreeView SceneImages::view() const {

@@ -4,10 +4,10 @@
 #include <limits>
 #include <numeric>
 
+#include "core/parallel.h"
+
 namespace catoptric::methods::glossy_lod {
 namespace {
-
-constexpr std::uint32_t kNoParent = ~0u;
 
 /// Splits below one another after which charts are halved by number. Ours: 100,000 charts take 17.
 constexpr int kMostDepth = 48;
@@ -30,7 +30,8 @@ void Tree::build(std::span<const Grid> grids, std::span<const Vec4> vertices) {
   grids_ = grids;
   nodes_.clear();
   quads_.clear();
-  parents_.clear();
+  splits_.clear();
+  roots_.assign(grids.size(), 0);
   boxes_.clear();
   std::size_t count = 2 * grids.size();
   for (const Grid& grid : grids) {
@@ -39,19 +40,18 @@ void Tree::build(std::span<const Grid> grids, std::span<const Vec4> vertices) {
   }
   nodes_.reserve(count);
   quads_.reserve(count);
-  parents_.reserve(count);
   std::vector<std::uint32_t> charts(grids.size());
   std::iota(charts.begin(), charts.end(), 0u);
-  if (!charts.empty()) addSplit(charts, kNoParent, 0);
+  if (!charts.empty()) addSplit(charts, 0);
   boxes_.clear();
-  refit(vertices);
+  std::iota(charts.begin(), charts.end(), 0u);
+  refit(vertices, charts);
 }
 
-std::uint32_t Tree::addNode(std::uint32_t flags, const Quad& quad, std::uint32_t parent) {
+std::uint32_t Tree::addNode(std::uint32_t flags, const Quad& quad) {
   const auto number = static_cast<std::uint32_t>(nodes_.size());
   nodes_.push_back({.flags = flags});
   quads_.push_back(quad);
-  parents_.push_back(parent);
   return number;
 }
 
@@ -89,54 +89,62 @@ std::size_t Tree::sortForSplit(std::span<std::uint32_t> charts) const {
   return best;
 }
 
-void Tree::addSplit(std::span<std::uint32_t> charts, std::uint32_t parent, int depth) {
+void Tree::addSplit(std::span<std::uint32_t> charts, int depth) {
   if (charts.size() == 1) {
-    addChart(charts[0], grids_[charts[0]].level, 0, 0, parent);
+    roots_[charts[0]] = addChart(charts[0], grids_[charts[0]].level, 0, 0);
     return;
   }
-  const std::uint32_t number = addNode(0, {}, parent);
+  const std::uint32_t number = addNode(0, {});
+  splits_.push_back(number);
   std::size_t first = sortForSplit(charts);
   if (depth > kMostDepth) first = charts.size() / 2;
-  addSplit(charts.first(first), number, depth + 1);
-  addSplit(charts.subspan(first), number, depth + 1);
+  addSplit(charts.first(first), depth + 1);
+  addSplit(charts.subspan(first), depth + 1);
   nodes_[number].miss = static_cast<std::uint32_t>(nodes_.size());
 }
 
-void Tree::addChart(std::uint32_t chart, int level, std::uint32_t column, std::uint32_t row,
-                    std::uint32_t parent) {
+std::uint32_t Tree::addChart(std::uint32_t chart, int level, std::uint32_t column,
+                             std::uint32_t row) {
   const Grid& grid = grids_[chart];
   const std::uint32_t across = (1u << grid.level) + 1;
   const Quad quad{grid.firstVertex + row * across + column, across << level, chart,
                   column | row << 12 | static_cast<std::uint32_t>(level) << 24};
-  const std::uint32_t number = addNode(kHasQuad | (level == 0 ? kIsLeaf : 0), quad, parent);
+  const std::uint32_t number = addNode(kHasQuad | (level == 0 ? kIsLeaf : 0), quad);
   if (level > 0) {
     const std::uint32_t half = 1u << (level - 1);
     for (std::uint32_t child = 0; child < 4; ++child)
-      addChart(chart, level - 1, column + (child & 1) * half, row + (child >> 1) * half, number);
+      addChart(chart, level - 1, column + (child & 1) * half, row + (child >> 1) * half);
   }
   nodes_[number].miss = static_cast<std::uint32_t>(nodes_.size());
+  return number;
 }
 
-void Tree::refit(std::span<const Vec4> vertices) {
-  for (Node& node : nodes_) {
-    node.least = Box3{}.min;
-    node.most = Box3{}.max;
-  }
-  for (std::size_t i = nodes_.size(); i-- > 0;) {
-    Node& node = nodes_[i];
-    if ((node.flags & kIsLeaf) != 0) {
-      const Quad& quad = quads_[i];
-      for (const std::uint32_t v : {0u, 1u, quad.up, quad.up + 1}) {
-        const Vec3 p(vertices[quad.first + v]);
-        node.least = glm::min(node.least, p);
-        node.most = glm::max(node.most, p);
-      }
+void Tree::refitNode(std::uint32_t number, std::span<const Vec4> vertices) {
+  Node& node = nodes_[number];
+  Box3 box;
+  if ((node.flags & kIsLeaf) != 0) {
+    const Quad& quad = quads_[number];
+    for (const std::uint32_t v : {0u, 1u, quad.up, quad.up + 1})
+      box.extend(Vec3(vertices[quad.first + v]));
+  } else {
+    for (std::uint32_t child = number + 1; child < node.miss; child = nodes_[child].miss) {
+      box.extend(nodes_[child].least);
+      box.extend(nodes_[child].most);
     }
-    if (parents_[i] == kNoParent) continue;
-    Node& parent = nodes_[parents_[i]];
-    parent.least = glm::min(parent.least, node.least);
-    parent.most = glm::max(parent.most, node.most);
   }
+  node.least = box.min;
+  node.most = box.max;
+}
+
+void Tree::refit(std::span<const Vec4> vertices, std::span<const std::uint32_t> charts) {
+  // Children have higher numbers
+  parallelFor(charts.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      const std::uint32_t root = roots_[charts[c]];
+      for (std::uint32_t number = nodes_[root].miss; number-- > root;) refitNode(number, vertices);
+    }
+  });
+  for (std::size_t i = splits_.size(); i-- > 0;) refitNode(splits_[i], vertices);
 }
 
 }  // namespace catoptric::methods::glossy_lod

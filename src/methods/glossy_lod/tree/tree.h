@@ -41,25 +41,28 @@ class Tree {
  public:
   /// 4-to-1 within charts, in two by the areas of boxes above them.
   void build(std::span<const Grid> grids, std::span<const Vec4> vertices);
-  /// The same nodes about moved vertices.
-  void refit(std::span<const Vec4> vertices);
+  /// The same nodes about moved vertices of these charts.
+  void refit(std::span<const Vec4> vertices, std::span<const std::uint32_t> charts);
 
   const std::vector<Node>& nodes() const { return nodes_; }
   const std::vector<Quad>& quads() const { return quads_; }
 
  private:
-  void addSplit(std::span<std::uint32_t> charts, std::uint32_t parent, int depth);
+  void addSplit(std::span<std::uint32_t> charts, int depth);
   /// Sorts charts along the best axis; how many of them go into the first half.
   std::size_t sortForSplit(std::span<std::uint32_t> charts) const;
-  void addChart(std::uint32_t chart, int level, std::uint32_t column, std::uint32_t row,
-                std::uint32_t parent);
-  std::uint32_t addNode(std::uint32_t flags, const Quad& quad, std::uint32_t parent);
+  /// Returns the number of the chart's uppermost node.
+  std::uint32_t addChart(std::uint32_t chart, int level, std::uint32_t column, std::uint32_t row);
+  std::uint32_t addNode(std::uint32_t flags, const Quad& quad);
+  /// The box about a node's children, or a leaf's corners.
+  void refitNode(std::uint32_t number, std::span<const Vec4> vertices);
 
   std::span<const Grid> grids_;
   std::vector<Box3> boxes_;  ///< of charts, while it is built
   std::vector<Node> nodes_;
   std::vector<Quad> quads_;
-  std::vector<std::uint32_t> parents_;
+  std::vector<std::uint32_t> roots_;   ///< uppermost node of each chart
+  std::vector<std::uint32_t> splits_;  ///< nodes above charts, parents first
 };
 
 }  // namespace catoptric::methods::glossy_lod
