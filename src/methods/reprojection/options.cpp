@@ -42,9 +42,10 @@ std::vector<config::Option<Options>> common() {
       field(&Options::rays, "rays", config::range(1, 64),
             "rays per sample on surfaces with g above 0.05, as in traced; those are always traced "
             "anew"),
-      field(&Options::bounces, "bounces", config::range(1, 16),
-            "reflections along a path, as in traced; what shows a reflection of a reflection is "
-            "traced anew"),
+      field(
+          &Options::bounces, "bounces", config::range(1, 16),
+          "reflections along a path, as in traced; of the second one what a mirror shows is found "
+          "again where nothing moves, further ones are traced anew"),
       field(&Options::bvh, "bvh", kBvhPolicies,
             "how Embree's structure follows the geometry in each frame"),
   };

@@ -13,6 +13,7 @@
 #include "methods/reprojection/mirror_samples.h"
 #include "methods/reprojection/options.h"
 #include "methods/reprojection/reuse.h"
+#include "methods/reprojection/second_bounce.h"
 #include "methods/shared/reflective_samples.h"
 #include "methods/shared/reflectors.h"
 #include "methods/shared/sample_tiles.h"
@@ -42,14 +43,17 @@ constexpr std::size_t kSamplesPerTask = 4096;
 
 /// What becomes of reflective samples, for the counters.
 struct OutcomeCounts {
-  std::array<std::uint64_t, 9> of{};
+  std::array<std::uint64_t, 10> of{};
   std::uint64_t operator[](Outcome outcome) const { return of[static_cast<std::size_t>(outcome)]; }
 };
 
 class Reprojection : public Method {
  public:
   Reprojection(const Options& options, bool searches)
-      : options_(options), searches_(searches), reuse_(options, searches) {
+      : options_(options),
+        searches_(searches),
+        reuse_(options, searches),
+        second_(options, searches) {
     if (options_.mapping != reprojection::Mapping::Gather) options_.partialKeys = 0;
   }
 
@@ -167,6 +171,7 @@ class Reprojection : public Method {
     reuse_.begin(samples_, services);
     key_.follow(services.geometry);
     reuse_.findIn(key_, services, radiance_);
+    second_.find(samples_, key_, reuse_, services, radiance_);
     for (auto partial = partial_.rbegin(); partial != partial_.rend(); ++partial) {
       partial->follow(services.geometry);
       reuse_.findIn(*partial, services, radiance_);
@@ -177,23 +182,32 @@ class Reprojection : public Method {
     }
   }
 
-  /// Keeps in `key` what the samples `places` have met.
+  /// Keeps in `key` what the samples `places` have met, and what mirrors in mirrors show where
+  /// seconds_ has it.
   void keep(KeyFrame& key, const FrameInput& input, Services& services,
             std::span<const std::uint32_t> places, std::span<const Vec3> radiance) {
     key.begin(copy_.sampleWidth(), copy_.sampleHeight(), input.frame.camera, services.lighting,
               services.geometry, options_.mapping != reprojection::Mapping::Gather);
     const scene::Scene& scene = services.scene;
+    if (!seconds_.empty())
+      second_.begin(copy_.sampleWidth(), copy_.sampleHeight(), input.frame.camera,
+                    services.lighting, services.geometry);
     parallelFor(places.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const trace::FirstHit& hit = hits_[i];
         // One ray whose light depends on nothing but the place that it meets
         const bool shines = hit.hit.miss() || options_.bounces == 1 ||
                             scene.objects[static_cast<std::size_t>(hit.hit.object)].reflector == 0;
-        if (reprojection::isMirror(points_[i].glossiness, points_[i].object, scene) && shines &&
-            trace::isTraceable({hit.origin, hit.direction}))
+        if (!reprojection::isMirror(points_[i].glossiness, points_[i].object, scene) ||
+            !trace::isTraceable({hit.origin, hit.direction}))
+          continue;
+        if (shines)
           key.keep(places[i], points_[i], hit, radiance[i]);
+        else if (!seconds_.empty() && second_.keep(places[i], points_[i], hit, seconds_[i], scene))
+          key.keep(places[i], points_[i], hit, seconds_[i].surface);
       }
     });
+    if (!seconds_.empty()) second_.finish(services.geometry, options_.epsilon);
     key.finish(services.geometry, options_.epsilon);
     leastShare_ = 1.0;
   }
@@ -203,6 +217,7 @@ class Reprojection : public Method {
     services.timer.measure("recompute", [&] {
       samples_.points(samples_.places(), points_);
       hits_.resize(points_.size());
+      seconds_.assign(second_.used(services.geometry) ? points_.size() : 0, {});
       trace(input, services, radiance_, flags_, hits_);
       keep(key_, input, services, samples_.places(), radiance_);
       keyNumber_ = input.frame.number;
@@ -221,6 +236,7 @@ class Reprojection : public Method {
       std::vector<Vec3> radiance(points_.size(), Vec3(0.0f));
       std::vector<std::uint8_t> flags(masks_ ? points_.size() : 0, 0);
       hits_.resize(keeps ? points_.size() : 0);
+      seconds_.clear();
       trace(input, services, radiance, flags, hits_);
       for (std::size_t k = 0; k < missing.size(); ++k) {
         radiance_[missing[k]] = radiance[k];
@@ -241,7 +257,7 @@ class Reprojection : public Method {
              std::span<std::uint8_t> flags, std::span<trace::FirstHit> hits) {
     const float spread = scene::pixelSpreadRad(input.frame.camera, copy_.sampleHeight());
     counts_ = trace::reflectedRadiance(*services.trace, services.lighting, spread, points_,
-                                       reflection_, true, radiance, flags, hits);
+                                       reflection_, true, radiance, flags, hits, seconds_);
   }
 
   void show(Services& services, const std::vector<std::uint32_t>& missing) {
@@ -269,6 +285,7 @@ class Reprojection : public Method {
     output.counters["discontinuity"] = outcomes[Outcome::Discontinuity];
     output.counters["magnified"] = outcomes[Outcome::Magnified];
     output.counters["crossed"] = outcomes[Outcome::Crossed];
+    output.counters["second_bounce"] = outcomes[Outcome::SecondBounce];
     output.counters["unfaithful"] = outcomes[Outcome::Unfaithful];
     output.counters["rays"] = counts_.rays;
     output.counters["misses"] = counts_.misses;
@@ -281,6 +298,7 @@ class Reprojection : public Method {
   Options options_;
   bool searches_;
   Reuse reuse_;
+  reprojection::SecondBounce second_;
   trace::ReflectionOptions reflection_;
   bool masks_ = false;
   frame::ObjectSet reflectors_;  ///< those that it fills
@@ -296,6 +314,7 @@ class Reprojection : public Method {
   std::vector<Vec3> radiance_;
   std::vector<std::uint8_t> flags_;
   std::vector<trace::FirstHit> hits_;
+  std::vector<trace::SecondHit> seconds_;  ///< of a key frame that keeps them
   ReflectionUpload upload_;
 };
 
@@ -328,6 +347,7 @@ const std::vector<CounterInfo>& counterInfos() {
       {"magnified", "of retraced: stretched over too many samples"},
       {"crossed", "of retraced: the bounds of an object that moves lie on the mirrored ray"},
       {"unfaithful", "of retraced: what was found does not lie on the mirrored ray"},
+      {"second_bounce", "of retraced: found, but not what the mirror shows there that it reflects"},
       {"rays", "rays that Embree traced"},
       {"misses", "of them those that left the scene and saw the environment"},
       {"refused", "rays that could not be traced; they see the environment", true},

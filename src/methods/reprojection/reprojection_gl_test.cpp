@@ -120,14 +120,18 @@ TEST(Reprojection, TearsWherePointsAreSplatted) {
 
 TEST(Reprojection, KeepsTheBytesOfWhatStandsStill) {
   test::GlStage stage(sceneOf("nine_spheres"), test::framesOf(96, 96, 1, true));
-  for (const MethodEntry* entry : {&reprojectionEntry(), &imageWarpEntry()}) {
-    test::GlMethod method(stage, *entry);
-    method.render(spheresFrom(kEye));
-    const std::vector<float> before = raster::readRgba(stage.gbuffer.reflection);
-    const FrameOutput output = method.render(spheresFrom(kEye));
-    EXPECT_EQ(output.counters.at("key_frame"), 0u);
-    EXPECT_EQ(raster::readRgba(stage.gbuffer.reflection), before) << entry->id;
-  }
+  for (const MethodEntry* entry : {&reprojectionEntry(), &imageWarpEntry()})
+    for (const char* options :
+         {R"({"keyframe_threshold": 1})", R"({"keyframe_threshold": 1, "bounces": 2})"}) {
+      test::GlMethod method(stage, *entry, options);
+      method.render(spheresFrom(kEye));
+      const std::vector<float> before = raster::readRgba(stage.gbuffer.reflection);
+      const FrameOutput output = method.render(spheresFrom(kEye));
+      EXPECT_EQ(output.counters.at("key_frame"), 0u);
+      // But samples without a neighbour that shows the same.
+      EXPECT_LE(10 * output.counters.at("second_bounce"), output.counters.at("reused"));
+      EXPECT_EQ(raster::readRgba(stage.gbuffer.reflection), before) << entry->id << options;
+    }
 }
 
 TEST(Reprojection, EqualsImageWarpWhenTheCameraOnlyTurns) {

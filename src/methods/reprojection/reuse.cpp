@@ -25,11 +25,12 @@ const Vec2 kNowhere(std::numeric_limits<float>::quiet_NaN());
 
 }  // namespace
 
-void Reuse::begin(const MirrorSamples& samples, Services& services) {
+void Reuse::begin(const MirrorSamples& samples, Services& services,
+                  std::span<const MirrorRay> rays) {
   samples_ = &samples;
   width_ = samples.source().sampleWidth();
   height_ = samples.source().sampleHeight();
-  rays_ = samples.rays();
+  rays_ = rays;
   first_ = true;
   moving_.update(services.scene, services.geometry);
   const std::size_t count = samples.count();
@@ -54,7 +55,7 @@ void Reuse::attach(const KeyFrame& key, const Services& services) {
   pending_.clear();
   for (std::size_t i = 0; i < outcomes_.size(); ++i)
     if (outcomes_[i] != Outcome::Found && outcomes_[i] != Outcome::NotSearched &&
-        outcomes_[i] != Outcome::Discontinuity)
+        outcomes_[i] != Outcome::Discontinuity && outcomes_[i] != Outcome::SecondBounce)
       pending_.push_back(static_cast<std::uint32_t>(i));
   parallelFor(matches_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
     std::fill(matches_.begin() + static_cast<std::ptrdiff_t>(begin),

@@ -33,13 +33,21 @@ class Reuse {
 
   /// Begins a frame: nothing is found yet. `samples` stay with the caller until the next one. Times
   /// itself as `search`.
-  void begin(const MirrorSamples& samples, Services& services);
+  void begin(const MirrorSamples& samples, Services& services) {
+    begin(samples, services, samples.rays());
+  }
+  /// Those with a reflector in `rays` alone, which stay with the caller likewise.
+  void begin(const MirrorSamples& samples, Services& services, std::span<const MirrorRay> rays);
   /// Looks in `key` for what has not been found yet, and fills radiance[i] of what is. Times itself
   /// as `search`, `shift` and `warp`.
   void findIn(const KeyFrame& key, Services& services, std::vector<Vec3>& radiance);
 
   /// Of sample i: Found, or why it was not found in the first of the key frames.
   Outcome outcome(std::size_t i) const { return outcomes_[i]; }
+  /// Of a sample that was found in the last key frame, from this to the next findIn().
+  const Match& match(std::size_t i) const { return matches_[i]; }
+  /// It is not found after all, and not to be found in another key frame.
+  void lose(std::size_t i, Outcome outcome) { outcomes_[i] = outcome; }
 
  private:
   /// findIn() by the paper's mapping.

@@ -34,6 +34,7 @@ enum class Outcome : std::uint8_t {
   Magnified,      ///< one sample would be stretched over too many
   Crossed,        ///< an object that moves may be in front of it now
   Unfaithful,     ///< what is kept there does not lie on the mirrored ray
+  SecondBounce,  ///< what a mirror in the mirror shows was not found, or not where it sends the ray
 };
 
 /// A place in the key frame, in samples with centres at whole numbers.

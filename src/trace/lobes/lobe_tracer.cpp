@@ -89,6 +89,7 @@ void LobeTracer::begin(const TraceScene& trace, const frame::Lighting& lighting,
   lighting_ = &lighting;
   spreadRad_ = spreadRad;
   options_ = options;
+  seconds_ = nullptr;
   settles_ = !trace.geometry().surfaces.empty() || trace.refracts();
 }
 
@@ -350,7 +351,26 @@ void LobeTracer::continueReflective(std::size_t bounce, const Block& block, int 
                                      surface.normal, options_.fresnelSchlick);
     const Vec3 arriving =
         surface.highlight == Vec3(0.0f) ? here.reflected[k] : here.reflected[k] + surface.highlight;
-    here.values[ray] = (1.0f - s) * surface.diffuse + s * surface.tint * arriving;
+    here.surfaces[ray].diffuse = (1.0f - s) * surface.diffuse;
+    here.reflected[k] = s * surface.tint * arriving;
+    here.values[ray] = here.surfaces[ray].diffuse + here.reflected[k];
+  }
+  if (bounce == 0 && seconds_ != nullptr) keepSeconds(block);
+}
+
+void LobeTracer::keepSeconds(const Block& block) {
+  const Level& here = level(0);
+  const Level& next = level(1);
+  std::size_t k = 0;  // of those that go on
+  for (std::size_t i = block.begin; i < block.end && k < here.onward.size(); ++i) {
+    const std::size_t ray = here.first[i - block.begin];
+    const std::size_t end = here.first[i - block.begin + 1];
+    if (end == ray + 1 && here.onward[k] == ray) {
+      // One ray each: those that go on are one block of the next level.
+      seconds_[i] = {next.hits[k], next.rays.direction(k), here.surfaces[ray].normal,
+                     here.surfaces[ray].diffuse, here.reflected[k]};
+    }
+    while (k < here.onward.size() && here.onward[k] < end) ++k;
   }
 }
 
@@ -358,7 +378,7 @@ ReflectionCounts reflectedRadiance(const TraceScene& trace, const frame::Lightin
                                    float spreadRad, std::span<const ReflectionPoint> points,
                                    const ReflectionOptions& options, bool parallel,
                                    std::span<Vec3> radiance, std::span<std::uint8_t> flags,
-                                   std::span<FirstHit> hits) {
+                                   std::span<FirstHit> hits, std::span<SecondHit> seconds) {
   assert(radiance.size() >= points.size());
   constexpr std::size_t kTile = 256;  ///< points; ours
   ReflectionCounts counts;
@@ -374,9 +394,11 @@ ReflectionCounts reflectedRadiance(const TraceScene& trace, const frame::Lightin
       for (const ReflectionPoint& point :
            points.subspan(first, std::min(kTile, points.size() - first)))
         lanes.add(point);
+      tracer.keepSeconds(seconds.empty() ? nullptr : seconds.data() + first);
       tracer.run(radiance.data() + first, flags.empty() ? nullptr : flags.data() + first,
                  hits.empty() ? nullptr : hits.data() + first, mine);
     }
+    tracer.keepSeconds(nullptr);
     const std::scoped_lock lock(mutex);
     counts.add(mine);
   };

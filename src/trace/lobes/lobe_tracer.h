@@ -47,6 +47,8 @@ class LobeTracer {
   /// Mean radiance along the lobe of each point. `flags` and `hits` as of reflectedRadiance(), one
   /// for each point, or null. Adds to `counts`.
   void run(Vec3* radiance, std::uint8_t* flags, FirstHit* hits, ReflectionCounts& counts);
+  /// Where the next run() puts second hits, one for each point; null: nowhere.
+  void keepSeconds(SecondHit* seconds) { seconds_ = seconds; }
 
  private:
   struct Level;
@@ -74,11 +76,15 @@ class LobeTracer {
   void continueReflective(std::size_t bounce, const Block& block, int bouncesLeft,
                           ReflectionCounts& counts);
 
+  /// Fills seconds_ of a block's points.
+  void keepSeconds(const Block& block);
+
   const TraceScene* trace_ = nullptr;
   const frame::Lighting* lighting_ = nullptr;
   float spreadRad_ = 0.0f;
   ReflectionOptions options_;
   bool settles_ = false;  ///< points of the scene may have to move, or refract
+  SecondHit* seconds_ = nullptr;
   std::vector<std::unique_ptr<Level>> levels_;
   std::unique_ptr<LobeTables> tables_;
 };

@@ -158,9 +158,10 @@ TEST_P(Levels, GiveTheBitsOfThePlainDefinition) {
     std::vector<Vec3> radiance(points.size());
     std::vector<std::uint8_t> flags(points.size(), 0);
     std::vector<trace::FirstHit> hits(points.size());
+    std::vector<trace::SecondHit> seconds(points.size());
     const trace::ReflectionCounts counts =
         trace::reflectedRadiance(world.traceScene(), world.lighting(), kSpread, points, options,
-                                 true, radiance, flags, hits);
+                                 true, radiance, flags, hits, seconds);
     EXPECT_GT(counts.belowHorizon, 0u) << options.rays;
     std::uint64_t rays = 0;
     for (std::size_t i = 0; i<points.size(); i += options.rays> 8 ? 7 : 1) {
@@ -170,8 +171,18 @@ TEST_P(Levels, GiveTheBitsOfThePlainDefinition) {
     }
     for (const ReflectionPoint& point : points)
       rays += static_cast<std::uint64_t>(trace::lobeRays(point.glossiness, options.rays));
+    std::size_t gone = 0;  // on, from mirrors
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (seconds[i].direction == Vec3(0.0f)) continue;
+      ++gone;
+      ASSERT_TRUE(sameBits(radiance[i], seconds[i].surface + seconds[i].arrived)) << i;
+      ASSERT_FALSE(hits[i].hit.miss()) << i;
+    }
     if (options.bounces == 1) {
       EXPECT_EQ(counts.rays, rays);
+      EXPECT_EQ(gone, 0u);
+    } else {
+      EXPECT_GT(gone, 10u);
     }
   }
 }

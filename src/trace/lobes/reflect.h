@@ -136,14 +136,26 @@ struct FirstHit {
   Vec3 direction{0.0f};
 };
 
+/// Of a point's ray that has met a mirror: what the ray from there has met. The point's radiance is
+/// surface + arrived, to the bit.
+struct SecondHit {
+  Hit hit;
+  Vec3 direction{0.0f};  ///< of the ray that goes on; 0: none does
+  Vec3 normal{0.0f};     ///< of the mirror
+  Vec3 surface{0.0f};    ///< light from the mirror itself
+  Vec3 arrived{0.0f};    ///< light that came along the ray that goes on
+};
+
 /// Incoming radiance along the lobes: radiance[i] belongs to points[i], the mean over its rays.
 /// `spreadRad`: of a sample's ray cone. `parallel`: over all threads; otherwise on the calling one.
 /// The same result either way. `flags[i]` (may be empty) gets bit 0 where a ray was refused, bit 1
-/// where one was folded up, bit 2 where one left the scene.
+/// where one was folded up, bit 2 where one left the scene. `hits` and `seconds` (may be empty): of
+/// each point's first ray; seconds of points with one ray.
 ReflectionCounts reflectedRadiance(const TraceScene& trace, const frame::Lighting& lighting,
                                    float spreadRad, std::span<const ReflectionPoint> points,
                                    const ReflectionOptions& options, bool parallel,
                                    std::span<Vec3> radiance, std::span<std::uint8_t> flags = {},
-                                   std::span<FirstHit> hits = {});
+                                   std::span<FirstHit> hits = {},
+                                   std::span<SecondHit> seconds = {});
 
 }  // namespace catoptric::trace
