@@ -95,6 +95,7 @@ TEST_F(Nightly, WhatIsWrongEndsWithAHint) {
            {"small.suite.json --only square", "fits --only square"},
            {"small.suite.json more", "is one argument too many"},
            {"small.suite.json --single-file", "name that, too"},
+           {"small.suite.json --baseline feed", "no kept build begins so"},
            {"small.suite.json --run-only --compare-only", "exclude each other"},
            {"small.suite.json --clock sun", "must be one of"},
            {"run.json", "title"},
@@ -116,6 +117,7 @@ TEST_F(Nightly, KilledAnywhereItGoesOn) {
   std::uniform_real_distribution<double> moment(0.01, 1.2);
   const int kills = isLong() ? 100 : 8;
   writeBuild("next", "more='--set image.samples=2'");
+  int killed = 0;
   for (int i = 0; i < kills; ++i) {
     // Also while something is accepted: all of it or nothing
     const bool accepts = i % 4 == 3;
@@ -124,11 +126,14 @@ TEST_F(Nightly, KilledAnywhereItGoesOn) {
                                 std::to_string(accepts ? 0.2 * moment(random) : moment(random)) +
                                 " " + CATOPTRIC_PROGRAM + " nightly " + what +
                                 " --history h/history.db >/dev/null 2>&1";
-    (void)std::system(command.c_str());
+    const int status = std::system(command.c_str());
+    killed += WIFSIGNALED(status) || WEXITSTATUS(status) == 128 + SIGKILL ? 1 : 0;
     const Result log = nightly("log");
     ASSERT_EQ(log.exitCode, 0) << log.err;
     for (const auto& [name, bytes] : before) ASSERT_EQ(accepted()[name], bytes) << name;
   }
+  std::printf("%d of %d were killed before their end\n", killed, kills);
+  EXPECT_GE(killed, kills / 3);
   const Result last = nightly(suite() + "--program ./next");
   EXPECT_TRUE(last.exitCode == 7 || last.exitCode == 0) << last.err;
   EXPECT_THAT(last.out, HasSubstr("2 cases"));

@@ -34,6 +34,7 @@ struct NightlyOptions {
   std::string effort = "full";
   std::vector<std::string> only;
   std::string program;
+  std::string baseline = nightly::role::kAccepted;
   double timeGate = 0.0;  ///< percent; 0: the suite's
   int repeats = 8;
   std::string clock = "wall";
@@ -159,7 +160,11 @@ std::optional<Night> measure(History& history, const nightly::NightSuite& suite,
   if (cases.empty())
     throw UsageError("no case of " + options.what + " has frames for --effort " + options.effort +
                      (options.only.empty() ? "" : " and fits --only " + joined(options.only, ",")));
-  std::string names;
+  const bool ownBaseline =
+      options.baseline == nightly::role::kAccepted || options.baseline == nightly::role::kAnchor;
+  const std::string baseline =
+      ownBaseline ? options.baseline : nightly::keptBuild(history, options.baseline);
+  std::string names = baseline == nightly::role::kAccepted ? "" : "against " + baseline + "\n";
   for (const nightly::NightCase& one : cases) names += one.name + "\n";
   const Night wanted{0,
                      suite.name,
@@ -177,6 +182,7 @@ std::optional<Night> measure(History& history, const nightly::NightSuite& suite,
   nightly::NightOptions how;
   how.rounds = options.repeats;
   how.mostRounds = 4 * options.repeats;
+  how.baseline = baseline;
   how.program = lab.program;
   how.stopRequested = lab.stopRequested;
   how.progress = [&](const std::string& what, double share) { printer.showStep(what, share); };
@@ -349,6 +355,14 @@ void addNightly(CLI::App& program, CommonOptions& common, Action& action) {
   command->add_option("--program", options->program, "The build that is judged [this one]")
       ->check(notEmpty())
       ->type_name("FILE");
+  command
+      ->add_option(
+          "--baseline", options->baseline,
+          "What times are compared with: accepted (and the anchor), anchor alone, or a kept "
+          "build by the begin of its fingerprint, as `nightly log` prints it")
+      ->capture_default_str()
+      ->check(notEmpty())
+      ->type_name("accepted|anchor|BUILD");
   command
       ->add_option("--time-gate", options->timeGate,
                    "How much longer than the accepted build is a regression, percent [the suite's]")

@@ -18,8 +18,9 @@ constexpr double kFalseCalls = 0.05;
 /// A change of level has to explain as much of the logarithms of ratios. Ours: a little less than
 /// the 3 % of a creep's steps, and more than the noise of nights (0.7 % in nights_test.cpp).
 constexpr double kChangePenalty = 0.025;
-/// A level nearer to the anchor build is not part of a creep. Ours: half of a step of 3 %.
-constexpr double kAnchorLevel = 0.015;
+/// A level nearer to the anchor build is not part of a creep, nor a night nearer to the level
+/// before it. Ours: half of a step of 3 %.
+constexpr double kAnchorLevel = 1.015;
 
 std::string nightText(int night) {
   return "night " + std::to_string(night);
@@ -241,7 +242,7 @@ class NightJudge {
     std::vector<Timed> timed;
     for (const CaseFacts& facts : facts_) {
       if (!facts.failure.empty()) continue;
-      for (const char* name : {role::kAccepted, role::kAnchor}) {
+      for (const char* name : kBaselines) {
         const std::optional<TimeRatio> ratio = confirmedRatio(facts, name, gates_.time);
         if (ratio) timed.push_back({&facts, name, *ratio});
       }
@@ -255,6 +256,12 @@ class NightJudge {
       addTime(timed[i], isVoid);
     }
     for (const CaseFacts& facts : facts_) addBaselines(facts, timed, isVoid);
+  }
+
+  static std::string buildOf(const CaseFacts& facts, const std::string& role) {
+    for (const Timing& timing : facts.timings)
+      if (timing.role == role) return timing.build;
+    return "";
   }
 
   void addTime(const Timed& one, bool isVoid) {
@@ -274,12 +281,13 @@ class NightJudge {
       status = faster ? "faster" : "holds";
       outcome = Outcome::Good;
     }
-    Verdict& verdict =
-        add(one.facts->name, creep ? "creep" : "time", status, outcome, 0,
-            "takes " + study::ratioText(ratio) + " times as long as the " +
-                (creep ? "anchor" : "accepted") + " build" +
-                (baseline ? " " + shortBuild(baseline->build) + " of " + nightText(baseline->night)
-                          : ""));
+    Verdict& verdict = add(one.facts->name, creep ? "creep" : "time", status, outcome, 0,
+                           "takes " + study::ratioText(ratio) + " times as long as the " +
+                               (creep      ? "anchor"
+                                : baseline ? "accepted"
+                                           : "named") +
+                               " build " + shortBuild(buildOf(*one.facts, one.role)) +
+                               (baseline ? " of " + nightText(baseline->night) : ""));
     setRatio(verdict, ratio);
   }
 
@@ -297,13 +305,13 @@ class NightJudge {
       set(role::kAccepted);
       return;
     }
-    for (const char* name : {role::kAccepted, role::kAnchor}) {
+    for (const char* name : kBaselines) {
       const auto failed = facts.baselineFailures.find(name);
       if (failed == facts.baselineFailures.end()) continue;
       add(facts.name, std::string(name) == role::kAnchor ? "creep" : "time", "no baseline",
           Outcome::Skipped, 0,
           "the " + std::string(name) + " build cannot render it: " + failed->second);
-      set(name);  // the next night has one again
+      if (std::string(name) != role::kNamed) set(name);  // the next night has one again
     }
     // A build that is faster because its pictures are wrong must not be the measure of the next one
     if (std::ranges::any_of(verdicts_, [&](const Verdict& verdict) {
@@ -340,46 +348,81 @@ class NightJudge {
       if (past.verdict.frame == verdict.frame || past.verdict.frame == 0)
         seen.good = seen.good || outcome == Outcome::Good;
     }
+    int undecided = 0;  // the first night since the last good one that said neither
     for (const auto& [number, seen] : nights) {
       if (seen.bad) {
         verdict.began = number;
         verdict.firstBad = seen.build;
+        undecided = 0;
       } else if (seen.good) {
         verdict.lastGood = seen.build;
-        return;
+        break;
+      } else {
+        undecided = number;
       }
     }
+    if (undecided == 0 || verdict.lastGood.empty()) return;
+    if (verdict.kind == "time")
+      beginAtLevel(verdict, undecided);
+    else
+      verdict.message += "; perhaps since " + nightText(undecided) + ", which was not decided";
+  }
+
+  /// Of the nights from `first` on that were not decided, those that took as long as the first bad
+  /// one are bad, too.
+  void beginAtLevel(Verdict& verdict, int first) {
+    const std::vector<TrendPoint> trend = trendUpTo(verdict);
+    for (const Level& level : levelsOf(trend)) {
+      const auto begin = trend.begin() + static_cast<std::ptrdiff_t>(level.first);
+      const auto end = begin + static_cast<std::ptrdiff_t>(level.count);
+      const auto same = [&](const TrendPoint& point) { return point.night == verdict.began; };
+      if (std::none_of(begin, end, same)) continue;
+      const auto since =
+          std::find_if(begin, end, [&](const TrendPoint& point) { return point.night >= first; });
+      if (since->night == verdict.began) break;
+      verdict.message += "; " + nightText(verdict.began) + " was the first that was decided";
+      verdict.began = since->night;
+      if (const auto bad = history_.night(verdict.began)) verdict.firstBad = bad->build;
+      return;
+    }
+    if (first < verdict.began)
+      verdict.message += "; perhaps since " + nightText(first) + ", which was not decided";
+  }
+
+  /// Ratios to the anchor build up to tonight's.
+  std::vector<TrendPoint> trendUpTo(const Verdict& verdict) {
+    const std::string bench = history_.result(night_.id, verdict.name).bench;
+    std::vector<TrendPoint> trend = trendOf(history_, night_, verdict.name, bench);
+    const auto creep = std::ranges::find_if(verdicts_, [&](const Verdict& other) {
+      return other.name == verdict.name && other.kind == "creep" && other.value > 0.0;
+    });
+    const Verdict& now = creep == verdicts_.end() ? verdict : *creep;
+    trend.push_back({night_.id, now.value, now.low, now.high});
+    return trend;
   }
 
   void findCreep(Verdict& verdict) {
-    const std::string bench = history_.result(night_.id, verdict.name).bench;
-    std::vector<TrendPoint> trend = trendOf(history_, night_, verdict.name, bench);
-    trend.push_back({night_.id, verdict.value, verdict.low, verdict.high});
-    std::vector<double> levels;
-    for (const TrendPoint& point : trend) levels.push_back(std::log(point.value));
-    const std::vector<std::size_t> changes = changePoints(levels, kChangePenalty);
-    if (changes.empty()) {
+    const std::vector<TrendPoint> trend = trendUpTo(verdict);
+    const std::vector<Level> levels = levelsOf(trend);
+    if (levels.size() == 1) {
       verdict.began = trend.front().night;
       verdict.message += "; slower since " + nightText(verdict.began);
       return;
     }
     // Back over the levels that rise
-    const auto middle = [&](std::size_t change) {
-      const std::size_t end = change + 1 < changes.size() ? changes[change + 1] : levels.size();
-      return study::median({levels.begin() + static_cast<std::ptrdiff_t>(changes[change]),
-                            levels.begin() + static_cast<std::ptrdiff_t>(end)});
-    };
-    std::size_t first = changes.size() - 1;
-    while (first > 0 && middle(first - 1) < middle(first) && middle(first - 1) > kAnchorLevel)
+    std::size_t first = levels.size() - 1;
+    while (first > 1 && levels[first - 1].value < levels[first].value &&
+           levels[first - 1].value > kAnchorLevel)
       --first;
-    verdict.began = trend[changes[first]].night;
-    if (changes[first] > 0)
-      if (const auto good = history_.night(trend[changes[first] - 1].night))
-        verdict.lastGood = good->build;
+    std::size_t began = levels[first].first;
+    // A single step may be too small for a level of its own
+    while (began > 1 && trend[began - 1].value > kAnchorLevel * levels[first - 1].value) --began;
+    verdict.began = trend[began].night;
+    if (const auto good = history_.night(trend[began - 1].night)) verdict.lastGood = good->build;
     if (const auto bad = history_.night(verdict.began)) verdict.firstBad = bad->build;
     verdict.message += "; it began with " + nightText(verdict.began) + ", in " +
-                       std::to_string(changes.size() - first) +
-                       (changes.size() - first == 1 ? " step" : " steps");
+                       std::to_string(levels.size() - first) +
+                       (levels.size() - first == 1 ? " step" : " steps");
   }
 
   History& history_;
@@ -406,6 +449,21 @@ std::vector<TrendPoint> trendOf(const History& history, const Night& night, cons
         points[past.night] = {past.night, past.verdict.value, past.verdict.low, past.verdict.high};
   for (const auto& [number, point] : points) trend.push_back(point);
   return trend;
+}
+
+std::vector<Level> levelsOf(const std::vector<TrendPoint>& trend) {
+  std::vector<double> logs;
+  for (const TrendPoint& point : trend) logs.push_back(std::log(point.value));
+  std::vector<std::size_t> starts = changePoints(logs, kChangePenalty);
+  starts.insert(starts.begin(), 0);
+  std::vector<Level> levels;
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    const std::size_t end = i + 1 < starts.size() ? starts[i + 1] : logs.size();
+    levels.push_back({starts[i], end - starts[i],
+                      std::exp(study::median({logs.begin() + static_cast<std::ptrdiff_t>(starts[i]),
+                                              logs.begin() + static_cast<std::ptrdiff_t>(end)}))});
+  }
+  return levels;
 }
 
 Outcome outcomeOf(const Verdict& verdict) {

@@ -36,4 +36,12 @@ struct TrendPoint {
 std::vector<TrendPoint> trendOf(const History& history, const Night& night, const std::string& name,
                                 const std::string& bench);
 
+/// Nights of a trend that go together: a level of time, from one change to the next.
+struct Level {
+  std::size_t first = 0;  ///< index of its first night
+  std::size_t count = 0;
+  double value = 1.0;  ///< median
+};
+std::vector<Level> levelsOf(const std::vector<TrendPoint>& trend);
+
 }  // namespace catoptric::nightly

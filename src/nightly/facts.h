@@ -15,6 +15,7 @@ namespace role {
 inline constexpr const char* kTonight = "tonight";
 inline constexpr const char* kAccepted = "accepted";  ///< the last build that was good
 inline constexpr const char* kAnchor = "anchor";      ///< a build that stays, against creep
+inline constexpr const char* kNamed = "named";        ///< one that --baseline names
 inline constexpr const char* kAgain = "again";        ///< tonight's once more: the noise
 }  // namespace role
 

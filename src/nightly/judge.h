@@ -1,6 +1,7 @@
 // What times, pictures and counters say: rules without files or history.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,6 +19,10 @@ struct TimeRatio {
   TimeState state = TimeState::Undecided;
   double p = 1.0;  ///< that it is within the gate, from the rounds alone
 };
+
+/// What a regression may be against: builds other than tonight's.
+inline constexpr std::array<const char*, 3> kBaselines = {role::kAccepted, role::kAnchor,
+                                                          role::kNamed};
 
 /// Fails: the whole interval is above 1 + gate; holds: it is below; undecided otherwise.
 TimeState stateOf(const study::Ratio& ratio, double gate);

@@ -9,6 +9,7 @@
 #include "core/file.h"
 #include "core/hash.h"
 #include "core/log.h"
+#include "core/text.h"
 #include "image/image.h"
 #include "nightly/judge.h"
 #include "nightly/pictures.h"
@@ -29,14 +30,18 @@ fs::path buildFolder(const History& history, const std::string& build) {
 
 /// Programs of a case, tonight's first.
 std::vector<Program> programsOf(const History& history, const Night& night, CaseFacts& facts,
-                                std::map<std::string, std::string>& builds, const fs::path& program,
-                                bool again) {
-  std::vector<Program> programs{{role::kTonight, program}};
+                                std::map<std::string, std::string>& builds,
+                                const NightOptions& options, bool again) {
+  std::vector<Program> programs{{role::kTonight, options.program}};
   builds[role::kTonight] = night.build;
   std::set<std::string> seen{night.build};
-  for (const char* name : {role::kAccepted, role::kAnchor}) {
+  std::vector<std::string> names{role::kAccepted, role::kAnchor};
+  if (options.baseline != role::kAccepted) names = {role::kAnchor, role::kNamed};
+  for (const std::string& name : names) {
     const std::optional<Baseline> baseline =
-        history.baseline(facts.name, facts.bench, night.machine, name);
+        name != role::kNamed ? history.baseline(facts.name, facts.bench, night.machine, name)
+        : options.baseline != role::kAnchor ? Baseline{name, options.baseline, 0}
+                                            : std::optional<Baseline>();
     if (!baseline || !seen.insert(baseline->build).second) continue;
     std::error_code ignored;
     const fs::path kept = keptProgram(history, baseline->build);
@@ -48,7 +53,7 @@ std::vector<Program> programsOf(const History& history, const Night& night, Case
     builds[name] = baseline->build;
   }
   if (again && programs.size() > 1) {
-    programs.push_back({role::kAgain, program});
+    programs.push_back({role::kAgain, options.program});
     builds[role::kAgain] = night.build;
   }
   return programs;
@@ -67,7 +72,7 @@ Timing& timingOf(CaseFacts& facts, const std::string& ofRole, int attempt,
 
 /// Is the ratio to the accepted or the anchor build in this state, at the first attempt?
 bool anyRatio(const CaseFacts& facts, TimeState state, double gate) {
-  for (const char* name : {role::kAccepted, role::kAnchor}) {
+  for (const char* name : kBaselines) {
     const std::optional<TimeRatio> ratio = timeRatio(facts, name, 1, gate);
     if (ratio && ratio->state == state) return true;
   }
@@ -138,7 +143,7 @@ class CaseMeasurement {
       facts_.failure = error.what();
       return facts_;
     }
-    programs_ = programsOf(history_, night_, facts_, builds_, options_.program, again);
+    programs_ = programsOf(history_, night_, facts_, builds_, options_, again);
     const bool timed = programs_.size() > 1;
     const fs::path folder = history_.nightFolder(night_.id) / one_.name;
     std::error_code ignored;
@@ -268,6 +273,24 @@ void keepProgram(const History& history, const fs::path& program, const std::str
     throw OutputError(folder.string() +
                       ": the program cannot be kept: " + failure.code().message());
   }
+}
+
+std::string keptBuild(const History& history, const std::string& text) {
+  std::vector<std::string> kept;
+  std::vector<std::string> fitting;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(history.folder() / "builds", ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (entry.path().extension() == ".tmp") continue;
+    kept.push_back(name);
+    if (name.starts_with(text)) fitting.push_back(name);
+  }
+  if (fitting.size() == 1) return fitting.front();
+  std::sort(kept.begin(), kept.end());
+  throw UsageError("--baseline " + text + ": " +
+                   (fitting.empty() ? "no kept build begins so" : "several kept builds begin so") +
+                   "; accepted and anchor are each case's own, and there are " +
+                   (kept.empty() ? "no kept builds yet" : joined(kept, ", ")));
 }
 
 void dropPrograms(const History& history) {

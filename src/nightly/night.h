@@ -12,6 +12,9 @@ struct NightOptions {
   int rounds = 8;       ///< of a first look at the times
   int mostRounds = 32;  ///< until they are decided
   int againEvery = 4;   ///< of so many timed cases one times tonight's build against itself
+  /// What times are compared with: "accepted", and against creep the anchor; "anchor" alone; or, in
+  /// place of the accepted one, the build that keptBuild() has found.
+  std::string baseline = role::kAccepted;
   std::filesystem::path program;
   std::function<bool()> stopRequested;
   std::function<void(const std::string& what, double share)> progress;
@@ -30,6 +33,9 @@ void keepProgram(const History& history, const std::filesystem::path& program,
                  const std::string& build);
 /// The kept program's file.
 std::filesystem::path keptProgram(const History& history, const std::string& build);
+/// The kept build whose fingerprint begins with `text`. Throws UsageError when none does, or
+/// several.
+std::string keptBuild(const History& history, const std::string& text);
 /// Removes programs that nothing refers to.
 void dropPrograms(const History& history);
 

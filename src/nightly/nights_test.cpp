@@ -1,5 +1,6 @@
 // Twenty nights of a project's life: what is wrong is found and named with the night that it began
-// with, and what is not is left alone, although other programs use the machine.
+// with, and what is not is left alone, although other programs use the machine. NIGHTLY_SEED=N
+// gives other machines and programs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -54,6 +55,7 @@ class Nights : public testing::Test {
                        "", false};
     const OpenNight open(*history, wanted);
     NightOptions options;
+    options.baseline = baseline;
     options.program = folder / "programs" / name;
     keepProgram(*history, options.program, name);
     measureNight(*history, open.night(), casesOf(suite, "full", {}, lab), suite.gates, lab,
@@ -88,7 +90,8 @@ class Nights : public testing::Test {
   TestLab lab{builds};
   std::unique_ptr<History> history;
   int nights = 0;
-  int seed = 1;
+  int seed = std::getenv("NIGHTLY_SEED") != nullptr ? std::atoi(std::getenv("NIGHTLY_SEED")) : 1;
+  std::string baseline = role::kAccepted;
 };
 
 TEST_F(Nights, TwentyWithoutFaultsAlarmNobody) {
@@ -162,6 +165,43 @@ TEST_F(Nights, FaultsAreNamedWithTheNightTheyBegan) {
        std::map<std::string, int>{{"own.c.m", 7}, {"own.d.m", 8}, {"own.e.m", 9}, {"own.f.m", 10}})
     EXPECT_EQ(firstSeen[name], night) << name;
   for (const auto& [name, night] : firstSeen) std::printf("%s: night %d\n", name.c_str(), night);
+}
+
+TEST_F(Nights, AnyKeptBuildCanBeTheMeasure) {
+  night({});
+  Build build;
+  build.cost["a"] = 1.2;
+  night(build);
+  EXPECT_THROW(keptBuild(*history, "c"), UsageError);
+  EXPECT_THROW(keptBuild(*history, "b1"), UsageError);  // both begin so
+  baseline = keptBuild(*history, "b102");
+  const std::vector<Verdict> named = night(build);
+  EXPECT_EQ(statusOf(named, "a", "time"), "holds");
+  EXPECT_THAT(of(named, "a", "time").front().message, HasSubstr("the named build b102"));
+  EXPECT_EQ(statusOf(named, "a", "creep"), "creeps");
+  baseline = role::kAnchor;
+  const std::vector<Verdict> anchor = night(build);
+  EXPECT_EQ(statusOf(anchor, "a", "time"), "");
+  EXPECT_EQ(statusOf(anchor, "a", "creep"), "creeps");
+  // What was measured against others has not moved the accepted build
+  baseline = role::kAccepted;
+  EXPECT_EQ(history->baseline("own.a.m", history->result(1, "own.a.m").bench, "machine", "accepted")
+                ->build,
+            "b101");
+  EXPECT_EQ(statusOf(night(build), "a", "time"), "slower");
+}
+
+TEST_F(Nights, OldSamplesBecomeMedians) {
+  std::erase_if(suite.scenes, [](const auto& one) { return one.name != "a"; });
+  for (int i = 0; i < kRawNights + 2; ++i) night({});
+  const auto rounds = [&](int number) {
+    return history->result(number, "own.a.m").timings.front().times.size();
+  };
+  EXPECT_EQ(rounds(2), 1u);
+  EXPECT_GE(rounds(3), 8u);
+  EXPECT_GE(rounds(kRawNights + 2), 8u);
+  const study::RoundTimes medians = history->result(2, "own.a.m").timings.front().times;
+  EXPECT_EQ(medians.front().size(), kTestFrames.size());
 }
 
 TEST_F(Nights, WhatIsAcceptedHoldsAndCanBeTakenBack) {

@@ -211,6 +211,27 @@ class PageWriter {
       series.points.push_back(at);
     }
     chart.series.push_back(std::move(series));
+    const std::vector<Level> levels = levelsOf(points);
+    std::string words;
+    if (levels.size() > 1) {
+      study::ChartSeries steps{"levels", {}, true};
+      for (const Level& level : levels) {
+        const int first = points[level.first].night;
+        const int last = points[level.first + level.count - 1].night;
+        for (const int night : {first, last}) {
+          study::ChartPoint at;
+          at.x = night;
+          at.y = level.value;
+          at.mark = study::Mark::Dominated;
+          steps.points.push_back(at);
+        }
+        words +=
+            (words.empty() ? "Levels: " : "; ") + report::fixedText(level.value, 3) +
+            (first == last ? " in night " + std::to_string(first)
+                           : " in nights " + std::to_string(first) + " to " + std::to_string(last));
+      }
+      chart.series.push_back(std::move(steps));
+    }
     const std::string svg = study::toSvg(chart, 560, 240);
     if (!options_.singleFile) curves_[name] = svg;
     const std::string source =
@@ -218,7 +239,10 @@ class PageWriter {
             ? dataAddress("image/svg+xml", std::as_bytes(std::span(svg.data(), svg.size())))
             : "curves/" + text(name) + ".svg";
     return "<p><img class=\"curve\" loading=\"lazy\" src=\"" + source +
-           "\" alt=\"time of the last nights against the anchor build\"></p>\n";
+           "\" alt=\"time of the last nights against the anchor build\"></p>\n" +
+           (words.empty() ? ""
+                          : "<p class=\"soft\">" + words +
+                                ". Where levels change is advice, no verdict.</p>\n");
   }
 
   /// Where tonight's time goes: steps explain, they are no verdict.
