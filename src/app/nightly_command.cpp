@@ -223,7 +223,7 @@ ExitCode runSuite(const NightlyOptions& options, const CommonOptions& common) {
       options.reportOnly
           ? history.verdicts(night.id)
           : nightly::judgeNight(history, night, suite.gates, countersThatMustBeZero());
-  if (measures) nightly::dropPrograms(history);
+  if (measures) nightly::dropOld(history);
   night = *history.night(night.id);
   writeReports(history, night, verdicts, suite, options);
   return conclude(night, verdicts);

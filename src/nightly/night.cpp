@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -293,12 +294,18 @@ std::string keptBuild(const History& history, const std::string& text) {
                    (kept.empty() ? "no kept builds yet" : joined(kept, ", ")));
 }
 
-void dropPrograms(const History& history) {
+void dropOld(const History& history) {
   const std::set<std::string> used = history.buildsInUse();
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(history.folder() / "builds", ignored))
     if (!used.contains(entry.path().filename().string()) && entry.path().extension() != ".tmp")
       fs::remove_all(entry.path(), ignored);
+  const std::vector<Night> newest = history.nights("", kRawNights);
+  for (const auto& entry : fs::directory_iterator(history.folder() / "nights", ignored)) {
+    const int number = std::atoi(entry.path().filename().c_str());
+    if (number > 0 && !newest.empty() && number < newest.back().id)
+      fs::remove_all(entry.path(), ignored);
+  }
 }
 
 void measureNight(History& history, const Night& night, const std::vector<NightCase>& cases,

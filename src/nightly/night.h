@@ -36,8 +36,9 @@ std::filesystem::path keptProgram(const History& history, const std::string& bui
 /// The kept build whose fingerprint begins with `text`. Throws UsageError when none does, or
 /// several.
 std::string keptBuild(const History& history, const std::string& text);
-/// Removes programs that nothing refers to.
-void dropPrograms(const History& history);
+/// Removes programs that nothing refers to, and frames of nights but the newest kRawNights: those
+/// that were accepted are kept elsewhere.
+void dropOld(const History& history);
 
 /// Measures the cases that the night does not have yet. Throws StudyStopped: the night can go on.
 void measureNight(History& history, const Night& night, const std::vector<NightCase>& cases,

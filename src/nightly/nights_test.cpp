@@ -191,7 +191,7 @@ TEST_F(Nights, AnyKeptBuildCanBeTheMeasure) {
   EXPECT_EQ(statusOf(night(build), "a", "time"), "slower");
 }
 
-TEST_F(Nights, OldSamplesBecomeMedians) {
+TEST_F(Nights, OldSamplesBecomeMediansAndOldFramesGo) {
   std::erase_if(suite.scenes, [](const auto& one) { return one.name != "a"; });
   for (int i = 0; i < kRawNights + 2; ++i) night({});
   const auto rounds = [&](int number) {
@@ -202,6 +202,12 @@ TEST_F(Nights, OldSamplesBecomeMedians) {
   EXPECT_GE(rounds(kRawNights + 2), 8u);
   const study::RoundTimes medians = history->result(2, "own.a.m").timings.front().times;
   EXPECT_EQ(medians.front().size(), kTestFrames.size());
+  EXPECT_TRUE(fs::exists(history->nightFolder(2)));
+  dropOld(*history);
+  EXPECT_FALSE(fs::exists(history->nightFolder(2)));
+  EXPECT_TRUE(fs::exists(history->nightFolder(3)));
+  EXPECT_TRUE(fs::exists(keptProgram(*history, "b101")));  // the anchor
+  EXPECT_FALSE(fs::exists(keptProgram(*history, "b102")));
 }
 
 TEST_F(Nights, WhatIsAcceptedHoldsAndCanBeTakenBack) {

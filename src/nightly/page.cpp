@@ -406,6 +406,16 @@ class PageWriter {
   std::map<std::string, std::string> curves_;
 };
 
+/// Pictures and curves of the last page are removed: nobody else's may be.
+void requireOurs(const fs::path& out) {
+  std::error_code error;
+  if (fs::exists(out / "nightly.css", error)) return;
+  for (const char* name : {"pictures", "curves"})
+    if (fs::exists(out / name, error) && !fs::is_empty(out / name, error))
+      throw OutputError((out / name).string() +
+                        ": is there, and is no page of nightly; name another folder with --html");
+}
+
 }  // namespace
 
 fs::path writePage(const History& history, const Night& night, const std::vector<Verdict>& verdicts,
@@ -414,12 +424,15 @@ fs::path writePage(const History& history, const Night& night, const std::vector
   fs::create_directories(options.out, error);
   if (error) throw OutputError(options.out.string() + ": cannot be made: " + error.message());
   fs::path file = options.out / "index.html";
-  if (!options.singleFile)
+  if (!options.singleFile) {
+    requireOurs(options.out);
+    writeFileAtomically(options.out / "nightly.css", std::string_view(kPageStyle));
     for (const char* name : {"pictures", "curves"}) {
       fs::remove_all(options.out / name, error);
       fs::create_directories(options.out / name, error);
       if (error) throw OutputError((options.out / name).string() + ": " + error.message());
     }
+  }
   PageWriter writer(history, night, verdicts, options);
   const std::string page = writer.page();
   if (options.singleFile && page.size() > kSingleFileBytes)
@@ -428,7 +441,6 @@ fs::path writePage(const History& history, const Night& night, const std::vector
   if (!options.singleFile) {
     for (const auto& [name, svg] : writer.curves())
       writeFileAtomically(options.out / "curves" / (name + ".svg"), std::string_view(svg));
-    writeFileAtomically(options.out / "nightly.css", std::string_view(kPageStyle));
     writeFileAtomically(options.out / "nightly.js", std::string_view(kPageScript));
   }
   writeFileAtomically(file, std::string_view(page));

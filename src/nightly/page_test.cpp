@@ -181,6 +181,12 @@ TEST_F(LargePage, ItIsStrictAndWithinItsSize) {
     EXPECT_TRUE(fs::exists(out / "folder" / std::string((*at)[2]))) << (*at)[2];
   EXPECT_EQ(sources, kFailures * 9 + 1);  // 4 pictures, 4 exposures, a curve; and the script
 
+  fs::create_directories(out / "other" / "pictures");
+  std::ofstream(out / "other" / "pictures" / "mine.png") << "mine";
+  options.out = out / "other";
+  EXPECT_THROW(writePage(*history, night, verdicts, options), OutputError);
+  EXPECT_TRUE(fs::exists(out / "other" / "pictures" / "mine.png"));
+
   options.out = out / "single";
   options.singleFile = true;
   const fs::path file = writePage(*history, night, verdicts, options);
