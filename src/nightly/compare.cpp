@@ -415,8 +415,13 @@ class NightJudge {
            levels[first - 1].value > kAnchorLevel)
       --first;
     std::size_t began = levels[first].first;
-    // A single step may be too small for a level of its own
-    while (began > 1 && trend[began - 1].value > kAnchorLevel * levels[first - 1].value) --began;
+    // Which nights' intervals leave the level before it: noise may look like a step, and a step be
+    // too small for a level of its own
+    const double before = levels[first - 1].value;
+    while (began + 1 < trend.size() && trend[began].low <= before) ++began;
+    while (began > 1 && trend[began - 1].low > before &&
+           trend[began - 1].value > kAnchorLevel * before)
+      --began;
     verdict.began = trend[began].night;
     if (const auto good = history_.night(trend[began - 1].night)) verdict.lastGood = good->build;
     if (const auto bad = history_.night(verdict.began)) verdict.firstBad = bad->build;
