@@ -61,6 +61,30 @@ TEST_F(Sweep, ASettingWithoutEffectIsNamed) {
   EXPECT_THAT(result.out, HasSubstr("methods.reference.bounces has no effect on these frames"));
 }
 
+TEST_F(Sweep, TheConfigMaySayWhatIsSwept) {
+  const std::string config = textOf(folder / "run.json");
+  const auto write = [&](const std::string& sweep) {
+    std::ofstream(folder / "run.json")
+        << config.substr(0, config.rfind('}')) << ", \"sweep\": " << sweep << "}";
+  };
+  write(R"({"vary": ["methods.reference.samples=1,2"], "against": "truth", "repeats": 0,
+            "metric": ["rmse"]})");
+  const std::string command = "sweep run.json --method reference --progress none ";
+  const Result result = run(command + "--out s");
+  EXPECT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("rmse"));
+  EXPECT_THAT(result.out, HasSubstr("2  reference        2"));
+  // The command line is stronger; nothing else of the program changes.
+  const Result other =
+      run(command + "--vary methods.reference.samples=3 --metric L1_8bit --dry-run --repeats 1");
+  EXPECT_THAT(other.out, HasSubstr("1 points, 6 frames"));
+  EXPECT_EQ(run("plan run.json").exitCode, 0);
+  write(R"({"vay": []})");
+  EXPECT_THAT(run(command).err, HasSubstr("did you mean \"vary\"?"));
+  write(R"({"vary": ["methods.reference.sampels=1"]})");
+  EXPECT_EQ(run(command + "--out t").exitCode, 2);
+}
+
 TEST_F(Sweep, ResumedItGivesTheSamePoints) {
   const std::string vary = "--vary methods.reference.samples=1,2,3 ";
   ASSERT_EQ(run(kSweep + vary + "--out whole").exitCode, 0);
@@ -142,6 +166,32 @@ TEST_F(Sweep, TuneFindsTheFastestWithinAnError) {
   const Result tuned = run("render t/tuned.json --out tuned --frames 1 -q");
   EXPECT_EQ(tuned.exitCode, 0) << tuned.err;
   EXPECT_THAT(textOf(folder / "tuned/summary.json"), HasSubstr("\"samples\": 4"));
+}
+
+TEST_F(Sweep, TuneVariesWhatTradesAccuracyForTime) {
+  const Result result =
+      run("tune run.json --method environment_map --against truth --max-error 'L1_8bit<=255' "
+          "--repeats 1 --progress none --out t");
+  EXPECT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("environment_map face_size="));
+  EXPECT_THAT(result.out, HasSubstr("of 3 combinations"));
+  const Result none =
+      run("tune run.json --method environment_map --against truth --max-error 'L1_8bit<=255' "
+          "--vary none --repeats 1 --progress none --out u");
+  EXPECT_THAT(none.out, HasSubstr("of 1 combinations"));
+}
+
+TEST_F(Sweep, TuneFindsTheMostAccurateWithinATime) {
+  const Result result =
+      run("tune run.json --method reference --against truth --max-time 10s --repeats 8 "
+          "--vary methods.reference.samples=1,2,3 --frames 1 --progress none --out t");
+  EXPECT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("reference samples=3"));
+  const Result share =
+      run("tune run.json --method reference --against truth --max-time 50x:truth --repeats 8 "
+          "--vary methods.reference.samples=1,2,3 --frames 1 --progress none --out u");
+  EXPECT_EQ(share.exitCode, 0) << share.err;
+  EXPECT_THAT(share.out, HasSubstr("reference samples=3"));
 }
 
 TEST_F(Sweep, TuneNamesTheNearestWhereNothingSatisfies) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "app/run_options.h"
 #include "app/study_options.h"
 #include "config/json_text.h"
 #include "core/log.h"
@@ -16,11 +17,34 @@ struct SweepOptions : StudyOptions {
   std::vector<std::string> vary;
   std::vector<std::string> link;
   std::vector<std::string> where;
-  std::vector<std::string> metrics = {"L1_8bit"};
+  std::vector<std::string> metrics;
+  bool repeatsGiven = false;
   std::string ratioTo;
   std::string keepFrames = "none";
   bool dryRun = false;
 };
+
+/// With what the config's "sweep" says where the command line says nothing.
+SweepOptions withConfig(SweepOptions options) {
+  const run::SweepConfig config = readRun(options).sweep;
+  if (options.vary.empty()) {
+    options.vary = config.vary;
+    if (options.link.empty()) options.link = config.link;
+    if (options.where.empty()) options.where = config.where;
+  }
+  if (options.metrics.empty()) options.metrics = config.metrics;
+  if (options.against.empty() && !config.against.empty()) {
+    // A folder is named relative to the config.
+    const std::filesystem::path folder =
+        std::filesystem::path(options.input).parent_path() / config.against;
+    std::error_code ignored;
+    options.against =
+        std::filesystem::is_directory(folder, ignored) ? folder.string() : config.against;
+  }
+  if (options.ratioTo.empty()) options.ratioTo = config.ratioTo;
+  if (!options.repeatsGiven) options.repeats = config.repeats;
+  return options;
+}
 
 std::vector<study::Point> pointsOf(const SweepOptions& options,
                                    const std::vector<std::string>& methods) {
@@ -55,7 +79,8 @@ std::string dryRunText(study::Bench& bench, const std::vector<study::Setting>& s
          " timed rounds and one that warms up), and those of the reference\n";
 }
 
-ExitCode sweep(const SweepOptions& options, const CommonOptions& common) {
+ExitCode sweep(const SweepOptions& given, const CommonOptions& common) {
+  const SweepOptions options = withConfig(given);
   const ProgressMode mode = parseProgress(options.progress, common.quiet);
   ProgressPrinter printer(mode);
   study::SweepRequest request;
@@ -129,9 +154,8 @@ void addSweep(CLI::App& program, CommonOptions& common, Action& action) {
       ->allow_extra_args(false);
   command
       ->add_option("--metric", options->metrics,
-                   "Measures of errors, with commas; the first is traded against time")
+                   "Measures of errors, with commas; the first is traded against time [L1_8bit]")
       ->delimiter(',')
-      ->capture_default_str()
       ->type_name("NAME")
       ->allow_extra_args(false);
   command
@@ -144,7 +168,11 @@ void addSweep(CLI::App& program, CommonOptions& common, Action& action) {
       ->capture_default_str()
       ->type_name("WHICH");
   command->add_flag("--dry-run", options->dryRun, "List the points, and write nothing");
-  command->footer(R"(Examples:
+  command->footer(
+      R"(A config's "sweep" has the same under the names vary, link, where, metric, against, ratio_to and repeats;
+options given here take their place.
+
+Examples:
   catoptric sweep configs/living_room.json --method second_order --frames 1-900x90 \
       --vary methods.second_order.level_error=0,0.375,0.75
   catoptric sweep configs/demo.json --vary image.width=128,256,512 --vary image.height=128,256,512 \
@@ -153,7 +181,8 @@ void addSweep(CLI::App& program, CommonOptions& common, Action& action) {
 Exit codes: 0 done; 2 the command line or the config is wrong; 5 output could not be written; 6 some
 points failed; 128 + N ended by signal N.
 )");
-  command->callback([options, &common, &action] {
+  command->callback([options, command, &common, &action] {
+    options->repeatsGiven = command->count("--repeats") > 0;
     action = [options, &common] { return sweep(*options, common); };
   });
 }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <set>
 
+#include "app/run_options.h"
 #include "app/study_options.h"
 #include "app/tune_reflectors.h"
 #include "config/json_text.h"
@@ -13,6 +14,7 @@
 #include "core/file.h"
 #include "core/log.h"
 #include "core/text.h"
+#include "methods/contract/method.h"
 #include "report/table.h"
 #include "scene/camera.h"
 #include "study/page.h"
@@ -63,39 +65,33 @@ class BenchWorld : public study::TuneWorld {
   }
 
   std::map<std::size_t, study::MeasuredTime> times(const std::vector<std::size_t>& of,
-                                                   const std::vector<int>& frames) override {
+                                                   const std::vector<int>& frames,
+                                                   int measurements) override {
     std::map<std::size_t, study::MeasuredTime> result;
-    const std::string& base = settings_[of.front()].key;
+    // All batches have the same setting among them: their times are made from ratios to it.
+    const study::Setting base = timeOf_ ? *timeOf_ : settings_[of.front()];
     for (std::size_t next = 0; next < of.size();) {
-      std::vector<study::Setting> batch;
+      std::vector<study::Setting> batch{base};
       std::vector<std::size_t> own;
-      if (next > 0) batch.push_back(settings_[of.front()]);
       while (next < of.size() && batch.size() < std::max<std::size_t>(2, bench_.capacity())) {
         own.push_back(of[next]);
-        batch.push_back(settings_[of[next++]]);
+        if (settings_[of[next++]].key != base.key) batch.push_back(settings_[own.back()]);
       }
-      const study::Samples& samples = measured(batch, frames);
-      const auto ofBase = samples.find(base);
+      const std::map<std::string, study::RoundTimes> all = measured(batch, frames, measurements);
+      if (!all.contains(base.key)) continue;
+      const study::RoundTimes& ofBase = all.at(base.key);
+      if (baseSeconds_[base.key] == 0.0) baseSeconds_[base.key] = study::frameSeconds(ofBase).mean;
       for (const std::size_t i : own) {
-        const auto at = samples.find(settings_[i].key);
-        if (!at || !ofBase) continue;
-        const study::Ratio ratio = study::pairedRatio(samples.measurement.times(*at, clock_),
-                                                      samples.measurement.times(*ofBase, clock_));
-        if (i == of.front() && baseSeconds_[base] == 0.0)
-          baseSeconds_[base] = study::frameSeconds(samples.measurement.times(*at, clock_)).mean;
-        result[i] = {baseSeconds_[base] * ratio.value, ratio};
+        const auto at = all.find(settings_[i].key);
+        if (at == all.end()) continue;
+        const study::Ratio ratio = study::pairedRatio(at->second, ofBase);
+        const double seconds = baseSeconds_[base.key] * ratio.value;
+        const study::RoundTimes second(at->second.size(),
+                                       std::vector<double>(at->second.front().size(), 1.0));
+        result[i] = {seconds, timeOf_ ? ratio : study::pairedRatio(at->second, second)};
       }
     }
     return result;
-  }
-
-  study::Ratio ratioToMethod(std::size_t i, const std::vector<int>& frames) override {
-    const study::Samples& samples = measured({*timeOf_, settings_[i]}, frames);
-    const auto own = samples.find(settings_[i].key);
-    const auto base = samples.find(timeOf_->key);
-    if (!own || !base) return {INFINITY, {}, 0, 0};
-    return study::pairedRatio(samples.measurement.times(*own, clock_),
-                              samples.measurement.times(*base, clock_));
   }
 
   bool outOfTime() const override {
@@ -103,16 +99,32 @@ class BenchWorld : public study::TuneWorld {
   }
 
  private:
-  /// What was measured by this or an earlier process is taken as it is.
-  const study::Samples& measured(const std::vector<study::Setting>& batch,
-                                 const std::vector<int>& frames) {
+  /// Times by key, of so many measurements together; what was measured by this or an earlier
+  /// process is taken as it is.
+  std::map<std::string, study::RoundTimes> measured(const std::vector<study::Setting>& batch,
+                                                    const std::vector<int>& frames,
+                                                    int measurements) {
+    std::map<std::string, study::RoundTimes> times;
+    const auto join = [&](const study::Samples& samples) {
+      for (const study::Setting& setting : batch) {
+        const auto at = samples.find(setting.key);
+        if (!at) continue;
+        study::RoundTimes& all = times[setting.key];
+        for (std::vector<double>& round : samples.measurement.times(*at, clock_))
+          all.push_back(std::move(round));
+      }
+    };
     for (const study::Samples& samples : bench_.samples())
-      if (samples.frames == frames && samples.repeats >= bench_.options().repeats &&
+      if (measurements > 0 && samples.frames == frames &&
+          samples.repeats >= bench_.options().repeats &&
           std::ranges::all_of(batch, [&](const study::Setting& setting) {
             return samples.find(setting.key).has_value();
-          }))
-        return samples;
-    return bench_.measure(batch, frames, false);
+          })) {
+        join(samples);
+        --measurements;
+      }
+    for (; measurements > 0; --measurements) join(bench_.measure(batch, frames, false));
+    return times;
   }
 
   study::Bench& bench_;
@@ -163,6 +175,28 @@ int verifyFrames(const std::string& text) {
   } catch (const std::exception&) {
   }
   throw UsageError("--verify \"" + text + "\": must be all, or a number of frames");
+}
+
+/// What --vary says; without it each method's own options that trade accuracy for time.
+std::vector<study::Axis> axesOf(const TuneCommand& options,
+                                const std::vector<std::string>& methods) {
+  std::vector<study::Axis> axes;
+  if (options.vary == std::vector<std::string>{"none"}) return axes;
+  for (const std::string& text : options.vary) axes.push_back(study::parseAxis(text));
+  for (const study::Axis& axis : axes)
+    if (axis.method.empty())
+      throw UsageError("--vary " + axis.names.front() +
+                       ": tune varies options of methods (methods.NAME.OPTION); `sweep` measures "
+                       "others");
+  if (!axes.empty()) return axes;
+  for (const run::MethodConfig& method : readRun(options).methods) {
+    if (std::find(methods.begin(), methods.end(), method.name) == methods.end()) continue;
+    const auto entry = std::ranges::find(methods::registry(), method.id, &methods::MethodEntry::id);
+    const std::vector<study::Axis> own = study::automaticAxes(
+        method.name, entry->options, config::parseText(method.effective, "options"));
+    axes.insert(axes.end(), own.begin(), own.end());
+  }
+  return axes;
 }
 
 /// A run config of one setting, with what is known of it.
@@ -363,14 +397,7 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
 
   tuned.against = referenceName(options);
   const std::vector<std::string> methods = studiedMethods(options, tuned.against);
-  std::vector<study::Axis> axes;
-  for (const std::string& text : options.vary) axes.push_back(study::parseAxis(text));
-  for (const study::Axis& axis : axes)
-    if (axis.method.empty())
-      throw UsageError("--vary " + axis.names.front() +
-                       ": tune varies options of methods (methods.NAME.OPTION); `sweep` measures "
-                       "others");
-  const std::vector<study::Point> points = study::makePoints(methods, axes, {});
+  const std::vector<study::Point> points = study::makePoints(methods, axesOf(options, methods), {});
   const study::Inputs inputs = studyInputs(options);
   const std::filesystem::path folder =
       options.out.empty() ? "out/" + inputs.readRun({}, methods.front()).name + "_tune"
@@ -432,7 +459,8 @@ void addTune(CLI::App& program, CommonOptions& common, Action& action) {
   command
       ->add_option("--vary", options->vary,
                    "An option of a method and the values it may have, as for `sweep`; without any, "
-                   "the methods are compared as the config has them")
+                   "each method's options that trade accuracy for time (docs/config.md has their "
+                   "values). none: the methods as the config has them")
       ->type_name("NAME=VALUES")
       ->allow_extra_args(false);
   command->add_flag("--per-reflector", options->perReflector,

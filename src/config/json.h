@@ -112,6 +112,7 @@ struct Field {
   std::vector<std::string> allowed{};  ///< strings, or items of an Array of strings
   const Schema* object = nullptr;      ///< members of an Object, or items of an Array of objects
   FieldType items = FieldType::Any;    ///< type of an Array's items
+  std::string trade{};  ///< values to try where accuracy is traded for time: "0,0.75,3"
 };
 
 struct Schema {

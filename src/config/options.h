@@ -117,6 +117,13 @@ template <class Options>
 struct Option {
   Field description;
   std::function<void(Options&, const Value&)> read;
+
+  /// It trades accuracy for time: `tune` tries these values, such as "0,0.75,3".
+  Option trade(std::string values) && {
+    description.help += "; `tune` tries " + values;
+    description.trade = std::move(values);
+    return std::move(*this);
+  }
 };
 
 namespace detail {

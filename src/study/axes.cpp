@@ -115,6 +115,33 @@ Axis parseAxis(const std::string& text) {
   return axis;
 }
 
+std::vector<Axis> automaticAxes(const std::string& name, const config::Schema& schema,
+                                const config::Value& effective) {
+  std::vector<Axis> axes;
+  for (const config::Field& field : schema.fields) {
+    if (field.trade.empty()) continue;
+    Axis axis{{"methods." + name + "." + field.name}, {}, name};
+    std::vector<std::string> values = split(field.trade, ',');
+    const config::Value own = effective.get(field.name);
+    const std::string text =
+        own.kind() == config::Value::Kind::String ? own.asString() : own.dump();
+    const std::optional<double> ownNumber = numberOf(text);
+    const auto isOwn = [&](const std::string& value) {
+      return value == text || (ownNumber && numberOf(value) == ownNumber);
+    };
+    if (std::ranges::none_of(values, isOwn)) {
+      const auto after = std::ranges::find_if(values, [&](const std::string& value) {
+        const std::optional<double> number = numberOf(value);
+        return number && ownNumber && *number > *ownNumber;
+      });
+      values.insert(after, text);
+    }
+    for (std::string& value : values) axis.values.push_back({std::move(value)});
+    axes.push_back(std::move(axis));
+  }
+  return axes;
+}
+
 void linkAxes(std::vector<Axis>& axes, const std::string& link) {
   std::vector<std::string> all;
   for (const Axis& axis : axes) all.insert(all.end(), axis.names.begin(), axis.names.end());

@@ -25,6 +25,11 @@ Axis parseAxis(const std::string& text);
 /// Joins the axes that a --link "A,B" names. Throws UsageError when their lengths differ.
 void linkAxes(std::vector<Axis>& axes, const std::string& link);
 
+/// The options of a method that trade accuracy for time, with the values of its schema and the one
+/// that it has. `name`: in the config; `effective`: its options, defaults filled in.
+std::vector<Axis> automaticAxes(const std::string& name, const config::Schema& schema,
+                                const config::Value& effective);
+
 /// What of the combinations is taken: comparisons joined by "&&", each of a name or number with a
 /// name or number: "clusters<=64 && bins>clusters". A name may leave out what comes before its last
 /// point where only one axis ends so.

@@ -80,6 +80,20 @@ TEST(Axes, ConditionsChoose) {
               HasSubstr("no combination"));
 }
 
+TEST(Axes, OptionsThatTradeGiveAxes) {
+  config::Schema schema{.name = "m", .help = "", .fields = {}};
+  schema.fields.push_back({.name = "rays", .trade = "2,8"});
+  schema.fields.push_back({.name = "seed"});
+  schema.fields.push_back({.name = "order", .trade = "near,far"});
+  const std::vector<Axis> axes = automaticAxes(
+      "fast", schema, config::parseText(R"({"rays": 4, "seed": 1, "order": "far"})", "options"));
+  ASSERT_EQ(axes.size(), 2u);
+  EXPECT_EQ(axes[0].names, std::vector<std::string>{"methods.fast.rays"});
+  EXPECT_EQ(axes[0].values, (std::vector<std::vector<std::string>>{{"2"}, {"4"}, {"8"}}));
+  EXPECT_EQ(axes[1].values, (std::vector<std::vector<std::string>>{{"near"}, {"far"}}));
+  EXPECT_EQ(axes[1].method, "fast");
+}
+
 TEST(Axes, AnAxisOfNoMethodIsAnError) {
   EXPECT_THAT(messageOf([] { makePoints({"traced"}, {parseAxis("methods.trased.rays=1")}, {}); }),
               HasSubstr("did you mean \"traced\"?"));

@@ -48,10 +48,29 @@ std::vector<std::string> cellsOf(const std::string& line, char separator) {
 }
 
 /// How long each setting is timed at least where rounds are enough to tell; ours. Of frames of 13
-/// ms 8 rounds are over in a second, which another program can fill: beside 3 to 8 busy programs on
-/// 2 processors a setting that was 5 % slower by --clock cpu was found 21 times of 21 with 32
-/// rounds, and 73 times of 84 with 8.
+/// ms 8 rounds are over in a second, which another program can fill.
 constexpr double kLeastSeconds = 4.0;
+/// How long at most where intervals are wide, and how wide they may be (high / low - 1); ours.
+/// Beside a program that comes and goes a setting that was 5 % slower was found 15 times of 20 in 4
+/// seconds: intervals were 5.5 % wide (scripts/same_twice --load).
+constexpr double kMostSeconds = 12.0;
+constexpr double kWide = 0.04;
+
+/// Whether all settings that can be rendered can be told from the first one by their wall times.
+bool tells(const Measurement& measurement) {
+  std::optional<RoundTimes> base;
+  for (std::size_t i = 0; i < measurement.settings.size(); ++i) {
+    if (!measurement.settings[i].failure.empty()) continue;
+    const RoundTimes times = measurement.times(i);
+    if (!base) {
+      base = times;
+      continue;
+    }
+    const Ratio ratio = pairedRatio(times, *base);
+    if (!ratio.interval || ratio.interval->high > ratio.interval->low * (1.0 + kWide)) return false;
+  }
+  return true;
+}
 
 constexpr const char* kSamplesHeader = "round,turn,point,frame,seconds,cpu_seconds,steps";
 
@@ -357,6 +376,10 @@ const Samples& Bench::measure(const std::vector<Setting>& settings, const std::v
   }
   turns.repeats = options_.repeats;
   turns.leastSeconds = options_.repeats >= kLeastRounds ? kLeastSeconds : 0.0;
+  if (options_.repeats >= kLeastRounds) {
+    turns.mostSeconds = kMostSeconds;
+    turns.enough = tells;
+  }
   turns.seed = options_.seed;
   turns.stopRequested = options_.stopRequested;
   turns.progress = [&](int done, int all) {

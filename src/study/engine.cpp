@@ -70,7 +70,9 @@ Measurement measureInTurns(const std::vector<Runner*>& runners, const std::vecto
   const int all = (options.repeats + 1) * static_cast<int>(frames.size() * runners.size());
   int done = 0;
   double measured = 0.0;  // seconds of all settings
-  const double wanted = options.leastSeconds * static_cast<double>(runners.size());
+  const auto lasted = [&](double seconds) {
+    return measured >= seconds * static_cast<double>(runners.size());
+  };
   int rounds = options.repeats;
   for (int round = 0; round <= rounds; ++round) {
     for (const int frame : frames) {
@@ -99,8 +101,9 @@ Measurement measureInTurns(const std::vector<Runner*>& runners, const std::vecto
       }
     }
     // By two: the second round takes the orders of the first one backwards.
-    if (round == rounds && measured < wanted && rounds + 2 <= kMostLonger * options.repeats)
-      rounds += 2;
+    const bool goesOn = !lasted(options.leastSeconds) ||
+                        (!lasted(options.mostSeconds) && options.enough && !options.enough(result));
+    if (round == rounds && goesOn && rounds + 2 <= kMostLonger * options.repeats) rounds += 2;
   }
   std::erase_if(result.turns,
                 [&](const Turn& turn) { return !result.settings[turn.setting].failure.empty(); });

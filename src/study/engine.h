@@ -39,11 +39,16 @@ struct Turn {
   FrameReport report;
 };
 
+struct Measurement;
+
 struct TurnOptions {
   int repeats = 8;  ///< timed rounds; the one before them warms up, and writes what is asked for
   /// Rounds of short frames go on, up to kMostLonger times as many, until each setting has been
   /// measured for so long: another program that runs for a second must not fill all rounds.
   double leastSeconds = 0.0;
+  /// After that they go on until the ratios can be told well enough, or for so long.
+  double mostSeconds = 0.0;
+  std::function<bool(const Measurement&)> enough;
   std::uint64_t seed = 0;
   std::vector<std::filesystem::path> writeTo;  ///< of each setting; empty: nothing is written
   std::function<bool()> stopRequested;
@@ -51,7 +56,7 @@ struct TurnOptions {
 };
 
 /// How many times as many rounds as were asked for, at most; ours.
-inline constexpr int kMostLonger = 4;
+inline constexpr int kMostLonger = 8;
 
 /// What becomes of a setting.
 struct SettingResult {

@@ -172,6 +172,20 @@ TEST(Engine, RoundsOfShortFramesGoOnByTwo) {
   EXPECT_EQ(rounds(1e6), 8u * kMostLonger);
 }
 
+TEST(Engine, RoundsGoOnUntilTheyAreEnough) {
+  const auto rounds = [](double mostSeconds, std::size_t turns) {
+    Machine machine(1);
+    Simulated a(machine, 1.0);
+    TurnOptions options;
+    options.mostSeconds = mostSeconds;
+    options.enough = [turns](const Measurement& so) { return so.turns.size() >= turns; };
+    return measureInTurns({&a}, {1, 2}, options).times(0).size();
+  };
+  EXPECT_EQ(rounds(1e6, 10), 8u);
+  EXPECT_EQ(rounds(1e6, 40), 20u);  // of two frames
+  EXPECT_EQ(rounds(0.0, 40), 8u);
+}
+
 TEST(Engine, OneThatFailsLeavesTheOthers) {
   Machine machine(1);
   Simulated a(machine, 1.0);

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <set>
+#include <tuple>
 
 #include "core/error.h"
 #include "core/random.h"
@@ -19,7 +20,8 @@ constexpr std::size_t kLast = 5;  ///< that race and are verified together
 constexpr double kEqual = 0.02;   ///< times this near count as equal: then the error decides
 constexpr double kAlike = 0.10;   ///< how far predictions of time are trusted; ours
 constexpr std::uint32_t kRandomOf =
-    5;  ///< every fifth proposal is drawn, against wrong predictions
+    5;                                ///< every fifth proposal is drawn, against wrong predictions
+constexpr int kMostMeasurements = 3;  ///< of a time that a bound cannot be told from; ours
 
 double number(const std::string& text, const std::string& where) {
   double value = 0.0;
@@ -36,11 +38,16 @@ class Tuning {
       : candidates_(candidates), world_(world), options_(options) {
     result_.combinations = candidates.size();
     looked_ = report::spread(options.frames, kScreenFrames);
+    state_ = mixedBits(static_cast<std::uint32_t>(options.seed) + 1);
   }
 
   TuneResult run() {
     screen();
     predict();
+    if (!byError()) {
+      searchWithinTime();
+      return std::move(result_);
+    }
     rank();
     std::size_t next = 0;
     while (!result_.best && next < order_.size() && !world_.outOfTime()) {
@@ -91,26 +98,64 @@ class Tuning {
       }
     }
     if (asked.empty()) asked.push_back(0);
-    const std::map<std::size_t, MeasuredTime> times = world_.times(asked, looked_);
+    const std::map<std::size_t, MeasuredTime> times = world_.times(asked, looked_, 1);
     for (const std::size_t i : asked) {
       const auto time = times.find(i);
       if (time == times.end()) continue;  // it cannot be rendered
-      known_[i] = {judgedError(i, looked_), time->second.seconds};
+      known_[i] = {judgedError(i, looked_), time->second.seconds, time->second.ratio};
       say("screen", i, looked_.size(), known_[i].error, known_[i].seconds, "measured");
     }
+    for (const auto& [branch, middle] : middle_)
+      if (known_.contains(middle)) settle(middle);
+  }
+
+  /// An option that changes no error in any of its values has the middle one, or the fastest one
+  /// where that is faster: combinations with its other values are not proposed.
+  void settle(std::size_t middle) {
+    const std::vector<double> errors = world_.errors(middle, looked_);
+    for (std::size_t a = 0; a < candidates_[middle].values.size(); ++a) {
+      std::size_t best = middle;
+      std::set<std::size_t> alike;
+      bool changes = false;
+      for (const auto& [i, known] : known_) {
+        Candidate other = candidates_[i];
+        if (other.branch != candidates_[middle].branch || i == middle) continue;
+        other.values[a] = candidates_[middle].values[a];
+        if (other.values != candidates_[middle].values) continue;
+        alike.insert(i);
+        if (world_.errors(i, looked_) != errors) changes = true;
+        if (known.seconds < known_[middle].seconds * (1.0 - kEqual) &&
+            known.seconds < known_[best].seconds)
+          best = i;
+      }
+      if (changes || alike.empty()) continue;
+      alike.insert(middle);
+      for (const std::size_t i : alike) {
+        if (i == best) continue;
+        say("screen", i, looked_.size(), known_[i].error, known_[i].seconds, "no effect");
+        settled_.insert({candidates_[i].branch, a, candidates_[i].values[a]});
+      }
+    }
+  }
+
+  bool isSettled(const Candidate& candidate) const {
+    for (std::size_t a = 0; a < candidate.values.size(); ++a)
+      if (settled_.contains({candidate.branch, a, candidate.values[a]})) return true;
+    return false;
   }
 
   /// What options do together: each as many times faster and more wrong as it does alone.
   void predict() {
     for (std::size_t i = 0; i < candidates_.size(); ++i) {
       const Candidate& candidate = candidates_[i];
+      if (isSettled(candidate)) continue;
       const auto middle = middle_.find(candidate.branch);
       if (const auto known = known_.find(i); known != known_.end()) {
         predicted_[i] = known->second;
         continue;
       }
       if (middle == middle_.end() || !known_.contains(middle->second)) {
-        predicted_[i] = {INFINITY, INFINITY};
+        predicted_[i] = {INFINITY, INFINITY, {}};
         continue;
       }
       const Known& from = known_[middle->second];
@@ -135,48 +180,123 @@ class Tuning {
     return {};
   }
 
-  /// The order of the proposals: those that should satisfy by what is wanted of them, then the
-  /// others by how little they should miss; every fifth drawn from the rest.
+  /// The order of the proposals: those that should satisfy by their time, then the others by how
+  /// little they should miss; every fifth drawn from the rest.
   void rank() {
     std::vector<std::size_t> best;
     for (const auto& [i, guess] : predicted_)
       if (std::isfinite(guess.error) && std::isfinite(guess.seconds)) best.push_back(i);
-    const auto misses = [&](std::size_t i) {
-      const double value = byError() ? predicted_[i].error : predicted_[i].seconds;
-      return std::max(0.0, value - limit());
-    };
-    const auto wanted = [&](std::size_t i) {
-      return byError() ? predicted_[i].seconds : predicted_[i].error;
-    };
+    const double limit = options_.bound.limit * (1.0 - options_.margin);
+    const auto misses = [&](std::size_t i) { return std::max(0.0, predicted_[i].error - limit); };
     std::stable_sort(best.begin(), best.end(), [&](std::size_t a, std::size_t b) {
-      return misses(a) != misses(b) ? misses(a) < misses(b) : wanted(a) < wanted(b);
+      return misses(a) != misses(b) ? misses(a) < misses(b)
+                                    : predicted_[a].seconds < predicted_[b].seconds;
     });
-    std::uint32_t state = mixedBits(static_cast<std::uint32_t>(options_.seed) + 1);
     while (!best.empty()) {
       std::size_t taken = 0;
       if (order_.size() % kRandomOf == kRandomOf - 1) {
-        state = mixedBits(state);
-        taken = state % best.size();
+        taken = draw(best.size());
         drawn_.insert(best[taken]);
       }
       order_.push_back(best[taken]);
       best.erase(best.begin() + static_cast<std::ptrdiff_t>(taken));
     }
-    const std::size_t most = options_.mostProposals > 0
-                                 ? static_cast<std::size_t>(options_.mostProposals)
-                                 : std::max<std::size_t>(8, candidates_.size() / 5);
-    if (order_.size() > most) order_.resize(most);
+    if (order_.size() > mostProposals()) order_.resize(mostProposals());
   }
 
-  /// Of a bound on the time in seconds, or as predicted from the ratio to a method.
-  double limit() {
-    const Bound& bound = options_.bound;
-    if (bound.timeOf.empty()) return bound.limit * (1.0 - options_.margin);
-    if (methodSeconds_ == 0.0 && !known_.empty()) {
-      const auto& [candidate, known] = *known_.begin();
-      methodSeconds_ = known.seconds / world_.ratioToMethod(candidate, looked_).value;
+  std::size_t draw(std::size_t count) {
+    state_ = mixedBits(state_);
+    return state_ % count;
+  }
+
+  std::size_t mostProposals() const {
+    if (options_.mostProposals > 0) return static_cast<std::size_t>(options_.mostProposals);
+    return std::max<std::size_t>(byError() ? 8 : 3 * kLast, candidates_.size() / 5);
+  }
+
+  /// The most accurate within a time. What has just the time that is allowed can never be told from
+  /// what has more: so each race has candidates that keep more and more away from the limit, until
+  /// one holds; then those that should be more accurate than it and still within the limit.
+  void searchWithinTime() {
+    for (const auto& [i, guess] : predicted_)
+      if (std::isfinite(guess.error) && std::isfinite(guess.seconds)) order_.push_back(i);
+    const std::size_t most = std::min(mostProposals(), order_.size());
+    std::optional<std::size_t> best;
+    double margin = options_.margin;
+    while (proposed_ < most && !world_.outOfTime()) {
+      const std::vector<std::size_t> last =
+          best ? proposeBetter(*best, most) : proposeWithin(margin, most);
+      if (last.empty()) break;
+      for (const std::size_t i : race(last)) {
+        if (best && known_[i].error >= known_[*best].error) break;
+        const std::string verdict = timeVerdict(i);
+        say("time", i, raceFrames().size(), known_[i].error, known_[i].seconds, verdict);
+        if (verdict == "holds") {
+          best = i;
+          break;
+        }
+        noteNearest(i, known_[i].error, known_[i].seconds);
+      }
     }
-    return bound.limit * methodSeconds_ * (1.0 - options_.margin);
+    if (best) verify({*best});
+  }
+
+  /// Seconds that a bound on time allows.
+  double limitSeconds() const {
+    for (const auto& [i, known] : known_)
+      if (std::isfinite(known.ratio.value))
+        return options_.bound.limit * known.seconds / known.ratio.value;
+    return 0.0;
+  }
+
+  /// Takes a candidate out of those that are left.
+  void take(std::size_t at, std::vector<std::size_t>& last) {
+    last.push_back(order_[at]);
+    order_.erase(order_.begin() + static_cast<std::ptrdiff_t>(at));
+    ++proposed_;
+  }
+
+  /// The most accurate with a margin to the limit that doubles from one to the next, and one drawn.
+  std::vector<std::size_t> proposeWithin(double& margin, std::size_t most) {
+    std::vector<std::size_t> last;
+    while (proposed_ < most && !order_.empty() && last.size() < kLast) {
+      std::size_t taken = 0;
+      if (last.size() == kLast - 1) {
+        taken = draw(order_.size());
+      } else {
+        const double limit = limitSeconds() * (1.0 - std::min(margin, 0.95));
+        const auto misses = [&](std::size_t i) {
+          return std::max(0.0, predicted_[i].seconds - limit);
+        };
+        for (std::size_t at = 1; at < order_.size(); ++at) {
+          const std::size_t a = order_[at];
+          const std::size_t b = order_[taken];
+          if (misses(a) != misses(b) ? misses(a) < misses(b)
+                                     : predicted_[a].error < predicted_[b].error)
+            taken = at;
+        }
+        margin = std::max(2.0 * margin, 0.01);
+      }
+      take(taken, last);
+    }
+    return last;
+  }
+
+  /// Those that should be more accurate than `best`, and within the limit as far as predictions are
+  /// trusted, the most accurate first.
+  std::vector<std::size_t> proposeBetter(std::size_t best, std::size_t most) {
+    std::stable_sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
+      return predicted_[a].error < predicted_[b].error;
+    });
+    std::vector<std::size_t> last;
+    for (std::size_t at = 0; at < order_.size() && last.size() < kLast && proposed_ < most;) {
+      const Known& guess = predicted_[order_[at]];
+      if (guess.error < known_[best].error && guess.seconds <= limitSeconds() * (1.0 + kAlike))
+        take(at, last);
+      else
+        ++at;
+    }
+    return last;
   }
 
   /// The next ones that survive a look at the worst frames known and at the spread ones.
@@ -186,9 +306,9 @@ class Tuning {
     while (next < order_.size() && last.size() < kLast && !world_.outOfTime()) {
       const std::size_t i = order_[next++];
       const bool drawn = drawn_.contains(i);
-      if (byError() && !drawn && predicted_[i].seconds > fastest * (1.0 + kAlike)) continue;
+      if (!drawn && predicted_[i].seconds > fastest * (1.0 + kAlike)) continue;
       const double error = judgedWithWorst(i);
-      const bool rejected = byError() && error > options_.bound.limit;
+      const bool rejected = error > options_.bound.limit;
       say("propose", i, looked_.size() + worst_.size(), error, predicted_[i].seconds,
           rejected ? "rejected" : "measured");
       noteNearest(i, error, predicted_[i].seconds);
@@ -202,7 +322,7 @@ class Tuning {
   /// One frame beyond the bound is a proof against `every-frame`; of a mean, the frames that are
   /// spread count.
   double judgedWithWorst(std::size_t i) {
-    if (!byError() || !options_.bound.everyFrame || worst_.empty()) return judgedError(i, looked_);
+    if (!options_.bound.everyFrame || worst_.empty()) return judgedError(i, looked_);
     const double onWorst = judgedError(i, std::vector<int>(worst_.begin(), worst_.end()));
     return onWorst > options_.bound.limit ? onWorst : std::max(onWorst, judgedError(i, looked_));
   }
@@ -219,13 +339,14 @@ class Tuning {
 
   /// In turns, on more frames; the best first.
   std::vector<std::size_t> race(std::vector<std::size_t> last) {
-    const std::vector<int> frames = report::spread(options_.frames, kRaceFrames);
-    const std::map<std::size_t, MeasuredTime> times = world_.times(last, frames);
+    const std::vector<int> frames = raceFrames();
+    const std::map<std::size_t, MeasuredTime> times = world_.times(last, frames, 1);
     std::map<std::size_t, double> errors;
     for (const std::size_t i : last) {
       errors[i] = judgedError(i, frames);
       const auto time = times.find(i);
-      known_[i] = {errors[i], time == times.end() ? INFINITY : time->second.seconds};
+      known_[i] = {errors[i], INFINITY, {INFINITY, {}, 0, 0}};
+      if (time != times.end()) known_[i] = {errors[i], time->second.seconds, time->second.ratio};
       say("race", i, frames.size(), known_[i].error, known_[i].seconds, "measured");
     }
     std::stable_sort(last.begin(), last.end(), [&](std::size_t a, std::size_t b) {
@@ -246,11 +367,6 @@ class Tuning {
   void verify(const std::vector<std::size_t>& last) {
     for (const std::size_t i : last) {
       if (world_.outOfTime()) return;
-      if (!byError()) {
-        const std::string verdict = timeVerdict(i);
-        say("verify", i, looked_.size(), known_[i].error, known_[i].seconds, verdict);
-        if (verdict != "holds") continue;
-      }
       const bool all = options_.verifyFrames == 0 ||
                        options_.verifyFrames >= static_cast<int>(options_.frames.size());
       const std::vector<int> frames = all ? options_.frames : drawnFrames();
@@ -260,8 +376,7 @@ class Tuning {
       const int worstFrame = frames[static_cast<std::size_t>(worst - errors.begin())];
       const double error = judgedError(i, frames);
       const bool holds = !byError() || error <= options_.bound.limit;
-      if (byError())
-        say("verify", i, frames.size(), error, known_[i].seconds, holds ? "holds" : "fails");
+      say("verify", i, frames.size(), error, known_[i].seconds, holds ? "holds" : "fails");
       if (!holds) {
         worst_.insert(worstFrame);
         noteNearest(i, error, known_[i].seconds);
@@ -277,15 +392,27 @@ class Tuning {
     }
   }
 
+  /// Measured again while the interval does not tell.
   std::string timeVerdict(std::size_t i) {
-    const std::vector<int> frames = report::spread(options_.frames, kRaceFrames);
-    if (options_.bound.timeOf.empty())
-      return known_[i].seconds <= options_.bound.limit ? "holds" : "fails";
-    const Ratio ratio = world_.ratioToMethod(i, frames);
-    if (!ratio.interval) return "undecided";
-    if (ratio.interval->high <= options_.bound.limit) return "holds";
-    return ratio.interval->low > options_.bound.limit ? "fails" : "undecided";
+    const double limit = options_.bound.limit;
+    for (int measurements = 1;; ++measurements) {
+      if (measurements > 1) {
+        const std::map<std::size_t, MeasuredTime> times =
+            world_.times({i}, raceFrames(), measurements);
+        if (!times.contains(i)) return "fails";
+        known_[i].seconds = times.at(i).seconds;
+        known_[i].ratio = times.at(i).ratio;
+      }
+      const std::optional<Interval>& interval = known_[i].ratio.interval;
+      if (interval && interval->high <= limit) return "holds";
+      if (known_[i].ratio.rounds == 0 || (interval && interval->low > limit)) return "fails";
+      // Far from the limit by its value but not by its interval: more rounds may tell.
+      if (measurements == kMostMeasurements || !interval || known_[i].ratio.value > limit)
+        return "undecided";
+    }
   }
+
+  std::vector<int> raceFrames() const { return report::spread(options_.frames, kRaceFrames); }
 
   /// Drawn once for all, so that all are judged on the same ones.
   std::vector<int> drawnFrames() const {
@@ -304,6 +431,7 @@ class Tuning {
   struct Known {
     double error = 0.0;
     double seconds = 0.0;
+    Ratio ratio;  ///< to what a bound on time counts in
   };
 
   const std::vector<Candidate>& candidates_;
@@ -315,10 +443,12 @@ class Tuning {
   std::map<int, std::size_t> middle_;  ///< by method
   std::map<std::size_t, Known> known_;
   std::map<std::size_t, Known> predicted_;
+  std::set<std::tuple<int, std::size_t, int>> settled_;  ///< method, option, value: not proposed
   std::vector<std::size_t> order_;
   std::set<std::size_t> drawn_;
+  std::size_t proposed_ = 0;
   double nearest_ = INFINITY;
-  double methodSeconds_ = 0.0;
+  std::uint32_t state_ = 0;
 };
 
 }  // namespace

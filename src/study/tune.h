@@ -36,7 +36,7 @@ struct Candidate {
 
 struct MeasuredTime {
   double seconds = 0.0;
-  Ratio ratio;  ///< to the first setting that was asked for
+  Ratio ratio;  ///< to what a bound on time counts in: the method that it names, or a second
 };
 
 /// What is measured; the numbers are indices of candidates.
@@ -45,11 +45,11 @@ class TuneWorld {
   virtual ~TuneWorld() = default;
   /// Error of each of these frames; empty: the setting cannot be rendered.
   virtual std::vector<double> errors(std::size_t candidate, const std::vector<int>& frames) = 0;
-  /// Of all in turns.
+  /// Of all in turns, and in turns with the method that the bound names; of so many measurements
+  /// together.
   virtual std::map<std::size_t, MeasuredTime> times(const std::vector<std::size_t>& candidates,
-                                                    const std::vector<int>& frames) = 0;
-  /// Ratio of a candidate's time to that of the method that the bound names.
-  virtual Ratio ratioToMethod(std::size_t candidate, const std::vector<int>& frames) = 0;
+                                                    const std::vector<int>& frames,
+                                                    int measurements) = 0;
   /// The error of frames together.
   virtual double pooled(std::size_t candidate, const std::vector<int>& frames) = 0;
   virtual bool outOfTime() const { return false; }
@@ -71,7 +71,7 @@ struct TuneOptions {
   int verifyFrames = 0;     ///< 0: all
   std::uint64_t seed = 0;
   double margin = 0.0;    ///< of the bound, left free on the frames that are looked at first
-  int mostProposals = 0;  ///< 0: a fifth of the combinations, at least 8
+  int mostProposals = 0;  ///< 0: a fifth of the combinations, at least 8; of a time 15
   std::function<void(const Trial&)> say;
 };
 

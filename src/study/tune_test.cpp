@@ -41,17 +41,19 @@ struct World : TuneWorld {
     return sum / static_cast<double>(of.size());
   }
   std::map<std::size_t, MeasuredTime> times(const std::vector<std::size_t>& of,
-                                            const std::vector<int>& ofFrames) override {
+                                            const std::vector<int>& ofFrames,
+                                            int measurements) override {
     std::map<std::size_t, MeasuredTime> result;
     for (const std::size_t i : of) {
-      result[i] = {seconds(i), {}};
+      // Off by up to a third of the interval, by the candidate's number.
+      const double width = intervalWidth / std::sqrt(measurements);
+      const double ratio =
+          seconds(i) / 0.1 * (1.0 + width * std::sin(17.0 * static_cast<double>(i)) / 3.0);
+      result[i] = {0.1 * ratio,
+                   {ratio, Interval{(1.0 - width) * ratio, (1.0 + width) * ratio}, 8, 16}};
       rendered += 9 * static_cast<int>(ofFrames.size());
     }
     return result;
-  }
-  Ratio ratioToMethod(std::size_t i, const std::vector<int>&) override {
-    const double ratio = seconds(i) / 0.1;
-    return {ratio, Interval{0.98 * ratio, 1.02 * ratio}, 8, 16};
   }
   /// The best of all combinations.
   double bestSeconds(double limit, bool everyFrame) const {
@@ -70,6 +72,7 @@ struct World : TuneWorld {
   std::vector<Candidate> candidates;
   std::vector<int> frames;
   int hardFrame = 0;
+  double intervalWidth = 0.0;
   int rendered = 0;
 };
 
@@ -103,15 +106,33 @@ TEST(Tune, AHardFrameThatNobodyLookedAtIsFound) {
 }
 
 TEST(Tune, OfATimeTheMostAccurateHolds) {
+  for (const double width : {0.02, 0.1, 0.2})
+    for (const double limit : {0.4, 0.5, 0.6, 0.8, 1.2}) {
+      World world;
+      world.intervalWidth = width;
+      TuneOptions options = optionsFor(world, parseMaxTime("1x:traced"));
+      options.bound.limit = limit;
+      options.margin = 0.05;
+      const TuneResult result = tune(world.candidates, world, options);
+      ASSERT_TRUE(result.best) << width << " " << limit;
+      EXPECT_LE(world.seconds(*result.best), 0.1 * limit);
+      // The best of what can be told to be within the limit
+      double best = INFINITY;
+      for (std::size_t i = 0; i < world.candidates.size(); ++i)
+        if (world.seconds(i) * (1.0 + width) <= 0.1 * limit)
+          best = std::min(best, world.pooled(i, world.frames));
+      EXPECT_LE(result.error, 1.1 * best) << width << " " << limit;
+      EXPECT_LE(world.rendered, 216 * 900 / 5);
+    }
+}
+
+TEST(Tune, ATimeThatNothingHasNamesTheFastest) {
   World world;
   const TuneResult result =
-      tune(world.candidates, world, optionsFor(world, parseMaxTime("0.8x:traced")));
-  ASSERT_TRUE(result.best);
-  EXPECT_LE(world.seconds(*result.best), 0.08);
-  double best = INFINITY;
-  for (std::size_t i = 0; i < world.candidates.size(); ++i)
-    if (world.seconds(i) * 1.02 <= 0.08) best = std::min(best, world.pooled(i, world.frames));
-  EXPECT_LE(result.error, 1.1 * best);
+      tune(world.candidates, world, optionsFor(world, parseMaxTime("0.2x:traced")));
+  EXPECT_FALSE(result.best);
+  ASSERT_TRUE(result.nearest);
+  EXPECT_EQ(world.candidates[*result.nearest].values, (std::vector<int>{0, 0, 0}));
 }
 
 TEST(Tune, WhatCannotBeHadNamesTheNearest) {
@@ -121,6 +142,28 @@ TEST(Tune, WhatCannotBeHadNamesTheNearest) {
   EXPECT_FALSE(result.best);
   ASSERT_TRUE(result.nearest);
   EXPECT_EQ(world.candidates[*result.nearest].values, (std::vector<int>{5, 5, 5}));
+}
+
+TEST(Tune, AnOptionWithoutEffectIsProposedInOneValueAlone) {
+  World world;
+  std::vector<Candidate> all;
+  for (const Candidate& one : world.candidates)
+    for (int d = 0; d < 3; ++d) {
+      all.push_back(one);
+      all.back().values.push_back(d);
+    }
+  world.candidates = all;
+  const TuneResult result =
+      tune(world.candidates, world, optionsFor(world, parseMaxError("L1_8bit<=2")));
+  ASSERT_TRUE(result.best);
+  EXPECT_LE(world.seconds(*result.best), 1.1 * world.bestSeconds(2.0, false));
+  int without = 0;
+  for (const Trial& trial : result.trials) {
+    if (trial.verdict == "no effect") ++without;
+    if (trial.stage == "screen") continue;
+    EXPECT_EQ(world.candidates[trial.candidate].values[3], 1);
+  }
+  EXPECT_EQ(without, 2);
 }
 
 TEST(Tune, TheSameSeedGivesTheSameProposals) {

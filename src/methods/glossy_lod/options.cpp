@@ -17,10 +17,12 @@ const config::OptionTable<Options>& optionTable() {
   static const config::OptionTable<Options> table(
       "glossy_lod", "Options of the method glossy_lod.",
       {field(&Options::rays, "rays", range(1, 256),
-             "rays per sample on surfaces with g above 0.05, as in traced; mirrors take one"),
+             "rays per sample on surfaces with g above 0.05, as in traced; mirrors take one")
+           .trade("8,20,40"),
        field(&Options::alpha, "alpha", range(0.0, 1e6),
              "how much wider than its solid angle a ray is taken to be, where it decides how fine "
-             "the geometry must be: 0 always descends to the finest triangles"),
+             "the geometry must be: 0 always descends to the finest triangles")
+           .trade("0,3,10,30"),
        field(&Options::levels, "levels", kLevels,
              "off: the traversal without any levels of detail, as alpha 0"),
        field(&Options::filter, "filter",

@@ -19,11 +19,13 @@ std::vector<config::Option<Options>> common() {
       field(&Options::most, "most", range(1, 4096),
             "objects that get an impostor at the most; the others stay in the environment map"),
       field(&Options::textureSize, "texture_size", range(1, 4096),
-            "texels along the edge of an impostor's image"),
+            "texels along the edge of an impostor's image")
+          .trade("128,256,512"),
       field(&Options::planeSize, "plane_size", range(1, 8192),
             "texels along the edge of the image of an object's own plane"),
       field(&Options::faceSize, "face_size", range(1, 4096),
-            "texels along the edge of a face of the environment map"),
+            "texels along the edge of a face of the environment map")
+          .trade("256,512,1024"),
       field(&Options::bounces, "bounces", range(1, 2),
             "reflections along a path: with 2 rays that hit a reflective impostor go on"),
       field(&Options::secondDiffuse, "second_diffuse",
@@ -56,11 +58,13 @@ const config::OptionTable<Options>& depthOptions() {
     std::vector<config::Option<Options>> options = common();
     options.push_back(field(&Options::intersection, "intersection", kIntersections,
                             "how rays are intersected with depth maps: texel by texel along their "
-                            "projection, or with the simplified row nearest to it, or with two"));
+                            "projection, or with the simplified row nearest to it, or with two")
+                          .trade("walk,srdm"));
     options.push_back(field(&Options::domains, "domains", range(1, 720),
                             "directions of simplified rows (the paper's n)"));
     options.push_back(field(&Options::points, "points", range(2, 512),
-                            "points of a simplified row at the most (the paper's m)"));
+                            "points of a simplified row at the most (the paper's m)")
+                          .trade("4,8,16,32"));
     options.push_back(field(&Options::refine, "refine", range(0, 512),
                             "texels on either side of a hit with simplified rows that are walked "
                             "over for the exact place; 0: none"));

@@ -41,7 +41,8 @@ const config::OptionTable<Options>& optionTable() {
              "the option error allows, or traced anew where none does"),
        field(in(&Options::path, &PathOptions::sampleSpacing), "sample_spacing", range(1, 256),
              "pixels between sampled paths, at most; min_paths brings them closer together on "
-             "reflectors that are small in the frame"),
+             "reflectors that are small in the frame")
+           .trade("8,16,32"),
        field(in(&Options::path, &PathOptions::fewestPaths), "min_paths", range(1, 65536),
              "sampled paths that a reflector should have at least: they come closer together, "
              "down to 1 pixel, until there are as many"),
@@ -63,11 +64,13 @@ const config::OptionTable<Options>& optionTable() {
              "with several: groups, distance between the reflection points of one group, at most, "
              "as a share of the reflector's diameter"),
        field(in(&Options::path, &PathOptions::errorPixels), "error", range(0.001, 100),
-             "with order: auto, the error of a vertex that the estimate allows, pixels"),
+             "with order: auto, the error of a vertex that the estimate allows, pixels")
+           .trade("0.05,0.1,0.3,1"),
        field(in(&Options::triangles, &TriangleOptions::errorPixels), "tessellation_error",
              range(0, 100),
              "edges of reflected objects are halved where their middle shows farther from where "
-             "their ends say than this, pixels; 0: the triangles stay as they are given"),
+             "their ends say than this, pixels; 0: the triangles stay as they are given")
+           .trade("0.25,0.5,1,2"),
        field(
            &Options::tracedPerPixel, "traced_per_pixel", range(0, 1000),
            "with order: auto, how many paths may be traced anew for one object in one sequence of "

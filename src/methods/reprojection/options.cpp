@@ -18,7 +18,8 @@ std::vector<config::Option<Options>> common() {
       field(
           &Options::keyframeThreshold, "keyframe_threshold", config::range(0.0, 1.0),
           "share of the mirrors' samples that may be traced anew: a frame with more becomes a key "
-          "frame"),
+          "frame")
+          .trade("0.1,0.22,0.35"),
       field(&Options::keyframeEvery, "keyframe_every", config::range(0, 100000),
             "frames from a key frame to the next at the most; 0: keyframe_threshold alone decides"),
       field(
@@ -36,7 +37,8 @@ std::vector<config::Option<Options>> common() {
             "they do not show one surface"),
       field(&Options::edges, "edges", kEdges,
             "a sample that is found between samples of two surfaces is traced anew, or shows the "
-            "surface of the nearest one: fewer rays, edges off by up to half a sample"),
+            "surface of the nearest one: fewer rays, edges off by up to half a sample")
+          .trade("trace,nearest"),
       field(&Options::magnification, "magnification", config::atLeast(1.0),
             "area over which a sample of the key frame may be stretched, in samples"),
       field(&Options::rays, "rays", config::range(1, 64),
@@ -67,7 +69,8 @@ const config::OptionTable<Options>& reprojectionOptions() {
                             "frames; what moving mirrors show is traced anew)"));
     options.push_back(field(&Options::fidelity, "fidelity", config::range(0.0, 100.0),
                             "distance from the mirrored ray, in samples of the key frame, at which "
-                            "what was found there is traced anew"));
+                            "what was found there is traced anew")
+                          .trade("0.1,0.25,0.5,1"));
     options.push_back(field(&Options::maxSearchSteps, "max_search_steps", config::range(1, 1000),
                             "steps of the search, from each start"));
     options.push_back(field(&Options::refine, "refine",

@@ -43,7 +43,8 @@ const config::OptionTable<SecondOrderOptions>& secondOrderOptions() {
              "bins of normals over 180 degrees from the vertical, at most"),
        field(in(&Options::cluster, &ClusterOptions::binDensity), "bin_density", range(0.01, 1000),
              "factor on the number of bins that an object gets for its area in the frame; 1 is "
-             "the paper's"),
+             "the paper's")
+           .trade("2.5,10,40"),
        field(in(&Options::cluster, &ClusterOptions::minSamples), "min_cluster_samples",
              range(1, 1000000),
              "clusters of fewer samples get no depth image; they see the environment map"),
@@ -53,15 +54,18 @@ const config::OptionTable<SecondOrderOptions>& secondOrderOptions() {
        field(in(&Options::camera, &CameraOptions::depthImageScale), "depth_image_scale",
              range(0.05, 8),
              "resolution of the depth images along each axis; 1: texels as far apart as the "
-             "cluster's samples"),
+             "cluster's samples")
+           .trade("0.5,0.7,1"),
        field(in(&Options::camera, &CameraOptions::maxTexelsPerSample), "max_texels_per_sample",
              range(0.25, 64), "texels of a depth image per sample of its cluster, at most"),
        field(in(&Options::images, &DepthImageOptions::levelErrorTexels), "level_error",
              range(0, 16),
              "error of an object's level of detail in a depth image, texels; up to 4 times as "
-             "much where the reflector's s is small; 0: always the finest level"),
+             "much where the reflector's s is small; 0: always the finest level")
+           .trade("0,0.75,1.5,3"),
        field(in(&Options::camera, &CameraOptions::rays), "rays", range(1, 64),
-             "rays per sample on surfaces with g above 0.05; mirrors take one"),
+             "rays per sample on surfaces with g above 0.05; mirrors take one")
+           .trade("4,8,16"),
        memory(),
        field(in(&Options::images, &DepthImageOptions::compound), "compound",
              "true: one draw sends an object's triangles to all depth images of a layer; false: "

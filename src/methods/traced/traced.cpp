@@ -35,7 +35,8 @@ const config::OptionTable<Options>& optionTable() {
       {field(&Options::bvh, "bvh", kBvhPolicies,
              "how Embree's structure follows the geometry in each frame"),
        field(in(&Options::reflection, &ReflectionOptions::rays), "rays", range(1, 256),
-             "rays per sample on surfaces with g above 0.05; mirrors take one"),
+             "rays per sample on surfaces with g above 0.05; mirrors take one")
+           .trade("2,4,8,16,32"),
        field(
            &Options::diffuseOnly, "objects", kObjects,
            "what reflected rays meet: all objects, or those that do not reflect, as in glossy_lod"),

@@ -79,6 +79,27 @@ const OptionTable<RunConfig>& errorsTable() {
   return table;
 }
 
+const OptionTable<RunConfig>& sweepTable() {
+  static const OptionTable<RunConfig> table(
+      "sweep",
+      "What `catoptric sweep` measures; options of the command line take the place of these.",
+      {field(in(&RunConfig::sweep, &SweepConfig::vary), "vary",
+             "Options and their values, each as for --vary: \"methods.traced.rays=1,4,16\"."),
+       field(in(&RunConfig::sweep, &SweepConfig::link), "link",
+             "Options that change together, each as for --link: \"image.width,image.height\"."),
+       field(in(&RunConfig::sweep, &SweepConfig::where), "where",
+             "Conditions that combinations must hold, each as for --where: \"rays<=16\"."),
+       field(in(&RunConfig::sweep, &SweepConfig::metrics), "metric",
+             "Measures of errors; the first is traded against time."),
+       field(in(&RunConfig::sweep, &SweepConfig::against), "against",
+             "Method or folder that errors are measured against; \"\": errors.against."),
+       field(in(&RunConfig::sweep, &SweepConfig::ratioTo), "ratio_to",
+             "Method whose first point ratios of times are to; \"\": the first point."),
+       field(in(&RunConfig::sweep, &SweepConfig::repeats), "repeats", range(0, 1000),
+             "Timed rounds; 0: errors only.")});
+  return table;
+}
+
 std::vector<std::string> methodIds(const std::vector<methods::MethodEntry>& registry) {
   std::vector<std::string> ids;
   for (const methods::MethodEntry& entry : registry) ids.push_back(entry.id);
@@ -232,6 +253,7 @@ const OptionTable<RunConfig>& runTable() {
                   .minimum = 1}),
        group("errors", errorsTable(), "Which errors are computed after the run."),
        group("preview", previewTable(), "8-bit previews."),
+       group("sweep", sweepTable(), "What `catoptric sweep` measures; nothing else reads it."),
        field(in(&RunConfig::image, &RunSettings::seed), "seed", atLeast(0),
              "Seed of all random numbers."),
        field(&RunConfig::device, "device", "GL device: auto, egl:N, surfaceless, osmesa."),

@@ -43,6 +43,17 @@ struct PreviewConfig {
   float exposureStops = 0.0f;
 };
 
+/// What `catoptric sweep` measures of this config; its options are stronger.
+struct SweepConfig {
+  std::vector<std::string> vary;  ///< as for --vary, and so on
+  std::vector<std::string> link;
+  std::vector<std::string> where;
+  std::vector<std::string> metrics = {"L1_8bit"};
+  std::string against;
+  std::string ratioTo;
+  int repeats = 8;
+};
+
 struct RunConfig {
   std::string name;             ///< the config's file name without folder and extension
   std::filesystem::path file;   ///< the config, or the bare scene
@@ -56,6 +67,7 @@ struct RunConfig {
   image::Compression compression = image::Compression::Zip;
   bool halfBeauty = true;
   PreviewConfig preview;
+  SweepConfig sweep;
   std::vector<MethodConfig> methods;
   std::vector<std::string> errorsAgainst;  ///< names in `methods`
   std::vector<std::string> errorsDropped;  ///< others that the config names, which are not run
