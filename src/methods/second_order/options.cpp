@@ -2,6 +2,8 @@
 
 #include <cstdint>
 
+#include "methods/shared/bvh_policies.h"
+
 namespace catoptric::methods {
 namespace {
 
@@ -85,6 +87,21 @@ const config::OptionTable<SecondOrderOptions>& secondOrderOptions() {
        field(&Options::glossyReach, "glossy_reach", range(0, 1000000),
              "glossy reflections fade to the diffuse colour over this many metres times "
              "(1 - g) / g; 0: they do not fade"),
+       field(&Options::probes, "probes", range(0, 1024),
+             "samples of each cluster of curved or glossy reflectors that Embree traces, to see "
+             "whether the cluster errs; 0: none"),
+       field(&Options::leastImageRays, "least_image_rays", range(0, 100000000),
+             "probed clusters of fewer rays get no depth image, which would cost more than tracing "
+             "them: Embree does"),
+       field(&Options::ownShare, "own_share", range(0, 1),
+             "clusters of whose probes a larger share meets the cluster's own object get no depth "
+             "image: Embree traces them"),
+       field(&Options::probeError, "probe_error", range(0, 255),
+             "clusters whose probes differ by more from what is shown, on average, in 8-bit steps "
+             "of the frame, are traced by Embree"),
+       field(&Options::bvh, "bvh", kBvhPolicies,
+             "of Embree's tree where clusters are probed: built once and refitted to what moves "
+             "(static, refit) or built again in every frame (rebuild_low, rebuild_medium)"),
        field(&Options::countDisocclusions, "count_disocclusions",
              "compare what rays find with Embree's rays: counts disoccluded and wrong_hit and "
              "fills mask.disoccluded; takes the time of a ray tracer")});

@@ -5,6 +5,7 @@
 #include "methods/second_order/cameras/cluster_camera.h"
 #include "methods/second_order/clustering/types.h"
 #include "methods/second_order/depth_images/depth_images.h"
+#include "trace/embree/trace_scene.h"
 
 namespace catoptric::methods {
 
@@ -21,7 +22,12 @@ struct SecondOrderOptions {
   int faceSize = 256;  ///< of the cube map, texels
   SelfIntersect selfIntersect = SelfIntersect::None;
   LobeRays lobeRays = LobeRays::Walked;
-  float glossyReach = 0.0f;  ///< metres times (1 - g) / g; 0: as far as the scene
+  float glossyReach = 0.0f;   ///< metres times (1 - g) / g; 0: as far as the scene
+  int probes = 16;            ///< samples of a curved cluster; 0: nothing is traced
+  int leastImageRays = 8192;  ///< of a probed cluster that gets a depth image
+  float ownShare = 0.06f;     ///< of probes that meet their own object, from which on it is traced
+  float probeError = 4.0f;    ///< of 255 steps, from which on it is traced
+  trace::BvhPolicy bvh = trace::BvhPolicy::Static;
   bool countDisocclusions = false;
 };
 

@@ -9,8 +9,12 @@ const std::vector<StepInfo>& secondOrderSteps() {
       {"readback", "frames", "the G-buffer is read from the device"},
       {"cluster", "frames", "reflective samples are put into clusters"},
       {"camera", "frames", "each cluster gets a camera"},
+      {"probe", "frames",
+       "Embree traces a few samples of each cluster, to tell which see their own object"},
       {"depth_images", "frames", "the scene is drawn as each cluster sees it"},
       {"intersect", "frames", "reflected rays are found in the depth images"},
+      {"compare", "frames", "what the probes have seen is compared with what is shown"},
+      {"recompute", "frames", "Embree traces clusters that see their own object, or err"},
       {"disocclusions", "frames",
        "with count_disocclusions: Embree's rays say which samples missed a surface",
        StepKind::Check},
@@ -38,6 +42,13 @@ const std::vector<CounterInfo>& secondOrderCounters() {
       {"planar_clusters", "clusters that are planar mirrors"},
       {"planar_samples", "samples in planar clusters"},
       {"concave_clusters", "concave clusters"},
+      {"probes", "samples that Embree traced to see which clusters err"},
+      {"retraced", "samples of clusters that err: traced by Embree"},
+      {"small_clusters", "clusters that are traced, as a depth image would cost more"},
+      {"self_seeing_clusters", "clusters that are traced, as they meet their own object"},
+      {"erring_clusters", "clusters that are traced, as their probes differ from what was shown"},
+      {"refused", "rays that Embree could not take: they see the environment", true},
+      {"not_finite", "radiances of hits that were NaN or infinite, taken as 0", true},
       {"normals_cancel", "clusters whose normals cancel: the normal is turned to the eye"},
       {"parallel_clusters", "clusters of parallel or converging rays: the eye is far away"},
       {"crossing_clusters", "clusters whose rays cross"},
@@ -72,7 +83,11 @@ const TableInfo& clustersTable() {
        {"width", Integer, "of its depth image, texels"},
        {"height", Integer, "of its depth image, texels"},
        {"triangles", Integer, "drawn into its depth image"},
-       {"displacement", Real, "f of equation (1) [Wang2014]"}}};
+       {"displacement", Real, "f of equation (1) [Wang2014]"},
+       {"walk", Real, "length of a mirror ray in its depth image, texels, on average"},
+       {"own", Real, "share of its probes that meet their own object"},
+       {"error", Real, "mean difference of its probes from what is shown, of 255"},
+       {"traced", Integer, "1: by Embree; without a depth image where width is 0"}}};
   return table;
 }
 

@@ -62,6 +62,15 @@ MethodPlan SecondOrder::plan(const scene::Scene& scene, const RunSettings& setti
     plan.items.push_back(
         {"resource", "what rays found", "compared with Embree's", samples * sizeof(Found)});
   }
+  if (options_.probes > 0 && (reflectors.curvedMirrors || reflectors.glossy)) {
+    plan.trace = true;
+    plan.bvh = options_.bvh;
+    plan.items.push_back(
+        {"pass", "probe", "which clusters of curved or glossy reflectors see themselves", 0});
+    plan.items.push_back({"pass", "compare", "which clusters err, by the same samples", 0});
+    plan.items.push_back({"pass", "recompute", "what such clusters see, by Embree", 0});
+    plan.items.push_back({"resource", "traced samples", "what is uploaded", samples * 16});
+  }
   return plan;
 }
 
@@ -74,6 +83,9 @@ void SecondOrder::prepare(Services& services, const RunSettings& settings) {
     services.timer.measure("levels", [&] {
       services.raster->buildDetailLevels(services.scene, services.geometry, services.lighting);
     });
+  }
+  if (options_.probes > 0 && (reflectors_.curvedMirrors || reflectors_.glossy)) {
+    retrace_ = std::make_unique<Retrace>(options_, settings);
   }
   rayPass_ = std::make_unique<RayPass>(options_, reflectors_, services, settings);
   DepthImageOptions images = options_.images;
@@ -106,17 +118,16 @@ void SecondOrder::render(const FrameInput& input, Services& services, FrameOutpu
                 [&] { clustering_.build(copy_, camera, reflectors_.kinds, options_.cluster); });
   std::vector<ClusterCamera> cameras;
   float scale = options_.camera.depthImageScale;
-  timer.measure("camera", [&] {
-    cameras = makeCameras(services, camera, scale, output.counters);
-    rayPass_->setClusters(clustering_.clusterOf());
-  });
+  timer.measure("camera", [&] { cameras = makeCameras(services, camera, scale, output.counters); });
+  if (retrace_) traceWhatSeesItself(input, services, cameras, output.counters);
+  rayPass_->setClusters(clustering_.clusterOf());
 
   const std::vector<Cluster>& clusters = clustering_.clusters();
   std::vector<std::uint64_t> triangles(clusters.size(), 0);
   RayInputs inputs = rayInputs(camera);
   for (std::size_t i = 0; i < clusters.size(); ++i) {
     inputs.onGrids =
-        inputs.onGrids && (cameras[i].mirrorGrid ||
+        inputs.onGrids && (clusters[i].traced || cameras[i].mirrorGrid ||
                            !reflectors_.skipOwn[static_cast<std::size_t>(clusters[i].object)]);
   }
   timer.measure("depth_images", [&] {
@@ -131,6 +142,7 @@ void SecondOrder::render(const FrameInput& input, Services& services, FrameOutpu
     rayPass_->run(services, inputs);
     output.counters["refraction_mirrored"] = refractive_.count(gbuffer);
   });
+  if (retrace_) retraceWhatErrs(input, services, output.counters);
   report(cameras, triangles, output);
   if (std::ranges::find(settings_.layers, kClusterLayer) != settings_.layers.end()) {
     const std::vector<std::uint16_t>& clusterOf = clustering_.clusterOf();
@@ -171,6 +183,58 @@ std::vector<ClusterCamera> SecondOrder::makeCameras(Services& services, const sc
   }
 }
 
+/// Clusters too many of whose probes meet their own object are traced, and need no image.
+void SecondOrder::traceWhatSeesItself(const FrameInput& input, Services& services,
+                                      std::vector<ClusterCamera>& cameras, Counters& counters) {
+  std::vector<std::uint8_t> traced(cameras.size(), 0);
+  services.timer.measure("probe", [&] {
+    retrace_->probe(input, services, copy_, clustering_);
+    const auto rays = [&](const Cluster& cluster) {
+      return static_cast<int>(cluster.samples) *
+             trace::lobeRays(cluster.maxGlossiness, options_.camera.rays);
+    };
+    bool any = false;
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+      const Probed& probed = retrace_->probed()[i];
+      counters["probes"] += probed.asked;
+      const Cluster& cluster = clustering_.clusters()[i];
+      const bool small = probed.asked > 0 && rays(cluster) < options_.leastImageRays;
+      const bool seesItself = probed.ownShare() > options_.ownShare;
+      if (!small && !seesItself) continue;
+      any = true;
+      traced[i] = 1;
+      ++counters[small ? "small_clusters" : "self_seeing_clusters"];
+      cameras[i] = {};
+      cameras[i].width = cameras[i].height = 0;
+    }
+    if (!any) return;
+    clustering_.leaveToTracing(traced);
+    images_->fits(cameras);
+  });
+}
+
+/// Clusters whose images err by more than the options allow are traced, too.
+void SecondOrder::retraceWhatErrs(const FrameInput& input, Services& services, Counters& counters) {
+  std::vector<std::uint8_t> traced(clustering_.clusters().size(), 0);
+  services.timer.measure("compare", [&] {
+    retrace_->compare(*services.gbuffer, clustering_.clusters(), reflectors_.weight);
+    for (std::size_t i = 0; i < traced.size(); ++i) {
+      traced[i] = clustering_.clusters()[i].traced ? 1 : 0;
+      if (traced[i] != 0 || !retrace_->errs(i)) continue;
+      traced[i] = 1;
+      ++counters["erring_clusters"];
+    }
+  });
+  if (std::ranges::count(traced, 1) == 0) return;
+  services.timer.measure("recompute", [&] {
+    clustering_.markTraced(traced);
+    const Retrace::Done done = retrace_->run(input, services, copy_, clustering_);
+    counters["retraced"] = done.samples;
+    counters["refused"] = done.rays.refused;
+    counters["not_finite"] = done.rays.notFinite;
+  });
+}
+
 void SecondOrder::countDisocclusions(Services& services, const scene::Camera& camera,
                                      std::span<const ClusterCamera> cameras, FrameOutput& output) {
   raster::GBuffer& gbuffer = *services.gbuffer;
@@ -205,13 +269,21 @@ void SecondOrder::report(const std::vector<ClusterCamera>& cameras,
     c["crossing_clusters"] += cameras[i].crossing ? 1 : 0;
     c["pushed_back"] += cameras[i].pushedBack ? 1 : 0;
     c["capped_images"] += cameras[i].capped ? 1 : 0;
+    const double own = retrace_ ? retrace_->probed()[i].ownShare() : 0.0;
+    const double error = retrace_ ? retrace_->probed()[i].meanError() : 0.0;
+    if (cameras[i].width == 0) {
+      rows.add(i, clusters[i].object, clusters[i].samples, clusters[i].planar, clusters[i].concave,
+               0, 0, 0, 0.0, 0.0, own, error, true);
+      continue;
+    }
     c["texels"] += static_cast<std::uint64_t>(cameras[i].width) *
                    static_cast<std::uint64_t>(cameras[i].height);
     c["triangles"] += triangles[i];
     c["empty_images"] += triangles[i] == 0 && !cameras[i].mirrorGrid ? 1 : 0;
 
     rows.add(i, clusters[i].object, clusters[i].samples, clusters[i].planar, clusters[i].concave,
-             cameras[i].width, cameras[i].height, triangles[i], cameras[i].displacement);
+             cameras[i].width, cameras[i].height, triangles[i], cameras[i].displacement,
+             cameras[i].walkTexels, own, error, clusters[i].traced);
   }
 }
 

@@ -13,6 +13,7 @@
 #include "methods/second_order/options.h"
 #include "methods/second_order/ray_pass.h"
 #include "methods/second_order/reflectors.h"
+#include "methods/second_order/retrace.h"
 #include "methods/shared/cube_map.h"
 #include "raster/passes/refractive_samples.h"
 
@@ -32,6 +33,9 @@ class SecondOrder : public Method {
   RayInputs rayInputs(const scene::Camera& camera) const { return {camera, *images_, cubeMap_}; }
 
  private:
+  void traceWhatSeesItself(const FrameInput& input, Services& services,
+                           std::vector<ClusterCamera>& cameras, Counters& counters);
+  void retraceWhatErrs(const FrameInput& input, Services& services, Counters& counters);
   std::vector<ClusterCamera> makeCameras(Services& services, const scene::Camera& camera,
                                          float& scale, Counters& counters);
   void countDisocclusions(Services& services, const scene::Camera& camera,
@@ -45,6 +49,7 @@ class SecondOrder : public Method {
   raster::RefractiveSamples refractive_;
   raster::GBufferCopy copy_;
   Clustering clustering_;
+  std::unique_ptr<Retrace> retrace_;  ///< where clusters are probed
   std::unique_ptr<DepthImages> images_;
   CubeMap cubeMap_;
   std::unique_ptr<RayPass> rayPass_;

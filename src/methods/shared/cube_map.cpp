@@ -6,6 +6,32 @@
 
 namespace catoptric::methods {
 
+namespace {
+
+/// A reflector about a map's centre has at most this share of the scene's diameter: a room's shell
+/// is what the map is for. Ours.
+constexpr float kLargestAbout = 0.5f;
+
+/// Ids of reflectors whose box holds `centre`: from in there the map would show nothing but them.
+std::vector<int> reflectorsAbout(const Vec3& centre, const scene::Scene& scene,
+                                 const frame::Geometry& geometry) {
+  std::vector<int> ids;
+  for (std::size_t i = 0; i < geometry.objects.size(); ++i) {
+    const Box3& box = geometry.objects[i].bounds;
+    const Vec3 size = box.max - box.min;
+    const bool flat = std::min({size.x, size.y, size.z}) <= 1e-3f * glm::length(size);
+    if (scene.objects[i].reflector != 0 && !flat &&
+        glm::length(size) <= kLargestAbout * geometry.bounds.diameter() &&
+        glm::all(glm::lessThanEqual(box.min, centre)) &&
+        glm::all(glm::greaterThanEqual(box.max, centre))) {
+      ids.push_back(static_cast<int>(i) + 1);
+    }
+  }
+  return ids;
+}
+
+}  // namespace
+
 std::uint64_t cubeMapBytes(int faceSize, std::uint64_t bytesPerTexel) {
   std::uint64_t texels = 0;
   for (std::uint64_t size = static_cast<std::uint64_t>(faceSize); size > 0; size /= 2) {
@@ -22,6 +48,11 @@ void CubeMap::draw(Services& services, const Vec3& centre, int faceSize,
     clampedTexels_ = raster::clampedTexels(texture_);
     lights_ = services.lighting.lights;
   });
+}
+
+void CubeMap::draw(Services& services, const Vec3& centre, int faceSize) {
+  draw(services, centre, faceSize,
+       raster::ObjectSet::without(reflectorsAbout(centre, services.scene, services.geometry)));
 }
 
 void CubeMap::follow(const FrameInput& input, Services& services, const Vec3& centre,

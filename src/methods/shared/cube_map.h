@@ -18,8 +18,9 @@ std::uint64_t cubeMapBytes(int faceSize, std::uint64_t bytesPerTexel);
 class CubeMap {
  public:
   /// Draws the diffuse scene from `centre`, as step `cube_map`: RGBA16F with mip levels.
-  void draw(Services& services, const Vec3& centre, int faceSize,
-            const raster::ObjectSet& objects = {});
+  void draw(Services& services, const Vec3& centre, int faceSize, const raster::ObjectSet& objects);
+  /// The same of all objects but reflectors about the centre, which would hide all else.
+  void draw(Services& services, const Vec3& centre, int faceSize);
   /// The same when there is none, or when an object or a light has moved since.
   void follow(const FrameInput& input, Services& services, const Vec3& centre, int faceSize);
   /// Takes a map that something else has made.

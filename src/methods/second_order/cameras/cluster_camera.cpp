@@ -87,6 +87,7 @@ void setWindow(const Cluster& cluster, const ClusterFrame& frame, const ClusterW
   made.width = static_cast<int>(std::ceil(size.x / texel + 2.0f * kBorder));
   made.height = static_cast<int>(std::ceil(size.y / texel + 2.0f * kBorder));
   made.texelSpreadRad = texel;
+  made.walkTexels = static_cast<float>(all.walks / cluster.samples) / texel;
   made.nearestMetres = all.nearest;
   made.farthestMetres = all.farthest;
   const Vec2 corner = all.rect.min - Vec2(kBorder * texel);

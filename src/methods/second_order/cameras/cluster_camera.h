@@ -48,6 +48,8 @@ struct ClusterCamera {
   float mirrorTop = 0.0f;
   float scale = 1.0f;
   float displacement = 1.0f;  ///< f of equation (1)
+  /// Length of a mirror ray in the image, texels, on average: 0 where all rays meet in the eye.
+  float walkTexels = 0.0f;
 
   // What had to be decided otherwise than by the paper's formulas
   bool parallel = false;    ///< rays (nearly) parallel or converging: the eye set far behind

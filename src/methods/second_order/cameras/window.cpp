@@ -57,6 +57,7 @@ ClusterWindow windowOf(const SampleBlock& block, const SampleRun& run, const Clu
   std::array<LaneMask, kTilts> passing{};
   lowest.fill(lanes(infinite));
   Lanes lobeShare{};
+  Lanes walks{};
   const float lobeTangent = std::tan(frame.lobe);
   for (std::size_t k = 0; k < run.count; k += kLanes) {
     const std::size_t there = run.count - k;
@@ -96,12 +97,17 @@ ClusterWindow windowOf(const SampleBlock& block, const SampleRun& run, const Clu
       rect.extend({turned(far.x, -wider), turned(far.y, -wider)});
       rect.extend({turned(far.x, wider), turned(far.y, wider)});
     }
-    rect.extend({withinFrame(far.x), withinFrame(far.y)});
+    const Lanes2 leaves{withinFrame(far.x), withinFrame(far.y)};
+    rect.extend(leaves);
+    const Lanes walkX = leaves.x - withinFrame(tangent.x);
+    const Lanes walkY = leaves.y - withinFrame(tangent.y);
+    walks += valid(there) ? root(walkX * walkX + walkY * walkY) : Lanes{};
   }
   ClusterWindow w;
   w.rect = rect.all();
   w.nearest = leastOf(nearest);
   w.farthest = mostOf(farthest);
+  w.walks = static_cast<double>(sumOf(walks));
   w.lobeShare = static_cast<double>(sumOf(lobeShare));
   for (std::size_t i = 0; i < kTilts; ++i) {
     w.lowest[i] = leastOf(lowest[i]);

@@ -19,6 +19,7 @@ struct ClusterWindow {
   float nearest = std::numeric_limits<float>::infinity();
   double spacing = 0.0;
   std::uint64_t pairs = 0;
+  double walks = 0.0;      ///< sum over samples of the mirror ray's length in the image, tangents
   double lobeShare = 0.0;  ///< sum over samples of how wide the eye sees a lobe's far end
   std::array<float, kClipTilts.size()> lowest = allInfinite();  ///< of samples, along each normal
   std::array<std::uint32_t, kClipTilts.size()> passing{};       ///< rays that pass the plane
@@ -41,6 +42,7 @@ struct ClusterWindow {
     rect.extend(w.rect);
     nearest = std::min(nearest, w.nearest);
     spacing += w.spacing;
+    walks += w.walks;
     lobeShare += w.lobeShare;
     pairs += w.pairs;
   }

@@ -451,11 +451,33 @@ void Clustering::findClusterRuns(std::size_t b, int width, int bottom,
   block.rows.push_back(static_cast<std::uint32_t>(block.runs.size()));
 }
 
+void Clustering::markTraced(std::span<const std::uint8_t> traced) {
+  for (std::size_t c = 0; c < clusters_.size(); ++c) clusters_[c].traced = traced[c] != 0;
+}
+
+void Clustering::leaveToTracing(std::span<const std::uint8_t> traced) {
+  markTraced(traced);
+  const std::size_t width = clusterOf_.size() / std::max<std::size_t>(1, height_);
+  parallelFor(blocks_.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b) {
+      const SampleBlock& block = blocks_[b];
+      for (std::size_t row = 0; row + 1 < block.rows.size(); ++row) {
+        std::uint16_t* const line = &clusterOf_[(b * kRows + row) * width];
+        for (std::size_t r = block.rows[row]; r < block.rows[row + 1]; ++r) {
+          const SampleRun& run = block.runs[r];
+          if (traced[block.slots[run.slot]] != 0) std::fill_n(line + run.x, run.count, kTraced);
+        }
+      }
+    }
+  });
+}
+
 void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& camera,
                        std::span<const ReflectorKind> kinds, const ClusterOptions& options) {
   const FrameSamples frame{gbuffer, camera, kinds, gbuffer.sampleWidth(), gbuffer.sampleHeight()};
   const auto width = static_cast<std::size_t>(frame.width);
   const std::size_t blockCount = static_cast<std::size_t>((frame.height + kRows - 1) / kRows);
+  height_ = static_cast<std::size_t>(frame.height);
   blocks_.resize(blockCount);
   work_->blocks.resize(blockCount);
   clusterOf_.resize(frame.count());

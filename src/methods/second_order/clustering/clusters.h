@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "methods/second_order/clustering/types.h"
+#include "methods/second_order/shaders/constants.h"
 #include "raster/gbuffer.h"
 #include "scene/camera.h"
 
@@ -27,7 +28,12 @@ class Clustering {
              std::span<const ReflectorKind> kinds, const ClusterOptions& options);
 
   const std::vector<Cluster>& clusters() const { return clusters_; }
-  /// Per sample: 0 diffuse, 1 in no cluster (too small), else index of its cluster + 2.
+  /// Sets Cluster::traced.
+  void markTraced(std::span<const std::uint8_t> traced);
+  /// The same, and leaves their samples out of their clusters (kTraced): no image is drawn of them.
+  void leaveToTracing(std::span<const std::uint8_t> traced);
+
+  /// Per sample: 0 diffuse, 1 in no cluster (too small), kTraced, else index of its cluster + 2.
   const std::vector<std::uint16_t>& clusterOf() const { return clusterOf_; }
   std::span<const SampleBlock> blocks() const { return blocks_; }
 
@@ -42,6 +48,7 @@ class Clustering {
   static constexpr int kRows = 16;  ///< of a block: the unit of work, whose sums are added in order
   static constexpr std::uint32_t kMostBins = 65536;    ///< of a frame, unless it has more objects
   static constexpr std::size_t kMostClusters = 65000;  ///< of a 16-bit index
+  static constexpr std::uint16_t kTraced = second_order_shared::kTracedSample;
 
  private:
   struct Work;
@@ -54,6 +61,7 @@ class Clustering {
   std::vector<std::uint16_t> clusterOf_;
   std::vector<SampleBlock> blocks_;
   std::unique_ptr<Work> work_;  ///< what lives from pass to pass
+  std::size_t height_ = 0;      ///< of the frame, samples
   std::uint64_t reflective_ = 0;
   std::uint64_t unclustered_ = 0;
   int visibleObjects_ = 0;

@@ -40,7 +40,8 @@ struct Cluster {
                          ///< is in the bin is another cluster
   bool concave = false;  ///< sum of (P_i - P_c).(n_i - n_c) < 0
   bool normalsCancel = false;
-  int left = 0;  ///< bounding box in samples: left <= x < right, top <= y < bottom
+  bool traced = false;  ///< by Embree: it has no depth image
+  int left = 0;         ///< bounding box in samples: left <= x < right, top <= y < bottom
   int top = 0;
   int right = 0;
   int bottom = 0;

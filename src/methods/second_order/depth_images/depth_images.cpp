@@ -93,8 +93,10 @@ std::uint64_t DepthImages::draw(std::span<const Cluster> clusters,
   }
 
   // Views in the order of their layers
-  std::vector<std::size_t> order(clusters.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < clusters.size(); ++i) {
+    if (!clusters[i].traced) order.push_back(i);
+  }
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return atlas_.places[a].layer < atlas_.places[b].layer;
   });

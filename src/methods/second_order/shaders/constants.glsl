@@ -28,6 +28,11 @@ const int kRectangle = 7;  // of all clusters of the object, in samples
 const int kCrossingFlag = 1;
 const int kConcaveFlag = 2;
 
+// Cluster of samples that Embree traces: nothing is searched.
+const uint kTracedSample = 65535u;
+// Probes in a row of what shaders/probes.frag writes
+const int kProbesAcross = 256;
+
 // Marks of a sample beside raster::MaskBit, counted on the CPU: of atomics llvmpipe loops over all
 // lanes, of those that nobody takes, too.
 const uint kMarkBridged = 64u;  // a ray ends over a depth edge

@@ -13,6 +13,7 @@ layout(location = 1) out uint marks;
 
 void main() {
   uint known = imageLoad(clusterSamples, ivec2(gl_FragCoord.xy)).r;
+  known = known == kTracedSample ? 0u : known;
   uint bits = 0u;
   if (known < 2u) {
     // Not a reflective one, or in no cluster

@@ -228,6 +228,7 @@ void completeSurface(vec3 ray, int cluster, inout Surface surface) {
 void main() {
   ivec2 sampleAt = ivec2(gl_FragCoord.xy);
   uint known = imageLoad(clusterSamples, sampleAt).r;
+  known = known == kTracedSample ? 0u : known;
   uint bits = 0u;
   vec3 ray = rayFromPixel * vec3(gl_FragCoord.xy, 1.0);
   Surface surface = surfaceAt(sampleAt, ray);
