@@ -22,6 +22,20 @@ namespace shared = second_order_shared;
 /// Share of the frame's samples from which on a cluster is judged in cells. Ours.
 constexpr std::size_t kLargeShare = 256;
 
+/// Those of a tile's samples that `wanted` says, in their order.
+template <class Wanted>
+SampleTiles::Members keep(const SampleTiles::Members& members, Wanted&& wanted) {
+  SampleTiles::Members kept;
+  for (std::size_t k = 0; k < members.count; ++k) {
+    if (!wanted(k)) continue;
+    kept.at[kept.count] = members.at[k];
+    kept.x[kept.count] = members.x[k];
+    kept.y[kept.count] = members.y[k];
+    ++kept.count;
+  }
+  return kept;
+}
+
 /// Difference of two radiances as a display shows them, of 255 steps, mean over the channels.
 double displayDifference(const Vec3& a, const Vec3& b) {
   double sum = 0.0;
@@ -35,7 +49,10 @@ double displayDifference(const Vec3& a, const Vec3& b) {
 }  // namespace
 
 Retrace::Retrace(const SecondOrderOptions& options, const RunSettings& settings)
-    : most_(options.probes), probeError_(options.probeError), own_(settings.reflectors), masks_(settings.masks) {
+    : most_(options.probes),
+      probeError_(options.probeError),
+      own_(settings.reflectors),
+      masks_(settings.masks) {
   options_.rays = options.camera.rays;
   options_.bounces = 1;
   options_.fresnelSchlick = settings.fresnelSchlick;
@@ -49,8 +66,7 @@ void Retrace::choose(const Clustering& clustering) {
   std::vector<std::uint32_t> next(clusters.size(), 0);    // number of the next probe's sample
   std::vector<std::uint32_t> passed(clusters.size(), 0);  // samples so far
   std::vector<std::uint32_t> stride(clusters.size(), 1);
-  const std::size_t large =
-      std::max(kCell * kCell, clustering.clusterOf().size() / kLargeShare);
+  const std::size_t large = std::max(kCell * kCell, clustering.clusterOf().size() / kLargeShare);
   largeOf_.assign(clusters.size(), kNotLarge);
   std::uint32_t larges = 0;
   for (std::size_t c = 0; c < clusters.size(); ++c) {
@@ -112,7 +128,8 @@ void Retrace::compare(const raster::GBuffer& gbuffer, std::span<const Cluster> c
   if (gathered_.empty() || gathered_.height() < rows) {
     places_ = gl::Buffer("probes", static_cast<std::size_t>(rows) * shared::kProbesAcross * 4);
     placeTexture_ = gl::Texture::makeBuffer("probes", GL_R32UI, places_);
-    gathered_ = gl::Texture::make2D("reflection at probes", GL_RGBA32F, shared::kProbesAcross, rows);
+    gathered_ =
+        gl::Texture::make2D("reflection at probes", GL_RGBA32F, shared::kProbesAcross, rows);
     target_ = gl::Framebuffer("reflection at probes", {{.texture = gathered_}});
   }
   std::vector<std::uint32_t> places;
@@ -163,8 +180,7 @@ bool Retrace::traces(const Clustering& clustering, std::size_t at, std::size_t x
 }
 
 Retrace::Done Retrace::run(const FrameInput& input, Services& services,
-                                     const raster::GBufferCopy& gbuffer,
-                                     const Clustering& clustering) {
+                           const raster::GBufferCopy& gbuffer, const Clustering& clustering) {
   const scene::Camera& camera = input.frame.camera;
   const trace::TraceScene& trace = *services.trace;
   const SampleTiles tiles({gbuffer.sampleWidth(), gbuffer.sampleHeight(), gbuffer.samples}, camera,
@@ -185,36 +201,44 @@ Retrace::Done Retrace::run(const FrameInput& input, Services& services,
       if (rowTraced_[tile / columns] == 0) continue;
       tiles.find(gbuffer, static_cast<int>(tile % columns), static_cast<int>(tile / columns),
                  members);
-      std::size_t kept = 0;
-      for (std::size_t k = 0; k < members.count; ++k) {
-        if (!traces(clustering, members.at[k], members.x[k], members.y[k])) continue;
-        members.at[kept] = members.at[k];
-        members.x[kept] = members.x[k];
-        members.y[kept] = members.y[k];
-        ++kept;
-      }
-      members.count = kept;
-      if (kept == 0) continue;
-      mine.samples += kept;
-      std::fill_n(radiance.begin(), kept, Vec3(0.0f));
-      std::fill_n(flags.begin(), kept, std::uint8_t{0});
-      tiles.place(gbuffer, members, tracer.points());
-      tracer.run(radiance.data(), flags.data(), nullptr, mine.rays);
-      for (std::size_t k = 0; k < kept; ++k) {
-        float* const texel = &image_[4 * std::size_t{members.at[k]}];
-        for (int i = 0; i < 3; ++i) texel[i] = radiance[k][i];
-        texel[3] = 1.0f;
-        if (masks_)
-          maskImage_[members.at[k]] =
-              static_cast<std::uint16_t>(raster::kMaskRetraced | maskBits(flags[k]));
+      // Apart: of samples that were searched in vain the rays are counted already
+      for (const bool searched : {false, true}) {
+        const SampleTiles::Members kept = keep(members, [&](std::size_t k) {
+          const std::size_t at = members.at[k];
+          return searched != (clustering.clusterOf()[at] == Clustering::kTraced) &&
+                 traces(clustering, at, members.x[k], members.y[k]);
+        });
+        if (kept.count == 0) continue;
+        std::fill_n(radiance.begin(), kept.count, Vec3(0.0f));
+        std::fill_n(flags.begin(), kept.count, std::uint8_t{0});
+        tiles.place(gbuffer, kept, tracer.points());
+        trace::ReflectionCounts rays;
+        tracer.run(radiance.data(), flags.data(), nullptr, rays);
+        if (!searched) mine.belowHorizon += rays.belowHorizon;
+        mine.rays.add(rays);
+        mine.samples += kept.count;
+        put(kept, radiance.data(), flags.data());
       }
     }
     const std::scoped_lock lock(mutex);
     done.rays.add(mine.rays);
     done.samples += mine.samples;
+    done.belowHorizon += mine.belowHorizon;
   });
   upload(*services.gbuffer);
   return done;
+}
+
+void Retrace::put(const SampleTiles::Members& members, const Vec3* radiance,
+                  const std::uint8_t* flags) {
+  for (std::size_t k = 0; k < members.count; ++k) {
+    float* const texel = &image_[4 * std::size_t{members.at[k]}];
+    for (int i = 0; i < 3; ++i) texel[i] = radiance[k][i];
+    texel[3] = 1.0f;
+    if (masks_)
+      maskImage_[members.at[k]] =
+          static_cast<std::uint16_t>(raster::kMaskRetraced | maskBits(flags[k]));
+  }
 }
 
 /// What lies beside the traced samples in their rows of tiles goes up again as it is.
@@ -240,9 +264,8 @@ void Retrace::readRows(const raster::GBuffer& gbuffer, const SampleTiles& tiles,
         top, lines, GL_RGBA, GL_FLOAT,
         std::as_writable_bytes(std::span(image_).subspan(4 * first, 4 * count)));
     if (masks_)
-      gbuffer.masks.readRows(
-          top, lines, GL_RED_INTEGER, GL_UNSIGNED_SHORT,
-          std::as_writable_bytes(std::span(maskImage_).subspan(first, count)));
+      gbuffer.masks.readRows(top, lines, GL_RED_INTEGER, GL_UNSIGNED_SHORT,
+                             std::as_writable_bytes(std::span(maskImage_).subspan(first, count)));
   }
 }
 

@@ -1,5 +1,5 @@
-// Clusters whose depth images err, and their way through Embree instead: a few rays of each are traced,
-// to see which meet their own object, and whether what the images show is what is there.
+// Clusters whose depth images err, and their way through Embree instead: a few rays of each are
+// traced, to see which meet their own object, and whether what the images show is what is there.
 #pragma once
 
 #include <cstdint>
@@ -44,14 +44,15 @@ class Retrace {
   /// Of each cluster; of a planar mirror nothing.
   std::span<const Probed> probed() const { return probed_; }
 
-  /// Traces the samples of all clusters with Cluster::traced, and of cells that err, and writes what
-  /// they see to GBuffer::reflection and, where masks are asked for, GBuffer::masks.
+  /// Traces the samples of all clusters with Cluster::traced, and of cells that err, and writes
+  /// what they see to GBuffer::reflection and, where masks are asked for, GBuffer::masks.
   struct Done {
     trace::ReflectionCounts rays;
     std::uint64_t samples = 0;
+    std::uint64_t belowHorizon = 0;  ///< of samples that were not searched
   };
-  Done run(const FrameInput& input, Services& services,
-                              const raster::GBufferCopy& gbuffer, const Clustering& clustering);
+  Done run(const FrameInput& input, Services& services, const raster::GBufferCopy& gbuffer,
+           const Clustering& clustering);
 
  private:
   struct Probe {
@@ -68,12 +69,13 @@ class Retrace {
   bool traces(const Clustering& clustering, std::size_t at, std::size_t x, std::size_t y) const;
   void readRows(const raster::GBuffer& gbuffer, const SampleTiles& tiles,
                 const Clustering& clustering);
+  void put(const SampleTiles::Members& members, const Vec3* radiance, const std::uint8_t* flags);
   void upload(raster::GBuffer& gbuffer) const;
 
-  static constexpr std::size_t kCell = 64;  ///< samples a side. Ours.
+  static constexpr std::size_t kCell = 64;          ///< samples a side. Ours.
   static constexpr std::uint32_t kLeastProbes = 4;  ///< that a cell needs to be judged. Ours.
 
-  int most_;           ///< probes of a cluster, and of a whole cell of a large one
+  int most_;  ///< probes of a cluster, and of a whole cell of a large one
   float probeError_;
   trace::ReflectionOptions options_;
   frame::ObjectSet own_;  ///< reflectors that the method fills

@@ -107,6 +107,7 @@ void SecondOrder::render(const FrameInput& input, Services& services, FrameOutpu
     gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
   }
   output.counters = zeros(secondOrderCounters());
+  tracedBelowHorizon_ = 0;
   if (!reflectors_.any()) return;
   frame::StepTimer& timer = services.timer;
   const scene::Camera& camera = input.frame.camera;
@@ -230,6 +231,7 @@ void SecondOrder::retraceWhatErrs(const FrameInput& input, Services& services, C
     clustering_.markTraced(traced);
     const Retrace::Done done = retrace_->run(input, services, copy_, clustering_);
     counters["retraced"] = done.samples;
+    tracedBelowHorizon_ = done.belowHorizon;
     counters["refused"] = done.rays.refused;
     counters["not_finite"] = done.rays.notFinite;
   });
@@ -253,6 +255,7 @@ void SecondOrder::report(const std::vector<ClusterCamera>& cameras,
   const std::vector<Cluster>& clusters = clustering_.clusters();
   Counters& c = output.counters;
   rayPass_->count(clustering_.samplesInNoCluster(), c);
+  c["below_horizon"] += tracedBelowHorizon_;
   c["clusters"] = clusters.size();
   c["reflective_samples"] = clustering_.reflectiveSamples();
   c["depth_image_bytes"] = images_->bytes();

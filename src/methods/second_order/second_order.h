@@ -49,7 +49,8 @@ class SecondOrder : public Method {
   raster::RefractiveSamples refractive_;
   raster::GBufferCopy copy_;
   Clustering clustering_;
-  std::unique_ptr<Retrace> retrace_;  ///< where clusters are probed
+  std::uint64_t tracedBelowHorizon_ = 0;  ///< rays of the frame's samples that are not searched
+  std::unique_ptr<Retrace> retrace_;      ///< where clusters are probed
   std::unique_ptr<DepthImages> images_;
   CubeMap cubeMap_;
   std::unique_ptr<RayPass> rayPass_;
