@@ -48,7 +48,8 @@ double displayDifference(const Vec3& a, const Vec3& b) {
 
 }  // namespace
 
-Retrace::Retrace(const SecondOrderOptions& options, const RunSettings& settings)
+Retrace::Retrace(const SecondOrderOptions& options, const RunSettings& settings,
+                 const scene::Scene& scene)
     : most_(options.probes),
       probeError_(options.probeError),
       own_(settings.reflectors),
@@ -56,6 +57,9 @@ Retrace::Retrace(const SecondOrderOptions& options, const RunSettings& settings)
   options_.rays = options.camera.rays;
   options_.bounces = 1;
   options_.fresnelSchlick = settings.fresnelSchlick;
+  refracts_.push_back(false);
+  for (const scene::Object& object : scene.objects)
+    refracts_.push_back(scene.materials[object.material].refraction > 0.0f);
   gather_ = gl::Program::fullScreen("reflection at probes",
                                     "methods/second_order/shaders/probes.frag", {});
 }
@@ -87,7 +91,8 @@ void Retrace::choose(const Clustering& clustering) {
       for (std::size_t r = block.rows[row]; r < block.rows[row + 1]; ++r) {
         const SampleRun& run = block.runs[r];
         const std::uint32_t c = block.slots[run.slot];
-        for (; next[c] < passed[c] + run.count; next[c] += stride[c])
+        const bool probed = !refracts_[static_cast<std::size_t>(clusters[c].object)];
+        for (; probed && next[c] < passed[c] + run.count; next[c] += stride[c])
           probes_.push_back({c, static_cast<std::uint16_t>(run.x + next[c] - passed[c]), y});
         passed[c] += run.count;
       }

@@ -29,7 +29,8 @@ struct Probed {
 
 class Retrace {
  public:
-  Retrace(const SecondOrderOptions& options, const RunSettings& settings);
+  Retrace(const SecondOrderOptions& options, const RunSettings& settings,
+          const scene::Scene& scene);
 
   /// Traces up to SecondOrderOptions::probes samples of each curved cluster, evenly spread over it.
   /// The same for any number of threads.
@@ -80,6 +81,7 @@ class Retrace {
   trace::ReflectionOptions options_;
   frame::ObjectSet own_;  ///< reflectors that the method fills
   bool masks_;
+  std::vector<bool> refracts_;  ///< by object id: mirrored here, which Embree does not do
   std::vector<Probe> probes_;
   std::vector<Vec3> seen_;  ///< by the probes
   std::vector<Probed> probed_;

@@ -85,7 +85,7 @@ void SecondOrder::prepare(Services& services, const RunSettings& settings) {
     });
   }
   if (options_.probes > 0 && (reflectors_.curvedMirrors || reflectors_.glossy)) {
-    retrace_ = std::make_unique<Retrace>(options_, settings);
+    retrace_ = std::make_unique<Retrace>(options_, settings, services.scene);
   }
   rayPass_ = std::make_unique<RayPass>(options_, reflectors_, services, settings);
   DepthImageOptions images = options_.images;
