@@ -100,6 +100,8 @@ const std::vector<SceneFile>& sceneFiles() {
       {"glossy_text", {"glossy_text"}},
       {"ground_morph", {"ground_morph"}},
       {"near_far", {"near_far"}},
+      {"nine_balls", {"nine_balls"}, true},
+      {"nine_teapots", {"nine_teapots"}, true},
       {"statue_table", {"statue_table"}},
       {"two_figures", {"two_figures"}, true},
   };

@@ -71,7 +71,8 @@ TEST(RunConfig, AllErrorsAtOnceWithPlaces) {
       messageOf("{\"scene\": \"a\",\n\"frame\": \"1\",\n\"image\": {\"samples\": 9},\n\"methods\": "
                 "[\"tracd\",\n{\"method\": \"traced\", \"bvh\": \"refitt\"}, {\"bvh\": 1}]}"),
       "configs/f.json:2: /frame: unknown name \"frame\" (did you mean \"frames\"?); allowed: "
-      "$schema, comment, scene, path, environment, frames, image, methods, errors, preview, seed, "
+      "$schema, comment, scene, path, environment, frames, image, methods, errors, preview, sweep, "
+      "seed, "
       "device, "
       "threads\n"
       "configs/f.json:3: /image/samples: 9 is out of range; allowed: 1 to 8\n"
