@@ -27,7 +27,9 @@ RunOptions withSettings(const RunOptions& options, const study::Settings& settin
   RunOptions own = options;
   own.settings.insert(own.settings.begin(), kStudySetting);
   for (const auto& [name, value] : settings) own.settings.push_back(name + "=" + value);
-  if (!method.empty()) own.methods = {method};
+  if (method.empty()) return own;
+  own.methods = {method};
+  own.settings.emplace_back("errors.against=[]");  // frames are compared by the one who asks
   return own;
 }
 

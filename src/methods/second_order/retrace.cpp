@@ -167,7 +167,8 @@ void Retrace::compare(const raster::GBuffer& gbuffer, std::span<const Cluster> c
 }
 
 bool Retrace::errs(std::size_t cluster) const {
-  if (largeOf_[cluster] == kNotLarge) return probed_[cluster].meanError() > probeError_;
+  if (probed_[cluster].meanError() > probeError_) return true;
+  if (largeOf_[cluster] == kNotLarge) return false;
   const auto first = cells_.begin() + static_cast<std::ptrdiff_t>(cellOf(largeOf_[cluster], 0, 0));
   return std::any_of(first, first + static_cast<std::ptrdiff_t>(cellsAcross_ * cellsDown_),
                      [&](const Probed& cell) { return errs(cell); });
@@ -179,9 +180,9 @@ bool Retrace::traces(const Clustering& clustering, std::size_t at, std::size_t x
   if (known < 2) return false;
   if (known == Clustering::kTraced) return true;
   const std::uint32_t cluster = known - 2u;
-  if (largeOf_[cluster] == kNotLarge) return clustering.clusters()[cluster].traced;
-  const Probed& cell = cells_[cellOf(largeOf_[cluster], x, y)];
-  return errs(cell);
+  if (!clustering.clusters()[cluster].traced) return false;
+  return largeOf_[cluster] == kNotLarge || probed_[cluster].meanError() > probeError_ ||
+         errs(cells_[cellOf(largeOf_[cluster], x, y)]);
 }
 
 Retrace::Done Retrace::run(const FrameInput& input, Services& services,
