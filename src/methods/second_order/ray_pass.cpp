@@ -37,10 +37,11 @@ constexpr std::array<const char*, 4> kCountNames = {"below_horizon", "met_itself
 static_assert(shared::kCountBelowHorizon == 0 && shared::kCountSelf == 1 &&
               shared::kCountFaded == 2 && shared::kCountSecond == 3);
 /// Counted in its marks, `environment` together with `unclustered`.
-constexpr std::array<std::pair<std::uint32_t, const char*>, 3> kMarks = {
+constexpr std::array<std::pair<std::uint32_t, const char*>, 4> kMarks = {
     {{raster::kMaskEnvironment, "environment"},
      {raster::kMaskSky, "sky"},
-     {kMarkBridged, "bridged"}}};
+     {kMarkBridged, "bridged"},
+     {raster::kMaskRetraced, "lamp_samples"}}};
 
 gl::Program planarProgram(bool exactGrid, int depthLayers) {
   return gl::Program::fullScreen(
@@ -97,6 +98,7 @@ std::vector<gl::Define> RayPass::walkDefines(bool lobes) const {
           {"NEIGHBOURHOOD", options_.lobeRays == LobeRays::Walked ? "0" : "1"},
           {"FADE", options_.glossyReach > 0.0f ? "1" : "0"},
           {"SELF", std::to_string(static_cast<int>(options_.selfIntersect))},
+          {"LAMPS", options_.probes > 0 ? "1" : "0"},
           {"LOBE_HORIZONS", lobeHorizons_ ? "1" : "0"},
           {"FOUND", options_.countDisocclusions ? "1" : "0"},
           {"LAYERS", std::to_string(options_.images.depthLayers)}};

@@ -42,6 +42,11 @@ class RayPass {
 
   /// The counts of the last run; `unclustered`: samples in no cluster, which see the cube map.
   void count(std::uint64_t unclustered, Counters& counters) const;
+  /// Samples whose lobes see what is brighter than white, where the options have probes.
+  bool anySeesLamp() const { return markCounts_.back() > 0; }
+  bool seesLamp(std::size_t sample) const {
+    return ((masks_.empty() ? marks_[sample] : masks_[sample]) & raster::kMaskRetraced) != 0;
+  }
   /// What each sample's rays found, where the options count disocclusions.
   std::span<const Found> readFound();
 

@@ -47,6 +47,8 @@ const std::vector<CounterInfo>& secondOrderCounters() {
       {"small_clusters", "clusters that are traced, as a depth image would cost more"},
       {"self_seeing_clusters", "clusters that are traced, as they meet their own object"},
       {"erring_clusters", "clusters that are traced, as their probes differ from what was shown"},
+      {"lamp_samples",
+       "samples whose lobes see what is brighter than white: traced, with their 16 x 16 samples"},
       {"refused", "rays that Embree could not take: they see the environment", true},
       {"not_finite", "radiances of hits that were NaN or infinite, taken as 0", true},
       {"normals_cancel", "clusters whose normals cancel: the normal is turned to the eye"},

@@ -174,24 +174,27 @@ bool Retrace::errs(std::size_t cluster) const {
                      [&](const Probed& cell) { return errs(cell); });
 }
 
-bool Retrace::traces(const Clustering& clustering, std::size_t at, std::size_t x,
-                     std::size_t y) const {
+bool Retrace::traces(const Clustering& clustering, std::size_t at, std::size_t x, std::size_t y,
+                     bool byLamp) const {
   const std::uint16_t known = clustering.clusterOf()[at];
   if (known < 2) return false;
   if (known == Clustering::kTraced) return true;
   const std::uint32_t cluster = known - 2u;
+  if (byLamp && !refracts_[static_cast<std::size_t>(clustering.clusters()[cluster].object)])
+    return true;
   if (!clustering.clusters()[cluster].traced) return false;
   return largeOf_[cluster] == kNotLarge || probed_[cluster].meanError() > probeError_ ||
          errs(cells_[cellOf(largeOf_[cluster], x, y)]);
 }
 
 Retrace::Done Retrace::run(const FrameInput& input, Services& services,
-                           const raster::GBufferCopy& gbuffer, const Clustering& clustering) {
+                           const raster::GBufferCopy& gbuffer, const Clustering& clustering,
+                           const RayPass& shown) {
   const scene::Camera& camera = input.frame.camera;
   const trace::TraceScene& trace = *services.trace;
   const SampleTiles tiles({gbuffer.sampleWidth(), gbuffer.sampleHeight(), gbuffer.samples}, camera,
                           trace.scene(), trace.extents(), own_);
-  readRows(*services.gbuffer, tiles, clustering);
+  readRows(*services.gbuffer, tiles, clustering, shown);
   const float spread = scene::pixelSpreadRad(camera, gbuffer.sampleHeight());
   const auto columns = static_cast<std::size_t>(tiles.columns());
   Done done;
@@ -212,7 +215,7 @@ Retrace::Done Retrace::run(const FrameInput& input, Services& services,
         const SampleTiles::Members kept = keep(members, [&](std::size_t k) {
           const std::size_t at = members.at[k];
           return searched != (clustering.clusterOf()[at] == Clustering::kTraced) &&
-                 traces(clustering, at, members.x[k], members.y[k]);
+                 traces(clustering, at, members.x[k], members.y[k], byLamp_[tile] != 0);
         });
         if (kept.count == 0) continue;
         std::fill_n(radiance.begin(), kept.count, Vec3(0.0f));
@@ -249,7 +252,7 @@ void Retrace::put(const SampleTiles::Members& members, const Vec3* radiance,
 
 /// What lies beside the traced samples in their rows of tiles goes up again as it is.
 void Retrace::readRows(const raster::GBuffer& gbuffer, const SampleTiles& tiles,
-                       const Clustering& clustering) {
+                       const Clustering& clustering, const RayPass& shown) {
   const auto width = static_cast<std::size_t>(gbuffer.sampleWidth());
   rowTraced_.assign(static_cast<std::size_t>(tiles.rowsOf(gbuffer.sampleHeight())), 0);
   for (const Cluster& cluster : clustering.clusters()) {
@@ -257,6 +260,15 @@ void Retrace::readRows(const raster::GBuffer& gbuffer, const SampleTiles& tiles,
     const int first = cluster.top / SampleTiles::kSize;
     const int last = (cluster.bottom - 1) / SampleTiles::kSize;
     std::fill(rowTraced_.begin() + first, rowTraced_.begin() + last + 1, std::uint8_t{1});
+  }
+  const auto columns = static_cast<std::size_t>(tiles.columns());
+  byLamp_.assign(columns * rowTraced_.size(), 0);
+  const std::size_t samples = shown.anySeesLamp() ? clustering.clusterOf().size() : 0;
+  for (std::size_t at = 0; at < samples; ++at) {
+    if (!shown.seesLamp(at)) continue;
+    const std::size_t row = at / width / SampleTiles::kSize;
+    rowTraced_[row] = 1;
+    byLamp_[row * columns + at % width / SampleTiles::kSize] = 1;
   }
   image_.resize(4 * clustering.clusterOf().size());
   maskImage_.resize(masks_ ? clustering.clusterOf().size() : 0);

@@ -12,6 +12,7 @@
 #include "methods/contract/method.h"
 #include "methods/second_order/clustering/clusters.h"
 #include "methods/second_order/options.h"
+#include "methods/second_order/ray_pass.h"
 #include "methods/shared/sample_tiles.h"
 #include "trace/embree/trace_scene.h"
 #include "trace/lobes/reflect.h"
@@ -45,15 +46,16 @@ class Retrace {
   /// Of each cluster; of a planar mirror nothing.
   std::span<const Probed> probed() const { return probed_; }
 
-  /// Traces the samples of all clusters with Cluster::traced, and of cells that err, and writes
-  /// what they see to GBuffer::reflection and, where masks are asked for, GBuffer::masks.
+  /// Traces the samples of all clusters with Cluster::traced, of cells that err, and of
+  /// tiles that see lamps, and writes what they see to GBuffer::reflection and, where masks are
+  /// asked for, GBuffer::masks.
   struct Done {
     trace::ReflectionCounts rays;
     std::uint64_t samples = 0;
     std::uint64_t belowHorizon = 0;  ///< of samples that were not searched
   };
   Done run(const FrameInput& input, Services& services, const raster::GBufferCopy& gbuffer,
-           const Clustering& clustering);
+           const Clustering& clustering, const RayPass& shown);
 
  private:
   struct Probe {
@@ -67,9 +69,10 @@ class Retrace {
   bool errs(const Probed& cell) const {
     return cell.asked >= kLeastProbes && cell.meanError() > probeError_;
   }
-  bool traces(const Clustering& clustering, std::size_t at, std::size_t x, std::size_t y) const;
+  bool traces(const Clustering& clustering, std::size_t at, std::size_t x, std::size_t y,
+              bool byLamp) const;
   void readRows(const raster::GBuffer& gbuffer, const SampleTiles& tiles,
-                const Clustering& clustering);
+                const Clustering& clustering, const RayPass& shown);
   void put(const SampleTiles::Members& members, const Vec3* radiance, const std::uint8_t* flags);
   void upload(raster::GBuffer& gbuffer) const;
 
@@ -97,7 +100,8 @@ class Retrace {
   gl::Framebuffer target_;
   // What is traced, in rows of tiles that are uploaded
   std::vector<std::uint8_t> rowTraced_;
-  std::vector<float> image_;  ///< 4 a sample
+  std::vector<std::uint8_t> byLamp_;  ///< tiles of which a sample sees a lamp
+  std::vector<float> image_;          ///< 4 a sample
   std::vector<std::uint16_t> maskImage_;
 };
 

@@ -226,10 +226,10 @@ void SecondOrder::retraceWhatErrs(const FrameInput& input, Services& services, C
       ++counters["erring_clusters"];
     }
   });
-  if (std::ranges::count(traced, 1) == 0) return;
+  if (std::ranges::count(traced, 1) == 0 && !rayPass_->anySeesLamp()) return;
   services.timer.measure("recompute", [&] {
     clustering_.markTraced(traced);
-    const Retrace::Done done = retrace_->run(input, services, copy_, clustering_);
+    const Retrace::Done done = retrace_->run(input, services, copy_, clustering_, *rayPass_);
     counters["retraced"] = done.samples;
     tracedBelowHorizon_ = done.belowHorizon;
     counters["refused"] = done.rays.refused;

@@ -43,6 +43,8 @@ class Comparison {
       const Vec3& ours = found.ours[i];
       const Vec3 d = glm::abs(ours - found.traced[i]);
       const double difference = static_cast<double>((d.x + d.y + d.z) / 3.0f);
+      light += static_cast<double>(ours.x + ours.y + ours.z);
+      tracedLight += static_cast<double>(found.traced[i].x + found.traced[i].y + found.traced[i].z);
       brightest = std::max({brightest, ours.x, ours.y, ours.z});
       meanDifference += difference / static_cast<double>(samples);
       different += difference > 0.02 ? 1.0 / static_cast<double>(samples) : 0.0;
@@ -59,8 +61,10 @@ class Comparison {
   std::size_t samples = 0;
   float brightest = 0.0f;
   double meanDifference = 0.0;  ///< of radiance
-  double l1Of8Bit = 0.0;        ///< over reflective samples, of gamma 2.2 values
-  double different = 0.0;       ///< share of samples that differ by more than 0.02
+  double light = 0.0;           ///< sum of radiances, and of those that Embree finds
+  double tracedLight = 0.0;
+  double l1Of8Bit = 0.0;   ///< over reflective samples, of gamma 2.2 values
+  double different = 0.0;  ///< share of samples that differ by more than 0.02
   /// Mean over the samples with kMaskBelowHorizon.
   double differenceBelow = 0.0;
   bool finite = true;

@@ -7,6 +7,7 @@
 //                  2: all rays are
 //   LAYERS         2: rays that pass behind what they meet look for it in a second depth layer, too
 //   FOUND          1: what each ray found is written, to be compared with Embree's rays
+//   LAMPS          1: samples of lobes that see what is brighter than white are marked, to be traced
 //   LOBE_HORIZONS  1: rays of lobes are bounded by the G-buffer's lobe horizons, else by normals
 #include "raster/shaders/gloss.glsl"
 #include "marks.glsl"
@@ -167,6 +168,9 @@ Met followRays(Surface surface, DepthImage image, inout uint bits) {
     all.missed = all.missed || hit.kind == kMissed;
     all.sky = all.sky || hit.kind == kSky;
     all.overEdge = all.overEdge || hit.bridged;
+#if LOBES && LAMPS
+    bits |= max(seen.r, max(seen.g, seen.b)) > 1.0 ? kMaskRetraced : 0u;
+#endif
     uint bit = 1u << (k & 31);
 #if LOBES
     nothingSeen[k >> 5] |= hit.kind == kSky || hit.kind == kMissed ? bit : 0u;
