@@ -119,6 +119,27 @@ void fade(float farPlane, vec3 diffuse, inout Hit hit, inout vec3 seen) {
 }
 #endif
 
+#if LOBES
+// What rays see that found nothing, and those of them over nothing. Apart from the walks: every
+// lane would pay for each of them.
+vec3 seenBeyond(Surface surface, float exponent, vec2 shift, uvec2 nothingSeen, uvec2 skySeen) {
+  vec3 sum = vec3(0.0);
+  float level = lobeLevel(exponent, float(RAYS));
+  for (int word = 0; word < (RAYS + 31) / 32; ++word) {
+    for (int cap = 0; nothingSeen[word] != 0u && cap < 32; ++cap) {
+      int k = findLSB(nothingSeen[word]);
+      nothingSeen[word] &= nothingSeen[word] - 1u;
+      bool below;
+      vec3 direction =
+          lobeDirection(surface.mirror, surface.horizon, exponent, 32 * word + k, shift, below);
+      sum += (skySeen[word] >> k & 1u) != 0u ? overNothing(surface.position, direction, level)
+                                             : fallback(surface.position, direction, level);
+    }
+  }
+  return sum;
+}
+#endif
+
 // Follows all rays of a sample.
 Met followRays(Surface surface, DepthImage image, inout uint bits) {
   Met all = Met(vec3(0.0), false, false, false, false, false, false);
@@ -186,19 +207,7 @@ Met followRays(Surface surface, DepthImage image, inout uint bits) {
       Found(nothing, float[3](where.x, where.y, where.z));
 #endif
 #if LOBES
-  // Apart from the walks: every lane would pay for each of them
-  float level = lobeLevel(exponent, float(RAYS));
-  for (int word = 0; word < (RAYS + 31) / 32; ++word) {
-    for (int cap = 0; nothingSeen[word] != 0u && cap < 32; ++cap) {
-      int k = findLSB(nothingSeen[word]);
-      nothingSeen[word] &= nothingSeen[word] - 1u;
-      bool below;
-      vec3 direction =
-          lobeDirection(surface.mirror, surface.horizon, exponent, 32 * word + k, shift, below);
-      all.sum += (skySeen[word] >> k & 1u) != 0u ? overNothing(surface.position, direction, level)
-                                                 : fallback(surface.position, direction, level);
-    }
-  }
+  all.sum += seenBeyond(surface, exponent, shift, nothingSeen, skySeen);
 #endif
   return all;
 }
