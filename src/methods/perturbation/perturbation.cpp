@@ -6,11 +6,13 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/log.h"
+#include "core/parallel.h"
 #include "methods/perturbation/disocclusions.h"
 #include "methods/perturbation/kinds.h"
 #include "methods/perturbation/options.h"
@@ -302,6 +304,7 @@ class Perturbation : public Method {
     for (auto& [sequence, type] : types_) {
       if (!type.occurs()) continue;
       const int body = inside(services.scene, sequence);
+      std::vector<int> wanted;
       for (int o = 0; o < static_cast<int>(geometry.objects.size()); ++o) {
         std::uint64_t& bytes = type.bytes[static_cast<std::size_t>(o)];
         if (bytes != PathType::kUnknown) continue;
@@ -313,40 +316,71 @@ class Perturbation : public Method {
         }
         if (body >= 0 && body != o) continue;
         if (!type.planes.empty() && culling.hides(type.planes, sequence[0].object, o)) continue;
-        if (made.bytes + leastBytes(geometry.objects[static_cast<std::size_t>(o)]) >
-            options_.memoryBytes) {
-          if (made.beyond++ == 0) made.firstBeyond = nameOf(services.scene, sequence, o);
-          continue;
-        }
-        const std::string name = nameOf(services.scene, sequence, o);
-        news.begin(name);
-        bytes = makeObject(sequence, type, o, name, view, services, part, news, made);
-        made.bytes += bytes;
+        wanted.push_back(o);
+      }
+      for (std::size_t first = 0; first < wanted.size(); first += kAtOnce) {
+        const std::size_t count = std::min(kAtOnce, wanted.size() - first);
+        makeSome(sequence, type, std::span(wanted).subspan(first, count), view, services, part,
+                 news, made);
       }
     }
     return made;
   }
 
-  /// One of them; returns its bytes.
-  std::uint64_t makeObject(const Sequence& sequence, PathType& type, int o, const std::string& name,
-                           const View& view, Services& services,
-                           std::optional<raster::Region>& part, SlowNews& news, Made& all) {
+  /// Objects of a type that are made side by side: what one thread does of each overlaps. Ours.
+  static constexpr std::size_t kAtOnce = 8;
+  /// One of them.
+  struct Making {
+    VirtualTriangles triangles;  ///< their memory serves the next
     TriangleCounts counts;
-    const VirtualTriangles* const triangles =
-        trianglesOf(services.geometry, sequence.back().object, type, o, view, news, counts);
-    all.counts.add(counts);
-    if (counts.coarse > 0) all.coarse.push_back(name);
-    if (counts.paths.leftOut > 0) all.leftOut.push_back(name);
-    // What curved mirrors show nothing of has taken its time, which memory_mib bounds, too
-    const std::uint64_t searched = type.planes.empty() ? counts.vertices * kVertexBytes : 0;
-    if (!triangles) return searched;
-    VirtualObject drawn(*triangles, view.camera, services.gbuffer->sampleWidth(),
-                        services.gbuffer->sampleHeight());
-    if (drawn.triangles.empty()) return searched;
-    if (part) part->add(drawn.where);
-    const std::uint64_t bytes = drawn.bytes();
-    type.objects.emplace(o, std::move(drawn));
-    return std::max(bytes, searched);
+    bool shows = false;
+  };
+
+  /// Makes up to kAtOnce objects, of which those are kept, in their order, that memory_mib allows.
+  void makeSome(const Sequence& sequence, PathType& type, std::span<const int> objects,
+                const View& view, Services& services, std::optional<raster::Region>& part,
+                SlowNews& news, Made& made) {
+    const frame::Geometry& geometry = services.geometry;
+    const auto tooMany = [&](int o) {
+      return made.bytes + leastBytes(geometry.objects[static_cast<std::size_t>(o)]) >
+             options_.memoryBytes;
+    };
+    for (const int o : objects) connectivity_.try_emplace(o);
+    making_.resize(std::max(making_.size(), objects.size()));
+    parallelFor(objects.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        making_[i].counts = {};
+        making_[i].shows = false;
+        if (tooMany(objects[i])) continue;
+        news.begin(nameOf(services.scene, sequence, objects[i]));
+        making_[i].shows = findTriangles(geometry, sequence.back().object, type, objects[i], view,
+                                         news, making_[i]);
+      }
+    });
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      const int o = objects[i];
+      Making& one = making_[i];
+      if (tooMany(o)) {
+        if (made.beyond++ == 0) made.firstBeyond = nameOf(services.scene, sequence, o);
+        continue;
+      }
+      made.counts.add(one.counts);
+      if (one.counts.coarse > 0) made.coarse.push_back(nameOf(services.scene, sequence, o));
+      if (one.counts.paths.leftOut > 0) made.leftOut.push_back(nameOf(services.scene, sequence, o));
+      // What curved mirrors show nothing of has taken its time, which memory_mib bounds, too
+      std::uint64_t& bytes = type.bytes[static_cast<std::size_t>(o)];
+      bytes = type.planes.empty() ? one.counts.vertices * kVertexBytes : 0;
+      if (one.shows) {
+        VirtualObject drawn(one.triangles, view.camera, services.gbuffer->sampleWidth(),
+                            services.gbuffer->sampleHeight());
+        if (!drawn.triangles.empty()) {
+          bytes = std::max(bytes, drawn.bytes());
+          if (part) part->add(drawn.where);
+          type.objects.emplace(o, std::move(drawn));
+        }
+      }
+      made.bytes += bytes;
+    }
   }
 
   /// What an object takes at least, unless it is not seen at all.
@@ -373,14 +407,13 @@ class Perturbation : public Method {
     counters["reflections_left_out"] = counts.paths.leftOut;
   }
 
-  /// What one path type, whose last turn is at `last`, shows of one object; null where it never
+  /// What one path type, whose last turn is at `last`, shows of one object; false where it never
   /// does.
-  const VirtualTriangles* trianglesOf(const frame::Geometry& geometry, int last,
-                                      const PathType& type, int o, const View& view, SlowNews& news,
-                                      TriangleCounts& counts) {
+  bool findTriangles(const frame::Geometry& geometry, int last, const PathType& type, int o,
+                     const View& view, SlowNews& news, Making& one) {
     const bool own = o == last;
-    if (geometry.objects[static_cast<std::size_t>(o)].indexCount == 0) return nullptr;
-    if (own && !(type.planes.empty() && type.paths->seesItself())) return nullptr;
+    if (geometry.objects[static_cast<std::size_t>(o)].indexCount == 0) return false;
+    if (own && !(type.planes.empty() && type.paths->seesItself())) return false;
     if (type.planes.empty()) {
       TriangleOptions options = options_.triangles;
       options.maxTraced = std::max(
@@ -388,12 +421,12 @@ class Perturbation : public Method {
                                                   view.width * view.height));
       options.lookedUp = [&](std::size_t places) { news.add(places); };
       virtualTriangles(geometry, o, *type.paths, own, view, options_.path.order, options,
-                       connectivity_[o], counts, triangles_);
-      triangles_.depthSlack = kDepthSlack * static_cast<float>(type.paths->size());
+                       connectivity_.at(o), one.counts, one.triangles);
+      one.triangles.depthSlack = kDepthSlack * static_cast<float>(type.paths->size());
     } else {
-      triangles_ = mirroredTriangles(geometry, o, type.planes, view.camera.eye(), counts);
+      one.triangles = mirroredTriangles(geometry, o, type.planes, view.camera.eye(), one.counts);
     }
-    return &triangles_;
+    return true;
   }
 
   /// The first of some things, and how many others there are.
@@ -479,7 +512,7 @@ class Perturbation : public Method {
   bool warnedOfBeyond_ = false;
   std::uint64_t objectsLeftOut_ = 0;          ///< in the last frame
   std::map<int, Connectivity> connectivity_;  ///< by index in geometry.objects
-  VirtualTriangles triangles_;                ///< of one object, for the next
+  std::vector<Making> making_;
 };
 
 std::unique_ptr<Method> make(const config::Value& options) {
