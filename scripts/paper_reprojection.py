@@ -4,6 +4,7 @@ import pathlib
 import statistics
 import subprocess
 
+from display_steps import display, l1
 from paper_run import exponent, machine, number, preview, sheet
 
 # Scene, path, as printed: reflective pixels % (max, avg), ray tracer and method in frames per second (max, min,
@@ -79,21 +80,26 @@ def rate(times):
     return " / ".join(number(v) for v in (1e3 / min(times), 1e3 / max(times), 1e3 / statistics.fmean(times)))
 
 
+def errors_of(bench, name, method):
+    """L1_8bit against `traced` of each frame."""
+    folder = bench.work / name / "0"
+    return [l1(display(folder / method / "frames" / f.name), display(f))
+            for f in sorted((folder / "traced" / "frames").glob("*.exr"))]
+
+
 def temporal(bench, name, method):
     """Over pairs of successive frames, in 8-bit steps: the mean change of `traced`, that of the method
     divided by it, and the mean difference of the two changes."""
-    from PIL import ImageMath, ImageStat
     folder = bench.work / name / "0"
-    files = sorted((folder / "traced" / "frames").glob("*.exr"))
-    step = max(1, (len(files) - 1) // 12)
-    own, changes, differences = [], [], []
-    for before, after in list(zip(files, files[1:]))[::step]:
-        images = [preview(folder / m / "frames" / f.name).split()[:3] for m in (method, "traced") for f in (after, before)]
-        mean = lambda formula: statistics.fmean(  # noqa: E731
-            ImageStat.Stat(ImageMath.eval(formula, a=a, b=b, c=c, d=d)).mean[0] for a, b, c, d in zip(*images))
-        own.append(mean("abs(float(a)-float(b))"))
-        changes.append(mean("abs(float(c)-float(d))"))
-        differences.append(mean("abs((float(a)-float(b))-(float(c)-float(d)))"))
+    own, changes, differences, before = [], [], [], None
+    for file in sorted((folder / "traced" / "frames").glob("*.exr")):
+        shown = display(folder / method / "frames" / file.name), display(file)
+        if before:
+            change = [now - then for now, then in zip(shown, before)]
+            own.append(float(abs(change[0]).mean()))
+            changes.append(float(abs(change[1]).mean()))
+            differences.append(l1(*change))
+        before = shown
     return statistics.fmean(changes), statistics.fmean(own) / max(1e-9, statistics.fmean(changes)), statistics.fmean(differences)
 
 
@@ -136,7 +142,7 @@ change is the mean difference of successive frames, in 8-bit steps; beside it th
         folder = name.replace(" ", "_")
         cells = [name]
         for method in ("reprojection", "image_warp"):
-            errors = [f["L1_8bit"] for f in bench.errors(folder, method, "traced")[0]]
+            errors = errors_of(bench, folder, method)
             cells += [statistics.fmean(errors), max(errors)]
         change, ratio, difference = temporal(bench, folder, "reprojection")
         rows.append([*cells, change, ratio, difference, temporal(bench, folder, "image_warp")[2]])
@@ -203,7 +209,7 @@ paper; here partial key frames and the nearest of several matches narrow the err
     sheet(document.picture("fig9.png", "Pillars"),
           [[crop(preview(folder / m / "frames" / f"frame.{n:04d}.exr")) for n in frames] for m in ("image_warp", "reprojection", "traced")],
           [f"frame {n}" for n in frames], 170)
-    errors = {m: [f["L1_8bit"] for f in bench.errors("pillars", m, "traced")[0]] for m in ("reprojection", "image_warp")}
+    errors = {m: errors_of(bench, "pillars", m) for m in ("reprojection", "image_warp")}
     document.table(["L1_8bit of frame", *map(str, frames)], [[m, *values] for m, values in errors.items()])
 
 
@@ -215,7 +221,7 @@ def options(bench, document):
     for name, run in runs.items():
         if name == "traced":
             continue
-        errors = [f["L1_8bit"] for f in bench.errors("options", name, "traced")[0]]
+        errors = errors_of(bench, "options", name)
         rows.append([name, run.ms(), run.ratio(runs["traced"]), recomputed(run, False), sum(run.count("key_frame")),
                      sum(run.count("partial_key")), statistics.fmean(errors), max(errors)])
     document.text(f"## The trade of time against error\n\nThe default, and one option changed at a time; living room b, {count} frames from 193 on.")
@@ -264,7 +270,7 @@ def mapping(bench, document):
                             settings=[f"methods.1.mapping={name}", "methods.1.keyframe_threshold=1"])["reprojection"]
         folder = bench.work / f"mapping_{name}" / "0" / "reprojection" / "frames"
         shown.append([masked(folder / f"frame.{n:04d}.exr").crop((330, 430, 586, 686)) for n in frames])
-        errors = [f["L1_8bit"] for f in bench.errors(f"mapping_{name}", "reprojection", "traced")[0]]
+        errors = errors_of(bench, f"mapping_{name}", "reprojection")
         share = [100 * c["retraced"] / reflective(c) for c in runs[name].counters.values()]
         rows += [[f"{names[name]}: recomputed %", *share], [f"{names[name]}: L1_8bit", *errors]]
     document.text("## Fig. 5: points and meshes\n\nThe camera of planar_mirror comes nearer to the mirror, by 8 cm a frame; frame 1 is "
@@ -290,7 +296,7 @@ def slow(bench, document):
         folder = f"slow_{scene}_{bounces}"
         run = render(bench, folder, f"scenes/{scene}.json", file, ["traced", "reprojection"],
                      frames, settings=[f"methods.0.bounces={bounces}", f"methods.1.bounces={bounces}", "image.masks=false"])
-        errors = [f["L1_8bit"] for f in bench.errors(folder, "reprojection", "traced")[0]]
+        errors = errors_of(bench, folder, "reprojection")
         ours, traced = run["reprojection"], run["traced"]
         plain = [n for n, c in ours.counters.items() if not c["key_frame"]]
         method = statistics.median(1e3 * sum(ours.steps[n].get(s, 0) for s in (*OWN, "recompute")) for n in plain)

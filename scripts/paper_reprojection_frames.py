@@ -1,10 +1,13 @@
 """Errors and shares of what is traced anew of every frame of reprojection's paths, for scripts/paper_tables."""
 import csv
 import hashlib
-import json
+import itertools
+import math
 import shutil
 import statistics
+import time
 
+from display_steps import display, l1
 from paper_reprojection import PATHS, reflective
 from paper_run import Bench, Document, number
 from paper_second_order import average_and_most
@@ -13,26 +16,6 @@ FRAMES = 500
 CHUNK = 64  # frames between two restarts: a chunk renders nothing twice
 METHODS = ("reprojection", "traced")
 COLUMNS = ["frame", "l1_8bit", "change", "change_of_traced", "reflective", "retraced", "key_frame", "partial_key"]
-
-
-def by_frame(bench, run, reference):
-    """L1_8bit by frame; one exposure, as HDR-FLIP is not asked for."""
-    result = json.loads(bench.catoptric("compare", run, reference, "--json", "--num-exposures", "1"))
-    return {f["frame"]: f["L1_8bit"] for f in result[0]["frames"]}
-
-
-def changes(bench, frames):
-    """L1_8bit of each frame of a folder against the one before it, where that is there."""
-    after, before = frames.parent / "after", frames.parent / "before"
-    for folder in (after, before):
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir()
-    numbers = {int(f.suffixes[0][1:]): f for f in frames.glob("*.exr")}
-    for n in numbers:
-        if n - 1 in numbers:
-            (after / f"frame.{n:04d}.exr").symlink_to(numbers[n])
-            (before / f"frame.{n:04d}.exr").symlink_to(numbers[n - 1])
-    return by_frame(bench, after, before) if any(after.iterdir()) else {}
 
 
 def measure(bench, name, numbers):
@@ -44,17 +27,20 @@ def measure(bench, name, numbers):
                         [f"scene=scenes/{scene}.json", f"path=paths/{path}.json", "image.layers=[]",
                          "image.masks=false", "preview.enabled=false"], [([], numbers)], list(METHODS))
     out = bench.work / folder / "0"
-    errors = by_frame(bench, out / "reprojection", out / "traced")
-    change = {}
+    errors, change, before = {}, {m: {} for m in METHODS}, {}
     for method in METHODS:
-        frames = out / method / "frames"
-        before = kept / method / f"frame.{numbers[0] - 1:04d}.exr"
-        if before.exists():
-            shutil.copy(before, frames)
-        change[method] = changes(bench, frames)
+        if (last := kept / method / f"frame.{numbers[0] - 1:04d}.exr").exists():
+            before[method] = display(last)
+    for n in numbers:
+        shown = {m: display(out / m / "frames" / f"frame.{n:04d}.exr") for m in METHODS}
+        errors[n] = l1(*shown.values())
+        for method in before:
+            change[method][n] = l1(shown[method], before[method])
+        before = shown
+    for method in METHODS:
         shutil.rmtree(kept / method, ignore_errors=True)
         (kept / method).mkdir(parents=True)
-        shutil.copy(frames / f"frame.{numbers[-1]:04d}.exr", kept / method)
+        shutil.copy(out / method / "frames" / f"frame.{numbers[-1]:04d}.exr", kept / method)
     shutil.rmtree(bench.work / folder)
     counters = runs["reprojection"].counters
     return [[n, errors[n], *(change[m].get(n, "") for m in METHODS), reflective(counters[n]), counters[n]["retraced"],
@@ -84,14 +70,14 @@ class Measured:
         return [v for v in values if v not in (None, "")]
 
 
-def write(bench: Bench, document: Document, frames=range(1, FRAMES + 1), measures=True):
-    """Measures the paths, a part of each in turn, and writes the document; without `measures` of what there is."""
+def write(bench: Bench, document: Document, frames=range(1, FRAMES + 1), seconds=math.inf):
+    """Measures the paths, one after the other, for about so many seconds, and writes the document of what there is."""
     paths = {name: Measured(bench, name) for name in PATHS}
     chunks = [list(frames[i:i + CHUNK]) for i in range(0, len(frames), CHUNK)]
-    for chunk in chunks if measures else []:
-        for name, measured in paths.items():
-            if chunk[0] not in measured.column("frame"):
-                measured.add(measure(bench, name, chunk))
+    began = time.monotonic()
+    for (name, measured), chunk in itertools.product(paths.items(), chunks):
+        if chunk[0] not in measured.column("frame") and time.monotonic() - began < seconds:
+            measured.add(measure(bench, name, chunk))
 
     document.text(f"""# reprojection: every frame of the paths
 

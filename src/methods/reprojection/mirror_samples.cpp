@@ -47,37 +47,44 @@ void MirrorSamples::find(const raster::GBufferCopy& source, const scene::Camera&
   });
 }
 
-void MirrorSamples::aim() {
-  rays_.resize(count());
-  positions_.resize(count());
+void MirrorSamples::eachTile(
+    const std::function<void(std::size_t, trace::PointLanes&)>& body) const {
   const SampleTiles tiles({source_->sampleWidth(), source_->sampleHeight(), source_->samples},
                           *camera_, trace_->scene(), trace_->extents(), own_);
-  const scene::Scene& scene = trace_->scene();
   parallelFor(tiles_.size(), kTilesPerTask, [&](std::size_t begin, std::size_t end) {
     trace::PointLanes& lanes = trace::LobeTracer::ofThread().points();
     for (std::size_t t = begin; t < end; ++t) {
       if (tiles_[t].count == 0) continue;
       tiles.place(*source_, tiles_[t], lanes);
-      trace::aim(lanes);
-      for (std::size_t k = 0; k < tiles_[t].count; ++k) {
-        MirrorRay& ray = rays_[first_[t] + k];
-        positions_[first_[t] + k] = lanes.position.at(k);
-        ray.reflector = 0;
-        const int object = lanes.object[k];
-        if (!isMirror(lanes.glossiness[k], object, scene)) continue;
-        ray.reflector = static_cast<std::uint32_t>(object);
-        ray.origin = lanes.origin.at(k);
-        ray.direction = lanes.axis.at(k);
-        const bool implicit = trace_->geometry().objects[ray.reflector - 1].surface >= 0;
-        if (!implicit && lanes.bent[k] == 0 && !(lanes.above[k] < 0.0f)) continue;
-        trace::ReflectionPoint point = lanes.at(k);
-        trace::settle(*trace_, point);
-        bool belowHorizon = false;
-        bool total = false;
-        const trace::Ray settled = trace::lobeRay(point, 0, 1, belowHorizon, total);
-        ray.origin = settled.origin;
-        ray.direction = settled.direction;
-      }
+      body(first_[t], lanes);
+    }
+  });
+}
+
+void MirrorSamples::aim() {
+  rays_.resize(count());
+  positions_.resize(count());
+  const scene::Scene& scene = trace_->scene();
+  eachTile([&](std::size_t first, trace::PointLanes& lanes) {
+    trace::aim(lanes);
+    for (std::size_t k = 0; k < lanes.count; ++k) {
+      MirrorRay& ray = rays_[first + k];
+      positions_[first + k] = lanes.position.at(k);
+      ray.reflector = 0;
+      const int object = lanes.object[k];
+      if (!isMirror(lanes.glossiness[k], object, scene)) continue;
+      ray.reflector = static_cast<std::uint32_t>(object);
+      ray.origin = lanes.origin.at(k);
+      ray.direction = lanes.axis.at(k);
+      const bool implicit = trace_->geometry().objects[ray.reflector - 1].surface >= 0;
+      if (!implicit && lanes.bent[k] == 0 && !(lanes.above[k] < 0.0f)) continue;
+      trace::ReflectionPoint point = lanes.at(k);
+      trace::settle(*trace_, point);
+      bool belowHorizon = false;
+      bool total = false;
+      const trace::Ray settled = trace::lobeRay(point, 0, 1, belowHorizon, total);
+      ray.origin = settled.origin;
+      ray.direction = settled.direction;
     }
   });
 }

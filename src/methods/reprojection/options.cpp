@@ -73,6 +73,10 @@ const config::OptionTable<Options>& reprojectionOptions() {
                           .trade("0.1,0.25,0.5,1"));
     options.push_back(field(&Options::maxSearchSteps, "max_search_steps", config::range(1, 1000),
                             "steps of the search, from each start"));
+    options.push_back(field(&Options::border, "border", config::range(0, 64),
+                            "samples over which what is found again goes over into areas that are "
+                            "traced anew: that many more are traced about them; 0: none")
+                          .trade("0,2,4"));
     options.push_back(field(&Options::refine, "refine",
                             "correct what was found by what is shown between the samples"));
     return config::OptionTable<Options>("reprojection", "Options of the method reprojection.",

@@ -34,6 +34,7 @@ struct Options {
   float magnification = 16.0f;  ///< [Xie2017] Sec. 4.1
   float fidelity = 0.25f;       ///< ours: samples of the key frame
   bool refine = true;
+  int border = 0;  ///< ours; the paper's outlook
   int rays = 8;
   int bounces = 1;
   trace::BvhPolicy bvh = trace::BvhPolicy::Static;

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/parallel.h"
 #include "methods/contract/restarts.h"
+#include "methods/reprojection/border.h"
 #include "methods/reprojection/key_frame.h"
 #include "methods/reprojection/mirror_samples.h"
 #include "methods/reprojection/options.h"
@@ -17,6 +19,7 @@
 #include "methods/shared/reflective_samples.h"
 #include "methods/shared/reflectors.h"
 #include "methods/shared/sample_tiles.h"
+#include "trace/lobes/lobe_tracer.h"
 #include "trace/lobes/reflect.h"
 
 namespace catoptric::methods {
@@ -104,6 +107,7 @@ class Reprojection : public Method {
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
     counts_ = {};
+    blended_ = 0;
     if (services.trace == nullptr) {  // no reflectors: nothing was planned
       report({}, 0, 0, output);
       return;
@@ -218,20 +222,23 @@ class Reprojection : public Method {
       samples_.points(samples_.places(), points_);
       hits_.resize(points_.size());
       seconds_.assign(second_.used(services.geometry) ? points_.size() : 0, {});
-      trace(input, services, radiance_, flags_, hits_);
+      traceAll(input, services);
       keep(key_, input, services, samples_.places(), radiance_);
       keyNumber_ = input.frame.number;
       partial_.clear();
     });
   }
 
-  /// Traces what was not found; `keeps`: as a partial key frame.
+  /// Traces what was not found, and what lies about it; `keeps`: as a partial key frame.
   void retrace(const FrameInput& input, Services& services,
                const std::vector<std::uint32_t>& missing, bool keeps) {
     services.timer.measure("recompute", [&] {
+      const auto border = border_.find(samples_, reuse_, missing, options_.border);
+      blended_ = border.size();
       std::vector<std::uint32_t> places;
-      places.reserve(missing.size());
+      places.reserve(missing.size() + border.size());
       for (const std::uint32_t i : missing) places.push_back(samples_.places()[i]);
+      for (const auto& member : border) places.push_back(samples_.places()[member.index]);
       samples_.points(places, points_);
       std::vector<Vec3> radiance(points_.size(), Vec3(0.0f));
       std::vector<std::uint8_t> flags(masks_ ? points_.size() : 0, 0);
@@ -242,6 +249,10 @@ class Reprojection : public Method {
         radiance_[missing[k]] = radiance[k];
         if (masks_) flags_[missing[k]] = flags[k];
       }
+      for (std::size_t k = 0; k < border.size(); ++k) {
+        Vec3& shown = radiance_[border[k].index];
+        shown = glm::mix(shown, radiance[missing.size() + k], border[k].traced);
+      }
       if (!keeps) return;
       // The oldest one's memory serves the newest.
       if (partial_.size() < static_cast<std::size_t>(options_.partialKeys))
@@ -249,6 +260,25 @@ class Reprojection : public Method {
       else
         std::rotate(partial_.begin(), partial_.begin() + 1, partial_.end());
       keep(partial_.back(), input, services, places, radiance);
+    });
+  }
+
+  /// All samples, in packets of the same rays as `traced`: of two surfaces that a ray meets at one
+  /// distance, as along an edge, the one that Embree names depends on the other rays beside it.
+  void traceAll(const FrameInput& input, Services& services) {
+    const float spread = scene::pixelSpreadRad(input.frame.camera, copy_.sampleHeight());
+    counts_ = {};
+    std::mutex mutex;
+    samples_.eachTile([&](std::size_t first, trace::PointLanes&) {
+      trace::LobeTracer& tracer = trace::LobeTracer::ofThread();
+      tracer.begin(*services.trace, services.lighting, spread, reflection_);
+      tracer.keepSeconds(seconds_.empty() ? nullptr : seconds_.data() + first);
+      trace::ReflectionCounts mine;
+      tracer.run(radiance_.data() + first, flags_.empty() ? nullptr : flags_.data() + first,
+                 hits_.data() + first, mine);
+      tracer.keepSeconds(nullptr);
+      const std::scoped_lock lock(mutex);
+      counts_.add(mine);
     });
   }
 
@@ -277,6 +307,7 @@ class Reprojection : public Method {
               FrameOutput& output) const {
     output.counters["reused"] = outcomes[Outcome::Found];
     output.counters["retraced"] = retraced;
+    output.counters["blended"] = blended_;
     output.counters["key_frame_samples"] = keyed;
     output.counters["key_frame"] = keyed > 0 ? 1 : 0;
     output.counters["not_searched"] = outcomes[Outcome::NotSearched];
@@ -307,6 +338,7 @@ class Reprojection : public Method {
   std::vector<KeyFrame> partial_;  ///< since then, oldest first
   double leastShare_ = 1.0;  ///< of samples not found, since the last key frame of either kind
   trace::ReflectionCounts counts_;
+  std::uint64_t blended_ = 0;
   // Kept across frames, so that no frame allocates anew.
   raster::GBufferCopy copy_;
   reprojection::MirrorSamples samples_;
@@ -315,6 +347,7 @@ class Reprojection : public Method {
   std::vector<std::uint8_t> flags_;
   std::vector<trace::FirstHit> hits_;
   std::vector<trace::SecondHit> seconds_;  ///< of a key frame that keeps them
+  reprojection::Border border_;
   ReflectionUpload upload_;
 };
 
@@ -336,6 +369,7 @@ const std::vector<CounterInfo>& counterInfos() {
   static const std::vector<CounterInfo> infos = {
       {"reused", "samples whose reflection comes from the key frame"},
       {"retraced", "samples that were traced anew in a frame that is no key frame"},
+      {"blended", "of reused: traced, too, and mixed with it, at the border of what was retraced"},
       {"key_frame", "1 where the frame is a key frame"},
       {"partial_key", "1 where what the frame traced anew is kept beside the key frame"},
       {"key_frame_samples", "samples that were traced because the frame is a key frame"},

@@ -44,6 +44,10 @@ class Reuse {
 
   /// Of sample i: Found, or why it was not found in the first of the key frames.
   Outcome outcome(std::size_t i) const { return outcomes_[i]; }
+  /// The number of the sample at (x, y) of the G-buffer; -1: it does not reflect.
+  std::int32_t sampleAt(int x, int y) const {
+    return indexOf_[static_cast<std::size_t>(y * width_ + x)];
+  }
   /// Of a sample that was found in the last key frame, from this to the next findIn().
   const Match& match(std::size_t i) const { return matches_[i]; }
   /// It is not found after all, and not to be found in another key frame.

@@ -120,26 +120,30 @@ bool continuousTaps(const KeyFrame& key, std::uint32_t reflector, const Taps& ta
 }
 
 /// One more step, from what is shown between the samples: the first one took a line through two of
-/// them for the truth.
+/// them for the truth. Beyond a rim, where the way goes on as a parabola, two.
 void refine(const KeyFrame& key, const MirrorRay& ray, const Across& across,
             const glm::mat2& jacobian, const Options& options, Match& match) {
   Vec2& place = match.place;
-  const Taps taps = tapsOf(key, place);
-  if (!taps.inside) return;
-  Vec4 shown(0.0f);
-  if (continuousTaps(key, ray.reflector, taps)) {
-    for (int i = 0; i < 4; ++i) shown += taps.weight[i] * key.place(taps.at[i]);
-  } else {
-    const Lookup lookup = lookUp(key, ray.reflector, place, options);
-    if (lookup.outcome != Outcome::Found) return;
-    shown = lookup.place;
+  int turns = 1;
+  for (int turn = 0; turn < turns; ++turn) {
+    const Taps taps = tapsOf(key, place);
+    if (!taps.inside) return;
+    Vec4 shown(0.0f);
+    if (continuousTaps(key, ray.reflector, taps)) {
+      for (int i = 0; i < 4; ++i) shown += taps.weight[i] * key.place(taps.at[i]);
+    } else {
+      const Lookup lookup = lookUp(key, ray.reflector, place, options);
+      if (lookup.outcome != Outcome::Found) return;
+      shown = lookup.place;
+      turns = 2;
+    }
+    Vec2 off;
+    if (!angleOff(ray, across, shown, off)) return;
+    const Vec2 move = -(glm::inverse(jacobian) * off);
+    if (!(std::max(std::abs(move.x), std::abs(move.y)) <= kShortStep)) return;
+    match.miss = glm::length(move);
+    place += move;
   }
-  Vec2 off;
-  if (!angleOff(ray, across, shown, off)) return;
-  const Vec2 move = -(glm::inverse(jacobian) * off);
-  if (!(std::max(std::abs(move.x), std::abs(move.y)) <= kShortStep)) return;
-  match.miss = glm::length(move);
-  place += move;
 }
 
 }  // namespace
@@ -187,6 +191,39 @@ Match search(const KeyFrame& key, const MirrorRay& ray, const Vec2& start, const
 
 namespace {
 
+/// What is shown at a place beside its nearest sample, from that one's neighbours on the side where
+/// they show the same surface: by a parabola along each axis where there are two of them. A line is
+/// off by three times as much beyond the rim as between samples.
+bool goOn(const KeyFrame& key, const Vec2& at, float epsilon, Vec4& place) {
+  const int x = static_cast<int>(std::floor(at.x + 0.5f));
+  const int y = static_cast<int>(std::floor(at.y + 0.5f));
+  const Vec2 beside = at - Vec2(static_cast<float>(x), static_cast<float>(y));
+  const Vec4 here = key.place(key.index(x, y));
+  place = here;
+  std::array<int, 2> side{};
+  for (int axis = 0; axis < 2; ++axis) {
+    side[axis] = besideOf(key, x, y, axis, epsilon);
+    if (side[axis] == 0) return false;
+    const int dx = axis == 0 ? side[axis] : 0;
+    const int dy = axis == 1 ? side[axis] : 0;
+    const std::size_t next = key.index(x + dx, y + dy);
+    const float t = static_cast<float>(side[axis]) * beside[axis];
+    place += t * (key.place(next) - here);
+    if (key.inside(x + 2 * dx, y + 2 * dy)) {
+      const std::size_t after = key.index(x + 2 * dx, y + 2 * dy);
+      if (key.continuous(next, after, epsilon))
+        place += 0.5f * t * (t - 1.0f) * (key.place(after) - 2.0f * key.place(next) + here);
+    }
+  }
+  const std::size_t nextX = key.index(x + side[0], y);
+  const std::size_t nextY = key.index(x, y + side[1]);
+  const std::size_t corner = key.index(x + side[0], y + side[1]);
+  if (key.continuous(nextX, corner, epsilon) && key.continuous(nextY, corner, epsilon))
+    place += static_cast<float>(side[0] * side[1]) * beside.x * beside.y *
+             (key.place(corner) - key.place(nextX) - key.place(nextY) + here);
+  return true;
+}
+
 /// Of four samples about a place some may show nothing of the reflector: they lie off its rim, or
 /// a partial key frame has not kept them. Less than half a sample beyond the others they stand for
 /// the place. Where one of them shows that a surface ends there, that is left to Options::edges.
@@ -209,19 +246,7 @@ Lookup beyondRim(const KeyFrame& key, std::uint32_t reflector, const Vec2& place
     result.radiance += weight[i] * key.radiance(at[i]);
   }
   result.radiance /= sum;
-  // On the plane through the nearest sample and its neighbours.
-  const int x = static_cast<int>(std::floor(place.x + 0.5f));
-  const int y = static_cast<int>(std::floor(place.y + 0.5f));
-  const Vec4 here = key.place(at[nearest]);
-  result.place = here;
-  const std::array<float, 2> beside{place.x - static_cast<float>(x),
-                                    place.y - static_cast<float>(y)};
-  for (int axis = 0; axis < 2; ++axis) {
-    const int side = besideOf(key, x, y, axis, options.epsilon);
-    if (side == 0) return none;
-    const Vec4 there = key.place(key.index(x + (axis == 0 ? side : 0), y + (axis == 1 ? side : 0)));
-    result.place += static_cast<float>(side) * beside[axis] * (there - here);
-  }
+  if (!goOn(key, place, options.epsilon, result.place)) return none;
   result.outcome = Outcome::Found;
   return result;
 }

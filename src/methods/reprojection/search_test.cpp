@@ -146,16 +146,7 @@ int compare(const Setting& setting, const scene::Camera& before, const scene::Ca
       if (lookup.outcome != Outcome::Found ||
           !(missBy(key, ray, match.place, lookup.place, options) <= options.fidelity))
         continue;
-      // Off the rim it goes on along a plane.
-      const Vec2 corner = glm::floor(match.place);
-      const auto kept = [&](int i, int j) {
-        const int cx = static_cast<int>(corner.x) + i;
-        const int cy = static_cast<int>(corner.y) + j;
-        return key.inside(cx, cy) && key.reflector(key.index(cx, cy)) != 0;
-      };
-      const bool inside = kept(0, 0) && kept(1, 0) && kept(0, 1) && kept(1, 1);
-      EXPECT_LT(glm::distance(match.place, *exact), inside ? bound : std::max(bound, 0.15f))
-          << x << ", " << y;
+      EXPECT_LT(glm::distance(match.place, *exact), bound) << x << ", " << y;
       EXPECT_LT(glm::distance(lookup.radiance, wallColour(seen->place)), colourBound);
       ++compared;
     }
