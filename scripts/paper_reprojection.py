@@ -50,12 +50,14 @@ def render(bench, name, scene, path, methods=None, frames=None, config="reprojec
     return bench.render(config, name, [*sets, *settings], [([], frames or path_frames(bench))], methods)
 
 
-def rooms(bench, methods):
-    """Runs of the four paths, rendered once."""
-    if not hasattr(bench, "rooms"):
-        bench.rooms = {name: render(bench, name.replace(" ", "_"), f"scenes/{scene}.json", f"paths/{path}.json", methods)
-                       for name, (scene, path, *_) in PATHS.items()}
-    return bench.rooms
+def rooms(bench, methods, pictures=False):
+    """Runs of the four paths, rendered once; for times without what `pictures` need."""
+    kept = bench.__dict__.setdefault("rooms", {})
+    if pictures not in kept:
+        settings = [] if pictures else ["image.layers=[]", "image.masks=false", "preview.enabled=false"]
+        kept[pictures] = {name: render(bench, name.replace(" ", "_"), f"scenes/{scene}.json", f"paths/{path}.json", methods,
+                                       settings=settings) for name, (scene, path, *_) in PATHS.items()}
+    return kept[pictures]
 
 
 def reflective(counters):
@@ -164,7 +166,7 @@ def masked(frame):
 
 def figures(bench, document):
     from PIL import ImageChops
-    runs = rooms(bench, ["traced", "reprojection", "image_warp"])
+    runs = rooms(bench, ["traced", "reprojection", "image_warp"], pictures=True)
     later = min(LATER, len(path_frames(bench)) - 1)
     document.text(f"## Figs. 1 and 6: image_warp, reprojection, traced\n\nThe frames that follow their key frame by {later}, whole and at the "
                   "place of the largest difference.")
@@ -216,7 +218,8 @@ paper; here partial key frames and the nearest of several matches narrow the err
 def options(bench, document):
     """One option at a time."""
     count = {"full": 128, "quick": 12, "smoke": 2}[bench.effort]
-    runs = render(bench, "options", None, None, frames=list(range(193, 193 + count)), config="reprojection_options")
+    runs = render(bench, "options", None, None, frames=list(range(193, 193 + count)), config="reprojection_options",
+                  settings=["image.layers=[]", "image.masks=false", "preview.enabled=false"])
     rows = []
     for name, run in runs.items():
         if name == "traced":

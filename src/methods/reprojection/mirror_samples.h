@@ -37,8 +37,9 @@ class MirrorSamples {
   std::span<const MirrorRay> rays() const { return rays_; }
   /// Of its surface, as the G-buffer has it.
   std::span<const Vec3> positions() const { return positions_; }
-  /// Calls body(first, lanes) for each tile with samples, on any thread: the first one's number, and
-  /// the tile as points of the thread's LobeTracer, of which `traced` makes the same packets of rays.
+  /// Calls body(first, lanes) for each tile with samples, on any thread: the first one's number,
+  /// and the tile as points of the thread's LobeTracer, of which `traced` makes the same packets of
+  /// rays.
   void eachTile(const std::function<void(std::size_t, trace::PointLanes&)>& body) const;
   /// Those samples as points to trace from.
   void points(std::span<const std::uint32_t> places,

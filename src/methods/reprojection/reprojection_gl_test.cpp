@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -71,6 +73,33 @@ TEST(Reprojection, FindsMostAndTracesTheRest) {
       EXPECT_LT(samples.l1Of8Bit(), 0.5 * warpedError);
     }
   }
+}
+
+TEST(Reprojection, GoesOverSmoothlyAtTheBorderOfWhatIsTraced) {
+  test::GlStage stage(sceneOf("planar_mirror"), test::framesOf(192, 192, 1, true));
+  const auto from = [](const Vec3& at) {
+    return scene::lookAt(at, {0.0f, 1.0f, -2.0f}, {0.0f, 1.0f, 0.0f}, 0.8f);
+  };
+  const auto camera = from({0.35f, 1.36f, 1.17f});
+  std::array<double, 2> error{};
+  std::array<std::uint64_t, 2> retraced{};
+  for (const int border : {0, 3}) {
+    test::GlMethod method(stage, reprojectionEntry(),
+                          R"({"keyframe_threshold": 1, "border": )" + std::to_string(border) + "}");
+    method.render(from({0.3f, 1.35f, 1.2f}));
+    const FrameOutput output = method.render(camera);
+    const test::TracedSamples samples(stage, camera, {});
+    const auto masks = raster::readMasks(stage.gbuffer.masks);
+    EXPECT_EQ(samplesThat(samples, masks, true, samples.traced), 0);
+    EXPECT_EQ(output.counters.at("reused") + output.counters.at("retraced"), samples.places.size());
+    EXPECT_EQ(output.counters.at("rays"),
+              output.counters.at("retraced") + output.counters.at("blended"));
+    EXPECT_EQ(output.counters.at("blended") > 0, border > 0);
+    error[border > 0 ? 1 : 0] = samples.l1Of8Bit();
+    retraced[border > 0 ? 1 : 0] = output.counters.at("retraced");
+  }
+  EXPECT_EQ(retraced[0], retraced[1]);
+  EXPECT_LT(error[1], error[0]);
 }
 
 TEST(Reprojection, FindsMostByThePapersGrids) {

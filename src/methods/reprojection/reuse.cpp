@@ -335,10 +335,11 @@ void Reuse::findIn(const KeyFrame& key, Services& services, std::vector<Vec3>& r
       if (first_ && !state.all) state = fillTile(key, tile, radiance);
       if (!settled(tile) && sweepTile(key, 0, tile)) sweepTile(key, 1, tile);
     });
-    // Once more across the tiles' borders.
-    forTiles(kTile / 2, [&](const Tile& tile) {
-      if (!settled(tile) && sweepTile(key, 2, tile)) sweepTile(key, 3, tile);
-    });
+    // Once more across the tiles' borders; a partial key frame has little more to show there.
+    if (first_)
+      forTiles(kTile / 2, [&](const Tile& tile) {
+        if (!settled(tile) && sweepTile(key, 2, tile)) sweepTile(key, 3, tile);
+      });
   });
   // What the key frame shows there, if it shows one surface there and is not stretched too far.
   services.timer.measure("shift", [&] { shift(key, radiance); });
