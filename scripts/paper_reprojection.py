@@ -1,6 +1,8 @@
 """Tables, pictures and curves of [Xie2017], for scripts/paper_tables."""
+import csv
 import json
 import pathlib
+import shutil
 import statistics
 import subprocess
 
@@ -31,7 +33,7 @@ Written by `{bench.command("reprojection")}` from configs/papers/reprojection*.j
 measured on a GeForce GTX 980M, those of the ray tracer with Optix on it, so compare ratios and shares, not frame rates.
 Frames have 1024 x 1024 pixels with one sample each and Fresnel terms. {extent(bench)} `traced` traces the same mirrored rays.
 The paper's paths are not published: ours move the camera by 12 mm from frame to frame (living room a) and by 2 to 4 mm (the
-others).""")
+others). Errors and shares of all 500 frames of each: [reprojection_frames.md](reprojection_frames.md).""")
 
 
 def extent(bench):
@@ -312,4 +314,33 @@ def slow(bench, document):
     document.table(["scene, bounces", "`traced` frame", "frame", "ratio", "`traced` alone", "alone", "ratio", "recomputed %", "L1_8bit"], rows)
 
 
-PARTS = {"tables": tables, "figures": figures, "pillars": pillars, "options": options, "slow": slow, "triangles": triangles, "mapping": mapping}
+CURVES = {"keyframe_threshold": "0.05,0.1,0.15,0.22", "epsilon": "0.01,0.05,0.1,0.2", "fidelity": "0.1,0.25,0.5,1",
+          "magnification": "1,2,4,16", "restart_every": "4,8,16,64", "border": "0,1,2,4"}
+
+
+def curves(bench, document):
+    """Time and error over one option at a time, drawn by `catoptric sweep`."""
+    frames = {"full": "193-224", "quick": "193-204", "smoke": "193-194"}[bench.effort]
+    sets = ["scene=scenes/living_room.json", "path=paths/living_room_temporal.json", "image.layers=[]", "image.masks=false",
+            "preview.enabled=false"]
+    document.text(f"## Curves of the trade\n\nTime and error over one option at a time, living room a, frames {frames}, by `catoptric sweep`: CPU "
+                  "time, three rounds in turns. The last value is the default, but of `epsilon` (0.05), `fidelity` (0.25) and `border` (0).")
+    rows = []
+    for option, values in CURVES.items():
+        out = bench.work / f"curve_{option}.{bench.effort}"
+        command = ["sweep", "configs/papers/reprojection.json", "-q", "--method", "traced,reprojection", "--frames", frames,
+                   "--repeats", 3, "--clock", "cpu", "--ratio-to", "traced", "--against", "traced", "--vary",
+                   f"methods.reprojection.{option}={values}", "--out", out, "--existing", "resume" if out.exists() else "error"]
+        for setting in sets:
+            command += ["--set", setting]
+        bench.catoptric(*command)
+        shutil.copy(out / "tradeoff.svg", document.picture(f"curve_{option}.svg", f"Time and error over {option}"))
+        with open(out / "points.csv", newline="") as file:
+            points = list(csv.DictReader(file))
+        first = float(points[0]["ms"])
+        rows += [[option, value, first / float(p["ms"]), float(p["L1_8bit"])]
+                 for value, p in zip(values.split(","), points[1:])]
+    document.table(["option", "value", "traced / ours, CPU", "L1_8bit"], rows)
+
+
+PARTS = {"tables": tables, "figures": figures, "pillars": pillars, "options": options, "curves": curves, "slow": slow, "triangles": triangles, "mapping": mapping}
