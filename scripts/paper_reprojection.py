@@ -337,8 +337,8 @@ def curves(bench, document):
         shutil.copy(out / "tradeoff.svg", document.picture(f"curve_{option}.svg", f"Time and error over {option}"))
         with open(out / "points.csv", newline="") as file:
             points = list(csv.DictReader(file))
-        first = float(points[0]["ms"])
-        rows += [[option, value, first / float(p["ms"]), float(p["L1_8bit"])]
+        first = float(points[0]["seconds"])
+        rows += [[option, value, first / float(p["seconds"]), float(p["L1_8bit"])]
                  for value, p in zip(values.split(","), points[1:])]
     document.table(["option", "value", "traced / ours, CPU", "L1_8bit"], rows)
 
