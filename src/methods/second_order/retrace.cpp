@@ -91,7 +91,8 @@ void Retrace::choose(const Clustering& clustering) {
       for (std::size_t r = block.rows[row]; r < block.rows[row + 1]; ++r) {
         const SampleRun& run = block.runs[r];
         const std::uint32_t c = block.slots[run.slot];
-        const bool probed = !refracts_[static_cast<std::size_t>(clusters[c].object)];
+        const bool probed =
+            !clusters[c].traced && !refracts_[static_cast<std::size_t>(clusters[c].object)];
         for (; probed && next[c] < passed[c] + run.count; next[c] += stride[c])
           probes_.push_back({c, static_cast<std::uint16_t>(run.x + next[c] - passed[c]), y});
         passed[c] += run.count;

@@ -33,7 +33,8 @@ class Retrace {
   Retrace(const SecondOrderOptions& options, const RunSettings& settings,
           const scene::Scene& scene);
 
-  /// Traces up to SecondOrderOptions::probes samples of each curved cluster, evenly spread over it.
+  /// Traces up to SecondOrderOptions::probes samples of each curved cluster that is not left to
+  /// tracing already, evenly spread over it.
   /// The same for any number of threads.
   void probe(const FrameInput& input, Services& services, const raster::GBufferCopy& gbuffer,
              const Clustering& clustering);
@@ -43,7 +44,9 @@ class Retrace {
                std::span<const float> weight);
   /// Whether a cluster, or one of its cells, differs from its probes by more than is allowed.
   bool errs(std::size_t cluster) const;
-  /// Of each cluster; of a planar mirror nothing.
+  /// Whether an object's samples are mirrored here, which Embree does not do: it has no probes.
+  bool refracts(std::size_t object) const { return refracts_[object]; }
+  /// Of each cluster; of a planar mirror and of what is traced already nothing.
   std::span<const Probed> probed() const { return probed_; }
 
   /// Traces the samples of all clusters with Cluster::traced, of cells that err, and of
@@ -84,7 +87,7 @@ class Retrace {
   trace::ReflectionOptions options_;
   frame::ObjectSet own_;  ///< reflectors that the method fills
   bool masks_;
-  std::vector<bool> refracts_;  ///< by object id: mirrored here, which Embree does not do
+  std::vector<bool> refracts_;  ///< by object id
   std::vector<Probe> probes_;
   std::vector<Vec3> seen_;  ///< by the probes
   std::vector<Probed> probed_;

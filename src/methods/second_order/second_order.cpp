@@ -115,8 +115,10 @@ void SecondOrder::render(const FrameInput& input, Services& services, FrameOutpu
   cubeMap_.follow(input, services, services.geometry.bounds.centre(), options_.faceSize);
   output.counters["clamped_cube_map"] = cubeMap_.clampedTexels();
   timer.measure("readback", [&] { raster::readBack(gbuffer, reflectors_.levelsVary, copy_); });
-  timer.measure("cluster",
-                [&] { clustering_.build(copy_, camera, reflectors_.kinds, options_.cluster); });
+  timer.measure("cluster", [&] {
+    clustering_.build(copy_, camera, reflectors_.kinds, options_.cluster);
+    if (retrace_) leaveSmallOnes(output.counters);
+  });
   std::vector<ClusterCamera> cameras;
   float scale = options_.camera.depthImageScale;
   timer.measure("camera", [&] { cameras = makeCameras(services, camera, scale, output.counters); });
@@ -184,31 +186,40 @@ std::vector<ClusterCamera> SecondOrder::makeCameras(Services& services, const sc
   }
 }
 
+/// Clusters of fewer rays than an image is worth are traced: they need no camera and no probes.
+void SecondOrder::leaveSmallOnes(Counters& counters) {
+  const std::vector<Cluster>& clusters = clustering_.clusters();
+  std::vector<std::uint8_t> traced(clusters.size(), 0);
+  for (std::size_t i = 0; i < clusters.size(); ++i) {
+    const Cluster& cluster = clusters[i];
+    const auto object = static_cast<std::size_t>(cluster.object);
+    const bool flat = cluster.planar && reflectors_.kinds[object] == ReflectorKind::Mirror;
+    const int rays = static_cast<int>(cluster.samples) *
+                     trace::lobeRays(cluster.maxGlossiness, options_.camera.rays);
+    if (flat || retrace_->refracts(object) || rays >= options_.leastImageRays) continue;
+    traced[i] = 1;
+    ++counters["small_clusters"];
+  }
+  if (counters["small_clusters"] > 0) clustering_.leaveToTracing(traced);
+}
+
 /// Clusters too many of whose probes meet their own object are traced, and need no image.
 void SecondOrder::traceWhatSeesItself(const FrameInput& input, Services& services,
                                       std::vector<ClusterCamera>& cameras, Counters& counters) {
   std::vector<std::uint8_t> traced(cameras.size(), 0);
   services.timer.measure("probe", [&] {
     retrace_->probe(input, services, copy_, clustering_);
-    const auto rays = [&](const Cluster& cluster) {
-      return static_cast<int>(cluster.samples) *
-             trace::lobeRays(cluster.maxGlossiness, options_.camera.rays);
-    };
-    bool any = false;
     for (std::size_t i = 0; i < cameras.size(); ++i) {
+      traced[i] = clustering_.clusters()[i].traced ? 1 : 0;
       const Probed& probed = retrace_->probed()[i];
       counters["probes"] += probed.asked;
-      const Cluster& cluster = clustering_.clusters()[i];
-      const bool small = probed.asked > 0 && rays(cluster) < options_.leastImageRays;
-      const bool seesItself = probed.ownShare() > options_.ownShare;
-      if (!small && !seesItself) continue;
-      any = true;
+      if (probed.ownShare() <= options_.ownShare) continue;
       traced[i] = 1;
-      ++counters[small ? "small_clusters" : "self_seeing_clusters"];
+      ++counters["self_seeing_clusters"];
       cameras[i] = {};
       cameras[i].width = cameras[i].height = 0;
     }
-    if (!any) return;
+    if (counters["self_seeing_clusters"] == 0) return;
     clustering_.leaveToTracing(traced);
     images_->fits(cameras);
   });

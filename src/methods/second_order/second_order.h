@@ -33,6 +33,7 @@ class SecondOrder : public Method {
   RayInputs rayInputs(const scene::Camera& camera) const { return {camera, *images_, cubeMap_}; }
 
  private:
+  void leaveSmallOnes(Counters& counters);
   void traceWhatSeesItself(const FrameInput& input, Services& services,
                            std::vector<ClusterCamera>& cameras, Counters& counters);
   void retraceWhatErrs(const FrameInput& input, Services& services, Counters& counters);

@@ -129,7 +129,9 @@ std::vector<ClusterCamera> makeClusterCameras(const Clustering& clustering,
   std::vector<ClusterFrame> frames(count);
   std::vector<std::uint8_t> curved(count, 0);
   for (std::size_t c = 0; c < count; ++c) {
-    if (clusters[c].planar && clusters[c].maxGlossiness <= scene::kMirrorGlossiness) {
+    if (clusters[c].traced) {
+      cameras[c].width = cameras[c].height = 0;
+    } else if (clusters[c].planar && clusters[c].maxGlossiness <= scene::kMirrorGlossiness) {
       cameras[c] = planarCamera(clusters[c], camera, sampleWidth, sampleHeight, options);
     } else {
       frames[c] = frameOf(clusters[c], camera, options.rays);
