@@ -66,6 +66,33 @@ TEST(PerturbationChanges, FollowsWhatMovesAndGivesTheFrameOfAFreshRun) {
   EXPECT_EQ(one.reflection, other.reflection);
 }
 
+TEST(PerturbationChanges, FollowsACameraAndObjectsThatMoveTogether) {
+  const auto moving = [] {
+    test::SceneBuilder builder = stage(sphereMesh(0.7), test::translation({0.0f, 0.3f, 0.0f}));
+    builder.move(0, {-0.2f, 0.0f, 0.0f}, 2.0f);
+    builder.move(2, {0.0f, 0.0f, 0.5f}, 2.0f);
+    return builder.scene();
+  };
+  const auto at = [](float seconds) {
+    return cameraAt({0.2f + 0.5f * seconds, 0.7f, 3.2f}, {0.2f, 0.0f, 0.0f});
+  };
+  Comparison together(moving(), at(0.0f));
+  for (const float seconds : {0.5f, 1.0f, 1.5f}) {
+    together.lookFrom(at(seconds), seconds);
+    EXPECT_LT(together.l1Of8Bit, 1.5) << seconds;
+    EXPECT_TRUE(together.finite);
+    Comparison fresh(moving(), at(seconds));
+    fresh.lookFrom(at(seconds), seconds);
+    EXPECT_EQ(together.reflection, fresh.reflection) << seconds;
+  }
+  // The camera stops, the objects do not
+  together.moveTo(1.8);
+  EXPECT_LT(together.l1Of8Bit, 1.5);
+  Comparison fresh(moving(), at(1.5f));
+  fresh.lookFrom(at(1.5f), 1.8);
+  EXPECT_EQ(together.reflection, fresh.reflection);
+}
+
 /// A wall of mirrors, each turned a little, before a floor and a box that moves.
 scene::Scene wallOfMirrors() {
   test::SceneBuilder builder = stage(scene::makePlane({0.2f, 0.2f}, {1, 1}, scene::UvMode::Unit),

@@ -50,6 +50,11 @@ class Comparison {
     camera_ = camera;
     render({});
   }
+  /// The next frame, from another place and at another time.
+  void lookFrom(const scene::Camera& camera, double seconds) {
+    camera_ = camera;
+    render(stage_.moveTo(seconds));
+  }
 
   FrameOutput output;
   std::vector<Vec3> reflection;  ///< of reflective samples
