@@ -204,5 +204,22 @@ TEST(PerturbationChanges, CountsGapsInPartsAsInFramesOfTheirOwn) {
   expectOnlyChangesDrawn(builder.scene(), R"({"count_disocclusions": true})");
 }
 
+TEST(PerturbationChanges, TracesGapsInPartsAsInFramesOfTheirOwn) {
+  test::SceneBuilder builder =
+      twoMirrors(sphereMesh(0.45, 12), test::translation({0.6f, 0.0f, 0.3f}));
+  builder.move(2, {-0.6f, 0.0f, 0.5f}, 2.0f);
+  const char* options = R"({"max_bounces": 2, "gaps": "trace", "sample_spacing": 64})";
+  Comparison parts(builder.scene(), kFront, options, {.bounces = 2});
+  Comparison whole(builder.scene(), kFront, options, {.bounces = 2});
+  for (const double seconds : {0.7, 1.4, 1.4, 0.2}) {
+    parts.moveTo(seconds, true);
+    whole.moveTo(seconds);
+    EXPECT_GT(whole.output.counters["traced_gaps"], 0u) << seconds;
+    EXPECT_EQ(parts.reflection, whole.reflection) << seconds;
+    EXPECT_EQ(parts.masks, whole.masks) << seconds;
+    EXPECT_EQ(parts.output.counters, whole.output.counters) << seconds;
+  }
+}
+
 }  // namespace
 }  // namespace catoptric::methods

@@ -13,6 +13,7 @@ constexpr auto kOrders = config::names<Order>({{"nearest", Order::Nearest},
                                                {"linear", Order::Linear},
                                                {"quadratic", Order::Quadratic},
                                                {"auto", Order::Auto}});
+constexpr auto kGaps = config::names<bool>({{"environment", false}, {"trace", true}});
 constexpr auto kSeveral = config::names<bool>({{"minima", false}, {"groups", true}});
 
 /// An integer of MiB, kept in bytes.
@@ -78,6 +79,11 @@ const config::OptionTable<Options>& optionTable() {
            "more, and its reflections are coarser than tessellation_error (a warning says so; "
            "counted: coarse_objects)"),
        memory(),
+       field(&Options::traceGaps, "gaps", kGaps,
+             "what samples see that no virtual object covers. environment: the surroundings, as in "
+             "the paper; trace: what Embree's paths find there, which closes gaps in the hollows "
+             "of waves and at rims (counted: traced_gaps; mask.retraced). It traces where the sky "
+             "is seen, too: cheap in closed rooms alone"),
        field(&Options::countDisocclusions, "count_disocclusions",
              "trace a ray by Embree at each sample that no virtual object covers: where it meets a "
              "surface, the sample is counted (disoccluded) and marked (mask.disoccluded); takes "

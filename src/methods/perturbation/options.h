@@ -17,6 +17,7 @@ struct Options {
   std::size_t maxPathTypes = 1024;
   float tracedPerPixel = 8.0f;
   std::uint64_t memoryBytes = std::uint64_t{1} << 30;  ///< of virtual objects
+  bool traceGaps = false;
   bool countDisocclusions = false;
 };
 

@@ -14,6 +14,7 @@
 #include "core/log.h"
 #include "core/parallel.h"
 #include "methods/perturbation/disocclusions.h"
+#include "methods/perturbation/gaps.h"
 #include "methods/perturbation/kinds.h"
 #include "methods/perturbation/options.h"
 #include "methods/perturbation/path_types.h"
@@ -52,7 +53,8 @@ class Perturbation : public Method {
     MethodPlan plan;
     plan.gbuffer = true;
     plan.masks = static_cast<std::uint16_t>(
-        raster::kMaskEnvironment | (options_.countDisocclusions ? raster::kMaskDisoccluded : 0));
+        raster::kMaskEnvironment | (options_.traceGaps ? raster::kMaskRetraced | raster::kMaskSky : 0) |
+        (options_.countDisocclusions ? raster::kMaskDisoccluded : 0));
     int planar = 0;
     int curved = 0;
     int own = 0;
@@ -118,6 +120,11 @@ class Perturbation : public Method {
       layers_.draw(input.frame.camera, output.changedReflection, services);
     });
     layers_.count(output.changedReflection.has_value(), output.counters);
+    if (options_.traceGaps) {
+      services.timer.measure("recompute",
+                             [&] { traceGaps(services, input.frame.camera, output.counters); });
+      output.changedReflection.reset();  // a gap may lie, and show, anywhere
+    }
     if (options_.countDisocclusions) {
       services.timer.measure("disocclusions", [&] {
         output.counters["disoccluded"] = countDisocclusions(services, input.frame.camera);
@@ -178,6 +185,14 @@ class Perturbation : public Method {
            "mirrored directions and reflectors of the levels before" +
                std::string(kept ? "; twice, for what stands still" : ""),
            (kept ? 2 : 1) * (options_.maxBounces - 1) * samples * (16 + 8 + 16 + 4)});
+    }
+    if (options_.traceGaps) {
+      plan.trace = true;
+      plan.items.push_back(
+          {"pass", "recompute", "asked for: gaps: trace, where no virtual object covers a sample", 0});
+      plan.items.push_back({"resource", "G-buffer copy and traced samples",
+                            "what is read back and uploaded for that",
+                            samples * (16 + 16 + 4 + 4 + 16)});
     }
     if (options_.countDisocclusions) {
       plan.trace = true;
@@ -474,10 +489,10 @@ class Perturbation : public Method {
                  "(counted: objects_left_out)");
   }
 
-  /// Of the whole frame.
-  std::uint64_t countDisocclusions(Services& services, const scene::Camera& camera) const {
-    raster::GBuffer& gbuffer = *services.gbuffer;
-    raster::GBufferCopy copy;
+  /// Which of a sample's reflections no virtual object covers, counted from 1; 0: none. `copy` is
+  /// filled for it.
+  std::vector<std::uint8_t> uncovered(const raster::GBuffer& gbuffer,
+                                      raster::GBufferCopy& copy) const {
     raster::readBack(gbuffer, true, copy);
     std::vector<bool> reflects(copy.object.size());
     for (std::size_t at = 0; at < reflects.size(); ++at) {
@@ -486,7 +501,26 @@ class Perturbation : public Method {
       reflects[at] = (kind == Kind::Planar || kind == Kind::Implicit) &&
                      settings_.reflectors.contains(static_cast<int>(copy.object[at]) - 1);
     }
-    const std::vector<std::uint8_t> uncovered = layers_.uncoveredReflections(std::move(reflects));
+    return layers_.uncoveredReflections(std::move(reflects));
+  }
+
+  void traceGaps(Services& services, const scene::Camera& camera, Counters& counters) {
+    raster::GBufferCopy copy;
+    const std::vector<std::uint8_t> open = uncovered(*services.gbuffer, copy);
+    const trace::ReflectionOptions paths{.bounces = static_cast<int>(options_.maxBounces),
+                                         .fresnelSchlick = settings_.fresnelSchlick};
+    const FilledGaps filled =
+        fillGaps(copy, camera, open, paths, settings_.masks, services, gapUpload_);
+    counters["traced_gaps"] = filled.samples;
+    counters["refused"] = filled.rays.refused;
+    counters["not_finite"] = filled.rays.notFinite;
+  }
+
+  /// Of the whole frame.
+  std::uint64_t countDisocclusions(Services& services, const scene::Camera& camera) const {
+    raster::GBuffer& gbuffer = *services.gbuffer;
+    raster::GBufferCopy copy;
+    const std::vector<std::uint8_t> open = uncovered(gbuffer, copy);
     std::vector<std::uint16_t> masks;
     if (settings_.masks) {
       masks = raster::readMasks(gbuffer.masks);
@@ -495,7 +529,7 @@ class Perturbation : public Method {
         mask = static_cast<std::uint16_t>(mask & ~raster::kMaskDisoccluded);
     }
     const std::uint64_t disoccluded =
-        findDisocclusions(copy, camera, uncovered, services.lighting, *services.trace, masks);
+        findDisocclusions(copy, camera, open, services.lighting, *services.trace, masks);
     if (settings_.masks) raster::writeMasks(gbuffer.masks, masks);
     return disoccluded;
   }
@@ -507,6 +541,7 @@ class Perturbation : public Method {
   std::optional<scene::Camera> lastCamera_;
   PathTypes types_;
   VirtualLayers layers_;
+  ReflectionUpload gapUpload_;
   bool warnedOfCoarse_ = false;
   bool warnedOfLeftOut_ = false;
   bool warnedOfBeyond_ = false;
@@ -534,6 +569,7 @@ const MethodEntry& perturbationEntry() {
       // Pictures so small have more paths to their folds than traced_per_pixel allows by default
       .tests = {.small = R"({"traced_per_pixel": 1000})",
                 .refracting = R"({"max_bounces": 2, "tessellation_error": 2})",
+                .variants = {R"({"gaps": "trace"})"},
                 .planeMirrorPercent = 0.1},
       .options = perturbation::optionTable().schema(),
       .make = perturbation::make,

@@ -266,6 +266,29 @@ TEST(Perturbation, GapsAreToldFromTheSky) {
   EXPECT_EQ(plain.output.counters["environment"], open.output.counters["environment"]);
 }
 
+TEST(Perturbation, TracedGapsShowWhatRaysSee) {
+  const auto room = [] {
+    return roomWith("y - 0.1*sin(5*x)*cos(5*z)", {{-0.5, -0.2, -0.5}, {0.5, 0.2, 0.5}}, 24,
+                    {0.0f, 0.8f, -1.0f})
+        .scene();
+  };
+  const scene::Camera camera = cameraAt({0.3f, 2.0f, 1.2f}, {0.0f, 0.75f, -1.0f});
+  Comparison open(room(), camera);
+  Comparison filled(room(), camera, R"({"gaps": "trace"})");
+  const std::uint64_t gaps = open.output.counters["environment"];
+  EXPECT_GT(gaps, 10u);
+  EXPECT_EQ(filled.output.counters["environment"], gaps);
+  EXPECT_EQ(filled.output.counters["traced_gaps"], gaps);
+  EXPECT_EQ(std::ranges::count_if(
+                filled.masks, [](std::uint16_t m) { return (m & raster::kMaskRetraced) != 0; }),
+            static_cast<std::ptrdiff_t>(gaps));
+  EXPECT_LT(filled.l1Of8Bit, 0.7 * open.l1Of8Bit);
+  // Magenta, which nothing in the room shows, is gone
+  EXPECT_EQ(std::ranges::count(filled.reflection, Vec3(1.0f, 0.0f, 1.0f)), 0);
+  EXPECT_EQ(std::ranges::count(open.reflection, Vec3(1.0f, 0.0f, 1.0f)),
+            static_cast<std::ptrdiff_t>(gaps));
+}
+
 TEST(Perturbation, GapsOfLaterReflectionsAreCounted) {
   // A plane mirror shows the waves: gaps lie in what it shows
   test::SceneBuilder builder = roomWith(

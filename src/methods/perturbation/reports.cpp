@@ -10,6 +10,7 @@ const std::vector<StepInfo>& perturbationSteps() {
       {"virtual_objects", "frames",
        "where the vertices of reflected objects appear; again for what moved"},
       {"virtual_draw", "frames", "virtual objects are drawn, what they leave sees the environment"},
+      {"recompute", "frames", "with gaps: trace, what samples see that no virtual object covers"},
       {"disocclusions", "frames",
        "with count_disocclusions: Embree's rays say which samples missed a surface",
        StepKind::Check},
@@ -45,6 +46,10 @@ const std::vector<CounterInfo>& perturbationCounters() {
       {"not_converged", "candidates that led to no reflection"},
       {"reflections_left_out", "reflections of a point beyond its 64th"},
       {"environment", "samples that nothing covers: sky and gaps alike see the environment"},
+      {"traced_gaps",
+       "with gaps: trace, samples that nothing covers and that see a surface: they show it"},
+      {"refused", "rays that could not be traced; they see the environment", true},
+      {"not_finite", "radiances that were no number: taken as 0", true},
       {"disoccluded", "gaps: samples that nothing covers where a surface is", false,
        "count_disocclusions"},
   };
