@@ -24,11 +24,12 @@ layout(location = 3) out vec4 outTint;
 #endif
 
 void main() {
-  // On its reflector alone, behind it, and by way of the very place that the sample shows
+  // On its reflector alone, behind it, and by way of the very place that the sample shows. Triangles
+  // without an area may have NaN for what is interpolated: no comparison with it holds
   float surfaceDepth = texelFetch(depthSamples, ivec2(gl_FragCoord.xy), 0).r;
   if (texelFetch(reflectorSamples, ivec2(gl_FragCoord.xy), 0).r != reflector ||
-      gl_FragCoord.z > surfaceDepth ||
-      abs(vertexShare / gl_FragCoord.z - 1.0 / surfaceDepth) > depthSlack) {
+      !(gl_FragCoord.z <= surfaceDepth) ||
+      !(abs(vertexShare / gl_FragCoord.z - 1.0 / surfaceDepth) <= depthSlack)) {
     discard;
   }
   cutOut();
