@@ -53,7 +53,8 @@ class Perturbation : public Method {
     MethodPlan plan;
     plan.gbuffer = true;
     plan.masks = static_cast<std::uint16_t>(
-        raster::kMaskEnvironment | (options_.traceGaps ? raster::kMaskRetraced | raster::kMaskSky : 0) |
+        raster::kMaskEnvironment |
+        (options_.traceGaps ? raster::kMaskRetraced | raster::kMaskSky : 0) |
         (options_.countDisocclusions ? raster::kMaskDisoccluded : 0));
     int planar = 0;
     int curved = 0;
@@ -188,8 +189,8 @@ class Perturbation : public Method {
     }
     if (options_.traceGaps) {
       plan.trace = true;
-      plan.items.push_back(
-          {"pass", "recompute", "asked for: gaps: trace, where no virtual object covers a sample", 0});
+      plan.items.push_back({"pass", "recompute",
+                            "asked for: gaps: trace, where no virtual object covers a sample", 0});
       plan.items.push_back({"resource", "G-buffer copy and traced samples",
                             "what is read back and uploaded for that",
                             samples * (16 + 16 + 4 + 4 + 16)});

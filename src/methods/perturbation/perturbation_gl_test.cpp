@@ -279,8 +279,8 @@ TEST(Perturbation, TracedGapsShowWhatRaysSee) {
   EXPECT_GT(gaps, 10u);
   EXPECT_EQ(filled.output.counters["environment"], gaps);
   EXPECT_EQ(filled.output.counters["traced_gaps"], gaps);
-  EXPECT_EQ(std::ranges::count_if(
-                filled.masks, [](std::uint16_t m) { return (m & raster::kMaskRetraced) != 0; }),
+  EXPECT_EQ(std::ranges::count_if(filled.masks,
+                                  [](std::uint16_t m) { return (m & raster::kMaskRetraced) != 0; }),
             static_cast<std::ptrdiff_t>(gaps));
   EXPECT_LT(filled.l1Of8Bit, 0.7 * open.l1Of8Bit);
   // Magenta, which nothing in the room shows, is gone
