@@ -99,7 +99,8 @@ scene::Scene wallOfMirrors() {
                                      uprightAt({-1.2f, 0.0f, -0.5f}));
   const int mirror = builder.reflective(0.9f);
   for (int i = 1; i < 144; ++i) {
-    const Vec3 at(-1.2f + 0.22f * static_cast<float>(i % 12), 0.22f * static_cast<float>(i / 12),
+    const int row = i / 12;
+    const Vec3 at(-1.2f + 0.22f * static_cast<float>(i % 12), 0.22f * static_cast<float>(row),
                   -0.5f);
     builder.add(scene::makePlane({0.2f, 0.2f}, {1, 1}, scene::UvMode::Unit), mirror,
                 uprightAt(at) * test::rotation(static_cast<float>(i % 7 - 3), {0.0f, 0.0f, 1.0f}));
