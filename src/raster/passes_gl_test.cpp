@@ -22,6 +22,31 @@ using test::Shot;
 using test::translation;
 using test::Uploaded;
 
+TEST(Raster, ClampedTexelsAreThoseAtTheLimitOfHalfFloatsOrBeyond) {
+  constexpr std::uint16_t kMinusZero = 0x8000;
+  constexpr std::uint16_t kMinusOne = 0xBC00;
+  constexpr std::uint16_t kLargest = 0x7BFF;
+  constexpr std::uint16_t kMinusInfinity = 0xFC00;
+  constexpr std::uint16_t kNan = 0x7E00;
+  const std::vector<std::uint16_t> texels{kMinusZero,
+                                          kMinusOne,
+                                          0,
+                                          kLargest,  // alpha is no colour
+                                          0,
+                                          kLargest,
+                                          0,
+                                          0,  //
+                                          0,
+                                          0,
+                                          kNan,
+                                          0,  //
+                                          kMinusInfinity,
+                                          0,
+                                          0,
+                                          0};
+  EXPECT_EQ(clampedTexels(texels), 3u);
+}
+
 TEST(Raster, CompositeIsItsFormula) {
   SceneBuilder builder;
   builder.add(plane(), builder.diffuse(Vec3(1.0f)));

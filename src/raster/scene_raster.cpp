@@ -1,5 +1,6 @@
 #include "raster/scene_raster.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "raster/passes/diffuse_pass.h"
@@ -100,15 +101,19 @@ std::size_t SceneRaster::memoryBytes() const {
   return state_->scene.bytes();
 }
 
-std::uint64_t clampedTexels(const gl::Texture& texture) {
-  constexpr std::uint16_t kLargestHalf = 0x7BFF;
-  const auto texels = texture.read<std::uint16_t>(0, GL_RGBA, GL_HALF_FLOAT, 4);
+std::uint64_t clampedTexels(std::span<const std::uint16_t> texels) {
+  constexpr int kLargestHalf = 0x7BFF;
+  constexpr int kSize = 0x7FFF;  // all but the sign
   std::uint64_t count = 0;
-  for (std::size_t i = 0; i < texels.size(); i += 4) {
-    count +=
-        texels[i] >= kLargestHalf || texels[i + 1] >= kLargestHalf || texels[i + 2] >= kLargestHalf;
+  for (std::size_t i = 0; i + 3 < texels.size(); i += 4) {
+    const int most = std::max({texels[i] & kSize, texels[i + 1] & kSize, texels[i + 2] & kSize});
+    count += most >= kLargestHalf ? 1 : 0;
   }
   return count;
+}
+
+std::uint64_t clampedTexels(const gl::Texture& texture) {
+  return clampedTexels(texture.read<std::uint16_t>(0, GL_RGBA, GL_HALF_FLOAT, 4));
 }
 
 }  // namespace catoptric::raster

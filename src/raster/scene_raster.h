@@ -25,7 +25,10 @@ namespace catoptric::raster {
 class SceneGpu;
 struct FrameView;
 
-/// Texels of level 0 of all layers of a texture (RGBA16F) that half floats have clamped.
+/// Texels (RGBA, half floats) of which a colour is clamped, infinite or no number, of either sign:
+/// black is -0 where interpolation gave less than nothing.
+std::uint64_t clampedTexels(std::span<const std::uint16_t> texels);
+/// ... of level 0 of all layers of a texture (RGBA16F).
 std::uint64_t clampedTexels(const gl::Texture& texture);
 
 /// GL side of one scene; lives as long as its context.

@@ -8,12 +8,12 @@
 
 #include "core/math.h"
 #include "raster/cube_faces.h"
+#include "raster/scene_raster.h"
 
 namespace catoptric::methods::impostors {
 namespace {
 
 constexpr std::size_t kValues = 4;  ///< of a texel
-constexpr std::uint16_t kLargestHalf = 0x7BFF;
 
 std::size_t valuesOf(int size) {
   const auto side = static_cast<std::size_t>(size) + 2;
@@ -141,11 +141,7 @@ std::uint64_t HalfImage::read(const gl::Texture& texture) {
   std::vector<std::uint16_t>& texels = scratch.texels;
   texels.resize(kValues * size * size);
   texture.read(0, GL_RGBA, GL_HALF_FLOAT, std::as_writable_bytes(std::span(texels)));
-  std::uint64_t clamped = 0;
-  for (std::size_t i = 0; i < texels.size(); i += kValues) {
-    const std::uint16_t most = std::max({texels[i], texels[i + 1], texels[i + 2]});
-    clamped += most >= kLargestHalf ? 1 : 0;
-  }
+  const std::uint64_t clamped = raster::clampedTexels(texels);
   scratch.fine.resize(texels.size());
   std::ranges::transform(texels, scratch.fine.begin(), floatOf);
   put(texels, levels_.front(), values_);
