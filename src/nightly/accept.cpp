@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <charconv>
 #include <map>
-#include <set>
 
 #include "core/error.h"
 #include "core/text.h"
@@ -34,6 +33,14 @@ Night judgedNight(const History& history) {
   for (const Night& night : history.nights("", 100))
     if (!night.finished.empty()) return night;
   throw UsageError("no night was judged yet; `catoptric nightly SUITE` makes one");
+}
+
+bool wantsAcceptance(const Verdict& verdict) {
+  if (verdict.acknowledgement != 0 || verdict.outcome == Outcome::Good) return false;
+  if (verdict.kind == "picture") return verdict.status != "not finite";
+  return verdict.status == "slower" || verdict.status == "creeps" ||
+         ((verdict.kind == "counter" || verdict.kind == "disk" || verdict.kind == "memory") &&
+          verdict.outcome == Outcome::Regression);
 }
 
 /// What of a case is accepted; empty kinds: nothing.
@@ -72,23 +79,14 @@ History::Acceptance acceptanceOf(const History& history, const Night& night,
 
 }  // namespace
 
-bool wantsAcceptance(const Verdict& verdict) {
-  if (verdict.acknowledgement != 0 || verdict.outcome == Outcome::Good) return false;
-  if (verdict.kind == "picture") return verdict.status != "not finite";
-  return verdict.status == "slower" || verdict.status == "creeps" ||
-         ((verdict.kind == "counter" || verdict.kind == "disk" || verdict.kind == "memory") &&
-          verdict.outcome == Outcome::Regression);
-}
-
 Accepted acceptVerdicts(History& history, const AcceptRequest& request) {
-  if (request.reason.find_first_not_of(" \t\r\n") == std::string::npos)
+  if (request.reason.empty())
     throw UsageError("accepting wants a reason for those who ask later: --reason TEXT");
   const Night night = judgedNight(history);
   const std::vector<Verdict> verdicts = history.verdicts(night.id);
   const std::set<std::string> names = history.measured(night.id);
   std::vector<History::Acceptance> accepted;
-  std::set<std::pair<std::string, int>> frames;
-  std::set<std::string> times;
+  Accepted result;
   for (const std::string& text : request.patterns) {
     const Pattern pattern = parsePattern(text);
     bool known = false;
@@ -100,8 +98,8 @@ Accepted acceptVerdicts(History& history, const AcceptRequest& request) {
       History::Acceptance one = acceptanceOf(history, night, verdicts, pattern, name);
       if (one.kinds.empty()) continue;
       any = true;
-      for (const Reference& reference : one.references) frames.insert({name, reference.frame});
-      if (!one.baselines.empty()) times.insert(name);
+      result.frames += static_cast<int>(one.references.size());
+      result.times += one.baselines.empty() ? 0 : 1;
       accepted.push_back(std::move(one));
     }
     if (!known)
@@ -113,10 +111,10 @@ Accepted acceptVerdicts(History& history, const AcceptRequest& request) {
       throw UsageError("\"" + text + "\": nothing in night " + std::to_string(night.id) +
                        " wants to be accepted; crashes and NaN cannot be");
   }
-  const int number =
+  result.acknowledgement =
       history.accept({0, utcNow(), request.who, joined(request.patterns, " "), request.reason, ""},
                      night.id, accepted);
-  return {number, static_cast<int>(frames.size()), static_cast<int>(times.size())};
+  return result;
 }
 
 }  // namespace catoptric::nightly

@@ -6,7 +6,6 @@
 #include "config/json.h"
 #include "core/error.h"
 #include "core/hash.h"
-#include "core/text.h"
 #include "nightly/bench_print.h"
 #include "run/folder/records.h"
 #include "run/stage/stage.h"
@@ -16,6 +15,16 @@ namespace catoptric::nightly {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// A word for a shell.
+std::string shellWord(const std::string& word) {
+  if (!word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                              "0123456789_-./=,:") == std::string::npos)
+    return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? "'\\''" : std::string(1, c);
+  return text + "'";
+}
 
 /// Settings of a scene that are of this method; the others are of all methods, or of another.
 study::Settings settingsOf(const NightScene& scene, const std::string& method) {
@@ -125,7 +134,7 @@ class ProcessLab : public Lab {
             options_.program,
             options_.inputs(one.scene, one.frames)
                 .arguments(settingsOf(one.scene, one.scene.against), one.scene.against),
-            options_.work / "logs" / "truth.txt", options_.patienceSeconds);
+            options_.work / "logs" / "truth.txt");
       process->render(number, folder);
     }
   }
@@ -153,8 +162,7 @@ class ProcessLab : public Lab {
     try {
       if (!process)
         process = std::make_unique<study::WorkerProcess>(
-            program.file, arguments, options_.work / "logs" / (program.role + ".txt"),
-            options_.patienceSeconds);
+            program.file, arguments, options_.work / "logs" / (program.role + ".txt"));
     } catch (...) {
       workers_.erase(program.role);
       throw;

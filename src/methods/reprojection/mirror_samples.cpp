@@ -1,6 +1,7 @@
 #include "methods/reprojection/mirror_samples.h"
 
 #include <algorithm>
+#include <array>
 
 #include "core/parallel.h"
 #include "methods/shared/sample_points.h"
@@ -57,6 +58,55 @@ void MirrorSamples::eachTile(
       if (tiles_[t].count == 0) continue;
       tiles.place(*source_, tiles_[t], lanes);
       body(first_[t], lanes);
+    }
+  });
+}
+
+bool MirrorSamples::isSplit(const SampleTiles::Members& members,
+                            const trace::ReflectionOptions& options) const {
+  if (options.bounces > 1) return false;
+  if (options.rays == 1) return true;
+  const auto places = members.places();
+  return std::all_of(places.begin(), places.end(), [&](std::uint32_t at) {
+    return trace::lobeRays(raster::glossinessOf(source_->normal[4 * std::size_t{at} + 3]),
+                           options.rays) == 1;
+  });
+}
+
+void MirrorSamples::eachPacketOf(
+    std::span<const std::uint32_t> slots, const trace::ReflectionOptions& options,
+    const std::function<void(std::span<const std::uint32_t>, trace::PointLanes&)>& body) const {
+  const SampleTiles tiles({source_->sampleWidth(), source_->sampleHeight(), source_->samples},
+                          *camera_, trace_->scene(), trace_->extents(), own_);
+  parallelFor(tiles_.size(), kTilesPerTask, [&](std::size_t begin, std::size_t end) {
+    trace::PointLanes& lanes = trace::LobeTracer::ofThread().points();
+    SampleTiles::Members some;
+    std::array<std::uint32_t, SampleTiles::kSamples> someSlots;
+    for (std::size_t t = begin; t < end; ++t) {
+      const SampleTiles::Members& members = tiles_[t];
+      const auto tileSlots = slots.subspan(first_[t], members.count);
+      const auto wanted = [](std::span<const std::uint32_t> of) {
+        return std::any_of(of.begin(), of.end(), [](std::uint32_t slot) { return slot != 0; });
+      };
+      if (!wanted(tileSlots)) continue;
+      if (!isSplit(members, options)) {
+        tiles.place(*source_, members, lanes);
+        body(tileSlots, lanes);
+        continue;
+      }
+      some.count = 0;
+      for (std::size_t from = 0; from < members.count; from += trace::kMostPacket) {
+        const std::size_t count = std::min(trace::kMostPacket, members.count - from);
+        if (!wanted(tileSlots.subspan(from, count))) continue;
+        for (std::size_t k = from; k < from + count; ++k, ++some.count) {
+          some.at[some.count] = members.at[k];
+          some.x[some.count] = members.x[k];
+          some.y[some.count] = members.y[k];
+          someSlots[some.count] = tileSlots[k];
+        }
+      }
+      tiles.place(*source_, some, lanes);
+      body(std::span(someSlots).first(some.count), lanes);
     }
   });
 }

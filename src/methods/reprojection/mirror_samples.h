@@ -41,11 +41,21 @@ class MirrorSamples {
   /// and the tile as points of the thread's LobeTracer, of which `traced` makes the same packets of
   /// rays.
   void eachTile(const std::function<void(std::size_t, trace::PointLanes&)>& body) const;
+  /// Calls body(slots, lanes) for each tile with samples of which `slots` is not 0, by number: the
+  /// rays' packets that hold them, with all their samples, as `traced` makes them, and the slots of
+  /// these. Whole tiles where one ray of each sample, of up to `rays` of its lobe, is not all:
+  /// where paths go on, and where a sample has a lobe.
+  void eachPacketOf(
+      std::span<const std::uint32_t> slots, const trace::ReflectionOptions& options,
+      const std::function<void(std::span<const std::uint32_t>, trace::PointLanes&)>& body) const;
   /// Those samples as points to trace from.
   void points(std::span<const std::uint32_t> places,
               std::vector<trace::ReflectionPoint>& result) const;
 
  private:
+  /// Whether the numbers of a tile's rays are those of its samples, and only packets of them meet.
+  bool isSplit(const SampleTiles::Members& members, const trace::ReflectionOptions& options) const;
+
   const raster::GBufferCopy* source_ = nullptr;
   const scene::Camera* camera_ = nullptr;
   const trace::TraceScene* trace_ = nullptr;

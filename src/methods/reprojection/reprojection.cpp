@@ -25,6 +25,7 @@
 namespace catoptric::methods {
 namespace {
 
+using reprojection::Border;
 using reprojection::KeyFrame;
 using reprojection::Options;
 using reprojection::Outcome;
@@ -235,23 +236,24 @@ class Reprojection : public Method {
     services.timer.measure("recompute", [&] {
       const auto border = border_.find(samples_, reuse_, missing, options_.border);
       blended_ = border.size();
+      std::vector<Border::Member> traced;
+      traced.reserve(missing.size() + border.size());
+      for (const std::uint32_t i : missing) traced.push_back({i, 1.0f});
+      traced.insert(traced.end(), border.begin(), border.end());
       std::vector<std::uint32_t> places;
-      places.reserve(missing.size() + border.size());
-      for (const std::uint32_t i : missing) places.push_back(samples_.places()[i]);
-      for (const auto& member : border) places.push_back(samples_.places()[member.index]);
+      places.reserve(traced.size());
+      for (const auto& member : traced) places.push_back(samples_.places()[member.index]);
       samples_.points(places, points_);
       std::vector<Vec3> radiance(points_.size(), Vec3(0.0f));
       std::vector<std::uint8_t> flags(masks_ ? points_.size() : 0, 0);
-      hits_.resize(keeps ? points_.size() : 0);
+      hits_.resize(points_.size());
       seconds_.clear();
-      trace(input, services, radiance, flags, hits_);
-      for (std::size_t k = 0; k < missing.size(); ++k) {
-        radiance_[missing[k]] = radiance[k];
-        if (masks_) flags_[missing[k]] = flags[k];
-      }
-      for (std::size_t k = 0; k < border.size(); ++k) {
-        Vec3& shown = radiance_[border[k].index];
-        shown = glm::mix(shown, radiance[missing.size() + k], border[k].traced);
+      trace(input, services, traced, radiance, flags);
+      for (std::size_t k = 0; k < traced.size(); ++k) {
+        const auto [index, share] = traced[k];
+        radiance_[index] =
+            share < 1.0f ? glm::mix(radiance_[index], radiance[k], share) : radiance[k];
+        if (masks_ && share == 1.0f) flags_[index] = flags[k];
       }
       if (!keeps) return;
       // The oldest one's memory serves the newest.
@@ -282,12 +284,36 @@ class Reprojection : public Method {
     });
   }
 
-  /// Of points_.
-  void trace(const FrameInput& input, Services& services, std::span<Vec3> radiance,
-             std::span<std::uint8_t> flags, std::span<trace::FirstHit> hits) {
+  /// The samples `traced`, into radiance, flags and hits_ in their order: in `traced`'s packets
+  /// likewise, whose other rays are traced without their light.
+  void trace(const FrameInput& input, Services& services, std::span<const Border::Member> traced,
+             std::span<Vec3> radiance, std::span<std::uint8_t> flags) {
     const float spread = scene::pixelSpreadRad(input.frame.camera, copy_.sampleHeight());
-    counts_ = trace::reflectedRadiance(*services.trace, services.lighting, spread, points_,
-                                       reflection_, true, radiance, flags, hits, seconds_);
+    counts_ = {};
+    slots_.assign(samples_.count(), 0);
+    for (std::size_t k = 0; k < traced.size(); ++k)
+      slots_[traced[k].index] = static_cast<std::uint32_t>(k) + 1;
+    std::mutex mutex;
+    samples_.eachPacketOf(slots_, reflection_,
+                          [&](std::span<const std::uint32_t> slots, trace::PointLanes&) {
+                            std::array<Vec3, SampleTiles::kSamples> light;
+                            std::array<std::uint8_t, SampleTiles::kSamples> marks{};
+                            std::array<trace::FirstHit, SampleTiles::kSamples> hits;
+                            trace::LobeTracer& tracer = trace::LobeTracer::ofThread();
+                            tracer.begin(*services.trace, services.lighting, spread, reflection_);
+                            tracer.only(slots.data());
+                            trace::ReflectionCounts mine;
+                            tracer.run(light.data(), marks.data(), hits.data(), mine);
+                            tracer.only(nullptr);
+                            for (std::size_t k = 0; k < slots.size(); ++k) {
+                              if (slots[k] == 0) continue;
+                              radiance[slots[k] - 1] = light[k];
+                              if (masks_) flags[slots[k] - 1] = marks[k];
+                              hits_[slots[k] - 1] = hits[k];
+                            }
+                            const std::scoped_lock lock(mutex);
+                            counts_.add(mine);
+                          });
   }
 
   void show(Services& services, const std::vector<std::uint32_t>& missing) {
@@ -343,11 +369,12 @@ class Reprojection : public Method {
   raster::GBufferCopy copy_;
   reprojection::MirrorSamples samples_;
   std::vector<trace::ReflectionPoint> points_;  ///< those that are traced
+  std::vector<std::uint32_t> slots_;            ///< by sample: place in points_, from 1 on; 0: none
   std::vector<Vec3> radiance_;
   std::vector<std::uint8_t> flags_;
   std::vector<trace::FirstHit> hits_;
   std::vector<trace::SecondHit> seconds_;  ///< of a key frame that keeps them
-  reprojection::Border border_;
+  Border border_;
   ReflectionUpload upload_;
 };
 
@@ -382,7 +409,7 @@ const std::vector<CounterInfo>& counterInfos() {
       {"crossed", "of retraced: the bounds of an object that moves lie on the mirrored ray"},
       {"unfaithful", "of retraced: what was found does not lie on the mirrored ray"},
       {"second_bounce", "of retraced: found, but not what the mirror shows there that it reflects"},
-      {"rays", "rays that Embree traced"},
+      {"rays", "rays that Embree traced, with those that share a packet with a retraced one"},
       {"misses", "of them those that left the scene and saw the environment"},
       {"refused", "rays that could not be traced; they see the environment", true},
       {"not_finite", "radiances that were no number: taken as 0", true},

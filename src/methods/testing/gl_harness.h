@@ -11,9 +11,11 @@
 
 #include "gl/test_context.h"
 #include "methods/shared/reflective_samples.h"
+#include "methods/shared/sample_tiles.h"
 #include "methods/testing/cpu_harness.h"
 #include "raster/scene_raster.h"
 #include "trace/bake/bake.h"
+#include "trace/lobes/lobe_tracer.h"
 
 namespace catoptric::test {
 
@@ -156,9 +158,23 @@ struct TracedSamples {
     for (const std::size_t at : places)
       ours.emplace_back(reflection[4 * at], reflection[4 * at + 1], reflection[4 * at + 2]);
     traced.resize(points.size());
-    counts = trace::reflectedRadiance(stage.embree(), stage.moment.lighting,
-                                      scene::pixelSpreadRad(camera, copy.sampleHeight()), points,
-                                      rays, true, traced);
+    // In the packets of `traced`: which of two triangles at one distance Embree names depends on
+    // the rays beside.
+    const methods::SampleTiles tiles({copy.sampleWidth(), copy.sampleHeight(), copy.samples},
+                                     camera, stage.scene, stage.embree().extents(), {});
+    methods::SampleTiles::Members members;
+    trace::LobeTracer& tracer = trace::LobeTracer::ofThread();
+    tracer.begin(stage.embree(), stage.moment.lighting,
+                 scene::pixelSpreadRad(camera, copy.sampleHeight()), rays);
+    Vec3* radiance = traced.data();
+    for (int row = 0; row < methods::SampleTiles::rowsOf(copy.sampleHeight()); ++row) {
+      for (int column = 0; column < tiles.columns(); ++column) {
+        tiles.find(copy, column, row, members);
+        tiles.place(copy, members, tracer.points());
+        tracer.run(radiance, nullptr, nullptr, counts);
+        radiance += members.count;
+      }
+    }
   }
 
   /// Mean absolute difference of gamma 2.2 values in steps of 255.

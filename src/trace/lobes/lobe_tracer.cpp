@@ -90,6 +90,7 @@ void LobeTracer::begin(const TraceScene& trace, const frame::Lighting& lighting,
   spreadRad_ = spreadRad;
   options_ = options;
   seconds_ = nullptr;
+  asked_ = nullptr;
   settles_ = !trace.geometry().surfaces.empty() || trace.refracts();
 }
 
@@ -267,6 +268,10 @@ void LobeTracer::resolve(Level& level, const Block& block, bool keepSurfaces, st
   for (std::size_t i = block.begin; i < block.end; ++i) {
     const float spread = lobeSpread(points.glossiness[i], block.raysPerLobe);
     const std::size_t end = level.first[i - block.begin + 1];
+    if (asked_ != nullptr && options_.bounces == 1 && asked_[i] == 0) {
+      std::fill(&level.values[level.first[i - block.begin]], &level.values[end], Vec3(0.0f));
+      continue;
+    }
     for (std::size_t ray = level.first[i - block.begin]; ray < end; ++ray) {
       const Hit& hit = level.hits[ray];
       const Vec3 direction = level.rays.direction(ray);

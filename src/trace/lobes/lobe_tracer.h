@@ -49,6 +49,10 @@ class LobeTracer {
   void run(Vec3* radiance, std::uint8_t* flags, FirstHit* hits, ReflectionCounts& counts);
   /// Where the next run() puts second hits, one for each point; null: nowhere.
   void keepSeconds(SecondHit* seconds) { seconds_ = seconds; }
+  /// Of each point of the next run() with one bounce whether its light is asked for, which is else
+  /// 0; null: all. Rays of the others are traced, too: what Embree finds at edges depends on the
+  /// rays beside.
+  void only(const std::uint32_t* asked) { asked_ = asked; }
 
  private:
   struct Level;
@@ -85,6 +89,7 @@ class LobeTracer {
   ReflectionOptions options_;
   bool settles_ = false;  ///< points of the scene may have to move, or refract
   SecondHit* seconds_ = nullptr;
+  const std::uint32_t* asked_ = nullptr;
   std::vector<std::unique_ptr<Level>> levels_;
   std::unique_ptr<LobeTables> tables_;
 };

@@ -14,8 +14,11 @@ namespace catoptric::trace {
 /// Points, and rays, that are worked on at once: what fits a core's cache. Ours.
 inline constexpr std::size_t kMostLanes = 1024;
 
+/// Rays of the largest packets that Embree traces at once.
+inline constexpr std::size_t kMostPacket = 16;
+
 /// With room for a whole packet from any point on.
-using Lane = std::array<float, kMostLanes + 16>;
+using Lane = std::array<float, kMostLanes + kMostPacket>;
 
 struct Lanes3 {
   alignas(64) Lane x{}, y{}, z{};
