@@ -10,18 +10,20 @@ namespace catoptric::methods::depth_impostors {
 /// A map's texels, those along the minor axis one after another, background before and after them.
 class Columns {
  public:
+  static constexpr int kBorder = 36;  ///< texels of background before and after a column
+
   Columns(std::span<const float> texels, int size, bool alongX)
-      : size_(size), stride_(static_cast<std::size_t>(size) + 2) {
+      : size_(size), stride_(static_cast<std::size_t>(size + 2 * kBorder)) {
     const auto n = static_cast<std::size_t>(size);
     texels_.assign(n * stride_, 0.0f);
     for (std::size_t y = 0; y < n; ++y)
       for (std::size_t x = 0; x < n; ++x)
-        texels_[alongX ? x * stride_ + y + 1 : y * stride_ + x + 1] = texels[y * n + x];
+        texels_[(alongX ? x * stride_ + y : y * stride_ + x) + kBorder] = texels[y * n + x];
   }
 
   int size() const { return size_; }
-  /// Texel `minor` of column `major` is at major * stride() + minor + 1.
-  const float* texels() const { return texels_.data(); }
+  /// Texel `minor` of column `major` is at major * stride() + minor, from -kBorder on.
+  const float* texels() const { return texels_.data() + kBorder; }
   int stride() const { return static_cast<int>(stride_); }
 
   /// Depth between texels at a texel's centre along the major axis: of two texels by linear
@@ -31,7 +33,7 @@ class Columns {
     const bool on = (place >= 0.0f) & (place < static_cast<float>(size_ + 1));
     const int j = on ? static_cast<int>(place) : 0;
     const float f = place - static_cast<float>(j);
-    const float* const texel = texels_.data() + major * static_cast<int>(stride_) + j;
+    const float* const texel = texels() + major * static_cast<int>(stride_) + j - 1;
     const float a = texel[0];
     const float b = texel[1];
     const float nearer = f < 0.5f ? a : b;
