@@ -23,6 +23,7 @@ class Case:
     settings: dict = field(default_factory=dict)  # of the run config's image
     huge: bool = False  # takes minutes
     options: dict = field(default_factory=dict)  # of methods, by name
+    methods: tuple = ()  # those that the case is about; else all
 
 
 # --- Scene descriptions -------------------------------------------------------------------------

@@ -71,6 +71,16 @@ class Chooser {
     return solid * std::atan(aside / distance);
   }
 
+  /// The same of a billboard: its points are off by the object's radius along rays that leave the
+  /// reflector anywhere about its centroid.
+  float errorOfBillboard(int reflector, int object) const {
+    const float distance = glm::length(shape(reflector).centroid - shape(object).centroid);
+    const float across = shape(reflector).radius * shape(object).radius;
+    if (!(distance * distance > across)) return std::numeric_limits<float>::max();
+    const float solid = std::min(2.0f * kPi, 0.5f * shape(object).area / (distance * distance));
+    return solid * std::atan(across / (distance * distance));
+  }
+
   /// Objects that get impostors, in order.
   std::vector<int> wanted() {
     std::vector<int> objects;
@@ -121,6 +131,7 @@ class Chooser {
       }
       if (!reflective) into.diffuse = static_cast<int>(into.members.size());
     }
+    if (kind_ == Kind::DepthMap && !shape(reflector).flat()) selfMaps(reflector, into);
   }
 
   void add(int reflector, int object, ImpostorList& into) {
@@ -134,7 +145,8 @@ class Chooser {
       }
       return;
     }
-    if (kind_ == Kind::Billboard) {
+    if (kind_ == Kind::Billboard ||
+        errorOfBillboard(reflector, object) < options_.billboardsBelow) {
       into.members.push_back(billboard(reflector, object));
     } else {
       depthMaps(reflector, object, into);
@@ -253,6 +265,18 @@ class Chooser {
     const int made = insert(impostor);
     maps_.emplace(key, made);
     return made;
+  }
+
+  /// Depth maps for the rays of the object that they show, from the ends of its axes.
+  void selfMaps(int object, ImpostorList& into) {
+    for (int i = 0; i < options_.selfMaps; ++i) {
+      const Vec3 axis = normalizedOr(Vec3(range(object).worldFromObject[(i + 1) % 3]), {0, 1, 0});
+      const Vec3 forward = i < 3 ? -axis : axis;
+      Impostor impostor{.object = object, .depth = true, .self = true};
+      impostor.camera = lookAtPoints(verticesOf(geometry_, object), shape(object).centroid, forward,
+                                     upBeside(object, forward), kLeastSize * metres_);
+      into.members.push_back(insert(impostor));
+    }
   }
 
   const Options& options_;

@@ -19,6 +19,7 @@ struct Impostor {
   bool depth = false;       ///< a depth map; else a quad
   bool reflective = false;  ///< with normals
   bool slab = false;        ///< shows what lies in `plane` alone
+  bool self = false;        ///< of the reflector whose rays meet it
   Camera camera = {};
 };
 

@@ -14,6 +14,10 @@
 namespace catoptric::methods::impostors {
 namespace {
 
+/// Of a reflector's own depth map: rays are looked at from so far on, so that they do not meet the
+/// place that they leave. Ours.
+constexpr float kSelfTexels = 4.0f;
+
 Vec4 planeOf(const Impostor& impostor, const Shape& shape) {
   if (impostor.plane) return Vec4(impostor.plane->normal, -impostor.plane->offset);
   return Vec4(impostor.camera.forward, -glm::dot(impostor.camera.forward, shape.centroid));
@@ -254,6 +258,7 @@ ImpostorLines ImpostorMethod::linesOf(int index, const Services& services) const
   lines.texelMetres = texelMetres(impostor);
   lines.plane = impostor.plane.has_value();
   lines.reflective = impostor.reflective;
+  lines.begin = impostor.self ? kSelfTexels * lines.texelMetres : 0.0f;
   lines.object = impostor.object + 1;
   lines.height = options_.transitionHeight;
   lines.side = glm::dot(Vec3(lines.quad.plane), camera.forward) < 0.0f ? 1.0f : -1.0f;
@@ -293,7 +298,8 @@ void ImpostorMethod::uploadTable() {
     line[shared::kMore] = Vec4(static_cast<float>(lines.layer), static_cast<float>(lines.way),
                                lines.texelMetres, lines.reflective ? 1.0f : 0.0f);
     std::ranges::copy(lines.rows, line + shared::kRows);
-    line[shared::kWalls] = Vec4(lines.height, static_cast<float>(lines.object), lines.side, 0.0f);
+    line[shared::kWalls] =
+        Vec4(lines.height, static_cast<float>(lines.object), lines.side, lines.begin);
     line[shared::kTint] = Vec4(lines.tint, 0.0f);
   }
   const std::size_t objects = choice_.listOf.size();

@@ -74,6 +74,16 @@ const config::OptionTable<Options>& depthOptions() {
     options.push_back(field(&Options::directionCells, "direction_cells", range(2, 4096),
                             "cells along the edge of the octahedral map of directions, in the "
                             "object's frame: reflectors in one cell share their depth maps"));
+    options.push_back(field(&Options::selfMaps, "self_maps", range(0, 6),
+                            "depth maps of each curved reflector that its own rays are intersected "
+                            "with, looking along its axes; 0: no reflector shows itself")
+                          .trade("0,6"));
+    options.push_back(
+        field(&Options::billboardsBelow, "billboards_below", atLeast(0.0),
+              "sr: objects get a billboard in place of a depth map where the error of "
+              "one is predicted to be less: solid angle times the angle by which a "
+              "billboard is off, in the unit of least; 0: none")
+            .trade("0,0.001,0.01"));
     return config::OptionTable<Options>("depth_impostors", "Options of the method depth_impostors.",
                                         std::move(options));
   }();

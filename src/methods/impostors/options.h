@@ -40,11 +40,13 @@ struct Options {
   Unit intersectOn = Unit::Auto;
   // depth_impostors alone
   Intersection intersection = Intersection::Srdm;
-  int domains = 60;         ///< the paper's n
-  int points = 8;           ///< the paper's m
-  int refine = 4;           ///< texels; ours, measured in docs/papers/impostors.md
-  int maps = 1;             ///< of an object, for each reflector
-  int directionCells = 32;  ///< of an octahedral map's edge; ours
+  int domains = 60;              ///< the paper's n
+  int points = 8;                ///< the paper's m
+  int refine = 4;                ///< texels; ours, measured in docs/papers/impostors.md
+  int maps = 1;                  ///< of an object, for each reflector
+  int directionCells = 32;       ///< of an octahedral map's edge; ours
+  int selfMaps = 0;              ///< of a reflector for its own rays; ours
+  float billboardsBelow = 0.0f;  ///< sr rad; ours
 };
 
 const config::OptionTable<Options>& billboardOptions();

@@ -30,6 +30,7 @@ struct ImpostorLines {
   bool reflective = false;
   int object = 0;  ///< id
   float height = 0.0f;
+  float begin = 0.0f;  ///< metres along a ray from which on it is met
   float side = 1.0f;
   Vec3 tint{1.0f};
   // A sphere that holds it

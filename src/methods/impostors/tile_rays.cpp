@@ -119,9 +119,27 @@ void TileRays::meet(RayBatch& rays, int index, const ImpostorLines& lines) {
   if (looks_.count > 0) take(rays, index, lines);
 }
 
-void TileRays::meetDepthMap(const RayBatch& rays, const ImpostorLines& lines) {
+void TileRays::meetDepthMap(RayBatch& rays, const ImpostorLines& lines) {
   const auto size = static_cast<float>(colorsOf(lines).levels().front().size);
-  loops_->project(lines.rows, size, rays, map_);
+  if (lines.begin > 0.0f) {
+    kept_ = {rays.originX, rays.originY, rays.originZ, rays.t};
+    for (std::size_t i = 0; i < rays.count; ++i) {
+      rays.originX[i] += lines.begin * rays.directionX[i];
+      rays.originY[i] += lines.begin * rays.directionY[i];
+      rays.originZ[i] += lines.begin * rays.directionZ[i];
+      rays.t[i] -= lines.begin;
+    }
+    loops_->project(lines.rows, size, rays, map_);
+    rays.originX = kept_[0];
+    rays.originY = kept_[1];
+    rays.originZ = kept_[2];
+    rays.t = kept_[3];
+    const Vec3 forward(lines.quad.plane);
+    for (std::size_t i = 0; i < rays.count; ++i)
+      if (glm::dot(forward, rays.direction(i)) < shared::kSelfCosine) map_.on[i] = 0;
+  } else {
+    loops_->project(lines.rows, size, rays, map_);
+  }
   // Those whose rest is not empty, in a row
   std::size_t count = 0;
   for (std::size_t i = 0; i < rays.count; ++i) {
@@ -141,7 +159,7 @@ void TileRays::meetDepthMap(const RayBatch& rays, const ImpostorLines& lines) {
     if (!(share <= 1.0f)) continue;
     const float near = (1.0f - share) * map_.wTo[k];
     const float far = share * map_.wFrom[k];
-    const float t = (map_.tFrom[k] * near + map_.tTo[k] * far) / (near + far);
+    const float t = lines.begin + (map_.tFrom[k] * near + map_.tTo[k] * far) / (near + far);
     const std::size_t i = map_.ray[k];
     if (!(t < rays.t[i])) continue;
     met_.t[i] = t;

@@ -28,7 +28,7 @@ class TileRays {
   /// The nearest first, as far as spheres about them tell.
   void meetInOrder(RayBatch& rays, std::span<const int> members);
   void meet(RayBatch& rays, int index, const ImpostorLines& lines);
-  void meetDepthMap(const RayBatch& rays, const ImpostorLines& lines);
+  void meetDepthMap(RayBatch& rays, const ImpostorLines& lines);
   void take(RayBatch& rays, int index, const ImpostorLines& lines);
   void shadeWalls(RayBatch& rays);
   /// Dims what was found by its distance.
@@ -53,6 +53,7 @@ class TileRays {
   std::vector<std::pair<float, int>> order_;  ///< meetInOrder()'s: distance, impostor
   Meetings met_;
   MapRays map_;
+  std::array<Lane, 4> kept_;  ///< origins and distances of rays that begin later
   LookUps looks_;
   LookUps wider_;
   std::array<std::uint16_t, kMostRays> hits_{};  ///< rays that looks_ are of

@@ -25,7 +25,11 @@ bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec
   Projected ray;
   t = 0.0;
   uv = vec2(0.0);
-  if (!projected(texel, origin, direction, ray)) return false;
+  // A reflector's own map is met from a little later on
+  float begin = texelFetch(impostorTable, texel + kWalls).w;
+  vec3 forward = texelFetch(impostorTable, texel + kPlane).xyz;
+  if (begin > 0.0 && dot(forward, direction) < kSelfCosine) return false;
+  if (!projected(texel, origin + begin * direction, direction, ray)) return false;
   float size = float(textureSize(impostorColors, 0).x);
   vec3 a = vec3(ray.from.xy * size, ray.from.z);
   vec3 b = vec3(ray.to.xy * size, ray.to.z);
@@ -45,6 +49,6 @@ bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec
 #endif
   bool hit = along <= 1.0;
   uv = mix(ray.from.xy, ray.to.xy, along);
-  t = distanceAt(ray, along);
+  t = begin + distanceAt(ray, along);
   return hit;
 }

@@ -22,7 +22,7 @@ const int kRowU = 1;    // on the plane: u and v of a point
 const int kRowV = 2;
 const int kMore = 3;    // layer, way (kWay...), metres of a texel, 1 where it has normals
 const int kRows = 4;    // rows u w, v w, g w, w of its camera
-const int kWalls = 8;   // height of the transition walls, id of the object, side of the plane
+const int kWalls = 8;   // height of the transition walls, id of the object, side of the plane, metres at which rays begin
 const int kTint = 9;    // of its reflection
 
 const int kWayQuad = 0;
@@ -30,6 +30,9 @@ const int kWayDepth = 1;
 const int kWayBox = 2;     // a quad with transition walls
 const int kWayShared = 3;  // one whose colour is in the environment map
 const int kWayPlane = 4;   // an object's own plane, without walls
+
+// Of a reflector's own depth maps those are looked at that face a ray: cosine of the angle. Ours
+const float kSelfCosine = 0.5;
 
 // Radiance from which a look-up shows a texel that half floats have clamped: their largest less 1 %
 const float kClampedRadiance = 64848.0;
