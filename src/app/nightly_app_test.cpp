@@ -90,6 +90,13 @@ TEST_F(Nightly, ExitCodesSayHowTheNightWas) {
 }
 
 TEST_F(Nightly, WhatIsWrongEndsWithAHint) {
+  const std::string begin = R"({"title": "<b>", "scenes": {)";
+  const std::string ball = R"({"config": "run.json", "frames": {"full": "1"}, "methods": ["truth")";
+  std::ofstream(folder / "a b.suite.json") << textOf(folder / "small.suite.json");
+  std::ofstream(folder / "twice.suite.json") << begin << "\"ball\": " << ball << R"(, "truth"]}}})";
+  std::ofstream(folder / "nameless.suite.json") << begin << "\"\": " << ball << "]}}}";
+  std::ofstream(folder / "untrue.suite.json")
+      << begin << "\"ball\": " << ball << R"(], "against": "nobody"}}})";
   for (const auto& [arguments, hint] : std::map<std::string, std::string>{
            {"small.suite.json --effort ful", "has frames for --effort ful"},
            {"small.suite.json --only square", "fits --only square"},
@@ -100,12 +107,53 @@ TEST_F(Nightly, WhatIsWrongEndsWithAHint) {
            {"small.suite.json --clock sun", "must be one of"},
            {"run.json", "title"},
            {"nothing.json", "nothing.json"},
+           {"'a b.suite.json'", "the suite's file name"},
+           {"twice.suite.json", "\"truth\" is named twice"},
+           {"nameless.suite.json", "the scene's name"},
+           {"untrue.suite.json", "untrue.ball.truth: its truth"},
            {"undo", "name the number"},
            {"accept", "name what is accepted"}}) {
     const Result result = nightly(arguments);
     EXPECT_TRUE(result.exitCode == 2 || result.exitCode == 3) << arguments << result.err;
     EXPECT_THAT(result.err, HasSubstr(hint)) << arguments;
   }
+}
+
+TEST_F(Nightly, WhatHangsIsACrashAndTheNightGoesOn) {
+  writeBuild("hangs", "case \"$*\" in *truth*) exec sleep 600;; esac");
+  const Result result =
+      nightly("small.suite.json --progress none -q --patience 0.05 --program ./hangs");
+  EXPECT_EQ(result.exitCode, 6) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("./hangs gave no answer for 3 s and was ended"));
+  EXPECT_THAT(result.out, HasSubstr("2 cases, 0 regressions, 1 crashes"));
+}
+
+TEST_F(Nightly, ProgramsCanReadWhatItSays) {
+  const Result first = nightly(suite() + "--only truth --json");
+  EXPECT_EQ(first.exitCode, 0) << first.err;
+  EXPECT_EQ(
+      first.out,
+      "{\"night\":1,\"cases\":1,\"regressions\":0,\"crashes\":0,\"skipped\":4,\"to_accept\":3,"
+      "\"end\":\"good\",\"faults\":[]}\n");
+  EXPECT_THAT(nightly("log").out, HasSubstr("small.ball.truth  picture  new      1,2,3"));
+  EXPECT_EQ(nightly("accept '*' --reason ' '").exitCode, 2);
+  // Several patterns may name the same frames
+  EXPECT_EQ(nightly("accept '*' '*.truth' '*:2' --reason r --json").out,
+            "{\"acknowledgement\":1,\"frames\":3,\"times\":0}\n");
+  EXPECT_THAT(nightly("log --json").out, HasSubstr("\"wanted\":[],\"acknowledgements\":[{"));
+}
+
+TEST_F(Nightly, NobodysPageIsReplaced) {
+  ASSERT_EQ(nightly(suite(), "'h o/h.db'").exitCode, 0);
+  fs::create_directories(folder / "site");
+  std::ofstream(folder / "site/index.html") << "mine";
+  for (const char* how : {"--html site", "--html site --single-file"})
+    EXPECT_EQ(nightly(suite() + "--report-only " + how, "'h o/h.db'").exitCode, 5) << how;
+  EXPECT_EQ(textOf(folder / "site/index.html"), "mine");
+  for (const char* how : {"--html page", "--html page", "--html page --single-file"})
+    EXPECT_EQ(nightly(suite() + "--report-only " + how, "'h o/h.db'").exitCode, 0) << how;
+  // What the page gives to a shell is quoted
+  EXPECT_THAT(textOf(folder / "page/index.html"), HasSubstr("--history 'h o/h.db'"));
 }
 
 TEST_F(Nightly, KilledAnywhereItGoesOn) {

@@ -3,10 +3,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
+#include <map>
 #include <memory>
 
 #include "app/study_options.h"
+#include "config/json_text.h"
 #include "core/file.h"
 #include "core/hash.h"
 #include "core/log.h"
@@ -38,6 +41,7 @@ struct NightlyOptions {
   double timeGate = 0.0;  ///< percent; 0: the suite's
   int repeats = 8;
   std::string clock = "wall";
+  double patience = 30.0;  ///< minutes
   bool runOnly = false;
   bool compareOnly = false;
   bool reportOnly = false;
@@ -115,33 +119,66 @@ void writeReports(const History& history, const Night& night, const std::vector<
   log::info("page: " + file.string());
 }
 
-/// Table of what is not good, and the last line.
-ExitCode conclude(const Night& night, const std::vector<Verdict>& verdicts) {
+std::string listOf(const std::vector<std::string>& items) {
+  return "[" + joined(items, ",") + "]";
+}
+
+/// What `keep` chooses of the verdicts, as a table or as items of a list of JSON.
+template <class Keep>
+std::string verdictsText(const std::vector<Verdict>& verdicts, bool json, const Keep& keep) {
   report::Table table;
   table.columns = {
       {"case", false}, {"what", false}, {"verdict", false}, {"since", true}, {"", false}};
+  std::vector<std::string> items;
   for (const Verdict& verdict : verdicts) {
-    const Outcome outcome = nightly::outcomeOf(verdict);
-    if (outcome != Outcome::Regression && outcome != Outcome::Crash) continue;
+    if (!keep(verdict)) continue;
     table.rows.push_back(
         {verdict.name + (verdict.frame != 0 ? ":" + std::to_string(verdict.frame) : ""),
          verdict.kind, verdict.status, std::to_string(verdict.began), verdict.message});
+    items.push_back(config::JsonText()
+                        .add("case", verdict.name)
+                        .add("frame", verdict.frame)
+                        .add("kind", verdict.kind)
+                        .add("verdict", verdict.status)
+                        .add("since", verdict.began)
+                        .add("message", verdict.message)
+                        .object());
   }
-  if (!table.rows.empty()) printData(report::toText(table) + "\n");
+  if (json) return listOf(items);
+  return table.rows.empty() ? "" : report::toText(table) + "\n";
+}
+
+/// Table of what is not good, and the last line.
+ExitCode conclude(const Night& night, const std::vector<Verdict>& verdicts, bool json) {
   const nightly::Summary summary = nightly::summaryOf(verdicts);
-  const std::string counts = std::to_string(summary.cases) + " cases, " +
-                             std::to_string(summary.regressions) + " regressions, " +
-                             std::to_string(summary.crashes) + " crashes, " +
-                             std::to_string(summary.skipped) + " undecided, new or acknowledged; " +
-                             std::to_string(summary.toAccept) + " frames want to be accepted";
   const ExitCode code = summary.crashes > 0       ? ExitCode::FramesFailed
                         : summary.regressions > 0 ? ExitCode::LimitsExceeded
                                                   : ExitCode::Done;
-  printData("Night " + std::to_string(night.id) + ": " + counts + ": " +
-            (code == ExitCode::Done             ? "good"
-             : code == ExitCode::LimitsExceeded ? "REGRESSION"
-                                                : "CRASH") +
-            "\n");
+  const std::string faults = verdictsText(verdicts, json, [](const Verdict& verdict) {
+    const Outcome outcome = nightly::outcomeOf(verdict);
+    return outcome == Outcome::Regression || outcome == Outcome::Crash;
+  });
+  const char* end = code == ExitCode::Done             ? "good"
+                    : code == ExitCode::LimitsExceeded ? "REGRESSION"
+                                                       : "CRASH";
+  if (json)
+    printData(config::JsonText()
+                  .add("night", night.id)
+                  .add("cases", summary.cases)
+                  .add("regressions", summary.regressions)
+                  .add("crashes", summary.crashes)
+                  .add("skipped", summary.skipped)
+                  .add("to_accept", summary.toAccept)
+                  .add("end", end)
+                  .raw("faults", faults)
+                  .object() +
+              "\n");
+  else
+    printData(faults + "Night " + std::to_string(night.id) + ": " + std::to_string(summary.cases) +
+              " cases, " + std::to_string(summary.regressions) + " regressions, " +
+              std::to_string(summary.crashes) + " crashes, " + std::to_string(summary.skipped) +
+              " undecided, new or acknowledged; " + std::to_string(summary.toAccept) +
+              " frames want to be accepted: " + end + "\n");
   return code;
 }
 
@@ -153,6 +190,7 @@ std::optional<Night> measure(History& history, const nightly::NightSuite& suite,
   lab.program = options.program.empty() ? study::ownProgram() : fs::path(options.program);
   lab.clock = parseClock(options.clock);
   lab.work = history.folder() / "work" / std::to_string(::getpid());
+  lab.patienceSeconds = 60.0 * options.patience;
   lab.stopRequested = [] { return stopSignal() != 0; };
   const std::unique_ptr<nightly::Lab> rooms = nightly::makeLab(lab);
   const std::vector<nightly::NightCase> cases =
@@ -226,10 +264,10 @@ ExitCode runSuite(const NightlyOptions& options, const CommonOptions& common) {
   if (measures) nightly::dropOld(history);
   night = *history.night(night.id);
   writeReports(history, night, verdicts, suite, options);
-  return conclude(night, verdicts);
+  return conclude(night, verdicts, common.json);
 }
 
-ExitCode acceptCases(const NightlyOptions& options) {
+ExitCode acceptCases(const NightlyOptions& options, bool json) {
   if (options.cases.empty())
     throw UsageError(
         "nightly accept: name what is accepted, as in cornell_box.traced:12; * stands "
@@ -237,10 +275,19 @@ ExitCode acceptCases(const NightlyOptions& options) {
   History history(options.history, History::Mode::Write);
   const nightly::Accepted accepted =
       nightly::acceptVerdicts(history, {options.cases, options.reason, userName()});
-  printData("Acknowledgement " + std::to_string(accepted.acknowledgement) + ": " +
-            std::to_string(accepted.frames) + " frames, times of " +
-            std::to_string(accepted.times) + " cases; take it back with `catoptric nightly undo " +
-            std::to_string(accepted.acknowledgement) + "`\n");
+  if (json)
+    printData(config::JsonText()
+                  .add("acknowledgement", accepted.acknowledgement)
+                  .add("frames", accepted.frames)
+                  .add("times", accepted.times)
+                  .object() +
+              "\n");
+  else
+    printData("Acknowledgement " + std::to_string(accepted.acknowledgement) + ": " +
+              std::to_string(accepted.frames) + " frames, times of " +
+              std::to_string(accepted.times) +
+              " cases; take it back with `catoptric nightly undo " +
+              std::to_string(accepted.acknowledgement) + "`\n");
   return ExitCode::Done;
 }
 
@@ -258,37 +305,84 @@ ExitCode undoAcceptance(const NightlyOptions& options) {
   return ExitCode::Done;
 }
 
-ExitCode printLog(const NightlyOptions& options) {
-  const History history(options.history, History::Mode::Read);
-  report::Table nights;
-  nights.title = "Nights";
-  nights.columns = {{"night", true},       {"began", false},  {"suite", false},
-                    {"effort", false},     {"build", false},  {"cases", true},
-                    {"regressions", true}, {"crashes", true}, {"to accept", true}};
-  for (const Night& night : history.nights("", 30)) {
-    const nightly::Summary summary = nightly::summaryOf(history.verdicts(night.id));
-    nights.rows.push_back({std::to_string(night.id), night.started, night.suite, night.effort,
-                           night.build.substr(0, 8),
-                           night.finished.empty() ? "unfinished" : std::to_string(summary.cases),
-                           std::to_string(summary.regressions), std::to_string(summary.crashes),
-                           std::to_string(summary.toAccept)});
+/// Rows as objects of JSON, or the table as text.
+std::string tableText(const report::Table& table, bool json) {
+  if (!json) return table.rows.empty() ? "" : report::toText(table) + "\n";
+  std::vector<std::string> items;
+  for (const std::vector<std::string>& row : table.rows) {
+    config::JsonText item;
+    for (std::size_t i = 0; i < row.size(); ++i) item.add(table.columns[i].title, row[i]);
+    items.push_back(item.object());
   }
-  printData(report::toText(nights) + "\n");
-  report::Table acknowledgements;
-  acknowledgements.title = "Acknowledgements";
-  acknowledgements.columns = {{"number", true}, {"when", false},   {"who", false},
-                              {"what", false},  {"reason", false}, {"undone", false}};
+  return listOf(items);
+}
+
+report::Table nightTable(const History& history, const std::vector<Night>& nights) {
+  report::Table table;
+  table.title = "Nights";
+  table.columns = {{"night", true},       {"began", false},  {"suite", false},
+                   {"effort", false},     {"build", false},  {"cases", true},
+                   {"regressions", true}, {"crashes", true}, {"to accept", true}};
+  for (const Night& night : nights) {
+    const nightly::Summary summary = nightly::summaryOf(history.verdicts(night.id));
+    table.rows.push_back({std::to_string(night.id), night.started, night.suite, night.effort,
+                          night.build.substr(0, 8),
+                          night.finished.empty() ? "unfinished" : std::to_string(summary.cases),
+                          std::to_string(summary.regressions), std::to_string(summary.crashes),
+                          std::to_string(summary.toAccept)});
+  }
+  return table;
+}
+
+report::Table acknowledgementTable(const History& history) {
+  report::Table table;
+  table.title = "Acknowledgements";
+  table.columns = {{"number", true}, {"when", false},   {"who", false},
+                   {"what", false},  {"reason", false}, {"undone", false}};
   for (const nightly::Acknowledgement& one : history.acknowledgements())
-    acknowledgements.rows.push_back(
+    table.rows.push_back(
         {std::to_string(one.id), one.at, one.who, one.what, one.reason, one.undone});
-  if (!acknowledgements.rows.empty()) printData(report::toText(acknowledgements) + "\n");
+  return table;
+}
+
+/// What `accept` can be given: of the newest night that was judged.
+report::Table wantedTable(const History& history, const std::vector<Night>& nights) {
+  report::Table table;
+  table.columns = {{"case", false}, {"what", false}, {"verdict", false}, {"frames", false}};
+  const auto judged = std::find_if(nights.begin(), nights.end(),
+                                   [](const Night& night) { return !night.finished.empty(); });
+  if (judged == nights.end()) return table;
+  table.title = "Night " + std::to_string(judged->id) + " wants to be accepted";
+  std::map<std::array<std::string, 3>, std::vector<std::string>> frames;
+  for (const Verdict& verdict : history.verdicts(judged->id))
+    if (nightly::wantsAcceptance(verdict))
+      frames[{verdict.name, verdict.kind, verdict.status}].push_back(
+          verdict.frame != 0 ? std::to_string(verdict.frame) : "all");
+  for (const auto& [what, numbers] : frames)
+    table.rows.push_back({what[0], what[1], what[2], joined(numbers, ",")});
+  return table;
+}
+
+ExitCode printLog(const NightlyOptions& options, bool json) {
+  const History history(options.history, History::Mode::Read);
+  const std::vector<Night> nights = history.nights("", 30);
+  const std::string all = tableText(nightTable(history, nights), json);
+  const std::string wanted = tableText(wantedTable(history, nights), json);
+  const std::string accepted = tableText(acknowledgementTable(history), json);
+  printData(json ? config::JsonText()
+                           .raw("nights", all)
+                           .raw("wanted", wanted)
+                           .raw("acknowledgements", accepted)
+                           .object() +
+                       "\n"
+                 : all + wanted + accepted);
   return ExitCode::Done;
 }
 
 ExitCode nightlyCommand(const NightlyOptions& options, const CommonOptions& common) {
-  if (options.what == "accept") return acceptCases(options);
+  if (options.what == "accept") return acceptCases(options, common.json);
   if (options.what == "undo") return undoAcceptance(options);
-  if (options.what == "log") return printLog(options);
+  if (options.what == "log") return printLog(options, common.json);
   if (!options.cases.empty())
     throw UsageError("nightly: \"" + options.cases.front() +
                      "\" is one argument too many; choose cases with --only");
@@ -379,6 +473,13 @@ void addNightly(CLI::App& program, CommonOptions& common, Action& action) {
                    "Which times count: wall (what passes), or cpu (of all threads)")
       ->capture_default_str()
       ->type_name("CLOCK");
+  command
+      ->add_option(
+          "--patience", options->patience,
+          "How long a program may take for its start or a frame before it is ended, minutes")
+      ->capture_default_str()
+      ->check(within(0.01, 100'000.0))
+      ->type_name("MINUTES");
   addReportOptions(*command, *options);
   addCommon(*command, common);
   command->footer(R"(Examples:

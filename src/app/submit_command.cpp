@@ -66,7 +66,9 @@ MeasuredTimes measuredTimes(const fs::path& folder) {
 
 /// --chunks, or as many as have tasks of --task-minutes.
 int chunkCount(const SubmitOptions& options, std::size_t frames) {
-  if (options.chunks > 0) return options.chunks;
+  // More than there are frames would be empty
+  if (options.chunks > 0)
+    return static_cast<int>(std::min(static_cast<std::size_t>(options.chunks), frames));
   if (options.times.empty())
     throw UsageError(
         "say into how many chunks the frames are divided: --chunks N; or --times RUN, a run of "

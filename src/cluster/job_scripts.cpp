@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/text.h"
 #include "scene/camera.h"
 
 namespace catoptric::cluster {
@@ -20,17 +21,6 @@ std::string enterFolder(const Submission& submission) {
 }
 
 }  // namespace
-
-std::string shellWord(const std::string& text) {
-  std::string word = "'";
-  for (const char c : text) {
-    if (c == '\'')
-      word += "'\\''";
-    else
-      word += c;
-  }
-  return word + "'";
-}
 
 std::string shellWords(const std::vector<std::string>& arguments) {
   std::string text;
@@ -99,6 +89,12 @@ std::string runScript(const Submission& submission) {
          "# Run it again to go on: finished frames are kept.\n"
          "parallel=${1:-1}\n"
          "share=${2:-1/1}\n"
+         "if ! printf '%s %s\\n' \"$parallel\" \"$share\" |\n"
+         "    grep -qxE '[1-9][0-9]{0,3} [1-9][0-9]{0,5}/[1-9][0-9]{0,5}' || [ $# -gt 2 ] ||\n"
+         "    [ \"${share%/*}\" -gt \"${share#*/}\" ]; then\n"
+         "  echo \"run.sh: PARALLEL and I/N are numbers from 1, as in run.sh 2 1/3\" >&2\n"
+         "  exit 2\n"
+         "fi\n"
          "awk -v i=\"${share%/*}\" -v n=\"${share#*/}\" 'NR % n == i % n' <<'CHUNKS' |\n" +
          chunks + "CHUNKS\n  xargs -P \"$parallel\" -n 1 " + folder + "/chunk.sh" + failed +
          "[ \"$share\" != 1/1 ] || " + folder + "/merge.sh || { cat " + folder +

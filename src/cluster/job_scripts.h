@@ -8,9 +8,6 @@
 
 namespace catoptric::cluster {
 
-/// A word for a shell, whatever is in it.
-std::string shellWord(const std::string& text);
-
 /// Words for a shell, each after a space.
 std::string shellWords(const std::vector<std::string>& arguments);
 

@@ -12,6 +12,7 @@
 #include "cluster/progress.h"
 #include "cluster/slurm.h"
 #include "core/error.h"
+#include "core/text.h"
 
 namespace catoptric::cluster {
 namespace {
@@ -100,6 +101,10 @@ TEST_F(Submissions, RunScriptsTakeAllChunksOrAShareOfThem) {
   createSubmission(made_, "{}");
   writeScripts(made_);
   const std::string script = shellWord((folder_ / "run.sh").string());
+  for (const char* wrong : {"0", "-1", "x", "2 0/2", "2 3/2", "2 1", "2 1/2 more", "99999"})
+    EXPECT_EQ(WEXITSTATUS(std::system((script + " " + wrong + " 2>/dev/null").c_str())), 2)
+        << wrong;
+  EXPECT_FALSE(fs::exists(made_.log(3)));
   ASSERT_EQ(std::system((script + " 2 2/2").c_str()), 0);
   EXPECT_FALSE(fs::exists(made_.log(1)));
   EXPECT_TRUE(fs::exists(made_.log(3)));

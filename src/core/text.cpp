@@ -87,6 +87,15 @@ std::string printable(std::string_view text) {
   return shown;
 }
 
+std::string shellWord(const std::string& word) {
+  if (!word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                              "0123456789_-./=,:") == std::string::npos)
+    return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? "'\\''" : std::string(1, c);
+  return text + "'";
+}
+
 std::string joined(std::span<const std::string> items, std::string_view separator) {
   std::string text;
   for (const std::string& item : items) {

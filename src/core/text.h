@@ -19,6 +19,9 @@ std::string didYouMean(std::string_view name, std::span<const std::string> candi
 /// no UTF-8 as \x80.
 std::string printable(std::string_view text);
 
+/// A word for a shell, in quotes where it needs them.
+std::string shellWord(const std::string& word);
+
 std::string joined(std::span<const std::string> items, std::string_view separator);
 
 }  // namespace catoptric

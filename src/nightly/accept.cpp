@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <map>
+#include <set>
 
 #include "core/error.h"
 #include "core/text.h"
@@ -33,14 +34,6 @@ Night judgedNight(const History& history) {
   for (const Night& night : history.nights("", 100))
     if (!night.finished.empty()) return night;
   throw UsageError("no night was judged yet; `catoptric nightly SUITE` makes one");
-}
-
-bool wantsAcceptance(const Verdict& verdict) {
-  if (verdict.acknowledgement != 0 || verdict.outcome == Outcome::Good) return false;
-  if (verdict.kind == "picture") return verdict.status != "not finite";
-  return verdict.status == "slower" || verdict.status == "creeps" ||
-         ((verdict.kind == "counter" || verdict.kind == "disk" || verdict.kind == "memory") &&
-          verdict.outcome == Outcome::Regression);
 }
 
 /// What of a case is accepted; empty kinds: nothing.
@@ -79,14 +72,23 @@ History::Acceptance acceptanceOf(const History& history, const Night& night,
 
 }  // namespace
 
+bool wantsAcceptance(const Verdict& verdict) {
+  if (verdict.acknowledgement != 0 || verdict.outcome == Outcome::Good) return false;
+  if (verdict.kind == "picture") return verdict.status != "not finite";
+  return verdict.status == "slower" || verdict.status == "creeps" ||
+         ((verdict.kind == "counter" || verdict.kind == "disk" || verdict.kind == "memory") &&
+          verdict.outcome == Outcome::Regression);
+}
+
 Accepted acceptVerdicts(History& history, const AcceptRequest& request) {
-  if (request.reason.empty())
+  if (request.reason.find_first_not_of(" \t\r\n") == std::string::npos)
     throw UsageError("accepting wants a reason for those who ask later: --reason TEXT");
   const Night night = judgedNight(history);
   const std::vector<Verdict> verdicts = history.verdicts(night.id);
   const std::set<std::string> names = history.measured(night.id);
   std::vector<History::Acceptance> accepted;
-  Accepted result;
+  std::set<std::pair<std::string, int>> frames;
+  std::set<std::string> times;
   for (const std::string& text : request.patterns) {
     const Pattern pattern = parsePattern(text);
     bool known = false;
@@ -98,8 +100,8 @@ Accepted acceptVerdicts(History& history, const AcceptRequest& request) {
       History::Acceptance one = acceptanceOf(history, night, verdicts, pattern, name);
       if (one.kinds.empty()) continue;
       any = true;
-      result.frames += static_cast<int>(one.references.size());
-      result.times += one.baselines.empty() ? 0 : 1;
+      for (const Reference& reference : one.references) frames.insert({name, reference.frame});
+      if (!one.baselines.empty()) times.insert(name);
       accepted.push_back(std::move(one));
     }
     if (!known)
@@ -111,10 +113,10 @@ Accepted acceptVerdicts(History& history, const AcceptRequest& request) {
       throw UsageError("\"" + text + "\": nothing in night " + std::to_string(night.id) +
                        " wants to be accepted; crashes and NaN cannot be");
   }
-  result.acknowledgement =
+  const int number =
       history.accept({0, utcNow(), request.who, joined(request.patterns, " "), request.reason, ""},
                      night.id, accepted);
-  return result;
+  return {number, static_cast<int>(frames.size()), static_cast<int>(times.size())};
 }
 
 }  // namespace catoptric::nightly

@@ -20,6 +20,9 @@ struct Accepted {
   int times = 0;
 };
 
+/// Does somebody have to say that this is as it should be?
+bool wantsAcceptance(const Verdict& verdict);
+
 /// Accepts what the newest judged night says of the cases: their frames become the accepted ones,
 /// and builds that are slower become what times are compared with. Throws UsageError when a pattern
 /// names nothing that wants it, or a frame is NaN; nothing is accepted then.

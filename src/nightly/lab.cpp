@@ -6,6 +6,7 @@
 #include "config/json.h"
 #include "core/error.h"
 #include "core/hash.h"
+#include "core/text.h"
 #include "nightly/bench_print.h"
 #include "run/folder/records.h"
 #include "run/stage/stage.h"
@@ -15,16 +16,6 @@ namespace catoptric::nightly {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A word for a shell.
-std::string shellWord(const std::string& word) {
-  if (!word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                              "0123456789_-./=,:") == std::string::npos)
-    return word;
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? "'\\''" : std::string(1, c);
-  return text + "'";
-}
 
 /// Settings of a scene that are of this method; the others are of all methods, or of another.
 study::Settings settingsOf(const NightScene& scene, const std::string& method) {
@@ -134,7 +125,7 @@ class ProcessLab : public Lab {
             options_.program,
             options_.inputs(one.scene, one.frames)
                 .arguments(settingsOf(one.scene, one.scene.against), one.scene.against),
-            options_.work / "logs" / "truth.txt");
+            options_.work / "logs" / "truth.txt", options_.patienceSeconds);
       process->render(number, folder);
     }
   }
@@ -162,7 +153,8 @@ class ProcessLab : public Lab {
     try {
       if (!process)
         process = std::make_unique<study::WorkerProcess>(
-            program.file, arguments, options_.work / "logs" / (program.role + ".txt"));
+            program.file, arguments, options_.work / "logs" / (program.role + ".txt"),
+            options_.patienceSeconds);
     } catch (...) {
       workers_.erase(program.role);
       throw;

@@ -57,6 +57,8 @@ struct LabOptions {
   std::filesystem::path program;  ///< that is judged
   std::filesystem::path work;     ///< a folder for logs and what is thrown away
   study::Measurement::Clock clock = study::Measurement::Clock::Wall;
+  /// Programs that do not answer for so long are ended, which is a crash; 0: any time is waited.
+  double patienceSeconds = 0.0;
   std::function<bool()> stopRequested;
 };
 

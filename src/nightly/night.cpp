@@ -118,8 +118,8 @@ void findTruth(const History& history, const NightCase& one, CaseFacts& facts, L
     const fs::path folder = fs::path("truth") / lab.bench(truth).print;
     lab.truth(one, differing, history.folder() / folder);
     facts.truth = folder.string();
-  } catch (const UsageError&) {
-    throw;
+  } catch (const UsageError& error) {
+    throw UsageError(one.name + ": its truth, \"against\" of the suite: " + error.what());
   } catch (const Error& error) {
     log::warning(one.name + ": the truth could not be rendered: " + error.what());
   }

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/text.h"
 #include "nightly/compare.h"
 #include "nightly/junit.h"
 #include "nightly/page_assets.h"
@@ -23,6 +24,9 @@ namespace fs = std::filesystem;
 constexpr int kShownFrames = 3;
 /// What text may take of a single file: the rest is for pictures.
 constexpr std::size_t kTextRoom = 4'000'000;
+
+/// Every page of ours has it.
+constexpr const char* kMark = "<main id=\"failures\">";
 
 std::string text(const std::string& raw) {
   return xmlSafe(raw);
@@ -95,7 +99,7 @@ class PageWriter {
     for (const CaseVerdicts& one : cases_)
       if (one.outcome != Outcome::Good) addCase(one);
     std::string body =
-        head() + filter() + "<main id=\"failures\">\n<h2>What is not good</h2>\n" +
+        head() + filter() + kMark + "\n<h2>What is not good</h2>\n" +
         (articles_.empty() ? "<p>Nothing: every case is as it was accepted.</p>\n" : articles_) +
         "</main>\n" + table() + acknowledgements() + notes();
     const std::string style = options_.singleFile
@@ -164,7 +168,7 @@ class PageWriter {
       if (!facts.command.empty()) commands += copyLine(facts.command + " --out out/again");
       if (wants)
         commands += copyLine("catoptric nightly accept " + one.name + " --history " +
-                             options_.historyOption + " --reason 'WHY'");
+                             shellWord(options_.historyOption) + " --reason 'WHY'");
     }
     articles_ += "<article id=\"" + text(one.name) + "\" " + attributes(one) +
                  ">\n<h3><a href=\"#" + text(one.name) + "\">" + text(one.name) +
@@ -406,9 +410,19 @@ class PageWriter {
   std::map<std::string, std::string> curves_;
 };
 
-/// Pictures and curves of the last page are removed: nobody else's may be.
-void requireOurs(const fs::path& out) {
+/// Pictures and curves of the last page are removed, and the page is replaced: nobody else's may
+/// be.
+void requireOurs(const fs::path& out, bool singleFile) {
   std::error_code error;
+  const fs::path page = out / "index.html";
+  if (fs::is_regular_file(page, error)) {
+    const std::vector<std::byte> bytes = readFile(page);
+    if (std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()).find(kMark) ==
+        std::string_view::npos)
+      throw OutputError(page.string() +
+                        ": is there, and is no page of nightly; name another folder with --html");
+  }
+  if (singleFile) return;
   if (fs::exists(out / "nightly.css", error)) return;
   for (const char* name : {"pictures", "curves"})
     if (fs::exists(out / name, error) && !fs::is_empty(out / name, error))
@@ -424,8 +438,8 @@ fs::path writePage(const History& history, const Night& night, const std::vector
   fs::create_directories(options.out, error);
   if (error) throw OutputError(options.out.string() + ": cannot be made: " + error.message());
   fs::path file = options.out / "index.html";
+  requireOurs(options.out, options.singleFile);
   if (!options.singleFile) {
-    requireOurs(options.out);
     writeFileAtomically(options.out / "nightly.css", std::string_view(kPageStyle));
     for (const char* name : {"pictures", "curves"}) {
       fs::remove_all(options.out / name, error);

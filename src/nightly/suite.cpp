@@ -1,5 +1,7 @@
 #include "nightly/suite.h"
 
+#include <algorithm>
+
 namespace catoptric::nightly {
 namespace {
 
@@ -66,13 +68,18 @@ std::vector<std::string> stringsOf(const Value& array) {
   return texts;
 }
 
+/// Names are parts of files, addresses on the page and shells' words.
+bool isName(const std::string& name) {
+  return !name.empty() && name.find_first_not_of(
+                              "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-") ==
+                              std::string::npos;
+}
+constexpr const char* kNameRule = "must have letters a-z, A-Z, 0-9, _ and - only";
+
 NightScene readScene(const std::string& name, const Value& value,
                      const std::filesystem::path& folder) {
   config::require(value, sceneSchema());
-  for (const char c : name)
-    if (std::string_view("abcdefghijklmnopqrstuvwxyz0123456789_-").find(c) ==
-        std::string_view::npos)
-      value.fail("the scene's name \"" + name + "\" may have a-z, 0-9, _ and - only");
+  if (!isName(name)) value.fail("the scene's name \"" + name + "\" " + kNameRule);
   NightScene scene;
   scene.name = name;
   scene.config = (folder / value.get("config").asString()).lexically_normal();
@@ -86,6 +93,9 @@ NightScene readScene(const std::string& name, const Value& value,
                                                                           : setting.dump());
     }
   scene.methods = stringsOf(value.get("methods"));
+  for (auto method = scene.methods.begin(); method != scene.methods.end(); ++method)
+    if (std::find(scene.methods.begin(), method, *method) != method)
+      value.fail("the method \"" + *method + "\" is named twice");
   for (const std::string& effort : value.get("frames").keys())
     scene.frames[effort] = value.get("frames").get(effort).asString();
   if (value.has("against")) scene.against = value.get("against").asString();
@@ -101,6 +111,7 @@ NightSuite readNightSuite(const std::filesystem::path& file) {
   NightSuite suite;
   suite.name = file.stem().string();
   if (suite.name.ends_with(".suite")) suite.name.resize(suite.name.size() - 6);
+  if (!isName(suite.name)) root.fail("the suite's file name \"" + suite.name + "\" " + kNameRule);
   suite.title = root.get("title").asString();
   suite.gates = readGates(root.get("gates"));
   for (const std::string& name : root.get("scenes").keys())

@@ -1,18 +1,22 @@
 #include "study/process.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <sstream>
 
 #include "config/json.h"
 #include "config/json_text.h"
+#include "core/clock.h"
 #include "core/error.h"
 
 extern char** environ;
@@ -50,8 +54,8 @@ std::map<std::string, double> numbersOf(const config::Value& object) {
 }  // namespace
 
 WorkerProcess::WorkerProcess(const fs::path& program, const std::vector<std::string>& arguments,
-                             const fs::path& log)
-    : program_(program), log_(log) {
+                             const fs::path& log, double patienceSeconds)
+    : program_(program), log_(log), patienceSeconds_(patienceSeconds) {
   const std::array<int, 2> in = makePipe();
   const std::array<int, 2> out = makePipe();
   std::vector<std::string> words{program.string(), "worker"};
@@ -113,6 +117,24 @@ void WorkerProcess::failEnded() {
               words.empty() ? program_.string() + " worker has ended without a word" : words);
 }
 
+/// Until there is something to read.
+void WorkerProcess::waitForAnswer() {
+  if (patienceSeconds_ <= 0.0) return;
+  const std::int64_t start = nowNs();
+  for (;;) {
+    const double left = patienceSeconds_ - secondsSince(start);
+    pollfd place{fromWorker_, POLLIN, 0};
+    const int ready = ::poll(&place, 1, static_cast<int>(1e3 * std::clamp(left, 0.0, 1e6)));
+    if (ready > 0) return;
+    if (left > 0.0 && (ready == 0 || errno == EINTR)) continue;
+    ::kill(pid_, SIGKILL);
+    std::ostringstream seconds;
+    seconds << patienceSeconds_;
+    throw Error(ExitCode::FramesFailed,
+                program_.string() + " gave no answer for " + seconds.str() + " s and was ended");
+  }
+}
+
 std::string WorkerProcess::readLine() {
   for (;;) {
     const std::size_t end = buffered_.find('\n');
@@ -121,6 +143,7 @@ std::string WorkerProcess::readLine() {
       buffered_.erase(0, end + 1);
       return line;
     }
+    waitForAnswer();
     std::array<char, 65536> bytes{};
     const ssize_t count = ::read(fromWorker_, bytes.data(), bytes.size());
     if (count < 0 && errno == EINTR) continue;

@@ -14,9 +14,10 @@ namespace catoptric::study {
 class WorkerProcess : public Runner {
  public:
   /// Starts `program` with "worker" and `arguments` and waits until it can render. What it says on
-  /// stderr goes to the file `log`. Throws Error with its last words when it cannot.
+  /// stderr goes to the file `log`. Throws Error with its last words when it cannot. A worker that
+  /// does not answer for `patienceSeconds` is killed, which is an Error; 0: any time is waited.
   WorkerProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments,
-                const std::filesystem::path& log);
+                const std::filesystem::path& log, double patienceSeconds = 0.0);
   ~WorkerProcess() override { end(); }
   WorkerProcess(const WorkerProcess&) = delete;
   WorkerProcess& operator=(const WorkerProcess&) = delete;
@@ -30,11 +31,13 @@ class WorkerProcess : public Runner {
 
  private:
   void end();
+  void waitForAnswer();
   std::string readLine();
   [[noreturn]] void failEnded();
 
   std::filesystem::path program_;
   std::filesystem::path log_;
+  double patienceSeconds_ = 0.0;
   pid_t pid_ = -1;
   int toWorker_ = -1;
   int fromWorker_ = -1;
