@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "app/test_program.h"
+#include "config/json.h"
 
 namespace catoptric::app {
 namespace {
@@ -280,8 +281,13 @@ TEST_F(Sweep, TablesAreMadeAgainWithoutRendering) {
   };
   const std::string command = "tables a.suite.json --effort smoke --out t --progress none ";
   write("Before", "1");
-  const Result first = run(command + "--format md,csv,tex,html");
+  const Result first = run(command + "--format md,csv,json,tex,html");
   ASSERT_EQ(first.exitCode, 0) << first.err;
+  const config::Value table =
+      config::parseFile(folder / "t/tables.json").get("tables").asArray()[0];
+  EXPECT_EQ(table.get("columns").asArray()[2].asString(), "L1_8bit");
+  EXPECT_EQ(table.get("rows").asArray()[1].asArray()[2].asString(), "18 (25, 13)");
+  EXPECT_GT(table.get("rows").asArray()[0].asArray()[1].asNumber(), 0.0);
   EXPECT_THAT(first.err, HasSubstr("one: "));
   EXPECT_THAT(first.err, HasSubstr("two: "));
   EXPECT_THAT(textOf(folder / "t/tables.md"), HasSubstr("18 (25, 13)"));

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "app/study_options.h"
+#include "config/json_text.h"
 #include "core/file.h"
 #include "core/log.h"
 #include "core/text.h"
@@ -28,7 +29,7 @@ struct TablesOptions {
 };
 
 const std::vector<std::string> kEfforts = {"smoke", "quick", "full"};
-const std::vector<std::string> kFormats = {"md", "csv", "html", "tex"};
+const std::vector<std::string> kFormats = {"md", "csv", "json", "html", "tex"};
 
 void requireOneOf(const std::string& name, const std::string& value,
                   const std::vector<std::string>& allowed) {
@@ -156,6 +157,7 @@ void writeTables(const study::Suite& suite, const study::SuiteData& data,
   std::string markdown = "# " + suite.title + "\n\n" + suite.text + "\n\n" + effort + "\n";
   std::string csv;
   std::string tex;
+  std::vector<std::string> json;
   study::Page page(suite.title);
   page.paragraph(suite.text);
   page.paragraph(effort);
@@ -163,6 +165,7 @@ void writeTables(const study::Suite& suite, const study::SuiteData& data,
     markdown += "\n" + report::toMarkdown(table);
     csv += (csv.empty() ? "" : "\n") + report::csvCell(table.title) + "\n" + report::toCsv(table);
     tex += report::toTex(table) + "\n";
+    json.push_back(report::toJson(table));
     page.table(table);
     printData(report::toText(table) + "\n");
   }
@@ -172,7 +175,18 @@ void writeTables(const study::Suite& suite, const study::SuiteData& data,
   }
   page.details("Machine", context);
   const std::map<std::string, std::string> texts{
-      {"md", markdown}, {"csv", csv}, {"tex", tex}, {"html", page.text()}};
+      {"md", markdown},
+      {"csv", csv},
+      {"json", config::JsonText()
+                       .add("title", suite.title)
+                       .add("text", suite.text)
+                       .add("effort", options.effort)
+                       .raw("tables", "[" + joined(json, ",\n") + "]")
+                       .raw("machine", context.empty() ? "null" : context)
+                       .object() +
+                   "\n"},
+      {"tex", tex},
+      {"html", page.text()}};
   for (const std::string& format : options.formats) write("tables." + format, texts.at(format));
   log::info("tables: " + (folder / ("tables." + options.formats.front())).string());
 }
@@ -250,7 +264,7 @@ void addTables(CLI::App& program, CommonOptions& common, Action& action) {
       ->delimiter(',')
       ->type_name("N")
       ->allow_extra_args(false);
-  command->add_option("--format", options->formats, "md, csv, html, tex, with commas")
+  command->add_option("--format", options->formats, "md, csv, json, html, tex, with commas")
       ->delimiter(',')
       ->capture_default_str()
       ->type_name("FORMAT")

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <string_view>
+
+#include "config/json_text.h"
+#include "core/text.h"
 
 namespace catoptric::report {
 namespace {
@@ -141,6 +145,32 @@ std::string toCsv(const Table& table) {
     if (!row.empty())
       append(row, [](const auto& cells, std::size_t c) { return cellOf(cells, c); });
   return text;
+}
+
+std::string toJson(const Table& table) {
+  const auto cellText = [&](const std::vector<std::string>& row, std::size_t c) {
+    const std::string text = cellOf(row, c);
+    double number = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    const bool isNumber =
+        error == std::errc() && end == text.data() + text.size() && std::isfinite(number);
+    return isNumber ? config::numberText(number) : config::jsonString(text);
+  };
+  std::vector<std::string> titles;
+  for (const Column& column : table.columns) titles.push_back(column.title);
+  std::vector<std::string> rows;
+  for (const auto& row : table.rows) {
+    if (row.empty()) continue;
+    std::vector<std::string> cells;
+    for (std::size_t c = 0; c < table.columns.size(); ++c) cells.push_back(cellText(row, c));
+    rows.push_back("[" + joined(cells, ", ") + "]");
+  }
+  return config::JsonText()
+      .add("title", table.title)
+      .add("columns", titles)
+      .raw("rows", "[" + joined(rows, ",\n") + "]")
+      .add("notes", table.notes)
+      .object();
 }
 
 std::string csvCell(const std::string& text) {

@@ -30,6 +30,10 @@ std::string toTex(const Table& table);
 /// The cells alone. [RFC 4180]
 std::string toCsv(const Table& table);
 
+/// An object of title, columns, rows of cells (rules are left out) and notes. A cell
+/// that is a number as a whole is one, every other one a string.
+std::string toJson(const Table& table);
+
 /// A cell of CSV, quoted only where it has to be. [RFC 4180]
 std::string csvCell(const std::string& text);
 
