@@ -247,7 +247,8 @@ def main() -> int:
     threading.Thread(target=server.serve_forever, daemon=True).start()
     places = {"folder": f"file://{folder}/folder/index.html", "single": f"file://{folder}/single/index.html",
               "strict": f"http://127.0.0.1:{server.server_port}/index.html"}
-    with tempfile.TemporaryDirectory() as profile:
+    # The browser's own children may still write into its profile for a moment after it has ended.
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         browser = Browser(options.chromium, profile)
         try:
             Page(browser, "about:blank").close()
