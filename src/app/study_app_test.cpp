@@ -213,6 +213,7 @@ TEST_F(Sweep, TuneRefusesWhatContradictsItself) {
       {"--max-error 'L1_8bit<=1' --verify most", "must be all, or a number"},
       {"--max-error 'L1_8bit<=1 every-frame' --per-reflector", "a bound on the mean error"},
       {"--max-time 0.8x:trut", "did you mean \"truth\"?"},
+      {"--max-time 1s --repeats 2", "needs --repeats 8 or more"},
   };
   for (const auto& [options, hint] : wrong) {
     const Result result =

@@ -300,6 +300,13 @@ std::string resultText(const Tuned& tuned) {
       text += " Nearest: " + tuned.settings[*result.nearest].text() + ", " + tuned.bound.metric +
               " " + report::fixedText(result.error, 3) + ", " +
               report::fixedText(1e3 * result.seconds, 1) + " ms.";
+    const bool undecided = std::ranges::any_of(result.trials, [&](const study::Trial& trial) {
+      return trial.candidate == result.nearest && trial.verdict == "undecided";
+    });
+    if (undecided)
+      text +=
+          " That time could not be told from the bound: try more --repeats, --clock cpu, or a"
+          " machine that does nothing else.";
     return text + "\n";
   }
   return tuned.settings[*result.best].text() + ": " + report::fixedText(1e3 * result.seconds, 1) +
@@ -389,7 +396,7 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
   tuneOptions.verifyFrames = verifyFrames(options.verify);
   tuneOptions.margin = 0.01 * options.marginPercent;
   tuneOptions.seed = options.seed.empty() ? 0 : std::stoull(options.seed);
-  if (options.repeats < study::kLeastRounds && !tuned.bound.timeOf.empty())
+  if (options.repeats < study::kLeastRounds && tuned.bound.kind == study::Bound::Kind::Time)
     throw UsageError("--max-time " + tuned.bound.text +
                      " needs --repeats 8 or more: fewer rounds cannot tell");
   if (options.repeats < 1) throw UsageError("--repeats 0: tune needs times");
