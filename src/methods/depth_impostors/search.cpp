@@ -31,23 +31,27 @@ CATOPTRIC_INLINE float directionOf(float dx, float dy, float n) {
   return (falls ? kPi - quarter : quarter) * (n / kPi);
 }
 
-/// The nearest place where a ray crosses the line of a domain nearest to the middle of its
-/// projection, as a share of it.
-CATOPTRIC_INLINE float crossesLine(const MapLines& lines, const Domain& domain, const MapRays& rays,
-                                   std::size_t i) {
-  const float ax = rays.fromX[i], ay = rays.fromY[i], az = rays.fromG[i];
-  const float bx = rays.toX[i], by = rays.toY[i], bz = rays.toG[i];
-  const float middleX = 0.5f * (ax + bx), middleY = 0.5f * (ay + by);
+/// The line of a domain that is nearest to the middle of a ray's projection.
+CATOPTRIC_INLINE const Point* lineOf(const MapLines& lines, const Domain& domain,
+                                     const MapRays& rays, std::size_t i) {
+  const float middleX = 0.5f * (rays.fromX[i] + rays.toX[i]);
+  const float middleY = 0.5f * (rays.fromY[i] + rays.toY[i]);
   const float minor =
       domain.alongX ? middleY - domain.slope * middleX : middleX - domain.slope * middleY;
   const int row =
       std::clamp(static_cast<int>(std::floor(minor)) - domain.first, 0, domain.count - 1);
-  const Point* const line = lines.first + static_cast<std::size_t>(domain.offset + row) *
-                                              static_cast<std::size_t>(lines.points);
-  const float from = domain.alongX ? ax : ay;
-  const float dx = (domain.alongX ? bx : by) - from;
-  const float dz = bz - az;
-  const int segments = lines.points - 1;
+  return lines.first +
+         static_cast<std::size_t>(domain.offset + row) * static_cast<std::size_t>(lines.points);
+}
+
+/// The nearest place where a ray crosses a line, as a share of the ray's projection.
+CATOPTRIC_INLINE float crossesLine(const Point* line, int points, bool alongX, const MapRays& rays,
+                                   std::size_t i) {
+  const float az = rays.fromG[i];
+  const float from = alongX ? rays.fromX[i] : rays.fromY[i];
+  const float dx = (alongX ? rays.toX[i] : rays.toY[i]) - from;
+  const float dz = rays.toG[i] - az;
+  const int segments = points - 1;
   float nearest = kNone;
   for (int block = 0; block < segments; block += static_cast<int>(kBlock)) {
     const float* const p = &line[block].x;
@@ -80,20 +84,30 @@ CATOPTRIC_INLINE void searchBody(const MapLines& lines, bool twoRows, MapRays& r
   for (std::size_t i = 0; i < impostors::kMostRays; ++i)
     turns[i] = directionOf(rays.toX[i] - rays.fromX[i], rays.toY[i] - rays.fromY[i],
                            static_cast<float>(n));
-  const auto domainOf = [&](int d) -> const Domain& {
+  const auto domainOf = [&](std::size_t i, int more) -> const Domain& {
+    const int d = static_cast<int>(twoRows ? turns[i] : turns[i] + 0.5f) + more;
     return lines.domains[static_cast<std::size_t>(d >= n ? d - n : d)];
   };
-  for (std::size_t i = 0; i < rays.count; ++i) {
-    if (!twoRows) {
-      rays.at[i] = crossesLine(lines, domainOf(static_cast<int>(turns[i] + 0.5f)), rays, i);
-      continue;
+  // Lines lie anywhere in memory: all are asked for before the first is used
+  for (int more = 0; more <= (twoRows ? 1 : 0); ++more) {
+    std::array<const Point*, impostors::kMostRays> asked;
+    for (std::size_t i = 0; i < rays.count; ++i) {
+      asked[i] = lineOf(lines, domainOf(i, more), rays, i);
+      __builtin_prefetch(asked[i]);
+      __builtin_prefetch(asked[i] + kBlock - 1);
     }
-    // DEVIATION: the paper leaves it to the future and does not say how
-    const int low = static_cast<int>(turns[i]);
-    const float f = turns[i] - static_cast<float>(low);
-    const float one = crossesLine(lines, domainOf(low), rays, i);
-    const float two = crossesLine(lines, domainOf(low + 1), rays, i);
-    rays.at[i] = one <= 1.0f && two <= 1.0f ? one + f * (two - one) : f < 0.5f ? one : two;
+    for (std::size_t i = 0; i < rays.count; ++i) {
+      const float share = crossesLine(asked[i], lines.points, domainOf(i, more).alongX, rays, i);
+      if (more == 0) {
+        rays.at[i] = share;
+        continue;
+      }
+      // DEVIATION: the paper leaves it to the future and does not say how
+      const float one = rays.at[i];
+      const float f = turns[i] - static_cast<float>(static_cast<int>(turns[i]));
+      const bool both = one <= 1.0f && share <= 1.0f;
+      rays.at[i] = both ? one + f * (share - one) : f < 0.5f ? one : share;
+    }
   }
 }
 

@@ -98,9 +98,12 @@ struct QuadLines {
 struct RayLoops {
   void (*aim)(const SampleCamera&, const Samples&, RayBatch&);
   RayBounds (*bound)(const RayBatch&);
-  void (*meetQuad)(const QuadLines&, const RayBatch&, Meetings&);
+  /// The largest `t` of the batch.
+  float (*farthest)(const RayBatch&);
+  /// Whether any ray meets it.
+  bool (*meetQuad)(const QuadLines&, const RayBatch&, Meetings&);
   /// `height`: of the walls, negative where the plane's normal points downwards.
-  void (*meetBox)(const QuadLines&, float height, const RayBatch&, Meetings&);
+  bool (*meetBox)(const QuadLines&, float height, const RayBatch&, Meetings&);
   /// All rays of the batch: MapRays::on says whose rest is not empty and begins before what is
   /// found.
   void (*project)(const std::array<Vec4, 4>& rows, float size, const RayBatch&, MapRays&);

@@ -123,7 +123,20 @@ CATOPTRIC_INLINE RayBounds boundBody(const RayBatch& rays) {
   return bounds;
 }
 
-CATOPTRIC_INLINE void meetQuadBody(const QuadLines& quad, const RayBatch& rays, Meetings& met) {
+CATOPTRIC_INLINE float farthestBody(const RayBatch& rays) {
+  float least = 0.0f, most = 0.0f;
+  extremes(rays.t, rays.count, least, most);
+  return most;
+}
+
+/// Whether any of the first values is not 0.
+CATOPTRIC_INLINE bool anyOf(const std::array<std::int32_t, kMostRays>& on, std::size_t count) {
+  std::int32_t any = 0;
+  for (std::size_t i = 0; i < count; ++i) any |= on[i];
+  return any != 0;
+}
+
+CATOPTRIC_INLINE bool meetQuadBody(const QuadLines& quad, const RayBatch& rays, Meetings& met) {
   const Vec4 p = quad.plane, a = quad.rowU, b = quad.rowV;
   const std::size_t count = padded(rays.count);
   CATOPTRIC_INDEPENDENT
@@ -140,9 +153,10 @@ CATOPTRIC_INLINE void meetQuadBody(const QuadLines& quad, const RayBatch& rays, 
     met.on[i] =
         (t > 0.0f) & (t < rays.t[i]) & (u >= 0.0f) & (u <= 1.0f) & (v >= 0.0f) & (v <= 1.0f);
   }
+  return anyOf(met.on, rays.count);
 }
 
-CATOPTRIC_INLINE void meetBoxBody(const QuadLines& quad, float height, const RayBatch& rays,
+CATOPTRIC_INLINE bool meetBoxBody(const QuadLines& quad, float height, const RayBatch& rays,
                                   Meetings& met) {
   const Vec4 p = quad.plane / height, a = quad.rowU, b = quad.rowV;
   const std::size_t count = padded(rays.count);
@@ -171,6 +185,7 @@ CATOPTRIC_INLINE void meetBoxBody(const QuadLines& quad, float height, const Ray
     met.share[i] = across ? 0.0f : smaller(larger(h, 0.0f), 1.0f);
     met.on[i] = (from <= t) & (t > 0.0f) & (t < rays.t[i]) & !(across & (stepH > 0.0f));
   }
+  return anyOf(met.on, rays.count);
 }
 
 CATOPTRIC_INLINE void projectBody(const std::array<Vec4, 4>& rows, float size, const RayBatch& rays,
@@ -245,15 +260,18 @@ CATOPTRIC_INLINE void levelsBody(float spreadPerTexel, const Lane& width, const 
 }
 
 using F4 [[gnu::vector_size(16)]] = float;
-using I4 [[gnu::vector_size(16)]] = std::int32_t;
-using S4 [[gnu::vector_size(8)]] = std::int16_t;
+using F8 [[gnu::vector_size(32)]] = float;
+using I8 [[gnu::vector_size(32)]] = std::int32_t;
+using S8 [[gnu::vector_size(16)]] = std::int16_t;
 
-/// Four half floats. What is no normal half float becomes 0 (denormals are, parallelFor()).
-CATOPTRIC_INLINE F4 halves(const std::uint16_t* from) {
-  S4 raw;
+/// Two texels of four half floats. What is no normal half float becomes 0 (denormals are,
+/// parallelFor()).
+CATOPTRIC_INLINE void halves(const std::uint16_t* from, F8& to) {
+  S8 raw;
   std::memcpy(&raw, from, sizeof raw);
-  const I4 bits = (__builtin_convertvector(raw, I4) << 13) & static_cast<std::int32_t>(0x8FFFE000);
-  return std::bit_cast<F4>(bits) * 0x1p112f;
+  const I8 bits = (__builtin_convertvector(raw, I8) << 13) & static_cast<std::int32_t>(0x8FFFE000);
+  std::memcpy(&to, &bits, sizeof to);
+  to *= 0x1p112f;
 }
 
 /// At a place in texels of a level with its border.
@@ -264,10 +282,14 @@ CATOPTRIC_INLINE F4 bilinear(const std::uint16_t* level, std::size_t side, float
   const float fy = y - static_cast<float>(row);
   const std::uint16_t* const upper =
       level + 4 * (static_cast<std::size_t>(row) * side + static_cast<std::size_t>(column));
-  const std::uint16_t* const lower = upper + 4 * side;
-  const F4 a = halves(upper), b = halves(upper + 4), c = halves(lower), d = halves(lower + 4);
-  const F4 top = a + fx * (b - a);
-  const F4 bottom = c + fx * (d - c);
+  F8 above, below;
+  halves(upper, above);
+  halves(upper + 4 * side, below);
+  const F8 left = __builtin_shufflevector(above, below, 0, 1, 2, 3, 8, 9, 10, 11);
+  const F8 right = __builtin_shufflevector(above, below, 4, 5, 6, 7, 12, 13, 14, 15);
+  const F8 rows = left + fx * (right - left);
+  const F4 top = __builtin_shufflevector(rows, rows, 0, 1, 2, 3);
+  const F4 bottom = __builtin_shufflevector(rows, rows, 4, 5, 6, 7);
   return top + fy * (bottom - top);
 }
 
@@ -279,10 +301,34 @@ CATOPTRIC_INLINE F4 ofLevel(const HalfImage& image, std::size_t k, float u, floa
                   u * size + 0.5f, v * size + 0.5f);
 }
 
+/// Asks for the texels of a look-up before they are used.
+CATOPTRIC_INLINE void prefetch(const HalfImage& image, std::size_t k, float u, float v) {
+  const HalfLevel& level = image.levels()[k];
+  const auto size = static_cast<float>(level.size);
+  const std::size_t side = static_cast<std::size_t>(level.size) + 2;
+  const auto column = static_cast<std::size_t>(static_cast<int>(u * size + 0.5f));
+  const auto row = static_cast<std::size_t>(static_cast<int>(v * size + 0.5f));
+  const std::uint16_t* const upper = image.values() + level.first + 4 * (row * side + column);
+  __builtin_prefetch(upper);
+  __builtin_prefetch(upper + 4 * side);
+}
+
 CATOPTRIC_INLINE void lookUpBody(const HalfImage& image, LookUps& at) {
   const std::size_t last = image.levels().size() - 1;
+  const auto levelOf = [&](std::size_t i) {
+    return smaller(at.level[i], static_cast<float>(last));
+  };
+  constexpr std::size_t kAhead = 32;  ///< look-ups; ours
+  const auto prefetchOf = [&](std::size_t i) {
+    if (i >= at.count) return;
+    const auto k = static_cast<std::size_t>(static_cast<int>(levelOf(i)));
+    prefetch(image, k, at.u[i], at.v[i]);
+    prefetch(image, k < last ? k + 1 : last, at.u[i], at.v[i]);
+  };
+  for (std::size_t i = 0; i < kAhead; ++i) prefetchOf(i);
   for (std::size_t i = 0; i < at.count; ++i) {
-    const float level = smaller(at.level[i], static_cast<float>(last));
+    prefetchOf(i + kAhead);
+    const float level = levelOf(i);
     const auto k = static_cast<std::size_t>(static_cast<int>(level));
     const float f = level - static_cast<float>(k);
     F4 color = ofLevel(image, k, at.u[i], at.v[i]);
@@ -380,11 +426,14 @@ CATOPTRIC_INLINE void environmentBody(const Surroundings& around, EnvironmentLoo
   attributes RayBounds bound(const RayBatch& r) {                                                 \
     return boundBody(r);                                                                          \
   }                                                                                               \
-  attributes void meetQuad(const QuadLines& q, const RayBatch& r, Meetings& m) {                  \
-    meetQuadBody(q, r, m);                                                                        \
+  attributes float farthest(const RayBatch& r) {                                                  \
+    return farthestBody(r);                                                                       \
   }                                                                                               \
-  attributes void meetBox(const QuadLines& q, float h, const RayBatch& r, Meetings& m) {          \
-    meetBoxBody(q, h, r, m);                                                                      \
+  attributes bool meetQuad(const QuadLines& q, const RayBatch& r, Meetings& m) {                  \
+    return meetQuadBody(q, r, m);                                                                 \
+  }                                                                                               \
+  attributes bool meetBox(const QuadLines& q, float h, const RayBatch& r, Meetings& m) {          \
+    return meetBoxBody(q, h, r, m);                                                               \
   }                                                                                               \
   attributes void project(const std::array<Vec4, 4>& c, float s, const RayBatch& r, MapRays& m) { \
     projectBody(c, s, r, m);                                                                      \
@@ -398,7 +447,8 @@ CATOPTRIC_INLINE void environmentBody(const Surroundings& around, EnvironmentLoo
   attributes void environment(const Surroundings& s, EnvironmentLookUps& l) {                     \
     environmentBody(s, l);                                                                        \
   }                                                                                               \
-  constexpr RayLoops kLoops{aim, bound, meetQuad, meetBox, project, levels, lookUp, environment}; \
+  constexpr RayLoops kLoops{aim,     bound,  farthest, meetQuad,   meetBox,                       \
+                            project, levels, lookUp,   environment};                              \
   }
 
 CATOPTRIC_EACH_VECTOR_LEVEL(CATOPTRIC_VERSION)

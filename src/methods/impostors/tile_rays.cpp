@@ -9,7 +9,8 @@
 namespace catoptric::methods::impostors {
 namespace {
 
-constexpr float kCovered = 0.5f;  ///< as in impostors.glsl
+constexpr float kCovered = 0.5f;   ///< as in impostors.glsl
+constexpr float kNothing = 1e30f;  ///< where a ray that meets nothing ends
 
 }  // namespace
 
@@ -43,7 +44,6 @@ const HalfImage& TileRays::colorsOf(const ImpostorLines& lines) const {
 }
 
 void TileRays::nearest(RayBatch& rays, bool diffuseAlone) {
-  constexpr float kNothing = 1e30f;
   std::fill_n(rays.t.begin(), kMostRays, kNothing);
   std::fill_n(rays.red.begin(), rays.count, 0.0f);
   std::fill_n(rays.green.begin(), rays.count, 0.0f);
@@ -84,29 +84,28 @@ void TileRays::meetInOrder(RayBatch& rays, std::span<const int> members) {
     }
   }
   std::ranges::sort(order_);
+  float farthest = kNothing;
   for (std::size_t k = 0; k < order_.size(); ++k) {
     // Nothing from here on is nearer than what all rays have met
-    const float farthest =
-        *std::max_element(rays.t.begin(), rays.t.begin() + static_cast<std::ptrdiff_t>(rays.count));
     if (order_[k].first > farthest) {
       counts_->culled += rays.count * (order_.size() - k);
       return;
     }
-    meet(rays, order_[k].second, frame_->lines[static_cast<std::size_t>(order_[k].second)]);
+    const int index = order_[k].second;
+    if (meet(rays, index, frame_->lines[static_cast<std::size_t>(index)]))
+      farthest = loops_->farthest(rays);
   }
 }
 
-void TileRays::meet(RayBatch& rays, int index, const ImpostorLines& lines) {
+bool TileRays::meet(RayBatch& rays, int index, const ImpostorLines& lines) {
   looks_.count = 0;
   if (lines.way == shared::kWayDepth) {
     meetDepthMap(rays, lines);
   } else {
     const bool box = lines.way == shared::kWayBox || lines.way == shared::kWayShared;
-    if (box) {
-      loops_->meetBox(lines.quad, lines.height * lines.side, rays, met_);
-    } else {
-      loops_->meetQuad(lines.quad, rays, met_);
-    }
+    const bool any = box ? loops_->meetBox(lines.quad, lines.height * lines.side, rays, met_)
+                         : loops_->meetQuad(lines.quad, rays, met_);
+    if (!any) return false;
     for (std::size_t i = 0; i < rays.count; ++i) {
       if (met_.on[i] == 0) continue;
       hits_[looks_.count] = static_cast<std::uint16_t>(i);
@@ -116,7 +115,9 @@ void TileRays::meet(RayBatch& rays, int index, const ImpostorLines& lines) {
     }
     if (!box) std::fill_n(met_.share.begin(), rays.count, 0.0f);
   }
-  if (looks_.count > 0) take(rays, index, lines);
+  if (looks_.count == 0) return false;
+  take(rays, index, lines);
+  return true;
 }
 
 void TileRays::meetDepthMap(RayBatch& rays, const ImpostorLines& lines) {

@@ -27,7 +27,7 @@ class TileRays {
   void nearest(RayBatch& rays, bool diffuseAlone);
   /// The nearest first, as far as spheres about them tell.
   void meetInOrder(RayBatch& rays, std::span<const int> members);
-  void meet(RayBatch& rays, int index, const ImpostorLines& lines);
+  bool meet(RayBatch& rays, int index, const ImpostorLines& lines);
   void meetDepthMap(RayBatch& rays, const ImpostorLines& lines);
   void take(RayBatch& rays, int index, const ImpostorLines& lines);
   void shadeWalls(RayBatch& rays);
