@@ -1,32 +1,17 @@
-"""Tables, pictures and curves of [Chen2000], for scripts/paper_tables."""
+"""What configs/papers/perturbation.suite.json does not make of [Chen2000]'s page, for scripts/paper_tables."""
 import json
 import pathlib
 import statistics
 
 import paper_povray
-from paper_run import exponent, machine, number, preview
+from paper_run import exponent, number, preview
 from paper_run import sheet as panels
 
-FIGURES = {  # config, seconds as printed in Table I: initial, update, ray tracing
-    "Fig. 8": ("perturbation", "0.43", "0.1", "41"),
-    "Fig. 9": ("perturbation_bounces", "9.6", "0.7", "67"),
-    "Fig. 10": ("perturbation_window", "", "1/30", "")}
+FIGURES = {"Fig. 8": "perturbation", "Fig. 9": "perturbation_bounces", "Fig. 10": "perturbation_window"}
 DENSITIES = [8, 16, 32, 64]  # sample rays along a side: Fig. 11
 ORDERS = ["nearest", "linear", "quadratic", "auto"]
 SEGMENTS = [8, 16, 25, 48]  # around and along, of vase and sphere: Fig. 12
 POVRAY = {"vase_lizard": 1, "vase_sphere": 2, "vase_window": 1}
-
-
-def introduce(bench, document):
-    document.text(f"""# perturbation: the paper's tables and pictures
-
-Written by `{bench.command("perturbation")}` from configs/papers/perturbation*.json. {machine()} The
-published figures were measured on an SGI Indigo2 with a MIPS R10000 at 175 MHz. Frames have 640 x 480 pixels
-(Fig. 11: 512 x 512) with 2 x 2 samples each. `traced` shoots one ray per sample to the true surface and
-follows as many bounces. Times are medians over the frames after the first, in which an object moved and the
-camera did not. L1_8bit is the error against `traced`. Under a moving
-camera every vertex is looked up anew, and a frame takes as long as `traced`'s: 267 and 332 ms beside 325 ms on orbits about
-the scenes of Figs. 8 and 9 (src/methods/perturbation/experiments.md).""")
 
 
 def moving(bench, frames):
@@ -55,35 +40,7 @@ def l1(bench, name, method, against="traced"):
 
 
 def figures(bench, document):
-    document.text("## Table I, Figs. 8 to 10: initial frame, updates, ray tracing, seconds")
-    rows, runs = [], {}
-    for figure, (config, *printed) in FIGURES.items():
-        runs[figure] = bench.render(config, config, parts=moving(bench, 24))
-        ours, traced = runs[figure]["perturbation"], after_first(runs[figure]["traced"])
-        moved = after_first(ours)
-        first = min(ours.steps)
-        rows.append([figure, 1e-3 * ours.times()[first], printed[0], 1e-3 * moved.ms(), printed[1],
-                     1e-3 * statistics.median(moved.step("virtual_objects")),
-                     1e-3 * traced.ms(), printed[2], moved.ratio(traced),
-                     traced.ms() / statistics.median(moved.step("virtual_objects")),
-                     l1(bench, config, "perturbation")])
-    document.table(["figure", "initial", "printed", "whole frame after a move", "printed",
-                    "update of the virtual objects alone", "`traced`", "POV-Ray, printed",
-                    "traced / frame", "traced / update", "L1_8bit"], rows)
-    names = ["geometry", "gbuffer", "paths", "virtual_objects", "virtual_draw", "composite", "readback"]
-    document.text("Milliseconds of each step after a move:")
-    document.table(["figure", *names], [
-        [figure, *(statistics.median(after_first(r["perturbation"]).step(n)) for n in names)]
-        for figure, r in runs.items()])
-
-    rows = []
-    for method in ("nearest", "linear", "quadratic", "perturbation"):
-        run = after_first(runs["Fig. 8"][method])
-        rows.append([method.replace("perturbation", "auto"), l1(bench, "perturbation", method),
-                     statistics.median(run.step("virtual_objects")), run.ms()])
-    document.text("## Fig. 13: approximation order\n\nThe vase and the lizard, with 40 x 30 sample rays.")
-    document.table(["order", "L1_8bit", "`virtual_objects` ms", "frame ms"], rows)
-
+    runs = {figure: bench.render(config, config, parts=moving(bench, 24)) for figure, config in FIGURES.items()}
     last = max(runs["Fig. 8"]["perturbation"].steps)
     document.text("## Pictures\n\nFig. 8, by perturbation and by rays:")
     shown = [preview(frame_of(bench, "perturbation", m, last)) for m in ("perturbation", "traced")]
@@ -121,22 +78,14 @@ def close(picture):
 
 def density(bench, document):
     runs = bench.render("perturbation_density", "density", parts=moving(bench, 12))
-    document.text("## Fig. 11: density of the sample rays\n\nThe initial time is that of the paths and of all virtual "
-                  "objects. The paper's figure has the order `quadratic`. The order `auto` bounds its error whatever the density "
-                  "is, and adds rays between neighbours that differ much.")
-    rows, errors, times = [], {}, {}
+    errors, times = {}, {}
     for n in DENSITIES:
         for order in ORDERS:
             run = runs[f"{order}_{n}x{n}"]
-            first, moved = min(run.steps), after_first(run)
+            first = min(run.steps)
             initial = 1e3 * sum(run.steps[first].get(s, 0) for s in ("paths", "virtual_objects"))
-            error = l1(bench, "density", f"{order}_{n}x{n}")
-            errors.setdefault(order, []).append(error)
+            errors.setdefault(order, []).append(l1(bench, "density", f"{order}_{n}x{n}"))
             times.setdefault(order, []).append(initial)
-            rows.append([f"{n} x {n}", order, run.counters[first]["paths"], initial,
-                         statistics.median(moved.step("virtual_objects")), moved.ms(), error])
-    document.table(["rays", "order", "that meet the vase", "initial ms", "`virtual_objects` ms after a move",
-                    "frame ms", "L1_8bit"], rows)
     curves(document.picture("density.png", "Error and time by density and order"),
            "sample rays along a side", DENSITIES, {"L1_8bit": errors, "initial ms": times})
     last = max(runs["traced"].steps)
@@ -231,3 +180,5 @@ POV-Ray (the mouth of the vase).""")
 
 
 PARTS = {"figures": figures, "density": density, "tessellation": tessellation, "povray": povray}
+# All parts of the page in their order; the others are made by configs/papers/perturbation.suite.json.
+PAGE = ["steps", "figures", "rays", "density", "tessellation", "povray"]

@@ -4,19 +4,10 @@ import json
 import statistics
 import subprocess
 
-from paper_run import exponent, number, preview, sheet, slope
+from paper_run import exponent, number, preview, sheet
 from paper_second_order import GLOSSINESS, GLOSSY_VIEW, PATHS, VIEWS, glossy_scene, scene_of
 
 # --- Growth -------------------------------------------------------------------------------------
-
-# Measured on AMD EPYC, 2 processors.
-SCALE = """The time grows with the scale of the depth images beyond its law because llvmpipe pays for every texel. From scale 1/2 to
-2 the images of four frames of living room a have 15 times the texels (0.25, 0.99, 3.93 million) and, by finer levels of
-detail, twice the triangles (39, 54, 76 thousand). Divided by the CPU time of `gbuffer`, which does not depend on the
-scale, `depth_images` takes 0.67, 0.83, 1.75 (without shading 0.57, 0.73, 1.18), and `intersect`, whose walks are as much
-longer, 0.40, 0.43, 0.65. From 1 to 2 that is about 47 ns for each further texel. The mask that leaves out texels without
-a sample works at scale 1 alone. (`second_order_benchmark scenes/living_room.json paths/living_room_a.json 45-900x270 2
-'{"depth_image_scale": 2}'`)"""
 
 
 def growth(bench, document):
@@ -28,13 +19,11 @@ def growth(bench, document):
 
 The exponent is the slope of log time over log quantity: 1 is proportional growth, 0 is none. The last column has the
 law that the growth is held to.""")
-    laws = {"clusters": "linear, at most 0.35 ms each", "frame pixels": "exponent at most 0.75",
-            "depth-image scale": "1/2 to 2: at most +15 %",
-            "diffuse triangles": "sublinear; doubling at most +15 %",
+    laws = {"diffuse triangles": "sublinear; doubling at most +15 %",
             "non-diffuse triangles": "nothing outside the G-buffer (which is left out here)",
             "rays per sample": "at most linear"}
     rows = []
-    figure, axes = pyplot.subplots(2, 3, figsize=(10.5, 6.2), layout="constrained")
+    figure, axes = pyplot.subplots(1, 3, figsize=(10.5, 3.1), layout="constrained")
     for axis, (name, law) in zip(axes.flat, laws.items()):
         axis.set_visible(False)
         if name not in bench.growth:
@@ -42,8 +31,6 @@ law that the growth is held to.""")
         xs, ys = bench.growth[name]
         power = exponent(xs, ys)
         rows.append([name, " ".join(number(x) for x in xs), " ".join(number(y) for y in ys), power,
-                     f"{number(slope(xs, ys))} ms each" if name == "clusters" else
-                     f"{100 * (ys[-1] / ys[0] - 1):+.0f} %" if name == "depth-image scale" else
                      f"{100 * (2 ** power - 1):+.0f} %", law])
         axis.set_visible(True)
         axis.plot(xs, ys, "o-", color="#1f4e79")
@@ -54,8 +41,7 @@ law that the growth is held to.""")
                         rotation=30)
         axis.minorticks_off()
         axis.grid(alpha=0.3)
-    document.table(["over", "at", "ms", "exponent", "per doubling, cluster, or 1/2 to 2", "law"], rows)
-    document.text(SCALE)
+    document.table(["over", "at", "ms", "exponent", "per doubling", "law"], rows)
     figure.savefig(document.picture("growth.png", "Time of a frame over what it grows with"), dpi=100,
                    metadata={"Software": None})
     pyplot.close(figure)

@@ -266,6 +266,60 @@ TEST_F(Sweep, AChangedSettingRendersItsCellAlone) {
   EXPECT_THAT(textOf(folder / "t/tables.md"), HasSubstr("too few rounds"));
 }
 
+TEST_F(Sweep, ValuesOfAFileAreMeasuredAgainWhereTheirSettingsChanged) {
+  const auto write = [&](int samples, const std::string& title) {
+    std::ofstream(folder / "v.json") << R"({
+  "scene": "scene.json", "path": "path.json", "frames": "1-2", "image": {"width": 32, "height": 24},
+  "methods": [{"method": "reference", "name": "a", "samples": 1, "rays": 1},
+              {"method": "reference", "name": "b", "samples": )"
+                                     << samples << R"(, "rays": 1},
+              {"method": "reference", "name": "truth", "samples": 4, "rays": 1}]})";
+    std::ofstream(folder / "v.suite.json")
+        << R"json({"title": ")json" << title << R"json(", "runs": {
+  "errors": {"config": "v.json", "against": "truth", "times": false},
+  "more": {"config": "v.json", "against": "truth", "times": false}},
+  "tables": [{"title": "T", "columns": ["a", "b", "rays"], "rows": [
+    ["spread(error, errors.a, L1_8bit)", "error(errors.b, L1_8bit)", "spread(mean, more.a, rays)"]]}]})json";
+  };
+  const auto command = [&](const std::string& out) {
+    return "tables v.suite.json --values v.values.json --into v.md --progress none --out " + out +
+           " ";
+  };
+  std::ofstream(folder / "v.md") << "Old.\n\n<!-- table 1 -->\n<!-- end -->\n";
+  write(2, "V");
+  EXPECT_EQ(run(command("one") + "--text-only").exitCode, 2);  // no values yet
+  ASSERT_EQ(run(command("one")).exitCode, 0);
+  const std::string page = textOf(folder / "v.md");
+  const std::string values = textOf(folder / "v.values.json");
+  EXPECT_THAT(
+      page, testing::ContainsRegex("\\| [0-9.]+ / [0-9.]+ \\| [0-9.]+ \\| [0-9.]+ / [0-9.]+ \\|"));
+  // In another folder, where nothing was rendered, another title and text: the file is enough.
+  write(2, "Other");
+  std::ofstream(folder / "v.md") << "New.\n\n<!-- table 1 -->\n<!-- end -->\n";
+  const Result again = run(command("two") + "--text-only");
+  ASSERT_EQ(again.exitCode, 0) << again.err;
+  EXPECT_EQ(textOf(folder / "v.md"), "New." + page.substr(4));
+  EXPECT_THAT(textOf(folder / "two/tables.md"), HasSubstr("Other"));
+  // One method's setting: its cells alone, beside the reference.
+  write(3, "Other");
+  const Result stale = run(command("three") + "--text-only");
+  EXPECT_EQ(stale.exitCode, 2);
+  EXPECT_THAT(stale.err, HasSubstr("the run errors"));
+  const Result third = run(command("three"));
+  ASSERT_EQ(third.exitCode, 0) << third.err;
+  EXPECT_THAT(third.err, HasSubstr("errors: 4 frames rendered"));  // two of b, two of the truth
+  EXPECT_THAT(third.err, testing::Not(HasSubstr("more: ")));
+  const std::string changed = textOf(folder / "v.values.json");
+  EXPECT_NE(changed, values);
+  const auto line = [](const std::string& text, const std::string& cell) {
+    const std::size_t at = text.find("\"" + cell);
+    return text.substr(at, text.find('\n', at) - at);
+  };
+  for (const char* cell : {"spread(error, errors.a", "spread(mean, more.a"})
+    EXPECT_EQ(line(changed, cell), line(values, cell));
+  EXPECT_NE(line(changed, "error(errors.b"), line(values, "error(errors.b"));
+}
+
 TEST_F(Sweep, TablesAreMadeAgainWithoutRendering) {
   const auto write = [&](const std::string& title, const std::string& samples) {
     std::ofstream(folder / "a.suite.json")

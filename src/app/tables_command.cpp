@@ -2,13 +2,17 @@
 #include <algorithm>
 #include <charconv>
 #include <memory>
+#include <optional>
+#include <set>
 
 #include "app/study_options.h"
 #include "config/json_text.h"
 #include "core/file.h"
 #include "core/log.h"
 #include "core/text.h"
+#include "run/folder/machine.h"
 #include "study/page.h"
+#include "study/stored.h"
 #include "study/suite.h"
 
 namespace catoptric::app {
@@ -25,6 +29,7 @@ struct TablesOptions {
   bool textOnly = false;
   bool check = false;
   std::string into;
+  std::string values;
   std::string progress = "auto";
 };
 
@@ -47,8 +52,8 @@ struct PreparedRun {
 };
 
 PreparedRun prepareRun(const study::SuiteRun& run, const study::Settings& ofEffort,
-                       const TablesOptions& options, ProgressPrinter& printer,
-                       const std::filesystem::path& folder) {
+                       const TablesOptions& options, const std::set<std::string>* needed,
+                       ProgressPrinter& printer, const std::filesystem::path& folder) {
   StudyOptions own;
   own.input = run.config.string();
   own.repeats = options.effort == "smoke" ? 1 : options.repeats;
@@ -63,8 +68,11 @@ PreparedRun prepareRun(const study::SuiteRun& run, const study::Settings& ofEffo
           studyInputs(own), benchOptions(own, folder / options.effort / run.name, printer)),
       {},
       run.times};
-  const std::vector<std::string> methods =
-      run.methods.empty() ? studiedMethods(own, "") : run.methods;
+  std::vector<std::string> methods = run.methods.empty() ? studiedMethods(own, "") : run.methods;
+  if (needed != nullptr)  // with the reference, beside which all of a run are measured
+    std::erase_if(methods, [&](const std::string& method) {
+      return !needed->contains(method) && method != run.against;
+    });
   for (const std::string& method : methods)
     prepared.settings.push_back(prepared.bench->prepare({method, {}, "", ""}));
   prepared.bench->setReference(run.against.empty() ? methods.front() : run.against);
@@ -136,7 +144,8 @@ void measureRun(const PreparedRun& run, bool textOnly, study::SuiteData& data) {
         samples == nullptr ? 0 : *samples->find(setting.key),
         base.key,
         bench.errors(setting),
-        asked};
+        asked,
+        bench.reflectors(setting)};
   }
   if (bench.framesRendered() > 0)
     log::info(run.name + ": " + std::to_string(bench.framesRendered()) + " frames rendered");
@@ -191,6 +200,30 @@ void writeTables(const study::Suite& suite, const study::SuiteData& data,
   log::info("tables: " + (folder / ("tables." + options.formats.front())).string());
 }
 
+/// What measured the values: this program, on this machine.
+std::string measuredBy(const TablesOptions& options) {
+  return "catoptric tables --effort " + options.effort + ", " + run::processorName();
+}
+
+/// The runs that cells without a stored value need, ready to be measured.
+std::vector<PreparedRun> prepareRuns(const study::Suite& suite, const TablesOptions& options,
+                                     ProgressPrinter& printer, const std::filesystem::path& folder,
+                                     study::SuiteData& data) {
+  const auto needed = study::neededMethods(suite, data.stored);
+  const auto ofEffort = suite.efforts.find(options.effort);
+  std::vector<PreparedRun> runs;
+  for (const study::SuiteRun& run : suite.runs) {
+    const auto methods = needed.find(run.name);
+    if (!options.values.empty() && methods == needed.end()) continue;
+    runs.push_back(
+        prepareRun(run, ofEffort == suite.efforts.end() ? study::Settings{} : ofEffort->second,
+                   options, options.values.empty() ? nullptr : &methods->second, printer, folder));
+    for (const study::Setting& setting : runs.back().settings)
+      data.runs[run.name][setting.point.method].setting = setting;
+  }
+  return runs;
+}
+
 /// Replaces the tables of a page; without `write` only sees whether that can be done.
 void writeInto(const std::string& page, const study::Suite& suite, const study::SuiteData& data,
                bool write) {
@@ -213,15 +246,13 @@ ExitCode tables(const TablesOptions& options, const CommonOptions& common) {
   std::filesystem::create_directories(folder);
   catchStopSignals(mode == ProgressMode::Json);
   study::SuiteData data;
-  std::vector<PreparedRun> runs;
-  for (const study::SuiteRun& run : suite.runs) {
-    const auto ofEffort = suite.efforts.find(options.effort);
-    runs.push_back(
-        prepareRun(run, ofEffort == suite.efforts.end() ? study::Settings{} : ofEffort->second,
-                   options, printer, folder));
-    for (const study::Setting& setting : runs.back().settings)
-      data.runs[run.name][setting.point.method].setting = setting;
+  data.figures = suite.figures;
+  std::optional<study::StoredValues> values;
+  if (!options.values.empty()) {
+    values.emplace(options.values);
+    data.stored = values->fresh(suite, options.effort);
   }
+  const std::vector<PreparedRun> runs = prepareRuns(suite, options, printer, folder, data);
   // What the cells name is checked before anything is rendered.
   study::suiteTables(suite, data, {});
   study::suiteCharts(suite, data);
@@ -237,6 +268,10 @@ ExitCode tables(const TablesOptions& options, const CommonOptions& common) {
   printer.endLine();
   writeTables(suite, data, options, folder, runs.empty() ? "" : studyContext(*runs.front().bench));
   if (!options.into.empty()) writeInto(options.into, suite, data, true);
+  if (values && !runs.empty()) {
+    values->keep(suite, data, options.effort, measuredBy(options));
+    values->write();
+  }
   if (!options.check) return ExitCode::Done;
   const std::vector<std::string> failed = study::failedChecks(suite, data);
   for (const std::string& line : failed) log::error(line);
@@ -287,6 +322,13 @@ void addTables(CLI::App& program, CommonOptions& common, Action& action) {
           "2 -->\" and \"<!-- end -->\" becomes table 2")
       ->check(notEmpty())
       ->type_name("PAGE.md");
+  command
+      ->add_option(
+          "--values", options->values,
+          "Keep the cells' values in this file, and measure only those whose settings have "
+          "changed since")
+      ->check(notEmpty())
+      ->type_name("FILE.json");
   command->add_flag("--check", options->check,
                     "Hold the ranges that the suite has under \"checks\"");
   command->add_option("--progress", options->progress, "bar, plain, json, none, or auto")

@@ -4,7 +4,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <numeric>
+#include <set>
+#include <span>
 
+#include "config/json_text.h"
 #include "core/error.h"
 #include "core/text.h"
 
@@ -94,6 +97,13 @@ double mean(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
+const std::vector<std::string>& functions() {
+  static const std::vector<std::string> names{"ms",     "worst_ms", "step",  "ratio",    "error",
+                                              "worst",  "mean",     "most",  "percent",  "per",
+                                              "spread", "median",   "first", "error_of", "slope"};
+  return names;
+}
+
 /// "name(a, b)" in its parts; no parts: it is no call.
 struct Call {
   std::string name;
@@ -103,9 +113,7 @@ Call parseCall(const std::string& text) {
   const std::size_t open = text.find('(');
   if (open == std::string::npos || open == 0 || text.back() != ')') return {};
   Call call{text.substr(0, open), {}};
-  static const std::vector<std::string> known{"ms",    "worst_ms", "step", "ratio",   "error",
-                                              "worst", "mean",     "most", "percent", "per"};
-  if (std::find(known.begin(), known.end(), call.name) == known.end()) return {};
+  if (std::ranges::find(functions(), call.name) == functions().end()) return {};
   const std::string inside = text.substr(open + 1, text.size() - open - 2);
   for (std::size_t begin = 0; begin <= inside.size();) {
     const std::size_t end = std::min(inside.find(',', begin), inside.size());
@@ -116,6 +124,11 @@ Call parseCall(const std::string& text) {
     begin = end + 1;
   }
   return call;
+}
+
+/// Functions of a value of each frame.
+bool takesFrames(const std::string& name) {
+  return name == "spread" || name == "median" || name == "first";
 }
 
 }  // namespace
@@ -142,6 +155,7 @@ Suite readSuite(const std::filesystem::path& file) {
         run.frames[effort] = value.get("frames").get(effort).asString();
     if (value.has("against")) run.against = value.get("against").asString();
     if (value.has("times")) run.times = value.get("times").asBool();
+    run.stated = config::without(value, {"methods", "frames"}).dump();
     suite.runs.push_back(std::move(run));
   }
   if (root.has("efforts"))
@@ -176,12 +190,27 @@ double SuiteData::number(const Value& cell) const {
   if (cell.kind() == Value::Kind::Number) return cell.asNumber();
   const Call call = parseCall(cell.asString());
   if (call.name.empty())
-    cell.fail(cell.dump() +
-              " is no value; allowed: ms(R), worst_ms(R), step(R, NAME), ratio(R, R), error(R, "
-              "MEASURE), worst(R, MEASURE), mean(R, COUNTER), most(R, COUNTER), per(R, COUNTER, "
-              "COUNTER), "
-              "percent(R, COUNTER, COUNTER), where R is RUN.METHOD, and a counter `samples` is the "
-              "frame's own");
+    cell.fail(
+        cell.dump() +
+        " is no value; allowed: ms(R), worst_ms(R), step(R, NAME), ratio(R, R), error(R, "
+        "MEASURE), worst(R, MEASURE), mean(R, COUNTER), most(R, COUNTER), per(R, COUNTER, "
+        "COUNTER), percent(R, COUNTER, COUNTER), error_of(R, OBJECT), slope(FIGURE, SERIES), and "
+        "over the frames "
+        "median(F, R, ...), first(F, R, ...), spread(F, R, ...) (mean / most) of F ms, step, "
+        "ratio, error, mean or percent, where R is RUN.METHOD, and a counter `samples` is the "
+        "frame's own");
+  if (const auto known = stored.find(cell.asString()); known != stored.end())
+    return known->second.number;
+  if (call.name == "slope") return slopeOf(call.arguments, cell);
+  if (takesFrames(call.name)) {
+    const std::vector<double> values = valuesOf(call.arguments, cell);
+    if (values.empty()) return NAN;
+    if (call.name != "spread") return call.name == "first" ? values.front() : median(values);
+    return number(config::parseText(
+        config::jsonString(call.arguments[0] + "(" +
+                           joined(std::span(call.arguments).subspan(1), ", ") + ")"),
+        cell.place().text()));
+  }
   const std::size_t arguments = call.name == "ms" || call.name == "worst_ms"   ? 1
                                 : call.name == "percent" || call.name == "per" ? 3
                                                                                : 2;
@@ -194,16 +223,10 @@ double SuiteData::number(const Value& cell) const {
     const int worst = one.errors.worstFrame(call.arguments[1], one.frames);
     return worst > 0 ? one.errors.frames.at(worst).metrics.at(call.arguments[1]) : NAN;
   }
-  if (call.name == "percent" || call.name == "per") {
-    const methods::RunSettings& image = one.setting.run.image;
-    const double samples =
-        static_cast<double>(image.width) * image.height * image.samples * image.samples;
-    const auto counted = [&](const std::string& name) {
-      return name == "samples" ? samples : one.errors.meanCounter(name, one.frames);
-    };
-    return (call.name == "percent" ? 100.0 : 1.0) * counted(call.arguments[1]) /
-           counted(call.arguments[2]);
-  }
+  if (call.name == "percent" || call.name == "per")
+    return (call.name == "percent" ? 100.0 : 1.0) *
+           perCounter(one, call.arguments[1], call.arguments[2], one.frames);
+  if (call.name == "error_of") return errorOf(one, call.arguments[1], cell);
   if (call.name == "mean") return one.errors.meanCounter(call.arguments[1], one.frames);
   if (call.name == "most") {
     double most = 0.0;
@@ -220,6 +243,106 @@ double SuiteData::number(const Value& cell) const {
   const Entry& base = entry(call.arguments[1], cell);
   if (base.samples == nullptr) return NAN;
   return ratioOf(one, base).value;
+}
+
+/// The value of each frame, of "ms, R" and so on: what spread, median and first take.
+std::vector<double> SuiteData::valuesOf(const std::vector<std::string>& arguments,
+                                        const Value& cell) const {
+  static const std::map<std::string, std::size_t> known{{"ms", 2},   {"step", 3},  {"error", 3},
+                                                        {"mean", 3}, {"ratio", 3}, {"percent", 4}};
+  const auto found = arguments.empty() ? known.end() : known.find(arguments[0]);
+  if (found == known.end() || arguments.size() != found->second)
+    cell.fail(
+        "spread, median and first take ms, R; step, R, NAME; ratio, R, R; error, R, MEASURE; mean, "
+        "R, COUNTER; or percent, R, COUNTER, COUNTER");
+  const std::string& kind = arguments[0];
+  const Entry& one = entry(arguments[1], cell);
+  if (kind == "ms" || kind == "step" || kind == "ratio") {
+    const auto seconds = [](const Entry& of, const std::string& step) {
+      const Measurement& measurement = of.samples->measurement;
+      return frameSeconds(step.empty() ? measurement.times(of.index)
+                                       : measurement.stepTimes(of.index, step))
+          .frames;
+    };
+    const Entry& base = kind == "ratio" ? entry(arguments[2], cell) : one;
+    if (one.samples == nullptr || base.samples == nullptr) return {};
+    std::vector<double> values = seconds(one, kind == "step" ? arguments[2] : "");
+    const std::vector<double> others = kind == "ratio" ? seconds(base, "") : values;
+    for (std::size_t i = 0; i < values.size(); ++i)
+      values[i] = kind == "ratio" ? values[i] / others[i] : 1e3 * values[i];
+    return values;
+  }
+  if (kind == "error") requireMetric(arguments[2]);
+  std::vector<double> values;
+  for (const int frame : one.frames)
+    values.push_back(kind == "error" ? one.errors.pooled(arguments[2], {frame})
+                     : kind == "mean"
+                         ? one.errors.meanCounter(arguments[2], {frame})
+                         : 100.0 * perCounter(one, arguments[2], arguments[3], {frame}));
+  std::erase_if(values, [](double value) { return !std::isfinite(value); });
+  return values;
+}
+
+/// The slope of log y over log x of a figure's series, by least squares: "1, second_order".
+double SuiteData::slopeOf(const std::vector<std::string>& arguments, const Value& cell) const {
+  const std::size_t count = figures.isNull() ? 0 : figures.asArray().size();
+  const int index = arguments.empty() ? 0 : std::atoi(arguments[0].c_str());
+  if (arguments.size() != 2 || index < 1 || static_cast<std::size_t>(index) > count)
+    cell.fail("slope takes the number of a figure, from 1 to " + std::to_string(count) +
+              ", and the name of one of its series");
+  const Value figure = figures.asArray()[static_cast<std::size_t>(index - 1)];
+  if (!figure.get("series").has(arguments[1]))
+    cell.fail("figure " + arguments[0] + " has no series \"" + arguments[1] + "\"" +
+              didYouMean(arguments[1], figure.get("series").keys()));
+  const std::vector<Value> cells = figure.get("series").get(arguments[1]).asArray();
+  std::vector<double> xs;
+  std::vector<double> ys;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    xs.push_back(std::log(figure.get("values").asArray().at(i).asNumber()));
+    ys.push_back(std::log(number(cells[i])));
+  }
+  const double x = mean(xs);
+  const double y = mean(ys);
+  double above = 0.0;
+  double below = 0.0;
+  for (std::size_t i = 0; i < xs.size(); ++i) {
+    above += (xs[i] - x) * (ys[i] - y);
+    below += (xs[i] - x) * (xs[i] - x);
+  }
+  return above / below;
+}
+
+/// A counter over another one.
+double SuiteData::perCounter(const Entry& one, const std::string& counter, const std::string& other,
+                             const std::vector<int>& frames) {
+  const methods::RunSettings& image = one.setting.run.image;
+  const double samples =
+      static_cast<double>(image.width) * image.height * image.samples * image.samples;
+  const auto counted = [&](const std::string& name) {
+    return name == "samples" ? samples : one.errors.meanCounter(name, frames);
+  };
+  return counted(counter) / counted(other);
+}
+
+/// Mean difference over the pixels of the objects of one name.
+double SuiteData::errorOf(const Entry& one, const std::string& object, const Value& cell) {
+  double sum = 0.0;
+  double pixels = 0.0;
+  bool any = one.reflectors.empty();  // not measured yet
+  for (const auto& [id, name] : one.reflectors) {
+    if (name != object) continue;
+    any = true;
+    for (const int number : one.frames) {
+      const auto frame = one.errors.frames.find(number);
+      if (frame == one.errors.frames.end()) return NAN;
+      const auto part = frame->second.objects.find(id);
+      if (part == frame->second.objects.end()) continue;
+      sum += static_cast<double>(part->second.sum8);
+      pixels += static_cast<double>(part->second.pixels);
+    }
+  }
+  if (!any) cell.fail("the scene has no reflector \"" + object + "\"");
+  return sum / (3.0 * pixels);
 }
 
 /// Measured beside each other, or both beside the run's first setting.
@@ -243,13 +366,61 @@ std::string SuiteData::cell(const Value& cell) const {
   if (cell.kind() == Value::Kind::Number) return threeDigits(cell.asNumber());
   const std::string& text = cell.asString();
   const Call call = parseCall(text);
-  if (call.name.empty()) return text;
+  if (call.name.empty()) {
+    // "speed(a.b)" is meant to be a value, "18 (25, 13)" is not
+    const std::size_t name = text.find_first_not_of("abcdefghijklmnopqrstuvwxyz_");
+    if (name > 0 && name < text.size() && text[name] == '(' && text.back() == ')')
+      cell.fail("no function \"" + text.substr(0, name) + "\"" +
+                didYouMean(text.substr(0, name), functions()) + "; there are " +
+                joined(functions(), ", "));
+    return text;
+  }
+  if (const auto known = stored.find(text); known != stored.end()) return known->second.text;
+  if (call.name == "spread") {
+    const std::vector<double> values = valuesOf(call.arguments, cell);
+    if (values.empty()) return "";
+    return threeDigits(number(cell)) + " / " + threeDigits(*std::ranges::max_element(values));
+  }
   if (call.name == "ratio") {
     const Entry& one = entry(call.arguments.at(0), cell);
     const Entry& base = entry(call.arguments.size() > 1 ? call.arguments[1] : "", cell);
     if (one.samples != nullptr && base.samples != nullptr) return ratioText(ratioOf(one, base));
   }
   return threeDigits(number(cell));
+}
+
+std::vector<std::string> callsOf(const Suite& suite) {
+  std::set<std::string> calls;
+  const auto add = [&](const Value& cell) {
+    if (cell.kind() != Value::Kind::String) return;
+    const std::string name = parseCall(cell.asString()).name;
+    // A slope is made of a figure's cells
+    if (!name.empty() && name != "slope") calls.insert(cell.asString());
+  };
+  const auto each = [](const Value& list) {
+    return list.isNull() ? std::vector<Value>{} : list.asArray();
+  };
+  for (const Value& table : each(suite.tables))
+    for (const Value& row : each(table.get("rows")))
+      for (const Value& cell : each(row)) add(cell);
+  for (const Value& figure : each(suite.figures))
+    for (const std::string& name : figure.get("series").keys())
+      for (const Value& cell : each(figure.get("series").get(name))) add(cell);
+  for (const Value& check : each(suite.checks)) add(check.get("value"));
+  return {calls.begin(), calls.end()};
+}
+
+std::vector<std::pair<std::string, std::string>> methodsOfCell(const std::string& cell) {
+  const Call call = parseCall(cell);
+  const std::size_t first = takesFrames(call.name) ? 1 : 0;
+  std::vector<std::pair<std::string, std::string>> methods;
+  for (std::size_t i = first; i < call.arguments.size(); ++i) {
+    if (i > first && call.name != "ratio" && call.arguments[0] != "ratio") break;
+    const std::string& name = call.arguments[i];
+    const std::size_t dot = std::min(name.find('.'), name.size());
+    methods.emplace_back(name.substr(0, dot), name.substr(std::min(dot + 1, name.size())));
+  }
+  return methods;
 }
 
 std::vector<report::Table> suiteTables(const Suite& suite, const SuiteData& data,

@@ -23,6 +23,7 @@ struct SuiteRun {
   std::map<std::string, std::string> frames;  ///< by effort: smoke, quick, full
   std::string against;                        ///< empty: no errors
   bool times = true;                          ///< false: errors and counters alone
+  std::string stated;                         ///< settings, reference and times as they are written
 };
 
 struct Suite {
@@ -48,8 +49,16 @@ class SuiteData {
     std::string base;  ///< key of the setting that all of the run were measured beside
     PointErrors errors;
     std::vector<int> frames;
+    std::map<int, std::string> reflectors = {};  ///< names of reflective objects by id
   };
   std::map<std::string, std::map<std::string, Entry>> runs;
+  /// A cell's text and number that are known without a measurement.
+  struct Stored {
+    std::string text;
+    double number = 0.0;
+  };
+  std::map<std::string, Stored> stored;  ///< by the cell's text
+  config::Value figures;                 ///< of the suite, for slopes
 
   /// The value of a cell such as "ms(paths.second_order)"; text that is no call is itself. Throws
   /// UsageError: `cell` has the place.
@@ -59,7 +68,18 @@ class SuiteData {
  private:
   const Entry& entry(const std::string& name, const config::Value& cell) const;
   static Ratio ratioOf(const Entry& one, const Entry& other);
+  std::vector<double> valuesOf(const std::vector<std::string>& arguments,
+                               const config::Value& cell) const;
+  double slopeOf(const std::vector<std::string>& arguments, const config::Value& cell) const;
+  static double perCounter(const Entry& one, const std::string& counter, const std::string& other,
+                           const std::vector<int>& frames);
+  static double errorOf(const Entry& one, const std::string& object, const config::Value& cell);
 };
+
+/// All cells of the suite that are computed: of tables, figures and checks, each once.
+std::vector<std::string> callsOf(const Suite& suite);
+/// Runs and methods that a cell names: "ratio(a.x, a.y)" has (a, x) and (a, y).
+std::vector<std::pair<std::string, std::string>> methodsOfCell(const std::string& cell);
 
 /// What of the suite's checks does not hold, a line each.
 std::vector<std::string> failedChecks(const Suite& suite, const SuiteData& data);

@@ -1,0 +1,125 @@
+#include "study/stored.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "config/json_text.h"
+#include "core/error.h"
+#include "core/file.h"
+#include "core/hash.h"
+
+namespace catoptric::study {
+namespace {
+
+using config::Value;
+
+const SuiteRun* runOf(const Suite& suite, const std::string& name) {
+  const auto found =
+      std::ranges::find_if(suite.runs, [&](const SuiteRun& run) { return run.name == name; });
+  return found == suite.runs.end() ? nullptr : &*found;
+}
+
+/// A config's method as it is written; null: it has none of that name.
+Value methodOf(const Value& config, const std::string& name) {
+  for (const Value& method : config.get("methods").asArray()) {
+    const bool bare = method.kind() == Value::Kind::String;
+    const Value named = bare ? method : method.get(method.has("name") ? "name" : "method");
+    if (named.asString() == name) return method;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string statedPrint(const Suite& suite, const std::string& cell, const std::string& effort) {
+  Fingerprint print;
+  for (const auto& [name, method] : methodsOfCell(cell)) {
+    const SuiteRun* run = runOf(suite, name);
+    if (run == nullptr) return "";
+    const Value config = config::parseFile(run->config);
+    const Value entry = methodOf(config, method);
+    if (entry.isNull()) return "";
+    print.add(run->stated);
+    print.add(config::without(config, {"comment", "$schema", "methods"}).dump());
+    print.add(entry.dump());
+    print.add(effort);
+    if (const auto frames = run->frames.find(effort); frames != run->frames.end())
+      print.add(frames->second);
+    if (const auto settings = suite.efforts.find(effort); settings != suite.efforts.end())
+      for (const auto& [key, value] : settings->second) print.add(key + "=" + value);
+  }
+  return print.text();
+}
+
+StoredValues::StoredValues(const std::filesystem::path& file) : file_(file) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored)) return;
+  const Value root = config::parseFile(file);
+  const std::vector<Value> by = root.get("measured").asArray();
+  const Value values = root.get("values");
+  for (const std::string& cell : values.keys()) {
+    const Value value = values.get(cell);
+    const std::int64_t number = value.get("by").asInteger();
+    if (number < 0 || number >= static_cast<std::int64_t>(by.size()))
+      value.fail("\"by\" counts the members of \"measured\" from 0");
+    entries_[cell] = {
+        {value.get("text").asString(), value.has("value") ? value.get("value").asNumber() : NAN},
+        value.get("of").asString(),
+        by[static_cast<std::size_t>(number)].asString()};
+  }
+}
+
+std::map<std::string, SuiteData::Stored> StoredValues::fresh(const Suite& suite,
+                                                             const std::string& effort) const {
+  std::map<std::string, SuiteData::Stored> fresh;
+  for (const std::string& cell : callsOf(suite)) {
+    const auto entry = entries_.find(cell);
+    if (entry == entries_.end()) continue;
+    const std::string of = statedPrint(suite, cell, effort);
+    if (!of.empty() && of == entry->second.of) fresh[cell] = entry->second.value;
+  }
+  return fresh;
+}
+
+void StoredValues::keep(const Suite& suite, const SuiteData& data, const std::string& effort,
+                        const std::string& by) {
+  std::map<std::string, Entry> kept;
+  for (const std::string& cell : callsOf(suite)) {
+    const Value value = config::parseText(config::jsonString(cell), "cell");
+    const bool known = data.stored.contains(cell);
+    kept[cell] = {{data.cell(value), data.number(value)},
+                  statedPrint(suite, cell, effort),
+                  known ? entries_.at(cell).by : by};
+  }
+  entries_ = std::move(kept);
+}
+
+void StoredValues::write() const {
+  std::vector<std::string> measured;
+  std::string values;
+  for (const auto& [cell, entry] : entries_) {
+    const auto at = std::ranges::find(measured, entry.by);
+    config::JsonText text;
+    text.add("text", entry.value.text);
+    if (std::isfinite(entry.value.number)) text.add("value", entry.value.number);
+    text.add("of", entry.of).add("by", static_cast<int>(at - measured.begin()));
+    values += (values.empty() ? "\n " : ",\n ") + config::jsonString(cell) + ": " + text.object();
+    if (at == measured.end()) measured.push_back(entry.by);
+  }
+  std::string all;
+  for (const std::string& by : measured)
+    all += (all.empty() ? "\n " : ",\n ") + config::jsonString(by);
+  writeFileAtomically(
+      file_, std::string_view("{\"measured\": [" + all + "],\n\"values\": {" + values + "}}\n"));
+}
+
+std::map<std::string, std::set<std::string>> neededMethods(
+    const Suite& suite, const std::map<std::string, SuiteData::Stored>& fresh) {
+  std::map<std::string, std::set<std::string>> needed;
+  for (const std::string& cell : callsOf(suite))
+    if (!fresh.contains(cell))
+      for (const auto& [run, method] : methodsOfCell(cell)) needed[run].insert(method);
+  return needed;
+}
+
+}  // namespace catoptric::study
