@@ -211,6 +211,9 @@ std::vector<PreparedRun> prepareRuns(const study::Suite& suite, const TablesOpti
                                      study::SuiteData& data) {
   const auto needed = study::neededMethods(suite, data.stored);
   const auto ofEffort = suite.efforts.find(options.effort);
+  if (ofEffort != suite.efforts.end())
+    data.otherScenes = std::ranges::any_of(
+        ofEffort->second, [](const auto& setting) { return setting.first == "scene"; });
   std::vector<PreparedRun> runs;
   for (const study::SuiteRun& run : suite.runs) {
     const auto methods = needed.find(run.name);

@@ -325,10 +325,10 @@ double SuiteData::perCounter(const Entry& one, const std::string& counter, const
 }
 
 /// Mean difference over the pixels of the objects of one name.
-double SuiteData::errorOf(const Entry& one, const std::string& object, const Value& cell) {
+double SuiteData::errorOf(const Entry& one, const std::string& object, const Value& cell) const {
   double sum = 0.0;
   double pixels = 0.0;
-  bool any = one.reflectors.empty();  // not measured yet
+  bool any = one.reflectors.empty() || otherScenes;  // not measured yet
   for (const auto& [id, name] : one.reflectors) {
     if (name != object) continue;
     any = true;

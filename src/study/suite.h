@@ -59,6 +59,8 @@ class SuiteData {
   };
   std::map<std::string, Stored> stored;  ///< by the cell's text
   config::Value figures;                 ///< of the suite, for slopes
+  /// The effort has a scene of its own, in which objects that cells name may be missing.
+  bool otherScenes = false;
 
   /// The value of a cell such as "ms(paths.second_order)"; text that is no call is itself. Throws
   /// UsageError: `cell` has the place.
@@ -73,7 +75,7 @@ class SuiteData {
   double slopeOf(const std::vector<std::string>& arguments, const config::Value& cell) const;
   static double perCounter(const Entry& one, const std::string& counter, const std::string& other,
                            const std::vector<int>& frames);
-  static double errorOf(const Entry& one, const std::string& object, const config::Value& cell);
+  double errorOf(const Entry& one, const std::string& object, const config::Value& cell) const;
 };
 
 /// All cells of the suite that are computed: of tables, figures and checks, each once.
