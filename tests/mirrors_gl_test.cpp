@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
+#include <vector>
 
+#include "frame/test_environment.h"
 #include "frame/test_scenes.h"
 #include "methods/testing/gl_harness.h"
 
@@ -115,6 +118,51 @@ TEST(Mirrors, AreWhiteInAWhiteFurnace) {
     EXPECT_GT(reflecting, 2000);
     EXPECT_LE(bad, static_cast<double>(ids.size()) * entry.tests.furnacePercent / 100.0)
         << entry.id << ", darkest " << darkest;
+  }
+}
+
+/// A glossy plane under a sky of stripes that 8 rays cannot resolve, by a method.
+std::vector<float> stripesOver(test::GlStage& stage, const std::string& method,
+                               const std::string& options) {
+  const scene::Camera camera =
+      scene::lookAt({0.0f, 1.0f, 2.0f}, Vec3(0.0f), {0.0f, 1.0f, 0.0f}, 0.6f);
+  test::GlMethod(stage, methods::findMethod(method), options).render(camera);
+  return raster::readRgba(stage.gbuffer.reflection);
+}
+
+double meanDifference(const std::vector<float>& a, const std::vector<float>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    sum += std::abs(static_cast<double>(a[i]) - static_cast<double>(b[i]));
+  return sum / static_cast<double>(a.size());
+}
+
+TEST(Mirrors, SeeAFilteredSkyByFewRaysAsByMany) {
+  SceneBuilder builder;
+  scene::Environment& sky = builder.scene().environment;
+  sky.type = scene::EnvironmentType::File;
+  sky.file = test::writeEnvironment("catoptric_stripes.exr", 512, 256, [](const Vec3& d) {
+    return Vec3(std::sin(90.0f * std::atan2(d.x, -d.z)) > 0.0f ? 1.0f : 0.0f);
+  });
+  builder.add(scene::makePlane(Vec2(20.0f), {1, 1}, scene::UvMode::Unit),
+              builder.reflective(1.0f, 0.45f));
+  test::GlStage stage(builder.scene(), test::framesOf(64, 48, 1));
+  const auto many = stripesOver(stage, "traced", R"({"rays": 256})");
+  const auto plain = stripesOver(stage, "traced", R"({"rays": 8})");
+  const auto filtered = stripesOver(stage, "traced", R"({"rays": 8, "environment": "filtered"})");
+  const double plainError = meanDifference(plain, many);
+  EXPECT_GT(plainError, 0.05);
+  EXPECT_LT(meanDifference(filtered, many), 0.2 * plainError);
+  // glossy_lod has the very same rays: where they leave the scene, the same bits; but that it
+  // keeps the roots of solid angles
+  for (const int rays : {1, 8, 256}) {
+    const std::string count = R"({"rays": )" + std::to_string(rays);
+    EXPECT_LT(
+        meanDifference(stripesOver(stage, "glossy_lod", count + "}"),
+                       stripesOver(stage, "traced", count + R"(, "environment": "filtered"})")),
+        1e-6);
+    EXPECT_EQ(stripesOver(stage, "glossy_lod", count + R"(, "filter": false})"),
+              stripesOver(stage, "traced", count + "}"));
   }
 }
 

@@ -196,7 +196,7 @@ const MethodEntry& glossyLodEntry() {
                    {"quads_tested", "quads whose two triangles were tested"},
                    {"stopped", "of these those of coarser levels"},
                    {"own_backs",
-                    "triangles of the reflector's own image that lie above its surface: passed by"},
+                    "triangles of its own image above the surface that a ray leaves: passed by"},
                    {"charts", "charts of all objects that are reflected"},
                    {"quads", "quads of their finest level"},
                    {"plain_triangles", "triangles that no chart holds: traced as they are"},

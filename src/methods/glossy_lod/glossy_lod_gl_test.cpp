@@ -7,6 +7,7 @@
 #include <cmath>
 #include <random>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "core/vector_level.h"
@@ -325,6 +326,40 @@ TEST(GlossyLod, DoesNotMeetItsOwnImageFromBelow) {
       EXPECT_NEAR(static_cast<double>(met), passes ? 0.0 : 1600.0, 8.0) << radius << ' ' << own;
       EXPECT_NEAR(static_cast<double>(visits.ownBacks), passes ? 1600.0 : 0.0, 8.0);
     }
+  }
+}
+
+TEST(GlossyLod, DoesNotMeetItsOwnImageFromWithin) {
+  SceneBuilder builder;
+  builder.add(scene::makeIcosphere(1.0f, 5, scene::UvMode::Unit), builder.reflective(1.0f, 0.2f));
+  test::GlStage stage(builder.scene(), test::framesOf(16, 16, 1));
+  Rays rays(stage, {.size = 64});
+  // Inwards from a little above the image: the sphere's inside is seen. Then from farther out, and
+  // towards a surface that does not lie along the one that is left.
+  for (const auto& [radius, lean, own, passes] :
+       {std::tuple{1.002f, -1.0f, 1u, true}, std::tuple{1.002f, -1.0f, 0u, false},
+        std::tuple{1.5f, -1.0f, 1u, false}, std::tuple{1.002f, 1.0f, 1u, false}}) {
+    std::mt19937 random(7);
+    std::normal_distribution<float> any(0.0f, 1.0f);
+    Visits visits;
+    std::size_t far = 0;
+    RayPacket packet;
+    packet.count = RayPacket::kMost;
+    for (std::size_t i = 0; i < packet.count; ++i) {
+      const Vec3 out = glm::normalize(Vec3(any(random), any(random), any(random)));
+      for (int axis = 0; axis < 3; ++axis) {
+        packet.origin[static_cast<std::size_t>(axis)][i] = radius * out[axis];
+        packet.direction[static_cast<std::size_t>(axis)][i] = -out[axis];
+        packet.leaves[static_cast<std::size_t>(axis)][i] = lean * out[axis];
+      }
+      packet.base[i] = packet.slope[i] = 0.0f;
+      packet.own[i] = own;
+    }
+    PacketHits hits;
+    traverse(rays.images.view(), packet, 0.0f, true, hits, visits);
+    for (std::size_t i = 0; i < packet.count; ++i) far += hits.metres[i] > 1.9f ? 1 : 0;
+    EXPECT_EQ(far, passes ? packet.count : 0u) << radius << ' ' << lean << ' ' << own;
+    EXPECT_EQ(visits.ownBacks, passes ? packet.count : 0u);
   }
 }
 

@@ -109,6 +109,9 @@ void TileTracer::makePackets(const Traced& scene, const Group& group, std::uint8
         packet.base[lane] = base;
         packet.slope[lane] = slopes[k];
         packet.own[lane] = static_cast<std::uint32_t>(points.object[i]);
+        packet.leaves[0][lane] = points.lobeHorizon.x[i];
+        packet.leaves[1][lane] = points.lobeHorizon.y[i];
+        packet.leaves[2][lane] = points.lobeHorizon.z[i];
         packet.count = lane + 1;
       }
     }

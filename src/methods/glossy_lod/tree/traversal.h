@@ -40,12 +40,20 @@ struct RayPacket {
   alignas(64) Lane slope;
   /// Id of the object that a ray leaves; 0: none, or it is exact. An image may lie above the
   /// surface that a ray leaves: it passes by the backs of its own object's quads that are nearer
-  /// than kOwnQuads times their boxes' diagonals.
+  /// than kOwnQuads times their boxes' diagonals, and by fronts that are its start's own: see
+  /// kStartCosine.
   alignas(64) std::array<std::uint32_t, kMost> own{};
+  /// Normal of the surface that a ray leaves, on the ray's side; not read where own is 0.
+  alignas(64) std::array<Lane, 3> leaves{};
   std::size_t count = 0;
 };
 
 inline constexpr float kOwnQuads = 2.0f;  ///< of what bends by 70 degrees at most: ours
+/// A triangle is the image of the surface that a ray leaves where both face away from each other,
+/// the angle's cosine at the least, and it is nearer to the surface than this part of its box's
+/// diagonal: surfaces that are seen from behind meet their own image's front. Ours.
+inline constexpr float kStartCosine = 0.7f;
+inline constexpr float kStartQuads = 0.25f;
 
 struct PacketHits {
   alignas(64) std::array<float, RayPacket::kMost> metres;
@@ -58,7 +66,7 @@ struct Visits {
   std::uint64_t nodes = 0;
   std::uint64_t quads = 0;
   std::uint64_t stopped = 0;   ///< quads of coarser levels
-  std::uint64_t ownBacks = 0;  ///< triangles that were passed by
+  std::uint64_t ownBacks = 0;  ///< triangles of own images that were passed by
 };
 
 /// `levels` false: always down to the finest triangles, as with alpha 0. Adds to `visits`.

@@ -92,6 +92,47 @@ CATOPTRIC_TARGET [[gnu::always_inline]] inline V::M ofOwnObject(const Walk& walk
   return V::both(V::le(own, object), V::le(object, own));
 }
 
+/// Of these lanes of a quad's half those for which it is the image of the surface that they leave.
+inline unsigned ofStart(const Walk& walk, std::uint32_t node, bool upper, unsigned lanes,
+                        const std::array<float, V::kLanes>& metres) {
+  const Quad& quad = walk.tree.quads[node];
+  const std::uint32_t right = 1u << (quad.place >> 24);
+  const Vec4* const v = walk.tree.vertices + quad.first;
+  const Vec3 corner(upper ? v[quad.up + right] : v[0]);
+  const Vec3 normal = glm::cross(Vec3(v[right]) - corner, Vec3(v[quad.up]) - corner);
+  const float least = kStartCosine * glm::length(normal);
+  const Node& box = walk.tree.nodes[node];
+  const float above = kStartQuads * glm::distance(box.least, box.most);
+  const RayPacket& packet = walk.packet;
+  unsigned found = 0;
+  for (std::size_t lane = 0; lane < V::kLanes; ++lane) {
+    if ((lanes >> lane & 1u) == 0) continue;
+    const std::size_t i = walk.first + lane;
+    const Vec3 leaves(packet.leaves[0][i], packet.leaves[1][i], packet.leaves[2][i]);
+    const Vec3 way(packet.direction[0][i], packet.direction[1][i], packet.direction[2][i]);
+    // The side that the ray meets looks against it
+    const float cosine =
+        glm::dot(normal, way) > 0.0f ? -glm::dot(normal, leaves) : glm::dot(normal, leaves);
+    if (cosine <= -least && metres[lane] * glm::dot(way, leaves) <= above) found |= 1u << lane;
+  }
+  return found;
+}
+
+/// Of a quad's half, the lanes that pass it by: it belongs to the image of what they leave.
+CATOPTRIC_TARGET inline unsigned passedBy(const Walk& walk, std::uint32_t node, bool upper,
+                                          const Met& met, V::M back) {
+  unsigned own = V::bits(V::both(met.hit, ofOwnObject(walk, node)));
+  if (own == 0) return 0;
+  const Node& box = walk.tree.nodes[node];
+  const V::M near = V::lt(met.metres, V::all(kOwnQuads * glm::distance(box.least, box.most)));
+  own &= V::bits(near);
+  const unsigned backs = own & V::bits(back);
+  if (own == backs) return backs;
+  std::array<float, V::kLanes> metres;
+  V::store(metres.data(), met.metres);
+  return backs | ofStart(walk, node, upper, own & ~backs, metres);
+}
+
 CATOPTRIC_TARGET inline void keep(const Walk& walk, const Rays& rays, std::uint32_t node,
                                   bool upper, Met& met, Nearest& nearest) {
   if (V::bits(met.hit) == 0) return;
@@ -100,13 +141,10 @@ CATOPTRIC_TARGET inline void keep(const Walk& walk, const Rays& rays, std::uint3
     met.v = V::sub(V::all(1.0f), met.v);
   }
   const V::M back = rays.forwards ? met.back : V::without(met.hit, met.back);
-  const unsigned own = V::bits(V::both(V::both(met.hit, back), ofOwnObject(walk, node)));
-  if (own != 0) {
-    const Node& box = walk.tree.nodes[node];
-    const V::M near = V::lt(met.metres, V::all(kOwnQuads * glm::distance(box.least, box.most)));
-    const V::M passed = V::both(V::fromBits(own), near);
-    walk.visits.ownBacks += static_cast<std::uint64_t>(__builtin_popcount(V::bits(passed)));
-    met.hit = V::without(met.hit, passed);
+  const unsigned passed = passedBy(walk, node, upper, met, back);
+  if (passed != 0) {
+    walk.visits.ownBacks += static_cast<std::uint64_t>(__builtin_popcount(passed));
+    met.hit = V::without(met.hit, V::fromBits(passed));
   }
   const AlphaTest& test = walk.tree.alphaTest;
   if (test.isCut != nullptr) {
