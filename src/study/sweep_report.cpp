@@ -1,5 +1,6 @@
 // What a sweep writes.
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "config/json_text.h"
@@ -187,6 +188,15 @@ std::string sweepJson(const SweepResult& result, const std::string& context) {
       .object();
 }
 
+/// Whether a method's points differ in one option alone: they make a curve.
+bool isCurve(const SweepResult& result, const std::string& group, const std::string& method) {
+  std::map<std::string, std::set<std::string>> values;
+  for (const SweepPoint& point : result.points)
+    if (point.setting.point.group == group && point.setting.point.method == method)
+      for (const auto& [name, value] : point.setting.point.settings) values[name].insert(value);
+  return std::ranges::count_if(values, [](const auto& one) { return one.second.size() > 1; }) == 1;
+}
+
 std::vector<Chart> sweepCharts(const SweepResult& result) {
   const std::string& metric = result.request.metrics.front();
   std::vector<std::string> groups;
@@ -202,6 +212,8 @@ std::vector<Chart> sweepCharts(const SweepResult& result) {
     chart.showFront = true;
     double least = 1e300;
     double most = 0.0;
+    double leastError = 1e300;
+    double mostError = 0.0;
     for (const SweepPoint& point : result.points) {
       if (point.setting.point.group != group || point.seconds <= 0.0 ||
           !point.errors.contains(metric))
@@ -210,7 +222,10 @@ std::vector<Chart> sweepCharts(const SweepResult& result) {
           chart.series.begin(), chart.series.end(),
           [&](const ChartSeries& one) { return one.name == point.setting.point.method; });
       if (series == chart.series.end())
-        series = chart.series.insert(series, ChartSeries{point.setting.point.method, {}, false});
+        series = chart.series.insert(
+            series, ChartSeries{point.setting.point.method,
+                                {},
+                                isCurve(result, group, point.setting.point.method)});
       ChartPoint at;
       at.x = 1e3 * point.seconds;
       at.y = point.errors.at(metric);
@@ -225,11 +240,14 @@ std::vector<Chart> sweepCharts(const SweepResult& result) {
                  fixedText(at.x, 1) + " ms, " + metric + " " + errorText(at.y);
       least = std::min(least, at.x);
       most = std::max(most, at.x);
+      leastError = std::min(leastError, at.y);
+      mostError = std::max(mostError, at.y);
       series->points.push_back(at);
     }
     constexpr double kManyTimes =
         6.0;  // from here on a linear axis would crowd the fast ones; ours
     chart.xLog = most > kManyTimes * least;
+    chart.yLog = leastError > 0.0 && mostError > kManyTimes * leastError;
     if (!chart.series.empty()) charts.push_back(std::move(chart));
   }
   return charts;
