@@ -113,10 +113,12 @@ struct FrameInput {
   std::optional<raster::Region> changedSamples;
 };
 
-/// A number per sample of the frame, row 0 on top; 0: none. Layer id.NAME of the frame's file.
+/// A number per sample of the frame, row 0 on top; 0: none. Layer id.NAME of the frame's file. Or a
+/// vector: layer NAME.X, NAME.Y, NAME.Z.
 struct SampleLayer {
   std::string name;
   std::vector<std::uint32_t> numbers;
+  std::vector<Vec3> vectors = {};
 };
 
 struct FrameOutput {

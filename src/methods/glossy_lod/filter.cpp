@@ -12,14 +12,6 @@ namespace {
 /// Least cosine of the angle at which a ray meets a surface, that its footprint is computed with.
 constexpr float kLeastCosine = 0.02f;
 
-/// The place of a hit in its chart, 0..1.
-Vec2 placeInChart(const Quad& quad, const PlacedChart& chart, const Vec2& at) {
-  const Vec2 corner(static_cast<float>(quad.place & 0xFFFu),
-                    static_cast<float>(quad.place >> 12 & 0xFFFu));
-  return (corner + at * static_cast<float>(1u << (quad.place >> 24))) /
-         static_cast<float>(1u << chart.image.level);
-}
-
 const Vec4& nearestTexel(const Radiance& radiance, const PlacedChart& chart, const Vec2& place,
                          int side) {
   const int size = 1 << chart.image.texelLevel;
@@ -78,6 +70,13 @@ float levelAt(const SceneImages& images, const Quad& quad, const PlacedChart& ch
 }
 
 }  // namespace
+
+Vec2 placeInChart(const Quad& quad, const PlacedChart& chart, const Vec2& at) {
+  const Vec2 corner(static_cast<float>(quad.place & 0xFFFu),
+                    static_cast<float>(quad.place >> 12 & 0xFFFu));
+  return (corner + at * static_cast<float>(1u << (quad.place >> 24))) /
+         static_cast<float>(1u << chart.image.level);
+}
 
 float levelOf(const SceneImages& images, const Found& found, const Vec3& direction, float width) {
   const Quad& quad = images.tree().quads()[found.node];

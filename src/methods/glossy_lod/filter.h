@@ -17,6 +17,9 @@ struct Found {
   bool back = false;  ///< it meets the quad's back
 };
 
+/// The place in its chart's square, 0..1, of one in a quad.
+Vec2 placeInChart(const Quad& quad, const PlacedChart& chart, const Vec2& at);
+
 /// Mip level at which a texel is as large as the footprint of a ray that is `width` metres wide;
 /// the size of texels is that of the triangle which it met.
 float levelOf(const SceneImages& images, const Found& found, const Vec3& direction, float width);

@@ -9,6 +9,7 @@
 
 #include "core/clock.h"
 #include "methods/contract/method.h"
+#include "methods/glossy_lod/image_layers.h"
 #include "methods/glossy_lod/options.h"
 #include "methods/glossy_lod/radiance.h"
 #include "methods/glossy_lod/scene_images.h"
@@ -53,6 +54,7 @@ class GlossyLod : public Method {
   void prepare(Services& services, const RunSettings& settings) override {
     masks_ = settings.masks;
     own_ = settings.reflectors;
+    layers_ = settings.layers;
     reflectors_ = findReflectors(services.scene, settings.reflectors);
     if (!reflectors_.any()) return;
     refractive_ = raster::RefractiveSamples(services.scene);
@@ -73,6 +75,8 @@ class GlossyLod : public Method {
     if (reflectors_.any()) {
       follow(input, services);
       counts = trace(input, services);
+      showImages(images_, input.frame.camera, services.gbuffer->sampleWidth(),
+                 services.gbuffer->sampleHeight(), layers_, output.sampleLayers);
       output.counters["refraction_mirrored"] = refractive_.count(*services.gbuffer);
     }
     output.counters["rays"] = counts.rays;
@@ -92,6 +96,8 @@ class GlossyLod : public Method {
     output.counters["plain_triangles"] = images_.counts().plainTriangles;
     output.counters["degenerate_triangles"] = images_.counts().degenerateTriangles;
     output.counters["not_flattened"] = images_.counts().notFlattened;
+    output.counters["mean_stretch_percent"] = images_.counts().meanStretchPercent;
+    output.counters["most_stretch_percent"] = images_.counts().mostStretchPercent;
     output.counters["reduced_objects"] = images_.counts().reducedObjects;
     output.counters["not_finite"] = radiance_.notFinite();
   }
@@ -161,6 +167,7 @@ class GlossyLod : public Method {
 
   Options options_;
   bool masks_ = false;
+  std::vector<std::string> layers_;
   Reflectors reflectors_;
   raster::RefractiveSamples refractive_;
   SceneImages images_;
@@ -202,12 +209,17 @@ const MethodEntry& glossyLodEntry() {
                    {"plain_triangles", "triangles that no chart holds: traced as they are"},
                    {"degenerate_triangles", "triangles without area: left out"},
                    {"not_flattened", "charts that could not be flattened, and were cut"},
+                   {"mean_stretch_percent",
+                    "stretch of the charts' maps onto squares, in percent: 100 is a map without "
+                    "distortion; mean over the meshes' means of charts"},
+                   {"most_stretch_percent", "the largest of any chart"},
                    {"reduced_objects",
                     "objects that have fewer quads than `size` asks for: all of them, where all "
                     "together would be more than 6 million"},
                    {"not_finite", "radiances that were no number: taken as 0", true},
                    {"refraction_mirrored",
                     "samples of materials that refract: they are mirrored instead"}},
+      .sampleLayers = imageLayers(),
       .tests = {.small = R"({"size": 32, "rays": 4})"},
       .options = optionTable().schema(),
       .make = [](const config::Value& options) -> std::unique_ptr<Method> {

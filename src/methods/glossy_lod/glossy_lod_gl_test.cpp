@@ -13,6 +13,7 @@
 #include "core/vector_level.h"
 #include "frame/test_scenes.h"
 #include "methods/glossy_lod/filter.h"
+#include "methods/glossy_lod/image_layers.h"
 #include "methods/glossy_lod/scene_images.h"
 #include "methods/glossy_lod/tree/traversal.h"
 #include "methods/testing/gl_harness.h"
@@ -361,6 +362,50 @@ TEST(GlossyLod, DoesNotMeetItsOwnImageFromWithin) {
     EXPECT_EQ(far, passes ? packet.count : 0u) << radius << ' ' << lean << ' ' << own;
     EXPECT_EQ(visits.ownBacks, passes ? packet.count : 0u);
   }
+}
+
+TEST(GlossyLod, ShowsItsImagesAsLayers) {
+  // A square is not distorted, one of 2 x 1 by half, nor is a line less than wholly
+  EXPECT_NEAR(distortion({0, 0, 3}, {0, 3, 0}), 0.0f, 1e-6f);
+  EXPECT_NEAR(distortion({2, 0, 0}, {0, 1, 0}), 0.5f, 1e-6f);
+  EXPECT_NEAR(distortion({1, 0, 0}, {2, 0, 0}), 1.0f, 1e-3f);
+  SceneBuilder builder;
+  builder.add(scene::makeIcosphere(1.0f, 5, scene::UvMode::Unit), builder.diffuse(Vec3(0.5f)));
+  test::GlStage stage(builder.scene(), test::framesOf(40, 30, 1));
+  SceneImages images;
+  images.make(stage.scene, stage.moment.geometry, {.size = 64});
+  EXPECT_GE(images.counts().meanStretchPercent, 100u);
+  EXPECT_LT(images.counts().mostStretchPercent, 300u);
+  const scene::Camera camera = scene::lookAt({0.0f, 0.0f, 3.0f}, Vec3(0.0f), {0, 1, 0}, 1.0f);
+  std::vector<SampleLayer> layers;
+  showImages(images, camera, 40, 30, {"Z"}, layers);
+  EXPECT_TRUE(layers.empty());
+  showImages(images, camera, 40, 30, {"chart", "image_position", "image_normal", "image_place"},
+             layers);
+  ASSERT_EQ(layers.size(), 4u);
+  const Mat3 rayFromPixel = scene::rayFromPixel(camera, 40, 30);
+  int seen = 0;
+  float across = 0.0f;
+  for (std::size_t i = 0; i < 40 * 30; ++i) {
+    const std::size_t row = i / 40;
+    const Vec3 pixel(static_cast<float>(i % 40) + 0.5f, static_cast<float>(row) + 0.5f, 1.0f);
+    const Vec3 way = glm::normalize(rayFromPixel * pixel);
+    const float apart = glm::length(glm::cross(camera.eye(), way));
+    if (std::abs(apart - 1.0f) > 0.02f) {
+      EXPECT_EQ(layers[0].numbers[i] > 0, apart < 1.0f) << i;
+    }
+    if (layers[0].numbers[i] == 0) continue;
+    ++seen;
+    EXPECT_LE(layers[0].numbers[i], images.charts().size());
+    EXPECT_NEAR(glm::length(layers[1].vectors[i]), 1.0f, 0.05f);
+    EXPECT_LT(glm::length(glm::cross(layers[1].vectors[i] - camera.eye(), way)), 1e-4f);
+    across += glm::dot(layers[2].vectors[i], glm::normalize(layers[1].vectors[i]));
+    const Vec3 place = layers[3].vectors[i];
+    EXPECT_TRUE(place.x >= 0.0f && place.x <= 1.0f && place.y >= 0.0f && place.y <= 1.0f);
+    EXPECT_TRUE(place.z >= 0.0f && place.z <= 1.0f);
+  }
+  EXPECT_GT(seen, 200);
+  EXPECT_GT(across, 0.99f * static_cast<float>(seen));
 }
 
 TEST(GlossyLod, IsWhiteInAWhiteFurnaceAtAnyAlpha) {

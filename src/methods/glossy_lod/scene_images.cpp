@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <map>
 #include <numeric>
 #include <string>
@@ -77,7 +78,15 @@ void SceneImages::make(const scene::Scene& scene, const frame::Geometry& geometr
     firstChart_.push_back(charts_.size());
   }
   images_.clear();
-  for (auto& [mesh, image] : ofMesh) images_.push_back(std::move(image));
+  double stretch = 0.0;
+  double most = 0.0;
+  for (auto& [mesh, image] : ofMesh) {
+    stretch += image->meanStretch / static_cast<double>(ofMesh.size());
+    most = std::max(most, image->mostStretch);
+    images_.push_back(std::move(image));
+  }
+  counts_.meanStretchPercent = static_cast<std::uint64_t>(std::llround(100.0 * stretch));
+  counts_.mostStretchPercent = static_cast<std::uint64_t>(std::llround(100.0 * most));
   vertices_.assign(vertices, Vec4(0.0f));
   grids_.clear();
   objects_.clear();

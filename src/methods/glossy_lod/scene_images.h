@@ -31,6 +31,8 @@ struct ImageCounts {
   std::uint64_t plainTriangles = 0;
   std::uint64_t degenerateTriangles = 0;
   std::uint64_t notFlattened = 0;
+  std::uint64_t meanStretchPercent = 0;  ///< over meshes
+  std::uint64_t mostStretchPercent = 0;
   std::uint64_t reducedObjects = 0;  ///< that have fewer quads than asked for
 };
 

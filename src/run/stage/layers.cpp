@@ -110,9 +110,13 @@ void addLayers(image::Image& image, const SampleLayers& layers, int samples, flo
     out.mean("s", [&](std::size_t s) { return std::max(0.0f, layers.diffuse[s * 4 + 3]); });
   if (!layers.object.empty())
     out.middle("id.object", [&](std::size_t s) { return static_cast<float>(layers.object[s]); });
-  for (const methods::SampleLayer& layer : layers.ids)
-    out.middle("id." + layer.name,
-               [&](std::size_t s) { return static_cast<float>(layer.numbers[s]); });
+  for (const methods::SampleLayer& layer : layers.ids) {
+    if (layer.vectors.empty())
+      out.middle("id." + layer.name,
+                 [&](std::size_t s) { return static_cast<float>(layer.numbers[s]); });
+    for (int c = 0; c < 3 && !layer.vectors.empty(); ++c)
+      out.middle(layer.name + "." + "XYZ"[c], [&](std::size_t s) { return layer.vectors[s][c]; });
+  }
   if (!layers.masks.empty()) {
     out.mean("mask.reflective", [&](std::size_t s) { return reflects(s) ? 1.0f : 0.0f; });
     if (!layers.normal.empty())

@@ -19,7 +19,7 @@ struct SampleLayers {
   std::vector<float> reflection;          ///< rgb
   std::vector<float> depth;               ///< reversed-Z
   std::vector<std::uint32_t> object;      ///< ids
-  std::vector<methods::SampleLayer> ids;  ///< layers id.NAME
+  std::vector<methods::SampleLayer> ids;  ///< layers id.NAME, NAME.X to NAME.Z
   std::vector<std::uint16_t> masks;
   std::uint16_t filledMasks = 0;  ///< bits of `masks` that mean something: those give layers
 };
