@@ -95,26 +95,29 @@ int FlatMesh::addVertex(const glm::dvec3& position) {
   return static_cast<int>(positions_.size()) - 1;
 }
 
+bool FlatMesh::splitTriangle(std::size_t t, int a, int b, double share, int middle) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3;
+    const int from = triangles_[t].v[i];
+    const int to = triangles_[t].v[j];
+    const bool ahead = from == a && to == b;
+    if (!ahead && !(from == b && to == a)) continue;
+    const double s = ahead ? share : 1.0 - share;
+    const glm::dvec2 at = glm::mix(triangles_[t].at[i], triangles_[t].at[j], s);
+    Triangle second = triangles_[t];
+    triangles_[t].v[j] = middle;
+    triangles_[t].at[j] = at;
+    second.v[i] = middle;
+    second.at[i] = at;
+    triangles_.push_back(second);
+    return true;
+  }
+  return false;
+}
+
 void FlatMesh::splitEdge(int a, int b, double share, int middle) {
   const std::size_t count = triangles_.size();
-  for (std::size_t t = 0; t < count; ++t) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::size_t j = (i + 1) % 3;
-      const int from = triangles_[t].v[i];
-      const int to = triangles_[t].v[j];
-      const bool ahead = from == a && to == b;
-      if (!ahead && !(from == b && to == a)) continue;
-      const double s = ahead ? share : 1.0 - share;
-      const glm::dvec2 at = glm::mix(triangles_[t].at[i], triangles_[t].at[j], s);
-      Triangle second = triangles_[t];
-      triangles_[t].v[j] = middle;
-      triangles_[t].at[j] = at;
-      second.v[i] = middle;
-      second.at[i] = at;
-      triangles_.push_back(second);
-      break;
-    }
-  }
+  for (std::size_t t = 0; t < count; ++t) splitTriangle(t, a, b, share, middle);
 }
 
 void FlatMesh::cutAt(double metres) {
@@ -149,12 +152,14 @@ void FlatMesh::cutAt(double metres) {
 }
 
 void FlatMesh::placeCorners() {
-  const auto startOf = [&](std::size_t edge) {
-    double sum = 0.0;
-    for (std::size_t e = 0; e < edge; ++e) sum += border_[e].metres;
-    return sum;
+  // Metres from the border's start to that of each edge, and of all
+  std::vector<double> start;
+  const auto findStarts = [&] {
+    start.assign(1, 0.0);
+    for (const BorderEdge& edge : border_) start.push_back(start.back() + edge.metres);
   };
-  const double length = startOf(border_.size());
+  findStarts();
+  const double length = start.back();
   if (border_.size() == 4) {
     // Of two triangles the square's diagonal is the edge between them
     int uses = 0;
@@ -173,7 +178,8 @@ void FlatMesh::placeCorners() {
     const auto longest = std::max_element(
         border_.begin(), border_.end(),
         [](const BorderEdge& a, const BorderEdge& b) { return a.metres < b.metres; });
-    cutAt(startOf(static_cast<std::size_t>(longest - border_.begin())) + 0.5 * longest->metres);
+    cutAt(start[static_cast<std::size_t>(longest - border_.begin())] + 0.5 * longest->metres);
+    findStarts();
   }
   // Angles at all vertices of the border, by one pass over the triangles
   std::unordered_map<int, std::size_t> edgeFrom;
@@ -196,7 +202,7 @@ void FlatMesh::placeCorners() {
     if (corners_.size() >= 3 && triangles_.size() == 2) break;
     if (corners_.size() == 4 || turn[e] < kCornerTurn) break;
     const bool apart = std::all_of(corners_.begin(), corners_.end(), [&](std::size_t c) {
-      const double gap = std::abs(startOf(c) - startOf(e));
+      const double gap = std::abs(start[c] - start[e]);
       return std::min(gap, length - gap) >= kCornerSpacing * length;
     });
     if (apart) corners_.push_back(e);
@@ -207,15 +213,15 @@ void FlatMesh::placeCorners() {
     double widest = -1.0;
     double middle = 0.0;
     for (std::size_t i = 0; i < corners_.size(); ++i) {
-      const double from = startOf(corners_[i]);
-      const double to =
-          i + 1 < corners_.size() ? startOf(corners_[i + 1]) : startOf(corners_[0]) + length;
+      const double from = start[corners_[i]];
+      const double to = i + 1 < corners_.size() ? start[corners_[i + 1]] : start[corners_[0]] + length;
       if (to - from > widest) {
         widest = to - from;
         middle = 0.5 * (from + to);
       }
     }
     cutAt(middle >= length ? middle - length : middle);
+    findStarts();
   }
   // The corner on an edge of a single triangle is v00: half of the square has no area
   const int added = static_cast<int>(positions_.size()) - 1;
@@ -340,25 +346,33 @@ void FlatMesh::placeBorder() {
 
 // What lies beyond an edge between two vertices of one side would have no area in the square.
 void FlatMesh::splitChords() {
-  std::unordered_map<int, unsigned> sides;  // bit s: the vertex lies on side s
+  std::vector<unsigned> sides(positions_.size(), 0);  // bit s: the vertex lies on side s
   for (std::size_t side = 0; side < 4; ++side) {
     for (std::size_t e = corners_[side];; e = (e + 1) % border_.size()) {
-      sides[border_[e].from] |= 1u << side;
+      sides[static_cast<std::size_t>(border_[e].from)] |= 1u << side;
       if (e == corners_[(side + 1) % 4]) break;
     }
   }
-  std::map<std::pair<int, int>, int> uses;
-  for (const Triangle& t : triangles_)
+  std::map<std::pair<int, int>, std::vector<std::size_t>> chords;  // their triangles
+  for (std::size_t t = 0; t < triangles_.size(); ++t)
     for (std::size_t i = 0; i < 3; ++i) {
-      const int a = t.v[i];
-      const int b = t.v[(i + 1) % 3];
-      if (sides.contains(a) && sides.contains(b) && (sides[a] & sides[b]) != 0)
-        ++uses[{std::min(a, b), std::max(a, b)}];
+      const int a = triangles_[t].v[i];
+      const int b = triangles_[t].v[(i + 1) % 3];
+      if ((sides[static_cast<std::size_t>(a)] & sides[static_cast<std::size_t>(b)]) != 0)
+        chords[{std::min(a, b), std::max(a, b)}].push_back(t);
     }
-  for (const auto& [edge, count] : uses) {
-    if (count < 2) continue;
+  // What a triangle has become: those that have been added for it
+  std::unordered_map<std::size_t, std::vector<std::size_t>> parts;
+  for (const auto& [edge, of] : chords) {
+    if (of.size() < 2) continue;
     const int middle = addVertex(0.5 * (positions_[edge.first] + positions_[edge.second]));
-    splitEdge(edge.first, edge.second, 0.5, middle);
+    for (const std::size_t t : of) {
+      std::vector<std::size_t>& added = parts[t];
+      bool split = splitTriangle(t, edge.first, edge.second, 0.5, middle);
+      for (std::size_t k = 0; k < added.size() && !split; ++k)
+        split = splitTriangle(added[k], edge.first, edge.second, 0.5, middle);
+      if (split) added.push_back(triangles_.size() - 1);
+    }
   }
 }
 

@@ -76,6 +76,8 @@ class FlatMesh {
   };
 
   int addVertex(const glm::dvec3& position);
+  /// Puts a vertex on an edge of a triangle, if it has it: a triangle is added.
+  bool splitTriangle(std::size_t t, int a, int b, double share, int middle);
   void splitEdge(int a, int b, double share, int middle);
   void cutAt(double metres);
   void makePieces();

@@ -4,18 +4,19 @@
 #include <bit>
 #include <cmath>
 #include <memory>
-#include <optional>
+#include <span>
 
+#include "core/hash.h"
 #include "core/parallel.h"
 
 namespace catoptric::methods::glossy_lod {
 namespace {
 
-/// A border with all of the mesh's edges may make a chart's grid finer by so many levels than its
-/// share of the quads. Ours.
-constexpr int kFinerForBorder = 1;
-/// Else a run of edges gets so many steps at the least. Ours.
+/// Where a border cannot have all of the mesh's edges, a run of them gets so many steps at the
+/// least. Ours.
 constexpr int kWantedSteps = 4;
+/// For these a chart's grid may be finer by so many levels than its share of the quads. Ours.
+constexpr int kFinerForBorder = 1;
 /// More steps than any run of edges has.
 constexpr int kAllSteps = 1 << kMostLevels;
 /// Triangles of a chart that is traced as it is: those of a quad.
@@ -27,13 +28,23 @@ double areaOf(const MeshView& mesh, std::uint32_t t) {
                                       glm::dvec3(mesh.positions[mesh.indices[3 * t + 2]]) - a));
 }
 
+Vec3 middleOf(const MeshView& mesh, std::uint32_t t) {
+  const std::uint32_t* v = &mesh.indices[3 * std::size_t{t}];
+  return (mesh.positions[v[0]] + mesh.positions[v[1]] + mesh.positions[v[2]]) / 3.0f;
+}
+
 /// FlatMesh::stretch() from which on a chart is cut in two. Ours: a rectangle of 1 x 12.
 constexpr double kMostStretch = 2.5;
+/// Triangles of a chart, at the most: flattening takes longer than in proportion to them. Ours.
+constexpr std::size_t kMostTriangles = 1 << 15;
 /// Charts of so few triangles are not cut in two but into these. Ours.
 constexpr std::size_t kSmallChart = 4;
 
 /// A chart on its way: flat, with as many quads as it gets.
 struct Prepared {
+  /// Welded vertices at which the corners of its square lie; fewer where these cut edges.
+  std::vector<std::uint32_t> corners;
+  std::uint64_t outline = 0;  ///< of what it was flattened with: fingerprintOf()
   std::unique_ptr<FlatMesh> flat;
   bool failed = false;  ///< it cannot be flattened
   bool bad = false;     ///< it is to be cut
@@ -44,6 +55,16 @@ struct Prepared {
   std::vector<Place> texels;
   double stretch = 1.0;
 };
+
+/// Of a chart's border: where its arcs run and end.
+std::uint64_t fingerprintOf(const Outlines& outlines, const Chart& chart) {
+  Fingerprint f;
+  for (const ArcUse& use : chart.border) {
+    f.addValue(use.forward);
+    f.addArray(std::span<const std::uint32_t>(outlines.arcs[use.arc].vertices));
+  }
+  return f.value();
+}
 
 int levelOf(double quads, int most) {
   if (!(quads > 1.0)) return 0;
@@ -73,47 +94,47 @@ std::vector<Place> plainTexels(const Chart& chart, const FlatMesh& flat, int tex
   return texels;
 }
 
-Prepared prepare(const MeshView& mesh, const Topology& topology, const Outlines& outlines,
-                 std::size_t index, const std::vector<std::uint32_t>& corners, double quads,
-                 int most, bool whole) {
+/// Flattens a chart; `quads` as many as it is to have, about.
+void flatten(const MeshView& mesh, const Topology& topology, const Outlines& outlines,
+             std::size_t index, double quads, int most, Prepared& made) {
   const Chart& chart = outlines.charts[index];
-  Prepared made;
+  made.outline = fingerprintOf(outlines, chart);
   made.plain = chart.triangles.size() <= kPlain;
-  if (!chart.simple) {
-    made.failed = true;
-    return made;
-  }
+  made.failed = true;
+  if (!chart.simple) return;
   made.flat = std::make_unique<FlatMesh>(mesh, topology, outlines, index);
   FlatMesh& flat = *made.flat;
+  const std::vector<std::uint32_t>& corners = made.corners;
   if (corners.size() == 4 && !made.plain) {
     flat.placeCorners({corners[0], corners[1], corners[2], corners[3]});
   } else {
     flat.placeCorners();
   }
   const int level = made.plain ? 0 : levelOf(quads, most);
-  made.failed = true;
   for (const int wanted : {made.plain ? 1 : kAllSteps, kWantedSteps, 1}) {
-    const int finest = wanted == 1 ? most : std::min(most, level + kFinerForBorder);
-    for (int finer = level; finer <= finest && made.failed; ++finer)
-      made.failed = !flat.giveSteps(finer, wanted);
+    const int finer = wanted == 1 ? most : wanted == kAllSteps ? level : level + kFinerForBorder;
+    for (int l = level; l <= std::min(finer, most) && made.failed; ++l)
+      made.failed = !flat.giveSteps(l, wanted);
     if (!made.failed) break;
   }
-  if (made.failed) return made;
+  if (made.failed) return;
   made.level = flat.level();
   made.texelLevel = made.plain ? levelOf(quads, most) : made.level;
+  if (made.plain) return;
+  made.failed = !flat.flatten();
+  if (!made.failed) made.stretch = flat.stretch();
+}
+
+/// Finds the places of a flat chart's vertices and texels.
+void resample(const Chart& chart, Prepared& made) {
   if (made.plain) {
-    made.texels = plainTexels(chart, flat, made.texelLevel);
-    return made;
+    made.texels = plainTexels(chart, *made.flat, made.texelLevel);
+    return;
   }
   const int n = 1 << made.level;
-  made.failed = !flat.flatten();
-  if (made.failed) return made;
-  made.stretch = flat.stretch();
-  if (!whole) return made;
-  made.inner = flat.placesAt(n, 0.0, 1, n - 1);
-  made.texels = flat.placesAt(n, 0.5, 0, n);
+  made.inner = made.flat->placesAt(n, 0.0, 1, n - 1);
+  made.texels = made.flat->placesAt(n, 0.5, 0, n);
   made.failed = made.texels.empty() || (n > 1 && made.inner.empty());
-  return made;
 }
 
 /// The common border's vertices, as many as the coarser of its charts has room for.
@@ -239,20 +260,18 @@ void addChart(const MeshView& mesh, const Outlines& outlines, std::size_t index,
   image.charts.push_back(chart);
 }
 
-/// Where the corners of each chart's square lie, at which arcs end: else the two charts of an arc
-/// would spread its vertices differently.
-std::vector<std::vector<std::uint32_t>> cornersOf(const MeshView& mesh, const Topology& topology,
-                                                  const Outlines& outlines) {
-  std::vector<std::vector<std::uint32_t>> corners(outlines.charts.size());
-  parallelFor(corners.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t c = begin; c < end; ++c) {
+/// Where the corners of the squares of charts from `first` on lie. Arcs end there: else the two
+/// charts of an arc would spread its vertices differently.
+void findCorners(const MeshView& mesh, const Topology& topology, const Outlines& outlines,
+                 std::size_t first, std::vector<Prepared>& made) {
+  parallelFor(made.size() - first, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = first + begin; c < first + end; ++c) {
       if (!outlines.charts[c].simple) continue;
       FlatMesh flat(mesh, topology, outlines, c);
       flat.placeCorners();
-      corners[c] = flat.cornerVertices();
+      made[c].corners = flat.cornerVertices();
     }
   });
-  return corners;
 }
 
 /// On which side of the plane through a chart's middle, across its longest extent, a triangle lies.
@@ -260,24 +279,23 @@ class Halves {
  public:
   Halves(const MeshView& mesh, const Chart& chart) : mesh_(mesh) {
     Box3 box;
-    for (const std::uint32_t t : chart.triangles) box.extend(middleOf(t));
+    for (const std::uint32_t t : chart.triangles) box.extend(middleOf(mesh_, t));
     middle_ = box.centre();
     // The direction to the farthest one, then that between the two ends
     const Vec3 end = farthest(chart, middle_);
     axis_ = farthest(chart, end) - end;
     middle_ = end + 0.5f * axis_;
   }
-  bool second(std::uint32_t t) const { return glm::dot(middleOf(t) - middle_, axis_) > 0.0f; }
+  bool second(std::uint32_t t) const {
+    return glm::dot(middleOf(mesh_, t) - middle_, axis_) > 0.0f;
+  }
 
  private:
-  Vec3 middleOf(std::uint32_t t) const {
-    const std::uint32_t* v = &mesh_.indices[3 * std::size_t{t}];
-    return (mesh_.positions[v[0]] + mesh_.positions[v[1]] + mesh_.positions[v[2]]) / 3.0f;
-  }
   Vec3 farthest(const Chart& chart, const Vec3& from) const {
     Vec3 best = from;
     for (const std::uint32_t t : chart.triangles) {
-      if (glm::distance(middleOf(t), from) > glm::distance(best, from)) best = middleOf(t);
+      const Vec3 middle = middleOf(mesh_, t);
+      if (glm::distance(middle, from) > glm::distance(best, from)) best = middle;
     }
     return best;
   }
@@ -287,32 +305,84 @@ class Halves {
   Vec3 axis_{0.0f};
 };
 
+/// Keeps charts that are not to be cut, under the numbers from 0 on, and grows others anew within
+/// the groups of their triangles. Returns the number of charts then.
+template <class IsCut>
+std::int32_t regrow(const MeshView& mesh, const Topology& topology, std::int32_t charts,
+                    const IsCut& isCut, const std::vector<std::uint32_t>& groupOf,
+                    std::vector<std::int32_t>& chartOf) {
+  std::vector<std::int32_t> number(static_cast<std::size_t>(charts), kNobody);
+  std::int32_t kept = 0;
+  for (std::size_t c = 0; c < number.size(); ++c)
+    if (!isCut(c)) number[c] = kept++;
+  for (std::int32_t& chart : chartOf)
+    if (chart != kNobody) chart = number[static_cast<std::size_t>(chart)];
+  return growCharts(mesh, topology, groupOf, kept, chartOf);
+}
+
 /// Cuts charts that could not be flattened, or only with much stretch, in two; small ones into
 /// their triangles. Returns the number of charts then.
 std::int32_t cutBad(const MeshView& mesh, const Topology& topology, const Outlines& outlines,
                     const std::vector<Prepared>& made, std::vector<std::int32_t>& chartOf) {
   std::vector<std::uint32_t> groupOf(chartOf.size(), 0);
-  std::int32_t count = 0;
   std::uint32_t groups = 0;
   for (std::size_t c = 0; c < made.size(); ++c) {
     const std::vector<std::uint32_t>& triangles = outlines.charts[c].triangles;
-    if (!made[c].bad) {
-      for (const std::uint32_t t : triangles) chartOf[t] = count;
-      ++count;
-      continue;
-    }
+    if (!made[c].bad) continue;
     const Halves halves(mesh, outlines.charts[c]);
     std::size_t inSecond = 0;
     for (const std::uint32_t t : triangles) inSecond += halves.second(t) ? 1 : 0;
     const bool single =
         triangles.size() <= kSmallChart || inSecond == 0 || inSecond == triangles.size();
-    for (const std::uint32_t t : triangles) {
-      chartOf[t] = kNobody;
+    for (const std::uint32_t t : triangles)
       groupOf[t] = single ? groups++ : groups + (halves.second(t) ? 1 : 0);
-    }
     if (!single) groups += 2;
   }
-  return growCharts(mesh, topology, groupOf, count, chartOf);
+  return regrow(
+      mesh, topology, static_cast<std::int32_t>(made.size()),
+      [&](std::size_t c) { return made[c].bad; }, groupOf, chartOf);
+}
+
+/// Cuts charts across the longest sides of their boxes until none has more than kMostTriangles.
+/// Returns the number of charts then.
+std::int32_t cutLarge(const MeshView& mesh, const Topology& topology, std::int32_t charts,
+                      std::vector<std::int32_t>& chartOf) {
+  std::vector<std::vector<std::uint32_t>> triangles(static_cast<std::size_t>(charts));
+  for (std::uint32_t t = 0; t < chartOf.size(); ++t)
+    if (chartOf[t] != kNobody) triangles[static_cast<std::size_t>(chartOf[t])].push_back(t);
+  std::vector<std::uint32_t> groupOf(chartOf.size(), 0);
+  std::uint32_t groups = 0;
+  std::vector<std::span<std::uint32_t>> left;
+  for (std::vector<std::uint32_t>& chart : triangles)
+    if (chart.size() > kMostTriangles) left.emplace_back(chart);
+  while (!left.empty()) {
+    const std::span<std::uint32_t> part = left.back();
+    left.pop_back();
+    Box3 box;
+    for (const std::uint32_t t : part) box.extend(middleOf(mesh, t));
+    const Vec3 size = box.max - box.min;
+    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    const auto along = [&](std::uint32_t t) { return middleOf(mesh, t)[axis]; };
+    const auto half = part.begin() + static_cast<std::ptrdiff_t>(part.size() / 2);
+    std::nth_element(part.begin(), half, part.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return along(a) != along(b) ? along(a) < along(b) : a < b;
+    });
+    // A row of triangles at one place stays together
+    const float at = along(*half);
+    const auto second =
+        std::partition(part.begin(), half, [&](std::uint32_t t) { return along(t) < at; });
+    const auto first = static_cast<std::size_t>(second - part.begin());
+    if (part.size() <= kMostTriangles || first == 0) {
+      for (const std::uint32_t t : part) groupOf[t] = groups;
+      ++groups;
+      continue;
+    }
+    left.push_back(part.subspan(first));
+    left.push_back(part.first(first));
+  }
+  return regrow(
+      mesh, topology, charts,
+      [&](std::size_t c) { return triangles[c].size() > kMostTriangles; }, groupOf, chartOf);
 }
 
 void measure(const std::vector<Prepared>& made, ObjectImage& image) {
@@ -327,46 +397,54 @@ void measure(const std::vector<Prepared>& made, ObjectImage& image) {
   if (count > 0) image.meanStretch = sum / static_cast<double>(count);
 }
 
-}  // namespace
-
-ObjectImage makeObjectImage(const MeshView& mesh, double quads, int size) {
-  ObjectImage image;
-  const Topology topology = findTopology(mesh);
-  std::vector<std::int32_t> chartOf;
-  chartOf.assign(mesh.triangles(), kNobody);
-  std::int32_t count =
-      growCharts(mesh, topology, std::vector<std::uint32_t>(mesh.triangles(), 0), 0, chartOf);
-  double area = 0.0;
-  std::size_t triangles = 0;
-  for (std::uint32_t t = 0; t < mesh.triangles(); ++t) {
-    if (topology.degenerate[t]) continue;
-    area += areaOf(mesh, t);
-    ++triangles;
+/// Charts' shares of an object's quads: by area and by triangles.
+class Shares {
+ public:
+  explicit Shares(const MeshView& mesh, const Topology& topology) : mesh_(mesh) {
+    for (std::uint32_t t = 0; t < mesh.triangles(); ++t) {
+      if (topology.degenerate[t]) continue;
+      area_ += areaOf(mesh, t);
+      ++triangles_;
+    }
   }
-  image.degenerateTriangles = mesh.triangles() - triangles;
+  double of(const Chart& chart) const {
+    double part = 0.0;
+    for (const std::uint32_t t : chart.triangles) part += areaOf(mesh_, t);
+    const double ofTriangles =
+        static_cast<double>(chart.triangles.size()) / static_cast<double>(triangles_);
+    return 0.5 * (area_ > 0.0 ? part / area_ : ofTriangles) + 0.5 * ofTriangles;
+  }
+
+ private:
+  const MeshView& mesh_;
+  double area_ = 0.0;
+  std::size_t triangles_ = 0;
+};
+
+/// Flattens all charts, and cuts those which are bad until none is.
+std::vector<Prepared> flattenAll(const MeshView& mesh, const Topology& topology, double quads,
+                                 int size, std::int32_t count, std::vector<std::int32_t>& chartOf,
+                                 Outlines& outlines, std::uint64_t& notFlattened) {
+  const Shares shares(mesh, topology);
   const int most = std::bit_width(static_cast<unsigned>(size)) - 1;
-  Outlines outlines;
   std::vector<Prepared> made;
   // Which charts are good is found out first; those that are cut leave the numbers below `judged`
-  // to them. Then all are made, whose borders now are what they will be.
-  std::size_t judged = 0;
-  for (bool whole = false, done = false; !done;) {
-    outlines = findOutlines(topology, chartOf, count);
-    const std::vector<std::vector<std::uint32_t>> corners = cornersOf(mesh, topology, outlines);
+  // to them. Then all are resampled, whose borders now are what they will be.
+  for (bool whole = false;;) {
+    const std::size_t judged = made.size();
+    made.resize(static_cast<std::size_t>(count));
+    findCorners(mesh, topology, findOutlines(topology, chartOf, count), judged, made);
     std::vector<std::uint32_t> ends;
-    for (const auto& vertices : corners) ends.insert(ends.end(), vertices.begin(), vertices.end());
+    for (const Prepared& chart : made)
+      ends.insert(ends.end(), chart.corners.begin(), chart.corners.end());
     outlines = findOutlines(topology, chartOf, count, ends);
-    made.clear();
-    made.resize(outlines.charts.size());
     parallelFor(made.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t c = begin; c < end; ++c) {
-        if (!whole && c < judged) continue;
-        double part = 0.0;
-        for (const std::uint32_t t : outlines.charts[c].triangles) part += areaOf(mesh, t);
-        const double ofTriangles = static_cast<double>(outlines.charts[c].triangles.size()) /
-                                   static_cast<double>(triangles);
-        const double share = 0.5 * (area > 0.0 ? part / area : ofTriangles) + 0.5 * ofTriangles;
-        made[c] = prepare(mesh, topology, outlines, c, corners[c], quads * share, most, whole);
+        const Chart& chart = outlines.charts[c];
+        const bool known = c < judged && made[c].outline == fingerprintOf(outlines, chart);
+        if (c >= judged || (whole && !known))
+          flatten(mesh, topology, outlines, c, quads * shares.of(chart), most, made[c]);
+        if (whole && !made[c].failed) resample(chart, made[c]);
       }
     });
     std::size_t bad = 0;
@@ -374,14 +452,31 @@ ObjectImage makeObjectImage(const MeshView& mesh, double quads, int size) {
       const bool stretched =
           made[c].stretch > kMostStretch && outlines.charts[c].triangles.size() > kSmallChart;
       made[c].bad = made[c].failed || stretched;
-      image.notFlattened += made[c].failed ? 1 : 0;
+      notFlattened += made[c].failed ? 1 : 0;
       bad += made[c].bad ? 1 : 0;
     }
+    if (whole && bad == 0) return made;
     if (bad > 0) count = cutBad(mesh, topology, outlines, made, chartOf);
-    judged = made.size() - bad;
-    done = whole && bad == 0;
+    std::erase_if(made, [](const Prepared& chart) { return chart.bad; });
     whole = bad == 0;
   }
+}
+
+}  // namespace
+
+ObjectImage makeObjectImage(const MeshView& mesh, double quads, int size) {
+  ObjectImage image;
+  const Topology topology = findTopology(mesh);
+  const auto degenerate = std::ranges::count(topology.degenerate, true);
+  image.degenerateTriangles = static_cast<std::uint64_t>(degenerate);
+  std::vector<std::int32_t> chartOf;
+  chartOf.assign(mesh.triangles(), kNobody);
+  std::int32_t count =
+      growCharts(mesh, topology, std::vector<std::uint32_t>(mesh.triangles(), 0), 0, chartOf);
+  count = cutLarge(mesh, topology, count, chartOf);
+  Outlines outlines;
+  const std::vector<Prepared> made =
+      flattenAll(mesh, topology, quads, size, count, chartOf, outlines, image.notFlattened);
   for (std::size_t c = 0; c < made.size(); ++c)
     if (made[c].plain) image.plainTriangles += outlines.charts[c].triangles.size();
   const Borders borders(mesh, outlines, made, image);
