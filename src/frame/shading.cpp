@@ -1,5 +1,7 @@
 #include "frame/shading.h"
 
+#include <xmmintrin.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -214,6 +216,7 @@ EnvironmentLight::EnvironmentLight(const scene::Environment& environment)
     }
   }
   irradianceSh_ = projection.irradiance();
+  for (std::size_t k = 0; k < 9; ++k) ofFour_[k] = Vec4(irradianceSh_[k], 0.0f);
 }
 
 Vec2 EnvironmentLight::imageUv(const Vec3& direction) const {
@@ -251,9 +254,12 @@ Vec3 EnvironmentLight::radiance(const Vec3& direction) const {
 
 Vec3 EnvironmentLight::irradiance(const Vec3& normal) const {
   const std::array<float, 9> basis = sphericalHarmonics<float>(normal.x, normal.y, normal.z);
-  Vec3 sum(0.0f);
-  for (int k = 0; k < 9; ++k) sum += basis[k] * irradianceSh_[k];
-  return glm::max(sum, Vec3(0.0f));
+  __m128 sum = _mm_setzero_ps();
+  for (std::size_t k = 0; k < 9; ++k)
+    sum = _mm_add_ps(sum, _mm_mul_ps(_mm_set1_ps(basis[k]), _mm_loadu_ps(&ofFour_[k].x)));
+  alignas(16) std::array<float, 4> rgb;
+  _mm_store_ps(rgb.data(), _mm_max_ps(_mm_setzero_ps(), sum));
+  return {rgb[0], rgb[1], rgb[2]};
 }
 
 namespace {

@@ -92,6 +92,7 @@ class EnvironmentLight {
   int width_ = 0;
   int height_ = 0;
   std::array<Vec3, 9> irradianceSh_{};
+  std::array<Vec4, 9> ofFour_{};  ///< the same with a 0 after each
 };
 
 /// All that shading needs of a scene at one moment, beside the geometry.

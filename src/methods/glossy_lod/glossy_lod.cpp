@@ -60,7 +60,9 @@ class GlossyLod : public Method {
     refractive_ = raster::RefractiveSamples(services.scene);
     services.timer.measure("geometry_images",
                            [&] { images_.make(services.scene, services.geometry, options_); });
-    shadeAll(services);
+    objects_.resize(services.scene.objects.size());
+    std::iota(objects_.begin(), objects_.end(), 0);
+    shade(services, objects_, true);
     masked_ = std::ranges::any_of(services.scene.materials, [](const scene::Material& material) {
       return material.alphaMode == scene::AlphaMode::Mask;
     });
@@ -86,6 +88,7 @@ class GlossyLod : public Method {
     output.counters["quads_tested"] = counts.visits.quads;
     output.counters["stopped"] = counts.visits.stopped;
     output.counters["own_backs"] = counts.visits.ownBacks;
+    output.counters["sides_shaded"] = counts.sidesShaded;
     report(output);
   }
 
@@ -102,14 +105,17 @@ class GlossyLod : public Method {
     output.counters["not_finite"] = radiance_.notFinite();
   }
 
-  void shadeAll(Services& services) {
+  /// What is cut by alpha masks is shaded at once: rays look at its texels on their way.
+  void shade(Services& services, std::span<const int> objects, bool atOnce) {
+    const Shading shading{&services.scene, &services.geometry, &lighting_, &images_};
     services.timer.measure("radiance", [&] {
-      std::vector<int> objects(services.scene.objects.size());
-      std::iota(objects.begin(), objects.end(), 0);
-      radiance_.shade(services.scene, services.geometry, services.lighting, images_, objects);
       if (!environment_ || lighting_.environment != services.lighting.environment)
         environment_ = std::make_unique<trace::EnvironmentLevels>(services.lighting.environment);
       lighting_ = services.lighting;
+      if (atOnce || masked_)
+        radiance_.shade(shading, objects);
+      else
+        radiance_.shadeLater(shading, objects);
     });
   }
 
@@ -124,11 +130,9 @@ class GlossyLod : public Method {
       services.timer.measure("geometry_images",
                              [&] { images_.follow(services.geometry, changed); });
     if (!(lighting_ == services.lighting)) {
-      shadeAll(services);
+      shade(services, objects_, false);
     } else if (moved) {
-      services.timer.measure("radiance", [&] {
-        radiance_.shade(services.scene, services.geometry, services.lighting, images_, changed);
-      });
+      shade(services, changed, false);
     }
   }
 
@@ -145,22 +149,24 @@ class GlossyLod : public Method {
     if (masked_) scene.tree.alphaTest = {isCutAway, &texels};
     TraceCounts counts;
     std::mutex mutex;
-    const double seconds =
-        bands_.run({gbuffer, tiles, services.timer, services.scene, own_, masks_},
-                   [&](const raster::GBufferCopy& samples, const SampleTiles::Members& members,
-                       Vec3* radiance, std::uint8_t* flags) {
-                     TraceCounts mine;
-                     const std::int64_t start = nowNs();
-                     TileTracer& tracer = TileTracer::ofThread();
-                     tiles.place(samples, members, tracer.points());
-                     tracer.run(scene, radiance, flags, mine);
-                     mine.resolveSeconds = secondsSince(start) - mine.traceSeconds;
-                     const std::scoped_lock lock(mutex);
-                     counts.add(mine);
-                   });
+    const double seconds = bands_.run(
+        {gbuffer, tiles, services.timer, services.scene, own_, masks_},
+        [&](const raster::GBufferCopy& samples, const SampleTiles::Members& members, Vec3* radiance,
+            std::uint8_t* flags) {
+          TraceCounts mine;
+          const std::int64_t start = nowNs();
+          TileTracer& tracer = TileTracer::ofThread();
+          tiles.place(samples, members, tracer.points());
+          tracer.run(scene, radiance, flags, mine);
+          mine.resolveSeconds = secondsSince(start) - mine.traceSeconds - mine.shadeSeconds;
+          const std::scoped_lock lock(mutex);
+          counts.add(mine);
+        });
     // Both are sums over threads
-    const double sum = std::max(counts.traceSeconds + counts.resolveSeconds, 1e-12);
+    const double sum =
+        std::max(counts.traceSeconds + counts.shadeSeconds + counts.resolveSeconds, 1e-12);
     services.timer.add("trace", seconds * counts.traceSeconds / sum);
+    if (counts.sidesShaded > 0) services.timer.add("radiance", seconds * counts.shadeSeconds / sum);
     services.timer.add("resolve", seconds * counts.resolveSeconds / sum);
     return counts;
   }
@@ -174,6 +180,7 @@ class GlossyLod : public Method {
   Radiance radiance_;
   frame::Lighting lighting_;  ///< that the radiance is of
   frame::ObjectSet own_;
+  std::vector<int> objects_;  ///< all of the scene
   std::vector<float> extents_;
   bool masked_ = false;  ///< some surfaces are cut by alpha masks
   std::unique_ptr<trace::EnvironmentLevels> environment_;
@@ -204,6 +211,9 @@ const MethodEntry& glossyLodEntry() {
                    {"stopped", "of these those of coarser levels"},
                    {"own_backs",
                     "triangles of its own image above the surface that a ray leaves: passed by"},
+                   {"sides_shaded",
+                    "sides of charts whose radiance was computed in this frame, as rays met them "
+                    "for the first time since they moved or lights changed"},
                    {"charts", "charts of all objects that are reflected"},
                    {"quads", "quads of their finest level"},
                    {"plain_triangles", "triangles that no chart holds: traced as they are"},

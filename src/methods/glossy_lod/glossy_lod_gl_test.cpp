@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <random>
 #include <string>
+#include <thread>
 #include <tuple>
 #include <vector>
 
@@ -123,6 +125,7 @@ scene::Scene manyBodies() {
               test::translation({0.9f, 0.6f, -0.3f}));
   builder.add(scene::makeIcosphere(0.5f, 3, scene::UvMode::Unit), white,
               test::translation({-1.2f, 0.1f, 0.4f}));
+  builder.constantEnvironment(Vec3(0.5f, 0.4f, 0.3f));
   return builder.scene();
 }
 
@@ -226,6 +229,44 @@ TEST(GlossyLodHits, VisitsFallWithAlpha) {
     EXPECT_LE(visits, before);
     before = visits;
   }
+}
+
+TEST(GlossyLodRadiance, IsTheSameWhenItIsShadedLater) {
+  test::GlStage stage(manyBodies());
+  SceneImages images;
+  images.make(stage.scene, stage.moment.geometry, {.size = 32});
+  const Shading shading{&stage.scene, &stage.moment.geometry, &stage.moment.lighting, &images};
+  const std::vector<int> objects = {0, 1, 2};
+  Radiance atOnce;
+  atOnce.shade(shading, objects);
+  Radiance later;
+  later.shadeLater(shading, objects);
+  // Every side is asked for by two threads
+  const std::size_t sides = 2 * images.charts().size();
+  std::atomic<std::size_t> shaded{0};
+  const auto ask = [&] {
+    for (std::size_t s = 0; s < sides; ++s)
+      shaded += later.ensure(static_cast<std::uint32_t>(s / 2), static_cast<int>(s % 2)) ? 1 : 0;
+  };
+  std::thread other(ask);
+  ask();
+  other.join();
+  EXPECT_EQ(shaded, sides);
+  float brightest = 0.0f;
+  for (const PlacedChart& chart : images.charts()) {
+    for (int side = 0; side < 2; ++side) {
+      for (int level = 0; level <= chart.image.texelLevel; ++level) {
+        const std::uint32_t n = 1u << (chart.image.texelLevel - level);
+        for (std::uint32_t i = 0; i < n * n; ++i) {
+          const std::size_t x = (chart.x >> level) + i % n;
+          const std::size_t y = (chart.y >> level) + i / n;
+          ASSERT_EQ(*atOnce.onLevel(side, level, x, y), *later.onLevel(side, level, x, y));
+          brightest = std::max(brightest, later.onLevel(side, level, x, y)->x);
+        }
+      }
+    }
+  }
+  EXPECT_GT(brightest, 0.0f);
 }
 
 /// A glossy mirror on the ground, and a camera that sees one place of it under 45 degrees.

@@ -132,6 +132,19 @@ TEST(GeometryImages, KeepTrianglesOfABoxAsTheyAre) {
   EXPECT_NEAR(box.diameter(), std::sqrt(2.0f) * (1.0f - texel), 1e-5f);
 }
 
+TEST(GeometryImages, CutLargeChartsWithoutGaps) {
+  scene::BoxShape box;
+  box.size = Vec3(1.0f, 0.125f, 0.5f);
+  box.segments = {256, 32,
+                  128};  // two faces of 65,536 triangles; vertices have the very same places
+  const scene::Mesh mesh = scene::makeBox(box, UvMode::Unit);
+  const ObjectImage image = makeObjectImage(viewOf(mesh), 64 * 64, 64);
+  EXPECT_EQ(image.charts.size(), 8u);
+  EXPECT_EQ(image.notFlattened, 0u);
+  EXPECT_EQ(openEdges(image), 0u);
+  EXPECT_NEAR(areaOf(mesh, image), 1.375, 1e-4);
+}
+
 TEST(GeometryImages, TakeAnyMesh) {
   // An open strip with a triangle on its middle edge, one of it twice, and one without area
   scene::Mesh mesh;

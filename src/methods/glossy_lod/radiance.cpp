@@ -1,7 +1,6 @@
 #include "methods/glossy_lod/radiance.h"
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <cmath>
 
@@ -9,6 +8,9 @@
 
 namespace catoptric::methods::glossy_lod {
 namespace {
+
+/// Rows of a chart that a thread shades at a time. Ours.
+constexpr std::uint32_t kRows = 16;
 
 float triangleArea(const Vec4& a, const Vec4& b, const Vec4& c) {
   return 0.5f * glm::length(glm::cross(Vec3(b) - Vec3(a), Vec3(c) - Vec3(a)));
@@ -32,88 +34,128 @@ float texelArea(const PlacedChart& chart, const std::vector<Vec4>& vertices, std
 
 }  // namespace
 
-std::uint64_t Radiance::shadeChart(const scene::Scene& scene, const frame::Geometry& geometry,
-                                   const frame::Lighting& lighting, const SceneImages& images,
-                                   const PlacedChart& chart) {
-  const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(chart.object)];
+void Radiance::shadeRows(const PlacedChart& chart, int side, std::uint32_t first,
+                         std::uint32_t end) {
+  const auto& [scene, geometry, lighting, images] = shading_;
+  const frame::ObjectRange& range = geometry->objects[static_cast<std::size_t>(chart.object)];
   const std::uint32_t n = 1u << chart.image.texelLevel;
   std::uint64_t notFinite = 0;
-  for (std::uint32_t y = 0; y < n; ++y) {
+  for (std::uint32_t y = first; y < end; ++y) {
     for (std::uint32_t x = 0; x < n; ++x) {
       const Place& place = chart.source->texels[chart.image.firstTexel + y * n + x];
-      const std::uint32_t* v = &geometry.indices[range.firstIndex + 3 * place.triangle];
-      const Vec3 p0 = geometry.positions[v[0]];
-      const Vec3 e1 = geometry.positions[v[1]] - p0;
-      const Vec3 e2 = geometry.positions[v[2]] - p0;
+      const std::uint32_t* v = &geometry->indices[range.firstIndex + 3 * place.triangle];
+      const Vec3 p0 = geometry->positions[v[0]];
+      const Vec3 e1 = geometry->positions[v[1]] - p0;
+      const Vec3 e2 = geometry->positions[v[2]] - p0;
       const Vec3 position = p0 + place.b1 * e1 + place.b2 * e2;
       const Vec3 front = normalizedOr(glm::cross(e1, e2), Vec3(0.0f, 1.0f, 0.0f));
-      const float area = texelArea(chart, images.vertices(), x, y);
+      const float area = texelArea(chart, images->vertices(), x, y);
       const bool cut =
-          frame::isCutOut(scene, geometry, chart.object, place.triangle, place.b1, place.b2);
-      for (int s = 0; s < 2; ++s) {
-        Vec3 radiance =
-            frame::shadeSurface(scene, geometry, lighting, chart.object, place.triangle, place.b1,
-                                place.b2, position, s == 0 ? -front : front, std::sqrt(area))
-                .diffuse;
-        if (!isFinite(radiance)) {
-          radiance = Vec3(0.0f);
-          ++notFinite;
-        }
-        texels_[s][at(0, chart.x + x, chart.y + y)] = Vec4(radiance, cut ? -1.0f : area);
+          frame::isCutOut(*scene, *geometry, chart.object, place.triangle, place.b1, place.b2);
+      Vec3 radiance =
+          frame::shadeSurface(*scene, *geometry, *lighting, chart.object, place.triangle, place.b1,
+                              place.b2, position, side == 0 ? -front : front, std::sqrt(area))
+              .diffuse;
+      if (!isFinite(radiance)) {
+        radiance = Vec3(0.0f);
+        ++notFinite;
       }
+      texels_[side][at(0, chart.x + x, chart.y + y)] = Vec4(radiance, cut ? -1.0f : area);
     }
   }
-  return notFinite;
+  if (notFinite > 0) notFinite_ += notFinite;
 }
 
-void Radiance::average(const PlacedChart& chart) {
-  for (int s = 0; s < 2; ++s) {
-    for (int level = 1; level <= chart.image.texelLevel; ++level) {
-      const std::uint32_t n = 1u << (chart.image.texelLevel - level);
-      const std::uint32_t x0 = chart.x >> level;
-      const std::uint32_t y0 = chart.y >> level;
-      for (std::uint32_t y = 0; y < n; ++y) {
-        for (std::uint32_t x = 0; x < n; ++x) {
-          // Means over the surface, which in the image is stretched
-          Vec3 sum(0.0f);
-          float area = 0.0f;
-          int shown = 0;
-          for (std::size_t k = 0; k < 4; ++k) {
-            const Vec4& finer =
-                texels_[s][at(level - 1, 2 * (x0 + x) + k % 2, 2 * (y0 + y) + k / 2)];
-            if (finer.w < 0.0f) continue;
-            sum += finer.w * Vec3(finer);
-            area += finer.w;
-            ++shown;
-          }
-          texels_[s][at(level, x0 + x, y0 + y)] =
-              Vec4(area > 0.0f ? sum / area : Vec3(0.0f),
-                   shown > 0 ? area / static_cast<float>(shown) : -1.0f);
+void Radiance::average(const PlacedChart& chart, int side) {
+  std::vector<Vec4>& texels = texels_[side];
+  for (int level = 1; level <= chart.image.texelLevel; ++level) {
+    const std::uint32_t n = 1u << (chart.image.texelLevel - level);
+    const std::uint32_t x0 = chart.x >> level;
+    const std::uint32_t y0 = chart.y >> level;
+    for (std::uint32_t y = 0; y < n; ++y) {
+      for (std::uint32_t x = 0; x < n; ++x) {
+        // Means over the surface, which in the image is stretched
+        Vec3 sum(0.0f);
+        float area = 0.0f;
+        int shown = 0;
+        for (std::size_t k = 0; k < 4; ++k) {
+          const Vec4& finer = texels[at(level - 1, 2 * (x0 + x) + k % 2, 2 * (y0 + y) + k / 2)];
+          if (finer.w < 0.0f) continue;
+          sum += finer.w * Vec3(finer);
+          area += finer.w;
+          ++shown;
         }
+        texels[at(level, x0 + x, y0 + y)] =
+            Vec4(area > 0.0f ? sum / area : Vec3(0.0f),
+                 shown > 0 ? area / static_cast<float>(shown) : -1.0f);
       }
     }
   }
 }
 
-void Radiance::shade(const scene::Scene& scene, const frame::Geometry& geometry,
-                     const frame::Lighting& lighting, const SceneImages& images,
-                     std::span<const int> objects) {
-  if (side_ == 0) {
-    side_ = images.atlasSide();
-    for (auto& texels : texels_) texels.assign(width() * side_, Vec4(0.0f));
+void Radiance::allocate() {
+  if (side_ != 0) return;
+  side_ = shading_.images->atlasSide();
+  for (auto& texels : texels_) texels.assign(width() * side_, Vec4(0.0f));
+  states_ = std::make_unique<std::atomic<State>[]>(2 * shading_.images->charts().size());
+}
+
+void Radiance::shade(const Shading& shading, std::span<const int> objects) {
+  shading_ = shading;
+  allocate();
+  struct Rows {
+    std::uint32_t chart, first, end;
+  };
+  std::vector<std::uint32_t> charts;
+  std::vector<Rows> parts;
+  for (const int object : objects) {
+    for (const PlacedChart& chart : shading.images->chartsOf(object)) {
+      const auto number = static_cast<std::uint32_t>(&chart - shading.images->charts().data());
+      const std::uint32_t n = 1u << chart.image.texelLevel;
+      charts.push_back(number);
+      for (std::uint32_t y = 0; y < n; y += kRows)
+        parts.push_back({number, y, std::min(n, y + kRows)});
+    }
   }
-  std::vector<const PlacedChart*> charts;
-  for (const int object : objects)
-    for (const PlacedChart& chart : images.chartsOf(object)) charts.push_back(&chart);
-  if (charts.empty()) return;
-  std::atomic<std::uint64_t> notFinite{0};
+  const std::vector<PlacedChart>& all = shading.images->charts();
+  parallelFor(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p)
+      for (int side = 0; side < 2; ++side)
+        shadeRows(all[parts[p].chart], side, parts[p].first, parts[p].end);
+  });
   parallelFor(charts.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) {
-      notFinite += shadeChart(scene, geometry, lighting, images, *charts[c]);
-      average(*charts[c]);
+      for (int side = 0; side < 2; ++side) {
+        average(all[charts[c]], side);
+        states_[2 * std::size_t{charts[c]} + static_cast<std::size_t>(side)] = State::Shaded;
+      }
     }
   });
-  notFinite_ = notFinite;
+}
+
+void Radiance::shadeLater(const Shading& shading, std::span<const int> objects) {
+  shading_ = shading;
+  allocate();
+  for (const int object : objects)
+    for (const PlacedChart& chart : shading.images->chartsOf(object))
+      for (std::ptrdiff_t side = 0; side < 2; ++side)
+        states_[static_cast<std::size_t>(2 * (&chart - shading.images->charts().data()) + side)] =
+            State::Stale;
+}
+
+bool Radiance::ensure(std::uint32_t chart, int side) {
+  std::atomic<State>& state = states_[2 * std::size_t{chart} + static_cast<std::size_t>(side)];
+  State found = State::Stale;
+  if (!state.compare_exchange_strong(found, State::Shading)) {
+    state.wait(State::Shading);  // no longer so where it is shaded
+    return false;
+  }
+  const PlacedChart& placed = shading_.images->charts()[chart];
+  shadeRows(placed, side, 0, 1u << placed.image.texelLevel);
+  average(placed, side);
+  state = State::Shaded;
+  state.notify_all();
+  return true;
 }
 
 }  // namespace catoptric::methods::glossy_lod

@@ -1,7 +1,9 @@
 // Diffuse radiance of all geometry images, on both sides, with mip levels.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -10,13 +12,28 @@
 
 namespace catoptric::methods::glossy_lod {
 
+/// What texels are shaded with: must outlive their shading.
+struct Shading {
+  const scene::Scene* scene = nullptr;
+  const frame::Geometry* geometry = nullptr;
+  const frame::Lighting* lighting = nullptr;
+  const SceneImages* images = nullptr;
+};
+
 class Radiance {
  public:
   /// Shades all texels of these objects by the pipeline's shading (frame::shadeSurface), and
   /// averages them into coarser levels.
-  void shade(const scene::Scene& scene, const frame::Geometry& geometry,
-             const frame::Lighting& lighting, const SceneImages& images,
-             std::span<const int> objects);
+  void shade(const Shading& shading, std::span<const int> objects);
+  /// The same, but each side of a chart only when it is first asked for.
+  void shadeLater(const Shading& shading, std::span<const int> objects);
+  /// Before a side of a chart is looked at it must be shaded: ensure() shades it where that is
+  /// still to be done, or waits until another thread has done so. True if it shaded.
+  bool isShaded(std::uint32_t chart, int side) const {
+    return states_[2 * std::size_t{chart} + static_cast<std::size_t>(side)].load(
+               std::memory_order_acquire) == State::Shaded;
+  }
+  bool ensure(std::uint32_t chart, int side);
 
   std::uint64_t notFinite() const { return notFinite_; }
   /// Texels of level 0 of one side: rgb radiance, a the area in m^2 that a texel has, negative
@@ -31,10 +48,11 @@ class Radiance {
   std::size_t row() const { return width(); }
 
  private:
-  std::uint64_t shadeChart(const scene::Scene& scene, const frame::Geometry& geometry,
-                           const frame::Lighting& lighting, const SceneImages& images,
-                           const PlacedChart& chart);
-  void average(const PlacedChart& chart);
+  enum class State : std::uint8_t { Shaded, Stale, Shading };
+
+  void allocate();
+  void shadeRows(const PlacedChart& chart, int side, std::uint32_t first, std::uint32_t end);
+  void average(const PlacedChart& chart, int side);
 
   /// Level 0 is a square on the left, the others lie below each other to the right of it.
   std::size_t width() const { return side_ + side_ / 2; }
@@ -45,7 +63,9 @@ class Radiance {
 
   std::uint32_t side_ = 0;  ///< of level 0, texels
   std::vector<Vec4> texels_[2];
-  std::uint64_t notFinite_ = 0;
+  Shading shading_;
+  std::unique_ptr<std::atomic<State>[]> states_;  ///< by chart and side
+  std::atomic<std::uint64_t> notFinite_{0};       ///< since texels were shaded for the first time
 };
 
 }  // namespace catoptric::methods::glossy_lod

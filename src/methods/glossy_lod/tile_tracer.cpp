@@ -32,7 +32,9 @@ void TraceCounts::add(const TraceCounts& other) {
   visits.quads += other.visits.quads;
   visits.stopped += other.visits.stopped;
   visits.ownBacks += other.visits.ownBacks;
+  sidesShaded += other.sidesShaded;
   traceSeconds += other.traceSeconds;
+  shadeSeconds += other.shadeSeconds;
   resolveSeconds += other.resolveSeconds;
 }
 
@@ -134,6 +136,7 @@ void TileTracer::tracePacket(const Traced& scene, const Group& group, std::size_
   // All look-ups are found first, so that their loads overlap
   for (std::size_t lane = 0; lane < packet.count; ++lane) {
     if (hits_.node[lane] == kNothing) continue;
+    ensureShaded(scene, lane, counts);
     footprints_[lane] = footprint(
         scene.images, scene.radiance,
         {hits_.node[lane], {hits_.u[lane], hits_.v[lane]}, hits_.back[lane] != 0},
@@ -151,6 +154,15 @@ void TileTracer::tracePacket(const Traced& scene, const Group& group, std::size_
     value = filter ? scene.environment.radiance(directionOf(lane), slope * slope)
                    : scene.lighting.environment->radiance(directionOf(lane));
   }
+}
+
+void TileTracer::ensureShaded(const Traced& scene, std::size_t lane, TraceCounts& counts) {
+  const std::uint32_t chart = scene.images.tree().quads()[hits_.node[lane]].chart;
+  const int side = hits_.back[lane] != 0 ? 1 : 0;
+  if (scene.radiance.isShaded(chart, side)) return;
+  const std::int64_t start = nowNs();
+  counts.sidesShaded += scene.radiance.ensure(chart, side) ? 1 : 0;
+  counts.shadeSeconds += secondsSince(start);
 }
 
 const float* TileTracer::slopesOf(std::size_t point, int count) {

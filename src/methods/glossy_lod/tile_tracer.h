@@ -19,8 +19,10 @@ struct TraceCounts {
   std::uint64_t rays = 0;
   std::uint64_t misses = 0;
   std::uint64_t belowHorizon = 0;
+  std::uint64_t sidesShaded = 0;
   Visits visits;
   double traceSeconds = 0.0;    ///< traversal
+  double shadeSeconds = 0.0;    ///< radiance of what has moved, when it is first seen
   double resolveSeconds = 0.0;  ///< making rays, filtering
 
   void add(const TraceCounts& other);
@@ -30,7 +32,7 @@ struct TraceCounts {
 struct Traced {
   TreeView tree;
   const SceneImages& images;
-  const Radiance& radiance;
+  Radiance& radiance;
   const trace::EnvironmentLevels& environment;
   const frame::Lighting& lighting;
   float spreadRad;  ///< of a sample's ray cone
@@ -71,6 +73,7 @@ class TileTracer {
                    trace::ReflectionCounts& counts);
   void tracePacket(const Traced& scene, const Group& group, std::size_t packet, std::uint8_t* flags,
                    TraceCounts& counts);
+  void ensureShaded(const Traced& scene, std::size_t lane, TraceCounts& counts);
   const float* slopesOf(std::size_t point, int count);
 
   trace::LobeTracer lobes_;

@@ -21,6 +21,13 @@ constexpr double kMostTangent = 1e4;
 /// How far outside a triangle of the square a point still counts as on it. Ours: rounding.
 constexpr double kOutside = 1e-7;
 
+/// Metres from a border's start to that of each edge, and of all.
+std::vector<double> startsOf(const std::vector<BorderEdge>& border) {
+  std::vector<double> starts{0.0};
+  for (const BorderEdge& edge : border) starts.push_back(starts.back() + edge.metres);
+  return starts;
+}
+
 double cross(const glm::dvec2& a, const glm::dvec2& b) {
   return a.x * b.y - a.y * b.x;
 }
@@ -152,13 +159,7 @@ void FlatMesh::cutAt(double metres) {
 }
 
 void FlatMesh::placeCorners() {
-  // Metres from the border's start to that of each edge, and of all
-  std::vector<double> start;
-  const auto findStarts = [&] {
-    start.assign(1, 0.0);
-    for (const BorderEdge& edge : border_) start.push_back(start.back() + edge.metres);
-  };
-  findStarts();
+  std::vector<double> start = startsOf(border_);
   const double length = start.back();
   if (border_.size() == 4) {
     // Of two triangles the square's diagonal is the edge between them
@@ -179,7 +180,7 @@ void FlatMesh::placeCorners() {
         border_.begin(), border_.end(),
         [](const BorderEdge& a, const BorderEdge& b) { return a.metres < b.metres; });
     cutAt(start[static_cast<std::size_t>(longest - border_.begin())] + 0.5 * longest->metres);
-    findStarts();
+    start = startsOf(border_);
   }
   // Angles at all vertices of the border, by one pass over the triangles
   std::unordered_map<int, std::size_t> edgeFrom;
@@ -214,14 +215,15 @@ void FlatMesh::placeCorners() {
     double middle = 0.0;
     for (std::size_t i = 0; i < corners_.size(); ++i) {
       const double from = start[corners_[i]];
-      const double to = i + 1 < corners_.size() ? start[corners_[i + 1]] : start[corners_[0]] + length;
+      const double to =
+          i + 1 < corners_.size() ? start[corners_[i + 1]] : start[corners_[0]] + length;
       if (to - from > widest) {
         widest = to - from;
         middle = 0.5 * (from + to);
       }
     }
     cutAt(middle >= length ? middle - length : middle);
-    findStarts();
+    start = startsOf(border_);
   }
   // The corner on an edge of a single triangle is v00: half of the square has no area
   const int added = static_cast<int>(positions_.size()) - 1;

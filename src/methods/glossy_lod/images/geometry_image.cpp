@@ -381,8 +381,8 @@ std::int32_t cutLarge(const MeshView& mesh, const Topology& topology, std::int32
     left.push_back(part.first(first));
   }
   return regrow(
-      mesh, topology, charts,
-      [&](std::size_t c) { return triangles[c].size() > kMostTriangles; }, groupOf, chartOf);
+      mesh, topology, charts, [&](std::size_t c) { return triangles[c].size() > kMostTriangles; },
+      groupOf, chartOf);
 }
 
 void measure(const std::vector<Prepared>& made, ObjectImage& image) {
