@@ -139,10 +139,22 @@ TEST(GeometryImages, CutLargeChartsWithoutGaps) {
                   128};  // two faces of 65,536 triangles; vertices have the very same places
   const scene::Mesh mesh = scene::makeBox(box, UvMode::Unit);
   const ObjectImage image = makeObjectImage(viewOf(mesh), 64 * 64, 64);
-  EXPECT_EQ(image.charts.size(), 8u);
+  EXPECT_LE(image.charts.size(), 80u);
   EXPECT_EQ(image.notFlattened, 0u);
   EXPECT_EQ(openEdges(image), 0u);
-  EXPECT_NEAR(areaOf(mesh, image), 1.375, 1e-4);
+  // Where grids are coarser than the jags of a border they fold a little
+  EXPECT_NEAR(areaOf(mesh, image), 1.375, 2e-4);
+}
+
+// [Sander2003] charts that grow freely leave cusps, at which the finest meshes fell into thousands
+TEST(GeometryImages, OfALargeMeshAreFewAndLittleStretched) {
+  const scene::Mesh mesh = scene::makeTorus(0.35f, 0.14f, 256, 256, UvMode::Unit);
+  const ObjectImage image = makeObjectImage(viewOf(mesh), 128 * 128, 128);
+  EXPECT_LE(image.charts.size(), 70u);
+  EXPECT_EQ(image.plainTriangles, 0u);
+  EXPECT_EQ(image.notFlattened, 0u);
+  EXPECT_EQ(openEdges(image), 0u);
+  EXPECT_LT(image.mostStretch, 1.6);
 }
 
 TEST(GeometryImages, TakeAnyMesh) {

@@ -8,6 +8,7 @@
 
 #include "core/hash.h"
 #include "core/parallel.h"
+#include "methods/glossy_lod/images/cells.h"
 
 namespace catoptric::methods::glossy_lod {
 namespace {
@@ -35,8 +36,12 @@ Vec3 middleOf(const MeshView& mesh, std::uint32_t t) {
 
 /// FlatMesh::stretch() from which on a chart is cut in two. Ours: a rectangle of 1 x 12.
 constexpr double kMostStretch = 2.5;
-/// Triangles of a chart, at the most: flattening takes longer than in proportion to them. Ours.
+/// A mesh of which a chart has more triangles is cut into cells first: flattening takes longer than
+/// in proportion to them. Ours.
 constexpr std::size_t kMostTriangles = 1 << 15;
+/// Triangles of a cell, about, and cells of a mesh at the least. Ours.
+constexpr std::size_t kCellTriangles = 1 << 14;
+constexpr std::size_t kLeastCells = 64;
 /// Charts of so few triangles are not cut in two but into these. Ours.
 constexpr std::size_t kSmallChart = 4;
 
@@ -343,48 +348,6 @@ std::int32_t cutBad(const MeshView& mesh, const Topology& topology, const Outlin
       [&](std::size_t c) { return made[c].bad; }, groupOf, chartOf);
 }
 
-/// Cuts charts across the longest sides of their boxes until none has more than kMostTriangles.
-/// Returns the number of charts then.
-std::int32_t cutLarge(const MeshView& mesh, const Topology& topology, std::int32_t charts,
-                      std::vector<std::int32_t>& chartOf) {
-  std::vector<std::vector<std::uint32_t>> triangles(static_cast<std::size_t>(charts));
-  for (std::uint32_t t = 0; t < chartOf.size(); ++t)
-    if (chartOf[t] != kNobody) triangles[static_cast<std::size_t>(chartOf[t])].push_back(t);
-  std::vector<std::uint32_t> groupOf(chartOf.size(), 0);
-  std::uint32_t groups = 0;
-  std::vector<std::span<std::uint32_t>> left;
-  for (std::vector<std::uint32_t>& chart : triangles)
-    if (chart.size() > kMostTriangles) left.emplace_back(chart);
-  while (!left.empty()) {
-    const std::span<std::uint32_t> part = left.back();
-    left.pop_back();
-    Box3 box;
-    for (const std::uint32_t t : part) box.extend(middleOf(mesh, t));
-    const Vec3 size = box.max - box.min;
-    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-    const auto along = [&](std::uint32_t t) { return middleOf(mesh, t)[axis]; };
-    const auto half = part.begin() + static_cast<std::ptrdiff_t>(part.size() / 2);
-    std::nth_element(part.begin(), half, part.end(), [&](std::uint32_t a, std::uint32_t b) {
-      return along(a) != along(b) ? along(a) < along(b) : a < b;
-    });
-    // A row of triangles at one place stays together
-    const float at = along(*half);
-    const auto second =
-        std::partition(part.begin(), half, [&](std::uint32_t t) { return along(t) < at; });
-    const auto first = static_cast<std::size_t>(second - part.begin());
-    if (part.size() <= kMostTriangles || first == 0) {
-      for (const std::uint32_t t : part) groupOf[t] = groups;
-      ++groups;
-      continue;
-    }
-    left.push_back(part.subspan(first));
-    left.push_back(part.first(first));
-  }
-  return regrow(
-      mesh, topology, charts, [&](std::size_t c) { return triangles[c].size() > kMostTriangles; },
-      groupOf, chartOf);
-}
-
 void measure(const std::vector<Prepared>& made, ObjectImage& image) {
   double sum = 0.0;
   std::size_t count = 0;
@@ -473,7 +436,14 @@ ObjectImage makeObjectImage(const MeshView& mesh, double quads, int size) {
   chartOf.assign(mesh.triangles(), kNobody);
   std::int32_t count =
       growCharts(mesh, topology, std::vector<std::uint32_t>(mesh.triangles(), 0), 0, chartOf);
-  count = cutLarge(mesh, topology, count, chartOf);
+  std::vector<std::size_t> triangles(static_cast<std::size_t>(count), 0);
+  for (const std::int32_t chart : chartOf)
+    if (chart != kNobody) ++triangles[static_cast<std::size_t>(chart)];
+  if (std::ranges::any_of(triangles, [](std::size_t n) { return n > kMostTriangles; })) {
+    const std::size_t cells = std::max(kLeastCells, mesh.triangles() / kCellTriangles);
+    chartOf.assign(mesh.triangles(), kNobody);
+    count = growCharts(mesh, topology, findCells(mesh, topology, cells), 0, chartOf);
+  }
   Outlines outlines;
   const std::vector<Prepared> made =
       flattenAll(mesh, topology, quads, size, count, chartOf, outlines, image.notFlattened);

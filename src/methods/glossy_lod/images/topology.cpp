@@ -35,27 +35,15 @@ std::vector<std::uint32_t> weld(const MeshView& mesh) {
   return of;
 }
 
-Vec3 areaNormal(const MeshView& mesh, std::size_t t) {
-  const Vec3 a = mesh.positions[mesh.indices[3 * t]];
-  return glm::cross(mesh.positions[mesh.indices[3 * t + 1]] - a,
-                    mesh.positions[mesh.indices[3 * t + 2]] - a);
-}
-
 /// Grows one chart after the other, triangle by triangle.
 class Growth {
  public:
   Growth(const MeshView& mesh, const Topology& topology, const std::vector<std::uint32_t>& groupOf,
          std::vector<std::int32_t>& chartOf)
       : topology_(topology), groupOf_(groupOf), chartOf_(chartOf), normal_(mesh.triangles()) {
-    for (std::size_t t = 0; t < normal_.size(); ++t) {
-      normal_[t] = areaNormal(mesh, t);
-      if (mesh.normals.empty()) continue;
-      // Those of slivers say little
-      const std::uint32_t* v = &mesh.indices[3 * t];
-      const Vec3 sum = mesh.normals[v[0]] + mesh.normals[v[1]] + mesh.normals[v[2]];
-      normal_[t] =
-          glm::length(normal_[t]) * normalizedOr(sum, normalizedOr(normal_[t], Vec3(0.0f)));
-    }
+    for (std::size_t t = 0; t < normal_.size(); ++t)
+      normal_[t] = mesh.normals.empty() ? areaNormal(mesh, t)
+                                        : glm::length(areaNormal(mesh, t)) * smoothNormal(mesh, t);
     lastChart_.assign(mesh.positions.size(), kNobody);
   }
 
@@ -117,6 +105,20 @@ class Growth {
 };
 
 }  // namespace
+
+Vec3 areaNormal(const MeshView& mesh, std::size_t t) {
+  const Vec3 a = mesh.positions[mesh.indices[3 * t]];
+  return glm::cross(mesh.positions[mesh.indices[3 * t + 1]] - a,
+                    mesh.positions[mesh.indices[3 * t + 2]] - a);
+}
+
+Vec3 smoothNormal(const MeshView& mesh, std::size_t t) {
+  const Vec3 flat = normalizedOr(areaNormal(mesh, t), Vec3(0.0f));
+  if (mesh.normals.empty()) return flat;
+  // Those of slivers say little
+  const std::uint32_t* v = &mesh.indices[3 * t];
+  return normalizedOr(mesh.normals[v[0]] + mesh.normals[v[1]] + mesh.normals[v[2]], flat);
+}
 
 Topology findTopology(const MeshView& mesh) {
   Topology topology;

@@ -33,6 +33,10 @@ struct Topology {
   std::vector<bool> degenerate;  ///< per triangle: without area
 };
 
+/// A triangle's normal, as long as twice its area; and that of its vertices, of length 1.
+Vec3 areaNormal(const MeshView& mesh, std::size_t t);
+Vec3 smoothNormal(const MeshView& mesh, std::size_t t);
+
 Topology findTopology(const MeshView& mesh);
 
 /// Joins triangles without a chart (kNobody) into charts from number `charts` on: disks, by
