@@ -40,10 +40,9 @@ Points pointsOf(const MeshView& mesh, const Topology& topology, std::size_t cell
   const Vec3 corner = mesh.positions[mesh.indices[0]];
   for (std::size_t t = 0; t < mesh.triangles(); ++t) {
     const std::uint32_t* v = &mesh.indices[3 * t];
-    const Vec3 middle =
-        ((mesh.positions[v[0]] - corner) + (mesh.positions[v[1]] - corner) +
-         (mesh.positions[v[2]] - corner)) /
-        (3.0f * static_cast<float>(std::max(radius, 1e-30)));
+    const Vec3 middle = ((mesh.positions[v[0]] - corner) + (mesh.positions[v[1]] - corner) +
+                         (mesh.positions[v[2]] - corner)) /
+                        (3.0f * static_cast<float>(std::max(radius, 1e-30)));
     const Vec3 normal = smoothNormal(mesh, t) / static_cast<float>(kNormalRadius);
     points.at[t] = {middle.x, middle.y, middle.z, normal.x, normal.y, normal.z};
   }
@@ -107,8 +106,8 @@ std::vector<std::uint32_t> findCells(const MeshView& mesh, const Topology& topol
   constexpr double kGolden = 0.6180339887498949;
   for (std::size_t c = 0; c < cells; ++c) {
     const double share = static_cast<double>(c + 1) * kGolden;
-    middles.push_back(points.at[static_cast<std::size_t>(
-        (share - std::floor(share)) * static_cast<double>(points.at.size()))]);
+    middles.push_back(points.at[static_cast<std::size_t>((share - std::floor(share)) *
+                                                         static_cast<double>(points.at.size()))]);
   }
   std::vector<std::uint32_t> cellOf(points.at.size(), 0);
   for (int round = 0; round <= kRounds; ++round) {
