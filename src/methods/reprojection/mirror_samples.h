@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "methods/reprojection/search.h"
@@ -33,6 +34,10 @@ class MirrorSamples {
   const scene::Camera& camera() const { return *camera_; }
   /// Index of each in the G-buffer.
   std::span<const std::uint32_t> places() const { return places_; }
+  /// The numbers of a tile's samples, from one to before another; tiles lie along rows.
+  std::pair<std::size_t, std::size_t> ofTile(std::size_t tile) const {
+    return {first_[tile], first_[tile + 1]};
+  }
   /// Reflector 0 where it is no mirror.
   std::span<const MirrorRay> rays() const { return rays_; }
   /// Of its surface, as the G-buffer has it.

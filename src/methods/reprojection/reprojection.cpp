@@ -181,10 +181,16 @@ class Reprojection : public Method {
       partial->follow(services.geometry);
       reuse_.findIn(*partial, services, radiance_);
     }
+    missing.resize(samples_.count());
+    std::size_t count = 0;
     for (std::size_t i = 0; i < samples_.count(); ++i) {
-      ++outcomes.of[static_cast<std::size_t>(reuse_.outcome(i))];
-      if (reuse_.outcome(i) != Outcome::Found) missing.push_back(static_cast<std::uint32_t>(i));
+      missing[count] = static_cast<std::uint32_t>(i);
+      count += reuse_.outcome(i) != Outcome::Found ? 1 : 0;
     }
+    missing.resize(count);
+    for (const std::uint32_t i : missing)
+      ++outcomes.of[static_cast<std::size_t>(reuse_.outcome(i))];
+    outcomes.of[static_cast<std::size_t>(Outcome::Found)] = samples_.count() - count;
   }
 
   /// Keeps in `key` what the samples `places` have met, and what mirrors in mirrors show where
@@ -243,10 +249,9 @@ class Reprojection : public Method {
       std::vector<std::uint32_t> places;
       places.reserve(traced.size());
       for (const auto& member : traced) places.push_back(samples_.places()[member.index]);
-      samples_.points(places, points_);
-      std::vector<Vec3> radiance(points_.size(), Vec3(0.0f));
-      std::vector<std::uint8_t> flags(masks_ ? points_.size() : 0, 0);
-      hits_.resize(points_.size());
+      std::vector<Vec3> radiance(places.size(), Vec3(0.0f));
+      std::vector<std::uint8_t> flags(masks_ ? places.size() : 0, 0);
+      hits_.resize(places.size());
       seconds_.clear();
       trace(input, services, traced, radiance, flags);
       for (std::size_t k = 0; k < traced.size(); ++k) {
@@ -261,6 +266,7 @@ class Reprojection : public Method {
         partial_.emplace_back();
       else
         std::rotate(partial_.begin(), partial_.begin() + 1, partial_.end());
+      samples_.points(places, points_);
       keep(partial_.back(), input, services, places, radiance);
     });
   }

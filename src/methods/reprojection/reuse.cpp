@@ -35,7 +35,11 @@ void Reuse::begin(const MirrorSamples& samples, Services& services,
   moving_.update(services.scene, services.geometry);
   const std::size_t count = samples.count();
   services.timer.measure("search", [&] {
-    indexOf_.assign(samples.source().object.size(), -1);
+    indexOf_.resize(samples.source().object.size());
+    parallelFor(indexOf_.size(), 16 * kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
+      std::fill(indexOf_.begin() + static_cast<std::ptrdiff_t>(begin),
+                indexOf_.begin() + static_cast<std::ptrdiff_t>(end), -1);
+    });
     attached_.resize(count);
     matches_.resize(count);
     changed_.resize(count);
@@ -52,23 +56,27 @@ void Reuse::begin(const MirrorSamples& samples, Services& services,
 }
 
 void Reuse::attach(const KeyFrame& key, const Services& services) {
-  pending_.clear();
-  for (std::size_t i = 0; i < outcomes_.size(); ++i)
-    if (outcomes_[i] != Outcome::Found && outcomes_[i] != Outcome::NotSearched &&
-        outcomes_[i] != Outcome::Discontinuity && outcomes_[i] != Outcome::SecondBounce)
-      pending_.push_back(static_cast<std::uint32_t>(i));
+  const auto isAsked = [this](std::size_t i) {
+    return outcomes_[i] != Outcome::Found && outcomes_[i] != Outcome::NotSearched &&
+           outcomes_[i] != Outcome::Discontinuity && outcomes_[i] != Outcome::SecondBounce;
+  };
+  pending_.resize(outcomes_.size());
+  std::size_t asked = 0;
+  for (std::size_t i = 0; i < outcomes_.size(); ++i) {
+    pending_[asked] = static_cast<std::uint32_t>(i);
+    asked += isAsked(i) ? 1U : 0U;
+  }
+  pending_.resize(asked);
   parallelFor(matches_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
-    std::fill(matches_.begin() + static_cast<std::ptrdiff_t>(begin),
-              matches_.begin() + static_cast<std::ptrdiff_t>(end),
-              Match{kNowhere, Outcome::NotAsked});
-  });
-  parallelFor(pending_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      const std::size_t i = pending_[k];
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!isAsked(i)) {
+        matches_[i] = {kNowhere, Outcome::NotAsked};
+        continue;
+      }
       const auto place = key.project(samples_->positions()[i],
                                      static_cast<int>(rays_[i].reflector) - 1, services.geometry);
       attached_[i] = place ? *place : kNowhere;
-      matches_[i].outcome = Outcome::NotFound;
+      matches_[i] = {kNowhere, Outcome::NotFound};
       changed_[i] = 0;
       shown_[i] = Shown::Unknown;
     }
@@ -181,6 +189,13 @@ bool Reuse::sweepTile(const KeyFrame& key, int sweep, const Tile& tile) {
     }
   }
   return sweep >= 2 || lacks || nearest < farthest * (1.0f - options_.epsilon);
+}
+
+bool Reuse::isAskedIn(std::size_t tile) const {
+  const auto [first, end] = samples_->ofTile(tile);
+  return std::any_of(matches_.begin() + static_cast<std::ptrdiff_t>(first),
+                     matches_.begin() + static_cast<std::ptrdiff_t>(end),
+                     [](const Match& match) { return match.outcome != Outcome::NotAsked; });
 }
 
 void Reuse::forTiles(int shift, const std::function<void(const Tile&)>& body) const {
@@ -322,16 +337,12 @@ void Reuse::findIn(const KeyFrame& key, Services& services, std::vector<Vec3>& r
     // Forth and back.
     const int columns = (width_ + kTile - 1) / kTile;
     const int rows = (height_ + kTile - 1) / kTile;
-    // Where nothing is to be found all is.
-    tiles_.assign(static_cast<std::size_t>(columns * rows), {true});
-    for (const std::uint32_t i : pending_) {
-      const auto place = static_cast<int>(samples_->places()[i]);
-      tiles_[static_cast<std::size_t>(place / width_ / kTile * columns + place % width_ / kTile)]
-          .all = false;
-    }
+    tiles_.resize(static_cast<std::size_t>(columns * rows));
     forTiles(0, [&](const Tile& tile) {
-      TileState& state =
-          tiles_[static_cast<std::size_t>(tile.top / kTile * columns + tile.left / kTile)];
+      const auto at = static_cast<std::size_t>(tile.top / kTile * columns + tile.left / kTile);
+      TileState& state = tiles_[at];
+      // Where nothing is to be found all is.
+      state = {!isAskedIn(at)};
       if (first_ && !state.all) state = fillTile(key, tile, radiance);
       if (!settled(tile) && sweepTile(key, 0, tile)) sweepTile(key, 1, tile);
     });

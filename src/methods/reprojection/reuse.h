@@ -18,14 +18,15 @@
 #include "methods/reprojection/moving_boxes.h"
 #include "methods/reprojection/options.h"
 #include "methods/reprojection/search.h"
+#include "methods/shared/sample_tiles.h"
 #include "raster/gbuffer.h"
 
 namespace catoptric::methods::reprojection {
 
 class Reuse {
  public:
-  static constexpr int kTile =
-      16;  ///< samples along an edge; a sample starts from its neighbours in it
+  /// Samples along an edge; a sample starts from its neighbours in it.
+  static constexpr int kTile = SampleTiles::kSize;
 
   /// `searches`: follow the reflection; false: keep it on its surface (image_warp).
   Reuse(const Options& options, bool searches)
@@ -75,6 +76,8 @@ class Reuse {
     float nearest = std::numeric_limits<float>::infinity();  ///< of all, Match::length
     float farthest = 0.0f;
   };
+  /// Whether samples of a tile, one of MirrorSamples, are to be found.
+  bool isAskedIn(std::size_t tile) const;
   /// Whether no sample of a tile of any place can find more from its neighbours.
   bool settled(const Tile& tile) const;
   /// What the corners of a cell tell.

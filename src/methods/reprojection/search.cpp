@@ -48,8 +48,10 @@ int besideOf(const KeyFrame& key, int x, int y, int axis, float epsilon) {
 /// d(off)/dk about sample (x, y), by one neighbour along each axis that shows the same surface.
 bool slopes(const KeyFrame& key, const MirrorRay& ray, const Across& across, int x, int y,
             const Vec2& off, float epsilon, glm::mat2& jacobian) {
+  // All four samples of a cell have such neighbours; else they are looked for.
+  const bool inCell = key.cells()[key.index(x, y)] != 0;
   for (int axis = 0; axis < 2; ++axis) {
-    const int side = besideOf(key, x, y, axis, epsilon);
+    const int side = inCell ? 1 : besideOf(key, x, y, axis, epsilon);
     Vec2 there;
     if (side == 0 ||
         !angleOff(ray, across,
