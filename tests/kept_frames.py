@@ -17,7 +17,7 @@ import work_folder  # noqa: E402
 
 FRAMES = 14
 # At this size half of the frames after the first few would be key frames without the higher threshold.
-METHODS = [{"method": "reprojection", "restart_every": 6, "keyframe_threshold": 0.6},
+METHODS = [{"method": "reprojection", "restart_every": 6, "keyframe_threshold": 0.6, "partial_keys": 3},
            {"method": "reprojection", "name": "grid", "mapping": "grid", "restart_every": 6, "keyframe_threshold": 0.9},
            {"method": "image_warp", "restart_every": 6, "keyframe_threshold": 0.6}]
 

@@ -26,7 +26,7 @@ struct Options {
   float keyframeThreshold = 0.22f;  ///< ours; [Xie2017] Sec. 4.4: 0.3
   int keyframeEvery = 0;            ///< 0: by content alone
   int restartEvery = 64;            ///< ours
-  int partialKeys = 3;              ///< ours
+  int partialKeys = 0;              ///< as in the paper
   float partialThreshold = 0.02f;   ///< ours
   int maxSearchSteps = 16;          ///< ours; the median of the rooms' samples needs 2
   float epsilon = 0.05f;            ///< ours: relative difference of lengths along the path
