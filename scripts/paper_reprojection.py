@@ -207,7 +207,7 @@ def pillars(bench, document):
 
 A pillar of the back row that the key frame saw hidden behind one of the front row comes out, in the mirror. A reflected
 ray that misses the front pillar finds the wall in the key frame, and nothing tells that a pillar stands before it: so in the
-paper; here partial key frames and the nearest of several matches narrow the error.""")
+paper; here the nearest of several matches narrows the error.""")
     folder = bench.work / "pillars" / "0"
     crop = lambda p: p.convert("RGB").crop((p.width // 8, p.height * 5 // 16, p.width * 7 // 8, p.height * 11 // 16))  # noqa: E731
     sheet(document.picture("fig9.png", "Pillars"),
