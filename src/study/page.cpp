@@ -22,16 +22,28 @@ pre{white-space:pre-wrap;font-size:.8rem}
 th,td{border-color:#333}th{border-color:#777}.note{color:#aaa}}
 )";
 
+/// Text of a page; what stands between back quotes is code.
+std::string htmlText(const std::string& text) {
+  std::string html = xmlText(text);
+  for (std::size_t open = html.find('`'); open != std::string::npos; open = html.find('`', open)) {
+    const std::size_t close = html.find('`', open + 1);
+    if (close == std::string::npos) break;
+    html.replace(close, 1, "</code>");
+    html.replace(open, 1, "<code>");
+  }
+  return html;
+}
+
 }  // namespace
 
 Page::Page(const std::string& title) : title_(title) {}
 
 void Page::heading(const std::string& text) {
-  body_ += "<h2>" + xmlText(text) + "</h2>\n";
+  body_ += "<h2>" + htmlText(text) + "</h2>\n";
 }
 
 void Page::paragraph(const std::string& text) {
-  body_ += "<p>" + xmlText(text) + "</p>\n";
+  body_ += "<p>" + htmlText(text) + "</p>\n";
 }
 
 void Page::table(const report::Table& table) {
@@ -39,7 +51,7 @@ void Page::table(const report::Table& table) {
   body_ += "<div class=\"wide\"><table>\n<tr>";
   const auto cell = [&](const char* tag, std::size_t column, const std::string& text) {
     const bool number = table.columns[column].number;
-    body_ += std::string("<") + tag + (number ? " class=\"n\">" : ">") + xmlText(text) + "</" +
+    body_ += std::string("<") + tag + (number ? " class=\"n\">" : ">") + htmlText(text) + "</" +
              tag + ">";
   };
   for (std::size_t c = 0; c < table.columns.size(); ++c) cell("th", c, table.columns[c].title);
@@ -53,7 +65,7 @@ void Page::table(const report::Table& table) {
   }
   body_ += "</table></div>\n";
   for (const std::string& note : table.notes)
-    body_ += "<p class=\"note\">" + xmlText(note) + "</p>\n";
+    body_ += "<p class=\"note\">" + htmlText(note) + "</p>\n";
 }
 
 void Page::svg(const std::string& text) {

@@ -442,6 +442,11 @@ std::vector<report::Table> suiteTables(const Suite& suite, const SuiteData& data
                  std::to_string(table.columns.size()) + " columns");
       table.rows.push_back(std::move(cells));
     }
+    // A column of words is no column of numbers
+    for (std::size_t c = 1; c < table.columns.size() && !table.rows.empty(); ++c)
+      table.columns[c].number = std::ranges::any_of(table.rows, [&](const auto& row) {
+        return row[c].empty() || row[c].find_first_of("0123456789") == 0;
+      });
     if (value.has("text")) table.notes.push_back(value.get("text").asString());
     tables.push_back(std::move(table));
   }
