@@ -18,6 +18,10 @@ constexpr float kSharpAlpha = 3.0f;
 constexpr int kBroadRays = 40;
 constexpr float kBroadAlpha = 10.0f;
 
+/// How far axes of lobes may turn, in a packet that all of them share, over the mean of 1 - cosine
+/// within a lobe. Ours: 0.5 to 16 take as many steps within 5 %.
+constexpr float kTurn = 2.0f;
+
 bool isSharp(float glossiness) {
   return scene::phongExponentFromGlossiness(glossiness) > kSharpExponent;
 }
@@ -81,6 +85,19 @@ TileTracer::Group TileTracer::nextGroup(const Options& options, std::size_t begi
     const Group next = groupOf(i);
     if (next.rays != group.rays || next.alpha != group.alpha) break;
   }
+  // Where lobes turn faster than they are wide, the rays of a few are closer to parallel
+  const float exponent = scene::phongExponentFromGlossiness(points.glossiness[begin]);
+  const float leastCosine = 1.0f - kTurn / (exponent + 2.0f);
+  const auto axisOf = [&](std::size_t i) {
+    return glm::reflect(points.direction.at(i), points.normal.at(i));
+  };
+  const Vec3 axis = axisOf(begin);
+  std::size_t alike = 1;
+  while (alike < group.points && glm::dot(axis, axisOf(begin + alike)) >= leastCosine) ++alike;
+  const auto halved = [&] { return (group.points + 1) / 2; };
+  while (group.points > alike &&
+         halved() * static_cast<std::size_t>(group.rays) >= RayPacket::kMost)
+    group.points = halved();
   return group;
 }
 
