@@ -12,6 +12,18 @@ namespace {
 /// Rows of a chart that a thread shades at a time. Ours.
 constexpr std::uint32_t kRows = 16;
 
+/// Texels that memory is asked for before they are shaded. Ours.
+constexpr std::uint32_t kAhead = 8;
+
+void prefetchVertices(const frame::Geometry& geometry, const std::uint32_t* triangle) {
+  for (int i = 0; i < 3; ++i) {
+    __builtin_prefetch(&geometry.positions[triangle[i]]);
+    const frame::VertexAttributes& attributes = geometry.attributes[triangle[i]];
+    __builtin_prefetch(&attributes);
+    __builtin_prefetch(&attributes.bake);
+  }
+}
+
 float triangleArea(const Vec4& a, const Vec4& b, const Vec4& c) {
   return 0.5f * glm::length(glm::cross(Vec3(b) - Vec3(a), Vec3(c) - Vec3(a)));
 }
@@ -40,11 +52,18 @@ void Radiance::shadeRows(const PlacedChart& chart, int side, std::uint32_t first
   const frame::ObjectRange& range = geometry->objects[static_cast<std::size_t>(chart.object)];
   const std::uint32_t n = 1u << chart.image.texelLevel;
   std::uint64_t notFinite = 0;
+  const std::uint32_t* const indices = &geometry->indices[range.firstIndex];
+  const auto triangleOf = [indices](const Place& place) {
+    return indices + std::size_t{3} * place.triangle;
+  };
   for (std::uint32_t y = first; y < end; ++y) {
+    const Place* const places = &chart.source->texels[chart.image.firstTexel + y * n];
     for (std::uint32_t x = 0; x < n; ++x) {
-      const Place& place = chart.source->texels[chart.image.firstTexel + y * n + x];
-      const std::uint32_t* v = &geometry->indices[range.firstIndex + 3 * place.triangle];
-      const Vec3 p0 = geometry->positions[v[0]];
+      const Place& place = places[x];
+      if (x + 2 * kAhead < n) __builtin_prefetch(triangleOf(places[x + 2 * kAhead]));
+      if (x + kAhead < n) prefetchVertices(*geometry, triangleOf(places[x + kAhead]));
+      const std::uint32_t* v = triangleOf(place);
+      const Vec3& p0 = geometry->positions[v[0]];  // a copy would go by way of the stack
       const Vec3 e1 = geometry->positions[v[1]] - p0;
       const Vec3 e2 = geometry->positions[v[2]] - p0;
       const Vec3 position = p0 + place.b1 * e1 + place.b2 * e2;
@@ -98,6 +117,7 @@ void Radiance::allocate() {
   side_ = shading_.images->atlasSide();
   for (auto& texels : texels_) texels.assign(width() * side_, Vec4(0.0f));
   states_ = std::make_unique<std::atomic<State>[]>(2 * shading_.images->charts().size());
+  stale_ = 0;
 }
 
 void Radiance::shade(const Shading& shading, std::span<const int> objects) {
@@ -127,7 +147,7 @@ void Radiance::shade(const Shading& shading, std::span<const int> objects) {
     for (std::size_t c = begin; c < end; ++c) {
       for (int side = 0; side < 2; ++side) {
         average(all[charts[c]], side);
-        states_[2 * std::size_t{charts[c]} + static_cast<std::size_t>(side)] = State::Shaded;
+        setShaded(charts[c], side);
       }
     }
   });
@@ -136,11 +156,13 @@ void Radiance::shade(const Shading& shading, std::span<const int> objects) {
 void Radiance::shadeLater(const Shading& shading, std::span<const int> objects) {
   shading_ = shading;
   allocate();
-  for (const int object : objects)
-    for (const PlacedChart& chart : shading.images->chartsOf(object))
-      for (std::ptrdiff_t side = 0; side < 2; ++side)
-        states_[static_cast<std::size_t>(2 * (&chart - shading.images->charts().data()) + side)] =
-            State::Stale;
+  for (const int object : objects) {
+    for (const PlacedChart& chart : shading.images->chartsOf(object)) {
+      const auto first = 2 * static_cast<std::size_t>(&chart - shading.images->charts().data());
+      for (std::size_t side = 0; side < 2; ++side)
+        if (states_[first + side].exchange(State::Stale) == State::Shaded) ++stale_;
+    }
+  }
 }
 
 bool Radiance::ensure(std::uint32_t chart, int side) {
@@ -153,9 +175,14 @@ bool Radiance::ensure(std::uint32_t chart, int side) {
   const PlacedChart& placed = shading_.images->charts()[chart];
   shadeRows(placed, side, 0, 1u << placed.image.texelLevel);
   average(placed, side);
-  state = State::Shaded;
+  setShaded(chart, side);
   state.notify_all();
   return true;
+}
+
+void Radiance::setShaded(std::uint32_t chart, int side) {
+  std::atomic<State>& state = states_[2 * std::size_t{chart} + static_cast<std::size_t>(side)];
+  if (state.exchange(State::Shaded) != State::Shaded) --stale_;
 }
 
 }  // namespace catoptric::methods::glossy_lod

@@ -27,6 +27,7 @@ class Radiance {
   void shade(const Shading& shading, std::span<const int> objects);
   /// The same, but each side of a chart only when it is first asked for.
   void shadeLater(const Shading& shading, std::span<const int> objects);
+  bool allShaded() const { return stale_.load(std::memory_order_acquire) == 0; }
   /// Before a side of a chart is looked at it must be shaded: ensure() shades it where that is
   /// still to be done, or waits until another thread has done so. True if it shaded.
   bool isShaded(std::uint32_t chart, int side) const {
@@ -53,6 +54,7 @@ class Radiance {
   void allocate();
   void shadeRows(const PlacedChart& chart, int side, std::uint32_t first, std::uint32_t end);
   void average(const PlacedChart& chart, int side);
+  void setShaded(std::uint32_t chart, int side);
 
   /// Level 0 is a square on the left, the others lie below each other to the right of it.
   std::size_t width() const { return side_ + side_ / 2; }
@@ -65,6 +67,7 @@ class Radiance {
   std::vector<Vec4> texels_[2];
   Shading shading_;
   std::unique_ptr<std::atomic<State>[]> states_;  ///< by chart and side
+  std::atomic<std::size_t> stale_{0};             ///< sides that are not Shaded
   std::atomic<std::uint64_t> notFinite_{0};       ///< since texels were shaded for the first time
 };
 

@@ -20,6 +20,9 @@ namespace {
 constexpr double kMostQuads = 6e6;
 constexpr std::uint32_t kMostAtlas = 8192;  ///< texels along a side. Ours: 3 GB of radiance
 
+/// Vertices whose memory is asked for before they are placed. Ours.
+constexpr std::size_t kAhead = 16;
+
 /// The bits of `code` at even places.
 std::uint32_t everyOther(std::uint64_t code) {
   std::uint32_t bits = 0;
@@ -103,23 +106,22 @@ void SceneImages::place(const frame::Geometry& geometry, int object) {
   if (!reflects(object)) return;
   const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(object)];
   const ObjectImage& image = *chartsOf(object).front().source;
-  std::vector<Vec4> samples(image.samples.size());
-  parallelFor(samples.size(), 8192, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t s = begin; s < end; ++s) {
-      const Sample& sample = image.samples[s];
-      const Vec3* p = &geometry.positions[range.firstVertex];
-      const Vec3 p0 = p[sample.vertex[0]];
-      samples[s] =
-          Vec4(p0 + sample.w1 * (p[sample.vertex[1]] - p0) + sample.w2 * (p[sample.vertex[2]] - p0),
-               0.0f);
-    }
-  });
+  const Vec3* const p = &geometry.positions[range.firstVertex];
   const std::span<const PlacedChart> charts = chartsOf(object);
-  parallelFor(charts.size(), 16, [&](std::size_t begin, std::size_t end) {
+  parallelFor(charts.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) {
       const std::size_t row = (std::size_t{1} << charts[c].image.level) + 1;
-      for (std::size_t v = 0; v < row * row; ++v)
-        vertices_[charts[c].firstVertex + v] = samples[image.grid[charts[c].image.firstGrid + v]];
+      const std::uint32_t* const grid = &image.grid[charts[c].image.firstGrid];
+      for (std::size_t v = 0; v < row * row; ++v) {
+        if (v + kAhead < row * row)
+          for (const std::uint32_t vertex : image.samples[grid[v + kAhead]].vertex)
+            __builtin_prefetch(&p[vertex]);
+        const Sample& sample = image.samples[grid[v]];
+        const Vec3& p0 = p[sample.vertex[0]];
+        vertices_[charts[c].firstVertex + v] = Vec4(
+            p0 + sample.w1 * (p[sample.vertex[1]] - p0) + sample.w2 * (p[sample.vertex[2]] - p0),
+            0.0f);
+      }
     }
   });
 }

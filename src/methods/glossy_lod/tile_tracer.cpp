@@ -151,9 +151,10 @@ void TileTracer::tracePacket(const Traced& scene, const Group& group, std::size_
     return Vec3(packet.direction[0][lane], packet.direction[1][lane], packet.direction[2][lane]);
   };
   // All look-ups are found first, so that their loads overlap
+  const bool shaded = scene.radiance.allShaded();
   for (std::size_t lane = 0; lane < packet.count; ++lane) {
     if (hits_.node[lane] == kNothing) continue;
-    ensureShaded(scene, lane, counts);
+    if (!shaded) ensureShaded(scene, lane, counts);
     footprints_[lane] = footprint(
         scene.images, scene.radiance,
         {hits_.node[lane], {hits_.u[lane], hits_.v[lane]}, hits_.back[lane] != 0},

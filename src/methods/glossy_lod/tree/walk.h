@@ -7,13 +7,57 @@ struct Three {
   CATOPTRIC_TARGET [[gnu::always_inline]] const V::F& operator[](int i) const { return of[i]; }
 };
 
-/// Rays of one Kind. Components of directions and places are turned, the longest axis last.
+/// The kinds of rays, each as one bit of five sets of lanes.
+struct KindBits {
+  std::array<unsigned, 3> negative;
+  std::array<unsigned, 2> axis;  // the longest is x, is y
+
+  Kind of(unsigned lane) const {
+    Kind kind{(axis[0] >> lane & 1u) != 0 ? 0 : (axis[1] >> lane & 1u) != 0 ? 1 : 2, 0};
+    for (std::size_t i = 0; i < 3; ++i) kind.negative |= (negative[i] >> lane & 1u) << i;
+    return kind;
+  }
+  /// Lanes of the same kind as one.
+  unsigned like(unsigned lane) const {
+    unsigned lanes = ~0u;
+    for (const unsigned set : {negative[0], negative[1], negative[2], axis[0], axis[1]})
+      lanes &= (set >> lane & 1u) != 0 ? set : ~set;
+    return lanes;
+  }
+};
+
+CATOPTRIC_TARGET inline KindBits kindsOf(const Walk& walk) {
+  Three size;
+  KindBits kinds;
+  for (int i = 0; i < 3; ++i) {
+    const auto axis = static_cast<std::size_t>(i);
+    const V::F direction = V::load(walk.packet.direction[axis].data() + walk.first);
+    kinds.negative[axis] = V::bits(V::le(direction, V::all(-kTiny)));
+    size[i] = V::magnitude(direction);
+  }
+  kinds.axis[0] = V::bits(V::both(V::le(size[1], size[0]), V::le(size[2], size[0])));
+  kinds.axis[1] = V::bits(V::le(size[2], size[1])) & ~kinds.axis[0];
+  return kinds;
+}
+
+/// Rays of one Kind, or of several. Components of places are turned, the longest axis last.
+template <bool kMixed>
 struct Rays {
   Three origin;               // x, y, z
   Three inverse;              // of the direction
   Three shear;                // [Woop2013]
-  std::array<int, 3> turned;  // component that a turned place has first, second, third
-  bool forwards;
+  std::array<int, 3> turned;  // of one kind: component that a turned place has first, second, third
+  V::M alongX, alongY;        // of several: whose longest axis is x, y
+  V::M forwards;              // along their longest axis
+
+  CATOPTRIC_TARGET [[gnu::always_inline]] V::F choose(V::F x, V::F y, V::F z) const {
+    return V::pick(alongX, x, V::pick(alongY, y, z));
+  }
+  /// The components of a place, turned.
+  CATOPTRIC_TARGET [[gnu::always_inline]] Three turn(const Three& at) const {
+    if constexpr (!kMixed) return {at[turned[0]], at[turned[1]], at[turned[2]]};
+    return {choose(at[1], at[2], at[0]), choose(at[2], at[0], at[1]), choose(at[0], at[1], at[2])};
+  }
 };
 
 /// What is nearest so far.
@@ -23,8 +67,9 @@ struct Nearest {
   V::M back;
 };
 
-CATOPTRIC_TARGET inline Rays raysOf(const Walk& walk, const Kind& kind) {
-  Rays rays;
+template <bool kMixed>
+CATOPTRIC_TARGET inline Rays<kMixed> raysOf(const Walk& walk, const Kind& kind) {
+  Rays<kMixed> rays;
   Three direction;
   for (int i = 0; i < 3; ++i) {
     const auto axis = static_cast<std::size_t>(i);
@@ -33,24 +78,30 @@ CATOPTRIC_TARGET inline Rays raysOf(const Walk& walk, const Kind& kind) {
     const V::M tiny = V::lt(V::magnitude(direction[i]), V::all(kTiny));
     rays.inverse[i] = V::div(V::all(1.0f), V::pick(tiny, V::all(kTiny), direction[i]));
   }
-  rays.turned = {(kind.axis + 1) % 3, (kind.axis + 2) % 3, kind.axis};
-  const int z = kind.axis;
-  rays.shear[0] = V::div(direction[(z + 1) % 3], direction[z]);
-  rays.shear[1] = V::div(direction[(z + 2) % 3], direction[z]);
-  rays.shear[2] = V::div(V::all(1.0f), direction[z]);
-  rays.forwards = (kind.negative >> kind.axis & 1u) == 0;
+  if constexpr (kMixed) {
+    const KindBits kinds = kindsOf(walk);
+    rays.alongX = V::fromBits(kinds.axis[0]);
+    rays.alongY = V::fromBits(kinds.axis[1]);
+  } else {
+    rays.turned = {(kind.axis + 1) % 3, (kind.axis + 2) % 3, kind.axis};
+  }
+  const Three turned = rays.turn(direction);
+  rays.shear[0] = V::div(turned[0], turned[2]);
+  rays.shear[1] = V::div(turned[1], turned[2]);
+  rays.shear[2] = V::div(V::all(1.0f), turned[2]);
+  rays.forwards = V::lt(V::all(0.0f), turned[2]);
   return rays;
 }
 
 /// A vertex as the watertight test takes it [Woop2013]: rays run along z.
-CATOPTRIC_TARGET [[gnu::always_inline]] inline Three sheared(const Rays& rays, const Vec4& vertex) {
-  const float* const p = &vertex.x;
-  const auto [x, y, z] = rays.turned;
-  const V::F depth = V::sub(V::all(p[z]), rays.origin[z]);
-  const V::F across = V::sub(V::all(p[x]), rays.origin[x]);
-  const V::F up = V::sub(V::all(p[y]), rays.origin[y]);
-  return {V::sub(across, V::mul(rays.shear[0], depth)), V::sub(up, V::mul(rays.shear[1], depth)),
-          V::mul(rays.shear[2], depth)};
+template <bool kMixed>
+CATOPTRIC_TARGET [[gnu::always_inline]] inline Three sheared(const Rays<kMixed>& rays,
+                                                             const Vec4& vertex) {
+  const Three place =
+      rays.turn({V::sub(V::all(vertex.x), rays.origin[0]), V::sub(V::all(vertex.y), rays.origin[1]),
+                 V::sub(V::all(vertex.z), rays.origin[2])});
+  return {V::sub(place[0], V::mul(rays.shear[0], place[2])),
+          V::sub(place[1], V::mul(rays.shear[1], place[2])), V::mul(rays.shear[2], place[2])};
 }
 
 /// Lanes of a quad's half that were met.
@@ -133,14 +184,16 @@ CATOPTRIC_TARGET inline unsigned passedBy(const Walk& walk, std::uint32_t node, 
   return backs | ofStart(walk, node, upper, own & ~backs, metres);
 }
 
-CATOPTRIC_TARGET inline void keep(const Walk& walk, const Rays& rays, std::uint32_t node,
+template <bool kMixed>
+CATOPTRIC_TARGET inline void keep(const Walk& walk, const Rays<kMixed>& rays, std::uint32_t node,
                                   bool upper, Met& met, Nearest& nearest) {
   if (V::bits(met.hit) == 0) return;
   if (upper) {
     met.u = V::sub(V::all(1.0f), met.u);
     met.v = V::sub(V::all(1.0f), met.v);
   }
-  const V::M back = rays.forwards ? met.back : V::without(met.hit, met.back);
+  const V::M back = V::either(V::both(met.back, rays.forwards),
+                              V::without(V::without(met.hit, met.back), rays.forwards));
   const unsigned passed = passedBy(walk, node, upper, met, back);
   if (passed != 0) {
     walk.visits.ownBacks += static_cast<std::uint64_t>(__builtin_popcount(passed));
@@ -166,8 +219,9 @@ CATOPTRIC_TARGET inline void keep(const Walk& walk, const Rays& rays, std::uint3
 }
 
 /// Tests the two triangles of a node's quad.
-CATOPTRIC_TARGET inline void meetQuad(const Walk& walk, const Rays& rays, std::uint32_t node,
-                                      V::M lanes, Nearest& nearest) {
+template <bool kMixed>
+CATOPTRIC_TARGET inline void meetQuad(const Walk& walk, const Rays<kMixed>& rays,
+                                      std::uint32_t node, V::M lanes, Nearest& nearest) {
   const Quad& quad = walk.tree.quads[node];
   const std::uint32_t right = 1u << (quad.place >> 24);
   const Vec4* const v = walk.tree.vertices + quad.first;
@@ -181,7 +235,9 @@ CATOPTRIC_TARGET inline void meetQuad(const Walk& walk, const Rays& rays, std::u
 
 /// Lanes whose width asks for no more than this box [Yu2008] Eqs. (6), (7), without their
 /// divisions.
-CATOPTRIC_TARGET [[gnu::always_inline]] inline V::M wideEnough(const Walk& walk, const Rays& rays,
+template <bool kMixed>
+CATOPTRIC_TARGET [[gnu::always_inline]] inline V::M wideEnough(const Walk& walk,
+                                                               const Rays<kMixed>& rays,
                                                                const Node& node) {
   const Vec3 size = node.most - node.least;
   const Vec3 centre = 0.5f * (node.least + node.most);
@@ -197,7 +253,9 @@ CATOPTRIC_TARGET [[gnu::always_inline]] inline V::M wideEnough(const Walk& walk,
 }
 
 /// Metres at which rays pass a plane across an axis.
-CATOPTRIC_TARGET [[gnu::always_inline]] inline V::F along(const Rays& rays, int axis, float plane) {
+template <bool kMixed>
+CATOPTRIC_TARGET [[gnu::always_inline]] inline V::F along(const Rays<kMixed>& rays, int axis,
+                                                          float plane) {
   return V::mul(V::sub(V::all(plane), rays.origin[axis]), rays.inverse[axis]);
 }
 
@@ -210,19 +268,49 @@ CATOPTRIC_TARGET [[gnu::always_inline]] inline void write(const Walk& walk, unsi
     if ((lanes >> lane & 1u) != 0) to[walk.first + lane] = all[lane];
 }
 
-template <bool kLevels>
+/// Metres at which rays enter a box and leave it.
+struct Passage {
+  V::F enters, leaves;
+};
+
+/// Of one kind: `nearer`, `farther`, offsets of a box's sides along each axis, in floats of a node.
+struct Sides {
+  std::array<std::size_t, 3> nearer;
+  std::array<std::size_t, 3> farther;
+};
+
+template <bool kMixed>
+CATOPTRIC_TARGET [[gnu::always_inline]] inline Passage passage(const Rays<kMixed>& rays,
+                                                               const Sides& sides,
+                                                               const Node& box) {
+  const float* const side = &box.least.x;
+  Three enters;
+  Three leaves;
+  for (int i = 0; i < 3; ++i) {
+    const auto axis = static_cast<std::size_t>(i);
+    enters[i] = along(rays, i, side[sides.nearer[axis]]);
+    leaves[i] = along(rays, i, side[sides.farther[axis]]);
+    if constexpr (kMixed) {
+      const V::F first = V::least(enters[i], leaves[i]);
+      leaves[i] = V::most(enters[i], leaves[i]);
+      enters[i] = first;
+    }
+  }
+  return {V::most(V::most(enters[0], enters[1]), enters[2]),
+          V::mul(V::least(V::least(leaves[0], leaves[1]), leaves[2]), V::all(kSlack))};
+}
+
+template <bool kLevels, bool kMixed>
 CATOPTRIC_TARGET void walkLanes(const Walk& walk, const Kind& kind, unsigned lanes) {
-  const Rays rays = raysOf(walk, kind);
+  const Rays<kMixed> rays = raysOf<kMixed>(walk, kind);
   const Node* const nodes = walk.tree.nodes;
   const std::uint32_t count = walk.tree.count;
   const V::F zero = V::all(0.0f);
-  // Offsets of the nearer and the farther side of a box along each axis, in floats of a node
-  std::array<std::size_t, 3> nearer;
-  std::array<std::size_t, 3> farther;
+  Sides sides;
   for (std::size_t i = 0; i < 3; ++i) {
     const bool negative = (kind.negative >> i & 1u) != 0;
-    nearer[i] = i + (negative ? 4 : 0);
-    farther[i] = i + (negative ? 0 : 4);
+    sides.nearer[i] = i + (negative ? 4 : 0);
+    sides.farther[i] = i + (negative ? 0 : 4);
   }
   Nearest nearest{V::all(kFarthest), zero, zero, V::all(kNothing), V::fromBits(0)};
   // The node at which a lane goes on: all before it are passed by
@@ -234,15 +322,8 @@ CATOPTRIC_TARGET void walkLanes(const Walk& walk, const Kind& kind, unsigned lan
   for (std::uint32_t node = 0; node < count;) {
     const Node& box = nodes[node];
     __builtin_prefetch(nodes + box.miss);
-    const float* const side = &box.least.x;
     const V::M active = V::le(next, V::all(node));
-    const V::F enters =
-        V::most(V::most(along(rays, 0, side[nearer[0]]), along(rays, 1, side[nearer[1]])),
-                along(rays, 2, side[nearer[2]]));
-    const V::F leaves = V::mul(
-        V::least(V::least(along(rays, 0, side[farther[0]]), along(rays, 1, side[farther[1]])),
-                 along(rays, 2, side[farther[2]])),
-        V::all(kSlack));
+    const auto [enters, leaves] = passage(rays, sides, box);
     const V::M hit = V::both(V::both(active, V::le(V::most(enters, zero), leaves)),
                              V::le(enters, nearest.metres));
     visited += static_cast<std::uint64_t>(__builtin_popcount(V::bits(active)));
@@ -282,52 +363,16 @@ CATOPTRIC_TARGET void walkLanes(const Walk& walk, const Kind& kind, unsigned lan
   write<std::uint32_t>(walk, lanes, V::pick(nearest.back, V::all(1u), V::all(0u)), walk.hits.back);
 }
 
-/// The kinds of rays, each as one bit of five sets of lanes.
-struct KindBits {
-  std::array<unsigned, 3> negative;
-  std::array<unsigned, 2> axis;  // the longest is x, is y
-
-  Kind of(unsigned lane) const {
-    Kind kind{(axis[0] >> lane & 1u) != 0 ? 0 : (axis[1] >> lane & 1u) != 0 ? 1 : 2, 0};
-    for (std::size_t i = 0; i < 3; ++i) kind.negative |= (negative[i] >> lane & 1u) << i;
-    return kind;
-  }
-  /// Lanes of the same kind as one.
-  unsigned like(unsigned lane) const {
-    unsigned lanes = ~0u;
-    for (const unsigned set : {negative[0], negative[1], negative[2], axis[0], axis[1]})
-      lanes &= (set >> lane & 1u) != 0 ? set : ~set;
-    return lanes;
-  }
-};
-
-CATOPTRIC_TARGET inline KindBits kindsOf(const Walk& walk) {
-  Three size;
-  KindBits kinds;
-  for (int i = 0; i < 3; ++i) {
-    const auto axis = static_cast<std::size_t>(i);
-    const V::F direction = V::load(walk.packet.direction[axis].data() + walk.first);
-    kinds.negative[axis] = V::bits(V::le(direction, V::all(-kTiny)));
-    size[i] = V::magnitude(direction);
-  }
-  kinds.axis[0] = V::bits(V::both(V::le(size[1], size[0]), V::le(size[2], size[0])));
-  kinds.axis[1] = V::bits(V::le(size[2], size[1])) & ~kinds.axis[0];
-  return kinds;
-}
-
 CATOPTRIC_TARGET void walkAll(Walk walk, bool levels) {
   for (; walk.first < walk.packet.count; walk.first += V::kLanes) {
     const std::size_t count = std::min(V::kLanes, walk.packet.count - walk.first);
     const KindBits kinds = kindsOf(walk);
-    unsigned left = ~0u >> (32 - count);
-    while (left != 0) {
-      const auto lane = static_cast<unsigned>(__builtin_ctz(left));
-      const unsigned alike = kinds.like(lane) & left;
-      if (levels)
-        walkLanes<true>(walk, kinds.of(lane), alike);
-      else
-        walkLanes<false>(walk, kinds.of(lane), alike);
-      left &= ~alike;
-    }
+    const unsigned lanes = ~0u >> (32 - count);
+    const Kind kind = kinds.of(0);
+    if ((kinds.like(0) & lanes) == lanes)
+      levels ? walkLanes<true, false>(walk, kind, lanes)
+             : walkLanes<false, false>(walk, kind, lanes);
+    else
+      levels ? walkLanes<true, true>(walk, {}, lanes) : walkLanes<false, true>(walk, {}, lanes);
   }
 }
