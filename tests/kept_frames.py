@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Frames of reprojection, which keeps what earlier frames traced, have the same bytes whole, in chunks whatever their
-order, of a list of frames, by one thread, and where a run was killed and resumed.
+"""Frames of reprojection, which keeps what earlier frames traced, and its table of key frames have the same bytes whole,
+in chunks whatever their order, of a list of frames, by one thread, and where a run was killed and resumed.
 Usage: kept_frames.py SOURCE_ROOT PROGRAM WORK_FOLDER; exit 1 and a line per difference."""
 
 import json
@@ -23,7 +23,12 @@ METHODS = [{"method": "reprojection", "restart_every": 6, "keyframe_threshold": 
 
 
 def frames_of(out):
-    return {str(p.relative_to(out)): p.read_bytes() for p in out.rglob("frame.*.exr")}
+    """By file: a frame's bytes, and the lines of the table keyframes by their frames."""
+    frames = {str(p.relative_to(out)): p.read_bytes() for p in out.rglob("frame.*.exr")}
+    for table in out.rglob("keyframes.csv"):
+        for line in table.read_text().splitlines()[1:]:
+            frames[f"{table.relative_to(out)}:{line.split(',')[0]}"] = line
+    return frames
 
 
 class Test:
@@ -34,7 +39,7 @@ class Test:
         root = pathlib.Path(root).resolve()
         self.config.write_text(json.dumps(
             {"scene": str(root / "scenes/moving.json"), "path": str(root / "paths/moving_temporal.json"),
-             "frames": f"1-{FRAMES}", "image": {"width": 64, "height": 64, "layers": ["s"], "masks": True},
+             "frames": f"1-{FRAMES}", "image": {"width": 64, "height": 64, "layers": ["s"], "masks": True, "half": False},
              "preview": {"enabled": False}, "methods": METHODS}))
         self.failed = 0
 
@@ -47,9 +52,10 @@ class Test:
 
     def expect(self, what, frames, whole, count):
         different = [p for p in frames if frames[p] != whole.get(p)]
-        if different or len(frames) != count * len(METHODS):
+        expected = 2 * count * len(METHODS)
+        if different or len(frames) != expected:
             self.failed += 1
-            print(f"{what}: {len(frames)} frames, expected {count * len(METHODS)}; other bytes: {', '.join(sorted(different)) or 'none'}")
+            print(f"{what}: {len(frames)} frames and lines, expected {expected}; other bytes: {', '.join(sorted(different)) or 'none'}")
 
     def merged(self, parts):
         """Chunks, rendered in this order and merged."""
@@ -86,7 +92,7 @@ class Test:
         self.expect("one thread", self.render("one", "--threads", "1"), whole, FRAMES)
         frames, kills = self.killed()
         self.expect("killed and resumed", frames, whole, FRAMES)
-        print(f"{len(whole)} frames, {kills} kills, {self.failed} cases failed")
+        print(f"{len(whole) // 2} frames, {kills} kills, {self.failed} cases failed")
         return self.failed
 
 

@@ -93,6 +93,11 @@ void KeyFrame::finish(const frame::Geometry& geometry, float epsilon) {
 void KeyFrame::findCells(float epsilon) {
   const auto width = static_cast<std::size_t>(width_);
   cells_.assign(surface_.size(), 0);
+  // The search in cells reads places that nothing is kept of, before it knows: never older frames'.
+  parallelFor(surface_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t at = begin; at < end; ++at)
+      if (surface_[at] == 0) place_[at] = Vec4(0.0f);
+  });
   parallelFor(static_cast<std::size_t>(height_ - 1), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t y = begin; y < end; ++y)
       for (std::size_t a = y * width; a + 1 < (y + 1) * width; ++a) {

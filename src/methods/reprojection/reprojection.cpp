@@ -150,8 +150,9 @@ class Reprojection : public Method {
  private:
   /// Why a frame has to be a key frame before anything was searched; empty: it need not.
   std::string keyReason(const FrameInput& input, const Services& services) const {
-    if (key_.empty() || input.firstOfSequence) return "first";
-    if (input.restarts) return "restart";
+    // By the path alone: a chunk may begin at any restart frame.
+    if (input.restarts) return input.frame.number == 1 ? "first" : "restart";
+    if (key_.empty()) return "first";
     if (options_.keyframeEvery > 0 && input.frame.number - keyNumber_ >= options_.keyframeEvery)
       return "every";
     // Kept radiance holds the light of its moment.

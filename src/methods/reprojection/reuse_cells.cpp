@@ -27,9 +27,12 @@ struct Nodes {
   }
 };
 
+/// 0 beyond the frame's border, where the last step of a search may end.
 std::uint64_t surfaceAt(const KeyFrame& key, const Vec2& place) {
   const Vec2 nearest = glm::floor(place + 0.5f);
-  return key.surface(key.index(static_cast<int>(nearest.x), static_cast<int>(nearest.y)));
+  const int x = static_cast<int>(nearest.x);
+  const int y = static_cast<int>(nearest.y);
+  return key.inside(x, y) ? key.surface(key.index(x, y)) : 0;
 }
 
 }  // namespace
@@ -48,7 +51,7 @@ Reuse::Corners Reuse::corners(const KeyFrame& key, const Cell& cell) const {
       continue;
     }
     const std::uint64_t shown = surfaceAt(key, matches_[n].place);
-    one = one && (surface == 0 || shown == surface);
+    one = one && shown != 0 && (surface == 0 || shown == surface);
     surface = shown;
     result.known[k] = true;
     result.offset[k] = matches_[n].place - attached_[n];
