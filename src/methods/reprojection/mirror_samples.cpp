@@ -114,6 +114,7 @@ void MirrorSamples::eachPacketOf(
 void MirrorSamples::aim() {
   rays_.resize(count());
   positions_.resize(count());
+  belowHorizon_.assign(count(), 0);
   const scene::Scene& scene = trace_->scene();
   eachTile([&](std::size_t first, trace::PointLanes& lanes) {
     trace::aim(lanes);
@@ -135,6 +136,7 @@ void MirrorSamples::aim() {
       const trace::Ray settled = trace::lobeRay(point, 0, 1, belowHorizon, total);
       ray.origin = settled.origin;
       ray.direction = settled.direction;
+      belowHorizon_[first + k] = belowHorizon ? 1 : 0;
     }
   });
 }

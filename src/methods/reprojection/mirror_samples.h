@@ -26,7 +26,7 @@ class MirrorSamples {
   /// next call.
   void find(const raster::GBufferCopy& source, const scene::Camera& camera,
             const trace::TraceScene& trace, const frame::ObjectSet& own);
-  /// Makes what rays() and positions() give.
+  /// Makes what rays(), positions() and belowHorizon() give.
   void aim();
 
   std::size_t count() const { return places_.size(); }
@@ -42,6 +42,8 @@ class MirrorSamples {
   std::span<const MirrorRay> rays() const { return rays_; }
   /// Of its surface, as the G-buffer has it.
   std::span<const Vec3> positions() const { return positions_; }
+  /// 1 where the mirrored ray would leave below the surface, so that its normal was bent.
+  std::span<const std::uint8_t> belowHorizon() const { return belowHorizon_; }
   /// Calls body(first, lanes) for each tile with samples, on any thread: the first one's number,
   /// and the tile as points of the thread's LobeTracer, of which `traced` makes the same packets of
   /// rays.
@@ -69,6 +71,7 @@ class MirrorSamples {
   std::vector<std::uint32_t> places_;
   std::vector<MirrorRay> rays_;
   std::vector<Vec3> positions_;
+  std::vector<std::uint8_t> belowHorizon_;
   frame::ObjectSet own_;
 };
 

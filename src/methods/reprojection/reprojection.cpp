@@ -44,6 +44,9 @@ const TableInfo kKeyFrames{
 
 constexpr const char* kPartial = "partial";
 constexpr std::size_t kSamplesPerTask = 4096;
+/// Bits of LobeTracer::run()'s flags.
+constexpr std::uint8_t kBelowHorizon = 2;
+constexpr std::uint8_t kSky = 4;
 
 /// What becomes of reflective samples, for the counters.
 struct OutcomeCounts {
@@ -64,8 +67,11 @@ class Reprojection : public Method {
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
     MethodPlan plan;
     plan.gbuffer = true;
-    plan.masks = raster::kMaskEnvironment | raster::kMaskBelowHorizon | raster::kMaskSky |
-                 raster::kMaskRetraced | raster::kMaskDisoccluded;
+    plan.masks = raster::kMaskEnvironment | raster::kMaskBelowHorizon | raster::kMaskRetraced |
+                 raster::kMaskDisoccluded;
+    // Meshes and points move light, not what it comes from.
+    if (!searches_ || options_.mapping == reprojection::Mapping::Gather)
+      plan.masks |= raster::kMaskSky;
     plan.gl = true;
     const auto reflectors = findReflectors(scene, settings.reflectors).count();
     if (reflectors == 0) return plan;
@@ -178,9 +184,11 @@ class Reprojection : public Method {
     key_.follow(services.geometry);
     reuse_.findIn(key_, services, radiance_);
     second_.find(samples_, key_, reuse_, services, radiance_);
+    flag(key_);
     for (auto partial = partial_.rbegin(); partial != partial_.rend(); ++partial) {
       partial->follow(services.geometry);
       reuse_.findIn(*partial, services, radiance_);
+      flag(*partial);
     }
     missing.resize(samples_.count());
     std::size_t count = 0;
@@ -192,6 +200,15 @@ class Reprojection : public Method {
     for (const std::uint32_t i : missing)
       ++outcomes.of[static_cast<std::size_t>(reuse_.outcome(i))];
     outcomes.of[static_cast<std::size_t>(Outcome::Found)] = samples_.count() - count;
+  }
+
+  /// For the masks: what LobeTracer would say of the samples that were just found in `key`.
+  void flag(const KeyFrame& key) {
+    for (std::size_t i = 0; i < flags_.size(); ++i) {
+      if (reuse_.outcome(i) != Outcome::Found) continue;
+      if (samples_.belowHorizon()[i] != 0) flags_[i] |= kBelowHorizon;
+      if (reuse_.showsSky(key, i)) flags_[i] |= kSky;
+    }
   }
 
   /// Keeps in `key` what the samples `places` have met, and what mirrors in mirrors show where
@@ -230,6 +247,7 @@ class Reprojection : public Method {
       samples_.points(samples_.places(), points_);
       hits_.resize(points_.size());
       seconds_.assign(second_.used(services.geometry) ? points_.size() : 0, {});
+      std::fill(flags_.begin(), flags_.end(), std::uint8_t{0});
       traceAll(input, services);
       keep(key_, input, services, samples_.places(), radiance_);
       keyNumber_ = input.frame.number;

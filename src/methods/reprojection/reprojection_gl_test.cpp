@@ -40,6 +40,14 @@ int samplesThat(const test::TracedSamples& samples, const std::vector<std::uint1
   return different;
 }
 
+std::vector<std::size_t> samplesWith(const test::GlStage& stage, std::uint16_t mask) {
+  const auto masks = raster::readMasks(stage.gbuffer.masks);
+  std::vector<std::size_t> result;
+  for (std::size_t at = 0; at < masks.size(); ++at)
+    if ((masks[at] & mask) != 0) result.push_back(at);
+  return result;
+}
+
 TEST(Reprojection, IsTracedWhereEveryFrameIsAKeyFrame) {
   test::GlStage stage(sceneOf("nine_spheres"), test::framesOf(96, 96, 2));
   for (const MethodEntry* entry : {&reprojectionEntry(), &imageWarpEntry()}) {
@@ -172,6 +180,29 @@ TEST(Reprojection, FindsMostAndTracesTheRest) {
     } else {
       EXPECT_LT(samples.l1Of8Bit(), 0.5 * warpedError);
     }
+  }
+}
+
+// Normals of a coarse ball send rays at its outline below its surface: they are bent, and marked.
+TEST(Reprojection, MarksWhatItFindsAsTracedDoes) {
+  test::SceneBuilder builder;
+  builder.add(scene::makeSphere(1.0f, 12, 6, scene::UvMode::Unit), builder.reflective(1.0f));
+  builder.constantEnvironment({0.4f, 0.5f, 0.6f});
+  test::GlStage stage(std::move(builder.scene()), test::framesOf(96, 96, 1, true));
+  const auto from = [](float x) {
+    return scene::lookAt({x, 0.0f, 4.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, 0.7f);
+  };
+  test::GlMethod method(stage, reprojectionEntry(), R"({"keyframe_threshold": 1})");
+  test::GlMethod traced(stage, reprojectionEntry(), R"({"keyframe_every": 1})");
+  for (const float x : {0.0f, 0.0f, 0.004f}) {
+    const std::uint64_t retraced = method.render(from(x)).counters.at("retraced");
+    const auto bent = samplesWith(stage, raster::kMaskBelowHorizon);
+    const auto sky = samplesWith(stage, raster::kMaskSky);
+    EXPECT_GT(bent.size(), retraced);
+    EXPECT_GT(sky.size(), bent.size());
+    traced.render(from(x));
+    EXPECT_EQ(bent, samplesWith(stage, raster::kMaskBelowHorizon)) << x;
+    EXPECT_EQ(sky, samplesWith(stage, raster::kMaskSky)) << x;
   }
 }
 

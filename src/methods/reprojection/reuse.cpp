@@ -21,6 +21,12 @@ bool keeps(const KeyFrame& key, std::uint32_t reflector, const Vec2& place) {
   return key.inside(x, y) && key.reflector(key.index(x, y)) == reflector;
 }
 
+/// The key frame's sample nearest to a place that is inside.
+std::size_t nearestTo(const KeyFrame& key, const Vec2& place) {
+  const Vec2 nearest = glm::floor(place + 0.5f);
+  return key.index(static_cast<int>(nearest.x), static_cast<int>(nearest.y));
+}
+
 const Vec2 kNowhere(std::numeric_limits<float>::quiet_NaN());
 
 }  // namespace
@@ -103,6 +109,12 @@ bool Reuse::holds(const KeyFrame& key, std::size_t i, const Match& match) const 
   const Lookup lookup = lookUp(key, rays_[i].reflector, match.place, options_);
   return lookup.outcome == Outcome::Found &&
          missBy(key, rays_[i], match.place, lookup.place, options_) <= options_.fidelity;
+}
+
+bool Reuse::showsSky(const KeyFrame& key, std::size_t i) const {
+  const bool gathers = !searches_ || options_.mapping == Mapping::Gather;
+  return gathers && outcomes_[i] == Outcome::Found && matches_[i].outcome == Outcome::Found &&
+         key.shown(nearestTo(key, matches_[i].place)) == 0;
 }
 
 Vec2 Reuse::like(std::int32_t i, std::int32_t n) const {
@@ -284,9 +296,7 @@ void Reuse::warp(const KeyFrame& key, const frame::Geometry& geometry,
                  std::vector<Vec3>& radiance) {
   const auto crossed = [&](std::size_t i) {
     if (moving_.empty()) return false;
-    const Vec2 nearest = glm::floor(matches_[i].place + 0.5f);
-    const std::uint32_t shown =
-        key.shown(key.index(static_cast<int>(nearest.x), static_cast<int>(nearest.y)));
+    const std::uint32_t shown = key.shown(nearestTo(key, matches_[i].place));
     const Vec3& from = rays_[i].origin;
     const float farthest = 2.0f * geometry.bounds.diameter();
     const Vec3 to = places_[i].w > 0.0f ? Vec3(places_[i]) : from + farthest * rays_[i].direction;

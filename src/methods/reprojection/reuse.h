@@ -51,6 +51,9 @@ class Reuse {
   }
   /// Of a sample that was found in the last key frame, from this to the next findIn().
   const Match& match(std::size_t i) const { return matches_[i]; }
+  /// Whether sample i was found in `key`, the last key frame, and shows the sky; not by the paper's
+  /// mapping, which keeps no matches.
+  bool showsSky(const KeyFrame& key, std::size_t i) const;
   /// It is not found after all, and not to be found in another key frame.
   void lose(std::size_t i, Outcome outcome) { outcomes_[i] = outcome; }
 
