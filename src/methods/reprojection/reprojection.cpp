@@ -156,8 +156,10 @@ class Reprojection : public Method {
  private:
   /// Why a frame has to be a key frame before anything was searched; empty: it need not.
   std::string keyReason(const FrameInput& input, const Services& services) const {
-    // By the path alone: a chunk may begin at any restart frame.
-    if (input.restarts) return input.frame.number == 1 ? "first" : "restart";
+    // By the path alone: a chunk may begin at any restart frame. Beside another method, which then
+    // has its own grid, all warm up from where both restart.
+    if (input.restarts || onRestartGrid(input.frame.number, options_.restartEvery))
+      return input.frame.number == 1 ? "first" : "restart";
     if (key_.empty()) return "first";
     if (options_.keyframeEvery > 0 && input.frame.number - keyNumber_ >= options_.keyframeEvery)
       return "every";

@@ -294,6 +294,15 @@ TEST(Reprojection, KeepsTheBytesOfWhatStandsStill) {
     }
 }
 
+// Beside another method, frames that are restarts of this one alone are not told to it.
+TEST(Reprojection, RestartsOnItsOwnGrid) {
+  test::GlStage stage(sceneOf("nine_spheres"), test::framesOf(32, 32, 1, true));
+  test::GlMethod method(stage, reprojectionEntry(),
+                        R"({"keyframe_threshold": 1, "restart_every": 3})");
+  for (int frame = 1; frame <= 7; ++frame)
+    EXPECT_EQ(method.render(spheresFrom(kEye)).counters.at("key_frame"), frame % 3 == 1 ? 1u : 0u);
+}
+
 TEST(Reprojection, EqualsImageWarpWhenTheCameraOnlyTurns) {
   test::GlStage stage(sceneOf("planar_mirror"), test::framesOf(128, 128, 1, true));
   const auto before = scene::lookAt({0.3f, 1.35f, 1.2f}, {0.0f, 1.0f, -2.0f}, {0, 1, 0}, 0.8f);

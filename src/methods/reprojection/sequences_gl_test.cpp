@@ -245,7 +245,11 @@ TEST_F(ReprojectionSequences, HoldInChainsOfAThousandFrames) {
     return before(1.0f, {0.2f + 0.01f * static_cast<float>(step), 0.3f, 3.5f});
   };
   const Worst worst = render(mirrors(1.0f, false).scene(),
-                             {.width = 24, .height = 24, .frames = 1000, .camera = camera});
+                             {.width = 24,
+                              .height = 24,
+                              .frames = 1000,
+                              .options = R"("keyframe_threshold": 1, "restart_every": 100000)",
+                              .camera = camera});
   EXPECT_EQ(worst.keys, 1u);
   EXPECT_GT(worst.reused, worst.samples / 4);
   isBelow(worst.l1, 2.0);

@@ -32,6 +32,8 @@ struct Part {
   std::vector<std::string> because;  ///< what the config says of them
   std::string fills;                 ///< line of the plan
   bool fallback = false;             ///< fills what others cannot do
+  std::vector<std::string> tables;   ///< that its method can have
+  bool renamesTables = false;        ///< an earlier part has tables of these names
 };
 
 std::string quoted(const std::string& name) {
@@ -111,12 +113,12 @@ class MixedMethod : public methods::Method {
     return own;
   }
 
-  /// Counters of methods beside the entry's own are named after them; so are tables and layers of
-  /// a method that is there twice.
+  /// Counters of methods beside the entry's own are named after them; so are layers of a method
+  /// that is there twice, and tables that an earlier one has, too.
   static void take(const Part& part, methods::FrameOutput own, methods::FrameOutput& output) {
     for (const auto& [name, count] : own.counters) output.counters[part.prefix + name] += count;
     for (methods::Table& table : own.tables) {
-      if (part.label != part.id) table.rename(part.prefix + table.name());
+      if (part.renamesTables) table.rename(part.prefix + table.name());
       output.tables.push_back(std::move(table));
     }
     for (methods::SampleLayer& layer : own.sampleLayers) {
@@ -193,6 +195,10 @@ class Assignment {
           parts_, [&](const Part& other) { return &other < &part && other.id == part.id; });
       part.label = part.id + (same == 0 ? "" : "_" + std::to_string(same + 1));
       if (&part != &parts_.front()) part.prefix = part.label + ".";
+      part.renamesTables = std::ranges::any_of(parts_, [&](const Part& other) {
+        return &other < &part &&
+               std::ranges::find_first_of(other.tables, part.tables) != other.tables.end();
+      });
     }
     return std::move(parts_);
   }
@@ -205,6 +211,7 @@ class Assignment {
     Part part;
     part.id = id;
     part.method = entry->make(options);
+    for (const methods::TableInfo& table : entry->tables) part.tables.push_back(table.name);
     part.own.assign(reflective_.size(), false);
     return part;
   }

@@ -157,6 +157,15 @@ TEST(Mixture, CountersAndStepsAreNamedAfterTheirMethod) {
   }
 }
 
+TEST(Mixture, TablesOfOneNameAreNamedAfterTheirMethod) {
+  const Frame mixed(R"({"method": "reprojection", "reflectors": {
+      "pane": "image_warp", "ball mirror": {"method": "reprojection", "epsilon": 0.1}}})");
+  std::vector<std::string> names;
+  for (const methods::Table& table : mixed.output.tables) names.push_back(table.name());
+  EXPECT_THAT(names, testing::UnorderedElementsAre("keyframes", "image_warp.keyframes",
+                                                   "reprojection_2.keyframes"));
+}
+
 TEST(Mixture, WhatAMethodCannotDoIsFilledAndCounted) {
   const Frame looked(R"({"method": "environment_map", "face_size": 256})");
   const Frame filled(R"({"method": "perturbation", "unsupported": "environment_map"})");
