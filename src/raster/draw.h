@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "gl/objects.h"
+
 namespace catoptric::raster {
 
 /// Objects by id (index + 1).
@@ -38,6 +40,8 @@ struct DiffuseDraw {
   bool background = true;
   /// Whether closed opaque objects about the eye show their insides.
   bool insides = true;
+  /// Depths of this view: surfaces are drawn that lie behind them, the nearest of those alone.
+  const gl::Texture* behind = nullptr;
 };
 
 /// Counts of one pass.

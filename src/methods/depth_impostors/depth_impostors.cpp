@@ -157,10 +157,11 @@ const MethodEntry& depthImpostorsEntry() {
         .steps = std::move(steps),
         .counters = std::move(counters),
         .tables = {impostors::impostorsTable()},
-        .tests = {.small =
-                      R"({"face_size": 64, "texture_size": 64, "plane_size": 64, "domains": 18})",
-                  .variants = {R"({"intersection": "walk", "bounces": 2})",
-                               R"({"intersection": "srdm_two_rows", "maps": 3, "refine": 2})"}},
+        .tests =
+            {.small = R"({"face_size": 64, "texture_size": 64, "plane_size": 64, "domains": 18})",
+             .variants =
+                 {R"({"intersection": "walk", "bounces": 2})",
+                  R"({"intersection": "srdm_two_rows", "maps": 3, "layers": 2, "refine": 2})"}},
         .options = impostors::depthOptions().schema(),
         .make = [](const config::Value& options) -> std::unique_ptr<Method> {
           return std::make_unique<DepthImpostors>(impostors::depthOptions().parse(options));

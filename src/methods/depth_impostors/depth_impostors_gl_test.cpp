@@ -79,7 +79,8 @@ TEST(DepthImpostors, ABallIsWhereItIs) {
 TEST(DepthImpostors, TheProcessorShowsWhatTheDeviceShows) {
   for (const std::string way :
        {R"("walk")", R"("srdm")", R"("srdm_two_rows")", R"("srdm", "refine": 4)",
-        R"("srdm", "self_maps": 6)", R"("srdm", "billboards_below": 10)"}) {
+        R"("srdm", "self_maps": 6)", R"("srdm", "self_maps": 6, "layers": 2)",
+        R"("srdm", "billboards_below": 10, "few_objects": 0)"}) {
     test::GlStage stage(twoBalls().scene(), kSettings);
     std::vector<Vec3> shown[2];
     for (int i = 0; i < 2; ++i) {
@@ -187,6 +188,30 @@ TEST(DepthImpostors, AReflectorShowsItself) {
   std::printf("mean error without %.4f, with %.4f\n", errors[0], errors[1]);
   EXPECT_GT(errors[0], 0.02);
   EXPECT_LT(errors[1], 0.5 * errors[0]);
+}
+
+// The nearer side of a ring hides the farther one, from its axes, too.
+TEST(DepthImpostors, PeeledMapsShowWhatOneMapHides) {
+  test::SceneBuilder builder;
+  builder.constantEnvironment(Vec3(1.0f));
+  builder.add(scene::makeTorus(0.35f, 0.15f, 96, 48, scene::UvMode::Unit),
+              builder.reflective(0.9f));
+  test::GlStage stage(builder.scene(), kSettings);
+  double errors[2] = {};
+  for (int i = 0; i < 2; ++i) {
+    const FrameOutput output =
+        test::GlMethod(stage, depthImpostorsEntry(),
+                       i == 0 ? R"({"points": 16, "self_maps": 6})"
+                              : R"({"points": 16, "self_maps": 6, "layers": 2})")
+            .render(camera());
+    EXPECT_EQ(output.counters.at("impostors_rendered"), i == 0 ? 6u : 12u);
+    const test::TracedSamples samples(stage, camera(), {});
+    for (std::size_t k = 0; k < samples.ours.size(); ++k)
+      errors[i] += static_cast<double>(glm::length(samples.ours[k] - samples.traced[k]));
+    errors[i] /= static_cast<double>(samples.ours.size());
+  }
+  std::printf("mean error of one map %.4f, of two %.4f\n", errors[0], errors[1]);
+  EXPECT_LT(errors[1], 0.7 * errors[0]);
 }
 
 }  // namespace

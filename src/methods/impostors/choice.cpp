@@ -39,7 +39,9 @@ class Chooser {
     const std::size_t count = geometry_.objects.size();
     choice_.chosen.assign(count, false);
     choice_.listOf.resize(count);
-    for (const int object : wanted()) choice_.chosen[static_cast<std::size_t>(object)] = true;
+    const std::vector<int> objects = wanted();
+    for (const int object : objects) choice_.chosen[static_cast<std::size_t>(object)] = true;
+    crowded_ = objects.size() > static_cast<std::size_t>(options_.fewObjects);
     for (std::size_t r = 0; r < count; ++r)
       if (!vanished(static_cast<int>(r)) && (reflects_[r] || (options_.bounces > 1 && mirrors_[r])))
         list(static_cast<int>(r));
@@ -146,7 +148,7 @@ class Chooser {
       return;
     }
     if (kind_ == Kind::Billboard ||
-        errorOfBillboard(reflector, object) < options_.billboardsBelow) {
+        (crowded_ && errorOfBillboard(reflector, object) < options_.billboardsBelow)) {
       into.members.push_back(billboard(reflector, object));
     } else {
       depthMaps(reflector, object, into);
@@ -173,6 +175,17 @@ class Chooser {
     impostor.reflective = mirrors_[static_cast<std::size_t>(impostor.object)];
     choice_.impostors.push_back(impostor);
     return static_cast<int>(choice_.impostors.size()) - 1;
+  }
+
+  /// One depth map after the other; returns the first.
+  int insertLayers(Impostor impostor) {
+    const int first = insert(impostor);
+    while (++impostor.peeled < options_.layers) insert(impostor);
+    return first;
+  }
+
+  void addLayers(int first, ImpostorList& into) const {
+    for (int i = 0; i < options_.layers; ++i) into.members.push_back(first + i);
   }
 
   int flat(int object, int index, bool behind) {
@@ -232,7 +245,7 @@ class Chooser {
         towards = std::cos(kTiltRad) * main +
                   std::sin(kTiltRad) * (std::cos(turn) * across + std::sin(turn) * along);
       }
-      into.members.push_back(depthMap(object, towards));
+      addLayers(depthMap(object, towards), into);
     }
   }
 
@@ -262,7 +275,7 @@ class Chooser {
     Impostor impostor{.object = object, .depth = true};
     impostor.camera = lookAtPoints(verticesOf(geometry_, object), shape(object).centroid, forward,
                                    upBeside(object, forward), kLeastSize * metres_);
-    const int made = insert(impostor);
+    const int made = insertLayers(impostor);
     maps_.emplace(key, made);
     return made;
   }
@@ -275,7 +288,7 @@ class Chooser {
       Impostor impostor{.object = object, .depth = true, .self = true};
       impostor.camera = lookAtPoints(verticesOf(geometry_, object), shape(object).centroid, forward,
                                      upBeside(object, forward), kLeastSize * metres_);
-      into.members.push_back(insert(impostor));
+      addLayers(insertLayers(impostor), into);
     }
   }
 
@@ -287,6 +300,7 @@ class Chooser {
   const std::vector<bool>& reflects_;
   const std::vector<bool>& mirrors_;
   float metres_;
+  bool crowded_ = false;  ///< more objects than Options::fewObjects
   Choice choice_;
   std::map<std::tuple<int, int, bool>, int> flats_;  ///< object, plane, side
   std::map<std::tuple<int, int, int>, int> maps_;    ///< object, cell

@@ -20,6 +20,7 @@ struct Impostor {
   bool reflective = false;  ///< with normals
   bool slab = false;        ///< shows what lies in `plane` alone
   bool self = false;        ///< of the reflector whose rays meet it
+  int peeled = 0;           ///< surfaces in front of those that a depth map shows
   Camera camera = {};
 };
 

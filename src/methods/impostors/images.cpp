@@ -64,7 +64,7 @@ void Images::update(Services& services, const std::vector<Impostor>& impostors,
   std::vector<bool> taken(slots_.size(), false);
   const auto shows = [](const Slot& slot, const Impostor& impostor) {
     return slot.used && slot.object == impostor.object && slot.slab == impostor.slab &&
-           slot.camera == impostor.camera;
+           slot.peeled == impostor.peeled && slot.camera == impostor.camera;
   };
   for (const int index : needed) {
     const Impostor& impostor = impostors[static_cast<std::size_t>(index)];
@@ -91,8 +91,8 @@ void Images::update(Services& services, const std::vector<Impostor>& impostors,
       const Impostor& impostor = impostors[static_cast<std::size_t>(index)];
       const int layer = layerOf(index);
       const std::uint64_t clamped = draw(services, impostor, layer, drawn, index);
-      slots_[static_cast<std::size_t>(layer)] = {true, impostor.slab, impostor.object,
-                                                 impostor.camera, clamped};
+      slots_[static_cast<std::size_t>(layer)] = {
+          true, impostor.slab, impostor.object, impostor.peeled, impostor.camera, clamped};
       drawnNow_[static_cast<std::size_t>(index)] = true;
       ++drawn_;
     }
@@ -111,16 +111,26 @@ std::uint64_t Images::draw(Services& services, const Impostor& impostor, int lay
   const bool normals = reflective_ && impostor.reflective;
   const gl::Framebuffer& target = normals ? reflectiveTarget_ : target_;
   const gl::DrawScope scope{gl::DrawState()};
-  target.bind();
-  target.clearDepth(0.0f);
-  for (int i = 0; i < (normals ? 3 : 1); ++i) target.clearColor(i, 0.0f, 0.0f, 0.0f, 0.0f);
   const Camera& camera = impostor.camera;
   const float spread = std::sqrt(camera.size.x * camera.size.y) / static_cast<float>(size_);
-  services.raster->drawDiffuse(
-      camera.clipFromWorld(), camera.eye, spread, services.lighting,
-      {.objects = raster::ObjectSet::only({impostor.object + 1}),
-       .outputs = {.radiance = true, .normal = normals, .specular = normals},
-       .background = false});
+  // One surface after the other is peeled off
+  for (int surface = 0; surface <= impostor.peeled; ++surface) {
+    if (surface > 0) {
+      if (before_.empty())
+        before_ = gl::Texture::make2D("peeled depths", GL_DEPTH_COMPONENT32F, size_, size_);
+      glCopyImageSubData(depth_.id(), GL_TEXTURE_2D, 0, 0, 0, 0, before_.id(), GL_TEXTURE_2D, 0, 0,
+                         0, 0, size_, size_, 1);
+    }
+    target.bind();
+    target.clearDepth(0.0f);
+    for (int i = 0; i < (normals ? 3 : 1); ++i) target.clearColor(i, 0.0f, 0.0f, 0.0f, 0.0f);
+    services.raster->drawDiffuse(
+        camera.clipFromWorld(), camera.eye, spread, services.lighting,
+        {.objects = raster::ObjectSet::only({impostor.object + 1}),
+         .outputs = {.radiance = true, .normal = normals, .specular = normals},
+         .background = false,
+         .behind = surface > 0 ? &before_ : nullptr});
+  }
   const auto keep = [](gl::Texture& from, const gl::Texture& to, int at) {
     from.generateMipmaps();
     for (int level = 0; level < to.levels(); ++level)

@@ -52,6 +52,7 @@ class Images {
     bool used = false;
     bool slab = false;
     int object = 0;
+    int peeled = 0;
     Camera camera;
     std::uint64_t clampedTexels = 0;
   };
@@ -77,6 +78,7 @@ class Images {
   gl::Texture normal_;
   gl::Texture specular_;
   gl::Texture depth_;
+  gl::Texture before_;  ///< depths of the surface that was peeled off last
   gl::Framebuffer target_;
   gl::Framebuffer reflectiveTarget_;
   std::vector<float> texels_;

@@ -71,6 +71,10 @@ const config::OptionTable<Options>& depthOptions() {
     options.push_back(field(&Options::maps, "maps", range(1, 7),
                             "depth maps of an object for each reflector: the first looks from the "
                             "reflector, the others 60 degrees from there, all around"));
+    options.push_back(field(&Options::layers, "layers", range(1, 4),
+                            "depth maps of one camera: the second shows what the first hides, the "
+                            "third what both hide")
+                          .trade("1,2"));
     options.push_back(field(&Options::directionCells, "direction_cells", range(2, 4096),
                             "cells along the edge of the octahedral map of directions, in the "
                             "object's frame: reflectors in one cell share their depth maps"));
@@ -83,7 +87,10 @@ const config::OptionTable<Options>& depthOptions() {
               "sr: objects get a billboard in place of a depth map where the error of "
               "one is predicted to be less: solid angle times the angle by which a "
               "billboard is off, in the unit of least; 0: none")
-            .trade("0,0.001,0.01"));
+            .trade("0,0.1,1"));
+    options.push_back(field(&Options::fewObjects, "few_objects", range(0, 4096),
+                            "where no more objects than these have impostors, billboards_below is "
+                            "not looked at: all of them get depth maps"));
     return config::OptionTable<Options>("depth_impostors", "Options of the method depth_impostors.",
                                         std::move(options));
   }();

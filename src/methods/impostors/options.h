@@ -44,9 +44,11 @@ struct Options {
   int points = 8;                ///< the paper's m
   int refine = 4;                ///< texels; ours, measured in docs/papers/impostors.md
   int maps = 1;                  ///< of an object, for each reflector
+  int layers = 1;                ///< of depth, for each camera; ours
   int directionCells = 32;       ///< of an octahedral map's edge; ours
   int selfMaps = 0;              ///< of a reflector for its own rays; ours
-  float billboardsBelow = 0.0f;  ///< sr rad; ours
+  float billboardsBelow = 1.0f;  ///< sr rad; ours, measured in docs/papers/impostors.md
+  int fewObjects = 32;           ///< get no billboards; ours
 };
 
 const config::OptionTable<Options>& billboardOptions();

@@ -4,19 +4,21 @@
 #include <utility>
 
 #include "core/error.h"
+#include "raster/constants.h"
 #include "raster/cube_faces.h"
 #include "raster/passes/surfaces.h"
 
 namespace catoptric::raster {
 namespace {
 
-SurfaceShaders diffuseShaders(const DiffuseOutputs& outputs) {
-  return {.label = "diffuse",
+SurfaceShaders diffuseShaders(const DiffuseOutputs& outputs, bool behind) {
+  return {.label = behind ? "diffuse, behind" : "diffuse",
           .vertex = "raster/shaders/scene.vert",
           .fragment = "raster/shaders/diffuse.frag",
           .outputs = (outputs.radiance ? std::uint32_t{kRadianceOutput} : 0u) |
                      (outputs.normal ? std::uint32_t{kNormalOutput} : 0u) |
-                     (outputs.specular ? std::uint32_t{kSpecularOutput} : 0u)};
+                     (outputs.specular ? std::uint32_t{kSpecularOutput} : 0u),
+          .defines = {{"BEHIND", behind ? "1" : "0"}}};
 }
 
 }  // namespace
@@ -32,7 +34,8 @@ DrawStatistics DiffusePass::draw(const Mat4& clipFromWorld, const Vec3& eye, flo
       makeView(clipFromWorld, eye, pixelSpreadRad,
                Vec4(viewport[0], viewport[1], viewport[2], viewport[3]), kHalfRadianceLimit);
   view.insides = what.insides;
-  const SurfaceShaders shaders = diffuseShaders(what.outputs);
+  const SurfaceShaders shaders = diffuseShaders(what.outputs, what.behind != nullptr);
+  if (what.behind != nullptr) what.behind->bind(shared::kFirstPassUnit);
   gl::DrawState state;
   state.scissor = gl::DrawScope::current().scissor;
   SurfacePass pass{.shaders = shaders, .state = state};

@@ -1,6 +1,12 @@
 // Chosen values of the surfaces of any view. Locations count the outputs that there are.
 //   RADIANCE_OUTPUT  1: diffuse radiance, alpha 1
+//   BEHIND           1: of what lies behind other depths alone
 #include "surface.glsl"
+#if BEHIND
+#include "constants.glsl"
+layout(binding = kFirstPassUnit) uniform sampler2D depthsBefore;
+const float kApart = 1e-4;  // of depth, which is 1 at the near plane and 0 at the far one; ours
+#endif
 
 #if RADIANCE_OUTPUT
 layout(location = 0) out vec4 outDiffuse;
@@ -13,6 +19,9 @@ layout(location = RADIANCE_OUTPUT + NORMAL_OUTPUT) out vec4 outSpecular;  // s, 
 #endif
 
 void main() {
+#if BEHIND
+  if (gl_FragCoord.z + kApart >= texelFetch(depthsBefore, ivec2(gl_FragCoord.xy), 0).r) discard;
+#endif
   cutOut();
   Surface surface = surfaceSeen();
 #if RADIANCE_OUTPUT
