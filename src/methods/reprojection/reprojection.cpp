@@ -116,7 +116,7 @@ class Reprojection : public Method {
     counts_ = {};
     blended_ = 0;
     if (services.trace == nullptr) {  // no reflectors: nothing was planned
-      report({}, 0, 0, output);
+      report({}, 0, 0, false, output);
       return;
     }
     services.timer.measure("readback", [&] {
@@ -146,7 +146,7 @@ class Reprojection : public Method {
       retrace(input, services, missing, reason == kPartial);
     }
     if (input.kept) show(services, missing);
-    report(outcomes, missing.size(), whole ? count : 0, output);
+    report(outcomes, missing.size(), whole ? count : 0, whole, output);
     output.counters["partial_key"] = reason == kPartial ? 1 : 0;
     Table table(kKeyFrames);
     table.add(keyNumber_, reason, count, missed);
@@ -357,12 +357,12 @@ class Reprojection : public Method {
   }
 
   void report(const OutcomeCounts& outcomes, std::uint64_t retraced, std::uint64_t keyed,
-              FrameOutput& output) const {
+              bool isKey, FrameOutput& output) const {
     output.counters["reused"] = outcomes[Outcome::Found];
     output.counters["retraced"] = retraced;
     output.counters["blended"] = blended_;
     output.counters["key_frame_samples"] = keyed;
-    output.counters["key_frame"] = keyed > 0 ? 1 : 0;
+    output.counters["key_frame"] = isKey ? 1 : 0;
     output.counters["not_searched"] = outcomes[Outcome::NotSearched];
     output.counters["not_found"] = outcomes[Outcome::NotFound];
     output.counters["hidden"] = outcomes[Outcome::Hidden];

@@ -301,6 +301,13 @@ TEST(Reprojection, RestartsOnItsOwnGrid) {
                         R"({"keyframe_threshold": 1, "restart_every": 3})");
   for (int frame = 1; frame <= 7; ++frame)
     EXPECT_EQ(method.render(spheresFrom(kEye)).counters.at("key_frame"), frame % 3 == 1 ? 1u : 0u);
+  // Where nothing reflects, too
+  const auto away = scene::lookAt(kEye, 2.0f * kEye, {0.0f, 1.0f, 0.0f}, 0.7f);
+  for (int frame = 8; frame <= 10; ++frame) {
+    const FrameOutput output = method.render(away);
+    EXPECT_EQ(output.counters.at("key_frame"), frame % 3 == 1 ? 1u : 0u);
+    EXPECT_EQ(output.counters.at("rays"), 0u);
+  }
 }
 
 TEST(Reprojection, EqualsImageWarpWhenTheCameraOnlyTurns) {
