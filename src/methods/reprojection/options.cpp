@@ -9,8 +9,8 @@ namespace {
 
 using config::field;
 
-constexpr auto kEdges =
-    config::names<Edges>({{"trace", Edges::Trace}, {"nearest", Edges::Nearest}});
+constexpr auto kEdges = config::names<Edges>(
+    {{"trace", Edges::Trace}, {"nearest", Edges::Nearest}, {"rims", Edges::Rims}});
 
 /// What both methods have.
 std::vector<config::Option<Options>> common() {
@@ -37,8 +37,10 @@ std::vector<config::Option<Options>> common() {
             "they do not show one surface"),
       field(&Options::edges, "edges", kEdges,
             "a sample that is found between samples of two surfaces is traced anew, or shows the "
-            "surface of the nearest one: fewer rays, edges off by up to half a sample")
-          .trade("trace,nearest"),
+            "surface of the nearest one: fewer rays, edges off by up to half a sample; rims: it is "
+            "traced anew, and so are the samples at the rims of reflectors, where narrow "
+            "reflections come out that the key frame could not see")
+          .trade("trace,nearest,rims"),
       field(&Options::magnification, "magnification", config::atLeast(1.0),
             "area over which a sample of the key frame may be stretched, in samples"),
       field(&Options::rays, "rays", config::range(1, 64),

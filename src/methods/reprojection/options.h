@@ -12,6 +12,7 @@ namespace catoptric::methods::reprojection {
 enum class Edges : std::uint8_t {
   Trace,    ///< it is traced anew
   Nearest,  ///< it shows the surface of the nearest one
+  Rims,     ///< it is traced anew, and so is what moves along a reflector's rim
 };
 
 /// How reflections come from the key frame to the current one.

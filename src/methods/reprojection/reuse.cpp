@@ -270,6 +270,18 @@ float Reuse::keyArea(std::size_t at) const {
   return std::abs(steps[0].x * steps[1].y - steps[0].y * steps[1].x);
 }
 
+bool Reuse::atRim(std::size_t i) const {
+  const auto at = static_cast<int>(samples_->places()[i]);
+  const int x = at % width_;
+  const int y = at / width_;
+  const std::array<std::array<int, 2>, 4> beside{{{x - 1, y}, {x + 1, y}, {x, y - 1}, {x, y + 1}}};
+  return std::ranges::any_of(beside, [&](const std::array<int, 2>& next) {
+    if (next[0] < 0 || next[1] < 0 || next[0] >= width_ || next[1] >= height_) return false;
+    const std::int32_t n = sampleAt(next[0], next[1]);
+    return n < 0 || rays_[n].reflector != rays_[i].reflector;
+  });
+}
+
 void Reuse::shift(const KeyFrame& key, std::vector<Vec3>& radiance) {
   // Written apart from what neighbours still read: their matches.
   parallelFor(pending_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
@@ -285,6 +297,9 @@ void Reuse::shift(const KeyFrame& key, std::vector<Vec3>& radiance) {
       if (outcome == Outcome::Found && shown_[i] != Shown::Measured &&
           keyArea(samples_->places()[i]) * options_.magnification < 1.0f)
         outcome = Outcome::Magnified;
+      if (outcome == Outcome::Found && options_.edges == Edges::Rims && atRim(i) &&
+          matches_[i].place != attached_[i])
+        outcome = Outcome::Discontinuity;
       // Of several key frames the first one says why.
       if (outcome == Outcome::Found || outcomes_[i] == Outcome::NotAsked) outcomes_[i] = outcome;
       if (outcome != Outcome::Found) radiance[i] = Vec3(0.0f);

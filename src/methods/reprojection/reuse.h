@@ -116,6 +116,8 @@ class Reuse {
   void warpInPlace(const KeyFrame& key, const Services& services);
   void shift(const KeyFrame& key, std::vector<Vec3>& radiance);
   void warp(const KeyFrame& key, const frame::Geometry& geometry, std::vector<Vec3>& radiance);
+  /// Whether a sample beside i does not show its reflector.
+  bool atRim(std::size_t i) const;
   /// Area of the key frame that a sample shows, in its samples; 1 where no neighbour tells.
   float keyArea(std::size_t at) const;
 

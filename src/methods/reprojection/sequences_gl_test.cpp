@@ -141,6 +141,24 @@ TEST_F(ReprojectionSequences, HoldWhereAMirrorFillsTheFrame) {
   isBelow(worst.l1, 1.0);
 }
 
+// A frame about a mirror: its narrow reflection at the rim comes out as the camera goes on.
+TEST(ReprojectionRims, ComeOutOfAMirrorInAFrame) {
+  SceneBuilder builder = mirrors(1.0f, false);
+  const int dark = builder.diffuse({0.02f, 0.02f, 0.02f});
+  for (const float side : {-1.0f, 1.0f})
+    builder.add(scene::makePlane({0.1f, 3.0f}, {1, 1}, scene::UvMode::Unit), dark,
+                test::translation({2.0f * side, 0.0f, 0.05f}) *
+                    test::rotation(90.0f, {0.0f, 1.0f, 0.0f}) *
+                    test::rotation(90.0f, {1.0f, 0.0f, 0.0f}));
+  Sequence sequence{.frames = 12, .camera = sideways(1.0f, 0.08f)};
+  const Worst trace = render(builder.scene(), sequence);
+  sequence.options = R"("keyframe_threshold": 1, "edges": "rims")";
+  const Worst rims = render(builder.scene(), sequence);
+  EXPECT_LT(rims.l1, trace.l1);
+  EXPECT_LT(rims.reused, trace.reused);
+  EXPECT_GT(rims.reused, trace.reused * 8 / 10);
+}
+
 TEST_F(ReprojectionSequences, HoldWithTheEyeInTheMirrorsPlane) {
   // Comes through the plane z = 0 beside the mirror.
   const auto camera = [](int frame) {
