@@ -7,39 +7,15 @@ import statistics
 import subprocess
 
 from display_steps import display, l1
-from paper_run import exponent, machine, number, preview, sheet
+from paper_run import exponent, number, preview, sheet
 
-# Scene, path, as printed: reflective pixels % (max, avg), ray tracer and method in frames per second (max, min,
-# avg), key-frame intervals (max, avg), recomputed %. The paper's toilet is our bathroom.
-PATHS = {
-    "living room a": ("living_room", "living_room_temporal", "62 / 50", "18.6 / 7.5 / 9.4", "50.8 / 7.0 / 34.7",
-                      "164 / 53.1", "18.7"),
-    "living room b": ("living_room", "living_room_temporal_b", "58 / 44", "12.8 / 6.4 / 8.8", "48.4 / 6.6 / 32.0",
-                      "92 / 24.2", "18.5"),
-    "bathroom a": ("bathroom", "bathroom_temporal", "55 / 45", "23.0 / 13.4 / 18.5", "54.9 / 13.0 / 33.4",
-                   "51 / 20.6", "20.8"),
-    "bathroom b": ("bathroom", "bathroom_temporal_b", "58 / 44", "22.4 / 14.0 / 18.0", "49.5 / 12.6 / 34.9",
-                   "63 / 20.0", "18.9")}
-STEPS = {"gbuffer": ("0.6", "0.7"), "readback": ("", ""), "search": ("3.4", "2.2"), "shift": ("1.3", "1.7"),
-         "warp": ("2.7", "2.1"), "recompute": ("20.3", "23.2"), "upload": ("", ""), "composite": ("0.9", "0.7")}
+# Scene, path, as printed: key-frame intervals (max, avg), recomputed %. The paper's toilet is our bathroom.
+PATHS = {"living room a": ("living_room", "living_room_temporal", "164 / 53.1", "18.7"),
+         "living room b": ("living_room", "living_room_temporal_b", "92 / 24.2", "18.5"),
+         "bathroom a": ("bathroom", "bathroom_temporal", "51 / 20.6", "20.8"),
+         "bathroom b": ("bathroom", "bathroom_temporal_b", "63 / 20.0", "18.9")}
 LATER = 15  # frames from a key frame to that of the pictures
 OWN = ("search", "shift", "warp")
-
-
-def introduce(bench, document):
-    document.text(f"""# reprojection: the paper's tables and pictures
-
-Written by `{bench.command("reprojection")}` from configs/papers/reprojection*.json. {machine()} The published figures were
-measured on a GeForce GTX 980M, those of the ray tracer with Optix on it, so compare ratios and shares, not frame rates.
-Frames have 1024 x 1024 pixels with one sample each and Fresnel terms. {extent(bench)} `traced` traces the same mirrored rays.
-The paper's paths are not published: ours move the camera by 12 mm from frame to frame (living room a) and by 2 to 4 mm (the
-others). Errors and shares of all 500 frames of each: [reprojection_frames.md](reprojection_frames.md).""")
-
-
-def extent(bench):
-    frames = path_frames(bench)
-    return (f"Of each path of 500 frames, frames {frames[0]} to {frames[-1]} were rendered, without a gap." if len(frames) < 500
-            else "All 500 frames of each path were rendered.")
 
 
 def path_frames(bench):
@@ -52,36 +28,13 @@ def render(bench, name, scene, path, methods=None, frames=None, config="reprojec
     return bench.render(config, name, [*sets, *settings], [([], frames or path_frames(bench))], methods)
 
 
-def rooms(bench, methods, pictures=False):
-    """Runs of the four paths, rendered once; for times without what `pictures` need."""
-    kept = bench.__dict__.setdefault("rooms", {})
-    if pictures not in kept:
-        settings = [] if pictures else ["image.layers=[]", "image.masks=false", "preview.enabled=false"]
-        kept[pictures] = {name: render(bench, name.replace(" ", "_"), f"scenes/{scene}.json", f"paths/{path}.json", methods,
-                                       settings=settings) for name, (scene, path, *_) in PATHS.items()}
-    return kept[pictures]
-
-
 def reflective(counters):
     return counters["reused"] + counters["retraced"] + counters["key_frame_samples"]
 
 
-def recomputed(run, keys):
-    """Mean share of the reflective samples that were traced, %; `keys`: of key frames too."""
-    shares = [100 * (c["retraced"] + c["key_frame_samples"]) / max(1, reflective(c)) for c in run.counters.values()
-              if keys or not c["key_frame"]]
-    return statistics.fmean(shares) if shares else 0
-
-
-def intervals(run):
-    """Frames from each key frame to the next one or to the end."""
-    numbers = sorted(run.counters)
-    keys = [n for n in numbers if run.counters[n]["key_frame"]] + [numbers[-1] + 1]
-    return [b - a for a, b in zip(keys, keys[1:])]
-
-
-def rate(times):
-    return " / ".join(number(v) for v in (1e3 / min(times), 1e3 / max(times), 1e3 / statistics.fmean(times)))
+def recomputed(run):
+    """Mean share of the reflective samples that were traced in frames that are no key frames, %."""
+    return statistics.fmean(100 * c["retraced"] / max(1, reflective(c)) for c in run.counters.values() if not c["key_frame"])
 
 
 def errors_of(bench, name, method):
@@ -89,69 +42,6 @@ def errors_of(bench, name, method):
     folder = bench.work / name / "0"
     return [l1(display(folder / method / "frames" / f.name), display(f))
             for f in sorted((folder / "traced" / "frames").glob("*.exr"))]
-
-
-def temporal(bench, name, method):
-    """Over pairs of successive frames, in 8-bit steps: the mean change of `traced`, that of the method
-    divided by it, and the mean difference of the two changes."""
-    folder = bench.work / name / "0"
-    own, changes, differences, before = [], [], [], None
-    for file in sorted((folder / "traced" / "frames").glob("*.exr")):
-        shown = display(folder / method / "frames" / file.name), display(file)
-        if before:
-            change = [now - then for now, then in zip(shown, before)]
-            own.append(float(abs(change[0]).mean()))
-            changes.append(float(abs(change[1]).mean()))
-            differences.append(l1(*change))
-        before = shown
-    return statistics.fmean(changes), statistics.fmean(own) / max(1e-9, statistics.fmean(changes)), statistics.fmean(differences)
-
-
-def tables(bench, document):
-    runs = rooms(bench, ["traced", "reprojection", "image_warp"])
-    document.text("""## Table 1
-
-Frames per second are maximum / minimum / average. Key-frame intervals (maximum / average) end at the latest after 64
-frames, where the grid of `restart_every` asks for a key frame; "recomputed" is without key frames, then with them.""")
-    rows = []
-    for name, run in runs.items():
-        _, _, *printed = PATHS[name]
-        ours, traced = run["reprojection"], run["traced"]
-        share = [100 * reflective(c) / 1024 ** 2 for c in ours.counters.values()]
-        rows.append([name, f"{max(share):.0f} / {statistics.fmean(share):.0f}", printed[0], rate(traced.times().values()), printed[1],
-                     rate(ours.times().values()), printed[2],
-                     f"{max(intervals(ours))} / {statistics.fmean(intervals(ours)):.1f}", printed[3],
-                     f"{recomputed(ours, False):.1f}, {recomputed(ours, True):.1f}", printed[4], ours.ratio(traced)])
-    document.table(["path", "reflective %", "printed", "`traced`", "printed", "reprojection", "printed", "intervals", "printed",
-                    "recomputed %", "printed", "traced / reprojection"], rows)
-    document.text("""## Table 2: milliseconds of the steps
-
-Of frames that are no key frames, medians. The last column is `trace` and `resolve` of `traced`: what the steps `search` to
-`recompute` stand for. The printed ones are of the toilet and of the living room.""")
-    rows = []
-    for name, run in runs.items():
-        ours, traced = run["reprojection"], run["traced"]
-        plain = [n for n, c in ours.counters.items() if not c["key_frame"]]
-        rows.append([name, *(statistics.median(1e3 * ours.steps[n].get(step, 0) for n in plain) for step in STEPS),
-                     statistics.median(a + b for a, b in zip(traced.step("trace"), traced.step("resolve")))])
-    rows += [["printed, toilet", *(p[0] for p in STEPS.values()), ""], ["printed, living room", *(p[1] for p in STEPS.values()), ""]]
-    document.table(["path", *STEPS, "`traced`"], rows)
-    document.text("""## Errors
-
-L1_8bit against `traced` over the frame: mean and worst of all frames (printed for three frames: 0.13, 0.45, 0.12). The
-change is the mean difference of successive frames, in 8-bit steps; beside it the method's change divided by that of
-`traced`, and the mean difference of the two changes.""")
-    rows = []
-    for name in runs:
-        folder = name.replace(" ", "_")
-        cells = [name]
-        for method in ("reprojection", "image_warp"):
-            errors = errors_of(bench, folder, method)
-            cells += [statistics.fmean(errors), max(errors)]
-        change, ratio, difference = temporal(bench, folder, "reprojection")
-        rows.append([*cells, change, ratio, difference, temporal(bench, folder, "image_warp")[2]])
-    document.table(["path", "reprojection, mean", "worst", "image_warp, mean", "worst", "change of `traced`", "reprojection / `traced`",
-                    "difference of changes", "image_warp's"], rows)
 
 
 def masked(frame):
@@ -168,7 +58,8 @@ def masked(frame):
 
 def figures(bench, document):
     from PIL import ImageChops
-    runs = rooms(bench, ["traced", "reprojection", "image_warp"], pictures=True)
+    runs = {name: render(bench, name.replace(" ", "_"), f"scenes/{scene}.json", f"paths/{path}.json")
+            for name, (scene, path, *_) in PATHS.items()}
     later = min(LATER, len(path_frames(bench)) - 1)
     document.text(f"## Figs. 1 and 6: image_warp, reprojection, traced\n\nThe frames that follow their key frame by {later}, whole and at the "
                   "place of the largest difference.")
@@ -215,22 +106,6 @@ paper; here the nearest of several matches narrows the error.""")
           [f"frame {n}" for n in frames], 170)
     errors = {m: errors_of(bench, "pillars", m) for m in ("reprojection", "image_warp")}
     document.table(["L1_8bit of frame", *map(str, frames)], [[m, *values] for m, values in errors.items()])
-
-
-def options(bench, document):
-    """One option at a time."""
-    count = {"full": 128, "quick": 12, "smoke": 2}[bench.effort]
-    runs = render(bench, "options", None, None, frames=list(range(193, 193 + count)), config="reprojection_options",
-                  settings=["image.layers=[]", "image.masks=false", "preview.enabled=false"])
-    rows = []
-    for name, run in runs.items():
-        if name == "traced":
-            continue
-        errors = errors_of(bench, "options", name)
-        rows.append([name, run.ms(), run.ratio(runs["traced"]), recomputed(run, False), sum(run.count("key_frame")),
-                     sum(run.count("partial_key")), statistics.fmean(errors), max(errors)])
-    document.text(f"## The trade of time against error\n\nThe default, and one option changed at a time; living room b, {count} frames from 193 on. Rows with the same figures beside their times have the same frames: their times tell how far times can be trusted.")
-    document.table(["setting", "ms", "traced / ours", "recomputed %", "key frames", "partial", "L1_8bit", "worst"], rows)
 
 
 def triangles(bench, document):
@@ -307,7 +182,7 @@ def slow(bench, document):
         method = statistics.median(1e3 * sum(ours.steps[n].get(s, 0) for s in (*OWN, "recompute")) for n in plain)
         rays = statistics.median(a + b for a, b in zip(traced.step("trace"), traced.step("resolve")))
         rows.append([what, traced.ms(), ours.ms(), ours.ratio(traced), rays, method, rays / method,
-                     recomputed(ours, False), statistics.fmean(errors)])
+                     recomputed(ours), statistics.fmean(errors)])
     document.text("## Where tracing is slow\n\nSeveral bounces, and reflectors that are given by a formula (a camera that turns by "
                   "0.11 degrees a frame). Milliseconds of whole frames, and of what differs: `trace` and `resolve` of `traced`, `search` "
                   "to `recompute` of reprojection in frames that are no key frames.")
@@ -343,4 +218,6 @@ def curves(bench, document):
     document.table(["option", "value", "traced / ours, CPU", "L1_8bit"], rows)
 
 
-PARTS = {"tables": tables, "figures": figures, "pillars": pillars, "options": options, "curves": curves, "slow": slow, "triangles": triangles, "mapping": mapping}
+PARTS = {"figures": figures, "pillars": pillars, "curves": curves, "slow": slow, "triangles": triangles, "mapping": mapping}
+# All parts of the page in their order; the others are made by configs/papers/reprojection.suite.json.
+PAGE = ["tables", "figures", "pillars", "options", "curves", "slow", "triangles", "mapping"]

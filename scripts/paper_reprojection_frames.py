@@ -103,7 +103,7 @@ L1_8bit; the next column divides the method's by that of `traced`, as means over
                      number(statistics.fmean(b for _, b in pairs)),
                      f"{number(sum(a for a, _ in pairs) / sum(b for _, b in pairs))} / {number(max(a / b for a, b in pairs))}",
                      f"{number(statistics.fmean(shares(measured, False)))}, {number(statistics.fmean(shares(measured, True)))}",
-                     PATHS[name][6], f"{max(gaps):.0f} / {statistics.fmean(gaps):.1f}" if gaps else "", PATHS[name][5],
+                     PATHS[name][3], f"{max(gaps):.0f} / {statistics.fmean(gaps):.1f}" if gaps else "", PATHS[name][2],
                      number(sum(measured.column("partial_key")))])
     document.table(["path", "frames", "L1_8bit", "change of `traced`", "ours / `traced`", "recomputed %", "printed",
                     "intervals, most / average", "printed", "partial key frames"], rows)

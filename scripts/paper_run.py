@@ -75,9 +75,6 @@ class Bench:
         self.started = time.monotonic()
         self.growth = {}  # time by quantity: (values, milliseconds)
 
-    def command(self, paper):
-        return f"scripts/paper_tables {paper}" + ("" if self.effort == "full" else f" --{self.effort}")
-
     def catoptric(self, *command, check=True):
         done = subprocess.run([self.program, *map(str, command)], capture_output=True, text=True)
         if check and done.returncode != 0:
@@ -158,15 +155,6 @@ def number(value, digits=3):
     if value == 0 or not math.isfinite(value):
         return f"{value:.0f}"
     return f"{value:.{max(0, digits - 1 - math.floor(math.log10(abs(value))))}f}"
-
-
-def machine():
-    """What a document says of where it was made."""
-    with open("/proc/cpuinfo") as info:
-        processor = next(line.split(":", 1)[1].strip() for line in info if "model name" in line)
-    return (f"Ours ran on {processor}, {os.cpu_count()} processors, no graphics hardware: OpenGL by "
-            f"Mesa's llvmpipe; load before the start {os.getloadavg()[0]:.1f} (above 0.5 other programs "
-            "ran: trust ratios first).")
 
 
 def preview(frame):

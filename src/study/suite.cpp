@@ -197,8 +197,8 @@ double SuiteData::number(const Value& cell) const {
         "COUNTER), percent(R, COUNTER, COUNTER), error_of(R, OBJECT), slope(FIGURE, SERIES), and "
         "over the frames "
         "median(F, R, ...), first(F, R, ...), spread(F, R, ...) (mean / most) of F ms, step, "
-        "ratio, error, mean or percent, where R is RUN.METHOD, and a counter `samples` is the "
-        "frame's own");
+        "ratio, error, mean or percent, where R is RUN.METHOD, a counter `samples` is the "
+        "frame's own, and per and percent take sums, COUNTER + COUNTER");
   if (const auto known = stored.find(cell.asString()); known != stored.end())
     return known->second.number;
   if (call.name == "slope") return slopeOf(call.arguments, cell);
@@ -312,14 +312,21 @@ double SuiteData::slopeOf(const std::vector<std::string>& arguments, const Value
   return above / below;
 }
 
-/// A counter over another one.
+/// A counter over another one, or over a sum "a + b" of some.
 double SuiteData::perCounter(const Entry& one, const std::string& counter, const std::string& other,
                              const std::vector<int>& frames) {
   const methods::RunSettings& image = one.setting.run.image;
   const double samples =
       static_cast<double>(image.width) * image.height * image.samples * image.samples;
-  const auto counted = [&](const std::string& name) {
-    return name == "samples" ? samples : one.errors.meanCounter(name, frames);
+  const auto counted = [&](const std::string& sum) {
+    double all = 0.0;
+    for (std::size_t begin = 0; begin < sum.size();) {
+      const std::size_t end = std::min(sum.find(" + ", begin), sum.size());
+      const std::string name = sum.substr(begin, end - begin);
+      all += name == "samples" ? samples : one.errors.meanCounter(name, frames);
+      begin = end + 3;
+    }
+    return all;
   };
   return counted(counter) / counted(other);
 }
