@@ -33,6 +33,7 @@ struct Met {
   std::uint64_t visits;
   bool back;
   float level;
+  std::uint32_t node;  ///< kNothing: none
 };
 
 /// A scene's images and the traversal alone.
@@ -44,11 +45,13 @@ class Rays {
 
   /// `origins`: a is the slope of the ray's width. In packets of `together`.
   std::vector<Met> meet(const std::vector<Vec4>& origins, const std::vector<Vec4>& directions,
-                        float alpha, std::size_t together = RayPacket::kMost) {
+                        float alpha, std::size_t together = RayPacket::kMost,
+                        float steepest = kAnySlope) {
     std::vector<Met> met;
     for (std::size_t first = 0; first < origins.size(); first += together) {
       RayPacket packet;
       packet.count = std::min(together, origins.size() - first);
+      packet.steepest = steepest;
       for (std::size_t i = 0; i < packet.count; ++i) {
         for (int axis = 0; axis < 3; ++axis) {
           packet.origin[static_cast<std::size_t>(axis)][i] = origins[first + i][axis];
@@ -66,7 +69,8 @@ class Rays {
         met.push_back({missed ? -1.0f : hits.metres[i], i == 0 ? visits.nodes : 0, found.back,
                        missed ? -1.0f
                               : levelOf(images, found, Vec3(directions[first + i]),
-                                        packet.slope[i] * hits.metres[i])});
+                                        packet.slope[i] * hits.metres[i]),
+                       hits.node[i]});
       }
     }
     return met;
@@ -229,6 +233,32 @@ TEST(GlossyLodHits, VisitsFallWithAlpha) {
     EXPECT_LE(visits, before);
     before = visits;
   }
+}
+
+TEST(GlossyLodHits, TakeNoBoxThatLooksLargerThanTheCoarsest) {
+  test::GlStage stage(manyBodies());
+  Rays rays(stage, {.size = 64});
+  std::vector<Vec4> origins;
+  std::vector<Vec4> directions;
+  raysWithin(4000, origins, directions);
+  for (Vec4& o : origins) o.w = 0.2f;
+  const float alpha = 5.0f;
+  // Slope of the largest box's disc, of all that are no finest ones [Yu2008] Eqs. (6), (7)
+  const auto largest = [&](float steepest) {
+    float most = 0.0f;
+    const std::vector<Met> met = rays.meet(origins, directions, alpha, RayPacket::kMost, steepest);
+    for (std::size_t i = 0; i < met.size(); ++i) {
+      if (met[i].node == kNothing) continue;
+      const Node& box = rays.images.tree().nodes()[met[i].node];
+      if ((box.flags & kIsLeaf) != 0) continue;
+      const float size = std::sqrt(0.25f * kPi) * glm::distance(box.least, box.most);
+      most = std::max(most, size / glm::distance(0.5f * (box.least + box.most), Vec3(origins[i])));
+    }
+    return most;
+  };
+  EXPECT_GT(largest(kAnySlope), 0.5f);
+  EXPECT_LE(largest(0.1f / alpha), 0.10001f);
+  EXPECT_GT(largest(0.1f / alpha), 0.05f);
 }
 
 TEST(GlossyLodRadiance, IsTheSameWhenItIsShadedLater) {

@@ -23,6 +23,11 @@ const config::OptionTable<Options>& optionTable() {
              "how much wider than its solid angle a ray is taken to be, where it decides how fine "
              "the geometry must be: 0 always descends to the finest triangles")
            .trade("0,3,10,30"),
+       field(
+           &Options::coarsest, "coarsest", range(0.0, 180.0),
+           "degrees: a box that looks larger from where a ray starts is always descended, however "
+           "wide the ray is, so that wide lobes lose fewer hits; 0: no limit, as in the paper")
+           .trade("0,4,8"),
        field(&Options::levels, "levels", kLevels,
              "off: the traversal without any levels of detail, as alpha 0"),
        field(&Options::filter, "filter",

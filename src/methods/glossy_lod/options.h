@@ -9,8 +9,9 @@ enum class Levels : std::uint8_t { Adaptive, Off };
 enum class Objects : std::uint8_t { Diffuse, All };
 
 struct Options {
-  int rays = 8;        ///< as in traced
-  float alpha = 3.0f;  ///< [Yu2008] Eq. (7)
+  int rays = 8;           ///< as in traced
+  float alpha = 3.0f;     ///< [Yu2008] Eq. (7)
+  float coarsest = 0.0f;  ///< degrees; 0: no limit. Ours
   Levels levels = Levels::Adaptive;
   bool filter = true;
   bool automatic = false;  ///< [Yu2008] Sec. 4: rays and alpha by the exponent

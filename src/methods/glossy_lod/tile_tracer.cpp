@@ -140,7 +140,10 @@ void TileTracer::makePackets(const Traced& scene, const Group& group, std::uint8
 
 void TileTracer::tracePacket(const Traced& scene, const Group& group, std::size_t number,
                              std::uint8_t* flags, TraceCounts& counts) {
-  const RayPacket& packet = packets_[number];
+  RayPacket& packet = packets_[number];
+  packet.steepest = scene.options.coarsest > 0.0f && group.alpha > 0.0f
+                        ? radians(scene.options.coarsest) / group.alpha
+                        : kAnySlope;
   const bool filter = scene.options.filter;
   const std::int64_t start = nowNs();
   traverse(scene.tree, packet, group.alpha, scene.options.levels == Levels::Adaptive, hits_,

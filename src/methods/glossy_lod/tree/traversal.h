@@ -29,6 +29,8 @@ struct TreeView {
   AlphaTest alphaTest;
 };
 
+inline constexpr float kAnySlope = 3e38f;
+
 /// Rays that are traced together.
 struct RayPacket {
   static constexpr std::size_t kMost = 32;
@@ -46,6 +48,8 @@ struct RayPacket {
   /// Normal of the surface that a ray leaves, on the ray's side; not read where own is 0.
   alignas(64) std::array<Lane, 3> leaves{};
   std::size_t count = 0;
+  /// No slope counts as more where it decides how far to descend.
+  float steepest = kAnySlope;
 };
 
 inline constexpr float kOwnQuads = 2.0f;  ///< of what bends by 70 degrees at most: ours

@@ -247,7 +247,8 @@ CATOPTRIC_TARGET [[gnu::always_inline]] inline V::M wideEnough(const Walk& walk,
   const V::F z = V::sub(V::all(centre.z), rays.origin[2]);
   const V::F metres = V::root(V::add(V::add(V::mul(x, x), V::mul(y, y)), V::mul(z, z)));
   const V::F base = V::load(walk.packet.base.data() + walk.first);
-  const V::F slope = V::load(walk.packet.slope.data() + walk.first);
+  const V::F slope =
+      V::least(V::load(walk.packet.slope.data() + walk.first), V::all(walk.packet.steepest));
   const V::F wide = V::mul(V::all(walk.alpha), V::add(base, V::mul(slope, metres)));
   return V::le(V::all(quarter), V::mul(wide, wide));
 }
