@@ -39,7 +39,8 @@ struct Met {
 /// A scene's images and the traversal alone.
 class Rays {
  public:
-  Rays(test::GlStage& stage, const Options& options, bool levels = true) : levels_(levels) {
+  Rays(test::GlStage& stage, const Options& options, Levels levels = Levels::Adaptive)
+      : levels_(levels) {
     images.make(stage.scene, stage.moment.geometry, options);
   }
 
@@ -79,7 +80,7 @@ class Rays {
   SceneImages images;
 
  private:
-  bool levels_;
+  Levels levels_;
 };
 
 /// Rays from within half a metre of 0 into all directions.
@@ -135,7 +136,7 @@ scene::Scene manyBodies() {
 
 TEST(GlossyLodHits, EqualBruteForceOverTheFinestTriangles) {
   test::GlStage stage(manyBodies());
-  for (const bool levels : {false, true}) {
+  for (const Levels levels : {Levels::Off, Levels::Adaptive, Levels::Stitched}) {
     Rays rays(stage, {.size = 16}, levels);
     std::vector<Vec4> origins;
     std::vector<Vec4> directions;
@@ -233,6 +234,28 @@ TEST(GlossyLodHits, VisitsFallWithAlpha) {
     EXPECT_LE(visits, before);
     before = visits;
   }
+}
+
+TEST(GlossyLodHits, OfStitchedLevelsAreNeverLost) {
+  test::GlStage stage(manyBodies());
+  Rays off(stage, {.size = 64}, Levels::Off);
+  Rays adaptive(stage, {.size = 64});
+  Rays stitched(stage, {.size = 64}, Levels::Stitched);
+  std::vector<Vec4> origins;
+  std::vector<Vec4> directions;
+  raysWithin(20000, origins, directions);
+  for (Vec4& o : origins) o.w = 0.1f;
+  const std::vector<Met> truth = off.meet(origins, directions, 0.0f);
+  const auto countLost = [&](Rays& rays, float alpha) {
+    const std::vector<Met> met = rays.meet(origins, directions, alpha);
+    int lost = 0;
+    for (std::size_t i = 0; i < met.size(); ++i)
+      lost += truth[i].node != kNothing && met[i].node == kNothing ? 1 : 0;
+    return lost;
+  };
+  for (const float alpha : {3.0f, 10.0f, 30.0f})
+    EXPECT_EQ(countLost(stitched, alpha), 0) << alpha;
+  EXPECT_GT(countLost(adaptive, 30.0f), 100);
 }
 
 TEST(GlossyLodHits, TakeNoBoxThatLooksLargerThanTheCoarsest) {
@@ -391,7 +414,7 @@ TEST(GlossyLod, DoesNotMeetItsOwnImageFromBelow) {
           packet.own[i] = own;
         }
         PacketHits hits;
-        traverse(rays.images.view(), packet, 0.0f, true, hits, visits);
+        traverse(rays.images.view(), packet, 0.0f, Levels::Adaptive, hits, visits);
         for (std::size_t i = 0; i < packet.count; ++i) met += hits.node[i] != kNothing ? 1 : 0;
       }
       const bool passes = own == 1 && radius == 0.985f;
@@ -428,7 +451,7 @@ TEST(GlossyLod, DoesNotMeetItsOwnImageFromWithin) {
       packet.own[i] = own;
     }
     PacketHits hits;
-    traverse(rays.images.view(), packet, 0.0f, true, hits, visits);
+    traverse(rays.images.view(), packet, 0.0f, Levels::Adaptive, hits, visits);
     for (std::size_t i = 0; i < packet.count; ++i) far += hits.metres[i] > 1.9f ? 1 : 0;
     EXPECT_EQ(far, passes ? packet.count : 0u) << radius << ' ' << lean << ' ' << own;
     EXPECT_EQ(visits.ownBacks, passes ? packet.count : 0u);

@@ -96,7 +96,7 @@ void showImages(const SceneImages& images, const scene::Camera& camera, int widt
           packet.direction[static_cast<std::size_t>(axis)][i] = direction[axis];
         }
       }
-      traverse(tree, packet, 0.0f, false, hits, visits);
+      traverse(tree, packet, 0.0f, Levels::Off, hits, visits);
       for (std::size_t i = 0; i < packet.count; ++i)
         seen[first + i] =
             seenBy(images, hits, i, eye,

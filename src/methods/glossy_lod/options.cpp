@@ -5,8 +5,8 @@
 namespace catoptric::methods::glossy_lod {
 namespace {
 
-constexpr auto kLevels =
-    config::names<Levels>({{"adaptive", Levels::Adaptive}, {"off", Levels::Off}});
+constexpr auto kLevels = config::names<Levels>(
+    {{"adaptive", Levels::Adaptive}, {"stitched", Levels::Stitched}, {"off", Levels::Off}});
 constexpr auto kObjects =
     config::names<Objects>({{"diffuse", Objects::Diffuse}, {"all", Objects::All}});
 
@@ -29,7 +29,9 @@ const config::OptionTable<Options>& optionTable() {
            "wide the ray is, so that wide lobes lose fewer hits; 0: no limit, as in the paper")
            .trade("0,4,8"),
        field(&Options::levels, "levels", kLevels,
-             "off: the traversal without any levels of detail, as alpha 0"),
+             "stitched: a ray that misses a coarse quad goes on into the finer ones, so that no "
+             "hit is lost "
+             "between two levels; off: the traversal without any levels of detail, as alpha 0"),
        field(&Options::filter, "filter",
              "radiance averaged over what a ray stands for; false: that of the nearest texel"),
        field(&Options::automatic, "automatic",

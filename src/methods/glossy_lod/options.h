@@ -2,10 +2,10 @@
 #pragma once
 
 #include "config/options.h"
+#include "methods/glossy_lod/tree/traversal.h"
 
 namespace catoptric::methods::glossy_lod {
 
-enum class Levels : std::uint8_t { Adaptive, Off };
 enum class Objects : std::uint8_t { Diffuse, All };
 
 struct Options {

@@ -146,8 +146,7 @@ void TileTracer::tracePacket(const Traced& scene, const Group& group, std::size_
                         : kAnySlope;
   const bool filter = scene.options.filter;
   const std::int64_t start = nowNs();
-  traverse(scene.tree, packet, group.alpha, scene.options.levels == Levels::Adaptive, hits_,
-           counts.visits);
+  traverse(scene.tree, packet, group.alpha, scene.options.levels, hits_, counts.visits);
   counts.traceSeconds += secondsSince(start);
   counts.rays += packet.count;
   const auto directionOf = [&](std::size_t lane) {

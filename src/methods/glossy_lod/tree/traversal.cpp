@@ -60,7 +60,7 @@ namespace v4 {
 
 }  // namespace
 
-void traverse(const TreeView& tree, const RayPacket& packet, float alpha, bool levels,
+void traverse(const TreeView& tree, const RayPacket& packet, float alpha, Levels levels,
               PacketHits& hits, Visits& visits) {
   switch (vectorLevel()) {
     case VectorLevel::V4:

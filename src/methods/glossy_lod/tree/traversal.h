@@ -14,6 +14,13 @@ namespace catoptric::methods::glossy_lod {
 
 inline constexpr std::uint32_t kNothing = ~0u;
 
+/// Which levels rays stop at.
+enum class Levels : std::uint8_t {
+  Adaptive,  ///< as coarse as their width allows [Yu2008, section 3.3]
+  Stitched,  ///< so, too, but a ray that misses a coarse quad goes on into the finer ones. Ours
+  Off        ///< the finest, as with alpha 0
+};
+
 /// Whether an alpha mask cuts a node's quad away at a place in it, 0..1.
 struct AlphaTest {
   bool (*isCut)(const void* of, std::uint32_t node, Vec2 at) = nullptr;  ///< null: nothing is cut
@@ -73,8 +80,8 @@ struct Visits {
   std::uint64_t ownBacks = 0;  ///< triangles of own images that were passed by
 };
 
-/// `levels` false: always down to the finest triangles, as with alpha 0. Adds to `visits`.
-void traverse(const TreeView& tree, const RayPacket& packet, float alpha, bool levels,
+/// Adds to `visits`.
+void traverse(const TreeView& tree, const RayPacket& packet, float alpha, Levels levels,
               PacketHits& hits, Visits& visits);
 
 }  // namespace catoptric::methods::glossy_lod

@@ -301,7 +301,7 @@ CATOPTRIC_TARGET [[gnu::always_inline]] inline Passage passage(const Rays<kMixed
           V::mul(V::least(V::least(leaves[0], leaves[1]), leaves[2]), V::all(kSlack))};
 }
 
-template <bool kLevels, bool kMixed>
+template <Levels kLevels, bool kMixed>
 CATOPTRIC_TARGET void walkLanes(const Walk& walk, const Kind& kind, unsigned lanes) {
   const Rays<kMixed> rays = raysOf<kMixed>(walk, kind);
   const Node* const nodes = walk.tree.nodes;
@@ -333,9 +333,10 @@ CATOPTRIC_TARGET void walkLanes(const Walk& walk, const Kind& kind, unsigned lan
       continue;
     }
     V::M stop = hit;
-    if ((box.flags & kIsLeaf) == 0) {
+    const bool leaf = (box.flags & kIsLeaf) != 0;
+    if (!leaf) {
       stop = V::fromBits(0);
-      if constexpr (kLevels) {
+      if constexpr (kLevels != Levels::Off) {
         // Never from inside of the box
         if ((box.flags & kHasQuad) != 0)
           stop = V::both(V::both(hit, V::lt(zero, enters)), wideEnough(walk, rays, box));
@@ -345,6 +346,12 @@ CATOPTRIC_TARGET void walkLanes(const Walk& walk, const Kind& kind, unsigned lan
     if (V::bits(stop) != 0) {
       tested += static_cast<std::uint64_t>(__builtin_popcount(V::bits(stop)));
       meetQuad(walk, rays, node, stop, nearest);
+      // Whoever misses a coarse quad looks for what it has left out
+      if constexpr (kLevels == Levels::Stitched) {
+        const V::I here = V::all(node);
+        if (!leaf)
+          stop = V::both(stop, V::both(V::le(nearest.node, here), V::le(here, nearest.node)));
+      }
     }
     const V::M down = V::without(hit, stop);
     if (V::bits(down) == 0) {
@@ -364,16 +371,28 @@ CATOPTRIC_TARGET void walkLanes(const Walk& walk, const Kind& kind, unsigned lan
   write<std::uint32_t>(walk, lanes, V::pick(nearest.back, V::all(1u), V::all(0u)), walk.hits.back);
 }
 
-CATOPTRIC_TARGET void walkAll(Walk walk, bool levels) {
+template <Levels kLevels>
+CATOPTRIC_TARGET void walkAll(Walk walk) {
   for (; walk.first < walk.packet.count; walk.first += V::kLanes) {
     const std::size_t count = std::min(V::kLanes, walk.packet.count - walk.first);
     const KindBits kinds = kindsOf(walk);
     const unsigned lanes = ~0u >> (32 - count);
     const Kind kind = kinds.of(0);
     if ((kinds.like(0) & lanes) == lanes)
-      levels ? walkLanes<true, false>(walk, kind, lanes)
-             : walkLanes<false, false>(walk, kind, lanes);
+      walkLanes<kLevels, false>(walk, kind, lanes);
     else
-      levels ? walkLanes<true, true>(walk, {}, lanes) : walkLanes<false, true>(walk, {}, lanes);
+      walkLanes<kLevels, true>(walk, {}, lanes);
   }
+}
+
+CATOPTRIC_TARGET void walkAll(const Walk& walk, Levels levels) {
+  switch (levels) {
+    case Levels::Adaptive:
+      return walkAll<Levels::Adaptive>(walk);
+    case Levels::Stitched:
+      return walkAll<Levels::Stitched>(walk);
+    case Levels::Off:
+      break;
+  }
+  walkAll<Levels::Off>(walk);
 }
