@@ -253,8 +253,7 @@ TEST(GlossyLodHits, OfStitchedLevelsAreNeverLost) {
       lost += truth[i].node != kNothing && met[i].node == kNothing ? 1 : 0;
     return lost;
   };
-  for (const float alpha : {3.0f, 10.0f, 30.0f})
-    EXPECT_EQ(countLost(stitched, alpha), 0) << alpha;
+  for (const float alpha : {3.0f, 10.0f, 30.0f}) EXPECT_EQ(countLost(stitched, alpha), 0) << alpha;
   EXPECT_GT(countLost(adaptive, 30.0f), 100);
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -221,24 +222,49 @@ TEST(Tree, VisitsEveryQuadOnceAndNestsItsBoxes) {
   for (int i = 0; i < 38; ++i)
     vertices.emplace_back(std::sin(3.0f * static_cast<float>(i)), 0.1f * static_cast<float>(i),
                           std::cos(5.0f * static_cast<float>(i)), 0.0f);
-  Tree tree;
-  tree.build(grids, vertices);
-  const std::vector<Node>& nodes = tree.nodes();
-  EXPECT_EQ(nodes.size(), 21u + 1u + 5u + 2u);
-  std::set<std::pair<std::uint32_t, std::uint32_t>> leaves;
-  for (std::uint32_t i = 0; i < nodes.size(); ++i) {
-    ASSERT_GT(nodes[i].miss, i);
-    ASSERT_LE(nodes[i].miss, nodes.size());
-    for (std::uint32_t below = i + 1; below < nodes[i].miss; ++below) {
-      EXPECT_LE(nodes[below].miss, nodes[i].miss);
-      EXPECT_TRUE(glm::all(glm::lessThanEqual(nodes[i].least, nodes[below].least)));
-      EXPECT_TRUE(glm::all(glm::greaterThanEqual(nodes[i].most, nodes[below].most)));
+  for (const std::optional<Vec3>& from :
+       {std::optional<Vec3>(), std::optional(Vec3(0.0f, 9.0f, 0.0f))}) {
+    Tree tree;
+    tree.build(grids, vertices, from);
+    const std::vector<Node>& nodes = tree.nodes();
+    EXPECT_EQ(nodes.size(), 21u + 1u + 5u + 2u);
+    std::set<std::pair<std::uint32_t, std::uint32_t>> leaves;
+    for (std::uint32_t i = 0; i < nodes.size(); ++i) {
+      ASSERT_GT(nodes[i].miss, i);
+      ASSERT_LE(nodes[i].miss, nodes.size());
+      for (std::uint32_t below = i + 1; below < nodes[i].miss; ++below) {
+        EXPECT_LE(nodes[below].miss, nodes[i].miss);
+        EXPECT_TRUE(glm::all(glm::lessThanEqual(nodes[i].least, nodes[below].least)));
+        EXPECT_TRUE(glm::all(glm::greaterThanEqual(nodes[i].most, nodes[below].most)));
+      }
+      if ((nodes[i].flags & kIsLeaf) == 0) continue;
+      EXPECT_EQ(nodes[i].miss, i + 1);
+      leaves.insert({tree.quads()[i].chart, tree.quads()[i].place});
     }
-    if ((nodes[i].flags & kIsLeaf) == 0) continue;
-    EXPECT_EQ(nodes[i].miss, i + 1);
-    leaves.insert({tree.quads()[i].chart, tree.quads()[i].place});
+    EXPECT_EQ(leaves.size(), 16u + 1u + 4u);
   }
-  EXPECT_EQ(leaves.size(), 16u + 1u + 4u);
+}
+
+TEST(Tree, HasTheNearestChildrenFirst) {
+  // One flat chart of 4 x 4 quads, seen from beyond each of its corners
+  std::vector<Vec4> vertices;
+  for (int i = 0; i < 25; ++i)
+    vertices.emplace_back(static_cast<float>(i % 5), 0.0f, static_cast<float>(i / 5), 0.0f);
+  for (const Vec3 from : {Vec3(-1, 0, -2), Vec3(9, 0, -2), Vec3(-1, 0, 9), Vec3(9, 0, 8)}) {
+    Tree tree;
+    tree.build(std::vector<Grid>{{0, 2}}, vertices, from);
+    const auto middle = [&](std::uint32_t node) {
+      return 0.5f * (tree.nodes()[node].least + tree.nodes()[node].most);
+    };
+    for (std::uint32_t i = 0; i < tree.nodes().size(); ++i) {
+      float before = 0.0f;
+      for (std::uint32_t child = i + 1; child < tree.nodes()[i].miss;
+           child = tree.nodes()[child].miss) {
+        EXPECT_GE(glm::distance(from, middle(child)), before);
+        before = glm::distance(from, middle(child));
+      }
+    }
+  }
 }
 
 TEST(Tree, FollowsTheChartsThatMoved) {
@@ -248,7 +274,7 @@ TEST(Tree, FollowsTheChartsThatMoved) {
     vertices.emplace_back(std::sin(3.0f * static_cast<float>(i)), 0.1f * static_cast<float>(i),
                           std::cos(5.0f * static_cast<float>(i)), 0.0f);
   Tree partly;
-  partly.build(grids, vertices);
+  partly.build(grids, vertices, std::nullopt);
   Tree wholly = partly;
   const Node before = partly.nodes().front();
   for (std::size_t i = 29; i < 38; ++i) vertices[i] = 0.2f * vertices[i] - Vec4(3.0f);

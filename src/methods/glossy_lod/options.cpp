@@ -7,6 +7,8 @@ namespace {
 
 constexpr auto kLevels = config::names<Levels>(
     {{"adaptive", Levels::Adaptive}, {"stitched", Levels::Stitched}, {"off", Levels::Off}});
+constexpr auto kOrders =
+    config::names<Order>({{"near_first", Order::NearFirst}, {"as_built", Order::AsBuilt}});
 constexpr auto kObjects =
     config::names<Objects>({{"diffuse", Objects::Diffuse}, {"all", Objects::All}});
 
@@ -32,6 +34,9 @@ const config::OptionTable<Options>& optionTable() {
              "stitched: a ray that misses a coarse quad goes on into the finer ones, so that no "
              "hit is lost "
              "between two levels; off: the traversal without any levels of detail, as alpha 0"),
+       field(&Options::order, "order", kOrders,
+             "of a node's children, the same for all rays: near_first, those nearest to the middle "
+             "of all reflectors, so that hits are found before what they hide; as_built"),
        field(&Options::filter, "filter",
              "radiance averaged over what a ray stands for; false: that of the nearest texel"),
        field(&Options::automatic, "automatic",

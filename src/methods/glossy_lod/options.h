@@ -8,11 +8,15 @@ namespace catoptric::methods::glossy_lod {
 
 enum class Objects : std::uint8_t { Diffuse, All };
 
+/// Of a node's children.
+enum class Order : std::uint8_t { NearFirst, AsBuilt };
+
 struct Options {
   int rays = 8;           ///< as in traced
   float alpha = 3.0f;     ///< [Yu2008] Eq. (7)
   float coarsest = 0.0f;  ///< degrees; 0: no limit. Ours
   Levels levels = Levels::Adaptive;
+  Order order = Order::NearFirst;  ///< ours
   bool filter = true;
   bool automatic = false;  ///< [Yu2008] Sec. 4: rays and alpha by the exponent
   int size = 128;          ///< quads along the edge of an object's geometry image

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <string>
 
 #include "core/error.h"
@@ -38,6 +39,18 @@ MeshView viewOf(const scene::Scene& scene, const frame::Geometry& geometry, std:
   for (std::uint32_t i = 0; i < range.indexCount; ++i)
     mesh.indices[i] = geometry.indices[range.firstIndex + i] - range.firstVertex;
   return mesh;
+}
+
+std::optional<Vec3> middleOfReflectors(const scene::Scene& scene, const frame::Geometry& geometry) {
+  Box3 box;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    if (scene.objects[i].reflector == 0) continue;
+    const frame::ObjectRange& range = geometry.objects[i];
+    for (std::uint32_t k = 0; k < range.indexCount; ++k)
+      box.extend(geometry.positions[geometry.indices[range.firstIndex + k]]);
+  }
+  if (!(box.min.x <= box.max.x)) return std::nullopt;
+  return 0.5f * (box.min + box.max);
 }
 
 }  // namespace
@@ -98,7 +111,9 @@ void SceneImages::make(const scene::Scene& scene, const frame::Geometry& geometr
     objects_.push_back(static_cast<std::uint32_t>(chart.object) + 1);
   }
   for (std::size_t i = 0; i < scene.objects.size(); ++i) place(geometry, static_cast<int>(i));
-  tree_.build(grids_, vertices_);
+  tree_.build(
+      grids_, vertices_,
+      options.order == Order::NearFirst ? middleOfReflectors(scene, geometry) : std::nullopt);
   packAtlas();
 }
 

@@ -1,8 +1,10 @@
 #include "methods/glossy_lod/tree/tree.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "core/parallel.h"
 
@@ -26,8 +28,11 @@ Box3 boxOf(const Grid& grid, std::span<const Vec4> vertices) {
 
 }  // namespace
 
-void Tree::build(std::span<const Grid> grids, std::span<const Vec4> vertices) {
+void Tree::build(std::span<const Grid> grids, std::span<const Vec4> vertices,
+                 const std::optional<Vec3>& from) {
   grids_ = grids;
+  vertices_ = vertices;
+  from_ = from;
   nodes_.clear();
   quads_.clear();
   splits_.clear();
@@ -89,6 +94,15 @@ std::size_t Tree::sortForSplit(std::span<std::uint32_t> charts) const {
   return best;
 }
 
+float Tree::metresTo(std::span<const std::uint32_t> charts) const {
+  Box3 box;
+  for (const std::uint32_t chart : charts) {
+    box.extend(boxes_[chart].min);
+    box.extend(boxes_[chart].max);
+  }
+  return glm::distance(*from_, 0.5f * (box.min + box.max));
+}
+
 void Tree::addSplit(std::span<std::uint32_t> charts, int depth) {
   if (charts.size() == 1) {
     roots_[charts[0]] = addChart(charts[0], grids_[charts[0]].level, 0, 0);
@@ -98,8 +112,9 @@ void Tree::addSplit(std::span<std::uint32_t> charts, int depth) {
   splits_.push_back(number);
   std::size_t first = sortForSplit(charts);
   if (depth > kMostDepth) first = charts.size() / 2;
-  addSplit(charts.first(first), depth + 1);
-  addSplit(charts.subspan(first), depth + 1);
+  std::array<std::span<std::uint32_t>, 2> halves = {charts.first(first), charts.subspan(first)};
+  if (from_ && metresTo(halves[1]) < metresTo(halves[0])) std::swap(halves[0], halves[1]);
+  for (const std::span<std::uint32_t> half : halves) addSplit(half, depth + 1);
   nodes_[number].miss = static_cast<std::uint32_t>(nodes_.size());
 }
 
@@ -112,7 +127,16 @@ std::uint32_t Tree::addChart(std::uint32_t chart, int level, std::uint32_t colum
   const std::uint32_t number = addNode(kHasQuad | (level == 0 ? kIsLeaf : 0), quad);
   if (level > 0) {
     const std::uint32_t half = 1u << (level - 1);
-    for (std::uint32_t child = 0; child < 4; ++child)
+    std::array<std::uint32_t, 4> children = {0, 1, 2, 3};
+    if (from_) {
+      std::array<float, 4> metres{};
+      for (const std::uint32_t child : children) {
+        const Vec4* const v = &vertices_[quad.first + ((child & 1) + (child >> 1) * across) * half];
+        metres[child] = glm::distance(*from_, 0.5f * (Vec3(v[0]) + Vec3(v[half * (across + 1)])));
+      }
+      std::ranges::stable_sort(children, {}, [&](std::uint32_t child) { return metres[child]; });
+    }
+    for (const std::uint32_t child : children)
       addChart(chart, level - 1, column + (child & 1) * half, row + (child >> 1) * half);
   }
   nodes_[number].miss = static_cast<std::uint32_t>(nodes_.size());

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -39,8 +40,10 @@ struct Quad {
 
 class Tree {
  public:
-  /// 4-to-1 within charts, in two by the areas of boxes above them.
-  void build(std::span<const Grid> grids, std::span<const Vec4> vertices);
+  /// 4-to-1 within charts, in two by the areas of boxes above them. With `from` of all children of
+  /// a node the nearest to it come first.
+  void build(std::span<const Grid> grids, std::span<const Vec4> vertices,
+             const std::optional<Vec3>& from);
   /// The same nodes about moved vertices of these charts.
   void refit(std::span<const Vec4> vertices, std::span<const std::uint32_t> charts);
 
@@ -49,6 +52,8 @@ class Tree {
 
  private:
   void addSplit(std::span<std::uint32_t> charts, int depth);
+  /// From from_ to the middle of the box about charts.
+  float metresTo(std::span<const std::uint32_t> charts) const;
   /// Sorts charts along the best axis; how many of them go into the first half.
   std::size_t sortForSplit(std::span<std::uint32_t> charts) const;
   /// Returns the number of the chart's uppermost node.
@@ -57,8 +62,12 @@ class Tree {
   /// The box about a node's children, or a leaf's corners.
   void refitNode(std::uint32_t number, std::span<const Vec4> vertices);
 
+  // While it is built
   std::span<const Grid> grids_;
-  std::vector<Box3> boxes_;  ///< of charts, while it is built
+  std::span<const Vec4> vertices_;
+  std::optional<Vec3> from_;
+  std::vector<Box3> boxes_;  ///< of charts
+
   std::vector<Node> nodes_;
   std::vector<Quad> quads_;
   std::vector<std::uint32_t> roots_;   ///< uppermost node of each chart
