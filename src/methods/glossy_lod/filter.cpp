@@ -12,13 +12,10 @@ namespace {
 /// Least cosine of the angle at which a ray meets a surface, that its footprint is computed with.
 constexpr float kLeastCosine = 0.02f;
 
-const Vec4& nearestTexel(const Radiance& radiance, const PlacedChart& chart, const Vec2& place,
-                         int side) {
-  const int size = 1 << chart.image.texelLevel;
-  const int x = std::clamp(static_cast<int>(place.x * static_cast<float>(size)), 0, size - 1);
-  const int y = std::clamp(static_cast<int>(place.y * static_cast<float>(size)), 0, size - 1);
-  return radiance.texel(side, chart.x + static_cast<std::uint32_t>(x),
-                        chart.y + static_cast<std::uint32_t>(y));
+const Vec4& nearestRadiance(const Radiance& radiance, const PlacedChart& chart, const Vec2& place,
+                            int side) {
+  const glm::uvec2 texel = nearestTexel(chart, place);
+  return radiance.texel(side, chart.x + texel.x, chart.y + texel.y);
 }
 
 /// Bilinear within the chart.
@@ -78,6 +75,12 @@ Vec2 placeInChart(const Quad& quad, const PlacedChart& chart, const Vec2& at) {
          static_cast<float>(1u << chart.image.level);
 }
 
+glm::uvec2 nearestTexel(const PlacedChart& chart, const Vec2& place) {
+  const int size = 1 << chart.image.texelLevel;
+  return {std::clamp(static_cast<int>(place.x * static_cast<float>(size)), 0, size - 1),
+          std::clamp(static_cast<int>(place.y * static_cast<float>(size)), 0, size - 1)};
+}
+
 float levelOf(const SceneImages& images, const Found& found, const Vec3& direction, float width) {
   const Quad& quad = images.tree().quads()[found.node];
   return levelAt(images, quad, images.charts()[quad.chart], found.at, direction, width);
@@ -91,7 +94,7 @@ Footprint footprint(const SceneImages& images, const Radiance& radiance, const F
   const int side = found.back ? 1 : 0;
   Footprint result;
   if (!filter) {
-    result.fine.corner = &nearestTexel(radiance, chart, place, side);
+    result.fine.corner = &nearestRadiance(radiance, chart, place, side);
     return result;
   }
   const float level = levelAt(images, quad, chart, found.at, direction, width);
@@ -115,7 +118,7 @@ bool isCutAway(const void* sceneTexels, std::uint32_t node, Vec2 at) {
   const auto& [images, radiance] = *static_cast<const SceneTexels*>(sceneTexels);
   const Quad& quad = images.tree().quads()[node];
   const PlacedChart& chart = images.charts()[quad.chart];
-  return nearestTexel(radiance, chart, placeInChart(quad, chart, at), 0).w < 0.0f;
+  return nearestRadiance(radiance, chart, placeInChart(quad, chart, at), 0).w < 0.0f;
 }
 
 }  // namespace catoptric::methods::glossy_lod

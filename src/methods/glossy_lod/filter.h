@@ -20,6 +20,9 @@ struct Found {
 /// The place in its chart's square, 0..1, of one in a quad.
 Vec2 placeInChart(const Quad& quad, const PlacedChart& chart, const Vec2& at);
 
+/// Of a chart's finest texels the one that holds a place in its square.
+glm::uvec2 nearestTexel(const PlacedChart& chart, const Vec2& place);
+
 /// Mip level at which a texel is as large as the footprint of a ray that is `width` metres wide;
 /// the size of texels is that of the triangle which it met.
 float levelOf(const SceneImages& images, const Found& found, const Vec3& direction, float width);

@@ -33,6 +33,8 @@ class GlossyLod : public Method {
     plan.masks = raster::kMaskBelowHorizon | raster::kMaskSky;
     const Reflectors reflectors = findReflectors(scene, settings.reflectors);
     if (!reflectors.any()) return plan;
+    plan.bounces = options_.bounces;
+    plan.bouncesOption = "bounces";
     const std::string all = options_.objects == Objects::All ? "all" : "diffuse";
     plan.items = {
         {"precomputation", "geometry_images",
@@ -53,6 +55,7 @@ class GlossyLod : public Method {
 
   void prepare(Services& services, const RunSettings& settings) override {
     masks_ = settings.masks;
+    fresnelSchlick_ = settings.fresnelSchlick;
     own_ = settings.reflectors;
     layers_ = settings.layers;
     reflectors_ = findReflectors(services.scene, settings.reflectors);
@@ -142,10 +145,11 @@ class GlossyLod : public Method {
     const SampleTiles tiles({gbuffer.sampleWidth(), gbuffer.sampleHeight(), gbuffer.samples},
                             camera, services.scene, extents_, own_);
     const SceneTexels texels{images_, radiance_};
-    Traced scene{images_.view(),    images_,
-                 radiance_,         *environment_,
-                 services.lighting, scene::pixelSpreadRad(camera, gbuffer.sampleHeight()),
-                 options_};
+    const Shading shading{&services.scene, &services.geometry, &services.lighting, &images_};
+    Traced scene{
+        images_.view(), images_,         radiance_,
+        *environment_,  shading,         scene::pixelSpreadRad(camera, gbuffer.sampleHeight()),
+        extents_,       fresnelSchlick_, options_};
     if (masked_) scene.tree.alphaTest = {isCutAway, &texels};
     TraceCounts counts;
     std::mutex mutex;
@@ -173,6 +177,7 @@ class GlossyLod : public Method {
 
   Options options_;
   bool masks_ = false;
+  bool fresnelSchlick_ = false;
   std::vector<std::string> layers_;
   Reflectors reflectors_;
   raster::RefractiveSamples refractive_;

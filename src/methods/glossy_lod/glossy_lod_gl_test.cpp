@@ -378,6 +378,27 @@ TEST(GlossyLod, SeesOfASphereItsShareOfTheLobe) {
         << alpha;
 }
 
+TEST(GlossyLod, SeesInAMirrorWhatStandsBesideIt) {
+  LobeBench bench;
+  const float angle = 0.2f;
+  const Vec3 axis = glm::normalize(Vec3(0.0f, 1.0f, -1.0f));
+  // The mirror turns the axis to the right, and the way to the sphere is 3 m long
+  const Vec3 normal = glm::normalize(Vec3(1, 0, 0) - axis);
+  const Mat4 turn = test::rotation(120.0f, glm::cross(Vec3(0, 1, 0), normal));
+  bench.builder.add(scene::makePlane(Vec2(6.0f), {1, 1}, scene::UvMode::Unit),
+                    bench.builder.reflective(1.0f), test::translation(1.5f * axis) * turn);
+  bench.builder.add(scene::makeIcosphere(3.0f * std::sin(angle), 5, scene::UvMode::Unit),
+                    bench.builder.diffuse(Vec3(0.0f), Vec3(1.0f)),
+                    test::translation(1.5f * axis + Vec3(1.5f, 0.0f, 0.0f)));
+  const double n = static_cast<double>(scene::phongExponentFromGlossiness(LobeBench::kG));
+  const double share = 1.0 - std::pow(std::cos(static_cast<double>(angle)), n + 1.0);
+  for (const char* alpha : {"0", "3"}) {
+    const std::string options = std::string(R"({"rays": 160, "alpha": )") + alpha;
+    EXPECT_NEAR(bench.seen(options + R"(, "bounces": 2})"), share, 0.015) << alpha;
+    EXPECT_NEAR(bench.seen(options + "}"), 0.0, 0.01) << alpha;
+  }
+}
+
 TEST(GlossyLod, SeesHalfOfAnEdgeThroughTheAxis) {
   LobeBench bench;
   // A wide sheet across the mirrored axis that ends at it, to the right
@@ -511,6 +532,17 @@ TEST(GlossyLod, IsWhiteInAWhiteFurnaceAtAnyAlpha) {
        {R"({"alpha": 0})", R"({"alpha": 1})", R"({"alpha": 10})", R"({"alpha": 1000})",
         R"({"filter": false})", R"({"rays": 40})", R"({"automatic": true})"})
     EXPECT_EQ(bench.seen(options), 1.0) << options;
+}
+
+TEST(GlossyLod, IsWhiteInAWhiteFurnaceAfterManyBounces) {
+  LobeBench bench;
+  bench.builder.constantEnvironment(Vec3(1.0f));
+  for (const float g : {0.0f, 0.3f})
+    bench.builder.add(scene::makeIcosphere(0.5f, 4, scene::UvMode::Unit),
+                      bench.builder.reflective(1.0f, g),
+                      test::translation({4.0f * g, 1.0f, -1.0f}));
+  EXPECT_LT(bench.seen(R"({"bounces": 1})"), 0.9);
+  EXPECT_NEAR(bench.seen(R"({"bounces": 16})"), 1.0, 0.01);
 }
 
 TEST(GlossyLod, AtAlphaZeroIsThePlainTracer) {

@@ -47,7 +47,11 @@ const config::OptionTable<Options>& optionTable() {
              "about as many as one square of this size"),
        field(&Options::objects, "objects", kObjects,
              "what is reflected: diffuse objects alone, or all, of reflective ones their diffuse "
-             "component")});
+             "component"),
+       field(
+           &Options::bounces, "bounces", range(1, 16),
+           "reflections along a path; after the last a surface shows its diffuse component. Needs "
+           "objects all: reflective ones are not met else")});
   return table;
 }
 

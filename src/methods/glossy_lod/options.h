@@ -21,6 +21,7 @@ struct Options {
   bool automatic = false;  ///< [Yu2008] Sec. 4: rays and alpha by the exponent
   int size = 128;          ///< quads along the edge of an object's geometry image
   Objects objects = Objects::All;
+  int bounces = 1;  ///< as in traced
 };
 
 const config::OptionTable<Options>& optionTable();

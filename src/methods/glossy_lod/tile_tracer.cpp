@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/clock.h"
+#include "methods/glossy_lod/mesh_surface.h"
 #include "scene/reflectance.h"
 
 namespace catoptric::methods::glossy_lod {
@@ -58,6 +59,7 @@ void TileTracer::run(const Traced& scene, Vec3* radiance, std::uint8_t* flags,
     const std::size_t packets = (rays + group.perPacket() - 1) / group.perPacket();
     for (std::size_t packet = 0; packet < packets; ++packet)
       tracePacket(scene, group, packet, flags, counts);
+    if (!onward_.empty()) traceOnward(scene, counts);
     // Mean over each lobe, in the order of its rays
     for (std::size_t i = 0; i < group.points; ++i) {
       Vec3 sum(0.0f);
@@ -74,7 +76,11 @@ TileTracer::Group TileTracer::nextGroup(const Options& options, std::size_t begi
   const trace::PointLanes& points = lobes_.points();
   const auto groupOf = [&](std::size_t i) {
     const bool sharp = options.automatic && isSharp(points.glossiness[i]);
-    const int rays = !options.automatic ? options.rays : sharp ? kSharpRays : kBroadRays;
+    // Lobes within lobes have one ray each
+    const int rays = bounce_ > 0          ? 1
+                     : !options.automatic ? options.rays
+                     : sharp              ? kSharpRays
+                                          : kBroadRays;
     const float alpha = !options.automatic ? options.alpha : sharp ? kSharpAlpha : kBroadAlpha;
     return Group{i, 1, trace::lobeRays(points.glossiness[i], rays), alpha};
   };
@@ -107,26 +113,32 @@ void TileTracer::makePackets(const Traced& scene, const Group& group, std::uint8
                              trace::ReflectionCounts& counts) {
   const trace::PointLanes& points = lobes_.points();
   const std::size_t perPacket = group.perPacket();
+  const float share = std::sqrt(1.0f / static_cast<float>(paths_));  // of a lobe, along an edge
   const std::size_t end = group.begin + group.points;
   for (std::size_t begin = group.begin; begin < end;) {
     const trace::LobeTracer::Lobes lobes = lobes_.makeRays(begin, end, group.rays, flags, counts);
     for (std::size_t i = lobes.begin; i < lobes.end; ++i) {
       // DEVIATION: a mirror's ray stands for what the sample's cone covers
       const bool mirror = points.glossiness[i] <= scene::kMirrorGlossiness;
-      const float base = mirror ? scene.spreadRad * points.coneDistance[i] : 0.0f;
+      const bool first = bounce_ == 0;
+      const float base = !first   ? arrivingBase_[i]
+                         : mirror ? scene.spreadRad * points.coneDistance[i]
+                                  : 0.0f;
       const float* const slopes = mirror ? &scene.spreadRad : slopesOf(i, group.rays);
-      const std::size_t first = lobes.first[i - lobes.begin];
+      const std::size_t from = lobes.first[i - lobes.begin];
       for (std::size_t k = 0; k < static_cast<std::size_t>(group.rays); ++k) {
         RayPacket& packet = packets_[k / perPacket];
         const std::size_t lane = k % perPacket * group.points + (i - group.begin);
-        packet.origin[0][lane] = lobes.rays.originX[first + k];
-        packet.origin[1][lane] = lobes.rays.originY[first + k];
-        packet.origin[2][lane] = lobes.rays.originZ[first + k];
-        packet.direction[0][lane] = lobes.rays.directionX[first + k];
-        packet.direction[1][lane] = lobes.rays.directionY[first + k];
-        packet.direction[2][lane] = lobes.rays.directionZ[first + k];
+        packet.origin[0][lane] = lobes.rays.originX[from + k];
+        packet.origin[1][lane] = lobes.rays.originY[from + k];
+        packet.origin[2][lane] = lobes.rays.originZ[from + k];
+        packet.direction[0][lane] = lobes.rays.directionX[from + k];
+        packet.direction[1][lane] = lobes.rays.directionY[from + k];
+        packet.direction[2][lane] = lobes.rays.directionZ[from + k];
         packet.base[lane] = base;
-        packet.slope[lane] = slopes[k];
+        packet.slope[lane] =
+            first ? slopes[k]
+                  : glm::length(Vec2(arrivingSlope_[i], mirror ? 0.0f : share * slopes[k]));
         packet.own[lane] = static_cast<std::uint32_t>(points.object[i]);
         packet.leaves[0][lane] = points.lobeHorizon.x[i];
         packet.leaves[1][lane] = points.lobeHorizon.y[i];
@@ -166,14 +178,73 @@ void TileTracer::tracePacket(const Traced& scene, const Group& group, std::size_
     Vec3& value = values_[number][lane];
     if (hits_.node[lane] != kNothing) {
       value = mean(footprints_[lane]);
+      if (bounce_ + 1 < scene.options.bounces) goOn(scene, group, number, lane, counts);
       continue;
     }
     ++counts.misses;
     if (flags != nullptr) flags[group.begin + lane % group.points] |= 4;
     const float slope = packet.slope[lane];
     value = filter ? scene.environment.radiance(directionOf(lane), slope * slope)
-                   : scene.lighting.environment->radiance(directionOf(lane));
+                   : scene.shading.lighting->environment->radiance(directionOf(lane));
   }
+}
+
+void TileTracer::goOn(const Traced& scene, const Group& group, std::size_t number, std::size_t lane,
+                      TraceCounts& counts) {
+  const int object = scene.images.charts()[scene.tree.quads[hits_.node[lane]].chart].object;
+  if (scene.shading.scene->objects[static_cast<std::size_t>(object)].reflector == 0) return;
+  const RayPacket& packet = packets_[number];
+  const auto vectorOf = [&](const std::array<RayPacket::Lane, 3>& of) {
+    return Vec3(of[0][lane], of[1][lane], of[2][lane]);
+  };
+  const Vec3 direction = vectorOf(packet.direction);
+  const float metres = hits_.metres[lane];
+  const float width = packet.base[lane] + packet.slope[lane] * metres;
+  Onward onward{
+      &values_[number][lane], direction,
+      meshSurface(scene.shading,
+                  {hits_.node[lane], {hits_.u[lane], hits_.v[lane]}, hits_.back[lane] != 0},
+                  vectorOf(packet.origin) + metres * direction, direction, width)};
+  if (!(onward.surface.specularLevel > 0.0f)) return;
+  if (!next_) {
+    next_ = std::make_unique<TileTracer>();
+    next_->bounce_ = bounce_ + 1;
+  }
+  trace::PointLanes& points = next_->points();
+  if (onward_.empty()) {
+    points.count = 0;
+    next_->paths_ = paths_ * group.rays;
+    next_->arrivingBase_.clear();
+    next_->arrivingSlope_.clear();
+  }
+  const std::size_t point = group.begin + lane % group.points;
+  trace::ReflectionPoint from;
+  from.shift = {lobes_.points().shiftX[point], lobes_.points().shiftY[point]};
+  from.distance = lobes_.points().coneDistance[point];
+  const std::size_t index = number * group.perPacket() + lane / group.points;
+  trace::ReflectionPoint next =
+      trace::nextPoint(from, static_cast<int>(index), direction, metres, onward.surface,
+                       scene.extents[static_cast<std::size_t>(object)]);
+  next.object = object + 1;
+  points.add(next);
+  next_->arrivingBase_.push_back(width);
+  next_->arrivingSlope_.push_back(packet.slope[lane]);
+  onward_.push_back(onward);
+  if (points.count == trace::kMostLanes) traceOnward(scene, counts);
+}
+
+void TileTracer::traceOnward(const Traced& scene, TraceCounts& counts) {
+  reflected_.resize(onward_.size());
+  next_->run(scene, reflected_.data(), nullptr, counts);
+  for (std::size_t i = 0; i < onward_.size(); ++i) {
+    const Onward& onward = onward_[i];
+    const frame::SurfacePoint& surface = onward.surface;
+    const float s = trace::reflectionWeight(surface.specularLevel, onward.direction, surface.normal,
+                                            scene.fresnelSchlick);
+    *onward.value =
+        (1.0f - s) * *onward.value + s * surface.tint * (reflected_[i] + surface.highlight);
+  }
+  onward_.clear();
 }
 
 void TileTracer::ensureShaded(const Traced& scene, std::size_t lane, TraceCounts& counts) {

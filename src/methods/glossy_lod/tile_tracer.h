@@ -5,6 +5,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
 
 #include "frame/shading.h"
 #include "methods/glossy_lod/filter.h"
@@ -34,8 +37,10 @@ struct Traced {
   const SceneImages& images;
   Radiance& radiance;
   const trace::EnvironmentLevels& environment;
-  const frame::Lighting& lighting;
-  float spreadRad;  ///< of a sample's ray cone
+  const Shading& shading;
+  float spreadRad;                 ///< of a sample's ray cone
+  std::span<const float> extents;  ///< trace::reflectorExtent() by object
+  bool fresnelSchlick;             ///< of bounces after the first
   const Options& options;
 };
 
@@ -68,11 +73,23 @@ class TileTracer {
     std::size_t perPacket() const { return RayPacket::kMost / points; }
   };
 
+  /// A hit from which a ray goes on.
+  struct Onward {
+    Vec3* value;  ///< what its ray sees: the surface's own light, and then what it reflects
+    Vec3 direction;
+    frame::SurfacePoint surface;
+  };
+
   Group nextGroup(const Options& options, std::size_t begin);
   void makePackets(const Traced& scene, const Group& group, std::uint8_t* flags,
                    trace::ReflectionCounts& counts);
   void tracePacket(const Traced& scene, const Group& group, std::size_t packet, std::uint8_t* flags,
                    TraceCounts& counts);
+  /// Adds what a hit on a reflective object reflects to what is still to be traced.
+  void goOn(const Traced& scene, const Group& group, std::size_t packet, std::size_t lane,
+            TraceCounts& counts);
+  /// Traces that.
+  void traceOnward(const Traced& scene, TraceCounts& counts);
   void ensureShaded(const Traced& scene, std::size_t lane, TraceCounts& counts);
   const float* slopesOf(std::size_t point, int count);
 
@@ -82,6 +99,15 @@ class TileTracer {
   std::array<std::array<Vec3, RayPacket::kMost>, 256> values_;  ///< of their rays
   std::array<Footprint, RayPacket::kMost> footprints_;
   PacketHits hits_;
+
+  int bounce_ = 0;
+  int paths_ = 1;                     ///< of a sample, that come by here: they share lobes
+  std::unique_ptr<TileTracer> next_;  ///< of the next bounce
+  std::vector<Onward> onward_;
+  std::vector<Vec3> reflected_;
+  /// Of points after the first bounce: how wide the rays are that come, and how fast they widen.
+  std::vector<float> arrivingBase_;
+  std::vector<float> arrivingSlope_;
 };
 
 }  // namespace catoptric::methods::glossy_lod

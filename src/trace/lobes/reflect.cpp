@@ -94,9 +94,8 @@ Ray lobeRay(const ReflectionPoint& point, int index, int count, bool& belowHoriz
   return ray;
 }
 
-ReflectionPoint nextPoint(const TraceScene& trace, const ReflectionPoint& point, int index,
-                          const Vec3& direction, const Hit& hit,
-                          const frame::SurfacePoint& surface) {
+ReflectionPoint nextPoint(const ReflectionPoint& point, int index, const Vec3& direction,
+                          float metres, const frame::SurfacePoint& surface, float extent) {
   // A lobe within a lobe: one ray each, at shifted places.
   const float k = static_cast<float>(index);
   const Vec2 shift(wrapUnit(point.shift.x + glm::fract(0.7548777f * (k + 1.0f))),
@@ -105,13 +104,22 @@ ReflectionPoint nextPoint(const TraceScene& trace, const ReflectionPoint& point,
           surface.normal,
           direction,
           surface.glossiness,
-          point.distance + hit.distance,
-          refractionAt(trace, hit, surface.position, direction),
+          point.distance + metres,
+          0.0f,
           shift,
           0,
-          trace.extentOf(hit.object),
+          extent,
           surface.bent,
           surface.lobeHorizon};
+}
+
+ReflectionPoint nextPoint(const TraceScene& trace, const ReflectionPoint& point, int index,
+                          const Vec3& direction, const Hit& hit,
+                          const frame::SurfacePoint& surface) {
+  ReflectionPoint next =
+      nextPoint(point, index, direction, hit.distance, surface, trace.extentOf(hit.object));
+  next.refraction = refractionAt(trace, hit, surface.position, direction);
+  return next;
 }
 
 Vec3 specularDirection(const ReflectionPoint& point, bool& total) {

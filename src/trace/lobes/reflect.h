@@ -107,8 +107,11 @@ Moved settle(const TraceScene& trace, ReflectionPoint& point);
 /// `belowHorizon` as lobeDirection(), `total` as specularDirection().
 Ray lobeRay(const ReflectionPoint& point, int index, int count, bool& belowHorizon, bool& total);
 
-/// Where ray number `index` of `point`, in this direction, has hit a reflective surface: the point
-/// from which it goes on.
+/// Where ray number `index` of `point`, in this direction, has hit a reflective surface `metres`
+/// away: the point from which it goes on as a mirrored one. `extent`: ReflectionPoint's.
+ReflectionPoint nextPoint(const ReflectionPoint& point, int index, const Vec3& direction,
+                          float metres, const frame::SurfacePoint& surface, float extent);
+/// The same of a hit; where bodies refract it goes on into them, or out.
 ReflectionPoint nextPoint(const TraceScene& trace, const ReflectionPoint& point, int index,
                           const Vec3& direction, const Hit& hit,
                           const frame::SurfacePoint& surface);

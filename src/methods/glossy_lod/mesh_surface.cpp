@@ -1,0 +1,41 @@
+#include "methods/glossy_lod/mesh_surface.h"
+
+#include <algorithm>
+
+namespace catoptric::methods::glossy_lod {
+namespace {
+
+/// Barycentrics of p1 and p2 where a place is projected onto a triangle's plane, moved into it.
+Vec2 within(const Vec3& e1, const Vec3& e2, const Vec3& fromCorner, const Place& place) {
+  const Vec3 normal = glm::cross(e1, e2);
+  const float square = glm::dot(normal, normal);
+  if (!(square > 0.0f)) return {place.b1, place.b2};
+  Vec2 at(glm::dot(glm::cross(fromCorner, e2), normal) / square,
+          glm::dot(glm::cross(e1, fromCorner), normal) / square);
+  if (!(isFinite(Vec3(at, 0.0f)))) return {place.b1, place.b2};
+  at = glm::max(at, Vec2(0.0f));
+  return at / std::max(at.x + at.y, 1.0f);
+}
+
+}  // namespace
+
+frame::SurfacePoint meshSurface(const Shading& shading, const Found& found, const Vec3& position,
+                                const Vec3& direction, float width) {
+  const Quad& quad = shading.images->tree().quads()[found.node];
+  const PlacedChart& chart = shading.images->charts()[quad.chart];
+  const glm::uvec2 texel = nearestTexel(chart, placeInChart(quad, chart, found.at));
+  const Place& place =
+      chart.source->texels[chart.image.firstTexel + (texel.y << chart.image.texelLevel) + texel.x];
+  const frame::Geometry& geometry = *shading.geometry;
+  const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(chart.object)];
+  const std::uint32_t* const v = &geometry.indices[range.firstIndex + 3 * place.triangle];
+  const Vec3 p0 = geometry.positions[v[0]];
+  const Vec3 e1 = geometry.positions[v[1]] - p0;
+  const Vec3 e2 = geometry.positions[v[2]] - p0;
+  const Vec2 at = within(e1, e2, position - p0, place);
+  return frame::shadeSurface(*shading.scene, geometry, *shading.lighting, chart.object,
+                             place.triangle, at.x, at.y, p0 + at.x * e1 + at.y * e2, direction,
+                             width);
+}
+
+}  // namespace catoptric::methods::glossy_lod
