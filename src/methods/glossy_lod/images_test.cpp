@@ -248,8 +248,9 @@ TEST(Tree, VisitsEveryQuadOnceAndNestsItsBoxes) {
 TEST(Tree, HasTheNearestChildrenFirst) {
   // One flat chart of 4 x 4 quads, seen from beyond each of its corners
   std::vector<Vec4> vertices;
-  for (int i = 0; i < 25; ++i)
-    vertices.emplace_back(static_cast<float>(i % 5), 0.0f, static_cast<float>(i / 5), 0.0f);
+  for (int row = 0; row < 5; ++row)
+    for (int column = 0; column < 5; ++column)
+      vertices.emplace_back(static_cast<float>(column), 0.0f, static_cast<float>(row), 0.0f);
   for (const Vec3 from : {Vec3(-1, 0, -2), Vec3(9, 0, -2), Vec3(-1, 0, 9), Vec3(9, 0, 8)}) {
     Tree tree;
     tree.build(std::vector<Grid>{{0, 2}}, vertices, from);
