@@ -33,8 +33,6 @@ class GlossyLod : public Method {
     plan.masks = raster::kMaskBelowHorizon | raster::kMaskSky;
     const Reflectors reflectors = findReflectors(scene, settings.reflectors);
     if (!reflectors.any()) return plan;
-    plan.bounces = options_.bounces;
-    plan.bouncesOption = "bounces";
     const std::string all = options_.objects == Objects::All ? "all" : "diffuse";
     plan.items = {
         {"precomputation", "geometry_images",
