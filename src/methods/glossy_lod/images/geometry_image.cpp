@@ -265,16 +265,59 @@ void addChart(const MeshView& mesh, const Outlines& outlines, std::size_t index,
   image.charts.push_back(chart);
 }
 
+/// Four places where arcs of a chart's border meet, with as many arcs between them as can be alike,
+/// and the shortest side as long as can be. None of a border with fewer arcs.
+std::vector<std::uint32_t> junctions(const MeshView& mesh, const Outlines& outlines,
+                                     const Chart& chart) {
+  const std::size_t count = chart.border.size();
+  if (count < 4) return {};
+  std::vector<double> starts{0.0};
+  for (std::size_t i = 0; i < 2 * count; ++i) {
+    const std::vector<std::uint32_t>& line = outlines.arcs[chart.border[i % count].arc].vertices;
+    double metres = 0.0;
+    for (std::size_t v = 1; v < line.size(); ++v)
+      metres +=
+          static_cast<double>(glm::distance(mesh.positions[line[v - 1]], mesh.positions[line[v]]));
+    starts.push_back(starts.back() + metres);
+  }
+  double longest = -1.0;
+  std::array<std::size_t, 4> best{};
+  for (std::size_t first = 0; first < count; ++first) {
+    std::array<std::size_t, 5> at{};
+    double shortest = starts.back();
+    for (std::size_t k = 0; k < 5; ++k) at[k] = first + k * count / 4;
+    for (std::size_t k = 0; k < 4; ++k)
+      shortest = std::min(shortest, starts[at[k + 1]] - starts[at[k]]);
+    if (shortest <= longest) continue;
+    longest = shortest;
+    std::copy_n(at.begin(), 4, best.begin());
+  }
+  std::vector<std::uint32_t> vertices;
+  for (const std::size_t i : best) {
+    const ArcUse& use = chart.border[i % count];
+    const std::vector<std::uint32_t>& line = outlines.arcs[use.arc].vertices;
+    vertices.push_back(use.forward ? line.front() : line.back());
+  }
+  return vertices;
+}
+
 /// Where the corners of the squares of charts from `first` on lie. Arcs end there: else the two
-/// charts of an arc would spread its vertices differently.
+/// charts of an arc would spread its vertices differently. `levelOfChart`: of as many quads as a
+/// chart is to have.
+template <class LevelOfChart>
 void findCorners(const MeshView& mesh, const Topology& topology, const Outlines& outlines,
-                 std::size_t first, std::vector<Prepared>& made) {
+                 const LevelOfChart& levelOfChart, std::size_t first, std::vector<Prepared>& made) {
   parallelFor(made.size() - first, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = first + begin; c < first + end; ++c) {
-      if (!outlines.charts[c].simple) continue;
+      const Chart& chart = outlines.charts[c];
+      if (!chart.simple) continue;
       FlatMesh flat(mesh, topology, outlines, c);
       flat.placeCorners();
       made[c].corners = flat.cornerVertices();
+      // Where there are too few quads for the best corners and arcs of their own
+      if (chart.triangles.size() <= kPlain || flat.giveSteps(levelOfChart(chart), 1)) continue;
+      std::vector<std::uint32_t> others = junctions(mesh, outlines, chart);
+      if (!others.empty()) made[c].corners = std::move(others);
     }
   });
 }
@@ -396,7 +439,9 @@ std::vector<Prepared> flattenAll(const MeshView& mesh, const Topology& topology,
   for (bool whole = false;;) {
     const std::size_t judged = made.size();
     made.resize(static_cast<std::size_t>(count));
-    findCorners(mesh, topology, findOutlines(topology, chartOf, count), judged, made);
+    findCorners(
+        mesh, topology, findOutlines(topology, chartOf, count),
+        [&](const Chart& chart) { return levelOf(quads * shares.of(chart), most); }, judged, made);
     std::vector<std::uint32_t> ends;
     for (const Prepared& chart : made)
       ends.insert(ends.end(), chart.corners.begin(), chart.corners.end());
