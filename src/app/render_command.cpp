@@ -260,7 +260,7 @@ void addRender(CLI::App& program, CommonOptions& common, Action& action) {
   command
       ->add_option("--repeats", options->repeat.repeats,
                    "After the run time its methods in turns, frame by frame, in this many rounds, "
-                   "and say how far the ratios hold; fewer than 8 cannot tell")
+                   "and say how far the ratios hold; fewer than 8 cannot tell (0: none)")
       ->check(within(0, 1000))
       ->type_name("N");
   command

@@ -255,6 +255,9 @@ TEST_F(Sweep, AChangedSettingRendersItsCellAlone) {
   write(2, "[]");
   const Result first = run(command);
   ASSERT_EQ(first.exitCode, 0) << first.err;
+  const Result nowhere = run("tables b.suite.json --effort smoke --out /proc/nope");
+  EXPECT_EQ(nowhere.exitCode, 5) << nowhere.err;
+  EXPECT_THAT(nowhere.err, HasSubstr("/proc/nope: cannot be made"));
   EXPECT_THAT(first.err, HasSubstr("times: 6 frames rendered"));   // three, warm and timed
   EXPECT_THAT(first.err, HasSubstr("errors: 3 frames rendered"));  // three
   write(3, R"json([{"value": "error(errors.b, L1_8bit)", "from": 100, "to": 101}])json");

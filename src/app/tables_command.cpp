@@ -246,7 +246,9 @@ ExitCode tables(const TablesOptions& options, const CommonOptions& common) {
   const std::filesystem::path folder = options.out.empty()
                                            ? std::filesystem::path("out/tables") / name
                                            : std::filesystem::path(options.out);
-  std::filesystem::create_directories(folder);
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw OutputError(folder.string() + ": cannot be made: " + error.message());
   catchStopSignals(mode == ProgressMode::Json);
   study::SuiteData data;
   data.figures = suite.figures;

@@ -3,7 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include "core/error.h"
 
@@ -133,6 +136,23 @@ TEST(Tune, ATimeThatNothingHasNamesTheFastest) {
   EXPECT_FALSE(result.best);
   ASSERT_TRUE(result.nearest);
   EXPECT_EQ(world.candidates[*result.nearest].values, (std::vector<int>{0, 0, 0}));
+}
+
+TEST(Tune, ATimeTooNearToItsBoundIsUndecided) {
+  // One setting, faster than the bound by a hundredth, of times that are known to a fifth: to an
+  // eighth by all measurements that are made of it
+  for (const auto& [width, verdict] : {std::pair{0.2, "undecided"}, std::pair{0.005, "holds"}}) {
+    World world;
+    world.candidates.resize(1);
+    world.intervalWidth = width;
+    TuneOptions options = optionsFor(world, parseMaxTime("1x:traced"));
+    options.bound.limit = 1.01 * world.seconds(0) / 0.1;
+    const TuneResult result = tune(world.candidates, world, options);
+    EXPECT_EQ(result.best.has_value(), std::string(verdict) == "holds");
+    EXPECT_TRUE(std::ranges::any_of(
+        result.trials, [&](const Trial& trial) { return trial.verdict == verdict; }))
+        << verdict;
+  }
 }
 
 TEST(Tune, WhatCannotBeHadNamesTheNearest) {
