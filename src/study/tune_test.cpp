@@ -149,9 +149,9 @@ TEST(Tune, ATimeTooNearToItsBoundIsUndecided) {
     options.bound.limit = 1.01 * world.seconds(0) / 0.1;
     const TuneResult result = tune(world.candidates, world, options);
     EXPECT_EQ(result.best.has_value(), std::string(verdict) == "holds");
-    EXPECT_TRUE(std::ranges::any_of(
-        result.trials, [&](const Trial& trial) { return trial.verdict == verdict; }))
-        << verdict;
+    EXPECT_TRUE(std::ranges::any_of(result.trials, [&](const Trial& trial) {
+      return trial.verdict == verdict;
+    })) << verdict;
   }
 }
 
