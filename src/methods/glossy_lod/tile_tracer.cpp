@@ -170,8 +170,7 @@ void TileTracer::tracePacket(const Traced& scene, const Group& group, std::size_
   for (std::size_t lane = 0; lane < packet.count; ++lane) {
     if (hits_.node[lane] == kNothing) continue;
     if (!shaded) ensureShaded(scene, lane, counts);
-    const Found found{
-        hits_.node[lane], {hits_.u[lane], hits_.v[lane]}, hits_.back[lane] != 0};
+    const Found found{hits_.node[lane], {hits_.u[lane], hits_.v[lane]}, hits_.back[lane] != 0};
     const float width = packet.base[lane] + packet.slope[lane] * hits_.metres[lane];
     if (taps > 1)
       values_[number][lane] =
