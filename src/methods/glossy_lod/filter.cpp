@@ -66,49 +66,6 @@ float levelAt(const SceneImages& images, const Quad& quad, const PlacedChart& ch
                     static_cast<float>(chart.image.texelLevel));  // Eq. (9)
 }
 
-/// A ray's footprint on its chart, an ellipse: in texels of the finest level.
-struct Ellipse {
-  Vec2 along{1.0f, 0.0f};  ///< its long axis, of unit length
-  float longest, shortest;
-};
-
-Ellipse ellipseAt(const SceneImages& images, const Quad& quad, const PlacedChart& chart,
-                  const Vec2& at, const Vec3& direction, float width) {
-  const std::uint32_t stride = 1u << (quad.place >> 24);
-  const bool upper = at.x + at.y > 1.0f;
-  const Vec4* const v = &images.vertices()[quad.first];
-  const Vec3 p(v[upper ? quad.up + stride : 0]);
-  const int finer = chart.image.texelLevel - chart.image.level + static_cast<int>(quad.place >> 24);
-  const float texel = 1.0f / static_cast<float>(1u << finer);
-  // A texel to the right and one up, as the ray sees them
-  const auto seen = [&](const Vec3& edge) {
-    return texel * (edge - glm::dot(edge, direction) * direction);
-  };
-  const Vec3 right = seen(upper ? p - Vec3(v[quad.up]) : Vec3(v[stride]) - p);
-  const Vec3 up = seen(upper ? p - Vec3(v[stride]) : Vec3(v[quad.up]) - p);
-  const float a = glm::dot(right, right);
-  const float b = glm::dot(right, up);
-  const float half = 0.5f * (a - glm::dot(up, up));
-  const float root = std::sqrt(half * half + b * b);
-  const float most = std::max(a - half + root, 1e-30f);
-  const float least = std::max(a - half - root, most * kLeastCosine * kLeastCosine);
-  Ellipse ellipse{.longest = width / std::sqrt(least), .shortest = width / std::sqrt(most)};
-  const Vec2 along = half >= 0.0f ? Vec2(-b, half + root) : Vec2(root - half, -b);
-  const float length = glm::length(along);
-  if (length > 0.0f) ellipse.along = along / length;
-  return ellipse;
-}
-
-Footprint around(const Radiance& radiance, const PlacedChart& chart, const Vec2& place, float level,
-                 int side) {
-  Footprint result;
-  const int fine = static_cast<int>(level);
-  result.share = level - static_cast<float>(fine);
-  result.fine = squareOn(radiance, chart, place, fine, side);
-  if (result.share > 0.0f) result.coarse = squareOn(radiance, chart, place, fine + 1, side);
-  return result;
-}
-
 }  // namespace
 
 Vec2 placeInChart(const Quad& quad, const PlacedChart& chart, const Vec2& at) {
@@ -135,38 +92,17 @@ Footprint footprint(const SceneImages& images, const Radiance& radiance, const F
   const PlacedChart& chart = images.charts()[quad.chart];
   const Vec2 place = placeInChart(quad, chart, found.at);
   const int side = found.back ? 1 : 0;
+  Footprint result;
   if (!filter) {
-    Footprint result;
     result.fine.corner = &nearestRadiance(radiance, chart, place, side);
     return result;
   }
   const float level = levelAt(images, quad, chart, found.at, direction, width);
-  return around(radiance, chart, place, level, side);
-}
-
-Vec3 meanAlong(const SceneImages& images, const Radiance& radiance, const Found& found,
-               const Vec3& direction, float width, int most) {
-  const Quad& quad = images.tree().quads()[found.node];
-  const PlacedChart& chart = images.charts()[quad.chart];
-  const Vec2 place = placeInChart(quad, chart, found.at);
-  const auto size = static_cast<float>(1u << chart.image.texelLevel);
-  const Ellipse ellipse = ellipseAt(images, quad, chart, found.at, direction, width);
-  const float longest = std::min(ellipse.longest, size);
-  const float shortest = std::min(ellipse.shortest, size);
-  // Never wider across than the mean of both axes, which one tap has
-  const float across = std::min(std::max(shortest, longest / static_cast<float>(most)),
-                                std::sqrt(longest * shortest));
-  const float tap = std::max(across, 1.0f);
-  const int taps = std::clamp(static_cast<int>(std::ceil(longest / tap - 0.01f)), 1, most);
-  const float step = std::min(longest / static_cast<float>(taps), tap) / size;
-  const float level = std::log2(tap);
-  Vec3 sum(0.0f);
-  for (int i = 0; i < taps; ++i) {
-    const float from = static_cast<float>(i) - 0.5f * static_cast<float>(taps - 1);
-    const Vec2 at = place + from * step * ellipse.along;
-    sum += mean(around(radiance, chart, at, level, found.back ? 1 : 0));
-  }
-  return sum / static_cast<float>(taps);
+  const int fine = static_cast<int>(level);
+  result.share = level - static_cast<float>(fine);
+  result.fine = squareOn(radiance, chart, place, fine, side);
+  if (result.share > 0.0f) result.coarse = squareOn(radiance, chart, place, fine + 1, side);
+  return result;
 }
 
 Vec3 mean(const Footprint& footprint) {

@@ -44,12 +44,6 @@ Footprint footprint(const SceneImages& images, const Radiance& radiance, const F
                     const Vec3& direction, float width, bool filter);
 Vec3 mean(const Footprint& footprint);
 
-/// The mean over the ellipse that a ray's disc covers on the chart: of `most` footprints along its
-/// long axis at the most, as narrow as its short one. Those beyond the chart's border see what is
-/// at the border.
-Vec3 meanAlong(const SceneImages& images, const Radiance& radiance, const Found& found,
-               const Vec3& direction, float width, int most);
-
 /// AlphaTest::isCut of a SceneTexels.
 struct SceneTexels {
   const SceneImages& images;

@@ -39,10 +39,6 @@ const config::OptionTable<Options>& optionTable() {
              "of all reflectors, so that hits are found before what they hide; as_built"),
        field(&Options::filter, "filter",
              "radiance averaged over what a ray stands for; false: that of the nearest texel"),
-       field(&Options::anisotropic, "anisotropic", range(1, 64),
-             "look-ups at most along a ray's footprint where it is longer than wide on its image; "
-             "1: the footprint is as wide in both directions")
-           .trade("1,4,16"),
        field(&Options::automatic, "automatic",
              "the paper's rule instead of rays and alpha: 20 rays and alpha 3 for exponents above "
              "3000, else 40 rays and alpha 10"),
