@@ -39,6 +39,9 @@ const config::OptionTable<Options>& optionTable() {
              "of all reflectors, so that hits are found before what they hide; as_built"),
        field(&Options::filter, "filter",
              "radiance averaged over what a ray stands for; false: that of the nearest texel"),
+       field(&Options::bilateral, "bilateral",
+             "for few rays: 4 x 4 samples share out the directions of a lobe, and a filter joins "
+             "them as far as their lobes overlap"),
        field(&Options::automatic, "automatic",
              "the paper's rule instead of rays and alpha: 20 rays and alpha 3 for exponents above "
              "3000, else 40 rays and alpha 10"),

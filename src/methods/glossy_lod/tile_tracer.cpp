@@ -48,7 +48,7 @@ TileTracer& TileTracer::ofThread() {
   return tracer;
 }
 
-void TileTracer::run(const Traced& scene, Vec3* radiance, std::uint8_t* flags,
+void TileTracer::run(const Traced& scene, Vec3* radiance, std::uint8_t* flags, float* nearness,
                      TraceCounts& counts) {
   const trace::PointLanes& points = lobes_.points();
   trace::ReflectionCounts made;
@@ -63,8 +63,14 @@ void TileTracer::run(const Traced& scene, Vec3* radiance, std::uint8_t* flags,
     // Mean over each lobe, in the order of its rays
     for (std::size_t i = 0; i < group.points; ++i) {
       Vec3 sum(0.0f);
-      for (std::size_t k = 0; k < rays; ++k)
-        sum += values_[k / group.perPacket()][k % group.perPacket() * group.points + i];
+      float near = 0.0f;
+      for (std::size_t k = 0; k < rays; ++k) {
+        const std::size_t packet = k / group.perPacket();
+        const std::size_t lane = k % group.perPacket() * group.points + i;
+        sum += values_[packet][lane];
+        near += 1.0f / metres_[packet][lane];
+      }
+      if (nearness != nullptr) nearness[begin + i] = near / static_cast<float>(group.rays);
       radiance[begin + i] = sum / static_cast<float>(group.rays);
     }
     begin += group.points;
@@ -161,6 +167,7 @@ void TileTracer::tracePacket(const Traced& scene, const Group& group, std::size_
   traverse(scene.tree, packet, group.alpha, scene.options.levels, hits_, counts.visits);
   counts.traceSeconds += secondsSince(start);
   counts.rays += packet.count;
+  metres_[number] = hits_.metres;
   const auto directionOf = [&](std::size_t lane) {
     return Vec3(packet.direction[0][lane], packet.direction[1][lane], packet.direction[2][lane]);
   };
@@ -235,7 +242,7 @@ void TileTracer::goOn(const Traced& scene, const Group& group, std::size_t numbe
 
 void TileTracer::traceOnward(const Traced& scene, TraceCounts& counts) {
   reflected_.resize(onward_.size());
-  next_->run(scene, reflected_.data(), nullptr, counts);
+  next_->run(scene, reflected_.data(), nullptr, nullptr, counts);
   for (std::size_t i = 0; i < onward_.size(); ++i) {
     const Onward& onward = onward_[i];
     const frame::SurfacePoint& surface = onward.surface;
