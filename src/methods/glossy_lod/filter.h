@@ -27,6 +27,18 @@ glm::uvec2 nearestTexel(const PlacedChart& chart, const Vec2& place);
 /// the size of texels is that of the triangle which it met.
 float levelOf(const SceneImages& images, const Found& found, const Vec3& direction, float width);
 
+/// What a ray covers of a chart, in texels of the finest level: an ellipse.
+struct Ellipse {
+  Vec2 along{0.0f};  ///< its longest diameter
+  float across = 0.0f;
+};
+Ellipse ellipseOf(const SceneImages& images, const Found& found, const Vec3& direction,
+                  float width);
+
+/// The mean over that by at most `most` places along it, on the level of what lies between them.
+Vec3 anisotropicMean(const SceneImages& images, const Radiance& radiance, const Found& found,
+                     const Vec3& direction, float width, int most);
+
 /// The texels whose mean a ray sees, which are being loaded.
 struct Footprint {
   /// On two levels, their texel of least x and y, and where the others lie from there.

@@ -362,6 +362,48 @@ TEST(GlossyLodHits, AverageOverThePerpendicularFootprint) {
   }
 }
 
+TEST(GlossyLodHits, CoverEllipses) {
+  // Of 1 m x 1 m and of 4 m x 1 m, as many texels along each side
+  for (const float length : {1.0f, 4.0f}) {
+    SceneBuilder builder;
+    builder.add(scene::makePlane(Vec2(length, 1.0f), {1, 1}, scene::UvMode::Unit),
+                builder.diffuse(Vec3(0.0f), Vec3(1.0f)));
+    test::GlStage stage(builder.scene());
+    Rays rays(stage, {.size = 64});
+    const auto texels = static_cast<float>(1 << rays.images.charts()[0].image.texelLevel);
+    for (const float degrees : {0.0f, 40.0f, 75.0f}) {
+      for (const bool lengthwise : {true, false}) {
+        const float tilt = radians(degrees);
+        const Vec3 level = lengthwise ? Vec3(1, 0, 0) : Vec3(0, 0, 1);
+        const Vec3 way = std::sin(tilt) * level - Vec3(0, std::cos(tilt), 0);
+        const Vec3 from = Vec3(0.1f, 0.0f, 0.05f) - way;
+        RayPacket packet;
+        packet.count = 1;
+        for (int axis = 0; axis < 3; ++axis) {
+          packet.origin[static_cast<std::size_t>(axis)][0] = from[axis];
+          packet.direction[static_cast<std::size_t>(axis)][0] = way[axis];
+        }
+        packet.base[0] = packet.slope[0] = 0.0f;
+        PacketHits hits;
+        Visits visits;
+        traverse(rays.images.view(), packet, 0.0f, Levels::Off, hits, visits);
+        ASSERT_NE(hits.node[0], kNothing);
+        const float width = 0.01f * texels;
+        const Ellipse ellipse = ellipseOf(
+            rays.images, {hits.node[0], {hits.u[0], hits.v[0]}, hits.back[0] != 0}, way, 0.01f);
+        const float oblique = width / std::cos(tilt);
+        const float x = (lengthwise ? oblique : width) / length;
+        const float z = lengthwise ? width : oblique;
+        EXPECT_NEAR(glm::length(ellipse.along), std::max(x, z), 1e-3f * width);
+        EXPECT_NEAR(ellipse.across, std::min(x, z), 1e-3f * width);
+        if (std::abs(x - z) < 0.1f * width) continue;
+        const Vec2 axis = glm::abs(ellipse.along) / glm::length(ellipse.along);
+        EXPECT_NEAR(std::max(axis.x, axis.y), 1.0f, 1e-3f);
+      }
+    }
+  }
+}
+
 TEST(GlossyLod, SeesOfASphereItsShareOfTheLobe) {
   LobeBench bench;
   const float angle = 0.2f;
@@ -528,9 +570,10 @@ TEST(GlossyLod, IsWhiteInAWhiteFurnaceAtAnyAlpha) {
   bench.builder.add(scene::makeTorus(0.5f, 0.2f, 40, 20, scene::UvMode::Unit),
                     bench.builder.diffuse(Vec3(0.0f), Vec3(1.0f)),
                     test::translation({0.0f, 1.0f, -1.0f}));
-  for (const char* options : {R"({"alpha": 0})", R"({"alpha": 1})", R"({"alpha": 10})",
-                              R"({"alpha": 1000})", R"({"filter": false})", R"({"rays": 40})",
-                              R"({"automatic": true})", R"({"bilateral": true, "rays": 4})"})
+  for (const char* options :
+       {R"({"alpha": 0})", R"({"alpha": 1})", R"({"alpha": 10})", R"({"alpha": 1000})",
+        R"({"filter": false})", R"({"rays": 40})", R"({"automatic": true})",
+        R"({"bilateral": true, "rays": 4})", R"({"anisotropic": 8})"})
     EXPECT_EQ(bench.seen(options), 1.0) << options;
 }
 

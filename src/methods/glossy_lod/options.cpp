@@ -39,6 +39,11 @@ const config::OptionTable<Options>& optionTable() {
              "of all reflectors, so that hits are found before what they hide; as_built"),
        field(&Options::filter, "filter",
              "radiance averaged over what a ray stands for; false: that of the nearest texel"),
+       field(
+           &Options::anisotropic, "anisotropic", range(1, 64),
+           "with filter: places at most along the longest axis of what a ray covers of a chart, "
+           "which is an ellipse where the ray is oblique or the chart stretched; 1: a disk of its "
+           "area"),
        field(&Options::bilateral, "bilateral",
              "for few rays: 4 x 4 samples share out the directions of a lobe, and a filter joins "
              "them as far as their lobes overlap"),

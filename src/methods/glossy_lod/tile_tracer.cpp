@@ -163,6 +163,7 @@ void TileTracer::tracePacket(const Traced& scene, const Group& group, std::size_
                         ? radians(scene.options.coarsest) / group.alpha
                         : kAnySlope;
   const bool filter = scene.options.filter;
+  const bool anisotropic = filter && scene.options.anisotropic > 1;
   const std::int64_t start = nowNs();
   traverse(scene.tree, packet, group.alpha, scene.options.levels, hits_, counts.visits);
   counts.traceSeconds += secondsSince(start);
@@ -176,15 +177,19 @@ void TileTracer::tracePacket(const Traced& scene, const Group& group, std::size_
   for (std::size_t lane = 0; lane < packet.count; ++lane) {
     if (hits_.node[lane] == kNothing) continue;
     if (!shaded) ensureShaded(scene, lane, counts);
-    footprints_[lane] = footprint(
-        scene.images, scene.radiance,
-        {hits_.node[lane], {hits_.u[lane], hits_.v[lane]}, hits_.back[lane] != 0},
-        directionOf(lane), packet.base[lane] + packet.slope[lane] * hits_.metres[lane], filter);
+    const Found found{hits_.node[lane], {hits_.u[lane], hits_.v[lane]}, hits_.back[lane] != 0};
+    const float width = packet.base[lane] + packet.slope[lane] * hits_.metres[lane];
+    if (anisotropic)
+      values_[number][lane] = anisotropicMean(scene.images, scene.radiance, found,
+                                              directionOf(lane), width, scene.options.anisotropic);
+    else
+      footprints_[lane] =
+          footprint(scene.images, scene.radiance, found, directionOf(lane), width, filter);
   }
   for (std::size_t lane = 0; lane < packet.count; ++lane) {
     Vec3& value = values_[number][lane];
     if (hits_.node[lane] != kNothing) {
-      value = mean(footprints_[lane]);
+      if (!anisotropic) value = mean(footprints_[lane]);
       if (bounce_ + 1 < scene.options.bounces) goOn(scene, group, number, lane, counts);
       continue;
     }
