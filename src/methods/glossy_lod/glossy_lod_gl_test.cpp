@@ -404,6 +404,59 @@ TEST(GlossyLodHits, CoverEllipses) {
   }
 }
 
+TEST(GlossyLodHits, AnisotropicFootprintsAreNoWiderAcross) {
+  // A sheet of 4 x 1 m as a square of 64 x 64 texels, with stripes of 8 texels across its length
+  SceneBuilder builder;
+  scene::Texture stripes;
+  stripes.srgb = false;
+  stripes.nearest = true;
+  stripes.levels = {{64, 64, {}}};
+  for (int i = 0; i < 64 * 64; ++i)
+    stripes.levels[0].rgba.insert(stripes.levels[0].rgba.end(), 4, (i + 4) / 8 % 2 == 0 ? 0 : 255);
+  builder.scene().textures.push_back(stripes);
+  const int material = builder.diffuse(Vec3(0.0f), Vec3(1.0f));
+  builder.scene().materials[material].emissiveTexture.texture = 0;
+  builder.add(scene::makePlane(Vec2(4.0f, 1.0f), {1, 1}, scene::UvMode::Unit), material);
+  test::GlStage stage(builder.scene());
+  Rays rays(stage, {.size = 64});
+  Radiance radiance;
+  const std::vector<int> objects = {0};
+  radiance.shade({&stage.scene, &stage.moment.geometry, &stage.moment.lighting, &rays.images},
+                 objects);
+  // 0.25 m are 4 texels along the sheet and 16 across it
+  const float width = 0.25f;
+  const auto contrast = [&](int taps) {
+    float least = 1.0f;
+    float most = 0.0f;
+    for (int i = 0; i < 64; ++i) {
+      RayPacket packet;
+      packet.count = 1;
+      packet.base[0] = packet.slope[0] = 0.0f;
+      packet.origin[0][0] = -1.0f + (static_cast<float>(i) + 0.5f) / 32.0f;
+      packet.origin[1][0] = 1.0f;
+      packet.origin[2][0] = 0.1f;
+      packet.direction[0][0] = packet.direction[2][0] = 0.0f;
+      packet.direction[1][0] = -1.0f;
+      PacketHits hits;
+      Visits visits;
+      traverse(rays.images.view(), packet, 0.0f, Levels::Adaptive, hits, visits);
+      const Found found{hits.node[0], {hits.u[0], hits.v[0]}, hits.back[0] != 0};
+      const Vec3 down(0.0f, -1.0f, 0.0f);
+      const float seen = anisotropicMean(rays.images, radiance, found, down, width, taps).x;
+      const float plain = mean(footprint(rays.images, radiance, found, down, width, true)).x;
+      if (taps == 1) {
+        EXPECT_NEAR(seen, plain, 1e-3f);
+      }
+      least = std::min(least, seen);
+      most = std::max(most, seen);
+    }
+    return most - least;
+  };
+  EXPECT_NEAR(contrast(1), 0.0f, 0.01f);  // 8 texels in both directions
+  EXPECT_GT(contrast(4), 0.9f);
+  EXPECT_GT(contrast(16), 0.9f);
+}
+
 TEST(GlossyLod, SeesOfASphereItsShareOfTheLobe) {
   LobeBench bench;
   const float angle = 0.2f;
