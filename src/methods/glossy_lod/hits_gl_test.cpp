@@ -1,0 +1,503 @@
+// Hits, and what is seen there, against what is known of them.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <random>
+#include <thread>
+#include <tuple>
+#include <vector>
+
+#include "core/vector_level.h"
+#include "frame/test_scenes.h"
+#include "methods/glossy_lod/filter.h"
+#include "methods/glossy_lod/scene_images.h"
+#include "methods/glossy_lod/tree/traversal.h"
+#include "methods/testing/gl_harness.h"
+
+namespace catoptric::methods {
+namespace {
+
+using namespace glossy_lod;
+using test::SceneBuilder;
+
+/// What the traversal finds along a ray.
+struct Met {
+  float metres;
+  std::uint64_t visits;
+  bool back;
+  float level;
+  std::uint32_t node;  ///< kNothing: none
+};
+
+/// A scene's images and the traversal alone.
+class Rays {
+ public:
+  Rays(test::GlStage& stage, const Options& options, Levels levels = Levels::Adaptive)
+      : levels_(levels) {
+    images.make(stage.scene, stage.moment.geometry, options);
+  }
+
+  /// `origins`: a is the slope of the ray's width. In packets of `together`.
+  std::vector<Met> meet(const std::vector<Vec4>& origins, const std::vector<Vec4>& directions,
+                        float alpha, std::size_t together = RayPacket::kMost,
+                        float steepest = kAnySlope) {
+    std::vector<Met> met;
+    for (std::size_t first = 0; first < origins.size(); first += together) {
+      RayPacket packet;
+      packet.count = std::min(together, origins.size() - first);
+      packet.steepest = steepest;
+      for (std::size_t i = 0; i < packet.count; ++i) {
+        for (int axis = 0; axis < 3; ++axis) {
+          packet.origin[static_cast<std::size_t>(axis)][i] = origins[first + i][axis];
+          packet.direction[static_cast<std::size_t>(axis)][i] = directions[first + i][axis];
+        }
+        packet.base[i] = 0.0f;
+        packet.slope[i] = origins[first + i].w;
+      }
+      PacketHits hits;
+      Visits visits;
+      traverse(images.view(), packet, alpha, levels_, hits, visits);
+      for (std::size_t i = 0; i < packet.count; ++i) {
+        const bool missed = hits.node[i] == kNothing;
+        const Found found{hits.node[i], {hits.u[i], hits.v[i]}, hits.back[i] != 0};
+        met.push_back({missed ? -1.0f : hits.metres[i], i == 0 ? visits.nodes : 0, found.back,
+                       missed ? -1.0f
+                              : levelOf(images, found, Vec3(directions[first + i]),
+                                        packet.slope[i] * hits.metres[i]),
+                       hits.node[i]});
+      }
+    }
+    return met;
+  }
+
+  SceneImages images;
+
+ private:
+  Levels levels_;
+};
+
+/// Rays from within half a metre of 0 into all directions.
+void raysWithin(std::size_t count, std::vector<Vec4>& origins, std::vector<Vec4>& directions) {
+  std::mt19937 random(11);
+  std::normal_distribution<float> any(0.0f, 1.0f);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3 o(any(random), any(random), any(random));
+    const Vec3 d(any(random), any(random), any(random));
+    origins.emplace_back(0.4f * glm::normalize(o), 0.0f);
+    directions.emplace_back(glm::normalize(d), 0.0f);
+  }
+}
+
+/// The nearest of all finest triangles, in double.
+double nearest(const Tree& tree, const std::vector<Vec4>& vertices, const Vec3& o, const Vec3& d) {
+  double best = -1.0;
+  for (std::size_t i = 0; i < tree.nodes().size(); ++i) {
+    if ((tree.nodes()[i].flags & kIsLeaf) == 0) continue;
+    const Quad& q = tree.quads()[i];
+    const std::uint32_t v[4] = {q.first, q.first + 1, q.first + q.up, q.first + q.up + 1};
+    for (const auto& t : {std::array{v[0], v[1], v[2]}, {v[3], v[2], v[1]}}) {
+      const glm::dvec3 a(vertices[t[0]]);
+      const glm::dvec3 e1 = glm::dvec3(vertices[t[1]]) - a;
+      const glm::dvec3 e2 = glm::dvec3(vertices[t[2]]) - a;
+      const glm::dvec3 p = glm::cross(glm::dvec3(d), e2);
+      const double det = glm::dot(e1, p);
+      if (det == 0.0) continue;
+      const glm::dvec3 s = glm::dvec3(o) - a;
+      const double u = glm::dot(s, p) / det;
+      const glm::dvec3 r = glm::cross(s, e1);
+      const double w = glm::dot(glm::dvec3(d), r) / det;
+      const double t1 = glm::dot(e2, r) / det;
+      if (u < 0.0 || w < 0.0 || u + w > 1.0 || t1 <= 0.0) continue;
+      if (best < 0.0 || t1 < best) best = t1;
+    }
+  }
+  return best;
+}
+
+scene::Scene manyBodies() {
+  SceneBuilder builder;
+  const int white = builder.diffuse(Vec3(0.7f));
+  builder.add(scene::makeTorus(0.8f, 0.25f, 40, 20, scene::UvMode::Unit), white,
+              test::rotation(30.0f, {1, 0, 0}));
+  builder.add(scene::makeBox({.size = Vec3(0.4f)}, scene::UvMode::Unit), white,
+              test::translation({0.9f, 0.6f, -0.3f}));
+  builder.add(scene::makeIcosphere(0.5f, 3, scene::UvMode::Unit), white,
+              test::translation({-1.2f, 0.1f, 0.4f}));
+  builder.constantEnvironment(Vec3(0.5f, 0.4f, 0.3f));
+  return builder.scene();
+}
+
+TEST(GlossyLodHits, EqualBruteForceOverTheFinestTriangles) {
+  test::GlStage stage(manyBodies());
+  for (const Levels levels : {Levels::Off, Levels::Adaptive, Levels::Stitched}) {
+    Rays rays(stage, {.size = 16}, levels);
+    std::vector<Vec4> origins;
+    std::vector<Vec4> directions;
+    raysWithin(3000, origins, directions);
+    const std::vector<Met> met = rays.meet(origins, directions, 0.0f);
+    int hits = 0;
+    int wrong = 0;
+    for (std::size_t i = 0; i < met.size(); ++i) {
+      const double truth = nearest(rays.images.tree(), rays.images.vertices(), Vec3(origins[i]),
+                                   Vec3(directions[i]));
+      hits += truth > 0.0 ? 1 : 0;
+      wrong += std::abs(truth - static_cast<double>(met[i].metres)) > 2e-5 ? 1 : 0;
+    }
+    EXPECT_GT(hits, 800);
+    EXPECT_EQ(wrong, 0);
+  }
+}
+
+TEST(GlossyLodHits, AreTheSameInPacketsOfAnyMakeUpAndOnEveryMachine) {
+  test::GlStage stage(manyBodies());
+  Rays rays(stage, {.size = 32});
+  std::vector<Vec4> origins;
+  std::vector<Vec4> directions;
+  raysWithin(3000, origins, directions);
+  for (std::size_t i = 0; i < origins.size(); ++i) origins[i].w = i % 3 == 0 ? 0.05f : 0.002f;
+  // Along axes too, and with zeros of both signs
+  directions[0] = Vec4(0.0f, 1.0f, 0.0f, 0.0f);
+  directions[1] = Vec4(-0.0f, -1.0f, 0.0f, 0.0f);
+  const std::vector<Met> alone = rays.meet(origins, directions, 3.0f, 1);
+  std::uint64_t visits = 0;
+  for (const Met& m : alone) visits += m.visits;
+  const VectorLevel machine = vectorLevel();
+  for (const VectorLevel level : {VectorLevel::Base, VectorLevel::V3, VectorLevel::V4}) {
+    limitVectorLevel(level);
+    for (const std::size_t together : {1u, 5u, 32u}) {
+      const std::vector<Met> met = rays.meet(origins, directions, 3.0f, together);
+      std::uint64_t sum = 0;
+      std::size_t wrong = 0;
+      for (std::size_t i = 0; i < met.size(); ++i) {
+        sum += met[i].visits;
+        wrong += met[i].metres != alone[i].metres || met[i].back != alone[i].back ||
+                         met[i].level != alone[i].level
+                     ? 1
+                     : 0;
+      }
+      EXPECT_EQ(wrong, 0u) << together;
+      EXPECT_EQ(sum, visits) << together;
+    }
+  }
+  limitVectorLevel(machine);
+}
+
+TEST(GlossyLodHits, DoNotLeakThroughSeams) {
+  std::size_t count = 0;
+  std::size_t backs = 0;
+  for (int body = 0; body < 4; ++body) {
+    SceneBuilder builder;
+    scene::BoxShape box;
+    box.size = Vec3(2.0f);
+    box.segments = {9, 9, 9};
+    builder.add(body == 0   ? scene::makeIcosphere(1.0f, 4, scene::UvMode::Unit)
+                : body == 1 ? scene::makeSphere(1.0f, 97, 53, scene::UvMode::Unit)
+                : body == 2 ? scene::makeBox(box, scene::UvMode::Unit)
+                            : scene::makeRoundedBox(Vec3(2.0f), 0.3f, 4, scene::UvMode::Unit),
+                builder.diffuse(Vec3(1.0f)));
+    test::GlStage stage(builder.scene());
+    Rays rays(stage, {.size = 32});
+    std::vector<Vec4> origins;
+    std::vector<Vec4> directions;
+    raysWithin(260000, origins, directions);
+    const std::vector<Met> met = rays.meet(origins, directions, 0.0f);
+    for (const Met& m : met) {
+      if (m.metres < 0.0f) ADD_FAILURE() << "body " << body;
+      backs += m.back ? 1 : 0;
+    }
+    count += met.size();
+  }
+  // Coarse borders fold a few quads over
+  EXPECT_GE(backs, count - count / 500);
+  EXPECT_GE(count, 1'000'000u);
+}
+
+TEST(GlossyLodHits, VisitsFallWithAlpha) {
+  test::GlStage stage(manyBodies());
+  Rays rays(stage, {.size = 64});
+  std::vector<Vec4> origins;
+  std::vector<Vec4> directions;
+  raysWithin(4000, origins, directions);
+  for (Vec4& o : origins) o.w = 0.02f;
+  double before = 1e30;
+  for (const float alpha : {0.0f, 1.0f, 3.0f, 10.0f}) {
+    double visits = 0.0;
+    for (const Met& m : rays.meet(origins, directions, alpha))
+      visits += static_cast<double>(m.visits);
+    EXPECT_LE(visits, before);
+    before = visits;
+  }
+}
+
+TEST(GlossyLodHits, OfStitchedLevelsAreNeverLost) {
+  test::GlStage stage(manyBodies());
+  Rays off(stage, {.size = 64}, Levels::Off);
+  Rays adaptive(stage, {.size = 64});
+  Rays stitched(stage, {.size = 64}, Levels::Stitched);
+  std::vector<Vec4> origins;
+  std::vector<Vec4> directions;
+  raysWithin(20000, origins, directions);
+  for (Vec4& o : origins) o.w = 0.1f;
+  const std::vector<Met> truth = off.meet(origins, directions, 0.0f);
+  const auto countLost = [&](Rays& rays, float alpha) {
+    const std::vector<Met> met = rays.meet(origins, directions, alpha);
+    int lost = 0;
+    for (std::size_t i = 0; i < met.size(); ++i)
+      lost += truth[i].node != kNothing && met[i].node == kNothing ? 1 : 0;
+    return lost;
+  };
+  for (const float alpha : {3.0f, 10.0f, 30.0f}) EXPECT_EQ(countLost(stitched, alpha), 0) << alpha;
+  EXPECT_GT(countLost(adaptive, 30.0f), 100);
+}
+
+TEST(GlossyLodHits, TakeNoBoxThatLooksLargerThanTheCoarsest) {
+  test::GlStage stage(manyBodies());
+  Rays rays(stage, {.size = 64});
+  std::vector<Vec4> origins;
+  std::vector<Vec4> directions;
+  raysWithin(4000, origins, directions);
+  for (Vec4& o : origins) o.w = 0.2f;
+  const float alpha = 5.0f;
+  // Slope of the largest box's disc, of all that are no finest ones [Yu2008] Eqs. (6), (7)
+  const auto largest = [&](float steepest) {
+    float most = 0.0f;
+    const std::vector<Met> met = rays.meet(origins, directions, alpha, RayPacket::kMost, steepest);
+    for (std::size_t i = 0; i < met.size(); ++i) {
+      if (met[i].node == kNothing) continue;
+      const Node& box = rays.images.tree().nodes()[met[i].node];
+      if ((box.flags & kIsLeaf) != 0) continue;
+      const float size = std::sqrt(0.25f * kPi) * glm::distance(box.least, box.most);
+      most = std::max(most, size / glm::distance(0.5f * (box.least + box.most), Vec3(origins[i])));
+    }
+    return most;
+  };
+  EXPECT_GT(largest(kAnySlope), 0.5f);
+  EXPECT_LE(largest(0.1f / alpha), 0.10001f);
+  EXPECT_GT(largest(0.1f / alpha), 0.05f);
+}
+
+TEST(GlossyLodRadiance, IsTheSameWhenItIsShadedLater) {
+  test::GlStage stage(manyBodies());
+  SceneImages images;
+  images.make(stage.scene, stage.moment.geometry, {.size = 32});
+  const Shading shading{&stage.scene, &stage.moment.geometry, &stage.moment.lighting, &images};
+  const std::vector<int> objects = {0, 1, 2};
+  Radiance atOnce;
+  atOnce.shade(shading, objects);
+  Radiance later;
+  later.shadeLater(shading, objects);
+  // Every side is asked for by two threads
+  const std::size_t sides = 2 * images.charts().size();
+  std::atomic<std::size_t> shaded{0};
+  const auto ask = [&] {
+    for (std::size_t s = 0; s < sides; ++s)
+      shaded += later.ensure(static_cast<std::uint32_t>(s / 2), static_cast<int>(s % 2)) ? 1 : 0;
+  };
+  std::thread other(ask);
+  ask();
+  other.join();
+  EXPECT_EQ(shaded, sides);
+  float brightest = 0.0f;
+  for (const PlacedChart& chart : images.charts()) {
+    for (int side = 0; side < 2; ++side) {
+      for (int level = 0; level <= chart.image.texelLevel; ++level) {
+        const std::uint32_t n = 1u << (chart.image.texelLevel - level);
+        for (std::uint32_t i = 0; i < n * n; ++i) {
+          const std::size_t x = (chart.x >> level) + i % n;
+          const std::size_t y = (chart.y >> level) + i / n;
+          ASSERT_EQ(*atOnce.onLevel(side, level, x, y), *later.onLevel(side, level, x, y));
+          brightest = std::max(brightest, later.onLevel(side, level, x, y)->x);
+        }
+      }
+    }
+  }
+  EXPECT_GT(brightest, 0.0f);
+}
+
+TEST(GlossyLodHits, AverageOverThePerpendicularFootprint) {
+  // A square of 1 m in 64 x 64 texels
+  SceneBuilder builder;
+  builder.add(scene::makePlane(Vec2(1.0f), {1, 1}, scene::UvMode::Unit),
+              builder.diffuse(Vec3(0.0f), Vec3(1.0f)));
+  test::GlStage stage(builder.scene());
+  Rays rays(stage, {.size = 64});
+  const float side = 1.0f / 64.0f;
+  for (const float level : {0.0f, 1.0f, 2.5f, 6.0f}) {
+    // [Yu2008] Eqs. (8), (9): from d metres above, d^2 Omega = 4^l texels
+    const float metres = 2.0f;
+    const float slope = std::exp2(level) * side / metres;
+    const Met met = rays.meet({Vec4(0.1f, metres, 0.2f, slope)}, {Vec4(0, -1, 0, 0)}, 0.0f)[0];
+    EXPECT_NEAR(met.metres, metres, 1e-5f);
+    EXPECT_NEAR(met.level, level, 1e-3f);
+  }
+}
+
+TEST(GlossyLodHits, CoverEllipses) {
+  // Of 1 m x 1 m and of 4 m x 1 m, as many texels along each side
+  for (const float length : {1.0f, 4.0f}) {
+    SceneBuilder builder;
+    builder.add(scene::makePlane(Vec2(length, 1.0f), {1, 1}, scene::UvMode::Unit),
+                builder.diffuse(Vec3(0.0f), Vec3(1.0f)));
+    test::GlStage stage(builder.scene());
+    Rays rays(stage, {.size = 64});
+    const auto texels = static_cast<float>(1 << rays.images.charts()[0].image.texelLevel);
+    for (const float degrees : {0.0f, 40.0f, 75.0f}) {
+      for (const bool lengthwise : {true, false}) {
+        const float tilt = radians(degrees);
+        const Vec3 level = lengthwise ? Vec3(1, 0, 0) : Vec3(0, 0, 1);
+        const Vec3 way = std::sin(tilt) * level - Vec3(0, std::cos(tilt), 0);
+        const Vec3 from = Vec3(0.1f, 0.0f, 0.05f) - way;
+        RayPacket packet;
+        packet.count = 1;
+        for (int axis = 0; axis < 3; ++axis) {
+          packet.origin[static_cast<std::size_t>(axis)][0] = from[axis];
+          packet.direction[static_cast<std::size_t>(axis)][0] = way[axis];
+        }
+        packet.base[0] = packet.slope[0] = 0.0f;
+        PacketHits hits;
+        Visits visits;
+        traverse(rays.images.view(), packet, 0.0f, Levels::Off, hits, visits);
+        ASSERT_NE(hits.node[0], kNothing);
+        const float width = 0.01f * texels;
+        const Ellipse ellipse = ellipseOf(
+            rays.images, {hits.node[0], {hits.u[0], hits.v[0]}, hits.back[0] != 0}, way, 0.01f);
+        const float oblique = width / std::cos(tilt);
+        const float x = (lengthwise ? oblique : width) / length;
+        const float z = lengthwise ? width : oblique;
+        EXPECT_NEAR(glm::length(ellipse.along), std::max(x, z), 1e-3f * width);
+        EXPECT_NEAR(ellipse.across, std::min(x, z), 1e-3f * width);
+        if (std::abs(x - z) < 0.1f * width) continue;
+        const Vec2 axis = glm::abs(ellipse.along) / glm::length(ellipse.along);
+        EXPECT_NEAR(std::max(axis.x, axis.y), 1.0f, 1e-3f);
+      }
+    }
+  }
+}
+
+TEST(GlossyLodHits, AnisotropicFootprintsAreNoWiderAcross) {
+  // A sheet of 4 x 1 m as a square of 64 x 64 texels, with stripes of 8 texels across its length
+  SceneBuilder builder;
+  scene::Texture stripes;
+  stripes.srgb = false;
+  stripes.nearest = true;
+  stripes.levels = {{64, 64, {}}};
+  for (int i = 0; i < 64 * 64; ++i)
+    stripes.levels[0].rgba.insert(stripes.levels[0].rgba.end(), 4, (i + 4) / 8 % 2 == 0 ? 0 : 255);
+  builder.scene().textures.push_back(stripes);
+  const int material = builder.diffuse(Vec3(0.0f), Vec3(1.0f));
+  builder.scene().materials[material].emissiveTexture.texture = 0;
+  builder.add(scene::makePlane(Vec2(4.0f, 1.0f), {1, 1}, scene::UvMode::Unit), material);
+  test::GlStage stage(builder.scene());
+  Rays rays(stage, {.size = 64});
+  Radiance radiance;
+  const std::vector<int> objects = {0};
+  radiance.shade({&stage.scene, &stage.moment.geometry, &stage.moment.lighting, &rays.images},
+                 objects);
+  // 0.25 m are 4 texels along the sheet and 16 across it
+  const float width = 0.25f;
+  const auto contrast = [&](int taps) {
+    float least = 1.0f;
+    float most = 0.0f;
+    for (int i = 0; i < 64; ++i) {
+      RayPacket packet;
+      packet.count = 1;
+      packet.base[0] = packet.slope[0] = 0.0f;
+      packet.origin[0][0] = -1.0f + (static_cast<float>(i) + 0.5f) / 32.0f;
+      packet.origin[1][0] = 1.0f;
+      packet.origin[2][0] = 0.1f;
+      packet.direction[0][0] = packet.direction[2][0] = 0.0f;
+      packet.direction[1][0] = -1.0f;
+      PacketHits hits;
+      Visits visits;
+      traverse(rays.images.view(), packet, 0.0f, Levels::Adaptive, hits, visits);
+      const Found found{hits.node[0], {hits.u[0], hits.v[0]}, hits.back[0] != 0};
+      const Vec3 down(0.0f, -1.0f, 0.0f);
+      const float seen = anisotropicMean(rays.images, radiance, found, down, width, taps).x;
+      const float plain = mean(footprint(rays.images, radiance, found, down, width, true)).x;
+      if (taps == 1) {
+        EXPECT_NEAR(seen, plain, 1e-3f);
+      }
+      least = std::min(least, seen);
+      most = std::max(most, seen);
+    }
+    return most - least;
+  };
+  EXPECT_NEAR(contrast(1), 0.0f, 0.01f);  // 8 texels in both directions
+  EXPECT_GT(contrast(4), 0.9f);
+  EXPECT_GT(contrast(16), 0.9f);
+}
+
+TEST(GlossyLodHits, DoNotMeetTheirOwnImageFromBelow) {
+  SceneBuilder builder;
+  builder.add(scene::makeIcosphere(1.0f, 5, scene::UvMode::Unit), builder.reflective(1.0f, 0.2f));
+  test::GlStage stage(builder.scene(), test::framesOf(16, 16, 1));
+  Rays rays(stage, {.size = 64});
+  // Outwards from a little below the sphere, from its centre, and from outside
+  for (const float radius : {0.985f, 0.0f, -2.0f}) {
+    for (const std::uint32_t own : {0u, 1u}) {
+      std::mt19937 random(7);
+      std::normal_distribution<float> any(0.0f, 1.0f);
+      Visits visits;
+      std::size_t met = 0;
+      for (int turn = 0; turn < 50; ++turn) {
+        RayPacket packet;
+        packet.count = RayPacket::kMost;
+        for (std::size_t i = 0; i < packet.count; ++i) {
+          const Vec3 out = glm::normalize(Vec3(any(random), any(random), any(random)));
+          for (int axis = 0; axis < 3; ++axis) {
+            packet.origin[static_cast<std::size_t>(axis)][i] = radius * out[axis];
+            packet.direction[static_cast<std::size_t>(axis)][i] = out[axis];
+          }
+          packet.base[i] = packet.slope[i] = 0.0f;
+          packet.own[i] = own;
+        }
+        PacketHits hits;
+        traverse(rays.images.view(), packet, 0.0f, Levels::Adaptive, hits, visits);
+        for (std::size_t i = 0; i < packet.count; ++i) met += hits.node[i] != kNothing ? 1 : 0;
+      }
+      const bool passes = own == 1 && radius == 0.985f;
+      EXPECT_NEAR(static_cast<double>(met), passes ? 0.0 : 1600.0, 8.0) << radius << ' ' << own;
+      EXPECT_NEAR(static_cast<double>(visits.ownBacks), passes ? 1600.0 : 0.0, 8.0);
+    }
+  }
+}
+
+TEST(GlossyLodHits, DoNotMeetTheirOwnImageFromWithin) {
+  SceneBuilder builder;
+  builder.add(scene::makeIcosphere(1.0f, 5, scene::UvMode::Unit), builder.reflective(1.0f, 0.2f));
+  test::GlStage stage(builder.scene(), test::framesOf(16, 16, 1));
+  Rays rays(stage, {.size = 64});
+  // Inwards from a little above the image: the sphere's inside is seen. Then from farther out, and
+  // towards a surface that does not lie along the one that is left.
+  for (const auto& [radius, lean, own, passes] :
+       {std::tuple{1.002f, -1.0f, 1u, true}, std::tuple{1.002f, -1.0f, 0u, false},
+        std::tuple{1.5f, -1.0f, 1u, false}, std::tuple{1.002f, 1.0f, 1u, false}}) {
+    std::mt19937 random(7);
+    std::normal_distribution<float> any(0.0f, 1.0f);
+    Visits visits;
+    std::size_t far = 0;
+    RayPacket packet;
+    packet.count = RayPacket::kMost;
+    for (std::size_t i = 0; i < packet.count; ++i) {
+      const Vec3 out = glm::normalize(Vec3(any(random), any(random), any(random)));
+      for (int axis = 0; axis < 3; ++axis) {
+        packet.origin[static_cast<std::size_t>(axis)][i] = radius * out[axis];
+        packet.direction[static_cast<std::size_t>(axis)][i] = -out[axis];
+        packet.leaves[static_cast<std::size_t>(axis)][i] = lean * out[axis];
+      }
+      packet.base[i] = packet.slope[i] = 0.0f;
+      packet.own[i] = own;
+    }
+    PacketHits hits;
+    traverse(rays.images.view(), packet, 0.0f, Levels::Adaptive, hits, visits);
+    for (std::size_t i = 0; i < packet.count; ++i) far += hits.metres[i] > 1.9f ? 1 : 0;
+    EXPECT_EQ(far, passes ? packet.count : 0u) << radius << ' ' << lean << ' ' << own;
+    EXPECT_EQ(visits.ownBacks, passes ? packet.count : 0u);
+  }
+}
+
+}  // namespace
+}  // namespace catoptric::methods
