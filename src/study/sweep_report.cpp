@@ -53,6 +53,13 @@ std::string valueOf(const SweepPoint& point, const std::string& name) {
   return "";
 }
 
+/// Of the names that share a column the one that a point has.
+std::string valueIn(const SweepPoint& point, const std::vector<std::string>& column) {
+  for (const std::string& name : column)
+    if (const std::string value = valueOf(point, name); !value.empty()) return value;
+  return "";
+}
+
 std::string pointJson(const SweepResult& result, const SweepPoint& point) {
   config::JsonText settings;
   for (const auto& [name, value] : point.setting.point.settings) settings.add(name, value);
@@ -103,14 +110,37 @@ std::string howMeasured(const SweepResult& result) {
   return text + "Errors: against " + result.request.against + ", over all frames together.";
 }
 
+std::string optionOf(const std::string& name) {
+  return name.substr(name.rfind('.') + 1);
+}
+
+/// Varied names by columns: the same option of several methods shares one, where no point has two.
+std::vector<std::vector<std::string>> columnsOf(const SweepResult& result) {
+  std::vector<std::vector<std::string>> columns;
+  for (const std::string& name : variedNames(result)) {
+    const auto room = [&](const std::vector<std::string>& column) {
+      return optionOf(column.front()) == optionOf(name) &&
+             std::ranges::none_of(result.points, [&](const SweepPoint& point) {
+               return !valueOf(point, name).empty() && !valueIn(point, column).empty();
+             });
+    };
+    const auto found = std::ranges::find_if(columns, room);
+    if (found == columns.end())
+      columns.push_back({name});
+    else
+      found->push_back(name);
+  }
+  return columns;
+}
+
 }  // namespace
 
 report::Table sweepTable(const SweepResult& result) {
   report::Table table;
-  const std::vector<std::string> names = variedNames(result);
+  const std::vector<std::vector<std::string>> varied = columnsOf(result);
   table.columns = {{"", true}, {"method", false}};
-  for (const std::string& name : names)
-    table.columns.push_back({name.substr(name.rfind('.') + 1), true});
+  for (const std::vector<std::string>& column : varied)
+    table.columns.push_back({optionOf(column.front()), true});
   table.columns.push_back({"ms", true});
   table.columns.push_back({"ratio", false});
   for (const std::string& metric : result.request.metrics) {
@@ -121,7 +151,7 @@ report::Table sweepTable(const SweepResult& result) {
   for (const SweepPoint& point : result.points) {
     std::vector<std::string> row{std::to_string(point.number), point.setting.point.method};
     if (!point.setting.point.program.empty()) row.back() += " of " + point.setting.point.program;
-    for (const std::string& name : names) row.push_back(valueOf(point, name));
+    for (const std::vector<std::string>& column : varied) row.push_back(valueIn(point, column));
     const bool timed = point.seconds > 0.0;
     row.push_back(milliseconds(point.seconds));
     row.push_back(timed ? ratioText(point.ratio) : "");

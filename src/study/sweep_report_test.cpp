@@ -1,0 +1,47 @@
+// The table of a sweep, of results that are made up.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "study/sweep.h"
+
+namespace catoptric::study {
+namespace {
+
+/// The table's columns between the method's and the time's.
+std::vector<std::string> variedColumns(const SweepResult& result) {
+  std::vector<std::string> titles;
+  const report::Table table = sweepTable(result);
+  for (std::size_t i = 2; table.columns[i].title != "ms"; ++i)
+    titles.push_back(table.columns[i].title);
+  return titles;
+}
+
+SweepPoint pointOf(const std::string& method, const Settings& settings) {
+  SweepPoint point;
+  point.setting.point.method = method;
+  point.setting.point.settings = settings;
+  return point;
+}
+
+TEST(SweepTable, TheSameOptionOfSeveralMethodsHasOneColumn) {
+  SweepResult result;
+  result.points = {pointOf("a", {{"methods.a.rays", "8"}, {"methods.a.size", "64"}}),
+                   pointOf("b", {{"methods.b.rays", "20"}})};
+  EXPECT_EQ(variedColumns(result), (std::vector<std::string>{"rays", "size"}));
+  const report::Table table = sweepTable(result);
+  EXPECT_EQ(table.rows[0][2], "8");
+  EXPECT_EQ(table.rows[0][3], "64");
+  EXPECT_EQ(table.rows[1][2], "20");
+  EXPECT_EQ(table.rows[1][3], "");
+}
+
+TEST(SweepTable, OptionsThatAPointHasBothKeepTheirColumns) {
+  SweepResult result;
+  result.points = {pointOf("a", {{"image.width", "32"}, {"methods.a.width", "4"}})};
+  EXPECT_EQ(variedColumns(result), (std::vector<std::string>{"width", "width"}));
+}
+
+}  // namespace
+}  // namespace catoptric::study
