@@ -56,7 +56,7 @@ std::string valueOf(const SweepPoint& point, const std::string& name) {
 /// Of the names that share a column the one that a point has.
 std::string valueIn(const SweepPoint& point, const std::vector<std::string>& column) {
   for (const std::string& name : column)
-    if (const std::string value = valueOf(point, name); !value.empty()) return value;
+    if (std::string value = valueOf(point, name); !value.empty()) return value;
   return "";
 }
 
