@@ -1,6 +1,6 @@
 """run.py PROGRAM WORK [--only TEXT]   gives the program every bad input (cases.py) and every valid one.
 
-Each must end within 10 s, by itself, with its exit code and a message that names the place; no
+Each must end within a minute, by itself, with its exit code and a message that names the place; no
 sanitizer may report; nothing may be left in the output folder but the record of a failed run. The asan preset runs the
 same test.
 """
@@ -18,7 +18,7 @@ import cases  # noqa: E402
 import valid  # noqa: E402
 import work_folder  # noqa: E402
 
-TIMEOUT_SECONDS = 10
+TIMEOUT_SECONDS = 60  # on a busy machine; alone each takes less than a second
 RUN_RECORDS = (".lock", "summary.json")  # of a run that has begun: they say how it ended
 SANITIZERS = re.compile(r"(AddressSanitizer|LeakSanitizer|runtime error:|UndefinedBehaviorSanitizer)")
 
