@@ -1,18 +1,13 @@
-// The subcommands: each adds itself and its options to the program, and runs when it was chosen.
+// The commands: each is a table of options, and a function that runs when it was chosen.
 #pragma once
 
-#include <CLI/CLI.hpp>
-#include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
+#include "app/command.h"
 #include "core/error.h"
 
 namespace catoptric::app {
-
-/// What a chosen subcommand does; its result is the exit code.
-using Action = std::function<ExitCode()>;
 
 /// Options of every subcommand.
 struct CommonOptions {
@@ -35,48 +30,37 @@ struct RunOptions {
   std::string seed;
 };
 
-void addRender(CLI::App& program, CommonOptions& common, Action& action);
-void addPlan(CLI::App& program, CommonOptions& common, Action& action);
-void addInfo(CLI::App& program, CommonOptions& common, Action& action);
-void addList(CLI::App& program, CommonOptions& common, Action& action);
-void addDoctor(CLI::App& program, CommonOptions& common, Action& action);
-void addMerge(CLI::App& program, CommonOptions& common, Action& action);
-void addSubmit(CLI::App& program, CommonOptions& common, Action& action);
+Command renderCommand(CommonOptions& common);
+Command planCommand(CommonOptions& common);
+Command infoCommand(CommonOptions& common);
+Command listCommand(CommonOptions& common);
+Command doctorCommand(CommonOptions& common);
+Command mergeCommand(CommonOptions& common);
+Command submitCommand(CommonOptions& common);
 /// status, retry, cancel: of what was submitted.
-void addStatus(CLI::App& program, CommonOptions& common, Action& action);
-void addRetry(CLI::App& program, CommonOptions& common, Action& action);
-void addCancel(CLI::App& program, CommonOptions& common, Action& action);
-void addCompare(CLI::App& program, CommonOptions& common, Action& action);
-void addLayers(CLI::App& program, CommonOptions& common, Action& action);
-void addSweep(CLI::App& program, CommonOptions& common, Action& action);
-void addTables(CLI::App& program, CommonOptions& common, Action& action);
-void addNightly(CLI::App& program, CommonOptions& common, Action& action);
-void addTune(CLI::App& program, CommonOptions& common, Action& action);
-void addWorker(CLI::App& program, CommonOptions& common, Action& action);
+Command statusCommand(CommonOptions& common);
+Command retryCommand(CommonOptions& common);
+Command cancelCommand(CommonOptions& common);
+Command compareCommand(CommonOptions& common);
+Command layersCommand(CommonOptions& common);
+Command sweepCommand(CommonOptions& common);
+Command tablesCommand(CommonOptions& common);
+Command nightlyCommand(CommonOptions& common);
+Command tuneCommand(CommonOptions& common);
+Command workerCommand(CommonOptions& common);
+
+/// All of them, in the order of the help page.
+Program makeProgram(CommonOptions& common);
 
 /// Reads the command line (without the program's name) and runs the command. Throws what it throws,
 /// and UsageError for what cannot be understood.
 ExitCode runProgram(std::vector<std::string> arguments);
 
-/// Adds --json, -q, -v.
-void addCommon(CLI::App& command, CommonOptions& common);
-/// Adds CONFIG|SCENE, --frames, --method, --set, --device, --threads, --seed, --shader-dir, and the
+/// --json, -q, -v.
+Rows commonRows(CommonOptions& common);
+/// CONFIG|SCENE, --frames, --method, --set, --device, --threads, --seed, --shader-dir, and the
 /// common options.
-void addRunOptions(CLI::App& command, RunOptions& options, CommonOptions& common);
-
-/// Of options whose empty value would mean something else.
-inline CLI::Validator notEmpty() {
-  return {[](const std::string& text) { return text.empty() ? "must not be empty" : ""; }, ""};
-}
-
-/// A number from `low` to `high`; the help text says so, not CLI11.
-inline CLI::Validator within(double low, double high) {
-  return CLI::Range(low, high).description("");
-}
-/// 0 or more.
-inline CLI::Validator notNegative() {
-  return CLI::Validator(CLI::NonNegativeNumber).description("");
-}
+Rows runRows(RunOptions& options, CommonOptions& common);
 
 /// What reads stdout has seen enough (`| head`): no error of ours.
 struct ReaderGone {};

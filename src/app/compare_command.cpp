@@ -1,6 +1,8 @@
 // catoptric compare RUN REFERENCE.
 #include <array>
 #include <cstdio>
+#include <filesystem>
+#include <memory>
 #include <optional>
 
 #include "app/commands.h"
@@ -106,74 +108,47 @@ ExitCode compare(const Options& options, const CommonOptions& common) {
 
 }  // namespace
 
-void addCompare(CLI::App& program, CommonOptions& common, Action& action) {
+Command compareCommand(CommonOptions& common) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command = program.add_subcommand(
-      "compare", "Measure the errors of a run against another, and draw the differences.");
-  command->add_option("run", options->run, "A run's folder, a folder of EXR files, or one EXR file")
-      ->required()
-      ->type_name("RUN");
-  command->add_option("reference", options->reference, "What the run is compared with, likewise")
-      ->required()
-      ->type_name("REFERENCE");
-  command
-      ->add_option("--out", options->out,
-                   "Folder for pictures of the differences and for tables (CSV, JSON)")
-      ->check(notEmpty())
-      ->type_name("DIR");
-  CLI::Option* fail = command
-                          ->add_option("--fail", options->fail,
-                                       "Let a pixel fail when one of its channels differs by more "
-                                       "than this (scene-linear); a frame with failing pixels is "
-                                       "exit 7")
-                          ->check(notNegative())
-                          ->type_name("X");
-  command
-      ->add_option("--fail-percent", options->failPercent,
-                   "Let a frame pass when at most this percentage of its pixels fail [0]")
-      ->check(within(0.0, 100.0))
-      ->needs(fail)
-      ->type_name("P");
-  command
-      ->add_option("--hard-fail", options->hardFail,
-                   "Exit 7 when a channel of any pixel differs by more than this (scene-linear)")
-      ->check(notNegative())
-      ->type_name("X");
-  command
-      ->add_option("--max-l1", options->maxL1,
-                   "Exit 7 when L1_8bit, the mean absolute difference of display values 0..255, is "
-                   "larger than this")
-      ->check(notNegative())
-      ->type_name("X");
-  command
-      ->add_option("--start-exposure", options->flip.startExposure,
-                   "First exposure of HDR-FLIP, in stops [-3]")
-      ->check(within(-60.0, 60.0))
-      ->type_name("EV");
-  command
-      ->add_option("--stop-exposure", options->flip.stopExposure,
-                   "Last exposure of HDR-FLIP, in stops [3]")
-      ->check(within(-60.0, 60.0))
-      ->type_name("EV");
-  command
-      ->add_option("--num-exposures", options->flip.exposures,
-                   "Number of exposures of HDR-FLIP, at most 100 [6]")
-      ->check(within(1, 100))
-      ->type_name("N");
-  command
-      ->add_option("--ppd", options->flip.pixelsPerDegree,
-                   "Pixels in a degree of the viewer's field, for FLIP; 1 to 400 [67.02]")
-      ->check(within(1.0, 400.0))
-      ->type_name("N");
-  addCommon(*command, common);
-  command->footer(R"(Example:
+  const Rows own = {
+      option("run", options->run, "RUN", "A run's folder, a folder of EXR files, or one EXR file",
+             {.required = true}),
+      option("reference", options->reference, "REFERENCE",
+             "What the run is compared with, likewise", {.required = true}),
+      option("--out", options->out, "DIR",
+             "Folder for pictures of the differences and for tables (CSV, JSON)",
+             {.notEmpty = true}),
+      option("--fail", options->fail, "X",
+             "Let a pixel fail when one of its channels differs by more than this (scene-linear); "
+             "a frame with failing pixels is exit 7",
+             {.least = 0}),
+      option("--fail-percent", options->failPercent, "P",
+             "Let a frame pass when at most this percentage of its pixels fail [0]",
+             {.least = 0, .most = 100, .needs = "--fail"}),
+      option("--hard-fail", options->hardFail, "X",
+             "Exit 7 when a channel of any pixel differs by more than this (scene-linear)",
+             {.least = 0}),
+      option("--max-l1", options->maxL1, "X",
+             "Exit 7 when L1_8bit, the mean absolute difference of display values 0..255, is "
+             "larger than this",
+             {.least = 0}),
+      option("--start-exposure", options->flip.startExposure, "EV",
+             "First exposure of HDR-FLIP, in stops [-3]", {.least = -60, .most = 60}),
+      option("--stop-exposure", options->flip.stopExposure, "EV",
+             "Last exposure of HDR-FLIP, in stops [3]", {.least = -60, .most = 60}),
+      option("--num-exposures", options->flip.exposures, "N",
+             "Number of exposures of HDR-FLIP, at most 100 [6]", {.least = 1, .most = 100}),
+      option("--ppd", options->flip.pixelsPerDegree, "N",
+             "Pixels in a degree of the viewer's field, for FLIP; 1 to 400 [67.02]",
+             {.least = 1, .most = 400}),
+  };
+  return {"compare", "Measure the errors of a run against another, and draw the differences.",
+          own + commonRows(common), R"(Example:
   catoptric compare out/demo/traced out/demo/reference --fail 0.1 --fail-percent 2
 
 Frames that only one side has are exit 7, too. docs/outputs.md explains every measure.
-)");
-  command->callback([options, &common, &action] {
-    action = [options, &common] { return compare(*options, common); };
-  });
+)",
+          [options, &common] { return compare(*options, common); }};
 }
 
 }  // namespace catoptric::app

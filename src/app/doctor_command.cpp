@@ -1,4 +1,6 @@
 // catoptric doctor: what this machine can render with.
+#include <filesystem>
+
 #include "app/commands.h"
 #include "config/json_text.h"
 #include "core/file.h"
@@ -105,17 +107,15 @@ ExitCode doctor(const CommonOptions& common) {
 
 }  // namespace
 
-void addDoctor(CLI::App& program, CommonOptions& common, Action& action) {
-  CLI::App* command = program.add_subcommand(
-      "doctor",
-      "Try every OpenGL platform and device, and say what is missing and what to do about it.");
-  addCommon(*command, common);
-  command->footer(R"(Example:
+Command doctorCommand(CommonOptions& common) {
+  return {"doctor",
+          "Try every OpenGL platform and device, and say what is missing and what to do about it.",
+          commonRows(common), R"(Example:
   catoptric doctor
 
 It also says where the cache is and how large it has grown. Exit code: 4 when no device can render.
-)");
-  command->callback([&common, &action] { action = [&common] { return doctor(common); }; });
+)",
+          [&common] { return doctor(common); }};
 }
 
 }  // namespace catoptric::app

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <filesystem>
+#include <memory>
 
 #include "app/commands.h"
 #include "config/json.h"
@@ -223,17 +225,14 @@ ExitCode info(const std::string& input, const CommonOptions& common) {
 
 }  // namespace
 
-void addInfo(CLI::App& program, CommonOptions& common, Action& action) {
-  CLI::App* command =
-      program.add_subcommand("info", "Show a scene's triangles, reflectors, textures and memory.");
+Command infoCommand(CommonOptions& common) {
   const auto input = std::make_shared<std::string>();
-  command->add_option("scene", *input, "A scene (.json, .gltf, .glb)")
-      ->required()
-      ->type_name("SCENE");
-  addCommon(*command, common);
-  command->footer("Example:\n  catoptric info scenes/cornell_box.json\n");
-  command->callback(
-      [input, &common, &action] { action = [input, &common] { return info(*input, common); }; });
+  return {
+      "info", "Show a scene's triangles, reflectors, textures and memory.",
+      Rows{option("scene", *input, "SCENE", "A scene (.json, .gltf, .glb)", {.required = true})} +
+          commonRows(common),
+      "Example:\n  catoptric info scenes/cornell_box.json\n",
+      [input, &common] { return info(*input, common); }};
 }
 
 }  // namespace catoptric::app

@@ -1,6 +1,8 @@
 // catoptric layers FRAMES.
 #include <array>
 #include <cstdio>
+#include <filesystem>
+#include <memory>
 
 #include "app/commands.h"
 #include "config/json_text.h"
@@ -64,39 +66,29 @@ ExitCode layers(const Options& options, const CommonOptions& common) {
 
 }  // namespace
 
-void addLayers(CLI::App& program, CommonOptions& common, Action& action) {
+Command layersCommand(CommonOptions& common) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command = program.add_subcommand(
-      "layers", "Draw the layers of frames as PNG pictures: ids, masks, normals, depth.");
-  command
-      ->add_option("frames", options->frames,
-                   "A run's folder, a folder of EXR files, or one EXR file")
-      ->required()
-      ->type_name("FRAMES");
-  command->add_option("--out", options->out, "Folder for the pictures, frame.0001.LAYER.png")
-      ->check(notEmpty())
-      ->required()
-      ->type_name("DIR");
-  command
-      ->add_option(
-          "--layer", options->layers,
-          "Draw only these layers, separated by commas: cluster, id, mask, N, Z, ... [all but "
-          "R G B A]")
-      ->delimiter(',')
-      ->check(notEmpty())
-      ->type_name("NAME");
-  addCommon(*command, common);
-  command->footer(
+  const Rows own = {
+      option("frames", options->frames, "FRAMES",
+             "A run's folder, a folder of EXR files, or one EXR file", {.required = true}),
+      option("--out", options->out, "DIR", "Folder for the pictures, frame.0001.LAYER.png",
+             {.required = true, .notEmpty = true}),
+      option("--layer", options->layers, "NAME",
+             "Draw only these layers, separated by commas: cluster, id, mask, N, Z, ... [all but R "
+             "G B A]",
+             {.notEmpty = true, .commas = true}),
+  };
+  return {
+      "layers", "Draw the layers of frames as PNG pictures: ids, masks, normals, depth.",
+      own + commonRows(common),
       R"(Each number of an id has a colour of its own. Masks and s are gray, from 0 (black) to 1 (white). Of
 the depth Z the nearest point is white.
 
 Example:
   catoptric render configs/demo.json --out out/demo --set 'image.layers=["cluster","id"]'
   catoptric layers out/demo/second_order --layer cluster --out out/pictures
-)");
-  command->callback([options, &common, &action] {
-    action = [options, &common] { return layers(*options, common); };
-  });
+)",
+      [options, &common] { return layers(*options, common); }};
 }
 
 }  // namespace catoptric::app

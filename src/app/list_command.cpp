@@ -1,5 +1,7 @@
 // catoptric list: methods, steps, counters, scenes, paths, configs, shapes, devices; schemas.
 #include <algorithm>
+#include <filesystem>
+#include <memory>
 
 #include "app/commands.h"
 #include "app/manual.h"
@@ -99,10 +101,10 @@ struct Pages {
 };
 
 /// The page that was asked for; empty: none was.
-std::string pageOf(const CLI::App& program, const std::vector<std::string>& chosen,
-                   const Pages& pages) {
-  if (pages.man) return manPage(program);
-  if (!pages.completion.empty()) return completion(program, pages.completion);
+std::string pageOf(const std::vector<std::string>& chosen, const Pages& pages) {
+  CommonOptions unused;
+  if (pages.man) return manPage(makeProgram(unused));
+  if (!pages.completion.empty()) return completion(makeProgram(unused), pages.completion);
   if (!pages.schema.empty())
     return pages.markdown ? run::schemaMarkdown(pages.schema, methods::registry())
                           : run::schemaJson(pages.schema, methods::registry());
@@ -149,44 +151,36 @@ ExitCode list(const std::vector<std::string>& chosen, const CommonOptions& commo
 
 }  // namespace
 
-void addList(CLI::App& program, CommonOptions& common, Action& action) {
+Command listCommand(CommonOptions& common) {
   struct Options {
     std::vector<std::string> what;
     Pages pages;
   };
   const auto options = std::make_shared<Options>();
-  CLI::App* command = program.add_subcommand(
-      "list",
-      "List what there is: methods, steps, counters, scenes, paths, configs, shapes, "
-      "devices. Or print a JSON Schema, the manual page, or a shell's completion.");
-  command
-      ->add_option("what", options->what,
-                   "What to list, any of " + joined(kWhat, ", ") + " [all but the devices]")
-      ->type_name("WHAT");
-  command
-      ->add_option("--schema", options->pages.schema,
-                   "Print a JSON Schema instead: that of " + joined(run::schemaNames(), ", "))
-      ->type_name("NAME");
-  command->add_flag("--markdown", options->pages.markdown,
-                    "Print the schema, or what methods report, as a page in Markdown");
-  command->add_flag("--man", options->pages.man, "Print the program's manual page");
-  command
-      ->add_option("--completion", options->pages.completion,
-                   "Print what completes command lines in a shell: bash or zsh")
-      ->type_name("SHELL");
-  addCommon(*command, common);
-  command->footer(
-      "Examples:\n  catoptric list methods\n  catoptric list devices\n"
-      "  catoptric list --schema run > configs/schema/run.schema.json\n"
-      "  . <(catoptric list --completion bash)\n");
-  command->callback([options, &program, &common, &action] {
-    action = [options, &program, &common] {
-      const std::string page = pageOf(program, options->what, options->pages);
-      if (page.empty()) return list(options->what, common);
-      printData(page);
-      return ExitCode::Done;
-    };
-  });
+  const Rows own = {
+      option("what", options->what, "WHAT",
+             "What to list, any of " + joined(kWhat, ", ") + " [all but the devices]"),
+      option("--schema", options->pages.schema, "NAME",
+             "Print a JSON Schema instead: that of " + joined(run::schemaNames(), ", ")),
+      flag("--markdown", options->pages.markdown,
+           "Print the schema, or what methods report, as a page in Markdown"),
+      flag("--man", options->pages.man, "Print the program's manual page"),
+      option("--completion", options->pages.completion, "SHELL",
+             "Print what completes command lines in a shell: bash or zsh"),
+  };
+  return {"list",
+          "List what there is: methods, steps, counters, scenes, paths, configs, shapes, "
+          "devices. Or print a JSON Schema, the manual page, or a shell's completion.",
+          own + commonRows(common),
+          "Examples:\n  catoptric list methods\n  catoptric list devices\n"
+          "  catoptric list --schema run > configs/schema/run.schema.json\n"
+          "  . <(catoptric list --completion bash)\n",
+          [options, &common] {
+            const std::string page = pageOf(options->what, options->pages);
+            if (page.empty()) return list(options->what, common);
+            printData(page);
+            return ExitCode::Done;
+          }};
 }
 
 }  // namespace catoptric::app

@@ -12,8 +12,10 @@
 namespace catoptric::app {
 namespace {
 
-std::vector<const CLI::App*> commandsOf(const CLI::App& program) {
-  return program.get_subcommands([](const CLI::App*) { return true; });
+/// What the help of a command lists.
+Rows optionsOf(const Command& command) {
+  static bool ignored = false;
+  return Rows{flag(kHelpNames, ignored, kHelpText)} + command.options;
 }
 
 /// Text for troff: its escape character, hyphens that are typed, and lines that begin like a
@@ -40,37 +42,33 @@ std::string verbatim(const std::string& text) {
 }
 
 /// ".TP" and an option's names, value, description and default.
-std::string optionEntry(const CLI::Option& option) {
+std::string optionEntry(const OptionRow& option) {
   std::vector<std::string> names;
-  for (const std::string& name : option.get_snames())
-    names.push_back("\\fB\\-" + troff(name) + "\\fR");
-  for (const std::string& name : option.get_lnames())
-    names.push_back("\\fB\\-\\-" + troff(name) + "\\fR");
-  const bool takesValue = option.get_items_expected_max() > 0;
+  for (const std::string& name : option.names()) names.push_back("\\fB" + troff(name) + "\\fR");
   std::string entry = ".TP\n" + joined(names, ", ");
-  if (names.empty() || takesValue)
-    entry += (names.empty() ? "\\fI" : " \\fI") + troff(option.get_type_name()) + "\\fR";
-  entry += "\n" + troff(option.get_description());
-  if (!option.get_default_str().empty()) entry += " [" + troff(option.get_default_str()) + "]";
+  if (!option.isFlag())
+    entry += (names.empty() ? "\\fI" : " \\fI") + troff(option.valueName) + "\\fR";
+  entry += "\n" + troff(option.help);
+  if (const std::string text = option.defaultText(); !text.empty())
+    entry += " [" + troff(text) + "]";
   return entry + "\n";
 }
 
 /// "catoptric render [OPTIONS] CONFIG|SCENE".
-std::string synopsis(const CLI::App& command) {
-  std::string line = "\\fBcatoptric " + command.get_name() + "\\fR [\\fIOPTIONS\\fR]";
-  for (const CLI::Option* option : command.get_options())
-    if (option->get_positional())
-      line += (option->get_required() ? " \\fI" : " [\\fI") + troff(option->get_type_name()) +
-              (option->get_items_expected_max() > 1 ? "\\fR..." : "\\fR") +
-              (option->get_required() ? "" : "]");
+std::string synopsis(const Command& command) {
+  std::string line = "\\fBcatoptric " + command.name + "\\fR [\\fIOPTIONS\\fR]";
+  for (const OptionRow& option : command.options)
+    if (option.isArgument())
+      line += (option.rules.required ? " \\fI" : " [\\fI") + troff(option.valueName) +
+              (option.isList() ? "\\fR..." : "\\fR") + (option.rules.required ? "" : "]");
   return line + "\n";
 }
 
-std::string commandSection(const CLI::App& command) {
-  std::string page = ".SS " + command.get_name() + "\n" + synopsis(command) + ".PP\n" +
-                     troff(command.get_description()) + "\n";
-  for (const CLI::Option* option : command.get_options()) page += optionEntry(*option);
-  std::istringstream footer(command.get_footer());
+std::string commandSection(const Command& command) {
+  std::string page =
+      ".SS " + command.name + "\n" + synopsis(command) + ".PP\n" + troff(command.summary) + "\n";
+  for (const OptionRow& option : optionsOf(command)) page += optionEntry(option);
+  std::istringstream footer(command.footer);
   std::string lines;
   for (std::string line; std::getline(footer, line);)
     if (!line.empty()) lines += line + "\n";
@@ -125,23 +123,24 @@ std::string replaced(std::string text, const std::string& mark, const std::strin
 }
 
 /// The words that the help text of `list` names: "any of methods, steps, ... [all".
-std::string listWords(const CLI::App& program) {
-  const std::string help = program.get_subcommand("list")->get_option("what")->get_description();
+std::string listWords(const Program& program) {
+  const std::string& help = program.command("list").options.front().help;
   const std::size_t begin = help.find("any of ") + 7;
   std::string words = help.substr(begin, help.find(" [") - begin);
   std::erase(words, ',');
   return words;
 }
 
-std::string bashCompletion(const CLI::App& program) {
+std::string bashCompletion(const Program& program) {
   std::vector<std::string> names;
   std::string options;
-  for (const CLI::App* command : commandsOf(program)) {
-    names.push_back(command->get_name());
+  for (const Command& command : program.commands) {
+    names.push_back(command.name);
     std::vector<std::string> all;
-    for (const CLI::Option* option : command->get_options())
-      for (const std::string& name : option->get_lnames()) all.push_back("--" + name);
-    options += "    " + command->get_name() + ") options=\"" + joined(all, " ") + "\" ;;\n";
+    for (const OptionRow& option : optionsOf(command))
+      for (const std::string& name : option.names())
+        if (name.starts_with("--")) all.push_back(name);
+    options += "    " + command.name + ") options=\"" + joined(all, " ") + "\" ;;\n";
   }
   std::string values;
   for (const auto& [option, words] : valueWords())
@@ -153,15 +152,15 @@ std::string bashCompletion(const CLI::App& program) {
 
 }  // namespace
 
-std::string manPage(const CLI::App& program) {
+std::string manPage(const Program& program) {
   std::string page =
       ".\\\" Made by `catoptric list --man`; do not edit.\n"
       ".TH CATOPTRIC 1\n.SH NAME\ncatoptric \\- renders reflections along camera paths\n"
       ".SH SYNOPSIS\n";
-  for (const CLI::App* command : commandsOf(program)) page += synopsis(*command) + ".br\n";
-  page += ".SH DESCRIPTION\n" + troff(program.get_description()) + "\n.SH COMMANDS\n";
-  for (const CLI::App* command : commandsOf(program)) page += commandSection(*command);
-  const std::string footer = program.get_footer();
+  for (const Command& command : program.commands) page += synopsis(command) + ".br\n";
+  page += ".SH DESCRIPTION\n" + troff(program.summary) + "\n.SH COMMANDS\n";
+  for (const Command& command : program.commands) page += commandSection(command);
+  const std::string& footer = program.footer;
   const std::size_t codes = footer.find("Exit codes:\n");
   page += ".SH EXIT STATUS\n" + verbatim(footer.substr(footer.find('\n', codes) + 1));
   page += ".SH EXAMPLES\n" +
@@ -173,7 +172,7 @@ std::string manPage(const CLI::App& program) {
          ".SH SEE ALSO\nThe pages in the folder of the documentation, share/doc/catoptric.\n";
 }
 
-std::string completion(const CLI::App& program, const std::string& shell) {
+std::string completion(const Program& program, const std::string& shell) {
   if (shell == "bash") return bashCompletion(program);
   if (shell == "zsh")
     return "#compdef catoptric\n# Made by `catoptric list --completion zsh`; do not edit.\n"

@@ -87,27 +87,21 @@ ExitCode merge(const MergeOptions& given, const CommonOptions& common) {
 
 }  // namespace
 
-void addMerge(CLI::App& program, CommonOptions& common, Action& action) {
-  CLI::App* command = program.add_subcommand(
-      "merge", "Join the parts of a run, which `render --chunk` has made, into one run.");
+Command mergeCommand(CommonOptions& common) {
   const auto options = std::make_shared<MergeOptions>();
-  command
-      ->add_option("runs", options->runs,
-                   "The folders of the parts, in any order, or the folder of a `submit`")
-      ->required()
-      ->type_name("RUN");
-  command
-      ->add_option("--out", options->out,
-                   "Folder for the whole run [of a `submit`: merged/ in its folder]")
-      ->check(notEmpty())
-      ->type_name("DIR");
-  command
-      ->add_option("--existing", options->existing,
-                   "What to do when that folder holds a run already: error (refuse) or overwrite")
-      ->capture_default_str()
-      ->type_name("HOW");
-  addCommon(*command, common);
-  command->footer(
+  const Rows own = {
+      option("runs", options->runs, "RUN",
+             "The folders of the parts, in any order, or the folder of a `submit`",
+             {.required = true}),
+      option("--out", options->out, "DIR",
+             "Folder for the whole run [of a `submit`: merged/ in its folder]", {.notEmpty = true}),
+      option("--existing", options->existing, "HOW",
+             "What to do when that folder holds a run already: error (refuse) or overwrite",
+             {.showsDefault = true}),
+  };
+  return {
+      "merge", "Join the parts of a run, which `render --chunk` has made, into one run.",
+      own + commonRows(common),
       R"(The parts must agree in settings, scene, program, machine and renderer (otherwise exit 2), and no
 frame may be missing or damaged (otherwise exit 6, with a list of them); then nothing is written.
 Frames are hard links to those of the parts where the file system has them, and copies elsewhere.
@@ -116,10 +110,8 @@ Example:
   catoptric render configs/demo.json --chunk 1/2 --out out/part1
   catoptric render configs/demo.json --chunk 2/2 --out out/part2
   catoptric merge out/part1 out/part2 --out out/whole
-)");
-  command->callback([options, &common, &action] {
-    action = [options, &common] { return merge(*options, common); };
-  });
+)",
+      [options, &common] { return merge(*options, common); }};
 }
 
 }  // namespace catoptric::app

@@ -393,96 +393,66 @@ ExitCode nightlyCommand(const NightlyOptions& options, const CommonOptions& comm
   return runSuite(options, common);
 }
 
-void addReportOptions(CLI::App& command, NightlyOptions& options) {
-  command.add_flag("--run-only", options.runOnly, "Measure, and judge another time");
-  command.add_flag("--compare-only", options.compareOnly,
-                   "Judge the newest night once more; render nothing");
-  command.add_flag("--report-only", options.reportOnly,
-                   "Write the page and JUnit of the newest judged night; change nothing");
-  command.add_option("--html", options.html, "Write the page into this folder")
-      ->check(notEmpty())
-      ->type_name("DIR");
-  command.add_flag("--single-file", options.singleFile,
-                   "Write the page as one file, index.html, of at most 10 MB");
-  command.add_option("--junit", options.junit, "Write the verdicts as JUnit's XML")
-      ->check(notEmpty())
-      ->type_name("FILE");
-  command.add_option("--reason", options.reason, "Why something is accepted")->type_name("TEXT");
-  command.add_option("--progress", options.progress, "bar, plain, json, none, or auto")
-      ->capture_default_str()
-      ->type_name("HOW");
+Rows reportRows(NightlyOptions& options) {
+  return Rows{
+      flag("--run-only", options.runOnly, "Measure, and judge another time"),
+      flag("--compare-only", options.compareOnly,
+           "Judge the newest night once more; render nothing"),
+      flag("--report-only", options.reportOnly,
+           "Write the page and JUnit of the newest judged night; change nothing"),
+      option("--html", options.html, "DIR", "Write the page into this folder", {.notEmpty = true}),
+      flag("--single-file", options.singleFile,
+           "Write the page as one file, index.html, of at most 10 MB"),
+      option("--junit", options.junit, "FILE", "Write the verdicts as JUnit's XML",
+             {.notEmpty = true}),
+      option("--reason", options.reason, "TEXT", "Why something is accepted"),
+      option("--progress", options.progress, "HOW", "bar, plain, json, none, or auto",
+             {.showsDefault = true}),
+  };
 }
 
 }  // namespace
 
-void addNightly(CLI::App& program, CommonOptions& common, Action& action) {
-  CLI::App* command = program.add_subcommand(
-      "nightly",
-      "Compare a suite with what was accepted, night by night: times, pictures, counters, memory.");
+Command nightlyCommand(CommonOptions& common) {
   const auto options = std::make_shared<NightlyOptions>();
-  command
-      ->add_option("what", options->what,
-                   "A suite (JSON); or accept, undo, log, of what the newest night says")
-      ->required()
-      ->type_name("SUITE|accept|undo|log");
-  command
-      ->add_option("cases", options->cases,
-                   "accept: SCENE.METHOD or SCENE.METHOD:FRAME, * stands for anything; undo: the "
-                   "acknowledgement's number")
-      ->type_name("CASE");
-  command->add_option("--history", options->history, "The history's file")
-      ->capture_default_str()
-      ->check(notEmpty())
-      ->type_name("FILE");
-  command
-      ->add_option("--effort", options->effort,
-                   "Which frames of each scene: smoke, full, or another word of the suite")
-      ->capture_default_str()
-      ->type_name("EFFORT");
-  command
-      ->add_option("--only", options->only,
-                   "Only these cases, by tag, scene, method or name, with commas; * stands for "
-                   "anything")
-      ->delimiter(',')
-      ->type_name("NAME")
-      ->allow_extra_args(false);
-  command->add_option("--program", options->program, "The build that is judged [this one]")
-      ->check(notEmpty())
-      ->type_name("FILE");
-  command
-      ->add_option(
-          "--baseline", options->baseline,
-          "What times are compared with: accepted (and the anchor), anchor alone, or a kept "
-          "build by the begin of its fingerprint, as `nightly log` prints it")
-      ->capture_default_str()
-      ->check(notEmpty())
-      ->type_name("accepted|anchor|BUILD");
-  command
-      ->add_option("--time-gate", options->timeGate,
-                   "How much longer than the accepted build is a regression, percent [the suite's]")
-      ->check(within(0.1, 1000))
-      ->type_name("PERCENT");
-  command
-      ->add_option("--repeats", options->repeats,
-                   "Timed rounds at first; up to four times as many until a time is decided")
-      ->capture_default_str()
-      ->check(within(1, 1000))
-      ->type_name("N");
-  command
-      ->add_option("--clock", options->clock,
-                   "Which times count: wall (what passes), or cpu (of all threads)")
-      ->capture_default_str()
-      ->type_name("CLOCK");
-  command
-      ->add_option(
-          "--patience", options->patience,
-          "How long a program may take for its start or a frame before it is ended, minutes")
-      ->capture_default_str()
-      ->check(within(0.01, 100'000.0))
-      ->type_name("MINUTES");
-  addReportOptions(*command, *options);
-  addCommon(*command, common);
-  command->footer(R"(Examples:
+  const Rows own = {
+      option("what", options->what, "SUITE|accept|undo|log",
+             "A suite (JSON); or accept, undo, log, of what the newest night says",
+             {.required = true}),
+      option("cases", options->cases, "CASE",
+             "accept: SCENE.METHOD or SCENE.METHOD:FRAME, * stands for anything; undo: the "
+             "acknowledgement's number"),
+      option("--history", options->history, "FILE", "The history's file",
+             {.notEmpty = true, .showsDefault = true}),
+      option("--effort", options->effort, "EFFORT",
+             "Which frames of each scene: smoke, full, or another word of the suite",
+             {.showsDefault = true}),
+      option("--only", options->only, "NAME",
+             "Only these cases, by tag, scene, method or name, with commas; * stands for anything",
+             {.commas = true, .oneEach = true}),
+      option("--program", options->program, "FILE", "The build that is judged [this one]",
+             {.notEmpty = true}),
+      option("--baseline", options->baseline, "accepted|anchor|BUILD",
+             "What times are compared with: accepted (and the anchor), anchor alone, or a kept "
+             "build by the begin of its fingerprint, as `nightly log` prints it",
+             {.notEmpty = true, .showsDefault = true}),
+      option("--time-gate", options->timeGate, "PERCENT",
+             "How much longer than the accepted build is a regression, percent [the suite's]",
+             {.least = 0.1, .most = 1000}),
+      option("--repeats", options->repeats, "N",
+             "Timed rounds at first; up to four times as many until a time is decided",
+             {.least = 1, .most = 1000, .showsDefault = true}),
+      option("--clock", options->clock, "CLOCK",
+             "Which times count: wall (what passes), or cpu (of all threads)",
+             {.showsDefault = true}),
+      option("--patience", options->patience, "MINUTES",
+             "How long a program may take for its start or a frame before it is ended, minutes",
+             {.least = 0.01, .most = 100'000, .showsDefault = true}),
+  };
+  return {
+      "nightly",
+      "Compare a suite with what was accepted, night by night: times, pictures, counters, memory.",
+      own + reportRows(*options) + commonRows(common), R"(Examples:
   catoptric nightly configs/nightly/own.suite.json --html out/nightly/page --junit out/nightly/junit.xml
   catoptric nightly configs/nightly/own.suite.json --effort smoke --only smoke
   catoptric nightly accept 'cornell_box.*' --reason "bent normals"
@@ -491,10 +461,8 @@ void addNightly(CLI::App& program, CommonOptions& common, Action& action) {
 
 Exit code 7: a regression; 6: a case could not be rendered; 0: neither. The last line says which.
 A night that was interrupted goes on when the same command is given again.
-)");
-  command->callback([options, &common, &action] {
-    action = [options, &common] { return nightlyCommand(*options, common); };
-  });
+)",
+      [options, &common] { return nightlyCommand(*options, common); }};
 }
 
 }  // namespace catoptric::app

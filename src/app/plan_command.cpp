@@ -36,15 +36,12 @@ run::Plan planOf(const run::Stage& stage) {
   return plan;
 }
 
-void addPlan(CLI::App& program, CommonOptions& common, Action& action) {
-  CLI::App* command =
-      program.add_subcommand("plan", "Show what a run would build, compile and allocate, and why.");
+Command planCommand(CommonOptions& common) {
   const auto options = std::make_shared<RunOptions>();
-  addRunOptions(*command, *options, common);
-  command->footer("Example:\n  catoptric plan configs/demo.json --method traced\n");
-  command->callback([options, &common, &action] {
-    action = [options, &common] { return plan(*options, common); };
-  });
+  return {"plan", "Show what a run would build, compile and allocate, and why.",
+          runRows(*options, common),
+          "Example:\n  catoptric plan configs/demo.json --method traced\n",
+          [options, &common] { return plan(*options, common); }};
 }
 
 }  // namespace catoptric::app

@@ -206,70 +206,49 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
 
 }  // namespace
 
-void addRender(CLI::App& program, CommonOptions& common, Action& action) {
-  CLI::App* command = program.add_subcommand("render", "Render the frames of a camera path.");
+Command renderCommand(CommonOptions& common) {
   const auto options = std::make_shared<RenderOptions>();
-  addRunOptions(*command, *options, common);
-  command
-      ->add_option("--out", options->out,
-                   "Folder for the results; several methods get a folder each in it [out/NAME, by "
-                   "the config's name]")
-      ->check(notEmpty())
-      ->type_name("DIR");
-  command
-      ->add_option("--existing", options->existing,
-                   "What to do when that folder holds a run already: error (refuse), overwrite "
-                   "(replace it), or resume (keep the finished frames that still fit and render "
-                   "the others)")
-      ->capture_default_str()
-      ->type_name("HOW");
-  command
-      ->add_option(
-          "--chunk", options->chunk,
-          "Render only the Ith of N parts of the frames; `catoptric merge` joins the parts")
-      ->type_name("I/N");
-  command->add_flag("--keep-going", options->keepGoing,
-                    "When a frame fails, render the others; the exit code is 6 in the end");
-  command->add_flag("--no-tables", options->noTables,
-                    "Write the frames and their records, but no tables and no contact sheet");
-  command
-      ->add_option("--wait", options->wait,
-                   "How many seconds to wait for another process that writes the folder, before "
-                   "giving up")
-      ->capture_default_str()
-      ->check(within(0.0, 86400.0))
-      ->type_name("SECONDS");
-  command
-      ->add_option("--stop-within", options->stopWithin,
-                   "How many seconds SIGINT or SIGTERM leaves the current frame to be finished, "
-                   "before it is dropped")
-      ->capture_default_str()
-      ->check(within(0.0, 86400.0))
-      ->type_name("SECONDS");
-  command->add_flag("--dry-run", options->dryRun,
-                    "Say which frames would be rendered or re-used and what that needs, and write "
-                    "nothing. What the run would refuse (a config, a scene, a folder that is not "
-                    "empty) is refused here, too");
-  command
-      ->add_option("--progress", options->progress,
-                   "How to show progress on stderr: bar, plain (lines), json (then every line is a "
-                   "JSON object), none, or auto (a bar on a terminal, otherwise lines; none with "
-                   "--quiet)")
-      ->capture_default_str()
-      ->type_name("HOW");
-  command
-      ->add_option("--repeats", options->repeat.repeats,
-                   "After the run time its methods in turns, frame by frame, in this many rounds, "
-                   "and say how far the ratios hold; fewer than 8 cannot tell (0: none)")
-      ->check(within(0, 1000))
-      ->type_name("N");
-  command
-      ->add_option(
-          "--ratio-to", options->repeat.ratioTo,
-          "Ratios of --repeats are to this method [traced, else reference, else the first]")
-      ->check(notEmpty())
-      ->type_name("METHOD");
-  command->footer(R"(Examples:
+  const Rows own = {
+      option("--out", options->out, "DIR",
+             "Folder for the results; several methods get a folder each in it [out/NAME, by the "
+             "config's name]",
+             {.notEmpty = true}),
+      option("--existing", options->existing, "HOW",
+             "What to do when that folder holds a run already: error (refuse), overwrite (replace "
+             "it), or resume (keep the finished frames that still fit and render the others)",
+             {.showsDefault = true}),
+      option("--chunk", options->chunk, "I/N",
+             "Render only the Ith of N parts of the frames; `catoptric merge` joins the parts"),
+      flag("--keep-going", options->keepGoing,
+           "When a frame fails, render the others; the exit code is 6 in the end"),
+      flag("--no-tables", options->noTables,
+           "Write the frames and their records, but no tables and no contact sheet"),
+      option(
+          "--wait", options->wait, "SECONDS",
+          "How many seconds to wait for another process that writes the folder, before giving up",
+          {.least = 0, .most = 86400, .showsDefault = true}),
+      option("--stop-within", options->stopWithin, "SECONDS",
+             "How many seconds SIGINT or SIGTERM leaves the current frame to be finished, before "
+             "it is dropped",
+             {.least = 0, .most = 86400, .showsDefault = true}),
+      flag("--dry-run", options->dryRun,
+           "Say which frames would be rendered or re-used and what that needs, and write nothing. "
+           "What the run would refuse (a config, a scene, a folder that is not empty) is refused "
+           "here, too"),
+      option("--progress", options->progress, "HOW",
+             "How to show progress on stderr: bar, plain (lines), json (then every line is a JSON "
+             "object), none, or auto (a bar on a terminal, otherwise lines; none with --quiet)",
+             {.showsDefault = true}),
+      option("--repeats", options->repeat.repeats, "N",
+             "After the run time its methods in turns, frame by frame, in this many rounds, and "
+             "say how far the ratios hold; fewer than 8 cannot tell (0: none)",
+             {.least = 0, .most = 1000}),
+      option("--ratio-to", options->repeat.ratioTo, "METHOD",
+             "Ratios of --repeats are to this method [traced, else reference, else the first]",
+             {.notEmpty = true}),
+  };
+  return {"render", "Render the frames of a camera path.", runRows(*options, common) + own,
+          R"(Examples:
   catoptric render configs/demo.json --out out/demo
   catoptric render room.glb --method environment_map --set image.width=1024
   catoptric render configs/demo.json --frames 1-100x10 --existing overwrite
@@ -278,10 +257,8 @@ void addRender(CLI::App& program, CommonOptions& common, Action& action) {
 Exit codes: 0 done; 2 the command line or the config is wrong; 3 a scene or one of its files; 4 no
 OpenGL device; 5 output could not be written; 6 some frames failed; 8 the memory did not suffice;
 128 + N ended by signal N.
-)");
-  command->callback([options, &common, &action] {
-    action = [options, &common] { return render(*options, common); };
-  });
+)",
+          [options, &common] { return render(*options, common); }};
 }
 
 }  // namespace catoptric::app

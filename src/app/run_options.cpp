@@ -148,59 +148,45 @@ config::Value withSelected(const config::Value& root, const std::vector<std::str
 
 }  // namespace
 
-void addRunOptions(CLI::App& command, RunOptions& options, CommonOptions& common) {
-  command
-      .add_option("input", options.input,
-                  "A run config, or a scene (.json, .gltf, .glb), which is rendered with the "
-                  "defaults of a config; - reads a run config from standard input")
-      ->required()
-      ->type_name("CONFIG|SCENE");
-  command
-      .add_option("--frames", options.frames,
-                  "Which frames of the path, such as 1-100x2,120: every second one to 100, and 120 "
-                  "[all]")
-      ->check(notEmpty())
-      ->type_name("LIST");
-  command
-      .add_option(
-          "--environment", options.environment,
-          "What lights the scene from far away, in place of the scene's own environment: an "
-          "image (.exr, .hdr), a colour (#8090a0, or a radiance 0.5,0.5,0.5), or sky")
-      ->check(notEmpty())
-      ->type_name("FILE|COLOUR");
-  command
-      .add_option("--method", options.methods,
-                  "Use this method alone: one of the config's by its name, or one that `catoptric "
-                  "list methods` names. Separate several by commas, or repeat the option")
-      ->type_name("NAME")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  command
-      .add_option(
-          "--set", options.settings,
-          "Change one value of the config, such as image.width=256 or "
-          "methods.traced.bvh=refit. A method goes by its name or its number in the config. "
-          "Repeat the option for several values; docs/config.md lists them. Names of files are "
-          "relative to the current folder")
-      ->type_name("A.B=VALUE")
-      ->allow_extra_args(false);
-  command
-      .add_option("--device", options.device,
-                  "Where OpenGL renders: auto, egl:N, surfaceless, or osmesa; `catoptric doctor` "
-                  "tries them all [auto]")
-      ->type_name("DEVICE");
-  command
-      .add_option("--threads", options.threads, "Number of threads; 0 is one for each processor")
-      ->type_name("N");
-  command
-      .add_option("--seed", options.seed,
-                  "Seed of all random numbers; the same seed gives the same frames")
-      ->type_name("N");
-  addCommon(command, common);
-  command
-      .add_option("--shader-dir", common.shaderFolder,
-                  "For developers: read the shaders from this copy of src/, not from the program")
-      ->type_name("DIR");
+Rows runRows(RunOptions& options, CommonOptions& common) {
+  return Rows{
+             option("input", options.input, "CONFIG|SCENE",
+                    "A run config, or a scene (.json, .gltf, .glb), which is rendered with the "
+                    "defaults of a config; - reads a run config from standard input",
+                    {.required = true}),
+             option("--frames", options.frames, "LIST",
+                    "Which frames of the path, such as 1-100x2,120: every second one to 100, and "
+                    "120 [all]",
+                    {.notEmpty = true}),
+             option("--environment", options.environment, "FILE|COLOUR",
+                    "What lights the scene from far away, in place of the scene's own environment: "
+                    "an image (.exr, .hdr), a colour (#8090a0, or a radiance 0.5,0.5,0.5), or sky",
+                    {.notEmpty = true}),
+             option(
+                 "--method", options.methods, "NAME",
+                 "Use this method alone: one of the config's by its name, or one that `catoptric "
+                 "list methods` names. Separate several by commas, or repeat the option",
+                 {.commas = true, .oneEach = true}),
+             option("--set", options.settings, "A.B=VALUE",
+                    "Change one value of the config, such as image.width=256 or "
+                    "methods.traced.bvh=refit. A method goes by its name or its number in the "
+                    "config. Repeat the option for several values; docs/config.md lists them. "
+                    "Names of files are relative to the current folder",
+                    {.oneEach = true}),
+             option("--device", options.device, "DEVICE",
+                    "Where OpenGL renders: auto, egl:N, surfaceless, or osmesa; `catoptric doctor` "
+                    "tries them all [auto]"),
+             option("--threads", options.threads, "N",
+                    "Number of threads; 0 is one for each processor"),
+             option("--seed", options.seed, "N",
+                    "Seed of all random numbers; the same seed gives the same frames"),
+         } +
+         commonRows(common) +
+         Rows{
+             option(
+                 "--shader-dir", common.shaderFolder, "DIR",
+                 "For developers: read the shaders from this copy of src/, not from the program"),
+         };
 }
 
 namespace {

@@ -126,64 +126,57 @@ ExitCode cancel(const StatusOptions& options) {
   return ExitCode::Done;
 }
 
-void addFolder(CLI::App& command, StatusOptions& options) {
-  command.add_option("run", options.folder, "The folder (--out) of a `catoptric submit`")
-      ->required()
-      ->type_name("RUN");
+OptionRow folderRow(StatusOptions& options) {
+  return option("run", options.folder, "RUN", "The folder (--out) of a `catoptric submit`",
+                {.required = true});
 }
 
-void addVerify(CLI::App& command, StatusOptions& options) {
-  command.add_flag("--verify", options.verify,
-                   "Read all files, and count only frames with the contents that were written");
+OptionRow verifyRow(StatusOptions& options) {
+  return flag("--verify", options.verify,
+              "Read all files, and count only frames with the contents that were written");
 }
 
 }  // namespace
 
-void addStatus(CLI::App& program, CommonOptions& common, Action& action) {
-  CLI::App* command =
-      program.add_subcommand("status", "Say what has become of the chunks of a `submit`.");
+Command statusCommand(CommonOptions& common) {
   const auto options = std::make_shared<StatusOptions>();
-  addFolder(*command, *options);
-  command->add_flag("--wait", options->wait, "Wait until no task waits or runs any more");
-  addVerify(*command, *options);
-  addCommon(*command, common);
-  command->footer(R"(Example:
+  const Rows own = {
+      folderRow(*options),
+      flag("--wait", options->wait, "Wait until no task waits or runs any more"),
+      verifyRow(*options),
+  };
+  return {"status", "Say what has become of the chunks of a `submit`.", own + commonRows(common),
+          R"(Example:
   catoptric status out/shared --wait
 
 Exit codes: 0 all frames are there, or tasks still make them; 2 the command line is wrong, or Slurm
 does not answer; 6 frames are missing that no task makes.
-)");
-  command->callback([options, &common, &action] {
-    action = [options, &common] { return status(*options, common); };
-  });
+)",
+          [options, &common] { return status(*options, common); }};
 }
 
-void addRetry(CLI::App& program, CommonOptions& common, Action& action) {
-  CLI::App* command = program.add_subcommand(
-      "retry", "Submit again the chunks whose frames are missing and that no task renders.");
+Command retryCommand(CommonOptions& common) {
   const auto options = std::make_shared<StatusOptions>();
-  addFolder(*command, *options);
-  addVerify(*command, *options);
-  command->add_flag("--dry-run", options->dryRun, "Name the chunks, and submit nothing");
-  addCommon(*command, common);
-  command->footer(R"(Frames that are there are kept, also those of a chunk that failed.
+  const Rows own = {
+      folderRow(*options),
+      verifyRow(*options),
+      flag("--dry-run", options->dryRun, "Name the chunks, and submit nothing"),
+  };
+  return {"retry", "Submit again the chunks whose frames are missing and that no task renders.",
+          own + commonRows(common),
+          R"(Frames that are there are kept, also those of a chunk that failed.
 
 Example:
   catoptric retry out/shared
-)");
-  command->callback([options, &common, &action] {
-    action = [options, &common] { return retry(*options, common); };
-  });
+)",
+          [options, &common] { return retry(*options, common); }};
 }
 
-void addCancel(CLI::App& program, CommonOptions& common, Action& action) {
-  CLI::App* command = program.add_subcommand(
-      "cancel", "End the tasks of a `submit` that wait or run. Finished frames stay.");
+Command cancelCommand(CommonOptions& common) {
   const auto options = std::make_shared<StatusOptions>();
-  addFolder(*command, *options);
-  addCommon(*command, common);
-  command->footer("Example:\n  catoptric cancel out/shared\n");
-  command->callback([options, &action] { action = [options] { return cancel(*options); }; });
+  return {"cancel", "End the tasks of a `submit` that wait or run. Finished frames stay.",
+          Rows{folderRow(*options)} + commonRows(common),
+          "Example:\n  catoptric cancel out/shared\n", [options] { return cancel(*options); }};
 }
 
 }  // namespace catoptric::app

@@ -35,48 +35,36 @@ RunOptions withSettings(const RunOptions& options, const study::Settings& settin
 
 }  // namespace
 
-void addStudyOptions(CLI::App& command, StudyOptions& options, CommonOptions& common) {
-  addRunOptions(command, options, common);
-  command.add_option("--out", options.out, "Folder for the results [out/NAME_COMMAND]")
-      ->check(notEmpty())
-      ->type_name("DIR");
-  command
-      .add_option("--against", options.against,
-                  "What errors are measured against: a method, or a folder with frames [the first "
-                  "of the config's errors.against]")
-      ->check(notEmpty())
-      ->type_name("METHOD|DIR");
-  command
-      .add_option("--repeats", options.repeats,
-                  "How many timed rounds each frame is rendered in, after one that does not count; "
-                  "0: errors only. Fewer than 8 cannot tell times apart")
-      ->capture_default_str()
-      ->check(within(0, 1000))
-      ->type_name("N");
-  command
-      .add_option("--workers", options.workers,
-                  "How many settings stay in memory at once and are timed in turns; fewer where "
-                  "memory is short")
-      ->capture_default_str()
-      ->check(within(2, 256))
-      ->type_name("N");
-  command
-      .add_option("--existing", options.existing,
-                  "What to do when the folder holds a study already: error (refuse), overwrite "
-                  "(replace it), or resume (measure only what is missing)")
-      ->capture_default_str()
-      ->type_name("HOW");
-  command
-      .add_option("--clock", options.clock,
-                  "Which times count: wall (what passes), or cpu (of all threads: other programs "
-                  "disturb it less)")
-      ->capture_default_str()
-      ->type_name("CLOCK");
-  command
-      .add_option("--progress", options.progress,
-                  "How to show progress on stderr: bar, plain, json, none, or auto")
-      ->capture_default_str()
-      ->type_name("HOW");
+Rows studyRows(StudyOptions& options, CommonOptions& common) {
+  return runRows(options, common) +
+         Rows{
+             option("--out", options.out, "DIR", "Folder for the results [out/NAME_COMMAND]",
+                    {.notEmpty = true}),
+             option("--against", options.against, "METHOD|DIR",
+                    "What errors are measured against: a method, or a folder with frames [the "
+                    "first of the config's errors.against]",
+                    {.notEmpty = true}),
+             option(
+                 "--repeats", options.repeats, "N",
+                 "How many timed rounds each frame is rendered in, after one that does not "
+                 "count; 0: errors only. Fewer than 8 cannot tell times apart",
+                 {.least = 0, .most = 1000, .showsDefault = true, .given = &options.repeatsGiven}),
+             option("--workers", options.workers, "N",
+                    "How many settings stay in memory at once and are timed in turns; fewer where "
+                    "memory is short",
+                    {.least = 2, .most = 256, .showsDefault = true}),
+             option("--existing", options.existing, "HOW",
+                    "What to do when the folder holds a study already: error (refuse), overwrite "
+                    "(replace it), or resume (measure only what is missing)",
+                    {.showsDefault = true}),
+             option("--clock", options.clock, "CLOCK",
+                    "Which times count: wall (what passes), or cpu (of all threads: other programs "
+                    "disturb it less)",
+                    {.showsDefault = true}),
+             option("--progress", options.progress, "HOW",
+                    "How to show progress on stderr: bar, plain, json, none, or auto",
+                    {.showsDefault = true}),
+         };
 }
 
 study::Inputs studyInputs(const RunOptions& options) {

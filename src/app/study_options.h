@@ -15,15 +15,16 @@ namespace catoptric::app {
 struct StudyOptions : RunOptions {
   std::string against;
   int repeats = 8;
+  bool repeatsGiven = false;
   int workers = 8;
   std::string existing = "error";
   std::string progress = "auto";
   std::string clock = "wall";
 };
 
-/// Adds the options of a run and --out, --against, --repeats, --workers, --existing, --clock,
+/// The options of a run and --out, --against, --repeats, --workers, --existing, --clock,
 /// --progress.
-void addStudyOptions(CLI::App& command, StudyOptions& options, CommonOptions& common);
+Rows studyRows(StudyOptions& options, CommonOptions& common);
 
 /// Settings of a study become run configs and command lines of workers.
 study::Inputs studyInputs(const RunOptions& options);

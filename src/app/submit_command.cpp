@@ -216,59 +216,44 @@ ExitCode submit(const SubmitOptions& options, const CommonOptions& common) {
   return ExitCode::Done;
 }
 
-void addTaskOptions(CLI::App& command, SubmitOptions& options) {
-  command.add_option("--to", options.to, "What runs the tasks: slurm, or script (a shell script)")
-      ->capture_default_str()
-      ->type_name("ENGINE");
-  command
-      .add_option("--chunks", options.chunks,
-                  "Into how many chunks the frames are divided; a task renders one chunk")
-      ->check(within(1, 1'000'000))
-      ->type_name("N");
-  command
-      .add_option("--task-minutes", options.taskMinutes, "With --times: how long a task is to take")
-      ->capture_default_str()
-      ->check(within(0.01, 100'000.0))
-      ->type_name("MINUTES");
-  command
-      .add_option("--times", options.times,
-                  "A run of some frames of this config, as `render` makes it on one of the nodes; "
-                  "its times say how many chunks there are")
-      ->check(notEmpty())
-      ->type_name("RUN");
-  command
-      .add_option("--max-parallel", options.maxParallel,
-                  "How many tasks may run at the same time [as many as Slurm lets]")
-      ->check(within(1, 1'000'000))
-      ->type_name("N");
-  command
-      .add_option("--sbatch", options.sbatch,
-                  "An argument of sbatch, such as --sbatch=--partition=long; repeat it for several")
-      ->type_name("ARG")
-      ->allow_extra_args(false);
-  command.add_flag("--dry-run", options.dryRun,
-                   "Say how the frames would be divided, and write nothing");
+Rows taskRows(SubmitOptions& options) {
+  return Rows{
+      option("--to", options.to, "ENGINE", "What runs the tasks: slurm, or script (a shell script)",
+             {.showsDefault = true}),
+      option("--chunks", options.chunks, "N",
+             "Into how many chunks the frames are divided; a task renders one chunk",
+             {.least = 1, .most = 1'000'000}),
+      option("--task-minutes", options.taskMinutes, "MINUTES",
+             "With --times: how long a task is to take",
+             {.least = 0.01, .most = 100'000, .showsDefault = true}),
+      option("--times", options.times, "RUN",
+             "A run of some frames of this config, as `render` makes it on one of the nodes; its "
+             "times say how many chunks there are",
+             {.notEmpty = true}),
+      option("--max-parallel", options.maxParallel, "N",
+             "How many tasks may run at the same time [as many as Slurm lets]",
+             {.least = 1, .most = 1'000'000}),
+      option("--sbatch", options.sbatch, "ARG",
+             "An argument of sbatch, such as --sbatch=--partition=long; repeat it for several",
+             {.oneEach = true}),
+      flag("--dry-run", options.dryRun, "Say how the frames would be divided, and write nothing"),
+  };
 }
 
 }  // namespace
 
-void addSubmit(CLI::App& program, CommonOptions& common, Action& action) {
-  CLI::App* command = program.add_subcommand(
-      "submit", "Share the frames of a run among the nodes of a cluster, or among processes.");
+Command submitCommand(CommonOptions& common) {
   const auto options = std::make_shared<SubmitOptions>();
-  addRunOptions(*command, *options, common);
-  command
-      ->add_option("study", options->study,
-                   "After --: sweep and its options, in place of frames; one task measures it")
-      ->type_name("-- sweep ...");
-  command
-      ->add_option("--out", options->out,
-                   "Folder for the chunks and, in merged/, for the whole run; all nodes must see "
-                   "it [out/NAME]")
-      ->check(notEmpty())
-      ->type_name("DIR");
-  addTaskOptions(*command, *options);
-  command->footer(R"(Examples:
+  const Rows own = {
+      option("study", options->study, "-- sweep ...",
+             "After --: sweep and its options, in place of frames; one task measures it"),
+      option("--out", options->out, "DIR",
+             "Folder for the chunks and, in merged/, for the whole run; all nodes must see it "
+             "[out/NAME]",
+             {.notEmpty = true}),
+  };
+  return {"submit", "Share the frames of a run among the nodes of a cluster, or among processes.",
+          runRows(*options, common) + own + taskRows(*options), R"(Examples:
   catoptric submit configs/demo.json --chunks 20 --out out/shared --sbatch=--cpus-per-task=4
   catoptric status out/shared
   catoptric retry out/shared
@@ -277,10 +262,8 @@ void addSubmit(CLI::App& program, CommonOptions& common, Action& action) {
 
 Exit codes: 0 done; 2 the command line or the config is wrong, or Slurm refuses; 3 a scene or one of
 its files; 5 output could not be written.
-)");
-  command->callback([options, &common, &action] {
-    action = [options, &common] { return submit(*options, common); };
-  });
+)",
+          [options, &common] { return submit(*options, common); }};
 }
 
 }  // namespace catoptric::app

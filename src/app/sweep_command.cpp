@@ -18,7 +18,6 @@ struct SweepOptions : StudyOptions {
   std::vector<std::string> link;
   std::vector<std::string> where;
   std::vector<std::string> metrics;
-  bool repeatsGiven = false;
   std::string ratioTo;
   std::string keepFrames = "none";
   bool dryRun = false;
@@ -130,45 +129,33 @@ ExitCode sweep(const SweepOptions& given, const CommonOptions& common) {
 
 }  // namespace
 
-void addSweep(CLI::App& program, CommonOptions& common, Action& action) {
-  CLI::App* command = program.add_subcommand(
-      "sweep", "Measure time and error of every combination of some options' values.");
+Command sweepCommand(CommonOptions& common) {
   const auto options = std::make_shared<SweepOptions>();
-  addStudyOptions(*command, *options, common);
-  command
-      ->add_option("--vary", options->vary,
-                   "An option and its values: methods.NAME.OPTION=A,B,C; FROM..TO:COUNT for even "
-                   "steps, log:FROM..TO:COUNT for even ratios. `program=FILE,FILE` compares builds "
-                   "of catoptric. Repeat it for several options")
-      ->type_name("NAME=VALUES")
-      ->allow_extra_args(false);
-  command
-      ->add_option("--link", options->link,
-                   "Options that change together, value by value, in place of all combinations")
-      ->type_name("A,B")
-      ->allow_extra_args(false);
-  command
-      ->add_option("--where", options->where,
-                   "Take only combinations that hold this, as in \"rays<=16 && samples>2\"")
-      ->type_name("CONDITION")
-      ->allow_extra_args(false);
-  command
-      ->add_option("--metric", options->metrics,
-                   "Measures of errors, with commas; the first is traded against time [L1_8bit]")
-      ->delimiter(',')
-      ->type_name("NAME")
-      ->allow_extra_args(false);
-  command
-      ->add_option("--ratio-to", options->ratioTo,
-                   "Ratios of times are to the first point of this method [the first point]")
-      ->type_name("METHOD");
-  command
-      ->add_option("--keep-frames", options->keepFrames,
-                   "Frames of the points: none (removed when their errors are known), or all")
-      ->capture_default_str()
-      ->type_name("WHICH");
-  command->add_flag("--dry-run", options->dryRun, "List the points, and write nothing");
-  command->footer(
+  const Rows own = {
+      option("--vary", options->vary, "NAME=VALUES",
+             "An option and its values: methods.NAME.OPTION=A,B,C; FROM..TO:COUNT for even steps, "
+             "log:FROM..TO:COUNT for even ratios. `program=FILE,FILE` compares builds of "
+             "catoptric. Repeat it for several options",
+             {.oneEach = true}),
+      option("--link", options->link, "A,B",
+             "Options that change together, value by value, in place of all combinations",
+             {.oneEach = true}),
+      option("--where", options->where, "CONDITION",
+             "Take only combinations that hold this, as in \"rays<=16 && samples>2\"",
+             {.oneEach = true}),
+      option("--metric", options->metrics, "NAME",
+             "Measures of errors, with commas; the first is traded against time [L1_8bit]",
+             {.commas = true, .oneEach = true}),
+      option("--ratio-to", options->ratioTo, "METHOD",
+             "Ratios of times are to the first point of this method [the first point]"),
+      option("--keep-frames", options->keepFrames, "WHICH",
+             "Frames of the points: none (removed when their errors are known), or all",
+             {.showsDefault = true}),
+      flag("--dry-run", options->dryRun, "List the points, and write nothing"),
+  };
+  return {
+      "sweep", "Measure time and error of every combination of some options' values.",
+      studyRows(*options, common) + own,
       R"(A config's "sweep" has the same under the names vary, link, where, metric, against, ratio_to and repeats;
 options given here take their place.
 
@@ -180,11 +167,8 @@ Examples:
 
 Exit codes: 0 done; 2 the command line or the config is wrong; 5 output could not be written; 6 some
 points failed; 128 + N ended by signal N.
-)");
-  command->callback([options, command, &common, &action] {
-    options->repeatsGiven = command->count("--repeats") > 0;
-    action = [options, &common] { return sweep(*options, common); };
-  });
+)",
+      [options, &common] { return sweep(*options, common); }};
 }
 
 }  // namespace catoptric::app

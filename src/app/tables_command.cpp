@@ -285,62 +285,39 @@ ExitCode tables(const TablesOptions& options, const CommonOptions& common) {
 
 }  // namespace
 
-void addTables(CLI::App& program, CommonOptions& common, Action& action) {
-  CLI::App* command = program.add_subcommand(
-      "tables", "Make the tables and curves of a suite of runs (configs/papers/*.suite.json).");
+Command tablesCommand(CommonOptions& common) {
   const auto options = std::make_shared<TablesOptions>();
-  command->add_option("suite", options->suite, "A suite (JSON)")->required()->type_name("SUITE");
-  command->add_option("--out", options->out, "Folder for the results [out/tables/NAME]")
-      ->check(notEmpty())
-      ->type_name("DIR");
-  command
-      ->add_option("--effort", options->effort,
-                   "How many frames: smoke (only to see that it works), quick, full")
-      ->capture_default_str()
-      ->type_name("EFFORT");
-  command
-      ->add_option("--only", options->only,
-                   "Write these tables only, by their numbers, with commas")
-      ->delimiter(',')
-      ->type_name("N")
-      ->allow_extra_args(false);
-  command->add_option("--format", options->formats, "md, csv, json, html, tex, with commas")
-      ->delimiter(',')
-      ->capture_default_str()
-      ->type_name("FORMAT")
-      ->allow_extra_args(false);
-  command->add_option("--repeats", options->repeats, "Timed rounds (of smoke: one)")
-      ->capture_default_str()
-      ->check(within(1, 1000))
-      ->type_name("N");
-  command
-      ->add_option("--workers", options->workers, "Settings that stay in memory at once, at most")
-      ->capture_default_str()
-      ->check(within(2, 256))
-      ->type_name("N");
-  command->add_flag("--text-only", options->textOnly,
-                    "Render nothing: make the tables again from what is there");
-  command
-      ->add_option(
-          "--into", options->into,
-          "Replace the tables of this page, too: what stands between its lines \"<!-- table "
-          "2 -->\" and \"<!-- end -->\" becomes table 2")
-      ->check(notEmpty())
-      ->type_name("PAGE.md");
-  command
-      ->add_option(
-          "--values", options->values,
-          "Keep the cells' values in this file, and measure only those whose settings have "
-          "changed since")
-      ->check(notEmpty())
-      ->type_name("FILE.json");
-  command->add_flag("--check", options->check,
-                    "Hold the ranges that the suite has under \"checks\"");
-  command->add_option("--progress", options->progress, "bar, plain, json, none, or auto")
-      ->capture_default_str()
-      ->type_name("HOW");
-  addCommon(*command, common);
-  command->footer(R"(Examples:
+  const Rows own = {
+      option("suite", options->suite, "SUITE", "A suite (JSON)", {.required = true}),
+      option("--out", options->out, "DIR", "Folder for the results [out/tables/NAME]",
+             {.notEmpty = true}),
+      option("--effort", options->effort, "EFFORT",
+             "How many frames: smoke (only to see that it works), quick, full",
+             {.showsDefault = true}),
+      option("--only", options->only, "N", "Write these tables only, by their numbers, with commas",
+             {.commas = true, .oneEach = true}),
+      option("--format", options->formats, "FORMAT", "md, csv, json, html, tex, with commas",
+             {.showsDefault = true, .commas = true, .oneEach = true}),
+      option("--repeats", options->repeats, "N", "Timed rounds (of smoke: one)",
+             {.least = 1, .most = 1000, .showsDefault = true}),
+      option("--workers", options->workers, "N", "Settings that stay in memory at once, at most",
+             {.least = 2, .most = 256, .showsDefault = true}),
+      flag("--text-only", options->textOnly,
+           "Render nothing: make the tables again from what is there"),
+      option("--into", options->into, "PAGE.md",
+             "Replace the tables of this page, too: what stands between its lines \"<!-- table 2 "
+             "-->\" and \"<!-- end -->\" becomes table 2",
+             {.notEmpty = true}),
+      option("--values", options->values, "FILE.json",
+             "Keep the cells' values in this file, and measure only those whose settings have "
+             "changed since",
+             {.notEmpty = true}),
+      flag("--check", options->check, "Hold the ranges that the suite has under \"checks\""),
+      option("--progress", options->progress, "HOW", "bar, plain, json, none, or auto",
+             {.showsDefault = true}),
+  };
+  return {"tables", "Make the tables and curves of a suite of runs (configs/papers/*.suite.json).",
+          own + commonRows(common), R"(Examples:
   catoptric tables configs/papers/second_order.suite.json --effort smoke
   catoptric tables configs/papers/second_order.suite.json --effort full --format md,tex,html
 
@@ -348,10 +325,8 @@ What was rendered before, with the same settings by the same program, is not ren
 
 Exit codes: 0 done; 2 the command line or a suite is wrong; 5 output could not be written; 6 frames failed;
 7 a value is beyond the suite's range (--check); 128 + N ended by signal N.
-)");
-  command->callback([options, &common, &action] {
-    action = [options, &common] { return tables(*options, common); };
-  });
+)",
+          [options, &common] { return tables(*options, common); }};
 }
 
 }  // namespace catoptric::app

@@ -447,64 +447,46 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
 
 }  // namespace
 
-void addTune(CLI::App& program, CommonOptions& common, Action& action) {
-  CLI::App* command = program.add_subcommand(
-      "tune", "Find the fastest setting within an error, or the most accurate one within a time.");
+Command tuneCommand(CommonOptions& common) {
   const auto options = std::make_shared<TuneCommand>();
-  addStudyOptions(*command, *options, common);
-  command
-      ->add_option("--max-error", options->maxError,
-                   "The largest error, as L1_8bit<=2: of all frames together, or with \" "
-                   "every-frame\" of each of them")
-      ->check(notEmpty())
-      ->type_name("BOUND");
-  command
-      ->add_option("--max-time", options->maxTime,
-                   "The longest time of a frame: 100ms, or 0.8x:traced (as a share of a method's)")
-      ->check(notEmpty())
-      ->type_name("BOUND");
-  command
-      ->add_option("--vary", options->vary,
-                   "An option of a method and the values it may have, as for `sweep`; without any, "
-                   "each method's options that trade accuracy for time (docs/config.md has their "
-                   "values). none: the methods as the config has them")
-      ->type_name("NAME=VALUES")
-      ->allow_extra_args(false);
-  command->add_flag("--per-reflector", options->perReflector,
-                    "Choose a method for each reflector, so that the whole is within the error and "
-                    "as fast as can be");
-  command
-      ->add_option("--verify", options->verify,
-                   "On how many frames the result's error is verified; only all is a proof")
-      ->capture_default_str()
-      ->type_name("all|N");
-  command
-      ->add_option("--test-path", options->testPath,
-                   "Report the result's error on this camera path, too")
-      ->check(notEmpty())
-      ->type_name("PATH");
-  command
-      ->add_option("--margin", options->marginPercent,
-                   "Percent of the bound that predictions leave free")
-      ->capture_default_str()
-      ->check(within(0, 50))
-      ->type_name("PERCENT");
-  command
-      ->add_option("--budget", options->budgetMinutes,
-                   "Minutes after which nothing new is tried [no end]")
-      ->check(notNegative())
-      ->type_name("MINUTES");
-  command->footer(R"(Examples:
+  const Rows own = {
+      option("--max-error", options->maxError, "BOUND",
+             "The largest error, as L1_8bit<=2: of all frames together, or with \" every-frame\" "
+             "of each of them",
+             {.notEmpty = true}),
+      option("--max-time", options->maxTime, "BOUND",
+             "The longest time of a frame: 100ms, or 0.8x:traced (as a share of a method's)",
+             {.notEmpty = true}),
+      option("--vary", options->vary, "NAME=VALUES",
+             "An option of a method and the values it may have, as for `sweep`; without any, each "
+             "method's options that trade accuracy for time (docs/config.md has their values). "
+             "none: the methods as the config has them",
+             {.oneEach = true}),
+      flag("--per-reflector", options->perReflector,
+           "Choose a method for each reflector, so that the whole is within the error and as fast "
+           "as can be"),
+      option("--verify", options->verify, "all|N",
+             "On how many frames the result's error is verified; only all is a proof",
+             {.showsDefault = true}),
+      option("--test-path", options->testPath, "PATH",
+             "Report the result's error on this camera path, too", {.notEmpty = true}),
+      option("--margin", options->marginPercent, "PERCENT",
+             "Percent of the bound that predictions leave free",
+             {.least = 0, .most = 50, .showsDefault = true}),
+      option("--budget", options->budgetMinutes, "MINUTES",
+             "Minutes after which nothing new is tried [no end]", {.least = 0}),
+  };
+  return {"tune",
+          "Find the fastest setting within an error, or the most accurate one within a time.",
+          studyRows(*options, common) + own, R"(Examples:
   catoptric tune configs/living_room.json --method second_order --max-error 'L1_8bit<=2' \
       --vary methods.second_order.level_error=0..1:5 --vary methods.second_order.clusters=64,128,256
   catoptric tune configs/demo.json --max-time 0.8x:traced --vary methods.second_order.level_error=0,0.75
 
 Exit codes: 0 done; 2 the command line or the config is wrong; 5 output could not be written; 7 nothing
 satisfies the bound, and the nearest setting is named; 128 + N ended by signal N.
-)");
-  command->callback([options, &common, &action] {
-    action = [options, &common] { return tune(*options, common); };
-  });
+)",
+          [options, &common] { return tune(*options, common); }};
 }
 
 }  // namespace catoptric::app

@@ -8,22 +8,21 @@
 
 namespace catoptric::app {
 
-void addWorker(CLI::App& program, CommonOptions& common, Action& action) {
-  CLI::App* command = program.add_subcommand(
-      "worker",
-      "Render frames when told by JSON lines on stdin. `sweep`, `tune` and `tables` start it.");
-  command->group("");  // not for people
+Command workerCommand(CommonOptions& common) {
   const auto options = std::make_shared<RunOptions>();
-  addRunOptions(*command, *options, common);
-  command->callback([options, &action] {
-    action = [options] {
-      run::Stage stage(readRun(*options));
-      study::serveFrames(
-          stage, [](std::string& line) { return static_cast<bool>(std::getline(std::cin, line)); },
-          [](const std::string& answer) { printData(answer + "\n"); });
-      return ExitCode::Done;
-    };
-  });
+  return {"worker",
+          "Render frames when told by JSON lines on stdin. `sweep`, `tune` and `tables` start it.",
+          runRows(*options, common),
+          "",
+          [options] {
+            run::Stage stage(readRun(*options));
+            study::serveFrames(
+                stage,
+                [](std::string& line) { return static_cast<bool>(std::getline(std::cin, line)); },
+                [](const std::string& answer) { printData(answer + "\n"); });
+            return ExitCode::Done;
+          },
+          true};  // not for people
 }
 
 }  // namespace catoptric::app
