@@ -1,7 +1,11 @@
 #include "core/vector_level.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <string>
+
+#include "core/instruction_sets.h"
 
 namespace catoptric {
 namespace {
@@ -20,8 +24,17 @@ VectorLevel machineLevel() {
   return v4 ? VectorLevel::V4 : VectorLevel::V3;
 }
 
+/// The machine's, or what the environment variable CATOPTRIC_VECTOR_LEVEL allows.
+VectorLevel firstLevel() {
+  constexpr std::array kNames{"base", "v2", "v3", "v4"};  // as VectorLevel counts them
+  const std::string forced = forcedInstructionSet("CATOPTRIC_VECTOR_LEVEL", kNames);
+  const auto place = std::ranges::find(kNames, forced);
+  const auto wanted = static_cast<VectorLevel>(place - kNames.begin());
+  return forced.empty() ? machineLevel() : std::min(wanted, machineLevel());
+}
+
 std::atomic<VectorLevel>& allowed() {
-  static std::atomic<VectorLevel> level{machineLevel()};
+  static std::atomic<VectorLevel> level{firstLevel()};
   return level;
 }
 

@@ -17,7 +17,7 @@
 namespace catoptric::raster {
 namespace {
 
-constexpr std::uint32_t kCacheVersion = 1;  ///< raise it when results change
+constexpr std::uint32_t kCacheVersion = 2;  ///< raise it when results change
 constexpr CacheKind kCache{"levels",
                            {'c', 'a', 't', 'l', 'e', 'v', 'e', '1'},
                            "the levels of detail are made anew",
@@ -26,24 +26,28 @@ constexpr CacheKind kCache{"levels",
 constexpr std::size_t kWord = sizeof(std::uint32_t);  ///< all that a file has are such
 
 std::uint64_t keyOf(const frame::Geometry& geometry, std::span<const LevelSource> sources,
-                    float skyIrradiance) {
+                    const frame::Lighting& lighting) {
   Fingerprint f;
   f.addValue(kCacheVersion);
   f.addValue(int{MESHOPTIMIZER_VERSION});
-  f.addValue(skyIrradiance);
+  f.addValue(lighting.ambient);
+  if (lighting.environment) f.addArray(std::span<const Vec3>(lighting.environment->irradianceSh()));
+  for (const frame::WorldLight& light : lighting.lights) {
+    f.addValue(static_cast<int>(light.type));
+    for (const Vec3& v : {light.position, light.direction, light.intensity}) f.addValue(v);
+    f.addValue(std::array{light.range, light.cosInner, light.cosOuter});
+  }
   f.addValue(geometry.bounds.diameter());
   f.addArray(std::span(geometry.positions));
+  f.addArray(std::span(geometry.attributes));
   f.addArray(std::span(geometry.indices));
-  for (const frame::VertexAttributes& vertex : geometry.attributes) {
-    f.addValue(vertex.normal);
-    f.addValue(vertex.bake);
-  }
   for (const frame::ObjectRange& range : geometry.objects) {
     f.addValue(
         std::array{range.firstVertex, range.vertexCount, range.firstIndex, range.indexCount});
+    f.addValue(range.uvPerMetre);
   }
   for (const LevelSource& source : sources) {
-    f.addValue(source.whole);
+    f.addValue(std::array{source.whole, source.moving, source.textured});
     f.addValue(source.albedo);
   }
   return f.value();
@@ -98,24 +102,27 @@ std::optional<DetailLevels> readLevels(const CacheEntry& entry) {
   DetailLevels levels;
   const bool whole = reader.take(levels.indices) && reader.take(levels.meshlets) &&
                      reader.take(levels.levels) && reader.take(levels.firstOfObject) &&
-                     reader.atEnd();
+                     reader.take(levels.places) && reader.take(levels.attributes) && reader.atEnd();
   return whole ? std::optional(std::move(levels)) : std::nullopt;
 }
 
 }  // namespace
 
 DetailLevels cachedDetailLevels(const frame::Geometry& geometry,
-                                std::span<const LevelSource> sources, float skyIrradiance,
+                                std::span<const LevelSource> sources,
+                                const frame::Lighting& lighting,
                                 const std::filesystem::path& cache) {
-  if (cache.empty()) return buildDetailLevels(geometry, sources, skyIrradiance);
-  const CacheEntry entry(kCache, cache, keyOf(geometry, sources, skyIrradiance));
+  if (cache.empty()) return buildDetailLevels(geometry, sources, lighting);
+  const CacheEntry entry(kCache, cache, keyOf(geometry, sources, lighting));
   if (auto cached = readLevels(entry)) return std::move(*cached);
-  DetailLevels levels = buildDetailLevels(geometry, sources, skyIrradiance);
+  DetailLevels levels = buildDetailLevels(geometry, sources, lighting);
   Writer writer;
   writer.add(levels.indices);
   writer.add(levels.meshlets);
   writer.add(levels.levels);
   writer.add(levels.firstOfObject);
+  writer.add(levels.places);
+  writer.add(levels.attributes);
   entry.write(writer.bytes(), writer.bytes().size() / kWord);
   return levels;
 }

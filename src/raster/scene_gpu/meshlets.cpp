@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <numeric>
 
 #include "core/parallel.h"
@@ -19,19 +18,6 @@ namespace {
 constexpr std::uint32_t kMaxIndices = 3 * 64;
 /// Bounds are widened by this share against rounding in their own computation. Ours.
 constexpr float kBoundsSlack = 1e-5f;
-/// Triangles of the smallest object that gets a coarser level, the step between levels, and how far
-/// (as a share of the object's extent) a level may go. Ours, measured in the living room.
-constexpr std::size_t kSmallestLevel = 32;
-constexpr float kLevelRatio = 1.3f;
-constexpr float kMaxLevelError = 0.25f;
-/// Triangles lower than this part of their longest edge are lines (ours).
-constexpr float kThinnest = 1e-5f;
-/// Height of the relief that stands for a radiance of 1 while an object is simplified, as a share
-/// of the scene's diameter, and the largest error of radiance that levels may have. Ours, measured
-/// in the living room.
-constexpr float kReliefShare = 0.03f;
-constexpr float kLightError = 1.0f;
-
 /// Sphere about the box of the meshlet's vertices, and meshoptimizer's cone of normals.
 void computeBounds(Meshlet& meshlet, std::span<const std::uint32_t> indices,
                    const frame::Geometry& geometry) {
@@ -152,14 +138,16 @@ bool isClosedOutward(const frame::Geometry& geometry, const frame::ObjectRange& 
   return true;
 }
 
-/// One object's meshlets, with indices from 0.
-struct ObjectMeshlets {
-  std::vector<std::uint32_t> indices;
-  std::vector<Meshlet> meshlets;
-  bool closed = false;
-};
+ObjectMeshlets buildObject(const frame::Geometry& geometry, const frame::ObjectRange& range) {
+  ObjectMeshlets result;
+  if (range.indexCount == 0) return result;
+  appendMeshlets(geometry, range, localIndices(geometry, range), result);
+  result.closed = isClosedOutward(geometry, range);
+  return result;
+}
 
-/// An object's indices, counted from its first vertex.
+}  // namespace
+
 std::vector<std::uint32_t> localIndices(const frame::Geometry& geometry,
                                         const frame::ObjectRange& range) {
   std::vector<std::uint32_t> local(range.indexCount);
@@ -169,9 +157,6 @@ std::vector<std::uint32_t> localIndices(const frame::Geometry& geometry,
   return local;
 }
 
-/// Appends triangles (indices from the object's first vertex) as meshlets: along a space-filling
-/// curve, cut into runs: neighbours in space, at a tenth of the cost of growing meshlets along
-/// shared vertices.
 void appendMeshlets(const frame::Geometry& geometry, const frame::ObjectRange& range,
                     std::span<const std::uint32_t> local, ObjectMeshlets& result) {
   const std::size_t start = result.indices.size();
@@ -190,84 +175,6 @@ void appendMeshlets(const frame::Geometry& geometry, const frame::ObjectRange& r
     result.meshlets.push_back(meshlet);
   }
 }
-
-ObjectMeshlets buildObject(const frame::Geometry& geometry, const frame::ObjectRange& range) {
-  ObjectMeshlets result;
-  if (range.indexCount == 0) return result;
-  appendMeshlets(geometry, range, localIndices(geometry, range), result);
-  result.closed = isClosedOutward(geometry, range);
-  return result;
-}
-
-/// One object's levels, with indices and meshlets from 0.
-struct ObjectLevels {
-  ObjectMeshlets meshlets;
-  std::vector<DetailLevel> levels;
-};
-
-/// Whether a triangle is more than a line.
-bool hasArea(const Vec3& a, const Vec3& b, const Vec3& c) {
-  const Vec3 ab = b - a;
-  const Vec3 ac = c - a;
-  const Vec3 bc = c - b;
-  const float longest2 = std::max({glm::dot(ab, ab), glm::dot(ac, ac), glm::dot(bc, bc)});
-  return glm::length(glm::cross(ab, ac)) > kThinnest * longest2;
-}
-
-ObjectLevels buildObjectLevels(const frame::Geometry& geometry, const frame::ObjectRange& range,
-                               float albedo, float skyIrradiance) {
-  ObjectLevels result;
-  std::vector<std::uint32_t> indices = localIndices(geometry, range);
-  // Baked light is kept as if it were relief: flat walls are not uniformly lit
-  const float metresPerRadiance = kReliefShare * geometry.bounds.diameter();
-  std::vector<Vec3> relief(range.vertexCount);
-  float least = std::numeric_limits<float>::infinity();
-  float most = 0.0f;
-  for (std::uint32_t i = 0; i < range.vertexCount; ++i) {
-    const frame::VertexAttributes& vertex = geometry.attributes[range.firstVertex + i];
-    const Vec3 irradiance(vertex.bake);
-    const float brightest =
-        std::max({irradiance.x, irradiance.y, irradiance.z}) + vertex.bake.w * skyIrradiance;
-    least = std::min(least, brightest);
-    most = std::max(most, brightest);
-    relief[i] = geometry.positions[range.firstVertex + i] +
-                vertex.normal * (metresPerRadiance / kPi * albedo * brightest);
-  }
-  const float mostError = most > least ? metresPerRadiance * kLightError : 1e30f;
-  const float* positions = &relief.data()->x;
-  const float scale = meshopt_simplifyScale(positions, range.vertexCount, sizeof(Vec3));
-  std::vector<std::uint32_t> collapsed(indices.size());
-  float error = 0.0f;
-  while (indices.size() >= 3 * kSmallestLevel) {
-    const std::size_t triangles = indices.size() / 3;
-    const auto target = 3 * static_cast<std::size_t>(static_cast<float>(triangles) / kLevelRatio);
-    float collapseError = 0.0f;
-    const std::size_t count = meshopt_simplify(collapsed.data(), indices.data(), indices.size(),
-                                               positions, range.vertexCount, sizeof(Vec3), target,
-                                               kMaxLevelError, 0, &collapseError);
-    if (count == 0 || 10 * count > 9 * indices.size()) break;
-    // Where one without area lies at a border the next level's errors would not see its end
-    indices.clear();
-    for (std::size_t i = 0; i < count; i += 3) {
-      const std::array<std::uint32_t, 3> triangle{collapsed[i], collapsed[i + 1], collapsed[i + 2]};
-      if (hasArea(relief[triangle[0]], relief[triangle[1]], relief[triangle[2]]))
-        indices.insert(indices.end(), triangle.begin(), triangle.end());
-    }
-    // Each level is made from the one before, by errors independent of its own
-    error = std::hypot(error, collapseError * scale);
-    if (error > mostError) break;
-    DetailLevel level;
-    level.error = error;
-    level.firstMeshlet = static_cast<std::uint32_t>(result.meshlets.meshlets.size());
-    appendMeshlets(geometry, range, indices, result.meshlets);
-    level.meshletCount =
-        static_cast<std::uint32_t>(result.meshlets.meshlets.size()) - level.firstMeshlet;
-    result.levels.push_back(level);
-  }
-  return result;
-}
-
-}  // namespace
 
 Meshlets buildMeshlets(const frame::Geometry& geometry) {
   std::vector<ObjectMeshlets> objects(geometry.objects.size());
@@ -289,38 +196,6 @@ Meshlets buildMeshlets(const frame::Geometry& geometry) {
     }
     result.firstOfObject.push_back(static_cast<std::uint32_t>(result.meshlets.size()));
     result.closed.push_back(objects[i].closed && !geometry.objects[i].moving);
-  }
-  return result;
-}
-
-DetailLevels buildDetailLevels(const frame::Geometry& geometry,
-                               std::span<const LevelSource> sources, float skyIrradiance) {
-  std::vector<ObjectLevels> objects(geometry.objects.size());
-  parallelFor(objects.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (!sources[i].whole) {
-        objects[i] =
-            buildObjectLevels(geometry, geometry.objects[i], sources[i].albedo, skyIrradiance);
-      }
-    }
-  });
-
-  DetailLevels result;
-  result.firstOfObject.push_back(0);
-  for (const ObjectLevels& object : objects) {
-    const auto firstIndex = static_cast<std::uint32_t>(result.indices.size());
-    const auto firstMeshlet = static_cast<std::uint32_t>(result.meshlets.size());
-    result.indices.insert(result.indices.end(), object.meshlets.indices.begin(),
-                          object.meshlets.indices.end());
-    for (Meshlet meshlet : object.meshlets.meshlets) {
-      meshlet.firstIndex += firstIndex;
-      result.meshlets.push_back(meshlet);
-    }
-    for (DetailLevel level : object.levels) {
-      level.firstMeshlet += firstMeshlet;
-      result.levels.push_back(level);
-    }
-    result.firstOfObject.push_back(static_cast<std::uint32_t>(result.levels.size()));
   }
   return result;
 }

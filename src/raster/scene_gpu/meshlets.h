@@ -45,36 +45,22 @@ struct Meshlets {
 /// Deterministic for any thread count.
 Meshlets buildMeshlets(const frame::Geometry& geometry);
 
-/// A coarser version of an object's triangles, on a subset of its vertices.
-struct DetailLevel {
-  float error = 0.0f;  ///< metres; how far its surface may lie from the object's own
-  std::uint32_t firstMeshlet = 0;
-  std::uint32_t meshletCount = 0;
-};
-
-/// Coarser versions of all objects that do not deform: from fine to coarse, each with about
-/// two thirds of the triangles of the one before. What is too small to gain has none.
-struct DetailLevels {
+/// One object's meshlets, with indices from 0.
+struct ObjectMeshlets {
   std::vector<std::uint32_t> indices;
-  std::vector<Meshlet> meshlets;  ///< firstIndex counts from the first of `indices`
-  std::vector<DetailLevel> levels;
-  std::vector<std::uint32_t> firstOfObject;  ///< into levels; per object, and one past the end
-
-  std::span<const DetailLevel> ofObject(std::size_t object) const {
-    return {levels.data() + firstOfObject[object], levels.data() + firstOfObject[object + 1]};
-  }
+  std::vector<Meshlet> meshlets;
+  bool closed = false;
 };
 
-/// What levels of an object must know of it beside its geometry.
-struct LevelSource {
-  bool whole = false;   ///< gets no levels (of what deforms their error would not hold)
-  float albedo = 1.0f;  ///< largest component, mean over its texture
-};
+/// An object's indices, counted from its first vertex.
+std::vector<std::uint32_t> localIndices(const frame::Geometry& geometry,
+                                        const frame::ObjectRange& range);
 
-/// `sources[object]`. `skyIrradiance`: of ambient light and environment where all of them is
-/// visible, W/m^2, the largest component. Deterministic for any thread count.
-DetailLevels buildDetailLevels(const frame::Geometry& geometry,
-                               std::span<const LevelSource> sources, float skyIrradiance);
+/// Appends triangles (indices from the object's first vertex) as meshlets: along a space-filling
+/// curve, cut into runs: neighbours in space, at a tenth of the cost of growing meshlets along
+/// shared vertices.
+void appendMeshlets(const frame::Geometry& geometry, const frame::ObjectRange& range,
+                    std::span<const std::uint32_t> local, ObjectMeshlets& result);
 
 /// Recomputes the bounds of meshlets (indices into `indices`) after vertices moved.
 void updateBounds(std::span<Meshlet> meshlets, std::span<const std::uint32_t> indices,

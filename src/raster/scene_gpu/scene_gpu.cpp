@@ -24,15 +24,6 @@ Vec3 meanColor(const scene::Texture& texture) {
   return {linear(0), linear(1), linear(2)};
 }
 
-/// What an open surface gets from ambient light and environment, mean over its directions: the
-/// largest component, W/m^2.
-float skyIrradiance(const frame::Lighting& lighting) {
-  Vec3 sky = kPi * lighting.ambient;
-  constexpr float kConstantHarmonic = 0.282095f;
-  if (lighting.environment) sky += kConstantHarmonic * lighting.environment->irradianceSh()[0];
-  return largest(sky);
-}
-
 Brightest brightestOf(const scene::Scene& scene, const frame::Geometry& geometry) {
   Brightest brightest;
   float color = 0.0f;
@@ -75,7 +66,7 @@ SceneGpu::SceneGpu(const scene::Scene& scene, const frame::Geometry& geometry)
                   std::span<const frame::VertexAttributes>(geometry.attributes)),
       indices_("indices", std::span<const std::uint32_t>(meshlets_.indices)),
       vertices_("scene") {
-  describeVertices(vertices_);
+  raster::describeVertices(vertices_, positions_, attributes_);
   vertices_.setIndices(indices_);
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const scene::Object& object = scene.objects[i];
@@ -108,6 +99,9 @@ void SceneGpu::update(const frame::Geometry& geometry, std::span<const int> chan
     changed.uvPerMetre = range.uvPerMetre;
     constexpr std::uint32_t ofVertices = kVertexColor | kBakeIrradiance | kBakeVisibility | kSky;
     changed.features = (changed.features & ~ofVertices) | vertexFeatures(geometry, range);
+    if (!positionsOfAll_.empty())
+      std::copy_n(geometry.positions.begin() + range.firstVertex, range.vertexCount,
+                  positionsOfAll_.begin() + range.firstVertex);
     updateMeshletBounds(meshlets_, geometry, object);
     if (levels_.firstOfObject.empty()) continue;
     for (const DetailLevel& level : levels_.ofObject(static_cast<std::size_t>(object))) {
@@ -122,17 +116,19 @@ void SceneGpu::buildDetailLevels(const scene::Scene& scene, const frame::Geometr
                                  const frame::Lighting& lighting,
                                  const std::filesystem::path& cache) {
   std::vector<LevelSource> sources;
-  for (const scene::Object& object : scene.objects) {
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const scene::Object& object = scene.objects[i];
     const scene::Material& material = scene.materials[object.material];
     Vec3 albedo = material.baseColor;
     if (material.baseColorTexture.used()) {
       albedo *= meanColor(scene.textures[material.baseColorTexture.texture]);
     }
-    sources.push_back({.whole = scene.nodes[object.node].skin != scene::kNone ||
-                                !scene.meshes[object.mesh].morphTargets.empty(),
-                       .albedo = largest(albedo)});
+    sources.push_back({.whole = geometry.objects[i].deforms,
+                       .moving = geometry.objects[i].moving,
+                       .textured = material.baseColorTexture.used(),
+                       .albedo = albedo});
   }
-  levels_ = cachedDetailLevels(geometry, sources, skyIrradiance(lighting), cache);
+  levels_ = cachedDetailLevels(geometry, sources, lighting, cache);
   const auto base = static_cast<std::uint32_t>(meshlets_.indices.size());
   for (Meshlet& meshlet : levels_.meshlets) meshlet.firstIndex += base;
   std::vector<std::uint32_t> all = meshlets_.indices;
@@ -141,6 +137,21 @@ void SceneGpu::buildDetailLevels(const scene::Scene& scene, const frame::Geometr
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     objects_[i].levelExtent = geometry.objects[i].bounds.diameter();
   }
+  if (levels_.places.empty()) return;
+  // The levels' own vertices behind those of the geometry
+  positionsOfAll_.assign(
+      geometry.positions.begin(),
+      geometry.positions.begin() + static_cast<std::ptrdiff_t>(geometry.vertexCount()));
+  for (const std::uint32_t place : levels_.places)
+    positionsOfAll_.push_back(geometry.positions[place]);
+  std::vector<frame::VertexAttributes> attributes = geometry.attributes;
+  attributes.insert(attributes.end(), levels_.attributes.begin(), levels_.attributes.end());
+  positions_ = gl::Buffer("positions", std::span<const Vec3>(positionsOfAll_));
+  attributes_ =
+      gl::Buffer("vertex attributes", std::span<const frame::VertexAttributes>(attributes));
+  raster::describeVertices(vertices_, positions_, attributes_);
+  levels_.places = {};
+  levels_.attributes = {};
 }
 
 void SceneGpu::describeVertices(gl::VertexArray& array) const {

@@ -10,6 +10,7 @@
 #include "frame/shading.h"
 #include "gl/objects.h"
 #include "raster/gbuffer.h"
+#include "raster/scene_gpu/detail_levels.h"
 #include "raster/scene_gpu/frame_block.h"
 #include "raster/scene_gpu/materials.h"
 #include "raster/scene_gpu/meshlets.h"
@@ -59,6 +60,10 @@ class SceneGpu {
   std::span<const std::uint32_t> indices() const {
     return levels_.indices.empty() ? meshlets_.indices : levels_.indices;
   }
+  /// What these indices count: the geometry's vertices, then the levels' own.
+  std::span<const Vec3> positions(const frame::Geometry& geometry) const {
+    return positionsOfAll_.empty() ? geometry.positions : positionsOfAll_;
+  }
   const Brightest& brightest() const { return brightest_; }
   float diameter() const { return diameter_; }
 
@@ -76,6 +81,7 @@ class SceneGpu {
   Materials materials_;
   Meshlets meshlets_;
   DetailLevels levels_;
+  std::vector<Vec3> positionsOfAll_;  ///< where levels have vertices of their own
   std::vector<DeviceObject> objects_;
   Brightest brightest_;
   float diameter_ = 0.0f;

@@ -21,9 +21,18 @@ constexpr CacheKind kCache{"bake",
                            "the bake's cache is not used",
                            "the baked light is not cached"};
 
-std::uint64_t cacheKey(const scene::Scene& scene, const frame::Geometry& geometry) {
+/// Embree's instruction sets differ in the last bits: one of them, which every machine has, bakes
+/// the same light everywhere. The environment variable is for tests of what others would bake.
+std::string bakeIsa() {
+  const std::string forced = forcedEmbreeIsa("CATOPTRIC_BAKE_ISA");
+  return forced.empty() ? "sse4.2" : forced;
+}
+
+std::uint64_t cacheKey(const scene::Scene& scene, const frame::Geometry& geometry,
+                       const std::string& isa) {
   Fingerprint f;
   f.addValue(kCacheVersion);
+  f.add(isa);
   f.addValue(scene.fingerprint);
   f.addValue(static_cast<int>(scene.bake.mode));
   f.addValue(scene.bake.rays);
@@ -42,14 +51,15 @@ BakeReport bakeVertices(const scene::Scene& scene, frame::Geometry& geometry,
   BakeReport report;
   if (scene.bake.mode == scene::BakeMode::None || geometry.vertexCount() == 0) return report;
   const std::int64_t start = nowNs();
-  const CacheEntry entry(kCache, cache, cacheKey(scene, geometry));
+  const std::string isa = bakeIsa();
+  const CacheEntry entry(kCache, cache, cacheKey(scene, geometry, isa));
   if (const auto cached = entry.read(geometry.vertexCount(), sizeof(Vec4))) {
     for (std::size_t v = 0; v < geometry.vertexCount(); ++v)
       std::memcpy(&geometry.attributes[v].bake, cached->data() + v * sizeof(Vec4), sizeof(Vec4));
     report.fromCache = true;
   }
   if (!report.fromCache) {
-    Baker baker(scene, geometry, environment, callbacks);
+    Baker baker(scene, geometry, environment, isa, callbacks);
     const std::vector<Vec4> values = scene.bake.mode == scene::BakeMode::AmbientOcclusion
                                          ? baker.ambientOcclusion()
                                          : baker.full();

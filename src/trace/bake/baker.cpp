@@ -22,8 +22,9 @@ std::vector<int> castersOf(const frame::Geometry& geometry) {
 bool isEnclosed(float back) {
   return back >= kEnclosedShare;
 }
-TraceOptions casterOptions(const std::vector<int>& casters) {
+TraceOptions casterOptions(const std::vector<int>& casters, const std::string& isa) {
   TraceOptions options;
+  options.isa = isa;
   // An empty list would mean all: name an object that does not exist instead.
   options.objects = casters.empty() ? std::vector<int>{-1} : casters;
   return options;
@@ -32,14 +33,15 @@ TraceOptions casterOptions(const std::vector<int>& casters) {
 }  // namespace
 
 Baker::Baker(const scene::Scene& scene, const frame::Geometry& geometry,
-             const frame::EnvironmentLight& environment, const BakeCallbacks& callbacks)
+             const frame::EnvironmentLight& environment, const std::string& isa,
+             const BakeCallbacks& callbacks)
     : scene_(scene),
       geometry_(geometry),
       environment_(environment),
       callbacks_(callbacks),
       points_(makeBakePoints(geometry)),
       castsLight_(castersOf(geometry)),
-      trace_(scene, geometry, BvhPolicy::Static, casterOptions(castsLight_)) {
+      trace_(scene, geometry, BvhPolicy::Static, casterOptions(castsLight_, isa)) {
   occlusionDistance_ = scene.bake.ambientOcclusionDistance > 0.0f
                            ? scene.bake.ambientOcclusionDistance
                            : 0.1f * geometry.bounds.diameter();

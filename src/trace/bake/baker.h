@@ -42,7 +42,8 @@ inline constexpr std::size_t kPointsPerTask = 32;
 class Baker {
  public:
   Baker(const scene::Scene& scene, const frame::Geometry& geometry,
-        const frame::EnvironmentLight& environment, const BakeCallbacks& callbacks);
+        const frame::EnvironmentLight& environment, const std::string& isa,
+        const BakeCallbacks& callbacks);
 
   const BakePoints& points() const { return points_; }
   std::uint64_t rays() const { return rays_; }

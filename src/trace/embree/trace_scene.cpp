@@ -5,6 +5,7 @@
 #include <xmmintrin.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cassert>
 #include <cmath>
@@ -13,6 +14,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/instruction_sets.h"
 #include "core/parallel.h"
 #include "trace/embree/implicit_geometry.h"
 #include "trace/embree/packets.h"
@@ -173,7 +175,10 @@ struct TraceScene::State {
   }
 
   void build() {
-    device = rtcNewDevice("set_affinity=0,start_threads=0");
+    const std::string isa =
+        !options.isa.empty() ? options.isa : forcedEmbreeIsa("CATOPTRIC_EMBREE_ISA");
+    const std::string settings = "set_affinity=0,start_threads=0";
+    device = rtcNewDevice((isa.empty() ? settings : settings + ",isa=" + isa).c_str());
     if (device == nullptr) {
       throw Error(ExitCode::Internal,
                   "Embree gives no device: error " +
@@ -330,6 +335,11 @@ struct TraceScene::State {
     return {rays, refused};
   }
 };
+
+std::string forcedEmbreeIsa(const char* variable) {
+  constexpr std::array kNames{"sse2", "sse4.2", "avx", "avx2", "avx512"};
+  return forcedInstructionSet(variable, kNames);
+}
 
 TraceScene::TraceScene(const scene::Scene& scene, const frame::Geometry& geometry, BvhPolicy policy,
                        const TraceOptions& options)

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/math.h"
@@ -48,7 +49,14 @@ struct TraceOptions {
   bool robust = false;
   /// Only these objects (indices into geometry.objects) are hit; empty: all.
   std::vector<int> objects;
+  /// Embree's instruction set, as its setting `isa` names it. Empty: the machine's best, or what
+  /// the environment variable CATOPTRIC_EMBREE_ISA says. The machine must have it.
+  std::string isa = {};
 };
+
+/// What an environment variable forces Embree to use; empty where it is not set. Throws UsageError
+/// for a name that Embree does not know, which it would take for sse2.
+std::string forcedEmbreeIsa(const char* variable);
 
 class TraceScene {
  public:

@@ -18,6 +18,9 @@ using raster::SceneGpu;
 
 /// Levels of what is shown more dimly err no more: thin things would vanish. Ours.
 constexpr float kDimmest = 0.25f;
+/// Levels may show light that is off by so many display steps for each texel that their places may
+/// be off. Ours, measured in the rooms: 2 draws 4 % more triangles for 5 % less error, 4 neither.
+constexpr float kStepsPerTexel = 3.0f;
 
 /// Distance from a point to a box.
 float distanceTo(const Box3& box, const Vec3& p) {
@@ -35,12 +38,14 @@ bool chooseLevel(const SceneGpu& scene, std::size_t i, const DiffuseView& view,
                        std::max(view.nearestMetres, distanceTo(object.bounds, view.eye));
   if (object.bounds.diameter() < 0.5f * bright) return false;
   const float shown = view.shown * std::max(1.0f, object.emission);
-  const float allowed = bright / std::clamp(shown, kDimmest, 1.0f);
+  const float dim = std::clamp(shown, kDimmest, 1.0f);
+  const float allowed = bright / dim;
+  const float steps = kStepsPerTexel * view.levelErrorTexels / dim;
   const float grown = object.levelExtent > 0.0f
                           ? std::max(1.0f, object.bounds.diameter() / object.levelExtent)
                           : 1.0f;
   for (const DetailLevel& level : scene.levels().ofObject(i)) {
-    if (level.error * grown > allowed) break;
+    if (level.error.metres * grown > allowed || level.error.steps > steps) break;
     members = {scene.levels().meshlets.data() + level.firstMeshlet, level.meshletCount};
   }
   return true;
@@ -81,7 +86,7 @@ void listView(const SceneGpu& scene, const DiffuseView& view, std::span<const st
         continue;
       }
       culling.append(scene.indices().subspan(meshlet.firstIndex, meshlet.indexCount),
-                     geometry.positions, seen.indices);
+                     scene.positions(geometry), seen.indices);
     }
     if (seen.indices.size() == first) continue;
     const Sides sides = own         ? (cullBacks ? Sides::OwnFront : Sides::OwnBoth)
