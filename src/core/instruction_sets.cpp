@@ -10,7 +10,7 @@ namespace catoptric {
 std::string forcedInstructionSet(const char* variable, std::span<const char* const> names) {
   const char* value = std::getenv(variable);
   if (value == nullptr || *value == '\0') return {};
-  const std::string wanted = value;
+  std::string wanted = value;
   if (std::ranges::any_of(names, [&](const char* name) { return wanted == name; })) return wanted;
   std::string allowed;
   for (const char* name : names) allowed += (allowed.empty() ? "" : ", ") + std::string(name);
