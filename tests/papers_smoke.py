@@ -2,17 +2,62 @@
 """Makes the tables of every paper with `--effort smoke`: small frames, figures without meaning.
 
 Usage: papers_smoke.py SOURCE_FOLDER PROGRAM WORK_FOLDER
-Every suite of configs/papers/ must be made, and made again from what is there without rendering. Suites whose
-scenes have assets that were not prepared (scripts/prepare_assets) are left out by name; where that is so
-this test counts as skipped (exit code 77), unless something failed."""
+What a suite of configs/papers/ names - configs, methods, options, counters - is checked for all of its runs and cells.
+Then its tables are made, and made again from what is there without rendering. By default only the runs of SAMPLE are
+rendered, and the tables have only the rows that need no other run: cheap runs of every suite, with times and without.
+The sample leaves out that the other runs' frames succeed: their scenes, paths and options with real frames. With
+CATOPTRIC_LONG=1 every run is rendered. Suites whose scenes have assets that were not prepared (scripts/prepare_assets)
+are left out by name; where that is so this test counts as skipped (exit code 77), unless something failed."""
 
+import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import time
 
 sys.dont_write_bytecode = True
+
+SAMPLE = {"glossy_lod": ["filter"], "impostors": ["directions", "statue_times"], "perturbation": ["fig10"],
+          "reprojection": ["bath_a"], "second_order": ["tuning_glossy_sphere", "concave"]}
+
+
+def sampled(suite, folder):
+    """A suite of the sample's runs, and of the rows that need no other one."""
+    wanted = json.loads(suite.read_text())
+    names = SAMPLE[suite.name.removesuffix(".suite.json")]
+    for settings in (*wanted["efforts"].values(), *(run.get("settings", {}) for run in wanted["runs"].values())):
+        settings.update({name: str(suite.parent / settings[name]) for name in ("scene", "path") if name in settings})
+    # Slopes are of figures, which join runs
+    others = re.compile(rf"\b(?:{'|'.join(set(wanted['runs']) - set(names))})\.|\bslope\(")
+    wanted["runs"] = {name: {**wanted["runs"][name], "config": str(suite.parent / wanted["runs"][name]["config"])}
+                      for name in names}
+    for table in wanted["tables"]:
+        table["rows"] = [row for row in table["rows"] if not others.search(json.dumps(row))]
+    wanted["tables"] = [table for table in wanted["tables"] if table["rows"]]
+    for name in ("figures", "checks"):
+        wanted.pop(name, None)
+    file = folder / suite.name
+    file.write_text(json.dumps(wanted))
+    return file
+
+
+def faults_of(suite, tables, out):
+    """What is wrong with a suite's tables; None where its scenes' assets are missing."""
+    made = tables(suite, "--out", out)
+    if made.returncode != 0 and "scenes/assets" in made.stderr and not any(pathlib.Path("scenes/assets").glob("*")):
+        return None
+    if made.returncode != 0:
+        return [f"exit code {made.returncode}\n{made.stdout[-500:]}{made.stderr[-1500:]}"]
+    faults = []
+    again = tables(suite, "--out", out, "--text-only")
+    if again.returncode != 0 or again.stdout != made.stdout:
+        faults.append(f"--text-only: exit code {again.returncode}\n{again.stderr[-1500:]}")
+    for kind in ("md", "csv", "html", "tex"):
+        if "nan" in (out / f"tables.{kind}").read_text().lower().replace("nanosecond", ""):
+            faults.append(f"a cell of tables.{kind} is no number")
+    return faults
 
 
 def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int:
@@ -21,26 +66,26 @@ def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int
 
     os.chdir(source)
     work = work_folder.fresh(work)
+
+    def tables(suite, *more):
+        return subprocess.run([program, "tables", suite, "--effort", "smoke", "--progress", "none", "--format",
+                               "md,csv,html,tex", *more], capture_output=True, text=True, check=False)
+
     failed, missing = [], []
     for suite in sorted((source / "configs" / "papers").glob("*.suite.json")):
         name = suite.name.removesuffix(".suite.json")
-        command = [program, "tables", suite, "--effort", "smoke", "--out", work / name, "--progress", "none",
-                   "--format", "md,csv,html,tex"]
         start = time.monotonic()
-        made = subprocess.run(command, capture_output=True, text=True, check=False)
-        if made.returncode != 0 and "scenes/assets" in made.stderr and not any((source / "scenes" / "assets").glob("*")):
+        # All names are looked up before the first run is missed
+        names = tables(suite, "--out", work / f"{name}_names", "--text-only")
+        if "is not there as the suite wants it" not in names.stderr:
+            failed.append(f"{name}: exit code {names.returncode}\n{names.stderr[-1500:]}")
+            continue
+        faults = faults_of(suite if os.environ.get("CATOPTRIC_LONG") == "1" else sampled(suite, work), tables, work / name)
+        if faults is None:
             missing.append(name)
             continue
-        if made.returncode != 0:
-            failed.append(f"{name}: exit code {made.returncode}\n{made.stdout[-500:]}{made.stderr[-1500:]}")
-            continue
+        failed += [f"{name}: {fault}" for fault in faults]
         print(f"{name}: {time.monotonic() - start:.1f} s", flush=True)
-        again = subprocess.run([*command, "--text-only"], capture_output=True, text=True, check=False)
-        if again.returncode != 0 or again.stdout != made.stdout:
-            failed.append(f"{name}: --text-only: exit code {again.returncode}\n{again.stderr[-1500:]}")
-        for kind in ("md", "csv", "html", "tex"):
-            if "nan" in (work / name / f"tables.{kind}").read_text().lower().replace("nanosecond", ""):
-                failed.append(f"{name}: a cell of tables.{kind} is no number")
     print(*failed, sep="\n")
     for name in missing:
         print(f"{name}: left out, its scenes' assets are missing")
