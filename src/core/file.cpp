@@ -5,13 +5,16 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <optional>
 
 #include "core/error.h"
+#include "core/hash.h"
 
 namespace catoptric {
 namespace {
@@ -61,21 +64,43 @@ void readInto(const std::filesystem::path& path, std::size_t maxBytes, auto& byt
   }
 }
 
-/// The process that made a temporary file ".NAME.PID.XXXXXX.tmp"; nothing for other names.
-std::optional<pid_t> temporaryOwner(std::string_view name) {
+/// Of a file ".NAME.PID@SPACE.XXXXXX.tmp".
+struct TemporaryOwner {
+  pid_t process = 0;
+  std::string_view space;
+};
+
+/// Nothing for other names.
+std::optional<TemporaryOwner> temporaryOwner(std::string_view name) {
   constexpr std::string_view kEnd = ".tmp";
   constexpr std::size_t kRandom = 7;  // ".XXXXXX"
   if (!name.starts_with(".") || !name.ends_with(kEnd)) return std::nullopt;
   name.remove_suffix(kEnd.size());
   if (name.size() < kRandom || name[name.size() - kRandom] != '.') return std::nullopt;
   name.remove_suffix(kRandom);
+  const std::size_t at = name.rfind('@');
+  if (at == std::string_view::npos) return std::nullopt;
+  TemporaryOwner owner{0, name.substr(at + 1)};
+  name = name.substr(0, at);
   const std::size_t dot = name.rfind('.');
   if (dot == 0 || dot == std::string_view::npos) return std::nullopt;
-  pid_t owner = 0;
   const auto [end, error] =
-      std::from_chars(name.data() + dot + 1, name.data() + name.size(), owner);
-  if (error != std::errc() || end != name.data() + name.size() || owner <= 0) return std::nullopt;
+      std::from_chars(name.data() + dot + 1, name.data() + name.size(), owner.process);
+  if (error != std::errc() || end != name.data() + name.size() || owner.process <= 0)
+    return std::nullopt;
   return owner;
+}
+
+/// Whether a temporary file is nobody's any more.
+bool isLeftOver(const std::filesystem::directory_entry& file) {
+  const std::string name = file.path().filename().string();
+  const std::optional<TemporaryOwner> owner = temporaryOwner(name);
+  if (!owner) return false;
+  if (owner->space == processSpace())
+    return owner->process == ::getpid() || (::kill(owner->process, 0) != 0 && errno == ESRCH);
+  std::error_code error;
+  const auto written = file.last_write_time(error);
+  return !error && std::filesystem::file_time_type::clock::now() - written > std::chrono::hours(1);
 }
 
 }  // namespace
@@ -94,9 +119,7 @@ std::string readTextFile(const std::filesystem::path& path, std::size_t maxBytes
 
 void writeFileAtomically(const std::filesystem::path& path, std::span<const std::byte> bytes) {
   const std::filesystem::path folder = path.parent_path().empty() ? "." : path.parent_path();
-  std::string temporary =
-      (folder / ("." + path.filename().string() + "." + std::to_string(::getpid()) + ".XXXXXX.tmp"))
-          .string();
+  std::string temporary = temporaryName(path, "XXXXXX").string();
   Descriptor file(::mkostemps(temporary.data(), 4, O_CLOEXEC));
   if (file.get() < 0)
     throw OutputError(path.string() + ": cannot be created in its folder: " + reason());
@@ -128,16 +151,36 @@ void syncFolder(const std::filesystem::path& folder) {
   throw OutputError(folder.string() + ": the folder cannot be synced: " + reason());
 }
 
+std::string processSpace() {
+  static const std::string space = [] {
+    Fingerprint print;
+    std::error_code none;
+    print.add(std::filesystem::read_symlink("/proc/self/ns/pid", none).string());
+    std::array<char, 64> boot{};  // a file of /proc has no size that readFile() could go by
+    Descriptor file(::open("/proc/sys/kernel/random/boot_id", O_RDONLY | O_CLOEXEC));
+    if (file.get() >= 0 && ::read(file.get(), boot.data(), boot.size() - 1) > 0)
+      print.add(std::string_view(boot.data()));
+    std::array<char, 256> host{};
+    ::gethostname(host.data(), host.size() - 1);
+    print.add(std::string_view(host.data()));
+    constexpr std::size_t kDigits = 8;
+    return print.text().substr(0, kDigits);
+  }();
+  return space;
+}
+
+std::filesystem::path temporaryName(const std::filesystem::path& path, std::string_view ending) {
+  const std::filesystem::path folder = path.parent_path().empty() ? "." : path.parent_path();
+  return folder / ("." + path.filename().string() + "." + std::to_string(::getpid()) + "@" +
+                   processSpace() + "." + std::string(ending) + ".tmp");
+}
+
 int sweepTemporaryFiles(const std::filesystem::path& folder) {
   std::error_code error;
   std::vector<std::filesystem::path> stale;
   for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
-       entry.increment(error)) {
-    const std::optional<pid_t> owner = temporaryOwner(entry->path().filename().string());
-    if (!owner) continue;
-    const bool dead = ::kill(*owner, 0) != 0 && errno == ESRCH;
-    if (dead || *owner == ::getpid()) stale.push_back(entry->path());
-  }
+       entry.increment(error))
+    if (isLeftOver(*entry)) stale.push_back(entry->path());
   for (const std::filesystem::path& file : stale) {
     std::error_code removal;
     std::filesystem::remove(file, removal);

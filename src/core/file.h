@@ -17,8 +17,8 @@ std::vector<std::byte> readFile(const std::filesystem::path& path,
 std::string readTextFile(const std::filesystem::path& path,
                          std::size_t maxBytes = std::size_t{1} << 26);
 
-/// Writes to a temporary name in the same folder (".NAME.PID.XXXXXX.tmp"), fsyncs, renames, fsyncs
-/// the folder. Throws OutputError naming path and cause; the temporary file is removed then.
+/// Writes to a temporaryName() in the same folder, fsyncs, renames, fsyncs the folder. Throws
+/// OutputError naming path and cause; the temporary file is removed then.
 void writeFileAtomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void writeFileAtomically(const std::filesystem::path& path, std::string_view text);
 
@@ -26,8 +26,16 @@ void writeFileAtomically(const std::filesystem::path& path, std::string_view tex
 /// that has no such operation is no error.
 void syncFolder(const std::filesystem::path& folder);
 
+/// Among which processes numbers of processes say who is meant: a start of a machine, and there a
+/// namespace of numbers (a container has its own). 8 hexadecimal digits.
+std::string processSpace();
+
+/// ".NAME.PID@SPACE.ENDING.tmp" beside `path`; `ending` has 6 characters.
+std::filesystem::path temporaryName(const std::filesystem::path& path, std::string_view ending);
+
 /// Removes the temporary files that writeFileAtomically() of dead processes (and of an earlier
-/// process with this one's number) has left in `folder`; no others. Call before writing there.
+/// process with this one's number) has left in `folder`; no others. Those of other machines, of
+/// whose processes nothing is known here, go when they are an hour old. Call before writing there.
 /// Returns how many. Throws OutputError when one cannot be removed.
 int sweepTemporaryFiles(const std::filesystem::path& folder);
 

@@ -96,8 +96,9 @@ TEST(RunFolder, TrustsOnlyWhatIsUnchanged) {
   std::ofstream(path / "frames/frame.0003.exr") << "longer than before";
   std::ofstream(path / "frames/frame.0004.exr") << "frameX";
   // Of an earlier process with this one's number; and of one that lives.
-  const std::string leftover = ".frame.0009.exr." + std::to_string(::getpid()) + ".abcdef.tmp";
-  const std::string living = ".frame.0009.exr." + std::to_string(::getppid()) + ".abcdef.tmp";
+  const std::string ending = "@" + processSpace() + ".abcdef.tmp";
+  const std::string leftover = ".frame.0009.exr." + std::to_string(::getpid()) + ending;
+  const std::string living = ".frame.0009.exr." + std::to_string(::getppid()) + ending;
   std::ofstream(path / "frames" / leftover) << "half";
   std::ofstream(path / "frames" / living) << "half";
   const RunFolder folder(path, Existing::Resume);

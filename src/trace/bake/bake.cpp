@@ -52,7 +52,7 @@ BakeReport bakeVertices(const scene::Scene& scene, frame::Geometry& geometry,
   if (scene.bake.mode == scene::BakeMode::None || geometry.vertexCount() == 0) return report;
   const std::int64_t start = nowNs();
   const std::string isa = bakeIsa();
-  const CacheEntry entry(kCache, cache, cacheKey(scene, geometry, isa));
+  const CacheEntry entry(kCache, cache, cacheKey(scene, geometry, isa), callbacks.stopRequested);
   if (const auto cached = entry.read(geometry.vertexCount(), sizeof(Vec4))) {
     for (std::size_t v = 0; v < geometry.vertexCount(); ++v)
       std::memcpy(&geometry.attributes[v].bake, cached->data() + v * sizeof(Vec4), sizeof(Vec4));
