@@ -102,8 +102,9 @@ Command mergeCommand(CommonOptions& common) {
   return {
       "merge", "Join the parts of a run, which `render --chunk` has made, into one run.",
       own + commonRows(common),
-      R"(The parts must agree in settings, scene, program, machine and renderer (otherwise exit 2), and no
-frame may be missing or damaged (otherwise exit 6, with a list of them); then nothing is written.
+      R"(The parts must agree in settings, scene, program and renderer (otherwise exit 2), and no frame may
+be missing or damaged (otherwise exit 6, with a list of them); then nothing is written. A warning
+names parts that were made by unlike machines, and how far they may differ.
 Frames are hard links to those of the parts where the file system has them, and copies elsewhere.
 
 Example:

@@ -3,6 +3,7 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
+#include <array>
 #include <fstream>
 #include <thread>
 
@@ -11,6 +12,8 @@
 #include "core/file.h"
 #include "core/hash.h"
 #include "core/parallel.h"
+#include "core/vector_level.h"
+#include "trace/embree/instructions.h"
 
 #ifndef CATOPTRIC_VERSION
 #error "CATOPTRIC_VERSION must come from the build"
@@ -30,6 +33,12 @@ std::string processorName() {
     if (colon != std::string::npos) return line.substr(colon + 2);
   }
   return "unknown processor";
+}
+
+std::string instructionSets() {
+  constexpr std::array kLevels = {"x86-64", "x86-64-v2", "x86-64-v3", "x86-64-v4"};
+  return "Embree " + trace::embreeInstructions() + ", " +
+         kLevels[static_cast<std::size_t>(vectorLevel())];
 }
 
 std::string buildFingerprint() {
@@ -58,6 +67,7 @@ std::string machineJson() {
   return config::JsonText()
       .add("host", system.nodename)
       .add("processor", processorName())
+      .add("instructions", instructionSets())
       .add("processors", static_cast<int>(std::thread::hardware_concurrency()))
       .add("threads", threadCount())
       .add("memory_bytes", physicalMemoryBytes())

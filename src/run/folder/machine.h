@@ -9,6 +9,9 @@ namespace catoptric::run {
 /// "Intel(R) Xeon(R) ..."; "unknown processor" where the system does not say.
 std::string processorName();
 
+/// The instruction sets that decide the last bits of pixels: "Embree avx512, x86-64-v4".
+std::string instructionSets();
+
 /// Fingerprint of the running program's file: a build.
 std::string buildFingerprint();
 

@@ -82,8 +82,7 @@ std::string differences(const FrameRecord& a, const FrameRecord& b) {
   if (a.fingerprints.config != b.fingerprints.config) texts.push_back("method or image settings");
   if (a.fingerprints.scene != b.fingerprints.scene) texts.push_back("scene");
   if (a.fingerprints.build != b.fingerprints.build) texts.push_back("program");
-  if (a.fingerprints.machine != b.fingerprints.machine) texts.push_back("machine");
-  if (a.renderer != b.renderer) texts.push_back("renderer");
+  if (!sameRenderer(a.origin.renderer, b.origin.renderer)) texts.push_back("renderer");
   return joined(texts, ", another ");
 }
 
@@ -100,6 +99,13 @@ bool staysInside(const FrameRecord& record) {
 struct Merge {
   std::vector<Part> parts;  ///< by first frame, so that the order of the runs does not matter
   std::map<int, const Part*> owner;
+
+  Origins origins() const {
+    Origins all;
+    for (const auto& [number, part] : owner)
+      all.add(part->records.frames.at(number).origin, number);
+    return all;
+  }
 };
 
 class Problems {
@@ -212,6 +218,7 @@ std::map<std::string, std::string> summaryOf(const Merge& merge) {
           JsonText().add("frames", part.sequence).add("chunk", 1).add("chunks", 1).object();
   }
   members["merged"] = "[" + joined(origins, ",") + "]";
+  members["machines"] = merge.origins().json();
   members["status"] = JsonText()
                           .add("rendered", static_cast<int>(merge.owner.size()))
                           .add("reused", 0)
@@ -240,6 +247,7 @@ MergedRun write(const std::string& method, const Merge& merge, const fs::path& p
                 Existing existing) {
   RunFolder folder(path, existing);
   folder.begin();
+  merge.origins().warn(path.string());
   std::vector<FrameRecord> records;
   MergedRun merged;
   for (const auto& [number, part] : merge.owner) {

@@ -134,9 +134,11 @@ std::string recordLine(const FrameRecord& record) {
                                .add("scene", record.fingerprints.scene)
                                .add("camera", record.fingerprints.camera)
                                .add("build", record.fingerprints.build)
-                               .add("machine", record.fingerprints.machine)
                                .object())
-      .add("renderer", record.renderer)
+      .add("renderer", record.origin.renderer)
+      .add("processor", record.origin.processor)
+      .add("instructions", record.origin.instructions)
+      .add("light", record.origin.light)
       .raw("files", "[" + files + "]")
       .add("counters", record.counters)
       .raw("tables", tablesText(record.tables))
@@ -152,9 +154,12 @@ FrameRecord parseRecord(const std::string& line, const std::string& place) {
   const Value fingerprints = value.get("fingerprints");
   record.fingerprints = {
       fingerprints.get("config").asString(), fingerprints.get("scene").asString(),
-      fingerprints.get("camera").asString(), fingerprints.get("build").asString(),
-      fingerprints.get("machine").asString()};
-  record.renderer = value.get("renderer").asString();
+      fingerprints.get("camera").asString(), fingerprints.get("build").asString()};
+  const auto text = [&](const char* name) {  // records of earlier versions have less
+    return value.has(name) ? value.get(name).asString() : "";
+  };
+  record.origin = {value.get("renderer").asString(), text("processor"), text("instructions"),
+                   text("light")};
   for (const Value& file : value.get("files").asArray())
     record.files.push_back({file.get("path").asString(),
                             static_cast<std::uint64_t>(file.get("bytes").asInteger()),

@@ -10,16 +10,16 @@
 
 #include "frame/steps.h"
 #include "methods/contract/table.h"
+#include "run/folder/origin.h"
 
 namespace catoptric::run {
 
 /// What a frame's pixels depend on, each as 16 hexadecimal digits or plain text.
 struct FrameFingerprints {
-  std::string config;   ///< method, options, image settings, seed
-  std::string scene;    ///< all contents of the scene
-  std::string camera;   ///< camera and time of this frame (and of earlier ones it depends on)
-  std::string build;    ///< the program
-  std::string machine;  ///< processor
+  std::string config;  ///< method, options, image settings, seed
+  std::string scene;   ///< all contents of the scene
+  std::string camera;  ///< camera and time of this frame (and of earlier ones it depends on)
+  std::string build;   ///< the program
 };
 
 struct FileRecord {
@@ -33,7 +33,7 @@ struct FrameRecord {
   int frame = 0;
   double timeSeconds = 0.0;  ///< of the scene
   FrameFingerprints fingerprints;
-  std::string renderer;  ///< GL_RENDERER, or what else made the pixels
+  FrameOrigin origin;
   std::vector<FileRecord> files;
   std::map<std::string, std::uint64_t> counters;
   std::vector<methods::Table> tables;  ///< that have rows

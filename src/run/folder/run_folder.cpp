@@ -195,7 +195,6 @@ std::string RunFolder::distrust(int frame, const FrameFingerprints& wanted) cons
   if (has.scene != wanted.scene) differences.push_back("scene");
   if (has.camera != wanted.camera) differences.push_back("camera or time");
   if (has.build != wanted.build) differences.push_back("program");
-  if (has.machine != wanted.machine) differences.push_back("machine");
   if (!differences.empty()) return "it was made with another " + joined(differences, ", another ");
   return damage(path_, *known);
 }

@@ -43,7 +43,7 @@ const methods::TableInfo kImages{"images",
                                   {"planar", ColumnType::Integer, ""},
                                   {"factor", ColumnType::Real, ""},
                                   {"note", ColumnType::Text, ""}}};
-const FrameFingerprints kPrints{"c", "s", "k", "b", "m"};
+const FrameFingerprints kPrints{"c", "s", "k", "b"};
 
 void addFrame(RunFolder& folder, int number, const std::string& contents) {
   const std::string path = framePath("frames", number, ".exr");
@@ -53,7 +53,7 @@ void addFrame(RunFolder& folder, int number, const std::string& contents) {
   FrameRecord record;
   record.frame = number;
   record.fingerprints = kPrints;
-  record.renderer = "fake \"GL\"";
+  record.origin = {"fake \"GL\"", "p", "i", "l"};
   record.files = {{path, contents.size(), content.text()}};
   record.counters = {{"rays", 10}};
   methods::Table& rows = record.tables.emplace_back(kImages);
@@ -78,7 +78,7 @@ TEST(RunFolder, RecordsReadBackTheSame) {
   record.frame = 7;
   record.timeSeconds = 0.1;
   record.fingerprints = kPrints;
-  record.renderer = "r";
+  record.origin = {"r", "p", "i", "l"};
   record.files = {{"frames/frame.0007.exr", 3, "abc"}};
   record.counters = {{"rays", 1234567890123ull}};
   record.samples = {{7, "gbuffer", 1.0 / 3.0, "wall", true}};

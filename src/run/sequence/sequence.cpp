@@ -83,18 +83,28 @@ class Sequence {
     const std::map<std::string, std::string> context = source_.context();
     for (const auto& [name, value] : context) device.add(name, value);
     if (!context.empty()) members_["device"] = device.object();
-    renderer_ = context.contains("renderer") ? context.at("renderer") : "CPU";
+    const auto text = [&](const char* name) {
+      return context.contains(name) ? context.at(name) : "";
+    };
+    origin_ = {context.contains("renderer") ? text("renderer") : "CPU", text("processor"),
+               text("instructions"), text("light")};
     if (replaces) folder_.writeSummary(members_);
-    plan(renderer_, false);
-    for (const int number : numbersOf(tasks_, plan_, Outcome::Render)) folder_.forget(number);
+    plan(origin_.renderer, false);
+    Origins origins;
+    for (const int number : numbersOf(tasks_, plan_, Outcome::Reuse))
+      origins.add(folder_.record(number)->origin, number);
+    for (const int number : numbersOf(tasks_, plan_, Outcome::Render)) {
+      origins.add(origin_, number);
+      folder_.forget(number);
+    }
+    origins.warn(folder_.path().string());
     folder_.writeTimings();
     return true;
   }
 
   /// Renders, behind that writes.
   void write() {
-    Writer writer(folder_, options_.encode, renderer_, options_.writerThreads,
-                  options_.queueFrames);
+    Writer writer(folder_, options_.encode, origin_, options_.writerThreads, options_.queueFrames);
     firstFrameStart_ = frameStart_ = nowNs();
     for (std::size_t i = 0; i < tasks_.size(); ++i) {
       if (!plan_[i].run) {
@@ -228,7 +238,7 @@ class Sequence {
   std::vector<TaskPlan> plan_;
   SequenceResult result_;
   Progress progress_;
-  std::string renderer_;
+  FrameOrigin origin_;
   int toRun_ = 0;           ///< tasks that are rendered, warm-up included
   int runs_ = 0;            ///< of these, done
   bool continues_ = false;  ///< the task before was rendered just now

@@ -43,7 +43,8 @@ class FrameSource {
   virtual std::vector<frame::StepSample> prepare() = 0;
   /// Frames in the order of the path; between a restart frame and one that is kept none is missing.
   virtual RenderedFrame render(const FrameRequest& request) = 0;
-  /// What is known after prepare() of where frames are made: "renderer", "gl_version", ...
+  /// What is known after prepare() of where frames are made: "renderer", "processor" and the other
+  /// members of FrameOrigin; "gl_version", ...
   virtual std::map<std::string, std::string> context() const { return {}; }
 };
 

@@ -16,6 +16,7 @@
 #include "config/json.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/log.h"
 
 namespace catoptric::run {
 namespace {
@@ -50,11 +51,14 @@ class FakeSource : public FrameSource {
     rendered.samples = {{frame.number, "gbuffer", 0.0, "wall", false}};
     return rendered;
   }
-  std::map<std::string, std::string> context() const override { return {{"renderer", renderer}}; }
+  std::map<std::string, std::string> context() const override {
+    return {{"renderer", renderer}, {"processor", processor}};
+  }
 
   int prepared = 0;
   bool noDevice = false;
   std::string renderer = "fake";
+  std::string processor = "CPU A";
   std::vector<int> calls;
   std::set<int> failing;
 };
@@ -71,7 +75,7 @@ std::vector<FrameTask> tasks(int count) {
   for (int i = 1; i <= count; ++i) {
     FrameTask task;
     task.frame.number = i;
-    task.fingerprints = {"c", "s", "k" + std::to_string(i), "b", "m"};
+    task.fingerprints = {"c", "s", "k" + std::to_string(i), "b"};
     all.push_back(task);
   }
   return all;
@@ -167,6 +171,27 @@ TEST(Sequence, ResumeDoesNotTrustOtherCamerasOrRenderers) {
   third.renderer = "another GPU";  // frame 3 must be made anew, so the others are too
   runSequence(third, changed, path, options(Existing::Resume));
   EXPECT_THAT(third.calls, ElementsAre(1, 2, 3));
+}
+
+TEST(Sequence, ResumeKeepsFramesOfAnotherProcessorAndSaysSo) {
+  const fs::path path = freshFolder();
+  FakeSource first;
+  first.renderer = "llvmpipe (LLVM 15.0.6, 256 bits)";
+  runSequence(first, tasks(3), path, options());
+  std::vector<std::string> warnings;
+  log::setFormatter([&](log::Level, const std::string& message) {
+    warnings.push_back(message);
+    return "";
+  });
+  FakeSource second;
+  second.renderer = "llvmpipe (LLVM 15.0.6, 128 bits)";
+  second.processor = "CPU B";
+  runSequence(second, tasks(4), path, options(Existing::Resume));
+  log::setFormatter({});
+  EXPECT_THAT(second.calls, ElementsAre(4));
+  EXPECT_THAT(warnings,
+              ElementsAre(HasSubstr("2 kinds of machines"), HasSubstr("3 frames (1-3) by CPU A"),
+                          HasSubstr("1 frame (4) by CPU B")));
 }
 
 TEST(Sequence, AFailedStartLeavesNoFolder) {

@@ -73,7 +73,6 @@ std::vector<FrameTask> makeTasks(const Stage& stage, const MethodConfig& config,
   scenePrint.addValue(stage.scene().fingerprint);
   common.scene = scenePrint.text();
   common.build = buildFingerprint();
-  common.machine = fingerprintText(processorName());
 
   return makeTasks(stage.path(), stage.frames(), method, common);
 }

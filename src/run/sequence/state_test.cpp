@@ -6,6 +6,7 @@
 
 #include <cstring>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <set>
 #include <string>
@@ -118,7 +119,7 @@ class State : public testing::Test {
 
   std::vector<FrameTask> tasksOf(const std::string& frames) const {
     return makeTasks(path_, scene::parseFrames(frames, path_.count()), method_,
-                     {"c", "s", "", "b", "m"});
+                     {"c", "s", "", "b"});
   }
   SequenceResult run(ChainSource& source, const std::string& name, const std::string& frames,
                      const SequenceOptions& how) {
@@ -136,6 +137,26 @@ class State : public testing::Test {
   fs::path folder_;
   std::map<std::string, std::string> whole_;
 };
+
+TEST(Tasks, EveryPartOfACameraIsInItsFingerprint) {
+  /// A path of one frame, which stands still.
+  struct OneFrame : scene::CameraPath {
+    scene::PathFrame only;
+    int count() const override { return 1; }
+    scene::PathFrame frame(int) const override { return only; }
+  };
+  const auto print = [](const std::function<void(scene::PathFrame&)>& change) {
+    OneFrame path;
+    change(path.only);
+    return makeTasks(path, {1}, TestMethod(), {"c", "s", "", "b"}).at(0).fingerprints.camera;
+  };
+  const std::set<std::string> prints = {
+      print([](auto&) {}), print([](auto& frame) { frame.timeSeconds = 1.0; }),
+      print([](auto& frame) { frame.camera.worldFromCamera[3].y = 1.0f; }),
+      print([](auto& frame) { frame.camera.verticalFovRad *= 1.01f; }),
+      print([](auto& frame) { frame.camera.nearMetres *= 1.01f; })};
+  EXPECT_EQ(prints.size(), 5u);
+}
 
 TEST_F(State, RestartFramesAreTheGridAndTheCuts) {
   std::vector<int> restarts;
@@ -239,8 +260,8 @@ TEST_F(State, AFrameIsTrustedOnlyWithItsWholeHistory) {
       return frame;
     }
   };
-  const std::vector<FrameTask> other = makeTasks(MovedPath(60), scene::parseFrames("42-60x2", 60),
-                                                 method_, {"c", "s", "", "b", "m"});
+  const std::vector<FrameTask> other =
+      makeTasks(MovedPath(60), scene::parseFrames("42-60x2", 60), method_, {"c", "s", "", "b"});
   ASSERT_EQ(moved.size(), other.size());
   std::vector<int> different;
   for (std::size_t i = 0; i < moved.size(); ++i)

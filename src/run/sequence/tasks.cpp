@@ -26,8 +26,9 @@ void addCamera(Fingerprint& fingerprint, const scene::PathFrame& frame) {
 std::string whyAgain(const FrameTask& task, const RunFolder& folder, const std::string& renderer) {
   const int number = task.frame.number;
   std::string reason = folder.distrust(number, task.fingerprints);
-  if (reason.empty() && !renderer.empty() && folder.record(number)->renderer != renderer)
-    reason = "it was made by " + folder.record(number)->renderer;
+  if (!reason.empty() || renderer.empty()) return reason;
+  const std::string& known = folder.record(number)->origin.renderer;
+  if (!sameRenderer(known, renderer)) reason = "it was made by " + known;
   return reason;
 }
 

@@ -18,11 +18,11 @@ constexpr int kWriterNiceness = 5;
 
 }  // namespace
 
-Writer::Writer(RunFolder& folder, const Encoder& encode, std::string renderer, int threads,
+Writer::Writer(RunFolder& folder, const Encoder& encode, FrameOrigin origin, int threads,
                int capacity)
     : folder_(folder),
       encode_(encode),
-      renderer_(std::move(renderer)),
+      origin_(std::move(origin)),
       capacity_(static_cast<std::size_t>(std::max(1, capacity))) {
   for (int i = 0; i < std::max(1, threads); ++i) threads_.emplace_back([this] { work(); });
 }
@@ -104,7 +104,7 @@ void Writer::write(Job& job) {
   record.frame = number;
   record.timeSeconds = job.task->frame.timeSeconds;
   record.fingerprints = job.task->fingerprints;
-  record.renderer = renderer_;
+  record.origin = origin_;
   record.counters = std::move(job.frame.counters);
   record.tables = std::move(job.frame.tables);
   record.samples = std::move(job.frame.samples);

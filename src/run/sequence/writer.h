@@ -22,8 +22,8 @@ struct Job {
 
 class Writer {
  public:
-  /// Keeps references to `folder` and `encode`. `renderer` as in FrameRecord.
-  Writer(RunFolder& folder, const Encoder& encode, std::string renderer, int threads, int capacity);
+  /// Keeps references to `folder` and `encode`. `origin` as in FrameRecord.
+  Writer(RunFolder& folder, const Encoder& encode, FrameOrigin origin, int threads, int capacity);
   ~Writer() { close(); }
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
@@ -45,7 +45,7 @@ class Writer {
 
   RunFolder& folder_;
   const Encoder& encode_;
-  std::string renderer_;
+  FrameOrigin origin_;
   std::size_t capacity_;
   std::mutex mutex_;
   std::condition_variable room_;

@@ -11,6 +11,7 @@
 #include "core/log.h"
 #include "gl/api.h"
 #include "raster/regions/screen.h"
+#include "run/folder/machine.h"
 #include "scene/animate.h"
 #include "scene/camera.h"
 
@@ -263,15 +264,20 @@ image::Image MethodSource::readFrame(const scene::Camera& camera,
 }
 
 std::map<std::string, std::string> MethodSource::context() const {
-  if (!needs_.gl) return {{"renderer", "CPU"}};
+  std::map<std::string, std::string> context{{"renderer", "CPU"},
+                                             {"processor", processorName()},
+                                             {"instructions", instructionSets()},
+                                             {"light", stage_.light()}};
+  if (!needs_.gl) return context;
   const gl::DeviceInfo& info = stage_.context()->info();
-  return {{"renderer", info.renderer},
-          {"device", info.device},
-          {"platform", info.platformVersion},
-          {"vendor", info.vendor},
-          {"gl_version", info.version},
-          {"glsl_version", info.glslVersion},
-          {"timer", "wall clock around glFinish"}};
+  context["renderer"] = info.renderer;
+  context["device"] = info.device;
+  context["platform"] = info.platformVersion;
+  context["vendor"] = info.vendor;
+  context["gl_version"] = info.version;
+  context["glsl_version"] = info.glslVersion;
+  context["timer"] = "wall clock around glFinish";
+  return context;
 }
 
 }  // namespace catoptric::run

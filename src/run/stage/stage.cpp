@@ -6,6 +6,7 @@
 #include "config/json_text.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/hash.h"
 #include "core/log.h"
 #include "gl/device.h"
 #include "scene/animate.h"
@@ -124,6 +125,9 @@ void Stage::buildGeometry() {
       return trace::bakeVertices(scene_, geometry_, *environment_, cache, callbacks);
     });
     if (report.stopped) throw Stopped();
+    Fingerprint light;
+    for (const frame::VertexAttributes& vertex : geometry_.attributes) light.addValue(vertex.bake);
+    light_ = light.text();
     log::debug(report.fromCache ? "baked light comes from the cache"
                                 : "light was baked with " + std::to_string(report.rays) + " rays");
   }

@@ -61,6 +61,8 @@ class Stage {
 
   const frame::Geometry& geometry() const { return geometry_; }
   const frame::Lighting& lighting() const { return lighting_; }
+  /// Fingerprint of the baked light; empty where none is baked.
+  const std::string& light() const { return light_; }
   raster::SceneRaster* raster() { return raster_.get(); }
   gl::Context* context() { return context_ ? &*context_ : nullptr; }
 
@@ -81,6 +83,7 @@ class Stage {
   frame::Geometry geometry_;
   std::shared_ptr<const frame::EnvironmentLight> environment_;
   frame::Lighting lighting_;
+  std::string light_;
   std::optional<gl::Context> context_;
   std::unique_ptr<raster::SceneRaster> raster_;  // after the context: destroyed before it
 };
