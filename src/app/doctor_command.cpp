@@ -47,7 +47,8 @@ struct Cache {
     }
   }
   std::string text() const {
-    if (folder.empty()) return "no cache: neither XDG_CACHE_HOME nor HOME names a folder\n";
+    if (folder.empty())
+      return "no cache: none of CATOPTRIC_CACHE, XDG_CACHE_HOME and HOME names a folder\n";
     return "cache: " + folder.string() + ", " + std::to_string(files) +
            (files == 1 ? " file, " : " files, ") + run::bytesText(bytes) +
            "; it may be deleted at any time\n";

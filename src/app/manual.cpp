@@ -166,7 +166,8 @@ std::string manPage(const Program& program) {
   page += ".SH EXAMPLES\n" +
           verbatim(footer.substr(footer.find('\n') + 1, codes - footer.find('\n') - 2));
   return page +
-         ".SH ENVIRONMENT\n.TP\n\\fBXDG_CACHE_HOME\\fR\nwhere baked light is kept [~/.cache]\n"
+         ".SH ENVIRONMENT\n.TP\n\\fBCATOPTRIC_CACHE\\fR\n"
+         "where baked light is kept [$XDG_CACHE_HOME/catoptric or ~/.cache/catoptric]\n"
          ".TP\n\\fBCATOPTRIC_SCENE_MIB\\fR\nhow much memory a scene may take, in MiB [4096]\n"
          ".TP\n\\fBNO_COLOR\\fR\nno colours on standard error when it is not empty\n"
          ".SH SEE ALSO\nThe pages in the folder of the documentation, share/doc/catoptric.\n";

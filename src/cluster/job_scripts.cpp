@@ -54,7 +54,12 @@ std::string chunkScript(const Submission& submission) {
          "  export LP_NUM_THREADS\n"
          "else\n"
          "  chunk=$1\n"
-         "fi\n" +
+         "fi\n"
+         "# One task bakes the light for all\n"
+         "CATOPTRIC_CACHE=" +
+         folder +
+         "/cache\n"
+         "export CATOPTRIC_CACHE\n" +
          enterFolder(submission) +
          "echo \"chunk $chunk on $(uname -n), $(date +%Y-%m-%dT%H:%M:%S.%N)\" >>" + folder +
          "/logs/$chunk.log\n"

@@ -87,6 +87,18 @@ TEST_F(Submissions, ScriptsPassEveryWordAsItIs) {
   EXPECT_THAT(log, HasSubstr("--chunk 3/3 --out " + made_.part(3).string()));
 }
 
+TEST_F(Submissions, TasksShareACacheInTheFolderAndNoShaders) {
+  const fs::path program = folder_.string() + " program";
+  std::ofstream(program) << "#!/bin/sh\necho $CATOPTRIC_CACHE, $XDG_CACHE_HOME\n";
+  fs::permissions(program, fs::perms::owner_all);
+  made_.program = program.string();
+  createSubmission(made_, "{}");
+  writeScripts(made_);
+  const std::string chunk = shellWord((folder_ / "chunk.sh").string());
+  ASSERT_EQ(std::system(("XDG_CACHE_HOME=/own " + chunk + " 1").c_str()), 0);
+  EXPECT_THAT(textOf(made_.log(1)), HasSubstr((folder_ / "cache").string() + ", /own\n"));
+}
+
 TEST_F(Submissions, ArrayTasksAddTheirOffset) {
   createSubmission(made_, "{}");
   writeScripts(made_);

@@ -196,17 +196,19 @@ void writeFileAtomically(const std::filesystem::path& path, std::string_view tex
 }
 
 std::filesystem::path cacheFolder() {
-  std::filesystem::path base;
-  if (const char* xdg = std::getenv("XDG_CACHE_HOME"); xdg != nullptr && *xdg != '\0') {
-    base = xdg;
+  std::filesystem::path folder;
+  if (const char* own = std::getenv("CATOPTRIC_CACHE"); own != nullptr && *own != '\0') {
+    folder = own;
+  } else if (const char* xdg = std::getenv("XDG_CACHE_HOME"); xdg != nullptr && *xdg != '\0') {
+    folder = std::filesystem::path(xdg) / "catoptric";
   } else if (const char* home = std::getenv("HOME"); home != nullptr && *home != '\0') {
-    base = std::filesystem::path(home) / ".cache";
+    folder = std::filesystem::path(home) / ".cache/catoptric";
   } else {
     return {};
   }
   std::error_code error;
-  std::filesystem::create_directories(base / "catoptric", error);
-  return error ? std::filesystem::path{} : base / "catoptric";
+  std::filesystem::create_directories(folder, error);
+  return error ? std::filesystem::path{} : folder;
 }
 
 }  // namespace catoptric

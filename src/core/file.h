@@ -39,8 +39,8 @@ std::filesystem::path temporaryName(const std::filesystem::path& path, std::stri
 /// Returns how many. Throws OutputError when one cannot be removed.
 int sweepTemporaryFiles(const std::filesystem::path& folder);
 
-/// $XDG_CACHE_HOME/catoptric or ~/.cache/catoptric; created when missing. Empty when neither can
-/// be had: caches are then not used.
+/// $CATOPTRIC_CACHE, $XDG_CACHE_HOME/catoptric or ~/.cache/catoptric; created when missing. Empty
+/// when none can be had: caches are then not used.
 std::filesystem::path cacheFolder();
 
 }  // namespace catoptric
