@@ -29,9 +29,7 @@ loader.exec_module(golden)
 # Of a frame: mean difference of display values (0..255), and percentage of the pixels that differ by more than the
 # golden frames' limit of a pixel.
 LIMITS = {"L1_8bit": 0.05, "percent": 0.5}
-# Mesa 22.3.6 does not key its shader cache by the width: code for other vectors would overrun the heap.
-WIDTH = {bits: {"LP_NATIVE_VECTOR_WIDTH": bits, "MESA_SHADER_CACHE_DISABLE": "true"} for bits in ("128", "256")}
-OLD = {"CATOPTRIC_EMBREE_ISA": "sse4.2", "CATOPTRIC_VECTOR_LEVEL": "base", **WIDTH["128"]}
+OLD = {"CATOPTRIC_EMBREE_ISA": "sse4.2", "CATOPTRIC_VECTOR_LEVEL": "base", "LP_NATIVE_VECTOR_WIDTH": "128"}
 SAME_BITS = ("CATOPTRIC_VECTOR_LEVEL",)
 SAMPLE = ["planar_mirror", "moving", "deforming", "teapots"]  # baked light, textures, curved and rough reflectors
 
@@ -51,8 +49,8 @@ def settings(every):
         found[f"bake {isa}"] = ({"CATOPTRIC_BAKE_ISA": isa}, 2)
     for level in ("base", "v2", "v3"):
         found[f"vectors {level}"] = ({"CATOPTRIC_VECTOR_LEVEL": level}, 2)
-    for bits, setting in WIDTH.items():
-        found[f"llvmpipe {bits}"] = (setting, 2)
+    for bits in ("128", "256"):
+        found[f"llvmpipe {bits}"] = ({"LP_NATIVE_VECTOR_WIDTH": bits}, 2)
     for threads in (1, 3):
         found[f"{threads} threads"] = ({}, threads)
     found["old processor"] = (OLD, 1)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <mutex>
 #include <set>
 #include <stdexcept>
@@ -248,6 +249,9 @@ std::vector<Candidate> automaticOrder(std::string& attempts) {
 }  // namespace
 
 std::unique_ptr<PlatformContext> makePlatformContext(Platform platform, int index) {
+  if (std::getenv("LP_NATIVE_VECTOR_WIDTH") != nullptr &&
+      worksAround(Workaround::MesaWidthWithoutCache))
+    ::setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);  // Mesa reads it when it makes a context
   return platform == Platform::OsMesa ? makeOsMesaContext() : makeEglContext(platform, index);
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kVariable = "CATOPTRIC_DISABLE_WORKAROUNDS";
 
-constexpr std::array<WorkaroundInfo, 4> kWorkarounds = {{
+constexpr std::array<WorkaroundInfo, 5> kWorkarounds = {{
     {Workaround::SoftwareFinishClock, "software-finish-clock",
      "llvmpipe claims timer queries of 64 bits but takes its timestamps when commands are queued "
      "(a "
@@ -27,6 +27,9 @@ constexpr std::array<WorkaroundInfo, 4> kWorkarounds = {{
     {Workaround::MesaReleaseBeforeSwitch, "mesa-release-before-switch",
      "EGL and OSMesa share Mesa's notion of the current context without telling each other: a "
      "context is released before another becomes current"},
+    {Workaround::MesaWidthWithoutCache, "mesa-width-without-cache",
+     "Mesa 22.3.6 keys its shader cache by the processor but not by LP_NATIVE_VECTOR_WIDTH, and "
+     "code for wider vectors overruns the heap: no cache is used where the variable is set"},
 }};
 
 }  // namespace

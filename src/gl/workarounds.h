@@ -14,6 +14,7 @@ enum class Workaround : std::uint8_t {
   SoftwareFlushBatches,
   MesaOneClipDistance,
   MesaReleaseBeforeSwitch,
+  MesaWidthWithoutCache,
 };
 
 struct WorkaroundInfo {
