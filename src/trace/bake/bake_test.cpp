@@ -213,6 +213,25 @@ TEST(BakeFull, LightDoesNotLeakThroughWalls) {
   }
 }
 
+TEST(BakeFull, LightHardlyLeaksBetweenSheets) {
+  // The same room of six planes, each an object of its own, which only meet at their borders.
+  SceneBuilder builder;
+  scene::Scene& scene = builder.scene();
+  scene.bake.mode = BakeMode::Full;
+  builder.constantEnvironment(Vec3(1000.0f));
+  const int white = builder.diffuse(Vec3(0.8f));
+  const scene::Mesh side = scene::makePlane({4.0f, 4.0f}, {16, 16}, scene::UvMode::Unit);
+  const Mat4 below = translation({0.0f, -2.0f, 0.0f});
+  for (const float angle : {0.0f, 90.0f, 180.0f, 270.0f})
+    builder.add(side, white, rotation(angle, {1.0f, 0.0f, 0.0f}) * below);
+  for (const float angle : {90.0f, 270.0f})
+    builder.add(side, white, rotation(angle, {0.0f, 0.0f, 1.0f}) * below);
+  const frame::Geometry geometry = bake(scene);
+  double sum = 0.0;
+  for (const frame::VertexAttributes& v : geometry.attributes) sum += v.bake.x;
+  EXPECT_LT(sum / static_cast<double>(geometry.vertexCount()), 3e-5 * kPi * 1000.0);
+}
+
 TEST(BakeFull, ShadowOfARadiusIsSoft) {
   // A half plane at height 1 under a light of radius 0.2 at height 2: the penumbra on the floor is
   // 0.4 m wide, and in its middle half of the light is seen.
@@ -301,6 +320,60 @@ TEST(Bake, SameBitsForAnyThreadCountAndFromTheCache) {
   bake(scene, &other, cache);
   EXPECT_FALSE(other.fromCache);
   std::filesystem::remove_all(cache);
+}
+
+/// A box on the floor, with its sides and its bottom in planes of the floor's vertices, and a sheet
+/// of two opposite faces above them.
+scene::Scene& boxAndSheet(SceneBuilder& builder) {
+  builder.scene().bake.mode = BakeMode::Full;
+  builder.scene().bake.bounces = 2;
+  builder.scene().bake.rays = 1024;
+  builder.scene().environment.color = Vec3(1.0f);
+  const int white = builder.diffuse(Vec3(0.8f));
+  builder.add(ground(), white);
+  scene::BoxShape box;
+  box.size = Vec3(1.0f);
+  builder.add(scene::makeBox(box, scene::UvMode::Unit), white, translation({0.0f, 0.5f, 0.0f}));
+  scene::BoxShape sheet;
+  sheet.size = Vec3(4.0f, 0.0f, 4.0f);
+  sheet.segments = glm::ivec3(8, 1, 8);
+  sheet.faces = {false, false, true, true, false, false};
+  builder.add(scene::makeBox(sheet, scene::UvMode::Unit), white, translation({0.0f, 2.0f, 0.0f}));
+  return builder.scene();
+}
+
+TEST(Bake, SurfacesThatCoincideAreMetFromOutside) {
+  SceneBuilder builder;
+  const scene::Scene& scene = boxAndSheet(builder);
+  trace::BakeReport report;
+  const frame::Geometry geometry = bake(scene, &report);
+  // The floor's 7 x 7 vertices in the box are enclosed; the 32 at its foot are not, nor is anything
+  // below the sheet.
+  EXPECT_EQ(report.enclosed, 49u);
+  // Away from the box's corners all points at its foot see the same half of the room.
+  const float west = bakeAt(geometry, 0, {-0.5f, 0.0f, 0.0f}).x;
+  const float north = bakeAt(geometry, 0, {0.0f, 0.0f, -0.5f}).x;
+  EXPECT_NEAR(bakeAt(geometry, 0, {0.5f, 0.0f, 0.0f}).x, west, 0.05f * west);
+  EXPECT_NEAR(bakeAt(geometry, 0, {0.0f, 0.0f, 0.5f}).x, north, 0.05f * north);
+  EXPECT_NEAR(west, north, 0.05f * north);
+}
+
+TEST(Bake, IsTheSameByEveryInstructionSet) {
+  SceneBuilder builder;
+  const scene::Scene& scene = boxAndSheet(builder);
+  const frame::Geometry expected = bake(scene);
+  std::vector<const char*> sets;
+  if (__builtin_cpu_supports("avx2")) sets.push_back("avx2");
+  if (__builtin_cpu_supports("avx512vl")) sets.push_back("avx512");
+  for (const char* set : sets) {
+    ASSERT_EQ(setenv("CATOPTRIC_BAKE_ISA", set, 1), 0);
+    const frame::Geometry geometry = bake(scene);
+    unsetenv("CATOPTRIC_BAKE_ISA");
+    for (std::size_t v = 0; v < geometry.vertexCount(); ++v) {
+      const float value = expected.attributes[v].bake.x;
+      ASSERT_NEAR(geometry.attributes[v].bake.x, value, 1e-4f * value) << set << ", vertex " << v;
+    }
+  }
 }
 
 TEST(Bake, MovingObjectsReceiveLightButCastNone) {

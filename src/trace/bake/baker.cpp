@@ -7,6 +7,7 @@
 #include "core/parallel.h"
 #include "core/sampling.h"
 #include "scene/reflectance.h"
+#include "trace/bake/surfaces.h"
 
 namespace catoptric::trace {
 namespace {
@@ -25,6 +26,7 @@ bool isEnclosed(float back) {
 TraceOptions casterOptions(const std::vector<int>& casters, const std::string& isa) {
   TraceOptions options;
   options.isa = isa;
+  options.robust = true;  // no ray slips through an edge that two triangles share
   // An empty list would mean all: name an object that does not exist instead.
   options.objects = casters.empty() ? std::vector<int>{-1} : casters;
   return options;
@@ -41,7 +43,8 @@ Baker::Baker(const scene::Scene& scene, const frame::Geometry& geometry,
       callbacks_(callbacks),
       points_(makeBakePoints(geometry)),
       castsLight_(castersOf(geometry)),
-      trace_(scene, geometry, BvhPolicy::Static, casterOptions(castsLight_, isa)) {
+      surfaces_(insetSurfaces(geometry, points_)),
+      trace_(scene, surfaces_, BvhPolicy::Static, casterOptions(castsLight_, isa)) {
   occlusionDistance_ = scene.bake.ambientOcclusionDistance > 0.0f
                            ? scene.bake.ambientOcclusionDistance
                            : 0.1f * geometry.bounds.diameter();

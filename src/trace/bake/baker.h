@@ -112,6 +112,7 @@ class Baker {
   const BakeCallbacks& callbacks_;
   BakePoints points_;
   std::vector<int> castsLight_;
+  frame::Geometry surfaces_;  ///< what rays meet
   TraceScene trace_;
   Emitters emitters_;
   float occlusionDistance_ = 0.0f;

@@ -119,6 +119,7 @@ BakePoints makeBakePoints(const frame::Geometry& geometry) {
       position += pull;
     }
     points.positions[i] = position + normal * offset;
+    points.offsets.push_back(offset);
   }
   return points;
 }

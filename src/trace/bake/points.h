@@ -14,6 +14,7 @@ namespace catoptric::trace {
 struct BakePoints {
   std::vector<Vec3> positions;  ///< where rays start: off the surface, pulled into its triangles
   std::vector<Vec3> normals;
+  std::vector<float> offsets;                ///< metres off the surface
   std::vector<std::uint32_t> pointOfVertex;  ///< one per vertex of the geometry
   // Neighbours along triangle edges: those of point i are neighbours[first[i] .. first[i + 1]).
   std::vector<std::uint32_t> first;
