@@ -17,7 +17,7 @@
 namespace catoptric::raster {
 namespace {
 
-constexpr std::uint32_t kCacheVersion = 2;  ///< raise it when results change
+constexpr std::uint32_t kCacheVersion = 3;  ///< raise it when results change
 constexpr CacheKind kCache{"levels",
                            {'c', 'a', 't', 'l', 'e', 'v', 'e', '1'},
                            "the levels of detail are made anew",

@@ -16,11 +16,15 @@ constexpr std::uint32_t kNone = 0xFFFFFFFFu;
 constexpr int kMostSteps = 16;
 /// Points as near to a triangle as this share of the object's extent lie on it. Ours.
 constexpr float kExact = 1e-6f;
+/// Points farther from their level than this many times the root mean square are sought again among
+/// more triangles. Ours.
+constexpr double kFar = 2.0;
 /// A level is fitted to so many points for each of its vertices, or to all. Ours.
 constexpr std::size_t kPointsPerVertex = 4;
 /// Conjugate gradients end after so many steps: masses are well conditioned. Ours.
 constexpr int kFitSteps = 12;
-/// Pull of a vertex towards its own attributes, beside that of its points. Ours.
+/// Pull of a vertex towards its own attributes, beside that of points all over its triangles. Where
+/// there are hardly any it prevails, so that no vertex is extrapolated from far away. Ours.
 constexpr float kOwnShare = 0.01f;
 /// A fitted normal that turns farther than this (as a cosine) from the vertex's own is not taken.
 constexpr float kLeastNormalCosine = 0.5f;
@@ -90,7 +94,8 @@ Vec3 nearestPlace(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
 /// normal equations of sum w |interpolated - own|^2, by conjugate gradients.
 class LeastSquares {
  public:
-  LeastSquares(std::span<const std::uint32_t> indices,
+  /// `areas`: of the triangles, in the unit of the points' weights.
+  LeastSquares(std::span<const std::uint32_t> indices, std::span<const float> areas,
                std::span<const frame::VertexAttributes> now) {
     std::vector<std::uint32_t> number(now.size(), kNone);
     for (const std::uint32_t vertex : indices) {
@@ -104,7 +109,11 @@ class LeastSquares {
     least_ = most_ = x_;
     mass_.resize(indices.size() / 3);
     residual_.resize(vertices_.size());
-    diagonal_.resize(vertices_.size());
+    own_.resize(vertices_.size());
+    // Points all over a triangle give each of its corners a sixth of its area
+    for (std::size_t i = 0; i < corners_.size(); ++i)
+      own_[corners_[i]] += kOwnShare / 6.0f * areas[i / 3];
+    diagonal_ = own_;
   }
 
   /// A point at a place of a triangle, and the attributes that are to be seen there.
@@ -120,7 +129,7 @@ class LeastSquares {
       if (!(share > 0.0f)) continue;
       const std::uint32_t v = corners[k];
       raster::add(residual_[v], share, off);
-      diagonal_[v] += (1.0f + kOwnShare) * share * place[k];
+      diagonal_[v] += share * place[k];
       for (std::size_t c = 0; c < kChannels; ++c) {
         least_[v][c] = std::min(least_[v][c], own[c]);
         most_[v][c] = std::max(most_[v][c], own[c]);
@@ -177,8 +186,7 @@ class LeastSquares {
 
   void multiply(const std::vector<Channels>& direction, std::vector<Channels>& image) const {
     for (std::size_t v = 0; v < image.size(); ++v) {
-      const float own = kOwnShare / (1.0f + kOwnShare) * diagonal_[v];
-      for (std::size_t c = 0; c < kChannels; ++c) image[v][c] = own * direction[v][c];
+      for (std::size_t c = 0; c < kChannels; ++c) image[v][c] = own_[v] * direction[v][c];
     }
     for (std::size_t t = 0; t < mass_.size(); ++t) {
       const std::uint32_t* corners = &corners_[3 * t];
@@ -207,7 +215,7 @@ class LeastSquares {
   std::vector<std::uint32_t> corners_;  ///< three for each triangle, numbers in vertices_
   std::vector<Mat3> mass_;              ///< of each triangle: sum of w b b^T
   std::vector<Channels> x_, residual_, least_, most_;
-  std::vector<float> diagonal_;
+  std::vector<float> own_, diagonal_;
 };
 
 /// Display steps of a linear value, from a table by its square root, which is nearly straight.
@@ -238,12 +246,7 @@ LevelFit::LevelFit(const frame::Geometry& geometry, const frame::ObjectRange& ra
     indices_[i] = geometry.indices[range.firstIndex + i] - range.firstVertex;
   listIncident();
   std::vector<float> weight(range.vertexCount, 0.0f);
-  for (std::size_t i = 0; i < indices_.size(); i += 3) {
-    const Vec3& a = position(indices_[i]);
-    const float area = 0.5f * glm::length(glm::cross(position(indices_[i + 1]) - a,
-                                                     position(indices_[i + 2]) - a));
-    for (std::size_t k = 0; k < 3; ++k) weight[indices_[i + k]] += area / 3.0f;
-  }
+  for (std::size_t i = 0; i < indices_.size(); ++i) weight[indices_[i]] += area(i / 3) / 3.0f;
   for (std::uint32_t v = 0; v < range.vertexCount; ++v) {
     if (!(weight[v] > 0.0f)) continue;
     Point point{.vertex = v, .weight = weight[v], .triangle = trianglesOf(v).front()};
@@ -252,6 +255,13 @@ LevelFit::LevelFit(const frame::Geometry& geometry, const frame::ObjectRange& ra
     points_.push_back(point);
     shown_.push_back(display(position(v), now_[v]));
   }
+}
+
+float LevelFit::area(std::size_t triangle) const {
+  const Vec3& a = position(indices_[3 * triangle]);
+  const Vec3 ab = position(indices_[3 * triangle + 1]) - a;
+  const Vec3 ac = position(indices_[3 * triangle + 2]) - a;
+  return 0.5f * glm::length(glm::cross(ab, ac));
 }
 
 Vec3 LevelFit::display(const Vec3& position, const frame::VertexAttributes& at) const {
@@ -382,8 +392,25 @@ void LevelFit::follow(std::span<const std::uint32_t> indices) {
   }
   points_.resize(found);
   shown_.resize(found);
+  seekFarther();
   const auto own = geometry_.attributes.begin() + range_.firstVertex;
   now_.assign(own, own + range_.vertexCount);
+}
+
+void LevelFit::seekFarther() {
+  double sum = 0.0;
+  for (const Point& point : points_) sum += point.distance2;
+  const double usual = sum / static_cast<double>(std::max<std::size_t>(points_.size(), 1));
+  for (Point& point : points_) {
+    // Where triangles without area were, the way from one to the next can be barred
+    if (point.distance2 <= kFar * kFar * usual) continue;
+    const std::uint32_t here = point.triangle;
+    for (std::size_t k = 0; k < 3; ++k) {
+      for (const std::uint32_t near : trianglesOf(indices_[3 * here + k])) {
+        for (std::size_t j = 0; j < 3; ++j) seek(point, indices_[3 * near + j]);
+      }
+    }
+  }
 }
 
 LevelError LevelFit::error() const {
@@ -413,7 +440,9 @@ LevelError LevelFit::error() const {
 }
 
 void LevelFit::fit() {
-  LeastSquares equations(indices_, now_);
+  std::vector<float> areas(indices_.size() / 3);
+  for (std::size_t t = 0; t < areas.size(); ++t) areas[t] = area(t);
+  LeastSquares equations(indices_, areas, now_);
   for (const Point& point : points_)
     equations.add(point.triangle, point.barycentric, point.weight,
                   geometry_.attributes[range_.firstVertex + point.vertex]);

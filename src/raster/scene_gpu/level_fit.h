@@ -59,10 +59,12 @@ class LevelFit {
   const Vec3& position(std::uint32_t vertex) const {
     return geometry_.positions[range_.firstVertex + vertex];
   }
+  float area(std::size_t triangle) const;  ///< of the level, in m^2
   void listIncident();
   void thin();  ///< leaves half of the points, with twice their weight
   std::vector<std::uint32_t> survivors(std::span<const std::uint32_t> indices) const;
   void seek(Point& point, std::uint32_t vertex) const;
+  void seekFarther();
   Vec3 display(const Vec3& position, const frame::VertexAttributes& at) const;
 
   const frame::Geometry& geometry_;

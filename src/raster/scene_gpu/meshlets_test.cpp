@@ -164,6 +164,11 @@ TEST(DetailLevels, ShowTheMeanOfWhatTheyStandFor) {
       }
     }
     EXPECT_EQ(levels.places.empty(), moving);
+    // Texture coordinates in metres are linear over the plane: no vertex may be pulled from them
+    for (std::size_t i = 0; i < levels.places.size(); ++i) {
+      const Vec2 own = geometry.attributes[levels.places[i]].uv0;
+      EXPECT_LT(glm::distance(levels.attributes[i].uv0, own), 1e-4f) << i;
+    }
     if (moving) {
       EXPECT_NEAR(off / area, 0.05, 1e-4);
     } else {
