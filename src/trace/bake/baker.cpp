@@ -23,6 +23,25 @@ std::vector<int> castersOf(const frame::Geometry& geometry) {
 bool isEnclosed(float back) {
   return back >= kEnclosedShare;
 }
+/// A hit's place on its triangle and its distance, from the triangle's corners. Embree's own differ
+/// from processor to processor in the last bits; these do not.
+void locate(const frame::Geometry& geometry, const Ray& ray, Hit& hit) {
+  const frame::ObjectRange& object = geometry.objects[hit.object];
+  if (object.surface >= 0) return;
+  const std::uint32_t* t = &geometry.indices[object.firstIndex + 3 * hit.primitive];
+  const glm::dvec3 corner = geometry.positions[t[0]];
+  const glm::dvec3 direction = ray.direction;
+  const glm::dvec3 toCorner = corner - glm::dvec3(ray.origin);
+  const glm::dvec3 ab = glm::dvec3(geometry.positions[t[1]]) - corner;
+  const glm::dvec3 ac = glm::dvec3(geometry.positions[t[2]]) - corner;
+  const glm::dvec3 normal = glm::cross(ab, ac);
+  const double along = glm::dot(normal, direction);
+  if (along == 0.0) return;
+  const glm::dvec3 across = glm::cross(direction, toCorner);
+  hit.distance = static_cast<float>(std::max(0.0, glm::dot(normal, toCorner) / along));
+  hit.u = static_cast<float>(std::clamp(-glm::dot(across, ac) / along, 0.0, 1.0));
+  hit.v = static_cast<float>(std::clamp(glm::dot(across, ab) / along, 0.0, 1.0));
+}
 TraceOptions casterOptions(const std::vector<int>& casters, const std::string& isa) {
   TraceOptions options;
   options.isa = isa;
@@ -239,7 +258,8 @@ Baker::Gathered Baker::gatherPoint(std::size_t point, const GatherRays& gather, 
       trace_.intersectSerial(std::span(rays).first(lattice.size()), buffers.hits, true).refused;
   Gathered gathered;
   for (std::size_t k = 0; k < lattice.size(); ++k) {
-    const Hit& hit = buffers.hits[k];
+    Hit& hit = buffers.hits[k];
+    if (!hit.miss()) locate(surfaces_, rays[k], hit);
     Vec3& sum = gathered.parts[k % kGroups];
     if (hit.distance > occlusionDistance_) ++gathered.open;
     if (hit.miss()) {
