@@ -46,24 +46,27 @@ Key keyOf(const Vec3& position, const Vec3& normal) {
 
 }  // namespace
 
+std::vector<std::uint32_t> weldedVertices(const frame::Geometry& geometry, bool byNormal) {
+  std::unordered_map<Key, std::uint32_t, KeyHash> numbers;
+  numbers.reserve(geometry.vertexCount());
+  std::vector<std::uint32_t> welded;
+  welded.reserve(geometry.vertexCount());
+  for (std::size_t v = 0; v < geometry.vertexCount(); ++v) {
+    const Vec3 normal = byNormal ? geometry.attributes[v].normal : Vec3(0.0f);
+    const auto number = static_cast<std::uint32_t>(numbers.size());
+    welded.push_back(numbers.emplace(keyOf(geometry.positions[v], normal), number).first->second);
+  }
+  return welded;
+}
+
 BakePoints makeBakePoints(const frame::Geometry& geometry) {
   BakePoints points;
   const std::size_t vertexCount = geometry.vertexCount();
-  points.pointOfVertex.resize(vertexCount);
-
-  // Weld vertices that agree in position and normal, numbered in order of appearance.
-  std::unordered_map<Key, std::uint32_t, KeyHash> numbers;
-  numbers.reserve(vertexCount);
+  points.pointOfVertex = weldedVertices(geometry, true);
   for (std::size_t v = 0; v < vertexCount; ++v) {
-    const Vec3& position = geometry.positions[v];
-    const Vec3& normal = geometry.attributes[v].normal;
-    const auto [place, isNew] =
-        numbers.emplace(keyOf(position, normal), static_cast<std::uint32_t>(points.size()));
-    if (isNew) {
-      points.positions.push_back(position);
-      points.normals.push_back(normal);
-    }
-    points.pointOfVertex[v] = place->second;
+    if (points.pointOfVertex[v] < points.size()) continue;
+    points.positions.push_back(geometry.positions[v]);
+    points.normals.push_back(geometry.attributes[v].normal);
   }
 
   // Edges between points, both ways, sorted and unique; and the middle of the triangles around.

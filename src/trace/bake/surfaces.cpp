@@ -1,13 +1,10 @@
 #include "trace/bake/surfaces.h"
 
 #include <algorithm>
-#include <bit>
 #include <cstdint>
-#include <unordered_map>
 #include <vector>
 
 #include "core/math.h"
-#include "core/random.h"
 
 namespace catoptric::trace {
 namespace {
@@ -17,15 +14,6 @@ constexpr float kInset = 1.0f / 32.0f;
 /// Normals of one place cancel out where the mean of their unit vectors is shorter than this; ours.
 constexpr float kLeastMeanNormal = 0.25f;
 
-struct PositionHash {
-  std::size_t operator()(const Vec3& p) const {
-    std::uint32_t h = 0;
-    // Adding zero makes -0 and +0 one key, as they are equal.
-    for (int k = 0; k < 3; ++k) h = mixedBits(h ^ std::bit_cast<std::uint32_t>(p[k] + 0.0f));
-    return h;
-  }
-};
-
 /// Sums over the vertices at one place, and over the triangles there.
 struct Place {
   Vec3 normals{0.0f};
@@ -34,22 +22,10 @@ struct Place {
   float vertices = 0.0f;
 };
 
-/// Per vertex a number, the same for all at one place.
-std::vector<std::uint32_t> weldedPlaces(const frame::Geometry& geometry) {
-  std::unordered_map<Vec3, std::uint32_t, PositionHash> numbers;
-  numbers.reserve(geometry.vertexCount());
-  std::vector<std::uint32_t> places(geometry.vertexCount());
-  for (std::size_t v = 0; v < places.size(); ++v) {
-    const auto number = static_cast<std::uint32_t>(numbers.size());
-    places[v] = numbers.emplace(geometry.positions[v], number).first->second;
-  }
-  return places;
-}
-
 }  // namespace
 
 frame::Geometry insetSurfaces(const frame::Geometry& geometry, const BakePoints& points) {
-  const std::vector<std::uint32_t> places = weldedPlaces(geometry);
+  const std::vector<std::uint32_t> places = weldedVertices(geometry, false);
   std::vector<Place> sums(places.size());
   for (std::size_t v = 0; v < places.size(); ++v) {
     Place& place = sums[places[v]];
