@@ -25,7 +25,7 @@ KINDS = [{}, {"CATOPTRIC_EMBREE_ISA": "sse4.2", "CATOPTRIC_VECTOR_LEVEL": "base"
 OWN_BAKES = ["avx2", "sse4.2"]
 # By how much the mean change at borders may exceed that of one machine between the same frames, in L1_8bit: half of what
 # bakes by two instruction sets show in the living room (docs/cluster.md).
-MOST_EXCESS = 0.005
+MOST_EXCESS = 0.001
 
 
 class Test:
