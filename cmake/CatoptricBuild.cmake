@@ -10,6 +10,13 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release)
 endif()
 
+# Eight sources are compiled as one: that takes half the time. So names in anonymous namespaces differ within a module
+# (-DCMAKE_UNITY_BUILD=OFF compiles each source by itself).
+if(NOT DEFINED CMAKE_UNITY_BUILD)
+  set(CMAKE_UNITY_BUILD ON)
+endif()
+set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
+
 include(CatoptricShaders)
 
 option(CATOPTRIC_SANITIZE "Build with AddressSanitizer and UndefinedBehaviorSanitizer" OFF)
@@ -25,6 +32,7 @@ endif()
 add_library(catoptric_options INTERFACE)
 target_compile_options(catoptric_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Werror
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>  # it takes joined sources for headers
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>  # false alarms on std::string in GCC 12 (its bug 105651)
   -ffp-contract=off)  # the same result from the same source, whatever the inlining
 target_link_options(catoptric_options INTERFACE -fuse-ld=lld)

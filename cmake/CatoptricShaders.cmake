@@ -15,6 +15,7 @@ function(catoptric_embed_shaders target)
     DEPENDS ${inputs} ${script}
     COMMENT "Embedding shaders of ${target}"
     VERBATIM)
+  set_source_files_properties(${generated} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   target_sources(${target} PRIVATE ${generated})
   target_link_options(${target} INTERFACE "LINKER:--undefined=${target}_shaders")
 endfunction()

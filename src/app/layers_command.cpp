@@ -15,7 +15,7 @@
 namespace catoptric::app {
 namespace {
 
-struct Options {
+struct LayersOptions {
   std::string frames;
   std::string out;
   std::vector<std::string> layers;
@@ -27,7 +27,7 @@ std::string fileName(int frame, const std::string& layer) {
   return number.data() + layer + ".png";
 }
 
-ExitCode layers(const Options& options, const CommonOptions& common) {
+ExitCode layers(const LayersOptions& options, const CommonOptions& common) {
   std::vector<std::string> written;
   for (const auto& [number, file] : report::readSequence(options.frames).frames) {
     const image::Image frame = image::readImage(file);
@@ -67,7 +67,7 @@ ExitCode layers(const Options& options, const CommonOptions& common) {
 }  // namespace
 
 Command layersCommand(CommonOptions& common) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<LayersOptions>();
   const Rows own = {
       option("frames", options->frames, "FRAMES",
              "A run's folder, a folder of EXR files, or one EXR file", {.required = true}),

@@ -101,8 +101,9 @@ Night newestNight(const History& history, const std::string& suite, bool judged)
                    (judged ? " that was judged" : ""));
 }
 
-void writeReports(const History& history, const Night& night, const std::vector<Verdict>& verdicts,
-                  const nightly::NightSuite& suite, const NightlyOptions& options) {
+void writeNightReports(const History& history, const Night& night,
+                       const std::vector<Verdict>& verdicts, const nightly::NightSuite& suite,
+                       const NightlyOptions& options) {
   if (!options.junit.empty()) {
     const fs::path file = options.junit;
     std::error_code ignored;
@@ -263,7 +264,7 @@ ExitCode runSuite(const NightlyOptions& options, const CommonOptions& common) {
           : nightly::judgeNight(history, night, suite.gates, countersThatMustBeZero());
   if (measures) nightly::dropOld(history);
   night = *history.night(night.id);
-  writeReports(history, night, verdicts, suite, options);
+  writeNightReports(history, night, verdicts, suite, options);
   return conclude(night, verdicts, common.json);
 }
 

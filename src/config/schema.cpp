@@ -18,12 +18,12 @@
 namespace catoptric::config {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 std::string limitText(double number) {
   if (std::trunc(number) == number && std::abs(number) < 1e15)
     return std::to_string(static_cast<long long>(number));
-  return Json(number).dump();
+  return OrderedJson(number).dump();
 }
 
 /// "1 to 16384", "at least 0", "at most 1"; empty without limits.
@@ -199,12 +199,12 @@ class Checker {
   std::vector<std::string> lines_;
 };
 
-Json fieldJsonSchema(const Field& field, std::vector<const Schema*>& used) {
-  Json json = Json::object();
+OrderedJson fieldJsonSchema(const Field& field, std::vector<const Schema*>& used) {
+  OrderedJson json = OrderedJson::object();
   if (!field.help.empty()) json["description"] = field.help;
-  const auto addRange = [&](Json& target) {
-    if (field.minimum) target["minimum"] = Json::parse(limitText(*field.minimum));
-    if (field.maximum) target["maximum"] = Json::parse(limitText(*field.maximum));
+  const auto addRange = [&](OrderedJson& target) {
+    if (field.minimum) target["minimum"] = OrderedJson::parse(limitText(*field.minimum));
+    if (field.maximum) target["maximum"] = OrderedJson::parse(limitText(*field.maximum));
   };
   const auto reference = [&](const Schema& schema) {
     if (std::find(used.begin(), used.end(), &schema) == used.end()) used.push_back(&schema);
@@ -257,16 +257,16 @@ Json fieldJsonSchema(const Field& field, std::vector<const Schema*>& used) {
     case FieldType::Any:
       break;
   }
-  if (!field.defaultText.empty()) json["default"] = Json::parse(field.defaultText);
+  if (!field.defaultText.empty()) json["default"] = OrderedJson::parse(field.defaultText);
   return json;
 }
 
-Json objectJsonSchema(const Schema& schema, std::vector<const Schema*>& used) {
-  Json json = Json::object();
+OrderedJson objectJsonSchema(const Schema& schema, std::vector<const Schema*>& used) {
+  OrderedJson json = OrderedJson::object();
   if (!schema.help.empty()) json["description"] = schema.help;
   json["type"] = "object";
-  json["properties"] = Json::object();
-  Json required = Json::array();
+  json["properties"] = OrderedJson::object();
+  OrderedJson required = OrderedJson::array();
   for (const Field& field : schema.fields) {
     json["properties"][field.name] = fieldJsonSchema(field, used);
     if (field.required) required.push_back(field.name);
@@ -426,13 +426,13 @@ std::string withDefaults(const Value& object, const Schema& schema) {
 }
 
 std::string jsonSchema(const Schema& schema) {
-  Json json = Json::object();
+  OrderedJson json = OrderedJson::object();
   json["$schema"] = "https://json-schema.org/draft/2020-12/schema";
   json["title"] = schema.name;
   std::vector<const Schema*> used;
   json.update(objectJsonSchema(schema, used));
   // Definitions may name further ones while they are written.
-  Json definitions = Json::object();
+  OrderedJson definitions = OrderedJson::object();
   for (std::size_t i = 0; i < used.size(); ++i) {
     const Schema* definition = used[i];
     definitions[definition->name] = objectJsonSchema(*definition, used);

@@ -11,9 +11,9 @@
 namespace catoptric::gl {
 namespace {
 
-constexpr const char* kLibrary = "libEGL.so.1";
+constexpr const char* kEglLibrary = "libEGL.so.1";
 
-struct Library {
+struct EglLibrary {
   void* handle = nullptr;
   std::string clientExtensions;
   decltype(&eglGetProcAddress) getProcAddress = nullptr;
@@ -38,14 +38,15 @@ bool hasWord(const std::string& list, const char* word) {
   return false;
 }
 
-const Library& library() {
-  static Library loaded;
+const EglLibrary& eglLibrary() {
+  static EglLibrary loaded;
   if (loaded.handle != nullptr) return loaded;
-  Library fresh;
-  void* handle = openLibrary(kLibrary, "install libegl1 and a driver (libegl-mesa0, or NVIDIA's)");
+  EglLibrary fresh;
+  void* handle =
+      openLibrary(kEglLibrary, "install libegl1 and a driver (libegl-mesa0, or NVIDIA's)");
   fresh.handle = handle;
   const auto find = [&](const char* name, auto& function) {
-    findFunction(handle, kLibrary, name, "install libegl1", function);
+    findFunction(handle, kEglLibrary, name, "install libegl1", function);
   };
   find("eglGetProcAddress", fresh.getProcAddress);
   find("eglQueryString", fresh.queryString);
@@ -68,7 +69,7 @@ const Library& library() {
   return loaded;
 }
 
-std::string errorName(EGLint error) {
+std::string eglErrorName(EGLint error) {
   switch (error) {
     case EGL_SUCCESS:
       return "no error given";
@@ -102,7 +103,7 @@ constexpr const char* kCheckAccess =
     "check the driver's installation and the permissions of /dev/dri and /dev/nvidia*, or use "
     "another device";
 
-std::vector<EGLDeviceEXT> devicesOf(const Library& egl) {
+std::vector<EGLDeviceEXT> devicesOf(const EglLibrary& egl) {
   if (egl.queryDevices == nullptr || egl.getPlatformDisplay == nullptr ||
       !hasWord(egl.clientExtensions, "EGL_EXT_platform_device")) {
     throw PlatformFailure{"EGL has no EGL_EXT_platform_device",
@@ -111,11 +112,13 @@ std::vector<EGLDeviceEXT> devicesOf(const Library& egl) {
   }
   EGLint count = 0;
   if (!egl.queryDevices(0, nullptr, &count)) {
-    throw PlatformFailure{"eglQueryDevicesEXT failed: " + errorName(egl.getError()), kCheckAccess};
+    throw PlatformFailure{"eglQueryDevicesEXT failed: " + eglErrorName(egl.getError()),
+                          kCheckAccess};
   }
   std::vector<EGLDeviceEXT> devices(static_cast<std::size_t>(count));
   if (count > 0 && !egl.queryDevices(count, devices.data(), &count)) {
-    throw PlatformFailure{"eglQueryDevicesEXT failed: " + errorName(egl.getError()), kCheckAccess};
+    throw PlatformFailure{"eglQueryDevicesEXT failed: " + eglErrorName(egl.getError()),
+                          kCheckAccess};
   }
   devices.resize(static_cast<std::size_t>(count));
   return devices;
@@ -123,24 +126,24 @@ std::vector<EGLDeviceEXT> devicesOf(const Library& egl) {
 
 class EglContext : public PlatformContext {
  public:
-  EglContext(EGLenum platform, void* native) : egl_(library()) {
+  EglContext(EGLenum platform, void* native) : egl_(eglLibrary()) {
     if (egl_.getPlatformDisplay == nullptr) {
       throw PlatformFailure{"EGL has no EGL_EXT_platform_base", "install a newer libegl1"};
     }
     display_ = egl_.getPlatformDisplay(platform, native, nullptr);
     if (display_ == EGL_NO_DISPLAY) {
-      throw PlatformFailure{"eglGetPlatformDisplay gave no display: " + errorName(egl_.getError()),
-                            kCheckAccess};
+      throw PlatformFailure{
+          "eglGetPlatformDisplay gave no display: " + eglErrorName(egl_.getError()), kCheckAccess};
     }
     EGLint major = 0;
     EGLint minor = 0;
     if (!egl_.initialize(display_, &major, &minor)) {
-      throw PlatformFailure{"eglInitialize failed: " + errorName(egl_.getError()), kCheckAccess};
+      throw PlatformFailure{"eglInitialize failed: " + eglErrorName(egl_.getError()), kCheckAccess};
     }
     create();
   }
-  // The display stays initialized, like the library: the driver would be unloaded and loaded again
-  // for the next context.
+  // The display stays initialized, like the eglLibrary: the driver would be unloaded and loaded
+  // again for the next context.
   ~EglContext() override { egl_.destroyContext(display_, context_); }
   EglContext(const EglContext&) = delete;
   EglContext& operator=(const EglContext&) = delete;
@@ -149,7 +152,8 @@ class EglContext : public PlatformContext {
     // The API is a state of the thread, and release() depends on it as well.
     egl_.bindApi(EGL_OPENGL_API);
     if (!egl_.makeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) {
-      throw PlatformFailure{"eglMakeCurrent failed: " + errorName(egl_.getError()), kCheckAccess};
+      throw PlatformFailure{"eglMakeCurrent failed: " + eglErrorName(egl_.getError()),
+                            kCheckAccess};
     }
   }
   void release() noexcept override {
@@ -199,13 +203,13 @@ class EglContext : public PlatformContext {
     context_ = egl_.createContext(display_, config, EGL_NO_CONTEXT, attributes.data());
     if (context_ == EGL_NO_CONTEXT) {
       throw PlatformFailure{
-          "no OpenGL 4.5 core context: " + errorName(egl_.getError()),
+          "no OpenGL 4.5 core context: " + eglErrorName(egl_.getError()),
           "install a driver with OpenGL 4.5 (Mesa 20 or newer), and unset GALLIUM_DRIVER and "
           "MESA_GL_VERSION_OVERRIDE"};
     }
   }
 
-  const Library& egl_;
+  const EglLibrary& egl_;
   EGLDisplay display_ = EGL_NO_DISPLAY;
   EGLContext context_ = EGL_NO_CONTEXT;
 };
@@ -213,7 +217,7 @@ class EglContext : public PlatformContext {
 }  // namespace
 
 std::vector<EglDeviceEntry> listEglDevices() {
-  const Library& egl = library();
+  const EglLibrary& egl = eglLibrary();
   std::vector<EglDeviceEntry> entries;
   for (const EGLDeviceEXT device : devicesOf(egl)) {
     EglDeviceEntry entry;
@@ -233,7 +237,7 @@ std::vector<EglDeviceEntry> listEglDevices() {
 }
 
 std::unique_ptr<PlatformContext> makeEglContext(Platform platform, int index) {
-  const Library& egl = library();
+  const EglLibrary& egl = eglLibrary();
   if (platform == Platform::EglSurfaceless) {
     if (!hasWord(egl.clientExtensions, "EGL_MESA_platform_surfaceless")) {
       throw PlatformFailure{

@@ -7,7 +7,7 @@
 namespace catoptric::gl {
 namespace {
 
-constexpr const char* kLibrary = "libOSMesa.so.8";
+constexpr const char* kOsMesaLibrary = "libOSMesa.so.8";
 
 // From GL/osmesa.h (Mesa 22.3), whose package is not needed for this.
 using OsMesaHandle = struct osmesa_context*;
@@ -17,7 +17,7 @@ constexpr int kOsMesaCoreProfile = 0x34;
 constexpr int kOsMesaMajorVersion = 0x36;
 constexpr int kOsMesaMinorVersion = 0x37;
 
-struct Library {
+struct OsMesaLibrary {
   void* handle = nullptr;
   OsMesaHandle (*create)(const int*, OsMesaHandle) = nullptr;
   GLboolean (*makeCurrent)(OsMesaHandle, void*, GLenum, GLsizei, GLsizei) = nullptr;
@@ -25,15 +25,16 @@ struct Library {
   void* (*function)(const char*) = nullptr;
 };
 
-const Library& library() {
-  static Library loaded;
+const OsMesaLibrary& osMesaLibrary() {
+  static OsMesaLibrary loaded;
   if (loaded.handle != nullptr) return loaded;
-  Library fresh;
+  OsMesaLibrary fresh;
   void* handle =
-      openLibrary(kLibrary, "install libosmesa6 (Mesa before 25.1), or use another device");
+      openLibrary(kOsMesaLibrary, "install libosmesa6 (Mesa before 25.1), or use another device");
   fresh.handle = handle;
   const auto find = [&](const char* name, auto& function) {
-    findFunction(handle, kLibrary, name, "install Mesa's libosmesa6, version 17 to 25.0", function);
+    findFunction(handle, kOsMesaLibrary, name, "install Mesa's libosmesa6, version 17 to 25.0",
+                 function);
   };
   find("OSMesaCreateContextAttribs", fresh.create);
   find("OSMesaMakeCurrent", fresh.makeCurrent);
@@ -45,7 +46,7 @@ const Library& library() {
 
 class OsMesaContext : public PlatformContext {
  public:
-  OsMesaContext() : library_(library()) {
+  OsMesaContext() : library_(osMesaLibrary()) {
     const std::array<int, 9> attributes = {kOsMesaFormat,
                                            GL_RGBA,
                                            kOsMesaProfile,
@@ -76,11 +77,11 @@ class OsMesaContext : public PlatformContext {
     library_.makeCurrent(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0);
   }
   void* function(const char* name) const override { return library_.function(name); }
-  std::string version() const override { return kLibrary; }
+  std::string version() const override { return kOsMesaLibrary; }
 
  private:
   static constexpr int kSize = 4;
-  const Library& library_;
+  const OsMesaLibrary& library_;
   OsMesaHandle context_ = nullptr;
   std::array<std::uint8_t, kSize * kSize * 4> pixels_{};
 };

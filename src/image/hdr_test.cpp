@@ -26,7 +26,7 @@ Image decode(const std::string& text) {
   return decodeHdr(bytesOf(text), "sky.hdr", 1 << 20);
 }
 
-std::string errorOf(const std::string& text) {
+std::string hdrError(const std::string& text) {
   try {
     decode(text);
   } catch (const SceneError& error) {
@@ -35,35 +35,35 @@ std::string errorOf(const std::string& text) {
   return "no error";
 }
 
-std::string pixel(int r, int g, int b, int e) {
+std::string rgbe(int r, int g, int b, int e) {
   return {static_cast<char>(r), static_cast<char>(g), static_cast<char>(b), static_cast<char>(e)};
 }
 
 TEST(Hdr, FlatPixelsHaveTheirExponent) {
   // mantissa / 256 * 2^(e - 128)
-  const Image image = decode(header("-Y 1 +X 3") + pixel(128, 64, 32, 129) + pixel(255, 0, 1, 136) +
-                             pixel(9, 9, 9, 0));
+  const Image image = decode(header("-Y 1 +X 3") + rgbe(128, 64, 32, 129) + rgbe(255, 0, 1, 136) +
+                             rgbe(9, 9, 9, 0));
   EXPECT_THAT(image.channels, ElementsAre("R", "G", "B"));
   EXPECT_THAT(image.data, ElementsAre(1.0f, 0.5f, 0.25f, 255.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f));
 }
 
 TEST(Hdr, ExposureIsDividedOut) {
   const Image image =
-      decode(header("-Y 1 +X 1", "EXPOSURE=4\nEXPOSURE= 0.5\n") + pixel(128, 128, 128, 129));
+      decode(header("-Y 1 +X 1", "EXPOSURE=4\nEXPOSURE= 0.5\n") + rgbe(128, 128, 128, 129));
   EXPECT_THAT(image.data, ElementsAre(0.5f, 0.5f, 0.5f));
 }
 
 TEST(Hdr, OldRunsRepeatThePixelBefore) {
-  const Image image = decode(header("-Y 1 +X 4") + pixel(128, 0, 0, 129) + pixel(1, 1, 1, 2) +
-                             pixel(0, 128, 0, 129));
+  const Image image =
+      decode(header("-Y 1 +X 4") + rgbe(128, 0, 0, 129) + rgbe(1, 1, 1, 2) + rgbe(0, 128, 0, 129));
   EXPECT_THAT(image.data, ElementsAre(1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 1, 0));
-  EXPECT_THAT(errorOf(header("-Y 1 +X 4") + pixel(1, 1, 1, 2)), HasSubstr("a run beyond its row"));
-  EXPECT_THAT(errorOf(header("-Y 1 +X 4") + pixel(5, 1, 1, 2) + pixel(1, 1, 1, 4)),
+  EXPECT_THAT(hdrError(header("-Y 1 +X 4") + rgbe(1, 1, 1, 2)), HasSubstr("a run beyond its row"));
+  EXPECT_THAT(hdrError(header("-Y 1 +X 4") + rgbe(5, 1, 1, 2) + rgbe(1, 1, 1, 4)),
               HasSubstr("a run beyond its row"));
 }
 
 TEST(Hdr, NewRunsAndLiterals) {
-  std::string row = pixel(2, 2, 0, 8);
+  std::string row = rgbe(2, 2, 0, 8);
   row += std::string{char(128 + 8), char(128)};             // R: run of 8
   row += std::string{8, 0, 16, 32, 48, 64, 80, 96, 112};    // G: literal
   row += std::string{char(128 + 3), 64, 5, 1, 2, 3, 4, 5};  // B: both
@@ -75,11 +75,11 @@ TEST(Hdr, NewRunsAndLiterals) {
       EXPECT_EQ(image.at(x, y, 1), 16.0f * static_cast<float>(x));
       EXPECT_EQ(image.at(x, y, 2), x < 3 ? 64.0f : static_cast<float>(x - 2));
     }
-  EXPECT_THAT(errorOf(header("-Y 1 +X 9") + pixel(2, 2, 0, 8)), HasSubstr("another length"));
+  EXPECT_THAT(hdrError(header("-Y 1 +X 9") + rgbe(2, 2, 0, 8)), HasSubstr("another length"));
 }
 
 TEST(Hdr, EveryTruncationIsAnError) {
-  std::string row = pixel(2, 2, 0, 8);
+  std::string row = rgbe(2, 2, 0, 8);
   for (int c = 0; c < 4; ++c) row += std::string{char(128 + 8), char(100 + c)};
   const std::string whole = header("-Y 2 +X 8") + row + row;
   ASSERT_NO_THROW(decode(whole));
@@ -88,7 +88,7 @@ TEST(Hdr, EveryTruncationIsAnError) {
 }
 
 TEST(Hdr, FlippedBitsNeverCrash) {
-  std::string row = pixel(2, 2, 0, 8);
+  std::string row = rgbe(2, 2, 0, 8);
   for (int c = 0; c < 4; ++c) row += std::string{char(128 + 8), char(100 + c)};
   const std::string whole = header("-Y 2 +X 8") + row + row;
   for (std::size_t bit = 0; bit < whole.size() * 8; ++bit) {
@@ -103,12 +103,12 @@ TEST(Hdr, FlippedBitsNeverCrash) {
 }
 
 TEST(Hdr, WhatIsNotReadIsNamed) {
-  EXPECT_THAT(errorOf("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\nabcd"),
+  EXPECT_THAT(hdrError("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\nabcd"),
               HasSubstr("FORMAT=32-bit_rle_xyze"));
-  EXPECT_THAT(errorOf(header("+X 4 -Y 4")), HasSubstr("resolution \"+X 4 -Y 4\""));
-  EXPECT_THAT(errorOf(header("-Y 4000 +X 4000")), HasSubstr("4000 x 4000 pixels, more than"));
-  EXPECT_THAT(errorOf(header("-Y 0 +X 4")), HasSubstr("resolution"));
-  EXPECT_THAT(errorOf(header("-Y 1 +X 1", "EXPOSURE=nan\n")), HasSubstr("EXPOSURE=nan"));
+  EXPECT_THAT(hdrError(header("+X 4 -Y 4")), HasSubstr("resolution \"+X 4 -Y 4\""));
+  EXPECT_THAT(hdrError(header("-Y 4000 +X 4000")), HasSubstr("4000 x 4000 pixels, more than"));
+  EXPECT_THAT(hdrError(header("-Y 0 +X 4")), HasSubstr("resolution"));
+  EXPECT_THAT(hdrError(header("-Y 1 +X 1", "EXPOSURE=nan\n")), HasSubstr("EXPOSURE=nan"));
 }
 
 }  // namespace

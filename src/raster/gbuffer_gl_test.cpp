@@ -13,6 +13,7 @@
 namespace catoptric {
 namespace {
 
+using test::cameraAt;
 using test::drawSamples;
 using test::readSamples;
 using test::rotation;
@@ -22,10 +23,6 @@ using test::translation;
 using test::Uploaded;
 
 constexpr int kSize = 128;
-
-scene::Camera cameraAt(const Vec3& eye, const Vec3& target, float fov = 0.8f) {
-  return scene::lookAt(eye, target, {0.0f, 1.0f, 0.0f}, fov);
-}
 
 Vec3 rayThrough(const scene::Camera& camera, const Samples& samples, int x, int y) {
   return scene::rayDirection(camera, samples.width, samples.height, static_cast<float>(x) + 0.5f,

@@ -10,6 +10,7 @@
 namespace catoptric {
 namespace {
 
+using test::cameraAt;
 using test::drawSamples;
 using test::levelsTexture;
 using test::rotation;
@@ -18,11 +19,7 @@ using test::SceneBuilder;
 using test::translation;
 using test::Uploaded;
 
-constexpr int kSize = 96;
-
-scene::Camera cameraAt(const Vec3& eye, const Vec3& target, float fov = 0.8f) {
-  return scene::lookAt(eye, target, {0.0f, 1.0f, 0.0f}, fov);
-}
+constexpr int kImageSize = 96;
 
 /// A plane facing +z of one material, `size` metres wide, uv in metres or 0..1.
 int addPlane(SceneBuilder& builder, int material, float size, scene::UvMode uv) {
@@ -60,7 +57,7 @@ TEST(Shading, BackgroundIsTheEnvironmentAlongEachRay) {
     builder.add(scene::makeSphere(0.3f, 16, 8, scene::UvMode::Unit), builder.diffuse(Vec3(0.0f)));
     Uploaded world(builder.scene());
     const scene::Camera camera = cameraAt({0.5f, 1.0f, 4.0f}, Vec3(0.0f), 1.6f);
-    const Samples samples = drawSamples(world, camera, {kSize, kSize / 2, 1, false});
+    const Samples samples = drawSamples(world, camera, {kImageSize, kImageSize / 2, 1, false});
     for (int y = 0; y < samples.height; ++y) {
       for (int x = 0; x < samples.width; ++x) {
         if (samples.ids[samples.at(x, y)] != 0) continue;

@@ -86,7 +86,11 @@ inline scene::Texture levelsTexture(const std::vector<glm::u8vec4>& colors, bool
   return texture;
 }
 
-/// A plane of `size` metres about the origin facing +z (its tangent +x, uv in metres).
+inline scene::Camera cameraAt(const Vec3& eye, const Vec3& target, float fov = 0.8f) {
+  return scene::lookAt(eye, target, {0.0f, 1.0f, 0.0f}, fov);
+}
+
+/// Turns a horizontal plane to face +z, its tangent +x.
 inline Mat4 facingZ() {
   return rotation(90.0f, {1.0f, 0.0f, 0.0f});
 }

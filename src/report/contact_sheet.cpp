@@ -13,9 +13,7 @@
 namespace catoptric::report {
 namespace {
 
-constexpr Colour kPaper = {24, 25, 28};
 constexpr Colour kEmpty = {44, 46, 50};
-constexpr Colour kText = {236, 236, 232};
 constexpr Colour kFaint = {160, 163, 168};
 constexpr int kMargin = 16;
 constexpr int kGap = 8;
@@ -54,13 +52,6 @@ Rgb8 fitted(const Rgb8& picture, int cellWidth, int cellHeight) {
     return std::max(1, static_cast<int>(std::lround(size * scale)));
   };
   return scale == 1.0 ? picture : shrink(picture, scaled(picture.width), scaled(picture.height));
-}
-
-void paste(Rgb8& sheet, const Rgb8& picture, int x, int y) {
-  for (int row = 0; row < picture.height; ++row)
-    std::copy_n(picture.rgb.begin() + static_cast<std::ptrdiff_t>(row) * picture.width * 3,
-                picture.width * 3,
-                sheet.rgb.begin() + (static_cast<std::ptrdiff_t>(y + row) * sheet.width + x) * 3);
 }
 
 /// `text` cut to a width, with two dots at its end.

@@ -17,18 +17,8 @@ namespace {
 using image::Image;
 using measure::step8;
 
-constexpr Colour kPaper = {24, 25, 28};
-constexpr Colour kText = {236, 236, 232};
-constexpr int kGap = 8;
+constexpr int kPanelGap = 8;
 constexpr int kBarHeight = 16;
-
-void paste(Rgb8& sheet, const Rgb8& picture, int left, int top) {
-  for (int row = 0; row < picture.height; ++row)
-    std::copy_n(
-        picture.rgb.begin() + static_cast<std::ptrdiff_t>(row) * picture.width * 3,
-        picture.width * 3,
-        sheet.rgb.begin() + (static_cast<std::ptrdiff_t>(top + row) * sheet.width + left) * 3);
-}
 
 Rgb8 blank(int width, int height) {
   Rgb8 picture{width, height, {}};
@@ -116,12 +106,12 @@ std::vector<std::uint8_t> differenceRgb8(const Image& image, const Image& refere
 Rgb8 heatMap(const std::vector<float>& errors, int width, int height) {
   const int scale = width >= 256 ? 2 : 1;
   const int line = kGlyphHeight * scale;
-  Rgb8 picture = blank(width, height + kGap + kBarHeight + 4 + line);
+  Rgb8 picture = blank(width, height + kPanelGap + kBarHeight + 4 + line);
   paste(picture, mapColours(errors, width, height), 0, 0);
   // The bar runs over the whole width, 0 to 1
   for (int x = 0; x < width; ++x)
     fillRectangle(
-        picture, x, height + kGap, 1, kBarHeight,
+        picture, x, height + kPanelGap, 1, kBarHeight,
         measure::magma(width > 1 ? static_cast<float>(x) / static_cast<float>(width - 1) : 0.0f));
   const int count = width >= 200 ? 5 : 2;
   for (int i = 0; i < count; ++i) {
@@ -129,8 +119,8 @@ Rgb8 heatMap(const std::vector<float>& errors, int width, int height) {
     const std::string text = i == 0 ? "0" : i == count - 1 ? "1" : fixedText(value, 2);
     const int wide = textWidth(text, scale);
     const int x = static_cast<int>(std::lround(value * (width - 1))) - wide / 2;
-    drawText(picture, std::clamp(x, 0, std::max(0, width - wide)), height + kGap + kBarHeight + 4,
-             scale, text, kText);
+    drawText(picture, std::clamp(x, 0, std::max(0, width - wide)),
+             height + kPanelGap + kBarHeight + 4, scale, text, kText);
   }
   return picture;
 }
@@ -153,22 +143,22 @@ Rgb8 sideBySide(const FrameErrors& frame) {
       {"difference, max " + std::to_string(e.max8), difference(1)},
       {"LDR-FLIP " + fixedText(e.flip(), 4), heatMap(frame.maps.flip, width, height)},
       {"HDR-FLIP " + fixedText(e.hdrFlip(), 4), heatMap(frame.maps.hdrFlip, width, height)}};
-  const int line = 2 * kGlyphHeight + kGap;
+  const int line = 2 * kGlyphHeight + kPanelGap;
   const int mapHeight = cells.back().picture.height;
   // Small frames stand apart as far as their titles need
   int cellWidth = width;
   for (const Cell& cell : cells) cellWidth = std::max(cellWidth, textWidth(cell.title, 1));
-  Rgb8 sheet = blank(3 * cellWidth + 4 * kGap, 3 * line + height + mapHeight + 3 * kGap);
+  Rgb8 sheet = blank(3 * cellWidth + 4 * kPanelGap, 3 * line + height + mapHeight + 3 * kPanelGap);
   const std::string title = frame.name + " against " + frame.referenceName + ", frame " +
                             std::to_string(frame.frame) + ", RMSE " + fixedText(e.rmse(), 5) +
                             ", SSIM " + fixedText(e.ssim(), 4);
-  const int inner = sheet.width - 2 * kGap;
-  label(sheet, kGap, kGap, inner, scaleFor(title, inner), title);
+  const int inner = sheet.width - 2 * kPanelGap;
+  label(sheet, kPanelGap, kPanelGap, inner, scaleFor(title, inner), title);
   int scale = 2;
   for (const Cell& cell : cells) scale = std::min(scale, scaleFor(cell.title, cellWidth));
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    const int x = kGap + static_cast<int>(i % 3) * (cellWidth + kGap);
-    const int y = kGap + line + static_cast<int>(i / 3) * (line + height + kGap);
+    const int x = kPanelGap + static_cast<int>(i % 3) * (cellWidth + kPanelGap);
+    const int y = kPanelGap + line + static_cast<int>(i / 3) * (line + height + kPanelGap);
     label(sheet, x, y, cellWidth, scale, cells[i].title);
     paste(sheet, cells[i].picture, x, y + line);
   }

@@ -133,4 +133,12 @@ void fillRectangle(Rgb8& picture, int x, int y, int width, int height, Colour co
                 picture.rgb.begin() + (static_cast<std::ptrdiff_t>(py) * picture.width + px) * 3);
 }
 
+void paste(Rgb8& sheet, const Rgb8& picture, int left, int top) {
+  for (int row = 0; row < picture.height; ++row)
+    std::copy_n(
+        picture.rgb.begin() + static_cast<std::ptrdiff_t>(row) * picture.width * 3,
+        picture.width * 3,
+        sheet.rgb.begin() + (static_cast<std::ptrdiff_t>(top + row) * sheet.width + left) * 3);
+}
+
 }  // namespace catoptric::report

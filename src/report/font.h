@@ -16,6 +16,9 @@ struct Rgb8 {
 };
 using Colour = std::array<std::uint8_t, 3>;
 
+inline constexpr Colour kPaper = {24, 25, 28};
+inline constexpr Colour kText = {236, 236, 232};
+
 inline constexpr int kGlyphAdvance = 6;  ///< dots from one letter to the next
 inline constexpr int kGlyphHeight = 9;   ///< dots, descenders included
 
@@ -25,5 +28,7 @@ int textWidth(const std::string& text, int scale);
 /// outside printable ASCII show as "?".
 void drawText(Rgb8& picture, int x, int y, int scale, const std::string& text, Colour colour);
 void fillRectangle(Rgb8& picture, int x, int y, int width, int height, Colour colour);
+/// Copies the picture onto the sheet, its upper left corner at (left, top).
+void paste(Rgb8& sheet, const Rgb8& picture, int left, int top);
 
 }  // namespace catoptric::report

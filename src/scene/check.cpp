@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "scene/animate.h"
 #include "scene/finish.h"
+#include "scene/finish_steps.h"
 #include "scene/loader.h"
 
 namespace catoptric::scene {
@@ -15,10 +16,6 @@ namespace {
 
 /// Matrices that the poses looked at may take together: some 50 ms. Ours.
 constexpr std::size_t kMaxMatrices = 1'000'000;
-
-std::size_t index(int i) {
-  return static_cast<std::size_t>(i);
-}
 
 std::string formatted(double value) {
   char out[40];

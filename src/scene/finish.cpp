@@ -24,10 +24,6 @@ constexpr float kPlanarCosine = 0.9999f;
 /// height of an eye above the ground. Ours; llvmpipe shows a floor of 1e8 m and none of 2e8 m.
 constexpr double kLongestEdge = 1e7;
 
-std::size_t index(int i) {
-  return static_cast<std::size_t>(i);
-}
-
 // ---- Reflection ----
 
 /// Largest value of one channel over a texture's image, 0..1.

@@ -10,10 +10,6 @@
 namespace catoptric::scene {
 namespace {
 
-std::size_t index(int i) {
-  return static_cast<std::size_t>(i);
-}
-
 /// Makes normals unit; those without length come from the triangles around. Returns their number.
 std::size_t finishNormals(Mesh& mesh) {
   const std::size_t count = mesh.positions.size();

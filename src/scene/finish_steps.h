@@ -1,12 +1,17 @@
 // The steps of finishScene that stand in files of their own; for the sources of this folder only.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
 #include "scene/scene.h"
 
 namespace catoptric::scene {
+
+inline std::size_t index(int i) {
+  return static_cast<std::size_t>(i);
+}
 
 /// Adds a note to the scene, once.
 void addNote(Scene& scene, const std::string& note);

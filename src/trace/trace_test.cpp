@@ -13,6 +13,7 @@
 #include "frame/test_scenes.h"
 #include "scene/animate.h"
 #include "trace/lobes/reflect.h"
+#include "trace/test_rays.h"
 
 namespace catoptric {
 namespace {
@@ -27,13 +28,6 @@ using trace::TraceScene;
 
 constexpr float kInf = std::numeric_limits<float>::infinity();
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-
-Vec3 randomDirection(std::mt19937& random) {
-  std::normal_distribution<float> normal;
-  Vec3 d(0.0f);
-  while (!(glm::length(d) > 1e-3f)) d = Vec3(normal(random), normal(random), normal(random));
-  return glm::normalize(d);
-}
 
 /// A box of 10 m with things in it; every hit has an unambiguous nearest triangle almost surely.
 SceneBuilder room() {

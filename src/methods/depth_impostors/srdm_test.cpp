@@ -35,14 +35,14 @@ std::vector<float> bumpyBall(int size) {
   return texels;
 }
 
-struct Made {
+struct Simplified {
   std::vector<Domain> domains;
   std::vector<Point> points;
   Simplification done;
 };
 
-Made make(const std::vector<float>& texels, int size, int n, int m) {
-  Made made{makeDomains(n, size), {}, {}};
+Simplified simplified(const std::vector<float>& texels, int size, int n, int m) {
+  Simplified made{makeDomains(n, size), {}, {}};
   const Domain& last = made.domains.back();
   made.points.resize(static_cast<std::size_t>((last.offset + last.count) * m));
   buildSrdm(texels, size, made.domains, m, made.points, made.done);
@@ -50,13 +50,13 @@ Made make(const std::vector<float>& texels, int size, int n, int m) {
 }
 
 TEST(Srdm, LinesOfEveryDirectionCoverTheSquare) {
-  constexpr int kSize = 64;
+  constexpr int size = 64;
   std::size_t domains = 0;
-  for (const Domain& domain : makeDomains(60, kSize)) {
+  for (const Domain& domain : makeDomains(60, size)) {
     ++domains;
     EXPECT_LE(std::abs(domain.slope), 1.0f + 1e-6f);
-    for (const float minor : {0.0f, kSize / 3.0f, static_cast<float>(kSize)}) {
-      for (const float major : {0.0f, kSize / 2.0f, static_cast<float>(kSize)}) {
+    for (const float minor : {0.0f, size / 3.0f, static_cast<float>(size)}) {
+      for (const float major : {0.0f, size / 2.0f, static_cast<float>(size)}) {
         const int line = static_cast<int>(std::floor(minor - domain.slope * major)) - domain.first;
         EXPECT_GE(line, 0);
         EXPECT_LT(line, domain.count);
@@ -67,14 +67,14 @@ TEST(Srdm, LinesOfEveryDirectionCoverTheSquare) {
 }
 
 TEST(Srdm, APlaneIsItsTwoPoints) {
-  constexpr int kSize = 128;
-  std::vector<float> texels(kSize * kSize);
+  constexpr int size = 128;
+  std::vector<float> texels(size * size);
   const auto plane = [](float x, float y) { return 0.2f + 0.003f * x + 0.0015f * y; };
-  for (int y = 0; y < kSize; ++y)
-    for (int x = 0; x < kSize; ++x)
-      texels[static_cast<std::size_t>(y * kSize + x)] =
+  for (int y = 0; y < size; ++y)
+    for (int x = 0; x < size; ++x)
+      texels[static_cast<std::size_t>(y * size + x)] =
           plane(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
-  const Made made = make(texels, kSize, 12, 2);
+  const Simplified made = simplified(texels, size, 12, 2);
   EXPECT_EQ(made.done.lostSpans, 0u);
   float worst = 0.0f;
   int points = 0;
@@ -89,24 +89,24 @@ TEST(Srdm, APlaneIsItsTwoPoints) {
         const float major = std::abs(p.x);
         const float minor = static_cast<float>(domain.first + j) + 0.5f + domain.slope * major;
         // Beside the outermost texels' centres there is nothing to interpolate
-        if (minor < 0.5f || minor > kSize - 0.5f) continue;
+        if (minor < 0.5f || minor > size - 0.5f) continue;
         ++points;
         const float truth = domain.alongX ? plane(major, minor) : plane(minor, major);
         worst = std::max(worst, std::abs(p.y - truth));
       }
     }
   }
-  EXPECT_GT(points, 12 * kSize);
+  EXPECT_GT(points, 12 * size);
   EXPECT_LT(worst, 1e-6f);
 }
 
 TEST(Srdm, ErrorFallsWithPointsAndIsSmall) {
-  constexpr int kSize = 256;
-  const std::vector<float> texels = bumpyBall(kSize);
+  constexpr int size = 256;
+  const std::vector<float> texels = bumpyBall(size);
   double before = 2.0;
   for (const int m : {6, 8, 10, 12, 14, 16}) {
-    Made made = make(texels, kSize, 20, m);
-    measureSrdm(texels, kSize, made.domains, m, made.points, kNear, kFar, made.done);
+    Simplified made = simplified(texels, size, 20, m);
+    measureSrdm(texels, size, made.domains, m, made.points, kNear, kFar, made.done);
     const double percent = 100.0 * made.done.errorSum / static_cast<double>(made.done.samples);
     std::printf("m %d: z error %.3f %%, relative to z %.4f %%\n", m, percent,
                 100.0 * made.done.metresSum / static_cast<double>(made.done.samples));
@@ -122,35 +122,35 @@ TEST(Srdm, ErrorFallsWithPointsAndIsSmall) {
 }
 
 TEST(Srdm, WithPointsEnoughEverySampleIsKept) {
-  constexpr int kSize = 48;
-  const std::vector<float> texels = bumpyBall(kSize);
-  const Made made = make(texels, kSize, 4, 2 * kSize);
+  constexpr int size = 48;
+  const std::vector<float> texels = bumpyBall(size);
+  const Simplified made = simplified(texels, size, 4, 2 * size);
   EXPECT_EQ(made.done.lostSamples, 0u);
   // The first domain's lines are the rows of texels themselves
   int compared = 0;
   for (int j = 0; j < made.domains[0].count; ++j) {
     const int row = made.domains[0].first + j;
-    if (row < 0 || row >= kSize) continue;
-    for (int k = 0; k < 2 * kSize; ++k) {
-      const Point p = made.points[static_cast<std::size_t>(j * 2 * kSize + k)];
+    if (row < 0 || row >= size) continue;
+    for (int k = 0; k < 2 * size; ++k) {
+      const Point p = made.points[static_cast<std::size_t>(j * 2 * size + k)];
       if (p == kUnused) continue;
       const int x = static_cast<int>(std::abs(p.x));
-      EXPECT_EQ(p.y, texels[static_cast<std::size_t>(row * kSize + x)]);
+      EXPECT_EQ(p.y, texels[static_cast<std::size_t>(row * size + x)]);
       ++compared;
     }
   }
-  EXPECT_GT(compared, kSize * kSize / 4);
+  EXPECT_GT(compared, size * size / 4);
 }
 
 TEST(Srdm, EveryVectorLevelGivesTheSamePoints) {
-  constexpr int kSize = 96;
-  const std::vector<float> texels = bumpyBall(kSize);
+  constexpr int size = 96;
+  const std::vector<float> texels = bumpyBall(size);
   const VectorLevel best = vectorLevel();
   limitVectorLevel(VectorLevel::Base);
-  const Made truth = make(texels, kSize, 12, 8);
+  const Simplified truth = simplified(texels, size, 12, 8);
   for (const VectorLevel level : {VectorLevel::V2, VectorLevel::V3, VectorLevel::V4}) {
     limitVectorLevel(level);
-    EXPECT_EQ(make(texels, kSize, 12, 8).points, truth.points);
+    EXPECT_EQ(simplified(texels, size, 12, 8).points, truth.points);
   }
   limitVectorLevel(best);
 }

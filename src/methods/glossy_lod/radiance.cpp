@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint32_t kRows = 16;
 
 /// Texels that memory is asked for before they are shaded. Ours.
-constexpr std::uint32_t kAhead = 8;
+constexpr std::uint32_t kTexelsAhead = 8;
 
 void prefetchVertices(const frame::Geometry& geometry, const std::uint32_t* triangle) {
   for (int i = 0; i < 3; ++i) {
@@ -60,8 +60,8 @@ void Radiance::shadeRows(const PlacedChart& chart, int side, std::uint32_t first
     const Place* const places = &chart.source->texels[chart.image.firstTexel + y * n];
     for (std::uint32_t x = 0; x < n; ++x) {
       const Place& place = places[x];
-      if (x + 2 * kAhead < n) __builtin_prefetch(triangleOf(places[x + 2 * kAhead]));
-      if (x + kAhead < n) prefetchVertices(*geometry, triangleOf(places[x + kAhead]));
+      if (x + 2 * kTexelsAhead < n) __builtin_prefetch(triangleOf(places[x + 2 * kTexelsAhead]));
+      if (x + kTexelsAhead < n) prefetchVertices(*geometry, triangleOf(places[x + kTexelsAhead]));
       const std::uint32_t* v = triangleOf(place);
       const Vec3& p0 = geometry->positions[v[0]];  // a copy would go by way of the stack
       const Vec3 e1 = geometry->positions[v[1]] - p0;

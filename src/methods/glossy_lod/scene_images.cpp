@@ -22,7 +22,7 @@ constexpr double kMostQuads = 6e6;
 constexpr std::uint32_t kMostAtlas = 8192;  ///< texels along a side. Ours: 3 GB of radiance
 
 /// Vertices whose memory is asked for before they are placed. Ours.
-constexpr std::size_t kAhead = 16;
+constexpr std::size_t kSamplesAhead = 16;
 
 /// The bits of `code` at even places.
 std::uint32_t everyOther(std::uint64_t code) {
@@ -128,8 +128,8 @@ void SceneImages::place(const frame::Geometry& geometry, int object) {
       const std::size_t row = (std::size_t{1} << charts[c].image.level) + 1;
       const std::uint32_t* const grid = &image.grid[charts[c].image.firstGrid];
       for (std::size_t v = 0; v < row * row; ++v) {
-        if (v + kAhead < row * row)
-          for (const std::uint32_t vertex : image.samples[grid[v + kAhead]].vertex)
+        if (v + kSamplesAhead < row * row)
+          for (const std::uint32_t vertex : image.samples[grid[v + kSamplesAhead]].vertex)
             __builtin_prefetch(&p[vertex]);
         const Sample& sample = image.samples[grid[v]];
         const Vec3& p0 = p[sample.vertex[0]];

@@ -53,7 +53,7 @@ constexpr double kBeamRounding = 1.0 + 1e-9;
 /// Sets of more rays are divided by several threads.
 constexpr std::size_t kManyRays = 2048;
 
-bool before(const NearRay& a, const NearRay& b) {
+bool isNearer(const NearRay& a, const NearRay& b) {
   return a.distance < b.distance || (a.distance == b.distance && a.ray < b.ray);
 }
 
@@ -258,10 +258,10 @@ void RayOctree::nearest(const glm::dvec3& point, Cursor& cursor,
   for (const std::uint32_t ray : candidates(point, cursor)) {
     const NearRay near{ray, distanceTo(rays_[ray], point)};
     if (result.size() == settings_.k) {
-      if (!before(near, result.back())) continue;
+      if (!isNearer(near, result.back())) continue;
       result.pop_back();
     }
-    result.insert(std::upper_bound(result.begin(), result.end(), near, before), near);
+    result.insert(std::upper_bound(result.begin(), result.end(), near, isNearer), near);
   }
 }
 
@@ -362,11 +362,11 @@ void RayOctree::reflections(const glm::dvec3& point, Cursor& cursor,
     }
     const bool minimum =
         std::none_of(neighbours_[ray].begin(), neighbours_[ray].end(), [&](std::uint32_t other) {
-          return other != kNoRay && before({other, distanceTo(rays_[other], point)}, near);
+          return other != kNoRay && isNearer({other, distanceTo(rays_[other], point)}, near);
         });
     if (minimum && inBeam(ray, t, near.distance)) result.push_back(near);
   }
-  std::sort(result.begin(), result.end(), before);
+  std::sort(result.begin(), result.end(), isNearer);
 }
 
 std::vector<Neighbours> gridNeighbours(int width, int height,

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "methods/perturbation/path.h"
+#include "methods/perturbation/turn.h"
 #include "scene/implicit/multiprecision_test.h"
 #include "scene/implicit/surface.h"
 
@@ -14,15 +15,9 @@ using implicit::Point;
 using implicit::Real;
 using implicit::Surface;
 
-inline Vector<double> vectorOf(const Point& p) {
-  return {{p.x, p.y, p.z}};
-}
 template <class To, class From>
 Vector<To> converted(const Vector<From>& v) {
   return {{static_cast<To>(v[0]), static_cast<To>(v[1]), static_cast<To>(v[2])}};
-}
-inline Point pointOf(const Vector<double>& v) {
-  return {v[0], v[1], v[2]};
 }
 
 template <class S>

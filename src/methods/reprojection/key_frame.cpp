@@ -7,7 +7,7 @@
 namespace catoptric::methods::reprojection {
 namespace {
 
-constexpr std::size_t kSamplesPerTask = 16384;
+constexpr std::size_t kKeySamplesPerTask = 16384;
 
 Vec3 placeOf(const trace::Hit& hit, const frame::Geometry& geometry) {
   const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(hit.object)];
@@ -94,7 +94,7 @@ void KeyFrame::findCells(float epsilon) {
   const auto width = static_cast<std::size_t>(width_);
   cells_.assign(surface_.size(), 0);
   // The search in cells reads places that nothing is kept of, before it knows: never older frames'.
-  parallelFor(surface_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
+  parallelFor(surface_.size(), kKeySamplesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t at = begin; at < end; ++at)
       if (surface_[at] == 0) place_[at] = Vec4(0.0f);
   });
@@ -111,7 +111,7 @@ void KeyFrame::findCells(float epsilon) {
 }
 
 void KeyFrame::follow(const frame::Geometry& geometry) {
-  parallelFor(moving_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
+  parallelFor(moving_.size(), kKeySamplesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       place_[moving_[i].at] = Vec4(placeOf(moving_[i].hit, geometry), place_[moving_[i].at].w);
   });

@@ -13,7 +13,7 @@ namespace catoptric::methods::reprojection {
 namespace {
 
 constexpr std::size_t kTilesPerTask = 32;
-constexpr std::size_t kSamplesPerTask = 2048;
+constexpr std::size_t kPlacesPerTask = 2048;
 
 }  // namespace
 
@@ -146,7 +146,7 @@ void MirrorSamples::points(std::span<const std::uint32_t> places,
   const SamplePoints pointAt(*source_, *camera_, *trace_);
   const auto width = static_cast<std::uint32_t>(source_->sampleWidth());
   result.resize(places.size());
-  parallelFor(places.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
+  parallelFor(places.size(), kPlacesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k)
       result[k] = pointAt(static_cast<int>(places[k] % width), static_cast<int>(places[k] / width));
   });

@@ -43,7 +43,7 @@ const TableInfo kKeyFrames{
       "of them those that were not found in the key frames before (a first key frame: all)"}}};
 
 constexpr const char* kPartial = "partial";
-constexpr std::size_t kSamplesPerTask = 4096;
+constexpr std::size_t kFilledPerTask = 4096;
 /// Bits of LobeTracer::run()'s flags.
 constexpr std::uint8_t kBelowHorizon = 2;
 constexpr std::uint8_t kSky = 4;
@@ -223,7 +223,7 @@ class Reprojection : public Method {
     if (!seconds_.empty())
       second_.begin(copy_.sampleWidth(), copy_.sampleHeight(), input.frame.camera,
                     services.lighting, services.geometry);
-    parallelFor(places.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
+    parallelFor(places.size(), kFilledPerTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const trace::FirstHit& hit = hits_[i];
         // One ray whose light depends on nothing but the place that it meets

@@ -8,7 +8,7 @@
 namespace catoptric::methods::reprojection {
 namespace {
 
-constexpr std::size_t kSamplesPerTask = 2048;
+constexpr std::size_t kRaysPerTask = 2048;
 
 /// Second mirror and what it shows are one id of KeyFrame: ids up to here, each (ours).
 constexpr int kMostObjects = 1 << 15;
@@ -97,7 +97,7 @@ void SecondBounce::find(const MirrorSamples& samples, const KeyFrame& key, Reuse
   reuse_.begin(samples, services, rays_);
   reuse_.findIn(key_, services, radiance_);
   services.timer.measure("warp", [&] {
-    parallelFor(rays_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
+    parallelFor(rays_.size(), kRaysPerTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         if (rays_[i].reflector == 0) continue;
         if (reuse_.outcome(i) == Outcome::Found && faithful(i, key, first.match(i))) {

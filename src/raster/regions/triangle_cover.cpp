@@ -11,7 +11,7 @@ namespace {
 constexpr int kFewSamples = 64;
 /// Rounding of a driver's clip coordinates in floats, in units of their terms (ours: four times
 /// what one evaluation may err).
-constexpr double kRounding = 16.0 * std::numeric_limits<float>::epsilon();
+constexpr double kCoverRounding = 16.0 * std::numeric_limits<float>::epsilon();
 
 }  // namespace
 
@@ -36,8 +36,8 @@ TriangleCover::Corner TriangleCover::corner(const Vec3& point) const {
   // The driver's snap, and what rounding of clip coordinates and of samples may err
   const glm::dvec4 terms = glm::max(glm::abs(rows_[0]), glm::abs(rows_[1])) + glm::abs(rows_[2]);
   const double clip = glm::dot(terms, glm::abs(p)) / w;
-  corner.margin = 2.0 * snap_ +
-                  kRounding * ((clip + 1.0) * std::max(size_.x, size_.y) + glm::length(corner.at));
+  corner.margin = 2.0 * snap_ + kCoverRounding * ((clip + 1.0) * std::max(size_.x, size_.y) +
+                                                  glm::length(corner.at));
   return corner;
 }
 

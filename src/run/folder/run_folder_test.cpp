@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/hash.h"
+#include "run/test_folders.h"
 
 namespace catoptric::run {
 namespace {
@@ -21,14 +22,6 @@ namespace fs = std::filesystem;
 using std::string_literals::operator""s;
 
 /// An empty folder of this test's own.
-fs::path freshFolder() {
-  const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-  const fs::path path =
-      fs::path(testing::TempDir()) / (std::string(info->test_suite_name()) + "_" + info->name());
-  fs::remove_all(path);
-  return path;
-}
-
 std::vector<std::byte> bytesOf(const std::string& text) {
   std::vector<std::byte> bytes;
   for (const char c : text) bytes.push_back(static_cast<std::byte>(c));
@@ -64,7 +57,7 @@ void addFrame(RunFolder& folder, int number, const std::string& contents) {
   folder.add(record);
 }
 
-std::string messageOf(const std::function<void()>& action) {
+std::string outputError(const std::function<void()>& action) {
   try {
     action();
   } catch (const OutputError& error) {
@@ -122,11 +115,11 @@ TEST(RunFolder, NothingIsOverwrittenUnasked) {
   {
     RunFolder folder(path, Existing::Error);  // nothing in it yet
     addFrame(folder, 1, "x");
-    EXPECT_EQ(messageOf([&] { RunFolder second(path, Existing::Resume); }),
+    EXPECT_EQ(outputError([&] { RunFolder second(path, Existing::Resume); }),
               path.string() + ": another process is writing this run");
   }
   std::ofstream(path / "notes.txt") << "mine";
-  EXPECT_THAT(messageOf([&] { RunFolder folder(path, Existing::Error); }),
+  EXPECT_THAT(outputError([&] { RunFolder folder(path, Existing::Error); }),
               testing::HasSubstr("use --existing resume to keep its finished frames"));
   EXPECT_TRUE(fs::exists(path / "frames/frame.0001.exr"));
   {
@@ -156,8 +149,8 @@ TEST(RunFolder, LookingChangesNothing) {
   EXPECT_EQ(look(Existing::Resume), 1u);
   EXPECT_EQ(look(Existing::Overwrite), 0u);
   EXPECT_TRUE(fs::exists(path / "frames/frame.0001.exr"));
-  EXPECT_EQ(messageOf([&] { look(Existing::Error); }),
-            messageOf([&] { RunFolder folder(path, Existing::Error); }));
+  EXPECT_EQ(outputError([&] { look(Existing::Error); }),
+            outputError([&] { RunFolder folder(path, Existing::Error); }));
 }
 
 TEST(RunFolder, WhatIsDiscardedLeavesNothing) {
@@ -280,7 +273,7 @@ TEST(RunFolder, UnwritableFoldersAreOutputErrors) {
   const fs::path path = freshFolder();
   fs::create_directories(path);
   std::ofstream(path / "file") << "x";
-  EXPECT_THAT(messageOf([&] { RunFolder folder(path / "file", Existing::Error); }),
+  EXPECT_THAT(outputError([&] { RunFolder folder(path / "file", Existing::Error); }),
               testing::HasSubstr("cannot be created as a folder"));
 }
 

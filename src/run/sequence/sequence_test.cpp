@@ -17,6 +17,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/log.h"
+#include "run/test_folders.h"
 
 namespace catoptric::run {
 namespace {
@@ -24,14 +25,6 @@ namespace {
 namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
-
-fs::path freshFolder() {
-  const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-  fs::path path =
-      fs::path(testing::TempDir()) / (std::string(info->test_suite_name()) + "_" + info->name());
-  fs::remove_all(path);
-  return path;
-}
 
 /// A frame is one pixel: its number, plus, for a source with state, what it carried over.
 class FakeSource : public FrameSource {
@@ -86,13 +79,6 @@ SequenceOptions options(Existing existing = Existing::Error) {
   o.existing = existing;
   o.encode = encode;
   return o;
-}
-
-std::map<std::string, std::string> filesOf(const fs::path& path) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::directory_iterator(path / "frames"))
-    files[entry.path().filename().string()] = readTextFile(entry.path());
-  return files;
 }
 
 TEST(Sequence, MakesAllFramesAndRecords) {

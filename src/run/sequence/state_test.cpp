@@ -17,6 +17,7 @@
 #include "methods/contract/restarts.h"
 #include "run/sequence/sequence.h"
 #include "run/sequence/tasks.h"
+#include "run/test_folders.h"
 
 namespace catoptric::run {
 namespace {
@@ -85,7 +86,7 @@ class ChainSource : public FrameSource {
   int last_ = -1;
 };
 
-SequenceOptions options(Existing existing = Existing::Error, int writers = 2) {
+SequenceOptions stateOptions(Existing existing = Existing::Error, int writers = 2) {
   SequenceOptions o;
   o.existing = existing;
   o.writerThreads = writers;
@@ -98,13 +99,6 @@ SequenceOptions options(Existing existing = Existing::Error, int writers = 2) {
   return o;
 }
 
-std::map<std::string, std::string> filesOf(const fs::path& path) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::directory_iterator(path / "frames"))
-    files[entry.path().filename().string()] = readTextFile(entry.path());
-  return files;
-}
-
 class State : public testing::Test {
  protected:
   State() : folder_(fs::path(testing::TempDir()) / "State") {
@@ -112,7 +106,7 @@ class State : public testing::Test {
     folder_ += std::string("_") + info->name();
     fs::remove_all(folder_);
     ChainSource source;
-    EXPECT_TRUE(run(source, "whole", "1-60", options()).missing.empty());
+    EXPECT_TRUE(run(source, "whole", "1-60", stateOptions()).missing.empty());
     whole_ = filesOf(folder_ / "whole");
     EXPECT_EQ(whole_.size(), 60u);
   }
@@ -173,7 +167,7 @@ TEST_F(State, PixelsDoNotDependOnTheFramesAskedFor) {
                                                 {"41", 1u, 1u},
                                                 {"20,21,32,33", 4u, 33u}}) {
     ChainSource source;
-    EXPECT_TRUE(run(source, frames, frames, options()).missing.empty()) << frames;
+    EXPECT_TRUE(run(source, frames, frames, stateOptions()).missing.empty()) << frames;
     expectWhole(frames, asked);
     EXPECT_EQ(source.calls.size(), rendered) << frames;
   }
@@ -181,7 +175,7 @@ TEST_F(State, PixelsDoNotDependOnTheFramesAskedFor) {
 
 TEST_F(State, PixelsDoNotDependOnWriters) {
   ChainSource source;
-  run(source, "one", "1-60", options(Existing::Error, 1));
+  run(source, "one", "1-60", stateOptions(Existing::Error, 1));
   expectWhole("one", 60);
 }
 
@@ -190,7 +184,7 @@ TEST_F(State, ChunksInAnyOrderGiveTheWhole) {
   const std::map<int, std::size_t> sizes = {{1, 20}, {2, 12}, {3, 8}, {4, 20}};
   for (const int index : {3, 1, 4, 2}) {
     ChainSource source;
-    SequenceOptions o = options();
+    SequenceOptions o = stateOptions();
     o.chunk = {index, 4};
     const std::string name = "part" + std::to_string(index);
     EXPECT_EQ(run(source, name, "1-60", o).rendered.size(), sizes.at(index));
@@ -203,7 +197,7 @@ TEST_F(State, ManyChunksAreEmptyRatherThanWarmingUp) {
   std::size_t rendered = 0;
   for (int index = 1; index <= 60; ++index) {
     ChainSource source;
-    SequenceOptions o = options();
+    SequenceOptions o = stateOptions();
     o.chunk = {index, 60};
     run(source, "one" + std::to_string(index), "1-60", o);
     rendered += source.calls.size();
@@ -213,12 +207,12 @@ TEST_F(State, ManyChunksAreEmptyRatherThanWarmingUp) {
 
 TEST_F(State, AKilledRunGoesOn) {
   ChainSource first;
-  SequenceOptions o = options();
+  SequenceOptions o = stateOptions();
   o.stopRequested = [&] { return first.calls.size() == 27; };
   EXPECT_TRUE(run(first, "killed", "1-60", o).stopped);
   expectWhole("killed", 27);
   ChainSource second;
-  const SequenceResult result = run(second, "killed", "1-60", options(Existing::Resume));
+  const SequenceResult result = run(second, "killed", "1-60", stateOptions(Existing::Resume));
   EXPECT_EQ(second.calls.front(), 21);   // its restart frame
   EXPECT_EQ(result.reused.size(), 27u);  // with those rendered again for their state alone
   EXPECT_EQ(result.rendered.size(), 33u);
@@ -229,12 +223,12 @@ TEST_F(State, AKilledRunGoesOn) {
 TEST_F(State, ALostFrameIsMadeAnewAndItsHistoryIsReused) {
   fs::remove(folder_ / "whole/frames/frame.0047.exr");
   const SequenceForecast forecast =
-      forecastSequence(tasksOf("1-60"), folder_ / "whole", options(Existing::Resume));
+      forecastSequence(tasksOf("1-60"), folder_ / "whole", stateOptions(Existing::Resume));
   EXPECT_THAT(forecast.rendered, ElementsAre(47));
   EXPECT_THAT(forecast.warmedUp, ElementsAre(41, 42, 43, 44, 45, 46));
   EXPECT_EQ(forecast.reused.size(), 59u);
   ChainSource source;
-  const SequenceResult result = run(source, "whole", "1-60", options(Existing::Resume));
+  const SequenceResult result = run(source, "whole", "1-60", stateOptions(Existing::Resume));
   EXPECT_THAT(source.calls, ElementsAre(41, 42, 43, 44, 45, 46, 47));
   EXPECT_THAT(result.rendered, ElementsAre(47));
   EXPECT_EQ(result.reused.size(), 59u);
@@ -244,9 +238,9 @@ TEST_F(State, ALostFrameIsMadeAnewAndItsHistoryIsReused) {
 TEST_F(State, AFrameIsTrustedOnlyWithItsWholeHistory) {
   // Frames 42, 44, ... of a run that was asked for these alone are those of the whole run
   ChainSource source;
-  run(source, "even", "42-60x2", options());
+  run(source, "even", "42-60x2", stateOptions());
   ChainSource again;
-  SequenceOptions resume = options(Existing::Resume);
+  SequenceOptions resume = stateOptions(Existing::Resume);
   EXPECT_EQ(run(again, "even", "41-60", resume).reused.size(), 10u);
   expectWhole("even", 20);
   // A camera that moved before them, in a frame that was not asked for, makes them others
@@ -274,7 +268,7 @@ TEST_F(State, AFrameIsTrustedOnlyWithItsWholeHistory) {
 TEST_F(State, WhatFailedIsWarmedUpAgainForTheFramesBehindIt) {
   ChainSource source;
   source.failingToDraw = {45};
-  SequenceOptions o = options();
+  SequenceOptions o = stateOptions();
   o.keepGoing = true;
   const SequenceResult result = run(source, "drawn", "41-50", o);
   EXPECT_THAT(result.missing, ElementsAre(45));
@@ -286,7 +280,7 @@ TEST_F(State, WhatFailedIsWarmedUpAgainForTheFramesBehindIt) {
 TEST_F(State, AStateThatCannotBeHadFailsItsFrames) {
   ChainSource source;
   source.failing = {45};
-  SequenceOptions o = options();
+  SequenceOptions o = stateOptions();
   o.keepGoing = true;
   const SequenceResult result = run(source, "kept", "43-44,46-47,53-60,1-3", o);
   // Frame 45 is only needed by others: it is not in the list itself
@@ -298,7 +292,7 @@ TEST_F(State, AStateThatCannotBeHadFailsItsFrames) {
 
   ChainSource stopping;
   stopping.failing = {45};
-  const SequenceResult first = run(stopping, "first", "43-47", options());
+  const SequenceResult first = run(stopping, "first", "43-47", stateOptions());
   ASSERT_EQ(first.failed.size(), 1u);
   EXPECT_EQ(first.failed[0].frame, 45);
   EXPECT_THAT(first.missing, ElementsAre(45, 46, 47));
@@ -307,7 +301,7 @@ TEST_F(State, AStateThatCannotBeHadFailsItsFrames) {
   ChainSource warming;
   warming.failing = {45};
   fs::remove(folder_ / "whole/frames/frame.0047.exr");
-  const SequenceResult needed = run(warming, "whole", "1-60", options(Existing::Resume));
+  const SequenceResult needed = run(warming, "whole", "1-60", stateOptions(Existing::Resume));
   ASSERT_EQ(needed.failed.size(), 1u);
   EXPECT_EQ(needed.failed[0].frame, 47);
   EXPECT_EQ(needed.reused.size(), 59u);

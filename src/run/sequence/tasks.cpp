@@ -13,8 +13,6 @@
 namespace catoptric::run {
 namespace {
 
-using Outcome = TaskPlan::Outcome;
-
 void addCamera(Fingerprint& fingerprint, const scene::PathFrame& frame) {
   fingerprint.addValue(frame.camera.worldFromCamera);
   fingerprint.addValue(frame.camera.verticalFovRad);
@@ -105,13 +103,13 @@ std::vector<TaskPlan> planTasks(const std::vector<FrameTask>& tasks, const Chunk
     if (!tasks[i].asked) continue;
     const std::size_t place = asked++;
     if (place < begin || place >= end) continue;
-    plan[i].outcome = Outcome::Render;
+    plan[i].outcome = TaskPlan::Outcome::Render;
     if (existing != Existing::Resume) continue;
     const int number = tasks[i].frame.number;
     const std::string reason = whyAgain(tasks[i], folder, renderer);
     std::error_code ignored;
     if (reason.empty()) {
-      plan[i].outcome = Outcome::Reuse;
+      plan[i].outcome = TaskPlan::Outcome::Reuse;
     } else if (folder.record(number) != nullptr ||
                std::filesystem::exists(folder.path() / framePath("frames", number, ".exr"),
                                        ignored)) {
@@ -125,14 +123,14 @@ std::vector<TaskPlan> planTasks(const std::vector<FrameTask>& tasks, const Chunk
                 " rendered again: " + reason);
   bool needed = false;  // the task after this one needs its state
   for (std::size_t i = tasks.size(); i-- > 0;) {
-    plan[i].run = plan[i].outcome == Outcome::Render || needed;
+    plan[i].run = plan[i].outcome == TaskPlan::Outcome::Render || needed;
     needed = plan[i].run && !tasks[i].restarts;
   }
   return plan;
 }
 
 std::vector<int> numbersOf(const std::vector<FrameTask>& tasks, const std::vector<TaskPlan>& plan,
-                           Outcome outcome) {
+                           TaskPlan::Outcome outcome) {
   std::vector<int> numbers;
   for (std::size_t i = 0; i < tasks.size(); ++i)
     if (plan[i].outcome == outcome) numbers.push_back(tasks[i].frame.number);

@@ -5,11 +5,12 @@
 
 #include "scene/implicit/multiprecision_test.h"
 #include "scene/implicit/surface.h"
+#include "scene/implicit/test_surfaces.h"
 
 namespace catoptric::implicit {
 namespace {
 
-const Domain kBox{{-2, -2, -2}, {2, 2, 2}};
+using test::kBox;
 
 Point onSphere(std::mt19937& random) {
   std::normal_distribution<double> normal;

@@ -88,13 +88,13 @@ Polynomial product(const Polynomial& a, const Polynomial& b) {
 }
 
 /// p + q r, r the formula's root.
-struct Term {
+struct Surd {
   Polynomial p;
   Polynomial q;
 };
 
 /// Both of degree kMost at most, afterwards too.
-bool multiply(const Term& a, const Term& b, const Polynomial& root2, Term& r) {
+bool multiply(const Surd& a, const Surd& b, const Polynomial& root2, Surd& r) {
   const bool plain = isZero(a.q) && isZero(b.q);
   const std::size_t degree = std::max(a.p.degree, a.q.degree) + std::max(b.p.degree, b.q.degree) +
                              (plain ? 0 : root2.degree);
@@ -110,14 +110,14 @@ bool multiply(const Term& a, const Term& b, const Polynomial& root2, Term& r) {
 /// p, or p^2 - q^2 r^2 where there is a root. False: not such a formula.
 bool evaluate(const Tape& tape, const Point& origin, const Point& way, Polynomial& result) {
   if (tape.size() > RayPolynomial::kMaxOperations) return false;
-  std::array<Term, RayPolynomial::kMaxOperations> terms;
+  std::array<Surd, RayPolynomial::kMaxOperations> terms;
   Polynomial root2 = constant(0.0);
   bool rooted = false;
   for (std::size_t i = 0; i < tape.size(); ++i) {
     const Operation& op = tape[i];
-    const Term& a = terms[op.a];
-    const Term& b = terms[op.b];
-    Term& r = terms[i];
+    const Surd& a = terms[op.a];
+    const Surd& b = terms[op.b];
+    Surd& r = terms[i];
     switch (op.code) {
       case Code::Constant:
         r = {constant(op.constant), constant(0.0)};
@@ -151,14 +151,14 @@ bool evaluate(const Tape& tape, const Point& origin, const Point& way, Polynomia
         if (!(op.constant >= 1.0 && op.constant <= static_cast<double>(kMost))) return false;
         r = a;
         for (int k = 1; k < static_cast<int>(op.constant); ++k) {
-          const Term power = r;
+          const Surd power = r;
           if (!multiply(power, a, root2, r)) return false;
         }
         break;
       }
       case Code::Divide: {
         if (b.p.degree > 0 || !isZero(b.q) || b.p.error > 0.0 || isZero(b.p)) return false;
-        const Term inverse{constant(1.0 / b.p.c[0]), constant(0.0)};
+        const Surd inverse{constant(1.0 / b.p.c[0]), constant(0.0)};
         if (!multiply(a, inverse, root2, r)) return false;
         r.p.error += 2.0 * kRounding * r.p.size;
         r.q.error += 2.0 * kRounding * r.q.size;
@@ -174,7 +174,7 @@ bool evaluate(const Tape& tape, const Point& origin, const Point& way, Polynomia
         return false;
     }
   }
-  const Term& g = terms[tape.size() - 1];
+  const Surd& g = terms[tape.size() - 1];
   if (isZero(g.q)) {
     result = g.p;
     return true;

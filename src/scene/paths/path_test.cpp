@@ -18,7 +18,7 @@ std::unique_ptr<CameraPath> pathOf(const std::string& text, const Scene& scene =
   return makePath(config::parseText(text, "path.json"), scene);
 }
 
-std::string errorOf(const std::string& text) {
+std::string pathError(const std::string& text) {
   try {
     pathOf(text);
   } catch (const UsageError& error) {
@@ -146,13 +146,13 @@ TEST(Paths, KeyframesOrbitWalk) {
 }
 
 TEST(Paths, ErrorsNameThePlace) {
-  EXPECT_THAT(errorOf(R"({"frames": 2})"), HasSubstr("needs one of keyframes"));
-  EXPECT_THAT(errorOf(R"({"keyframe": []})"), HasSubstr("did you mean \"keyframes\""));
-  EXPECT_THAT(errorOf(R"({"keyframes": [{"position": [0,0,0]}]})"), HasSubstr("/keyframes/0"));
-  EXPECT_THAT(errorOf(R"({"keyframes": [{"time": 1, "position": [0,0,1], "target": [0,0,0]},
+  EXPECT_THAT(pathError(R"({"frames": 2})"), HasSubstr("needs one of keyframes"));
+  EXPECT_THAT(pathError(R"({"keyframe": []})"), HasSubstr("did you mean \"keyframes\""));
+  EXPECT_THAT(pathError(R"({"keyframes": [{"position": [0,0,0]}]})"), HasSubstr("/keyframes/0"));
+  EXPECT_THAT(pathError(R"({"keyframes": [{"time": 1, "position": [0,0,1], "target": [0,0,0]},
                           {"time": 1, "position": [0,0,2], "target": [0,0,0]}]})"),
               HasSubstr("times must increase"));
-  EXPECT_THAT(errorOf(R"({"gltf_camera": "front"})"), HasSubstr("has no cameras"));
+  EXPECT_THAT(pathError(R"({"gltf_camera": "front"})"), HasSubstr("has no cameras"));
 }
 
 TEST(Frames, ParseAndFormat) {
@@ -183,9 +183,9 @@ TEST(Frames, ParseAndFormat) {
 }
 
 TEST(Path, ATargetAtTheCameraIsRefused) {
-  EXPECT_THAT(errorOf(R"({"keyframes": [{"position": [0,0,1], "target": [1e-30,0,1]}]})"),
+  EXPECT_THAT(pathError(R"({"keyframes": [{"position": [0,0,1], "target": [1e-30,0,1]}]})"),
               HasSubstr("position and target are the same point"));
-  EXPECT_THAT(errorOf(R"({"keyframes": [{"position": [0,0,0], "target": [1e-30,0,0]}]})"),
+  EXPECT_THAT(pathError(R"({"keyframes": [{"position": [0,0,0], "target": [1e-30,0,0]}]})"),
               HasSubstr("position and target are the same point"));
   // On the way only: frame 2 of 3 is at the target
   const Scene scene;

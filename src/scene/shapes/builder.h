@@ -7,6 +7,10 @@
 
 namespace catoptric::scene {
 
+inline float fraction(int i, int n) {
+  return static_cast<float>(i) / static_cast<float>(n);
+}
+
 struct ShapeVertex {
   Vec3 position{0.0f};
   Vec3 normal{0.0f, 1.0f, 0.0f};

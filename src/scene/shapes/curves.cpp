@@ -7,11 +7,8 @@
 namespace catoptric::scene {
 namespace {
 
-float fraction(int i, int n) {
-  return static_cast<float>(i) / static_cast<float>(n);
-}
-
-Vec2 onCircle(int i, int n) {
+/// Cosine and sine of i / n turns.
+Vec2 ringPoint(int i, int n) {
   const int k = i % n;
   const double angle = 2.0 * std::numbers::pi * k / n;
   return {static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle))};
@@ -165,7 +162,7 @@ void addRevolution(ShapeBuilder& builder, const std::vector<ProfilePoint>& sampl
       const std::size_t k = begin + static_cast<std::size_t>(j);
       const ProfilePoint& s = samples[k];
       const bool pole = s.p.x == 0.0f;
-      const Vec2 c = onCircle(i, around);
+      const Vec2 c = ringPoint(i, around);
       const float column = static_cast<float>(i) + (pole ? 0.5f : 0.0f);
       const float angle = 2.0f * kPi * column / static_cast<float>(around);
       const Vec2 side = pole ? Vec2(std::cos(angle), std::sin(angle)) : c;
@@ -182,7 +179,7 @@ void addRevolution(ShapeBuilder& builder, const std::vector<ProfilePoint>& sampl
 
 void addCap(ShapeBuilder& builder, const Vec2& p, bool up, int around, UvMode uv) {
   builder.grid(around, 1, !up, [&](int i, int j) {
-    const Vec2 c = onCircle(i, around);
+    const Vec2 c = ringPoint(i, around);
     const Vec3 position =
         j == 1 ? Vec3(0.0f, p.y, 0.0f) : Vec3(p.x * c.x + 0.0f, p.y, -p.x * c.y + 0.0f);
     const Vec2 flat(position.x, up ? position.z : -position.z);
@@ -289,7 +286,7 @@ void addTubeCaps(ShapeBuilder& builder, const TubeShape& shape, const std::vecto
     const Vec3 out = end == 0 ? -ring.tangent : ring.tangent;
     builder.grid(kCapRings, shape.around, end != 0, [&](int i, int j) {
       const float polar = 0.5f * kPi * fraction(i, kCapRings);
-      const Vec2 c = onCircle(j, shape.around);
+      const Vec2 c = ringPoint(j, shape.around);
       const Vec3 radial = c.x * sides[k] + c.y * glm::cross(ring.tangent, sides[k]);
       const Vec3 normal = i == kCapRings ? out
                           : i == 0
@@ -338,7 +335,7 @@ Mesh makeTube(const TubeShape& shape, UvMode uv) {
     const float angle = shape.closed && i == last ? 0.0f : twist * arc[k] / total;
     const Vec3 side =
         std::cos(angle) * sides[k] + std::sin(angle) * glm::cross(ring.tangent, sides[k]);
-    const Vec2 c = onCircle(j, shape.around);
+    const Vec2 c = ringPoint(j, shape.around);
     const Vec3 radial = c.x * side + c.y * glm::cross(ring.tangent, side);
     const Vec3 normal = glm::normalize(radial - ring.slope * ring.tangent);
     return ShapeVertex{ring.centre + ring.radius * radial, normal,

@@ -21,10 +21,6 @@ Vec2 onCircle(int i, int n) {
   return {static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle))};
 }
 
-float fraction(int i, int n) {
-  return static_cast<float>(i) / static_cast<float>(n);
-}
-
 /// A rectangle of the box: centre, half axes (their cross product is the normal).
 struct Face {
   Vec3 centre;

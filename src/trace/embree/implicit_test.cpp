@@ -9,6 +9,7 @@
 #include "scene/implicit/gradient.h"
 #include "trace/embree/trace_scene.h"
 #include "trace/lobes/reflect.h"
+#include "trace/test_rays.h"
 
 namespace catoptric {
 namespace {
@@ -20,13 +21,6 @@ using trace::BvhPolicy;
 using trace::Hit;
 using trace::Ray;
 using trace::TraceScene;
-
-Vec3 randomDirection(std::mt19937& random) {
-  std::normal_distribution<float> normal;
-  Vec3 d(0.0f);
-  while (!(glm::length(d) > 1e-3f)) d = Vec3(normal(random), normal(random), normal(random));
-  return glm::normalize(d);
-}
 
 /// The surface as a coarse mesh: whoever meets the triangles is far off.
 scene::Mesh coarse(const implicit::Surface& surface) {

@@ -130,7 +130,7 @@ class World {
   std::unique_ptr<trace::TraceScene> trace_;
 };
 
-bool sameBits(const Vec3& a, const Vec3& b) {
+bool sameVector(const Vec3& a, const Vec3& b) {
   using Bits = std::array<std::uint32_t, 3>;
   return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
 }
@@ -166,8 +166,9 @@ TEST_P(Levels, GiveTheBitsOfThePlainDefinition) {
     std::uint64_t rays = 0;
     for (std::size_t i = 0; i<points.size(); i += options.rays> 8 ? 7 : 1) {
       const Vec3 expected = world.plainly(points[i], options, options.rays, options.bounces);
-      ASSERT_TRUE(sameBits(radiance[i], expected)) << options.rays << " rays, point " << i << ": "
-                                                   << radiance[i].x << " instead of " << expected.x;
+      ASSERT_TRUE(sameVector(radiance[i], expected))
+          << options.rays << " rays, point " << i << ": " << radiance[i].x << " instead of "
+          << expected.x;
     }
     for (const ReflectionPoint& point : points)
       rays += static_cast<std::uint64_t>(trace::lobeRays(point.glossiness, options.rays));
@@ -175,7 +176,7 @@ TEST_P(Levels, GiveTheBitsOfThePlainDefinition) {
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (seconds[i].direction == Vec3(0.0f)) continue;
       ++gone;
-      ASSERT_TRUE(sameBits(radiance[i], seconds[i].surface + seconds[i].arrived)) << i;
+      ASSERT_TRUE(sameVector(radiance[i], seconds[i].surface + seconds[i].arrived)) << i;
       ASSERT_FALSE(hits[i].hit.miss()) << i;
     }
     if (options.bounces == 1) {
@@ -208,8 +209,8 @@ TEST_P(Levels, PlaceSamplesAsTheFirstLevelDoes) {
     const Vec3 ray = camera.rayFromPixel * Vec3(samples.x[i], samples.y[i], 1.0f);
     const float scale = camera.nearMetres / samples.depth[i];
     const float length = glm::length(ray);
-    ASSERT_TRUE(sameBits(points->position.at(i), camera.eye + scale * ray)) << i;
-    ASSERT_TRUE(sameBits(points->direction.at(i), ray / length)) << i;
+    ASSERT_TRUE(sameVector(points->position.at(i), camera.eye + scale * ray)) << i;
+    ASSERT_TRUE(sameVector(points->direction.at(i), ray / length)) << i;
     ASSERT_EQ(points->distance[i], scale * length) << i;
   }
 }

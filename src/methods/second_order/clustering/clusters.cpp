@@ -19,7 +19,7 @@ constexpr std::uint64_t kLeastPlane = 64;  ///< samples of a planar cluster; our
 /// A step of a cluster is divided off if it has this part of the frame's samples: another cluster
 /// is another image of all that it sees. Ours.
 constexpr std::size_t kLeastStep = 8192;
-constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+constexpr std::uint32_t kNoSlot = 0xFFFFFFFFu;
 
 /// The frame that is clustered.
 struct FrameSamples {
@@ -191,7 +191,7 @@ void findBinRuns(const FrameSamples& frame, const ObjectBins& bins, Rows rows, S
   work.binRuns.clear();
   work.binRows.clear();
   const Mat3 rayFromPixel = scene::rayFromPixel(frame.camera, frame.width, frame.height);
-  std::vector<std::uint32_t> slotOf(bins.count(), kNone);
+  std::vector<std::uint32_t> slotOf(bins.count(), kNoSlot);
   std::uint32_t first = 0;
   for (int y = rows.top; y < rows.bottom; ++y) {
     work.binRows.push_back(static_cast<std::uint32_t>(work.binRuns.size()));
@@ -204,7 +204,7 @@ void findBinRuns(const FrameSamples& frame, const ObjectBins& bins, Rows rows, S
         std::uint32_t& slot = slotOf[number];
         const auto from = first + static_cast<std::uint32_t>(begin);
         const auto to = first + static_cast<std::uint32_t>(end);
-        if (slot == kNone) {
+        if (slot == kNoSlot) {
           slot = static_cast<std::uint32_t>(work.bins.size());
           BlockBin& made = work.bins.emplace_back();
           made.bin = number;
@@ -419,7 +419,7 @@ void Clustering::findClusterRuns(std::size_t b, int width, int bottom,
   block.rows.clear();
   block.slots.clear();
   std::fill(start(top), start(bottom), 0);
-  std::vector<std::uint32_t> slotOf(clusters_.size(), kNone);
+  std::vector<std::uint32_t> slotOf(clusters_.size(), kNoSlot);
   for (int y = top; y < bottom; ++y) {
     block.rows.push_back(static_cast<std::uint32_t>(block.runs.size()));
     const auto row = static_cast<std::size_t>(y - top);
@@ -435,7 +435,7 @@ void Clustering::findClusterRuns(std::size_t b, int width, int bottom,
           kinds[static_cast<std::size_t>(clusters_[cluster].object)] == ReflectorKind::Mirror) {
         continue;
       }
-      if (slotOf[cluster] == kNone) {
+      if (slotOf[cluster] == kNoSlot) {
         slotOf[cluster] = static_cast<std::uint32_t>(block.slots.size());
         block.slots.push_back(static_cast<std::uint16_t>(cluster));
       }

@@ -14,7 +14,7 @@
 namespace catoptric::methods {
 namespace {
 
-constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+constexpr std::uint32_t kNoCluster = 0xFFFFFFFFu;
 constexpr int kMeansSteps = 4;            ///< of k-means; ours
 constexpr float kMeansUnit = 1048576.0f;  ///< of its sums, integers: their order does not matter
 
@@ -190,7 +190,7 @@ std::vector<Sums> dealBlock(std::size_t b, std::size_t width, const Means& means
   std::vector<SampleRun> runs;
   std::vector<std::uint32_t> rows;
   std::vector<std::uint16_t> slots;
-  std::vector<std::uint32_t> slotOf(kept.clusters.size(), kNone);
+  std::vector<std::uint32_t> slotOf(kept.clusters.size(), kNoCluster);
   // What has no runs has its number alone
   for (std::size_t at = b * Clustering::kRows * width;
        at < std::min((b + 1) * Clustering::kRows * width, clusterOf.size()); ++at) {
@@ -205,7 +205,7 @@ std::vector<Sums> dealBlock(std::size_t b, std::size_t width, const Means& means
       const SampleRun& run = block.runs[r];
       means.forSamples(block, run, false, [&](std::size_t mean, std::size_t k) {
         const std::uint16_t number = kept.numberOf[mean];
-        if (slotOf[number] == kNone) {
+        if (slotOf[number] == kNoCluster) {
           slotOf[number] = static_cast<std::uint32_t>(slots.size());
           slots.push_back(number);
           sums.emplace_back();

@@ -13,7 +13,7 @@
 namespace catoptric::methods {
 namespace {
 
-constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+constexpr std::uint32_t kNoPart = 0xFFFFFFFFu;
 constexpr std::uint32_t kLooked = 256;  ///< about so many samples say where the steps are
 constexpr std::size_t kHeights = 64;    ///< of them, evenly spread
 constexpr std::size_t kMostSteps = 4;   ///< of a cluster
@@ -167,7 +167,7 @@ std::vector<Sums> divideBlock(std::size_t b, std::size_t width, std::size_t undi
   std::vector<SampleRun> runs;
   std::vector<std::uint32_t> rows;
   sums.resize(block.slots.size());
-  std::vector<std::uint32_t> slotOf(division.made, kNone);
+  std::vector<std::uint32_t> slotOf(division.made, kNoPart);
   for (std::size_t row = 0; row + 1 < block.rows.size(); ++row) {
     rows.push_back(static_cast<std::uint32_t>(runs.size()));
     const std::size_t y = b * Clustering::kRows + row;
@@ -189,7 +189,7 @@ std::vector<Sums> divideBlock(std::size_t b, std::size_t width, std::size_t undi
         if (step > 0) {
           const std::size_t number = division.numberOf(c, step);
           std::uint32_t& known = slotOf[number - undivided];
-          if (known == kNone) {
+          if (known == kNoPart) {
             known = static_cast<std::uint32_t>(block.slots.size());
             block.slots.push_back(static_cast<std::uint16_t>(number));
             sums.emplace_back();
