@@ -37,7 +37,10 @@ MethodPlan SecondOrder::plan(const scene::Scene& scene, const RunSettings& setti
   add(reflectors.glossy, "glossy objects (rays of a lobe)");
   const bool again = scene.animated();
   plan.items = {
-      {"precomputation", "levels", "coarser levels of objects that do not deform", 0},
+      {"precomputation", "levels",
+       "coarser levels of objects that do not deform: level_error bounds their shape in texels, "
+       "their light in display steps",
+       0},
       {again ? "pass" : "precomputation", "cube_map",
        std::string("the diffuse scene from one point, for rays that find nothing") +
            (again ? ", drawn again in frames in which an object or a light moved"
@@ -136,10 +139,13 @@ void SecondOrder::render(const FrameInput& input, Services& services, FrameOutpu
   timer.measure("depth_images", [&] {
     // Planar clusters of curved objects are walked over
     inputs.exactGrids = inputs.onGrids && reflectors_.planarMirrors && scale == 1.0f;
-    output.counters["left_out"] = images_->draw(
+    const DetailCounts detail = images_->draw(
         clusters, cameras, reflectors_.skipOwn,
         inputs.exactGrids ? clustering_.clusterOf() : std::span<const std::uint16_t>(),
         camera.eye(), services.geometry, services.lighting, services.raster->scene(), triangles);
+    output.counters["left_out"] = detail.leftOut;
+    output.counters["bound_by_shape"] = detail.byShape;
+    output.counters["bound_by_light"] = detail.byLight;
   });
   timer.measure("intersect", [&] {
     rayPass_->run(services, inputs);

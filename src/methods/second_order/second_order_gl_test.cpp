@@ -95,6 +95,35 @@ TEST(SecondOrder, DimReflectionsAreDrawnMoreCoarsely) {
   EXPECT_GT(triangles(frame(1.0f, finest)), triangles(bright));
 }
 
+TEST(SecondOrder, WhatBoundsLevelsOfDetailIsCounted) {
+  // A panel of 32 x 32 squares, plain or chequered, and a ball before a mirror
+  const auto frame = [](bool chequered, const char* options = "{}") {
+    test::SceneBuilder builder;
+    builder.add(scene::makePlane({4.0f, 4.0f}, {1, 1}, scene::UvMode::Metres),
+                builder.reflective(1.0f));
+    scene::Mesh panel = scene::makePlane({1.0f, 1.0f}, {32, 32}, scene::UvMode::Metres);
+    for (std::size_t i = 0; i < panel.positions.size(); ++i)
+      panel.colors.push_back(Vec3(chequered && i % 2 == 1 ? 0.7f : 0.8f));
+    builder.add(std::move(panel), builder.diffuse(Vec3(1.0f)),
+                test::translation({0.0f, 0.5f, 0.0f}) * test::rotation(180.0f, {1.0f, 0.0f, 0.0f}));
+    builder.add(scene::makeSphere(0.4f, 160, 80, scene::UvMode::Metres),
+                builder.diffuse(Vec3(0.8f)), test::translation({1.2f, 0.6f, 0.0f}));
+    builder.constantEnvironment(Vec3(1.0f));
+    return Comparison(builder.scene(), cameraAt({0.7f, 1.5f, 3.2f}, {0.0f, 0.0f, 0.0f}), options);
+  };
+  const auto counter = [](const Comparison& of, const char* name) {
+    return of.output.counters.at(name);
+  };
+  const Comparison plain = frame(false);
+  const Comparison chequered = frame(true);
+  EXPECT_EQ(counter(plain, "bound_by_shape"), 1u);
+  EXPECT_EQ(counter(plain, "bound_by_light"), 0u);
+  EXPECT_EQ(counter(chequered, "bound_by_shape"), 1u);
+  EXPECT_EQ(counter(chequered, "bound_by_light"), 1u);
+  const Comparison finest = frame(true, R"({"level_error": 0})");
+  EXPECT_EQ(counter(finest, "bound_by_shape") + counter(finest, "bound_by_light"), 0u);
+}
+
 TEST(SecondOrder, SmallThingsAreNotLeftOutOfDimReflections) {
   // Balls a texel or two wide before a dim mirror
   const auto frame = [](float s, const char* options = "{}") {

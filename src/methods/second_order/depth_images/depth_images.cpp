@@ -71,12 +71,12 @@ std::uint64_t DepthImages::layerBytes() const {
          static_cast<std::uint64_t>(layerHeight_);
 }
 
-std::uint64_t DepthImages::draw(std::span<const Cluster> clusters,
-                                std::span<const ClusterCamera> cameras,
-                                const std::vector<bool>& skipOwn,
-                                std::span<const std::uint16_t> samplesOnGrids, const Vec3& frameEye,
-                                const frame::Geometry& geometry, const frame::Lighting& lighting,
-                                raster::SceneGpu& scene, std::span<std::uint64_t> triangles) {
+DetailCounts DepthImages::draw(std::span<const Cluster> clusters,
+                               std::span<const ClusterCamera> cameras,
+                               const std::vector<bool>& skipOwn,
+                               std::span<const std::uint16_t> samplesOnGrids, const Vec3& frameEye,
+                               const frame::Geometry& geometry, const frame::Lighting& lighting,
+                               raster::SceneGpu& scene, std::span<std::uint64_t> triangles) {
   const int layers = atlas_.layers * options_.depthLayers;
   if (color_.layers() < layers) {
     targets_.clear();
@@ -140,10 +140,10 @@ std::uint64_t DepthImages::draw(std::span<const Cluster> clusters,
   const ViewLayers targets{.targets = targets_,
                            .peeled = options_.depthLayers > 1 ? &depth_ : nullptr,
                            .compound = options_.compound};
-  const std::uint64_t leftOut = diffuse_.draw(scene, views, targets, geometry, lighting, drawn);
+  const DetailCounts detail = diffuse_.draw(scene, views, targets, geometry, lighting, drawn);
   for (std::size_t k = 0; k < order.size(); ++k) triangles[order[k]] = drawn[k];
   writeTable(clusters, cameras, triangles);
-  return leftOut;
+  return detail;
 }
 
 void DepthImages::writeTable(std::span<const Cluster> clusters,

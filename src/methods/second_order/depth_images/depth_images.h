@@ -43,13 +43,12 @@ class DepthImages {
   /// Draws the images that the last fits() has placed. `triangles[i]`: drawn for cluster i.
   /// `skipOwn`: by object id, whether it is flat. `samplesOnGrids`: the cluster of each sample
   /// (Clustering::clusterOf()) where mirrored grids of flat objects are looked up at their
-  /// own samples alone, so that nothing else is drawn; or nothing. Returns how many objects the
-  /// images left out for their size, in all.
-  std::uint64_t draw(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
-                     const std::vector<bool>& skipOwn,
-                     std::span<const std::uint16_t> samplesOnGrids, const Vec3& frameEye,
-                     const frame::Geometry& geometry, const frame::Lighting& lighting,
-                     raster::SceneGpu& scene, std::span<std::uint64_t> triangles);
+  /// own samples alone, so that nothing else is drawn; or nothing.
+  DetailCounts draw(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
+                    const std::vector<bool>& skipOwn, std::span<const std::uint16_t> samplesOnGrids,
+                    const Vec3& frameEye, const frame::Geometry& geometry,
+                    const frame::Lighting& lighting, raster::SceneGpu& scene,
+                    std::span<std::uint64_t> triangles);
 
   /// Binds colour and depth images and the table of clusters, as depth_image.glsl names them.
   void bind() const;

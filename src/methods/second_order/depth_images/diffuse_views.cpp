@@ -340,18 +340,18 @@ void ViewDraws::draw(const frame::Lighting& lighting, bool behind, gl::DrawScope
   }
 }
 
-std::uint64_t DiffuseViews::draw(SceneGpu& scene, std::span<const DiffuseView> views,
-                                 const ViewLayers& layers, const frame::Geometry& geometry,
-                                 const frame::Lighting& lighting,
-                                 std::span<std::uint64_t> triangles) {
-  if (views.empty()) return 0;
+DetailCounts DiffuseViews::draw(SceneGpu& scene, std::span<const DiffuseView> views,
+                                const ViewLayers& layers, const frame::Geometry& geometry,
+                                const frame::Lighting& lighting,
+                                std::span<std::uint64_t> triangles) {
+  if (views.empty()) return {};
   const std::vector<std::uint32_t> order = smallestFirst(scene);
   const std::vector<ViewList> lists = listViews(scene, views, order, geometry);
-  std::uint64_t leftOut = 0;
+  DetailCounts detail;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const bool twice = layers.peeled != nullptr && views[i].peel;
     triangles[i] = (twice ? 2 : 1) * lists[i].indices.size() / 3;
-    leftOut += lists[i].leftOut;
+    detail.add(lists[i].detail);
   }
   ViewDraws draws(*this, scene, views, layers);
   draws.list(order, lists);
@@ -371,7 +371,7 @@ std::uint64_t DiffuseViews::draw(SceneGpu& scene, std::span<const DiffuseView> v
     draws.draw(lighting, true, scope);
   }
   if (layers.compound) glBindBuffer(GL_DRAW_INDIRECT_BUFFER, 0);
-  return leftOut;
+  return detail;
 }
 
 }  // namespace catoptric::methods

@@ -51,16 +51,28 @@ struct ViewLayers {
 };
 
 /// Buffers are kept from frame to frame.
+/// What bounds the detail of objects, over all views.
+struct DetailCounts {
+  std::uint64_t leftOut = 0;  ///< objects that would be too small to show
+  std::uint64_t byShape = 0;  ///< drawn no coarser, as the next level's places would show
+  std::uint64_t byLight = 0;  ///< ... as its light would
+
+  void add(const DetailCounts& other) {
+    leftOut += other.leftOut;
+    byShape += other.byShape;
+    byLight += other.byLight;
+  }
+};
+
 class DiffuseViews {
  public:
   /// Draws diffuse radiance (colour 0) and depth of all views, which are in the order of their
   /// layers, each into its rectangle. Triangles that certainly show nothing and levels of detail
   /// finer than a view asks for are not drawn. `geometry`: of the scene's last update().
-  /// `triangles[i]`: drawn for views[i]. Returns how many objects the views left out for their
-  /// size, in all.
-  std::uint64_t draw(raster::SceneGpu& scene, std::span<const DiffuseView> views,
-                     const ViewLayers& layers, const frame::Geometry& geometry,
-                     const frame::Lighting& lighting, std::span<std::uint64_t> triangles);
+  /// `triangles[i]`: drawn for views[i].
+  DetailCounts draw(raster::SceneGpu& scene, std::span<const DiffuseView> views,
+                    const ViewLayers& layers, const frame::Geometry& geometry,
+                    const frame::Lighting& lighting, std::span<std::uint64_t> triangles);
 
  private:
   friend class ViewDraws;

@@ -30,13 +30,16 @@ float distanceTo(const Box3& box, const Vec3& p) {
 /// Meshlets of the coarsest level whose error does not show at the nearest place of the object;
 /// false where the object itself does not.
 bool chooseLevel(const SceneGpu& scene, std::size_t i, const DiffuseView& view,
-                 std::span<const Meshlet>& members) {
+                 std::span<const Meshlet>& members, DetailCounts& detail) {
   const DeviceObject& object = scene.objects()[i];
   members = scene.meshlets().ofObject(i);
   if (view.levelErrorTexels <= 0.0f || scene.levels().firstOfObject.empty()) return true;
   const float bright = view.levelErrorTexels * view.texelSpreadRad *
                        std::max(view.nearestMetres, distanceTo(object.bounds, view.eye));
-  if (object.bounds.diameter() < 0.5f * bright) return false;
+  if (object.bounds.diameter() < 0.5f * bright) {
+    ++detail.leftOut;
+    return false;
+  }
   const float shown = view.shown * std::max(1.0f, object.emission);
   const float dim = std::clamp(shown, kDimmest, 1.0f);
   const float allowed = bright / dim;
@@ -45,7 +48,11 @@ bool chooseLevel(const SceneGpu& scene, std::size_t i, const DiffuseView& view,
                           ? std::max(1.0f, object.bounds.diameter() / object.levelExtent)
                           : 1.0f;
   for (const DetailLevel& level : scene.levels().ofObject(i)) {
-    if (level.error.metres * grown > allowed || level.error.steps > steps) break;
+    const bool shapeShows = level.error.metres * grown > allowed;
+    if (shapeShows || level.error.steps > steps) {
+      ++(shapeShows ? detail.byShape : detail.byLight);
+      break;
+    }
     members = {scene.levels().meshlets.data() + level.firstMeshlet, level.meshletCount};
   }
   return true;
@@ -65,10 +72,7 @@ void listView(const SceneGpu& scene, const DiffuseView& view, std::span<const st
       continue;
     }
     std::span<const Meshlet> members;
-    if (!chooseLevel(scene, i, view, members)) {
-      ++seen.leftOut;
-      continue;
-    }
+    if (!chooseLevel(scene, i, view, members, seen.detail)) continue;
 
     // Backs of a closed opaque object are hidden; so are they for the eye behind its own surface
     const bool cullBacks = own ? !view.ownBacks

@@ -22,7 +22,7 @@ struct ViewList {
   };
   std::vector<Range> ranges;
   std::vector<std::uint32_t> indices;
-  std::uint64_t leftOut = 0;  ///< objects that would be too small to show
+  DetailCounts detail;
 };
 
 /// Objects (indices), small ones first: what they hide of the room's shell is then not shaded.
