@@ -1,9 +1,6 @@
 # `cmake --install` and the Debian package (cpack -G DEB in the build folder).
 include(GNUInstallDirs)
 install(TARGETS catoptric RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-# Where the program looks for it, bin/../lib/catoptric: not CMAKE_INSTALL_LIBDIR, which Debian's
-# prefix /usr turns into lib/x86_64-linux-gnu.
-install(TARGETS catoptric_imageio LIBRARY DESTINATION lib/catoptric)
 # The folders keep their places beside one another, so that scripts/prepare_assets makes the rooms'
 # assets (which are not installed) here, or in a user's copy of the whole folder.
 install(DIRECTORY configs scenes paths DESTINATION ${CMAKE_INSTALL_DATADIR}/catoptric

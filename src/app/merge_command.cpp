@@ -7,7 +7,6 @@
 #include "config/json.h"
 #include "config/json_text.h"
 #include "core/text.h"
-#include "image/image.h"
 #include "run/folder/merge.h"
 #include "run/sequence/session.h"
 
@@ -52,7 +51,6 @@ ExitCode merge(const MergeOptions& given, const CommonOptions& common) {
       run::mergeRuns(partsOf(options), options.out, existing);
 
   // The tables of the whole, as the undivided run would have written them.
-  image::preloadImageIo();
   run::RunConfig config;
   config.name = std::filesystem::path(options.out).filename().string();
   std::vector<run::MethodResult> results;

@@ -1,5 +1,10 @@
 #include "image/image.h"
 
+#include <set>
+
+#include "core/error.h"
+#include "image/checks.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -17,6 +22,25 @@ float display8(float linear) {
   if (linear <= 0.0f) return 0.0f;
   if (linear >= 1.0f) return 255.0f;
   return static_cast<float>(255.0 * srgbFromLinear(linear));
+}
+
+std::string describe(const Image& image) {
+  return std::to_string(image.width) + " x " + std::to_string(image.height) + " pixels of " +
+         std::to_string(image.channels.size()) + " channels";
+}
+
+void requireWellFormed(const Image& image) {
+  if (image.width < 1 || image.height < 1 || image.channels.empty())
+    throw OutputError("image of " + describe(image) + ": nothing to write");
+  if (image.data.size() != image.pixelCount() * image.channels.size())
+    throw OutputError("image of " + describe(image) + " has " + std::to_string(image.data.size()) +
+                      " values");
+  std::set<std::string> seen;
+  for (const std::string& name : image.channels) {
+    if (name.empty() || name.size() > 255)
+      throw OutputError("image channel \"" + name + "\": names have 1 to 255 characters");
+    if (!seen.insert(name).second) throw OutputError("image channel " + name + " is there twice");
+  }
 }
 
 }  // namespace catoptric::image

@@ -1,5 +1,4 @@
-// Images in memory and their files. OpenImageIO and OpenColorIO live in a module of their own
-// that is loaded at first use (linking them costs 0.4 s at every start).
+// Images in memory and their files.
 #pragma once
 
 #include <cstddef>
@@ -50,7 +49,7 @@ std::vector<std::byte> encodeExr(const Image& image, const ExrOptions& options,
 /// Reads all pixels of an EXR or HDR file. Throws SceneError naming the file.
 Image readImage(const std::filesystem::path& file);
 
-/// 8-bit gray, RGB or RGBA PNG marked as sRGB (libpng, without OpenImageIO); rows from the top,
+/// 8-bit gray, RGB or RGBA PNG marked as sRGB (libpng); rows from the top,
 /// no padding. Deterministic. Throws OutputError.
 std::vector<std::byte> encodePng(int width, int height, int channels,
                                  std::span<const std::uint8_t> pixels);
@@ -75,10 +74,5 @@ std::vector<std::uint8_t> displayRgb8(const Image& image, float exposureStops = 
 /// The same sRGB encoding of one linear value without OpenColorIO, 0..255, clamped: what L1_8bit
 /// compares (rounded). NaN stays NaN. Tests hold both to the same result within half a step.
 float display8(float linear);
-
-/// Loads the module (0.3 s) if nothing has; the first write or read reports a failure.
-void loadImageIo();
-/// The same in the background, so that the first write does not wait for it.
-void preloadImageIo();
 
 }  // namespace catoptric::image

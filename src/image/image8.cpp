@@ -1,6 +1,6 @@
-// 8-bit images by libpng and libjpeg-turbo directly: OpenImageIO dies on some bad files, these two
-// do not. Both libraries report errors by longjmp, so every function that calls setjmp here keeps
-// its state in a plain struct outside and has no locals with destructors.
+// 8-bit images by libpng and libjpeg-turbo. Both libraries report errors by longjmp, so every
+// function that calls setjmp here keeps its state in a plain struct outside and has no locals with
+// destructors.
 #include <csetjmp>
 #include <cstdio>
 #include <cstring>

@@ -240,50 +240,11 @@ TEST_F(ImageFile, AttributesAreReadByOtherPrograms) {
   const std::string info = readTextFile(listing);
   EXPECT_THAT(info, HasSubstr("8 x    8, 13 channel, half/half/half/half/float/float"));
   EXPECT_THAT(info, HasSubstr("DateTime: \"2000:01:01 00:00:00\""));
-  EXPECT_THAT(info, HasSubstr("Software: \"catoptric\""));
   EXPECT_THAT(info, HasSubstr("catoptric:method: \"traced\""));
   EXPECT_THAT(info, HasSubstr("catoptric:time: 1.25"));
   EXPECT_THAT(info, HasSubstr("chromaticities: 0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329"));
   EXPECT_THAT(info, HasSubstr("compression: \"zip\""));
   EXPECT_THAT(info, HasSubstr("worldToCamera: 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0, -1, -2, 3, 1"));
-}
-
-/// Run by the next test in a copy of this program.
-TEST(Module, DISABLED_Child) {
-  try {
-    displayRgb8(Image{1, 1, {"R", "G", "B"}, {0, 0, 1}});
-    std::puts("loaded");
-  } catch (const OutputError& error) {
-    std::puts(error.what());
-  }
-}
-
-TEST_F(ImageFile, ModuleIsFoundBesideTheProgramOrItsPlacesAreNamed) {
-  const auto program = std::filesystem::read_symlink("/proc/self/exe");
-  const auto module = program.parent_path() / "../lib/catoptric_imageio.so";
-  const auto copy = folder_ / "bin/program";
-  std::filesystem::create_directories(folder_ / "bin");
-  std::filesystem::create_directories(folder_ / "lib/catoptric");
-  std::filesystem::copy_file(program, copy);
-  const auto output = [&] {
-    const auto file = folder_ / "child.txt";
-    const std::string command = copy.string() +
-                                " --gtest_filter=Module.DISABLED_Child "
-                                "--gtest_also_run_disabled_tests >" +
-                                file.string();
-    EXPECT_EQ(std::system(command.c_str()), 0);
-    return readTextFile(file);
-  };
-  EXPECT_THAT(output(), HasSubstr("catoptric_imageio.so is missing, so EXR files and previews "
-                                  "cannot be made; looked for:\n  " +
-                                  (folder_ / "lib/catoptric/catoptric_imageio.so").string()));
-  // The install tree
-  std::filesystem::copy_file(module, folder_ / "lib/catoptric/catoptric_imageio.so");
-  EXPECT_THAT(output(), HasSubstr("loaded"));
-  // A file that is no library
-  std::filesystem::remove(folder_ / "lib/catoptric/catoptric_imageio.so");
-  write("lib/catoptric/catoptric_imageio.so", std::as_bytes(std::span("nonsense")));
-  EXPECT_THAT(output(), HasSubstr("the image module cannot be loaded: "));
 }
 
 TEST(ExrCamera, ForwardIsPlusZ) {
@@ -337,12 +298,6 @@ TEST(Display, NanIsMagentaAndInfinityIsWhite) {
 
 TEST(Display, NeedsColour) {
   EXPECT_THROW(displayRgb8(Image{1, 1, {"Z"}, {1}}), OutputError);
-}
-
-TEST(Preload, MayBeCalledTwiceAndBesideUse) {
-  preloadImageIo();
-  preloadImageIo();
-  EXPECT_EQ(displayRgb8(Image{1, 1, {"R", "G", "B"}, {0, 0, 1}}).size(), 3u);
 }
 
 }  // namespace

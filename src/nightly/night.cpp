@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdlib>
 
 #include "core/error.h"
@@ -20,10 +19,6 @@ namespace catoptric::nightly {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// The places in which the program looks for the module that reads and writes EXR files.
-constexpr std::array<const char*, 3> kModuleFolders = {"../lib/catoptric", "../lib", "."};
-constexpr const char* kModule = "catoptric_imageio.so";
 
 fs::path buildFolder(const History& history, const std::string& build) {
   return history.folder() / "builds" / build;
@@ -259,14 +254,7 @@ void keepProgram(const History& history, const fs::path& program, const std::str
   try {
     fs::remove_all(partial);
     fs::create_directories(partial / "bin");
-    fs::create_directories(partial / "lib" / "catoptric");
     fs::copy_file(program, partial / "bin" / "catoptric");
-    for (const char* place : kModuleFolders) {
-      const fs::path module = program.parent_path() / place / kModule;
-      if (!fs::is_regular_file(module, error)) continue;
-      fs::copy_file(module, partial / "lib" / "catoptric" / kModule);
-      break;
-    }
     fs::rename(partial, folder);
   } catch (const fs::filesystem_error& failure) {
     fs::remove_all(partial, error);

@@ -68,7 +68,6 @@ class Frames {
   std::string ready() {
     double startup = 0.0;
     for (const frame::StepSample& sample : source_.prepare()) startup += sample.seconds;
-    image::loadImageIo();  // at first use it would disturb a frame
     std::string renderer = "CPU";
     const std::map<std::string, std::string> context = source_.context();
     if (context.contains("renderer")) renderer = context.at("renderer");

@@ -197,7 +197,6 @@ class Sequence {
     samples.push_back({number, "other", std::max(0.0, whole - named), "wall", first});
     frameStart_ = nowNs();
     const std::int64_t waitStart = nowNs();
-    if (first && options_.prepareEncoding) options_.prepareEncoding();
     const bool taken = writer.submit(std::move(job));
     waited_ = secondsSince(waitStart);
     ++progress_.done;

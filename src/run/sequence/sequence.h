@@ -80,9 +80,6 @@ struct SequenceOptions {
   std::function<bool()> stopRequested;  ///< asked between frames
   std::function<void(const Progress&)> progress;
   Encoder encode;
-  /// Called when the first frame is rendered, before the next: what `encode` loads at first use
-  /// would disturb the times of the frames beside it.
-  std::function<void()> prepareEncoding;
   /// Further members of summary.json, JSON texts by name ("config", "plan", ...).
   std::map<std::string, std::string> summary;
 };

@@ -100,19 +100,6 @@ TEST(Sequence, MakesAllFramesAndRecords) {
   EXPECT_EQ(summary.get("startup").keys(), std::vector<std::string>{"scene"});
 }
 
-TEST(Sequence, EncodingIsPreparedOnceBetweenTheFirstTwoFrames) {
-  FakeSource source;
-  const fs::path path = freshFolder();
-  std::vector<std::size_t> rendered;
-  SequenceOptions o = options();
-  o.prepareEncoding = [&] { rendered.push_back(source.calls.size()); };
-  runSequence(source, tasks(3), path, o);
-  EXPECT_THAT(rendered, ElementsAre(1));
-  o.existing = Existing::Resume;
-  runSequence(source, tasks(3), path, o);  // nothing to encode
-  EXPECT_THAT(rendered, ElementsAre(1));
-}
-
 TEST(Sequence, ResumeRendersOnlyWhatIsMissing) {
   const fs::path path = freshFolder();
   FakeSource first;

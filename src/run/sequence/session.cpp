@@ -6,7 +6,6 @@
 #include "core/error.h"
 #include "core/hash.h"
 #include "core/text.h"
-#include "image/image.h"
 #include "run/folder/machine.h"
 #include "run/stage/encoder.h"
 #include "run/stage/method_source.h"
@@ -125,7 +124,6 @@ std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::Met
         options.progress(method.name, progress);
       };
     sequence.encode = makeEncoder(run, method, stage.scene().origin);
-    sequence.prepareEncoding = image::loadImageIo;
     config::JsonText kinds;
     for (const auto& [step, kind] : stepKinds()) kinds.add(step, kind);
     config::JsonText text;
