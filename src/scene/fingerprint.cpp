@@ -27,6 +27,7 @@ class Contents {
   void vec(const Vec3& v) {
     for (int c = 0; c < 3; ++c) value(v[c]);
   }
+  void text(const std::string& t) { small_.add(t); }
   template <class T>
   void array(const std::vector<T>& values) {
     static_assert(std::has_unique_object_representations_v<T> ||
@@ -95,6 +96,7 @@ void addSurface(Contents& all, const implicit::Surface* surface) {
     all.value(surface->domain.min[a]);
     all.value(surface->domain.max[a]);
   }
+  all.value(surface->localFromWorld);
 }
 
 void addMeshes(Contents& all, const Scene& scene) {
@@ -157,6 +159,7 @@ void addNodes(Contents& all, const Scene& scene) {
 void addObjects(Contents& all, const Scene& scene) {
   all.value(scene.objects.size());
   for (const Object& object : scene.objects) {
+    all.text(object.name);  // configs name objects
     all.value(object.mesh);
     all.value(object.node);
     all.value(object.material);
@@ -220,6 +223,7 @@ void addSurroundings(Contents& all, const Scene& scene, std::vector<std::byte>& 
   all.value(scene.bake.bounces);
   all.value(scene.bake.ambientOcclusionDistance);
   all.vec(scene.ambient);
+  all.value(scene.origin);
 }
 
 }  // namespace
