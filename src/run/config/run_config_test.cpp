@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <set>
 
 #include "core/error.h"
 
@@ -107,13 +108,24 @@ TEST(RunConfig, MethodOptionSelectsAndAdds) {
 }
 
 TEST(RunConfig, PixelSettingsLeaveOutWhatChangesNoPixel) {
-  const RunConfig a = read("{\"scene\": \"a\", \"threads\": 1, \"frames\": \"1\"}");
-  const RunConfig b = read("{\"scene\": \"a\", \"threads\": 2}");
-  const RunConfig c = read("{\"scene\": \"a\", \"seed\": 7}");
-  const RunConfig d = read("{\"scene\": \"a\", \"image\": {\"samples\": 3}}");
-  EXPECT_EQ(a.pixelSettings(a.methods[0]), b.pixelSettings(b.methods[0]));
-  EXPECT_NE(a.pixelSettings(a.methods[0]), c.pixelSettings(c.methods[0]));
-  EXPECT_NE(a.pixelSettings(a.methods[0]), d.pixelSettings(d.methods[0]));
+  const auto settings = [](const std::string& members) {
+    const std::string text =
+        R"({"scene": "a", "methods": [{"method": "perturbation")" + members + "}";
+    const RunConfig run = readRunConfig(config::parseText(text, "f"), "f", methods::registry());
+    return run.pixelSettings(run.methods[0]);
+  };
+  EXPECT_EQ(settings(R"(}], "threads": 1, "frames": "1")"), settings(R"(}], "threads": 2)"));
+  const std::set<std::string> all = {settings("}]"),
+                                     settings(R"(, "error": 2}])"),
+                                     settings(R"(, "reflectors": {"a": "traced"}}])"),
+                                     settings(R"(, "reflectors": {"b": "traced"}}])"),
+                                     settings(R"(, "unsupported": "traced"}])"),
+                                     settings(R"(}], "seed": 7)"),
+                                     settings(R"(}], "device": "osmesa")"),
+                                     settings(R"(}], "image": {"samples": 3})"),
+                                     settings(R"(}], "image": {"layers": ["Z"]})"),
+                                     settings(R"(}], "preview": {"exposure": 1})")};
+  EXPECT_EQ(all.size(), 10u);
 }
 
 TEST(RunConfig, MethodsCannotTakeTheNamesOfARunsFiles) {

@@ -79,6 +79,8 @@ TEST_F(Merging, TheSameFrameTwiceMustBeTheSameInEveryByte) {
   EXPECT_EQ(merge({"a", "b"}), "");
   addPart("other", {3, 4}, {}, "pixelX of frame ");  // as long as the others
   EXPECT_THAT(merge({"a", "other"}), HasSubstr("frames 3 are in another run too"));
+  addPart("moved", {3, 4}, [](FrameRecord& r) { r.fingerprints.camera = "x"; });
+  EXPECT_THAT(merge({"a", "moved"}), HasSubstr("frames 3 are in another run too"));
 }
 
 TEST_F(Merging, WhatPixelsDependOnMustAgree) {

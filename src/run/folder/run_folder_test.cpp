@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/hash.h"
+#include "core/test_fields.h"
 #include "run/test_folders.h"
 
 namespace catoptric::run {
@@ -105,6 +106,9 @@ TEST(RunFolder, TrustsOnlyWhatIsUnchanged) {
   other.scene = "t";
   other.build = "u";
   EXPECT_EQ(folder.distrust(5, other), "it was made with another scene, another program");
+  FrameFingerprints wanted = kPrints;
+  auto& [config, scene, camera, build] = wanted;
+  test::expectAllCount([&] { return folder.distrust(5, wanted); }, config, scene, camera, build);
   EXPECT_FALSE(fs::exists(path / "frames" / leftover));
   EXPECT_TRUE(fs::exists(path / "frames" / living));
 }
