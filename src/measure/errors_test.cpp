@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <random>
+#include <tuple>
 
 #include "core/error.h"
 #include "measure/ssim.h"
@@ -127,6 +128,25 @@ Image withLayers(const Image& image, const std::vector<std::string>& names,
     for (const auto& layer : layers) result.data.push_back(layer[p]);
   }
   return result;
+}
+
+TEST(CompareImages, PooledErrorsNameTheWorstFrameAndPixel) {
+  const Image truth = flat(3, 2, linearOf(100));
+  ImageError pooled;
+  for (const auto& [frame, pixel, step] :
+       {std::tuple(4, 1, 110), {7, 5, 130}, {8, 0, 130}, {9, 2, 120}}) {
+    Image image = truth;
+    image.data[3 * static_cast<std::size_t>(pixel)] = linearOf(step);
+    addErrors(pooled, compareImages(image, truth), frame);
+  }
+  // The first of two that are equally wrong
+  EXPECT_EQ(pooled.max8, 30);
+  EXPECT_EQ(std::tuple(pooled.max8Frame, pooled.max8X, pooled.max8Y), std::tuple(7, 2, 1));
+  EXPECT_EQ(std::tuple(pooled.maxLinearFrame, pooled.maxLinearX, pooled.maxLinearY),
+            std::tuple(7, 2, 1));
+  EXPECT_EQ(pooled.pixels, 24u);
+  EXPECT_EQ(pooled.sum8, 90u);
+  EXPECT_FLOAT_EQ(static_cast<float>(pooled.maxLinear), linearOf(130) - linearOf(100));
 }
 
 TEST(CompareImages, ObjectsAndClassesByHand) {

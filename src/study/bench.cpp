@@ -177,7 +177,7 @@ Setting Bench::prepare(const Point& point) {
   setting.key =
       printOf(point.method + "\n" + setting.run.pixelSettings(setting.run.methods.front()) + "\n" +
               std::to_string(setting.run.threads) + "\n" + placeOf(setting.run).fingerprint + "\n" +
-              program + "\n" + run::processorName());
+              program + "\n" + options_.processor);
   return setting;
 }
 

@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 
+#include "run/folder/machine.h"
 #include "run/folder/run_folder.h"
 #include "study/axes.h"
 #include "study/engine.h"
@@ -29,6 +30,7 @@ struct BenchOptions {
   int repeats = 8;  ///< of short frames up to kMostLonger times as many, if enough to tell
   int workers = 8;  ///< resident at once, at most; fewer where memory is short
   std::uint64_t seed = 0;
+  std::string processor = run::processorName();  ///< that times are taken on
   bool keepFrames = false;
   std::function<bool()> stopRequested;
   std::function<void(const std::string& what, double share)> progress;

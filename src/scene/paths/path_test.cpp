@@ -103,6 +103,20 @@ TEST(Curves, RotationsTakeTheShorterArc) {
   }
 }
 
+TEST(Curves, RotationsAccelerateEvenlyOverUnevenSpans) {
+  // A turn by 0.1 t^2: at inner keys the rate of the parabola, at the ends that of their spans.
+  const std::vector<double> times{0.0, 1.0, 3.0, 3.5, 5.0};
+  std::vector<Quat> keys;
+  for (const double t : times)
+    keys.push_back(glm::angleAxis(0.1f * static_cast<float>(t * t), Vec3(0, 1, 0)));
+  const TimedRotation rotation(keys, times);
+  const auto turnTo = [&](double t) { return glm::angle(rotation.at(t)); };
+  for (const double t : {1.01, 2.0, 2.99, 3.01, 3.4})
+    EXPECT_NEAR(turnTo(t), 0.1 * t * t, 1e-5) << t;
+  EXPECT_NEAR(turnTo(0.01) / 0.01, 0.1, 0.01);
+  EXPECT_NEAR((turnTo(5.0) - turnTo(4.99)) / 0.01, 0.1 * (25.0 - 12.25) / 1.5, 0.01);
+}
+
 TEST(Paths, KeyframesOrbitWalk) {
   const auto keys = pathOf(
       R"({"frames": 5, "keyframes": [{"position": [0,1,4], "target": [0,0,0]},

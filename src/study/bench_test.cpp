@@ -1,0 +1,71 @@
+// The keys of settings: what was measured of one setting is never taken for that of another.
+#include "study/bench.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <set>
+
+namespace catoptric::study {
+namespace {
+
+class Keys : public testing::Test {
+ protected:
+  Keys() : folder_(std::filesystem::path(testing::TempDir()) / "study_keys") {
+    std::filesystem::create_directories(folder_);
+    write("scene.json", R"({"objects": [{"name": "ball", "shape": "sphere", "radius": 0.5,
+                            "material": {"base_color": [0.9, 0.9, 0.9], "s": 0.9, "g": 0}}]})");
+    write("path.json", R"({"frames": 2, "orbit": {"center": [0, 0, 0], "radius": 3}})");
+    write("program", "of today");
+    point_.method = "traced";
+    point_.program = folder_ / "program";
+  }
+  ~Keys() override { std::filesystem::remove_all(folder_); }
+
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+  }
+  std::string key() const {
+    const std::string config = R"({"scene": "scene.json", "path": "path.json", "methods": [
+        {"method": "traced"}, {"method": "traced", "name": "twin"}])" +
+                               members_ + "}";
+    const auto readRun = [&](const Settings&, const std::string& method) {
+      return run::readRunConfig(config::parseText(config, "run.json"), folder_ / "run.json",
+                                methods::registry(), {method});
+    };
+    return Bench({readRun, {}}, options_).prepare(point_).key;
+  }
+
+  std::filesystem::path folder_;
+  std::string members_;
+  Point point_;
+  BenchOptions options_;
+};
+
+TEST_F(Keys, DependOnAllThatTimesAndErrorsDependOn) {
+  std::set<std::string> keys = {key()};
+  EXPECT_EQ(key(), *keys.begin());
+  const auto expectAnother = [&](const char* than) {
+    EXPECT_TRUE(keys.insert(key()).second) << than;
+  };
+  members_ = R"(, "threads": 1)";
+  expectAnother("number of threads");
+  members_ = R"(, "image": {"width": 32})";
+  expectAnother("image");
+  members_ = R"(, "environment": "0.5,0.5,0.5")";
+  expectAnother("environment");
+  options_.processor = "another";
+  expectAnother("processor");
+  point_.method = "twin";
+  expectAnother("name of the same options");
+  write("program", "of yesterday");
+  expectAnother("program");
+  write("path.json", R"({"frames": 2, "orbit": {"center": [0, 0, 0], "radius": 4}})");
+  expectAnother("path");
+  write("scene.json", R"({"objects": [{"name": "ball", "shape": "sphere", "radius": 0.6,
+                          "material": {"base_color": [0.9, 0.9, 0.9], "s": 0.9, "g": 0}}]})");
+  expectAnother("scene");
+}
+
+}  // namespace
+}  // namespace catoptric::study
