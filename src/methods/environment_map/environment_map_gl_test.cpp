@@ -240,6 +240,40 @@ TEST(EnvironmentMap, FollowsAMovingSceneAndOnlyThat) {
   EXPECT_EQ(rig.timesRun("resolve"), 3);
 }
 
+TEST(EnvironmentMap, FollowsALightThatMovesAlone) {
+  test::SceneBuilder builder;
+  builder.add(scene::makeIcosphere(0.5f, 4, scene::UvMode::Unit), builder.reflective(1.0f));
+  scene::BoxShape box;
+  box.size = Vec3(4.0f);
+  box.inward = true;
+  builder.add(scene::makeBox(box, scene::UvMode::Unit), builder.diffuse(Vec3(0.5f)));
+  // The light goes from above to below; its node is no object's.
+  scene::Scene& scene = builder.scene();
+  scene::Light& light = scene.lights.emplace_back();
+  light.node = static_cast<int>(scene.nodes.size());
+  scene.nodes.emplace_back();
+  scene::AnimationChannel& channel = scene.animation.emplace_back();
+  channel.node = light.node;
+  channel.times = {0.0f, 1.0f};
+  channel.values = {0.0f, 1.5f, 0.0f, 0.0f, -1.5f, 0.0f};
+  Rig rig(scene, R"({"face_size": 16})");
+  const scene::Camera camera = cameraAt(Vec3(0, 0, 1.8f), Vec3(0));
+  const auto brightness = [&](float side) {
+    float sum = 0.0f;
+    for (const Rig::Sample& sample : rig.samples())
+      if (sample.object == 1 && side * sample.reflected.y > 0.0f) sum += sample.radiance.x;
+    return sum;
+  };
+  rig.render(camera);
+  EXPECT_GT(brightness(1.0f), 2.0f * brightness(-1.0f));
+  const std::vector<int> changed = rig.stage.moveTo(1.0);
+  EXPECT_TRUE(changed.empty());
+  rig.render(camera, changed);
+  EXPECT_GT(brightness(-1.0f), 2.0f * brightness(1.0f));
+  rig.render(camera);
+  EXPECT_EQ(rig.timesRun("cube_map"), 2);
+}
+
 TEST(EnvironmentMap, AStaticSceneIsDrawnOnceBeforeTheFirstFrame) {
   Rig rig(sixColours(), R"({"face_size": 16})", false);
   EXPECT_EQ(rig.timesRun("cube_map"), 1);

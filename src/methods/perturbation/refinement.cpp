@@ -158,7 +158,7 @@ bool Refinement::misses(const Edge& edge, std::size_t place) const {
     const std::size_t j = counterpart(a, i, b);
     if (j == kMaxReflections) return true;
     const glm::dvec3 image = 0.5 * (a.at[i].image + b.at[j].image);
-    const std::size_t k = nearestTo(middle.reflections, 0.5 * (a.at[i].x + b.at[j].x));
+    const std::size_t k = nearestBetween(middle.reflections, a.at[i], b.at[j]);
     if (k == kMaxReflections) return true;
     const auto expected = table_.projection(image);
     const Vec2 is = table_.seen(place, k);

@@ -32,6 +32,12 @@ inline std::size_t nearestTo(const Reflections& reflections, const glm::dvec3& x
   return best;
 }
 
+/// Of an edge's middle, the reflection on the way from one of an end to one of the other end.
+inline std::size_t nearestBetween(const Reflections& middle, const Reflection& a,
+                                  const Reflection& b) {
+  return nearestTo(middle, 0.5 * (a.x + b.x));
+}
+
 /// The reflection of `b` that continues number `i` of `a`: each is the nearest of the other.
 inline std::size_t counterpart(const Reflections& a, std::size_t i, const Reflections& b) {
   if (a.count == 1 && b.count == 1) return 0;

@@ -8,11 +8,15 @@
 #include <cmath>
 #include <functional>
 #include <optional>
+#include <random>
 #include <utility>
 #include <vector>
 
 #include "core/vector_level.h"
+#include "frame/test_scenes.h"
 #include "methods/reprojection/cell_lanes.h"
+#include "methods/reprojection/reuse.h"
+#include "methods/testing/cpu_harness.h"
 
 namespace catoptric::methods::reprojection {
 namespace {
@@ -83,13 +87,18 @@ std::optional<Seen> see(const Setting& setting, const scene::Camera& camera, flo
   return Seen{*surface, mirrored, *hit};
 }
 
-void fill(KeyFrame& key, const Setting& setting, const scene::Camera& camera) {
+/// `jitterMetres`: by how much the places that are kept lie beside those that are seen, at most.
+void fill(KeyFrame& key, const Setting& setting, const scene::Camera& camera,
+          float jitterMetres = 0.0f) {
   const frame::Geometry geometry = stillGeometry();
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> any(-jitterMetres, jitterMetres);
   key.begin(kSize, kSize, camera, {}, geometry);
   for (int y = 0; y < kSize; ++y)
     for (int x = 0; x < kSize; ++x) {
-      const auto seen = see(setting, camera, static_cast<float>(x), static_cast<float>(y));
+      auto seen = see(setting, camera, static_cast<float>(x), static_cast<float>(y));
       if (!seen) continue;
+      if (jitterMetres > 0.0f) seen->place += Vec3(any(random), any(random), 0.0f);
       trace::ReflectionPoint point;
       point.object = 1;
       point.position = seen->surface.position;
@@ -98,7 +107,7 @@ void fill(KeyFrame& key, const Setting& setting, const scene::Camera& camera) {
       hit.hit.object = 1;
       hit.hit.distance = glm::distance(point.position, seen->place);
       hit.origin = point.position;
-      hit.direction = glm::normalize(seen->direction);
+      hit.direction = glm::normalize(seen->place - point.position);
       key.keep(key.index(x, y), point, hit, wallColour(seen->place));
     }
   key.finish(geometry, Options{}.epsilon);
@@ -273,6 +282,57 @@ TEST(KeyFrame, ForgetsTheOneBefore) {
   const KeyFrame fresh = keyOf(kSphere, camera);
   EXPECT_TRUE(std::ranges::equal(key.places(), fresh.places()));
   EXPECT_TRUE(std::ranges::equal(key.cells(), fresh.cells()));
+}
+
+TEST(Reuse, TakesWhatLiesWithinTheFidelityOfTheRay) {
+  const auto before = scene::lookAt({0.0f, 1.5f, 3.0f}, {0.0f, 0.0f, -1.0f}, {0, 1, 0}, 0.9f);
+  const auto now = scene::lookAt({0.05f, 1.52f, 2.97f}, {0.0f, 0.0f, -1.0f}, {0, 1, 0}, 0.9f);
+  KeyFrame key;
+  fill(key, kFloor, before, 0.03f);
+
+  test::SceneBuilder builder;
+  builder.add(scene::makePlane({100.0f, 100.0f}, {1, 1}, scene::UvMode::Unit),
+              builder.reflective(1.0f));
+  const test::Moment moment(builder.scene());
+  trace::TraceScene trace(moment.scene, moment.geometry, trace::BvhPolicy::Static);
+  raster::GBufferCopy frame;
+  frame.width = frame.height = frame.rows = kSize;
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      const auto seen = see(kFloor, now, static_cast<float>(x), static_cast<float>(y));
+      frame.object.push_back(seen ? 1 : 0);
+      frame.normal.insert(frame.normal.end(), {0.0f, 1.0f, 0.0f, 0.0f});
+      frame.depth.push_back(seen ? now.nearMetres /
+                                       glm::dot(seen->surface.position - now.eye(), now.forward())
+                                 : 0.0f);
+    }
+  MirrorSamples samples;
+  samples.find(frame, now, trace, {});
+  samples.aim();
+  frame::StepTimer timer;
+  Services services{moment.scene, moment.geometry, moment.lighting, nullptr, nullptr, &trace,
+                    timer};
+  const Options options;
+  Reuse reuse(options, true);
+  reuse.begin(samples, services);
+  std::vector<Vec3> radiance(samples.count());
+  reuse.findIn(key, services, radiance);
+  int within = 0;
+  int beyond = 0;
+  for (std::size_t i = 0; i < samples.count(); ++i) {
+    const Outcome outcome = reuse.outcome(i);
+    const Match& match = reuse.match(i);
+    if (outcome != Outcome::Found && outcome != Outcome::Unfaithful) continue;
+    // As near as half of it before the last correction, it is not measured again.
+    if (match.miss <= 0.5f * options.fidelity) continue;
+    const MirrorRay& ray = samples.rays()[i];
+    const Lookup lookup = lookUp(key, 1, match.place, options);
+    const float miss = missBy(key, ray, match.place, lookup.place, options);
+    EXPECT_EQ(outcome == Outcome::Found, miss <= options.fidelity) << miss;
+    ++(outcome == Outcome::Found ? within : beyond);
+  }
+  EXPECT_GT(within, 100);
+  EXPECT_GT(beyond, 100);
 }
 
 TEST(Search, StaysWhereNothingHasMoved) {

@@ -192,6 +192,22 @@ TEST_F(ReprojectionSequences, HoldWhereOnlyTheSkyIsReflected) {
   EXPECT_GT(worst.reused, worst.samples / 2);
 }
 
+TEST_F(ReprojectionSequences, HoldWhereSomethingComesBeforeTheSky) {
+  // A ball far away comes into view: what was sky in the key frame is traced where it is now.
+  SceneBuilder builder;
+  builder.add(scene::makePlane({4.0f, 4.0f}, {4, 4}, scene::UvMode::Unit),
+              builder.reflective(1.0f));
+  const int ball = builder.add(scene::makeSphere(1.5f, 32, 16, scene::UvMode::Unit),
+                               builder.diffuse({0.1f, 0.6f, 0.1f}, {0.2f, 0.0f, 0.0f}),
+                               test::translation({-12.0f, 6.0f, -12.0f}));
+  builder.move(ball, {5.0f, 0.0f, 0.0f}, 4.0f);
+  builder.constantEnvironment({0.4f, 0.5f, 0.6f});
+  const auto camera = [](int) { return before(1.0f, {0.0f, 1.0f, 3.0f}); };
+  const Worst worst = render(builder.scene(), {.seconds = 0.5f, .camera = camera});
+  isBelow(worst.l1, 0.1);
+  EXPECT_GT(worst.reused, worst.samples / 2);
+}
+
 TEST_F(ReprojectionSequences, HoldWhereTheCameraCuts) {
   const auto camera = [](int frame) {
     return frame < 3 ? before(1.0f, {0.2f, 0.3f, 3.5f}) : before(1.0f, {-1.2f, -0.9f, 1.0f});

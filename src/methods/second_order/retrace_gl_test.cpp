@@ -1,6 +1,8 @@
 // Clusters that err are told by their probes, and traced.
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "methods/second_order/test_comparison.h"
 
 namespace catoptric::methods {
@@ -19,6 +21,44 @@ TEST(Retrace, EveryClusterThatIsTracedEqualsItsRays) {
   EXPECT_EQ(frame.output.counters.at("triangles"), 0u);
   EXPECT_EQ(marked(frame, raster::kMaskRetraced), frame.output.counters.at("retraced"));
   EXPECT_EQ(frame.meanDifference, 0.0);
+}
+
+TEST(Retrace, ClustersWhoseProbesErrMoreThanProbeErrorAreTraced) {
+  // Every sample is a probe, and every cluster has a depth image.
+  const auto frameWith = [](const std::string& probeError) {
+    return Comparison(roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f)),
+                      cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}),
+                      R"({"probes": 1024, "least_image_rays": 0, "own_share": 1, "probe_error": )" +
+                          probeError + "}");
+  };
+  constexpr double kProbeError = 1.5;
+  const Comparison shown = frameWith("255");
+  ASSERT_EQ(shown.output.counters.at("retraced"), 0u);
+  const Comparison judged = frameWith(std::to_string(kProbeError));
+  const std::vector<std::uint32_t>& clusterOf = shown.output.sampleLayers.at(0).numbers;
+  struct Cluster {
+    double steps = 0.0;
+    int samples = 0;
+    int traced = 0;
+  };
+  std::map<std::uint32_t, Cluster> clusters;
+  for (std::size_t i = 0; i < clusterOf.size(); ++i) {
+    if (clusterOf[i] == 0) continue;
+    Cluster& cluster = clusters[clusterOf[i]];
+    cluster.steps += shown.steps[i];
+    ++cluster.samples;
+    cluster.traced += (judged.masks[i] & raster::kMaskRetraced) != 0 ? 1 : 0;
+  }
+  int above = 0;  // by less than the limit again
+  int below = 0;  // by less than half of it
+  for (const auto& [number, cluster] : clusters) {
+    const double mean = cluster.steps / cluster.samples;
+    EXPECT_EQ(cluster.traced, mean > kProbeError ? cluster.samples : 0) << mean;
+    above += mean > kProbeError && mean < 2.0 * kProbeError ? 1 : 0;
+    below += mean <= kProbeError && mean > 0.5 * kProbeError ? 1 : 0;
+  }
+  EXPECT_GT(above, 0);
+  EXPECT_GT(below, 0);
 }
 
 TEST(Retrace, BowlsThatSeeThemselvesAreTold) {

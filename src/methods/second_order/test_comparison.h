@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/srgb.h"
 #include "frame/test_scenes.h"
 #include "methods/second_order/second_order.h"
 #include "methods/testing/gl_harness.h"
@@ -39,10 +40,14 @@ class Comparison {
     l1Of8Bit = found.l1Of8Bit();
     finite = found.finite();
     std::size_t below = 0;
+    steps.resize(masks.size());
     for (std::size_t i = 0; i < samples; ++i) {
       const Vec3& ours = found.ours[i];
       const Vec3 d = glm::abs(ours - found.traced[i]);
       const double difference = static_cast<double>((d.x + d.y + d.z) / 3.0f);
+      for (int c = 0; c < 3; ++c)
+        steps[found.places[i]] +=
+            85.0 * std::abs(shownValue(ours[c]) - shownValue(found.traced[i][c]));
       light += static_cast<double>(ours.x + ours.y + ours.z);
       tracedLight += static_cast<double>(found.traced[i].x + found.traced[i].y + found.traced[i].z);
       brightest = std::max({brightest, ours.x, ours.y, ours.z});
@@ -55,6 +60,10 @@ class Comparison {
     differenceBelow /= static_cast<double>(std::max<std::size_t>(1, below));
   }
 
+  static double shownValue(float radiance) {
+    return srgbFromLinear(std::clamp<double>(radiance, 0.0, 1.0));
+  }
+
   FrameOutput output;
   std::vector<std::uint16_t> masks;
   trace::ReflectionCounts traced;
@@ -63,8 +72,9 @@ class Comparison {
   double meanDifference = 0.0;  ///< of radiance
   double light = 0.0;           ///< sum of radiances, and of those that Embree finds
   double tracedLight = 0.0;
-  double l1Of8Bit = 0.0;   ///< over reflective samples, of gamma 2.2 values
-  double different = 0.0;  ///< share of samples that differ by more than 0.02
+  double l1Of8Bit = 0.0;      ///< over reflective samples, of gamma 2.2 values
+  std::vector<double> steps;  ///< by sample of the frame, as Retrace measures it; 0 elsewhere
+  double different = 0.0;     ///< share of samples that differ by more than 0.02
   /// Mean over the samples with kMaskBelowHorizon.
   double differenceBelow = 0.0;
   bool finite = true;

@@ -190,6 +190,69 @@ TEST(Mixture, WhatAMethodCannotDoIsFilledAndCounted) {
   EXPECT_EQ(byName[0].object, 9);
 }
 
+/// A method that draws nothing, restarts every few frames, and notes what frames it is given.
+template <int kEvery>
+class Listener : public methods::Method {
+ public:
+  static inline std::vector<bool> givenChangedSamples;
+
+  methods::MethodPlan plan(const scene::Scene&, const methods::RunSettings&) const override {
+    methods::MethodPlan plan;
+    plan.gbuffer = true;
+    return plan;
+  }
+  void render(const methods::FrameInput& input, methods::Services&,
+              methods::FrameOutput&) override {
+    givenChangedSamples.push_back(input.changedSamples.has_value());
+  }
+  bool restartsAt(const scene::CameraPath&, int number) const override {
+    return (number - 1) % kEvery == 0;
+  }
+
+  static methods::MethodEntry entry(const std::string& id) {
+    return {id,
+            "",
+            "",
+            {},
+            {},
+            {},
+            {},
+            {},
+            methods::findMethod("traced").options,
+            [](const config::Value&) -> std::unique_ptr<methods::Method> {
+              return std::make_unique<Listener>();
+            }};
+  }
+};
+
+std::unique_ptr<methods::Method> listeners(const scene::Scene& scene) {
+  const std::vector<methods::MethodEntry> registry = {Listener<2>::entry("even"),
+                                                      Listener<3>::entry("third")};
+  const config::Value root = config::parseText(
+      R"({"scene": "a", "methods": [{"method": "even", "reflectors": {"pane": "third"}}]})", "f");
+  return makeMethod(readRunConfig(root, "f", registry).methods.front(), scene, {}, registry);
+}
+
+TEST(Mixture, RestartsWhereAllItsMethodsDo) {
+  const std::unique_ptr<methods::Method> mixed = listeners(room());
+  const auto path = scene::defaultPath(room());
+  for (int number = 1; number <= 13; ++number)
+    EXPECT_EQ(mixed->restartsAt(*path, number), number % 6 == 1) << number;
+}
+
+// Another method has written beside a part's own samples since it saw them last.
+TEST(Mixture, ItsMethodsAreNotToldThatLittleChanged) {
+  test::GlStage stage(room(), test::framesOf(16, 16, 1));
+  test::GlMethod method(stage, listeners(stage.scene));
+  raster::Region part(16, 16);
+  part.add({0, 0, 8, 8});
+  method.render({});
+  method.render({}, {}, part);
+  const std::vector<bool> never = {false, false};
+  EXPECT_EQ(Listener<2>::givenChangedSamples, never);
+  EXPECT_EQ(Listener<3>::givenChangedSamples, never);
+}
+
 std::string errorOf(const std::string& json) {
   try {
     methodOf(json, room());
