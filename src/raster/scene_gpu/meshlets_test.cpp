@@ -13,6 +13,7 @@
 
 #include "core/file.h"
 #include "core/random.h"
+#include "core/test_fields.h"
 #include "frame/test_scenes.h"
 #include "raster/scene_gpu/level_cache.h"
 #include "scene/animate.h"
@@ -228,17 +229,18 @@ TEST(DetailLevels, AreTheSameFromTheCache) {
     EXPECT_TRUE(sameLevels(made, raster::cachedDetailLevels(geometry, sources, sky(1.0f), folder)));
     EXPECT_EQ(files(), 1);
   }
-  // Anything else that levels depend on
-  raster::cachedDetailLevels(geometry, sources, sky(2.0f), folder);
-  sources[0].albedo = Vec3(0.5f);
-  raster::cachedDetailLevels(geometry, sources, sky(1.0f), folder);
-  sources[1].whole = true;
-  raster::cachedDetailLevels(geometry, sources, sky(1.0f), folder);
-  geometry.attributes[5].bake.x = 0.5f;
-  raster::cachedDetailLevels(geometry, sources, sky(1.0f), folder);
-  geometry.positions[5].x += 0.01f;
-  raster::cachedDetailLevels(geometry, sources, sky(1.0f), folder);
-  EXPECT_EQ(files(), 6);
+  // Anything else that levels depend on makes another file.
+  frame::Lighting lighting = sky(1.0f);
+  auto& [type, position, direction, intensity, range, cosInner, cosOuter] =
+      lighting.lights.emplace_back();
+  auto& [whole, moving, textured, albedo] = sources[1];
+  const auto print = [&] {
+    raster::cachedDetailLevels(geometry, sources, lighting, folder);
+    return files();
+  };
+  test::expectAllCount(print, whole, moving, textured, albedo, type, position, direction, intensity,
+                       range, cosInner, cosOuter, lighting.ambient, geometry.positions[5],
+                       geometry.attributes[5].bake, geometry.objects[0].uvPerMetre);
   std::filesystem::remove_all(folder);
 }
 

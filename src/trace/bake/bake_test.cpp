@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "core/parallel.h"
+#include "core/test_fields.h"
 #include "frame/test_scenes.h"
 #include "scene/animate.h"
 #include "trace/bake/points.h"
@@ -261,6 +262,34 @@ TEST(BakeFull, ShadowOfARadiusIsSoft) {
   EXPECT_LT(seen(-0.125f), 0.98f);
 }
 
+TEST(BakeFull, SpotLightsOfARadiusHaveAPenumbra) {
+  // 2 m above the floor, to 30 degrees: the edge at 1.15 m is as wide as the light, 0.6 m.
+  SceneBuilder builder;
+  scene::Scene& scene = builder.scene();
+  scene.bake.mode = BakeMode::Full;
+  const int floor = builder.add(ground(), builder.diffuse(Vec3(0.0f)));
+  scene::Light light;
+  light.type = scene::LightType::Spot;
+  light.position = {0.0f, 2.0f, 0.0f};
+  light.intensity = Vec3(10.0f);
+  light.outerConeRad = radians(30.0f);
+  light.innerConeRad = radians(29.9f);
+  light.radius = 0.3f;
+  light.baked = true;
+  scene.lights.push_back(light);
+  const frame::Geometry geometry = bake(scene);
+  const auto seen = [&](float x) {
+    const float squared = x * x + 4.0f;
+    return bakeAt(geometry, floor, {x, 0.0f, 0.0f}).x /
+           (10.0f * 2.0f / (squared * std::sqrt(squared)));
+  };
+  EXPECT_NEAR(seen(0.75f), 1.0f, 0.02f);
+  EXPECT_NEAR(seen(1.125f), 0.55f, 0.1f);
+  EXPECT_NEAR(seen(1.25f), 0.3f, 0.1f);
+  EXPECT_GT(seen(1.375f), 0.02f);
+  EXPECT_EQ(seen(1.625f), 0.0f);
+}
+
 TEST(Bake, SameBitsForAnyThreadCountAndFromTheCache) {
   SceneBuilder builder;
   scene::Scene& scene = builder.scene();
@@ -314,11 +343,15 @@ TEST(Bake, SameBitsForAnyThreadCountAndFromTheCache) {
   EXPECT_FALSE(cut.fromCache);
   EXPECT_TRUE(same(one, whole));
 
-  // Other contents do not take it.
-  scene.fingerprint = 43;
-  trace::BakeReport other;
-  bake(scene, &other, cache);
-  EXPECT_FALSE(other.fromCache);
+  // Other contents do not take it: they make another file.
+  const auto files = [&] {
+    bake(scene, nullptr, cache);
+    return std::distance(std::filesystem::directory_iterator(cache), {});
+  };
+  auto& [mode, rays, bounces, ambientOcclusionDistance] = scene.bake;
+  test::expectAllCount(files, scene.fingerprint, rays, bounces, ambientOcclusionDistance);
+  mode = BakeMode::AmbientOcclusion;
+  EXPECT_EQ(files(), 6);
   std::filesystem::remove_all(cache);
 }
 

@@ -13,7 +13,9 @@
 #include "core/vector_level.h"
 #include "frame/test_scenes.h"
 #include "scene/animate.h"
+#include "scene/implicit/surface.h"
 #include "scene/scene.h"
+#include "scene/texture.h"
 #include "trace/lobes/reflect.h"
 
 namespace catoptric {
@@ -25,7 +27,8 @@ using trace::ReflectionPoint;
 
 constexpr float kSpread = 1e-3f;
 
-/// A room with mirrors, wide and narrow lobes, and a glass ball, under a sky with a gradient.
+/// A room with mirrors (one an implicit surface), wide and narrow lobes, and a glass ball, under a
+/// sky with a gradient.
 class World {
  public:
   World() {
@@ -33,7 +36,15 @@ class World {
     scene::BoxShape box;
     box.size = Vec3(10.0f, 4.0f, 10.0f);
     box.inward = true;
-    builder.add(scene::makeBox(box, scene::UvMode::Unit), builder.diffuse(Vec3(0.5f, 0.7f, 0.2f)));
+    // Noise of texels about as wide as the rays' cones: every change of a cone shows.
+    const int walls = builder.diffuse(Vec3(0.5f, 0.7f, 0.2f));
+    std::mt19937 random(11);
+    std::vector<std::uint8_t> noise(4 * 256 * 256);
+    for (std::uint8_t& texel : noise) texel = static_cast<std::uint8_t>(random());
+    builder.scene().textures.emplace_back().levels =
+        scene::makeMipChain(256, 256, std::move(noise), true);
+    builder.scene().materials[static_cast<std::size_t>(walls)].baseColorTexture.texture = 0;
+    builder.add(scene::makeBox(box, scene::UvMode::Metres), walls);
     const int glass = builder.reflective(1.0f);
     builder.scene().materials[static_cast<std::size_t>(glass)].refraction = 1.5f;
     const std::vector<int> materials = {
@@ -41,8 +52,10 @@ class World {
         builder.reflective(0.6f, 0.3f, Vec3(0.2f), Vec3(0.9f, 0.5f, 0.1f)),
         builder.reflective(0.8f, 0.9f), glass};
     for (std::size_t i = 0; i < materials.size(); ++i)
-      builder.add(scene::makeSphere(0.7f, 48, 24, scene::UvMode::Unit), materials[i],
-                  translation({1.7f * static_cast<float>(i) - 2.5f, 0.3f, -1.0f}));
+      builder.add(i == 0
+                      ? scene::makeImplicit(implicit::sphereSurface(0.7), 24, scene::UvMode::Unit)
+                      : scene::makeSphere(0.7f, 48, 24, scene::UvMode::Unit),
+                  materials[i], translation({1.7f * static_cast<float>(i) - 2.5f, 0.3f, -1.0f}));
     scene_ = builder.scene();
     scene_.environment.type = scene::EnvironmentType::Gradient;
     scene_.environment.color = Vec3(0.2f, 0.4f, 0.9f);
@@ -77,6 +90,9 @@ class World {
       point.normal =
           glm::normalize(point.normal + 0.3f * Vec3(uniform(random), uniform(random), 0.0f));
       point.object = surface.object;
+      // As a triangle of the implicit ball has it: it is settled first, and its cone stays.
+      if (geometry_.objects[static_cast<std::size_t>(hit.object)].surface >= 0)
+        point.position -= 0.01f * direction;
       point.extent = trace_->extentOf(hit.object);
       if (points.size() % 3 != 0) point.lobeHorizon = surface.geometricNormal;
       point.shift = {0.125f + 0.25f * static_cast<float>(points.size() % 4), 0.0f};
@@ -213,6 +229,28 @@ TEST_P(Levels, PlaceSamplesAsTheFirstLevelDoes) {
     ASSERT_TRUE(sameVector(points->direction.at(i), ray / length)) << i;
     ASSERT_EQ(points->distance[i], scale * length) << i;
   }
+}
+
+TEST(NextPoint, GoesOnWhereTheRayArrives) {
+  ReflectionPoint point;
+  point.distance = 3.0f;
+  frame::SurfacePoint surface;
+  surface.position = Vec3(1, 2, 3);
+  surface.normal = Vec3(0, 1, 0);
+  surface.glossiness = 0.3f;
+  surface.lobeHorizon = Vec3(1, 0, 0);
+  surface.bent = true;
+  const Vec3 direction(0, 0, -1);
+  const ReflectionPoint next = trace::nextPoint(point, 0, direction, 2.0f, surface, 0.7f);
+  EXPECT_EQ(next.position, surface.position);
+  EXPECT_EQ(next.normal, surface.normal);
+  EXPECT_EQ(next.direction, direction);
+  EXPECT_EQ(next.glossiness, surface.glossiness);
+  EXPECT_EQ(next.distance, 5.0f);  // the cone goes on
+  EXPECT_EQ(next.refraction, 0.0f);
+  EXPECT_EQ(next.extent, 0.7f);
+  EXPECT_TRUE(next.bent);
+  EXPECT_EQ(next.lobeHorizon, surface.lobeHorizon);
 }
 
 INSTANTIATE_TEST_SUITE_P(Vector, Levels,
