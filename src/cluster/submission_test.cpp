@@ -150,6 +150,33 @@ TEST_F(Submissions, StatesComeFromTheQueueWhereFramesAreMissing) {
   EXPECT_TRUE(progress.moves());
 }
 
+TEST_F(Submissions, TheLastJobOfAChunkSaysItsState) {
+  made_.methods = {{"a", "", {{1}, {2}, {3}}}};
+  createSubmission(made_, "{}");
+  recordJob(made_, {"5", 0, {1, 2, 3}});
+  recordJob(made_, {"6", 1, {2, 3}});
+  recordJob(made_, {"7", 0, {}});
+  const auto progressWith = [&](const std::string& reason) {
+    return progressOf(made_,
+                      {{"5", 2, "PENDING", "JobHeldUser"},
+                       {"6", 1, "RUNNING", "None"},
+                       {"6", 2, "PENDING", reason},
+                       {"7", 0, "PENDING", reason}},
+                      false);
+  };
+  const Progress progress = progressWith("Resources");
+  EXPECT_THAT(progress.chunksThatAre(ChunkState::Running), ElementsAre(2));
+  EXPECT_THAT(progress.chunksThatAre(ChunkState::Waiting), ElementsAre(3));
+  EXPECT_TRUE(progress.merging);
+  for (const char* reason :
+       {"JobHeldUser", "JobHeldAdmin", "DependencyNeverSatisfied", "JobHoldMaxRequeue",
+        "launch failed requeued held", "PartitionNodeLimit", "BadConstraints"}) {
+    const Progress held = progressWith(reason);
+    EXPECT_THAT(held.chunksThatAre(ChunkState::Held), ElementsAre(3)) << reason;
+    EXPECT_FALSE(held.merging) << reason;
+  }
+}
+
 TEST(Slurm, ArrayIndicesHaveTheirOwnSteps) {
   EXPECT_EQ(arrayIndices({1, 2, 3, 4, 8}), "1-4,8");
   EXPECT_EQ(arrayIndices({1, 3, 5, 7}), "1-7:2");

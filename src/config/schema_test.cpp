@@ -103,6 +103,10 @@ TEST(Schema, JsonSchemaHoldsTypesLimitsAndDefinitions) {
             "{\"default\":512,\"description\":\"Pixels.\",\"maximum\":16384,\"minimum\":1,"
             "\"type\":\"integer\"}");
   EXPECT_EQ(properties.get("items").get("items").dump(), "{\"$ref\":\"#/$defs/item\"}");
+  EXPECT_EQ(schema.get("$defs").get("item").get("properties").get("color").dump(),
+            "{\"description\":\"Colour.\",\"items\":{\"minimum\":0,\"type\":\"number\"},"
+            "\"maxItems\":3,\"minItems\":3,"
+            "\"type\":\"array\"}");
   EXPECT_EQ(schema.get("$defs").get("item").get("properties").get("bvh").get("enum").dump(),
             "[\"static\",\"refit\"]");
 }

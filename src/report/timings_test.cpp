@@ -216,6 +216,19 @@ TEST(ReadRun, FindsFramesAndSubfolders) {
   fs::remove_all(folder);
 }
 
+TEST(Table, FormsForPapersAndProgramsKeepEveryLetter) {
+  Table table;
+  table.columns = {{"L1_8bit", true}, {"method", false}};
+  table.rows = {{"0.5", "50 % & {a}$#~^\\"}, {}, {"", "b"}};
+  EXPECT_EQ(toTex(table),
+            "\\begin{tabular}{rl}\n\\toprule\nL1\\_8bit & method \\\\\n\\midrule\n"
+            "0.5 & 50 \\% \\& \\{a\\}\\$\\#\\textasciitilde{}\\textasciicircum{}\\textbackslash{} "
+            "\\\\\n\\midrule\n & b \\\\\n\\bottomrule\n\\end{tabular}\n");
+  const config::Value json = config::parseText(toJson(table), "table");
+  EXPECT_EQ(json.get("columns").dump(), R"(["L1_8bit","method"])");
+  EXPECT_EQ(json.get("rows").dump(), R"([[0.5,"50 % & {a}$#~^\\"],["","b"]])");
+}
+
 TEST(Table, CellsWithCommasAndBarsAreQuoted) {
   EXPECT_EQ(csvCell("a"), "a");
   EXPECT_EQ(csvCell("a,\"b\""), "\"a,\"\"b\"\"\"");

@@ -118,6 +118,83 @@ TEST(Description, ComposesTransformsRepeatsAndAnchors) {
   }
 }
 
+TEST(Description, RepeatsStandInRowsAndRings) {
+  const auto centres = [](const std::string& repeat) {
+    const Scene scene = load(R"({"objects": [{"shape": "box", "translate": [2, 0, 0], "repeat": )" +
+                             repeat + "}]}");
+    std::vector<Vec3> found;
+    for (const Object& object : scene.objects) {
+      Box3 box;
+      for (const Vec3& p : worldVertices(scene, object, poseAt(scene, 0.0)).positions)
+        box.extend(p);
+      found.push_back(box.centre());
+    }
+    return found;
+  };
+  const auto expectAt = [](const std::vector<Vec3>& found, const std::vector<Vec3>& wanted) {
+    ASSERT_EQ(found.size(), wanted.size());
+    for (std::size_t i = 0; i < found.size(); ++i)
+      EXPECT_LT(glm::length(found[i] - wanted[i]), 1e-5f) << i;
+  };
+  // Each turns about its own position.
+  expectAt(centres(R"({"count": 3, "step": [0, 1, 0], "rotate_step": [0, 45, 0]})"),
+           {{2, 0, 0}, {2, 1, 0}, {2, 2, 0}});
+  expectAt(centres(R"({"count": [2, 1, 2], "step": [1, 5, 3]})"),
+           {{2, 0, 0}, {3, 0, 0}, {2, 0, 3}, {3, 0, 3}});
+  expectAt(centres(R"({"around": {"count": 4, "radius": 3}})"),
+           {{2, 0, 3}, {5, 0, 0}, {2, 0, -3}, {-1, 0, 0}});
+}
+
+TEST(Description, LightsCamerasAndSurroundingsAreReadWhole) {
+  const Scene scene = load(R"({"objects": [{"name": "box", "shape": "box"}],
+    "lights": [
+      {"name": "spot", "type": "spot", "position": [1, 2, 3], "target": [1, 2, 1], "range": 7,
+       "color": [1, 0.5, 0.25], "intensity": 4, "inner_cone": 10, "outer_cone": 20},
+      {"type": "sphere", "radius": 0.5, "baked": true, "object": "box"},
+      {"type": "directional", "direction": [0, -2, 0]}],
+    "cameras": [{"name": "front", "position": [0, 1, 4], "target": [0, 1, 0], "fov": 40}],
+    "environment": {"type": "gradient", "zenith": [1, 2, 3], "horizon": [4, 5, 6],
+                    "ground": [7, 8, 9], "scale": 2},
+    "bake": {"mode": "full", "rays": 64, "bounces": 3, "distance": 1.5},
+    "ambient": [0.1, 0.2, 0.3], "highlights": true})");
+  ASSERT_EQ(scene.lights.size(), 3u);
+  const Light& spot = scene.lights[0];
+  EXPECT_EQ(spot.name, "spot");
+  EXPECT_EQ(spot.type, LightType::Spot);
+  EXPECT_EQ(spot.intensity, Vec3(4, 2, 1));
+  EXPECT_EQ(spot.range, 7.0f);
+  EXPECT_FLOAT_EQ(spot.innerConeRad, radians(10.0f));
+  EXPECT_FLOAT_EQ(spot.outerConeRad, radians(20.0f));
+  EXPECT_EQ(spot.radius, 0.0f);
+  EXPECT_FALSE(spot.baked);
+  EXPECT_EQ(spot.node, kNone);
+  EXPECT_EQ(spot.position, Vec3(1, 2, 3));
+  EXPECT_EQ(spot.direction, Vec3(0, 0, -1));
+  EXPECT_EQ(scene.lights[1].type, LightType::Point);
+  EXPECT_EQ(scene.lights[1].radius, 0.5f);
+  EXPECT_TRUE(scene.lights[1].baked);
+  EXPECT_NE(scene.lights[1].node, kNone);
+  EXPECT_EQ(scene.lights[2].type, LightType::Directional);
+  EXPECT_EQ(scene.lights[2].direction, Vec3(0, -1, 0));
+
+  ASSERT_EQ(scene.cameras.size(), 1u);
+  EXPECT_FLOAT_EQ(scene.cameras[0].verticalFovRad, radians(40.0f));
+  EXPECT_EQ(scene.nodes[static_cast<std::size_t>(scene.cameras[0].node)].matrix[3],
+            Vec4(0, 1, 4, 1));
+
+  EXPECT_EQ(scene.environment.type, EnvironmentType::Gradient);
+  EXPECT_EQ(scene.environment.color, Vec3(1, 2, 3));
+  EXPECT_EQ(scene.environment.horizon, Vec3(4, 5, 6));
+  EXPECT_EQ(scene.environment.ground, Vec3(7, 8, 9));
+  EXPECT_EQ(scene.environment.scale, 2.0f);
+  EXPECT_EQ(scene.bake.mode, BakeMode::Full);
+  EXPECT_EQ(scene.bake.rays, 64);
+  EXPECT_EQ(scene.bake.bounces, 3);
+  EXPECT_EQ(scene.bake.ambientOcclusionDistance, 1.5f);
+  EXPECT_EQ(scene.ambient, Vec3(0.1f, 0.2f, 0.3f));
+  EXPECT_TRUE(scene.highlights);
+}
+
 TEST(Description, MemoryHasASettableBudget) {
   // 1000 x 1000 quads: some 32 MB of vertices and 24 MB of triangles
   const std::string text =
