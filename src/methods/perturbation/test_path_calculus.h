@@ -1,5 +1,5 @@
-// Paths p = x_0, x_1, ..., x_N, x_{N+1} = q over implicit surfaces: their expansion, what becomes
-// of them when p moves, exact ones by Newton's method, and where q sees p.
+// Whole paths p = x_0, x_1, ..., x_N, x_{N+1} = q over implicit surfaces, for tests: their
+// derivatives, their motion when p moves, and exact ones by Newton's method [Mitchell1992].
 #pragma once
 
 #include <vector>
@@ -24,6 +24,43 @@ struct PathExpansion {
   std::vector<S> distances;  ///< |x_i - x_{i-1}|
   PathStatus status = PathStatus::Regular;
 };
+
+/// J by rows, and H[i] the Hessian of component i (xx, xy, xz, yy, yz, zz).
+template <class S>
+struct BounceDerivatives {
+  std::array<Vector<S>, 3> jacobian;
+  std::array<std::array<S, 6>, 3> hessian;
+};
+
+/// J and H of a bounce with p at distance rho.
+template <class S>
+BounceDerivatives<S> derivativesOf(const Bounce<S>& bounce, const S& rho) {
+  const std::array<S, 3> inverse = inverseMatrix(bounce, rho);
+  std::array<std::array<S, 2>, 3> y;
+  std::array<std::array<S, 2>, 3> ky;
+  BounceDerivatives<S> result;
+  for (std::size_t u = 0; u < 3; ++u) {
+    // E^T of the unit vector u
+    y[u] = times(inverse, {bounce.e1[u] - bounce.a[0] * bounce.d[u],
+                           bounce.e2[u] - bounce.a[1] * bounce.d[u]});
+    ky[u] = times(bounce.k, y[u]);
+    for (std::size_t i = 0; i < 3; ++i)
+      result.jacobian[i][u] = bounce.e1[i] * y[u][0] + bounce.e2[i] * y[u][1];
+  }
+  for (std::size_t pair = 0; pair < 6; ++pair) {
+    const auto [u, v] = kPairs[pair];
+    const std::array<S, 2> r = quadraticTerm(bounce, rho, y[u], y[v]);
+    const std::array<S, 2> second =
+        times(inverse, {r[0] + ky[u][0] * bounce.d[v] + ky[v][0] * bounce.d[u],
+                        r[1] + ky[u][1] * bounce.d[v] + ky[v][1] * bounce.d[u]});
+    const S normal = form(bounce.b, y[u], y[v]);
+    for (std::size_t i = 0; i < 3; ++i) {
+      result.hessian[i][pair] =
+          bounce.e1[i] * second[0] + bounce.e2[i] * second[1] - bounce.n[i] * normal;
+    }
+  }
+  return result;
+}
 
 /// [Chen2000] PathJacHess (Fig. 4, 5), from q to p. `lastIndex`: of refraction, before q.
 template <class S>
@@ -56,6 +93,13 @@ PathExpansion<S> expandPath(const Vector<S>& p, const std::vector<PathVertex<S>>
   return path;
 }
 
+/// Where x moves: Taylor's series to `Order` 1 or 2. (15), (16)
+template <int Order, class S>
+Vector<S> movedPoint(const Bounce<S>& bounce, const S& rho, const Vector<S>& step) {
+  const Move<S> move = moveOf(bounce, rho, step);
+  if constexpr (Order == 1) return bounce.x + move.linear;
+  return bounce.x + (move.linear + move.second);
+}
 /// x_1' ... x_N' after p has moved by `step`: (4), to `Order` 1 or 2.
 template <int Order, class S>
 std::vector<Vector<S>> movedPath(const PathExpansion<S>& path, Vector<S> step) {
@@ -66,53 +110,6 @@ std::vector<Vector<S>> movedPath(const PathExpansion<S>& path, Vector<S> step) {
     step = moved.back() - path.bounces[i].x;
   }
   return moved;
-}
-
-/// Where q sees p by way of `points` x_1 ... x_N: at the optical length of the path behind x_N, so
-/// that depths keep their order (Fig. 7, for any number of bounces). `indices` of refraction of the
-/// N + 1 segments; empty: 1.
-template <class S>
-Vector<S> virtualVertex(const Vector<S>& p, const std::vector<Vector<S>>& points,
-                        const Vector<S>& q, const std::vector<S>& indices = {}) {
-  S sum(0);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const S segment = length(points[i] - (i > 0 ? points[i - 1] : p));
-    sum += indices.empty() ? segment : S(segment * indices[i] / indices.back());
-  }
-  const Vector<S>& x = points.back();
-  return x + S(sum / length(x - q)) * (x - q);
-}
-
-/// dot(normal, x) = offset, normal of unit length.
-template <class S>
-struct Plane {
-  Vector<S> normal;
-  S offset;
-};
-template <class S>
-Vector<S> mirrored(const Plane<S>& plane, const Vector<S>& point) {
-  return point - S(2 * (dot(plane.normal, point) - plane.offset)) * plane.normal;
-}
-/// Reflection points in planes only: exact, by the images of q. False: a segment is parallel to its
-/// plane, or p is on the other side.
-template <class S>
-bool planarPath(const Vector<S>& p, const std::vector<Plane<S>>& planes, const Vector<S>& q,
-                std::vector<Vector<S>>& points) {
-  // images[i]: q as seen from before plane i
-  std::vector<Vector<S>> images(planes.size());
-  Vector<S> image = q;
-  for (std::size_t i = planes.size(); i-- > 0;) image = images[i] = mirrored(planes[i], image);
-  points.clear();
-  Vector<S> from = p;
-  for (std::size_t i = 0; i < planes.size(); ++i) {
-    const S near = dot(planes[i].normal, from) - planes[i].offset;
-    const S far = dot(planes[i].normal, images[i]) - planes[i].offset;
-    if (!(near * far < 0)) return false;
-    const S t = near / (near - far);
-    points.push_back((S(1) - t) * from + t * images[i]);
-    from = points.back();
-  }
-  return true;
 }
 
 /// Solves `size` linear equations, rows of `m` with the right side last, by elimination with row
@@ -146,13 +143,10 @@ bool solveLinear(std::vector<S>& m, std::size_t size) {
 /// An exact path near a given one, by Newton's method on its 4 N equations
 ///   index_{i-1} unit(x_i - x_{i-1}) + index_i unit(x_i - x_{i+1}) + lambda_i g_i' = 0,  g_i = 0.
 /// `surface(i, x, jet)` gives the derivatives of x_i's surface and false where there are none.
-/// Ends when steps are below `tolerance` times the path's length. `firstStep`: the largest
-/// component of the first step, an estimate of the guess's error that is as good as the guess is
-/// near.
+/// Ends when steps are below `tolerance` times the path's length. False: none was found.
 template <class S, class SurfaceAt>
-PathStatus solvePath(const Vector<S>& p, const Vector<S>& q, const SurfaceAt& surface,
-                     const S& lastIndex, const S& tolerance, std::vector<PathVertex<S>>& vertices,
-                     S* firstStep = nullptr) {
+bool solvePath(const Vector<S>& p, const Vector<S>& q, const SurfaceAt& surface, const S& lastIndex,
+               const S& tolerance, std::vector<PathVertex<S>>& vertices) {
   using std::abs;
   const std::size_t count = vertices.size();
   const std::size_t size = 4 * count;
@@ -167,17 +161,17 @@ PathStatus solvePath(const Vector<S>& p, const Vector<S>& q, const SurfaceAt& su
     S total(0);
     for (std::size_t i = 0; i < count; ++i) {
       PathVertex<S>& vertex = vertices[i];
-      if (!surface(i, vertex.x, vertex.g)) return PathStatus::Degenerate;
+      if (!surface(i, vertex.x, vertex.g)) return false;
       const Vector<S> gradient{{vertex.g.gradient(0), vertex.g.gradient(1), vertex.g.gradient(2)}};
       const S steepness = length(gradient);
-      if (!(steepness > 0)) return PathStatus::Degenerate;
+      if (!(steepness > 0)) return false;
       Vector<S> sum;
       for (const bool ahead : {false, true}) {
         const Vector<S>& other =
             ahead ? (i + 1 < count ? vertices[i + 1].x : q) : (i > 0 ? vertices[i - 1].x : p);
         const S index = ahead ? (i + 1 < count ? vertices[i + 1].index : lastIndex) : vertex.index;
         const S distance = length(vertex.x - other);
-        if (!(distance > 0)) return PathStatus::Degenerate;
+        if (!(distance > 0)) return false;
         const Vector<S> w = S(1 / distance) * (vertex.x - other);
         sum = sum + index * w;
         total += distance;
@@ -200,7 +194,7 @@ PathStatus solvePath(const Vector<S>& p, const Vector<S>& q, const SurfaceAt& su
       }
       at(4 * i + 3, size) = -vertex.g.value() / steepness;
     }
-    if (!solveLinear(m, size)) return PathStatus::Caustic;
+    if (!solveLinear(m, size)) return false;
     // Steps of at most a quarter of the mean segment.
     S largest(0);
     for (std::size_t i = 0; i < count; ++i) {
@@ -209,7 +203,6 @@ PathStatus solvePath(const Vector<S>& p, const Vector<S>& q, const SurfaceAt& su
         if (!(step <= largest)) largest = step;
       }
     }
-    if (iteration == 0 && firstStep) *firstStep = largest;
     const S limit = total / S(8 * static_cast<int>(count));
     const S factor = largest > limit ? S(limit / largest) : S(1);
     for (std::size_t i = 0; i < count; ++i) {
@@ -221,12 +214,12 @@ PathStatus solvePath(const Vector<S>& p, const Vector<S>& q, const SurfaceAt& su
     if (!(largest <= total)) continue;
     if (largest <= tolerance * total) {
       for (std::size_t i = 0; i < count; ++i) {
-        if (!surface(i, vertices[i].x, vertices[i].g)) return PathStatus::Degenerate;
+        if (!surface(i, vertices[i].x, vertices[i].g)) return false;
       }
-      return PathStatus::Regular;
+      return true;
     }
   }
-  return PathStatus::NotConverged;
+  return false;
 }
 
 }  // namespace catoptric::methods::perturbation
