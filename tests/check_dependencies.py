@@ -88,10 +88,10 @@ def sources_of(root: pathlib.Path) -> list:
 
 
 def linked(text: str) -> list:
-    """(what, modules) of every module, test, benchmark and program of a CMakeLists.txt."""
+    """(what, modules) of every module, test and program of a CMakeLists.txt."""
     text = re.sub(r"#.*", "", text)
     found = []
-    for command, body in re.findall(r"\b(catoptric_(?:module|test|benchmark))\(([^()]*)\)", text):
+    for command, body in re.findall(r"\b(catoptric_(?:module|test))\(([^()]*)\)", text):
         words = body.split()
         depends = []
         keyword = ""

@@ -11,7 +11,7 @@ import re
 import sys
 import tempfile
 
-FOLDERS = ("src", "docs", "tests", "scripts", "cmake")
+FOLDERS = ("src", "bench", "docs", "tests", "scripts", "cmake")
 KINDS = {".cpp", ".h", ".frag", ".vert", ".comp", ".glsl", ".py", ".md", ".txt", ".cmake", ""}
 KEY = re.compile(r"\[([A-Z][A-Za-z]+(?:18|19|20)[0-9]{2}[a-z]?)\]")
 # Where a work of each kind has appeared; all have an author, a title and a year.

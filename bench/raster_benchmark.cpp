@@ -93,7 +93,7 @@ struct World {
   std::vector<scene::Camera> cameras;
   gl::Texture fillTarget = gl::Texture::make2D("calibration", GL_RGBA32F, 1024, 1024);
   gl::Framebuffer fillFramebuffer{"calibration", {{fillTarget}}};
-  gl::Program fill = gl::Program::fullScreen("calibration", "raster/shaders/calibration.frag");
+  gl::Program fill = gl::Program::fullScreen("calibration", "gl/testdata/calibration.frag");
 
   World() {
     const char* file = environmentValue("CATOPTRIC_SCENE");
