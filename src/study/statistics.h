@@ -17,11 +17,10 @@ struct Interval {
   double high = 0.0;
 };
 
-/// Share of intervals that hold the truth.
-inline constexpr double kConfidence = 0.95;
-/// What is asked of the rounds for that. Cutting disturbed times makes rounds more alike than they
-/// are: with 95 % here, intervals of 8 rounds held the truth 91 times in 100, with 99 % 97 times
-/// (2,000 measurements simulated as in engine_test.cpp). Ours.
+/// What is asked of the rounds so that 95 % of the intervals hold the truth. Cutting disturbed
+/// times makes rounds more alike than they are: with 95 % here, intervals of 8 rounds held the
+/// truth 91 times in 100, with 99 % 97 times (2,000 measurements simulated as in engine_test.cpp).
+/// Ours.
 inline constexpr double kRankConfidence = 0.99;
 /// By how much two processes of one program differ for as long as they live, as a share: intervals
 /// are wider by it. More rounds cannot tell it from a difference of the settings. Without it 17 of

@@ -158,13 +158,9 @@ void HalfCube::read(const gl::Texture& texture, int coarse) {
   values_.resize(coarse_.first + raster::kCubeFaces.size() * valuesOf(coarse_.size));
   add(texture, 0, fine_);
   add(texture, coarse, coarse_);
-  least_ = 1.0f;
   most_ = 0.0f;
-  for (std::size_t i = coarse_.first + 3; i < values_.size(); i += kValues) {
-    const float coverage = floatOf(values_[i]);
-    least_ = std::min(least_, coverage);
-    most_ = std::max(most_, coverage);
-  }
+  for (std::size_t i = coarse_.first + 3; i < values_.size(); i += kValues)
+    most_ = std::max(most_, floatOf(values_[i]));
 }
 
 void HalfCube::add(const gl::Texture& texture, int level, HalfLevel& into) {

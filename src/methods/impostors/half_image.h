@@ -37,8 +37,7 @@ class HalfCube {
   const HalfLevel& fine() const { return fine_; }
   const HalfLevel& coarse() const { return coarse_; }
   const std::uint16_t* values() const { return values_.data(); }
-  /// Extremes of the coarse level's alpha.
-  float leastCoverage() const { return least_; }
+  /// The most of the coarse level's alpha.
   float mostCoverage() const { return most_; }
 
  private:
@@ -46,7 +45,6 @@ class HalfCube {
 
   HalfLevel fine_;
   HalfLevel coarse_;
-  float least_ = 0.0f;
   float most_ = 0.0f;
   std::vector<std::uint16_t> values_;
   std::vector<std::uint16_t> read_;
