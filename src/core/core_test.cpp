@@ -9,6 +9,7 @@
 #include "core/hash.h"
 #include "core/parallel.h"
 #include "core/text.h"
+#include "core/welding.h"
 
 namespace catoptric {
 namespace {
@@ -45,6 +46,17 @@ TEST(Fingerprint, DependsOnEveryByteAndOnPieceBorders) {
   EXPECT_NE(of("abc", "def"), of("abcd", "ef"));
   EXPECT_NE(of("abc", "def"), of("abc", "deg"));
   EXPECT_NE(of("", ""), of("", std::string_view("\0", 1)));
+}
+
+TEST(Welding, NumbersEqualVerticesInOrderOfAppearance) {
+  const std::vector<Vec3> places{{1, 0, 2}, {0, 0, 0}, {1, 0, 2}, {-0.0f, 0, -0.0f}, {2, 0, 1}};
+  Welding welding;
+  welding.weld(places.size(), [&](std::size_t v) { return std::array{places[v]}; });
+  EXPECT_EQ(welding.numbers, (std::vector<std::uint32_t>{0, 1, 0, 1, 2}));
+  EXPECT_EQ(welding.firsts, (std::vector<std::uint32_t>{0, 1, 4}));
+  // Two vectors each: all differ by the second one
+  welding.weld(places.size(), [&](std::size_t v) { return std::array{places[v], Vec3(float(v))}; });
+  EXPECT_EQ(welding.firsts.size(), places.size());
 }
 
 TEST(Parallel, CoversEveryItemOnce) {
