@@ -114,9 +114,6 @@ float Canvas::number(const char* name) const {
 int Canvas::integer(const char* name) const {
   return static_cast<int>(config::valueOr(settings_, schema_, name).asInteger());
 }
-bool Canvas::flag(const char* name) const {
-  return config::valueOr(settings_, schema_, name).asBool();
-}
 std::string Canvas::word(const char* name) const {
   return config::valueOr(settings_, schema_, name).asString();
 }
