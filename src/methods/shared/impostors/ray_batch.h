@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "core/math.h"
-#include "methods/impostors/half_image.h"
+#include "methods/shared/impostors/half_image.h"
 
 namespace catoptric::methods::impostors {
 

@@ -1,4 +1,4 @@
-#include "methods/impostors/half_image.h"
+#include "methods/shared/impostors/half_image.h"
 
 #include <algorithm>
 #include <array>

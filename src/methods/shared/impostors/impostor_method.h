@@ -9,10 +9,10 @@
 #include "gl/query.h"
 #include "gl/shader.h"
 #include "methods/contract/method.h"
-#include "methods/impostors/images.h"
-#include "methods/impostors/options.h"
-#include "methods/impostors/processor.h"
 #include "methods/shared/cube_map.h"
+#include "methods/shared/impostors/images.h"
+#include "methods/shared/impostors/options.h"
+#include "methods/shared/impostors/processor.h"
 #include "methods/shared/reflectors.h"
 #include "raster/passes/refractive_samples.h"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/vector_level.h"
-#include "methods/impostors/ray_batch.h"
+#include "methods/shared/impostors/ray_batch.h"
 
 namespace catoptric::methods::impostors {
 namespace {

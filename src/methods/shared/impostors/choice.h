@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "methods/contract/method.h"
-#include "methods/impostors/camera.h"
-#include "methods/impostors/options.h"
-#include "methods/impostors/targets.h"
+#include "methods/shared/impostors/camera.h"
+#include "methods/shared/impostors/options.h"
+#include "methods/shared/impostors/targets.h"
 
 namespace catoptric::methods::impostors {
 

@@ -1,4 +1,4 @@
-#include "methods/impostors/options.h"
+#include "methods/shared/impostors/options.h"
 
 #include <utility>
 

@@ -6,6 +6,6 @@
 namespace catoptric::methods::impostors::shared {
 
 using uint = std::uint32_t;
-#include "methods/impostors/shaders/constants.glsl"
+#include "methods/shared/impostors/shaders/constants.glsl"
 
 }  // namespace catoptric::methods::impostors::shared

@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "core/vector_versions.h"
-#include "methods/impostors/ray_batch.h"
+#include "methods/shared/impostors/ray_batch.h"
 
 namespace catoptric::methods::impostors {
 

@@ -1,4 +1,4 @@
-#include "methods/impostors/processor.h"
+#include "methods/shared/impostors/processor.h"
 
 #include <algorithm>
 #include <mutex>
@@ -6,9 +6,9 @@
 
 #include "core/clock.h"
 #include "core/parallel.h"
-#include "methods/impostors/shaders/constants.h"
-#include "methods/impostors/tile_rays.h"
 #include "methods/shared/band_steps.h"
+#include "methods/shared/impostors/shaders/constants.h"
+#include "methods/shared/impostors/tile_rays.h"
 #include "methods/shared/sample_tiles.h"
 
 namespace catoptric::methods::impostors {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "methods/impostors/processor.h"
+#include "methods/shared/impostors/processor.h"
 
 namespace catoptric::methods::impostors {
 

@@ -1,4 +1,4 @@
-#include "methods/impostors/camera.h"
+#include "methods/shared/impostors/camera.h"
 
 #include <algorithm>
 #include <cmath>

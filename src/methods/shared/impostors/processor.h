@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "frame/steps.h"
-#include "methods/impostors/choice.h"
-#include "methods/impostors/half_image.h"
-#include "methods/impostors/options.h"
-#include "methods/impostors/ray_batch.h"
+#include "methods/shared/impostors/choice.h"
+#include "methods/shared/impostors/half_image.h"
+#include "methods/shared/impostors/options.h"
+#include "methods/shared/impostors/ray_batch.h"
 #include "raster/gbuffer.h"
 #include "raster/regions/rectangle.h"
 #include "scene/camera.h"

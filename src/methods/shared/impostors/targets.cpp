@@ -1,4 +1,4 @@
-#include "methods/impostors/targets.h"
+#include "methods/shared/impostors/targets.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "methods/impostors/images.h"
+#include "methods/shared/impostors/images.h"
 
 #include <algorithm>
 #include <cmath>

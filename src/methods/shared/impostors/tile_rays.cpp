@@ -1,10 +1,10 @@
-#include "methods/impostors/tile_rays.h"
+#include "methods/shared/impostors/tile_rays.h"
 
 #include <algorithm>
 #include <cmath>
 #include <span>
 
-#include "methods/impostors/shaders/constants.h"
+#include "methods/shared/impostors/shaders/constants.h"
 
 namespace catoptric::methods::impostors {
 namespace {

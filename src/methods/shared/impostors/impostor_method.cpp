@@ -1,4 +1,4 @@
-#include "methods/impostors/impostor_method.h"
+#include "methods/shared/impostors/impostor_method.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "gl/context.h"
-#include "methods/impostors/shaders/constants.h"
+#include "methods/shared/impostors/shaders/constants.h"
 #include "raster/regions/rectangle.h"
 #include "raster/scene_gpu/meshlets.h"
 

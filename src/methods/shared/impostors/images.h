@@ -10,8 +10,8 @@
 
 #include "gl/objects.h"
 #include "methods/contract/method.h"
-#include "methods/impostors/choice.h"
-#include "methods/impostors/half_image.h"
+#include "methods/shared/impostors/choice.h"
+#include "methods/shared/impostors/half_image.h"
 
 namespace catoptric::methods::impostors {
 

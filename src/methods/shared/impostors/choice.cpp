@@ -1,4 +1,4 @@
-#include "methods/impostors/choice.h"
+#include "methods/shared/impostors/choice.h"
 
 #include <algorithm>
 #include <cmath>
