@@ -1,6 +1,6 @@
 // catoptric compare RUN REFERENCE.
-#include <array>
-#include <cstdio>
+#include <fmt/core.h>
+
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -41,13 +41,6 @@ std::string numbers(const std::vector<int>& frames) {
   return text;
 }
 
-/// A measured value, six digits of it.
-std::string digits(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.6g", value);
-  return text.data();
-}
-
 /// Says what exceeds the limits; whether anything does.
 bool exceeds(const report::RunComparison& c, const Options& options) {
   bool failed = false;
@@ -69,12 +62,13 @@ bool exceeds(const report::RunComparison& c, const Options& options) {
       fail(frame + "NaN or infinity in " + std::to_string(e.notFinite) + " pixels, and in " +
            std::to_string(e.notFiniteReference) + " of the reference");
     if (options.fail && e.overPercent() > options.failPercent)
-      fail(frame + digits(e.overPercent()) + " % of the pixels differ by more than " +
+      fail(frame + fmt::format("{:.6g} % of the pixels differ by more than ", e.overPercent()) +
            report::exactText(*options.fail) + "; " + report::exactText(options.failPercent) +
            " % are allowed");
     if (options.hardFail && e.maxLinear > *options.hardFail)
-      fail(frame + "pixel " + std::to_string(e.maxLinearX) + "," + std::to_string(e.maxLinearY) +
-           " differs by " + digits(e.maxLinear) + ", more than the " +
+      fail(frame +
+           fmt::format("pixel {},{} differs by {:.6g}, more than the ", e.maxLinearX, e.maxLinearY,
+                       e.maxLinear) +
            report::exactText(*options.hardFail) + " allowed");
   }
   return failed;

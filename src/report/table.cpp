@@ -1,5 +1,7 @@
 #include "report/table.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -184,10 +186,7 @@ std::string csvCell(const std::string& text) {
 }
 
 std::string fixedText(double value, int decimals) {
-  char buffer[400];
-  const auto [end, error] =
-      std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, decimals);
-  return error == std::errc() ? std::string(buffer, end) : "?";
+  return fmt::format("{:.{}f}", value, decimals);
 }
 
 std::string exactText(double value) {
