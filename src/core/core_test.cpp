@@ -22,6 +22,21 @@ TEST(Text, NearestNameFindsTypingErrors) {
   EXPECT_EQ(nearestName("zzz", names), "");
 }
 
+TEST(Text, StarsMatchAnything) {
+  EXPECT_TRUE(matchesPattern("", "*"));
+  EXPECT_TRUE(matchesPattern("own.box.traced", "own.*.traced"));
+  EXPECT_FALSE(matchesPattern("own.box.reference", "own.*.traced"));
+  EXPECT_TRUE(matchesPattern("seat_cushion_01", "*cushion*"));
+  EXPECT_TRUE(matchesPattern("abcbc", "a*bc"));
+  EXPECT_TRUE(matchesPattern("feet", "feet"));
+  EXPECT_FALSE(matchesPattern("feet 2", "feet"));
+}
+
+TEST(Text, CsvCellsAreQuotedWhereTheyHaveToBe) {
+  EXPECT_EQ(csvCell("a"), "a");
+  EXPECT_EQ(csvCell("a,\"b\""), "\"a,\"\"b\"\"\"");
+}
+
 TEST(Text, ControlCharactersAreShown) {
   EXPECT_EQ(printable("a\tb\nc \xc3\xa4 \xe2\x82\xac \xf0\x9f\x98\x80"),
             "a\tb\nc \xc3\xa4 \xe2\x82\xac \xf0\x9f\x98\x80");

@@ -55,14 +55,6 @@ TEST(Judge, CountersMayFallButNotRise) {
   EXPECT_TRUE(worseCounters({{"rays", 200}}, {{"rays", 100}}, {}, gates).empty());
 }
 
-TEST(Judge, StarsMatchAnything) {
-  EXPECT_TRUE(matches("*", ""));
-  EXPECT_TRUE(matches("own.*.traced", "own.box.traced"));
-  EXPECT_FALSE(matches("own.*.traced", "own.box.reference"));
-  EXPECT_TRUE(matches("a*b*c", "aXbYbc"));
-  EXPECT_FALSE(matches("a*b", "ab0"));
-}
-
 TEST(Judge, JUnitEscapesAndCounts) {
   Night night;
   night.suite = "own";

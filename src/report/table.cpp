@@ -175,16 +175,6 @@ std::string toJson(const Table& table) {
       .object();
 }
 
-std::string csvCell(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char letter : text) {
-    if (letter == '"') quoted += '"';
-    quoted += letter;
-  }
-  return quoted + "\"";
-}
-
 std::string fixedText(double value, int decimals) {
   return fmt::format("{:.{}f}", value, decimals);
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/text.h"
 
 namespace catoptric::methods {
 
@@ -33,11 +34,7 @@ const char* columnTypeName(ColumnType type) {
 std::string cellText(const Cell& cell) {
   if (const auto* integer = std::get_if<std::int64_t>(&cell)) return std::to_string(*integer);
   if (const auto* real = std::get_if<double>(&cell)) return fmt::format("{:.6g}", *real);
-  const std::string& text = std::get<std::string>(cell);
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
+  return csvCell(std::get<std::string>(cell));
 }
 
 }  // namespace catoptric::methods

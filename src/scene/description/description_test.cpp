@@ -251,14 +251,6 @@ TEST(Description, ImplicitSurfacesErrorsNamePlaceAndCure) {
   EXPECT_THAT(error(R"("surface": "sphere", "bounds": [2, 2, 2, 3, 3, 3])"), HasSubstr("outside"));
 }
 
-TEST(Description, Patterns) {
-  EXPECT_TRUE(matchesPattern("seat_cushion_01", "*cushion*"));
-  EXPECT_TRUE(matchesPattern("feet", "feet"));
-  EXPECT_TRUE(matchesPattern("", "*"));
-  EXPECT_FALSE(matchesPattern("feet 2", "feet"));
-  EXPECT_TRUE(matchesPattern("abcbc", "a*bc"));
-}
-
 TEST(Description, SmallScenesLoad) {
   for (const char* name : {"cornell_box", "nine_spheres", "teapots", "planar_mirror",
                            "glossy_sphere", "normal_mapped", "moving", "deforming", "vase_lizard",
