@@ -24,7 +24,7 @@ struct Interval {
 inline constexpr double kRankConfidence = 0.99;
 /// By how much two processes of one program differ for as long as they live, as a share: intervals
 /// are wider by it. More rounds cannot tell it from a difference of the settings. Without it 17 of
-/// 21 intervals of 32 rounds by --clock cpu held the truth, with it 20 (scripts/same_twice's
+/// 21 intervals of 32 rounds by --clock cpu held the truth, with it 20 (tests/same_twice.py's
 /// setting, 21 pairs of processes). Ours.
 inline constexpr double kProcessSpread = 0.005;
 /// Fewer rounds cannot give an interval: 2 / 2^7 is more than 1 %.

@@ -3,7 +3,7 @@
 and one task runs twice; loses some frames, and submits what failed again. Compares all frames bit for bit with those of
 one process, and prints what a chunk costs beside its frame.
 
-Usage: scripts/slurm_thousand [--program FILE] [--chunks N] [--slots N] [--work FOLDER]; exit 1 when a frame differs or
+Usage: tests/slurm_thousand.py [--program FILE] [--chunks N] [--slots N] [--work FOLDER]; exit 1 when a frame differs or
 is not there. Takes about a second of processor time a chunk. With --script the chunks are rendered by run.sh, --slots at a
 time, without Slurm and losses: what a chunk costs on a quiet machine."""
 import argparse
@@ -20,7 +20,6 @@ import time
 
 sys.dont_write_bytecode = True
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT / "scripts"))
 import slurm_cluster  # noqa: E402
 import work_folder  # noqa: E402
 

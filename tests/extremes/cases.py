@@ -1,4 +1,4 @@
-"""The cases of scripts/extremes: scenes and cameras at their extremes, each beside its truth."""
+"""The cases of the test extremes: scenes and cameras at their extremes, each beside its truth."""
 import base64
 import copy
 import json
@@ -8,7 +8,7 @@ import struct
 from dataclasses import dataclass, field
 from typing import Callable, Optional
 
-SCENES = pathlib.Path(__file__).resolve().parent.parent / "scenes"
+SCENES = pathlib.Path(__file__).resolve().parents[2] / "scenes"
 
 
 @dataclass

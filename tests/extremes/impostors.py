@@ -1,8 +1,8 @@
-"""Cases of scripts/extremes for methods that show objects by flat pictures of them: billboards, depth_impostors."""
+"""Cases for methods that show objects by flat pictures of them: billboards, depth_impostors."""
 import struct
 import zlib
 
-import extreme_cases as cases
+import cases
 import png
 
 MIRROR = {"base_color": [0.1, 0.1, 0.12], "s": 0.9, "g": 0}

@@ -2,10 +2,10 @@
 """Renders scenes at their extremes with every method and measures each against a picture that must
 be the same; writes a table, and fails where a stated bound does not hold.
 
-    scripts/extremes [--build build/release] [--program FILE] [--size 128] [--write docs/extremes.md]
-                     [--only PATTERN] [--methods NAME,...] [--work FOLDER] [--huge] [--sample] [--sequences]
+    tests/extremes/run.py [--build build/release] [--program FILE] [--size 128] [--write docs/extremes.md]
+                          [--only PATTERN] [--methods NAME,...] [--work FOLDER] [--huge] [--sample] [--sequences]
 
-A case (scripts/extreme_cases.py, extreme_implicit.py, extreme_impostors.py, extreme_lobes.py) is a scene and a camera, a truth, and bounds of the mean
+A case (cases.py, implicit.py, impostors.py, lobes.py) is a scene and a camera, a truth, and bounds of the mean
 difference in 8-bit steps. Every frame must be there and finite, with no refused ray and, but where
 the case is about it, no clamped value. --huge adds the frames that take minutes. --sample leaves out the
 cases of LEFT_OUT, each of which another case resembles; the test extremes does so. The errors of reprojection's
@@ -23,15 +23,17 @@ import subprocess
 import sys
 import tempfile
 
-import extreme_cases
-import extreme_implicit
-import extreme_impostors
-import extreme_lobes
-import work_folder
+sys.dont_write_bytecode = True
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "tests"))
+import cases  # noqa: E402
+import implicit  # noqa: E402
+import impostors  # noqa: E402
+import lobes  # noqa: E402
+import work_folder  # noqa: E402
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-BASES = extreme_cases.BASES + extreme_implicit.BASES + extreme_impostors.BASES + extreme_lobes.BASES
-CASES = extreme_cases.CASES + extreme_implicit.CASES + extreme_impostors.CASES + extreme_lobes.CASES
+BASES = cases.BASES + implicit.BASES + impostors.BASES + lobes.BASES
+CASES = cases.CASES + implicit.CASES + impostors.CASES + lobes.CASES
 # Methods that resample the scene: rounding may move a sample to another texel or level of detail,
 # so that pictures of scenes that must look alike differ by a few pixels.
 RESAMPLING = {"second_order": 1.0, "glossy_lod": 0.1}
@@ -256,7 +258,7 @@ def faults(case, row):
 
 INTRODUCTION = """# Extremes
 
-Made by `scripts/extremes --huge --write docs/extremes.md`; do not edit. The program rendered every
+Made by `tests/extremes/run.py --huge --write docs/extremes.md`; do not edit. The program rendered every
 picture below with {size} x {size} pixels, unless its case says otherwise. The test `extremes` renders most of the
 cases with 48 x 48 pixels. It fails where an error exceeds its bound, where a frame is missing or has
 a NaN or an infinity, where a ray is refused, and where a radiance is not finite or a value is clamped.

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures on this machine how far ratios of times can be trusted.
 
-    scripts/same_twice [--pairs 20] [--slower 0,2,5] [--load [SEED]] [--out out/same_twice]
+    tests/same_twice.py [--pairs 20] [--slower 0,2,5] [--load [SEED]] [--out out/same_twice]
 
 Each pair is a `sweep` of one setting twice: two processes of the same program. Then every time of the second
 one is made longer by a few percent, in the samples that were kept, and the sweep is evaluated again: what its

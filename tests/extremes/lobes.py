@@ -1,9 +1,9 @@
-"""Cases of scripts/extremes for lobes and for what glossy_lod makes of the scene: geometry images and boxes."""
+"""Cases for lobes and for what glossy_lod makes of the scene: geometry images and boxes."""
 import math
 import struct
 
-import extreme_cases as cases
-from extreme_impostors import BALL, coloured
+import cases
+from impostors import BALL, coloured
 
 METHODS = ("traced", "glossy_lod", "reference")
 RED, BLUE = (0.7, 0.2, 0.1), (0.1, 0.3, 0.7)

@@ -3,7 +3,7 @@
 faults that are put in on purpose, while another program comes and goes. Says with which night each fault was named.
 
     scripts/build release catoptric_faulty
-    scripts/nightly_history [--seed 1] [--clock cpu|wall] [--minutes N]
+    tests/nightly_history.py [--seed 1] [--clock cpu|wall] [--minutes N]
 
 Every night has a program of its own: a script that gives catoptric_faulty (tests/faulty_method) the faults of that
 night. With --minutes it ends after so long, and the same command goes on; --restart begins anew. Exit 1 when a fault was
@@ -22,7 +22,6 @@ import time
 
 sys.dont_write_bytecode = True
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT / "scripts"))
 import work_folder  # noqa: E402
 
 # Case: scene, its first frames. Names say which fault a case has in the nights with faults.

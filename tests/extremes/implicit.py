@@ -1,5 +1,5 @@
-"""Cases of scripts/extremes with implicit surfaces, where paths and normals are singular."""
-import extreme_cases as cases
+"""Cases with implicit surfaces, where paths and normals are singular."""
+import cases
 
 MIRROR = {"base_color": [0.1, 0.1, 0.12], "s": 0.9, "g": 0, "tint": [0.97, 0.96, 0.93]}
 FLOOR = {"name": "floor", "shape": "plane", "size": [4, 4], "cell": 0.25, "uv": "metres",
