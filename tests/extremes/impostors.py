@@ -1,9 +1,6 @@
 """Cases for methods that show objects by flat pictures of them: billboards, depth_impostors."""
-import struct
-import zlib
-
 import cases
-import png
+from bad_inputs import valid
 
 MIRROR = {"base_color": [0.1, 0.1, 0.12], "s": 0.9, "g": 0}
 FLOOR = {"name": "floor", "shape": "plane", "size": [4, 4], "uv": "metres",
@@ -41,9 +38,7 @@ def leaves(folder):
         for x in range(size):
             u, v = (4 * x / size) % 1 - 0.5, (4 * y / size) % 1 - 0.5
             rows += bytes((60, 140 + 4 * (x % 16), 40, 255 if u * u + v * v < 0.16 else 0))
-    header = struct.pack(">IIBBBBB", size, size, 8, 6, 0, 0, 0)  # 8 bits of red, green, blue, alpha
-    (folder / "leaves.png").write_bytes(b"\x89PNG\r\n\x1a\n" + png.chunk(b"IHDR", header) +
-                                        png.chunk(b"IDAT", zlib.compress(rows)) + png.chunk(b"IEND", b""))
+    (folder / "leaves.png").write_bytes(valid.png(size, size, rows, color=6))
     material = {"texture": "leaves.png", "alpha_cutoff": 0.5}
     boards = [{"name": f"leaves {angle}", "shape": "panel", "size": [1, 1], "translate": [1, 0, 0.6],
                "rotate": [0, angle, 0], "material": material} for angle in (20, 110, 200, 290)]
