@@ -1,9 +1,8 @@
-"""What configs/papers/second_order.suite.json does not make of [Wang2014]'s page: floors, variants of scenes, pictures; for
+"""What configs/papers/second_order.suite.json does not make of [Wang2014]'s page: variants of scenes, pictures; for
 scripts/paper_tables."""
 import json
 import os
 import statistics
-import subprocess
 
 from paper_run import number
 from paper_sets import ROOMS as PATHS
@@ -26,59 +25,6 @@ def scene_of(path):
 def average_and_most(values, scale=1.0):
     values = [scale * v for v in values]
     return f"{number(statistics.fmean(values))} / {number(max(values))}"
-
-
-# Why a step takes more than twice its floor: textures of gbuffer measured without them (AMD EPYC), cluster and
-# camera by what the kernel or the copies leave out.
-REASONS = {
-    "gbuffer": "textures: 27 % in bathroom a, 32 % in living room a",
-    "composite": "loads from memory, 4 to 5 ns each; the object's number is loaded, too",
-    "cluster": "votes for planes and tests against them; runs by object, bin and plane",
-    "camera": "arithmetic: far ends in the scene's box, twice; the upload of each sample's cluster",
-    "intersect": "setting up a walk, and what found nothing"}
-
-
-def floors(bench, document):
-    """What each step takes at least, by second_order_benchmark."""
-    document.text("""## Floors
-
-A floor is what a step takes at least on this machine: a program that does only what the step cannot avoid. Times are
-CPU times of all threads in milliseconds, since other programs disturb them less than the clock on the wall; two threads
-do most of the work. `second_order_benchmark SCENE PATH FRAMES` measures the frame and the floors in turns, for four
-frames of each path, 20 times. (With two or five repetitions a frame's time over its floor came out anywhere between
-1.14 and 1.28.)
-
-- `gbuffer` and `depth_images`: the same triangles are drawn without shading. For "once" they are shaded, over the depth
-  of the same picture, so that each sample is shaded once; what a step takes beyond that is overdraw, and clearing the
-  depth images.
-- `readback`: as many bytes are copied.
-- `cluster`: position, normal and share of the sums are computed for each reflective sample, and bin and ray for those
-  that are not in planar mirrors, by vector instructions; what is read of the other samples is copied.
-- `camera`: what it must read and write is copied.
-- `intersect`: a pass reads what each ray needs and writes the result. For a walk that is its cluster's seven rows of the
-  table, the very texels that it reads up to its hit (of eight samples side by side, those of the longest walk), and
-  four depths and four colours there; for a planar mirror it is one row, one depth and one colour.
-- `composite`: a pass reads the diffuse and the reflected colours (in the living room, whose reflectors are tinted, the
-  tints of the samples' objects, too) and writes the frame.""")
-    repeated = ("450", "1") if bench.effort == "smoke" else ("45-900x270", "20")
-    rows = []
-    for path, (scene, file) in PATHS.items():
-        done = subprocess.run([bench.program.parent / "second_order_benchmark",
-                               f"scenes/{scene}.json", f"paths/{file}.json", *repeated],
-                              capture_output=True, text=True)
-        if done.returncode != 0:
-            raise SystemExit(f"paper_tables: {done.stderr.strip()}")
-        measured = json.loads(done.stdout)
-        for step in ("gbuffer", "readback", "cluster", "camera", "depth_images", "intersect",
-                     "composite", "frame"):
-            ms = measured[step]
-            over = ms["whole"] / ms["least"]
-            once = ms["once"] if step in ("gbuffer", "depth_images", "frame") else None
-            rows.append([path if step == "gbuffer" else "", step, ms["whole"], ms["least"], over, once,
-                         ms["whole"] / once if once else None,
-                         REASONS.get(step, "") if over > 2 else ""])
-    document.table(["path", "step", "CPU ms", "floor", "over it", "once", "over it",
-                    "why more than 2"], rows)
 
 
 # Furniture that is wholly diffuse, from the largest.
@@ -246,6 +192,6 @@ def growth(bench, document):
     paper_second_order_pictures.growth(bench, document)
 
 
-PARTS = {"floors": floors, "triangles": triangles, "glossy": glossy, "growth": growth, "pictures": pictures}
+PARTS = {"triangles": triangles, "glossy": glossy, "growth": growth, "pictures": pictures}
 # All parts of the page in their order; the others are made by configs/papers/second_order.suite.json.
-PAGE = ["steps", "floors", "tables", "triangles", "glossy", "laws", "growth", "pictures"]
+PAGE = ["steps", "tables", "triangles", "glossy", "laws", "growth", "pictures"]

@@ -34,7 +34,7 @@ ALLOWED = {
 }
 ALLOWED = {folder: set(others.split()) for folder, others in ALLOWED.items()}
 # Folders of methods/ that are no method: every method may include them.
-COMMON_OF_METHODS = {"contract", "impostors", "shared", "testing"}
+COMMON_OF_METHODS = {"contract", "shared", "testing"}
 # Of the rooms in these modules, the headers that other modules may include; others are private.
 PUBLIC_IN_ROOMS = {
     "scene": {"description/description.h", "implicit/gradient.h", "implicit/jet.h", "implicit/surface.h",
@@ -46,7 +46,7 @@ PUBLIC_IN_ROOMS = {
 OWNERS = {
     r"nlohmann/": "config", r"embree": "trace", r"OpenEXR/": "image", r"OpenColorIO/": "image",
     r"tiny_gltf": "scene", r"glad/": "gl", r"CLI/": "app", r"tbb/": "core", r"spdlog/": "core",
-    r"glm/": "core", r"SQLiteCpp/": "nightly", r"sqlite3": "nightly", r"pugixml": "nightly",
+    r"glm/": "core", r"SQLiteCpp/": "nightly", r"sqlite3": "nightly",
     r"png\.h": "image", r"jpeglib\.h": "image", r"EGL/": "gl", r"GL/": "gl",
 }
 
@@ -88,10 +88,10 @@ def sources_of(root: pathlib.Path) -> list:
 
 
 def linked(text: str) -> list:
-    """(what, modules) of every module, test, benchmark and program of a CMakeLists.txt."""
+    """(what, modules) of every module, test and program of a CMakeLists.txt."""
     text = re.sub(r"#.*", "", text)
     found = []
-    for command, body in re.findall(r"\b(catoptric_(?:module|test|benchmark))\(([^()]*)\)", text):
+    for command, body in re.findall(r"\b(catoptric_(?:module|test))\(([^()]*)\)", text):
         words = body.split()
         depends = []
         keyword = ""

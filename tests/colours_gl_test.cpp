@@ -351,12 +351,12 @@ TEST(Colours, BentNormalsAreTheSameInGlAndEmbree) {
   builder.add(scene::makeIcosphere(1.0f, 1, scene::UvMode::Unit), 0);
   scene::finishScene(scene);
   const scene::Camera camera = scene::lookAt({0.3f, 0.5f, 3.0f}, {}, {0.0f, 1.0f, 0.0f}, 0.8f);
-  const methods::MethodEntry& reference = methods::findMethod("reference");
+  const methods::MethodEntry& reference = test::methodNamed("reference");
   const image::Image truth =
       test::renderOnCpu(reference, R"({"samples": 1})", test::Moment(scene), camera, kSettings)
           .image.value();
   test::GlStage stage(scene, kSettings);
-  test::GlMethod(stage, methods::findMethod("traced")).render(camera);
+  test::GlMethod(stage, test::methodNamed("traced")).render(camera);
   const std::vector<float> pixels = stage.composite(camera);
   int different = 0;
   for (int y = 0; y < kSize; ++y) {
@@ -471,11 +471,11 @@ TEST(Colours, HighlightsAreTheSameInGlAndEmbree) {
   scene::finishScene(scene);
   const scene::Camera camera = scene::lookAt({0.3f, 0.5f, 3.0f}, {}, {0.0f, 1.0f, 0.0f}, 0.8f);
   const image::Image truth =
-      test::renderOnCpu(methods::findMethod("reference"), R"({"samples": 1, "rays": 1})",
+      test::renderOnCpu(test::methodNamed("reference"), R"({"samples": 1, "rays": 1})",
                         test::Moment(scene), camera, kSettings)
           .image.value();
   test::GlStage stage(scene, kSettings);
-  test::GlMethod(stage, methods::findMethod("environment_map"), R"({"source": "environment"})")
+  test::GlMethod(stage, test::methodNamed("environment_map"), R"({"source": "environment"})")
       .render(camera);
   const std::vector<float> pixels = stage.composite(camera);
   int bright = 0;

@@ -13,7 +13,6 @@ import subprocess
 import sys
 
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "scripts"))
 import method_list  # noqa: E402
 import work_folder  # noqa: E402
 

@@ -346,14 +346,14 @@ TEST(Agreement, TracedConvergesToReferenceOnMirrors) {
   for (scene::Material& material : subject.scene.materials) material.glossiness = 0.0f;
   test::GlStage stage(subject.scene, test::framesOf(kWidth, kHeight, 2));
   methods::FrameOutput output =
-      test::GlMethod(stage, methods::findMethod("traced")).render(subject.camera);
+      test::GlMethod(stage, test::methodNamed("traced")).render(subject.camera);
   const std::vector<float> pixels = stage.composite(subject.camera);
   EXPECT_GT(output.counters["rays"], 1000u);
   EXPECT_EQ(output.counters["refused"], 0u);
 
   // The reference takes the very same samples: what differs are silhouettes, seen or mirrored.
   const methods::FrameOutput truth =
-      test::renderOnCpu(methods::findMethod("reference"), R"({"samples": 2})", stage.moment,
+      test::renderOnCpu(test::methodNamed("reference"), R"({"samples": 2})", stage.moment,
                         subject.camera, stage.settings);
   int different = 0;
   double sum = 0.0;

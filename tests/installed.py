@@ -14,7 +14,6 @@ import sys
 
 sys.dont_write_bytecode = True
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(SOURCE / "scripts"))
 import work_folder  # noqa: E402
 
 

@@ -14,7 +14,6 @@ frame is farther off than LIMITS says, or not the same to the bit where only thr
 import argparse
 import importlib.machinery
 import importlib.util
-import json
 import os
 import pathlib
 import shutil
@@ -58,31 +57,19 @@ def settings(every):
 
 
 def frames(arguments, name, setting, threads):
-    """{(family, method): image}"""
-    test = golden.Golden(arguments.program, golden.work_folder.fresh(arguments.work / name.replace(" ", "_")))
+    """A golden.Golden and {"FAMILY.METHOD": the frame's path}"""
+    test = golden.Golden(arguments.program, arguments.work / name.replace(" ", "_"))
     os.environ.update(setting)
     try:
-        found = {}
-        for family in arguments.families or test.families["families"]:
-            paths = test.render(family, test.methods, ["--threads", str(threads)])
-            if isinstance(paths, str):
-                raise SystemExit(f"{family}, {setting}: {paths}")
-            found.update({(family, method): golden.exr.read(path) for method, path in paths.items()})
-        return found
+        found = test.frames([n for family in arguments.families or test.families["families"]
+                             for n in test.names([f"{family}.*"])], ["--threads", str(threads)])
     finally:
-        for name in setting:
-            del os.environ[name]
-
-
-def difference(a, b, limit):
-    """L1_8bit and percentage of the pixels."""
-    steps, over = 0, [False] * (a.width * a.height)
-    for channel in "RGB":
-        for i, (x, y) in enumerate(zip(a.values(channel), b.values(channel))):
-            if x != y:
-                steps += abs(golden.display(x) - golden.display(y))
-                over[i] = over[i] or not abs(x - y) / max(1.0, abs(x), abs(y)) <= limit
-    return steps / (3 * len(over)), 100 * sum(over) / len(over)
+        for variable in setting:
+            del os.environ[variable]
+    for name, frame in found.items():
+        if isinstance(frame, str):
+            raise SystemExit(f"{name}, {setting}: {frame}")
+    return test, found
 
 
 def main():
@@ -95,17 +82,18 @@ def main():
     every = arguments.all or os.environ.get("CATOPTRIC_LONG") == "1"
     arguments.families = arguments.families or (None if every else SAMPLE)
     shutil.rmtree(arguments.work, ignore_errors=True)
-    limit = json.loads((golden.KEPT / "families.json").read_text())["limits"]["pixel"]
-    usual = frames(arguments, "usual", {}, 2)
+    _, usual = frames(arguments, "usual", {}, 2)
     faults, table = 0, {}
     for name, (setting, threads) in settings(every).items():
         exact = set(setting) <= set(SAME_BITS)
-        for (family, method), image in frames(arguments, name, setting, threads).items():
-            l1, percent = difference(usual[family, method], image, limit)
+        test, found = frames(arguments, name, setting, threads)
+        for frame, errors in test.compare(found, usual)[1].items():
+            family, method = frame.split(".")
+            l1, percent = errors["L1_8bit"], errors["over_percent"]
             worst = table.setdefault(method, {}).setdefault(name, (-1.0, 0.0, ""))
             if l1 > worst[0] or (l1 == worst[0] and percent > worst[1]):
                 table[method][name] = (l1, percent, family)
-            same = all(image.channels[c][1] == usual[family, method].channels[c][1] for c in "RGB")
+            same = found[frame].read_bytes() == usual[frame].read_bytes()
             if l1 > LIMITS["L1_8bit"] or percent > LIMITS["percent"] or (exact and not same):
                 faults += 1
                 print(f"{family} by {method}, {name}: L1_8bit {l1:.3f}, {percent:.2f} % of the pixels differ"

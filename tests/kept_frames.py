@@ -12,7 +12,6 @@ import sys
 import time
 
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "scripts"))
 import work_folder  # noqa: E402
 
 FRAMES = 14

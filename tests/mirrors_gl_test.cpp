@@ -126,7 +126,7 @@ std::vector<float> stripesOver(test::GlStage& stage, const std::string& method,
                                const std::string& options) {
   const scene::Camera camera =
       scene::lookAt({0.0f, 1.0f, 2.0f}, Vec3(0.0f), {0.0f, 1.0f, 0.0f}, 0.6f);
-  test::GlMethod(stage, methods::findMethod(method), options).render(camera);
+  test::GlMethod(stage, test::methodNamed(method), options).render(camera);
   return raster::readRgba(stage.gbuffer.reflection);
 }
 

@@ -14,12 +14,10 @@ import subprocess
 import sys
 
 sys.dont_write_bytecode = True
+import work_folder  # noqa: E402
 
 
 def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int:
-    sys.path.insert(0, str(source / "scripts"))
-    import work_folder
-
     os.chdir(source)
     work = work_folder.fresh(work)
     failed = []

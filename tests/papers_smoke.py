@@ -18,6 +18,7 @@ import sys
 import time
 
 sys.dont_write_bytecode = True
+import work_folder  # noqa: E402
 
 SAMPLE = {"glossy_lod": ["filter"], "impostors": ["directions", "statue_times"], "perturbation": ["fig10"],
           "reprojection": ["bath_a"], "second_order": ["tuning_glossy_sphere", "concave"]}
@@ -61,9 +62,6 @@ def faults_of(suite, tables, out):
 
 
 def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int:
-    sys.path.insert(0, str(source / "scripts"))
-    import work_folder
-
     os.chdir(source)
     work = work_folder.fresh(work)
 

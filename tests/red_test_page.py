@@ -7,7 +7,7 @@ import pathlib
 import re
 import sys
 
-FOLDERS = ("src/", "tests/", "scripts/", "docs/", "cmake/")
+FOLDERS = ("src/", "bench/", "tests/", "scripts/", "docs/", "cmake/")
 
 
 def main(root: pathlib.Path) -> int:

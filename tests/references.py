@@ -1,17 +1,19 @@
 #!/usr/bin/env python3
-"""Holds docs/references.bib and the citations of the tree together: every [Key] that code, shaders, scripts and
-pages cite has an entry, every entry is complete and cited.
+"""What pages refer to exists. Every [Key] that code, shaders, scripts and pages cite has an entry in
+docs/references.bib; every entry is complete and cited. Every command, option and setting in the code of a page or of
+the manual, which is the help, exists: the completion and the schema, which the program makes, list them.
 
 Usage: references.py SOURCE_ROOT; exit 1 and a line for each fault. It first plants faults in a folder of its own and
 must find them.
 """
 
+import json
 import pathlib
 import re
 import sys
 import tempfile
 
-FOLDERS = ("src", "docs", "tests", "scripts", "cmake")
+FOLDERS = ("src", "bench", "docs", "tests", "scripts", "cmake")
 KINDS = {".cpp", ".h", ".frag", ".vert", ".comp", ".glsl", ".py", ".md", ".txt", ".cmake", ""}
 KEY = re.compile(r"\[([A-Z][A-Za-z]+(?:18|19|20)[0-9]{2}[a-z]?)\]")
 # Where a work of each kind has appeared; all have an author, a title and a year.
@@ -77,6 +79,48 @@ def faults(root):
                 yield f"{where} should be called {surname(fields['author'])}{fields['year']}"
 
 
+def codes(root):
+    """The code in each page, and each line of the manual: (place, code)."""
+    pages = [root / "README.md", root / "CONTRIBUTING.md", *sorted((root / "docs").rglob("*.md")),
+             *sorted((root / "src").rglob("*.md"))]
+    for page in filter(pathlib.Path.is_file, pages):
+        text = page.read_text()
+        blocks = re.findall(r"^```.*?\n(.*?)^```", text, re.M | re.S)
+        spans = re.findall(r"`([^`]+)`", re.sub(r"^```.*?^```", "", text, flags=re.M | re.S))
+        for code in blocks + spans:
+            yield page.relative_to(root), re.sub(r"\\\n\s*", " ", code)
+    manual = root / "docs/man/catoptric.1"
+    for line in re.sub(r"\\e\n\s*", " ", manual.read_text().replace("\\-", "-")).splitlines():
+        yield manual.relative_to(root), line
+
+
+def unknown_names(root):
+    """Commands, options and settings that do not exist."""
+    completion = (root / "docs/completion/catoptric.bash").read_text()
+    options = {command: set(names.split()) for command, names
+               in re.findall(r'^    ([a-z]+)\) options="([^"]*)"', completion, re.M)}
+    schema = json.loads((root / "configs/schema/run.schema.json").read_text())
+    methods = {method["properties"]["method"]["enum"][0]: method["properties"]
+               for method in schema["properties"]["methods"]["items"]["anyOf"] if "properties" in method}
+    parts = {name: schema["$defs"].get(name, {}).get("properties", {}) for name in schema["properties"]}
+    for place, code in codes(root):
+        # What follows " -- " is a command again: catoptric submit CONFIG -- sweep --vary ...
+        for line in re.findall(r"(?<![/\w])catoptric ([a-z]+\b[^|;&\n`]*)", code):
+            for call in re.split(r" -- (?=[a-z])", line):
+                command = call.split()[0]
+                if command not in options:
+                    yield f"{place}: there is no command {command}"
+                for name in re.findall(r"(?<!\S)--[a-z][a-z-]*", call):
+                    if name not in options.get(command, {name}):
+                        yield f"{place}: {command} has no option {name}"
+        for method, name in re.findall(r"\bmethods\.(\w+)\.(\w+)", code):
+            if name not in methods.get(method, {name}):
+                yield f"{place}: there is no methods.{method}.{name}"
+        for part, name in re.findall(r"--(?:set|vary)[ =]'?(?!methods\.)(\w+)(?:\.(\w+))?=", code):
+            if part not in parts or name and name not in parts[part]:
+                yield f"{place}: there is no setting {part}{name and '.' + name}"
+
+
 def plant():
     """Faults of every kind must be found."""
     with tempfile.TemporaryDirectory() as folder:
@@ -95,12 +139,28 @@ def plant():
                     "docs/references.bib: Nameless2002 has no author"]
         if found != expected:
             sys.exit(f"references.py: planted faults are not found: {found}")
+        (root / "docs/man").mkdir()
+        (root / "docs/completion").mkdir()
+        (root / "configs/schema").mkdir(parents=True)
+        (root / "docs/man/catoptric.1").write_text("catoptric render X \\-\\-vary methods.traced.ray=1\n")
+        (root / "docs/completion/catoptric.bash").write_text('    render) options="--set --vary" ;;\n')
+        traced = {"properties": {"method": {"enum": ["traced"]}, "rays": {}}}
+        (root / "configs/schema/run.schema.json").write_text(json.dumps(
+            {"properties": {"methods": {"items": {"anyOf": [{"enum": ["traced"]}, traced]}}, "image": {}},
+             "$defs": {"image": {"properties": {"width": {}}}}}))
+        (root / "README.md").write_text("`catoptric paint X`, `--set methods.traced.rays=1`\n```sh\n"
+                                        "catoptric render X \\\n  --sett a --set image.widht=1\n```\n")
+        found = list(unknown_names(root))
+        expected = ["README.md: render has no option --sett", "README.md: there is no setting image.widht",
+                    "README.md: there is no command paint", "docs/man/catoptric.1: there is no methods.traced.ray"]
+        if found != expected:
+            sys.exit(f"references.py: planted names are not found: {found}")
 
 
 def main():
     plant()
     root = pathlib.Path(sys.argv[1])
-    found = list(faults(root))
+    found = [*faults(root), *unknown_names(root)]
     print("\n".join(found) if found else f"{len(entries((root / 'docs/references.bib').read_text()))} works, all cited")
     sys.exit(1 if found else 0)
 

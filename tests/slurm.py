@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Gives a run to a real Slurm of two nodes on this host (scripts/slurm_cluster.py): loses a node while its task
+"""Gives a run to a real Slurm of two nodes on this host (slurm_cluster.py): loses a node while its task
 runs, and runs a task twice; damages a frame and deletes one, and gives what failed to Slurm again. All frames must be
 there, and equal bit for bit to those of one process. The same run again by a shell script; and a sweep.
 
@@ -15,7 +15,6 @@ import subprocess
 import sys
 
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "scripts"))
 import slurm_cluster  # noqa: E402
 import work_folder  # noqa: E402
 

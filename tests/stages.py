@@ -12,7 +12,6 @@ import unittest
 
 sys.dont_write_bytecode = True
 ROOT, WORK = (pathlib.Path(a).resolve() for a in sys.argv[1:3])
-sys.path.insert(0, str(ROOT / "scripts"))
 import work_folder  # noqa: E402
 
 RESULTS = """<testsuite><testcase name="golden" time="3" status="fail"><system-out>{lines}

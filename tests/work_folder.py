@@ -1,45 +1,13 @@
-#!/usr/bin/env python3
-"""Asks for a fresh work folder again and again while a left-over program goes on writing to the place.
-Usage: work_folder.py SOURCE_FOLDER WORK_FOLDER"""
-
+"""Work folders of tests and scripts that run one after the other in the same place."""
 import pathlib
-import sys
-import threading
-
-sys.dont_write_bytecode = True
+import shutil
+import tempfile
 
 
-def main(source, place):
-    sys.path.insert(0, str(pathlib.Path(source, "scripts")))
-    from work_folder import fresh
-
-    old = fresh(place)
-    over = threading.Event()
-
-    def write():
-        number = 0
-        while not over.is_set():
-            number += 1
-            folder = old / str(number % 50)
-            try:
-                folder.mkdir(parents=True, exist_ok=True)
-                (folder / "frame").write_bytes(b"x")
-            except OSError:  # removed meanwhile
-                pass
-
-    writer = threading.Thread(target=write)
-    writer.start()
-    try:
-        for _ in range(20):
-            folder = fresh(place)
-            if folder == old or list(folder.iterdir()):
-                print(f"{folder} is not fresh")
-                return 1
-    finally:
-        over.set()
-        writer.join()
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:3]))
+def fresh(place):
+    """A new empty folder in `place`, whose other contents are removed as far as that goes: programs
+    of a run that was killed may still be writing there, and never meet this one's files."""
+    place = pathlib.Path(place).resolve()
+    shutil.rmtree(place, ignore_errors=True)
+    place.mkdir(parents=True, exist_ok=True)
+    return pathlib.Path(tempfile.mkdtemp(dir=place))

@@ -355,6 +355,16 @@ TEST_F(App, CompareHasLimits) {
   const Result different = run("compare a b --max-l1 0");
   EXPECT_EQ(different.exitCode, 7) << different.err;
   EXPECT_THAT(different.err, HasSubstr("more than the 0.000 allowed"));
+  EXPECT_EQ(run("compare a a --fail 0 --hard-fail 0 --max-mean 0").exitCode, 0);
+  EXPECT_EQ(run("compare a b --fail 0 --fail-percent 100").exitCode, 0);
+  for (const auto& [limit, said] : std::map<std::string, std::string>{
+           {"--fail 0", "% of the pixels differ by more than 0; 0"},
+           {"--hard-fail 0.001", "more than the 0.001 allowed"},
+           {"--max-mean 1e-6", "in the mean, more than the 1e-06"}}) {
+    const Result failed = run("compare a b " + limit);
+    EXPECT_EQ(failed.exitCode, 7) << limit;
+    EXPECT_THAT(failed.err, HasSubstr(said));
+  }
 }
 
 TEST_F(App, SignalsLeaveAResumableRun) {

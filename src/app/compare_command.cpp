@@ -1,6 +1,6 @@
 // catoptric compare RUN REFERENCE.
-#include <array>
-#include <cstdio>
+#include <fmt/core.h>
+
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -24,6 +24,7 @@ struct Options {
   std::optional<double> fail;
   double failPercent = 0.0;
   std::optional<double> hardFail;
+  std::optional<double> maxMean;
   measure::FlipOptions flip;
 };
 
@@ -39,13 +40,6 @@ std::string numbers(const std::vector<int>& frames) {
   std::string text;
   for (const int frame : frames) text += (text.empty() ? "" : ",") + std::to_string(frame);
   return text;
-}
-
-/// A measured value, six digits of it.
-std::string digits(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.6g", value);
-  return text.data();
 }
 
 /// Says what exceeds the limits; whether anything does.
@@ -64,18 +58,23 @@ bool exceeds(const report::RunComparison& c, const Options& options) {
          report::fixedText(*options.maxL1, 3) + " allowed");
   for (const auto& [number, e] : c.frames) {
     const std::string frame = "frame " + std::to_string(number) + ": ";
-    const bool limits = options.fail || options.hardFail;
+    const bool limits = options.fail || options.hardFail || options.maxMean;
     if (limits && e.notFinite + e.notFiniteReference > 0)
       fail(frame + "NaN or infinity in " + std::to_string(e.notFinite) + " pixels, and in " +
            std::to_string(e.notFiniteReference) + " of the reference");
     if (options.fail && e.overPercent() > options.failPercent)
-      fail(frame + digits(e.overPercent()) + " % of the pixels differ by more than " +
+      fail(frame + fmt::format("{:.6g} % of the pixels differ by more than ", e.overPercent()) +
            report::exactText(*options.fail) + "; " + report::exactText(options.failPercent) +
            " % are allowed");
     if (options.hardFail && e.maxLinear > *options.hardFail)
-      fail(frame + "pixel " + std::to_string(e.maxLinearX) + "," + std::to_string(e.maxLinearY) +
-           " differs by " + digits(e.maxLinear) + ", more than the " +
+      fail(frame +
+           fmt::format("pixel {},{} differs by {:.6g}, more than the ", e.maxLinearX, e.maxLinearY,
+                       e.maxLinear) +
            report::exactText(*options.hardFail) + " allowed");
+    if (options.maxMean && e.meanLargest() > *options.maxMean)
+      fail(frame +
+           fmt::format("pixels differ by {:.6g} in the mean, more than the ", e.meanLargest()) +
+           report::exactText(*options.maxMean) + " allowed");
   }
   return failed;
 }
@@ -87,6 +86,7 @@ ExitCode compare(const Options& options, const CommonOptions& common) {
   measure::CompareOptions measures;
   measures.flip = options.flip;
   if (options.fail) measures.threshold = *options.fail;
+  measures.forLimits = options.fail || options.hardFail || options.maxMean;
   const report::RunComparison comparison =
       report::compareRuns(run, reference, measures, {options.out});
   const std::span<const report::RunComparison> one(&comparison, 1);
@@ -119,14 +119,19 @@ Command compareCommand(CommonOptions& common) {
              "Folder for pictures of the differences and for tables (CSV, JSON)",
              {.notEmpty = true}),
       option("--fail", options->fail, "X",
-             "Let a pixel fail when one of its channels differs by more than this (scene-linear); "
+             "Let a pixel fail when R, G, B or A differs by more than this (scene-linear; relative "
+             "for values above 1); "
              "a frame with failing pixels is exit 7",
              {.least = 0}),
       option("--fail-percent", options->failPercent, "P",
              "Let a frame pass when at most this percentage of its pixels fail [0]",
              {.least = 0, .most = 100, .needs = "--fail"}),
       option("--hard-fail", options->hardFail, "X",
-             "Exit 7 when a channel of any pixel differs by more than this (scene-linear)",
+             "Exit 7 when R, G, B or A of any pixel differs by more than this (scene-linear)",
+             {.least = 0}),
+      option("--max-mean", options->maxMean, "X",
+             "Exit 7 when a frame's pixels differ by more than this in the mean, each by its "
+             "largest difference of R, G, B or A (scene-linear)",
              {.least = 0}),
       option("--max-l1", options->maxL1, "X",
              "Exit 7 when L1_8bit, the mean absolute difference of display values 0..255, is "

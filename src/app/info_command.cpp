@@ -1,7 +1,7 @@
 // catoptric info SCENE.
+#include <fmt/core.h>
+
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 
@@ -22,12 +22,6 @@ namespace catoptric::app {
 namespace {
 
 using config::JsonText;
-
-std::string number(float value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3g", static_cast<double>(value));
-  return text.data();
-}
 
 std::string paddedTo(std::string text, std::size_t width) {
   if (text.size() < width) text.resize(width, ' ');
@@ -160,7 +154,7 @@ std::string reflectorsText(const scene::Scene& scene) {
     const scene::Material& material = materialOf(scene, object);
     text += "  " + paddedTo(std::to_string(object.reflector), 4) +
             paddedTo(std::to_string(i + 1), 5) + paddedTo(object.name, widest + 2) +
-            paddedTo(number(material.specularLevel), 7) + paddedTo(number(material.glossiness), 8) +
+            fmt::format("{:<7.3g}{:<8.3g}", material.specularLevel, material.glossiness) +
             paddedTo(object.planar ? "yes" : "no", 8) + std::to_string(trianglesOf(scene, object)) +
             "\n";
   }
@@ -205,7 +199,8 @@ std::string infoText(const std::string& input, const scene::Scene& scene,
                           ? std::string("the default sky, for the file has no light")
                           : std::string(environmentName(scene.environment.type)));
   line("baked light", bakeName(scene.bake.mode));
-  if (scene.animated()) line("animation", number(scene.duration()) + " s");
+  if (scene.animated())
+    line("animation", fmt::format("{:.3g} s", static_cast<float>(scene.duration())));
   line("memory", run::bytesText(scene.memoryBytes()) + " loaded, at most " +
                      run::bytesText(memoryBound(scene)) + " while rendering (frames apart)");
   if (scene.reflectorCount() > 0) text += reflectorsText(scene);

@@ -1,6 +1,6 @@
 // catoptric layers FRAMES.
-#include <array>
-#include <cstdio>
+#include <fmt/core.h>
+
 #include <filesystem>
 #include <memory>
 
@@ -21,12 +21,6 @@ struct LayersOptions {
   std::vector<std::string> layers;
 };
 
-std::string fileName(int frame, const std::string& layer) {
-  std::array<char, 32> number{};
-  std::snprintf(number.data(), number.size(), "frame.%04d.", frame);
-  return number.data() + layer + ".png";
-}
-
 ExitCode layers(const LayersOptions& options, const CommonOptions& common) {
   std::vector<std::string> written;
   for (const auto& [number, file] : report::readSequence(options.frames).frames) {
@@ -43,7 +37,8 @@ ExitCode layers(const LayersOptions& options, const CommonOptions& common) {
     if (error) throw OutputError(options.out + ": cannot be created: " + error.message());
     for (const std::string& name : names) {
       const report::Rgb8 picture = report::layerPicture(frame, name);
-      const std::filesystem::path to = std::filesystem::path(options.out) / fileName(number, name);
+      const std::filesystem::path to =
+          std::filesystem::path(options.out) / fmt::format("frame.{:04}.{}.png", number, name);
       writeFileAtomically(to, image::encodePng(picture.width, picture.height, 3, picture.rgb));
       written.push_back(to.string());
     }

@@ -89,6 +89,23 @@ TEST_F(Nightly, ExitCodesSayHowTheNightWas) {
   EXPECT_EQ(nightly(suite() + "--compare-only").exitCode, 0);
 }
 
+TEST_F(Nightly, AnotherProgramIsComparedWithoutAHistory) {
+  writeBuild("same", "");
+  writeBuild("other_pixels", "more='--set methods.reference.samples=1'");
+  writeBuild("refuses", "echo 'error: no such option' >&2; exit 2");
+  const std::string compare = suite() + "--repeats 2 --only reference --baseline ";
+  const Result same = nightly(compare + "./same");
+  EXPECT_EQ(same.exitCode, 0) << same.out << same.err;
+  EXPECT_THAT(same.out, HasSubstr("3 of 3 frames are equal bit for bit, 0 steps are slower"));
+  EXPECT_FALSE(fs::exists(folder / "h/history.db"));
+  const Result other = nightly(compare + "./other_pixels");
+  EXPECT_EQ(other.exitCode, 7) << other.err;
+  EXPECT_THAT(other.out, HasSubstr("frame 1 B: "));
+  EXPECT_TRUE(fs::exists(folder / "h/baseline/small.ball.reference/now/frames/frame.0001.exr"));
+  EXPECT_THAT(nightly(compare + "./refuses --json").out, HasSubstr("\"without_baseline\":1"));
+  EXPECT_EQ(nightly(compare + "./same --program ./refuses").exitCode, 6);
+}
+
 TEST_F(Nightly, WhatIsWrongEndsWithAHint) {
   const std::string begin = R"({"title": "<b>", "scenes": {)";
   const std::string ball = R"({"config": "run.json", "frames": {"full": "1"}, "methods": ["truth")";

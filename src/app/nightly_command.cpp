@@ -16,6 +16,7 @@
 #include "core/text.h"
 #include "methods/contract/method.h"
 #include "nightly/accept.h"
+#include "nightly/builds.h"
 #include "nightly/compare.h"
 #include "nightly/junit.h"
 #include "nightly/night.h"
@@ -124,6 +125,18 @@ std::string listOf(const std::vector<std::string>& items) {
   return "[" + joined(items, ",") + "]";
 }
 
+/// Rows as objects of JSON, or the table as text.
+std::string tableText(const report::Table& table, bool json) {
+  if (!json) return table.rows.empty() ? "" : report::toText(table) + "\n";
+  std::vector<std::string> items;
+  for (const std::vector<std::string>& row : table.rows) {
+    config::JsonText item;
+    for (std::size_t i = 0; i < row.size(); ++i) item.add(table.columns[i].title, row[i]);
+    items.push_back(item.object());
+  }
+  return listOf(items);
+}
+
 /// What `keep` chooses of the verdicts, as a table or as items of a list of JSON.
 template <class Keep>
 std::string verdictsText(const std::vector<Verdict>& verdicts, bool json, const Keep& keep) {
@@ -183,22 +196,33 @@ ExitCode conclude(const Night& night, const std::vector<Verdict>& verdicts, bool
   return code;
 }
 
-/// Measures what the night lacks; none: it was asked to stop.
-std::optional<Night> measure(History& history, const nightly::NightSuite& suite,
-                             const NightlyOptions& options, ProgressPrinter& printer) {
+nightly::LabOptions labOptions(const NightlyOptions& options, const fs::path& folder) {
   nightly::LabOptions lab;
   lab.inputs = inputsOf;
   lab.program = options.program.empty() ? study::ownProgram() : fs::path(options.program);
   lab.clock = parseClock(options.clock);
-  lab.work = history.folder() / "work" / std::to_string(::getpid());
+  lab.work = folder / "work" / std::to_string(::getpid());
   lab.patienceSeconds = 60.0 * options.patience;
   lab.stopRequested = [] { return stopSignal() != 0; };
-  const std::unique_ptr<nightly::Lab> rooms = nightly::makeLab(lab);
-  const std::vector<nightly::NightCase> cases =
-      nightly::casesOf(suite, options.effort, options.only, *rooms);
+  return lab;
+}
+
+std::vector<nightly::NightCase> chosenCases(const nightly::NightSuite& suite,
+                                            const NightlyOptions& options, nightly::Lab& lab) {
+  std::vector<nightly::NightCase> cases =
+      nightly::casesOf(suite, options.effort, options.only, lab);
   if (cases.empty())
     throw UsageError("no case of " + options.what + " has frames for --effort " + options.effort +
                      (options.only.empty() ? "" : " and fits --only " + joined(options.only, ",")));
+  return cases;
+}
+
+/// Measures what the night lacks; none: it was asked to stop.
+std::optional<Night> measure(History& history, const nightly::NightSuite& suite,
+                             const NightlyOptions& options, ProgressPrinter& printer) {
+  const nightly::LabOptions lab = labOptions(options, history.folder());
+  const std::unique_ptr<nightly::Lab> rooms = nightly::makeLab(lab);
+  const std::vector<nightly::NightCase> cases = chosenCases(suite, options, *rooms);
   const bool ownBaseline =
       options.baseline == nightly::role::kAccepted || options.baseline == nightly::role::kAnchor;
   const std::string baseline =
@@ -236,12 +260,105 @@ std::optional<Night> measure(History& history, const nightly::NightSuite& suite,
   return open.night();
 }
 
+/// Rows of what two builds made of the cases, and how many of what.
+struct BuildsTally {
+  report::Table table{
+      "", {{"case", false}, {"what", false}, {"verdict", false}, {"", false}}, {}, {}};
+  int frames = 0;
+  int equal = 0;
+  int slower = 0;
+  int undecided = 0;
+  int crashes = 0;
+  int withoutBaseline = 0;
+
+  void add(const std::string& name, const nightly::BuildsComparison& one) {
+    const auto row = [&](const std::string& what, const char* verdict, const std::string& text) {
+      table.rows.push_back({name, what, verdict, text});
+    };
+    crashes += one.failure.empty() ? 0 : 1;
+    withoutBaseline += one.noBaseline.empty() ? 0 : 1;
+    if (!one.failure.empty()) row("run", "crash", one.failure);
+    if (!one.noBaseline.empty()) row("run", "no baseline", one.noBaseline);
+    frames += one.frames;
+    equal += one.equal;
+    if (one.frames > 0)
+      row("pixels", one.equal == one.frames ? "equal" : "differ",
+          std::to_string(one.equal) + " of " + std::to_string(one.frames) + " frames are equal");
+    for (const std::string& difference : one.differences) row("pixels", "differ", difference);
+    for (const nightly::StepRatio& step : one.steps) {
+      const bool fails = step.state == nightly::TimeState::Fails;
+      const bool holds = step.state == nightly::TimeState::Holds;
+      slower += fails ? 1 : 0;
+      undecided += fails || holds ? 0 : 1;
+      row(step.step,
+          fails   ? "slower"
+          : holds ? "holds"
+                  : "undecided",
+          study::ratioText(step.ratio) + " times " + report::fixedText(1e3 * step.seconds, 2) +
+              " ms");
+    }
+  }
+
+  ExitCode conclude(bool json) const {
+    const ExitCode code = crashes > 0                                   ? ExitCode::FramesFailed
+                          : slower > 0 || equal < frames || frames == 0 ? ExitCode::LimitsExceeded
+                                                                        : ExitCode::Done;
+    const std::string rows = tableText(table, json);
+    if (json)
+      printData(config::JsonText()
+                    .raw("rows", rows)
+                    .add("frames", frames)
+                    .add("equal", equal)
+                    .add("slower", slower)
+                    .add("undecided", undecided)
+                    .add("crashes", crashes)
+                    .add("without_baseline", withoutBaseline)
+                    .object() +
+                "\n");
+    else
+      printData(rows + std::to_string(equal) + " of " + std::to_string(frames) +
+                " frames are equal bit for bit, " + std::to_string(slower) + " steps are slower, " +
+                std::to_string(undecided) + " undecided, " + std::to_string(crashes) +
+                " crashes, " + std::to_string(withoutBaseline) + " cases without a baseline\n");
+    return code;
+  }
+};
+
+/// Every case by the program and by the one that --baseline names; no history.
+ExitCode compareWithProgram(const NightlyOptions& options, nightly::NightSuite suite,
+                            ProgressPrinter& printer, bool json) {
+  const fs::path folder = fs::path(options.history).parent_path();
+  for (nightly::NightScene& scene : suite.scenes)
+    scene.settings.emplace_back("image.half", "false");  // every bit counts
+  const nightly::LabOptions lab = labOptions(options, folder);
+  const std::unique_ptr<nightly::Lab> rooms = nightly::makeLab(lab);
+  const nightly::BuildsOptions how{lab.program, options.baseline, folder / "baseline",
+                                   options.repeats, suite.gates.time};
+  BuildsTally tally;
+  double done = 0.0;
+  const std::vector<nightly::NightCase> cases = chosenCases(suite, options, *rooms);
+  for (const nightly::NightCase& one : cases) {
+    printer.showStep(one.name, done++ / static_cast<double>(cases.size()));
+    try {
+      tally.add(one.name, nightly::compareBuilds(one, *rooms, how));
+    } catch (const study::StudyStopped&) {
+      printer.endLine();
+      return static_cast<ExitCode>(128 + stopSignal());
+    }
+  }
+  printer.endLine();
+  return tally.conclude(json);
+}
+
 ExitCode runSuite(const NightlyOptions& options, const CommonOptions& common) {
   const ProgressMode mode = parseProgress(options.progress, common.quiet);
   ProgressPrinter printer(mode);
   catchStopSignals(mode == ProgressMode::Json);
   nightly::NightSuite suite = nightly::readNightSuite(options.what);
   if (options.timeGate > 0.0) suite.gates.time = options.timeGate / 100.0;
+  std::error_code ignored;
+  if (fs::is_regular_file(options.baseline, ignored))
+    return compareWithProgram(options, suite, printer, common.json);
   const bool measures = !options.compareOnly && !options.reportOnly;
   History history(options.history, measures             ? History::Mode::Create
                                    : options.reportOnly ? History::Mode::Read
@@ -304,18 +421,6 @@ ExitCode undoAcceptance(const NightlyOptions& options) {
   history.undo(number, nightly::utcNow());
   printData("Acknowledgement " + text + " does not hold any more\n");
   return ExitCode::Done;
-}
-
-/// Rows as objects of JSON, or the table as text.
-std::string tableText(const report::Table& table, bool json) {
-  if (!json) return table.rows.empty() ? "" : report::toText(table) + "\n";
-  std::vector<std::string> items;
-  for (const std::vector<std::string>& row : table.rows) {
-    config::JsonText item;
-    for (std::size_t i = 0; i < row.size(); ++i) item.add(table.columns[i].title, row[i]);
-    items.push_back(item.object());
-  }
-  return listOf(items);
 }
 
 report::Table nightTable(const History& history, const std::vector<Night>& nights) {
@@ -433,9 +538,11 @@ Command nightlyCommand(CommonOptions& common) {
              {.commas = true, .oneEach = true}),
       option("--program", options->program, "FILE", "The build that is judged [this one]",
              {.notEmpty = true}),
-      option("--baseline", options->baseline, "accepted|anchor|BUILD",
+      option("--baseline", options->baseline, "accepted|anchor|BUILD|FILE",
              "What times are compared with: accepted (and the anchor), anchor alone, or a kept "
-             "build by the begin of its fingerprint, as `nightly log` prints it",
+             "build by the begin of its fingerprint, as `nightly log` prints it; or another "
+             "program: both render the suite, frames are compared bit for bit and the times of "
+             "steps in turns, without the history",
              {.notEmpty = true, .showsDefault = true}),
       option("--time-gate", options->timeGate, "PERCENT",
              "How much longer than the accepted build is a regression, percent [the suite's]",
@@ -456,6 +563,7 @@ Command nightlyCommand(CommonOptions& common) {
       own + reportRows(*options) + commonRows(common), R"(Examples:
   catoptric nightly configs/nightly/own.suite.json --html out/nightly/page --junit out/nightly/junit.xml
   catoptric nightly configs/nightly/own.suite.json --effort smoke --only smoke
+  catoptric nightly configs/nightly/own.suite.json --baseline ../before/build/release/bin/catoptric
   catoptric nightly accept 'cornell_box.*' --reason "bent normals"
   catoptric nightly undo 3
   catoptric nightly log

@@ -1,5 +1,6 @@
 #include "app/progress.h"
 
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -50,21 +51,11 @@ ProgressMode parseProgress(const std::string& text, bool quiet) {
 }
 
 std::string durationText(double seconds) {
-  std::array<char, 32> text{};
-  if (seconds < 10.0) {
-    std::snprintf(text.data(), text.size(), "%.1f s", seconds);
-    return text.data();
-  }
-  const auto whole = static_cast<long>(std::lround(seconds));
-  if (whole < 60) {
-    std::snprintf(text.data(), text.size(), "%ld s", whole);
-  } else if (whole < 3600) {
-    std::snprintf(text.data(), text.size(), "%ld:%02ld", whole / 60, whole % 60);
-  } else {
-    std::snprintf(text.data(), text.size(), "%ld:%02ld:%02ld", whole / 3600, whole / 60 % 60,
-                  whole % 60);
-  }
-  return text.data();
+  if (seconds < 10.0) return fmt::format("{:.1f} s", seconds);
+  const long whole = std::lround(seconds);
+  if (whole < 60) return fmt::format("{} s", whole);
+  if (whole < 3600) return fmt::format("{}:{:02}", whole / 60, whole % 60);
+  return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
 }
 
 ProgressPrinter::ProgressPrinter(ProgressMode mode) : mode_(mode) {

@@ -172,7 +172,7 @@ void writeTables(const study::Suite& suite, const study::SuiteData& data,
   page.paragraph(effort);
   for (const report::Table& table : tables) {
     markdown += "\n" + report::toMarkdown(table);
-    csv += (csv.empty() ? "" : "\n") + report::csvCell(table.title) + "\n" + report::toCsv(table);
+    csv += (csv.empty() ? "" : "\n") + csvCell(table.title) + "\n" + report::toCsv(table);
     tex += report::toTex(table) + "\n";
     json.push_back(report::toJson(table));
     page.table(table);

@@ -480,7 +480,7 @@ Command tuneCommand(CommonOptions& common) {
           "Find the fastest setting within an error, or the most accurate one within a time.",
           studyRows(*options, common) + own, R"(Examples:
   catoptric tune configs/living_room.json --method second_order --max-error 'L1_8bit<=2' \
-      --vary methods.second_order.level_error=0..1:5 --vary methods.second_order.clusters=64,128,256
+      --vary methods.second_order.level_error=0..1:5 --vary methods.second_order.bin_density=2.5,10,40
   catoptric tune configs/demo.json --max-time 0.8x:traced --vary methods.second_order.level_error=0,0.75
 
 Exit codes: 0 done; 2 the command line or the config is wrong; 5 output could not be written; 7 nothing

@@ -9,6 +9,7 @@
 #include "core/hash.h"
 #include "core/parallel.h"
 #include "core/text.h"
+#include "core/welding.h"
 
 namespace catoptric {
 namespace {
@@ -19,6 +20,21 @@ TEST(Text, NearestNameFindsTypingErrors) {
   EXPECT_EQ(nearestName("enviroment_map", names), "environment_map");
   EXPECT_EQ(nearestName("tarced", names), "traced");  // a swap is one error
   EXPECT_EQ(nearestName("zzz", names), "");
+}
+
+TEST(Text, StarsMatchAnything) {
+  EXPECT_TRUE(matchesPattern("", "*"));
+  EXPECT_TRUE(matchesPattern("own.box.traced", "own.*.traced"));
+  EXPECT_FALSE(matchesPattern("own.box.reference", "own.*.traced"));
+  EXPECT_TRUE(matchesPattern("seat_cushion_01", "*cushion*"));
+  EXPECT_TRUE(matchesPattern("abcbc", "a*bc"));
+  EXPECT_TRUE(matchesPattern("feet", "feet"));
+  EXPECT_FALSE(matchesPattern("feet 2", "feet"));
+}
+
+TEST(Text, CsvCellsAreQuotedWhereTheyHaveToBe) {
+  EXPECT_EQ(csvCell("a"), "a");
+  EXPECT_EQ(csvCell("a,\"b\""), "\"a,\"\"b\"\"\"");
 }
 
 TEST(Text, ControlCharactersAreShown) {
@@ -45,6 +61,17 @@ TEST(Fingerprint, DependsOnEveryByteAndOnPieceBorders) {
   EXPECT_NE(of("abc", "def"), of("abcd", "ef"));
   EXPECT_NE(of("abc", "def"), of("abc", "deg"));
   EXPECT_NE(of("", ""), of("", std::string_view("\0", 1)));
+}
+
+TEST(Welding, NumbersEqualVerticesInOrderOfAppearance) {
+  const std::vector<Vec3> places{{1, 0, 2}, {0, 0, 0}, {1, 0, 2}, {-0.0f, 0, -0.0f}, {2, 0, 1}};
+  Welding welding;
+  welding.weld(places.size(), [&](std::size_t v) { return std::array{places[v]}; });
+  EXPECT_EQ(welding.numbers, (std::vector<std::uint32_t>{0, 1, 0, 1, 2}));
+  EXPECT_EQ(welding.firsts, (std::vector<std::uint32_t>{0, 1, 4}));
+  // Two vectors each: all differ by the second one
+  welding.weld(places.size(), [&](std::size_t v) { return std::array{places[v], Vec3(float(v))}; });
+  EXPECT_EQ(welding.firsts.size(), places.size());
 }
 
 TEST(Parallel, CoversEveryItemOnce) {

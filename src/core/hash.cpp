@@ -1,6 +1,7 @@
 #include "core/hash.h"
 
-#include <cstdio>
+#include <fmt/core.h>
+
 #include <cstring>
 
 namespace catoptric {
@@ -36,9 +37,7 @@ std::uint64_t Fingerprint::value() const {
 }
 
 std::string Fingerprint::text() const {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value()));
-  return text;
+  return fmt::format("{:016x}", value());
 }
 
 }  // namespace catoptric

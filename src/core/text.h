@@ -22,6 +22,15 @@ std::string printable(std::string_view text);
 /// A word for a shell, in quotes where it needs them.
 std::string shellWord(const std::string& word);
 
+/// A cell of a CSV file [RFC 4180], in quotes where it needs them.
+std::string csvCell(const std::string& text);
+
+/// Does `text` match `pattern`, in which * stands for anything?
+bool matchesPattern(std::string_view text, std::string_view pattern);
+
+/// The value of a hexadecimal digit; -1: it is none.
+int hexDigit(char c);
+
 std::string joined(std::span<const std::string> items, std::string_view separator);
 
 }  // namespace catoptric

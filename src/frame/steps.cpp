@@ -6,7 +6,7 @@ namespace catoptric::frame {
 
 void StepTimer::beginFrame(int number) {
   frame_ = number;
-  // The first frame of the process pays for caches and compilation; later ones only when told so.
+  // The first frame of the process pays for caches and compilation.
   first_ = !anyFrame_;
   anyFrame_ = true;
 }

@@ -16,7 +16,7 @@ struct StepSample {
   std::string step;
   double seconds = 0.0;
   std::string clock;   ///< "wall" (glFinish and monotonic clock), "gpu" (timer query), "overlapped"
-  bool first = false;  ///< first frame of the process or after a program was compiled
+  bool first = false;  ///< of the process' first frame
 };
 
 /// Collects samples of one run. `finishGl` is called before a step's clock is read, so that the
@@ -26,8 +26,6 @@ class StepTimer {
   void setFinish(std::function<void()> finishGl) { finish_ = std::move(finishGl); }
   /// Samples added from now on belong to frame `number`.
   void beginFrame(int number);
-  /// A program was compiled within this frame: its samples from now on are marked `first`.
-  void noteCompilation() { first_ = true; }
 
   /// Runs `body` as step `name`; the time is added when it ends, also by an exception.
   template <class Body>

@@ -1,6 +1,6 @@
 #include "gl/doctor.h"
 
-#include <cstdio>
+#include <fmt/core.h>
 
 #include "core/clock.h"
 #include "gl/context_state.h"
@@ -81,11 +81,9 @@ std::string doctorText(const std::vector<DeviceReport>& reports) {
   for (const DeviceReport& report : reports) {
     text += report.device + ": " + report.status + "\n";
     if (report.usable()) {
-      char time[32];
-      std::snprintf(time, sizeof(time), "%.3f s", report.seconds);
       text += "  OpenGL    " + report.glVersion + "\n";
       text += "  renderer  " + report.renderer + "\n";
-      text += "  ready in  " + std::string(time) + "\n";
+      text += fmt::format("  ready in  {:.3f} s\n", report.seconds);
       for (const auto& [name, value] : report.limits) {
         text += "  " + name + ": " + value + "\n";
       }

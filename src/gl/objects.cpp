@@ -14,7 +14,7 @@
 namespace catoptric::gl {
 namespace {
 
-constexpr std::size_t kKinds = 7;
+constexpr std::size_t kKinds = 6;
 std::array<std::atomic<std::int64_t>, kKinds> liveCounts{};
 
 GLenum labelTarget(ObjectKind kind) {
@@ -29,8 +29,6 @@ GLenum labelTarget(ObjectKind kind) {
       return GL_VERTEX_ARRAY;
     case ObjectKind::Program:
       return GL_PROGRAM;
-    case ObjectKind::Sampler:
-      return GL_SAMPLER;
     case ObjectKind::Query:
       return GL_QUERY;
   }
@@ -49,8 +47,6 @@ void deleteObject(ObjectKind kind, GLuint id) {
       return glDeleteVertexArrays(1, &id);
     case ObjectKind::Program:
       return glDeleteProgram(id);
-    case ObjectKind::Sampler:
-      return glDeleteSamplers(1, &id);
     case ObjectKind::Query:
       return glDeleteQueries(1, &id);
   }
@@ -208,7 +204,6 @@ template class Name<ObjectKind::Texture>;
 template class Name<ObjectKind::Framebuffer>;
 template class Name<ObjectKind::VertexArray>;
 template class Name<ObjectKind::Program>;
-template class Name<ObjectKind::Sampler>;
 template class Name<ObjectKind::Query>;
 
 Buffer::Buffer(std::string_view label, std::size_t size, const void* data) : size_(size) {
@@ -455,10 +450,6 @@ void Framebuffer::attach(GLenum point, const Attachment& attachment, std::string
   }
 }
 
-void Framebuffer::attachColor(int index, const Attachment& color) {
-  attach(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(index), color, "colour attachment");
-}
-
 void Framebuffer::bind() const {
   glBindFramebuffer(GL_FRAMEBUFFER, id());
   glViewport(0, 0, width_, height_);
@@ -515,25 +506,6 @@ void VertexArray::setIndices(const Buffer& buffer) {
 
 void VertexArray::bind() const {
   glBindVertexArray(id());
-}
-
-Sampler::Sampler(std::string_view label, GLenum minFilter, GLenum magFilter, GLenum wrapS,
-                 GLenum wrapT) {
-  requireContext(label);
-  GLuint id = 0;
-  glCreateSamplers(1, &id);
-  name_ = Name<ObjectKind::Sampler>(id, label);
-  glSamplerParameteri(id, GL_TEXTURE_MIN_FILTER, static_cast<GLint>(minFilter));
-  glSamplerParameteri(id, GL_TEXTURE_MAG_FILTER, static_cast<GLint>(magFilter));
-  glSamplerParameteri(id, GL_TEXTURE_WRAP_S, static_cast<GLint>(wrapS));
-  glSamplerParameteri(id, GL_TEXTURE_WRAP_T, static_cast<GLint>(wrapT));
-}
-
-void Sampler::bind(GLuint unit) const {
-  glBindSampler(unit, id());
-}
-void Sampler::unbind(GLuint unit) {
-  glBindSampler(unit, 0);
 }
 
 void drawFullScreenTriangle() {

@@ -17,15 +17,7 @@
 
 namespace catoptric::gl {
 
-enum class ObjectKind : std::uint8_t {
-  Buffer,
-  Texture,
-  Framebuffer,
-  VertexArray,
-  Program,
-  Sampler,
-  Query
-};
+enum class ObjectKind : std::uint8_t { Buffer, Texture, Framebuffer, VertexArray, Program, Query };
 
 /// Number of live objects of a kind, over all contexts: what leak tests compare.
 std::int64_t liveObjects(ObjectKind kind);
@@ -176,8 +168,6 @@ class Framebuffer {
   int width() const { return empty() ? 0 : width_; }
   int height() const { return empty() ? 0 : height_; }
 
-  /// Replaces colour `index` (same size as before) - for rendering to the faces of a cube map.
-  void attachColor(int index, const Attachment& color);
   /// Binds for drawing and sets the viewport to the whole.
   void bind() const;
   void clearColor(int index, float r, float g, float b, float a) const;
@@ -215,20 +205,6 @@ class VertexArray {
   void bindAttribute(GLuint location, const Buffer& buffer, std::size_t offset, std::size_t stride);
 
   Name<ObjectKind::VertexArray> name_;
-};
-
-class Sampler {
- public:
-  Sampler() = default;
-  Sampler(std::string_view label, GLenum minFilter, GLenum magFilter, GLenum wrapS, GLenum wrapT);
-
-  bool empty() const { return name_.id() == 0; }
-  GLuint id() const { return name_.id(); }
-  void bind(GLuint unit) const;
-  static void unbind(GLuint unit);
-
- private:
-  Name<ObjectKind::Sampler> name_;
 };
 
 /// Draws one triangle that covers the viewport; vertex shader "gl/fullscreen.vert".

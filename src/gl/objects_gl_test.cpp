@@ -29,11 +29,11 @@ constexpr bool isMoveOnly =
     !std::is_copy_constructible_v<T> && !std::is_copy_assignable_v<T> &&
     std::is_nothrow_move_constructible_v<T> && std::is_nothrow_move_assignable_v<T>;
 static_assert(isMoveOnly<Buffer> && isMoveOnly<Texture> && isMoveOnly<Framebuffer> &&
-              isMoveOnly<VertexArray> && isMoveOnly<Sampler>);
+              isMoveOnly<VertexArray>);
 static_assert(!std::is_copy_constructible_v<Program> && std::is_move_constructible_v<Program>);
 
-std::array<std::int64_t, 7> liveCounts() {
-  std::array<std::int64_t, 7> counts{};
+std::array<std::int64_t, 6> liveCounts() {
+  std::array<std::int64_t, 6> counts{};
   for (std::size_t i = 0; i < counts.size(); ++i) {
     counts[i] = liveObjects(static_cast<ObjectKind>(i));
   }
@@ -54,20 +54,17 @@ TEST(Objects, AreEmptyAfterAMoveAndFreeTheirNames) {
   GLuint textureId = 0;
   GLuint framebufferId = 0;
   GLuint arrayId = 0;
-  GLuint samplerId = 0;
   GLuint programId = 0;
   {
     Buffer buffer("a buffer", 16);
     Texture texture = Texture::make2D("a texture", GL_RGBA8, 2, 3);
     Framebuffer framebuffer("a framebuffer", {{texture}});
     VertexArray array("an array");
-    Sampler sampler("a sampler", GL_NEAREST, GL_NEAREST, GL_REPEAT, GL_REPEAT);
     Program program = Program::fullScreen("a program", "gl/testdata/position.frag");
     bufferId = buffer.id();
     textureId = texture.id();
     framebufferId = framebuffer.id();
     arrayId = array.id();
-    samplerId = sampler.id();
     programId = program.id();
     EXPECT_EQ(labelOf(GL_BUFFER, bufferId), "a buffer");
     EXPECT_EQ(labelOf(GL_TEXTURE, textureId), "a texture");
@@ -80,10 +77,9 @@ TEST(Objects, AreEmptyAfterAMoveAndFreeTheirNames) {
     const Texture movedTexture = std::move(texture);
     const Framebuffer movedFramebuffer = std::move(framebuffer);
     const VertexArray movedArray = std::move(array);
-    const Sampler movedSampler = std::move(sampler);
     const Program movedProgram = std::move(program);
     EXPECT_TRUE(buffer.empty() && texture.empty() && framebuffer.empty() && array.empty() &&
-                sampler.empty() && program.empty());
+                program.empty());
     EXPECT_EQ(buffer.size(), 0u);
     EXPECT_EQ(texture.width(), 0);
     EXPECT_EQ(texture.bytes(), 0u);
@@ -99,7 +95,6 @@ TEST(Objects, AreEmptyAfterAMoveAndFreeTheirNames) {
   EXPECT_FALSE(glIsTexture(textureId));
   EXPECT_FALSE(glIsFramebuffer(framebufferId));
   EXPECT_FALSE(glIsVertexArray(arrayId));
-  EXPECT_FALSE(glIsSampler(samplerId));
   EXPECT_FALSE(glIsProgram(programId));
   context.check("objects");
 }
@@ -304,9 +299,8 @@ TEST(Draw, CountsTheFragmentsThatPass) {
 TEST(Draw, EveryFaceOfACubeMapIsATarget) {
   Context& context = testContext();
   const Texture cube = Texture::makeCube("cube", GL_RGBA32F, 2, 2);
-  Framebuffer target("face", {{cube, 0, 0}});
   for (int face = 0; face < 6; ++face) {
-    target.attachColor(0, {cube, 0, face});
+    const Framebuffer target("face", {{cube, 0, face}});
     target.clearColor(0, static_cast<float>(face), 0, 0, 1);
   }
   const std::vector<float> values = cube.read<float>(0, GL_RED, GL_FLOAT, 1);

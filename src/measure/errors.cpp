@@ -40,6 +40,7 @@ void add(RegionError& pooled, const RegionError& one, int frame) {
   pooled.sumAbsolute += one.sumAbsolute;
   pooled.sumSquared += one.sumSquared;
   pooled.sumRelative += one.sumRelative;
+  pooled.sumLargest += one.sumLargest;
   if (one.maxLinear > pooled.maxLinear) {
     pooled.maxLinear = one.maxLinear;
     pooled.maxLinearFrame = frame;
@@ -67,37 +68,51 @@ std::vector<float> greyOf(const ColourView& view) {
   return grey;
 }
 
+/// Indices in the image and in its reference: of R, G, B and, `forLimits`, if both have it, A.
+using ChannelPairs = std::vector<std::array<int, 2>>;
+
+ChannelPairs comparedChannels(const ColourView& test, const ColourView& truth, bool forLimits) {
+  ChannelPairs pairs;
+  for (std::size_t c = 0; c < 3; ++c) pairs.push_back({test.channels[c], truth.channels[c]});
+  const std::array<int, 2> a = {test.image->channel("A"), truth.image->channel("A")};
+  if (forLimits && a[0] >= 0 && a[1] >= 0) pairs.push_back(a);
+  return pairs;
+}
+
 /// Measures of one pixel by its own values.
 RegionError pixelError(const ColourView& test, const ColourView& truth, int x, int y,
-                       double threshold) {
+                       const ChannelPairs& channels, const CompareOptions& options) {
   RegionError one;
   one.pixels = 1;
   bool finiteA = true;
   bool finiteB = true;
-  for (std::size_t c = 0; c < 3; ++c) {
-    finiteA = finiteA && std::isfinite(test.image->at(x, y, test.channels[c]));
-    finiteB = finiteB && std::isfinite(truth.image->at(x, y, truth.channels[c]));
+  for (const auto& [from, to] : channels) {
+    finiteA = finiteA && std::isfinite(test.image->at(x, y, from));
+    finiteB = finiteB && std::isfinite(truth.image->at(x, y, to));
   }
   one.notFinite = finiteA ? 0 : 1;
   one.notFiniteReference = finiteB ? 0 : 1;
   if (finiteA && finiteB) {
     bool black = true;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const float a = test.image->at(x, y, test.channels[c]);
-      const float b = truth.image->at(x, y, truth.channels[c]);
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+      const float a = test.image->at(x, y, channels[c][0]);
+      const float b = truth.image->at(x, y, channels[c][1]);
+      const double linear = std::abs(double{a} - double{b});
+      const double large = options.forLimits ? std::max(std::abs(a), std::abs(b)) : 1.0;
+      one.maxLinear = std::max(one.maxLinear, linear / std::max(1.0, large));
+      if (c == 3) break;  // A
       black = black && a == 0.0f && b == 0.0f;
       const int difference = std::abs(step8(a) - step8(b));
       one.sum8 += static_cast<std::uint64_t>(difference);
       one.max8 = std::max(one.max8, difference);
-      const double linear = std::abs(double{a} - double{b});
       one.sumAbsolute += linear;
       one.sumSquared += linear * linear;
       one.sumRelative += linear * linear / (double{b} * double{b} + kRelativeFloor);
-      one.maxLinear = std::max(one.maxLinear, linear);
     }
     one.linearValues = 3;
+    one.sumLargest = one.maxLinear;
     one.bothBlack = black ? 1 : 0;
-    one.over = one.maxLinear > threshold ? 1 : 0;
+    one.over = one.maxLinear > options.threshold ? 1 : 0;
   } else {
     one.sum8 = 3 * 255;
     one.max8 = 255;
@@ -116,7 +131,8 @@ struct Comparison {
   const std::set<int> reflectors;
   const std::vector<double> similarity;
   const ErrorMaps& maps;
-  double threshold;
+  const ChannelPairs channels;
+  const CompareOptions& options;
 
   /// Errors of some rows.
   ImageError band(int firstRow, int lastRow) const {
@@ -129,7 +145,7 @@ struct Comparison {
     for (int y = firstRow; y < lastRow; ++y)
       for (int x = 0; x < width; ++x) {
         const std::size_t p = static_cast<std::size_t>(y) * width + x;
-        RegionError one = pixelError(test, truth, x, y, threshold);
+        RegionError one = pixelError(test, truth, x, y, channels, options);
         one.ssimSum = similarity[p];
         one.flipMax = maps.flip[p];
         one.flipSum = one.flipMax;
@@ -178,6 +194,9 @@ double RegionError::hdrFlip() const {
 }
 double RegionError::overPercent() const {
   return 100.0 * quotient(static_cast<double>(over), static_cast<double>(pixels));
+}
+double RegionError::meanLargest() const {
+  return quotient(sumLargest, static_cast<double>(pixels));
 }
 
 void FlipPool::add(std::span<const float> map) {
@@ -242,7 +261,8 @@ ImageError compareImages(const Image& image, const Image& reference, const std::
                               classes.reflectors(),
                               ssimMap(greyOf(test), greyOf(truth), image.width, image.height),
                               errors,
-                              options.threshold};
+                              comparedChannels(test, truth, options.forLimits),
+                              options};
 
   // Bands of rows, added up in order: the same sums for any number of threads
   const int bands = (image.height + kBandRows - 1) / kBandRows;

@@ -36,6 +36,7 @@ struct RegionError {
   double sumAbsolute = 0.0;
   double sumSquared = 0.0;
   double sumRelative = 0.0;
+  double sumLargest = 0.0;  ///< of each pixel's largest difference of a channel
   double maxLinear = 0.0;
   int maxLinearFrame = 0;
   int maxLinearX = -1;
@@ -61,6 +62,7 @@ struct RegionError {
   double flip() const;
   double hdrFlip() const;
   double overPercent() const;
+  double meanLargest() const;
   /// Nothing is shown on either side: that all errors are 0 says nothing.
   bool isBlack() const { return pixels > 0 && bothBlack == pixels; }
 };
@@ -97,6 +99,9 @@ struct ImageError : RegionError {
 
 struct CompareOptions {
   double threshold = 0.01;  ///< scene-linear, per channel, of RegionError::over
+  /// `over`, `sumLargest`, `maxLinear` and `notFinite` are of A, too, and differences of values
+  /// above 1 relative to the larger one.
+  bool forLimits = false;
   FlipOptions flip;
 };
 

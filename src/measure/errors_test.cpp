@@ -100,6 +100,23 @@ TEST(CompareImages, OtherSizesAndMissingColoursAreUsageErrors) {
   EXPECT_THROW(compareImages(Image{1, 1, {"Z"}, {0}}, flat(1, 1, 0)), UsageError);
 }
 
+TEST(CompareImages, LimitsAreOfAlphaTooAndRelativeAboveOne) {
+  const Image a{2, 1, {"R", "G", "B", "A"}, {0.5f, 0.25f, 0.25f, 1.0f, 0.0f, 0.0f, 0.0f, 0.5f}};
+  const Image b{2, 1, {"R", "G", "B", "A"}, {0.25f, 0.25f, 0.25f, 1.0f, 0.0f, 0.0f, 0.0f, 0.0f}};
+  CompareOptions options;
+  EXPECT_EQ(compareImages(a, b, "image", options).overPercent(), 50.0);
+  EXPECT_EQ(compareImages(a, b, "image", options).meanLargest(), 0.125);
+  options.forLimits = true;
+  const ImageError e = compareImages(a, b, "image", options);
+  EXPECT_EQ(e.overPercent(), 100.0);
+  EXPECT_EQ(e.meanLargest(), 0.375);
+  EXPECT_EQ(e.maxLinear, 0.5);
+  EXPECT_EQ(e.maxLinearX, 1);
+  EXPECT_EQ(e.mae(), 0.25 / 6.0);
+  EXPECT_EQ(e.max8X, 0);
+  EXPECT_EQ(compareImages(flat(1, 1, 10.0f), flat(1, 1, 8.0f), "image", options).maxLinear, 0.2);
+}
+
 TEST(CompareImages, RelativeErrorsAndThresholds) {
   Image a = flat(2, 2, 0.5f);
   const Image b = flat(2, 2, 0.25f);

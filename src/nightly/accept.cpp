@@ -94,7 +94,8 @@ Accepted acceptVerdicts(History& history, const AcceptRequest& request) {
     bool known = false;
     bool any = false;
     for (const std::string& name : names) {
-      if (!matches(pattern.name, name) && !matches(night.suite + "." + pattern.name, name))
+      if (!matchesPattern(name, pattern.name) &&
+          !matchesPattern(name, night.suite + "." + pattern.name))
         continue;
       known = true;
       History::Acceptance one = acceptanceOf(history, night, verdicts, pattern, name);

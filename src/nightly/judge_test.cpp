@@ -114,14 +114,6 @@ TEST(Gates, AreReadInPercent) {
   for (const auto& [name, limit] : picture) EXPECT_EQ(limit, 6.0) << name;
 }
 
-TEST(Judge, StarsMatchAnything) {
-  EXPECT_TRUE(matches("*", ""));
-  EXPECT_TRUE(matches("own.*.traced", "own.box.traced"));
-  EXPECT_FALSE(matches("own.*.traced", "own.box.reference"));
-  EXPECT_TRUE(matches("a*b*c", "aXbYbc"));
-  EXPECT_FALSE(matches("a*b", "ab0"));
-}
-
 TEST(Judge, JUnitEscapesAndCounts) {
   Night night;
   night.suite = "own";

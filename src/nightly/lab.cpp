@@ -71,6 +71,8 @@ class ProcessLab : public Lab {
                 const fs::path& writeTo) override {
     if (fresh || one.name != workersOf_) workers_.clear();
     workersOf_ = one.name;
+    std::error_code ignored;
+    fs::remove_all(options_.work / "frames", ignored);
     const study::Inputs inputs = options_.inputs(one.scene, one.frames);
     Turns turns;
     std::vector<study::Runner*> runners;
@@ -89,14 +91,13 @@ class ProcessLab : public Lab {
         continue;
       }
       roles.push_back(program.role);
-      const fs::path scratch = options_.work / "frames" / program.role;
-      if (!writeTo.empty())
-        how.writeTo.push_back(program.role == role::kTonight ? writeTo : scratch);
+      if (writeTo.empty()) continue;
+      turns.frames[program.role] =
+          program.role == role::kTonight ? writeTo : options_.work / "frames" / program.role;
+      how.writeTo.push_back(turns.frames[program.role]);
     }
     for (const auto& [name, failure] : turns.failures) requireRoom(failure);
     const study::Measurement measured = study::measureInTurns(runners, placeFrames(one), how);
-    std::error_code ignored;
-    fs::remove_all(options_.work / "frames", ignored);
     if (measured.stopped) throw study::StudyStopped();
     for (const study::SettingResult& result : measured.settings) requireRoom(result.failure);
     for (std::size_t i = 0; i < roles.size(); ++i) {
@@ -105,6 +106,8 @@ class ProcessLab : public Lab {
         turns.failures[roles[i]] = measured.settings[i].failure;
       else
         turns.times[roles[i]] = measured.times(i, options_.clock);
+      for (const std::string& step : measured.steps(i))
+        turns.steps[roles[i]][step] = measured.stepTimes(i, step);
       if (roles[i] == role::kTonight && !writeTo.empty())
         turns.written = measured.settings[i].written;
     }

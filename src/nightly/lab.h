@@ -25,10 +25,13 @@ struct Program {
 
 /// What programs made of a case.
 struct Turns {
-  std::map<std::string, study::RoundTimes> times;  ///< by role
-  std::map<std::string, std::string> failures;     ///< by role
-  std::map<std::string, std::uint64_t> memory;     ///< peak bytes by role
-  std::map<int, study::FrameReport> written;       ///< tonight's frames, on the first call
+  std::map<std::string, study::RoundTimes> times;                         ///< by role
+  std::map<std::string, std::string> failures;                            ///< by role
+  std::map<std::string, std::uint64_t> memory;                            ///< peak bytes by role
+  std::map<std::string, std::map<std::string, study::RoundTimes>> steps;  ///< by role and step
+  std::map<int, study::FrameReport> written;            ///< tonight's frames, on the first call
+  std::map<std::string, std::filesystem::path> frames;  ///< their folders by role; until the next
+                                                        ///< call, but for tonight's
 };
 
 /// Tests have one of their own.

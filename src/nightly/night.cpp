@@ -196,30 +196,6 @@ class CaseMeasurement {
 
 }  // namespace
 
-bool matches(const std::string& pattern, const std::string& text) {
-  // Greedy, with one place to go back to: the last star
-  std::size_t p = 0;
-  std::size_t t = 0;
-  std::size_t star = std::string::npos;
-  std::size_t mark = 0;
-  while (t < text.size()) {
-    if (p < pattern.size() && pattern[p] == '*') {
-      star = p++;
-      mark = t;
-    } else if (p < pattern.size() && pattern[p] == text[t]) {
-      ++p;
-      ++t;
-    } else if (star != std::string::npos) {
-      p = star + 1;
-      t = ++mark;
-    } else {
-      return false;
-    }
-  }
-  while (p < pattern.size() && pattern[p] == '*') ++p;
-  return p == pattern.size();
-}
-
 std::vector<NightCase> casesOf(const NightSuite& suite, const std::string& effort,
                                const std::vector<std::string>& only, Lab& lab) {
   std::vector<NightCase> cases;
@@ -233,8 +209,8 @@ std::vector<NightCase> casesOf(const NightSuite& suite, const std::string& effor
       const bool wanted =
           only.empty() || std::any_of(only.begin(), only.end(), [&](const std::string& word) {
             return std::find(scene.tags.begin(), scene.tags.end(), word) != scene.tags.end() ||
-                   matches(word, name) || matches(suite.name + "." + word, name) ||
-                   matches(word, scene.name) || matches(word, method);
+                   matchesPattern(name, word) || matchesPattern(name, suite.name + "." + word) ||
+                   matchesPattern(scene.name, word) || matchesPattern(method, word);
           });
       if (wanted) cases.push_back({name, scene, method, frames->second});
     }

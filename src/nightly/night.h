@@ -24,9 +24,6 @@ struct NightOptions {
 std::vector<NightCase> casesOf(const NightSuite& suite, const std::string& effort,
                                const std::vector<std::string>& only, Lab& lab);
 
-/// Does `text` match `pattern`, in which * stands for anything?
-bool matches(const std::string& pattern, const std::string& text);
-
 /// Keeps `program`, with the module that writes frames, in the history's folder. Throws
 /// OutputError.
 void keepProgram(const History& history, const std::filesystem::path& program,

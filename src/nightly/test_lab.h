@@ -77,19 +77,24 @@ class TestLab : public Lab {
     std::vector<Rendering> renderings;
     renderings.reserve(programs.size());
     std::vector<study::Runner*> runners;
+    Turns turns;
     study::TurnOptions how;
     how.repeats = rounds;
     how.seed = ++measurements_;
     for (const Program& program : programs) {
       renderings.emplace_back(*this, buildOf(program.file), one.scene.name);
       runners.push_back(&renderings.back());
-      how.writeTo.push_back(program.role == role::kTonight ? writeTo : std::filesystem::path());
+      std::filesystem::path& frames = turns.frames[program.role];
+      if (!writeTo.empty() && program.role == role::kTonight) frames = writeTo;
+      if (!writeTo.empty() && program.role == role::kNamed) frames = writeTo.string() + ".named";
+      how.writeTo.push_back(frames);
     }
     const study::Measurement measured = study::measureInTurns(runners, kTestFrames, how);
-    Turns turns;
     for (std::size_t i = 0; i < programs.size(); ++i) {
       const std::string& name = programs[i].role;
       turns.memory[name] = renderings[i].memoryBytes();
+      for (const std::string& step : measured.steps(i))
+        turns.steps[name][step] = measured.stepTimes(i, step);
       if (measured.settings[i].failure.empty())
         turns.times[name] = measured.times(i);
       else

@@ -1,8 +1,9 @@
 #include "report/differences.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -59,12 +60,6 @@ Rgb8 mapColours(const std::vector<float>& errors, int width, int height) {
     picture.rgb.insert(picture.rgb.end(), c.begin(), c.end());
   }
   return picture;
-}
-
-std::string frameFile(int frame, const char* extension) {
-  char name[64];
-  std::snprintf(name, sizeof name, "frame.%04d%s", frame, extension);
-  return name;
 }
 
 /// The larger size of letters, if `text` has room in `width` with it.
@@ -171,7 +166,7 @@ void writeDifferences(const FrameErrors& frame, const std::filesystem::path& fol
   if (error) throw OutputError(folder.string() + ": cannot be created: " + error.message());
   const auto write = [&](const char* extension, int width, int height,
                          std::span<const std::uint8_t> rgb) {
-    writeFileAtomically(folder / frameFile(frame.frame, extension),
+    writeFileAtomically(folder / fmt::format("frame.{:04}{}", frame.frame, extension),
                         image::encodePng(width, height, 3, rgb));
   };
   const int width = frame.image.width;

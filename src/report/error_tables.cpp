@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "config/json_text.h"
+#include "core/text.h"
 
 namespace catoptric::report {
 namespace {

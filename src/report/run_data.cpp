@@ -207,19 +207,4 @@ RunData readSequence(const fs::path& path) {
   return sequence;
 }
 
-std::vector<RunData> readRuns(const fs::path& folder) {
-  requireThere(folder);
-  if (isRun(folder)) return {readRun(folder)};
-  std::vector<fs::path> found;
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(folder, ignored))
-    if (isRun(entry.path())) found.push_back(entry.path());
-  if (found.empty())
-    throw UsageError(folder.string() + ": no run in it (no folder with frames/ or timings.csv)");
-  std::sort(found.begin(), found.end());
-  std::vector<RunData> runs;
-  for (const fs::path& path : found) runs.push_back(readRun(path));
-  return runs;
-}
-
 }  // namespace catoptric::report

@@ -40,10 +40,6 @@ RunData readRun(const std::filesystem::path& folder, const std::string& name = "
 /// number, when a name among several has none, or when nothing is there.
 RunData readSequence(const std::filesystem::path& path);
 
-/// The runs below `folder`: itself when it is one, otherwise its subfolders that are, by name.
-/// Throws UsageError when there are none.
-std::vector<RunData> readRuns(const std::filesystem::path& folder);
-
 /// Samples of the text of a timings.csv: frame,step,seconds,clock,first. Throws UsageError that
 /// begins with `name` and the line.
 std::vector<frame::StepSample> parseTimings(const std::string& text, const std::string& name);

@@ -34,9 +34,6 @@ std::string toCsv(const Table& table);
 /// that is a number as a whole is one, every other one a string.
 std::string toJson(const Table& table);
 
-/// A cell of CSV, quoted only where it has to be. [RFC 4180]
-std::string csvCell(const std::string& text);
-
 /// `value` with `decimals` digits after the point, in the C locale.
 std::string fixedText(double value, int decimals);
 /// With enough digits to come back to the same double.

@@ -1,9 +1,10 @@
 // What only the whole scene shows: how far it reaches at rest and in motion, how many lights it
 // has.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "core/error.h"
 #include "scene/animate.h"
@@ -17,12 +18,6 @@ namespace {
 /// Matrices that the poses looked at may take together: some 50 ms. Ours.
 constexpr std::size_t kMaxMatrices = 1'000'000;
 
-std::string formatted(double value) {
-  char out[40];
-  std::snprintf(out, sizeof out, "%.6g", value);
-  return out;
-}
-
 /// True for NaN and infinity too.
 bool isFar(const Vec3& p) {
   return !(std::abs(p.x) <= kMaxCoordinate && std::abs(p.y) <= kMaxCoordinate &&
@@ -31,10 +26,10 @@ bool isFar(const Vec3& p) {
 
 [[noreturn]] void fail(const Scene& scene, const std::string& what, double timeSeconds,
                        const Vec3& p) {
-  throw SceneError(scene.source.string() + ": " + what + " reaches (" + formatted(p.x) + ", " +
-                   formatted(p.y) + ", " + formatted(p.z) + ") metres at " +
-                   formatted(timeSeconds) + " s; coordinates up to " + formatted(kMaxCoordinate) +
-                   " are allowed");
+  throw SceneError(
+      fmt::format("{}: {} reaches ({:.6g}, {:.6g}, {:.6g}) metres at {:.6g} s; coordinates up to "
+                  "{:.6g} are allowed",
+                  scene.source.string(), what, p.x, p.y, p.z, timeSeconds, kMaxCoordinate));
 }
 
 std::array<Vec3, 8> cornersOf(const Box3& box) {
@@ -84,9 +79,9 @@ std::vector<double> momentsOf(const Scene& scene, std::size_t count) {
 void checkBrightness(const Scene& scene) {
   const auto check = [&](const Vec3& value, const std::string& what) {
     if (glm::all(glm::lessThanEqual(value, Vec3(kMaxRadiance)))) return;  // false for NaN too
-    throw SceneError(scene.source.string() + ": " + what + " is (" + formatted(value.x) + ", " +
-                     formatted(value.y) + ", " + formatted(value.z) + "); up to " +
-                     formatted(kMaxRadiance) + " is allowed");
+    throw SceneError(fmt::format("{}: {} is ({:.6g}, {:.6g}, {:.6g}); up to {:.6g} is allowed",
+                                 scene.source.string(), what, value.x, value.y, value.z,
+                                 kMaxRadiance));
   };
   for (const Light& light : scene.lights) {
     check(light.intensity, "the intensity of light \"" + light.name + "\"");

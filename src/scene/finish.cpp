@@ -1,9 +1,10 @@
 #include "scene/finish.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <string>
 
 #include "core/parallel.h"
@@ -190,12 +191,10 @@ void warnOfLostShapes(Scene& scene, const std::vector<Box3>& bounds) {
     ++lost;
     if (size / spacing >= worst) continue;
     worst = size / spacing;
-    std::ostringstream text;
-    text.precision(2);
-    text << "\"" << scene.objects[o].name << "\" is " << size << " m large and lies " << away
-         << " m from the scene's origin, where its corners are rounded to about " << spacing
-         << " m";
-    what = text.str();
+    what = fmt::format(
+        "\"{}\" is {:.2g} m large and lies {:.2g} m from the scene's origin, where its corners are "
+        "rounded to about {:.2g} m",
+        scene.objects[o].name, size, away, spacing);
   }
   if (lost == 0) return;
   scene.warnings.push_back(
@@ -224,14 +223,11 @@ void warnOfLongEdges(Scene& scene, const std::vector<Box3>& bounds) {
     if (!(bounds[o].diameter() > kLongestEdge)) continue;
     const double edge = longestEdge(scene, scene.objects[o]);
     if (!(edge > kLongestEdge)) continue;
-    std::ostringstream text;
-    text.precision(2);
-    text << "\"" << scene.objects[o].name << "\" has a triangle with an edge of " << edge
-         << " m: methods that rasterize place all of it only to about "
-         << edge * std::numeric_limits<float>::epsilon()
-         << " m, and may not show it at all; make it smaller (a plane of 1e+06 m reaches the same "
-            "horizon), or divide it";
-    scene.warnings.push_back(text.str());
+    scene.warnings.push_back(
+        fmt::format("\"{}\" has a triangle with an edge of {:.2g} m: methods that rasterize place "
+                    "all of it only to about {:.2g} m, and may not show it at all; make it smaller "
+                    "(a plane of 1e+06 m reaches the same horizon), or divide it",
+                    scene.objects[o].name, edge, edge * std::numeric_limits<float>::epsilon()));
     return;
   }
 }

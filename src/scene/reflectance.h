@@ -34,11 +34,6 @@ inline TintShares tintShares(float metallic, float dielectricF0) {
   return {plain / s, metallic / s};
 }
 
-/// Metallic that gives s; inverse of specularLevel for s >= F0, 0 below.
-inline float metallicFromSpecularLevel(float s, float dielectricF0) {
-  return std::clamp((s - dielectricF0) / (1.0f - dielectricF0), 0.0f, 1.0f);
-}
-
 /// F0 = ((ior - 1) / (ior + 1))^2 * specular factor.
 inline float dielectricF0(float ior, float specularFactor) {
   const float r = (ior - 1.0f) / (ior + 1.0f);

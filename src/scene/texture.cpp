@@ -184,12 +184,4 @@ std::vector<MipLevel> makeMipChain(int width, int height, std::vector<std::uint8
   return levels;
 }
 
-float linearFromSrgb8(std::uint8_t value) {
-  return tables().linear[value];
-}
-
-std::uint8_t srgb8FromLinear(float linear) {
-  return encodeSrgb(tables(), linear);
-}
-
 }  // namespace catoptric::scene

@@ -22,8 +22,4 @@ std::size_t mipChainBytes(int width, int height);
 std::vector<MipLevel> makeMipChain(int width, int height, std::vector<std::uint8_t> rgba,
                                    bool srgb);
 
-/// sRGB (IEC 61966-2-1) of one 8-bit value to linear, and back with rounding to nearest.
-float linearFromSrgb8(std::uint8_t value);
-std::uint8_t srgb8FromLinear(float linear);
-
 }  // namespace catoptric::scene

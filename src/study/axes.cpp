@@ -1,5 +1,7 @@
 #include "study/axes.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -67,10 +69,7 @@ std::vector<std::string> rangeValues(const std::string& axis, const std::string&
   for (int i = 0; i <= steps; ++i) {
     const double share = static_cast<double>(i) / steps;
     double value = log ? *from * std::pow(*to / *from, share) : std::lerp(*from, *to, share);
-    char digits[64];
-    const auto [end, error] =
-        std::to_chars(digits, digits + sizeof digits, value, std::chars_format::general, 6);
-    values.emplace_back(digits, end);
+    values.push_back(fmt::format("{:.6g}", value));
   }
   return values;
 }

@@ -31,7 +31,7 @@ std::vector<Axis> automaticAxes(const std::string& name, const config::Schema& s
                                 const config::Value& effective);
 
 /// What of the combinations is taken: comparisons joined by "&&", each of a name or number with a
-/// name or number: "clusters<=64 && bins>clusters". A name may leave out what comes before its last
+/// name or number: "rays<=16 && probes>rays". A name may leave out what comes before its last
 /// point where only one axis ends so.
 class Condition {
  public:

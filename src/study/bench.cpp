@@ -52,7 +52,7 @@ std::vector<std::string> cellsOf(const std::string& line, char separator) {
 constexpr double kLeastSeconds = 4.0;
 /// How long at most where intervals are wide, and how wide they may be (high / low - 1); ours.
 /// Beside a program that comes and goes a setting that was 5 % slower was found 15 times of 20 in 4
-/// seconds: intervals were 5.5 % wide (scripts/same_twice --load).
+/// seconds: intervals were 5.5 % wide (tests/same_twice.py --load).
 constexpr double kMostSeconds = 12.0;
 constexpr double kWide = 0.04;
 

@@ -1,6 +1,7 @@
 #include "study/process.h"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <poll.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -12,7 +13,6 @@
 #include <csignal>
 #include <cstring>
 #include <fstream>
-#include <sstream>
 
 #include "config/json.h"
 #include "config/json_text.h"
@@ -128,10 +128,8 @@ void WorkerProcess::waitForAnswer() {
     if (ready > 0) return;
     if (left > 0.0 && (ready == 0 || errno == EINTR)) continue;
     ::kill(pid_, SIGKILL);
-    std::ostringstream seconds;
-    seconds << patienceSeconds_;
-    throw Error(ExitCode::FramesFailed,
-                program_.string() + " gave no answer for " + seconds.str() + " s and was ended");
+    throw Error(ExitCode::FramesFailed, fmt::format("{} gave no answer for {:g} s and was ended",
+                                                    program_.string(), patienceSeconds_));
   }
 }
 

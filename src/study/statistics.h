@@ -17,15 +17,14 @@ struct Interval {
   double high = 0.0;
 };
 
-/// Share of intervals that hold the truth.
-inline constexpr double kConfidence = 0.95;
-/// What is asked of the rounds for that. Cutting disturbed times makes rounds more alike than they
-/// are: with 95 % here, intervals of 8 rounds held the truth 91 times in 100, with 99 % 97 times
-/// (2,000 measurements simulated as in engine_test.cpp). Ours.
+/// What is asked of the rounds so that 95 % of the intervals hold the truth. Cutting disturbed
+/// times makes rounds more alike than they are: with 95 % here, intervals of 8 rounds held the
+/// truth 91 times in 100, with 99 % 97 times (2,000 measurements simulated as in engine_test.cpp).
+/// Ours.
 inline constexpr double kRankConfidence = 0.99;
 /// By how much two processes of one program differ for as long as they live, as a share: intervals
 /// are wider by it. More rounds cannot tell it from a difference of the settings. Without it 17 of
-/// 21 intervals of 32 rounds by --clock cpu held the truth, with it 20 (scripts/same_twice's
+/// 21 intervals of 32 rounds by --clock cpu held the truth, with it 20 (tests/same_twice.py's
 /// setting, 21 pairs of processes). Ours.
 inline constexpr double kProcessSpread = 0.005;
 /// Fewer rounds cannot give an interval: 2 / 2^7 is more than 1 %.

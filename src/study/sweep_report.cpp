@@ -173,16 +173,15 @@ report::Table sweepTable(const SweepResult& result) {
 std::string sweepCsv(const SweepResult& result) {
   const std::vector<std::string> names = variedNames(result);
   std::string text = "point,key,method,program";
-  for (const std::string& name : names) text += "," + report::csvCell(name);
+  for (const std::string& name : names) text += "," + csvCell(name);
   text += ",seconds,worst_seconds,worst_seconds_frame,ratio,ratio_low,ratio_high";
   for (const std::string& metric : result.request.metrics)
     text += "," + metric + "," + metric + "_worst," + metric + "_worst_frame";
   text += ",mark,by,failure\n";
   for (const SweepPoint& point : result.points) {
     text += std::to_string(point.number) + "," + point.setting.key + "," +
-            report::csvCell(point.setting.point.method) + "," +
-            report::csvCell(point.setting.point.program);
-    for (const std::string& name : names) text += "," + report::csvCell(valueOf(point, name));
+            csvCell(point.setting.point.method) + "," + csvCell(point.setting.point.program);
+    for (const std::string& name : names) text += "," + csvCell(valueOf(point, name));
     const auto& interval = point.ratio.interval;
     if (point.seconds > 0.0)
       text += "," + exactText(point.seconds) + "," + exactText(point.worstSeconds) + "," +
@@ -199,7 +198,7 @@ std::string sweepCsv(const SweepResult& result) {
             (point.judged.by >= 0
                  ? std::to_string(result.points[static_cast<std::size_t>(point.judged.by)].number)
                  : "") +
-            "," + report::csvCell(point.failure) + "\n";
+            "," + csvCell(point.failure) + "\n";
   }
   return text;
 }

@@ -13,7 +13,7 @@ import shutil
 import subprocess
 import sys
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent))
 import cases  # noqa: E402
 import valid  # noqa: E402
 import work_folder  # noqa: E402

@@ -1,4 +1,4 @@
-// The method reference with faults that are put in on purpose: what scripts/nightly_history gives
+// The method reference with faults that are put in on purpose: what tests/nightly_history.py gives
 // to the nights that it simulates. It is in a program of the tests alone (tests/CMakeLists.txt).
 #include <time.h>
 

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "methods/impostors/impostor_method.h"
+#include "methods/shared/impostors/impostor_method.h"
 
 namespace catoptric::methods {
 namespace {

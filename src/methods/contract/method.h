@@ -227,7 +227,5 @@ struct MethodEntry {
 
 /// All methods, in the order of `catoptric list`.
 const std::vector<MethodEntry>& registry();
-/// The entry of `id`; throws UsageError with the nearest name.
-const MethodEntry& findMethod(const std::string& id);
 
 }  // namespace catoptric::methods

@@ -1,7 +1,3 @@
-#include <algorithm>
-
-#include "core/error.h"
-#include "core/text.h"
 #include "methods/contract/method.h"
 
 // One line per method, in the order of `catoptric list`: the function of its folder that gives its
@@ -37,17 +33,6 @@ const std::vector<MethodEntry>& registry() {
   static const std::vector<MethodEntry> entries = {CATOPTRIC_METHODS(CATOPTRIC_CALL)};
 #undef CATOPTRIC_CALL
   return entries;
-}
-
-const MethodEntry& findMethod(const std::string& id) {
-  const std::vector<MethodEntry>& entries = registry();
-  const auto found = std::find_if(entries.begin(), entries.end(),
-                                  [&](const MethodEntry& entry) { return entry.id == id; });
-  if (found != entries.end()) return *found;
-  std::vector<std::string> names;
-  for (const MethodEntry& entry : entries) names.push_back(entry.id);
-  throw UsageError("there is no method \"" + id + "\"" + didYouMean(id, names) +
-                   "; the methods are " + joined(names, ", "));
 }
 
 }  // namespace catoptric::methods

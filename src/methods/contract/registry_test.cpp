@@ -1,9 +1,7 @@
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "core/error.h"
 #include "methods/contract/method.h"
 
 namespace catoptric::methods {
@@ -27,18 +25,6 @@ TEST(Registry, DefaultsMakeEveryMethod) {
     EXPECT_TRUE(config::check(options, entry.options).empty()) << entry.id;
     EXPECT_NE(entry.make(options), nullptr) << entry.id;
   }
-}
-
-TEST(Registry, UnknownMethodNamesTheNearest) {
-  const std::string id = registry().front().id;
-  const std::string wrong = id.substr(0, id.size() - 1);
-  try {
-    findMethod(wrong);
-    FAIL() << "found " << wrong;
-  } catch (const UsageError& error) {
-    EXPECT_THAT(error.what(), ::testing::HasSubstr("did you mean \"" + id + "\""));
-  }
-  EXPECT_EQ(findMethod(id).id, id);
 }
 
 }  // namespace

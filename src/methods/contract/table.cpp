@@ -1,10 +1,11 @@
 #include "methods/contract/table.h"
 
-#include <array>
-#include <cstdio>
+#include <fmt/core.h>
+
 #include <utility>
 
 #include "core/error.h"
+#include "core/text.h"
 
 namespace catoptric::methods {
 
@@ -32,16 +33,8 @@ const char* columnTypeName(ColumnType type) {
 
 std::string cellText(const Cell& cell) {
   if (const auto* integer = std::get_if<std::int64_t>(&cell)) return std::to_string(*integer);
-  if (const auto* real = std::get_if<double>(&cell)) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.6g", *real);
-    return text.data();
-  }
-  const std::string& text = std::get<std::string>(cell);
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
+  if (const auto* real = std::get_if<double>(&cell)) return fmt::format("{:.6g}", *real);
+  return csvCell(std::get<std::string>(cell));
 }
 
 }  // namespace catoptric::methods

@@ -4,8 +4,8 @@
 
 #include "methods/depth_impostors/search.h"
 #include "methods/depth_impostors/srdm.h"
-#include "methods/impostors/impostor_method.h"
-#include "methods/impostors/shaders/constants.h"
+#include "methods/shared/impostors/impostor_method.h"
+#include "methods/shared/impostors/shaders/constants.h"
 
 namespace catoptric::methods {
 namespace {

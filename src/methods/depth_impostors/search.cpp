@@ -5,7 +5,7 @@
 
 #include "core/vector_versions.h"
 
-// Plain loops that the compiler turns into vector code, as in ../impostors/ray_loops.cpp.
+// Plain loops that the compiler turns into vector code, as in ../shared/impostors/ray_loops.cpp.
 namespace catoptric::methods::depth_impostors {
 namespace {
 

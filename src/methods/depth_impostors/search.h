@@ -7,7 +7,7 @@
 
 #include "methods/depth_impostors/columns.h"
 #include "methods/depth_impostors/srdm.h"
-#include "methods/impostors/ray_batch.h"
+#include "methods/shared/impostors/ray_batch.h"
 
 namespace catoptric::methods::depth_impostors {
 

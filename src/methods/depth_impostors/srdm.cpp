@@ -65,7 +65,7 @@ struct Span {
   int to = 0;  ///< last sample
 };
 
-/// What simplifyLine() works with, kept from line to line.
+/// What simplify() works with, kept from line to line.
 struct Work {
   std::vector<Span> spans;
   std::vector<Segment> segments;
@@ -119,7 +119,9 @@ CATOPTRIC_INLINE std::size_t worstOf(const std::vector<Segment>& segments) {
   return worst;
 }
 
-/// `g`: `count` samples and kLanes more.
+/// A line's samples (0: background) to `points`, which it fills. Each run of samples begins with
+/// two points; the segment of the largest error is split where that is, until the points are used
+/// up or no error is left. `g`: `count` samples and kLanes more.
 CATOPTRIC_INLINE void simplify(const float* g, std::size_t count, std::span<Point> points,
                                Work& work, Simplification& done) {
   std::fill(points.begin(), points.end(), kUnused);
@@ -252,11 +254,6 @@ CATOPTRIC_EACH_VECTOR_LEVEL(CATOPTRIC_VERSION)
 #undef CATOPTRIC_VERSION
 // NOLINTEND(bugprone-macro-parentheses)
 
-/// Depth of a map's value: linear in 1 / z.
-float metresOf(float g, float nearMetres, float farMetres) {
-  return 1.0f / (g * (1.0f / nearMetres - 1.0f / farMetres) + 1.0f / farMetres);
-}
-
 }  // namespace
 
 void Simplification::add(const Simplification& other) {
@@ -264,8 +261,6 @@ void Simplification::add(const Simplification& other) {
   spans += other.spans;
   lostSpans += other.lostSpans;
   lostSamples += other.lostSamples;
-  errorSum += other.errorSum;
-  metresSum += other.metresSum;
 }
 
 std::vector<Domain> makeDomains(int n, int size) {
@@ -290,13 +285,6 @@ std::vector<Domain> makeDomains(int n, int size) {
   return domains;
 }
 
-void simplifyLine(std::span<const float> samples, std::span<Point> points, Simplification& done) {
-  Work work;
-  work.lines.assign(strideOf(static_cast<int>(samples.size())), 0.0f);
-  std::ranges::copy(samples, work.lines.begin());
-  simplify(work.lines.data(), samples.size(), points, work, done);
-}
-
 void buildSrdm(std::span<const float> texels, int size, std::span<const Domain> domains, int m,
                std::span<Point> into, Simplification& done) {
   const Columns across(texels, size, true);
@@ -315,41 +303,6 @@ void buildSrdm(std::span<const float> texels, int size, std::span<const Domain> 
     }
   });
   for (const Simplification& sum : sums) done.add(sum);
-}
-
-void measureSrdm(std::span<const float> texels, int size, std::span<const Domain> domains, int m,
-                 std::span<const Point> points, float nearMetres, float farMetres,
-                 Simplification& done) {
-  const Columns across(texels, size, true);
-  const Columns down(texels, size, false);
-  Work work;
-  for (const Domain& domain : domains) {
-    for (int j = 0; j < domain.count; ++j) {
-      const int lane = j % kLines;
-      if (lane == 0) sampleLines(domain.alongX ? across : down, domain, j, work);
-      const float* const g = &work.lines[static_cast<std::size_t>(lane) * strideOf(size)];
-      const std::span<const Point> line =
-          points.subspan(static_cast<std::size_t>(domain.offset + j) * static_cast<std::size_t>(m),
-                         static_cast<std::size_t>(m));
-      for (std::size_t p = 1; p < line.size(); ++p) {
-        if (line[p].x < 0.0f) continue;
-        const float from = std::abs(line[p - 1].x);
-        const float to = line[p].x;
-        // Each sample once: the segment's last one belongs to the next segment of its span
-        const bool last = p + 1 == line.size() || line[p + 1].x < 0.0f;
-        for (int k = static_cast<int>(std::ceil(from - 0.5f));
-             static_cast<float>(k) + 0.5f < to + (last ? 0.001f : -0.001f); ++k) {
-          const float value = g[k];
-          const float share = (static_cast<float>(k) + 0.5f - from) / (to - from);
-          const float kept = line[p - 1].y + share * (line[p].y - line[p - 1].y);
-          const float z = metresOf(value, nearMetres, farMetres);
-          const float error = std::abs(z - metresOf(kept, nearMetres, farMetres));
-          done.errorSum += error / (farMetres - nearMetres);
-          done.metresSum += error / z;
-        }
-      }
-    }
-  }
 }
 
 }  // namespace catoptric::methods::depth_impostors

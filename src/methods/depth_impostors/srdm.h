@@ -35,23 +35,11 @@ struct Simplification {
   std::uint64_t spans = 0;        ///< runs of them along lines
   std::uint64_t lostSpans = 0;    ///< the shortest ones of lines with more than m / 2
   std::uint64_t lostSamples = 0;  ///< in these
-  double errorSum = 0.0;          ///< |z - z'| / (far - near), of measureSrdm()
-  double metresSum = 0.0;         ///< |z - z'| / z
   void add(const Simplification& other);
 };
 
-/// A line's `samples` (0: background) to `points`, which it fills. Each run of samples begins with
-/// two points; the segment of the largest error is split where that is, until the points are used
-/// up or no error is left.
-void simplifyLine(std::span<const float> samples, std::span<Point> points, Simplification& done);
-
-/// All lines of all domains of a size x size map, m points each, in parallel.
+/// All lines of all domains of a size x size map, m points each, in parallel; it fills `into`.
 void buildSrdm(std::span<const float> texels, int size, std::span<const Domain> domains, int m,
                std::span<Point> into, Simplification& done);
-
-/// The error of what buildSrdm() has made over all samples: adds to errorSum and metresSum.
-void measureSrdm(std::span<const float> texels, int size, std::span<const Domain> domains, int m,
-                 std::span<const Point> points, float nearMetres, float farMetres,
-                 Simplification& done);
 
 }  // namespace catoptric::methods::depth_impostors

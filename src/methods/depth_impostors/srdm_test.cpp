@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/vector_level.h"
+#include "methods/depth_impostors/columns.h"
 
 namespace catoptric::methods::depth_impostors {
 namespace {
@@ -47,6 +48,45 @@ Simplified simplified(const std::vector<float>& texels, int size, int n, int m) 
   made.points.resize(static_cast<std::size_t>((last.offset + last.count) * m));
   buildSrdm(texels, size, made.domains, m, made.points, made.done);
   return made;
+}
+
+/// Depth of a map's value.
+float metresOf(float g) {
+  return 1.0f / (g * (1.0f / kNear - 1.0f / kFar) + 1.0f / kFar);
+}
+
+struct Errors {
+  double ofRange = 0.0;  ///< sum of |z - z'| / (far - near) over all samples
+  double ofDepth = 0.0;  ///< of |z - z'| / z
+};
+
+Errors errorsOf(const Simplified& made, const std::vector<float>& texels, int size, int m) {
+  Errors errors;
+  for (const Domain& domain : made.domains) {
+    const Columns columns(texels, size, domain.alongX);
+    for (int j = 0; j < domain.count; ++j) {
+      const Point* const line = &made.points[static_cast<std::size_t>((domain.offset + j) * m)];
+      for (int p = 1; p < m; ++p) {
+        if (line[p].x < 0.0f) continue;
+        const float from = std::abs(line[p - 1].x);
+        const float to = line[p].x;
+        // Each sample once: the segment's last one belongs to the next segment of its span
+        const bool last = p + 1 == m || line[p + 1].x < 0.0f;
+        for (int k = static_cast<int>(std::ceil(from - 0.5f));
+             static_cast<float>(k) + 0.5f < to + (last ? 0.001f : -0.001f); ++k) {
+          const float major = static_cast<float>(k) + 0.5f;
+          const float minor = domain.slope * major + static_cast<float>(domain.first + j) + 0.5f;
+          const float share = (major - from) / (to - from);
+          const float kept = line[p - 1].y + share * (line[p].y - line[p - 1].y);
+          const float z = metresOf(columns.at(k, minor));
+          const float error = std::abs(z - metresOf(kept));
+          errors.ofRange += static_cast<double>(error / (kFar - kNear));
+          errors.ofDepth += static_cast<double>(error / z);
+        }
+      }
+    }
+  }
+  return errors;
 }
 
 TEST(Srdm, LinesOfEveryDirectionCoverTheSquare) {
@@ -105,11 +145,11 @@ TEST(Srdm, ErrorFallsWithPointsAndIsSmall) {
   const std::vector<float> texels = bumpyBall(size);
   double before = 2.0;
   for (const int m : {6, 8, 10, 12, 14, 16}) {
-    Simplified made = simplified(texels, size, 20, m);
-    measureSrdm(texels, size, made.domains, m, made.points, kNear, kFar, made.done);
-    const double percent = 100.0 * made.done.errorSum / static_cast<double>(made.done.samples);
+    const Simplified made = simplified(texels, size, 20, m);
+    const Errors errors = errorsOf(made, texels, size, m);
+    const double percent = 100.0 * errors.ofRange / static_cast<double>(made.done.samples);
     std::printf("m %d: z error %.3f %%, relative to z %.4f %%\n", m, percent,
-                100.0 * made.done.metresSum / static_cast<double>(made.done.samples));
+                100.0 * errors.ofDepth / static_cast<double>(made.done.samples));
     EXPECT_LT(percent, before);
     before = percent;
     if (m == 8) {
@@ -156,16 +196,19 @@ TEST(Srdm, EveryVectorLevelGivesTheSamePoints) {
 }
 
 TEST(Srdm, ShortestSpansAreLostAndCounted) {
-  std::vector<float> samples(32, 0.0f);
+  constexpr int size = 32;
+  constexpr int row = 5;
+  std::vector<float> texels(size * size, 0.0f);
   for (const int k : {2, 3, 4, 8, 12, 13, 20, 21, 22, 23})
-    samples[static_cast<std::size_t>(k)] = 0.5f;
-  std::vector<Point> points(6);
-  Simplification done;
-  simplifyLine(samples, points, done);
-  EXPECT_EQ(done.spans, 4u);
-  EXPECT_EQ(done.lostSpans, 1u);
-  EXPECT_EQ(done.lostSamples, 1u);
-  EXPECT_EQ(done.samples, 10u);
+    texels[static_cast<std::size_t>(row * size + k)] = 0.5f;
+  // The lines of a single direction are the rows of texels themselves
+  const Simplified made = simplified(texels, size, 1, 6);
+  EXPECT_EQ(made.done.spans, 4u);
+  EXPECT_EQ(made.done.lostSpans, 1u);
+  EXPECT_EQ(made.done.lostSamples, 1u);
+  EXPECT_EQ(made.done.samples, 10u);
+  const Point* const points =
+      &made.points[static_cast<std::size_t>(6 * (row - made.domains[0].first))];
   EXPECT_EQ(points[0], Point(-2.5f, 0.5f));
   EXPECT_EQ(points[1], Point(4.5f, 0.5f));
   EXPECT_EQ(points[4], Point(-20.5f, 0.5f));

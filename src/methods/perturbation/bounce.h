@@ -25,10 +25,9 @@ using implicit::Jet3;
 
 enum class PathStatus {
   Regular,
-  Caustic,      ///< M is singular as far as rounding lets one see: p is on a focal line of the path
-  Grazing,      ///< the segment touches the surface
-  Degenerate,   ///< no gradient, or consecutive points of the path coincide
-  NotConverged  ///< (Newton's method) found no path
+  Caustic,    ///< M is singular as far as rounding lets one see: p is on a focal line of the path
+  Grazing,    ///< the segment touches the surface
+  Degenerate  ///< no gradient, or consecutive points of the path coincide
 };
 
 /// Caustic: |det(1 + rho C)| below this part of the sum of its terms (ours).
@@ -42,13 +41,6 @@ struct Eikonal {
   Vector<S> gradient;
   std::array<S, 6> hessian;  ///< xx, xy, xz, yy, yz, zz, as in Jet3
   std::array<S, 10> third;   ///< as in Jet3
-};
-
-/// J by rows, and H[i] the Hessian of component i (xx, xy, xz, yy, yz, zz).
-template <class S>
-struct BounceDerivatives {
-  std::array<Vector<S>, 3> jacobian;
-  std::array<std::array<S, 6>, 3> hessian;
 };
 
 template <class S>
@@ -126,51 +118,12 @@ Move<S> moveOf(const Bounce<S>& bounce, const S& rho, const Vector<S>& step) {
   return {y[0] * bounce.e1 + y[1] * bounce.e2,
           second[0] * bounce.e1 + second[1] * bounce.e2 - normal * bounce.n};
 }
-/// Where x moves: Taylor's series to `Order` 1 or 2. (15), (16)
-template <int Order, class S>
-Vector<S> movedPoint(const Bounce<S>& bounce, const S& rho, const Vector<S>& step) {
-  const Move<S> move = moveOf(bounce, rho, step);
-  if constexpr (Order == 1) return bounce.x + move.linear;
-  return bounce.x + (move.linear + move.second);
-}
-/// An estimate of the series' remainder. Linear: the second term. Quadratic: what that shrinks by,
-/// as far as the distance to p and the surface's curvature tell. (ours; batch_test measures it)
-template <class S>
-S remainderOf(const Move<S>& move, int order, const S& rho, const Vector<S>& step) {
-  const S second = length(move.second);
-  if (order == 1) return second;
-  const S tiny(0x1p-100);  // exact in float
-  return second * (length(step) / (rho + tiny) + S(2) * second / (length(move.linear) + tiny));
-}
-
-/// J and H of a bounce with p at distance rho.
-template <class S>
-BounceDerivatives<S> derivativesOf(const Bounce<S>& bounce, const S& rho) {
-  const std::array<S, 3> inverse = inverseMatrix(bounce, rho);
-  std::array<std::array<S, 2>, 3> y;
-  std::array<std::array<S, 2>, 3> ky;
-  BounceDerivatives<S> result;
-  for (std::size_t u = 0; u < 3; ++u) {
-    // E^T of the unit vector u
-    y[u] = times(inverse, {bounce.e1[u] - bounce.a[0] * bounce.d[u],
-                           bounce.e2[u] - bounce.a[1] * bounce.d[u]});
-    ky[u] = times(bounce.k, y[u]);
-    for (std::size_t i = 0; i < 3; ++i)
-      result.jacobian[i][u] = bounce.e1[i] * y[u][0] + bounce.e2[i] * y[u][1];
-  }
-  for (std::size_t pair = 0; pair < 6; ++pair) {
-    const auto [u, v] = kPairs[pair];
-    const std::array<S, 2> r = quadraticTerm(bounce, rho, y[u], y[v]);
-    const std::array<S, 2> second =
-        times(inverse, {r[0] + ky[u][0] * bounce.d[v] + ky[v][0] * bounce.d[u],
-                        r[1] + ky[u][1] * bounce.d[v] + ky[v][1] * bounce.d[u]});
-    const S normal = form(bounce.b, y[u], y[v]);
-    for (std::size_t i = 0; i < 3; ++i) {
-      result.hessian[i][pair] =
-          bounce.e1[i] * second[0] + bounce.e2[i] * second[1] - bounce.n[i] * normal;
-    }
-  }
-  return result;
+/// An estimate of the error of a quadratic move, by the lengths of its two terms and of the step:
+/// what the second term shrinks by, as far as the distance to p and the surface's curvature tell
+/// (ours; path_test measures it). The error of a linear move is its second term.
+inline double remainderOf(double linear, double second, double rho, double step) {
+  constexpr double kTiny = 0x1p-500;
+  return second * (step / (rho + kTiny) + 2.0 * second / (linear + kTiny));
 }
 
 /// Optical length from x straight to q.

@@ -33,12 +33,6 @@ constexpr double kWildPerturbation = 0.05;
 constexpr double kSmallTurn = 0.3;
 constexpr double kSteep = 0.1;
 
-/// As remainderOf() of order 2: of the first place, by the lengths of its linear and second motion.
-double remainder(double linear, double second, double rho, const glm::dvec3& step) {
-  constexpr double kTiny = 0x1p-500;
-  return second * (glm::length(step) / (rho + kTiny) + 2.0 * second / (linear + kTiny));
-}
-
 }  // namespace
 
 bool Reflector::movable(const Bounce<double>* bounces, double rho) const {
@@ -111,9 +105,10 @@ bool Reflector::retrace(const glm::dvec3& point, Places& places, Traced* traced)
     if (length > longest) way *= longest / length;
     x += way;
     const auto allowed = static_cast<double>(options_.errorPixels);
-    if (far || !(pixels(x, length) < allowed ||
-                 (length <= longest && !refracts() &&
-                  pixels(x, remainder(d1, d2, rho, away)) < kSmallRemainder * allowed)))
+    if (far ||
+        !(pixels(x, length) < allowed ||
+          (length <= longest && !refracts() &&
+           pixels(x, remainderOf(d1, d2, rho, glm::length(away))) < kSmallRemainder * allowed)))
       continue;
     if (traced) {
       if (traced->paths_.size() < Traced::kCount) {
@@ -151,7 +146,8 @@ const Reflector::Path* Reflector::moveTraced(const glm::dvec3& point, const Trac
   const double d2 = glm::distance(second[0], first[0]);
   const double allowed = kSmallRemainder * static_cast<double>(options_.errorPixels);
   const bool near = pixels(places[0], glm::distance(second[0], places[0])) < kTracedReach;
-  if (!near || d2 > 0.5 * d1 || !(pixels(path->place(0), remainder(d1, d2, rho, step)) < allowed))
+  if (!near || d2 > 0.5 * d1 ||
+      !(pixels(path->place(0), remainderOf(d1, d2, rho, glm::length(step))) < allowed))
     return nullptr;
   places = second;
   return path;
@@ -216,7 +212,8 @@ void Reflector::add(const glm::dvec3& point, const Places& places, const glm::dv
     return;
   }
   starts[result.count] = from;
-  // The virtual vertex [Chen2000] Fig. 7, as virtualVertex()
+  // The virtual vertex [Chen2000] Fig. 7: at the optical length of the path, so that depths keep
+  // their order
   Reflection& reflection = result.at[result.count++];
   reflection.x = x;
   reflection.last = places[lastTurn()];

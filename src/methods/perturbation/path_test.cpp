@@ -2,6 +2,9 @@
 // Alhazen's problem, caustics, scenes of other sizes.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "methods/perturbation/test_paths.h"
 
 namespace catoptric::methods::perturbation {
@@ -143,7 +146,7 @@ TEST(PathCalculus, EqualsThePapersRecursion) {
     const Vector<Real> p = converted<Real>(path.p);
     const Vector<Real> q = converted<Real>(path.q);
     std::vector<PathVertex<Real>> exact;
-    ASSERT_EQ(path.solve<Real>(p, exact), PathStatus::Regular);
+    ASSERT_TRUE(path.solve<Real>(p, exact));
     const auto expansion = expandPath<Real>(p, exact, q);
     ASSERT_EQ(expansion.status, PathStatus::Regular);
     std::vector<PaperBounce> paper(exact.size());
@@ -180,14 +183,12 @@ TEST(PathCalculus, PlaneEqualsItsClosedForm) {
   // Mirror y = 0: x = (q_y p + p_y q) / (p_y + q_y) in x and z.
   const Vector<double> p{{0.4, 1.5, -0.3}};
   const Vector<double> q{{-0.8, 2.5, 0.9}};
-  std::vector<Vector<double>> points;
-  ASSERT_TRUE(planarPath<double>(p, {{{{0, 1, 0}}, 0.0}}, q, points));
-  const Surface plane = implicit::planeSurface({0, 1, 0}, 0.0, kBox);
-  const auto expansion = expandPath<double>(p, {{points[0], jetAt<double>(plane, points[0])}}, q);
-  const auto d = derivativesOf(expansion.bounces[0], expansion.distances[0]);
   const double s = p[1] + q[1];
+  const Vector<double> x{{(q[1] * p[0] + p[1] * q[0]) / s, 0.0, (q[1] * p[2] + p[1] * q[2]) / s}};
+  const Surface plane = implicit::planeSurface({0, 1, 0}, 0.0, kBox);
+  const auto expansion = expandPath<double>(p, {{x, jetAt<double>(plane, x)}}, q);
+  const auto d = derivativesOf(expansion.bounces[0], expansion.distances[0]);
   for (const std::size_t i : {std::size_t{0}, std::size_t{2}}) {
-    EXPECT_NEAR(points[0][i], (q[1] * p[i] + p[1] * q[i]) / s, 1e-16);
     const double byY = q[1] * (q[i] - p[i]) / (s * s);
     EXPECT_NEAR(d.jacobian[i][i], q[1] / s, 3e-16);
     EXPECT_NEAR(d.jacobian[i][2 - i], 0.0, 3e-16);
@@ -202,40 +203,6 @@ TEST(PathCalculus, PlaneEqualsItsClosedForm) {
     }
   }
   for (std::size_t a = 0; a < 3; ++a) EXPECT_NEAR(d.jacobian[1][a], 0.0, 1e-17);
-  // The virtual vertex is p's mirror image.
-  const Vector<double> v = virtualVertex(p, points, q);
-  EXPECT_NEAR(v[0], p[0], 2e-15);
-  EXPECT_NEAR(v[1], -p[1], 2e-15);
-  EXPECT_NEAR(v[2], p[2], 2e-15);
-}
-
-TEST(PathCalculus, PlanarPathsAreExact) {
-  // A corner of three mirrors returns what comes: the image of q is its point reflection.
-  const std::vector<Plane<double>> planes{{{{1, 0, 0}}, 0}, {{{0, 1, 0}}, 0}, {{{0, 0, 1}}, 0}};
-  const Vector<double> p{{1.0, 2.0, 3.0}};
-  const Vector<double> q{{2.5, 2.2, 3.2}};
-  std::vector<Vector<double>> points;
-  ASSERT_TRUE(planarPath(p, planes, q, points));
-  const Vector<double> v = virtualVertex(p, points, q);
-  for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_NEAR(v[i], -p[i], 1e-14);
-    EXPECT_NEAR(points[i][i], 0.0, 1e-15);
-  }
-  // Newton's method agrees.
-  std::vector<PathVertex<double>> solved;
-  std::vector<Surface> surfaces;
-  for (std::size_t i = 0; i < 3; ++i) {
-    surfaces.push_back(implicit::planeSurface({i == 0, i == 1, i == 2}, 0.0, kBox));
-    solved.push_back({points[i] + Vector<double>{{0.1, -0.07, 0.05}}, {}, 1.0});
-  }
-  const auto at = [&](std::size_t i, const Vector<double>& x, Jet3<double>& jet) {
-    jet = jetAt<double>(surfaces[i], x);
-    return true;
-  };
-  ASSERT_EQ(solvePath<double>(p, q, at, 1.0, 1e-14, solved), PathStatus::Regular);
-  for (std::size_t i = 0; i < 3; ++i) EXPECT_LT(length(solved[i].x - points[i]), 1e-14);
-  EXPECT_FALSE(planarPath<double>({{1, -1, 1}}, {{{{0, 1, 0}}, 0}}, q, points)) << "behind";
-  EXPECT_FALSE(planarPath<double>({{1, 0, 1}}, {{{{0, 1, 0}}, 0}}, q, points)) << "on it";
 }
 
 TEST(PathCalculus, AlhazensProblem) {
@@ -257,8 +224,7 @@ TEST(PathCalculus, AlhazensProblem) {
       jet = jetAt<double>(ball, x);
       return true;
     };
-    ASSERT_EQ(solvePath<double>(vectorOf(p), vectorOf(q), at, 1.0, 1e-14, path),
-              PathStatus::Regular);
+    ASSERT_TRUE(solvePath<double>(vectorOf(p), vectorOf(q), at, 1.0, 1e-14, path));
     // Frame in the plane: e1 to p, e2 to q's side; the angle where both make the same sine.
     const Vector<Real> rp = converted<Real>(vectorOf(p));
     const Vector<Real> rq = converted<Real>(vectorOf(q));
@@ -314,11 +280,6 @@ TEST(PathCalculus, SingularPathsHaveAStatus) {
   EXPECT_EQ(
       expandPath<double>({{-2, 3, 0}}, {{apex, jetAt<double>(cone, apex)}}, {{2, 3, 0}}).status,
       PathStatus::Degenerate);
-  // Newton's method on a surface without derivatives.
-  std::vector<PathVertex<double>> none = vertices;
-  const auto missing = [](std::size_t, const Vector<double>&, Jet3<double>&) { return false; };
-  EXPECT_EQ(solvePath<double>({{-2, 3, 0}}, {{2, 3, 0}}, missing, 1.0, 1e-14, none),
-            PathStatus::Degenerate);
   // p so near to its mirror that rounding shows: still finite, J the projection along the ray.
   const Vector<double> near{{-1e-9, 1 + 1e-9, 0}};
   const auto e = expandPath<double>(near, vertices, {{2, 3, 0}});
@@ -329,6 +290,88 @@ TEST(PathCalculus, SingularPathsHaveAStatus) {
   for (const auto& h : d.hessian) {
     for (const double v : h) EXPECT_TRUE(std::isfinite(v));
   }
+}
+
+/// Calls `check` for the bounces of 300 random rays by each of seven surfaces, with a step of 0.2
+/// to 10 % of the distance across the ray.
+template <class Check>
+void forEachMove(const Check& check) {
+  using namespace implicit;
+  const std::vector<Surface> surfaces{sphereSurface(1.2),
+                                      ellipsoidSurface({1.0, 0.7, 1.4}),
+                                      cylinderSurface(0.8, 2.0),
+                                      torusSurface(1.0, 0.4),
+                                      placed(vaseSurface(), glm::dmat3(1.0), {0, -1, 0}),
+                                      metaballsSurface({{0, 0, 0, 0.7}, {0.8, 0.2, 0, 0.5}}, 2.0),
+                                      planeSurface({1, 2, -0.5}, 0.3, {Point(-2), Point(2)})};
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  for (const Surface& surface : surfaces) {
+    TestPath path;
+    path.surfaces = {surface, ellipsoidSurface({9, 8, 8.5})};
+    path.q = {{2.9, 1.3, -1.9}};
+    for (int i = 0; i < 300; ++i) {
+      if (!tracePath(path, 0.8 * randomDirection(random) - pointOf(path.q), 1)) continue;
+      const Vector<double>& x = path.points[0];
+      const auto e = expandPath<double>(path.p, {{x, jetAt<double>(surface, x)}}, path.q);
+      if (e.status != PathStatus::Regular) continue;
+      const Point across = glm::cross(pointOf(e.bounces[0].d), randomDirection(random));
+      const double rho = e.distances[0];
+      check(path, e.bounces[0], rho, vectorOf(0.002 * std::pow(50, unit(random)) * rho * across));
+    }
+  }
+}
+
+TEST(PathCalculus, MovesAreThoseOfTheDerivatives) {
+  forEachMove(
+      [](const TestPath&, const Bounce<double>& bounce, double rho, const Vector<double>& step) {
+        const Move<double> move = moveOf(bounce, rho, step);
+        const auto d = derivativesOf(bounce, rho);
+        for (std::size_t i = 0; i < 3; ++i) {
+          double linear = 0.0;
+          double second = 0.0;
+          double size = 0.0;  // of the sums' terms
+          for (std::size_t a = 0; a < 3; ++a) {
+            linear += d.jacobian[i][a] * step[a];
+            for (std::size_t b = 0; b < 3; ++b) {
+              const double h = 0.5 * d.hessian[i][implicit::kHessianIndex[a][b] - 4];
+              second += h * step[a] * step[b];
+              size += std::abs(h * step[a] * step[b]);
+            }
+            size += std::abs(d.jacobian[i][a] * step[a]);
+          }
+          EXPECT_NEAR(move.linear[i], linear, 1e-12 * size);
+          EXPECT_NEAR(move.second[i], second, 1e-12 * size);
+        }
+      });
+}
+
+TEST(PathCalculus, EstimatesItsErrors) {
+  std::vector<double> linear;
+  std::vector<double> quadratic;
+  forEachMove([&](const TestPath& path, const Bounce<double>& bounce, double rho,
+                  const Vector<double>& step) {
+    const Move<double> move = moveOf(bounce, rho, step);
+    std::vector<PathVertex<double>> exact{{bounce.x + move.linear + move.second, {}, 1.0}};
+    if (!path.solve<double>(path.p + step, exact)) return;
+    const double second = length(move.second);
+    const Vector<double> moved = exact[0].x - bounce.x;
+    if (length(moved - move.linear) > 1e-12) linear.push_back(length(moved - move.linear) / second);
+    const double error = length(moved - move.linear - move.second);
+    if (error > 1e-12)
+      quadratic.push_back(error / remainderOf(length(move.linear), second, rho, length(step)));
+  });
+  const auto part = [](std::vector<double>& ratios, double at) {
+    std::sort(ratios.begin(), ratios.end());
+    return ratios[static_cast<std::size_t>(at * static_cast<double>(ratios.size()))];
+  };
+  ASSERT_GT(std::min(linear.size(), quadratic.size()), 800u);
+  // Linear: exact to a fifth for nine of ten. Quadratic: an upper bound for nine of ten within a
+  // quarter, and seldom ten times too much (planes, whose third order is small).
+  EXPECT_LT(part(linear, 0.9), 1.2);
+  EXPECT_GT(part(linear, 0.1), 0.8);
+  EXPECT_LT(part(quadratic, 0.9), 1.25);
+  EXPECT_GT(part(quadratic, 0.1), 0.05);
 }
 
 TEST(PathCalculus, DoesNotDependOnTheScenesSize) {
@@ -345,7 +388,7 @@ TEST(PathCalculus, DoesNotDependOnTheScenesSize) {
     for (auto& x : scaled.points) x = scale * x;
     std::vector<PathVertex<double>> vertices;
     const Vector<double> p = scale * path.p;
-    EXPECT_EQ(scaled.solve<double>(p, vertices), PathStatus::Regular);
+    EXPECT_TRUE(scaled.solve<double>(p, vertices));
     return expandPath<double>(p, vertices, scaled.q);
   };
   const auto one = expansion(1.0);

@@ -1,8 +1,8 @@
 #include "methods/perturbation/perturbation.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <map>
 #include <memory>
 #include <optional>
@@ -455,17 +455,13 @@ class Perturbation : public Method {
   void warnOfCoarse(const std::vector<std::string>& objects) {
     if (objects.empty() || warnedOfCoarse_) return;
     warnedOfCoarse_ = true;
-    std::array<char, 32> allowed{};
-    std::snprintf(allowed.data(), allowed.size(), "%g",
-                  static_cast<double>(options_.tracedPerPixel));
-    log::warning(
-        "perturbation: the reflections of " + firstOf(objects) +
-        " are coarser than tessellation_error asks: halving more edges would trace more "
-        "paths than traced_per_pixel (" +
-        allowed.data() +
-        ") allows. Raise traced_per_pixel or tessellation_error, or lower max_bounces. The "
-        "method traced renders mirrors with waves or many sheets, which show each point "
-        "many times, in less time (counted: coarse_objects)");
+    log::warning(fmt::format(
+        "perturbation: the reflections of {} are coarser than tessellation_error asks: halving "
+        "more edges would trace more paths than traced_per_pixel ({:g}) allows. Raise "
+        "traced_per_pixel or tessellation_error, or lower max_bounces. The method traced renders "
+        "mirrors with waves or many sheets, which show each point many times, in less time "
+        "(counted: coarse_objects)",
+        firstOf(objects), options_.tracedPerPixel));
   }
 
   /// Says once in a run that points show more often than is followed.

@@ -90,8 +90,6 @@ class RayOctree {
   void reflections(const glm::dvec3& point, Cursor& cursor, std::vector<NearRay>& result) const;
 
   const std::vector<SampleRay>& rays() const { return rays_; }
-  std::size_t nodeCount() const { return nodes_.size(); }
-  std::size_t candidateCount() const { return candidates_.size(); }
 
  private:
   struct Node {

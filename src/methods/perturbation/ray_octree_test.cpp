@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <random>
 
-#include "methods/perturbation/path.h"
+#include "methods/perturbation/test_path_calculus.h"
 #include "scene/implicit/surface.h"
 
 namespace catoptric::methods::perturbation {
@@ -84,9 +84,7 @@ struct VaseSamples {
         return implicit::derivativesAt(vase, {x[0], x[1], x[2]}, jet) ==
                implicit::PointStatus::Smooth;
       };
-      if (solvePath<double>(vectorOf(point), vectorOf(eye), surfaceAt, 1.0, 1e-12, path) !=
-          PathStatus::Regular)
-        continue;
+      if (!solvePath<double>(vectorOf(point), vectorOf(eye), surfaceAt, 1.0, 1e-12, path)) continue;
       const dvec3 x(path[0].x[0], path[0].x[1], path[0].x[2]);
       const dvec3 n = normalOf(path[0].g);
       const auto seen = implicit::firstHit(vase, {eye, x - eye});

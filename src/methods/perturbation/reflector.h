@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "methods/perturbation/bounce.h"
-#include "methods/perturbation/path.h"
 #include "methods/perturbation/ray_octree.h"
 #include "methods/perturbation/turn.h"
 #include "scene/camera.h"

@@ -4,7 +4,7 @@
 #include <random>
 #include <string>
 
-#include "methods/perturbation/path.h"
+#include "methods/perturbation/test_path_calculus.h"
 #include "methods/perturbation/turn.h"
 #include "scene/implicit/multiprecision_test.h"
 #include "scene/implicit/surface.h"
@@ -40,7 +40,7 @@ struct TestPath {
   }
   /// The exact path from `start` to q, from a guess.
   template <class S>
-  PathStatus solve(const Vector<S>& start, std::vector<PathVertex<S>>& vertices) const {
+  bool solve(const Vector<S>& start, std::vector<PathVertex<S>>& vertices) const {
     if (vertices.empty()) {
       for (std::size_t i = 0; i < points.size(); ++i)
         vertices.push_back({converted<S>(points[i]), {}, index<S>(i)});

@@ -1,4 +1,4 @@
-// Three components of any scalar: doubles, numbers of many digits in tests, batches of floats.
+// Three components of any scalar: doubles, and in tests numbers of many digits; planes.
 #pragma once
 
 #include <array>
@@ -42,6 +42,17 @@ S length(const Vector<S>& a) {
 template <class S>
 Vector<S> normalized(const Vector<S>& a) {
   return (S(1) / length(a)) * a;
+}
+
+/// dot(normal, x) = offset, normal of unit length.
+template <class S>
+struct Plane {
+  Vector<S> normal;
+  S offset;
+};
+template <class S>
+Vector<S> mirrored(const Plane<S>& plane, const Vector<S>& point) {
+  return point - S(2 * (dot(plane.normal, point) - plane.offset)) * plane.normal;
 }
 
 }  // namespace catoptric::methods::perturbation

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "core/welding.h"
 #include "frame/geometry.h"
 #include "methods/perturbation/projection.h"
 #include "methods/perturbation/reflector.h"
@@ -108,9 +109,7 @@ class VertexTable {
   struct Scratch {
     std::vector<Place> places;
     std::vector<Glimpse> glimpses;
-    std::vector<std::uint32_t> slots;
-    std::vector<std::uint32_t> placeOf;
-    std::vector<std::uint32_t> firstAt;
+    Welding welding;
   };
   static Scratch& kept() {
     static thread_local Scratch scratch;
@@ -128,8 +127,9 @@ class VertexTable {
   // Vertices: the mesh's, then more
   std::span<const Vec3> positions_;
   std::span<const frame::VertexAttributes> attributes_;
-  std::vector<std::uint32_t>& placeOf_ = scratch_.placeOf;
-  std::vector<std::uint32_t>& firstAt_ = scratch_.firstAt;  ///< by place of the mesh: a vertex
+  std::vector<std::uint32_t>& placeOf_ = scratch_.welding.numbers;
+  std::vector<std::uint32_t>& firstAt_ =
+      scratch_.welding.firsts;  ///< by place of the mesh: a vertex
   std::vector<Node> more_;
 };
 

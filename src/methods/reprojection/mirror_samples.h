@@ -22,7 +22,7 @@ bool isMirror(float glossiness, int object, const scene::Scene& scene);
 
 class MirrorSamples {
  public:
-  /// Lists the samples, in the order of collectReflective(). All stay with the caller until the
+  /// Lists the samples, in the order of SampleTiles. All stay with the caller until the
   /// next call.
   void find(const raster::GBufferCopy& source, const scene::Camera& camera,
             const trace::TraceScene& trace, const frame::ObjectSet& own);

@@ -103,7 +103,7 @@ std::function<scene::Camera(int)> sideways(float scale, float step) {
   };
 }
 
-/// Records how far off its frames were, for the table of docs/extremes.md (scripts/extremes).
+/// Records how far off its frames were, for the table of docs/extremes.md (tests/extremes).
 class ReprojectionSequences : public testing::Test {
  protected:
   void isBelow(double l1, double bound) {

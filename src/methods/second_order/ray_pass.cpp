@@ -92,20 +92,17 @@ RayPass::RayPass(const SecondOrderOptions& options, const SecondOrderReflectors&
   clusterSamples_ = gl::Texture::make2D("cluster of each sample", GL_R16UI, width, height);
 }
 
-std::vector<gl::Define> RayPass::walkDefines(bool lobes) const {
-  return {{"LOBES", lobes ? "1" : "0"},
-          {"RAYS", std::to_string(options_.camera.rays)},
-          {"NEIGHBOURHOOD", options_.lobeRays == LobeRays::Walked ? "0" : "1"},
-          {"FADE", options_.glossyReach > 0.0f ? "1" : "0"},
-          {"SELF", std::to_string(static_cast<int>(options_.selfIntersect))},
-          {"LAMPS", options_.probes > 0 ? "1" : "0"},
-          {"LOBE_HORIZONS", lobeHorizons_ ? "1" : "0"},
-          {"FOUND", options_.countDisocclusions ? "1" : "0"},
-          {"LAYERS", std::to_string(options_.images.depthLayers)}};
-}
-
 gl::Program RayPass::walkProgram(const Services& services, bool lobes) const {
-  std::vector<gl::Define> defines = walkDefines(lobes);
+  std::vector<gl::Define> defines = {
+      {"LOBES", lobes ? "1" : "0"},
+      {"RAYS", std::to_string(options_.camera.rays)},
+      {"NEIGHBOURHOOD", options_.lobeRays == LobeRays::Walked ? "0" : "1"},
+      {"FADE", options_.glossyReach > 0.0f ? "1" : "0"},
+      {"SELF", std::to_string(static_cast<int>(options_.selfIntersect))},
+      {"LAMPS", options_.probes > 0 ? "1" : "0"},
+      {"LOBE_HORIZONS", lobeHorizons_ ? "1" : "0"},
+      {"FOUND", options_.countDisocclusions ? "1" : "0"},
+      {"LAYERS", std::to_string(options_.images.depthLayers)}};
   if (lobes) {
     for (gl::Define& define : raster::SceneRaster::shadingDefines(services.lighting)) {
       defines.push_back(std::move(define));

@@ -50,14 +50,10 @@ class RayPass {
   /// What each sample's rays found, where the options count disocclusions.
   std::span<const Found> readFound();
 
-  /// Binds what walks of mirror rays read: for benchmarks, too.
-  void bindWalk(gl::Program& program, const Services& services, const RayInputs& inputs) const;
-  /// What programs of walks are compiled with.
-  std::vector<gl::Define> walkDefines(bool lobes) const;
-
  private:
   gl::Program walkProgram(const Services& services, bool lobes) const;
   void bindSamples(gl::Program& program, const Services& services, const RayInputs& inputs) const;
+  void bindWalk(gl::Program& program, const Services& services, const RayInputs& inputs) const;
   void bindFallback(gl::Program& program, const Services& services, const RayInputs& inputs) const;
   gl::Program& curved(const Services& services);
   gl::Program& planar(bool exact);

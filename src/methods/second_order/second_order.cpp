@@ -130,7 +130,7 @@ void SecondOrder::render(const FrameInput& input, Services& services, FrameOutpu
 
   const std::vector<Cluster>& clusters = clustering_.clusters();
   std::vector<std::uint64_t> triangles(clusters.size(), 0);
-  RayInputs inputs = rayInputs(camera);
+  RayInputs inputs{camera, *images_, cubeMap_};
   for (std::size_t i = 0; i < clusters.size(); ++i) {
     inputs.onGrids =
         inputs.onGrids && (clusters[i].traced || cameras[i].mirrorGrid ||

@@ -27,11 +27,6 @@ class SecondOrder : public Method {
   void prepare(Services& services, const RunSettings& settings) override;
   void render(const FrameInput& input, Services& services, FrameOutput& output) override;
 
-  /// Of a scene that reflects: the pass that has followed the last frame's rays, and its inputs.
-  /// For benchmarks.
-  const RayPass& rayPass() const { return *rayPass_; }
-  RayInputs rayInputs(const scene::Camera& camera) const { return {camera, *images_, cubeMap_}; }
-
  private:
   void leaveSmallOnes(Counters& counters);
   void traceWhatSeesItself(const FrameInput& input, Services& services,

@@ -1,48 +1,8 @@
 #include "methods/shared/reflective_samples.h"
 
 #include "core/parallel.h"
-#include "methods/shared/sample_points.h"
-#include "methods/shared/sample_tiles.h"
 
 namespace catoptric::methods {
-
-ReflectiveSamples collectReflective(const raster::GBufferCopy& source, const scene::Camera& camera,
-                                    const trace::TraceScene& trace, const frame::ObjectSet& own) {
-  const SampleTiles tiles({source.sampleWidth(), source.sampleHeight(), source.samples}, camera,
-                          trace.scene(), trace.extents(), own);
-  const auto columns = static_cast<std::size_t>(tiles.columns());
-  const std::size_t count =
-      columns * static_cast<std::size_t>(SampleTiles::rowsOf(source.sampleHeight()));
-
-  // Count per tile, so that every tile knows where it writes.
-  std::vector<std::size_t> first(count + 1, 0);
-  const auto eachTile = [&](auto&& body) {
-    parallelFor(count, 32, [&](std::size_t begin, std::size_t end) {
-      SampleTiles::Members members;
-      for (std::size_t tile = begin; tile < end; ++tile) {
-        tiles.find(source, static_cast<int>(tile % columns), static_cast<int>(tile / columns),
-                   members);
-        body(tile, members);
-      }
-    });
-  };
-  eachTile([&](std::size_t tile, const SampleTiles::Members& members) {
-    first[tile + 1] = members.count;
-  });
-  for (std::size_t tile = 0; tile < count; ++tile) first[tile + 1] += first[tile];
-
-  ReflectiveSamples result;
-  result.points.resize(first[count]);
-  result.places.resize(first[count]);
-  const SamplePoints pointAt(source, camera, trace);
-  eachTile([&](std::size_t tile, const SampleTiles::Members& members) {
-    for (std::size_t k = 0; k < members.count; ++k) {
-      result.points[first[tile] + k] = pointAt(members.x[k], members.y[k]);
-      result.places[first[tile] + k] = members.at[k];
-    }
-  });
-  return result;
-}
 
 std::uint16_t maskBits(std::uint8_t flags) {
   std::uint16_t bits = 0;

@@ -1,6 +1,7 @@
 // One frame of a method without a run: for tests of methods that need no GL.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <utility>
@@ -28,6 +29,10 @@ struct Moment {
         frame::makeLighting(s, pose, std::make_shared<frame::EnvironmentLight>(s.environment));
   }
 };
+
+inline const methods::MethodEntry& methodNamed(const std::string& id) {
+  return *std::ranges::find(methods::registry(), id, &methods::MethodEntry::id);
+}
 
 /// Renders with a method that makes whole images on the CPU.
 inline methods::FrameOutput renderOnCpu(const methods::MethodEntry& entry,

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "gl/test_context.h"
-#include "methods/shared/reflective_samples.h"
+#include "methods/shared/sample_points.h"
 #include "methods/shared/sample_tiles.h"
 #include "methods/testing/cpu_harness.h"
 #include "raster/scene_raster.h"
@@ -151,13 +151,8 @@ struct TracedSamples {
   TracedSamples(GlStage& stage, const scene::Camera& camera, const trace::ReflectionOptions& rays) {
     raster::GBufferCopy copy;
     raster::readBack(stage.gbuffer, true, copy);
-    methods::ReflectiveSamples samples = methods::collectReflective(copy, camera, stage.embree());
-    points = std::move(samples.points);
-    places = std::move(samples.places);
     const std::vector<float> reflection = raster::readRgba(stage.gbuffer.reflection);
-    for (const std::size_t at : places)
-      ours.emplace_back(reflection[4 * at], reflection[4 * at + 1], reflection[4 * at + 2]);
-    traced.resize(points.size());
+    const methods::SamplePoints pointAt(copy, camera, stage.embree());
     // In the packets of `traced`: which of two triangles at one distance Embree names depends on
     // the rays beside.
     const methods::SampleTiles tiles({copy.sampleWidth(), copy.sampleHeight(), copy.samples},
@@ -166,13 +161,18 @@ struct TracedSamples {
     trace::LobeTracer& tracer = trace::LobeTracer::ofThread();
     tracer.begin(stage.embree(), stage.moment.lighting,
                  scene::pixelSpreadRad(camera, copy.sampleHeight()), rays);
-    Vec3* radiance = traced.data();
     for (int row = 0; row < methods::SampleTiles::rowsOf(copy.sampleHeight()); ++row) {
       for (int column = 0; column < tiles.columns(); ++column) {
         tiles.find(copy, column, row, members);
+        for (std::size_t k = 0; k < members.count; ++k) {
+          const std::size_t at = members.at[k];
+          points.push_back(pointAt(members.x[k], members.y[k]));
+          places.push_back(members.at[k]);
+          ours.emplace_back(reflection[4 * at], reflection[4 * at + 1], reflection[4 * at + 2]);
+        }
+        traced.resize(points.size());
         tiles.place(copy, members, tracer.points());
-        tracer.run(radiance, nullptr, nullptr, counts);
-        radiance += members.count;
+        tracer.run(traced.data() + traced.size() - members.count, nullptr, nullptr, counts);
       }
     }
   }

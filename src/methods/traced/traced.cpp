@@ -37,9 +37,8 @@ const config::OptionTable<Options>& optionTable() {
        field(in(&Options::reflection, &ReflectionOptions::rays), "rays", range(1, 256),
              "rays per sample on surfaces with g above 0.05; mirrors take one")
            .trade("2,4,8,16,32"),
-       field(
-           &Options::diffuseOnly, "objects", kObjects,
-           "what reflected rays meet: all objects, or those that do not reflect, as in glossy_lod"),
+       field(&Options::diffuseOnly, "objects", kObjects,
+             "what reflected rays meet: all objects, or those that do not reflect"),
        field(
            &Options::filtersEnvironment, "environment", kEnvironments,
            "where rays leave the scene: its radiance in their direction, or the mean of its image "

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <numeric>
 
 #include "core/parallel.h"
+#include "core/welding.h"
 
 namespace catoptric::raster {
 namespace {
@@ -61,38 +61,16 @@ std::uint64_t mixed(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-/// For each vertex of the object the first one at the same position.
-std::vector<std::uint32_t> weldedVertices(const frame::Geometry& geometry,
-                                          const frame::ObjectRange& range) {
-  std::size_t slots = 16;
-  while (slots < std::size_t{range.vertexCount} * 2) slots *= 2;
-  constexpr std::uint32_t kFree = 0xFFFFFFFFu;
-  std::vector<std::uint32_t> table(slots, kFree);
-  std::vector<std::uint32_t> welded(range.vertexCount);
-  for (std::uint32_t i = 0; i < range.vertexCount; ++i) {
-    const Vec3 p = geometry.positions[range.firstVertex + i] + Vec3(0.0f);  // -0 becomes 0
-    std::array<std::uint32_t, 3> bits;
-    std::memcpy(bits.data(), &p, sizeof bits);
-    std::size_t slot = mixed(mixed(std::uint64_t{bits[0]} << 32 | bits[1]) + bits[2]);
-    for (;; ++slot) {
-      std::uint32_t& known = table[slot & (slots - 1)];
-      if (known == kFree) known = i;
-      if (geometry.positions[range.firstVertex + known] == p) {
-        welded[i] = known;
-        break;
-      }
-    }
-  }
-  return welded;
-}
-
 /// Whether the object's triangles make closed, consistently wound surfaces, each part with
 /// outward normals (positive volume). Vertices with the same position are one.
 bool isClosedOutward(const frame::Geometry& geometry, const frame::ObjectRange& range) {
   if (range.indexCount < 12) return false;
-  const std::vector<std::uint32_t> welded = weldedVertices(geometry, range);
+  Welding welding;
+  welding.weld(range.vertexCount, [&](std::size_t v) {
+    return std::array{geometry.positions[range.firstVertex + v]};
+  });
   const auto vertex = [&](std::uint32_t i) {
-    return welded[geometry.indices[range.firstIndex + i] - range.firstVertex];
+    return welding.numbers[geometry.indices[range.firstIndex + i] - range.firstVertex];
   };
 
   // Closed: each directed edge occurs as often as its opposite. Sums of hashes stand for the two

@@ -1,9 +1,10 @@
 #include "run/folder/plan.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "config/json_text.h"
 #include "core/error.h"
@@ -194,9 +195,7 @@ std::string bytesText(std::uint64_t bytes) {
     value /= 1000.0;
     ++unit;
   }
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), unit == 0 ? "%.0f %s" : "%.1f %s", value, kUnits[unit]);
-  return text.data();
+  return fmt::format("{:.{}f} {}", value, unit == 0 ? 0 : 1, kUnits[unit]);
 }
 
 Plan makePlan(const RunConfig& run, const scene::Scene& scene, std::size_t frames,

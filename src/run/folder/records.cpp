@@ -1,9 +1,10 @@
 #include "run/folder/records.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <span>
 
@@ -111,9 +112,7 @@ methods::Table parseTable(const std::string& name, const Value& value) {
 }  // namespace
 
 std::string framePath(const std::string& folder, int frame, const std::string& extension) {
-  std::array<char, 16> number{};
-  std::snprintf(number.data(), number.size(), "%04d", frame);
-  return folder + "/frame." + number.data() + extension;
+  return fmt::format("{}/frame.{:04}{}", folder, frame, extension);
 }
 
 std::string recordLine(const FrameRecord& record) {

@@ -1,7 +1,7 @@
 // The tables of a run's folder: timings.csv, the methods' own, and summary.json.
+#include <fmt/core.h>
+
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <vector>
 
 #include "config/json.h"
@@ -36,10 +36,8 @@ std::string statisticsText(std::vector<double> values) {
 void RunFolder::writeTimings() const {
   std::string text = "frame,step,seconds,clock,first\n";
   const auto append = [&](const frame::StepSample& sample) {
-    std::array<char, 32> seconds{};
-    std::snprintf(seconds.data(), seconds.size(), "%.9f", sample.seconds);
-    text += std::to_string(sample.frame) + "," + sample.step + "," + seconds.data() + "," +
-            sample.clock + "," + (sample.first ? "1" : "0") + "\n";
+    text += fmt::format("{},{},{:.9f},{},{:d}\n", sample.frame, sample.step, sample.seconds,
+                        sample.clock, sample.first);
   };
   for (const frame::StepSample& sample : startup_) append(sample);
   for (const auto& [number, record] : records_)

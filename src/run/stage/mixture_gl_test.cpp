@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "core/error.h"
 #include "frame/test_scenes.h"
 #include "methods/testing/gl_harness.h"
@@ -218,7 +220,7 @@ class Listener : public methods::Method {
             {},
             {},
             {},
-            methods::findMethod("traced").options,
+            std::ranges::find(methods::registry(), "traced", &methods::MethodEntry::id)->options,
             [](const config::Value&) -> std::unique_ptr<methods::Method> {
               return std::make_unique<Listener>();
             }};

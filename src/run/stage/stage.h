@@ -68,7 +68,6 @@ class Stage {
 
   /// Samples of start-up so far (frame 0).
   const std::vector<frame::StepSample>& startup() const { return timer_.samples(); }
-  frame::StepTimer& startupTimer() { return timer_; }
 
  private:
   RunConfig run_;

@@ -223,30 +223,6 @@ std::filesystem::path fileBeside(const Value& name, const std::filesystem::path&
   return folder / relative;
 }
 
-bool matchesPattern(const std::string& text, const std::string& pattern) {
-  // Greedy matching with one point to come back to.
-  std::size_t t = 0;
-  std::size_t p = 0;
-  std::size_t star = std::string::npos;
-  std::size_t resume = 0;
-  while (t < text.size()) {
-    if (p < pattern.size() && pattern[p] == '*') {
-      star = p++;
-      resume = t;
-    } else if (p < pattern.size() && pattern[p] == text[t]) {
-      ++p;
-      ++t;
-    } else if (star != std::string::npos) {
-      p = star + 1;
-      t = ++resume;
-    } else {
-      return false;
-    }
-  }
-  while (p < pattern.size() && pattern[p] == '*') ++p;
-  return p == pattern.size();
-}
-
 Scene loadDescription(const std::filesystem::path& file, const LoadLimits& limits) {
   try {
     return Composer(file, limits).compose();

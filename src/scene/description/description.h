@@ -74,9 +74,6 @@ class MaterialLibrary {
 /// UsageError.
 std::filesystem::path fileBeside(const config::Value& name, const std::filesystem::path& folder);
 
-/// True when `text` matches `pattern`, in which * stands for any text.
-bool matchesPattern(const std::string& text, const std::string& pattern);
-
 /// [r, p, h] degrees of "rotate": about z first, then x, then y.
 Quat rotationOf(const Vec3& degreesXyz);
 

@@ -1,8 +1,9 @@
 #include "scene/gltf/rules.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "core/text.h"
 
@@ -203,9 +204,7 @@ const Table& ownExtras() {
 }
 
 std::string formatted(double value) {
-  char out[40];
-  std::snprintf(out, sizeof out, "%.9g", value);
-  return out;
+  return fmt::format("{:.9g}", value);
 }
 
 std::string quoted(const std::string& value) {
@@ -326,11 +325,7 @@ void Checker::checkNumber(const Value& value, const Rule& rule, const std::strin
                       formatted(rule.maximum) + " is allowed");
   }
   // Of extensions and extras tinygltf keeps integers as int.
-  if (x == std::floor(x) && std::abs(x) >= kFirstWrapped) {
-    char text[40];
-    std::snprintf(text, sizeof text, "%.17e", x);
-    rewrite(value, text);
-  }
+  if (x == std::floor(x) && std::abs(x) >= kFirstWrapped) rewrite(value, fmt::format("{:.17e}", x));
 }
 
 void Checker::rewrite(const Value& value, std::string text) const {

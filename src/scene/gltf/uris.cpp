@@ -3,19 +3,13 @@
 #include <array>
 #include <cstdint>
 
+#include "core/text.h"
 #include "scene/gltf/rules.h"
 
 namespace catoptric::scene::gltf {
 namespace {
 
 using config::Value;
-
-int hexDigit(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return -1;
-}
 
 /// The name under which tinygltf 2.7.0 asks for a URI: it turns '+' into a space, and decodes
 /// what is no hexadecimal number to anything. Names only need to be found again.

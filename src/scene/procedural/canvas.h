@@ -19,7 +19,6 @@ class Canvas {
   std::uint32_t seed() const { return seed_; }
   float number(const char* name) const;
   int integer(const char* name) const;
-  bool flag(const char* name) const;
   std::string word(const char* name) const;
   glm::ivec2 pair(const char* name) const;  ///< two whole numbers of at least 1
   /// Colour number i of "colors" (encoded), or `standard`, "#rrggbb".

@@ -251,25 +251,6 @@ void marble(Canvas& canvas) {
   });
 }
 
-void granite(Canvas& canvas) {
-  const int scale = canvas.integer("scale");
-  const Vec3 a = canvas.color(0, "#8d8a86");
-  const Vec3 b = canvas.color(1, "#33312f");
-  const Vec3 c = canvas.color(2, "#d6d1c9");
-  const std::uint32_t seed = canvas.seed();
-  const Field first = fbm(canvas.size(), scale, scale, 3, seed + 1u, 0.7f);
-  const Field second = fbm(canvas.size(), scale * 3 / 2, scale * 3 / 2, 2, seed + 2u, 0.7f);
-  const Field grit = fbm(canvas.size(), 4 * scale, 4 * scale, 1, seed + 3u);
-  canvas.paint([&](int x, int y, float, float, Vec3& color, float& height) {
-    const float n = first.at(x, y);
-    const float m = second.at(x, y);
-    color = a * (1.0f + 0.25f * grit.at(x, y));
-    color = glm::mix(color, c, smoothstep(0.12f, 0.22f, m));
-    color = glm::mix(color, b, smoothstep(0.14f, 0.2f, n));
-    height = 0.0f;
-  });
-}
-
 void terrazzo(Canvas& canvas) {
   const int scale = canvas.integer("scale");
   const Vec3 ground = canvas.color(0, "#d9d4ca");
@@ -293,54 +274,6 @@ void terrazzo(Canvas& canvas) {
     put(small.at(u, v), 0.55f);
     put(large.at(u, v), 0.7f);
     height = 0.0f;
-  });
-}
-
-void fabric(Canvas& canvas) {
-  const int threads = canvas.integer("threads");
-  const std::string weave = canvas.word("weave");
-  const Vec3 warp = canvas.color(0, "#6d7f8f");
-  const Vec3 weft = canvas.color(1, "#4f6072");
-  const std::uint32_t seed = canvas.seed();
-  const Field lint = fbm(canvas.size(), 96, 96, 2, seed + 1u);
-  const Field slow = fbm(canvas.size(), 4, 4, 3, seed + 2u);
-  const auto count = static_cast<float>(threads);
-  canvas.paint([&](int x, int y, float u, float v, Vec3& color, float& height) {
-    const float s = u * count;
-    const float t = v * count;
-    const auto i = static_cast<int>(s);
-    const auto j = static_cast<int>(t);
-    const float a = fract(s) - 0.5f;
-    const float b = fract(t) - 0.5f;
-    float round = 0.0f;
-    float tone = 0.0f;
-    bool over = false;
-    if (weave == "knit") {
-      // Columns of V stitches.
-      const float slope = std::abs(a) * 1.1f;
-      const float stitch = fract(t + slope) - 0.5f;
-      round =
-          (1.0f - 2.0f * std::abs(stitch)) * (1.0f - 0.6f * std::abs(2.0f * std::abs(a) - 0.5f));
-      round = std::min(round, smoothstep(0.0f, 0.12f, std::abs(a)) * 0.7f + 0.3f);
-      tone = hash01(i, wrap(static_cast<int>(t + slope), threads), seed);
-      over = true;
-    } else {
-      over = weave == "twill" ? wrap(i + j, 4) < 2 : wrap(i + j, 2) == 0;
-      // Across the thread round, along it sinking at the crossings.
-      const float across = over ? a : b;
-      float along = over ? b : a;
-      if (weave == "twill") {
-        const int k = wrap(over ? i + j : i + j - 2, 4);
-        along = 0.5f * (along + (k == 0 ? 0.5f : -0.5f));  // floats run over two crossings
-      }
-      round =
-          std::sqrt(std::max(0.0f, 1.0f - 3.6f * across * across)) * (1.0f - 1.6f * along * along);
-      tone = over ? hash01(i, 0, seed) : hash01(j, 1, seed);
-    }
-    const float shade = 0.62f + 0.38f * std::clamp(round, 0.0f, 1.0f);
-    color = (over ? warp : weft) *
-            (shade + 0.16f * (tone - 0.5f) + 0.07f * lint.at(x, y) + 0.05f * slow.at(x, y));
-    height = 0.35f / count * round + 0.0002f * lint.at(x, y);
   });
 }
 
@@ -397,19 +330,6 @@ void plaster(Canvas& canvas) {
   });
 }
 
-void noise(Canvas& canvas) {
-  const int scale = canvas.integer("scale");
-  const Vec3 low = canvas.color(0, "#303030");
-  const Vec3 high = canvas.color(1, "#d0d0d0");
-  const Field field = fbm(canvas.size(), scale, scale, canvas.integer("octaves"),
-                          canvas.seed() + 1u, 0.5f, canvas.flag("ridged"));
-  canvas.paint([&](int x, int y, float, float, Vec3& color, float& height) {
-    const float n = field.at(x, y);
-    color = glm::mix(low, high, std::clamp(0.5f + 0.75f * n, 0.0f, 1.0f));
-    height = 0.2f / static_cast<float>(scale) * n;
-  });
-}
-
 void checker(Canvas& canvas) {
   const glm::ivec2 count = canvas.pair("count");
   const Vec3 a = canvas.color(0, "#e8e8e8");
@@ -456,17 +376,6 @@ void water(Canvas& canvas) {
   });
 }
 
-void brushed(Canvas& canvas) {
-  const Vec3 metal = canvas.color(0, "#b4b4b2");
-  const Field lines = fbm(canvas.size(), 2, 200, 2, canvas.seed() + 1u, 0.7f);
-  const Field slow = fbm(canvas.size(), 2, 12, 3, canvas.seed() + 2u);
-  canvas.paint([&](int x, int y, float, float, Vec3& color, float& height) {
-    const float n = lines.at(x, y) + 0.4f * slow.at(x, y);
-    color = metal * (1.0f + 0.12f * n);
-    height = 0.00015f * n;
-  });
-}
-
 }  // namespace
 
 std::vector<Texture> materialTextures() {
@@ -502,29 +411,13 @@ std::vector<Texture> materialTextures() {
        {numberField("veins", "The contrast of the veins.", "1", 0.0, 3.0),
         integerField("scale", "How many veins a tile has.", "3", 1, 64)},
        marble},
-      {"granite", {integerField("scale", "How many grains a tile has.", "32", 1, 256)}, granite},
       {"terrazzo", {integerField("scale", "How many chips a tile has.", "12", 2, 256)}, terrazzo},
-      {"fabric",
-       {integerField("threads",
-                     "How many threads a tile has: of twill a multiple of 4, of a plain weave an "
-                     "even number.",
-                     "64", 2, 1024),
-        wordField("weave", "How the threads are woven.", "\"plain\"", {"plain", "twill", "knit"})},
-       fabric},
       {"terry", {integerField("loops", "How many loops a tile has.", "48", 2, 1024)}, terry},
       {"leather", {integerField("scale", "How many creases a tile has.", "24", 2, 512)}, leather},
       {"plaster",
        {integerField("scale", "How many bumps a tile has.", "16", 1, 512),
         numberField("rough", "How rough the plaster is; 0 is smooth.", "0.3", 0.0, 10.0)},
        plaster},
-      {"noise",
-       {integerField("scale", "How many cells a tile has.", "8", 1, 512),
-        integerField("octaves", "How many octaves of noise are added up.", "5", 1, 12),
-        {.name = "ridged",
-         .type = config::FieldType::Bool,
-         .help = "Whether the crests are sharp.",
-         .defaultText = "false"}},
-       noise},
       {"checker",
        {pairField("count", "How many fields there are in u and v, even numbers.", "[8, 8]")},
        checker},
@@ -533,7 +426,6 @@ std::vector<Texture> materialTextures() {
         numberField("soft", "How soft the edges are.", "0.02", 0.0, 0.5)},
        stripes},
       {"water", {integerField("scale", "How many ripples a tile has.", "6", 1, 256)}, water},
-      {"brushed", {}, brushed},
   };
 }
 

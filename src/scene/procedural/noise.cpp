@@ -2,8 +2,7 @@
 
 namespace catoptric::scene::procedural {
 
-Field fbm(int size, int periodX, int periodY, int octaves, std::uint32_t seed, float gain,
-          bool ridged) {
+Field fbm(int size, int periodX, int periodY, int octaves, std::uint32_t seed, float gain) {
   struct Octave {
     int px, py;
     float amplitude;
@@ -70,7 +69,7 @@ Field fbm(int size, int periodX, int periodY, int octaves, std::uint32_t seed, f
         const float left = slope[c] * dx + base[c];
         const float right = slope[c + 1] * (dx - 1.0f) + base[c + 1];
         const float noise = left + (right - left) * octave.fade[column];
-        row[x] += octave.amplitude * (ridged ? (1.0f - 3.0f * std::abs(noise)) : noise);
+        row[x] += octave.amplitude * noise;
       }
     }
     for (int x = 0; x < size; ++x) row[x] *= scale;

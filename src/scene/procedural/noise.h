@@ -92,10 +92,8 @@ void forRows(int size, const F& body) {
 }
 
 /// Sum of `octaves` of gradient noise [Perlin2002] with periodX x periodY cells per tile, doubling;
-/// each has `gain` times the amplitude of the one before. About -1..1, mean 0. `ridged` sums
-/// 1 - 2 |noise| instead.
-Field fbm(int size, int periodX, int periodY, int octaves, std::uint32_t seed, float gain = 0.5f,
-          bool ridged = false);
+/// each has `gain` times the amplitude of the one before. About -1..1, mean 0.
+Field fbm(int size, int periodX, int periodY, int octaves, std::uint32_t seed, float gain = 0.5f);
 
 /// Cellular noise [Worley1996] with `period` x `period` jittered points per tile: distances to the
 /// two nearest points in cells, and a hash of the nearest.

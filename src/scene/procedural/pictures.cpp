@@ -1,4 +1,4 @@
-// Pictures and ornaments: rugs, wallpaper, paintings, books, a screen, leaves.
+// Pictures and ornaments: rugs, wallpaper, paintings, books, leaves.
 #include <array>
 
 #include "scene/procedural/canvas.h"
@@ -458,42 +458,6 @@ void books(Canvas& canvas) {
   });
 }
 
-void screen(Canvas& canvas) {
-  const std::uint32_t seed = canvas.seed();
-  const Field cloud = fbm(canvas.size(), 4, 6, 5, seed + 1u);
-  const Field ridge = fbm(canvas.size(), 5, 5, 5, seed + 2u);
-  const float soft = 1.5f / static_cast<float>(canvas.size());
-  canvas.paint([&](int, int, float u, float v, Vec3& color, float& height) {
-    // A sunny coast as a television would show it, with a caption.
-    const float horizon = 0.46f;
-    color = sky(v / horizon, Vec3(hex("#1668c8")), Vec3(hex("#bfe4f7")));
-    const float c = smoothstep(0.0f, 0.4f, cloud.sample(u, v * 1.5f));
-    color = glm::mix(color, Vec3(1.0f), 0.9f * c * smoothstep(horizon, 0.25f, v));
-    if (v > horizon) {
-      const float depth = (v - horizon) / (1.0f - horizon);
-      color = glm::mix(Vec3(hex("#0f7fb0")), Vec3(hex("#27c3c9")), depth);
-      color = glm::mix(color, Vec3(1.0f),
-                       0.6f * smoothstep(0.3f, 0.5f, ridge.sample(u, 0.2f / (0.08f + depth))));
-      const float beach = 0.72f + 0.1f * ridge.sample(u * 0.5f, 0.3f) + 0.25f * (u - 0.5f);
-      color = glm::mix(color, Vec3(hex("#f2dfae")), ink(beach - v, 0.01f));
-    }
-    const float hill =
-        horizon - 0.2f * smoothstep(0.45f, 0.0f, u) + 0.08f * ridge.sample(u, 0.7f) + 0.02f;
-    color = glm::mix(
-        color,
-        glm::mix(Vec3(hex("#2f7d3a")), Vec3(hex("#86b84b")), smoothstep(0.1f, -0.1f, v - horizon)),
-        ink(std::max(hill - v, v - horizon - 0.02f), soft));
-    color = glm::mix(color, Vec3(hex("#10305c")),
-                     0.85f * ink(box({u - 0.5f, v - 0.9f}, {0.44f, 0.045f}), soft));
-    const bool letter = hash01(static_cast<int>(u * 60.0f), 3, seed) > 0.25f;
-    color = glm::mix(color, Vec3(0.95f),
-                     letter ? ink(box({u - 0.36f, v - 0.9f}, {0.27f, 0.016f}), soft) : 0.0f);
-    color = glm::mix(color, Vec3(hex("#e23b2e")),
-                     ink(box({u - 0.86f, v - 0.9f}, {0.06f, 0.028f}), soft));
-    height = 0.0f;
-  });
-}
-
 void foliage(Canvas& canvas) {
   const Vec3 light = canvas.color(0, "#7fa648");
   const Vec3 dark = canvas.color(1, "#1f3a18");
@@ -574,7 +538,6 @@ std::vector<Texture> pictureTextures() {
                   {"landscape", "seascape", "abstract", "still_life", "mountains"})},
        painting},
       {"books", {integerField("count", "How many spines a tile has.", "24", 1, 256)}, books},
-      {"screen", {}, screen},
       {"foliage", {}, foliage},
   };
 }

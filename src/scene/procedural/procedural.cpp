@@ -5,6 +5,7 @@
 #include <map>
 
 #include "core/error.h"
+#include "core/text.h"
 #include "scene/loader.h"
 #include "scene/procedural/canvas.h"
 
@@ -12,13 +13,6 @@ namespace catoptric::scene {
 namespace procedural {
 
 namespace {
-
-int hexDigit(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return -1;
-}
 
 /// Encoded values of "#rrggbb"; false when it is none.
 bool parseHex(const std::string& text, Vec3& color) {
@@ -113,9 +107,6 @@ float Canvas::number(const char* name) const {
 }
 int Canvas::integer(const char* name) const {
   return static_cast<int>(config::valueOr(settings_, schema_, name).asInteger());
-}
-bool Canvas::flag(const char* name) const {
-  return config::valueOr(settings_, schema_, name).asBool();
 }
 std::string Canvas::word(const char* name) const {
   return config::valueOr(settings_, schema_, name).asString();

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
-#include <unordered_map>
+#include <utility>
 
 #include "core/parallel.h"
+#include "core/welding.h"
 #include "trace/embree/trace_scene.h"
 
 namespace catoptric::trace {
@@ -22,49 +22,17 @@ constexpr float kNoiseFactor = 3.0f;
 constexpr float kNoiseLeft = 0.75f;  ///< of the variance after each iteration; ours
 constexpr int kFillRings = 64;       ///< rings of invalid points that are filled; ours
 
-using Key = std::array<std::uint32_t, 6>;
-
-struct KeyHash {
-  std::size_t operator()(const Key& key) const {
-    std::uint64_t h = 0x9E3779B97F4A7C15ull;
-    for (std::uint32_t k : key) {
-      h = (h ^ k) * 0xBF58476D1CE4E5B9ull;
-      h ^= h >> 29;
-    }
-    return h;
-  }
-};
-
-Key keyOf(const Vec3& position, const Vec3& normal) {
-  // Adding zero makes -0 and +0 one key.
-  const std::array<float, 6> values = {position.x + 0.0f, position.y + 0.0f, position.z + 0.0f,
-                                       normal.x + 0.0f,   normal.y + 0.0f,   normal.z + 0.0f};
-  Key key;
-  std::memcpy(key.data(), values.data(), sizeof(key));
-  return key;
-}
-
 }  // namespace
-
-std::vector<std::uint32_t> weldedVertices(const frame::Geometry& geometry, bool byNormal) {
-  std::unordered_map<Key, std::uint32_t, KeyHash> numbers;
-  numbers.reserve(geometry.vertexCount());
-  std::vector<std::uint32_t> welded;
-  welded.reserve(geometry.vertexCount());
-  for (std::size_t v = 0; v < geometry.vertexCount(); ++v) {
-    const Vec3 normal = byNormal ? geometry.attributes[v].normal : Vec3(0.0f);
-    const auto number = static_cast<std::uint32_t>(numbers.size());
-    welded.push_back(numbers.emplace(keyOf(geometry.positions[v], normal), number).first->second);
-  }
-  return welded;
-}
 
 BakePoints makeBakePoints(const frame::Geometry& geometry) {
   BakePoints points;
   const std::size_t vertexCount = geometry.vertexCount();
-  points.pointOfVertex = weldedVertices(geometry, true);
-  for (std::size_t v = 0; v < vertexCount; ++v) {
-    if (points.pointOfVertex[v] < points.size()) continue;
+  Welding welding;
+  welding.weld(vertexCount, [&](std::size_t v) {
+    return std::array{geometry.positions[v], geometry.attributes[v].normal};
+  });
+  points.pointOfVertex = std::move(welding.numbers);
+  for (const std::uint32_t v : welding.firsts) {
     points.positions.push_back(geometry.positions[v]);
     points.normals.push_back(geometry.attributes[v].normal);
   }

@@ -26,10 +26,6 @@ struct BakePoints {
   }
 };
 
-/// Per vertex a number, in order of appearance: the same for all that agree in position and, with
-/// `byNormal`, in normal.
-std::vector<std::uint32_t> weldedVertices(const frame::Geometry& geometry, bool byNormal);
-
 /// Points lie off their surface by a fiftieth of the mesh's edges there, at most 2e-4 of the
 /// scene's diameter, and are pulled into their triangles by up to five times that.
 BakePoints makeBakePoints(const frame::Geometry& geometry);

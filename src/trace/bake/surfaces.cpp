@@ -1,10 +1,12 @@
 #include "trace/bake/surfaces.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "core/math.h"
+#include "core/welding.h"
 
 namespace catoptric::trace {
 namespace {
@@ -25,8 +27,11 @@ struct Place {
 }  // namespace
 
 frame::Geometry insetSurfaces(const frame::Geometry& geometry, const BakePoints& points) {
-  const std::vector<std::uint32_t> places = weldedVertices(geometry, false);
-  std::vector<Place> sums(places.size());
+  Welding welding;
+  welding.weld(geometry.vertexCount(),
+               [&](std::size_t v) { return std::array{geometry.positions[v]}; });
+  const std::vector<std::uint32_t>& places = welding.numbers;
+  std::vector<Place> sums(welding.firsts.size());
   for (std::size_t v = 0; v < places.size(); ++v) {
     Place& place = sums[places[v]];
     place.normals += geometry.attributes[v].normal;

@@ -1,6 +1,6 @@
 // Reflections from billboards [Popescu2006, Sec. 3.1].
-#include "methods/impostors/shaders/impostors.glsl"
-#include "methods/impostors/shaders/quad.glsl"
+#include "methods/shared/impostors/shaders/impostors.glsl"
+#include "methods/shared/impostors/shaders/quad.glsl"
 
 bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec2 uv,
            out float share, inout uint work) {

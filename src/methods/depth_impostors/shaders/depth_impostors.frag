@@ -4,8 +4,8 @@
 //   POINTS     points of a simplified line
 //   DOMAINS    directions of lines
 //   REFINE     texels on either side of a place found by lines that are walked over
-#include "methods/impostors/shaders/impostors.glsl"
-#include "methods/impostors/shaders/quad.glsl"
+#include "methods/shared/impostors/shaders/impostors.glsl"
+#include "methods/shared/impostors/shaders/quad.glsl"
 #include "ray.glsl"
 #if WAY == 0 || REFINE > 0
 #include "walk.glsl"

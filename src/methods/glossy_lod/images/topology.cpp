@@ -1,11 +1,12 @@
 #include "methods/glossy_lod/images/topology.h"
 
 #include <algorithm>
-#include <bit>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <numeric>
-#include <unordered_map>
+
+#include "core/welding.h"
 
 namespace catoptric::methods::glossy_lod {
 namespace {
@@ -14,26 +15,6 @@ namespace {
 constexpr float kCrease = 0.77f;
 /// Cosine of the angle to a chart's mean normal at which it ends. Ours: 70 degrees.
 constexpr float kBend = 0.34f;
-
-struct PlaceHash {
-  std::size_t operator()(const Vec3& p) const {
-    std::uint64_t h = 0x9E3779B97F4A7C15ull;
-    for (const float x : {p.x, p.y, p.z})
-      h = (h ^ std::bit_cast<std::uint32_t>(x)) * 0xFF51AFD7ED558CCDull + (h >> 29);
-    return h;
-  }
-};
-
-std::vector<std::uint32_t> weld(const MeshView& mesh) {
-  std::unordered_map<Vec3, std::uint32_t, PlaceHash> firstAt;
-  firstAt.reserve(mesh.positions.size());
-  std::vector<std::uint32_t> of(mesh.indices.size());
-  for (std::size_t i = 0; i < of.size(); ++i) {
-    const Vec3 place = mesh.positions[mesh.indices[i]] + 0.0f;  // no negative zeros
-    of[i] = firstAt.try_emplace(place, mesh.indices[i]).first->second;
-  }
-  return of;
-}
 
 /// Grows one chart after the other, triangle by triangle.
 class Growth {
@@ -122,7 +103,11 @@ Vec3 smoothNormal(const MeshView& mesh, std::size_t t) {
 
 Topology findTopology(const MeshView& mesh) {
   Topology topology;
-  topology.vertex = weld(mesh);
+  Welding welding;
+  welding.weld(mesh.indices.size(),
+               [&](std::size_t c) { return std::array{mesh.positions[mesh.indices[c]]}; });
+  for (const std::uint32_t number : welding.numbers)
+    topology.vertex.push_back(mesh.indices[welding.firsts[number]]);
   const std::size_t corners = mesh.indices.size();
   topology.across.assign(corners, kNobody);
   topology.edge.assign(corners, 0);

@@ -19,7 +19,7 @@ struct Grid {
   int level = 0;
 };
 
-/// As the shader reads it: two texels.
+/// Two of them fill a cache line.
 struct Node {
   Vec3 least{0.0f};
   std::uint32_t miss = 0;  ///< the node after this one and all below it
@@ -30,7 +30,7 @@ static_assert(sizeof(Node) == 32);
 inline constexpr std::uint32_t kHasQuad = 1;  ///< of a chart: its corners make a quad
 inline constexpr std::uint32_t kIsLeaf = 2;
 
-/// The quad of a chart's node on its level: one texel.
+/// The quad of a chart's node on its level.
 struct Quad {
   std::uint32_t first = 0;  ///< vertex v00
   std::uint32_t up = 0;     ///< vertices from v00 to v01

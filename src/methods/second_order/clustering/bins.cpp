@@ -53,10 +53,6 @@ BinScale binScale(float areaFraction, int visibleObjects, const ClusterOptions& 
   return bins;
 }
 
-int binOf(const Vec3& normal, const BinScale& scale) {
-  return binOfNormal(normal.x, normal.y, normal.z, scale);
-}
-
 void binsOf(const float* x, const float* y, const float* z, std::size_t count,
             const BinScale& scale, std::int32_t* bins) {
   const BinScale own = scale;  // which no write to `bins` changes

@@ -25,11 +25,8 @@ BinScale binScale(float areaFraction, int visibleObjects, const ClusterOptions& 
 /// on a border rounding would deal them out to both sides. Ours.
 inline constexpr float kBinOffset = 1e-5f;
 
-/// Bin of a unit normal: theta about +y from +x, phi from +y, both to 2e-6 of a turn. Within 0.1
-/// degrees of a pole theta means nothing and is taken as 0.
-int binOf(const Vec3& normal, const BinScale& scale);
-
-/// Likewise of `count` normals, given by their coordinates.
+/// Bins of `count` unit normals, given by their coordinates: theta about +y from +x, phi from +y,
+/// both to 2e-6 of a turn. Within 0.1 degrees of a pole theta means nothing and is taken as 0.
 void binsOf(const float* x, const float* y, const float* z, std::size_t count,
             const BinScale& scale, std::int32_t* bins);
 

@@ -7,6 +7,12 @@
 namespace catoptric::methods {
 namespace {
 
+int binOf(const Vec3& normal, const BinScale& scale) {
+  std::int32_t bin = 0;
+  binsOf(&normal.x, &normal.y, &normal.z, 1, scale, &bin);
+  return bin;
+}
+
 TEST(Bins, FollowThePapersFormulaWithTheAreaInPercent) {
   ClusterOptions paper;
   paper.binDensity = 1.0f;

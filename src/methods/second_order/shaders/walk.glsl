@@ -1,7 +1,6 @@
 // The walk of a ray over its cluster's depth image [Wang2014, section 3.4], texel by texel.
 //   LAYERS  2: rays that pass behind what they meet look for it in a second depth layer, too
 //   LOBES   1: colours are of the nearest texel, which must be one that the image certainly shows
-//   RECORD  defined: `walked` is set, for reads.frag
 #include "depth_image.glsl"
 
 uniform float farthest;  // metres: no ray goes farther
@@ -172,11 +171,6 @@ Crossing crossingAt(DepthImage image, Start start, Path path, vec3 point, float 
   return c;
 }
 
-#ifdef RECORD
-// First texel + 16384 (layer, texels read), and the stride
-vec4 walked = vec4(0.0);
-#endif
-
 // Walks along the unit direction, to `limit` metres at most.
 Hit walk(DepthImage image, Start start, vec3 direction, float limit) {
   Hit found = Hit(kMissed, vec2(0.0), 0.0, false, limit, 0);
@@ -226,9 +220,5 @@ Hit walk(DepthImage image, Start start, vec3 direction, float limit) {
   hit = hit || (found.bridged && !(d.front && d.here == 0.0));
   bool nothing = d.front && d.here == 0.0 && path.alongW > kSideways;
   found.kind = hit ? kHit : (nothing ? kSky : kMissed);
-#ifdef RECORD
-  vec2 first = floor(clamp(from.xy, vec2(0.0), image.place.zw - 1.0)) + image.place.xy;
-  walked = vec4(first + 16384.0 * vec2(image.more.x, min(i, 1000) + 1), stride.xy);
-#endif
   return found;
 }

@@ -1,0 +1,317 @@
+#include "methods/shared/impostors/choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <tuple>
+
+namespace catoptric::methods::impostors {
+namespace {
+
+/// Half the thickness of the slice that shows one plane of an object, of the scene's diameter.
+constexpr float kSlab = 3e-5f;  ///< ours: three times the tolerance of a plane
+/// Centroids are one where they are nearer than this share of the object's radius. Ours.
+constexpr float kCoincides = 1e-3f;
+constexpr float kTiltRad = radians(60.0f);  ///< of an object's further depth maps; ours
+/// Sizes below this share of the scene's diameter are none.
+constexpr float kLeastSize = 1e-6f;
+
+bool encloses(const Box3& box, const Vec3& p) {
+  return glm::all(glm::lessThan(box.min, p)) && glm::all(glm::greaterThan(box.max, p));
+}
+
+class Chooser {
+ public:
+  Chooser(const Options& options, Kind kind, const scene::Scene& scene,
+          const frame::Geometry& geometry, const std::vector<Shape>& shapes,
+          const std::vector<bool>& reflects, const std::vector<bool>& mirrors)
+      : options_(options),
+        kind_(kind),
+        scene_(scene),
+        geometry_(geometry),
+        shapes_(shapes),
+        reflects_(reflects),
+        mirrors_(mirrors),
+        metres_(std::max(geometry.bounds.diameter(), std::numeric_limits<float>::min())) {}
+
+  Choice run() {
+    const std::size_t count = geometry_.objects.size();
+    choice_.chosen.assign(count, false);
+    choice_.listOf.resize(count);
+    const std::vector<int> objects = wanted();
+    for (const int object : objects) choice_.chosen[static_cast<std::size_t>(object)] = true;
+    crowded_ = objects.size() > static_cast<std::size_t>(options_.fewObjects);
+    for (std::size_t r = 0; r < count; ++r)
+      if (!vanished(static_cast<int>(r)) && (reflects_[r] || (options_.bounces > 1 && mirrors_[r])))
+        list(static_cast<int>(r));
+    return std::move(choice_);
+  }
+
+ private:
+  const Shape& shape(int object) const { return shapes_[static_cast<std::size_t>(object)]; }
+  const frame::ObjectRange& range(int object) const {
+    return geometry_.objects[static_cast<std::size_t>(object)];
+  }
+
+  /// A line or a point.
+  bool vanished(int object) const {
+    return shape(object).area <= kLeastSize * metres_ * shape(object).radius;
+  }
+
+  /// Solid angle from the reflector, times the angle by which a look-up by direction is wrong.
+  float errorOfDirection(int reflector, int object) const {
+    const Shape& from = shape(reflector);
+    const float distance =
+        std::max(glm::length(glm::max(glm::max(range(object).bounds.min - from.centroid,
+                                               from.centroid - range(object).bounds.max),
+                                      Vec3(0.0f))),
+                 from.radius);
+    if (!(distance > 0.0f)) return 0.0f;
+    const float solid = std::min(2.0f * kPi, 0.5f * shape(object).area / (distance * distance));
+    const float aside = glm::length(from.centroid - geometry_.bounds.centre()) + from.radius;
+    return solid * std::atan(aside / distance);
+  }
+
+  /// The same of a billboard: its points are off by the object's radius along rays that leave the
+  /// reflector anywhere about its centroid.
+  float errorOfBillboard(int reflector, int object) const {
+    const float distance = glm::length(shape(reflector).centroid - shape(object).centroid);
+    const float across = shape(reflector).radius * shape(object).radius;
+    if (!(distance * distance > across)) return std::numeric_limits<float>::max();
+    const float solid = std::min(2.0f * kPi, 0.5f * shape(object).area / (distance * distance));
+    return solid * std::atan(across / (distance * distance));
+  }
+
+  /// Objects that get impostors, in order.
+  std::vector<int> wanted() {
+    std::vector<int> objects;
+    const bool automatic = std::find(options_.objects.begin(), options_.objects.end(), "auto") !=
+                           options_.objects.end();
+    std::vector<float> score(geometry_.objects.size(), 0.0f);
+    std::vector<int> reflectors;
+    for (std::size_t r = 0; r < score.size(); ++r)
+      if (reflects_[r] && !vanished(static_cast<int>(r))) reflectors.push_back(static_cast<int>(r));
+    for (std::size_t o = 0; o < score.size(); ++o) {
+      const int object = static_cast<int>(o);
+      if (vanished(object)) continue;
+      const bool named = std::find(options_.objects.begin(), options_.objects.end(),
+                                   scene_.objects[o].name) != options_.objects.end();
+      bool about = false;  // a reflector, and not made of planes
+      for (const int r : reflectors) {
+        if (r == object) continue;
+        score[o] = std::max(score[o], errorOfDirection(r, object));
+        about = about || (shape(object).planes.empty() && kind_ == Kind::Billboard &&
+                          encloses(range(object).bounds, shape(r).centroid));
+      }
+      if (about) {
+        choice_.enclosing += named || (automatic && score[o] >= options_.least) ? 1 : 0;
+        continue;
+      }
+      if (named) score[o] = std::numeric_limits<float>::max();
+      if (named || (automatic && score[o] > 0.0f && score[o] >= options_.least))
+        objects.push_back(object);
+    }
+    std::stable_sort(objects.begin(), objects.end(), [&](int a, int b) {
+      return score[static_cast<std::size_t>(a)] > score[static_cast<std::size_t>(b)];
+    });
+    const auto most = static_cast<std::size_t>(options_.most);
+    if (objects.size() > most) {
+      choice_.left = objects.size() - most;
+      objects.resize(most);
+    }
+    return objects;
+  }
+
+  void list(int reflector) {
+    ImpostorList& into = choice_.listOf[static_cast<std::size_t>(reflector)];
+    for (const bool reflective : {false, true}) {
+      for (std::size_t o = 0; o < choice_.chosen.size(); ++o) {
+        const int object = static_cast<int>(o);
+        if (!choice_.chosen[o] || object == reflector || mirrors_[o] != reflective) continue;
+        add(reflector, object, into);
+      }
+      if (!reflective) into.diffuse = static_cast<int>(into.members.size());
+    }
+    if (kind_ == Kind::DepthMap && !shape(reflector).flat()) selfMaps(reflector, into);
+  }
+
+  void add(int reflector, int object, ImpostorList& into) {
+    const Shape& what = shape(object);
+    const Vec3 from = shape(reflector).centroid;
+    // Planes of an object that surrounds the reflector, or that is one plane
+    if (what.flat() || (!what.planes.empty() && encloses(range(object).bounds, from))) {
+      for (std::size_t p = 0; p < what.planes.size(); ++p) {
+        const bool behind = glm::dot(what.planes[p].normal, from) < what.planes[p].offset;
+        into.members.push_back(flat(object, static_cast<int>(p), behind));
+      }
+      return;
+    }
+    if (kind_ == Kind::Billboard ||
+        (crowded_ && errorOfBillboard(reflector, object) < options_.billboardsBelow)) {
+      into.members.push_back(billboard(reflector, object));
+    } else {
+      depthMaps(reflector, object, into);
+    }
+  }
+
+  /// An axis of the object's frame beside `forward`, in world space.
+  Vec3 upBeside(int object, const Vec3& forward) const {
+    const Mat3 world(range(object).worldFromObject);
+    Vec3 best(0.0f);
+    float least = 2.0f;
+    for (int i : {1, 2, 0}) {
+      const Vec3 axis = normalizedOr(world[i], Vec3(i == 0, i == 1, i == 2));
+      const float along = std::abs(glm::dot(axis, forward));
+      if (along < least - 0.2f) {
+        least = along;
+        best = axis;
+      }
+    }
+    return best;
+  }
+
+  int insert(Impostor impostor) {
+    impostor.reflective = mirrors_[static_cast<std::size_t>(impostor.object)];
+    choice_.impostors.push_back(impostor);
+    return static_cast<int>(choice_.impostors.size()) - 1;
+  }
+
+  /// One depth map after the other; returns the first.
+  int insertLayers(Impostor impostor) {
+    const int first = insert(impostor);
+    while (++impostor.peeled < options_.layers) insert(impostor);
+    return first;
+  }
+
+  void addLayers(int first, ImpostorList& into) const {
+    for (int i = 0; i < options_.layers; ++i) into.members.push_back(first + i);
+  }
+
+  int flat(int object, int index, bool behind) {
+    const auto key = std::tuple(object, index, behind);
+    if (const auto found = flats_.find(key); found != flats_.end()) return found->second;
+    const Plane& plane = shape(object).planes[static_cast<std::size_t>(index)];
+    const Vec3 normal = behind ? -plane.normal : plane.normal;
+    Impostor impostor{.object = object, .plane = plane};
+    impostor.slab = !shape(object).flat();
+    const std::vector<Vec3> points = impostor.slab ? verticesIn(geometry_, object, plane, metres_)
+                                                   : verticesOf(geometry_, object);
+    Box3 box;
+    for (const Vec3& p : points) box.extend(p);
+    Vec3 centre = box.centre();
+    centre += plane.normal * (plane.offset - glm::dot(plane.normal, centre));
+    impostor.camera =
+        lookAtPoints(points, centre, -normal, upBeside(object, normal), kLeastSize * metres_);
+    // Transition walls stand on the object's edges
+    if (!impostor.slab && options_.transitionHeight > 0.0f)
+      impostor.camera = withoutMargin(impostor.camera);
+    Camera& camera = impostor.camera;
+    const float half = impostor.slab ? kSlab * metres_ : 0.1f * camera.centreMetres;
+    camera.nearMetres = camera.centreMetres - half;
+    camera.farMetres = camera.centreMetres + half;
+    const int made = insert(impostor);
+    flats_.emplace(key, made);
+    return made;
+  }
+
+  Vec3 directionTo(int reflector, int object) {
+    const Vec3 line = shape(reflector).centroid - shape(object).centroid;
+    const float length = glm::length(line);
+    if (length > kCoincides * shape(object).radius && length > kLeastSize * metres_)
+      return line / length;
+    ++choice_.coinciding;
+    return normalizedOr(Vec3(range(object).worldFromObject[2]), Vec3(0, 0, 1));
+  }
+
+  int billboard(int reflector, int object) {
+    const Vec3 forward = -directionTo(reflector, object);
+    Impostor impostor{.object = object};
+    impostor.camera = lookAtPoints(verticesOf(geometry_, object), shape(object).centroid, forward,
+                                   upBeside(object, forward), kLeastSize * metres_);
+    return insert(impostor);
+  }
+
+  void depthMaps(int reflector, int object, ImpostorList& into) {
+    const Vec3 main = directionTo(reflector, object);
+    const Vec3 side = upBeside(object, main);
+    const Vec3 across = glm::normalize(glm::cross(main, side));
+    const Vec3 along = glm::cross(across, main);
+    for (int i = 0; i < options_.maps; ++i) {
+      Vec3 towards = main;
+      if (i > 0) {
+        const float turn =
+            2.0f * kPi * static_cast<float>(i - 1) / static_cast<float>(options_.maps - 1);
+        towards = std::cos(kTiltRad) * main +
+                  std::sin(kTiltRad) * (std::cos(turn) * across + std::sin(turn) * along);
+      }
+      addLayers(depthMap(object, towards), into);
+    }
+  }
+
+  /// The depth map that looks from the cell of `towards`, in the object's frame.
+  int depthMap(int object, const Vec3& towards) {
+    const Mat3 world(range(object).worldFromObject);
+    const Mat3 turn(normalizedOr(world[0], {1, 0, 0}), normalizedOr(world[1], {0, 1, 0}),
+                    normalizedOr(world[2], {0, 0, 1}));
+    Vec3 local = glm::transpose(turn) * towards;
+    local /= std::abs(local.x) + std::abs(local.y) + std::abs(local.z);
+    const auto signs = [](const Vec2& v) {
+      return Vec2(v.x < 0.0f ? -1.0f : 1.0f, v.y < 0.0f ? -1.0f : 1.0f);
+    };
+    Vec2 at(local.x, local.y);
+    if (local.z < 0.0f) at = (1.0f - glm::abs(Vec2(at.y, at.x))) * signs(at);
+    const auto cells = static_cast<float>(options_.directionCells);
+    const Vec2 cell = glm::clamp(glm::floor((0.5f + 0.5f * at) * cells), 0.0f, cells - 1.0f);
+    const auto key = std::tuple(object, static_cast<int>(cell.x), static_cast<int>(cell.y));
+    if (const auto found = maps_.find(key); found != maps_.end()) return found->second;
+    at = 2.0f * (cell + 0.5f) / cells - 1.0f;
+    Vec3 back(at, 1.0f - std::abs(at.x) - std::abs(at.y));
+    if (back.z < 0.0f) {
+      const Vec2 folded = (1.0f - glm::abs(Vec2(at.y, at.x))) * signs(at);
+      back = Vec3(folded, back.z);
+    }
+    const Vec3 forward = -glm::normalize(turn * glm::normalize(back));
+    Impostor impostor{.object = object, .depth = true};
+    impostor.camera = lookAtPoints(verticesOf(geometry_, object), shape(object).centroid, forward,
+                                   upBeside(object, forward), kLeastSize * metres_);
+    const int made = insertLayers(impostor);
+    maps_.emplace(key, made);
+    return made;
+  }
+
+  /// Depth maps for the rays of the object that they show, from the ends of its axes.
+  void selfMaps(int object, ImpostorList& into) {
+    for (int i = 0; i < options_.selfMaps; ++i) {
+      const Vec3 axis = normalizedOr(Vec3(range(object).worldFromObject[(i + 1) % 3]), {0, 1, 0});
+      const Vec3 forward = i < 3 ? -axis : axis;
+      Impostor impostor{.object = object, .depth = true, .self = true};
+      impostor.camera = lookAtPoints(verticesOf(geometry_, object), shape(object).centroid, forward,
+                                     upBeside(object, forward), kLeastSize * metres_);
+      addLayers(insertLayers(impostor), into);
+    }
+  }
+
+  const Options& options_;
+  Kind kind_;
+  const scene::Scene& scene_;
+  const frame::Geometry& geometry_;
+  const std::vector<Shape>& shapes_;
+  const std::vector<bool>& reflects_;
+  const std::vector<bool>& mirrors_;
+  float metres_;
+  bool crowded_ = false;  ///< more objects than Options::fewObjects
+  Choice choice_;
+  std::map<std::tuple<int, int, bool>, int> flats_;  ///< object, plane, side
+  std::map<std::tuple<int, int, int>, int> maps_;    ///< object, cell
+};
+
+}  // namespace
+
+Choice choose(const Options& options, Kind kind, const scene::Scene& scene,
+              const frame::Geometry& geometry, const std::vector<Shape>& shapes,
+              const std::vector<bool>& reflects, const std::vector<bool>& mirrors) {
+  return Chooser(options, kind, scene, geometry, shapes, reflects, mirrors).run();
+}
+
+}  // namespace catoptric::methods::impostors

@@ -1,0 +1,165 @@
+#include "methods/shared/impostors/images.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "gl/draw_state.h"
+#include "raster/draw.h"
+
+namespace catoptric::methods::impostors {
+
+void Images::prepare(int textureSize, bool reflective, bool depths, bool inMemory, bool onDevice) {
+  size_ = textureSize;
+  onDevice_ = onDevice;
+  inMemory_ = inMemory;
+  reflective_ = reflective;
+  keepsDepths_ = depths;
+  color_ = gl::Texture::make2D("impostor", GL_RGBA16F, size_, size_, 0);
+  depth_ = gl::Texture::make2D("impostor's depth", GL_DEPTH_COMPONENT32F, size_, size_);
+  target_ = gl::Framebuffer("impostor", {{.texture = color_}}, {.texture = depth_});
+  if (!reflective_) return;
+  normal_ = gl::Texture::make2D("impostor's normals", GL_RGBA16F, size_, size_, 0);
+  specular_ = gl::Texture::make2D("impostor's specular level", GL_RGBA16F, size_, size_, 0);
+  reflectiveTarget_ = gl::Framebuffer(
+      "reflective impostor", {{.texture = color_}, {.texture = normal_}, {.texture = specular_}},
+      {.texture = depth_});
+}
+
+void Images::forget(std::span<const int> objects) {
+  for (Slot& slot : slots_)
+    if (std::find(objects.begin(), objects.end(), slot.object) != objects.end()) slot.used = false;
+}
+
+void Images::forgetAll() {
+  for (Slot& slot : slots_) slot.used = false;
+}
+
+void Images::grow(std::size_t layers) {
+  if (layers <= slots_.size()) return;
+  slots_.assign(std::max(layers, 2 * slots_.size()), Slot{});
+  if (inMemory_) {
+    colorsInMemory_.resize(slots_.size());
+    if (reflective_) normalsInMemory_.resize(2 * slots_.size());
+  }
+  if (!onDevice_) return;
+  const int count = static_cast<int>(slots_.size());
+  colors_ = gl::Texture::makeArray("impostors", GL_RGBA16F, size_, size_, count, 0);
+  colors_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
+  if (reflective_) {
+    // Two layers each: normals, s
+    normals_ = gl::Texture::makeArray("impostors' normals", GL_RGBA16F, size_, size_, 2 * count, 0);
+    normals_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
+  }
+  if (keepsDepths_) depths_ = gl::Texture::makeArray("depth maps", GL_R32F, size_, size_, count);
+}
+
+void Images::update(Services& services, const std::vector<Impostor>& impostors,
+                    std::span<const int> needed, const Drawn& drawn) {
+  drawn_ = kept_ = 0;
+  layerOf_.assign(impostors.size(), -1);
+  drawnNow_.assign(impostors.size(), false);
+  grow(needed.size());
+  // What is there already keeps its layer
+  std::vector<bool> taken(slots_.size(), false);
+  const auto shows = [](const Slot& slot, const Impostor& impostor) {
+    return slot.used && slot.object == impostor.object && slot.slab == impostor.slab &&
+           slot.peeled == impostor.peeled && slot.camera == impostor.camera;
+  };
+  for (const int index : needed) {
+    const Impostor& impostor = impostors[static_cast<std::size_t>(index)];
+    for (std::size_t s = 0; s < slots_.size(); ++s) {
+      if (taken[s] || !shows(slots_[s], impostor)) continue;
+      taken[s] = true;
+      layerOf_[static_cast<std::size_t>(index)] = static_cast<int>(s);
+      ++kept_;
+      break;
+    }
+  }
+  std::size_t free = 0;
+  std::vector<int> fresh;
+  for (const int index : needed) {
+    if (layerOf(index) >= 0) continue;
+    while (taken[free]) ++free;
+    taken[free] = true;
+    layerOf_[static_cast<std::size_t>(index)] = static_cast<int>(free);
+    fresh.push_back(index);
+  }
+  if (fresh.empty()) return;
+  services.timer.measure("impostors", [&] {
+    for (const int index : fresh) {
+      const Impostor& impostor = impostors[static_cast<std::size_t>(index)];
+      const int layer = layerOf(index);
+      const std::uint64_t clamped = draw(services, impostor, layer, drawn, index);
+      slots_[static_cast<std::size_t>(layer)] = {
+          true, impostor.slab, impostor.object, impostor.peeled, impostor.camera, clamped};
+      drawnNow_[static_cast<std::size_t>(index)] = true;
+      ++drawn_;
+    }
+  });
+}
+
+std::uint64_t Images::clampedTexels() const {
+  std::uint64_t sum = 0;
+  for (const int layer : layerOf_)
+    if (layer >= 0) sum += slots_[static_cast<std::size_t>(layer)].clampedTexels;
+  return sum;
+}
+
+std::uint64_t Images::draw(Services& services, const Impostor& impostor, int layer,
+                           const Drawn& drawn, int index) {
+  const bool normals = reflective_ && impostor.reflective;
+  const gl::Framebuffer& target = normals ? reflectiveTarget_ : target_;
+  const gl::DrawScope scope{gl::DrawState()};
+  const Camera& camera = impostor.camera;
+  const float spread = std::sqrt(camera.size.x * camera.size.y) / static_cast<float>(size_);
+  // One surface after the other is peeled off
+  for (int surface = 0; surface <= impostor.peeled; ++surface) {
+    if (surface > 0) {
+      if (before_.empty())
+        before_ = gl::Texture::make2D("peeled depths", GL_DEPTH_COMPONENT32F, size_, size_);
+      glCopyImageSubData(depth_.id(), GL_TEXTURE_2D, 0, 0, 0, 0, before_.id(), GL_TEXTURE_2D, 0, 0,
+                         0, 0, size_, size_, 1);
+    }
+    target.bind();
+    target.clearDepth(0.0f);
+    for (int i = 0; i < (normals ? 3 : 1); ++i) target.clearColor(i, 0.0f, 0.0f, 0.0f, 0.0f);
+    services.raster->drawDiffuse(
+        camera.clipFromWorld(), camera.eye, spread, services.lighting,
+        {.objects = raster::ObjectSet::only({impostor.object + 1}),
+         .outputs = {.radiance = true, .normal = normals, .specular = normals},
+         .background = false,
+         .behind = surface > 0 ? &before_ : nullptr});
+  }
+  const auto keep = [](gl::Texture& from, const gl::Texture& to, int at) {
+    from.generateMipmaps();
+    for (int level = 0; level < to.levels(); ++level)
+      glCopyImageSubData(from.id(), GL_TEXTURE_2D, level, 0, 0, 0, to.id(), GL_TEXTURE_2D_ARRAY,
+                         level, 0, 0, at, to.levelWidth(level), to.levelHeight(level), 1);
+  };
+  if (onDevice_) {
+    keep(color_, colors_, layer);
+    if (normals) {
+      keep(normal_, normals_, 2 * layer);
+      keep(specular_, normals_, 2 * layer + 1);
+    }
+  }
+  std::uint64_t clamped = 0;
+  if (inMemory_) {
+    const auto at = static_cast<std::size_t>(layer);
+    clamped = colorsInMemory_[at].read(color_);
+    if (normals) {
+      normalsInMemory_[2 * at].read(normal_);
+      normalsInMemory_[2 * at + 1].read(specular_);
+    }
+  } else {
+    clamped = raster::clampedTexels(color_);
+  }
+  if (!impostor.depth) return clamped;
+  texels_ = raster::readDepth(depth_);
+  if (onDevice_) depths_.upload(0, layer, GL_RED, GL_FLOAT, texels_.data());
+  drawn(index, layer, texels_);
+  return clamped;
+}
+
+}  // namespace catoptric::methods::impostors

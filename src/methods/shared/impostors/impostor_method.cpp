@@ -1,0 +1,494 @@
+#include "methods/shared/impostors/impostor_method.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "gl/context.h"
+#include "methods/shared/impostors/shaders/constants.h"
+#include "raster/regions/rectangle.h"
+#include "raster/scene_gpu/meshlets.h"
+
+namespace catoptric::methods::impostors {
+namespace {
+
+/// Of a reflector's own depth map: rays are looked at from so far on, so that they do not meet the
+/// place that they leave. Ours.
+constexpr float kSelfTexels = 4.0f;
+
+Vec4 planeOf(const Impostor& impostor, const Shape& shape) {
+  if (impostor.plane) return Vec4(impostor.plane->normal, -impostor.plane->offset);
+  return Vec4(impostor.camera.forward, -glm::dot(impostor.camera.forward, shape.centroid));
+}
+
+}  // namespace
+
+const TableInfo& impostorsTable() {
+  static const TableInfo table{
+      "impostors",
+      "an impostor that a frame needs",
+      {{"object", ColumnType::Integer, "id of what it shows"},
+       {"way", ColumnType::Text, "quad, plane (the object's own) or depth"},
+       {"drawn", ColumnType::Integer, "1: in this frame; 0: kept"},
+       {"texel_m", ColumnType::Real, "metres of a texel at the object's centroid"}}};
+  return table;
+}
+
+std::vector<StepInfo> commonSteps() {
+  return {{"cube_map", "start, frames",
+           "the environment map is drawn without what has impostors, again when something moved"},
+          {"impostors", "frames", "images of impostors that are new or have changed are drawn"},
+          {"intersect", "frames", "rays against impostors, and the environment map behind them"},
+          {"readback", "frames",
+           "marks of the samples are read and counted; before the processor's intersections the "
+           "G-buffer"},
+          {"upload", "frames", "the processor's reflections go to the device"}};
+}
+
+std::vector<CounterInfo> commonCounters() {
+  return {{"environment", "samples with a ray that sees the environment map"},
+          {"below_horizon", "samples with a normal that was bent, so that rays leave above it"},
+          {"second_order", "samples whose ray went on from a reflective impostor"},
+          {"transition", "samples with a ray that meets a transition wall", false,
+           "transition_height above 0"},
+          {"culled", "rays against impostors that the bounds of a tile's rays decide"},
+          {"impostors_rendered", "images drawn in this frame"},
+          {"impostors_reused", "images that were there already"},
+          {"enclosing", "objects about a reflector that are left in the environment map"},
+          {"left_in_map", "objects beyond the option most, left in the environment map"},
+          {"coinciding", "pairs of a reflector and an object with one centroid"},
+          {"refraction_mirrored", "samples of materials that refract: they are mirrored instead"},
+          {"shows_clamped", "samples that show a texel beyond half floats", true},
+          {"clamped_cube_map", "texels of the cube map beyond half floats", true},
+          {"clamped_images", "texels of the impostors' images beyond half floats", true}};
+}
+
+namespace {
+
+/// Throws UsageError where one of the names is no object's.
+void checkNames(const std::vector<std::string>& names, const scene::Scene& scene) {
+  constexpr std::size_t kListed = 20;  // of a scene's objects
+  std::vector<std::string> known;
+  for (const scene::Object& object : scene.objects) known.push_back(object.name);
+  for (const std::string& name : names) {
+    if (name == "auto" || std::ranges::find(known, name) != known.end()) continue;
+    std::string text = "objects: no object of the scene is called \"" + name + "\"" +
+                       didYouMean(name, known) + "; there are \"auto\"";
+    for (std::size_t i = 0; i < std::min(known.size(), kListed); ++i)
+      text += ", \"" + known[i] + "\"";
+    throw UsageError(text + (known.size() > kListed ? " and more" : ""));
+  }
+}
+
+}  // namespace
+
+MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& settings) const {
+  checkNames(options_.objects, scene);
+  MethodPlan plan;
+  plan.gbuffer = true;
+  plan.masks = raster::kMaskEnvironment | raster::kMaskClamped;
+  if (options_.transitionHeight > 0.0f) plan.masks |= raster::kMaskTransition;
+  const Reflectors reflectors = findReflectors(scene, settings.reflectors);
+  if (!reflectors.any()) return plan;
+  const bool again = scene.animated();
+  plan.items = {
+      {again ? "pass" : "precomputation", "cube_map",
+       again ? "drawn again in frames in which something moved" : "drawn once: nothing moves"},
+      {"pass", "impostors",
+       "those of reflectors in view, drawn when first needed and when changed"},
+      {"pass", "intersect", std::to_string(reflectors.count()) + " reflective objects"},
+      {"pass", "readback", "marks of the samples are counted"},
+      {"resource", "cube map", "RGBA16F with mip levels", cubeMapBytes(options_.faceSize, 8)},
+      {"resource", "marks", "R32UI by sample",
+       4ull * static_cast<std::uint64_t>(settings.width * settings.samples) *
+           static_cast<std::uint64_t>(settings.height * settings.samples)}};
+  return plan;
+}
+
+void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
+  settings_ = settings;
+  reflectors_ = findReflectors(services.scene, settings.reflectors);
+  refractive_ = raster::RefractiveSamples(services.scene);
+  if (!reflectors_.any()) return;
+  const std::size_t count = services.scene.objects.size();
+  const Reflectors all = findReflectors(services.scene);
+  const auto isReflector = [](raster::SampleClass kind) {
+    return kind != raster::SampleClass::Diffuse && kind != raster::SampleClass::Background;
+  };
+  for (std::size_t o = 0; o < count; ++o) {
+    reflects_.push_back(isReflector(reflectors_.classOf[o + 1]));
+    mirrors_.push_back(isReflector(all.classOf[o + 1]));
+  }
+  const bool processor =
+      options_.intersectOn == Unit::Processor ||
+      (options_.intersectOn == Unit::Auto && gl::Context::current().info().software);
+  onProcessor_ = processor && reflectors_.mirrors();
+  const bool shader = reflectors_.glossy || !onProcessor_;
+  images_.prepare(options_.textureSize, options_.bounces > 1, kind_ == Kind::DepthMap, onProcessor_,
+                  shader);
+  planes_.prepare(options_.planeSize, options_.bounces > 1, false, onProcessor_, shader);
+  isMirror_.assign(count + 1, 0);
+  for (std::size_t id = 1; id <= count; ++id) {
+    const raster::SampleClass kind = reflectors_.classOf[id];
+    isMirror_[id] =
+        kind == raster::SampleClass::PlanarMirror || kind == raster::SampleClass::CurvedMirror;
+  }
+  const auto program = [&](const char* label, const char* glossy) {
+    std::vector<gl::Define> with = defines();
+    with.push_back({"GLOSSY", glossy});
+    with.push_back({"BOUNCES", std::to_string(options_.bounces)});
+    with.push_back({"MASKS", settings.masks ? "1" : "0"});
+    with.push_back({"WALLS", options_.transitionHeight > 0.0f ? "1" : "0"});
+    with.push_back({"FADES", options_.attenuation > 0.0f ? "1" : "0"});
+    return gl::Program::fullScreen(label, fragment(), std::move(with));
+  };
+  if (reflectors_.mirrors() && !onProcessor_) mirror_ = program("impostors", "0");
+  if (reflectors_.glossy) glossy_ = program("impostors, glossy", "1");
+  prepareMaps();
+  const raster::GBuffer& gbuffer = *services.gbuffer;
+  known_ = gl::Texture::make2D("marks of samples", GL_R32UI, gbuffer.sampleWidth(),
+                               gbuffer.sampleHeight());
+  knownCopy_.resize(static_cast<std::size_t>(gbuffer.sampleWidth()) *
+                    static_cast<std::size_t>(gbuffer.sampleHeight()));
+  target_ =
+      settings.masks
+          ? gl::Framebuffer(
+                "reflection",
+                {{.texture = gbuffer.reflection}, {.texture = known_}, {.texture = gbuffer.masks}},
+                {.texture = gbuffer.depth})
+          : gl::Framebuffer("reflection", {{.texture = gbuffer.reflection}, {.texture = known_}},
+                            {.texture = gbuffer.depth});
+  if (!services.scene.animated()) {
+    follow({}, services);
+    drawEnvironment({}, services);
+  }
+}
+
+void ImpostorMethod::follow(const FrameInput& input, Services& services) {
+  const bool relit = lights_ != services.lighting.lights;
+  const bool all = services.scene.animated() && input.firstOfSequence;
+  if (!shapes_.empty() && !all && !relit && input.changedObjects.empty()) return;
+  const frame::Geometry& geometry = services.geometry;
+  const float metres = geometry.bounds.diameter();
+  if (shapes_.empty() || all) {
+    shapes_.resize(geometry.objects.size());
+    for (std::size_t o = 0; o < shapes_.size(); ++o)
+      shapes_[o] = shapeOf(geometry, static_cast<int>(o), metres);
+    images_.forgetAll();
+    planes_.forgetAll();
+  } else {
+    for (const int o : input.changedObjects)
+      shapes_[static_cast<std::size_t>(o)] = shapeOf(geometry, o, metres);
+    images_.forget(input.changedObjects);
+    planes_.forget(input.changedObjects);
+  }
+  if (relit) {
+    images_.forgetAll();
+    planes_.forgetAll();
+  }
+  lights_ = services.lighting.lights;
+  choice_ = choose(options_, kind_, services.scene, geometry, shapes_, reflects_, mirrors_);
+}
+
+std::vector<int> ImpostorMethod::visibleReflectors(const FrameInput& input,
+                                                   const Services& services) const {
+  const scene::Camera& camera = input.frame.camera;
+  const float aspect = static_cast<float>(settings_.width) / static_cast<float>(settings_.height);
+  const raster::Frustum frustum(scene::clipFromCamera(camera, aspect) *
+                                scene::cameraFromWorld(camera));
+  std::vector<int> visible;
+  for (std::size_t o = 0; o < reflects_.size(); ++o)
+    if (reflects_[o] && frustum.mayContain(services.geometry.objects[o].bounds))
+      visible.push_back(static_cast<int>(o));
+  return visible;
+}
+
+std::vector<int> ImpostorMethod::neededOf(const std::vector<int>& reflectors) const {
+  std::vector<bool> need(choice_.impostors.size(), false);
+  for (const int r : reflectors) {
+    for (const int i : choice_.listOf[static_cast<std::size_t>(r)].members) {
+      need[static_cast<std::size_t>(i)] = true;
+      const Impostor& impostor = choice_.impostors[static_cast<std::size_t>(i)];
+      if (options_.bounces < 2 || !impostor.reflective) continue;
+      const ImpostorList& second = choice_.listOf[static_cast<std::size_t>(impostor.object)];
+      const std::size_t count =
+          options_.secondDiffuse ? second.members.size() : static_cast<std::size_t>(second.diffuse);
+      for (std::size_t k = 0; k < count; ++k)
+        need[static_cast<std::size_t>(second.members[k])] = true;
+    }
+  }
+  std::vector<int> needed;
+  for (std::size_t i = 0; i < need.size(); ++i)
+    if (need[i]) needed.push_back(static_cast<int>(i));
+  return needed;
+}
+
+float ImpostorMethod::texelMetres(const Impostor& impostor) const {
+  const Camera& camera = impostor.camera;
+  return std::sqrt(camera.size.x * camera.size.y) * camera.centreMetres /
+         static_cast<float>(impostor.plane ? options_.planeSize : options_.textureSize);
+}
+
+int ImpostorMethod::wayOf(const Impostor& impostor) const {
+  if (impostor.depth) return shared::kWayDepth;
+  const bool walls = impostor.plane && !impostor.slab && options_.transitionHeight > 0.0f;
+  if (!walls) return impostor.plane ? shared::kWayPlane : shared::kWayQuad;
+  return options_.shareEnvironment ? shared::kWayShared : shared::kWayBox;
+}
+
+ImpostorLines ImpostorMethod::linesOf(int index, const Services& services) const {
+  const Impostor& impostor = choice_.impostors[static_cast<std::size_t>(index)];
+  const Shape& shape = shapes_[static_cast<std::size_t>(impostor.object)];
+  const Camera& camera = impostor.camera;
+  ImpostorLines lines;
+  lines.rows = camera.rows();
+  lines.quad.plane = planeOf(impostor, shape);
+  // On the plane w is one number; beside it u and v are those of the place below
+  const Vec4 depth = lines.rows[3];
+  const auto onPlane = [&](const Vec4& row, float least, float size) {
+    const Vec4 across = (row * size + least * depth) / camera.centreMetres;
+    return (across - Vec4(0, 0, 0, least)) / size;
+  };
+  lines.quad.rowU = onPlane(lines.rows[0], camera.least.x, camera.size.x);
+  lines.quad.rowV = onPlane(lines.rows[1], camera.least.y, camera.size.y);
+  lines.layer = imagesOf(impostor).layerOf(index);
+  lines.way = wayOf(impostor);
+  lines.texelMetres = texelMetres(impostor);
+  lines.plane = impostor.plane.has_value();
+  lines.reflective = impostor.reflective;
+  lines.begin = impostor.self ? kSelfTexels * lines.texelMetres : 0.0f;
+  lines.object = impostor.object + 1;
+  lines.height = options_.transitionHeight;
+  lines.side = glm::dot(Vec3(lines.quad.plane), camera.forward) < 0.0f ? 1.0f : -1.0f;
+  const scene::Object& object = services.scene.objects[static_cast<std::size_t>(impostor.object)];
+  lines.tint = services.scene.materials[object.material].reflectionTint;
+  Box3 box;
+  const bool walls = lines.way == shared::kWayBox || lines.way == shared::kWayShared;
+  for (int corner = 0; corner < 8; ++corner) {
+    const bool far = (corner & 4) != 0;
+    const float z = !impostor.depth ? camera.centreMetres
+                    : far           ? camera.farMetres
+                                    : camera.nearMetres;
+    const Vec2 at = camera.least + camera.size * Vec2((corner & 1) != 0, (corner & 2) != 0);
+    Vec3 place = camera.eye + z * (camera.forward + at.x * camera.right + at.y * camera.down);
+    if (walls && far) place -= lines.height * camera.forward;
+    box.extend(place);
+  }
+  lines.centre = box.centre();
+  lines.radius = 0.5f * box.diameter();
+  return lines;
+}
+
+void ImpostorMethod::makeLines(const Services& services) {
+  lines_.assign(choice_.impostors.size(), {});
+  for (const int index : needed_)
+    lines_[static_cast<std::size_t>(index)] = linesOf(index, services);
+}
+
+void ImpostorMethod::uploadTable() {
+  std::vector<Vec4> table(lines_.size() * shared::kTableTexels, Vec4(0.0f));
+  for (const int index : needed_) {
+    const ImpostorLines& lines = lines_[static_cast<std::size_t>(index)];
+    Vec4* line = &table[static_cast<std::size_t>(index) * shared::kTableTexels];
+    line[shared::kPlane] = lines.quad.plane;
+    line[shared::kRowU] = lines.quad.rowU;
+    line[shared::kRowV] = lines.quad.rowV;
+    line[shared::kMore] = Vec4(static_cast<float>(lines.layer), static_cast<float>(lines.way),
+                               lines.texelMetres, lines.reflective ? 1.0f : 0.0f);
+    std::ranges::copy(lines.rows, line + shared::kRows);
+    line[shared::kWalls] =
+        Vec4(lines.height, static_cast<float>(lines.object), lines.side, lines.begin);
+    line[shared::kTint] = Vec4(lines.tint, 0.0f);
+  }
+  const std::size_t objects = choice_.listOf.size();
+  std::vector<std::int32_t> lists(3 * (objects + 1), 0);
+  for (std::size_t o = 0; o < objects; ++o) {
+    const ImpostorList& list = choice_.listOf[o];
+    lists[3 * (o + 1)] = static_cast<std::int32_t>(lists.size());
+    lists[3 * (o + 1) + 1] = list.diffuse;
+    lists[3 * (o + 1) + 2] = static_cast<std::int32_t>(list.members.size());
+    lists.insert(lists.end(), list.members.begin(), list.members.end());
+  }
+  table.resize(std::max<std::size_t>(table.size(), shared::kTableTexels));
+  table_ = gl::Buffer("impostors", std::span<const Vec4>(table));
+  tableTexture_ = gl::Texture::makeBuffer("impostors", GL_RGBA32F, table_);
+  lists_ = gl::Buffer("lists of impostors", std::span<const std::int32_t>(lists));
+  listsTexture_ = gl::Texture::makeBuffer("lists of impostors", GL_R32I, lists_);
+}
+
+void ImpostorMethod::drawEnvironment(const FrameInput& input, Services& services) {
+  const bool moved =
+      services.scene.animated() && (input.firstOfSequence || !input.changedObjects.empty());
+  if (!cubeMap_.empty() && !moved) return;
+  std::vector<int> without;
+  const bool shares = options_.transitionHeight > 0.0f && options_.shareEnvironment;
+  const Vec3 centre = services.geometry.bounds.centre();
+  for (std::size_t o = 0; o < choice_.chosen.size(); ++o) {
+    // A reflector about the map's centre would hide all from it
+    const Box3& box = services.geometry.objects[o].bounds;
+    const bool hides = reflects_[o] && !shapes_[o].flat() &&
+                       glm::all(glm::lessThanEqual(box.min, centre)) &&
+                       glm::all(glm::greaterThanEqual(box.max, centre));
+    if (hides || (choice_.chosen[o] && !(shares && shapes_[o].flat())))
+      without.push_back(static_cast<int>(o) + 1);
+  }
+  cubeMap_.draw(services, centre, options_.faceSize,
+                raster::ObjectSet::without(std::move(without)));
+  if (onProcessor_) {
+    services.timer.measure("cube_map", [&] {
+      cubeInMemory_.read(cubeMap_.texture(), std::max(0, cubeMap_.texture().levels() - 3));
+    });
+  }
+}
+
+void ImpostorMethod::render(const FrameInput& input, Services& services, FrameOutput& output) {
+  output.counters = zeros(commonCounters());
+  if (options_.transitionHeight > 0.0f) output.counters["transition"] = 0;
+  output.counters[workCounter()] = 0;
+  if (kind_ == Kind::DepthMap) output.counters["clipped"] = 0;
+  raster::GBuffer& gbuffer = *services.gbuffer;
+  if (settings_.masks && settings_.reflectors.all())
+    gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
+  if (!reflectors_.any()) return;
+  follow(input, services);
+  drawEnvironment(input, services);
+  needed_ = neededOf(visibleReflectors(input, services));
+  std::vector<int> planes;
+  std::vector<int> others;
+  for (const int index : needed_)
+    (choice_.impostors[static_cast<std::size_t>(index)].plane ? planes : others).push_back(index);
+  planes_.update(services, choice_.impostors, planes, {});
+  images_.update(services, choice_.impostors, others,
+                 [&](int, int layer, std::span<const float> texels) { mapDrawn(layer, texels); });
+  mapsReady(services, output, images_.layers());
+  makeLines(services);
+  ProcessorCounts counts;
+  if (onProcessor_) counts = intersectOnProcessor(input, services);
+  if (onDevice()) {
+    services.timer.measure("intersect", [&] {
+      uploadTable();
+      intersect(input, services);
+    });
+    services.timer.measure("readback", [&] { count(counts); });
+  }
+  output.counters["environment"] = counts.environment;
+  output.counters["below_horizon"] = counts.bent;
+  output.counters["shows_clamped"] = counts.clamped;
+  output.counters["second_order"] = counts.secondOrder;
+  output.counters["culled"] = counts.culled;
+  if (kind_ == Kind::DepthMap) output.counters["clipped"] = counts.clipped;
+  if (options_.transitionHeight > 0.0f) output.counters["transition"] = counts.transition;
+  output.counters[workCounter()] = counts.work;
+  output.counters["refraction_mirrored"] = refractive_.count(gbuffer);
+  report(services, output);
+}
+
+void ImpostorMethod::intersect(const FrameInput& input, Services& services) {
+  target_.bind();
+  target_.clearColorUint(1, 0);
+  if (!mirror_.empty()) pass(mirror_, input, services, raster::onMirrors());
+  if (reflectors_.glossy)
+    pass(glossy_, input, services, raster::onSamplesOf(raster::SampleClass::Glossy));
+}
+
+void ImpostorMethod::pass(gl::Program& program, const FrameInput& input, Services& services,
+                          const gl::DrawState& state) {
+  const raster::GBuffer& gbuffer = *services.gbuffer;
+  const scene::Camera& camera = input.frame.camera;
+  gl::DrawState drawn = state;
+  drawn.depth.write = false;  // it is read
+  const gl::DrawScope scope(drawn);
+  program.use();
+  gbuffer.normal.bind(shared::kSampleNormalsUnit);
+  gbuffer.depth.bind(shared::kSampleDepthsUnit);
+  gbuffer.object.bind(shared::kSampleObjectsUnit);
+  tableTexture_.bind(shared::kTableUnit);
+  listsTexture_.bind(shared::kListsUnit);
+  if (!planes_.colors().empty()) planes_.colors().bind(shared::kPlaneColorsUnit);
+  if (!planes_.normals().empty()) planes_.normals().bind(shared::kPlaneNormalsUnit);
+  if (!images_.colors().empty()) images_.colors().bind(shared::kColorsUnit);
+  if (!images_.normals().empty()) images_.normals().bind(shared::kNormalsUnit);
+  if (!images_.depths().empty()) images_.depths().bind(shared::kDepthsUnit);
+  cubeMap_.bind(shared::kCubeMapUnit);
+  cubeMap_.setLevels(program);
+  bindMaps(program);
+  program.set("rayFromSample",
+              scene::rayFromPixel(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight()));
+  program.set("eye", camera.eye());
+  program.set("nearMetres", camera.nearMetres);
+  program.set("spreadRad", scene::pixelSpreadRad(camera, gbuffer.sampleHeight()));
+  const Box3& bounds = services.geometry.bounds;
+  program.set("sceneLeast", bounds.min);
+  program.set("sceneMost", bounds.max);
+  program.set("cubeCentre", bounds.centre());
+  if (options_.attenuation > 0.0f) program.set("fadeMetres", options_.attenuation);
+  if (options_.bounces > 1) program.set("secondDiffuse", options_.secondDiffuse);
+  gl::drawFullScreenTriangle();
+}
+
+void ImpostorMethod::count(ProcessorCounts& counts) {
+  known_.read(0, GL_RED_INTEGER, GL_UNSIGNED_INT, std::as_writable_bytes(std::span(knownCopy_)));
+  for (const std::uint32_t known : knownCopy_) {
+    counts.environment += known & raster::kMaskEnvironment;
+    counts.clamped += (known & raster::kMaskClamped) != 0 ? 1 : 0;
+    counts.bent += (known & raster::kMaskBelowHorizon) != 0 ? 1 : 0;
+    counts.secondOrder += (known & shared::kMarkSecond) != 0 ? 1 : 0;
+    counts.transition += (known & raster::kMaskTransition) != 0 ? 1 : 0;
+    counts.work += known >> shared::kWorkShift;
+  }
+}
+
+ProcessorCounts ImpostorMethod::intersectOnProcessor(const FrameInput& input, Services& services) {
+  raster::GBuffer& gbuffer = *services.gbuffer;
+  const scene::Camera& camera = input.frame.camera;
+  raster::Region shown(gbuffer.sampleWidth(), gbuffer.sampleHeight());
+  for (const int r : visibleReflectors(input, services)) {
+    if (isMirror_[static_cast<std::size_t>(r) + 1] == 0) continue;
+    shown.add(
+        raster::shownRectangle(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight(),
+                               services.geometry.objects[static_cast<std::size_t>(r)].bounds));
+  }
+  const MeetMap meets = [this](int layer, MapRays& rays) { return meetMap(layer, rays); };
+  return processor_.run({.gbuffer = gbuffer,
+                         .camera = camera,
+                         .bounds = services.geometry.bounds,
+                         .mirror = isMirror_,
+                         .parts = shown.rectangles(),
+                         .lines = lines_,
+                         .lists = choice_.listOf,
+                         .images = images_.colorsInMemory(),
+                         .normals = images_.normalsInMemory(),
+                         .planes = planes_.colorsInMemory(),
+                         .planeNormals = planes_.normalsInMemory(),
+                         .cube = cubeInMemory_,
+                         .meetMap = meets,
+                         .options = options_,
+                         .countsRays = kind_ == Kind::Billboard,
+                         .masks = settings_.masks,
+                         .beside = !settings_.reflectors.all(),
+                         .timer = services.timer});
+}
+
+void ImpostorMethod::report(const Services&, FrameOutput& output) const {
+  output.counters["impostors_rendered"] = images_.drawnCount() + planes_.drawnCount();
+  output.counters["impostors_reused"] = images_.keptCount() + planes_.keptCount();
+  output.counters["enclosing"] = choice_.enclosing;
+  output.counters["left_in_map"] = choice_.left;
+  output.counters["coinciding"] = choice_.coinciding;
+  output.counters["clamped_cube_map"] = cubeMap_.clampedTexels();
+  output.counters["clamped_images"] = images_.clampedTexels() + planes_.clampedTexels();
+  if (needed_.empty()) return;
+  Table& table = output.tables.emplace_back(impostorsTable());
+  for (const int index : needed_) {
+    const Impostor& impostor = choice_.impostors[static_cast<std::size_t>(index)];
+    table.add(impostor.object + 1,
+              std::string(impostor.depth   ? "depth"
+                          : impostor.plane ? "plane"
+                                           : "quad"),
+              imagesOf(impostor).drawnNow(index) ? 1 : 0, texelMetres(impostor));
+  }
+}
+
+}  // namespace catoptric::methods::impostors

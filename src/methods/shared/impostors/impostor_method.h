@@ -1,0 +1,106 @@
+// What billboards and depth_impostors have in common: objects are chosen, their images drawn where
+// the frame needs them, and rays intersected with them in one pass over the reflective samples.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "gl/query.h"
+#include "gl/shader.h"
+#include "methods/contract/method.h"
+#include "methods/shared/cube_map.h"
+#include "methods/shared/impostors/images.h"
+#include "methods/shared/impostors/options.h"
+#include "methods/shared/impostors/processor.h"
+#include "methods/shared/reflectors.h"
+#include "raster/passes/refractive_samples.h"
+
+namespace catoptric::methods::impostors {
+
+/// The columns of impostors.csv.
+const TableInfo& impostorsTable();
+/// What both methods list.
+std::vector<StepInfo> commonSteps();
+std::vector<CounterInfo> commonCounters();
+
+class ImpostorMethod : public Method {
+ public:
+  ImpostorMethod(Kind kind, Options options) : kind_(kind), options_(std::move(options)) {}
+
+  MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override;
+  void prepare(Services& services, const RunSettings& settings) override;
+  void render(const FrameInput& input, Services& services, FrameOutput& output) override;
+
+ protected:
+  /// The entry point of the pass, and what else it is compiled with.
+  virtual std::string fragment() const = 0;
+  virtual std::vector<gl::Define> defines() const { return {}; }
+  /// Called before the first frame, for each depth map that was drawn, when all are (with the
+  /// number of layers that are kept), and before the pass.
+  virtual void prepareMaps() {}
+  virtual void mapDrawn(int /*layer*/, std::span<const float> /*texels*/) {}
+  virtual void mapsReady(Services& /*services*/, FrameOutput& /*output*/, int /*layers*/) {}
+  virtual void bindMaps(gl::Program& /*program*/) {}
+  /// Where rays meet the depth map of a layer, on the processor; returns the work.
+  virtual std::uint64_t meetMap(int /*layer*/, MapRays& /*rays*/) const { return 0; }
+  /// The counter of the work per sample.
+  virtual const char* workCounter() const = 0;
+
+  const Options& options() const { return options_; }
+  /// Whether there are rays that the processor, or the device, intersects.
+  bool onProcessor() const { return onProcessor_; }
+  bool onDevice() const { return !mirror_.empty() || !glossy_.empty(); }
+
+ private:
+  void follow(const FrameInput& input, Services& services);
+  std::vector<int> visibleReflectors(const FrameInput& input, const Services& services) const;
+  std::vector<int> neededOf(const std::vector<int>& reflectors) const;
+  int wayOf(const Impostor& impostor) const;
+  const Images& imagesOf(const Impostor& impostor) const {
+    return impostor.plane ? planes_ : images_;
+  }
+  /// Metres of a texel at the object's centroid.
+  float texelMetres(const Impostor& impostor) const;
+  ImpostorLines linesOf(int index, const Services& services) const;
+  void makeLines(const Services& services);
+  void uploadTable();
+  void drawEnvironment(const FrameInput& input, Services& services);
+  void intersect(const FrameInput& input, Services& services);
+  ProcessorCounts intersectOnProcessor(const FrameInput& input, Services& services);
+  void pass(gl::Program& program, const FrameInput& input, Services& services,
+            const gl::DrawState& state);
+  void count(ProcessorCounts& counts);
+  void report(const Services& services, FrameOutput& output) const;
+
+  Kind kind_;
+  Options options_;
+  RunSettings settings_;
+  Reflectors reflectors_;
+  std::vector<bool> reflects_;  ///< by object: those that it fills
+  std::vector<bool> mirrors_;   ///< by object: all that reflect
+  raster::RefractiveSamples refractive_;
+  std::vector<frame::WorldLight> lights_;
+  std::vector<Shape> shapes_;
+  Choice choice_;
+  Images images_;  ///< quads and depth maps
+  Images planes_;  ///< objects' own planes
+  CubeMap cubeMap_;
+  HalfCube cubeInMemory_;
+  std::vector<int> needed_;
+  std::vector<ImpostorLines> lines_;  ///< by impostor
+  bool onProcessor_ = false;
+  Processor processor_;
+  std::vector<std::uint8_t> isMirror_;  ///< by object id: those that the processor fills
+  gl::Program mirror_;
+  gl::Program glossy_;
+  gl::Texture known_;  ///< R32UI by sample: marks, and the work from kWorkShift on
+  gl::Framebuffer target_;
+  gl::Buffer table_;
+  gl::Buffer lists_;
+  gl::Texture tableTexture_;
+  gl::Texture listsTexture_;
+  std::vector<std::uint32_t> knownCopy_;
+};
+
+}  // namespace catoptric::methods::impostors

@@ -1,0 +1,347 @@
+#include "methods/shared/impostors/tile_rays.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "methods/shared/impostors/shaders/constants.h"
+
+namespace catoptric::methods::impostors {
+namespace {
+
+constexpr float kCovered = 0.5f;   ///< as in impostors.glsl
+constexpr float kNothing = 1e30f;  ///< where a ray that meets nothing ends
+
+}  // namespace
+
+TileRays& TileRays::ofThread() {
+  static thread_local TileRays rays;
+  return rays;
+}
+
+void TileRays::begin(const ProcessorFrame& frame, ProcessorCounts& counts) {
+  frame_ = &frame;
+  counts_ = &counts;
+  loops_ = &rayLoops();
+  const int width = frame.gbuffer.sampleWidth();
+  const int height = frame.gbuffer.sampleHeight();
+  camera_ = {frame.camera.eye(), frame.camera.nearMetres,
+             scene::rayFromPixel(frame.camera, width, height)};
+  spread_ = scene::pixelSpreadRad(frame.camera, height);
+}
+
+void TileRays::run() {
+  loops_->aim(camera_, samples_, first_);
+  std::fill_n(first_.marks.begin(), first_.count, 0u);
+  nearest(first_, false);
+  if (frame_->options.bounces > 1) goOn();
+  fade(first_);
+  addEnvironment(first_);
+}
+
+const HalfImage& TileRays::colorsOf(const ImpostorLines& lines) const {
+  return (lines.plane ? frame_->planes : frame_->images)[static_cast<std::size_t>(lines.layer)];
+}
+
+void TileRays::nearest(RayBatch& rays, bool diffuseAlone) {
+  std::fill_n(rays.t.begin(), kMostRays, kNothing);
+  std::fill_n(rays.red.begin(), rays.count, 0.0f);
+  std::fill_n(rays.green.begin(), rays.count, 0.0f);
+  std::fill_n(rays.blue.begin(), rays.count, 0.0f);
+  std::fill_n(rays.share.begin(), rays.count, 0.0f);
+  std::fill_n(rays.impostor.begin(), rays.count, -1);
+  const ImpostorList& list = frame_->lists[static_cast<std::size_t>(rays.object - 1)];
+  const std::size_t count =
+      diffuseAlone ? static_cast<std::size_t>(list.diffuse) : list.members.size();
+  if (frame_->countsRays) counts_->work += rays.count * count;
+  if (count == 0) return;
+  meetInOrder(rays, std::span(list.members).first(count));
+  if (frame_->options.transitionHeight > 0.0f) shadeWalls(rays);
+}
+
+void TileRays::fade(RayBatch& rays) const {
+  if (!(frame_->options.attenuation > 0.0f)) return;
+  for (std::size_t i = 0; i < rays.count; ++i) {
+    const float kept = std::exp(-rays.t[i] / frame_->options.attenuation);
+    rays.red[i] *= kept;
+    rays.green[i] *= kept;
+    rays.blue[i] *= kept;
+  }
+}
+
+void TileRays::meetInOrder(RayBatch& rays, std::span<const int> members) {
+  const RayBounds bounds = loops_->bound(rays);
+  const Vec3 middle = 0.5f * (bounds.least + bounds.most);
+  const float spread = 0.5f * glm::length(bounds.most - bounds.least);
+  order_.clear();
+  for (const int index : members) {
+    const ImpostorLines& lines = frame_->lines[static_cast<std::size_t>(index)];
+    if (bounds.mayMeet(lines.centre, lines.radius)) {
+      const float distance = glm::length(lines.centre - middle) - lines.radius - spread;
+      order_.emplace_back(distance > 0.0f ? distance : 0.0f, index);
+    } else {
+      counts_->culled += rays.count;
+    }
+  }
+  std::ranges::sort(order_);
+  float farthest = kNothing;
+  for (std::size_t k = 0; k < order_.size(); ++k) {
+    // Nothing from here on is nearer than what all rays have met
+    if (order_[k].first > farthest) {
+      counts_->culled += rays.count * (order_.size() - k);
+      return;
+    }
+    const int index = order_[k].second;
+    if (meet(rays, index, frame_->lines[static_cast<std::size_t>(index)]))
+      farthest = loops_->farthest(rays);
+  }
+}
+
+bool TileRays::meet(RayBatch& rays, int index, const ImpostorLines& lines) {
+  looks_.count = 0;
+  if (lines.way == shared::kWayDepth) {
+    meetDepthMap(rays, lines);
+  } else {
+    const bool box = lines.way == shared::kWayBox || lines.way == shared::kWayShared;
+    const bool any = box ? loops_->meetBox(lines.quad, lines.height * lines.side, rays, met_)
+                         : loops_->meetQuad(lines.quad, rays, met_);
+    if (!any) return false;
+    for (std::size_t i = 0; i < rays.count; ++i) {
+      if (met_.on[i] == 0) continue;
+      hits_[looks_.count] = static_cast<std::uint16_t>(i);
+      looks_.u[looks_.count] = met_.u[i];
+      looks_.v[looks_.count] = met_.v[i];
+      ++looks_.count;
+    }
+    if (!box) std::fill_n(met_.share.begin(), rays.count, 0.0f);
+  }
+  if (looks_.count == 0) return false;
+  take(rays, index, lines);
+  return true;
+}
+
+void TileRays::meetDepthMap(RayBatch& rays, const ImpostorLines& lines) {
+  const auto size = static_cast<float>(colorsOf(lines).levels().front().size);
+  if (lines.begin > 0.0f) {
+    kept_ = {rays.originX, rays.originY, rays.originZ, rays.t};
+    for (std::size_t i = 0; i < rays.count; ++i) {
+      rays.originX[i] += lines.begin * rays.directionX[i];
+      rays.originY[i] += lines.begin * rays.directionY[i];
+      rays.originZ[i] += lines.begin * rays.directionZ[i];
+      rays.t[i] -= lines.begin;
+    }
+    loops_->project(lines.rows, size, rays, map_);
+    rays.originX = kept_[0];
+    rays.originY = kept_[1];
+    rays.originZ = kept_[2];
+    rays.t = kept_[3];
+    const Vec3 forward(lines.quad.plane);
+    for (std::size_t i = 0; i < rays.count; ++i)
+      if (glm::dot(forward, rays.direction(i)) < shared::kSelfCosine) map_.on[i] = 0;
+  } else {
+    loops_->project(lines.rows, size, rays, map_);
+  }
+  // Those whose rest is not empty, in a row
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < rays.count; ++i) {
+    if (map_.on[i] == 0) continue;
+    map_.ray[count] = static_cast<std::uint16_t>(i);
+    for (Lane* lane : {&map_.fromX, &map_.fromY, &map_.fromG, &map_.toX, &map_.toY, &map_.toG,
+                       &map_.tFrom, &map_.tTo, &map_.wFrom, &map_.wTo})
+      (*lane)[count] = (*lane)[i];
+    ++count;
+  }
+  map_.count = count;
+  counts_->clipped += rays.count - count;
+  if (count == 0) return;
+  counts_->work += frame_->meetMap(lines.layer, map_);
+  for (std::size_t k = 0; k < count; ++k) {
+    const float share = map_.at[k];
+    if (!(share <= 1.0f)) continue;
+    const float near = (1.0f - share) * map_.wTo[k];
+    const float far = share * map_.wFrom[k];
+    const float t = lines.begin + (map_.tFrom[k] * near + map_.tTo[k] * far) / (near + far);
+    const std::size_t i = map_.ray[k];
+    if (!(t < rays.t[i])) continue;
+    met_.t[i] = t;
+    met_.share[i] = 0.0f;
+    hits_[looks_.count] = static_cast<std::uint16_t>(i);
+    const auto within = [](float x) { return std::clamp(x, 0.0f, 1.0f); };
+    looks_.u[looks_.count] = within((map_.fromX[k] + share * (map_.toX[k] - map_.fromX[k])) / size);
+    looks_.v[looks_.count] = within((map_.fromY[k] + share * (map_.toY[k] - map_.fromY[k])) / size);
+    ++looks_.count;
+  }
+}
+
+void TileRays::take(RayBatch& rays, int index, const ImpostorLines& lines) {
+  const Vec4& plane = lines.quad.plane;
+  for (std::size_t k = 0; k < looks_.count; ++k) {
+    const std::size_t i = hits_[k];
+    width_[k] = rays.distance[i] + met_.t[i];
+    slant_[k] =
+        plane.x * rays.directionX[i] + plane.y * rays.directionY[i] + plane.z * rays.directionZ[i];
+  }
+  loops_->levels(spread_ / lines.texelMetres, width_, slant_, looks_);
+  const bool depth = lines.way == shared::kWayDepth;
+  const bool shared = lines.way == shared::kWayShared;
+  if (!shared) loops_->lookUp(colorsOf(lines), looks_);
+  wider_.count = 0;
+  for (std::size_t k = 0; k < looks_.count; ++k) {
+    const std::size_t i = hits_[k];
+    Vec3 color(looks_.red[k], looks_.green[k], looks_.blue[k]);
+    float alpha = shared ? 1.0f : looks_.alpha[k];
+    if (depth && alpha < kCovered) {
+      // A depth map knows what is hit; over its outline look at what is beside
+      wider_.count = 1;
+      wider_.u[0] = looks_.u[k];
+      wider_.v[0] = looks_.v[k];
+      wider_.level[0] = looks_.level[k] + 2.0f;
+      loops_->lookUp(colorsOf(lines), wider_);
+      color = Vec3(wider_.red[0], wider_.green[0], wider_.blue[0]);
+      alpha = wider_.alpha[0];
+    }
+    if (!(depth ? alpha > 1e-3f : alpha >= kCovered)) continue;
+    rays.t[i] = met_.t[i];
+    rays.red[i] = shared ? 0.0f : color.r / alpha;
+    rays.green[i] = shared ? 0.0f : color.g / alpha;
+    rays.blue[i] = shared ? 0.0f : color.b / alpha;
+    rays.u[i] = looks_.u[k];
+    rays.v[i] = looks_.v[k];
+    rays.level[i] = looks_.level[k];
+    rays.share[i] = met_.share[i];
+    rays.impostor[i] = index;
+  }
+}
+
+void TileRays::shadeWalls(RayBatch& rays) {
+  const Vec3 centre = frame_->bounds.centre();
+  const Surroundings around{&frame_->cube, frame_->bounds.min, frame_->bounds.max, centre};
+  for (std::size_t i = 0; i < rays.count; ++i) {
+    if (!rays.found(i)) continue;
+    const float share = rays.share[i];
+    if (share > 0.0f) rays.marks[i] |= raster::kMaskTransition;
+    const int way = frame_->lines[static_cast<std::size_t>(rays.impostor[i])].way;
+    if (way != shared::kWayShared && !(share > 0.0f)) continue;
+    const Vec3 direction = rays.direction(i);
+    EnvironmentLookUps& at = around_;
+    at.count = 1;
+    at.originX[0] = rays.originX[i];
+    at.originY[0] = rays.originY[i];
+    at.originZ[0] = rays.originZ[i];
+    // The blended ray r_m [Popescu2006, Sec. 3.2]; on the quad itself the ray to the hit
+    Vec3 along = direction;
+    if (way == shared::kWayShared)
+      along = glm::mix(glm::normalize(rays.origin(i) + rays.t[i] * direction - centre), direction,
+                       share);
+    at.directionX[0] = along.x;
+    at.directionY[0] = along.y;
+    at.directionZ[0] = along.z;
+    Surroundings here = around;
+    if (way == shared::kWayShared) {
+      // By direction alone: from the map's own centre, in no box
+      at.originX[0] = at.originY[0] = at.originZ[0] = 0.0f;
+      here.centre = here.least = here.most = Vec3(0.0f);
+    }
+    loops_->environment(here, at);
+    const Vec3 seen(at.red[0], at.green[0], at.blue[0]);
+    const float weight = way == shared::kWayShared ? 1.0f : share;
+    const Vec3 mixed = glm::mix(Vec3(rays.red[i], rays.green[i], rays.blue[i]), seen, weight);
+    rays.red[i] = mixed.r;
+    rays.green[i] = mixed.g;
+    rays.blue[i] = mixed.b;
+  }
+}
+
+void TileRays::addEnvironment(RayBatch& rays) {
+  around_.count = 0;
+  for (std::size_t i = 0; i < rays.count; ++i) {
+    if (rays.found(i)) continue;
+    const std::size_t k = around_.count++;
+    hits_[k] = static_cast<std::uint16_t>(i);
+    around_.originX[k] = rays.originX[i];
+    around_.originY[k] = rays.originY[i];
+    around_.originZ[k] = rays.originZ[i];
+    around_.directionX[k] = rays.directionX[i];
+    around_.directionY[k] = rays.directionY[i];
+    around_.directionZ[k] = rays.directionZ[i];
+  }
+  if (around_.count == 0) return;
+  loops_->environment(
+      {&frame_->cube, frame_->bounds.min, frame_->bounds.max, frame_->bounds.centre()}, around_);
+  const float fade = frame_->options.attenuation;
+  for (std::size_t k = 0; k < around_.count; ++k) {
+    const std::size_t i = hits_[k];
+    const float kept =
+        fade > 0.0f ? (around_.closed[k] > 0.999f ? std::exp(-around_.t[k] / fade) : 0.0f) : 1.0f;
+    rays.red[i] += kept * around_.red[k];
+    rays.green[i] += kept * around_.green[k];
+    rays.blue[i] += kept * around_.blue[k];
+    rays.marks[i] |= raster::kMaskEnvironment;
+  }
+}
+
+void TileRays::goOn() {
+  // By reflector, in the order in which the rays meet them
+  std::array<bool, kMostRays> open{};
+  for (std::size_t i = 0; i < first_.count; ++i)
+    open[i] =
+        first_.found(i) && frame_->lines[static_cast<std::size_t>(first_.impostor[i])].reflective;
+  for (std::size_t begin = 0; begin < first_.count; ++begin) {
+    if (!open[begin]) continue;
+    const auto objectOf = [&](std::size_t i) {
+      return frame_->lines[static_cast<std::size_t>(first_.impostor[i])].object;
+    };
+    second_.count = 0;
+    second_.object = objectOf(begin);
+    for (std::size_t i = begin; i < first_.count; ++i) {
+      if (!open[i] || objectOf(i) != second_.object) continue;
+      open[i] = false;
+      from_[second_.count++] = static_cast<std::uint16_t>(i);
+    }
+    followBatch();
+  }
+}
+
+void TileRays::followBatch() {
+  for (std::size_t k = 0; k < second_.count; ++k) {
+    const std::size_t i = from_[k];
+    const ImpostorLines& lines = frame_->lines[static_cast<std::size_t>(first_.impostor[i])];
+    const std::vector<HalfImage>& normals = lines.plane ? frame_->planeNormals : frame_->normals;
+    wider_.count = 1;
+    wider_.u[0] = first_.u[i];
+    wider_.v[0] = first_.v[i];
+    wider_.level[0] = first_.level[i];
+    const auto layer = static_cast<std::size_t>(lines.layer);
+    loops_->lookUp(normals[2 * layer + 1], wider_);
+    specular_[k] = wider_.red[0] / std::max(wider_.alpha[0], 1e-6f);
+    loops_->lookUp(normals[2 * layer], wider_);
+    const Vec3 direction = first_.direction(i);
+    Vec3 normal = normalizedOr(Vec3(wider_.red[0], wider_.green[0], wider_.blue[0]), Vec3(0, 1, 0));
+    if (glm::dot(normal, direction) > 0.0f) normal = -normal;
+    const Vec3 from = first_.origin(i) + first_.t[i] * direction;
+    const Vec3 again = glm::reflect(direction, normal);
+    second_.originX[k] = from.x;
+    second_.originY[k] = from.y;
+    second_.originZ[k] = from.z;
+    second_.directionX[k] = again.x;
+    second_.directionY[k] = again.y;
+    second_.directionZ[k] = again.z;
+    second_.distance[k] = first_.distance[i] + first_.t[i];
+    second_.marks[k] = 0;
+  }
+  nearest(second_, !frame_->options.secondDiffuse);
+  fade(second_);
+  addEnvironment(second_);
+  counts_->secondOrder += second_.count;
+  for (std::size_t k = 0; k < second_.count; ++k) {
+    const std::size_t i = from_[k];
+    const Vec3 tint = frame_->lines[static_cast<std::size_t>(first_.impostor[i])].tint;
+    const float s = specular_[k];
+    first_.red[i] = (1.0f - s) * first_.red[i] + s * tint.r * second_.red[k];
+    first_.green[i] = (1.0f - s) * first_.green[i] + s * tint.g * second_.green[k];
+    first_.blue[i] = (1.0f - s) * first_.blue[i] + s * tint.b * second_.blue[k];
+    first_.marks[i] |= second_.marks[k];
+  }
+}
+
+}  // namespace catoptric::methods::impostors
