@@ -26,7 +26,7 @@ TEST(SecondOrder, ConcaveReflectorsCanMeetThemselves) {
     const auto frame = [&](const std::string& concave) {
       return Comparison(roomWithBowl(0.3f, 1.0f),
                         cameraAt({2.0f, 0.1f, 3.0f}, {-0.2f, 0.0f, -0.4f}),
-                        "{" + bins + "\"concave\": \"" + concave + "\"}");
+                        imagesAlone("{" + bins + "\"concave\": \"" + concave + "\"}"));
     };
     const Comparison ignored = frame("ignore");
     const Comparison met = frame("self_intersect");

@@ -18,7 +18,7 @@ TEST(SecondOrder, WhatFallsBackIsMarkedAndCounted) {
 }
 
 TEST(SecondOrder, DisocclusionsAreToldFromTrueMisses) {
-  const char* options = R"({"count_disocclusions": true})";
+  const std::string options = imagesAlone(R"({"count_disocclusions": true})");
   const scene::Camera camera = cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f});
   // A planar mirror has none
   const Comparison plane(
@@ -60,7 +60,7 @@ TEST(SecondOrder, WhatFindsNothingSeesTheSkyOrTheCubeMap) {
                 builder.reflective(1.0f, glossiness));
     builder.constantEnvironment(Vec3(0.25f, 0.5f, 0.75f));
     const scene::Camera camera = cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f});
-    const Comparison sky(builder.scene(), camera);
+    const Comparison sky(builder.scene(), camera, imagesAlone());
     EXPECT_GT(sky.output.counters.at("sky"), 10000u);
     EXPECT_EQ(marked(sky, raster::kMaskSky), sky.output.counters.at("sky"));
     EXPECT_LT(sky.different, 0.02);
@@ -70,7 +70,7 @@ TEST(SecondOrder, WhatFindsNothingSeesTheSkyOrTheCubeMap) {
     flat.add(scene::makePlane({2.0f, 2.0f}, {1, 1}, scene::UvMode::Metres),
              flat.reflective(1.0f, glossiness));
     flat.constantEnvironment(Vec3(0.25f, 0.5f, 0.75f));
-    const Comparison none(flat.scene(), camera, R"({"min_cluster_samples": 1000000})");
+    const Comparison none(flat.scene(), camera, imagesAlone(R"({"min_cluster_samples": 1000000})"));
     EXPECT_EQ(none.output.counters.at("unclustered"), none.samples);
     EXPECT_EQ(marked(none, raster::kMaskEnvironment), none.samples);
     EXPECT_LT(none.different, 0.02);
@@ -94,7 +94,8 @@ TEST(SecondOrder, NoSkyIsSeenThroughTheGapsOfAClosedRoom) {
       }
     }
     builder.constantEnvironment(Vec3(100.0f));  // the walls show 30 of it, the handle at most 50
-    const Comparison frame(builder.scene(), cameraAt({0.2f, 0.3f, -0.4f}, {0.0f, 0.0f, -0.95f}));
+    const Comparison frame(builder.scene(), cameraAt({0.2f, 0.3f, -0.4f}, {0.0f, 0.0f, -0.95f}),
+                           imagesAlone());
     EXPECT_GT(frame.samples, 1000u);
     EXPECT_GT(frame.output.counters.at("sky"), 4u) << "nothing is tested";
     EXPECT_LT(frame.brightest, 51.0f);

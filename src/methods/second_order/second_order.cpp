@@ -158,6 +158,7 @@ void SecondOrder::render(const FrameInput& input, Services& services, FrameOutpu
     SampleLayer& layer = output.sampleLayers.emplace_back(SampleLayer{kClusterLayer, {}});
     layer.numbers.assign(clusterOf.begin(), clusterOf.end());
     for (std::uint32_t& cluster : layer.numbers) {
+      if (cluster == Clustering::kTraced) cluster = 0;
       if (cluster > 0) --cluster;
     }
   }
@@ -323,9 +324,9 @@ const MethodEntry& secondOrderEntry() {
       .steps = secondOrderSteps(),
       .counters = secondOrderCounters(),
       .tables = {clustersTable()},
-      .sampleLayers =
-          {{kClusterLayer,
-            "number of the sample's cluster as clusters.csv counts, plus 1; 0: in none"}},
+      .sampleLayers = {{kClusterLayer,
+                        "number of the sample's cluster as clusters.csv counts, plus 1; 0: in "
+                        "none, or traced"}},
       // Measured: 0.86 % of a plane mirror, at edges of what it shows; one of 19,200 in the furnace
       .tests = {.variants = {R"({"depth_layers": 2})"},
                 .planeMirrorPercent = 1.0,

@@ -7,15 +7,25 @@ namespace catoptric::methods {
 namespace {
 
 TEST(SecondOrder, SamplesNameTheirClusters) {
-  const Comparison frame(roomWith(scene::makeSphere(0.7f, 64, 32, scene::UvMode::Unit), Mat4(1.0f)),
-                         cameraAt({0.0f, 0.4f, 3.0f}, {0.0f, 0.0f, 0.0f}));
-  const std::vector<Row>& rows = frame.output.tables.at(0).rows();
-  std::vector<std::uint64_t> counts(rows.size() + 1, 0);
-  for (const std::uint32_t cluster : frame.output.sampleLayers.at(0).numbers) ++counts.at(cluster);
-  ASSERT_GT(counts.size(), 10u);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    EXPECT_EQ(counts[i + 1], static_cast<std::uint64_t>(std::get<std::int64_t>(rows[i][2])))
-        << "cluster " << i;
+  for (const std::string& options : {std::string("{}"), imagesAlone()}) {
+    const Comparison frame(
+        roomWith(scene::makeSphere(0.7f, 64, 32, scene::UvMode::Unit), Mat4(1.0f)),
+        cameraAt({0.0f, 0.4f, 3.0f}, {0.0f, 0.0f, 0.0f}), options);
+    const std::vector<Row>& rows = frame.output.tables.at(0).rows();
+    std::vector<std::uint64_t> counts(rows.size() + 1, 0);
+    for (const std::uint32_t cluster : frame.output.sampleLayers.at(0).numbers) {
+      ASSERT_LT(cluster, counts.size());
+      ++counts[cluster];
+    }
+    ASSERT_GT(counts.size(), 10u);
+    std::uint64_t traced = 0;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const auto samples = static_cast<std::uint64_t>(std::get<std::int64_t>(rows[i][2]));
+      traced += counts[i + 1] == 0 ? 1 : 0;
+      EXPECT_TRUE(counts[i + 1] == samples || counts[i + 1] == 0) << "cluster " << i;
+    }
+    EXPECT_EQ(traced, frame.output.counters.at("small_clusters") +
+                          frame.output.counters.at("self_seeing_clusters"));
   }
 }
 
@@ -137,7 +147,8 @@ TEST(SecondOrder, SmallThingsAreNotLeftOutOfDimReflections) {
                   builder.diffuse(Vec3(0.8f)), test::translation(at));
     }
     builder.constantEnvironment(Vec3(1.0f));
-    return Comparison(builder.scene(), cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}), options);
+    return Comparison(builder.scene(), cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}),
+                      imagesAlone(options));
   };
   const Comparison dim = frame(0.06f);
   const Comparison bright = frame(1.0f);
@@ -230,7 +241,7 @@ TEST(SecondOrder, RaysBelowTheSurfaceAreBentAsTheyAreForTraced) {
 TEST(SecondOrder, FinerDepthImagesErrLess) {
   const auto error = [](const char* options) {
     return Comparison(roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f)),
-                      cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}), options)
+                      cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}), imagesAlone(options))
         .meanDifference;
   };
   const double coarse = error(R"({"depth_image_scale": 0.3333})");
@@ -245,7 +256,7 @@ TEST(SecondOrder, GlossyReflectionsComeCloseToTheirRays) {
   const auto frame = [&](const char* options) {
     return Comparison(
         roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f), 0.3f), camera,
-        options);
+        imagesAlone(options));
   };
   const Comparison cone = frame("{}");
   EXPECT_LT(cone.l1Of8Bit, 3.0);

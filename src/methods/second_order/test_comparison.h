@@ -17,14 +17,12 @@
 
 namespace catoptric::methods {
 
-/// Options for a test of depth images alone: nothing is traced, unless the options say otherwise.
-inline std::string withoutProbes(const std::string& options) {
-  if (options.find("\"probes\"") != std::string::npos) return options;
+/// Options for a test of depth images alone: no cluster is traced.
+inline std::string imagesAlone(const std::string& options = "{}") {
   return R"({"probes": 0)" + (options == "{}" ? "}" : ", " + options.substr(1));
 }
 
 /// One frame of a scene by the method, and the light that Embree's rays find at its samples.
-/// Options without "probes" have 0 of them.
 class Comparison {
  public:
   Comparison(scene::Scene scene, const scene::Camera& camera, const std::string& options = "{}") {
@@ -32,7 +30,7 @@ class Comparison {
     settings.layers = {"cluster"};
     test::GlStage stage(std::move(scene), settings);
     stage.embree(trace::BvhPolicy::Static);
-    output = test::GlMethod(stage, secondOrderEntry(), withoutProbes(options)).render(camera);
+    output = test::GlMethod(stage, secondOrderEntry(), options).render(camera);
     masks = raster::readMasks(stage.gbuffer.masks);
     const test::TracedSamples found(stage, camera, {.rays = 8});
     traced = found.counts;

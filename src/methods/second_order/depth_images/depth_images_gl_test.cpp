@@ -28,7 +28,7 @@ TEST(DepthImages, StayWithinTheirMemoryInFramesOfAnySize) {
 TEST(SecondOrder, LittleMemoryMeansCoarseImages) {
   const auto frame = [](const char* options) {
     return Comparison(roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f)),
-                      cameraAt({0.4f, 0.8f, 2.0f}, {0.0f, 0.0f, 0.0f}), options);
+                      cameraAt({0.4f, 0.8f, 2.0f}, {0.0f, 0.0f, 0.0f}), imagesAlone(options));
   };
   const Comparison plain = frame(R"({"depth_image_scale": 2})");
   const Comparison small = frame(R"({"depth_image_scale": 2, "memory_mib": 1})");
@@ -74,7 +74,8 @@ TEST(SecondOrder, ASecondDepthLayerShowsWhatIsHidden) {
         roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f));
     return Comparison(
         std::move(scene), cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}),
-        R"({"max_theta_bins": 6, "max_phi_bins": 3, "count_disocclusions": true)" + layers + "}");
+        imagesAlone(R"({"max_theta_bins": 6, "max_phi_bins": 3, "count_disocclusions": true)" +
+                    layers + "}"));
   };
   const Comparison one = frame("");
   const Comparison two = frame(R"(, "depth_layers": 2)");
@@ -103,7 +104,8 @@ TEST(SecondOrder, EmptyImagesShowTheSky) {
   test::SceneBuilder builder;
   builder.add(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), builder.reflective(1.0f));
   builder.constantEnvironment(Vec3(1.0f));
-  const Comparison frame(builder.scene(), cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}));
+  const Comparison frame(builder.scene(), cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}),
+                         imagesAlone());
   EXPECT_GT(frame.output.counters.at("empty_images"), 0u);
   EXPECT_LE(frame.output.counters.at("empty_images"), frame.output.counters.at("clusters"));
   // A sample in a thousand at its rim meets a coarser level of the mirror itself
