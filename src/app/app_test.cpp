@@ -81,6 +81,23 @@ TEST_F(App, LensesThatShowNothingAreWarnedOf) {
     EXPECT_THAT(plan.err, HasSubstr("set " + option + "=2 or more"));
     EXPECT_EQ(run("plan lens.json -q" + image + " --set " + option + "=2").err, "");
   }
+  // Also among others, which have no such option of their entry
+  std::ofstream(folder / "both.json") << R"({"objects": [
+  {"name": "lens", "shape": "implicit", "surface": "sphere", "radius": 0.5, "segments": [8, 6],
+   "material": {"base_color": [0.1, 0.1, 0.1], "s": 1, "g": 0, "refraction": 1.5}},
+  {"name": "ball", "shape": "sphere", "radius": 0.2, "segments": [8, 6],
+   "translate": [1, 0, 0], "material": {"s": 1, "g": 0}}]})";
+  for (const char* const others :
+       {R"({"lens": "traced", "ball": "environment_map"})", R"({"lens": "traced"})"}) {
+    std::ofstream(folder / "mixed.json")
+        << R"({"scene": "both.json", "image": {"width": 8, "height": 8}, "methods": [
+           {"method": "second_order", "name": "mixed", "reflectors": )"
+        << others << "}]}";
+    EXPECT_THAT(run("plan mixed.json").err,
+                HasSubstr("mixed: nothing is seen through \"lens\": a path goes in and out by 2 "
+                          "bounces, and bounces is 1; give the method that fills it bounces 2 or "
+                          "more"));
+  }
   EXPECT_THAT(run("render lens.json --method perturbation --set methods.perturbation.max_bounces=2 "
                   "--set methods.perturbation.order=nearest --set image.width=8 "
                   "--set image.height=8 --out near")

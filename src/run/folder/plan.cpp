@@ -217,6 +217,7 @@ Plan makePlan(const RunConfig& run, const scene::Scene& scene, std::size_t frame
     PlannedMethod method;
     method.name = run.methods[i].name;
     method.id = run.methods[i].id;
+    method.mixed = !run.methods[i].reflectors.empty();
     method.needs = made[i]->plan(scene, run.image);
     method.needs.gl = method.needs.gl || method.needs.gbuffer;
     plan.gl = plan.gl || method.needs.gl;
@@ -299,9 +300,7 @@ std::string refractionWarning(const Plan& plan, const scene::Scene& scene) {
   std::string first;
   std::size_t bodies = 0;
   for (const scene::Object& object : scene.objects) {
-    const scene::Material& material = scene.materials[static_cast<std::size_t>(object.material)];
-    if (object.reflector == 0 || object.planar || !(material.refraction > 0.0f)) continue;
-    if (bodies++ == 0) first = object.name;
+    if (refractsAsBody(scene, object) && bodies++ == 0) first = object.name;
   }
   std::string warning;
   for (const PlannedMethod& method : plan.methods) {
@@ -311,8 +310,9 @@ std::string refractionWarning(const Plan& plan, const scene::Scene& scene) {
     warning += (warning.empty() ? "" : "\n") + method.name + ": nothing is seen through \"" +
                first + "\"" + (bodies > 1 ? " and " + count(bodies - 1, "other object") : "") +
                ": a path goes in and out by 2 bounces, and " + option + " is " +
-               std::to_string(bounces) + "; set methods." + method.name + "." + option +
-               "=2 or more";
+               std::to_string(bounces) +
+               (method.mixed ? "; give the method that fills it " + option + " 2 or more"
+                             : "; set methods." + method.name + "." + option + "=2 or more");
   }
   return warning;
 }

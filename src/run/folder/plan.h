@@ -18,7 +18,14 @@ struct PlannedMethod {
   methods::MethodPlan needs;
   std::vector<methods::PlanItem> items;  ///< of the shared pipeline and the method's own, in order
   std::size_t warmUpFrames = 0;          ///< rendered for the state of later frames, and not kept
+  bool mixed = false;                    ///< other methods may fill some of its reflectors
 };
+
+/// Whether a path that is seen through the object goes in and out of it: no pane.
+inline bool refractsAsBody(const scene::Scene& scene, const scene::Object& object) {
+  const scene::Material& material = scene.materials[static_cast<std::size_t>(object.material)];
+  return object.reflector != 0 && !object.planar && material.refraction > 0.0f;
+}
 
 struct Plan {
   std::vector<methods::PlanItem> shared;  ///< done once for all methods

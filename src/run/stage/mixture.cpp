@@ -10,6 +10,7 @@
 #include "core/text.h"
 #include "methods/shared/reflectors.h"
 #include "methods/shared/share.h"
+#include "run/folder/plan.h"
 
 namespace catoptric::run {
 namespace {
@@ -65,6 +66,11 @@ class MixedMethod : public methods::Method {
       all.masks |= own.masks;
       all.bvh = std::max(all.bvh, own.bvh);  // the one that follows motion more closely
       all.previousFrame = all.previousFrame || own.previousFrame;
+      if (own.bounces > 0 && fillsBody(part, scene) &&
+          (all.bounces == 0 || own.bounces < all.bounces)) {
+        all.bounces = own.bounces;
+        all.bouncesOption = own.bouncesOption;
+      }
       all.items.push_back({"method", part.label, part.fills, 0});
       for (methods::PlanItem item : own.items) {
         item.name = part.prefix + item.name;
@@ -107,6 +113,12 @@ class MixedMethod : public methods::Method {
   }
 
  private:
+  static bool fillsBody(const Part& part, const scene::Scene& scene) {
+    for (std::size_t i = 0; i < part.own.size(); ++i)
+      if (part.own[i] && refractsAsBody(scene, scene.objects[i])) return true;
+    return false;
+  }
+
   static methods::RunSettings settingsOf(const Part& part, const methods::RunSettings& settings) {
     methods::RunSettings own = settings;
     own.reflectors = frame::ObjectSet(part.own);
