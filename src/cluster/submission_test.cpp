@@ -177,6 +177,34 @@ TEST_F(Submissions, TheLastJobOfAChunkSaysItsState) {
   }
 }
 
+TEST_F(Submissions, ArraysEndAtSlurmsLargestIndex) {
+  // Programs of Slurm's names: indices are below 4, and each job is written down.
+  createSubmission(made_, "{}");
+  const fs::path programs = folder_ / "programs";
+  fs::create_directories(programs);
+  std::ofstream(programs / "scontrol") << "#!/bin/sh\necho 'MaxArraySize = 4'\n";
+  std::ofstream(programs / "sbatch") << "#!/bin/sh\ncd " << shellWord(programs.string())
+                                     << "\necho \"$@\" >>jobs\ngrep -c . jobs\n";
+  for (const char* name : {"scontrol", "sbatch"})
+    fs::permissions(programs / name, fs::perms::owner_all);
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", (programs.string() + ":" + path).c_str(), 1);
+  submitToSlurm(made_, {3, 4, 6, 7});
+  setenv("PATH", path.c_str(), 1);
+  ASSERT_EQ(made_.jobs.size(), 4u);
+  const std::vector<std::vector<int>> chunks = {{3}, {4, 6}, {7}, {}};
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(made_.jobs[i].id, std::to_string(i + 1));
+    EXPECT_EQ(made_.jobs[i].offset, i < 3 ? static_cast<int>(3 * i) : 0);
+    EXPECT_EQ(made_.jobs[i].chunks, chunks[i]);
+  }
+  const std::string jobs = textOf(programs / "jobs");
+  for (const char* words : {"--array=3%3", "--array=1,3%3", "--array=1%3", "chunk.sh --array 0\n",
+                            "chunk.sh --array 3\n", "chunk.sh --array 6\n",
+                            "--dependency=afterany:1:2:3 ", "--partition=long"})
+    EXPECT_THAT(jobs, HasSubstr(words));
+}
+
 TEST(Slurm, ArrayIndicesHaveTheirOwnSteps) {
   EXPECT_EQ(arrayIndices({1, 2, 3, 4, 8}), "1-4,8");
   EXPECT_EQ(arrayIndices({1, 3, 5, 7}), "1-7:2");
