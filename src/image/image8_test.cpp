@@ -115,9 +115,9 @@ TEST(DecodePng, RgbGetsOpaqueAlpha) {
 }
 
 TEST(DecodePng, SixteenBitsAreRounded) {
-  // 0x80FF / 257 = 128.5 -> 128 or 129; 0x0101 -> 1 exactly; 0xFFFF -> 255
-  const auto bytes = makePng(1, 1, {.bits = 16}, {{0x01, 0x01, 0xFF, 0xFF, 0x80, 0x00}});
-  EXPECT_THAT(decodeImage8(bytes, "a.png", kCap).rgba, ElementsAre(1, 255, 128, 255));
+  // 0x0101 -> 1 exactly; 0xFFFF -> 255; 0x00FF / 257 = 0.99 -> 1
+  const auto bytes = makePng(1, 1, {.bits = 16}, {{0x01, 0x01, 0xFF, 0xFF, 0x00, 0xFF}});
+  EXPECT_THAT(decodeImage8(bytes, "a.png", kCap).rgba, ElementsAre(1, 255, 1, 255));
 }
 
 TEST(DecodePng, PaletteWithTransparency) {

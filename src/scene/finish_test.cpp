@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "core/error.h"
 #include "scene/animate.h"
 #include "scene/finish.h"
 #include "scene/loader.h"
@@ -311,6 +312,19 @@ TEST(Finish, FarScenesGetAnOriginOfTheirOwn) {
   near.nodes[0].translation = Vec3(20.0f, 0.0f, 0.0f);
   finishScene(near);
   EXPECT_EQ(near.origin, glm::dvec3(0.0));
+}
+
+TEST(Check, MorphedVerticesStayWithinTheLimit) {
+  for (const float side : {-1.0f, 1.0f})
+    for (const float weight : {-1.0f, 1.0f}) {
+      Scene scene = sceneOf(square());
+      scene.nodes[0].morphWeights = {weight};
+      std::vector<Vec3>& deltas = scene.meshes[0].morphTargets.emplace_back().positions;
+      deltas.assign(4, Vec3(0.9f * side * kMaxCoordinate, 0, 0));
+      EXPECT_NO_THROW(checkScene(scene)) << side << weight;
+      deltas[2].x = 1.1f * side * kMaxCoordinate;
+      EXPECT_THROW(checkScene(scene), SceneError) << side << weight;
+    }
 }
 
 TEST(Finish, WarnsOfShapesThatFloatsCannotHold) {
