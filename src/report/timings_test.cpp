@@ -196,11 +196,15 @@ TEST(ReadRun, FindsFramesAndSubfolders) {
   for (const char* name :
        {"frame.0002.exr", "frame.12000.exr", "frame.x.exr", "frame.0003.tmp", "other.0001.exr"})
     std::ofstream(folder / "traced/frames" / name) << "x";
+  fs::create_directories(folder / "traced/previews");
+  for (const char* name : {"frame.0002.png", "frame.12000.png", "frame.0003.exr"})
+    std::ofstream(folder / "traced/previews" / name) << "x";
   const RunData traced = readRun(folder / "traced/");
   EXPECT_EQ(traced.name, "traced");
   ASSERT_EQ(traced.frames.size(), 2u);
   EXPECT_EQ(traced.frames.begin()->first, 2);
   EXPECT_EQ(traced.frames.rbegin()->first, 12000);
+  EXPECT_EQ(traced.previews.size(), 2u);
   EXPECT_THROW(readRun(folder), UsageError);
   EXPECT_THROW(readRun(folder / "absent"), UsageError);
 
@@ -210,6 +214,8 @@ TEST(ReadRun, FindsFramesAndSubfolders) {
   const RunData recorded = readRun(folder / "traced");
   ASSERT_EQ(recorded.frames.size(), 1u);
   EXPECT_EQ(recorded.frames.begin()->first, 2);
+  ASSERT_EQ(recorded.previews.size(), 1u);
+  EXPECT_EQ(recorded.previews.begin()->first, 2);
   fs::remove_all(folder);
 }
 
