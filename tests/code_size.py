@@ -3,11 +3,11 @@
 Usage: code_size.py SOURCE_ROOT; exit 1 and a line per fault."""
 
 import pathlib
+import runpy
 import sys
 
-sys.dont_write_bytecode = True
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "scripts"))
-import source_size  # noqa: E402
+SCRIPT = pathlib.Path(__file__).resolve().parent.parent / "scripts" / "code_size"
+functions = runpy.run_path(str(SCRIPT))["functions"]
 
 CPP = r'''
 namespace a {
@@ -48,17 +48,17 @@ PYTHON = "class A:\n  def f(self):\n    a = 1\n    return a\n\ndef g(): pass\n"
 
 def main(root):
     faults = 0
-    found = [(lines, name) for lines, name, _ in source_size.functions("a.cpp", CPP)]
+    found = [(lines, name) for lines, name, _ in functions("a.cpp", CPP)]
     if found != EXPECTED:
         faults += 1
         print(f"C++: {found}, expected {EXPECTED}")
-    found = sorted((lines, name) for lines, name, _ in source_size.functions("a.py", PYTHON))
+    found = sorted((lines, name) for lines, name, _ in functions("a.py", PYTHON))
     if found != [(0, "g"), (2, "f")]:
         faults += 1
         print(f"Python: {found}")
     # Of a real shader, whose functions have no classes around them
     shader = pathlib.Path(root, "src/raster/shaders/shading.glsl")
-    if len(source_size.functions(str(shader), shader.read_text())) < 3:
+    if len(functions(str(shader), shader.read_text())) < 3:
         faults += 1
         print(f"{shader}: hardly any function is found")
     print(f"{faults} faults")
