@@ -23,7 +23,7 @@ CHUNKS = 8
 KINDS = [{}, {"CATOPTRIC_EMBREE_ISA": "sse4.2", "CATOPTRIC_VECTOR_LEVEL": "base", "LP_NATIVE_VECTOR_WIDTH": "128"}]
 OWN_BAKES = ["avx2", "sse4.2"]
 # By how much the mean change at borders may exceed that of one machine between the same frames, in L1_8bit: half of what
-# bakes by two instruction sets show in the living room (docs/cluster.md).
+# bakes by two instruction sets show in the living room (docs/benchmarks.md).
 MOST_EXCESS = 0.001
 
 
