@@ -1,19 +1,13 @@
 #!/usr/bin/env python3
-"""Every scene family by every method is drawn as kept in tests/golden/ (scripts/golden), and the comparison is able to
+"""Every scene family by every method is drawn as kept in tests/golden/ (golden_frames.py), and the comparison is able to
 fail: it finds another method's frame and a frame that nobody kept. Each frame's largest reflector covers more pixels than
 may differ, so that it is found when it is brighter by 1/255.
 Usage: golden.py PROGRAM WORK_FOLDER; exit 1 and a line per fault."""
 
-import importlib.machinery
-import importlib.util
-import pathlib
 import sys
 
 sys.dont_write_bytecode = True
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-loader = importlib.machinery.SourceFileLoader("golden", str(ROOT / "scripts" / "golden"))
-golden = importlib.util.module_from_spec(importlib.util.spec_from_loader("golden", loader))
-loader.exec_module(golden)
+import golden_frames as golden  # noqa: E402
 
 
 def main(program, work):

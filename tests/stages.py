@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a person sees of a test run: scripts/stage shows a line, keeps the output and prints what failed; scripts/red_tests
+"""What a person sees of a test run: scripts/stage shows a line, keeps the output and prints what failed; tests/red_tests.py
 explains a failed test; scripts/lint finds the sources that a changed header concerns.
 Usage: stages.py SOURCE_ROOT WORK_FOLDER"""
 
@@ -71,7 +71,7 @@ class RedTests(unittest.TestCase):
         lines = "\n".join(f"line {i}" for i in range(100))
         (build / "tests.xml").write_text(RESULTS.format(lines=lines, picture=picture))
         (build / "tests.log").write_text("...\n33% tests passed, 2 tests failed out of 3\nend\n")
-        said = subprocess.run([ROOT / "scripts/red_tests", "--build", build, "--log", build / "tests.log"],
+        said = subprocess.run([ROOT / "tests/red_tests.py", "--build", build, "--log", build / "tests.log"],
                               capture_output=True, text=True, check=True).stdout
         for text in ("RED golden", "line 99", f"picture: {picture}", "docs/red_test.md#a-golden-frame", "RED raster_test.osmesa",
                      "1 is not 2", "OpenGL draws something else", "docs/red_test.md#what-each-family-means"):

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Compares a small frame of each scene family by every method with the kept one, so that a silent change of pixels is seen.
 
-    scripts/golden                                  compare all
-    scripts/golden cornell_box.traced 'moving.*'    compare some
-    scripts/golden --accept 'moving.*'              render these and keep them as they are now
+    tests/golden_frames.py                                  compare all
+    tests/golden_frames.py cornell_box.traced 'moving.*'    compare some
+    tests/golden_frames.py --accept 'moving.*'              render these and keep them as they are now
 
 A NAME is FAMILY.METHOD, with * for any text. tests/golden/families.json says what is rendered and how far frames may
 differ; tests/golden/FAMILY.METHOD.exr are the kept frames. The methods are those of `catoptric list`: one without kept
@@ -23,9 +23,9 @@ import subprocess
 import sys
 
 sys.dont_write_bytecode = True
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.path.append(str(ROOT / "tests"))
 import work_folder  # noqa: E402
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 KEPT = ROOT / "tests" / "golden"
 
@@ -90,7 +90,7 @@ class Golden:
         for number, fault in re.findall(r"^error: frame (\d+): (.*)$", done.stderr, re.MULTILINE):
             sheet = f"{folder}/pictures/frame.{number:>04}.sheet.png"
             name = numbers[number]
-            faults.setdefault(name, [f"see {sheet}; if the change is meant: scripts/golden --accept {name}"]).append(fault)
+            faults.setdefault(name, [f"see {sheet}; if the change is meant: tests/golden_frames.py --accept {name}"]).append(fault)
         return faults, {numbers[str(e["frame"])]: e for e in json.loads(done.stdout)[0]["frames"]}
 
     def faults(self, frames):
@@ -99,7 +99,7 @@ class Golden:
         made = {name: frame for name, frame in frames.items() if name not in found}
         kept = {name: KEPT / f"{name}.exr" for name in made if (KEPT / f"{name}.exr").is_file()}
         for name in made.keys() - kept.keys():
-            found[name] = [f"no kept frame; look at {made[name]}, then: scripts/golden --accept {name}"]
+            found[name] = [f"no kept frame; look at {made[name]}, then: tests/golden_frames.py --accept {name}"]
         if kept:
             found.update(self.compare({name: made[name] for name in kept}, kept)[0])
         return found

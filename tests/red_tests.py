@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""scripts/red_tests [--build build/release]   explains the tests that failed in ctest's last run, then prints ctest's summary.
+"""tests/red_tests.py [--build build/release]   explains the tests that failed in ctest's last run, then prints ctest's summary.
 
 For each failed test it prints the end of its output, the pictures that the output names, the folder with its files,
 what docs/red_test.md says of it, and the command that runs it alone. It reads tests.xml (ctest --output-junit) in the
