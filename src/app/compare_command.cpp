@@ -151,7 +151,7 @@ Command compareCommand(CommonOptions& common) {
           own + commonRows(common), R"(Example:
   catoptric compare out/demo/traced out/demo/reference --fail 0.1 --fail-percent 2
 
-Frames that only one side has are exit 7, too. docs/outputs.md explains every measure.
+Frames that only one side has are exit 7, too. docs/measuring.md explains every measure.
 )",
           [options, &common] { return compare(*options, common); }};
 }

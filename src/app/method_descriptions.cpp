@@ -1,6 +1,9 @@
 #include "app/method_descriptions.h"
 
+#include <map>
+
 #include "config/json_text.h"
+#include "config/pages.h"
 #include "core/text.h"
 #include "run/stage/steps.h"
 
@@ -16,6 +19,9 @@ std::string smallOptions(const methods::MethodEntry& entry) {
 }
 
 using config::JsonText;
+
+/// Where docs/methods.md describes what several methods report.
+constexpr const char* kSeveral = "#several-methods";
 
 /// "[a,b]" of the JSON texts that `text` makes.
 template <class Item, class Text>
@@ -45,37 +51,21 @@ std::string kindNote(methods::StepKind kind) {
   return apart ? " (not part of `rendering`)" : "";
 }
 
-std::string stepRows(const std::vector<methods::StepInfo>& steps) {
-  std::string text = "| step | when | meaning |\n|---|---|---|\n";
-  for (const methods::StepInfo& step : steps)
-    text += "| `" + step.name + "` | " + step.when + " | " + step.meaning + kindNote(step.kind) +
-            " |\n";
-  return text;
+std::string stepLine(const methods::StepInfo& step) {
+  return "- `" + step.name + "` (" + step.when + "): " + step.meaning + kindNote(step.kind) + "\n";
 }
 
-std::string counterRows(const std::vector<methods::CounterInfo>& counters) {
-  std::string text = "| counter | what is counted |\n|---|---|\n";
-  for (const methods::CounterInfo& counter : counters)
-    text += "| `" + counter.name + "` | " + counter.meaning +
-            (counter.mustBeZero ? " (**must be 0**)" : "") +
-            (counter.onlyWith.empty() ? "" : "; only there with " + counter.onlyWith) + " |\n";
-  return text;
+std::string counterLine(const methods::CounterInfo& counter) {
+  return "- `" + counter.name + "`" + (counter.mustBeZero ? " (**must be 0**)" : "") + ": " +
+         counter.meaning +
+         (counter.onlyWith.empty() ? "" : "; only there with " + counter.onlyWith) + "\n";
 }
 
-std::string section(const methods::MethodEntry& entry) {
-  std::string text = "## " + entry.id + "\n\n" + entry.summary +
-                     (entry.paper.empty() ? "" : " " + entry.paper) + "\n\n" +
-                     stepRows(entry.steps) + "\n" + counterRows(entry.counters);
-  for (const methods::TableInfo& table : entry.tables) {
-    text += "\n`" + table.name + ".csv`: a row is " + table.meaning +
-            ". After `frame` it has the columns:\n\n| column | type | meaning |\n|---|---|---|\n";
-    for (const methods::Column& column : table.columns)
-      text += "| `" + column.name + "` | " + methods::columnTypeName(column.type) + " | " +
-              column.meaning + " |\n";
-  }
-  if (!entry.sampleLayers.empty()) text += "\n| layer | channel | meaning |\n|---|---|---|\n";
-  for (const methods::SampleLayerInfo& layer : entry.sampleLayers)
-    text += "| `" + layer.name + "` | `id." + layer.name + "` | " + layer.meaning + " |\n";
+std::string tableText(const methods::TableInfo& table) {
+  std::string text = "a row is " + table.meaning + ". Its columns after `frame`:\n\n";
+  for (const methods::Column& column : table.columns)
+    text += "- `" + column.name + "` (" + methods::columnTypeName(column.type) +
+            "): " + column.meaning + "\n";
   return text;
 }
 
@@ -127,14 +117,40 @@ std::string methodJson(const methods::MethodEntry& entry) {
 std::string methodsPage(const std::vector<methods::MethodEntry>& registry) {
   std::string text =
       "# What methods report\n\n"
-      "Made by `catoptric list methods --markdown`; do not edit. `timings.csv` and the timing "
-      "tables\n"
-      "have a row for each step; `frames.jsonl` has each frame's counters. `start` is before the\n"
-      "first frame, `frames` in frames, `beside` by the writers, beside rendering. A counter that\n"
-      "must be 0 says that something is wrong or extreme: a test holds it at 0 for every scene.\n\n"
-      "## The program itself\n\n" +
-      stepRows(run::pipelineSteps()) + "\n" + counterRows(run::pipelineCounters());
-  for (const methods::MethodEntry& entry : registry) text += "\n" + section(entry);
+      "The program prints this page (`catoptric list methods --markdown`). A **step** is a part of "
+      "a\nframe's work that is timed: `timings.csv` and the timing tables have a row for each. "
+      "`start` means\nbefore the first frame, `frames` during a frame, `beside` in the writers' "
+      "threads. A **counter** is\na number in each frame's record in `frames.jsonl`. A counter "
+      "that must be 0 reports a fault or an\nextreme scene; a test holds it at 0 for every "
+      "shipped scene.\n\n## Every method\n\nSteps:\n\n";
+  for (const methods::StepInfo& step : run::pipelineSteps()) text += stepLine(step);
+  text += "\nCounters:\n\n";
+  for (const methods::CounterInfo& counter : run::pipelineCounters()) text += counterLine(counter);
+
+  config::SharedLines steps;
+  config::SharedLines counters;
+  for (const methods::MethodEntry& entry : registry) {
+    for (const methods::StepInfo& step : entry.steps)
+      steps.add(entry.id, step.name, stepLine(step));
+    for (const methods::CounterInfo& counter : entry.counters)
+      counters.add(entry.id, counter.name, counterLine(counter));
+  }
+  text += "\n## Several methods\n\n### Steps\n" + steps.shared() + "\n### Counters\n" +
+          counters.shared();
+  std::map<std::string, std::string> toldBy;
+  for (const methods::MethodEntry& entry : registry) {
+    text += "\n## " + entry.id + "\n\n" + entry.summary +
+            (entry.paper.empty() ? "" : " " + entry.paper) + "\n\nSteps:\n\n" +
+            steps.of(entry.id, kSeveral) + "\nCounters:\n\n" + counters.of(entry.id, kSeveral);
+    for (const methods::TableInfo& table : entry.tables) {
+      const auto [told, isNew] = toldBy.try_emplace(tableText(table), entry.id);
+      text += "\n`" + table.name + ".csv`: " +
+              (isNew ? told->first : "as of [" + told->second + "](#" + told->second + ")\n");
+    }
+    if (!entry.sampleLayers.empty()) text += "\nLayers:\n\n";
+    for (const methods::SampleLayerInfo& layer : entry.sampleLayers)
+      text += "- `" + layer.name + "` (channel `id." + layer.name + "`): " + layer.meaning + "\n";
+  }
   return text;
 }
 

@@ -133,7 +133,6 @@ Value valueOr(const Value& object, const Schema& schema, const std::string& fiel
 /// Canonical JSON text of a checked object with the defaults of all absent fields filled in.
 std::string withDefaults(const Value& object, const Schema& schema);
 
-std::string jsonSchema(const Schema& schema);     ///< JSON Schema draft 2020-12 text
-std::string markdownTable(const Schema& schema);  ///< docs
+std::string jsonSchema(const Schema& schema);  ///< JSON Schema draft 2020-12 text
 
 }  // namespace catoptric::config

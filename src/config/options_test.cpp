@@ -5,6 +5,7 @@
 
 #include <cstdint>
 
+#include "config/pages.h"
 #include "core/error.h"
 
 namespace catoptric::config {
@@ -116,19 +117,16 @@ TEST(Options, AllFaultsAtOnceWithPlaces) {
 }
 
 TEST(Options, TheSchemaShowsDefaultsRangesAndNames) {
-  const std::string text = markdownTable(table().schema());
+  const std::string text = markdownList(table().schema());
   for (const char* line :
-       {"| `rays` | integer | `8` | 1 to 64 | rays per sample |",
-        "| `bvh` | string | `\"refit\"` | static, refit | policy |",
-        "| `source` | string | `\"environment\"` | scene, environment | what is seen |",
-        "| `compound` | boolean | `true` |  | one draw |",
-        "| `density` | number | `10` | at least 0.01 | factor |",
-        "| `reach` | number | `0.75` |  | metres |",
-        "| `frames` | string | `\"1-3\"` |  | frames |",
-        "| `layers` | array of string | `[]` | Z, N | layers |",
-        "| `error` | number | `0.1` | 0 to 1 | pixels |",  // a float, in its own digits
-        "| `center` | any | `\"scene\"` |  | place |", "| `image` | object: image |  |  | size |",
-        "| `width` | integer | `512` | 1 to 16384 | pixels |"})
+       {"- `rays` (`8`; 1 to 64): rays per sample\n", "- `bvh` (`\"refit\"`; static): policy\n",
+        "- `source` (`\"environment\"`; scene): what is seen\n",
+        "- `compound` (`true`): one draw\n", "- `density` (`10`; at least 0.01): factor\n",
+        "- `reach` (`0.75`): metres\n", "- `frames` (`\"1-3\"`): frames\n",
+        "- `layers` (`[]`; Z, N): layers\n",
+        "- `error` (`0.1`; 0 to 1): pixels\n",  // a float, in its own digits
+        "- `center` (`\"scene\"`): place\n", "- `image` (object: image): size\n",
+        "- `width` (`512`; 1 to 16384): pixels\n"})
     EXPECT_THAT(text, testing::HasSubstr(line));
 }
 

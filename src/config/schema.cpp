@@ -12,6 +12,7 @@
 #include "config/json.h"
 #include "config/json_text.h"
 #include "config/node.h"
+#include "config/pages.h"
 #include "core/error.h"
 #include "core/text.h"
 
@@ -276,62 +277,22 @@ OrderedJson objectJsonSchema(const Schema& schema, std::vector<const Schema*>& u
   return json;
 }
 
-std::string tableType(const Field& field) {
-  switch (field.type) {
-    case FieldType::Bool:
-      return "boolean";
-    case FieldType::Integer:
-      return "integer";
-    case FieldType::Number:
-      return "number";
-    case FieldType::String:
-      return "string";
-    case FieldType::Vec3:
-      return "3 numbers";
-    case FieldType::Numbers:
-      return "numbers";
-    case FieldType::Object:
-      return field.object != nullptr ? "object: " + field.object->name : "object";
-    case FieldType::Array: {
-      if (field.object != nullptr) return "array of " + field.object->name;
-      Field item;
-      item.type = field.items;
-      return field.items == FieldType::Any ? "array" : "array of " + tableType(item);
-    }
-    case FieldType::Any:
-      return "any";
-  }
-  return "";
+/// Of a field without a default: "a string", "list of item", ...
+std::string kindText(const Field& field) {
+  if (field.object == nullptr) return typeText(field.type);
+  return (field.type == FieldType::Array ? "list of " : "object: ") + field.object->name;
 }
 
-std::string escapedCell(std::string text) {
-  for (std::size_t at = 0; (at = text.find('|', at)) != std::string::npos; at += 2)
-    text.insert(at, "\\");
-  return text;
-}
-
-void appendTable(const Schema& schema, std::string& text, std::vector<const Schema*>& done) {
+void appendList(const Schema& schema, std::string& text, std::vector<const Schema*>& done) {
   done.push_back(&schema);
   text += "### " + schema.name + "\n\n";
   if (!schema.help.empty()) text += schema.help + "\n\n";
-  if (!schema.fields.empty()) {
-    text += "| name | type | default | allowed | meaning |\n|---|---|---|---|---|\n";
-    for (const Field& field : schema.fields) {
-      const std::string allowed =
-          field.allowed.empty() ? rangeText(field) : joined(field.allowed, ", ");
-      const std::string standard = field.required              ? "(required)"
-                                   : field.defaultText.empty() ? ""
-                                                               : "`" + field.defaultText + "`";
-      text += "| `" + field.name + "` | " + escapedCell(tableType(field)) + " | " +
-              escapedCell(standard) + " | " + escapedCell(allowed) + " | " +
-              escapedCell(field.help) + " |\n";
-    }
-    text += "\n";
-  }
+  for (const Field& field : schema.fields) text += markdownLine(field);
+  if (!schema.fields.empty()) text += "\n";
   for (const Field& field : schema.fields)
     if (field.object != nullptr && !field.object->fields.empty() &&
         std::find(done.begin(), done.end(), field.object) == done.end())
-      appendTable(*field.object, text, done);
+      appendList(*field.object, text, done);
 }
 
 }  // namespace
@@ -441,10 +402,22 @@ std::string jsonSchema(const Schema& schema) {
   return json.dump(2) + "\n";
 }
 
-std::string markdownTable(const Schema& schema) {
+std::string markdownLine(const Field& field) {
+  std::string first = kindText(field);
+  if (field.required) first = "required";
+  if (!field.defaultText.empty()) first = "`" + field.defaultText + "`";
+  std::vector<std::string> others;
+  for (const std::string& name : field.allowed)
+    if (jsonString(name) != field.defaultText) others.push_back(name);
+  const std::string allowed = field.allowed.empty() ? rangeText(field) : joined(others, ", ");
+  return "- `" + field.name + "` (" + first + (allowed.empty() ? "" : "; " + allowed) +
+         "): " + field.help + "\n";
+}
+
+std::string markdownList(const Schema& schema) {
   std::string text;
   std::vector<const Schema*> done;
-  appendTable(schema, text, done);
+  appendList(schema, text, done);
   return text;
 }
 

@@ -5,6 +5,7 @@
 
 #include "config/json.h"
 #include "config/json_text.h"
+#include "config/pages.h"
 #include "core/error.h"
 
 namespace catoptric::config {
@@ -111,11 +112,11 @@ TEST(Schema, JsonSchemaHoldsTypesLimitsAndDefinitions) {
             "[\"static\",\"refit\"]");
 }
 
-TEST(Schema, MarkdownTableHasEveryField) {
-  const std::string text = markdownTable(outer());
-  EXPECT_THAT(text, testing::HasSubstr("| `scene` | string | (required) |  | Scene file. |"));
-  EXPECT_THAT(text, testing::HasSubstr("| `width` | integer | `512` | 1 to 16384 | Pixels. |"));
-  EXPECT_THAT(text, testing::HasSubstr("| `items` | array of item |  | at least 1 | Items. |"));
+TEST(Schema, MarkdownListHasEveryField) {
+  const std::string text = markdownList(outer());
+  EXPECT_THAT(text, testing::HasSubstr("- `scene` (required): Scene file.\n"));
+  EXPECT_THAT(text, testing::HasSubstr("- `width` (`512`; 1 to 16384): Pixels.\n"));
+  EXPECT_THAT(text, testing::HasSubstr("- `items` (list of item; at least 1): Items.\n"));
   EXPECT_THAT(text, testing::HasSubstr("### item"));
 }
 

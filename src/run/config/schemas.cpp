@@ -1,7 +1,10 @@
 #include "run/config/schemas.h"
 
+#include <algorithm>
+
 #include "config/json.h"
 #include "config/json_text.h"
+#include "config/pages.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "run/config/run_config.h"
@@ -14,36 +17,62 @@ namespace {
 /// docs/config.md begins with this.
 constexpr const char* kRunPreface = R"(# Run configs
 
-A run config is a JSON file. It says which frames of which scene are rendered, how, and by which
-methods. `catoptric render configs/demo.json` renders one. A scene can be rendered without a config,
-too (`catoptric render room.glb`): everything then has the defaults of the tables below.
+A run config is a JSON file. It names a scene, a camera path, frames and methods:
 
-Any value can be replaced on the command line: `--set image.width=256`, or, for an option of a method,
-`--set methods.traced.bvh=refit` with the method's name (or its number) in the config. A list is
-written as in JSON: `--set 'image.layers=["Z"]'`. File names in a config are relative to the config;
-those of `--set` and `--environment` are relative to the current folder.
+```json
+{"scene": "../scenes/teapots.json", "frames": "1-10", "image": {"width": 256, "height": 256},
+ "methods": ["traced", {"method": "second_order", "level_error": 0}], "errors": {"against": ["traced"]}}
+```
 
-A name that does not exist, a value out of range and a name that stands twice are errors. The message
-gives the file, the line and the place in it, and all errors of a file (up to 20) are shown at once.
+`catoptric render configs/demo.json` renders a config, and `catoptric render room.glb` a scene with the
+defaults of this page. With one method `--out` holds the frames; with several it holds a folder for each.
 
-A config with one method writes its frames into the folder `--out`. A config with several methods
-writes a folder for each of them there.
+**Changes on the command line.** `--set image.width=256` replaces a value, and
+`--set methods.traced.bvh=refit` an option of the method with that name. Lists are JSON:
+`--set 'image.layers=["Z"]'`.
 
-## Where this page comes from
+**File names** in a config are relative to the config. Names on the command line, and in a config from
+standard input (`catoptric render -`), are relative to the current folder.
 
-The tables on this page and the files in configs/schema/ are written by the program itself, and a test
-compares them:
+**Frames** start at 1. `1-100x2,120` means every second frame from 1 to 100, and frame 120.
 
-    catoptric list --schema run --markdown > docs/config.md
-    for s in run scene path; do catoptric list --schema $s > configs/schema/$s.schema.json; done
+**Errors.** Unknown names, values out of range and repeated names are errors. The message gives file, line
+and place. Up to 20 errors are shown at once. Editors that know JSON Schema check a config that begins
+with `"$schema": "schema/run.schema.json"`.
 
-An editor that knows JSON Schema checks and completes a config that begins with
-`"$schema": "schema/run.schema.json"`. Scenes and camera paths take such a line, too; scenes.md
-describes them.
-
-## Tables
+The program prints this page (`catoptric list --schema run --markdown`). Parentheses give the default, then
+what else is allowed. s is a surface's reflectance, g its roughness (0 is sharp; a mirror has at most 0.05).
 
 )";
+
+/// The fields that every method has, in the words of the first one.
+config::Schema commonSchema(const std::vector<methods::MethodEntry>& registry) {
+  config::Schema common = methodSchema(registry.front());
+  common.name = "every method";
+  common.help.clear();
+  common.fields.resize(common.fields.size() - registry.front().options.fields.size());
+  std::erase_if(common.fields, [](const config::Field& f) { return f.name == "unsupported"; });
+  for (config::Field& field : common.fields) {
+    if (field.name == "name") field.defaultText.clear();
+    if (field.name == "method") field.allowed.clear();
+  }
+  return common;
+}
+
+std::string methodLists(const std::vector<methods::MethodEntry>& registry) {
+  const config::Schema common = commonSchema(registry);
+  config::SharedLines lines;
+  for (const methods::MethodEntry& entry : registry)
+    for (const config::Field& field : methodSchema(entry).fields)
+      if (std::none_of(common.fields.begin(), common.fields.end(),
+                       [&](const config::Field& known) { return known.name == field.name; }))
+        lines.add(entry.id, field.name, config::markdownLine(field));
+  std::string text = config::markdownList(common) + "### several methods\n" + lines.shared();
+  for (const methods::MethodEntry& entry : registry)
+    text += "\n### " + entry.id + "\n\n" + entry.summary + "\n\n" +
+            lines.of(entry.id, "#several-methods");
+  return text;
+}
 
 const config::Schema& schemaOf(const std::string& name) {
   if (name == "run") return runSchema();
@@ -81,12 +110,8 @@ std::string schemaJson(const std::string& name, const std::vector<methods::Metho
 
 std::string schemaMarkdown(const std::string& name,
                            const std::vector<methods::MethodEntry>& registry) {
-  std::string text = config::markdownTable(schemaOf(name));
-  if (name != "run") return text;
-  text = std::string(kRunPreface) + text;
-  for (const methods::MethodEntry& entry : registry)
-    text += config::markdownTable(methodSchema(entry));
-  return text;
+  const std::string text = config::markdownList(schemaOf(name));
+  return name == "run" ? kRunPreface + text + methodLists(registry) : text;
 }
 
 }  // namespace catoptric::run

@@ -13,7 +13,7 @@ const std::vector<std::string>& schemaNames();
 
 /// Text of configs/schema/NAME.schema.json. Throws UsageError with the nearest name.
 std::string schemaJson(const std::string& name, const std::vector<methods::MethodEntry>& registry);
-/// The same as tables in Markdown.
+/// The same as lists in Markdown: docs/config.md is that of "run".
 std::string schemaMarkdown(const std::string& name,
                            const std::vector<methods::MethodEntry>& registry);
 

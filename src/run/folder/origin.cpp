@@ -40,7 +40,7 @@ void Origins::warn(const std::string& run) const {
   if (kinds.size() > 1) {
     log::warning(run + ": its frames were made by " + std::to_string(kinds.size()) +
                  " kinds of machines. The same frame by two of them differs by at most 0.05 in "
-                 "L1_8bit, and in at most 0.5 % of its pixels (docs/outputs.md). They are:");
+                 "L1_8bit, and in at most 0.5 % of its pixels (docs/running.md). They are:");
     for (auto& [kind, frames] : kinds) {
       std::sort(frames.begin(), frames.end());
       log::warning("  " + std::to_string(frames.size()) +
