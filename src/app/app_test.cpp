@@ -121,6 +121,16 @@ TEST_F(App, ConfigErrorsNameFileLineAndPlace) {
   EXPECT_THAT(set.err, HasSubstr("--set image.width=0: /image/width: 0 is out of range"));
 }
 
+TEST_F(App, UnknownInstructionSetsAreExit2) {
+  for (const char* variable : {"CATOPTRIC_VECTOR_LEVEL", "CATOPTRIC_EMBREE_ISA"}) {
+    ASSERT_EQ(setenv(variable, "v9", 1), 0);
+    const Result result = run("render run.json --out r --set methods.reference.samples=1");
+    unsetenv(variable);
+    EXPECT_EQ(result.exitCode, 2) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(std::string(variable) + " is 'v9'; it takes "));
+  }
+}
+
 TEST_F(App, MissingScenesAreExit3) {
   const Result result = run("render run.json --set scene=nothing.json --out o");
   EXPECT_EQ(result.exitCode, 3);

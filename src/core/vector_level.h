@@ -7,7 +7,8 @@ namespace catoptric {
 /// The levels of the x86-64 psABI; Base is what every x86-64 has.
 enum class VectorLevel { Base, V2, V3, V4 };
 
-/// The highest of this machine, or what limitVectorLevel() allows.
+/// The highest of this machine, or what CATOPTRIC_VECTOR_LEVEL or limitVectorLevel() allows. The
+/// first call throws UsageError where that variable names no level.
 VectorLevel vectorLevel();
 
 /// Nothing above `level` runs from now on, for tests of the versions; not above the machine's own.

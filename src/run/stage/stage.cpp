@@ -8,6 +8,7 @@
 #include "core/file.h"
 #include "core/hash.h"
 #include "core/log.h"
+#include "core/vector_level.h"
 #include "gl/device.h"
 #include "scene/animate.h"
 #include "scene/loader.h"
@@ -79,6 +80,7 @@ constexpr int kMaxFrame = 10'000'000;  ///< of any path
 Stage::Stage(const RunConfig& run) : run_(run) {
   // Wrong names, frames and files are noticed before anything large is loaded
   gl::parseDevice(run_.device);
+  vectorLevel();
   if (!run_.frames.empty()) scene::parseFrames(run_.frames, kMaxFrame);
   requireFile(run_.scene, run_.sceneReference, ExitCode::Scene);
   requireFile(run_.path, run_.pathReference, ExitCode::Usage);
