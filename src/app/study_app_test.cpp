@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <array>
 
 #include "app/test_program.h"
 #include "config/json.h"
@@ -233,6 +234,22 @@ TEST_F(Sweep, RepeatsOfARunSayHowFarRatiosHold) {
   EXPECT_EQ(run(command + "--ratio-to truth").exitCode, 2);
   EXPECT_THAT(run(command + "--repeats 2 --ratio-to trut").err, HasSubstr("did you mean"));
   EXPECT_EQ(run(command + "--repeats 2 --chunk 1/2").exitCode, 2);
+}
+
+TEST_F(Sweep, RatiosAreOfTracedElseOfReferenceElseOfTheFirst) {
+  const std::vector<std::array<std::string, 3>> cases{
+      {"reference", "traced", "traced"}, {"other", "reference", "reference"}, {"b", "a", "b"}};
+  for (const auto& [first, second, base] : cases) {
+    std::ofstream(folder / "two.json") << R"({
+  "scene": "scene.json", "path": "path.json", "frames": "1", "image": {"width": 32, "height": 24},
+  "methods": [{"method": "reference", "name": ")"
+                                       << first << R"(", "samples": 1, "rays": 1},
+              {"method": "reference", "name": ")"
+                                       << second << R"(", "samples": 1, "rays": 1}]})";
+    const Result result = run("render two.json --out r --existing overwrite -q --repeats 2");
+    EXPECT_EQ(result.exitCode, 0) << result.err;
+    EXPECT_THAT(result.out, HasSubstr("x: time over that of " + base + ","));
+  }
 }
 
 TEST_F(Sweep, AChangedSettingRendersItsCellAlone) {
