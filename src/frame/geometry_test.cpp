@@ -89,13 +89,20 @@ TEST(Geometry, UpdateEqualsMakingItAnew) {
   builder.add(scene::makePlane({1.0f, 1.0f}, {2, 3}, scene::UvMode::Unit), grey);
   builder.add(scene::makeSphere(1.0f, 64, 32, scene::UvMode::Unit), grey);
   builder.move(1, {0.0f, 1.0f, 0.5f}, 4.0f);
+  scene::Texture texture;
+  texture.levels.push_back({1, 1, {255, 255, 255, 255}});
+  builder.scene().textures.push_back(texture);
+  const int textured = builder.diffuse(Vec3(1.0f));
+  builder.scene().materials[textured].baseColorTexture.texture = 0;
+  builder.add(scene::makeImplicit(implicit::sphereSurface(1.0), 8, scene::UvMode::Unit), textured);
+  builder.scaleUniformly(2, {{0.0f, 1.0f}, {4.0f, 3.0f}});
   const scene::Scene& scene = builder.scene();
   Geometry g = geometryOf(scene);
   EXPECT_FALSE(g.objects[0].moving);
   EXPECT_TRUE(g.objects[1].moving);
   g.attributes[g.objects[1].firstVertex].bake = Vec4(1.0f, 2.0f, 3.0f, 0.5f);
   setThreadCount(2);
-  EXPECT_THAT(updateGeometry(g, scene, scene::poseAt(scene, 2.0)), ::testing::ElementsAre(1));
+  EXPECT_THAT(updateGeometry(g, scene, scene::poseAt(scene, 2.0)), ::testing::ElementsAre(1, 2));
   EXPECT_THAT(updateGeometry(g, scene, scene::poseAt(scene, 2.0)), ::testing::IsEmpty());
   setThreadCount(1);
   const Geometry fresh = geometryOf(scene, 2.0);
@@ -107,6 +114,16 @@ TEST(Geometry, UpdateEqualsMakingItAnew) {
   EXPECT_EQ(g.indices, fresh.indices);
   EXPECT_EQ(g.bounds.max, fresh.bounds.max);
   EXPECT_EQ(g.timeSeconds, 2.0);
+  for (std::size_t o = 0; o < fresh.objects.size(); ++o) {
+    EXPECT_EQ(g.objects[o].bounds.min, fresh.objects[o].bounds.min) << o;
+    EXPECT_EQ(g.objects[o].bounds.max, fresh.objects[o].bounds.max) << o;
+    EXPECT_EQ(g.objects[o].worldFromObject, fresh.objects[o].worldFromObject) << o;
+    EXPECT_EQ(g.objects[o].scale, fresh.objects[o].scale) << o;
+    EXPECT_EQ(g.objects[o].uvPerMetre, fresh.objects[o].uvPerMetre) << o;
+  }
+  ASSERT_EQ(g.surfaces.size(), 1u);
+  EXPECT_EQ(g.surfaces[0].object, 2);
+  EXPECT_EQ(g.surfaces[0].reach, fresh.surfaces[0].reach);
 }
 
 TEST(Geometry, AFrameThatFailsStoresNothing) {

@@ -44,7 +44,7 @@ TEST(StepTimer, KeepsTheSampleOfABodyThatThrows) {
 TEST(StepTimer, MarksTheFirstFrame) {
   StepTimer timer;
   timer.add("load", 1.0);
-  for (int frame = 1; frame <= 3; ++frame) {
+  for (int frame = 5; frame <= 7; ++frame) {  // of the process, whatever its number
     timer.beginFrame(frame);
     timer.add("gbuffer", 0.1);
   }
@@ -55,7 +55,7 @@ TEST(StepTimer, MarksTheFirstFrame) {
     frames.push_back(sample.frame);
   }
   EXPECT_THAT(first, testing::ElementsAre(false, true, false, false));
-  EXPECT_THAT(frames, testing::ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(frames, testing::ElementsAre(0, 5, 6, 7));
 }
 
 TEST(StepTimer, TakeHandsSamplesOutOnce) {

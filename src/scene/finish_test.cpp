@@ -278,6 +278,47 @@ TEST(WorldVertices, NonUniformScaleKeepsNormalsPerpendicular) {
   EXPECT_NEAR(glm::length(flat.normals[0]), 1.0f, 1e-6f);
 }
 
+TEST(WorldVertices, MorphTargetsMoveNormalsAndTangents) {
+  Mesh mesh = square();
+  mesh.tangents.assign(4, Vec4(1, 0, 0, -1));
+  MorphTarget& target = mesh.morphTargets.emplace_back();
+  target.positions.assign(4, Vec3(0, 0, 2));
+  target.normals.assign(4, Vec3(0, 2, 0));
+  target.tangents.assign(4, Vec3(0, 2, -2));
+  Scene scene = sceneOf(mesh);
+  scene.nodes[0].morphWeights = {0.5f};
+  const WorldVertices v = worldVertices(scene, scene.objects[0], poseAt(scene, 0.0));
+  expectNear(v.positions[0], Vec3(0, 0, 1));
+  expectNear(v.normals[0], glm::normalize(Vec3(0, 1, 1)));
+  expectNear(Vec3(v.tangents[0]), glm::normalize(Vec3(1, 1, -1)));
+  EXPECT_EQ(v.tangents[0].w, -1.0f);
+}
+
+// Of a skinned object the joints move it; its own node does not.
+TEST(Moving, SkinnedObjectsFollowTheirJointsAlone) {
+  for (const int animated : {0, 1}) {
+    Mesh mesh = square();
+    mesh.joints.assign(4, glm::u16vec4(0));
+    mesh.weights.assign(4, Vec4(1, 0, 0, 0));
+    Scene scene = sceneOf(mesh);
+    scene.nodes.emplace_back();
+    scene.nodes[0].skin = 0;
+    Skin& skin = scene.skins.emplace_back();
+    skin.joints = {1};
+    skin.inverseBind = {Mat4(1.0f)};
+    AnimationChannel& channel = scene.animation.emplace_back();
+    channel.node = animated;
+    channel.target = Target::Translation;
+    channel.times = {0.0f, 1.0f};
+    channel.values = {0, 0, 0, 1, 0, 0};
+    const std::vector<bool> moves = {animated == 1};
+    EXPECT_EQ(movingObjects(scene), moves);
+    EXPECT_EQ(deformingObjects(scene), moves);
+    expectNear(worldVertices(scene, scene.objects[0], poseAt(scene, 1.0)).positions[0],
+               Vec3(animated == 1 ? 1.0f : 0.0f, 0, 0));
+  }
+}
+
 TEST(WorldVertices, MirroringTurnsTheBitangentAlong) {
   Scene scene = sceneOf(square(), normalMapped());
   scene.textures.push_back(constantTexture(128, 128, 255));

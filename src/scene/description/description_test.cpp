@@ -244,6 +244,26 @@ TEST(Description, AnimatesAndMorphs) {
               1e-6f);
 }
 
+TEST(Description, SmoothKeysTakeTheShortWayAndGoRoundInLoops) {
+  const Scene scene =
+      load(R"({"objects": [{"name": "a", "shape": "box"}, {"name": "b", "shape": "box"}],
+    "animation": [{"object": "a", "channel": "translate", "interpolation": "smooth",
+                   "keys": [[0, 0, 0, 0], [1, 2, 0, 0], [2, 1, 0, 0], [4, 0, 0, 0]]},
+                  {"object": "b", "channel": "quaternion", "interpolation": "smooth",
+                   "keys": [[0, 0, 0, 0, 1], [1, 0, 0.38268, 0, 0.92388], [2, 0, -0.70711, 0, -0.70711]]}]})");
+  const auto placed = [&](std::size_t object, double seconds) {
+    return poseAt(scene, seconds)
+        .worldFromNode[static_cast<std::size_t>(scene.objects[object].node)];
+  };
+  // A loop: from (1, 0, 0) at 2 s of 4 s over the start to (2, 0, 0) at 1 s, 1 m in 3 s
+  EXPECT_NEAR(placed(0, 0.001)[3].x / 0.001f, 1.0f / 3.0f, 0.02f);
+  EXPECT_NEAR(placed(0, 3.999)[3].x / -0.001f, 1.0f / 3.0f, 0.02f);
+  // The last key is a turn of 90 degrees, written with the other sign; the spline's end is at rest:
+  // half of the middle and the last key, and an eighth of the middle one's tangent
+  const Vec4 x = placed(1, 1.5)[0];
+  EXPECT_NEAR(degrees(std::atan2(-x.z, x.x)), 72.93f, 0.05f);
+}
+
 TEST(Description, ErrorsNamePlaceAndWhatIsAllowed) {
   EXPECT_THAT(errorOf(R"({"objects": [{"shape": "spere"}]})"),
               HasSubstr("did you mean \"sphere\""));
