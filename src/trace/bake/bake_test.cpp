@@ -50,6 +50,29 @@ scene::Mesh ground() {
   return scene::makePlane({4.0f, 4.0f}, {32, 32}, scene::UvMode::Unit);
 }
 
+TEST(BakePoints, LieOffTheirSurfaceByAFiftiethOfAnEdgeAtMostByAShareOfTheScene) {
+  for (const int cells : {1, 1000}) {
+    SceneBuilder builder;
+    builder.add(scene::makePlane({4.0f, 4.0f}, {cells, 1}, scene::UvMode::Unit),
+                builder.diffuse(Vec3(1.0f)));
+    const frame::Geometry geometry =
+        frame::makeGeometry(builder.scene(), scene::poseAt(builder.scene(), 0.0));
+    const trace::BakePoints points = trace::makeBakePoints(geometry);
+    const float largest = 2e-4f * geometry.bounds.diameter();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      float edges = 0.0f;
+      for (const std::uint32_t n : points.neighboursOf(i))
+        edges += glm::length(geometry.positions[n] - geometry.positions[i]);
+      const float edge = edges / static_cast<float>(points.neighboursOf(i).size());
+      EXPECT_NEAR(points.offsets[i], std::min(largest, 0.02f * edge), 1e-6f) << i;
+      EXPECT_NEAR(points.positions[i].y, points.offsets[i], 1e-6f) << i;
+      // Pulled into its triangles, by five times that at most
+      const Vec3 pull = points.positions[i] - geometry.positions[i];
+      EXPECT_LE(glm::length(Vec2(pull.x, pull.z)), 5.001f * points.offsets[i]) << i;
+    }
+  }
+}
+
 TEST(BakeAmbientOcclusion, OpenPlaneIsFree) {
   SceneBuilder builder;
   builder.scene().bake.mode = BakeMode::AmbientOcclusion;

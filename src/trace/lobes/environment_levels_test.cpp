@@ -105,6 +105,23 @@ TEST(EnvironmentLevels, WeakenWavesAsAMeanOverTheSolidAngleDoes) {
   EXPECT_NEAR(levels.radiance({0.0f, 0.0f, -1.0f}, 64.0f * texel).x, 1.0f, 0.05f);
 }
 
+TEST(EnvironmentLevels, HaveNoSeamWhereTheImageEnds) {
+  const trace::EnvironmentLevels levels(light(skyFile("round", 64, 32, [](const Vec3& d) {
+    const float phi = std::atan2(d.x, -d.z);
+    return Vec3(0.5f + 0.5f * std::sin(phi), 0.5f + 0.5f * std::cos(phi), 0.0f);
+  })));
+  constexpr int kSteps = 1000;
+  Vec3 before(0.0f);
+  for (int i = 0; i <= kSteps; ++i) {
+    const float phi = 2.0f * kPi * static_cast<float>(i) / kSteps;
+    const Vec3 value = levels.radiance({std::sin(phi), 0.0f, -std::cos(phi)}, 0.5f);
+    if (i > 0) {
+      EXPECT_LT(glm::length(value - before), 0.02f) << phi;
+    }
+    before = value;
+  }
+}
+
 TEST(LobeSolidAngle, IsTheShareOfTheLobesDensity) {
   // Sums of the rays' solid angles times their density are 1; the middle ray of many is the axis'.
   for (const float g : {0.2f, 0.5f, 1.0f}) {
