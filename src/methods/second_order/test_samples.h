@@ -77,6 +77,24 @@ inline Vec3 projected(const ClusterCamera& camera, const Vec3& p) {
           glm::dot(camera.rowZ, Vec4(p, 1.0f)) / w};
 }
 
+/// Samples that the camera of their cluster does not show.
+inline std::size_t samplesOutside(const Clustering& clustering,
+                                  const std::vector<ClusterCamera>& cameras) {
+  std::size_t outside = 0;
+  for (const SampleBlock& block : clustering.blocks())
+    for (const SampleRun& run : block.runs) {
+      const ClusterCamera& made = cameras[block.slots[run.slot]];
+      for (std::size_t i = run.first; i < run.first + run.count; ++i) {
+        const Vec3 at = projected(made, block.position[i]);
+        const bool inside = at.x > 0.0f && at.y > 0.0f && at.z > 0.0f &&
+                            at.x < static_cast<float>(made.width) &&
+                            at.y < static_cast<float>(made.height);
+        outside += inside ? 0 : 1;
+      }
+    }
+  return outside;
+}
+
 /// A sphere beside a floor: planar and curved clusters, in one object.
 inline bool hitSphereOrFloor(const Vec3& eye, const Vec3& d, Vec3& position, Vec3& normal) {
   return hitSphere(eye, d, position, normal) || hitFloor(eye, d, position, normal);

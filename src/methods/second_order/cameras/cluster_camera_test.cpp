@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
+#include "methods/second_order/cameras/window.h"
 #include "methods/second_order/test_samples.h"
 
 namespace catoptric::methods {
@@ -64,6 +67,63 @@ TEST(ClusterCameras, EquationOneLeavesTheEyeOfAPlaneInItsPlace) {
   EXPECT_LT(glm::distance(cameras[0].eye + camera.eye(), Vec3(1.0f, -1.6f, 3.0f)),
             1e-5f * options.sceneBounds.diameter());
   EXPECT_FALSE(cameras[0].parallel || cameras[0].crossing || cameras[0].pushedBack);
+}
+
+// Spacing and pairs decide how many texels an image has.
+TEST(ClusterCameras, WindowsAddUpNeighboursInRowsAndColumns) {
+  const scene::Camera camera = cameraAt({0.5f, 1.0f, 4.0f}, {0.0f, 0.0f, 0.0f});
+  const raster::GBufferCopy gbuffer = rasterized(camera, 0.0f, hitSphere);
+  const Clustering clustering = clustersOf(gbuffer, camera);
+  const std::size_t count = clustering.clusters().size();
+  const std::vector<ClusterCamera> cameras =
+      makeClusterCameras(clustering, camera, kSize, kSize, roomAround(camera));
+  std::vector<ClusterFrame> frames;
+  for (const Cluster& cluster : clustering.clusters())
+    frames.push_back(frameOf(cluster, camera, 1));
+  const std::vector<std::uint8_t> curved(count, 1);
+  const std::vector<ClusterWindow> windows =
+      findWindows(clustering, curved, frames, cameras, roomAround(camera).sceneBounds);
+  struct Sums {
+    std::uint64_t pairs = 0;
+    double spacing = 0.0;
+    float nearest = 1e30f;
+    float farthest = 0.0f;
+  };
+  std::vector<Sums> sums(count);
+  for (const SampleBlock& block : clustering.blocks()) {
+    using Row = std::map<int, std::pair<std::size_t, Vec2>>;  // cluster and tangents by column
+    Row above;
+    for (std::size_t row = 0; row + 1 < block.rows.size(); ++row) {
+      Row here;
+      for (std::size_t r = block.rows[row]; r < block.rows[row + 1]; ++r) {
+        const SampleRun& run = block.runs[r];
+        const std::size_t c = block.slots[run.slot];
+        for (std::uint32_t i = 0; i < run.count; ++i) {
+          const Vec3 p = block.position[run.first + i] - cameras[c].eye;
+          const float z = glm::dot(p, frames[c].axis);
+          here[run.x + static_cast<int>(i)] = {
+              c, Vec2(glm::dot(p, frames[c].right), glm::dot(p, frames[c].down)) / z};
+          sums[c].nearest = std::min(sums[c].nearest, z);
+          sums[c].farthest = std::max(sums[c].farthest, z);
+        }
+      }
+      for (const auto& [x, sample] : here)
+        for (const auto& [samples, place] : {std::pair(&here, x - 1), {&above, x}}) {
+          const auto other = samples->find(place);
+          if (other == samples->end() || other->second.first != sample.first) continue;
+          ++sums[sample.first].pairs;
+          sums[sample.first].spacing +=
+              static_cast<double>(glm::distance(sample.second, other->second.second));
+        }
+      above = std::move(here);
+    }
+  }
+  for (std::size_t c = 0; c < count; ++c) {
+    EXPECT_EQ(windows[c].pairs, sums[c].pairs) << c;
+    EXPECT_NEAR(windows[c].spacing, sums[c].spacing, 1e-4 * sums[c].spacing) << c;
+    EXPECT_NEAR(windows[c].nearest, sums[c].nearest, 1e-5f * sums[c].nearest) << c;
+    EXPECT_NEAR(windows[c].farthest, sums[c].farthest, 1e-5f * sums[c].farthest) << c;
+  }
 }
 
 TEST(ClusterCameras, RaysOfASphereStayInTheirFramesAndSpread) {
