@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "frame/test_scenes.h"
+#include "methods/glossy_lod/bilateral.h"
 #include "methods/glossy_lod/image_layers.h"
 #include "methods/glossy_lod/scene_images.h"
 #include "methods/testing/gl_harness.h"
@@ -215,6 +216,41 @@ TEST(GlossyLod, BilateralJoinsNothingAcrossAnEdge) {
     EXPECT_GT(dark, 600) << one;
     EXPECT_EQ(static_cast<std::size_t>(bright + dark), red.size()) << one;
   }
+}
+
+// A level floor, dark on the left and bright on the right, whose halves differ in one property.
+TEST(GlossyLod, BilateralJoinsLikeLobesAlone) {
+  const auto joined = [](float glossiness, int object) {
+    test::GlStage stage(SceneBuilder().scene(), test::framesOf(16, 16, 1));
+    SampleTiles::Members members;
+    trace::PointLanes points;
+    std::vector<float> reflection;
+    for (std::uint16_t y = 0; y < 16; ++y)
+      for (std::uint16_t x = 0; x < 16; ++x) {
+        const bool right = x >= 8;
+        members.x[members.count] = x;
+        members.y[members.count++] = y;
+        points.position.set(points.count, {0.001f * x, 0.0f, 0.001f * y});
+        points.axis.set(points.count, {0.0f, 1.0f, 0.0f});
+        points.glossiness[points.count] = right ? glossiness : 0.3f;
+        points.object[points.count++] = right ? object : 1;
+        reflection.insert(reflection.end(), 4, right ? 1.0f : 0.0f);
+      }
+    stage.gbuffer.reflection.uploadRows(0, 16, GL_RGBA, GL_FLOAT, reflection.data());
+    Bilateral filter;
+    filter.begin(16, 16);
+    const std::vector<float> nearness(256, 1.0f);
+    filter.keep(members, points, nearness.data());
+    EXPECT_EQ(filter.run(stage.gbuffer, 4), 256u);
+    const std::vector<float> rgba = raster::readRgba(stage.gbuffer.reflection);
+    int between = 0;
+    for (std::size_t i = 0; i < rgba.size(); i += 4) between += rgba[i] > 0.0f && rgba[i] < 1.0f;
+    return between;
+  };
+  EXPECT_EQ(joined(0.3f, 1), 4 * 16);  // two columns on each side
+  EXPECT_EQ(joined(0.31f, 1), 4 * 16);
+  EXPECT_EQ(joined(0.4f, 1), 0);
+  EXPECT_EQ(joined(0.3f, 2), 0);
 }
 
 TEST(GlossyLod, IsWhiteInAWhiteFurnaceAfterManyBounces) {
