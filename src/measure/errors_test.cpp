@@ -164,6 +164,12 @@ TEST(CompareImages, PooledErrorsNameTheWorstFrameAndPixel) {
   EXPECT_EQ(pooled.pixels, 24u);
   EXPECT_EQ(pooled.sum8, 90u);
   EXPECT_FLOAT_EQ(static_cast<float>(pooled.maxLinear), linearOf(130) - linearOf(100));
+  Image worst = truth;
+  worst.data[15] = linearOf(130);
+  const ImageError one = compareImages(worst, truth);
+  EXPECT_EQ(pooled.flipMax, one.flipMax);
+  EXPECT_EQ(pooled.hdrFlipMax, one.hdrFlipMax);
+  EXPECT_NE(pooled.flipMax, pooled.hdrFlipMax);
 }
 
 TEST(CompareImages, ObjectsAndClassesByHand) {
@@ -238,6 +244,16 @@ TEST(FlipPool, QuantilesAreWeightedByError) {
   EXPECT_EQ(pool.weightedQuantile(0.4), 0.5);
   EXPECT_EQ(pool.weightedQuantile(0.75), 1.0);
   EXPECT_EQ(pool.min(), 0.0);
+  // Pools of parts, whichever is added to which
+  FlipPool bright;
+  bright.add(std::vector<float>{0.5f, 0.75f});
+  for (const bool turned : {false, true}) {
+    FlipPool both = turned ? bright : pool;
+    both.add(turned ? pool : bright);
+    EXPECT_EQ(both.min(), 0.0);
+    EXPECT_EQ(both.weightedQuantile(0.9), 1.0);
+    EXPECT_EQ(both.weightedQuantile(0.4), 0.5);
+  }
   EXPECT_EQ(FlipPool().weightedQuantile(0.5), 0.0);
 }
 
