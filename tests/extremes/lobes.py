@@ -62,27 +62,27 @@ BASES = [
 ]
 
 
-def lobes(name, what, make, glossy_lod, traced=0.3, **more):
+def lobes(name, what, make, glossy_lod=0.05, traced=0.05, **more):
     return cases.Case(name, what, make, "reference", {"glossy_lod": glossy_lod, "traced": traced}, methods=METHODS, **more)
 
 
 CASES = [
     cases.Case("n_1e6", "the exponent is 1e6: a mirror", scene(floor(n=1e6), RING, BLOCK), "mirror", {"*": 0},
                methods=METHODS),
-    lobes("n_0", "the exponent is 0: a lobe as wide as half a sphere", scene(floor(n=0), RING, BLOCK), 1.5, 1.5,
+    lobes("n_0", "the exponent is 0: a lobe as wide as half a sphere", scene(floor(n=0), RING, BLOCK), 1, 1,
           options=DULL),
-    lobes("alpha_1e3", "alpha is 1e3: as coarse as the geometry can be had", scene(floor(n=100), RING, BLOCK), 10, 1.5,
+    lobes("alpha_1e3", "alpha is 1e3: as coarse as the geometry can be had", scene(floor(n=100), RING, BLOCK), 10, 0.25,
           options={**DULL, "glossy_lod": {"rays": 160, "alpha": 1e3}}),
     lobes("in_boxes", "mirrors inside a ring and a block, and in their boxes",
           scene(floor(g=0), RING, {**BLOCK, "translate": [0, 0.2, -0.5]},
-                {**BALL, "radius": 0.25, "translate": [0, 0.3, 0]}), 0.6),
-    lobes("one_triangle", "meshes of one triangle over a mirror", scene(floor(g=0), *SHEETS), 0.3),
+                {**BALL, "radius": 0.25, "translate": [0, 0.3, 0]}), 0.3),
+    lobes("one_triangle", "meshes of one triangle over a mirror", scene(floor(g=0), *SHEETS)),
     lobes("squashed", "a ring that is flattened to a thousandth, and a block stretched to a needle",
-          scene(floor(g=0), {**RING, "scale": [1, 0.001, 1]}, {**BLOCK, "scale": [0.01, 3, 1]}), 0.3),
+          scene(floor(g=0), {**RING, "scale": [1, 0.001, 1]}, {**BLOCK, "scale": [0.01, 3, 1]}), 0.15),
     cases.Case("sun", "a sky with a sun 30,000 times as bright, 8 rays", sun, "sun_256", {"*": 2},
                methods=METHODS[:2], options={"glossy_lod": {"rays": 8, "alpha": 0}, "traced": {"rays": 8, "environment": "filtered"}}),
     cases.Case("most_quads", "more quads are asked for than there is room for",
                scene(floor(n=500), RING, BLOCK, BALL, *[{**BALL, "name": f"far {i}", "translate": [9, 0, i]} for i in range(4)]),
-               "size_512", {"glossy_lod": 0.3}, methods=("glossy_lod",), huge=True,
+               "size_512", {"glossy_lod": 0.2}, methods=("glossy_lod",), huge=True,
                options={"glossy_lod": {"size": 1024, "rays": 20}}),
 ]

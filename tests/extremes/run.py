@@ -1,18 +1,19 @@
 #!/usr/bin/env python3
 """Renders scenes at their extremes with every method and measures each against a picture that must
-be the same; writes a table, and fails where a stated bound does not hold.
+be the same; fails where a stated bound does not hold.
 
-    tests/extremes/run.py [--build build/release] [--program FILE] [--size 128] [--write docs/extremes.md]
-                          [--only PATTERN] [--methods NAME,...] [--work FOLDER] [--huge] [--sample] [--sequences]
+    tests/extremes/run.py [--build build/release] [--program FILE] [--size 128] [--only PATTERN] [--methods NAME,...]
+                          [--work FOLDER] [--huge] [--sample] [--tight] [--jobs N]
+    tests/extremes/run.py --write [--huge] [--sequences] ...    measures, and writes docs/extremes.csv and docs/extremes.md
 
 A case (cases.py, implicit.py, impostors.py, lobes.py) is a scene and a camera, a truth, and bounds of the mean
-difference in 8-bit steps. Every frame must be there and finite, with no refused ray and, but where
-the case is about it, no clamped value. --huge adds the frames that take minutes. --sample leaves out the
-cases of LEFT_OUT, each of which another case resembles; the test extremes does so. The errors of reprojection's
-sequences come from its tests, where they are built; with --sequences from nowhere else, and the pictures'
-table stays as it is in --write's file."""
+difference in 8-bit steps. Every frame must be there and finite, with no refused ray and, except where the case is about
+it, no clamped value. A bound is at most three times the figure, or FLOOR above it, or it states a reason: --tight fails
+where that is not so, and each run holds the bounds to the figures in docs/extremes.csv. --huge adds the frames that take
+minutes. --sample leaves out the cases of LEFT_OUT, each of which another case resembles; the test extremes does so."""
 import argparse
 import concurrent.futures
+import csv
 import fnmatch
 import json
 import os
@@ -34,9 +35,13 @@ import work_folder  # noqa: E402
 
 BASES = cases.BASES + implicit.BASES + impostors.BASES + lobes.BASES
 CASES = cases.CASES + implicit.CASES + impostors.CASES + lobes.CASES
-# Methods that resample the scene: rounding may move a sample to another texel or level of detail,
-# so that pictures of scenes that must look alike differ by a few pixels.
-RESAMPLING = {"second_order": 1.0, "glossy_lod": 0.1}
+# Sizes in pixels at which bounds hold: that of the table, and that of the test extremes.
+SIZES = (128, 48)
+# Frames of different processors differ by up to this L1_8bit: no bound needs to be nearer to its figure.
+FLOOR = 0.05
+CSV = ROOT / "docs/extremes.csv"
+COLUMNS = ["case", "what", "truth", "method", *(f"L1_8bit_{size}" for size in SIZES), "bound", "reason", "max_8bit",
+           "refused", "not_finite", "clamped"]
 # Options that make small frames cheap, and keep levels of detail from hiding what is measured; other
 # methods run with those that their entry names for tests.
 OPTIONS = {"environment_map": {"face_size": 128}, "reference": {"rays": 8},
@@ -60,10 +65,11 @@ class Bench:
         program = arguments.program or pathlib.Path(arguments.build, "bin", "catoptric")
         self.program = str(pathlib.Path(program).resolve())
         self.work = pathlib.Path(arguments.work)
-        self.size = arguments.size
+        sizes = arguments.size or ",".join(map(str, SIZES if arguments.write else SIZES[:1]))
+        self.sizes = tuple(int(size) for size in sizes.split(","))
         self.environment = dict(os.environ, XDG_CACHE_HOME=str(self.work / "cache"))
         known = json.loads(self.run("list", "methods", "--json").stdout)["methods"]
-        names = [m["name"] for m in known]
+        self.order = names = [m["name"] for m in known]
         self.small = {m["name"]: m["tests"]["small"] for m in known}
         # Without the reference most errors have no truth
         self.methods = [n for n in names if not arguments.methods or n == "reference"
@@ -78,18 +84,20 @@ class Bench:
 
     @staticmethod
     def bound(case, method):
-        """L1_8bit that the picture stays below; None: it is only measured."""
-        if method in case.bounds or "*" not in case.bounds:
-            return case.bounds.get(method)
-        return max(case.bounds["*"], RESAMPLING.get(method, 0))
+        """L1_8bit that the picture stays below, and why it is loose; None: it is only measured."""
+        bound = case.bounds.get(method, case.bounds.get("*"))
+        return bound if isinstance(bound, tuple) else (bound, "")
 
-    def render(self, case):
+    def sizes_of(self, case):
+        return self.sizes[:1] if "width" in case.settings else self.sizes
+
+    def render(self, case, size):
         """Renders a case by its methods; the run's exit code and messages when it failed."""
-        folder = self.work / case.name
+        folder = self.work / str(size) / case.name
         folder.mkdir(parents=True)
         case.make(folder)
         scene = "scene.gltf" if (folder / "scene.gltf").exists() else "scene.json"
-        image = {"width": self.size, "height": self.size, "samples": 2, **case.settings}
+        image = {"width": size, "height": size, "samples": 2, **case.settings}
         methods = [{"method": m, **OPTIONS.get(m, self.small[m]), **case.options.get(m, {})}
                    for m in self.of(case)]
         for method in methods:
@@ -101,12 +109,12 @@ class Bench:
         done = self.run("render", str(folder / "run.json"), "--out", str(folder / "out"), "-q")
         return "" if done.returncode == 0 else f"exit {done.returncode}: {done.stderr.strip()}"
 
-    def folder(self, case, method):
-        out = self.work / case.name / "out"
+    def folder(self, case, method, size):
+        out = self.work / str(size) / case.name / "out"
         return out / method if len(self.of(case)) > 1 else out
 
-    def counters(self, case, method):
-        record = (self.folder(case, method) / "frames.jsonl").read_text().splitlines()[0]
+    def counters(self, case, method, size):
+        record = (self.folder(case, method, size) / "frames.jsonl").read_text().splitlines()[0]
         return json.loads(record)["counters"]
 
     def errors(self, method, pairs):
@@ -129,18 +137,21 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("--build", default=str(ROOT / "build/release"))
     parser.add_argument("--program", help="instead of the build folder's bin/catoptric")
-    parser.add_argument("--size", type=int, default=128, help="pixels along a side [128]")
-    parser.add_argument("--write", help="file of the table")
+    parser.add_argument("--size", help=f"pixels along a side, several with commas [{SIZES[0]}; with --write "
+                                       f"{' and '.join(map(str, SIZES))}, at which bounds hold]")
+    parser.add_argument("--write", action="store_true",
+                        help="replace what was measured in docs/extremes.csv and docs/extremes.md; other rows stay")
     parser.add_argument("--only", default="*", help="cases whose name fits this pattern")
-    parser.add_argument("--methods",
-                        help="these methods and the reference only, with commas; --write then changes their rows alone")
+    parser.add_argument("--methods", help="these methods and the reference only, with commas")
     parser.add_argument("--work", help="folder that is cleared, for one that is kept [a temporary one]")
     parser.add_argument("--huge", action="store_true",
                         default=os.environ.get("CATOPTRIC_LONG") == "1",
                         help="also frames that take minutes; CATOPTRIC_LONG=1 does the same")
     parser.add_argument("--sample", action="store_true",
                         help="leave out what other cases resemble, unless CATOPTRIC_LONG=1")
-    parser.add_argument("--sequences", action="store_true", help="the table of reprojection's sequences alone")
+    parser.add_argument("--sequences", action="store_true", help="also the sequences of reprojection's tests")
+    parser.add_argument("--tight", action="store_true",
+                        help="fail on bounds over three times this run's figures that state no reason")
     parser.add_argument("--jobs", type=int, default=1, help="renders at a time [1]")
     arguments = parser.parse_args()
     temporary = None
@@ -149,28 +160,50 @@ def main():
     else:
         temporary = tempfile.TemporaryDirectory()
         arguments.work = temporary.name
-    if arguments.sequences:
-        before = pathlib.Path(arguments.write).read_text().split("\n" + SEQUENCES[:12])[0] if arguments.write else ""
-        return put(arguments, before + "\n" + sequences(arguments))
     bench = Bench(arguments)
     assert LEFT_OUT < {c.name for c in CASES}
     left_out = LEFT_OUT if arguments.sample and os.environ.get("CATOPTRIC_LONG") != "1" else {}
     cases = [c for c in CASES if fnmatch.fnmatch(c.name, arguments.only) and c.name not in left_out
              and (arguments.huge or not c.huge) and bench.of(c)]
-    bases = [b for b in BASES if any(c.truth == b.name for c in cases)]
-
     failures = []
+    rows = {}
+    for size in bench.sizes:
+        measure(bench, [c for c in cases if size in bench.sizes_of(c)], size, arguments.jobs, rows, failures)
+    table = [line(cases_by_name()[name], method, row) for (name, method), row in rows.items()]
+    if arguments.sequences:
+        table += sequences(arguments)
+    slack = [row for row in table if is_loose(row)]
+    if arguments.tight:
+        failures += [loose_text(row) for row in slack]
+    if arguments.write:
+        table = merged(table, bench.order)
+        write(table)
+    failures += unlike_table(bench, cases)
+    for failure in failures:
+        print("FAILED " + failure, file=sys.stderr)
+    print(f"{len(rows)} pictures of {len(cases)} cases, {len(failures)} failures; {len(slack)} bounds are over three times "
+          "this run's figures and state no reason (--tight names them)", file=sys.stderr)
+    return 1 if failures else 0
+
+
+def cases_by_name():
+    return {c.name: c for c in CASES}
+
+
+def measure(bench, cases, size, jobs, rows, failures):
+    """Renders cases at one size; adds what was measured to the rows of (case, method)."""
+    bases = [b for b in BASES if any(c.truth == b.name for c in cases)]
     broken = set()
-    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
-        for case, message in zip(bases + cases, pool.map(bench.render, bases + cases)):
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        for case, message in zip(bases + cases, pool.map(lambda case: bench.render(case, size), bases + cases)):
             if message:
                 broken.add(case.name)
-                failures.append(f"{case.name}: {message}")
+                failures.append(f"{case.name}, {size} pixels: {message}")
 
     # The truth of a case by a method: the same method's picture of another case, or another
     # method's of this one.
     by_name = {c.name: c for c in bases + cases}
-    rows = {}
+    frame = "frames/frame.0001.exr"
     for method in bench.methods:
         pairs = []
         for case in cases:
@@ -180,64 +213,22 @@ def main():
                     or (truth_case, truth_method) == (case, method)
                     or method not in bench.of(case) or truth_method not in bench.of(truth_case)):
                 continue
-            frame = "frames/frame.0001.exr"
-            pairs.append((case.name, bench.folder(case, method) / frame,
-                          bench.folder(truth_case, truth_method) / frame))
+            pairs.append((case.name, bench.folder(case, method, size) / frame,
+                          bench.folder(truth_case, truth_method, size) / frame))
         errors = bench.errors(method, pairs) if pairs else {}
         for case in cases:
             if case.name in broken or method not in bench.of(case):
                 continue
-            row = {"counters": bench.counters(case, method), "error": errors.get(case.name),
-                   "bound": bench.bound(case, method)}
-            rows[case.name, method] = row
-            failures += [f"{case.name}, {method}: {f}" for f in faults(case, row)]
-    if arguments.write and arguments.methods:
-        add(arguments.write, cases, bench, rows)
-    else:
-        text = table(cases, bench, rows)
-        put(arguments, text + "\n" + sequences(arguments) if arguments.write else text)
-    for failure in failures:
-        print("FAILED " + failure, file=sys.stderr)
-    print(f"{len(rows)} pictures of {len(cases)} cases, {len(failures)} failures", file=sys.stderr)
-    return 1 if failures else 0
+            row = rows.setdefault((case.name, method), {"errors": {}, "bound": bench.bound(case, method)})
+            counters = bench.counters(case, method, size)
+            row.setdefault("counters", counters)
+            error = row["errors"][size] = errors.get(case.name)
+            bound = row["bound"][0] if size in SIZES else None
+            failures += [f"{case.name}, {method}, {size} pixels: {f}" for f in faults(case, error, bound, counters)]
 
 
-def put(arguments, text):
-    if arguments.write:
-        pathlib.Path(arguments.write).write_text(text)
-    else:
-        print(text)
-    return 0
-
-
-SEQUENCES = """## Sequences
-
-The method reprojection keeps state over frames, so its extremes are sequences: the tests of
-src/methods/reprojection/sequences_gl_test.cpp. In each of them every frame is finite, every reflective sample is
-counted once, and what was traced anew has the bits of `traced`. *L1* is the largest mean difference from `traced`
-over the reflective samples of any frame, in 8-bit steps per channel; *bound*: what the test holds it below.
-
-| sequences hold | L1 | bound |
-|---|---|---|
-"""
-
-
-def sequences(arguments):
-    """The table of what reprojection's tests of sequences have measured."""
-    test = pathlib.Path(arguments.build, "bin", "reprojection_gl_test")
-    with tempfile.TemporaryDirectory() as folder:
-        out = pathlib.Path(folder, "out.json")
-        subprocess.run([test, "--gtest_filter=ReprojectionSequences.*", f"--gtest_output=json:{out}"],
-                       check=True, stdout=subprocess.DEVNULL)
-        tests = json.loads(out.read_text())["testsuites"][0]["testsuite"]
-    words = lambda name: re.sub("[A-Z]", lambda m: " " + m[0].lower(), name.removeprefix("Hold")).strip()  # noqa: E731
-    return SEQUENCES + "".join(f"| {words(t['name'])} | {float(t['l1']):.3f} | {float(t['bound']):g} |\n"
-                               for t in tests if "l1" in t)
-
-
-def faults(case, row):
+def faults(case, error, bound, counters):
     """What a picture does not hold."""
-    error, bound, counters = row["error"], row["bound"], row["counters"]
     found = []
     if error and error["not_finite"] > 0:
         found.append(f"{error['not_finite']} pixels are not finite")
@@ -256,81 +247,160 @@ def faults(case, row):
     return found
 
 
-INTRODUCTION = """# Extremes
+# --- The table: a row of COLUMNS for each case and method, all cells text ---------------------------
 
-Made by `tests/extremes/run.py --huge --write docs/extremes.md`; do not edit. The program rendered every
-picture below with {size} x {size} pixels, unless its case says otherwise. The test `extremes` renders most of the
-cases with 48 x 48 pixels. It fails where an error exceeds its bound, where a frame is missing or has
-a NaN or an infinity, where a ray is refused, and where a radiance is not finite or a value is clamped.
-`scripts/test --long` adds the others and the huge frames.
+def line(case, method, row):
+    errors, counters = row["errors"], row["counters"]
+    bound, reason = row["bound"]
+    error = next(iter(errors.values()))
+    cells = {"case": case.name, "what": case.what, "truth": case.truth or "", "method": method,
+             "bound": f"{bound:g}" if error and bound is not None else "", "reason": reason if error else "",
+             "max_8bit": str(error["max_8bit"]) if error else "",
+             **{name: str(counters.get(name, 0)) for name in ("refused", "not_finite")},
+             "clamped": str(sum(v for k, v in counters.items() if k.startswith("clamped")))}
+    for size, error in errors.items():
+        if error and f"L1_8bit_{size}" in COLUMNS:
+            cells[f"L1_8bit_{size}"] = f"{error['L1_8bit']:.3f}"
+    return {name: cells.get(name, "") for name in COLUMNS}
 
-The columns of the table mean:
 
-- *truth*: the picture that a case is measured against. It is the same method's picture of another scene
-  that must look the same (one that is not scaled, not moved, or has none of the odd triangles), or
-  `reference`, that method's picture of the same case.
-- *L1*: the mean difference in 8-bit steps per channel. *bound*: what L1 must stay below. *max*: the
-  largest difference of any channel. The method environment_map has no bound against `reference`.
-- *refused*: how many rays were not given to Embree, because they were not finite or reached beyond 1e18.
-  Such rays see the environment.
-- *not finite*: how many radiances were NaN or infinite, and were taken as 0.
-- *clamped*: how many values were too large for half floats, in the frame, in the cube map and in the
-  images of impostors. These three counts are 0 unless the case is about them.
+def sequences(arguments):
+    """Rows of what reprojection's tests of sequences have measured."""
+    test = pathlib.Path(arguments.build, "bin", "reprojection_gl_test")
+    with tempfile.TemporaryDirectory() as folder:
+        out = pathlib.Path(folder, "out.json")
+        subprocess.run([test, "--gtest_filter=ReprojectionSequences.*", f"--gtest_output=json:{out}"],
+                       check=True, stdout=subprocess.DEVNULL)
+        tests = json.loads(out.read_text())["testsuites"][0]["testsuite"]
+    words = lambda name: re.sub("[A-Z]", lambda m: " " + m[0].lower(), name.removeprefix("Hold")).strip()  # noqa: E731
+    return [{**dict.fromkeys(COLUMNS, ""), "case": "sequence", "what": words(t["name"]), "truth": "traced",
+             "method": "reprojection", f"L1_8bit_{SIZES[0]}": f"{float(t['l1']):.3f}", "bound": f"{float(t['bound']):g}",
+             "reason": t.get("reason", "")} for t in tests if "l1" in t]
 
-A scene whose middle lies farther from 0 than 64 times its diameter gets an origin of its own, which is
-subtracted in double precision. Moving a scene by 1e5 metres therefore costs nothing. What remains in
-`box_far` are its lights: a description keeps their positions in single precision, which is off by up to
-0.004 m there. From 230 km away positions are rounded to 0.02 m, and reflected rays start 0.9 m off their
-surface, which is 32 such roundings: `narrow_far`. A triangle that a matrix has collapsed to a line may
-give a sample without a place, whose ray is refused; that is allowed for eight rays of a picture.
 
+def figure(row):
+    """The largest L1 of a row's sizes; None: it has none."""
+    figures = [float(row[name]) for name in COLUMNS if name.startswith("L1_8bit") and row[name]]
+    return max(figures) if figures else None
+
+
+def is_loose(row):
+    most = figure(row)
+    return (most is not None and row["bound"] != "" and not row["reason"]
+            and float(row["bound"]) > max(3 * most, most + FLOOR) + 5e-4)
+
+
+def loose_text(row):
+    return (f"{row['case']} ({row['what']}), {row['method']}: the bound {row['bound']} is over three times the figure, "
+            f"{figure(row):.3f}, and states no reason")
+
+
+def read():
+    with CSV.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def key(row):
+    return row["case"], row["method"], row["what"] if row["case"] == "sequence" else ""
+
+
+def merged(table, methods):
+    """The table's rows, with what docs/extremes.csv has of other cases, methods and sizes; all with today's bounds."""
+    rows = {key(row): row for row in read()}
+    for row in table:
+        old = rows.get(key(row), {})
+        rows[key(row)] = {name: cell or name.startswith("L1_8bit") and old.get(name) or "" for name, cell in row.items()}
+    known = cases_by_name()
+    for row in rows.values():
+        if row["bound"] and row["case"] in known:
+            bound, reason = Bench.bound(known[row["case"]], row["method"])
+            row |= {"bound": f"{bound:g}", "reason": reason}
+    place = {c.name: i for i, c in enumerate(CASES)} | {"sequence": len(CASES)}
+    return sorted((row for row in rows.values() if row["case"] in place),
+                  key=lambda row: (place[row["case"]], methods.index(row["method"])))
+
+
+def unlike_table(bench, cases):
+    """How docs/extremes.csv differs from the cases, and its bounds that are loose."""
+    table = {key(row): row for row in read()}
+    known = {row["method"] for row in table.values()}
+    found = [loose_text(row) for row in table.values() if is_loose(row)]
+    for case in cases:
+        for method in set(bench.of(case)) & known:
+            row = table.get((case.name, method, ""))
+            bound, reason = bench.bound(case, method)
+            if row is None or figure(row) is not None and (row["bound"], row["reason"]) != (
+                    "" if bound is None else f"{bound:g}", reason):
+                found.append(f"{case.name}, {method}: docs/extremes.csv has another bound, or none; make it again by "
+                             f"tests/extremes/run.py --write --only {case.name}")
+    return found
+
+
+PAGE = """# Extremes
+
+The test `extremes` renders scenes at their extremes (tiny, huge, far away, degenerate, blinding) by every method, and
+compares each picture with its truth. [extremes.csv](extremes.csv) has all {pictures} pictures of {cases} cases,
+and {sequences} sequences.
+This page and the table are made by
+
+    tests/extremes/run.py --write --huge --sequences
+
+Each case is measured with {sizes} pixels along a side, unless it says otherwise. `scripts/test` renders most of the
+cases with {small} x {small} pixels, and `scripts/test --long` renders all of them. The test fails if
+
+- a picture's error exceeds its bound,
+- a frame is missing, or has a NaN or an infinity,
+- a ray is refused, except for the few that a case allows,
+- a value is clamped where the case is not about clamped values, or
+- a bound is more than three times the error in the table, and states no reason. Pictures of different processors
+  differ by up to {floor} display steps, so a bound may always be {floor} steps above the error.
+
+## Columns
+
+| column | meaning |
+|---|---|
+| `truth` | what the picture is compared with: the same method's picture of another scene that must look the same, or the picture of the same case by `reference` |
+| {errors} | mean absolute difference per channel in 8-bit display steps, with so many pixels along a side |
+| `bound` | largest error with which the test passes; empty: the error is only measured |
+| `reason` | why the bound is more than three times the error |
+| `max_8bit` | largest difference of any channel |
+| `refused` | rays that Embree was not given, because they are not finite or reach beyond 1e18; they see the environment |
+| `not_finite` | radiances that were NaN or infinite, and were taken as 0 |
+| `clamped` | values too large for half floats: in the frame, in the cube map and in the images of impostors |
+
+Rows called `sequence` are the tests of `src/methods/reprojection/sequences_gl_test.cpp`: `reprojection` keeps state
+over frames, so its extremes are sequences. Their error is the largest of any frame, over the reflective samples.
+
+## The largest errors that have a bound
+
+| case | method | L1_8bit | bound |
+|---|---|---|---|
+{worst}
+
+## What causes errors at large distances
+
+A scene whose centre is farther from 0 than 64 times its diameter gets an origin of its own, which is subtracted in
+double precision. Moving a scene by 1e5 metres therefore changes nothing except the positions of lights, which a
+description keeps in single precision (`box_far`: 0.004 m off). From 230 km away, positions are rounded to 0.02 m, and
+reflected rays start 0.9 m off their surface, which is 32 such roundings (`narrow_far`). A triangle that a matrix has
+collapsed to a line may give a sample without a position, whose ray is refused.
 """
 
 
-def cells(case, method, row):
-    """A row of the table: the case's part, the rest."""
-    error, counters = row["error"], row["counters"]
-    return [f"`{case.name}`: {case.what} | {case.truth}", method, f"{error['L1_8bit']:.3f}" if error else "",
-            f"{row['bound']:g}" if error and row["bound"] is not None else "",
-            str(error["max_8bit"]) if error else "",
-            str(counters.get("refused", 0)), str(counters.get("not_finite", 0)),
-            str(sum(v for k, v in counters.items() if k.startswith("clamped")))]
-
-
-def lines_of(rows):
-    """`rows`: all cells of a case's methods."""
-    return ["| " + " | ".join([row[0] if i == 0 else " | "] + row[1:]) + " |" for i, row in enumerate(rows)]
-
-
-def table(cases, bench, rows):
-    lines = ["| case | truth | method | L1 | bound | max | refused | not finite | clamped |",
-             "|---|---|---|---|---|---|---|---|---|"]
-    for case in cases:
-        lines += lines_of([cells(case, method, rows[case.name, method]) for method in bench.methods
-                           if (case.name, method) in rows])
-    return INTRODUCTION.format(size=bench.size) + "\n".join(lines) + "\n"
-
-
-def add(file, cases, bench, rows):
-    """Puts the rows of some methods in the place of those in a file; its other rows stay."""
-    before, rest = pathlib.Path(file).read_text().split("| case | ", 1)
-    head, *old = ("| case | " + rest.split("\n\n")[0]).rstrip("\n").split("\n")
-    after = rest.split("\n\n", 1)[1]
-    kept, name = {}, ""
-    for line in old[1:]:
-        first, truth, *others = line[2:-2].split(" | ")
-        name = (f"{first} | {truth}") if first.strip() else name
-        kept.setdefault(name.split("`")[1], {})[others[0]] = [name, *others]
-    order = [m["name"] for m in json.loads(bench.run("list", "methods", "--json").stdout)["methods"]]
-    for case in cases:
-        mine = kept.setdefault(case.name, {})
-        for method in bench.methods:
-            if (case.name, method) in rows:
-                mine[method] = cells(case, method, rows[case.name, method])
-    lines = [head, old[0]]
-    for case in (c.name for c in CASES if c.name in kept):
-        lines += lines_of([kept[case][m] for m in sorted(kept[case], key=order.index)])
-    pathlib.Path(file).write_text(before + "\n".join(lines) + "\n\n" + after)
+def write(table):
+    """Writes the table, and the page beside it."""
+    with CSV.open("w", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(table)
+    bounded = sorted((row for row in table if row["bound"] and figure(row) is not None), key=figure, reverse=True)
+    pictures = [row["case"] for row in table if row["case"] != "sequence"]
+    worst = [f"| `{row['case']}`: {row['what']} | {row['method']} | {figure(row):.2f} | {row['bound']} |"
+             for row in bounded[:8]]
+    CSV.with_suffix(".md").write_text(PAGE.format(
+        pictures=len(pictures), cases=len(set(pictures)), sequences=len(table) - len(pictures), floor=FLOOR,
+        sizes=" and ".join(map(str, SIZES)), small=SIZES[1], errors=", ".join(f"`L1_8bit_{size}`" for size in SIZES),
+        worst="\n".join(worst)))
 
 
 if __name__ == "__main__":

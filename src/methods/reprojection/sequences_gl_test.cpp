@@ -103,7 +103,8 @@ std::function<scene::Camera(int)> sideways(float scale, float step) {
   };
 }
 
-/// Records how far off its frames were, for the table of docs/extremes.md (tests/extremes).
+/// Records how far off its frames were, for docs/extremes.csv (tests/extremes), which holds
+/// its bound to three times that or 0.05 above it.
 class ReprojectionSequences : public testing::Test {
  protected:
   void isBelow(double l1, double bound) {
@@ -120,7 +121,7 @@ class ReprojectionSequences : public testing::Test {
 TEST_F(ReprojectionSequences, HoldAtEveryScale) {
   for (const float scale : {1e-4f, 1.0f, 1e5f}) {
     const Worst worst = render(mirrors(scale, false).scene(), {.camera = sideways(scale, 0.02f)});
-    isBelow(worst.l1, 0.6);
+    isBelow(worst.l1, 0.35);
     EXPECT_GT(worst.reused, worst.samples / 2) << scale;
   }
 }
@@ -129,7 +130,7 @@ TEST_F(ReprojectionSequences, HoldInTheSmallestFrame) {
   const Worst worst = render(mirrors(1.0f, false).scene(),
                              {.width = 1, .height = 1, .camera = sideways(1.0f, 0.02f)});
   EXPECT_EQ(worst.samples, 6u);
-  isBelow(worst.l1, 1.0);
+  isBelow(worst.l1, 0.05);
 }
 
 TEST_F(ReprojectionSequences, HoldWhereAMirrorFillsTheFrame) {
@@ -138,7 +139,7 @@ TEST_F(ReprojectionSequences, HoldWhereAMirrorFillsTheFrame) {
   };
   const Worst worst = render(mirrors(1.0f, false).scene(), {.camera = camera});
   EXPECT_EQ(worst.samples, 6u * 96u * 96u);
-  isBelow(worst.l1, 1.0);
+  isBelow(worst.l1, 0.6);
 }
 
 // A frame about a mirror: its narrow reflection at the rim comes out as the camera goes on.
@@ -164,14 +165,14 @@ TEST_F(ReprojectionSequences, HoldWithTheEyeInTheMirrorsPlane) {
   const auto camera = [](int frame) {
     return before(1.0f, {2.6f, 0.2f, 0.02f * static_cast<float>(2 - frame)}, {-1.0f, 0.0f, 0.0f});
   };
-  isBelow(render(mirrors(1.0f, false).scene(), {.camera = camera}).l1, 1.0);
+  isBelow(render(mirrors(1.0f, false).scene(), {.camera = camera}).l1, 0.05);
 }
 
 TEST_F(ReprojectionSequences, HoldBetweenParallelMirrors) {
   Sequence sequence{.camera = sideways(1.0f, 0.02f)};
   for (sequence.bounces = 1; sequence.bounces <= 3; ++sequence.bounces) {
     const Worst worst = render(mirrors(1.0f, true).scene(), sequence);
-    isBelow(worst.l1, 1.0);
+    isBelow(worst.l1, 0.5);
     // Of the second bounce most is found again, of the third nothing.
     if (sequence.bounces == 2) {
       EXPECT_GT(worst.reused, worst.samples * 7 / 10);
@@ -204,7 +205,7 @@ TEST_F(ReprojectionSequences, HoldWhereSomethingComesBeforeTheSky) {
   builder.constantEnvironment({0.4f, 0.5f, 0.6f});
   const auto camera = [](int) { return before(1.0f, {0.0f, 1.0f, 3.0f}); };
   const Worst worst = render(builder.scene(), {.seconds = 0.5f, .camera = camera});
-  isBelow(worst.l1, 0.1);
+  isBelow(worst.l1, 0.05);
   EXPECT_GT(worst.reused, worst.samples / 2);
 }
 
@@ -212,7 +213,7 @@ TEST_F(ReprojectionSequences, HoldWhereTheCameraCuts) {
   const auto camera = [](int frame) {
     return frame < 3 ? before(1.0f, {0.2f, 0.3f, 3.5f}) : before(1.0f, {-1.2f, -0.9f, 1.0f});
   };
-  isBelow(render(mirrors(1.0f, false).scene(), {.camera = camera}).l1, 2.0);
+  isBelow(render(mirrors(1.0f, false).scene(), {.camera = camera}).l1, 0.05);
   // As the paper has it, such a frame becomes a key frame.
   const Worst worst = render(mirrors(1.0f, false).scene(),
                              {.options = R"("keyframe_threshold": 0.3)", .camera = camera});
@@ -231,7 +232,7 @@ TEST_F(ReprojectionSequences, HoldWhereObjectsMoveAppearAndVanish) {
   builder.move(other, {0.5f, 0.0f, 0.0f}, 4.0f);
   const Worst worst =
       render(builder.scene(), {.frames = 10, .seconds = 0.35f, .camera = sideways(1.0f, 0.01f)});
-  isBelow(worst.l1, 1.0);
+  isBelow(worst.l1, 0.3);
   EXPECT_GT(worst.reused, worst.samples / 3);
 }
 
@@ -254,7 +255,7 @@ TEST_F(ReprojectionSequences, HoldWhereLightsChange) {
       render(builder.scene(), {.frames = 10, .seconds = 0.1f, .camera = sideways(1.0f, 0.01f)});
   EXPECT_EQ(whole.keys, 6u);
   EXPECT_GT(whole.reused, whole.samples / 5);
-  isBelow(whole.l1, 0.6);
+  isBelow(whole.l1, 0.2);
 }
 
 TEST_F(ReprojectionSequences, HoldWhereMirrorsMove) {
@@ -262,7 +263,7 @@ TEST_F(ReprojectionSequences, HoldWhereMirrorsMove) {
   const int ball = builder.add(scene::makeSphere(0.5f, 64, 32, scene::UvMode::Unit),
                                builder.reflective(0.9f), test::translation({-0.4f, 0.2f, 1.4f}));
   builder.move(ball, {0.2f, 0.0f, 0.1f}, 4.0f);
-  isBelow(render(builder.scene(), {.seconds = 0.1f, .camera = sideways(1.0f, 0.01f)}).l1, 1.0);
+  isBelow(render(builder.scene(), {.seconds = 0.1f, .camera = sideways(1.0f, 0.01f)}).l1, 0.15);
 }
 
 TEST_F(ReprojectionSequences, HoldWhereEveryFrameIsAKeyFrame) {
@@ -286,7 +287,7 @@ TEST_F(ReprojectionSequences, HoldInChainsOfAThousandFrames) {
                               .camera = camera});
   EXPECT_EQ(worst.keys, 1u);
   EXPECT_GT(worst.reused, worst.samples / 4);
-  isBelow(worst.l1, 2.0);
+  isBelow(worst.l1, 0.05);
 }
 
 }  // namespace
