@@ -63,6 +63,15 @@ TEST(Axes, LinkedOptionsChangeTogether) {
   const std::vector<Point> points = makePoints({"a"}, axes, {});
   ASSERT_EQ(points.size(), 2u);
   EXPECT_EQ(settingsText(points[1].settings), "width=16 height=12");
+  // Of two methods: both have both
+  std::vector<Axis> ofTwo{parseAxis("methods.a.x=1,2"), parseAxis("methods.b.y=3,4")};
+  linkAxes(ofTwo, "methods.a.x,methods.b.y");
+  const std::vector<Point> both = makePoints({"a", "b"}, ofTwo, {});
+  ASSERT_EQ(both.size(), 4u);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(both[i].method, i % 2 == 0 ? "a" : "b");
+    EXPECT_EQ(settingsText(both[i].settings), i < 2 ? "x=1 y=3" : "x=2 y=4");
+  }
   std::vector<Axis> uneven{parseAxis("a=1,2"), parseAxis("b=1")};
   EXPECT_THAT(messageOf([&] { linkAxes(uneven, "a,b"); }), HasSubstr("a has 2 values, b has 1"));
   EXPECT_THAT(messageOf([&] { linkAxes(uneven, "a,c"); }), HasSubstr("no --vary is called \"c\""));

@@ -78,6 +78,18 @@ TEST(Statistics, OneDisturbedTimeMovesNothing) {
   EXPECT_EQ(pairedRatio(base, base).interval->high, 1.0);  // beside itself
 }
 
+TEST(Statistics, QuotientsOfRatiosAreAsWideAsBoth) {
+  const Ratio a{2.0, Interval{1.8, 2.2}, 8, 3};
+  const Ratio b{0.5, Interval{0.4, 0.6}, 9, 2};
+  const Ratio ratio = quotient(a, b);
+  EXPECT_EQ(ratio.value, 4.0);
+  EXPECT_EQ(ratio.interval->low, 1.8 / 0.6);
+  EXPECT_EQ(ratio.interval->high, 2.2 / 0.4);
+  EXPECT_EQ(ratio.rounds, 8);
+  EXPECT_EQ(ratio.frames, 2);
+  EXPECT_FALSE(quotient(a, {0.5, {}, 9, 2}).interval);
+}
+
 TEST(Statistics, TooFewRoundsSaySo) {
   const Ratio ratio = pairedRatio(RoundTimes(7, {1.0}), RoundTimes(7, {2.0}));
   EXPECT_EQ(verdictOf(ratio), Verdict::Unclear);
