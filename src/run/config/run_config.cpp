@@ -39,31 +39,29 @@ AllowedItems layerNames() {
 const OptionTable<RunConfig>& imageTable() {
   using methods::RunSettings;
   static const OptionTable<RunConfig> table(
-      "image", "Size, samples and layers of the frames.",
+      "image", "Frames.",
       {field(in(&RunConfig::image, &RunSettings::width), "width", range(1, 16384),
-             "Width of a frame, pixels."),
+             "Width, pixels."),
        field(in(&RunConfig::image, &RunSettings::height), "height", range(1, 16384),
-             "Height of a frame, pixels."),
+             "Height, pixels."),
        field(in(&RunConfig::image, &RunSettings::samples), "samples", range(1, 8),
-             "Samples per pixel along each axis: 2 gives 2 x 2."),
-       field(
-           in(&RunConfig::image, &RunSettings::layers), "layers", layerNames(),
-           "Layers beside R G B A; Z, N, id and those of one method alone (cluster: second_order) "
-           "are of the pixel's middle sample, the others means over its samples."),
+             "Samples per pixel along each axis."),
+       field(in(&RunConfig::image, &RunSettings::layers), "layers", layerNames(),
+             "Layers besides R G B A (docs/outputs.md)."),
        field(in(&RunConfig::image, &RunSettings::masks), "masks",
-             "Layers mask.*: the share of a pixel's samples where the method fell back."),
+             "Layers mask.*: the fraction of a pixel's samples for which the method fell back."),
        field(in(&RunConfig::image, &RunSettings::fresnelSchlick), "fresnel",
-             "Weigh the reflection by Schlick's Fresnel term with F0 = s, instead of by s."),
+             "Weight of the reflection: Schlick's Fresnel term with F0 = s, instead of s."),
        field(&RunConfig::halfBeauty, "half",
              "R G B A as 16-bit floats; other layers are always 32-bit."),
        field(&RunConfig::compression, "compression", kCompressions,
-             "Compression of the EXR files, without loss.")});
+             "Lossless compression of the EXR files.")});
   return table;
 }
 
 const OptionTable<RunConfig>& previewTable() {
   static const OptionTable<RunConfig> table(
-      "preview", "Previews: 8-bit PNG beside the EXR frames.",
+      "preview", "8-bit PNG pictures of the frames.",
       {field(in(&RunConfig::preview, &PreviewConfig::enabled), "enabled",
              "Write previews/frame.0001.png."),
        field(in(&RunConfig::preview, &PreviewConfig::exposureStops), "exposure", range(-20, 20),
@@ -73,28 +71,27 @@ const OptionTable<RunConfig>& previewTable() {
 
 const OptionTable<RunConfig>& errorsTable() {
   static const OptionTable<RunConfig> table(
-      "errors", "Errors of the methods' frames, in a table after the run.",
+      "errors", "The table of errors after the run.",
       {field(&RunConfig::errorsAgainst, "against",
-             "Names in `methods` that the others are compared with.")});
+             "Names in `methods` with which the others are compared.")});
   return table;
 }
 
 const OptionTable<RunConfig>& sweepTable() {
   static const OptionTable<RunConfig> table(
-      "sweep",
-      "What `catoptric sweep` measures; options of the command line take the place of these.",
+      "sweep", "What `catoptric sweep` measures; command-line options replace it.",
       {field(in(&RunConfig::sweep, &SweepConfig::vary), "vary",
-             "Options and their values, each as for --vary: \"methods.traced.rays=1,4,16\"."),
+             "Options and values, as for --vary: \"methods.traced.rays=1,4,16\"."),
        field(in(&RunConfig::sweep, &SweepConfig::link), "link",
-             "Options that change together, each as for --link: \"image.width,image.height\"."),
+             "Options that change together, as for --link: \"image.width,image.height\"."),
        field(in(&RunConfig::sweep, &SweepConfig::where), "where",
-             "Conditions that combinations must hold, each as for --where: \"rays<=16\"."),
+             "Conditions that combinations must satisfy: \"rays<=16\"."),
        field(in(&RunConfig::sweep, &SweepConfig::metrics), "metric",
-             "Measures of errors; the first is traded against time."),
+             "Error measures; the first is drawn over time."),
        field(in(&RunConfig::sweep, &SweepConfig::against), "against",
-             "Method or folder that errors are measured against; \"\": errors.against."),
+             "Method or folder of frames for errors [errors.against]."),
        field(in(&RunConfig::sweep, &SweepConfig::ratioTo), "ratio_to",
-             "Method whose first point ratios of times are to; \"\": the first point."),
+             "Time ratios are to the first point of this method [the first point]."),
        field(in(&RunConfig::sweep, &SweepConfig::repeats), "repeats", range(0, 1000),
              "Timed rounds; 0: errors only.")});
   return table;
@@ -226,34 +223,32 @@ Option<RunConfig> readApart(Field description) {
 const OptionTable<RunConfig>& runTable() {
   using methods::RunSettings;
   static const OptionTable<RunConfig> table(
-      "run", "A run config: which frames of which scene are rendered, how, and by which methods.",
+      "run", "The config.",
       {readApart({.name = "$schema", .type = FieldType::String, .help = "For editors; not read."}),
        readApart({.name = "comment", .type = FieldType::Any, .help = "Any text; not read."}),
        readApart({.name = "scene",
                   .type = FieldType::String,
-                  .help = "Scene: .gltf, .glb, or a description (.json); relative to this file.",
+                  .help = "A .gltf or .glb file, or a description (.json).",
                   .required = true}),
        readApart({.name = "path",
                   .type = FieldType::String,
-                  .help = "Camera path (.json); without it the scene's own camera."}),
-       readApart({.name = "environment",
-                  .type = FieldType::String,
-                  .help =
-                      "What lights the scene from far away, in place of its own environment: an "
-                      "image file (latitude-longitude, .exr or .hdr), a colour (\"#8090a0\", "
-                      "or a radiance \"0.5,0.5,0.5\"), or \"sky\"."}),
-       field(&RunConfig::frames, "frames",
-             "Frames of the path, such as \"1-100x2,120\"; empty: all."),
+                  .help = "Camera path (.json) [the scene's own camera]."}),
+       readApart(
+           {.name = "environment",
+            .type = FieldType::String,
+            .help =
+                "Replaces the scene's environment: an image (latitude-longitude, .exr or .hdr), "
+                "a colour (\"#8090a0\", or a radiance \"0.5,0.5,0.5\"), or \"sky\"."}),
+       field(&RunConfig::frames, "frames", "Frames of the path [all]."),
        group("image", imageTable(), "Size, samples, layers."),
        readApart({.name = "methods",
                   .type = FieldType::Array,
-                  .help = "Methods, each a name or an object with \"method\", optionally \"name\", "
-                          "and the method's own options.",
+                  .help = "Names, or objects with \"method\" and the method's options.",
                   .defaultText = "[\"traced\"]",
                   .minimum = 1}),
-       group("errors", errorsTable(), "Which errors are computed after the run."),
+       group("errors", errorsTable(), "The table of errors."),
        group("preview", previewTable(), "8-bit previews."),
-       group("sweep", sweepTable(), "What `catoptric sweep` measures; nothing else reads it."),
+       group("sweep", sweepTable(), "What `catoptric sweep` measures."),
        field(in(&RunConfig::image, &RunSettings::seed), "seed", atLeast(0),
              "Seed of all random numbers."),
        field(&RunConfig::device, "device", "GL device: auto, egl:N, surfaceless, osmesa."),
@@ -277,7 +272,7 @@ Schema methodSchema(const methods::MethodEntry& entry) {
                            .allowed = {entry.id}});
   schema.fields.push_back({.name = "name",
                            .type = FieldType::String,
-                           .help = "Folder of its frames and row of its tables.",
+                           .help = "Name of its folder and of its rows in tables [the method's].",
                            .defaultText = config::jsonString(entry.id)});
   schema.fields.push_back(
       {.name = "comment", .type = FieldType::Any, .help = "Any text; not read."});
@@ -285,17 +280,17 @@ Schema methodSchema(const methods::MethodEntry& entry) {
   schema.fields.push_back(
       {.name = "reflectors",
        .type = FieldType::Object,
-       .help = "Other methods for some reflective objects of the same frame: {\"NAME\": "
-               "\"traced\", \"lamp*\": {\"method\": \"traced\", \"rays\": 16}}; NAME is an "
-               "object's, or with * at its end the beginning of names. A name is stronger than a "
-               "pattern, a longer pattern than a shorter one. This method fills all others.",
+       .help = "Other methods for some reflective objects: {\"NAME\": \"traced\", \"lamp*\": "
+               "{\"method\": "
+               "\"traced\", \"rays\": 16}}. * at the end of a NAME stands for any text. A full "
+               "name wins over a pattern, a longer pattern over a shorter one.",
        .object = &reflectors});
   if (entry.refusesReflectors)
     schema.fields.push_back(
         {.name = "unsupported",
          .type = FieldType::String,
-         .help = "What becomes of reflectors that the method cannot do: an error, or this method "
-                 "fills them (counted: unsupported_reflector samples).",
+         .help = "What happens to reflectors that the method cannot render: an error, or this "
+                 "method renders them (counter unsupported_reflector).",
          .defaultText = "\"error\"",
          .allowed = {"error", "environment_map", "traced"}});
   schema.fields.insert(schema.fields.end(), entry.options.fields.begin(),
