@@ -1,4 +1,5 @@
-// What was measured is kept: errors in files, and values of cells as long as nothing of them changes.
+// What was measured is kept: errors in files, and values of cells as long as nothing of them
+// changes.
 #include "study/stored.h"
 
 #include <gtest/gtest.h>
@@ -14,22 +15,18 @@ namespace {
 
 PointErrors twoFrames() {
   PointErrors errors;
-  errors.frames[1] = {{{"L1_8bit", 1.0},
-                       {"L1_8bit_reflective", 10.0},
-                       {"max_8bit", 3.0},
-                       {"rmse", 3.0}},
-                      100,
-                      {{7, {50, 20}}},
-                      {{"rays", 10}, {"refused", 1}},
-                      "a"};
-  errors.frames[2] = {{{"L1_8bit", 3.0},
-                       {"L1_8bit_reflective", 20.0},
-                       {"max_8bit", 2.0},
-                       {"rmse", 4.0}},
-                      300,
-                      {},
-                      {{"rays", 30}},
-                      "b"};
+  errors.frames[1] = {
+      {{"L1_8bit", 1.0}, {"L1_8bit_reflective", 10.0}, {"max_8bit", 3.0}, {"rmse", 3.0}},
+      100,
+      {{7, {50, 20}}},
+      {{"rays", 10}, {"refused", 1}},
+      "a"};
+  errors.frames[2] = {
+      {{"L1_8bit", 3.0}, {"L1_8bit_reflective", 20.0}, {"max_8bit", 2.0}, {"rmse", 4.0}},
+      300,
+      {},
+      {{"rays", 30}},
+      "b"};
   return errors;
 }
 

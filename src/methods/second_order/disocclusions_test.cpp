@@ -39,8 +39,8 @@ struct Bench {
     const Mat3 rays = scene::rayFromPixel(camera, kSize, kSize);
     for (std::size_t at = 0; at < found.size(); ++at) {
       if (gbuffer.object[at] == 0) continue;
-      const Vec3 d =
-          rays * Vec3(static_cast<float>(at % kSize) + 0.5f, static_cast<float>(at / kSize) + 0.5f, 1);
+      const Vec3 d = rays * Vec3(static_cast<float>(at % kSize) + 0.5f,
+                                 static_cast<float>(at / kSize) + 0.5f, 1);
       // From the eye down by 1.5 m, then up by 3 m; the ceiling is 1.5 m above the eye
       const Vec3 end = d * (4.5f / -d.y);
       found[at].at = {10.0f * end.x / 1.5f + off.x, 10.0f * end.z / 1.5f + off.y, 0.4f * depth};
@@ -58,13 +58,17 @@ struct Bench {
 TEST(Disocclusions, HitsAreOfAnotherSurfaceBeyondTwoTexelsOrAQuarterOfTheDepth) {
   Bench bench;
   ASSERT_GT(bench.samples, 1000u);
-  for (const auto& [off, depth, wrong] :
-       {std::tuple(Vec2(0.0f), 1.0f, false), {Vec2(1.9f, 0.0f), 1.0f, false},
-        {Vec2(2.1f, 0.0f), 1.0f, true}, {Vec2(0.0f, -2.1f), 1.0f, true},
-        {Vec2(0.0f), 1.3f, false}, {Vec2(0.0f), 1.4f, true}, {Vec2(0.0f), 0.76f, false},
-        {Vec2(0.0f), 0.74f, true}}) {
+  for (const auto& [off, depth, wrong] : {std::tuple(Vec2(0.0f), 1.0f, false),
+                                          {Vec2(1.9f, 0.0f), 1.0f, false},
+                                          {Vec2(2.1f, 0.0f), 1.0f, true},
+                                          {Vec2(0.0f, -2.1f), 1.0f, true},
+                                          {Vec2(0.0f), 1.3f, false},
+                                          {Vec2(0.0f), 1.4f, true},
+                                          {Vec2(0.0f), 0.76f, false},
+                                          {Vec2(0.0f), 0.74f, true}}) {
     const Disocclusions counted = bench.foundAt(off, depth);
-    EXPECT_EQ(counted.wrongHits, wrong ? bench.samples : 0u) << off.x << ' ' << off.y << ' ' << depth;
+    EXPECT_EQ(counted.wrongHits, wrong ? bench.samples : 0u)
+        << off.x << ' ' << off.y << ' ' << depth;
     EXPECT_EQ(counted.samples, 0u);
   }
 }
