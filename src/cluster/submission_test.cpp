@@ -1,8 +1,11 @@
 // Folders of submissions, scripts and array indices; Slurm itself is asked by tests/slurm.py.
 #include "cluster/submission.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
@@ -148,6 +151,18 @@ TEST_F(Submissions, StatesComeFromTheQueueWhereFramesAreMissing) {
   EXPECT_TRUE(progress.merging);
   EXPECT_FALSE(progress.merged);
   EXPECT_TRUE(progress.moves());
+}
+
+TEST_F(Submissions, AChunkThatAProcessWritesIsRunning) {
+  createSubmission(made_, "{}");
+  const fs::path part = made_.part(1) / "b";
+  fs::create_directories(part);
+  std::ofstream(part / ".lock") << "";
+  EXPECT_THAT(progressOf(made_, {}, false).chunksThatAre(ChunkState::Failed), ElementsAre(1, 3));
+  const int file = ::open((part / ".lock").c_str(), O_RDONLY);
+  ASSERT_EQ(::flock(file, LOCK_EX), 0);
+  EXPECT_THAT(progressOf(made_, {}, false).chunksThatAre(ChunkState::Running), ElementsAre(1));
+  ::close(file);
 }
 
 TEST_F(Submissions, TheLastJobOfAChunkSaysItsState) {

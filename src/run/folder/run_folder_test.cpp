@@ -273,6 +273,17 @@ TEST(RunFolder, RecordsAreAppendedAndTornOnesDropped) {
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);
 }
 
+TEST(RunFolder, TheLastRecordOfAFrameCounts) {
+  const fs::path path = freshFolder();
+  {
+    RunFolder folder(path, Existing::Error);
+    addFrame(folder, 1, "x");
+    addFrame(folder, 1, "y");
+  }
+  EXPECT_EQ(readRunRecords(path).frames.size(), 1u);
+  EXPECT_EQ(RunFolder(path, Existing::Resume).distrust(1, kPrints), "");
+}
+
 TEST(RunFolder, UnwritableFoldersAreOutputErrors) {
   const fs::path path = freshFolder();
   fs::create_directories(path);
