@@ -201,6 +201,9 @@ class Listener : public methods::Method {
   methods::MethodPlan plan(const scene::Scene&, const methods::RunSettings&) const override {
     methods::MethodPlan plan;
     plan.gbuffer = true;
+    (kEvery == 2 ? plan.trace : plan.previousFrame) = true;
+    plan.bvh = kEvery == 2 ? trace::BvhPolicy::Refit : trace::BvhPolicy::RebuildLow;
+    plan.masks = kEvery == 2 ? raster::kMaskSky : raster::kMaskClamped;
     return plan;
   }
   void render(const methods::FrameInput& input, methods::Services&,
@@ -227,11 +230,15 @@ class Listener : public methods::Method {
   }
 };
 
-std::unique_ptr<methods::Method> listeners(const scene::Scene& scene) {
+std::unique_ptr<methods::Method> listeners(const scene::Scene& scene,
+                                           const std::string& first = "even",
+                                           const std::string& other = "third") {
   const std::vector<methods::MethodEntry> registry = {Listener<2>::entry("even"),
                                                       Listener<3>::entry("third")};
-  const config::Value root = config::parseText(
-      R"({"scene": "a", "methods": [{"method": "even", "reflectors": {"pane": "third"}}]})", "f");
+  const config::Value root =
+      config::parseText(R"({"scene": "a", "methods": [{"method": ")" + first +
+                            R"(", "reflectors": {"pane": ")" + other + R"("}}]})",
+                        "f");
   return makeMethod(readRunConfig(root, "f", registry).methods.front(), scene, {}, registry);
 }
 
@@ -240,6 +247,17 @@ TEST(Mixture, RestartsWhereAllItsMethodsDo) {
   const auto path = scene::defaultPath(room());
   for (int number = 1; number <= 13; ++number)
     EXPECT_EQ(mixed->restartsAt(*path, number), number % 6 == 1) << number;
+}
+
+TEST(Mixture, NeedsWhatAnyOfItsMethodsNeeds) {
+  for (const bool turned : {false, true}) {
+    const scene::Scene scene = room();
+    const methods::MethodPlan plan =
+        listeners(scene, turned ? "third" : "even", turned ? "even" : "third")->plan(scene, {});
+    EXPECT_TRUE(plan.gbuffer && plan.trace && plan.previousFrame);
+    EXPECT_EQ(plan.bvh, trace::BvhPolicy::RebuildLow);
+    EXPECT_EQ(plan.masks, raster::kMaskSky | raster::kMaskClamped);
+  }
 }
 
 // Another method has written beside a part's own samples since it saw them last.
