@@ -318,20 +318,23 @@ TEST(GlossyLodRadiance, IsTheSameWhenItIsShadedLater) {
 }
 
 TEST(GlossyLodHits, AverageOverThePerpendicularFootprint) {
-  // A square of 1 m in 64 x 64 texels
-  SceneBuilder builder;
-  builder.add(scene::makePlane(Vec2(1.0f), {1, 1}, scene::UvMode::Unit),
-              builder.diffuse(Vec3(0.0f), Vec3(1.0f)));
-  test::GlStage stage(builder.scene());
-  Rays rays(stage, {.size = 64});
-  const float side = 1.0f / 64.0f;
-  for (const float level : {0.0f, 1.0f, 2.5f, 6.0f}) {
-    // [Yu2008] Eqs. (8), (9): from d metres above, d^2 Omega = 4^l texels
-    const float metres = 2.0f;
-    const float slope = std::exp2(level) * side / metres;
-    const Met met = rays.meet({Vec4(0.1f, metres, 0.2f, slope)}, {Vec4(0, -1, 0, 0)}, 0.0f)[0];
-    EXPECT_NEAR(met.metres, metres, 1e-5f);
-    EXPECT_NEAR(met.level, level, 1e-3f);
+  // A square of 1 m in 64 x 64 texels; of one square and of many, by fine and by coarse quads
+  for (const int cells : {1, 32}) {
+    SceneBuilder builder;
+    builder.add(scene::makePlane(Vec2(1.0f), {cells, cells}, scene::UvMode::Unit),
+                builder.diffuse(Vec3(0.0f), Vec3(1.0f)));
+    test::GlStage stage(builder.scene());
+    Rays rays(stage, {.size = 64});
+    const float side = 1.0f / 64.0f;
+    for (const float alpha : {0.0f, 10.0f})
+      for (const float level : {0.0f, 1.0f, 2.5f, 6.0f}) {
+        // [Yu2008] Eqs. (8), (9): from d metres above, d^2 Omega = 4^l texels
+        const float metres = 2.0f;
+        const float slope = std::exp2(level) * side / metres;
+        const Met met = rays.meet({Vec4(0.1f, metres, 0.2f, slope)}, {Vec4(0, -1, 0, 0)}, alpha)[0];
+        EXPECT_NEAR(met.metres, metres, 1e-5f) << cells << ' ' << alpha;
+        EXPECT_NEAR(met.level, level, 1e-3f) << cells << ' ' << alpha;
+      }
   }
 }
 
