@@ -1,13 +1,30 @@
 #!/usr/bin/env python3
 """Every scene family by every method is drawn as kept in tests/golden/ (golden_frames.py), and the comparison is able to
 fail: it finds another method's frame and a frame that nobody kept. Each frame's largest reflector covers more pixels than
-may differ, so that it is found when it is brighter by 1/255.
+may differ, so that it is found when it is brighter by 1/255. The counters of each frame are held to what the methods say
+of them, as in counters.py.
 Usage: golden.py PROGRAM WORK_FOLDER; exit 1 and a line per fault."""
 
+import json
 import sys
 
 sys.dont_write_bytecode = True
+import counters  # noqa: E402
 import golden_frames as golden  # noqa: E402
+import method_list  # noqa: E402
+
+
+def counter_faults(test, made):
+    methods = method_list.Methods(test.program)
+    found = []
+    for name, frame in made.items():
+        family, method = name.split(".")
+        counts = json.loads((frame.parent.parent / "frames.jsonl").read_text().splitlines()[0])["counters"]
+        scene = test.families["families"][family]["scene"]
+        found += [f"{name}: {fault}" for fault in counters.faults_of(scene, counts, method, methods)]
+        if not counters.faults_of(scene, {**counts, "refused": 1}, method, methods):
+            found.append(f"{name}: a refused ray is not found")
+    return found
 
 
 def main(program, work):
@@ -15,7 +32,7 @@ def main(program, work):
     frames = test.frames(test.names([]))
     code = test.check(frames, True)
     made = {name: frame for name, frame in frames.items() if not isinstance(frame, str)}
-    limits, faults = test.families["limits"], []
+    limits, faults = test.families["limits"], counter_faults(test, made)
     for name, errors in test.compare(made, made)[1].items():
         largest = max((part["pixels"] for part in errors["objects"]), default=0)
         if not 100 * largest / errors["pixels"] > limits["fail-percent"] or not limits["fail"] < 1 / 255:
