@@ -354,6 +354,10 @@ TEST_F(Crash, ChunksMergeToTheWholeRunInAnyOrder) {
   const config::Value summary = config::parseFile(folder / "one/summary.json");
   EXPECT_EQ(summary.get("frames").dump(), "[1,2,3,4,5,6,7,8]");
   EXPECT_EQ(summary.get("steps").get("trace").get("count").asInteger(), 8);
+  const config::Value undivided = config::parseFile(folder / "whole/summary.json");
+  for (const std::string& member : undivided.keys()) EXPECT_TRUE(summary.has(member)) << member;
+  for (const char* member : {"step_kinds", "reflectors", "plan", "method", "config"})
+    EXPECT_EQ(summary.get(member).dump(), undivided.get(member).dump()) << member;
   EXPECT_EQ(summary.get("startup").get("scene").get("count").asInteger(), 3);
   // The merged run is a run: nothing of it is rendered again.
   const Ended resumed = run({"render", "run.json", "--out", "one", "--existing", "resume"});
