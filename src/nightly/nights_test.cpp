@@ -223,6 +223,14 @@ TEST_F(Nights, WhatIsAcceptedHoldsAndCanBeTakenBack) {
   const Accepted accepted = acceptVerdicts(*history, {{"c.m:3", "a.m"}, "wanted", "tester"});
   EXPECT_EQ(accepted.frames, 1);
   EXPECT_EQ(accepted.times, 1);
+  // Judged again, the night keeps what a person said of it
+  const auto accepts = [&](const Verdict& verdict) {
+    return verdict.acknowledgement == accepted.acknowledgement;
+  };
+  EXPECT_EQ(std::ranges::count_if(history->verdicts(2), accepts), 2);
+  EXPECT_EQ(std::ranges::count_if(
+                judgeNight(*history, *history->night(2), suite.gates, {"refused"}), accepts),
+            2);
   // Accepted twice is refused: nothing of it is left
   EXPECT_THROW(acceptVerdicts(*history, {{"c.m:3"}, "wanted", "tester"}), UsageError);
   std::string after = failures(night(build));

@@ -149,6 +149,19 @@ TEST(Tasks, EveryPartOfACameraIsInItsFingerprint) {
   test::expectNoneCounts(print, number);
 }
 
+TEST(Tasks, OfEarlierFramesThoseSinceTheRestartCount) {
+  const auto print = [](const std::vector<int>& asked) {
+    const std::vector<FrameTask> tasks =
+        makeTasks(TestPath(60), asked, TestMethod(), {"c", "s", "", "b"});
+    const auto task =
+        std::ranges::find_if(tasks, [](const FrameTask& t) { return t.frame.number == 45; });
+    return task->fingerprints.camera;
+  };
+  // A restart is at 41: whatever is asked for before, the frame is the same
+  EXPECT_EQ(print({45}), print({5, 45}));
+  EXPECT_EQ(print({45}), print({40, 43, 45, 46}));
+}
+
 TEST_F(State, RestartFramesAreTheGridAndTheCuts) {
   std::vector<int> restarts;
   for (int number = 1; number <= path_.count(); ++number)
