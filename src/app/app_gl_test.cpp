@@ -63,17 +63,6 @@ TEST(AppGl, CornellBoxByAllMethods) {
   for (const char* step : {"gbuffer", "trace", "composite", "readback", "encode", "write"})
     EXPECT_TRUE(summary.get("steps").has(step)) << step;
   EXPECT_NE(summary.get("device").get("renderer").asString(), "CPU");
-
-  // In one thread, and every frame in a process of its own: the same bytes.
-  for (const char* chunk : {"1/2", "2/2"})
-    ASSERT_EQ(run(folder, small + "--method traced --threads 1 --chunk " + chunk + " --out '" +
-                              (folder / chunk).string() + "'"),
-              0)
-        << textOf(folder / "err.txt");
-  EXPECT_EQ(textOf(folder / "1/2/frames/frame.0001.exr"),
-            textOf(folder / "a/traced/frames/frame.0001.exr"));
-  EXPECT_EQ(textOf(folder / "2/2/frames/frame.0003.exr"),
-            textOf(folder / "a/traced/frames/frame.0003.exr"));
   fs::remove_all(folder);
 }
 
