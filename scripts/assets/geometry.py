@@ -27,11 +27,7 @@ def to_corners(primitive, rotation):
         x = m[0] * v[0] + m[4] * v[1] + m[8] * v[2] + m[12] * w
         y = m[1] * v[0] + m[5] * v[1] + m[9] * v[2] + m[13] * w
         z = m[2] * v[0] + m[6] * v[1] + m[10] * v[2] + m[14] * w
-        return (
-            r[0] * x + r[1] * y + r[2] * z,
-            r[3] * x + r[4] * y + r[5] * z,
-            r[6] * x + r[7] * y + r[8] * z,
-        )
+        return (r[0] * x + r[1] * y + r[2] * z, r[3] * x + r[4] * y + r[5] * z, r[6] * x + r[7] * y + r[8] * z)
 
     p, n, t = primitive["positions"], primitive["normals"], primitive["uvs"]
     positions = [transform(p[i : i + 3], 1.0) for i in range(0, len(p), 3)]
@@ -43,15 +39,9 @@ def to_corners(primitive, rotation):
             normals.append(unit(*v) if all(math.isfinite(c) for c in v) else None)
     uvs = None
     if t is not None:
-        uvs = [
-            (t[i], t[i + 1]) if math.isfinite(t[i] + t[i + 1]) else (0.0, 0.0)
-            for i in range(0, len(t), 2)
-        ]
+        uvs = [(t[i], t[i + 1]) if math.isfinite(t[i] + t[i + 1]) else (0.0, 0.0) for i in range(0, len(t), 2)]
     index = primitive["indices"]
-    corners = [
-        (positions[i], normals[i] if normals else None, uvs[i] if uvs else (0.0, 0.0))
-        for i in index
-    ]
+    corners = [(positions[i], normals[i] if normals else None, uvs[i] if uvs else (0.0, 0.0)) for i in index]
     return [corners[i : i + 3] for i in range(0, len(corners) - 2, 3)]
 
 
@@ -126,9 +116,7 @@ def clustered(triangles, cell, thin):
         count = len(corners)
         position = tuple(sum(c[0][k] for c in corners) / count for k in range(3))
         normal = unit(*(sum(c[1][k] for c in corners) for k in range(3)))
-        nearest = min(
-            corners, key=lambda c: sum((c[0][k] - position[k]) ** 2 for k in range(3))
-        )
+        nearest = min(corners, key=lambda c: sum((c[0][k] - position[k]) ** 2 for k in range(3)))
         mean[key] = (position, normal or nearest[1], nearest[2])
     # Corners of one grid cell that point to different sides still meet in one point.
     together = {}
@@ -250,9 +238,7 @@ def covered(triangles, gap, last):
     sizes = {}
     for i, sheet in enumerate(sheets):
         sizes[sheet] = sizes.get(sheet, 0) + areas[i]
-    order = sorted(
-        range(len(triangles)), key=lambda i: (i in last, round(sizes[sheets[i]], 4), sheets[i], areas[i])
-    )
+    order = sorted(range(len(triangles)), key=lambda i: (i in last, round(sizes[sheets[i]], 4), sheets[i], areas[i]))
     gone = set()
     for i in order:
         if planes[i] is None:

@@ -59,11 +59,7 @@ def read_triangles(document, binary):
                 item = {"material": primitive.get("material", 0), "matrix": matrix}
                 item["positions"] = accessor_values(document, binary, attributes["POSITION"])
                 for key, name in (("normals", "NORMAL"), ("uvs", "TEXCOORD_0")):
-                    item[key] = (
-                        accessor_values(document, binary, attributes[name])
-                        if name in attributes
-                        else None
-                    )
+                    item[key] = (accessor_values(document, binary, attributes[name]) if name in attributes else None)
                 item["indices"] = accessor_values(document, binary, primitive["indices"])
                 primitives.append(item)
         for child in node.get("children", []):
@@ -108,8 +104,7 @@ class GlbWriter:
         if path not in self.images:
             self.document["images"].append({"bufferView": self.view(data), "mimeType": mime})
             self.document["samplers"] = [{"magFilter": 9729, "minFilter": 9987}]
-            self.document["textures"].append(
-                {"source": len(self.document["images"]) - 1, "sampler": 0})
+            self.document["textures"].append({"source": len(self.document["images"]) - 1, "sampler": 0})
             self.images[path] = len(self.document["textures"]) - 1
         return self.images[path]
 
@@ -141,13 +136,11 @@ class GlbWriter:
             if alpha:
                 material["alphaMode"], material["alphaCutoff"] = "MASK", 0.5
         if several:
-            attributes["COLOR_0"] = self.accessor(colours.tobytes(), 5123, "VEC4", count, 34962,
-                                                  normalized=True)
+            attributes["COLOR_0"] = self.accessor(colours.tobytes(), 5123, "VEC4", count, 34962, normalized=True)
         else:
             pbr["baseColorFactor"] = [min(1.0, c) for c in corners[0][3]] + [1]
         code, component = ("H", 5123) if count < 65535 else ("I", 5125)
-        index = self.accessor(array.array(code, indices).tobytes(), component, "SCALAR",
-                              len(indices), 34963)
+        index = self.accessor(array.array(code, indices).tobytes(), component, "SCALAR", len(indices), 34963)
         self.document["materials"].append(material)
         self.document["meshes"].append({"name": name, "primitives": [
             {"attributes": attributes, "indices": index, "mode": 4,
