@@ -16,7 +16,7 @@
 namespace catoptric::app {
 namespace {
 
-struct Options {
+struct CompareOptions {
   std::string run;
   std::string reference;
   std::string out;
@@ -43,7 +43,7 @@ std::string numbers(const std::vector<int>& frames) {
 }
 
 /// Says what exceeds the limits; whether anything does.
-bool exceeds(const report::RunComparison& c, const Options& options) {
+bool exceeds(const report::RunComparison& c, const CompareOptions& options) {
   bool failed = false;
   const auto fail = [&](const std::string& message) {
     log::error(message);
@@ -79,7 +79,7 @@ bool exceeds(const report::RunComparison& c, const Options& options) {
   return failed;
 }
 
-ExitCode compare(const Options& options, const CommonOptions& common) {
+ExitCode compare(const CompareOptions& options, const CommonOptions& common) {
   report::RunData run = report::readSequence(options.run);
   const report::RunData reference = report::readSequence(options.reference);
   pairSingleFiles(run, reference);
@@ -109,7 +109,7 @@ ExitCode compare(const Options& options, const CommonOptions& common) {
 }  // namespace
 
 Command compareCommand(CommonOptions& common) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<CompareOptions>();
   const Rows own = {
       option("run", options->run, "RUN", "A run's folder, a folder of EXR files, or one EXR file",
              {.required = true}),

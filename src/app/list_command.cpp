@@ -152,11 +152,11 @@ ExitCode list(const std::vector<std::string>& chosen, const CommonOptions& commo
 }  // namespace
 
 Command listCommand(CommonOptions& common) {
-  struct Options {
+  struct ListOptions {
     std::vector<std::string> what;
     Pages pages;
   };
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ListOptions>();
   const Rows own = {
       option("what", options->what, "WHAT",
              "What to list, any of " + joined(kWhat, ", ") + " [all but the devices]"),

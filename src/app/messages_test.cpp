@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <pty.h>
 
-#include "app/progress.h"
+#include "app/progress_printer.h"
 #include "app/test_program.h"
 #include "config/json.h"
 

@@ -5,6 +5,7 @@
 #include "config/json_text.h"
 #include "config/pages.h"
 #include "core/text.h"
+#include "run/config/run_config.h"
 #include "run/stage/steps.h"
 
 namespace catoptric::app {
@@ -14,7 +15,8 @@ namespace {
 std::string smallOptions(const methods::MethodEntry& entry) {
   std::string text = entry.tests.small;
   if (entry.refusesReflectors)
-    text.insert(1, std::string(R"("unsupported": "environment_map")") + (text == "{}" ? "" : ", "));
+    text.insert(1, std::string(R"("unsupported": ")") + run::fallbackMethods().front() + "\"" +
+                       (text == "{}" ? "" : ", "));
   return text;
 }
 

@@ -11,19 +11,16 @@
 #include "app/study_options.h"
 #include "config/json_text.h"
 #include "core/file.h"
-#include "core/hash.h"
 #include "core/log.h"
 #include "core/text.h"
 #include "methods/contract/method.h"
 #include "nightly/accept.h"
 #include "nightly/builds.h"
-#include "nightly/compare.h"
+#include "nightly/judge_night.h"
 #include "nightly/junit.h"
 #include "nightly/night.h"
-#include "nightly/open_night.h"
 #include "nightly/page.h"
 #include "report/table.h"
-#include "run/folder/machine.h"
 
 namespace catoptric::app {
 namespace {
@@ -58,18 +55,6 @@ std::string userName() {
   return user != nullptr ? user->pw_name : std::to_string(::getuid());
 }
 
-std::string printOf(const std::string& text) {
-  Fingerprint print;
-  print.add(text);
-  return print.text();
-}
-
-std::string printOfProgram(const fs::path& program) {
-  Fingerprint print;
-  print.add(std::span<const std::byte>(readFile(program)));
-  return print.text();
-}
-
 /// Counters that must be 0, of all methods.
 std::vector<std::string> countersThatMustBeZero() {
   std::vector<std::string> names;
@@ -86,12 +71,6 @@ study::Inputs inputsOf(const nightly::NightScene& scene, const std::string& fram
     if (!name.starts_with("methods.")) run.settings.push_back(name + "=" + value);
   run.frames = frames;
   return studyInputs(run);
-}
-
-std::string machineName() {
-  std::array<char, 256> host{};
-  ::gethostname(host.data(), host.size() - 1);
-  return std::string(host.data()) + ", " + run::processorName();
 }
 
 /// The newest night of the suite that `fits`.
@@ -207,122 +186,24 @@ nightly::LabOptions labOptions(const NightlyOptions& options, const fs::path& fo
   return lab;
 }
 
-std::vector<nightly::NightCase> chosenCases(const nightly::NightSuite& suite,
-                                            const NightlyOptions& options, nightly::Lab& lab) {
-  std::vector<nightly::NightCase> cases =
-      nightly::casesOf(suite, options.effort, options.only, lab);
-  if (cases.empty())
-    throw UsageError("no case of " + options.what + " has frames for --effort " + options.effort +
-                     (options.only.empty() ? "" : " and fits --only " + joined(options.only, ",")));
-  return cases;
-}
-
 /// Measures what the night lacks; none: it was asked to stop.
 std::optional<Night> measure(History& history, const nightly::NightSuite& suite,
                              const NightlyOptions& options, ProgressPrinter& printer) {
   const nightly::LabOptions lab = labOptions(options, history.folder());
-  const std::unique_ptr<nightly::Lab> rooms = nightly::makeLab(lab);
-  const std::vector<nightly::NightCase> cases = chosenCases(suite, options, *rooms);
-  const bool ownBaseline =
-      options.baseline == nightly::role::kAccepted || options.baseline == nightly::role::kAnchor;
-  const std::string baseline =
-      ownBaseline ? options.baseline : nightly::keptBuild(history, options.baseline);
-  std::string names = baseline == nightly::role::kAccepted ? "" : "against " + baseline + "\n";
-  for (const nightly::NightCase& one : cases) names += one.name + "\n";
-  const Night wanted{0,
-                     suite.name,
-                     printOf(names),
-                     options.effort,
-                     machineName(),
-                     printOfProgram(lab.program),
-                     run::versionText(),
-                     nightly::utcNow(),
-                     "",
-                     !options.only.empty()};
-  const nightly::OpenNight open(history, wanted);
-  if (open.resumed()) log::info("night " + std::to_string(open.night().id) + " goes on");
-  nightly::keepProgram(history, lab.program, wanted.build);
   nightly::NightOptions how;
   how.rounds = options.repeats;
   how.mostRounds = 4 * options.repeats;
-  how.baseline = baseline;
+  how.baseline = options.baseline;
   how.program = lab.program;
   how.stopRequested = lab.stopRequested;
   how.progress = [&](const std::string& what, double share) { printer.showStep(what, share); };
-  try {
-    nightly::measureNight(history, open.night(), cases, suite.gates, *rooms, how);
-  } catch (const study::StudyStopped&) {
-    printer.endLine();
-    log::warning("stopped; the same command goes on with this night");
-    return {};
-  }
-  printer.endLine();
-  return open.night();
+  std::optional<Night> night;
+  measureUnlessStopped(printer, "stopped; the same command goes on with this night", [&] {
+    night = nightly::measureSuite(history, suite, options.effort, options.only,
+                                  *nightly::makeLab(lab), how);
+  });
+  return night;
 }
-
-/// Rows of what two builds made of the cases, and how many of what.
-struct BuildsTally {
-  report::Table table{
-      "", {{"case", false}, {"what", false}, {"verdict", false}, {"", false}}, {}, {}};
-  int frames = 0;
-  int equal = 0;
-  int slower = 0;
-  int undecided = 0;
-  int crashes = 0;
-  int withoutBaseline = 0;
-
-  void add(const std::string& name, const nightly::BuildsComparison& one) {
-    const auto row = [&](const std::string& what, const char* verdict, const std::string& text) {
-      table.rows.push_back({name, what, verdict, text});
-    };
-    crashes += one.failure.empty() ? 0 : 1;
-    withoutBaseline += one.noBaseline.empty() ? 0 : 1;
-    if (!one.failure.empty()) row("run", "crash", one.failure);
-    if (!one.noBaseline.empty()) row("run", "no baseline", one.noBaseline);
-    frames += one.frames;
-    equal += one.equal;
-    if (one.frames > 0)
-      row("pixels", one.equal == one.frames ? "equal" : "differ",
-          std::to_string(one.equal) + " of " + std::to_string(one.frames) + " frames are equal");
-    for (const std::string& difference : one.differences) row("pixels", "differ", difference);
-    for (const nightly::StepRatio& step : one.steps) {
-      const bool fails = step.state == nightly::TimeState::Fails;
-      const bool holds = step.state == nightly::TimeState::Holds;
-      slower += fails ? 1 : 0;
-      undecided += fails || holds ? 0 : 1;
-      row(step.step,
-          fails   ? "slower"
-          : holds ? "holds"
-                  : "undecided",
-          study::ratioText(step.ratio) + " times " + report::fixedText(1e3 * step.seconds, 2) +
-              " ms");
-    }
-  }
-
-  ExitCode conclude(bool json) const {
-    const ExitCode code = crashes > 0                                   ? ExitCode::FramesFailed
-                          : slower > 0 || equal < frames || frames == 0 ? ExitCode::LimitsExceeded
-                                                                        : ExitCode::Done;
-    const std::string rows = tableText(table, json);
-    if (json)
-      printData(config::JsonText()
-                    .raw("rows", rows)
-                    .add("frames", frames)
-                    .add("equal", equal)
-                    .add("slower", slower)
-                    .add("undecided", undecided)
-                    .add("crashes", crashes)
-                    .add("without_baseline", withoutBaseline)
-                    .object() +
-                "\n");
-    else
-      printData(rows + std::to_string(equal) + " of " + std::to_string(frames) +
-                " frames are equal bit for bit, " + std::to_string(slower) + " steps are slower, " +
-                std::to_string(undecided) + " undecided, " + std::to_string(crashes) +
-                " crashes, " + std::to_string(withoutBaseline) + " cases without a baseline\n");
-    return code;
-  }
-};
 
 /// Every case by the program and by the one that --baseline names; no history.
 ExitCode compareWithProgram(const NightlyOptions& options, nightly::NightSuite suite,
@@ -332,22 +213,29 @@ ExitCode compareWithProgram(const NightlyOptions& options, nightly::NightSuite s
     scene.settings.emplace_back("image.half", "false");  // every bit counts
   const nightly::LabOptions lab = labOptions(options, folder);
   const std::unique_ptr<nightly::Lab> rooms = nightly::makeLab(lab);
-  const nightly::BuildsOptions how{lab.program, options.baseline, folder / "baseline",
-                                   options.repeats, suite.gates.time};
-  BuildsTally tally;
-  double done = 0.0;
-  const std::vector<nightly::NightCase> cases = chosenCases(suite, options, *rooms);
-  for (const nightly::NightCase& one : cases) {
-    printer.showStep(one.name, done++ / static_cast<double>(cases.size()));
-    try {
-      tally.add(one.name, nightly::compareBuilds(one, *rooms, how));
-    } catch (const study::StudyStopped&) {
-      printer.endLine();
-      return static_cast<ExitCode>(128 + stopSignal());
-    }
-  }
-  printer.endLine();
-  return tally.conclude(json);
+  nightly::BuildsReport report;
+  const auto compare = [&] {
+    report = nightly::compareCases(
+        nightly::casesOf(suite, options.effort, options.only, *rooms), *rooms,
+        {lab.program, options.baseline, folder / "baseline", options.repeats, suite.gates.time},
+        [&](const std::string& what, double share) { printer.showStep(what, share); });
+  };
+  if (!measureUnlessStopped(printer, "", compare)) return stoppedCode();
+  const std::string rows = tableText(report.table, json);
+  if (json)
+    printData(config::JsonText()
+                  .raw("rows", rows)
+                  .add("frames", report.frames)
+                  .add("equal", report.equal)
+                  .add("slower", report.slower)
+                  .add("undecided", report.undecided)
+                  .add("crashes", report.crashes)
+                  .add("without_baseline", report.withoutBaseline)
+                  .object() +
+              "\n");
+  else
+    printData(rows + report.sentence(suite.gates.time) + "\n");
+  return report.exitCode();
 }
 
 ExitCode runSuite(const NightlyOptions& options, const CommonOptions& common) {
@@ -366,7 +254,7 @@ ExitCode runSuite(const NightlyOptions& options, const CommonOptions& common) {
   Night night;
   if (measures) {
     const std::optional<Night> measured = measure(history, suite, options, printer);
-    if (!measured) return static_cast<ExitCode>(128 + stopSignal());
+    if (!measured) return stoppedCode();
     night = *measured;
     if (options.runOnly) {
       printData("Night " + std::to_string(night.id) + ": measured, not judged\n");

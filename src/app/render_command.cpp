@@ -3,20 +3,17 @@
 #include <memory>
 #include <optional>
 
-#include "app/commands.h"
 #include "app/plan_command.h"
-#include "app/progress.h"
-#include "app/repeat_times.h"
 #include "app/report_output.h"
 #include "app/run_options.h"
-#include "app/stop_signals.h"
+#include "app/study_options.h"
 #include "config/json_text.h"
 #include "core/log.h"
 #include "core/text.h"
 #include "methods/contract/method.h"
 #include "run/sequence/session.h"
 #include "scene/camera.h"
-#include "study/bench.h"
+#include "study/repeats.h"
 
 namespace catoptric::app {
 namespace {
@@ -30,7 +27,8 @@ struct RenderOptions : RunOptions {
   bool keepGoing = false;
   bool noTables = false;
   bool dryRun = false;
-  RepeatOptions repeat;
+  int repeats = 0;
+  std::string ratioTo;  ///< empty: traced, else reference, else the first method
 };
 
 std::filesystem::path outFolder(const RunOptions& options, const run::RunConfig& run) {
@@ -120,7 +118,7 @@ bool sayFailures(const std::vector<run::MethodResult>& results) {
 /// Writes the tables of what is there, also when frames are missing, and prints the results.
 void printResults(const run::RunConfig& run, const std::vector<run::MethodResult>& results,
                   const std::filesystem::path& out, bool anyFailed, bool asJson, bool noTables,
-                  const std::optional<RepeatedTimes>& repeated) {
+                  const std::optional<study::RepeatedTimes>& repeated) {
   const bool anyFrames =
       std::any_of(results.begin(), results.end(), [](const run::MethodResult& result) {
         return !result.frames.rendered.empty() || !result.frames.reused.empty();
@@ -141,24 +139,32 @@ void printResults(const run::RunConfig& run, const std::vector<run::MethodResult
 }
 
 /// Times the methods in turns, where that is asked for and the run is whole.
-std::optional<RepeatedTimes> repeatTimes(const RenderOptions& options, const run::RunConfig& run,
-                                         const std::filesystem::path& out,
-                                         ProgressPrinter& printer) {
-  if (options.repeat.repeats == 0 || stopSignal() != 0) return {};
-  try {
-    return measureRepeats(options, run, out, options.repeat, printer);
-  } catch (const study::StudyStopped&) {
-    printer.endLine();
-    return {};
-  }
+std::optional<study::RepeatedTimes> repeatTimes(const RenderOptions& options,
+                                                const run::RunConfig& run,
+                                                const std::filesystem::path& out,
+                                                ProgressPrinter& printer) {
+  if (options.repeats == 0 || stopSignal() != 0) return {};
+  StudyOptions own;
+  static_cast<RunOptions&>(own) = options;
+  own.repeats = options.repeats;
+  own.workers = 256;  // all methods of a run at once, as far as memory allows
+  std::error_code ignored;
+  std::filesystem::remove_all(out / "repeats", ignored);
+  std::optional<study::RepeatedTimes> times;
+  measureUnlessStopped(printer, "", [&] {
+    study::Bench bench(studyInputs(options), benchOptions(own, out / "repeats", printer));
+    times = study::timeRepeats(bench, run, study::ratioMethod(run, options.ratioTo));
+    bench.clear();
+  });
+  return times;
 }
 
 /// Options of --repeats that contradict others.
 void checkRepeats(const RenderOptions& options, const run::RunConfig& run) {
-  if (!options.repeat.ratioTo.empty() && options.repeat.repeats == 0)
+  if (!options.ratioTo.empty() && options.repeats == 0)
     throw UsageError("--ratio-to needs --repeats N: a single run says too little of ratios");
-  ratioMethod(run, options.repeat);
-  if (options.repeat.repeats > 0 && options.chunk != "1/1")
+  study::ratioMethod(run, options.ratioTo);
+  if (options.repeats > 0 && options.chunk != "1/1")
     throw UsageError("--repeats measures all frames of the run: it cannot be joined with --chunk");
 }
 
@@ -200,7 +206,7 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
   const bool anyFailed = sayFailures(results);
   printResults(run, results, session.out, anyFailed, common.json, options.noTables,
                repeatTimes(options, run, session.out, printer));
-  if (stopSignal() != 0) return static_cast<ExitCode>(128 + stopSignal());
+  if (stopSignal() != 0) return stoppedCode();
   return anyFailed ? ExitCode::FramesFailed : ExitCode::Done;
 }
 
@@ -239,11 +245,11 @@ Command renderCommand(CommonOptions& common) {
              "How to show progress on stderr: bar, plain (lines), json (then every line is a JSON "
              "object), none, or auto (a bar on a terminal, otherwise lines; none with --quiet)",
              {.showsDefault = true}),
-      option("--repeats", options->repeat.repeats, "N",
+      option("--repeats", options->repeats, "N",
              "After the run time its methods in turns, frame by frame, in this many rounds, and "
              "say how far the ratios hold; fewer than 8 cannot tell (0: none)",
              {.least = 0, .most = 1000}),
-      option("--ratio-to", options->repeat.ratioTo, "METHOD",
+      option("--ratio-to", options->ratioTo, "METHOD",
              "Ratios of --repeats are to this method [traced, else reference, else the first]",
              {.notEmpty = true}),
   };

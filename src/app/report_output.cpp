@@ -21,13 +21,13 @@ namespace fs = std::filesystem;
 
 /// What the methods of a run have left on the disk: tables describe what is there, and name what is
 /// not.
-struct Found {
+struct FoundRuns {
   std::vector<report::RunData> runs;
   std::vector<report::TimingTable> timings;
   std::vector<std::string> failures;          ///< a line for each frame that failed
   std::map<std::string, std::string> failed;  ///< "frames 2-4" by method
 
-  explicit Found(const std::vector<run::MethodResult>& results) {
+  explicit FoundRuns(const std::vector<run::MethodResult>& results) {
     for (const run::MethodResult& result : results) {
       std::vector<int> numbers;
       for (const run::FailedFrame& frame : result.frames.failed) {
@@ -68,7 +68,7 @@ std::vector<report::RunComparison> compareAll(const std::vector<report::RunData>
 }
 
 /// table.md, table.csv; returns the tables as text.
-std::string writeTimings(const Found& found, const fs::path& out) {
+std::string writeTimings(const FoundRuns& found, const fs::path& out) {
   const std::vector<report::TimingTable>& timings = found.timings;
   report::Table table =
       timings.size() == 1 ? report::timingView(timings.front()) : report::timingComparison(timings);
@@ -88,7 +88,8 @@ std::string writeTimings(const Found& found, const fs::path& out) {
 }
 
 /// errors.md, errors.csv; returns the table as text.
-std::string writeErrors(const Found& found, const std::vector<report::RunComparison>& comparisons,
+std::string writeErrors(const FoundRuns& found,
+                        const std::vector<report::RunComparison>& comparisons,
                         const fs::path& out) {
   report::Table errors = report::errorSummary(comparisons, found.timings);
   errors.notes.insert(errors.notes.end(), found.failures.begin(), found.failures.end());
@@ -98,7 +99,7 @@ std::string writeErrors(const Found& found, const std::vector<report::RunCompari
 }
 
 /// contact_sheet.png: all methods side by side, with their times and errors.
-void writeSheet(const run::RunConfig& run, const Found& found,
+void writeSheet(const run::RunConfig& run, const FoundRuns& found,
                 const std::vector<report::RunComparison>& comparisons, const fs::path& out) {
   report::SheetOptions sheet;
   sheet.title = run.name;
@@ -119,7 +120,7 @@ void writeSheet(const run::RunConfig& run, const Found& found,
 
 Reports writeReports(const run::RunConfig& run, const std::vector<run::MethodResult>& results,
                      const fs::path& out) {
-  const Found found(results);
+  const FoundRuns found(results);
   Reports reports;
   reports.text = writeTimings(found, out);
   reports.timingsJson = report::timingJson(found.timings);

@@ -207,7 +207,7 @@ config::Value inputConfig(const RunOptions& options, const std::filesystem::path
       if (std::find(options.methods.begin(), options.methods.end(), entry.id) !=
           options.methods.end())
         methods.push_back(entry.id);
-    if (methods.empty()) methods.emplace_back("traced");
+    if (methods.empty()) methods.emplace_back(methods::kDefaultMethod);
     return run::configOfScene(file, methods);
   }
   config::Value root = config::parseFile(file);

@@ -5,9 +5,9 @@
 #include <thread>
 
 #include "app/commands.h"
-#include "cluster/progress.h"
 #include "cluster/slurm.h"
 #include "cluster/submission.h"
+#include "cluster/submission_progress.h"
 #include "config/json_text.h"
 #include "core/log.h"
 #include "core/text.h"
@@ -29,7 +29,7 @@ constexpr ChunkState kStates[] = {ChunkState::Done, ChunkState::Running, ChunkSt
                                   ChunkState::Held, ChunkState::Failed};
 constexpr std::size_t kMostNotes = 10;  ///< lines about chunks; ours
 
-cluster::Progress progressOf(const cluster::Submission& submission, bool verify) {
+cluster::SubmissionProgress progressOf(const cluster::Submission& submission, bool verify) {
   const bool slurm = submission.engine == cluster::Engine::Slurm;
   return cluster::progressOf(
       submission, slurm ? cluster::queuedTasks() : std::vector<cluster::QueuedTask>(), verify);
@@ -39,7 +39,8 @@ std::string numbers(const std::vector<int>& chunks) {
   return chunks.empty() ? "" : scene::formatFrames(chunks);
 }
 
-std::string progressText(const cluster::Submission& submission, const cluster::Progress& progress) {
+std::string progressText(const cluster::Submission& submission,
+                         const cluster::SubmissionProgress& progress) {
   if (submission.isStudy()) {
     const cluster::ChunkProgress& only = progress.chunks.front();
     return "the sweep is " + std::string(cluster::stateName(only.state)) +
@@ -61,7 +62,7 @@ std::string progressText(const cluster::Submission& submission, const cluster::P
                                     : "not merged\n");
 }
 
-std::string progressJson(const cluster::Progress& progress) {
+std::string progressJson(const cluster::SubmissionProgress& progress) {
   config::JsonText states;
   for (const ChunkState state : kStates)
     states.add(cluster::stateName(state), progress.chunksThatAre(state));
@@ -83,7 +84,7 @@ std::string progressJson(const cluster::Progress& progress) {
 
 ExitCode status(const StatusOptions& options, const CommonOptions& common) {
   cluster::Submission submission = cluster::readSubmission(options.folder);
-  cluster::Progress progress = progressOf(submission, options.verify);
+  cluster::SubmissionProgress progress = progressOf(submission, options.verify);
   // Slurm is asked ever more rarely. Ours
   constexpr auto kAtMost = std::chrono::milliseconds(15'000);
   auto pause = std::chrono::milliseconds(250);
@@ -102,7 +103,7 @@ ExitCode status(const StatusOptions& options, const CommonOptions& common) {
 
 ExitCode retry(const StatusOptions& options, const CommonOptions& common) {
   cluster::Submission submission = cluster::readSubmission(options.folder);
-  const cluster::Progress progress = progressOf(submission, options.verify);
+  const cluster::SubmissionProgress progress = progressOf(submission, options.verify);
   const std::vector<int> failed = progress.chunksThatAre(ChunkState::Failed);
   const bool slurm = submission.engine == cluster::Engine::Slurm;
   const bool merges = !failed.empty() || (!progress.merged && !progress.moves());

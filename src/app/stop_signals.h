@@ -6,6 +6,8 @@
 #include <mutex>
 #include <thread>
 
+#include "core/error.h"
+
 namespace catoptric::app {
 
 /// From now on signals are noted. With `jsonLines` what is said then is a JSON line.
@@ -13,6 +15,10 @@ void catchStopSignals(bool jsonLines);
 
 /// The signal that asked to stop; 0: none.
 int stopSignal();
+/// 128 and that signal.
+inline ExitCode stoppedCode() {
+  return static_cast<ExitCode>(128 + stopSignal());
+}
 
 /// Ends the process when a stop that was asked for takes longer than `seconds`: the frame at hand
 /// is dropped, all others stay. Frames and GL calls cannot be interrupted otherwise.

@@ -5,6 +5,7 @@
 #include "app/run_options.h"
 #include "config/json_text.h"
 #include "core/file.h"
+#include "core/log.h"
 #include "core/text.h"
 #include "run/folder/machine.h"
 
@@ -152,6 +153,19 @@ study::BenchOptions benchOptions(const StudyOptions& options, const fs::path& fo
     printer.showStep(what, std::max(0.0, share));
   };
   return bench;
+}
+
+bool measureUnlessStopped(ProgressPrinter& printer, const char* hint,
+                          const std::function<void()>& measure) {
+  bool stopped = false;
+  try {
+    measure();
+  } catch (const study::StudyStopped&) {
+    stopped = true;
+  }
+  printer.endLine();
+  if (stopped && *hint != '\0') log::warning(hint);
+  return !stopped;
 }
 
 std::string studyContext(const study::Bench& bench) {

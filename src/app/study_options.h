@@ -1,12 +1,12 @@
 // What the commands that measure have in common: options, and how settings become run configs.
 #pragma once
 
-#include <memory>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "app/commands.h"
-#include "app/progress.h"
+#include "app/progress_printer.h"
 #include "app/stop_signals.h"
 #include "study/bench.h"
 
@@ -47,6 +47,13 @@ void openStudyFolder(const std::filesystem::path& folder, const std::string& exi
 /// Options of the bench of a study in `folder`; progress goes to `printer`.
 study::BenchOptions benchOptions(const StudyOptions& options, const std::filesystem::path& folder,
                                  ProgressPrinter& printer);
+
+/// Runs `measure`; false: it was asked to stop, and `hint` says how to go on.
+bool measureUnlessStopped(ProgressPrinter& printer, const char* hint,
+                          const std::function<void()>& measure);
+
+inline constexpr const char* kResumeHint =
+    "stopped; what was measured is kept: go on with --existing resume";
 
 /// JSON of where the times were measured.
 std::string studyContext(const study::Bench& bench);

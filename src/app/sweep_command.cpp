@@ -110,14 +110,9 @@ ExitCode sweep(const SweepOptions& given, const CommonOptions& common) {
   if (options.existing == "resume") bench.readSamples();
 
   catchStopSignals(mode == ProgressMode::Json);
-  try {
-    study::runSweep(bench, request, settings);
-  } catch (const study::StudyStopped&) {
-    printer.endLine();
-    log::warning("stopped; what was measured is kept: go on with --existing resume");
-    return static_cast<ExitCode>(128 + stopSignal());
-  }
-  printer.endLine();
+  if (!measureUnlessStopped(printer, kResumeHint,
+                            [&] { study::runSweep(bench, request, settings); }))
+    return stoppedCode();
   const study::SweepResult result = study::evaluateSweep(bench, request, settings);
   study::writeSweep(bench, result, studyContext(bench));
   bench.clear();

@@ -10,8 +10,8 @@
 #include "core/file.h"
 #include "core/log.h"
 #include "core/text.h"
+#include "report/html.h"
 #include "run/folder/machine.h"
-#include "study/page.h"
 #include "study/stored.h"
 #include "study/suite.h"
 
@@ -167,7 +167,7 @@ void writeTables(const study::Suite& suite, const study::SuiteData& data,
   std::string csv;
   std::string tex;
   std::vector<std::string> json;
-  study::Page page(suite.title);
+  report::HtmlPage page(suite.title);
   page.paragraph(suite.text);
   page.paragraph(effort);
   for (const report::Table& table : tables) {

@@ -1,28 +1,22 @@
 // catoptric tune.
-#include "study/tune.h"
-
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <set>
 
 #include "app/run_options.h"
 #include "app/study_options.h"
-#include "app/tune_reflectors.h"
 #include "config/json_text.h"
-#include "core/clock.h"
 #include "core/file.h"
 #include "core/log.h"
 #include "core/text.h"
 #include "methods/contract/method.h"
+#include "report/html.h"
 #include "report/table.h"
-#include "scene/camera.h"
-#include "study/page.h"
+#include "study/tune_reflectors.h"
+#include "study/tune_settings.h"
 
 namespace catoptric::app {
 namespace {
-
-using study::Measurement;
 
 struct TuneCommand : StudyOptions {
   std::vector<std::string> vary;
@@ -34,128 +28,6 @@ struct TuneCommand : StudyOptions {
   double budgetMinutes = 0.0;
   bool perReflector = false;
 };
-
-/// The settings of a study, measured by its bench.
-class BenchWorld : public study::TuneWorld {
- public:
-  BenchWorld(study::Bench& bench, std::vector<study::Setting> settings, const study::Bound& bound,
-             Measurement::Clock clock, double budgetSeconds, std::optional<study::Setting> timeOf)
-      : bench_(bench),
-        settings_(std::move(settings)),
-        bound_(bound),
-        clock_(clock),
-        budgetSeconds_(budgetSeconds),
-        timeOf_(std::move(timeOf)) {}
-
-  std::vector<double> errors(std::size_t i, const std::vector<int>& frames) override {
-    bench_.findErrors({settings_[i]}, frames);
-    std::vector<double> values;
-    for (const int frame : frames) {
-      const auto& known = bench_.errors(settings_[i]).frames;
-      const auto found = known.find(frame);
-      if (found == known.end()) return {};
-      const auto value = found->second.metrics.find(bound_.metric);
-      values.push_back(value == found->second.metrics.end() ? 0.0 : value->second);
-    }
-    return values;
-  }
-
-  double pooled(std::size_t i, const std::vector<int>& frames) override {
-    return bench_.errors(settings_[i]).pooled(bound_.metric, frames);
-  }
-
-  std::map<std::size_t, study::MeasuredTime> times(const std::vector<std::size_t>& of,
-                                                   const std::vector<int>& frames,
-                                                   int measurements) override {
-    std::map<std::size_t, study::MeasuredTime> result;
-    // All batches have the same setting among them: their times are made from ratios to it.
-    const study::Setting base = timeOf_ ? *timeOf_ : settings_[of.front()];
-    for (std::size_t next = 0; next < of.size();) {
-      std::vector<study::Setting> batch{base};
-      std::vector<std::size_t> own;
-      while (next < of.size() && batch.size() < std::max<std::size_t>(2, bench_.capacity())) {
-        own.push_back(of[next]);
-        if (settings_[of[next++]].key != base.key) batch.push_back(settings_[own.back()]);
-      }
-      const std::map<std::string, study::RoundTimes> all = measured(batch, frames, measurements);
-      if (!all.contains(base.key)) continue;
-      const study::RoundTimes& ofBase = all.at(base.key);
-      if (baseSeconds_[base.key] == 0.0) baseSeconds_[base.key] = study::frameSeconds(ofBase).mean;
-      for (const std::size_t i : own) {
-        const auto at = all.find(settings_[i].key);
-        if (at == all.end()) continue;
-        const study::Ratio ratio = study::pairedRatio(at->second, ofBase);
-        const double seconds = baseSeconds_[base.key] * ratio.value;
-        const study::RoundTimes second(at->second.size(),
-                                       std::vector<double>(at->second.front().size(), 1.0));
-        result[i] = {seconds, timeOf_ ? ratio : study::pairedRatio(at->second, second)};
-      }
-    }
-    return result;
-  }
-
-  bool outOfTime() const override {
-    return budgetSeconds_ > 0.0 && secondsSince(start_) > budgetSeconds_;
-  }
-
- private:
-  /// Times by key, of so many measurements together; what was measured by this or an earlier
-  /// process is taken as it is.
-  std::map<std::string, study::RoundTimes> measured(const std::vector<study::Setting>& batch,
-                                                    const std::vector<int>& frames,
-                                                    int measurements) {
-    std::map<std::string, study::RoundTimes> times;
-    const auto join = [&](const study::Samples& samples) {
-      for (const study::Setting& setting : batch) {
-        const auto at = samples.find(setting.key);
-        if (!at) continue;
-        study::RoundTimes& all = times[setting.key];
-        for (std::vector<double>& round : samples.measurement.times(*at, clock_))
-          all.push_back(std::move(round));
-      }
-    };
-    for (const study::Samples& samples : bench_.samples())
-      if (measurements > 0 && samples.frames == frames &&
-          samples.repeats >= bench_.options().repeats &&
-          std::ranges::all_of(batch, [&](const study::Setting& setting) {
-            return samples.find(setting.key).has_value();
-          })) {
-        join(samples);
-        --measurements;
-      }
-    for (; measurements > 0; --measurements) join(bench_.measure(batch, frames, false));
-    return times;
-  }
-
-  study::Bench& bench_;
-  std::vector<study::Setting> settings_;
-  study::Bound bound_;
-  Measurement::Clock clock_;
-  double budgetSeconds_;
-  std::optional<study::Setting> timeOf_;
-  std::map<std::string, double> baseSeconds_;
-  const std::int64_t start_ = nowNs();
-};
-
-/// The point's place in its method's lattice.
-std::vector<study::Candidate> candidatesOf(const std::vector<study::Point>& points) {
-  std::vector<std::string> methods;
-  std::map<std::string, std::map<std::string, std::vector<std::string>>> values;
-  std::vector<study::Candidate> candidates;
-  for (const study::Point& point : points) {
-    auto method = std::find(methods.begin(), methods.end(), point.method);
-    if (method == methods.end()) method = methods.insert(method, point.method);
-    study::Candidate candidate{static_cast<int>(method - methods.begin()), {}};
-    for (const auto& [name, value] : point.settings) {
-      std::vector<std::string>& known = values[point.method][name];
-      const auto at = std::find(known.begin(), known.end(), value);
-      candidate.values.push_back(static_cast<int>(at - known.begin()));
-      if (at == known.end()) known.push_back(value);
-    }
-    candidates.push_back(std::move(candidate));
-  }
-  return candidates;
-}
 
 study::Bound boundOf(const TuneCommand& options) {
   if (options.maxError.empty() == options.maxTime.empty())
@@ -197,66 +69,6 @@ std::vector<study::Axis> axesOf(const TuneCommand& options,
     axes.insert(axes.end(), own.begin(), own.end());
   }
   return axes;
-}
-
-/// A run config of one setting, with what is known of it.
-std::string tunedJson(const study::Setting& setting, const std::filesystem::path& folder,
-                      const std::string& evidence) {
-  const config::Value all = config::parseText(setting.run.effective, "effective config");
-  const auto relative = [&](const std::string& name) {
-    return std::filesystem::proximate(name, folder).generic_string();
-  };
-  const config::Value entry = all.get("methods").asArray().front();
-  config::JsonText method;
-  method.add("method", entry.get("method").asString()).add("name", entry.get("name").asString());
-  for (const std::string& name : entry.get("options").keys())
-    method.raw(name, entry.get("options").get(name).dump());
-  if (entry.has("reflectors")) {
-    config::JsonText rules;
-    for (const std::string& reflector : entry.get("reflectors").keys()) {
-      const config::Value rule = entry.get("reflectors").get(reflector);
-      config::JsonText one;
-      one.add("method", rule.get("method").asString());
-      for (const std::string& name : rule.get("options").keys())
-        one.raw(name, rule.get("options").get(name).dump());
-      rules.raw(reflector, one.object());
-    }
-    method.raw("reflectors", rules.object());
-  }
-  config::JsonText text;
-  text.raw("comment", evidence).add("scene", relative(all.get("scene").asString()));
-  if (!all.get("path").asString().empty()) text.add("path", relative(all.get("path").asString()));
-  if (!all.get("environment").asString().empty())
-    text.add("environment", all.get("environment").asString());
-  return text.add("frames", all.get("frames").asString())
-             .raw("image", all.get("image").dump())
-             .raw("methods", "[" + method.object() + "]")
-             .raw("seed", all.get("seed").dump())
-             .object() +
-         "\n";
-}
-
-std::string trialJson(const study::Trial& trial, const study::Setting& setting) {
-  return config::JsonText()
-      .add("stage", trial.stage)
-      .add("setting", setting.text())
-      .add("frames", trial.frames)
-      .add("error", trial.error)
-      .add("seconds", trial.seconds)
-      .add("verdict", trial.verdict)
-      .object();
-}
-
-report::Table trialTable(const study::TuneResult& result,
-                         const std::vector<study::Setting>& settings, const std::string& metric) {
-  report::Table table;
-  table.columns = {{"stage", false}, {"setting", false}, {"frames", true},
-                   {metric, true},   {"ms", true},       {"", false}};
-  for (const study::Trial& trial : result.trials)
-    table.rows.push_back({trial.stage, settings[trial.candidate].text(),
-                          std::to_string(trial.frames), report::fixedText(trial.error, 3),
-                          report::fixedText(1e3 * trial.seconds, 1), trial.verdict});
-  return table;
 }
 
 struct Tuned {
@@ -318,30 +130,9 @@ std::string resultText(const Tuned& tuned) {
          effort + ".\n";
 }
 
-void writeTuned(const study::Bench& bench, const Tuned& tuned, const std::string& text) {
-  const std::filesystem::path& folder = bench.options().folder;
-  std::string trials;
-  for (const study::Trial& trial : tuned.result.trials)
-    trials += trialJson(trial, tuned.settings[trial.candidate]) + "\n";
-  writeFileAtomically(folder / "trials.jsonl", std::string_view(trials));
-  std::string samples;
-  for (const study::Samples& one : bench.samples())
-    samples += study::samplesCsv(one, samples.empty());
-  writeFileAtomically(folder / "samples.csv", std::string_view(samples));
-  if (tuned.result.best)
-    writeFileAtomically(folder / "tuned.json",
-                        std::string_view(tunedJson(tuned.settings[*tuned.result.best], folder,
-                                                   config::jsonString(text))));
-  study::Page page("Tuned for " + tuned.bound.text);
-  page.paragraph(text);
-  page.table(trialTable(tuned.result, tuned.settings, tuned.bound.metric));
-  page.details("Machine", studyContext(bench));
-  writeFileAtomically(folder / "report.html", std::string_view(page.text()));
-}
-
 /// tune --per-reflector, once all options are checked.
-ExitCode tuneMixture(TuneCommand options, const study::Bound& bound, Measurement::Clock clock,
-                     ProgressPrinter& printer) {
+ExitCode tuneMixture(TuneCommand options, const study::Bound& bound,
+                     study::Measurement::Clock clock, ProgressPrinter& printer) {
   if (!options.vary.empty())
     throw UsageError(
         "--per-reflector chooses among methods as the config has them: --vary "
@@ -359,15 +150,11 @@ ExitCode tuneMixture(TuneCommand options, const study::Bound& bound, Measurement
   openStudyFolder(folder, options.existing, "reflectors");
   if (options.existing == "resume") bench.readSamples();
   catchStopSignals(false);
-  MixtureResult result;
-  try {
-    result = tuneReflectors(bench, methods, bound, clock);
-  } catch (const study::StudyStopped&) {
-    printer.endLine();
-    return static_cast<ExitCode>(128 + stopSignal());
-  }
-  printer.endLine();
-  study::Page page("A method for each reflector, for " + bound.text);
+  study::MixtureResult result;
+  if (!measureUnlessStopped(printer, "",
+                            [&] { result = study::tuneReflectors(bench, methods, bound, clock); }))
+    return stoppedCode();
+  report::HtmlPage page("A method for each reflector, for " + bound.text);
   page.paragraph(result.text);
   std::string text = result.text;
   for (const report::Table& table : result.tables) {
@@ -376,10 +163,7 @@ ExitCode tuneMixture(TuneCommand options, const study::Bound& bound, Measurement
   }
   page.details("Machine", studyContext(bench));
   writeFileAtomically(folder / "report.html", std::string_view(page.text()));
-  if (result.best)
-    writeFileAtomically(
-        folder / "tuned.json",
-        std::string_view(tunedJson(*result.best, folder, config::jsonString(result.text))));
+  if (result.best) study::writeTunedConfig(*result.best, folder, result.text);
   bench.clear();
   printData(text);
   return result.best ? ExitCode::Done : ExitCode::LimitsExceeded;
@@ -390,7 +174,7 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
   ProgressPrinter printer(mode);
   Tuned tuned;
   tuned.bound = boundOf(options);
-  const Measurement::Clock clock = parseClock(options.clock);
+  study::TuneTimes times{parseClock(options.clock), 60.0 * options.budgetMinutes, {}};
   study::TuneOptions tuneOptions;
   tuneOptions.bound = tuned.bound;
   tuneOptions.verifyFrames = verifyFrames(options.verify);
@@ -400,40 +184,39 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
     throw UsageError("--max-time " + tuned.bound.text +
                      " needs --repeats 8 or more: fewer rounds cannot tell");
   if (options.repeats < 1) throw UsageError("--repeats 0: tune needs times");
-  if (options.perReflector) return tuneMixture(options, tuned.bound, clock, printer);
+  if (options.perReflector) return tuneMixture(options, tuned.bound, times.clock, printer);
 
   tuned.against = referenceName(options);
   const std::vector<std::string> methods = studiedMethods(options, tuned.against);
-  const std::vector<study::Point> points = study::makePoints(methods, axesOf(options, methods), {});
   const study::Inputs inputs = studyInputs(options);
   const std::filesystem::path folder =
       options.out.empty() ? "out/" + inputs.readRun({}, methods.front()).name + "_tune"
                           : options.out;
   study::Bench bench(inputs, benchOptions(options, folder, printer));
   bench.setReference(tuned.against);
-  for (const study::Point& point : points) tuned.settings.push_back(bench.prepare(point));
+  for (const study::Point& point : study::makePoints(methods, axesOf(options, methods), {}))
+    tuned.settings.push_back(bench.prepare(point));
   bench.checkReference(tuned.settings);
   tuneOptions.frames = bench.frames(tuned.settings.front());
-  std::optional<study::Setting> timeOf;
-  if (!tuned.bound.timeOf.empty()) timeOf = bench.prepare({tuned.bound.timeOf, {}, "", ""});
+  if (!tuned.bound.timeOf.empty()) times.timeOf = bench.prepare({tuned.bound.timeOf, {}, "", ""});
   openStudyFolder(folder, options.existing, "tune");
   if (options.existing == "resume") bench.readSamples();
 
   catchStopSignals(mode == ProgressMode::Json);
   std::string text;
-  try {
-    BenchWorld world(bench, tuned.settings, tuned.bound, clock, 60.0 * options.budgetMinutes,
-                     timeOf);
-    tuned.result = study::tune(candidatesOf(points), world, tuneOptions);
+  const auto measure = [&] {
+    tuned.result = study::tuneSettings(bench, tuned.settings, times, tuneOptions);
     text = resultText(tuned);
     if (tuned.result.best && !options.testPath.empty()) text += testText(bench, options, tuned);
-  } catch (const study::StudyStopped&) {
-    printer.endLine();
-    log::warning("stopped; what was measured is kept: go on with --existing resume");
-    return static_cast<ExitCode>(128 + stopSignal());
-  }
-  printer.endLine();
-  writeTuned(bench, tuned, text);
+  };
+  if (!measureUnlessStopped(printer, kResumeHint, measure)) return stoppedCode();
+  study::writeTrials(bench, tuned.result, tuned.settings);
+  if (tuned.result.best) study::writeTunedConfig(tuned.settings[*tuned.result.best], folder, text);
+  report::HtmlPage page("Tuned for " + tuned.bound.text);
+  page.paragraph(text);
+  page.table(study::trialTable(tuned.result, tuned.settings, tuned.bound.metric));
+  page.details("Machine", studyContext(bench));
+  writeFileAtomically(folder / "report.html", std::string_view(page.text()));
   bench.clear();
   printData(common.json ? config::JsonText()
                                   .add("satisfied", tuned.result.best.has_value())

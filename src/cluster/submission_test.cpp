@@ -12,8 +12,8 @@
 #include <sstream>
 
 #include "cluster/job_scripts.h"
-#include "cluster/progress.h"
 #include "cluster/slurm.h"
+#include "cluster/submission_progress.h"
 #include "core/error.h"
 #include "core/text.h"
 
@@ -136,12 +136,12 @@ TEST_F(Submissions, StatesComeFromTheQueueWhereFramesAreMissing) {
   std::ofstream(made_.log(2)) << "chunk 2 on node, today\nerror: it was too much\n\n";
   recordJob(made_, {"5", 0, {1, 2, 3}});
   recordJob(made_, {"6", 0, {}});
-  const Progress progress = progressOf(made_,
-                                       {{"4", 2, "RUNNING", "None"},
-                                        {"5", 1, "PENDING", "Resources"},
-                                        {"5", 3, "PENDING", "JobHeldUser"},
-                                        {"6", 0, "PENDING", "Dependency"}},
-                                       false);
+  const SubmissionProgress progress = progressOf(made_,
+                                                 {{"4", 2, "RUNNING", "None"},
+                                                  {"5", 1, "PENDING", "Resources"},
+                                                  {"5", 3, "PENDING", "JobHeldUser"},
+                                                  {"6", 0, "PENDING", "Dependency"}},
+                                                 false);
   EXPECT_EQ(progress.frames(), 3);
   EXPECT_EQ(progress.finished(), 0);
   EXPECT_THAT(progress.chunksThatAre(ChunkState::Waiting), ElementsAre(1));
@@ -179,14 +179,14 @@ TEST_F(Submissions, TheLastJobOfAChunkSaysItsState) {
                        {"7", 0, "PENDING", reason}},
                       false);
   };
-  const Progress progress = progressWith("Resources");
+  const SubmissionProgress progress = progressWith("Resources");
   EXPECT_THAT(progress.chunksThatAre(ChunkState::Running), ElementsAre(2));
   EXPECT_THAT(progress.chunksThatAre(ChunkState::Waiting), ElementsAre(3));
   EXPECT_TRUE(progress.merging);
   for (const char* reason :
        {"JobHeldUser", "JobHeldAdmin", "DependencyNeverSatisfied", "JobHoldMaxRequeue",
         "launch failed requeued held", "PartitionNodeLimit", "BadConstraints"}) {
-    const Progress held = progressWith(reason);
+    const SubmissionProgress held = progressWith(reason);
     EXPECT_THAT(held.chunksThatAre(ChunkState::Held), ElementsAre(3)) << reason;
     EXPECT_FALSE(held.merging) << reason;
   }

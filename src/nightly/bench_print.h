@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "nightly/suite.h"
+#include "nightly/night_suite.h"
 
 namespace catoptric::nightly {
 

@@ -1,9 +1,12 @@
 #include "nightly/builds.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "core/file.h"
 #include "image/image.h"
@@ -15,10 +18,10 @@ namespace catoptric::nightly {
 namespace {
 
 namespace fs = std::filesystem;
-using StepTimes = std::map<std::string, study::RoundTimes>;
 
 constexpr const char* kWholeFrame = "frame";
-/// Shorter steps are not judged: a share of the frame, and what starting a thread may cost. Ours.
+constexpr const char* kWholeStart = "start";
+/// Shorter steps are not judged: a share of the whole, and what starting a thread may cost. Ours.
 constexpr double kShortShare = 0.01;
 constexpr double kShortSeconds = 5e-5;
 constexpr int kMostTurns = 4;  ///< times as many rounds as were asked for
@@ -80,13 +83,17 @@ void comparePixels(const Turns& turns, const fs::path& folder, BuildsComparison&
   }
 }
 
-void addRounds(StepTimes& steps, const Turns& turns, const char* ofRole) {
-  const auto add = [&](const std::string& step, const study::RoundTimes& times) {
-    steps[step].insert(steps[step].end(), times.begin(), times.end());
-  };
-  add(kWholeFrame, turns.times.at(ofRole));
-  for (const auto& [step, times] : turns.steps.at(ofRole)) add(step, times);
-}
+/// Times of this build and of the baseline.
+struct BothTimes {
+  StepTimes now;
+  StepTimes before;
+
+  void add(const std::map<std::string, StepTimes>& byRole) {
+    for (const auto& [steps, name] : {std::pair(&now, role::kTonight), {&before, role::kNamed}})
+      for (const auto& [step, times] : byRole.at(name))
+        (*steps)[step].insert((*steps)[step].end(), times.begin(), times.end());
+  }
+};
 
 /// Leaves out frames that lack the step in a round of one of both.
 void keepFramesWithStep(study::RoundTimes& times, study::RoundTimes& others) {
@@ -101,17 +108,18 @@ void keepFramesWithStep(study::RoundTimes& times, study::RoundTimes& others) {
   }
 }
 
-std::vector<StepRatio> ratiosOf(const StepTimes& now, const StepTimes& before, double gate) {
+std::vector<StepRatio> ratiosOf(const BothTimes& both, const std::string& whole, double gate) {
   const std::map<std::string, std::string> kinds = run::stepKinds();
-  const double frame = study::frameSeconds(before.at(kWholeFrame)).mean;
+  if (!both.before.contains(whole)) return {};
+  const double all = study::frameSeconds(both.before.at(whole)).mean;
   std::vector<StepRatio> ratios;
-  for (auto [step, times] : before) {
+  for (auto [step, times] : both.before) {
     const auto kind = kinds.find(step);
     if (kind != kinds.end() && (kind->second == "waiting" || kind->second == "rest")) continue;
-    if (!now.contains(step) || now.at(step).size() != times.size()) continue;
+    if (!both.now.contains(step) || both.now.at(step).size() != times.size()) continue;
     const double seconds = study::frameSeconds(times).mean;
-    if (seconds < std::max(kShortSeconds, kShortShare * frame)) continue;
-    study::RoundTimes own = now.at(step);
+    if (seconds < std::max(kShortSeconds, kShortShare * all)) continue;
+    study::RoundTimes own = both.now.at(step);
     keepFramesWithStep(own, times);
     if (times.front().empty()) continue;
     const study::Ratio ratio = study::pairedRatio(own, times);
@@ -136,39 +144,52 @@ class BuildsMeasurement {
   BuildsComparison compare() {
     const fs::path folder = options_.folder / one_.name;
     fs::remove_all(folder);
-    const Turns first = lab_.measure(one_, programs_, options_.rounds, true, folder / "now");
+    Turns first = lab_.measure(one_, programs_, options_.rounds, true, folder / "now");
     BuildsComparison comparison;
     for (const auto& [name, failure] : first.failures)
       (name == role::kTonight ? comparison.failure : comparison.noBaseline) = failure;
     if (!first.failures.empty()) return comparison;
     comparePixels(first, folder / "baseline", comparison);
-    comparison.steps = stepsFrom(first);
-    if (anyIs(comparison.steps, TimeState::Fails)) confirm(comparison.steps);
+    comparison.steps = judged(kWholeFrame, [&](BothTimes& both, bool fresh) {
+      Turns turns = std::exchange(first, {});
+      if (turns.times.empty()) turns = lab_.measure(one_, programs_, options_.rounds, fresh, {});
+      if (!turns.failures.empty()) return false;
+      for (auto& [name, steps] : turns.steps) steps[kWholeFrame] = turns.times.at(name);
+      both.add(turns.steps);
+      return true;
+    });
     lab_.leave();
+    const std::vector<StepRatio> starts = judged(kWholeStart, [&](BothTimes& both, bool) {
+      const std::map<std::string, StepTimes> steps = lab_.starts(one_, programs_, options_.rounds);
+      if (steps.size() == 2) both.add(steps);
+      return steps.size() == 2;
+    });
+    comparison.steps.insert(comparison.steps.end(), starts.begin(), starts.end());
     return comparison;
   }
 
  private:
-  /// From the first rounds on until every step is decided.
-  std::vector<StepRatio> stepsFrom(Turns turns) {
-    StepTimes now;
-    StepTimes before;
+  /// Measures once more; false: that failed.
+  using AddRounds = std::function<bool(BothTimes&, bool fresh)>;
+
+  /// Rounds until every step is decided; `fresh`: in new processes.
+  std::vector<StepRatio> decided(const std::string& whole, const AddRounds& addRounds, bool fresh) {
+    BothTimes both;
     std::vector<StepRatio> ratios;
     const bool canTell = kMostTurns * options_.rounds >= study::kLeastRounds;
     for (int i = 0; i < (canTell ? kMostTurns : 1); ++i) {
-      if (i > 0) turns = lab_.measure(one_, programs_, options_.rounds, false, {});
-      if (!turns.failures.empty()) break;
-      addRounds(now, turns, role::kTonight);
-      addRounds(before, turns, role::kNamed);
-      ratios = ratiosOf(now, before, options_.gate);
+      if (!addRounds(both, fresh && i == 0)) break;
+      ratios = ratiosOf(both, whole, options_.gate);
       if (!anyIs(ratios, TimeState::Undecided)) break;
     }
     return ratios;
   }
 
-  void confirm(std::vector<StepRatio>& steps) {
-    const std::vector<StepRatio> again =
-        stepsFrom(lab_.measure(one_, programs_, options_.rounds, true, {}));
+  /// A step that fails is measured again.
+  std::vector<StepRatio> judged(const std::string& whole, const AddRounds& addRounds) {
+    std::vector<StepRatio> steps = decided(whole, addRounds, false);
+    if (!anyIs(steps, TimeState::Fails)) return steps;
+    const std::vector<StepRatio> again = decided(whole, addRounds, true);
     for (StepRatio& step : steps) {
       if (step.state != TimeState::Fails) continue;
       const auto other = std::ranges::find(again, step.step, &StepRatio::step);
@@ -177,6 +198,7 @@ class BuildsMeasurement {
       else
         step.state = TimeState::Undecided;
     }
+    return steps;
   }
 
   const NightCase& one_;
@@ -189,6 +211,62 @@ class BuildsMeasurement {
 
 BuildsComparison compareBuilds(const NightCase& one, Lab& lab, const BuildsOptions& options) {
   return BuildsMeasurement(one, lab, options).compare();
+}
+
+void BuildsReport::add(const std::string& name, const BuildsComparison& one) {
+  const auto row = [&](const std::string& what, const char* verdict, const std::string& text) {
+    table.rows.push_back({name, what, verdict, text});
+  };
+  crashes += one.failure.empty() ? 0 : 1;
+  withoutBaseline += one.noBaseline.empty() ? 0 : 1;
+  if (!one.failure.empty()) row("run", "crash", one.failure);
+  if (!one.noBaseline.empty()) row("run", "no baseline", one.noBaseline);
+  frames += one.frames;
+  equal += one.equal;
+  if (one.frames > 0)
+    row("pixels", one.equal == one.frames ? "equal" : "differ",
+        std::to_string(one.equal) + " of " + std::to_string(one.frames) + " frames are equal");
+  for (const std::string& difference : one.differences) row("pixels", "differ", difference);
+  for (const StepRatio& step : one.steps) {
+    const bool fails = step.state == TimeState::Fails;
+    const bool holds = step.state == TimeState::Holds;
+    slower += fails ? 1 : 0;
+    undecided += fails || holds ? 0 : 1;
+    row(step.step,
+        fails   ? "slower"
+        : holds ? "holds"
+                : "undecided",
+        study::ratioText(step.ratio) + " times " + report::fixedText(1e3 * step.seconds, 2) +
+            " ms");
+  }
+}
+
+ExitCode BuildsReport::exitCode() const {
+  if (crashes > 0) return ExitCode::FramesFailed;
+  return slower > 0 || equal < frames || frames == 0 ? ExitCode::LimitsExceeded : ExitCode::Done;
+}
+
+std::string BuildsReport::sentence(double gate) const {
+  std::string text = std::to_string(equal) + " of " + std::to_string(frames) +
+                     " frames are equal bit for bit, " + std::to_string(slower) +
+                     " steps are slower by more than " + fmt::format("{:g} %, ", 100.0 * gate) +
+                     std::to_string(undecided) + " undecided, " + std::to_string(crashes) +
+                     " crashes, " + std::to_string(withoutBaseline) + " cases without a baseline: ";
+  if (crashes > 0) return text + "CRASH";
+  if (exitCode() != ExitCode::Done) return text + "REGRESSION";
+  return text + "good";
+}
+
+BuildsReport compareCases(const std::vector<NightCase>& cases, Lab& lab,
+                          const BuildsOptions& options,
+                          const std::function<void(const std::string&, double)>& progress) {
+  BuildsReport report;
+  double done = 0.0;
+  for (const NightCase& one : cases) {
+    progress(one.name, done++ / static_cast<double>(cases.size()));
+    report.add(one.name, compareBuilds(one, lab, options));
+  }
+  return report;
 }
 
 }  // namespace catoptric::nightly

@@ -40,7 +40,7 @@ TEST_F(Builds, EqualOnesHold) {
   EXPECT_EQ(comparison.frames, 8);
   EXPECT_EQ(comparison.equal, 8);
   EXPECT_TRUE(comparison.differences.empty());
-  EXPECT_EQ(comparison.steps.size(), 3u);
+  EXPECT_EQ(comparison.steps.size(), 5u);  // of the frame, and of the start
   EXPECT_EQ(comparison.steps[0].step, "frame");
   for (const StepRatio& step : comparison.steps) EXPECT_NE(step.state, TimeState::Fails);
   EXPECT_EQ(stateOfStep(comparison, "frame"), TimeState::Holds);
@@ -53,7 +53,23 @@ TEST_F(Builds, ASlowerOneFails) {
   const BuildsComparison comparison = compare(slow);
   EXPECT_EQ(stateOfStep(comparison, "frame"), TimeState::Fails);
   EXPECT_EQ(stateOfStep(comparison, "reflect"), TimeState::Fails);
+  EXPECT_EQ(stateOfStep(comparison, "start"), TimeState::Holds);
   EXPECT_EQ(comparison.equal, 8);
+}
+
+TEST_F(Builds, ASlowerStartFails) {
+  Build slow;
+  slow.startCost["a"] = 1.2;
+  BuildsReport report;
+  report.add(one.name, compare(slow));
+  EXPECT_EQ(report.slower, 2);
+  EXPECT_EQ(report.exitCode(), ExitCode::LimitsExceeded);
+  EXPECT_THAT(report.sentence(0.05),
+              testing::HasSubstr("2 steps are slower by more than 5 %, 0 undecided"));
+  const std::vector<std::string>& row = report.table.rows.back();
+  EXPECT_EQ(row[1], "start.bake");
+  EXPECT_EQ(row[2], "slower");
+  EXPECT_THAT(row[3], testing::MatchesRegex("1\\.[0-9]+ \\(1.[0-9]+ to 1.[0-9]+\\) times .* ms"));
 }
 
 TEST_F(Builds, OtherBitsAreNamed) {

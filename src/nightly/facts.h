@@ -76,10 +76,10 @@ struct Verdict {
   double value = 0.0;
   double low = 0.0;
   double high = 0.0;
-  std::string message;
+  std::string message{};
   int began = 0;  ///< the night with which it began; 0: it did not
-  std::string lastGood;
-  std::string firstBad;     ///< builds
+  std::string lastGood{};
+  std::string firstBad{};   ///< builds
   int acknowledgement = 0;  ///< 0: none
 };
 

@@ -86,30 +86,40 @@ std::map<std::string, double> parseSteps(const std::string& text) {
 }
 
 template <class... T>
-void run(Database& database, const char* sql, const T&... values) {
-  Statement statement(database, sql);
+void bindAll(Statement& statement, const T&... values) {
   int index = 0;
   (statement.bind(++index, values), ...);
+}
+
+template <class... T>
+void run(Database& database, const char* sql, const T&... values) {
+  Statement statement(database, sql);
+  bindAll(statement, values...);
   statement.exec();
 }
 
-/// Columns of verdict from `first` on.
-Verdict readVerdict(const Statement& row, int first) {
-  Verdict verdict;
-  verdict.name = row.getColumn(first).getString();
-  verdict.kind = row.getColumn(first + 1).getString();
-  verdict.status = row.getColumn(first + 2).getString();
-  verdict.outcome = static_cast<Outcome>(row.getColumn(first + 3).getInt());
-  verdict.frame = row.getColumn(first + 4).getInt();
-  verdict.value = row.getColumn(first + 5).getDouble();
-  verdict.low = row.getColumn(first + 6).getDouble();
-  verdict.high = row.getColumn(first + 7).getDouble();
-  verdict.message = row.getColumn(first + 8).getString();
-  verdict.began = row.getColumn(first + 9).getInt();
-  verdict.lastGood = row.getColumn(first + 10).getString();
-  verdict.firstBad = row.getColumn(first + 11).getString();
-  verdict.acknowledgement = row.getColumn(first + 12).getInt();
-  return verdict;
+std::string textOf(const Statement& row, int column) {
+  return row.getColumn(column).getString();
+}
+
+int intOf(const Statement& row, int column) {
+  return row.getColumn(column).getInt();
+}
+
+std::uint64_t countOf(const Statement& row, int column) {
+  return static_cast<std::uint64_t>(row.getColumn(column).getInt64());
+}
+
+/// Columns of verdict from `c` on.
+Verdict readVerdict(const Statement& row, int c) {
+  const auto number = [&](int column) { return row.getColumn(column).getDouble(); };
+  return {textOf(row, c),      textOf(row, c + 1),
+          textOf(row, c + 2),  static_cast<Outcome>(intOf(row, c + 3)),
+          intOf(row, c + 4),   number(c + 5),
+          number(c + 6),       number(c + 7),
+          textOf(row, c + 8),  intOf(row, c + 9),
+          textOf(row, c + 10), textOf(row, c + 11),
+          intOf(row, c + 12)};
 }
 
 #define VERDICT_COLUMNS                                                               \
@@ -123,10 +133,13 @@ constexpr const char* kNightColumns =
     "JOIN build b ON b.id = n.build ";
 
 Night readNight(const Statement& row) {
-  return {row.getColumn(0).getInt(),     row.getColumn(1).getString(), row.getColumn(2).getString(),
-          row.getColumn(3).getString(),  row.getColumn(4).getString(), row.getColumn(5).getString(),
-          row.getColumn(6).getString(),  row.getColumn(7).getString(), row.getColumn(8).getString(),
-          row.getColumn(9).getInt() != 0};
+  return {intOf(row, 0),  textOf(row, 1), textOf(row, 2), textOf(row, 3), textOf(row, 4),
+          textOf(row, 5), textOf(row, 6), textOf(row, 7), textOf(row, 8), intOf(row, 9) != 0};
+}
+
+template <class Item>
+std::optional<Item> firstOf(std::vector<Item> items) {
+  return items.empty() ? std::optional<Item>() : std::move(items.front());
 }
 
 }  // namespace
@@ -219,10 +232,14 @@ void History::write(const std::function<void(Database&)>& change) {
   }
 }
 
-template <class Read>
-auto History::read(const Read& read) const {
+template <class Make, class... T>
+auto History::rows(const std::string& sql, const Make& make, const T&... values) const {
   try {
-    return read(*database_);
+    Statement statement(*database_, sql);
+    bindAll(statement, values...);
+    std::vector<decltype(make(statement))> made;
+    while (statement.executeStep()) made.push_back(make(statement));
+    return made;
   } catch (const SQLite::Exception& exception) {
     fail(file_, exception);
   }
@@ -257,24 +274,13 @@ int History::beginNight(const Night& night) {
 }
 
 std::vector<Night> History::nights(const std::string& suite, int limit) const {
-  return read([&](Database& database) {
-    Statement rows(database, std::string(kNightColumns) +
-                                 "WHERE ?1 = '' OR n.suite = ?1 ORDER BY n.id DESC LIMIT ?2");
-    rows.bind(1, suite);
-    rows.bind(2, limit);
-    std::vector<Night> nights;
-    while (rows.executeStep()) nights.push_back(readNight(rows));
-    return nights;
-  });
+  return rows(
+      std::string(kNightColumns) + "WHERE ?1 = '' OR n.suite = ?1 ORDER BY n.id DESC LIMIT ?2",
+      readNight, suite, limit);
 }
 
 std::optional<Night> History::night(int id) const {
-  return read([&](Database& database) -> std::optional<Night> {
-    Statement rows(database, std::string(kNightColumns) + "WHERE n.id = ?");
-    rows.bind(1, id);
-    if (!rows.executeStep()) return {};
-    return readNight(rows);
-  });
+  return firstOf(rows(std::string(kNightColumns) + "WHERE n.id = ?", readNight, id));
 }
 
 void History::addResult(int night, const CaseFacts& facts) {
@@ -306,73 +312,61 @@ void History::addResult(int night, const CaseFacts& facts) {
 }
 
 std::set<std::string> History::measured(int night) const {
-  return read([&](Database& database) {
-    Statement rows(database,
-                   "SELECT b.name FROM result r JOIN bench b ON b.id = r.bench WHERE r.night = ?");
-    rows.bind(1, night);
-    std::set<std::string> names;
-    while (rows.executeStep()) names.insert(rows.getColumn(0).getString());
-    return names;
-  });
+  const std::vector<std::string> names = rows(
+      "SELECT b.name FROM result r JOIN bench b ON b.id = r.bench WHERE r.night = ?",
+      [](const Statement& row) { return textOf(row, 0); }, night);
+  return {names.begin(), names.end()};
 }
 
 CaseFacts History::result(int night, const std::string& name) const {
-  return read([&](Database& database) {
-    Statement row(database,
-                  "SELECT r.id, b.print, b.description, r.failure, r.baseline_failures, r.memory, "
-                  "r.command, r.truth FROM result r JOIN bench b ON b.id = r.bench "
-                  "WHERE r.night = ? AND b.name = ?");
-    row.bind(1, night);
-    row.bind(2, name);
-    if (!row.executeStep())
-      throw UsageError("night " + std::to_string(night) + " has no case " + name);
+  int result = 0;
+  const auto readFacts = [&](const Statement& row) {
     CaseFacts facts;
     facts.name = name;
-    const int result = row.getColumn(0).getInt();
-    facts.bench = row.getColumn(1).getString();
-    facts.description = row.getColumn(2).getString();
-    facts.failure = row.getColumn(3).getString();
-    const config::Value failures = config::parseText(row.getColumn(4).getString(), "failures");
+    result = intOf(row, 0);
+    facts.bench = textOf(row, 1);
+    facts.description = textOf(row, 2);
+    facts.failure = textOf(row, 3);
+    const config::Value failures = config::parseText(textOf(row, 4), "failures");
     for (const std::string& key : failures.keys())
       facts.baselineFailures[key] = failures.get(key).asString();
-    facts.memory = parseCounters(row.getColumn(5).getString());
-    facts.command = row.getColumn(6).getString();
-    facts.truth = row.getColumn(7).getString();
-    Statement samples(database,
-                      "SELECT s.role, s.attempt, b.fingerprint, s.times FROM sample s "
-                      "JOIN build b ON b.id = s.build WHERE s.result = ? ORDER BY s.id");
-    samples.bind(1, result);
-    while (samples.executeStep())
-      facts.timings.push_back({samples.getColumn(0).getString(), samples.getColumn(1).getInt(),
-                               samples.getColumn(2).getString(),
-                               parseTimes(samples.getColumn(3).getString())});
-    Statement frames(database,
-                     "SELECT frame, pixels, counters, steps, file, bytes, not_finite FROM frame "
-                     "WHERE result = ?");
-    frames.bind(1, result);
-    while (frames.executeStep())
-      facts.frames[frames.getColumn(0).getInt()] = {
-          frames.getColumn(1).getString(),
-          parseCounters(frames.getColumn(2).getString()),
-          parseSteps(frames.getColumn(3).getString()),
-          frames.getColumn(4).getString(),
-          static_cast<std::uint64_t>(frames.getColumn(5).getInt64()),
-          static_cast<std::uint64_t>(frames.getColumn(6).getInt64())};
+    facts.memory = parseCounters(textOf(row, 5));
+    facts.command = textOf(row, 6);
+    facts.truth = textOf(row, 7);
     return facts;
-  });
+  };
+  std::optional<CaseFacts> facts =
+      firstOf(rows("SELECT r.id, b.print, b.description, r.failure, r.baseline_failures, r.memory, "
+                   "r.command, r.truth FROM result r JOIN bench b ON b.id = r.bench "
+                   "WHERE r.night = ? AND b.name = ?",
+                   readFacts, night, name));
+  if (!facts) throw UsageError("night " + std::to_string(night) + " has no case " + name);
+  facts->timings = rows(
+      "SELECT s.role, s.attempt, b.fingerprint, s.times FROM sample s "
+      "JOIN build b ON b.id = s.build WHERE s.result = ? ORDER BY s.id",
+      [](const Statement& row) {
+        return Timing{textOf(row, 0), intOf(row, 1), textOf(row, 2), parseTimes(textOf(row, 3))};
+      },
+      result);
+  const auto frames = rows(
+      "SELECT frame, pixels, counters, steps, file, bytes, not_finite FROM frame "
+      "WHERE result = ?",
+      [](const Statement& row) {
+        return std::pair(intOf(row, 0), FrameFacts{textOf(row, 1), parseCounters(textOf(row, 2)),
+                                                   parseSteps(textOf(row, 3)), textOf(row, 4),
+                                                   countOf(row, 5), countOf(row, 6)});
+      },
+      result);
+  facts->frames = {frames.begin(), frames.end()};
+  return *facts;
 }
 
 std::optional<std::pair<std::string, std::string>> History::bench(int night,
                                                                   const std::string& name) const {
-  return read([&](Database& database) -> std::optional<std::pair<std::string, std::string>> {
-    Statement row(database,
-                  "SELECT b.print, b.description FROM result r JOIN bench b ON b.id = r.bench "
-                  "WHERE r.night = ? AND b.name = ?");
-    row.bind(1, night);
-    row.bind(2, name);
-    if (!row.executeStep()) return {};
-    return std::pair(row.getColumn(0).getString(), row.getColumn(1).getString());
-  });
+  return firstOf(rows(
+      "SELECT b.print, b.description FROM result r JOIN bench b ON b.id = r.bench "
+      "WHERE r.night = ? AND b.name = ?",
+      [](const Statement& row) { return std::pair(textOf(row, 0), textOf(row, 1)); }, night, name));
 }
 
 void History::judge(int night, const std::vector<Verdict>& verdicts,
@@ -405,95 +399,67 @@ void History::forget(int night) {
 }
 
 std::vector<Verdict> History::verdicts(int night) const {
-  return read([&](Database& database) {
-    Statement rows(database,
-                   "SELECT " VERDICT_COLUMNS " FROM verdict v WHERE v.night = ? ORDER BY v.id");
-    rows.bind(1, night);
-    std::vector<Verdict> verdicts;
-    while (rows.executeStep()) verdicts.push_back(readVerdict(rows, 0));
-    return verdicts;
-  });
+  return rows(
+      "SELECT " VERDICT_COLUMNS " FROM verdict v WHERE v.night = ? ORDER BY v.id",
+      [](const Statement& row) { return readVerdict(row, 0); }, night);
 }
 
 std::vector<History::Past> History::past(const std::string& name, const std::string& kind,
                                          const std::string& machine, int night, int limit) const {
-  return read([&](Database& database) {
-    Statement rows(
-        database,
-        "SELECT n.id, n.started, b.fingerprint, coalesce((SELECT be.print FROM result r JOIN bench "
-        "be ON be.id = r.bench WHERE r.night = n.id AND be.name = v.name), ''), " VERDICT_COLUMNS
-        " FROM verdict v JOIN night n ON n.id = v.night JOIN build b ON b.id = n.build JOIN "
-        "machine m ON m.id = n.machine WHERE v.name = ? AND v.kind = ? AND m.name = ? AND n.id < ? "
-        "ORDER BY n.id DESC, v.frame LIMIT ?");
-    rows.bind(1, name);
-    rows.bind(2, kind);
-    rows.bind(3, machine);
-    rows.bind(4, night);
-    rows.bind(5, limit);
-    std::vector<Past> all;
-    while (rows.executeStep())
-      all.push_back({rows.getColumn(0).getInt(), rows.getColumn(1).getString(),
-                     rows.getColumn(2).getString(), rows.getColumn(3).getString(),
-                     readVerdict(rows, 4)});
-    return all;
-  });
+  return rows(
+      "SELECT n.id, n.started, b.fingerprint, coalesce((SELECT be.print FROM result r JOIN bench "
+      "be ON be.id = r.bench WHERE r.night = n.id AND be.name = v.name), ''), " VERDICT_COLUMNS
+      " FROM verdict v JOIN night n ON n.id = v.night JOIN build b ON b.id = n.build JOIN "
+      "machine m ON m.id = n.machine WHERE v.name = ? AND v.kind = ? AND m.name = ? AND n.id < ? "
+      "ORDER BY n.id DESC, v.frame LIMIT ?",
+      [](const Statement& row) {
+        return Past{intOf(row, 0), textOf(row, 1), textOf(row, 2), textOf(row, 3),
+                    readVerdict(row, 4)};
+      },
+      name, kind, machine, night, limit);
 }
 
 std::optional<Baseline> History::baseline(const std::string& name, const std::string& bench,
                                           const std::string& machine,
                                           const std::string& role) const {
-  return read([&](Database& database) -> std::optional<Baseline> {
-    Statement row(database,
-                  "SELECT bu.fingerprint, l.night FROM baseline l JOIN bench b ON b.id = l.bench "
-                  "JOIN machine m ON m.id = l.machine JOIN build bu ON bu.id = l.build LEFT JOIN "
-                  "acknowledgement a ON a.id = l.acknowledgement WHERE b.name = ? AND b.print = ? "
-                  "AND m.name = ? AND l.role = ? AND a.undone IS NULL ORDER BY l.id DESC LIMIT 1");
-    row.bind(1, name);
-    row.bind(2, bench);
-    row.bind(3, machine);
-    row.bind(4, role);
-    if (!row.executeStep()) return {};
-    return Baseline{role, row.getColumn(0).getString(), row.getColumn(1).getInt()};
-  });
+  return firstOf(rows(
+      "SELECT bu.fingerprint, l.night FROM baseline l JOIN bench b ON b.id = l.bench "
+      "JOIN machine m ON m.id = l.machine JOIN build bu ON bu.id = l.build LEFT JOIN "
+      "acknowledgement a ON a.id = l.acknowledgement WHERE b.name = ? AND b.print = ? "
+      "AND m.name = ? AND l.role = ? AND a.undone IS NULL ORDER BY l.id DESC LIMIT 1",
+      [&](const Statement& row) {
+        return Baseline{role, textOf(row, 0), intOf(row, 1)};
+      },
+      name, bench, machine, role));
 }
 
 std::map<int, Reference> History::references(const std::string& name,
                                              const std::string& bench) const {
-  return read([&](Database& database) {
-    Statement rows(
-        database,
-        "SELECT f.frame, f.pixels, f.object, f.counters, f.bytes, f.night FROM reference "
-        "f JOIN bench b ON b.id = f.bench JOIN acknowledgement a ON a.id = "
-        "f.acknowledgement WHERE b.name = ? AND b.print = ? AND a.undone IS NULL "
-        "ORDER BY f.id");
-    rows.bind(1, name);
-    rows.bind(2, bench);
-    std::map<int, Reference> all;
-    while (rows.executeStep()) {
-      const int frame = rows.getColumn(0).getInt();
-      all[frame] = {frame,
-                    rows.getColumn(1).getString(),
-                    rows.getColumn(2).getString(),
-                    parseCounters(rows.getColumn(3).getString()),
-                    static_cast<std::uint64_t>(rows.getColumn(4).getInt64()),
-                    rows.getColumn(5).getInt()};
-    }
-    return all;
-  });
+  std::map<int, Reference> all;
+  for (Reference& one : rows(
+           "SELECT f.frame, f.pixels, f.object, f.counters, f.bytes, f.night FROM reference "
+           "f JOIN bench b ON b.id = f.bench JOIN acknowledgement a ON a.id = "
+           "f.acknowledgement WHERE b.name = ? AND b.print = ? AND a.undone IS NULL "
+           "ORDER BY f.id",
+           [](const Statement& row) {
+             return Reference{intOf(row, 0),   textOf(row, 1),
+                              textOf(row, 2),  parseCounters(textOf(row, 3)),
+                              countOf(row, 4), intOf(row, 5)};
+           },
+           name, bench))
+    all[one.frame] = std::move(one);
+  return all;
 }
 
 std::set<std::string> History::buildsInUse() const {
-  return read([&](Database& database) {
-    Statement rows(database,
-                   "SELECT DISTINCT bu.fingerprint FROM build bu WHERE bu.id IN (SELECT l.build "
-                   "FROM baseline l WHERE l.id IN (SELECT max(k.id) FROM baseline k LEFT JOIN "
-                   "acknowledgement a ON a.id = k.acknowledgement WHERE a.undone IS NULL GROUP BY "
-                   "k.bench, k.machine, k.role)) OR bu.id IN (SELECT build FROM night ORDER BY id "
-                   "DESC LIMIT 10)");
-    std::set<std::string> builds;
-    while (rows.executeStep()) builds.insert(rows.getColumn(0).getString());
-    return builds;
-  });
+  const std::vector<std::string> builds = rows(
+      "SELECT DISTINCT bu.fingerprint FROM build bu WHERE bu.id IN (SELECT l.build "
+      "FROM baseline l WHERE l.id IN (SELECT max(k.id) FROM baseline k LEFT JOIN "
+      "acknowledgement a ON a.id = k.acknowledgement WHERE a.undone IS NULL GROUP BY "
+      "k.bench, k.machine, k.role)) OR bu.id IN (SELECT build FROM night ORDER BY id "
+      "DESC LIMIT 10)",
+      [](const Statement& row) { return textOf(row, 0); });
+  return {builds.begin(), builds.end()};
 }
 
 int History::accept(const Acknowledgement& acknowledgement, int night,
@@ -528,17 +494,13 @@ int History::accept(const Acknowledgement& acknowledgement, int night,
 }
 
 std::vector<Acknowledgement> History::acknowledgements() const {
-  return read([&](Database& database) {
-    Statement rows(database,
-                   "SELECT id, at, who, what, reason, coalesce(undone, '') FROM acknowledgement "
-                   "ORDER BY id DESC");
-    std::vector<Acknowledgement> all;
-    while (rows.executeStep())
-      all.push_back({rows.getColumn(0).getInt(), rows.getColumn(1).getString(),
-                     rows.getColumn(2).getString(), rows.getColumn(3).getString(),
-                     rows.getColumn(4).getString(), rows.getColumn(5).getString()});
-    return all;
-  });
+  return rows(
+      "SELECT id, at, who, what, reason, coalesce(undone, '') FROM acknowledgement "
+      "ORDER BY id DESC",
+      [](const Statement& row) {
+        return Acknowledgement{intOf(row, 0),  textOf(row, 1), textOf(row, 2),
+                               textOf(row, 3), textOf(row, 4), textOf(row, 5)};
+      });
 }
 
 void History::undo(int acknowledgement, const std::string& at) {

@@ -91,8 +91,9 @@ class History {
 
  private:
   void write(const std::function<void(SQLite::Database&)>& change);
-  template <class Read>
-  auto read(const Read& read) const;
+  /// What `make` makes of each row of the query with these values.
+  template <class Make, class... T>
+  auto rows(const std::string& sql, const Make& make, const T&... values) const;
   int idOf(SQLite::Database& database, const char* table, const std::string& name);
 
   std::filesystem::path file_;

@@ -88,12 +88,7 @@ double signedRankP(const std::vector<double>& values) {
   for (std::size_t i = 0; i < count; ++i)
     if (sizes[i] > 0.0) positive += i + 1;
   // Of all choices of signs, the share whose positive ranks add up to at least as much
-  const std::size_t all = count * (count + 1) / 2;
-  std::vector<double> share(all + 1, 0.0);
-  share[0] = 1.0;
-  for (std::size_t rank = 1; rank <= count; ++rank)
-    for (std::size_t s = all + 1; s-- > 0;)
-      share[s] = 0.5 * (share[s] + (s >= rank ? share[s - rank] : 0.0));
+  const std::vector<double> share = study::signedRankShares(count);
   return std::accumulate(share.begin() + static_cast<std::ptrdiff_t>(positive), share.end(), 0.0);
 }
 

@@ -3,8 +3,8 @@
 #include <map>
 
 #include "core/text.h"
-#include "nightly/compare.h"
-#include "study/chart.h"
+#include "nightly/judge_night.h"
+#include "report/html.h"
 
 namespace catoptric::nightly {
 namespace {
@@ -48,7 +48,7 @@ std::string xmlSafe(const std::string& text) {
     const auto code = static_cast<unsigned char>(c);
     if (code >= 0x20 || c == '\n' || c == '\t') safe += c;
   }
-  return study::xmlText(safe);
+  return report::xmlText(safe);
 }
 
 std::string junitXml(const Night& night, const std::vector<Verdict>& verdicts) {

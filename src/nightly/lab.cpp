@@ -6,6 +6,7 @@
 #include "config/json.h"
 #include "core/error.h"
 #include "core/hash.h"
+#include "core/log.h"
 #include "core/text.h"
 #include "nightly/bench_print.h"
 #include "run/folder/records.h"
@@ -51,15 +52,15 @@ class ProcessLab : public Lab {
     const study::Inputs inputs = options_.inputs(one.scene, one.frames);
     const run::RunConfig run = inputs.readRun(settingsOf(one.scene, one.method), one.method);
     BenchFacts facts;
-    const Place& place = placeOf(run);
-    facts.frames = place.frames;
+    const SceneFacts& scene = sceneFactsOf(run);
+    facts.frames = scene.frames;
     facts.description = describeCase(one) + "threads " + std::to_string(run.threads) + "\nframes " +
-                        scene::formatFrames(place.frames) + "\nscene " + filesPrint(run.scene) +
+                        scene::formatFrames(scene.frames) + "\nscene " + filesPrint(run.scene) +
                         (run.path.empty() ? "" : "\npath " + filesPrint(run.path)) + "\n";
     Fingerprint print;
     print.add(facts.description);
     facts.print = print.text();
-    for (const auto& [id, name] : place.objects)
+    for (const auto& [id, name] : scene.objects)
       facts.description += "object " + std::to_string(id) + " " + name + "\n";
     facts.command = "catoptric render";
     for (const std::string& word : inputs.arguments(settingsOf(one.scene, one.method), one.method))
@@ -97,7 +98,7 @@ class ProcessLab : public Lab {
       how.writeTo.push_back(turns.frames[program.role]);
     }
     for (const auto& [name, failure] : turns.failures) requireRoom(failure);
-    const study::Measurement measured = study::measureInTurns(runners, placeFrames(one), how);
+    const study::Measurement measured = study::measureInTurns(runners, framesOf(one), how);
     if (measured.stopped) throw study::StudyStopped();
     for (const study::SettingResult& result : measured.settings) requireRoom(result.failure);
     for (std::size_t i = 0; i < roles.size(); ++i) {
@@ -112,6 +113,31 @@ class ProcessLab : public Lab {
         turns.written = measured.settings[i].written;
     }
     return turns;
+  }
+
+  std::map<std::string, StepTimes> starts(const NightCase& one,
+                                          const std::vector<Program>& programs,
+                                          int rounds) override {
+    const std::vector<std::string> arguments =
+        options_.inputs(one.scene, one.frames)
+            .arguments(settingsOf(one.scene, one.method), one.method);
+    std::map<std::string, StepTimes> times;
+    try {
+      for (std::size_t i = 0; i < static_cast<std::size_t>(rounds) * programs.size(); ++i) {
+        checkStop();
+        // The first one of a round is the second one of the next
+        const Program& program = programs[(i + i / programs.size()) % programs.size()];
+        const study::WorkerProcess process(program.file, arguments,
+                                           options_.work / "logs" / (program.role + ".txt"),
+                                           options_.patienceSeconds);
+        for (const auto& [step, seconds] : process.startup())
+          times[program.role][step].push_back({seconds});
+      }
+    } catch (const Error& error) {
+      log::warning(one.name + ": " + error.what());
+      return {};
+    }
+    return times;
   }
 
   void truth(const NightCase& one, const std::vector<int>& frames,
@@ -136,7 +162,7 @@ class ProcessLab : public Lab {
   void leave() override { workers_.clear(); }
 
  private:
-  struct Place {
+  struct SceneFacts {
     std::vector<int> frames;
     std::map<int, std::string> objects;
   };
@@ -145,9 +171,9 @@ class ProcessLab : public Lab {
     if (options_.stopRequested && options_.stopRequested()) throw study::StudyStopped();
   }
 
-  const std::vector<int>& placeFrames(const NightCase& one) {
-    return placeOf(options_.inputs(one.scene, one.frames)
-                       .readRun(settingsOf(one.scene, one.method), one.method))
+  const std::vector<int>& framesOf(const NightCase& one) {
+    return sceneFactsOf(options_.inputs(one.scene, one.frames)
+                            .readRun(settingsOf(one.scene, one.method), one.method))
         .frames;
   }
 
@@ -166,22 +192,22 @@ class ProcessLab : public Lab {
   }
 
   /// Scene and path of a run; the last ones are kept.
-  const Place& placeOf(const run::RunConfig& run) {
+  const SceneFacts& sceneFactsOf(const run::RunConfig& run) {
     std::string key = run.scene.string() + "\n" + run.path.string() + "\n" + run.frames + "\n";
     if (run.environment) key += config::parseText(run.effective, "run").get("environment").dump();
-    const auto known = places_.find(key);
-    if (known != places_.end()) return known->second;
+    const auto known = scenes_.find(key);
+    if (known != scenes_.end()) return known->second;
     const run::Stage stage(run);
-    Place place;
-    place.frames = stage.frames();
+    SceneFacts facts;
+    facts.frames = stage.frames();
     for (std::size_t i = 0; i < stage.scene().objects.size(); ++i)
       if (stage.scene().objects[i].reflector > 0)
-        place.objects[static_cast<int>(i + 1)] = stage.scene().objects[i].name;
-    return places_.emplace(key, std::move(place)).first->second;
+        facts.objects[static_cast<int>(i + 1)] = stage.scene().objects[i].name;
+    return scenes_.emplace(key, std::move(facts)).first->second;
   }
 
   LabOptions options_;
-  std::map<std::string, Place> places_;
+  std::map<std::string, SceneFacts> scenes_;
   std::map<std::string, std::unique_ptr<study::WorkerProcess>> workers_;  ///< by role
   std::string workersOf_;
   std::uint64_t measurements_ = 0;

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "nightly/facts.h"
-#include "nightly/suite.h"
+#include "nightly/night_suite.h"
 #include "study/bench.h"
 
 namespace catoptric::nightly {
@@ -23,12 +23,14 @@ struct Program {
   std::filesystem::path file;
 };
 
+using StepTimes = std::map<std::string, study::RoundTimes>;  ///< by step
+
 /// What programs made of a case.
 struct Turns {
-  std::map<std::string, study::RoundTimes> times;                         ///< by role
-  std::map<std::string, std::string> failures;                            ///< by role
-  std::map<std::string, std::uint64_t> memory;                            ///< peak bytes by role
-  std::map<std::string, std::map<std::string, study::RoundTimes>> steps;  ///< by role and step
+  std::map<std::string, study::RoundTimes> times;       ///< by role
+  std::map<std::string, std::string> failures;          ///< by role
+  std::map<std::string, std::uint64_t> memory;          ///< peak bytes by role
+  std::map<std::string, StepTimes> steps;               ///< by role
   std::map<int, study::FrameReport> written;            ///< tonight's frames, on the first call
   std::map<std::string, std::filesystem::path> frames;  ///< their folders by role; until the next
                                                         ///< call, but for tonight's
@@ -46,6 +48,11 @@ class Lab {
   /// in new processes; `writeTo`: where tonight's frames go, empty: nowhere. Throws StudyStopped.
   virtual Turns measure(const NightCase& one, const std::vector<Program>& programs, int rounds,
                         bool fresh, const std::filesystem::path& writeTo) = 0;
+  /// Starts each program so often, in turns: times before the first frame by role, "start" of all
+  /// steps, "start.bake" of one. Empty where one cannot be started. Throws StudyStopped.
+  virtual std::map<std::string, StepTimes> starts(const NightCase& one,
+                                                  const std::vector<Program>& programs,
+                                                  int rounds) = 0;
   /// Renders what is missing of these frames of the truth into `folder`. Throws Error.
   virtual void truth(const NightCase& one, const std::vector<int>& frames,
                      const std::filesystem::path& folder) = 0;

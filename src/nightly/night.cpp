@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 
 #include "core/error.h"
@@ -12,7 +13,9 @@
 #include "core/text.h"
 #include "image/image.h"
 #include "nightly/judge.h"
+#include "nightly/open_night.h"
 #include "nightly/pictures.h"
+#include "run/folder/machine.h"
 #include "run/folder/records.h"
 
 namespace catoptric::nightly {
@@ -120,6 +123,12 @@ void findTruth(const History& history, const NightCase& one, CaseFacts& facts, L
   }
 }
 
+std::string machineName() {
+  std::array<char, 256> host{};
+  ::gethostname(host.data(), host.size() - 1);
+  return std::string(host.data()) + ", " + run::processorName();
+}
+
 class CaseMeasurement {
  public:
   CaseMeasurement(History& history, const Night& night, const NightCase& one, Lab& lab,
@@ -215,6 +224,9 @@ std::vector<NightCase> casesOf(const NightSuite& suite, const std::string& effor
       if (wanted) cases.push_back({name, scene, method, frames->second});
     }
   }
+  if (cases.empty())
+    throw UsageError("no case of " + suite.file + " has frames for --effort " + effort +
+                     (only.empty() ? "" : " and fits --only " + joined(only, ",")));
   return cases;
 }
 
@@ -285,6 +297,26 @@ void measureNight(History& history, const Night& night, const std::vector<NightC
     CaseMeasurement measurement(history, night, one, lab, gates, options);
     history.addResult(night.id, measurement.measure(again));
   }
+}
+
+Night measureSuite(History& history, const NightSuite& suite, const std::string& effort,
+                   const std::vector<std::string>& only, Lab& lab, NightOptions options) {
+  const std::vector<NightCase> cases = casesOf(suite, effort, only, lab);
+  if (options.baseline != role::kAccepted && options.baseline != role::kAnchor)
+    options.baseline = keptBuild(history, options.baseline);
+  std::string names =
+      options.baseline == role::kAccepted ? "" : "against " + options.baseline + "\n";
+  for (const NightCase& one : cases) names += one.name + "\n";
+  Fingerprint asked;
+  asked.add(names);
+  Fingerprint build;
+  build.add(std::span<const std::byte>(readFile(options.program)));
+  const OpenNight open(history, {0, suite.name, asked.text(), effort, machineName(), build.text(),
+                                 run::versionText(), utcNow(), "", !only.empty()});
+  if (open.resumed()) log::info("night " + std::to_string(open.night().id) + " goes on");
+  keepProgram(history, options.program, build.text());
+  measureNight(history, open.night(), cases, suite.gates, lab, options);
+  return open.night();
 }
 
 }  // namespace catoptric::nightly

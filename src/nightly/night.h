@@ -21,6 +21,7 @@ struct NightOptions {
 };
 
 /// Cases of a suite for an effort, and with a tag or a name that `only` matches; `only` empty: all.
+/// Throws UsageError where there is none.
 std::vector<NightCase> casesOf(const NightSuite& suite, const std::string& effort,
                                const std::vector<std::string>& only, Lab& lab);
 
@@ -40,5 +41,10 @@ void dropOld(const History& history);
 /// Measures the cases that the night does not have yet. Throws StudyStopped: the night can go on.
 void measureNight(History& history, const Night& night, const std::vector<NightCase>& cases,
                   const Gates& gates, Lab& lab, const NightOptions& options);
+
+/// Begins the suite's night on this machine, or goes on with it, and measures what it lacks;
+/// `options.baseline` as --baseline says it. Throws StudyStopped: the night can go on.
+Night measureSuite(History& history, const NightSuite& suite, const std::string& effort,
+                   const std::vector<std::string>& only, Lab& lab, NightOptions options);
 
 }  // namespace catoptric::nightly

@@ -8,11 +8,11 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/text.h"
-#include "nightly/compare.h"
+#include "nightly/judge_night.h"
 #include "nightly/junit.h"
 #include "nightly/page_assets.h"
 #include "nightly/page_pictures.h"
-#include "report/table.h"
+#include "report/html.h"
 #include "study/chart.h"
 
 namespace catoptric::nightly {
@@ -80,6 +80,13 @@ std::vector<CaseVerdicts> byCase(const std::vector<Verdict>& verdicts) {
   return all;
 }
 
+/// A table with a summary that opens it; nothing where it has no rows.
+std::string folded(const char* summary, const report::Table& table, bool open) {
+  if (table.rows.empty()) return "";
+  return std::string("<details") + (open ? " open" : "") + "><summary>" + summary + "</summary>" +
+         report::htmlTable(table, text) + "</details>\n";
+}
+
 std::string copyLine(const std::string& line) {
   return "<div class=\"copy\"><code>" + text(line) + "</code></div>\n";
 }
@@ -108,10 +115,8 @@ class PageWriter {
     const std::string script = options_.singleFile
                                    ? "<script>" + std::string(kPageScript) + "</script>\n"
                                    : std::string("<script src=\"nightly.js\"></script>\n");
-    return "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta "
-           "name=\"viewport\" content=\"width=device-width\">\n<title>" +
-           text(options_.title) + ", night " + std::to_string(night_.id) + "</title>\n" + style +
-           "</head>\n<body>\n" + body + script + "</body></html>\n";
+    return report::htmlPage(options_.title + ", night " + std::to_string(night_.id), style,
+                            body + script);
   }
 
   const std::map<std::string, std::string>& curves() const { return curves_; }
@@ -259,13 +264,9 @@ class PageWriter {
     std::vector<std::pair<double, std::string>> order;
     for (const auto& [step, ms] : mean) order.emplace_back(-ms, step);
     std::sort(order.begin(), order.end());
-    std::string rows;
-    for (const auto& [ms, step] : order)
-      rows += "<tr><td>" + text(step) + "</td><td class=\"n\">" + report::fixedText(-ms, 2) +
-              "</td></tr>";
-    return "<details><summary>Steps of tonight’s first round</summary><div class=\"wide\"><table>"
-           "<tr><th>step</th><th class=\"n\">ms a frame</th></tr>" +
-           rows + "</table></div></details>\n";
+    report::Table table{"", {{"step"}, {"ms a frame", true}}, {}, {}};
+    for (const auto& [ms, step] : order) table.rows.push_back({step, report::fixedText(-ms, 2)});
+    return folded("Steps of tonight’s first round", table, false);
   }
 
   std::string figures(const CaseFacts& facts, const std::vector<Verdict>& frames) {
@@ -308,28 +309,18 @@ class PageWriter {
     std::string data;
     for (const auto& [name, source] : pictures.exposures)
       data += " data-" + name + "=\"" + source + "\"";
-    std::string reflectors;
+    report::Table reflectors{"", {{"reflector"}, {"mean difference, steps", true}}, {}, {}};
     for (const auto& [id, steps] : pictures.comparison.reflectors)
       if (steps > 0.0)
-        reflectors += "<tr><td>" + text(objectName(facts, id)) + "</td><td class=\"n\">" +
-                      report::fixedText(steps, 3) + "</td></tr>";
-    std::string table;
+        reflectors.rows.push_back({objectName(facts, id), report::fixedText(steps, 3)});
+    report::Table measures{"", {{""}, {"", true}}, {}, {}};
     for (const auto& [name, value] : pictures.comparison.errors)
-      table += "<tr><td>" + text(name) + "</td><td class=\"n\">" + report::fixedText(value, 4) +
-               "</td></tr>";
+      measures.rows.push_back({name, report::fixedText(value, 4)});
     return "<figure class=\"frame\"" + data + ">\n<figcaption>Frame " +
            std::to_string(verdict.frame) + ": " + text(verdict.status) +
            "</figcaption>\n<div class=\"views\">" + views + "</div>\n" +
-           (table.empty() ? ""
-                          : "<details><summary>Measures</summary><div class=\"wide\"><table>" +
-                                table + "</table></div></details>\n") +
-           (reflectors.empty()
-                ? ""
-                : "<details open><summary>Reflectors that differ</summary><div "
-                  "class=\"wide\"><table><tr><th>reflector</th><th class=\"n\">mean difference, "
-                  "steps</th></tr>" +
-                      reflectors + "</table></div></details>\n") +
-           "</figure>\n";
+           folded("Measures", measures, false) +
+           folded("Reflectors that differ", reflectors, true) + "</figure>\n";
   }
 
   static std::string objectName(const CaseFacts& facts, int id) {
@@ -371,18 +362,17 @@ class PageWriter {
   }
 
   std::string acknowledgements() const {
-    std::string rows;
+    std::size_t bytes = 0;
+    report::Table table{
+        "", {{"number", true}, {"when"}, {"who"}, {"what"}, {"reason"}, {"taken back"}}, {}, {}};
     for (const Acknowledgement& one : history_.acknowledgements()) {
-      rows += "<tr><td class=\"n\">" + std::to_string(one.id) + "</td><td>" + text(one.at) +
-              "</td><td>" + text(one.who) + "</td><td>" + text(one.what) + "</td><td>" +
-              text(one.reason) + "</td><td>" + text(one.undone) + "</td></tr>\n";
-      if (rows.size() > 100'000) break;
+      table.rows.push_back(
+          {std::to_string(one.id), one.at, one.who, one.what, one.reason, one.undone});
+      bytes += one.what.size() + one.reason.size() + 100;
+      if (bytes > 100'000) break;
     }
-    return rows.empty() ? ""
-                        : "<h2>What people accepted</h2>\n<div class=\"wide\"><table><tr><th "
-                          "class=\"n\">number</th><th>when</th><th>who</th><th>what</th><th>reason"
-                          "</th><th>taken back</th></tr>\n" +
-                              rows + "</table></div>\n";
+    return table.rows.empty() ? ""
+                              : "<h2>What people accepted</h2>\n" + report::htmlTable(table, text);
   }
 
   std::string notes() const {

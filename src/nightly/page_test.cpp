@@ -15,7 +15,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
-#include "nightly/compare.h"
+#include "nightly/judge_night.h"
 #include "nightly/pictures.h"
 
 namespace catoptric::nightly {

@@ -12,7 +12,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/hash.h"
-#include "nightly/compare.h"
+#include "nightly/judge_night.h"
 #include "nightly/lab.h"
 #include "nightly/night.h"
 #include "run/folder/records.h"
@@ -45,7 +45,8 @@ struct Machine {
 /// What is wrong with a build, by scene.
 struct Build {
   std::map<std::string, double> cost;  ///< times as much; 1 where it is not named
-  std::map<std::string, int> steps;    ///< display steps by which a reflector is off
+  std::map<std::string, double> startCost;
+  std::map<std::string, int> steps;  ///< display steps by which a reflector is off
   std::map<std::string, std::map<std::string, std::uint64_t>> counters;
   std::map<std::string, std::uint64_t> memory;  ///< MiB
   std::set<std::string> nan;
@@ -102,6 +103,21 @@ class TestLab : public Lab {
       if (name == role::kTonight) turns.written = measured.settings[i].written;
     }
     return turns;
+  }
+
+  std::map<std::string, StepTimes> starts(const NightCase& one,
+                                          const std::vector<Program>& programs,
+                                          int rounds) override {
+    std::map<std::string, StepTimes> times;
+    for (int round = 0; round < rounds; ++round)
+      for (const Program& program : programs) {
+        const auto& cost = builds_[buildOf(program.file)].startCost;
+        const auto own = cost.find(one.scene.name);
+        const double seconds = machine.render(own == cost.end() ? 1.0 : own->second);
+        times[program.role]["start"].push_back({seconds});
+        times[program.role]["start.bake"].push_back({0.5 * seconds});
+      }
+    return times;
   }
 
   void truth(const NightCase&, const std::vector<int>&, const std::filesystem::path&) override {}

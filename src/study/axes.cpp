@@ -229,7 +229,8 @@ bool Condition::holds(const std::map<std::string, std::string>& settings) const 
   });
 }
 
-std::vector<Point> makePoints(const std::vector<std::string>& methods, std::vector<Axis> axes,
+std::vector<Point> makePoints(const std::vector<std::string>& methods,
+                              const std::vector<Axis>& axes,
                               const std::vector<Condition>& conditions) {
   std::set<std::string> names;
   for (const Axis& axis : axes) {
@@ -242,47 +243,34 @@ std::vector<Point> makePoints(const std::vector<std::string>& methods, std::vect
                        joined(methods, ", "));
   }
   // What all methods have in common is outermost, so that groups stay together.
-  std::stable_partition(axes.begin(), axes.end(),
-                        [](const Axis& axis) { return axis.method.empty(); });
+  const auto widen = [](std::vector<Point>& points, const Axis& axis) {
+    std::vector<Point> wider;
+    for (const Point& point : points)
+      for (const std::vector<std::string>& value : axis.values) {
+        wider.push_back(point);
+        for (std::size_t i = 0; i < value.size(); ++i) {
+          if (axis.names[i] == "program")
+            wider.back().program = value[i];
+          else
+            wider.back().settings.emplace_back(axis.names[i], value[i]);
+        }
+      }
+    points = std::move(wider);
+  };
   std::vector<Point> points;
   // Points before the method's own axes: one for each combination of the common ones.
   std::vector<Point> open(1);
-  std::size_t common = 0;
-  for (; common < axes.size() && axes[common].method.empty(); ++common) {
-    std::vector<Point> wider;
-    for (const Point& point : open)
-      for (const std::vector<std::string>& value : axes[common].values) {
-        Point next = point;
-        for (std::size_t i = 0; i < value.size(); ++i) {
-          if (axes[common].names[i] == "program")
-            next.program = value[i];
-          else
-            next.settings.emplace_back(axes[common].names[i], value[i]);
-        }
-        wider.push_back(next);
-      }
-    open = wider;
-  }
+  for (const Axis& axis : axes)
+    if (axis.method.empty()) widen(open, axis);
   for (Point& point : open) point.group = settingsText(point.settings);
-  for (const Point& start : open) {
+  for (const Point& start : open)
     for (const std::string& method : methods) {
       std::vector<Point> own{start};
       own.front().method = method;
-      for (std::size_t a = common; a < axes.size(); ++a) {
-        if (axes[a].method != method) continue;
-        std::vector<Point> wider;
-        for (const Point& point : own)
-          for (const std::vector<std::string>& value : axes[a].values) {
-            Point next = point;
-            for (std::size_t i = 0; i < value.size(); ++i)
-              next.settings.emplace_back(axes[a].names[i], value[i]);
-            wider.push_back(next);
-          }
-        own = wider;
-      }
+      for (const Axis& axis : axes)
+        if (axis.method == method) widen(own, axis);
       points.insert(points.end(), own.begin(), own.end());
     }
-  }
   std::erase_if(points, [&](const Point& point) {
     const std::map<std::string, std::string> settings(point.settings.begin(), point.settings.end());
     return !std::all_of(conditions.begin(), conditions.end(),

@@ -61,7 +61,8 @@ struct Point {
 
 /// Every method with each combination of the axes that concern it. `methods`: names in the config.
 /// Throws UsageError for axes that concern none of them.
-std::vector<Point> makePoints(const std::vector<std::string>& methods, std::vector<Axis> axes,
+std::vector<Point> makePoints(const std::vector<std::string>& methods,
+                              const std::vector<Axis>& axes,
                               const std::vector<Condition>& conditions);
 
 /// "level_error=0.75 rays=8": names without what comes before their last point.

@@ -141,27 +141,27 @@ Samples parseSamples(const std::string& text, const std::string& name) {
 Bench::Bench(Inputs inputs, BenchOptions options)
     : inputs_(std::move(inputs)), options_(std::move(options)) {}
 
-const Bench::Place& Bench::placeOf(const run::RunConfig& run) {
+const Bench::SceneFacts& Bench::sceneFactsOf(const run::RunConfig& run) {
   std::string name = run.scene.string() + "\n" + run.path.string() + "\n" + run.frames + "\n";
   for (const run::MethodConfig& method : run.methods) name += method.id + "\n";
   if (run.environment)
     name += config::parseText(run.effective, "run").get("environment").asString();
-  const auto known = places_.find(name);
-  if (known != places_.end()) return known->second;
+  const auto known = scenes_.find(name);
+  if (known != scenes_.end()) return known->second;
 
   const run::Stage stage(run);
   const auto made = run::makeMethods(stage, methods::registry());
   run::makePlan(run, stage.scene(), stage.frames().size(), made);  // says what cannot be done
-  Place place;
+  SceneFacts facts;
   Fingerprint print;
   print.addValue(stage.scene().fingerprint);
   if (!run.path.empty()) print.add(printOfFile(run.path));
-  place.fingerprint = print.text();
-  place.frames = stage.frames();
+  facts.fingerprint = print.text();
+  facts.frames = stage.frames();
   for (std::size_t i = 0; i < stage.scene().objects.size(); ++i)
     if (stage.scene().objects[i].reflector > 0)
-      place.reflectors[static_cast<int>(i + 1)] = stage.scene().objects[i].name;
-  return places_.emplace(name, std::move(place)).first->second;
+      facts.reflectors[static_cast<int>(i + 1)] = stage.scene().objects[i].name;
+  return scenes_.emplace(name, std::move(facts)).first->second;
 }
 
 Setting Bench::prepare(const Point& point) {
@@ -176,17 +176,17 @@ Setting Bench::prepare(const Point& point) {
   // With its name: the same options twice are two settings, which may be compared.
   setting.key =
       printOf(point.method + "\n" + setting.run.pixelSettings(setting.run.methods.front()) + "\n" +
-              std::to_string(setting.run.threads) + "\n" + placeOf(setting.run).fingerprint + "\n" +
-              program + "\n" + options_.processor);
+              std::to_string(setting.run.threads) + "\n" + sceneFactsOf(setting.run).fingerprint +
+              "\n" + program + "\n" + options_.processor);
   return setting;
 }
 
 const std::vector<int>& Bench::frames(const Setting& setting) {
-  return placeOf(setting.run).frames;
+  return sceneFactsOf(setting.run).frames;
 }
 
 const std::map<int, std::string>& Bench::reflectors(const Setting& setting) {
-  return placeOf(setting.run).reflectors;
+  return sceneFactsOf(setting.run).reflectors;
 }
 
 void Bench::checkStop() const {

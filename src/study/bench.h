@@ -12,7 +12,7 @@
 #include "run/folder/run_folder.h"
 #include "study/axes.h"
 #include "study/engine.h"
-#include "study/errors.h"
+#include "study/frame_errors.h"
 #include "study/process.h"
 
 namespace catoptric::study {
@@ -104,12 +104,12 @@ class Bench {
   void clear();
 
  private:
-  struct Place {
+  struct SceneFacts {
     std::string fingerprint;
     std::vector<int> frames;
     std::map<int, std::string> reflectors;
   };
-  const Place& placeOf(const run::RunConfig& run);
+  const SceneFacts& sceneFactsOf(const run::RunConfig& run);
   Setting referenceOf(const Setting& setting);
   std::string referenceKey(const Setting& setting);
   std::filesystem::path errorsFile(const Setting& setting);
@@ -125,7 +125,7 @@ class Bench {
   Inputs inputs_;
   BenchOptions options_;
   std::string reference_;
-  std::map<std::string, Place> places_;
+  std::map<std::string, SceneFacts> scenes_;
   std::map<std::string, std::string> programs_;  ///< fingerprints by path
   std::list<std::pair<std::string, std::unique_ptr<WorkerProcess>>> workers_;  ///< last used first
   std::uint64_t workerMemory_ = 0;

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "report/table.h"
+#include "report/html.h"
 
 namespace catoptric::study {
 namespace {
@@ -171,7 +171,7 @@ class Drawing {
   void put(double x, double y, const std::string& text, const std::string& style,
            const char* anchor = "start") {
     out_ += "<text x=\"" + px(x) + "\" y=\"" + px(y) + "\" class=\"" + style + "\" text-anchor=\"" +
-            anchor + "\">" + xmlText(text) + "</text>\n";
+            anchor + "\">" + report::xmlText(text) + "</text>\n";
   }
   void line(double x0, double y0, double x1, double y1, const std::string& style) {
     out_ += "<line x1=\"" + px(x0) + "\" y1=\"" + px(y0) + "\" x2=\"" + px(x1) + "\" y2=\"" +
@@ -193,7 +193,7 @@ class Drawing {
     put(0.5 * (kLeft + width_ - kRight), bottom + 36.0, chart_.xTitle, "ink", "middle");
     const double middle = 0.5 * (top_ + kTop + bottom);
     out_ += "<text transform=\"translate(15 " + px(middle) + ") rotate(-90)\" class=\"ink\" " +
-            "text-anchor=\"middle\">" + xmlText(chart_.yTitle) + "</text>\n";
+            "text-anchor=\"middle\">" + report::xmlText(chart_.yTitle) + "</text>\n";
   }
 
   void legend() {
@@ -240,7 +240,7 @@ class Drawing {
       const double x = x_.at(point.x);
       const double y = y_.at(point.y);
       out_ += "<g>";
-      if (!point.title.empty()) out_ += "<title>" + xmlText(point.title) + "</title>";
+      if (!point.title.empty()) out_ += "<title>" + report::xmlText(point.title) + "</title>";
       if (point.yWorst) line(x, y, x, y_.at(*point.yWorst), "thin s" + colour);
       if (point.xInterval)
         line(x_.at(point.xInterval->low), y, x_.at(point.xInterval->high), y, "line s" + colour);
@@ -294,23 +294,6 @@ class Drawing {
 };
 
 }  // namespace
-
-std::string xmlText(const std::string& text) {
-  std::string out;
-  for (const char letter : text) {
-    if (letter == '&')
-      out += "&amp;";
-    else if (letter == '<')
-      out += "&lt;";
-    else if (letter == '>')
-      out += "&gt;";
-    else if (letter == '"')
-      out += "&quot;";
-    else
-      out += letter;
-  }
-  return out;
-}
 
 std::string toSvg(const std::vector<Chart>& charts, int width, int height) {
   const int all = height * static_cast<int>(charts.size());

@@ -43,7 +43,4 @@ std::string toSvg(const Chart& chart, int width = 720, int height = 420);
 /// Several, one below the other, in one file.
 std::string toSvg(const std::vector<Chart>& charts, int width = 720, int height = 420);
 
-/// Text with &, <, > and quotes written as XML wants them.
-std::string xmlText(const std::string& text);
-
 }  // namespace catoptric::study

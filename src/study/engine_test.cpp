@@ -84,9 +84,9 @@ Trials measured(double truth) {
     const Measurement result = measureInTurns({&a, &b}, frames, options);
     const Ratio ratio = pairedRatio(result.times(1), result.times(0));
     if (ratio.interval->low <= truth && truth <= ratio.interval->high) ++trials.holding;
-    const Verdict verdict = verdictOf(ratio);
-    if (verdict == Verdict::Slower) ++trials.found;
-    if (verdict == Verdict::Faster) ++trials.wrong;
+    const TimeVerdict verdict = verdictOf(ratio);
+    if (verdict == TimeVerdict::Slower) ++trials.found;
+    if (verdict == TimeVerdict::Faster) ++trials.wrong;
     trials.off.push_back(std::abs(ratio.value / truth - 1.0));
   }
   return trials;

@@ -93,7 +93,10 @@ WorkerProcess::WorkerProcess(const fs::path& program, const std::vector<std::str
     const config::Value ready = config::parseText(readLine(), program_.string());
     renderer_ = ready.get("renderer").asString();
     build_ = ready.get("build").asString();
-    startupSeconds_ = ready.get("startup_seconds").asNumber();
+    if (ready.has("startup"))
+      for (const auto& [step, seconds] : numbersOf(ready.get("startup")))
+        startup_["start." + step] = seconds;
+    startup_["start"] = ready.get("startup_seconds").asNumber();
     memoryBytes_ = static_cast<std::uint64_t>(ready.get("memory_bytes").asNumber());
   } catch (...) {
     end();

@@ -26,7 +26,9 @@ class WorkerProcess : public Runner {
 
   const std::string& renderer() const { return renderer_; }
   const std::string& build() const { return build_; }
-  double startupSeconds() const { return startupSeconds_; }
+  /// Seconds before the first frame: "start" of all steps, "start.bake" of one (older builds tell
+  /// the sum alone).
+  const std::map<std::string, double>& startup() const { return startup_; }
   std::uint64_t memoryBytes() const { return memoryBytes_; }  ///< at most, so far
 
  private:
@@ -44,7 +46,7 @@ class WorkerProcess : public Runner {
   std::string buffered_;
   std::string renderer_;
   std::string build_;
-  double startupSeconds_ = 0.0;
+  std::map<std::string, double> startup_;
   std::uint64_t memoryBytes_ = 0;
 };
 

@@ -13,16 +13,10 @@ namespace {
 /// The largest k for which the k-th smallest of all means of pairs and the k-th largest enclose the
 /// shift with the wanted confidence; 0: there is none.
 std::size_t rankOfInterval(std::size_t count) {
-  const std::size_t pairs = count * (count + 1) / 2;
-  // Of all 2^count choices of signs, the share whose positive ranks sum up to s.
-  std::vector<double> share(pairs + 1, 0.0);
-  share[0] = 1.0;
-  for (std::size_t rank = 1; rank <= count; ++rank)
-    for (std::size_t s = pairs + 1; s-- > 0;)
-      share[s] = 0.5 * (share[s] + (s >= rank ? share[s - rank] : 0.0));
+  const std::vector<double> share = signedRankShares(count);
   double tail = 0.0;
   std::size_t k = 0;
-  while (k <= pairs && 2.0 * (tail + share[k]) <= 1.0 - kRankConfidence) tail += share[k++];
+  while (k < share.size() && 2.0 * (tail + share[k]) <= 1.0 - kRankConfidence) tail += share[k++];
   return k;
 }
 
@@ -36,6 +30,15 @@ double logRatio(double a, double b) {
 }
 
 }  // namespace
+
+std::vector<double> signedRankShares(std::size_t count) {
+  std::vector<double> share(count * (count + 1) / 2 + 1, 0.0);
+  share[0] = 1.0;
+  for (std::size_t rank = 1; rank <= count; ++rank)
+    for (std::size_t s = share.size(); s-- > 0;)
+      share[s] = 0.5 * (share[s] + (s >= rank ? share[s - rank] : 0.0));
+  return share;
+}
 
 double quantile(std::vector<double> values, double share) {
   assert(!values.empty());
@@ -131,10 +134,10 @@ Ratio quotient(const Ratio& a, const Ratio& b) {
   return ratio;
 }
 
-Verdict verdictOf(const Ratio& ratio) {
-  if (!ratio.interval) return Verdict::Unclear;
-  if (ratio.interval->high < 1.0) return Verdict::Faster;
-  return ratio.interval->low > 1.0 ? Verdict::Slower : Verdict::Unclear;
+TimeVerdict verdictOf(const Ratio& ratio) {
+  if (!ratio.interval) return TimeVerdict::Unclear;
+  if (ratio.interval->high < 1.0) return TimeVerdict::Faster;
+  return ratio.interval->low > 1.0 ? TimeVerdict::Slower : TimeVerdict::Unclear;
 }
 
 FrameSeconds frameSeconds(const RoundTimes& times) {

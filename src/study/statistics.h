@@ -30,6 +30,10 @@ inline constexpr double kProcessSpread = 0.005;
 /// Fewer rounds cannot give an interval: 2 / 2^7 is more than 1 %.
 inline constexpr int kLeastRounds = 8;
 
+/// Of all choices of signs of the ranks 1 to `count`, the share whose positive ranks add up to each
+/// sum: the null distribution of the signed-rank statistic. [Wilcoxon1945]
+std::vector<double> signedRankShares(std::size_t count);
+
 /// Median of the means of all pairs, and the interval from the exact distribution of the
 /// signed-rank statistic: it assumes of the differences that they are symmetric, and nothing of
 /// their distribution. [Hodges1963] Sec. 4; [Wilcoxon1945]
@@ -59,9 +63,9 @@ Ratio pairedRatio(const RoundTimes& times, const RoundTimes& base);
 /// a / b from a / base and b / base that were measured apart: the interval is as wide as both.
 Ratio quotient(const Ratio& a, const Ratio& b);
 
-enum class Verdict { Faster, Slower, Unclear };
+enum class TimeVerdict { Faster, Slower, Unclear };
 /// What an interval says of a ratio.
-Verdict verdictOf(const Ratio& ratio);
+TimeVerdict verdictOf(const Ratio& ratio);
 
 /// Seconds of a frame, its median over the rounds; the mean over the frames, and the slowest.
 struct FrameSeconds {

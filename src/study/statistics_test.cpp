@@ -51,7 +51,7 @@ TEST(Statistics, FrameRatiosWeighByTime) {
   ASSERT_TRUE(ratio.interval);
   // Only as wide as processes of one program differ
   EXPECT_NEAR(ratio.interval->low, 5.0 / 18.0 * std::exp(-kProcessSpread), 1e-12);
-  EXPECT_EQ(verdictOf(ratio), Verdict::Faster);
+  EXPECT_EQ(verdictOf(ratio), TimeVerdict::Faster);
 }
 
 TEST(Statistics, ExchangingTheSettingsGivesTheReciprocal) {
@@ -92,7 +92,7 @@ TEST(Statistics, QuotientsOfRatiosAreAsWideAsBoth) {
 
 TEST(Statistics, TooFewRoundsSaySo) {
   const Ratio ratio = pairedRatio(RoundTimes(7, {1.0}), RoundTimes(7, {2.0}));
-  EXPECT_EQ(verdictOf(ratio), Verdict::Unclear);
+  EXPECT_EQ(verdictOf(ratio), TimeVerdict::Unclear);
   EXPECT_EQ(ratioText(ratio), "0.50 (too few rounds to tell)");
 }
 

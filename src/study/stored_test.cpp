@@ -8,7 +8,7 @@
 #include <fstream>
 #include <set>
 
-#include "study/errors.h"
+#include "study/frame_errors.h"
 
 namespace catoptric::study {
 namespace {

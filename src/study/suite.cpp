@@ -16,38 +16,19 @@ namespace {
 
 using config::Field, config::FieldType, config::Schema, config::Value;
 
-const Schema& runSchemaOfSuite() {
-  static const Schema open{.name = "settings", .help = "", .fields = {}, .open = true};
-  static const Schema schema{
-      .name = "run",
-      .help = "A run of a suite.",
-      .fields = {{.name = "config",
-                  .type = FieldType::String,
-                  .help = "A run config, relative to the suite.",
-                  .required = true},
-                 {.name = "settings",
-                  .type = FieldType::Object,
-                  .help = "Values of the config, by their names as for --set.",
-                  .object = &open},
-                 {.name = "methods",
-                  .type = FieldType::Array,
-                  .help = "Names of the config's methods; without it, all.",
-                  .items = FieldType::String},
-                 {.name = "frames",
-                  .type = FieldType::Object,
-                  .help = "Frames by effort: smoke, quick, full.",
-                  .object = &open},
-                 {.name = "against",
-                  .type = FieldType::String,
-                  .help = "The method that errors are measured against."},
-                 {.name = "times",
-                  .type = FieldType::Bool,
-                  .help = "false: only errors and counters, each frame once."}}};
+const Schema& runSchema() {
+  static const Schema schema =
+      runSchemaOfSuite({{.name = "frames",
+                         .type = FieldType::Object,
+                         .help = "Frames by effort: smoke, quick, full.",
+                         .object = &openSchema()},
+                        {.name = "times",
+                         .type = FieldType::Bool,
+                         .help = "false: only errors and counters, each frame once."}});
   return schema;
 }
 
 const Schema& suiteSchema() {
-  static const Schema runs{.name = "runs", .help = "", .fields = {}, .open = true};
   static const Schema schema{
       .name = "suite",
       .help = "Tables and curves of a paper.",
@@ -58,31 +39,17 @@ const Schema& suiteSchema() {
                   .type = FieldType::Object,
                   .help = "Runs by name.",
                   .required = true,
-                  .object = &runs},
+                  .object = &openSchema()},
                  {.name = "efforts",
                   .type = FieldType::Object,
                   .help = "Settings of all runs, by effort.",
-                  .object = &runs},
+                  .object = &openSchema()},
                  {.name = "checks",
                   .type = FieldType::Array,
                   .help = "Ranges that values must be in, for --check."},
                  {.name = "tables", .type = FieldType::Array, .help = "Tables."},
                  {.name = "figures", .type = FieldType::Array, .help = "Curves."}}};
   return schema;
-}
-
-/// Settings of a suite or of an effort. Files are relative to the suite, as in a config.
-Settings readSettings(const Value& value, const std::filesystem::path& folder) {
-  Settings settings;
-  for (const std::string& key : value.keys()) {
-    const Value setting = value.get(key);
-    if (key == "scene" || key == "path")
-      settings.emplace_back(key, (folder / setting.asString()).lexically_normal().string());
-    else
-      settings.emplace_back(
-          key, setting.kind() == Value::Kind::String ? setting.asString() : setting.dump());
-  }
-  return settings;
 }
 
 /// With three significant digits.
@@ -141,19 +108,8 @@ Suite readSuite(const std::filesystem::path& file) {
   if (root.has("text")) suite.text = root.get("text").asString();
   for (const std::string& name : root.get("runs").keys()) {
     const Value value = root.get("runs").get(name);
-    config::require(value, runSchemaOfSuite());
-    SuiteRun run;
-    run.name = name;
-    run.config = (file.parent_path() / value.get("config").asString()).lexically_normal();
-    if (value.has("settings"))
-      run.settings = readSettings(value.get("settings"), file.parent_path());
-    if (value.has("methods"))
-      for (const Value& method : value.get("methods").asArray())
-        run.methods.push_back(method.asString());
-    if (value.has("frames"))
-      for (const std::string& effort : value.get("frames").keys())
-        run.frames[effort] = value.get("frames").get(effort).asString();
-    if (value.has("against")) run.against = value.get("against").asString();
+    config::require(value, runSchema());
+    SuiteRun run{readRunOfSuite(name, value, file.parent_path())};
     if (value.has("times")) run.times = value.get("times").asBool();
     run.stated = config::without(value, {"methods", "frames"}).dump();
     suite.runs.push_back(std::move(run));

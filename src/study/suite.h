@@ -11,19 +11,14 @@
 #include "report/table.h"
 #include "study/bench.h"
 #include "study/chart.h"
+#include "study/suite_run.h"
 
 namespace catoptric::study {
 
-/// A run of a suite: a config with settings, some methods, some frames.
-struct SuiteRun {
-  std::string name;
-  std::filesystem::path config;
-  Settings settings;
-  std::vector<std::string> methods;
-  std::map<std::string, std::string> frames;  ///< by effort: smoke, quick, full
-  std::string against;                        ///< empty: no errors
-  bool times = true;                          ///< false: errors and counters alone
-  std::string stated;                         ///< settings, reference and times as they are written
+/// A run of a suite.
+struct SuiteRun : StatedRun {
+  bool times = true;     ///< false: errors and counters alone
+  std::string stated{};  ///< settings, reference and times as they are written
 };
 
 struct Suite {

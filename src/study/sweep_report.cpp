@@ -6,8 +6,8 @@
 #include "config/json_text.h"
 #include "core/file.h"
 #include "core/text.h"
+#include "report/html.h"
 #include "scene/camera.h"
-#include "study/page.h"
 #include "study/sweep.h"
 
 namespace catoptric::study {
@@ -283,7 +283,7 @@ std::vector<Chart> sweepCharts(const SweepResult& result) {
 }
 
 std::string sweepPage(const SweepResult& result, const std::string& context) {
-  Page page("Sweep of " + result.request.name);
+  report::HtmlPage page("Sweep of " + result.request.name);
   const std::vector<Chart> charts = sweepCharts(result);
   if (!charts.empty()) {
     page.svg(toSvg(charts));

@@ -26,9 +26,9 @@ std::vector<Judged> judge(const std::vector<double>& errors,
     judged[i].mark = Mark::Front;
     for (std::size_t j = 0; j < errors.size(); ++j) {
       if (j == i || std::isnan(errors[j]) || errors[j] > errors[i]) continue;
-      const Verdict verdict = verdictOf(timeRatio(j, i));
-      if (verdict == Verdict::Slower) continue;
-      if (verdict == Verdict::Faster) {
+      const TimeVerdict verdict = verdictOf(timeRatio(j, i));
+      if (verdict == TimeVerdict::Slower) continue;
+      if (verdict == TimeVerdict::Faster) {
         judged[i] = {Mark::Dominated, static_cast<int>(j)};
         break;
       }

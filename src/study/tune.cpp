@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "core/random.h"
 #include "report/contact_sheet.h"
-#include "study/errors.h"
+#include "study/frame_errors.h"
 
 namespace catoptric::study {
 namespace {

@@ -55,6 +55,15 @@ std::string pixelsOf(const image::Image& image) {
   return print.text();
 }
 
+/// Seconds by step.
+std::string stepsJson(const std::vector<frame::StepSample>& samples) {
+  std::map<std::string, double> steps;
+  for (const frame::StepSample& sample : samples) steps[sample.step] += sample.seconds;
+  config::JsonText text;
+  for (const auto& [step, seconds] : steps) text.add(step, seconds);
+  return text.object();
+}
+
 /// The frames of one method, with what each needs of those before it.
 class Frames {
  public:
@@ -66,8 +75,9 @@ class Frames {
         encode_(run::makeEncoder(stage.run(), stage.run().methods.front(), stage.scene().origin)) {}
 
   std::string ready() {
+    const std::vector<frame::StepSample> samples = source_.prepare();
     double startup = 0.0;
-    for (const frame::StepSample& sample : source_.prepare()) startup += sample.seconds;
+    for (const frame::StepSample& sample : samples) startup += sample.seconds;
     std::string renderer = "CPU";
     const std::map<std::string, std::string> context = source_.context();
     if (context.contains("renderer")) renderer = context.at("renderer");
@@ -76,6 +86,7 @@ class Frames {
         .add("renderer", renderer)
         .add("build", run::buildFingerprint())
         .add("startup_seconds", startup)
+        .raw("startup", stepsJson(samples))
         .add("memory_bytes", peakMemoryBytes())
         .object();
   }
@@ -95,15 +106,11 @@ class Frames {
     const double cpu = cpuSeconds() - cpuStart;
     const double seconds = secondsSince(start);
 
-    std::map<std::string, double> steps;
-    for (const frame::StepSample& sample : frame.samples) steps[sample.step] += sample.seconds;
-    config::JsonText stepText;
-    for (const auto& [step, value] : steps) stepText.add(step, value);
     config::JsonText answer;
     answer.add("frame", number)
         .add("seconds", seconds)
         .add("cpu_seconds", cpu)
-        .raw("steps", stepText.object());
+        .raw("steps", stepsJson(frame.samples));
     if (!writeTo.empty()) {
       answer.add("pixels", pixelsOf(frame.image));
       for (const run::EncodedFile& file : encode_(frame, tasks_[task].frame)) {

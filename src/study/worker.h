@@ -1,10 +1,11 @@
 // The resident worker: a process that holds one setting of one program ready and renders a frame
 // when told, by JSON lines.
 //
-// It says {"ready": true, ...} when it can render. A line {"frame": 12} is answered by {"frame":
-// 12, "seconds": ..., "cpu_seconds": ..., "steps": {...}, "counters": {...}}; with "write":
-// "FOLDER" it writes the frame's files there, and the answer has a fingerprint of the pixels. What
-// cannot be done is answered by {"failed": "..."}. It ends when its input ends.
+// It says {"ready": true, "startup": {step: seconds}, ...} when it can render. A line {"frame": 12}
+// is answered by {"frame": 12, "seconds": ..., "cpu_seconds": ..., "steps": {...}, "counters":
+// {...}}; with "write": "FOLDER" it writes the frame's files there, and the answer has a
+// fingerprint of the pixels. What cannot be done is answered by {"failed": "..."}. It ends when its
+// input ends.
 #pragma once
 
 #include <functional>

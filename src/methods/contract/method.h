@@ -223,7 +223,12 @@ struct MethodEntry {
   std::unique_ptr<Method> (*make)(const config::Value& options);
   /// Method::unsupported() may name reflectors: its configs have the option `unsupported`.
   bool refusesReflectors = false;
+  /// Options by which it fills reflectors that `unsupported` gives it; null: it is no such method.
+  const char* fallbackOptions = nullptr;
 };
+
+/// The method of configs that name none.
+inline constexpr const char* kDefaultMethod = "traced";
 
 /// All methods, in the order of `catoptric list`.
 const std::vector<MethodEntry>& registry();

@@ -205,7 +205,8 @@ const MethodEntry& environmentMapEntry() {
                    {"clamped_cube_map", "texels of the cube map beyond half floats", true}},
       .tests = {.small = R"({"face_size": 64})"},
       .options = optionTable().schema(),
-      .make = make};
+      .make = make,
+      .fallbackOptions = R"({"face_size": 256})"};  // as small as the methods' own fallbacks; ours
   return entry;
 }
 

@@ -217,7 +217,8 @@ const MethodEntry& tracedEntry() {
       .options = optionTable().schema(),
       .make = [](const config::Value& options) -> std::unique_ptr<Method> {
         return std::make_unique<Traced>(optionTable().parse(options));
-      }};
+      },
+      .fallbackOptions = "{}"};
   return entry;
 }
 

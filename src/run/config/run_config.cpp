@@ -244,7 +244,7 @@ const OptionTable<RunConfig>& runTable() {
        readApart({.name = "methods",
                   .type = FieldType::Array,
                   .help = "Names, or objects with \"method\" and the method's options.",
-                  .defaultText = "[\"traced\"]",
+                  .defaultText = "[" + config::jsonString(methods::kDefaultMethod) + "]",
                   .minimum = 1}),
        group("errors", errorsTable(), "The table of errors."),
        group("preview", previewTable(), "8-bit previews."),
@@ -261,6 +261,13 @@ const OptionTable<RunConfig>& runTable() {
 
 const Schema& runSchema() {
   return runTable().schema();
+}
+
+std::vector<std::string> fallbackMethods() {
+  std::vector<std::string> names;
+  for (const methods::MethodEntry& entry : methods::registry())
+    if (entry.fallbackOptions != nullptr) names.push_back(entry.id);
+  return names;
 }
 
 Schema methodSchema(const methods::MethodEntry& entry) {
@@ -285,14 +292,17 @@ Schema methodSchema(const methods::MethodEntry& entry) {
                "\"traced\", \"rays\": 16}}. * at the end of a NAME stands for any text. A full "
                "name wins over a pattern, a longer pattern over a shorter one.",
        .object = &reflectors});
-  if (entry.refusesReflectors)
+  if (entry.refusesReflectors) {
+    std::vector<std::string> allowed = fallbackMethods();
+    allowed.insert(allowed.begin(), "error");
     schema.fields.push_back(
         {.name = "unsupported",
          .type = FieldType::String,
          .help = "What happens to reflectors that the method cannot render: an error, or this "
                  "method renders them (counter unsupported_reflector).",
          .defaultText = "\"error\"",
-         .allowed = {"error", "environment_map", "traced"}});
+         .allowed = allowed});
+  }
   schema.fields.insert(schema.fields.end(), entry.options.fields.begin(),
                        entry.options.fields.end());
   return schema;

@@ -81,6 +81,8 @@ struct RunConfig {
 
 /// Schema of run configs without the methods' own options.
 const config::Schema& runSchema();
+/// Methods that may fill what another one cannot do.
+std::vector<std::string> fallbackMethods();
 /// Schema of one entry of `methods`: name, method, and the method's own options.
 config::Schema methodSchema(const methods::MethodEntry& entry);
 

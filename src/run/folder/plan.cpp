@@ -180,8 +180,8 @@ std::string hint(const MethodConfig& method) {
   for (const methods::MethodEntry& entry : methods::registry())
     if (entry.id == method.id && !entry.refusesReflectors)
       return "name another method for it in \"reflectors\" of methods." + method.name;
-  return "--set methods." + method.name +
-         ".unsupported=environment_map (or =traced) lets that method fill it";
+  return "--set methods." + method.name + ".unsupported=" + joined(fallbackMethods(), " (or =") +
+         ") lets that method fill it";
 }
 
 }  // namespace

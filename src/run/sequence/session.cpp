@@ -9,7 +9,7 @@
 #include "run/folder/machine.h"
 #include "run/stage/encoder.h"
 #include "run/stage/method_source.h"
-#include "run/stage/mixture.h"
+#include "run/stage/mixed_method.h"
 #include "run/stage/steps.h"
 
 namespace catoptric::run {

@@ -1,5 +1,5 @@
 // Several methods in one frame: on its own reflectors each makes the samples that it makes alone.
-#include "run/stage/mixture.h"
+#include "run/stage/mixed_method.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "app/tune_reflectors.h"
+#include "study/tune_reflectors.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,12 +8,10 @@
 #include "config/json_text.h"
 #include "core/error.h"
 #include "report/contact_sheet.h"
-#include "study/mixture.h"
+#include "study/method_choice.h"
 
-namespace catoptric::app {
+namespace catoptric::study {
 namespace {
-
-using study::Measurement;
 
 constexpr const char* kMetric = "L1_8bit";
 constexpr std::size_t kTimedFrames = 8;  ///< spread over the path; ours
@@ -31,8 +29,8 @@ struct Reflector {
 /// One call of tuneReflectors().
 class ReflectorTuning {
  public:
-  ReflectorTuning(study::Bench& bench, const std::vector<std::string>& methods,
-                  const study::Bound& bound, Measurement::Clock clock)
+  ReflectorTuning(Bench& bench, const std::vector<std::string>& methods, const Bound& bound,
+                  Measurement::Clock clock)
       : bench_(bench), bound_(bound), clock_(clock) {
     for (const std::string& method : methods)
       singles_.push_back(bench.prepare({method, {}, "", ""}));
@@ -46,13 +44,13 @@ class ReflectorTuning {
     measureMarginal();
     MixtureResult result;
     result.tables.push_back(singleTable());
-    study::MixtureProblem problem = makeProblem();
+    MixtureProblem problem = makeProblem();
     std::optional<std::vector<int>> choice;
-    std::optional<study::Setting> mixture;
+    std::optional<Setting> mixture;
     for (int i = 0; i < kCorrections; ++i) {
-      choice = study::cheapestMixture(problem);
+      choice = cheapestMixture(problem);
       if (!choice) break;
-      const study::Setting candidate = settingOf(*choice);
+      const Setting candidate = settingOf(*choice);
       bench_.findErrors({candidate}, frames_);
       if (bench_.failures().contains(candidate.key)) break;
       const double error = pooled(candidate);
@@ -67,22 +65,19 @@ class ReflectorTuning {
   }
 
  private:
-  double pooled(const study::Setting& setting) {
-    return bench_.errors(setting).pooled(kMetric, frames_);
-  }
+  double pooled(const Setting& setting) { return bench_.errors(setting).pooled(kMetric, frames_); }
 
   void measureSingles() {
     bench_.findErrors(singles_, frames_);
-    const study::Samples& samples = bench_.measure(singles_, timed_, false);
-    std::erase_if(singles_, [&](const study::Setting& setting) {
+    const Samples& samples = bench_.measure(singles_, timed_, false);
+    std::erase_if(singles_, [&](const Setting& setting) {
       return !samples.find(setting.key) || bench_.failures().contains(setting.key);
     });
     if (singles_.empty()) throw Error(ExitCode::FramesFailed, "no method can render this scene");
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t m = 0; m < singles_.size(); ++m) {
       seconds_.push_back(
-          study::frameSeconds(samples.measurement.times(*samples.find(singles_[m].key), clock_))
-              .mean);
+          frameSeconds(samples.measurement.times(*samples.find(singles_[m].key), clock_)).mean);
       if (seconds_.back() >= least) continue;
       least = seconds_.back();
       base_ = m;
@@ -90,7 +85,7 @@ class ReflectorTuning {
   }
 
   /// Sum of a reflector's error by a method, as its part of the frames' L1_8bit.
-  double errorOf(const study::Setting& setting, const Reflector& reflector) {
+  double errorOf(const Setting& setting, const Reflector& reflector) {
     std::uint64_t sum = 0;
     for (const auto& [number, frame] : bench_.errors(setting).frames)
       for (const int id : reflector.ids)
@@ -123,7 +118,7 @@ class ReflectorTuning {
   }
 
   /// The fastest method with some reflectors given to others.
-  study::Setting settingOf(const std::vector<int>& choice) {
+  Setting settingOf(const std::vector<int>& choice) {
     config::JsonText rules;
     bool mixed = false;
     for (std::size_t r = 0; r < reflectors_.size(); ++r) {
@@ -148,7 +143,7 @@ class ReflectorTuning {
     struct Trial {
       std::size_t reflector;
       std::size_t method;
-      study::Setting setting;
+      Setting setting;
     };
     std::vector<Trial> trials;
     for (std::size_t r = 0; r < reflectors_.size(); ++r)
@@ -159,30 +154,30 @@ class ReflectorTuning {
         trials.push_back({r, m, settingOf(choice)});
       }
     for (std::size_t next = 0; next < trials.size();) {
-      std::vector<study::Setting> batch{singles_[base_]};
+      std::vector<Setting> batch{singles_[base_]};
       const std::size_t first = next;
       while (next < trials.size() && batch.size() < bench_.capacity())
         batch.push_back(trials[next++].setting);
-      const study::Samples& samples = bench_.measure(batch, timed_, false);
+      const Samples& samples = bench_.measure(batch, timed_, false);
       const auto base = samples.find(singles_[base_].key);
       for (std::size_t i = first; i < next; ++i) {
         const auto own = samples.find(trials[i].setting.key);
         double& cost = marginal_[trials[i].reflector][trials[i].method];
         cost = std::numeric_limits<double>::infinity();
         if (!own || !base) continue;  // this method cannot do that reflector
-        const study::Ratio ratio = study::pairedRatio(samples.measurement.times(*own, clock_),
-                                                      samples.measurement.times(*base, clock_));
+        const Ratio ratio = pairedRatio(samples.measurement.times(*own, clock_),
+                                        samples.measurement.times(*base, clock_));
         cost = seconds_[base_] * (ratio.value - 1.0);
       }
     }
   }
 
-  study::MixtureProblem makeProblem() {
-    study::MixtureProblem problem;
+  MixtureProblem makeProblem() {
+    MixtureProblem problem;
     problem.mostError = bound_.limit - pooled(singles_[base_]);
     for (const Reflector& reflector : reflectors_) {
       std::vector<double> errors;
-      for (const study::Setting& single : singles_) errors.push_back(errorOf(single, reflector));
+      for (const Setting& single : singles_) errors.push_back(errorOf(single, reflector));
       problem.mostError += errors[base_];
       problem.error.push_back(std::move(errors));
     }
@@ -212,7 +207,7 @@ class ReflectorTuning {
     report::Table table;
     table.title = "Parts of L1_8bit, and what a reflector costs beyond the fastest method, ms";
     table.columns = {{"reflector", false}, {"pixels %", true}};
-    for (const study::Setting& single : singles_) {
+    for (const Setting& single : singles_) {
       table.columns.push_back({single.point.method, true});
       table.columns.push_back({"ms", true});
     }
@@ -238,8 +233,8 @@ class ReflectorTuning {
   }
 
   /// The mixture beside the fastest single method that is accurate enough.
-  void decide(const std::optional<study::Setting>& mixture,
-              const std::optional<std::vector<int>>& choice, MixtureResult& result) {
+  void decide(const std::optional<Setting>& mixture, const std::optional<std::vector<int>>& choice,
+              MixtureResult& result) {
     std::optional<std::size_t> single;
     for (std::size_t m = 0; m < singles_.size(); ++m)
       if (pooled(singles_[m]) <= bound_.limit && (!single || seconds_[m] < seconds_[*single]))
@@ -263,15 +258,15 @@ class ReflectorTuning {
                   report::fixedText(pooled(*mixture), 3) + " on all frames: " + bound_.text +
                   " holds.";
     if (single && singles_[*single].key != mixture->key) {
-      const study::Samples& samples = bench_.measure({singles_[*single], *mixture}, timed_, false);
-      const study::Ratio ratio = study::pairedRatio(
-          samples.measurement.times(*samples.find(mixture->key), clock_),
-          samples.measurement.times(*samples.find(singles_[*single].key), clock_));
+      const Samples& samples = bench_.measure({singles_[*single], *mixture}, timed_, false);
+      const Ratio ratio =
+          pairedRatio(samples.measurement.times(*samples.find(mixture->key), clock_),
+                      samples.measurement.times(*samples.find(singles_[*single].key), clock_));
       const std::string name = singles_[*single].point.method;
-      result.text += " It takes " + study::ratioText(ratio) + " times as long as " + name +
+      result.text += " It takes " + ratioText(ratio) + " times as long as " + name +
                      ", the fastest single method that satisfies it (" +
                      report::fixedText(pooled(singles_[*single]), 3) + ").";
-      if (study::verdictOf(ratio) != study::Verdict::Faster && ratio.value > 1.0) {
+      if (verdictOf(ratio) != TimeVerdict::Faster && ratio.value > 1.0) {
         result.best = singles_[*single];
         result.text += " So " + name + " alone is chosen.";
       }
@@ -282,10 +277,10 @@ class ReflectorTuning {
     result.tables.push_back(std::move(table));
   }
 
-  study::Bench& bench_;
-  study::Bound bound_;
+  Bench& bench_;
+  Bound bound_;
   Measurement::Clock clock_;
-  std::vector<study::Setting> singles_;
+  std::vector<Setting> singles_;
   std::vector<double> seconds_;  ///< by single method
   std::size_t base_ = 0;         ///< the fastest
   std::vector<int> frames_;
@@ -296,9 +291,9 @@ class ReflectorTuning {
 
 }  // namespace
 
-MixtureResult tuneReflectors(study::Bench& bench, const std::vector<std::string>& methods,
-                             const study::Bound& bound, Measurement::Clock clock) {
-  if (bound.kind != study::Bound::Kind::Error || bound.metric != kMetric || bound.everyFrame)
+MixtureResult tuneReflectors(Bench& bench, const std::vector<std::string>& methods,
+                             const Bound& bound, Measurement::Clock clock) {
+  if (bound.kind != Bound::Kind::Error || bound.metric != kMetric || bound.everyFrame)
     throw UsageError(
         "--per-reflector needs a bound on the mean error, as in --max-error "
         "'L1_8bit<=2': parts of it belong to reflectors");
@@ -307,4 +302,4 @@ MixtureResult tuneReflectors(study::Bench& bench, const std::vector<std::string>
   return ReflectorTuning(bench, methods, bound, clock).run();
 }
 
-}  // namespace catoptric::app
+}  // namespace catoptric::study

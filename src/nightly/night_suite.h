@@ -2,26 +2,21 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "nightly/gates.h"
+#include "study/suite_run.h"
 
 namespace catoptric::nightly {
 
-struct NightScene {
-  std::string name;
-  std::filesystem::path config;
-  std::vector<std::pair<std::string, std::string>> settings;  ///< as for --set
-  std::vector<std::string> methods;                           ///< empty: all of the config
-  std::map<std::string, std::string> frames;                  ///< by effort
-  std::string against;  ///< method whose frames are the truth; empty: none
+/// Its `against` is the method whose frames are the truth.
+struct NightScene : study::StatedRun {
   std::vector<std::string> tags;
 };
 
 struct NightSuite {
+  std::string file;  ///< as it was named
   std::string name;  ///< the file's name without its ending
   std::string title;
   std::vector<NightScene> scenes;

@@ -1,10 +1,11 @@
-#include "nightly/compare.h"
+#include "nightly/judge_night.h"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 
 #include "core/error.h"
+#include "core/text.h"
 #include "nightly/bench_print.h"
 #include "nightly/pictures.h"
 #include "report/table.h"
@@ -66,12 +67,7 @@ class NightJudge {
  private:
   Verdict& add(const std::string& name, const std::string& kind, const std::string& status,
                Outcome outcome, int frame, const std::string& message) {
-    Verdict verdict;
-    verdict.name = name;
-    verdict.kind = kind;
-    verdict.status = status;
-    verdict.outcome = outcome;
-    verdict.frame = frame;
+    Verdict verdict{name, kind, status, outcome, frame};
     verdict.message = message;
     return verdicts_.emplace_back(std::move(verdict));
   }
@@ -128,9 +124,8 @@ class NightJudge {
           worseCounters(frame.counters,
                         known ? accepted->second.counters : std::map<std::string, std::uint64_t>{},
                         mustBeZero_, gates_);
-      std::string lines;
-      for (const std::string& line : worse) lines += (lines.empty() ? "" : "; ") + line;
-      if (!worse.empty()) add(facts.name, "counter", "rises", Outcome::Regression, number, lines);
+      if (!worse.empty())
+        add(facts.name, "counter", "rises", Outcome::Regression, number, joined(worse, "; "));
       counted += worse.empty() ? 1 : 0;
       bytes += known ? frame.bytes : 0;
       acceptedBytes += known ? accepted->second.bytes : 0;

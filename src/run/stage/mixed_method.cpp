@@ -1,4 +1,4 @@
-#include "run/stage/mixture.h"
+#include "run/stage/mixed_method.h"
 
 #include <algorithm>
 #include <map>
@@ -17,10 +17,6 @@ namespace {
 
 using methods::MethodEntry;
 using raster::SampleClass;
-
-/// Options of the method that fills what others cannot do: the cube map of a fallback is as small
-/// as those of the methods' own fallbacks. Ours.
-constexpr const char* kFallbackCubeMap = R"({"face_size": 256})";
 
 /// A method and its reflectors.
 struct Part {
@@ -181,10 +177,9 @@ class Assignment {
     if (std::ranges::find(moved, true) == moved.end()) return;
     for (Part& part : parts_)
       for (std::size_t i = 0; i < moved.size(); ++i) part.own[i] = part.own[i] && !moved[i];
-    Part fallback = makePart(
-        config_.unsupported,
-        config::parseText(config_.unsupported == "environment_map" ? kFallbackCubeMap : "{}",
-                          "unsupported"));
+    Part fallback =
+        makePart(config_.unsupported,
+                 config::parseText(entryOf(config_.unsupported).fallbackOptions, "unsupported"));
     fallback.fallback = true;
     fallback.own = std::move(moved);
     fallback.because = {"what its method cannot do, by \"unsupported\""};
@@ -216,14 +211,18 @@ class Assignment {
   }
 
  private:
-  Part makePart(const std::string& id, const config::Value& options) const {
-    const auto entry =
-        std::ranges::find_if(registry_, [&](const MethodEntry& e) { return e.id == id; });
+  const MethodEntry& entryOf(const std::string& id) const {
+    const auto entry = std::ranges::find(registry_, id, &MethodEntry::id);
     if (entry == registry_.end()) throw Error(ExitCode::Internal, "there is no method " + id);
+    return *entry;
+  }
+
+  Part makePart(const std::string& id, const config::Value& options) const {
+    const MethodEntry& entry = entryOf(id);
     Part part;
     part.id = id;
-    part.method = entry->make(options);
-    for (const methods::TableInfo& table : entry->tables) part.tables.push_back(table.name);
+    part.method = entry.make(options);
+    for (const methods::TableInfo& table : entry.tables) part.tables.push_back(table.name);
     part.own.assign(reflective_.size(), false);
     return part;
   }

@@ -9,17 +9,17 @@
 #include "study/bench.h"
 #include "study/tune.h"
 
-namespace catoptric::app {
+namespace catoptric::study {
 
 struct MixtureResult {
-  std::optional<study::Setting> best;  ///< a mixture, or one method where that is as fast
+  std::optional<Setting> best;  ///< a mixture, or one method where that is as fast
   std::string text;
   std::vector<report::Table> tables;
 };
 
 /// The cheapest choice within the bound, verified on all frames and timed beside the best single
 /// method. Needs the layer `id`. Throws UsageError for bounds other than on the mean of L1_8bit.
-MixtureResult tuneReflectors(study::Bench& bench, const std::vector<std::string>& methods,
-                             const study::Bound& bound, study::Measurement::Clock clock);
+MixtureResult tuneReflectors(Bench& bench, const std::vector<std::string>& methods,
+                             const Bound& bound, Measurement::Clock clock);
 
-}  // namespace catoptric::app
+}  // namespace catoptric::study

@@ -1,4 +1,4 @@
-#include "cluster/progress.h"
+#include "cluster/submission_progress.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -122,35 +122,35 @@ const char* stateName(ChunkState state) {
   return "";
 }
 
-int Progress::frames() const {
+int SubmissionProgress::frames() const {
   int sum = 0;
   for (const ChunkProgress& chunk : chunks) sum += chunk.frames;
   return sum;
 }
 
-int Progress::finished() const {
+int SubmissionProgress::finished() const {
   int sum = 0;
   for (const ChunkProgress& chunk : chunks) sum += chunk.finished;
   return sum;
 }
 
-std::vector<int> Progress::chunksThatAre(ChunkState state) const {
+std::vector<int> SubmissionProgress::chunksThatAre(ChunkState state) const {
   std::vector<int> numbers;
   for (const ChunkProgress& chunk : chunks)
     if (chunk.state == state) numbers.push_back(chunk.chunk);
   return numbers;
 }
 
-bool Progress::moves() const {
+bool SubmissionProgress::moves() const {
   return merging || !chunksThatAre(ChunkState::Running).empty() ||
          !chunksThatAre(ChunkState::Waiting).empty();
 }
 
-Progress progressOf(const Submission& submission, const std::vector<QueuedTask>& queued,
-                    bool contents) {
+SubmissionProgress progressOf(const Submission& submission, const std::vector<QueuedTask>& queued,
+                              bool contents) {
   // The task of a chunk is that of the last job that has it
   std::map<int, const QueuedTask*> taskOf;
-  Progress progress;
+  SubmissionProgress progress;
   for (const Job& job : submission.jobs)
     for (const QueuedTask& task : queued) {
       if (task.job != job.id) continue;

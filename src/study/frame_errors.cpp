@@ -1,4 +1,4 @@
-#include "study/errors.h"
+#include "study/frame_errors.h"
 
 #include <algorithm>
 #include <cmath>

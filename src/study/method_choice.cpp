@@ -1,4 +1,4 @@
-#include "study/mixture.h"
+#include "study/method_choice.h"
 
 #include <algorithm>
 #include <cmath>

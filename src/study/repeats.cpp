@@ -1,21 +1,18 @@
-#include "app/repeat_times.h"
+#include "study/repeats.h"
 
 #include <algorithm>
 
-#include "app/study_options.h"
 #include "config/json_text.h"
+#include "core/error.h"
 #include "core/file.h"
 #include "core/text.h"
 #include "report/table.h"
-#include "study/bench.h"
 
-namespace catoptric::app {
+namespace catoptric::study {
 namespace {
 
-using study::Measurement;
-
-std::string milliseconds(const study::RoundTimes& times) {
-  const double seconds = study::frameSeconds(times).mean;
+std::string milliseconds(const RoundTimes& times) {
+  const double seconds = frameSeconds(times).mean;
   return seconds > 0.0 ? report::fixedText(1e3 * seconds, 2) : "";
 }
 
@@ -30,40 +27,28 @@ std::vector<std::string> stepsOf(const Measurement& measurement) {
 
 }  // namespace
 
-std::string ratioMethod(const run::RunConfig& run, const RepeatOptions& options) {
+std::string ratioMethod(const run::RunConfig& run, const std::string& ratioTo) {
   std::vector<std::string> names;
   for (const run::MethodConfig& method : run.methods) names.push_back(method.name);
   const auto has = [&](const std::string& name) {
     return std::find(names.begin(), names.end(), name) != names.end();
   };
-  if (!options.ratioTo.empty()) {
-    if (!has(options.ratioTo))
-      throw UsageError("--ratio-to \"" + options.ratioTo + "\": the run has no such method" +
-                       didYouMean(options.ratioTo, names) + "; it has " + joined(names, ", "));
-    return options.ratioTo;
+  if (!ratioTo.empty()) {
+    if (!has(ratioTo))
+      throw UsageError("--ratio-to \"" + ratioTo + "\": the run has no such method" +
+                       didYouMean(ratioTo, names) + "; it has " + joined(names, ", "));
+    return ratioTo;
   }
   for (const char* name : {"traced", "reference"})
     if (has(name)) return name;
   return names.front();
 }
 
-RepeatedTimes measureRepeats(const RunOptions& options, const run::RunConfig& run,
-                             const std::filesystem::path& out, const RepeatOptions& repeat,
-                             ProgressPrinter& printer) {
-  StudyOptions own;
-  static_cast<RunOptions&>(own) = options;
-  own.repeats = repeat.repeats;
-  own.workers = 256;  // all methods of a run at once, as far as memory allows
-  const std::filesystem::path folder = out / "repeats";
-  std::error_code ignored;
-  std::filesystem::remove_all(folder, ignored);
-  study::Bench bench(studyInputs(options), benchOptions(own, folder, printer));
-  const std::string base = ratioMethod(run, repeat);
-  std::vector<study::Setting> settings;
+RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::string& base) {
+  std::vector<Setting> settings;
   for (const run::MethodConfig& method : run.methods)
     settings.push_back(bench.prepare({method.name, {}, "", ""}));
-  const study::Samples& samples = bench.measure(settings, bench.frames(settings.front()), false);
-  printer.endLine();
+  const Samples& samples = bench.measure(settings, bench.frames(settings.front()), false);
 
   const Measurement& measurement = samples.measurement;
   std::size_t rounds = 0;
@@ -81,7 +66,7 @@ RepeatedTimes measureRepeats(const RunOptions& options, const run::RunConfig& ru
     return setting.point.method == base;
   });
   const std::optional<std::size_t> baseIndex = samples.find(ofBase->key);
-  for (const study::Setting& setting : settings) {
+  for (const Setting& setting : settings) {
     const std::optional<std::size_t> i = samples.find(setting.key);
     if (!i) {
       table.notes.push_back(setting.point.method + " failed: " + bench.failures().at(setting.key));
@@ -91,13 +76,12 @@ RepeatedTimes measureRepeats(const RunOptions& options, const run::RunConfig& ru
     table.columns.push_back({setting.point.method, true});
     table.columns.push_back({"x", false});
     frame.push_back(milliseconds(measurement.times(*i)));
-    const study::Ratio ratio =
-        baseIndex ? study::pairedRatio(measurement.times(*i), measurement.times(*baseIndex))
-                  : study::Ratio{};
-    frame.push_back(baseIndex ? study::ratioText(ratio) : "");
+    const Ratio ratio =
+        baseIndex ? pairedRatio(measurement.times(*i), measurement.times(*baseIndex)) : Ratio{};
+    frame.push_back(baseIndex ? ratioText(ratio) : "");
     config::JsonText text;
     text.add("name", setting.point.method)
-        .add("seconds", study::frameSeconds(measurement.times(*i)).mean)
+        .add("seconds", frameSeconds(measurement.times(*i)).mean)
         .add("ratio", ratio.value);
     if (ratio.interval)
       text.raw("ratio_interval", "[" + config::numberText(ratio.interval->low) + "," +
@@ -114,11 +98,11 @@ RepeatedTimes measureRepeats(const RunOptions& options, const run::RunConfig& ru
   }
   table.rows.emplace_back();
   table.rows.push_back(frame);
-  if (repeat.repeats < study::kLeastRounds)
-    table.notes.push_back("Fewer than " + std::to_string(study::kLeastRounds) +
+  if (bench.options().repeats < kLeastRounds)
+    table.notes.push_back("Fewer than " + std::to_string(kLeastRounds) +
                           " rounds cannot tell how far a ratio holds.");
-  writeFileAtomically(folder / "table.md", std::string_view(report::toMarkdown(table)));
-  bench.clear();
+  writeFileAtomically(bench.options().folder / "table.md",
+                      std::string_view(report::toMarkdown(table)));
   return {report::toText(table), config::JsonText()
                                      .add("repeats", rounds)
                                      .add("ratio_to", base)
@@ -126,4 +110,4 @@ RepeatedTimes measureRepeats(const RunOptions& options, const run::RunConfig& ru
                                      .object()};
 }
 
-}  // namespace catoptric::app
+}  // namespace catoptric::study

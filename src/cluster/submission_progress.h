@@ -27,7 +27,7 @@ struct ChunkProgress {
   std::string note;  ///< why it is held; the last words of one that failed
 };
 
-struct Progress {
+struct SubmissionProgress {
   std::vector<ChunkProgress> chunks;
   bool merging = false;  ///< the job that merges waits or runs
   bool merged = false;   ///< merged/ holds a run with all frames
@@ -41,7 +41,7 @@ struct Progress {
 
 /// Frames count when their records are there and their files have the recorded sizes; with
 /// `contents` when the files have the recorded contents too, which reads them all.
-Progress progressOf(const Submission& submission, const std::vector<QueuedTask>& queued,
-                    bool contents);
+SubmissionProgress progressOf(const Submission& submission, const std::vector<QueuedTask>& queued,
+                              bool contents);
 
 }  // namespace catoptric::cluster

@@ -1,0 +1,209 @@
+#include "study/tune_settings.h"
+
+#include <algorithm>
+
+#include "config/json_text.h"
+#include "core/clock.h"
+#include "core/file.h"
+
+namespace catoptric::study {
+namespace {
+
+/// The settings of a study, measured by its bench.
+class BenchWorld : public TuneWorld {
+ public:
+  BenchWorld(Bench& bench, const std::vector<Setting>& settings, const Bound& bound,
+             const TuneTimes& times)
+      : bench_(bench), settings_(settings), bound_(bound), times_(times) {}
+
+  std::vector<double> errors(std::size_t i, const std::vector<int>& frames) override {
+    bench_.findErrors({settings_[i]}, frames);
+    std::vector<double> values;
+    for (const int frame : frames) {
+      const auto& known = bench_.errors(settings_[i]).frames;
+      const auto found = known.find(frame);
+      if (found == known.end()) return {};
+      const auto value = found->second.metrics.find(bound_.metric);
+      values.push_back(value == found->second.metrics.end() ? 0.0 : value->second);
+    }
+    return values;
+  }
+
+  double pooled(std::size_t i, const std::vector<int>& frames) override {
+    return bench_.errors(settings_[i]).pooled(bound_.metric, frames);
+  }
+
+  std::map<std::size_t, MeasuredTime> times(const std::vector<std::size_t>& of,
+                                            const std::vector<int>& frames,
+                                            int measurements) override {
+    std::map<std::size_t, MeasuredTime> result;
+    // All batches have the same setting among them: their times are made from ratios to it.
+    const Setting base = times_.timeOf ? *times_.timeOf : settings_[of.front()];
+    for (std::size_t next = 0; next < of.size();) {
+      std::vector<Setting> batch{base};
+      std::vector<std::size_t> own;
+      while (next < of.size() && batch.size() < std::max<std::size_t>(2, bench_.capacity())) {
+        own.push_back(of[next]);
+        if (settings_[of[next++]].key != base.key) batch.push_back(settings_[own.back()]);
+      }
+      const std::map<std::string, RoundTimes> all = measured(batch, frames, measurements);
+      if (!all.contains(base.key)) continue;
+      const RoundTimes& ofBase = all.at(base.key);
+      if (baseSeconds_[base.key] == 0.0) baseSeconds_[base.key] = frameSeconds(ofBase).mean;
+      for (const std::size_t i : own) {
+        const auto at = all.find(settings_[i].key);
+        if (at == all.end()) continue;
+        const Ratio ratio = pairedRatio(at->second, ofBase);
+        const double seconds = baseSeconds_[base.key] * ratio.value;
+        const RoundTimes second(at->second.size(),
+                                std::vector<double>(at->second.front().size(), 1.0));
+        result[i] = {seconds, times_.timeOf ? ratio : pairedRatio(at->second, second)};
+      }
+    }
+    return result;
+  }
+
+  bool outOfTime() const override {
+    return times_.budgetSeconds > 0.0 && secondsSince(start_) > times_.budgetSeconds;
+  }
+
+ private:
+  /// Times by key, of so many measurements together; what was measured by this or an earlier
+  /// process is taken as it is.
+  std::map<std::string, RoundTimes> measured(const std::vector<Setting>& batch,
+                                             const std::vector<int>& frames, int measurements) {
+    std::map<std::string, RoundTimes> times;
+    const auto join = [&](const Samples& samples) {
+      for (const Setting& setting : batch) {
+        const auto at = samples.find(setting.key);
+        if (!at) continue;
+        RoundTimes& all = times[setting.key];
+        for (std::vector<double>& round : samples.measurement.times(*at, times_.clock))
+          all.push_back(std::move(round));
+      }
+    };
+    for (const Samples& samples : bench_.samples())
+      if (measurements > 0 && samples.frames == frames &&
+          samples.repeats >= bench_.options().repeats &&
+          std::ranges::all_of(batch, [&](const Setting& setting) {
+            return samples.find(setting.key).has_value();
+          })) {
+        join(samples);
+        --measurements;
+      }
+    for (; measurements > 0; --measurements) join(bench_.measure(batch, frames, false));
+    return times;
+  }
+
+  Bench& bench_;
+  const std::vector<Setting>& settings_;
+  const Bound& bound_;
+  const TuneTimes& times_;
+  std::map<std::string, double> baseSeconds_;
+  const std::int64_t start_ = nowNs();
+};
+
+/// The point's place in its method's lattice.
+std::vector<Candidate> candidatesOf(const std::vector<Setting>& settings) {
+  std::vector<std::string> methods;
+  std::map<std::string, std::map<std::string, std::vector<std::string>>> values;
+  std::vector<Candidate> candidates;
+  for (const auto& [point, run, key] : settings) {
+    auto method = std::find(methods.begin(), methods.end(), point.method);
+    if (method == methods.end()) method = methods.insert(method, point.method);
+    Candidate candidate{static_cast<int>(method - methods.begin()), {}};
+    for (const auto& [name, value] : point.settings) {
+      std::vector<std::string>& known = values[point.method][name];
+      const auto at = std::find(known.begin(), known.end(), value);
+      candidate.values.push_back(static_cast<int>(at - known.begin()));
+      if (at == known.end()) known.push_back(value);
+    }
+    candidates.push_back(std::move(candidate));
+  }
+  return candidates;
+}
+
+/// A run config of one setting, with what is known of it.
+std::string tunedConfig(const Setting& setting, const std::filesystem::path& folder,
+                        const std::string& evidence) {
+  const config::Value all = config::parseText(setting.run.effective, "effective config");
+  const auto relative = [&](const std::string& name) {
+    return std::filesystem::proximate(name, folder).generic_string();
+  };
+  const config::Value entry = all.get("methods").asArray().front();
+  config::JsonText method;
+  method.add("method", entry.get("method").asString()).add("name", entry.get("name").asString());
+  for (const std::string& name : entry.get("options").keys())
+    method.raw(name, entry.get("options").get(name).dump());
+  if (entry.has("reflectors")) {
+    config::JsonText rules;
+    for (const std::string& reflector : entry.get("reflectors").keys()) {
+      const config::Value rule = entry.get("reflectors").get(reflector);
+      config::JsonText one;
+      one.add("method", rule.get("method").asString());
+      for (const std::string& name : rule.get("options").keys())
+        one.raw(name, rule.get("options").get(name).dump());
+      rules.raw(reflector, one.object());
+    }
+    method.raw("reflectors", rules.object());
+  }
+  config::JsonText text;
+  text.raw("comment", evidence).add("scene", relative(all.get("scene").asString()));
+  if (!all.get("path").asString().empty()) text.add("path", relative(all.get("path").asString()));
+  if (!all.get("environment").asString().empty())
+    text.add("environment", all.get("environment").asString());
+  return text.add("frames", all.get("frames").asString())
+             .raw("image", all.get("image").dump())
+             .raw("methods", "[" + method.object() + "]")
+             .raw("seed", all.get("seed").dump())
+             .object() +
+         "\n";
+}
+
+}  // namespace
+
+TuneResult tuneSettings(Bench& bench, const std::vector<Setting>& settings, const TuneTimes& times,
+                        const TuneOptions& options) {
+  BenchWorld world(bench, settings, options.bound, times);
+  return tune(candidatesOf(settings), world, options);
+}
+
+report::Table trialTable(const TuneResult& result, const std::vector<Setting>& settings,
+                         const std::string& metric) {
+  report::Table table;
+  table.columns = {{"stage", false}, {"setting", false}, {"frames", true},
+                   {metric, true},   {"ms", true},       {"", false}};
+  for (const Trial& trial : result.trials)
+    table.rows.push_back({trial.stage, settings[trial.candidate].text(),
+                          std::to_string(trial.frames), report::fixedText(trial.error, 3),
+                          report::fixedText(1e3 * trial.seconds, 1), trial.verdict});
+  return table;
+}
+
+void writeTrials(const Bench& bench, const TuneResult& result,
+                 const std::vector<Setting>& settings) {
+  std::string trials;
+  for (const Trial& trial : result.trials)
+    trials += config::JsonText()
+                  .add("stage", trial.stage)
+                  .add("setting", settings[trial.candidate].text())
+                  .add("frames", trial.frames)
+                  .add("error", trial.error)
+                  .add("seconds", trial.seconds)
+                  .add("verdict", trial.verdict)
+                  .object() +
+              "\n";
+  const std::filesystem::path& folder = bench.options().folder;
+  writeFileAtomically(folder / "trials.jsonl", std::string_view(trials));
+  std::string samples;
+  for (const Samples& one : bench.samples()) samples += samplesCsv(one, samples.empty());
+  writeFileAtomically(folder / "samples.csv", std::string_view(samples));
+}
+
+void writeTunedConfig(const Setting& setting, const std::filesystem::path& folder,
+                      const std::string& evidence) {
+  writeFileAtomically(folder / "tuned.json",
+                      std::string_view(tunedConfig(setting, folder, config::jsonString(evidence))));
+}
+
+}  // namespace catoptric::study
