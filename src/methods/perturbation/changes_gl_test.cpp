@@ -16,7 +16,7 @@ TEST(PerturbationChanges, MovesAReflectorInReflections) {
   const char* options = R"({"max_bounces": 2})";
   Comparison one(moving(), kFront, options, {.bounces = 2});
   one.moveTo(1.0);
-  EXPECT_LT(one.l1Of8Bit, 3.0);
+  EXPECT_LT(one.l1Of8Bit, 0.2);
   Comparison other(moving(), kFront, options, {.bounces = 2});
   other.moveTo(0.3);
   other.moveTo(1.0);
@@ -33,12 +33,12 @@ TEST(PerturbationChanges, HidesWhatIsScaledToNothing) {
   const char* options = R"({"max_bounces": 2})";
   const scene::Scene scene = shrinking({{0.0f, 0.0f}, {1.0f, 1.0f}, {2.0f, 0.0f}});
   Comparison ball(scene, kFront, options, {.bounces = 2});
-  EXPECT_LT(ball.l1Of8Bit, 1.0);
+  EXPECT_LT(ball.l1Of8Bit, 0.15);
   const std::size_t without = ball.samples;
   const std::vector<Vec3> hidden = ball.reflection;
   ball.moveTo(1.0);
   EXPECT_GT(ball.samples, without);
-  EXPECT_LT(ball.l1Of8Bit, 3.0);
+  EXPECT_LT(ball.l1Of8Bit, 0.4);
   Comparison shown(shrinking({{0.0f, 1.0f}, {1.0f, 1.0f}}), kFront, options, {.bounces = 2});
   EXPECT_EQ(ball.reflection, shown.reflection);
   ball.moveTo(2.0);
@@ -57,7 +57,7 @@ TEST(PerturbationChanges, FollowsWhatMovesAndGivesTheFrameOfAFreshRun) {
   const std::uint64_t allVertices = one.output.counters["vertices"];
   one.moveTo(1.0);
   EXPECT_NE(one.reflection, before);
-  EXPECT_LT(one.l1Of8Bit, 1.5);
+  EXPECT_LT(one.l1Of8Bit, 0.15);
   // Only the box is computed again
   EXPECT_LT(one.output.counters["vertices"], allVertices / 2);
   Comparison other(moving(), kFront);
@@ -79,7 +79,7 @@ TEST(PerturbationChanges, FollowsACameraAndObjectsThatMoveTogether) {
   Comparison together(moving(), at(0.0f));
   for (const float seconds : {0.5f, 1.0f, 1.5f}) {
     together.lookFrom(at(seconds), seconds);
-    EXPECT_LT(together.l1Of8Bit, 1.5) << seconds;
+    EXPECT_LT(together.l1Of8Bit, 0.15) << seconds;
     EXPECT_TRUE(together.finite);
     Comparison fresh(moving(), at(seconds));
     fresh.lookFrom(at(seconds), seconds);
@@ -87,7 +87,7 @@ TEST(PerturbationChanges, FollowsACameraAndObjectsThatMoveTogether) {
   }
   // The camera stops, the objects do not
   together.moveTo(1.8);
-  EXPECT_LT(together.l1Of8Bit, 1.5);
+  EXPECT_LT(together.l1Of8Bit, 0.12);
   Comparison fresh(moving(), at(1.5f));
   fresh.lookFrom(at(1.5f), 1.8);
   EXPECT_EQ(together.reflection, fresh.reflection);
@@ -112,7 +112,7 @@ scene::Scene wallOfMirrors() {
 TEST(PerturbationChanges, ManyMirrorsStayWithinTheirMemory) {
   Comparison all(wallOfMirrors(), kFront);
   EXPECT_GT(all.samples, 5000u);
-  EXPECT_LT(all.l1Of8Bit, 0.5);
+  EXPECT_LT(all.l1Of8Bit, 0.05);
   EXPECT_EQ(all.output.counters.at("objects_left_out"), 0u);
   // Of 144 mirrors and 146 objects nearly none see each other
   EXPECT_LT(all.output.counters.at("vertices"), 20u * 144u * 26u / 4u);

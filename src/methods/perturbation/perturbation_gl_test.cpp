@@ -12,7 +12,7 @@ namespace {
 TEST(Perturbation, ShowsWhatRaysSeeInASphere) {
   Comparison frame(stage(sphereMesh(0.7), test::translation({0.0f, 0.3f, 0.0f})).scene(), kFront);
   EXPECT_GT(frame.samples, 5000u);
-  EXPECT_LT(frame.l1Of8Bit, 1.5);
+  EXPECT_LT(frame.l1Of8Bit, 0.15);
   EXPECT_TRUE(frame.finite);
   EXPECT_GT(frame.output.counters["paths"], 60u);
   EXPECT_GT(frame.output.counters["triangles"], 100u);
@@ -27,7 +27,7 @@ TEST(Perturbation, ShowsWhatRaysSeeInAPlane) {
             test::translation({0.0f, 0.5f, -0.5f}) * test::rotation(90.0f, {1.0f, 0.0f, 0.0f}));
   Comparison frame(builder.scene(), kFront);
   EXPECT_GT(frame.samples, 5000u);
-  EXPECT_LT(frame.l1Of8Bit, 0.1);
+  EXPECT_LT(frame.l1Of8Bit, 0.05);
   EXPECT_EQ(frame.output.counters["retraced"], 0u);
 }
 
@@ -39,8 +39,8 @@ TEST(Perturbation, ShowsReflectionsInReflectionsOfTwoSpheres) {
   EXPECT_EQ(one.output.counters["path_types"], 2u);
   Comparison two(scene(), kFront, R"({"max_bounces": 2})", {.bounces = 2});
   // Outlines within outlines: a little more than what one bounce misses
-  EXPECT_LT(one.l1Of8Bit, 2.5);
-  EXPECT_LT(two.l1Of8Bit, one.l1Of8Bit + 0.4);
+  EXPECT_LT(one.l1Of8Bit, 0.5);
+  EXPECT_LT(two.l1Of8Bit, one.l1Of8Bit + 0.1);
   EXPECT_TRUE(two.finite);
   // Spheres do not show themselves: A, B, A in B, B in A
   EXPECT_EQ(two.output.counters["path_types"], 4u);
@@ -50,7 +50,7 @@ TEST(Perturbation, ShowsReflectionsInReflectionsOfTwoSpheres) {
   EXPECT_GT(wrong.l1Of8Bit, 2.0 * two.l1Of8Bit);
   Comparison three(scene(), kFront, R"({"max_bounces": 3})",
                    {.bounces = 3, .fresnelSchlick = true});
-  EXPECT_LT(three.l1Of8Bit, one.l1Of8Bit + 0.7);
+  EXPECT_LT(three.l1Of8Bit, one.l1Of8Bit + 0.1);
   EXPECT_GT(three.output.counters["path_types"], 4u);
 }
 
@@ -78,7 +78,7 @@ TEST(Perturbation, ShowsReflectionsInReflectionsOfASphereAndAPlane) {
                               uprightAt({0.0f, 0.5f, -1.0f}))
                        .scene(),
                    kFront, R"({"max_bounces": 2})", {.bounces = 2});
-  EXPECT_LT(frame.l1Of8Bit, 1.5);
+  EXPECT_LT(frame.l1Of8Bit, 0.3);
   EXPECT_EQ(frame.output.counters["path_types"], 4u);
 }
 
@@ -90,7 +90,7 @@ TEST(Perturbation, ShowsPlanesInPlanesExactly) {
               builder.reflective(1.0f),
               test::rotation(90.0f, {0.0f, 1.0f, 0.0f}) * uprightAt({0.0f, 0.5f, -1.5f}));
   Comparison frame(builder.scene(), kFront, R"({"max_bounces": 2})", {.bounces = 2});
-  EXPECT_LT(frame.l1Of8Bit, 0.2);
+  EXPECT_LT(frame.l1Of8Bit, 0.05);
   EXPECT_EQ(frame.output.counters["path_types"], 4u);
   EXPECT_EQ(frame.output.counters["retraced"], 0u);
 }
@@ -142,7 +142,7 @@ TEST(Perturbation, SeesThroughGlassThatDoesNotBendAsIfItWereNotThere) {
   Comparison frame(builder.scene(), kFront, R"({"max_bounces": 2, "tessellation_error": 4})",
                    {.bounces = 2});
   EXPECT_GT(frame.samples, 3000u);
-  EXPECT_LT(frame.l1Of8Bit, 0.1);
+  EXPECT_LT(frame.l1Of8Bit, 0.05);
   EXPECT_LT(frame.output.counters["environment"], frame.samples * 6 / 10);
 }
 
@@ -193,7 +193,7 @@ TEST(Perturbation, ConcaveMirrorsShowAFloorUpToTheirRim) {
   builder.constantEnvironment(Vec3(0.2f, 0.4f, 1.0f));
   Comparison frame(builder.scene(), cameraAt({0.4f, 1.3f, 2.6f}, {0.0f, 0.6f, -0.3f}));
   EXPECT_GT(frame.samples, 10000u);
-  EXPECT_LT(frame.l1Of8Bit, 0.5);
+  EXPECT_LT(frame.l1Of8Bit, 0.05);
 }
 
 /// A mirror in a closed room of six quads.
@@ -227,7 +227,7 @@ TEST(Perturbation, ConcaveMirrorsShowARoomOfSixQuadsWithoutGaps) {
                    cameraAt({0.6f, 2.2f, -0.2f}, {0.0f, 2.5f, -4.3f}));
   EXPECT_GT(frame.samples, 15000u);
   EXPECT_LE(frame.output.counters["environment"], 2u);
-  EXPECT_LT(frame.l1Of8Bit, 0.3);
+  EXPECT_LT(frame.l1Of8Bit, 0.05);
 }
 
 TEST(Perturbation, WavedMirrorsShowARoomOfSixQuads) {
@@ -282,7 +282,7 @@ TEST(Perturbation, TracedGapsShowWhatRaysSee) {
   EXPECT_EQ(std::ranges::count_if(filled.masks,
                                   [](std::uint16_t m) { return (m & raster::kMaskRetraced) != 0; }),
             static_cast<std::ptrdiff_t>(gaps));
-  EXPECT_LT(filled.l1Of8Bit, 0.7 * open.l1Of8Bit);
+  EXPECT_LT(filled.l1Of8Bit, 0.1 * open.l1Of8Bit);
   // Magenta, which nothing in the room shows, is gone
   EXPECT_EQ(std::ranges::count(filled.reflection, Vec3(1.0f, 0.0f, 1.0f)), 0);
   EXPECT_EQ(std::ranges::count(open.reflection, Vec3(1.0f, 0.0f, 1.0f)),
@@ -321,7 +321,7 @@ TEST(Perturbation, SeesTheSkyThroughAPaneAlongTheRefractedRay) {
   Comparison frame(scene, kFront);
   EXPECT_GT(frame.samples, 5000u);
   EXPECT_EQ(frame.output.counters["environment"], frame.samples);
-  EXPECT_LT(frame.l1Of8Bit, 0.1);
+  EXPECT_LT(frame.l1Of8Bit, 0.05);
 }
 
 TEST(Perturbation, TakesASurfaceThatAMaskCutsForAMesh) {
