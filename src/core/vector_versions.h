@@ -1,7 +1,8 @@
-// Plain loops that the compiler turns into vector code, once for each level of the machine. A file
-// with such loops defines VERSION(name, attributes), which puts functions with these attributes
-// into the namespace `name`, for CATOPTRIC_EACH_VECTOR_LEVEL(VERSION); versionOf() picks one.
+// Plain loops that the compiler turns into vector code, once for each level of the machine. Such a
+// loop stands in a function that is CATOPTRIC_INLINE; atVectorLevel<function>(arguments) runs it.
 #pragma once
+
+#include <cstddef>
 
 #include "core/vector_level.h"
 
@@ -15,29 +16,56 @@
 /// Of what a version calls: it is compiled for the level of its caller.
 #define CATOPTRIC_INLINE [[gnu::always_inline]] inline
 
-#define CATOPTRIC_EACH_VECTOR_LEVEL(VERSION)             \
-  VERSION(base, )                                        \
-  VERSION(v2, [[gnu::target("sse4.2,popcnt")]])          \
-  VERSION(v3, [[gnu::target("avx2,fma,bmi,bmi2")]])      \
-  VERSION(v4, [[gnu::target("avx512f,avx512vl,avx512bw," \
-                            "avx512dq,avx512cd,avx2,fma,bmi,bmi2")]])
+/// Instructions of the levels.
+#define CATOPTRIC_V3 "avx2,fma,bmi,bmi2,popcnt,lzcnt"
+#define CATOPTRIC_V4 "avx512f,avx512vl,avx512bw,avx512dq,avx512cd," CATOPTRIC_V3
 
 namespace catoptric {
 
-/// What runs at this machine's level, or at what limitVectorLevel() allows.
-template <class T>
-const T& versionOf(const T& base, const T& v2, const T& v3, const T& v4) {
+/// Values of the widest vectors.
+inline constexpr std::size_t kWidestVector = 16;
+
+/// Of `count` values whole vectors of the widest kind: what lies behind the last value is computed
+/// and never used.
+CATOPTRIC_INLINE std::size_t wholeVectors(std::size_t count) {
+  return (count + kWidestVector - 1) / kWidestVector * kWidestVector;
+}
+
+/// A function, compiled for each level.
+template <auto kFunction>
+struct Versions {
+  template <class... A>
+  static auto base(A&... a) {
+    return kFunction(a...);
+  }
+  template <class... A>
+  [[gnu::target("sse4.2,popcnt")]] static auto v2(A&... a) {
+    return kFunction(a...);
+  }
+  template <class... A>
+  [[gnu::target(CATOPTRIC_V3)]] static auto v3(A&... a) {
+    return kFunction(a...);
+  }
+  template <class... A>
+  [[gnu::target(CATOPTRIC_V4)]] static auto v4(A&... a) {
+    return kFunction(a...);
+  }
+};
+
+/// Calls a function at this machine's level, or at what limitVectorLevel() allows.
+template <auto kFunction, class... A>
+auto atVectorLevel(A&&... a) {
   switch (vectorLevel()) {
     case VectorLevel::V4:
-      return v4;
+      return Versions<kFunction>::v4(a...);
     case VectorLevel::V3:
-      return v3;
+      return Versions<kFunction>::v3(a...);
     case VectorLevel::V2:
-      return v2;
+      return Versions<kFunction>::v2(a...);
     case VectorLevel::Base:
       break;
   }
-  return base;
+  return Versions<kFunction>::base(a...);
 }
 
 }  // namespace catoptric

@@ -8,27 +8,11 @@
 
 #include "core/math.h"
 #include "core/parallel.h"
+#include "core/vector_versions.h"
 
-// The innermost loops are compiled for AVX2 too: the same operations on eight values at a time,
-// hence the same results. What they call is inlined into both versions.
-#define CATOPTRIC_INLINE __attribute__((always_inline)) inline
-#if defined(__x86_64__)
-#define CATOPTRIC_AVX2 __attribute__((target("avx2")))
-#else
-#define CATOPTRIC_AVX2
-#endif
-
+// The innermost loops are plain ones for vector code (core/vector_versions.h).
 namespace catoptric::measure {
 namespace {
-
-bool hasAvx2() {
-#if defined(__x86_64__)
-  static const bool has = __builtin_cpu_supports("avx2") != 0;
-  return has;
-#else
-  return false;
-#endif
-}
 
 // ---- Functions that a compiler turns into vector instructions; errors below 1e-6 ----
 
@@ -204,12 +188,8 @@ CATOPTRIC_INLINE void sumLoop(const Kernel& kernel, const float* const* rows, in
   }
 }
 
-CATOPTRIC_AVX2 void sumLoopAvx2(const Kernel& kernel, const float* const* rows, int width,
-                                float* out) {
-  sumLoop(kernel, rows, width, out);
-}
 void weightedSum(const Kernel& kernel, const float* const* rows, int width, float* out) {
-  hasAvx2() ? sumLoopAvx2(kernel, rows, width, out) : sumLoop(kernel, rows, width, out);
+  atVectorLevel<sumLoop>(kernel, rows, width, out);
 }
 
 /// Planes of one image after the filters along its rows.
@@ -375,11 +355,8 @@ CATOPTRIC_INLINE void errorLoop(const Row& p, const Row& q, int width, float* __
   }
 }
 
-CATOPTRIC_AVX2 void errorLoopAvx2(const Row& p, const Row& q, int width, float* __restrict out) {
-  errorLoop(p, q, width, out);
-}
 void errorRow(const Row& p, const Row& q, int width, float* __restrict out) {
-  hasAvx2() ? errorLoopAvx2(p, q, width, out) : errorLoop(p, q, width, out);
+  atVectorLevel<errorLoop>(p, q, width, out);
 }
 
 /// One map for one exposure; `error` keeps the larger of what it had and this.

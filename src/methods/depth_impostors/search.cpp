@@ -202,49 +202,19 @@ CATOPTRIC_INLINE std::uint64_t refineBody(const MapTexels& texels, int reach, Ma
   return walked;
 }
 
-struct Versions {
-  void (*search)(const MapLines&, bool, MapRays&);
-  std::uint64_t (*walk)(const MapTexels&, MapRays&);
-  std::uint64_t (*refine)(const MapTexels&, int, MapRays&);
-};
-
-// One set of functions for each level: a macro, as a function's target is an attribute.
-// NOLINTBEGIN(bugprone-macro-parentheses): attributes take none
-#define CATOPTRIC_VERSION(name, attributes)                                    \
-  namespace name {                                                             \
-  attributes void search(const MapLines& l, bool two, MapRays& r) {            \
-    searchBody(l, two, r);                                                     \
-  }                                                                            \
-  attributes std::uint64_t walk(const MapTexels& t, MapRays& r) {              \
-    return walkBody(t, r);                                                     \
-  }                                                                            \
-  attributes std::uint64_t refine(const MapTexels& t, int reach, MapRays& r) { \
-    return refineBody(t, reach, r);                                            \
-  }                                                                            \
-  constexpr Versions kVersions{search, walk, refine};                          \
-  }
-
-CATOPTRIC_EACH_VECTOR_LEVEL(CATOPTRIC_VERSION)
-#undef CATOPTRIC_VERSION
-// NOLINTEND(bugprone-macro-parentheses)
-
-const Versions& versions() {
-  return versionOf(base::kVersions, v2::kVersions, v3::kVersions, v4::kVersions);
-}
-
 }  // namespace
 
 std::uint64_t searchLines(const MapLines& lines, bool twoRows, MapRays& rays) {
-  versions().search(lines, twoRows, rays);
+  atVectorLevel<searchBody>(lines, twoRows, rays);
   return rays.count * static_cast<std::uint64_t>(lines.points - 1) * (twoRows ? 2 : 1);
 }
 
 std::uint64_t walkTexels(const MapTexels& texels, MapRays& rays) {
-  return versions().walk(texels, rays);
+  return atVectorLevel<walkBody>(texels, rays);
 }
 
 std::uint64_t refineHits(const MapTexels& texels, int reach, MapRays& rays) {
-  return versions().refine(texels, reach, rays);
+  return atVectorLevel<refineBody>(texels, reach, rays);
 }
 
 }  // namespace catoptric::methods::depth_impostors

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/lanes.h"
 #include "core/parallel.h"
-#include "core/vector_versions.h"
 #include "methods/depth_impostors/columns.h"
 
 // Loops over samples are plain ones that the compiler turns into vector code, once for each level
@@ -198,28 +198,13 @@ CATOPTRIC_INLINE void sampleLines(const Columns& columns, const Domain& domain, 
     }
   }
   // Turned, 4 x 4 at a time
-  using Four [[gnu::vector_size(16)]] = float;
   for (std::size_t k = 0; k < stride; k += 4) {
     for (std::size_t line = 0; line < kLines; line += 4) {
-      Four a, b, c, d;
-      const float* const from = &work.across[k * kLines + line];
-      std::memcpy(&a, from, sizeof(a));
-      std::memcpy(&b, from + kLines, sizeof(b));
-      std::memcpy(&c, from + 2 * kLines, sizeof(c));
-      std::memcpy(&d, from + 3 * kLines, sizeof(d));
-      const Four ab = __builtin_shufflevector(a, b, 0, 4, 1, 5);
-      const Four cd = __builtin_shufflevector(c, d, 0, 4, 1, 5);
-      const Four ef = __builtin_shufflevector(a, b, 2, 6, 3, 7);
-      const Four gh = __builtin_shufflevector(c, d, 2, 6, 3, 7);
-      const Four one = __builtin_shufflevector(ab, cd, 0, 1, 4, 5);
-      const Four two = __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
-      const Four three = __builtin_shufflevector(ef, gh, 0, 1, 4, 5);
-      const Four four = __builtin_shufflevector(ef, gh, 2, 3, 6, 7);
-      float* const into = &work.lines[line * stride + k];
-      std::memcpy(into, &one, sizeof(one));
-      std::memcpy(into + stride, &two, sizeof(two));
-      std::memcpy(into + 2 * stride, &three, sizeof(three));
-      std::memcpy(into + 3 * stride, &four, sizeof(four));
+      std::array<Floats4, 4> four;
+      for (std::size_t i = 0; i < 4; ++i)
+        four[i] = load<Floats4>(&work.across[(k + i) * kLines + line]);
+      transpose(four[0], four[1], four[2], four[3]);
+      for (std::size_t i = 0; i < 4; ++i) store(four[i], &work.lines[(line + i) * stride + k]);
     }
   }
 }
@@ -235,24 +220,6 @@ CATOPTRIC_INLINE void simplifyDomain(const Columns& columns, const Domain& domai
              into.subspan(static_cast<std::size_t>(j) * m, m), work, done);
   }
 }
-
-using SimplifyDomain = void (*)(const Columns&, const Domain&, std::size_t, std::span<Point>, Work&,
-                                Simplification&);
-
-// One function for each level: a macro, as a function's target is an attribute.
-// NOLINTBEGIN(bugprone-macro-parentheses): attributes take none
-#define CATOPTRIC_VERSION(name, attributes)                                                 \
-  namespace name {                                                                          \
-  attributes void all(const Columns& c, const Domain& d, std::size_t m, std::span<Point> p, \
-                      Work& w, Simplification& s) {                                         \
-    simplifyDomain(c, d, m, p, w, s);                                                       \
-  }                                                                                         \
-  constexpr SimplifyDomain kAll = all;                                                      \
-  }
-
-CATOPTRIC_EACH_VECTOR_LEVEL(CATOPTRIC_VERSION)
-#undef CATOPTRIC_VERSION
-// NOLINTEND(bugprone-macro-parentheses)
 
 }  // namespace
 
@@ -290,16 +257,15 @@ void buildSrdm(std::span<const float> texels, int size, std::span<const Domain> 
   const Columns across(texels, size, true);
   const Columns down(texels, size, false);
   const auto points = static_cast<std::size_t>(m);
-  const SimplifyDomain simplifies = versionOf(base::kAll, v2::kAll, v3::kAll, v4::kAll);
   std::vector<Simplification> sums(domains.size());
   parallelFor(domains.size(), 1, [&](std::size_t begin, std::size_t end) {
     Work work;
     for (std::size_t d = begin; d < end; ++d) {
       const Domain& domain = domains[d];
-      simplifies(domain.alongX ? across : down, domain, points,
-                 into.subspan(static_cast<std::size_t>(domain.offset) * points,
-                              static_cast<std::size_t>(domain.count) * points),
-                 work, sums[d]);
+      atVectorLevel<simplifyDomain>(domain.alongX ? across : down, domain, points,
+                                    into.subspan(static_cast<std::size_t>(domain.offset) * points,
+                                                 static_cast<std::size_t>(domain.count) * points),
+                                    work, sums[d]);
     }
   });
   for (const Simplification& sum : sums) done.add(sum);

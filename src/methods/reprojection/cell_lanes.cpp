@@ -12,9 +12,7 @@
 namespace catoptric::methods::reprojection {
 namespace {
 
-/// Whole vectors of the widest kind: what lies behind the last lane is computed and never used.
-constexpr std::size_t kWidest = 16;
-static_assert(CellLanes::kMost % kWidest == 0);
+static_assert(CellLanes::kMost % kWidestVector == 0);
 
 /// The key frame's arrays.
 struct KeyArrays {
@@ -25,29 +23,12 @@ struct KeyArrays {
   const float* radiance;  ///< 3 a sample
 };
 
-CATOPTRIC_INLINE std::size_t padded(std::size_t count) {
-  return (count + kWidest - 1) / kWidest * kWidest;
-}
-
 CATOPTRIC_INLINE void moveBody(const KeyArrays& key, float near, CellLanes& lanes) {
-  const float* const originX = lanes.originX.data();
-  const float* const originY = lanes.originY.data();
-  const float* const originZ = lanes.originZ.data();
-  const float* const directionX = lanes.directionX.data();
-  const float* const directionY = lanes.directionY.data();
-  const float* const directionZ = lanes.directionZ.data();
-  const float* const attachedX = lanes.attachedX.data();
-  const float* const attachedY = lanes.attachedY.data();
-  const std::uint32_t* const reflector = lanes.reflector.data();
-  float* const placeX = lanes.x.data();
-  float* const placeY = lanes.y.data();
-  float* const misses = lanes.miss.data();
-  std::int32_t* const found = lanes.found.data();
-  const std::size_t count = padded(lanes.count);
+  const std::size_t count = wholeVectors(lanes.count);
   CATOPTRIC_INDEPENDENT
   for (std::size_t i = 0; i < count; ++i) {
-    const float px = placeX[i];
-    const float py = placeY[i];
+    const float px = lanes.x[i];
+    const float py = lanes.y[i];
     const int inside = (px >= 0.0f ? 1 : 0) & (py >= 0.0f ? 1 : 0) & (px < key.lastX ? 1 : 0) &
                        (py < key.lastY ? 1 : 0);
     const int x = static_cast<int>(inside != 0 ? px : 0.0f);
@@ -71,11 +52,11 @@ CATOPTRIC_INLINE void moveBody(const KeyArrays& key, float near, CellLanes& lane
     const float alongYx = leftX + fx * twistX, alongYy = leftY + fx * twistY,
                 alongYz = leftZ + fx * twistZ;
     const float from = (cell & 1U) != 0 ? 0.0f : 1.0f;  // the sky's places are directions
-    const float wayX = ax + fx * alongXx + fy * leftX - from * originX[i];
-    const float wayY = ay + fx * alongXy + fy * leftY - from * originY[i];
-    const float wayZ = az + fx * alongXz + fy * leftZ - from * originZ[i];
+    const float wayX = ax + fx * alongXx + fy * leftX - from * lanes.origin.x[i];
+    const float wayY = ay + fx * alongXy + fy * leftY - from * lanes.origin.y[i];
+    const float wayZ = az + fx * alongXz + fy * leftZ - from * lanes.origin.z[i];
     // Basis about the ray's direction
-    const float dx = directionX[i], dy = directionY[i], dz = directionZ[i];
+    const float dx = lanes.direction.x[i], dy = lanes.direction.y[i], dz = lanes.direction.z[i];
     const float sign = std::copysign(1.0f, dz);
     const float q = -1.0f / (sign + dz);
     const float b = dx * dy * q;
@@ -98,87 +79,56 @@ CATOPTRIC_INLINE void moveBody(const KeyArrays& key, float near, CellLanes& lane
     const float stepX = (slopeYu * offV - slopeYv * offU) / determinant;
     const float stepY = (slopeXv * offU - slopeXu * offV) / determinant;
     const float miss = std::sqrt(stepX * stepX + stepY * stepY);
-    found[i] = inside & (cell >> 1U == reflector[i] ? 1 : 0) & (along > 0.0f ? 1 : 0) &
-               (std::abs(determinant) > 1e-6f * size ? 1 : 0) & (miss <= near ? 1 : 0);
-    misses[i] = miss;
+    lanes.found[i] = inside & (cell >> 1U == lanes.reflector[i] ? 1 : 0) & (along > 0.0f ? 1 : 0) &
+                     (std::abs(determinant) > 1e-6f * size ? 1 : 0) & (miss <= near ? 1 : 0);
+    lanes.miss[i] = miss;
     const float nextX = px + stepX;
     const float nextY = py + stepY;
     // Where an offset is as good as 0 it is 0.
-    const int stays = (std::abs(nextX - attachedX[i]) <= kSnap ? 1 : 0) &
-                      (std::abs(nextY - attachedY[i]) <= kSnap ? 1 : 0);
-    placeX[i] = stays != 0 ? attachedX[i] : nextX;
-    placeY[i] = stays != 0 ? attachedY[i] : nextY;
+    const int stays = (std::abs(nextX - lanes.attachedX[i]) <= kSnap ? 1 : 0) &
+                      (std::abs(nextY - lanes.attachedY[i]) <= kSnap ? 1 : 0);
+    lanes.x[i] = stays != 0 ? lanes.attachedX[i] : nextX;
+    lanes.y[i] = stays != 0 ? lanes.attachedY[i] : nextY;
   }
 }
 
 CATOPTRIC_INLINE void showBody(const KeyArrays& key, CellLanes& lanes) {
-  const float* const placeX = lanes.x.data();
-  const float* const placeY = lanes.y.data();
-  const std::uint32_t* const reflector = lanes.reflector.data();
-  float* const lengths = lanes.length.data();
-  float* const red = lanes.red.data();
-  float* const green = lanes.green.data();
-  float* const blue = lanes.blue.data();
-  std::int32_t* const found = lanes.found.data();
-  const std::size_t count = padded(lanes.count);
+  const std::size_t count = wholeVectors(lanes.count);
   CATOPTRIC_INDEPENDENT
   for (std::size_t i = 0; i < count; ++i) {
     // On a sample that sample alone counts.
-    const float roundedX = std::floor(placeX[i] + 0.5f);
-    const float roundedY = std::floor(placeY[i] + 0.5f);
-    const int on = (std::abs(placeX[i] - roundedX) <= kSnap ? 1 : 0) &
-                   (std::abs(placeY[i] - roundedY) <= kSnap ? 1 : 0);
-    const float px = on != 0 ? roundedX : placeX[i];
-    const float py = on != 0 ? roundedY : placeY[i];
+    const float roundedX = std::floor(lanes.x[i] + 0.5f);
+    const float roundedY = std::floor(lanes.y[i] + 0.5f);
+    const int on = (std::abs(lanes.x[i] - roundedX) <= kSnap ? 1 : 0) &
+                   (std::abs(lanes.y[i] - roundedY) <= kSnap ? 1 : 0);
+    const float px = on != 0 ? roundedX : lanes.x[i];
+    const float py = on != 0 ? roundedY : lanes.y[i];
     const int inside = (px >= 0.0f ? 1 : 0) & (py >= 0.0f ? 1 : 0) & (px < key.lastX ? 1 : 0) &
-                       (py < key.lastY ? 1 : 0) & found[i];
+                       (py < key.lastY ? 1 : 0) & lanes.found[i];
     const int x = static_cast<int>(inside != 0 ? px : 0.0f);
     const int y = static_cast<int>(inside != 0 ? py : 0.0f);
     const float fx = px - static_cast<float>(x);
     const float fy = py - static_cast<float>(y);
     const int at = y * key.width + x;
     const std::uint32_t cell = key.cells[at];
-    found[i] = inside & (cell >> 1U == reflector[i] ? 1 : 0);
+    lanes.found[i] = inside & (cell >> 1U == lanes.reflector[i] ? 1 : 0);
     const float wa = (1.0f - fx) * (1.0f - fy);
     const float wb = fx * (1.0f - fy);
     const float wc = (1.0f - fx) * fy;
     const float wd = fx * fy;
-    const float* const light = key.radiance;
+    const float* const radiance = key.radiance;
     const int a = 3 * at;
     const int c = 3 * (at + key.width);
-    red[i] = wa * light[a] + wb * light[a + 3] + wc * light[c] + wd * light[c + 3];
-    green[i] = wa * light[a + 1] + wb * light[a + 4] + wc * light[c + 1] + wd * light[c + 4];
-    blue[i] = wa * light[a + 2] + wb * light[a + 5] + wc * light[c + 2] + wd * light[c + 5];
+    lanes.light.x[i] =
+        wa * radiance[a] + wb * radiance[a + 3] + wc * radiance[c] + wd * radiance[c + 3];
+    lanes.light.y[i] =
+        wa * radiance[a + 1] + wb * radiance[a + 4] + wc * radiance[c + 1] + wd * radiance[c + 4];
+    lanes.light.z[i] =
+        wa * radiance[a + 2] + wb * radiance[a + 5] + wc * radiance[c + 2] + wd * radiance[c + 5];
     const int nearest = at + (fx >= 0.5f ? 1 : 0) + (fy >= 0.5f ? key.width : 0);
     const float length = key.places[4 * nearest + 3];
-    lengths[i] = (cell & 1U) != 0 ? std::numeric_limits<float>::infinity() : length;
+    lanes.length[i] = (cell & 1U) != 0 ? std::numeric_limits<float>::infinity() : length;
   }
-}
-
-struct Versions {
-  void (*move)(const KeyArrays&, float, CellLanes&);
-  void (*show)(const KeyArrays&, CellLanes&);
-};
-
-// One set of functions for each level: a macro, as a function's target is an attribute.
-// NOLINTBEGIN(bugprone-macro-parentheses): attributes take none
-#define CATOPTRIC_VERSION(name, attributes)                         \
-  namespace name {                                                  \
-  attributes void move(const KeyArrays& k, float n, CellLanes& l) { \
-    moveBody(k, n, l);                                              \
-  }                                                                 \
-  attributes void show(const KeyArrays& k, CellLanes& l) {          \
-    showBody(k, l);                                                 \
-  }                                                                 \
-  constexpr Versions kVersions{move, show};                         \
-  }
-
-CATOPTRIC_EACH_VECTOR_LEVEL(CATOPTRIC_VERSION)
-#undef CATOPTRIC_VERSION
-// NOLINTEND(bugprone-macro-parentheses)
-
-const Versions& versions() {
-  return versionOf(base::kVersions, v2::kVersions, v3::kVersions, v4::kVersions);
 }
 
 }  // namespace
@@ -194,8 +144,8 @@ void correct(const KeyFrame& key, float near, CellLanes& lanes) {
                          key.cells().data(),
                          &key.places().front().x,
                          &key.radiances().front().x};
-  versions().move(arrays, near, lanes);
-  versions().show(arrays, lanes);
+  atVectorLevel<moveBody>(arrays, near, lanes);
+  atVectorLevel<showBody>(arrays, lanes);
 }
 
 }  // namespace catoptric::methods::reprojection

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/lanes.h"
 #include "methods/reprojection/key_frame.h"
 
 namespace catoptric::methods::reprojection {
@@ -17,8 +18,7 @@ struct CellLanes {
   std::size_t count = 0;
   std::array<std::int32_t, kMost> sample{};  ///< for the caller
   std::array<std::uint32_t, kMost> reflector{};
-  alignas(64) Lane originX{}, originY{}, originZ{};  ///< as MirrorRay's
-  alignas(64) Lane directionX{}, directionY{}, directionZ{};
+  Vec3Lanes<kMost> origin, direction;         ///< as MirrorRay's
   alignas(64) Lane attachedX{}, attachedY{};  ///< where the key frame saw the sample's surface
   alignas(64) Lane x{}, y{};  ///< place in the key frame: as expected, then corrected
 
@@ -26,14 +26,14 @@ struct CellLanes {
   void copy(std::size_t from, std::size_t to) {
     sample[to] = sample[from];
     reflector[to] = reflector[from];
-    for (Lane* lane : {&originX, &originY, &originZ, &directionX, &directionY, &directionZ,
-                       &attachedX, &attachedY, &x, &y})
-      (*lane)[to] = (*lane)[from];
+    origin.set(to, origin.at(from));
+    direction.set(to, direction.at(from));
+    for (Lane* lane : {&attachedX, &attachedY, &x, &y}) (*lane)[to] = (*lane)[from];
   }
 
   // What correct() makes of them
   alignas(64) Lane miss{}, length{};  ///< as Match's
-  alignas(64) Lane red{}, green{}, blue{};
+  Vec3Lanes<kMost> light;
   /// 1 where four samples about the place show one continuous surface in the reflector, and it was
   /// no farther off than `near`; else nothing of the lane counts.
   std::array<std::int32_t, kMost> found{};

@@ -88,12 +88,8 @@ bool Reuse::expect(const Cell& cell, const Corners& corners, CellLanes& lanes) {
       const std::size_t lane = lanes.count++;
       lanes.sample[lane] = i;
       lanes.reflector[lane] = rays_[i].reflector;
-      lanes.originX[lane] = rays_[i].origin.x;
-      lanes.originY[lane] = rays_[i].origin.y;
-      lanes.originZ[lane] = rays_[i].origin.z;
-      lanes.directionX[lane] = rays_[i].direction.x;
-      lanes.directionY[lane] = rays_[i].direction.y;
-      lanes.directionZ[lane] = rays_[i].direction.z;
+      lanes.origin.set(lane, rays_[i].origin);
+      lanes.direction.set(lane, rays_[i].direction);
       lanes.attachedX[lane] = attached_[i].x;
       lanes.attachedY[lane] = attached_[i].y;
       lanes.x[lane] = place.x;
@@ -115,7 +111,7 @@ std::size_t Reuse::take(const KeyFrame& key, CellLanes& lanes, std::vector<Vec3>
     if (lanes.found[lane] != 0) {
       matches_[i] = {
           {lanes.x[lane], lanes.y[lane]}, Outcome::Found, lanes.length[lane], lanes.miss[lane]};
-      radiance[i] = Vec3(lanes.red[lane], lanes.green[lane], lanes.blue[lane]);
+      radiance[i] = lanes.light.at(lane);
       if (!moving_.empty())
         places_[i] = lookUp(key, rays_[i].reflector, matches_[i].place, options_).place;
       continue;

@@ -203,12 +203,8 @@ std::size_t lanesOf(const Setting& setting, const KeyFrame& key, const scene::Ca
       const std::size_t lane = lanes.count++;
       lanes.sample[lane] = static_cast<std::int32_t>(lane);
       lanes.reflector[lane] = 1;
-      lanes.originX[lane] = ray.origin.x;
-      lanes.originY[lane] = ray.origin.y;
-      lanes.originZ[lane] = ray.origin.z;
-      lanes.directionX[lane] = ray.direction.x;
-      lanes.directionY[lane] = ray.direction.y;
-      lanes.directionZ[lane] = ray.direction.z;
+      lanes.origin.set(lane, ray.origin);
+      lanes.direction.set(lane, ray.direction);
       lanes.attachedX[lane] = start->x;
       lanes.attachedY[lane] = start->y;
       lanes.x[lane] = match.place.x + (x % 2 == 0 ? 0.1f : -0.07f);
@@ -239,7 +235,7 @@ TEST(CellLanes, FindWhatTheSearchFindsAtEveryVectorLevel) {
         EXPECT_LT(glm::distance(place, matches[i].place), 0.05f);
         const Lookup lookup = lookUp(key, 1, place, {});
         ASSERT_EQ(lookup.outcome, Outcome::Found);
-        EXPECT_EQ(Vec3(lanes.red[i], lanes.green[i], lanes.blue[i]), lookup.radiance);
+        EXPECT_EQ(lanes.light.at(i), lookup.radiance);
         EXPECT_NEAR(lanes.length[i], matches[i].length, 0.05f * matches[i].length);
       }
       EXPECT_GT(found, lanes.count / 2);
@@ -251,7 +247,7 @@ TEST(CellLanes, FindWhatTheSearchFindsAtEveryVectorLevel) {
         EXPECT_EQ(other.found[i], results[0].found[i]);
         EXPECT_EQ(other.x[i], results[0].x[i]);
         EXPECT_EQ(other.y[i], results[0].y[i]);
-        EXPECT_EQ(other.red[i], results[0].red[i]);
+        EXPECT_EQ(other.light.x[i], results[0].light.x[i]);
       }
   }
 }

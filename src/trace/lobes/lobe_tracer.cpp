@@ -57,7 +57,7 @@ struct LobeTracer::LobeTables {
 struct LobeTracer::Level {
   PointLanes points;
   std::array<std::size_t, kMostLanes + 1> first{};  ///< ray of a block's point
-  Lanes3 origins, directions;                       ///< of rays that are not just their points'
+  PointVectors origins, directions;                 ///< of rays that are not just their points'
   RayLanes rays{};
   std::array<Hit, kMostLanes> hits;
   std::array<Vec3, kMostLanes> values;
@@ -190,7 +190,8 @@ LobeTracer::Lobes LobeTracer::makeRays(std::size_t begin, std::size_t end, int r
 
 void LobeTracer::makeRays(Level& level, const Block& block, std::uint8_t* flags,
                           ReflectionCounts& counts) {
-  const auto view = [](const Lanes3& origin, const Lanes3& direction, std::size_t first) {
+  const auto view = [](const PointVectors& origin, const PointVectors& direction,
+                       std::size_t first) {
     return RayLanes{origin.x.data() + first,    origin.y.data() + first,
                     origin.z.data() + first,    direction.x.data() + first,
                     direction.y.data() + first, direction.z.data() + first};

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "core/math.h"
+#include "core/lanes.h"
 #include "trace/lobes/reflect.h"
 
 namespace catoptric::trace {
@@ -20,29 +20,21 @@ inline constexpr std::size_t kMostPacket = 16;
 /// With room for a whole packet from any point on.
 using Lane = std::array<float, kMostLanes + kMostPacket>;
 
-struct Lanes3 {
-  alignas(64) Lane x{}, y{}, z{};
-  Vec3 at(std::size_t i) const { return {x[i], y[i], z[i]}; }
-  void set(std::size_t i, const Vec3& v) {
-    x[i] = v.x;
-    y[i] = v.y;
-    z[i] = v.z;
-  }
-};
+using PointVectors = Vec3Lanes<kMostLanes + kMostPacket>;
 
 /// ReflectionPoint by components.
 struct PointLanes {
   std::size_t count = 0;
-  Lanes3 position, normal, direction;
-  Lanes3 lobeHorizon;  ///< never 0
+  PointVectors position, normal, direction;
+  PointVectors lobeHorizon;  ///< never 0
   alignas(64) Lane glossiness{}, distance{}, refraction{}, shiftX{}, shiftY{}, extent{};
   /// Distance before settle() moved the point: what ray cones grow with.
   alignas(64) Lane coneDistance{};
   std::array<int, kMostLanes> object{};
   std::array<std::uint8_t, kMostLanes> bent{};
   // What aim() makes of them
-  Lanes3 axis;               ///< mirrored direction, unit length
-  Lanes3 origin;             ///< of rays to the outside
+  PointVectors axis;         ///< mirrored direction, unit length
+  PointVectors origin;       ///< of rays to the outside
   alignas(64) Lane above{};  ///< cosine between axis and lobeHorizon
 
   ReflectionPoint at(std::size_t i) const;
@@ -71,14 +63,11 @@ void placePoints(const SampleCamera& camera, const SampleLanes& samples, PointLa
 void aim(PointLanes& points);
 
 /// Directions of a lobe about an axis: x, y along the axes of Basis(axis), z along the axis.
-struct LobeLanes {
-  static constexpr std::size_t kMost = 256;
-  alignas(64) std::array<float, kMost> x{}, y{}, z{};
-};
+using LobeLanes = Vec3Lanes<256>;
 
 /// `count` rays of one point from number `first` on; true where none lies below lobeHorizon's
 /// plane.
 bool aimLobe(const PointLanes& points, std::size_t point, const LobeLanes& lobe, std::size_t count,
-             Lanes3& directions, std::size_t first);
+             PointVectors& directions, std::size_t first);
 
 }  // namespace catoptric::trace

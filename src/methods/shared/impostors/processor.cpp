@@ -165,9 +165,7 @@ class Processor::Tiles {
       samples.x[k] = static_cast<float>(band_.place.x0 + members_.x[m]) + 0.5f;
       samples.y[k] = static_cast<float>(band_.place.y0 + members_.y[m]) + 0.5f;
       samples.depth[k] = band_.depth[at];
-      samples.normalX[k] = normal[0];
-      samples.normalY[k] = normal[1];
-      samples.normalZ[k] = normal[2];
+      samples.normal.set(k, {normal[0], normal[1], normal[2]});
       batch.sample[k] = members_.at[m];
     }
   }
@@ -178,16 +176,16 @@ class Processor::Tiles {
       const bool bent = raster::isBent(band_.normal[4 * at + 3]);
       std::uint32_t marks = batch.marks[k];
       if (bent) marks |= raster::kMaskBelowHorizon;
-      const float most = std::max(batch.red[k], std::max(batch.green[k], batch.blue[k]));
+      const float most = std::max(batch.color.x[k], std::max(batch.color.y[k], batch.color.z[k]));
       if (most >= shared::kClampedRadiance) marks |= raster::kMaskClamped;
       counts.clamped += (marks & raster::kMaskClamped) != 0 ? 1 : 0;
       counts.environment += marks & raster::kMaskEnvironment;
       counts.transition += (marks & raster::kMaskTransition) != 0 ? 1 : 0;
       counts.bent += bent ? 1 : 0;
       float* const texel = &band_.image[4 * at];
-      texel[0] = batch.red[k];
-      texel[1] = batch.green[k];
-      texel[2] = batch.blue[k];
+      texel[0] = batch.color.x[k];
+      texel[1] = batch.color.y[k];
+      texel[2] = batch.color.z[k];
       texel[3] = 1.0f;
       if (frame_.masks) band_.masks[at] = static_cast<std::uint16_t>(marks);
     }

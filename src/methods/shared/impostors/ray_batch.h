@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/lanes.h"
 #include "core/math.h"
 #include "methods/shared/impostors/half_image.h"
 
@@ -13,12 +14,13 @@ namespace catoptric::methods::impostors {
 /// Rays that are worked on at once: samples of a tile of 16 x 16. Ours.
 inline constexpr std::size_t kMostRays = 256;
 using Lane = std::array<float, kMostRays>;
+using Vectors = Vec3Lanes<kMostRays>;
 
 /// Samples of a depth image that reflect.
 struct Samples {
   alignas(64) Lane x{}, y{};  ///< in samples, at their centres
   alignas(64) Lane depth{};   ///< reversed-Z
-  alignas(64) Lane normalX{}, normalY{}, normalZ{};
+  Vectors normal;
 };
 
 /// A camera as the rays of its samples need it.
@@ -32,18 +34,17 @@ struct SampleCamera {
 struct RayBatch {
   std::size_t count = 0;
   int object = 0;  ///< id of the reflector
-  alignas(64) Lane originX{}, originY{}, originZ{}, directionX{}, directionY{}, directionZ{};
+  Vectors origin, direction;
   alignas(64) Lane distance{};  ///< of the path from the eye to the origin
   // The nearest: at `t`, 1e30 where there is none
-  alignas(64) Lane t{}, red{}, green{}, blue{}, u{}, v{}, level{};
+  alignas(64) Lane t{}, u{}, v{}, level{};
+  Vectors color;
   alignas(64) Lane share{};               ///< of the environment map, on transition walls
   std::array<int, kMostRays> impostor{};  ///< -1: none
   std::array<std::uint32_t, kMostRays> sample{};
   std::array<std::uint32_t, kMostRays> marks{};
 
   bool found(std::size_t i) const { return impostor[i] >= 0; }
-  Vec3 origin(std::size_t i) const { return {originX[i], originY[i], originZ[i]}; }
-  Vec3 direction(std::size_t i) const { return {directionX[i], directionY[i], directionZ[i]}; }
 };
 
 /// What holds all rays of a batch.
@@ -64,7 +65,8 @@ struct Meetings {
 /// Look-ups in one image, in a row.
 struct LookUps {
   std::size_t count = 0;
-  alignas(64) Lane u{}, v{}, level{}, red{}, green{}, blue{}, alpha{};
+  alignas(64) Lane u{}, v{}, level{}, alpha{};
+  Vectors color;
 };
 
 /// Rays in the image of a depth map's camera: clipped by its six planes.
@@ -80,9 +82,10 @@ struct MapRays {
 /// Look-ups in the environment map [Lagarde2012], as environmentAlong() of impostors.glsl.
 struct EnvironmentLookUps {
   std::size_t count = 0;
-  alignas(64) Lane originX{}, originY{}, originZ{}, directionX{}, directionY{}, directionZ{};
+  Vectors origin, direction;
   alignas(64) Lane t{};  ///< where the ray leaves the scene's box
-  alignas(64) Lane red{}, green{}, blue{}, closed{};
+  Vectors color;
+  alignas(64) Lane closed{};
 };
 struct Surroundings {
   const HalfCube* cube;
@@ -94,24 +97,22 @@ struct QuadLines {
   Vec4 plane, rowU, rowV;
 };
 
-/// The loops over rays, once for each level of vector instructions; all give the same bits.
-struct RayLoops {
-  void (*aim)(const SampleCamera&, const Samples&, RayBatch&);
-  RayBounds (*bound)(const RayBatch&);
-  /// The largest `t` of the batch.
-  float (*farthest)(const RayBatch&);
-  /// Whether any ray meets it.
-  bool (*meetQuad)(const QuadLines&, const RayBatch&, Meetings&);
-  /// `height`: of the walls, negative where the plane's normal points downwards.
-  bool (*meetBox)(const QuadLines&, float height, const RayBatch&, Meetings&);
-  /// All rays of the batch: MapRays::on says whose rest is not empty and begins before what is
-  /// found.
-  void (*project)(const std::array<Vec4, 4>& rows, float size, const RayBatch&, MapRays&);
-  /// Texels that a look-up's cone covers, as log2, from distance and slant; `t`, by look-up.
-  void (*levels)(float spreadPerTexel, const Lane& width, const Lane& slant, LookUps&);
-  void (*lookUp)(const HalfImage&, LookUps&);
-  void (*environment)(const Surroundings&, EnvironmentLookUps&);
-};
-const RayLoops& rayLoops();
+// The loops over rays give the same bits at every level of vector instructions.
+
+void aim(const SampleCamera& camera, const Samples& samples, RayBatch& rays);
+RayBounds bound(const RayBatch& rays);
+/// The largest `t` of the batch.
+float farthest(const RayBatch& rays);
+/// Whether any ray meets it.
+bool meetQuad(const QuadLines& quad, const RayBatch& rays, Meetings& met);
+/// `height`: of the walls, negative where the plane's normal points downwards.
+bool meetBox(const QuadLines& quad, float height, const RayBatch& rays, Meetings& met);
+/// All rays of the batch: MapRays::on says whose rest is not empty and begins before what is
+/// found.
+void project(const std::array<Vec4, 4>& rows, float size, const RayBatch& rays, MapRays& map);
+/// Texels that a look-up's cone covers, as log2, from distance and slant; `t`, by look-up.
+void levels(float spreadPerTexel, const Lane& width, const Lane& slant, LookUps& at);
+void lookUp(const HalfImage& image, LookUps& at);
+void environment(const Surroundings& around, EnvironmentLookUps& at);
 
 }  // namespace catoptric::methods::impostors

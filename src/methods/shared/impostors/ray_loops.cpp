@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
 
-#include "core/vector_versions.h"
+#include "core/lanes.h"
 #include "methods/shared/impostors/ray_batch.h"
 
 namespace catoptric::methods::impostors {
@@ -28,12 +27,7 @@ namespace {
 
 constexpr float kFar = 1e30f;
 
-/// Whole vectors of the widest kind: what lies behind the last value is computed and never used.
-CATOPTRIC_INLINE std::size_t padded(std::size_t count) {
-  constexpr std::size_t kWidest = 16;
-  static_assert(kMostRays % kWidest == 0);
-  return (count + kWidest - 1) / kWidest * kWidest;
-}
+static_assert(kMostRays % kWidestVector == 0);
 
 CATOPTRIC_INLINE float larger(float a, float b) {
   return a < b ? b : a;
@@ -49,7 +43,7 @@ CATOPTRIC_INLINE void aimBody(const SampleCamera& camera, const Samples& samples
   const float m20 = m[2][0], m21 = m[2][1], m22 = m[2][2];
   const Vec3 eye = camera.eye;
   const float nearMetres = camera.nearMetres;
-  const std::size_t count = padded(rays.count);
+  const std::size_t count = wholeVectors(rays.count);
   CATOPTRIC_INDEPENDENT
   for (std::size_t i = 0; i < count; ++i) {
     const float x = m00 * samples.x[i] + m10 * samples.y[i] + m20;
@@ -57,20 +51,20 @@ CATOPTRIC_INLINE void aimBody(const SampleCamera& camera, const Samples& samples
     const float z = m02 * samples.x[i] + m12 * samples.y[i] + m22;
     const float scale = nearMetres / larger(samples.depth[i], 1e-30f);
     const float length = std::sqrt(x * x + y * y + z * z);
-    rays.originX[i] = eye.x + scale * x;
-    rays.originY[i] = eye.y + scale * y;
-    rays.originZ[i] = eye.z + scale * z;
+    rays.origin.x[i] = eye.x + scale * x;
+    rays.origin.y[i] = eye.y + scale * y;
+    rays.origin.z[i] = eye.z + scale * z;
     rays.distance[i] = scale * length;
     const float inverse = 1.0f / length;
-    const float nx = samples.normalX[i], ny = samples.normalY[i], nz = samples.normalZ[i];
+    const float nx = samples.normal.x[i], ny = samples.normal.y[i], nz = samples.normal.z[i];
     const float twice = 2.0f * (x * inverse * nx + y * inverse * ny + z * inverse * nz);
     const float rx = x * inverse - twice * nx;
     const float ry = y * inverse - twice * ny;
     const float rz = z * inverse - twice * nz;
     const float unit = 1.0f / std::sqrt(rx * rx + ry * ry + rz * rz);
-    rays.directionX[i] = rx * unit;
-    rays.directionY[i] = ry * unit;
-    rays.directionZ[i] = rz * unit;
+    rays.direction.x[i] = rx * unit;
+    rays.direction.y[i] = ry * unit;
+    rays.direction.z[i] = rz * unit;
   }
 }
 
@@ -102,19 +96,19 @@ CATOPTRIC_INLINE void extremes(const Lane& values, std::size_t count, float& lea
 
 CATOPTRIC_INLINE RayBounds boundBody(const RayBatch& rays) {
   RayBounds bounds;
-  extremes(rays.originX, rays.count, bounds.least.x, bounds.most.x);
-  extremes(rays.originY, rays.count, bounds.least.y, bounds.most.y);
-  extremes(rays.originZ, rays.count, bounds.least.z, bounds.most.z);
+  extremes(rays.origin.x, rays.count, bounds.least.x, bounds.most.x);
+  extremes(rays.origin.y, rays.count, bounds.least.y, bounds.most.y);
+  extremes(rays.origin.z, rays.count, bounds.least.z, bounds.most.z);
   Vec3 least, most;
-  extremes(rays.directionX, rays.count, least.x, most.x);
-  extremes(rays.directionY, rays.count, least.y, most.y);
-  extremes(rays.directionZ, rays.count, least.z, most.z);
+  extremes(rays.direction.x, rays.count, least.x, most.x);
+  extremes(rays.direction.y, rays.count, least.y, most.y);
+  extremes(rays.direction.z, rays.count, least.z, most.z);
   bounds.axis = normalizedOr(least + most, Vec3(0, 0, 1));
   alignas(64) Lane cosines;
-  const std::size_t count = padded(rays.count);
+  const std::size_t count = wholeVectors(rays.count);
   for (std::size_t i = 0; i < count; ++i)
-    cosines[i] = rays.directionX[i] * bounds.axis.x + rays.directionY[i] * bounds.axis.y +
-                 rays.directionZ[i] * bounds.axis.z;
+    cosines[i] = rays.direction.x[i] * bounds.axis.x + rays.direction.y[i] * bounds.axis.y +
+                 rays.direction.z[i] * bounds.axis.z;
   float largest = 0.0f;
   extremes(cosines, rays.count, bounds.cosine, largest);
   // A ray that is none is compared with nothing: it must not hide the others' bounds
@@ -138,11 +132,11 @@ CATOPTRIC_INLINE bool anyOf(const std::array<std::int32_t, kMostRays>& on, std::
 
 CATOPTRIC_INLINE bool meetQuadBody(const QuadLines& quad, const RayBatch& rays, Meetings& met) {
   const Vec4 p = quad.plane, a = quad.rowU, b = quad.rowV;
-  const std::size_t count = padded(rays.count);
+  const std::size_t count = wholeVectors(rays.count);
   CATOPTRIC_INDEPENDENT
   for (std::size_t i = 0; i < count; ++i) {
-    const float ox = rays.originX[i], oy = rays.originY[i], oz = rays.originZ[i];
-    const float dx = rays.directionX[i], dy = rays.directionY[i], dz = rays.directionZ[i];
+    const float ox = rays.origin.x[i], oy = rays.origin.y[i], oz = rays.origin.z[i];
+    const float dx = rays.direction.x[i], dy = rays.direction.y[i], dz = rays.direction.z[i];
     const float t = -(p.x * ox + p.y * oy + p.z * oz + p.w) / (p.x * dx + p.y * dy + p.z * dz);
     const float x = ox + t * dx, y = oy + t * dy, z = oz + t * dz;
     const float u = a.x * x + a.y * y + a.z * z + a.w;
@@ -159,11 +153,11 @@ CATOPTRIC_INLINE bool meetQuadBody(const QuadLines& quad, const RayBatch& rays, 
 CATOPTRIC_INLINE bool meetBoxBody(const QuadLines& quad, float height, const RayBatch& rays,
                                   Meetings& met) {
   const Vec4 p = quad.plane / height, a = quad.rowU, b = quad.rowV;
-  const std::size_t count = padded(rays.count);
+  const std::size_t count = wholeVectors(rays.count);
   CATOPTRIC_INDEPENDENT
   for (std::size_t i = 0; i < count; ++i) {
-    const float ox = rays.originX[i], oy = rays.originY[i], oz = rays.originZ[i];
-    const float dx = rays.directionX[i], dy = rays.directionY[i], dz = rays.directionZ[i];
+    const float ox = rays.origin.x[i], oy = rays.origin.y[i], oz = rays.origin.z[i];
+    const float dx = rays.direction.x[i], dy = rays.direction.y[i], dz = rays.direction.z[i];
     const float startU = a.x * ox + a.y * oy + a.z * oz + a.w;
     const float startV = b.x * ox + b.y * oy + b.z * oz + b.w;
     const float startH = p.x * ox + p.y * oy + p.z * oz + p.w;
@@ -191,11 +185,11 @@ CATOPTRIC_INLINE bool meetBoxBody(const QuadLines& quad, float height, const Ray
 CATOPTRIC_INLINE void projectBody(const std::array<Vec4, 4>& rows, float size, const RayBatch& rays,
                                   MapRays& map) {
   const Vec4 a = rows[0], b = rows[1], g = rows[2], w = rows[3];
-  const std::size_t count = padded(rays.count);
+  const std::size_t count = wholeVectors(rays.count);
   CATOPTRIC_INDEPENDENT
   for (std::size_t i = 0; i < count; ++i) {
-    const float ox = rays.originX[i], oy = rays.originY[i], oz = rays.originZ[i];
-    const float dx = rays.directionX[i], dy = rays.directionY[i], dz = rays.directionZ[i];
+    const float ox = rays.origin.x[i], oy = rays.origin.y[i], oz = rays.origin.z[i];
+    const float dx = rays.direction.x[i], dy = rays.direction.y[i], dz = rays.direction.z[i];
     const float startU = a.x * ox + a.y * oy + a.z * oz + a.w,
                 stepU = a.x * dx + a.y * dy + a.z * dz;
     const float startV = b.x * ox + b.y * oy + b.z * oz + b.w,
@@ -250,7 +244,7 @@ CATOPTRIC_INLINE float log2Of(float x) {
 
 CATOPTRIC_INLINE void levelsBody(float spreadPerTexel, const Lane& width, const Lane& slant,
                                  LookUps& at) {
-  const std::size_t count = padded(at.count);
+  const std::size_t count = wholeVectors(at.count);
   CATOPTRIC_INDEPENDENT
   for (std::size_t i = 0; i < count; ++i) {
     const float wide = spreadPerTexel * width[i];
@@ -259,41 +253,36 @@ CATOPTRIC_INLINE void levelsBody(float spreadPerTexel, const Lane& width, const 
   }
 }
 
-using F4 [[gnu::vector_size(16)]] = float;
-using F8 [[gnu::vector_size(32)]] = float;
-using I8 [[gnu::vector_size(32)]] = std::int32_t;
-using S8 [[gnu::vector_size(16)]] = std::int16_t;
+using Floats8 = Lanes<float, 8>;
 
 /// Two texels of four half floats. What is no normal half float becomes 0 (denormals are,
 /// parallelFor()).
-CATOPTRIC_INLINE void halves(const std::uint16_t* from, F8& to) {
-  S8 raw;
-  std::memcpy(&raw, from, sizeof raw);
-  const I8 bits = (__builtin_convertvector(raw, I8) << 13) & static_cast<std::int32_t>(0x8FFFE000);
-  std::memcpy(&to, &bits, sizeof to);
-  to *= 0x1p112f;
+CATOPTRIC_INLINE Floats8 halves(const std::uint16_t* from) {
+  const auto raw = load<Lanes<std::int16_t, 8>>(from);
+  const auto bits = (__builtin_convertvector(raw, Lanes<std::int32_t, 8>) << 13) &
+                    static_cast<std::int32_t>(0x8FFFE000);
+  return load<Floats8>(&bits) * 0x1p112f;
 }
 
 /// At a place in texels of a level with its border.
-CATOPTRIC_INLINE F4 bilinear(const std::uint16_t* level, std::size_t side, float x, float y) {
+CATOPTRIC_INLINE Floats4 bilinear(const std::uint16_t* level, std::size_t side, float x, float y) {
   const auto column = static_cast<int>(x);
   const auto row = static_cast<int>(y);
   const float fx = x - static_cast<float>(column);
   const float fy = y - static_cast<float>(row);
   const std::uint16_t* const upper =
       level + 4 * (static_cast<std::size_t>(row) * side + static_cast<std::size_t>(column));
-  F8 above, below;
-  halves(upper, above);
-  halves(upper + 4 * side, below);
-  const F8 left = __builtin_shufflevector(above, below, 0, 1, 2, 3, 8, 9, 10, 11);
-  const F8 right = __builtin_shufflevector(above, below, 4, 5, 6, 7, 12, 13, 14, 15);
-  const F8 rows = left + fx * (right - left);
-  const F4 top = __builtin_shufflevector(rows, rows, 0, 1, 2, 3);
-  const F4 bottom = __builtin_shufflevector(rows, rows, 4, 5, 6, 7);
+  const Floats8 above = halves(upper);
+  const Floats8 below = halves(upper + 4 * side);
+  const Floats8 left = __builtin_shufflevector(above, below, 0, 1, 2, 3, 8, 9, 10, 11);
+  const Floats8 right = __builtin_shufflevector(above, below, 4, 5, 6, 7, 12, 13, 14, 15);
+  const Floats8 rows = left + fx * (right - left);
+  const Floats4 top = __builtin_shufflevector(rows, rows, 0, 1, 2, 3);
+  const Floats4 bottom = __builtin_shufflevector(rows, rows, 4, 5, 6, 7);
   return top + fy * (bottom - top);
 }
 
-CATOPTRIC_INLINE F4 ofLevel(const HalfImage& image, std::size_t k, float u, float v) {
+CATOPTRIC_INLINE Floats4 ofLevel(const HalfImage& image, std::size_t k, float u, float v) {
   const HalfLevel& level = image.levels()[k];
   const auto size = static_cast<float>(level.size);
   // u and v are in 0..1: the border is never left
@@ -331,11 +320,11 @@ CATOPTRIC_INLINE void lookUpBody(const HalfImage& image, LookUps& at) {
     const float level = levelOf(i);
     const auto k = static_cast<std::size_t>(static_cast<int>(level));
     const float f = level - static_cast<float>(k);
-    F4 color = ofLevel(image, k, at.u[i], at.v[i]);
+    Floats4 color = ofLevel(image, k, at.u[i], at.v[i]);
     if (f > 0.0f) color += f * (ofLevel(image, k + 1, at.u[i], at.v[i]) - color);
-    at.red[i] = color[0];
-    at.green[i] = color[1];
-    at.blue[i] = color[2];
+    at.color.x[i] = color[0];
+    at.color.y[i] = color[1];
+    at.color.z[i] = color[2];
     at.alpha[i] = color[3];
   }
 }
@@ -347,16 +336,16 @@ struct CubePlaces {
 CATOPTRIC_INLINE void placeOnCube(const EnvironmentLookUps& at, const Vec3& centre, int size,
                                   bool leaving, CubePlaces& places) {
   const float half = 0.5f * static_cast<float>(size);
-  const std::size_t count = padded(at.count);
+  const std::size_t count = wholeVectors(at.count);
   CATOPTRIC_INDEPENDENT
   for (std::size_t i = 0; i < count; ++i) {
     const float closed = leaving ? 1.0f : at.closed[i];
     const float ahead = at.t[i] > 0.0f ? at.t[i] : kFar;
     const float t = closed > 0.999f ? ahead : kFar;
-    const float dx = at.directionX[i], dy = at.directionY[i], dz = at.directionZ[i];
-    const float placeX = at.originX[i] + t * dx - centre.x;
-    const float placeY = at.originY[i] + t * dy - centre.y;
-    const float placeZ = at.originZ[i] + t * dz - centre.z;
+    const float dx = at.direction.x[i], dy = at.direction.y[i], dz = at.direction.z[i];
+    const float placeX = at.origin.x[i] + t * dx - centre.x;
+    const float placeY = at.origin.y[i] + t * dy - centre.y;
+    const float placeZ = at.origin.z[i] + t * dz - centre.z;
     const float x = t < kFar ? placeX : dx;
     const float y = t < kFar ? placeY : dy;
     const float z = t < kFar ? placeZ : dz;
@@ -379,8 +368,8 @@ CATOPTRIC_INLINE void placeOnCube(const EnvironmentLookUps& at, const Vec3& cent
   }
 }
 
-CATOPTRIC_INLINE F4 ofCube(const HalfCube& cube, const HalfLevel& level, const CubePlaces& places,
-                           std::size_t i) {
+CATOPTRIC_INLINE Floats4 ofCube(const HalfCube& cube, const HalfLevel& level,
+                                const CubePlaces& places, std::size_t i) {
   const auto side = static_cast<std::size_t>(level.size) + 2;
   const auto face = static_cast<std::size_t>(static_cast<int>(places.face[i]));
   return bilinear(cube.values() + level.first + 4 * face * side * side, side, places.x[i],
@@ -389,11 +378,11 @@ CATOPTRIC_INLINE F4 ofCube(const HalfCube& cube, const HalfLevel& level, const C
 
 CATOPTRIC_INLINE void environmentBody(const Surroundings& around, EnvironmentLookUps& at) {
   const Vec3 least = around.least, most = around.most;
-  const std::size_t count = padded(at.count);
+  const std::size_t count = wholeVectors(at.count);
   CATOPTRIC_INDEPENDENT
   for (std::size_t i = 0; i < count; ++i) {
-    const float ox = at.originX[i], oy = at.originY[i], oz = at.originZ[i];
-    const float dx = at.directionX[i], dy = at.directionY[i], dz = at.directionZ[i];
+    const float ox = at.origin.x[i], oy = at.origin.y[i], oz = at.origin.z[i];
+    const float dx = at.direction.x[i], dy = at.direction.y[i], dz = at.direction.z[i];
     const float x = larger((least.x - ox) / dx, (most.x - ox) / dx);
     const float y = larger((least.y - oy) / dy, (most.y - oy) / dy);
     const float z = larger((least.z - oz) / dz, (most.z - oz) / dz);
@@ -409,56 +398,41 @@ CATOPTRIC_INLINE void environmentBody(const Surroundings& around, EnvironmentLoo
   }
   placeOnCube(at, around.centre, cube.fine().size, false, places);
   for (std::size_t i = 0; i < at.count; ++i) {
-    const F4 color = ofCube(cube, cube.fine(), places, i);
-    at.red[i] = color[0];
-    at.green[i] = color[1];
-    at.blue[i] = color[2];
+    const Floats4 color = ofCube(cube, cube.fine(), places, i);
+    at.color.x[i] = color[0];
+    at.color.y[i] = color[1];
+    at.color.z[i] = color[2];
   }
 }
 
-// One set of functions for each level: a macro, as a function's target is an attribute.
-// NOLINTBEGIN(bugprone-macro-parentheses): attributes take none
-#define CATOPTRIC_VERSION(name, attributes)                                                       \
-  namespace name {                                                                                \
-  attributes void aim(const SampleCamera& c, const Samples& s, RayBatch& r) {                     \
-    aimBody(c, s, r);                                                                             \
-  }                                                                                               \
-  attributes RayBounds bound(const RayBatch& r) {                                                 \
-    return boundBody(r);                                                                          \
-  }                                                                                               \
-  attributes float farthest(const RayBatch& r) {                                                  \
-    return farthestBody(r);                                                                       \
-  }                                                                                               \
-  attributes bool meetQuad(const QuadLines& q, const RayBatch& r, Meetings& m) {                  \
-    return meetQuadBody(q, r, m);                                                                 \
-  }                                                                                               \
-  attributes bool meetBox(const QuadLines& q, float h, const RayBatch& r, Meetings& m) {          \
-    return meetBoxBody(q, h, r, m);                                                               \
-  }                                                                                               \
-  attributes void project(const std::array<Vec4, 4>& c, float s, const RayBatch& r, MapRays& m) { \
-    projectBody(c, s, r, m);                                                                      \
-  }                                                                                               \
-  attributes void levels(float s, const Lane& w, const Lane& d, LookUps& l) {                     \
-    levelsBody(s, w, d, l);                                                                       \
-  }                                                                                               \
-  attributes void lookUp(const HalfImage& i, LookUps& l) {                                        \
-    lookUpBody(i, l);                                                                             \
-  }                                                                                               \
-  attributes void environment(const Surroundings& s, EnvironmentLookUps& l) {                     \
-    environmentBody(s, l);                                                                        \
-  }                                                                                               \
-  constexpr RayLoops kLoops{aim,     bound,  farthest, meetQuad,   meetBox,                       \
-                            project, levels, lookUp,   environment};                              \
-  }
-
-CATOPTRIC_EACH_VECTOR_LEVEL(CATOPTRIC_VERSION)
-#undef CATOPTRIC_VERSION
-// NOLINTEND(bugprone-macro-parentheses)
-
 }  // namespace
 
-const RayLoops& rayLoops() {
-  return versionOf(base::kLoops, v2::kLoops, v3::kLoops, v4::kLoops);
+void aim(const SampleCamera& camera, const Samples& samples, RayBatch& rays) {
+  atVectorLevel<aimBody>(camera, samples, rays);
+}
+RayBounds bound(const RayBatch& rays) {
+  return atVectorLevel<boundBody>(rays);
+}
+float farthest(const RayBatch& rays) {
+  return atVectorLevel<farthestBody>(rays);
+}
+bool meetQuad(const QuadLines& quad, const RayBatch& rays, Meetings& met) {
+  return atVectorLevel<meetQuadBody>(quad, rays, met);
+}
+bool meetBox(const QuadLines& quad, float height, const RayBatch& rays, Meetings& met) {
+  return atVectorLevel<meetBoxBody>(quad, height, rays, met);
+}
+void project(const std::array<Vec4, 4>& rows, float size, const RayBatch& rays, MapRays& map) {
+  atVectorLevel<projectBody>(rows, size, rays, map);
+}
+void levels(float spreadPerTexel, const Lane& width, const Lane& slant, LookUps& at) {
+  atVectorLevel<levelsBody>(spreadPerTexel, width, slant, at);
+}
+void lookUp(const HalfImage& image, LookUps& at) {
+  atVectorLevel<lookUpBody>(image, at);
+}
+void environment(const Surroundings& around, EnvironmentLookUps& at) {
+  atVectorLevel<environmentBody>(around, at);
 }
 
 }  // namespace catoptric::methods::impostors

@@ -23,12 +23,8 @@ std::unique_ptr<RayBatch> raysFrom(const std::vector<Vec3>& origins,
   auto rays = std::make_unique<RayBatch>();
   rays->count = origins.size();
   for (std::size_t i = 0; i < origins.size(); ++i) {
-    rays->originX[i] = origins[i].x;
-    rays->originY[i] = origins[i].y;
-    rays->originZ[i] = origins[i].z;
-    rays->directionX[i] = directions[i].x;
-    rays->directionY[i] = directions[i].y;
-    rays->directionZ[i] = directions[i].z;
+    rays->origin.set(i, origins[i]);
+    rays->direction.set(i, directions[i]);
     rays->distance[i] = 1.0f;
     rays->t[i] = 1e30f;
   }
@@ -59,7 +55,7 @@ TEST(RayLoops, WallsBeginAsTheQuadAndEndAsTheEnvironment) {
       directions.push_back(glm::normalize(Vec3(1.0f, height + step, 0.4f) - from));
     const auto rays = raysFrom({from, from}, directions);
     const auto met = std::make_unique<Meetings>();
-    rayLoops().meetBox(square(), kHeight, *rays, *met);
+    meetBox(square(), kHeight, *rays, *met);
     const auto environment = [&](std::size_t i) { return met->on[i] == 0 ? 1.0f : met->share[i]; };
     EXPECT_NEAR(environment(0), environment(1), 1.0f / 255.0f) << height;
     EXPECT_NEAR(environment(1), height / kHeight, 1.0f / 255.0f) << height;
@@ -95,7 +91,7 @@ TEST(RayLoops, BoundsHoldAllThatRaysMeet) {
       const float along = std::max(0.0f, glm::dot(centre - origins[i], directions[i]));
       any_ = any_ || glm::length(origins[i] + along * directions[i] - centre) <= radius;
     }
-    const bool may = rayLoops().bound(*rays).mayMeet(centre, radius);
+    const bool may = bound(*rays).mayMeet(centre, radius);
     culled += may ? 0 : 1;
     met += any_ ? 1 : 0;
     EXPECT_TRUE(may || !any_);
@@ -114,18 +110,17 @@ TEST(RayLoops, EveryVectorLevelGivesTheSameBits) {
     const auto met = std::make_unique<Meetings>();
     const auto map = std::make_unique<MapRays>();
     const auto looks = std::make_unique<LookUps>();
-    rayLoops().meetQuad(square(), *rays, *met);
+    meetQuad(square(), *rays, *met);
     std::vector<float> values(met->t.begin(), met->t.begin() + 251);
     values.insert(values.end(), met->on.begin(), met->on.begin() + 251);
-    rayLoops().meetBox(square(), 0.5f, *rays, *met);
+    meetBox(square(), 0.5f, *rays, *met);
     values.insert(values.end(), met->share.begin(), met->share.begin() + 251);
-    rayLoops().project(
-        {{{0.5f, 0, 0, 0.5f}, {0, 0, 0.5f, 0.5f}, {0, 0.5f, 0, 0.5f}, {0, 0.1f, 0, 1}}}, 64.0f,
-        *rays, *map);
+    project({{{0.5f, 0, 0, 0.5f}, {0, 0, 0.5f, 0.5f}, {0, 0.5f, 0, 0.5f}, {0, 0.1f, 0, 1}}}, 64.0f,
+            *rays, *map);
     for (const Lane* lane : {&map->fromX, &map->fromG, &map->toY, &map->tTo, &map->wTo})
       for (std::size_t i = 0; i < 251; ++i) values.push_back(map->on[i] != 0 ? (*lane)[i] : 0.0f);
     looks->count = 251;
-    rayLoops().levels(0.1f, met->t, met->u, *looks);
+    levels(0.1f, met->t, met->u, *looks);
     values.insert(values.end(), looks->level.begin(), looks->level.begin() + 251);
     results.push_back(values);
   }

@@ -22,7 +22,6 @@ TileRays& TileRays::ofThread() {
 void TileRays::begin(const ProcessorFrame& frame, ProcessorCounts& counts) {
   frame_ = &frame;
   counts_ = &counts;
-  loops_ = &rayLoops();
   const int width = frame.gbuffer.sampleWidth();
   const int height = frame.gbuffer.sampleHeight();
   camera_ = {frame.camera.eye(), frame.camera.nearMetres,
@@ -31,7 +30,7 @@ void TileRays::begin(const ProcessorFrame& frame, ProcessorCounts& counts) {
 }
 
 void TileRays::run() {
-  loops_->aim(camera_, samples_, first_);
+  aim(camera_, samples_, first_);
   std::fill_n(first_.marks.begin(), first_.count, 0u);
   nearest(first_, false);
   if (frame_->options.bounces > 1) goOn();
@@ -45,9 +44,8 @@ const HalfImage& TileRays::colorsOf(const ImpostorLines& lines) const {
 
 void TileRays::nearest(RayBatch& rays, bool diffuseAlone) {
   std::fill_n(rays.t.begin(), kMostRays, kNothing);
-  std::fill_n(rays.red.begin(), rays.count, 0.0f);
-  std::fill_n(rays.green.begin(), rays.count, 0.0f);
-  std::fill_n(rays.blue.begin(), rays.count, 0.0f);
+  for (Lane* color : {&rays.color.x, &rays.color.y, &rays.color.z})
+    std::fill_n(color->begin(), rays.count, 0.0f);
   std::fill_n(rays.share.begin(), rays.count, 0.0f);
   std::fill_n(rays.impostor.begin(), rays.count, -1);
   const ImpostorList& list = frame_->lists[static_cast<std::size_t>(rays.object - 1)];
@@ -63,14 +61,12 @@ void TileRays::fade(RayBatch& rays) const {
   if (!(frame_->options.attenuation > 0.0f)) return;
   for (std::size_t i = 0; i < rays.count; ++i) {
     const float kept = std::exp(-rays.t[i] / frame_->options.attenuation);
-    rays.red[i] *= kept;
-    rays.green[i] *= kept;
-    rays.blue[i] *= kept;
+    rays.color.set(i, kept * rays.color.at(i));
   }
 }
 
 void TileRays::meetInOrder(RayBatch& rays, std::span<const int> members) {
-  const RayBounds bounds = loops_->bound(rays);
+  const RayBounds bounds = bound(rays);
   const Vec3 middle = 0.5f * (bounds.least + bounds.most);
   const float spread = 0.5f * glm::length(bounds.most - bounds.least);
   order_.clear();
@@ -93,7 +89,7 @@ void TileRays::meetInOrder(RayBatch& rays, std::span<const int> members) {
     }
     const int index = order_[k].second;
     if (meet(rays, index, frame_->lines[static_cast<std::size_t>(index)]))
-      farthest = loops_->farthest(rays);
+      farthest = impostors::farthest(rays);
   }
 }
 
@@ -103,8 +99,8 @@ bool TileRays::meet(RayBatch& rays, int index, const ImpostorLines& lines) {
     meetDepthMap(rays, lines);
   } else {
     const bool box = lines.way == shared::kWayBox || lines.way == shared::kWayShared;
-    const bool any = box ? loops_->meetBox(lines.quad, lines.height * lines.side, rays, met_)
-                         : loops_->meetQuad(lines.quad, rays, met_);
+    const bool any = box ? meetBox(lines.quad, lines.height * lines.side, rays, met_)
+                         : meetQuad(lines.quad, rays, met_);
     if (!any) return false;
     for (std::size_t i = 0; i < rays.count; ++i) {
       if (met_.on[i] == 0) continue;
@@ -123,23 +119,20 @@ bool TileRays::meet(RayBatch& rays, int index, const ImpostorLines& lines) {
 void TileRays::meetDepthMap(RayBatch& rays, const ImpostorLines& lines) {
   const auto size = static_cast<float>(colorsOf(lines).levels().front().size);
   if (lines.begin > 0.0f) {
-    kept_ = {rays.originX, rays.originY, rays.originZ, rays.t};
+    keptOrigins_ = rays.origin;
+    keptT_ = rays.t;
     for (std::size_t i = 0; i < rays.count; ++i) {
-      rays.originX[i] += lines.begin * rays.directionX[i];
-      rays.originY[i] += lines.begin * rays.directionY[i];
-      rays.originZ[i] += lines.begin * rays.directionZ[i];
+      rays.origin.set(i, rays.origin.at(i) + lines.begin * rays.direction.at(i));
       rays.t[i] -= lines.begin;
     }
-    loops_->project(lines.rows, size, rays, map_);
-    rays.originX = kept_[0];
-    rays.originY = kept_[1];
-    rays.originZ = kept_[2];
-    rays.t = kept_[3];
+    project(lines.rows, size, rays, map_);
+    rays.origin = keptOrigins_;
+    rays.t = keptT_;
     const Vec3 forward(lines.quad.plane);
     for (std::size_t i = 0; i < rays.count; ++i)
-      if (glm::dot(forward, rays.direction(i)) < shared::kSelfCosine) map_.on[i] = 0;
+      if (glm::dot(forward, rays.direction.at(i)) < shared::kSelfCosine) map_.on[i] = 0;
   } else {
-    loops_->project(lines.rows, size, rays, map_);
+    project(lines.rows, size, rays, map_);
   }
   // Those whose rest is not empty, in a row
   std::size_t count = 0;
@@ -174,21 +167,20 @@ void TileRays::meetDepthMap(RayBatch& rays, const ImpostorLines& lines) {
 }
 
 void TileRays::take(RayBatch& rays, int index, const ImpostorLines& lines) {
-  const Vec4& plane = lines.quad.plane;
+  const Vec3 normal(lines.quad.plane);
   for (std::size_t k = 0; k < looks_.count; ++k) {
     const std::size_t i = hits_[k];
     width_[k] = rays.distance[i] + met_.t[i];
-    slant_[k] =
-        plane.x * rays.directionX[i] + plane.y * rays.directionY[i] + plane.z * rays.directionZ[i];
+    slant_[k] = glm::dot(normal, rays.direction.at(i));
   }
-  loops_->levels(spread_ / lines.texelMetres, width_, slant_, looks_);
+  levels(spread_ / lines.texelMetres, width_, slant_, looks_);
   const bool depth = lines.way == shared::kWayDepth;
   const bool shared = lines.way == shared::kWayShared;
-  if (!shared) loops_->lookUp(colorsOf(lines), looks_);
+  if (!shared) lookUp(colorsOf(lines), looks_);
   wider_.count = 0;
   for (std::size_t k = 0; k < looks_.count; ++k) {
     const std::size_t i = hits_[k];
-    Vec3 color(looks_.red[k], looks_.green[k], looks_.blue[k]);
+    Vec3 color = looks_.color.at(k);
     float alpha = shared ? 1.0f : looks_.alpha[k];
     if (depth && alpha < kCovered) {
       // A depth map knows what is hit; over its outline look at what is beside
@@ -196,15 +188,13 @@ void TileRays::take(RayBatch& rays, int index, const ImpostorLines& lines) {
       wider_.u[0] = looks_.u[k];
       wider_.v[0] = looks_.v[k];
       wider_.level[0] = looks_.level[k] + 2.0f;
-      loops_->lookUp(colorsOf(lines), wider_);
-      color = Vec3(wider_.red[0], wider_.green[0], wider_.blue[0]);
+      lookUp(colorsOf(lines), wider_);
+      color = wider_.color.at(0);
       alpha = wider_.alpha[0];
     }
     if (!(depth ? alpha > 1e-3f : alpha >= kCovered)) continue;
     rays.t[i] = met_.t[i];
-    rays.red[i] = shared ? 0.0f : color.r / alpha;
-    rays.green[i] = shared ? 0.0f : color.g / alpha;
-    rays.blue[i] = shared ? 0.0f : color.b / alpha;
+    rays.color.set(i, shared ? Vec3(0.0f) : color / alpha);
     rays.u[i] = looks_.u[k];
     rays.v[i] = looks_.v[k];
     rays.level[i] = looks_.level[k];
@@ -222,33 +212,25 @@ void TileRays::shadeWalls(RayBatch& rays) {
     if (share > 0.0f) rays.marks[i] |= raster::kMaskTransition;
     const int way = frame_->lines[static_cast<std::size_t>(rays.impostor[i])].way;
     if (way != shared::kWayShared && !(share > 0.0f)) continue;
-    const Vec3 direction = rays.direction(i);
+    const Vec3 direction = rays.direction.at(i);
     EnvironmentLookUps& at = around_;
     at.count = 1;
-    at.originX[0] = rays.originX[i];
-    at.originY[0] = rays.originY[i];
-    at.originZ[0] = rays.originZ[i];
+    at.origin.set(0, rays.origin.at(i));
     // The blended ray r_m [Popescu2006, Sec. 3.2]; on the quad itself the ray to the hit
     Vec3 along = direction;
     if (way == shared::kWayShared)
-      along = glm::mix(glm::normalize(rays.origin(i) + rays.t[i] * direction - centre), direction,
-                       share);
-    at.directionX[0] = along.x;
-    at.directionY[0] = along.y;
-    at.directionZ[0] = along.z;
+      along = glm::mix(glm::normalize(rays.origin.at(i) + rays.t[i] * direction - centre),
+                       direction, share);
+    at.direction.set(0, along);
     Surroundings here = around;
     if (way == shared::kWayShared) {
       // By direction alone: from the map's own centre, in no box
-      at.originX[0] = at.originY[0] = at.originZ[0] = 0.0f;
+      at.origin.set(0, Vec3(0.0f));
       here.centre = here.least = here.most = Vec3(0.0f);
     }
-    loops_->environment(here, at);
-    const Vec3 seen(at.red[0], at.green[0], at.blue[0]);
+    environment(here, at);
     const float weight = way == shared::kWayShared ? 1.0f : share;
-    const Vec3 mixed = glm::mix(Vec3(rays.red[i], rays.green[i], rays.blue[i]), seen, weight);
-    rays.red[i] = mixed.r;
-    rays.green[i] = mixed.g;
-    rays.blue[i] = mixed.b;
+    rays.color.set(i, glm::mix(rays.color.at(i), at.color.at(0), weight));
   }
 }
 
@@ -258,24 +240,18 @@ void TileRays::addEnvironment(RayBatch& rays) {
     if (rays.found(i)) continue;
     const std::size_t k = around_.count++;
     hits_[k] = static_cast<std::uint16_t>(i);
-    around_.originX[k] = rays.originX[i];
-    around_.originY[k] = rays.originY[i];
-    around_.originZ[k] = rays.originZ[i];
-    around_.directionX[k] = rays.directionX[i];
-    around_.directionY[k] = rays.directionY[i];
-    around_.directionZ[k] = rays.directionZ[i];
+    around_.origin.set(k, rays.origin.at(i));
+    around_.direction.set(k, rays.direction.at(i));
   }
   if (around_.count == 0) return;
-  loops_->environment(
-      {&frame_->cube, frame_->bounds.min, frame_->bounds.max, frame_->bounds.centre()}, around_);
+  environment({&frame_->cube, frame_->bounds.min, frame_->bounds.max, frame_->bounds.centre()},
+              around_);
   const float fade = frame_->options.attenuation;
   for (std::size_t k = 0; k < around_.count; ++k) {
     const std::size_t i = hits_[k];
     const float kept =
         fade > 0.0f ? (around_.closed[k] > 0.999f ? std::exp(-around_.t[k] / fade) : 0.0f) : 1.0f;
-    rays.red[i] += kept * around_.red[k];
-    rays.green[i] += kept * around_.green[k];
-    rays.blue[i] += kept * around_.blue[k];
+    rays.color.set(i, rays.color.at(i) + kept * around_.color.at(k));
     rays.marks[i] |= raster::kMaskEnvironment;
   }
 }
@@ -312,20 +288,14 @@ void TileRays::followBatch() {
     wider_.v[0] = first_.v[i];
     wider_.level[0] = first_.level[i];
     const auto layer = static_cast<std::size_t>(lines.layer);
-    loops_->lookUp(normals[2 * layer + 1], wider_);
-    specular_[k] = wider_.red[0] / std::max(wider_.alpha[0], 1e-6f);
-    loops_->lookUp(normals[2 * layer], wider_);
-    const Vec3 direction = first_.direction(i);
-    Vec3 normal = normalizedOr(Vec3(wider_.red[0], wider_.green[0], wider_.blue[0]), Vec3(0, 1, 0));
+    lookUp(normals[2 * layer + 1], wider_);
+    specular_[k] = wider_.color.x[0] / std::max(wider_.alpha[0], 1e-6f);
+    lookUp(normals[2 * layer], wider_);
+    const Vec3 direction = first_.direction.at(i);
+    Vec3 normal = normalizedOr(wider_.color.at(0), Vec3(0, 1, 0));
     if (glm::dot(normal, direction) > 0.0f) normal = -normal;
-    const Vec3 from = first_.origin(i) + first_.t[i] * direction;
-    const Vec3 again = glm::reflect(direction, normal);
-    second_.originX[k] = from.x;
-    second_.originY[k] = from.y;
-    second_.originZ[k] = from.z;
-    second_.directionX[k] = again.x;
-    second_.directionY[k] = again.y;
-    second_.directionZ[k] = again.z;
+    second_.origin.set(k, first_.origin.at(i) + first_.t[i] * direction);
+    second_.direction.set(k, glm::reflect(direction, normal));
     second_.distance[k] = first_.distance[i] + first_.t[i];
     second_.marks[k] = 0;
   }
@@ -337,9 +307,7 @@ void TileRays::followBatch() {
     const std::size_t i = from_[k];
     const Vec3 tint = frame_->lines[static_cast<std::size_t>(first_.impostor[i])].tint;
     const float s = specular_[k];
-    first_.red[i] = (1.0f - s) * first_.red[i] + s * tint.r * second_.red[k];
-    first_.green[i] = (1.0f - s) * first_.green[i] + s * tint.g * second_.green[k];
-    first_.blue[i] = (1.0f - s) * first_.blue[i] + s * tint.b * second_.blue[k];
+    first_.color.set(i, (1.0f - s) * first_.color.at(i) + s * tint * second_.color.at(k));
     first_.marks[i] |= second_.marks[k];
   }
 }

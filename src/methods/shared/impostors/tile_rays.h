@@ -41,7 +41,6 @@ class TileRays {
 
   const ProcessorFrame* frame_ = nullptr;
   ProcessorCounts* counts_ = nullptr;
-  const RayLoops* loops_ = nullptr;
   SampleCamera camera_{};
   float spread_ = 0.0f;
   Samples samples_;
@@ -53,7 +52,8 @@ class TileRays {
   std::vector<std::pair<float, int>> order_;  ///< meetInOrder()'s: distance, impostor
   Meetings met_;
   MapRays map_;
-  std::array<Lane, 4> kept_;  ///< origins and distances of rays that begin later
+  Vectors keptOrigins_;  ///< of rays that begin later
+  Lane keptT_{};
   LookUps looks_;
   LookUps wider_;
   std::array<std::uint16_t, kMostRays> hits_{};  ///< rays that looks_ are of
