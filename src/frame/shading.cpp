@@ -1,12 +1,11 @@
 #include "frame/shading.h"
 
-#include <xmmintrin.h>
-
 #include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "core/error.h"
+#include "core/lanes.h"
 #include "core/srgb.h"
 #include "image/image.h"
 #include "scene/implicit/gradient.h"
@@ -254,12 +253,10 @@ Vec3 EnvironmentLight::radiance(const Vec3& direction) const {
 
 Vec3 EnvironmentLight::irradiance(const Vec3& normal) const {
   const std::array<float, 9> basis = sphericalHarmonics<float>(normal.x, normal.y, normal.z);
-  __m128 sum = _mm_setzero_ps();
-  for (std::size_t k = 0; k < 9; ++k)
-    sum = _mm_add_ps(sum, _mm_mul_ps(_mm_set1_ps(basis[k]), _mm_loadu_ps(&ofFour_[k].x)));
-  alignas(16) std::array<float, 4> rgb;
-  _mm_store_ps(rgb.data(), _mm_max_ps(_mm_setzero_ps(), sum));
-  return {rgb[0], rgb[1], rgb[2]};
+  Floats4 sum{};
+  for (std::size_t k = 0; k < 9; ++k) sum += basis[k] * load<Floats4>(&ofFour_[k]);
+  sum = most(Floats4{}, sum);
+  return {sum[0], sum[1], sum[2]};
 }
 
 namespace {

@@ -1,10 +1,9 @@
 #include "methods/glossy_lod/filter.h"
 
-#include <xmmintrin.h>
-
 #include <algorithm>
-#include <array>
 #include <cmath>
+
+#include "core/lanes.h"
 
 namespace catoptric::methods::glossy_lod {
 namespace {
@@ -38,15 +37,14 @@ Footprint::Square squareOn(const Radiance& radiance, const PlacedChart& chart, c
   return square;
 }
 
-__m128 mix(__m128 a, __m128 b, __m128 share) {
-  return _mm_add_ps(a, _mm_mul_ps(share, _mm_sub_ps(b, a)));
+Floats4 mix(const Floats4& a, const Floats4& b, float share) {
+  return a + share * (b - a);
 }
 
-__m128 meanOf(const Footprint::Square& square) {
-  const auto load = [&](std::size_t at) { return _mm_loadu_ps(&square.corner[at].x); };
-  const __m128 x = _mm_set1_ps(square.at.x);
-  return mix(mix(load(0), load(square.right), x),
-             mix(load(square.up), load(square.up + square.right), x), _mm_set1_ps(square.at.y));
+Floats4 meanOf(const Footprint::Square& square) {
+  const auto at = [&](std::size_t texel) { return load<Floats4>(&square.corner[texel]); };
+  return mix(mix(at(0), at(square.right), square.at.x),
+             mix(at(square.up), at(square.up + square.right), square.at.x), square.at.y);
 }
 
 float levelAt(const SceneImages& images, const Quad& quad, const PlacedChart& chart, const Vec2& at,
@@ -173,12 +171,9 @@ Vec3 anisotropicMean(const SceneImages& images, const Radiance& radiance, const 
 }
 
 Vec3 mean(const Footprint& footprint) {
-  __m128 value = meanOf(footprint.fine);
-  if (footprint.share > 0.0f)
-    value = mix(value, meanOf(footprint.coarse), _mm_set1_ps(footprint.share));
-  alignas(16) std::array<float, 4> rgb;
-  _mm_store_ps(rgb.data(), value);
-  return {rgb[0], rgb[1], rgb[2]};
+  Floats4 value = meanOf(footprint.fine);
+  if (footprint.share > 0.0f) value = mix(value, meanOf(footprint.coarse), footprint.share);
+  return {value[0], value[1], value[2]};
 }
 
 bool isCutAway(const void* sceneTexels, std::uint32_t node, Vec2 at) {

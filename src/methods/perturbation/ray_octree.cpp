@@ -4,7 +4,6 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
-#include <cstring>
 #include <numeric>
 #include <queue>
 #include <utility>
@@ -20,25 +19,14 @@ constexpr double kRounding = 1e-14;
 /// ... and squares of them in floats by this part of the squared distances from the box.
 constexpr float kGlanceRounding = 3e-6f;
 
-using Four = RayOctree::Four;
-
-void transpose(std::array<Four, 4>& r) {
-  const Four a = __builtin_shufflevector(r[0], r[1], 0, 4, 1, 5);
-  const Four b = __builtin_shufflevector(r[2], r[3], 0, 4, 1, 5);
-  const Four c = __builtin_shufflevector(r[0], r[1], 2, 6, 3, 7);
-  const Four d = __builtin_shufflevector(r[2], r[3], 2, 6, 3, 7);
-  r = {__builtin_shufflevector(a, b, 0, 1, 4, 5), __builtin_shufflevector(a, b, 2, 3, 6, 7),
-       __builtin_shufflevector(c, d, 0, 1, 4, 5), __builtin_shufflevector(c, d, 2, 3, 6, 7)};
-}
-
 /// Squared distances of a point (relative to the box) from rays, and their nearest parameters. Rays
 /// that end are taken for longer: that is nearer, and a wider beam.
-Four distances2(const RayOctree::FourGlances& rays, const glm::vec3& p, Four& t) {
-  const Four x = p.x - rays[0];
-  const Four y = p.y - rays[1];
-  const Four z = p.z - rays[2];
+Floats4 distances2(const RayOctree::FourGlances& rays, const glm::vec3& p, Floats4& t) {
+  const Floats4 x = p.x - rays[0];
+  const Floats4 y = p.y - rays[1];
+  const Floats4 z = p.z - rays[2];
   t = x * rays[4] + y * rays[5] + z * rays[6];
-  t = t > 0.0f ? t : Four{};
+  t = t > 0.0f ? t : Floats4{};
   return x * x + y * y + z * z - t * t;
 }
 
@@ -289,10 +277,10 @@ void RayOctree::beamsAt(const glm::dvec3& point, std::span<const std::uint32_t> 
   std::size_t count = 0;
   for (std::size_t first = 0; first < from.size(); first += 4) {
     const FourGlances& rays = cursor.packed[first / 4];
-    Four t;
-    const Four away2 = distances2(rays, p, t);
-    const Four radius = rays[3] + rays[7] * t;
-    const Four slack =
+    Floats4 t;
+    const Floats4 away2 = distances2(rays, p, t);
+    const Floats4 radius = rays[3] + rays[7] * t;
+    const Floats4 slack =
         kGlanceRounding * (size2 + rays[0] * rays[0] + rays[1] * rays[1] + rays[2] * rays[2]);
     const auto passed = away2 > radius * radius + slack;
     const std::size_t lanes = std::min<std::size_t>(4, from.size() - first);
@@ -307,16 +295,15 @@ void RayOctree::beamsAt(const glm::dvec3& point, std::span<const std::uint32_t> 
 }
 
 RayOctree::FourGlances RayOctree::fourGlances(const std::array<std::uint32_t, 4>& rays) const {
-  std::array<Four, 4> o;
-  std::array<Four, 4> d;
+  FourGlances four;
   for (std::size_t lane = 0; lane < 4; ++lane) {
     const Glance& glance = glances_[rays[lane]];
-    std::memcpy(&o[lane], glance.origin.data(), sizeof(Four));
-    std::memcpy(&d[lane], glance.direction.data(), sizeof(Four));
+    four[lane] = load<Floats4>(glance.origin.data());
+    four[lane + 4] = load<Floats4>(glance.direction.data());
   }
-  transpose(o);
-  transpose(d);
-  return {o[0], o[1], o[2], o[3], d[0], d[1], d[2], d[3]};
+  transpose(four[0], four[1], four[2], four[3]);
+  transpose(four[4], four[5], four[6], four[7]);
+  return four;
 }
 
 bool RayOctree::surelyAnswer(const glm::vec3& p, const NearRay& near, float doubt) const {
@@ -324,8 +311,8 @@ bool RayOctree::surelyAnswer(const glm::vec3& p, const NearRay& near, float doub
   const Neighbours& around = around_[near.ray];
   bool wide = false;
   for (std::size_t first = 0; first < around.size(); first += 4) {
-    Four t;
-    const Four away2 = distances2(
+    Floats4 t;
+    const Floats4 away2 = distances2(
         fourGlances({around[first], around[first + 1], around[first + 2], around[first + 3]}), p,
         t);
     for (std::size_t lane = 0; lane < 4; ++lane) {

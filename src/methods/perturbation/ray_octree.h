@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/lanes.h"
 #include "core/math.h"
 
 namespace catoptric::methods::perturbation {
@@ -55,8 +56,7 @@ class RayOctree {
     std::size_t maxLeaves = 8192;  ///< ours
   };
   /// Four rays at a time, in floats: their Glances' origins and bases, directions and growths.
-  using Four = float __attribute__((vector_size(16)));
-  using FourGlances = std::array<Four, 8>;
+  using FourGlances = std::array<Floats4, 8>;
   /// Where the last look-up ended: points near to each other find their cells from there.
   struct Cursor {
     std::array<std::uint32_t, 32> nodes{};  ///< from the root to the leaf

@@ -1,9 +1,8 @@
-// Private to src/trace/embree: rays into packets of Embree and hits out of them, by vector
-// instructions.
+// Private to src/trace/embree: rays into packets of Embree and hits out of them, four at a
+// time.
 #pragma once
 
 #include <embree3/rtcore.h>
-#include <xmmintrin.h>
 
 #include <algorithm>
 #include <array>
@@ -12,6 +11,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "core/lanes.h"
 #include "trace/embree/ray_lanes.h"
 #include "trace/embree/trace_scene.h"
 
@@ -48,108 +48,75 @@ static_assert(sizeof(Ray) == 32 && offsetof(Ray, direction) == 12 && offsetof(Ra
               offsetof(Ray, far) == 28);
 static_assert(sizeof(Hit) == 20 && offsetof(Hit, distance) == 16);
 
-/// Where |x| < limit; false for NaN.
-inline __m128 isBelow(__m128 x, __m128 limit) {
-  return _mm_cmplt_ps(_mm_andnot_ps(_mm_set1_ps(-0.0f), x), limit);
+/// Four rays by components.
+struct FourRays {
+  Floats4 originX, originY, originZ, directionX, directionY, directionZ, near, far;
+};
+
+inline FourRays fourOf(const Ray* rays) {
+  // 32 bytes of a ray are origin and direction.x; direction.yz, near and far
+  const auto part = [&](int i) { return load<Floats4>(&rays->origin.x + 4 * i); };
+  FourRays r{part(0), part(2), part(4), part(6), part(1), part(3), part(5), part(7)};
+  transpose(r.originX, r.originY, r.originZ, r.directionX);
+  transpose(r.directionY, r.directionZ, r.near, r.far);
+  return r;
+}
+/// From 0 to infinity.
+inline FourRays fourOf(const RayLanes& rays, std::size_t first) {
+  const auto part = [&](const float* lane) { return load<Floats4>(lane + first); };
+  return {part(rays.originX),    part(rays.originY),
+          part(rays.originZ),    part(rays.directionX),
+          part(rays.directionY), part(rays.directionZ),
+          floats4(0.0f),         floats4(std::numeric_limits<float>::infinity())};
 }
 
-/// Fills four lanes of a packet, from lane `at` on; lanes that must not be traced get a harmless
-/// ray and valid = 0. The tests are those of isTraceable(). Returns the number of refused rays.
+/// Where |x| is small enough for Embree; false for NaN.
+inline Mask4 isBounded(const Floats4& x) {
+  return (x < kRayLargest) & (x > -kRayLargest);
+}
+
+/// Fills four lanes of a packet, from lane `at` on, with those that exist; lanes that must not be
+/// traced get a harmless ray and valid = 0. The tests are those of isTraceable(). Returns the
+/// number of refused rays.
 template <class Rays>
-unsigned packFour(const Ray* rays, int at, Rays& packet, int* valid) {
-  // Transpose: 32 bytes of a ray are origin and direction.x; direction.yz, near and far.
-  const float* const from = &rays->origin.x;
-  __m128 ox = _mm_loadu_ps(from);
-  __m128 oy = _mm_loadu_ps(from + 8);
-  __m128 oz = _mm_loadu_ps(from + 16);
-  __m128 dx = _mm_loadu_ps(from + 24);
-  _MM_TRANSPOSE4_PS(ox, oy, oz, dx);
-  __m128 dy = _mm_loadu_ps(from + 4);
-  __m128 dz = _mm_loadu_ps(from + 12);
-  __m128 nearT = _mm_loadu_ps(from + 20);
-  __m128 farT = _mm_loadu_ps(from + 28);
-  _MM_TRANSPOSE4_PS(dy, dz, nearT, farT);
-
-  // Which can be traced; of those a segment that holds no point hits nothing, and nothing is wrong.
-  const __m128 limit = _mm_set1_ps(kRayLargest);
-  const __m128 origin =
-      _mm_and_ps(_mm_and_ps(isBelow(ox, limit), isBelow(oy, limit)), isBelow(oz, limit));
-  const __m128 direction =
-      _mm_and_ps(_mm_and_ps(isBelow(dx, limit), isBelow(dy, limit)), isBelow(dz, limit));
-  const __m128 infinity = _mm_set1_ps(std::numeric_limits<float>::infinity());
-  const __m128 range =
-      _mm_and_ps(_mm_and_ps(_mm_cmpge_ps(nearT, _mm_setzero_ps()), _mm_cmplt_ps(nearT, infinity)),
-                 _mm_cmpord_ps(farT, farT));
-  const __m128 traceable = _mm_and_ps(_mm_and_ps(origin, direction), range);
-  const __m128 use = _mm_and_ps(traceable, _mm_cmpge_ps(farT, nearT));
-
-  const auto store = [&](float* lanes, __m128 value) {
-    _mm_store_ps(lanes + at, _mm_and_ps(use, value));
+unsigned packFour(const FourRays& r, const Mask4& exists, int at, Rays& packet, int* valid) {
+  // Of those that can be traced a segment that holds no point hits nothing, and nothing is wrong.
+  const Mask4 traceable = isBounded(r.originX) & isBounded(r.originY) & isBounded(r.originZ) &
+                          isBounded(r.directionX) & isBounded(r.directionY) &
+                          isBounded(r.directionZ) & (r.near >= 0.0f) &
+                          (r.near < std::numeric_limits<float>::infinity()) & (r.far == r.far);
+  const Mask4 use = traceable & exists & (r.far >= r.near);
+  const auto put = [&](const Floats4& value, float* lanes) {
+    store(use & std::bit_cast<Mask4>(value), lanes + at);
   };
-  store(packet.org_x, ox);
-  store(packet.org_y, oy);
-  store(packet.org_z, oz);
-  store(packet.tnear, nearT);
-  store(packet.dir_x, dx);
-  store(packet.dir_y, dy);
-  _mm_store_ps(packet.dir_z + at,
-               _mm_or_ps(_mm_and_ps(use, dz), _mm_andnot_ps(use, _mm_set1_ps(-1.0f))));
-  store(packet.tfar, farT);
-  _mm_store_si128(reinterpret_cast<__m128i*>(valid + at), _mm_castps_si128(use));
-  return static_cast<unsigned>(
-      std::popcount(static_cast<unsigned>(_mm_movemask_ps(traceable)) ^ 0xFu));
+  put(r.originX, packet.org_x);
+  put(r.originY, packet.org_y);
+  put(r.originZ, packet.org_z);
+  put(r.near, packet.tnear);
+  put(r.directionX, packet.dir_x);
+  put(r.directionY, packet.dir_y);
+  store(use ? r.directionZ : floats4(-1.0f), packet.dir_z + at);
+  put(r.far, packet.tfar);
+  store(use, valid + at);
+  return static_cast<unsigned>(std::popcount(bitsOf(exists & ~traceable)));
 }
 
 /// Fills the first `count` of the packet's lanes and disables the rest; returns the refused rays.
 template <int N, class Rays>
 std::uint64_t pack(const Ray* rays, int count, Rays& packet, int* valid) {
+  constexpr Mask4 kAll{-1, -1, -1, -1};
   std::uint64_t refused = 0;
   int lane = 0;
-  for (; lane + 4 <= count; lane += 4) refused += packFour(rays + lane, lane, packet, valid);
+  for (; lane + 4 <= count; lane += 4)
+    refused += packFour(fourOf(rays + lane), kAll, lane, packet, valid);
   for (; lane < N; lane += 4) {
     // The last packet: empty segments in place of missing rays.
     std::array<Ray, 4> some;
     for (Ray& ray : some) ray.far = -1.0f;
     for (int i = lane; i < count; ++i) some[i - lane] = rays[i];
-    refused += packFour(some.data(), lane, packet, valid);
+    refused += packFour(fourOf(some.data()), kAll, lane, packet, valid);
   }
   return refused;
-}
-
-/// The same of rays by components, from 0 to infinity, of which `left` remain from ray `first` on.
-template <class Rays>
-unsigned packFourLanes(const RayLanes& rays, std::size_t first, int left, int at, Rays& packet,
-                       int* valid) {
-  const __m128 ox = _mm_loadu_ps(rays.originX + first);
-  const __m128 oy = _mm_loadu_ps(rays.originY + first);
-  const __m128 oz = _mm_loadu_ps(rays.originZ + first);
-  const __m128 dx = _mm_loadu_ps(rays.directionX + first);
-  const __m128 dy = _mm_loadu_ps(rays.directionY + first);
-  const __m128 dz = _mm_loadu_ps(rays.directionZ + first);
-  const __m128 limit = _mm_set1_ps(kRayLargest);
-  const __m128 origin =
-      _mm_and_ps(_mm_and_ps(isBelow(ox, limit), isBelow(oy, limit)), isBelow(oz, limit));
-  const __m128 direction =
-      _mm_and_ps(_mm_and_ps(isBelow(dx, limit), isBelow(dy, limit)), isBelow(dz, limit));
-  const __m128 exists =
-      _mm_castsi128_ps(_mm_cmplt_epi32(_mm_setr_epi32(0, 1, 2, 3), _mm_set1_epi32(left)));
-  const __m128 traceable = _mm_and_ps(origin, direction);
-  const __m128 use = _mm_and_ps(traceable, exists);
-  const auto store = [&](float* lanes, __m128 value) {
-    _mm_store_ps(lanes + at, _mm_and_ps(use, value));
-  };
-  store(packet.org_x, ox);
-  store(packet.org_y, oy);
-  store(packet.org_z, oz);
-  _mm_store_ps(packet.tnear + at, _mm_setzero_ps());
-  store(packet.dir_x, dx);
-  store(packet.dir_y, dy);
-  _mm_store_ps(packet.dir_z + at,
-               _mm_or_ps(_mm_and_ps(use, dz), _mm_andnot_ps(use, _mm_set1_ps(-1.0f))));
-  store(packet.tfar, _mm_set1_ps(std::numeric_limits<float>::infinity()));
-  _mm_store_si128(reinterpret_cast<__m128i*>(valid + at), _mm_castps_si128(use));
-  return static_cast<unsigned>(
-      std::popcount(static_cast<unsigned>(_mm_movemask_ps(_mm_andnot_ps(traceable, exists)))));
 }
 
 /// What all packets of a loop have in common.
@@ -167,25 +134,16 @@ void setConstants(Rays& packet) {
 template <class RayHit>
 void unpackFour(const RayHit& packet, int at, int count, Hit* hits) {
   // Embree leaves the lanes of misses alone, which were set to object -1 and zeros.
-  const auto load = [&](const unsigned* lanes) {
-    return _mm_castsi128_ps(_mm_load_si128(reinterpret_cast<const __m128i*>(lanes + at)));
-  };
-  __m128 object = load(packet.hit.geomID);
-  const __m128 missed =
-      _mm_castsi128_ps(_mm_cmpeq_epi32(_mm_castps_si128(object), _mm_set1_epi32(-1)));
-  const __m128 distance =
-      _mm_or_ps(_mm_andnot_ps(missed, _mm_load_ps(packet.ray.tfar + at)),
-                _mm_and_ps(missed, _mm_set1_ps(std::numeric_limits<float>::infinity())));
-  __m128 primitive = load(packet.hit.primID);
-  __m128 u = _mm_load_ps(packet.hit.u + at);
-  __m128 v = _mm_load_ps(packet.hit.v + at);
-  _MM_TRANSPOSE4_PS(object, primitive, u, v);
-  alignas(16) std::array<float, 4> distances;
-  _mm_store_ps(distances.data(), distance);
-  const __m128 rows[4] = {object, primitive, u, v};
+  const Mask4 missed = load<Mask4>(packet.hit.geomID + at) == -1;
+  const Floats4 distance = missed ? floats4(std::numeric_limits<float>::infinity())
+                                  : load<Floats4>(packet.ray.tfar + at);
+  std::array<Floats4, 4> rows{load<Floats4>(packet.hit.geomID + at),
+                              load<Floats4>(packet.hit.primID + at),
+                              load<Floats4>(packet.hit.u + at), load<Floats4>(packet.hit.v + at)};
+  transpose(rows[0], rows[1], rows[2], rows[3]);
   for (int i = 0; i < count; ++i) {
-    _mm_storeu_ps(reinterpret_cast<float*>(&hits[i]), rows[i]);
-    hits[i].distance = distances[i];
+    store(rows[i], &hits[i]);
+    hits[i].distance = distance[i];
   }
 }
 
@@ -237,14 +195,14 @@ std::uint64_t intersectPackets(RTCScene scene, const Ray* rays, Hit* hits, std::
 template <int N>
 std::uint64_t intersectPackets(RTCScene scene, const RayLanes& rays, Hit* hits, std::size_t count,
                                bool coherent) {
-  return intersectFilled<N>(scene, hits, count, coherent,
-                            [&](std::size_t first, int lanes, auto& packet, int* valid) {
-                              std::uint64_t refused = 0;
-                              for (int at = 0; at < N; at += 4)
-                                refused += packFourLanes(rays, first + static_cast<std::size_t>(at),
-                                                         lanes - at, at, packet, valid);
-                              return refused;
-                            });
+  return intersectFilled<N>(
+      scene, hits, count, coherent, [&](std::size_t first, int lanes, auto& packet, int* valid) {
+        std::uint64_t refused = 0;
+        for (int at = 0; at < N; at += 4)
+          refused += packFour(fourOf(rays, first + static_cast<std::size_t>(at)),
+                              Mask4{0, 1, 2, 3} < lanes - at, at, packet, valid);
+        return refused;
+      });
 }
 
 template <int N>

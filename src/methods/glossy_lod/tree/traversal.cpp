@@ -6,7 +6,7 @@
 #include <bit>
 #include <limits>
 
-#include "core/vector_level.h"
+#include "core/lanes.h"
 
 namespace catoptric::methods::glossy_lod {
 namespace {
@@ -35,27 +35,35 @@ constexpr float kSlack = 1.0000005f;
 // The walk is written once for vectors `V`; V's operations must be compiled for its instructions,
 // and so must all that calls them: it is included once for each.
 // NOLINTBEGIN(bugprone-suspicious-include, misc-include-cleaner)
+#define CATOPTRIC_WALK CATOPTRIC_TARGET [[gnu::always_inline]] inline
+#define CATOPTRIC_OP CATOPTRIC_WALK static
+
 namespace base {
 #define CATOPTRIC_TARGET
-#include "methods/glossy_lod/tree/vectors_sse2.h"
+#define CATOPTRIC_LANES 4
+#include "methods/glossy_lod/tree/vectors.h"
 #include "methods/glossy_lod/tree/walk.h"
 #undef CATOPTRIC_TARGET
+#undef CATOPTRIC_LANES
 }  // namespace base
 
 namespace v3 {
-#define CATOPTRIC_TARGET [[gnu::target("avx2,fma,bmi,bmi2,popcnt,lzcnt")]]
-#include "methods/glossy_lod/tree/vectors_avx2.h"
+#define CATOPTRIC_TARGET [[gnu::target(CATOPTRIC_V3)]]
+#define CATOPTRIC_LANES 8
+#include "methods/glossy_lod/tree/vectors.h"
 #include "methods/glossy_lod/tree/walk.h"
 #undef CATOPTRIC_TARGET
+#undef CATOPTRIC_LANES
 }  // namespace v3
 
 namespace v4 {
-#define CATOPTRIC_TARGET \
-  [[gnu::target("avx512f,avx512vl,avx512bw,avx512dq,avx512cd,avx2,fma,bmi,bmi2,popcnt,lzcnt")]]
+#define CATOPTRIC_TARGET [[gnu::target(CATOPTRIC_V4)]]
 #include "methods/glossy_lod/tree/vectors_avx512.h"
 #include "methods/glossy_lod/tree/walk.h"
 #undef CATOPTRIC_TARGET
 }  // namespace v4
+#undef CATOPTRIC_OP
+#undef CATOPTRIC_WALK
 // NOLINTEND(bugprone-suspicious-include, misc-include-cleaner)
 
 }  // namespace

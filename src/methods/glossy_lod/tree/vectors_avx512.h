@@ -11,7 +11,6 @@ struct V {
   struct M {
     __mmask16 a, b;
   };
-#define CATOPTRIC_OP CATOPTRIC_TARGET [[gnu::always_inline]] static inline
   CATOPTRIC_OP F all(float x) {
     const __m512 v = _mm512_set1_ps(x);
     return {v, v};
@@ -20,9 +19,7 @@ struct V {
     const __m512i v = _mm512_set1_epi32(static_cast<int>(x));
     return {v, v};
   }
-  CATOPTRIC_OP F load(const float* p) {
-    return {_mm512_loadu_ps(p), _mm512_loadu_ps(p + 16)};
-  }
+  CATOPTRIC_OP F load(const float* p) { return {_mm512_loadu_ps(p), _mm512_loadu_ps(p + 16)}; }
   CATOPTRIC_OP I load(const std::uint32_t* p) {
     return {_mm512_loadu_si512(p), _mm512_loadu_si512(p + 16)};
   }
@@ -34,30 +31,14 @@ struct V {
     _mm512_storeu_si512(p, x.a);
     _mm512_storeu_si512(p + 16, x.b);
   }
-  CATOPTRIC_OP F add(F x, F y) {
-    return {_mm512_add_ps(x.a, y.a), _mm512_add_ps(x.b, y.b)};
-  }
-  CATOPTRIC_OP F sub(F x, F y) {
-    return {_mm512_sub_ps(x.a, y.a), _mm512_sub_ps(x.b, y.b)};
-  }
-  CATOPTRIC_OP F mul(F x, F y) {
-    return {_mm512_mul_ps(x.a, y.a), _mm512_mul_ps(x.b, y.b)};
-  }
-  CATOPTRIC_OP F div(F x, F y) {
-    return {_mm512_div_ps(x.a, y.a), _mm512_div_ps(x.b, y.b)};
-  }
-  CATOPTRIC_OP F root(F x) {
-    return {_mm512_sqrt_ps(x.a), _mm512_sqrt_ps(x.b)};
-  }
-  CATOPTRIC_OP F least(F x, F y) {
-    return {_mm512_min_ps(x.a, y.a), _mm512_min_ps(x.b, y.b)};
-  }
-  CATOPTRIC_OP F most(F x, F y) {
-    return {_mm512_max_ps(x.a, y.a), _mm512_max_ps(x.b, y.b)};
-  }
-  CATOPTRIC_OP F magnitude(F x) {
-    return {_mm512_abs_ps(x.a), _mm512_abs_ps(x.b)};
-  }
+  CATOPTRIC_OP F add(F x, F y) { return {_mm512_add_ps(x.a, y.a), _mm512_add_ps(x.b, y.b)}; }
+  CATOPTRIC_OP F sub(F x, F y) { return {_mm512_sub_ps(x.a, y.a), _mm512_sub_ps(x.b, y.b)}; }
+  CATOPTRIC_OP F mul(F x, F y) { return {_mm512_mul_ps(x.a, y.a), _mm512_mul_ps(x.b, y.b)}; }
+  CATOPTRIC_OP F div(F x, F y) { return {_mm512_div_ps(x.a, y.a), _mm512_div_ps(x.b, y.b)}; }
+  CATOPTRIC_OP F root(F x) { return {_mm512_sqrt_ps(x.a), _mm512_sqrt_ps(x.b)}; }
+  CATOPTRIC_OP F least(F x, F y) { return {_mm512_min_ps(x.a, y.a), _mm512_min_ps(x.b, y.b)}; }
+  CATOPTRIC_OP F most(F x, F y) { return {_mm512_max_ps(x.a, y.a), _mm512_max_ps(x.b, y.b)}; }
+  CATOPTRIC_OP F magnitude(F x) { return {_mm512_abs_ps(x.a), _mm512_abs_ps(x.b)}; }
   CATOPTRIC_OP M le(F x, F y) {
     return {_mm512_cmp_ps_mask(x.a, y.a, _CMP_LE_OQ), _mm512_cmp_ps_mask(x.b, y.b, _CMP_LE_OQ)};
   }
@@ -76,9 +57,7 @@ struct V {
   CATOPTRIC_OP M without(M x, M y) {
     return {static_cast<__mmask16>(x.a & ~y.a), static_cast<__mmask16>(x.b & ~y.b)};
   }
-  CATOPTRIC_OP unsigned bits(M x) {
-    return x.a | static_cast<unsigned>(x.b) << 16;
-  }
+  CATOPTRIC_OP unsigned bits(M x) { return x.a | static_cast<unsigned>(x.b) << 16; }
   CATOPTRIC_OP M fromBits(unsigned x) {
     return {static_cast<__mmask16>(x), static_cast<__mmask16>(x >> 16)};
   }
@@ -88,5 +67,4 @@ struct V {
   CATOPTRIC_OP I pick(M m, I yes, I no) {
     return {_mm512_mask_blend_epi32(m.a, no.a, yes.a), _mm512_mask_blend_epi32(m.b, no.b, yes.b)};
   }
-#undef CATOPTRIC_OP
 };

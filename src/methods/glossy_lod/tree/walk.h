@@ -3,8 +3,8 @@
 
 struct Three {
   V::F of[3];
-  CATOPTRIC_TARGET [[gnu::always_inline]] V::F& operator[](int i) { return of[i]; }
-  CATOPTRIC_TARGET [[gnu::always_inline]] const V::F& operator[](int i) const { return of[i]; }
+  CATOPTRIC_WALK V::F& operator[](int i) { return of[i]; }
+  CATOPTRIC_WALK const V::F& operator[](int i) const { return of[i]; }
 };
 
 /// The kinds of rays, each as one bit of five sets of lanes.
@@ -50,11 +50,11 @@ struct Rays {
   V::M alongX, alongY;        // of several: whose longest axis is x, y
   V::M forwards;              // along their longest axis
 
-  CATOPTRIC_TARGET [[gnu::always_inline]] V::F choose(V::F x, V::F y, V::F z) const {
+  CATOPTRIC_WALK V::F choose(V::F x, V::F y, V::F z) const {
     return V::pick(alongX, x, V::pick(alongY, y, z));
   }
   /// The components of a place, turned.
-  CATOPTRIC_TARGET [[gnu::always_inline]] Three turn(const Three& at) const {
+  CATOPTRIC_WALK Three turn(const Three& at) const {
     if constexpr (!kMixed) return {at[turned[0]], at[turned[1]], at[turned[2]]};
     return {choose(at[1], at[2], at[0]), choose(at[2], at[0], at[1]), choose(at[0], at[1], at[2])};
   }
@@ -95,8 +95,7 @@ CATOPTRIC_TARGET inline Rays<kMixed> raysOf(const Walk& walk, const Kind& kind) 
 
 /// A vertex as the watertight test takes it [Woop2013]: rays run along z.
 template <bool kMixed>
-CATOPTRIC_TARGET [[gnu::always_inline]] inline Three sheared(const Rays<kMixed>& rays,
-                                                             const Vec4& vertex) {
+CATOPTRIC_WALK Three sheared(const Rays<kMixed>& rays, const Vec4& vertex) {
   const Three place =
       rays.turn({V::sub(V::all(vertex.x), rays.origin[0]), V::sub(V::all(vertex.y), rays.origin[1]),
                  V::sub(V::all(vertex.z), rays.origin[2])});
@@ -110,9 +109,8 @@ struct Met {
   V::M hit, back;
 };
 
-CATOPTRIC_TARGET [[gnu::always_inline]] inline Met meetTriangle(const Three& a, const Three& b,
-                                                                const Three& c, V::F limit,
-                                                                V::M lanes) {
+CATOPTRIC_WALK Met meetTriangle(const Three& a, const Three& b, const Three& c, V::F limit,
+                                V::M lanes) {
   const V::F zero = V::all(0.0f);
   // The same edge gives the same number, but for its sign, in both triangles that have it
   const V::F u = V::sub(V::mul(c[0], b[1]), V::mul(c[1], b[0]));
@@ -136,8 +134,7 @@ CATOPTRIC_TARGET [[gnu::always_inline]] inline Met meetTriangle(const Three& a, 
 }
 
 /// Lanes that have left the object of a node's quad.
-CATOPTRIC_TARGET [[gnu::always_inline]] inline V::M ofOwnObject(const Walk& walk,
-                                                                std::uint32_t node) {
+CATOPTRIC_WALK V::M ofOwnObject(const Walk& walk, std::uint32_t node) {
   const V::I object = V::all(walk.tree.objects[walk.tree.quads[node].chart]);
   const V::I own = V::load(walk.packet.own.data() + walk.first);
   return V::both(V::le(own, object), V::le(object, own));
@@ -236,9 +233,7 @@ CATOPTRIC_TARGET inline void meetQuad(const Walk& walk, const Rays<kMixed>& rays
 /// Lanes whose width asks for no more than this box [Yu2008] Eqs. (6), (7), without their
 /// divisions.
 template <bool kMixed>
-CATOPTRIC_TARGET [[gnu::always_inline]] inline V::M wideEnough(const Walk& walk,
-                                                               const Rays<kMixed>& rays,
-                                                               const Node& node) {
+CATOPTRIC_WALK V::M wideEnough(const Walk& walk, const Rays<kMixed>& rays, const Node& node) {
   const Vec3 size = node.most - node.least;
   const Vec3 centre = 0.5f * (node.least + node.most);
   const float quarter = 0.25f * kPi * (size.x * size.x + size.y * size.y + size.z * size.z);
@@ -255,18 +250,8 @@ CATOPTRIC_TARGET [[gnu::always_inline]] inline V::M wideEnough(const Walk& walk,
 
 /// Metres at which rays pass a plane across an axis.
 template <bool kMixed>
-CATOPTRIC_TARGET [[gnu::always_inline]] inline V::F along(const Rays<kMixed>& rays, int axis,
-                                                          float plane) {
+CATOPTRIC_WALK V::F along(const Rays<kMixed>& rays, int axis, float plane) {
   return V::mul(V::sub(V::all(plane), rays.origin[axis]), rays.inverse[axis]);
-}
-
-template <class T, class Values, class To>
-CATOPTRIC_TARGET [[gnu::always_inline]] inline void write(const Walk& walk, unsigned lanes,
-                                                          const Values& values, To& to) {
-  std::array<T, V::kLanes> all;
-  V::store(all.data(), values);
-  for (std::size_t lane = 0; lane < V::kLanes; ++lane)
-    if ((lanes >> lane & 1u) != 0) to[walk.first + lane] = all[lane];
 }
 
 /// Metres at which rays enter a box and leave it.
@@ -281,9 +266,7 @@ struct Sides {
 };
 
 template <bool kMixed>
-CATOPTRIC_TARGET [[gnu::always_inline]] inline Passage passage(const Rays<kMixed>& rays,
-                                                               const Sides& sides,
-                                                               const Node& box) {
+CATOPTRIC_WALK Passage passage(const Rays<kMixed>& rays, const Sides& sides, const Node& box) {
   const float* const side = &box.least.x;
   Three enters;
   Three leaves;
@@ -364,11 +347,11 @@ CATOPTRIC_TARGET void walkLanes(const Walk& walk, const Kind& kind, unsigned lan
   walk.visits.nodes += visited;
   walk.visits.quads += tested;
   walk.visits.stopped += stopped;
-  write<float>(walk, lanes, nearest.metres, walk.hits.metres);
-  write<std::uint32_t>(walk, lanes, nearest.node, walk.hits.node);
-  write<float>(walk, lanes, nearest.u, walk.hits.u);
-  write<float>(walk, lanes, nearest.v, walk.hits.v);
-  write<std::uint32_t>(walk, lanes, V::pick(nearest.back, V::all(1u), V::all(0u)), walk.hits.back);
+  V::store(walk.hits.metres.data() + walk.first, nearest.metres);
+  V::store(walk.hits.node.data() + walk.first, nearest.node);
+  V::store(walk.hits.u.data() + walk.first, nearest.u);
+  V::store(walk.hits.v.data() + walk.first, nearest.v);
+  V::store(walk.hits.back.data() + walk.first, V::pick(nearest.back, V::all(1u), V::all(0u)));
 }
 
 template <Levels kLevels>

@@ -1,0 +1,49 @@
+// Vectors of 4 or of 8 for walk.h: included by traversal.cpp alone, in a namespace with
+// CATOPTRIC_LANES. NOLINT(llvm-header-guard)
+struct V {
+  static constexpr std::size_t kLanes = CATOPTRIC_LANES;
+  using F = Lanes<float, kLanes>;
+  using I = Lanes<std::int32_t, kLanes>;
+  using M = I;
+  CATOPTRIC_OP F all(float x) { return x - F{}; }
+  CATOPTRIC_OP I all(std::uint32_t x) { return static_cast<std::int32_t>(x) - I{}; }
+  CATOPTRIC_OP F load(const float* p) { return catoptric::load<F>(p); }
+  CATOPTRIC_OP I load(const std::uint32_t* p) { return catoptric::load<I>(p); }
+  CATOPTRIC_OP void store(float* p, F x) { catoptric::store(x, p); }
+  CATOPTRIC_OP void store(std::uint32_t* p, I x) { catoptric::store(x, p); }
+  CATOPTRIC_OP F add(F a, F b) { return a + b; }
+  CATOPTRIC_OP F sub(F a, F b) { return a - b; }
+  CATOPTRIC_OP F mul(F a, F b) { return a * b; }
+  CATOPTRIC_OP F div(F a, F b) { return a / b; }
+  CATOPTRIC_OP F root(F a) { return catoptric::root(a); }
+  CATOPTRIC_OP F least(F a, F b) { return a < b ? a : b; }
+  CATOPTRIC_OP F most(F a, F b) { return a > b ? a : b; }
+  CATOPTRIC_OP F magnitude(F a) { return a < 0.0f ? -a : a; }
+  CATOPTRIC_OP M le(F a, F b) { return a <= b; }
+  CATOPTRIC_OP M lt(F a, F b) { return a < b; }
+  CATOPTRIC_OP M le(I a, I b) { return a <= b; }
+  CATOPTRIC_OP M both(M a, M b) { return a & b; }
+  CATOPTRIC_OP M either(M a, M b) { return a | b; }
+  CATOPTRIC_OP M without(M a, M b) { return a & ~b; }
+  CATOPTRIC_OP unsigned bits(M a) {
+#if CATOPTRIC_LANES == 8
+    return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(a)));
+#else
+    return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(a)));
+#endif
+  }
+  CATOPTRIC_OP M fromBits(unsigned a) {
+#if CATOPTRIC_LANES == 8
+    const M bit{1, 2, 4, 8, 16, 32, 64, 128};
+#else
+    const M bit{1, 2, 4, 8};
+#endif
+    return (all(a) & bit) == bit;
+  }
+  CATOPTRIC_OP F pick(M m, F yes, F no) {
+    return m ? yes : no;
+  }
+  CATOPTRIC_OP I pick(M m, I yes, I no) {
+    return m ? yes : no;
+  }
+};
