@@ -15,28 +15,28 @@ ClusterExtents extentsOf(const SampleBlock& block, const SampleRun& run, const V
   LanesRect near;
   LanesRect far;
   Lanes2 nearSum{}, farSum{};
-  Lanes product{};
-  Lanes sag = lanes(std::numeric_limits<float>::infinity());
-  LaneMask rays{};
+  Floats4 product{};
+  Floats4 sag = floats4(std::numeric_limits<float>::infinity());
+  Mask4 rays{};
   for (std::size_t k = 0; k < run.count; k += kLanes) {
     const std::size_t there = run.count - k;
     const Lanes3 direction = block.direction.load(run.first + k, there);
     const Lanes3 fromCentre = minus(block.position.load(run.first + k, there), centroid);
-    const Lanes along = dot(fromCentre, frame.axis);
+    const Floats4 along = dot(fromCentre, frame.axis);
     sag = least(sag, along);
-    const Lanes z = along + frame.eyeToPlane;
-    const Lanes cosine = dot(direction, frame.axis);
-    const LaneMask counts = (z > 0.0f) & (cosine >= kGrazingCosine) & valid(there);
+    const Floats4 z = along + frame.eyeToPlane;
+    const Floats4 cosine = dot(direction, frame.axis);
+    const Mask4 counts = (z > 0.0f) & (cosine >= kGrazingCosine) & valid(there);
     // e_0 lies on the axis through P_c
     const Lanes2 across{dot(fromCentre, frame.right), dot(fromCentre, frame.down)};
-    const Lanes shrink = frame.eyeToPlane / z;
+    const Floats4 shrink = frame.eyeToPlane / z;
     const Lanes2 atNear{across.x * shrink, across.y * shrink};
-    const Lanes reach = (depth - along) / cosine;
+    const Floats4 reach = (depth - along) / cosine;
     const Lanes2 atFar{across.x + reach * dot(direction, frame.right),
                        across.y + reach * dot(direction, frame.down)};
     near.extend(atNear, counts);
     far.extend(atFar, counts);
-    const Lanes none{};
+    const Floats4 none{};
     nearSum.x += counts ? atNear.x : none;
     nearSum.y += counts ? atNear.y : none;
     farSum.x += counts ? atFar.x : none;

@@ -45,15 +45,15 @@ struct SampleRect {
 
 /// Rectangles of what passes each lane.
 struct LanesRect {
-  Lanes2 min{lanes(std::numeric_limits<float>::infinity()),
-             lanes(std::numeric_limits<float>::infinity())};
-  Lanes2 max{lanes(-std::numeric_limits<float>::infinity()),
-             lanes(-std::numeric_limits<float>::infinity())};
+  Lanes2 min{floats4(std::numeric_limits<float>::infinity()),
+             floats4(std::numeric_limits<float>::infinity())};
+  Lanes2 max{floats4(-std::numeric_limits<float>::infinity()),
+             floats4(-std::numeric_limits<float>::infinity())};
   void extend(const Lanes2& p) {
     min = {least(p.x, min.x), least(p.y, min.y)};
     max = {most(p.x, max.x), most(p.y, max.y)};
   }
-  void extend(const Lanes2& p, const LaneMask& counts) {
+  void extend(const Lanes2& p, const Mask4& counts) {
     min = {counts ? least(min.x, p.x) : min.x, counts ? least(min.y, p.y) : min.y};
     max = {counts ? most(max.x, p.x) : max.x, counts ? most(max.y, p.y) : max.y};
   }

@@ -14,26 +14,26 @@ constexpr float kWidestTangent = 5.6f;
 constexpr float kClipCosine = 0.02f;
 
 /// Where rays from inside leave a box, in units of their directions.
-Lanes boxExit(const Box3& box, const Lanes3& from, const Lanes3& direction) {
-  Lanes exit = lanes(std::numeric_limits<float>::infinity());
-  const auto slab = [&](const Lanes& at, const Lanes& along, float low, float high) {
-    const Lanes wall = along > 0.0f ? lanes(high) : lanes(low);
+Floats4 boxExit(const Box3& box, const Lanes3& from, const Lanes3& direction) {
+  Floats4 exit = floats4(std::numeric_limits<float>::infinity());
+  const auto slab = [&](const Floats4& at, const Floats4& along, float low, float high) {
+    const Floats4 wall = along > 0.0f ? floats4(high) : floats4(low);
     exit = along == 0.0f ? exit : least((wall - at) / along, exit);
   };
   slab(from.x, direction.x, box.min.x, box.max.x);
   slab(from.y, direction.y, box.min.y, box.max.y);
   slab(from.z, direction.z, box.min.z, box.max.z);
-  return most(exit, Lanes{});
+  return most(exit, Floats4{});
 }
 
-Lanes withinFrame(const Lanes& tangent) {
-  return most(least(tangent, lanes(kWidestTangent)), lanes(-kWidestTangent));
+Floats4 withinFrame(const Floats4& tangent) {
+  return most(least(tangent, floats4(kWidestTangent)), floats4(-kWidestTangent));
 }
 
 /// SampleTangents of sums of two angles, each given by its tangent, within the frame's largest.
-Lanes turned(const Lanes& tangent, const Lanes& by) {
-  const Lanes below = 1.0f - tangent * by;
-  const Lanes widest = by < 0.0f ? lanes(-kWidestTangent) : lanes(kWidestTangent);
+Floats4 turned(const Floats4& tangent, const Floats4& by) {
+  const Floats4 below = 1.0f - tangent * by;
+  const Floats4 widest = by < 0.0f ? floats4(-kWidestTangent) : floats4(kWidestTangent);
   return below > 0.0f ? withinFrame((tangent + by) / below) : widest;
 }
 
@@ -50,21 +50,21 @@ ClusterWindow windowOf(const SampleBlock& block, const SampleRun& run, const Clu
   constexpr std::size_t kTilts = kClipTilts.size();
   const float infinite = std::numeric_limits<float>::infinity();
   LanesRect rect;
-  Lanes nearest = lanes(infinite);
-  Lanes farthest{};
-  std::array<Lanes, kTilts> lowest;
-  std::array<Lanes, kTilts> highest{};
-  std::array<LaneMask, kTilts> passing{};
-  lowest.fill(lanes(infinite));
-  Lanes lobeShare{};
-  Lanes walks{};
+  Floats4 nearest = floats4(infinite);
+  Floats4 farthest{};
+  std::array<Floats4, kTilts> lowest;
+  std::array<Floats4, kTilts> highest{};
+  std::array<Mask4, kTilts> passing{};
+  lowest.fill(floats4(infinite));
+  Floats4 lobeShare{};
+  Floats4 walks{};
   const float lobeTangent = std::tan(frame.lobe);
   for (std::size_t k = 0; k < run.count; k += kLanes) {
     const std::size_t there = run.count - k;
     const Lanes3 position = block.position.load(run.first + k, there);
     const Lanes3 direction = block.direction.load(run.first + k, there);
     const Lanes3 fromEye = minus(position, eye);
-    const Lanes z = dot(fromEye, frame.axis);
+    const Floats4 z = dot(fromEye, frame.axis);
     const Lanes3 ray{dot(direction, frame.right), dot(direction, frame.down),
                      dot(direction, frame.axis)};
     const Lanes2 across{dot(fromEye, frame.right), dot(fromEye, frame.down)};
@@ -74,8 +74,8 @@ ClusterWindow windowOf(const SampleBlock& block, const SampleRun& run, const Clu
     rect.extend(tangent);
     nearest = least(z, nearest);
     farthest = most(z, farthest);
-    const Lanes height = dot(fromEye, cluster.planeNormal);
-    const Lanes rise = dot(direction, cluster.planeNormal);
+    const Floats4 height = dot(fromEye, cluster.planeNormal);
+    const Floats4 rise = dot(direction, cluster.planeNormal);
     for (std::size_t i = 0; i < kTilts; ++i) {
       lowest[i] = least(lowest[i], height + kClipTilts[i] * z);
       highest[i] = most(highest[i], height + kClipTilts[i] * z);
@@ -85,23 +85,23 @@ ClusterWindow windowOf(const SampleBlock& block, const SampleRun& run, const Clu
 
     // The far end: where the ray leaves the scene, not farther to the side than the frame may
     // reach
-    Lanes t = boxExit(bounds, position, direction);
+    Floats4 t = boxExit(bounds, position, direction);
     t = ray.z < 0.0f ? least(t, -0.75f * z / ray.z) : t;
     const Lanes3 end{across.x + t * ray.x, across.y + t * ray.y, z + t * ray.z};
     const Lanes2 far{end.x / end.z, end.y / end.z};
     if (frame.lobe > 0.0f) {
       // The lobe's width at the far end, seen from the eye: an eye far behind sees little of it
-      const Lanes share = least(lanes(4.0f), t / most(root(dot(end, end)), lanes(1e-30f)));
-      lobeShare += valid(there) ? share : Lanes{};
-      const Lanes wider = share * lobeTangent;
+      const Floats4 share = least(floats4(4.0f), t / most(root(dot(end, end)), floats4(1e-30f)));
+      lobeShare += valid(there) ? share : Floats4{};
+      const Floats4 wider = share * lobeTangent;
       rect.extend({turned(far.x, -wider), turned(far.y, -wider)});
       rect.extend({turned(far.x, wider), turned(far.y, wider)});
     }
     const Lanes2 leaves{withinFrame(far.x), withinFrame(far.y)};
     rect.extend(leaves);
-    const Lanes walkX = leaves.x - withinFrame(tangent.x);
-    const Lanes walkY = leaves.y - withinFrame(tangent.y);
-    walks += valid(there) ? root(walkX * walkX + walkY * walkY) : Lanes{};
+    const Floats4 walkX = leaves.x - withinFrame(tangent.x);
+    const Floats4 walkY = leaves.y - withinFrame(tangent.y);
+    walks += valid(there) ? root(walkX * walkX + walkY * walkY) : Floats4{};
   }
   ClusterWindow w;
   w.rect = rect.all();
@@ -120,14 +120,14 @@ ClusterWindow windowOf(const SampleBlock& block, const SampleRun& run, const Clu
 
 /// Sum of the distances of `count` pairs of neighbours, from samples i and j on.
 double spacing(const SampleTangents& tangents, std::size_t i, std::size_t j, std::size_t count) {
-  Lanes sum{};
+  Floats4 sum{};
   for (std::size_t k = 0; k < count; k += kLanes) {
     const auto across = [&](const std::vector<float>& values) {
       return load(&values[i + k], count - k) - load(&values[j + k], count - k);
     };
-    const Lanes x = across(tangents.x);
-    const Lanes y = across(tangents.y);
-    sum += valid(count - k) ? root(x * x + y * y) : Lanes{};
+    const Floats4 x = across(tangents.x);
+    const Floats4 y = across(tangents.y);
+    sum += valid(count - k) ? root(x * x + y * y) : Floats4{};
   }
   return static_cast<double>(sumOf(sum));
 }

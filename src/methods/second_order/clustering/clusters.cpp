@@ -240,14 +240,14 @@ bool findParts(const SampleBlock& block, const SampleRun& run, const BinPlanes& 
     const SamplePlane plane = candidates.of[p];
     if (plane.votes == 0) continue;
     const auto part = static_cast<std::int32_t>(p + 1);
-    LaneMask taken{};
+    Mask4 taken{};
     for (std::size_t k = 0; k < run.count; k += kLanes) {
       const std::size_t there = run.count - k;
-      LaneMask parts;
+      Mask4 parts;
       std::memcpy(&parts, ofSample + k, sizeof parts);
-      const LaneMask held = plane.holds(block.position.load(run.first + k, there),
-                                        block.normal.load(run.first + k, there)) &
-                            (parts == 0) & valid(there);
+      const Mask4 held = plane.holds(block.position.load(run.first + k, there),
+                                     block.normal.load(run.first + k, there)) &
+                         (parts == 0) & valid(there);
       parts |= held & part;
       std::memcpy(ofSample + k, &parts, sizeof parts);
       taken -= held;

@@ -36,10 +36,10 @@ struct MeanSums {
 };
 
 /// The nearest of the means first..last for up to four samples.
-LaneMask nearestMeans(std::span<const MeanRay> means, std::size_t first, std::size_t last,
-                      std::int32_t own, const Lanes3& direction, const Lanes3& position) {
-  Lanes smallest = lanes(std::numeric_limits<float>::infinity());
-  LaneMask nearest{own, own, own, own};
+Mask4 nearestMeans(std::span<const MeanRay> means, std::size_t first, std::size_t last,
+                   std::int32_t own, const Lanes3& direction, const Lanes3& position) {
+  Floats4 smallest = floats4(std::numeric_limits<float>::infinity());
+  Mask4 nearest{own, own, own, own};
   for (std::size_t m = first; m < last; ++m) {
     const MeanRay& mean = means[m];
     if (mean.perMetre == 0.0f) continue;
@@ -47,9 +47,9 @@ LaneMask nearestMeans(std::span<const MeanRay> means, std::size_t first, std::si
     const Lanes3 moved =
         minus({position.x * mean.perMetre, position.y * mean.perMetre, position.z * mean.perMetre},
               mean.origin);
-    const Lanes distance = dot(turned, turned) + dot(moved, moved);
+    const Floats4 distance = dot(turned, turned) + dot(moved, moved);
     const auto number = static_cast<std::int32_t>(m);
-    nearest = distance < smallest ? LaneMask{number, number, number, number} : nearest;
+    nearest = distance < smallest ? Mask4{number, number, number, number} : nearest;
     smallest = least(distance, smallest);
   }
   return nearest;
@@ -91,7 +91,7 @@ struct Means {
     const std::size_t own = block.slots[run.slot];
     for (std::size_t k = 0; k < run.count; k += kLanes) {
       const std::size_t there = std::min<std::size_t>(kLanes, run.count - k);
-      LaneMask nearest{};
+      Mask4 nearest{};
       if (!bins && stays[own] == 0) {
         nearest = nearestMeans(rays, first[own], last[own], static_cast<std::int32_t>(own),
                                block.direction.load(run.first + k, there),

@@ -10,7 +10,7 @@ void vote(const SampleBlock& block, std::uint32_t first, std::uint32_t last, Bin
       const Lanes3 normal = block.normal.load(i, kLanes);
       const Lanes3 before = block.normal.load(i - 1, kLanes);
       const Lanes3 turned{normal.x - before.x, normal.y - before.y, normal.z - before.z};
-      const LaneMask same = dot(turned, turned) <= kPlanarNormal * kPlanarNormal;
+      const Mask4 same = dot(turned, turned) <= kPlanarNormal * kPlanarNormal;
       if (noneOf(same) || (allOf(same) && planes.voteAll(block.position.load(i, kLanes), normal))) {
         i = next;
         continue;

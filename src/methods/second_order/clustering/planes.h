@@ -33,9 +33,9 @@ struct SamplePlane {
     return glm::dot(turned, turned) <= kPlanarNormal * kPlanarNormal &&
            off * off <= kPlanarOffset * kPlanarOffset * glm::dot(position, position);
   }
-  LaneMask holds(const Lanes3& position, const Lanes3& sampleNormal) const {
+  Mask4 holds(const Lanes3& position, const Lanes3& sampleNormal) const {
     const Lanes3 turned = minus(sampleNormal, normal);
-    const Lanes off = dot(position, normal) - offset;
+    const Floats4 off = dot(position, normal) - offset;
     return (dot(turned, turned) <= kPlanarNormal * kPlanarNormal) &
            (off * off <= kPlanarOffset * kPlanarOffset * dot(position, position));
   }
@@ -71,7 +71,7 @@ struct BinPlanes {
   bool voteAll(const Lanes3& position, const Lanes3& sampleNormal) {
     for (SamplePlane& plane : of) {
       if (plane.votes == 0) continue;
-      const LaneMask held = plane.holds(position, sampleNormal);
+      const Mask4 held = plane.holds(position, sampleNormal);
       if (noneOf(held)) continue;
       if (!allOf(held)) return false;
       plane.votes += static_cast<std::int64_t>(kLanes);

@@ -38,14 +38,14 @@ struct Sums {
   void add(const VectorArrays& positions, const VectorArrays& normals, const SampleRun& run, int y,
            const Vec3& anchor) {
     Lanes3 p{}, n{}, pp{}, pq{};
-    Lanes pn{};
+    Floats4 pn{};
     for (std::size_t k = 0; k < run.count; k += kLanes) {
       const std::size_t there = run.count - k;
       Lanes3 at = minus(positions.load(run.first + k, there), anchor);
       Lanes3 turned = normals.load(run.first + k, there);
       if (there < kLanes) {
-        for (Lanes* values : {&at.x, &at.y, &at.z, &turned.x, &turned.y, &turned.z}) {
-          *values = valid(there) ? *values : Lanes{};
+        for (Floats4* values : {&at.x, &at.y, &at.z, &turned.x, &turned.y, &turned.z}) {
+          *values = valid(there) ? *values : Floats4{};
         }
       }
       p = {p.x + at.x, p.y + at.y, p.z + at.z};
