@@ -2,22 +2,20 @@
 
 #include <algorithm>
 
+#include "config/fields.h"
+
 namespace catoptric::nightly {
 namespace {
 
-using config::Field, config::FieldType, config::Schema, config::Value;
+using config::FieldType, config::Schema, config::Value;
+namespace fields = config::fields;
 
 const Schema& sceneSchema() {
   static const Schema schema = study::runSchemaOfSuite(
-      {{.name = "frames",
-        .type = FieldType::Object,
-        .help = "Frames by effort, as smoke and full; others leave the scene out.",
-        .required = true,
-        .object = &study::openSchema()},
-       {.name = "tags",
-        .type = FieldType::Array,
-        .help = "Words for --only.",
-        .items = FieldType::String}});
+      {fields::required(fields::object(
+           "frames", "Frames by effort, as smoke and full; others leave the scene out.",
+           &study::openSchema())),
+       fields::arrayOf("tags", "Words for --only.", FieldType::String)});
   return schema;
 }
 
@@ -25,17 +23,10 @@ const Schema& suiteSchema() {
   static const Schema schema{
       .name = "suite",
       .help = "A suite of nightly cases.",
-      .fields = {{.name = "comment", .type = FieldType::Any, .help = "Not read."},
-                 {.name = "title", .type = FieldType::String, .help = "Title.", .required = true},
-                 {.name = "gates",
-                  .type = FieldType::Object,
-                  .help = "What a night may differ by.",
-                  .object = &gatesSchema()},
-                 {.name = "scenes",
-                  .type = FieldType::Object,
-                  .help = "Scenes by name.",
-                  .required = true,
-                  .object = &study::openSchema()}}};
+      .fields = {
+          fields::any("comment", "Not read."), fields::required(fields::text("title", "Title.")),
+          fields::object("gates", "What a night may differ by.", &gatesSchema()),
+          fields::required(fields::object("scenes", "Scenes by name.", &study::openSchema()))}};
   return schema;
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "config/fields.h"
 #include "config/json_text.h"
 #include "config/options.h"
 #include "core/error.h"
@@ -19,6 +20,7 @@ namespace {
 
 using config::AllowedItems, config::Errors, config::Field, config::FieldType, config::Option,
     config::OptionTable, config::Schema, config::Value;
+namespace fields = config::fields;
 using config::atLeast, config::field, config::group, config::in, config::range;
 
 constexpr auto kCompressions =
@@ -224,21 +226,15 @@ const OptionTable<RunConfig>& runTable() {
   using methods::RunSettings;
   static const OptionTable<RunConfig> table(
       "run", "The config.",
-      {readApart({.name = "$schema", .type = FieldType::String, .help = "For editors; not read."}),
-       readApart({.name = "comment", .type = FieldType::Any, .help = "Any text; not read."}),
-       readApart({.name = "scene",
-                  .type = FieldType::String,
-                  .help = "A .gltf or .glb file, or a description (.json).",
-                  .required = true}),
-       readApart({.name = "path",
-                  .type = FieldType::String,
-                  .help = "Camera path (.json) [the scene's own camera]."}),
-       readApart(
-           {.name = "environment",
-            .type = FieldType::String,
-            .help =
-                "Replaces the scene's environment: an image (latitude-longitude, .exr or .hdr), "
-                "a colour (\"#8090a0\", or a radiance \"0.5,0.5,0.5\"), or \"sky\"."}),
+      {readApart(fields::text("$schema", "For editors; not read.")),
+       readApart(fields::any("comment", "Any text; not read.")),
+       readApart(fields::required(
+           fields::text("scene", "A .gltf or .glb file, or a description (.json)."))),
+       readApart(fields::text("path", "Camera path (.json) [the scene's own camera].")),
+       readApart(fields::text(
+           "environment",
+           "Replaces the scene's environment: an image (latitude-longitude, .exr or .hdr), "
+           "a colour (\"#8090a0\", or a radiance \"0.5,0.5,0.5\"), or \"sky\".")),
        field(&RunConfig::frames, "frames", "Frames of the path [all]."),
        group("image", imageTable(), "Size, samples, layers."),
        readApart({.name = "methods",
@@ -272,36 +268,28 @@ std::vector<std::string> fallbackMethods() {
 
 Schema methodSchema(const methods::MethodEntry& entry) {
   Schema schema{entry.id, entry.summary, {}};
-  schema.fields.push_back({.name = "method",
-                           .type = FieldType::String,
-                           .help = "The method.",
-                           .required = true,
-                           .allowed = {entry.id}});
-  schema.fields.push_back({.name = "name",
-                           .type = FieldType::String,
-                           .help = "Name of its folder and of its rows in tables [the method's].",
-                           .defaultText = config::jsonString(entry.id)});
   schema.fields.push_back(
-      {.name = "comment", .type = FieldType::Any, .help = "Any text; not read."});
+      fields::required(fields::choice("method", "The method.", "", {entry.id})));
+  schema.fields.push_back(
+      fields::text("name", "Name of its folder and of its rows in tables [the method's].",
+                   config::jsonString(entry.id)));
+  schema.fields.push_back(fields::any("comment", "Any text; not read."));
   static const Schema reflectors{.name = "reflectors", .help = "", .fields = {}, .open = true};
-  schema.fields.push_back(
-      {.name = "reflectors",
-       .type = FieldType::Object,
-       .help = "Other methods for some reflective objects: {\"NAME\": \"traced\", \"lamp*\": "
-               "{\"method\": "
-               "\"traced\", \"rays\": 16}}. * at the end of a NAME stands for any text. A full "
-               "name wins over a pattern, a longer pattern over a shorter one.",
-       .object = &reflectors});
+  schema.fields.push_back(fields::object(
+      "reflectors",
+      "Other methods for some reflective objects: {\"NAME\": \"traced\", \"lamp*\": "
+      "{\"method\": "
+      "\"traced\", \"rays\": 16}}. * at the end of a NAME stands for any text. A full "
+      "name wins over a pattern, a longer pattern over a shorter one.",
+      &reflectors));
   if (entry.refusesReflectors) {
     std::vector<std::string> allowed = fallbackMethods();
     allowed.insert(allowed.begin(), "error");
-    schema.fields.push_back(
-        {.name = "unsupported",
-         .type = FieldType::String,
-         .help = "What happens to reflectors that the method cannot render: an error, or this "
-                 "method renders them (counter unsupported_reflector).",
-         .defaultText = "\"error\"",
-         .allowed = allowed});
+    schema.fields.push_back(fields::choice(
+        "unsupported",
+        "What happens to reflectors that the method cannot render: an error, or this "
+        "method renders them (counter unsupported_reflector).",
+        "\"error\"", allowed));
   }
   schema.fields.insert(schema.fields.end(), entry.options.fields.begin(),
                        entry.options.fields.end());

@@ -1,6 +1,7 @@
 // Tables of the scene description.
 #include <map>
 
+#include "config/fields.h"
 #include "scene/description/description.h"
 #include "scene/procedural/procedural.h"
 
@@ -10,61 +11,10 @@ namespace {
 using config::Field;
 using config::FieldType;
 using config::Schema;
-
-Field number(const char* name, const char* help, const char* defaultText = "",
-             std::optional<double> minimum = {}, std::optional<double> maximum = {}) {
-  return {.name = name,
-          .type = FieldType::Number,
-          .help = help,
-          .defaultText = defaultText,
-          .minimum = minimum,
-          .maximum = maximum};
-}
-Field integer(const char* name, const char* help, const char* defaultText, double minimum,
-              double maximum) {
-  return {.name = name,
-          .type = FieldType::Integer,
-          .help = help,
-          .defaultText = defaultText,
-          .minimum = minimum,
-          .maximum = maximum};
-}
-Field boolean(const char* name, const char* help, const char* defaultText) {
-  return {.name = name, .type = FieldType::Bool, .help = help, .defaultText = defaultText};
-}
-Field choice(const char* name, const char* help, const char* defaultText,
-             std::vector<std::string> allowed) {
-  return {.name = name,
-          .type = FieldType::String,
-          .help = help,
-          .defaultText = defaultText,
-          .allowed = std::move(allowed)};
-}
-Field text(const char* name, const char* help) {
-  return {.name = name, .type = FieldType::String, .help = help};
-}
-Field vec3(const char* name, const char* help, const char* defaultText = "") {
-  return {.name = name, .type = FieldType::Vec3, .help = help, .defaultText = defaultText};
-}
-Field numbers(const char* name, const char* help, const char* defaultText = "",
-              std::optional<double> minimum = {}, std::optional<double> maximum = {}) {
-  return {.name = name,
-          .type = FieldType::Numbers,
-          .help = help,
-          .defaultText = defaultText,
-          .minimum = minimum,
-          .maximum = maximum};
-}
-Field any(const char* name, const char* help, const char* defaultText = "") {
-  return {.name = name, .type = FieldType::Any, .help = help, .defaultText = defaultText};
-}
-Field required(Field field) {
-  field.required = true;
-  return field;
-}
-Field arrayOf(const char* name, const char* help, FieldType items, double minimum = 0.0) {
-  return {.name = name, .type = FieldType::Array, .help = help, .minimum = minimum, .items = items};
-}
+using config::fields::any, config::fields::arrayOf, config::fields::boolean, config::fields::choice;
+using config::fields::integer, config::fields::number, config::fields::numbers,
+    config::fields::object;
+using config::fields::required, config::fields::text, config::fields::vec3;
 
 constexpr double kTiny = 1e-5;      // metres; nothing sensible is smaller
 constexpr double kHuge = 1e6;       // metres
@@ -77,11 +27,10 @@ const std::vector<Field>& commonFields() {
       text("asset", "A .gltf or .glb file that is placed in the scene."),
       boolean("lights", "Whether the asset's lights come along.", "true"),
       boolean("animated", "Whether the asset's animations come along.", "true"),
-      {.name = "nodes",
-       .type = FieldType::Array,
-       .help = "Takes only the asset's nodes whose names match one of these patterns, with what is "
-               "below them.",
-       .items = FieldType::String},
+      arrayOf("nodes",
+              "Takes only the asset's nodes whose names match one of these patterns, with what is "
+              "below them.",
+              FieldType::String),
       vec3("translate", "Where the object is, in metres, in the parent's space.", "[0, 0, 0]"),
       vec3("rotate",
            "Degrees about x, y and z; the object is turned about z first, then about x, then about "
@@ -95,19 +44,15 @@ const std::vector<Field>& commonFields() {
       choice("anchor", "The point of the object that comes to translate.", "\"origin\"",
              {"origin", "center", "bottom", "top", "back"}),
       any("material", "The name of a material, or a material itself."),
-      {.name = "materials",
-       .type = FieldType::Object,
-       .help = "Replaces the asset's materials: a pattern of their names, and the name of a "
-               "material or a material itself."},
+      object("materials",
+             "Replaces the asset's materials: a pattern of their names, and the name of a "
+             "material or a material itself."),
       any("reflective", "Whether the object reflects: false, true, or its {s, g} or {s, n}."),
       choice("uv",
              "How texture coordinates lie on a shape: 0 to 1 over each face, or 1 to a metre.",
              "\"unit\"", {"unit", "metres"}),
       any("repeat", "Makes copies of the object: {count, step, rotate_step, around}."),
-      {.name = "children",
-       .type = FieldType::Array,
-       .help = "Objects that stand in this object's space.",
-       .items = FieldType::Object},
+      arrayOf("children", "Objects that stand in this object's space.", FieldType::Object),
       any("morph", "Makes the shape deform: one or several deformations, as in the table morph."),
       boolean("visible", "With false the object is left out, and its children with it.", "true"),
   };
@@ -136,9 +81,7 @@ std::vector<Field> implicitFields() {
                        "genus2", "blobby_cube", "formula"})),
       text("formula",
            "Of formula: a function of x, y and z in metres; the surface is where it is 0."),
-      {.name = "parameters",
-       .type = FieldType::Object,
-       .help = "Of formula: names for numbers in it."},
+      object("parameters", "Of formula: names for numbers in it."),
       any("bounds",
           "Where the surface ends: a half size in metres, 3 of them, or the least x, y, z and the "
           "largest x, y, z. A formula, a quadric and a plane need it."),
@@ -158,7 +101,7 @@ std::vector<Field> implicitFields() {
           "xy, xz, yz, x, y, z and 1."),
       numbers("range", "Of a revolution: from which y to which, in metres.", "[0, 1]"),
       arrayOf("balls", "Of metaballs: x, y, z and the radius of each ball in metres.",
-              FieldType::Numbers),
+              FieldType::Numbers, 0.0),
       number("sharpness", "Of metaballs: those of a high sharpness melt together less.", "2", 0.05,
              100.0),
       number("period", "Of a gyroid: the length after which it repeats, in metres.", "1", 0.01,
@@ -177,10 +120,7 @@ std::vector<Field> implicitFields() {
 /// Own parameters of each shape.
 std::vector<Field> revolutionFields() {
   return {
-      {.name = "profile",
-       .type = FieldType::Array,
-       .help = "Points [r, y] in metres, from bottom to top.",
-       .items = FieldType::Numbers},
+      arrayOf("profile", "Points [r, y] in metres, from bottom to top.", FieldType::Numbers),
       choice("curve", "The curve through the profile's points.", "\"catmull_rom\"",
              {"polyline", "catmull_rom", "bezier", "polynomial"}),
       numbers("coefficients", "Of a polynomial: r(y) = c0 + c1 y + ..."),
@@ -218,7 +158,7 @@ const std::vector<std::pair<std::string, std::vector<Field>>>& shapeFields() {
         number("thickness", "The thickness in metres; 0 makes a sheet.", "0", 0.0, kHuge),
         arrayOf("openings",
                 "Openings: x and y of the lower left corner (x from the middle), width and height.",
-                FieldType::Numbers),
+                FieldType::Numbers, 0.0),
         cell()}},
       {"sphere",
        {radius("0.5"),
@@ -482,36 +422,19 @@ const Schema& sceneSchema() {
           text("$schema", "For editors; not read."),
           text("name", "The scene's name, for reports."),
           any("comment", "Any text; not read."),
-          {.name = "objects",
-           .type = FieldType::Array,
-           .help = "The objects of the scene.",
-           .required = true,
-           .object = &anyObject},
-          {.name = "materials", .type = FieldType::Object, .help = "Materials by their names."},
-          {.name = "lights",
-           .type = FieldType::Array,
-           .help = "The lights.",
-           .object = &lightSchema()},
-          {.name = "environment",
-           .type = FieldType::Object,
-           .help = "What lights the scene from far away; without it the surroundings are black.",
-           .object = &environmentSchema()},
+          required(arrayOf("objects", "The objects of the scene.", anyObject)),
+          object("materials", "Materials by their names."),
+          arrayOf("lights", "The lights.", lightSchema()),
+          object("environment",
+                 "What lights the scene from far away; without it the surroundings are black.",
+                 &environmentSchema()),
           any("ambient", "A radiance that comes from everywhere: [r, g, b] or \"#rrggbb\".",
               "[0, 0, 0]"),
           boolean("highlights", "Whether lights that are not baked show in glossy surfaces.",
                   "false"),
-          {.name = "bake",
-           .type = FieldType::Object,
-           .help = "What is baked.",
-           .object = &bakeSchema()},
-          {.name = "animation",
-           .type = FieldType::Array,
-           .help = "How objects move.",
-           .object = &animationSchema()},
-          {.name = "cameras",
-           .type = FieldType::Array,
-           .help = "Fixed cameras.",
-           .object = &cameraSchema()},
+          object("bake", "What is baked.", &bakeSchema()),
+          arrayOf("animation", "How objects move.", animationSchema()),
+          arrayOf("cameras", "Fixed cameras.", cameraSchema()),
       }};
   return schema;
 }

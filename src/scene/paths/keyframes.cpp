@@ -2,14 +2,14 @@
 #include <cmath>
 #include <string>
 
+#include "config/fields.h"
 #include "scene/paths/curve.h"
 #include "scene/paths/kinds.h"
 
 namespace catoptric::scene {
 namespace {
 
-using config::Field;
-using config::FieldType;
+namespace fields = config::fields;
 using config::Schema;
 using config::Value;
 
@@ -115,24 +115,13 @@ const config::Schema& keyframeSchema() {
       "keyframe",
       "One key of a path, with a target or an orientation.",
       {
-          {.name = "time",
-           .type = FieldType::Number,
-           .help = "The key's time in seconds; where no key has one, they are spaced evenly."},
-          {.name = "position",
-           .type = FieldType::Vec3,
-           .help = "Where the camera is, in metres.",
-           .required = true},
-          {.name = "target",
-           .type = FieldType::Vec3,
-           .help = "The point at which the camera looks, in metres."},
-          {.name = "orientation",
-           .type = FieldType::Numbers,
-           .help = "A quaternion x, y, z, w; the camera looks along its -z."},
-          {.name = "fov",
-           .type = FieldType::Number,
-           .help = "The vertical field of view in degrees; without it the path's.",
-           .minimum = 0.001,
-           .maximum = 179.9},
+          fields::number(
+              "time", "The key's time in seconds; where no key has one, they are spaced evenly."),
+          fields::required(fields::vec3("position", "Where the camera is, in metres.")),
+          fields::vec3("target", "The point at which the camera looks, in metres."),
+          fields::numbers("orientation", "A quaternion x, y, z, w; the camera looks along its -z."),
+          fields::number("fov", "The vertical field of view in degrees; without it the path's.", "",
+                         0.001, 179.9),
       }};
   return schema;
 }

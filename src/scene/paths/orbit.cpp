@@ -1,13 +1,13 @@
 // Camera paths around a point.
 #include <cmath>
 
+#include "config/fields.h"
 #include "scene/paths/kinds.h"
 
 namespace catoptric::scene {
 namespace {
 
-using config::Field;
-using config::FieldType;
+namespace fields = config::fields;
 using config::Schema;
 using config::Value;
 
@@ -43,37 +43,17 @@ const Schema& orbitSchema() {
       "orbit",
       "A circle or a spiral around a point.",
       {
-          {.name = "center",
-           .type = FieldType::Vec3,
-           .help = "The point in the middle, in metres.",
-           .required = true},
-          {.name = "radius",
-           .type = FieldType::Number,
-           .help = "The radius in metres.",
-           .required = true,
-           .minimum = 0.001},
-          {.name = "height",
-           .type = FieldType::Number,
-           .help = "How high above the centre the camera is, in metres.",
-           .defaultText = "0"},
-          {.name = "turns",
-           .type = FieldType::Number,
-           .help = "How often it goes around; a negative number goes clockwise.",
-           .defaultText = "1"},
-          {.name = "start",
-           .type = FieldType::Number,
-           .help = "Where it begins, in degrees: 0 sees the centre from +z, 90 from +x.",
-           .defaultText = "0"},
-          {.name = "target",
-           .type = FieldType::Vec3,
-           .help = "The point at which the camera looks, in metres; without it the centre."},
-          {.name = "radius_end",
-           .type = FieldType::Number,
-           .help = "The radius at the end, in metres.",
-           .minimum = 0.001},
-          {.name = "height_end",
-           .type = FieldType::Number,
-           .help = "The height at the end, in metres."},
+          fields::required(fields::vec3("center", "The point in the middle, in metres.")),
+          fields::required(fields::number("radius", "The radius in metres.", "", 0.001)),
+          fields::number("height", "How high above the centre the camera is, in metres.", "0"),
+          fields::number("turns", "How often it goes around; a negative number goes clockwise.",
+                         "1"),
+          fields::number(
+              "start", "Where it begins, in degrees: 0 sees the centre from +z, 90 from +x.", "0"),
+          fields::vec3("target",
+                       "The point at which the camera looks, in metres; without it the centre."),
+          fields::number("radius_end", "The radius at the end, in metres.", "", 0.001),
+          fields::number("height_end", "The height at the end, in metres."),
       }};
   return schema;
 }

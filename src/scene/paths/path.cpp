@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "config/fields.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "scene/animate.h"
@@ -14,8 +15,8 @@
 namespace catoptric::scene {
 namespace {
 
-using config::Field;
 using config::FieldType;
+namespace fields = config::fields;
 using config::Schema;
 using config::Value;
 
@@ -187,78 +188,39 @@ const Schema& pathSchema() {
       "path",
       "A camera path: one of keyframes, orbit, walk, gltf_camera, segments.",
       {
-          {.name = "$schema", .type = FieldType::String, .help = "For editors; not read."},
-          {.name = "name", .type = FieldType::String, .help = "The path's name, for messages."},
-          {.name = "comment", .type = FieldType::Any, .help = "Any text; not read."},
-          {.name = "frames",
-           .type = FieldType::Integer,
-           .help = "The number of frames; without it as many as the times ask for.",
-           .defaultText = "1",
-           .minimum = 1.0,
-           .maximum = static_cast<double>(kMaxPathFrames)},
-          {.name = "fps",
-           .type = FieldType::Number,
-           .help = "Frames per second of the scene's time.",
-           .defaultText = "30",
-           .minimum = 0.001,
-           .maximum = 100000.0},
-          {.name = "fov",
-           .type = FieldType::Number,
-           .help = "The vertical field of view in degrees.",
-           .defaultText = "60",
-           .minimum = 0.001,
-           .maximum = 179.9},
-          {.name = "near",
-           .type = FieldType::Number,
-           .help = "The distance of the near plane in metres; there is no far plane.",
-           .defaultText = "0.01",
-           .minimum = 1e-9,
-           .maximum = 1e6},
-          {.name = "up",
-           .type = FieldType::Vec3,
-           .help = "The direction that is up in the image, where the camera looks at targets.",
-           .defaultText = "[0, 1, 0]"},
-          {.name = "start_time",
-           .type = FieldType::Number,
-           .help = "The scene's time of the first frame, in seconds.",
-           .defaultText = "0"},
-          {.name = "scene_time",
-           .type = FieldType::Bool,
-           .help = "Whether the scene's animation runs with the frames; otherwise it stands at "
-                   "start_time.",
-           .defaultText = "true"},
-          {.name = "constant_speed",
-           .type = FieldType::Bool,
-           .help = "Of keyframes: whether the camera goes the same length from frame to frame.",
-           .defaultText = "false"},
-          {.name = "ease",
-           .type = FieldType::Bool,
-           .help = "Whether the camera starts and ends gently.",
-           .defaultText = "false"},
-          {.name = "closed",
-           .type = FieldType::Bool,
-           .help = "Of keyframes: whether the camera returns to the first.",
-           .defaultText = "false"},
-          {.name = "keyframes",
-           .type = FieldType::Array,
-           .help = "A path that passes through all of these keys.",
-           .minimum = 1.0,
-           .object = &keyframeSchema()},
-          {.name = "orbit",
-           .type = FieldType::Object,
-           .help = "A path around a point.",
-           .object = &orbitSchema()},
-          {.name = "walk",
-           .type = FieldType::Object,
-           .help = "A walk through a room.",
-           .object = &walkSchema()},
-          {.name = "gltf_camera",
-           .type = FieldType::String,
-           .help = "The name of a camera of the scene; an empty one takes the first."},
-          {.name = "segments",
-           .type = FieldType::Array,
-           .help = "Paths that follow one another.",
-           .items = FieldType::Object},
+          fields::text("$schema", "For editors; not read."),
+          fields::text("name", "The path's name, for messages."),
+          fields::any("comment", "Any text; not read."),
+          fields::integer("frames",
+                          "The number of frames; without it as many as the times ask for.", "1",
+                          1.0, static_cast<double>(kMaxPathFrames)),
+          fields::number("fps", "Frames per second of the scene's time.", "30", 0.001, 100000.0),
+          fields::number("fov", "The vertical field of view in degrees.", "60", 0.001, 179.9),
+          fields::number("near", "The distance of the near plane in metres; there is no far plane.",
+                         "0.01", 1e-9, 1e6),
+          fields::vec3("up",
+                       "The direction that is up in the image, where the camera looks at targets.",
+                       "[0, 1, 0]"),
+          fields::number("start_time", "The scene's time of the first frame, in seconds.", "0"),
+          fields::boolean(
+              "scene_time",
+              "Whether the scene's animation runs with the frames; otherwise it stands at "
+              "start_time.",
+              "true"),
+          fields::boolean(
+              "constant_speed",
+              "Of keyframes: whether the camera goes the same length from frame to frame.",
+              "false"),
+          fields::boolean("ease", "Whether the camera starts and ends gently.", "false"),
+          fields::boolean("closed", "Of keyframes: whether the camera returns to the first.",
+                          "false"),
+          fields::arrayOf("keyframes", "A path that passes through all of these keys.",
+                          keyframeSchema(), 1.0),
+          fields::object("orbit", "A path around a point.", &orbitSchema()),
+          fields::object("walk", "A walk through a room.", &walkSchema()),
+          fields::text("gltf_camera",
+                       "The name of a camera of the scene; an empty one takes the first."),
+          fields::arrayOf("segments", "Paths that follow one another.", FieldType::Object),
       }};
   return schema;
 }

@@ -2,14 +2,15 @@
 #include <cmath>
 #include <string>
 
+#include "config/fields.h"
 #include "scene/paths/curve.h"
 #include "scene/paths/kinds.h"
 
 namespace catoptric::scene {
 namespace {
 
-using config::Field;
 using config::FieldType;
+namespace fields = config::fields;
 using config::Schema;
 using config::Value;
 
@@ -54,44 +55,24 @@ const Schema& walkSchema() {
       "walk",
       "A walk through points at constant speed.",
       {
-          {.name = "points",
-           .type = FieldType::Array,
-           .help = "Points [x, z] on the floor, or [x, y, z], in metres.",
-           .required = true,
-           .minimum = 2.0,
-           .items = FieldType::Numbers},
-          {.name = "eye_height",
-           .type = FieldType::Number,
-           .help = "The height of the eye above points [x, z], in metres.",
-           .defaultText = "1.6"},
-          {.name = "look",
-           .type = FieldType::String,
-           .help =
-               "Where the camera looks: along the path, at one point, or at one for each point.",
-           .defaultText = "\"ahead\"",
-           .allowed = {"ahead", "target", "targets"}},
-          {.name = "look_ahead",
-           .type = FieldType::Number,
-           .help = "How far along the path it looks ahead, in metres.",
-           .defaultText = "1",
-           .minimum = 0.01},
-          {.name = "pitch",
-           .type = FieldType::Number,
-           .help = "Degrees by which it looks upwards, where it looks ahead.",
-           .defaultText = "0",
-           .minimum = -89.0,
-           .maximum = 89.0},
-          {.name = "target",
-           .type = FieldType::Vec3,
-           .help = "The point at which it looks, in metres."},
-          {.name = "targets",
-           .type = FieldType::Array,
-           .help = "The points at which it looks, one for each point of the path.",
-           .items = FieldType::Vec3},
-          {.name = "closed",
-           .type = FieldType::Bool,
-           .help = "Whether the walk returns to its first point.",
-           .defaultText = "false"},
+          fields::required(fields::arrayOf("points",
+                                           "Points [x, z] on the floor, or [x, y, z], in metres.",
+                                           FieldType::Numbers, 2.0)),
+          fields::number("eye_height", "The height of the eye above points [x, z], in metres.",
+                         "1.6"),
+          fields::choice(
+              "look",
+              "Where the camera looks: along the path, at one point, or at one for each point.",
+              "\"ahead\"", {"ahead", "target", "targets"}),
+          fields::number("look_ahead", "How far along the path it looks ahead, in metres.", "1",
+                         0.01),
+          fields::number("pitch", "Degrees by which it looks upwards, where it looks ahead.", "0",
+                         -89.0, 89.0),
+          fields::vec3("target", "The point at which it looks, in metres."),
+          fields::arrayOf("targets",
+                          "The points at which it looks, one for each point of the path.",
+                          FieldType::Vec3),
+          fields::boolean("closed", "Whether the walk returns to its first point.", "false"),
       }};
   return schema;
 }

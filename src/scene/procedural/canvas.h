@@ -4,11 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "config/json.h"
+#include "config/fields.h"
 #include "scene/procedural/noise.h"
 #include "scene/procedural/procedural.h"
 
 namespace catoptric::scene::procedural {
+
+namespace fields = config::fields;
 
 /// Colours are mixed as sRGB-encoded values 0..1: even steps to the eye, and no powers per texel.
 class Canvas {
@@ -87,39 +89,8 @@ struct Texture {
 std::vector<Texture> materialTextures();
 std::vector<Texture> pictureTextures();
 
-inline config::Field numberField(const char* name, const char* help, const char* standard,
-                                 double minimum, double maximum) {
-  return {.name = name,
-          .type = config::FieldType::Number,
-          .help = help,
-          .defaultText = standard,
-          .minimum = minimum,
-          .maximum = maximum};
-}
-inline config::Field integerField(const char* name, const char* help, const char* standard,
-                                  double minimum, double maximum) {
-  return {.name = name,
-          .type = config::FieldType::Integer,
-          .help = help,
-          .defaultText = standard,
-          .minimum = minimum,
-          .maximum = maximum};
-}
-inline config::Field wordField(const char* name, const char* help, const char* standard,
-                               std::vector<std::string> allowed) {
-  return {.name = name,
-          .type = config::FieldType::String,
-          .help = help,
-          .defaultText = standard,
-          .allowed = std::move(allowed)};
-}
 inline config::Field pairField(const char* name, const char* help, const char* standard) {
-  return {.name = name,
-          .type = config::FieldType::Numbers,
-          .help = help,
-          .defaultText = standard,
-          .minimum = 1.0,
-          .maximum = 1024.0};
+  return fields::numbers(name, help, standard, 1.0, 1024.0);
 }
 
 }  // namespace catoptric::scene::procedural

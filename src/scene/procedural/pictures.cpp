@@ -527,17 +527,18 @@ void foliage(Canvas& canvas) {
 std::vector<Texture> pictureTextures() {
   return {
       {"rug",
-       {wordField("style", "How the rug is drawn.", "\"persian\"", {"persian", "modern", "kilim"})},
+       {fields::choice("style", "How the rug is drawn.", "\"persian\"",
+                       {"persian", "modern", "kilim"})},
        rug},
       {"wallpaper",
        {pairField("count", "How many motifs there are in u and v.", "[4, 4]"),
-        wordField("style", "The motif.", "\"damask\"", {"damask", "dots", "leaves"})},
+        fields::choice("style", "The motif.", "\"damask\"", {"damask", "dots", "leaves"})},
        wallpaper},
       {"painting",
-       {wordField("style", "What is painted.", "\"landscape\"",
-                  {"landscape", "seascape", "abstract", "still_life", "mountains"})},
+       {fields::choice("style", "What is painted.", "\"landscape\"",
+                       {"landscape", "seascape", "abstract", "still_life", "mountains"})},
        painting},
-      {"books", {integerField("count", "How many spines a tile has.", "24", 1, 256)}, books},
+      {"books", {fields::integer("count", "How many spines a tile has.", "24", 1, 256)}, books},
       {"foliage", {}, foliage},
   };
 }

@@ -47,18 +47,15 @@ const std::vector<Entry>& entries() {
     for (Texture& texture : textures) {
       config::Schema schema{"procedural texture " + texture.name, "", {}};
       schema.fields = {
-          {.name = "procedural",
-           .type = config::FieldType::String,
-           .help = "Which texture it is.",
-           .required = true},
-          integerField("size", "How many texels a side has.", "512", 8, 8192),
-          integerField("seed", "Another seed makes another texture of the same kind.", "1", 0,
-                       4294967295.0),
+          fields::required(fields::text("procedural", "Which texture it is.")),
+          fields::integer("size", "How many texels a side has.", "512", 8, 8192),
+          fields::integer("seed", "Another seed makes another texture of the same kind.", "1", 0,
+                          4294967295.0),
           {.name = "colors",
            .type = config::FieldType::Array,
            .help = "Colours in place of the built-in ones, each [r, g, b] in linear values or "
                    "\"#rrggbb\"."},
-          numberField("strength", "Of normal maps: multiplies the slopes.", "1", -100.0, 100.0),
+          fields::number("strength", "Of normal maps: multiplies the slopes.", "1", -100.0, 100.0),
       };
       schema.fields.insert(schema.fields.end(), texture.fields.begin(), texture.fields.end());
       made.push_back({std::move(texture), std::move(schema)});
