@@ -63,7 +63,7 @@ TEST(SecondOrder, WhatFindsNothingSeesTheSkyOrTheCubeMap) {
     const Comparison sky(builder.scene(), camera, imagesAlone());
     EXPECT_GT(sky.output.counters.at("sky"), 10000u);
     EXPECT_EQ(marked(sky, raster::kMaskSky), sky.output.counters.at("sky"));
-    EXPECT_LT(sky.different, 0.02);
+    EXPECT_LT(sky.different, 0.003);
 
     // A plane: not seen from the place of its cube map, on itself
     test::SceneBuilder flat;
@@ -73,7 +73,7 @@ TEST(SecondOrder, WhatFindsNothingSeesTheSkyOrTheCubeMap) {
     const Comparison none(flat.scene(), camera, imagesAlone(R"({"min_cluster_samples": 1000000})"));
     EXPECT_EQ(none.output.counters.at("unclustered"), none.samples);
     EXPECT_EQ(marked(none, raster::kMaskEnvironment), none.samples);
-    EXPECT_LT(none.different, 0.02);
+    EXPECT_LT(none.different, 0.003);
   }
 }
 

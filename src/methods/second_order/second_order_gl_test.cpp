@@ -36,22 +36,24 @@ TEST(SecondOrder, APlanarMirrorIsExact) {
   EXPECT_GT(frame.samples, 10000u);
   EXPECT_TRUE(frame.finite);
   EXPECT_LT(frame.different, 0.002);  // edges within a rounding of a sample's centre
-  EXPECT_LT(frame.meanDifference, 1e-3);
+  EXPECT_LT(frame.meanDifference, 3e-4);
   EXPECT_EQ(frame.output.counters.at("planar_samples"), frame.samples);
   EXPECT_EQ(frame.output.counters.at("environment"), 0u);
 }
 
 TEST(SecondOrder, ASphereComesCloseToItsRays) {
-  const Comparison frame(
-      roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f)),
-      cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}));
-  EXPECT_GT(frame.samples, 10000u);
-  EXPECT_TRUE(frame.finite);
-  EXPECT_GT(frame.output.counters.at("clusters"), 20u);
-  EXPECT_LT(frame.meanDifference, 0.012);
-  EXPECT_LT(frame.different, 0.06);
-  EXPECT_LT(static_cast<double>(frame.output.counters.at("environment")),
-            0.02 * static_cast<double>(frame.samples));
+  for (const bool alone : {false, true}) {
+    const Comparison frame(
+        roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f)),
+        cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}), alone ? imagesAlone() : "{}");
+    EXPECT_GT(frame.samples, 10000u);
+    EXPECT_TRUE(frame.finite);
+    EXPECT_GT(frame.output.counters.at("clusters"), 20u);
+    EXPECT_LT(frame.meanDifference, alone ? 0.012 : 2e-4);
+    EXPECT_LT(frame.different, alone ? 0.06 : 0.002);
+    EXPECT_LT(static_cast<double>(frame.output.counters.at("environment")),
+              0.001 * static_cast<double>(frame.samples));
+  }
 }
 
 TEST(SecondOrder, FarSurfacesAreFoundByCurvedMirrors) {
@@ -262,7 +264,7 @@ TEST(SecondOrder, GlossyReflectionsComeCloseToTheirRays) {
   EXPECT_LT(cone.l1Of8Bit, 3.0);
   const Comparison neighbourhood = frame(R"({"glossy": "neighbourhood"})");
   EXPECT_TRUE(neighbourhood.finite);
-  EXPECT_LT(neighbourhood.l1Of8Bit, 3.0);
+  EXPECT_LT(neighbourhood.l1Of8Bit, 2.5);
   // Within a far reach nothing fades, within a short one all does; between, what is far
   EXPECT_NEAR(frame(R"({"glossy_reach": 100000})").l1Of8Bit, cone.l1Of8Bit, 0.1);
   const Comparison shortest = frame(R"({"glossy_reach": 1e-4})");
