@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
+
 #include "nightly/accept.h"
 #include "nightly/open_night.h"
 #include "nightly/test_lab.h"

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <tuple>
+#include <vector>
+
 #include "frame/test_scenes.h"
 #include "methods/second_order/test_samples.h"
 
