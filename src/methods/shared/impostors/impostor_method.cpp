@@ -431,11 +431,8 @@ void ImpostorMethod::pass(gl::Program& program, const FrameInput& input, Service
 void ImpostorMethod::count(ProcessorCounts& counts) {
   known_.read(0, GL_RED_INTEGER, GL_UNSIGNED_INT, std::as_writable_bytes(std::span(knownCopy_)));
   for (const std::uint32_t known : knownCopy_) {
-    counts.environment += known & raster::kMaskEnvironment;
-    counts.clamped += (known & raster::kMaskClamped) != 0 ? 1 : 0;
-    counts.bent += (known & raster::kMaskBelowHorizon) != 0 ? 1 : 0;
+    counts.addMarks(known);
     counts.secondOrder += (known & shared::kMarkSecond) != 0 ? 1 : 0;
-    counts.transition += (known & raster::kMaskTransition) != 0 ? 1 : 0;
     counts.work += known >> shared::kWorkShift;
   }
 }

@@ -44,6 +44,13 @@ void ProcessorCounts::add(const ProcessorCounts& other) {
   culled += other.culled;
 }
 
+void ProcessorCounts::addMarks(std::uint32_t marks) {
+  environment += marks & raster::kMaskEnvironment;
+  clamped += (marks & raster::kMaskClamped) != 0 ? 1 : 0;
+  bent += (marks & raster::kMaskBelowHorizon) != 0 ? 1 : 0;
+  transition += (marks & raster::kMaskTransition) != 0 ? 1 : 0;
+}
+
 ProcessorCounts Processor::run(const ProcessorFrame& frame) {
   const std::vector<Rectangle> bands = bandsOf(frame.parts);
   ProcessorCounts counts;
@@ -173,15 +180,11 @@ class Processor::Tiles {
   void write(const RayBatch& batch, ProcessorCounts& counts) {
     for (std::size_t k = 0; k < batch.count; ++k) {
       const std::size_t at = batch.sample[k];
-      const bool bent = raster::isBent(band_.normal[4 * at + 3]);
       std::uint32_t marks = batch.marks[k];
-      if (bent) marks |= raster::kMaskBelowHorizon;
+      if (raster::isBent(band_.normal[4 * at + 3])) marks |= raster::kMaskBelowHorizon;
       const float most = std::max(batch.color.x[k], std::max(batch.color.y[k], batch.color.z[k]));
       if (most >= shared::kClampedRadiance) marks |= raster::kMaskClamped;
-      counts.clamped += (marks & raster::kMaskClamped) != 0 ? 1 : 0;
-      counts.environment += marks & raster::kMaskEnvironment;
-      counts.transition += (marks & raster::kMaskTransition) != 0 ? 1 : 0;
-      counts.bent += bent ? 1 : 0;
+      counts.addMarks(marks);
       float* const texel = &band_.image[4 * at];
       texel[0] = batch.color.x[k];
       texel[1] = batch.color.y[k];

@@ -48,6 +48,8 @@ struct ProcessorCounts {
   std::uint64_t clipped = 0;  ///< rays of which a depth map's planes leave nothing
   std::uint64_t culled = 0;   ///< of the rays against impostors those that a tile's bounds decide
   void add(const ProcessorCounts& other);
+  /// A sample's, on the device or the processor.
+  void addMarks(std::uint32_t marks);
 };
 
 /// Finds where rays meet the depth map of a layer: sets MapRays::at; returns the work.

@@ -8,6 +8,7 @@
 #include "core/lanes.h"
 #include "core/math.h"
 #include "methods/shared/impostors/half_image.h"
+#include "trace/lobes/point_lanes.h"
 
 namespace catoptric::methods::impostors {
 
@@ -21,13 +22,6 @@ struct Samples {
   alignas(64) Lane x{}, y{};  ///< in samples, at their centres
   alignas(64) Lane depth{};   ///< reversed-Z
   Vectors normal;
-};
-
-/// A camera as the rays of its samples need it.
-struct SampleCamera {
-  Vec3 eye;
-  float nearMetres;
-  Mat3 rayFromSample;
 };
 
 /// Rays that are all of one reflector, and the nearest of its impostors.
@@ -99,7 +93,7 @@ struct QuadLines {
 
 // The loops over rays give the same bits at every level of vector instructions.
 
-void aim(const SampleCamera& camera, const Samples& samples, RayBatch& rays);
+void aim(const trace::SampleCamera& camera, const Samples& samples, RayBatch& rays);
 RayBounds bound(const RayBatch& rays);
 /// The largest `t` of the batch.
 float farthest(const RayBatch& rays);

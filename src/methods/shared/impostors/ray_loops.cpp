@@ -36,8 +36,9 @@ CATOPTRIC_INLINE float smaller(float a, float b) {
   return b < a ? b : a;
 }
 
-CATOPTRIC_INLINE void aimBody(const SampleCamera& camera, const Samples& samples, RayBatch& rays) {
-  const Mat3& m = camera.rayFromSample;
+CATOPTRIC_INLINE void aimBody(const trace::SampleCamera& camera, const Samples& samples,
+                              RayBatch& rays) {
+  const Mat3& m = camera.rayFromPixel;
   const float m00 = m[0][0], m01 = m[0][1], m02 = m[0][2];
   const float m10 = m[1][0], m11 = m[1][1], m12 = m[1][2];
   const float m20 = m[2][0], m21 = m[2][1], m22 = m[2][2];
@@ -407,7 +408,7 @@ CATOPTRIC_INLINE void environmentBody(const Surroundings& around, EnvironmentLoo
 
 }  // namespace
 
-void aim(const SampleCamera& camera, const Samples& samples, RayBatch& rays) {
+void aim(const trace::SampleCamera& camera, const Samples& samples, RayBatch& rays) {
   atVectorLevel<aimBody>(camera, samples, rays);
 }
 RayBounds bound(const RayBatch& rays) {

@@ -41,7 +41,7 @@ class TileRays {
 
   const ProcessorFrame* frame_ = nullptr;
   ProcessorCounts* counts_ = nullptr;
-  SampleCamera camera_{};
+  trace::SampleCamera camera_{};
   float spread_ = 0.0f;
   Samples samples_;
   RayBatch first_;
