@@ -120,7 +120,14 @@ study::Measurement::Clock parseClock(const std::string& text) {
                    ": must be one of: wall, cpu");
 }
 
-void openStudyFolder(const fs::path& folder, const std::string& existing, const std::string& mark) {
+fs::path studyFolder(const StudyOptions& options, const study::Inputs& inputs,
+                     const std::vector<std::string>& methods, const std::string& kind) {
+  return options.out.empty() ? "out/" + inputs.readRun({}, methods.front()).name + "_" + kind
+                             : options.out;
+}
+
+void openStudyFolder(study::Bench& bench, const std::string& existing, const std::string& mark) {
+  const fs::path& folder = bench.options().folder;
   const run::Existing how = run::parseExisting(existing);
   std::error_code error;
   const bool empty = !fs::exists(folder, error) || fs::is_empty(folder, error);
@@ -139,6 +146,7 @@ void openStudyFolder(const fs::path& folder, const std::string& existing, const 
   fs::create_directories(folder, error);
   if (error) throw OutputError(folder.string() + ": cannot be made: " + error.message());
   writeFileAtomically(kind, std::string_view(mark + "\n"));
+  if (how == run::Existing::Resume) bench.readSamples();
 }
 
 study::BenchOptions benchOptions(const StudyOptions& options, const fs::path& folder,

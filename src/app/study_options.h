@@ -39,10 +39,13 @@ std::vector<std::string> studiedMethods(const StudyOptions& options, const std::
 
 study::Measurement::Clock parseClock(const std::string& text);
 
-/// Prepares the folder of a study as --existing says; `mark` is a file that a finished study of
-/// this kind has. Throws UsageError, OutputError.
-void openStudyFolder(const std::filesystem::path& folder, const std::string& existing,
-                     const std::string& mark);
+/// --out, or out/NAME_KIND.
+std::filesystem::path studyFolder(const StudyOptions& options, const study::Inputs& inputs,
+                                  const std::vector<std::string>& methods, const std::string& kind);
+
+/// Prepares the bench's folder as --existing says; `mark` is what it keeps of a study's kind.
+/// Throws UsageError, OutputError.
+void openStudyFolder(study::Bench& bench, const std::string& existing, const std::string& mark);
 
 /// Options of the bench of a study in `folder`; progress goes to `printer`.
 study::BenchOptions benchOptions(const StudyOptions& options, const std::filesystem::path& folder,

@@ -92,8 +92,7 @@ ExitCode sweep(const SweepOptions& given, const CommonOptions& common) {
   request.points = pointsOf(options, methods);
   const study::Inputs inputs = studyInputs(options);
   request.name = inputs.readRun({}, methods.front()).name;
-  const std::filesystem::path folder =
-      options.out.empty() ? "out/" + request.name + "_sweep" : options.out;
+  const std::filesystem::path folder = studyFolder(options, inputs, methods, "sweep");
 
   study::BenchOptions benchWith = benchOptions(options, folder, printer);
   benchWith.keepFrames = options.keepFrames == "all";
@@ -106,8 +105,7 @@ ExitCode sweep(const SweepOptions& given, const CommonOptions& common) {
     printData(dryRunText(bench, settings));
     return ExitCode::Done;
   }
-  openStudyFolder(folder, options.existing, "sweep");
-  if (options.existing == "resume") bench.readSamples();
+  openStudyFolder(bench, options.existing, "sweep");
 
   catchStopSignals(mode == ProgressMode::Json);
   if (!measureUnlessStopped(printer, kResumeHint,

@@ -141,14 +141,11 @@ ExitCode tuneMixture(TuneCommand options, const study::Bound& bound,
   const std::vector<std::string> methods = studiedMethods(options, against);
   options.settings.emplace_back(R"(image.layers=["s","id"])");  // whose pixels are whose
   const study::Inputs inputs = studyInputs(options);
-  const std::filesystem::path folder =
-      options.out.empty() ? "out/" + inputs.readRun({}, methods.front()).name + "_reflectors"
-                          : options.out;
+  const std::filesystem::path folder = studyFolder(options, inputs, methods, "reflectors");
   study::Bench bench(inputs, benchOptions(options, folder, printer));
   bench.setReference(against);
   bench.checkReference({bench.prepare({methods.front(), {}, "", ""})});
-  openStudyFolder(folder, options.existing, "reflectors");
-  if (options.existing == "resume") bench.readSamples();
+  openStudyFolder(bench, options.existing, "reflectors");
   catchStopSignals(false);
   study::MixtureResult result;
   if (!measureUnlessStopped(printer, "",
@@ -189,9 +186,7 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
   tuned.against = referenceName(options);
   const std::vector<std::string> methods = studiedMethods(options, tuned.against);
   const study::Inputs inputs = studyInputs(options);
-  const std::filesystem::path folder =
-      options.out.empty() ? "out/" + inputs.readRun({}, methods.front()).name + "_tune"
-                          : options.out;
+  const std::filesystem::path folder = studyFolder(options, inputs, methods, "tune");
   study::Bench bench(inputs, benchOptions(options, folder, printer));
   bench.setReference(tuned.against);
   for (const study::Point& point : study::makePoints(methods, axesOf(options, methods), {}))
@@ -199,8 +194,7 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
   bench.checkReference(tuned.settings);
   tuneOptions.frames = bench.frames(tuned.settings.front());
   if (!tuned.bound.timeOf.empty()) times.timeOf = bench.prepare({tuned.bound.timeOf, {}, "", ""});
-  openStudyFolder(folder, options.existing, "tune");
-  if (options.existing == "resume") bench.readSamples();
+  openStudyFolder(bench, options.existing, "tune");
 
   catchStopSignals(mode == ProgressMode::Json);
   std::string text;

@@ -414,6 +414,12 @@ void Bench::keep(const Samples& samples) {
                       std::string_view(samplesCsv(samples)));
 }
 
+void Bench::writeSamples() const {
+  std::string text;
+  for (const Samples& one : samples_) text += samplesCsv(one, text.empty());
+  writeFileAtomically(options_.folder / "samples.csv", std::string_view(text));
+}
+
 void Bench::readSamples() {
   std::error_code ignored;
   for (int number = 1;; ++number) {

@@ -89,6 +89,8 @@ class Bench {
                          bool withErrors);
   /// All that was measured, also by earlier processes where the folder was resumed.
   const std::list<Samples>& samples() const { return samples_; }
+  /// Writes it into the folder's samples.csv.
+  void writeSamples() const;
 
   /// Why settings could not be rendered, by key.
   const std::map<std::string, std::string>& failures() const { return failures_; }

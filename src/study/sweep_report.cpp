@@ -302,9 +302,7 @@ void writeSweep(const Bench& bench, const SweepResult& result, const std::string
   const auto write = [&](const char* name, const std::string& text) {
     writeFileAtomically(folder / name, std::string_view(text));
   };
-  std::string samples;
-  for (const Samples& one : bench.samples()) samples += samplesCsv(one, samples.empty());
-  write("samples.csv", samples);
+  bench.writeSamples();
   write("points.csv", sweepCsv(result));
   write("sweep.json", sweepJson(result, context) + "\n");
   write("table.md", report::toMarkdown(sweepTable(result)));

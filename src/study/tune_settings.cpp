@@ -193,11 +193,8 @@ void writeTrials(const Bench& bench, const TuneResult& result,
                   .add("verdict", trial.verdict)
                   .object() +
               "\n";
-  const std::filesystem::path& folder = bench.options().folder;
-  writeFileAtomically(folder / "trials.jsonl", std::string_view(trials));
-  std::string samples;
-  for (const Samples& one : bench.samples()) samples += samplesCsv(one, samples.empty());
-  writeFileAtomically(folder / "samples.csv", std::string_view(samples));
+  writeFileAtomically(bench.options().folder / "trials.jsonl", std::string_view(trials));
+  bench.writeSamples();
 }
 
 void writeTunedConfig(const Setting& setting, const std::filesystem::path& folder,

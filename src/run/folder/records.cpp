@@ -2,11 +2,11 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
 #include <span>
+#include <sstream>
 
 #include "config/json.h"
 #include "config/json_text.h"
@@ -185,38 +185,29 @@ RunRecords readRunRecords(const fs::path& path) {
   std::error_code error;
   const fs::path file = path / "frames.jsonl";
   if (!fs::exists(file, error)) return known;
-  const std::string text = readTextFile(file, kMaxRecordBytes);
+  std::istringstream lines(readTextFile(file, kMaxRecordBytes));
   int lineNumber = 0;
-  for (std::size_t start = 0; start < text.size();) {
-    const std::size_t end = std::min(text.find('\n', start), text.size());
-    ++lineNumber;
-    const std::string place = file.string() + " line " + std::to_string(lineNumber);
+  for (std::string line; std::getline(lines, line);) {
+    const std::string place = file.string() + " line " + std::to_string(++lineNumber);
     try {
-      FrameRecord record = parseRecord(text.substr(start, end - start), place);
+      FrameRecord record = parseRecord(line, place);
       const int number = record.frame;
       known.frames[number] = std::move(record);
     } catch (const UsageError& unreadable) {
       log::warning(std::string(unreadable.what()) + " (this record is not trusted)");
     }
-    start = end + 1;
   }
   // Start-up samples of earlier processes stay in the table.
   const fs::path timings = path / "timings.csv";
   if (!fs::exists(timings, error)) return known;
-  const std::string table = readTextFile(timings, kMaxRecordBytes);
-  for (std::size_t start = 0; start < table.size();) {
-    const std::size_t end = std::min(table.find('\n', start), table.size());
+  std::istringstream table(readTextFile(timings, kMaxRecordBytes));
+  for (std::string line; std::getline(table, line);) {
+    std::istringstream row(line);
     std::array<std::string, 5> cells;
-    std::size_t at = start;
-    for (std::string& cell : cells) {
-      const std::size_t comma = std::min(table.find(',', at), end);
-      cell = table.substr(at, comma - at);
-      at = std::min(comma + 1, end);
-    }
+    for (std::string& cell : cells) std::getline(row, cell, ',');
     if (cells[0] == "0")
       known.startup.push_back(
           {0, cells[1], std::strtod(cells[2].c_str(), nullptr), cells[3], cells[4] == "1"});
-    start = end + 1;
   }
   return known;
 }
