@@ -1,12 +1,14 @@
 #include "nightly/gates.h"
 
+#include "config/fields.h"
+
 namespace catoptric::nightly {
 namespace {
 
-using config::Field, config::FieldType, config::Schema, config::Value;
+using config::Schema, config::Value;
 
-Field share(const char* name, const char* help) {
-  return {.name = name, .type = FieldType::Number, .help = help, .minimum = 0.0};
+config::Field share(const std::string& name, const char* help) {
+  return config::fields::number(name, help, "", 0.0);
 }
 
 }  // namespace
@@ -20,15 +22,10 @@ const Schema& gatesSchema() {
                             share("disk", "Larger frames than the accepted ones, percent."),
                             share("again", "Tonight's build against itself, percent."),
                             share("watch_rise", "Rise of a watched counter, percent."),
-                            {.name = "watch",
-                             .type = FieldType::Array,
-                             .help = "Counters that may not rise.",
-                             .items = FieldType::String}}};
+                            config::fields::arrayOf("watch", "Counters that may not rise.",
+                                                    config::FieldType::String)}};
     for (const auto& [name, limit] : Gates().picture)
-      gates.fields.push_back({.name = name,
-                              .type = FieldType::Number,
-                              .help = "Limit of a picture's difference.",
-                              .minimum = 0.0});
+      gates.fields.push_back(share(name, "Limit of a picture's difference."));
     return gates;
   }();
   return schema;

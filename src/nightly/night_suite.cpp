@@ -13,8 +13,7 @@ namespace fields = config::fields;
 const Schema& sceneSchema() {
   static const Schema schema = study::runSchemaOfSuite(
       {fields::required(fields::object(
-           "frames", "Frames by effort, as smoke and full; others leave the scene out.",
-           &study::openSchema())),
+           "frames", "Frames by effort, as smoke and full; others leave the scene out.")),
        fields::arrayOf("tags", "Words for --only.", FieldType::String)});
   return schema;
 }
@@ -23,10 +22,10 @@ const Schema& suiteSchema() {
   static const Schema schema{
       .name = "suite",
       .help = "A suite of nightly cases.",
-      .fields = {
-          fields::any("comment", "Not read."), fields::required(fields::text("title", "Title.")),
-          fields::object("gates", "What a night may differ by.", &gatesSchema()),
-          fields::required(fields::object("scenes", "Scenes by name.", &study::openSchema()))}};
+      .fields = {fields::any("comment", "Not read."),
+                 fields::required(fields::text("title", "Title.")),
+                 fields::object("gates", "What a night may differ by.", &gatesSchema()),
+                 fields::required(fields::object("scenes", "Scenes by name."))}};
   return schema;
 }
 

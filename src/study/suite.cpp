@@ -7,6 +7,7 @@
 #include <set>
 #include <span>
 
+#include "config/fields.h"
 #include "config/json_text.h"
 #include "core/error.h"
 #include "core/text.h"
@@ -14,17 +15,13 @@
 namespace catoptric::study {
 namespace {
 
-using config::Field, config::FieldType, config::Schema, config::Value;
+using config::FieldType, config::Schema, config::Value;
+namespace fields = config::fields;
 
 const Schema& runSchema() {
-  static const Schema schema =
-      runSchemaOfSuite({{.name = "frames",
-                         .type = FieldType::Object,
-                         .help = "Frames by effort: smoke, quick, full.",
-                         .object = &openSchema()},
-                        {.name = "times",
-                         .type = FieldType::Bool,
-                         .help = "false: only errors and counters, each frame once."}});
+  static const Schema schema = runSchemaOfSuite(
+      {fields::object("frames", "Frames by effort: smoke, quick, full."),
+       fields::boolean("times", "false: only errors and counters, each frame once.", "")});
   return schema;
 }
 
@@ -32,23 +29,14 @@ const Schema& suiteSchema() {
   static const Schema schema{
       .name = "suite",
       .help = "Tables and curves of a paper.",
-      .fields = {{.name = "comment", .type = FieldType::Any, .help = "Not read."},
-                 {.name = "title", .type = FieldType::String, .help = "Title.", .required = true},
-                 {.name = "text", .type = FieldType::String, .help = "Text below the title."},
-                 {.name = "runs",
-                  .type = FieldType::Object,
-                  .help = "Runs by name.",
-                  .required = true,
-                  .object = &openSchema()},
-                 {.name = "efforts",
-                  .type = FieldType::Object,
-                  .help = "Settings of all runs, by effort.",
-                  .object = &openSchema()},
-                 {.name = "checks",
-                  .type = FieldType::Array,
-                  .help = "Ranges that values must be in, for --check."},
-                 {.name = "tables", .type = FieldType::Array, .help = "Tables."},
-                 {.name = "figures", .type = FieldType::Array, .help = "Curves."}}};
+      .fields = {
+          fields::any("comment", "Not read."), fields::required(fields::text("title", "Title.")),
+          fields::text("text", "Text below the title."),
+          fields::required(fields::object("runs", "Runs by name.")),
+          fields::object("efforts", "Settings of all runs, by effort."),
+          fields::of(FieldType::Array, "checks", "Ranges that values must be in, for --check."),
+          fields::of(FieldType::Array, "tables", "Tables."),
+          fields::of(FieldType::Array, "figures", "Curves.")}};
   return schema;
 }
 

@@ -1,32 +1,21 @@
 #include "study/suite_run.h"
 
+#include "config/fields.h"
+
 namespace catoptric::study {
 
 using config::FieldType, config::Schema, config::Value;
-
-const Schema& openSchema() {
-  static const Schema schema{.name = "any", .help = "", .fields = {}, .open = true};
-  return schema;
-}
+namespace fields = config::fields;
 
 Schema runSchemaOfSuite(std::vector<config::Field> more) {
-  Schema schema{.name = "run",
-                .help = "A run of a suite.",
-                .fields = {{.name = "config",
-                            .type = FieldType::String,
-                            .help = "A run config, relative to the suite.",
-                            .required = true},
-                           {.name = "settings",
-                            .type = FieldType::Object,
-                            .help = "Values of the config, by their names as for --set.",
-                            .object = &openSchema()},
-                           {.name = "methods",
-                            .type = FieldType::Array,
-                            .help = "Names of the config's methods, or of others; without it, all.",
-                            .items = FieldType::String},
-                           {.name = "against",
-                            .type = FieldType::String,
-                            .help = "The method whose frames are the truth."}}};
+  Schema schema{
+      .name = "run",
+      .help = "A run of a suite.",
+      .fields = {fields::required(fields::text("config", "A run config, relative to the suite.")),
+                 fields::object("settings", "Values of the config, by their names as for --set."),
+                 fields::arrayOf("methods", "Names of the config's methods, or of others [all].",
+                                 FieldType::String),
+                 fields::text("against", "The method whose frames are the truth.")}};
   schema.fields.insert(schema.fields.end(), more.begin(), more.end());
   return schema;
 }

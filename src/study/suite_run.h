@@ -34,7 +34,4 @@ Settings readSettings(const config::Value& value, const std::filesystem::path& f
 /// An array of strings; null: none.
 std::vector<std::string> stringsOf(const config::Value& array);
 
-/// Members of any name.
-const config::Schema& openSchema();
-
 }  // namespace catoptric::study
