@@ -43,9 +43,9 @@ Program makeProgram(CommonOptions& common) {
       kFooter,
       {renderCommand(common), planCommand(common), infoCommand(common), listCommand(common),
        doctorCommand(common), mergeCommand(common), submitCommand(common), statusCommand(common),
-       retryCommand(common), cancelCommand(common), compareCommand(common), layersCommand(common),
-       sweepCommand(common), tablesCommand(common), tuneCommand(common), nightlyCommand(common),
-       workerCommand(common)}};
+       retryCommand(common), cancelCommand(common), compareCommand(common), figureCommand(common),
+       layersCommand(common), sweepCommand(common), tablesCommand(common), tuneCommand(common),
+       nightlyCommand(common), workerCommand(common)}};
 }
 
 Rows commonRows(CommonOptions& common) {

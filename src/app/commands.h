@@ -42,6 +42,7 @@ Command statusCommand(CommonOptions& common);
 Command retryCommand(CommonOptions& common);
 Command cancelCommand(CommonOptions& common);
 Command compareCommand(CommonOptions& common);
+Command figureCommand(CommonOptions& common);
 Command layersCommand(CommonOptions& common);
 Command sweepCommand(CommonOptions& common);
 Command tablesCommand(CommonOptions& common);

@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "core/error.h"
 #include "core/file.h"
 #include "core/log.h"
 #include "report/comparison.h"
@@ -113,7 +114,16 @@ void writeSheet(const run::RunConfig& run, const FoundRuns& found,
         caption += ", L1_8bit " + report::fixedText(comparison.pooled.l1(), 2) + " against " +
                    comparison.reference;
   }
-  writeFileAtomically(out / "contact_sheet.png", report::contactSheetPng(found.runs, sheet));
+  const fs::path file = out / "contact_sheet.png";
+  std::vector<std::byte> picture;
+  try {
+    picture = report::drawFigure(report::contactSheet(found.runs, sheet), file);
+  } catch (const OutputError& error) {  // no font: frames and tables are worth more
+    log::warning("no contact sheet: " + std::string(error.what()));
+    return;
+  }
+  writeFileAtomically(file, picture);
+  log::info("contact sheet: " + file.string());
 }
 
 }  // namespace
@@ -129,7 +139,6 @@ Reports writeReports(const run::RunConfig& run, const std::vector<run::MethodRes
   reports.errorsJson = report::errorJson(comparisons);
   writeSheet(run, found, comparisons, out);
 
-  log::info("contact sheet: " + (out / "contact_sheet.png").string());
   log::info("tables: " + (out / "table.md").string() +
             (comparisons.empty() ? "" : ", " + (out / "errors.md").string()));
   for (const run::MethodResult& result : results)

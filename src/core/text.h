@@ -1,6 +1,7 @@
 // Small text helpers for messages.
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <string>
 #include <string_view>
@@ -21,6 +22,9 @@ std::string printable(std::string_view text);
 
 /// A word for a shell, in quotes where it needs them.
 std::string shellWord(const std::string& word);
+
+/// Bytes in base 64 [RFC 4648].
+std::string base64(std::span<const std::byte> bytes);
 
 /// A cell of a CSV file [RFC 4180], in quotes where it needs them.
 std::string csvCell(const std::string& text);

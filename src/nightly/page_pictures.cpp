@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/text.h"
 #include "report/differences.h"
 
 namespace catoptric::nightly {
@@ -15,20 +16,6 @@ using image::Image;
 /// Longest side of pictures in a single file, pixels. Ours.
 constexpr int kSmall = 160;
 constexpr float kStops = 2.0f;
-
-std::string base64(std::span<const std::byte> bytes) {
-  constexpr const char* kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    unsigned three = 0;
-    for (std::size_t j = 0; j < 3; ++j)
-      three = three << 8 | (i + j < bytes.size() ? std::to_integer<unsigned>(bytes[i + j]) : 0u);
-    for (std::size_t j = 0; j < 4; ++j)
-      text += i + j <= bytes.size() ? kDigits[three >> (18 - 6 * j) & 63u] : '=';
-  }
-  return text;
-}
 
 /// Every n-th pixel, so that a difference of single pixels keeps its size.
 Image smaller(const Image& image) {

@@ -24,60 +24,6 @@ TEST(Spread, KeepsFirstAndLast) {
   EXPECT_EQ(spread(all, 20), all);
 }
 
-TEST(Shrink, IsTheMeanInLinearLight) {
-  // Black and white stripes: half the light, which sRGB shows as step 188
-  Rgb8 stripes{6, 2, {}};
-  for (int i = 0; i < 12; ++i) {
-    const auto v = static_cast<std::uint8_t>(i % 2 == 0 ? 0 : 255);
-    stripes.rgb.insert(stripes.rgb.end(), {v, v, 0});
-  }
-  EXPECT_THAT(shrink(stripes, 3, 1).rgb, ElementsAre(188, 188, 0, 188, 188, 0, 188, 188, 0));
-  // 3 pixels to 2: the middle one counts half in each; (255 + 0 / 2) / 1.5 -> 2/3 of the light
-  const Rgb8 three{3, 1, {255, 255, 255, 0, 0, 0, 255, 255, 255}};
-  const int expected = static_cast<int>(std::lround(image::display8(2.0f / 3.0f)));
-  EXPECT_THAT(shrink(three, 2, 1).rgb, testing::Each(expected));
-  // Nothing changes at the same size
-  EXPECT_EQ(shrink(stripes, 6, 2).rgb, stripes.rgb);
-}
-
-/// Dots of a picture as text.
-std::string dots(const Rgb8& picture) {
-  std::string text;
-  for (int y = 0; y < picture.height; ++y) {
-    for (int x = 0; x < picture.width; ++x)
-      text += picture.rgb[(static_cast<std::size_t>(y) * picture.width + x) * 3] > 0 ? '#' : '.';
-    text += '\n';
-  }
-  return text;
-}
-
-TEST(Font, DrawsAndCutsAtBorders) {
-  Rgb8 picture{12, 9, std::vector<std::uint8_t>(12 * 9 * 3)};
-  drawText(picture, 0, 0, 1, "Ag", {255, 255, 255});
-  EXPECT_EQ(dots(picture),
-            ".###........\n"
-            "#...#.......\n"
-            "#...#..####.\n"
-            "#####.#...#.\n"
-            "#...#.#...#.\n"
-            "#...#.#...#.\n"
-            "#...#..####.\n"
-            "..........#.\n"
-            ".......###..\n");
-  EXPECT_EQ(textWidth("Ag", 1), 11);
-  EXPECT_EQ(textWidth("Ag", 3), 33);
-  EXPECT_NO_THROW(drawText(picture, -7, 6, 4, "W\xC3\xA4", {255, 255, 255}));
-}
-
-TEST(Font, AllLettersDiffer) {
-  std::set<std::string> shapes;
-  for (char c = ' '; c <= '~'; ++c) {
-    Rgb8 picture{6, 9, std::vector<std::uint8_t>(6 * 9 * 3)};
-    drawText(picture, 0, 0, 1, std::string(1, c), {255, 255, 255});
-    EXPECT_TRUE(shapes.insert(dots(picture)).second) << c;
-  }
-}
-
 class Sheet : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -89,18 +35,16 @@ class Sheet : public ::testing::Test {
   void addPreview(RunData& run, int number, int width, int height, Colour colour) {
     const auto file = folder_ / run.name / ("frame." + std::to_string(number) + ".png");
     std::filesystem::create_directories(file.parent_path());
-    Rgb8 picture{width, height, {}};
-    picture.rgb.resize(static_cast<std::size_t>(width) * height * 3);
-    fillRectangle(picture, 0, 0, width, height, colour);
-    writeFileAtomically(file, image::encodePng(width, height, 3, picture.rgb));
+    std::vector<std::uint8_t> rgb;
+    for (int i = 0; i < width * height; ++i) rgb.insert(rgb.end(), colour.begin(), colour.end());
+    writeFileAtomically(file, image::encodePng(width, height, 3, rgb));
     run.previews[number] = file;
   }
   std::filesystem::path folder_;
 };
 
-Colour at(const Rgb8& picture, int x, int y) {
-  const auto* p = &picture.rgb[(static_cast<std::size_t>(y) * picture.width + x) * 3];
-  return {p[0], p[1], p[2]};
+Colour firstPixel(const Panel& panel) {
+  return {panel.picture.rgb[0], panel.picture.rgb[1], panel.picture.rgb[2]};
 }
 
 TEST_F(Sheet, RowsAreMethodsAndColumnsAreFrames) {
@@ -115,35 +59,37 @@ TEST_F(Sheet, RowsAreMethodsAndColumnsAreFrames) {
   addPreview(runs[1], 2, 100, 50, blue);
   SheetOptions options;
   options.cellWidth = 50;
-  const Rgb8 sheet = contactSheet(runs, options);
-  // Margins 16, gap 8, cells 50 x 25, two lines of text above the first row, one above the second
-  ASSERT_EQ(sheet.width, 16 + 50 + 8 + 50 + 16);
-  ASSERT_EQ(sheet.height, 16 + 24 + (24 + 25) + 8 + (24 + 25) + 16);
-  EXPECT_EQ(at(sheet, 16, 64), red);
-  EXPECT_EQ(at(sheet, 65, 88), red);
-  EXPECT_EQ(at(sheet, 74, 64), green);
-  EXPECT_EQ(at(sheet, 123, 145), blue);
-  // The frame that the reference lacks is grey, neither black nor another frame
-  EXPECT_EQ(at(sheet, 17, 122), (Colour{44, 46, 50}));
+  options.captions["traced"] = "12 ms";
+  const Figure sheet = contactSheet(runs, options);
+  ASSERT_EQ(sheet.rows.size(), 2u);
+  EXPECT_EQ(sheet.rows[0].heading, "traced   12 ms");
+  EXPECT_EQ(sheet.rows[1].heading, "reference");
+  const std::vector<Panel>& first = sheet.rows[0].panels;
+  ASSERT_EQ(first.size(), 2u);
+  EXPECT_EQ(first[1].label, "frame 2");
+  EXPECT_EQ(first[0].picture.width, 50);
+  EXPECT_EQ(first[0].picture.height, 25);
+  EXPECT_EQ(firstPixel(first[0]), red);
+  EXPECT_EQ(firstPixel(first[1]), green);
+  EXPECT_EQ(sheet.rows[1].panels[0].picture.width, 0) << "a frame that the reference lacks";
+  EXPECT_EQ(firstPixel(sheet.rows[1].panels[1]), blue);
 }
 
 TEST_F(Sheet, OneRunFillsAGridAndKeepsShapes) {
   std::vector<RunData> runs(1);
   runs[0].name = "traced";
-  const Colour red{200, 0, 0};
-  for (int i = 1; i <= 4; ++i) addPreview(runs[0], i, 40, 40, red);
-  addPreview(runs[0], 5, 40, 20, red);  // of another shape: letterboxed
+  for (int i = 1; i <= 4; ++i) addPreview(runs[0], i, 40, 40, {200, 0, 0});
+  addPreview(runs[0], 5, 40, 20, {200, 0, 0});  // of another shape
   SheetOptions options;
   options.maxColumns = 3;
-  const Rgb8 sheet = contactSheet(runs, options);
-  ASSERT_EQ(sheet.width, 16 + 3 * 40 + 2 * 8 + 16);  // not enlarged to 320
-  ASSERT_EQ(sheet.height, 16 + (27 + 8) + 2 * (24 + 40) + 8 + 16);
-  const int secondRow = 16 + 35 + 24 + 40 + 8 + 24;
-  EXPECT_EQ(at(sheet, 16, secondRow), red);
-  EXPECT_NE(at(sheet, 16 + 48, secondRow), red);
-  EXPECT_EQ(at(sheet, 16 + 48, secondRow + 10), red);
-  const auto png = contactSheetPng(runs, options);
-  EXPECT_EQ(image::decodeImage8(png, "sheet", 1 << 20).width, sheet.width);
+  options.title = "run";
+  const Figure sheet = contactSheet(runs, options);
+  EXPECT_EQ(sheet.title, "run: traced");
+  ASSERT_EQ(sheet.rows.size(), 2u);
+  EXPECT_EQ(sheet.rows[0].panels.size(), 3u);
+  ASSERT_EQ(sheet.rows[1].panels.size(), 2u);
+  EXPECT_EQ(sheet.rows[1].panels[0].picture.width, 40) << "not enlarged";
+  EXPECT_EQ(sheet.rows[1].panels[1].picture.height, 20);
 }
 
 TEST_F(Sheet, NothingToShowIsAnError) {

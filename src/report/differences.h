@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "measure/errors.h"
-#include "report/font.h"
+#include "report/figure.h"
 
 namespace catoptric::report {
 
@@ -25,10 +25,10 @@ struct FrameErrors {
 /// |difference| in display steps times `gain`, 8-bit RGB; magenta where a value is not finite.
 std::vector<std::uint8_t> differenceRgb8(const image::Image& image, const image::Image& reference,
                                          int gain);
-/// A map of errors 0..1 in FLIP's colours, with a colour bar and its numbers below.
+/// A map of errors 0..1 in FLIP's colours; the bar below it has those of 0 (left) to 1.
 Rgb8 heatMap(const std::vector<float>& errors, int width, int height);
 /// Image, reference, difference x50; difference, LDR-FLIP, HDR-FLIP: with titles and figures.
-Rgb8 sideBySide(const FrameErrors& frame);
+Figure sideBySide(const FrameErrors& frame);
 /// Writes frame.0001.png (difference), .x50.png, .flip.png, .hdrflip.png and .sheet.png into
 /// `folder`. Throws OutputError.
 void writeDifferences(const FrameErrors& frame, const std::filesystem::path& folder);

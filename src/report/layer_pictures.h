@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "image/image.h"
-#include "report/font.h"
+#include "report/figure.h"
 
 namespace catoptric::report {
 

@@ -1,0 +1,178 @@
+// catoptric figure RUN...
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <memory>
+
+#include "app/commands.h"
+#include "core/file.h"
+#include "core/log.h"
+#include "core/text.h"
+#include "report/figure.h"
+#include "report/run_data.h"
+#include "report/table.h"
+
+namespace catoptric::app {
+namespace {
+
+struct FigureOptions {
+  std::vector<std::string> runs;
+  std::vector<int> frames;
+  std::vector<std::string> crops;
+  std::vector<std::string> labels;
+  std::string title;
+  std::string against;
+  std::string out;
+  report::Shown shown;
+  int columns = 0;
+};
+
+report::Crop parseCrop(const std::string& text) {
+  std::vector<int> numbers;
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  for (bool more = true; more;) {
+    int number = 0;
+    const auto [next, error] = std::from_chars(at, end, number);
+    if (error != std::errc()) break;
+    numbers.push_back(number);
+    more = next != end && *next == ',';
+    at = more ? next + 1 : next;
+  }
+  if (at != end || numbers.size() != 4 || numbers[2] < 1 || numbers[3] < 1)
+    throw UsageError("--crop \"" + text +
+                     "\": must be X,Y,WIDTH,HEIGHT in pixels, from the upper left corner");
+  return {numbers[0], numbers[1], numbers[2], numbers[3]};
+}
+
+/// A run's frame. Two single files may have any numbers.
+std::filesystem::path frameOf(const report::RunData& run, int number) {
+  if (run.frames.size() == 1 && std::filesystem::is_regular_file(run.folder))
+    return run.frames.begin()->second;
+  const auto found = run.frames.find(number);
+  if (found != run.frames.end()) return found->second;
+  throw UsageError(run.folder.string() + ": it has no frame " + std::to_string(number) +
+                   "; it has " + std::to_string(run.frames.size()) + " frames from " +
+                   std::to_string(run.frames.begin()->first) + " to " +
+                   std::to_string(run.frames.rbegin()->first));
+}
+
+/// The rows of a frame: the runs side by side, and below them their differences.
+void addRows(report::Figure& figure, const FigureOptions& options,
+             const std::vector<report::RunData>& runs, const report::RunData* against, int frame,
+             const report::Crop& crop) {
+  report::PanelRow pictures;
+  report::PanelRow differences;
+  if (options.frames.size() > 1) pictures.heading = "frame " + std::to_string(frame);
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    report::Shown shown = options.shown;
+    shown.crop = crop;
+    shown.frame = frameOf(runs[i], frame);
+    shown.difference = 0;
+    std::string label = options.labels.empty() ? runs[i].name : options.labels[i];
+    const bool compared = against != nullptr && frameOf(*against, frame) != shown.frame;
+    if (compared) {
+      shown.against = frameOf(*against, frame);
+      label += (label.empty() ? "" : ", ") + std::string("L1_8bit ") +
+               report::fixedText(report::l1Of(shown.frame, shown.against, false), 3);
+    }
+    pictures.panels.push_back({label, report::pictureOf(shown)});
+    shown.difference = options.shown.difference;
+    if (compared && shown.difference > 0)
+      differences.panels.push_back(
+          {"difference x" + std::to_string(shown.difference), report::pictureOf(shown)});
+  }
+  figure.rows.push_back(std::move(pictures));
+  if (!differences.panels.empty()) figure.rows.push_back(std::move(differences));
+}
+
+/// The same panels with so many in a row.
+void wrap(report::Figure& figure, std::size_t columns) {
+  report::Figure wrapped{figure.title, {}};
+  for (report::PanelRow& row : figure.rows)
+    for (report::Panel& panel : row.panels) {
+      if (wrapped.rows.empty() || wrapped.rows.back().panels.size() == columns)
+        wrapped.rows.emplace_back();
+      if (!row.heading.empty()) panel.label += ", " + row.heading;
+      wrapped.rows.back().panels.push_back(std::move(panel));
+    }
+  figure = std::move(wrapped);
+}
+
+ExitCode figure(const FigureOptions& options, const CommonOptions&) {
+  if (options.shown.difference > 0 && options.against.empty())
+    throw UsageError("--difference needs --against RUN");
+  if (!options.labels.empty() && options.labels.size() != options.runs.size())
+    throw UsageError("--labels has " + std::to_string(options.labels.size()) + " texts for " +
+                     std::to_string(options.runs.size()) + " runs");
+  std::vector<report::Crop> crops;
+  for (const std::string& text : options.crops) crops.push_back(parseCrop(text));
+  if (crops.empty()) crops.emplace_back();
+  std::vector<report::RunData> runs;
+  for (const std::string& run : options.runs) runs.push_back(report::readSequence(run));
+  report::RunData against;
+  if (!options.against.empty()) against = report::readSequence(options.against);
+  const std::vector<int> frames = options.frames.empty()
+                                      ? std::vector<int>{runs.front().frames.begin()->first}
+                                      : options.frames;
+  report::Figure made{options.title, {}};
+  for (const int frame : frames)
+    for (const report::Crop& crop : crops)
+      addRows(made, options, runs, options.against.empty() ? nullptr : &against, frame, crop);
+  if (options.columns > 0) wrap(made, static_cast<std::size_t>(options.columns));
+  writeFileAtomically(options.out, report::drawFigure(made, options.out));
+  log::info("figure: " + options.out);
+  return ExitCode::Done;
+}
+
+}  // namespace
+
+Command figureCommand(CommonOptions& common) {
+  const auto options = std::make_shared<FigureOptions>();
+  const Rows own = {
+      option("runs", options->runs, "RUN", "Runs' folders, folders of EXR files, or EXR files",
+             {.required = true}),
+      option("--out", options->out, "FILE", "The figure: .png, .pdf or .svg",
+             {.required = true, .notEmpty = true}),
+      option("--frame", options->frames, "N",
+             "Frames, with commas; each has a row [the first of the first run]", {.commas = true}),
+      option("--crop", options->crops, "X,Y,W,H",
+             "Show this part, in pixels from the upper left corner; each --crop has a row",
+             {.notEmpty = true, .oneEach = true}),
+      option("--zoom", options->shown.zoom, "N", "Enlarge each pixel to a square of N x N pixels",
+             {.least = 1, .most = 64, .showsDefault = true}),
+      option("--width", options->shown.width, "PIXELS",
+             "Make wider panels smaller, to this width (0: do not)", {.least = 0, .most = 65535}),
+      option("--layer", options->shown.layer, "NAME",
+             "Show this layer instead of the colours, as `catoptric layers` draws it",
+             {.notEmpty = true}),
+      option("--mask", options->shown.mask, "NAME", "Show the pixels of the layer mask.NAME in red",
+             {.notEmpty = true}),
+      option("--against", options->against, "RUN",
+             "Write the L1_8bit of each panel's whole frame against this run into its label",
+             {.notEmpty = true}),
+      option("--difference", options->shown.difference, "GAIN",
+             "Below the panels show how they differ from --against, in display steps times GAIN",
+             {.least = 0, .most = 255}),
+      option("--labels", options->labels, "TEXT",
+             "Labels of the runs, separated by commas [the names of their folders]",
+             {.commas = true}),
+      option("--title", options->title, "TEXT", "A line above the figure"),
+      option("--columns", options->columns, "N", "Panels in a row (0: one for each run)",
+             {.least = 0, .most = 1000}),
+  };
+  return {"figure", "Put frames of runs side by side: crops, differences and labels for a paper.",
+          own + commonRows(common),
+          R"(PDF and SVG files have labels that are text. The same runs give the same bytes.
+
+Example:
+  catoptric figure out/demo/second_order out/demo/traced --against out/demo/traced --difference 50 \
+      --frame 1 --crop 100,80,160,120 --zoom 2 --out figure.pdf
+
+Exit codes: 0 done; 2 the command line is wrong, or a frame, layer or part is not there; 3 a frame is damaged;
+5 output could not be written, or the font DejaVu Sans is not installed.
+)",
+          [options, &common] { return figure(*options, common); }};
+}
+
+}  // namespace catoptric::app
