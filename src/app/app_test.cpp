@@ -74,7 +74,7 @@ TEST_F(App, FramesBecomeFigures) {
   ASSERT_EQ(run("render run.json --frames 2,5 --out other --set seed=7").exitCode, 0);
   for (const char* file : {"a.png", "a.pdf", "a.svg"}) {
     const Result made = run(std::string("figure run other --frame 2,5 --against other "
-                                        "--difference 9 --labels one,two --crop 1,2,3,2 --zoom 2 "
+                                        "--difference 9 --labels one,two --crop 1,2,3,2 --zoom 64 "
                                         "--out ") +
                             file);
     EXPECT_EQ(made.exitCode, 0) << made.err;
@@ -84,7 +84,7 @@ TEST_F(App, FramesBecomeFigures) {
   EXPECT_THAT(svg, HasSubstr(">two</text>"));
   EXPECT_THAT(svg, HasSubstr(">difference x9</text>"));
   EXPECT_THAT(svg, HasSubstr(">frame 5</text>"));
-  EXPECT_THAT(svg, HasSubstr("width=\"6\" height=\"4\""));
+  EXPECT_THAT(svg, HasSubstr("width=\"192\" height=\"128\""));
   const std::map<std::string, std::string> wrong{
       {"--frame 3", "run: it has no frame 3; it has 2 frames from 2 to 5"},
       {"--crop 0,0,9999,1", "is outside the frame"},

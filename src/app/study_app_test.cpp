@@ -340,6 +340,49 @@ TEST_F(Sweep, ValuesOfAFileAreMeasuredAgainWhereTheirSettingsChanged) {
   EXPECT_NE(line(changed, "error(errors.b"), line(values, "error(errors.b"));
 }
 
+TEST_F(Sweep, SuitesPatchScenesAndDrawPictures) {
+  fs::create_directory(folder / "beside");
+  const auto write = [&](const std::string& label, const std::string& patch) {
+    std::ofstream(folder / "p.suite.json")
+        << R"json({"title": "P", "runs": {
+  "plain": {"config": "run.json", "against": "truth", "times": false},
+  "patched": {"config": "run.json", "against": "truth", "times": false, "scene_patch": )json"
+        << patch << R"json(, "path_patch": [{"op": "add", "path": "/fov", "value": 30}]}},
+  "tables": [],
+  "figures": [{"title": "F", "file": "f.svg", "x": "run", "y": "L1", "values": [1], "series":
+               {"a": ["error(plain.reference, L1_8bit)"]}}],
+  "pictures": [{"file": "p.svg", "frame": 2, "against": "truth", "rows": [
+    [{"of": "plain.reference", "zoom": 8, "label": ")json"
+        << label << R"json("}, {"of": "patched.truth", "crop": [1, 2, 3, 4], "zoom": 5}],
+    [{"of": "plain.reference", "difference": 9}]]}]})json";
+  };
+  const std::string command =
+      "tables p.suite.json --pictures pictures --values p.values.json --progress none --out ";
+  const std::string patch = R"([{"op": "add", "path": "/name", "value": "other"}])";
+  write("L1 {error}, {mean(plain.reference, rays)} rays", patch);
+  const Result first = run(command + "one");
+  ASSERT_EQ(first.exitCode, 0) << first.err;
+  const std::string picture = textOf(folder / "pictures/p.svg");
+  EXPECT_THAT(picture, testing::ContainsRegex(">L1 [0-9.]+, [0-9.]+ rays</text>"));
+  EXPECT_THAT(picture, HasSubstr("width=\"15\" height=\"20\""));
+  EXPECT_THAT(textOf(folder / "pictures/f.svg"), HasSubstr("<svg"));
+  EXPECT_THAT(textOf(folder / "one/scenes/patched.scene.json"), HasSubstr("\"other\""));
+  EXPECT_THAT(textOf(folder / "one/scenes/patched.path.json"), HasSubstr("30"));
+  EXPECT_TRUE(fs::exists(folder / "one/scenes/beside"));
+  // Nothing has changed: nothing is rendered or drawn
+  const Result second = run(command + "two");
+  ASSERT_EQ(second.exitCode, 0) << second.err;
+  EXPECT_THAT(second.err, testing::Not(HasSubstr("picture: ")));
+  EXPECT_THAT(second.err, testing::Not(HasSubstr("rendered")));
+  write("{error}", patch);
+  EXPECT_THAT(run(command + "two").err, HasSubstr("picture: pictures/p.svg"));
+  write("{error}", R"([{"op": "remove", "path": "/gone"}])");
+  const Result wrong = run(command + "two");
+  EXPECT_EQ(wrong.exitCode, 2) << wrong.err;
+  EXPECT_THAT(wrong.err, HasSubstr("/runs/patched/scene_patch: this patch cannot be applied to "));
+  EXPECT_THAT(wrong.err, HasSubstr("gone"));
+}
+
 TEST_F(Sweep, TablesAreMadeAgainWithoutRendering) {
   const auto write = [&](const std::string& title, const std::string& samples) {
     std::ofstream(folder / "a.suite.json")

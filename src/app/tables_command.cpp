@@ -14,6 +14,7 @@
 #include "run/folder/machine.h"
 #include "study/stored.h"
 #include "study/suite.h"
+#include "study/suite_pictures.h"
 
 namespace catoptric::app {
 namespace {
@@ -30,6 +31,7 @@ struct TablesOptions {
   bool check = false;
   std::string into;
   std::string values;
+  std::string pictures;
   std::string progress = "auto";
 };
 
@@ -51,17 +53,20 @@ struct PreparedRun {
   bool times = true;
 };
 
+/// `needed`: methods, or null: all; `numbers`: frames, or empty: those of the effort.
 PreparedRun prepareRun(const study::SuiteRun& run, const study::Settings& ofEffort,
                        const TablesOptions& options, const std::set<std::string>* needed,
-                       ProgressPrinter& printer, const std::filesystem::path& folder) {
+                       const std::vector<int>& numbers, ProgressPrinter& printer,
+                       const std::filesystem::path& folder) {
   StudyOptions own;
   own.input = run.config.string();
   own.repeats = options.effort == "smoke" ? 1 : options.repeats;
   own.workers = options.workers;
-  for (const study::Settings& settings : {run.settings, ofEffort})
-    for (const auto& [name, value] : settings) own.settings.push_back(name + "=" + value);
+  for (const auto& [name, value] : study::settingsOf(run, ofEffort, folder / "scenes"))
+    own.settings.push_back(name + "=" + value);
   const auto frames = run.frames.find(options.effort);
   if (frames != run.frames.end()) own.frames = frames->second;
+  if (!numbers.empty()) own.frames = scene::formatFrames(numbers);
   PreparedRun prepared{
       run.name,
       std::make_unique<study::Bench>(
@@ -156,7 +161,13 @@ void writeTables(const study::Suite& suite, const study::SuiteData& data,
                  const TablesOptions& options, const std::filesystem::path& folder,
                  const std::string& context) {
   const std::vector<report::Table> tables = study::suiteTables(suite, data, options.only);
-  const std::vector<study::Chart> charts = study::suiteCharts(suite, data);
+  std::vector<study::Chart> charts;
+  for (study::SuiteChart& one : study::suiteCharts(suite, data)) {
+    if (!one.file.empty() && !options.pictures.empty())
+      writeFileAtomically(std::filesystem::path(options.pictures) / one.file,
+                          std::string_view(study::toSvg(one.chart)));
+    charts.push_back(std::move(one.chart));
+  }
   const auto write = [&](const std::string& name, const std::string& text) {
     writeFileAtomically(folder / name, std::string_view(text));
   };
@@ -218,13 +229,49 @@ std::vector<PreparedRun> prepareRuns(const study::Suite& suite, const TablesOpti
   for (const study::SuiteRun& run : suite.runs) {
     const auto methods = needed.find(run.name);
     if (!options.values.empty() && methods == needed.end()) continue;
-    runs.push_back(
-        prepareRun(run, ofEffort == suite.efforts.end() ? study::Settings{} : ofEffort->second,
-                   options, options.values.empty() ? nullptr : &methods->second, printer, folder));
+    runs.push_back(prepareRun(
+        run, ofEffort == suite.efforts.end() ? study::Settings{} : ofEffort->second, options,
+        options.values.empty() ? nullptr : &methods->second, {}, printer, folder));
     for (const study::Setting& setting : runs.back().settings)
       data.runs[run.name][setting.point.method].setting = setting;
   }
   return runs;
+}
+
+/// Draws the pictures that are not there, or whose runs have changed.
+void drawPictures(const study::Suite& suite, const study::SuiteData& data,
+                  const TablesOptions& options, study::StoredValues* values,
+                  ProgressPrinter& printer, const std::filesystem::path& folder) {
+  const auto ofEffort = suite.efforts.find(options.effort);
+  for (const study::SuitePicture& picture : study::suitePictures(suite)) {
+    const std::filesystem::path file = std::filesystem::path(options.pictures) / picture.file;
+    const std::string print = study::statedPrint(suite, picture, options.effort);
+    if (values != nullptr && values->picture(picture.file) == print &&
+        std::filesystem::exists(file))
+      continue;
+    std::map<std::string, std::map<int, std::filesystem::path>> files;
+    for (const auto& [name, methods] : study::framesOf(picture))
+      for (const auto& [method, numbers] : methods) {
+        const auto run = std::ranges::find_if(
+            suite.runs, [&](const study::SuiteRun& one) { return one.name == name; });
+        study::SuiteRun own = *run;
+        own.methods = {method};
+        own.against.clear();
+        const std::vector<int> frames(numbers.begin(), numbers.end());
+        const PreparedRun prepared =
+            prepareRun(own, ofEffort == suite.efforts.end() ? study::Settings{} : ofEffort->second,
+                       options, nullptr, frames, printer, folder);
+        files[name + "." + method] = prepared.bench->frameFiles(prepared.settings.front(), frames);
+      }
+    const report::Figure figure = study::suiteFigure(
+        picture, data, [&](const std::string& run, const std::string& method, int frame) {
+          return files.at(run + "." + method).at(frame);
+        });
+    writeFileAtomically(file, report::drawFigure(figure, file));
+    if (values != nullptr) values->picture(picture.file) = print;
+    printer.endLine();
+    log::info("picture: " + file.string());
+  }
 }
 
 /// Replaces the tables of a page; without `write` only sees whether that can be done.
@@ -246,9 +293,11 @@ ExitCode tables(const TablesOptions& options, const CommonOptions& common) {
   const std::filesystem::path folder = options.out.empty()
                                            ? std::filesystem::path("out/tables") / name
                                            : std::filesystem::path(options.out);
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw OutputError(folder.string() + ": cannot be made: " + error.message());
+  for (const std::filesystem::path& made : {folder, std::filesystem::path(options.pictures)}) {
+    std::error_code error;
+    if (!made.empty()) std::filesystem::create_directories(made, error);
+    if (error) throw OutputError(made.string() + ": cannot be made: " + error.message());
+  }
   catchStopSignals(mode == ProgressMode::Json);
   study::SuiteData data;
   data.figures = suite.figures;
@@ -265,6 +314,8 @@ ExitCode tables(const TablesOptions& options, const CommonOptions& common) {
   if (!options.into.empty()) writeInto(options.into, suite, data, false);
   try {
     for (const PreparedRun& run : runs) measureRun(run, options.textOnly, data);
+    if (!options.pictures.empty() && !options.textOnly)
+      drawPictures(suite, data, options, values ? &*values : nullptr, printer, folder);
   } catch (const study::StudyStopped&) {
     printer.endLine();
     log::warning("stopped; what was measured is kept, and is not rendered again");
@@ -273,7 +324,7 @@ ExitCode tables(const TablesOptions& options, const CommonOptions& common) {
   printer.endLine();
   writeTables(suite, data, options, folder, runs.empty() ? "" : studyContext(*runs.front().bench));
   if (!options.into.empty()) writeInto(options.into, suite, data, true);
-  if (values && !runs.empty()) {
+  if (values) {
     values->keep(suite, data, options.effort, measuredBy(options));
     values->write();
   }
@@ -311,6 +362,10 @@ Command tablesCommand(CommonOptions& common) {
       option("--values", options->values, "FILE.json",
              "Keep the cells' values in this file, and measure only those whose settings have "
              "changed since",
+             {.notEmpty = true}),
+      option("--pictures", options->pictures, "DIR",
+             "Draw the suite's pictures, and those of its curves that have a file, into this "
+             "folder; with --values only those whose runs have changed since",
              {.notEmpty = true}),
       flag("--check", options->check, "Hold the ranges that the suite has under \"checks\""),
       option("--progress", options->progress, "HOW", "bar, plain, json, none, or auto",

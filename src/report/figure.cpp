@@ -22,7 +22,7 @@ constexpr const char* kFontFile = "/usr/share/fonts/truetype/dejavu/DejaVuSans.t
 constexpr double kTextSize = 13.0;
 constexpr double kTitleSize = 18.0;
 constexpr double kLeastSize = 9.0;  ///< of a text that would be too wide
-constexpr int kMargin = 12;
+constexpr int kMargin = 12;  ///< of contact sheets; a paper has its own
 constexpr int kGap = 6;
 constexpr int kTextLine = 20;
 constexpr int kTitleLine = 28;
@@ -127,6 +127,7 @@ Drawing layOut(const Figure& figure) {
     drawing.faint = {160, 163, 168};
     drawing.empty = {44, 46, 50};
   }
+  const int margin = figure.dark ? kMargin : 0;
   int cell = kLeastCell;
   std::size_t columns = 1;
   double texts = textWidth(printable(figure.title), kTitleSize);
@@ -137,10 +138,10 @@ Drawing layOut(const Figure& figure) {
   }
   const int inner = std::max(static_cast<int>(columns) * (cell + kGap) - kGap,
                              static_cast<int>(std::min<double>(kMostTextWidth, texts + 1.0)));
-  drawing.width = inner + 2 * kMargin;
-  int y = kMargin;
+  drawing.width = inner + 2 * margin;
+  int y = margin;
   if (!figure.title.empty()) {
-    drawing.addText(kMargin, y, inner, kTitleSize, figure.title, false);
+    drawing.addText(margin, y, inner, kTitleSize, figure.title, false);
     y += kTitleLine;
   }
   for (const PanelRow& row : figure.rows) {
@@ -152,11 +153,11 @@ Drawing layOut(const Figure& figure) {
     }
     if (high == 0) high = cell;
     if (!row.heading.empty()) {
-      drawing.addText(kMargin, y, inner, kTextSize, row.heading, false);
+      drawing.addText(margin, y, inner, kTextSize, row.heading, false);
       y += kTextLine;
     }
     const int top = y + (labels ? kTextLine : 0);
-    int x = kMargin;
+    int x = margin;
     for (const Panel& panel : row.panels) {
       drawing.addText(x, y, cell, kTextSize, panel.label, true);
       const Rgb8& picture = panel.picture;
@@ -172,7 +173,7 @@ Drawing layOut(const Figure& figure) {
     }
     y = top + high + kGap;
   }
-  drawing.height = y - kGap + kMargin;
+  drawing.height = y - kGap + margin;
   return drawing;
 }
 

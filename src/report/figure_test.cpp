@@ -133,18 +133,18 @@ TEST_F(Frames, PanelsStandWhereTheyShould) {
     const auto* p = &png.rgba[(static_cast<std::size_t>(y) * png.width + x) * 4];
     return Colour{p[0], p[1], p[2]};
   };
-  // Margins 12, gaps 6, a line of 20 above the first row
-  ASSERT_EQ(png.width, 12 + 50 + 6 + 50 + 12);
-  ASSERT_EQ(png.height, 12 + 20 + 20 + 6 + 10 + 12);
-  EXPECT_EQ(pixel(12, 32), (Colour{200, 0, 0}));
-  EXPECT_EQ(pixel(61, 51), (Colour{200, 0, 0}));
-  EXPECT_EQ(pixel(62, 32), (Colour{255, 255, 255}));
-  EXPECT_EQ(pixel(68, 32), (Colour{0, 200, 0}));
-  EXPECT_EQ(pixel(12, 58), (Colour{0, 0, 200}));
-  EXPECT_EQ(pixel(117, 67), (Colour{221, 221, 221})) << "missing";
+  // Gaps of 6, a line of 20 above the first row
+  ASSERT_EQ(png.width, 50 + 6 + 50);
+  ASSERT_EQ(png.height, 20 + 20 + 6 + 10);
+  EXPECT_EQ(pixel(0, 20), (Colour{200, 0, 0}));
+  EXPECT_EQ(pixel(49, 39), (Colour{200, 0, 0}));
+  EXPECT_EQ(pixel(50, 20), (Colour{255, 255, 255}));
+  EXPECT_EQ(pixel(56, 20), (Colour{0, 200, 0}));
+  EXPECT_EQ(pixel(0, 46), (Colour{0, 0, 200}));
+  EXPECT_EQ(pixel(105, 55), (Colour{221, 221, 221})) << "missing";
   bool text = false;
-  for (int y = 12; y < 32; ++y)
-    for (int x = 12; x < 40; ++x) text = text || pixel(x, y)[0] < 128;
+  for (int y = 0; y < 20; ++y)
+    for (int x = 0; x < 28; ++x) text = text || pixel(x, y)[0] < 128;
   EXPECT_TRUE(text);
 }
 
@@ -158,7 +158,7 @@ TEST_F(Frames, LabelsAreText) {
   const std::string svg = textOf("f.svg");
   EXPECT_THAT(svg, HasSubstr(">a &lt; b, L1_8bit 0.5</text>"));
   EXPECT_THAT(svg, HasSubstr(">Title</text>"));
-  EXPECT_THAT(svg, HasSubstr("<image x=\"12\" y=\"80\" width=\"300\" height=\"9\""));
+  EXPECT_THAT(svg, HasSubstr("<image x=\"0\" y=\"68\" width=\"300\" height=\"9\""));
   EXPECT_THAT(textOf("f.pdf"), HasSubstr("DejaVuSans"));
   EXPECT_THROW(drawFigure(figure, "f.jpg"), UsageError);
   // What is too wide becomes smaller, then is cut; what is no UTF-8 is drawn, too

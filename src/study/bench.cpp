@@ -276,24 +276,29 @@ report::RunData Bench::referenceFrames(const Setting& setting, const std::vector
   std::error_code ignored;
   if (fs::exists(reference_, ignored)) return report::readSequence(reference_);
   const Setting reference = referenceOf(setting);
-  const fs::path folder = framesFolder(reference);
   report::RunData data;
   data.name = reference_;
-  data.folder = folder;
+  data.folder = framesFolder(reference);
+  data.frames = frameFiles(reference, frames);
+  return data;
+}
+
+std::map<int, fs::path> Bench::frameFiles(const Setting& setting, const std::vector<int>& frames) {
+  const fs::path folder = framesFolder(setting);
+  std::map<int, fs::path> files;
+  std::error_code ignored;
   for (const int number : frames) {
-    const fs::path file = folder / run::framePath("frames", number, ".exr");
-    data.frames[number] = file;
-    if (fs::exists(file, ignored)) continue;
+    files[number] = folder / run::framePath("frames", number, ".exr");
+    if (fs::exists(files[number], ignored)) continue;
     checkStop();
-    WorkerProcess* process = worker(reference, {});
+    WorkerProcess* process = worker(setting, {});
     if (process == nullptr)
-      throw Error(ExitCode::FramesFailed,
-                  "the reference " + reference.text() + ": " + failures_[reference.key]);
-    say("reference " + reference.text() + ", frame " + std::to_string(number), -1.0);
+      throw Error(ExitCode::FramesFailed, setting.text() + ": " + failures_[setting.key]);
+    say(setting.text() + ", frame " + std::to_string(number), -1.0);
     process->render(number, folder);
     ++framesRendered_;
   }
-  return data;
+  return files;
 }
 
 /// Compares frames that were written, keeps the errors, and removes the frames.

@@ -92,6 +92,10 @@ class Bench {
   /// Writes it into the folder's samples.csv.
   void writeSamples() const;
 
+  /// EXR files of frames, which are rendered where they are not there yet. Throws Error.
+  std::map<int, std::filesystem::path> frameFiles(const Setting& setting,
+                                                  const std::vector<int>& frames);
+
   /// Why settings could not be rendered, by key.
   const std::map<std::string, std::string>& failures() const { return failures_; }
   const std::set<std::string>& renderers() const { return renderers_; }

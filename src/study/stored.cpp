@@ -56,6 +56,9 @@ StoredValues::StoredValues(const std::filesystem::path& file) : file_(file) {
   if (!std::filesystem::exists(file, ignored)) return;
   const Value root = config::parseFile(file);
   const std::vector<Value> by = root.get("measured").asArray();
+  if (root.has("pictures"))
+    for (const std::string& name : root.get("pictures").keys())
+      pictures_[name] = root.get("pictures").get(name).asString();
   const Value values = root.get("values");
   for (const std::string& cell : values.keys()) {
     const Value value = values.get(cell);
@@ -64,7 +67,7 @@ StoredValues::StoredValues(const std::filesystem::path& file) : file_(file) {
       value.fail("\"by\" counts the members of \"measured\" from 0");
     entries_[cell] = {
         {value.get("text").asString(), value.has("value") ? value.get("value").asNumber() : NAN},
-        value.get("of").asString(),
+        value.has("of") ? value.get("of").asString() : "",
         by[static_cast<std::size_t>(number)].asString()};
   }
 }
@@ -76,7 +79,9 @@ std::map<std::string, SuiteData::Stored> StoredValues::fresh(const Suite& suite,
     const auto entry = entries_.find(cell);
     if (entry == entries_.end()) continue;
     const std::string of = statedPrint(suite, cell, effort);
-    if (!of.empty() && of == entry->second.of) fresh[cell] = entry->second.value;
+    // What somebody wrote into the file by hand has no fingerprint yet: it gets one
+    const bool holds = entry->second.of.empty() || of == entry->second.of;
+    if (!of.empty() && holds) fresh[cell] = entry->second.value;
   }
   return fresh;
 }
@@ -109,8 +114,13 @@ void StoredValues::write() const {
   std::string all;
   for (const std::string& by : measured)
     all += (all.empty() ? "\n " : ",\n ") + config::jsonString(by);
-  writeFileAtomically(
-      file_, std::string_view("{\"measured\": [" + all + "],\n\"values\": {" + values + "}}\n"));
+  std::string pictures;
+  for (const auto& [name, of] : pictures_)
+    pictures += (pictures.empty() ? ",\n\"pictures\": {\n " : ",\n ") + config::jsonString(name) +
+                ": " + config::jsonString(of);
+  if (!pictures.empty()) pictures += "}";
+  writeFileAtomically(file_, std::string_view("{\"measured\": [" + all + "],\n\"values\": {" +
+                                              values + "}" + pictures + "}\n"));
 }
 
 std::map<std::string, std::set<std::string>> neededMethods(

@@ -28,6 +28,8 @@ class StoredValues {
   void keep(const Suite& suite, const SuiteData& data, const std::string& effort,
             const std::string& by);
   void write() const;
+  /// The fingerprint of what a picture was made of; empty: it is not known.
+  std::string& picture(const std::string& file) { return pictures_[file]; }
 
  private:
   struct Entry {
@@ -37,6 +39,7 @@ class StoredValues {
   };
   std::filesystem::path file_;
   std::map<std::string, Entry> entries_;
+  std::map<std::string, std::string> pictures_;
 };
 
 /// Methods that cells without a fresh value need, by run.

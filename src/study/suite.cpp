@@ -9,8 +9,11 @@
 
 #include "config/fields.h"
 #include "config/json_text.h"
+#include "config/patch.h"
 #include "core/error.h"
+#include "core/file.h"
 #include "core/text.h"
+#include "study/suite_pictures.h"
 
 namespace catoptric::study {
 namespace {
@@ -21,6 +24,9 @@ namespace fields = config::fields;
 const Schema& runSchema() {
   static const Schema schema = runSchemaOfSuite(
       {fields::object("frames", "Frames by effort: smoke, quick, full."),
+       fields::of(FieldType::Array, "scene_patch",
+                  "Changes of the scene's description: a JSON patch (RFC 6902)."),
+       fields::of(FieldType::Array, "path_patch", "Changes of the path's description, likewise."),
        fields::boolean("times", "false: only errors and counters, each frame once.", "")});
   return schema;
 }
@@ -36,16 +42,10 @@ const Schema& suiteSchema() {
           fields::object("efforts", "Settings of all runs, by effort."),
           fields::of(FieldType::Array, "checks", "Ranges that values must be in, for --check."),
           fields::of(FieldType::Array, "tables", "Tables."),
-          fields::of(FieldType::Array, "figures", "Curves.")}};
+          fields::of(FieldType::Array, "figures", "Curves."),
+          fields::of(FieldType::Array, "pictures",
+                     "Frames of runs side by side, for --pictures.")}};
   return schema;
-}
-
-/// With three significant digits.
-std::string threeDigits(double value) {
-  if (!std::isfinite(value)) return "";
-  if (value == 0.0) return "0";
-  const int digits = 2 - static_cast<int>(std::floor(std::log10(std::abs(value))));
-  return report::fixedText(value, std::max(0, digits));
 }
 
 double mean(const std::vector<double>& values) {
@@ -86,7 +86,25 @@ bool takesFrames(const std::string& name) {
   return name == "spread" || name == "median" || name == "first";
 }
 
+/// The names of a sum "a + b".
+std::vector<std::string> termsOf(const std::string& sum) {
+  std::vector<std::string> terms;
+  for (std::size_t begin = 0; begin < sum.size();) {
+    const std::size_t end = std::min(sum.find(" + ", begin), sum.size());
+    terms.push_back(sum.substr(begin, end - begin));
+    begin = end + 3;
+  }
+  return terms;
+}
+
 }  // namespace
+
+std::string threeDigits(double value) {
+  if (!std::isfinite(value)) return "";
+  if (value == 0.0) return "0";
+  const int digits = 2 - static_cast<int>(std::floor(std::log10(std::abs(value))));
+  return report::fixedText(value, std::max(0, digits));
+}
 
 Suite readSuite(const std::filesystem::path& file) {
   const Value root = config::parseFile(file);
@@ -99,6 +117,8 @@ Suite readSuite(const std::filesystem::path& file) {
     config::require(value, runSchema());
     SuiteRun run{readRunOfSuite(name, value, file.parent_path())};
     if (value.has("times")) run.times = value.get("times").asBool();
+    run.scenePatch = value.get("scene_patch");
+    run.pathPatch = value.get("path_patch");
     run.stated = config::without(value, {"methods", "frames"}).dump();
     suite.runs.push_back(std::move(run));
   }
@@ -108,7 +128,36 @@ Suite readSuite(const std::filesystem::path& file) {
   suite.checks = root.get("checks");
   suite.tables = root.get("tables");
   suite.figures = root.get("figures");
+  suite.pictures = root.get("pictures");
   return suite;
+}
+
+Settings settingsOf(const SuiteRun& run, const Settings& ofEffort,
+                    const std::filesystem::path& folder) {
+  Settings settings = run.settings;
+  settings.insert(settings.end(), ofEffort.begin(), ofEffort.end());
+  if (std::ranges::any_of(ofEffort, [](const auto& one) { return one.first == "scene"; }))
+    return settings;
+  for (const auto& [name, patch] :
+       {std::pair<std::string, const Value&>{"scene", run.scenePatch}, {"path", run.pathPatch}}) {
+    if (patch.isNull()) continue;
+    const auto own =
+        std::ranges::find_if(settings, [&](const auto& one) { return one.first == name; });
+    const std::filesystem::path file = std::filesystem::absolute(
+        own != settings.end()
+            ? std::filesystem::path(own->second)
+            : run.config.parent_path() / config::parseFile(run.config).get(name).asString());
+    std::filesystem::create_directories(folder);
+    for (const auto& beside : std::filesystem::directory_iterator(file.parent_path())) {
+      const std::filesystem::path link = folder / beside.path().filename();
+      if (beside.is_directory() && !std::filesystem::exists(link))
+        std::filesystem::create_directory_symlink(beside.path(), link);
+    }
+    const std::filesystem::path changed = folder / (run.name + "." + name + ".json");
+    writeFileAtomically(changed, std::string_view(config::patched(config::parseFile(file), patch)));
+    settings.emplace_back(name, changed.string());
+  }
+  return settings;
 }
 
 const SuiteData::Entry& SuiteData::entry(const std::string& name, const Value& cell) const {
@@ -142,7 +191,7 @@ double SuiteData::number(const Value& cell) const {
         "over the frames "
         "median(F, R, ...), first(F, R, ...), spread(F, R, ...) (mean / most) of F ms, step, "
         "ratio, error, mean or percent, where R is RUN.METHOD, a counter `samples` is the "
-        "frame's own, and per and percent take sums, COUNTER + COUNTER");
+        "frame's own, and step, per and percent take sums, NAME + NAME");
   if (const auto known = stored.find(cell.asString()); known != stored.end())
     return known->second.number;
   if (call.name == "slope") return slopeOf(call.arguments, cell);
@@ -182,8 +231,7 @@ double SuiteData::number(const Value& cell) const {
   const Measurement& measurement = one.samples->measurement;
   if (call.name == "ms") return 1e3 * frameSeconds(measurement.times(one.index)).mean;
   if (call.name == "worst_ms") return 1e3 * frameSeconds(measurement.times(one.index)).worst;
-  if (call.name == "step")
-    return 1e3 * mean(frameSeconds(measurement.stepTimes(one.index, call.arguments[1])).frames);
+  if (call.name == "step") return 1e3 * mean(stepSeconds(one, call.arguments[1]));
   const Entry& base = entry(call.arguments[1], cell);
   if (base.samples == nullptr) return NAN;
   return ratioOf(one, base).value;
@@ -202,11 +250,9 @@ std::vector<double> SuiteData::valuesOf(const std::vector<std::string>& argument
   const std::string& kind = arguments[0];
   const Entry& one = entry(arguments[1], cell);
   if (kind == "ms" || kind == "step" || kind == "ratio") {
-    const auto seconds = [](const Entry& of, const std::string& step) {
-      const Measurement& measurement = of.samples->measurement;
-      return frameSeconds(step.empty() ? measurement.times(of.index)
-                                       : measurement.stepTimes(of.index, step))
-          .frames;
+    const auto seconds = [](const Entry& of, const std::string& steps) {
+      return steps.empty() ? frameSeconds(of.samples->measurement.times(of.index)).frames
+                           : stepSeconds(of, steps);
     };
     const Entry& base = kind == "ratio" ? entry(arguments[2], cell) : one;
     if (one.samples == nullptr || base.samples == nullptr) return {};
@@ -225,6 +271,18 @@ std::vector<double> SuiteData::valuesOf(const std::vector<std::string>& argument
                          : 100.0 * perCounter(one, arguments[2], arguments[3], {frame}));
   std::erase_if(values, [](double value) { return !std::isfinite(value); });
   return values;
+}
+
+/// Seconds of a step, or of a sum "a + b" of some, by frame.
+std::vector<double> SuiteData::stepSeconds(const Entry& one, const std::string& steps) {
+  std::vector<double> sums;
+  for (const std::string& step : termsOf(steps)) {
+    const std::vector<double> seconds =
+        frameSeconds(one.samples->measurement.stepTimes(one.index, step)).frames;
+    sums.resize(std::max(sums.size(), seconds.size()));
+    for (std::size_t i = 0; i < seconds.size(); ++i) sums[i] += seconds[i];
+  }
+  return sums;
 }
 
 /// The slope of log y over log x of a figure's series, by least squares: "1, second_order".
@@ -264,12 +322,10 @@ double SuiteData::perCounter(const Entry& one, const std::string& counter, const
       static_cast<double>(image.width) * image.height * image.samples * image.samples;
   const auto counted = [&](const std::string& sum) {
     double all = 0.0;
-    for (std::size_t begin = 0; begin < sum.size();) {
-      const std::size_t end = std::min(sum.find(" + ", begin), sum.size());
-      const std::string name = sum.substr(begin, end - begin);
-      all += name == "samples" ? samples : one.errors.meanCounter(name, frames);
-      begin = end + 3;
-    }
+    for (const std::string& name : termsOf(sum))
+      all += name == "samples"  ? samples
+             : name == "frames" ? 1.0
+                                : one.errors.meanCounter(name, frames);
     return all;
   };
   return counted(counter) / counted(other);
@@ -358,6 +414,8 @@ std::vector<std::string> callsOf(const Suite& suite) {
     for (const std::string& name : figure.get("series").keys())
       for (const Value& cell : each(figure.get("series").get(name))) add(cell);
   for (const Value& check : each(suite.checks)) add(check.get("value"));
+  for (const std::string& cell : cellsOfLabels(suite))
+    add(config::parseText(config::jsonString(cell), "a label"));
   return {calls.begin(), calls.end()};
 }
 
@@ -404,14 +462,17 @@ std::vector<report::Table> suiteTables(const Suite& suite, const SuiteData& data
   return tables;
 }
 
-std::vector<Chart> suiteCharts(const Suite& suite, const SuiteData& data) {
-  std::vector<Chart> charts;
+std::vector<SuiteChart> suiteCharts(const Suite& suite, const SuiteData& data) {
+  std::vector<SuiteChart> charts;
   for (const Value& value :
        suite.figures.isNull() ? std::vector<Value>{} : suite.figures.asArray()) {
     Chart chart;
     chart.title = value.get("title").asString();
     chart.xTitle = value.get("x").asString();
     chart.yTitle = value.get("y").asString();
+    for (const char axis : {'x', 'y'})
+      if (value.has("log") && value.get("log").asString().find(axis) != std::string::npos)
+        (axis == 'x' ? chart.xLog : chart.yLog) = true;
     const std::vector<Value> places = value.get("values").asArray();
     for (const std::string& name : value.get("series").keys()) {
       ChartSeries series{name, {}, true};
@@ -424,7 +485,8 @@ std::vector<Chart> suiteCharts(const Suite& suite, const SuiteData& data) {
       }
       chart.series.push_back(std::move(series));
     }
-    charts.push_back(std::move(chart));
+    charts.push_back(
+        {std::move(chart), value.has("file") ? value.get("file").asString() : std::string()});
   }
   return charts;
 }

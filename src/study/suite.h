@@ -17,7 +17,9 @@ namespace catoptric::study {
 
 /// A run of a suite.
 struct SuiteRun : StatedRun {
-  bool times = true;     ///< false: errors and counters alone
+  bool times = true;           ///< false: errors and counters alone
+  config::Value scenePatch{};  ///< of the scene's description [RFC 6902]; or null
+  config::Value pathPatch{};
   std::string stated{};  ///< settings, reference and times as they are written
 };
 
@@ -28,11 +30,20 @@ struct Suite {
   std::map<std::string, Settings> efforts;  ///< settings of all runs, by effort
   config::Value checks;                     ///< of {"value", "from", "to"}
   config::Value tables;                     ///< of {"title", "text", "columns", "rows"}
-  config::Value figures;                    ///< of {"title", "x", "y", "values", "series"}
+  config::Value figures;                    ///< of {"title", "x", "y", "values", "series", "file"}
+  config::Value pictures;                   ///< study/suite_pictures.h
 };
+
+/// With three significant digits; empty where it is not finite.
+std::string threeDigits(double value);
 
 /// Throws UsageError with the place of what is wrong.
 Suite readSuite(const std::filesystem::path& file);
+
+/// The settings of a run in an effort. A patched scene or path is written to `folder`, with links
+/// to the folders beside it; not where the effort has another scene.
+Settings settingsOf(const SuiteRun& run, const Settings& ofEffort,
+                    const std::filesystem::path& folder);
 
 /// The measured runs, for the cells: by run, by method.
 class SuiteData {
@@ -68,12 +79,13 @@ class SuiteData {
   std::vector<double> valuesOf(const std::vector<std::string>& arguments,
                                const config::Value& cell) const;
   double slopeOf(const std::vector<std::string>& arguments, const config::Value& cell) const;
+  static std::vector<double> stepSeconds(const Entry& one, const std::string& steps);
   static double perCounter(const Entry& one, const std::string& counter, const std::string& other,
                            const std::vector<int>& frames);
   double errorOf(const Entry& one, const std::string& object, const config::Value& cell) const;
 };
 
-/// All cells of the suite that are computed: of tables, figures and checks, each once.
+/// All cells of the suite that are computed: of tables, figures, labels and checks, each once.
 std::vector<std::string> callsOf(const Suite& suite);
 /// Runs and methods that a cell names: "ratio(a.x, a.y)" has (a, x) and (a, y).
 std::vector<std::pair<std::string, std::string>> methodsOfCell(const std::string& cell);
@@ -89,6 +101,11 @@ std::string withTables(const std::string& page, const std::vector<report::Table>
 /// Tables of the suite, those that `only` names by their numbers from 1, or all.
 std::vector<report::Table> suiteTables(const Suite& suite, const SuiteData& data,
                                        const std::vector<int>& only);
-std::vector<Chart> suiteCharts(const Suite& suite, const SuiteData& data);
+/// `file`: empty, or the name of a file for this curve alone.
+struct SuiteChart {
+  Chart chart;
+  std::string file;
+};
+std::vector<SuiteChart> suiteCharts(const Suite& suite, const SuiteData& data);
 
 }  // namespace catoptric::study
