@@ -27,8 +27,9 @@ def main(source: pathlib.Path, program: pathlib.Path, work: pathlib.Path) -> int
         page = values.with_name(name + ".md")
         again = work / page.name
         shutil.copy(page, again)
+        shutil.copy(values, work)  # the program writes it
         made = subprocess.run([program, "tables", source / "configs" / "papers" / f"{name}.suite.json", "--effort",
-                               "full", "--values", values, "--text-only", "--into", again, "--out", work / name,
+                               "full", "--values", work / values.name, "--text-only", "--into", again, "--out", work / name,
                                "--progress", "none"], capture_output=True, text=True, check=False)
         if made.returncode != 0:
             failed.append(f"{name}: exit code {made.returncode}\n{made.stderr[-1500:]}")

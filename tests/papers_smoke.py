@@ -37,7 +37,7 @@ def sampled(suite, folder):
     for table in wanted["tables"]:
         table["rows"] = [row for row in table["rows"] if not others.search(json.dumps(row))]
     wanted["tables"] = [table for table in wanted["tables"] if table["rows"]]
-    for name in ("figures", "checks"):
+    for name in ("figures", "pictures", "checks"):
         wanted.pop(name, None)
     file = folder / suite.name
     file.write_text(json.dumps(wanted))
