@@ -11,7 +11,7 @@
 namespace catoptric::methods::glossy_lod {
 
 /// Where a ray has met something.
-struct Found {
+struct QuadHit {
   std::uint32_t node = 0;
   Vec2 at{0.0f};      ///< in the node's quad, 0..1
   bool back = false;  ///< it meets the quad's back
@@ -25,19 +25,7 @@ glm::uvec2 nearestTexel(const PlacedChart& chart, const Vec2& place);
 
 /// Mip level at which a texel is as large as the footprint of a ray that is `width` metres wide;
 /// the size of texels is that of the triangle which it met.
-float levelOf(const SceneImages& images, const Found& found, const Vec3& direction, float width);
-
-/// What a ray covers of a chart, in texels of the finest level: an ellipse.
-struct Ellipse {
-  Vec2 along{0.0f};  ///< its longest diameter
-  float across = 0.0f;
-};
-Ellipse ellipseOf(const SceneImages& images, const Found& found, const Vec3& direction,
-                  float width);
-
-/// The mean over that by at most `most` places along it, on the level of what lies between them.
-Vec3 anisotropicMean(const SceneImages& images, const Radiance& radiance, const Found& found,
-                     const Vec3& direction, float width, int most);
+float levelOf(const SceneImages& images, const QuadHit& found, const Vec3& direction, float width);
 
 /// The texels whose mean a ray sees, which are being loaded.
 struct Footprint {
@@ -52,7 +40,7 @@ struct Footprint {
 };
 
 /// Those of the levels next to levelOf(); without `filter` the nearest texel.
-Footprint footprint(const SceneImages& images, const Radiance& radiance, const Found& found,
+Footprint footprint(const SceneImages& images, const Radiance& radiance, const QuadHit& found,
                     const Vec3& direction, float width, bool filter);
 Vec3 mean(const Footprint& footprint);
 

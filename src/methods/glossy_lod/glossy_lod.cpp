@@ -1,7 +1,6 @@
 #include "methods/glossy_lod/glossy_lod.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -11,7 +10,6 @@
 
 #include "core/clock.h"
 #include "methods/contract/method.h"
-#include "methods/glossy_lod/bilateral.h"
 #include "methods/glossy_lod/image_layers.h"
 #include "methods/glossy_lod/options.h"
 #include "methods/glossy_lod/radiance.h"
@@ -93,7 +91,6 @@ class GlossyLod : public Method {
     output.counters["stopped"] = counts.visits.stopped;
     output.counters["own_backs"] = counts.visits.ownBacks;
     output.counters["sides_shaded"] = counts.sidesShaded;
-    output.counters["filtered"] = filtered_;
     report(output);
   }
 
@@ -153,7 +150,6 @@ class GlossyLod : public Method {
         *environment_,  shading,         scene::pixelSpreadRad(camera, gbuffer.sampleHeight()),
         extents_,       fresnelSchlick_, options_};
     if (masked_) scene.tree.alphaTest = {isCutAway, &texels};
-    if (options_.bilateral) bilateral_.begin(gbuffer.sampleWidth(), gbuffer.sampleHeight());
     TraceCounts counts;
     std::mutex mutex;
     const double seconds = bands_.run(
@@ -164,10 +160,7 @@ class GlossyLod : public Method {
           const std::int64_t start = nowNs();
           TileTracer& tracer = TileTracer::ofThread();
           tiles.place(samples, members, tracer.points());
-          if (options_.bilateral) Bilateral::interleave(members, tracer.points());
-          std::array<float, SampleTiles::kSamples> nearness;
-          tracer.run(scene, radiance, flags, nearness.data(), mine);
-          if (options_.bilateral) bilateral_.keep(members, tracer.points(), nearness.data());
+          tracer.run(scene, radiance, flags, mine);
           mine.resolveSeconds = secondsSince(start) - mine.traceSeconds - mine.shadeSeconds;
           const std::scoped_lock lock(mutex);
           counts.add(mine);
@@ -178,10 +171,6 @@ class GlossyLod : public Method {
     services.timer.add("trace", seconds * counts.traceSeconds / sum);
     if (counts.sidesShaded > 0) services.timer.add("radiance", seconds * counts.shadeSeconds / sum);
     services.timer.add("resolve", seconds * counts.resolveSeconds / sum);
-    if (options_.bilateral)
-      services.timer.measure("bilateral", [&] {
-        filtered_ = bilateral_.run(gbuffer, options_.automatic ? 20 : options_.rays);
-      });
     return counts;
   }
 
@@ -200,8 +189,6 @@ class GlossyLod : public Method {
   bool masked_ = false;  ///< some surfaces are cut by alpha masks
   std::unique_ptr<trace::EnvironmentLevels> environment_;
   Bands bands_;
-  Bilateral bilateral_;
-  std::uint64_t filtered_ = 0;  ///< samples
 };
 
 }  // namespace
@@ -218,8 +205,7 @@ const MethodEntry& glossyLodEntry() {
                 {"readback", "frames", "the G-buffer is read from the device"},
                 {"trace", "frames", "rays are traced"},
                 {"resolve", "frames", "rays are made; what they see is filtered"},
-                {"upload", "frames", "reflections go back to the device"},
-                {"bilateral", "frames", "neighbouring samples' reflections are joined"}},
+                {"upload", "frames", "reflections go back to the device"}},
       .counters = {{"rays", "rays that were traced"},
                    {"misses", "rays that left the scene"},
                    {"below_horizon",
@@ -232,7 +218,6 @@ const MethodEntry& glossyLodEntry() {
                    {"sides_shaded",
                     "sides of charts whose radiance was computed in this frame, as rays met them "
                     "for the first time since they moved or lights changed"},
-                   {"filtered", "samples that `bilateral` joined with neighbours"},
                    {"charts", "charts of all objects that are reflected"},
                    {"quads", "quads of their finest level"},
                    {"plain_triangles", "triangles that no chart holds: traced as they are"},

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "frame/test_scenes.h"
-#include "methods/glossy_lod/bilateral.h"
 #include "methods/glossy_lod/image_layers.h"
 #include "methods/glossy_lod/scene_images.h"
 #include "methods/testing/gl_harness.h"
@@ -143,114 +142,8 @@ TEST(GlossyLod, IsWhiteInAWhiteFurnaceAtAnyAlpha) {
                     test::translation({0.0f, 1.0f, -1.0f}));
   for (const char* options :
        {R"({"alpha": 0})", R"({"alpha": 1})", R"({"alpha": 10})", R"({"alpha": 1000})",
-        R"({"filter": false})", R"({"rays": 40})", R"({"automatic": true})",
-        R"({"bilateral": true, "rays": 4})", R"({"anisotropic": 8})"})
+        R"({"filter": false})", R"({"rays": 40})", R"({"automatic": true})"})
     EXPECT_EQ(bench.seen(options), 1.0) << options;
-}
-
-/// The reflected red of each sample of a frame from above a glossy floor.
-std::vector<float> seenFromAbove(const scene::Scene& scene, const std::string& options,
-                                 std::uint64_t& filtered) {
-  test::GlStage stage(scene, test::framesOf(48, 48, 1));
-  test::GlMethod method(stage, glossyLodEntry(), options);
-  const FrameOutput output =
-      method.render(scene::lookAt({0.0f, 2.0f, 0.5f}, Vec3(0.0f), {0, 1, 0}, 0.6f));
-  filtered = output.counters.at("filtered");
-  const std::vector<float> rgba = raster::readRgba(stage.gbuffer.reflection);
-  std::vector<float> red;
-  for (std::size_t i = 0; i < rgba.size(); i += 4) red.push_back(rgba[i]);
-  return red;
-}
-
-TEST(GlossyLod, BilateralMakesFewRaysAsGoodAsMany) {
-  SceneBuilder builder;
-  builder.add(scene::makePlane(Vec2(4.0f), {1, 1}, scene::UvMode::Unit),
-              builder.reflective(1.0f, 0.42f));
-  builder.add(scene::makeIcosphere(0.5f, 4, scene::UvMode::Unit),
-              builder.diffuse(Vec3(0.0f), Vec3(1.0f)), test::translation({0.0f, 1.5f, -1.0f}));
-  builder.constantEnvironment(Vec3(0.0f));
-  const scene::Scene scene = builder.scene();
-  std::uint64_t filtered = 0;
-  const std::vector<float> truth = seenFromAbove(scene, R"({"rays": 256, "alpha": 0})", filtered);
-  EXPECT_EQ(filtered, 0u);
-  const auto errorOf = [&](const std::string& options) {
-    const std::vector<float> seen = seenFromAbove(scene, options, filtered);
-    double sum = 0.0;
-    for (std::size_t i = 0; i < seen.size(); ++i)
-      sum += std::abs(static_cast<double>(seen[i]) - static_cast<double>(truth[i]));
-    return sum / static_cast<double>(seen.size());
-  };
-  const double plain = errorOf(R"({"rays": 4, "alpha": 0})");
-  const double joined = errorOf(R"({"rays": 4, "alpha": 0, "bilateral": true})");
-  EXPECT_GT(filtered, truth.size() * 9 / 10);
-  EXPECT_GT(plain, 0.01);
-  EXPECT_LT(joined, 0.4 * plain);
-}
-
-TEST(GlossyLod, BilateralJoinsNothingAcrossAnEdge) {
-  // Of a roof one side sees a lamp that fills its lobes, the other one nothing; of one object and
-  // of two
-  for (const bool one : {true, false}) {
-    SceneBuilder builder;
-    const int glossy = builder.reflective(1.0f, 0.35f);
-    const scene::Mesh plane = scene::makePlane(Vec2(2.0f), {1, 1}, scene::UvMode::Unit);
-    const auto turned = [](float degrees) { return test::rotation(degrees, {0, 0, 1}); };
-    if (one) {
-      builder.add(scene::makeBox({.size = Vec3(2.0f)}, scene::UvMode::Unit), glossy,
-                  test::translation({0.0f, -std::sqrt(2.0f), 0.0f}) * turned(45.0f));
-    } else {
-      builder.add(plane, glossy, turned(45.0f) * test::translation({-1.0f, 0.0f, 0.0f}));
-      builder.add(plane, glossy, turned(-45.0f) * test::translation({1.0f, 0.0f, 0.0f}));
-    }
-    builder.add(scene::makePlane(Vec2(60.0f), {1, 1}, scene::UvMode::Unit),
-                builder.diffuse(Vec3(0.0f), Vec3(1.0f)),
-                test::translation({-6.0f, 0.0f, 0.0f}) * turned(-90.0f));
-    builder.constantEnvironment(Vec3(0.0f));
-    std::uint64_t filtered = 0;
-    const std::vector<float> red =
-        seenFromAbove(builder.scene(), R"({"rays": 4, "bilateral": true})", filtered);
-    EXPECT_GT(filtered, red.size() * 9 / 10) << one;
-    const auto bright = std::ranges::count(red, 1.0f);
-    const auto dark = std::ranges::count(red, 0.0f);
-    EXPECT_GT(bright, 600) << one;
-    EXPECT_GT(dark, 600) << one;
-    EXPECT_EQ(static_cast<std::size_t>(bright + dark), red.size()) << one;
-  }
-}
-
-// A level floor, dark on the left and bright on the right, whose halves differ in one property.
-TEST(GlossyLod, BilateralJoinsLikeLobesAlone) {
-  const auto joined = [](float glossiness, int object) {
-    test::GlStage stage(SceneBuilder().scene(), test::framesOf(16, 16, 1));
-    SampleTiles::Members members;
-    trace::PointLanes points;
-    std::vector<float> reflection;
-    for (std::uint16_t y = 0; y < 16; ++y)
-      for (std::uint16_t x = 0; x < 16; ++x) {
-        const bool right = x >= 8;
-        members.x[members.count] = x;
-        members.y[members.count++] = y;
-        points.position.set(points.count, {0.001f * x, 0.0f, 0.001f * y});
-        points.axis.set(points.count, {0.0f, 1.0f, 0.0f});
-        points.glossiness[points.count] = right ? glossiness : 0.3f;
-        points.object[points.count++] = right ? object : 1;
-        reflection.insert(reflection.end(), 4, right ? 1.0f : 0.0f);
-      }
-    stage.gbuffer.reflection.uploadRows(0, 16, GL_RGBA, GL_FLOAT, reflection.data());
-    Bilateral filter;
-    filter.begin(16, 16);
-    const std::vector<float> nearness(256, 1.0f);
-    filter.keep(members, points, nearness.data());
-    EXPECT_EQ(filter.run(stage.gbuffer, 4), 256u);
-    const std::vector<float> rgba = raster::readRgba(stage.gbuffer.reflection);
-    int between = 0;
-    for (std::size_t i = 0; i < rgba.size(); i += 4) between += rgba[i] > 0.0f && rgba[i] < 1.0f;
-    return between;
-  };
-  EXPECT_EQ(joined(0.3f, 1), 4 * 16);  // two columns on each side
-  EXPECT_EQ(joined(0.31f, 1), 4 * 16);
-  EXPECT_EQ(joined(0.4f, 1), 0);
-  EXPECT_EQ(joined(0.3f, 2), 0);
 }
 
 TEST(GlossyLod, IsWhiteInAWhiteFurnaceAfterManyBounces) {

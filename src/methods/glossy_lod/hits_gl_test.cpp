@@ -62,7 +62,7 @@ class Rays {
       traverse(images.view(), packet, alpha, levels_, hits, visits);
       for (std::size_t i = 0; i < packet.count; ++i) {
         const bool missed = hits.node[i] == kNothing;
-        const Found found{hits.node[i], {hits.u[i], hits.v[i]}, hits.back[i] != 0};
+        const QuadHit found{hits.node[i], {hits.u[i], hits.v[i]}, hits.back[i] != 0};
         met.push_back({missed ? -1.0f : hits.metres[i], i == 0 ? visits.nodes : 0, found.back,
                        missed ? -1.0f
                               : levelOf(images, found, Vec3(directions[first + i]),
@@ -336,101 +336,6 @@ TEST(GlossyLodHits, AverageOverThePerpendicularFootprint) {
         EXPECT_NEAR(met.level, level, 1e-3f) << cells << ' ' << alpha;
       }
   }
-}
-
-TEST(GlossyLodHits, CoverEllipses) {
-  // Of 1 m x 1 m and of 4 m x 1 m, as many texels along each side
-  for (const float length : {1.0f, 4.0f}) {
-    SceneBuilder builder;
-    builder.add(scene::makePlane(Vec2(length, 1.0f), {1, 1}, scene::UvMode::Unit),
-                builder.diffuse(Vec3(0.0f), Vec3(1.0f)));
-    test::GlStage stage(builder.scene());
-    Rays rays(stage, {.size = 64});
-    const auto texels = static_cast<float>(1 << rays.images.charts()[0].image.texelLevel);
-    for (const float degrees : {0.0f, 40.0f, 75.0f}) {
-      for (const bool lengthwise : {true, false}) {
-        const float tilt = radians(degrees);
-        const Vec3 level = lengthwise ? Vec3(1, 0, 0) : Vec3(0, 0, 1);
-        const Vec3 way = std::sin(tilt) * level - Vec3(0, std::cos(tilt), 0);
-        const Vec3 from = Vec3(0.1f, 0.0f, 0.05f) - way;
-        RayPacket packet;
-        packet.count = 1;
-        for (int axis = 0; axis < 3; ++axis) {
-          packet.origin[static_cast<std::size_t>(axis)][0] = from[axis];
-          packet.direction[static_cast<std::size_t>(axis)][0] = way[axis];
-        }
-        packet.base[0] = packet.slope[0] = 0.0f;
-        PacketHits hits;
-        Visits visits;
-        traverse(rays.images.view(), packet, 0.0f, Levels::Off, hits, visits);
-        ASSERT_NE(hits.node[0], kNothing);
-        const float width = 0.01f * texels;
-        const Ellipse ellipse = ellipseOf(
-            rays.images, {hits.node[0], {hits.u[0], hits.v[0]}, hits.back[0] != 0}, way, 0.01f);
-        const float oblique = width / std::cos(tilt);
-        const float x = (lengthwise ? oblique : width) / length;
-        const float z = lengthwise ? width : oblique;
-        EXPECT_NEAR(glm::length(ellipse.along), std::max(x, z), 1e-3f * width);
-        EXPECT_NEAR(ellipse.across, std::min(x, z), 1e-3f * width);
-        if (std::abs(x - z) < 0.1f * width) continue;
-        const Vec2 axis = glm::abs(ellipse.along) / glm::length(ellipse.along);
-        EXPECT_NEAR(std::max(axis.x, axis.y), 1.0f, 1e-3f);
-      }
-    }
-  }
-}
-
-TEST(GlossyLodHits, AnisotropicFootprintsAreNoWiderAcross) {
-  // A sheet of 4 x 1 m as a square of 64 x 64 texels, with stripes of 8 texels across its length
-  SceneBuilder builder;
-  scene::Texture stripes;
-  stripes.srgb = false;
-  stripes.nearest = true;
-  stripes.levels = {{64, 64, {}}};
-  for (int i = 0; i < 64 * 64; ++i)
-    stripes.levels[0].rgba.insert(stripes.levels[0].rgba.end(), 4, (i + 4) / 8 % 2 == 0 ? 0 : 255);
-  builder.scene().textures.push_back(stripes);
-  const int material = builder.diffuse(Vec3(0.0f), Vec3(1.0f));
-  builder.scene().materials[material].emissiveTexture.texture = 0;
-  builder.add(scene::makePlane(Vec2(4.0f, 1.0f), {1, 1}, scene::UvMode::Unit), material);
-  test::GlStage stage(builder.scene());
-  Rays rays(stage, {.size = 64});
-  Radiance radiance;
-  const std::vector<int> objects = {0};
-  radiance.shade({&stage.scene, &stage.moment.geometry, &stage.moment.lighting, &rays.images},
-                 objects);
-  // 0.25 m are 4 texels along the sheet and 16 across it
-  const float width = 0.25f;
-  const auto contrast = [&](int taps) {
-    float least = 1.0f;
-    float most = 0.0f;
-    for (int i = 0; i < 64; ++i) {
-      RayPacket packet;
-      packet.count = 1;
-      packet.base[0] = packet.slope[0] = 0.0f;
-      packet.origin[0][0] = -1.0f + (static_cast<float>(i) + 0.5f) / 32.0f;
-      packet.origin[1][0] = 1.0f;
-      packet.origin[2][0] = 0.1f;
-      packet.direction[0][0] = packet.direction[2][0] = 0.0f;
-      packet.direction[1][0] = -1.0f;
-      PacketHits hits;
-      Visits visits;
-      traverse(rays.images.view(), packet, 0.0f, Levels::Adaptive, hits, visits);
-      const Found found{hits.node[0], {hits.u[0], hits.v[0]}, hits.back[0] != 0};
-      const Vec3 down(0.0f, -1.0f, 0.0f);
-      const float seen = anisotropicMean(rays.images, radiance, found, down, width, taps).x;
-      const float plain = mean(footprint(rays.images, radiance, found, down, width, true)).x;
-      if (taps == 1) {
-        EXPECT_NEAR(seen, plain, 1e-3f);
-      }
-      least = std::min(least, seen);
-      most = std::max(most, seen);
-    }
-    return most - least;
-  };
-  EXPECT_NEAR(contrast(1), 0.0f, 0.01f);  // 8 texels in both directions
-  EXPECT_GT(contrast(4), 0.9f);
-  EXPECT_GT(contrast(16), 0.9f);
 }
 
 TEST(GlossyLodHits, DoNotMeetTheirOwnImageFromBelow) {

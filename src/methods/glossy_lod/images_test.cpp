@@ -124,7 +124,7 @@ TEST(GeometryImages, KeepTrianglesOfABoxAsTheyAre) {
   Box3 box;
   const ChartImage& chart = image.charts[0];
   for (std::uint32_t i = 0; i < 1u << (2 * chart.texelLevel); ++i) {
-    const Place& p = image.texels[chart.firstTexel + i];
+    const TrianglePlace& p = image.texels[chart.firstTexel + i];
     const std::uint32_t* v = &mesh.indices[3 * std::size_t{p.triangle}];
     const Vec3 p0 = mesh.positions[v[0]];
     box.extend(p0 + p.b1 * (mesh.positions[v[1]] - p0) + p.b2 * (mesh.positions[v[2]] - p0));
@@ -173,7 +173,7 @@ bool same(const ObjectImage& a, const ObjectImage& b) {
   const auto samples = [](const Sample& x, const Sample& y) {
     return x.vertex == y.vertex && x.w1 == y.w1 && x.w2 == y.w2;
   };
-  const auto places = [](const Place& x, const Place& y) {
+  const auto places = [](const TrianglePlace& x, const TrianglePlace& y) {
     return x.triangle == y.triangle && x.b1 == y.b1 && x.b2 == y.b2;
   };
   const auto charts = [](const ChartImage& x, const ChartImage& y) {

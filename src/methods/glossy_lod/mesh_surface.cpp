@@ -6,7 +6,7 @@ namespace catoptric::methods::glossy_lod {
 namespace {
 
 /// Barycentrics of p1 and p2 where a place is projected onto a triangle's plane, moved into it.
-Vec2 within(const Vec3& e1, const Vec3& e2, const Vec3& fromCorner, const Place& place) {
+Vec2 within(const Vec3& e1, const Vec3& e2, const Vec3& fromCorner, const TrianglePlace& place) {
   const Vec3 normal = glm::cross(e1, e2);
   const float square = glm::dot(normal, normal);
   if (!(square > 0.0f)) return {place.b1, place.b2};
@@ -19,12 +19,12 @@ Vec2 within(const Vec3& e1, const Vec3& e2, const Vec3& fromCorner, const Place&
 
 }  // namespace
 
-frame::SurfacePoint meshSurface(const Shading& shading, const Found& found, const Vec3& position,
+frame::SurfacePoint meshSurface(const Shading& shading, const QuadHit& found, const Vec3& position,
                                 const Vec3& direction, float width) {
   const Quad& quad = shading.images->tree().quads()[found.node];
   const PlacedChart& chart = shading.images->charts()[quad.chart];
   const glm::uvec2 texel = nearestTexel(chart, placeInChart(quad, chart, found.at));
-  const Place& place =
+  const TrianglePlace& place =
       chart.source->texels[chart.image.firstTexel + (texel.y << chart.image.texelLevel) + texel.x];
   const frame::Geometry& geometry = *shading.geometry;
   const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(chart.object)];

@@ -11,7 +11,7 @@ namespace catoptric::methods::glossy_lod {
 
 /// The surface of the triangle at the middle of the texel that was found, where it is nearest to
 /// `position`, seen along `direction` by a ray that is `width` metres wide.
-frame::SurfacePoint meshSurface(const Shading& shading, const Found& found, const Vec3& position,
+frame::SurfacePoint meshSurface(const Shading& shading, const QuadHit& found, const Vec3& position,
                                 const Vec3& direction, float width);
 
 }  // namespace catoptric::methods::glossy_lod

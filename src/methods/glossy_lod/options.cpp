@@ -10,7 +10,7 @@ constexpr auto kLevels = config::names<Levels>(
 constexpr auto kOrders =
     config::names<Order>({{"near_first", Order::NearFirst}, {"as_built", Order::AsBuilt}});
 constexpr auto kObjects =
-    config::names<Objects>({{"diffuse", Objects::Diffuse}, {"all", Objects::All}});
+    config::names<Objects>({{"all", Objects::All}, {"diffuse", Objects::Diffuse}});
 
 }  // namespace
 
@@ -39,14 +39,6 @@ const config::OptionTable<Options>& optionTable() {
              "of all reflectors, so that hits are found before what they hide; as_built"),
        field(&Options::filter, "filter",
              "radiance averaged over what a ray stands for; false: that of the nearest texel"),
-       field(
-           &Options::anisotropic, "anisotropic", range(1, 64),
-           "with filter: places at most along the longest axis of what a ray covers of a chart, "
-           "which is an ellipse where the ray is oblique or the chart stretched; 1: a disk of its "
-           "area"),
-       field(&Options::bilateral, "bilateral",
-             "for few rays: 4 x 4 samples share out the directions of a lobe, and a filter joins "
-             "them as far as their lobes overlap"),
        field(&Options::automatic, "automatic",
              "the paper's rule instead of rays and alpha: 20 rays and alpha 3 for exponents above "
              "3000, else 40 rays and alpha 10"),
@@ -54,12 +46,9 @@ const config::OptionTable<Options>& optionTable() {
              "quads along the edge of an object's geometry image: all of its charts together have "
              "about as many as one square of this size"),
        field(&Options::objects, "objects", kObjects,
-             "what is reflected: diffuse objects alone, or all, of reflective ones their diffuse "
-             "component"),
-       field(
-           &Options::bounces, "bounces", range(1, 16),
-           "reflections along a path; after the last a surface shows its diffuse component. Needs "
-           "objects all: reflective ones are not met else")});
+             "what reflected rays meet: all objects, or those that do not reflect"),
+       field(&Options::bounces, "bounces", range(1, 16),
+             "reflections along a path; after the last a surface shows its diffuse component")});
   return table;
 }
 

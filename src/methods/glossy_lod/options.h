@@ -18,8 +18,6 @@ struct Options {
   Levels levels = Levels::Adaptive;
   Order order = Order::NearFirst;  ///< ours
   bool filter = true;
-  int anisotropic = 1;     ///< places along what a ray covers
-  bool bilateral = false;  ///< ours
   bool automatic = false;  ///< [Yu2008] Sec. 4: rays and alpha by the exponent
   int size = 128;          ///< quads along the edge of an object's geometry image
   Objects objects = Objects::All;

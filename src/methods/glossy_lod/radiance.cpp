@@ -53,13 +53,13 @@ void Radiance::shadeRows(const PlacedChart& chart, int side, std::uint32_t first
   const std::uint32_t n = 1u << chart.image.texelLevel;
   std::uint64_t notFinite = 0;
   const std::uint32_t* const indices = &geometry->indices[range.firstIndex];
-  const auto triangleOf = [indices](const Place& place) {
+  const auto triangleOf = [indices](const TrianglePlace& place) {
     return indices + std::size_t{3} * place.triangle;
   };
   for (std::uint32_t y = first; y < end; ++y) {
-    const Place* const places = &chart.source->texels[chart.image.firstTexel + y * n];
+    const TrianglePlace* const places = &chart.source->texels[chart.image.firstTexel + y * n];
     for (std::uint32_t x = 0; x < n; ++x) {
-      const Place& place = places[x];
+      const TrianglePlace& place = places[x];
       if (x + 2 * kTexelsAhead < n) __builtin_prefetch(triangleOf(places[x + 2 * kTexelsAhead]));
       if (x + kTexelsAhead < n) prefetchVertices(*geometry, triangleOf(places[x + kTexelsAhead]));
       const std::uint32_t* v = triangleOf(place);

@@ -48,7 +48,7 @@ TileTracer& TileTracer::ofThread() {
   return tracer;
 }
 
-void TileTracer::run(const Traced& scene, Vec3* radiance, std::uint8_t* flags, float* nearness,
+void TileTracer::run(const Traced& scene, Vec3* radiance, std::uint8_t* flags,
                      TraceCounts& counts) {
   const trace::PointLanes& points = lobes_.points();
   trace::ReflectionCounts made;
@@ -63,14 +63,11 @@ void TileTracer::run(const Traced& scene, Vec3* radiance, std::uint8_t* flags, f
     // Mean over each lobe, in the order of its rays
     for (std::size_t i = 0; i < group.points; ++i) {
       Vec3 sum(0.0f);
-      float near = 0.0f;
       for (std::size_t k = 0; k < rays; ++k) {
         const std::size_t packet = k / group.perPacket();
         const std::size_t lane = k % group.perPacket() * group.points + i;
         sum += values_[packet][lane];
-        near += 1.0f / metres_[packet][lane];
       }
-      if (nearness != nullptr) nearness[begin + i] = near / static_cast<float>(group.rays);
       radiance[begin + i] = sum / static_cast<float>(group.rays);
     }
     begin += group.points;
@@ -163,12 +160,10 @@ void TileTracer::tracePacket(const Traced& scene, const Group& group, std::size_
                         ? radians(scene.options.coarsest) / group.alpha
                         : kAnySlope;
   const bool filter = scene.options.filter;
-  const bool anisotropic = filter && scene.options.anisotropic > 1;
   const std::int64_t start = nowNs();
   traverse(scene.tree, packet, group.alpha, scene.options.levels, hits_, counts.visits);
   counts.traceSeconds += secondsSince(start);
   counts.rays += packet.count;
-  metres_[number] = hits_.metres;
   const auto directionOf = [&](std::size_t lane) {
     return Vec3(packet.direction[0][lane], packet.direction[1][lane], packet.direction[2][lane]);
   };
@@ -177,19 +172,15 @@ void TileTracer::tracePacket(const Traced& scene, const Group& group, std::size_
   for (std::size_t lane = 0; lane < packet.count; ++lane) {
     if (hits_.node[lane] == kNothing) continue;
     if (!shaded) ensureShaded(scene, lane, counts);
-    const Found found{hits_.node[lane], {hits_.u[lane], hits_.v[lane]}, hits_.back[lane] != 0};
+    const QuadHit found{hits_.node[lane], {hits_.u[lane], hits_.v[lane]}, hits_.back[lane] != 0};
     const float width = packet.base[lane] + packet.slope[lane] * hits_.metres[lane];
-    if (anisotropic)
-      values_[number][lane] = anisotropicMean(scene.images, scene.radiance, found,
-                                              directionOf(lane), width, scene.options.anisotropic);
-    else
-      footprints_[lane] =
-          footprint(scene.images, scene.radiance, found, directionOf(lane), width, filter);
+    footprints_[lane] =
+        footprint(scene.images, scene.radiance, found, directionOf(lane), width, filter);
   }
   for (std::size_t lane = 0; lane < packet.count; ++lane) {
     Vec3& value = values_[number][lane];
     if (hits_.node[lane] != kNothing) {
-      if (!anisotropic) value = mean(footprints_[lane]);
+      value = mean(footprints_[lane]);
       if (bounce_ + 1 < scene.options.bounces) goOn(scene, group, number, lane, counts);
       continue;
     }
@@ -247,7 +238,7 @@ void TileTracer::goOn(const Traced& scene, const Group& group, std::size_t numbe
 
 void TileTracer::traceOnward(const Traced& scene, TraceCounts& counts) {
   reflected_.resize(onward_.size());
-  next_->run(scene, reflected_.data(), nullptr, nullptr, counts);
+  next_->run(scene, reflected_.data(), nullptr, counts);
   for (std::size_t i = 0; i < onward_.size(); ++i) {
     const Onward& onward = onward_[i];
     const frame::SurfacePoint& surface = onward.surface;

@@ -53,9 +53,7 @@ class TileTracer {
   trace::PointLanes& points() { return lobes_.points(); }
 
   /// Mean radiance along the lobe of each point; `flags` as of trace::reflectedRadiance(), or null.
-  /// `nearness`: of each point the mean over its rays of 1 / metres to what they meet, or null.
-  void run(const Traced& scene, Vec3* radiance, std::uint8_t* flags, float* nearness,
-           TraceCounts& counts);
+  void run(const Traced& scene, Vec3* radiance, std::uint8_t* flags, TraceCounts& counts);
 
  private:
   /// Widths of the rays of a lobe, by index, kept: samples of one glossiness at the same place in
@@ -99,7 +97,6 @@ class TileTracer {
   std::array<Widths, 64> widths_;  ///< a power of two; ours
   std::array<RayPacket, 256> packets_;
   std::array<std::array<Vec3, RayPacket::kMost>, 256> values_;  ///< of their rays
-  std::array<std::array<float, RayPacket::kMost>, 256> metres_;
   std::array<Footprint, RayPacket::kMost> footprints_;
   PacketHits hits_;
 

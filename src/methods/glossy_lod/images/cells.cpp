@@ -17,7 +17,7 @@ constexpr double kNormalRadius = 0.5;
 /// Times that the cells' borders are smoothed. Ours.
 constexpr int kSmoothings = 4;
 
-/// Place and normal of a triangle or of a cell, in units that separate alike.
+/// TrianglePlace and normal of a triangle or of a cell, in units that separate alike.
 using Point = std::array<float, 6>;
 
 /// Points of all triangles, and their areas.

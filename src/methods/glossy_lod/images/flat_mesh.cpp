@@ -235,7 +235,7 @@ void FlatMesh::placeCorners() {
   makePieces();
 }
 
-Place FlatMesh::onHalf(bool lower, double b1, double b2) const {
+TrianglePlace FlatMesh::onHalf(bool lower, double b1, double b2) const {
   const auto corner = [&](std::size_t i) { return border_[corners_[i]].from; };
   const std::array<int, 3> v = lower ? std::array{corner(0), corner(1), corner(3)}
                                      : std::array{corner(2), corner(3), corner(1)};
@@ -438,9 +438,9 @@ bool FlatMesh::flatten() {
   });
 }
 
-std::vector<Place> FlatMesh::placesAt(int n, double shift, int first, int count) const {
+std::vector<TrianglePlace> FlatMesh::placesAt(int n, double shift, int first, int count) const {
   const auto size = static_cast<std::size_t>(std::max(0, count));
-  std::vector<Place> places(size * size);
+  std::vector<TrianglePlace> places(size * size);
   std::vector<double> inside(places.size(), -1.0);
   for (const Triangle& t : triangles_) {
     const glm::dvec2 a = uv_[t.v[0]];

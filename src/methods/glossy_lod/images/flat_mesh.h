@@ -11,7 +11,7 @@
 namespace catoptric::methods::glossy_lod {
 
 /// A place on a triangle of the object: b1, b2 weigh its second and third corner.
-struct Place {
+struct TrianglePlace {
   std::uint32_t triangle = 0;
   float b1 = 0.0f;
   float b2 = 0.0f;
@@ -54,11 +54,11 @@ class FlatMesh {
   bool flatten();
   /// Places at the points (i + shift, j + shift) / n of the square, i and j below `count`, row by
   /// row; empty where some are not covered.
-  std::vector<Place> placesAt(int n, double shift, int first, int count) const;
+  std::vector<TrianglePlace> placesAt(int n, double shift, int first, int count) const;
 
   /// On one of the square's halves, (v00, v10, v01) or else (v11, v01, v10): the place with these
   /// weights of its second and third corner. For charts of one or two triangles.
-  Place onHalf(bool lower, double b1, double b2) const;
+  TrianglePlace onHalf(bool lower, double b1, double b2) const;
 
   /// In order around the square, from its corner v00; each side has at least one.
   const std::vector<BorderPiece>& pieces() const { return pieces_; }

@@ -56,8 +56,8 @@ struct Prepared {
   bool plain = false;
   int level = 0;
   int texelLevel = 0;
-  std::vector<Place> inner;  ///< of the grid's vertices inside, (2^level - 1)^2
-  std::vector<Place> texels;
+  std::vector<TrianglePlace> inner;  ///< of the grid's vertices inside, (2^level - 1)^2
+  std::vector<TrianglePlace> texels;
   double stretch = 1.0;
 };
 
@@ -77,9 +77,9 @@ int levelOf(double quads, int most) {
 }
 
 /// Where the centres of a plain chart's texels lie, on the triangles that the traversal has.
-std::vector<Place> plainTexels(const Chart& chart, const FlatMesh& flat, int texelLevel) {
+std::vector<TrianglePlace> plainTexels(const Chart& chart, const FlatMesh& flat, int texelLevel) {
   const int n = 1 << texelLevel;
-  std::vector<Place> texels;
+  std::vector<TrianglePlace> texels;
   texels.reserve(static_cast<std::size_t>(n) * static_cast<std::size_t>(n));
   for (int y = 0; y < n; ++y) {
     for (int x = 0; x < n; ++x) {
@@ -241,7 +241,7 @@ void addChart(const MeshView& mesh, const Outlines& outlines, std::size_t index,
   std::uint32_t* grid = &image.grid[chart.firstGrid];
   for (int j = 1; j < n; ++j) {
     for (int i = 1; i < n; ++i) {
-      const Place& place = made.inner[static_cast<std::size_t>((j - 1) * (n - 1) + i - 1)];
+      const TrianglePlace& place = made.inner[static_cast<std::size_t>((j - 1) * (n - 1) + i - 1)];
       grid[static_cast<std::size_t>(j) * row + static_cast<std::size_t>(i)] =
           static_cast<std::uint32_t>(image.samples.size());
       const std::uint32_t* v = &mesh.indices[3 * std::size_t{place.triangle}];

@@ -30,8 +30,8 @@ struct ChartImage {
 
 struct ObjectImage {
   std::vector<Sample> samples;
-  std::vector<std::uint32_t> grid;  ///< numbers of samples
-  std::vector<Place> texels;        ///< where on the object the centre of each texel lies
+  std::vector<std::uint32_t> grid;    ///< numbers of samples
+  std::vector<TrianglePlace> texels;  ///< where on the object the centre of each texel lies
   std::vector<ChartImage> charts;
   std::uint64_t plainTriangles = 0;       ///< traced as they are
   std::uint64_t degenerateTriangles = 0;  ///< without area, left out

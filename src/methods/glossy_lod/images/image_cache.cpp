@@ -40,7 +40,7 @@ void eachValue(ObjectImage& image, Visit&& visit) {
     visit(s.w2);
   }
   for (std::uint32_t& g : image.grid) visit(g);
-  for (Place& p : image.texels) {
+  for (TrianglePlace& p : image.texels) {
     visit(p.triangle);
     visit(p.b1);
     visit(p.b2);
