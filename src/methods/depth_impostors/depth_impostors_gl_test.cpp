@@ -80,7 +80,7 @@ TEST(DepthImpostors, TheProcessorShowsWhatTheDeviceShows) {
   for (const std::string way :
        {R"("walk")", R"("srdm")", R"("srdm_two_rows")", R"("srdm", "refine": 4)",
         R"("srdm", "self_maps": 6)", R"("srdm", "self_maps": 6, "layers": 2)",
-        R"("srdm", "billboards_below": 10, "few_objects": 0)"}) {
+        R"("srdm", "depth_maps": "needed")"}) {
     test::GlStage stage(twoBalls().scene(), kSettings);
     std::vector<Vec3> shown[2];
     for (int i = 0; i < 2; ++i) {

@@ -13,6 +13,14 @@ namespace {
 constexpr float kSlab = 3e-5f;  ///< ours: three times the tolerance of a plane
 /// Centroids are one where they are nearer than this share of the object's radius. Ours.
 constexpr float kCoincides = 1e-3f;
+/// Objects with a larger predicted error of their billboard need a depth map: solid angle times the
+/// angle by which a billboard is off, sr rad. Ours, measured in docs/papers/impostors.md.
+constexpr float kNeedsDepth = 1.0f;
+/// So many objects get depth maps all, which is fast enough. Ours, measured there, too.
+constexpr std::size_t kFewObjects = 32;
+/// Cells along the edge of the octahedral map of directions, in the object's frame: reflectors in
+/// one cell share their depth maps, which survive small motions. Ours.
+constexpr float kDirectionCells = 32.0f;
 constexpr float kTiltRad = radians(60.0f);  ///< of an object's further depth maps; ours
 /// Sizes below this share of the scene's diameter are none.
 constexpr float kLeastSize = 1e-6f;
@@ -41,7 +49,8 @@ class Chooser {
     choice_.listOf.resize(count);
     const std::vector<int> objects = wanted();
     for (const int object : objects) choice_.chosen[static_cast<std::size_t>(object)] = true;
-    crowded_ = objects.size() > static_cast<std::size_t>(options_.fewObjects);
+    billboardsToo_ = options_.depthMaps == DepthMaps::Needed ||
+                     (options_.depthMaps == DepthMaps::Auto && objects.size() > kFewObjects);
     for (std::size_t r = 0; r < count; ++r)
       if (!vanished(static_cast<int>(r)) && (reflects_[r] || (options_.bounces > 1 && mirrors_[r])))
         list(static_cast<int>(r));
@@ -148,7 +157,7 @@ class Chooser {
       return;
     }
     if (kind_ == Kind::Billboard ||
-        (crowded_ && errorOfBillboard(reflector, object) < options_.billboardsBelow)) {
+        (billboardsToo_ && errorOfBillboard(reflector, object) < kNeedsDepth)) {
       into.members.push_back(billboard(reflector, object));
     } else {
       depthMaps(reflector, object, into);
@@ -261,11 +270,11 @@ class Chooser {
     };
     Vec2 at(local.x, local.y);
     if (local.z < 0.0f) at = (1.0f - glm::abs(Vec2(at.y, at.x))) * signs(at);
-    const auto cells = static_cast<float>(options_.directionCells);
-    const Vec2 cell = glm::clamp(glm::floor((0.5f + 0.5f * at) * cells), 0.0f, cells - 1.0f);
+    const Vec2 cell =
+        glm::clamp(glm::floor((0.5f + 0.5f * at) * kDirectionCells), 0.0f, kDirectionCells - 1.0f);
     const auto key = std::tuple(object, static_cast<int>(cell.x), static_cast<int>(cell.y));
     if (const auto found = maps_.find(key); found != maps_.end()) return found->second;
-    at = 2.0f * (cell + 0.5f) / cells - 1.0f;
+    at = 2.0f * (cell + 0.5f) / kDirectionCells - 1.0f;
     Vec3 back(at, 1.0f - std::abs(at.x) - std::abs(at.y));
     if (back.z < 0.0f) {
       const Vec2 folded = (1.0f - glm::abs(Vec2(at.y, at.x))) * signs(at);
@@ -300,7 +309,7 @@ class Chooser {
   const std::vector<bool>& reflects_;
   const std::vector<bool>& mirrors_;
   float metres_;
-  bool crowded_ = false;  ///< more objects than Options::fewObjects
+  bool billboardsToo_ = false;  ///< of a method of depth maps
   Choice choice_;
   std::map<std::tuple<int, int, bool>, int> flats_;  ///< object, plane, side
   std::map<std::tuple<int, int, int>, int> maps_;    ///< object, cell

@@ -38,7 +38,7 @@ std::vector<config::Option<Options>> common() {
             "flat objects with walls take their colours from the environment map, which then shows "
             "them; they must hide nothing there"),
       field(&Options::attenuation, "attenuation", atLeast(0.0),
-            "metres along the reflected ray over which what it meets fades to 1/e; 0: not at all"),
+            "metres along a reflected ray over which what it meets fades to 1/e; 0: not at all"),
       field(&Options::intersectOn, "intersect_on", kUnits,
             "where rays of mirrors are intersected: by a shader on the device, by vector code on "
             "the processor, or where it is faster: on the processor if the device is one"),
@@ -75,22 +75,17 @@ const config::OptionTable<Options>& depthOptions() {
                             "depth maps of one camera: the second shows what the first hides, the "
                             "third what both hide")
                           .trade("1,2"));
-    options.push_back(field(&Options::directionCells, "direction_cells", range(2, 4096),
-                            "cells along the edge of the octahedral map of directions, in the "
-                            "object's frame: reflectors in one cell share their depth maps"));
     options.push_back(field(&Options::selfMaps, "self_maps", range(0, 6),
                             "depth maps of each curved reflector that its own rays are intersected "
                             "with, looking along its axes; 0: no reflector shows itself")
                           .trade("0,6"));
     options.push_back(
-        field(&Options::billboardsBelow, "billboards_below", atLeast(0.0),
-              "sr: objects get a billboard in place of a depth map where the error of "
-              "one is predicted to be less: solid angle times the angle by which a "
-              "billboard is off, in the unit of least; 0: none")
-            .trade("0,0.1,1"));
-    options.push_back(field(&Options::fewObjects, "few_objects", range(0, 4096),
-                            "where no more objects than these have impostors, billboards_below is "
-                            "not looked at: all of them get depth maps"));
+        field(
+            &Options::depthMaps, "depth_maps", kDepthMaps,
+            "which objects get depth maps. needed: those whose billboard would be most wrong, the "
+            "others get a billboard; auto: needed where more than 32 objects have impostors, "
+            "else all")
+            .trade("auto,all"));
     return config::OptionTable<Options>("depth_impostors", "Options of the method depth_impostors.",
                                         std::move(options));
   }();

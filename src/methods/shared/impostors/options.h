@@ -19,6 +19,12 @@ inline constexpr auto kIntersections =
                                  {"srdm", Intersection::Srdm},
                                  {"srdm_two_rows", Intersection::SrdmTwoRows}});
 
+/// Which objects get depth maps; the others get billboards.
+enum class DepthMaps : std::uint8_t { Auto, All, Needed };
+
+inline constexpr auto kDepthMaps = config::names<DepthMaps>(
+    {{"auto", DepthMaps::Auto}, {"all", DepthMaps::All}, {"needed", DepthMaps::Needed}});
+
 /// Where rays of mirrors are intersected.
 enum class Unit : std::uint8_t { Auto, Device, Processor };
 
@@ -40,15 +46,13 @@ struct Options {
   Unit intersectOn = Unit::Auto;
   // depth_impostors alone
   Intersection intersection = Intersection::Srdm;
-  int domains = 60;              ///< the paper's n
-  int points = 8;                ///< the paper's m
-  int refine = 4;                ///< texels; ours, measured in docs/papers/impostors.md
-  int maps = 1;                  ///< of an object, for each reflector
-  int layers = 1;                ///< of depth, for each camera; ours
-  int directionCells = 32;       ///< of an octahedral map's edge; ours
-  int selfMaps = 0;              ///< of a reflector for its own rays; ours
-  float billboardsBelow = 1.0f;  ///< sr rad; ours, measured in docs/papers/impostors.md
-  int fewObjects = 32;           ///< get no billboards; ours
+  int domains = 60;  ///< the paper's n
+  int points = 8;    ///< the paper's m
+  int refine = 4;    ///< texels; ours, measured in docs/papers/impostors.md
+  int maps = 1;      ///< of an object, for each reflector
+  int layers = 1;    ///< of depth, for each camera; ours
+  int selfMaps = 0;  ///< of a reflector for its own rays; ours
+  DepthMaps depthMaps = DepthMaps::Auto;
 };
 
 const config::OptionTable<Options>& billboardOptions();
