@@ -36,8 +36,8 @@ class Golden:
         self.families = json.loads((KEPT / "families.json").read_text())
         known = subprocess.run([self.program, "list", "methods", "--json"], check=True, capture_output=True, text=True)
         entries = json.loads(known.stdout)["methods"]
-        self.methods = [m["name"] for m in entries]
-        self.small = {m["name"]: m.get("tests", {}).get("small", {}) for m in entries}  # options for small frames
+        self.methods = [name for m in entries for name in [m["name"], *m["aliases"]]]
+        self.small = {name: m.get("tests", {}).get("small", {}) for m in entries for name in [m["name"], *m["aliases"]]}  # options for small frames
 
     def names(self, patterns):
         every = [f"{family}.{method}" for family in self.families["families"] for method in self.methods]

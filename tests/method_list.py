@@ -9,7 +9,8 @@ class Methods:
     def __init__(self, program):
         done = subprocess.run([program, "list", "methods", "counters", "--json"], check=True, capture_output=True)
         listed = json.loads(done.stdout)
-        self.entries = listed["methods"]
+        # An alias is a method with a setting of its own
+        self.entries = [{**m, "name": name} for m in listed["methods"] for name in [m["name"], *m["aliases"]]]
         self.names = [m["name"] for m in self.entries]
         # Those of the program itself, which stand first, say all; those of methods stand with them
         self.common = [c for c in listed["counters"] if "must_be_zero" in c]

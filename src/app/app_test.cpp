@@ -109,8 +109,7 @@ TEST_F(App, LensesThatShowNothingAreWarnedOf) {
   {"name": "lens", "shape": "implicit", "surface": "sphere", "radius": 0.5, "segments": [8, 6],
    "material": {"base_color": [0.1, 0.1, 0.1], "s": 1, "g": 0, "refraction": 1.5}}]})";
   for (const std::string method : {"perturbation", "traced", "reference"}) {
-    const std::string option =
-        "methods." + method + (method == "perturbation" ? ".max_bounces" : ".bounces");
+    const std::string option = "methods." + method + ".bounces";
     const std::string image = " --set image.width=8 --set image.height=8 --method " + method;
     const Result plan = run("plan lens.json" + image + " --set " + option + "=1");
     EXPECT_EQ(plan.exitCode, 0) << plan.err;
@@ -134,7 +133,7 @@ TEST_F(App, LensesThatShowNothingAreWarnedOf) {
                           "bounces, and bounces is 1; give the method that fills it bounces 2 or "
                           "more"));
   }
-  EXPECT_THAT(run("render lens.json --method perturbation --set methods.perturbation.max_bounces=2 "
+  EXPECT_THAT(run("render lens.json --method perturbation --set methods.perturbation.bounces=2 "
                   "--set methods.perturbation.order=nearest --set image.width=8 "
                   "--set image.height=8 --out near")
                   .err,

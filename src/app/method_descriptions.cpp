@@ -101,6 +101,9 @@ std::string methodJson(const methods::MethodEntry& entry) {
           .object();
   return JsonText()
       .add("name", entry.id)
+      .raw("aliases",
+           listJson(entry.aliases,
+                    [](const methods::MethodAlias& alias) { return config::jsonString(alias.id); }))
       .add("summary", entry.summary)
       .add("paper", entry.paper)
       .raw("steps", listJson(entry.steps, stepJson))

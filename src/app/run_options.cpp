@@ -54,10 +54,10 @@ std::string methodOptionHint(const config::Value& root, const std::string& path,
                              const std::string& value) {
   const std::string name = path.substr(path.rfind('.') + 1);
   const auto hasOption = [&](const std::string& id) {
-    for (const methods::MethodEntry& entry : methods::registry())
-      for (const config::Field& field : entry.options.fields)
-        if (entry.id == id && field.name == name) return true;
-    return false;
+    const methods::MethodEntry* entry = methods::findMethod(methods::registry(), id);
+    return entry != nullptr &&
+           std::ranges::find(entry->options.fields, name, &config::Field::name) !=
+               entry->options.fields.end();
   };
   std::vector<std::string> forms;
   const config::Value methods = root.get("methods");
@@ -137,9 +137,7 @@ config::Value withSelected(const config::Value& root, const std::vector<std::str
       return isIt(method) || (method.kind() == config::Value::Kind::Object &&
                               (isIt(method.get("name")) || isIt(method.get("method"))));
     });
-    const bool known = std::ranges::any_of(
-        methods::registry(), [&](const methods::MethodEntry& entry) { return entry.id == name; });
-    if (there || !known) continue;
+    if (there || methods::findMethod(methods::registry(), name) == nullptr) continue;
     all = config::withSetting(all, "methods." + std::to_string(count++),
                               config::JsonText().add("method", name).object(), "--method " + name);
   }
@@ -203,10 +201,10 @@ config::Value inputConfig(const RunOptions& options, const std::filesystem::path
   if (run::isScene(file)) {
     // Methods that are known; readRunConfig() complains of the others.
     std::vector<std::string> methods;
-    for (const methods::MethodEntry& entry : methods::registry())
-      if (std::find(options.methods.begin(), options.methods.end(), entry.id) !=
-          options.methods.end())
-        methods.push_back(entry.id);
+    for (const std::string& name : options.methods)
+      if (methods::findMethod(methods::registry(), name) != nullptr &&
+          std::ranges::find(methods, name) == methods.end())
+        methods.push_back(name);
     if (methods.empty()) methods.emplace_back(methods::kDefaultMethod);
     return run::configOfScene(file, methods);
   }

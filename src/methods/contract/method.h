@@ -37,6 +37,9 @@ struct RunSettings {
   /// are of no class (methods/shared/share.h).
   frame::ObjectSet reflectors = {};
   bool masks = false;  ///< fill fallback masks
+  /// Compare what is shown with Embree's rays: fill mask and counter `disoccluded`, where the
+  /// method can.
+  bool countDisocclusions = false;
   bool fresnelSchlick = false;
   std::vector<std::string> layers;  ///< asked-for layers: "Z", "N", "reflection", "diffuse", "id",
                                     ///< "s", and names of MethodEntry::sampleLayers
@@ -56,9 +59,8 @@ struct MethodPlan {
   bool gl = false;       ///< a GL context (implied by gbuffer)
   bool trace = false;    ///< an Embree scene
   trace::BvhPolicy bvh = trace::BvhPolicy::Static;
-  /// Reflections and refractions that a path may have, and the option that says so; 0: none does.
+  /// Reflections and refractions that a path may have: its option `bounces`; 0: it has none.
   int bounces = 0;
-  const char* bouncesOption = "";
   bool previousFrame = false;  ///< FrameInput::previous is wanted
   /// Bits of raster::MaskBit that it fills: the others give no layer. Of what it does not measure
   /// nothing is known.
@@ -209,6 +211,13 @@ struct TestOptions {
   double furnacePercent = 0.0;
 };
 
+/// Another name of a method in run configs: it with one option set.
+struct MethodAlias {
+  std::string id;
+  std::string option;
+  std::string value;  ///< JSON
+};
+
 /// A method as the program lists it. Pages and tests of every method are made from it.
 struct MethodEntry {
   std::string id;
@@ -225,6 +234,7 @@ struct MethodEntry {
   bool refusesReflectors = false;
   /// Options by which it fills reflectors that `unsupported` gives it; null: it is no such method.
   const char* fallbackOptions = nullptr;
+  std::vector<MethodAlias> aliases = {};
 };
 
 /// The method of configs that name none.
@@ -232,5 +242,7 @@ inline constexpr const char* kDefaultMethod = "traced";
 
 /// All methods, in the order of `catoptric list`.
 const std::vector<MethodEntry>& registry();
+/// By its id or an alias; null: there is none.
+const MethodEntry* findMethod(const std::vector<MethodEntry>& registry, const std::string& name);
 
 }  // namespace catoptric::methods

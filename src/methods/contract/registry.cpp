@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "methods/contract/method.h"
 
 // One line per method, in the order of `catoptric list`: the function of its folder that gives its
@@ -8,7 +10,6 @@
   METHOD(secondOrderEntry)        \
   METHOD(perturbationEntry)       \
   METHOD(reprojectionEntry)       \
-  METHOD(imageWarpEntry)          \
   METHOD(billboardsEntry)         \
   METHOD(depthImpostorsEntry)     \
   METHOD(glossyLodEntry)          \
@@ -33,6 +34,14 @@ const std::vector<MethodEntry>& registry() {
   static const std::vector<MethodEntry> entries = {CATOPTRIC_METHODS(CATOPTRIC_CALL)};
 #undef CATOPTRIC_CALL
   return entries;
+}
+
+const MethodEntry* findMethod(const std::vector<MethodEntry>& registry, const std::string& name) {
+  const auto found = std::ranges::find_if(registry, [&](const MethodEntry& entry) {
+    return entry.id == name ||
+           std::ranges::find(entry.aliases, name, &MethodAlias::id) != entry.aliases.end();
+  });
+  return found == registry.end() ? nullptr : &*found;
 }
 
 }  // namespace catoptric::methods

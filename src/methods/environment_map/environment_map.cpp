@@ -45,7 +45,7 @@ const config::OptionTable<Options>& optionTable() {
          .defaultText = "\"scene\""},
         readCentre},
        field(&Options::faceSize, "face_size", config::range(1, 4096),
-             "texels along the edge of a face")
+             "texels along the edge of a face of the environment map")
            .trade("256,512,1024")});
   return table;
 }

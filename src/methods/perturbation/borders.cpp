@@ -29,9 +29,9 @@ std::size_t numberIn(const std::vector<Border>& borders, const Border& border) {
 
 }  // namespace
 
-std::pair<Place, double> Borders::endOf(const Border& border, PathCounts& counts) const {
-  const Place& from = table_.places[border.have];
-  const Place& to = table_.places[border.lacking];
+std::pair<VertexPlace, double> Borders::endOf(const Border& border, PathCounts& counts) const {
+  const VertexPlace& from = table_.places[border.have];
+  const VertexPlace& to = table_.places[border.lacking];
   Reflections known;
   known.count = 1;
   known.at[0] = from.reflections.at[border.number];
@@ -45,7 +45,7 @@ std::pair<Place, double> Borders::endOf(const Border& border, PathCounts& counts
     if (goesOn) known = found;
     (goesOn ? low : high) = t;
   }
-  Place end;
+  VertexPlace end;
   end.position = glm::mix(from.position, to.position, low);
   end.reflections = std::move(known);
   return {std::move(end), low};

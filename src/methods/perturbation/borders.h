@@ -49,7 +49,7 @@ class Borders {
   void findEnds(std::span<const Triangle> triangles);
   /// Where a reflection ends between two places, and the part of the way there: halving what is
   /// left of the edge, from exact path to exact path.
-  std::pair<Place, double> endOf(const Border& border, PathCounts& counts) const;
+  std::pair<VertexPlace, double> endOf(const Border& border, PathCounts& counts) const;
   void putTriangle(const Triangle& t);
   /// Joins two pieces by a strip where their reflections merge.
   void joinFold(const Piece& p, const Piece& q);

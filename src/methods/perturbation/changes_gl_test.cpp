@@ -13,7 +13,7 @@ TEST(PerturbationChanges, MovesAReflectorInReflections) {
     builder.move(3, {0.2f, 0.2f, 0.0f}, 2.0f);
     return builder.scene();
   };
-  const char* options = R"({"max_bounces": 2})";
+  const char* options = R"({"bounces": 2})";
   Comparison one(moving(), kFront, options, {.bounces = 2});
   one.moveTo(1.0);
   EXPECT_LT(one.l1Of8Bit, 0.2);
@@ -30,7 +30,7 @@ TEST(PerturbationChanges, HidesWhatIsScaledToNothing) {
     builder.scaleUniformly(3, keys);
     return builder.scene();
   };
-  const char* options = R"({"max_bounces": 2})";
+  const char* options = R"({"bounces": 2})";
   const scene::Scene scene = shrinking({{0.0f, 0.0f}, {1.0f, 1.0f}, {2.0f, 0.0f}});
   Comparison ball(scene, kFront, options, {.bounces = 2});
   EXPECT_LT(ball.l1Of8Bit, 0.15);
@@ -130,9 +130,10 @@ TEST(PerturbationChanges, ManyMirrorsStayWithinTheirMemory) {
             fresh.output.counters.at("objects_left_out"));
 }
 
-void expectOnlyChangesDrawn(const scene::Scene& scene, const std::string& options) {
-  Comparison parts(scene, kFront, options);
-  Comparison whole(scene, kFront, options);
+void expectOnlyChangesDrawn(const scene::Scene& scene, const std::string& options,
+                            bool countDisocclusions = false) {
+  Comparison parts(scene, kFront, options, {}, countDisocclusions);
+  Comparison whole(scene, kFront, options, {}, countDisocclusions);
   for (const double seconds : {0.5, 1.0, 1.0, 1.6}) {
     parts.moveTo(seconds, true);
     whole.moveTo(seconds);
@@ -155,7 +156,7 @@ TEST(PerturbationChanges, DrawsOnlyWhereSomethingChangedInReflectionsOfReflectio
   test::SceneBuilder builder =
       twoMirrors(sphereMesh(0.45, 12), test::translation({0.6f, 0.0f, 0.3f}));
   builder.move(2, {-0.3f, 0.0f, 0.5f}, 2.0f);
-  expectOnlyChangesDrawn(builder.scene(), R"({"max_bounces": 2})");
+  expectOnlyChangesDrawn(builder.scene(), R"({"bounces": 2})");
 }
 
 TEST(PerturbationChanges, KeepsWhatStandsStillBehindWhatPassesTheReflectors) {
@@ -165,7 +166,7 @@ TEST(PerturbationChanges, KeepsWhatStandsStillBehindWhatPassesTheReflectors) {
     // The box goes by before both, close to them
     builder.move(2, {-2.4f, 0.0f, 0.1f}, 2.0f);
     if (mirrorCouldMove) builder.move(3, Vec3(0.0f), 2.0f);
-    const char* options = R"({"max_bounces": 3})";
+    const char* options = R"({"bounces": 3})";
     Comparison parts(builder.scene(), kFront, options);
     Comparison whole(builder.scene(), kFront, options);
     const std::size_t free = whole.samples;
@@ -187,7 +188,7 @@ TEST(PerturbationChanges, CountsUncoveredSamplesAfterTheCameraHasStopped) {
   test::SceneBuilder builder =
       twoMirrors(sphereMesh(0.45, 12), test::translation({0.6f, 0.0f, 0.3f}));
   builder.move(2, {-0.3f, 0.0f, 0.5f}, 2.0f);
-  const char* options = R"({"max_bounces": 2})";
+  const char* options = R"({"bounces": 2})";
   // The mirrors fill the frame, and then a part of it
   const scene::Camera near = cameraAt({0.0f, 0.2f, 1.5f}, {0.0f, 0.1f, 0.0f});
   Comparison parts(builder.scene(), near, options);
@@ -202,14 +203,14 @@ TEST(PerturbationChanges, CountsUncoveredSamplesAfterTheCameraHasStopped) {
 TEST(PerturbationChanges, CountsGapsInPartsAsInFramesOfTheirOwn) {
   test::SceneBuilder builder = stage(sphereMesh(0.7), test::translation({0.0f, 0.3f, 0.0f}));
   builder.move(2, {-0.6f, 0.0f, 0.5f}, 2.0f);
-  expectOnlyChangesDrawn(builder.scene(), R"({"count_disocclusions": true})");
+  expectOnlyChangesDrawn(builder.scene(), "{}", true);
 }
 
 TEST(PerturbationChanges, TracesGapsInPartsAsInFramesOfTheirOwn) {
   test::SceneBuilder builder =
       twoMirrors(sphereMesh(0.45, 12), test::translation({0.6f, 0.0f, 0.3f}));
   builder.move(2, {-0.6f, 0.0f, 0.5f}, 2.0f);
-  const char* options = R"({"max_bounces": 2, "gaps": "trace", "sample_spacing": 64})";
+  const char* options = R"({"bounces": 2, "gaps": "trace", "sample_spacing": 64})";
   Comparison parts(builder.scene(), kFront, options, {.bounces = 2});
   Comparison whole(builder.scene(), kFront, options, {.bounces = 2});
   for (const double seconds : {0.7, 1.4, 1.4, 0.2}) {

@@ -22,7 +22,7 @@ void Refinement::lookUp(std::size_t first, std::span<const Edge> edges) {
     Reflector::Traced traced;
     Reflector::Traced tracedBefore;
     for (std::size_t i = begin; i < end; ++i) {
-      Place& place = table_.places[first + i];
+      VertexPlace& place = table_.places[first + i];
       if (first == 0) {
         place.position = glm::dvec3(table_.meshPosition(i));
         place.reflections.count = 0;
@@ -54,7 +54,7 @@ void Refinement::lookUp(std::size_t first, std::span<const Edge> edges) {
   });
 }
 
-Reflections Refinement::news(const Reflections& a, const Reflections& b) const {
+Reflections Refinement::unmatched(const Reflections& a, const Reflections& b) const {
   Reflections rest;
   for (std::size_t i = 0; i < a.count; ++i) {
     const std::size_t j = counterpart(a, i, b);
@@ -85,8 +85,8 @@ void Refinement::relate(const std::vector<Edge>& edges, bool first,
         states[i] &= kInOrder;
         continue;
       }
-      const Place& pa = table_.places[a];
-      const Place& pb = table_.places[b];
+      const VertexPlace& pa = table_.places[a];
+      const VertexPlace& pb = table_.places[b];
       // Most have one reflection at both ends
       if (table_.glimpses[a].count == 1 && table_.glimpses[b].count == 1) {
         states[i] = !exactMiddles_ || !stretched(edges[i]) ? kInOrder
@@ -127,11 +127,11 @@ std::vector<std::uint8_t> Refinement::spread(const std::vector<Edge>& edges) {
     parallelFor(firsts.size(), 32, [&](std::size_t begin, std::size_t end) {
       TriangleCounts own;
       for (std::size_t k = begin; k < end; ++k) {
-        const Place& place = table_.places[wanted[firsts[k]].first];
+        const VertexPlace& place = table_.places[wanted[firsts[k]].first];
         const std::size_t last = k + 1 < firsts.size() ? firsts[k + 1] : wanted.size();
         found[k] = place.reflections;
         for (std::size_t i = firsts[k]; i < last; ++i) {
-          const Reflections more = news(table_.places[wanted[i].second].reflections, found[k]);
+          const Reflections more = unmatched(table_.places[wanted[i].second].reflections, found[k]);
           reflector_.addReflectionsNear(place.position, more, found[k], own.paths);
         }
       }

@@ -47,11 +47,8 @@ const config::OptionTable<Options>& optionTable() {
        field(in(&Options::path, &PathOptions::fewestPaths), "min_paths", range(1, 65536),
              "sampled paths that a reflector should have at least: they come closer together, "
              "down to 1 pixel, until there are as many"),
-       field(&Options::maxBounces, "max_bounces", range(1, static_cast<double>(kMaxTurns)),
+       field(&Options::bounces, "bounces", range(1, static_cast<double>(kMaxTurns)),
              "reflections along a path; after the last a surface shows its diffuse component"),
-       field(&Options::maxPathTypes, "max_path_types", range(1, 65536),
-             "sequences of reflectors that are followed, shorter ones first; reflectors beyond "
-             "them show their diffuse component (counted: path_types_left_out)"),
        field(in(&Options::path, &PathOptions::groups), "several", kSeveral,
              "how several reflections of one point are told apart. minima: by sampled paths that "
              "pass the point nearer than their neighbours in the image do; groups: by groups of "
@@ -83,11 +80,7 @@ const config::OptionTable<Options>& optionTable() {
              "what samples see that no virtual object covers. environment: the surroundings, as in "
              "the paper; trace: what Embree's paths find there, which closes gaps in the hollows "
              "of waves and at rims (counted: traced_gaps; mask.retraced). It traces where the sky "
-             "is seen, too: cheap in closed rooms alone"),
-       field(&Options::countDisocclusions, "count_disocclusions",
-             "trace a ray by Embree at each sample that no virtual object covers: where it meets a "
-             "surface, the sample is counted (disoccluded) and marked (mask.disoccluded); takes "
-             "the time of a ray tracer")});
+             "is seen, too: cheap in closed rooms alone")});
   return table;
 }
 

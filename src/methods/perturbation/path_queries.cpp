@@ -76,7 +76,7 @@ bool Reflector::retrace(const glm::dvec3& point, Places& places, Traced* traced)
   int retreats = 0;
   double least = std::numeric_limits<double>::infinity();
   for (int step = 0; step < kMaxSteps; ++step) {
-    if (pathBy(x, path) != Found::Path) {
+    if (pathBy(x, path) != PathSearch::Path) {
       // A step beyond what the first reflector shows of the others
       if (last == 0 || step == 0 || shortenings++ == kMaxShortenings) return false;
       x = 0.5 * (x + from);

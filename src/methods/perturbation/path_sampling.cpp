@@ -129,9 +129,9 @@ void Reflector::Sampling::addSamples(Grid& grid, const std::array<float, 4>& see
           implicit::firstHit(*reflector_.turns_[0].surface, {reflector_.eye_, d});
       if (hit.status != implicit::HitStatus::Hit) continue;
       Sample found;
-      const Found path = reflector_.pathBy(reflector_.eye_ + hit.t * d, found.path);
-      if (path == Found::TotalReflection) ++total;
-      if (path != Found::Path || !reflector_.movable(found.path.bounces.data(), 0.0)) continue;
+      const PathSearch path = reflector_.pathBy(reflector_.eye_ + hit.t * d, found.path);
+      if (path == PathSearch::TotalReflection) ++total;
+      if (path != PathSearch::Path || !reflector_.movable(found.path.bounces.data(), 0.0)) continue;
       if (reflector_.turns_.back().total() && reflector_.wouldLeave(found.path)) continue;
       if (again) {
         const implicit::SurfaceHit next =

@@ -64,12 +64,12 @@ PathTypes::PlaneMirror PathTypes::planarMirror(const frame::Geometry& geometry,
 }
 
 void PathTypes::find(const scene::Scene& scene, const frame::Geometry& geometry, const View& view,
-                     SlowNews& news) {
+                     SlowFrameLog& frameLog) {
   std::map<Sequence, PathType> found;
   std::size_t occurring = 0;
   leftOut_ = 0;
   std::vector<Sequence> shorter{{}};
-  for (std::size_t length = 1; length <= options_.maxBounces; ++length) {
+  for (std::size_t length = 1; length <= options_.bounces; ++length) {
     std::vector<Sequence> longer;
     for (const Sequence& start : shorter) {
       const int body = inside(scene, start);
@@ -88,7 +88,7 @@ void PathTypes::find(const scene::Scene& scene, const frame::Geometry& geometry,
           // Nodes keep their place: longer types refer to shorter ones
           auto type = types_.extract(sequence);
           if (type.empty()) {
-            news.begin(nameOf(scene, sequence, -1));
+            frameLog.begin(nameOf(scene, sequence, -1));
             const Reflector* before = length > 1 ? &*found.at(start).paths : nullptr;
             found.emplace(sequence, makeType(scene, geometry, sequence, before, view));
           } else {
@@ -135,7 +135,7 @@ PathType PathTypes::makeType(const scene::Scene& scene, const frame::Geometry& g
     turns.push_back(turn);
   }
   if (type.planes.size() < sequence.size()) type.planes.clear();
-  if (type.planes.empty() || options_.maxBounces > 1)
+  if (type.planes.empty() || options_.bounces > 1)
     type.paths.emplace(turns, before, geometry.bounds, view, options_.path);
   return type;
 }

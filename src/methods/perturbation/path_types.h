@@ -16,7 +16,7 @@
 #include "methods/perturbation/kinds.h"
 #include "methods/perturbation/options.h"
 #include "methods/perturbation/reflector.h"
-#include "methods/perturbation/slow_news.h"
+#include "methods/perturbation/slow_frame_log.h"
 #include "methods/perturbation/virtual_draw.h"
 #include "scene/scene.h"
 
@@ -67,7 +67,7 @@ class PathTypes {
   auto end() const { return types_.end(); }
   /// Reflections of the longest that occurs.
   std::size_t deepest() const { return deepest_; }
-  /// Sequences beyond max_path_types.
+  /// Sequences beyond Options::maxPathTypes.
   std::uint64_t leftOut() const { return leftOut_; }
 
   /// Forgets what a change of these objects, or of all, has made wrong.
@@ -85,7 +85,7 @@ class PathTypes {
   /// Looks for path types, longer ones only where the shorter occur. Keeps those that were found
   /// before, and no others.
   void find(const scene::Scene& scene, const frame::Geometry& geometry, const View& view,
-            SlowNews& news);
+            SlowFrameLog& frameLog);
   /// Numbers them: of one reflector its object's id, of others whatever follows. Returns the tints
   /// of their last reflectors, by number.
   std::vector<Vec4> number(const scene::Scene& scene);

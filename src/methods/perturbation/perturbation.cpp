@@ -20,7 +20,7 @@
 #include "methods/perturbation/path_types.h"
 #include "methods/perturbation/plane_culling.h"
 #include "methods/perturbation/reports.h"
-#include "methods/perturbation/slow_news.h"
+#include "methods/perturbation/slow_frame_log.h"
 #include "methods/perturbation/virtual_layers.h"
 #include "methods/perturbation/virtual_objects.h"
 #include "scene/animate.h"
@@ -55,7 +55,7 @@ class Perturbation : public Method {
     plan.masks = static_cast<std::uint16_t>(
         raster::kMaskEnvironment |
         (options_.traceGaps ? raster::kMaskRetraced | raster::kMaskSky : 0) |
-        (options_.countDisocclusions ? raster::kMaskDisoccluded : 0));
+        (settings.countDisocclusions ? raster::kMaskDisoccluded : 0));
     int planar = 0;
     int curved = 0;
     int own = 0;
@@ -67,14 +67,13 @@ class Perturbation : public Method {
       own += kind != Kind::Diffuse && settings.reflectors.contains(static_cast<int>(i)) ? 1 : 0;
     }
     if (own == 0) return plan;
-    plan.bounces = static_cast<int>(options_.maxBounces);
-    plan.bouncesOption = "max_bounces";
-    const bool several = options_.maxBounces > 1 && planar + curved > 0;
+    plan.bounces = static_cast<int>(options_.bounces);
+    const bool several = options_.bounces > 1 && planar + curved > 0;
     if (curved > 0 || several) {
       std::string why = std::to_string(curved) + " implicit surfaces";
       if (several) {
         why += " and " + std::to_string(planar) + " planes, sequences of up to " +
-               std::to_string(options_.maxBounces) + " where a sampled path meets them";
+               std::to_string(options_.bounces) + " where a sampled path meets them";
       }
       plan.items.push_back(
           {"pass", "paths", why + "; again when the camera or a reflector moves", 0});
@@ -126,7 +125,7 @@ class Perturbation : public Method {
                              [&] { traceGaps(services, input.frame.camera, output.counters); });
       output.changedReflection.reset();  // a gap may lie, and show, anywhere
     }
-    if (options_.countDisocclusions) {
+    if (settings_.countDisocclusions) {
       services.timer.measure("disocclusions", [&] {
         output.counters["disoccluded"] = countDisocclusions(services, input.frame.camera);
       });
@@ -180,12 +179,11 @@ class Perturbation : public Method {
                             "colour, depth and stencil of what stands still while the camera does",
                             samples * 24});
     if (several) {
-      plan.items.push_back(
-          {"resource", "levels of virtual objects",
-           "at most, for reflections in reflections: colour, depth and stencil; "
-           "mirrored directions and reflectors of the levels before" +
-               std::string(kept ? "; twice, for what stands still" : ""),
-           (kept ? 2 : 1) * (options_.maxBounces - 1) * samples * (16 + 8 + 16 + 4)});
+      plan.items.push_back({"resource", "levels of virtual objects",
+                            "at most, for reflections in reflections: colour, depth and stencil; "
+                            "mirrored directions and reflectors of the levels before" +
+                                std::string(kept ? "; twice, for what stands still" : ""),
+                            (kept ? 2 : 1) * (options_.bounces - 1) * samples * (16 + 8 + 16 + 4)});
     }
     if (options_.traceGaps) {
       plan.trace = true;
@@ -195,7 +193,7 @@ class Perturbation : public Method {
                             "what is read back and uploaded for that",
                             samples * (16 + 16 + 4 + 4 + 16)});
     }
-    if (options_.countDisocclusions) {
+    if (settings.countDisocclusions) {
       plan.trace = true;
       plan.items.push_back({"pass", "disocclusions", "asked for: count_disocclusions", 0});
       plan.items.push_back(
@@ -207,7 +205,7 @@ class Perturbation : public Method {
   std::uint64_t mostTypes(std::uint64_t reflectors) const {
     std::uint64_t all = 0;
     std::uint64_t ofLength = 1;
-    for (std::size_t length = 0; length < options_.maxBounces; ++length) {
+    for (std::size_t length = 0; length < options_.bounces; ++length) {
       ofLength = std::min<std::uint64_t>(ofLength * reflectors, options_.maxPathTypes);
       all += ofLength;
     }
@@ -219,7 +217,7 @@ class Perturbation : public Method {
     const auto samples = static_cast<std::uint64_t>((settings.width + spacing - 1) / spacing) *
                          static_cast<std::uint64_t>((settings.height + spacing - 1) / spacing);
     return std::max(samples, static_cast<std::uint64_t>(options_.path.fewestPaths)) *
-           options_.maxBounces * sizeof(Bounce<double>);
+           options_.bounces * sizeof(Bounce<double>);
   }
 
   /// Recomputes what the changes since the last frame ask for. Returns the samples in which that
@@ -236,7 +234,7 @@ class Perturbation : public Method {
     const auto changed = [&](int object) {
       return std::ranges::find(input.changedObjects, object) != input.changedObjects.end();
     };
-    SlowNews news;
+    SlowFrameLog frameLog;
     services.timer.measure("paths", [&] {
       types_.forget(all, changed);
       for (int r = 0; r < static_cast<int>(kinds_.size()); ++r) {
@@ -245,11 +243,12 @@ class Perturbation : public Method {
         part.reset();
         if (kind == Kind::Planar) types_.setPlane(services.geometry, r);
       }
-      types_.find(services.scene, services.geometry, view, news);
+      types_.find(services.scene, services.geometry, view, frameLog);
       layers_.setTints(types_.number(services.scene));
     });
-    services.timer.measure("virtual_objects",
-                           [&] { updateObjects(changed, view, services, part, news, counters); });
+    services.timer.measure("virtual_objects", [&] {
+      updateObjects(changed, view, services, part, frameLog, counters);
+    });
 
     // Nothing of it shows beside the mirrors
     if (!part) {
@@ -274,10 +273,11 @@ class Perturbation : public Method {
   /// showed before and show now.
   template <class Changed>
   void updateObjects(const Changed& changed, const View& view, Services& services,
-                     std::optional<raster::Region>& part, SlowNews& news, Counters& counters) {
+                     std::optional<raster::Region>& part, SlowFrameLog& frameLog,
+                     Counters& counters) {
     const bool fresh =
         std::ranges::all_of(types_, [](const auto& type) { return type.second.bytes.empty(); });
-    Made made = makeObjects(changed, view, services, part, news);
+    Made made = makeObjects(changed, view, services, part, frameLog);
     std::uint64_t largest = 0;
     for (const frame::ObjectRange& range : services.geometry.objects)
       largest = std::max(largest, leastBytes(range));
@@ -285,7 +285,7 @@ class Perturbation : public Method {
       // What fits must not depend on what was there: all in their order, as in a run of its own
       part.reset();
       for (auto& [sequence, type] : types_) type.forgetObjects();
-      made = makeObjects(changed, view, services, part, news);
+      made = makeObjects(changed, view, services, part, frameLog);
     }
     for (const auto& [sequence, type] : types_) {
       if (!type.occurs()) continue;
@@ -303,7 +303,7 @@ class Perturbation : public Method {
 
   template <class Changed>
   Made makeObjects(const Changed& changed, const View& view, Services& services,
-                   std::optional<raster::Region>& part, SlowNews& news) {
+                   std::optional<raster::Region>& part, SlowFrameLog& frameLog) {
     const frame::Geometry& geometry = services.geometry;
     PlaneCulling culling(geometry, view.camera, services.gbuffer->sampleWidth(),
                          services.gbuffer->sampleHeight());
@@ -337,7 +337,7 @@ class Perturbation : public Method {
       for (std::size_t first = 0; first < wanted.size(); first += kAtOnce) {
         const std::size_t count = std::min(kAtOnce, wanted.size() - first);
         makeSome(sequence, type, std::span(wanted).subspan(first, count), view, services, part,
-                 news, made);
+                 frameLog, made);
       }
     }
     return made;
@@ -355,7 +355,7 @@ class Perturbation : public Method {
   /// Makes up to kAtOnce objects, of which those are kept, in their order, that memory_mib allows.
   void makeSome(const Sequence& sequence, PathType& type, std::span<const int> objects,
                 const View& view, Services& services, std::optional<raster::Region>& part,
-                SlowNews& news, Made& made) {
+                SlowFrameLog& frameLog, Made& made) {
     const frame::Geometry& geometry = services.geometry;
     const auto tooMany = [&](int o) {
       return made.bytes + leastBytes(geometry.objects[static_cast<std::size_t>(o)]) >
@@ -368,9 +368,9 @@ class Perturbation : public Method {
         making_[i].counts = {};
         making_[i].shows = false;
         if (tooMany(objects[i])) continue;
-        news.begin(nameOf(services.scene, sequence, objects[i]));
+        frameLog.begin(nameOf(services.scene, sequence, objects[i]));
         making_[i].shows = findTriangles(geometry, sequence.back().object, type, objects[i], view,
-                                         news, making_[i]);
+                                         frameLog, making_[i]);
       }
     });
     for (std::size_t i = 0; i < objects.size(); ++i) {
@@ -426,7 +426,7 @@ class Perturbation : public Method {
   /// What one path type, whose last turn is at `last`, shows of one object; false where it never
   /// does.
   bool findTriangles(const frame::Geometry& geometry, int last, const PathType& type, int o,
-                     const View& view, SlowNews& news, Making& one) {
+                     const View& view, SlowFrameLog& frameLog, Making& one) {
     const bool own = o == last;
     if (geometry.objects[static_cast<std::size_t>(o)].indexCount == 0) return false;
     if (own && !(type.planes.empty() && type.paths->seesItself())) return false;
@@ -435,7 +435,7 @@ class Perturbation : public Method {
       options.maxTraced = std::max(
           kFewestTraced, static_cast<std::size_t>(static_cast<double>(options_.tracedPerPixel) *
                                                   view.width * view.height));
-      options.lookedUp = [&](std::size_t places) { news.add(places); };
+      options.lookedUp = [&](std::size_t places) { frameLog.add(places); };
       virtualTriangles(geometry, o, *type.paths, own, view, options_.path.order, options,
                        connectivity_.at(o), one.counts, one.triangles);
       one.triangles.depthSlack = kDepthSlack * static_cast<float>(type.paths->size());
@@ -458,7 +458,7 @@ class Perturbation : public Method {
     log::warning(fmt::format(
         "perturbation: the reflections of {} are coarser than tessellation_error asks: halving "
         "more edges would trace more paths than traced_per_pixel ({:g}) allows. Raise "
-        "traced_per_pixel or tessellation_error, or lower max_bounces. The method traced renders "
+        "traced_per_pixel or tessellation_error, or lower bounces. The method traced renders "
         "mirrors with waves or many sheets, which show each point many times, in less time "
         "(counted: coarse_objects)",
         firstOf(objects), options_.tracedPerPixel));
@@ -504,7 +504,7 @@ class Perturbation : public Method {
   void traceGaps(Services& services, const scene::Camera& camera, Counters& counters) {
     raster::GBufferCopy copy;
     const std::vector<std::uint8_t> open = uncovered(*services.gbuffer, copy);
-    const trace::ReflectionOptions paths{.bounces = static_cast<int>(options_.maxBounces),
+    const trace::ReflectionOptions paths{.bounces = static_cast<int>(options_.bounces),
                                          .fresnelSchlick = settings_.fresnelSchlick};
     const FilledGaps filled =
         fillGaps(copy, camera, open, paths, settings_.masks, services, gapUpload_);
@@ -548,10 +548,15 @@ class Perturbation : public Method {
 };
 
 std::unique_ptr<Method> make(const config::Value& options) {
-  return std::make_unique<Perturbation>(optionTable().parse(options));
+  return makeMethod(optionTable().parse(options));
 }
 
 }  // namespace
+
+std::unique_ptr<Method> makeMethod(const Options& options) {
+  return std::make_unique<Perturbation>(options);
+}
+
 }  // namespace perturbation
 
 const MethodEntry& perturbationEntry() {
@@ -565,7 +570,7 @@ const MethodEntry& perturbationEntry() {
       .counters = perturbationCounters(),
       // Pictures so small have more paths to their folds than traced_per_pixel allows by default
       .tests = {.small = R"({"traced_per_pixel": 1000})",
-                .refracting = R"({"max_bounces": 2, "tessellation_error": 2})",
+                .refracting = R"({"bounces": 2, "tessellation_error": 2})",
                 .variants = {R"({"gaps": "trace"})"},
                 .planeMirrorPercent = 0.1},
       .options = perturbation::optionTable().schema(),

@@ -37,7 +37,7 @@ TEST(Perturbation, ShowsReflectionsInReflectionsOfTwoSpheres) {
   };
   Comparison one(scene(), kFront);
   EXPECT_EQ(one.output.counters["path_types"], 2u);
-  Comparison two(scene(), kFront, R"({"max_bounces": 2})", {.bounces = 2});
+  Comparison two(scene(), kFront, R"({"bounces": 2})", {.bounces = 2});
   // Outlines within outlines: a little more than what one bounce misses
   EXPECT_LT(one.l1Of8Bit, 0.5);
   EXPECT_LT(two.l1Of8Bit, one.l1Of8Bit + 0.1);
@@ -46,10 +46,9 @@ TEST(Perturbation, ShowsReflectionsInReflectionsOfTwoSpheres) {
   EXPECT_EQ(two.output.counters["path_types"], 4u);
   EXPECT_NE(one.reflection, two.reflection);
   // Where they differ the other order's frame is far off
-  Comparison wrong(scene(), kFront, R"({"max_bounces": 1})", {.bounces = 2});
+  Comparison wrong(scene(), kFront, R"({"bounces": 1})", {.bounces = 2});
   EXPECT_GT(wrong.l1Of8Bit, 2.0 * two.l1Of8Bit);
-  Comparison three(scene(), kFront, R"({"max_bounces": 3})",
-                   {.bounces = 3, .fresnelSchlick = true});
+  Comparison three(scene(), kFront, R"({"bounces": 3})", {.bounces = 3, .fresnelSchlick = true});
   EXPECT_LT(three.l1Of8Bit, one.l1Of8Bit + 0.1);
   EXPECT_GT(three.output.counters["path_types"], 4u);
 }
@@ -59,17 +58,17 @@ TEST(Perturbation, FindsReflectorsThatAreSmallInOthers) {
   const auto scene = [] {
     return twoMirrors(sphereMesh(0.06, 12), test::translation({0.4f, 0.1f, 0.5f})).scene();
   };
-  Comparison frame(scene(), kFront, R"({"max_bounces": 2})", {.bounces = 2});
+  Comparison frame(scene(), kFront, R"({"bounces": 2})", {.bounces = 2});
   EXPECT_EQ(frame.output.counters["path_types"], 4u);
   EXPECT_EQ(frame.output.counters["path_types_missed"], 0u);
   EXPECT_EQ(frame.output.counters["path_types_left_out"], 0u);
 
   // The first of them alone: both mirrors, but nothing in the second or in each other
-  Comparison few(scene(), kFront, R"({"max_bounces": 2, "max_path_types": 2})", {.bounces = 2});
+  Comparison few(scene(), kFront, R"({"bounces": 2})", {.bounces = 2}, false, 2);
   EXPECT_EQ(few.output.counters["path_types"], 2u);
   EXPECT_EQ(few.output.counters["path_types_left_out"], 4u);
   EXPECT_GT(few.l1Of8Bit, frame.l1Of8Bit);
-  Comparison one(scene(), kFront, R"({"max_bounces": 1})", {.bounces = 2});
+  Comparison one(scene(), kFront, R"({"bounces": 1})", {.bounces = 2});
   EXPECT_EQ(few.reflection, one.reflection);
 }
 
@@ -77,7 +76,7 @@ TEST(Perturbation, ShowsReflectionsInReflectionsOfASphereAndAPlane) {
   Comparison frame(twoMirrors(scene::makePlane({3.0f, 2.0f}, {1, 1}, scene::UvMode::Metres),
                               uprightAt({0.0f, 0.5f, -1.0f}))
                        .scene(),
-                   kFront, R"({"max_bounces": 2})", {.bounces = 2});
+                   kFront, R"({"bounces": 2})", {.bounces = 2});
   EXPECT_LT(frame.l1Of8Bit, 0.3);
   EXPECT_EQ(frame.output.counters["path_types"], 4u);
 }
@@ -89,7 +88,7 @@ TEST(Perturbation, ShowsPlanesInPlanesExactly) {
   builder.add(scene::makePlane({3.0f, 2.0f}, {1, 1}, scene::UvMode::Metres),
               builder.reflective(1.0f),
               test::rotation(90.0f, {0.0f, 1.0f, 0.0f}) * uprightAt({0.0f, 0.5f, -1.5f}));
-  Comparison frame(builder.scene(), kFront, R"({"max_bounces": 2})", {.bounces = 2});
+  Comparison frame(builder.scene(), kFront, R"({"bounces": 2})", {.bounces = 2});
   EXPECT_LT(frame.l1Of8Bit, 0.05);
   EXPECT_EQ(frame.output.counters["path_types"], 4u);
   EXPECT_EQ(frame.output.counters["retraced"], 0u);
@@ -104,7 +103,7 @@ TEST(Perturbation, MirrorsInOnePlaneDoNotShowEachOther) {
     };
     test::SceneBuilder builder = stage(mirror(), turn * uprightAt({-0.5f, 0.4f, -0.5f}));
     builder.add(mirror(), builder.reflective(0.9f), turn * uprightAt({0.5f, 0.5f, -0.5f - behind}));
-    Comparison frame(builder.scene(), kFront, R"({"max_bounces": )" + std::to_string(bounces) + "}",
+    Comparison frame(builder.scene(), kFront, R"({"bounces": )" + std::to_string(bounces) + "}",
                      {.bounces = bounces});
     return frame.l1Of8Bit;
   };
@@ -127,7 +126,7 @@ TEST(Perturbation, ShowsWhatRaysSeeThroughALens) {
   box({0.35f, 0.2f, 0.4f}, {0.3f, 0.5f, 0.3f}, {0.9f, 0.1f, 0.2f});
   box({0.0f, 0.4f, 0.2f}, {0.3f, 0.9f, 0.3f}, {0.1f, 0.3f, 0.9f});
   builder.constantEnvironment(Vec3(0.8f, 0.9f, 1.0f));
-  Comparison frame(builder.scene(), kFront, R"({"max_bounces": 2, "tessellation_error": 2})",
+  Comparison frame(builder.scene(), kFront, R"({"bounces": 2, "tessellation_error": 2})",
                    {.bounces = 2});
   EXPECT_GT(frame.samples, 3000u);
   // Most of it at the rim, where the scene shows once more on a pixel or two
@@ -139,7 +138,7 @@ TEST(Perturbation, ShowsWhatRaysSeeThroughALens) {
 TEST(Perturbation, SeesThroughGlassThatDoesNotBendAsIfItWereNotThere) {
   test::SceneBuilder builder = stage(sphereMesh(0.4), test::translation({0.2f, 0.3f, 1.0f}));
   builder.scene().materials[builder.scene().objects[0].material].refraction = 1.0f;
-  Comparison frame(builder.scene(), kFront, R"({"max_bounces": 2, "tessellation_error": 4})",
+  Comparison frame(builder.scene(), kFront, R"({"bounces": 2, "tessellation_error": 4})",
                    {.bounces = 2});
   EXPECT_GT(frame.samples, 3000u);
   EXPECT_LT(frame.l1Of8Bit, 0.05);
@@ -242,7 +241,6 @@ TEST(Perturbation, WavedMirrorsShowARoomOfSixQuads) {
 }
 
 TEST(Perturbation, GapsAreToldFromTheSky) {
-  const char* count = R"({"count_disocclusions": true})";
   const auto marked = [](const Comparison& frame) {
     return static_cast<std::uint64_t>(std::ranges::count_if(
         frame.masks, [](std::uint16_t m) { return (m & raster::kMaskDisoccluded) != 0; }));
@@ -251,13 +249,13 @@ TEST(Perturbation, GapsAreToldFromTheSky) {
   Comparison closed(roomWith("y - 0.1*sin(5*x)*cos(5*z)", {{-0.5, -0.2, -0.5}, {0.5, 0.2, 0.5}}, 24,
                              {0.0f, 0.8f, -1.0f})
                         .scene(),
-                    cameraAt({0.3f, 2.0f, 1.2f}, {0.0f, 0.75f, -1.0f}), count);
+                    cameraAt({0.3f, 2.0f, 1.2f}, {0.0f, 0.75f, -1.0f}), "{}", {}, true);
   EXPECT_GT(closed.output.counters["environment"], 10u);
   EXPECT_EQ(closed.output.counters["disoccluded"], closed.output.counters["environment"]);
   EXPECT_EQ(marked(closed), closed.output.counters["disoccluded"]);
   // Under the sky a ball before a floor and a box shows much of it, and has no gaps
   test::SceneBuilder builder = stage(sphereMesh(0.7), test::translation({0.0f, 0.3f, 0.0f}));
-  Comparison open(builder.scene(), kFront, count);
+  Comparison open(builder.scene(), kFront, "{}", {}, true);
   EXPECT_GT(open.output.counters["environment"], 3000u);
   EXPECT_LT(open.output.counters["disoccluded"], 20u);
   // Not asked for, not counted
@@ -297,7 +295,7 @@ TEST(Perturbation, GapsOfLaterReflectionsAreCounted) {
               builder.reflective(1.0f, 0.0f),
               test::translation({0.0f, 1.2f, -2.0f}) * test::rotation(90.0f, {1.0f, 0.0f, 0.0f}));
   Comparison frame(builder.scene(), cameraAt({0.3f, 1.6f, 1.2f}, {0.0f, 1.2f, -2.0f}),
-                   R"({"max_bounces": 2, "count_disocclusions": true})", {.bounces = 2});
+                   R"({"bounces": 2})", {.bounces = 2}, true);
   const std::uint64_t open = frame.output.counters["environment"];
   EXPECT_GT(open, 20u);
   // At outlines Embree's path may leave the mirrors before

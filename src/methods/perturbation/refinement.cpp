@@ -69,14 +69,14 @@ void Refinement::findBlindEdges(const Box3& bounds, const std::vector<Edge>& edg
       });
 }
 
-std::optional<Vec2> Refinement::straightOf(const Place& place) const {
+std::optional<Vec2> Refinement::straightOf(const VertexPlace& place) const {
   if (!reflector_.hides()) return std::nullopt;
   if (!reflector_.before()) return table_.projection(place.position);
   if (place.reflections.count > 0) return table_.projection(place.reflections.at[0].x);
   return place.straight ? table_.projection(place.straight->x) : std::nullopt;
 }
 
-Refinement::Ends Refinement::endsOn(const Place& a, const Place& b) const {
+Refinement::Ends Refinement::endsOn(const VertexPlace& a, const VertexPlace& b) const {
   Ends ends = Ends::None;
   const Counterparts ofB = counterparts(a.reflections, b.reflections);
   for (std::size_t i = 0; i < a.reflections.count; ++i) {
@@ -103,8 +103,8 @@ Refinement::Look Refinement::lookAt(const Edge& edge, bool ordered) const {
     }
     return Look::No;
   }
-  const Place& a = table_.places[edge.a];
-  const Place& b = table_.places[edge.b];
+  const VertexPlace& a = table_.places[edge.a];
+  const VertexPlace& b = table_.places[edge.b];
   if (countA == 0 && countB == 0) {
     if (a.straight || b.straight) return Look::No;
     return table_.angleBetween(a.position, b.position) > kBlindEdge ? Look::Halve : Look::No;
@@ -118,7 +118,7 @@ Refinement::Look Refinement::lookAt(const Edge& edge, bool ordered) const {
   return Look::No;
 }
 
-Refinement::Look Refinement::lookAtEnd(const Place& a, const Place& b) const {
+Refinement::Look Refinement::lookAtEnd(const VertexPlace& a, const VertexPlace& b) const {
   // At the rim of a convex reflector an image comes to lie where the point itself is seen; a
   // concave one's ends anywhere
   const auto pa = straightOf(a);
@@ -150,7 +150,7 @@ bool Refinement::mayMiss(const Edge& edge, std::size_t i, std::size_t j) const {
 }
 
 bool Refinement::misses(const Edge& edge, std::size_t place) const {
-  const Place& middle = table_.places[place];
+  const VertexPlace& middle = table_.places[place];
   const Reflections& a = table_.places[edge.a].reflections;
   const Reflections& b = table_.places[edge.b].reflections;
   if (a.count == 0 && b.count == 0) return middle.reflections.count > 0;
@@ -172,8 +172,8 @@ bool Refinement::misses(const Edge& edge, std::size_t place) const {
 
 bool Refinement::torn(const Triangle& t) const {
   for (std::size_t c = 0; c < 3; ++c) {
-    const Place& a = table_.placeAt(t[c]);
-    const Place& b = table_.placeAt(t[(c + 1) % 3]);
+    const VertexPlace& a = table_.placeAt(t[c]);
+    const VertexPlace& b = table_.placeAt(t[(c + 1) % 3]);
     for (std::size_t i = 0; i < a.reflections.count; ++i) {
       const std::size_t j = counterpart(a.reflections, i, b.reflections);
       if (j != kMaxReflections &&
@@ -373,7 +373,7 @@ void Refinement::put(const Triangle& t, bool ordered) {
     for (std::size_t c = 0; c < 2; ++c) number[c] = of[c][i];
     // The rim, as near as the order lets one see
     const auto rim = [&](std::size_t c) {
-      const Place& other = table_.placeAt(others[c]);
+      const VertexPlace& other = table_.placeAt(others[c]);
       return number[c] == kMaxReflections && !exactMiddles_ && other.straight &&
              atRim(a.at[i], *other.straight);
     };

@@ -67,7 +67,7 @@ class Refinement {
   /// of.
   void lookUp(std::size_t first, std::span<const Edge> edges);
   /// Those of `a` that nothing of `b` continues, or nothing near.
-  Reflections news(const Reflections& a, const Reflections& b) const;
+  Reflections unmatched(const Reflections& a, const Reflections& b) const;
   /// Whether the ends of an edge, of one reflection each, show so far apart that they may be two.
   bool stretched(const Edge& edge) const;
   /// What is known of edges; of those without a place that has changed, as before. `first`: of
@@ -77,18 +77,18 @@ class Refinement {
   /// all reflections. What is known of the edges then.
   std::vector<std::uint8_t> spread(const std::vector<Edge>& edges);
   /// Whether there may be reflections between two places that neither has.
-  bool isBlind(const Place& a, const Place& b) const {
+  bool isBlind(const VertexPlace& a, const VertexPlace& b) const {
     return hasBlind_ && table_.angleBetween(a.position, b.position) > kBlindEdge;
   }
 
   // Which edges are halved: refinement.cpp
   /// Where a place shows without the last reflector, pixels, as far as that is known: what shows by
   /// way of others before it may be hidden from those.
-  std::optional<Vec2> straightOf(const Place& place) const;
-  Ends endsOn(const Place& a, const Place& b) const;
+  std::optional<Vec2> straightOf(const VertexPlace& place) const;
+  Ends endsOn(const VertexPlace& a, const VertexPlace& b) const;
   Look lookAt(const Edge& edge, bool ordered) const;
   /// ... whose ends have different numbers of reflections.
-  Look lookAtEnd(const Place& a, const Place& b) const;
+  Look lookAtEnd(const VertexPlace& a, const VertexPlace& b) const;
   /// Whether reflection `i` of an edge's first end may miss its middle on the way to `j` of the
   /// other: not what is behind the camera.
   bool mayMiss(const Edge& edge, std::size_t i, std::size_t j) const;
@@ -122,7 +122,7 @@ class Refinement {
   VirtualOutput& output_;
   TriangleCounts& counts_;
   std::vector<Triangle> mixed_;
-  /// Places whose reflections are news to spread(): by place, those beyond the end too.
+  /// Places whose reflections are new to spread(): by place, those beyond the end too.
   std::vector<bool> changed_;
 };
 

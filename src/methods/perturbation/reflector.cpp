@@ -48,7 +48,7 @@ Reflector::Reflector(std::span<const Turn> turns, const Reflector* before, const
   samplePaths(view, scene);
 }
 
-Reflector::Found Reflector::pathBy(glm::dvec3 x, Path& path) const {
+Reflector::PathSearch Reflector::pathBy(glm::dvec3 x, Path& path) const {
   std::array<Jet3<double>, kMaxTurns> jets;
   Places places;
   glm::dvec3 direction = x - eye_;
@@ -58,19 +58,19 @@ Reflector::Found Reflector::pathBy(glm::dvec3 x, Path& path) const {
       const double start = turns_[i].surface == turns_[i - 1].surface ? kOffSurface * sizes_[i] : 0;
       const implicit::SurfaceHit hit =
           implicit::firstHit(*turns_[i].surface, {places[i - 1], direction, start});
-      if (hit.status != implicit::HitStatus::Hit) return Found::Nothing;
+      if (hit.status != implicit::HitStatus::Hit) return PathSearch::Nothing;
       x = places[i - 1] + hit.t * direction;
     }
     if (implicit::derivativesAt(*turns_[i].surface, x, jets[i]) != implicit::PointStatus::Smooth)
-      return Found::Nothing;
+      return PathSearch::Nothing;
     const glm::dvec3 gradient = gradientOf(jets[i]);
     const double steepness2 = glm::dot(gradient, gradient);
     x -= jets[i].value() / steepness2 * gradient;
     places[i] = x;
     const glm::dvec3 arrives = x - (i > 0 ? places[i - 1] : eye_);
-    if (!(glm::length(arrives) > 0.0)) return Found::Nothing;
+    if (!(glm::length(arrives) > 0.0)) return PathSearch::Nothing;
     direction = onwards(turns_[i], glm::normalize(arrives), gradient / std::sqrt(steepness2));
-    if (direction == glm::dvec3(0.0)) return Found::TotalReflection;
+    if (direction == glm::dvec3(0.0)) return PathSearch::TotalReflection;
   }
   path.direction = direction;
   Eikonal<double> rest = straightTo(vectorOf(eye_), vectorOf(places[0]), 1.0);
@@ -83,10 +83,10 @@ Reflector::Found Reflector::pathBy(glm::dvec3 x, Path& path) const {
     path.distances[i] = glm::distance(next, places[i]);
     if (!(path.distances[i] > 0.0) ||
         statusOf(path.bounces[i], path.distances[i]) != PathStatus::Regular)
-      return Found::Nothing;
+      return PathSearch::Nothing;
     rest = perturbation::before(path.bounces[i], path.distances[i]);
   }
-  return Found::Path;
+  return PathSearch::Path;
 }
 
 bool Reflector::wouldLeave(const Path& path) const {

@@ -153,8 +153,8 @@ class Reflector {
   /// Samples the paths: one every n-th pixel, more where the reflector is small in the frame.
   void samplePaths(const View& view, const Box3& scene);
   /// The path that leaves the eye towards x, near the first surface.
-  enum class Found { Path, Nothing, TotalReflection };
-  Found pathBy(glm::dvec3 x, Path& path) const;
+  enum class PathSearch { Path, Nothing, TotalReflection };
+  PathSearch pathBy(glm::dvec3 x, Path& path) const;
   /// Whether neighbouring paths tell too little of what lies between them: the direction turns from
   /// one to the other by another angle than where it begins.
   bool unlike(const Path& a, const Path& b) const;

@@ -12,7 +12,7 @@ const std::vector<StepInfo>& perturbationSteps() {
       {"virtual_draw", "frames", "virtual objects are drawn, what they leave sees the environment"},
       {"recompute", "frames", "with gaps: trace, what samples see that no virtual object covers"},
       {"disocclusions", "frames",
-       "with count_disocclusions: Embree's rays say which samples missed a surface",
+       "with image.count_disocclusions: Embree's rays say which samples missed a surface",
        StepKind::Check},
   };
   return steps;
@@ -26,7 +26,7 @@ const std::vector<CounterInfo>& perturbationCounters() {
        "sequences by which reflectors show a further one, too small for any sampled path to meet "
        "it"},
       {"path_types_left_out",
-       "sequences beyond max_path_types: there their reflectors show their diffuse component"},
+       "sequences beyond the first 1024: there their reflectors show their diffuse component"},
       {"total_reflection",
        "sampled paths that could not leave a body, because its surface reflects them totally"},
       {"vertices",
@@ -51,7 +51,7 @@ const std::vector<CounterInfo>& perturbationCounters() {
       {"refused", "rays that could not be traced; they see the environment", true},
       {"not_finite", "radiances that were no number: taken as 0", true},
       {"disoccluded", "gaps: samples that nothing covers where a surface is", false,
-       "count_disocclusions"},
+       "image.count_disocclusions"},
   };
   return counters;
 }

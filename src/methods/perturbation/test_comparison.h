@@ -1,7 +1,9 @@
 // The method's frames against Embree's rays from the same samples, and the scenes of its tests.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -19,9 +21,10 @@ namespace catoptric::methods {
 class Comparison {
  public:
   Comparison(scene::Scene scene, const scene::Camera& camera, const std::string& options = "{}",
-             const trace::ReflectionOptions& rays = {})
-      : stage_(std::move(scene), settingsFor(rays)),
-        method_(stage_, perturbationEntry(), options),
+             const trace::ReflectionOptions& rays = {}, bool countDisocclusions = false,
+             std::size_t maxPathTypes = perturbation::Options{}.maxPathTypes)
+      : stage_(std::move(scene), settingsFor(rays, countDisocclusions)),
+        method_(stage_, methodWith(options, maxPathTypes)),
         camera_(camera),
         rays_(rays) {
     render({});
@@ -64,10 +67,17 @@ class Comparison {
   bool finite = true;
 
  private:
-  static RunSettings settingsFor(const trace::ReflectionOptions& rays) {
+  static RunSettings settingsFor(const trace::ReflectionOptions& rays, bool countDisocclusions) {
     RunSettings settings = test::framesOf(128, 128, 2, true);
     settings.fresnelSchlick = rays.fresnelSchlick;
+    settings.countDisocclusions = countDisocclusions;
     return settings;
+  }
+  static std::unique_ptr<Method> methodWith(const std::string& options, std::size_t maxPathTypes) {
+    perturbation::Options parsed =
+        perturbation::optionTable().parse(config::parseText(options, "test options"));
+    parsed.maxPathTypes = maxPathTypes;
+    return perturbation::makeMethod(parsed);
   }
 
   void render(const std::vector<int>& changed,

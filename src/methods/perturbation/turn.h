@@ -25,7 +25,7 @@ struct Turn {
   /// Reflects inside a body that refracts, where it lets nothing out.
   bool total() const { return !through && inside; }
 };
-/// Reflectors of one path, at most (run config: max_bounces).
+/// Reflectors of one path, at most (run config: bounces).
 inline constexpr std::size_t kMaxTurns = 6;
 
 /// Nearer than this part of its size a reflector does not show itself (ours).

@@ -17,7 +17,7 @@
 namespace catoptric::methods::perturbation {
 
 /// What is reflected, once for all vertices that lie there.
-struct Place {
+struct VertexPlace {
   glm::dvec3 position;
   Reflections reflections;
   /// No reflection, and the reflector stands before it: where it would show without. Else null.
@@ -67,7 +67,7 @@ class VertexTable {
   std::uint32_t placeOf(std::uint32_t vertex) const {
     return vertex < placeOf_.size() ? placeOf_[vertex] : more_[vertex - placeOf_.size()].place;
   }
-  const Place& placeAt(std::uint32_t vertex) const { return places[placeOf(vertex)]; }
+  const VertexPlace& placeAt(std::uint32_t vertex) const { return places[placeOf(vertex)]; }
   const frame::VertexAttributes& attributesOf(std::uint32_t vertex) const {
     return vertex < placeOf_.size() ? attributes_[vertex]
                                     : more_[vertex - placeOf_.size()].attributes;
@@ -100,14 +100,14 @@ class VertexTable {
     return glm::distance(a, b) / away;
   }
   /// ... in pixels
-  float apparent(const Place& a, const Place& b) const {
+  float apparent(const VertexPlace& a, const VertexPlace& b) const {
     return static_cast<float>(angleBetween(a.position, b.position) / projection.spread());
   }
 
  private:
   /// Memory of one update for the next: the kernel takes as long to give it as look-ups do.
   struct Scratch {
-    std::vector<Place> places;
+    std::vector<VertexPlace> places;
     std::vector<Glimpse> glimpses;
     Welding welding;
   };
@@ -119,7 +119,7 @@ class VertexTable {
 
  public:
   const Projection projection;
-  std::vector<Place>& places = scratch_.places;
+  std::vector<VertexPlace>& places = scratch_.places;
   std::vector<Glimpse>& glimpses = scratch_.glimpses;  ///< by place
 
  private:

@@ -188,7 +188,7 @@ void VirtualLayers::draw(const scene::Camera& camera, const std::optional<raster
                          Services& services) {
   const raster::GBuffer& gbuffer = *services.gbuffer;
   while (levels_.size() < types_.deepest()) addLevel(gbuffer);
-  if (!part) stillTiles_.reset();
+  if (!part) staticTiles_.reset();
   const std::size_t count = levelCount();
   const std::vector<raster::Rectangle> drawn =
       insideMirrors(part ? part->rectangles() : std::vector<raster::Rectangle>{mirrors_});
@@ -211,8 +211,8 @@ void VirtualLayers::drawLevels(const scene::Camera& camera,
                                std::span<const raster::Rectangle> drawn, Services& services) {
   const raster::GBuffer& gbuffer = *services.gbuffer;
   const std::size_t count = levelCount();
-  const raster::GBuffer* still =
-      part && keepsStill_ ? &drawStill(*part, count, drawn, camera, services) : nullptr;
+  const raster::GBuffer* staticPart =
+      part && keepsStill_ ? &drawStatic(*part, count, drawn, camera, services) : nullptr;
   for (std::size_t level = 0; level < count; ++level) {
     const bool goesOn = level + 1 < count;
     if (clearsMasks() && level == 0) {
@@ -221,8 +221,8 @@ void VirtualLayers::drawLevels(const scene::Camera& camera,
         gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
       }
     }
-    if (still != nullptr) {
-      takeStill(level, goesOn, drawn, gbuffer, *still);
+    if (staticPart != nullptr) {
+      takeStatic(level, goesOn, drawn, gbuffer, *staticPart);
       raster::Rectangle bounds;
       for (const raster::Rectangle& r : drawn) bounds = raster::bounding(bounds, r);
       drawObjects(level, goesOn, &Level::all, gbuffer, {Group::Moving}, {&bounds, 1}, camera,
@@ -230,7 +230,7 @@ void VirtualLayers::drawLevels(const scene::Camera& camera,
     } else {
       clearLevel(level, goesOn, &Level::all, gbuffer, drawn);
       drawObjects(level, goesOn, &Level::all, gbuffer,
-                  {Group::Still, Group::Reflector, Group::Moving}, drawn, camera, services);
+                  {Group::Static, Group::Reflector, Group::Moving}, drawn, camera, services);
     }
     fillUncovered(level, drawn, camera, services, levels_[level].after, true);
   }
@@ -261,7 +261,7 @@ void VirtualLayers::joinLevels(std::span<const raster::Rectangle> drawn) {
 VirtualLayers::Group VirtualLayers::groupOf(const frame::Geometry& geometry, int o,
                                             const VirtualObject& object) {
   if (object.next + object.nextTotal > 0) return Group::Reflector;
-  return geometry.objects[static_cast<std::size_t>(o)].moving ? Group::Moving : Group::Still;
+  return geometry.objects[static_cast<std::size_t>(o)].moving ? Group::Moving : Group::Static;
 }
 
 void VirtualLayers::clearLevel(std::size_t number, bool goesOn, Images Level::*images,
@@ -309,47 +309,47 @@ void VirtualLayers::drawObjects(std::size_t number, bool goesOn, Images Level::*
   }
 }
 
-const raster::GBuffer& VirtualLayers::drawStill(const raster::Region& part, std::size_t count,
-                                                std::span<const raster::Rectangle> drawn,
-                                                const scene::Camera& camera, Services& services) {
+const raster::GBuffer& VirtualLayers::drawStatic(const raster::Region& part, std::size_t count,
+                                                 std::span<const raster::Rectangle> drawn,
+                                                 const scene::Camera& camera, Services& services) {
   for (std::size_t level = 0; level < count; ++level) {
-    Images& images = levels_[level].still;
+    Images& images = levels_[level].staticPart;
     if (images.depth.empty()) images = makeImages(*services.gbuffer, false);
     if (level + 1 < count && images.goesOn.empty()) goOn(images, *services.gbuffer);
   }
   raster::Region missing = part;
-  if (!stillTiles_) missing.add(mirrors_);
+  if (!staticTiles_) missing.add(mirrors_);
   for (const raster::Rectangle& r : drawn) missing.add(r);
   const raster::GBuffer& gbuffer = services.raster->drawStill(
       *services.gbuffer, camera, services.lighting, missing, services.geometry);
-  if (stillTiles_) missing.remove(*stillTiles_);
+  if (staticTiles_) missing.remove(*staticTiles_);
   if (missing.empty()) return gbuffer;
   const std::vector<raster::Rectangle> rectangles = insideMirrors(missing.rectangles());
   for (std::size_t level = 0; level < count; ++level) {
-    clearLevel(level, level + 1 < count, &Level::still, gbuffer, rectangles);
-    drawObjects(level, level + 1 < count, &Level::still, gbuffer, {Group::Still, Group::Reflector},
-                rectangles, camera, services);
+    clearLevel(level, level + 1 < count, &Level::staticPart, gbuffer, rectangles);
+    drawObjects(level, level + 1 < count, &Level::staticPart, gbuffer,
+                {Group::Static, Group::Reflector}, rectangles, camera, services);
   }
-  if (stillTiles_) missing.add(*stillTiles_);
-  stillTiles_ = std::move(missing);
+  if (staticTiles_) missing.add(*staticTiles_);
+  staticTiles_ = std::move(missing);
   return gbuffer;
 }
 
-void VirtualLayers::takeStill(std::size_t number, bool goesOn,
-                              std::span<const raster::Rectangle> drawn,
-                              const raster::GBuffer& gbuffer, const raster::GBuffer& still) {
+void VirtualLayers::takeStatic(std::size_t number, bool goesOn,
+                               std::span<const raster::Rectangle> drawn,
+                               const raster::GBuffer& gbuffer, const raster::GBuffer& staticPart) {
   const Level& level = levels_[number];
-  raster::copyTexels(level.still.depth, level.all.depth, drawn);
-  raster::copyTexels(level.still.color, colorOf(level.all, gbuffer), drawn);
+  raster::copyTexels(level.staticPart.depth, level.all.depth, drawn);
+  raster::copyTexels(level.staticPart.color, colorOf(level.all, gbuffer), drawn);
   if (goesOn) {
-    raster::copyTexels(level.still.direction, level.all.direction, drawn);
-    raster::copyTexels(level.still.reflector, level.all.reflector, drawn);
-    if (!level.all.tint.empty()) raster::copyTexels(level.still.tint, level.all.tint, drawn);
+    raster::copyTexels(level.staticPart.direction, level.all.direction, drawn);
+    raster::copyTexels(level.staticPart.reflector, level.all.reflector, drawn);
+    if (!level.all.tint.empty()) raster::copyTexels(level.staticPart.tint, level.all.tint, drawn);
   }
   (goesOn ? level.all.goesOn : level.all.last).bind();
   hidden_.use();
   (number == 0 ? gbuffer.object : levels_[number - 1].all.reflector).bind(0);
-  (number == 0 ? still.object : levels_[number - 1].still.reflector).bind(1);
+  (number == 0 ? staticPart.object : levels_[number - 1].staticPart.reflector).bind(1);
   gl::DrawState state;
   state.stencil = {.test = true, .function = GL_ALWAYS, .reference = 0, .pass = GL_REPLACE};
   state.colors = 0b100;

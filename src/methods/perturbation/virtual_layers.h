@@ -53,7 +53,7 @@ class VirtualLayers {
   };
   struct Level {
     Images all;
-    Images still;  ///< of what stands still, in stillTiles_; uncovered samples have no colour
+    Images staticPart;  ///< of what stands still, in staticTiles_; uncovered samples have no colour
     gl::Framebuffer uncovered;
     gl::FragmentCounter before;  ///< uncovered samples in what is drawn, before that and after
     gl::FragmentCounter after;
@@ -61,7 +61,7 @@ class VirtualLayers {
   };
 
   /// Virtual objects by what they are, in the order in which they are drawn.
-  enum class Group : std::uint8_t { Still, Reflector, Moving };
+  enum class Group : std::uint8_t { Static, Reflector, Moving };
 
   /// In a frame that it shares, masks are clear already.
   bool clearsMasks() const { return settings_.masks && settings_.reflectors.all(); }
@@ -94,13 +94,13 @@ class VirtualLayers {
   /// Draws what stands still where it is needed, the first time with this camera everywhere: many
   /// frames follow where one does, and a frame's first paths cost far more. Returns the G-buffer of
   /// that.
-  const raster::GBuffer& drawStill(const raster::Region& part, std::size_t count,
-                                   std::span<const raster::Rectangle> drawn,
-                                   const scene::Camera& camera, Services& services);
+  const raster::GBuffer& drawStatic(const raster::Region& part, std::size_t count,
+                                    std::span<const raster::Rectangle> drawn,
+                                    const scene::Camera& camera, Services& services);
   /// Puts what stands still into a level's images, but where something that moves hides its
   /// reflector.
-  void takeStill(std::size_t number, bool goesOn, std::span<const raster::Rectangle> drawn,
-                 const raster::GBuffer& gbuffer, const raster::GBuffer& still);
+  void takeStatic(std::size_t number, bool goesOn, std::span<const raster::Rectangle> drawn,
+                  const raster::GBuffer& gbuffer, const raster::GBuffer& staticPart);
   /// Samples of a level without depth: the environment, written where `colors`; counts them.
   void fillUncovered(std::size_t number, std::span<const raster::Rectangle> drawn,
                      const scene::Camera& camera, Services& services,
@@ -115,7 +115,7 @@ class VirtualLayers {
   std::uint64_t uncoveredSamples_ = 0;  ///< of the whole frame
   /// What stands still is kept: no reflector moves.
   bool keepsStill_ = true;
-  std::optional<raster::Region> stillTiles_;
+  std::optional<raster::Region> staticTiles_;
   raster::Rectangle mirrors_;        ///< samples that reflectors may cover
   std::vector<gl::Define> defines_;  ///< of both
   gl::Program uncovered_;

@@ -58,7 +58,7 @@ std::uint32_t VirtualOutput::put(std::uint32_t vertex, std::size_t reflection) {
       putMore_.try_emplace({vertex, reflection}, static_cast<std::uint32_t>(putOut_));
   if (!isNew) return known->second;
   const bool straight = reflection == kMaxReflections;
-  const Place& place = table_.placeAt(vertex);
+  const VertexPlace& place = table_.placeAt(vertex);
   const Reflection& r = straight ? *place.straight : place.reflections.at[reflection];
   makeRoom(putOut_ + 1);
   putOut(putOut_++, vertex, r,

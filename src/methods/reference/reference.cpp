@@ -68,7 +68,6 @@ class Reference : public Method {
     MethodPlan plan;
     plan.trace = true;
     plan.bounces = options_.reflection.bounces;
-    plan.bouncesOption = "bounces";
     plan.items = {
         {"pass", "trace",
          std::to_string(options_.samples * options_.samples) +

@@ -138,7 +138,7 @@ Vec2 GridMapping::offsetOf(const KeyFrame& key, int x, int y, const Vec2& start,
       const Vec2 size = glm::abs(offset);
       return std::max(size.x, size.y) <= kSnap ? Vec2(0.0f) : offset;
     }
-    if (step >= options_.maxSearchSteps) return kInvalid;
+    if (step >= kMostSearchSteps) return kInvalid;
     atX = nextX;
     atY = nextY;
     best = next;

@@ -21,7 +21,7 @@ namespace catoptric::methods::reprojection {
 /// the distance along the camera's axis.
 Mat4 sampleFromWorldOf(const scene::Camera& camera, int width, int height);
 
-/// By sample, row 0 on top. A partial key frame keeps some samples only.
+/// By sample, row 0 on top; of mirrors alone.
 class KeyFrame {
  public:
   /// Of width x height samples as `camera` sees them; nothing is kept of reflections yet.

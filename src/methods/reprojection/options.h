@@ -1,4 +1,4 @@
-// Options of the methods reprojection and image_warp.
+// Options of the method reprojection.
 #pragma once
 
 #include <cstdint>
@@ -17,19 +17,21 @@ enum class Edges : std::uint8_t {
 
 /// How reflections come from the key frame to the current one.
 enum class Mapping : std::uint8_t {
-  Gather,  ///< each sample of the frame looks in the key frame
-  Grid,    ///< [Xie2017] Sec. 3.2: two meshes of the key frame's samples are drawn
-  Splat,   ///< [Xie2017] Fig. 5, left: its samples are drawn as points
+  Gather,   ///< each sample of the frame looks in the key frame
+  Grid,     ///< [Xie2017] Sec. 3.2: two meshes of the key frame's samples are drawn
+  Splat,    ///< [Xie2017] Fig. 5, left: its samples are drawn as points
+  Surface,  ///< the paper's control, image_warp: reflections stay on their surfaces
 };
+/// Whether the key frame's light is moved, and not what it comes from.
+constexpr bool movesLight(Mapping mapping) {
+  return mapping == Mapping::Grid || mapping == Mapping::Splat;
+}
 
 struct Options {
   Mapping mapping = Mapping::Gather;
   float keyframeThreshold = 0.22f;  ///< ours; [Xie2017] Sec. 4.4: 0.3
   int keyframeEvery = 0;            ///< 0: by content alone
   int restartEvery = 64;            ///< ours
-  int partialKeys = 0;              ///< as in the paper
-  float partialThreshold = 0.02f;   ///< ours
-  int maxSearchSteps = 16;          ///< ours; the median of the rooms' samples needs 2
   float epsilon = 0.05f;            ///< ours: relative difference of lengths along the path
   Edges edges = Edges::Trace;
   float magnification = 16.0f;  ///< [Xie2017] Sec. 4.1
@@ -41,8 +43,6 @@ struct Options {
   trace::BvhPolicy bvh = trace::BvhPolicy::Static;
 };
 
-/// Of reprojection, and of image_warp, which searches nothing.
-const config::OptionTable<Options>& reprojectionOptions();
-const config::OptionTable<Options>& imageWarpOptions();
+const config::OptionTable<Options>& optionTable();
 
 }  // namespace catoptric::methods::reprojection

@@ -36,13 +36,12 @@ const TableInfo kKeyFrames{
     "one row a frame: which key frame its reflections come from",
     {{"key", ColumnType::Integer, "the key frame's number"},
      {"reason", ColumnType::Text,
-      "why this frame is a key frame: first, restart, every, lights, threshold; partial: what it "
-      "traced anew is kept beside the key frame; empty: it is none"},
+      "why this frame is a key frame: first, restart, every, lights, threshold; empty: it is "
+      "none"},
      {"reflective", ColumnType::Integer, "reflective samples"},
      {"missing", ColumnType::Integer,
-      "of them those that were not found in the key frames before (a first key frame: all)"}}};
+      "of them those that were not found in the key frame before (a first key frame: all)"}}};
 
-constexpr const char* kPartial = "partial";
 constexpr std::size_t kFilledPerTask = 4096;
 /// Bits of LobeTracer::run()'s flags.
 constexpr std::uint8_t kBelowHorizon = 2;
@@ -56,13 +55,8 @@ struct OutcomeCounts {
 
 class Reprojection : public Method {
  public:
-  Reprojection(const Options& options, bool searches)
-      : options_(options),
-        searches_(searches),
-        reuse_(options, searches),
-        second_(options, searches) {
-    if (options_.mapping != reprojection::Mapping::Gather) options_.partialKeys = 0;
-  }
+  explicit Reprojection(const Options& options)
+      : options_(options), reuse_(options), second_(options) {}
 
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
     MethodPlan plan;
@@ -70,31 +64,26 @@ class Reprojection : public Method {
     plan.masks = raster::kMaskEnvironment | raster::kMaskBelowHorizon | raster::kMaskRetraced |
                  raster::kMaskDisoccluded;
     // Meshes and points move light, not what it comes from.
-    if (!searches_ || options_.mapping == reprojection::Mapping::Gather)
-      plan.masks |= raster::kMaskSky;
+    if (!movesLight(options_.mapping)) plan.masks |= raster::kMaskSky;
     plan.gl = true;
     const auto reflectors = findReflectors(scene, settings.reflectors).count();
     if (reflectors == 0) return plan;
     plan.trace = true;
     plan.bvh = options_.bvh;
     plan.bounces = options_.bounces;
-    plan.bouncesOption = "bounces";
     const auto samples = static_cast<std::uint64_t>(settings.width) * settings.height *
                          settings.samples * settings.samples;
     const std::string why = std::to_string(reflectors) + " reflective objects";
     plan.items = {
         {"pass", "readback", "samples are compared on the CPU: the G-buffer is read back", 0},
-        {"pass", "search",
-         searches_ ? why + ": each sample looks for its reflection in the key frame"
-                   : why + ": each sample looks for its surface in the key frame",
-         0},
+        {"pass", "search", why + ": each sample looks in the key frame, by the option mapping", 0},
         {"pass", "shift", "what the key frame shows there is interpolated", 0},
         {"pass", "warp", "what does not lie on this frame's mirrored rays is rejected", 0},
         {"pass", "recompute", "what was not found, and key frames, by Embree", 0},
         {"pass", "upload", "the composite takes the reflection as a texture", 0},
         {"resource", "G-buffer copy", "what is read back", samples * (16 + 16 + 4 + 4)},
-        {"resource", "key frames", "what the reflective samples of whole and partial ones have met",
-         samples * (8 + 16 + 12 + 4) * static_cast<std::uint64_t>(1 + options_.partialKeys)},
+        {"resource", "key frame", "what its reflective samples have met",
+         samples * (8 + 16 + 12 + 4)},
         {"resource", "reflection image", "what is uploaded", samples * 16},
     };
     return plan;
@@ -137,17 +126,16 @@ class Reprojection : public Method {
       reason = shareReason(missing.size() - never, count - never);
     }
     const std::uint64_t missed = outcomes.of == OutcomeCounts{}.of ? count : missing.size();
-    const bool whole = !reason.empty() && reason != kPartial;
-    if (whole) {
+    const bool isKey = !reason.empty();
+    if (isKey) {
       makeKey(input, services);
       outcomes = {};
       missing.clear();
-    } else if (input.kept || reason == kPartial) {
-      retrace(input, services, missing, reason == kPartial);
+    } else if (input.kept) {
+      retrace(input, services, missing);
     }
     if (input.kept) show(services, missing);
-    report(outcomes, missing.size(), whole ? count : 0, whole, output);
-    output.counters["partial_key"] = reason == kPartial ? 1 : 0;
+    report(outcomes, missing.size(), isKey ? count : 0, isKey, output);
     Table table(kKeyFrames);
     table.add(keyNumber_, reason, count, missed);
     output.tables.push_back(std::move(table));
@@ -169,29 +157,19 @@ class Reprojection : public Method {
   }
 
   /// Why a frame becomes a key frame by what it misses: `missing` of `count` samples of mirrors.
-  std::string shareReason(std::uint64_t missing, std::uint64_t count) {
+  std::string shareReason(std::uint64_t missing, std::uint64_t count) const {
     const double share = count > 0 ? static_cast<double>(missing) / static_cast<double>(count) : 0;
-    if (share > static_cast<double>(options_.keyframeThreshold)) return "threshold";
-    if (share < leastShare_) leastShare_ = share;
-    return options_.partialKeys > 0 &&
-                   share > leastShare_ + static_cast<double>(options_.partialThreshold)
-               ? kPartial
-               : "";
+    return share > static_cast<double>(options_.keyframeThreshold) ? "threshold" : "";
   }
 
-  /// Looks for all samples in the key frame, and for the rest in the partial ones, newest first.
+  /// Looks for all samples in the key frame.
   void findAll(Services& services, OutcomeCounts& outcomes, std::vector<std::uint32_t>& missing) {
     services.timer.measure("search", [&] { samples_.aim(); });
     reuse_.begin(samples_, services);
     key_.follow(services.geometry);
     reuse_.findIn(key_, services, radiance_);
     second_.find(samples_, key_, reuse_, services, radiance_);
-    flag(key_);
-    for (auto partial = partial_.rbegin(); partial != partial_.rend(); ++partial) {
-      partial->follow(services.geometry);
-      reuse_.findIn(*partial, services, radiance_);
-      flag(*partial);
-    }
+    flag();
     missing.resize(samples_.count());
     std::size_t count = 0;
     for (std::size_t i = 0; i < samples_.count(); ++i) {
@@ -204,21 +182,20 @@ class Reprojection : public Method {
     outcomes.of[static_cast<std::size_t>(Outcome::Found)] = samples_.count() - count;
   }
 
-  /// For the masks: what LobeTracer would say of the samples that were just found in `key`.
-  void flag(const KeyFrame& key) {
+  /// For the masks: what LobeTracer would say of the samples that were found.
+  void flag() {
     for (std::size_t i = 0; i < flags_.size(); ++i) {
       if (reuse_.outcome(i) != Outcome::Found) continue;
       if (samples_.belowHorizon()[i] != 0) flags_[i] |= kBelowHorizon;
-      if (reuse_.showsSky(key, i)) flags_[i] |= kSky;
+      if (reuse_.showsSky(key_, i)) flags_[i] |= kSky;
     }
   }
 
-  /// Keeps in `key` what the samples `places` have met, and what mirrors in mirrors show where
-  /// seconds_ has it.
-  void keep(KeyFrame& key, const FrameInput& input, Services& services,
-            std::span<const std::uint32_t> places, std::span<const Vec3> radiance) {
-    key.begin(copy_.sampleWidth(), copy_.sampleHeight(), input.frame.camera, services.lighting,
-              services.geometry, options_.mapping != reprojection::Mapping::Gather);
+  /// Keeps what the samples have met, and what mirrors in mirrors show where seconds_ has it.
+  void keep(const FrameInput& input, Services& services) {
+    const std::span<const std::uint32_t> places = samples_.places();
+    key_.begin(copy_.sampleWidth(), copy_.sampleHeight(), input.frame.camera, services.lighting,
+               services.geometry, movesLight(options_.mapping));
     const scene::Scene& scene = services.scene;
     if (!seconds_.empty())
       second_.begin(copy_.sampleWidth(), copy_.sampleHeight(), input.frame.camera,
@@ -233,14 +210,13 @@ class Reprojection : public Method {
             !trace::isTraceable({hit.origin, hit.direction}))
           continue;
         if (shines)
-          key.keep(places[i], points_[i], hit, radiance[i]);
+          key_.keep(places[i], points_[i], hit, radiance_[i]);
         else if (!seconds_.empty() && second_.keep(places[i], points_[i], hit, seconds_[i], scene))
-          key.keep(places[i], points_[i], hit, seconds_[i].surface);
+          key_.keep(places[i], points_[i], hit, seconds_[i].surface);
       }
     });
     if (!seconds_.empty()) second_.finish(services.geometry, options_.epsilon);
-    key.finish(services.geometry, options_.epsilon);
-    leastShare_ = 1.0;
+    key_.finish(services.geometry, options_.epsilon);
   }
 
   /// Traces all samples, as `traced` does, and keeps what they met.
@@ -251,15 +227,14 @@ class Reprojection : public Method {
       seconds_.assign(second_.used(services.geometry) ? points_.size() : 0, {});
       std::fill(flags_.begin(), flags_.end(), std::uint8_t{0});
       traceAll(input, services);
-      keep(key_, input, services, samples_.places(), radiance_);
+      keep(input, services);
       keyNumber_ = input.frame.number;
-      partial_.clear();
     });
   }
 
-  /// Traces what was not found, and what lies about it; `keeps`: as a partial key frame.
+  /// Traces what was not found, and what lies about it.
   void retrace(const FrameInput& input, Services& services,
-               const std::vector<std::uint32_t>& missing, bool keeps) {
+               const std::vector<std::uint32_t>& missing) {
     services.timer.measure("recompute", [&] {
       const auto border = border_.find(samples_, reuse_, missing, options_.border);
       blended_ = border.size();
@@ -267,12 +242,8 @@ class Reprojection : public Method {
       traced.reserve(missing.size() + border.size());
       for (const std::uint32_t i : missing) traced.push_back({i, 1.0f});
       traced.insert(traced.end(), border.begin(), border.end());
-      std::vector<std::uint32_t> places;
-      places.reserve(traced.size());
-      for (const auto& member : traced) places.push_back(samples_.places()[member.index]);
-      std::vector<Vec3> radiance(places.size(), Vec3(0.0f));
-      std::vector<std::uint8_t> flags(masks_ ? places.size() : 0, 0);
-      hits_.resize(places.size());
+      std::vector<Vec3> radiance(traced.size(), Vec3(0.0f));
+      std::vector<std::uint8_t> flags(masks_ ? traced.size() : 0, 0);
       seconds_.clear();
       trace(input, services, traced, radiance, flags);
       for (std::size_t k = 0; k < traced.size(); ++k) {
@@ -281,14 +252,6 @@ class Reprojection : public Method {
             share < 1.0f ? glm::mix(radiance_[index], radiance[k], share) : radiance[k];
         if (masks_ && share == 1.0f) flags_[index] = flags[k];
       }
-      if (!keeps) return;
-      // The oldest one's memory serves the newest.
-      if (partial_.size() < static_cast<std::size_t>(options_.partialKeys))
-        partial_.emplace_back();
-      else
-        std::rotate(partial_.begin(), partial_.begin() + 1, partial_.end());
-      samples_.points(places, points_);
-      keep(partial_.back(), input, services, places, radiance);
     });
   }
 
@@ -311,8 +274,8 @@ class Reprojection : public Method {
     });
   }
 
-  /// The samples `traced`, into radiance, flags and hits_ in their order: in `traced`'s packets
-  /// likewise, whose other rays are traced without their light.
+  /// The samples `traced`, into radiance and flags in their order: in `traced`'s packets likewise,
+  /// whose other rays are traced without their light.
   void trace(const FrameInput& input, Services& services, std::span<const Border::Member> traced,
              std::span<Vec3> radiance, std::span<std::uint8_t> flags) {
     const float spread = scene::pixelSpreadRad(input.frame.camera, copy_.sampleHeight());
@@ -325,18 +288,16 @@ class Reprojection : public Method {
                           [&](std::span<const std::uint32_t> slots, trace::PointLanes&) {
                             std::array<Vec3, SampleTiles::kSamples> light;
                             std::array<std::uint8_t, SampleTiles::kSamples> marks{};
-                            std::array<trace::FirstHit, SampleTiles::kSamples> hits;
                             trace::LobeTracer& tracer = trace::LobeTracer::ofThread();
                             tracer.begin(*services.trace, services.lighting, spread, reflection_);
                             tracer.only(slots.data());
                             trace::ReflectionCounts mine;
-                            tracer.run(light.data(), marks.data(), hits.data(), mine);
+                            tracer.run(light.data(), marks.data(), nullptr, mine);
                             tracer.only(nullptr);
                             for (std::size_t k = 0; k < slots.size(); ++k) {
                               if (slots[k] == 0) continue;
                               radiance[slots[k] - 1] = light[k];
                               if (masks_) flags[slots[k] - 1] = marks[k];
-                              hits_[slots[k] - 1] = hits[k];
                             }
                             const std::scoped_lock lock(mutex);
                             counts_.add(mine);
@@ -380,7 +341,6 @@ class Reprojection : public Method {
   }
 
   Options options_;
-  bool searches_;
   Reuse reuse_;
   reprojection::SecondBounce second_;
   trace::ReflectionOptions reflection_;
@@ -388,8 +348,6 @@ class Reprojection : public Method {
   frame::ObjectSet reflectors_;  ///< those that it fills
   KeyFrame key_;
   int keyNumber_ = 0;
-  std::vector<KeyFrame> partial_;  ///< since then, oldest first
-  double leastShare_ = 1.0;  ///< of samples not found, since the last key frame of either kind
   trace::ReflectionCounts counts_;
   std::uint64_t blended_ = 0;
   // Kept across frames, so that no frame allocates anew.
@@ -405,18 +363,19 @@ class Reprojection : public Method {
   ReflectionUpload upload_;
 };
 
-std::vector<StepInfo> stepsOf(bool searches) {
-  return {
+const std::vector<StepInfo>& stepInfos() {
+  static const std::vector<StepInfo> infos = {
       {"bvh", "start, frames", "Embree's tree is built, follows the geometry by the option bvh"},
       {"readback", "frames", "the G-buffer is read, its reflective samples are listed"},
       {"search", "frames",
-       searches ? "each sample looks in the key frame for the place whose reflection it shows now"
-                : "each sample looks in the key frame for the place of its surface"},
+       "each sample looks in the key frame for the place whose reflection it shows now; with "
+       "mapping: surface for the place of its surface"},
       {"shift", "frames", "what the key frame shows there is interpolated, edges are rejected"},
       {"warp", "frames", "what does not lie on this frame's mirrored rays is rejected"},
       {"recompute", "frames", "Embree traces what was not found, and key frames whole"},
       {"upload", "frames", "reflections go back to the device"},
   };
+  return infos;
 }
 
 const std::vector<CounterInfo>& counterInfos() {
@@ -425,7 +384,6 @@ const std::vector<CounterInfo>& counterInfos() {
       {"retraced", "samples that were traced anew in a frame that is no key frame"},
       {"blended", "of reused: traced, too, and mixed with it, at the border of what was retraced"},
       {"key_frame", "1 where the frame is a key frame"},
-      {"partial_key", "1 where what the frame traced anew is kept beside the key frame"},
       {"key_frame_samples", "samples that were traced because the frame is a key frame"},
       {"not_searched", "of retraced: glossy samples and those of bodies that refract"},
       {"not_found", "of retraced: the search ended at a rim, outside, or nowhere"},
@@ -446,41 +404,24 @@ const std::vector<CounterInfo>& counterInfos() {
   return infos;
 }
 
-template <bool kSearches>
-std::unique_ptr<Method> make(const config::Value& options) {
-  const auto& table =
-      kSearches ? reprojection::reprojectionOptions() : reprojection::imageWarpOptions();
-  return std::make_unique<Reprojection>(table.parse(options), kSearches);
-}
-
 }  // namespace
 
 const MethodEntry& reprojectionEntry() {
   static const MethodEntry entry{
       .id = "reprojection",
-      .summary = "reflections of traced key frames, found again in the frames after them",
+      .summary =
+          "reflections of traced key frames, found again in the frames after them; image_warp is "
+          "its mapping surface",
       .paper = "[Xie2017] reprojection",
-      .steps = stepsOf(true),
+      .steps = stepInfos(),
       .counters = counterInfos(),
       .tables = {kKeyFrames},
       .tests = {.refracting = R"({"bounces": 2})", .variants = {R"({"mapping": "grid"})"}},
-      .options = reprojection::reprojectionOptions().schema(),
-      .make = make<true>};
-  return entry;
-}
-
-const MethodEntry& imageWarpEntry() {
-  static const MethodEntry entry{
-      .id = "image_warp",
-      .summary =
-          "reflections of traced key frames, kept on their surfaces: the control of reprojection",
-      .paper = "[Xie2017] naive depth-based warping",
-      .steps = stepsOf(false),
-      .counters = counterInfos(),
-      .tables = {kKeyFrames},
-      .tests = {.refracting = R"({"bounces": 2})"},
-      .options = reprojection::imageWarpOptions().schema(),
-      .make = make<false>};
+      .options = reprojection::optionTable().schema(),
+      .make = [](const config::Value& options) -> std::unique_ptr<Method> {
+        return std::make_unique<Reprojection>(reprojection::optionTable().parse(options));
+      },
+      .aliases = {{"image_warp", "mapping", "\"surface\""}}};
   return entry;
 }
 

@@ -1,5 +1,5 @@
-// Methods reprojection and image_warp [Xie2017]: reflections of a traced key frame, found again in
-// the frames after it.
+// Method reprojection [Xie2017]: reflections of a traced key frame, found again in the frames after
+// it. Its mapping `surface` is the paper's control, image_warp.
 #pragma once
 
 #include "methods/contract/method.h"
@@ -7,6 +7,5 @@
 namespace catoptric::methods {
 
 const MethodEntry& reprojectionEntry();
-const MethodEntry& imageWarpEntry();
 
 }  // namespace catoptric::methods

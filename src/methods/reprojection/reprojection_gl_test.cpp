@@ -28,6 +28,12 @@ scene::Scene sceneOf(const std::string& name) {
 scene::Camera spheresFrom(const Vec3& eye) {
   return scene::lookAt(eye, {0.0f, 0.6f, 0.0f}, {0.0f, 1.0f, 0.0f}, 0.7f);
 }
+/// The paper's control keeps reflections on their surfaces.
+const std::array<std::string, 2> kMappings = {"gather", "surface"};
+std::string with(const std::string& mapping, const std::string& options) {
+  return R"({"mapping": ")" + mapping + "\", " + options + "}";
+}
+
 const Vec3 kEye(1.0f, 1.8f, 5.0f);
 
 int samplesThat(const test::TracedSamples& samples, const std::vector<std::uint16_t>& masks,
@@ -50,8 +56,9 @@ std::vector<std::size_t> samplesWith(const test::GlStage& stage, std::uint16_t m
 
 TEST(Reprojection, IsTracedWhereEveryFrameIsAKeyFrame) {
   test::GlStage stage(sceneOf("nine_spheres"), test::framesOf(96, 96, 2));
-  for (const MethodEntry* entry : {&reprojectionEntry(), &imageWarpEntry()}) {
-    test::GlMethod method(stage, *entry, R"({"keyframe_every": 1, "rays": 1})");
+  for (const std::string& mapping : kMappings) {
+    test::GlMethod method(stage, reprojectionEntry(),
+                          with(mapping, R"("keyframe_every": 1, "rays": 1)"));
     for (int frame = 0; frame < 3; ++frame) {
       const auto camera = spheresFrom(kEye + Vec3(0.2f * static_cast<float>(frame), 0.0f, 0.0f));
       method.render(camera);
@@ -131,13 +138,13 @@ scene::Camera beforeWall(float y) {
 
 TEST(Reprojection, HasTracedsBitsAlongEdges) {
   test::GlStage stage(fineWall(), test::framesOf(256, 256, 1, true));
-  for (const MethodEntry* entry : {&reprojectionEntry(), &imageWarpEntry()}) {
+  for (const std::string& mapping : kMappings) {
     for (const int every : {0, 1}) {
       for (const int bounces : {1, 2}) {
-        test::GlMethod method(stage, *entry,
-                              R"({"keyframe_threshold": 1, "keyframe_every": )" +
-                                  std::to_string(every) +
-                                  ", \"bounces\": " + std::to_string(bounces) + "}");
+        test::GlMethod method(
+            stage, reprojectionEntry(),
+            with(mapping, R"("keyframe_threshold": 1, "keyframe_every": )" + std::to_string(every) +
+                              ", \"bounces\": " + std::to_string(bounces)));
         for (const float y : {0.2f, 0.22f, 0.24f}) {
           const FrameOutput output = method.render(beforeWall(y));
           trace::ReflectionOptions rays;
@@ -149,7 +156,7 @@ TEST(Reprojection, HasTracedsBitsAlongEdges) {
             EXPECT_GT(output.counters.at("retraced"), 100u);
           }
           const auto masks = raster::readMasks(stage.gbuffer.masks);
-          EXPECT_EQ(samplesThat(samples, masks, !key, samples.traced), 0) << entry->id << y;
+          EXPECT_EQ(samplesThat(samples, masks, !key, samples.traced), 0) << mapping << y;
         }
       }
     }
@@ -164,18 +171,18 @@ TEST(Reprojection, FindsMostAndTracesTheRest) {
   };
   const auto camera = from(eye + Vec3(0.05f, 0.01f, -0.03f));
   double warpedError = 0.0;
-  for (const MethodEntry* entry : {&imageWarpEntry(), &reprojectionEntry()}) {
-    test::GlMethod method(stage, *entry, R"({"keyframe_threshold": 1})");
+  for (const std::string& mapping : {kMappings[1], kMappings[0]}) {
+    test::GlMethod method(stage, reprojectionEntry(), with(mapping, R"("keyframe_threshold": 1)"));
     method.render(from(eye));
     const FrameOutput output = method.render(camera);
     EXPECT_EQ(output.counters.at("key_frame"), 0u);
     const test::TracedSamples samples(stage, camera, {});
     const auto masks = raster::readMasks(stage.gbuffer.masks);
-    EXPECT_EQ(samplesThat(samples, masks, true, samples.traced), 0) << entry->id;
+    EXPECT_EQ(samplesThat(samples, masks, true, samples.traced), 0) << mapping;
     EXPECT_EQ(output.counters.at("reused") + output.counters.at("retraced"), samples.places.size());
     EXPECT_GT(output.counters.at("reused"), 2 * output.counters.at("retraced"));
     EXPECT_TRUE(samples.finite());
-    if (entry->id == "image_warp") {
+    if (mapping == "surface") {
       warpedError = samples.l1Of8Bit();
     } else {
       EXPECT_LT(samples.l1Of8Bit(), 0.5 * warpedError);
@@ -280,17 +287,17 @@ TEST(Reprojection, TearsWherePointsAreSplatted) {
 
 TEST(Reprojection, KeepsTheBytesOfWhatStandsStill) {
   test::GlStage stage(sceneOf("nine_spheres"), test::framesOf(96, 96, 1, true));
-  for (const MethodEntry* entry : {&reprojectionEntry(), &imageWarpEntry()})
+  for (const std::string& mapping : kMappings)
     for (const char* options :
-         {R"({"keyframe_threshold": 1})", R"({"keyframe_threshold": 1, "bounces": 2})"}) {
-      test::GlMethod method(stage, *entry, options);
+         {R"("keyframe_threshold": 1)", R"("keyframe_threshold": 1, "bounces": 2)"}) {
+      test::GlMethod method(stage, reprojectionEntry(), with(mapping, options));
       method.render(spheresFrom(kEye));
       const std::vector<float> before = raster::readRgba(stage.gbuffer.reflection);
       const FrameOutput output = method.render(spheresFrom(kEye));
       EXPECT_EQ(output.counters.at("key_frame"), 0u);
       // But samples without a neighbour that shows the same.
       EXPECT_LE(10 * output.counters.at("second_bounce"), output.counters.at("reused"));
-      EXPECT_EQ(raster::readRgba(stage.gbuffer.reflection), before) << entry->id << options;
+      EXPECT_EQ(raster::readRgba(stage.gbuffer.reflection), before) << mapping << options;
     }
 }
 
@@ -310,15 +317,15 @@ TEST(Reprojection, RestartsOnItsOwnGrid) {
   }
 }
 
-TEST(Reprojection, EqualsImageWarpWhenTheCameraOnlyTurns) {
+TEST(Reprojection, EqualsItsControlWhenTheCameraOnlyTurns) {
   test::GlStage stage(sceneOf("planar_mirror"), test::framesOf(128, 128, 1, true));
   const auto before = scene::lookAt({0.3f, 1.35f, 1.2f}, {0.0f, 1.0f, -2.0f}, {0, 1, 0}, 0.8f);
   const auto after = scene::lookAt({0.3f, 1.35f, 1.2f}, {0.06f, 1.04f, -2.0f}, {0, 1, 0}, 0.8f);
   std::vector<std::vector<Vec3>> ours;
   std::vector<std::vector<std::uint16_t>> masks;
   std::vector<std::uint32_t> places;
-  for (const MethodEntry* entry : {&reprojectionEntry(), &imageWarpEntry()}) {
-    test::GlMethod method(stage, *entry, R"({"keyframe_threshold": 1})");
+  for (const std::string& mapping : kMappings) {
+    test::GlMethod method(stage, reprojectionEntry(), with(mapping, R"("keyframe_threshold": 1)"));
     method.render(before);
     method.render(after);
     test::TracedSamples samples(stage, after, {});

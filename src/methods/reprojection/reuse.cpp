@@ -37,7 +37,6 @@ void Reuse::begin(const MirrorSamples& samples, Services& services,
   width_ = samples.source().sampleWidth();
   height_ = samples.source().sampleHeight();
   rays_ = rays;
-  first_ = true;
   moving_.update(services.scene, services.geometry);
   const std::size_t count = samples.count();
   services.timer.measure("search", [&] {
@@ -62,10 +61,7 @@ void Reuse::begin(const MirrorSamples& samples, Services& services,
 }
 
 void Reuse::attach(const KeyFrame& key, const Services& services) {
-  const auto isAsked = [this](std::size_t i) {
-    return outcomes_[i] != Outcome::Found && outcomes_[i] != Outcome::NotSearched &&
-           outcomes_[i] != Outcome::Discontinuity && outcomes_[i] != Outcome::SecondBounce;
-  };
+  const auto isAsked = [this](std::size_t i) { return outcomes_[i] != Outcome::NotSearched; };
   pending_.resize(outcomes_.size());
   std::size_t asked = 0;
   for (std::size_t i = 0; i < outcomes_.size(); ++i) {
@@ -112,9 +108,8 @@ bool Reuse::holds(const KeyFrame& key, std::size_t i, const Match& match) const 
 }
 
 bool Reuse::showsSky(const KeyFrame& key, std::size_t i) const {
-  const bool gathers = !searches_ || options_.mapping == Mapping::Gather;
-  return gathers && outcomes_[i] == Outcome::Found && matches_[i].outcome == Outcome::Found &&
-         key.shown(nearestTo(key, matches_[i].place)) == 0;
+  return !movesLight(options_.mapping) && outcomes_[i] == Outcome::Found &&
+         matches_[i].outcome == Outcome::Found && key.shown(nearestTo(key, matches_[i].place)) == 0;
 }
 
 Vec2 Reuse::like(std::int32_t i, std::int32_t n) const {
@@ -300,8 +295,7 @@ void Reuse::shift(const KeyFrame& key, std::vector<Vec3>& radiance) {
       if (outcome == Outcome::Found && options_.edges == Edges::Rims && atRim(i) &&
           matches_[i].place != attached_[i])
         outcome = Outcome::Discontinuity;
-      // Of several key frames the first one says why.
-      if (outcome == Outcome::Found || outcomes_[i] == Outcome::NotAsked) outcomes_[i] = outcome;
+      outcomes_[i] = outcome;
       if (outcome != Outcome::Found) radiance[i] = Vec3(0.0f);
     }
   });
@@ -349,13 +343,13 @@ void Reuse::findByGrid(const KeyFrame& key, Services& services, std::vector<Vec3
 }
 
 void Reuse::findIn(const KeyFrame& key, Services& services, std::vector<Vec3>& radiance) {
-  if (searches_ && options_.mapping != Mapping::Gather) {
+  if (movesLight(options_.mapping)) {
     findByGrid(key, services, radiance);
     return;
   }
   services.timer.measure("search", [&] {
     attach(key, services);
-    if (!searches_) {
+    if (options_.mapping == Mapping::Surface) {
       warpInPlace(key, services);
       return;
     }
@@ -368,20 +362,19 @@ void Reuse::findIn(const KeyFrame& key, Services& services, std::vector<Vec3>& r
       TileState& state = tiles_[at];
       // Where nothing is to be found all is.
       state = {!isAskedIn(at)};
-      if (first_ && !state.all) state = fillTile(key, tile, radiance);
+      if (!state.all) state = fillTile(key, tile, radiance);
       if (!settled(tile) && sweepTile(key, 0, tile)) sweepTile(key, 1, tile);
     });
-    // Once more across the tiles' borders; a partial key frame has little more to show there.
-    if (first_)
-      forTiles(kTile / 2, [&](const Tile& tile) {
-        if (!settled(tile) && sweepTile(key, 2, tile)) sweepTile(key, 3, tile);
-      });
+    // Once more across the tiles' borders.
+    forTiles(kTile / 2, [&](const Tile& tile) {
+      if (!settled(tile) && sweepTile(key, 2, tile)) sweepTile(key, 3, tile);
+    });
   });
   // What the key frame shows there, if it shows one surface there and is not stretched too far.
   services.timer.measure("shift", [&] { shift(key, radiance); });
   // Whether it lies where this frame's mirrored ray goes.
-  if (searches_) services.timer.measure("warp", [&] { warp(key, services.geometry, radiance); });
-  first_ = false;
+  if (options_.mapping == Mapping::Gather)
+    services.timer.measure("warp", [&] { warp(key, services.geometry, radiance); });
 }
 
 }  // namespace catoptric::methods::reprojection

@@ -28,9 +28,7 @@ class Reuse {
   /// Samples along an edge; a sample starts from its neighbours in it.
   static constexpr int kTile = SampleTiles::kSize;
 
-  /// `searches`: follow the reflection; false: keep it on its surface (image_warp).
-  Reuse(const Options& options, bool searches)
-      : options_(options), searches_(searches), grid_(options) {}
+  explicit Reuse(const Options& options) : options_(options), grid_(options) {}
 
   /// Begins a frame: nothing is found yet. `samples` stay with the caller until the next one. Times
   /// itself as `search`.
@@ -39,29 +37,28 @@ class Reuse {
   }
   /// Those with a reflector in `rays` alone, which stay with the caller likewise.
   void begin(const MirrorSamples& samples, Services& services, std::span<const MirrorRay> rays);
-  /// Looks in `key` for what has not been found yet, and fills radiance[i] of what is. Times itself
-  /// as `search`, `shift` and `warp`.
+  /// Looks in `key`, once a frame, and fills radiance[i] of what is found. Times itself as
+  /// `search`, `shift` and `warp`.
   void findIn(const KeyFrame& key, Services& services, std::vector<Vec3>& radiance);
 
-  /// Of sample i: Found, or why it was not found in the first of the key frames.
+  /// Of sample i: Found, or why it was not found.
   Outcome outcome(std::size_t i) const { return outcomes_[i]; }
   /// The number of the sample at (x, y) of the G-buffer; -1: it does not reflect.
   std::int32_t sampleAt(int x, int y) const {
     return indexOf_[static_cast<std::size_t>(y * width_ + x)];
   }
-  /// Of a sample that was found in the last key frame, from this to the next findIn().
+  /// Of a sample that was found.
   const Match& match(std::size_t i) const { return matches_[i]; }
-  /// Whether sample i was found in `key`, the last key frame, and shows the sky; not by the paper's
-  /// mapping, which keeps no matches.
+  /// Whether sample i was found in `key`, and shows the sky; not by the paper's mapping, which
+  /// keeps no matches.
   bool showsSky(const KeyFrame& key, std::size_t i) const;
-  /// It is not found after all, and not to be found in another key frame.
+  /// It is not found after all.
   void lose(std::size_t i, Outcome outcome) { outcomes_[i] = outcome; }
 
  private:
   /// findIn() by the paper's mapping.
   void findByGrid(const KeyFrame& key, Services& services, std::vector<Vec3>& radiance);
-  /// What is to be found in this key frame, and where it saw the surfaces: not what lies at an edge
-  /// of an earlier one, since others show the same edge.
+  /// Where the key frame saw the surfaces.
   void attach(const KeyFrame& key, const Services& services);
   struct Tile {
     int left, top, right, bottom;
@@ -122,7 +119,6 @@ class Reuse {
   float keyArea(std::size_t at) const;
 
   Options options_;
-  bool searches_;
   GridMapping grid_;
   const MirrorSamples* samples_ = nullptr;
   int width_ = 0;  ///< of the frame, in samples
@@ -132,8 +128,6 @@ class Reuse {
   std::vector<std::int32_t> indexOf_;
   std::span<const MirrorRay> rays_;  ///< reflector 0: not asked
   std::vector<Outcome> outcomes_;
-  bool first_ = false;  ///< of the frame's key frames, the one in turn is the first
-  // Of the key frame in turn.
   std::vector<std::uint32_t> pending_;
   std::vector<Vec2> attached_;  ///< where it saw the surface; NaN: nowhere
   std::vector<Match> matches_;

@@ -158,7 +158,7 @@ Match search(const KeyFrame& key, const MirrorRay& ray, const Vec2& start, const
   if (!nearestSample(key, start, x, y)) return match;
   float best = std::numeric_limits<float>::infinity();
   float longest = kLongestStep;
-  for (int step = 0; step < options.maxSearchSteps; ++step) {
+  for (int step = 0; step < kMostSearchSteps; ++step) {
     const std::size_t at = key.index(x, y);
     Vec2 off;
     glm::mat2 jacobian;
@@ -227,7 +227,7 @@ bool goOn(const KeyFrame& key, const Vec2& at, float epsilon, Vec4& place) {
 }
 
 /// Of four samples about a place some may show nothing of the reflector: they lie off its rim, or
-/// a partial key frame has not kept them. Less than half a sample beyond the others they stand for
+/// are glossy. Less than half a sample beyond the others they stand for
 /// the place. Where one of them shows that a surface ends there, that is left to Options::edges.
 Lookup beyondRim(const KeyFrame& key, std::uint32_t reflector, const Vec2& place,
                  const std::array<std::size_t, 4>& at, const std::array<float, 4>& weight,

@@ -23,6 +23,10 @@ namespace catoptric::methods::reprojection {
 /// wide and of contrast 1 it is 1/255.
 inline constexpr float kSnap = 0.02f;
 
+/// Steps of the search, from each start; ours: the median of the rooms' samples needs 2, and 4
+/// would do, but for mapping: grid.
+inline constexpr int kMostSearchSteps = 16;
+
 /// Why a sample's reflection is not taken from the key frame; Found: it is.
 enum class Outcome : std::uint8_t {
   NotAsked,  ///< the sample does not reflect

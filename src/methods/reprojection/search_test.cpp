@@ -309,7 +309,7 @@ TEST(Reuse, TakesWhatLiesWithinTheFidelityOfTheRay) {
   Services services{moment.scene, moment.geometry, moment.lighting, nullptr, nullptr, &trace,
                     timer};
   const Options options;
-  Reuse reuse(options, true);
+  Reuse reuse(options);
   reuse.begin(samples, services);
   std::vector<Vec3> radiance(samples.count());
   reuse.findIn(key, services, radiance);

@@ -17,10 +17,10 @@ namespace catoptric::methods::reprojection {
 class SecondBounce {
  public:
   /// `bounces`: of paths; with one nothing is kept.
-  SecondBounce(const Options& options, bool searches)
+  explicit SecondBounce(const Options& options)
       : options_(options),
-        used_(searches && options.bounces > 1 && options.mapping == Mapping::Gather),
-        reuse_(options, true) {}
+        used_(options.bounces > 1 && options.mapping == Mapping::Gather),
+        reuse_(options) {}
 
   /// Whether what mirrors in mirrors show is kept: not where anything moves.
   bool used(const frame::Geometry& geometry) const;

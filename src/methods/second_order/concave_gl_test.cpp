@@ -2,7 +2,7 @@
 
 #include "methods/second_order/test_comparison.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 TEST(SecondOrder, ConcaveMirrorsComeCloseToTheirRays) {
@@ -49,4 +49,4 @@ TEST(SecondOrder, ConcaveReflectorsCanMeetThemselves) {
 }
 
 }  // namespace
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -8,7 +8,7 @@
 #include "methods/shared/sample_questions.h"
 #include "trace/lobes/reflect.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 /// A hit is of another surface when Embree's, seen by the cluster's camera, lies more texels or a
@@ -37,7 +37,7 @@ struct Question {
 }  // namespace
 
 Disocclusions findDisocclusions(const raster::GBufferCopy& gbuffer, const scene::Camera& camera,
-                                std::span<const Found> found,
+                                std::span<const FoundByRays> found,
                                 std::span<const std::uint16_t> clusterOf,
                                 std::span<const ClusterCamera> cameras, int rays,
                                 const trace::TraceScene& trace, std::span<std::uint16_t> masks) {
@@ -48,7 +48,7 @@ Disocclusions findDisocclusions(const raster::GBufferCopy& gbuffer, const scene:
     std::vector<Question> questions;
     for (std::size_t x = 0; x < width; ++x) {
       const std::size_t at = y * width + x;
-      const Found& f = found[at];
+      const FoundByRays& f = found[at];
       if (f.nothing[0] == 0 && f.nothing[1] == 0 && !(f.at[2] > 0.0f)) continue;
 
       trace::ReflectionPoint point = pointAt(static_cast<int>(x), static_cast<int>(y));
@@ -84,4 +84,4 @@ Disocclusions findDisocclusions(const raster::GBufferCopy& gbuffer, const scene:
   });
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

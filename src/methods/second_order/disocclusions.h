@@ -12,10 +12,10 @@
 #include "scene/camera.h"
 #include "trace/embree/trace_scene.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 /// What the rays of a sample found, as rays.frag writes it (std430).
-struct Found {
+struct FoundByRays {
   std::array<std::uint32_t, 2> nothing{};  ///< bit k: ray k found no surface
   /// Texel and depth that the only ray found in its cluster's image; depth 0: not known.
   std::array<float, 3> at{};
@@ -36,9 +36,9 @@ struct Disocclusions {
 /// the G-buffer; `rays`: per glossy sample.
 /// Samples that are disoccluded get kMaskDisoccluded in `masks` (may be empty).
 Disocclusions findDisocclusions(const raster::GBufferCopy& gbuffer, const scene::Camera& camera,
-                                std::span<const Found> found,
+                                std::span<const FoundByRays> found,
                                 std::span<const std::uint16_t> clusterOf,
                                 std::span<const ClusterCamera> cameras, int rays,
                                 const trace::TraceScene& trace, std::span<std::uint16_t> masks);
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

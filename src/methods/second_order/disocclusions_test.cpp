@@ -9,7 +9,7 @@
 #include "frame/test_scenes.h"
 #include "methods/second_order/test_samples.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 /// A floor that mirrors a ceiling at y = 3, seen from the middle, and a camera at the frame's eye
@@ -18,7 +18,7 @@ struct Bench {
   test::SceneBuilder builder;
   scene::Camera camera = cameraAt({0.0f, 1.5f, 3.0f}, {0.0f, 0.0f, 0.0f});
   raster::GBufferCopy gbuffer = rasterized(camera, 0.0f, hitFloor);
-  std::vector<Found> found;
+  std::vector<FoundByRays> found;
   std::vector<std::uint16_t> clusterOf;
   ClusterCamera made;
   std::size_t samples = 0;
@@ -93,4 +93,4 @@ TEST(Disocclusions, AreSamplesThatFoundNothingWhereASurfaceIs) {
 }
 
 }  // namespace
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -4,7 +4,7 @@
 
 #include "methods/second_order/test_comparison.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 // Bounds of the default, and of depth images alone, are at most three times what was measured.
@@ -12,9 +12,10 @@ namespace {
 TEST(SecondOrder, ExtremesStayWithinTheirBounds) {
   const scene::UvMode uv = scene::UvMode::Metres;
   const auto expectWithin = [](double bound, double aloneBound, const scene::Scene& scene,
-                               const scene::Camera& camera, const char* options = "{}") {
+                               const scene::Camera& camera, const char* options = "{}",
+                               const BesideOptions& beside = {}) {
     for (const bool alone : {false, true}) {
-      const Comparison frame(scene, camera, alone ? imagesAlone(options) : options);
+      const Comparison frame(scene, camera, alone ? imagesAlone(options) : options, beside);
       EXPECT_TRUE(frame.finite);
       EXPECT_GT(frame.samples, 0u);
       EXPECT_LT(frame.l1Of8Bit, alone ? aloneBound : bound);
@@ -30,8 +31,8 @@ TEST(SecondOrder, ExtremesStayWithinTheirBounds) {
   // From inside a sphere, whose far side only Embree's rays find
   expectWithin(0.1, 16.0, sphere(1.0f), cameraAt({0.0f, 0.0f, 0.3f}, {0.0f, 0.0f, -1.0f}));
   expectWithin(0.1, 0.07, sphere(0.1f), aside,
-               R"({"min_cluster_samples": 1, "max_theta_bins": 128, "max_phi_bins": 64,
-                   "bin_density": 1000})");  // a sample each
+               R"({"max_theta_bins": 128, "max_phi_bins": 64, "bin_density": 1000})",
+               {[](Options& options) { options.cluster.minSamples = 1; }});  // a sample each
   // Edge-on
   expectWithin(0.07, 0.07, roomWith(scene::makePlane({4.0f, 4.0f}, {1, 1}, uv), Mat4(1.0f)),
                cameraAt({0.0f, 0.01f, 3.6f}, {0.0f, 0.0f, 0.0f}));
@@ -66,10 +67,10 @@ TEST(SecondOrder, DegenerateClustersAreCountedAndStayWithinTheirBounds) {
   const std::string oneBin = R"("max_theta_bins": 1, "max_phi_bins": 1)";
   const auto expectCounted = [](const char* counter, double bound, double aloneBound,
                                 const scene::Scene& scene, const scene::Camera& camera,
-                                const std::string& options) {
+                                const std::string& options, const BesideOptions& beside = {}) {
     for (const bool alone : {false, true}) {
       const std::string given = "{" + options + "}";
-      const Comparison frame(scene, camera, alone ? imagesAlone(given) : given);
+      const Comparison frame(scene, camera, alone ? imagesAlone(given) : given, beside);
       EXPECT_TRUE(frame.finite) << counter;
       EXPECT_GT(frame.samples, 1000u) << counter;
       EXPECT_LT(frame.l1Of8Bit, alone ? aloneBound : bound) << counter;
@@ -85,7 +86,8 @@ TEST(SecondOrder, DegenerateClustersAreCountedAndStayWithinTheirBounds) {
                 cameraAt({0.9f, 0.7f, 2.6f}, {0.0f, 0.0f, -1.0f}), "");
   // A whole sphere in a cluster bends more than a camera can follow
   expectCounted("pushed_back", 13.0, 13.0, sphere(), before, oneBin);
-  expectCounted("capped_images", 0.04, 4.0, sphere(), before, R"("max_texels_per_sample": 0.25)");
+  expectCounted("capped_images", 0.04, 4.0, sphere(), before, "",
+                {[](Options& options) { options.camera.maxTexelsPerSample = 0.25f; }});
   // Along a pipe's axis, whose walls face each other all around
   expectCounted(
       "normals_cancel", 1.7, 1.7,
@@ -124,4 +126,4 @@ TEST(SecondOrder, OddReflectorsStayFinite) {
 }
 
 }  // namespace
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -3,14 +3,17 @@
 
 #include "methods/second_order/test_comparison.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
+
+/// No cluster is large enough to be searched.
+constexpr BesideOptions kNoClusters{[](Options& options) { options.cluster.minSamples = 1000000; }};
 
 TEST(SecondOrder, WhatFallsBackIsMarkedAndCounted) {
   // Clusters that are all too small to search
   const Comparison frame(
       roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f)),
-      cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}), R"({"min_cluster_samples": 1000000})");
+      cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}), "{}", kNoClusters);
   EXPECT_EQ(frame.output.counters.at("clusters"), 0u);
   EXPECT_EQ(frame.output.counters.at("planar_clusters"), 0u);
   EXPECT_EQ(frame.output.counters.at("unclustered"), frame.samples);
@@ -18,19 +21,20 @@ TEST(SecondOrder, WhatFallsBackIsMarkedAndCounted) {
 }
 
 TEST(SecondOrder, DisocclusionsAreToldFromTrueMisses) {
-  const std::string options = imagesAlone(R"({"count_disocclusions": true})");
+  const std::string options = imagesAlone();
+  const BesideOptions counted{.countDisocclusions = true};
   const scene::Camera camera = cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f});
   // A planar mirror has none
   const Comparison plane(
       roomWith(scene::makePlane({4.0f, 4.0f}, {1, 1}, scene::UvMode::Metres), Mat4(1.0f)),
-      cameraAt({0.7f, 1.5f, 3.2f}, {0.0f, 0.0f, 0.0f}), options);
+      cameraAt({0.7f, 1.5f, 3.2f}, {0.0f, 0.0f, 0.0f}), options, counted);
   EXPECT_EQ(plane.output.counters.at("disoccluded"), 0u);
   EXPECT_EQ(plane.output.counters.at("wrong_hit"), 0u);
   // In a closed room every ray hits: what found nothing is disoccluded, for mirrors and lobes
   for (const float glossiness : {0.0f, 0.3f}) {
     const Comparison closed(
         roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f), glossiness),
-        camera, options);
+        camera, options, counted);
     const std::uint64_t missed = closed.output.counters.at("environment");
     EXPECT_GE(closed.output.counters.at("disoccluded"), missed);
     EXPECT_LE(closed.output.counters.at("disoccluded"), missed + closed.output.counters.at("sky"));
@@ -42,7 +46,7 @@ TEST(SecondOrder, DisocclusionsAreToldFromTrueMisses) {
   test::SceneBuilder builder;
   builder.add(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), builder.reflective(1.0f));
   builder.constantEnvironment(Vec3(1.0f));
-  const Comparison open(builder.scene(), camera, options);
+  const Comparison open(builder.scene(), camera, options, counted);
   EXPECT_GT(open.output.counters.at("sky"), 10000u);
   EXPECT_LT(open.output.counters.at("disoccluded") + open.output.counters.at("wrong_hit"),
             open.samples / 500);
@@ -70,7 +74,7 @@ TEST(SecondOrder, WhatFindsNothingSeesTheSkyOrTheCubeMap) {
     flat.add(scene::makePlane({2.0f, 2.0f}, {1, 1}, scene::UvMode::Metres),
              flat.reflective(1.0f, glossiness));
     flat.constantEnvironment(Vec3(0.25f, 0.5f, 0.75f));
-    const Comparison none(flat.scene(), camera, imagesAlone(R"({"min_cluster_samples": 1000000})"));
+    const Comparison none(flat.scene(), camera, imagesAlone(), kNoClusters);
     EXPECT_EQ(none.output.counters.at("unclustered"), none.samples);
     EXPECT_EQ(marked(none, raster::kMaskEnvironment), none.samples);
     EXPECT_LT(none.different, 0.003);
@@ -103,4 +107,4 @@ TEST(SecondOrder, NoSkyIsSeenThroughTheGapsOfAClosedRoom) {
 }
 
 }  // namespace
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -3,7 +3,7 @@
 
 #include "methods/second_order/test_comparison.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 /// Light that all samples reflect, of what Embree's rays find there.
@@ -57,4 +57,4 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Lamps,
                          [](const auto& scene) { return std::string(scene.param.name); });
 
 }  // namespace
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -4,10 +4,9 @@
 
 #include "methods/shared/bvh_policies.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
-using Options = SecondOrderOptions;
 using config::field;
 using config::in;
 using config::range;
@@ -36,7 +35,7 @@ config::Option<Options> memory() {
 
 }  // namespace
 
-const config::OptionTable<SecondOrderOptions>& secondOrderOptions() {
+const config::OptionTable<Options>& optionTable() {
   static const config::OptionTable<Options> table(
       "second_order", "Options of the method second_order.",
       {field(in(&Options::cluster, &ClusterOptions::maxThetaBins), "max_theta_bins", range(1, 128),
@@ -47,9 +46,6 @@ const config::OptionTable<SecondOrderOptions>& secondOrderOptions() {
              "factor on the number of bins that an object gets for its area in the frame; 1 is "
              "the paper's")
            .trade("2.5,10,40"),
-       field(in(&Options::cluster, &ClusterOptions::minSamples), "min_cluster_samples",
-             range(1, 1000000),
-             "clusters of fewer samples get no depth image; they see the environment map"),
        field(in(&Options::cluster, &ClusterOptions::kMeans), "clustering", kClusterings,
              "bins: samples are clustered by bins of normals; k_means: each object's samples then "
              "move to the nearest of as many mean rays, except on planar parts"),
@@ -58,8 +54,6 @@ const config::OptionTable<SecondOrderOptions>& secondOrderOptions() {
              "resolution of the depth images along each axis; 1: texels as far apart as the "
              "cluster's samples")
            .trade("0.5,0.7,1"),
-       field(in(&Options::camera, &CameraOptions::maxTexelsPerSample), "max_texels_per_sample",
-             range(0.25, 64), "texels of a depth image per sample of its cluster, at most"),
        field(in(&Options::images, &DepthImageOptions::levelErrorTexels), "level_error",
              range(0, 16),
              "error of an object's level of detail in a depth image, texels; up to 4 times as "
@@ -75,7 +69,7 @@ const config::OptionTable<SecondOrderOptions>& secondOrderOptions() {
        field(in(&Options::images, &DepthImageOptions::depthLayers), "depth_layers", range(1, 2),
              "2: depth images, except those of planar mirrors, also keep the second nearest "
              "surface, for rays that pass behind the nearest"),
-       field(&Options::faceSize, "environment_face_size", range(1, 4096),
+       field(&Options::faceSize, "face_size", range(1, 4096),
              "texels along the edge of a face of the cube map, which rays see that find nothing"),
        field(&Options::selfIntersect, "concave", kSelfIntersect,
              "what rays show that meet their own object again. ignore: what lies behind it; "
@@ -90,22 +84,12 @@ const config::OptionTable<SecondOrderOptions>& secondOrderOptions() {
        field(&Options::probes, "probes", range(0, 1024),
              "samples of each cluster of curved or glossy reflectors that Embree traces, to see "
              "whether the cluster errs; 0: none"),
-       field(&Options::leastImageRays, "least_image_rays", range(0, 100000000),
-             "probed clusters of fewer rays get no depth image, which would cost more than tracing "
-             "them: Embree does"),
-       field(&Options::ownShare, "own_share", range(0, 1),
-             "clusters of whose probes a larger share meets the cluster's own object get no depth "
-             "image: Embree traces them"),
        field(&Options::probeError, "probe_error", range(0, 255),
              "clusters whose probes differ by more from what is shown, on average, in 8-bit steps "
              "of the frame, are traced by Embree"),
        field(&Options::bvh, "bvh", kBvhPolicies,
-             "of Embree's tree where clusters are probed: built once and refitted to what moves "
-             "(static, refit) or built again in every frame (rebuild_low, rebuild_medium)"),
-       field(&Options::countDisocclusions, "count_disocclusions",
-             "compare what rays find with Embree's rays: counts disoccluded and wrong_hit and "
-             "fills mask.disoccluded; takes the time of a ray tracer")});
+             "how Embree's structure follows the geometry in each frame")});
   return table;
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

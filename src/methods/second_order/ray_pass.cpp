@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "methods/second_order/shaders/constants.h"
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 namespace shared = second_order_shared;
@@ -51,10 +51,11 @@ gl::Program planarProgram(bool exactGrid, int depthLayers) {
 
 }  // namespace
 
-RayPass::RayPass(const SecondOrderOptions& options, const SecondOrderReflectors& reflectors,
+RayPass::RayPass(const Options& options, const SceneReflectors& reflectors,
                  const Services& services, const RunSettings& settings)
     : options_(options), reflectors_(reflectors) {
   sharesFrame_ = !settings.reflectors.all();
+  countDisocclusions_ = settings.countDisocclusions;
   // What most frames need
   if (reflectors_.planarMirrors) planar(options_.camera.depthImageScale == 1.0f);
   if (reflectors_.curvedMirrors) curved(services);
@@ -80,9 +81,9 @@ RayPass::RayPass(const SecondOrderOptions& options, const SecondOrderReflectors&
         gl::Framebuffer("reflection", {{.texture = gbuffer.reflection}, {.texture = ownMarks_}},
                         {.texture = gbuffer.depth});
   }
-  if (options_.countDisocclusions) {
+  if (countDisocclusions_) {
     found_.resize(samples);
-    foundBuffer_ = gl::Buffer("what rays found", found_.size() * sizeof(Found));
+    foundBuffer_ = gl::Buffer("what rays found", found_.size() * sizeof(FoundByRays));
   }
   tilesAcross_ = (width + kTileSamples - 1) / kTileSamples;
   tilesDown_ = (height + kTileSamples - 1) / kTileSamples;
@@ -101,7 +102,7 @@ gl::Program RayPass::walkProgram(const Services& services, bool lobes) const {
       {"SELF", std::to_string(static_cast<int>(options_.selfIntersect))},
       {"LAMPS", options_.probes > 0 ? "1" : "0"},
       {"LOBE_HORIZONS", lobeHorizons_ ? "1" : "0"},
-      {"FOUND", options_.countDisocclusions ? "1" : "0"},
+      {"FOUND", countDisocclusions_ ? "1" : "0"},
       {"LAYERS", std::to_string(options_.images.depthLayers)}};
   if (lobes) {
     for (gl::Define& define : raster::SceneRaster::shadingDefines(services.lighting)) {
@@ -171,9 +172,9 @@ void RayPass::run(Services& services, const RayInputs& inputs) {
   if (!masks) ownTarget_.clearColorUint(1, 0);
   const std::vector<std::uint32_t> zeros(kCountNames.size(), 0);
   counts_.write(0, zeros.size() * sizeof(std::uint32_t), zeros.data());
-  if (options_.countDisocclusions) {
-    std::fill(found_.begin(), found_.end(), Found{});
-    foundBuffer_.write(0, found_.size() * sizeof(Found), found_.data());
+  if (countDisocclusions_) {
+    std::fill(found_.begin(), found_.end(), FoundByRays{});
+    foundBuffer_.write(0, found_.size() * sizeof(FoundByRays), found_.data());
     foundBuffer_.bindStorage(shared::kFoundBinding);
   }
   (masks ? gbuffer.reflectionFramebuffer : ownTarget_).bind();
@@ -287,9 +288,9 @@ void RayPass::count(std::uint64_t unclustered, Counters& counters) const {
   counters["unclustered"] = unclustered;
 }
 
-std::span<const Found> RayPass::readFound() {
-  foundBuffer_.read(0, found_.size() * sizeof(Found), found_.data());
+std::span<const FoundByRays> RayPass::readFound() {
+  foundBuffer_.read(0, found_.size() * sizeof(FoundByRays), found_.data());
   return found_;
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -16,7 +16,7 @@
 #include "methods/second_order/reflectors.h"
 #include "methods/shared/cube_map.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 /// What a frame's rays are intersected with.
 struct RayInputs {
@@ -32,8 +32,8 @@ struct RayInputs {
 class RayPass {
  public:
   /// Compiles the programs that most frames need; the others with the first frame that does.
-  RayPass(const SecondOrderOptions& options, const SecondOrderReflectors& reflectors,
-          const Services& services, const RunSettings& settings);
+  RayPass(const Options& options, const SceneReflectors& reflectors, const Services& services,
+          const RunSettings& settings);
 
   /// The cluster of each sample (Clustering::clusterOf()), kept until run() is done.
   void setClusters(std::span<const std::uint16_t> clusterOf);
@@ -48,7 +48,7 @@ class RayPass {
     return ((masks_.empty() ? marks_[sample] : masks_[sample]) & raster::kMaskRetraced) != 0;
   }
   /// What each sample's rays found, where the options count disocclusions.
-  std::span<const Found> readFound();
+  std::span<const FoundByRays> readFound();
 
  private:
   gl::Program walkProgram(const Services& services, bool lobes) const;
@@ -62,8 +62,8 @@ class RayPass {
   void takeMarks(const gl::Texture& texture, GLenum type, std::vector<Marks>& marks);
   void lookUp(Services& services, const RayInputs& inputs);
 
-  SecondOrderOptions options_;
-  SecondOrderReflectors reflectors_;
+  Options options_;
+  SceneReflectors reflectors_;
   gl::Program planarExact_;
   gl::Program planarScaled_;
   gl::Program curved_;
@@ -71,11 +71,12 @@ class RayPass {
   gl::Program glossy_;
   gl::Program lookUps_;
   gl::Texture clusterSamples_;
-  bool sharesFrame_ = false;                  ///< with other methods
+  bool sharesFrame_ = false;  ///< with other methods
+  bool countDisocclusions_ = false;
   std::span<const std::uint16_t> clusterOf_;  ///< of the frame at hand
   gl::Buffer counts_;
   gl::Buffer foundBuffer_;
-  std::vector<Found> found_;
+  std::vector<FoundByRays> found_;
   gl::Texture ownMarks_;  ///< as GBuffer::masks, where there are none
   gl::Framebuffer ownTarget_;
   std::vector<std::uint8_t> marks_;        ///< where no masks are asked for
@@ -88,4 +89,4 @@ class RayPass {
   gl::Texture tileTexture_;
 };
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
-SecondOrderReflectors findSecondOrderReflectors(const scene::Scene& scene,
-                                                const RunSettings& settings) {
-  SecondOrderReflectors found;
+SceneReflectors findSceneReflectors(const scene::Scene& scene, const RunSettings& settings) {
+  SceneReflectors found;
   static_cast<Reflectors&>(found) = findReflectors(scene, settings.reflectors);
   found.kinds.push_back(ReflectorKind::None);
   found.skipOwn.push_back(false);
@@ -29,8 +28,7 @@ SecondOrderReflectors findSecondOrderReflectors(const scene::Scene& scene,
   return found;
 }
 
-std::vector<float> SecondOrderReflectors::reach(const scene::Scene& scene,
-                                                float glossyReach) const {
+std::vector<float> SceneReflectors::reach(const scene::Scene& scene, float glossyReach) const {
   std::vector<float> reach(kinds.size(), 0.0f);
   for (std::size_t i = 1; i < reach.size(); ++i) {
     const scene::Material& material = scene.materials[scene.objects[i - 1].material];
@@ -41,4 +39,4 @@ std::vector<float> SecondOrderReflectors::reach(const scene::Scene& scene,
   return reach;
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -8,9 +8,9 @@
 #include "methods/shared/reflectors.h"
 #include "scene/scene.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
-struct SecondOrderReflectors : Reflectors {
+struct SceneReflectors : Reflectors {
   std::vector<ReflectorKind> kinds;  ///< by object id
   std::vector<bool> skipOwn;         ///< by object id: flat, hence never seen in itself
   std::vector<float> weight;         ///< by object id: of its reflections, at most
@@ -22,7 +22,6 @@ struct SecondOrderReflectors : Reflectors {
 };
 
 /// Those that the method fills.
-SecondOrderReflectors findSecondOrderReflectors(const scene::Scene& scene,
-                                                const RunSettings& settings);
+SceneReflectors findSceneReflectors(const scene::Scene& scene, const RunSettings& settings);
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -1,8 +1,8 @@
 #include "methods/second_order/reports.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
-const std::vector<StepInfo>& secondOrderSteps() {
+const std::vector<StepInfo>& stepInfos() {
   static const std::vector<StepInfo> steps = {
       {"levels", "start", "coarser levels of objects are made"},
       {"cube_map", "start, frames", "the cube map is drawn, again when something moved"},
@@ -16,14 +16,14 @@ const std::vector<StepInfo>& secondOrderSteps() {
       {"compare", "frames", "what the probes have seen is compared with what is shown"},
       {"recompute", "frames", "Embree traces clusters that see their own object, or err"},
       {"disocclusions", "frames",
-       "with count_disocclusions: Embree's rays say which samples missed a surface",
+       "with image.count_disocclusions: Embree's rays say which samples missed a surface",
        StepKind::Check},
   };
   return steps;
 }
 
-const std::vector<CounterInfo>& secondOrderCounters() {
-  constexpr const char* kDisocclusions = "count_disocclusions";
+const std::vector<CounterInfo>& counterInfos() {
+  constexpr const char* kDisocclusions = "image.count_disocclusions";
   static const std::vector<CounterInfo> counters = {
       {"reflective_samples", "samples that reflect"},
       {"unclustered", "reflective samples in no cluster: they see the cube map"},
@@ -96,4 +96,4 @@ const TableInfo& clustersTable() {
   return table;
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -6,14 +6,14 @@
 
 #include "methods/contract/method.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
-const std::vector<StepInfo>& secondOrderSteps();
-const std::vector<CounterInfo>& secondOrderCounters();
+const std::vector<StepInfo>& stepInfos();
+const std::vector<CounterInfo>& counterInfos();
 /// clusters.csv
 const TableInfo& clustersTable();
 
 /// Layer id.cluster.
 inline constexpr const char* kClusterLayer = "cluster";
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

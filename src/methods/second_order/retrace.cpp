@@ -14,7 +14,7 @@
 #include "scene/camera.h"
 #include "trace/lobes/lobe_tracer.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 namespace shared = second_order_shared;
@@ -48,8 +48,7 @@ double displayDifference(const Vec3& a, const Vec3& b) {
 
 }  // namespace
 
-Retrace::Retrace(const SecondOrderOptions& options, const RunSettings& settings,
-                 const scene::Scene& scene)
+Retrace::Retrace(const Options& options, const RunSettings& settings, const scene::Scene& scene)
     : most_(options.probes),
       probeError_(options.probeError),
       own_(settings.reflectors),
@@ -92,7 +91,7 @@ void Retrace::choose(const Clustering& clustering) {
         const SampleRun& run = block.runs[r];
         const std::uint32_t c = block.slots[run.slot];
         const bool probed =
-            !clusters[c].traced && !refracts_[static_cast<std::size_t>(clusters[c].object)];
+            !clusters[c].retraced && !refracts_[static_cast<std::size_t>(clusters[c].object)];
         for (; probed && next[c] < passed[c] + run.count; next[c] += stride[c])
           probes_.push_back({c, static_cast<std::uint16_t>(run.x + next[c] - passed[c]), y});
         passed[c] += run.count;
@@ -179,11 +178,11 @@ bool Retrace::traces(const Clustering& clustering, std::size_t at, std::size_t x
                      bool byLamp) const {
   const std::uint16_t known = clustering.clusterOf()[at];
   if (known < 2) return false;
-  if (known == Clustering::kTraced) return true;
+  if (known == Clustering::kRetraced) return true;
   const std::uint32_t cluster = known - 2u;
   if (byLamp && !refracts_[static_cast<std::size_t>(clustering.clusters()[cluster].object)])
     return true;
-  if (!clustering.clusters()[cluster].traced) return false;
+  if (!clustering.clusters()[cluster].retraced) return false;
   return largeOf_[cluster] == kNotLarge || probed_[cluster].meanError() > probeError_ ||
          errs(cells_[cellOf(largeOf_[cluster], x, y)]);
 }
@@ -215,7 +214,7 @@ Retrace::Done Retrace::run(const FrameInput& input, Services& services,
       for (const bool searched : {false, true}) {
         const SampleTiles::Members kept = keep(members, [&](std::size_t k) {
           const std::size_t at = members.at[k];
-          return searched != (clustering.clusterOf()[at] == Clustering::kTraced) &&
+          return searched != (clustering.clusterOf()[at] == Clustering::kRetraced) &&
                  traces(clustering, at, members.x[k], members.y[k], byLamp_[tile] != 0);
         });
         if (kept.count == 0) continue;
@@ -257,7 +256,7 @@ void Retrace::readRows(const raster::GBuffer& gbuffer, const SampleTiles& tiles,
   const auto width = static_cast<std::size_t>(gbuffer.sampleWidth());
   rowTraced_.assign(static_cast<std::size_t>(tiles.rowsOf(gbuffer.sampleHeight())), 0);
   for (const Cluster& cluster : clustering.clusters()) {
-    if (!cluster.traced) continue;
+    if (!cluster.retraced) continue;
     const int first = cluster.top / SampleTiles::kSize;
     const int last = (cluster.bottom - 1) / SampleTiles::kSize;
     std::fill(rowTraced_.begin() + first, rowTraced_.begin() + last + 1, std::uint8_t{1});
@@ -301,4 +300,4 @@ void Retrace::upload(raster::GBuffer& gbuffer) const {
   }
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -17,23 +17,22 @@
 #include "trace/embree/trace_scene.h"
 #include "trace/lobes/reflect.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 /// What the probes of a cluster say of it.
 struct Probed {
   std::uint32_t asked = 0;
   std::uint32_t own = 0;  ///< whose (first) ray met the cluster's own object
   double error = 0.0;     ///< sum of differences, of 255 steps of the display
-  double ownShare() const { return asked > 0 ? static_cast<double>(own) / asked : 0.0; }
+  double selfHitShare() const { return asked > 0 ? static_cast<double>(own) / asked : 0.0; }
   double meanError() const { return asked > 0 ? error / asked : 0.0; }
 };
 
 class Retrace {
  public:
-  Retrace(const SecondOrderOptions& options, const RunSettings& settings,
-          const scene::Scene& scene);
+  Retrace(const Options& options, const RunSettings& settings, const scene::Scene& scene);
 
-  /// Traces up to SecondOrderOptions::probes samples of each curved cluster that is not left to
+  /// Traces up to Options::probes samples of each curved cluster that is not left to
   /// tracing already, evenly spread over it.
   /// The same for any number of threads.
   void probe(const FrameInput& input, Services& services, const raster::GBufferCopy& gbuffer,
@@ -108,4 +107,4 @@ class Retrace {
   std::vector<std::uint16_t> maskImage_;
 };
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

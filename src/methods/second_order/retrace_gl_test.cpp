@@ -5,7 +5,7 @@
 
 #include "methods/second_order/test_comparison.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 constexpr const char* kProbed = R"({"probes": 16})";
@@ -13,8 +13,10 @@ constexpr const char* kProbed = R"({"probes": 16})";
 TEST(Retrace, EveryClusterThatIsTracedEqualsItsRays) {
   const Comparison frame(
       roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f)),
-      cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}),
-      R"({"probes": 1, "least_image_rays": 100000000, "min_cluster_samples": 1})");
+      cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}), R"({"probes": 1})", {[](Options& options) {
+        options.leastImageRays = 100000000;
+        options.cluster.minSamples = 1;
+      }});
   EXPECT_GT(frame.samples, 10000u);
   EXPECT_EQ(frame.output.counters.at("retraced"), frame.samples);
   EXPECT_EQ(frame.output.counters.at("small_clusters"), frame.output.counters.at("clusters"));
@@ -28,8 +30,11 @@ TEST(Retrace, ClustersWhoseProbesErrMoreThanProbeErrorAreTraced) {
   const auto frameWith = [](const std::string& probeError) {
     return Comparison(roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f)),
                       cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}),
-                      R"({"probes": 1024, "least_image_rays": 0, "own_share": 1, "probe_error": )" +
-                          probeError + "}");
+                      R"({"probes": 1024, "probe_error": )" + probeError + "}",
+                      {[](Options& options) {
+                        options.leastImageRays = 0;
+                        options.selfHitShare = 1.0f;
+                      }});
   };
   constexpr double kProbeError = 1.5;
   const Comparison shown = frameWith("255");
@@ -82,4 +87,4 @@ TEST(Retrace, FlatMirrorsAreNotProbed) {
 }
 
 }  // namespace
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

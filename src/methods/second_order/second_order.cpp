@@ -10,7 +10,7 @@
 #include "methods/second_order/disocclusions.h"
 #include "methods/second_order/reports.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 /// Times that depth images are drawn at 0.7 of their resolution until they fit: 1 / 5000. Ours.
@@ -23,8 +23,8 @@ MethodPlan SecondOrder::plan(const scene::Scene& scene, const RunSettings& setti
   plan.gbuffer = true;
   plan.masks = static_cast<std::uint16_t>(
       raster::kMaskEnvironment | raster::kMaskBelowHorizon | raster::kMaskSky |
-      (options_.countDisocclusions ? raster::kMaskDisoccluded : 0));
-  const SecondOrderReflectors reflectors = findSecondOrderReflectors(scene, settings);
+      (settings.countDisocclusions ? raster::kMaskDisoccluded : 0));
+  const SceneReflectors reflectors = findSceneReflectors(scene, settings);
   if (!reflectors.any()) return plan;
   const auto samples = static_cast<std::uint64_t>(settings.width) * settings.height *
                        settings.samples * settings.samples;
@@ -59,11 +59,11 @@ MethodPlan SecondOrder::plan(const scene::Scene& scene, const RunSettings& setti
       {"resource", "cluster of each sample", "R16UI", samples * 2},
       {"resource", "depth images", "at most, by memory_mib", options_.images.memoryBytes},
   };
-  if (options_.countDisocclusions) {
+  if (settings.countDisocclusions) {
     plan.trace = true;
     plan.items.push_back({"pass", "disocclusions", "asked for: count_disocclusions", 0});
     plan.items.push_back(
-        {"resource", "what rays found", "compared with Embree's", samples * sizeof(Found)});
+        {"resource", "what rays found", "compared with Embree's", samples * sizeof(FoundByRays)});
   }
   if (options_.probes > 0 && (reflectors.curvedMirrors || reflectors.glossy)) {
     plan.trace = true;
@@ -79,7 +79,7 @@ MethodPlan SecondOrder::plan(const scene::Scene& scene, const RunSettings& setti
 
 void SecondOrder::prepare(Services& services, const RunSettings& settings) {
   settings_ = settings;
-  reflectors_ = findSecondOrderReflectors(services.scene, settings);
+  reflectors_ = findSceneReflectors(services.scene, settings);
   if (!reflectors_.any()) return;
   refractive_ = raster::RefractiveSamples(services.scene);
   if (options_.images.levelErrorTexels > 0.0f) {
@@ -109,7 +109,7 @@ void SecondOrder::render(const FrameInput& input, Services& services, FrameOutpu
   if (settings_.masks && settings_.reflectors.all()) {
     gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
   }
-  output.counters = zeros(secondOrderCounters());
+  output.counters = zeros(counterInfos());
   tracedBelowHorizon_ = 0;
   if (!reflectors_.any()) return;
   frame::StepTimer& timer = services.timer;
@@ -133,7 +133,7 @@ void SecondOrder::render(const FrameInput& input, Services& services, FrameOutpu
   RayInputs inputs{camera, *images_, cubeMap_};
   for (std::size_t i = 0; i < clusters.size(); ++i) {
     inputs.onGrids =
-        inputs.onGrids && (clusters[i].traced || cameras[i].mirrorGrid ||
+        inputs.onGrids && (clusters[i].retraced || cameras[i].mirrorGrid ||
                            !reflectors_.skipOwn[static_cast<std::size_t>(clusters[i].object)]);
   }
   timer.measure("depth_images", [&] {
@@ -158,11 +158,11 @@ void SecondOrder::render(const FrameInput& input, Services& services, FrameOutpu
     SampleLayer& layer = output.sampleLayers.emplace_back(SampleLayer{kClusterLayer, {}});
     layer.numbers.assign(clusterOf.begin(), clusterOf.end());
     for (std::uint32_t& cluster : layer.numbers) {
-      if (cluster == Clustering::kTraced) cluster = 0;
+      if (cluster == Clustering::kRetraced) cluster = 0;
       if (cluster > 0) --cluster;
     }
   }
-  if (options_.countDisocclusions) {
+  if (settings_.countDisocclusions) {
     timer.measure("disocclusions", [&] { countDisocclusions(services, camera, cameras, output); });
   }
 }
@@ -185,8 +185,8 @@ std::vector<ClusterCamera> SecondOrder::makeCameras(Services& services, const sc
                        std::to_string(clustering_.clusters().size()) +
                        " clusters do not fit into memory_mib " +
                        std::to_string(options_.images.memoryBytes >> 20) +
-                       " at any resolution; allow more, or fewer clusters by a larger "
-                       "min_cluster_samples or a smaller bin_density");
+                       " at any resolution; allow more, or fewer clusters by a smaller "
+                       "bin_density");
     }
     options.depthImageScale *= 0.7f;
     ++counters["images_shrunk"];
@@ -196,7 +196,7 @@ std::vector<ClusterCamera> SecondOrder::makeCameras(Services& services, const sc
 /// Clusters of fewer rays than an image is worth are traced: they need no camera and no probes.
 void SecondOrder::leaveSmallOnes(Counters& counters) {
   const std::vector<Cluster>& clusters = clustering_.clusters();
-  std::vector<std::uint8_t> traced(clusters.size(), 0);
+  std::vector<std::uint8_t> retraced(clusters.size(), 0);
   for (std::size_t i = 0; i < clusters.size(); ++i) {
     const Cluster& cluster = clusters[i];
     const auto object = static_cast<std::size_t>(cluster.object);
@@ -204,49 +204,49 @@ void SecondOrder::leaveSmallOnes(Counters& counters) {
     const int rays = static_cast<int>(cluster.samples) *
                      trace::lobeRays(cluster.maxGlossiness, options_.camera.rays);
     if (flat || retrace_->refracts(object) || rays >= options_.leastImageRays) continue;
-    traced[i] = 1;
+    retraced[i] = 1;
     ++counters["small_clusters"];
   }
-  if (counters["small_clusters"] > 0) clustering_.leaveToTracing(traced);
+  if (counters["small_clusters"] > 0) clustering_.leaveToRetrace(retraced);
 }
 
-/// Clusters too many of whose probes meet their own object are traced, and need no image.
+/// Clusters too many of whose probes meet their own object are retraced, and need no image.
 void SecondOrder::traceWhatSeesItself(const FrameInput& input, Services& services,
                                       std::vector<ClusterCamera>& cameras, Counters& counters) {
-  std::vector<std::uint8_t> traced(cameras.size(), 0);
+  std::vector<std::uint8_t> retraced(cameras.size(), 0);
   services.timer.measure("probe", [&] {
     retrace_->probe(input, services, copy_, clustering_);
     for (std::size_t i = 0; i < cameras.size(); ++i) {
-      traced[i] = clustering_.clusters()[i].traced ? 1 : 0;
+      retraced[i] = clustering_.clusters()[i].retraced ? 1 : 0;
       const Probed& probed = retrace_->probed()[i];
       counters["probes"] += probed.asked;
-      if (probed.ownShare() <= options_.ownShare) continue;
-      traced[i] = 1;
+      if (probed.selfHitShare() <= options_.selfHitShare) continue;
+      retraced[i] = 1;
       ++counters["self_seeing_clusters"];
       cameras[i] = {};
       cameras[i].width = cameras[i].height = 0;
     }
     if (counters["self_seeing_clusters"] == 0) return;
-    clustering_.leaveToTracing(traced);
+    clustering_.leaveToRetrace(retraced);
     images_->fits(cameras);
   });
 }
 
-/// Clusters whose images err by more than the options allow are traced, too.
+/// Clusters whose images err by more than the options allow are retraced, too.
 void SecondOrder::retraceWhatErrs(const FrameInput& input, Services& services, Counters& counters) {
-  std::vector<std::uint8_t> traced(clustering_.clusters().size(), 0);
+  std::vector<std::uint8_t> retraced(clustering_.clusters().size(), 0);
   services.timer.measure("compare", [&] {
     retrace_->compare(*services.gbuffer, clustering_.clusters(), reflectors_.weight);
-    for (std::size_t i = 0; i < traced.size(); ++i) {
-      traced[i] = clustering_.clusters()[i].traced ? 1 : 0;
-      if (traced[i] != 0 || !retrace_->errs(i)) continue;
-      traced[i] = 1;
+    for (std::size_t i = 0; i < retraced.size(); ++i) {
+      retraced[i] = clustering_.clusters()[i].retraced ? 1 : 0;
+      if (retraced[i] != 0 || !retrace_->errs(i)) continue;
+      retraced[i] = 1;
       ++counters["erring_clusters"];
     }
   });
-  if (std::ranges::count(traced, 1) == 0 && !rayPass_->anySeesLamp()) return;
+  if (std::ranges::count(retraced, 1) == 0 && !rayPass_->anySeesLamp()) return;
   services.timer.measure("recompute", [&] {
-    clustering_.markTraced(traced);
+    clustering_.markRetraced(retraced);
     const Retrace::Done done = retrace_->run(input, services, copy_, clustering_, *rayPass_);
     counters["retraced"] = done.samples;
     tracedBelowHorizon_ = done.belowHorizon;
@@ -290,7 +290,7 @@ void SecondOrder::report(const std::vector<ClusterCamera>& cameras,
     c["crossing_clusters"] += cameras[i].crossing ? 1 : 0;
     c["pushed_back"] += cameras[i].pushedBack ? 1 : 0;
     c["capped_images"] += cameras[i].capped ? 1 : 0;
-    const double own = retrace_ ? retrace_->probed()[i].ownShare() : 0.0;
+    const double own = retrace_ ? retrace_->probed()[i].selfHitShare() : 0.0;
     const double error = retrace_ ? retrace_->probed()[i].meanError() : 0.0;
     if (cameras[i].width == 0) {
       rows.add(i, clusters[i].object, clusters[i].samples, clusters[i].planar, clusters[i].concave,
@@ -304,35 +304,34 @@ void SecondOrder::report(const std::vector<ClusterCamera>& cameras,
 
     rows.add(i, clusters[i].object, clusters[i].samples, clusters[i].planar, clusters[i].concave,
              cameras[i].width, cameras[i].height, triangles[i], cameras[i].displacement,
-             cameras[i].walkTexels, own, error, clusters[i].traced);
+             cameras[i].walkTexels, own, error, clusters[i].retraced);
   }
 }
 
-namespace {
+}  // namespace catoptric::methods::second_order
 
-std::unique_ptr<Method> make(const config::Value& options) {
-  return std::make_unique<SecondOrder>(secondOrderOptions().parse(options));
-}
-
-}  // namespace
+namespace catoptric::methods {
 
 const MethodEntry& secondOrderEntry() {
   static const MethodEntry entry{
       .id = "second_order",
       .summary = "clusters of reflected rays, a depth image each, found by walking over it",
       .paper = "[Wang2014]",
-      .steps = secondOrderSteps(),
-      .counters = secondOrderCounters(),
-      .tables = {clustersTable()},
-      .sampleLayers = {{kClusterLayer,
+      .steps = second_order::stepInfos(),
+      .counters = second_order::counterInfos(),
+      .tables = {second_order::clustersTable()},
+      .sampleLayers = {{second_order::kClusterLayer,
                         "number of the sample's cluster as clusters.csv counts, plus 1; 0: in "
                         "none, or traced"}},
       // Measured: 0.86 % of a plane mirror, at edges of what it shows; one of 19,200 in the furnace
       .tests = {.variants = {R"({"depth_layers": 2})"},
                 .planeMirrorPercent = 1.0,
                 .furnacePercent = 0.02},
-      .options = secondOrderOptions().schema(),
-      .make = make};
+      .options = second_order::optionTable().schema(),
+      .make = [](const config::Value& options) -> std::unique_ptr<Method> {
+        return std::make_unique<second_order::SecondOrder>(
+            second_order::optionTable().parse(options));
+      }};
   return entry;
 }
 

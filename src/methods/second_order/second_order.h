@@ -17,11 +17,11 @@
 #include "methods/shared/cube_map.h"
 #include "raster/passes/refractive_samples.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 class SecondOrder : public Method {
  public:
-  explicit SecondOrder(const SecondOrderOptions& options) : options_(options) {}
+  explicit SecondOrder(const Options& options) : options_(options) {}
 
   MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override;
   void prepare(Services& services, const RunSettings& settings) override;
@@ -39,9 +39,9 @@ class SecondOrder : public Method {
   void report(const std::vector<ClusterCamera>& cameras,
               const std::vector<std::uint64_t>& triangles, FrameOutput& output) const;
 
-  SecondOrderOptions options_;
+  Options options_;
   RunSettings settings_;
-  SecondOrderReflectors reflectors_;
+  SceneReflectors reflectors_;
   raster::RefractiveSamples refractive_;
   raster::GBufferCopy copy_;
   Clustering clustering_;
@@ -51,6 +51,10 @@ class SecondOrder : public Method {
   CubeMap cubeMap_;
   std::unique_ptr<RayPass> rayPass_;
 };
+
+}  // namespace catoptric::methods::second_order
+
+namespace catoptric::methods {
 
 const MethodEntry& secondOrderEntry();
 

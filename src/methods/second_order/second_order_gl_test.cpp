@@ -3,7 +3,7 @@
 
 #include "methods/second_order/test_comparison.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 TEST(SecondOrder, SamplesNameTheirClusters) {
@@ -66,9 +66,9 @@ TEST(SecondOrder, FarSurfacesAreFoundByCurvedMirrors) {
                 builder.diffuse({0.6f, 0.5f, 0.4f}));
     builder.constantEnvironment(Vec3(1.0f));
     for (const char* const layers : {"1", "2"}) {
-      const Comparison frame(
-          builder.scene(), cameraAt({0.0f, 0.6f, 3.0f}, {0.0f, 0.0f, 0.0f}),
-          std::string(R"({"count_disocclusions": true, "depth_layers": )") + layers + "}");
+      const Comparison frame(builder.scene(), cameraAt({0.0f, 0.6f, 3.0f}, {0.0f, 0.0f, 0.0f}),
+                             std::string(R"({"depth_layers": )") + layers + "}",
+                             {.countDisocclusions = true});
       const double percent = 100.0 / static_cast<double>(frame.samples);
       EXPECT_GT(frame.samples, 5000u);
       EXPECT_LT(percent * static_cast<double>(frame.output.counters.at("disoccluded")), 0.1)
@@ -283,4 +283,4 @@ TEST(SecondOrder, GlossyReflectionsComeCloseToTheirRays) {
 }
 
 }  // namespace
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,22 +16,32 @@
 #include "methods/testing/gl_harness.h"
 #include "scene/shapes/shapes.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 /// Options for a test of depth images alone: no cluster is traced.
 inline std::string imagesAlone(const std::string& options = "{}") {
   return R"({"probes": 0)" + (options == "{}" ? "}" : ", " + options.substr(1));
 }
 
+/// What no option says.
+struct BesideOptions {
+  void (*change)(Options&) = [](Options&) {};
+  bool countDisocclusions = false;
+};
+
 /// One frame of a scene by the method, and the light that Embree's rays find at its samples.
 class Comparison {
  public:
-  Comparison(scene::Scene scene, const scene::Camera& camera, const std::string& options = "{}") {
+  Comparison(scene::Scene scene, const scene::Camera& camera, const std::string& options = "{}",
+             const BesideOptions& beside = {}) {
     RunSettings settings = test::framesOf(128, 128, 2, true);
+    settings.countDisocclusions = beside.countDisocclusions;
     settings.layers = {"cluster"};
     test::GlStage stage(std::move(scene), settings);
     stage.embree(trace::BvhPolicy::Static);
-    output = test::GlMethod(stage, secondOrderEntry(), options).render(camera);
+    Options parsed = optionTable().parse(config::parseText(options, "test options"));
+    beside.change(parsed);
+    output = test::GlMethod(stage, std::make_unique<SecondOrder>(parsed)).render(camera);
     masks = raster::readMasks(stage.gbuffer.masks);
     const test::TracedSamples found(stage, camera, {.rays = 8});
     traced = found.counts;
@@ -143,4 +154,4 @@ inline scene::Scene roomWithBowl(float until, float distance) {
   return builder.scene();
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

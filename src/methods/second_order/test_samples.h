@@ -7,7 +7,7 @@
 #include "methods/second_order/cameras/cluster_camera.h"
 #include "methods/second_order/clustering/clusters.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 constexpr int kSize = 96;  ///< samples of the frames along each side
 
@@ -100,4 +100,4 @@ inline bool hitSphereOrFloor(const Vec3& eye, const Vec3& d, Vec3& position, Vec
   return hitSphere(eye, d, position, normal) || hitFloor(eye, d, position, normal);
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

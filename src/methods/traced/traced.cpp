@@ -43,10 +43,8 @@ const config::OptionTable<Options>& optionTable() {
            &Options::filtersEnvironment, "environment", kEnvironments,
            "where rays leave the scene: its radiance in their direction, or the mean of its image "
            "over their solid angle"),
-       field(
-           in(&Options::reflection, &ReflectionOptions::fadeMetres), "attenuation", atLeast(0.0),
-           "metres along a reflected ray over which what it meets fades to 1/e, as in billboards; "
-           "0: not at all"),
+       field(in(&Options::reflection, &ReflectionOptions::fadeMetres), "attenuation", atLeast(0.0),
+             "metres along a reflected ray over which what it meets fades to 1/e; 0: not at all"),
        field(in(&Options::reflection, &ReflectionOptions::bounces), "bounces", range(1, 16),
              "reflections along a path; after the last a surface shows its diffuse component")});
   return table;
@@ -66,7 +64,6 @@ class Traced : public Method {
     plan.trace = !options_.diffuseOnly;
     plan.bvh = options_.bvh;
     plan.bounces = options_.reflection.bounces;
-    plan.bouncesOption = "bounces";
     const auto samples = static_cast<std::uint64_t>(settings.width) * settings.height *
                          settings.samples * settings.samples;
     const std::string why = std::to_string(reflectors) + " reflective objects";

@@ -52,6 +52,9 @@ const OptionTable<RunConfig>& imageTable() {
              "Layers besides R G B A (docs/outputs.md)."),
        field(in(&RunConfig::image, &RunSettings::masks), "masks",
              "Layers mask.*: the fraction of a pixel's samples for which the method fell back."),
+       field(in(&RunConfig::image, &RunSettings::countDisocclusions), "count_disocclusions",
+             "Of second_order and perturbation: check the reflections by Embree's rays, for "
+             "mask.disoccluded and its counters (slow)."),
        field(in(&RunConfig::image, &RunSettings::fresnelSchlick), "fresnel",
              "Weight of the reflection: Schlick's Fresnel term with F0 = s, instead of s."),
        field(&RunConfig::halfBeauty, "half",
@@ -101,15 +104,22 @@ const OptionTable<RunConfig>& sweepTable() {
 
 std::vector<std::string> methodIds(const std::vector<methods::MethodEntry>& registry) {
   std::vector<std::string> ids;
-  for (const methods::MethodEntry& entry : registry) ids.push_back(entry.id);
+  for (const methods::MethodEntry& entry : registry) {
+    ids.push_back(entry.id);
+    for (const methods::MethodAlias& alias : entry.aliases) ids.push_back(alias.id);
+  }
   return ids;
 }
 
-const methods::MethodEntry* findEntry(const std::vector<methods::MethodEntry>& registry,
-                                      const std::string& id) {
-  for (const methods::MethodEntry& entry : registry)
-    if (entry.id == id) return &entry;
-  return nullptr;
+/// The entry that an alias stands for: the method, under the alias's name and with its option.
+Value withoutAlias(const Value& value, const methods::MethodEntry& entry, const std::string& id) {
+  const auto alias = std::ranges::find(entry.aliases, id, &methods::MethodAlias::id);
+  Value result =
+      value.kind() == Value::Kind::Object ? value : config::parseText("{}", value.place().file);
+  result = config::withSetting(result, "method", config::jsonString(entry.id));
+  if (!result.has("name")) result = config::withSetting(result, "name", config::jsonString(id));
+  return result.has(alias->option) ? result
+                                   : config::withSetting(result, alias->option, alias->value);
 }
 
 bool isFileName(const std::string& name) {
@@ -173,12 +183,13 @@ std::optional<MethodConfig> readMethod(const Value& value,
     return {};
   }
   const std::string& id = idValue.asString();
-  const methods::MethodEntry* entry = findEntry(registry, id);
+  const methods::MethodEntry* entry = methods::findMethod(registry, id);
   if (entry == nullptr) {
     errors.add(idValue, idValue.dump() + " is not a method" + didYouMean(id, ids) +
                             "; allowed: " + joined(ids, ", "));
     return {};
   }
+  if (entry->id != id) return readMethod(withoutAlias(value, *entry, id), registry, errors);
 
   MethodConfig method;
   method.id = id;
@@ -268,8 +279,10 @@ std::vector<std::string> fallbackMethods() {
 
 Schema methodSchema(const methods::MethodEntry& entry) {
   Schema schema{entry.id, entry.summary, {}};
+  std::vector<std::string> ids = {entry.id};
+  for (const methods::MethodAlias& alias : entry.aliases) ids.push_back(alias.id);
   schema.fields.push_back(
-      fields::required(fields::choice("method", "The method.", "", {entry.id})));
+      fields::required(fields::choice("method", "The method.", "", std::move(ids))));
   schema.fields.push_back(
       fields::text("name", "Name of its folder and of its rows in tables [the method's].",
                    config::jsonString(entry.id)));
@@ -345,8 +358,8 @@ std::vector<MethodConfig> selectMethods(const std::vector<MethodConfig>& all,
     if (chosen.size() > before) continue;
     std::vector<std::string> allowed = methodIds(registry);
     for (const MethodConfig& method : all)
-      if (findEntry(registry, method.name) == nullptr) allowed.push_back(method.name);
-    if (findEntry(registry, name) == nullptr)
+      if (methods::findMethod(registry, method.name) == nullptr) allowed.push_back(method.name);
+    if (methods::findMethod(registry, name) == nullptr)
       throw UsageError("--method: \"" + name + "\" is not a method" + didYouMean(name, allowed) +
                        "; allowed: " + joined(allowed, ", "));
     chosen.push_back(

@@ -24,7 +24,13 @@ const config::Schema& fakeOptions() {
 
 std::vector<methods::MethodEntry> registry() {
   return {{"traced", "Rays.", "", {}, {}, {}, {}, {}, fakeOptions(), nullptr},
-          {"reference", "Truth.", "", {}, {}, {}, {}, {}, fakeOptions(), nullptr}};
+          {.id = "reference",
+           .summary = "Truth.",
+           .paper = "",
+           .steps = {},
+           .options = fakeOptions(),
+           .make = nullptr,
+           .aliases = {{"refitted", "bvh", "\"refit\""}}}};
 }
 
 RunConfig read(const std::string& text, const std::vector<std::string>& methods = {}) {
@@ -67,6 +73,20 @@ TEST(RunConfig, MethodsHaveNamesAndOptions) {
   EXPECT_THAT(run.errorsAgainst, testing::ElementsAre("reference"));
 }
 
+TEST(RunConfig, AliasesAreMethodsWithAnOption) {
+  const std::string text =
+      R"({"scene": "a", "methods": ["refitted", {"method": "refitted", "name": "own"}]})";
+  const RunConfig run = read(text);
+  ASSERT_EQ(run.methods.size(), 2u);
+  for (const MethodConfig& method : run.methods) {
+    EXPECT_EQ(method.id, "reference");
+    EXPECT_EQ(method.effective, "{\"bvh\":\"refit\"}");
+  }
+  EXPECT_EQ(run.methods[0].name, "refitted");
+  EXPECT_EQ(run.methods[1].name, "own");
+  EXPECT_EQ(read(R"({"scene": "a"})", {"refitted"}).methods[0].effective, run.methods[0].effective);
+}
+
 TEST(RunConfig, AllErrorsAtOnceWithPlaces) {
   EXPECT_EQ(
       messageOf("{\"scene\": \"a\",\n\"frame\": \"1\",\n\"image\": {\"samples\": 9},\n\"methods\": "
@@ -78,11 +98,11 @@ TEST(RunConfig, AllErrorsAtOnceWithPlaces) {
       "threads\n"
       "configs/f.json:3: /image/samples: 9 is out of range; allowed: 1 to 8\n"
       "configs/f.json:4: /methods/0: \"tracd\" is not a method (did you mean \"traced\"?); "
-      "allowed: traced, reference\n"
+      "allowed: traced, reference, refitted\n"
       "configs/f.json:5: /methods/1/bvh: \"refitt\" is not allowed (did you mean \"refit\"?); "
       "allowed: static, refit\n"
       "configs/f.json:5: /methods/2: \"method\" is missing; it must be one of: traced, "
-      "reference");
+      "reference, refitted");
   EXPECT_EQ(messageOf("{\"scene\": \"a\", \"methods\": [\"traced\", \"traced\"]}"),
             "configs/f.json:1: /methods/1: two methods are called \"traced\"; give one of them "
             "another \"name\"");
@@ -103,7 +123,7 @@ TEST(RunConfig, MethodOptionSelectsAndAdds) {
   EXPECT_EQ(
       messageOf(text, {"refrence"}),
       "--method: \"refrence\" is not a method (did you mean \"reference\"?); allowed: traced, "
-      "reference");
+      "reference, refitted");
   EXPECT_EQ(messageOf(text, {"traced", "traced"}), "--method: \"traced\" is named twice");
 }
 

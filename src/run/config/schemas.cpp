@@ -97,6 +97,8 @@ std::string schemaJson(const std::string& name, const std::vector<methods::Metho
   std::vector<std::string> forms;
   for (const methods::MethodEntry& entry : registry) {
     ids.push_back(config::jsonString(entry.id));
+    for (const methods::MethodAlias& alias : entry.aliases)
+      ids.push_back(config::jsonString(alias.id));
     config::Value form =
         config::parseText(config::jsonSchema(methodSchema(entry)), "schema of " + entry.id);
     forms.push_back(form.dump());

@@ -306,13 +306,11 @@ std::string refractionWarning(const Plan& plan, const scene::Scene& scene) {
   for (const PlannedMethod& method : plan.methods) {
     const int bounces = method.needs.bounces;
     if (bodies == 0 || bounces == 0 || bounces >= kThroughABody) continue;
-    const std::string option = method.needs.bouncesOption;
     warning += (warning.empty() ? "" : "\n") + method.name + ": nothing is seen through \"" +
                first + "\"" + (bodies > 1 ? " and " + count(bodies - 1, "other object") : "") +
-               ": a path goes in and out by 2 bounces, and " + option + " is " +
-               std::to_string(bounces) +
-               (method.mixed ? "; give the method that fills it " + option + " 2 or more"
-                             : "; set methods." + method.name + "." + option + "=2 or more");
+               ": a path goes in and out by 2 bounces, and bounces is " + std::to_string(bounces) +
+               (method.mixed ? "; give the method that fills it bounces 2 or more"
+                             : "; set methods." + method.name + ".bounces=2 or more");
   }
   return warning;
 }

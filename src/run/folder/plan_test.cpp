@@ -106,14 +106,13 @@ TEST(Plan, BodiesThatNothingIsSeenThroughAreSaid) {
     Plan plan;
     plan.methods.resize(2);
     plan.methods[0].needs.bounces = bounces;
-    plan.methods[0].needs.bouncesOption = "max_bounces";
     plan.methods[0].name = "mine";
     return refractionWarning(plan, scene);
   };
   EXPECT_EQ(
       warning(1, false, 1.5f),
       "mine: nothing is seen through \"ball\" and 1 other object: a path goes in and out by 2 "
-      "bounces, and max_bounces is 1; set methods.mine.max_bounces=2 or more");
+      "bounces, and bounces is 1; set methods.mine.bounces=2 or more");
   EXPECT_EQ(warning(2, false, 1.5f), "");
   EXPECT_EQ(warning(0, false, 1.5f), "");  // no such option: it counts refraction_mirrored
   EXPECT_EQ(warning(1, true, 1.5f), "");

@@ -63,10 +63,8 @@ class MixedMethod : public methods::Method {
       all.bvh = std::max(all.bvh, own.bvh);  // the one that follows motion more closely
       all.previousFrame = all.previousFrame || own.previousFrame;
       if (own.bounces > 0 && fillsBody(part, scene) &&
-          (all.bounces == 0 || own.bounces < all.bounces)) {
+          (all.bounces == 0 || own.bounces < all.bounces))
         all.bounces = own.bounces;
-        all.bouncesOption = own.bouncesOption;
-      }
       all.items.push_back({"method", part.label, part.fills, 0});
       for (methods::PlanItem item : own.items) {
         item.name = part.prefix + item.name;

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <vector>
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 /// Share of rays that may pass the plane (shading normals can turn them below their own surface).
@@ -129,4 +129,4 @@ void setDepth(const Cluster& cluster, const ClusterFrame& frame, const ClusterWi
                         glm::length(glm::dvec3(cluster.centroid)), made.eye);
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -6,7 +6,7 @@
 
 #include "methods/second_order/cameras/window.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 /// Depth of a planar cluster's image at infinity is 1 minus this.
 constexpr double kDepthRange = 0.999;
@@ -30,4 +30,4 @@ void raiseClipPlanes(const Clustering& clustering, std::span<const std::uint8_t>
 void setDepth(const Cluster& cluster, const ClusterFrame& frame, const ClusterWindow& window,
               const Vec2& corner, float texel, ClusterCamera& made);
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -13,7 +13,7 @@
 #include "scene/reflectance.h"
 #include "trace/lobes/reflect.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 /// The eye stays within this many scene diameters behind the image plane. Ours.
@@ -129,7 +129,7 @@ std::vector<ClusterCamera> makeClusterCameras(const Clustering& clustering,
   std::vector<ClusterFrame> frames(count);
   std::vector<std::uint8_t> curved(count, 0);
   for (std::size_t c = 0; c < count; ++c) {
-    if (clusters[c].traced) {
+    if (clusters[c].retraced) {
       cameras[c].width = cameras[c].height = 0;
     } else if (clusters[c].planar && clusters[c].maxGlossiness <= scene::kMirrorGlossiness) {
       cameras[c] = planarCamera(clusters[c], camera, sampleWidth, sampleHeight, options);
@@ -159,4 +159,4 @@ std::vector<ClusterCamera> makeClusterCameras(const Clustering& clustering,
   return cameras;
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -9,12 +9,12 @@
 #include "methods/second_order/clustering/clusters.h"
 #include "scene/camera.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 struct CameraOptions {
   float depthImageScale = 1.0f;
   /// Texels of a depth image per sample of its cluster, at most: grazing rays would blow the frame
-  /// up.
+  /// up. No option; ours.
   float maxTexelsPerSample = 2.0f;
   int rays = 8;      ///< of a glossy sample: what the width of its cone and its texels follow
   Box3 sceneBounds;  ///< relative to the eye of the frame
@@ -73,4 +73,4 @@ std::vector<ClusterCamera> makeClusterCameras(const Clustering& clustering,
 /// is equation (1)'s f times the distance of e_0.
 float eyeDistance(float near, float far, float depth);
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -8,7 +8,7 @@
 #include "methods/second_order/cameras/window.h"
 #include "methods/second_order/test_samples.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 TEST(EyeDistance, HasADefinedAnswerForEveryBundle) {
@@ -199,4 +199,4 @@ TEST(ClusterCameras, LowSamplesAtABorderLetInNothingFromBehindTheOthers) {
 }
 
 }  // namespace
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

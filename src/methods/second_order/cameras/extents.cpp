@@ -2,7 +2,7 @@
 
 #include "core/parallel.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 /// Rays closer than this to the image plane (cosine to its axis) say nothing about where the eye
@@ -83,4 +83,4 @@ std::vector<ClusterExtents> findExtents(const Clustering& clustering,
   return all;
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -10,7 +10,7 @@
 #include "methods/second_order/cameras/frame.h"
 #include "methods/second_order/clustering/clusters.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 /// What equation (1) needs, over a cluster's samples.
 struct ClusterExtents {
@@ -38,4 +38,4 @@ std::vector<ClusterExtents> findExtents(const Clustering& clustering,
                                         std::span<const std::uint8_t> curved,
                                         std::span<const ClusterFrame> frames, float depth);
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

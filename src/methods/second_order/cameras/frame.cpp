@@ -5,7 +5,7 @@
 
 #include "scene/reflectance.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 constexpr float kWidestLobe = 1.0f;  ///< radians; lobes reach the frame's border beyond. Ours.
@@ -49,4 +49,4 @@ ClusterFrame frameOf(const Cluster& cluster, const scene::Camera& camera, int ra
   return frame;
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -9,7 +9,7 @@
 #include "methods/second_order/lanes.h"
 #include "scene/camera.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 /// Planes that cut off what lies behind a curved cluster: their normals are n_c plus so much of the
 /// camera's axis; the first that no reflected ray passes is taken. Ours.
@@ -62,4 +62,4 @@ struct LanesRect {
   }
 };
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

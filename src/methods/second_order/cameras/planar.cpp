@@ -5,7 +5,7 @@
 
 #include "methods/second_order/cameras/clip_plane.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 ClusterCamera planarCamera(const Cluster& cluster, const scene::Camera& camera, int sampleWidth,
                            int sampleHeight, const CameraOptions& options) {
@@ -58,4 +58,4 @@ ClusterCamera planarCamera(const Cluster& cluster, const scene::Camera& camera, 
   return made;
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -3,10 +3,10 @@
 
 #include "methods/second_order/cameras/cluster_camera.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 /// The mirrored camera on its own sample grid.
 ClusterCamera planarCamera(const Cluster& cluster, const scene::Camera& camera, int sampleWidth,
                            int sampleHeight, const CameraOptions& options);
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -5,7 +5,7 @@
 
 #include "core/parallel.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 /// Half the frame's largest width on the plane 1 m before the eye: 80 degrees. Ours.
@@ -197,4 +197,4 @@ std::vector<ClusterWindow> findWindows(const Clustering& clustering,
   return all;
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

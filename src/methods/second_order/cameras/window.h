@@ -11,7 +11,7 @@
 #include "methods/second_order/cameras/cluster_camera.h"
 #include "methods/second_order/cameras/frame.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 /// What the frame of the finished camera needs.
 struct ClusterWindow {
@@ -56,4 +56,4 @@ std::vector<ClusterWindow> findWindows(const Clustering& clustering,
                                        std::span<const ClusterCamera> cameras,
                                        const Box3& sceneBounds);
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

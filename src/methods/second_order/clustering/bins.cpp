@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 constexpr float kPoleSine = 1.75e-3f;  ///< sine of 0.1 degrees; ours
@@ -59,4 +59,4 @@ void binsOf(const float* x, const float* y, const float* z, std::size_t count,
   for (std::size_t k = 0; k < count; ++k) bins[k] = binOfNormal(x[k], y[k], z[k], own);
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

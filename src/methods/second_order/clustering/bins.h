@@ -7,7 +7,7 @@
 #include "core/math.h"
 #include "methods/second_order/clustering/types.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 /// Bins of an object over theta (360 degrees) and phi (180 degrees): scale = min(1, density * 100 *
 /// its share of the frame / number of visible objects), at least one bin each and 0.04 * density
@@ -30,4 +30,4 @@ inline constexpr float kBinOffset = 1e-5f;
 void binsOf(const float* x, const float* y, const float* z, std::size_t count,
             const BinScale& scale, std::int32_t* bins);
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -4,7 +4,7 @@
 
 #include "methods/second_order/clustering/bins.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 int binOf(const Vec3& normal, const BinScale& scale) {
@@ -75,4 +75,4 @@ TEST(Bins, HaveNoBorderAlongTheAxes) {
 }
 
 }  // namespace
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -12,7 +12,7 @@
 #include "methods/second_order/clustering/steps.h"
 #include "methods/second_order/clustering/sums.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 constexpr std::uint64_t kLeastPlane = 64;  ///< samples of a planar cluster; ours
@@ -451,12 +451,12 @@ void Clustering::findClusterRuns(std::size_t b, int width, int bottom,
   block.rows.push_back(static_cast<std::uint32_t>(block.runs.size()));
 }
 
-void Clustering::markTraced(std::span<const std::uint8_t> traced) {
-  for (std::size_t c = 0; c < clusters_.size(); ++c) clusters_[c].traced = traced[c] != 0;
+void Clustering::markRetraced(std::span<const std::uint8_t> retraced) {
+  for (std::size_t c = 0; c < clusters_.size(); ++c) clusters_[c].retraced = retraced[c] != 0;
 }
 
-void Clustering::leaveToTracing(std::span<const std::uint8_t> traced) {
-  markTraced(traced);
+void Clustering::leaveToRetrace(std::span<const std::uint8_t> retraced) {
+  markRetraced(retraced);
   const std::size_t width = clusterOf_.size() / std::max<std::size_t>(1, height_);
   parallelFor(blocks_.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
@@ -465,7 +465,7 @@ void Clustering::leaveToTracing(std::span<const std::uint8_t> traced) {
         std::uint16_t* const line = &clusterOf_[(b * kRows + row) * width];
         for (std::size_t r = block.rows[row]; r < block.rows[row + 1]; ++r) {
           const SampleRun& run = block.runs[r];
-          if (traced[block.slots[run.slot]] != 0) std::fill_n(line + run.x, run.count, kTraced);
+          if (retraced[block.slots[run.slot]] != 0) std::fill_n(line + run.x, run.count, kRetraced);
         }
       }
     }
@@ -525,4 +525,4 @@ void Clustering::build(const raster::GBufferCopy& gbuffer, const scene::Camera& 
   }
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -13,7 +13,7 @@
 #include "raster/gbuffer.h"
 #include "scene/camera.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 /// The clusters of one frame. Memory is kept from frame to frame.
 class Clustering {
@@ -29,11 +29,12 @@ class Clustering {
 
   const std::vector<Cluster>& clusters() const { return clusters_; }
   /// Sets Cluster::traced.
-  void markTraced(std::span<const std::uint8_t> traced);
-  /// The same, and leaves their samples out of their clusters (kTraced): no image is drawn of them.
-  void leaveToTracing(std::span<const std::uint8_t> traced);
+  void markRetraced(std::span<const std::uint8_t> retraced);
+  /// The same, and leaves their samples out of their clusters (kRetraced): no image is drawn of
+  /// them.
+  void leaveToRetrace(std::span<const std::uint8_t> retraced);
 
-  /// Per sample: 0 diffuse, 1 in no cluster (too small), kTraced, else index of its cluster + 2.
+  /// Per sample: 0 diffuse, 1 in no cluster (too small), kRetraced, else index of its cluster + 2.
   const std::vector<std::uint16_t>& clusterOf() const { return clusterOf_; }
   std::span<const SampleBlock> blocks() const { return blocks_; }
 
@@ -48,7 +49,7 @@ class Clustering {
   static constexpr int kRows = 16;  ///< of a block: the unit of work, whose sums are added in order
   static constexpr std::uint32_t kMostBins = 65536;    ///< of a frame, unless it has more objects
   static constexpr std::size_t kMostClusters = 65000;  ///< of a 16-bit index
-  static constexpr std::uint16_t kTraced = second_order_shared::kTracedSample;
+  static constexpr std::uint16_t kRetraced = second_order_shared::kTracedSample;
 
  private:
   struct Work;
@@ -69,4 +70,4 @@ class Clustering {
   std::size_t binsKept_ = 0;
 };
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -10,7 +10,7 @@
 #include "core/parallel.h"
 #include "methods/second_order/test_samples.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 /// Three steps: y = 0, 0.1 and 0.2, one normal.
@@ -279,4 +279,4 @@ TEST(Clusters, AConcaveSphereIsFoundConcave) {
 }
 
 }  // namespace
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

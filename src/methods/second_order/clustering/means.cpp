@@ -11,7 +11,7 @@
 #include "methods/second_order/clustering/clusters.h"
 #include "methods/second_order/clustering/sums.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 constexpr std::uint32_t kNoCluster = 0xFFFFFFFFu;
@@ -263,4 +263,4 @@ std::size_t moveToNearestMeans(std::size_t width, int minSamples, std::vector<Cl
   return means.tooMany;
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -7,7 +7,7 @@
 
 #include "methods/second_order/clustering/types.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 /// Deals the samples of each object's clusters that are not planar out anew, each to the nearest
 /// mean ray. There are as many means as clusters, but for those that less than `minSamples` samples
@@ -17,4 +17,4 @@ std::size_t moveToNearestMeans(std::size_t width, int minSamples, std::vector<Cl
                                std::vector<SampleBlock>& blocks,
                                std::vector<std::uint16_t>& clusterOf);
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

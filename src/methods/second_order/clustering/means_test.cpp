@@ -6,7 +6,7 @@
 #include "core/parallel.h"
 #include "methods/second_order/test_samples.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 /// Mean squared distance of the rays of clusters that are not planar to their cluster's mean ray,
@@ -95,4 +95,4 @@ TEST(KMeans, BringsRaysCloserAndLeavesPlanesAlone) {
 }
 
 }  // namespace
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -1,6 +1,6 @@
 #include "methods/second_order/clustering/planes.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 void vote(const SampleBlock& block, std::uint32_t first, std::uint32_t last, BinPlanes& planes) {
   constexpr auto kStep = static_cast<std::uint32_t>(kLanes);
@@ -25,4 +25,4 @@ void vote(const SampleBlock& block, std::uint32_t first, std::uint32_t last, Bin
   }
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

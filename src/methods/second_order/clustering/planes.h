@@ -11,7 +11,7 @@
 #include "methods/second_order/clustering/types.h"
 #include "methods/second_order/lanes.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 /// Samples are on one plane when no normal leaves the plane's by more (radians) and none the plane
 /// by more than this share of its distance from the eye: a pixel's reflection moves by less than a
@@ -98,4 +98,4 @@ struct BinPlanes {
 /// differ there is no plane.
 void vote(const SampleBlock& block, std::uint32_t first, std::uint32_t last, BinPlanes& planes);
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -10,7 +10,7 @@
 #include "methods/second_order/clustering/clusters.h"
 #include "methods/second_order/clustering/sums.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 constexpr std::uint32_t kNoPart = 0xFFFFFFFFu;
@@ -249,4 +249,4 @@ void divideAtSteps(std::size_t width, int minSamples, std::vector<Cluster>& clus
   }
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

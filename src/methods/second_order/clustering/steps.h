@@ -7,7 +7,7 @@
 
 #include "methods/second_order/clustering/types.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 /// Divides curved clusters whose samples lie in steps along their mean normal: a bin holds all of
 /// an object's samples with similar normals, and an image that sees what stands before the lower
@@ -15,4 +15,4 @@ namespace catoptric::methods {
 void divideAtSteps(std::size_t width, int minSamples, std::vector<Cluster>& clusters,
                    std::vector<SampleBlock>& blocks, std::vector<std::uint16_t>& clusterOf);
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

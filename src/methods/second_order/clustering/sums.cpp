@@ -2,7 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 /// Direction of the least variance; `normal` where samples are (nearly) one point or on a line.
@@ -45,4 +45,4 @@ void describe(const Sums& all, const Vec3& anchor, Cluster& cluster) {
   cluster.bottom = all.bottom;
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -8,7 +8,7 @@
 #include "methods/second_order/clustering/types.h"
 #include "methods/second_order/lanes.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 /// Sums over samples. Positions are taken from a point near them, so that floats keep the shape of
 /// small clusters far from the eye.
@@ -72,4 +72,4 @@ struct Sums {
 /// were taken from.
 void describe(const Sums& all, const Vec3& anchor, Cluster& cluster);
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

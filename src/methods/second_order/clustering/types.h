@@ -9,14 +9,15 @@
 #include "core/math.h"
 #include "methods/second_order/lanes.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 struct ClusterOptions {
   int maxThetaBins = 13;  ///< of 360 degrees
   int maxPhiBins = 8;     ///< of 180 degrees
   /// Factor on the paper's scale of the bins: 1 gives a room's small reflectors one bin each. Ours.
   float binDensity = 10.0f;
-  int minSamples = 16;  ///< smaller clusters are not searched: they see the environment map
+  /// Smaller clusters are not searched: they see the environment map. No option; ours.
+  int minSamples = 16;
   /// Samples of an object's curved clusters go to the cluster of the nearest mean ray, by as many
   /// means as bins made (the paper's outlook).
   bool kMeans = false;
@@ -40,8 +41,8 @@ struct Cluster {
                          ///< is in the bin is another cluster
   bool concave = false;  ///< sum of (P_i - P_c).(n_i - n_c) < 0
   bool normalsCancel = false;
-  bool traced = false;  ///< by Embree: it has no depth image
-  int left = 0;         ///< bounding box in samples: left <= x < right, top <= y < bottom
+  bool retraced = false;  ///< by Embree: it has no depth image
+  int left = 0;           ///< bounding box in samples: left <= x < right, top <= y < bottom
   int top = 0;
   int right = 0;
   int bottom = 0;
@@ -79,4 +80,4 @@ struct SampleBlock {
   std::vector<std::uint16_t> slots;  ///< clusters that have runs here
 };
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

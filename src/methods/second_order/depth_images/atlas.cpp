@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 Atlas packAtlas(std::span<const AtlasSize> rectangles, const AtlasSize& layer) {
   std::vector<std::size_t> order(rectangles.size());
@@ -38,4 +38,4 @@ Atlas packAtlas(std::span<const AtlasSize> rectangles, const AtlasSize& layer) {
   return atlas;
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 struct AtlasPlace {
   int layer = 0;
@@ -26,4 +26,4 @@ struct Atlas {
 /// fit a layer. Deterministic; places do not overlap.
 Atlas packAtlas(std::span<const AtlasSize> rectangles, const AtlasSize& layer);
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -6,7 +6,7 @@
 
 #include "methods/second_order/depth_images/atlas.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 TEST(Atlas, PlacesDoNotOverlapAndStayInside) {
@@ -34,4 +34,4 @@ TEST(Atlas, PlacesDoNotOverlapAndStayInside) {
 }
 
 }  // namespace
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -9,7 +9,7 @@
 #include "gl/context.h"
 #include "methods/second_order/shaders/constants.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 namespace shared = second_order_shared;
@@ -95,7 +95,7 @@ DetailCounts DepthImages::draw(std::span<const Cluster> clusters,
   // Views in the order of their layers
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < clusters.size(); ++i) {
-    if (!clusters[i].traced) order.push_back(i);
+    if (!clusters[i].retraced) order.push_back(i);
   }
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return atlas_.places[a].layer < atlas_.places[b].layer;
@@ -259,4 +259,4 @@ void DepthImages::bind() const {
   depth_.bind(shared::kDepthImagesBinding);
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

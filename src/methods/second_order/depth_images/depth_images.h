@@ -14,7 +14,7 @@
 #include "methods/second_order/depth_images/diffuse_views.h"
 #include "raster/scene_gpu/scene_gpu.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 struct DepthImageOptions {
   /// Of levels of detail, where all is reflected; 0: always the finest.
@@ -95,4 +95,4 @@ class DepthImages {
   gl::Texture table_;
 };
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

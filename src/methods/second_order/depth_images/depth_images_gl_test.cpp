@@ -3,7 +3,7 @@
 #include "methods/second_order/depth_images/depth_images.h"
 #include "methods/second_order/test_comparison.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 TEST(DepthImages, StayWithinTheirMemoryInFramesOfAnySize) {
@@ -72,10 +72,9 @@ TEST(SecondOrder, ASecondDepthLayerShowsWhatIsHidden) {
   const auto frame = [](const std::string& layers) {
     scene::Scene scene =
         roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f));
-    return Comparison(
-        std::move(scene), cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}),
-        imagesAlone(R"({"max_theta_bins": 6, "max_phi_bins": 3, "count_disocclusions": true)" +
-                    layers + "}"));
+    return Comparison(std::move(scene), cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f}),
+                      imagesAlone(R"({"max_theta_bins": 6, "max_phi_bins": 3)" + layers + "}"),
+                      {.countDisocclusions = true});
   };
   const Comparison one = frame("");
   const Comparison two = frame(R"(, "depth_layers": 2)");
@@ -113,4 +112,4 @@ TEST(SecondOrder, EmptyImagesShowTheSky) {
 }
 
 }  // namespace
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

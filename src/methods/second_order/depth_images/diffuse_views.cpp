@@ -13,7 +13,7 @@
 #include "methods/second_order/depth_images/view_lists.h"
 #include "raster/constants.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 using raster::SceneGpu;
@@ -374,4 +374,4 @@ DetailCounts DiffuseViews::draw(SceneGpu& scene, std::span<const DiffuseView> vi
   return detail;
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -12,7 +12,7 @@
 #include "gl/objects.h"
 #include "raster/scene_gpu/scene_gpu.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 /// One of many diffuse images that are drawn together.
 struct DiffuseView {
@@ -85,4 +85,4 @@ class DiffuseViews {
   gl::Buffer numbers_;   ///< 0, 1, 2, ... for an attribute that counts instances
 };
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

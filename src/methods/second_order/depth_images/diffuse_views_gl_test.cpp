@@ -10,7 +10,7 @@
 #include "methods/second_order/depth_images/diffuse_views.h"
 #include "raster/test_support.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 using test::SceneBuilder;
@@ -221,4 +221,4 @@ TEST(DiffuseViews, ClipTheirOwnObjectAlone) {
 }
 
 }  // namespace
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -8,7 +8,7 @@
 #include "raster/passes/visible.h"
 #include "raster/regions/triangle_culling.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 namespace {
 
 using raster::DetailLevel;
@@ -126,4 +126,4 @@ std::vector<ViewList> listViews(const SceneGpu& scene, std::span<const DiffuseVi
   return lists;
 }
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -8,7 +8,7 @@
 
 #include "methods/second_order/depth_images/diffuse_views.h"
 
-namespace catoptric::methods {
+namespace catoptric::methods::second_order {
 
 /// How an object's triangles are drawn in a view.
 enum class Sides : std::uint8_t { Both, Front, OwnFront, OwnBoth };
@@ -33,4 +33,4 @@ std::vector<ViewList> listViews(const raster::SceneGpu& scene, std::span<const D
                                 std::span<const std::uint32_t> order,
                                 const frame::Geometry& geometry);
 
-}  // namespace catoptric::methods
+}  // namespace catoptric::methods::second_order

@@ -12,7 +12,7 @@
 namespace catoptric::methods::perturbation {
 
 /// Tells what a frame is at when it takes long.
-class SlowNews {
+class SlowFrameLog {
  public:
   /// `name` says what begins.
   void begin(std::string name) {
