@@ -25,7 +25,9 @@ const MethodEntry& billboardsEntry() {
     counters.push_back({"intersections", "rays against billboards"});
     return MethodEntry{
         .id = "billboards",
-        .summary = "images of objects on quads, an environment map behind them",
+        .summary =
+            "looks reflected rays up in images of objects on quads, with an environment map behind "
+            "them",
         .paper = "[Popescu2006] impostors",
         .steps = impostors::commonSteps(),
         .counters = std::move(counters),

@@ -134,25 +134,25 @@ const MethodEntry& depthImpostorsEntry() {
   static const MethodEntry entry = [] {
     std::vector<CounterInfo> counters = impostors::commonCounters();
     counters.push_back({"segments",
-                        "segments of simplified lines that rays were tested against, and texels "
-                        "that refine walked over",
+                        "segments of simplified rows that rays were tested against, and texels "
+                        "that `refine` tested",
                         false, "intersection srdm, srdm_two_rows"});
     counters.push_back(
-        {"walked_texels", "texels that rays were walked over", false, "intersection walk"});
-    counters.push_back({"spans", "runs of samples along the lines of maps made in this frame",
-                        false, "intersection srdm, srdm_two_rows"});
-    counters.push_back({"lost_spans", "of them those that had no place among a line's points",
-                        false, "intersection srdm, srdm_two_rows"});
-    counters.push_back(
-        {"clipped",
-         "rays of which the six planes of a depth map's camera leave nothing; on the "
-         "processor, where a tile's bounds have not decided"});
+        {"walked_texels", "texels that rays were tested against", false, "intersection walk"});
+    counters.push_back({"spans", "runs of samples along the rows of maps made in this frame", false,
+                        "intersection srdm, srdm_two_rows"});
+    counters.push_back({"lost_spans", "of these, runs without room among a row's points", false,
+                        "intersection srdm, srdm_two_rows"});
+    counters.push_back({"clipped",
+                        "rays that a depth map's frustum clips completely; on the CPU, for tiles "
+                        "that were not culled"});
     std::vector<StepInfo> steps = impostors::commonSteps();
-    steps.insert(steps.begin() + 2,
-                 {"srdm", "frames", "lines of depth maps that were drawn are simplified"});
+    steps.insert(steps.begin() + 2, {"srdm", "frames", "rows of new depth maps are simplified"});
     return MethodEntry{
         .id = "depth_impostors",
-        .summary = "depth maps of objects, an environment map behind them",
+        .summary =
+            "intersects reflected rays with depth maps of objects, with an environment map behind "
+            "them",
         .paper = "[Popescu2006] impostors",
         .steps = std::move(steps),
         .counters = std::move(counters),

@@ -37,15 +37,15 @@ const config::OptionTable<Options>& optionTable() {
   static const config::OptionTable<Options> table(
       "environment_map", "Reflections looked up in a cube map by direction",
       {field(&Options::environmentOnly, "source", kSources,
-             "what the cube map shows: the diffuse scene, or the environment alone"),
+             "contents of the cube map: the diffuse scene, or the environment alone"),
        {{.name = "center",
          .type = config::FieldType::Any,
-         .help = "where the scene's cube map is seen from: \"scene\" (the middle of its bounds) or "
-                 "[x, y, z] in metres",
+         .help = "viewpoint of the cube map: \"scene\" (the middle of its bounds) or [x, y, z] in "
+                 "metres",
          .defaultText = "\"scene\""},
         readCentre},
        field(&Options::faceSize, "face_size", config::range(1, 4096),
-             "texels along the edge of a face of the environment map")
+             "texels along the edge of a face of the cube map")
            .trade("256,512,1024")});
   return table;
 }
@@ -193,16 +193,21 @@ std::unique_ptr<Method> make(const config::Value& options) {
 const MethodEntry& environmentMapEntry() {
   static const MethodEntry entry{
       .id = "environment_map",
-      .summary = "cube map look-up by reflected direction; everything infinitely far away",
+      .summary =
+          "looks the reflected direction up in a cube map, as if everything were infinitely far "
+          "away",
       .paper = "",
-      .steps = {{"cube_map", "start, frames", "the cube map is drawn, again when something moved"},
+      .steps = {{"cube_map", "start, frames",
+                 "the cube map is drawn; again after something has moved"},
                 {"resolve", "frames", "the look-up per sample"}},
-      .counters = {{"environment", "reflective samples: all see the cube map"},
+      .counters = {{"environment", "reflective samples, which all use the cube map"},
                    {"below_horizon",
-                    "of those, mirrored below the surface but for a normal that was bent"},
+                    "of these, samples whose normal was corrected, so that the mirrored ray leaves "
+                    "the surface"},
                    {"refraction_mirrored",
-                    "samples of materials that refract: they are mirrored instead"},
-                   {"clamped_cube_map", "texels of the cube map beyond half floats", true}},
+                    "samples of refractive materials, which are mirrored instead"},
+                   {"clamped_cube_map", "texels of the cube map above the range of half floats",
+                    true}},
       .tests = {.small = R"({"face_size": 64})"},
       .options = optionTable().schema(),
       .make = make,

@@ -59,14 +59,12 @@ float distortion(const Vec3& right, const Vec3& up) {
 }
 
 std::vector<SampleLayerInfo> imageLayers() {
-  return {{kChart,
-           "number of the chart that the sample sees of the geometry images, from 1 on; 0: "
-           "none"},
-          {kPosition, "where it sees them, in metres"},
-          {kNormal, "normal of the image's triangle there"},
+  return {{kChart, "number of the sample's chart in the geometry images, from 1; 0: none"},
+          {kPosition, "its position on the geometry image, in metres"},
+          {kNormal, "normal of the geometry image's triangle there"},
           {kPlace,
-           "X, Y: the place in the chart's square, 0 to 1. Z: how much its quad is distorted, "
-           "1 less the smaller over the larger singular value of its map"}};
+           "X, Y: position in the chart's square, 0 to 1. Z: distortion of its quad, 1 minus the "
+           "ratio of the smaller to the larger singular value of its map"}};
 }
 
 void showImages(const SceneImages& images, const scene::Camera& camera, int width, int height,

@@ -20,9 +20,8 @@ constexpr auto kSeveral = config::names<bool>({{"minima", false}, {"groups", tru
 config::Option<Options> memory() {
   return {{.name = "memory_mib",
            .type = config::FieldType::Integer,
-           .help = "memory of the virtual objects, MiB; once they have it, mirrors show no more "
-                   "objects: the environment is seen there (counted: objects_left_out). It bounds "
-                   "the time of scenes with many mirrors, too",
+           .help = "memory of the virtual objects, MiB; beyond it mirrors show the environment "
+                   "instead of further objects (counter objects_left_out)",
            .defaultText = std::to_string(Options{}.memoryBytes >> 20),
            .minimum = 1,
            .maximum = 65536},
@@ -37,50 +36,44 @@ const config::OptionTable<Options>& optionTable() {
   static const config::OptionTable<Options> table(
       "perturbation", "Options of the method perturbation.",
       {field(in(&Options::path, &PathOptions::order), "order", kOrders,
-             "how the path to a vertex is made from the nearest sampled path. nearest: taken as it "
-             "is; linear: moved by its Jacobian; quadratic: by its Hessian too; auto: whichever "
-             "the option error allows, or traced anew where none does"),
+             "how the path to a vertex follows from the nearest sampled path. nearest: unchanged; "
+             "linear: by its Jacobian; quadratic: by its Hessian too; auto: whichever `error` "
+             "allows, otherwise traced"),
        field(in(&Options::path, &PathOptions::sampleSpacing), "sample_spacing", range(1, 256),
-             "pixels between sampled paths, at most; min_paths brings them closer together on "
-             "reflectors that are small in the frame")
+             "pixels between sampled paths, at most; fewer on small reflectors (`min_paths`)")
            .trade("8,16,32"),
        field(in(&Options::path, &PathOptions::fewestPaths), "min_paths", range(1, 65536),
-             "sampled paths that a reflector should have at least: they come closer together, "
-             "down to 1 pixel, until there are as many"),
+             "sampled paths of a reflector, at least, down to a spacing of 1 pixel"),
        field(&Options::bounces, "bounces", range(1, static_cast<double>(kMaxTurns)),
-             "reflections along a path; after the last a surface shows its diffuse component"),
+             "reflections along a path; the last surface shows its diffuse component"),
        field(in(&Options::path, &PathOptions::groups), "several", kSeveral,
-             "how several reflections of one point are told apart. minima: by sampled paths that "
-             "pass the point nearer than their neighbours in the image do; groups: by groups of "
-             "the nearest sampled paths, as in the paper"),
+             "how several reflections of a point are told apart. minima: by sampled paths that "
+             "pass it closer than their neighbours do; groups: by groups of the nearest sampled "
+             "paths, as in the paper"),
        field(in(&Options::path, &PathOptions::candidates), "candidates", range(1, 64),
-             "with several: groups, how many of the nearest sampled paths of a vertex are grouped"),
+             "groups: how many of the nearest sampled paths are grouped"),
        field(in(&Options::path, &PathOptions::groupAngleDegrees), "group_angle", range(0, 180),
-             "with several: groups, degrees between the reflected directions of one group, at "
-             "most"),
+             "groups: degrees between the reflected directions of a group, at most"),
        field(in(&Options::path, &PathOptions::groupDistance), "group_distance", range(0, 1),
-             "with several: groups, distance between the reflection points of one group, at most, "
-             "as a share of the reflector's diameter"),
+             "groups: distance between the reflection points of a group, at most, as a fraction of "
+             "the reflector's diameter"),
        field(in(&Options::path, &PathOptions::errorPixels), "error", range(0.001, 100),
-             "with order: auto, the error of a vertex that the estimate allows, pixels")
+             "auto: estimated error of a vertex, at most, pixels")
            .trade("0.05,0.1,0.3,1"),
        field(in(&Options::triangles, &TriangleOptions::errorPixels), "tessellation_error",
              range(0, 100),
-             "edges of reflected objects are halved where their middle shows farther from where "
-             "their ends say than this, pixels; 0: the triangles stay as they are given")
+             "an edge of a reflected object is subdivided if its midpoint's reflection is farther "
+             "than this from the middle of its ends' reflections, pixels; 0: never")
            .trade("0.25,0.5,1,2"),
-       field(
-           &Options::tracedPerPixel, "traced_per_pixel", range(0, 1000),
-           "with order: auto, how many paths may be traced anew for one object in one sequence of "
-           "reflectors, per pixel of the image and 262144 at least; then its edges are halved no "
-           "more, and its reflections are coarser than tessellation_error (a warning says so; "
-           "counted: coarse_objects)"),
+       field(&Options::tracedPerPixel, "traced_per_pixel", range(0, 1000),
+             "auto: paths that may be traced for an object in a sequence of reflectors, per pixel "
+             "of the image (at least 262144 in all); beyond it edges are not subdivided (counter "
+             "coarse_objects)"),
        memory(),
        field(&Options::traceGaps, "gaps", kGaps,
-             "what samples see that no virtual object covers. environment: the surroundings, as in "
-             "the paper; trace: what Embree's paths find there, which closes gaps in the hollows "
-             "of waves and at rims (counted: traced_gaps; mask.retraced). It traces where the sky "
-             "is seen, too: cheap in closed rooms alone")});
+             "samples that no virtual object covers. environment: they take the environment, as in "
+             "the paper; trace: Embree traces them, which closes gaps in concavities and at "
+             "silhouettes, and is slow under an open sky (counter traced_gaps)")});
   return table;
 }
 

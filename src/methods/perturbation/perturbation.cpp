@@ -563,8 +563,8 @@ const MethodEntry& perturbationEntry() {
   static const MethodEntry entry{
       .id = "perturbation",
       .summary =
-          "virtual objects in planes and implicit surfaces, by perturbing "
-          "sampled reflection paths",
+          "draws virtual objects behind planes and implicit surfaces, by perturbing sampled "
+          "reflection paths",
       .paper = "[Chen2000]",
       .steps = perturbationSteps(),
       .counters = perturbationCounters(),

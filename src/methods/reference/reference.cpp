@@ -28,9 +28,9 @@ const config::OptionTable<Options>& optionTable() {
       {field(&Options::samples, "samples", range(1, 64),
              "primary rays per axis and pixel, on a regular grid"),
        field(in(&Options::reflection, &ReflectionOptions::rays), "rays", range(1, 256),
-             "rays per sample on surfaces with g above 0.05; mirrors take one"),
+             "rays per sample on rough reflectors (g above 0.05); mirrors take one"),
        field(in(&Options::reflection, &ReflectionOptions::bounces), "bounces", range(1, 16),
-             "reflections along a path; after the last a surface shows its diffuse component")});
+             "reflections along a path; the last surface shows its diffuse component")});
   return table;
 }
 
@@ -330,17 +330,19 @@ class Reference : public Method {
 const MethodEntry& referenceEntry() {
   static const MethodEntry entry{
       .id = "reference",
-      .summary = "everything by Embree, converged: the ground truth for errors",
+      .summary = "traces whole images with Embree and many samples: the ground truth for errors",
       .paper = "",
       .steps = {{"trace", "frames", "the whole frame is traced by Embree"}},
       .counters = {{"primary_rays", "rays from the camera"},
                    {"rays", "reflected and refracted rays"},
                    {"misses", "rays that left the scene"},
-                   {"refused", "rays that Embree could not take: they see the environment", true},
-                   {"not_finite", "radiances of hits that were NaN or infinite, taken as 0", true},
+                   {"refused",
+                    "invalid rays, which Embree cannot trace; they return the environment", true},
+                   {"not_finite", "radiances that were NaN or infinite, replaced by 0", true},
                    {"below_horizon",
-                    "rays below the surface: mirrored by a normal that was bent, or folded up"},
-                   {"unresolved", "rays whose meeting with an implicit surface was left undecided",
+                    "rays that would enter the surface: the normal was corrected, or the lobe's "
+                    "ray was mirrored back"},
+                   {"unresolved", "rays whose intersection with an implicit surface is undecided",
                     false, "implicit surfaces in the scene"}},
       .tests = {.small = R"({"samples": 2, "rays": 4})", .refracting = R"({"bounces": 2})"},
       .options = optionTable().schema(),

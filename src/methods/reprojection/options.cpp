@@ -22,59 +22,44 @@ const config::OptionTable<Options>& optionTable() {
       "reprojection", "Options of the method reprojection.",
       {
           field(&Options::keyframeThreshold, "keyframe_threshold", config::range(0.0, 1.0),
-                "share of the mirrors' samples that may be traced anew: a frame with more becomes "
-                "a key "
-                "frame")
+                "a frame becomes a key frame if more than this fraction of the mirrors' samples "
+                "would be traced")
               .trade("0.1,0.22,0.35"),
           field(&Options::keyframeEvery, "keyframe_every", config::range(0, 100000),
-                "frames from a key frame to the next at the most; 0: keyframe_threshold alone "
-                "decides"),
+                "frames from a key frame to the next, at most; 0: no limit"),
           field(&Options::restartEvery, "restart_every", config::range(1, 100000),
-                "frames 1, 1 + n, 1 + 2n, ... of the path are key frames in any case, and so are "
-                "cuts of "
-                "the camera: whoever begins in between must render from the one before"),
-          field(
-              &Options::epsilon, "epsilon", config::range(0.0, 1.0),
-              "relative difference of two neighbours' distances along the reflected path at which "
-              "they do not show one surface"),
-          field(
-              &Options::edges, "edges", kEdges,
-              "a sample that is found between samples of two surfaces is traced anew, or shows the "
-              "surface of the nearest one: fewer rays, edges off by up to half a sample; rims: it "
-              "is "
-              "traced anew, and so are the samples at the rims of reflectors, where narrow "
-              "reflections come out that the key frame could not see")
+                "frames 1, 1 + n, 1 + 2n, ... are key frames in any case, and so are camera cuts: "
+                "a run that starts in between first renders from the last one"),
+          field(&Options::epsilon, "epsilon", config::range(0.0, 1.0),
+                "relative difference of two neighbours' distances along the reflected path from "
+                "which they count as two surfaces"),
+          field(&Options::edges, "edges", kEdges,
+                "a sample whose match lies between two surfaces. trace: it is traced; nearest: it "
+                "takes the nearer one (edges are off by up to half a sample); rims: it is traced, "
+                "and so are samples at silhouettes of reflectors")
               .trade("trace,nearest,rims"),
           field(&Options::magnification, "magnification", config::atLeast(1.0),
-                "area over which a sample of the key frame may be stretched, in samples"),
+                "samples that a sample of the key frame may cover, at most"),
           field(&Options::rays, "rays", config::range(1, 64),
-                "rays per sample on surfaces with g above 0.05, as in traced; those are always "
-                "traced "
-                "anew"),
+                "rays per sample on rough reflectors (g above 0.05), which are always traced"),
           field(&Options::bounces, "bounces", config::range(1, 16),
-                "reflections along a path; after the last a surface shows its diffuse component"),
+                "reflections along a path; the last surface shows its diffuse component"),
           field(&Options::bvh, "bvh", kBvhPolicies,
-                "how Embree's structure follows the geometry in each frame"),
-          field(
-              &Options::mapping, "mapping", kMappings,
-              "how reflections are found again. gather: each sample of the frame looks in the key "
-              "frame; grid, as in the paper: each sample of the key frame looks where it goes, and "
-              "two meshes move it there; splat: single points do, between which holes open (both "
-              "slow; what moving mirrors show is traced anew); "
-              "surface: "
-              "they stay on the surface that the key frame showed them on, which is the paper's "
-              "control and also called image_warp"),
+                "Embree's BVH: built once, moving objects refitted (static); refitted or rebuilt "
+                "as a whole in every frame (others)"),
+          field(&Options::mapping, "mapping", kMappings,
+                "gather: each sample searches the key frame; grid (the paper's): samples of the "
+                "key frame move as vertices of two meshes; splat: as points, with holes between "
+                "them; surface: reflections stay on their surface (also called image_warp)"),
           field(&Options::fidelity, "fidelity", config::range(0.0, 100.0),
-                "distance from the mirrored ray, in samples of the key frame, at which what was "
-                "found "
-                "there is traced anew (mapping: surface has no such test)")
+                "a match farther than this from the mirrored ray, in samples of the key frame, is "
+                "traced instead (not with mapping: surface)")
               .trade("0.1,0.25,0.5,1"),
           field(&Options::border, "border", config::range(0, 64),
-                "samples over which what is found again goes over into areas that are traced anew: "
-                "that many more are traced about them; 0: none")
+                "samples of the band around traced areas in which traced and reprojected radiance "
+                "are blended; 0: none")
               .trade("0,2,4"),
-          field(&Options::refine, "refine",
-                "correct what was found by what is shown between the samples"),
+          field(&Options::refine, "refine", "refine matches to sub-sample accuracy"),
       });
   return table;
 }

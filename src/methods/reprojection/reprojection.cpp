@@ -33,14 +33,14 @@ using reprojection::Reuse;
 
 const TableInfo kKeyFrames{
     "keyframes",
-    "one row a frame: which key frame its reflections come from",
+    "a frame, with the key frame that its reflections come from",
     {{"key", ColumnType::Integer, "the key frame's number"},
      {"reason", ColumnType::Text,
       "why this frame is a key frame: first, restart, every, lights, threshold; empty: it is "
       "none"},
      {"reflective", ColumnType::Integer, "reflective samples"},
      {"missing", ColumnType::Integer,
-      "of them those that were not found in the key frame before (a first key frame: all)"}}};
+      "of these, samples without a match in the key frame (a first key frame: all)"}}};
 
 constexpr std::size_t kFilledPerTask = 4096;
 /// Bits of LobeTracer::run()'s flags.
@@ -78,7 +78,7 @@ class Reprojection : public Method {
         {"pass", "readback", "samples are compared on the CPU: the G-buffer is read back", 0},
         {"pass", "search", why + ": each sample looks in the key frame, by the option mapping", 0},
         {"pass", "shift", "what the key frame shows there is interpolated", 0},
-        {"pass", "warp", "what does not lie on this frame's mirrored rays is rejected", 0},
+        {"pass", "warp", "matches that do not lie on this frame's mirrored rays are rejected", 0},
         {"pass", "recompute", "what was not found, and key frames, by Embree", 0},
         {"pass", "upload", "the composite takes the reflection as a texture", 0},
         {"resource", "G-buffer copy", "what is read back", samples * (16 + 16 + 4 + 4)},
@@ -365,15 +365,17 @@ class Reprojection : public Method {
 
 const std::vector<StepInfo>& stepInfos() {
   static const std::vector<StepInfo> infos = {
-      {"bvh", "start, frames", "Embree's tree is built, follows the geometry by the option bvh"},
-      {"readback", "frames", "the G-buffer is read, its reflective samples are listed"},
+      {"bvh", "start, frames",
+       "Embree's BVH is built, and follows the geometry by the option `bvh`"},
+      {"readback", "frames", "the G-buffer is read back, and its reflective samples are listed"},
       {"search", "frames",
-       "each sample looks in the key frame for the place whose reflection it shows now; with "
-       "mapping: surface for the place of its surface"},
-      {"shift", "frames", "what the key frame shows there is interpolated, edges are rejected"},
-      {"warp", "frames", "what does not lie on this frame's mirrored rays is rejected"},
-      {"recompute", "frames", "Embree traces what was not found, and key frames whole"},
-      {"upload", "frames", "reflections go back to the device"},
+       "each sample searches the key frame for the place whose reflection it shows now; with "
+       "mapping: surface for its surface's place"},
+      {"shift", "frames",
+       "the key frame is interpolated at the matches; matches at edges are rejected"},
+      {"warp", "frames", "matches that do not lie on this frame's mirrored rays are rejected"},
+      {"recompute", "frames", "Embree traces samples without a match, and whole key frames"},
+      {"upload", "frames", "reflections are uploaded"},
   };
   return infos;
 }
@@ -381,25 +383,29 @@ const std::vector<StepInfo>& stepInfos() {
 const std::vector<CounterInfo>& counterInfos() {
   static const std::vector<CounterInfo> infos = {
       {"reused", "samples whose reflection comes from the key frame"},
-      {"retraced", "samples that were traced anew in a frame that is no key frame"},
-      {"blended", "of reused: traced, too, and mixed with it, at the border of what was retraced"},
-      {"key_frame", "1 where the frame is a key frame"},
+      {"retraced", "samples that were traced in a frame that is no key frame"},
+      {"blended", "of `reused`: also traced, and blended, at the border of retraced areas"},
+      {"key_frame", "1 if the frame is a key frame"},
       {"key_frame_samples", "samples that were traced because the frame is a key frame"},
-      {"not_searched", "of retraced: glossy samples and those of bodies that refract"},
-      {"not_found", "of retraced: the search ended at a rim, outside, or nowhere"},
+      {"not_searched", "of `retraced`: glossy and refractive samples"},
+      {"not_found",
+       "of `retraced`: the search ended at a silhouette, outside the frame, or without a result"},
       {"hidden",
-       "of retraced: what lies in front beside it may go on where no reflection was kept"},
-      {"discontinuity", "of retraced: found at an edge of what is reflected"},
-      {"magnified", "of retraced: stretched over too many samples"},
-      {"crossed", "of retraced: the bounds of an object that moves lie on the mirrored ray"},
-      {"unfaithful", "of retraced: what was found does not lie on the mirrored ray"},
-      {"second_bounce", "of retraced: found, but not what the mirror shows there that it reflects"},
-      {"rays", "rays that Embree traced, with those that share a packet with a retraced one"},
-      {"misses", "of them those that left the scene and saw the environment"},
-      {"refused", "rays that could not be traced; they see the environment", true},
-      {"not_finite", "radiances that were no number: taken as 0", true},
-      {"below_horizon", "rays below the surface: mirrored by a normal that was bent, or folded up"},
-      {"total_reflection", "rays that could not leave a body that refracts"},
+       "of `retraced`: a nearer surface beside the match may continue where no reflection is "
+       "stored"},
+      {"discontinuity", "of `retraced`: the match lies at an edge of reflected surfaces"},
+      {"magnified", "of `retraced`: a sample of the key frame would cover too many samples"},
+      {"crossed", "of `retraced`: the mirrored ray hits the bounds of another moving object"},
+      {"unfaithful", "of `retraced`: the match does not lie on the mirrored ray"},
+      {"second_bounce", "of `retraced`: the second bounce of the match is no longer valid"},
+      {"rays", "traced rays, including those that share a packet with a retraced one"},
+      {"misses", "of `rays`: those that left the scene"},
+      {"refused", "invalid rays, which Embree cannot trace; they return the environment", true},
+      {"not_finite", "radiances that were NaN or infinite, replaced by 0", true},
+      {"below_horizon",
+       "rays that would enter the surface: the normal was corrected, or the lobe's ray was "
+       "mirrored back"},
+      {"total_reflection", "rays that are totally reflected inside a refractive object"},
   };
   return infos;
 }
@@ -410,8 +416,8 @@ const MethodEntry& reprojectionEntry() {
   static const MethodEntry entry{
       .id = "reprojection",
       .summary =
-          "reflections of traced key frames, found again in the frames after them; image_warp is "
-          "its mapping surface",
+          "traces key frames, and reprojects their reflections into the following frames; "
+          "image_warp is its mapping surface",
       .paper = "[Xie2017] reprojection",
       .steps = stepInfos(),
       .counters = counterInfos(),

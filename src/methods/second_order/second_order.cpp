@@ -315,14 +315,16 @@ namespace catoptric::methods {
 const MethodEntry& secondOrderEntry() {
   static const MethodEntry entry{
       .id = "second_order",
-      .summary = "clusters of reflected rays, a depth image each, found by walking over it",
+      .summary =
+          "clusters reflected rays, renders a depth image per cluster, and intersects the rays "
+          "with it by ray marching",
       .paper = "[Wang2014]",
       .steps = second_order::stepInfos(),
       .counters = second_order::counterInfos(),
       .tables = {second_order::clustersTable()},
-      .sampleLayers = {{second_order::kClusterLayer,
-                        "number of the sample's cluster as clusters.csv counts, plus 1; 0: in "
-                        "none, or traced"}},
+      .sampleLayers =
+          {{second_order::kClusterLayer,
+            "number of the sample's cluster in clusters.csv plus 1; 0: none, or traced"}},
       // Measured: 0.86 % of a plane mirror, at edges of what it shows; one of 19,200 in the furnace
       .tests = {.variants = {R"({"depth_layers": 2})"},
                 .planeMirrorPercent = 1.0,

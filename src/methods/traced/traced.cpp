@@ -33,20 +33,20 @@ const config::OptionTable<Options>& optionTable() {
   static const config::OptionTable<Options> table(
       "traced", "Options of the method traced.",
       {field(&Options::bvh, "bvh", kBvhPolicies,
-             "how Embree's structure follows the geometry in each frame"),
+             "Embree's BVH: built once, moving objects refitted (static); refitted or rebuilt as a "
+             "whole in every frame (others)"),
        field(in(&Options::reflection, &ReflectionOptions::rays), "rays", range(1, 256),
-             "rays per sample on surfaces with g above 0.05; mirrors take one")
+             "rays per sample on rough reflectors (g above 0.05); mirrors take one")
            .trade("2,4,8,16,32"),
        field(&Options::diffuseOnly, "objects", kObjects,
-             "what reflected rays meet: all objects, or those that do not reflect"),
-       field(
-           &Options::filtersEnvironment, "environment", kEnvironments,
-           "where rays leave the scene: its radiance in their direction, or the mean of its image "
-           "over their solid angle"),
+             "which objects reflected rays can hit: all, or those that do not reflect"),
+       field(&Options::filtersEnvironment, "environment", kEnvironments,
+             "radiance of rays that leave the scene: the environment's in their direction, or its "
+             "mean over their solid angle"),
        field(in(&Options::reflection, &ReflectionOptions::fadeMetres), "attenuation", atLeast(0.0),
-             "metres along a reflected ray over which what it meets fades to 1/e; 0: not at all"),
+             "metres of a reflected ray over which radiance fades to 1/e; 0: no fading"),
        field(in(&Options::reflection, &ReflectionOptions::bounces), "bounces", range(1, 16),
-             "reflections along a path; after the last a surface shows its diffuse component")});
+             "reflections along a path; the last surface shows its diffuse component")});
   return table;
 }
 
@@ -187,29 +187,31 @@ const MethodEntry& tracedEntry() {
   constexpr const char* kSurfaces = "implicit surfaces in the scene";
   static const MethodEntry entry{
       .id = "traced",
-      .summary = "reflected rays from the G-buffer by Embree: the peer in speed",
+      .summary = "traces reflected rays from the G-buffer with Embree: the baseline",
       .paper = "",
       .steps = {{"bvh", "start, frames",
-                 "Embree's tree is built, follows the geometry by the option bvh"},
-                {"readback", "frames", "the G-buffer is read from the device"},
+                 "Embree's BVH is built, and follows the geometry by the option `bvh`"},
+                {"readback", "frames", "the G-buffer is read back"},
                 {"trace", "frames", "rays are traced by Embree"},
-                {"resolve", "frames",
-                 "rays are made; light at the hits is computed and put in its "
-                 "place"},
-                {"upload", "frames", "reflections go back to the device"}},
-      .counters = {{"rays", "rays that were traced"},
-                   {"misses", "rays that left the scene"},
-                   {"refused", "rays that Embree could not take: they see the environment", true},
-                   {"not_finite", "radiances of hits that were NaN or infinite, taken as 0", true},
-                   {"below_horizon",
-                    "rays below the surface: mirrored by a normal that was bent, or folded up"},
-                   {"total_reflection", "rays reflected totally where they should leave a body"},
-                   {"at_outline", "samples at the outline of an implicit surface", false,
-                    kSurfaces},
-                   {"off_surface", "samples that lie on no implicit surface of their object", false,
-                    kSurfaces},
-                   {"unresolved", "rays whose meeting with an implicit surface was left undecided",
-                    false, kSurfaces}},
+                {"resolve", "frames", "rays are generated; hits are shaded"},
+                {"upload", "frames", "reflections are uploaded"}},
+      .counters =
+          {{"rays", "traced rays"},
+           {"misses", "rays that left the scene"},
+           {"refused", "invalid rays, which Embree cannot trace; they return the environment",
+            true},
+           {"not_finite", "radiances that were NaN or infinite, replaced by 0", true},
+           {"below_horizon",
+            "rays that would enter the surface: the normal was corrected, or the lobe's ray was "
+            "mirrored back"},
+           {"total_reflection", "rays that are totally reflected inside a refractive object"},
+           {"at_outline",
+            "samples whose camera ray misses the implicit surface; the nearest point was taken",
+            false, kSurfaces},
+           {"off_surface", "samples without a point of the implicit surface nearby", false,
+            kSurfaces},
+           {"unresolved", "rays whose intersection with an implicit surface is undecided", false,
+            kSurfaces}},
       .tests = {.refracting = R"({"bounces": 2})", .planeMirrorPercent = 0.1},
       .options = optionTable().schema(),
       .make = [](const config::Value& options) -> std::unique_ptr<Method> {

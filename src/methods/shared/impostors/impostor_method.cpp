@@ -38,31 +38,35 @@ const TableInfo& impostorsTable() {
 
 std::vector<StepInfo> commonSteps() {
   return {{"cube_map", "start, frames",
-           "the environment map is drawn without what has impostors, again when something moved"},
-          {"impostors", "frames", "images of impostors that are new or have changed are drawn"},
-          {"intersect", "frames", "rays against impostors, and the environment map behind them"},
+           "the environment map is drawn without the objects that have impostors; again after "
+           "something has moved"},
+          {"impostors", "frames", "images of new and changed impostors are drawn"},
+          {"intersect", "frames",
+           "rays are intersected with impostors, or looked up in the environment map"},
           {"readback", "frames",
-           "marks of the samples are read and counted; before the processor's intersections the "
+           "marks of samples are read back and counted; for intersections on the CPU also the "
            "G-buffer"},
-          {"upload", "frames", "the processor's reflections go to the device"}};
+          {"upload", "frames", "reflections from the CPU are uploaded"}};
 }
 
 std::vector<CounterInfo> commonCounters() {
-  return {{"environment", "samples with a ray that sees the environment map"},
-          {"below_horizon", "samples with a normal that was bent, so that rays leave above it"},
-          {"second_order", "samples whose ray went on from a reflective impostor"},
-          {"transition", "samples with a ray that meets a transition wall", false,
-           "transition_height above 0"},
-          {"culled", "rays against impostors that the bounds of a tile's rays decide"},
-          {"impostors_rendered", "images drawn in this frame"},
-          {"impostors_reused", "images that were there already"},
-          {"enclosing", "objects about a reflector that are left in the environment map"},
-          {"left_in_map", "objects beyond the option most, left in the environment map"},
-          {"coinciding", "pairs of a reflector and an object with one centroid"},
-          {"refraction_mirrored", "samples of materials that refract: they are mirrored instead"},
-          {"shows_clamped", "samples that show a texel beyond half floats", true},
-          {"clamped_cube_map", "texels of the cube map beyond half floats", true},
-          {"clamped_images", "texels of the impostors' images beyond half floats", true}};
+  return {
+      {"environment", "samples with a ray that is looked up in the environment map"},
+      {"below_horizon",
+       "samples with a corrected normal, so that the mirrored ray leaves the surface"},
+      {"second_order", "samples whose ray continued from a reflective impostor"},
+      {"transition", "samples with a ray that hits a transition wall", false,
+       "transition_height above 0"},
+      {"culled", "rays against impostors that a bounding cone of the tile's rays excludes"},
+      {"impostors_rendered", "images drawn in this frame"},
+      {"impostors_reused", "images reused from earlier frames"},
+      {"enclosing", "objects that enclose a reflector and stay in the environment map"},
+      {"left_in_map", "objects beyond the option `most`, which stay in the environment map"},
+      {"coinciding", "pairs of a reflector and an object with the same centroid"},
+      {"refraction_mirrored", "samples of refractive materials, which are mirrored instead"},
+      {"shows_clamped", "samples that show a texel above the range of half floats", true},
+      {"clamped_cube_map", "texels of the cube map above the range of half floats", true},
+      {"clamped_images", "texels of the impostors' images above the range of half floats", true}};
 }
 
 namespace {
