@@ -1,6 +1,6 @@
-// The contract between a method and the rest. A method lives in a folder of its own (C++, shaders,
-// tests, README), never includes another method, and is known to the program by one line in
-// registry.cpp. The runner knows only this interface.
+// The contract between a method and the rest of the program. A method lives in a folder of its own
+// (C++, shaders, tests, README) and never includes another method. One line in registry.cpp makes
+// it known to the program. The runner knows only this interface.
 #pragma once
 
 #include <cstdint>
@@ -25,50 +25,51 @@
 
 namespace catoptric::methods {
 
-/// What a run asks of every method.
+/// Settings of a run, the same for every method.
 struct RunSettings {
   int width = 512;
   int height = 512;
   int samples = 2;  ///< per axis and pixel
   std::uint64_t seed = 1;
-  /// The reflective objects that the method fills; of others its plan and render() know nothing:
-  /// another method of the frame fills them. Where these are not all, masks are clear when render()
-  /// is called, what lies beside its own samples is left alone, and in the stencil others' samples
-  /// are of no class (methods/shared/share.h).
+  /// The reflective objects that this method shades. When other methods shade the rest of the
+  /// frame, plan() and render() see only these objects. The masks are cleared before render() is
+  /// called. render() must not write to samples of other reflectors: the stencil gives them no
+  /// class (methods/shared/share.h).
   frame::ObjectSet reflectors = {};
-  bool masks = false;  ///< fill fallback masks
-  /// Compare what is shown with Embree's rays: fill mask and counter `disoccluded`, where the
-  /// method can.
+  bool masks = false;  ///< fill the fallback masks
+  /// Whether reflections are compared with Embree's rays: the method fills the mask and the counter
+  /// `disoccluded`, if it can.
   bool countDisocclusions = false;
   bool fresnelSchlick = false;
-  std::vector<std::string> layers;  ///< asked-for layers: "Z", "N", "reflection", "diffuse", "id",
+  std::vector<std::string> layers;  ///< requested layers: "Z", "N", "reflection", "diffuse", "id",
                                     ///< "s", and names of MethodEntry::sampleLayers
 };
 
 /// One line of a plan: something that will be built, compiled, allocated or run, and why.
 struct PlanItem {
-  std::string kind;  ///< "pass", "resource", "precomputation"
-  std::string name;  ///< a step's name for passes
+  std::string kind;  ///< "pass", "resource" or "precomputation"
+  std::string name;  ///< for a pass: the name of its step
   std::string reason;
-  std::uint64_t bytes = 0;  ///< of resources, where known beforehand
+  std::uint64_t bytes = 0;  ///< size of a resource, if known beforehand
 };
 
 /// What a method needs from the shared pipeline for this scene and these settings.
 struct MethodPlan {
-  bool gbuffer = false;  ///< G-buffer, reflection target and composite (needs GL)
-  bool gl = false;       ///< a GL context (implied by gbuffer)
-  bool trace = false;    ///< an Embree scene
+  bool gbuffer = false;  ///< needs the G-buffer, reflection target and composite (these need GL)
+  bool gl = false;       ///< needs a GL context (implied by gbuffer)
+  bool trace = false;    ///< needs an Embree scene
   trace::BvhPolicy bvh = trace::BvhPolicy::Static;
-  /// Reflections and refractions that a path may have: its option `bounces`; 0: it has none.
+  /// Most reflections and refractions of a path: the method's option `bounces`. 0: the method has
+  /// no such option.
   int bounces = 0;
-  bool previousFrame = false;  ///< FrameInput::previous is wanted
-  /// Bits of raster::MaskBit that it fills: the others give no layer. Of what it does not measure
-  /// nothing is known.
+  bool previousFrame = false;  ///< whether the method reads FrameInput::previous
+  /// The masks (bits of raster::MaskBit) that the method fills. No layer is written for the other
+  /// masks: a missing layer means "not measured", not 0.
   std::uint16_t masks = 0;
   std::vector<PlanItem> items;  ///< the method's own passes, resources, precomputations
 };
 
-/// A reflector or scene that a method cannot do; the run ends with exit 2 and names it.
+/// A reflector or scene that a method does not support. The run ends with exit code 2 and names it.
 struct Unsupported {
   int object = 0;  ///< id; 0: the scene as a whole
   std::string reason;
@@ -77,46 +78,47 @@ struct Unsupported {
 /// Named counts of one frame: rays, fallbacks, clamps, clusters. Keys are snake_case and stable.
 using Counters = std::map<std::string, std::uint64_t>;
 
-/// The shared state that a method works with. Pointers are null when the plan did not ask.
+/// The shared state that a method works with. Pointers are null unless the plan asked for them.
 struct Services {
   const scene::Scene& scene;
-  const frame::Geometry& geometry;  ///< of the current frame's moment
+  const frame::Geometry& geometry;  ///< at the time of the current frame
   const frame::Lighting& lighting;
   raster::SceneRaster* raster = nullptr;
   raster::GBuffer* gbuffer = nullptr;  ///< filled before render()
-  trace::TraceScene* trace = nullptr;  ///< follows the geometry before render(), as step `bvh`
+  trace::TraceScene* trace = nullptr;  ///< updated to the geometry before render(), in step `bvh`
   frame::StepTimer& timer;
 };
 
-/// The path's frame before the one at hand.
+/// The frame of the path just before the current one.
 struct PreviousFrame {
   scene::PathFrame frame;
-  /// Where each object was: as ObjectRange::worldFromObject, at that frame's time.
+  /// The transform of each object at that frame's time, as ObjectRange::worldFromObject.
   std::vector<Mat4> worldFromObject;
 };
 
 /// One frame, as the sequence hands it to a method.
 struct FrameInput {
   scene::PathFrame frame;
-  std::vector<int> changedObjects;  ///< indices whose geometry differs from the last rendered frame
-  /// Nothing that was kept of earlier frames may be used: the frame before was not rendered just
-  /// now.
+  std::vector<int>
+      changedObjects;  ///< indices of objects whose geometry differs from the last rendered frame
+  /// Whether the previous frame of the path was not the last one rendered. The method must then use
+  /// nothing that it kept of earlier frames.
   bool firstOfSequence = true;
-  /// A restart frame (Method::restartsAt): its pixels must not depend on earlier frames. Always
-  /// true of methods without state; true wherever firstOfSequence is.
+  /// Whether this is a restart frame (Method::restartsAt): its pixels must not depend on earlier
+  /// frames. Always true for methods without state, and whenever firstOfSequence is true.
   bool restarts = true;
-  /// False while warming up: the frame is thrown away, and only what later frames need must be
+  /// False while warming up: the frame is discarded, and only what later frames need must be
   /// computed.
   bool kept = true;
-  /// Where MethodPlan::previousFrame asks for it; none: the path's first frame.
+  /// Set if MethodPlan::previousFrame asks for it. nullopt: this is the path's first frame.
   std::optional<PreviousFrame> previous;
-  /// Samples of the G-buffer that may differ from the last frame's, whose camera and lights were
-  /// the same; none: all.
+  /// Samples of the G-buffer that may differ from the last frame. Set only if camera and lights are
+  /// unchanged. nullopt: any sample may differ.
   std::optional<raster::Region> changedSamples;
 };
 
-/// A number per sample of the frame, row 0 on top; 0: none. Layer id.NAME of the frame's file. Or a
-/// vector: layer NAME.X, NAME.Y, NAME.Z.
+/// One integer per sample of the frame, row 0 on top, written as layer id.NAME of the frame's file;
+/// 0 means none. Or one vector per sample, written as layers NAME.X, NAME.Y and NAME.Z.
 struct SampleLayer {
   std::string name;
   std::vector<std::uint32_t> numbers;
@@ -125,12 +127,13 @@ struct SampleLayer {
 
 struct FrameOutput {
   Counters counters;
-  /// Samples of gbuffer->reflection that may differ from the last frame's; none: all.
+  /// Samples of gbuffer->reflection that may differ from the last frame. nullopt: any sample may
+  /// differ.
   std::optional<raster::Region> changedReflection;
-  std::vector<Table> tables;              ///< those of MethodEntry::tables that have rows
-  std::vector<SampleLayer> sampleLayers;  ///< those of MethodEntry::sampleLayers that are asked for
-  /// A method that renders whole images (MethodPlan::gbuffer false) puts the frame here: R G B A
-  /// and the asked-for layers that it has.
+  std::vector<Table> tables;              ///< the tables of MethodEntry::tables that have rows
+  std::vector<SampleLayer> sampleLayers;  ///< the requested layers of MethodEntry::sampleLayers
+  /// The frame of a method that renders whole images (MethodPlan::gbuffer is false): R G B A, and
+  /// the requested layers that the method has.
   std::optional<image::Image> image;
 };
 
@@ -138,111 +141,119 @@ class Method {
  public:
   virtual ~Method() = default;
 
-  /// Scenes and reflectors that this method cannot do; empty when it accepts all.
+  /// The scenes and reflectors that this method does not support; empty if it supports all.
   virtual std::vector<Unsupported> unsupported(const scene::Scene&) const { return {}; }
 
-  /// What will be built and run for this scene; pure, called before anything is built.
+  /// What will be built and run for this scene. A pure function, called before anything is built.
   virtual MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const = 0;
 
-  /// Precomputation, once, before the first frame; steps timed through services.timer.
+  /// Precomputation: called once, before the first frame. Its steps are timed through
+  /// services.timer.
   virtual void prepare(Services&, const RunSettings&) {}
 
-  /// Fills gbuffer->reflection (and masks) for every reflective sample, or output.image. The
-  /// reflection is radiance that arrives: the composite weighs it by the sample's s and tint, each
-  /// read from the G-buffer (tints of a scene may differ from sample to sample: GBuffer::tint). A
-  /// method weighs only what one reflector shows of another, by the tint of that place:
-  /// frame::SurfacePoint::tint, or TINT_OUTPUT of surface.glsl.
+  /// Fills gbuffer->reflection (and the masks) for every reflective sample, or fills output.image.
+  /// The reflection is incident radiance: the composite multiplies it by the sample's s and tint,
+  /// which it reads from the G-buffer (GBuffer::tint, which may vary between samples). The method
+  /// itself applies a tint only where one reflector is seen in another. That tint is the one of the
+  /// reflected point: frame::SurfacePoint::tint, or TINT_OUTPUT of surface.glsl.
   virtual void render(const FrameInput& input, Services& services, FrameOutput& output) = 0;
 
-  /// Whether frame `number` of the path is a restart frame: its pixels do not depend on frames
-  /// before it. By the path alone, never by what was asked for, so that chunks, resumed runs and
-  /// lists of frames give the same pixels: whoever starts between two restart frames renders all
-  /// frames of the path from the one before. Frame 1 always is one. Methods without state: all are.
+  /// Whether frame `number` of the path is a restart frame: its pixels do not depend on earlier
+  /// frames. The answer must depend on the path alone, never on the frames that were requested, so
+  /// that chunks, resumed runs and lists of frames give the same pixels. A run that starts between
+  /// two restart frames first renders all frames since the earlier one. Frame 1 is always a restart
+  /// frame. For methods without state every frame is.
   virtual bool restartsAt(const scene::CameraPath& /*path*/, int /*number*/) const { return true; }
 };
 
-/// What a step's time goes to.
+/// What the time of a step counts as.
 enum class StepKind {
-  Rendering,  ///< the frame
-  Extras,     ///< layers beside its colour, as they were asked for
-  Rest,       ///< what no step names
-  Waiting,    ///< for the writers: no part of rendering
-  Check,      ///< a measurement that was asked for: no part of rendering
+  Rendering,  ///< part of rendering the frame
+  Extras,     ///< requested layers other than colour
+  Rest,       ///< time that no step names
+  Waiting,    ///< waiting for the writers; not part of rendering
+  Check,      ///< a requested measurement; not part of rendering
 };
-/// "rendering", "extras", "rest", "waiting", "check".
+/// Returns "rendering", "extras", "rest", "waiting" or "check".
 const char* stepKindName(StepKind kind);
 
 /// A row of the timing table that a method adds.
 struct StepInfo {
   std::string name;
-  std::string when;     ///< "start", "frames", "start, frames"
+  std::string when;     ///< "start", "frames" or "start, frames"
   std::string meaning;  ///< one line
   StepKind kind = StepKind::Rendering;
 };
 
-/// A count of each frame.
+/// A counter that is written for each frame.
 struct CounterInfo {
   std::string name;
   std::string meaning;      ///< one line
-  bool mustBeZero = false;  ///< anything else means that something is wrong or extreme
-  /// The option without which, or the scenes but for which, it is not there; empty: always there.
+  bool mustBeZero = false;  ///< any other value means that something is wrong or extreme
+  /// The option that must be on, or the kind of scene that is needed, for this counter to exist.
+  /// Empty: it always exists.
   std::string onlyWith = {};
 };
 
-/// 0 for each counter that is always there.
+/// Returns 0 for each counter that always exists.
 Counters zeros(const std::vector<CounterInfo>& counters);
 
-/// A layer of the frame's file, by sample, that a method can fill.
+/// A layer with one value per sample that a method can add to the frame's file.
 struct SampleLayerInfo {
   std::string name;
   std::string meaning;
 };
 
-/// What the tests that run every method must know of one: JSON objects of its options.
+/// Settings of one method for the tests that run every method. Each is a JSON object of the
+/// method's options.
 struct TestOptions {
-  std::string small = "{}";       ///< fit for frames of 64 pixels
-  std::string refracting = "{}";  ///< besides, for scenes with bodies that refract
-  /// Besides, one at a time: settings by which frames are made in another way.
+  std::string small = "{}";       ///< suitable for frames of 64 pixels
+  std::string refracting = "{}";  ///< added for scenes with refractive objects
+  /// Each is added in a test of its own: options that choose another way of rendering.
   std::vector<std::string> variants = {};
-  /// Percent of a plane mirror's samples that may differ from the mirrored camera's image;
-  /// negative: the method does not claim to show it.
+  /// Percent of a plane mirror's samples that may differ from the image of the mirrored camera.
+  /// Negative: the method does not claim to render plane mirrors.
   double planeMirrorPercent = -1.0;
-  /// Percent of samples that may be other than white in a white furnace.
+  /// Percent of samples in a white furnace that may differ from white.
   double furnacePercent = 0.0;
 };
 
-/// Another name of a method in run configs: it with one option set.
+/// Another name of a method in run configs: the method with one option set.
 struct MethodAlias {
   std::string id;
   std::string option;
   std::string value;  ///< JSON
 };
 
-/// A method as the program lists it. Pages and tests of every method are made from it.
+/// A method as the program lists it. The generated pages and the tests of every method use these
+/// entries.
 struct MethodEntry {
   std::string id;
   std::string summary;  ///< one line
-  std::string paper;    ///< "[Wang2014] second_order"; empty for the common ones
+  std::string
+      paper;  ///< for example "[Wang2014] second_order"; empty if the method is not from a paper
   std::vector<StepInfo> steps;
   std::vector<CounterInfo> counters = {};
   std::vector<TableInfo> tables = {};
   std::vector<SampleLayerInfo> sampleLayers = {};
   TestOptions tests = {};
-  const config::Schema& options;  ///< schema of its options in a run config
+  const config::Schema& options;  ///< schema of the method's options in a run config
   std::unique_ptr<Method> (*make)(const config::Value& options);
-  /// Method::unsupported() may name reflectors: its configs have the option `unsupported`.
+  /// Whether Method::unsupported() may name reflectors. The method's configs then have the option
+  /// `unsupported`.
   bool refusesReflectors = false;
-  /// Options by which it fills reflectors that `unsupported` gives it; null: it is no such method.
+  /// The options with which this method shades reflectors that another method's option
+  /// `unsupported` gives to it. Null: it cannot be named there.
   const char* fallbackOptions = nullptr;
   std::vector<MethodAlias> aliases = {};
 };
 
-/// The method of configs that name none.
+/// The method of configs that do not name one.
 inline constexpr const char* kDefaultMethod = "traced";
 
 /// All methods, in the order of `catoptric list`.
 const std::vector<MethodEntry>& registry();
-/// By its id or an alias; null: there is none.
+/// Finds a method by its id or an alias; null if there is none.
 const MethodEntry* findMethod(const std::vector<MethodEntry>& registry, const std::string& name);
 
 }  // namespace catoptric::methods

@@ -1,5 +1,5 @@
-// Frames at which a method with state starts anew, and what must be rendered before a frame that is
-// none of them.
+// Frames at which a method with state restarts, and the frames that must be rendered before a frame
+// that is not a restart frame.
 #pragma once
 
 #include <vector>
@@ -9,15 +9,15 @@
 
 namespace catoptric::methods {
 
-/// Whether `number` is on the grid 1, 1 + every, 1 + 2 every, ...; `every` 0: frame 1 alone.
+/// Whether `number` is one of 1, 1 + every, 1 + 2 every, ...; if `every` is 0, whether it is 1.
 bool onRestartGrid(int number, int every);
 
 /// Whether the camera jumps from frame number - 1 to frame `number` of the path: it moves or turns
-/// by more than 10 times what it does in the frames beside.
+/// more than 10 times as far as between the neighbouring frames.
 bool cutsBefore(const scene::CameraPath& path, int number);
 
-/// The frames `asked` for (ascending) and, before each, all frames of the path since its restart
-/// frame: what has to be rendered, ascending.
+/// The frames that must be rendered to get the frames `asked` (ascending): these frames and, before
+/// each of them, all frames of the path since its restart frame. The result is ascending.
 std::vector<int> withWarmUp(const Method& method, const scene::CameraPath& path,
                             const std::vector<int>& asked);
 

@@ -1,5 +1,6 @@
-// Tables that a method fills frame by frame: clusters, impostors, key frames. The run's folder gets
-// a file NAME.csv of each: the column `frame`, then the table's own.
+// Tables to which a method adds rows in each frame, such as its clusters, impostors or key frames.
+// Each is written to a file NAME.csv in the run's folder, with a column `frame` before the table's
+// own columns.
 #pragma once
 
 #include <concepts>
@@ -14,19 +15,19 @@ namespace catoptric::methods {
 enum class ColumnType : std::uint8_t { Integer, Real, Text };
 
 struct Column {
-  std::string name;  ///< snake_case, with its unit where it has one
+  std::string name;  ///< snake_case, with the unit if there is one
   ColumnType type = ColumnType::Integer;
   std::string meaning;
 };
 
-/// What a method's entry says of a table.
+/// The description of a table in a method's entry.
 struct TableInfo {
-  std::string name;     ///< snake_case: that of its file
+  std::string name;     ///< snake_case; also the name of the file
   std::string meaning;  ///< what a row is
   std::vector<Column> columns;
 };
 
-/// Alternatives in the order of ColumnType.
+/// The alternatives are in the order of ColumnType.
 using Cell = std::variant<std::int64_t, double, std::string>;
 using Row = std::vector<Cell>;
 
@@ -35,8 +36,8 @@ class Table {
  public:
   explicit Table(const TableInfo& info) : name_(info.name), columns_(info.columns) {}
 
-  /// One cell per column, of its type; flags are the integers 0 and 1. Throws Error (Internal) when
-  /// they do not fit.
+  /// Takes one cell per column, of the column's type; flags are the integers 0 and 1. Throws Error
+  /// (Internal) if the cells do not match the columns.
   template <class... Cells>
   void add(const Cells&... cells) {
     addRow({cell(cells)...});
@@ -64,9 +65,9 @@ class Table {
   std::vector<Row> rows_;
 };
 
-/// "integer", "real", "text".
+/// Returns "integer", "real" or "text".
 const char* columnTypeName(ColumnType type);
-/// As it stands in a CSV file: reals with six digits, text quoted where it must be.
+/// The cell as written to a CSV file: reals with six digits, text quoted if needed.
 std::string cellText(const Cell& cell);
 
 }  // namespace catoptric::methods
