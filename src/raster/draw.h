@@ -1,4 +1,4 @@
-// What a draw of the scene is asked for: which objects, and which of their values.
+// Describes a draw of the scene: which objects are drawn, and which values are written.
 #pragma once
 
 #include <cstdint>
@@ -8,39 +8,40 @@
 
 namespace catoptric::raster {
 
-/// Objects by id (index + 1).
+/// A set of objects, given by their ids (index + 1).
 class ObjectSet {
  public:
-  ObjectSet() = default;  ///< all there are
+  ObjectSet() = default;  ///< all objects
   static ObjectSet only(std::vector<int> ids);
   static ObjectSet without(std::vector<int> ids);
   bool has(int id) const;
 
  private:
   std::vector<int> ids_;    ///< sorted
-  bool complement_ = true;  ///< whether these are left out
+  bool complement_ = true;  ///< whether ids_ lists the objects that are not in the set
 };
 
-/// By what objects do over time.
+/// Selects objects by whether they ever move.
 enum class Which : std::uint8_t { All, Still, Moving };
 
-/// Values that a diffuse draw writes, each to the next colour attachment; all have alpha 1 on
-/// surfaces. Depth goes to the depth attachment.
+/// The values that a diffuse draw writes, each to the next colour attachment. Alpha is 1 on
+/// surfaces. Depth is written to the depth attachment.
 struct DiffuseOutputs {
-  bool radiance = true;   ///< rgb diffuse radiance, before any factor 1 - s
-  bool normal = false;    ///< xyz unit shading normal turned to the viewer
+  bool radiance = true;   ///< rgb: diffuse radiance, before any factor 1 - s
+  bool normal = false;    ///< xyz: unit shading normal, turned towards the viewer
   bool specular = false;  ///< s, g, 0
 };
 
 struct DiffuseDraw {
   ObjectSet objects = {};
   DiffuseOutputs outputs = {};
-  /// Whether the environment is drawn where nothing is, with alpha 0; that takes radiance alone as
-  /// output. Else the attachments stay there as the caller has cleared them.
+  /// Whether the environment is drawn where there is no surface, with alpha 0. Radiance must then
+  /// be the only output. If false, the caller's clear values remain there.
   bool background = true;
-  /// Whether closed opaque objects about the eye show their insides.
+  /// Whether closed opaque objects that contain the eye show their inner sides.
   bool insides = true;
-  /// Depths of this view: surfaces are drawn that lie behind them, the nearest of those alone.
+  /// Optional depth texture of the same view, for depth peeling: only the nearest surfaces behind
+  /// these depths are drawn.
   const gl::Texture* behind = nullptr;
 };
 

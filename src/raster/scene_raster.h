@@ -1,6 +1,6 @@
-// The scene on the device with the passes that all methods share: the G-buffer, diffuse draws and
-// cube maps from anywhere, the composite. Geometry is that of frame/geometry.h, shading that of
-// frame/shading.h. Methods' own passes stand with the methods and are given scene().
+// The scene on the GPU, with the passes that all methods share: the G-buffer, diffuse draws and
+// cube maps from any viewpoint, and the composite. The geometry is defined in frame/geometry.h, the
+// shading in frame/shading.h. A method's own passes are in the method's folder and receive scene().
 #pragma once
 
 #include <cstdint>
@@ -25,77 +25,81 @@ namespace catoptric::raster {
 class SceneGpu;
 struct FrameView;
 
-/// Texels (RGBA, half floats) of which a colour is clamped, infinite or no number, of either sign:
-/// black is -0 where interpolation gave less than nothing.
+/// The number of texels (RGBA, half floats) with a clamped, infinite or NaN colour component. Signs
+/// are ignored: interpolation may store black as -0.
 std::uint64_t clampedTexels(std::span<const std::uint16_t> texels);
-/// ... of level 0 of all layers of a texture (RGBA16F).
+/// The same count for level 0 of all layers of a texture (RGBA16F).
 std::uint64_t clampedTexels(const gl::Texture& texture);
 
-/// GL side of one scene; lives as long as its context.
+/// The OpenGL side of one scene. It must not outlive its context.
 class SceneRaster {
  public:
-  /// Uploads geometry, textures and materials. Only programs for the features that the scene's
-  /// materials use are compiled.
+  /// Uploads geometry, textures and materials. Programs are compiled only for the features that the
+  /// scene's materials use.
   SceneRaster(const scene::Scene& scene, const frame::Geometry& geometry);
   ~SceneRaster();
   SceneRaster(const SceneRaster&) = delete;
   SceneRaster& operator=(const SceneRaster&) = delete;
 
-  /// What methods' own passes draw, and the view of the last G-buffer.
+  /// The scene that methods' own passes draw, and the view of the last G-buffer.
   SceneGpu& scene();
   const FrameView& gbufferView() const;
 
   /// Re-uploads the vertices of changed objects (indices into geometry.objects).
   void update(const frame::Geometry& geometry, std::span<const int> changedObjects);
-  /// Where buildDetailLevels() keeps what it makes; nowhere without it.
+  /// The folder in which buildDetailLevels() stores its results. Without this call nothing is
+  /// stored.
   void cacheLevelsIn(std::filesystem::path folder);
-  /// Makes coarser levels of the objects for passes that draw them; once, before the first frame.
+  /// Builds coarser levels of the objects, for passes that draw them. Call once, before the first
+  /// frame.
   void buildDetailLevels(const scene::Scene& scene, const frame::Geometry& geometry,
                          const frame::Lighting& lighting);
 
   GBuffer makeGBuffer(const GBufferSize& size) const;
 
-  /// Fills diffuse, normal, object, depth and stencil; with `part`, in samples, nothing outside its
-  /// rectangles: there `target` keeps what it has, which the whole drawn with this camera and
-  /// lighting came before. The samples are the same, bit for bit. `geometry`: of the last
-  /// update(), needed with `part`.
+  /// Fills diffuse, normal, object, depth and stencil. With `part`, in samples, only samples within
+  /// its rectangles are drawn; elsewhere `target` keeps its contents, which must come from a whole
+  /// drawGBuffer() with this camera and lighting. The samples are bit-identical to a whole draw.
+  /// `geometry`: that of the last update(); required with `part`.
   DrawStatistics drawGBuffer(GBuffer& target, const scene::Camera& camera,
                              const frame::Lighting& lighting,
                              const std::optional<Region>& part = std::nullopt,
                              const frame::Geometry* geometry = nullptr);
 
-  /// The G-buffer of what stands still alone, in the tiles of `part` at least. It is drawn there
-  /// once, until the next whole drawGBuffer(), whose camera, lighting and size these are.
+  /// The G-buffer of the still objects alone, valid at least in the tiles of `part`. Each tile is
+  /// drawn once and kept until the next whole drawGBuffer(). Camera, lighting and size must be
+  /// those of the last whole drawGBuffer().
   const GBuffer& drawStill(const GBuffer& like, const scene::Camera& camera,
                            const frame::Lighting& lighting, const Region& part,
                            const frame::Geometry& geometry, DrawStatistics* statistics = nullptr);
 
-  /// Draws a set of objects with any view projection (reversed-Z, upper left) into the bound
-  /// framebuffer: the outputs to its colours in order, depth to its depth, which the caller has
-  /// cleared; within the viewport set by the caller and the scissor of the current gl::DrawScope.
+  /// Draws a set of objects with any view projection (reversed-Z, origin at the upper left) into
+  /// the bound framebuffer. The outputs go to its colour attachments in order. The caller has
+  /// cleared the depth attachment and set the viewport. The scissor is that of the current
+  /// gl::DrawScope.
   DrawStatistics drawDiffuse(const Mat4& clipFromWorld, const Vec3& eye, float pixelSpreadRad,
                              const frame::Lighting& lighting, const DiffuseDraw& what = {});
 
-  /// Cube map of the diffuse scene seen from `centre`, RGBA16F with mip levels. What is closed
-  /// about the centre, and does not move, is left out. `earlier`: a map that this has drawn, which
-  /// is drawn over if it has that size.
+  /// A cube map of the diffuse scene as seen from `centre`, RGBA16F with mip levels. Still objects
+  /// that enclose the centre are left out. `earlier`: a map that this function returned before; it
+  /// is reused if it has the same size.
   gl::Texture drawCubeMap(const Vec3& centre, int faceSize, const frame::Lighting& lighting,
                           const ObjectSet& objects = {}, gl::Texture earlier = {});
 
-  /// Resolves samples to pixels into `frame` (RGBA32F, width x height, row 0 on top): mean over the
-  /// samples of (1 - s) diffuse + s tint reflection; a = share of samples that are not background.
-  /// With `part`, in samples, nothing outside the pixels of its rectangles.
+  /// Resolves samples to pixels in `frame` (RGBA32F, width x height, row 0 on top). rgb is the mean
+  /// over the samples of (1 - s) diffuse + s tint reflection. a is the fraction of samples that are
+  /// not background. With `part`, in samples, only the pixels of its rectangles are written.
   void composite(const GBuffer& source, const scene::Camera& camera,
                  const CompositeOptions& options, gl::Texture& frame,
                  const std::optional<Region>& part = std::nullopt);
 
-  /// Radiance of the environment is drawn and looked up by this GLSL-side state; methods that need
-  /// the materials' table, the environment or the shading functions bind them here.
+  /// Makes `program` current and binds what the shading functions need: the frame block, with the
+  /// view of the last G-buffer, and the environment.
   void bindShadingResources(std::uint32_t program, const frame::Lighting& lighting) const;
-  /// Defines that programs which include raster/shaders/shading.glsl are compiled with.
+  /// The defines for programs that include raster/shaders/shading.glsl.
   static std::vector<gl::Define> shadingDefines(const frame::Lighting& lighting);
 
-  std::size_t memoryBytes() const;  ///< of geometry, textures and materials on the GL side
+  std::size_t memoryBytes() const;  ///< size of geometry, textures and materials on the OpenGL side
 
  private:
   struct State;

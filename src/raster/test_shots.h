@@ -1,4 +1,4 @@
-// Small drawn G-buffers, read back, and what tests of surfaces and passes draw.
+// Draws small G-buffers and reads them back, for tests of surfaces and passes.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ inline constexpr int kWidth = 64;
 inline constexpr int kHeight = 48;
 inline constexpr std::size_t kSamples = std::size_t{kWidth} * kHeight;
 
-/// A G-buffer of kWidth x kHeight pixels with the samples' rays and places.
+/// A G-buffer of kWidth x kHeight pixels, with the ray and position of each sample.
 struct Shot : Samples {
   Shot(Uploaded& world, const scene::Camera& camera, int perAxis = 1)
       : Samples(drawSamples(world, camera, {kWidth, kHeight, perAxis, false})), eye(camera.eye()) {
@@ -30,7 +30,7 @@ struct Shot : Samples {
   }
 
   Vec3 eye;
-  std::vector<Vec3> direction, position;  ///< by the depth; nonsense on the background
+  std::vector<Vec3> direction, position;  ///< rebuilt from the depth; meaningless on the background
 };
 
 inline const Vec3 kUp(0.0f, 1.0f, 0.0f);
@@ -40,7 +40,7 @@ inline scene::Camera front(float distance = 5.0f) {
   return scene::lookAt({0.0f, 0.0f, distance}, Vec3(0.0f), kUp, kFov);
 }
 
-/// A camera above a plane at y = 0, looking down at a slant.
+/// A camera above a plane at y = 0 that looks down obliquely.
 inline scene::Camera above() {
   return scene::lookAt({0.3f, 1.5f, 2.0f}, Vec3(0.0f), kUp, kFov);
 }
@@ -49,7 +49,7 @@ inline scene::Mesh plane(float size = 2.0f) {
   return scene::makePlane({size, size}, {1, 1}, scene::UvMode::Unit);
 }
 
-/// One texel everywhere.
+/// Adds a texture with the given texels as its base level.
 inline int addTexture(SceneBuilder& builder, int width, int height, std::vector<std::uint8_t> rgba,
                       bool nearest = true, bool srgb = false) {
   scene::Texture t;

@@ -1,4 +1,4 @@
-// What the module's tests share: a scene's moment on the GL side, and its G-buffer on the CPU.
+// Shared by the tests of this module: uploads a scene to OpenGL, and reads its G-buffer back.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace catoptric::test {
 
-/// A scene uploaded at one moment; keeps the scene.
+/// A scene uploaded at one moment in time; owns the scene.
 struct Uploaded {
   scene::Scene scene;
   frame::Geometry geometry;
@@ -71,7 +71,7 @@ inline Samples drawSamples(Uploaded& world, const scene::Camera& camera,
   return result;
 }
 
-/// A texture of one colour per level, largest first.
+/// A texture whose mip levels each have one colour, largest level first.
 inline scene::Texture levelsTexture(const std::vector<glm::u8vec4>& colors, bool srgb) {
   scene::Texture texture;
   texture.srgb = srgb;
@@ -90,7 +90,7 @@ inline scene::Camera cameraAt(const Vec3& eye, const Vec3& target, float fov = 0
   return scene::lookAt(eye, target, {0.0f, 1.0f, 0.0f}, fov);
 }
 
-/// Turns a horizontal plane to face +z, its tangent +x.
+/// Turns a horizontal plane to face +z, with its tangent along +x.
 inline Mat4 facingZ() {
   return rotation(90.0f, {1.0f, 0.0f, 0.0f});
 }

@@ -1,4 +1,5 @@
-// Radiance of the environment where nothing is drawn: where the depth is still 0.
+// Draws the radiance of the environment where no surface was drawn, that is, where the depth is
+// still 0.
 #pragma once
 
 #include <map>
@@ -15,19 +16,20 @@ namespace catoptric::raster {
 
 class Background {
  public:
-  /// `fragment` includes environment.glsl, and has these defines beside that file's.
+  /// `fragment` is a shader that includes environment.glsl. `defines` are added to those of
+  /// environment.glsl.
   explicit Background(std::string fragment, std::vector<gl::Define> defines = {})
       : fragment_(std::move(fragment)), defines_(std::move(defines)) {}
 
-  /// Into the bound framebuffer; the frame block is bound. Within `parts` where there are any, else
-  /// where `state` says.
+  /// Draws into the bound framebuffer. The frame block must be bound. Draws within `parts` if there
+  /// are any; otherwise `state` sets the scissor.
   void draw(FrameResources& frame, const frame::Lighting& lighting,
             std::span<const Rectangle> parts, gl::DrawState state = {});
 
  private:
   std::string fragment_;
   std::vector<gl::Define> defines_;
-  std::map<std::string, gl::Program> programs_;  ///< by type of environment
+  std::map<std::string, gl::Program> programs_;  ///< keyed by the type of environment
 };
 
 }  // namespace catoptric::raster

@@ -1,4 +1,4 @@
-// Resolves the G-buffer's samples and what methods have written to pixels.
+// Resolves samples to pixels: combines the G-buffer with the reflections that methods have written.
 #pragma once
 
 #include <cstdint>
@@ -12,14 +12,14 @@
 
 namespace catoptric::raster {
 
-/// What the composite makes of a G-buffer.
+/// Options of the composite.
 struct CompositeOptions {
-  bool fresnelSchlick = false;  ///< s + (1 - s)(1 - cos)^5 instead of s
+  bool fresnelSchlick = false;  ///< use s + (1 - s)(1 - cos)^5 instead of s
 };
 
 class CompositePass {
  public:
-  /// As SceneRaster::composite().
+  /// See SceneRaster::composite().
   void draw(const GBuffer& source, const Materials& materials, const scene::Camera& camera,
             const CompositeOptions& options, gl::Texture& frame, const std::optional<Region>& part);
 

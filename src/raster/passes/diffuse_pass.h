@@ -1,5 +1,5 @@
-// Draws what surfaces show of themselves, from anywhere: views beside the frame's own, cube maps,
-// impostors.
+// Draws the diffuse radiance of surfaces from any viewpoint: other views than the frame's own, cube
+// maps, impostors.
 #pragma once
 
 #include "raster/passes/background.h"
@@ -12,10 +12,10 @@ class DiffusePass {
   explicit DiffusePass(SceneGpu& scene)
       : scene_(scene), background_("raster/shaders/background.frag") {}
 
-  /// As SceneRaster::drawDiffuse().
+  /// See SceneRaster::drawDiffuse().
   DrawStatistics draw(const Mat4& clipFromWorld, const Vec3& eye, float pixelSpreadRad,
                       const frame::Lighting& lighting, const DiffuseDraw& what = {});
-  /// As SceneRaster::drawCubeMap().
+  /// See SceneRaster::drawCubeMap().
   gl::Texture drawCubeMap(const Vec3& centre, int faceSize, const frame::Lighting& lighting,
                           const ObjectSet& objects, gl::Texture earlier);
 

@@ -1,4 +1,5 @@
-// Draws the G-buffer; where little moves, over what stands still.
+// Draws the G-buffer. Where little moves, only the changed parts are drawn, over a stored G-buffer
+// of the still objects.
 #pragma once
 
 #include <optional>
@@ -19,34 +20,36 @@ class GBufferPass {
         background_("raster/shaders/gbuffer_background.frag",
                     backgroundDefines(scene.materials())) {}
 
-  /// As SceneRaster::drawGBuffer().
+  /// See SceneRaster::drawGBuffer().
   DrawStatistics draw(GBuffer& target, const scene::Camera& camera, const frame::Lighting& lighting,
                       const std::optional<Region>& part, const frame::Geometry* geometry);
-  /// As SceneRaster::drawStill().
+  /// See SceneRaster::drawStill().
   const GBuffer& drawStill(const GBuffer& like, const scene::Camera& camera,
                            const frame::Lighting& lighting, const Region& part,
                            const frame::Geometry& geometry, DrawStatistics* statistics);
-  /// The vertices of these objects (indices) have changed.
+  /// Drops what is stored for these objects (indices), because their vertices have changed.
   void forget(std::span<const int> changedObjects);
 
-  /// The view of the last draw(), for methods' own passes.
+  /// The view of the last draw(), for the passes of methods.
   const FrameView& view() const { return view_; }
 
  private:
   static std::vector<gl::Define> backgroundDefines(const Materials& materials);
-  /// A G-buffer's samples; within `parts` where there are any.
+  /// Draws the samples of a G-buffer; if there are `parts`, only within them.
   DrawStatistics drawSamples(const GBuffer& target, std::span<const Rectangle> parts,
                              const frame::Lighting& lighting, Which which);
-  /// The same over what is there.
+  /// As drawSamples(), but draws over the current contents: nothing is cleared, and no background
+  /// is drawn.
   DrawStatistics drawOver(std::span<const Rectangle> parts, const frame::Lighting& lighting,
                           Which which);
-  /// Fills in what is missing of `covered_`, of what stands still.
+  /// Completes `covered_` for the still objects that it lacks.
   void findCovered(const scene::Camera& camera, const Rectangle& image,
                    const frame::Geometry& geometry);
-  /// Notes `moving_`.
+  /// Sets `moving_`.
   void findMoving(const scene::Camera& camera, const Rectangle& image);
 
-  /// What stands still as the last whole G-buffer's camera sees it, in tiles that were asked for.
+  /// The still objects as the camera of the last whole G-buffer sees them, in the tiles that were
+  /// requested so far.
   struct StillSamples {
     GBuffer samples;
     Region drawn;
@@ -56,11 +59,11 @@ class GBufferPass {
   Background background_;
   DrawList list_;
   FrameView view_;
-  std::vector<CoveredSamples> covered_;  ///< by object, seen by one camera
+  std::vector<CoveredSamples> covered_;  ///< indexed by object; for coveredCamera_
   scene::Camera coveredCamera_;
   Rectangle coveredImage_;
   std::optional<StillSamples> still_;
-  std::optional<Region> moving_;  ///< where the last G-buffer may show what moves
+  std::optional<Region> moving_;  ///< where the last G-buffer may contain moving objects
 };
 
 }  // namespace catoptric::raster

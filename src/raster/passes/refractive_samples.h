@@ -1,4 +1,5 @@
-// How many samples show surfaces that refract: methods that mirror them count them.
+// Counts the samples that see refractive surfaces. Methods that treat these as mirrors report the
+// number.
 #pragma once
 
 #include <cstdint>
@@ -13,17 +14,17 @@ namespace catoptric::raster {
 class RefractiveSamples {
  public:
   RefractiveSamples() = default;
-  /// Empty, and free of cost, where no mirror of the scene has a refraction.
+  /// Empty, at no cost, if no mirror of the scene also refracts.
   explicit RefractiveSamples(const scene::Scene& scene);
 
-  /// Of the G-buffer's mirrors; 0 when empty.
+  /// The number of such samples among the mirror samples of the G-buffer; 0 when empty.
   std::uint64_t count(const GBuffer& gbuffer) const;
 
  private:
   gl::Program program_;
   gl::FragmentCounter counter_;
   gl::Buffer buffer_;
-  gl::Texture refracts_;  ///< R8UI by object id
+  gl::Texture refracts_;  ///< R8UI, indexed by object id
 };
 
 }  // namespace catoptric::raster

@@ -1,4 +1,4 @@
-// Draws the scene's surfaces as one view shows them, nearest objects first.
+// Draws the scene's surfaces as seen in one view, nearest objects first.
 #pragma once
 
 #include "gl/draw_state.h"
@@ -8,13 +8,13 @@ namespace catoptric::raster {
 
 struct SurfacePass {
   const SurfaceShaders& shaders;
-  /// Which faces are drawn follows from the objects; where the stencil is tested its reference is
-  /// their SampleClass.
+  /// The state of the pass. The objects determine which faces are culled. If the stencil is tested,
+  /// the object's SampleClass is the reference value.
   gl::DrawState state = {};
-  bool stillFirst = false;  ///< what moves is drawn after everything else
+  bool stillFirst = false;  ///< moving objects are drawn after all still ones
 };
 
-/// Into the bound framebuffer. `list` is overwritten.
+/// Draws into the bound framebuffer. `list` is overwritten.
 DrawStatistics drawSurfaces(SceneGpu& scene, const FrameView& view, const frame::Lighting& lighting,
                             const SurfacePass& pass, const Selection& selection, DrawList& list);
 

@@ -1,4 +1,5 @@
-// Coarser versions of objects, for passes whose texels are larger than triangles.
+// Coarser versions of objects (levels of detail), for passes whose texels are larger than
+// triangles.
 #pragma once
 
 #include <cstdint>
@@ -12,23 +13,25 @@
 
 namespace catoptric::raster {
 
-/// A coarser version of an object's triangles, with vertices at places of some of its own.
+/// A coarser version of an object's triangles. Its vertices lie at positions of some of the
+/// object's own vertices.
 struct DetailLevel {
   LevelError error;
   std::uint32_t firstMeshlet = 0;
   std::uint32_t meshletCount = 0;
 };
 
-/// Coarser versions of all objects that do not deform: from fine to coarse, each with about
-/// two thirds of the triangles of the one before. What is too small to gain has none.
+/// Coarser versions of all objects that do not deform, from fine to coarse. Each has about two
+/// thirds of the triangles of the one before. Objects that are too small to gain have none.
 struct DetailLevels {
-  /// Vertices of the geometry; from geometry.vertexCount() on those that levels have of their own.
+  /// Vertex numbers. Numbers from geometry.vertexCount() on are the levels' own vertices.
   std::vector<std::uint32_t> indices;
-  std::vector<Meshlet> meshlets;  ///< firstIndex counts from the first of `indices`
+  std::vector<Meshlet> meshlets;  ///< firstIndex counts from the start of `indices`
   std::vector<DetailLevel> levels;
-  std::vector<std::uint32_t> firstOfObject;  ///< into levels; per object, and one past the end
-  /// Levels' own vertices: the vertex of the geometry at the same place, and what it shows of its
-  /// surroundings.
+  std::vector<std::uint32_t>
+      firstOfObject;  ///< index into `levels`; one entry per object, and one past the end
+  /// For each of the levels' own vertices: the vertex of the geometry at the same position, and the
+  /// fitted attributes.
   std::vector<std::uint32_t> places;
   std::vector<frame::VertexAttributes> attributes;
 
@@ -37,7 +40,7 @@ struct DetailLevels {
   }
 };
 
-/// `sources[object]`. Deterministic for any thread count.
+/// `sources[object]` describes each object. The result is the same for any thread count.
 DetailLevels buildDetailLevels(const frame::Geometry& geometry,
                                std::span<const LevelSource> sources,
                                const frame::Lighting& lighting);

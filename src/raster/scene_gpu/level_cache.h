@@ -1,5 +1,5 @@
-// Levels of detail on disk: they take a second and more to make, and depend on the geometry, its
-// mean colours and its light alone.
+// Stores levels of detail on disk, because they take a second or more to build. They depend only on
+// the geometry, its mean colours and its light.
 #pragma once
 
 #include <filesystem>
@@ -9,8 +9,9 @@
 
 namespace catoptric::raster {
 
-/// As buildDetailLevels(), whose levels of the same geometry, sources and light are kept in
-/// `cache`; empty: nowhere. A file that is damaged is made anew.
+/// As buildDetailLevels(), but reads the levels from `cache` if it holds those of the same
+/// geometry, sources and light, and stores them there otherwise. An empty `cache` disables this. A
+/// damaged file is replaced.
 DetailLevels cachedDetailLevels(const frame::Geometry& geometry,
                                 std::span<const LevelSource> sources,
                                 const frame::Lighting& lighting,

@@ -1,4 +1,4 @@
-// Materials and textures on the GL side, and which program variant an object needs.
+// Materials and textures on the GPU, and the shader variant that each object needs.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,8 @@
 
 namespace catoptric::raster {
 
-/// What a variant of surface.glsl is compiled with; only combinations that occur are compiled.
+/// The features with which a variant of surface.glsl is compiled. Only combinations that occur are
+/// compiled.
 enum Feature : std::uint32_t {
   kBaseTexture = 1u << 0,
   kNormalMap = 1u << 1,
@@ -28,56 +29,59 @@ enum Feature : std::uint32_t {
   kEmissiveUv1 = 1u << 10,
   kBakeIrradiance = 1u << 11,
   kBakeVisibility = 1u << 12,
-  kSky = 1u << 13,                ///< light of the environment or ambient light, where visible
-  kRadianceOutput = 1u << 14,     ///< what a pass writes: diffuse radiance,
-  kNormalOutput = 1u << 15,       ///< the shading normal,
-  kSpecularOutput = 1u << 16,     ///< s and g,
-  kTintOutput = 1u << 17,         ///< the reflection's tint
-  kBend = 1u << 18,               ///< frame::bendsNormals()
-  kHighlightOutput = 1u << 19,    ///< lights' highlights
-  kLobeHorizonOutput = 1u << 20,  ///< what bounds the rays of lobes
+  kSky = 1u << 13,  ///< receives light of the environment or ambient light, where visible
+  kRadianceOutput = 1u << 14,     ///< output of a pass: diffuse radiance
+  kNormalOutput = 1u << 15,       ///< output of a pass: the shading normal
+  kSpecularOutput = 1u << 16,     ///< output of a pass: s and g
+  kTintOutput = 1u << 17,         ///< output of a pass: the reflection's tint
+  kBend = 1u << 18,               ///< see frame::bendsNormals()
+  kHighlightOutput = 1u << 19,    ///< output of a pass: highlights of the lights
+  kLobeHorizonOutput = 1u << 20,  ///< output of a pass: the normal that bounds the rays of lobes
 };
 
-/// Features of a material by itself.
+/// The features that follow from the material alone.
 std::uint32_t materialFeatures(const scene::Material& material);
-/// Those that the lighting does not need are removed; `sky`: hasSky() of the lighting.
+/// `features` without those that the lighting does not need. `sky`: hasSky() of the lighting.
 std::uint32_t litFeatures(std::uint32_t features, bool sky);
-/// Those that a pass with these outputs (bits of Feature) needs, and the outputs.
+/// The features that a pass with these outputs (bits of Feature) needs, together with the outputs.
 std::uint32_t passFeatures(std::uint32_t features, std::uint32_t outputs);
-/// Features of an object's vertex attributes: colours that are not white, baked light; kSky where
-/// any vertex sees the sky.
+/// The features that follow from an object's vertex attributes: colours that are not white, and
+/// baked light. kSky is set if any vertex sees the sky.
 std::uint32_t vertexFeatures(const frame::Geometry& geometry, const frame::ObjectRange& range);
-/// Defines of vertex.glsl and surface.glsl for a set of features.
+/// The defines of vertex.glsl and surface.glsl for a set of features.
 std::vector<gl::Define> featureDefines(std::uint32_t features);
 
-/// Diffuse, CurvedMirror or Glossy: what a material can show anywhere (a texture's largest values).
+/// Diffuse, CurvedMirror or Glossy, according to the largest values of the material's textures.
 SampleClass materialClass(const scene::Scene& scene, const scene::Material& material);
-/// Whether rays of some object's lobes may be bounded by another normal than their own
-/// (frame::bendsNormals(), and lobes).
+/// Whether the lobe rays of any object may be bounded by a normal other than their own: if
+/// frame::bendsNormals() holds and the object has lobes.
 bool hasLobeHorizons(const scene::Scene& scene);
-/// The class of an object: planar mirrors are told from curved ones.
+/// The class of an object: as materialClass(), with planar mirrors distinguished from curved ones.
 inline SampleClass objectClass(SampleClass material, const scene::Object& object) {
   return material == SampleClass::CurvedMirror && object.planar ? SampleClass::PlanarMirror
                                                                 : material;
 }
 
-/// Textures (with the mip chains that the scene holds) and the materials' uniform blocks.
+/// The textures, with the mip chains that the scene stores, and the uniform blocks of the
+/// materials.
 class Materials {
  public:
   Materials() = default;
-  /// Uploads the textures that materials use. Throws SceneError that names the texture when it
-  /// exceeds the context's limits or has no pixels.
+  /// Uploads the textures that materials use. Throws SceneError, which names the texture, if a
+  /// texture exceeds the limits of the context or has no pixels.
   explicit Materials(const scene::Scene& scene);
 
-  /// Binds the block and the textures of a material, as surface.glsl names them.
+  /// Binds the block and the textures of a material, at the units that surface.glsl names.
   void bind(int material) const;
-  /// Reflection tints by object id (0: background), RGBA32F texel buffer.
+  /// Reflection tints, indexed by object id (0: background), as an RGBA32F texel buffer.
   const gl::Texture& tints() const { return tints_; }
-  bool tinted() const { return tinted_; }          ///< any reflective object with a tint but 1
-  bool tintVaries() const { return tintVaries_; }  ///< and one with a tint of its own everywhere
-  bool highlights() const { return highlights_; }  ///< any object on which lights show
+  bool tinted() const { return tinted_; }  ///< whether a reflective object has a tint other than 1
+  bool tintVaries() const { return tintVaries_; }  ///< whether a tint varies over an object
+  bool highlights() const {
+    return highlights_;
+  }  ///< whether any object shows highlights of lights
   bool lobeHorizons() const { return lobeHorizons_; }  ///< hasLobeHorizons()
-  bool reflective() const { return reflective_; }      ///< any object that reflects
+  bool reflective() const { return reflective_; }      ///< whether any object reflects
   SampleClass classOf(int material) const { return classes_[material]; }
   std::size_t bytes() const;
 
@@ -88,7 +92,7 @@ class Materials {
     int specular = scene::kNone;
     int emissive = scene::kNone;
   };
-  std::vector<gl::Texture> textures_;  ///< empty ones are not used
+  std::vector<gl::Texture> textures_;  ///< empty for textures that are not used
   std::vector<Slots> slots_;
   std::vector<SampleClass> classes_;
   gl::Buffer blocks_;

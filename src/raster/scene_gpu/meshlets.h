@@ -1,5 +1,6 @@
-// Small clusters of neighbouring triangles with bounds: what culling decides upon. Only triangles
-// that can be proved invisible are culled, so images are the same with and without.
+// Meshlets: small clusters of neighbouring triangles with bounds, the units of culling. Only
+// triangles that are provably invisible are culled, so the images are identical with and without
+// culling.
 #pragma once
 
 #include <array>
@@ -12,28 +13,28 @@
 
 namespace catoptric::raster {
 
-/// A contiguous range of an object's reordered indices.
+/// A meshlet: a contiguous range of an object's reordered indices.
 struct Meshlet {
   std::uint32_t firstIndex = 0;
   std::uint32_t indexCount = 0;
   Vec3 centre{0.0f};  ///< of the bounding sphere, world space
   float radius = 0.0f;
-  /// All triangles' normals lie within the cone about coneAxis; from an eye with
-  /// dot(centre - eye, coneAxis) >= coneCutoff * |centre - eye| + radius, all show their backs.
-  /// coneCutoff > 1: never.
+  /// The normals of all triangles lie within the cone about coneAxis. If dot(centre - eye,
+  /// coneAxis) >= coneCutoff * |centre - eye| + radius, the eye sees only back faces. coneCutoff >
+  /// 1: never.
   Vec3 coneAxis{0.0f, 1.0f, 0.0f};
   float coneCutoff = 2.0f;
 };
 
-/// Reordered triangles of a whole geometry.
+/// The reordered triangles of a whole geometry.
 struct Meshlets {
-  std::vector<std::uint32_t> indices;  ///< same triangles and windings, grouped by meshlet
+  std::vector<std::uint32_t> indices;  ///< the same triangles and windings, grouped by meshlet
   std::vector<Meshlet> meshlets;
-  std::vector<std::uint32_t> firstOfObject;  ///< per object, and one past the end
-  /// Objects that are closed surfaces with outward normals: from outside of their bounds their
-  /// back faces are hidden behind their own front faces. (Not proved: parts turned inside out by
-  /// passing through themselves. Objects that move or deform at any time therefore never are, so
-  /// that a frame does not depend on the frames before it.)
+  std::vector<std::uint32_t> firstOfObject;  ///< one entry per object, and one past the end
+  /// Whether an object is a closed surface with outward normals. From outside of its bounds, its
+  /// back faces are then hidden behind its own front faces. (This does not hold for parts that a
+  /// self-intersection turns inside out.) It is false for objects that ever move or deform, so that
+  /// a frame does not depend on the frames before it.
   std::vector<bool> closed;
 
   std::span<const Meshlet> ofObject(std::size_t object) const {
@@ -41,35 +42,35 @@ struct Meshlets {
   }
 };
 
-/// Groups triangles into meshlets of up to 64, along a space-filling curve (meshoptimizer).
-/// Deterministic for any thread count.
+/// Groups triangles into meshlets of up to 64 triangles, along a space-filling curve
+/// (meshoptimizer). The result is the same for any thread count.
 Meshlets buildMeshlets(const frame::Geometry& geometry);
 
-/// One object's meshlets, with indices from 0.
+/// The meshlets of one object, with indices from 0.
 struct ObjectMeshlets {
   std::vector<std::uint32_t> indices;
   std::vector<Meshlet> meshlets;
   bool closed = false;
 };
 
-/// An object's indices, counted from its first vertex.
+/// The indices of an object, counted from its first vertex.
 std::vector<std::uint32_t> localIndices(const frame::Geometry& geometry,
                                         const frame::ObjectRange& range);
 
-/// Appends triangles (indices from the object's first vertex) as meshlets: along a space-filling
-/// curve, cut into runs: neighbours in space, at a tenth of the cost of growing meshlets along
-/// shared vertices.
+/// Appends triangles (indices from the object's first vertex) as meshlets. The triangles are sorted
+/// along a space-filling curve and cut into runs. This takes a tenth of the time of growing
+/// meshlets along shared vertices.
 void appendMeshlets(const frame::Geometry& geometry, const frame::ObjectRange& range,
                     std::span<const std::uint32_t> local, ObjectMeshlets& result);
 
-/// Recomputes the bounds of meshlets (indices into `indices`) after vertices moved.
+/// Recomputes the bounds of meshlets, whose ranges refer to `indices`, after vertices have moved.
 void updateBounds(std::span<Meshlet> meshlets, std::span<const std::uint32_t> indices,
                   const frame::Geometry& geometry);
 
-/// Recomputes the bounds of one object's meshlets after its vertices moved.
+/// Recomputes the bounds of one object's meshlets after its vertices have moved.
 void updateMeshletBounds(Meshlets& meshlets, const frame::Geometry& geometry, int object);
 
-/// Whether all triangles of a meshlet certainly show their backs to an eye.
+/// Whether an eye certainly sees only back faces of a meshlet.
 inline bool facesAway(const Meshlet& meshlet, const Vec3& eye) {
   const Vec3 toCentre = meshlet.centre - eye;
   return glm::dot(toCentre, meshlet.coneAxis) >=
@@ -85,7 +86,8 @@ class Frustum {
   bool mayContain(const Box3& box) const;
 
  private:
-  std::array<Vec4, 6> planes_;  ///< unit normals; degenerate ones (no far plane) accept all
+  std::array<Vec4, 6>
+      planes_;  ///< with unit normals; a degenerate plane (no far plane) accepts everything
 };
 
 }  // namespace catoptric::raster

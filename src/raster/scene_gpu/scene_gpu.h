@@ -1,4 +1,4 @@
-// The scene on the device, and what the CPU must know of it to draw: what passes are given.
+// The scene on the GPU, and the data that the CPU needs to draw it. Passes receive this object.
 #pragma once
 
 #include <cstdint>
@@ -19,20 +19,20 @@
 
 namespace catoptric::raster {
 
-/// What drawing needs of an object beside its triangles.
+/// The properties of an object that drawing needs, besides its triangles.
 struct DeviceObject {
   int material = 0;
   SampleClass sampleClass = SampleClass::Diffuse;
-  std::uint32_t features = 0;  ///< bits of Feature, of material and vertices
+  std::uint32_t features = 0;  ///< bits of Feature, from the material and the vertices
   bool opaque = true;
-  bool moving = false;    ///< in some frame
-  float emission = 0.0f;  ///< largest radiance that it emits
+  bool moving = false;    ///< whether it moves in any frame
+  float emission = 0.0f;  ///< largest emitted radiance
   Box3 bounds;
   float uvPerMetre = 0.0f;
-  float levelExtent = 0.0f;  ///< diameter when its levels of detail were made, metres
+  float levelExtent = 0.0f;  ///< diameter at the time when its levels of detail were built, metres
 };
 
-/// Largest components of anything in the scene: what bounds the radiance of surfaces.
+/// The largest components over the whole scene, which bound the radiance of surfaces.
 struct Brightest {
   float irradiance = 0.0f;  ///< baked, W/m^2
   float albedo = 0.0f;
@@ -48,40 +48,41 @@ class SceneGpu {
 
   /// Re-uploads the vertices of changed objects (indices into geometry.objects).
   void update(const frame::Geometry& geometry, std::span<const int> changedObjects);
-  /// Makes coarser levels of the objects, or takes them from `cache`; once, before the first frame.
+  /// Builds coarser levels of the objects, or reads them from `cache`. Call once, before the first
+  /// frame.
   void buildDetailLevels(const scene::Scene& scene, const frame::Geometry& geometry,
                          const frame::Lighting& lighting, const std::filesystem::path& cache);
 
-  std::span<const DeviceObject> objects() const { return objects_; }  ///< by id - 1
+  std::span<const DeviceObject> objects() const { return objects_; }  ///< indexed by id - 1
   const Materials& materials() const { return materials_; }
   const Meshlets& meshlets() const { return meshlets_; }
   const DetailLevels& levels() const { return levels_; }  ///< empty until they are built
-  /// What meshlets and levels index: those of the meshlets come first.
+  /// The indices that meshlets and levels refer to; those of the meshlets come first.
   std::span<const std::uint32_t> indices() const {
     return levels_.indices.empty() ? meshlets_.indices : levels_.indices;
   }
-  /// What these indices count: the geometry's vertices, then the levels' own.
+  /// The positions that these indices refer to: the geometry's vertices, then the levels' own.
   std::span<const Vec3> positions(const frame::Geometry& geometry) const {
     return positionsOfAll_.empty() ? geometry.positions : positionsOfAll_;
   }
   const Brightest& brightest() const { return brightest_; }
   float diameter() const { return diameter_; }
 
-  /// Binds all objects' vertices, with the indices of the meshlets.
+  /// Binds the vertices of all objects, with the indices of the meshlets.
   void bindVertices() const { vertices_.bind(); }
-  /// Describes all objects' vertices to another array.
+  /// Sets the vertices of all objects as attributes of another vertex array.
   void describeVertices(gl::VertexArray& array) const;
 
   FrameResources& frame() { return frame_; }
   SurfacePrograms& programs() { return programs_; }
 
-  std::size_t bytes() const;  ///< of geometry, textures and materials
+  std::size_t bytes() const;  ///< size of geometry, textures and materials
 
  private:
   Materials materials_;
   Meshlets meshlets_;
   DetailLevels levels_;
-  std::vector<Vec3> positionsOfAll_;  ///< where levels have vertices of their own
+  std::vector<Vec3> positionsOfAll_;  ///< set if levels have vertices of their own
   std::vector<DeviceObject> objects_;
   Brightest brightest_;
   float diameter_ = 0.0f;
@@ -93,7 +94,7 @@ class SceneGpu {
   SurfacePrograms programs_;
 };
 
-/// Describes vertices at the locations of vertex.glsl.
+/// Sets the vertex attributes at the locations that vertex.glsl declares.
 void describeVertices(gl::VertexArray& array, const gl::Buffer& positions,
                       const gl::Buffer& attributes);
 

@@ -1,5 +1,6 @@
-// Programs that draw the scene's surfaces: a pass's shaders over surface.glsl, a variant for each
-// set of features that objects have. Only what is drawn is compiled.
+// The shader programs that draw the scene's surfaces: the shaders of a pass together with
+// surface.glsl, in one variant for each set of features that objects have. Only the variants that
+// are drawn are compiled.
 #pragma once
 
 #include <map>
@@ -12,13 +13,13 @@
 
 namespace catoptric::raster {
 
-/// A pass's entry points.
+/// The shader files of a pass.
 struct SurfaceShaders {
-  std::string label;                        ///< of the programs
-  std::string vertex;                       ///< includes vertex.glsl
-  std::string fragment;                     ///< includes surface.glsl
+  std::string label;                        ///< label of the programs
+  std::string vertex;                       ///< file that includes vertex.glsl
+  std::string fragment;                     ///< file that includes surface.glsl
   std::uint32_t outputs = kRadianceOutput;  ///< bits of Feature
-  std::vector<gl::Define> defines = {};     ///< of the pass alone
+  std::vector<gl::Define> defines = {};     ///< additional defines of this pass
 };
 
 struct SurfaceProgram {
@@ -27,11 +28,11 @@ struct SurfaceProgram {
   GLint objectId = -1;
 };
 
-/// All variants of a pass under one set of lights.
+/// All variants of a pass for one set of lights.
 class PassPrograms {
  public:
   PassPrograms(SurfaceShaders shaders, const frame::Lighting& lighting);
-  /// For an object with these features of its own, under a lighting with a sky or without.
+  /// The variant for an object with these features, under a lighting with or without a sky.
   SurfaceProgram& of(std::uint32_t features, bool sky);
 
  private:
@@ -45,7 +46,7 @@ class SurfacePrograms {
   PassPrograms& of(const SurfaceShaders& shaders, const frame::Lighting& lighting);
 
  private:
-  std::map<std::string, PassPrograms> passes_;  ///< by shaders, defines and lights
+  std::map<std::string, PassPrograms> passes_;  ///< keyed by shaders, defines and lights
 };
 
 }  // namespace catoptric::raster
