@@ -1,4 +1,4 @@
-// Fields of schemas in a line or two each.
+// Functions that make schema fields in one or two lines.
 #pragma once
 
 #include <optional>
@@ -55,7 +55,7 @@ inline Field choice(const std::string& name, const std::string& help,
   field.allowed = std::move(allowed);
   return field;
 }
-/// `members`: of the object; null: any.
+/// `members`: the schema of the object's members; null: any members.
 inline Field object(const std::string& name, const std::string& help,
                     const Schema* members = nullptr) {
   Field field = of(FieldType::Object, name, help);

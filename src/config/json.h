@@ -1,6 +1,6 @@
-// JSON with places: every value knows the line it stands on and its JSON pointer, so that every
-// message about input can name them. Parsing is by nlohmann::json; duplicate keys, NaN, comments,
-// zero bytes and excessive depth are errors.
+// JSON values that know their place: the line and the JSON pointer, so that every message about
+// input can name them. nlohmann::json does the parsing. Duplicate keys, NaN, comments, zero bytes
+// and excessive depth are errors.
 #pragma once
 
 #include <cstddef>
@@ -18,29 +18,31 @@
 
 namespace catoptric::config {
 
-/// Where a value stands.
+/// The place of a value.
 struct Place {
   std::string file;
   int line = 0;         ///< 1-based; 0: not from a file (a --set option)
   std::string pointer;  ///< "/objects/3/material"
-  /// "scenes/room.json:12: /objects/3/material"
+  /// For example "scenes/room.json:12: /objects/3/material".
   std::string text() const;
 };
 
-/// A parsed JSON value. Cheap to copy (shared, immutable).
+/// A parsed JSON value. It is cheap to copy (shared, immutable).
 class Value {
  public:
   enum class Kind { Null, Bool, Number, String, Array, Object };
 
-  Value();  ///< null
+  Value();  ///< a null value
   Kind kind() const;
   const Place& place() const;
 
-  // Typed access; a wrong kind is a UsageError that names the place, the value and what is wanted.
+  // Typed access. A wrong type throws UsageError, which names the place, the value and the expected
+  // type.
   bool asBool() const;
   double asNumber() const;
   std::int64_t asInteger() const;  ///< a number without fraction
-  /// Where a number's text stands in what was parsed, as bytes from first to before second.
+  /// The byte range of a number's text in the parsed input: first is inclusive, second is
+  /// exclusive.
   std::pair<std::size_t, std::size_t> textRange() const;
   const std::string& asString() const;
   const std::vector<Value>& asArray() const;
@@ -49,15 +51,15 @@ class Value {
 
   bool isNull() const { return kind() == Kind::Null; }
   bool has(const std::string& key) const;
-  /// Member of an object; null value (with the place of the object) when absent.
+  /// Member of an object. If it is absent: a null value with the place of the object.
   Value get(const std::string& key) const;
-  std::vector<std::string> keys() const;    ///< in the order of the file
+  std::vector<std::string> keys() const;    ///< in file order
   std::string dump(int indent = -1) const;  ///< canonical JSON text
 
-  /// UsageError "place: message".
+  /// Throws UsageError "place: message".
   [[noreturn]] void fail(const std::string& message) const;
 
-  struct Node;  // config/node.h, for this module's sources
+  struct Node;  // config/node.h; private to this module
   explicit Value(std::shared_ptr<const Node> node);
   const Node& node() const { return *node_; }
 
@@ -69,33 +71,33 @@ class Value {
 Value parseFile(const std::filesystem::path& file);
 Value parseText(const std::string& text, const std::string& name);
 
-/// A copy of `root` with the value at dotted path "a.b" (array members by number: "methods.0.bvh")
-/// replaced or added; `valueText` is parsed as JSON, and taken as a string when that fails.
-/// `origin` stands for the file in messages; empty: "--set path=value".
+/// A copy of `root` in which the value at the dotted path "a.b" is replaced or added; array items
+/// are given by number: "methods.0.bvh". `valueText` is parsed as JSON, or taken as a string if
+/// that fails. `origin` stands for the file in messages; empty: "--set path=value".
 Value withSetting(const Value& root, const std::string& dottedPath, const std::string& valueText,
                   const std::string& origin = "");
 
-/// A copy of an object without these members; all else keeps its place.
+/// A copy of an object without these members. The other values keep their places.
 Value without(const Value& object, const std::vector<std::string>& names);
 
-/// Collects messages, so that one run of the program shows all of a file's errors.
+/// Collects messages, so that one run reports all errors of a file.
 class Errors {
  public:
   void add(const Value& at, const std::string& message);
   void add(const std::vector<std::string>& messages);
-  /// Runs `body` and adds the error of input that it throws, if any.
+  /// Runs `body` and adds the input error that it throws, if any.
   void collect(const std::function<void()>& body);
   bool any() const { return !lines_.empty(); }
-  /// Throws UsageError with the messages, a line each: the first 20, and how many more there are.
+  /// Throws UsageError with one message per line: the first 20, and the number of further ones.
   void throwIfAny() const;
 
  private:
   void addLine(const std::string& line);
   std::vector<std::string> lines_;
-  std::set<std::string> known_;  ///< what is used twice is wrong once
+  std::set<std::string> known_;  ///< an error in a value that is used twice is reported once
 };
 
-// ---- Schemas: one table gives parsing, ranges, defaults, help, JSON Schema and docs ----
+// ---- Schemas: one table yields parsing, ranges, defaults, help, JSON Schema and docs ----
 
 enum class FieldType { Bool, Integer, Number, String, Vec3, Numbers, Array, Object, Any };
 
@@ -104,35 +106,36 @@ struct Schema;
 struct Field {
   std::string name{};
   FieldType type = FieldType::Any;
-  std::string help{};         ///< one line; unit included
-  std::string defaultText{};  ///< JSON text; empty: no default (required or optional below)
+  std::string help{};         ///< one line, with the unit
+  std::string defaultText{};  ///< JSON text; empty: no default (the field is required or optional,
+                              ///< see below)
   bool required = false;
-  std::optional<double> minimum{};  ///< of a number, of each of Numbers, of an Array's size
+  std::optional<double> minimum{};  ///< of a number, of each item of Numbers, or of an Array's size
   std::optional<double> maximum{};
-  std::vector<std::string> allowed{};  ///< strings, or items of an Array of strings
+  std::vector<std::string> allowed{};  ///< allowed strings, or allowed items of an Array of strings
   const Schema* object = nullptr;      ///< members of an Object, or items of an Array of objects
   FieldType items = FieldType::Any;    ///< type of an Array's items
-  std::string trade{};  ///< values to try where accuracy is traded for time: "0,0.75,3"
+  std::string trade{};  ///< values that trade accuracy for time, for `tune`: "0,0.75,3"
 };
 
 struct Schema {
   std::string name{};
   std::string help{};
   std::vector<Field> fields{};
-  bool open = false;  ///< other keys are allowed (a map of names)
+  bool open = false;  ///< other keys are allowed (a map from names)
 };
 
-/// Checks `value` against `schema`; all errors of the value are collected, one line each, with
-/// place, value, what is allowed, and the nearest name for unknown keys. Empty: valid.
+/// Checks `value` against `schema`. Returns all errors, one line each, with the place, the value,
+/// what is allowed, and the nearest name for unknown keys. Empty: `value` is valid.
 std::vector<std::string> check(const Value& value, const Schema& schema);
 /// Throws UsageError with all lines of check(), if any.
 void require(const Value& value, const Schema& schema);
 /// The value of a field or its default.
 Value valueOr(const Value& object, const Schema& schema, const std::string& field);
 
-/// Canonical JSON text of a checked object with the defaults of all absent fields filled in.
+/// Canonical JSON text of a checked object, with the defaults of all absent fields.
 std::string withDefaults(const Value& object, const Schema& schema);
 
-std::string jsonSchema(const Schema& schema);  ///< JSON Schema draft 2020-12 text
+std::string jsonSchema(const Schema& schema);  ///< text of a JSON Schema, draft 2020-12
 
 }  // namespace catoptric::config

@@ -1,4 +1,5 @@
-// Writing JSON: records and summaries, member by member, in the order in which they are added.
+// Writes JSON text for records and summaries, member by member, in the order in which they are
+// added.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +12,11 @@ namespace catoptric::config {
 
 /// A JSON string literal, quotes included. Bytes that are not UTF-8 become U+FFFD.
 std::string jsonString(std::string_view text);
-/// The shortest text that reads back as the same number of its own type; "null" when not finite.
+/// The shortest text that reads back as the same number of its type; "null" if not finite.
 std::string numberText(double number);
 std::string numberText(float number);
 
-/// Collects members of one object.
+/// Collects the members of one object.
 class JsonText {
  public:
   JsonText& add(std::string_view name, std::string_view text);
@@ -31,7 +32,7 @@ class JsonText {
   JsonText& add(std::string_view name, const std::map<std::string, std::uint64_t>& members);
   JsonText& add(std::string_view name, const std::vector<std::string>& items);
   JsonText& add(std::string_view name, const std::vector<int>& items);
-  /// `json` is JSON text already.
+  /// `json` is already JSON text.
   JsonText& raw(std::string_view name, std::string_view json);
   std::string object() const { return "{" + text_ + "}"; }
 

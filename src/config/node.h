@@ -1,4 +1,4 @@
-// What stands behind config::Value; for the sources of this module only.
+// The data behind config::Value; private to this module.
 #pragma once
 
 #include <cstdint>
@@ -16,19 +16,19 @@ struct Value::Node {
   Place place;
   bool boolean = false;
   double number = 0.0;
-  bool isInteger = false;                               ///< `integer` holds the number exactly
-  std::pair<std::size_t, std::size_t> textRange{0, 0};  ///< of a number
+  bool isInteger = false;                               ///< `integer` is the exact number
+  std::pair<std::size_t, std::size_t> textRange{0, 0};  ///< for a number only
   std::int64_t integer = 0;
   std::string string;
   std::vector<Value> array;
-  std::vector<std::pair<std::string, Value>> members;  ///< in the order of the file
-  std::string missing;  ///< the asked-for key, when this stands for an absent member
+  std::vector<std::pair<std::string, Value>> members;  ///< in file order
+  std::string missing;                                 ///< for an absent member: the requested key
 };
 
-/// A member's name as it stands in a JSON pointer: ~ and / escaped (RFC 6901).
+/// A member's name as written in a JSON pointer: ~ and / are escaped (RFC 6901).
 std::string escapedPointerToken(const std::string& name);
 
-/// The value as a person should see it in a message: JSON text, shortened when long.
+/// The value for a message to the user: JSON text, shortened if long.
 std::string shortText(const Value& value);
 
 }  // namespace catoptric::config

@@ -1,5 +1,5 @@
-// Options bound once: a table ties each member of a plain struct to its name in JSON, its range and
-// its help, and takes the default from the struct's own initialiser. From the table come the schema
+// Binds options once: a table connects each member of a plain struct with its name in JSON, its
+// range and its help. The default is the struct's own initialiser. The table yields the schema
 // (checks, JSON Schema, docs) and the parsing.
 //
 //   enum class Policy { Static, Refit };
@@ -19,7 +19,7 @@
 //   }
 //
 //   optionTable().schema();      // for MethodEntry::options
-//   optionTable().parse(value);  // an Options; UsageError with every fault of the value
+//   optionTable().parse(value);  // an Options; UsageError with all errors of the value
 #pragma once
 
 #include <algorithm>
@@ -40,9 +40,9 @@
 
 namespace catoptric::config {
 
-// ---- What a field may be ----
+// ---- The values that a field may have ----
 
-/// Least and greatest value of a number, both inclusive.
+/// The minimum and maximum of a number, both inclusive.
 struct Range {
   std::optional<double> least;
   std::optional<double> most;
@@ -54,7 +54,7 @@ constexpr Range atLeast(double least) {
   return {least, {}};
 }
 
-/// The names of an enumeration's values (or of false and true) in JSON.
+/// The JSON names of the values of an enumeration (or of false and true).
 template <class T>
 struct NamedValue {
   const char* name;
@@ -72,7 +72,7 @@ struct Names {
     assert(entry != values.end());
     return entry->name;
   }
-  /// The value called `name`, which must be one of the names (the schema has checked it).
+  /// The value called `name`, which must be one of the names (the schema has been checked before).
   constexpr T value(std::string_view name) const {
     const auto entry = std::find_if(values.begin(), values.end(),
                                     [&](const NamedValue<T>& e) { return e.name == name; });
@@ -93,14 +93,14 @@ constexpr Names<T, N> names(const NamedValue<T> (&values)[N]) {
   return result;
 }
 
-/// The strings that an array of strings may have.
+/// The strings that may occur in an array of strings.
 struct AllowedItems {
   std::vector<std::string> names;
 };
 
-// ---- Where it is kept ----
+// ---- The member that stores the value ----
 
-/// A member of a member: in(&Options::path, &PathOptions::order).
+/// A member of a nested struct: in(&Options::path, &PathOptions::order).
 template <class Outer, class Inner, class T>
 struct NestedMember {
   Inner Outer::*outer;
@@ -111,14 +111,16 @@ constexpr NestedMember<Outer, Inner, T> in(Inner Outer::*outer, T Inner::*inner)
   return {outer, inner};
 }
 
-/// One member of the JSON object: how it is described, and how its value (the default where it is
-/// absent) gets into the struct. What field() cannot bind is written out as such a pair.
+/// One member of the JSON object: its description, and a function that reads its value (or the
+/// default, if absent) into the struct. Members that field() cannot bind are written as such a
+/// pair.
 template <class Options>
 struct Option {
   Field description;
   std::function<void(Options&, const Value&)> read;
 
-  /// It trades accuracy for time: `tune` tries these values, such as "0,0.75,3".
+  /// Marks the option as one that trades accuracy for time. `tune` tries these values, e.g.
+  /// "0,0.75,3".
   Option trade(std::string values) && {
     description.help += "; `tune` tries " + values;
     description.trade = std::move(values);
@@ -137,7 +139,7 @@ T& access(Outer& options, const NestedMember<Outer, Inner, T>& member) {
   return options.*(member.outer).*(member.inner);
 }
 
-/// Finds the struct and the member's type from a way to a member.
+/// Determines the struct and the member's type from a pointer to member or a NestedMember.
 template <class Options, class T>
 struct Bound {
   using Struct = Options;
@@ -152,7 +154,7 @@ using StructOf = typename decltype(boundBy(std::declval<Member>()))::Struct;
 template <class Member>
 using TypeOf = typename decltype(boundBy(std::declval<Member>()))::Type;
 
-/// 8, 0.75, "text", true or []: as a person would write it, 8 also for a float.
+/// The default as a person would write it: 8 (also for a float), 0.75, "text", true or [].
 template <class T>
 std::string defaultText(const T& value) {
   if constexpr (std::is_same_v<T, bool>) {
@@ -200,7 +202,7 @@ T valueOf(const Value& value) {
 
 }  // namespace detail
 
-/// A bool, a number, a string or an array of strings.
+/// Binds a bool, a number, a string or an array of strings.
 template <class Member>
 Option<detail::StructOf<Member>> field(Member member, std::string name, std::string help) {
   using Options = detail::StructOf<Member>;
@@ -217,7 +219,7 @@ Option<detail::StructOf<Member>> field(Member member, std::string name, std::str
           }};
 }
 
-/// A number within a range.
+/// Binds a number within a range.
 template <class Member>
 Option<detail::StructOf<Member>> field(Member member, std::string name, Range range,
                                        std::string help) {
@@ -227,7 +229,7 @@ Option<detail::StructOf<Member>> field(Member member, std::string name, Range ra
   return option;
 }
 
-/// An array of strings of a given set.
+/// Binds an array whose strings come from a given set.
 template <class Member>
 Option<detail::StructOf<Member>> field(Member member, std::string name, const AllowedItems& items,
                                        std::string help) {
@@ -236,7 +238,7 @@ Option<detail::StructOf<Member>> field(Member member, std::string name, const Al
   return option;
 }
 
-/// One of several names, each standing for a value of the member's type.
+/// Binds one of several names, each of which stands for a value of the member's type.
 template <class Member, class T, std::size_t N>
 Option<detail::StructOf<Member>> field(Member member, std::string name, const Names<T, N>& names,
                                        std::string help) {
@@ -267,8 +269,8 @@ class OptionTable {
 
   const Schema& schema() const { return schema_; }
 
-  /// Checks `value` and reads it; what is absent has its default. Throws UsageError with all
-  /// faults.
+  /// Checks `value` and reads it; absent members get their defaults. Throws UsageError with all
+  /// errors.
   Options parse(const Value& value) const {
     require(value, schema_);
     Options options{};
@@ -276,7 +278,7 @@ class OptionTable {
     return options;
   }
 
-  /// Reads a value that has been checked into members of `options`.
+  /// Reads a checked value into members of `options`.
   void read(Options& options, const Value& value) const {
     for (const Option<Options>& option : options_)
       option.read(options, valueOr(value, schema_, option.description.name));
@@ -287,8 +289,8 @@ class OptionTable {
   Schema schema_;
 };
 
-/// A member that is an object with options of its own, kept in the same struct. `table` must live
-/// as long as the result.
+/// Binds a member that is itself an object with options. They are stored in the same struct.
+/// `table` must outlive the result.
 template <class Options>
 Option<Options> group(std::string name, const OptionTable<Options>& table, std::string help) {
   Field description;

@@ -1,4 +1,4 @@
-// Text of the pages that the program prints about itself.
+// Text of the reference pages that the program prints.
 #pragma once
 
 #include <string>
@@ -8,19 +8,20 @@
 
 namespace catoptric::config {
 
-/// "- `rays` (`8`; 1 to 64): rays per sample": first the default, then what else is allowed.
+/// For example "- `rays` (`8`; 1 to 64): rays per sample": the default comes first, then the
+/// allowed values.
 std::string markdownLine(const Field& field);
-/// A section with a line for each field, and sections of the objects that fields hold.
+/// A section with one line per field, and sections for the objects that are nested in fields.
 std::string markdownList(const Schema& schema);
 
-/// Lines about several things; a line that is the same for several of them stands once.
+/// Lines about several owners. A line that several owners have in common is printed once.
 class SharedLines {
  public:
-  /// `line` describes `name` of `owner`; it ends with a newline.
+  /// Adds `line`, which describes `name` of `owner` and ends with a newline.
   void add(const std::string& owner, const std::string& name, const std::string& line);
-  /// The lines of several owners, below "**owner, owner**".
+  /// The lines that several owners share, under headings "**owner, owner**".
   std::string shared() const;
-  /// The lines of this owner alone; then the names of those in shared(), linked to `place`.
+  /// The lines of this owner alone, followed by the names of its shared lines, linked to `place`.
   std::string of(const std::string& owner, const std::string& place) const;
 
  private:

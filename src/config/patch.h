@@ -5,7 +5,7 @@
 
 namespace catoptric::config {
 
-/// The text of `root` changed by the operations of a patch. Throws UsageError.
+/// The JSON text of `root` after the operations of a patch. Throws UsageError.
 std::string patched(const Value& root, const Value& operations);
 
 }  // namespace catoptric::config

@@ -9,7 +9,7 @@ namespace catoptric {
 
 struct Basis {
   Vec3 x, y, z;
-  /// About `normal`, of unit length. [Duff2017] Listing 3
+  /// Builds the basis about `normal`, which must have unit length. [Duff2017] Listing 3
   explicit Basis(const Vec3& normal) : z(normal) {
     const float sign = std::copysign(1.0f, z.z);
     const float a = -1.0f / (sign + z.z);

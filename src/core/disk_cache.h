@@ -1,5 +1,6 @@
-// Files of what is expensive to make and can be made again at any time: found by a key of what it
-// was made from, refused when damaged, made by one process while the others wait for it.
+// A cache of files for values that are expensive to compute and can be recomputed at any time. A
+// key of the inputs identifies a file. Damaged files are refused. One process computes a value
+// while the others wait for it.
 #pragma once
 
 #include <array>
@@ -17,46 +18,48 @@
 
 namespace catoptric {
 
-/// What a kind of cached value is called in files and in messages.
+/// The names that a kind of cached value has in files and messages.
 struct CacheKind {
-  const char* prefix;          ///< of the files' names, "bake"
-  std::array<char, 8> magic;   ///< the files begin with it
-  const char* whenDamaged;     ///< "the light is baked anew"
-  const char* whenUnreadable;  ///< "the bake's cache is not used"
-  const char* whenUnwritable;  ///< "the baked light is not cached"
+  const char* prefix;          ///< prefix of the file names, e.g. "bake"
+  std::array<char, 8> magic;   ///< first bytes of each file
+  const char* whenDamaged;     ///< message, e.g. "the light is baked anew"
+  const char* whenUnreadable;  ///< message, e.g. "the bake's cache is not used"
+  const char* whenUnwritable;  ///< message, e.g. "the baked light is not cached"
 };
 
-/// One value of a cache. A file is a header (magic, key, count of elements, checksum of the
-/// contents) and the contents.
+/// One value of a cache. A file consists of a header (magic, key, number of elements, checksum of
+/// the contents) and the contents.
 ///
-/// Where read() or readAll() give nothing the caller is to make the value and to write() it, and
-/// until then, or until this object goes, other processes that see the folder wait for it in their
-/// read(). Of a folder in which no lock can be had each process makes its own.
+/// If read() or readAll() returns nothing, the caller must compute the value and write() it. Until
+/// the caller has done so, or this object is destroyed, other processes that use the folder wait in
+/// their read(). If the folder allows no lock, each process computes the value for itself.
 class CacheEntry {
  public:
-  /// In `folder`; empty: nothing is cached. `stopRequested` ends a wait, with nothing read.
+  /// The value lies in `folder`; an empty folder means that nothing is cached. `stopRequested` ends
+  /// a wait, and read() then returns nothing.
   CacheEntry(const CacheKind& kind, const std::filesystem::path& folder, std::uint64_t key,
              std::function<bool()> stopRequested = {});
 
-  /// The contents, if the file is there and whole: `count` elements of `elementBytes`. A damaged or
-  /// unreadable file is warned of.
+  /// The contents if the file exists and is intact: `count` elements of `elementBytes` bytes. Logs
+  /// a warning if the file is damaged or unreadable.
   std::optional<std::vector<std::byte>> read(std::size_t count, std::size_t elementBytes) const;
-  /// The same of as many elements as the file has.
+  /// As read(), for as many elements as the file has.
   std::optional<std::vector<std::byte>> readAll(std::size_t elementBytes) const;
-  /// Writes the file whole or not at all; what cannot be written is warned of.
+  /// Writes the whole file or nothing. Logs a warning on failure.
   void write(std::span<const std::byte> contents, std::size_t count) const;
   const std::filesystem::path& path() const { return file_; }
 
  private:
   using Contents = std::optional<std::vector<std::byte>>;
-  /// How a file is known again, and that it is there.
+  /// Tells whether a file exists, and whether it has changed.
   struct Identity {
     bool there = false;
     std::uintmax_t bytes = 0;
     std::filesystem::file_time_type written;
     bool operator==(const Identity&) const = default;
   };
-  /// No count: as many elements as the file has. Says what is wrong with it where `warns`.
+  /// Without a count: reads as many elements as the file has. Logs what is wrong with the file if
+  /// `warns` is set.
   Contents readNow(std::optional<std::size_t> count, std::size_t elementBytes, bool warns) const;
   Contents readOrClaim(std::optional<std::size_t> count, std::size_t elementBytes) const;
   Identity identity() const;
@@ -65,7 +68,7 @@ class CacheEntry {
   std::filesystem::path file_;
   std::uint64_t key_;
   std::function<bool()> stopRequested_;
-  std::unique_ptr<FileClaim> claim_;  ///< null without a file
+  std::unique_ptr<FileClaim> claim_;  ///< null if there is no file
 };
 
 }  // namespace catoptric

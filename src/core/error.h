@@ -1,5 +1,5 @@
-// Typed errors for input, files and drivers. Libraries throw them and never exit; main maps
-// them to the exit codes of the command line. Our own bugs are assertions, not errors.
+// Typed errors of input, files and drivers. Libraries throw them and never exit; main maps them to
+// the exit codes of the command line. Bugs of the program are assertions, not errors.
 #pragma once
 
 #include <new>
@@ -10,18 +10,18 @@ namespace catoptric {
 
 enum class ExitCode : int {
   Done = 0,
-  Usage = 2,           ///< usage or config
-  Scene = 3,           ///< scene or asset
+  Usage = 2,           ///< wrong usage or config
+  Scene = 3,           ///< wrong scene or asset
   NoDevice = 4,        ///< no GL device
   Output = 5,          ///< output could not be written
   FramesFailed = 6,    ///< some frames failed; their list is printed
   LimitsExceeded = 7,  ///< a comparison exceeded its limits
-  OutOfMemory = 8,     ///< the memory did not suffice
-  Internal = 70,       ///< a bug of ours
+  OutOfMemory = 8,     ///< not enough memory
+  Internal = 70,       ///< a bug of the program
 };
 
-/// Base of all errors that a user can cause or cure. what() is complete: it names the place,
-/// the value, and what to do.
+/// Base class of all errors that a user can cause or fix. what() is a complete message: it names
+/// the place, the value, and what to do.
 class Error : public std::runtime_error {
  public:
   Error(ExitCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
@@ -40,7 +40,7 @@ struct SceneError : Error {
 struct DeviceError : Error {
   explicit DeviceError(const std::string& m) : Error(ExitCode::NoDevice, m) {}
 };
-/// A frame that cannot be written as it was made; others of the run may be good.
+/// A frame that cannot be written as it was rendered; other frames of the run may be valid.
 struct FrameError : Error {
   explicit FrameError(const std::string& m) : Error(ExitCode::FramesFailed, m) {}
 };
@@ -48,7 +48,7 @@ struct OutputError : Error {
   explicit OutputError(const std::string& m) : Error(ExitCode::Output, m) {}
 };
 
-/// what() of an exception, with plain words for std::bad_alloc.
+/// what() of an exception; for std::bad_alloc a plain message.
 inline std::string messageOf(const std::exception& error) {
   return dynamic_cast<const std::bad_alloc*>(&error) != nullptr ? "out of memory" : error.what();
 }

@@ -1,4 +1,5 @@
-// Whole files: read with a cap, written so that a final name never holds a part of a file.
+// Reads and writes whole files. Reading has a size limit. Writing never leaves an incomplete file
+// under its final name.
 #pragma once
 
 #include <cstddef>
@@ -10,37 +11,38 @@
 
 namespace catoptric {
 
-/// Reads a regular file of at most `maxBytes`. Throws SceneError that names the path when it is
-/// missing, not a regular file, too large, or unreadable.
+/// Reads a regular file of at most `maxBytes`. Throws SceneError, which names the path, if the file
+/// is missing, not regular, too large, or unreadable.
 std::vector<std::byte> readFile(const std::filesystem::path& path,
                                 std::size_t maxBytes = std::size_t{1} << 31);
 std::string readTextFile(const std::filesystem::path& path,
                          std::size_t maxBytes = std::size_t{1} << 26);
 
-/// Writes to a temporaryName() in the same folder, fsyncs, renames, fsyncs the folder. Throws
-/// OutputError naming path and cause; the temporary file is removed then.
+/// Writes a temporaryName() in the same folder, calls fsync, renames the file and calls fsync for
+/// the folder. On failure it removes the temporary file and throws OutputError with path and cause.
 void writeFileAtomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void writeFileAtomically(const std::filesystem::path& path, std::string_view text);
 
-/// Makes names that were added to or removed from a folder last. Throws OutputError; a file system
-/// that has no such operation is no error.
+/// Makes added and removed names of a folder durable. Throws OutputError. A file system without
+/// this operation causes no error.
 void syncFolder(const std::filesystem::path& folder);
 
-/// Among which processes numbers of processes say who is meant: a start of a machine, and there a
-/// namespace of numbers (a container has its own). 8 hexadecimal digits.
+/// Identifies the space in which process numbers are unique: one boot of a machine and one PID
+/// namespace in it (a container has its own). 8 hexadecimal digits.
 std::string processSpace();
 
-/// ".NAME.PID@SPACE.ENDING.tmp" beside `path`; `ending` has 6 characters.
+/// ".NAME.PID@SPACE.ENDING.tmp" in the folder of `path`; `ending` has 6 characters.
 std::filesystem::path temporaryName(const std::filesystem::path& path, std::string_view ending);
 
-/// Removes the temporary files that writeFileAtomically() of dead processes (and of an earlier
-/// process with this one's number) has left in `folder`; no others. Those of other machines, of
-/// whose processes nothing is known here, go when they are an hour old. Call before writing there.
-/// Returns how many. Throws OutputError when one cannot be removed.
+/// Removes the temporary files that writeFileAtomically() of dead processes left in `folder`, and
+/// those of an earlier process with the same number as this one. Files of other machines are
+/// removed when they are an hour old, because their processes cannot be checked. Other files stay.
+/// Call this before writing to the folder. Returns the number of removed files. Throws OutputError
+/// if a file cannot be removed.
 int sweepTemporaryFiles(const std::filesystem::path& folder);
 
-/// $CATOPTRIC_CACHE, $XDG_CACHE_HOME/catoptric or ~/.cache/catoptric; created when missing. Empty
-/// when none can be had: caches are then not used.
+/// The folder $CATOPTRIC_CACHE, $XDG_CACHE_HOME/catoptric or ~/.cache/catoptric; created if
+/// missing. Empty if none can be used: there is then no caching.
 std::filesystem::path cacheFolder();
 
 }  // namespace catoptric

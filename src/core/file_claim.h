@@ -1,4 +1,4 @@
-// The right to make a file: one of all processes that see its folder has it, on whatever machine.
+// The exclusive right to make a file, among all processes on all machines that use its folder.
 #pragma once
 
 #include <condition_variable>
@@ -11,13 +11,15 @@
 
 namespace catoptric {
 
-/// Who has the right to make FILE has made FILE.lock, which names host, process and time. Locks of
-/// the system (flock) would not do: not every network file system has them. The holder renews the
-/// time of its lock. Another process takes a lock whose holder is known to be gone (of this
-/// machine: at once), or that was not renewed for `patienceSeconds` by its own clock.
+/// The holder of the right to make FILE creates FILE.lock, which names host, process and time.
+/// System locks (flock) are not used because some network file systems lack them. The holder
+/// regularly renews the time of its lock. Another process takes the lock over if the holder is
+/// known to be dead (at once, if it ran on the same machine), or if the lock was not renewed for
+/// `patienceSeconds` by the other process' own clock.
 class FileClaim {
  public:
-  static constexpr double kPatienceSeconds = 20.0;  ///< ours: ten times a slow file system's answer
+  static constexpr double kPatienceSeconds =
+      20.0;  ///< ours: ten times the response time of a slow file system
 
   explicit FileClaim(const std::filesystem::path& file, double patienceSeconds = kPatienceSeconds);
   ~FileClaim() { release(); }
@@ -26,20 +28,22 @@ class FileClaim {
 
   enum class State {
     Mine,
-    Taken,      ///< another process makes the file: ask again later
-    Impossible  ///< no lock can be had here: nobody can be kept from making the file too
+    Taken,      ///< another process makes the file; ask again later
+    Impossible  ///< no lock is possible here; other processes cannot be kept from making the file
+                ///< too
   };
-  /// Does not wait. The folder is created when it is missing.
+  /// Tries to get the right, without waiting. Creates the folder if it is missing.
   State take();
   void release();
-  /// It was this one's, and another process has taken it, as from a process that was suspended.
+  /// Whether this process had the right and another process has taken it over, for example while
+  /// this process was suspended.
   bool lost() const;
-  /// "process 17 on node3 since 2026-01-31T12:00:00Z", as the last take() saw it.
+  /// For example "process 17 on node3 since 2026-01-31T12:00:00Z": the holder at the last take().
   std::string holder() const;
   const std::filesystem::path& lockFile() const { return lock_; }
 
  private:
-  /// A lock as it stands there.
+  /// The contents and state of a lock file.
   struct Seen {
     std::string text;
     std::uint64_t inode = 0;
@@ -56,7 +60,7 @@ class FileClaim {
   double patienceSeconds_;
   Seen seen_;
   std::int64_t seenSinceNs_ = 0;
-  int file_ = -1;  ///< the lock that is this one's
+  int file_ = -1;  ///< descriptor of this process' own lock
   std::mutex mutex_;
   std::condition_variable ended_;
   bool ends_ = false;

@@ -1,4 +1,4 @@
-// Fingerprints of contents: what caches and --existing resume compare.
+// Fingerprints of contents, which caches and `--existing resume` compare.
 #pragma once
 
 #include <cstddef>
@@ -9,11 +9,12 @@
 
 namespace catoptric {
 
-/// 64-bit fingerprint, built up over several pieces. Not cryptographic.
+/// A 64-bit fingerprint of a sequence of pieces. Not cryptographic.
 class Fingerprint {
  public:
   void add(std::span<const std::byte> bytes);
-  void add(std::string_view text) {  // length first, so that "ab","c" differs from "a","bc"
+  void add(
+      std::string_view text) {  // with its length first, so that "ab","c" differs from "a","bc"
     addValue(text.size());
     add(std::as_bytes(std::span(text.data(), text.size())));
   }
@@ -29,7 +30,7 @@ class Fingerprint {
     add(std::as_bytes(values));
   }
   std::uint64_t value() const;
-  /// 16 hexadecimal digits.
+  /// The value as 16 hexadecimal digits.
   std::string text() const;
 
  private:

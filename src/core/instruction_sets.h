@@ -1,4 +1,4 @@
-// Instruction sets that tests force, to see what other processors show.
+// Instruction sets that tests force, to get the results of other processors.
 #pragma once
 
 #include <span>
@@ -6,8 +6,8 @@
 
 namespace catoptric {
 
-/// What an environment variable says, one of `names`; empty where it is not set. Throws UsageError
-/// for another name.
+/// The value of an environment variable, which must be one of `names`; empty if it is not set.
+/// Throws UsageError for any other value.
 std::string forcedInstructionSet(const char* variable, std::span<const char* const> names);
 
 }  // namespace catoptric

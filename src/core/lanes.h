@@ -1,7 +1,8 @@
-// A few values at a time, in the vector types that GCC and Clang share: operators work on each lane
-// by itself, comparisons give -1 or 0, and `mask ? a : b` chooses. The instructions are those of
-// the function that the code is inlined into (core/vector_versions.h). GCC 12 compares more than
-// eight floats one by one: longer vectors need intrinsics.
+// Vectors of a few values, in the vector types that GCC and Clang share. Operators act on each lane
+// separately, comparisons return -1 or 0 per lane, and `mask ? a : b` selects per lane. The
+// instructions are those of the function into which the code is inlined (core/vector_versions.h).
+// GCC 12 compares vectors of more than eight floats one lane at a time, so longer vectors need
+// intrinsics.
 #pragma once
 
 #include <array>
@@ -13,7 +14,7 @@
 #include "core/math.h"
 #include "core/vector_versions.h"
 
-// All that takes lanes is inlined: it does not matter how they would be passed.
+// All functions that take lanes are inlined, so the calling convention for vectors does not matter.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace catoptric {
@@ -25,7 +26,7 @@ struct LanesType {
 template <class T, std::size_t N>
 using Lanes = typename LanesType<T, N>::Type;
 using Floats4 = Lanes<float, 4>;
-using Mask4 = Lanes<std::int32_t, 4>;  ///< -1 or 0, as by Floats4 < Floats4
+using Mask4 = Lanes<std::int32_t, 4>;  ///< -1 or 0 per lane, e.g. the result of Floats4 < Floats4
 
 /// The same value in each lane.
 CATOPTRIC_INLINE Floats4 floats4(float value) {
@@ -42,7 +43,7 @@ CATOPTRIC_INLINE void store(const V& value, void* values) {
   __builtin_memcpy(values, &value, sizeof value);
 }
 
-/// `b` where `a` is not a number.
+/// Returns `b` if `a` is NaN.
 template <class V>
 CATOPTRIC_INLINE V least(const V& a, const V& b) {
   return a < b ? a : b;
@@ -59,12 +60,12 @@ CATOPTRIC_INLINE V root(const V& a) {
   return load<V>(roots.data());
 }
 
-/// Lanes of a mask, the first one the lowest bit.
+/// The mask as bits; the first lane is the lowest bit.
 CATOPTRIC_INLINE unsigned bitsOf(const Mask4& mask) {
   return static_cast<unsigned>(__builtin_ia32_movmskps(std::bit_cast<Floats4>(mask)));
 }
 
-/// Rows become columns.
+/// Transposes four rows in place.
 CATOPTRIC_INLINE void transpose(Floats4& r0, Floats4& r1, Floats4& r2, Floats4& r3) {
   const Floats4 a = __builtin_shufflevector(r0, r1, 0, 4, 1, 5);
   const Floats4 b = __builtin_shufflevector(r2, r3, 0, 4, 1, 5);
@@ -76,7 +77,7 @@ CATOPTRIC_INLINE void transpose(Floats4& r0, Floats4& r1, Floats4& r2, Floats4& 
   r3 = __builtin_shufflevector(c, d, 2, 3, 6, 7);
 }
 
-/// Vectors by components: an array for each, for plain loops.
+/// Vectors stored as one array per component, for plain loops.
 template <std::size_t N>
 struct Vec3Lanes {
   alignas(64) std::array<float, N> x{}, y{}, z{};

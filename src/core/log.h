@@ -1,5 +1,6 @@
-// Messages to a person: always on stderr, never on stdout (which carries data only). A message is a
-// line "level: text"; with colours on a terminal, unless NO_COLOR is set (no-color.org).
+// Messages to the user. They always go to stderr, never to stdout, which carries only data. A
+// message is a line "level: text". On a terminal it is coloured, unless NO_COLOR is set
+// (no-color.org).
 #pragma once
 
 #include <functional>
@@ -9,18 +10,18 @@ namespace catoptric::log {
 
 enum class Level { Debug, Info, Warning, Error, Silent };
 
-/// Messages below `level` are dropped; Info when never called.
+/// Drops messages below `level`. The default is Info.
 void setLevel(Level level);
 Level level();
-/// "debug", "info", "warning", "error".
+/// Returns "debug", "info", "warning" or "error".
 const char* levelName(Level level);
 
-/// Makes the lines of messages instead of "level: text"; an empty function restores that.
+/// Replaces the format "level: text" of messages; an empty function restores it.
 void setFormatter(std::function<std::string(Level, const std::string&)> formatter);
-/// Called before and after each line, of who keeps an unfinished line on the terminal: it must not
-/// log. Empty functions: nobody.
+/// Sets functions that run before and after each line. They serve code that keeps an unfinished
+/// line on the terminal, and must not log. Empty functions remove them.
 void setAroundLines(std::function<void()> before, std::function<void()> after);
-/// Runs `write` while no message is printed; it must not log.
+/// Runs `write` while no other thread prints a message. `write` must not log.
 void exclusively(const std::function<void()>& write);
 
 void debug(const std::string& message);

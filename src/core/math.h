@@ -1,5 +1,5 @@
-// Vector and matrix types of the whole program (glm), and the few scalar helpers that modules
-// share. Right-handed, y up, metres; matrices are column-major and named `toFromFrom`,
+// The vector and matrix types of the program (glm), and a few scalar helpers that modules share.
+// Coordinates are right-handed, y up, in metres. Matrices are column-major and named `toFromFrom`,
 // e.g. worldFromCamera.
 #pragma once
 
@@ -22,7 +22,7 @@ using Quat = glm::quat;
 
 inline constexpr float kPi = std::numbers::pi_v<float>;
 
-/// Axis-aligned bounding box; starts empty (min > max).
+/// Axis-aligned bounding box; initially empty (min > max).
 struct Box3 {
   Vec3 min{std::numeric_limits<float>::infinity()};
   Vec3 max{-std::numeric_limits<float>::infinity()};
@@ -45,7 +45,7 @@ inline bool isFinite(const Vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// `v` scaled to length 1, or `fallback` when its length is zero or not finite.
+/// `v` scaled to length 1, or `fallback` if its length is zero or not finite.
 inline Vec3 normalizedOr(const Vec3& v, const Vec3& fallback) {
   const float length = glm::length(v);
   return (length > 0.0f && std::isfinite(length)) ? v / length : fallback;

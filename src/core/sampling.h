@@ -1,4 +1,4 @@
-// Low-discrepancy points and what maps them onto disks.
+// Low-discrepancy points, and the map from the unit square to the disk.
 #pragma once
 
 #include <cmath>
@@ -8,11 +8,11 @@
 
 namespace catoptric {
 
-/// Steps of the two-dimensional R2 sequence [Roberts2018].
+/// The increments of the two-dimensional R2 sequence [Roberts2018].
 inline constexpr double kR2x = 0.7548776662466927;
 inline constexpr double kR2y = 0.5698402909980532;
 
-/// Van der Corput's sequence in base 2, [0, 1): the bits of `i` mirrored at the point.
+/// Van der Corput sequence in base 2, in [0, 1): the bits of `i` mirrored at the binary point.
 inline float radicalInverse2(std::uint32_t i) {
   i = i << 16 | i >> 16;
   i = (i & 0x00FF00FFu) << 8 | (i & 0xFF00FF00u) >> 8;
@@ -22,12 +22,12 @@ inline float radicalInverse2(std::uint32_t i) {
   return static_cast<float>(i >> 8) * (1.0f / 16777216.0f);
 }
 
-/// `x` of [0, 2), modulo 1.
+/// `x` modulo 1, for `x` in [0, 2).
 inline float wrapUnit(float x) {
   return x >= 1.0f ? x - 1.0f : x;
 }
 
-/// Unit square to unit disk, area preserving and continuous [Shirley1997].
+/// Maps the unit square to the unit disk; area-preserving and continuous [Shirley1997].
 inline Vec2 concentricDisk(const Vec2& p) {
   const float a = 2.0f * p.x - 1.0f;
   const float b = 2.0f * p.y - 1.0f;

@@ -1,4 +1,4 @@
-// The sRGB curve (IEC 61966-2-1): encoded 0..1 to linear light and back.
+// The sRGB transfer function (IEC 61966-2-1): encoded 0..1 to linear light and back.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// Which fields a fingerprint depends on. Tests name all fields of a struct in a structured binding,
-// so that they do not compile when a field is added, and change each of them in turn.
+// Tests which fields of a struct a fingerprint depends on. A test names all fields in a structured
+// binding and changes each of them in turn. If a field is added, the test no longer compiles.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -31,7 +31,8 @@ inline void change(std::string& value) {
 inline void change(std::filesystem::path& value) {
   value += "x";
 }
-// Of vectors and matrices the last number, which is the first to be forgotten.
+// Changes the last component of vectors and matrices, because it is the most likely to be
+// forgotten.
 template <int N, class T>
 void change(glm::vec<N, T>& value) {
   change(value[N - 1]);
@@ -43,7 +44,7 @@ void change(glm::mat<C, R, T>& value) {
 inline void change(Quat& value) {
   change(value[3]);
 }
-/// Changes the last item; a struct is repeated.
+/// Changes the last item; if the item cannot be changed, it is appended once more.
 template <class T>
 void change(std::vector<T>& items) {
   if constexpr (requires(T & item) { change(item); }) {
@@ -63,14 +64,14 @@ bool counts(const Print& print, Field& field) {
   return differs;
 }
 
-/// Wants another `print()` for each of the fields when it alone has changed.
+/// Expects that `print()` changes whenever any single field changes.
 template <class Print, class... Fields>
 void expectAllCount(const Print& print, Fields&... fields) {
   EXPECT_THAT((std::vector<int>{counts(print, fields)...}), ::testing::Each(1))
       << "fields that do not count have 0, in the order of the test's list";
 }
 
-/// Wants the same `print()` whichever of the fields has changed.
+/// Expects that `print()` stays the same whichever field changes.
 template <class Print, class... Fields>
 void expectNoneCounts(const Print& print, Fields&... fields) {
   EXPECT_THAT((std::vector<int>{counts(print, fields)...}), ::testing::Each(0));

@@ -1,4 +1,4 @@
-// Small text helpers for messages.
+// Text functions for messages.
 #pragma once
 
 #include <cstddef>
@@ -9,30 +9,30 @@
 
 namespace catoptric {
 
-/// The candidate with the smallest edit distance to `name`, if it is near enough to be a likely
-/// typing error (at most a third of its length, at least 1); empty otherwise.
+/// The candidate with the smallest edit distance to `name`, if it is likely to be a typing error:
+/// at most a third of the name's length, at least 1. Otherwise empty.
 std::string nearestName(std::string_view name, std::span<const std::string> candidates);
 
 /// " (did you mean \"x\"?)" or an empty string.
 std::string didYouMean(std::string_view name, std::span<const std::string> candidates);
 
-/// Text for a terminal: control characters but for line breaks and tabs as \u001b, bytes that are
-/// no UTF-8 as \x80.
+/// Text that is safe to print on a terminal: control characters, except line breaks and tabs, as
+/// \u001b; bytes that are not UTF-8 as \x80.
 std::string printable(std::string_view text);
 
-/// A word for a shell, in quotes where it needs them.
+/// A shell word, quoted if needed.
 std::string shellWord(const std::string& word);
 
 /// Bytes in base 64 [RFC 4648].
 std::string base64(std::span<const std::byte> bytes);
 
-/// A cell of a CSV file [RFC 4180], in quotes where it needs them.
+/// A cell of a CSV file [RFC 4180], quoted if needed.
 std::string csvCell(const std::string& text);
 
-/// Does `text` match `pattern`, in which * stands for anything?
+/// Whether `text` matches `pattern`, in which * matches any characters.
 bool matchesPattern(std::string_view text, std::string_view pattern);
 
-/// The value of a hexadecimal digit; -1: it is none.
+/// The value of a hexadecimal digit, or -1 for any other character.
 int hexDigit(char c);
 
 std::string joined(std::span<const std::string> items, std::string_view separator);

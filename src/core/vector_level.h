@@ -1,17 +1,18 @@
-// Which vector instructions this machine has: code that is compiled for several asks here which one
-// to run. Every version gives the same bits (no operation is contracted or reordered).
+// The level of vector instructions that this machine has. Code that is compiled for several levels
+// asks here which version to run. All versions give bit-identical results: no operation is
+// contracted or reordered.
 #pragma once
 
 namespace catoptric {
 
-/// The levels of the x86-64 psABI; Base is what every x86-64 has.
+/// The levels of the x86-64 psABI. Every x86-64 processor has Base.
 enum class VectorLevel { Base, V2, V3, V4 };
 
-/// The highest of this machine, or what CATOPTRIC_VECTOR_LEVEL or limitVectorLevel() allows. The
-/// first call throws UsageError where that variable names no level.
+/// The highest level of this machine, limited by CATOPTRIC_VECTOR_LEVEL and limitVectorLevel(). The
+/// first call throws UsageError if that variable names no level.
 VectorLevel vectorLevel();
 
-/// Nothing above `level` runs from now on, for tests of the versions; not above the machine's own.
+/// Limits the level from now on, for tests of the versions. It never exceeds the machine's level.
 void limitVectorLevel(VectorLevel level);
 
 }  // namespace catoptric

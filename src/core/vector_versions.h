@@ -1,37 +1,37 @@
-// Plain loops that the compiler turns into vector code, once for each level of the machine. Such a
-// loop stands in a function that is CATOPTRIC_INLINE; atVectorLevel<function>(arguments) runs it.
+// Compiles plain loops to vector code, once for each instruction level of the machine. The loop
+// stands in a function that is marked CATOPTRIC_INLINE; atVectorLevel<function>(arguments) runs it.
 #pragma once
 
 #include <cstddef>
 
 #include "core/vector_level.h"
 
-/// Before a loop whose turns do not depend on each other.
+/// Marks the following loop as one whose iterations are independent of each other.
 #if defined(__GNUC__) && !defined(__clang__)
 #define CATOPTRIC_INDEPENDENT _Pragma("GCC ivdep")
 #else
 #define CATOPTRIC_INDEPENDENT
 #endif
 
-/// Of what a version calls: it is compiled for the level of its caller.
+/// Marks a function that a version calls: it is compiled for the level of its caller.
 #define CATOPTRIC_INLINE [[gnu::always_inline]] inline
 
-/// Instructions of the levels.
+/// The instruction sets of the levels.
 #define CATOPTRIC_V3 "avx2,fma,bmi,bmi2,popcnt,lzcnt"
 #define CATOPTRIC_V4 "avx512f,avx512vl,avx512bw,avx512dq,avx512cd," CATOPTRIC_V3
 
 namespace catoptric {
 
-/// Values of the widest vectors.
+/// The number of floats in the widest vector.
 inline constexpr std::size_t kWidestVector = 16;
 
-/// Of `count` values whole vectors of the widest kind: what lies behind the last value is computed
-/// and never used.
+/// `count` rounded up to whole vectors of the widest kind. The surplus values are computed and
+/// never used.
 CATOPTRIC_INLINE std::size_t wholeVectors(std::size_t count) {
   return (count + kWidestVector - 1) / kWidestVector * kWidestVector;
 }
 
-/// A function, compiled for each level.
+/// One function, compiled for each level.
 template <auto kFunction>
 struct Versions {
   template <class... A>
@@ -52,7 +52,7 @@ struct Versions {
   }
 };
 
-/// Calls a function at this machine's level, or at what limitVectorLevel() allows.
+/// Calls a function at the level that vectorLevel() returns.
 template <auto kFunction, class... A>
 auto atVectorLevel(A&&... a) {
   switch (vectorLevel()) {

@@ -1,4 +1,4 @@
-// Vertices that lie in one place, as one.
+// Welds vertices: vertices with equal values get the same number.
 #pragma once
 
 #include <array>
@@ -11,14 +11,15 @@
 
 namespace catoptric {
 
-/// Numbers vertices in order of appearance; equal ones have one number. It keeps its memory from
+/// Numbers vertices in order of appearance; equal ones get the same number. The memory is kept from
 /// one call of weld() to the next.
 class Welding {
  public:
-  std::vector<std::uint32_t> numbers;  ///< by vertex
-  std::vector<std::uint32_t> firsts;   ///< by number: the first vertex that has it
+  std::vector<std::uint32_t> numbers;  ///< indexed by vertex
+  std::vector<std::uint32_t> firsts;   ///< indexed by number: the first vertex that has it
 
-  /// Vertices 0 .. count - 1 are equal where `valuesOf(vertex)`, an array of Vec3, is; -0 is 0.
+  /// Numbers the vertices 0 .. count - 1. Two are equal if `valuesOf(vertex)`, an array of Vec3, is
+  /// equal; -0 equals 0.
   template <class ValuesOf>
   void weld(std::size_t count, const ValuesOf& valuesOf) {
     constexpr std::uint32_t kFree = ~0u;

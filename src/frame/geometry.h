@@ -1,5 +1,6 @@
-// World-space triangles of the whole scene at one moment: the one definition of geometry that GL
-// and Embree share, bit for bit. Objects are contiguous ranges, in order of their ids.
+// The world-space triangles of the whole scene at one moment in time. GL and Embree both use this
+// geometry, so it is bit-identical for both. Each object is a contiguous range; the ranges are in
+// order of the objects' ids.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +15,7 @@
 
 namespace catoptric::frame {
 
-/// Everything of a vertex but its position; the same bytes go to GL.
+/// The attributes of a vertex, except its position. GL receives the same bytes.
 struct VertexAttributes {
   Vec3 normal{0.0f, 1.0f, 0.0f};  ///< unit length
   Vec4 tangent{1.0f, 0.0f, 0.0f, 1.0f};
@@ -25,24 +26,27 @@ struct VertexAttributes {
   Vec4 bake{0.0f, 0.0f, 0.0f, 1.0f};
 };
 
-/// One object's place in the arrays.
+/// The range of one object in the arrays.
 struct ObjectRange {
   std::uint32_t firstVertex = 0;
   std::uint32_t vertexCount = 0;
   std::uint32_t firstIndex = 0;  ///< a multiple of 3
   std::uint32_t indexCount = 0;
   bool moving = false;
-  /// Its shape can change over time (morph targets, moving joints): worldFromObject does not say
-  /// where its vertices are.
+  /// Whether its shape can change over time (morph targets, moving joints). The vertices then do
+  /// not follow from worldFromObject alone.
   bool deforms = false;
-  Mat4 worldFromObject{1.0f};  ///< of the mesh's vertices at this moment; identity where skinned
-  float scale = 1.0f;  ///< metres per unit of the mesh: cube root of worldFromObject's volume
+  Mat4 worldFromObject{
+      1.0f};  ///< transform of the mesh's vertices at this moment; identity for skinned objects
+  float scale =
+      1.0f;  ///< metres per unit of the mesh: the cube root of the volume scale of worldFromObject
   Box3 bounds;
-  /// Square root of (texture area in uv units / world area), mean over the object, for uv set 0:
-  /// times a texture's size it gives texels per metre for the choice of a mip level.
+  /// Square root of (texture area in uv units / world area), averaged over the object, for uv set
+  /// 0. Multiplied by a texture's size it gives texels per metre, which determines the mip level.
   float uvPerMetre = 0.0f;
   /// Index in Geometry::surfaces of the implicit surface that the triangles approximate; -1: none.
-  /// Rays meet that surface; the triangles give its attributes, each point those of the nearest.
+  /// Rays are intersected with that surface. The attributes of a hit are those of the nearest point
+  /// of the triangles.
   int surface = -1;
 };
 
@@ -50,20 +54,23 @@ struct ObjectRange {
 struct PlacedSurface {
   implicit::Surface surface;
   int object = 0;      ///< index in Geometry::objects
-  double reach = 0.0;  ///< metres: the longest edge of its triangles; they are nearer than that
-  /// Where a scale of 0 leaves nothing of the object: rays miss it, and `surface` says nothing.
+  double reach = 0.0;  ///< metres: the longest edge of the triangles; every triangle lies within
+                       ///< this distance of the surface
+  /// Set if a scale of 0 makes the object vanish: rays then miss it, and `surface` is not valid.
   std::optional<Vec3> vanishedAt;
 };
 
 struct Geometry {
-  /// One extra, unused position at the end: Embree reads 16 bytes at the last vertex.
+  /// There is one extra, unused position at the end, because Embree reads 16 bytes at the last
+  /// vertex.
   std::vector<Vec3> positions;
   std::vector<VertexAttributes> attributes;
-  /// Absolute vertex numbers, three per triangle, wound so that the geometric normal lies on the
-  /// side of the vertex normals (of the mesh as loaded; some models disagree with themselves).
+  /// Vertex numbers, three per triangle, counted over the whole scene. The winding is such that the
+  /// geometric normal lies on the side of the vertex normals of the mesh as loaded (some models are
+  /// inconsistent in this).
   std::vector<std::uint32_t> indices;
   std::vector<ObjectRange> objects;  ///< objects[id - 1]
-  /// Of the objects that have one: not those whose alpha mask cuts them.
+  /// The implicit surfaces of the objects that have one, except objects with an alpha mask.
   std::vector<PlacedSurface> surfaces;
   Box3 bounds;
   double timeSeconds = 0.0;
@@ -72,11 +79,11 @@ struct Geometry {
   std::size_t triangleCount() const { return indices.size() / 3; }
 };
 
-/// Flattens the scene at a moment. Throws SceneError when a transform makes positions non-finite or
-/// flattens an implicit surface to a disk.
+/// Builds the geometry of the scene at one moment in time. Throws SceneError if a transform makes
+/// positions non-finite or flattens an implicit surface to a disk.
 Geometry makeGeometry(const scene::Scene& scene, const scene::Pose& pose);
 
-/// Recomputes moving objects only; returns the numbers (index in objects) of what changed.
+/// Recomputes the moving objects only. Returns the indices (in `objects`) of those that changed.
 std::vector<int> updateGeometry(Geometry& geometry, const scene::Scene& scene,
                                 const scene::Pose& pose);
 

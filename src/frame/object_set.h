@@ -1,4 +1,5 @@
-// A set of objects by their index in Geometry::objects: which objects a draw or a method is for.
+// A set of objects, given by their index in Geometry::objects. It selects the objects of a draw or
+// of a method.
 #pragma once
 
 #include <cstddef>
@@ -9,9 +10,10 @@ namespace catoptric::frame {
 
 class ObjectSet {
  public:
-  /// Every object.
+  /// Contains every object.
   ObjectSet() = default;
-  /// Object i where `members[i]`; objects beyond its end are not in the set.
+  /// Contains object i if `members[i]` is true; objects beyond the end of `members` are not in the
+  /// set.
   explicit ObjectSet(std::vector<bool> members) : all_(false), members_(std::move(members)) {}
 
   bool all() const { return all_; }

@@ -1,4 +1,4 @@
-// Step times of frames: wall clock around named steps, every sample kept.
+// Times of the steps of frames: wall-clock time of named steps, with every sample kept.
 #pragma once
 
 #include <cstdint>
@@ -12,36 +12,36 @@
 namespace catoptric::frame {
 
 struct StepSample {
-  int frame = 0;  ///< 0: before the first frame (start-up, load, precomputation)
+  int frame = 0;  ///< 0: before the first frame (start-up, loading, precomputation)
   std::string step;
   double seconds = 0.0;
   std::string clock;   ///< "wall" (glFinish and monotonic clock), "gpu" (timer query), "overlapped"
-  bool first = false;  ///< of the process' first frame
+  bool first = false;  ///< belongs to the process' first frame
 };
 
-/// Collects samples of one run. `finishGl` is called before a step's clock is read, so that the
-/// work issued inside has ended (llvmpipe's timer queries lie).
+/// Collects the samples of one run. `finishGl` is called before the clock is read at the end of a
+/// step, so that the GL work of the step has finished (llvmpipe's timer queries are not reliable).
 class StepTimer {
  public:
   void setFinish(std::function<void()> finishGl) { finish_ = std::move(finishGl); }
   /// Samples added from now on belong to frame `number`.
   void beginFrame(int number);
 
-  /// Runs `body` as step `name`; the time is added when it ends, also by an exception.
+  /// Runs `body` as step `name` and adds its time when it ends, even by an exception.
   template <class Body>
   auto measure(const char* name, Body&& body) {
     const Scope scope(*this, name);
     return body();
   }
-  /// Waits for the work issued so far, for steps that overlap and are timed by their caller.
+  /// Waits for all GL work issued so far. For overlapping steps, which their caller times.
   void finish() const {
     if (finish_) finish_();
   }
   void add(const std::string& step, double seconds, const std::string& clock = "wall");
 
   const std::vector<StepSample>& samples() const { return samples_; }
-  /// While it lives, what is added has names that begin with `text`: steps of one of several
-  /// methods of a frame.
+  /// While this object exists, added samples get names that begin with `text`. Used for the steps
+  /// of one of several methods that share a frame.
   class Prefix {
    public:
     Prefix(StepTimer& timer, std::string text) : timer_(timer) { timer_.prefix_ = std::move(text); }
@@ -53,7 +53,7 @@ class StepTimer {
     StepTimer& timer_;
   };
 
-  /// Hands out the samples collected so far and forgets them.
+  /// Returns the samples collected so far and removes them.
   std::vector<StepSample> take();
 
  private:

@@ -1,4 +1,4 @@
-// Image files of environments for tests.
+// Writes environment images for tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,8 +14,8 @@
 
 namespace catoptric::test {
 
-/// An EXR file of full floats in the tests' folder: a latitude-longitude image of radiance by
-/// direction (y is up), each pixel that of its middle.
+/// Writes an EXR file of 32-bit floats to the tests' folder: a latitude-longitude image of
+/// `radiance` as a function of direction (y is up), evaluated at each pixel's centre.
 inline std::filesystem::path writeEnvironment(const std::string& name, int width, int height,
                                               const std::function<Vec3(const Vec3&)>& radiance) {
   image::Image image;

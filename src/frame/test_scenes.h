@@ -1,4 +1,4 @@
-// Small scenes made in code, for tests of several modules: no files, no loader.
+// Small scenes built in code, for tests of several modules; they need no files and no loader.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace catoptric::test {
 
-/// Builds a scene object by object; what finishScene() derives is set as it would.
+/// Builds a scene object by object and sets the members that finishScene() would derive.
 class SceneBuilder {
  public:
   SceneBuilder() { scene_.source = "test scene"; }
@@ -35,7 +35,7 @@ class SceneBuilder {
     return static_cast<int>(scene_.materials.size()) - 1;
   }
 
-  /// Adds a mesh under a node of its own; returns the object's index.
+  /// Adds a mesh under a new node; returns the object's index.
   int add(scene::Mesh mesh, int material, const Mat4& worldFromObject = Mat4(1.0f)) {
     scene::Node node;
     node.hasMatrix = true;
@@ -55,7 +55,7 @@ class SceneBuilder {
     return static_cast<int>(scene_.objects.size()) - 1;
   }
 
-  /// Translation of an object by `metresPerSecond`, from time 0 to `seconds`.
+  /// Moves an object by `metresPerSecond` from time 0 to `seconds`.
   void move(int object, const Vec3& metresPerSecond, float seconds) {
     scene::Node& node = scene_.nodes[scene_.objects[object].node];
     node.hasMatrix = false;
@@ -69,7 +69,8 @@ class SceneBuilder {
     scene_.animation.push_back(channel);
   }
 
-  /// Uniform scale of an object that stands at its node's translation, by keys of time and factor.
+  /// Animates the uniform scale of an object about its node's origin. Keys are pairs of time and
+  /// factor.
   void scaleUniformly(int object, const std::vector<Vec2>& keys) {
     scene::Node& node = scene_.nodes[scene_.objects[object].node];
     node.hasMatrix = false;

@@ -1,4 +1,4 @@
-// Checks of images; for the sources of this folder only.
+// Checks of images; private to this folder.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace catoptric::image {
 
-/// "64 x 48 pixels of 4 channels"
+/// For example "64 x 48 pixels of 4 channels".
 std::string describe(const Image& image);
-/// Throws OutputError unless there are pixels, as many values as channels want, and names that
-/// differ.
+/// Throws OutputError unless the image has pixels, the right number of values, and distinct channel
+/// names.
 void requireWellFormed(const Image& image);
 
 }  // namespace catoptric::image

@@ -1,4 +1,5 @@
-// EXR files in memory; for the sources of this folder only: image.h checks what goes in and out.
+// Encodes and decodes EXR files in memory; private to this folder. image.h checks all inputs and
+// outputs.
 #pragma once
 
 #include <cstddef>
@@ -14,9 +15,9 @@ inline bool isBeauty(const std::string& channel) {
   return channel == "R" || channel == "G" || channel == "B" || channel == "A";
 }
 
-/// Values are finite and within half's range already. Throws std::exception.
+/// Values must already be finite and within the range of half. Throws std::exception.
 std::vector<std::byte> writeExr(const Image& image, const ExrOptions& options);
-/// Channels come back with R G B A first; more than `maxValues` floats are refused. Throws
+/// Returns the channels with R G B A first. Refuses files with more than `maxValues` floats. Throws
 /// std::exception.
 Image readExr(std::span<const std::byte> bytes, std::size_t maxValues);
 

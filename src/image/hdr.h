@@ -1,5 +1,5 @@
-// Radiance HDR pictures (.hdr, .pic), read by ourselves: no module has to be loaded for an
-// environment map, and nothing dies on a bad file.
+// Reads Radiance HDR pictures (.hdr, .pic). Environment maps thus need no external library, and
+// damaged files cannot crash one.
 #pragma once
 
 #include <cstddef>
@@ -10,12 +10,12 @@
 
 namespace catoptric::image {
 
-/// Whether the bytes begin as a Radiance picture does.
+/// Whether the bytes begin like a Radiance picture.
 bool isHdr(std::span<const std::byte> bytes);
 
-/// R G B, row 0 at the top; EXPOSURE lines are divided out, so values are radiance. Flat, old and
-/// new run lengths. XYZE and rotated pictures are refused. Throws SceneError beginning with `name`.
-/// [Radiance 5 "filefmts": Picture File Format]
+/// Returns R G B, row 0 at the top. Values are divided by the EXPOSURE lines, so they are radiance.
+/// Reads flat pixels and both run-length encodings. Refuses XYZE and rotated pictures. Throws
+/// SceneError, which begins with `name`. [Radiance 5 "filefmts": Picture File Format]
 Image decodeHdr(std::span<const std::byte> bytes, const std::string& name, std::size_t maxValues);
 
 }  // namespace catoptric::image

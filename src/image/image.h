@@ -1,4 +1,4 @@
-// Images in memory and their files.
+// Images in memory and their file formats.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,8 @@
 
 namespace catoptric::image {
 
-/// Float channels, interleaved, row 0 at the top. data.size() == width * height * channels.size().
+/// An image of float channels, interleaved, row 0 at the top. data.size() == width * height *
+/// channels.size().
 struct Image {
   int width = 0;
   int height = 0;
@@ -19,7 +20,7 @@ struct Image {
   std::vector<float> data;
 
   std::size_t pixelCount() const { return static_cast<std::size_t>(width) * height; }
-  /// Index of a channel; -1 when absent.
+  /// Index of a channel; -1 if absent.
   int channel(const std::string& name) const;
   float at(int x, int y, int c) const {
     return data[(static_cast<std::size_t>(y) * width + x) * channels.size() + c];
@@ -31,48 +32,50 @@ enum class Compression { None, Zip, Piz };
 struct ExrOptions {
   Compression compression = Compression::Zip;
   int zipLevel = 4;
-  bool halfBeauty = true;  ///< R G B A as half; data layers are always float
-  /// String, number and matrix attributes: worldToCamera (16 floats) and so on.
+  bool halfBeauty = true;  ///< write R G B A as half; data layers are always float
+  /// String, number and matrix attributes, e.g. worldToCamera (16 floats).
   std::map<std::string, std::string> text;
   std::map<std::string, float> numbers;
   std::map<std::string, std::vector<float>>
-      matrices;  ///< 16 floats each, row-vector convention of EXR
+      matrices;  ///< 16 floats each, in EXR's row-vector convention
 };
 
 struct ExrStatistics {
-  std::size_t clampedHalf = 0;  ///< values beyond 65504 in half channels, clamped to it
+  std::size_t clampedHalf = 0;  ///< values beyond 65504 in half channels, which were clamped
 };
 
-/// Encodes to memory; deterministic bytes (DateTime is fixed). Throws OutputError.
+/// Encodes to memory. The bytes are deterministic (DateTime is fixed). Throws OutputError.
 std::vector<std::byte> encodeExr(const Image& image, const ExrOptions& options,
                                  ExrStatistics* statistics = nullptr);
-/// Reads all pixels of an EXR or HDR file. Throws SceneError naming the file.
+/// Reads all pixels of an EXR or HDR file. Throws SceneError, which names the file.
 Image readImage(const std::filesystem::path& file);
 
-/// 8-bit gray, RGB or RGBA PNG marked as sRGB (libpng); rows from the top,
-/// no padding. Deterministic. Throws OutputError.
+/// Encodes an 8-bit grey, RGB or RGBA PNG that is marked as sRGB (libpng). Rows start at the top
+/// and have no padding. Deterministic. Throws OutputError.
 std::vector<std::byte> encodePng(int width, int height, int channels,
                                  std::span<const std::uint8_t> pixels);
 
-/// 8-bit RGBA, row 0 at the top.
+/// An 8-bit RGBA image, row 0 at the top.
 struct Image8 {
   int width = 0;
   int height = 0;
   std::vector<std::uint8_t> rgba;
 };
-/// 8-bit RGBA from PNG or JPEG bytes (libpng, libjpeg-turbo; recognised by content): any bit depth,
-/// palette, gray, interlaced or progressive; CMYK without its profile. Gamma, profiles and Exif
-/// orientation are ignored, as glTF has it. `maxPixels` caps the size before anything is allocated.
-/// Truncated or damaged files are errors. Throws SceneError beginning with `name`.
+/// Decodes PNG or JPEG bytes to 8-bit RGBA (libpng, libjpeg-turbo). The contents determine the
+/// format. Any bit depth, palette, grey, interlaced or progressive; CMYK without its profile.
+/// Gamma, profiles and Exif orientation are ignored, as glTF requires. `maxPixels` limits the size
+/// before anything is allocated. Truncated or damaged files are errors. Throws SceneError, which
+/// begins with `name`.
 Image8 decodeImage8(std::span<const std::byte> bytes, const std::string& name,
                     std::size_t maxPixels);
 
-/// Scene-linear Rec.709 R G B of `image` to display-referred 8-bit RGB through OpenColorIO (our
-/// small config: exposure, sRGB view). NaN shows as magenta, never as black.
+/// Converts scene-linear Rec.709 R G B of `image` to display-referred 8-bit RGB with OpenColorIO (a
+/// small built-in config: exposure, sRGB view). NaN becomes magenta, never black.
 std::vector<std::uint8_t> displayRgb8(const Image& image, float exposureStops = 0.0f);
 
-/// The same sRGB encoding of one linear value without OpenColorIO, 0..255, clamped: what L1_8bit
-/// compares (rounded). NaN stays NaN. Tests hold both to the same result within half a step.
+/// The same sRGB encoding of one linear value, without OpenColorIO: 0..255, clamped. L1_8bit
+/// compares these values, rounded. NaN stays NaN. Tests check that both functions agree within half
+/// a step.
 float display8(float linear);
 
 }  // namespace catoptric::image
