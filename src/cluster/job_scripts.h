@@ -1,4 +1,4 @@
-// The shell scripts of a submission's tasks.
+// Generates the shell scripts of a submission's tasks.
 #pragma once
 
 #include <string>
@@ -8,21 +8,21 @@
 
 namespace catoptric::cluster {
 
-/// Words for a shell, each after a space.
+/// The arguments as shell words, each after a space.
 std::string shellWords(const std::vector<std::string>& arguments);
 
-/// chunk.sh: renders one chunk, `chunk.sh NUMBER`, or as a task of a Slurm array
-/// `chunk.sh --array OFFSET`.
+/// chunk.sh renders one chunk: `chunk.sh NUMBER`, or `chunk.sh --array OFFSET` as a task of a Slurm
+/// array.
 std::string chunkScript(const Submission& submission);
 
-/// merge.sh: merges the chunks into merged/.
+/// merge.sh merges the chunks into merged/.
 std::string mergeScript(const Submission& submission);
 
-/// run.sh: renders all chunks on this machine, several at a time, and merges them.
+/// run.sh renders all chunks on this machine, several at a time, and merges them.
 std::string runScript(const Submission& submission);
 
-/// Writes them into the submission's folder, to be executed; run.sh for Engine::Script alone.
-/// Throws OutputError.
+/// Writes the scripts as executable files to the submission's folder; run.sh only for
+/// Engine::Script. Throws OutputError.
 void writeScripts(const Submission& submission);
 
 }  // namespace catoptric::cluster

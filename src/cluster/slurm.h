@@ -1,4 +1,4 @@
-// Slurm, by its own commands (sbatch, squeue, scancel, scontrol).
+// Submits and queries jobs with Slurm's commands (sbatch, squeue, scancel, scontrol).
 #pragma once
 
 #include <string>
@@ -11,23 +11,23 @@ namespace catoptric::cluster {
 /// A task that waits or runs.
 struct QueuedTask {
   std::string job;     ///< id of the job, or of the array
-  int index = 0;       ///< in the array; 0 for a job that is none
-  std::string state;   ///< as squeue says: PENDING, RUNNING, COMPLETING, ...
-  std::string reason;  ///< why it waits
+  int index = 0;       ///< index in the array; 0 if the job is not an array
+  std::string state;   ///< as squeue reports it: PENDING, RUNNING, COMPLETING, ...
+  std::string reason;  ///< why the task waits
 };
 
-/// What waits or runs of the user. Throws Error when Slurm does not answer.
+/// The user's tasks that wait or run. Throws Error if Slurm does not answer.
 std::vector<QueuedTask> queuedTasks();
 
-/// Gives `chunks` to Slurm, in as many arrays as its MaxArraySize asks for, and a job that merges
-/// when they have ended, whatever became of them; records the jobs. No chunks: it merges alone.
-/// Throws UsageError when Slurm refuses.
+/// Submits `chunks` to Slurm as arrays, as many as MaxArraySize requires. A further job merges when
+/// all have ended, successful or not. Records the jobs. If `chunks` is empty, only the merge job is
+/// submitted. Throws UsageError if Slurm refuses.
 void submitToSlurm(Submission& submission, const std::vector<int>& chunks);
 
-/// Ends all jobs of the submission that wait or run.
+/// Cancels all jobs of the submission that wait or run.
 void cancelInSlurm(const Submission& submission);
 
-/// "1-9:2,20": indices of an array in Slurm's way.
+/// Array indices in Slurm's syntax, e.g. "1-9:2,20".
 std::string arrayIndices(const std::vector<int>& indices);
 
 }  // namespace catoptric::cluster

@@ -1,5 +1,5 @@
-// A run that is shared among the tasks of a cluster: its folder, what each task renders, and the
-// jobs that were given to the cluster.
+// A run that is divided among the tasks of a cluster: its folder, the frames of each task, and the
+// jobs that were submitted.
 #pragma once
 
 #include <filesystem>
@@ -8,38 +8,41 @@
 
 namespace catoptric::cluster {
 
-/// What a submission renders of one method.
+/// The frames that a submission renders with one method.
 struct MethodShare {
   std::string name;
-  std::string folder;  ///< below the folder of a chunk; empty for a run's only method
+  std::string folder;  ///< relative to the folder of a chunk; empty if the run has one method only
   std::vector<std::vector<int>> chunks;  ///< the frames of each chunk; some chunks may be empty
 };
 
-/// An array job, or the job that merges.
+/// An array job, or the job that merges the chunks.
 struct Job {
   std::string id;
-  int offset = 0;           ///< the chunk of array task i is offset + i
-  std::vector<int> chunks;  ///< none: it merges
+  int offset = 0;           ///< array task i renders chunk offset + i
+  std::vector<int> chunks;  ///< empty for the job that merges
 };
 
 enum class Engine { Slurm, Script };
-/// Throws UsageError.
+/// Throws UsageError for any other text than an engine's name.
 Engine parseEngine(const std::string& text);
 
-/// The folder holds submission.json, jobs.jsonl, the run config as it was submitted, the scripts of
-/// the tasks, their logs in logs/, and the run of chunk N in parts/N. Chunks count from 1.
+/// A submission. Its folder contains submission.json, jobs.jsonl, the run config as submitted, the
+/// scripts of the tasks, their logs in logs/, and the run of chunk N in parts/N. Chunks are
+/// numbered from 1.
 struct Submission {
   std::filesystem::path folder;  ///< absolute
   Engine engine = Engine::Slurm;
-  std::string program;                      ///< the file that the tasks run
-  std::string workingFolder;                ///< in which they run
-  std::vector<std::string> runArguments;    ///< of `render`, besides the config and the chunk
-  std::vector<std::string> slurmArguments;  ///< of sbatch
-  int maxParallel = 0;                      ///< tasks at the same time; 0: as many as Slurm lets
+  std::string program;        ///< the executable that the tasks run
+  std::string workingFolder;  ///< working directory of the tasks
+  std::vector<std::string>
+      runArguments;  ///< arguments of `render`, besides the config and the chunk
+  std::vector<std::string> slurmArguments;  ///< arguments of sbatch
+  int maxParallel = 0;                      ///< most tasks at the same time; 0: Slurm decides
   int chunks = 0;
   std::vector<MethodShare> methods;
-  /// In place of frames: a sweep, whose times count only where one task on one node measures them
-  /// all. The words of its command line after the config, without those about its folder.
+  /// Set if the submission is a sweep instead of frames. Its times are only comparable if one task
+  /// on one node measures them all. Contains the words of its command line after the config, except
+  /// those about its folder.
   std::vector<std::string> study;
   std::vector<Job> jobs;
 
@@ -49,18 +52,18 @@ struct Submission {
   std::filesystem::path merged() const { return folder / "merged"; }
   std::filesystem::path studyFolder() const { return folder / "sweep"; }
   bool isStudy() const { return !study.empty(); }
-  /// The chunks that have frames; a study is one chunk.
+  /// The chunks that contain frames. A sweep is one chunk.
   std::vector<int> wanted() const;
 };
 
 bool isSubmission(const std::filesystem::path& folder);
 
-/// Writes the folder, which must not hold anything yet, with the text of the run config. Throws
+/// Creates the folder, which must not contain anything yet, with the text of the run config. Throws
 /// OutputError.
 void createSubmission(const Submission& submission, const std::string& config);
-/// Throws UsageError for a folder that is none.
+/// Throws UsageError if the folder is not a submission.
 Submission readSubmission(const std::filesystem::path& folder);
-/// Adds a job to jobs.jsonl.
+/// Appends a job to jobs.jsonl.
 void recordJob(Submission& submission, const Job& job);
 
 }  // namespace catoptric::cluster

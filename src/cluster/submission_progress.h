@@ -1,5 +1,4 @@
-// What has become of a submission's chunks: told by their folders, and by Slurm of those that it
-// has.
+// The state of a submission's chunks, from their folders and from Slurm's queue.
 #pragma once
 
 #include <string>
@@ -11,11 +10,11 @@
 namespace catoptric::cluster {
 
 enum class ChunkState {
-  Done,     ///< all its frames are there
+  Done,     ///< all its frames are finished
   Running,  ///< a task renders it
-  Waiting,  ///< a task is to render it
-  Held,     ///< a task waits for something that does not come by itself
-  Failed,   ///< frames are missing, and no task makes them
+  Waiting,  ///< a task is queued for it
+  Held,     ///< its task waits for something that needs the user
+  Failed,   ///< frames are missing, and no task will render them
 };
 const char* stateName(ChunkState state);
 
@@ -24,23 +23,23 @@ struct ChunkProgress {
   ChunkState state = ChunkState::Failed;
   int frames = 0;
   int finished = 0;
-  std::string note;  ///< why it is held; the last words of one that failed
+  std::string note;  ///< why it is held, or the last lines of the log if it failed
 };
 
 struct SubmissionProgress {
   std::vector<ChunkProgress> chunks;
-  bool merging = false;  ///< the job that merges waits or runs
-  bool merged = false;   ///< merged/ holds a run with all frames
+  bool merging = false;  ///< the merge job waits or runs
+  bool merged = false;   ///< merged/ contains a run with all frames
 
   int frames() const;
   int finished() const;
   std::vector<int> chunksThatAre(ChunkState state) const;
-  /// Some task waits or runs, and can end without anybody's help.
+  /// Whether any task runs, or waits and will run without help of the user.
   bool moves() const;
 };
 
-/// Frames count when their records are there and their files have the recorded sizes; with
-/// `contents` when the files have the recorded contents too, which reads them all.
+/// A frame counts as finished if its record exists and its files have the recorded sizes. With
+/// `contents`, the recorded contents are checked too, which reads all files.
 SubmissionProgress progressOf(const Submission& submission, const std::vector<QueuedTask>& queued,
                               bool contents);
 

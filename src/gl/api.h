@@ -1,5 +1,6 @@
-// The OpenGL 4.5 core functions, loaded at run time through the context in use (no GL library is
-// linked). The only place that includes the loader that glad generates at build.
+// The OpenGL 4.5 core functions. They are loaded at run time through the current context; no GL
+// library is linked. This is the only file that includes the loader that glad generates during the
+// build.
 #pragma once
 
 #include <glad/gl.h>

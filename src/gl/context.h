@@ -1,10 +1,10 @@
-// A headless OpenGL 4.5 core context: on an EGL device, EGL surfaceless, or OSMesa. Libraries are
-// opened at run time (dlopen, RTLD_LOCAL). One context is current at a time, in the thread that
-// made it; GL objects belong to the context that was current when they were made.
+// A headless OpenGL 4.5 core context, on an EGL device, EGL surfaceless, or OSMesa. The libraries
+// are opened at run time (dlopen, RTLD_LOCAL). One context is current at a time, in the thread that
+// created it. GL objects belong to the context that was current when they were created.
 //
-// State set once, for every context: clip space with the origin at the upper left and depth
-// 0..1 (so row 0 of every image is its top, and reversed-Z keeps its precision), seamless cube
-// maps, byte-tight pixel transfers, no dithering, no multisampling.
+// State that is set once for every context: clip space with the origin at the upper left and depth
+// 0..1 (so row 0 of every image is its top row, and reversed-Z keeps its precision), seamless cube
+// maps, tightly packed pixel transfers, no dithering, no multisampling.
 #pragma once
 
 #include <cstdint>
@@ -16,13 +16,13 @@
 
 namespace catoptric::gl {
 
-/// How a step's time is to be taken on this device.
+/// How the time of a step is measured on this device.
 enum class TimerKind {
   FinishClock,  ///< glFinish and the monotonic clock (llvmpipe's timer queries lie)
   TimerQuery,   ///< GL_TIMESTAMP queries
 };
 
-/// Limits that the program's choices depend on.
+/// Limits of the context that the program's decisions depend on.
 struct Limits {
   int maxTextureSize = 0;
   int maxArrayLayers = 0;
@@ -34,13 +34,13 @@ struct Limits {
   int maxColorAttachments = 0;
   int maxViewports = 0;
   int maxViewportSize = 0;
-  int maxTextureUnits = 0;  ///< combined, of all stages
+  int maxTextureUnits = 0;  ///< combined, over all shader stages
   int maxComputeInvocations = 0;
 };
 
 struct DeviceInfo {
   Platform platform = Platform::EglDevice;
-  std::string device;           ///< as --device names it: "egl:0", "surfaceless", "osmesa"
+  std::string device;           ///< in the syntax of --device: "egl:0", "surfaceless", "osmesa"
   std::string platformVersion;  ///< EGL vendor and version, or OSMesa's library
   std::string renderer;         ///< GL_RENDERER
   std::string vendor;           ///< GL_VENDOR
@@ -48,15 +48,16 @@ struct DeviceInfo {
   std::string glslVersion;
   bool software = false;  ///< rendered by the CPU (llvmpipe, softpipe, swrast)
   TimerKind timer = TimerKind::FinishClock;
-  int timerQueryBits = 0;  ///< GL_QUERY_COUNTER_BITS of GL_TIMESTAMP, whatever it is worth
+  int timerQueryBits =
+      0;  ///< GL_QUERY_COUNTER_BITS of GL_TIMESTAMP; not a proof that the queries are accurate
   Limits limits;
 };
 
 class Context {
  public:
-  /// Makes a context on the chosen device and makes it current. Throws DeviceError that lists what
-  /// was tried, how each attempt ended, and what to do. `auto` tries the EGL devices (GPUs first),
-  /// surfaceless, OSMesa, and logs which one it took.
+  /// Creates a context on the chosen device and makes it current. `auto` tries the EGL devices
+  /// (GPUs first), surfaceless and OSMesa, and logs which one it took. Throws DeviceError, which
+  /// lists what was tried, how each attempt ended, and what to do.
   explicit Context(const DeviceChoice& choice = {});
   ~Context();
   Context(Context&&) noexcept;
@@ -65,22 +66,23 @@ class Context {
   const DeviceInfo& info() const;
   bool has(const std::string& extension) const;
 
-  /// Makes this context current and loads its functions. Only needed after another context was
-  /// made or made current.
+  /// Makes this context current and loads its functions. Needed only after another context was
+  /// created or made current.
   void makeCurrent();
 
-  /// Waits until all commands are done; throws Error (Internal) when GL reports an error or the
-  /// driver reported one through KHR_debug since the last call. `place` names the caller's step.
+  /// Waits until all commands have finished. Throws Error (Internal) if GL reports an error, or if
+  /// the driver has reported one through KHR_debug since the last call. `place` names the caller's
+  /// step in the message.
   void finish(const char* place);
 
-  /// As finish(), without waiting.
+  /// As finish(), but does not wait.
   void check(const char* place);
 
-  /// The context current in this process; throws std::logic_error when there is none.
+  /// The current context of this process. Throws std::logic_error if there is none.
   static Context& current();
   static bool hasCurrent();
 
-  /// Different for each context of the process; 0 is none. Used by GL objects.
+  /// A number that differs for each context of the process; 0 means no context. GL objects use it.
   static std::uint32_t currentSerial();
 
   struct State;
@@ -89,7 +91,7 @@ class Context {
   std::unique_ptr<State> state_;
 };
 
-/// Shorthands for the current context.
+/// Calls check() of the current context.
 void checkErrors(const char* place);
 
 }  // namespace catoptric::gl

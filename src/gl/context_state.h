@@ -1,4 +1,4 @@
-// Private to src/gl: what GL objects and the doctor ask of the contexts.
+// Private to src/gl: queries about contexts, for GL objects and the doctor.
 #pragma once
 
 #include <cstdint>
@@ -13,14 +13,14 @@ namespace catoptric::gl {
 /// Whether the context of this serial number still exists.
 bool contextIsAlive(std::uint32_t serial);
 
-/// The current context's vertex array without attributes.
+/// The vertex array without attributes that belongs to the current context.
 GLuint emptyVertexArray();
 
 struct ProbedDevice {
   DeviceInfo info;
   std::set<std::string> extensions;
 };
-/// Makes a context for a moment; the one that is current stays so. Throws PlatformFailure.
+/// Creates a context temporarily; the current context stays current. Throws PlatformFailure.
 ProbedDevice probeDevice(Platform platform, int index);
 
 }  // namespace catoptric::gl

@@ -1,4 +1,4 @@
-// What `catoptric doctor` says about GL: every platform and device of this machine, tried.
+// The GL part of `catoptric doctor`: tries every platform and device of this machine.
 #pragma once
 
 #include <string>
@@ -10,20 +10,21 @@
 namespace catoptric::gl {
 
 struct DeviceReport {
-  std::string device;  ///< as --device names it
+  std::string device;  ///< in the syntax of --device
   std::string status;  ///< "ok", "software", or "unusable"
   std::string glVersion;
   std::string renderer;
-  std::vector<std::pair<std::string, std::string>> limits;  ///< name, value
-  std::vector<std::string> missing;                         ///< what we need and it does not have
-  std::string message;   ///< how the attempt ended, when unusable
-  std::string whatToDo;  ///< empty when usable
-  double seconds = 0;    ///< to make the context
+  std::vector<std::pair<std::string, std::string>> limits;  ///< name and value
+  std::vector<std::string> missing;  ///< required features that the device lacks
+  std::string message;               ///< how the attempt ended, if unusable
+  std::string whatToDo;              ///< empty if usable
+  double seconds = 0;                ///< time to create the context
   bool usable() const { return status != "unusable"; }
 };
 
-/// Tries everything; a context that is current stays so. At least the entries "egl:0" (or the
-/// reason that EGL has no devices), "surfaceless" and "osmesa", in the order of `auto`.
+/// Tries every device; the current context stays current. The result has at least the entries
+/// "egl:0" (or the reason why EGL has no devices), "surfaceless" and "osmesa", in the order in
+/// which `auto` tries them.
 std::vector<DeviceReport> describeDevices();
 
 /// The reports as text for a terminal.

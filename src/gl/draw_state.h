@@ -1,5 +1,5 @@
-// What fragments are tested against and where they are written: one value, applied for a scope.
-// Outside of all scopes everything is as a default DrawState says: no tests, all is written.
+// The fragment tests and write masks as one value, which is applied for a scope. Outside of all
+// scopes the state is a default DrawState: no tests, and everything is written.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace catoptric::gl {
 
-/// Reversed-Z: what is nearer has the greater depth.
+/// With reversed-Z, nearer surfaces have greater depth.
 struct DepthState {
   bool test = false;
   GLenum function = GL_GREATER;
@@ -23,7 +23,7 @@ struct StencilState {
   int reference = 0;
   GLuint compareMask = 0xFF;
   GLuint writeMask = 0xFF;
-  GLenum pass = GL_KEEP;  ///< what becomes of the stencil where both tests pass; else it is kept
+  GLenum pass = GL_KEEP;  ///< operation where both tests pass; otherwise the stencil value is kept
   bool operator==(const StencilState&) const = default;
 };
 
@@ -50,15 +50,15 @@ struct DrawState {
   StencilState stencil = {};
   BlendState blend = {};
   bool cullBacks = false;
-  bool clockwiseFronts = false;  ///< of views that mirror
+  bool clockwiseFronts = false;  ///< for views that mirror
   std::optional<Scissor> scissor = {};
-  std::uint8_t colors = 0xFF;        ///< bit i: colour i of the framebuffer is written
+  std::uint8_t colors = 0xFF;        ///< bit i: colour attachment i is written
   std::uint8_t clipDistances = 0x0;  ///< bit i: gl_ClipDistance[i] clips
   bool operator==(const DrawState&) const = default;
 };
 
-/// Applies a state while it lives, then the state before. Scopes are nested; within one nothing
-/// else changes these states.
+/// Applies a state during its lifetime and restores the previous one afterwards. Scopes nest.
+/// Within a scope, nothing else may change these states.
 class DrawScope {
  public:
   explicit DrawScope(const DrawState& state);
@@ -66,11 +66,13 @@ class DrawScope {
   DrawScope(const DrawScope&) = delete;
   DrawScope& operator=(const DrawScope&) = delete;
 
-  /// Another state from here on; only what differs is sent to GL. This scope is the innermost.
+  /// Changes to another state; only the differences are sent to GL. This scope must be the
+  /// innermost.
   void change(const DrawState& state);
   const DrawState& state() const { return state_; }
 
-  /// The innermost scope's: what a pass starts from that leaves some of it to its caller.
+  /// The state of the innermost scope. A pass starts from it if it leaves part of the state to its
+  /// caller.
   static const DrawState& current();
 
  private:

@@ -1,7 +1,7 @@
-// Move-only owners of GL objects: an empty state, a debug label, direct state access (no binding
-// to edit). All need a current gl::Context, to which the object then belongs; an object that
-// outlives its context is simply forgotten. Functions throw Error (Internal) with the object's
-// label on sizes that the context's limits do not allow.
+// Move-only owners of GL objects. Each has an empty state and a debug label, and uses direct state
+// access (nothing is bound for editing). All need a current gl::Context, to which the object then
+// belongs. An object that outlives its context is not deleted any more. Functions throw Error
+// (Internal), with the object's label, for sizes that exceed the context's limits.
 #pragma once
 
 #include <cstddef>
@@ -19,15 +19,15 @@ namespace catoptric::gl {
 
 enum class ObjectKind : std::uint8_t { Buffer, Texture, Framebuffer, VertexArray, Program, Query };
 
-/// Number of live objects of a kind, over all contexts: what leak tests compare.
+/// The number of live objects of a kind, over all contexts. Leak tests compare it.
 std::int64_t liveObjects(ObjectKind kind);
 
-/// Owner of one GL name; 0 is the empty state.
+/// Owns one GL name; 0 is the empty state.
 template <ObjectKind kind>
 class Name {
  public:
   Name() = default;
-  /// Takes ownership of `id`, which was just made in the current context, and labels it.
+  /// Takes ownership of `id`, which was just created in the current context, and labels it.
   Name(GLuint id, std::string_view label);
   ~Name() { reset(); }
   Name(Name&& other) noexcept
@@ -40,7 +40,7 @@ class Name {
     }
     return *this;
   }
-  /// Deletes the object; empty afterwards.
+  /// Deletes the object and leaves this empty.
   void reset() noexcept;
   GLuint id() const { return id_; }
 
@@ -53,8 +53,8 @@ class Name {
 class Buffer {
  public:
   Buffer() = default;
-  /// `size` bytes (at least 1 is allocated), optionally filled with `data`; contents may be changed
-  /// by write().
+  /// A buffer of `size` bytes (at least 1 is allocated), optionally filled with `data`. write() may
+  /// change the contents.
   Buffer(std::string_view label, std::size_t size, const void* data = nullptr);
   template <class T>
   Buffer(std::string_view label, std::span<const T> data)
@@ -66,9 +66,9 @@ class Buffer {
 
   void write(std::size_t offset, std::size_t size, const void* data);
   void read(std::size_t offset, std::size_t size, void* data) const;
-  void bindStorage(GLuint binding) const;  ///< shader storage block
-  void bindUniform(GLuint binding) const;  ///< uniform block
-  /// `offset`: a multiple of 256 serves every driver.
+  void bindStorage(GLuint binding) const;  ///< as shader storage block
+  void bindUniform(GLuint binding) const;  ///< as uniform block
+  /// `offset`: a multiple of 256 is valid for every driver.
   void bindUniformRange(GLuint binding, std::size_t offset, std::size_t size) const;
 
  private:
@@ -77,7 +77,8 @@ class Buffer {
 };
 
 /// A texture of fixed size and sized internal format (GL_RGBA32F, ...): 2D, 2D array, cube map, or
-/// a view of a buffer. Default sampling: nearest without mip levels, trilinear with; edges clamped.
+/// a view of a buffer. Default sampling is nearest without mip levels and trilinear with them;
+/// edges are clamped.
 class Texture {
  public:
   Texture() = default;
@@ -87,26 +88,26 @@ class Texture {
   static Texture makeArray(std::string_view label, GLenum format, int width, int height, int layers,
                            int levels = 1);
   static Texture makeCube(std::string_view label, GLenum format, int faceSize, int levels = 1);
-  /// Texel buffer over the whole of `buffer`, which must outlive the texture.
+  /// A texel buffer over the whole of `buffer`, which must outlive the texture.
   static Texture makeBuffer(std::string_view label, GLenum format, const Buffer& buffer);
 
   bool empty() const { return name_.id() == 0; }
   GLuint id() const { return name_.id(); }
   GLenum target() const { return empty() ? GLenum{GL_NONE} : target_; }
   GLenum format() const { return empty() ? GLenum{GL_NONE} : format_; }
-  int width() const { return empty() ? 0 : width_; }  ///< texels of a texel buffer
+  int width() const { return empty() ? 0 : width_; }  ///< number of texels for a texel buffer
   int height() const { return empty() ? 0 : height_; }
   int layers() const { return empty() ? 0 : layers_; }  ///< 6 for a cube map, 1 for 2D
   int levels() const { return empty() ? 0 : levels_; }
-  std::size_t bytes() const { return empty() ? 0 : bytes_; }  ///< of all levels and layers
+  std::size_t bytes() const { return empty() ? 0 : bytes_; }  ///< size of all levels and layers
 
-  /// Whole level (and layer or face); `pixels` tightly packed, row 0 first.
+  /// Uploads a whole level (of one layer or face); `pixels` are tightly packed, row 0 first.
   void upload(int level, int layer, GLenum pixelFormat, GLenum pixelType, const void* pixels);
   /// Reads a whole level of all layers, tightly packed, row 0 first.
   void read(int level, GLenum pixelFormat, GLenum pixelType, std::span<std::byte> out) const;
-  /// Some rows of level 0 of a 2D texture, tightly packed.
+  /// Uploads some rows of level 0 of a 2D texture, tightly packed.
   void uploadRows(int firstRow, int rows, GLenum pixelFormat, GLenum pixelType, const void* pixels);
-  /// A rectangle of level 0 of a 2D texture, tightly packed.
+  /// Uploads a rectangle of level 0 of a 2D texture, tightly packed.
   void uploadPart(int x, int y, int width, int height, GLenum pixelFormat, GLenum pixelType,
                   const void* pixels);
   void readPart(int x, int y, int width, int height, GLenum pixelFormat, GLenum pixelType,
@@ -144,20 +145,20 @@ class Texture {
   std::size_t bytes_ = 0;
 };
 
-/// One attachment: a level, and for arrays and cube maps a layer (or face), or all layers.
+/// One attachment: a level. For arrays and cube maps, one layer (or face) or all layers.
 struct Attachment {
   const Texture& texture;
   int level = 0;
-  int layer = -1;  ///< -1: the whole (layered rendering for arrays and cube maps)
+  int layer = -1;  ///< -1: all (layered rendering for arrays and cube maps)
 };
 
-/// Refers to its textures, which must outlive it. Draw buffers are colours 0, 1, ... in order. All
-/// attachments have one size.
+/// A framebuffer. It refers to its textures, which must outlive it. Draw buffers are colours 0, 1,
+/// ... in order. All attachments have the same size.
 class Framebuffer {
  public:
   Framebuffer() = default;
-  /// Throws Error (Internal) when incomplete, naming the status. The depth attachment goes to
-  /// depth, stencil or both, by its format.
+  /// Throws Error (Internal) with the status if the framebuffer is incomplete. The format of the
+  /// depth attachment decides whether it is used for depth, stencil or both.
   Framebuffer(std::string_view label, std::initializer_list<Attachment> colors);
   Framebuffer(std::string_view label, std::initializer_list<Attachment> colors,
               const Attachment& depth);
@@ -168,12 +169,12 @@ class Framebuffer {
   int width() const { return empty() ? 0 : width_; }
   int height() const { return empty() ? 0 : height_; }
 
-  /// Binds for drawing and sets the viewport to the whole.
+  /// Binds it for drawing and sets the viewport to the whole framebuffer.
   void bind() const;
   void clearColor(int index, float r, float g, float b, float a) const;
   void clearColorUint(int index, std::uint32_t r, std::uint32_t g = 0, std::uint32_t b = 0,
                       std::uint32_t a = 0) const;
-  void clearDepth(float depth) const;  ///< reversed-Z: 0 is infinitely far
+  void clearDepth(float depth) const;  ///< with reversed-Z, 0 is infinitely far
   void clearDepthStencil(float depth, int stencil) const;
 
  private:
@@ -185,7 +186,7 @@ class Framebuffer {
   int height_ = 0;
 };
 
-/// Vertex input; attributes are described once.
+/// A vertex input layout; its attributes are described once.
 class VertexArray {
  public:
   VertexArray() = default;
@@ -194,10 +195,11 @@ class VertexArray {
   bool empty() const { return name_.id() == 0; }
   GLuint id() const { return name_.id(); }
 
-  /// Attribute `location`: `components` values of `type` at `offset` of every `stride` bytes.
+  /// Attribute `location` consists of `components` values of `type`, at `offset` of every `stride`
+  /// bytes.
   void setAttribute(GLuint location, const Buffer& buffer, int components, GLenum type,
                     std::size_t offset, std::size_t stride, bool normalized = false);
-  void setPerInstance(GLuint location);  ///< an attribute set before
+  void setPerInstance(GLuint location);  ///< for an attribute that is already set
   void setIndices(const Buffer& buffer);
   void bind() const;
 
@@ -207,10 +209,10 @@ class VertexArray {
   Name<ObjectKind::VertexArray> name_;
 };
 
-/// Draws one triangle that covers the viewport; vertex shader "gl/fullscreen.vert".
+/// Draws one triangle that covers the viewport, for the vertex shader "gl/fullscreen.vert".
 void drawFullScreenTriangle();
 
-/// Draws squares of `side` pixels; the vertex shader places their centres by gl_VertexID.
+/// Draws squares of `side` pixels. The vertex shader positions their centres by gl_VertexID.
 void drawPoints(std::size_t count, int side);
 
 }  // namespace catoptric::gl

@@ -1,4 +1,4 @@
-// Private to src/gl: how each platform makes a context and finds its functions.
+// Private to src/gl: how each platform creates a context and finds its functions.
 #pragma once
 
 #include <memory>
@@ -9,13 +9,13 @@
 
 namespace catoptric::gl {
 
-/// Why a device cannot be had, and what to do about it.
+/// Why a device cannot be used, and what to do about it.
 struct PlatformFailure {
   std::string message;
   std::string whatToDo;
 };
 
-/// A GL context of some platform, not current when made.
+/// A GL context of some platform; not current after creation.
 class PlatformContext {
  public:
   virtual ~PlatformContext() = default;
@@ -27,21 +27,21 @@ class PlatformContext {
   virtual std::string version() const = 0;
 };
 
-/// One of EGL_EXT_device_enumeration's devices.
+/// A device of EGL_EXT_device_enumeration.
 struct EglDeviceEntry {
   int index = 0;
   bool software = false;    ///< EGL_MESA_device_software
-  std::string description;  ///< device file or "software"
+  std::string description;  ///< device file, or "software"
 };
 
-/// Devices of EGL in its order. Throws PlatformFailure when EGL or its device enumeration is
+/// The devices of EGL, in EGL's order. Throws PlatformFailure if EGL or its device enumeration is
 /// missing.
 std::vector<EglDeviceEntry> listEglDevices();
 
-/// Makes an OpenGL 4.5 core context. Throws PlatformFailure.
+/// Creates an OpenGL 4.5 core context. Throws PlatformFailure.
 std::unique_ptr<PlatformContext> makePlatformContext(Platform platform, int index);
 
-/// The two families, in their own source files.
+/// The implementations for EGL and OSMesa, each in its own source file.
 std::unique_ptr<PlatformContext> makeEglContext(Platform platform, int index);
 std::unique_ptr<PlatformContext> makeOsMesaContext();
 

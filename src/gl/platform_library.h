@@ -1,4 +1,4 @@
-// Private to src/gl: a platform's library, loaded by name at run time so that none is linked.
+// Private to src/gl: loads a platform's library by name at run time, so that none is linked.
 #pragma once
 
 #include <dlfcn.h>
@@ -9,8 +9,8 @@
 
 namespace catoptric::gl {
 
-/// Loads a library, its symbols hidden from others; it stays loaded, since drivers keep threads and
-/// thread-local state of their own. Throws PlatformFailure.
+/// Loads a library and hides its symbols from other libraries. It stays loaded, because drivers
+/// keep threads and thread-local state. Throws PlatformFailure.
 inline void* openLibrary(const char* library, const char* whatToDo) {
   void* handle = dlopen(library, RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) {
@@ -22,7 +22,7 @@ inline void* openLibrary(const char* library, const char* whatToDo) {
   return handle;
 }
 
-/// Sets `function` to the library's `name`. Throws PlatformFailure.
+/// Sets `function` to the library's function `name`. Throws PlatformFailure.
 template <class Function>
 void findFunction(void* handle, const char* library, const char* name, const char* whatToDo,
                   Function& function) {

@@ -1,4 +1,4 @@
-// Counts what a pass draws.
+// Counts the fragments that a pass draws.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace catoptric::gl {
 
-/// Number of fragments that pass the stencil and depth tests (and are not discarded) between begin
-/// and end. Only one may be counting at a time.
+/// Counts the fragments that pass the stencil and depth tests (and are not discarded) between
+/// begin() and end(). Only one counter may be active at a time.
 class FragmentCounter {
  public:
   FragmentCounter() = default;
@@ -19,7 +19,7 @@ class FragmentCounter {
   GLuint id() const { return name_.id(); }
   void begin() const;
   void end() const;
-  /// Of the last begin-end pair; waits for the device: read it late.
+  /// The count of the last begin()-end() pair. Waits for the GPU, so read it late.
   std::uint64_t read() const;
 
  private:

@@ -1,8 +1,8 @@
-// Programs from shader files. Files stand beside the code that uses them and are embedded at build
-// by catoptric_embed_shaders(); their names are their paths from src/, e.g.
-// "raster/gbuffer.frag". `#include "x.glsl"` is resolved beside the including file, then from
-// src/; a file is included once. `#version 450 core` and the defines are put in front, so files
-// have no #version line of their own.
+// Shader programs from files. The files lie beside the code that uses them, and
+// catoptric_embed_shaders() embeds them at build time. Their names are their paths from src/, e.g.
+// "raster/gbuffer.frag". `#include "x.glsl"` is searched beside the including file, then from src/.
+// Each file is included once. `#version 450 core` and the defines are put in front, so the files
+// have no #version line.
 #pragma once
 
 #include <cstdint>
@@ -18,12 +18,11 @@
 
 namespace catoptric::gl {
 
-/// Shader files are read from this folder (a copy of src/) instead of from the program, where they
-/// exist there; empty (the default) means embedded files only. Throws UsageError when it is not a
-/// folder.
+/// Reads shader files from this folder (a copy of src/) where they exist there, instead of from the
+/// executable. Empty (the default): embedded files only. Throws UsageError if it is not a folder.
 void setShaderFolder(const std::filesystem::path& folder);
 
-/// Used by the code that catoptric_embed_shaders() generates.
+/// Called by the code that catoptric_embed_shaders() generates.
 struct EmbeddedFile {
   const char* name;
   const char* text;
@@ -37,7 +36,8 @@ struct Define {
   std::string value = "1";
 };
 
-/// Names of shader files; empty ones are absent. Either compute alone, or vertex (and the others).
+/// Names of shader files; empty names are unused stages. Either compute alone, or vertex with any
+/// others.
 struct ProgramFiles {
   std::string vertex{};
   std::string geometry{};
@@ -46,12 +46,13 @@ struct ProgramFiles {
   std::vector<Define> defines{};
 };
 
-/// A shader's text with its includes; errors refer to (file, line) through `files`.
+/// A shader's text with its includes. `files` maps the source-string numbers of error messages to
+/// file names.
 struct ShaderText {
   std::string text;
-  std::vector<std::string> files;  ///< index = source-string number of #line
+  std::vector<std::string> files;  ///< the index is the source-string number of #line
 };
-/// Throws Error (Internal) naming file and line of an include that cannot be found.
+/// Throws Error (Internal), with file and line, if an include is not found.
 ShaderText assembleShader(const std::string& file, const ProgramFiles& options);
 /// A compiler's log with "source:line" replaced by "file:line" (Mesa's and NVIDIA's forms).
 std::string namedLog(const std::string& log, const std::vector<std::string>& files);
@@ -62,7 +63,7 @@ class Program {
   /// Compiles and links. Throws Error (Internal) with the compiler's messages, by file and line,
   /// and the defines.
   Program(std::string_view label, const ProgramFiles& files);
-  /// Vertex "gl/fullscreen.vert" with this fragment shader.
+  /// A program of the vertex shader "gl/fullscreen.vert" and this fragment shader.
   static Program fullScreen(std::string_view label, const std::string& fragment,
                             std::vector<Define> defines = {});
 
@@ -71,8 +72,8 @@ class Program {
   const std::string& label() const { return label_; }
   void use() const;
 
-  /// Sets a uniform. One that the compiler removed as unused is skipped; a name that the shader's
-  /// text does not have at all is our bug (std::logic_error).
+  /// Sets a uniform. A uniform that the compiler removed as unused is skipped. A name that does not
+  /// occur in the shader's text is a bug of the caller (std::logic_error).
   void set(std::string_view uniform, int value);
   void set(std::string_view uniform, std::uint32_t value);
   void set(std::string_view uniform, float value);
@@ -89,7 +90,7 @@ class Program {
   void set(std::string_view uniform, std::span<const Mat4> values);
   /// Binds the texture to `unit` and sets the sampler uniform to it.
   void set(std::string_view sampler, const Texture& texture, GLuint unit);
-  /// Location, or -1 when removed as unused.
+  /// The location, or -1 if the uniform was removed as unused.
   GLint location(std::string_view uniform) const;
 
  private:
@@ -97,7 +98,7 @@ class Program {
 
   Name<ObjectKind::Program> name_;
   std::string label_;
-  std::string text_;  ///< of all stages, to tell removed uniforms from misspelt ones
+  std::string text_;  ///< text of all stages, to distinguish removed uniforms from misspelt ones
   mutable std::map<std::string, GLint, std::less<>> locations_;
 };
 

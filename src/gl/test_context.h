@@ -1,5 +1,5 @@
-// The GL context of a test program: on the device of the environment variable CATOPTRIC_DEVICE
-// (default auto), made at first use, shared by all tests of the process.
+// The GL context of a test program. It is created at first use and shared by all tests of the
+// process. The environment variable CATOPTRIC_DEVICE selects the device (default: auto).
 #pragma once
 
 #include <cstdlib>
@@ -8,13 +8,13 @@
 
 namespace catoptric::gl {
 
-/// CATOPTRIC_DEVICE or "auto".
+/// The device of CATOPTRIC_DEVICE, or "auto".
 inline DeviceChoice testDevice() {
   const char* name = std::getenv("CATOPTRIC_DEVICE");
   return parseDevice(name != nullptr && *name != '\0' ? name : "auto");
 }
 
-/// Throws DeviceError (the test fails, it does not skip) when the device cannot be had.
+/// Throws DeviceError if the device cannot be used: the test then fails, it is not skipped.
 inline Context& testContext() {
   static Context context(testDevice());
   context.makeCurrent();

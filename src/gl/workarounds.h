@@ -1,5 +1,5 @@
-// What is done only because of how some drivers behave: each by name, with its reason and an off
-// switch, the environment variable CATOPTRIC_DISABLE_WORKAROUNDS=NAME,NAME. All are on by default.
+// Workarounds for the behaviour of some drivers. Each has a name, a reason and an off switch: the
+// environment variable CATOPTRIC_DISABLE_WORKAROUNDS=NAME,NAME. All are on by default.
 #pragma once
 
 #include <cstdint>
@@ -26,11 +26,11 @@ struct WorkaroundInfo {
 /// In the order of the enumeration.
 std::span<const WorkaroundInfo> workarounds();
 
-/// Whether it is on. Throws UsageError at the first question of a process when the variable names
-/// what there is not.
+/// Whether a workaround is on. The first call of a process throws UsageError if the variable
+/// contains an unknown name.
 bool worksAround(Workaround workaround);
 
-/// Those that a list of names, separated by commas, turns off. Throws UsageError.
+/// The workarounds that a comma-separated list of names turns off. Throws UsageError.
 std::vector<Workaround> parseWorkarounds(std::string_view names);
 
 }  // namespace catoptric::gl

@@ -1,4 +1,4 @@
-// The three colours of an image, whatever its channels are called.
+// The three colour channels of an image, whatever their names.
 #pragma once
 
 #include <array>
@@ -8,17 +8,17 @@
 
 namespace catoptric::measure {
 
-/// Scene-linear Rec.709 colours: an image and the indices of its R, G, B.
+/// The scene-linear Rec.709 colours of an image: the image and the indices of its R, G, B.
 struct ColourView {
   const image::Image* image = nullptr;
   std::array<int, 3> channels{};
 };
 
-/// Indices of R, G, B; or of r, g, b; or of the colours of the only layer that has some; or of Y
-/// three times. Throws UsageError, which begins with `name`.
+/// The indices of R, G, B; otherwise of r, g, b; otherwise of the colours of the only layer that
+/// has colours; otherwise Y three times. Throws UsageError, which begins with `name`.
 std::array<int, 3> colourChannels(const image::Image& image, const std::string& name);
 
-/// Throws UsageError when sizes differ.
+/// Throws UsageError if the sizes differ.
 void requireSameSize(const image::Image& image, const image::Image& reference,
                      const std::string& name);
 

@@ -1,4 +1,4 @@
-// Classes of pixels: on which of them the error of a frame falls.
+// Classes of pixels, to find out which pixels cause the error of a frame.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace catoptric::measure {
 
-/// A part of the error of a frame.
+/// The error of a set of pixels.
 struct ErrorShare {
   std::uint64_t pixels = 0;
   std::uint64_t sum8 = 0;
@@ -25,14 +25,15 @@ struct ErrorShare {
     hdrFlipSum += other.hdrFlipSum;
   }
 };
-/// How much of the error falls on pixels of one class: where accuracy would be won.
+/// The error of the pixels of one class. It tells where a better method would gain most.
 struct ErrorClass {
   std::string name;
-  ErrorShare all;  ///< of every pixel of the class; classes overlap
-  ErrorShare own;  ///< of the pixels that belong to no earlier class: these add up to the frame
+  ErrorShare all;  ///< error of every pixel of the class; classes overlap
+  ErrorShare own;  ///< error of the pixels that belong to no earlier class; these add up to the
+                   ///< frame's error
 };
 
-/// Where a layer is: an image and its channel; null when nobody has it.
+/// A layer: an image and the index of a channel in it; null if no image has the layer.
 struct Layer {
   const image::Image* image = nullptr;
   int channel = -1;
@@ -43,21 +44,22 @@ struct Layer {
   explicit operator bool() const { return image != nullptr; }
 };
 
-/// The layers that put a pixel into a class, of the image or else of the reference, the most
-/// telling first: masks, silhouettes (edges of id.object), glossy, other reflective pixels, the
-/// rest.
+/// The layers that assign pixels to classes. They are those of the image, otherwise of the
+/// reference. The classes are, in order: masks, silhouettes (edges of id.object), glossy, other
+/// reflective pixels, the rest.
 class Classes {
  public:
   Classes(const image::Image& image, const image::Image& reference);
 
-  /// All classes, with nothing counted.
+  /// All classes, with zero counts.
   std::vector<ErrorClass> empty() const;
-  /// Adds a pixel's error to its classes; `all` are those of empty().
+  /// Adds a pixel's error to its classes; `all` comes from empty().
   void count(std::vector<ErrorClass>& all, int x, int y, bool isReflective,
              const ErrorShare& share) const;
-  /// Ids of objects that reflect. At an edge the pixel reflects while its middle sample, whose id
-  /// it has, may not: trusted are pixels all samples of which reflect, or (layer `s` alone, a mean)
-  /// those that lie at no edge.
+  /// The ids of reflective objects. At an edge, a pixel may be reflective although its centre
+  /// sample, which determines its id, is not. Therefore only some pixels count: those whose samples
+  /// are all reflective, or, if there is only the layer `s` (a mean over samples), those that do
+  /// not lie at an edge.
   std::set<int> reflectors() const;
 
   const Layer& id() const { return id_; }

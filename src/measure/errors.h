@@ -1,5 +1,5 @@
-// Errors of images against references: what the papers report (display-referred, 0..255) and
-// measures on the scene-linear values; per frame and pooled over a run.
+// Errors of images against references, per frame and pooled over a run: the display-referred errors
+// (0..255) that the papers report, and errors of scene-linear values.
 #pragma once
 
 #include <cstdint>
@@ -14,21 +14,21 @@
 
 namespace catoptric::measure {
 
-/// Sums and extremes over R, G, B of pixels: of a frame, of its reflective part, of an object.
-/// Values that are NaN or infinite, in the image or its reference, are counted first; their pixels
-/// differ by the full 255 in display values and by 1 in FLIP, are over every threshold, and are
-/// left out of the linear measures, which then cover less.
+/// Sums and extremes over R, G, B of a set of pixels: of a frame, of its reflective pixels, or of
+/// an object. Pixels with NaN or infinity, in the image or the reference, are counted separately.
+/// They differ by the full 255 in display values and by 1 in FLIP, and exceed every threshold. The
+/// linear measures leave them out.
 struct RegionError {
   std::uint64_t pixels = 0;
   std::uint64_t notFinite = 0;           ///< pixels with NaN or infinity in the image
-  std::uint64_t notFiniteReference = 0;  ///< and in the reference
-  std::uint64_t bothBlack = 0;           ///< pixels that are 0 in both: they agree on nothing
+  std::uint64_t notFiniteReference = 0;  ///< pixels with NaN or infinity in the reference
+  std::uint64_t bothBlack = 0;  ///< pixels that are 0 in both; their agreement proves nothing
 
-  // Display-referred: steps of round(display8(value))
+  // Display-referred: in steps of round(display8(value))
   std::uint64_t sum8 = 0;
   int max8 = 0;
-  int max8Frame = 0;  ///< of pooled errors
-  int max8X = -1;     ///< first pixel, by rows, that has the maximum; -1: no difference
+  int max8Frame = 0;  ///< frame of the maximum, for pooled errors
+  int max8X = -1;     ///< first pixel, row by row, with the maximum; -1: no difference
   int max8Y = -1;
 
   // Scene-linear
@@ -36,43 +36,45 @@ struct RegionError {
   double sumAbsolute = 0.0;
   double sumSquared = 0.0;
   double sumRelative = 0.0;
-  double sumLargest = 0.0;  ///< of each pixel's largest difference of a channel
+  double sumLargest = 0.0;  ///< sum over pixels of the largest difference of a channel
   double maxLinear = 0.0;
   int maxLinearFrame = 0;
   int maxLinearX = -1;
   int maxLinearY = -1;
-  std::uint64_t over = 0;  ///< pixels with a channel that differs by more than the threshold
+  std::uint64_t over = 0;  ///< pixels in which a channel differs by more than the threshold
 
-  // Maps
+  // Sums of error maps
   double ssimSum = 0.0;
   double flipSum = 0.0;  ///< LDR-FLIP
   double hdrFlipSum = 0.0;
   float flipMax = 0.0f;
   float hdrFlipMax = 0.0f;
 
-  /// Mean absolute difference per channel, 0..255, over all pixels (L1_8bit of the papers).
+  /// Mean absolute difference per channel, 0..255, over all pixels (L1_8bit; reported by the
+  /// papers).
   double l1() const;
   double mae() const;
   double rmse() const;
   /// Mean of (difference)^2 / (reference^2 + 0.01). [Rousselle2011] Sec. 5
   double relMse() const;
-  /// dB, against a peak of 1 (display white); infinite when nothing differs.
+  /// dB, relative to a peak of 1 (display white); infinite if nothing differs.
   double psnr() const;
   double ssim() const;
   double flip() const;
   double hdrFlip() const;
   double overPercent() const;
   double meanLargest() const;
-  /// Nothing is shown on either side: that all errors are 0 says nothing.
+  /// Whether image and reference are both entirely black: errors of 0 then prove nothing.
   bool isBlack() const { return pixels > 0 && bothBlack == pixels; }
 };
 
-/// Values of a FLIP map by their size, for the pooled values of FLIP's own tool.
+/// A histogram of the values of FLIP maps, for the pooled values that FLIP's own tool reports.
 class FlipPool {
  public:
   void add(std::span<const float> map);
   void add(const FlipPool& other);
-  /// The value below which errors make up `share` (0..1) of the sum of all errors; to 1/4096.
+  /// The value below which errors make up the fraction `share` (0..1) of the sum of all errors;
+  /// accurate to 1/4096.
   double weightedQuantile(double share) const;
   double min() const { return count_ > 0 ? min_ : 0.0; }
 
@@ -83,43 +85,44 @@ class FlipPool {
   double min_ = 1.0;
 };
 
-/// Errors of one image, or of all frames together; the base is the whole frame.
+/// The errors of one image, or of all frames together. The base class is the error of the whole
+/// frame.
 struct ImageError : RegionError {
-  bool hasReflective = false;  ///< a layer said which pixels are reflective
+  bool hasReflective = false;  ///< whether a layer told which pixels are reflective
   RegionError reflective;
-  std::map<int, RegionError> objects;  ///< reflective pixels by the layer id.object
+  std::map<int, RegionError> objects;  ///< errors of reflective pixels, by the layer id.object
   /// mask.* layers, silhouettes (edges of id.object), glossy, other reflective pixels, the rest.
   std::vector<ErrorClass> classes;
   FlipPool flipPool;
   FlipPool hdrFlipPool;
 
-  /// L1_8bit over reflective pixels; 0 when there are none.
+  /// L1_8bit over reflective pixels; 0 if there are none.
   double l1Reflective() const { return reflective.l1(); }
 };
 
 struct CompareOptions {
-  double threshold = 0.01;  ///< scene-linear, per channel, of RegionError::over
-  /// `over`, `sumLargest`, `maxLinear` and `notFinite` are of A, too, and differences of values
-  /// above 1 relative to the larger one.
+  double threshold = 0.01;  ///< for RegionError::over: scene-linear, per channel
+  /// Whether `over`, `sumLargest`, `maxLinear` and `notFinite` include channel A, and differences
+  /// of values above 1 are relative to the larger value.
   bool forLimits = false;
   FlipOptions flip;
 };
 
-/// Errors of the pixels.
+/// The error of each pixel.
 struct ErrorMaps {
   std::vector<float> flip;
   std::vector<float> hdrFlip;
 };
 
-/// Compares R, G, B (or r, g, b; those of the only layer; Y). Reflective are pixels whose layer
-/// mask.reflective (a share, 0..1) is above 0, of the image or else of the reference; without it,
-/// those whose layer s is. Throws UsageError when sizes differ or colours are missing; `name`
-/// begins the message.
+/// Compares R, G, B (or r, g, b; or the colours of the only layer; or Y). A pixel is reflective if
+/// its layer mask.reflective (a fraction, 0..1) is above 0; without this layer, if its layer s is
+/// above 0. The layer of the image is used, otherwise that of the reference. Throws UsageError if
+/// sizes differ or colours are missing; the message begins with `name`.
 ImageError compareImages(const image::Image& image, const image::Image& reference,
                          const std::string& name = "image", const CompareOptions& options = {},
                          ErrorMaps* maps = nullptr);
 
-/// Adds the errors of frame `frame` to those of others.
+/// Adds the errors of frame `frame` to the pooled errors.
 void addErrors(ImageError& pooled, const ImageError& one, int frame);
 
 }  // namespace catoptric::measure

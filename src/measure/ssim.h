@@ -6,10 +6,10 @@
 
 namespace catoptric::measure {
 
-/// Mean structural similarity of two grey images with a dynamic range of 1: Gaussian window of 11
-/// and sigma 1.5, cut at the borders. [Wang2004] Eq. (13)
+/// Mean structural similarity of two grey images with a dynamic range of 1. The Gaussian window has
+/// 11 x 11 pixels and sigma 1.5, and is cut off at the image's borders. [Wang2004] Eq. (13)
 double ssim(std::span<const float> a, std::span<const float> b, int width, int height);
-/// The same, of every pixel's window.
+/// The structural similarity of every pixel's window.
 std::vector<double> ssimMap(std::span<const float> a, std::span<const float> b, int width,
                             int height);
 

@@ -1,4 +1,4 @@
-// Images for tests whose differences are known in display steps.
+// Test images with known differences in display steps.
 #pragma once
 
 #include <cmath>

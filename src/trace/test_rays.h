@@ -1,4 +1,4 @@
-// Rays of tests.
+// Random rays for tests.
 #pragma once
 
 #include <random>
@@ -7,7 +7,7 @@
 
 namespace catoptric {
 
-/// A unit vector, all directions alike.
+/// A unit vector, uniformly distributed over the sphere.
 inline Vec3 randomDirection(std::mt19937& random) {
   std::normal_distribution<float> normal;
   Vec3 d(0.0f);

@@ -1,4 +1,4 @@
-// Per-vertex light that does not change: ambient occlusion, irradiance of baked lights.
+// Bakes static light per vertex: ambient occlusion, and the irradiance of baked lights.
 #pragma once
 
 #include <filesystem>
@@ -12,31 +12,36 @@ namespace catoptric::trace {
 
 struct BakeReport {
   bool fromCache = false;
-  bool stopped = false;  ///< stopRequested() said so: nothing was filled in, nothing cached
+  bool stopped =
+      false;  ///< stopRequested() returned true: no vertex was changed, nothing was cached
   double seconds = 0.0;
   std::uint64_t rays = 0;
-  std::uint64_t refused = 0;  ///< of them; a warning says so
+  std::uint64_t refused = 0;  ///< rays that Embree did not get; a warning was logged
   std::size_t points = 0;     ///< distinct (position, normal) pairs that were lit
-  std::size_t enclosed = 0;   ///< of them inside other geometry: their light comes from neighbours
+  std::size_t enclosed =
+      0;  ///< points that lie inside other geometry; they take the light of their neighbours
 };
 
-/// Both may be called by several threads, every few milliseconds.
+/// Both functions may be called by several threads, every few milliseconds.
 struct BakeCallbacks {
-  std::function<bool()> stopRequested;         ///< true: the bake ends, with nothing filled in
-  std::function<void(double share)> progress;  ///< share of the rays that are done, 0..1
+  std::function<bool()> stopRequested;  ///< returns true to end the bake; no vertex is then changed
+  std::function<void(double share)>
+      progress;  ///< `share`: fraction of the rays that are done, 0..1
 };
 
-/// Fills VertexAttributes::bake of all vertices as scene.bake asks (nothing for BakeMode::None):
-///   AmbientOcclusion: rgb 0, a = cosine-weighted share of the hemisphere that is free within
-///     ambientOcclusionDistance;
-///   Full: a = 0, rgb = irradiance of the baked lights (shadows as soft as Light::radius), of
-///     emissive surfaces, of the environment and of pi * ambient * occlusion, after `bounces`
-///     gathers of interreflection.
-/// Moving objects receive light at the pose of `geometry` but cast none. Back faces are dark;
-/// mirrors reflect diffusely here. Low-discrepancy directions, shifted per point by its number,
-/// then smoothed along the mesh where neighbours differ by less than the noise: the same result for
-/// any thread count. The result is cached in `cache` (no caching when empty) under the scene's
-/// fingerprint; a cache file that does not fit or is damaged is made anew.
+/// Fills VertexAttributes::bake of all vertices according to scene.bake; for BakeMode::None nothing
+/// is done.
+///   AmbientOcclusion: rgb is 0; a is the cosine-weighted fraction of the hemisphere without
+///     geometry within ambientOcclusionDistance.
+///   Full: a = 0; rgb is irradiance from four sources: the baked lights (Light::radius determines
+///     how soft shadows are), emissive surfaces, the environment, and pi * ambient * occlusion.
+///     `bounces` gathers of interreflection are included.
+/// Moving objects receive light at the pose of `geometry` but cast none. Back faces are black.
+/// Mirrors count as diffuse surfaces here. Each point uses the same low-discrepancy directions,
+/// shifted by its number. The values are then smoothed along the mesh where neighbours differ by
+/// less than the noise. The result is the same for any thread count. The result is cached in the
+/// folder `cache` (empty: not cached) under the scene's fingerprint. A cache file that does not
+/// match or is damaged is replaced.
 BakeReport bakeVertices(const scene::Scene& scene, frame::Geometry& geometry,
                         const frame::EnvironmentLight& environment,
                         const std::filesystem::path& cache, const BakeCallbacks& callbacks = {});

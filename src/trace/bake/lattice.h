@@ -1,5 +1,5 @@
-// The low-discrepancy directions of a bake: shifted per point by its number, so that the result
-// depends on no order of threads.
+// The low-discrepancy directions of a bake. Each point shifts them by its number, so the result
+// does not depend on the order of threads.
 #pragma once
 
 #include <array>
@@ -15,15 +15,15 @@ namespace catoptric::trace {
 float fraction(double x);
 /// The random shift of point `number`, in the unit square.
 Vec2 shiftOf(std::size_t number);
-/// A point of the unit square, moved on the torus.
+/// A point of the unit square, shifted with wrap-around.
 Vec2 shifted(const Vec2& p, const Vec2& shift);
-/// R2 points number `first` to `first + count` in the unit square, ordered along a Morton curve so
-/// that neighbours stay together.
+/// R2 points number `first` to `first + count - 1` in the unit square, sorted along a Morton curve
+/// so that neighbours in space are neighbours in the list.
 std::vector<Vec2> latticePoints(int count, int first = 0);
-/// Cosine-distributed direction about basis.z (Malley's method).
+/// A cosine-distributed direction about basis.z (Malley's method).
 Vec3 cosineDirection(const Basis& basis, const Vec2& p);
 
-/// Standard error of a mean from the sums of kGroups interleaved groups of its terms.
+/// The standard error of a mean, from the sums of kGroups interleaved groups of its terms.
 inline constexpr int kGroups = 4;
 float standardError(const std::array<float, kGroups>& sums, float scale);
 

@@ -1,4 +1,4 @@
-// The surfaces that a bake's rays meet.
+// The surfaces with which a bake's rays are intersected.
 #pragma once
 
 #include "frame/geometry.h"
@@ -6,13 +6,13 @@
 
 namespace catoptric::trace {
 
-/// The geometry with each surface a little behind its own: by a thirty-second of the offset that
-/// its points have. Where solids touch, or one stands on a floor, surfaces coincide, and rounding
-/// would choose which of them a ray meets. Here a ray inside a solid meets the back of its surface
-/// first, and a point at its foot lies outside. The faces of an inner corner move as one, and
+/// A copy of the geometry in which each surface is moved slightly behind its original position, by
+/// 1/32 of the offset of its points. Positions and the objects' bounds alone differ. Reason: where
+/// solids touch, or stand on a floor, surfaces coincide, and rounding would decide which one a ray
+/// hits. In the moved geometry, a ray inside a solid hits the back of the solid's surface first,
+/// and a point at the foot of a solid lies outside. The faces of an inner corner move together and
 /// borders grow, so that hardly any light leaks between surfaces that meet. A sheet of two faces
-/// back to back becomes thicker, so that rays meet its fronts. Positions and objects' bounds alone
-/// differ from `geometry`.
+/// back to back becomes thicker, so that rays hit its front faces.
 frame::Geometry insetSurfaces(const frame::Geometry& geometry, const BakePoints& points);
 
 }  // namespace catoptric::trace

@@ -5,8 +5,9 @@
 
 namespace catoptric::trace {
 
-/// By Embree's own names: "avx512", "avx2", "avx", "sse4.2" or "sse2". What CATOPTRIC_EMBREE_ISA
-/// names, or else the best that the processor and this build of Embree have.
+/// Embree's own name of the instruction set: "avx512", "avx2", "avx", "sse4.2" or "sse2".
+/// CATOPTRIC_EMBREE_ISA selects it; otherwise it is the best that both the processor and this build
+/// of Embree support.
 std::string embreeInstructions();
 
 }  // namespace catoptric::trace

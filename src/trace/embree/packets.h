@@ -1,5 +1,4 @@
-// Private to src/trace/embree: rays into packets of Embree and hits out of them, four at a
-// time.
+// Private to src/trace/embree: packs rays into Embree's packets and unpacks hits, four at a time.
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -17,7 +16,7 @@
 
 namespace catoptric::trace {
 
-/// Largest coordinate of a ray that is given to Embree.
+/// Largest coordinate of a ray that Embree gets.
 inline constexpr float kRayLargest = 1e18f;
 
 template <int N>
@@ -48,20 +47,20 @@ static_assert(sizeof(Ray) == 32 && offsetof(Ray, direction) == 12 && offsetof(Ra
               offsetof(Ray, far) == 28);
 static_assert(sizeof(Hit) == 20 && offsetof(Hit, distance) == 16);
 
-/// Four rays by components.
+/// Four rays, stored by component.
 struct FourRays {
   Floats4 originX, originY, originZ, directionX, directionY, directionZ, near, far;
 };
 
 inline FourRays fourOf(const Ray* rays) {
-  // 32 bytes of a ray are origin and direction.x; direction.yz, near and far
+  // The 32 bytes of a ray hold origin and direction.x, then direction.yz, near and far
   const auto part = [&](int i) { return load<Floats4>(&rays->origin.x + 4 * i); };
   FourRays r{part(0), part(2), part(4), part(6), part(1), part(3), part(5), part(7)};
   transpose(r.originX, r.originY, r.originZ, r.directionX);
   transpose(r.directionY, r.directionZ, r.near, r.far);
   return r;
 }
-/// From 0 to infinity.
+/// The rays extend from 0 to infinity.
 inline FourRays fourOf(const RayLanes& rays, std::size_t first) {
   const auto part = [&](const float* lane) { return load<Floats4>(lane + first); };
   return {part(rays.originX),    part(rays.originY),
@@ -70,17 +69,17 @@ inline FourRays fourOf(const RayLanes& rays, std::size_t first) {
           floats4(0.0f),         floats4(std::numeric_limits<float>::infinity())};
 }
 
-/// Where |x| is small enough for Embree; false for NaN.
+/// Whether |x| is small enough for Embree; false for NaN.
 inline Mask4 isBounded(const Floats4& x) {
   return (x < kRayLargest) & (x > -kRayLargest);
 }
 
-/// Fills four lanes of a packet, from lane `at` on, with those that exist; lanes that must not be
-/// traced get a harmless ray and valid = 0. The tests are those of isTraceable(). Returns the
-/// number of refused rays.
+/// Fills four lanes of a packet, starting at lane `at`, with the rays that exist. Lanes that must
+/// not be traced get a harmless ray and valid = 0. The tests are the same as in isTraceable().
+/// Returns the number of refused rays.
 template <class Rays>
 unsigned packFour(const FourRays& r, const Mask4& exists, int at, Rays& packet, int* valid) {
-  // Of those that can be traced a segment that holds no point hits nothing, and nothing is wrong.
+  // A traceable ray with an empty segment (far < near) hits nothing. This is no error.
   const Mask4 traceable = isBounded(r.originX) & isBounded(r.originY) & isBounded(r.originZ) &
                           isBounded(r.directionX) & isBounded(r.directionY) &
                           isBounded(r.directionZ) & (r.near >= 0.0f) &
@@ -101,7 +100,8 @@ unsigned packFour(const FourRays& r, const Mask4& exists, int at, Rays& packet, 
   return static_cast<unsigned>(std::popcount(bitsOf(exists & ~traceable)));
 }
 
-/// Fills the first `count` of the packet's lanes and disables the rest; returns the refused rays.
+/// Fills the first `count` lanes of the packet and disables the others. Returns the number of
+/// refused rays.
 template <int N, class Rays>
 std::uint64_t pack(const Ray* rays, int count, Rays& packet, int* valid) {
   constexpr Mask4 kAll{-1, -1, -1, -1};
@@ -110,7 +110,7 @@ std::uint64_t pack(const Ray* rays, int count, Rays& packet, int* valid) {
   for (; lane + 4 <= count; lane += 4)
     refused += packFour(fourOf(rays + lane), kAll, lane, packet, valid);
   for (; lane < N; lane += 4) {
-    // The last packet: empty segments in place of missing rays.
+    // The last packet: empty segments replace the missing rays
     std::array<Ray, 4> some;
     for (Ray& ray : some) ray.far = -1.0f;
     for (int i = lane; i < count; ++i) some[i - lane] = rays[i];
@@ -119,7 +119,7 @@ std::uint64_t pack(const Ray* rays, int count, Rays& packet, int* valid) {
   return refused;
 }
 
-/// What all packets of a loop have in common.
+/// Sets the members that are the same for all packets of a loop.
 template <int N, class Rays>
 void setConstants(Rays& packet) {
   for (int i = 0; i < N; ++i) {
@@ -130,10 +130,10 @@ void setConstants(Rays& packet) {
   }
 }
 
-/// Four hits, or fewer at the end, from lane `at` on. Misses become Hit{}.
+/// Unpacks up to four hits, starting at lane `at`. Misses become Hit{}.
 template <class RayHit>
 void unpackFour(const RayHit& packet, int at, int count, Hit* hits) {
-  // Embree leaves the lanes of misses alone, which were set to object -1 and zeros.
+  // Embree leaves the lanes of misses unchanged; they were set to object -1 and zeros
   const Mask4 missed = load<Mask4>(packet.hit.geomID + at) == -1;
   const Floats4 distance = missed ? floats4(std::numeric_limits<float>::infinity())
                                   : load<Floats4>(packet.ray.tfar + at);
@@ -155,7 +155,7 @@ inline RTCIntersectContext makeContext(bool coherent) {
   return context;
 }
 
-/// `fill(first, lanes, packet, valid)` packs rays and returns how many were refused.
+/// `fill(first, lanes, packet, valid)` packs rays and returns the number of refused ones.
 template <int N, class Fill>
 std::uint64_t intersectFilled(RTCScene scene, Hit* hits, std::size_t count, bool coherent,
                               const Fill& fill) {
@@ -217,7 +217,7 @@ std::uint64_t visiblePackets(RTCScene scene, const Ray* rays, std::uint8_t* free
     const int lanes = static_cast<int>(std::min<std::size_t>(N, count - first));
     refused += pack<N>(rays + first, lanes, packet, valid.data());
     Packet<N>::occluded(valid.data(), scene, &context, &packet);
-    // Embree marks blocked rays by tfar = -infinity.
+    // Embree marks blocked rays by tfar = -infinity
     for (int i = 0; i < lanes; ++i) {
       const bool blocked = valid[i] != 0 && packet.tfar[i] < 0.0f;
       free[first + i] = blocked ? 0 : 1;

@@ -1,4 +1,4 @@
-// Rays by components, as vector code makes and takes them.
+// Rays stored by component, as vector code produces and reads them.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 namespace catoptric::trace {
 
-/// Rays from 0 to infinity. The arrays can be read up to the next multiple of 16.
+/// Rays that extend from 0 to infinity. The arrays must be readable up to the next multiple of 16.
 struct RayLanes {
   const float* originX;
   const float* originY;
