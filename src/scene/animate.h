@@ -1,4 +1,4 @@
-// The scene at one moment: node transforms and deformed vertices.
+// The scene at one moment in time: node transforms and deformed vertices.
 #pragma once
 
 #include <vector>
@@ -10,26 +10,27 @@ namespace catoptric::scene {
 struct Pose {
   double timeSeconds = 0.0;
   std::vector<Mat4> worldFromNode;               ///< one per node
-  std::vector<std::vector<float>> morphWeights;  ///< one per node; empty where it has none
+  std::vector<std::vector<float>> morphWeights;  ///< one per node; empty if the node has none
 };
 
 /// Evaluates all channels at `timeSeconds` (clamped to each channel's keys).
 Pose poseAt(const Scene& scene, double timeSeconds);
 
-/// Which objects' world-space vertices can change over time: an animated ancestor, skin or weights.
+/// Tells for each object whether its world-space vertices can change over time: through an animated
+/// ancestor, skin or morph weights.
 std::vector<bool> movingObjects(const Scene& scene);
 
-/// Which objects can change their shape over time: moving weights of morph targets, or moving
+/// Tells for each object whether its shape can change over time: through animated morph weights or
 /// joints.
 std::vector<bool> deformingObjects(const Scene& scene);
 
-/// Where an object's mesh is at `pose`; the identity for skinned objects, which follow their
-/// joints.
+/// The transform of an object's mesh at `pose`. It is the identity for skinned objects, which
+/// follow their joints.
 Mat4 worldFromObject(const Scene& scene, const Object& object, const Pose& pose);
 
-/// World-space vertices of one object: skinned, morphed, transformed. Arrays have one entry per
-/// mesh vertex; tangents only when the mesh has them. A transform with negative determinant flips
-/// the winding: see `flipWinding`.
+/// The world-space vertices of one object after skinning, morphing and transforming. Arrays have
+/// one entry per mesh vertex; tangents exist only if the mesh has them. A transform with negative
+/// determinant flips the winding: see `flipWinding`.
 struct WorldVertices {
   std::vector<Vec3> positions;
   std::vector<Vec3> normals;

@@ -1,4 +1,4 @@
-// Cameras and camera paths: what one frame is seen with.
+// Cameras and camera paths.
 #pragma once
 
 #include <filesystem>
@@ -13,9 +13,9 @@ namespace catoptric::scene {
 
 struct Scene;
 
-/// A perspective pinhole camera. It looks along its -z, +y is up.
+/// A perspective pinhole camera. It looks along its -z axis; +y is up.
 struct Camera {
-  Mat4 worldFromCamera{1.0f};         ///< rigid
+  Mat4 worldFromCamera{1.0f};         ///< a rigid transform
   float verticalFovRad = kPi / 4.0f;  ///< in (0, pi)
   float nearMetres = 0.01f;           ///< positive; there is no far plane
 
@@ -24,23 +24,26 @@ struct Camera {
   bool operator==(const Camera&) const = default;
 };
 
-/// Reversed-Z, infinite far plane, for glClipControl(GL_UPPER_LEFT, GL_ZERO_TO_ONE): depth is
-/// near / distance along -z, 1 at the near plane, 0 at infinity. `aspect` = width / height.
+/// Projection with reversed-Z and an infinite far plane, for glClipControl(GL_UPPER_LEFT,
+/// GL_ZERO_TO_ONE). Depth is near / distance along -z: 1 at the near plane, 0 at infinity. `aspect`
+/// = width / height.
 Mat4 clipFromCamera(const Camera& camera, float aspect);
 Mat4 cameraFromWorld(const Camera& camera);
 
-/// Direction (unit length, world space) through image position (x, y) in pixels of a width x height
-/// frame; (0, 0) is the upper left corner of the upper left pixel.
+/// Direction (unit length, world space) of the ray through image position (x, y), in pixels of a
+/// width x height frame. (0, 0) is the upper left corner of the upper left pixel.
 Vec3 rayDirection(const Camera& camera, int width, int height, float x, float y);
 
-/// Maps (x, y, 1) of an image position as above to the ray through it: world space, 1 metre along
-/// the camera's axis.
+/// Maps (x, y, 1), with (x, y) as in rayDirection(), to the world-space vector from the eye to the
+/// plane 1 metre in front of the camera.
 Mat3 rayFromPixel(const Camera& camera, int width, int height);
 
-/// Angle that one pixel's height subtends at the image centre, radians: the spread of ray cones.
+/// Angle in radians that the height of one pixel subtends at the image centre: the spread of ray
+/// cones.
 float pixelSpreadRad(const Camera& camera, int height);
 
-/// Nearer targets give no direction. Metres; ours, far above where single precision loses it.
+/// A target nearer to the eye than this (metres) gives no direction. Ours; far above the distance
+/// at which single precision loses the direction.
 inline constexpr float kLeastTargetDistance = 1e-9f;
 inline bool givesDirection(const Vec3& eye, const Vec3& target) {
   return glm::length(target - eye) >= kLeastTargetDistance;
@@ -48,14 +51,14 @@ inline bool givesDirection(const Vec3& eye, const Vec3& target) {
 
 Camera lookAt(const Vec3& eye, const Vec3& target, const Vec3& up, float verticalFovRad);
 
-/// One frame of a path: the number under which it is stored, its camera, its scene time.
+/// One frame of a path: its number in file names, its camera, and its scene time.
 struct PathFrame {
   int number = 1;
   double timeSeconds = 0.0;
   Camera camera;
 };
 
-/// A camera path: frames 1..count() at a fixed rate.
+/// A camera path with frames 1..count() at a fixed rate.
 class CameraPath {
  public:
   virtual ~CameraPath() = default;
@@ -63,19 +66,19 @@ class CameraPath {
   virtual PathFrame frame(int number) const = 0;  ///< 1 <= number <= count()
 };
 
-/// Loads a path description (JSON, see configs/schema/path.schema.json). `scene` serves paths
-/// that name a glTF camera. Throws UsageError with the place in the file.
+/// Loads a path description (JSON, see configs/schema/path.schema.json). `scene` is needed for
+/// paths that name a glTF camera. Throws UsageError with the place in the file.
 std::unique_ptr<CameraPath> loadPath(const std::filesystem::path& file, const Scene& scene);
 
-/// The scene's first camera as a path of `frames` frames over its animation; a camera that sees
-/// the whole scene from the front when the scene has none.
+/// A path of `frames` frames with the scene's first camera, over the scene's animation. If the
+/// scene has no camera, one that sees the whole scene from the front.
 std::unique_ptr<CameraPath> defaultPath(const Scene& scene);
 
-/// Parses "1-100x2,120": ranges, steps, single frames; ascending and without repeats in the
-/// result. Throws UsageError that shows the place. `count` bounds the numbers.
+/// Parses "1-100x2,120": ranges, steps and single frames. The result is ascending and without
+/// duplicates. Throws UsageError that shows the place. `count` is the largest allowed number.
 std::vector<int> parseFrames(const std::string& text, int count);
 
-/// The inverse: "1-9x2,20".
+/// The inverse of parseFrames(), e.g. "1-9x2,20".
 std::string formatFrames(const std::vector<int>& frames);
 
 }  // namespace catoptric::scene

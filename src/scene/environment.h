@@ -1,4 +1,4 @@
-// Environments that a run names, or gets where its scene has no light.
+// Environments that a run names, and the default for scenes without light.
 #pragma once
 
 #include <filesystem>
@@ -8,12 +8,13 @@
 
 namespace catoptric::scene {
 
-/// A soft sky over a darker ground, without colour casts that hide a material's own: what a glTF
-/// file without lights is shown in. Ours.
+/// The default environment of a glTF file without lights: a soft sky over a darker ground, without
+/// a colour cast that would hide the colours of materials. Ours.
 Environment defaultEnvironment();
 
-/// An environment by its text: "sky" (the default), a colour "#rrggbb" (sRGB) or "r,g,b" (radiance,
-/// scene-linear), or an image, which is `file`. Throws UsageError with the text's place.
+/// An environment from its text: "sky" (the default), a colour "#rrggbb" (sRGB) or "r,g,b"
+/// (radiance, scene-linear), or an image, whose path is `file`. Throws UsageError with the text's
+/// place.
 Environment namedEnvironment(const config::Value& text, const std::filesystem::path& file);
 
 }  // namespace catoptric::scene

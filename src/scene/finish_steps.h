@@ -1,4 +1,4 @@
-// The steps of finishScene that stand in files of their own; for the sources of this folder only.
+// The steps of finishScene that have their own source files; private to this folder.
 #pragma once
 
 #include <cstddef>
@@ -13,15 +13,16 @@ inline std::size_t index(int i) {
   return static_cast<std::size_t>(i);
 }
 
-/// Adds a note to the scene, once.
+/// Adds a note to the scene, unless it has it already.
 void addNote(Scene& scene, const std::string& note);
 
-/// Unit normals, and tangents where a normal map needs them; notes what had to be made up.
+/// Makes unit normals, and tangents where a normal map needs them. Adds notes about missing data
+/// that was made up.
 void finishMeshes(Scene& scene);
-/// Notes objects that have textures but no texture coordinates.
+/// Adds notes about objects that have textures but no texture coordinates.
 void noteMissingTextureCoordinates(Scene& scene);
 
-/// Everything that can change a pixel; no names, no notes.
+/// Fingerprint of everything that can change a pixel; names and notes are not part of it.
 std::uint64_t fingerprintOf(const Scene& scene);
 
 }  // namespace catoptric::scene

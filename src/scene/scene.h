@@ -1,6 +1,6 @@
-// The scene as loaded: plain data, complete and checked (every index in range, every float
-// finite), before anything is animated, flattened or uploaded. Both glTF files and scene
-// descriptions load into it; frame/geometry.h makes the world-space triangles of one moment.
+// The loaded scene as plain data, complete and checked (every index is in range, every float is
+// finite), before anything is animated, flattened or uploaded. glTF files and scene descriptions
+// are both loaded into it. frame/geometry.h builds the world-space triangles of one moment from it.
 #pragma once
 
 #include <array>
@@ -23,19 +23,20 @@ inline constexpr int kNone = -1;
 
 enum class Wrap : std::uint8_t { Repeat, MirroredRepeat, ClampToEdge };
 
-/// One mip level, RGBA8, row 0 is v = 0 (the top row of the image file), rows tightly packed.
+/// One mip level, RGBA8. Row 0 is v = 0, the top row of the image file. Rows are tightly packed.
 struct MipLevel {
   int width = 0;
   int height = 0;
   std::vector<std::uint8_t> rgba;
 };
 
-/// A texture with its whole mip chain, made once at load by box filtering of linear values, so
-/// that GL and the CPU sample the same texels. `srgb` textures decode to linear when sampled.
+/// A texture with its whole mip chain. The chain is made once at load, by box filtering of linear
+/// values, so that GL and the CPU sample the same texels. `srgb` textures are decoded to linear
+/// when sampled.
 struct Texture {
   std::string name;
   bool srgb = true;
-  bool nearest = false;  ///< magnification and minification without interpolation, base level only
+  bool nearest = false;  ///< sample without interpolation, from the base level only
   Wrap wrapS = Wrap::Repeat;
   Wrap wrapT = Wrap::Repeat;
   std::vector<MipLevel> levels;  ///< levels[0] is the image itself
@@ -51,47 +52,48 @@ struct TextureSlot {
 
 enum class AlphaMode : std::uint8_t { Opaque, Mask };
 
-/// What shading needs; methods.md's s, g, n are derived once at load by scene/reflectance.h.
-/// Surfaces are two-sided for all rays: the shading normal is turned to the viewer.
+/// A material. s, g and n of methods.md are derived once at load by scene/reflectance.h. Surfaces
+/// are two-sided for all rays: the shading normal is turned towards the viewer.
 struct Material {
   std::string name;
   Vec3 baseColor{1.0f};  ///< scene-linear Rec.709; albedo = baseColor * texture * vertex colour
   TextureSlot baseColorTexture;
-  Vec3 emissive{0.0f};  ///< radiance, strength included
+  Vec3 emissive{0.0f};  ///< emitted radiance, including its strength factor
   TextureSlot emissiveTexture;
   TextureSlot normalTexture;  ///< tangent space, linear
   float normalScale = 1.0f;
-  float specularLevel = 0.0f;  ///< s: weight of the reflection, 0 (diffuse) .. 1 (pure mirror)
-  float glossiness = 0.0f;     ///< g: 0 mirror .. 1 widest lobe
-  /// glTF metallic (b) and roughness (g) texture; per texel s and g by the mapping. The factors
-  /// kept here are what the texels are multiplied with.
+  float specularLevel = 0.0f;  ///< s: weight of the reflection, 0 (diffuse) .. 1 (perfect mirror)
+  float glossiness = 0.0f;     ///< g: roughness of the reflection, 0 (mirror) .. 1 (widest lobe)
+  /// glTF texture of metallic (b) and roughness (g); each texel is mapped to s and g. The following
+  /// factors multiply the texels.
   TextureSlot metallicRoughnessTexture;
   float metallicFactor = 0.0f;
   float roughnessFactor = 1.0f;
-  float dielectricF0 = 0.04f;  ///< of the non-metallic part: ior and specular factor
-  /// The reflection is multiplied with reflectionTint + albedoTint * albedo (frame/shading.h).
-  /// finishScene() leaves albedoTint above 0 only where that differs from place to place.
+  float dielectricF0 = 0.04f;  ///< of the non-metallic part: from ior and specular factor
+  /// The reflection is multiplied by reflectionTint + albedoTint * albedo (frame/shading.h).
+  /// finishScene() leaves albedoTint above 0 only where this tint varies over the surface.
   Vec3 reflectionTint{1.0f};
   float albedoTint = 0.0f;
-  /// Index of refraction of the body that the surface bounds: the weight s goes to the refracted
-  /// ray instead of the mirrored one. 0: mirrors.
+  /// Index of refraction of the solid that the surface bounds. If above 0, s is the weight of the
+  /// refracted ray instead of the reflected one. 0: the surface reflects.
   float refraction = 0.0f;
   AlphaMode alphaMode = AlphaMode::Opaque;
   float alphaCutoff = 0.5f;
   float baseAlpha = 1.0f;
-  bool unlit = false;  ///< KHR_materials_unlit: radiance = albedo, no lights
+  bool unlit = false;  ///< KHR_materials_unlit: radiance = albedo, independent of lights
 
   bool tintVaries() const { return albedoTint > 0.0f; }
 };
 
 struct MorphTarget {
-  std::vector<Vec3> positions;  ///< deltas; empty or one per vertex
+  std::vector<Vec3> positions;  ///< offsets; empty, or one per vertex
   std::vector<Vec3> normals;
   std::vector<Vec3> tangents;
 };
 
-/// An indexed triangle list in object space. Normals always present and of unit length,
-/// uv/colour arrays empty or one per vertex, tangents present when the material needs them.
+/// An indexed triangle list in object space. Normals are always present and have unit length. uv
+/// and colour arrays are empty or have one entry per vertex. Tangents are present if the material
+/// needs them.
 struct Mesh {
   std::string name;
   std::vector<Vec3> positions;
@@ -103,16 +105,16 @@ struct Mesh {
   std::vector<Vec4> weights;
   std::vector<MorphTarget> morphTargets;
   std::vector<std::uint32_t> indices;  ///< three per triangle
-  /// The implicit surface, in object space, that the triangles approximate: rays meet the surface
-  /// itself. Null for what is made of triangles, and for what deforms.
+  /// The implicit surface, in object space, that the triangles approximate; rays are intersected
+  /// with it. Null for meshes without one, and for meshes that deform.
   std::shared_ptr<const implicit::Surface> surface;
 };
 
-/// Node of a forest; parents stand before their children.
+/// A node of a forest. Parents come before their children.
 struct Node {
   std::string name;
   int parent = kNone;
-  bool hasMatrix = false;  ///< matrix instead of translation, rotation, scale
+  bool hasMatrix = false;  ///< `matrix` replaces translation, rotation and scale
   Mat4 matrix{1.0f};
   Vec3 translation{0.0f};
   Quat rotation{1.0f, 0.0f, 0.0f, 0.0f};
@@ -122,28 +124,30 @@ struct Node {
 };
 
 struct Skin {
-  std::vector<int> joints;  ///< nodes
+  std::vector<int> joints;  ///< indices of nodes
   std::vector<Mat4> inverseBind;
 };
 
-/// A natural part of the scene: one primitive at one node (or one instance of it).
-/// Its id is its index in Scene::objects plus 1; 0 is the background. Ids never change.
+/// An object: one primitive at one node (or one instance of it). Its id is its index in
+/// Scene::objects plus 1; 0 is the background. Ids never change.
 struct Object {
   std::string name;
   int mesh = kNone;
   int node = kNone;
   int material = kNone;
-  Mat4 nodeFromInstance{1.0f};  ///< EXT_mesh_gpu_instancing; identity otherwise
-  /// 1, 2, ... in order of load for reflective objects; 0 for diffuse ones.
+  Mat4 nodeFromInstance{1.0f};  ///< for EXT_mesh_gpu_instancing; otherwise identity
+  /// 1, 2, ... in loading order for reflective objects; 0 for diffuse objects.
   int reflector = 0;
-  bool planar = false;  ///< all vertices in one plane with its normal, and no normal map
+  bool planar =
+      false;  ///< all vertices and their normals belong to one plane, and there is no normal map
 };
 
 enum class LightType : std::uint8_t { Directional, Point, Spot };
 
-/// KHR_lights_punctual: point and spot intensity in W/sr, directional irradiance in W/m^2, along
-/// the node's -z. `baked` lights act through the baked irradiance of vertices (with shadows and
-/// interreflection) instead of being evaluated, unshadowed, at run time.
+/// A light of KHR_lights_punctual: point and spot intensity in W/sr, directional irradiance in
+/// W/m^2, along the node's -z. `baked` lights contribute only through the baked irradiance of
+/// vertices (with shadows and interreflection). Other lights are evaluated at run time, without
+/// shadows.
 struct Light {
   std::string name;
   LightType type = LightType::Point;
@@ -153,23 +157,23 @@ struct Light {
   float outerConeRad = kPi / 4.0f;
   float radius = 0.0f;  ///< metres; size of the emitter for soft baked shadows
   bool baked = false;
-  int node = kNone;  ///< kNone: use position and direction
+  int node = kNone;  ///< kNone: `position` and `direction` are used
   Vec3 position{0.0f};
   Vec3 direction{0.0f, -1.0f, 0.0f};
 };
 
 enum class EnvironmentType : std::uint8_t { Constant, Gradient, File };
 
-/// Radiance from infinitely far away.
+/// The radiance of the surroundings at infinite distance.
 struct Environment {
   EnvironmentType type = EnvironmentType::Constant;
-  Vec3 color{0.0f};  ///< constant radiance; for a gradient: at the zenith
+  Vec3 color{0.0f};  ///< constant radiance; for a gradient: radiance at the zenith
   Vec3 horizon{0.0f};
   Vec3 ground{0.0f};
   std::filesystem::path file;  ///< latitude-longitude image, EXR or HDR
   float scale = 1.0f;
   float rotationRad = 0.0f;  ///< about +y
-  bool isDefault = false;    ///< stands in for the light that the file does not have
+  bool isDefault = false;    ///< replaces the light that the file lacks
 };
 
 struct CameraDefinition {
@@ -181,8 +185,8 @@ struct CameraDefinition {
 enum class Interpolation : std::uint8_t { Step, Linear, CubicSpline };
 enum class Target : std::uint8_t { Translation, Rotation, Scale, Weights };
 
-/// values: per key 3 (translation, scale), 4 (rotation, xyzw) or weights' count floats; for
-/// CubicSpline in-tangent, value, out-tangent.
+/// An animated property. Floats per key: 3 (translation, scale), 4 (rotation, xyzw), or the number
+/// of weights. CubicSpline has in-tangent, value and out-tangent per key.
 struct AnimationChannel {
   int node = kNone;
   Target target = Target::Translation;
@@ -193,8 +197,9 @@ struct AnimationChannel {
 
 enum class BakeMode : std::uint8_t { None, AmbientOcclusion, Full };
 
-/// What Embree bakes per vertex at load (cached): ambient occlusion, or with Full also the
-/// irradiance of baked lights, of the environment through openings, and of interreflection.
+/// Settings of the light that Embree bakes per vertex at load (cached): ambient occlusion; with
+/// Full also the irradiance of baked lights, of the environment through openings, and of
+/// interreflection.
 struct BakeSettings {
   BakeMode mode = BakeMode::None;
   int rays = 256;                         ///< hemisphere rays per vertex
@@ -205,10 +210,10 @@ struct BakeSettings {
 struct Scene {
   std::string name;
   std::filesystem::path source;  ///< the file that was loaded
-  /// Where the origin of "world space" lies in the file's coordinates: 0 but for scenes far away
-  /// from 0, whose floats would be coarse. Poses, lights and cameras (finishScene, loadPath) have
-  /// it taken off already, in double; whoever reads or writes positions of the file's must do so
-  /// too.
+  /// The origin of world space in the file's coordinates. It is 0 except for scenes far away from
+  /// 0, whose float coordinates would be coarse. finishScene and loadPath have subtracted it (in
+  /// double) from poses, lights and cameras. Code that reads or writes positions in file
+  /// coordinates must do the same.
   glm::dvec3 origin{0.0};
   std::vector<Mesh> meshes;
   std::vector<Material> materials;
@@ -221,22 +226,22 @@ struct Scene {
   std::vector<AnimationChannel> animation;
   Environment environment;
   BakeSettings bake;
-  /// Radiance added as irradiance pi * ambient * occlusion everywhere; lights rooms that no sky
-  /// sees.
+  /// Adds the irradiance pi * ambient * occlusion everywhere. It lights rooms that receive no light
+  /// from the sky.
   Vec3 ambient{0.0f};
-  /// Lights that are not baked show in glossy surfaces: true for glTF files, an option of scene
-  /// descriptions.
+  /// Whether unbaked lights cause highlights on glossy surfaces: true for glTF files, an option of
+  /// scene descriptions.
   bool highlights = false;
-  std::vector<std::string> notes;     ///< what the loader ignored or approximated, for `info`
-  std::vector<std::string> warnings;  ///< what will look wrong; runs say it, too
+  std::vector<std::string> notes;     ///< data that the loader ignored or approximated, for `info`
+  std::vector<std::string> warnings;  ///< problems that will be visible; runs report them too
   std::uint64_t fingerprint = 0;      ///< of all contents
 
   int reflectorCount() const;
-  std::size_t triangleCount() const;            ///< of all objects (instances counted)
-  std::size_t reflectiveTriangleCount() const;  ///< of reflective objects
-  std::size_t memoryBytes() const;              ///< of this structure's arrays
+  std::size_t triangleCount() const;            ///< over all objects (instances counted)
+  std::size_t reflectiveTriangleCount() const;  ///< over the reflective objects
+  std::size_t memoryBytes() const;              ///< size of this structure's arrays
   bool animated() const { return !animation.empty(); }
-  /// Last key's time in seconds; 0 without animation.
+  /// Time of the last key in seconds; 0 without animation.
   float duration() const;
 };
 

@@ -7,16 +7,16 @@
 
 namespace catoptric::scene {
 
-/// Gives `mesh` tangents made from the texture coordinates of `slot` (its transform included), in
-/// the manner of MikkTSpace: angle-weighted sums over the triangles of each vertex, projected onto
-/// the plane of the normal; w is 1 where cross(normal, tangent) points up in the image (against v).
-/// A vertex whose triangles disagree on the side (mirrored texture coordinates) is split in two.
-/// Triangles without area, in space or in texture coordinates, add nothing; a vertex without any
-/// other gets some perpendicular tangent. Normals must be unit. Returns the number of vertices with
-/// such a made-up tangent.
+/// Computes tangents of `mesh` from the texture coordinates of `slot` (including its transform), in
+/// the manner of MikkTSpace. A tangent is the angle-weighted sum over the vertex's triangles,
+/// projected onto the plane of the normal. w is 1 where cross(normal, tangent) points up in the
+/// image (against v). A vertex whose triangles disagree on this side (mirrored texture coordinates)
+/// is split into two. Triangles without area, in space or in texture coordinates, contribute
+/// nothing. A vertex with no other triangles gets an arbitrary perpendicular tangent. Normals must
+/// have unit length. Returns the number of vertices with such an arbitrary tangent.
 std::size_t makeTangents(Mesh& mesh, const TextureSlot& slot);
 
-/// Some unit vector perpendicular to unit vector `n`.
+/// A unit vector perpendicular to the unit vector `n`.
 Vec3 anyPerpendicular(const Vec3& n);
 
 }  // namespace catoptric::scene

@@ -1,4 +1,4 @@
-// Mip chains: what GL and the CPU both sample.
+// Mip chains, which GL and the CPU both sample.
 #pragma once
 
 #include <cstddef>
@@ -9,16 +9,18 @@
 
 namespace catoptric::scene {
 
-/// Number of levels of a full chain down to 1 x 1; each level has half the size, rounded down.
+/// The number of levels of a full chain down to 1 x 1. Each level has half the size of the one
+/// before, rounded down.
 int mipLevelCount(int width, int height);
 
-/// Bytes of a full chain of RGBA8 levels.
+/// Size in bytes of a full chain of RGBA8 levels.
 std::size_t mipChainBytes(int width, int height);
 
-/// The chain of an image (row 0 at the top, RGBA8): every texel is the area mean of the linear
-/// values it covers, computed from unrounded values of the level below; `srgb` decodes red, green
-/// and blue first and encodes them again, rounding to nearest. Exact for odd sizes too: a texel
-/// that lies across two is divided. The same bytes for any number of threads.
+/// The mip chain of an image (RGBA8, row 0 at the top). Every texel is the area-weighted mean of
+/// the linear values that it covers, computed from the unrounded values of the next larger level.
+/// `srgb`: red, green and blue are decoded first, and encoded again with rounding to nearest. This
+/// is exact for odd sizes too: a texel of the larger level that overlaps two texels is divided
+/// between them. The bytes are the same for any number of threads.
 std::vector<MipLevel> makeMipChain(int width, int height, std::vector<std::uint8_t> rgba,
                                    bool srgb);
 

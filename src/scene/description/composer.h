@@ -1,5 +1,5 @@
-// Composes a scene from its description; for the sources of this room only. The members stand by
-// their stories in composer.cpp, placement.cpp, assets.cpp, lights_cameras.cpp and animation.cpp.
+// Composes a scene from its description; private to this folder. The member functions are defined
+// in composer.cpp, placement.cpp, assets.cpp, lights_cameras.cpp and animation.cpp.
 #pragma once
 
 #include <exception>
@@ -12,22 +12,22 @@
 
 namespace catoptric::scene {
 
-/// A loaded asset, and where its meshes, materials and textures stand in the composed scene.
+/// A loaded asset, and where its meshes, materials and textures are in the composed scene.
 struct Asset {
   std::filesystem::path file;
-  Scene scene;  ///< meshes, materials and textures move out at first use
+  Scene scene;  ///< meshes, materials and textures are moved out of it at first use
   std::exception_ptr error;
   bool appended = false;
   int firstMesh = 0;
   int firstMaterial = 0;
   bool bounded = false;
-  std::vector<Box3> bounds;  ///< per object, at rest
+  std::vector<Box3> bounds;  ///< per object, in the rest pose
 };
 
-/// Nodes that animations of a described object act on.
+/// The nodes that animations of a described object act on.
 struct Handle {
   int node = kNone;
-  int meshNode = kNone;  ///< of a shape
+  int meshNode = kNone;  ///< the mesh's node, for a shape
 };
 
 class Composer {
@@ -35,13 +35,13 @@ class Composer {
   Composer(const std::filesystem::path& file, const LoadLimits& limits)
       : file_(file), limits_(limits), root_(config::parseFile(file)) {}
 
-  /// Throws UsageError with all that is wrong.
+  /// Throws UsageError with all errors.
   Scene compose();
 
  private:
   using Value = config::Value;
 
-  // ---- Checks, before anything is made; they collect the assets ----
+  // ---- Checks, before anything is built; they also collect the assets ----
   void checkObjects(const std::vector<Value>& objects, int depth, config::Errors& errors);
   void checkObject(const Value& object, config::Errors& errors);
   void addMissingAssets(config::Errors& errors) const;
@@ -49,39 +49,39 @@ class Composer {
 
   // ---- Objects ----
   void addAll(const std::vector<Value>& objects, int parent, config::Errors& errors);
-  /// An object with its copies.
+  /// Adds an object with its copies.
   void add(const Value& object, int parent, config::Errors& errors);
   void addOne(const Value& object, int parent, const std::string& suffix, config::Errors& errors);
   int addNode(Node node, const Value& place);
   int addShape(const Value& object, int self, const std::string& name);
-  /// The mesh of a shape; objects with the same shape share it.
+  /// The mesh of a shape. Objects with the same shape share it.
   int meshOf(const Value& object);
   int countOf(const Value& value) const;
   std::string nameOf(const Value& object) const;
-  /// A node that gives `bounds` the size of "fit" and puts "anchor" at the origin; `self` itself
-  /// when neither is wanted.
+  /// A node that scales `bounds` to the size of "fit" and moves "anchor" to the origin; `self` if
+  /// neither is given.
   int fitted(const Value& object, int self, const Box3& bounds);
-  /// Applies "reflective" to a material.
+  /// Applies "reflective" to a material; returns the resulting material.
   int marked(const Value& object, int material);
-  /// "reflective": true promises that something of the object reflects.
+  /// Checks "reflective": true, which requires that some part of the object reflects.
   void checkMark(const Value& object, std::size_t firstObject);
 
   // ---- Assets ----
   void loadAssets();
   void addAsset(const Value& object, int self, const std::string& name);
-  /// Adds the asset's nodes, skins, wanted objects, lights, cameras and motions under `root`.
+  /// Adds the asset's nodes, skins, wanted objects, lights, cameras and animations under `root`.
   void copyAsset(const Value& object, const Asset& asset, int root, const std::string& name,
                  const std::vector<bool>& wanted, const std::vector<int>& materials);
-  /// Which objects of an asset the "nodes" patterns keep.
+  /// Tells which objects of an asset the "nodes" patterns keep.
   std::vector<bool> wantedObjects(const Value& object, const Asset& asset) const;
   /// Moves the asset's meshes, textures and materials into the scene, once.
   void append(Asset& asset);
-  /// The material that each of the asset's materials becomes for this object.
+  /// For each material of the asset, the material that replaces it in this object.
   std::vector<int> overriddenMaterials(const Value& object, const Asset& asset);
-  /// Whether one of the objects with this asset has "fit" or "anchor".
+  /// Whether any object that uses this asset has "fit" or "anchor".
   bool anyFits(const std::vector<Value>& objects, const std::filesystem::path& file) const;
 
-  // ---- Lights, cameras, surroundings ----
+  // ---- Lights, cameras, environment ----
   void addLights(config::Errors& errors);
   void addLight(const Value& value);
   void addCameras(config::Errors& errors);
@@ -89,11 +89,11 @@ class Composer {
   void setSurroundings();
   void setEnvironment();
   std::string bakeMode() const;
-  /// The objects of a name.
+  /// The objects with this name.
   const std::vector<Handle>& handlesOf(const Value& name) const;
 
   // ---- Animation ----
-  /// Weights of morphs with a "cycle": sine and cosine, or a sine, by cubic keys.
+  /// Animates the weights of morphs with a "cycle" as sine and cosine, or as a sine, by cubic keys.
   void addLoop(const Value& object, int node, std::size_t targets);
   void addAnimations(config::Errors& errors);
   void addAnimation(const Value& value, const Handle& handle);
@@ -104,13 +104,13 @@ class Composer {
   Scene scene_;
   std::unique_ptr<MaterialLibrary> materials_;
   std::map<std::string, Asset> assets_;
-  std::vector<Value> missingAssets_;  ///< one "asset" for each file of assets/ that is not there
+  std::vector<Value> missingAssets_;  ///< one "asset" value for each missing file of assets/
   std::map<std::string, int> shapes_;
   std::size_t shapeBytes_ = 0;
   std::map<std::string, std::vector<Handle>> handles_;
 };
 
-/// Runs `body` with each of an object's morphs.
+/// Calls `body` with each of an object's morphs.
 template <class F>
 void forEachMorph(const config::Value& object, const F& body) {
   if (!object.has("morph")) return;

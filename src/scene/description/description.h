@@ -1,4 +1,4 @@
-// Parts of the scene description's loader; docs/scenes.md describes the format.
+// Parts of the loader of scene descriptions. docs/scenes.md describes the format.
 #pragma once
 
 #include <map>
@@ -12,43 +12,43 @@
 
 namespace catoptric::scene {
 
-/// Tables: validation, configs/schema/scene.schema.json, docs.
+/// The schemas, for validation, configs/schema/scene.schema.json and docs.
 const config::Schema& sceneSchema();
 const config::Schema& materialSchema();
 const config::Schema& lightSchema();
 const config::Schema& morphSchema();
-/// Members of an object with this shape; "" for assets and groups.
+/// The members of an object with this shape; "" for assets and groups.
 const config::Schema& objectSchema(const std::string& shape);
 const std::vector<std::string>& shapeNames();
 
 /// The mesh of an object's "shape". Throws UsageError with the place of a wrong parameter.
 Mesh makeShape(const config::Value& object);
-/// That of the shape "implicit".
+/// The mesh of the shape "implicit".
 Mesh makeImplicitShape(const config::Value& object, UvMode uv);
-/// Text that is the same for objects with the same mesh.
+/// A text that is equal for objects with equal meshes.
 std::string shapeKey(const config::Value& object);
 MorphShape morphOf(const config::Value& morph);
 
-/// Reads materials, and the textures they name; the textures are made by finish(), in parallel.
+/// Reads materials and the names of their textures. finish() then makes the textures, in parallel.
 class MaterialLibrary {
  public:
-  /// `definitions`: the description's "materials", whose errors are added; files are relative to
-  /// `folder`.
+  /// `definitions`: the description's "materials"; their errors are added to `errors`. File names
+  /// are relative to `folder`.
   MaterialLibrary(Scene& scene, config::Value definitions, std::filesystem::path folder,
                   const LoadLimits& limits, config::Errors& errors);
 
-  /// Index in scene.materials of a name or an inline material. `base` is the asset's material an
-  /// inline material with "keep" starts from; kNone: there is none.
+  /// The index in scene.materials of a named or inline material. `base`: the material of the asset
+  /// from which an inline material with "keep" starts; kNone: none.
   int materialOf(const config::Value& nameOrInline, int base);
   /// The white diffuse material of objects that name none.
   int plain();
-  /// A copy of material `index` as an object's "reflective" says.
+  /// A copy of material `index`, changed according to an object's "reflective".
   int reflectiveOf(int index, const config::Value& reflective);
-  /// Makes all textures that were asked for.
+  /// Makes all requested textures.
   void finish();
 
  private:
-  /// A texture that is asked for and not made yet.
+  /// A texture that was requested and is not made yet.
   struct TextureJob {
     enum class Kind { File, Procedural, NormalMap } kind = Kind::File;
     config::Value source;
@@ -70,11 +70,11 @@ class MaterialLibrary {
   std::vector<TextureJob> jobs_;
 };
 
-/// The file that `name` names in a description in `folder`, which it must not leave. Throws
-/// UsageError.
+/// The path of a file that a description in `folder` names. Throws UsageError if it lies outside
+/// the folder.
 std::filesystem::path fileBeside(const config::Value& name, const std::filesystem::path& folder);
 
-/// [r, p, h] degrees of "rotate": about z first, then x, then y.
+/// The rotation of "rotate", given as degrees [r, p, h]: about z first, then x, then y.
 Quat rotationOf(const Vec3& degreesXyz);
 
 }  // namespace catoptric::scene

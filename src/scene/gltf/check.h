@@ -1,8 +1,9 @@
-// The gate in front of the glTF parser: what must hold before tinygltf sees a file. tinygltf takes
-// wrong types for absent members, wraps large integers, drops elements it cannot read, and reads
-// past the end of some GLB files; here all of that is an error with its JSON pointer. It also drops
-// integers that are written as floats (36.0), which glTF allows, and wraps integers from 2^31 of
-// extensions and extras: such numbers are written anew for it.
+// Checks a glTF file before the parser tinygltf reads it. tinygltf takes members of wrong type as
+// absent, wraps large integers, drops elements it cannot read, and reads past the end of some GLB
+// files. Here all these are errors with a JSON pointer.
+//
+// tinygltf also drops integers that are written as floats (36.0), which glTF allows, and wraps
+// integers from 2^31 on in extensions and extras. Such numbers are rewritten before it reads them.
 #pragma once
 
 #include <string>
@@ -19,10 +20,10 @@ namespace catoptric::scene::gltf {
 bool isKnownExtension(std::string_view name);
 
 /// Checks nesting, JSON syntax, types, required members, allowed values, ranges of all indices,
-/// exclusive members, the asset's version, required extensions, and the URIs.
+/// mutually exclusive members, the asset's version, required extensions, and the URIs.
 struct Checked {
   External external;
-  /// Numbers that tinygltf would misread as they are written.
+  /// New texts for numbers that tinygltf would misread.
   std::vector<Rewrite> rewrites;
 };
 Checked checkJson(const Container& container, const std::string& file, const LoadLimits& limits);

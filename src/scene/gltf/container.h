@@ -1,4 +1,4 @@
-// The outer form of a glTF file: JSON text, or a GLB of chunks.
+// The container of a glTF file: plain JSON text, or a GLB file of chunks.
 #pragma once
 
 #include <cstddef>
@@ -13,26 +13,28 @@ namespace catoptric::scene::gltf {
 [[noreturn]] void fail(const std::string& file, const std::string& place,
                        const std::string& message);
 
-/// The parts of a file's bytes.
+/// The parts of a file.
 struct Container {
-  bool binary = false;  ///< GLB
+  bool binary = false;  ///< whether it is a GLB file
   std::string_view json;
-  std::span<const std::byte> bin;  ///< the BIN chunk; empty when there is none
+  std::span<const std::byte> bin;  ///< the BIN chunk; empty if there is none
 };
 
-/// Splits a GLB file and checks its structure, recognised by its magic; another file is all JSON.
+/// Recognises a GLB file by its magic number, checks its structure and splits it. Any other file is
+/// JSON as a whole.
 Container splitContainer(std::span<const std::byte> bytes, const std::string& file);
 
-/// Another text for some bytes of a file's JSON.
+/// A replacement for some bytes of a file's JSON.
 struct Rewrite {
   std::size_t begin = 0;
   std::size_t end = 0;
   std::string text;
 };
-/// The file's bytes with these texts in its JSON; they must be in order and apart.
+/// The file's bytes after these replacements in its JSON. They must be sorted and must not overlap.
 std::vector<std::byte> rewritten(const Container& container, std::span<const Rewrite> rewrites);
 
-/// Refuses nesting that would exhaust a recursive parser's stack, before any parser runs.
+/// Refuses nesting so deep that it would exhaust a recursive parser's stack. Runs before any
+/// parser.
 void checkNesting(std::string_view json, const std::string& file);
 
 }  // namespace catoptric::scene::gltf

@@ -1,5 +1,5 @@
-// What the parts of the glTF loader share: the parsed model, checked access to its data, and the
-// scene under construction.
+// The data that the parts of the glTF loader share: the parsed model, checked access to its data,
+// and the scene under construction.
 #pragma once
 
 #include <tiny_gltf.h>
@@ -21,8 +21,8 @@
 
 namespace catoptric::scene::gltf {
 
-/// Which component types an accessor may have in one use: a bit per type, separately for plain
-/// and normalized integers.
+/// The component types that an accessor may have in one use: a bit per type, with separate bits for
+/// plain and normalized integers.
 enum Component : unsigned {
   kByte = 1u << 0,
   kUnsignedByte = 1u << 1,
@@ -36,7 +36,7 @@ enum Component : unsigned {
   kUnsignedShortNormalized = 1u << 9,
 };
 
-/// A file being loaded. Reading accessors is safe from several threads.
+/// A file that is being loaded. Several threads may read accessors at the same time.
 class Reader {
  public:
   Reader(const std::filesystem::path& path, const LoadLimits& limitsIn)
@@ -47,19 +47,19 @@ class Reader {
   LoadLimits limits;
   tinygltf::Model model;
   Scene scene;
-  bool quantization = false;  ///< KHR_mesh_quantization is in use
+  bool quantization = false;  ///< whether KHR_mesh_quantization is used
 
   [[noreturn]] void fail(const std::string& place, const std::string& message) const;
 
-  /// Counts bytes that the scene will take; throws when they exceed the limit.
+  /// Adds to the memory that the scene will need. Throws if the sum exceeds the limit.
   void reserveBytes(std::size_t bytes, const std::string& place);
 
-  /// Elements of an accessor as floats, `components` each (its type must have exactly so many);
-  /// normalized integers are scaled; sparse values are in; all finite and below 1e18. `place` is
-  /// what refers to the accessor.
+  /// The elements of an accessor as floats, `components` per element, which must match the
+  /// accessor's type. Normalized integers are scaled, and sparse values are applied. All values are
+  /// finite and below 1e18. `place` refers to the accessor in messages.
   std::vector<float> floats(int accessor, int components, unsigned allowed,
                             const std::string& place);
-  /// The same into vectors: T is Vec2, Vec3, Vec4, Mat4.
+  /// The same as vectors: T is Vec2, Vec3, Vec4 or Mat4.
   template <class T>
   std::vector<T> vectors(int accessor, unsigned allowed, const std::string& place) {
     constexpr int kComponents = static_cast<int>(sizeof(T) / sizeof(float));
@@ -69,7 +69,7 @@ class Reader {
     readFloats(accessor, reinterpret_cast<float*>(result.data()), place);
     return result;
   }
-  /// Elements of an integer accessor.
+  /// The elements of an integer accessor.
   std::vector<std::uint32_t> integers(int accessor, int components, unsigned allowed,
                                       const std::string& place);
   std::size_t countOf(int accessor) const {
@@ -77,7 +77,7 @@ class Reader {
   }
   int componentsOf(int accessor) const;
 
-  /// The bytes of a buffer view, bounds checked.
+  /// The bytes of a buffer view, with a bounds check.
   std::span<const std::uint8_t> bytesOf(int bufferView, const std::string& place) const;
 
  private:
@@ -90,9 +90,9 @@ class Reader {
   std::atomic<std::size_t> bytes_{0};
 };
 
-// ---- Extension and extras values; types are checked by rules.cpp ----
+// ---- Values of extensions and extras; rules.cpp checks their types ----
 
-/// A member of an object value; null value when absent.
+/// A member of an object value; a null value if absent.
 const tinygltf::Value& member(const tinygltf::Value& object, const std::string& key);
 const tinygltf::Value& extension(const tinygltf::ExtensionMap& extensions, const std::string& name);
 double numberOr(const tinygltf::Value& object, const std::string& key, double otherwise);
@@ -100,35 +100,38 @@ Vec3 vec3Or(const tinygltf::Value& object, const std::string& key, const Vec3& o
 
 std::string elementPlace(const char* array, std::size_t index);
 
-/// A quaternion of the file; a SceneError at `place` where its length is not 1.
+/// A quaternion of the file. Throws SceneError at `place` if its length is not 1.
 Quat unitRotation(const Reader& reader, float x, float y, float z, float w,
                   const std::string& place);
 
-// ---- The parts; each fills its part of reader.scene ----
+// ---- Functions that each fill one part of reader.scene ----
 
-/// One loaded primitive.
+/// A loaded primitive.
 struct Primitive {
   Mesh mesh;
   int material = kNone;
-  bool drawn = false;  ///< false for points, lines, primitives without positions
+  bool drawn = false;  ///< false for points, lines, and primitives without positions
   std::vector<std::string> notes;
 };
 
-/// All primitives of all meshes, [mesh][primitive]; read in parallel.
+/// All primitives of all meshes, as [mesh][primitive]. Reads in parallel.
 std::vector<std::vector<Primitive>> readPrimitives(Reader& reader);
 
-/// Textures (decoded and mip-mapped in parallel) and materials; scene.materials are in the order
-/// of the file, with one more for primitives that name none when `needDefault`.
+/// Reads textures (decoded and mip-mapped in parallel) and materials. scene.materials are in the
+/// order of the file. `needDefault` adds one for primitives that name none.
 void readMaterials(Reader& reader, bool needDefault);
 
-/// `base` with s, g or n of an extras object's "catoptric" member; false when it has none.
+/// Sets s, g or n of `base` from the "catoptric" member of an extras object. Returns false if there
+/// is no such member.
 bool applyReflectanceExtras(const tinygltf::Value& extras, Material& base);
 
-/// Nodes, parents before children; returns for each node of the file its number in the scene.
+/// Orders nodes so that parents come before their children; maps node numbers between the file and
+/// the scene.
 struct NodeOrder {
   std::vector<int> sceneFromFile;
   std::vector<int> fileFromScene;
-  std::vector<bool> inScene;  ///< by the file's numbers: below a root of the default scene
+  std::vector<bool>
+      inScene;  ///< by the file's numbers: whether it is below a root of the default scene
 };
 NodeOrder readNodes(Reader& reader);
 

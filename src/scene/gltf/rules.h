@@ -1,5 +1,5 @@
-// What members each object of a glTF file may have, of which types and ranges; for the sources of
-// this room only.
+// The members that each object of a glTF file may have, with their types and ranges; private to
+// this folder.
 #pragma once
 
 #include <cstddef>
@@ -20,8 +20,8 @@ struct Rule {
   std::string_view key;
   Kind kind = Kind::Number;
   bool required = false;
-  const Table* table = nullptr;  ///< members of an Object or of an Array's items
-  std::string_view refers = {};  ///< index into this root array
+  const Table* table = nullptr;  ///< members of an Object, or of each item of an Array
+  std::string_view refers = {};  ///< the value is an index into this root array
   double minimum = -1e18;
   double maximum = 1e18;
   std::vector<double> allowed = {};
@@ -34,33 +34,33 @@ struct Table {
   std::vector<Rule> rules;
 };
 
-/// Rule of an object whose members are indices of accessors.
+/// The rule for an object whose members are indices of accessors.
 Rule accessorMap(std::string_view key, bool required);
 
-/// Members of "extras": {"catoptric": ...} of nodes and materials.
+/// The members of "extras": {"catoptric": ...} of nodes and materials.
 const Table& ownExtras();
 
-/// Up to 9 digits of a number, for messages.
+/// A number with up to 9 digits, for messages.
 std::string formatted(double value);
-/// The text in quotes, shortened when long.
+/// The text in quotes, shortened if long.
 std::string quoted(const std::string& value);
 
-/// Checks values against rules; the first breach is a SceneError with its JSON pointer.
+/// Checks values against rules. The first violation throws SceneError with its JSON pointer.
 class Checker {
  public:
-  /// All must outlive the checker. `root` was parsed from `json`; `rewrites` gets the numbers in it
-  /// that tinygltf would misread.
+  /// All arguments must outlive the checker. `root` was parsed from `json`. `rewrites` receives the
+  /// numbers in it that tinygltf would misread.
   Checker(const config::Value& root, std::string_view json, const std::string& file,
           std::vector<Rewrite>& rewrites)
       : root_(root), json_(json), file_(file), rewrites_(rewrites) {}
 
-  /// The whole file against the tables.
+  /// Checks the whole file.
   void checkRoot() const;
   void checkObject(const config::Value& value, const Table& table, const std::string& place) const;
   void checkIndexMap(const config::Value& value, const Rule& rule, const std::string& place) const;
   void require(const config::Value& value, config::Value::Kind kind,
                const std::string& place) const;
-  /// Number of elements of a root array.
+  /// The number of elements of a root array.
   std::size_t countOf(std::string_view array) const;
   [[noreturn]] void failAt(const std::string& place, const std::string& message) const;
 
@@ -70,9 +70,9 @@ class Checker {
   void checkNumber(const config::Value& value, const Rule& rule, const std::string& place) const;
   void checkInteger(const config::Value& value, const Rule& rule, const std::string& place) const;
   void checkWholeNumber(double x, const Rule& rule, const std::string& place) const;
-  /// Has the number written as `text` for tinygltf, where it is not.
+  /// Adds a rewrite of the number to `text`, unless it is written so already.
   void rewrite(const config::Value& value, std::string text) const;
-  /// The items of an array, which must not be empty where the rule says so.
+  /// The items of an array, which must not be empty if the rule says so.
   const std::vector<config::Value>& items(const config::Value& value, const Rule& rule,
                                           const std::string& place) const;
 

@@ -1,5 +1,5 @@
-// The fixture of tests that load valid glTF files: a writer, its folder, and what the tests look
-// at.
+// The fixture of tests that load valid glTF files: a writer, its folder, and helpers for
+// expectations.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -39,7 +39,7 @@ class Gltf : public ::testing::Test {
   GltfWriter w;
 
   Scene load() const { return loadGltf(w.gltf(folder)); }
-  /// A material-only file on the plain triangle, finished.
+  /// The finished material of a file that has the plain triangle with this material.
   Material materialOf(const std::string& json) {
     w = triangleFile();
     w.arrays["meshes"] = {
@@ -49,7 +49,8 @@ class Gltf : public ::testing::Test {
     finishScene(scene);
     return scene.materials[0];
   }
-  /// A mesh of `positions` alone, drawn in `mode`; the triangles' corners as x coordinates.
+  /// Draws a mesh of positions alone in `mode`. Returns the corners of the resulting triangles by
+  /// their x coordinates.
   std::vector<float> cornersOf(int mode, bool indexed) {
     w = {};
     w.floats({0, 0, 0, 1, 5, 0, 2, 0, 1, 3, 4, 2, 4, 0, 7}, "VEC3");

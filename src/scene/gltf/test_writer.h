@@ -13,7 +13,7 @@
 
 namespace catoptric::scene::testing {
 
-/// A folder that is removed with its contents at the end.
+/// A folder that is removed with its contents on destruction.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -55,7 +55,7 @@ inline std::string base64(const std::string& bytes) {
   return result;
 }
 
-/// A glTF file under construction: arrays of JSON text by name, and one buffer.
+/// A glTF file under construction: named arrays of JSON texts, and one buffer.
 struct GltfWriter {
   std::map<std::string, std::vector<std::string>> arrays;
   std::map<std::string, std::string> members;  ///< other root members
@@ -139,8 +139,8 @@ struct GltfWriter {
   }
 };
 
-/// A triangle (0,0,0) (1,0,0) (0,1,0) with normals +z: accessors 0 POSITION, 1 NORMAL, 2 indices;
-/// mesh 0, node 0.
+/// A triangle (0,0,0) (1,0,0) (0,1,0) with normals +z. Accessors: 0 POSITION, 1 NORMAL, 2 indices;
+/// it is mesh 0 of node 0.
 inline GltfWriter triangleFile() {
   GltfWriter w;
   w.floats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3");

@@ -1,4 +1,4 @@
-// What a glTF file names beside itself: relative paths and data: URIs.
+// References of a glTF file to other data: relative paths and data: URIs.
 #pragma once
 
 #include <cstddef>
@@ -13,10 +13,10 @@
 
 namespace catoptric::scene::gltf {
 
-/// What the checked JSON says about files beside it.
+/// The external references in the checked JSON.
 struct External {
-  /// By the name under which tinygltf asks for it (its own, faulty, decoding of a URI): the URI as
-  /// written, and for buffers their length.
+  /// An entry's key is the name with which tinygltf asks for it (the URI after tinygltf's own,
+  /// faulty decoding). An entry has the URI as written, and the length of a buffer.
   struct Entry {
     std::string uri;
     std::string place;
@@ -30,12 +30,12 @@ struct External {
 External checkUris(const config::Value& root, const Container& container, const std::string& file,
                    const LoadLimits& limits);
 
-/// Percent-decoded path of a relative URI. Throws SceneError for absolute paths, other schemes, and
-/// what leaves the folder of the file that names it.
+/// The percent-decoded path of a relative URI. Throws SceneError for absolute paths, other schemes,
+/// and paths that leave the file's folder.
 std::filesystem::path relativePath(const std::string& uri, const std::string& file,
                                    const std::string& place);
 
-/// Bytes of a "data:...;base64," URI; throws SceneError for anything else.
+/// The bytes of a "data:...;base64," URI. Throws SceneError for anything else.
 std::string decodeDataUri(std::string_view uri, const std::string& file, const std::string& place);
 
 }  // namespace catoptric::scene::gltf

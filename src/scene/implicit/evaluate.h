@@ -1,4 +1,4 @@
-// Evaluates a tape on plain scalars, intervals, or jets and duals of either.
+// Evaluates a tape on scalars, intervals, or jets and duals of either.
 #pragma once
 
 #include <array>
@@ -27,7 +27,7 @@ S integerPower(const S& v, int exponent) {
   for (int i = 0; i < exponent; ++i) p *= v;
   return p;
 }
-/// The derivative of |u|; NaN at the kink.
+/// The derivative of |u|; NaN at u = 0.
 template <class S>
 S signOf(const S& v) {
   if (v > 0) return S(1);
@@ -43,12 +43,12 @@ S constantOf(double v) {
     return S(v);
   }
 }
-/// u^(exponent - order) for u >= 0, undefined where 0 is raised to a negative power.
+/// u^(exponent - order) for u >= 0; undefined if 0 is raised to a negative power.
 template <class S>
 S realPower(const S& u, double exponent, int order) {
   using std::pow;
   if constexpr (std::is_same_v<S, Interval>) {
-    // The difference is exact from 0.5 on.
+    // The difference is exact for exponents from 0.5 on.
     if (exponent >= 0.5 || order == 0) return pow(u, exponent - order);
     return pow(u, exponent) / integerPower(u, order);
   } else {
@@ -59,7 +59,7 @@ S realPower(const S& u, double exponent, int order) {
   }
 }
 
-// A function of u and its derivatives up to `Order` (0, 1 or 3).
+// The values of u^n and its derivatives up to `Order` (0, 1 or 3).
 
 template <int Order, class S>
 Chain<S> integerPowerChain(const S& u, int n) {
@@ -89,7 +89,8 @@ Chain<S> realPowerChain(const S& u, double exponent) {
   }
   return f;
 }
-/// |u|^exponent: odd derivatives have the sign of u; at 0 they are 0 or undefined.
+/// The values of |u|^exponent and its derivatives. Odd derivatives have the sign of u; at 0 they
+/// are 0 or undefined.
 template <int Order, class S>
 Chain<S> absPowerChain(const S& u, double exponent) {
   using std::abs;
@@ -124,7 +125,7 @@ Chain<S> atanChain(const S& u) {
   }
   return f;
 }
-/// f of `code` at u and its derivatives up to `Order` (0, 1 or 3).
+/// The values of the function `code` at u and its derivatives up to `Order` (0, 1 or 3).
 template <int Order, class S>
 Chain<S> chainOf(Code code, const S& u, double constant) {
   using std::abs;
@@ -199,7 +200,7 @@ Chain<S> chainOf(Code code, const S& u, double constant) {
   }
 }
 
-/// How a kind of number takes part: constants, functions, quotients, the smaller of two.
+/// The operations of each kind of number: constants, functions, quotients, and the minimum.
 template <class S>
 struct Arithmetic {
   static S constant(double v) { return constantOf<S>(v); }
@@ -227,7 +228,7 @@ struct Arithmetic<Jet3<S>> {
   static Jet3<S> smaller(const Jet3<S>& a, const Jet3<S>& b) {
     if (a.value() < b.value()) return a;
     if (b.value() < a.value()) return b;
-    // A kink, unless both are the same.
+    // A kink, unless both are equal.
     if (a.c == b.c) return a;
     Jet3<S> r;
     r.c.fill(std::numeric_limits<S>::quiet_NaN());
@@ -255,7 +256,7 @@ struct Arithmetic<Dual<S>> {
   }
 };
 
-/// Room for some plain values, in place where they are few; not initialized there.
+/// Storage for some plain values. A small number is stored in place and not initialized.
 template <class T>
 class Results {
  public:
@@ -272,7 +273,7 @@ class Results {
   std::vector<T> many_;
 };
 
-/// Holds the intermediate results, so that one place serves many evaluations.
+/// Keeps the storage of intermediate results between evaluations.
 template <class T>
 class Evaluator {
  public:

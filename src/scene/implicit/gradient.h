@@ -1,4 +1,4 @@
-// The gradient alone: what normals need, at a fraction of the cost of all derivatives.
+// The gradient alone, as normals need it, at a fraction of the cost of all derivatives.
 #pragma once
 
 #include <optional>
@@ -7,14 +7,16 @@
 
 namespace catoptric::implicit {
 
-/// By world coordinates; nullopt where it is zero or not finite (a cone's apex, a vase's axis).
+/// With respect to world coordinates. nullopt where it is zero or not finite (a cone's apex, a
+/// vase's axis).
 std::optional<Point> gradientAt(const Surface& surface, const Point& world);
 
-/// Unit normal, on the side where g > 0; nullopt where there is none.
+/// Unit normal on the side where g > 0; nullopt where there is none.
 std::optional<Point> normalAt(const Surface& surface, const Point& world);
 
 /// The point of the surface that Newton's method along the gradient reaches from `world`, inside
-/// the domain; nullopt when it does not converge within `reach`. A few steps: for points near it.
+/// the domain. nullopt if it does not converge within the distance `reach`. It takes a few steps,
+/// so `world` should lie near the surface.
 std::optional<Point> nearestPoint(const Surface& surface, const Point& world, double reach);
 
 }  // namespace catoptric::implicit

@@ -1,7 +1,8 @@
-// Intervals of doubles, rounded outwards: what an operation returns contains every result it can
-// have on members of its operands, and the rounded result that plain doubles give.
-// A function that is undefined on a part of an interval (the root of negative numbers) is bounded
-// where it is defined; one that is undefined on all of it gives NaN bounds (`undefined`).
+// Intervals of doubles, rounded outwards. The result of an operation contains every value that the
+// operation can have for members of its operands, and also the rounded value that plain doubles
+// give. A function that is undefined on part of an interval (the root of negative numbers) is
+// bounded where it is defined. If it is undefined on all of the interval, the bounds are NaN
+// (`undefined`).
 #pragma once
 
 #include <algorithm>
@@ -27,7 +28,7 @@ struct Interval {
 };
 
 namespace rounding {
-/// `ulps` at least so many units in the last place; exact zeros stay.
+/// A margin of at least `ulps` units in the last place. Exact zeros stay zero.
 inline double margin(double v, double ulps) {
   return ulps * (std::abs(v) * 0x1p-52 + 0x1p-1074);
 }
@@ -37,16 +38,16 @@ inline double below(double v, double ulps = 1.0) {
 inline double above(double v, double ulps = 1.0) {
   return (v == 0.0 || std::isinf(v)) ? v : v + margin(v, ulps);
 }
-/// Bounds that came out NaN from infinities say nothing.
+/// Replaces NaN bounds, which come from infinities, by infinities.
 inline Interval checked(double lo, double hi) {
   if (std::isnan(lo)) lo = -Interval::kInfinity;
   if (std::isnan(hi)) hi = Interval::kInfinity;
   return {lo, hi};
 }
-/// The library's functions are right to less than this. (glibc's manual: at most 2 for all of them)
+/// Assumed error bound of the library's functions. (glibc's manual: at most 2 ulps for all of them)
 inline constexpr double kFunctionUlps = 4.0;
 inline Interval widened(double lo, double hi) {
-  // Where a function's value is exactly zero (log 1, sin 0) its neighbourhood is not.
+  // A computed value may be exactly zero (log 1, sin 0) while the true values nearby are not
   return {below(lo, kFunctionUlps) - 0x1p-1000, above(hi, kFunctionUlps) + 0x1p-1000};
 }
 }  // namespace rounding
@@ -62,7 +63,7 @@ inline Interval operator-(const Interval& a, const Interval& b) {
   return a + (-b);
 }
 inline Interval operator*(const Interval& a, const Interval& b) {
-  // Most often nothing is zero, infinite or undefined
+  // Usually nothing is zero, infinite or undefined
   const double ll = a.lo * b.lo;
   const double lh = a.lo * b.hi;
   const double hl = a.hi * b.lo;
@@ -79,7 +80,7 @@ inline Interval operator*(const Interval& a, const Interval& b) {
   double hi = -Interval::kInfinity;
   for (const double x : {a.lo, a.hi}) {
     for (const double y : {b.lo, b.hi}) {
-      const bool zero = x == 0.0 || y == 0.0;  // also times infinity
+      const bool zero = x == 0.0 || y == 0.0;  // also zero times infinity
       const double p = zero ? 0.0 : x * y;
       const bool underflow = !zero && p == 0.0;
       lo = std::min(lo, underflow ? -0x1p-1074 : p);
@@ -131,10 +132,10 @@ inline Interval atan(const Interval& a) {
   if (a.undefined()) return a;
   return rounding::widened(std::atan(a.lo), std::atan(a.hi));
 }
-/// a^exponent with a real exponent: defined for a > 0, and for 0 where the exponent is positive.
+/// a^exponent with a real exponent. Defined for a > 0, and for a = 0 if the exponent is positive.
 inline Interval pow(const Interval& a, double exponent) {
   if (a.undefined() || a.hi < 0.0) return Interval::undefinedEverywhere();
-  // Undefined on a part: no bound that a derivative could rely on.
+  // It is undefined on a part: a derivative could not rely on any bound
   if (a.lo < 0.0) return Interval::entire();
   const double p = std::pow(a.lo, exponent);
   const double q = std::pow(a.hi, exponent);
@@ -151,7 +152,7 @@ inline Interval integerPower(const Interval& a, int exponent) {
     for (int i = 0; i < exponent; ++i) p *= v;
     return p;
   };
-  // Each product adds half a unit.
+  // Each product adds half a unit
   const double ulps = static_cast<double>(exponent);
   const double lo = power(base.lo);
   const double hi = power(base.hi);
@@ -162,7 +163,7 @@ inline Interval integerPower(const Interval& a, int exponent) {
 inline Interval cos(const Interval& a) {
   if (a.undefined()) return a;
   constexpr double kTurn = 2.0 * std::numbers::pi;
-  // Beyond, multiples of the rounded pi are off by more than the slack below.
+  // For larger arguments, multiples of the rounded pi are off by more than kSlack
   constexpr double kLargest = 1e6;
   constexpr double kSlack = 1e-8;
   if (!(a.lo > -kLargest && a.hi < kLargest && a.width() < kTurn)) return {-1.0, 1.0};

@@ -1,7 +1,7 @@
-// Jets: a value with all its partial derivatives by x, y and z up to order 3, carried through
-// arithmetic by the product and chain rules (forward mode), so exact to rounding. Symmetric
-// derivatives are stored once: 1 + 3 + 6 + 10 = 20 coefficients. Any scalar that has the
-// functions of <cmath> will do (double, a multiprecision number).
+// Jets: a value with all its partial derivatives with respect to x, y and z up to order 3.
+// Arithmetic on jets applies the product and chain rules (forward mode), so the derivatives are
+// exact up to rounding. Symmetric derivatives are stored once: 1 + 3 + 6 + 10 = 20 coefficients.
+// The scalar may be any type that has the functions of <cmath> (double, a multiprecision number).
 #pragma once
 
 #include <array>
@@ -9,10 +9,10 @@
 
 namespace catoptric::implicit {
 
-/// Where the derivative by x_i x_j stands among a jet's coefficients.
+/// Index of the derivative with respect to x_i and x_j among a jet's coefficients.
 inline constexpr std::array<std::array<std::size_t, 3>, 3> kHessianIndex{
     {{4, 5, 6}, {5, 7, 8}, {6, 8, 9}}};
-/// And that by x_i x_j x_k.
+/// Index of the derivative with respect to x_i, x_j and x_k.
 inline constexpr std::array<std::array<std::array<std::size_t, 3>, 3>, 3> kThirdIndex{
     {{{{10, 11, 12}, {11, 13, 14}, {12, 14, 15}}},
      {{{11, 13, 14}, {13, 16, 17}, {14, 17, 18}}},
@@ -41,7 +41,7 @@ struct Dual {
   S derivative{};
 };
 
-/// f(u) and its first derivatives by u.
+/// f(u) and its first three derivatives with respect to u.
 template <class S>
 struct Chain {
   S f0{}, f1{}, f2{}, f3{};
@@ -86,7 +86,7 @@ Jet3<S> operator*(const Jet3<S>& a, const Jet3<S>& b) {
   }
   return r;
 }
-/// f(u) by the chain rule.
+/// f(u), by the chain rule.
 template <class S>
 Jet3<S> composed(const Chain<S>& f, const Jet3<S>& u) {
   Jet3<S> r;

@@ -1,4 +1,4 @@
-// The scalar of tests that check derivatives and roots: 50 digits.
+// A scalar with 50 digits, for tests that check derivatives and roots.
 #pragma once
 
 #include <boost/multiprecision/cpp_bin_float.hpp>

@@ -1,5 +1,6 @@
-// A formula along a piece of a ray as a polynomial, by its coefficients in Bernstein's basis: their
-// signs bound the number of zeros. Cheaper than interval arithmetic, and its bounds are tighter.
+// The restriction of a formula to a piece of a ray, as a polynomial in the Bernstein basis. The
+// signs of its coefficients bound the number of zeros. This is cheaper than interval arithmetic,
+// and its bounds are tighter.
 #pragma once
 
 #include <array>
@@ -9,33 +10,34 @@
 
 namespace catoptric::implicit {
 
-/// For formulas of + - * and whole powers, and division by constants; with one square root r as
-/// well: such a g is p + q r, and the polynomial p^2 - q^2 r^2 = g (p - q r) is zero wherever g is.
+/// Handles formulas of + - * and whole powers, division by constants, and at most one square root
+/// r. A formula with a root has the form g = p + q r; the polynomial p^2 - q^2 r^2 = g (p - q r) is
+/// zero wherever g is.
 class RayPolynomial {
  public:
   static constexpr std::size_t kMaxDegree = 12;      ///< ours
-  static constexpr std::size_t kMaxOperations = 48;  ///< of the tape (ours)
+  static constexpr std::size_t kMaxOperations = 48;  ///< of the tape; ours
 
   enum class Zeros { None, AtMostOne, Unknown };
-  /// Bernstein's coefficients over a piece.
+  /// Bernstein coefficients over a piece of the ray.
   using Coefficients = std::array<double, kMaxDegree + 1>;
 
-  /// From `origin` to `origin + way`, local space.
+  /// The piece from `origin` to `origin + way`, in local space.
   RayPolynomial(const Tape& tape, const Point& origin, const Point& way);
-  /// Whether there is one that says more than its rounding.
+  /// Whether there is such a polynomial, with coefficients that exceed their rounding errors.
   bool valid() const { return valid_; }
   const Coefficients& whole() const { return whole_; }
   Zeros zeros(const Coefficients& piece) const;
-  /// About where the only zero is, as a part of the piece.
+  /// The approximate position of the only zero, as a fraction of the piece.
   double zeroNear(const Coefficients& piece) const;
-  /// A piece's first and second half; for at most kMaxHalvings in a row.
+  /// Halves may be halved again, up to this many times.
   static constexpr int kMaxHalvings = 12;  ///< ours
   std::pair<Coefficients, Coefficients> halves(const Coefficients& piece) const;
 
  private:
   Coefficients whole_;
   std::size_t degree_ = 0;
-  double error_ = 0.0;  ///< of each coefficient, halved ones too, at most
+  double error_ = 0.0;  ///< bound on the error of each coefficient, also after halving
   bool valid_ = false;
 };
 

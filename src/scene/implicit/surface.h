@@ -1,7 +1,7 @@
-// Implicit surfaces g(x, y, z) = 0: a catalogue, and any formula. One definition gives values,
-// exact derivatives up to the third (jets), bounds, and ray intersections with a stated guarantee.
-// All in double. A surface lives in its own space, where its domain is an axis-aligned box, and is
-// placed by an affine map; every function below takes and returns world points.
+// Implicit surfaces g(x, y, z) = 0: a catalogue, and any formula. One definition yields values,
+// exact derivatives up to order 3 (jets), bounds, and ray intersections with a stated guarantee.
+// All in double. A surface is defined in local space, in which its domain is an axis-aligned box,
+// and placed by an affine map. The functions below take and return world-space points.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ namespace catoptric::implicit {
 
 using Point = glm::dvec3;
 
-/// Axis-aligned box, both ends included; empty where min > max.
+/// Axis-aligned box, boundary included; empty if min > max.
 struct Domain {
   Point min{std::numeric_limits<double>::infinity()};
   Point max{-std::numeric_limits<double>::infinity()};
@@ -39,65 +39,69 @@ struct Affine {
   Point operator()(const Point& world) const { return linear * world + offset; }
 };
 
-/// xx, yy, zz, xy, xz, yz, x, y, z, 1
+/// coefficients of xx, yy, zz, xy, xz, yz, x, y, z, 1
 using QuadricCoefficients = std::array<double, 10>;
 
 struct Surface {
-  Tape tape;                                   ///< g, in local coordinates
-  Domain domain;                               ///< the surface ends there (local)
-  Affine localFromWorld;                       ///< invertible
-  std::optional<QuadricCoefficients> quadric;  ///< g once more: rays have a closed form
+  Tape tape;              ///< g, in local coordinates
+  Domain domain;          ///< the surface is cut off at its boundary (local space)
+  Affine localFromWorld;  ///< invertible
+  std::optional<QuadricCoefficients>
+      quadric;  ///< the same g as a quadric, whose ray intersections have a closed form
 };
 
-// ---- Catalogue (local space, y up). Throws SceneError on sizes that are not positive and finite.
+// ---- Catalogue (local space, y up). Throws SceneError for sizes that are not positive and finite.
 /// dot(normal, x) = offset, cut off by `domain`.
 Surface planeSurface(const Point& normal, double offset, const Domain& domain);
 Surface sphereSurface(double radius);
 Surface ellipsoidSurface(const Point& radii);
-/// About +y, open at both ends.
+/// About the y axis, open at both ends.
 Surface cylinderSurface(double radius, double height);
-/// Apex in the origin, opening downwards to `radius` at -height, open.
+/// Apex at the origin; opens downwards to `radius` at y = -height, without a base.
 Surface coneSurface(double radius, double height);
-/// About +y; radius of the tube's centre line, and of the tube.
+/// About the y axis. `radius`: of the tube's centre line; `tube`: of the tube.
 Surface torusSurface(double radius, double tube);
 Surface quadricSurface(const QuadricCoefficients& coefficients, const Domain& domain);
-/// (|x/a|^(2/e) + |z/c|^(2/e))^(e/n) + |y/b|^(2/n) = 1: e rounds around the y axis, n along it,
-/// both in 0.1 .. 4. [Barr1981]
+/// (|x/a|^(2/e) + |z/c|^(2/e))^(e/n) + |y/b|^(2/n) = 1. e is the roundness about the y axis, n
+/// along it, both in 0.1 .. 4. [Barr1981]
 Surface superquadricSurface(const Point& radii, double e, double n);
-/// sum exp(sharpness (1 - |x - centre|^2 / radius^2)) = 1 [Blinn1982]; w is a ball's radius: a ball
-/// that stands alone ends there.
+/// sum exp(sharpness (1 - |x - centre|^2 / radius^2)) = 1 [Blinn1982]; w is a ball's radius. A
+/// single ball is a sphere of this radius.
 Surface metaballsSurface(const std::vector<glm::dvec4>& balls, double sharpness);
 /// sqrt(x^2 + z^2) = sum c_i y^i, between two heights.
 Surface revolutionSurface(const std::vector<double>& coefficients, double yMin, double yMax);
-/// [Chen2000] Sec. IV, with its axis along y: height 2.
+/// [Chen2000] Sec. IV, with its axis along y and height 2.
 Surface vaseSurface();
-/// Whatever `parseFormula` reads.
+/// A surface of any formula that `parseFormula` reads.
 Surface formulaSurface(std::string_view formula, const std::vector<Parameter>& parameters,
                        const Domain& domain, std::string_view what = "formula");
 
-/// The same surface where `worldFromLocal` puts it, after where it was. Throws SceneError when the
-/// map cannot be inverted.
+/// The surface moved by the map x -> linear * x + offset, after its present placement. Throws
+/// SceneError if the map cannot be inverted.
 Surface placed(Surface surface, const glm::dmat3& linear, const Point& offset);
 
 // ---- Values ----
 enum class PointStatus {
   Smooth,
   NotFinite,    ///< g is NaN or infinite
-  NoGradient,   ///< a derivative does not exist: a kink, the axis of a surface of revolution
-  ZeroGradient  ///< or lost in rounding: a cone's apex
+  NoGradient,   ///< a derivative does not exist: at a kink, or on the axis of a surface of
+                ///< revolution
+  ZeroGradient  ///< zero, or lost in rounding: at a cone's apex
 };
 std::string_view nameOf(PointStatus status);
 
-/// The gradient counts as zero when |gradient| / |Hessian|, the distance at which it would vanish,
-/// is below this part of the domain's diameter (ours).
+/// The gradient counts as zero if |gradient| / |Hessian|, the distance at which it would vanish, is
+/// below this fraction of the domain's diameter (ours).
 inline constexpr double kZeroGradient = 1e-12;
 
 double valueAt(const Surface& surface, const Point& world);
-/// All g can be in a box of local space.
+/// Bounds of g over a box in local space.
 Interval valueIn(const Surface& surface, const Domain& local);
-/// g and its derivatives by world coordinates. Only what is `Smooth` may be used.
+/// g and its derivatives with respect to world coordinates. `out` is valid only if the result is
+/// `Smooth`.
 PointStatus derivativesAt(const Surface& surface, const Point& world, Jet3<double>& out);
-/// The seeds with which a tape gives derivatives by world coordinates, of any scalar.
+/// The seeds with which a tape yields derivatives with respect to world coordinates, for any
+/// scalar.
 template <class S>
 std::array<Jet3<S>, 3> seedsAt(const Affine& localFromWorld, const std::array<S, 3>& world) {
   std::array<Jet3<S>, 3> seeds;
@@ -113,14 +117,14 @@ std::array<Jet3<S>, 3> seedsAt(const Affine& localFromWorld, const std::array<S,
   return seeds;
 }
 
-/// A world-space box around the surface inside its domain: cells of a 32^3 grid where interval
-/// arithmetic cannot rule it out. Empty: proven that there is no surface.
+/// A world-space box around the surface inside its domain. It contains the cells of a 32^3 grid in
+/// which interval arithmetic cannot exclude the surface. Empty: there is provably no surface.
 Domain boundsOf(const Surface& surface);
 
 // ---- Rays ----
 struct SurfaceRay {
   Point origin;
-  Point direction;  ///< any length but 0
+  Point direction;  ///< of any length except 0
   double tMin = 0.0;
   double tMax = std::numeric_limits<double>::infinity();
 };
@@ -128,29 +132,34 @@ struct SurfaceRay {
 enum class HitStatus {
   Miss,
   Hit,
-  Unresolved  ///< given up after kMaxRayBoxes: g stays near 0 along the ray (or is 0 everywhere)
+  Unresolved  ///< given up after kMaxRayBoxes, because g stays near 0 along the ray (or is 0
+              ///< everywhere)
 };
 struct SurfaceHit {
   HitStatus status = HitStatus::Miss;
   double t = 0.0;        ///< of the first crossing
-  bool grazing = false;  ///< before it (or in vain) the ray came too near to tell a touch from none
+  bool grazing = false;  ///< before the hit (or without a hit) the ray came so near that a touch
+                         ///< cannot be excluded
 };
 
-/// Two crossings nearer to each other than this part of the ray inside the domain may be missed
-/// together (ours).
+/// Two crossings may be missed together if they are closer to each other than this fraction of the
+/// ray inside the domain (ours).
 inline constexpr double kRayResolution = 1e-9;
-/// Pieces of one ray that are looked at (ours).
+/// Largest number of pieces of a ray that are examined (ours).
 inline constexpr int kMaxRayBoxes = 20'000;
 
-/// The first crossing with tMin <= t <= tMax inside the domain.
-/// Guarantee: pieces of the ray are discarded only when interval arithmetic proves that g has no
-/// zero there, and taken to hold exactly one when it proves g' free of zeros; for polynomials the
-/// signs of Bernstein's coefficients prove the same (RayPolynomial). So no crossing at
-/// which g changes sign is missed, unless another lies within kRayResolution of it. A zero without
-/// a change of sign (a touch) is no crossing. t is as exact as g's rounding allows. Poles and jumps
-/// of g are no crossings. Quadrics use the closed form, with the same meaning.
+/// The first crossing with tMin <= t <= tMax inside the domain, where a crossing is a zero of g at
+/// which g changes sign.
+///
+/// Guarantee: no crossing is missed unless another one lies within kRayResolution of it. A piece of
+/// the ray is discarded only if interval arithmetic proves that g has no zero there. It counts as
+/// containing exactly one zero only if interval arithmetic proves that g' has none. For polynomials
+/// the signs of the Bernstein coefficients prove the same (RayPolynomial).
+///
+/// Zeros without a change of sign (a touch), poles and jumps of g are no crossings. t is as exact
+/// as the rounding of g allows. Quadrics use the closed form, with the same meaning.
 SurfaceHit firstHit(const Surface& surface, const SurfaceRay& ray);
-/// All of them in order, with the same guarantee; `status` as above.
+/// All crossings in order, with the same guarantee; `status` as in firstHit().
 std::vector<double> allHits(const Surface& surface, const SurfaceRay& ray, HitStatus& status);
 
 }  // namespace catoptric::implicit

@@ -15,7 +15,7 @@ struct NamedSurface {
   implicit::Surface surface;
 };
 
-/// All shapes with parameters of their own; vases and formulas are the caller's.
+/// All shapes that have parameters of their own; callers add vases and formulas.
 inline std::vector<NamedSurface> namedSurfaces() {
   using namespace implicit;
   return {

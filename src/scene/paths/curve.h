@@ -1,5 +1,5 @@
-// Curves through timed keys: what camera paths are made of. They pass through every key at its
-// time, and have a continuous velocity in between.
+// Curves through timed keys, from which camera paths are made. They pass through every key at its
+// time and have a continuous velocity.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace catoptric::scene {
 
-/// Monotone cubic through (x_i, y_i), x strictly increasing [Fritsch1980]: never overshoots.
+/// A monotone cubic through (x_i, y_i), x strictly increasing [Fritsch1980]. It never overshoots.
 class MonotoneCubic {
  public:
   MonotoneCubic() = default;
@@ -19,16 +19,17 @@ class MonotoneCubic {
   std::vector<double> x_, y_, slope_;
 };
 
-/// Centripetal Catmull-Rom curve through points [Yuksel2011], no cusps or loops within a span,
-/// with an arc length table.
+/// A centripetal Catmull-Rom curve through points [Yuksel2011], with a table of arc lengths. It has
+/// no cusps or loops within a span.
 class ArcLengthCurve {
  public:
   ArcLengthCurve() = default;
-  /// `closed` returns from the last point to the first.
+  /// `closed`: the curve returns from the last point to the first.
   ArcLengthCurve(std::vector<Vec3> points, bool closed);
 
   double length() const { return keyLength_.empty() ? 0.0 : keyLength_.back(); }
-  /// Arc length at key i; i = number of points is the end of a closed curve.
+  /// Arc length at key i. For a closed curve, the last entry (i = number of points) is the arc
+  /// length of its end.
   const std::vector<double>& keyLengths() const { return keyLength_; }
   Vec3 at(double arcLength) const;       ///< clamped; a closed curve wraps
   Vec3 tangent(double arcLength) const;  ///< unit length; zero where all points coincide
@@ -39,10 +40,10 @@ class ArcLengthCurve {
   std::vector<Vec3> points_;
   bool closed_ = false;
   std::vector<double> keyLength_;
-  std::vector<std::vector<double>> table_;  ///< per span: arc length at even steps of t
+  std::vector<std::vector<double>> table_;  ///< per span: arc length at equal steps of t
 };
 
-/// Points with times: the geometry of ArcLengthCurve, its arc length a monotone cubic of time.
+/// Points with times: an ArcLengthCurve whose arc length is a monotone cubic function of time.
 class TimedCurve {
  public:
   TimedCurve() = default;
@@ -54,8 +55,9 @@ class TimedCurve {
   MonotoneCubic arcLength_;
 };
 
-/// Orientations with times: cubic Bezier spans of spherical interpolation [Shoemake1985], angular
-/// velocity continuous at the keys. Neighbouring keys take the shorter arc.
+/// Orientations with times, as cubic Bezier spans of spherical interpolation [Shoemake1985]. The
+/// angular velocity is continuous at the keys. Interpolation between neighbouring keys takes the
+/// shorter arc.
 class TimedRotation {
  public:
   TimedRotation() = default;
@@ -65,7 +67,7 @@ class TimedRotation {
  private:
   std::vector<Quat> keys_;
   std::vector<double> times_;
-  std::vector<Vec3> velocity_;  ///< rad/s, in each key's own frame
+  std::vector<Vec3> velocity_;  ///< rad/s, in the frame of each key
 };
 
 /// Spherical linear interpolation along the shorter arc.

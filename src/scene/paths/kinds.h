@@ -1,4 +1,4 @@
-// The kinds of camera paths, and what they share; for the sources of this room only.
+// The kinds of camera paths and the settings they share; private to this folder.
 #pragma once
 
 #include <memory>
@@ -11,10 +11,10 @@ namespace catoptric::scene {
 
 inline constexpr int kMaxPathFrames = 1'000'000;
 
-/// A coordinate or length. Throws UsageError beyond kMaxCoordinate.
+/// Reads a coordinate or length. Throws UsageError beyond kMaxCoordinate.
 double metresOf(const config::Value& value);
 
-/// What all kinds of paths share.
+/// Settings that all kinds of paths share.
 struct PathSettings {
   int frames = 1;
   double fps = 30.0;
@@ -24,13 +24,13 @@ struct PathSettings {
   float fovRad = radians(60.0f);
   float nearMetres = 0.01f;
   Vec3 up{0.0f, 1.0f, 0.0f};
-  glm::dvec3 origin{0.0};  ///< of the scene's world space
+  glm::dvec3 origin{0.0};  ///< origin of the scene's world space
 
-  /// A position of the file in world space.
+  /// A position from the file, in world space.
   Vec3 position(const config::Value& value) const;
 
-  /// Share of the way of frame `number`: 0 at the first, 1 at the last; a loop's last frame stops
-  /// one step before its first.
+  /// The fraction of the path at frame `number`: 0 at the first frame, 1 at the last. The last
+  /// frame of a loop stops one step before its first frame.
   double share(int number, bool loop) const {
     const int steps = loop ? frames : frames - 1;
     const double u = steps > 0 ? static_cast<double>(number - 1) / steps : 0.0;
@@ -43,7 +43,7 @@ struct PathSettings {
     camera.nearMetres = nearMetres;
     return {number, timeOf(number), camera};
   }
-  /// Throws UsageError when the eye has come upon the target.
+  /// Throws UsageError if the eye coincides with the target.
   PathFrame lookingAt(int number, const Vec3& eye, const Vec3& target, float fovOfFrame) const;
 };
 
@@ -60,7 +60,8 @@ const config::Schema& keyframeSchema();
 const config::Schema& orbitSchema();
 const config::Schema& walkSchema();
 
-/// From the path's "keyframes"; the keys' times say how many frames there are unless `framesGiven`.
+/// Makes a path from "keyframes". The times of the keys determine the number of frames, unless
+/// `framesGiven`.
 std::unique_ptr<CameraPath> makeKeyframes(const config::Value& path, PathSettings common,
                                           bool framesGiven);
 std::unique_ptr<CameraPath> makeOrbit(const config::Value& orbit, const PathSettings& common);

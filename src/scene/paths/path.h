@@ -8,10 +8,10 @@
 
 namespace catoptric::scene {
 
-/// The path description's table: validation, configs/schema/path.schema.json, docs.
+/// The schema of path descriptions, for validation, configs/schema/path.schema.json and docs.
 const config::Schema& pathSchema();
 
-/// As loadPath, from a value.
+/// See loadPath(); reads from a parsed value.
 std::unique_ptr<CameraPath> makePath(const config::Value& description, const Scene& scene);
 
 }  // namespace catoptric::scene

@@ -1,4 +1,4 @@
-// What procedural textures paint on, and their parameters.
+// The canvas on which procedural textures are painted, and their parameters.
 #pragma once
 
 #include <string>
@@ -12,7 +12,8 @@ namespace catoptric::scene::procedural {
 
 namespace fields = config::fields;
 
-/// Colours are mixed as sRGB-encoded values 0..1: even steps to the eye, and no powers per texel.
+/// Colours are mixed as sRGB-encoded values 0..1. The steps are then visually even, and no power is
+/// computed per texel.
 class Canvas {
  public:
   Canvas(const config::Value& settings, const config::Schema& schema);
@@ -22,13 +23,13 @@ class Canvas {
   float number(const char* name) const;
   int integer(const char* name) const;
   std::string word(const char* name) const;
-  glm::ivec2 pair(const char* name) const;  ///< two whole numbers of at least 1
-  /// Colour number i of "colors" (encoded), or `standard`, "#rrggbb".
+  glm::ivec2 pair(const char* name) const;  ///< two whole numbers, each at least 1
+  /// Colour i of "colors" (encoded); `standard`, "#rrggbb", if there is none.
   Vec3 color(std::size_t i, const char* standard) const;
   std::size_t colorCount() const { return colors_.size(); }
 
-  /// Calls texel(x, y, u, v, color, height) for every texel, in parallel; u and v are those of its
-  /// centre. Heights are in tile widths.
+  /// Calls texel(x, y, u, v, color, height) for every texel, in parallel. u and v are the
+  /// coordinates of its centre. Heights are in units of the tile's width.
   template <class F>
   void paint(const F& texel) {
     forRows(size_, [&](int y) {
@@ -59,7 +60,7 @@ class Canvas {
   std::vector<Vec3> colors_;
 };
 
-/// "#rrggbb" as encoded values 0..1, read by the compiler.
+/// "#rrggbb" as encoded values 0..1, parsed at compile time.
 struct EncodedColor {
   float r = 0.0f, g = 0.0f, b = 0.0f;
   operator Vec3() const { return {r, g, b}; }
@@ -76,7 +77,7 @@ consteval EncodedColor hex(const char* text) {
   return {hexPair(text + 1), hexPair(text + 3), hexPair(text + 5)};
 }
 
-/// The same at run time.
+/// The same, parsed at run time.
 Vec3 hexColor(const char* text);
 
 struct Texture {
@@ -85,7 +86,8 @@ struct Texture {
   void (*paint)(Canvas&);
 };
 
-/// Surfaces, in procedural_materials.cpp; pictures and patterns, in procedural_pictures.cpp.
+/// Textures of surfaces are in procedural_materials.cpp, pictures and patterns in
+/// procedural_pictures.cpp.
 std::vector<Texture> materialTextures();
 std::vector<Texture> pictureTextures();
 

@@ -1,5 +1,5 @@
-// Noise fields that repeat seamlessly, made row by row from integer hashes: a few nanoseconds per
-// texel.
+// Noise fields that repeat seamlessly. They are made row by row from integer hashes, at a few
+// nanoseconds per texel.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace catoptric::scene::procedural {
 
-/// A well mixed 32-bit hash of three integers (the finalizer of MurmurHash3, twice).
+/// A 32-bit hash of three integers (the finalizer of MurmurHash3, twice).
 inline std::uint32_t hash(std::uint32_t x, std::uint32_t y, std::uint32_t seed) {
   std::uint32_t h = x * 0x8DA6B343u ^ y * 0xD8163841u ^ seed * 0xCB1AB31Fu;
   h ^= h >> 16;
@@ -22,7 +22,7 @@ inline std::uint32_t hash(std::uint32_t x, std::uint32_t y, std::uint32_t seed) 
   h ^= h >> 16;
   return h;
 }
-/// In [0, 1).
+/// A hash in [0, 1).
 inline float hash01(int x, int y, std::uint32_t seed) {
   return static_cast<float>(
              hash(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), seed) >> 8) *
@@ -33,7 +33,7 @@ inline int wrap(int i, int n) {
   const int r = i % n;
   return r < 0 ? r + n : r;
 }
-/// wrap() for i from -n to 2 n - 1, without a division.
+/// As wrap(), for i from -n to 2 n - 1, without a division.
 inline int wrapNear(int i, int n) {
   return i < 0 ? i + n : i >= n ? i - n : i;
 }
@@ -41,7 +41,7 @@ inline float smoothstep(float a, float b, float x) {
   const float t = std::clamp((x - a) / (b - a), 0.0f, 1.0f);
   return t * t * (3.0f - 2.0f * t);
 }
-/// Without std::floor, which is a call where SSE 4.1 may not be assumed.
+/// The fractional part, without std::floor, which is a function call unless SSE 4.1 may be assumed.
 inline float fract(float x) {
   const auto whole = static_cast<float>(static_cast<int>(x));
   return x < whole ? x - whole + 1.0f : x - whole;
@@ -49,25 +49,25 @@ inline float fract(float x) {
 inline float mix(float a, float b, float t) {
   return a + (b - a) * t;
 }
-/// Distance from x to the nearest whole number's half: 0 at cell borders.
+/// Distance of the fraction f from the nearer end of [0, 1]: 0 at cell borders.
 inline float edgeDistance(float f) {
   return std::min(f, 1.0f - f);
 }
 
-/// size x size floats that repeat.
+/// A field of size x size floats that repeats.
 class Field {
  public:
   explicit Field(int size) : size_(size), values_(static_cast<std::size_t>(size) * size, 0.0f) {}
 
-  /// x and y from -size to 2 size - 1.
+  /// Valid for x and y from -size to 2 size - 1.
   float at(int x, int y) const {
     return values_[static_cast<std::size_t>(wrapNear(y, size_)) * size_ + wrapNear(x, size_)];
   }
-  /// Bilinear, u and v in tiles.
+  /// Bilinear interpolation; u and v are in tiles.
   float sample(float u, float v) const {
     const float x = fract(u) * static_cast<float>(size_) - 0.5f;
     const float y = fract(v) * static_cast<float>(size_) - 0.5f;
-    const int x0 = static_cast<int>(x + 1.0f) - 1;  // x is -0.5 or more
+    const int x0 = static_cast<int>(x + 1.0f) - 1;  // x is at least -0.5
     const int y0 = static_cast<int>(y + 1.0f) - 1;
     const float fx = x - static_cast<float>(x0);
     const float fy = y - static_cast<float>(y0);
@@ -91,23 +91,24 @@ void forRows(int size, const F& body) {
   });
 }
 
-/// Sum of `octaves` of gradient noise [Perlin2002] with periodX x periodY cells per tile, doubling;
-/// each has `gain` times the amplitude of the one before. About -1..1, mean 0.
+/// A sum of `octaves` octaves of gradient noise [Perlin2002]. The first has periodX x periodY cells
+/// per tile; each following one has twice as many per axis and `gain` times the amplitude. Values
+/// are about -1..1, with mean 0.
 Field fbm(int size, int periodX, int periodY, int octaves, std::uint32_t seed, float gain = 0.5f);
 
-/// Cellular noise [Worley1996] with `period` x `period` jittered points per tile: distances to the
-/// two nearest points in cells, and a hash of the nearest.
+/// Cellular noise [Worley1996] with `period` x `period` jittered points per tile. Contains the
+/// distances to the two nearest points, in cells, and a hash of the nearest point.
 struct Cell {
   float nearest = 0.0f;
   float second = 0.0f;
-  float dx = 0.0f;  ///< from the nearest point, in cells
+  float dx = 0.0f;  ///< offset from the nearest point, in cells
   float dy = 0.0f;
   std::uint32_t id = 0;
 };
 class Cells {
  public:
   Cells(int period, float jitter, std::uint32_t seed);
-  Cell at(float u, float v) const;  ///< u and v from -1 to 2
+  Cell at(float u, float v) const;  ///< valid for u and v from -1 to 2
 
  private:
   int period_;

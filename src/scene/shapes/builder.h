@@ -26,7 +26,7 @@ class ShapeBuilder {
     return static_cast<std::uint32_t>(mesh_.positions.size() - 1);
   }
 
-  /// Leaves out triangles with two corners in one place (at poles).
+  /// Adds a triangle, unless two of its corners coincide (at poles).
   void triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     const Vec3& pa = mesh_.positions[a];
     const Vec3& pb = mesh_.positions[b];
@@ -35,15 +35,17 @@ class ShapeBuilder {
     mesh_.indices.insert(mesh_.indices.end(), {a, b, c});
   }
 
-  /// Counter-clockwise a, b, c, d; the diagonal is the shorter one unless a side is a point.
+  /// Adds a quad with counter-clockwise corners a, b, c, d. The shorter diagonal divides it, unless
+  /// one side is a point.
   void quad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
     triangle(a, b, c);
     triangle(a, c, d);
   }
 
-  /// A grid of (columns + 1) x (rows + 1) vertices made by at(i, j); its outer side is where
-  /// d/di x d/dj points (`flip`: the other one). A first or last row in one place is a pole: each
-  /// of its vertices serves one triangle, so make its uv in the middle of its column.
+  /// Adds a grid of (columns + 1) x (rows + 1) vertices made by at(i, j). Its outer side is the one
+  /// to which d/di x d/dj points (with `flip`, the opposite one). If all vertices of the first or
+  /// last row coincide, the row is a pole: each of its vertices belongs to one triangle, so its uv
+  /// should lie in the middle of its column.
   void grid(int columns, int rows, bool flip, const std::function<ShapeVertex(int, int)>& at) {
     const auto first = static_cast<std::uint32_t>(mesh_.positions.size());
     for (int j = 0; j <= rows; ++j) {
@@ -62,7 +64,7 @@ class ShapeBuilder {
         const std::uint32_t b = index(i + 1, j);
         const std::uint32_t c = index(i + 1, j + 1);
         const std::uint32_t d = index(i, j + 1);
-        // Of a pole's vertices triangle i uses number i.
+        // Triangle i uses vertex i of a pole.
         const bool upperPole = mesh_.positions[c] == mesh_.positions[d];
         const auto tri = [&](std::uint32_t p, std::uint32_t q, std::uint32_t r) {
           flip ? triangle(p, r, q) : triangle(p, q, r);
