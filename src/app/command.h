@@ -1,6 +1,6 @@
-// The command line as data: what each command is called, and the table of its options, which ties
-// every option to the member that keeps its value. command_line.cpp reads arguments by these
-// tables, manual.cpp makes the manual page and the completion of them.
+// The command line as data: the name of each command, and the table of its options, which connects
+// every option with the member that stores its value. command_line.cpp parses arguments with these
+// tables; manual.cpp generates the manual page and the shell completion from them.
 //
 //   Command mergeCommand(CommonOptions& common) {
 //     const auto o = std::make_shared<MergeOptions>();
@@ -26,37 +26,37 @@
 
 namespace catoptric::app {
 
-/// What holds of an option's values.
+/// The constraints on an option's values.
 struct Rules {
   bool required = false;
-  bool notEmpty = false;             ///< an empty value would mean something else
-  std::optional<double> least = {};  ///< of a number; alone it can only be 0
-  std::optional<double> most = {};   ///< of a number, inclusive; the help text says so
-  bool showsDefault = false;         ///< behind the help text, in brackets
+  bool notEmpty = false;             ///< the value must not be empty
+  std::optional<double> least = {};  ///< minimum of a number; without `most` it can only be 0
+  std::optional<double> most = {};   ///< maximum of a number, inclusive; the help text states it
+  bool showsDefault = false;         ///< the help text ends with the default in brackets
   bool commas = false;               ///< commas separate the values of a list
-  bool oneEach = false;              ///< of a list: one argument each time the option is given
-  const char* needs = nullptr;       ///< the option without which this one is refused
-  bool* given = nullptr;             ///< becomes whether the option is on the command line
+  bool oneEach = false;              ///< for a list: takes one value each time the option is given
+  const char* needs = nullptr;       ///< the option that must be given together with this one
+  bool* given = nullptr;             ///< set to whether the option is on the command line
 };
 
-/// Where values are kept. A flag with an int counts how often it is given.
+/// The members that store values. A flag with an int counts how often it is given.
 using Target = std::variant<bool*, int*, float*, double*, std::optional<double>*, std::string*,
                             std::vector<int>*, std::vector<std::string>*>;
 
-/// An option ("--out", "-q,--quiet"), or an argument ("run") that has no dashes.
+/// An option ("--out", "-q,--quiet"), or an argument ("run"), which has no dashes.
 struct OptionRow {
   std::string spelling;
   Target member;
-  std::string valueName;  ///< in the help; empty: a flag
+  std::string valueName;  ///< shown in the help; empty: the option is a flag
   std::string help;
   Rules rules;
 
   bool isFlag() const { return valueName.empty(); }
   bool isArgument() const { return !spelling.starts_with('-'); }
   bool isList() const;
-  /// "-q", "--quiet"; none of an argument.
+  /// "-q", "--quiet"; empty for an argument.
   std::vector<std::string> names() const;
-  /// "8"; "" where the rules do not show it.
+  /// For example "8"; "" unless the rules show it.
   std::string defaultText() const;
 };
 
@@ -79,9 +79,9 @@ struct Command {
   std::string name;
   std::string summary;
   Rows options;
-  std::string footer;             ///< of the help page: examples, exit codes
-  std::function<ExitCode()> run;  ///< when the options have their values
-  bool hidden = false;            ///< not for people
+  std::string footer;             ///< end of the help page: examples, exit codes
+  std::function<ExitCode()> run;  ///< called when the options have their values
+  bool hidden = false;            ///< not listed in the help
 };
 
 struct Program {
@@ -92,7 +92,7 @@ struct Program {
   const Command& command(std::string_view name) const;
 };
 
-/// What every command has before its own options.
+/// The help option that every command has before its own options.
 inline constexpr const char* kHelpNames = "-h,--help";
 inline constexpr const char* kHelpText = "Print this help";
 

@@ -1,4 +1,4 @@
-// The commands: each is a table of options, and a function that runs when it was chosen.
+// The commands. Each is a table of options and a function that runs if the command is chosen.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace catoptric::app {
 
-/// Options of every subcommand.
+/// The options that every command has.
 struct CommonOptions {
   bool json = false;
   bool quiet = false;
@@ -17,7 +17,7 @@ struct CommonOptions {
   std::string shaderFolder;
 };
 
-/// Options of what renders or plans.
+/// The options of commands that render or plan.
 struct RunOptions {
   std::string input;
   std::string out;
@@ -37,7 +37,7 @@ Command listCommand(CommonOptions& common);
 Command doctorCommand(CommonOptions& common);
 Command mergeCommand(CommonOptions& common);
 Command submitCommand(CommonOptions& common);
-/// status, retry, cancel: of what was submitted.
+/// Commands for submissions: status, retry, cancel.
 Command statusCommand(CommonOptions& common);
 Command retryCommand(CommonOptions& common);
 Command cancelCommand(CommonOptions& common);
@@ -50,23 +50,24 @@ Command nightlyCommand(CommonOptions& common);
 Command tuneCommand(CommonOptions& common);
 Command workerCommand(CommonOptions& common);
 
-/// All of them, in the order of the help page.
+/// All commands, in the order of the help page.
 Program makeProgram(CommonOptions& common);
 
-/// Reads the command line (without the program's name) and runs the command. Throws what it throws,
-/// and UsageError for what cannot be understood.
+/// Reads the command line (without the program's name) and runs the command. Throws what the
+/// command throws, and UsageError for arguments that cannot be parsed.
 ExitCode runProgram(std::vector<std::string> arguments);
 
-/// --json, -q, -v.
+/// The rows of --json, -q and -v.
 Rows commonRows(CommonOptions& common);
-/// CONFIG|SCENE, --frames, --method, --set, --device, --threads, --seed, --shader-dir, and the
-/// common options.
+/// The rows of CONFIG|SCENE, --frames, --method, --set, --device, --threads, --seed, --shader-dir,
+/// and the common options.
 Rows runRows(RunOptions& options, CommonOptions& common);
 
-/// What reads stdout has seen enough (`| head`): no error of ours.
+/// Thrown if the process that reads stdout has closed it (`| head`). This is no error of the
+/// program.
 struct ReaderGone {};
 
-/// Writes data to stdout, and checks that it arrived. Throws OutputError, ReaderGone.
+/// Writes data to stdout and checks that it was written. Throws OutputError, ReaderGone.
 void printData(const std::string& text);
 
 }  // namespace catoptric::app

@@ -1,4 +1,4 @@
-// The manual page and the completion of command lines, made from the program's own options.
+// The manual page and the shell completion, generated from the program's own options.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace catoptric::app {
 
-/// docs/man/catoptric.1: the page of `man catoptric`.
+/// The text of docs/man/catoptric.1, the page of `man catoptric`.
 std::string manPage(const Program& program);
 
-/// What completes the program's command lines in "bash" or "zsh". Throws UsageError for others.
+/// The completion script for "bash" or "zsh". Throws UsageError for other shells.
 std::string completion(const Program& program, const std::string& shell);
 
 }  // namespace catoptric::app

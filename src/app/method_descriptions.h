@@ -1,4 +1,4 @@
-// What methods say of themselves, for `catoptric list`: JSON for programs, a page for people.
+// Descriptions of the methods for `catoptric list`: JSON for programs, and a page for people.
 #pragma once
 
 #include <string>
@@ -8,14 +8,15 @@
 
 namespace catoptric::app {
 
-/// Everything of an entry but the schema of its options.
+/// All members of an entry except the schema of its options.
 std::string methodJson(const methods::MethodEntry& entry);
 
 /// Name, meaning, must_be_zero, only_with.
 std::string stepJson(const methods::StepInfo& step);
 std::string counterJson(const methods::CounterInfo& counter);
 
-/// docs/methods.md: steps, counters, tables and layers of the program and of each method.
+/// The text of docs/methods.md: steps, counters, tables and layers of the program and of each
+/// method.
 std::string methodsPage(const std::vector<methods::MethodEntry>& registry);
 
 }  // namespace catoptric::app

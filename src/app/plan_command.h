@@ -1,4 +1,4 @@
-// What a run needs, with warnings.
+// Makes the plan of a run, with warnings.
 #pragma once
 
 #include "run/folder/plan.h"
@@ -6,8 +6,8 @@
 
 namespace catoptric::app {
 
-/// Makes the plan, and warns on stderr of what is likely to be unwanted. Throws what methods throw
-/// of scenes that they do not accept.
+/// Makes the plan, and warns on stderr about items that are probably unwanted. Throws what methods
+/// throw for scenes that they do not support.
 run::Plan planOf(const run::Stage& stage);
 
 }  // namespace catoptric::app

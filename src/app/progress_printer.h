@@ -1,4 +1,4 @@
-// Progress of a run, on stderr: a bar on a terminal, lines elsewhere, or JSON lines.
+// Shows the progress of a run on stderr: a bar on a terminal, otherwise lines, or JSON lines.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +10,16 @@ namespace catoptric::app {
 
 enum class ProgressMode { None, Bar, Plain, Json };
 
-/// What --progress asks for. "auto": a bar when stderr is a terminal, plain lines otherwise,
-/// nothing with --quiet; what is named stays with --quiet. Throws UsageError.
+/// The mode for a value of --progress. "auto": a bar if stderr is a terminal, otherwise plain
+/// lines; nothing with --quiet. The other modes also apply with --quiet. Throws UsageError.
 ProgressMode parseProgress(const std::string& text, bool quiet);
 
-/// "1:02:03", "4:05", "12 s", "0.8 s".
+/// For example "1:02:03", "4:05", "12 s", "0.8 s".
 std::string durationText(double seconds);
 
-/// Prints progress between the lines of the log, which a bar makes room for. With
-/// ProgressMode::Json messages are JSON lines too, from then on. One at a time; any thread.
+/// Prints progress between the lines of the log; a bar is removed while a log line is printed. With
+/// ProgressMode::Json, log messages become JSON lines too. Only one printer may exist at a time.
+/// Any thread may use it.
 class ProgressPrinter {
  public:
   explicit ProgressPrinter(ProgressMode mode);
@@ -27,9 +28,10 @@ class ProgressPrinter {
   ProgressPrinter& operator=(const ProgressPrinter&) = delete;
 
   void show(const std::string& method, const run::Progress& progress);
-  /// A long step before the first frame, such as "bake", of which a share 0..1 is done.
+  /// Shows a long step before the first frame, such as "bake"; `share` (0..1) is the fraction that
+  /// is done.
   void showStep(const std::string& step, double share);
-  /// Leaves the bar's line, before anything else is printed.
+  /// Ends the bar's line, before anything else is printed.
   void endLine();
 
  private:
@@ -38,7 +40,7 @@ class ProgressPrinter {
   void finishBar();
 
   ProgressMode mode_;
-  std::string bar_;  ///< on the terminal's last line; empty: none
+  std::string bar_;  ///< the bar on the terminal's last line; empty: none
   std::int64_t lastNs_ = 0;
   std::string lastMethod_;
   std::string lastStep_;

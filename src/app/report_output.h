@@ -9,16 +9,15 @@
 
 namespace catoptric::app {
 
-/// What writeReports() has written, for stdout.
+/// The reports that writeReports() has written, for stdout.
 struct Reports {
   std::string text;         ///< the tables
-  std::string timingsJson;  ///< of --json
+  std::string timingsJson;  ///< for --json
   std::string errorsJson;
 };
 
-/// Writes timing and error tables (Markdown, CSV) and a contact sheet of what a run has made, with
-/// notes of the frames that failed; some method must have a frame. Says on stderr which files to
-/// open.
+/// Writes timing and error tables (Markdown, CSV) and a contact sheet of a run, with notes about
+/// failed frames. At least one method must have a frame. Logs which files to open.
 Reports writeReports(const run::RunConfig& run, const std::vector<run::MethodResult>& results,
                      const std::filesystem::path& out);
 

@@ -1,4 +1,4 @@
-// From command-line options to a run config.
+// Makes a run config from command-line options.
 #pragma once
 
 #include "app/commands.h"
@@ -6,7 +6,7 @@
 
 namespace catoptric::app {
 
-/// A config with the command line's changes, and what it means.
+/// A config after the command line's changes, as JSON and parsed.
 struct InputConfig {
   config::Value root;
   run::RunConfig run;
@@ -14,12 +14,12 @@ struct InputConfig {
 /// As readRun(), without setting the thread count.
 InputConfig readConfig(const RunOptions& options);
 
-/// Text of a run config that says the same wherever its file stands: with the command line's
-/// changes but for --method, files by their absolute names.
+/// The text of a run config that has the same meaning wherever its file lies: it contains the
+/// command line's changes, except for --method, and absolute file names.
 std::string portableConfig(const InputConfig& input);
 
-/// Reads the config or scene of `options.input` with the options applied, in this order: the file,
-/// --set from left to right, the named options. Sets the thread count. Throws UsageError.
+/// Reads the config or scene `options.input` and applies the options: --set from left to right,
+/// then the named options. Sets the thread count. Throws UsageError.
 run::RunConfig readRun(const RunOptions& options);
 
 }  // namespace catoptric::app

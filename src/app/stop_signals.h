@@ -1,5 +1,5 @@
-// SIGINT and SIGTERM during a run: the first lets the frame at hand be finished, the second ends
-// the process at once.
+// Handles SIGINT and SIGTERM during a run. After the first signal the current frame is finished;
+// the second ends the process at once.
 #pragma once
 
 #include <condition_variable>
@@ -10,18 +10,18 @@
 
 namespace catoptric::app {
 
-/// From now on signals are noted. With `jsonLines` what is said then is a JSON line.
+/// Installs the handlers. With `jsonLines`, the message after a signal is a JSON line.
 void catchStopSignals(bool jsonLines);
 
-/// The signal that asked to stop; 0: none.
+/// The signal that requested a stop; 0: none.
 int stopSignal();
-/// 128 and that signal.
+/// 128 plus the number of that signal.
 inline ExitCode stoppedCode() {
   return static_cast<ExitCode>(128 + stopSignal());
 }
 
-/// Ends the process when a stop that was asked for takes longer than `seconds`: the frame at hand
-/// is dropped, all others stay. Frames and GL calls cannot be interrupted otherwise.
+/// Ends the process if a requested stop takes longer than `seconds`. The current frame is lost, all
+/// others stay. This is needed because frames and GL calls cannot be interrupted.
 class StopDeadline {
  public:
   explicit StopDeadline(double seconds) : thread_([this, seconds] { watch(seconds); }) {}
@@ -35,7 +35,7 @@ class StopDeadline {
   std::mutex mutex_;
   std::condition_variable changed_;
   bool over_ = false;
-  std::thread thread_;  // last: starts when the others are there
+  std::thread thread_;  // declared last: starts when the other members exist
 };
 
 }  // namespace catoptric::app

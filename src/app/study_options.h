@@ -1,4 +1,4 @@
-// What the commands that measure have in common: options, and how settings become run configs.
+// Shared by the commands that measure: options, and the conversion of settings to run configs.
 #pragma once
 
 #include <functional>
@@ -22,43 +22,44 @@ struct StudyOptions : RunOptions {
   std::string clock = "wall";
 };
 
-/// The options of a run and --out, --against, --repeats, --workers, --existing, --clock,
+/// The options of a run, and --out, --against, --repeats, --workers, --existing, --clock,
 /// --progress.
 Rows studyRows(StudyOptions& options, CommonOptions& common);
 
-/// Settings of a study become run configs and command lines of workers.
+/// Functions that turn a study's settings into run configs and into command lines of workers.
 study::Inputs studyInputs(const RunOptions& options);
 
 /// The method or folder to compare with: --against, or the first of the config's errors.against.
-/// Throws UsageError when there is none.
+/// Throws UsageError if there is none.
 std::string referenceName(const StudyOptions& options);
 
-/// Names of the methods that are studied: those of --method, else all of the config but the
+/// The names of the studied methods: those of --method, otherwise all of the config except the
 /// reference.
 std::vector<std::string> studiedMethods(const StudyOptions& options, const std::string& against);
 
 study::Measurement::Clock parseClock(const std::string& text);
 
-/// --out, or out/NAME_KIND.
+/// The folder of --out, or out/NAME_KIND.
 std::filesystem::path studyFolder(const StudyOptions& options, const study::Inputs& inputs,
                                   const std::vector<std::string>& methods, const std::string& kind);
 
-/// Prepares the bench's folder as --existing says; `mark` is what it keeps of a study's kind.
-/// Throws UsageError, OutputError.
+/// Prepares the bench's folder as --existing says. `mark`: the kind of study, which is stored in
+/// the folder; a folder of another kind is refused. Throws UsageError, OutputError.
 void openStudyFolder(study::Bench& bench, const std::string& existing, const std::string& mark);
 
-/// Options of the bench of a study in `folder`; progress goes to `printer`.
+/// The options of the bench of a study in `folder`; `printer` shows the progress.
 study::BenchOptions benchOptions(const StudyOptions& options, const std::filesystem::path& folder,
                                  ProgressPrinter& printer);
 
-/// Runs `measure`; false: it was asked to stop, and `hint` says how to go on.
+/// Runs `measure`. Returns false if it was asked to stop; `hint` then tells the user how to
+/// continue.
 bool measureUnlessStopped(ProgressPrinter& printer, const char* hint,
                           const std::function<void()>& measure);
 
 inline constexpr const char* kResumeHint =
     "stopped; what was measured is kept: go on with --existing resume";
 
-/// JSON of where the times were measured.
+/// JSON that describes where the times were measured.
 std::string studyContext(const study::Bench& bench);
 
 }  // namespace catoptric::app

@@ -1,4 +1,4 @@
-// The program run in a folder of the test's own, with a scene, a path and a run config.
+// Runs the program in a folder of the test, with a scene, a path and a run config.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// A run against another, frame by frame.
+// Compares a run with a reference run, frame by frame.
 #pragma once
 
 #include <filesystem>
@@ -21,13 +21,13 @@ struct RunComparison {
   std::map<int, std::string> objectNames;
 };
 
-/// Where compareRuns puts pictures.
+/// Where compareRuns() writes pictures.
 struct PictureOptions {
-  std::filesystem::path folder;  ///< empty: none
+  std::filesystem::path folder;  ///< empty: no pictures are written
 };
 
-/// All frames that both have, read from their EXR files; with a folder, pictures of each as
-/// report/differences.h says. Throws UsageError when there are none.
+/// Compares all frames that both runs have, read from their EXR files. If a folder is given, writes
+/// pictures of each (report/differences.h). Throws UsageError if there are no common frames.
 RunComparison compareRuns(const RunData& run, const RunData& reference,
                           const measure::CompareOptions& options = {},
                           const PictureOptions& pictures = {});

@@ -1,4 +1,5 @@
-// Contact sheets: the previews of runs on one picture, rows of methods and columns of frames.
+// Contact sheets: one picture of the previews of runs, with a row per method and a column per
+// frame.
 #pragma once
 
 #include <map>
@@ -13,20 +14,21 @@ namespace catoptric::report {
 
 struct SheetOptions {
   std::string title;
-  int cellWidth = 320;  ///< pixels, at most
-  int maxColumns = 5;   ///< frames of several methods; of one method: cells in a row
-  int maxFrames = 20;   ///< of one method
-  /// Text beside a method's name, by name: "143 ms, L1 0.35".
+  int cellWidth = 320;  ///< largest width, in pixels
+  int maxColumns = 5;   ///< for several methods: frames; for one method: cells per row
+  int maxFrames = 20;   ///< for one method
+  /// Text after a method's name, by name, e.g. "143 ms, L1 0.35".
   std::map<std::string, std::string> captions;
 };
 
-/// One run: its frames row by row. Several: a row for each, and a column for each frame. Of too
-/// many frames evenly spread ones are shown, the first and the last among them. Previews are taken
-/// as they are; a frame without one goes through OpenColorIO. A frame that a run lacks says so.
-/// Throws UsageError when no run has a frame, SceneError for damaged files.
+/// For one run, its frames row by row. For several runs, a row per run and a column per frame. If
+/// there are too many frames, evenly spaced ones are shown, including the first and the last.
+/// Previews are used unchanged; a frame without one is converted by OpenColorIO. A frame that a run
+/// lacks is marked as missing. Throws UsageError if no run has a frame, SceneError for damaged
+/// files.
 Figure contactSheet(std::span<const RunData> runs, const SheetOptions& options = {});
 
-/// `count` of `all`, evenly spread, first and last included.
+/// Picks `count` evenly spaced elements of `all`, including the first and the last.
 std::vector<int> spread(const std::vector<int>& all, std::size_t count);
 
 }  // namespace catoptric::report

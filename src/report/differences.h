@@ -1,4 +1,4 @@
-// Pictures of the errors of a frame.
+// Pictures of a frame's errors.
 #pragma once
 
 #include <cstdint>
@@ -11,25 +11,26 @@
 
 namespace catoptric::report {
 
-/// What pictures are made of; the references live as long as it.
+/// The data for pictures of one frame. The referenced objects must outlive it.
 struct FrameErrors {
   const image::Image& image;
   const image::Image& reference;
   const measure::ErrorMaps& maps;
   const measure::ImageError& errors;
   int frame = 0;
-  std::string name;           ///< of the run
-  std::string referenceName;  ///< of what it is compared with
+  std::string name;           ///< name of the run
+  std::string referenceName;  ///< name of the run that it is compared with
 };
 
-/// |difference| in display steps times `gain`, 8-bit RGB; magenta where a value is not finite.
+/// |difference| in display steps times `gain`, as 8-bit RGB; magenta where a value is not finite.
 std::vector<std::uint8_t> differenceRgb8(const image::Image& image, const image::Image& reference,
                                          int gain);
-/// A map of errors 0..1 in FLIP's colours; the bar below it has those of 0 (left) to 1.
+/// A map of errors 0..1 in FLIP's colours. A bar below it shows the colours from 0 (left) to 1.
 Rgb8 heatMap(const std::vector<float>& errors, int width, int height);
-/// Image, reference, difference x50; difference, LDR-FLIP, HDR-FLIP: with titles and figures.
+/// A sheet with titles and figures. First row: image, reference, difference x50. Second row:
+/// difference, LDR-FLIP, HDR-FLIP.
 Figure sideBySide(const FrameErrors& frame);
-/// Writes frame.0001.png (difference), .x50.png, .flip.png, .hdrflip.png and .sheet.png into
+/// Writes frame.0001.png (the difference), .x50.png, .flip.png, .hdrflip.png and .sheet.png to
 /// `folder`. Throws OutputError.
 void writeDifferences(const FrameErrors& frame, const std::filesystem::path& folder);
 

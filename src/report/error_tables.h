@@ -10,23 +10,24 @@
 
 namespace catoptric::report {
 
-/// One comparison, frame by frame, and the pooled row.
+/// One comparison: a row per frame, and a row of pooled errors.
 Table errorView(const RunComparison& comparison);
-/// Reflective objects, pooled; no rows without the layers that tell.
+/// Pooled errors of each reflective object; no rows if the frames lack the layers that identify
+/// them.
 Table objectView(const RunComparison& comparison);
-/// Shares of the pooled error by class.
+/// Fractions of the pooled error, by class of pixels.
 Table attributionView(const RunComparison& comparison);
-/// A row for each comparison; with the mean time of its method and the ratio to that of what it is
-/// compared with where `timings` has them.
+/// A row per comparison. With `timings`, each row also has the mean time of its method and the
+/// ratio to the time of the method that it is compared with.
 Table errorSummary(std::span<const RunComparison> comparisons,
                    std::span<const TimingTable> timings = {});
-/// method,against,frame,region,...; regions are frame, reflective, and the objects' ids; the pooled
+/// CSV: method,against,frame,region,...; regions are frame, reflective, and ids of objects. Pooled
 /// rows have the frame "all".
 std::string errorCsv(std::span<const RunComparison> comparisons);
-/// method,against,frame,class,...
+/// CSV: method,against,frame,class,...
 std::string attributionCsv(std::span<const RunComparison> comparisons);
-/// [{"method", "against", "frames": [...], "pooled": {...}, "only_in_run", "only_in_reference"}];
-/// an infinite PSNR is null.
+/// JSON: [{"method", "against", "frames": [...], "pooled": {...}, "only_in_run",
+/// "only_in_reference"}]; an infinite PSNR is null.
 std::string errorJson(std::span<const RunComparison> comparisons);
 
 }  // namespace catoptric::report

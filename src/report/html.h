@@ -1,4 +1,4 @@
-// Pages of HTML.
+// HTML pages.
 #pragma once
 
 #include <functional>
@@ -8,27 +8,27 @@
 
 namespace catoptric::report {
 
-/// Text with &, <, > and quotes written as XML and HTML want them.
+/// Text with &, <, > and quotes escaped for XML and HTML.
 std::string xmlText(const std::string& text);
 
-/// A whole page; `head` (its style) and `body` are HTML.
+/// A complete page. `head` (its style) and `body` are HTML.
 std::string htmlPage(const std::string& title, const std::string& head, const std::string& body);
 
-/// Columns and rows of a table; `html` makes HTML of a cell's text. Titles that are all empty are
-/// left out; a row whose last cell is "front" has that class.
+/// The columns and rows of a table. `html` converts a cell's text to HTML. The header row is left
+/// out if all titles are empty. A row whose last cell is "front" gets the class "front".
 std::string htmlTable(const Table& table,
                       const std::function<std::string(const std::string&)>& html);
 
-/// A page that stands alone: text, tables and curves, light and dark, without a script.
+/// A self-contained page: text, tables and curves, for light and dark displays, without a script.
 class HtmlPage {
  public:
   explicit HtmlPage(const std::string& title);
   void heading(const std::string& text);
   void paragraph(const std::string& text);
   void table(const Table& table);
-  /// SVG text as it is.
+  /// Adds SVG text unchanged.
   void svg(const std::string& text);
-  /// Text that is folded away.
+  /// Adds text that is initially folded away.
   void details(const std::string& title, const std::string& text);
   std::string text() const;
 

@@ -1,4 +1,4 @@
-// Layers of a frame as pictures to look at.
+// Converts layers of a frame to pictures.
 #pragma once
 
 #include <string>
@@ -9,22 +9,23 @@
 
 namespace catoptric::report {
 
-/// Layers of a frame beside its colours R G B A: names of its channels, without the last part
-/// where it is one of three (N.X, N.Y, N.Z: "N"). In the frame's order.
+/// The names of a frame's layers other than its colours R G B A, in the frame's order. These are
+/// the names of its channels; three channels N.X, N.Y, N.Z form one layer "N".
 std::vector<std::string> layerNames(const image::Image& frame);
 
-/// The layers of a frame that `name` means: itself, those of a group ("mask": all of mask.*), or
-/// as a config asks for it ("cluster": id.cluster). Throws UsageError, beginning with `file`, when
-/// there are none.
+/// The layers of a frame that `name` stands for: the layer of this name, those of a group ("mask":
+/// all of mask.*), or the layer that a config requests by this name ("cluster": id.cluster). Throws
+/// UsageError, which begins with `file`, if there are none.
 std::vector<std::string> layersNamed(const image::Image& frame, const std::string& name,
                                      const std::string& file);
 
-/// Colour of a number of an object or a cluster: the same in all pictures; black for 0.
+/// The colour of an object's or cluster's number, the same in all pictures; black for 0.
 Colour colourOfId(float id);
 
-/// id.*: a colour per number. N: (n + 1) / 2. Z: the nearest of the frame white, twice as far half
-/// that; black where nothing is. Colours of three: as the preview. Others: 0 black, 1 white.
-/// Magenta where a value is not finite.
+/// A picture of a layer. id.*: one colour per number. N: (n + 1) / 2. Z: white for the nearest
+/// sample of the frame, half of that at twice the distance, black for the background. Layers of
+/// three colours: as the preview. Other layers: 0 is black, 1 is white. Values that are not finite
+/// are magenta.
 Rgb8 layerPicture(const image::Image& frame, const std::string& layer);
 
 }  // namespace catoptric::report

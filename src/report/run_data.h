@@ -1,4 +1,4 @@
-// What a report reads of a run's folder: its frames, previews and step times.
+// Reads the data of a run's folder that reports need: frames, previews and step times.
 #pragma once
 
 #include <filesystem>
@@ -10,37 +10,39 @@
 
 namespace catoptric::report {
 
-/// What a method counted, over the frames.
+/// A counter of a method, summarized over the frames.
 struct Counter {
   std::string name;
   double mean = 0.0;
   double max = 0.0;
 };
 
-/// One method's folder of a run.
+/// The folder of one method of a run.
 struct RunData {
-  std::string name;  ///< how tables call it
+  std::string name;  ///< the name in tables
   std::filesystem::path folder;
-  std::vector<frame::StepSample> samples;         ///< of timings.csv; empty when it is absent
-  std::map<int, std::filesystem::path> frames;    ///< EXR files by number; of timings.csv alone, if
-                                                  ///< there is one
+  std::vector<frame::StepSample> samples;  ///< from timings.csv; empty if it is absent
+  std::map<int, std::filesystem::path>
+      frames;  ///< EXR files by frame number; if there is a timings.csv, only the frames in it
   std::map<int, std::filesystem::path> previews;  ///< PNG files by frame number
-  std::vector<Counter> counters;                  ///< of summary.json, by name
-  std::map<std::string, std::string> stepKinds;   ///< of summary.json: what is not rendering
-  std::map<int, std::string> objectNames;         ///< of summary.json: reflective objects by id
+  std::vector<Counter> counters;                  ///< from summary.json, by name
+  std::map<std::string, std::string>
+      stepKinds;                           ///< from summary.json: the steps that are not rendering
+  std::map<int, std::string> objectNames;  ///< from summary.json: reflective objects by id
 };
 
-/// Reads a folder that holds frames/ or timings.csv. `name` empty: the folder's own name. Throws
-/// UsageError when the folder is none, and with file and line when timings.csv is damaged.
+/// Reads a folder that contains frames/ or timings.csv. `name` empty: the folder's name is used.
+/// Throws UsageError if the folder is not a run, or, with file and line, if timings.csv is damaged.
 RunData readRun(const std::filesystem::path& folder, const std::string& name = "");
 
-/// Frames to compare, of any program: a run's folder; a folder of EXR files whose names end with
-/// the frame's number (beauty.0012.exr, 0012.exr, img_12.exr); or one EXR file, whose frame is the
-/// number at its name's end, or 1. Throws UsageError when there are none, when two files have one
-/// number, when a name among several has none, or when nothing is there.
+/// Reads frames of any program for a comparison. `path` is a run's folder; a folder of EXR files
+/// whose names end with the frame's number (beauty.0012.exr, 0012.exr, img_12.exr); or one EXR
+/// file, whose frame number is at the end of its name, otherwise 1. Throws UsageError if there are
+/// no frames, if two files have the same number, if one of several files has no number, or if
+/// `path` does not exist.
 RunData readSequence(const std::filesystem::path& path);
 
-/// Samples of the text of a timings.csv: frame,step,seconds,clock,first. Throws UsageError that
+/// Parses the text of a timings.csv: frame,step,seconds,clock,first. Throws UsageError, which
 /// begins with `name` and the line.
 std::vector<frame::StepSample> parseTimings(const std::string& text, const std::string& name);
 

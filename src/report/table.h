@@ -1,4 +1,4 @@
-// Tables of text cells, as aligned text for a terminal and as Markdown.
+// Tables of text cells, printed as aligned text for a terminal, Markdown, LaTeX, CSV or JSON.
 #pragma once
 
 #include <string>
@@ -8,35 +8,35 @@ namespace catoptric::report {
 
 struct Column {
   std::string title;
-  bool number = false;  ///< aligned to the right
+  bool number = false;  ///< right-aligned
 };
 
 struct Table {
-  std::string title;  ///< empty: none
+  std::string title;  ///< empty: no title
   std::vector<Column> columns;
-  /// Cells; a row without cells is a rule. Short rows are filled with empty cells.
+  /// Cells. A row without cells is a horizontal rule. Missing cells at the end of a row are empty.
   std::vector<std::vector<std::string>> rows;
-  std::vector<std::string> notes;  ///< lines below
+  std::vector<std::string> notes;  ///< lines below the table
 };
 
-/// Columns two spaces apart, a rule below the titles; lines carry no trailing blanks. Widths count
-/// code points.
+/// Aligned text: two spaces between columns, a rule below the titles, no trailing spaces. Widths
+/// are counted in code points.
 std::string toText(const Table& table);
-/// GitHub's Markdown; rules are left out, "|" is escaped.
+/// GitHub's Markdown, without rules; "|" is escaped.
 std::string toMarkdown(const Table& table);
 
-/// A LaTeX tabular (booktabs), notes below it.
+/// A LaTeX tabular (booktabs) with the notes below it.
 std::string toTex(const Table& table);
-/// The cells alone. [RFC 4180]
+/// The cells alone as CSV. [RFC 4180]
 std::string toCsv(const Table& table);
 
-/// An object of title, columns, rows of cells (rules are left out) and notes. A cell
-/// that is a number as a whole is one, every other one a string.
+/// A JSON object of title, columns, rows of cells (without rules) and notes. A cell that consists
+/// of a number becomes a number, any other cell a string.
 std::string toJson(const Table& table);
 
-/// `value` with `decimals` digits after the point, in the C locale.
+/// `value` with `decimals` digits after the decimal point, in the C locale.
 std::string fixedText(double value, int decimals);
-/// With enough digits to come back to the same double.
+/// `value` with enough digits to be read back as the same double.
 std::string exactText(double value);
 
 }  // namespace catoptric::report

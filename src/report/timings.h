@@ -1,5 +1,5 @@
-// Timing tables: per step min, median, mean, max over frames; preparation apart from frames;
-// several methods side by side with ratios.
+// Timing tables: minimum, median, mean and maximum of each step over frames. Preparation is
+// separate from frames. Tables of several methods are compared side by side, with ratios.
 #pragma once
 
 #include <span>
@@ -11,48 +11,52 @@
 
 namespace catoptric::report {
 
-/// Of a step's sums per frame (several samples of one step in a frame add up). Seconds.
+/// Statistics of a step over frames, in seconds. Several samples of a step in one frame are added
+/// up first.
 struct StepStatistics {
   std::string step;
   std::string clock;
-  int count = 0;  ///< frames (or samples, of preparation) with this step
+  int count = 0;  ///< number of frames with this step (for preparation: of samples)
   double min = 0.0;
   double median = 0.0;
   double mean = 0.0;
   double max = 0.0;
   double sum = 0.0;
-  /// Mean over frames marked `first` (they are part of all others too); negative: none marked.
+  /// Mean over the frames marked `first`, which the other values include too. Negative: no frame is
+  /// marked.
   double first = -1.0;
 };
 
 struct TimingTable {
   std::string name;
   int frames = 0;
-  std::vector<StepStatistics> preparation;  ///< frame 0: start-up, load, precomputation
-  std::vector<StepStatistics> steps;        ///< in the order in which they first occur
-  std::vector<StepStatistics> apart;        ///< no rendering: `wait` for the writers, checks
-  std::vector<StepStatistics> overlapped;   ///< beside rendering: encode, write
-  StepStatistics rendering;                 ///< per frame, all of `steps`
-  StepStatistics frame;                     ///< per frame, `apart` included
+  std::vector<StepStatistics> preparation;  ///< frame 0: start-up, loading, precomputation
+  std::vector<StepStatistics> steps;        ///< in the order of their first occurrence
+  std::vector<StepStatistics>
+      apart;  ///< steps that are not rendering: `wait` for the writers, checks
+  std::vector<StepStatistics> overlapped;  ///< steps parallel to rendering: encode, write
+  StepStatistics rendering;                ///< per frame: the sum of all `steps`
+  StepStatistics frame;                    ///< per frame: `steps` and `apart`
 
   const StepStatistics* find(const std::string& step) const;
 };
 
 TimingTable timingTable(const RunData& run);
 
-/// One method: ms, share of the rendering, frames per second.
+/// One method: ms, fraction of the rendering, frames per second.
 Table timingView(const TimingTable& timings);
-/// Several methods: median ms of each step over the frames that have it (first frames, which pay
-/// for allocation, hardly move it), and how much longer each takes than "traced", else "reference",
-/// else the first.
+/// Several methods: the median time of each step in ms, over the frames that have it (so first
+/// frames, which include allocation, have little influence); and the ratio of each method's time to
+/// that of "traced", otherwise of "reference", otherwise of the first method.
 Table timingComparison(std::span<const TimingTable> methods);
-/// What the methods counted: mean per frame, and the most of a frame where it differs. Counters
-/// that are 0 everywhere stand in a note.
+/// The counters of the methods: the mean per frame, and the maximum if it differs. Counters that
+/// are always 0 are listed in a note.
 Table counterView(std::span<const RunData> runs);
-/// Long form, seconds: method,kind,step,clock,count,min,median,mean,max,sum,first; `kind` is
+/// CSV in long form, seconds: method,kind,step,clock,count,min,median,mean,max,sum,first. `kind` is
 /// preparation, step, apart, overlapped, or total.
 std::string timingCsv(std::span<const TimingTable> methods);
-/// [{"name", "frames", "rendering": {...}, "steps": [...], "preparation": [...], ...}], in seconds.
+/// JSON, seconds: [{"name", "frames", "rendering": {...}, "steps": [...], "preparation": [...],
+/// ...}].
 std::string timingJson(std::span<const TimingTable> methods);
 
 }  // namespace catoptric::report

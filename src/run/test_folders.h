@@ -1,4 +1,4 @@
-// Folders of tests.
+// Folders for tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace catoptric::run {
 
 namespace fs = std::filesystem;
 
-/// A folder of the current test's name, not there yet.
+/// A path with the name of the current test, at which nothing exists yet.
 inline fs::path freshFolder() {
   const auto* info = testing::UnitTest::GetInstance()->current_test_info();
   const fs::path path =
@@ -22,7 +22,7 @@ inline fs::path freshFolder() {
   return path;
 }
 
-/// {name: content} of the frames of a run's folder.
+/// The contents of a run's frame files, by file name.
 inline std::map<std::string, std::string> filesOf(const fs::path& path) {
   std::map<std::string, std::string> files;
   for (const auto& entry : fs::directory_iterator(path / "frames"))

@@ -1,5 +1,5 @@
-// Run configs: what is rendered, from where, how large, by which methods. One JSON file; every
-// value is checked against a schema before anything is loaded.
+// Run configs: the scene, camera path, image settings and methods of a run. A config is one JSON
+// file. Every value is checked against a schema before anything is loaded.
 #pragma once
 
 #include <filesystem>
@@ -15,26 +15,27 @@
 
 namespace catoptric::run {
 
-/// A member of an entry's `reflectors`: the method that fills some reflective objects.
+/// A member of an entry's `reflectors`: assigns some reflective objects to a method.
 struct ReflectorRule {
-  std::string pattern;    ///< an object's name, or with a trailing * the beginning of names
+  std::string pattern;    ///< an object's name; with a trailing *, a prefix of names
   std::string id;         ///< in the registry
   config::Value options;  ///< checked against the method's schema
-  std::string effective;  ///< canonical JSON of the options, defaults filled in
-  config::Value place;    ///< for messages
+  std::string effective;  ///< canonical JSON of the options, with defaults
+  config::Value place;    ///< the place in the config, for messages
 };
 
-/// One entry of `methods`: a method with its options, under a name of its own.
+/// One entry of `methods`: a method with its options, under its own name.
 struct MethodConfig {
-  std::string name;       ///< folder of its frames, row of its tables
+  std::string name;       ///< used for the folder of its frames and its row in tables
   std::string id;         ///< in the registry
   config::Value options;  ///< checked against the method's schema
-  std::string effective;  ///< canonical JSON of the options, defaults filled in
-  std::vector<ReflectorRule> reflectors = {};  ///< others are filled by the method itself
-  /// What fills reflectors that their method cannot do: "error" (none), or a method's id.
+  std::string effective;  ///< canonical JSON of the options, with defaults
+  std::vector<ReflectorRule> reflectors = {};  ///< the method itself shades all other reflectors
+  /// The method's id that shades reflectors which the entry's method does not support; "error": no
+  /// method, the run fails.
   std::string unsupported = "error";
 
-  /// Adds what makes the method's pixels: method, options, reflectors, unsupported.
+  /// Adds everything that determines the method's pixels: method, options, reflectors, unsupported.
   void addSettings(config::JsonText& text) const;
 };
 
@@ -43,9 +44,9 @@ struct PreviewConfig {
   float exposureStops = 0.0f;
 };
 
-/// What `catoptric sweep` measures of this config; its options are stronger.
+/// What `catoptric sweep` measures with this config. Command-line options override it.
 struct SweepConfig {
-  std::vector<std::string> vary;  ///< as for --vary, and so on
+  std::vector<std::string> vary;  ///< as --vary; the other members likewise
   std::vector<std::string> link;
   std::vector<std::string> where;
   std::vector<std::string> metrics = {"L1_8bit"};
@@ -56,12 +57,12 @@ struct SweepConfig {
 
 struct RunConfig {
   std::string name;             ///< the config's file name without folder and extension
-  std::filesystem::path file;   ///< the config, or the bare scene
+  std::filesystem::path file;   ///< the config, or a scene file given without a config
   std::filesystem::path scene;  ///< .gltf, .glb, or a description
   std::string sceneReference;   ///< where the scene is named: config, line, pointer
   std::filesystem::path path;   ///< camera path; empty: the scene's own camera
   std::string pathReference;    ///< where the path is named
-  std::optional<scene::Environment> environment;  ///< in place of the scene's own
+  std::optional<scene::Environment> environment;  ///< replaces the scene's own
   std::string frames;                             ///< empty: all frames of the path
   methods::RunSettings image;
   image::Compression compression = image::Compression::Zip;
@@ -70,38 +71,40 @@ struct RunConfig {
   SweepConfig sweep;
   std::vector<MethodConfig> methods;
   std::vector<std::string> errorsAgainst;  ///< names in `methods`
-  std::vector<std::string> errorsDropped;  ///< others that the config names, which are not run
+  std::vector<std::string>
+      errorsDropped;  ///< methods of errors.against that the config has but the run does not render
   std::string device = "auto";
   int threads = 0;
-  std::string effective;  ///< canonical JSON of everything, defaults filled in
+  std::string effective;  ///< canonical JSON of the whole config, with defaults
 
-  /// The part of `effective` that changes the pixels or bytes of one method's frames.
+  /// The part of `effective` that determines the pixels or bytes of one method's frames.
   std::string pixelSettings(const MethodConfig& method) const;
 };
 
-/// Schema of run configs without the methods' own options.
+/// The schema of run configs, without the methods' own options.
 const config::Schema& runSchema();
-/// Methods that may fill what another one cannot do.
+/// The ids of methods that may shade reflectors which another method does not support.
 std::vector<std::string> fallbackMethods();
-/// Schema of one entry of `methods`: name, method, and the method's own options.
+/// The schema of one entry of `methods`: name, method, and the method's own options.
 config::Schema methodSchema(const methods::MethodEntry& entry);
 
-/// Checks and reads a run config; paths in it are relative to its file. All errors are collected
-/// into one UsageError, a line each. `methods` non-empty: run these instead of the config's; a name
-/// that the config has keeps its options.
+/// Checks and reads a run config; its paths are relative to its file. Throws one UsageError with
+/// all errors, one per line. If `methods` is not empty, these methods are run instead of the
+/// config's; a name that the config contains keeps its options.
 RunConfig readRunConfig(const config::Value& root, const std::filesystem::path& file,
                         const std::vector<methods::MethodEntry>& registry,
                         const std::vector<std::string>& methods = {});
 
-/// The config that stands for a bare scene: its own camera, these methods with their defaults.
+/// The config that is used for a scene given without a config: the scene's own camera, and these
+/// methods with their defaults.
 config::Value configOfScene(const std::filesystem::path& scene,
                             const std::vector<std::string>& methods);
 
-/// What a JSON file describes, by its names.
+/// The kind of a JSON file, recognised by the names of its members.
 enum class FileKind { Unknown, RunConfig, Scene, Path };
 FileKind fileKind(const config::Value& root);
 
-/// True when `file` is a scene and no run config: .gltf, .glb, or JSON with "objects".
+/// Whether `file` is a scene instead of a run config: .gltf, .glb, or JSON with "objects".
 bool isScene(const std::filesystem::path& file);
 
 }  // namespace catoptric::run

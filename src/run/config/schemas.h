@@ -1,4 +1,5 @@
-// JSON Schemas and documentation of the program's files, from the tables that check them.
+// JSON Schemas and documentation of the program's file formats, from the same tables that check the
+// files.
 #pragma once
 
 #include <string>
@@ -8,12 +9,12 @@
 
 namespace catoptric::run {
 
-/// "run", "scene", "path".
+/// Returns "run", "scene" and "path".
 const std::vector<std::string>& schemaNames();
 
-/// Text of configs/schema/NAME.schema.json. Throws UsageError with the nearest name.
+/// The text of configs/schema/NAME.schema.json. Throws UsageError with the nearest name.
 std::string schemaJson(const std::string& name, const std::vector<methods::MethodEntry>& registry);
-/// The same as lists in Markdown: docs/config.md is that of "run".
+/// The same as Markdown lists; docs/config.md contains the one of "run".
 std::string schemaMarkdown(const std::string& name,
                            const std::vector<methods::MethodEntry>& registry);
 

@@ -1,4 +1,5 @@
-// Where and by what a run is made: the context of its figures, and what its pixels depend on.
+// The machine and program that make a run: the context of its measurements, and what its pixels
+// depend on.
 #pragma once
 
 #include <cstdint>
@@ -6,21 +7,22 @@
 
 namespace catoptric::run {
 
-/// "Intel(R) Xeon(R) ..."; "unknown processor" where the system does not say.
+/// For example "Intel(R) Xeon(R) ..."; "unknown processor" if the system does not tell.
 std::string processorName();
 
-/// The instruction sets that decide the last bits of pixels: "Embree avx512, x86-64-v4".
+/// The instruction sets that determine the last bits of pixels, e.g. "Embree avx512, x86-64-v4".
 std::string instructionSets();
 
-/// Fingerprint of the running program's file: a build.
+/// The fingerprint of the running program's file, which identifies the build.
 std::string buildFingerprint();
 
 std::uint64_t physicalMemoryBytes();
 
-/// Host, processor, processors, memory, kernel, threads, version, compiler, as a JSON object.
+/// A JSON object with host, processor, number of processors, memory, kernel, threads, version and
+/// compiler.
 std::string machineJson();
 
-/// Version of the program.
+/// The version of the program.
 const char* versionText();
 
 }  // namespace catoptric::run

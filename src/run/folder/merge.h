@@ -1,4 +1,4 @@
-// Chunks of a run, rendered by several processes or machines, into one run folder.
+// Merges chunks of a run, rendered by several processes or machines, into one run folder.
 #pragma once
 
 #include <filesystem>
@@ -10,19 +10,19 @@
 namespace catoptric::run {
 
 struct MergedRun {
-  std::string name;              ///< of the method
-  std::filesystem::path folder;  ///< of the merged run
-  std::string config;            ///< JSON text of the run's effective config; "{}" when unknown
+  std::string name;              ///< name of the method
+  std::filesystem::path folder;  ///< folder of the merged run
+  std::string config;            ///< JSON text of the run's effective config; "{}" if unknown
   std::vector<int> frames;
 };
 
-/// Merges `runs` (folders as `render` fills them: of one method, or with a folder per method) into
-/// `out`. All is checked before anything is written: every wanted frame is in one run, files have
-/// their recorded contents, and all were made with the same settings, scene, program and renderer
-/// (the processors may differ: a warning says so); the same frame twice is allowed where its files
-/// are the same. All that is wrong is said at once. The result does not depend on the order of
-/// `runs`; frames are hard links where the file system can. Throws UsageError for what does not fit
-/// together, Error(FramesFailed) for frames that are missing or damaged, OutputError.
+/// Merges `runs` into `out`. Each is a folder as `render` writes it: of one method, or with a
+/// folder per method. Everything is checked before anything is written: every requested frame is in
+/// a run; files have their recorded contents; settings, scene, program and renderer are the same in
+/// all runs. Processors may differ, with a warning. A frame may occur twice if its files are
+/// identical. All errors are reported at once. The result does not depend on the order of `runs`.
+/// Frames become hard links where the file system allows it. Throws UsageError for runs that do not
+/// match, Error(FramesFailed) for missing or damaged frames, and OutputError.
 std::vector<MergedRun> mergeRuns(const std::vector<std::filesystem::path>& runs,
                                  const std::filesystem::path& out, Existing existing);
 

@@ -1,5 +1,5 @@
-// By which machine a frame was made, and in which light: what its pixels may depend on a little,
-// beside what FrameFingerprints hold.
+// The machine and the baked light with which a frame was made. Its pixels may depend slightly on
+// them, in addition to what FrameFingerprints records.
 #pragma once
 
 #include <map>
@@ -9,26 +9,26 @@
 namespace catoptric::run {
 
 struct FrameOrigin {
-  std::string renderer;      ///< GL_RENDERER, or what else made the pixels
-  std::string processor;     ///< its model's name
-  std::string instructions;  ///< the instruction sets that Embree and our loops use
-  std::string light;         ///< fingerprint of the baked light; empty: none was baked
+  std::string renderer;      ///< GL_RENDERER, or another name of what made the pixels
+  std::string processor;     ///< model name of the processor
+  std::string instructions;  ///< the instruction sets that Embree and the program's own loops use
+  std::string light;         ///< fingerprint of the baked light; empty: no light was baked
 
   auto operator<=>(const FrameOrigin&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
-/// Whether two renderers are one program: llvmpipe ends its name by the width of its vectors, which
-/// the processor decides.
+/// Whether two renderers are the same program. llvmpipe's name ends with its vector width, which
+/// depends on the processor; that part is ignored.
 bool sameRenderer(const std::string& a, const std::string& b);
 
 /// The origins of a run's frames.
 class Origins {
  public:
   void add(const FrameOrigin& origin, int frame) { frames_[origin].push_back(frame); }
-  /// Warns where several kinds of machines or several bakes have made the frames of `run`, and says
-  /// how far these may differ.
+  /// Warns if several kinds of machines, or several bakes, have made the frames of `run`, and says
+  /// how much their pixels may differ.
   void warn(const std::string& run) const;
-  /// An array of {processor, instructions, renderer, light, frames}.
+  /// A JSON array of {processor, instructions, renderer, light, frames}.
   std::string json() const;
 
  private:

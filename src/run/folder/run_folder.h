@@ -1,4 +1,5 @@
-// A run's folder: frames, their records, timings and summary. One process at a time writes there.
+// A run's folder: frames, their records, timings and summary. Only one process at a time writes to
+// it.
 #pragma once
 
 #include <cstdint>
@@ -20,13 +21,13 @@ Existing parseExisting(const std::string& text);
 
 class RunFolder {
  public:
-  /// Creates or opens the folder and locks it against other processes. Existing::Error: an
-  /// OutputError when it holds anything but a lock; Overwrite: leaves the run that is there until
-  /// begin(); Resume: reads the records. Waits so long for another process that writes there.
-  /// Throws OutputError.
+  /// Creates or opens the folder and locks it against other processes. Existing::Error: throws
+  /// OutputError if the folder contains anything but a lock. Overwrite: the present run stays until
+  /// begin(). Resume: reads the records. If another process writes to the folder, waits for it up
+  /// to `waitSeconds`. Throws OutputError.
   RunFolder(const std::filesystem::path& path, Existing existing, double waitSeconds = 0.0);
-  /// Looks at what stands there and changes nothing: throws what the constructor would throw as far
-  /// as that can be told without writing, and reads the records for Resume.
+  /// Inspects the folder and changes nothing. Throws what the constructor above would throw, as far
+  /// as this can be known without writing. Reads the records for Resume.
   struct LookOnly {};
   RunFolder(const std::filesystem::path& path, Existing existing, LookOnly);
   ~RunFolder();
@@ -35,39 +36,39 @@ class RunFolder {
 
   const std::filesystem::path& path() const { return path_; }
 
-  /// Why the record of `frame` cannot be trusted ("no record", "another config", ...); empty when
-  /// it can: fingerprints agree and the files have the recorded contents.
+  /// Why the record of `frame` cannot be trusted ("no record", "another config", ...). Empty if it
+  /// can: the fingerprints agree and the files have the recorded contents.
   std::string distrust(int frame, const FrameFingerprints& wanted) const;
   const FrameRecord* record(int frame) const;
   const std::map<int, FrameRecord>& records() const { return records_; }
-  /// Of Overwrite: removes the files of the run that is there, and no others. Called when nothing
-  /// but writing can fail any more, and before anything is written.
+  /// For Overwrite: removes the files of the present run, and no others. Called before anything is
+  /// written, when only writing can still fail.
   void begin();
-  /// Whether an earlier run stands there that begin() would remove.
+  /// Whether there is an earlier run that begin() would remove.
   bool holdsOldRun() const { return overwrites_ && !wasEmpty_; }
-  /// Removes what the constructor made and the summary, of a start that failed before any frame: an
-  /// empty folder would block the next try.
+  /// Called after a start that failed before any frame: removes what the constructor created, and
+  /// the summary. Otherwise the remaining folder would block the next attempt.
   void discard();
-  /// Forgets a record; its files stay until they are written anew.
+  /// Removes a record; its files stay until they are overwritten.
   void forget(int frame);
 
-  /// Writes a frame's files' record. Any thread. Throws OutputError, also when the folder was
-  /// removed or replaced meanwhile.
+  /// Writes the record of a frame whose files are written. Any thread may call it. Throws
+  /// OutputError, also if the folder was removed or replaced meanwhile.
   void add(FrameRecord record);
-  /// The same for many.
+  /// The same for many records.
   void add(std::vector<FrameRecord> records);
-  /// Writes one file of a frame, atomically. Any thread.
+  /// Writes one file of a frame atomically. Any thread may call it.
   void writeFile(const std::string& relative, std::span<const std::byte> bytes) const;
-  /// Takes over a finished file of another run as a hard link, or as a copy where that cannot be.
+  /// Adds a finished file of another run as a hard link, or as a copy if that is impossible.
   void takeFile(const std::string& relative, const std::filesystem::path& source) const;
 
-  /// Samples of start-up, of this and of earlier processes.
+  /// Adds samples of start-up, of this process or of earlier ones.
   void addStartup(const std::vector<frame::StepSample>& samples);
 
-  /// timings.csv: frame,step,seconds,clock,first; and a file NAME.csv of each table that
-  /// frames have.
+  /// Writes timings.csv (frame,step,seconds,clock,first), and a file NAME.csv for each table of the
+  /// frames.
   void writeTimings() const;
-  /// summary.json; `members`: further JSON texts by name.
+  /// Writes summary.json. `members`: further members, as JSON texts by name.
   void writeSummary(const std::map<std::string, std::string>& members) const;
 
  private:
@@ -82,17 +83,17 @@ class RunFolder {
 
   std::filesystem::path path_;
   int lock_ = -1;
-  bool overwrites_ = false;                     ///< begin() has yet to remove a run
-  bool wasEmpty_ = false;                       ///< but for a lock and empty folders
-  std::vector<std::filesystem::path> created_;  ///< folders that were not there before
+  bool overwrites_ = false;                     ///< begin() has not removed the earlier run yet
+  bool wasEmpty_ = false;                       ///< apart from a lock and empty folders
+  std::vector<std::filesystem::path> created_;  ///< folders that the constructor created
   std::mutex mutex_;
   std::map<int, FrameRecord> records_;
-  bool appendable_ = false;  ///< frames.jsonl holds what records_ holds
+  bool appendable_ = false;  ///< frames.jsonl agrees with records_
   std::vector<frame::StepSample> startup_;
 };
 
-/// True for names that a run gives to files and folders of its own ("frames", "table.md"): no
-/// method's folder can be called so.
+/// Whether a run uses this name for its own files or folders ("frames", "table.md"), so that no
+/// method's folder can have it.
 bool isRunFileName(const std::string& name);
 
 }  // namespace catoptric::run

@@ -1,6 +1,5 @@
-// The sequence runner: makes the frames of a run with a source that it knows by its interface
-// alone, writes them behind the rendering, and keeps a run folder that can be resumed at any
-// moment.
+// The sequence runner. A source, known only by its interface, renders the frames of a run. Threads
+// write them in the background. The run folder can be resumed at any moment.
 #pragma once
 
 #include <cstdint>
@@ -26,37 +25,38 @@ struct RenderedFrame {
   std::vector<frame::StepSample> samples;
 };
 
-/// What is asked of a source.
+/// A request for one frame.
 struct FrameRequest {
   scene::PathFrame frame;
-  bool firstOfSequence = true;  ///< the frame before it was not rendered just now
+  bool firstOfSequence = true;  ///< the previous frame of the path was not the last one rendered
   bool restarts = true;         ///< as in methods::FrameInput; true wherever firstOfSequence is
-  bool kept = true;             ///< false: the result is thrown away, later frames need the state
+  bool kept = true;  ///< false: the result is discarded; only the state for later frames matters
 };
 
-/// Makes frames. One thread calls it.
+/// Renders frames. Only one thread calls it.
 class FrameSource {
  public:
   virtual ~FrameSource() = default;
-  /// Everything that is done once; called before the first frame, and not at all when no frame has
-  /// to be rendered. Returns the samples of start-up (frame 0).
+  /// One-time preparation, called before the first frame. Not called if no frame has to be
+  /// rendered. Returns the samples of start-up (frame 0).
   virtual std::vector<frame::StepSample> prepare() = 0;
-  /// Frames in the order of the path; between a restart frame and one that is kept none is missing.
+  /// Renders a frame. Requests are in the order of the path. From a restart frame to a kept frame
+  /// that depends on it, no frame is left out.
   virtual RenderedFrame render(const FrameRequest& request) = 0;
-  /// What is known after prepare() of where frames are made: "renderer", "processor" and the other
+  /// Facts about the renderer that are known after prepare(): "renderer", "processor" and the other
   /// members of FrameOrigin; "gl_version", ...
   virtual std::map<std::string, std::string> context() const { return {}; }
 };
 
-/// A file of a frame, ready to be written.
+/// A file of a frame that is ready to be written.
 struct EncodedFile {
   std::string path;  ///< relative to the run's folder
   std::vector<std::byte> bytes;
-  std::string step;  ///< "encode", "preview"
+  std::string step;  ///< "encode" or "preview"
   double seconds = 0.0;
 };
 
-/// Called by writer threads; may add counters.
+/// Makes the files of a frame. Writer threads call it; it may add counters.
 using Encoder = std::function<std::vector<EncodedFile>(RenderedFrame&, const scene::PathFrame&)>;
 
 struct Progress {
@@ -64,9 +64,10 @@ struct Progress {
   int toRender = 0;
   int reused = 0;
   int failed = 0;
-  int frame = 0;  ///< the last frame, 0 while starting
+  int frame = 0;  ///< the last frame; 0 while starting
   double secondsElapsed = 0.0;
-  /// Of the frames still to render, from the mean of those done; negative when unknown.
+  /// Estimated time of the remaining frames, from the mean of those that are done; negative if
+  /// unknown.
   double secondsLeft = -1.0;
 };
 
@@ -74,13 +75,13 @@ struct SequenceOptions {
   Chunk chunk;
   Existing existing = Existing::Error;
   bool keepGoing = false;
-  double waitSeconds = 0.0;  ///< for another process that writes the folder
+  double waitSeconds = 0.0;  ///< for another process that writes to the folder
   int writerThreads = 2;
-  int queueFrames = 3;                  ///< frames that wait to be written; rendering pauses beyond
-  std::function<bool()> stopRequested;  ///< asked between frames
+  int queueFrames = 3;  ///< most frames that wait to be written; rendering pauses at this number
+  std::function<bool()> stopRequested;  ///< called between frames
   std::function<void(const Progress&)> progress;
   Encoder encode;
-  /// Further members of summary.json, JSON texts by name ("config", "plan", ...).
+  /// Further members of summary.json: JSON texts by name ("config", "plan", ...).
   std::map<std::string, std::string> summary;
 };
 
@@ -93,26 +94,27 @@ struct SequenceResult {
   std::vector<int> rendered;
   std::vector<int> reused;
   std::vector<FailedFrame> failed;
-  std::vector<int> missing;  ///< neither rendered nor reused, the failed ones included
-  bool stopped = false;      ///< stopRequested() said so
+  std::vector<int> missing;  ///< neither rendered nor reused, including failed frames
+  bool stopped = false;      ///< stopRequested() returned true
 };
 
-/// What runSequence() would do, as far as that can be told before anything is made.
+/// What runSequence() would do, as far as this is known before anything is rendered.
 struct SequenceForecast {
   std::vector<int> rendered;
-  std::vector<int> reused;    ///< of Resume: trusted, if the renderer is still the same
-  std::vector<int> warmedUp;  ///< rendered for the state of later frames, and not kept;
-                              ///< they may be re-used besides
+  std::vector<int>
+      reused;  ///< with Resume: trusted frames, provided that the renderer is still the same
+  std::vector<int> warmedUp;  ///< rendered only for the state of later frames, and discarded; a
+                              ///< frame may also be listed in `reused`
 };
 /// Changes nothing. Throws what runSequence() would throw about the folder.
 SequenceForecast forecastSequence(const std::vector<FrameTask>& tasks,
                                   const std::filesystem::path& path,
                                   const SequenceOptions& options);
 
-/// Makes `tasks` in order, in the folder `path`. A frame that fails ends the run, unless
-/// `keepGoing`; what was finished before stays valid. Frames that need the state of a failed one
-/// warm up anew; where that fails too they fail, with the reason. Throws OutputError when files
-/// cannot be written, and what prepare() throws.
+/// Makes the frames of `tasks` in order, in the folder `path`. A failed frame ends the run, unless
+/// `keepGoing` is set; frames that were finished before stay valid. Frames that need the state of a
+/// failed frame restart from a new warm-up. If that fails too, they fail with the reason. Throws
+/// OutputError if files cannot be written, and what prepare() throws.
 SequenceResult runSequence(FrameSource& source, const std::vector<FrameTask>& tasks,
                            const std::filesystem::path& path, const SequenceOptions& options);
 

@@ -1,4 +1,4 @@
-// A whole run: every method of a run config, each in a run folder of its own.
+// A whole run: renders every method of a run config, each to its own run folder.
 #pragma once
 
 #include <filesystem>
@@ -17,11 +17,12 @@ struct SessionOptions {
   Existing existing = Existing::Error;
   Chunk chunk;
   bool keepGoing = false;
-  double waitSeconds = 0.0;  ///< for another process that writes a folder
+  double waitSeconds = 0.0;  ///< for another process that writes to a folder
   std::function<bool()> stopRequested;
-  /// Name of the method, its progress.
+  /// Called with the name of a method and its progress.
   std::function<void(const std::string&, const Progress&)> progress;
-  /// A long step of start-up ("bake"), the share of it that is done; called by several threads.
+  /// Called with the name of a long start-up step ("bake") and the fraction of it that is done.
+  /// Several threads may call it.
   std::function<void(const std::string&, double)> startupProgress;
 };
 
@@ -31,11 +32,12 @@ struct MethodResult {
   SequenceResult frames;
 };
 
-/// The methods of the run, made from the registry, in the config's order.
+/// Makes the methods of the run from the registry, in the config's order.
 std::vector<std::unique_ptr<methods::Method>> makeMethods(
     const Stage& stage, const std::vector<methods::MethodEntry>& registry);
 
-/// Where a method's frames go: `out` itself for the only method of a run, else a folder in it.
+/// The folder of a method's frames: `out` itself if the run has one method, otherwise a folder in
+/// `out`.
 std::filesystem::path methodFolder(const RunConfig& run, const MethodConfig& method,
                                    const std::filesystem::path& out);
 
@@ -49,13 +51,15 @@ struct MethodForecast {
   SequenceForecast frames;
 };
 
-/// What renderAll() would do; changes nothing. Throws what it would throw about the folders.
+/// What renderAll() would do. Changes nothing. Throws what renderAll() would throw about the
+/// folders.
 std::vector<MethodForecast> forecastAll(const Stage& stage,
                                         const std::vector<methods::MethodEntry>& registry,
                                         const SessionOptions& options);
 
-/// Renders all methods, one after the other, those after one that failed frames too, until asked to
-/// stop. Folders are checked for all methods before any is rendered.
+/// Renders all methods, one after the other, until asked to stop. If frames of a method fail, the
+/// next methods are rendered nevertheless. The folders of all methods are checked before any method
+/// is rendered.
 std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::MethodEntry>& registry,
                                     const SessionOptions& options);
 

@@ -1,4 +1,4 @@
-// The frames of one method's sequence: those asked for, and those that only warm its state up.
+// The frames of one method's sequence: the requested frames, and those that only warm up its state.
 #pragma once
 
 #include <string>
@@ -14,52 +14,53 @@ namespace catoptric::run {
 struct FrameTask {
   scene::PathFrame frame;
   FrameFingerprints fingerprints;
-  /// Its pixels do not depend on earlier frames. Otherwise the task before is that of the path's
-  /// frame before.
+  /// Its pixels do not depend on earlier frames. If false, the task before it is that of the path's
+  /// previous frame.
   bool restarts = true;
-  bool asked = true;  ///< false: rendered only where a later frame needs its state
+  bool asked = true;  ///< false: rendered only if a later frame needs its state
 };
 
-/// Tasks of the frames `asked` for (ascending), with all frames that warm the method up.
-/// `common`: fingerprints of all frames, without cameras. A frame with a history has the cameras of
-/// all frames of the path since its restart frame in its fingerprint.
+/// Makes the tasks of the requested frames `asked` (ascending) and of all frames that warm up the
+/// method. `common`: the fingerprints that all frames share, without cameras. If a frame depends on
+/// earlier frames, its fingerprint contains the cameras of all frames since its restart frame.
 std::vector<FrameTask> makeTasks(const scene::CameraPath& path, const std::vector<int>& asked,
                                  const methods::Method& method, const FrameFingerprints& common);
 
-/// Part of a sequence: 1-based `index` of `count`.
+/// A part of a sequence: number `index` (from 1) of `count`.
 struct Chunk {
   int index = 1;
   int count = 1;
 };
 /// Parses "2/8". Throws UsageError.
 Chunk parseChunk(const std::string& text);
-/// Where chunks begin among the frames asked for, and one past the last of them: `count` + 1
-/// places. Chunks are contiguous; without state their sizes differ by at most one. With state each
-/// begins at the restart frame nearest to that, so that none renders frames of another one, and
-/// some may be empty.
+/// The indices at which chunks begin among the requested frames, and one past the last frame:
+/// `count` + 1 values. Chunks are contiguous. Without state, their sizes differ by at most one.
+/// With state, each begins at the restart frame nearest to that position, so that no chunk renders
+/// frames of another one; some may be empty.
 std::vector<std::size_t> chunkBounds(const std::vector<FrameTask>& tasks, int count);
 
-/// What becomes of one task.
+/// The plan for one task.
 struct TaskPlan {
   enum class Outcome { None, Reuse, Render };
-  Outcome outcome = Outcome::None;  ///< of frames asked for in this chunk
-  bool run = false;                 ///< the method renders it: to be kept, or to warm up
+  Outcome outcome = Outcome::None;  ///< for requested frames in this chunk
+  bool run = false;                 ///< whether the method renders it, to keep it or to warm up
 };
 
-/// Which frames are rendered: those of the chunk without a trusted record, and before them those
-/// whose state they need. `renderer`: what makes frames now; empty: not known yet. `say`: logs what
-/// is rendered again and why.
+/// Decides which frames are rendered: those of the chunk without a trusted record, and before them
+/// the frames whose state they need. `renderer`: the present renderer; empty: not known yet. `say`:
+/// whether to log what is rendered again and why.
 std::vector<TaskPlan> planTasks(const std::vector<FrameTask>& tasks, const Chunk& chunk,
                                 Existing existing, const RunFolder& folder,
                                 const std::string& renderer, bool say);
 
-/// Numbers of the tasks with this outcome.
+/// The frame numbers of the tasks with this outcome.
 std::vector<int> numbersOf(const std::vector<FrameTask>& tasks, const std::vector<TaskPlan>& plan,
                            TaskPlan::Outcome outcome);
-/// Numbers of the frames asked for.
+/// The numbers of the requested frames.
 std::vector<int> askedNumbers(const std::vector<FrameTask>& tasks);
 
-/// Records of frames that this run does not make stay only where they agree with it.
+/// Removes the records of frames that this run does not make, unless they agree with this run's
+/// fingerprints.
 void forgetStrangers(const std::vector<FrameTask>& tasks, RunFolder& folder);
 
 }  // namespace catoptric::run

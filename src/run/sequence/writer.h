@@ -1,4 +1,4 @@
-// Encodes and writes frames in threads of its own, behind a bounded queue.
+// Encodes and writes frames in background threads, behind a bounded queue.
 #pragma once
 
 #include <condition_variable>
@@ -14,7 +14,7 @@
 
 namespace catoptric::run {
 
-/// A rendered frame on its way to the disk.
+/// A rendered frame that waits to be written.
 struct Job {
   const FrameTask* task = nullptr;
   RenderedFrame frame;
@@ -22,20 +22,21 @@ struct Job {
 
 class Writer {
  public:
-  /// Keeps references to `folder` and `encode`. `origin` as in FrameRecord.
+  /// Keeps references to `folder` and `encode`. `origin`: see FrameRecord.
   Writer(RunFolder& folder, const Encoder& encode, FrameOrigin origin, int threads, int capacity);
   ~Writer() { close(); }
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
-  /// Waits for room. False when a write has failed for good: nothing more is taken.
+  /// Adds a job; waits until the queue has room. Returns false after a permanent write failure; no
+  /// more jobs are accepted then.
   bool submit(Job job);
-  /// Waits until all is written.
+  /// Waits until everything is written.
   void close();
 
   bool failed();
   void rethrow();
-  /// After close().
+  /// Valid after close().
   const std::vector<FailedFrame>& failures() const { return failures_; }
   const std::vector<int>& written() const { return written_; }
 

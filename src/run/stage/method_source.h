@@ -1,4 +1,4 @@
-// The frames of one real method: G-buffer, the method's passes, composite, readback.
+// Renders the frames of one method: G-buffer, the method's passes, composite, readback.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace catoptric::run {
 
 class MethodSource : public FrameSource {
  public:
-  /// `stage` must outlive this; several sources may use it one after the other.
+  /// `stage` must outlive this. Several sources may use the same stage one after the other.
   MethodSource(Stage& stage, methods::Method& method, const methods::MethodPlan& needs);
   ~MethodSource() override;
 
@@ -25,14 +25,14 @@ class MethodSource : public FrameSource {
 
  private:
   methods::PreviousFrame previousOf(int number) const;
-  /// Moves the scene to the frame's time; says what that changes.
+  /// Moves the scene to the frame's time, and sets in `input` what has changed.
   void moveTo(methods::FrameInput& input);
-  /// The composed frame with the asked-for layers; samples outside `changed` are those of the last
-  /// frame.
+  /// Reads the composited frame with the requested layers. Samples outside `changed` are taken from
+  /// the last frame.
   image::Image readFrame(const scene::Camera& camera, const std::optional<raster::Region>& changed,
                          std::vector<methods::SampleLayer> sampleLayers);
 
-  /// Warns of the first wholly black frame.
+  /// Warns once, at the first frame that is entirely black.
   void warnOfBlack(const image::Image& image, int frame);
 
   Stage& stage_;
@@ -43,9 +43,9 @@ class MethodSource : public FrameSource {
   std::optional<raster::GBuffer> gbuffer_;
   bool saidBlack_ = false;
   gl::Texture composite_;
-  std::vector<float> read_;                  ///< the composite as it was read; empty: not kept
-  bool composed_ = false;                    ///< the composite is that of the last frame
-  std::optional<scene::Camera> lastCamera_;  ///< of the frame in G-buffer and composite
+  std::vector<float> read_;                  ///< the composite that was read back; empty: not kept
+  bool composed_ = false;                    ///< the composite shows the last frame
+  std::optional<scene::Camera> lastCamera_;  ///< camera of the frame in G-buffer and composite
 };
 
 }  // namespace catoptric::run

@@ -1,5 +1,6 @@
-// Several methods share a frame: each fills the reflectors that a run config gives it, and those
-// that their method cannot do go to the one that `unsupported` names. One G-buffer, one composite.
+// Several methods in one frame: each shades the reflectors that the run config assigns to it.
+// Reflectors that their method does not support go to the method that `unsupported` names. There is
+// one G-buffer and one composite.
 #pragma once
 
 #include <memory>
@@ -11,9 +12,9 @@
 
 namespace catoptric::run {
 
-/// The method of one entry of `methods` for this scene: that of the registry, or a mixture where
-/// reflectors go to others. Throws UsageError, with its place in the config, for names that are no
-/// reflectors' and for methods that cannot share a frame.
+/// Makes the method of one entry of `methods` for this scene: the registry's method, or a mixture
+/// if some reflectors are assigned to other methods. Throws UsageError, with the place in the
+/// config, for names that match no reflector and for methods that cannot share a frame.
 std::unique_ptr<methods::Method> makeMethod(const MethodConfig& config, const scene::Scene& scene,
                                             const methods::RunSettings& settings,
                                             const std::vector<methods::MethodEntry>& registry);

@@ -1,5 +1,5 @@
-// What all methods of a run share: the scene, its geometry and light, the GL context and the
-// scene's GL side. Built once, and only as far as the plan asks.
+// The state that all methods of a run share: the scene, its geometry and light, the GL context, and
+// the scene's GL side. It is built once, and only as far as the plan requires.
 #pragma once
 
 #include <exception>
@@ -21,7 +21,7 @@
 
 namespace catoptric::run {
 
-/// Thrown between the steps of start-up, and within a bake, when the run was asked to stop.
+/// Thrown between the steps of start-up, and within a bake, if the run was asked to stop.
 struct Stopped : std::exception {
   const char* what() const noexcept override { return "the run was asked to stop"; }
 };
@@ -34,14 +34,15 @@ class Stage {
   const RunConfig& run() const { return run_; }
   const scene::Scene& scene() const { return scene_; }
   const scene::CameraPath& path() const { return *path_; }
-  /// The run's frames (its `frames`, else all of the path), ascending.
+  /// The frames of the run, ascending: its `frames`, or all frames of the path.
   const std::vector<int>& frames() const { return frames_; }
 
-  /// Asked during start-up; may be called by several threads.
+  /// Sets a function that is called during start-up, possibly by several threads.
   void setStopRequested(std::function<bool()> stopRequested) {
     stopRequested_ = std::move(stopRequested);
   }
-  /// Told of long steps of start-up: the step, the share that is done; by several threads.
+  /// Sets a function that receives the name of a long start-up step and the fraction of it that is
+  /// done. Several threads may call it.
   void setStartupProgress(std::function<void(const std::string&, double)> progress) {
     startupProgress_ = std::move(progress);
   }
@@ -50,23 +51,23 @@ class Stage {
     if (stopRequested_ && stopRequested_()) throw Stopped();
   }
 
-  /// Geometry at time 0, baked light; once. Throws Stopped.
+  /// Builds the geometry at time 0 and bakes light. Call once. Throws Stopped.
   void buildGeometry();
-  /// Context and the scene's GL side; once. Needs the geometry.
+  /// Creates the GL context and the scene's GL side. Call once, after buildGeometry().
   void buildRaster();
 
-  /// Brings geometry, light and the GL side to a moment; returns the objects that changed. With
-  /// `timer` as step `geometry`, where something can move at all.
+  /// Updates geometry, light and the GL side to a time. Returns the objects that changed. `timer`:
+  /// if set and anything in the scene can move, the time is recorded as step `geometry`.
   std::vector<int> moveTo(double timeSeconds, frame::StepTimer* timer);
 
   const frame::Geometry& geometry() const { return geometry_; }
   const frame::Lighting& lighting() const { return lighting_; }
-  /// Fingerprint of the baked light; empty where none is baked.
+  /// The fingerprint of the baked light; empty if none is baked.
   const std::string& light() const { return light_; }
   raster::SceneRaster* raster() { return raster_.get(); }
   gl::Context* context() { return context_ ? &*context_ : nullptr; }
 
-  /// Samples of start-up so far (frame 0).
+  /// The samples of start-up so far (frame 0).
   const std::vector<frame::StepSample>& startup() const { return timer_.samples(); }
 
  private:
@@ -84,7 +85,8 @@ class Stage {
   frame::Lighting lighting_;
   std::string light_;
   std::optional<gl::Context> context_;
-  std::unique_ptr<raster::SceneRaster> raster_;  // after the context: destroyed before it
+  std::unique_ptr<raster::SceneRaster>
+      raster_;  // declared after the context, so destroyed before it
 };
 
 }  // namespace catoptric::run

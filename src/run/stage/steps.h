@@ -1,4 +1,4 @@
-// What the steps of the timing tables and the counters of frames mean.
+// The meanings of the steps in timing tables and of the frames' counters.
 #pragma once
 
 #include <map>
@@ -9,12 +9,13 @@
 
 namespace catoptric::run {
 
-/// Steps of the program itself, in the order in which they happen; "beside": by the writers, beside
-/// rendering. Those of a method stand in its entry.
+/// The steps of the program itself, in the order in which they occur; "beside" marks steps of the
+/// writers, parallel to rendering. A method's own steps are in its entry.
 const std::vector<methods::StepInfo>& pipelineSteps();
-/// The kinds of all steps that are not methods::StepKind::Rendering, the methods' own too, by name.
+/// The kinds of all steps other than methods::StepKind::Rendering, including the methods' own
+/// steps, by name.
 std::map<std::string, std::string> stepKinds();
-/// Counters of the program itself.
+/// The counters of the program itself.
 const std::vector<methods::CounterInfo>& pipelineCounters();
 
 }  // namespace catoptric::run
