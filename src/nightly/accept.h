@@ -1,4 +1,4 @@
-// What people decide: a new picture, a longer time is as it should be.
+// Acceptance by people: they confirm that a changed picture or a longer time is intended.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 namespace catoptric::nightly {
 
 struct AcceptRequest {
-  std::vector<std::string> patterns;  ///< CASE, CASE:FRAME; * stands for anything
+  std::vector<std::string> patterns;  ///< CASE or CASE:FRAME; * matches any characters
   std::string reason;
   std::string who;
 };
@@ -20,12 +20,12 @@ struct Accepted {
   int times = 0;
 };
 
-/// Does somebody have to say that this is as it should be?
+/// Whether a person must accept this verdict.
 bool wantsAcceptance(const Verdict& verdict);
 
-/// Accepts what the newest judged night says of the cases: their frames become the accepted ones,
-/// and builds that are slower become what times are compared with. Throws UsageError when a pattern
-/// names nothing that wants it, or a frame is NaN; nothing is accepted then.
+/// Accepts the verdicts of the newest judged night on the selected cases. Their frames become the
+/// accepted ones, and slower builds become the baseline for times. Throws UsageError, and accepts
+/// nothing, if a pattern matches nothing that needs acceptance, or if a frame contains NaN.
 Accepted acceptVerdicts(History& history, const AcceptRequest& request);
 
 }  // namespace catoptric::nightly

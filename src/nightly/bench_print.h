@@ -1,5 +1,6 @@
-// What a case measures, as its files say it: a program with other defaults, or one that makes the
-// same scene otherwise, has the same bench, and what it changes is seen in times and pictures.
+// Identifies what a case measures, from its files alone. A program with other defaults, or one that
+// builds the scene in another way, has the same identity; the change then shows in times and
+// pictures.
 #pragma once
 
 #include <filesystem>
@@ -9,13 +10,13 @@
 
 namespace catoptric::nightly {
 
-/// Fingerprint of a file and of all files that it names, if it is JSON.
+/// The fingerprint of a file and, if it is JSON, of all files that it names.
 std::string filesPrint(const std::filesystem::path& file);
 
-/// The case's config and settings, a line for each value.
+/// The case's config and settings, one line per value.
 std::string describeCase(const NightCase& one);
 
-/// Lines that only one of two descriptions has: "image.width 256 -> 512, ...".
+/// The lines in which two descriptions differ: "image.width 256 -> 512, ...".
 std::string differenceOf(const std::string& before, const std::string& after);
 
 }  // namespace catoptric::nightly

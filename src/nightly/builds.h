@@ -1,5 +1,5 @@
-// Two builds of the program beside each other, without a history: frames bit for bit, and the times
-// of their starts and of the steps of frames in turns.
+// Compares two builds of the program directly, without a history: frames bit by bit; times of
+// start-up and of the frames' steps, interleaved.
 #pragma once
 
 #include <filesystem>
@@ -15,35 +15,35 @@
 namespace catoptric::nightly {
 
 struct BuildsOptions {
-  std::filesystem::path program;   ///< that is judged
-  std::filesystem::path baseline;  ///< another build of it
-  std::filesystem::path folder;    ///< frames that differ: CASE/now, CASE/baseline
+  std::filesystem::path program;   ///< the build that is judged
+  std::filesystem::path baseline;  ///< the build that it is compared with
+  std::filesystem::path folder;    ///< for frames that differ: CASE/now, CASE/baseline
   int rounds = 8;                  ///< up to four times as many while a step is undecided
-  double gate = 0.05;              ///< a step that takes longer by more than this share is slower
+  double gate = 0.05;  ///< a step is slower if it takes longer by more than this fraction
 };
 
-/// How many times as long as in the baseline.
+/// The time of a step relative to the baseline.
 struct StepRatio {
-  std::string step;      ///< "frame": all of a frame; "start", "start.bake": before the first one
-  double seconds = 0.0;  ///< of the baseline
+  std::string step;  ///< "frame": the whole frame; "start", "start.bake": before the first frame
+  double seconds = 0.0;  ///< time in the baseline
   study::Ratio ratio;
   TimeState state = TimeState::Undecided;
 };
 
 struct BuildsComparison {
   std::string failure;     ///< why the judged program cannot render the case
-  std::string noBaseline;  ///< why the baseline cannot
+  std::string noBaseline;  ///< why the baseline cannot render the case
   int frames = 0;
-  int equal = 0;                         ///< frames whose channels have the same bits
-  std::vector<std::string> differences;  ///< a line for each channel of a frame that differs
-  std::vector<StepRatio> steps;          ///< the longest first; short ones are left out
+  int equal = 0;                         ///< frames whose channels are bit-identical
+  std::vector<std::string> differences;  ///< one line per channel of a frame that differs
+  std::vector<StepRatio> steps;          ///< longest first; short steps are left out
 };
 
-/// Renders a case by both programs. A step that fails has failed in fresh processes, too. Throws
-/// StudyStopped.
+/// Renders a case with both programs. A step counts as slower only if new processes confirm it.
+/// Throws StudyStopped.
 BuildsComparison compareBuilds(const NightCase& one, Lab& lab, const BuildsOptions& options);
 
-/// What two builds made of several cases.
+/// The results of comparing two builds on several cases.
 struct BuildsReport {
   report::Table table{
       "", {{"case", false}, {"what", false}, {"verdict", false}, {"", false}}, {}, {}};
@@ -55,13 +55,14 @@ struct BuildsReport {
   int withoutBaseline = 0;
 
   void add(const std::string& name, const BuildsComparison& one);
-  /// FramesFailed, LimitsExceeded where a frame differs or a step is slower, or Done.
+  /// FramesFailed; LimitsExceeded if a frame differs or a step is slower; otherwise Done.
   ExitCode exitCode() const;
-  /// What the exit code says, as the last line of the output.
+  /// A sentence that explains the exit code, for the last line of the output.
   std::string sentence(double gate) const;
 };
 
-/// Compares the cases one after the other; `progress` is told their names. Throws StudyStopped.
+/// Compares the cases one after the other. `progress` is called with their names. Throws
+/// StudyStopped.
 BuildsReport compareCases(const std::vector<NightCase>& cases, Lab& lab,
                           const BuildsOptions& options,
                           const std::function<void(const std::string&, double)>& progress);

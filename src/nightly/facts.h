@@ -1,4 +1,4 @@
-// What a night measures of its cases, before anybody judges it, and what judging makes of it.
+// The measurements of a night's cases, and the verdicts on them.
 #pragma once
 
 #include <cstdint>
@@ -10,19 +10,19 @@
 
 namespace catoptric::nightly {
 
-/// The programs that are timed in turns.
+/// The roles of the programs that are timed interleaved.
 namespace role {
 inline constexpr const char* kTonight = "tonight";
-inline constexpr const char* kAccepted = "accepted";  ///< the last build that was good
-inline constexpr const char* kAnchor = "anchor";      ///< a build that stays, against creep
-inline constexpr const char* kNamed = "named";        ///< one that --baseline names
-inline constexpr const char* kAgain = "again";        ///< tonight's once more: the noise
+inline constexpr const char* kAccepted = "accepted";  ///< the last good build
+inline constexpr const char* kAnchor = "anchor";      ///< a fixed build that reveals slow drift
+inline constexpr const char* kNamed = "named";        ///< the build that --baseline names
+inline constexpr const char* kAgain = "again";  ///< tonight's build a second time, to measure noise
 }  // namespace role
 
-/// Times of the programs of a case that were measured in turns.
+/// The times of one program of a case, measured interleaved with the others.
 struct Timing {
   std::string role;
-  int attempt = 1;  ///< 2: once more, in fresh processes
+  int attempt = 1;  ///< 2: repeated in new processes
   std::string build;
   study::RoundTimes times;
 };
@@ -30,70 +30,70 @@ struct Timing {
 struct FrameFacts {
   std::string pixels;  ///< fingerprint of R, G, B
   std::map<std::string, std::uint64_t> counters;
-  std::map<std::string, double> steps;  ///< seconds
-  std::string file;                     ///< EXR, relative to the history; empty: not kept
+  std::map<std::string, double> steps;  ///< in seconds
+  std::string file;                     ///< EXR file, relative to the history; empty: not kept
   std::uint64_t bytes = 0;
-  std::uint64_t notFinite = 0;  ///< pixels
+  std::uint64_t notFinite = 0;  ///< number of pixels
 };
 
 /// One case of one night.
 struct CaseFacts {
   std::string name;         ///< suite.scene.method
   std::string bench;        ///< fingerprint of what is measured: scene, path, settings, frames
-  std::string description;  ///< what the fingerprint is of, a line each
-  std::string command;      ///< renders it again
-  std::string failure;      ///< why it could not be rendered
+  std::string description;  ///< the fingerprinted values, one line each
+  std::string command;      ///< command that renders the case again
+  std::string failure;      ///< why the case could not be rendered
   std::map<std::string, std::string> baselineFailures;  ///< by role
-  std::map<std::string, std::uint64_t> memory;          ///< peak bytes by role
-  std::string truth;  ///< folder of frames of the method that errors are measured against
+  std::map<std::string, std::uint64_t> memory;          ///< peak bytes, by role
+  std::string truth;  ///< folder of reference frames, from which errors are measured
   std::vector<Timing> timings;
   std::map<int, FrameFacts> frames;
 };
 
-/// A night as a whole.
+/// A whole night.
 struct Night {
   int id = 0;
   std::string suite;
-  std::string suitePrint;  ///< fingerprint of what of the suite was asked for
+  std::string suitePrint;  ///< fingerprint of the requested part of the suite
   std::string effort;
   std::string machine;
   std::string build;
   std::string version;
   std::string started;   ///< UTC
-  std::string finished;  ///< empty: it was not judged to its end
-  bool partial = false;  ///< --only: cases that are missing are not removed
+  std::string finished;  ///< empty: not completely judged
+  bool partial = false;  ///< with --only: missing cases do not count as removed
 };
 
 enum class Outcome { Good, Skipped, Regression, Crash };
 
-/// What is said of one side of a case in a night.
+/// The verdict on one aspect of a case in a night.
 struct Verdict {
-  std::string name;  ///< of the case
+  std::string name;  ///< name of the case
   std::string kind;  ///< time, creep, picture, counter, memory, disk, run
   std::string status;
   Outcome outcome = Outcome::Good;
-  int frame = 0;  ///< 0: of all
+  int frame = 0;  ///< 0: all frames
   double value = 0.0;
   double low = 0.0;
   double high = 0.0;
   std::string message{};
-  int began = 0;  ///< the night with which it began; 0: it did not
+  int began = 0;  ///< the night in which the fault began; 0: there is no fault
   std::string lastGood{};
-  std::string firstBad{};   ///< builds
+  std::string firstBad{};   ///< builds between which the fault began
   int acknowledgement = 0;  ///< 0: none
 };
 
-/// A frame that a person accepted.
+/// A frame that a person has accepted.
 struct Reference {
   int frame = 0;
   std::string pixels;
-  std::string object;  ///< name in the store; empty: the frame must not be there
+  std::string object;  ///< name in the store; empty: the frame must not exist
   std::map<std::string, std::uint64_t> counters;
   std::uint64_t bytes = 0;
   int night = 0;
 };
 
-/// A program that a case is compared with.
+/// A program with which a case is compared.
 struct Baseline {
   std::string role;
   std::string build;
@@ -106,7 +106,7 @@ struct Acknowledgement {
   std::string who;
   std::string what;
   std::string reason;
-  std::string undone;  ///< when; empty: it holds
+  std::string undone;  ///< time at which it was undone; empty: it is valid
 };
 
 }  // namespace catoptric::nightly

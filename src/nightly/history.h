@@ -1,5 +1,5 @@
-// The history of nights in a file of SQLite, and beside it the frames that people accepted and the
-// programs that times are compared with.
+// The history of nights in an SQLite file. The folder of the file also stores the accepted frames
+// and the programs that serve as baselines for times.
 #pragma once
 
 #include <filesystem>
@@ -16,14 +16,15 @@ class Database;
 
 namespace catoptric::nightly {
 
-/// How many nights keep every sample; of older ones the medians stay. Ours.
+/// The number of nights that keep every sample. Older nights keep the medians only. Ours.
 inline constexpr int kRawNights = 60;
 
 class History {
  public:
   enum class Mode { Create, Write, Read };
-  /// Opens `file`. Throws OutputError when it cannot be made or written, UsageError when it is not
-  /// there, not ours, newer than this program, damaged, or on a network file system.
+  /// Opens `file`. Throws OutputError if it cannot be created or written. Throws UsageError if it
+  /// does not exist, is no history, is newer than this program, is damaged, or lies on a network
+  /// file system.
   History(const std::filesystem::path& file, Mode mode);
   ~History();
   History(const History&) = delete;
@@ -35,26 +36,28 @@ class History {
   }
 
   int beginNight(const Night& night);
-  /// Nights of a suite, newest first; empty: of all suites.
+  /// The nights of a suite, newest first; an empty name: of all suites.
   std::vector<Night> nights(const std::string& suite, int limit) const;
   std::optional<Night> night(int id) const;
 
-  /// Keeps what was measured, all of it or nothing.
+  /// Stores the measurements of a case, completely or not at all.
   void addResult(int night, const CaseFacts& facts);
   std::set<std::string> measured(int night) const;
   CaseFacts result(int night, const std::string& name) const;
-  /// The bench of a case in a night: fingerprint and description; none: it was not there.
+  /// The fingerprint and description of what a case measured in a night; nullopt: the case did not
+  /// exist.
   std::optional<std::pair<std::string, std::string>> bench(int night,
                                                            const std::string& name) const;
 
-  /// Writes all verdicts and the baselines that follow from them, and finishes the night.
+  /// Writes all verdicts and the baselines that follow from them, and marks the night as finished.
   void judge(int night, const std::vector<Verdict>& verdicts,
              const std::vector<std::pair<std::string, Baseline>>& baselines,
              const std::string& finished);
-  /// Takes back what judging wrote: the night is as it was measured.
+  /// Deletes what judging wrote. The night is then measured but not judged.
   void forget(int night);
   std::vector<Verdict> verdicts(int night) const;
-  /// Of one case and kind on one machine in nights before `night`, newest first, with the build.
+  /// An earlier verdict on one case and kind on one machine, with its build. Lists are newest first
+  /// and contain nights before `night`.
   struct Past {
     int night = 0;
     std::string started;
@@ -68,30 +71,30 @@ class History {
   std::optional<Baseline> baseline(const std::string& name, const std::string& bench,
                                    const std::string& machine, const std::string& role) const;
   std::map<int, Reference> references(const std::string& name, const std::string& bench) const;
-  /// Programs that something still refers to.
+  /// The programs that are still referred to.
   std::set<std::string> buildsInUse() const;
 
-  /// One acknowledgement with what it accepts, all or nothing.
+  /// What one acknowledgement accepts; applied completely or not at all.
   struct Acceptance {
-    std::string name;  ///< of the case
+    std::string name;  ///< name of the case
     std::string bench;
     std::vector<Reference> references;
     std::vector<Baseline> baselines;
-    std::vector<std::string> kinds;  ///< of verdicts that it answers
-    int frame = 0;                   ///< 0: all
+    std::vector<std::string> kinds;  ///< kinds of the verdicts that it accepts
+    int frame = 0;                   ///< 0: all frames
   };
   int accept(const Acknowledgement& acknowledgement, int night,
              const std::vector<Acceptance>& accepted);
   std::vector<Acknowledgement> acknowledgements() const;
-  /// Takes the acknowledgement back. Throws UsageError when there is none or it was undone.
+  /// Undoes an acknowledgement. Throws UsageError if it does not exist or was undone before.
   void undo(int acknowledgement, const std::string& at);
 
-  /// Replaces samples of nights but the newest kRawNights by their medians.
+  /// Replaces the samples of all nights except the newest kRawNights by their medians.
   void thinSamples();
 
  private:
   void write(const std::function<void(SQLite::Database&)>& change);
-  /// What `make` makes of each row of the query with these values.
+  /// Returns make(row) for each row of the query with these values.
   template <class Make, class... T>
   auto rows(const std::string& sql, const Make& make, const T&... values) const;
   int idOf(SQLite::Database& database, const char* table, const std::string& name);
@@ -101,10 +104,10 @@ class History {
   std::unique_ptr<SQLite::Database> database_;
 };
 
-/// "2026-11-23T01:30:00Z".
+/// For example "2026-11-23T01:30:00Z".
 std::string utcNow();
 
-/// Times as text: a line for each round.
+/// Times as text: one line per round.
 std::string timesText(const study::RoundTimes& times);
 study::RoundTimes parseTimes(const std::string& text);
 

@@ -1,4 +1,5 @@
-// The tables of a history. A change is a new version, with a step from the one before.
+// The tables of a history. Each change gets a new version number and a migration from the previous
+// version.
 #pragma once
 
 namespace catoptric::nightly {

@@ -1,5 +1,5 @@
-// Judges a night: from what was measured and the history to verdicts, and with which night each
-// fault began.
+// Judges a night: makes verdicts from its measurements and the history, and finds the night in
+// which each fault began.
 #pragma once
 
 #include <string>
@@ -10,12 +10,12 @@
 
 namespace catoptric::nightly {
 
-/// Judges all that was measured of a night, writes the verdicts, moves the accepted builds of what
-/// is good, and finishes the night. `mustBeZero`: names of counters.
+/// Judges all measurements of a night, writes the verdicts, makes good builds the accepted ones,
+/// and finishes the night. `mustBeZero`: names of counters.
 std::vector<Verdict> judgeNight(History& history, const Night& night, const Gates& gates,
                                 const std::vector<std::string>& mustBeZero);
 
-/// How many verdicts of each outcome; acknowledged ones count as skipped.
+/// The number of verdicts of each outcome. Acknowledged ones count as skipped.
 struct Summary {
   int cases = 0;
   int regressions = 0;
@@ -26,7 +26,8 @@ struct Summary {
 Outcome outcomeOf(const Verdict& verdict);
 Summary summaryOf(const std::vector<Verdict>& verdicts);
 
-/// Ratios to the anchor build by night, oldest first, up to this one.
+/// The ratio to the anchor build in one night. trendOf() returns these points, oldest first, up to
+/// the given night.
 struct TrendPoint {
   int night = 0;
   double value = 1.0;
@@ -36,7 +37,7 @@ struct TrendPoint {
 std::vector<TrendPoint> trendOf(const History& history, const Night& night, const std::string& name,
                                 const std::string& bench);
 
-/// Nights of a trend that go together: a level of time, from one change to the next.
+/// A level of a trend: the nights between two changes.
 struct Level {
   std::size_t first = 0;  ///< index of its first night
   std::size_t count = 0;

@@ -1,4 +1,4 @@
-// Verdicts as JUnit's XML, which CI servers show.
+// Verdicts as JUnit XML, which CI servers display.
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 
 namespace catoptric::nightly {
 
-/// A test case for each case and kind of verdict; its class is the suite, scene and method.
+/// One test case per case and kind of verdict. Its class is the suite, scene and method.
 std::string junitXml(const Night& night, const std::vector<Verdict>& verdicts);
 
-/// Characters that XML 1.0 does not have are left out, others are written as it wants them.
+/// Removes characters that XML 1.0 does not allow and escapes the others as needed.
 std::string xmlSafe(const std::string& text);
 
 }  // namespace catoptric::nightly

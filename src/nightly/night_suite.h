@@ -1,4 +1,4 @@
-// A suite of nightly cases: scenes by methods, with what they may differ by.
+// A suite of nightly cases: scenes, methods, and the limits of their differences.
 #pragma once
 
 #include <filesystem>
@@ -10,28 +10,28 @@
 
 namespace catoptric::nightly {
 
-/// Its `against` is the method whose frames are the truth.
+/// A scene. `against` names the method of the reference frames.
 struct NightScene : study::StatedRun {
   std::vector<std::string> tags;
 };
 
 struct NightSuite {
-  std::string file;  ///< as it was named
-  std::string name;  ///< the file's name without its ending
+  std::string file;  ///< as named by the user
+  std::string name;  ///< file name without its extension
   std::string title;
   std::vector<NightScene> scenes;
   Gates gates;
 };
 
-/// Throws UsageError with the place of what is wrong.
+/// Throws UsageError with the place of the error.
 NightSuite readNightSuite(const std::filesystem::path& file);
 
-/// One scene by one method.
+/// One scene with one method.
 struct NightCase {
   std::string name;  ///< suite.scene.method
   NightScene scene;
   std::string method;
-  std::string frames;  ///< of the effort
+  std::string frames;  ///< the frames of the effort
 };
 
 }  // namespace catoptric::nightly

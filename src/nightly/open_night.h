@@ -1,15 +1,16 @@
-// Which night a process works on: the one that it began, or one that another has left unfinished.
+// Chooses the night that a process works on: a new one, or one that another process left
+// unfinished.
 #pragma once
 
 #include "nightly/history.h"
 
 namespace catoptric::nightly {
 
-/// A night that is this process's alone, until it ends.
+/// A night that belongs to this process alone while this object exists.
 class OpenNight {
  public:
-  /// Goes on with an unfinished night of the same suite, effort, machine and build whose process
-  /// has ended, or begins `wanted`. Throws OutputError.
+  /// Continues an unfinished night of the same suite, effort, machine and build whose process has
+  /// ended; otherwise begins `wanted`. Throws OutputError.
   OpenNight(History& history, const Night& wanted);
   ~OpenNight();
   OpenNight(const OpenNight&) = delete;

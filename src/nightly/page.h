@@ -1,5 +1,5 @@
-// The page of a night: failures first, pictures to look at, what to type next. Readable without
-// JavaScript, from a file and under a strict Content-Security-Policy.
+// The page of a night: failures first, then pictures, and the commands to type next. It is readable
+// without JavaScript, as a local file, and under a strict Content-Security-Policy.
 #pragma once
 
 #include <filesystem>
@@ -10,17 +10,17 @@
 
 namespace catoptric::nightly {
 
-/// Size of a page in a single file.
+/// Largest size of a page in a single file.
 inline constexpr std::size_t kSingleFileBytes = 10'000'000;
 
 struct PageOptions {
   std::string title;
-  std::filesystem::path out;  ///< folder
+  std::filesystem::path out;  ///< folder for the page
   bool singleFile = false;
-  std::string historyOption;  ///< for the lines to copy
+  std::string historyOption;  ///< for the commands that the page offers to copy
 };
 
-/// Writes the page and returns its file. Throws OutputError.
+/// Writes the page and returns the path of its file. Throws OutputError.
 std::filesystem::path writePage(const History& history, const Night& night,
                                 const std::vector<Verdict>& verdicts, const PageOptions& options);
 

@@ -1,4 +1,4 @@
-// The page's style and script, as the build embeds them.
+// The page's style and script, embedded by the build.
 #pragma once
 
 namespace catoptric::nightly {

@@ -1,4 +1,4 @@
-// Pictures of a page: PNG files beside it, or data in it.
+// The pictures of a page, as PNG files beside it or embedded as data.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +11,7 @@
 
 namespace catoptric::nightly {
 
-/// One frame that differs: what its figure shows. Addresses of pictures; empty: none.
+/// The pictures of one frame that differs, as URLs; empty: none.
 struct FramePictures {
   std::string accepted;
   std::string tonight;
@@ -21,12 +21,12 @@ struct FramePictures {
   PictureComparison comparison;
 };
 
-/// An address that is the bytes themselves.
+/// A data: URL with the bytes themselves.
 std::string dataAddress(const std::string& type, std::span<const std::byte> bytes);
 
 class PictureWriter {
  public:
-  /// In a single file pictures are data, as long as they have room.
+  /// `singleFile`: pictures are embedded as long as there is `room`, in bytes.
   PictureWriter(const History& history, std::filesystem::path folder, bool singleFile,
                 std::size_t room);
   FramePictures write(const std::string& name, const FrameFacts& frame, int number,

@@ -1,5 +1,5 @@
-// A lab of tests: programs of which it is known what is wrong with them, on a machine that others
-// use, too. Times, verdicts and history are those of the real code.
+// A lab for tests: simulated programs with known faults on a simulated machine that is shared with
+// others. Times, verdicts and history come from the real code.
 #pragma once
 
 #include <filesystem>
@@ -21,7 +21,8 @@ namespace catoptric::nightly {
 
 inline const std::vector<int> kTestFrames = {1, 2, 3, 4, 5, 6, 7, 8};
 
-/// Drift, another program that comes and goes, and single disturbed frames, as in engine_test.cpp.
+/// Simulates drift, another program that comes and goes, and single disturbed frames, as in
+/// engine_test.cpp.
 struct Machine {
   double render(double cost) {
     std::normal_distribution<double> small(0.0, 0.02);
@@ -42,13 +43,13 @@ struct Machine {
   bool busy = false;
 };
 
-/// What is wrong with a build, by scene.
+/// The faults of a build, by scene.
 struct Build {
-  std::map<std::string, double> cost;  ///< times as much; 1 where it is not named
+  std::map<std::string, double> cost;  ///< factor on the time; 1 for scenes that are not listed
   std::map<std::string, double> startCost;
-  std::map<std::string, int> steps;  ///< display steps by which a reflector is off
+  std::map<std::string, int> steps;  ///< display steps by which a reflector differs
   std::map<std::string, std::map<std::string, std::uint64_t>> counters;
-  std::map<std::string, std::uint64_t> memory;  ///< MiB
+  std::map<std::string, std::uint64_t> memory;  ///< in MiB
   std::set<std::string> nan;
   std::set<std::string> crash;
 };
@@ -125,7 +126,7 @@ class TestLab : public Lab {
   Machine machine;
 
  private:
-  /// "builds/b07/bin/catoptric", or a file "b07".
+  /// From "builds/b07/bin/catoptric" or a file "b07".
   static std::string buildOf(const std::filesystem::path& program) {
     return program.filename() == "catoptric"
                ? program.parent_path().parent_path().filename().string()
@@ -174,7 +175,7 @@ class TestLab : public Lab {
       return print.text();
     }
 
-    /// A floor and a ball, of which the ball is lighter by some display steps.
+    /// A frame with a floor and a ball; the ball is lighter by `steps` display steps.
     static std::string encoded(int frame, bool bad, int steps) {
       image::Image picture{32, 32, {"R", "G", "B", "id.object", "mask.reflective"}, {}};
       for (int y = 0; y < 32; ++y)
@@ -197,7 +198,7 @@ class TestLab : public Lab {
   };
 
   std::map<std::string, Build>& builds_;
-  std::map<std::string, std::string> frames_;  ///< encoded, by what they show
+  std::map<std::string, std::string> frames_;  ///< encoded, by their contents
   std::uint64_t measurements_ = 0;
 };
 

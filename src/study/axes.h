@@ -13,8 +13,9 @@ namespace catoptric::study {
 /// One option, or several that change together.
 struct Axis {
   std::vector<std::string> names;                ///< as for --set, or "program"
-  std::vector<std::vector<std::string>> values;  ///< of each value one text for each name
-  /// The method whose option it is, by its name in the config; empty: every method has it.
+  std::vector<std::vector<std::string>> values;  ///< each value has one text per name
+  /// The method that has this option, by its name in the config; empty: the option applies to every
+  /// method.
   std::string method;
 };
 
@@ -22,17 +23,18 @@ struct Axis {
 /// UsageError.
 Axis parseAxis(const std::string& text);
 
-/// Joins the axes that a --link "A,B" names. Throws UsageError when their lengths differ.
+/// Joins the axes that a --link "A,B" names into one axis. Throws UsageError if their lengths
+/// differ.
 void linkAxes(std::vector<Axis>& axes, const std::string& link);
 
-/// The options of a method that trade accuracy for time, with the values of its schema and the one
-/// that it has. `name`: in the config; `effective`: its options, defaults filled in.
+/// The options of a method that trade accuracy for time, with the values of its schema and its
+/// present value. `name`: the method's name in the config; `effective`: its options, with defaults.
 std::vector<Axis> automaticAxes(const std::string& name, const config::Schema& schema,
                                 const config::Value& effective);
 
-/// What of the combinations is taken: comparisons joined by "&&", each of a name or number with a
-/// name or number: "rays<=16 && probes>rays". A name may leave out what comes before its last
-/// point where only one axis ends so.
+/// Selects combinations by comparisons that are joined by "&&": "rays<=16 && probes>rays". Each
+/// compares two names or numbers. The part of a name before its last point may be omitted if only
+/// one axis ends so.
 class Condition {
  public:
   /// Throws UsageError with the nearest name.
@@ -51,21 +53,22 @@ class Condition {
 
 using Settings = std::vector<std::pair<std::string, std::string>>;
 
-/// One combination: a method with values.
+/// One combination: a method with values of options.
 struct Point {
   std::string method;
-  Settings settings;    ///< all but the program, in the order of the axes
-  std::string program;  ///< empty: this one
-  std::string group;    ///< what all methods have in common: points are compared within a group
+  Settings settings;    ///< all except the program, in the order of the axes
+  std::string program;  ///< empty: the running program
+  std::string
+      group;  ///< the settings that all methods have in common; points are compared within a group
 };
 
-/// Every method with each combination of the axes that concern it. `methods`: names in the config.
-/// Throws UsageError for axes that concern none of them.
+/// Makes a point for every method and each combination of the axes that apply to it. `methods`:
+/// names in the config. Throws UsageError for axes that apply to none of them.
 std::vector<Point> makePoints(const std::vector<std::string>& methods,
                               const std::vector<Axis>& axes,
                               const std::vector<Condition>& conditions);
 
-/// "level_error=0.75 rays=8": names without what comes before their last point.
+/// For example "level_error=0.75 rays=8": names without the part before their last point.
 std::string settingsText(const Settings& settings);
 
 }  // namespace catoptric::study

@@ -1,5 +1,5 @@
-// Where settings are measured: times of several in turns, errors of each against its reference,
-// both kept in a folder so that nothing is done twice.
+// The bench measures settings: the times of several settings, interleaved, and the errors of each
+// against a reference. A folder stores both, so that nothing is measured twice.
 #pragma once
 
 #include <functional>
@@ -17,47 +17,48 @@
 
 namespace catoptric::study {
 
-/// What a study knows of the command line that it was started by.
+/// Functions of the command line that started the study.
 struct Inputs {
-  /// The run config with these settings, and one method of it. Throws UsageError.
+  /// Makes the run config with these settings and one of its methods. Throws UsageError.
   std::function<run::RunConfig(const Settings&, const std::string& method)> readRun;
-  /// The same for a worker's command line.
+  /// Makes the command line of a worker in the same way.
   std::function<std::vector<std::string>(const Settings&, const std::string& method)> arguments;
 };
 
 struct BenchOptions {
   std::filesystem::path folder;
-  int repeats = 8;  ///< of short frames up to kMostLonger times as many, if enough to tell
-  int workers = 8;  ///< resident at once, at most; fewer where memory is short
+  int repeats =
+      8;  ///< rounds; for short frames up to kMostLonger times as many, until the ratios are clear
+  int workers = 8;  ///< most resident workers; fewer if memory is short
   std::uint64_t seed = 0;
-  std::string processor = run::processorName();  ///< that times are taken on
+  std::string processor = run::processorName();  ///< on which times are measured
   bool keepFrames = false;
   std::function<bool()> stopRequested;
   std::function<void(const std::string& what, double share)> progress;
 };
 
-/// A point, checked and ready.
+/// A point that is checked and ready to be measured.
 struct Setting {
   Point point;
   run::RunConfig run;
-  std::string key;  ///< fingerprint of what its frames depend on, and of the program
+  std::string key;  ///< fingerprint of the program and of everything that its frames depend on
   std::string text() const {
     return point.method + (point.settings.empty() ? "" : " ") + settingsText(point.settings);
   }
 };
 
-/// Samples of settings that were measured in turns.
+/// Samples of settings that were measured interleaved.
 struct Samples {
   std::vector<std::string> keys;
   std::vector<int> frames;
   Measurement measurement;
   int repeats = 0;
 
-  /// Index of a setting; none: it is not among them, or was not measured to the end.
+  /// The index of a setting; nullopt if it is not among them or was not measured completely.
   std::optional<std::size_t> find(const std::string& key) const;
 };
 
-/// Thrown when the study was asked to stop.
+/// Thrown if the study was asked to stop.
 struct StudyStopped : std::exception {
   const char* what() const noexcept override { return "the study was asked to stop"; }
 };
@@ -66,33 +67,35 @@ class Bench {
  public:
   Bench(Inputs inputs, BenchOptions options);
 
-  /// Throws UsageError for what the config does not allow, SceneError.
+  /// Throws UsageError for settings that the config does not allow, and SceneError.
   Setting prepare(const Point& point);
-  /// Frames that the setting's run asks for.
+  /// The frames that the setting's run requests.
   const std::vector<int>& frames(const Setting& setting);
-  /// Names of the scene's reflective objects by their ids.
+  /// The names of the scene's reflective objects, by id.
   const std::map<int, std::string>& reflectors(const Setting& setting);
 
-  /// A method of the config (or the registry), or a folder with frames.
+  /// Sets the reference: a method of the config (or the registry), or a folder with frames.
   void setReference(const std::string& methodOrFolder) { reference_ = methodOrFolder; }
   const std::string& reference() const { return reference_; }
-  /// Throws UsageError for a reference that these settings cannot have.
+  /// Throws UsageError if the reference is not possible with these settings.
   void checkReference(const std::vector<Setting>& settings) {
     for (const Setting& setting : settings) referenceKey(setting);
   }
 
-  /// Errors of these frames; what is known already is not rendered again. Failures by key.
+  /// Computes the errors of these frames. Known errors are not computed again. Failures are stored
+  /// in failures().
   void findErrors(const std::vector<Setting>& settings, const std::vector<int>& frames);
   const PointErrors& errors(const Setting& setting);
-  /// Times of all settings in turns, and their errors where `withErrors`. Kept in the folder.
+  /// Measures the times of all settings, interleaved, and their errors if `withErrors`. Stores both
+  /// in the folder.
   const Samples& measure(const std::vector<Setting>& settings, const std::vector<int>& frames,
                          bool withErrors);
-  /// All that was measured, also by earlier processes where the folder was resumed.
+  /// All samples, including those of earlier processes if the folder was resumed.
   const std::list<Samples>& samples() const { return samples_; }
-  /// Writes it into the folder's samples.csv.
+  /// Writes all samples to samples.csv in the folder.
   void writeSamples() const;
 
-  /// EXR files of frames, which are rendered where they are not there yet. Throws Error.
+  /// The EXR files of frames; renders those that do not exist yet. Throws Error.
   std::map<int, std::filesystem::path> frameFiles(const Setting& setting,
                                                   const std::vector<int>& frames);
 
@@ -100,13 +103,13 @@ class Bench {
   const std::map<std::string, std::string>& failures() const { return failures_; }
   const std::set<std::string>& renderers() const { return renderers_; }
   int framesRendered() const { return framesRendered_; }
-  /// How many settings can be resident at once.
+  /// The number of settings that can be resident at the same time.
   std::size_t capacity() const;
 
   const BenchOptions& options() const { return options_; }
-  /// Reads what earlier processes measured.
+  /// Reads the samples of earlier processes.
   void readSamples();
-  /// Removes frames that are not to be kept.
+  /// Removes frames that need not be kept.
   void clear();
 
  private:
@@ -132,8 +135,9 @@ class Bench {
   BenchOptions options_;
   std::string reference_;
   std::map<std::string, SceneFacts> scenes_;
-  std::map<std::string, std::string> programs_;  ///< fingerprints by path
-  std::list<std::pair<std::string, std::unique_ptr<WorkerProcess>>> workers_;  ///< last used first
+  std::map<std::string, std::string> programs_;  ///< fingerprints, by path
+  std::list<std::pair<std::string, std::unique_ptr<WorkerProcess>>>
+      workers_;  ///< most recently used first
   std::uint64_t workerMemory_ = 0;
   std::map<std::string, PointErrors> errors_;  ///< by file
   std::list<Samples> samples_;

@@ -1,4 +1,4 @@
-// Curves as SVG: small, static, readable in light and dark surroundings, without a script.
+// Charts as SVG: small, static, readable on light and dark backgrounds, without a script.
 #pragma once
 
 #include <optional>
@@ -13,17 +13,17 @@ namespace catoptric::study {
 struct ChartPoint {
   double x = 0.0;
   double y = 0.0;
-  std::optional<Interval> xInterval;  ///< a line through the point
-  std::optional<double> yWorst;       ///< a thin line up to it
-  Mark mark = Mark::Front;            ///< filled; dominated: hollow; unclear: half transparent
-  std::string label;                  ///< beside the point, where there is room
-  std::string title;                  ///< shown by a browser when pointed at
+  std::optional<Interval> xInterval;  ///< drawn as a line through the point
+  std::optional<double> yWorst;       ///< drawn as a thin line from the point up to this value
+  Mark mark = Mark::Front;  ///< Front: filled; Dominated: hollow; Unclear: half transparent
+  std::string label;        ///< beside the point, if there is room
+  std::string title;        ///< tooltip in a browser
 };
 
 struct ChartSeries {
   std::string name;
   std::vector<ChartPoint> points;
-  bool joined = false;  ///< a line from point to point
+  bool joined = false;  ///< lines connect consecutive points
 };
 
 struct Chart {
@@ -32,15 +32,15 @@ struct Chart {
   std::string yTitle;
   bool xLog = false;
   bool yLog = false;
-  bool fromZero = true;    ///< of linear axes
-  bool showFront = false;  ///< a stepped line along all points with Mark::Front
+  bool fromZero = true;    ///< linear axes start at 0
+  bool showFront = false;  ///< a stepped line through all points with Mark::Front
   std::vector<ChartSeries> series;
 };
 
-/// A whole SVG file; `width` of the picture in pixels.
+/// A complete SVG file; `width` and `height` in pixels.
 std::string toSvg(const Chart& chart, int width = 720, int height = 420);
 
-/// Several, one below the other, in one file.
+/// Several charts in one file, one below the other.
 std::string toSvg(const std::vector<Chart>& charts, int width = 720, int height = 420);
 
 }  // namespace catoptric::study

@@ -1,5 +1,5 @@
-// Measures several settings in turns, frame by frame: what disturbs the machine disturbs all of
-// them alike. Knows of its runners only that they render a frame when told.
+// Measures several settings interleaved, frame by frame, so that disturbances of the machine affect
+// all of them alike. The engine knows only that its runners render a frame on request.
 #pragma once
 
 #include <cstdint>
@@ -13,16 +13,16 @@
 
 namespace catoptric::study {
 
-/// What a runner says of a frame.
+/// The result of rendering one frame.
 struct FrameReport {
-  double seconds = 0.0;     ///< of the clock on the wall
-  double cpuSeconds = 0.0;  ///< of all its threads
+  double seconds = 0.0;     ///< wall-clock time
+  double cpuSeconds = 0.0;  ///< CPU time of all its threads
   std::map<std::string, double> steps;
   std::map<std::string, std::uint64_t> counters;
-  std::string pixels;  ///< fingerprint of R, G, B; where it was asked to write
+  std::string pixels;  ///< fingerprint of R, G, B; only if writing was requested
 };
 
-/// One setting, ready to render.
+/// One setting that is ready to render.
 class Runner {
  public:
   virtual ~Runner() = default;
@@ -32,8 +32,8 @@ class Runner {
 
 /// One timed frame.
 struct Turn {
-  int round = 0;  ///< from 1
-  int turn = 0;   ///< of the whole measurement
+  int round = 0;  ///< counted from 1
+  int turn = 0;   ///< number within the whole measurement
   std::size_t setting = 0;
   int frame = 0;
   FrameReport report;
@@ -42,26 +42,28 @@ struct Turn {
 struct Measurement;
 
 struct TurnOptions {
-  int repeats = 8;  ///< timed rounds; the one before them warms up, and writes what is asked for
-  /// Rounds of short frames go on, up to kMostLonger times as many, until each setting has been
-  /// measured for so long: another program that runs for a second must not fill all rounds.
+  int repeats = 8;  ///< timed rounds; the warm-up round before them writes the requested frames
+  /// If frames are short, rounds continue until each setting has been measured for this long, at
+  /// most kMostLonger times as many rounds. Otherwise another program that runs for a second could
+  /// disturb all rounds.
   double leastSeconds = 0.0;
-  /// After that they go on until the ratios can be told well enough, or for so long.
+  /// After that, rounds continue until `enough` returns true, at most for this long.
   double mostSeconds = 0.0;
   std::function<bool(const Measurement&)> enough;
   std::uint64_t seed = 0;
-  std::vector<std::filesystem::path> writeTo;  ///< of each setting; empty: nothing is written
+  std::vector<std::filesystem::path>
+      writeTo;  ///< folder for each setting; empty: nothing is written
   std::function<bool()> stopRequested;
   std::function<void(int done, int all)> progress;
 };
 
-/// How many times as many rounds as were asked for, at most; ours.
+/// Largest factor by which the number of rounds may exceed the requested number; ours.
 inline constexpr int kMostLonger = 8;
 
-/// What becomes of a setting.
+/// The result of one setting.
 struct SettingResult {
-  std::string failure;                 ///< why it is not measured; empty: it is
-  std::map<int, FrameReport> written;  ///< frames of the round that warms up
+  std::string failure;                 ///< why it was not measured; empty: it was
+  std::map<int, FrameReport> written;  ///< frames of the warm-up round
 };
 
 struct Measurement {
@@ -70,16 +72,17 @@ struct Measurement {
   bool stopped = false;
 
   enum class Clock { Wall, Cpu };
-  /// Times of a setting by round and frame.
+  /// The times of a setting, by round and frame.
   RoundTimes times(std::size_t setting, Clock clock = Clock::Wall) const;
-  /// Of a step, by round and frame; 0 where a frame has none.
+  /// The times of a step of a setting, by round and frame; 0 if a frame does not have the step.
   RoundTimes stepTimes(std::size_t setting, const std::string& step) const;
-  /// Names of steps of a setting, by the time they take, longest first.
+  /// The names of a setting's steps, sorted by time, longest first.
   std::vector<std::string> steps(std::size_t setting) const;
 };
 
-/// Renders `frames` by all runners: for each frame every runner has a turn; in what order is
-/// chosen by the seed, and reversed in the next round. A runner that throws has no further turn.
+/// Renders `frames` with all runners. Each runner has one turn per frame. The seed determines the
+/// order of the runners, which is reversed in the next round. A runner that throws gets no further
+/// turns.
 Measurement measureInTurns(const std::vector<Runner*>& runners, const std::vector<int>& frames,
                            const TurnOptions& options);
 

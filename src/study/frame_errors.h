@@ -1,4 +1,5 @@
-// Errors of a setting's frames against a reference: exact, so that each is computed once and kept.
+// Errors of a setting's frames against a reference. They are exact, so each is computed once and
+// stored.
 #pragma once
 
 #include <filesystem>
@@ -10,29 +11,29 @@
 
 namespace catoptric::study {
 
-/// Measures that a study can judge by: less is better, for all of them.
+/// The error measures that a study can use. For all of them, less is better.
 const std::vector<std::string>& metricNames();
 /// Throws UsageError with the nearest name.
 void requireMetric(const std::string& name);
 
-/// Of one frame.
+/// The errors of one frame.
 struct FrameErrors {
   std::map<std::string, double> metrics;
   std::uint64_t reflectivePixels = 0;  ///< 0: none, or unknown
   struct Part {
     std::uint64_t pixels = 0;
-    std::uint64_t sum8 = 0;  ///< of R, G and B, in display steps
+    std::uint64_t sum8 = 0;  ///< sum over R, G and B, in display steps
   };
-  std::map<int, Part> objects;  ///< reflective pixels by object; with the layer `id` alone
+  std::map<int, Part> objects;  ///< reflective pixels by object; empty without the layer `id`
   std::map<std::string, std::uint64_t> counters;
-  std::string pixels;  ///< fingerprint
+  std::string pixels;  ///< fingerprint of the pixels
 };
 
 struct PointErrors {
   std::map<int, FrameErrors> frames;
 
-  /// Over these frames together; NaN when one is missing. Largest of max_8bit, root mean square of
-  /// rmse, mean of all others.
+  /// The error of these frames together: the maximum of max_8bit, the root mean square of rmse, the
+  /// mean of all other measures. NaN if a frame is missing.
   double pooled(const std::string& metric, const std::vector<int>& ofFrames) const;
   /// The frame with the largest error; 0: none.
   int worstFrame(const std::string& metric, const std::vector<int>& ofFrames) const;
@@ -41,7 +42,7 @@ struct PointErrors {
 
 FrameErrors frameErrors(const measure::ImageError& error);
 
-/// A file of PointErrors. Reading one that is not there gives none.
+/// Reads a file of PointErrors. A missing file yields an empty result.
 PointErrors readErrors(const std::filesystem::path& file);
 void writeErrors(const std::filesystem::path& file, const PointErrors& errors);
 

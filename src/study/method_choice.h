@@ -1,5 +1,5 @@
-// Which method for which reflector: with one bounce a reflector's error depends on its own method
-// alone, so that one whole render by each method fills the table of errors.
+// Chooses a method for each reflector. With one bounce, a reflector's error depends only on its own
+// method, so one whole render per method yields the complete table of errors.
 #pragma once
 
 #include <optional>
@@ -8,18 +8,19 @@
 namespace catoptric::study {
 
 struct MixtureProblem {
-  /// By reflector, then by method: its share of the error; infinite: the method cannot do it.
+  /// By reflector, then by method: the reflector's part of the error. Infinite: the method does not
+  /// support it.
   std::vector<std::vector<double>> error;
-  /// Likewise: seconds that a frame takes longer for it.
+  /// By reflector, then by method: the seconds that the reflector adds to a frame.
   std::vector<std::vector<double>> cost;
-  /// Seconds that a method takes as soon as it fills one reflector.
+  /// By method: seconds per frame as soon as the method shades any reflector.
   std::vector<double> fixed;
-  double mostError = 0.0;  ///< of all together
+  double mostError = 0.0;  ///< bound on the sum of the errors
 };
 
-/// The cheapest choice of a method for each reflector within the error: exact (multiple-choice
-/// knapsack, by dynamic programming over the pairs of error and cost that nothing else beats, for
-/// each set of methods). None: no choice is accurate enough.
+/// The cheapest assignment of methods to reflectors within the error bound; nullopt if no
+/// assignment is accurate enough. Exact: a multiple-choice knapsack problem per set of methods,
+/// solved by dynamic programming over the Pareto-optimal pairs of error and cost.
 std::optional<std::vector<int>> cheapestMixture(const MixtureProblem& problem);
 
 }  // namespace catoptric::study

@@ -1,4 +1,4 @@
-// A worker as a process: of this program or of another build of it.
+// A worker in a process of its own: this program, or another build of it.
 #pragma once
 
 #include <sys/types.h>
@@ -13,9 +13,9 @@ namespace catoptric::study {
 
 class WorkerProcess : public Runner {
  public:
-  /// Starts `program` with "worker" and `arguments` and waits until it can render. What it says on
-  /// stderr goes to the file `log`. Throws Error with its last words when it cannot. A worker that
-  /// does not answer for `patienceSeconds` is killed, which is an Error; 0: any time is waited.
+  /// Starts `program` with "worker" and `arguments`, and waits until it can render. Its stderr goes
+  /// to the file `log`. Throws Error with its last messages if it cannot render. A worker that does
+  /// not answer for `patienceSeconds` is killed, which is an Error; 0: no time limit.
   WorkerProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                 const std::filesystem::path& log, double patienceSeconds = 0.0);
   ~WorkerProcess() override { end(); }
@@ -26,10 +26,10 @@ class WorkerProcess : public Runner {
 
   const std::string& renderer() const { return renderer_; }
   const std::string& build() const { return build_; }
-  /// Seconds before the first frame: "start" of all steps, "start.bake" of one (older builds tell
-  /// the sum alone).
+  /// Seconds before the first frame, by name: "start" is the sum of all steps, "start.bake" one
+  /// step. Older builds report the sum only.
   const std::map<std::string, double>& startup() const { return startup_; }
-  std::uint64_t memoryBytes() const { return memoryBytes_; }  ///< at most, so far
+  std::uint64_t memoryBytes() const { return memoryBytes_; }  ///< peak value so far
 
  private:
   void end();
@@ -50,10 +50,10 @@ class WorkerProcess : public Runner {
   std::uint64_t memoryBytes_ = 0;
 };
 
-/// The running program's file.
+/// The file of the running program.
 std::filesystem::path ownProgram();
 
-/// Memory that programs can have now without others' being put out; 0: unknown.
+/// The memory that programs can allocate without swapping; 0: unknown.
 std::uint64_t availableMemoryBytes();
 
 }  // namespace catoptric::study

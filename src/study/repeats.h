@@ -1,4 +1,4 @@
-// render --repeats: the methods of a run, timed in turns.
+// render --repeats: times the methods of a run, interleaved.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace catoptric::study {
 
-/// The method that ratios are to: `ratioTo`, else traced, else reference, else the first. Throws
-/// UsageError for a method that the run has not.
+/// The method to which ratios refer: `ratioTo`, otherwise traced, otherwise reference, otherwise
+/// the first. Throws UsageError for a method that the run does not have.
 std::string ratioMethod(const run::RunConfig& run, const std::string& ratioTo);
 
 struct RepeatedTimes {
@@ -16,7 +16,8 @@ struct RepeatedTimes {
   std::string json;
 };
 
-/// Times all methods of the run in turns; the samples and the table stay in the bench's folder.
+/// Times all methods of the run, interleaved. The samples and the table are stored in the bench's
+/// folder.
 RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::string& base);
 
 }  // namespace catoptric::study

@@ -1,5 +1,5 @@
-// Values of a suite's cells that were measured before, kept in a file beside the page: a cell is
-// measured again only where the settings that it names have changed.
+// Stored values of a suite's cells, in a file beside the page. A cell is measured again only if the
+// settings that it refers to have changed.
 #pragma once
 
 #include <filesystem>
@@ -11,30 +11,31 @@
 
 namespace catoptric::study {
 
-/// What a suite states of a cell's runs and methods for an effort: configs, settings, frames, as
-/// they are written, not what the program makes of them. Empty: the cell names what is not there.
+/// A fingerprint of a cell's runs and methods for an effort: configs, settings and frames as they
+/// are written, not as the program interprets them. Empty: the cell refers to something that does
+/// not exist.
 std::string statedPrint(const Suite& suite, const std::string& cell, const std::string& effort);
 
-/// The file of stored values. Reading one that is not there gives none.
+/// The file of stored values. A missing file yields no values.
 class StoredValues {
  public:
   explicit StoredValues(const std::filesystem::path& file);
 
-  /// The values that hold for what the suite states now.
+  /// The stored values that are valid for the suite's present settings.
   std::map<std::string, SuiteData::Stored> fresh(const Suite& suite,
                                                  const std::string& effort) const;
-  /// Keeps what the cells of `data` have now, and nothing that no cell asks for; `by` is what
-  /// measured those that were not known.
+  /// Stores the present values of all cells in `data`, and drops values that no cell uses. `by`:
+  /// what measured the values that were not known before.
   void keep(const Suite& suite, const SuiteData& data, const std::string& effort,
             const std::string& by);
   void write() const;
-  /// The fingerprint of what a picture was made of; empty: it is not known.
+  /// The fingerprint of a picture's sources; empty: not known.
   std::string& picture(const std::string& file) { return pictures_[file]; }
 
  private:
   struct Entry {
     SuiteData::Stored value;
-    std::string of;  ///< statedPrint()
+    std::string of;  ///< fingerprint by statedPrint()
     std::string by;
   };
   std::filesystem::path file_;
@@ -42,7 +43,7 @@ class StoredValues {
   std::map<std::string, std::string> pictures_;
 };
 
-/// Methods that cells without a fresh value need, by run.
+/// The methods that cells without a valid value need, by run.
 std::map<std::string, std::set<std::string>> neededMethods(
     const Suite& suite, const std::map<std::string, SuiteData::Stored>& fresh);
 

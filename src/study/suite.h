@@ -1,5 +1,5 @@
-// A suite: runs of configs, and tables and curves whose cells are computed from them. What was
-// rendered is kept; text and tables are made again without rendering.
+// A suite: runs of configs, and tables and curves whose cells are computed from them. Rendered data
+// is stored, so text and tables can be regenerated without rendering.
 #pragma once
 
 #include <filesystem>
@@ -17,10 +17,10 @@ namespace catoptric::study {
 
 /// A run of a suite.
 struct SuiteRun : StatedRun {
-  bool times = true;           ///< false: errors and counters alone
-  config::Value scenePatch{};  ///< of the scene's description [RFC 6902]; or null
+  bool times = true;           ///< false: errors and counters only
+  config::Value scenePatch{};  ///< JSON patch for the scene's description [RFC 6902], or null
   config::Value pathPatch{};
-  std::string stated{};  ///< settings, reference and times as they are written
+  std::string stated{};  ///< settings, reference and times as written in the suite
 };
 
 struct Suite {
@@ -28,48 +28,48 @@ struct Suite {
   std::string text;
   std::vector<SuiteRun> runs;
   std::map<std::string, Settings> efforts;  ///< settings of all runs, by effort
-  config::Value checks;                     ///< of {"value", "from", "to"}
-  config::Value tables;                     ///< of {"title", "text", "columns", "rows"}
-  config::Value figures;                    ///< of {"title", "x", "y", "values", "series", "file"}
-  config::Value pictures;                   ///< study/suite_pictures.h
+  config::Value checks;                     ///< items {"value", "from", "to"}
+  config::Value tables;                     ///< items {"title", "text", "columns", "rows"}
+  config::Value figures;   ///< items {"title", "x", "y", "values", "series", "file"}
+  config::Value pictures;  ///< see study/suite_pictures.h
 };
 
-/// With three significant digits; empty where it is not finite.
+/// The number with three significant digits; empty if it is not finite.
 std::string threeDigits(double value);
 
-/// Throws UsageError with the place of what is wrong.
+/// Throws UsageError with the place of the error.
 Suite readSuite(const std::filesystem::path& file);
 
-/// The settings of a run in an effort. A patched scene or path is written to `folder`, with links
-/// to the folders beside it; not where the effort has another scene.
+/// The settings of a run for an effort. A patched scene or path is written to `folder`, with links
+/// to its neighbouring folders; except if the effort uses another scene.
 Settings settingsOf(const SuiteRun& run, const Settings& ofEffort,
                     const std::filesystem::path& folder);
 
-/// The measured runs, for the cells: by run, by method.
+/// The measured data from which cells are computed: by run, then by method.
 class SuiteData {
  public:
   struct Entry {
     Setting setting;
-    const Samples* samples = nullptr;  ///< null: only errors
+    const Samples* samples = nullptr;  ///< null: errors only
     std::size_t index = 0;
-    std::string base;  ///< key of the setting that all of the run were measured beside
+    std::string base;  ///< key of the setting with which all settings of the run were interleaved
     PointErrors errors;
     std::vector<int> frames;
     std::map<int, std::string> reflectors = {};  ///< names of reflective objects by id
   };
   std::map<std::string, std::map<std::string, Entry>> runs;
-  /// A cell's text and number that are known without a measurement.
+  /// Text and number of a cell that are known without a measurement.
   struct Stored {
     std::string text;
     double number = 0.0;
   };
   std::map<std::string, Stored> stored;  ///< by the cell's text
-  config::Value figures;                 ///< of the suite, for slopes
-  /// The effort has a scene of its own, in which objects that cells name may be missing.
+  config::Value figures;                 ///< the suite's figures, for slopes
+  /// Whether the effort uses another scene, in which objects that cells name may be missing.
   bool otherScenes = false;
 
-  /// The value of a cell such as "ms(paths.second_order)"; text that is no call is itself. Throws
-  /// UsageError: `cell` has the place.
+  /// The text of a cell such as "ms(paths.second_order)". Text that is not a call is returned
+  /// unchanged. Throws UsageError with the place of `cell`.
   std::string cell(const config::Value& cell) const;
   double number(const config::Value& cell) const;
 
@@ -85,23 +85,23 @@ class SuiteData {
   double errorOf(const Entry& one, const std::string& object, const config::Value& cell) const;
 };
 
-/// All cells of the suite that are computed: of tables, figures, labels and checks, each once.
+/// All computed cells of the suite, in tables, figures, labels and checks, without duplicates.
 std::vector<std::string> callsOf(const Suite& suite);
-/// Runs and methods that a cell names: "ratio(a.x, a.y)" has (a, x) and (a, y).
+/// The runs and methods that a cell refers to: "ratio(a.x, a.y)" yields (a, x) and (a, y).
 std::vector<std::pair<std::string, std::string>> methodsOfCell(const std::string& cell);
 
-/// What of the suite's checks does not hold, a line each.
+/// The checks of the suite that fail, one line each.
 std::vector<std::string> failedChecks(const Suite& suite, const SuiteData& data);
 
-/// A page with its tables replaced: what stands between the lines "<!-- table 2 -->" and "<!-- end
-/// -->" becomes table 2. Throws UsageError for marks of tables that are not there.
+/// The page with its tables replaced: the text between the lines "<!-- table 2 -->" and "<!-- end
+/// -->" becomes table 2. Throws UsageError if a mark names a table that does not exist.
 std::string withTables(const std::string& page, const std::vector<report::Table>& tables,
                        const std::string& name);
 
-/// Tables of the suite, those that `only` names by their numbers from 1, or all.
+/// The tables of the suite: those whose numbers (from 1) are in `only`; empty: all.
 std::vector<report::Table> suiteTables(const Suite& suite, const SuiteData& data,
                                        const std::vector<int>& only);
-/// `file`: empty, or the name of a file for this curve alone.
+/// `file`: the name of a file for this curve alone; empty: none.
 struct SuiteChart {
   Chart chart;
   std::string file;

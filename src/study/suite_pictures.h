@@ -1,4 +1,4 @@
-// The pictures of a suite: figures whose panels are frames of its runs.
+// The pictures of a suite: figures whose panels show frames of its runs.
 #pragma once
 
 #include <filesystem>
@@ -17,37 +17,38 @@ struct SuitePanel {
   std::string run;
   std::string method;
   int frame = 1;
-  std::string againstRun;  ///< empty: neither an error nor a difference
+  std::string
+      againstRun;  ///< run of the reference frame; empty: no error and no difference is shown
   std::string againstMethod;
   report::Shown shown;  ///< without its files
-  std::string label;    ///< with {error} and cells in braces
+  std::string label;    ///< may contain {error}, and cells in braces
   bool reflective = false;
 };
 
 struct SuitePicture {
-  std::string file;  ///< its name, with .png, .pdf or .svg
+  std::string file;  ///< file name with .png, .pdf or .svg
   std::string title;
   std::vector<std::vector<SuitePanel>> rows;
-  std::string stated;  ///< as it is written
+  std::string stated;  ///< text of the picture as written in the suite
 };
 
-/// Throws UsageError with the place of what is wrong.
+/// Throws UsageError with the place of the error.
 std::vector<SuitePicture> suitePictures(const Suite& suite);
 
-/// Frames that the pictures need: "RUN" -> "METHOD" -> numbers.
+/// The frames that pictures need: run -> method -> frame numbers.
 using NeededFrames = std::map<std::string, std::map<std::string, std::set<int>>>;
 NeededFrames framesOf(const SuitePicture& picture);
 
-/// What a picture is made of: as statedPrint().
+/// A fingerprint of a picture's sources, as statedPrint() of a cell.
 std::string statedPrint(const Suite& suite, const SuitePicture& picture, const std::string& effort);
 
-/// `fileOf`: the EXR file of a frame of a run's method.
+/// `fileOf` returns the EXR file of a frame.
 report::Figure suiteFigure(
     const SuitePicture& picture, const SuiteData& data,
     const std::function<std::filesystem::path(const std::string& run, const std::string& method,
                                               int frame)>& fileOf);
 
-/// Cells in the labels of all pictures.
+/// The cells in the labels of all pictures.
 std::vector<std::string> cellsOfLabels(const Suite& suite);
 
 }  // namespace catoptric::study

@@ -1,4 +1,4 @@
-// A run as suites state it, those of tables and those of nights.
+// A run as suites describe it, for tables and for nightly runs.
 #pragma once
 
 #include <filesystem>
@@ -11,27 +11,27 @@
 
 namespace catoptric::study {
 
-/// A config with settings, some methods, some frames.
+/// A config with settings, methods and frames.
 struct StatedRun {
   std::string name;
   std::filesystem::path config;
   Settings settings;
-  std::vector<std::string> methods;           ///< empty: all of the config
+  std::vector<std::string> methods;           ///< empty: all methods of the config
   std::map<std::string, std::string> frames;  ///< by effort: smoke, quick, full
-  std::string against;                        ///< method that errors are against; empty: none
+  std::string against;  ///< method of the reference frames for errors; empty: none
 };
 
-/// The schema of a run with these fields and `more`.
+/// The schema of a run: the fields of StatedRun, and `more`.
 config::Schema runSchemaOfSuite(std::vector<config::Field> more);
 
-/// `value` is checked against the schema already; its files are relative to `folder`.
+/// `value` has been checked against the schema. Its file names are relative to `folder`.
 StatedRun readRunOfSuite(const std::string& name, const config::Value& value,
                          const std::filesystem::path& folder);
 
-/// Settings of a run or of an effort. Files are relative to the suite, as in a config.
+/// The settings of a run or of an effort. File names are relative to the suite, as in a config.
 Settings readSettings(const config::Value& value, const std::filesystem::path& folder);
 
-/// An array of strings; null: none.
+/// The strings of an array; empty for null.
 std::vector<std::string> stringsOf(const config::Value& array);
 
 }  // namespace catoptric::study

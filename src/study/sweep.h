@@ -1,5 +1,4 @@
-// A sweep: every combination of some options' values, measured and compared: what each setting
-// costs and what it is worth.
+// A sweep: measures every combination of some options' values and compares time and error of each.
 #pragma once
 
 #include <map>
@@ -15,28 +14,29 @@
 namespace catoptric::study {
 
 struct SweepRequest {
-  std::string name;  ///< of the config
+  std::string name;  ///< name of the config
   std::vector<Point> points;
-  std::vector<std::string> metrics = {"L1_8bit"};  ///< the first one is traded against time
-  std::string against;                             ///< method or folder
-  std::string ratioTo;  ///< the first point of this method in each group is the measure of the
-                        ///< others; empty: the first point
+  std::vector<std::string> metrics = {
+      "L1_8bit"};       ///< the first one is used for the trade-off with time
+  std::string against;  ///< method or folder
+  std::string ratioTo;  ///< ratios refer to the first point of this method in each group; empty: to
+                        ///< the first point
   Measurement::Clock clock = Measurement::Clock::Wall;
 };
 
 struct SweepPoint {
   Setting setting;
-  int number = 0;  ///< from 1
+  int number = 0;  ///< counted from 1
   std::string failure;
-  Ratio ratio;           ///< to the group's measure
-  double seconds = 0.0;  ///< of a frame, mean; 0: not measured
+  Ratio ratio;           ///< to the group's reference point
+  double seconds = 0.0;  ///< mean time of a frame; 0: not measured
   double worstSeconds = 0.0;
   int worstSecondsFrame = 0;
-  std::map<std::string, double> steps;                  ///< seconds of a frame
-  std::map<std::string, double> errors;                 ///< pooled, by measure
-  std::map<std::string, std::pair<int, double>> worst;  ///< frame and error, by measure
-  Judged judged;                                        ///< `by`: an index of points
-  std::vector<int> sameAs;                              ///< numbers of points with equal pixels
+  std::map<std::string, double> steps;                  ///< seconds per frame
+  std::map<std::string, double> errors;                 ///< pooled, by error measure
+  std::map<std::string, std::pair<int, double>> worst;  ///< frame and error, by error measure
+  Judged judged;                                        ///< `by` is an index into the points
+  std::vector<int> sameAs;                              ///< numbers of points with identical pixels
 };
 
 struct SweepResult {
@@ -46,22 +46,22 @@ struct SweepResult {
   std::vector<std::string> notes;
 };
 
-/// Measures what is not known yet. Throws StudyStopped; what was finished is kept.
+/// Measures everything that is not known yet. Throws StudyStopped; finished measurements are kept.
 void runSweep(Bench& bench, const SweepRequest& request, const std::vector<Setting>& settings);
-/// From what is known.
+/// Computes the result from the stored measurements.
 SweepResult evaluateSweep(Bench& bench, const SweepRequest& request,
                           const std::vector<Setting>& settings);
 
-/// A row for each point.
+/// One row per point.
 report::Table sweepTable(const SweepResult& result);
 std::string sweepCsv(const SweepResult& result);
 std::string sweepJson(const SweepResult& result, const std::string& context);
 std::vector<Chart> sweepCharts(const SweepResult& result);
-/// A page of its own, with the curves, the table and how it was measured.
+/// A self-contained page with the curves, the table and a description of the measurement.
 std::string sweepPage(const SweepResult& result, const std::string& context);
 
-/// Writes points.csv, sweep.json, table.md, table.tex, tradeoff.svg and report.html into the
-/// bench's folder, and samples.csv. `context`: JSON of the machine.
+/// Writes points.csv, sweep.json, table.md, table.tex, tradeoff.svg, report.html and samples.csv to
+/// the bench's folder. `context`: JSON that describes the machine.
 void writeSweep(const Bench& bench, const SweepResult& result, const std::string& context);
 
 }  // namespace catoptric::study

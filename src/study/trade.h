@@ -1,4 +1,5 @@
-// Which settings are worth having: time against error, with what is not known kept apart.
+// Finds the Pareto-optimal settings with respect to time and error. Comparisons that are
+// inconclusive are reported separately.
 #pragma once
 
 #include <functional>
@@ -10,20 +11,20 @@
 namespace catoptric::study {
 
 enum class Mark {
-  Front,      ///< nothing else is as accurate and as fast
-  Dominated,  ///< something else is as accurate or more, and surely faster
-  Unclear,    ///< something else is as accurate or more; which of both is faster cannot be told
-  Unmeasured  ///< it has no time or no error
+  Front,      ///< no other setting is as accurate and as fast
+  Dominated,  ///< another setting is at least as accurate, and faster with confidence
+  Unclear,    ///< another setting is at least as accurate; which one is faster is inconclusive
+  Unmeasured  ///< its time or its error is missing
 };
 const char* markName(Mark mark);
 
 struct Judged {
   Mark mark = Mark::Unmeasured;
-  int by = -1;  ///< the setting that dominates it, or may
+  int by = -1;  ///< the setting that dominates it, or may dominate it
 };
 
-/// `errors`: one for each setting, less is better, exact; NaN: none. `timeRatio(a, b)`: how many
-/// times as long a takes as b.
+/// `errors`: one exact error per setting, less is better; NaN: not known. `timeRatio(a, b)`: the
+/// time of a divided by that of b.
 std::vector<Judged> judge(const std::vector<double>& errors,
                           const std::function<Ratio(std::size_t, std::size_t)>& timeRatio);
 

@@ -1,6 +1,6 @@
-// Finds the fastest setting within an error, or the most accurate one within a time, without trying
-// all combinations: options are tried one at a time, what they do together is predicted from that,
-// and the predictions are put to the test from the best one on.
+// Finds the fastest setting within an error bound, or the most accurate setting within a time
+// bound, without trying all combinations. Options are first varied one at a time. The results
+// predict the combinations. The best predictions are then measured, in order.
 #pragma once
 
 #include <cstdint>
@@ -14,72 +14,77 @@
 
 namespace catoptric::study {
 
-/// What is asked for.
+/// The bound that the setting must satisfy.
 struct Bound {
   enum class Kind { Error, Time } kind = Kind::Error;
   double limit = 0.0;
-  std::string metric = "L1_8bit";  ///< of an error
-  bool everyFrame = false;         ///< of an error: no frame may exceed it; else their mean
-  std::string timeOf;  ///< of a time: `limit` times as long as this method; else seconds
-  std::string text;    ///< as it was written
+  std::string metric = "L1_8bit";  ///< measure of an error bound
+  bool everyFrame =
+      false;  ///< for an error bound: whether it applies to every frame; otherwise to their mean
+  std::string timeOf;  ///< for a time bound: `limit` is a multiple of this method's time; empty:
+                       ///< `limit` is in seconds
+  std::string text;    ///< as the user wrote it
 };
-/// "L1_8bit<=2", "L1_8bit<=2 every-frame". Throws UsageError.
+/// Parses "L1_8bit<=2" or "L1_8bit<=2 every-frame". Throws UsageError.
 Bound parseMaxError(const std::string& text);
-/// "100ms", "0.1s", "0.8x:traced". Throws UsageError.
+/// Parses "100ms", "0.1s" or "0.8x:traced". Throws UsageError.
 Bound parseMaxTime(const std::string& text);
 
-/// The combinations: of each method a lattice of its axes' values.
+/// A combination. Each method has a lattice of its axes' values.
 struct Candidate {
-  int branch = 0;           ///< method
-  std::vector<int> values;  ///< one index per axis of the branch
+  int branch = 0;           ///< index of the method
+  std::vector<int> values;  ///< one index per axis of the method
 };
 
 struct MeasuredTime {
   double seconds = 0.0;
-  Ratio ratio;  ///< to what a bound on time counts in: the method that it names, or a second
+  Ratio
+      ratio;  ///< to the unit of a time bound: the time of the method that it names, or one second
 };
 
-/// What is measured; the numbers are indices of candidates.
+/// The measurements that tune() needs. Settings are given by indices of candidates.
 class TuneWorld {
  public:
   virtual ~TuneWorld() = default;
-  /// Error of each of these frames; empty: the setting cannot be rendered.
+  /// The error of each of these frames; empty: the setting cannot be rendered.
   virtual std::vector<double> errors(std::size_t candidate, const std::vector<int>& frames) = 0;
-  /// Of all in turns, and in turns with the method that the bound names; of so many measurements
-  /// together.
+  /// The times of all candidates, interleaved with each other and with the method that the bound
+  /// names. Combines this many `measurements`.
   virtual std::map<std::size_t, MeasuredTime> times(const std::vector<std::size_t>& candidates,
                                                     const std::vector<int>& frames,
                                                     int measurements) = 0;
-  /// The error of frames together.
+  /// The error of the frames together.
   virtual double pooled(std::size_t candidate, const std::vector<int>& frames) = 0;
   virtual bool outOfTime() const { return false; }
 };
 
-/// A line of trials.jsonl.
+/// A trial: one line of trials.jsonl.
 struct Trial {
-  std::string stage;  ///< "screen", "propose", "race", "verify"
+  std::string stage;  ///< "screen", "propose", "race" or "verify"
   std::size_t candidate = 0;
   int frames = 0;
   double error = 0.0;
   double seconds = 0.0;
-  std::string verdict;  ///< "measured", "rejected", "holds", "fails", "undecided"
+  std::string verdict;  ///< "measured", "rejected", "holds", "fails" or "undecided"
 };
 
 struct TuneOptions {
   Bound bound;
-  std::vector<int> frames;  ///< of the path
-  int verifyFrames = 0;     ///< 0: all
+  std::vector<int> frames;  ///< all frames of the path
+  int verifyFrames = 0;     ///< 0: all frames
   std::uint64_t seed = 0;
-  double margin = 0.0;    ///< of the bound, left free on the frames that are looked at first
-  int mostProposals = 0;  ///< 0: a fifth of the combinations, at least 8; of a time 15
+  double margin =
+      0.0;  ///< fraction of the bound that is kept free on the frames that are measured first
+  int mostProposals = 0;  ///< 0: a fifth of the combinations, at least 8; for a time bound 15
   std::function<void(const Trial&)> say;
 };
 
 struct TuneResult {
   std::optional<std::size_t> best;
-  std::optional<std::size_t> nearest;  ///< where nothing satisfies
+  std::optional<std::size_t> nearest;  ///< set if no setting satisfies the bound
   bool verifiedOnAll = false;
-  double error = 0.0;  ///< of `best` on the frames that verified it; of `nearest` else
+  double error =
+      0.0;  ///< error of `best` on the frames that verified it; without `best`, error of `nearest`
   double worstError = 0.0;
   int worstFrame = 0;
   double seconds = 0.0;

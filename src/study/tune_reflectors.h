@@ -1,4 +1,4 @@
-// tune --per-reflector: a method for each reflector.
+// tune --per-reflector: chooses a method for each reflector.
 #pragma once
 
 #include <optional>
@@ -12,13 +12,14 @@
 namespace catoptric::study {
 
 struct MixtureResult {
-  std::optional<Setting> best;  ///< a mixture, or one method where that is as fast
+  std::optional<Setting> best;  ///< a mixture, or a single method if it is as fast
   std::string text;
   std::vector<report::Table> tables;
 };
 
-/// The cheapest choice within the bound, verified on all frames and timed beside the best single
-/// method. Needs the layer `id`. Throws UsageError for bounds other than on the mean of L1_8bit.
+/// The cheapest assignment within the bound, verified on all frames and timed together with the
+/// best single method. Needs the layer `id`. Throws UsageError unless the bound is on the mean of
+/// L1_8bit.
 MixtureResult tuneReflectors(Bench& bench, const std::vector<std::string>& methods,
                              const Bound& bound, Measurement::Clock clock);
 

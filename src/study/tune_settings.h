@@ -1,4 +1,4 @@
-// tune: settings of methods measured by a bench, and what becomes of it.
+// tune: measures the settings of methods with a bench, and writes the result.
 #pragma once
 
 #include <optional>
@@ -10,26 +10,26 @@
 
 namespace catoptric::study {
 
-/// Times that bounds on time are judged by.
+/// How times are measured for time bounds.
 struct TuneTimes {
   Measurement::Clock clock = Measurement::Clock::Wall;
-  double budgetSeconds = 0.0;     ///< after which nothing new is tried; 0: no end
-  std::optional<Setting> timeOf;  ///< the method that the bound counts in
+  double budgetSeconds = 0.0;     ///< after this time nothing new is tried; 0: no limit
+  std::optional<Setting> timeOf;  ///< the method whose time is the unit of the bound
 };
 
-/// tune() of settings whose frames and times the bench measures. Throws StudyStopped.
+/// Runs tune() on settings whose frames and times the bench measures. Throws StudyStopped.
 TuneResult tuneSettings(Bench& bench, const std::vector<Setting>& settings, const TuneTimes& times,
                         const TuneOptions& options);
 
-/// The tried settings, a row each.
+/// A table with one row per tried setting.
 report::Table trialTable(const TuneResult& result, const std::vector<Setting>& settings,
                          const std::string& metric);
 
-/// Writes trials.jsonl and samples.csv into the bench's folder.
+/// Writes trials.jsonl and samples.csv to the bench's folder.
 void writeTrials(const Bench& bench, const TuneResult& result,
                  const std::vector<Setting>& settings);
 
-/// Writes the run config of one setting, tuned.json, with what is known of it as its comment.
+/// Writes tuned.json, the run config of one setting. `evidence` becomes its comment.
 void writeTunedConfig(const Setting& setting, const std::filesystem::path& folder,
                       const std::string& evidence);
 

@@ -1,11 +1,11 @@
-// The resident worker: a process that holds one setting of one program ready and renders a frame
-// when told, by JSON lines.
+// The resident worker: a process that keeps one setting of one program ready and renders frames on
+// request. It communicates by JSON lines.
 //
-// It says {"ready": true, "startup": {step: seconds}, ...} when it can render. A line {"frame": 12}
-// is answered by {"frame": 12, "seconds": ..., "cpu_seconds": ..., "steps": {...}, "counters":
-// {...}}; with "write": "FOLDER" it writes the frame's files there, and the answer has a
-// fingerprint of the pixels. What cannot be done is answered by {"failed": "..."}. It ends when its
-// input ends.
+// It prints {"ready": true, "startup": {step: seconds}, ...} when it can render. It answers a line
+// {"frame": 12} with {"frame": 12, "seconds": ..., "cpu_seconds": ..., "steps": {...}, "counters":
+// {...}}. With "write": "FOLDER" in the request, it writes the frame's files to that folder and
+// adds a fingerprint of the pixels to the answer. It answers requests that fail with {"failed":
+// "..."}. It ends when its input ends.
 #pragma once
 
 #include <functional>
@@ -15,7 +15,8 @@
 
 namespace catoptric::study {
 
-/// Serves the only method of the stage's run. `next` gives the next line, false at the end.
+/// Serves the only method of the stage's run. `next` reads the next line and returns false at the
+/// end of the input.
 void serveFrames(run::Stage& stage, const std::function<bool(std::string&)>& next,
                  const std::function<void(const std::string&)>& answer);
 
