@@ -15,7 +15,7 @@ void catchStopSignals(bool jsonLines);
 
 /// The signal that requested a stop; 0: none.
 int stopSignal();
-/// 128 plus the number of that signal.
+/// The exit code after a stop: 128 plus the number of the signal.
 inline ExitCode stoppedCode() {
   return static_cast<ExitCode>(128 + stopSignal());
 }

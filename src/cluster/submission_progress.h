@@ -13,7 +13,7 @@ enum class ChunkState {
   Done,     ///< all its frames are finished
   Running,  ///< a task renders it
   Waiting,  ///< a task is queued for it
-  Held,     ///< its task waits for something that needs the user
+  Held,     ///< its task waits for an action of the user
   Failed,   ///< frames are missing, and no task will render them
 };
 const char* stateName(ChunkState state);

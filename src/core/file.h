@@ -34,8 +34,8 @@ std::string processSpace();
 /// ".NAME.PID@SPACE.ENDING.tmp" in the folder of `path`; `ending` has 6 characters.
 std::filesystem::path temporaryName(const std::filesystem::path& path, std::string_view ending);
 
-/// Removes the temporary files that writeFileAtomically() of dead processes left in `folder`, and
-/// those of an earlier process with the same number as this one. Files of other machines are
+/// Removes the temporary files that dead processes have left in `folder` in writeFileAtomically(),
+/// and those of an earlier process that had this process' number. Files of other machines are
 /// removed when they are an hour old, because their processes cannot be checked. Other files stay.
 /// Call this before writing to the folder. Returns the number of removed files. Throws OutputError
 /// if a file cannot be removed.

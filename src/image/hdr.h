@@ -1,5 +1,5 @@
-// Reads Radiance HDR pictures (.hdr, .pic). Environment maps thus need no external library, and
-// damaged files cannot crash one.
+// Reads Radiance HDR pictures (.hdr, .pic) without an external library. Damaged files cause errors,
+// never crashes.
 #pragma once
 
 #include <cstddef>

@@ -126,7 +126,7 @@ class TestLab : public Lab {
   Machine machine;
 
  private:
-  /// From "builds/b07/bin/catoptric" or a file "b07".
+  /// The name of a build: b07 for the program "builds/b07/bin/catoptric" or a file "b07".
   static std::string buildOf(const std::filesystem::path& program) {
     return program.filename() == "catoptric"
                ? program.parent_path().parent_path().filename().string()

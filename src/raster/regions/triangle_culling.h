@@ -28,8 +28,9 @@ class TriangleCulling {
  private:
   std::array<Vec4, 4> rows_;  ///< rows of clipFromWorld for clip x, y, z and w
   Vec4 clip_;
-  float slackX_, slackY_, slackZ_, clipSlack_;  ///< bounds on the rounding of w + x, ...
-  float leastW_;  ///< if w is larger, positions in pixels are accurate to `margin_`
+  float slackX_, slackY_, slackZ_,
+      clipSlack_;  ///< bounds on the rounding errors of w + x and the like
+  float leastW_;   ///< if w is larger, positions in pixels are accurate to `margin_`
   float margin_;
   float halfWidth_, halfHeight_;
   bool cullBacks_;

@@ -31,8 +31,8 @@ struct MethodConfig {
   config::Value options;  ///< checked against the method's schema
   std::string effective;  ///< canonical JSON of the options, with defaults
   std::vector<ReflectorRule> reflectors = {};  ///< the method itself shades all other reflectors
-  /// The method's id that shades reflectors which the entry's method does not support; "error": no
-  /// method, the run fails.
+  /// The id of the method that shades reflectors which the entry's method does not support;
+  /// "error": there is none, and the run fails.
   std::string unsupported = "error";
 
   /// Adds everything that determines the method's pixels: method, options, reflectors, unsupported.

@@ -112,9 +112,9 @@ SequenceForecast forecastSequence(const std::vector<FrameTask>& tasks,
                                   const SequenceOptions& options);
 
 /// Makes the frames of `tasks` in order, in the folder `path`. A failed frame ends the run, unless
-/// `keepGoing` is set; frames that were finished before stay valid. Frames that need the state of a
-/// failed frame restart from a new warm-up. If that fails too, they fail with the reason. Throws
-/// OutputError if files cannot be written, and what prepare() throws.
+/// `keepGoing` is set; frames that were finished before stay valid. If a later frame needs the
+/// state of a failed frame, that state is warmed up anew. If the warm-up fails too, the later frame
+/// fails with the reason. Throws OutputError if files cannot be written, and what prepare() throws.
 SequenceResult runSequence(FrameSource& source, const std::vector<FrameTask>& tasks,
                            const std::filesystem::path& path, const SequenceOptions& options);
 

@@ -35,8 +35,8 @@ struct Chunk {
 Chunk parseChunk(const std::string& text);
 /// The indices at which chunks begin among the requested frames, and one past the last frame:
 /// `count` + 1 values. Chunks are contiguous. Without state, their sizes differ by at most one.
-/// With state, each begins at the restart frame nearest to that position, so that no chunk renders
-/// frames of another one; some may be empty.
+/// With state, the beginning of each chunk is moved to the nearest restart frame, so that no chunk
+/// renders frames of another one; some chunks may be empty.
 std::vector<std::size_t> chunkBounds(const std::vector<FrameTask>& tasks, int count);
 
 /// The plan for one task.

@@ -49,8 +49,8 @@ class Gltf : public ::testing::Test {
     finishScene(scene);
     return scene.materials[0];
   }
-  /// Draws a mesh of positions alone in `mode`. Returns the corners of the resulting triangles by
-  /// their x coordinates.
+  /// Draws a mesh of positions alone in `mode`. Returns the x coordinates of the corners of the
+  /// resulting triangles.
   std::vector<float> cornersOf(int mode, bool indexed) {
     w = {};
     w.floats({0, 0, 0, 1, 5, 0, 2, 0, 1, 3, 4, 2, 4, 0, 7}, "VEC3");

@@ -7,8 +7,8 @@
 
 namespace catoptric::implicit {
 
-/// With respect to world coordinates. nullopt where it is zero or not finite (a cone's apex, a
-/// vase's axis).
+/// The gradient with respect to world coordinates; nullopt where it is zero or not finite (a cone's
+/// apex, a vase's axis).
 std::optional<Point> gradientAt(const Surface& surface, const Point& world);
 
 /// Unit normal on the side where g > 0; nullopt where there is none.
