@@ -55,7 +55,6 @@ class App : public testing::Test {
   }
   ~App() override { fs::remove_all(folder); }
 
-  /// Runs the program in the test's folder.
   Result run(const std::string& arguments) const {
     const std::string command = "cd '" + folder.string() + "' && XDG_CACHE_HOME='" +
                                 (folder / "cache").string() + "' " CATOPTRIC_PROGRAM " " +

@@ -9,8 +9,9 @@
 
 namespace catoptric {
 
-/// The candidate with the smallest edit distance to `name`, if it is likely to be a typing error:
-/// at most a third of the name's length, at least 1. Otherwise empty.
+/// The candidate with the smallest edit distance to `name`, if `name` is likely to be a misspelling
+/// of it: the distance is at most a third of the name's length (a distance of 1 is always allowed).
+/// Otherwise empty.
 std::string nearestName(std::string_view name, std::span<const std::string> candidates);
 
 /// " (did you mean \"x\"?)" or an empty string.

@@ -18,7 +18,7 @@ namespace catoptric::gl {
 
 /// How the time of a step is measured on this device.
 enum class TimerKind {
-  FinishClock,  ///< glFinish and the monotonic clock (llvmpipe's timer queries lie)
+  FinishClock,  ///< glFinish and the monotonic clock (llvmpipe's timer queries are wrong)
   TimerQuery,   ///< GL_TIMESTAMP queries
 };
 

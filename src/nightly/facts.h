@@ -50,7 +50,6 @@ struct CaseFacts {
   std::map<int, FrameFacts> frames;
 };
 
-/// A whole night.
 struct Night {
   int id = 0;
   std::string suite;

@@ -33,7 +33,8 @@ struct Turns {
   std::map<std::string, StepTimes> steps;          ///< by role
   std::map<int, study::FrameReport> written;       ///< tonight's frames, on the first call
   std::map<std::string, std::filesystem::path>
-      frames;  ///< the folders of frames, by role; valid until the next call, tonight's longer
+      frames;  ///< the folders of frames, by role; valid until the next call, except that tonight's
+               ///< folder stays
 };
 
 /// The interface of a lab; tests have their own implementation.

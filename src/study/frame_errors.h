@@ -16,7 +16,6 @@ const std::vector<std::string>& metricNames();
 /// Throws UsageError with the nearest name.
 void requireMetric(const std::string& name);
 
-/// The errors of one frame.
 struct FrameErrors {
   std::map<std::string, double> metrics;
   std::uint64_t reflectivePixels = 0;  ///< 0: none, or unknown

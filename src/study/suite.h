@@ -15,7 +15,6 @@
 
 namespace catoptric::study {
 
-/// A run of a suite.
 struct SuiteRun : StatedRun {
   bool times = true;           ///< false: errors and counters only
   config::Value scenePatch{};  ///< JSON patch for the scene's description [RFC 6902], or null

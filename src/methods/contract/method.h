@@ -195,7 +195,7 @@ struct CounterInfo {
   std::string onlyWith = {};
 };
 
-/// Returns 0 for each counter that always exists.
+/// A value of 0 for each counter that always exists.
 Counters zeros(const std::vector<CounterInfo>& counters);
 
 /// A layer with one value per sample that a method can add to the frame's file.

@@ -12,7 +12,6 @@
 
 namespace catoptric::raster {
 
-/// Options of the composite.
 struct CompositeOptions {
   bool fresnelSchlick = false;  ///< use s + (1 - s)(1 - cos)^5 instead of s
 };

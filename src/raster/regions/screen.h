@@ -9,7 +9,6 @@
 
 namespace catoptric::raster {
 
-/// A camera's image of width x height.
 class Screen {
  public:
   Screen(const scene::Camera& camera, int width, int height);

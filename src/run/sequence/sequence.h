@@ -25,7 +25,6 @@ struct RenderedFrame {
   std::vector<frame::StepSample> samples;
 };
 
-/// A request for one frame.
 struct FrameRequest {
   scene::PathFrame frame;
   bool firstOfSequence = true;  ///< the previous frame of the path was not the last one rendered

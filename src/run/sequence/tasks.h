@@ -10,7 +10,6 @@
 
 namespace catoptric::run {
 
-/// One frame of the sequence.
 struct FrameTask {
   scene::PathFrame frame;
   FrameFingerprints fingerprints;
