@@ -101,10 +101,9 @@ void byEveryMethod(const scene::Scene& scene, const scene::Camera& camera, int b
     auto method = entry.make(config::parseText(entry.tests.small, "options"));
     if (!method->unsupported(scene).empty()) continue;  // others fill its reflectors
     const methods::MethodPlan plan = method->plan(scene, kSettings);
-    const std::string bouncesOption = plan.bouncesOption;
-    if (bounces > 1 && bouncesOption.empty()) continue;
-    const std::string options = optionsOf(
-        entry, bounces > 1 ? "\"" + bouncesOption + "\": " + std::to_string(bounces) : "");
+    if (bounces > 1 && plan.bounces == 0) continue;
+    const std::string options =
+        optionsOf(entry, bounces > 1 ? "\"bounces\": " + std::to_string(bounces) : "");
     SCOPED_TRACE(entry.id);
     Frame frame;
     if (!plan.gbuffer) {
@@ -411,6 +410,28 @@ TEST(Colours, LampShowsOnRoughMetalByTheLobe) {
   });
 }
 
+TEST(Colours, LampShowsOnRoughGltfMetalByGgx) {
+  scene::Scene scene = lampOnMetal(0.4f);
+  for (scene::Material& m : scene.materials) m.lobe = scene::LobeModel::Ggx;
+  scene::finishScene(scene);
+  expectOnPlane(scene, 0, 5e-3f, [&](const Vec2& place) {
+    const glm::dvec3 x(place, 0.0);
+    const glm::dvec3 toLamp = glm::dvec3(0.3, 0.2, 1.5) - x;
+    const glm::dvec3 v = glm::normalize(glm::dvec3(0.0, 0.0, 2.0) - x);
+    const glm::dvec3 l = glm::normalize(toLamp);
+    const glm::dvec3 h = glm::normalize(v + l);
+    // glTF 2.0, appendix B: D G2 / (4 n.v n.l) times n.l, Schlick's Fresnel
+    const double a2 = std::pow(0.4, 4.0);
+    const double spread = h.z * h.z * (a2 - 1.0) + 1.0;
+    const double normals = a2 / (std::numbers::pi * spread * spread);
+    const double visibility = 0.5 / (l.z * std::sqrt(v.z * v.z * (1.0 - a2) + a2) +
+                                     v.z * std::sqrt(l.z * l.z * (1.0 - a2) + a2));
+    const glm::dvec3 f0(0.9, 0.6, 0.3);
+    const glm::dvec3 fresnel = f0 + (1.0 - f0) * std::pow(1.0 - glm::dot(v, h), 5.0);
+    return Vec3(fresnel * (2.0 / glm::dot(toLamp, toLamp) * normals * visibility * l.z));
+  });
+}
+
 TEST(Colours, LampsShowOnNoMirrorAndOnlyWhereAskedFor) {
   scene::Scene off = lampOnMetal(0.4f);
   off.highlights = false;
@@ -418,7 +439,11 @@ TEST(Colours, LampsShowOnNoMirrorAndOnlyWhereAskedFor) {
     expectOnPlane(scene, 0, 0.0f, [](const Vec2&) { return Vec3(0.0f); });
 }
 
-TEST(Colours, HighlightIsWhatTheLobeTracesOfASmallLight) {
+class Highlights : public testing::TestWithParam<scene::LobeModel> {};
+INSTANTIATE_TEST_SUITE_P(Models, Highlights,
+                         testing::Values(scene::LobeModel::Phong, scene::LobeModel::Ggx));
+
+TEST_P(Highlights, AreWhatTheLobeTracesOfASmallLight) {
   constexpr int kRays = 1 << 18;
   constexpr float kCapCosine = 0.9986f;  // 3 degrees
   for (const float g : {0.35f, 0.6f, 0.9f, -0.6f}) {
@@ -426,33 +451,34 @@ TEST(Colours, HighlightIsWhatTheLobeTracesOfASmallLight) {
     point.normal = Vec3(0.0f, 0.0f, 1.0f);
     // Of the last one, that of a triangle
     point.lobeHorizon = g > 0.0f ? point.normal : glm::normalize(Vec3(-0.1f, 0.1f, 1.0f));
-    point.direction = glm::normalize(Vec3(1.0f, 0.2f, -0.35f));  // half the lobe is folded
-    point.glossiness = std::abs(g);
+    point.direction = glm::normalize(Vec3(1.0f, 0.2f, -0.35f));  // half of Phong's lobe is folded
+    point.lobe = scene::Lobe::of(GetParam(), std::abs(g));
     frame::WorldLight light;
     light.type = scene::LightType::Directional;
     light.intensity = Vec3(1.0f);
     const Vec3 l = glm::normalize(Vec3(1.0f, 0.1f, 0.25f));
     light.direction = -l;
-    int inCap = 0;
+    float inCap = 0.0f;
     for (int k = 0; k < kRays; ++k) {
-      bool below = false;
-      inCap += glm::dot(trace::lobeDirection(point, k, kRays, below), l) > kCapCosine ? 1 : 0;
+      const trace::LobeRay ray = trace::lobeDirection(point, k, kRays);
+      inCap += glm::dot(ray.direction, l) > kCapCosine ? ray.weight : 0.0f;
     }
     const float solidAngle = 2.0f * kPi * (1.0f - kCapCosine);
-    const float traced = static_cast<float>(inCap) / (kRays * solidAngle);
+    const float traced = inCap / (kRays * solidAngle);
     const Vec3 shown = frame::lightHighlights({light}, Vec3(0.0f), point.normal, point.lobeHorizon,
-                                              point.direction, std::abs(g));
+                                              point.direction, point.lobe);
     EXPECT_NEAR(shown.x / traced, 1.0f, 0.03f) << g;
   }
 }
 
-TEST(Colours, HighlightsAreTheSameInGlAndEmbree) {
+TEST_P(Highlights, AreTheSameInGlAndEmbree) {
   SceneBuilder builder;
   scene::Scene& scene = builder.scene();
   builder.constantEnvironment(Vec3(0.0f));
   scene::Material m;
   m.baseColor = Vec3(0.0f);  // of itself it shows nothing to rays of the lobe
   scene::setReflectance(m, 1.0f, 0.45f);
+  m.lobe = GetParam();
   scene.materials.push_back(m);
   builder.add(scene::makeIcosphere(1.0f, 2, scene::UvMode::Unit), 0);
   scene.lights.push_back(lampAt({1.5f, 1.0f, 2.0f}, 3.0f));

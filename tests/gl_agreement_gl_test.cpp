@@ -234,7 +234,7 @@ void compareSample(const test::GlStage& stage, const scene::Camera& camera, cons
     found.normal += glm::dot(n, point.normal) < 0.9999f ? 1 : 0;
     found.specular +=
         std::abs(drawn.diffuse[4 * i + 3] - point.specularLevel) > 0.005f ||
-                std::abs(raster::glossinessOf(drawn.normal[4 * i + 3]) - point.glossiness) > 0.005f
+                std::abs(raster::lobeOf(drawn.normal[4 * i + 3]).code - point.lobe.code) > 0.005f
             ? 1
             : 0;
     if (!agrees(diffuse, expected)) {

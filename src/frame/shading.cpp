@@ -344,9 +344,10 @@ float lobeDensity(const Vec3& mirror, const Vec3& l, float exponent) {
 
 Vec3 lightHighlights(const std::vector<WorldLight>& lights, const Vec3& position,
                      const Vec3& normal, const Vec3& lobeHorizon, const Vec3& direction,
-                     float glossiness) {
+                     scene::Lobe lobe) {
   const Vec3 mirror = glm::normalize(glm::reflect(direction, normal));
-  const float exponent = scene::phongExponentFromGlossiness(glossiness);
+  const float exponent = lobe.ggx() ? 0.0f : scene::phongExponentFromGlossiness(lobe.code);
+  const scene::GgxView view = scene::ggxView(lobe.alpha(), -glm::dot(normal, direction));
   Vec3 sum(0.0f);
   for (const WorldLight& light : lights) {
     const Vec3 l = light.type == scene::LightType::Directional
@@ -354,8 +355,10 @@ Vec3 lightHighlights(const std::vector<WorldLight>& lights, const Vec3& position
                        : normalizedOr(light.position - position, normal);
     const float above = glm::dot(l, lobeHorizon);
     if (!(above > 0.0f)) continue;
-    const float density = lobeDensity(mirror, l, exponent) +
-                          lobeDensity(mirror, l - 2.0f * above * lobeHorizon, exponent);
+    const float density = lobe.ggx()
+                              ? scene::ggxResponse(view, normal, -direction, l)
+                              : lobeDensity(mirror, l, exponent) +
+                                    lobeDensity(mirror, l - 2.0f * above * lobeHorizon, exponent);
     sum += lightIrradiance(light, position, l) * density;
   }
   return glm::min(sum, Vec3(1e30f));
@@ -487,25 +490,25 @@ SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
 
   // s, g and tint.
   point.specularLevel = material.specularLevel;
-  point.glossiness = material.glossiness;
+  float roughness = material.glossiness;
   float metallic = material.metallicFactor;
   if (material.metallicRoughnessTexture.used()) {
     const Vec4 texels = sample(material.metallicRoughnessTexture);
-    point.glossiness = material.roughnessFactor * texels.g;
+    roughness = material.roughnessFactor * texels.g;
     metallic *= texels.b;
     const float s = scene::specularLevel(metallic, material.dielectricF0);
     point.specularLevel = s < scene::kReflectiveThreshold ? 0.0f : s;
   }
+  point.lobe = scene::Lobe::of(material.lobe, roughness);
   point.tint = reflectionTint(material, metallic, albedo);
   const bool bends = point.specularLevel > 0.0f && bendsNormals(scene, range, object);
   if (bends) point.bent = aboveSurface(point.geometricNormal, direction, point.normal);
-  point.lobeHorizon =
-      bends && point.glossiness > scene::kMirrorGlossiness ? point.geometricNormal : point.normal;
+  point.lobeHorizon = bends && !point.lobe.mirror() ? point.geometricNormal : point.normal;
   const bool shines = lighting.highlights && material.refraction == 0.0f &&
-                      point.specularLevel > 0.0f && point.glossiness > scene::kMirrorGlossiness;
+                      point.specularLevel > 0.0f && !point.lobe.mirror();
   if (shines) {
     point.highlight = lightHighlights(lighting.lights, position, point.normal, point.lobeHorizon,
-                                      direction, point.glossiness);
+                                      direction, point.lobe);
   }
 
   // Diffuse radiance.

@@ -20,19 +20,21 @@
 //         Where s > 0 and bendsNormals(), the normal of the reflection (and of it alone) is bent
 //         by aboveSurface(): interpolated and mapped normals can mirror rays into the surface.
 //   albedo = baseColor * texel * vertex colour; unlit: L = albedo and nothing else.
-//   s, g: the material's; with a metallic-roughness texture g = roughnessFactor * texel.g,
+//   s, g: the material's; with a metallic-roughness texture g = roughnessFactor * texel.g (g is the
+//         roughness of a Phong or a GGX lobe, by Material::lobe),
 //         s = specularLevel(metallicFactor * texel.b, dielectricF0), 0 below kReflectiveThreshold.
 //   Tint of the reflection, which is seen as s * tint * radiance: reflectionTint + albedoTint *
 //   albedo;
 //         with a metallic-roughness texture and albedoTint > 0 by scene::tintShares() of the
 //         texel: s * tint is glTF's F0, mix(dielectricF0, albedo, metallic).
-//   Highlights (Lighting::highlights, where s > 0 and g > kMirrorGlossiness): sum_i E_i(x, l) p(l),
+//   Highlights (Lighting::highlights, where s > 0 and the lobe is no mirror): sum_i E_i(x, l) p(l),
 //         seen as the reflection is, s * tint times; l towards the light, E_i(x, l) its irradiance
 //         across that, p the density of trace::lobeDirection()'s rays about r, d mirrored at the
 //         normal n of the reflection: p(l) = lobe(l) + lobe(l - 2 (l.h) h) where l.h > 0, else 0,
 //         h being n, or the triangle's normal where n may be bent (SurfacePoint::lobeHorizon);
-//         lobe(l) = (k + 1) / (2 pi) (r.l)^k, k = phongExponentFromGlossiness(g). So a light of
-//         some size that shrinks comes to the same. Unshadowed, as E_i is.
+//         lobe(l) = (k + 1) / (2 pi) (r.l)^k, k = phongExponentFromGlossiness(g). Of GGX p(l) =
+//         D G2 / (4 n.v) (scene::ggxResponse). So a light of some size that shrinks comes to the
+//         same. Unshadowed, as E_i is.
 //   E_sh(n) = max(0, sum_k c_k Y_k(n)); Y_0..8 = 0.282095, 0.488603 (y, z, x),
 //         1.092548 (xy, yz), 0.315392 (3 z^2 - 1), 1.092548 xz, 0.546274 (x^2 - y^2).
 //   E_i: directional intensity * max(0, n.l); point and spot with r = |x_i - x|:
@@ -119,7 +121,7 @@ Vec3 lightIrradiance(const WorldLight& light, const Vec3& position, const Vec3& 
 /// from the viewer, of unit length, as `lobeHorizon`.
 Vec3 lightHighlights(const std::vector<WorldLight>& lights, const Vec3& position,
                      const Vec3& normal, const Vec3& lobeHorizon, const Vec3& direction,
-                     float glossiness);
+                     scene::Lobe lobe);
 
 /// A point on a surface as a ray or a pixel sees it.
 struct SurfacePoint {
@@ -128,11 +130,11 @@ struct SurfacePoint {
   Vec3 geometricNormal{0.0f, 1.0f, 0.0f};
   Vec3 diffuse{0.0f};          ///< radiance L of the formula above
   float specularLevel = 0.0f;  ///< s
-  float glossiness = 0.0f;     ///< g
-  Vec3 tint{1.0f};             ///< (1 - s) diffuse + s tint (reflection + highlight) is seen
-  Vec3 highlight{0.0f};        ///< of the lights
-  int object = 0;              ///< id
-  bool bent = false;           ///< the normal is aboveSurface()'s
+  scene::Lobe lobe;
+  Vec3 tint{1.0f};       ///< trace::reflectionWeights() of s and it
+  Vec3 highlight{0.0f};  ///< of the lights
+  int object = 0;        ///< id
+  bool bent = false;     ///< the normal is aboveSurface()'s
   /// Normal of the plane that rays of its lobe stay above: of a lobe whose normal may have to be
   /// bent (bendsNormals()) geometricNormal, else `normal`.
   Vec3 lobeHorizon{0.0f, 1.0f, 0.0f};

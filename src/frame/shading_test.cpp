@@ -292,7 +292,7 @@ TEST_F(ShadeSurface, MetallicRoughnessTexelsGiveSAndG) {
   m.roughnessFactor = 0.5f;
   builder.add(plane, material);
   EXPECT_NEAR(shade(down).specularLevel, 0.5f + 0.5f * 0.04f, 1e-6f);
-  EXPECT_NEAR(shade(down).glossiness, 0.1f, 1e-6f);
+  EXPECT_NEAR(shade(down).lobe.roughness(), 0.1f, 1e-6f);
   builder.scene().materials[material].metallicFactor = 0.0f;
   EXPECT_EQ(shade(down).specularLevel, 0.0f);
 }

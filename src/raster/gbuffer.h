@@ -10,6 +10,7 @@
 #include "gl/objects.h"
 #include "raster/constants.h"
 #include "raster/regions/rectangle.h"
+#include "scene/lobe.h"
 
 namespace catoptric::raster {
 
@@ -20,7 +21,7 @@ enum class SampleClass : std::uint8_t {
   Diffuse = shared::kClassDiffuse,
   PlanarMirror = shared::kClassPlanarMirror,
   CurvedMirror = shared::kClassCurvedMirror,
-  Glossy = shared::kClassGlossy,  ///< any object that can have g above kMirrorGlossiness
+  Glossy = shared::kClassGlossy,  ///< any object whose lobe can be none of a mirror
 };
 
 /// Draws on the samples of one class alone, by the G-buffer's stencil.
@@ -28,10 +29,11 @@ gl::DrawState onSamplesOf(SampleClass sampleClass);
 /// Draws on the samples of planar and curved mirrors.
 gl::DrawState onMirrors();
 
-/// g as the alpha of GBuffer::normal has it: -1 - g where the normal was bent, so that mirrored
-/// rays leave above the surface (frame::aboveSurface). In shaders: gloss.glsl.
-inline float glossinessOf(float alpha) {
-  return alpha < 0.0f ? -1.0f - alpha : alpha;
+/// The lobe as the alpha of GBuffer::normal has it: its code, or -1 - code where the normal was
+/// bent, so that mirrored rays leave above the surface (frame::aboveSurface). In shaders:
+/// lobe.glsl.
+inline scene::Lobe lobeOf(float alpha) {
+  return {alpha < 0.0f ? -1.0f - alpha : alpha};
 }
 inline bool isBent(float alpha) {
   return alpha < 0.0f;
@@ -49,7 +51,7 @@ struct GBuffer {
   int samples = 1;  ///< per axis
   gl::Texture
       diffuse;  ///< RGBA32F: diffuse radiance (before any factor 1 - s), s; -1 on the background
-  /// RGBA32F: world-space normal of the reflection turned to the viewer, g; by glossinessOf()
+  /// RGBA32F: world-space normal of the reflection turned to the viewer, lobe; by lobeOf()
   gl::Texture normal;
   gl::Texture object;  ///< R32UI: object id, 0 background
   /// RGBA32F: what the reflection is multiplied with beside s; empty where each object has one.
@@ -96,7 +98,7 @@ struct GBufferCopy {
   int firstRow = 0;            ///< of samples, which the arrays begin with
   int rows = 0;                ///< that they hold
   std::vector<float> diffuse;  ///< 4 a sample: rgb, s; -1 on the background
-  std::vector<float> normal;   ///< 4 a sample: xyz, g by glossinessOf()
+  std::vector<float> normal;   ///< 4 a sample: xyz, lobe by lobeOf()
   std::vector<std::uint32_t> object;
   std::vector<std::uint32_t> lobeHorizon;  ///< where the G-buffer has it
   std::vector<float> depth;                ///< reversed-Z

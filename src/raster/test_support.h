@@ -46,7 +46,7 @@ struct Samples {
   }
   float s(std::size_t i) const { return diffuse[4 * i + 3]; }
   Vec3 n(std::size_t i) const { return {normal[4 * i], normal[4 * i + 1], normal[4 * i + 2]}; }
-  float g(std::size_t i) const { return raster::glossinessOf(normal[4 * i + 3]); }
+  float g(std::size_t i) const { return raster::lobeOf(normal[4 * i + 3]).roughness(); }
 };
 
 inline Samples readSamples(const raster::GBuffer& g) {

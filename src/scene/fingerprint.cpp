@@ -79,6 +79,7 @@ void addMaterial(Contents& all, const Material& m) {
         m.dielectricF0, m.alphaCutoff, m.baseAlpha, m.refraction}) {
     all.value(x);
   }
+  all.value(m.lobe);
   all.value(m.alphaMode);
   all.value(m.unlit);
 }

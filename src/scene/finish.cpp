@@ -259,6 +259,7 @@ void setReflectance(Material& material, float s, float g) {
   material.metallicRoughnessTexture = {};
   material.specularLevel = 0.0f;
   material.glossiness = 0.0f;
+  material.lobe = LobeModel::Phong;
 }
 
 void finishScene(Scene& scene) {

@@ -11,8 +11,8 @@ namespace catoptric::scene {
 /// would make every plastic chair a reflector. Ours.
 inline constexpr float kReflectiveThreshold = 0.05f;
 
-/// At or below this g a surface counts as a mirror: one ray, no lobe. n(0.05) = 320,000, whose
-/// lobe is narrower than a pixel of a 60 degree, 1024 pixel wide frame. Ours.
+/// At or below this g a surface with a Phong lobe counts as a mirror: one ray, no lobe. n(0.05) =
+/// 320,000, whose lobe is narrower than a pixel of a 60 degree, 1024 pixel wide frame. Ours.
 inline constexpr float kMirrorGlossiness = 0.05f;
 
 /// s = metallic + (1 - metallic) F0, with F0 of the dielectric part.
@@ -40,8 +40,8 @@ inline float dielectricF0(float ior, float specularFactor) {
   return std::min(1.0f, r * r * specularFactor);
 }
 
-/// g is glTF's perceptual roughness; the lobe's Phong exponent is n = 2 / alpha^2 - 2 with
-/// alpha = g^2 (the usual Beckmann-Phong correspondence). g = 1 gives n = 0: a whole hemisphere.
+/// The papers' Phong exponent n about the mirrored ray as g: n = 2 / g^4 - 2. g = 1 gives n = 0: a
+/// whole hemisphere. (glTF's roughness has another lobe: scene/lobe.h.)
 inline float phongExponentFromGlossiness(float g) {
   const float g2 = std::max(g, 1e-3f) * std::max(g, 1e-3f);
   return std::max(0.0f, 2.0f / (g2 * g2) - 2.0f);

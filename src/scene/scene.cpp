@@ -22,6 +22,13 @@ int Scene::reflectorCount() const {
   return count;
 }
 
+bool Scene::hasGgxLobes() const {
+  return std::any_of(objects.begin(), objects.end(), [&](const Object& object) {
+    const Material& material = materials[static_cast<std::size_t>(object.material)];
+    return material.specularLevel > 0.0f && material.lobe == LobeModel::Ggx;
+  });
+}
+
 std::size_t Scene::triangleCount() const {
   std::size_t count = 0;
   for (const Object& object : objects) count += trianglesOf(*this, object);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/math.h"
+#include "scene/lobe.h"
 
 namespace catoptric::implicit {
 struct Surface;
@@ -63,7 +64,8 @@ struct Material {
   TextureSlot normalTexture;  ///< tangent space, linear
   float normalScale = 1.0f;
   float specularLevel = 0.0f;  ///< s: weight of the reflection, 0 (diffuse) .. 1 (perfect mirror)
-  float glossiness = 0.0f;     ///< g: roughness of the reflection, 0 (mirror) .. 1 (widest lobe)
+  float glossiness = 0.0f;     ///< roughness of the reflection, 0 (mirror) .. 1 (widest lobe)
+  LobeModel lobe = LobeModel::Phong;
   /// glTF texture of metallic (b) and roughness (g); each texel is mapped to s and g. The following
   /// factors multiply the texels.
   TextureSlot metallicRoughnessTexture;
@@ -237,6 +239,7 @@ struct Scene {
   std::uint64_t fingerprint = 0;      ///< of all contents
 
   int reflectorCount() const;
+  bool hasGgxLobes() const;                     ///< whether any reflective object has one
   std::size_t triangleCount() const;            ///< over all objects (instances counted)
   std::size_t reflectiveTriangleCount() const;  ///< over the reflective objects
   std::size_t memoryBytes() const;              ///< size of this structure's arrays

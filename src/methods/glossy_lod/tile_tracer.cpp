@@ -6,7 +6,6 @@
 
 #include "core/clock.h"
 #include "methods/glossy_lod/mesh_surface.h"
-#include "scene/reflectance.h"
 
 namespace catoptric::methods::glossy_lod {
 namespace {
@@ -23,8 +22,8 @@ constexpr float kBroadAlpha = 10.0f;
 /// within a lobe. Ours: 0.5 to 16 take as many steps within 5 %.
 constexpr float kTurn = 2.0f;
 
-bool isSharp(float glossiness) {
-  return scene::phongExponentFromGlossiness(glossiness) > kSharpExponent;
+bool isSharp(scene::Lobe lobe) {
+  return scene::coneExponent(lobe) > kSharpExponent;
 }
 
 }  // namespace
@@ -66,7 +65,7 @@ void TileTracer::run(const Traced& scene, Vec3* radiance, std::uint8_t* flags,
       for (std::size_t k = 0; k < rays; ++k) {
         const std::size_t packet = k / group.perPacket();
         const std::size_t lane = k % group.perPacket() * group.points + i;
-        sum += values_[packet][lane];
+        sum += weights_[packet][lane] * values_[packet][lane];
       }
       radiance[begin + i] = sum / static_cast<float>(group.rays);
     }
@@ -78,14 +77,14 @@ void TileTracer::run(const Traced& scene, Vec3* radiance, std::uint8_t* flags,
 TileTracer::Group TileTracer::nextGroup(const Options& options, std::size_t begin) {
   const trace::PointLanes& points = lobes_.points();
   const auto groupOf = [&](std::size_t i) {
-    const bool sharp = options.automatic && isSharp(points.glossiness[i]);
+    const bool sharp = options.automatic && isSharp({points.lobe[i]});
     // Lobes within lobes have one ray each
     const int rays = bounce_ > 0          ? 1
                      : !options.automatic ? options.rays
                      : sharp              ? kSharpRays
                                           : kBroadRays;
     const float alpha = !options.automatic ? options.alpha : sharp ? kSharpAlpha : kBroadAlpha;
-    return Group{i, 1, trace::lobeRays(points.glossiness[i], rays), alpha};
+    return Group{i, 1, trace::lobeRays({points.lobe[i]}, rays), alpha};
   };
   Group group = groupOf(begin);
   for (; group.points < RayPacket::kMost; ++group.points) {
@@ -95,7 +94,7 @@ TileTracer::Group TileTracer::nextGroup(const Options& options, std::size_t begi
     if (next.rays != group.rays || next.alpha != group.alpha) break;
   }
   // Where lobes turn faster than they are wide, the rays of a few are closer to parallel
-  const float exponent = scene::phongExponentFromGlossiness(points.glossiness[begin]);
+  const float exponent = scene::coneExponent({points.lobe[begin]});
   const float leastCosine = 1.0f - kTurn / (exponent + 2.0f);
   const auto axisOf = [&](std::size_t i) {
     return glm::reflect(points.direction.at(i), points.normal.at(i));
@@ -122,12 +121,16 @@ void TileTracer::makePackets(const Traced& scene, const Group& group, std::uint8
     const trace::LobeTracer::Lobes lobes = lobes_.makeRays(begin, end, group.rays, flags, counts);
     for (std::size_t i = lobes.begin; i < lobes.end; ++i) {
       // DEVIATION: a mirror's ray stands for what the sample's cone covers
-      const bool mirror = points.glossiness[i] <= scene::kMirrorGlossiness;
+      const scene::Lobe lobe{points.lobe[i]};
+      const bool mirror = lobe.mirror();
+      const bool ggx = lobe.ggx() && !mirror;
       const bool first = bounce_ == 0;
       const float base = !first   ? arrivingBase_[i]
                          : mirror ? scene.spreadRad * points.coneDistance[i]
                                   : 0.0f;
-      const float* const slopes = mirror ? &scene.spreadRad : slopesOf(i, group.rays);
+      const float* const slopes = mirror ? &scene.spreadRad
+                                  : ggx  ? nullptr
+                                         : slopesOf(i, group.rays);
       const std::size_t from = lobes.first[i - lobes.begin];
       for (std::size_t k = 0; k < static_cast<std::size_t>(group.rays); ++k) {
         RayPacket& packet = packets_[k / perPacket];
@@ -139,9 +142,11 @@ void TileTracer::makePackets(const Traced& scene, const Group& group, std::uint8
         packet.direction[1][lane] = lobes.rays.directionY[from + k];
         packet.direction[2][lane] = lobes.rays.directionZ[from + k];
         packet.base[lane] = base;
+        const float slope =
+            ggx ? std::sqrt(trace::solidAngleOf(lobes.densities[from + k], group.rays)) : slopes[k];
         packet.slope[lane] =
-            first ? slopes[k]
-                  : glm::length(Vec2(arrivingSlope_[i], mirror ? 0.0f : share * slopes[k]));
+            first ? slope : glm::length(Vec2(arrivingSlope_[i], mirror ? 0.0f : share * slope));
+        weights_[k / perPacket][lane] = lobes.weights == nullptr ? 1.0f : lobes.weights[from + k];
         packet.own[lane] = static_cast<std::uint32_t>(points.object[i]);
         packet.leaves[0][lane] = points.lobeHorizon.x[i];
         packet.leaves[1][lane] = points.lobeHorizon.y[i];
@@ -242,10 +247,11 @@ void TileTracer::traceOnward(const Traced& scene, TraceCounts& counts) {
   for (std::size_t i = 0; i < onward_.size(); ++i) {
     const Onward& onward = onward_[i];
     const frame::SurfacePoint& surface = onward.surface;
-    const float s = trace::reflectionWeight(surface.specularLevel, onward.direction, surface.normal,
-                                            scene.fresnelSchlick);
+    const trace::ReflectionWeights weights =
+        trace::reflectionWeights(surface.specularLevel, surface.tint, surface.lobe,
+                                 onward.direction, surface.normal, scene.fresnelSchlick);
     *onward.value =
-        (1.0f - s) * *onward.value + s * surface.tint * (reflected_[i] + surface.highlight);
+        weights.diffuse * *onward.value + weights.reflection * (reflected_[i] + surface.highlight);
   }
   onward_.clear();
 }
@@ -261,18 +267,18 @@ void TileTracer::ensureShaded(const Traced& scene, std::size_t lane, TraceCounts
 
 const float* TileTracer::slopesOf(std::size_t point, int count) {
   const trace::PointLanes& points = lobes_.points();
-  const float glossiness = points.glossiness[point];
+  const float g = points.lobe[point];
   const Vec2 shift(points.shiftX[point], points.shiftY[point]);
-  const std::uint32_t bits = std::bit_cast<std::uint32_t>(glossiness) * 0x9E3779B1u ^
+  const std::uint32_t bits = std::bit_cast<std::uint32_t>(g) * 0x9E3779B1u ^
                              std::bit_cast<std::uint32_t>(shift.x) * 0x85EBCA77u;
   Widths& widths = widths_[bits >> 26];
-  if (widths.glossiness != glossiness || widths.shift != shift || widths.count != count) {
-    widths.glossiness = glossiness;
+  if (widths.g != g || widths.shift != shift || widths.count != count) {
+    widths.g = g;
     widths.shift = shift;
     widths.count = count;
     for (int k = 0; k < count; ++k)
       widths.slopes[static_cast<std::size_t>(k)] =
-          std::sqrt(trace::lobeSolidAngle(glossiness, shift, k, count));
+          std::sqrt(trace::phongSolidAngle(g, shift, k, count));
   }
   return widths.slopes.data();
 }

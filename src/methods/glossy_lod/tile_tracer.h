@@ -59,7 +59,7 @@ class TileTracer {
   /// Widths of the rays of a lobe, by index, kept: samples of one glossiness at the same place in
   /// their pixels have the same.
   struct Widths {
-    float glossiness = -1.0f;
+    float g = -1.0f;
     Vec2 shift{0.0f};
     int count = 0;
     std::array<float, 256> slopes{};
@@ -96,7 +96,8 @@ class TileTracer {
   trace::LobeTracer lobes_;
   std::array<Widths, 64> widths_;  ///< a power of two; ours
   std::array<RayPacket, 256> packets_;
-  std::array<std::array<Vec3, RayPacket::kMost>, 256> values_;  ///< of their rays
+  std::array<std::array<Vec3, RayPacket::kMost>, 256> values_;    ///< of their rays
+  std::array<std::array<float, RayPacket::kMost>, 256> weights_;  ///< likewise
   std::array<Footprint, RayPacket::kMost> footprints_;
   PacketHits hits_;
 

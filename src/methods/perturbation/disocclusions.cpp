@@ -37,10 +37,8 @@ std::uint64_t findDisocclusions(const raster::GBufferCopy& gbuffer, const scene:
     while (!questions.empty()) {
       asked.rays.clear();
       for (Question& question : questions) {
-        bool below = false;
-        bool total = false;
         trace::settle(trace, question.point);
-        asked.rays.push_back(trace::lobeRay(question.point, 0, 1, below, total));
+        asked.rays.push_back(trace::lobeRay(question.point, 0, 1).ray);
       }
       asked.ask(trace);
       next.clear();

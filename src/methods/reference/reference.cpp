@@ -249,8 +249,8 @@ class Reference : public Method {
       sample.object = surface.object;
       if (!(surface.specularLevel > 0.0f)) continue;
       trace::ReflectionPoint point{
-          position,           surface.normal, direction,
-          surface.glossiness, hit.distance,   trace::refractionAt(trace, hit, position, direction)};
+          position,     surface.normal, direction,
+          surface.lobe, hit.distance,   trace::refractionAt(trace, hit, position, direction)};
       point.extent = trace.extentOf(hit.object);
       point.bent = surface.bent;
       point.lobeHorizon = surface.lobeHorizon;
@@ -281,11 +281,12 @@ class Reference : public Method {
   void addReflections(Tile& tile) const {
     for (std::size_t k = 0; k < tile.points.size(); ++k) {
       Sample& sample = tile.samples[tile.sampleOfPoint[k]];
-      const float s = trace::reflectionWeight(sample.specularLevel, tile.points[k].direction,
-                                              sample.normal, settings_.fresnelSchlick);
+      const trace::ReflectionWeights weights = trace::reflectionWeights(
+          sample.specularLevel, sample.tint, tile.points[k].lobe, tile.points[k].direction,
+          sample.normal, settings_.fresnelSchlick);
       sample.reflection = tile.radiance[k];
-      sample.color =
-          (1.0f - s) * sample.diffuse + s * sample.tint * (sample.reflection + sample.highlight);
+      sample.color = weights.diffuse * sample.diffuse +
+                     weights.reflection * (sample.reflection + sample.highlight);
       sample.flags = tile.flags[k];
     }
   }

@@ -5,7 +5,6 @@
 
 #include "core/parallel.h"
 #include "methods/shared/sample_points.h"
-#include "scene/reflectance.h"
 #include "trace/lobes/lobe_tracer.h"
 #include "trace/lobes/point_lanes.h"
 
@@ -17,10 +16,9 @@ constexpr std::size_t kPlacesPerTask = 2048;
 
 }  // namespace
 
-bool isMirror(float glossiness, int object, const scene::Scene& scene) {
+bool isMirror(scene::Lobe lobe, int object, const scene::Scene& scene) {
   const scene::Object& shown = scene.objects[static_cast<std::size_t>(object - 1)];
-  return glossiness <= scene::kMirrorGlossiness &&
-         !(scene.materials[shown.material].refraction > 0.0f);
+  return lobe.mirror() && !(scene.materials[shown.material].refraction > 0.0f);
 }
 
 void MirrorSamples::find(const raster::GBufferCopy& source, const scene::Camera& camera,
@@ -68,7 +66,7 @@ bool MirrorSamples::isSplit(const SampleTiles::Members& members,
   if (options.rays == 1) return true;
   const auto places = members.places();
   return std::all_of(places.begin(), places.end(), [&](std::uint32_t at) {
-    return trace::lobeRays(raster::glossinessOf(source_->normal[4 * std::size_t{at} + 3]),
+    return trace::lobeRays(raster::lobeOf(source_->normal[4 * std::size_t{at} + 3]),
                            options.rays) == 1;
   });
 }
@@ -123,7 +121,7 @@ void MirrorSamples::aim() {
       positions_[first + k] = lanes.position.at(k);
       ray.reflector = 0;
       const int object = lanes.object[k];
-      if (!isMirror(lanes.glossiness[k], object, scene)) continue;
+      if (!isMirror({lanes.lobe[k]}, object, scene)) continue;
       ray.reflector = static_cast<std::uint32_t>(object);
       ray.origin = lanes.origin.at(k);
       ray.direction = lanes.axis.at(k);
@@ -131,12 +129,10 @@ void MirrorSamples::aim() {
       if (!implicit && lanes.bent[k] == 0 && !(lanes.above[k] < 0.0f)) continue;
       trace::ReflectionPoint point = lanes.at(k);
       trace::settle(*trace_, point);
-      bool belowHorizon = false;
-      bool total = false;
-      const trace::Ray settled = trace::lobeRay(point, 0, 1, belowHorizon, total);
-      ray.origin = settled.origin;
-      ray.direction = settled.direction;
-      belowHorizon_[first + k] = belowHorizon ? 1 : 0;
+      const trace::PointRay settled = trace::lobeRay(point, 0, 1);
+      ray.origin = settled.ray.origin;
+      ray.direction = settled.ray.direction;
+      belowHorizon_[first + k] = settled.made.belowHorizon ? 1 : 0;
     }
   });
 }

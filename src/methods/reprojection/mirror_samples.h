@@ -18,7 +18,7 @@ namespace catoptric::methods::reprojection {
 
 /// Whether the light of a reflective sample comes along one mirrored ray: neither a lobe nor a body
 /// that refracts.
-bool isMirror(float glossiness, int object, const scene::Scene& scene);
+bool isMirror(scene::Lobe lobe, int object, const scene::Scene& scene);
 
 class MirrorSamples {
  public:

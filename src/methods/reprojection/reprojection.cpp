@@ -206,7 +206,7 @@ class Reprojection : public Method {
         // One ray whose light depends on nothing but the place that it meets
         const bool shines = hit.hit.miss() || options_.bounces == 1 ||
                             scene.objects[static_cast<std::size_t>(hit.hit.object)].reflector == 0;
-        if (!reprojection::isMirror(points_[i].glossiness, points_[i].object, scene) ||
+        if (!reprojection::isMirror(points_[i].lobe, points_[i].object, scene) ||
             !trace::isTraceable({hit.origin, hit.direction}))
           continue;
         if (shines)

@@ -53,13 +53,11 @@ Disocclusions findDisocclusions(const raster::GBufferCopy& gbuffer, const scene:
 
       trace::ReflectionPoint point = pointAt(static_cast<int>(x), static_cast<int>(y));
       trace::moveOntoSurface(trace, point);
-      const int count = trace::lobeRays(point.glossiness, rays);
+      const int count = trace::lobeRays(point.lobe, rays);
       for (int k = 0; k < count; ++k) {
         const bool nothing = (f.nothing[static_cast<std::size_t>(k) / 32] >> (k % 32) & 1u) != 0;
         if (!nothing && !(f.at[2] > 0.0f)) continue;
-        bool below = false;
-        bool total = false;
-        asked.rays.push_back(trace::lobeRay(point, k, count, below, total));
+        asked.rays.push_back(trace::lobeRay(point, k, count).ray);
         questions.push_back({at, nothing});
       }
     }

@@ -60,6 +60,7 @@ RayPass::RayPass(const Options& options, const SceneReflectors& reflectors,
   if (reflectors_.planarMirrors) planar(options_.camera.depthImageScale == 1.0f);
   if (reflectors_.curvedMirrors) curved(services);
   lobeHorizons_ = !services.gbuffer->lobeHorizon.empty();
+  ggx_ = services.scene.hasGgxLobes();
   if (reflectors_.glossy) glossy_ = walkProgram(services, true);
   std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);
   lookUps_ = gl::Program("samples that found nothing",
@@ -102,6 +103,7 @@ gl::Program RayPass::walkProgram(const Services& services, bool lobes) const {
       {"SELF", std::to_string(static_cast<int>(options_.selfIntersect))},
       {"LAMPS", options_.probes > 0 ? "1" : "0"},
       {"LOBE_HORIZONS", lobeHorizons_ ? "1" : "0"},
+      {"GGX", ggx_ ? "1" : "0"},
       {"FOUND", countDisocclusions_ ? "1" : "0"},
       {"LAYERS", std::to_string(options_.images.depthLayers)}};
   if (lobes) {

@@ -68,6 +68,7 @@ class RayPass {
   gl::Program planarScaled_;
   gl::Program curved_;
   bool lobeHorizons_ = false;  ///< the G-buffer has them
+  bool ggx_ = false;           ///< some lobes are GGX'
   gl::Program glossy_;
   gl::Program lookUps_;
   gl::Texture clusterSamples_;

@@ -20,7 +20,8 @@ SceneReflectors findSceneReflectors(const scene::Scene& scene, const RunSettings
                                                                 : ReflectorKind::Mirror);
     found.skipOwn.push_back(object.planar);
     const Vec3 tint = material.tintVaries() ? Vec3(1.0f) : material.reflectionTint;
-    const bool varies = settings.fresnelSchlick || material.metallicRoughnessTexture.used();
+    const bool varies = settings.fresnelSchlick || material.lobe == scene::LobeModel::Ggx ||
+                        material.metallicRoughnessTexture.used();
     found.weight.push_back((varies ? 1.0f : material.specularLevel) *
                            std::max({tint.x, tint.y, tint.z}));
     found.levelsVary = found.levelsVary || (reflects && material.metallicRoughnessTexture.used());

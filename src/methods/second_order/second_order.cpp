@@ -202,7 +202,7 @@ void SecondOrder::leaveSmallOnes(Counters& counters) {
     const auto object = static_cast<std::size_t>(cluster.object);
     const bool flat = cluster.planar && reflectors_.kinds[object] == ReflectorKind::Mirror;
     const int rays = static_cast<int>(cluster.samples) *
-                     trace::lobeRays(cluster.maxGlossiness, options_.camera.rays);
+                     trace::lobeRays(cluster.widestLobe, options_.camera.rays);
     if (flat || retrace_->refracts(object) || rays >= options_.leastImageRays) continue;
     retraced[i] = 1;
     ++counters["small_clusters"];

@@ -43,7 +43,7 @@ class SamplePoints {
     point.distance = scale * length;
     const float* normal = &source_.normal[4 * at];
     point.normal = Vec3(normal[0], normal[1], normal[2]);
-    point.glossiness = raster::glossinessOf(normal[3]);
+    point.lobe = raster::lobeOf(normal[3]);
     point.bent = raster::isBent(normal[3]);
     if (!source_.lobeHorizon.empty())
       point.lobeHorizon = raster::lobeHorizonOf(source_.lobeHorizon[at], point.normal);

@@ -113,7 +113,7 @@ void SampleTiles::place(const raster::GBufferCopy& source, const Members& member
     points.normal.x[k] = normal[0];
     points.normal.y[k] = normal[1];
     points.normal.z[k] = normal[2];
-    points.glossiness[k] = raster::glossinessOf(normal[3]);
+    points.lobe[k] = raster::lobeOf(normal[3]).code;
     points.bent[k] = raster::isBent(normal[3]) ? 1 : 0;
     points.object[k] = static_cast<int>(source.object[at]);
     points.extent[k] = extents_[source.object[at]];

@@ -19,19 +19,21 @@ void CompositePass::draw(const GBuffer& source, const Materials& materials,
   }
   const bool reflective = materials.reflective();
   const bool fresnel = reflective && options.fresnelSchlick;
+  const bool ggx = reflective && materials.ggx();
   const int tinted = !reflective ? 0 : !source.tint.empty() ? 2 : materials.tinted() ? 1 : 0;
   const bool highlights = reflective && !source.highlight.empty();
   gl::Program& program =
-      programs_[static_cast<std::uint32_t>(source.samples) * 32u +
-                static_cast<std::uint32_t>(tinted) * 8u + (highlights ? 4u : 0u) +
-                (reflective ? 2u : 0u) + (fresnel ? 1u : 0u)];
+      programs_[static_cast<std::uint32_t>(source.samples) * 64u +
+                static_cast<std::uint32_t>(tinted) * 16u + (ggx ? 8u : 0u) +
+                (highlights ? 4u : 0u) + (reflective ? 2u : 0u) + (fresnel ? 1u : 0u)];
   if (program.empty()) {
     program = gl::Program::fullScreen("composite", "raster/shaders/composite.frag",
                                       {{"SAMPLES", std::to_string(source.samples)},
                                        {"REFLECTIVE", reflective ? "1" : "0"},
                                        {"TINTED", std::to_string(tinted)},
                                        {"HIGHLIGHTS", highlights ? "1" : "0"},
-                                       {"FRESNEL", fresnel ? "1" : "0"}});
+                                       {"FRESNEL", fresnel ? "1" : "0"},
+                                       {"GGX", ggx ? "1" : "0"}});
   }
   program.use();
   source.diffuse.bindImage(shared::kDiffuseImage, GL_READ_ONLY);
@@ -43,7 +45,7 @@ void CompositePass::draw(const GBuffer& source, const Materials& materials,
     materials.tints().bind(shared::kTintsUnit);
   }
   const Rectangle all{0, 0, source.sampleWidth(), source.sampleHeight()};
-  if (fresnel) {
+  if (fresnel || ggx) {
     source.normal.bindImage(shared::kNormalImage, GL_READ_ONLY);
     const float aspect = static_cast<float>(source.width) / static_cast<float>(source.height);
     program.set("rayFromWindow",

@@ -7,7 +7,6 @@
 #include "core/error.h"
 #include "frame/shading.h"
 #include "gl/context.h"
-#include "scene/reflectance.h"
 
 namespace catoptric::raster {
 namespace {
@@ -126,6 +125,7 @@ std::uint32_t materialFeatures(const scene::Material& material) {
   slot(material.metallicRoughnessTexture, kSpecularTexture, kSpecularUv1);
   slot(material.emissiveTexture, kEmissiveTexture, kEmissiveUv1);
   if (material.alphaMode == scene::AlphaMode::Mask) features |= kAlphaMask;
+  if (material.lobe == scene::LobeModel::Ggx) features |= kGgx;
   if (material.unlit) {
     features |= kUnlit;
     features &= ~(kEmissiveTexture | kEmissiveUv1);  // unlit surfaces show their albedo alone
@@ -142,6 +142,7 @@ std::uint32_t litFeatures(std::uint32_t features, bool sky) {
 
 std::uint32_t passFeatures(std::uint32_t features, std::uint32_t outputs) {
   if ((outputs & kSpecularOutput) == 0) features &= ~(kSpecularTexture | kSpecularUv1 | kBend);
+  if ((outputs & kHighlightOutput) == 0) features &= ~kGgx;
   if ((features & kUnlit) != 0 && (outputs & kNormalOutput) == 0) {
     features &= ~(kNormalMap | kNormalUv1);
   }
@@ -184,6 +185,7 @@ std::vector<gl::Define> featureDefines(std::uint32_t features) {
           {"BEND", flag(kBend)},
           {"HIGHLIGHT_OUTPUT", flag(kHighlightOutput)},
           {"LOBE_HORIZON_OUTPUT", flag(kLobeHorizonOutput)},
+          {"GGX_HIGHLIGHTS", flag(kGgx)},
           {"ALPHA_MASK", flag(kAlphaMask)},
           {"VERTEX_COLOR", flag(kVertexColor)},
           {"UNLIT", flag(kUnlit)},
@@ -200,8 +202,9 @@ std::vector<gl::Define> featureDefines(std::uint32_t features) {
 
 SampleClass materialClass(const scene::Scene& scene, const scene::Material& material) {
   if (!(largestSpecularLevel(scene, material) > 0.0f)) return SampleClass::Diffuse;
-  return largestGlossiness(scene, material) > scene::kMirrorGlossiness ? SampleClass::Glossy
-                                                                       : SampleClass::CurvedMirror;
+  return scene::Lobe::of(material.lobe, largestGlossiness(scene, material)).mirror()
+             ? SampleClass::CurvedMirror
+             : SampleClass::Glossy;
 }
 
 bool hasLobeHorizons(const scene::Scene& scene) {
@@ -226,7 +229,7 @@ Materials::Materials(const scene::Scene& scene) {
     block.baseColor = Vec4(m.baseColor, m.baseAlpha);
     block.emissive = Vec4(m.emissive, m.alphaCutoff);
     block.specular = Vec4(m.specularLevel, m.glossiness, m.metallicFactor, m.roughnessFactor);
-    block.more = Vec4(m.dielectricF0, m.normalScale, 0.0f, 0.0f);
+    block.more = Vec4(m.dielectricF0, m.normalScale, scene::Lobe::of(m.lobe, 0.0f).code, 0.0f);
     block.tint = Vec4(m.reflectionTint, m.albedoTint);
     block.base = slotBlock(scene, m.baseColorTexture);
     block.emissiveSlot = slotBlock(scene, m.emissiveTexture);
@@ -248,6 +251,7 @@ Materials::Materials(const scene::Scene& scene) {
   }
 
   lobeHorizons_ = hasLobeHorizons(scene);
+  ggx_ = scene.hasGgxLobes();
   // Tints by object id
   std::vector<Vec4> tints{Vec4(1.0f)};
   const bool lit = frame::hasUnbakedLights(scene);

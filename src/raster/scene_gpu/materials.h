@@ -32,11 +32,12 @@ enum Feature : std::uint32_t {
   kSky = 1u << 13,  ///< receives light of the environment or ambient light, where visible
   kRadianceOutput = 1u << 14,     ///< output of a pass: diffuse radiance
   kNormalOutput = 1u << 15,       ///< output of a pass: the shading normal
-  kSpecularOutput = 1u << 16,     ///< output of a pass: s and g
+  kSpecularOutput = 1u << 16,     ///< output of a pass: s and the lobe
   kTintOutput = 1u << 17,         ///< output of a pass: the reflection's tint
   kBend = 1u << 18,               ///< see frame::bendsNormals()
   kHighlightOutput = 1u << 19,    ///< output of a pass: highlights of the lights
   kLobeHorizonOutput = 1u << 20,  ///< output of a pass: the normal that bounds the rays of lobes
+  kGgx = 1u << 21,                ///< highlights of the lights are those of GGX lobes
 };
 
 /// The features that follow from the material alone.
@@ -82,6 +83,7 @@ class Materials {
   }  ///< whether any object shows highlights of lights
   bool lobeHorizons() const { return lobeHorizons_; }  ///< hasLobeHorizons()
   bool reflective() const { return reflective_; }      ///< whether any object reflects
+  bool ggx() const { return ggx_; }                    ///< whether any of them has a GGX lobe
   SampleClass classOf(int material) const { return classes_[material]; }
   std::size_t bytes() const;
 
@@ -104,6 +106,7 @@ class Materials {
   bool highlights_ = false;
   bool lobeHorizons_ = false;
   bool reflective_ = false;
+  bool ggx_ = false;
 };
 
 }  // namespace catoptric::raster

@@ -4,8 +4,12 @@
 //   REFLECTIVE 0 when nothing of the scene reflects: the mean of the diffuse radiance
 //   TINTED    0 when all reflective materials have tint 1; 1: each object has one; 2: each sample
 //   HIGHLIGHTS 1: there are highlights of lights
-//   FRESNEL   1: s + (1 - s)(1 - cos)^5 [Schlick1994] where s > 0
+//   FRESNEL   1: s + (1 - s)(1 - cos)^5 [Schlick1994] where s > 0; not of GGX lobes
+//   GGX       1: some lobes are GGX', with Schlick's term (trace::reflectionWeights)
 #include "constants.glsl"
+#if GGX
+#include "lobe.glsl"
+#endif
 
 // Images, not textures: llvmpipe loads from them in half the time of texelFetch
 layout(binding = kDiffuseImage, rgba32f) readonly uniform image2D diffuseSamples;
@@ -36,19 +40,34 @@ void main() {
 #if HIGHLIGHTS
       reflected += imageLoad(highlightSamples, at).rgb;
 #endif
+#if GGX
+      vec3 arrived = reflected;
+#endif
 #if TINTED == 1
       reflected *= texelFetch(tints, int(imageLoad(objectSamples, at).r)).rgb;
 #elif TINTED == 2
       reflected *= imageLoad(tintSamples, at).rgb;
 #endif
       float s = diffuse.a;
-#if FRESNEL
+#if FRESNEL || GGX
       vec3 d = normalize((rayFromWindow * vec4(vec2(at) + 0.5, 0.0, 1.0)).xyz);
-      float c = clamp(1.0 + dot(d, imageLoad(normalSamples, at).xyz), 0.0, 1.0);
-      s += s > 0.0 ? (1.0 - s) * (c * c) * (c * c) * c : 0.0;
+      vec4 normalAndLobe = imageLoad(normalSamples, at);
+#if GGX
+      bool ggx = isGgx(lobeOf(normalAndLobe.a));
+#else
+      const bool ggx = false;
+#endif
+#endif
+#if FRESNEL
+      float c = clamp(1.0 + dot(d, normalAndLobe.xyz), 0.0, 1.0);
+      s += s > 0.0 && !ggx ? (1.0 - s) * (c * c) * (c * c) * c : 0.0;
 #endif
       // What lies in the reflection target of a sample that does not reflect is nobody's business
       vec3 color = s > 0.0 ? (1.0 - s) * diffuse.rgb + s * reflected : diffuse.rgb;
+#if GGX
+      float p = meanSchlick(lobeOf(normalAndLobe.a) - 2.0, -dot(d, normalAndLobe.xyz));
+      color = ggx && s > 0.0 ? (1.0 - p) * color + p * arrived : color;
+#endif
 #else
       vec3 color = diffuse.rgb;
 #endif

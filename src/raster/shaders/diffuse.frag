@@ -31,6 +31,6 @@ void main() {
   outNormal = vec4(surface.normal, 1.0);
 #endif
 #if SPECULAR_OUTPUT
-  outSpecular = vec4(surface.s, surface.g, 0.0, 1.0);
+  outSpecular = vec4(surface.s, surface.lobe, 0.0, 1.0);
 #endif
 }

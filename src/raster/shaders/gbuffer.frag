@@ -3,7 +3,7 @@
 //   HIGHLIGHT_OUTPUT  1: lights show on some glossy object
 //   TINT_OUTPUT  1: tints differ from place to place on some material, and are written
 //   LOBE_HORIZON_OUTPUT  1: rays of some object's lobes are bounded by its triangles' normals
-#include "gloss.glsl"
+#include "lobe.glsl"
 #include "surface.glsl"
 
 uniform uint objectId;
@@ -63,12 +63,12 @@ void main() {
 #endif
   cutOut();
   Surface surface = surfaceSeen();
-  float alpha = surface.g;
+  float alpha = surface.lobe;
 #if BEND
   vec3 fromEye = fragmentFromEye();
   vec3 geometric = triangleNormal(fromEye, slope);
   bool bent = surface.s > 0.0 && aboveSurface(geometric, normalize(fromEye), surface.normal);
-  alpha = bent ? -1.0 - surface.g : surface.g;
+  alpha = bent ? -1.0 - surface.lobe : surface.lobe;
   vec3 horizon = geometric;
 #else
   vec3 horizon = surface.normal;
@@ -77,12 +77,12 @@ void main() {
   outNormal = vec4(surface.normal, alpha);
   outObject = objectId;
 #if HIGHLIGHT_OUTPUT || LOBE_HORIZON_OUTPUT
-  bool lobe = surface.s > 0.0 && surface.g > kLargestMirrorG;
+  bool lobe = surface.s > 0.0 && !isMirrorLobe(surface.lobe);
 #endif
 #if HIGHLIGHT_OUTPUT
   vec3 away = fragmentFromEye();
   outHighlight = vec4(lobe ? lightHighlights(frame.eye.xyz + away, surface.normal, horizon,
-                                             normalize(away), surface.g)
+                                             normalize(away), surface.lobe)
                            : vec3(0.0),
                       1.0);
 #endif

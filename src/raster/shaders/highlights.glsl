@@ -1,11 +1,16 @@
 // Highlights of lights on glossy surfaces: frame::lightHighlights(), the same formulas.
-#include "gloss.glsl"
+#include "lobe.glsl"
 
 struct Lobe {
   vec3 normal;
   vec3 horizon;  // of its rays (frame::SurfacePoint::lobeHorizon)
   vec3 mirror;
   float exponent;
+#if GGX_HIGHLIGHTS
+  bool ggx;
+  vec3 toView;
+  GgxView view;
+#endif
 };
 
 float lobeDensity(Lobe lobe, vec3 l) {
@@ -21,6 +26,9 @@ float lobeDensity(Lobe lobe, vec3 l) {
 // Where l is above the surface: with what is folded up from below.
 float foldedDensity(Lobe lobe, vec3 l) {
   float above = dot(l, lobe.horizon);
+#if GGX_HIGHLIGHTS
+  if (lobe.ggx) return above > 0.0 ? ggxResponse(lobe.view, lobe.normal, lobe.toView, l) : 0.0;
+#endif
   return above > 0.0
              ? lobeDensity(lobe, l) + lobeDensity(lobe, l - 2.0 * above * lobe.horizon)
              : 0.0;
@@ -44,9 +52,16 @@ vec3 spotHighlight(int i, vec3 x, Lobe lobe) {
   return spotLight(i, x, l) * foldedDensity(lobe, l);
 }
 
-vec3 lightHighlights(vec3 x, vec3 normal, vec3 horizon, vec3 direction, float g) {
-  float g2 = max(g, 1e-3) * max(g, 1e-3);
-  Lobe lobe = Lobe(normal, horizon, normalize(reflect(direction, normal)),
-                   max(0.0, 2.0 / (g2 * g2) - 2.0));
+vec3 lightHighlights(vec3 x, vec3 normal, vec3 horizon, vec3 direction, float code) {
+  Lobe lobe;
+  lobe.normal = normal;
+  lobe.horizon = horizon;
+  lobe.mirror = normalize(reflect(direction, normal));
+  lobe.exponent = isGgx(code) ? 0.0 : phongExponent(code);
+#if GGX_HIGHLIGHTS
+  lobe.ggx = isGgx(code);
+  lobe.toView = -direction;
+  lobe.view = ggxView(roughnessOf(code) * roughnessOf(code), -dot(normal, direction));
+#endif
   return min(HIGHLIGHT_SUM, vec3(1e30));
 }

@@ -11,7 +11,7 @@ layout(std140, binding = kMaterialBlock) uniform Material {
   vec4 baseColor;      // rgb; a
   vec4 emissive;       // rgb radiance; w alpha cutoff
   vec4 specular;       // s, g, metallic factor, roughness factor
-  vec4 more;           // F0 of the dielectric part, scale of the normal map
+  vec4 more;           // F0 of the dielectric part, scale of the normal map, lobe of roughness 0
   vec4 tint;           // of the reflection: rgb + a * albedo
   Slot baseSlot;
   Slot emissiveSlot;
@@ -149,15 +149,15 @@ vec3 diffuseRadiance(vec3 place, vec3 normal, vec3 albedo, float footprint2) {
   return min(radiance, frame.ambient.www);
 }
 
-// s, g and metallic.
+// s, the lobe (lobe.glsl) and metallic.
 vec3 specularAndGloss(float footprint2) {
 #if SPECULAR_TEXTURE && SPECULAR_OUTPUT
   vec2 texel = textureLod(specularTexture, slotUv(material.specularSlot, UV_OF(SPECULAR_UV)),
                           slotLevel(material.specularSlot, footprint2)).bg;
   float metallic = material.specular.z * texel.x;
-  return vec3(specularLevel(metallic, material.more.x), material.specular.w * texel.y, metallic);
+  return vec3(specularLevel(metallic, material.more.x), material.specular.w * texel.y + material.more.z, metallic);
 #else
-  return material.specular.xyz;
+  return material.specular.xyz + vec3(0.0, material.more.z, 0.0);
 #endif
 }
 
@@ -177,7 +177,7 @@ struct Surface {
   vec3 radiance;  // diffuse, before any factor 1 - s
   vec3 normal;    // unit shading normal turned to the viewer; 0 where nobody needs it
   float s;
-  float g;
+  float lobe;
   vec3 tint;  // of the reflection; of use with TINT_OUTPUT alone
 };
 

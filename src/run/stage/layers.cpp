@@ -121,7 +121,8 @@ void addLayers(image::Image& image, const SampleLayers& layers, int samples, flo
     out.mean("mask.reflective", [&](std::size_t s) { return reflects(s) ? 1.0f : 0.0f; });
     if (!layers.normal.empty())
       out.mean("mask.glossy", [&](std::size_t s) {
-        return reflects(s) && raster::glossinessOf(layers.normal[s * 4 + 3]) > 0.0f ? 1.0f : 0.0f;
+        return reflects(s) && raster::lobeOf(layers.normal[s * 4 + 3]).roughness() > 0.0f ? 1.0f
+                                                                                          : 0.0f;
       });
     for (const auto& [bit, name] : kMasks) {
       if ((layers.filledMasks & bit) == 0) continue;

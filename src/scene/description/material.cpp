@@ -175,6 +175,7 @@ Material MaterialLibrary::read(const Value& value, Material m) {
       place(m.metallicRoughnessTexture, texture(value.get("metallic_roughness_map"), false, value));
     }
     setMetallicTint(m);
+    m.lobe = LobeModel::Ggx;
   }
   if (papers) {
     const bool keep = value.has("keep") && value.get("keep").asBool();
@@ -190,6 +191,9 @@ Material MaterialLibrary::read(const Value& value, Material m) {
     }
     if (value.has("refraction")) setRefraction(m, value, s, g);
   }
+
+  if (value.has("lobe"))
+    m.lobe = value.get("lobe").asString() == "ggx" ? LobeModel::Ggx : LobeModel::Phong;
 
   if (value.has("emissive")) m.emissive = colorOf(value.get("emissive"));
   if (value.has("emissive_texture") && !value.has("emissive")) m.emissive = Vec3(1.0f);
@@ -229,6 +233,7 @@ int MaterialLibrary::reflectiveOf(int index, const Value& reflective) {
   if (isNew) {
     Material copy = original;
     setReflectance(copy, s, g);
+    if (reflective.keys().empty()) copy.lobe = original.lobe;
     scene_.materials.push_back(std::move(copy));
   }
   return entry->second;

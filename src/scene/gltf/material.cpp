@@ -130,6 +130,7 @@ class MaterialReader {
 
   Material material(const tinygltf::Material& source, const std::string& place, std::size_t index) {
     Material m;
+    m.lobe = LobeModel::Ggx;
     m.name = source.name.empty() ? "material " + std::to_string(index) : source.name;
     const tinygltf::PbrMetallicRoughness& pbr = source.pbrMetallicRoughness;
     const std::vector<double>& base = pbr.baseColorFactor;

@@ -127,9 +127,9 @@ TEST(LobeSolidAngle, IsTheShareOfTheLobesDensity) {
   for (const float g : {0.2f, 0.5f, 1.0f}) {
     const float n = scene::phongExponentFromGlossiness(g);
     for (int k = 0; k < 16; ++k) {
-      const Vec3 sample = trace::lobeSample(g, {0.5f, 0.0f}, k, 16);
+      const Vec3 sample = trace::phongSample(g, {0.5f, 0.0f}, k, 16);
       const float density = (n + 1.0f) / (2.0f * kPi) * std::pow(sample.z, n);
-      EXPECT_NEAR(trace::lobeSolidAngle(g, {0.5f, 0.0f}, k, 16) * 16.0f * density, 1.0f, 2e-2f);
+      EXPECT_NEAR(trace::phongSolidAngle(g, {0.5f, 0.0f}, k, 16) * 16.0f * density, 1.0f, 2e-2f);
     }
   }
 }

@@ -12,44 +12,46 @@
 #include "core/clock.h"
 #include "core/parallel.h"
 #include "core/sampling.h"
-#include "scene/reflectance.h"
 #include "trace/lobes/environment_levels.h"
 
 namespace catoptric::trace {
 
-/// Directions of lobes about their axes, kept: samples of one glossiness at the same place in their
-/// pixels have the same.
+/// Directions of lobes about their axes, kept: samples of one lobe at the same place in their
+/// pixels have the same. All GGX lobes share their points of the disk.
 struct LobeTracer::LobeTables {
   static constexpr int kKeptBits = 6;  ///< ours
   static constexpr std::size_t kKept = std::size_t{1} << kKeptBits;
+  static constexpr float kDisk = 2.0f;  ///< stands for every GGX lobe
 
   struct Table {
-    float glossiness = -1.0f;
+    float lobe = -1.0f;
     Vec2 shift{0.0f};
     int count = 0;
-    LobeLanes lobe;
+    LobeLanes lanes;
   };
   std::array<Table, kKept> tables;
 
   const LobeLanes& of(const PointLanes& points, std::size_t point, int count) {
-    const float glossiness = points.glossiness[point];
+    const float lobe = std::min(points.lobe[point], kDisk);
     const Vec2 shift(points.shiftX[point], points.shiftY[point]);
-    const std::uint32_t bits = std::bit_cast<std::uint32_t>(glossiness) * 0x9E3779B1u ^
+    const std::uint32_t bits = std::bit_cast<std::uint32_t>(lobe) * 0x9E3779B1u ^
                                std::bit_cast<std::uint32_t>(shift.x) * 0x85EBCA77u ^
                                std::bit_cast<std::uint32_t>(shift.y) * 0xC2B2AE3Du;
     Table& table = tables[bits >> (32 - kKeptBits)];
-    if (table.glossiness != glossiness || table.shift != shift || table.count != count) {
-      table.glossiness = glossiness;
+    if (table.lobe != lobe || table.shift != shift || table.count != count) {
+      table.lobe = lobe;
       table.shift = shift;
       table.count = count;
       for (int k = 0; k < count; ++k) {
-        const Vec3 direction = lobeSample(glossiness, shift, k, count);
-        table.lobe.x[static_cast<std::size_t>(k)] = direction.x;
-        table.lobe.y[static_cast<std::size_t>(k)] = direction.y;
-        table.lobe.z[static_cast<std::size_t>(k)] = direction.z;
+        const auto at = static_cast<std::size_t>(k);
+        const Vec3 made = lobe == kDisk ? Vec3(ggxSample(shift, k, count), 0.0f)
+                                        : phongSample(lobe, shift, k, count);
+        table.lanes.x[at] = made.x;
+        table.lanes.y[at] = made.y;
+        table.lanes.z[at] = made.z;
       }
     }
-    return table.lobe;
+    return table.lanes;
   }
 };
 
@@ -58,6 +60,7 @@ struct LobeTracer::Level {
   PointLanes points;
   std::array<std::size_t, kMostLanes + 1> first{};  ///< ray of a block's point
   PointVectors origins, directions;                 ///< of rays that are not just their points'
+  alignas(64) Lane weights{}, densities{};          ///< of rays, where a block is weighted
   RayLanes rays{};
   std::array<Hit, kMostLanes> hits;
   std::array<Vec3, kMostLanes> values;
@@ -72,7 +75,8 @@ struct LobeTracer::Block {
   std::size_t begin, end;  ///< points
   std::size_t rays;
   int raysPerLobe;
-  bool mirrors;  ///< every point sends one ray along its axis
+  bool mirrors;   ///< every point sends one ray along its axis
+  bool weighted;  ///< some lobe is GGX'
 };
 
 LobeTracer::LobeTracer() = default;
@@ -155,7 +159,8 @@ void LobeTracer::runLevel(std::size_t bounce, int bouncesLeft, Vec3* radiance, s
       const std::size_t begin = here.first[i - block.begin];
       const std::size_t end = here.first[i - block.begin + 1];
       Vec3 sum(0.0f);
-      for (std::size_t ray = begin; ray < end; ++ray) sum += here.values[ray];
+      for (std::size_t ray = begin; ray < end; ++ray)
+        sum += block.weighted ? here.weights[ray] * here.values[ray] : here.values[ray];
       radiance[i] = sum / static_cast<float>(end - begin);
     }
   }
@@ -164,16 +169,17 @@ void LobeTracer::runLevel(std::size_t bounce, int bouncesLeft, Vec3* radiance, s
 LobeTracer::Block LobeTracer::nextBlock(Level& level, std::size_t begin, std::size_t end,
                                         int raysPerLobe) {
   const PointLanes& points = level.points;
-  Block block{begin, begin, 0, raysPerLobe, true};
+  Block block{begin, begin, 0, raysPerLobe, true, false};
   for (; block.end < end; ++block.end) {
     const std::size_t i = block.end;
-    const auto rays = static_cast<std::size_t>(lobeRays(points.glossiness[i], raysPerLobe));
+    const scene::Lobe lobe{points.lobe[i]};
+    const auto rays = static_cast<std::size_t>(lobeRays(lobe, raysPerLobe));
     if (block.rays + rays > kMostLanes) break;
     level.first[i - block.begin] = block.rays;
     block.rays += rays;
-    block.mirrors = block.mirrors && points.glossiness[i] <= scene::kMirrorGlossiness &&
-                    points.bent[i] == 0 && !(points.refraction[i] > 0.0f) &&
-                    !(points.above[i] < 0.0f);
+    block.mirrors = block.mirrors && lobe.mirror() && points.bent[i] == 0 &&
+                    !(points.refraction[i] > 0.0f) && !(points.above[i] < 0.0f);
+    block.weighted = block.weighted || (lobe.ggx() && !lobe.mirror());
   }
   level.first[block.end - block.begin] = block.rays;
   return block;
@@ -185,7 +191,12 @@ LobeTracer::Lobes LobeTracer::makeRays(std::size_t begin, std::size_t end, int r
   if (begin == 0) aim(here.points);
   const Block block = nextBlock(here, begin, end, raysPerLobe);
   makeRays(here, block, flags == nullptr ? nullptr : flags + block.begin, counts);
-  return {block.begin, block.end, here.first.data(), here.rays};
+  return {block.begin,
+          block.end,
+          here.first.data(),
+          here.rays,
+          block.weighted ? here.weights.data() : nullptr,
+          block.weighted ? here.densities.data() : nullptr};
 }
 
 void LobeTracer::makeRays(Level& level, const Block& block, std::uint8_t* flags,
@@ -200,6 +211,10 @@ void LobeTracer::makeRays(Level& level, const Block& block, std::uint8_t* flags,
   if (block.mirrors) {
     level.rays = view(points.origin, points.axis, block.begin);
     return;
+  }
+  if (block.weighted) {
+    std::fill_n(level.weights.begin(), block.rays, 1.0f);
+    std::fill_n(level.densities.begin(), block.rays, 0.0f);
   }
   for (std::size_t i = block.begin; i < block.end; ++i) copyRays(level, block, i, flags, counts);
   level.rays = view(level.origins, level.directions, 0);
@@ -219,7 +234,8 @@ void LobeTracer::copyRays(Level& level, const Block& block, std::size_t point, s
     return;
   }
   const Vec3 origin = points.origin.at(point);
-  if (points.glossiness[point] <= scene::kMirrorGlossiness) {
+  const scene::Lobe lobe{points.lobe[point]};
+  if (lobe.mirror()) {
     level.origins.set(begin, origin);
     level.directions.set(begin, points.axis.at(point));
     return;
@@ -229,26 +245,30 @@ void LobeTracer::copyRays(Level& level, const Block& block, std::size_t point, s
     return;
   }
   if (tables_ == nullptr) tables_ = std::make_unique<LobeTables>();
-  const LobeLanes& lobe = tables_->of(points, point, count);
+  const LobeLanes& lanes = tables_->of(points, point, count);
   for (std::size_t ray = begin; ray < end; ++ray) level.origins.set(ray, origin);
-  if (aimLobe(points, point, lobe, static_cast<std::size_t>(count), level.directions, begin))
+  const auto rays = static_cast<std::size_t>(count);
+  if (lobe.ggx() ? aimGgx(points, point, lanes, rays, level.directions, level.weights,
+                          level.densities, begin)
+                 : aimPhong(points, point, lanes, rays, level.directions, begin))
     return;
   const Vec3 horizon = points.lobeHorizon.at(point);
   for (std::size_t ray = begin; ray < end; ++ray) {
-    if (glm::dot(level.directions.at(ray), horizon) < 0.0f)
+    if (glm::dot(level.directions.at(ray), horizon) < 0.0f ||
+        (lobe.ggx() && !(level.weights[ray] > 0.0f)))
       setRay(level, point, ray, static_cast<int>(ray - begin), count, flag, counts);
   }
 }
 
 void LobeTracer::setRay(Level& level, std::size_t point, std::size_t ray, int index, int count,
                         std::uint8_t* flag, ReflectionCounts& counts) const {
-  bool below = false;
-  bool total = false;
-  const Ray made = lobeRay(level.points.at(point), index, count, below, total);
-  level.origins.set(ray, made.origin);
-  level.directions.set(ray, made.direction);
-  counts.totalReflections += total ? 1 : 0;
-  if (!below) return;
+  const PointRay sent = lobeRay(level.points.at(point), index, count);
+  level.origins.set(ray, sent.ray.origin);
+  level.directions.set(ray, sent.ray.direction);
+  level.weights[ray] = sent.made.weight;
+  level.densities[ray] = sent.made.density;
+  counts.totalReflections += sent.total ? 1 : 0;
+  if (!sent.made.belowHorizon) return;
   ++counts.belowHorizon;
   if (flag != nullptr) *flag |= 2;
 }
@@ -267,7 +287,9 @@ void LobeTracer::resolve(Level& level, const Block& block, bool keepSurfaces, st
   if (keepSurfaces) level.surfaces.resize(kMostLanes);
   const PointLanes& points = level.points;
   for (std::size_t i = block.begin; i < block.end; ++i) {
-    const float spread = lobeSpread(points.glossiness[i], block.raysPerLobe);
+    const scene::Lobe lobe{points.lobe[i]};
+    const bool weighted = lobe.ggx() && !lobe.mirror() && !(points.refraction[i] > 0.0f);
+    const float lobeWide = weighted ? 0.0f : lobeSpread(lobe, block.raysPerLobe);
     const std::size_t end = level.first[i - block.begin + 1];
     if (asked_ != nullptr && options_.bounces == 1 && asked_[i] == 0) {
       std::fill(&level.values[level.first[i - block.begin]], &level.values[end], Vec3(0.0f));
@@ -283,10 +305,12 @@ void LobeTracer::resolve(Level& level, const Block& block, bool keepSurfaces, st
         level.values[ray] =
             refused && !isFinite(direction)
                 ? Vec3(0.0f)
-                : environment(points, i, ray - level.first[i - block.begin], block, direction);
+                : environment(level, i, ray - level.first[i - block.begin], block, direction);
         if (keepSurfaces) level.surfaces[ray].object = 0;
         continue;
       }
+      const float spread =
+          weighted ? std::sqrt(solidAngleOf(level.densities[ray], block.raysPerLobe)) : lobeWide;
       const float width =
           spreadRad_ * (points.coneDistance[i] + hit.distance) + spread * hit.distance;
       const frame::SurfacePoint surface = frame::shadeSurface(
@@ -306,16 +330,18 @@ void LobeTracer::resolve(Level& level, const Block& block, bool keepSurfaces, st
   }
 }
 
-Vec3 LobeTracer::environment(const PointLanes& points, std::size_t point, std::size_t index,
+Vec3 LobeTracer::environment(const Level& level, std::size_t point, std::size_t index,
                              const Block& block, const Vec3& direction) const {
   if (options_.environment == nullptr) return lighting_->environment->radiance(direction);
-  const float glossiness = points.glossiness[point];
+  const PointLanes& points = level.points;
+  const scene::Lobe lobe{points.lobe[point]};
+  const int rays = lobeRays(lobe, block.raysPerLobe);
   // Of a mirror the sample's own cone.
   const float solidAngle =
-      glossiness <= scene::kMirrorGlossiness || points.refraction[point] > 0.0f
-          ? spreadRad_ * spreadRad_
-          : lobeSolidAngle(glossiness, {points.shiftX[point], points.shiftY[point]},
-                           static_cast<int>(index), lobeRays(glossiness, block.raysPerLobe));
+      lobe.mirror() || points.refraction[point] > 0.0f ? spreadRad_ * spreadRad_
+      : lobe.ggx() ? solidAngleOf(level.densities[level.first[point - block.begin] + index], rays)
+                   : phongSolidAngle(lobe.code, {points.shiftX[point], points.shiftY[point]},
+                                     static_cast<int>(index), rays);
   return options_.environment->radiance(direction, solidAngle);
 }
 
@@ -353,12 +379,13 @@ void LobeTracer::continueReflective(std::size_t bounce, const Block& block, int 
   for (std::size_t k = 0; k < here.onward.size(); ++k) {
     const std::size_t ray = here.onward[k];
     const frame::SurfacePoint& surface = here.surfaces[ray];
-    const float s = reflectionWeight(surface.specularLevel, here.rays.direction(ray),
-                                     surface.normal, options_.fresnelSchlick);
+    const ReflectionWeights weights =
+        reflectionWeights(surface.specularLevel, surface.tint, surface.lobe,
+                          here.rays.direction(ray), surface.normal, options_.fresnelSchlick);
     const Vec3 arriving =
         surface.highlight == Vec3(0.0f) ? here.reflected[k] : here.reflected[k] + surface.highlight;
-    here.surfaces[ray].diffuse = (1.0f - s) * surface.diffuse;
-    here.reflected[k] = s * surface.tint * arriving;
+    here.surfaces[ray].diffuse = weights.diffuse * surface.diffuse;
+    here.reflected[k] = weights.reflection * arriving;
     here.values[ray] = here.surfaces[ray].diffuse + here.reflected[k];
   }
   if (bounce == 0 && seconds_ != nullptr) keepSeconds(block);

@@ -37,6 +37,8 @@ class LobeTracer {
     std::size_t begin, end;  ///< points
     const std::size_t* first;
     RayLanes rays;
+    const float* weights;    ///< of the rays in their lobe's mean; null: all 1
+    const float* densities;  ///< of the rays of GGX lobes, per steradian; null: there are none
   };
   /// Those of as many of the points begin..end as fit at once; the first time since points() were
   /// filled from point 0. Without begin(): no point may have to move or refract. `flags` and
@@ -75,8 +77,8 @@ class LobeTracer {
                ReflectionCounts& counts) const;
   void fade(Level& level, const Block& block) const;
   /// What ray number `index` of a point sees where it leaves the scene.
-  Vec3 environment(const PointLanes& points, std::size_t point, std::size_t index,
-                   const Block& block, const Vec3& direction) const;
+  Vec3 environment(const Level& level, std::size_t point, std::size_t index, const Block& block,
+                   const Vec3& direction) const;
   void continueReflective(std::size_t bounce, const Block& block, int bouncesLeft,
                           ReflectionCounts& counts);
 

@@ -51,6 +51,7 @@ class World {
         builder.reflective(1.0f),
         builder.reflective(0.6f, 0.3f, Vec3(0.2f), Vec3(0.9f, 0.5f, 0.1f)),
         builder.reflective(0.8f, 0.9f), glass};
+    builder.scene().materials[static_cast<std::size_t>(materials[2])].lobe = scene::LobeModel::Ggx;
     for (std::size_t i = 0; i < materials.size(); ++i)
       builder.add(i == 0
                       ? scene::makeImplicit(implicit::sphereSurface(0.7), 24, scene::UvMode::Unit)
@@ -84,7 +85,7 @@ class World {
       const frame::SurfacePoint surface =
           frame::shadeSurface(scene_, geometry_, lighting_, hit.object, hit.primitive, hit.u, hit.v,
                               eye + hit.distance * direction, direction, kSpread * hit.distance);
-      ReflectionPoint point{surface.position, surface.normal, direction, surface.glossiness,
+      ReflectionPoint point{surface.position, surface.normal, direction, surface.lobe,
                             hit.distance};
       // As normal maps bend it, so that some rays would leave below the surface.
       point.normal =
@@ -109,20 +110,18 @@ class World {
                int bounces) const {
     ReflectionPoint point = seen;
     trace::settle(*trace_, point);
-    const int count = trace::lobeRays(point.glossiness, rays);
+    const int count = trace::lobeRays(point.lobe, rays);
     Vec3 sum(0.0f);
     for (int k = 0; k < count; ++k) {
-      bool below = false;
-      bool total = false;
-      const trace::Ray ray = trace::lobeRay(point, k, count, below, total);
+      const auto [ray, made, total] = trace::lobeRay(point, k, count);
       trace::Hit hit;
       trace_->intersectSerial(std::vector<trace::Ray>{ray}, {&hit, 1}, true);
       if (hit.miss()) {
-        sum += lighting_.environment->radiance(ray.direction);
+        sum += made.weight * lighting_.environment->radiance(ray.direction);
         continue;
       }
-      const float width = kSpread * (seen.distance + hit.distance) +
-                          trace::lobeSpread(seen.glossiness, rays) * hit.distance;
+      const float width =
+          kSpread * (seen.distance + hit.distance) + spreadOf(seen.lobe, made, rays) * hit.distance;
       const frame::SurfacePoint surface =
           frame::shadeSurface(scene_, geometry_, lighting_, hit.object, hit.primitive, hit.u, hit.v,
                               ray.origin + hit.distance * ray.direction, ray.direction, width);
@@ -130,16 +129,23 @@ class World {
       if (bounces > 1 && surface.specularLevel > 0.0f) {
         const ReflectionPoint next =
             trace::nextPoint(*trace_, seen, k, ray.direction, hit, surface);
-        const float s = trace::reflectionWeight(surface.specularLevel, ray.direction,
-                                                surface.normal, options.fresnelSchlick);
-        value = (1.0f - s) * value + s * surface.tint * plainly(next, options, 1, bounces - 1);
+        const trace::ReflectionWeights weights =
+            trace::reflectionWeights(surface.specularLevel, surface.tint, surface.lobe,
+                                     ray.direction, surface.normal, options.fresnelSchlick);
+        value =
+            weights.diffuse * value + weights.reflection * plainly(next, options, 1, bounces - 1);
       }
-      sum += value;
+      sum += made.weight * value;
     }
     return sum / static_cast<float>(count);
   }
 
  private:
+  static float spreadOf(scene::Lobe lobe, const trace::LobeRay& made, int rays) {
+    return lobe.ggx() && !lobe.mirror() ? std::sqrt(trace::solidAngleOf(made.density, rays))
+                                        : trace::lobeSpread(lobe, rays);
+  }
+
   scene::Scene scene_;
   frame::Geometry geometry_;
   frame::Lighting lighting_;
@@ -187,7 +193,7 @@ TEST_P(Levels, GiveTheBitsOfThePlainDefinition) {
           << expected.x;
     }
     for (const ReflectionPoint& point : points)
-      rays += static_cast<std::uint64_t>(trace::lobeRays(point.glossiness, options.rays));
+      rays += static_cast<std::uint64_t>(trace::lobeRays(point.lobe, options.rays));
     std::size_t gone = 0;  // on, from mirrors
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (seconds[i].direction == Vec3(0.0f)) continue;
@@ -237,7 +243,7 @@ TEST(NextPoint, GoesOnWhereTheRayArrives) {
   frame::SurfacePoint surface;
   surface.position = Vec3(1, 2, 3);
   surface.normal = Vec3(0, 1, 0);
-  surface.glossiness = 0.3f;
+  surface.lobe = {0.3f};
   surface.lobeHorizon = Vec3(1, 0, 0);
   surface.bent = true;
   const Vec3 direction(0, 0, -1);
@@ -245,7 +251,7 @@ TEST(NextPoint, GoesOnWhereTheRayArrives) {
   EXPECT_EQ(next.position, surface.position);
   EXPECT_EQ(next.normal, surface.normal);
   EXPECT_EQ(next.direction, direction);
-  EXPECT_EQ(next.glossiness, surface.glossiness);
+  EXPECT_EQ(next.lobe.code, surface.lobe.code);
   EXPECT_EQ(next.distance, 5.0f);  // the cone goes on
   EXPECT_EQ(next.refraction, 0.0f);
   EXPECT_EQ(next.extent, 0.7f);

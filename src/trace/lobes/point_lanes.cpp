@@ -77,8 +77,8 @@ CATOPTRIC_INLINE void aimBody(PointLanes& points) {
 }
 
 /// Of a point with this axis and horizon of its lobe.
-CATOPTRIC_INLINE bool lobeBody(const Basis& basis, const Vec3& horizon, const LobeLanes& lobe,
-                               std::size_t count, std::size_t first, PointVectors& directions) {
+CATOPTRIC_INLINE bool phongBody(const Basis& basis, const Vec3& horizon, const LobeLanes& lobe,
+                                std::size_t count, std::size_t first, PointVectors& directions) {
   const Vec3 bx = basis.x, by = basis.y, axis = basis.z, h = horizon;
   float* const directionX = directions.x.data() + first;
   float* const directionY = directions.y.data() + first;
@@ -99,10 +99,40 @@ CATOPTRIC_INLINE bool lobeBody(const Basis& basis, const Vec3& horizon, const Lo
   return below == 0;
 }
 
+/// Of a point with this frame and horizon of its GGX lobe.
+CATOPTRIC_INLINE bool ggxBody(const GgxFrame& frame, const Vec3& horizon, const LobeLanes& disk,
+                              std::size_t count, std::size_t first, PointVectors& directions,
+                              Lane& weights, Lane& densities) {
+  const Vec3 bx = frame.x, by = frame.y, bz = frame.z, h = horizon;
+  const scene::GgxView view = frame.view;
+  float* const directionX = directions.x.data() + first;
+  float* const directionY = directions.y.data() + first;
+  float* const directionZ = directions.z.data() + first;
+  float* const weight = weights.data() + first;
+  float* const density = densities.data() + first;
+  int below = 0;
+  CATOPTRIC_INDEPENDENT
+  for (std::size_t k = 0; k < count; ++k) {
+    const scene::GgxRay ray = scene::ggxRay(view, disk.x[k], disk.y[k]);
+    const float x = ray.x * bx.x + ray.y * by.x + ray.z * bz.x;
+    const float y = ray.x * bx.y + ray.y * by.y + ray.z * bz.y;
+    const float z = ray.x * bx.z + ray.y * by.z + ray.z * bz.z;
+    const float inverse = 1.0f / std::sqrt(x * x + y * y + z * z);
+    directionX[k] = x * inverse;
+    directionY[k] = y * inverse;
+    directionZ[k] = z * inverse;
+    weight[k] = ray.weight;
+    density[k] = ray.density;
+    const float above = directionX[k] * h.x + directionY[k] * h.y + directionZ[k] * h.z;
+    below |= above < 0.0f || !(ray.weight > 0.0f) ? 1 : 0;
+  }
+  return below == 0;
+}
+
 }  // namespace
 
 ReflectionPoint PointLanes::at(std::size_t i) const {
-  return {position.at(i), normal.at(i),  direction.at(i),        glossiness[i],
+  return {position.at(i), normal.at(i),  direction.at(i),        {lobe[i]},
           distance[i],    refraction[i], {shiftX[i], shiftY[i]}, object[i],
           extent[i],      bent[i] != 0,  lobeHorizon.at(i)};
 }
@@ -111,7 +141,7 @@ void PointLanes::set(std::size_t i, const ReflectionPoint& point) {
   position.set(i, point.position);
   normal.set(i, point.normal);
   direction.set(i, point.direction);
-  glossiness[i] = point.glossiness;
+  lobe[i] = point.lobe.code;
   distance[i] = coneDistance[i] = point.distance;
   refraction[i] = point.refraction;
   shiftX[i] = point.shift.x;
@@ -130,10 +160,18 @@ void aim(PointLanes& points) {
   atVectorLevel<aimBody>(points);
 }
 
-bool aimLobe(const PointLanes& points, std::size_t point, const LobeLanes& lobe, std::size_t count,
-             PointVectors& directions, std::size_t first) {
-  return atVectorLevel<lobeBody>(Basis(points.axis.at(point)), points.lobeHorizon.at(point), lobe,
-                                 count, first, directions);
+bool aimPhong(const PointLanes& points, std::size_t point, const LobeLanes& lobe, std::size_t count,
+              PointVectors& directions, std::size_t first) {
+  return atVectorLevel<phongBody>(Basis(points.axis.at(point)), points.lobeHorizon.at(point), lobe,
+                                  count, first, directions);
+}
+
+bool aimGgx(const PointLanes& points, std::size_t point, const LobeLanes& disk, std::size_t count,
+            PointVectors& directions, Lane& weights, Lane& densities, std::size_t first) {
+  const GgxFrame frame(points.normal.at(point), points.direction.at(point),
+                       scene::Lobe{points.lobe[point]}.alpha());
+  return atVectorLevel<ggxBody>(frame, points.lobeHorizon.at(point), disk, count, first, directions,
+                                weights, densities);
 }
 
 }  // namespace catoptric::trace

@@ -27,7 +27,8 @@ struct PointLanes {
   std::size_t count = 0;
   PointVectors position, normal, direction;
   PointVectors lobeHorizon;  ///< never 0
-  alignas(64) Lane glossiness{}, distance{}, refraction{}, shiftX{}, shiftY{}, extent{};
+  alignas(64) Lane lobe{};   ///< scene::Lobe::code
+  alignas(64) Lane distance{}, refraction{}, shiftX{}, shiftY{}, extent{};
   /// Distance before settle() moved the point: what ray cones grow with.
   alignas(64) Lane coneDistance{};
   std::array<int, kMostLanes> object{};
@@ -62,12 +63,16 @@ void placePoints(const SampleCamera& camera, const SampleLanes& samples, PointLa
 /// axis, origin and above of all points.
 void aim(PointLanes& points);
 
-/// Directions of a lobe about an axis: x, y along the axes of Basis(axis), z along the axis.
+/// Directions of a Phong lobe about an axis: x, y along the axes of Basis(axis), z along the axis.
+/// Of GGX' lobes x, y: points of the unit disk.
 using LobeLanes = Vec3Lanes<256>;
 
-/// `count` rays of one point from number `first` on; true where none lies below lobeHorizon's
-/// plane.
-bool aimLobe(const PointLanes& points, std::size_t point, const LobeLanes& lobe, std::size_t count,
-             PointVectors& directions, std::size_t first);
+/// `count` rays of a point with a Phong lobe from number `first` on; true where none lies below
+/// lobeHorizon's plane.
+bool aimPhong(const PointLanes& points, std::size_t point, const LobeLanes& lobe, std::size_t count,
+              PointVectors& directions, std::size_t first);
+/// The same with a GGX lobe, and each ray's weight and density (scene::GgxRay).
+bool aimGgx(const PointLanes& points, std::size_t point, const LobeLanes& disk, std::size_t count,
+            PointVectors& directions, Lane& weights, Lane& densities, std::size_t first);
 
 }  // namespace catoptric::trace

@@ -7,7 +7,6 @@
 #include "core/basis.h"
 #include "core/sampling.h"
 #include "scene/implicit/gradient.h"
-#include "scene/reflectance.h"
 
 namespace catoptric::trace {
 
@@ -31,8 +30,8 @@ void ReflectionCounts::shareTime(double seconds) {
   resolveSeconds *= seconds / sum;
 }
 
-int lobeRays(float glossiness, int rays) {
-  return glossiness <= scene::kMirrorGlossiness ? 1 : std::max(1, rays);
+int lobeRays(scene::Lobe lobe, int rays) {
+  return lobe.mirror() ? 1 : std::max(1, rays);
 }
 
 Moved moveOntoSurface(const TraceScene& trace, ReflectionPoint& point) {
@@ -80,18 +79,18 @@ Moved settle(const TraceScene& trace, ReflectionPoint& point) {
   return moved;
 }
 
-Ray lobeRay(const ReflectionPoint& point, int index, int count, bool& belowHorizon, bool& total) {
-  Ray ray;
-  belowHorizon = total = false;
+PointRay lobeRay(const ReflectionPoint& point, int index, int count) {
+  PointRay sent;
   const float offset = surfaceOffset(point);
   if (point.refraction > 0.0f) {
-    ray.direction = specularDirection(point, total);
-    ray.origin = point.position + point.normal * (total ? offset : -offset);
+    sent.ray.direction = specularDirection(point, sent.total);
+    sent.ray.origin = point.position + point.normal * (sent.total ? offset : -offset);
   } else {
-    ray.direction = lobeDirection(point, index, count, belowHorizon);
-    ray.origin = point.position + point.normal * offset;
+    sent.made = lobeDirection(point, index, count);
+    sent.ray.direction = sent.made.direction;
+    sent.ray.origin = point.position + point.normal * offset;
   }
-  return ray;
+  return sent;
 }
 
 ReflectionPoint nextPoint(const ReflectionPoint& point, int index, const Vec3& direction,
@@ -103,7 +102,7 @@ ReflectionPoint nextPoint(const ReflectionPoint& point, int index, const Vec3& d
   return {surface.position,
           surface.normal,
           direction,
-          surface.glossiness,
+          surface.lobe,
           point.distance + metres,
           0.0f,
           shift,
@@ -150,33 +149,63 @@ float refractionAt(const TraceScene& trace, const Hit& hit, const Vec3& position
   return glm::dot(outwards, direction) > 0.0f ? index : 1.0f / index;
 }
 
-Vec3 lobeSample(float glossiness, const Vec2& shift, int index, int count) {
+Vec2 lobePoint(const Vec2& shift, int index, int count) {
+  return {(static_cast<float>(index) + shift.x) / static_cast<float>(count),
+          wrapUnit(radicalInverse2(static_cast<std::uint32_t>(index)) + shift.y)};
+}
+
+Vec3 phongSample(float g, const Vec2& shift, int index, int count) {
   // Invert the lobe's distribution: cos(alpha) = (1 - u)^(1 / (n + 1)).
-  const float n = scene::phongExponentFromGlossiness(glossiness);
-  const float u = (static_cast<float>(index) + shift.x) / static_cast<float>(count);
-  const float v = wrapUnit(radicalInverse2(static_cast<std::uint32_t>(index)) + shift.y);
-  const float cosine = std::pow(std::max(1.0f - u, 1e-7f), 1.0f / (n + 1.0f));
+  const float n = scene::phongExponentFromGlossiness(g);
+  const Vec2 place = lobePoint(shift, index, count);
+  const float cosine = std::pow(std::max(1.0f - place.x, 1e-7f), 1.0f / (n + 1.0f));
   const float sine = std::sqrt(std::max(0.0f, 1.0f - cosine * cosine));
-  const float angle = 2.0f * kPi * v;
+  const float angle = 2.0f * kPi * place.y;
   return {sine * std::cos(angle), sine * std::sin(angle), cosine};
 }
 
-Vec3 lobeDirection(const ReflectionPoint& point, int index, int count, bool& belowHorizon) {
+Vec2 ggxSample(const Vec2& shift, int index, int count) {
+  const Vec2 place = lobePoint(shift, index, count);
+  const float radius = std::sqrt(place.x);
+  const float angle = 2.0f * kPi * place.y;
+  return {radius * std::cos(angle), radius * std::sin(angle)};
+}
+
+GgxFrame::GgxFrame(const Vec3& normal, const Vec3& direction, float alpha) : z(normal) {
+  const float cosine = -glm::dot(normal, direction);
+  view = scene::ggxView(alpha, cosine);
+  const Vec3 along = -direction - cosine * normal;
+  const float length2 = glm::dot(along, along);
+  x = length2 > 1e-12f ? along / std::sqrt(length2) : Basis(normal).x;
+  y = glm::cross(normal, x);
+}
+
+LobeRay lobeDirection(const ReflectionPoint& point, int index, int count) {
+  LobeRay made;
+  made.belowHorizon = point.bent;
   const Vec3 mirror = glm::normalize(glm::reflect(point.direction, point.normal));
-  belowHorizon = point.bent;
-  Vec3 direction = mirror;
-  if (point.glossiness > scene::kMirrorGlossiness) {
-    const Vec3 sample = lobeSample(point.glossiness, point.shift, index, count);
+  made.direction = mirror;
+  if (!point.lobe.mirror() && point.lobe.ggx()) {
+    const GgxFrame frame(point.normal, point.direction, point.lobe.alpha());
+    const Vec2 disk = ggxSample(point.shift, index, count);
+    const scene::GgxRay ray = scene::ggxRay(frame.view, disk.x, disk.y);
+    made.direction = glm::normalize(ray.x * frame.x + ray.y * frame.y + ray.z * frame.z);
+    made.weight = ray.weight;
+    made.density = ray.density;
+    made.belowHorizon = made.belowHorizon || !(ray.weight > 0.0f);
+  } else if (!point.lobe.mirror()) {
+    const Vec3 sample = phongSample(point.lobe.code, point.shift, index, count);
     const Basis basis(mirror);
-    direction = glm::normalize(sample.x * basis.x + sample.y * basis.y + sample.z * mirror);
+    made.direction = glm::normalize(sample.x * basis.x + sample.y * basis.y + sample.z * mirror);
   }
   const Vec3& horizon = point.lobeHorizon == Vec3(0.0f) ? point.normal : point.lobeHorizon;
-  const float above = glm::dot(direction, horizon);
+  const float above = glm::dot(made.direction, horizon);
   if (above < 0.0f) {
-    belowHorizon = true;
-    direction -= 2.0f * above * horizon;
+    made.belowHorizon = true;
+    if (point.lobe.ggx()) made.weight = 0.0f;
+    made.direction -= 2.0f * above * horizon;
   }
-  return direction;
+  return made;
 }
 
 float surfaceOffset(const ReflectionPoint& point) {
@@ -184,26 +213,40 @@ float surfaceOffset(const ReflectionPoint& point) {
   return std::max(kLeastOffset * point.extent, rayOffset(point.position, point.distance));
 }
 
-float lobeSpread(float glossiness, int count) {
-  if (glossiness <= scene::kMirrorGlossiness) return 0.0f;
-  const float n = scene::phongExponentFromGlossiness(glossiness);
+float lobeSpread(scene::Lobe lobe, int count) {
+  if (lobe.mirror()) return 0.0f;
+  if (lobe.ggx()) return std::sqrt(solidAngleOf(scene::ggxView(lobe.alpha(), 1.0f).peak(), count));
+  const float n = scene::phongExponentFromGlossiness(lobe.code);
   const float density = (n + 1.0f) / (2.0f * kPi);
   return std::sqrt(1.0f / (static_cast<float>(count) * density));
 }
 
-float lobeSolidAngle(float glossiness, const Vec2& shift, int index, int count) {
-  const float n = scene::phongExponentFromGlossiness(glossiness);
+float phongSolidAngle(float g, const Vec2& shift, int index, int count) {
+  const float n = scene::phongExponentFromGlossiness(g);
   const float u = (static_cast<float>(index) + shift.x) / static_cast<float>(count);
-  // cos^n of lobeSample()'s angle
+  // cos^n of phongSample()'s angle
   const float cosines = std::pow(std::max(1.0f - u, 1e-7f), n / (n + 1.0f));
   return std::min(2.0f * kPi / (static_cast<float>(count) * (n + 1.0f) * cosines), 4.0f * kPi);
 }
 
-float reflectionWeight(float specularLevel, const Vec3& direction, const Vec3& normal,
-                       bool fresnelSchlick) {
-  if (!fresnelSchlick || !(specularLevel > 0.0f)) return specularLevel;
-  const float c = std::clamp(1.0f + glm::dot(direction, normal), 0.0f, 1.0f);
-  return specularLevel + (1.0f - specularLevel) * (c * c) * (c * c) * c;
+float solidAngleOf(float density, int count) {
+  return 1.0f / std::max(static_cast<float>(count) * density, 1.0f / (4.0f * kPi));
+}
+
+ReflectionWeights reflectionWeights(float specularLevel, const Vec3& tint, scene::Lobe lobe,
+                                    const Vec3& direction, const Vec3& normal,
+                                    bool fresnelSchlick) {
+  float s = specularLevel;
+  const float cosine = -glm::dot(direction, normal);
+  if (lobe.ggx()) {
+    const float p = s > 0.0f ? scene::meanSchlick(lobe.roughness(), cosine) : 0.0f;
+    return {(1.0f - s) * (1.0f - p), s * tint * (1.0f - p) + p};
+  }
+  if (fresnelSchlick && s > 0.0f) {
+    const float c = std::clamp(1.0f - cosine, 0.0f, 1.0f);
+    s += (1.0f - s) * (c * c) * (c * c) * c;
+  }
+  return {1.0f - s, s * tint};
 }
 
 }  // namespace catoptric::trace

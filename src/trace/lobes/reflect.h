@@ -1,4 +1,4 @@
-// Light that reaches a reflective point along its lobe: mirror rays, Phong lobes, further bounces.
+// Light that reaches a reflective point along its lobe: mirror rays, lobes, further bounces.
 // What the methods `traced` and `reference` share, so that both see the same transport.
 #pragma once
 
@@ -7,6 +7,7 @@
 
 #include "core/math.h"
 #include "frame/shading.h"
+#include "scene/lobe.h"
 #include "trace/embree/trace_scene.h"
 
 namespace catoptric::trace {
@@ -22,8 +23,8 @@ struct ReflectionPoint {
   Vec3 position{0.0f};
   Vec3 normal{0.0f, 1.0f, 0.0f};      ///< shading normal, turned to the viewer
   Vec3 direction{0.0f, -1.0f, 0.0f};  ///< from the viewer to the point, unit length
-  float glossiness = 0.0f;            ///< g
-  float distance = 0.0f;              ///< metres from the eye to here along the path
+  scene::Lobe lobe;
+  float distance = 0.0f;  ///< metres from the eye to here along the path
   /// Index of refraction before the surface, divided by the one behind it; 0: it mirrors. Of points
   /// with an object: made by that object's material, seen from outside.
   float refraction = 0.0f;
@@ -41,8 +42,8 @@ struct ReflectionPoint {
 };
 
 struct ReflectionOptions {
-  int rays = 1;     ///< per lobe with g above kMirrorGlossiness, 1..256; mirrors take one
-  int bounces = 1;  ///< 1: a reflective surface that is hit shows its diffuse component
+  int rays = 1;                 ///< per lobe, 1..256; mirrors take one
+  int bounces = 1;              ///< 1: a reflective surface that is hit shows its diffuse component
   bool fresnelSchlick = false;  ///< of bounces after the first
   /// What a ray meets at a distance t is dimmed by exp(-t / fadeMetres), along all bounces of its
   /// path; where it leaves the scene it sees nothing. 0: not at all.
@@ -72,17 +73,37 @@ struct ReflectionCounts {
 };
 
 /// Rays of a point's lobe: 1 for mirrors.
-int lobeRays(float glossiness, int rays);
+int lobeRays(scene::Lobe lobe, int rays);
 
-/// Direction number `index` of `count` of the Phong lobe cos^n with z as its axis (Hammersley
-/// points, shifted). Of unit length up to rounding.
-Vec3 lobeSample(float glossiness, const Vec2& shift, int index, int count);
+/// Number `index` of `count` Hammersley points of the unit square, shifted.
+Vec2 lobePoint(const Vec2& shift, int index, int count);
 
-/// Direction number `index` of `count` about the mirror direction, distributed as the Phong lobe
-/// cos^n (Hammersley points, shifted). A sample below the surface is folded up, r - 2 (r.h) h with
-/// h = ReflectionPoint::lobeHorizon, so that all rays of a lobe count alike and none enters the
-/// triangle that it leaves; `belowHorizon` says so. Unit length.
-Vec3 lobeDirection(const ReflectionPoint& point, int index, int count, bool& belowHorizon);
+/// Direction number `index` of `count` of the Phong lobe cos^n with z as its axis. Of unit length
+/// up to rounding.
+Vec3 phongSample(float g, const Vec2& shift, int index, int count);
+
+/// The same of the points of the unit disk that GGX' rays are made of (scene::ggxRay).
+Vec2 ggxSample(const Vec2& shift, int index, int count);
+
+/// A ray of a lobe. Of Phong's: weight 1; below the surface it is folded up, r - 2 (r.h) h with h =
+/// ReflectionPoint::lobeHorizon, so that all rays of a lobe count alike and none enters the
+/// triangle that it leaves. Of GGX': below the surface the weight is 0, and the ray is folded up
+/// all the same.
+struct LobeRay {
+  Vec3 direction{0.0f};       ///< unit length
+  float weight = 1.0f;        ///< of its radiance in the lobe's mean
+  float density = 0.0f;       ///< of GGX' rays, per steradian
+  bool belowHorizon = false;  ///< it was, or the normal is bent
+};
+LobeRay lobeDirection(const ReflectionPoint& point, int index, int count);
+
+/// The frame of a view of a rough surface: z the normal, the view in the xz plane.
+struct GgxFrame {
+  Vec3 x, y, z;
+  scene::GgxView view;
+  /// `normal` turned to the viewer, `direction` from there; unit vectors.
+  GgxFrame(const Vec3& normal, const Vec3& direction, float alpha);
+};
 
 /// The mirrored direction of a point, or the refracted one (Snell's law); `total`: it would be
 /// refracted but is reflected totally. Unit length.
@@ -103,9 +124,13 @@ Moved moveOntoSurface(const TraceScene& trace, ReflectionPoint& point);
 /// ReflectionPoint::refraction.
 Moved settle(const TraceScene& trace, ReflectionPoint& point);
 
-/// Ray number `index` of `count` of a point's lobe, or the refracted one, from off its surface;
-/// `belowHorizon` as lobeDirection(), `total` as specularDirection().
-Ray lobeRay(const ReflectionPoint& point, int index, int count, bool& belowHorizon, bool& total);
+/// Ray number `index` of `count` of a point's lobe, or the refracted one, from off its surface.
+struct PointRay {
+  Ray ray;
+  LobeRay made;        ///< lobeDirection()'s
+  bool total = false;  ///< as specularDirection() has it
+};
+PointRay lobeRay(const ReflectionPoint& point, int index, int count);
 
 /// Where ray number `index` of `point`, in this direction, has hit a reflective surface `metres`
 /// away: the point from which it goes on as a mirrored one. `extent`: ReflectionPoint's.
@@ -120,17 +145,24 @@ ReflectionPoint nextPoint(const TraceScene& trace, const ReflectionPoint& point,
 /// have moved it by, however large the scene around it is.
 float surfaceOffset(const ReflectionPoint& point);
 
-/// Solid angle of ray number `index` of `count` of a Phong lobe, 1 / (count p) for the density p of
-/// its directions there [Yu2008] Eq. (5); at most the whole sphere.
-float lobeSolidAngle(float glossiness, const Vec2& shift, int index, int count);
+/// Solid angle of ray number `index` of `count` of a point's lobe, 1 / (count p) for the density p
+/// of its directions there [Yu2008] Eq. (5); at most the whole sphere.
+float phongSolidAngle(float g, const Vec2& shift, int index, int count);
+float solidAngleOf(float density, int count);
 
-/// Half-angle-like spread (metres of width per metre) of one of `count` rays of a Phong lobe with
-/// exponent n at its centre: the root of the solid angle 1 / (count p).
-float lobeSpread(float glossiness, int count);
+/// Half-angle-like spread (metres of width per metre) of one of `count` rays of a lobe at its
+/// centre, seen at normal incidence: the root of the solid angle 1 / (count p).
+float lobeSpread(scene::Lobe lobe, int count);
 
-/// s, with Schlick's term when asked for [Schlick1994].
-float reflectionWeight(float specularLevel, const Vec3& direction, const Vec3& normal,
-                       bool fresnelSchlick);
+/// What a reflective place shows: diffuse * its diffuse radiance + reflection * what arrives along
+/// its lobe. Phong: 1 - s and s tint, s with Schlick's term when asked for [Schlick1994]; GGX: with
+/// Schlick's term always, as glTF has it (scene::meanSchlick).
+struct ReflectionWeights {
+  float diffuse;
+  Vec3 reflection;
+};
+ReflectionWeights reflectionWeights(float specularLevel, const Vec3& tint, scene::Lobe lobe,
+                                    const Vec3& direction, const Vec3& normal, bool fresnelSchlick);
 
 /// What the first ray of a point has met.
 struct FirstHit {

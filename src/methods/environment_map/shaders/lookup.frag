@@ -1,7 +1,7 @@
 // Incoming radiance along the reflected ray from a cube map around the scene.
 //   GLOSSY  1: the mip level whose filter is as wide as the lobe
 //   MASKS   1: every sample is marked as an environment look-up
-#include "raster/shaders/gloss.glsl"
+#include "raster/shaders/lobe.glsl"
 #include "raster/shaders/masks.glsl"
 
 uniform mat3 rayFromSample;  // (sample position, 1) to a ray of any length, world space
@@ -24,11 +24,8 @@ void main() {
   vec3 ray = normalize(rayFromSample * vec3(gl_FragCoord.xy, 1.0));
   vec3 reflected = reflect(ray, normalAndG.xyz);
 #if GLOSSY
-  // A Phong lobe of exponent n has variance 1 / (n + 1) per axis (solid angle 2 pi / (n + 1)), a
-  // texel of w rad, filtered bilinearly, w^2 / 4; n + 1 = 2 / g^4 - 1 (scene/reflectance.h)
-  float g = glossOf(normalAndG.a);
-  float g2 = g * g;
-  float lobe = 1.0 / max(1.0, 2.0 / max(g2 * g2, 1e-12) - 1.0);
+  // A texel of w rad, filtered bilinearly, has the variance w^2 / 4
+  float lobe = lobeVariance(lobeOf(normalAndG.a), -dot(normalAndG.xyz, ray));
   float level = clamp(levelOffset + 0.5 * log2(lobe), 0.0, lastLevel);
 #else
   const float level = 0.0;

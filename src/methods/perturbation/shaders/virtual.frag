@@ -1,6 +1,7 @@
 // An object where a reflector shows it: its diffuse radiance, and what goes on from there.
 //   NORMAL_OUTPUT, SPECULAR_OUTPUT  1: s, the direction onward, and the object's id are written, too
 //   TINT_OUTPUT                     1: and the tint of what it reflects
+#include "raster/shaders/lobe.glsl"
 #include "raster/shaders/surface.glsl"
 #include "virtual.glsl"
 #include "virtual_constants.glsl"
@@ -48,11 +49,13 @@ void main() {
 #if NORMAL_OUTPUT
   vec3 direction = normalize(fromEye);
   float s = surface.s;
-  if (s > 0.0) s += fresnel * (1.0 - s) * pow(clamp(1.0 + dot(direction, surface.normal), 0.0, 1.0), 5.0);
+  // DEVIATION: of GGX the tint keeps its colour towards the rim
+  float schlick = isGgx(surface.lobe) ? 1.0 : fresnel;
+  if (s > 0.0) s += schlick * (1.0 - s) * pow(clamp(1.0 + dot(direction, surface.normal), 0.0, 1.0), 5.0);
   vec3 onward = refraction > 0.0 ? refract(direction, surface.normal, refraction) : vec3(0.0);
   bool mirrors = onward == vec3(0.0);
   if (mirrors) onward = reflect(direction, surface.normal);
-  outNormal = vec4(onward, surface.g);
+  outNormal = vec4(onward, surface.lobe);
   outObject = refraction > 0.0 && mirrors ? nextTotal : objectId;
   outDiffuse = vec4(surface.radiance, s);
 #if TINT_OUTPUT

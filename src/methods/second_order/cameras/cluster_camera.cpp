@@ -10,7 +10,6 @@
 #include "methods/second_order/cameras/frame.h"
 #include "methods/second_order/cameras/planar.h"
 #include "methods/second_order/cameras/window.h"
-#include "scene/reflectance.h"
 #include "trace/lobes/reflect.h"
 
 namespace catoptric::methods::second_order {
@@ -61,8 +60,8 @@ float texelOf(const Cluster& cluster, const ClusterWindow& all, const Vec2& size
       all.pairs > 0 ? static_cast<float>(all.spacing / static_cast<double>(all.pairs)) : 0.0f;
   if (!(texel > 0.0f)) texel = glm::length(size) / std::sqrt(static_cast<float>(cluster.samples));
   const auto share = static_cast<float>(all.lobeShare / cluster.samples);
-  texel = std::max(texel,
-                   kTexelOfSpread * share * trace::lobeSpread(cluster.maxGlossiness, options.rays));
+  texel =
+      std::max(texel, kTexelOfSpread * share * trace::lobeSpread(cluster.widestLobe, options.rays));
   texel /= options.depthImageScale;
   const float most = options.maxTexelsPerSample *
                      std::max(16.0f, static_cast<float>(cluster.samples)) *
@@ -131,7 +130,7 @@ std::vector<ClusterCamera> makeClusterCameras(const Clustering& clustering,
   for (std::size_t c = 0; c < count; ++c) {
     if (clusters[c].retraced) {
       cameras[c].width = cameras[c].height = 0;
-    } else if (clusters[c].planar && clusters[c].maxGlossiness <= scene::kMirrorGlossiness) {
+    } else if (clusters[c].planar && clusters[c].widestLobe.mirror()) {
       cameras[c] = planarCamera(clusters[c], camera, sampleWidth, sampleHeight, options);
     } else {
       frames[c] = frameOf(clusters[c], camera, options.rays);

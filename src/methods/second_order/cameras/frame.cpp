@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "scene/reflectance.h"
-
 namespace catoptric::methods::second_order {
 namespace {
 
@@ -18,10 +16,12 @@ Vec3 reflected(const Vec3& v, const Vec3& normal) {
 
 /// Half the angle of the cone that a lobe's rays fill, radians: where the outermost of `rays`
 /// samples points (trace::lobeDirection).
-float lobeAngle(float glossiness, int rays) {
-  if (glossiness <= scene::kMirrorGlossiness) return 0.0f;
-  const float n = scene::phongExponentFromGlossiness(glossiness);
-  return std::acos(std::pow(0.5f / static_cast<float>(rays * kShifts), 1.0f / (n + 1.0f)));
+float lobeAngle(scene::Lobe lobe, int rays) {
+  if (lobe.mirror()) return 0.0f;
+  const float left = 0.5f / static_cast<float>(rays * kShifts);  // of the lobe, beyond
+  if (lobe.ggx()) return 2.0f * std::atan(lobe.alpha() * std::sqrt(1.0f / left - 1.0f));
+  const float n = scene::phongExponentFromGlossiness(lobe.code);
+  return std::acos(std::pow(left, 1.0f / (n + 1.0f)));
 }
 
 }  // namespace
@@ -45,7 +45,7 @@ ClusterFrame frameOf(const Cluster& cluster, const scene::Camera& camera, int ra
   for (std::size_t i = 0; i < kClipTilts.size(); ++i) {
     frame.tiltLength[i] = glm::length(cluster.planeNormal + kClipTilts[i] * frame.axis);
   }
-  frame.lobe = std::min(lobeAngle(cluster.maxGlossiness, rays), kWidestLobe);
+  frame.lobe = std::min(lobeAngle(cluster.widestLobe, rays), kWidestLobe);
   return frame;
 }
 

@@ -286,14 +286,14 @@ void findPartRuns(const FrameSamples& frame, std::span<const BinPlanes> planes,
         forEqual({ofSample, run.count}, addPart);
       }
     }
-    // Glossiness matters where it may exceed a mirror's
+    // Lobes matter where they may be none of a mirror
     for (std::size_t r = work.partRows.back(); r < work.partRuns.size(); ++r) {
       const SampleRun& run = work.partRuns[r];
       const std::size_t at = frame.rowStart(y) + run.x;
       if (frame.kinds[frame.gbuffer.object[at]] != ReflectorKind::Glossy) continue;
-      float& most = work.bins[run.slot / kParts].sums[run.slot % kParts].glossiness;
+      float& most = work.bins[run.slot / kParts].sums[run.slot % kParts].lobe;
       for (std::size_t k = at; k < at + run.count; ++k) {
-        most = std::max(most, raster::glossinessOf(frame.gbuffer.normal[4 * k + 3]));
+        most = std::max(most, raster::lobeOf(frame.gbuffer.normal[4 * k + 3]).code);
       }
     }
   }

@@ -135,7 +135,7 @@ TEST_P(ClustersOf, SayWhatTheirSamplesAre) {
     EXPECT_LT(glm::distance(glm::dvec3(cluster.centroid), centroid), 2e-6);
     EXPECT_LT(glm::distance(glm::dvec3(cluster.meanNormal), glm::normalize(normal)), 1e-6);
     EXPECT_EQ(cluster.concave, !cluster.planar && bend < 0.0);
-    EXPECT_FLOAT_EQ(cluster.maxGlossiness, 0.2f);
+    EXPECT_FLOAT_EQ(cluster.widestLobe.code, 0.2f);
     EXPECT_EQ(cluster.left, left[c]);
     EXPECT_EQ(cluster.right, right[c]);
     EXPECT_EQ(cluster.top, top[c]);

@@ -255,7 +255,7 @@ std::size_t moveToNearestMeans(std::size_t width, int minSamples, std::vector<Cl
     // Samples were dealt out anew: any may have the object's largest
     for (const Cluster& other : clusters) {
       if (other.object == kept.clusters[c].object && !other.planar)
-        all[c].glossiness = std::max(all[c].glossiness, other.maxGlossiness);
+        all[c].lobe = std::max(all[c].lobe, other.widestLobe.code);
     }
     describe(all[c], kept.anchors[c], kept.clusters[c]);
   }

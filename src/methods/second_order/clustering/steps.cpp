@@ -240,10 +240,10 @@ void divideAtSteps(std::size_t width, int minSamples, std::vector<Cluster>& clus
   for (std::size_t c = 0; c < count; ++c) {
     if (division.steps[c].count == 0) continue;
     const Vec3 anchor = clusters[c].centroid;
-    const float glossiness = clusters[c].maxGlossiness;
+    const float lobe = clusters[c].widestLobe.code;
     for (std::size_t k = 0; k <= division.steps[c].count; ++k) {
       const std::size_t number = division.numberOf(c, k);
-      all[number].glossiness = glossiness;
+      all[number].lobe = lobe;
       describe(all[number], anchor, clusters[number]);
     }
   }

@@ -38,7 +38,7 @@ void describe(const Sums& all, const Vec3& anchor, Cluster& cluster) {
   cluster.planeNormal = cluster.planar ? cluster.meanNormal
                                        : planeNormal(moment / n - glm::outerProduct(offset, offset),
                                                      cluster.meanNormal);
-  cluster.maxGlossiness = all.glossiness;
+  cluster.widestLobe = {all.lobe};
   cluster.left = all.left;
   cluster.right = all.right;
   cluster.top = all.top;

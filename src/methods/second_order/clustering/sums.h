@@ -14,7 +14,7 @@ namespace catoptric::methods::second_order {
 /// small clusters far from the eye.
 struct Sums {
   std::uint32_t samples = 0;
-  float glossiness = 0.0f;  ///< the largest
+  float lobe = 0.0f;  ///< scene::Lobe::code, the largest
   glm::dvec3 position{0.0};
   glm::dvec3 normal{0.0};
   glm::dvec3 squares{0.0};   ///< of positions: xx, yy, zz
@@ -24,7 +24,7 @@ struct Sums {
 
   void add(const Sums& s) {
     samples += s.samples;
-    glossiness = std::max(glossiness, s.glossiness);
+    lobe = std::max(lobe, s.lobe);
     position += s.position;
     normal += s.normal;
     squares += s.squares;

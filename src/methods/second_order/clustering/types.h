@@ -8,6 +8,7 @@
 
 #include "core/math.h"
 #include "methods/second_order/lanes.h"
+#include "scene/lobe.h"
 
 namespace catoptric::methods::second_order {
 
@@ -36,7 +37,7 @@ struct Cluster {
   /// Of the plane closest to all samples, unit length, on the side of the mean normal. Shading
   /// normals may say otherwise.
   Vec3 planeNormal{0.0f, 1.0f, 0.0f};
-  float maxGlossiness = 0.0f;
+  scene::Lobe widestLobe;
   bool planar = false;   ///< one plane, one normal: all rays meet in the mirrored eye; what else
                          ///< is in the bin is another cluster
   bool concave = false;  ///< sum of (P_i - P_c).(n_i - n_c) < 0

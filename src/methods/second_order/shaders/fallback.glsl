@@ -1,6 +1,6 @@
 // What rays see that find nothing in their depth image: the cube map, or the sky.
 #include "constants.glsl"
-#include "methods/shared/shaders/lobe_rays.glsl"
+#include "raster/shaders/lobe.glsl"
 #include "raster/shaders/shading.glsl"
 
 layout(binding = kCubeMapBinding) uniform samplerCube environmentMap;

@@ -3,13 +3,6 @@
 #include "raster/shaders/shading.glsl"
 #include "walk.glsl"
 
-// Ray `index` of the lobe about `mirror`; folded up where it is `below` the plane of `horizon`.
-vec3 lobeDirection(vec3 mirror, vec3 horizon, float exponent, int index, vec2 shift,
-                   out bool below) {
-  float density;
-  return foldedUp(lobeDirection(mirror, exponent, index, RAYS, shift, density), horizon, below);
-}
-
 // What the image shows where a ray of a lobe would be, were it as long as the one in its centre
 // [Wang2014, section 4.2.2].
 Hit lookUp(DepthImage image, Start start, vec3 direction, Hit centre, float limit) {

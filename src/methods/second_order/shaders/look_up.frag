@@ -1,6 +1,6 @@
 // Radiance along the rays of samples for which the other passes have found nothing, in the tiles
 // that have a sample so marked. Apart from the walks: every lane would pay for the look-ups.
-#include "raster/shaders/gloss.glsl"
+#include "raster/shaders/lobe.glsl"
 #include "fallback.glsl"
 #include "marks.glsl"
 #include "samples.glsl"
@@ -20,7 +20,7 @@ void main() {
   vec3 ray = rayFromPixel * vec3(gl_FragCoord.xy, 1.0);
   vec3 incoming = normalize(ray);
   vec3 mirror = normalize(reflect(incoming, normalAndG.xyz));
-  float level = lobeLevel(lobeExponent(glossOf(normalAndG.a)), 1.0);
+  float level = lobeLevel(coneExponent(lobeOf(normalAndG.a), -dot(normalAndG.xyz, incoming)), 1.0);
   float where = texelFetch(reflectionSamples, sampleAt, 0).a;
   if (known == 0u || where > 0.0) discard;
   vec3 position = positionOfSample(ray);

@@ -9,7 +9,7 @@
 //   FOUND          1: what each ray found is written, to be compared with Embree's rays
 //   LAMPS          1: samples of lobes that see what is brighter than white are marked, to be traced
 //   LOBE_HORIZONS  1: rays of lobes are bounded by the G-buffer's lobe horizons, else by normals
-#include "raster/shaders/gloss.glsl"
+#include "raster/shaders/lobe.glsl"
 #include "marks.glsl"
 #include "self_intersect.glsl"
 #include "walk.glsl"
@@ -58,7 +58,7 @@ struct Surface {
   vec4 rectangle;  // of the object's clusters
 #endif
 #if LOBES
-  vec3 horizon;  // of rays: normal of the plane that they stay above
+  SampleLobe lobe;
 #endif
 };
 
@@ -122,18 +122,20 @@ void fade(float farPlane, vec3 diffuse, inout Hit hit, inout vec3 seen) {
 #if LOBES
 // What rays see that found nothing, and those of them over nothing. Apart from the walks: every
 // lane would pay for each of them.
-vec3 seenBeyond(Surface surface, float exponent, vec2 shift, uvec2 nothingSeen, uvec2 skySeen) {
+vec3 seenBeyond(Surface surface, vec2 shift, uvec2 nothingSeen, uvec2 skySeen) {
   vec3 sum = vec3(0.0);
-  float level = lobeLevel(exponent, float(RAYS));
+  float level = lobeLevel(surface.lobe.exponent, float(RAYS));
   for (int word = 0; word < (RAYS + 31) / 32; ++word) {
     for (int cap = 0; nothingSeen[word] != 0u && cap < 32; ++cap) {
       int k = findLSB(nothingSeen[word]);
       nothingSeen[word] &= nothingSeen[word] - 1u;
       bool below;
-      vec3 direction =
-          lobeDirection(surface.mirror, surface.horizon, exponent, 32 * word + k, shift, below);
-      sum += (skySeen[word] >> k & 1u) != 0u ? overNothing(surface.position, direction, level)
-                                             : fallback(surface.position, direction, level);
+      float weight;
+      vec3 direction = lobeDirection(surface.lobe, 32 * word + k, RAYS, shift, weight, below);
+      vec3 seen = (skySeen[word] >> k & 1u) != 0u
+                      ? overNothing(surface.position, direction, level)
+                      : fallback(surface.position, direction, level);
+      sum += weight * seen;
     }
   }
   return sum;
@@ -152,12 +154,11 @@ Met followRays(Surface surface, DepthImage image, inout uint bits) {
 #endif
 #if LOBES
   const int rays = RAYS;
-  float exponent = lobeExponent(surface.normalAndG.a);
   vec2 shift = lobeShift(surface.at, samplesPerPixel);
   uvec2 nothingSeen = uvec2(0u);
   uvec2 skySeen = uvec2(0u);
 #if FADE
-  float g = max(surface.normalAndG.a, 1e-3);
+  float g = max(roughnessOf(surface.normalAndG.a), 1e-3);
   float farPlane = reach * (1.0 - g) / g;
   limit = min(limit, farPlane);
   vec3 diffuse = imageLoad(diffuseSamples, surface.at).rgb;
@@ -172,7 +173,8 @@ Met followRays(Surface surface, DepthImage image, inout uint bits) {
     vec3 direction = surface.mirror;
 #if LOBES
     bool below;
-    direction = lobeDirection(surface.mirror, surface.horizon, exponent, k, shift, below);
+    float weight;
+    direction = lobeDirection(surface.lobe, k, RAYS, shift, weight, below);
     below = below || surface.bent;
     if (below) atomicAdd(counts[kCountBelowHorizon], 1u);
     if (below) bits |= kMaskBelowHorizon;
@@ -185,7 +187,11 @@ Met followRays(Surface surface, DepthImage image, inout uint bits) {
     fade(farPlane, diffuse, hit, seen);
     all.faded = all.faded || hit.kind == kFaded;
 #endif
+#if LOBES
+    all.sum += weight * seen;
+#else
     all.sum += seen;
+#endif
     all.missed = all.missed || hit.kind == kMissed;
     all.sky = all.sky || hit.kind == kSky;
     all.overEdge = all.overEdge || hit.bridged;
@@ -207,7 +213,7 @@ Met followRays(Surface surface, DepthImage image, inout uint bits) {
       Found(nothing, float[3](where.x, where.y, where.z));
 #endif
 #if LOBES
-  all.sum += seenBeyond(surface, exponent, shift, nothingSeen, skySeen);
+  all.sum += seenBeyond(surface, shift, nothingSeen, skySeen);
 #endif
   return all;
 }
@@ -217,7 +223,7 @@ Surface surfaceAt(ivec2 sampleAt, vec3 ray) {
   surface.at = sampleAt;
   surface.normalAndG = imageLoad(normalSamples, sampleAt);
   surface.bent = isBent(surface.normalAndG.a);
-  surface.normalAndG.a = glossOf(surface.normalAndG.a);
+  surface.normalAndG.a = lobeOf(surface.normalAndG.a);
   surface.incoming = normalize(ray);
   surface.mirror = normalize(reflect(surface.incoming, surface.normalAndG.xyz));
   return surface;
@@ -227,10 +233,12 @@ Surface surfaceAt(ivec2 sampleAt, vec3 ray) {
 void completeSurface(vec3 ray, int cluster, inout Surface surface) {
   surface.position = positionOfSample(ray);
 #if LOBES
-  surface.horizon = surface.normalAndG.xyz;
+  vec3 horizon = surface.normalAndG.xyz;
 #if LOBE_HORIZONS
-  surface.horizon = lobeHorizonOf(imageLoad(lobeHorizons, surface.at).r, surface.horizon);
+  horizon = lobeHorizonOf(imageLoad(lobeHorizons, surface.at).r, horizon);
 #endif
+  surface.lobe = sampleLobe(surface.normalAndG.a, surface.normalAndG.xyz, surface.incoming,
+                            surface.mirror, horizon);
 #endif
 #if SELF
   surface.object = imageLoad(objectSamples, surface.at).r;

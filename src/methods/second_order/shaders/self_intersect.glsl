@@ -1,6 +1,5 @@
 // Rays that meet the surface that they leave.
 //   SELF  0: none is looked for; 1, 2: rays are intersected with their own object's samples
-#include "methods/shared/shaders/lobe_rays.glsl"
 #include "samples.glsl"
 
 #if SELF

@@ -1,4 +1,5 @@
-// The rays of a Phong lobe, as trace::lobeDirection() has them.
+// The rays of a lobe, as trace::lobeDirection() has them.
+#include "raster/shaders/lobe.glsl"
 
 const float kFullTurn = 6.28318530717958;
 
@@ -13,18 +14,40 @@ vec2 lobeShift(ivec2 sampleAt, int samplesPerPixel) {
               fract(float(cell) * 0.6180340));
 }
 
-// scene::phongExponentFromGlossiness()
-float lobeExponent(float g) {
-  float g2 = max(g, 1e-3) * max(g, 1e-3);
-  return max(0.0, 2.0 / (g2 * g2) - 2.0);
+// A sample's lobe.
+struct SampleLobe {
+  float code;      // lobe.glsl
+  float exponent;  // of Phong's, or of the Phong lobe that is as wide
+  vec3 mirror;
+  vec3 horizon;    // rays stay above its plane
+#if GGX
+  vec3 x, y, z;    // the frame of the view
+  GgxView view;
+#endif
+};
+SampleLobe sampleLobe(float code, vec3 normal, vec3 incoming, vec3 mirror, vec3 horizon) {
+  SampleLobe lobe;
+  float cosine = -dot(normal, incoming);
+  lobe.code = code;
+  lobe.exponent = coneExponent(code, cosine);
+  lobe.mirror = mirror;
+  lobe.horizon = horizon;
+#if GGX
+  lobe.view = ggxView(roughnessOf(code) * roughnessOf(code), cosine);
+  vec3 along = -incoming - cosine * normal;
+  float length2 = dot(along, along);
+  float turn = normal.z < 0.0 ? -1.0 : 1.0;
+  float a = -1.0 / (turn + normal.z);
+  vec3 any = vec3(1.0 + turn * normal.x * normal.x * a, turn * normal.x * normal.y * a,
+                  -turn * normal.x);
+  lobe.x = length2 > 1e-12 ? along / sqrt(length2) : any;
+  lobe.y = cross(normal, lobe.x);
+  lobe.z = normal;
+#endif
+  return lobe;
 }
 
-// Ray `index` of `count` of the lobe about `mirror`, and the density, per steradian, with which
-// such rays are sent.
-vec3 lobeDirection(vec3 mirror, float exponent, int index, int count, vec2 shift,
-                   out float density) {
-  float u = (float(index) + shift.x) / float(count);
-  float v = fract(radicalInverse2(uint(index)) + shift.y);
+vec3 phongDirection(vec3 mirror, float exponent, float u, float v) {
   float cosine = pow(max(1.0 - u, 1e-7), 1.0 / (exponent + 1.0));
   float sine = sqrt(max(0.0, 1.0 - cosine * cosine));
   float angle = kFullTurn * v;
@@ -33,14 +56,30 @@ vec3 lobeDirection(vec3 mirror, float exponent, int index, int count, vec2 shift
   float b = mirror.x * mirror.y * a;
   vec3 x = vec3(1.0 + turn * mirror.x * mirror.x * a, turn * b, -turn * mirror.x);
   vec3 y = vec3(b, turn + mirror.y * mirror.y * a, -mirror.y);
-  // (n + 1) / (2 pi) cos^n, by the u that gave the cosine
-  density = (exponent + 1.0) * (1.0 / kFullTurn) * max(1.0 - u, 1e-7) / cosine;
   return normalize(sine * cos(angle) * x + sine * sin(angle) * y + cosine * mirror);
 }
 
-// A direction `below` the plane of lobeHorizon (gloss.glsl) is folded up.
-vec3 foldedUp(vec3 direction, vec3 horizon, out bool below) {
-  float above = dot(direction, horizon);
-  below = above < 0.0;
-  return below ? direction - 2.0 * above * horizon : direction;
+// Ray `index` of `count` of a lobe, with its weight in the lobe's mean; folded up where it was
+// `below` the plane of the horizon.
+vec3 lobeDirection(SampleLobe lobe, int index, int count, vec2 shift, out float weight,
+                   out bool below) {
+  float u = (float(index) + shift.x) / float(count);
+  float v = fract(radicalInverse2(uint(index)) + shift.y);
+  weight = 1.0;
+#if GGX
+  float density;
+  vec2 disk = sqrt(u) * vec2(cos(kFullTurn * v), sin(kFullTurn * v));
+  vec3 ray = ggxRay(lobe.view, disk, weight, density);
+  vec3 direction = normalize(ray.x * lobe.x + ray.y * lobe.y + ray.z * lobe.z);
+  weight = isGgx(lobe.code) ? weight : 1.0;
+  direction = isGgx(lobe.code) ? direction : phongDirection(lobe.mirror, lobe.exponent, u, v);
+#else
+  vec3 direction = phongDirection(lobe.mirror, lobe.exponent, u, v);
+#endif
+  float above = dot(direction, lobe.horizon);
+  below = above < 0.0 || !(weight > 0.0);
+#if GGX
+  weight = above < 0.0 && isGgx(lobe.code) ? 0.0 : weight;
+#endif
+  return above < 0.0 ? direction - 2.0 * above * lobe.horizon : direction;
 }

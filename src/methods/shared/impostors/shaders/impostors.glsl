@@ -9,10 +9,10 @@
 //   WALLS    1: there are transition walls
 //   FADES    1: what is far off is dimmed
 #include "constants.glsl"
-#include "raster/shaders/gloss.glsl"
+#include "raster/shaders/lobe.glsl"
 #include "raster/shaders/masks.glsl"
 
-layout(binding = kSampleNormalsUnit) uniform sampler2D normalSamples;  // xyz normal, a = g (gloss.glsl)
+layout(binding = kSampleNormalsUnit) uniform sampler2D normalSamples;  // xyz normal, a = g (lobe.glsl)
 layout(binding = kSampleDepthsUnit) uniform sampler2D depthSamples;    // reversed-Z
 layout(binding = kSampleObjectsUnit) uniform usampler2D objectSamples;
 layout(binding = kTableUnit) uniform samplerBuffer impostorTable;
@@ -191,10 +191,7 @@ void main() {
   float spread = spreadRad;
   float mapLevel = 0.0;
 #if GLOSSY
-  // A Phong lobe has variance 1 / (n + 1) per axis, n + 1 = 2 / g^4 - 1 (scene/reflectance.h)
-  float g = glossOf(normalAndG.a);
-  float g2 = g * g;
-  float lobe = 1.0 / max(1.0, 2.0 / max(g2 * g2, 1e-12) - 1.0);
+  float lobe = lobeVariance(lobeOf(normalAndG.a), -dot(normalAndG.xyz, normalize(ray)));
   mapLevel = clamp(levelOffset + 0.5 * log2(lobe), 0.0, lastLevel);
   spread = max(spread, 2.0 * sqrt(lobe));
   distance = 0.0;
