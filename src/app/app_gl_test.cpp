@@ -72,7 +72,7 @@ TEST(AppGl, AMethodThatFailsLeavesTheOthersTheirTables) {
   fs::create_directories(folder);
   std::ofstream(folder / "run.json") << R"({
     "scene": ")" CATOPTRIC_SOURCE_DIR R"(/scenes/nine_spheres.json",
-    "image": {"width": 256, "height": 256, "samples": 2},
+    "image": {"width": 512, "height": 512, "samples": 3},
     "methods": [{"method": "second_order", "probes": 0, "memory_mib": 1, "depth_image_scale": 8,
                  "bin_density": 1000, "max_theta_bins": 128, "max_phi_bins": 64},
                 "traced", "environment_map"],

@@ -227,13 +227,15 @@ int MaterialLibrary::reflectiveOf(int index, const Value& reflective) {
       g = glossinessFromPhongExponent(static_cast<float>(reflective.get("n").asNumber()));
     }
   }
-  const std::string key =
-      "reflective " + std::to_string(index) + " " + std::to_string(s) + " " + std::to_string(g);
+  // Without s, g and n the lobe stays the material's own
+  const bool own = reflective.kind() == Value::Kind::Object && reflective.keys().empty();
+  const std::string key = "reflective " + std::to_string(index) + " " + std::to_string(s) + " " +
+                          std::to_string(g) + (own ? " own" : "");
   const auto [entry, isNew] = byKey_.try_emplace(key, static_cast<int>(scene_.materials.size()));
   if (isNew) {
     Material copy = original;
     setReflectance(copy, s, g);
-    if (reflective.keys().empty()) copy.lobe = original.lobe;
+    if (own) copy.lobe = original.lobe;
     scene_.materials.push_back(std::move(copy));
   }
   return entry->second;
