@@ -21,7 +21,7 @@ import sys
 
 sys.dont_write_bytecode = True
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-loader = importlib.machinery.SourceFileLoader("golden", str(ROOT / "scripts" / "golden"))
+loader = importlib.machinery.SourceFileLoader("golden", str(ROOT / "tests" / "golden_frames.py"))
 golden = importlib.util.module_from_spec(importlib.util.spec_from_loader("golden", loader))
 loader.exec_module(golden)
 
