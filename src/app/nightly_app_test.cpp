@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/test_program.h"
+#include "core/clock.h"
 
 namespace catoptric::app {
 namespace {
@@ -174,12 +175,14 @@ TEST_F(Nightly, NobodysPageIsReplaced) {
 }
 
 TEST_F(Nightly, KilledAnywhereItGoesOn) {
+  const std::int64_t start = nowNs();
   ASSERT_EQ(nightly(suite()).exitCode, 0);
+  const double night = secondsSince(start);
   ASSERT_EQ(nightly("accept '*' --reason first").exitCode, 0);
   const auto before = accepted();
   ASSERT_EQ(before.size(), 6u);
   std::mt19937 random(7);
-  std::uniform_real_distribution<double> moment(0.01, 1.2);
+  std::uniform_real_distribution<double> moment(0.0, 0.7 * night);
   const int kills = isLong() ? 100 : 8;
   writeBuild("next", "more='--set image.samples=2'");
   int killed = 0;
