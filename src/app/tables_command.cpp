@@ -252,8 +252,7 @@ void drawPictures(const study::Suite& suite, const study::SuiteData& data,
     std::map<std::string, std::map<int, std::filesystem::path>> files;
     for (const auto& [name, methods] : study::framesOf(picture))
       for (const auto& [method, numbers] : methods) {
-        const auto run = std::ranges::find_if(
-            suite.runs, [&](const study::SuiteRun& one) { return one.name == name; });
+        const auto run = std::ranges::find(suite.runs, name, &study::SuiteRun::name);
         study::SuiteRun own = *run;
         own.methods = {method};
         own.against.clear();
