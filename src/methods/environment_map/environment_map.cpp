@@ -90,7 +90,9 @@ class EnvironmentMap : public Method {
     refractive_ = raster::RefractiveSamples(services.scene);
     const auto program = [&](const char* label, const char* glossy) {
       return gl::Program::fullScreen(label, "methods/environment_map/shaders/lookup.frag",
-                                     {{"GLOSSY", glossy}, {"MASKS", masks_ ? "1" : "0"}});
+                                     {{"GLOSSY", glossy},
+                                      {"MASKS", masks_ ? "1" : "0"},
+                                      {"GGX", services.scene.hasGgxLobes() ? "1" : "0"}});
     };
     if (reflectors_.mirrors()) mirror_ = program("environment look-up", "0");
     if (reflectors_.glossy) glossy_ = program("environment look-up, glossy", "1");

@@ -63,6 +63,7 @@ RayPass::RayPass(const Options& options, const SceneReflectors& reflectors,
   ggx_ = services.scene.hasGgxLobes();
   if (reflectors_.glossy) glossy_ = walkProgram(services, true);
   std::vector<gl::Define> defines = raster::SceneRaster::shadingDefines(services.lighting);
+  defines.push_back({"GGX", ggx_ ? "1" : "0"});
   lookUps_ = gl::Program("samples that found nothing",
                          {.vertex = "methods/second_order/shaders/tiles.vert",
                           .fragment = "methods/second_order/shaders/look_up.frag",

@@ -1,5 +1,9 @@
 // Lobes of reflective places: scene/lobe.h, the same formulas in the same order. A lobe is one number:
 // a Phong lobe's g, or 2 + the roughness of a GGX lobe.
+//   GGX  1: some lobes are GGX' (0 when it is not defined)
+#ifndef GGX
+#define GGX 0
+#endif
 const float kLobePi = 3.14159265358979;
 
 // The alpha of the G-buffer's normals: the lobe, or -1 - lobe where the normal was bent.
@@ -25,17 +29,24 @@ float ggxHalfAngle(float alpha, float cosine) {
 
 // scene::coneExponent(); cosine: of the view to the normal.
 float coneExponent(float lobe, float cosine) {
+#if GGX
   float roughness = lobe - 2.0;
   float angle = max(ggxHalfAngle(roughness * roughness, cosine), 1e-6);
   return isGgx(lobe) ? max(0.0, 2.0 / (angle * angle) - 1.0) : phongExponent(lobe);
+#else
+  return phongExponent(lobe);
+#endif
 }
 
 // Of a lobe about the mirrored ray per axis, steradians: 1 / (n + 1), and 2 pi times that the solid
 // angle. At most 1.
 float lobeVariance(float lobe, float cosine) {
   float g2 = lobe * lobe;
-  return isGgx(lobe) ? 1.0 / max(1.0, coneExponent(lobe, cosine) + 1.0)
-                     : 1.0 / max(1.0, 2.0 / max(g2 * g2, 1e-12) - 1.0);
+  float variance = 1.0 / max(1.0, 2.0 / max(g2 * g2, 1e-12) - 1.0);
+#if GGX
+  variance = isGgx(lobe) ? 1.0 / max(1.0, coneExponent(lobe, cosine) + 1.0) : variance;
+#endif
+  return variance;
 }
 
 float ggxLambda(float alpha, float cosine) {

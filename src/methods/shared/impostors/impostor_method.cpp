@@ -142,6 +142,7 @@ void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
   const auto program = [&](const char* label, const char* glossy) {
     std::vector<gl::Define> with = defines();
     with.push_back({"GLOSSY", glossy});
+    with.push_back({"GGX", services.scene.hasGgxLobes() ? "1" : "0"});
     with.push_back({"BOUNCES", std::to_string(options_.bounces)});
     with.push_back({"MASKS", settings.masks ? "1" : "0"});
     with.push_back({"WALLS", options_.transitionHeight > 0.0f ? "1" : "0"});
