@@ -141,8 +141,7 @@ Settings settingsOf(const SuiteRun& run, const Settings& ofEffort,
   for (const auto& [name, patch] :
        {std::pair<std::string, const Value&>{"scene", run.scenePatch}, {"path", run.pathPatch}}) {
     if (patch.isNull()) continue;
-    const auto own =
-        std::ranges::find_if(settings, [&](const auto& one) { return one.first == name; });
+    const auto own = std::ranges::find(settings, name, &Settings::value_type::first);
     const std::filesystem::path file = std::filesystem::absolute(
         own != settings.end()
             ? std::filesystem::path(own->second)
