@@ -339,37 +339,33 @@ def unlike_table(bench, cases):
 PAGE = """# Extremes
 
 The test `extremes` renders scenes at their extremes (tiny, huge, far away, degenerate, blinding) by every method, and
-compares each picture with its truth. [extremes.csv](extremes.csv) has all {pictures} pictures of {cases} cases,
-and {sequences} sequences.
-This page and the table are made by
+compares each picture with its truth. [extremes.csv](extremes.csv) has {pictures} pictures of {cases} cases, and
+{sequences} sequences. It and this page are made by
 
     tests/extremes/run.py --write --huge --sequences
 
-Each case is measured with {sizes} pixels along a side, unless it says otherwise. `scripts/test` renders most of the
-cases with {small} x {small} pixels, and `scripts/test --long` renders all of them. The test fails if
+Pictures have {sizes} pixels along a side, unless a case says otherwise. `scripts/test` renders most cases with {small} x
+{small} pixels, `scripts/test --long` all. The test fails if
 
-- a picture's error exceeds its bound,
+- an error exceeds its bound,
 - a frame is missing, or has a NaN or an infinity,
-- a ray is refused, except for the few that a case allows,
-- a value is clamped where the case is not about clamped values, or
-- a bound is more than three times the error in the table, and states no reason. Pictures of different processors
-  differ by up to {floor} display steps, so a bound may always be {floor} steps above the error.
-
-## Columns
+- a ray is refused or a value clamped, unless the case allows it, or
+- a bound is more than three times the error in the table and more than {floor} display steps above it (by which
+  processors differ), without a reason.
 
 | column | meaning |
 |---|---|
-| `truth` | what the picture is compared with: the same method's picture of another scene that must look the same, or the picture of the same case by `reference` |
-| {errors} | mean absolute difference per channel in 8-bit display steps, with so many pixels along a side |
-| `bound` | largest error with which the test passes; empty: the error is only measured |
-| `reason` | why the bound is more than three times the error |
+| `truth` | the same method's picture of another scene that must look the same, or `reference`'s picture of this one |
+| {errors} | L1_8bit with so many pixels along a side |
+| `bound` | largest error with which the test passes; empty: only measured |
+| `reason` | why the bound is loose |
 | `max_8bit` | largest difference of any channel |
-| `refused` | rays that Embree was not given, because they are not finite or reach beyond 1e18; they see the environment |
+| `refused` | rays that are not finite or reach beyond 1e18; they show the environment |
 | `not_finite` | radiances that were NaN or infinite, and were taken as 0 |
-| `clamped` | values too large for half floats: in the frame, in the cube map and in the images of impostors |
+| `clamped` | values too large for half floats: in the frame, the cube map and the images of impostors |
 
-Rows called `sequence` are the tests of `src/methods/reprojection/sequences_gl_test.cpp`: `reprojection` keeps state
-over frames, so its extremes are sequences. Their error is the largest of any frame, over the reflective samples.
+Rows called `sequence` are from `src/methods/reprojection/sequences_gl_test.cpp`. Their error is the largest of any
+frame, over the reflective samples.
 
 ## The largest errors that have a bound
 
@@ -379,11 +375,11 @@ over frames, so its extremes are sequences. Their error is the largest of any fr
 
 ## What causes errors at large distances
 
-A scene whose centre is farther from 0 than 64 times its diameter gets an origin of its own, which is subtracted in
-double precision. Moving a scene by 1e5 metres therefore changes nothing except the positions of lights, which a
-description keeps in single precision (`box_far`: 0.004 m off). From 230 km away, positions are rounded to 0.02 m, and
-reflected rays start 0.9 m off their surface, which is 32 such roundings (`narrow_far`). A triangle that a matrix has
-collapsed to a line may give a sample without a position, whose ray is refused.
+A scene whose centre is farther from 0 than 64 times its diameter gets an origin of its own, subtracted in double
+precision. So moving a scene by 1e5 metres changes only the positions of lights, which are kept in single precision
+(`box_far`: 0.004 m off). From 230 km away, positions are rounded to 0.02 m, and reflected rays start 32 such roundings
+off their surface (`narrow_far`). A triangle that a matrix collapses to a line may give a sample without a position,
+whose ray is refused.
 """
 
 
@@ -395,8 +391,7 @@ def write(table):
         writer.writerows(table)
     bounded = sorted((row for row in table if row["bound"] and figure(row) is not None), key=figure, reverse=True)
     pictures = [row["case"] for row in table if row["case"] != "sequence"]
-    worst = [f"| `{row['case']}`: {row['what']} | {row['method']} | {figure(row):.2f} | {row['bound']} |"
-             for row in bounded[:8]]
+    worst = [f"| `{row['case']}` | {row['method']} | {figure(row):.2f} | {row['bound']} |" for row in bounded[:8]]
     CSV.with_suffix(".md").write_text(PAGE.format(
         pictures=len(pictures), cases=len(set(pictures)), sequences=len(table) - len(pictures), floor=FLOOR,
         sizes=" and ".join(map(str, SIZES)), small=SIZES[1], errors=", ".join(f"`L1_8bit_{size}`" for size in SIZES),
