@@ -187,6 +187,7 @@ void addLightsAndCameras(Contents& all, const Scene& scene) {
   for (const CameraDefinition& camera : scene.cameras) {
     all.value(camera.node);
     all.value(camera.verticalFovRad);
+    all.value(camera.nearMetres);
   }
 }
 

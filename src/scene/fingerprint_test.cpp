@@ -136,8 +136,8 @@ TEST_F(SceneFingerprint, HasTheWholeOfObjectsLightsAndCameras) {
          position, direction] = scene_.lights[0];
   expectAllCount(print_, type, intensity, range, innerConeRad, outerConeRad, radius, baked,
                  lightNode, position, direction);
-  auto& [cameraName, cameraNode, verticalFovRad] = scene_.cameras[0];
-  expectAllCount(print_, cameraNode, verticalFovRad);
+  auto& [cameraName, cameraNode, verticalFovRad, nearMetres] = scene_.cameras[0];
+  expectAllCount(print_, cameraNode, verticalFovRad, nearMetres);
   expectNoneCounts(print_, lightName, cameraName);
 }
 

@@ -182,6 +182,7 @@ struct CameraDefinition {
   std::string name;
   int node = kNone;
   float verticalFovRad = kPi / 4.0f;
+  float nearMetres = 0.0f;  ///< 0: the path's
 };
 
 enum class Interpolation : std::uint8_t { Step, Linear, CubicSpline };

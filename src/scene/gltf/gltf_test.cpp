@@ -1,6 +1,7 @@
 // What loadGltf makes of valid files, against values known on paper.
 #include "core/error.h"
 #include "image/image.h"
+#include "scene/camera.h"
 #include "scene/gltf/test_fixture.h"
 #include "scene/reflectance.h"
 
@@ -393,7 +394,7 @@ TEST_F(Gltf, LightsAndCameras) {
   w.arrays["scenes"] = {R"({"nodes":[0]})"};
   w.add("cameras",
         R"({"type":"orthographic","orthographic":{"xmag":1,"ymag":1,"znear":0,"zfar":1}})");
-  w.add("cameras", R"({"type":"perspective","perspective":{"yfov":0.75,"znear":0.1}})");
+  w.add("cameras", R"({"type":"perspective","perspective":{"yfov":0.75,"znear":1e-5}})");
   const Scene scene = load();
   ASSERT_EQ(scene.lights.size(), 3u);
   EXPECT_EQ(scene.lights[0].type, LightType::Spot);
@@ -413,6 +414,28 @@ TEST_F(Gltf, LightsAndCameras) {
   EXPECT_EQ(scene.cameras[0].name, "eye");
   EXPECT_EQ(scene.cameras[0].node, 4);
   EXPECT_FLOAT_EQ(scene.cameras[0].verticalFovRad, 0.75f);
+  EXPECT_FLOAT_EQ(scene.cameras[0].nearMetres, 1e-5f);
+}
+
+TEST_F(Gltf, CamerasKeepTheirNearPlaneAndHaveNoFarPlane) {
+  const auto loadWith = [&](const std::string& camera) {
+    w = triangleFile();
+    w.arrays["nodes"] = {R"({"mesh":0})", R"({"name":"eye","camera":0})"};
+    w.arrays["scenes"] = {R"({"nodes":[0,1]})"};
+    w.add("cameras", camera);
+    return load();
+  };
+  const Scene infinite =
+      loadWith(R"({"type":"perspective","perspective":{"yfov":0.75,"znear":0.25}})");
+  ASSERT_EQ(infinite.cameras.size(), 1u);
+  EXPECT_FLOAT_EQ(defaultPath(infinite)->frame(1).camera.nearMetres, 0.25f);
+  const Scene far =
+      loadWith(R"({"type":"perspective","perspective":{"yfov":0.75,"znear":0.25,"zfar":0.5}})");
+  EXPECT_EQ(defaultPath(far)->frame(1).camera, defaultPath(infinite)->frame(1).camera);
+  const Scene orthographic = loadWith(
+      R"({"type":"orthographic","orthographic":{"xmag":1,"ymag":1,"znear":0.25,"zfar":1}})");
+  EXPECT_TRUE(orthographic.cameras.empty());
+  EXPECT_TRUE(hasNote(orthographic, "orthographic cameras are ignored"));
 }
 
 TEST_F(Gltf, TwentyThousandNodesDeepAreFine) {

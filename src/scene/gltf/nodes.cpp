@@ -372,6 +372,7 @@ void readLightsAndCameras(Reader& reader, const NodeOrder& order) {
         camera.name = !source.name.empty() ? source.name : reader.scene.nodes[n].name;
         camera.node = static_cast<int>(n);
         camera.verticalFovRad = static_cast<float>(source.perspective.yfov);
+        camera.nearMetres = static_cast<float>(source.perspective.znear);
         reader.scene.cameras.push_back(std::move(camera));
       } else {
         reader.scene.notes.push_back(elementPlace("cameras", size(node.camera)) +

@@ -24,8 +24,10 @@ using config::Value;
 class SceneCameraPath : public CommonPath {
  public:
   SceneCameraPath(const PathSettings& common, const Scene& scene,
-                  const CameraDefinition& definition)
-      : CommonPath(common), scene_(scene), definition_(definition) {}
+                  const CameraDefinition& definition, bool nearGiven)
+      : CommonPath(common), scene_(scene), definition_(definition) {
+    if (!nearGiven && definition.nearMetres > 0.0f) common_.nearMetres = definition.nearMetres;
+  }
 
   PathFrame frame(int number) const override {
     Camera camera;
@@ -81,12 +83,12 @@ Vec3 unitUp(const Value& value) {
 }
 
 std::unique_ptr<CameraPath> makeSceneCamera(const Value& name, const PathSettings& common,
-                                            const Scene& scene) {
+                                            const Scene& scene, bool nearGiven) {
   std::vector<std::string> names;
   for (const CameraDefinition& camera : scene.cameras) {
     names.push_back(camera.name);
     if (name.asString().empty() || camera.name == name.asString()) {
-      return std::make_unique<SceneCameraPath>(common, scene, camera);
+      return std::make_unique<SceneCameraPath>(common, scene, camera, nearGiven);
     }
   }
   name.fail(names.empty()
@@ -135,7 +137,7 @@ std::unique_ptr<CameraPath> makePathAtDepth(const Value& path, const Scene& scen
       timed.frames = static_cast<int>(std::min<double>(
           kMaxPathFrames, std::floor(static_cast<double>(scene.duration()) * common.fps) + 1.0));
     }
-    return makeSceneCamera(path.get("gltf_camera"), timed, scene);
+    return makeSceneCamera(path.get("gltf_camera"), timed, scene, path.has("near"));
   }
   if (depth > 8) path.fail("segments are nested too deeply");
   if (framesGiven) path.get("frames").fail("segments have their own \"frames\"");
@@ -196,8 +198,11 @@ const Schema& pathSchema() {
                           1.0, static_cast<double>(kMaxPathFrames)),
           fields::number("fps", "Frames per second of the scene's time.", "30", 0.001, 100000.0),
           fields::number("fov", "The vertical field of view in degrees.", "60", 0.001, 179.9),
-          fields::number("near", "The distance of the near plane in metres; there is no far plane.",
-                         "0.01", 1e-9, 1e6),
+          fields::number(
+              "near",
+              "The distance of the near plane in metres; there is no far plane. A gltf_camera "
+              "has its file's (znear) unless this is given.",
+              "0.01", 1e-9, 1e6),
           fields::vec3("up",
                        "The direction that is up in the image, where the camera looks at targets.",
                        "[0, 1, 0]"),
@@ -239,7 +244,7 @@ std::unique_ptr<CameraPath> defaultPath(const Scene& scene) {
       static_cast<int>(std::floor(static_cast<double>(scene.duration()) * common.fps)) + 1, 1,
       kMaxPathFrames);
   if (!scene.cameras.empty()) {
-    return std::make_unique<SceneCameraPath>(common, scene, scene.cameras.front());
+    return std::make_unique<SceneCameraPath>(common, scene, scene.cameras.front(), false);
   }
 
   // No camera: from the front and a little above, so far away that the bounding sphere fits.

@@ -196,6 +196,20 @@ TEST(Frames, ParseAndFormat) {
   EXPECT_THAT(error("99999999999999"), HasSubstr("too large"));
 }
 
+TEST(Path, SceneCamerasHaveTheirNearPlaneUnlessThePathSaysOne) {
+  Scene scene;
+  scene.cameras.resize(2);
+  scene.cameras[0].nearMetres = 1e-5f;
+  const auto nearOf = [&](const std::string& path) {
+    return makePath(config::parseText(path, "path.json"), scene)->frame(1).camera.nearMetres;
+  };
+  EXPECT_FLOAT_EQ(nearOf(R"({"gltf_camera": ""})"), 1e-5f);
+  EXPECT_FLOAT_EQ(nearOf(R"({"gltf_camera": "", "near": 0.5})"), 0.5f);
+  EXPECT_FLOAT_EQ(defaultPath(scene)->frame(1).camera.nearMetres, 1e-5f);
+  scene.cameras[0].nearMetres = 0.0f;  // not said
+  EXPECT_FLOAT_EQ(nearOf(R"({"gltf_camera": ""})"), 0.01f);
+}
+
 TEST(Path, ATargetAtTheCameraIsRefused) {
   EXPECT_THAT(pathError(R"({"keyframes": [{"position": [0,0,1], "target": [1e-30,0,1]}]})"),
               HasSubstr("position and target are the same point"));
