@@ -141,8 +141,8 @@ class GlossyLod : public Method {
   TraceCounts trace(const FrameInput& input, Services& services) {
     raster::GBuffer& gbuffer = *services.gbuffer;
     const scene::Camera& camera = input.frame.camera;
-    const SampleTiles tiles({gbuffer.sampleWidth(), gbuffer.sampleHeight(), gbuffer.samples},
-                            camera, services.scene, extents_, own_);
+    const SampleTiles tiles({gbuffer.sampleWidth(), gbuffer.sampleHeight()}, camera, services.scene,
+                            extents_, own_);
     const SceneTexels texels{images_, radiance_};
     const Shading shading{&services.scene, &services.geometry, &services.lighting, &images_};
     Traced scene{

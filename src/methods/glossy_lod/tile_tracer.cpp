@@ -271,7 +271,7 @@ const float* TileTracer::slopesOf(std::size_t point, int count) {
   const Vec2 shift(points.shiftX[point], points.shiftY[point]);
   const std::uint32_t bits = std::bit_cast<std::uint32_t>(g) * 0x9E3779B1u ^
                              std::bit_cast<std::uint32_t>(shift.x) * 0x85EBCA77u;
-  Widths& widths = widths_[bits >> 26];
+  Widths& widths = widths_[bits >> 24];
   if (widths.g != g || widths.shift != shift || widths.count != count) {
     widths.g = g;
     widths.shift = shift;

@@ -94,7 +94,7 @@ class TileTracer {
   const float* slopesOf(std::size_t point, int count);
 
   trace::LobeTracer lobes_;
-  std::array<Widths, 64> widths_;  ///< a power of two; ours
+  std::array<Widths, 256> widths_;  ///< a power of two; ours
   std::array<RayPacket, 256> packets_;
   std::array<std::array<Vec3, RayPacket::kMost>, 256> values_;    ///< of their rays
   std::array<std::array<float, RayPacket::kMost>, 256> weights_;  ///< likewise

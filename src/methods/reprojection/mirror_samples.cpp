@@ -27,8 +27,8 @@ void MirrorSamples::find(const raster::GBufferCopy& source, const scene::Camera&
   camera_ = &camera;
   trace_ = &trace;
   own_ = own;
-  const SampleTiles tiles({source.sampleWidth(), source.sampleHeight(), source.samples}, camera,
-                          trace.scene(), trace.extents(), own);
+  const SampleTiles tiles({source.sampleWidth(), source.sampleHeight()}, camera, trace.scene(),
+                          trace.extents(), own);
   const auto columns = static_cast<std::size_t>(tiles.columns());
   tiles_.resize(columns * static_cast<std::size_t>(SampleTiles::rowsOf(source.sampleHeight())));
   parallelFor(tiles_.size(), kTilesPerTask, [&](std::size_t begin, std::size_t end) {
@@ -48,8 +48,8 @@ void MirrorSamples::find(const raster::GBufferCopy& source, const scene::Camera&
 
 void MirrorSamples::eachTile(
     const std::function<void(std::size_t, trace::PointLanes&)>& body) const {
-  const SampleTiles tiles({source_->sampleWidth(), source_->sampleHeight(), source_->samples},
-                          *camera_, trace_->scene(), trace_->extents(), own_);
+  const SampleTiles tiles({source_->sampleWidth(), source_->sampleHeight()}, *camera_,
+                          trace_->scene(), trace_->extents(), own_);
   parallelFor(tiles_.size(), kTilesPerTask, [&](std::size_t begin, std::size_t end) {
     trace::PointLanes& lanes = trace::LobeTracer::ofThread().points();
     for (std::size_t t = begin; t < end; ++t) {
@@ -74,8 +74,8 @@ bool MirrorSamples::isSplit(const SampleTiles::Members& members,
 void MirrorSamples::eachPacketOf(
     std::span<const std::uint32_t> slots, const trace::ReflectionOptions& options,
     const std::function<void(std::span<const std::uint32_t>, trace::PointLanes&)>& body) const {
-  const SampleTiles tiles({source_->sampleWidth(), source_->sampleHeight(), source_->samples},
-                          *camera_, trace_->scene(), trace_->extents(), own_);
+  const SampleTiles tiles({source_->sampleWidth(), source_->sampleHeight()}, *camera_,
+                          trace_->scene(), trace_->extents(), own_);
   parallelFor(tiles_.size(), kTilesPerTask, [&](std::size_t begin, std::size_t end) {
     trace::PointLanes& lanes = trace::LobeTracer::ofThread().points();
     SampleTiles::Members some;

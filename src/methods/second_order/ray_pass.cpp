@@ -203,7 +203,6 @@ void RayPass::followRays(Services& services, const RayInputs& inputs) {
     bindWalk(program, services, inputs);
     if (sampleClass == raster::SampleClass::Glossy) {
       bindFallback(program, services, inputs);
-      program.set("samplesPerPixel", services.gbuffer->samples);
       if (lobeHorizons_)
         services.gbuffer->lobeHorizon.bindImage(shared::kLobeHorizonsBinding, GL_READ_ONLY);
       if (options_.glossyReach > 0.0f) program.set("reach", options_.glossyReach);

@@ -192,8 +192,8 @@ Retrace::Done Retrace::run(const FrameInput& input, Services& services,
                            const RayPass& shown) {
   const scene::Camera& camera = input.frame.camera;
   const trace::TraceScene& trace = *services.trace;
-  const SampleTiles tiles({gbuffer.sampleWidth(), gbuffer.sampleHeight(), gbuffer.samples}, camera,
-                          trace.scene(), trace.extents(), own_);
+  const SampleTiles tiles({gbuffer.sampleWidth(), gbuffer.sampleHeight()}, camera, trace.scene(),
+                          trace.extents(), own_);
   readRows(*services.gbuffer, tiles, clustering, shown);
   const float spread = scene::pixelSpreadRad(camera, gbuffer.sampleHeight());
   const auto columns = static_cast<std::size_t>(tiles.columns());

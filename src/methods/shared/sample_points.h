@@ -1,20 +1,34 @@
 // Samples of a G-buffer as points to trace from: one definition for all methods.
 #pragma once
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 
+#include "core/random.h"
+#include "core/sampling.h"
 #include "raster/gbuffer.h"
 #include "scene/camera.h"
 #include "trace/lobes/reflect.h"
 
 namespace catoptric::methods {
 
-/// ReflectionPoint::shift at a place of a pixel of samples x samples: lobes of the samples of one
-/// pixel are shifted against each other, the same way in every pixel and frame.
-inline Vec2 lobeShift(int cell, int samples) {
-  const auto cells = static_cast<float>(samples * samples);
-  return {(static_cast<float>(cell) + 0.5f) / cells,
-          glm::fract(static_cast<float>(cell) * 0.6180340f)};
+/// ReflectionPoint::shift of sample (x, y), the same in every frame: the R2 sequence along the
+/// Morton order of 8 x 8 samples. So the rays of neighbours fill each other's gaps: those of a
+/// pixel's samples, of 2 x 2 pixels, of 4 x 4. lobe_rays.glsl has the same numbers.
+inline Vec2 lobeShift(int x, int y) {
+  static const auto shifts = [] {
+    std::array<Vec2, 64> table;
+    for (unsigned at = 0; at < table.size(); ++at) {
+      std::uint32_t place = 0;
+      for (unsigned bit = 0; bit < 3; ++bit)
+        place |= (at >> bit & 1u) << 2 * bit | (at >> (bit + 3) & 1u) << (2 * bit + 1);
+      table[at] = {unitFloat(0x80000000u + place * kR2xBits),
+                   unitFloat(0x80000000u + place * kR2yBits)};
+    }
+    return table;
+  }();
+  return shifts[static_cast<std::size_t>((y & 7) * 8 + (x & 7))];
 }
 
 class SamplePoints {
@@ -49,8 +63,7 @@ class SamplePoints {
       point.lobeHorizon = raster::lobeHorizonOf(source_.lobeHorizon[at], point.normal);
     point.object = static_cast<int>(source_.object[at]);
     point.extent = trace_.extentOf(point.object - 1);
-    point.shift =
-        lobeShift((y % source_.samples) * source_.samples + x % source_.samples, source_.samples);
+    point.shift = lobeShift(x, y);
     return point;
   }
 

@@ -45,7 +45,6 @@ SampleTiles::SampleTiles(const SampleGrid& grid, const scene::Camera& camera,
     : camera_{camera.eye(), camera.nearMetres,
               scene::rayFromPixel(camera, grid.width, grid.height)},
       width_(grid.width),
-      samples_(grid.samples),
       columns_((grid.width + kSize - 1) / kSize) {
   kinds_.assign(scene.objects.size() + 1, Kind::No);
   extents_.assign(scene.objects.size() + 1, 0.0f);
@@ -57,12 +56,6 @@ SampleTiles::SampleTiles(const SampleGrid& grid, const scene::Camera& camera,
                         : Kind::Yes;
     extents_[i + 1] = extents[i];
   }
-  for (int cell = 0; cell < samples_ * samples_; ++cell)
-    shifts_.push_back(lobeShift(cell, samples_));
-  for (int x = 0; x < grid.width; ++x)
-    cellOfColumn_.push_back(static_cast<std::uint16_t>(x % samples_));
-  for (int y = 0; y < grid.height; ++y)
-    cellOfRow_.push_back(static_cast<std::uint16_t>(y % samples_ * samples_));
 }
 
 void SampleTiles::find(const raster::GBufferCopy& source, int column, int row, Members& out) const {
@@ -126,8 +119,7 @@ void SampleTiles::place(const raster::GBufferCopy& source, const Members& member
                                : raster::lobeHorizonOf(source.lobeHorizon[members.at[k]], normal));
   }
   for (std::size_t k = 0; k < members.count; ++k) {
-    const Vec2 shift =
-        shifts_[static_cast<std::size_t>(cellOfColumn_[members.x[k]] + cellOfRow_[members.y[k]])];
+    const Vec2 shift = lobeShift(members.x[k], members.y[k]);
     points.shiftX[k] = shift.x;
     points.shiftY[k] = shift.y;
   }

@@ -20,11 +20,10 @@ namespace catoptric::methods {
 /// then must s be read back.
 bool specularLevelsVary(const scene::Scene& scene, const frame::ObjectSet& own);
 
-/// A G-buffer's size.
+/// A G-buffer's size in samples.
 struct SampleGrid {
-  int width;  ///< in samples
+  int width;
   int height;
-  int samples;  ///< of a pixel, per axis
 };
 
 class SampleTiles {
@@ -64,13 +63,10 @@ class SampleTiles {
 
  private:
   enum class Kind : std::uint8_t { No, Yes, ByTexture };
-  std::vector<Kind> kinds_;                              ///< by object id
-  std::vector<float> extents_;                           ///< by object id
-  std::vector<Vec2> shifts_;                             ///< by place in a pixel
-  std::vector<std::uint16_t> cellOfColumn_, cellOfRow_;  ///< their sum is a sample's place
+  std::vector<Kind> kinds_;     ///< by object id
+  std::vector<float> extents_;  ///< by object id
   trace::SampleCamera camera_;
   int width_;
-  int samples_;
   int columns_;
 };
 

@@ -155,8 +155,8 @@ struct TracedSamples {
     const methods::SamplePoints pointAt(copy, camera, stage.embree());
     // In the packets of `traced`: which of two triangles at one distance Embree names depends on
     // the rays beside.
-    const methods::SampleTiles tiles({copy.sampleWidth(), copy.sampleHeight(), copy.samples},
-                                     camera, stage.scene, stage.embree().extents(), {});
+    const methods::SampleTiles tiles({copy.sampleWidth(), copy.sampleHeight()}, camera, stage.scene,
+                                     stage.embree().extents(), {});
     methods::SampleTiles::Members members;
     trace::LobeTracer& tracer = trace::LobeTracer::ofThread();
     tracer.begin(stage.embree(), stage.moment.lighting,

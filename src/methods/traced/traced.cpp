@@ -124,8 +124,8 @@ class Traced : public Method {
                                      Services& services) {
     raster::GBuffer& gbuffer = *services.gbuffer;
     const scene::Camera& camera = input.frame.camera;
-    const SampleTiles tiles({gbuffer.sampleWidth(), gbuffer.sampleHeight(), gbuffer.samples},
-                            camera, trace.scene(), trace.extents(), reflectors_);
+    const SampleTiles tiles({gbuffer.sampleWidth(), gbuffer.sampleHeight()}, camera, trace.scene(),
+                            trace.extents(), reflectors_);
     const float spread = scene::pixelSpreadRad(camera, gbuffer.sampleHeight());
     trace::ReflectionCounts counts;
     std::mutex mutex;

@@ -16,10 +16,10 @@
 
 namespace catoptric::trace {
 
-/// Directions of lobes about their axes, kept: samples of one lobe at the same place in their
-/// pixels have the same. All GGX lobes share their points of the disk.
+/// Directions of lobes about their axes, kept: samples of one lobe with the same shift have the
+/// same. All GGX lobes share their points of the disk.
 struct LobeTracer::LobeTables {
-  static constexpr int kKeptBits = 6;  ///< ours
+  static constexpr int kKeptBits = 8;  ///< ours
   static constexpr std::size_t kKept = std::size_t{1} << kKeptBits;
   static constexpr float kDisk = 2.0f;  ///< stands for every GGX lobe
 

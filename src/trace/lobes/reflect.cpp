@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/basis.h"
+#include "core/random.h"
 #include "core/sampling.h"
 #include "scene/implicit/gradient.h"
 
@@ -95,10 +96,11 @@ PointRay lobeRay(const ReflectionPoint& point, int index, int count) {
 
 ReflectionPoint nextPoint(const ReflectionPoint& point, int index, const Vec3& direction,
                           float metres, const frame::SurfacePoint& surface, float extent) {
-  // A lobe within a lobe: one ray each, at shifted places.
-  const float k = static_cast<float>(index);
-  const Vec2 shift(wrapUnit(point.shift.x + glm::fract(0.7548777f * (k + 1.0f))),
-                   wrapUnit(point.shift.y + glm::fract(0.5698403f * (k + 1.0f))));
+  // A lobe within a lobe: one ray each. Its shift is 32 (index + 1) places further on in the
+  // sequence of shifts, so the rays of neighbouring samples differ here, too.
+  const std::uint32_t places = 32u * (static_cast<std::uint32_t>(index) + 1u);
+  const Vec2 shift(wrapUnit(point.shift.x + unitFloat(places * kR2xBits)),
+                   wrapUnit(point.shift.y + unitFloat(places * kR2yBits)));
   return {surface.position,
           surface.normal,
           direction,

@@ -19,7 +19,6 @@
 #endif
 
 #if LOBES
-uniform int samplesPerPixel;  // per axis
 #if LOBE_HORIZONS
 layout(binding = kLobeHorizonsBinding, r32ui) readonly uniform uimage2D lobeHorizons;
 #endif
@@ -154,7 +153,7 @@ Met followRays(Surface surface, DepthImage image, inout uint bits) {
 #endif
 #if LOBES
   const int rays = RAYS;
-  vec2 shift = lobeShift(surface.at, samplesPerPixel);
+  vec2 shift = lobeShift(surface.at);
   uvec2 nothingSeen = uvec2(0u);
   uvec2 skySeen = uvec2(0u);
 #if FADE

@@ -7,11 +7,13 @@ float radicalInverse2(uint i) {
   return float(bitfieldReverse(i) >> 8) * (1.0 / 16777216.0);
 }
 
-// Where in its cells a sample's lobe is sampled.
-vec2 lobeShift(ivec2 sampleAt, int samplesPerPixel) {
-  int cell = (sampleAt.y % samplesPerPixel) * samplesPerPixel + sampleAt.x % samplesPerPixel;
-  return vec2((float(cell) + 0.5) / float(samplesPerPixel * samplesPerPixel),
-              fract(float(cell) * 0.6180340));
+// Where in its cells a sample's lobe is sampled: methods::lobeShift().
+vec2 lobeShift(ivec2 sampleAt) {
+  uvec2 at = uvec2(sampleAt);
+  uvec2 spread = (at & 1u) | (at & 2u) << 1 | (at & 4u) << 2;
+  uint place = spread.x | spread.y << 1;
+  uvec2 bits = 0x80000000u + place * uvec2(0xC13FA9A9u, 0x91E10DA5u);  // kR2xBits, kR2yBits
+  return vec2(bits >> 8) * (1.0 / 16777216.0);
 }
 
 // A sample's lobe.
