@@ -33,6 +33,8 @@ run::Plan planOf(const run::Stage& stage) {
     log::warning(warning);
   if (const std::string warning = run::refractionWarning(plan, stage.scene()); !warning.empty())
     log::warning(warning);
+  for (const std::string& note : run::reflectionNotes(plan, stage.scene(), stage.run().image))
+    log::info(note);
   return plan;
 }
 

@@ -315,6 +315,44 @@ std::string refractionWarning(const Plan& plan, const scene::Scene& scene) {
   return warning;
 }
 
+std::vector<std::string> reflectionNotes(const Plan& plan, const scene::Scene& scene,
+                                         const methods::RunSettings& image) {
+  std::vector<std::string> notes;
+  std::size_t reflectors = 0;
+  std::size_t dielectrics = 0;
+  bool fresnelMatters = false;
+  for (const scene::Object& object : scene.objects) {
+    const scene::Material& material = scene.materials[static_cast<std::size_t>(object.material)];
+    const bool ggx = material.lobe == scene::LobeModel::Ggx;
+    if (object.reflector != 0) {
+      ++reflectors;
+      fresnelMatters = fresnelMatters || (!ggx && material.specularLevel < 1.0f);
+    } else if (ggx && !material.unlit && material.dielectricF0 > 0.0f) {
+      ++dielectrics;
+    }
+  }
+  if (dielectrics > 0 && reflectors == 0)
+    notes.push_back("nothing reflects: " + count(dielectrics, "object") +
+                    fmt::format(" of glTF's dielectrics reflect less than {:g} % at normal "
+                                "incidence, and count as diffuse; a metal, or an ior above 1.58, "
+                                "reflects",
+                                100.0f * scene::kReflectiveThreshold));
+  if (image.fresnelSchlick && reflectors > 0 && !fresnelMatters)
+    notes.push_back(
+        "image.fresnel changes nothing here: s is 1 of all reflective objects, or their lobe is "
+        "GGX, "
+        "which always has Fresnel's term");
+  std::string oneBounce;
+  for (const PlannedMethod& method : plan.methods)
+    if (method.needs.bounces == 1) oneBounce += (oneBounce.empty() ? "" : ", ") + method.name;
+  if (reflectors > 1 && !oneBounce.empty())
+    notes.push_back(
+        "a mirror that is seen in a mirror shows its diffuse colour, since bounces is 1 "
+        "(" +
+        oneBounce + "); bounces=2 shows the second reflection");
+  return notes;
+}
+
 std::string planText(const Plan& plan) {
   std::string text = "once, for " + count(plan.frames, "frame") + " by " +
                      count(plan.methods.size(), "method") + ":\n";

@@ -59,6 +59,11 @@ std::string cubeMapWarning(const Plan& plan, const methods::RunSettings& image);
 /// are none.
 std::string refractionWarning(const Plan& plan, const scene::Scene& scene);
 
+/// What about the scene's reflections may surprise: nothing reflects, or only dielectrics below the
+/// threshold; Fresnel's term changes nothing; mirrors in mirrors look diffuse.
+std::vector<std::string> reflectionNotes(const Plan& plan, const scene::Scene& scene,
+                                         const methods::RunSettings& image);
+
 /// The plan as a table for a terminal, and as JSON.
 std::string planText(const Plan& plan);
 std::string planJson(const Plan& plan);

@@ -119,6 +119,33 @@ TEST(Plan, BodiesThatNothingIsSeenThroughAreSaid) {
   EXPECT_EQ(warning(1, false, 0.0f), "");
 }
 
+TEST(Plan, SurprisesOfReflectionsAreSaid) {
+  scene::Scene scene = twoBalls();
+  scene::Material& material = scene.materials[0];
+  Plan plan;
+  plan.methods.resize(2);
+  plan.methods[0].name = "mine";
+  methods::RunSettings image;
+  image.fresnelSchlick = true;
+  const auto notes = [&] { return reflectionNotes(plan, scene, image); };
+  EXPECT_TRUE(notes().empty());  // diffuse by the papers' s
+  material.lobe = scene::LobeModel::Ggx;
+  EXPECT_THAT(notes(), testing::ElementsAre(testing::StartsWith(
+                           "nothing reflects: 2 objects of glTF's dielectrics reflect less than "
+                           "5 %")));
+  material.unlit = true;
+  EXPECT_TRUE(notes().empty());
+  for (scene::Object& object : scene.objects) object.reflector = 1;
+  EXPECT_THAT(notes(), testing::ElementsAre(testing::StartsWith("image.fresnel changes nothing")));
+  material.lobe = scene::LobeModel::Phong;
+  material.specularLevel = 0.5f;
+  EXPECT_TRUE(notes().empty());
+  plan.methods[0].needs.bounces = 1;
+  EXPECT_THAT(notes(), testing::ElementsAre(testing::HasSubstr("bounces is 1 (mine)")));
+  plan.methods[0].needs.bounces = 2;
+  EXPECT_TRUE(notes().empty());
+}
+
 TEST(Plan, FramesThatDoNotFitAreSaid) {
   // 2 x 2 samples of 60 bytes, 16 bytes of the composite and 6 times 16 under way, per pixel.
   const Plan plan = planned({}, 1000);
