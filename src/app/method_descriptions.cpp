@@ -54,20 +54,25 @@ std::string kindNote(methods::StepKind kind) {
 }
 
 std::string stepLine(const methods::StepInfo& step) {
-  return "- `" + step.name + "` (" + step.when + "): " + step.meaning + kindNote(step.kind) + "\n";
+  const std::string when = step.when == "frames" ? "" : " (" + step.when + ")";
+  return "- `" + step.name + "`" + when + ": " + step.meaning + kindNote(step.kind) + "\n";
 }
 
 std::string counterLine(const methods::CounterInfo& counter) {
   return "- `" + counter.name + "`" + (counter.mustBeZero ? " (**must be 0**)" : "") + ": " +
-         counter.meaning +
-         (counter.onlyWith.empty() ? "" : "; only there with " + counter.onlyWith) + "\n";
+         counter.meaning + (counter.onlyWith.empty() ? "" : "; only with " + counter.onlyWith) +
+         "\n";
 }
 
 std::string tableText(const methods::TableInfo& table) {
-  std::string text = "a row is " + table.meaning + ". Its columns after `frame`:\n\n";
-  for (const methods::Column& column : table.columns)
-    text += "- `" + column.name + "` (" + methods::columnTypeName(column.type) +
-            "): " + column.meaning + "\n";
+  std::string text =
+      "a row is " + table.meaning + ". Its columns after `frame` (integers unless marked):\n\n";
+  for (const methods::Column& column : table.columns) {
+    const bool marked = column.type != methods::ColumnType::Integer;
+    text += "- `" + column.name + "`" +
+            (marked ? std::string(" (") + methods::columnTypeName(column.type) + ")" : "") + ": " +
+            column.meaning + "\n";
+  }
   return text;
 }
 
@@ -122,12 +127,11 @@ std::string methodJson(const methods::MethodEntry& entry) {
 std::string methodsPage(const std::vector<methods::MethodEntry>& registry) {
   std::string text =
       "# What methods report\n\n"
-      "The program prints this page (`catoptric list methods --markdown`). A **step** is a part of "
-      "a\nframe's work that is timed: `timings.csv` and the timing tables have a row for each. "
-      "`start` means\nbefore the first frame, `frames` during a frame, `beside` in the writers' "
-      "threads. A **counter** is\na number in each frame's record in `frames.jsonl`. A counter "
-      "that must be 0 reports a fault or an\nextreme scene; a test holds it at 0 for every "
-      "shipped scene.\n\n## Every method\n\nSteps:\n\n";
+      "`catoptric list methods --markdown` prints this page. A **step** is a timed part of the "
+      "work:\n`timings.csv` and the timing tables have a row for each. Steps run in each frame "
+      "unless marked:\n`start` means before the first frame, `beside` in the writers' threads. A "
+      "**counter** is a\nnumber in each frame's record in `frames.jsonl`. A counter that must be 0 "
+      "reports a fault or\nan extreme scene.\n\n## Every method\n\nSteps:\n\n";
   for (const methods::StepInfo& step : run::pipelineSteps()) text += stepLine(step);
   text += "\nCounters:\n\n";
   for (const methods::CounterInfo& counter : run::pipelineCounters()) text += counterLine(counter);
@@ -152,9 +156,9 @@ std::string methodsPage(const std::vector<methods::MethodEntry>& registry) {
       text += "\n`" + table.name + ".csv`: " +
               (isNew ? told->first : "as of [" + told->second + "](#" + told->second + ")\n");
     }
-    if (!entry.sampleLayers.empty()) text += "\nLayers:\n\n";
+    if (!entry.sampleLayers.empty()) text += "\nLayers (channels `id.NAME`):\n\n";
     for (const methods::SampleLayerInfo& layer : entry.sampleLayers)
-      text += "- `" + layer.name + "` (channel `id." + layer.name + "`): " + layer.meaning + "\n";
+      text += "- `" + layer.name + "`: " + layer.meaning + "\n";
   }
   return text;
 }

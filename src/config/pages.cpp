@@ -40,8 +40,7 @@ std::string SharedLines::of(const std::string& owner, const std::string& place) 
     else
       elsewhere.push_back("`" + line.name + "`");
   }
-  if (!elsewhere.empty())
-    text += "- See [several methods](" + place + "): " + joined(elsewhere, ", ") + "\n";
+  if (!elsewhere.empty()) text += "- [Shared](" + place + "): " + joined(elsewhere, ", ") + "\n";
   return text;
 }
 

@@ -218,9 +218,7 @@ const MethodEntry& glossyLodEntry() {
            {"stopped", "of these, quads of coarser levels"},
            {"own_backs",
             "triangles of its own object's image that a ray passes by, close to its origin"},
-           {"sides_shaded",
-            "sides of charts whose radiance was computed in this frame, when rays first hit them "
-            "after a change"},
+           {"sides_shaded", "sides of charts whose radiance was computed in this frame"},
            {"charts", "charts of all reflected objects"},
            {"quads", "quads of their finest level"},
            {"plain_triangles", "triangles in no chart, which are traced directly"},
@@ -231,8 +229,8 @@ const MethodEntry& glossyLodEntry() {
             "the meshes"},
            {"most_stretch_percent", "the largest of any chart"},
            {"reduced_objects",
-            "objects with fewer quads than `size` asks for, because all together would have more "
-            "than 6 million"},
+            "objects with fewer quads than `size` asks for, since all together have at most 6 "
+            "million"},
            {"not_finite", "radiances that were NaN or infinite, replaced by 0", true},
            {"refraction_mirrored", "samples of refractive materials, which are mirrored instead"}},
       .sampleLayers = imageLayers(),

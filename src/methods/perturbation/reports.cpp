@@ -5,11 +5,10 @@ namespace catoptric::methods {
 const std::vector<StepInfo>& perturbationSteps() {
   static const std::vector<StepInfo> steps = {
       {"paths", "frames",
-       "sparse rays are traced to the reflectors, and derivatives of their paths are computed; "
-       "again after the camera or a reflector has moved"},
+       "sparse rays to the reflectors are traced and differentiated; again after the camera or a "
+       "reflector has moved"},
       {"virtual_objects", "frames",
-       "the positions of the vertices of reflected objects are computed; again for objects that "
-       "have moved"},
+       "positions of reflected vertices are computed; again for objects that have moved"},
       {"virtual_draw", "frames",
        "virtual objects are drawn; uncovered samples take the environment"},
       {"recompute", "frames", "with gaps: trace, uncovered samples are traced"},
@@ -27,7 +26,7 @@ const std::vector<CounterInfo>& perturbationCounters() {
       {"path_types_missed",
        "sequences that end at a reflector too small for any sampled path to hit"},
       {"path_types_left_out",
-       "sequences beyond the first 1024: there their reflectors show their diffuse component"},
+       "sequences beyond the first 1024, whose reflectors show their diffuse component"},
       {"total_reflection", "sampled paths that are totally reflected inside a refractive object"},
       {"vertices",
        "points whose reflections were computed: distinct vertices, and midpoints of edges"},

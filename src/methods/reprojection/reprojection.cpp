@@ -369,8 +369,8 @@ const std::vector<StepInfo>& stepInfos() {
        "Embree's BVH is built, and follows the geometry by the option `bvh`"},
       {"readback", "frames", "the G-buffer is read back, and its reflective samples are listed"},
       {"search", "frames",
-       "each sample searches the key frame for the place whose reflection it shows now; with "
-       "mapping: surface for its surface's place"},
+       "each sample searches the key frame for its reflection; with mapping: surface for its own "
+       "surface point"},
       {"shift", "frames",
        "the key frame is interpolated at the matches; matches at edges are rejected"},
       {"warp", "frames", "matches that do not lie on this frame's mirrored rays are rejected"},

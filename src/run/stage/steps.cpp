@@ -52,8 +52,7 @@ const std::vector<methods::CounterInfo>& pipelineCounters() {
        "methods that use the G-buffer"},
       {"gbuffer_culled_triangles", "triangles culled from the G-buffer", false,
        "methods that use the G-buffer"},
-      {"unsupported_reflector",
-       "samples of reflectors that their method cannot render and another one renders", false,
+      {"unsupported_reflector", "samples of reflectors that another method renders", false,
        "`unsupported` other than \"error\", and such reflectors"},
       {"clamped_half", "values of the beauty above the range of half floats", true},
   };

@@ -38,7 +38,7 @@ const TableInfo& impostorsTable() {
 
 std::vector<StepInfo> commonSteps() {
   return {{"cube_map", "start, frames",
-           "the environment map is drawn without the objects that have impostors; again after "
+           "the environment map is drawn without objects that have impostors; again after "
            "something has moved"},
           {"impostors", "frames", "images of new and changed impostors are drawn"},
           {"intersect", "frames",
