@@ -67,6 +67,40 @@ TEST(Billboards, FlatQuadsAreThoseThatTracedSees) {
   EXPECT_LE(static_cast<double>(off), 0.03 * static_cast<double>(samples.ours.size()));
 }
 
+// A white lamp in black is its coverage of lobes, which many rays measure. One look-up where the
+// lobe's middle ray meets the lamp was off by more than eight rays are: 0.14, 0.60, 0.42 and 1.05
+// of the mean.
+TEST(Billboards, ALampCoversLobesInPart) {
+  for (const bool ggx : {false, true}) {
+    for (const float rough : {0.3f, 0.6f}) {
+      test::SceneBuilder builder;
+      builder.constantEnvironment(Vec3(0.0f));
+      const int floor = builder.reflective(1.0f, rough);
+      if (ggx) builder.scene().materials.back().lobe = scene::LobeModel::Ggx;
+      builder.add(scene::makePlane({4.0f, 4.0f}, {1, 1}, scene::UvMode::Unit), floor);
+      builder.add(scene::makePlane({0.5f, 0.5f}, {1, 1}, scene::UvMode::Unit), unlit(builder),
+                  test::translation({0.0f, 0.8f, 0.0f}) * test::rotation(150.0f, {1, 0, 0}));
+      test::GlStage stage(builder.scene(), kSettings);
+      const scene::Camera camera = cameraAt({0.3f, 1.0f, 2.2f});
+      test::GlMethod(stage, billboardsEntry(), "{}").render(camera);
+      const test::TracedSamples samples(stage, camera, {.rays = 256});
+      const test::TracedSamples eight(stage, camera, {.rays = 8});
+      double off = 0.0, sum = 0.0, ours = 0.0, offEight = 0.0;
+      for (std::size_t i = 0; i < samples.ours.size(); ++i) {
+        off += std::abs(static_cast<double>(samples.ours[i].x - samples.traced[i].x));
+        offEight += std::abs(static_cast<double>(eight.traced[i].x - samples.traced[i].x));
+        sum += static_cast<double>(samples.traced[i].x);
+        ours += static_cast<double>(samples.ours[i].x);
+      }
+      std::printf("%s %.1f: error %.3f of the mean (8 rays %.3f), energy %.3f\n",
+                  ggx ? "ggx" : "phong", rough, off / sum, offEight / sum, ours / sum);
+      EXPECT_LT(off, 0.3 * sum) << ggx << " " << rough;
+      EXPECT_LT(off, 0.75 * offEight) << ggx << " " << rough;
+      EXPECT_NEAR(ours / sum, 1.0, 0.06) << ggx << " " << rough;
+    }
+  }
+}
+
 TEST(Billboards, NamesOfNoObjectAreRefused) {
   test::GlStage stage(ballAndQuads().scene(), kSettings);
   EXPECT_THROW(test::GlMethod(stage, billboardsEntry(), R"({"objects": ["object1", "objekt2"]})"),

@@ -31,6 +31,9 @@ const int kWayBox = 2;     // a quad with transition walls
 const int kWayShared = 3;  // one whose colour is in the environment map
 const int kWayPlane = 4;   // an object's own plane, without walls
 
+// Rays of a lobe, each a cone of its share of the lobe: as many as `traced` has by default
+const int kLobeRays = 8;
+
 // Of a reflector's own depth maps those are looked at that face a ray: cosine of the angle. Ours
 const float kSelfCosine = 0.5;
 

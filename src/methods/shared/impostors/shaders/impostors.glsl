@@ -3,13 +3,13 @@
 //   bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec2 uv,
 //              out float share, inout uint work)
 // for an impostor whose lines of the table begin at `texel`; share: of the environment map's radiance.
-//   GLOSSY   1: look-ups as wide as lobes
+//   GLOSSY   1: rays of a lobe, each a cone of its share
 //   BOUNCES  2: rays that hit a reflective impostor go on
 //   MASKS    1: marks are written as masks, too
 //   WALLS    1: there are transition walls
 //   FADES    1: what is far off is dimmed
 #include "constants.glsl"
-#include "raster/shaders/lobe.glsl"
+#include "methods/shared/shaders/lobe_rays.glsl"
 #include "raster/shaders/masks.glsl"
 
 layout(binding = kSampleNormalsUnit) uniform sampler2D normalSamples;  // xyz normal, a = g (lobe.glsl)
@@ -47,6 +47,11 @@ layout(location = 2) out uint mask;
 
 // Coverage from which a texel shows its object.
 const float kCovered = 0.5;
+#if GLOSSY
+// Edges of a box as wide as a cone's footprint in all, over the look-up's texels: sqrt(12) / 2
+const float kFootprint = 1.7320508;
+const int kBehind = 3;  // impostors behind the nearest that share a cone
+#endif
 
 bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec2 uv,
            out float share, inout uint work);
@@ -60,8 +65,8 @@ struct Found {
   float share;  // of the environment map
   int way;
 #if GLOSSY
-  vec4 behind;  // color of the next impostor
-  float tBehind;
+  vec4 behind[kBehind];  // colors of the next impostors
+  float tBehind[kBehind];
 #endif
 };
 
@@ -79,30 +84,30 @@ vec3 environmentAlong(vec3 origin, vec3 direction, float level) {
   return seen;
 }
 
-#if GLOSSY
-// The share of a look-up so many texels wide about uv that falls on the image.
-float within(vec2 uv, float level, bool isPlane) {
-  ivec3 size = isPlane ? textureSize(planeColors, 0) : textureSize(impostorColors, 0);
-  vec2 wide = exp2(level) / vec2(size.xy);
-  vec2 share = clamp(uv / wide + 0.5, 0.0, 1.0) * clamp((1.0 - uv) / wide + 0.5, 0.0, 1.0);
-  return share.x * share.y;
-}
-#endif
-
 // What an impostor shows at a place of its image, coverage 1 on its object's.
 vec4 shownAt(vec3 place, float level, int way) {
   bool isDepth = way == kWayDepth;
   bool isPlane = way == kWayPlane || way == kWayBox;
+#if GLOSSY
+  // The part of a look-up that falls on the image: beside it there is nothing
+  vec2 size = vec2(isPlane ? textureSize(planeColors, 0).xy : textureSize(impostorColors, 0).xy);
+  vec2 across = exp2(level) * kFootprint / size;
+  vec2 least = clamp(place.xy - 0.5 * across, 0.0, 1.0);
+  vec2 most = clamp(place.xy + 0.5 * across, 0.0, 1.0);
+  vec2 share = isDepth ? vec2(1.0) : (most - least) / across;
+  if (!(share.x * share.y > 0.0)) return vec4(0.0);
+  if (!isDepth) place.xy = 0.5 * (least + most);
+  level = max(0.0, level + 0.5 * log2(share.x * share.y));
+#endif
   vec4 color = isPlane ? textureLod(planeColors, place, level)
                        : textureLod(impostorColors, place, level);
 #if GLOSSY
-  return color * within(place.xy, level, isPlane);
-#else
+  if (!isDepth) return color * (share.x * share.y);
+#endif
   // A depth map knows what is hit; over its outline look at what is beside
   if (isDepth && color.a < kCovered) color = textureLod(impostorColors, place, level + 2.0);
   bool covered = isDepth ? color.a > 1e-3 : color.a >= kCovered;
   return covered ? vec4(color.rgb / color.a, 1.0) : vec4(0.0);
-#endif
 }
 
 // The nearest of an object's impostors along a ray; `distance`: from the eye to its origin.
@@ -115,8 +120,7 @@ Found nearest(int object, bool diffuseAlone, vec3 origin, vec3 direction, float 
   found.share = 0.0;
   found.way = kWayQuad;
 #if GLOSSY
-  found.behind = vec4(0.0);
-  found.tBehind = 1e30;
+  for (int k = 0; k < kBehind; ++k) found.tBehind[k] = 1e30;
 #endif
   int first = texelFetch(impostorLists, 3 * object).r;
   int count = texelFetch(impostorLists, 3 * object + (diffuseAlone ? 1 : 2)).r;
@@ -130,7 +134,7 @@ Found nearest(int object, bool diffuseAlone, vec3 origin, vec3 direction, float 
     float share;
     bool hit = meets(texel, int(more.y), origin, direction, t, uv, share, work);
 #if GLOSSY
-    bool wanted = hit && t < found.tBehind;
+    bool wanted = hit && t < found.tBehind[kBehind - 1];
 #else
     bool wanted = hit && t < found.t;
 #endif
@@ -146,13 +150,20 @@ Found nearest(int object, bool diffuseAlone, vec3 origin, vec3 direction, float 
 #endif
       if (color.a > 0.0) {
 #if GLOSSY
-        if (t >= found.t) {
-          found.behind = color;
-          found.tBehind = t;
-          continue;
+        // The new one takes its place, what it displaces the next
+        bool first = t < found.t;
+        vec4 moved = first ? found.color : color;
+        float tMoved = first ? found.t : t;
+        for (int k = 0; k < kBehind; ++k) {
+          if (tMoved >= found.tBehind[k]) continue;
+          vec4 next = found.behind[k];
+          float tNext = found.tBehind[k];
+          found.behind[k] = moved;
+          found.tBehind[k] = tMoved;
+          moved = next;
+          tMoved = tNext;
         }
-        found.behind = found.color;
-        found.tBehind = found.t;
+        if (!first) continue;
 #endif
         found.t = t;
         found.impostor = impostor;
@@ -177,29 +188,17 @@ Found nearest(int object, bool diffuseAlone, vec3 origin, vec3 direction, float 
   return found;
 }
 
-void main() {
-  ivec2 at = ivec2(gl_FragCoord.xy);
-  vec4 normalAndG = texelFetch(normalSamples, at, 0);
-  int object = int(texelFetch(objectSamples, at, 0).r);
-  vec3 ray = rayFromSample * vec3(gl_FragCoord.xy, 1.0);
-  float scale = nearMetres / max(texelFetch(depthSamples, at, 0).r, 1e-30);
-  vec3 origin = eye + scale * ray;
-  float distance = scale * length(ray);
-  vec3 direction = normalize(reflect(normalize(ray), normalAndG.xyz));
-  uint marks = isBent(normalAndG.a) ? kMaskBelowHorizon : 0u;
-  uint work = 0u;
-  float spread = spreadRad;
-  float mapLevel = 0.0;
-#if GLOSSY
-  float lobe = lobeVariance(lobeOf(normalAndG.a), -dot(normalAndG.xyz, normalize(ray)));
-  mapLevel = clamp(levelOffset + 0.5 * log2(lobe), 0.0, lastLevel);
-  spread = max(spread, 2.0 * sqrt(lobe));
-  distance = 0.0;
-#endif
+// Radiance along a ray from a place of an object: of its impostors, and of the environment map behind.
+vec3 seenAlong(int object, vec3 origin, vec3 direction, float distance, float spread,
+               float mapLevel, inout uint work, inout uint marks) {
   Found found = nearest(object, false, origin, direction, distance, spread, work, marks);
   bool none = found.impostor < 0;
 #if GLOSSY
-  vec4 seen = found.color + (1.0 - found.color.a) * found.behind;
+  // What lies beside each other shares a cone: walls that meet leave no gap
+  vec4 seen = found.color;
+  for (int k = 0; k < kBehind; ++k)
+    if (found.tBehind[k] < 1e30)
+      seen += min(1.0, (1.0 - seen.a) / found.behind[k].a) * found.behind[k];
 #else
   vec4 seen = found.color;
 #endif
@@ -241,8 +240,50 @@ void main() {
     seen.rgb += (1.0 - seen.a) * environmentAlong(origin, direction, mapLevel);
     marks |= kMaskEnvironment;
   }
+  return seen.rgb;
+}
+
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy);
+  vec4 normalAndG = texelFetch(normalSamples, at, 0);
+  int object = int(texelFetch(objectSamples, at, 0).r);
+  vec3 ray = rayFromSample * vec3(gl_FragCoord.xy, 1.0);
+  float scale = nearMetres / max(texelFetch(depthSamples, at, 0).r, 1e-30);
+  vec3 origin = eye + scale * ray;
+  float distance = scale * length(ray);
+  vec3 direction = normalize(reflect(normalize(ray), normalAndG.xyz));
+  uint marks = isBent(normalAndG.a) ? kMaskBelowHorizon : 0u;
+  uint work = 0u;
+#if GLOSSY
+  float code = lobeOf(normalAndG.a);
+  vec3 normal = normalAndG.xyz;
+  SampleLobe lobe = sampleLobe(code, normal, normalize(ray), direction, normal);
+  float widest = lobeVariance(code, -dot(normal, normalize(ray)));
+  vec3 seen = vec3(0.0);
+  for (int k = 0; k < kLobeRays; ++k) {
+    float weight;
+    bool below;
+    vec3 along = lobeDirection(lobe, k, kLobeRays, lobeShift(at), weight, below);
+    if (below) marks |= kMaskBelowHorizon;
+    float cosine = max(dot(along, direction), 0.0);
+    float density = (lobe.exponent + 1.0) / kFullTurn * pow(cosine, lobe.exponent);
+#if GGX
+    vec3 view = -normalize(ray);
+    if (isGgx(code)) density = ggxResponse(lobe.view, normal, view, along) / max(weight, 1e-6);
+#endif
+    // Sparse rays stand for more of the lobe, up to twice an even share
+    float variance =
+        min(2.0 * widest, 1.0 / max(kFullTurn * density, 1e-6)) / float(kLobeRays);
+    float mapLevel = clamp(levelOffset + 0.5 * log2(variance), 0.0, lastLevel);
+    float spread = max(spreadRad, 2.0 * sqrt(variance));
+    seen += weight * seenAlong(object, origin, along, 0.0, spread, mapLevel, work, marks);
+  }
+  seen /= float(kLobeRays);
+#else
+  vec3 seen = seenAlong(object, origin, direction, distance, spreadRad, 0.0, work, marks);
+#endif
   if (max(seen.r, max(seen.g, seen.b)) >= kClampedRadiance) marks |= kMaskClamped;
-  reflection = vec4(seen.rgb, 1.0);
+  reflection = vec4(seen, 1.0);
   known = marks | (min(work, 0xFFFFu) << kWorkShift);
 #if MASKS
   mask = marks & ~kMarkSecond;

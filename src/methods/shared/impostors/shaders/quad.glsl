@@ -6,12 +6,11 @@ bool meetsQuad(int texel, vec3 origin, vec3 direction, out float t, out vec2 uv)
   uv = vec2(dot(texelFetch(impostorTable, texel + kRowU), place),
             dot(texelFetch(impostorTable, texel + kRowV), place));
 #if GLOSSY
-  const float margin = 0.5;  // look-ups wider than that see the environment there
+  return t > 0.0 && t < 1e30;  // a wide look-up beside the quad may reach onto it
 #else
-  const float margin = 0.0;
+  return t > 0.0 && t < 1e30 && all(greaterThanEqual(uv, vec2(0.0))) &&
+         all(lessThanEqual(uv, vec2(1.0)));
 #endif
-  return t > 0.0 && t < 1e30 && all(greaterThanEqual(uv, vec2(-margin))) &&
-         all(lessThanEqual(uv, vec2(1.0 + margin)));
 }
 
 // A ray against the quad and the walls of height `height` that stand on its edges, as one box: the
