@@ -30,7 +30,7 @@ namespace catoptric::app {
 struct Rules {
   bool required = false;
   bool notEmpty = false;             ///< the value must not be empty
-  std::optional<double> least = {};  ///< minimum of a number; without `most` it can only be 0
+  std::optional<double> least = {};  ///< minimum of a number; must be 0 if there is no `most`
   std::optional<double> most = {};   ///< maximum of a number, inclusive; the help text states it
   bool showsDefault = false;         ///< the help text ends with the default in brackets
   bool commas = false;               ///< commas separate the values of a list

@@ -63,8 +63,7 @@ Rows commonRows(CommonOptions& common);
 /// and the common options.
 Rows runRows(RunOptions& options, CommonOptions& common);
 
-/// Thrown if the process that reads stdout has closed it (`| head`). This is no error of the
-/// program.
+/// Thrown if the process that reads stdout has closed it (`| head`). The program then just stops.
 struct ReaderGone {};
 
 /// Writes data to stdout and checks that it was written. Throws OutputError, ReaderGone.

@@ -15,8 +15,7 @@ std::string methodJson(const methods::MethodEntry& entry);
 std::string stepJson(const methods::StepInfo& step);
 std::string counterJson(const methods::CounterInfo& counter);
 
-/// The text of docs/methods.md: steps, counters, tables and layers of the program and of each
-/// method.
+/// The text of docs/methods.md: steps, counters, tables and layers of program and methods.
 std::string methodsPage(const std::vector<methods::MethodEntry>& registry);
 
 }  // namespace catoptric::app

@@ -28,8 +28,7 @@ class ProgressPrinter {
   ProgressPrinter& operator=(const ProgressPrinter&) = delete;
 
   void show(const std::string& method, const run::Progress& progress);
-  /// Shows a long step before the first frame, such as "bake"; `share` (0..1) is the fraction that
-  /// is done.
+  /// Shows a long step before the first frame, such as "bake"; `share`: fraction done, 0..1.
   void showStep(const std::string& step, double share);
   /// Ends the bar's line, before anything else is printed.
   void endLine();

@@ -22,8 +22,7 @@ struct StudyOptions : RunOptions {
   std::string clock = "wall";
 };
 
-/// The options of a run, and --out, --against, --repeats, --workers, --existing, --clock,
-/// --progress.
+/// Options of a run, and --out, --against, --repeats, --workers, --existing, --clock, --progress.
 Rows studyRows(StudyOptions& options, CommonOptions& common);
 
 /// Functions that turn a study's settings into run configs and into command lines of workers.
@@ -33,7 +32,7 @@ study::Inputs studyInputs(const RunOptions& options);
 /// Throws UsageError if there is none.
 std::string referenceName(const StudyOptions& options);
 
-/// The names of the studied methods: those of --method, otherwise all of the config except the
+/// The names of the studied methods: those of --method, otherwise the config's except the
 /// reference.
 std::vector<std::string> studiedMethods(const StudyOptions& options, const std::string& against);
 
@@ -51,8 +50,7 @@ void openStudyFolder(study::Bench& bench, const std::string& existing, const std
 study::BenchOptions benchOptions(const StudyOptions& options, const std::filesystem::path& folder,
                                  ProgressPrinter& printer);
 
-/// Runs `measure`. Returns false if it was asked to stop; `hint` then tells the user how to
-/// continue.
+/// Runs `measure`. Returns false if it was asked to stop; `hint` tells how to continue.
 bool measureUnlessStopped(ProgressPrinter& printer, const char* hint,
                           const std::function<void()>& measure);
 

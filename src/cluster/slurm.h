@@ -19,9 +19,10 @@ struct QueuedTask {
 /// The user's tasks that wait or run. Throws Error if Slurm does not answer.
 std::vector<QueuedTask> queuedTasks();
 
-/// Submits `chunks` to Slurm as arrays, as many as MaxArraySize requires. A further job merges the
-/// chunks when all arrays have ended, successful or not. Records the jobs. If `chunks` is empty,
-/// only the merge job is submitted. Throws UsageError if Slurm refuses.
+/// Submits `chunks` to Slurm as job arrays, split so that none exceeds Slurm's MaxArraySize. A
+/// further job merges the chunks when all arrays have ended, successful or not. Adds the jobs to
+/// submission.jobs and jobs.jsonl. If `chunks` is empty, only the merge job is submitted. Throws
+/// UsageError if Slurm refuses.
 void submitToSlurm(Submission& submission, const std::vector<int>& chunks);
 
 /// Cancels all jobs of the submission that wait or run.

@@ -37,7 +37,7 @@ struct Submission {
   std::vector<std::string>
       runArguments;  ///< arguments of `render`, besides the config and the chunk
   std::vector<std::string> slurmArguments;  ///< arguments of sbatch
-  int maxParallel = 0;                      ///< most tasks at the same time; 0: Slurm decides
+  int maxParallel = 0;  ///< maximum number of simultaneous tasks; 0: Slurm decides
   int chunks = 0;
   std::vector<MethodShare> methods;
   /// Set if the submission is a sweep instead of frames. Its times are only comparable if one task
@@ -58,8 +58,7 @@ struct Submission {
 
 bool isSubmission(const std::filesystem::path& folder);
 
-/// Creates the folder, which must not contain anything yet, with the text of the run config. Throws
-/// OutputError.
+/// Creates the folder, which must be empty, with the text of the run config. Throws OutputError.
 void createSubmission(const Submission& submission, const std::string& config);
 /// Throws UsageError if the folder is not a submission.
 Submission readSubmission(const std::filesystem::path& folder);

@@ -36,13 +36,11 @@ class Value {
   Kind kind() const;
   const Place& place() const;
 
-  // Typed access. A wrong type throws UsageError, which names the place, the value and the expected
-  // type.
+  // Typed access. A wrong type throws UsageError, with the place, the value and the type.
   bool asBool() const;
   double asNumber() const;
   std::int64_t asInteger() const;  ///< a number without fraction
-  /// The byte range of a number's text in the parsed input: first is inclusive, second is
-  /// exclusive.
+  /// The byte range of a number's text in the parsed input [first, second).
   std::pair<std::size_t, std::size_t> textRange() const;
   const std::string& asString() const;
   const std::vector<Value>& asArray() const;

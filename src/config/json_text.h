@@ -1,5 +1,4 @@
-// Writes JSON text for records and summaries, member by member, in the order in which they are
-// added.
+// Writes JSON text for records and summaries, member by member, in the order of addition.
 #pragma once
 
 #include <cstdint>

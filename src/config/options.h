@@ -112,15 +112,14 @@ constexpr NestedMember<Outer, Inner, T> in(Inner Outer::*outer, T Inner::*inner)
 }
 
 /// One member of the JSON object: its description, and a function that reads its value (or the
-/// default, if absent) into the struct. Members that field() cannot bind are written as such a
-/// pair.
+/// default, if absent) into the struct. For members that field() cannot bind, write an Option by
+/// hand.
 template <class Options>
 struct Option {
   Field description;
   std::function<void(Options&, const Value&)> read;
 
-  /// Marks the option as one that trades accuracy for time. `tune` tries these values, e.g.
-  /// "0,0.75,3".
+  /// Marks the option as one that trades accuracy for time. `tune` tries these values: "0,0.75,3".
   Option trade(std::string values) && {
     description.help += "; `tune` tries " + values;
     description.trade = std::move(values);
@@ -269,8 +268,7 @@ class OptionTable {
 
   const Schema& schema() const { return schema_; }
 
-  /// Checks `value` and reads it; absent members get their defaults. Throws UsageError with all
-  /// errors.
+  /// Checks `value` and reads it; absent members get their defaults. Throws UsageError.
   Options parse(const Value& value) const {
     require(value, schema_);
     Options options{};

@@ -8,20 +8,19 @@
 
 namespace catoptric::config {
 
-/// For example "- `rays` (`8`; 1 to 64): rays per sample": the default comes first, then the
-/// allowed values.
+/// For example "- `rays` (`8`; 1 to 64): rays per sample" (default, allowed values).
 std::string markdownLine(const Field& field);
 /// A section with one line per field, and sections for the objects that are nested in fields.
 std::string markdownList(const Schema& schema);
 
-/// Lines about several owners. A line that several owners have in common is printed once.
+/// Collects lines that describe several methods. A line that several methods share is printed once.
 class SharedLines {
  public:
-  /// Adds `line`, which describes `name` of `owner` and ends with a newline.
+  /// Adds `line`, which describes the item `name` of the method `owner` and ends with a newline.
   void add(const std::string& owner, const std::string& name, const std::string& line);
-  /// The lines that several owners share, under headings "**owner, owner**".
+  /// The lines that several methods share, under headings "**method, method**".
   std::string shared() const;
-  /// The lines of this owner alone, followed by the names of its shared lines, linked to `place`.
+  /// The lines that only `owner` has, then the names of its shared lines with a link to `place`.
   std::string of(const std::string& owner, const std::string& place) const;
 
  private:

@@ -58,8 +58,7 @@ class CacheEntry {
     std::filesystem::file_time_type written;
     bool operator==(const Identity&) const = default;
   };
-  /// Without a count: reads as many elements as the file has. Logs what is wrong with the file if
-  /// `warns` is set.
+  /// Without a count: reads as many elements as the file has. Logs faults if `warns` is set.
   Contents readNow(std::optional<std::size_t> count, std::size_t elementBytes, bool warns) const;
   Contents readOrClaim(std::optional<std::size_t> count, std::size_t elementBytes) const;
   Identity identity() const;

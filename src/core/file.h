@@ -1,5 +1,4 @@
-// Reads and writes whole files. Reading has a size limit. Writing never leaves an incomplete file
-// under its final name.
+// Reads and writes whole files. Reading has a size limit. Writing is atomic.
 #pragma once
 
 #include <cstddef>
@@ -23,22 +22,22 @@ std::string readTextFile(const std::filesystem::path& path,
 void writeFileAtomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void writeFileAtomically(const std::filesystem::path& path, std::string_view text);
 
-/// Makes added and removed names of a folder durable. Throws OutputError. A file system without
-/// this operation causes no error.
+/// Flushes the folder's directory entries to disk (fsync). Throws OutputError. A file system
+/// without this operation causes no error.
 void syncFolder(const std::filesystem::path& folder);
 
-/// Identifies the space in which process numbers are unique: one boot of a machine and one PID
-/// namespace in it (a container has its own). 8 hexadecimal digits.
+/// Identifies the boot of the machine and the PID namespace (a container has its own) within which
+/// PIDs are unique. 8 hexadecimal digits.
 std::string processSpace();
 
 /// ".NAME.PID@SPACE.ENDING.tmp" in the folder of `path`; `ending` has 6 characters.
 std::filesystem::path temporaryName(const std::filesystem::path& path, std::string_view ending);
 
-/// Removes the temporary files that dead processes have left in `folder` in writeFileAtomically(),
-/// and those of an earlier process that had this process' number. Files of other machines are
-/// removed when they are an hour old, because their processes cannot be checked. Other files stay.
-/// Call this before writing to the folder. Returns the number of removed files. Throws OutputError
-/// if a file cannot be removed.
+/// Removes the temporary files that writeFileAtomically() of terminated processes left in `folder`,
+/// including an earlier process that had this one's PID. Files of other machines are removed when
+/// they are an hour old, because their processes cannot be checked. Other files stay. Call this
+/// before writing to the folder. Returns the number of removed files. Throws OutputError if a file
+/// cannot be removed.
 int sweepTemporaryFiles(const std::filesystem::path& folder);
 
 /// The folder $CATOPTRIC_CACHE, $XDG_CACHE_HOME/catoptric or ~/.cache/catoptric; created if

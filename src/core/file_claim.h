@@ -19,7 +19,7 @@ namespace catoptric {
 class FileClaim {
  public:
   static constexpr double kPatienceSeconds =
-      20.0;  ///< ours: ten times the response time of a slow file system
+      20.0;  ///< our choice: ten times the response time of a slow file system
 
   explicit FileClaim(const std::filesystem::path& file, double patienceSeconds = kPatienceSeconds);
   ~FileClaim() { release(); }

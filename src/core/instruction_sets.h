@@ -1,4 +1,4 @@
-// Instruction sets that tests force, to get the results of other processors.
+// Lets tests force instruction sets, to reproduce the results of other processors.
 #pragma once
 
 #include <span>

@@ -1,5 +1,5 @@
 // Messages to the user. They always go to stderr, never to stdout, which carries only data. A
-// message is a line "level: text". On a terminal it is coloured, unless NO_COLOR is set
+// message is a line "level: text". On a terminal it is coloured, except with NO_COLOR
 // (no-color.org).
 #pragma once
 

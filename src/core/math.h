@@ -1,6 +1,6 @@
 // The vector and matrix types of the program (glm), and a few scalar helpers that modules share.
-// Coordinates are right-handed, y up, in metres. Matrices are column-major and named `toFromFrom`,
-// e.g. worldFromCamera.
+// Coordinates are right-handed, y up, in metres. Matrices are column-major and named
+// TARGETFromSOURCE, e.g. worldFromCamera.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Parallel loops on TBB. Loop bodies write to disjoint places, so results never depend on the
+// Parallel loops on TBB. Loop bodies write to disjoint memory, so results never depend on the
 // number of threads. Sums over items are computed afterwards in a fixed order, or in integers.
 #pragma once
 
@@ -30,8 +30,7 @@ class Background {
   Background& operator=(const Background&) = delete;
 
   void start(std::function<void()> work);
-  /// Helps with the remaining work and waits for its end. An exception of the work is passed on to
-  /// the caller.
+  /// Helps with the remaining work and waits for its end. Rethrows an exception of the work.
   void wait();
 
  private:

@@ -17,8 +17,8 @@ std::string nearestName(std::string_view name, std::span<const std::string> cand
 /// " (did you mean \"x\"?)" or an empty string.
 std::string didYouMean(std::string_view name, std::span<const std::string> candidates);
 
-/// Text that is safe to print on a terminal: control characters, except line breaks and tabs, as
-/// \u001b; bytes that are not UTF-8 as \x80.
+/// Text that is safe to print on a terminal: control characters, except line breaks and tabs,
+/// become \uXXXX (e.g. \u001b), and invalid UTF-8 bytes \xXX.
 std::string printable(std::string_view text);
 
 /// A shell word, quoted if needed.

@@ -18,8 +18,8 @@ class Welding {
   std::vector<std::uint32_t> numbers;  ///< indexed by vertex
   std::vector<std::uint32_t> firsts;   ///< indexed by number: the first vertex that has it
 
-  /// Numbers the vertices 0 .. count - 1. Two are equal if `valuesOf(vertex)`, an array of Vec3, is
-  /// equal; -0 equals 0.
+  /// Numbers the vertices 0 .. count - 1. Two are equal if their `valuesOf(vertex)` are (arrays of
+  /// Vec3); -0 equals 0.
   template <class ValuesOf>
   void weld(std::size_t count, const ValuesOf& valuesOf) {
     constexpr std::uint32_t kFree = ~0u;

@@ -1,6 +1,5 @@
-// The world-space triangles of the whole scene at one moment in time. GL and Embree both use this
-// geometry, so it is bit-identical for both. Each object is a contiguous range; the ranges are in
-// order of the objects' ids.
+// The world-space triangles of the whole scene at one time. GL and Embree both use this geometry,
+// so it is bit-identical for both. Objects are contiguous ranges, ordered by id.
 #pragma once
 
 #include <cstdint>
@@ -61,8 +60,7 @@ struct PlacedSurface {
 };
 
 struct Geometry {
-  /// There is one extra, unused position at the end, because Embree reads 16 bytes at the last
-  /// vertex.
+  /// There is one extra, unused position at the end, because Embree reads beyond the last.
   std::vector<Vec3> positions;
   std::vector<VertexAttributes> attributes;
   /// Vertex numbers, three per triangle, counted over the whole scene. The winding is such that the
@@ -79,8 +77,8 @@ struct Geometry {
   std::size_t triangleCount() const { return indices.size() / 3; }
 };
 
-/// Builds the geometry of the scene at one moment in time. Throws SceneError if a transform makes
-/// positions non-finite or flattens an implicit surface to a disk.
+/// Builds the geometry of the scene at one time. Throws SceneError if a transform makes positions
+/// non-finite or flattens an implicit surface to a disk.
 Geometry makeGeometry(const scene::Scene& scene, const scene::Pose& pose);
 
 /// Recomputes the moving objects only. Returns the indices (in `objects`) of those that changed.

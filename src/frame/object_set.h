@@ -1,5 +1,4 @@
-// A set of objects, given by their index in Geometry::objects. It selects the objects of a draw or
-// of a method.
+// A set of objects, given by their index in Geometry::objects.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +11,7 @@ class ObjectSet {
  public:
   /// Contains every object.
   ObjectSet() = default;
-  /// Contains object i if `members[i]` is true; objects beyond the end of `members` are not in the
-  /// set.
+  /// Contains object i if `members[i]` is true; false beyond the end of `members`.
   explicit ObjectSet(std::vector<bool> members) : all_(false), members_(std::move(members)) {}
 
   bool all() const { return all_; }

@@ -1,4 +1,4 @@
-// Times of the steps of frames: wall-clock time of named steps, with every sample kept.
+// Measures how long named steps of a frame take, and keeps every measurement.
 #pragma once
 
 #include <cstdint>
@@ -15,16 +15,19 @@ struct StepSample {
   int frame = 0;  ///< 0: before the first frame (start-up, loading, precomputation)
   std::string step;
   double seconds = 0.0;
-  std::string clock;   ///< "wall" (glFinish and monotonic clock), "gpu" (timer query), "overlapped"
+  /// "wall" (glFinish and monotonic clock), "gpu" (timer query), "overlapped" (in a writer thread
+  /// while other frames render; not part of the frame's time)
+  std::string clock;
   bool first = false;  ///< belongs to the process' first frame
 };
 
-/// Collects the samples of one run. `finishGl` is called before the clock is read at the end of a
-/// step, so that the GL work of the step has finished (llvmpipe's timer queries are not reliable).
+/// Collects the measurements of one run. `finishGl` is called before the clock is read at the end
+/// of a step, so that the GL work of the step has finished (llvmpipe's timer queries are not
+/// reliable).
 class StepTimer {
  public:
   void setFinish(std::function<void()> finishGl) { finish_ = std::move(finishGl); }
-  /// Samples added from now on belong to frame `number`.
+  /// Measurements added from now on belong to frame `number`.
   void beginFrame(int number);
 
   /// Runs `body` as step `name` and adds its time when it ends, even by an exception.
@@ -33,15 +36,16 @@ class StepTimer {
     const Scope scope(*this, name);
     return body();
   }
-  /// Waits for all GL work issued so far. For overlapping steps, which their caller times.
+  /// Waits for all issued GL work. For steps that overlap others: their caller measures them
+  /// itself.
   void finish() const {
     if (finish_) finish_();
   }
   void add(const std::string& step, double seconds, const std::string& clock = "wall");
 
   const std::vector<StepSample>& samples() const { return samples_; }
-  /// While this object exists, added samples get names that begin with `text`. Used for the steps
-  /// of one of several methods that share a frame.
+  /// While this object exists, added measurements get names that begin with `text`. Used for the
+  /// steps of one of several methods that share a frame.
   class Prefix {
    public:
     Prefix(StepTimer& timer, std::string text) : timer_(timer) { timer_.prefix_ = std::move(text); }
@@ -53,7 +57,7 @@ class StepTimer {
     StepTimer& timer_;
   };
 
-  /// Returns the samples collected so far and removes them.
+  /// Returns the collected measurements and removes them.
   std::vector<StepSample> take();
 
  private:

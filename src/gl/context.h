@@ -66,8 +66,7 @@ class Context {
   const DeviceInfo& info() const;
   bool has(const std::string& extension) const;
 
-  /// Makes this context current and loads its functions. Needed only after another context was
-  /// created or made current.
+  /// Makes this context current and loads its functions. Needed after another one was current.
   void makeCurrent();
 
   /// Waits until all commands have finished. Throws Error (Internal) if GL reports an error, or if

@@ -66,13 +66,11 @@ class DrawScope {
   DrawScope(const DrawScope&) = delete;
   DrawScope& operator=(const DrawScope&) = delete;
 
-  /// Changes to another state; only the differences are sent to GL. This scope must be the
-  /// innermost.
+  /// Changes to another state; only the differences are sent to GL. Must be the innermost scope.
   void change(const DrawState& state);
   const DrawState& state() const { return state_; }
 
-  /// The state of the innermost scope. A pass starts from it if it leaves part of the state to its
-  /// caller.
+  /// The state of the innermost scope. A pass starts from it to keep part of its caller's state.
   static const DrawState& current();
 
  private:

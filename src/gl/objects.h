@@ -53,8 +53,7 @@ class Name {
 class Buffer {
  public:
   Buffer() = default;
-  /// A buffer of `size` bytes (at least 1 is allocated), optionally filled with `data`. write() may
-  /// change the contents.
+  /// A buffer of `size` bytes (at least 1 is allocated), optionally filled with `data`.
   Buffer(std::string_view label, std::size_t size, const void* data = nullptr);
   template <class T>
   Buffer(std::string_view label, std::span<const T> data)

@@ -34,8 +34,7 @@ struct EglDeviceEntry {
   std::string description;  ///< device file, or "software"
 };
 
-/// The devices of EGL, in EGL's order. Throws PlatformFailure if EGL or its device enumeration is
-/// missing.
+/// The devices of EGL, in EGL's order. Throws PlatformFailure if EGL cannot list them.
 std::vector<EglDeviceEntry> listEglDevices();
 
 /// Creates an OpenGL 4.5 core context. Throws PlatformFailure.

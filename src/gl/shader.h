@@ -36,7 +36,7 @@ struct Define {
   std::string value = "1";
 };
 
-/// Names of shader files; empty names are unused stages. Either compute alone, or vertex with any
+/// Names of shader files; empty names are unused stages. Either compute alone, or vertex with
 /// others.
 struct ProgramFiles {
   std::string vertex{};
@@ -46,8 +46,7 @@ struct ProgramFiles {
   std::vector<Define> defines{};
 };
 
-/// A shader's text with its includes. `files` maps the source-string numbers of error messages to
-/// file names.
+/// A shader's text with its includes. `files` maps the source-string numbers of messages to files.
 struct ShaderText {
   std::string text;
   std::vector<std::string> files;  ///< the index is the source-string number of #line
@@ -60,8 +59,7 @@ std::string namedLog(const std::string& log, const std::vector<std::string>& fil
 class Program {
  public:
   Program() = default;
-  /// Compiles and links. Throws Error (Internal) with the compiler's messages, by file and line,
-  /// and the defines.
+  /// Compiles and links. Throws Error (Internal) with the compiler's messages, and the defines.
   Program(std::string_view label, const ProgramFiles& files);
   /// A program of the vertex shader "gl/fullscreen.vert" and this fragment shader.
   static Program fullScreen(std::string_view label, const std::string& fragment,

@@ -26,8 +26,7 @@ struct WorkaroundInfo {
 /// In the order of the enumeration.
 std::span<const WorkaroundInfo> workarounds();
 
-/// Whether a workaround is on. The first call of a process throws UsageError if the variable
-/// contains an unknown name.
+/// Whether a workaround is on. The first call of a process throws UsageError for an unknown name.
 bool worksAround(Workaround workaround);
 
 /// The workarounds that a comma-separated list of names turns off. Throws UsageError.

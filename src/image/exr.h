@@ -1,5 +1,4 @@
-// Encodes and decodes EXR files in memory; private to this folder. image.h checks all inputs and
-// outputs.
+// Encodes and decodes EXR files in memory; private. image.h checks inputs and outputs.
 #pragma once
 
 #include <cstddef>

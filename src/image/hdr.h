@@ -1,5 +1,4 @@
-// Reads Radiance HDR pictures (.hdr, .pic) without an external library. Damaged files cause errors,
-// never crashes.
+// Reads Radiance HDR pictures (.hdr, .pic) without an external library. Damaged files cause errors.
 #pragma once
 
 #include <cstddef>

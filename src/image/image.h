@@ -11,7 +11,7 @@
 
 namespace catoptric::image {
 
-/// An image of float channels, interleaved, row 0 at the top. data.size() == width * height *
+/// An image of float channels, interleaved, row 0 at the top. Size: width * height *
 /// channels.size().
 struct Image {
   int width = 0;

@@ -50,8 +50,7 @@ struct RegionError {
   float flipMax = 0.0f;
   float hdrFlipMax = 0.0f;
 
-  /// Mean absolute difference per channel, 0..255, over all pixels (L1_8bit; reported by the
-  /// papers).
+  /// Mean absolute difference per channel, 0..255 (the papers' L1_8bit).
   double l1() const;
   double mae() const;
   double rmse() const;
@@ -73,7 +72,7 @@ class FlipPool {
  public:
   void add(std::span<const float> map);
   void add(const FlipPool& other);
-  /// The value below which errors make up the fraction `share` (0..1) of the sum of all errors;
+  /// The value below which errors make up the fraction `share` (0..1) of the sum of all errors ,
   /// accurate to 1/4096.
   double weightedQuantile(double share) const;
   double min() const { return count_ > 0 ? min_ : 0.0; }
@@ -85,7 +84,7 @@ class FlipPool {
   double min_ = 1.0;
 };
 
-/// The errors of one image, or of all frames together. The base class is the error of the whole
+/// The errors of one image, or of all frames together. The base class has the errors of the whole
 /// frame.
 struct ImageError : RegionError {
   bool hasReflective = false;  ///< whether a layer told which pixels are reflective

@@ -61,8 +61,7 @@ struct BuildsReport {
   std::string sentence(double gate) const;
 };
 
-/// Compares the cases one after the other. `progress` is called with their names. Throws
-/// StudyStopped.
+/// Compares the cases in turn. `progress` receives their names. Throws StudyStopped.
 BuildsReport compareCases(const std::vector<NightCase>& cases, Lab& lab,
                           const BuildsOptions& options,
                           const std::function<void(const std::string&, double)>& progress);

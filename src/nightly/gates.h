@@ -9,7 +9,8 @@
 
 namespace catoptric::nightly {
 
-/// Limits as fractions of the accepted values. All defaults are ours, and a suite may change them.
+/// Limits as fractions of the accepted values. The defaults are our choice; a suite may change
+/// them.
 struct Gates {
   double time = 0.05;    ///< additional time, compared with the accepted and the anchor build
   double memory = 0.20;  ///< additional peak memory, compared with the accepted build
@@ -26,8 +27,7 @@ struct Gates {
       {"worst_tile", 1.0},       ///< mean difference in the worst 16 x 16 pixels, display steps
       {"worst_reflector", 0.25}  ///< mean difference on the worst reflector, display steps
   };
-  /// Counters that may rise by at most the fraction `watchRise`. Counters that must be 0 are
-  /// checked separately.
+  /// Counters that may rise by at most the fraction `watchRise`. Those that must be 0 are separate.
   std::vector<std::string> watch = {"unclustered", "environment"};
   double watchRise = 0.10;
 };

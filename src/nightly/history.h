@@ -16,7 +16,8 @@ class Database;
 
 namespace catoptric::nightly {
 
-/// The number of nights that keep every sample. Older nights keep the medians only. Ours.
+/// The number of nights that keep every measured time. Older nights keep the medians only. Our
+/// choice.
 inline constexpr int kRawNights = 60;
 
 class History {

@@ -39,8 +39,8 @@ std::optional<TimeRatio> confirmedRatio(const CaseFacts& facts, const char* ofRo
 /// symmetric about 0. [Wilcoxon1945]
 double signedRankP(const std::vector<double>& values);
 
-/// Tells which of several tests may be called positive so that at most the fraction `share` of
-/// these are false. [Benjamini1995]
+/// Tells which of several tests may be called positive if at most the fraction `share` of the
+/// positives may be false. [Benjamini1995]
 std::vector<bool> falseDiscoveries(const std::vector<double>& p, double share);
 
 /// The change points of a series: the index of the first value of each level except the first.
@@ -55,8 +55,7 @@ struct PictureState {
   std::string message;
   double value = 0.0;  ///< value of the measure that exceeds its limit most
 };
-/// `truth`: the errors (L1_8bit) of tonight's frame and of the accepted frame against the
-/// reference, if known.
+/// `truth`: the errors (L1_8bit) of tonight's and the accepted frame against the reference.
 PictureState judgePicture(const PictureErrors& errors, const Gates& gates,
                           const std::optional<std::pair<double, double>>& truth);
 

@@ -26,8 +26,7 @@ struct Summary {
 Outcome outcomeOf(const Verdict& verdict);
 Summary summaryOf(const std::vector<Verdict>& verdicts);
 
-/// The ratio to the anchor build in one night. trendOf() returns these points, oldest first, up to
-/// the given night.
+/// The ratio to the anchor build in one night. trendOf() returns them, oldest first.
 struct TrendPoint {
   int night = 0;
   double value = 1.0;

@@ -10,8 +10,8 @@ namespace catoptric::nightly {
 
 struct NightOptions {
   int rounds = 8;       ///< rounds of the first measurement of times
-  int mostRounds = 32;  ///< most rounds until times are decided
-  int againEvery = 4;   ///< one of this many timed cases also times tonight's build against itself
+  int mostRounds = 32;  ///< maximum number of rounds until times are decided
+  int againEvery = 4;   ///< every n-th timed case also times tonight's build against itself
   /// The baseline of times. "accepted": the accepted build, and the anchor to detect creep.
   /// "anchor": the anchor alone. Otherwise a build that keptBuild() has found, instead of the
   /// accepted one.

@@ -1,5 +1,4 @@
-// Chooses the night that a process works on: a new one, or one that another process left
-// unfinished.
+// Chooses the night that a process works on: a new or an unfinished one.
 #pragma once
 
 #include "nightly/history.h"

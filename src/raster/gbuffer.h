@@ -14,57 +14,57 @@
 
 namespace catoptric::raster {
 
-/// Stencil values that classify samples, so that full-screen passes run on the live ones only
-/// (on llvmpipe a pass without live tiles costs 4 ms with, 104 ms without a stencil test).
+/// Stencil values that classify samples, so that full-screen passes only run on the samples they
+/// need (on llvmpipe a pass over no samples takes 4 ms, without the stencil test 104 ms).
 enum class SampleClass : std::uint8_t {
   Background = shared::kClassBackground,
   Diffuse = shared::kClassDiffuse,
   PlanarMirror = shared::kClassPlanarMirror,
   CurvedMirror = shared::kClassCurvedMirror,
-  Glossy = shared::kClassGlossy,  ///< any object whose lobe can be none of a mirror
+  Glossy = shared::kClassGlossy,  ///< any object whose lobe may be wider than that of a mirror
 };
 
-/// Draws on the samples of one class alone, by the G-buffer's stencil.
+/// The state for drawing only on samples of one class, by the G-buffer's stencil.
 gl::DrawState onSamplesOf(SampleClass sampleClass);
-/// Draws on the samples of planar and curved mirrors.
+/// The state for drawing only on samples of planar and curved mirrors.
 gl::DrawState onMirrors();
 
-/// The lobe as the alpha of GBuffer::normal has it: its code, or -1 - code where the normal was
-/// bent, so that mirrored rays leave above the surface (frame::aboveSurface). In shaders:
-/// lobe.glsl.
+/// Decodes the lobe from the alpha of GBuffer::normal: its code, or -1 - code where the normal was
+/// corrected so that mirrored rays leave above the surface (frame::aboveSurface). The shader
+/// version is in lobe.glsl.
 inline scene::Lobe lobeOf(float alpha) {
   return {alpha < 0.0f ? -1.0f - alpha : alpha};
 }
 inline bool isBent(float alpha) {
   return alpha < 0.0f;
 }
-/// frame::SurfacePoint::lobeHorizon of a sample with this `normal` by what GBuffer::lobeHorizon has
-/// of it.
+/// frame::SurfacePoint::lobeHorizon of a sample with this `normal`, decoded from
+/// GBuffer::lobeHorizon.
 Vec3 lobeHorizonOf(std::uint32_t packed, const Vec3& normal);
 
 /// All textures are width * samples by height * samples; row 0 is the top of the image
 /// (glClipControl upper left). Sample (i, j) is centred at ((i + .5) / samples, (j + .5) / samples)
 /// pixels.
 struct GBuffer {
-  int width = 0;  ///< of the frame, pixels
+  int width = 0;  ///< width of the frame in pixels
   int height = 0;
   int samples = 1;  ///< per axis
   gl::Texture
       diffuse;  ///< RGBA32F: diffuse radiance (before any factor 1 - s), s; -1 on the background
-  /// RGBA32F: world-space normal of the reflection turned to the viewer, lobe; by lobeOf()
+  /// RGBA32F: world-space normal of the reflection, turned to the viewer; lobe (see lobeOf())
   gl::Texture normal;
   gl::Texture object;  ///< R32UI: object id, 0 background
-  /// RGBA32F: what the reflection is multiplied with beside s; empty where each object has one.
+  /// RGBA32F: factor of the reflection besides s; empty if each object has a single tint
   gl::Texture tint;
-  gl::Texture highlight;  ///< RGBA32F: of lights, beside the reflection; empty where there is none
-  /// R32UI: the triangle's normal, turned to the viewer, where it bounds the rays of a lobe, else
-  /// 0; by lobeHorizonOf(); empty where it is so nowhere.
+  gl::Texture highlight;  ///< RGBA32F: lights' highlights; empty if there are none
+  /// R32UI: the triangle's normal, turned to the viewer, if it bounds the rays of the lobe,
+  /// otherwise 0; see lobeHorizonOf(). Empty if no sample needs it.
   gl::Texture lobeHorizon;
   gl::Texture depth;  ///< DEPTH32F_STENCIL8: reversed-Z depth (near / distance along -z)
   gl::Framebuffer framebuffer;
-  /// What methods write: incoming radiance along the reflected ray (tint and s not applied).
+  /// Output of methods: incoming radiance along the reflected ray (tint and s are not applied).
   gl::Texture reflection;  ///< RGBA32F, a = 1
-  gl::Texture masks;       ///< R16UI: bits of raster::MaskBit, per sample; only when asked for
+  gl::Texture masks;       ///< R16UI: bits of raster::MaskBit, per sample; only if requested
   gl::Framebuffer reflectionFramebuffer;  ///< reflection (+ masks) + depth's stencil
 
   int sampleWidth() const { return width * samples; }
@@ -81,41 +81,41 @@ struct GBufferSize {
   bool lobeHorizons = false;  ///< Materials::lobeHorizons()
 };
 
-/// Allocates all textures. Throws UsageError when the device's largest texture is smaller.
+/// Allocates all textures. Throws UsageError if the device's maximum texture size is too small.
 GBuffer makeGBuffer(const GBufferSize& size);
-/// The same without `reflection` and `masks`.
+/// As makeGBuffer(), without `reflection` and `masks`.
 GBuffer makeSurfaceSamples(const GBufferSize& size);
 
-/// Copies texels of level 0, depth and stencil alike, between textures of one size and format.
+/// Copies texels of level 0 (also depth and stencil) between textures of the same size and format.
 void copyTexels(const gl::Texture& from, const gl::Texture& to,
                 std::span<const Rectangle> rectangles);
 
-/// What is read back of a G-buffer, row 0 on top: sampleWidth x sampleHeight, or some rows of it.
+/// The contents of a G-buffer in memory, row 0 on top: sampleWidth x sampleHeight, or some rows.
 struct GBufferCopy {
-  int width = 0;  ///< of the frame, pixels
+  int width = 0;  ///< width of the frame in pixels
   int height = 0;
   int samples = 1;
-  int firstRow = 0;            ///< of samples, which the arrays begin with
-  int rows = 0;                ///< that they hold
-  std::vector<float> diffuse;  ///< 4 a sample: rgb, s; -1 on the background
-  std::vector<float> normal;   ///< 4 a sample: xyz, lobe by lobeOf()
+  int firstRow = 0;            ///< first row of samples in the arrays
+  int rows = 0;                ///< number of rows in the arrays
+  std::vector<float> diffuse;  ///< 4 per sample: rgb, s; -1 on the background
+  std::vector<float> normal;   ///< 4 per sample: xyz, lobe (see lobeOf())
   std::vector<std::uint32_t> object;
-  std::vector<std::uint32_t> lobeHorizon;  ///< where the G-buffer has it
+  std::vector<std::uint32_t> lobeHorizon;  ///< empty if the G-buffer has none
   std::vector<float> depth;                ///< reversed-Z
 
   int sampleWidth() const { return width * samples; }
   int sampleHeight() const { return height * samples; }
 };
 
-/// Reads a G-buffer back into `copy`, whose memory is used again. `withDiffuse`: diffuse radiance
-/// and s too (empty otherwise).
+/// Reads a G-buffer back into `copy`, whose memory is reused. `withDiffuse`: also diffuse radiance
+/// and s (otherwise empty).
 void readBack(const GBuffer& source, bool withDiffuse, GBufferCopy& copy);
-/// The same of some rows of samples.
+/// As readBack(), for some rows of samples.
 void readRows(const GBuffer& source, int firstRow, int rows, bool withDiffuse, GBufferCopy& copy);
 
-/// Reads a texture back, row 0 on top. RGBA32F: 4 floats a texel.
+/// Reads an RGBA32F texture back, row 0 on top: 4 floats per texel.
 std::vector<float> readRgba(const gl::Texture& texture);
-/// Some rectangles of it, into what was read before.
+/// Reads some rectangles of it into `values`, which contain an earlier result.
 void readRgba(const gl::Texture& texture, std::span<const Rectangle> parts,
               std::span<float> values);
 std::vector<std::uint32_t> readIds(const gl::Texture& texture);
@@ -123,7 +123,7 @@ std::vector<float> readDepth(const gl::Texture& texture);
 std::vector<std::uint16_t> readMasks(const gl::Texture& texture);
 void writeMasks(gl::Texture& texture, std::span<const std::uint16_t> masks);
 
-/// Where a method fell back, as bits of GBuffer::masks; also the names of counters and mask layers.
+/// Reasons for fallbacks, as bits of GBuffer::masks; also the names of counters and mask layers.
 enum MaskBit : std::uint16_t {
   kMaskEnvironment = shared::kMaskEnvironment,
   kMaskDisoccluded = shared::kMaskDisoccluded,

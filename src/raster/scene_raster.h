@@ -34,8 +34,7 @@ std::uint64_t clampedTexels(const gl::Texture& texture);
 /// The OpenGL side of one scene. It must not outlive its context.
 class SceneRaster {
  public:
-  /// Uploads geometry, textures and materials. Programs are compiled only for the features that the
-  /// scene's materials use.
+  /// Uploads geometry, textures and materials. Compiles programs only for features in use.
   SceneRaster(const scene::Scene& scene, const frame::Geometry& geometry);
   ~SceneRaster();
   SceneRaster(const SceneRaster&) = delete;
@@ -47,8 +46,7 @@ class SceneRaster {
 
   /// Re-uploads the vertices of changed objects (indices into geometry.objects).
   void update(const frame::Geometry& geometry, std::span<const int> changedObjects);
-  /// The folder in which buildDetailLevels() stores its results. Without this call nothing is
-  /// stored.
+  /// The folder in which buildDetailLevels() stores its results. Default: none.
   void cacheLevelsIn(std::filesystem::path folder);
   /// Builds coarser levels of the objects, for passes that draw them. Call once, before the first
   /// frame.

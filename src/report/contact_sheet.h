@@ -1,5 +1,4 @@
-// Contact sheets: one picture of the previews of runs, with a row per method and a column per
-// frame.
+// Contact sheets: one picture of the previews of runs: a row per method, a column per frame.
 #pragma once
 
 #include <map>

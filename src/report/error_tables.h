@@ -12,8 +12,7 @@ namespace catoptric::report {
 
 /// One comparison: a row per frame, and a row of pooled errors.
 Table errorView(const RunComparison& comparison);
-/// Pooled errors of each reflective object; no rows if the frames lack the layers that identify
-/// them.
+/// Pooled errors of each reflective object; no rows without the layers that identify them.
 Table objectView(const RunComparison& comparison);
 /// Fractions of the pooled error, by class of pixels.
 Table attributionView(const RunComparison& comparison);

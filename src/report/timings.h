@@ -11,8 +11,7 @@
 
 namespace catoptric::report {
 
-/// Statistics of a step over frames, in seconds. Several samples of a step in one frame are added
-/// up first.
+/// Statistics of a step over frames, in seconds. Several samples of one frame are added up first.
 struct StepStatistics {
   std::string step;
   std::string clock;
@@ -22,8 +21,7 @@ struct StepStatistics {
   double mean = 0.0;
   double max = 0.0;
   double sum = 0.0;
-  /// Mean over the frames marked `first`, which the other values include too. Negative: no frame is
-  /// marked.
+  /// Mean over the frames marked `first`, which the other values include too. Negative: none.
   double first = -1.0;
 };
 

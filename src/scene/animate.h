@@ -24,8 +24,7 @@ std::vector<bool> movingObjects(const Scene& scene);
 /// joints.
 std::vector<bool> deformingObjects(const Scene& scene);
 
-/// The transform of an object's mesh at `pose`. It is the identity for skinned objects, which
-/// follow their joints.
+/// The transform of an object's mesh at `pose`. Identity for skinned objects.
 Mat4 worldFromObject(const Scene& scene, const Object& object, const Pose& pose);
 
 /// The world-space vertices of one object after skinning, morphing and transforming. Arrays have

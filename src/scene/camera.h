@@ -38,12 +38,12 @@ Vec3 rayDirection(const Camera& camera, int width, int height, float x, float y)
 /// plane 1 metre in front of the camera.
 Mat3 rayFromPixel(const Camera& camera, int width, int height);
 
-/// Angle in radians that the height of one pixel subtends at the image centre: the spread of ray
+/// Angle in radians that the height of one pixel subtends at the image centre : the angle of ray
 /// cones.
 float pixelSpreadRad(const Camera& camera, int height);
 
-/// A target nearer to the eye than this (metres) gives no direction. Ours; far above the distance
-/// at which single precision loses the direction.
+/// If a target is nearer to the eye than this (metres), the view direction is undefined. Our
+/// choice, far above the distance at which single precision loses the direction.
 inline constexpr float kLeastTargetDistance = 1e-9f;
 inline bool givesDirection(const Vec3& eye, const Vec3& target) {
   return glm::length(target - eye) >= kLeastTargetDistance;
@@ -70,8 +70,8 @@ class CameraPath {
 /// paths that name a glTF camera. Throws UsageError with the place in the file.
 std::unique_ptr<CameraPath> loadPath(const std::filesystem::path& file, const Scene& scene);
 
-/// A path of `frames` frames with the scene's first camera, over the scene's animation. If the
-/// scene has no camera, one that sees the whole scene from the front.
+/// A path over the scene's animation with the scene's first camera. If the scene has no camera, the
+/// path uses one in front of the scene that shows all of it.
 std::unique_ptr<CameraPath> defaultPath(const Scene& scene);
 
 /// Parses "1-100x2,120": ranges, steps and single frames. The result is ascending and without

@@ -9,7 +9,7 @@
 namespace catoptric::scene {
 
 /// The default environment of a glTF file without lights: a soft sky over a darker ground, without
-/// a colour cast that would hide the colours of materials. Ours.
+/// a colour cast that would hide the colours of materials. Our choice.
 Environment defaultEnvironment();
 
 /// An environment from its text: "sky" (the default), a colour "#rrggbb" (sRGB) or "r,g,b"

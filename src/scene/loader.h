@@ -9,16 +9,18 @@
 
 namespace catoptric::scene {
 
-/// Largest coordinate, metres. Beyond it the squares of areas would overflow floats; Embree aborts
-/// at 1e18. Ours.
+/// Largest coordinate in metres. Beyond it the squares of areas would overflow floats; Embree
+/// aborts at 1e18. Our choice.
 inline constexpr float kMaxCoordinate = 1e9f;
-/// The largest component of a colour in a file, such as the colour of a light in a glTF file. Ours.
+/// Largest component of a colour in a file, such as the colour of a light in a glTF file. Our
+/// choice.
 inline constexpr float kMaxColor = 1e9f;
-/// The largest radiance (W/(m^2 sr)) or intensity of anything after multiplication of its factors.
-/// Ours: it leaves a factor of 10^5 below the largest float for sums and products of rendering.
+/// Largest radiance (W/(m^2 sr)) or intensity of a light, material or environment, after its colour
+/// is multiplied by its strength. Our choice: rendering can still add and multiply by up to 10^5
+/// before floats overflow.
 inline constexpr float kMaxRadiance = 1e33f;
-/// Most lights that are evaluated at run time. Each takes 48 bytes of the 16 KiB uniform block that
-/// GL guarantees.
+/// Maximum number of unbaked lights. Each takes 48 bytes of the 16 KiB uniform block that GL
+/// guarantees.
 inline constexpr std::size_t kMaxUnbakedLights = 256;
 
 /// Limits that keep hostile or mistaken input from exhausting the machine.

@@ -1,5 +1,5 @@
-// Lobes of reflective places: how wide, how dense, by which model. One definition for the CPU; its
-// twin for shaders is raster/shaders/lobe.glsl. Rays along lobes: trace/lobes/reflect.h.
+// Reflection lobes of a surface point: model, width and density. This is the CPU's version;
+// shaders use raster/shaders/lobe.glsl. trace/lobes/reflect.h makes rays of lobes.
 #pragma once
 
 #include <algorithm>
@@ -13,16 +13,16 @@
 namespace catoptric::scene {
 
 enum class LobeModel : std::uint8_t {
-  Phong,  ///< cos^n about the mirrored ray: the papers' s and g
-  Ggx     ///< Trowbridge-Reitz normals, Smith's masking, Schlick's Fresnel: glTF's materials
+  Phong,  ///< cos^n about the mirrored ray, as in the papers: s and g
+  Ggx     ///< Trowbridge-Reitz normals, Smith's masking, Schlick's Fresnel, as in glTF
 };
 
-/// At or below this roughness a GGX surface counts as a mirror: 63 % of its lobe lie within 2.4
-/// mrad, as of a Phong lobe of g = kMirrorGlossiness (2.5 mrad). Ours.
+/// At or below this roughness a GGX surface counts as a mirror: 63 % of the lobe lies within 2.4
+/// mrad of its axis. For a Phong lobe with g = kMirrorGlossiness it is 2.5 mrad. Our choice.
 inline constexpr float kMirrorRoughness = 0.03f;
 
-/// A lobe's model and roughness in one number, as the G-buffer's normals carry it: a Phong lobe's
-/// g, 0 to 1, or 2 + glTF's roughness.
+/// A lobe's model and roughness in one number, which the G-buffer stores with the normal: g (0 to
+/// 1) of a Phong lobe, or 2 + glTF's roughness.
 struct Lobe {
   float code = 0.0f;
 
@@ -34,46 +34,48 @@ struct Lobe {
   bool mirror() const {
     return ggx() ? code <= 2.0f + kMirrorRoughness : code <= kMirrorGlossiness;
   }
-  /// GGX' alpha.
+  /// The parameter alpha of GGX.
   float alpha() const { return roughness() * roughness(); }
 };
 
-/// GGX' half angle that holds 1 - 1/e of the lobe about the mirrored ray, radians. `cosine`: of the
-/// view to the normal. At normal incidence 2 atan(alpha sqrt(e - 1)); across the plane of incidence
-/// lobes are narrower, and the horizon cuts wide ones: a fit, within 5 % on average and 26 % at
-/// most where cosine >= 0.2 (lobe_test measures it).
+/// Half angle (radians) of the cone about the mirror direction that contains 1 - 1/e of a GGX lobe.
+/// `cosine`: between view direction and normal. At normal incidence it is 2 atan(alpha sqrt(e -
+/// 1)). At grazing angles the lobe is narrower across the plane of incidence, and the horizon cuts
+/// wide lobes. The formula is a fit with a mean error of 5 % and a maximum of 26 % for cosine >=
+/// 0.2 (see lobe_test).
 inline float ggxHalfAngleRad(float alpha, float cosine) {
   const float c = std::clamp(cosine, 0.2f, 1.0f);
   const float share = 0.5911f + 0.3849f * c + (0.606f - 1.1465f * c) * alpha;
   return 2.0f * std::atan(1.3108f * alpha) * share;
 }
 
-/// The exponent of the Phong lobe that is as wide: of what asks for a width alone.
+/// Exponent of the Phong lobe of equal width, for code that needs only a width.
 inline float coneExponent(Lobe lobe, float cosine = 1.0f) {
   if (!lobe.ggx()) return phongExponentFromGlossiness(lobe.code);
   const float angle = std::max(ggxHalfAngleRad(lobe.alpha(), cosine), 1e-6f);
   return std::max(0.0f, 2.0f / (angle * angle) - 1.0f);
 }
 
-/// Smith's Lambda of GGX at a cosine to the normal above 0.
+/// Smith's Lambda of GGX for a direction with this cosine (above 0) to the normal.
 CATOPTRIC_INLINE float ggxLambda(float alpha, float cosine) {
   const float c2 = std::max(cosine * cosine, 1e-12f);
   return 0.5f * (std::sqrt(1.0f + alpha * alpha * std::max(1.0f - c2, 0.0f) / c2) - 1.0f);
 }
 
-/// GGX' density of normals at a cosine to the mean normal, with its sine's square.
+/// The GGX normal distribution D. `cosine` and `sine2` (squared sine) belong to the angle between
+/// half vector and normal.
 CATOPTRIC_INLINE float ggxNormals(float alpha, float cosine, float sine2) {
   const float a2 = alpha * alpha;
   const float t = a2 * cosine * cosine + sine2;
   return a2 / (kPi * t * t);
 }
 
-/// A view of a rough surface in the frame whose z is the normal and whose xz plane holds the view.
+/// A view direction in tangent space: z is the normal, and the view lies in the xz plane.
 struct GgxView {
   float alpha;
-  float sine, cosine;  ///< of the view
-  float lambda;        ///< Smith's, of the view
-  float hemiX, hemiZ;  ///< the view where the surface is stretched to alpha = 1
+  float sine, cosine;  ///< of the angle between view and normal
+  float lambda;        ///< Smith's Lambda of the view
+  float hemiX, hemiZ;  ///< the view direction in hemisphere (stretched) space [Heitz2018]
   /// Density of rays in the mirrored direction, per steradian.
   float peak() const { return 1.0f / (4.0f * kPi * alpha * alpha * cosine * (1.0f + lambda)); }
 };
@@ -90,17 +92,18 @@ inline GgxView ggxView(float alpha, float cosine) {
   return view;
 }
 
-/// A ray along a GGX lobe: its direction in the view's frame; weight: G2 / G1, the share of its
-/// radiance that arrives where Fresnel's factor is 1, 0 below the surface; density per steradian.
+/// A reflected ray of a GGX lobe. x, y, z: its direction in the frame of GgxView. weight: G2 / G1
+/// (throughput without the Fresnel term; 0 below the surface). density: per steradian.
 struct GgxRay {
   float x, y, z;
   float weight, density;
 };
 
-/// The ray for a point (diskX, diskY) of the unit disk, uniform there: visible normals are sampled
-/// [Heitz2018], density D G1 / (4 cosine). Plain operations, for vector code too.
+/// Maps a uniformly distributed point of the unit disk to a reflected ray by sampling visible
+/// normals [Heitz2018], with density D G1 / (4 cosine). Has no branches, so that loops over it can
+/// be vectorized.
 CATOPTRIC_INLINE GgxRay ggxRay(const GgxView& view, float diskX, float diskY) {
-  // Onto the hemisphere about the stretched view, of which the horizon hides a part
+  // Project onto the visible part of the hemisphere around the stretched view direction
   const float s = 0.5f * (1.0f + view.hemiZ);
   const float chord = std::sqrt(std::max(0.0f, 1.0f - diskX * diskX));
   const float t = (1.0f - s) * chord + s * diskY;
@@ -121,9 +124,9 @@ CATOPTRIC_INLINE GgxRay ggxRay(const GgxView& view, float diskX, float diskY) {
   return ray;
 }
 
-/// Radiance that a light in direction `light` sends back to the view per irradiance across that
-/// direction, with Fresnel's factor 1: D G2 / (4 cosine), per steradian. Unit vectors; 0 where the
-/// light is below the surface.
+/// GGX BRDF times cosine, without Fresnel: D G2 / (4 cosine) per steradian. This is the reflected
+/// radiance towards the viewer per irradiance perpendicular to `light`. All vectors have unit
+/// length; 0 if the light is below the surface.
 inline float ggxResponse(const GgxView& view, const Vec3& normal, const Vec3& toView,
                          const Vec3& light) {
   const float cosine = glm::dot(normal, light);
@@ -134,9 +137,9 @@ inline float ggxResponse(const GgxView& view, const Vec3& normal, const Vec3& to
   return normals / ((1.0f + view.lambda + ggxLambda(view.alpha, cosine)) * 4.0f * view.cosine);
 }
 
-/// Mean of Schlick's p = (1 - v.h)^5 over a GGX lobe, weighted by what its rays bring: Fresnel's
-/// factor is F0 (1 - p) + p. A fit: off by 0.005 on average and 0.032 at most (lobe_test measures
-/// it); exact for mirrors, (1 - cosine)^5.
+/// Mean of Schlick's p = (1 - v.h)^5 over a GGX lobe, weighted by the rays' G2 / G1. The Fresnel
+/// factor is then F0 (1 - p) + p. A fit with a mean error of 0.005 and a maximum of 0.032 (see
+/// lobe_test); exact for mirrors, (1 - cosine)^5.
 inline float meanSchlick(float roughness, float cosine) {
   const float r = std::clamp(roughness, 0.0f, 1.0f);
   const float c = std::clamp(cosine, 0.0f, 1.0f);

@@ -1,5 +1,5 @@
-// The one mapping between glTF's metallic-roughness and the papers' specular level s, glossiness
-// g and Phong exponent n.
+// The mapping between glTF's metallic-roughness model and the papers' specular level s, roughness
+// g (which the papers call glossiness) and Phong exponent n.
 #pragma once
 
 #include <algorithm>
@@ -7,22 +7,23 @@
 
 namespace catoptric::scene {
 
-/// Below this s a surface counts as diffuse (s = 0): glTF's default dielectric reflects 4%, which
-/// would make every plastic chair a reflector. Ours.
+/// Surfaces with a smaller s count as diffuse (s = 0). glTF's default dielectric reflects 4 %,
+/// which would turn every plastic chair into a reflector. Our choice.
 inline constexpr float kReflectiveThreshold = 0.05f;
 
 /// At or below this g a surface with a Phong lobe counts as a mirror: one ray, no lobe. n(0.05) =
-/// 320,000, whose lobe is narrower than a pixel of a 60 degree, 1024 pixel wide frame. Ours.
+/// 320,000, whose lobe is narrower than a pixel of a 1024-pixel-wide frame of 60 degrees. Our
+/// choice.
 inline constexpr float kMirrorGlossiness = 0.05f;
 
-/// s = metallic + (1 - metallic) F0, with F0 of the dielectric part.
+/// s = metallic + (1 - metallic) F0, where F0 belongs to the dielectric part.
 inline float specularLevel(float metallic, float dielectricF0) {
   return metallic + (1.0f - metallic) * dielectricF0;
 }
 
-/// glTF's colour of a reflection at normal incidence, F0 = (1 - metallic) dielectricF0 + metallic
-/// albedo, is s times the tint plain + albedo * metal. Exactly 1 for dielectrics, the albedo for
-/// metals.
+/// The tint of a metallic-roughness material is plain + albedo * metal. Multiplied by s it is
+/// glTF's colour at normal incidence, F0 = (1 - metallic) dielectricF0 + metallic albedo. The tint
+/// is exactly 1 for dielectrics and the albedo for metals.
 struct TintShares {
   float plain = 1.0f;
   float metal = 0.0f;
@@ -40,8 +41,8 @@ inline float dielectricF0(float ior, float specularFactor) {
   return std::min(1.0f, r * r * specularFactor);
 }
 
-/// The papers' Phong exponent n about the mirrored ray as g: n = 2 / g^4 - 2. g = 1 gives n = 0: a
-/// whole hemisphere. (glTF's roughness has another lobe: scene/lobe.h.)
+/// Converts g to the papers' Phong exponent about the mirrored ray: n = 2 / g^4 - 2. g = 1 gives n
+/// = 0: a whole hemisphere. (glTF's roughness has another lobe: scene/lobe.h.)
 inline float phongExponentFromGlossiness(float g) {
   const float g2 = std::max(g, 1e-3f) * std::max(g, 1e-3f);
   return std::max(0.0f, 2.0f / (g2 * g2) - 2.0f);

@@ -1,6 +1,6 @@
-// The loaded scene as plain data, complete and checked (every index is in range, every float is
-// finite), before anything is animated, flattened or uploaded. glTF files and scene descriptions
-// are both loaded into it. frame/geometry.h builds the world-space triangles of one moment from it.
+// The loaded scene as plain data, complete and checked (all indices are in range, all floats
+// finite), before animation or upload. glTF files and scene descriptions are both loaded into it.
+// frame/geometry.h builds its world-space triangles for one time.
 #pragma once
 
 #include <array>
@@ -53,8 +53,8 @@ struct TextureSlot {
 
 enum class AlphaMode : std::uint8_t { Opaque, Mask };
 
-/// A material. s, g and n of methods.md are derived once at load by scene/reflectance.h. Surfaces
-/// are two-sided for all rays: the shading normal is turned towards the viewer.
+/// A material. scene/reflectance.h derives s, g and n once at load. Surfaces are two-sided for all
+/// rays: the shading normal is turned towards the viewer.
 struct Material {
   std::string name;
   Vec3 baseColor{1.0f};  ///< scene-linear Rec.709; albedo = baseColor * texture * vertex colour
@@ -175,14 +175,14 @@ struct Environment {
   std::filesystem::path file;  ///< latitude-longitude image, EXR or HDR
   float scale = 1.0f;
   float rotationRad = 0.0f;  ///< about +y
-  bool isDefault = false;    ///< replaces the light that the file lacks
+  bool isDefault = false;    ///< the loader added it because the file has no light
 };
 
 struct CameraDefinition {
   std::string name;
   int node = kNone;
   float verticalFovRad = kPi / 4.0f;
-  float nearMetres = 0.0f;  ///< 0: the path's
+  float nearMetres = 0.0f;  ///< 0: that of the camera path
 };
 
 enum class Interpolation : std::uint8_t { Step, Linear, CubicSpline };

@@ -19,7 +19,7 @@ struct Axis {
   std::string method;
 };
 
-/// Parses "NAME=a,b,c", "NAME=0..1:5" (even steps) or "NAME=log:0.1..10:7" (even ratios). Throws
+/// Parses "NAME=a,b,c", "NAME=0..1:5" (equal steps) or "NAME=log:0.1..10:7" (even ratios). Throws
 /// UsageError.
 Axis parseAxis(const std::string& text);
 

@@ -29,7 +29,7 @@ struct BenchOptions {
   std::filesystem::path folder;
   int repeats =
       8;  ///< rounds; for short frames up to kMostLonger times as many, until the ratios are clear
-  int workers = 8;  ///< most resident workers; fewer if memory is short
+  int workers = 8;  ///< maximum number of resident workers; fewer if memory is short
   std::uint64_t seed = 0;
   std::string processor = run::processorName();  ///< on which times are measured
   bool keepFrames = false;

@@ -15,9 +15,9 @@ struct ChartPoint {
   double y = 0.0;
   std::optional<Interval> xInterval;  ///< drawn as a line through the point
   std::optional<double> yWorst;       ///< drawn as a thin line from the point up to this value
-  Mark mark = Mark::Front;  ///< Front: filled; Dominated: hollow; Unclear: half transparent
-  std::string label;        ///< beside the point, if there is room
-  std::string title;        ///< tooltip in a browser
+  Mark mark = Mark::Front;            ///< Front: filled; Dominated: hollow; Unclear: hollow, dashed
+  std::string label;                  ///< beside the point, if there is room
+  std::string title;                  ///< tooltip in a browser
 };
 
 struct ChartSeries {
@@ -33,7 +33,7 @@ struct Chart {
   bool xLog = false;
   bool yLog = false;
   bool fromZero = true;    ///< linear axes start at 0
-  bool showFront = false;  ///< a stepped line through all points with Mark::Front
+  bool showFront = false;  ///< draws the Pareto front as a stepped line
   std::vector<ChartSeries> series;
 };
 

@@ -47,7 +47,7 @@ struct TurnOptions {
   /// most kMostLonger times as many rounds. Otherwise another program that runs for a second could
   /// disturb all rounds.
   double leastSeconds = 0.0;
-  /// After that, rounds continue until `enough` returns true, at most for this long.
+  /// Then rounds continue until `enough` returns true, but at most for this long.
   double mostSeconds = 0.0;
   std::function<bool(const Measurement&)> enough;
   std::uint64_t seed = 0;
@@ -57,7 +57,7 @@ struct TurnOptions {
   std::function<void(int done, int all)> progress;
 };
 
-/// Largest factor by which the number of rounds may exceed the requested number; ours.
+/// Rounds may exceed the requested number by at most this factor (our choice).
 inline constexpr int kMostLonger = 8;
 
 /// The result of one setting.

@@ -13,7 +13,7 @@ namespace catoptric::study {
 
 /// The error measures that a study can use. For all of them, less is better.
 const std::vector<std::string>& metricNames();
-/// Throws UsageError with the nearest name.
+/// Throws UsageError, with the nearest name, if there is no measure called `name`.
 void requireMetric(const std::string& name);
 
 struct FrameErrors {

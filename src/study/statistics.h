@@ -20,12 +20,12 @@ struct Interval {
 /// The nominal confidence of the rank test, chosen so that 95 % of the intervals contain the true
 /// value. Outliers are winsorized, which makes rounds look more alike than they are. With a nominal
 /// 95 %, intervals of 8 rounds contained the true value in 91 % of 2,000 simulated measurements (as
-/// in engine_test.cpp); with 99 %, in 97 %. Ours.
+/// in engine_test.cpp); with 99 %, in 97 %. Our choice.
 inline constexpr double kRankConfidence = 0.99;
 /// The relative difference between two processes of the same program, which lasts for their whole
 /// lifetime. More rounds cannot distinguish it from a difference of the settings, so intervals are
 /// widened by it. Of 21 intervals (32 rounds, --clock cpu, pairs of processes in the setting of
-/// tests/same_twice.py), 17 contained the true value without it and 20 with it. Ours.
+/// tests/same_twice.py), 17 contained the true value without it and 20 with it. Our choice.
 inline constexpr double kProcessSpread = 0.005;
 /// Fewer rounds cannot give an interval: with 7 rounds, the smallest possible p, 2 / 2^7, is above
 /// 1 %.

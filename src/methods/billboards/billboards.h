@@ -1,5 +1,5 @@
-// Reflections from billboards [Popescu2006, Sec. 3]: an image of each object on a quad through its
-// centroid, made for each reflector, and the environment map behind all.
+// Reflections from billboards [Popescu2006, Sec. 3]: for each reflector, every object is drawn
+// into the image of a quad through its centroid. The environment map lies behind all quads.
 #pragma once
 
 #include "methods/contract/method.h"

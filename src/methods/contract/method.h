@@ -59,8 +59,8 @@ struct MethodPlan {
   bool gl = false;       ///< needs a GL context (implied by gbuffer)
   bool trace = false;    ///< needs an Embree scene
   trace::BvhPolicy bvh = trace::BvhPolicy::Static;
-  /// Most reflections and refractions of a path: the method's option `bounces`. 0: the method has
-  /// no such option.
+  /// Maximum number of reflections and refractions of a path: the option `bounces`. 0: the method
+  /// has no such option.
   int bounces = 0;
   bool previousFrame = false;  ///< whether the method reads FrameInput::previous
   /// The masks (bits of raster::MaskBit) that the method fills. No layer is written for the other
@@ -107,8 +107,7 @@ struct FrameInput {
   /// Whether this is a restart frame (Method::restartsAt): its pixels must not depend on earlier
   /// frames. Always true for methods without state, and whenever firstOfSequence is true.
   bool restarts = true;
-  /// False while warming up: the frame is discarded, and only what later frames need must be
-  /// computed.
+  /// False while warming up: the frame is discarded, only later frames need its state.
   bool kept = true;
   /// Set if MethodPlan::previousFrame asks for it. nullopt: this is the path's first frame.
   std::optional<PreviousFrame> previous;
@@ -127,8 +126,7 @@ struct SampleLayer {
 
 struct FrameOutput {
   Counters counters;
-  /// Samples of gbuffer->reflection that may differ from the last frame. nullopt: any sample may
-  /// differ.
+  /// Samples of gbuffer->reflection that may differ from the last frame; nullopt: any.
   std::optional<raster::Region> changedReflection;
   std::vector<Table> tables;              ///< the tables of MethodEntry::tables that have rows
   std::vector<SampleLayer> sampleLayers;  ///< the requested layers of MethodEntry::sampleLayers
@@ -147,8 +145,7 @@ class Method {
   /// What will be built and run for this scene. A pure function, called before anything is built.
   virtual MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const = 0;
 
-  /// Precomputation: called once, before the first frame. Its steps are timed through
-  /// services.timer.
+  /// Precomputation: called once, before the first frame. Timed through services.timer.
   virtual void prepare(Services&, const RunSettings&) {}
 
   /// Fills gbuffer->reflection (and the masks) for every reflective sample, or fills output.image.
@@ -204,8 +201,7 @@ struct SampleLayerInfo {
   std::string meaning;
 };
 
-/// Settings of one method for the tests that run every method. Each is a JSON object of the
-/// method's options.
+/// Settings of one method for the tests that run every method. Each is a JSON object of options.
 struct TestOptions {
   std::string small = "{}";       ///< suitable for frames of 64 pixels
   std::string refracting = "{}";  ///< added for scenes with refractive objects
@@ -239,8 +235,7 @@ struct MethodEntry {
   TestOptions tests = {};
   const config::Schema& options;  ///< schema of the method's options in a run config
   std::unique_ptr<Method> (*make)(const config::Value& options);
-  /// Whether Method::unsupported() may name reflectors. The method's configs then have the option
-  /// `unsupported`.
+  /// Whether Method::unsupported() may name reflectors. Adds the option `unsupported`.
   bool refusesReflectors = false;
   /// The options with which this method shades reflectors that another method's option
   /// `unsupported` gives to it. Null: it cannot be named there.

@@ -1,4 +1,4 @@
-// A depth map by columns: what lines over it are sampled from.
+// The texels of a depth map, ordered by columns for sampling along lines.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,8 @@
 
 namespace catoptric::methods::depth_impostors {
 
-/// A map's texels, those along the minor axis one after another, background before and after them.
+/// Stores the texels of each column (along the minor axis) contiguously, with a border of
+/// background.
 class Columns {
  public:
   static constexpr int kBorder = 36;  ///< texels of background before and after a column
@@ -22,12 +23,12 @@ class Columns {
   }
 
   int size() const { return size_; }
-  /// Texel `minor` of column `major` is at major * stride() + minor, from -kBorder on.
+  /// Texel `minor` (at least -kBorder) of column `major` is at major * stride() + minor.
   const float* texels() const { return texels_.data() + kBorder; }
   int stride() const { return static_cast<int>(stride_); }
 
-  /// Depth between texels at a texel's centre along the major axis: of two texels by linear
-  /// interpolation, of one where the other is background, else 0.
+  /// The depth at a texel centre along the major axis, interpolated linearly between two texels
+  /// along the minor axis. If one of them is background, the nearer texel's depth; outside 0.
   [[gnu::always_inline]] float at(int major, float minor) const {
     const float place = minor + 0.5f;
     const bool on = (place >= 0.0f) & (place < static_cast<float>(size_ + 1));

@@ -1,5 +1,4 @@
-// Reflections from depth maps of single objects [Popescu2006, Sec. 4], with the environment map
-// behind all.
+// Reflections from depth maps of single objects [Popescu2006, Sec. 4], and the environment map.
 #pragma once
 
 #include "methods/contract/method.h"

@@ -1,4 +1,4 @@
-// Where rays meet depth maps, on the processor: what rows.glsl and walk.glsl do on the device.
+// Intersects rays with depth maps on the CPU, as rows.glsl and walk.glsl do on the GPU.
 #pragma once
 
 #include <cstdint>
@@ -11,30 +11,30 @@
 
 namespace catoptric::methods::depth_impostors {
 
-/// The simplified lines of one map.
+/// The simplified lines of one depth map.
 struct MapLines {
   std::span<const Domain> domains;
-  int points = 0;                ///< of a line
-  const Point* first = nullptr;  ///< of the first line, with kSpare readable ones behind the last
+  int points = 0;                ///< number of points of a line
+  const Point* first = nullptr;  ///< points of the first line; kSpare readable ones follow the last
 };
 inline constexpr std::size_t kSpare = 9;
 
-/// Sets `at` of all rays by the line of the nearest direction, or by the two nearest; returns the
-/// number of segments.
+/// Sets `at` of all rays with the line of the nearest direction, or with the two nearest lines
+/// (`twoRows`). Returns the number of tested segments.
 std::uint64_t searchLines(const MapLines& lines, bool twoRows, impostors::MapRays& rays);
 
-/// A depth map, sampled along either axis.
+/// The texels of a depth map, stored by columns along either axis.
 struct MapTexels {
-  Columns across;  ///< alongX
+  Columns across;  ///< for lines with alongX
   Columns down;
 };
 
-/// Sets `at` of all rays, texel by texel along them; returns the number of texels.
+/// Sets `at` of all rays by marching texel by texel. Returns the number of texels read.
 std::uint64_t walkTexels(const MapTexels& texels, impostors::MapRays& rays);
 
-/// Walks over so many texels on either side of the places that searchLines() has found: the first
-/// crossing there is the place, and where the map shows nothing there the ray meets nothing.
-/// Returns the number of texels.
+/// Searches `reach` texels on either side of each hit of searchLines() for the first crossing and
+/// moves the hit there. If the texels show no surface there, the hit is removed. Returns the number
+/// of texels read.
 std::uint64_t refineHits(const MapTexels& texels, int reach, impostors::MapRays& rays);
 
 }  // namespace catoptric::methods::depth_impostors

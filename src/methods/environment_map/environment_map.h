@@ -1,7 +1,7 @@
-// Reflections by environment mapping [Greene1986]: the incoming radiance of a reflective sample is
-// the cube map's along the reflected direction, as if all it shows were infinitely far away. The
-// fastest of the methods, and the one that is wrong wherever the surroundings are near: the
-// yardstick that the others must beat, and the fallback of what they do not accept.
+// Reflections by environment mapping [Greene1986]: a reflective sample receives the radiance of a
+// cube map along its reflected direction, as if all surroundings were infinitely far away. This is
+// the fastest method. It is wrong wherever the surroundings are near. Other methods are compared
+// with it and fall back to it.
 #pragma once
 
 #include "methods/contract/method.h"

@@ -1,5 +1,4 @@
-// What a ray sees where it has met a quad: the mean radiance over what it stands for
-// [Yu2008, section 3.4].
+// The radiance that a ray receives at a quad: the mean over its footprint [Yu2008, section 3.4].
 #pragma once
 
 #include <cstdint>
@@ -10,41 +9,41 @@
 
 namespace catoptric::methods::glossy_lod {
 
-/// Where a ray has met something.
+/// The hit of a ray on a quad.
 struct QuadHit {
   std::uint32_t node = 0;
-  Vec2 at{0.0f};      ///< in the node's quad, 0..1
-  bool back = false;  ///< it meets the quad's back
+  Vec2 at{0.0f};      ///< position in the node's quad, 0..1
+  bool back = false;  ///< the ray hits the back
 };
 
-/// The place in its chart's square, 0..1, of one in a quad.
+/// Converts a position in a quad to one in its chart's square; both 0..1.
 Vec2 placeInChart(const Quad& quad, const PlacedChart& chart, const Vec2& at);
 
-/// Of a chart's finest texels the one that holds a place in its square.
+/// The finest texel of a chart that contains a position in its square.
 glm::uvec2 nearestTexel(const PlacedChart& chart, const Vec2& place);
 
-/// Mip level at which a texel is as large as the footprint of a ray that is `width` metres wide;
-/// the size of texels is that of the triangle which it met.
+/// Mip level whose texels have the size of the footprint of a ray that is `width` metres wide. The
+/// size of texels is computed from the triangle that was hit.
 float levelOf(const SceneImages& images, const QuadHit& found, const Vec3& direction, float width);
 
-/// The texels whose mean a ray sees, which are being loaded.
+/// The texels to average for a hit. Their memory is being prefetched.
 struct Footprint {
-  /// On two levels, their texel of least x and y, and where the others lie from there.
+  /// Four neighbouring texels of one level: one corner and the offsets of the others.
   struct Square {
     const Vec4* corner = nullptr;
     std::size_t right = 0, up = 0;
-    Vec2 at{0.0f};  ///< between them, 0..1
+    Vec2 at{0.0f};  ///< position between them, 0..1
   };
   Square fine, coarse;
-  float share = 0.0f;  ///< of the coarse level
+  float share = 0.0f;  ///< weight of the coarser level
 };
 
-/// Those of the levels next to levelOf(); without `filter` the nearest texel.
+/// The texels of the two levels around levelOf(). Without `filter`: the nearest texel.
 Footprint footprint(const SceneImages& images, const Radiance& radiance, const QuadHit& found,
                     const Vec3& direction, float width, bool filter);
 Vec3 mean(const Footprint& footprint);
 
-/// AlphaTest::isCut of a SceneTexels.
+/// isCutAway() is an AlphaTest::isCut; its first argument points to this.
 struct SceneTexels {
   const SceneImages& images;
   const Radiance& radiance;

@@ -1,4 +1,4 @@
-// Layers that show the geometry images themselves, as the camera sees them.
+// Layers that show the geometry images themselves, for debugging.
 #pragma once
 
 #include <string>
@@ -9,16 +9,16 @@
 
 namespace catoptric::methods::glossy_lod {
 
-/// chart, image_position, image_normal, image_place.
+/// The layers chart, image_position, image_normal and image_place.
 std::vector<SampleLayerInfo> imageLayers();
 
-/// Adds those that are asked for, of a frame of width x height samples: each sample's ray meets the
-/// finest quads.
+/// Adds the layers in `asked` for a frame of width x height samples, by intersecting each sample's
+/// camera ray with the finest quads.
 void showImages(const SceneImages& images, const scene::Camera& camera, int width, int height,
                 const std::vector<std::string>& asked, std::vector<SampleLayer>& layers);
 
-/// How far a quad's half is from a square's: 1 less the ratio of its map's singular values. 0: it
-/// is turned and scaled alone, 1: it is a line.
+/// Distortion of a triangle (half a quad): 1 minus the ratio of the singular values of its map from
+/// half a square. 0: the map only turns and scales; 1: the triangle is degenerate.
 float distortion(const Vec3& right, const Vec3& up);
 
 }  // namespace catoptric::methods::glossy_lod

@@ -1,5 +1,5 @@
-// What lies below a place of a geometry image: the object's own triangles, whose normals mirrored
-// rays need finer than an image has them.
+// The object's own triangles below a geometry image. Mirrored rays need their normals, which are
+// finer than those of the image.
 #pragma once
 
 #include "core/math.h"
@@ -9,7 +9,7 @@
 
 namespace catoptric::methods::glossy_lod {
 
-/// The surface of the triangle at the middle of the texel that was found, where it is nearest to
+/// The surface of the triangle at the centre of the texel that was hit, at its point nearest to
 /// `position`, seen along `direction` by a ray that is `width` metres wide.
 frame::SurfacePoint meshSurface(const Shading& shading, const QuadHit& found, const Vec3& position,
                                 const Vec3& direction, float width);

@@ -8,17 +8,17 @@ namespace catoptric::methods::glossy_lod {
 
 enum class Objects : std::uint8_t { Diffuse, All };
 
-/// Of a node's children.
+/// The order in which the children of a node are visited.
 enum class Order : std::uint8_t { NearFirst, AsBuilt };
 
 struct Options {
   int rays = 8;           ///< as in traced
   float alpha = 3.0f;     ///< [Yu2008] Eq. (7)
-  float coarsest = 0.0f;  ///< degrees; 0: no limit. Ours
+  float coarsest = 0.0f;  ///< degrees; 0: no limit (not in the paper)
   Levels levels = Levels::Adaptive;
-  Order order = Order::NearFirst;  ///< ours
+  Order order = Order::NearFirst;  ///< not in the paper
   bool filter = true;
-  bool automatic = false;  ///< [Yu2008] Sec. 4: rays and alpha by the exponent
+  bool automatic = false;  ///< choose rays and alpha by the exponent [Yu2008] Sec. 4
   int size = 128;          ///< quads along the edge of an object's geometry image
   Objects objects = Objects::All;
   int bounces = 1;  ///< as in traced

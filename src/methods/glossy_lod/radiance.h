@@ -1,4 +1,4 @@
-// Diffuse radiance of all geometry images, on both sides, with mip levels.
+// Diffuse radiance of all geometry images, for both sides of a surface, with mip levels.
 #pragma once
 
 #include <atomic>
@@ -12,7 +12,7 @@
 
 namespace catoptric::methods::glossy_lod {
 
-/// What texels are shaded with: must outlive their shading.
+/// The inputs of shading; they must outlive it.
 struct Shading {
   const scene::Scene* scene = nullptr;
   const frame::Geometry* geometry = nullptr;
@@ -22,14 +22,14 @@ struct Shading {
 
 class Radiance {
  public:
-  /// Shades all texels of these objects by the pipeline's shading (frame::shadeSurface), and
+  /// Shades all texels of these objects with the renderer's own shading (frame::shadeSurface) and
   /// averages them into coarser levels.
   void shade(const Shading& shading, std::span<const int> objects);
-  /// The same, but each side of a chart only when it is first asked for.
+  /// As shade(), but each side of a chart is only shaded when ensure() is first called for it.
   void shadeLater(const Shading& shading, std::span<const int> objects);
   bool allShaded() const { return stale_.load(std::memory_order_acquire) == 0; }
-  /// Before a side of a chart is looked at it must be shaded: ensure() shades it where that is
-  /// still to be done, or waits until another thread has done so. True if it shaded.
+  /// A side of a chart must be shaded before it is read: ensure() shades it if necessary, or waits
+  /// while another thread does so. Returns true if this call shaded it.
   bool isShaded(std::uint32_t chart, int side) const {
     return states_[2 * std::size_t{chart} + static_cast<std::size_t>(side)].load(
                std::memory_order_acquire) == State::Shaded;
@@ -37,12 +37,12 @@ class Radiance {
   bool ensure(std::uint32_t chart, int side);
 
   std::uint64_t notFinite() const { return notFinite_; }
-  /// Texels of level 0 of one side: rgb radiance, a the area in m^2 that a texel has, negative
-  /// where an alpha mask cuts it away.
+  /// Texels of level 0 of one side: rgb is radiance, a is the texel's area in m^2, negative where
+  /// an alpha mask removes the surface.
   const Vec4& texel(int side, std::uint32_t x, std::uint32_t y) const {
     return texels_[side][std::size_t{y} * width() + x];
   }
-  /// Those of a coarser level, and from one to the texel above it.
+  /// A texel of a coarser level. row() texels further lies the one above it.
   const Vec4* onLevel(int side, int level, std::size_t x, std::size_t y) const {
     return &texels_[side][at(level, x, y)];
   }
@@ -56,19 +56,19 @@ class Radiance {
   void average(const PlacedChart& chart, int side);
   void setShaded(std::uint32_t chart, int side);
 
-  /// Level 0 is a square on the left, the others lie below each other to the right of it.
+  /// Level 0 is a square on the left; the other levels lie below each other to its right.
   std::size_t width() const { return side_ + side_ / 2; }
   std::size_t at(int level, std::size_t x, std::size_t y) const {
     if (level == 0) return y * width() + x;
     return (side_ - (side_ >> (level - 1)) + y) * width() + side_ + x;
   }
 
-  std::uint32_t side_ = 0;  ///< of level 0, texels
+  std::uint32_t side_ = 0;  ///< width of level 0 in texels
   std::vector<Vec4> texels_[2];
   Shading shading_;
-  std::unique_ptr<std::atomic<State>[]> states_;  ///< by chart and side
+  std::unique_ptr<std::atomic<State>[]> states_;  ///< indexed by chart and side
   std::atomic<std::size_t> stale_{0};             ///< sides that are not Shaded
-  std::atomic<std::uint64_t> notFinite_{0};       ///< since texels were shaded for the first time
+  std::atomic<std::uint64_t> notFinite_{0};  ///< counted when texels are shaded for the first time
 };
 
 }  // namespace catoptric::methods::glossy_lod

@@ -1,4 +1,4 @@
-// The geometry images of all objects that are reflected, in world space at one moment.
+// The geometry images of all reflected objects, in world space at one time.
 #pragma once
 
 #include <cstdint>
@@ -14,13 +14,13 @@
 
 namespace catoptric::methods::glossy_lod {
 
-/// A chart of an object, among those of all.
+/// A chart of an object, with its position among the charts of all objects.
 struct PlacedChart {
   int object = 0;  ///< index in the scene
   ChartImage image;
   const ObjectImage* source = nullptr;
   std::uint32_t firstVertex = 0;
-  std::uint32_t x = 0;  ///< of its texels in the atlas
+  std::uint32_t x = 0;  ///< position of its texels in the atlas
   std::uint32_t y = 0;
 };
 
@@ -31,16 +31,16 @@ struct ImageCounts {
   std::uint64_t plainTriangles = 0;
   std::uint64_t degenerateTriangles = 0;
   std::uint64_t notFlattened = 0;
-  std::uint64_t meanStretchPercent = 0;  ///< over meshes
+  std::uint64_t meanStretchPercent = 0;  ///< mean over meshes
   std::uint64_t mostStretchPercent = 0;
-  std::uint64_t reducedObjects = 0;  ///< that have fewer quads than asked for
+  std::uint64_t reducedObjects = 0;  ///< objects with fewer quads than requested
 };
 
 class SceneImages {
  public:
-  /// Makes the images of all objects that are reflected, each mesh's once.
+  /// Makes the geometry images of all reflected objects, one per mesh.
   void make(const scene::Scene& scene, const frame::Geometry& geometry, const Options& options);
-  /// Moves the vertices of these objects, and the tree about them.
+  /// Moves the vertices of these objects and updates the tree.
   void follow(const frame::Geometry& geometry, std::span<const int> changedObjects);
 
   const std::vector<PlacedChart>& charts() const { return charts_; }
@@ -59,12 +59,12 @@ class SceneImages {
   void place(const frame::Geometry& geometry, int object);
   void packAtlas();
 
-  std::vector<std::shared_ptr<const ObjectImage>> images_;  ///< by mesh
+  std::vector<std::shared_ptr<const ObjectImage>> images_;  ///< indexed by mesh
   std::vector<PlacedChart> charts_;
-  std::vector<std::size_t> firstChart_;  ///< by object; one more at the end
+  std::vector<std::size_t> firstChart_;  ///< indexed by object, with one more entry at the end
   std::vector<Vec4> vertices_;
   std::vector<Grid> grids_;
-  std::vector<std::uint32_t> objects_;  ///< TreeView's, by chart
+  std::vector<std::uint32_t> objects_;  ///< TreeView::objects, indexed by chart
   Tree tree_;
   ImageCounts counts_;
   std::uint32_t atlasSide_ = 1;

@@ -1,5 +1,5 @@
-// The rays of a tile of samples on one thread, from their directions to the mean of their light:
-// all data of a tile stay in the core's cache.
+// Traces the rays of one tile of samples in one thread, from their directions to the mean of their
+// radiance. All data of a tile stay in the core's cache.
 #pragma once
 
 #include <array>
@@ -25,39 +25,40 @@ struct TraceCounts {
   std::uint64_t sidesShaded = 0;
   Visits visits;
   double traceSeconds = 0.0;    ///< traversal
-  double shadeSeconds = 0.0;    ///< radiance of what has moved, when it is first seen
-  double resolveSeconds = 0.0;  ///< making rays, filtering
+  double shadeSeconds = 0.0;    ///< radiance of moved objects, when a ray first hits them
+  double resolveSeconds = 0.0;  ///< generation of rays, filtering
 
   void add(const TraceCounts& other);
 };
 
-/// What rays meet.
+/// The scene data that rays need.
 struct Traced {
   TreeView tree;
   const SceneImages& images;
   Radiance& radiance;
   const trace::EnvironmentLevels& environment;
   const Shading& shading;
-  float spreadRad;                 ///< of a sample's ray cone
-  std::span<const float> extents;  ///< trace::reflectorExtent() by object
-  bool fresnelSchlick;             ///< of bounces after the first
+  float spreadRad;                 ///< cone angle of a sample's ray
+  std::span<const float> extents;  ///< trace::reflectorExtent(), indexed by object
+  bool fresnelSchlick;             ///< for bounces after the first
   const Options& options;
 };
 
 class TileTracer {
  public:
-  /// That of the calling thread: its memory is used again.
+  /// The tracer of the calling thread, whose memory is reused.
   static TileTracer& ofThread();
 
-  /// For the caller to fill before run().
+  /// The points, which the caller fills before run().
   trace::PointLanes& points() { return lobes_.points(); }
 
-  /// Mean radiance along the lobe of each point; `flags` as of trace::reflectedRadiance(), or null.
+  /// Sets `radiance` to the mean over the lobe of each point. `flags`: as for
+  /// trace::reflectedRadiance(), or null.
   void run(const Traced& scene, Vec3* radiance, std::uint8_t* flags, TraceCounts& counts);
 
  private:
-  /// Widths of the rays of a lobe, by index, kept: samples of one glossiness at the same place in
-  /// their pixels have the same.
+  /// Cached widths of a lobe's rays, by ray index. Samples with the same roughness and shift have
+  /// the same widths.
   struct Widths {
     float g = -1.0f;
     Vec2 shift{0.0f};
@@ -67,15 +68,16 @@ class TileTracer {
   /// Neighbouring points with the same number of rays.
   struct Group {
     std::size_t begin, points;
-    int rays;  ///< of each
+    int rays;  ///< rays per point
     float alpha;
-    /// Numbers of rays that a packet holds, of all points each.
+    /// Number of ray indices in a packet; the packet contains those rays of all points.
     std::size_t perPacket() const { return RayPacket::kMost / points; }
   };
 
-  /// A hit from which a ray goes on.
+  /// A hit from which a reflected ray continues.
   struct Onward {
-    Vec3* value;  ///< what its ray sees: the surface's own light, and then what it reflects
+    /// radiance that its ray receives: the surface's own, to which the reflection is added
+    Vec3* value;
     Vec3 direction;
     frame::SurfacePoint surface;
   };
@@ -85,28 +87,28 @@ class TileTracer {
                    trace::ReflectionCounts& counts);
   void tracePacket(const Traced& scene, const Group& group, std::size_t packet, std::uint8_t* flags,
                    TraceCounts& counts);
-  /// Adds what a hit on a reflective object reflects to what is still to be traced.
+  /// Queues the reflection at a hit on a reflective object.
   void goOn(const Traced& scene, const Group& group, std::size_t packet, std::size_t lane,
             TraceCounts& counts);
-  /// Traces that.
+  /// Traces the queued reflections.
   void traceOnward(const Traced& scene, TraceCounts& counts);
   void ensureShaded(const Traced& scene, std::size_t lane, TraceCounts& counts);
   const float* slopesOf(std::size_t point, int count);
 
   trace::LobeTracer lobes_;
-  std::array<Widths, 256> widths_;  ///< a power of two; ours
+  std::array<Widths, 256> widths_;  ///< a power of two; not from the paper
   std::array<RayPacket, 256> packets_;
-  std::array<std::array<Vec3, RayPacket::kMost>, 256> values_;    ///< of their rays
-  std::array<std::array<float, RayPacket::kMost>, 256> weights_;  ///< likewise
+  std::array<std::array<Vec3, RayPacket::kMost>, 256> values_;    ///< radiance of their rays
+  std::array<std::array<float, RayPacket::kMost>, 256> weights_;  ///< weights of their rays
   std::array<Footprint, RayPacket::kMost> footprints_;
   PacketHits hits_;
 
   int bounce_ = 0;
-  int paths_ = 1;                     ///< of a sample, that come by here: they share lobes
-  std::unique_ptr<TileTracer> next_;  ///< of the next bounce
+  int paths_ = 1;  ///< paths of a sample that arrive here; they share the lobe's rays
+  std::unique_ptr<TileTracer> next_;  ///< tracer of the next bounce
   std::vector<Onward> onward_;
   std::vector<Vec3> reflected_;
-  /// Of points after the first bounce: how wide the rays are that come, and how fast they widen.
+  /// For points after the first bounce: width of the arriving rays, and its growth per metre.
   std::vector<float> arrivingBase_;
   std::vector<float> arrivingSlope_;
 };

@@ -1,4 +1,4 @@
-// Where a reflection ends between vertices of a triangle: what there is of it is cut out.
+// Cuts triangles where a reflection ends between their vertices.
 #pragma once
 
 #include <array>
@@ -20,12 +20,12 @@ class Borders {
           TriangleCounts& counts)
       : reflector_(reflector), table_(table), output_(output), counts_(counts) {}
 
-  /// Puts out what there is of each reflection of the triangles whose vertices do not share it.
+  /// For triangles in which only some vertices have a reflection: emits the part that has it.
   void put(std::span<const Connectivity::Triangle> triangles);
 
  private:
   using Triangle = Connectivity::Triangle;
-  /// A reflection that vertex (or place) `have` has and `lacking` does not: it ends between them.
+  /// A reflection that vertex (or position) `have` has and `lacking` lacks. It ends in between.
   struct Border {
     std::uint32_t have = 0;
     std::uint32_t number = 0;
@@ -35,7 +35,7 @@ class Borders {
       return std::tie(have, number, lacking) < std::tie(other.have, other.number, other.lacking);
     }
   };
-  /// A vertex of a piece: a reflection of a node, or the end of it towards another node.
+  /// A vertex of a piece: a reflection of a vertex, or its end towards another vertex.
   struct Corner {
     Border border;
     bool isBorder = false;
@@ -45,18 +45,18 @@ class Borders {
   Border placesOf(const Border& border) const {
     return {table_.placeOf(border.have), border.number, table_.placeOf(border.lacking)};
   }
-  /// Finds the ends of all reflections of some triangles.
+  /// Finds the ends of all reflections of these triangles.
   void findEnds(std::span<const Triangle> triangles);
-  /// Where a reflection ends between two places, and the part of the way there: halving what is
-  /// left of the edge, from exact path to exact path.
+  /// Where a reflection ends between two positions, and the fraction of the edge up to there. Found
+  /// by bisection of the edge, from exact path to exact path.
   std::pair<VertexPlace, double> endOf(const Border& border, PathCounts& counts) const;
   void putTriangle(const Triangle& t);
   /// Joins two pieces by a strip where their reflections merge.
   void joinFold(const Piece& p, const Piece& q);
-  /// Whether the ends of two reflections in one place of an edge are so near that they merge there.
+  /// Whether the ends of two reflections on an edge are so close that they merge there.
   bool merge(const Corner& x, const Corner& y) const;
   bool turnsLeft(const Piece& piece) const;
-  /// What there is of each reflection of a triangle, three to four corners.
+  /// Calls `putPiece` for each reflection of a triangle with its piece (3 or 4 corners).
   template <class Put>
   void forPieces(const Triangle& t, const Put& putPiece) const;
 
@@ -73,9 +73,9 @@ class Borders {
   VirtualOutput& output_;
   TriangleCounts& counts_;
   std::vector<Border> borders_;  ///< sorted
-  std::vector<Border> between_;  ///< the same of places
-  std::vector<double> shares_;   ///< of the way along between_'s edges
-  std::size_t firstEnd_ = 0;     ///< the first one's vertex
+  std::vector<Border> between_;  ///< borders_ with positions instead of vertices
+  std::vector<double> shares_;   ///< fractions along between_'s edges
+  std::size_t firstEnd_ = 0;     ///< number of the first end's vertex
 };
 
 }  // namespace catoptric::methods::perturbation

@@ -1,18 +1,18 @@
-// How the reflection (or refraction) point x of one bounce moves with the point p before it: its
+// How the reflection (or refraction) point x of one bounce moves with the point p before it: the
 // Jacobian J and Hessian H, and the path's recursion from q back to p [Chen2000] (7), (10)-(14).
 //
-// Fermat: x makes |p - x| + V(x) stationary on the surface, V the optical length of the rest of the
-// path from x to q. All that the rest of the path gives is V's derivatives at x, which are what the
-// paper's B J_{i+1} and its gradient carry. The surface's unit normal n and a tangent frame e1, e2
-// split the paper's 4 x 4 system: its last column and row only fix the multiplier lambda and the
-// normal component, so that a symmetric 2 x 2 matrix is left to invert,
+// Fermat: x makes |p - x| + V(x) stationary on the surface; V is the optical length of the rest of
+// the path from x to q. Only V's derivatives at x are needed of the rest of the path; the paper's
+// B J_{i+1} and its gradient contain them. The surface's unit normal n and a tangent frame e1, e2
+// split the paper's 4 x 4 system: its last column and row only determine the multiplier lambda and
+// the normal component. A symmetric 2 x 2 matrix remains to be inverted:
 //   M(rho) = I - a a^T + rho K,   a = (e1 d, e2 d),   rho = |x - p|,   d = (x - p) / rho,
-// where K is the tangent part of V'' + lambda g'' and does not depend on where p is on its ray.
+// where K is the tangent part of V'' + lambda g'' and does not depend on p's position on its ray.
 // With y(u) = M^-1 (E^T u - a (d u)):
 //   J u = E y(u),   H(u, v) = E y(u, v) - n b(y(u), y(v)),
 //   M y(u, v) = (R0 + rho R1)(y(u), y(v)) + K (y(u) (d v) + y(v) (d u)),
-// b the second fundamental form. So what one path needs for every p on its ray is K, R0, R1 and b:
-// 18 numbers, made once. Nothing here divides by rho: p may lie on the surface. Snell's law is the
+// where b is the second fundamental form. K, R0, R1 and b (18 numbers, computed once) thus serve
+// every p on the ray. Nothing here divides by rho: p may lie on the surface. Snell's law is the
 // same condition with the indices of refraction as factors of the segments.
 #pragma once
 
@@ -25,14 +25,14 @@ using implicit::Jet3;
 
 enum class PathStatus {
   Regular,
-  Caustic,    ///< M is singular as far as rounding lets one see: p is on a focal line of the path
+  Caustic,    ///< M is singular up to rounding: p is on a focal line of the path
   Grazing,    ///< the segment touches the surface
   Degenerate  ///< no gradient, or consecutive points of the path coincide
 };
 
-/// Caustic: |det(1 + rho C)| below this part of the sum of its terms (ours).
+/// Caustic: |det(1 + rho C)| is below this fraction of the sum of its terms (not from the paper).
 inline constexpr double kCausticDeterminant = 1e-9;
-/// Grazing: the cosine to the normal below this (ours).
+/// Grazing: the cosine to the normal is below this (not from the paper).
 inline constexpr double kGrazingCosine = 1e-7;
 
 /// Optical length from a point to q along the rest of the path, at that point.
@@ -48,16 +48,16 @@ struct Bounce {
   Vector<S> x, e1, e2, n;
   Vector<S> d;                 ///< unit, from p to x
   std::array<S, 2> a;          ///< (e1 d, e2 d)
-  std::array<S, 3> k;          ///< 11, 12, 22; likewise b and omega
+  std::array<S, 3> k;          ///< components 11, 12, 22, as for b and omega
   std::array<S, 3> b;          ///< second fundamental form, about n
-  std::array<S, 6> r0, r1;     ///< first component 11, 12, 22, second component
-  std::array<S, 3> omega;      ///< for the rest of the recursion: how d turns
+  std::array<S, 6> r0, r1;     ///< first component 11, 12, 22, then second component
+  std::array<S, 3> omega;      ///< how d turns, for the rest of the recursion
   S cosine;                    ///< d n
-  S index;                     ///< of refraction, between p and x
+  S index;                     ///< index of refraction between p and x
   std::array<S, 2> curvature;  ///< trace and determinant of C: det M = cosine^2 det(1 + rho C)
 };
 
-/// Pairs in the order of Jet3's Hessian.
+/// Index pairs in the order of Jet3's Hessian.
 inline constexpr std::array<std::array<std::size_t, 2>, 6> kPairs{
     {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
 
@@ -66,7 +66,7 @@ S form(const std::array<S, 3>& f, const std::array<S, 2>& y, const std::array<S,
   return f[0] * y[0] * z[0] + f[1] * (y[0] * z[1] + y[1] * z[0]) + f[2] * y[1] * z[1];
 }
 
-/// M^-1 of a bounce with p at distance rho: 11, 12, 22.
+/// M^-1 of a bounce with p at distance rho: components 11, 12, 22.
 template <class S>
 std::array<S, 3> inverseMatrix(const Bounce<S>& bounce, const S& rho) {
   const S m11 = S(1) - bounce.a[0] * bounce.a[0] + rho * bounce.k[0];
@@ -98,7 +98,7 @@ std::array<S, 2> quadraticTerm(const Bounce<S>& bounce, const S& rho, const std:
   return {at(0) * p + at(1) * q + at(2) * r, at(3) * p + at(4) * q + at(5) * r};
 }
 
-/// How x moves when p = x - rho d moves by a step: J step, and half H of it twice.
+/// The motion of x when p = x - rho d moves by a step: J step, and H(step, step) / 2.
 template <class S>
 struct Move {
   Vector<S> linear;
@@ -118,15 +118,16 @@ Move<S> moveOf(const Bounce<S>& bounce, const S& rho, const Vector<S>& step) {
   return {y[0] * bounce.e1 + y[1] * bounce.e2,
           second[0] * bounce.e1 + second[1] * bounce.e2 - normal * bounce.n};
 }
-/// An estimate of the error of a quadratic move, by the lengths of its two terms and of the step:
-/// what the second term shrinks by, as far as the distance to p and the surface's curvature tell
-/// (ours; path_test measures it). The error of a linear move is its second term.
+/// Estimates the error of a quadratic move from the lengths of its two terms and of the step. The
+/// next term is assumed to be smaller than the second by a factor that follows from the distance to
+/// p and the surface's curvature (not from the paper; tested in path_test). The error of a linear
+/// move is its second term.
 inline double remainderOf(double linear, double second, double rho, double step) {
   constexpr double kTiny = 0x1p-500;
   return second * (step / (rho + kTiny) + 2.0 * second / (linear + kTiny));
 }
 
-/// Optical length from x straight to q.
+/// Optical length of the straight segment from x to q.
 template <class S>
 Eikonal<S> straightTo(const Vector<S>& q, const Vector<S>& x, const S& index) {
   const S r = length(x - q);
@@ -157,13 +158,13 @@ Eikonal<S> straightTo(const Vector<S>& q, const Vector<S>& x, const S& index) {
   return v;
 }
 
-/// A symmetric matrix times a vector.
+/// Product of a symmetric matrix and a vector.
 template <class S>
 Vector<S> times(const std::array<S, 6>& m, const Vector<S>& v) {
   return {{m[0] * v[0] + m[1] * v[1] + m[2] * v[2], m[1] * v[0] + m[3] * v[1] + m[4] * v[2],
            m[2] * v[0] + m[4] * v[1] + m[5] * v[2]}};
 }
-/// A symmetric tensor, in the order of Jet3's third derivatives, times a vector.
+/// Product of a symmetric tensor, in the order of Jet3's third derivatives, and a vector.
 template <class S>
 std::array<S, 6> times(const std::array<S, 10>& t, const Vector<S>& v) {
   return {t[0] * v[0] + t[1] * v[1] + t[2] * v[2], t[1] * v[0] + t[3] * v[1] + t[4] * v[2],
@@ -171,7 +172,7 @@ std::array<S, 6> times(const std::array<S, 10>& t, const Vector<S>& v) {
           t[4] * v[0] + t[7] * v[1] + t[8] * v[2], t[5] * v[0] + t[8] * v[1] + t[9] * v[2]};
 }
 
-/// The bounce of a path at x on the surface with the derivatives g, coming from `before`.
+/// The bounce of a path that comes from `before` at x on the surface with derivatives g.
 template <class S>
 Bounce<S> makeBounce(const Vector<S>& before, const Vector<S>& x, const Jet3<S>& g,
                      const Eikonal<S>& rest, const S& index) {
@@ -182,7 +183,7 @@ Bounce<S> makeBounce(const Vector<S>& before, const Vector<S>& x, const Jet3<S>&
   const Vector<S> gradient{{g.gradient(0), g.gradient(1), g.gradient(2)}};
   const S steepness = length(gradient);
   r.n = (S(1) / steepness) * gradient;
-  // A frame about n, from the axis that n has least of.
+  // A frame about n, from the coordinate axis along which n is smallest.
   std::size_t axis = 0;
   for (std::size_t i = 1; i < 3; ++i) {
     if (abs(r.n[i]) < abs(r.n[axis])) axis = i;
@@ -197,7 +198,7 @@ Bounce<S> makeBounce(const Vector<S>& before, const Vector<S>& x, const Jet3<S>&
 
   // The multiplier of g / |g'|, in units of the index: d + V' + lambda n = 0.
   const S lambda = -r.cosine - dot(r.n, rest.gradient) / index;
-  // Second and third derivatives of the surface and of all that x must make stationary
+  // Second and third derivatives of the surface and of the function that is stationary at x
   const S perSteepness = S(1) / steepness;
   const S perIndex = S(1) / index;
   std::array<S, 6> surface2;
@@ -245,7 +246,7 @@ Bounce<S> makeBounce(const Vector<S>& before, const Vector<S>& x, const Jet3<S>&
   return r;
 }
 
-/// Whether a bounce with p at distance rho may be used.
+/// Whether a bounce with p at distance rho is usable.
 template <class S>
 PathStatus statusOf(const Bounce<S>& bounce, const S& rho) {
   using std::abs;
@@ -262,7 +263,7 @@ PathStatus statusOf(const Bounce<S>& bounce, const S& rho) {
 template <class S>
 Eikonal<S> before(const Bounce<S>& bounce, const S& rho) {
   const std::array<S, 3> inverse = inverseMatrix(bounce, rho);
-  // The basis of the plane across d that is dual to the frame.
+  // The basis of the plane perpendicular to d that is dual to the frame.
   const Vector<S> f1 = bounce.e1 - S(bounce.a[0] / bounce.cosine) * bounce.n;
   const Vector<S> f2 = bounce.e2 - S(bounce.a[1] / bounce.cosine) * bounce.n;
   std::array<std::array<S, 2>, 3> y;
@@ -277,7 +278,7 @@ Eikonal<S> before(const Bounce<S>& bounce, const S& rho) {
   for (std::size_t pair = 0; pair < 6; ++pair) {
     const auto [i, j] = kPairs[pair];
     v.hessian[pair] = bounce.index * (f1[j] * ky[i][0] + f2[j] * ky[i][1]);
-    // y(u, v), and what is left of the condition's second derivative across d and along it.
+    // y(u, v), and the condition's remaining second derivative across d and along it.
     const std::array<S, 2> r = quadraticTerm(bounce, rho, y[i], y[j]);
     const std::array<S, 2> second =
         times(inverse, {r[0] + ky[i][0] * bounce.d[j] + ky[j][0] * bounce.d[i],

@@ -1,5 +1,5 @@
-// Which samples show the environment because no virtual object covers them although there is a
-// surface: Embree's rays tell. A diagnosis, not part of the method.
+// Finds, with Embree, the samples that show the environment because no virtual object covers them
+// although there is a surface. A diagnosis, not part of the method.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,9 @@
 
 namespace catoptric::methods::perturbation {
 
-/// How many of the uncovered samples are disoccluded; they get kMaskDisoccluded in `masks` (may be
-/// empty). `uncovered`, one per sample: which of its reflections no virtual object covers, counted
-/// from 1; 0: none. Where Embree's path ends before, it is not.
+/// Counts the uncovered samples that are disoccluded; they get kMaskDisoccluded in `masks` (may be
+/// empty). `uncovered`: for each sample, which of its reflections (from 1) no virtual object
+/// covers; 0: none. A sample is not disoccluded if Embree's path ends before that reflection.
 std::uint64_t findDisocclusions(const raster::GBufferCopy& gbuffer, const scene::Camera& camera,
                                 std::span<const std::uint8_t> uncovered,
                                 const frame::Lighting& lighting, const trace::TraceScene& trace,

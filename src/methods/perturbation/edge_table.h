@@ -1,4 +1,4 @@
-// The edges of triangles between places, each once.
+// The edges of triangles between positions, each edge once.
 #pragma once
 
 #include <vector>

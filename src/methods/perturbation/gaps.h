@@ -1,5 +1,5 @@
-// What samples show that no virtual object covers, where the option `gaps` asks for it: Embree's
-// paths. Beyond the paper, which leaves the environment there.
+// Shades with Embree the samples that no virtual object covers (option `gaps`). Not in the paper,
+// which shows the environment there.
 #pragma once
 
 #include <cstdint>
@@ -14,13 +14,13 @@
 namespace catoptric::methods::perturbation {
 
 struct FilledGaps {
-  std::uint64_t samples = 0;  ///< of uncovered ones: see a surface
+  std::uint64_t samples = 0;  ///< uncovered samples whose path hits a surface
   trace::ReflectionCounts rays;
 };
 
-/// Writes what the uncovered samples see to GBuffer::reflection and, with `marks`, their
-/// kMaskRetraced to GBuffer::masks. `uncovered`, one per sample: as for findDisocclusions().
-/// `upload` keeps memory from frame to frame.
+/// Writes the radiance of the uncovered samples to GBuffer::reflection and, with `marks`,
+/// kMaskRetraced to GBuffer::masks. `uncovered`: as for findDisocclusions(). `upload` keeps memory
+/// from frame to frame.
 FilledGaps fillGaps(const raster::GBufferCopy& gbuffer, const scene::Camera& camera,
                     std::span<const std::uint8_t> uncovered, const trace::ReflectionOptions& paths,
                     bool marks, Services& services, ReflectionUpload& upload);

@@ -1,4 +1,4 @@
-// What kind of reflector an object is to this method.
+// Classifies reflectors for this method.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@ namespace catoptric::methods::perturbation {
 
 enum class Kind : std::uint8_t { Diffuse, Planar, Implicit, Unsupported };
 
-/// `reason`: why it is not supported.
+/// `reason` is set to why an object is not supported.
 Kind kindOf(const scene::Scene& scene, const scene::Object& object, std::string& reason);
 
 }  // namespace catoptric::methods::perturbation

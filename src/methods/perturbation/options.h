@@ -1,4 +1,4 @@
-// The method's options, as a run config has them.
+// The method's options.
 #pragma once
 
 #include <cstddef>
@@ -14,11 +14,11 @@ struct Options {
   PathOptions path;
   TriangleOptions triangles;
   std::size_t bounces = 1;
-  /// Sequences of reflectors that are followed, shorter ones first; reflectors beyond them show
-  /// their diffuse component. No option; ours. Tests change it.
+  /// Maximum number of sequences of reflectors, shorter ones first. Reflectors beyond them show
+  /// their diffuse component. Not an option and not in the paper; tests change it.
   std::size_t maxPathTypes = 1024;
   float tracedPerPixel = 8.0f;
-  std::uint64_t memoryBytes = std::uint64_t{1} << 30;  ///< of virtual objects
+  std::uint64_t memoryBytes = std::uint64_t{1} << 30;  ///< maximum memory of virtual objects
   bool traceGaps = false;
 };
 

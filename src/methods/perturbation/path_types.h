@@ -1,5 +1,5 @@
-// Path types: the sequences of reflectors that sampled paths meet one after the other [Chen2000]
-// Sec. III-B.1, with their paths and with what they show of each object.
+// Path types [Chen2000] Sec. III-B.1: the sequences of reflectors that sampled paths hit, with
+// their paths and their virtual objects.
 #pragma once
 
 #include <algorithm>
@@ -22,24 +22,24 @@
 
 namespace catoptric::methods::perturbation {
 
-/// A place where a path turns.
+/// A vertex of a path: a reflector and whether it refracts there.
 struct Meeting {
   int object = 0;        ///< index
-  bool through = false;  ///< refracts
+  bool through = false;  ///< refracts instead of reflecting
   bool operator<(const Meeting& other) const {
     return std::pair(object, through) < std::pair(other.object, other.through);
   }
 };
-using Sequence = std::vector<Meeting>;  ///< from the eye on
+using Sequence = std::vector<Meeting>;  ///< starts at the eye
 
-/// What is kept of one sequence of reflectors while they and the camera stand still.
+/// What is kept of a sequence of reflectors as long as they and the camera do not move.
 struct PathType {
-  std::optional<Reflector> paths;     ///< none: a plane by itself, exactly
-  std::vector<Plane<double>> planes;  ///< where all of them are
-  std::uint32_t number = 0;           ///< of samples that show them
-  /// By index in geometry.objects; what shows nothing has none.
+  std::optional<Reflector> paths;     ///< nullopt: a single plane, which needs no paths
+  std::vector<Plane<double>> planes;  ///< only if all reflectors are planes
+  std::uint32_t number = 0;           ///< value of the samples that show the sequence
+  /// By index in geometry.objects; objects without a visible reflection are absent.
   std::map<int, VirtualObject> objects;
-  /// Likewise what each takes, 0 where nothing of it shows; kUnknown: it was not looked for.
+  /// Bytes of each object: 0 if no reflection of it is visible; kUnknown: not yet searched.
   std::vector<std::uint64_t> bytes;
   static constexpr std::uint64_t kUnknown = ~std::uint64_t{0};
   bool occurs() const { return !paths || paths->pathCount() > 0; }
@@ -49,15 +49,15 @@ struct PathType {
   }
 };
 
-/// The body inside which a path is after these turns; -1: none. Such bodies are solid: a path that
-/// has entered one meets its surface next.
+/// The object inside which a path is after these vertices; -1: none. Such objects are solid: a path
+/// that has entered one next hits the same object's surface.
 int inside(const scene::Scene& scene, const Sequence& sequence);
-/// What is made, for messages: an object (-1: paths) in a sequence of reflectors.
+/// A name for messages: of the virtual object `o` (-1: of the paths) in a sequence of reflectors.
 std::string nameOf(const scene::Scene& scene, const Sequence& sequence, int o);
 
 class PathTypes {
  public:
-  /// Keeps a reference to `kinds`, which are by index of objects.
+  /// Keeps a reference to `kinds`, which is indexed by object.
   PathTypes(const Options& options, const std::vector<Kind>& kinds)
       : options_(options), kinds_(kinds) {}
 
@@ -65,12 +65,12 @@ class PathTypes {
   auto end() { return types_.end(); }
   auto begin() const { return types_.begin(); }
   auto end() const { return types_.end(); }
-  /// Reflections of the longest that occurs.
+  /// Number of reflections of the longest sequence that occurs.
   std::size_t deepest() const { return deepest_; }
-  /// Sequences beyond Options::maxPathTypes.
+  /// Number of sequences beyond Options::maxPathTypes.
   std::uint64_t leftOut() const { return leftOut_; }
 
-  /// Forgets what a change of these objects, or of all, has made wrong.
+  /// Forgets the data that a change of these objects, or of all, has invalidated.
   template <class Changed>
   void forget(bool all, const Changed& changed) {
     std::erase_if(types_, [&](const auto& type) {
@@ -78,24 +78,24 @@ class PathTypes {
              std::ranges::any_of(type.first, [&](const Meeting& m) { return changed(m.object); });
     });
   }
-  /// Paths begin at these reflectors alone; they go on to all.
+  /// Restricts the first reflector of paths to these; later ones may be any.
   void setFirst(const frame::ObjectSet& reflectors) { first_ = reflectors; }
-  /// A planar mirror has moved, or is new.
+  /// Updates a planar mirror that has moved or is new.
   void setPlane(const frame::Geometry& geometry, int object);
-  /// Looks for path types, longer ones only where the shorter occur. Keeps those that were found
-  /// before, and no others.
+  /// Searches for path types, longer ones only where shorter ones occur. Keeps the data of those
+  /// that were found before, and removes all others.
   void find(const scene::Scene& scene, const frame::Geometry& geometry, const View& view,
             SlowFrameLog& frameLog);
-  /// Numbers them: of one reflector its object's id, of others whatever follows. Returns the tints
-  /// of their last reflectors, by number.
+  /// Numbers the sequences: a sequence of one reflector gets that object's id, the others get the
+  /// following numbers. Returns the tints of their last reflectors, by number.
   std::vector<Vec4> number(const scene::Scene& scene);
-  /// On whose samples virtual objects show, and what shows on those.
+  /// Determines on whose samples virtual objects are drawn, and which objects those samples show.
   void linkObjects(const scene::Scene& scene);
 
  private:
   struct PlaneMirror {
     Plane<double> plane;
-    implicit::Surface surface;  ///< the same
+    implicit::Surface surface;  ///< the plane as an implicit surface
   };
   static PlaneMirror planarMirror(const frame::Geometry& geometry, const frame::ObjectRange& range);
   PathType makeType(const scene::Scene& scene, const frame::Geometry& geometry,
@@ -104,8 +104,8 @@ class PathTypes {
   Options options_;
   const std::vector<Kind>& kinds_;
   frame::ObjectSet first_;
-  std::map<int, PlaneMirror> planes_;   ///< by index of their object
-  std::map<Sequence, PathType> types_;  ///< those that were looked for
+  std::map<int, PlaneMirror> planes_;   ///< by object index
+  std::map<Sequence, PathType> types_;  ///< all sequences that were searched
   std::uint64_t leftOut_ = 0;
   std::size_t deepest_ = 0;
 };

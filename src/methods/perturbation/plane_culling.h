@@ -1,4 +1,5 @@
-// What planar mirrors certainly show nothing of: most pairs of many mirrors and objects.
+// Finds objects that planar mirrors certainly do not show, which are most pairs in scenes with many
+// of both.
 #pragma once
 
 #include <map>
@@ -12,15 +13,15 @@
 
 namespace catoptric::methods::perturbation {
 
-/// Of one camera and one moment.
+/// Valid for one camera and one time.
 class PlaneCulling {
  public:
-  /// Rectangles are of an image of width x height.
+  /// Rectangles refer to an image of width x height.
   PlaneCulling(const frame::Geometry& geometry, const scene::Camera& camera, int width, int height)
       : geometry_(geometry), camera_(camera), width_(width), height_(height) {}
 
-  /// Whether no sample shows the object in these planes, in their order from the eye on. `first`:
-  /// object of the first plane, on whose samples all of it shows.
+  /// Whether no sample shows the object in these planes, which are ordered from the eye. `first`:
+  /// object of the first plane, on whose samples the reflection appears.
   bool hides(std::span<const Plane<double>> planes, int first, int object);
 
  private:
@@ -30,7 +31,7 @@ class PlaneCulling {
   const scene::Camera& camera_;
   int width_;
   int height_;
-  std::map<int, raster::Rectangle> rectangles_;  ///< of mirrors
+  std::map<int, raster::Rectangle> rectangles_;  ///< screen rectangles of mirrors
 };
 
 }  // namespace catoptric::methods::perturbation

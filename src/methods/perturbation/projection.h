@@ -1,4 +1,4 @@
-// Where a camera shows points, in pixels.
+// Projects points to pixels of the camera.
 #pragma once
 
 #include <initializer_list>
@@ -11,10 +11,9 @@
 
 namespace catoptric::methods::perturbation {
 
-/// Pixels around the frame in which edges are looked at (ours).
+/// Margin in pixels around the frame in which edges are still examined (not from the paper).
 inline constexpr float kMargin = 8.0f;
 
-/// Where the camera shows points, pixels.
 class Projection {
  public:
   explicit Projection(const View& view)
@@ -33,7 +32,7 @@ class Projection {
     if (!(c.w > 0.0)) return std::nullopt;
     return Vec2(glm::dvec2(0.5 + 0.5 * c.x / c.w, 0.5 - 0.5 * c.y / c.w) * glm::dvec2(size_));
   }
-  /// Whether the box around some points meets the frame.
+  /// Whether the bounding box of these points overlaps the frame.
   bool inFrame(std::initializer_list<Vec2> points) const {
     Vec2 low(std::numeric_limits<float>::infinity());
     Vec2 high = -low;
@@ -49,7 +48,7 @@ class Projection {
   Vec2 size_;
   glm::dmat4 clip_;
   glm::dvec3 eye_;
-  double spread_;  ///< rad, of a pixel
+  double spread_;  ///< angle of a pixel in radians
 };
 
 }  // namespace catoptric::methods::perturbation

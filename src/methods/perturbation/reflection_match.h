@@ -1,4 +1,4 @@
-// Which reflection of one point continues which of a neighbouring point.
+// Matches the reflections of one point with those of a neighbouring point.
 #pragma once
 
 #include <algorithm>
@@ -10,14 +10,14 @@
 
 namespace catoptric::methods::perturbation {
 
-/// Ends of an edge that show farther apart than this are two reflections where the edge is as short
-/// as it gets, pixels (ours).
+/// If the images of an edge's ends are farther apart (pixels) than this when the edge cannot be
+/// split further, they are two reflections (not from the paper).
 inline constexpr float kTornEdge = 6.0f;
-/// Ends of an edge that show farther apart than so many times its length as seen from the
-/// reflector's place may be two reflections (ours).
+/// If the images of an edge's ends are farther apart than this multiple of the edge's length, as
+/// seen from the reflector, they may be two reflections (not from the paper).
 inline constexpr float kStretch = 4.0f;
 
-/// The reflection nearest to x; none: kMaxReflections.
+/// The reflection nearest to x; kMaxReflections if there is none.
 inline std::size_t nearestTo(const Reflections& reflections, const glm::dvec3& x) {
   std::size_t best = kMaxReflections;
   double least = std::numeric_limits<double>::infinity();
@@ -32,13 +32,13 @@ inline std::size_t nearestTo(const Reflections& reflections, const glm::dvec3& x
   return best;
 }
 
-/// Of an edge's middle, the reflection on the way from one of an end to one of the other end.
+/// The reflection of an edge's middle between reflection `a` of one end and `b` of the other.
 inline std::size_t nearestBetween(const Reflections& middle, const Reflection& a,
                                   const Reflection& b) {
   return nearestTo(middle, 0.5 * (a.x + b.x));
 }
 
-/// The reflection of `b` that continues number `i` of `a`: each is the nearest of the other.
+/// The reflection of `b` that continues reflection `i` of `a`: they are mutually nearest.
 inline std::size_t counterpart(const Reflections& a, std::size_t i, const Reflections& b) {
   if (a.count == 1 && b.count == 1) return 0;
   const std::size_t j = nearestTo(b, a.at[i].x);
@@ -46,8 +46,8 @@ inline std::size_t counterpart(const Reflections& a, std::size_t i, const Reflec
   return j;
 }
 
-/// Whether there are one or two of each, and number i of one continues number i of the other:
-/// most often.
+/// Whether both have one or two reflections, and those with equal numbers continue each other. This
+/// is the most frequent case.
 inline bool inOrder(const Reflections& a, const Reflections& b) {
   if (a.count != b.count || a.count == 0 || a.count > 2) return false;
   if (a.count == 1) return true;
@@ -68,8 +68,8 @@ inline Counterparts counterparts(const Reflections& a, const Reflections& b) {
   return result;
 }
 
-/// Whether one end of an edge may have more reflections than were found: the other has others. One
-/// at each end is the same.
+/// Whether reflections of one end of an edge may be missing, because the other end has some without
+/// a counterpart. With one reflection at each end none is missing.
 inline bool lacks(const Reflections& mine, const Reflections& others) {
   if (mine.count == others.count && mine.count < 2) return false;
   const Counterparts mineOf = counterparts(others, mine);
@@ -77,8 +77,8 @@ inline bool lacks(const Reflections& mine, const Reflections& others) {
          mineOf.begin() + others.count;
 }
 
-/// Where the middle of an edge may be reflected: between what continues from end to end, and where
-/// only one end is. More than kMaxReflections where the ends have others.
+/// Where to search for reflections of an edge's middle: halfway between matching reflections of the
+/// ends, and at reflections that only one end has. The count may exceed kMaxReflections.
 inline Reflections between(const Reflections& a, const Reflections& b) {
   Reflections guess = b;
   for (std::size_t i = 0; i < a.count; ++i) {

@@ -1,5 +1,5 @@
-// A sequence of reflectors as the eye sees it, a path type: the sampled paths, and where any point
-// appears by way of them by perturbing them [Chen2000] Sec. III.
+// A sequence of reflectors as seen from the eye (a path type): its sampled paths, and the
+// reflections of any point, which are found by perturbing these paths [Chen2000] Sec. III.
 #pragma once
 
 #include <array>
@@ -22,49 +22,50 @@ enum class Order : std::uint8_t { Nearest, Linear, Quadratic, Auto };
 struct PathOptions {
   Order order = Order::Auto;
   int sampleSpacing = 16;  ///< pixels [Chen2000: 8 to 32]
-  int fewestPaths = 64;    ///< halves the spacing until there are as many
-  /// Several reflections of a point: by minima among neighbouring rays, or as in the paper by
-  /// groups of the k nearest.
+  int fewestPaths = 64;    ///< the spacing is halved until there are this many
+  /// How several reflections of a point are found: as minima among neighbouring rays, or (true) as
+  /// groups of the k nearest rays, as in the paper.
   bool groups = false;
   int candidates = 5;               ///< k [Chen2000: 5]
-  float groupAngleDegrees = 30.0f;  ///< between reflected directions, at most
-  float groupDistance = 0.1f;       ///< share of the reflector's diameter
-  float errorPixels = 0.1f;         ///< order auto: what the estimate allows
+  float groupAngleDegrees = 30.0f;  ///< maximum angle between reflected directions
+  float groupDistance = 0.1f;       ///< fraction of the reflector's diameter
+  float errorPixels = 0.1f;         ///< order auto: allowed error estimate
 };
 
-/// The view that paths start from.
+/// The view for which paths are sampled.
 struct View {
   scene::Camera camera;
-  int width = 0;  ///< pixels
+  int width = 0;  ///< in pixels
   int height = 0;
 };
 
 struct PathCounts {
   std::uint64_t paths = 0;
-  std::uint64_t linear = 0;  ///< reflections by order, of order auto
+  std::uint64_t linear = 0;  ///< for order auto: reflections computed to each order
   std::uint64_t quadratic = 0;
   std::uint64_t retraced = 0;
-  std::uint64_t notConverged = 0;  ///< candidates that lead to no reflection
-  std::uint64_t leftOut = 0;       ///< reflections beyond the kMaxReflections-th of a point
+  std::uint64_t notConverged = 0;  ///< candidates that led to no reflection
+  std::uint64_t leftOut = 0;       ///< reflections of a point beyond kMaxReflections
   void add(const PathCounts& other);
 };
 
-/// Where a point shows.
+/// One reflection of a point.
 struct Reflection {
-  glm::dvec3 x{0.0};      ///< place of the reflection on the first reflector, which the eye sees
-  glm::dvec3 last{0.0};   ///< that on the last one, which the point sees
+  glm::dvec3 x{0.0};      ///< reflection point on the first reflector
+  glm::dvec3 last{0.0};   ///< reflection point on the last reflector
   glm::dvec3 image{0.0};  ///< the virtual point, behind x at the path's optical length
-  double share = 1.0;     ///< of that length, from the eye to `last`
+  double share = 1.0;     ///< fraction of that length between the eye and `last`
 };
 
-/// Of one point, at most (ours: a waved mirror of 20 crests has shown 49).
+/// Maximum number of reflections of a point (not from the paper; a wavy mirror with 20 crests has
+/// shown 49).
 inline constexpr std::size_t kMaxReflections = 64;
 
-/// Up to kMaxReflections; the first two in place, since few points have more and objects have many
-/// points.
+/// Up to kMaxReflections reflections. The first two are stored in place, because few points have
+/// more and objects have many points.
 class ReflectionList {
  public:
-  /// Those beyond the last one asked for so far are made.
+  /// Access beyond the end creates the elements up to `i`.
   Reflection& operator[](std::size_t i) {
     if (i < kInPlace) return few_[i];
     if (i - kInPlace >= more_.size()) more_.resize(i - kInPlace + 1);
@@ -80,18 +81,18 @@ class ReflectionList {
   std::vector<Reflection> more_;
 };
 
-/// All reflections of one point that were found.
+/// All reflections of a point that were found.
 struct Reflections {
   ReflectionList at;
   std::uint32_t count = 0;
 };
 
 class Reflector {
-  /// An exact path from the eye on. bounces[i]: how its place on reflector i moves with the one on
-  /// reflector i + 1, or with the point that it shows.
+  /// An exact path that starts at the eye. bounces[i]: how its reflection point on reflector i
+  /// moves with the one on reflector i + 1, or with the shown point.
   struct Path {
     std::array<Bounce<double>, kMaxTurns> bounces;
-    std::array<double, kMaxTurns> distances{};  ///< metres from place i to place i + 1
+    std::array<double, kMaxTurns> distances{};  ///< metres from reflection point i to i + 1
     glm::dvec3 direction{0.0};                  ///< leaving the last reflector
     glm::dvec3 place(std::size_t i) const {
       const auto& x = bounces[i].x;
@@ -100,96 +101,98 @@ class Reflector {
   };
 
  public:
-  /// The last paths that look-ups had to trace: points near to each other are found by them.
+  /// The most recently traced paths, from which reflections of nearby points are found.
   class Traced {
     friend class Reflector;
-    static constexpr std::size_t kCount = 8;  ///< ours
+    static constexpr std::size_t kCount = 8;  ///< not from the paper
     std::vector<Path> paths_;
     std::size_t next_ = 0;
   };
 
-  /// `turns` in the order in which they are met from the eye, 1 to kMaxTurns; keeps references to
-  /// their surfaces. `scene`: bounds of whatever is reflected. `before`: the same sequence without
-  /// the last turn, kept too; null for one turn.
+  /// `turns`: 1 to kMaxTurns, in the order from the eye; keeps references to their surfaces.
+  /// `scene`: bounds of everything that is reflected. `before`: the same sequence without the last
+  /// turn, which must outlive this; null for one turn.
   Reflector(std::span<const Turn> turns, const Reflector* before, const Box3& scene,
             const View& view, const PathOptions& options);
 
-  /// 0: no sampled path meets these reflectors one after the other.
+  /// 0: no sampled path hits these reflectors in this order.
   std::size_t pathCount() const { return pathCount_; }
-  /// Rays that would have been sampled, but the last surface reflects them totally.
+  /// Number of rays that were not sampled because the last surface reflects them totally.
   std::uint64_t totalReflections() const { return totalReflections_; }
-  /// The reflectors before show the last one, but no path between its sampled ones.
+  /// Whether the last reflector is visible in the preceding ones, but only between sampled paths.
   bool missed() const { return missed_; }
-  /// Whether any path meets the last reflector again.
+  /// Whether any path hits the last reflector again.
   bool seesItself() const { return !selfRays_.empty(); }
-  /// The same without the last turn; null for one turn.
+  /// The same sequence without the last turn; null for one turn.
   const Reflector* before() const { return before_; }
-  /// Whether the last turn has hidden() points: not of bodies that refract.
+  /// Whether the last turn can hide points, see hidden(). Refractive objects cannot.
   bool hides() const { return !turns_.back().through && !turns_.back().total(); }
   bool refracts() const { return turns_[0].through || turns_.back().inside; }
-  /// Of the last reflector.
+  /// Diameter of the last reflector.
   double size() const { return size_; }
   double distanceFrom(const glm::dvec3& point) const { return glm::distance(point, centre_); }
 
-  /// All reflections of a point, from the groups of its nearest rays; `own`: the point lies on the
-  /// last reflector itself. `traced`: of other points before (order auto).
+  /// All reflections of a point, found from its nearest rays. `own`: the point lies on the last
+  /// reflector itself. `traced`: paths of earlier points (order auto).
   Reflections reflectionsOf(const glm::dvec3& point, bool own, RayOctree::Cursor& cursor,
                             PathCounts& counts, Traced* traced = nullptr) const;
-  /// Adds to a point's exact reflections those near the known ones of another point near to it.
+  /// Adds the exact reflections of a point that lie near the known reflections of a nearby point.
   void addReflectionsNear(const glm::dvec3& point, const Reflections& known, Reflections& result,
                           PathCounts& counts, Traced* traced = nullptr) const;
-  /// Where a point that the last reflector hides would show without it: itself, or its reflection
-  /// in the reflectors before. `share`: up to where it is hidden. `cursor` and `traced` of the
-  /// sequence before. At a mirror's rim it shows there too; what refracts has no such places.
+  /// For a point that the last reflector hides: its view without that reflector, directly or in the
+  /// preceding reflectors. `share`: fraction up to the hiding surface. `cursor` and `traced` belong
+  /// to the preceding sequence. At a mirror's silhouette the reflection merges with this view.
+  /// Refractive objects have no such points.
   std::optional<Reflection> hidden(const glm::dvec3& point, RayOctree::Cursor& cursor,
                                    PathCounts& counts, Traced* traced = nullptr) const;
 
  private:
-  class Sampling;  ///< of the paths, path_sampling.cpp
+  class Sampling;  ///< samples the paths; path_sampling.cpp
   using Places = std::array<glm::dvec3, kMaxTurns>;
-  using Starts = std::array<glm::dvec3, kMaxReflections>;  ///< from where each was found
+  /// start of the search that found each reflection
+  using Starts = std::array<glm::dvec3, kMaxReflections>;
 
   std::size_t lastTurn() const { return turns_.size() - 1; }
-  /// Samples the paths: one every n-th pixel, more where the reflector is small in the frame.
+  /// Samples the paths at every n-th pixel, denser for reflectors that look small.
   void samplePaths(const View& view, const Box3& scene);
-  /// The path that leaves the eye towards x, near the first surface.
+  /// Result of the search for a path from the eye towards x, near the first surface.
   enum class PathSearch { Path, Nothing, TotalReflection };
   PathSearch pathBy(glm::dvec3 x, Path& path) const;
-  /// Whether neighbouring paths tell too little of what lies between them: the direction turns from
-  /// one to the other by another angle than where it begins.
+  /// Whether two neighbouring paths are too different to interpolate: their direction turns by
+  /// another angle at the end than at the start.
   bool unlike(const Path& a, const Path& b) const;
-  /// Whether the last turn's surface would let a path out that it should reflect totally.
+  /// Whether the last surface would transmit a path that it should reflect totally.
   bool wouldLeave(const Path& path) const;
-  /// Whether a path may be moved where its point is at `rho` from the last place; where its places
-  /// come to lie when that point moves by `step`.
+  /// Whether a path may be perturbed if its point has distance `rho` from the last turn.
   bool movable(const Bounce<double>* bounces, double rho) const;
-  /// To first and to second order.
+  /// Perturbs a path's reflection points, to first and second order, for a step of its point.
   void move(const Bounce<double>* bounces, const double* distances, double rho,
             const glm::dvec3& step, Places& first, Places& second) const;
-  /// Newton's iteration over exact paths: each is expanded again. `places[0]` is where it starts.
-  /// Whether it leads to a reflection.
+  /// Newton's iteration over exact paths, each of which is expanded again. `places[0]` is the
+  /// start. Returns whether it converged to a reflection.
   bool retrace(const glm::dvec3& point, Places& places, Traced* traced) const;
-  /// Where one of the paths that were traced leads near places[0], with a part of the error
-  /// allowed. Which one; null: none.
+  /// Perturbs one of the traced paths that leads near places[0], if its error estimate is within a
+  /// fraction of the allowed error. Returns that path, or null.
   const Path* moveTraced(const glm::dvec3& point, const Traced& traced, Places& places) const;
-  /// moveTraced(), or retrace() and its path for others. Whether that is a reflection.
+  /// moveTraced(); if it fails, retrace(). Returns whether a reflection was found.
   bool trace(const glm::dvec3& point, Places& places, PathCounts& counts, Traced* traced) const;
-  /// Whether places that a path with these bounces was moved to are a reflection.
+  /// Whether the perturbed reflection points of a path with these bounces form a valid reflection.
   bool accept(const glm::dvec3& point, const Places& places, const Bounce<double>* bounces) const;
-  /// Whether one of them turns `-back` into `ahead` for sure, by the curvature at its bounce.
+  /// Whether a reflection at turn `turn` certainly turns direction `-back` into `ahead`, given the
+  /// curvature at its bounce.
   bool surelyTurns(std::size_t turn, const Bounce<double>& bounce, const glm::dvec3& x,
                    const glm::dvec3& back, const glm::dvec3& ahead) const;
-  /// How far towards a point from `from`, the eye or the place of the turn before, one sees before
-  /// reflector `turn` hides it; at least 1: not hidden.
+  /// The fraction of the way from `from` (the eye or the previous reflection point) to a point at
+  /// which reflector `turn` hides it; at least 1: not hidden.
   double hiddenAt(std::size_t turn, const glm::dvec3& from, const glm::dvec3& point) const;
-  /// Whether the inside of reflector `turn` at x is what one sees there from `from`: through an
-  /// opening. Beyond the rim of a body it is not, however near.
+  /// Whether the inside of reflector `turn` at x is visible from `from`, through an opening. Beyond
+  /// the silhouette of a closed object it is not, however close.
   bool insideShows(std::size_t turn, const glm::dvec3& from, const glm::dvec3& x) const;
   void add(const glm::dvec3& point, const Places& places, const glm::dvec3& from, Starts& starts,
            Reflections& result, PathCounts& counts) const;
   double pixels(const glm::dvec3& x, double metres) const;
-  /// The part of the image in which the reflectors before show the last one: x0, y0, x1, y1;
-  /// nullopt where they do not.
+  /// The part of the image in which the preceding reflectors show the last one: x0, y0, x1, y1.
+  /// nullopt: none.
   std::optional<std::array<float, 4>> imageOfLast(const View& view) const;
 
   std::vector<Turn> turns_;
@@ -197,19 +200,19 @@ class Reflector {
   PathOptions options_;
   glm::dvec3 eye_;
   glm::dvec3 centre_;
-  std::array<double, kMaxTurns> sizes_{};  ///< metres, of bounds' diagonals
-  double size_ = 0.0;                      ///< that of the last
-  std::array<bool, kMaxTurns> smooth_{};   ///< have no edges, across which no normal tells another
-  double spread_ = 0.0;                    ///< rad, of a pixel
+  std::array<double, kMaxTurns> sizes_{};  ///< diagonals of the bounds, metres
+  double size_ = 0.0;                      ///< size of the last reflector
+  std::array<bool, kMaxTurns> smooth_{};   ///< surfaces without edges (discontinuous normals)
+  double spread_ = 0.0;                    ///< angle of a pixel in radians
   std::size_t pathCount_ = 0;
   std::uint64_t totalReflections_ = 0;
   bool missed_ = false;
-  // Per path as many as there are turns, from the eye on
+  // Per path one entry for each turn, starting at the eye
   std::vector<Bounce<double>> bounces_;
   std::vector<double> distances_;
-  std::vector<std::uint32_t> rays_;  ///< the octree's rays' paths
+  std::vector<std::uint32_t> rays_;  ///< path of each ray of the octree
   RayOctree octree_;
-  std::vector<std::uint32_t> selfRays_;  ///< likewise those that meet the last reflector again
+  std::vector<std::uint32_t> selfRays_;  ///< path of each ray that hits the last reflector again
   RayOctree selfOctree_;
 };
 

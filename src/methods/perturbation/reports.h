@@ -1,4 +1,4 @@
-// What perturbation reports of a frame: its steps and counters, as the program lists them.
+// The steps and counters of perturbation.
 #pragma once
 
 #include <vector>

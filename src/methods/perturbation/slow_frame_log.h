@@ -1,4 +1,4 @@
-// What the log hears of a frame that takes long.
+// Progress messages for frames that take long.
 #pragma once
 
 #include <cstdint>
@@ -11,16 +11,16 @@
 
 namespace catoptric::methods::perturbation {
 
-/// Tells what a frame is at when it takes long.
+/// Logs the current activity of a frame that takes long.
 class SlowFrameLog {
  public:
-  /// `name` says what begins.
+  /// An activity called `name` begins.
   void begin(std::string name) {
     const std::scoped_lock lock(mutex_);
     name_ = std::move(name);
     say();
   }
-  /// So many vertices were looked up, by any thread.
+  /// Any thread reports the number of vertices that it has looked up.
   void add(std::size_t vertices) {
     const std::scoped_lock lock(mutex_);
     vertices_ += vertices;
@@ -28,7 +28,7 @@ class SlowFrameLog {
   }
 
  private:
-  static constexpr std::int64_t kEveryNs = 10'000'000'000;  ///< ours
+  static constexpr std::int64_t kEveryNs = 10'000'000'000;  ///< not from the paper
   void say() {
     const std::int64_t now = nowNs();
     if (now - last_ < kEveryNs) return;

@@ -1,4 +1,4 @@
-// One turn of a path: a reflection, or the passage of a surface that refracts.
+// A vertex of a path: a reflection, or a refraction.
 #pragma once
 
 #include <cstddef>
@@ -11,24 +11,24 @@
 
 namespace catoptric::methods::perturbation {
 
-/// One reflector of a sequence, or a passage of a surface that refracts.
+/// A reflector of a sequence, or a surface through which a path is refracted.
 struct Turn {
   const implicit::Surface* surface = nullptr;
   Box3 bounds;               ///< of the surface, world space
   bool through = false;      ///< refracts
-  double indexBefore = 1.0;  ///< of refraction, on the side of the eye
+  double indexBefore = 1.0;  ///< index of refraction on the side of the eye
   double indexAfter = 1.0;
-  bool inside = false;  ///< of a body that refracts, before the turn
-  /// Points of the surface, by which its small images in the reflectors before are found; none:
-  /// those may be missed.
+  bool inside = false;  ///< whether the path is inside a refractive object before the turn
+  /// Points of the surface, from which its small images in the preceding reflectors are found. If
+  /// empty, such images may be missed.
   std::span<const Vec3> points = {};
-  /// Reflects inside a body that refracts, where it lets nothing out.
+  /// Whether this is a total reflection inside a refractive object.
   bool total() const { return !through && inside; }
 };
-/// Reflectors of one path, at most (run config: bounces).
+/// Maximum number of turns of a path (run config: bounces).
 inline constexpr std::size_t kMaxTurns = 6;
 
-/// Nearer than this part of its size a reflector does not show itself (ours).
+/// A reflector shows itself only beyond this fraction of its size (not from the paper).
 inline constexpr double kOffSurface = 1e-3;
 
 inline Vector<double> vectorOf(const glm::dvec3& p) {
@@ -41,8 +41,8 @@ inline glm::dvec3 gradientOf(const Jet3<double>& g) {
   return {g.gradient(0), g.gradient(1), g.gradient(2)};
 }
 
-/// Where light along `direction`, of unit length, goes at a turn; zero where a surface that should
-/// let it out reflects it totally.
+/// The direction after a turn for light along `direction` (unit length); zero if a surface that
+/// should transmit it reflects it totally.
 inline glm::dvec3 onwards(const Turn& turn, const glm::dvec3& direction, const glm::dvec3& normal) {
   if (!turn.through) return glm::reflect(direction, normal);
   const glm::dvec3 against = glm::dot(normal, direction) > 0.0 ? -normal : normal;

@@ -1,4 +1,4 @@
-// Three components of any scalar: doubles, and in tests numbers of many digits; planes.
+// Vectors of three components of any scalar type (double, or high precision in tests), and planes.
 #pragma once
 
 #include <array>
@@ -44,7 +44,7 @@ Vector<S> normalized(const Vector<S>& a) {
   return (S(1) / length(a)) * a;
 }
 
-/// dot(normal, x) = offset, normal of unit length.
+/// dot(normal, x) = offset; the normal has unit length.
 template <class S>
 struct Plane {
   Vector<S> normal;

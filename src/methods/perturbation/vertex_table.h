@@ -1,5 +1,5 @@
-// The vertices of one object while its virtual triangles are made: the places where they lie, and
-// where each place shows.
+// The vertices of one object while its virtual triangles are made: their positions, and the
+// reflections of each position.
 #pragma once
 
 #include <array>
@@ -16,27 +16,28 @@
 
 namespace catoptric::methods::perturbation {
 
-/// What is reflected, once for all vertices that lie there.
+/// A position of one or more vertices, with its reflections.
 struct VertexPlace {
   glm::dvec3 position;
   Reflections reflections;
-  /// No reflection, and the reflector stands before it: where it would show without. Else null.
+  /// If the position has no reflection because the reflector is in front of it: its view without
+  /// the reflector. Otherwise null.
   std::unique_ptr<Reflection> straight;
 };
 
-/// What most edges ask of a place: a tenth of its bytes.
+/// The part of a position's data that most edges need, a tenth of its bytes.
 struct Glimpse {
-  std::array<Vec2, 2> seen;  ///< pixels of the first reflections; x NaN: behind the camera
-  std::uint32_t count = 0;   ///< of its reflections
+  std::array<Vec2, 2> seen;  ///< pixels of the first two reflections; x is NaN behind the camera
+  std::uint32_t count = 0;   ///< number of reflections
 };
 
-/// A vertex that is no mesh's: the middle of an edge, or the end of a reflection on it.
+/// A vertex that is not in the mesh: the middle of an edge, or the end of a reflection on an edge.
 struct Node {
   std::uint32_t place = 0;
   frame::VertexAttributes attributes;
 };
 
-/// At `t` of the way from a to b.
+/// Attributes at fraction `t` of the edge from a to b.
 frame::VertexAttributes mixed(const frame::VertexAttributes& a, const frame::VertexAttributes& b,
                               float t = 0.5f);
 
@@ -50,17 +51,17 @@ class VertexTable {
   VertexTable(const VertexTable&) = delete;
   VertexTable& operator=(const VertexTable&) = delete;
 
-  /// Begins with an object's vertices. Those that lie in the same place have the same reflections:
-  /// meshes repeat a corner for each normal and at seams of textures.
+  /// Starts with an object's vertices. Vertices at the same position share its reflections: meshes
+  /// repeat vertices for different normals and at texture seams.
   void begin(const frame::Geometry& geometry, const frame::ObjectRange& range);
-  /// Places that are no vertex' of the mesh.
+  /// Adds positions that are not in the mesh.
   void addPlaces(std::size_t count) {
     places.resize(places.size() + count);
     glimpses.resize(places.size());
   }
-  /// By vertex of the mesh.
+  /// Index of each mesh vertex's position.
   const std::vector<std::uint32_t>& meshPlaces() const { return placeOf_; }
-  /// Where a place of the mesh lies.
+  /// The coordinates of a position of the mesh.
   const Vec3& meshPosition(std::size_t place) const { return positions_[firstAt_[place]]; }
   std::size_t vertexCount() const { return placeOf_.size() + more_.size(); }
 
@@ -77,16 +78,16 @@ class VertexTable {
     return static_cast<std::uint32_t>(placeOf_.size() + more_.size() - 1);
   }
 
-  /// Where the camera shows a place's reflection; x NaN: behind it.
+  /// The pixel at which a reflection of a position appears; x is NaN behind the camera.
   Vec2 seen(std::size_t place, std::size_t i) const {
     const Glimpse& glimpse = glimpses[place];
     return i < glimpse.seen.size() ? glimpse.seen[i] : seenAt(places[place].reflections.at[i]);
   }
-  /// A virtual point is seen where its reflection is.
+  /// A virtual point appears at its reflection point.
   Vec2 seenAt(const Reflection& reflection) const {
     return projection(reflection.x).value_or(Vec2(std::numeric_limits<float>::quiet_NaN()));
   }
-  /// After a place's reflections have changed.
+  /// Updates the projections after a position's reflections have changed.
   void project(std::size_t place);
   bool near(const Reflection& a, const Reflection& b, float pixels) const {
     const auto at = projection(a.x);
@@ -94,18 +95,18 @@ class VertexTable {
     return at && other && glm::distance(*at, *other) < pixels;
   }
 
-  /// How far apart points are as seen from the reflector's place, rad.
+  /// Angle between two points as seen from the reflector, in radians.
   double angleBetween(const glm::dvec3& a, const glm::dvec3& b) const {
     const double away = std::max(0.5 * reflector_.size(), reflector_.distanceFrom(0.5 * (a + b)));
     return glm::distance(a, b) / away;
   }
-  /// ... in pixels
+  /// The same angle in pixels.
   float apparent(const VertexPlace& a, const VertexPlace& b) const {
     return static_cast<float>(angleBetween(a.position, b.position) / projection.spread());
   }
 
  private:
-  /// Memory of one update for the next: the kernel takes as long to give it as look-ups do.
+  /// Memory that is reused by the next update: allocating it takes as long as the look-ups.
   struct Scratch {
     std::vector<VertexPlace> places;
     std::vector<Glimpse> glimpses;
@@ -120,16 +121,16 @@ class VertexTable {
  public:
   const Projection projection;
   std::vector<VertexPlace>& places = scratch_.places;
-  std::vector<Glimpse>& glimpses = scratch_.glimpses;  ///< by place
+  std::vector<Glimpse>& glimpses = scratch_.glimpses;  ///< indexed by position
 
  private:
   const Reflector& reflector_;
-  // Vertices: the mesh's, then more
+  // Vertices: those of the mesh, then added ones
   std::span<const Vec3> positions_;
   std::span<const frame::VertexAttributes> attributes_;
   std::vector<std::uint32_t>& placeOf_ = scratch_.welding.numbers;
   std::vector<std::uint32_t>& firstAt_ =
-      scratch_.welding.firsts;  ///< by place of the mesh: a vertex
+      scratch_.welding.firsts;  ///< indexed by position of the mesh: a vertex
   std::vector<Node> more_;
 };
 

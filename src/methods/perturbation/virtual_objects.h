@@ -1,4 +1,4 @@
-// Virtual objects: the triangles of an object as a reflector shows them [Chen2000] Sec. III-C.
+// Virtual objects: the triangles of an object as seen in a reflector [Chen2000] Sec. III-C.
 #pragma once
 
 #include <array>
@@ -13,37 +13,38 @@
 
 namespace catoptric::methods::perturbation {
 
-/// What TriangleOptions::maxTraced is at least: small images show many reflections too (ours).
+/// Minimum of TriangleOptions::maxTraced, because even small images may show many reflections (not
+/// from the paper).
 inline constexpr std::size_t kFewestTraced = 262'144;
 
 struct TriangleOptions {
-  float errorPixels = 0.5f;  ///< edges are halved where they miss their middle by more; 0: never
-  /// Ends what the length of edges as seen from the reflector should have ended (ours: an edge of a
-  /// kilometre comes to a millimetre).
+  float errorPixels = 0.5f;  ///< edges are split if their middle is off by more; 0: never
+  /// Maximum number of successive splits. Normally the apparent length of edges ends them earlier:
+  /// 20 splits reduce a kilometre to a millimetre (not from the paper).
   int maxHalvings = 20;
-  /// Edges are halved no more where so many paths would have been traced anew for one object.
+  /// Edges are no longer split when one object would need more than this many retraced paths.
   std::size_t maxTraced = kFewestTraced;
-  /// Hears, from any thread, how many places were looked up; may be empty.
+  /// Called from any thread with the number of positions that were looked up; may be empty.
   std::function<void(std::size_t)> lookedUp;
 };
 
 struct TriangleCounts {
   PathCounts paths;
-  std::uint64_t vertices = 0;   ///< that were looked up; those in one place once
-  std::uint64_t triangles = 0;  ///< of virtual objects
-  /// Whose vertices have no or different numbers of reflections, after all halvings. None of order
-  /// auto, which cuts them.
+  std::uint64_t vertices = 0;   ///< number of looked-up positions
+  std::uint64_t triangles = 0;  ///< triangles of virtual objects
+  /// Triangles whose vertices lack matching reflections after all splits. Order auto cuts them
+  /// instead.
   std::uint64_t dropped = 0;
-  std::uint64_t coarse = 0;  ///< 1: maxTraced has ended the halvings
+  std::uint64_t coarse = 0;  ///< 1: maxTraced has ended the splitting
   void add(const TriangleCounts& other);
 };
 
-/// What of one object's mesh stays from update to update as a rule, for any reflector; made anew
-/// where other vertices coincide than before. Its indices never change.
+/// The part of a mesh's data that is independent of the reflector and usually stays valid. It is
+/// rebuilt if other vertices coincide than before; its indices never change.
 struct Connectivity {
-  /// Three vertices, by number in the object.
+  /// Three vertex numbers of the object.
   using Triangle = std::array<std::uint32_t, 3>;
-  /// Between two places, the smaller number first.
+  /// Two position indices, the smaller one first.
   struct Edge {
     std::uint32_t a = 0;
     std::uint32_t b = 0;
@@ -51,20 +52,20 @@ struct Connectivity {
   /// The edges of some triangles, each once, sorted.
   struct Edges {
     std::vector<Edge> ends;
-    std::vector<std::uint32_t> of;  ///< three per triangle: from corner c to the next
+    std::vector<std::uint32_t> of;  ///< three per triangle: the edge from corner c to the next one
   };
-  std::vector<std::uint32_t> placeOf;  ///< by vertex: vertices that coincide are in one place
+  std::vector<std::uint32_t> placeOf;  ///< by vertex: vertices that coincide share a position
   std::vector<Triangle> triangles;
   Edges edges;
 };
 
-/// One object (index into geometry.objects) in a sequence of reflectors; `own`: it is the last of
-/// them. `result` is written anew; the memory it has is used.
+/// Makes the virtual triangles of one object (index into geometry.objects) in a sequence of
+/// reflectors. `own`: the object is the last reflector. Overwrites `result` and reuses its memory.
 void virtualTriangles(const frame::Geometry& geometry, int object, const Reflector& reflector,
                       bool own, const View& view, Order order, const TriangleOptions& options,
                       Connectivity& known, TriangleCounts& counts, VirtualTriangles& result);
 
-/// In planes alone, in the order from the eye on: mirrored, exactly.
+/// The exact mirror image in a sequence of planes, which are ordered from the eye.
 VirtualTriangles mirroredTriangles(const frame::Geometry& geometry, int object,
                                    std::span<const Plane<double>> planes, const glm::dvec3& eye,
                                    TriangleCounts& counts);

@@ -1,4 +1,4 @@
-// Method `reference`: everything by Embree, converged; the peer in truth. See README.md.
+// The method `reference`: converged images by Embree, as ground truth. See README.md.
 #pragma once
 
 #include "methods/contract/method.h"

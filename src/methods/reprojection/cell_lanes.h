@@ -1,5 +1,5 @@
-// Samples between searched ones, in arrays of one component each for vector code: their places in
-// the key frame are corrected once, and what the key frame shows there is looked up.
+// Samples that are interpolated between searched ones, as a structure of arrays. correct() refines
+// each one's key-frame position by one Newton step and reads the key frame there.
 #pragma once
 
 #include <array>
@@ -16,13 +16,13 @@ struct CellLanes {
   using Lane = std::array<float, kMost>;
 
   std::size_t count = 0;
-  std::array<std::int32_t, kMost> sample{};  ///< for the caller
+  std::array<std::int32_t, kMost> sample{};  ///< index of the sample; not used here
   std::array<std::uint32_t, kMost> reflector{};
-  Vec3Lanes<kMost> origin, direction;         ///< as MirrorRay's
-  alignas(64) Lane attachedX{}, attachedY{};  ///< where the key frame saw the sample's surface
-  alignas(64) Lane x{}, y{};  ///< place in the key frame: as expected, then corrected
+  Vec3Lanes<kMost> origin, direction;         ///< as in MirrorRay
+  alignas(64) Lane attachedX{}, attachedY{};  ///< position of the sample's surface in the key frame
+  alignas(64) Lane x{}, y{};                  ///< key-frame position: guess, then corrected
 
-  /// Puts a lane in another one's place, so that it may be corrected once more.
+  /// Copies lane `from` to lane `to`, to compact the lanes that need another correct().
   void copy(std::size_t from, std::size_t to) {
     sample[to] = sample[from];
     reflector[to] = reflector[from];
@@ -31,16 +31,17 @@ struct CellLanes {
     for (Lane* lane : {&attachedX, &attachedY, &x, &y}) (*lane)[to] = (*lane)[from];
   }
 
-  // What correct() makes of them
-  alignas(64) Lane miss{}, length{};  ///< as Match's
+  // Results of correct()
+  alignas(64) Lane miss{}, length{};  ///< as in Match
   Vec3Lanes<kMost> light;
-  /// 1 where four samples about the place show one continuous surface in the reflector, and it was
-  /// no farther off than `near`; else nothing of the lane counts.
+  /// 1 if the four key-frame samples around the position show one continuous surface in the same
+  /// reflector and the correction was at most `near`; otherwise the lane's results are invalid.
   std::array<std::int32_t, kMost> found{};
 };
 
-/// One step of Newton's method on the angle between each lane's ray and what the key frame shows
-/// between four samples, and the light from there as of lookUp(). `near`: samples of the key frame.
+/// One Newton step per lane, which minimizes the angle between its ray and the bilinearly
+/// interpolated reflected point. Then reads the radiance as lookUp() does. `near`: largest accepted
+/// correction, in samples of the key frame.
 void correct(const KeyFrame& key, float near, CellLanes& lanes);
 
 }  // namespace catoptric::methods::reprojection

@@ -1,7 +1,7 @@
-// The paper's own mapping [Xie2017] Sec. 3.2, forwards: each sample of the key frame looks for the
-// sample whose surface would now reflect what it shows (Algorithm 2), a mesh of triangles moves
-// reflections there, and a second mesh moves them into the current view. The yardstick of the
-// gather in search.h.
+// The paper's own forward mapping [Xie2017] Sec. 3.2. Each sample of the key frame searches the
+// sample whose surface would now reflect the same point (Algorithm 2). A triangle mesh moves the
+// reflections there, and a second mesh warps them into the current view. Serves for comparison
+// with the gather in search.h.
 #pragma once
 
 #include <span>
@@ -18,37 +18,38 @@ class GridMapping {
  public:
   explicit GridMapping(const Options& options) : options_(options) {}
 
-  /// Algorithm 2 for all samples of the key frame as seen by `now`; begins at the offsets of the
-  /// frame before, if that had the same key frame.
+  /// Algorithm 2 for all samples of the key frame, for the current camera `now`. Starts at the
+  /// offsets of the frame before if it had the same key frame.
   void search(const KeyFrame& key, const frame::Geometry& geometry, const scene::Camera& now);
-  /// The intermediate reflection image: the key frame's samples at their offsets, nearest on top.
+  /// Makes the intermediate reflection image: the key frame's samples at their offsets, nearest in
+  /// front.
   void shift(const KeyFrame& key);
-  /// That image in the current view.
+  /// Warps that image into the current view.
   void warp(const KeyFrame& key, const scene::Camera& now);
-  /// What was found for sample `at` of the current frame, which shows a reflector so far from the
-  /// eye.
+  /// The result for sample `at` of the current frame, which shows a reflector at this distance from
+  /// the eye.
   Outcome found(std::size_t at, std::uint32_t reflector, float distance, Vec3& radiance) const;
 
-  /// Of the key frame's sample, from where it was to where its reflection is now; NaN: invalid.
+  /// Per key-frame sample, the offset to the current position of its reflection; NaN: invalid.
   std::span<const Vec2> offsets() const { return offsets_; }
 
  private:
-  /// One image of reflections with what hides what.
+  /// An image of reflections with depth.
   struct Layer {
-    std::vector<std::uint32_t> reflector;  ///< id; 0: nothing was drawn
+    std::vector<std::uint32_t> reflector;  ///< id; 0: the sample is empty
     std::vector<float> depth;
     std::vector<Vec3> radiance;
     void clear(std::size_t count);
     void put(std::size_t at, std::uint32_t id, float z, const Vec3& light);
   };
-  /// How far the reflection of a place over sample (x, y) misses the current eye; squared.
+  /// Squared distance by which the reflection of `place` at sample (x, y) misses the current eye.
   float miss(const KeyFrame& key, std::uint32_t reflector, const Vec4& place, const Vec3& eye,
              int x, int y) const;
   Vec2 offsetOf(const KeyFrame& key, int x, int y, const Vec2& start, const Vec3& eye) const;
 
   Options options_;
-  int keyNumber_ = 0;          ///< KeyFrame::number() that the offsets are of
-  std::vector<Vec3> surface_;  ///< W by sample of the key frame
+  int keyNumber_ = 0;          ///< KeyFrame::number() of the key frame to which the offsets belong
+  std::vector<Vec3> surface_;  ///< W, by sample of the key frame
   std::vector<Vec2> offsets_;
   Layer shifted_;
   Layer warped_;

@@ -1,5 +1,5 @@
-// Method reprojection [Xie2017]: reflections of a traced key frame, found again in the frames after
-// it. Its mapping `surface` is the paper's control, image_warp.
+// The method reprojection [Xie2017] traces reflections in a key frame and reprojects them in the
+// following frames. Its mapping `surface` is the paper's baseline, image_warp.
 #pragma once
 
 #include "methods/contract/method.h"

@@ -1,5 +1,5 @@
-// Takes the reflections of a frame's samples from a key frame, as far as they are there: the
-// paper's steps search, shift and warp, for all samples.
+// Takes the reflections of a frame's samples from a key frame where possible: the paper's steps
+// search, shift and warp, for all samples.
 #pragma once
 
 #include <array>
@@ -25,97 +25,97 @@ namespace catoptric::methods::reprojection {
 
 class Reuse {
  public:
-  /// Samples along an edge; a sample starts from its neighbours in it.
+  /// Edge length of a tile in samples. A sample's search starts from its neighbours in the tile.
   static constexpr int kTile = SampleTiles::kSize;
 
   explicit Reuse(const Options& options) : options_(options), grid_(options) {}
 
-  /// Begins a frame: nothing is found yet. `samples` stay with the caller until the next one. Times
-  /// itself as `search`.
+  /// Begins a frame, in which no sample is found yet. `samples` must stay valid until the next
+  /// begin(). Timed as `search`.
   void begin(const MirrorSamples& samples, Services& services) {
     begin(samples, services, samples.rays());
   }
-  /// Those with a reflector in `rays` alone, which stay with the caller likewise.
+  /// As begin(), but only for samples with a reflector in `rays`, which must stay valid too.
   void begin(const MirrorSamples& samples, Services& services, std::span<const MirrorRay> rays);
-  /// Looks in `key`, once a frame, and fills radiance[i] of what is found. Times itself as
+  /// Searches `key`, once per frame, and sets radiance[i] of the samples that are found. Timed as
   /// `search`, `shift` and `warp`.
   void findIn(const KeyFrame& key, Services& services, std::vector<Vec3>& radiance);
 
-  /// Of sample i: Found, or why it was not found.
+  /// For sample i: Found, or why it was not found.
   Outcome outcome(std::size_t i) const { return outcomes_[i]; }
-  /// The number of the sample at (x, y) of the G-buffer; -1: it does not reflect.
+  /// The number of the sample at (x, y) of the G-buffer; -1: it is not reflective.
   std::int32_t sampleAt(int x, int y) const {
     return indexOf_[static_cast<std::size_t>(y * width_ + x)];
   }
-  /// Of a sample that was found.
+  /// The match of a sample that was found.
   const Match& match(std::size_t i) const { return matches_[i]; }
-  /// Whether sample i was found in `key`, and shows the sky; not by the paper's mapping, which
-  /// keeps no matches.
+  /// Whether sample i was found in `key` and reflects the sky. Not available for the paper's
+  /// mapping, which stores no matches.
   bool showsSky(const KeyFrame& key, std::size_t i) const;
-  /// It is not found after all.
+  /// Marks a sample as not found.
   void lose(std::size_t i, Outcome outcome) { outcomes_[i] = outcome; }
 
  private:
-  /// findIn() by the paper's mapping.
+  /// findIn() with the paper's mapping.
   void findByGrid(const KeyFrame& key, Services& services, std::vector<Vec3>& radiance);
-  /// Where the key frame saw the surfaces.
+  /// Finds the positions of the samples' surfaces in the key frame.
   void attach(const KeyFrame& key, const Services& services);
   struct Tile {
     int left, top, right, bottom;
   };
-  /// Some neighbouring samples, and those at their corners (left to right, then below), -1: none.
+  /// A rectangle of samples, and the samples at its corners (left to right, then below); -1: none.
   struct Cell {
     int left, top, right, bottom;  ///< all inclusive
     std::array<std::int32_t, 4> node;
   };
-  /// Calls body(tile) for all tiles, which begin `shift` samples before the frame.
+  /// Calls body(tile) for all tiles of a grid that begins `shift` samples before the frame.
   void forTiles(int shift, const std::function<void(const Tile&)>& body) const;
-  /// What is known of a tile that begins with the frame.
+  /// The state of a tile of the unshifted grid.
   struct TileState {
-    bool all = false;  ///< all of it was found by its cells, or nothing is to be found
-    float nearest = std::numeric_limits<float>::infinity();  ///< of all, Match::length
+    bool all = false;  ///< all its samples were found by cells, or none is searched
+    float nearest = std::numeric_limits<float>::infinity();  ///< smallest length
     float farthest = 0.0f;
   };
-  /// Whether samples of a tile, one of MirrorSamples, are to be found.
+  /// Whether any sample of a tile of MirrorSamples is searched.
   bool isAskedIn(std::size_t tile) const;
-  /// Whether no sample of a tile of any place can find more from its neighbours.
+  /// Whether no sample of a tile, shifted or not, can find more through its neighbours.
   bool settled(const Tile& tile) const;
-  /// What the corners of a cell tell.
+  /// The state of a cell's corners.
   struct Corners {
-    std::array<bool, 4> known{};  ///< was found
+    std::array<bool, 4> known{};  ///< the corner was found
     std::array<Vec2, 4> offset{};
-    bool agree = false;  ///< they show one surface that is not stretched too far
+    bool agree = false;  ///< they show one surface, and the match is not stretched too much
   };
-  /// Searches the corners of a tile's cells, and finds others by theirs, with their radiance.
+  /// Searches the corners of a tile's cells, and interpolates the other samples.
   TileState fillTile(const KeyFrame& key, const Tile& tile, std::vector<Vec3>& radiance);
   Corners corners(const KeyFrame& key, const Cell& cell) const;
-  /// Adds the cell's samples at offsets between its corners', or at the nearest one's where they do
-  /// not agree. Whether that is all of them.
+  /// Adds the cell's samples to `lanes` with offsets interpolated between its corners, or with the
+  /// nearest corner's offset if the corners do not agree. Returns whether all samples were added.
   bool expect(const Cell& cell, const Corners& corners, CellLanes& lanes);
-  /// Takes what is found of the lanes, and keeps those that another correction may find. How many
-  /// of the others there were.
+  /// Takes the results of the lanes, and keeps the lanes that another correction may find. Returns
+  /// the number of lanes that are done.
   std::size_t take(const KeyFrame& key, CellLanes& lanes, std::vector<Vec3>& radiance);
-  /// Whether another sweep can find more: where all was found and is about as far away, none can.
+  /// Whether another sweep can find more. It cannot if all samples were found at similar distances.
   bool sweepTile(const KeyFrame& key, int sweep, const Tile& tile);
-  /// Where sample `i` would be if it had moved like sample `n`, -1: none.
+  /// Where sample `i` would be in the key frame if it had moved like sample `n`; -1: none.
   Vec2 like(std::int32_t i, std::int32_t n) const;
-  /// Looks for a sample that was not found yet. `beside`: neighbours to start from, -1: none;
-  /// `last`: another sample that was found. Whether it is found.
+  /// Searches a sample that was not found yet. `beside`: neighbours to start from, -1: none;
+  /// `last`: another sample that was found. Returns whether it was found.
   bool findFrom(const KeyFrame& key, int sweep, std::int32_t i,
                 const std::array<std::int32_t, 2>& beside, std::int32_t last);
-  /// That, and whether what a neighbour shows is in front of it. Whether that changed something.
+  /// findFrom(), and a test whether a neighbour's reflection is in front. True if anything changed.
   bool searchSample(const KeyFrame& key, int sweep, std::int32_t i,
                     const std::array<std::int32_t, 2>& beside, std::int32_t last);
-  /// Whether a match shows one surface, on the mirrored ray of sample i.
+  /// Whether a match shows one surface and lies on the mirrored ray of sample i.
   bool holds(const KeyFrame& key, std::size_t i, const Match& match) const;
-  /// The match of sample i, from its neighbours' and from where its surface was.
+  /// Searches sample i from the offsets `starts` and from its surface's former position.
   Match searchFrom(const KeyFrame& key, std::size_t i, std::span<const Vec2> starts) const;
   void warpInPlace(const KeyFrame& key, const Services& services);
   void shift(const KeyFrame& key, std::vector<Vec3>& radiance);
   void warp(const KeyFrame& key, const frame::Geometry& geometry, std::vector<Vec3>& radiance);
-  /// Whether a sample beside i does not show its reflector.
+  /// Whether a neighbour of sample i does not show its reflector.
   bool atRim(std::size_t i) const;
-  /// Area of the key frame that a sample shows, in its samples; 1 where no neighbour tells.
+  /// Area of the key frame, in its samples, that a sample covers; 1 if no neighbour is known.
   float keyArea(std::size_t at) const;
 
   Options options_;
@@ -124,19 +124,21 @@ class Reuse {
   int width_ = 0;  ///< of the frame, in samples
   int height_ = 0;
   MovingBoxes moving_;
-  // By sample of the G-buffer: index in `samples`, -1: none. By index in `samples`: the others.
+  // indexOf_ is indexed by sample of the G-buffer and contains the index in `samples`, or -1. The
+  // other arrays are indexed by this index.
   std::vector<std::int32_t> indexOf_;
-  std::span<const MirrorRay> rays_;  ///< reflector 0: not asked
+  std::span<const MirrorRay> rays_;  ///< reflector 0: the sample is not searched
   std::vector<Outcome> outcomes_;
   std::vector<std::uint32_t> pending_;
-  std::vector<Vec2> attached_;  ///< where it saw the surface; NaN: nowhere
+  std::vector<Vec2> attached_;  ///< of the surface in the key frame; NaN: none
   std::vector<Match> matches_;
-  /// Whether radiance and place of a match are known by its cell, and its magnification too.
+  /// Whether a match's cell already gives its radiance and position (Known), and its magnification
+  /// too (Measured).
   enum class Shown : std::uint8_t { Unknown, Known, Measured };
   std::vector<Shown> shown_;
-  std::vector<TileState> tiles_;       ///< along rows
+  std::vector<TileState> tiles_;       ///< ordered along rows
   std::vector<std::uint8_t> changed_;  ///< the sweep in which the match last changed
-  std::vector<Vec4> places_;           ///< what the match shows
+  std::vector<Vec4> places_;           ///< position of the match's reflected point
 };
 
 }  // namespace catoptric::methods::reprojection

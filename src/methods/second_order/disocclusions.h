@@ -1,5 +1,5 @@
-// Which rays found nothing in their cluster's depth image where there is a surface, and which found
-// another surface: Embree's rays from the same samples tell. A diagnosis, not part of the method.
+// Compares rays in depth images with Embree's rays from the same samples: finds missed and wrong
+// hits. A diagnosis, not part of the method.
 #pragma once
 
 #include <array>
@@ -14,16 +14,16 @@
 
 namespace catoptric::methods::second_order {
 
-/// What the rays of a sample found, as rays.frag writes it (std430).
+/// The hits of a sample's rays, as rays.frag writes them (std430).
 struct FoundByRays {
-  std::array<std::uint32_t, 2> nothing{};  ///< bit k: ray k found no surface
-  /// Texel and depth that the only ray found in its cluster's image; depth 0: not known.
+  std::array<std::uint32_t, 2> nothing{};  ///< bit k: ray k hit nothing
+  /// Texel and depth of the hit in the cluster's image, for samples with a single ray; 0: unknown.
   std::array<float, 3> at{};
 };
 
 struct Disocclusions {
-  std::uint64_t samples = 0;    ///< some ray found nothing where Embree's ray hits
-  std::uint64_t wrongHits = 0;  ///< the only ray found a surface, Embree's another one or none
+  std::uint64_t samples = 0;    ///< some ray hit nothing where Embree's ray hits
+  std::uint64_t wrongHits = 0;  ///< the single ray hit a surface that Embree's ray did not
 
   Disocclusions& operator+=(const Disocclusions& other) {
     samples += other.samples;
@@ -32,9 +32,9 @@ struct Disocclusions {
   }
 };
 
-/// Traces the rays in question. `found`, `clusterOf` (as Clustering::clusterOf): one per sample of
-/// the G-buffer; `rays`: per glossy sample.
-/// Samples that are disoccluded get kMaskDisoccluded in `masks` (may be empty).
+/// Traces the rays to be checked. `found`, `clusterOf` (as Clustering::clusterOf): one per sample
+/// of the G-buffer; `rays`: per glossy sample. Disoccluded samples get kMaskDisoccluded in `masks`
+/// (may be empty).
 Disocclusions findDisocclusions(const raster::GBufferCopy& gbuffer, const scene::Camera& camera,
                                 std::span<const FoundByRays> found,
                                 std::span<const std::uint16_t> clusterOf,

@@ -1,5 +1,5 @@
-// Four samples at a time. Which samples meet in a lane follows from their place in a run alone:
-// results depend on no number of threads.
+// Processes four samples at a time. The assignment of samples to lanes depends only on their
+// position in a run, so results do not depend on the number of threads.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ struct Lanes3 {
   Floats4 x, y, z;
 };
 
-/// Up to four of `left` >= 1 values; the last one again where there are fewer.
+/// Up to four of `left` >= 1 values; if fewer are left, the last one is repeated.
 inline Floats4 load(const float* values, std::size_t left) {
   Floats4 loaded;
   if (left >= kLanes) {
@@ -33,7 +33,7 @@ inline Floats4 load(const float* values, std::size_t left) {
 inline void store(const Floats4& value, float* out, std::size_t left) {
   for (std::size_t k = 0; k < std::min(left, kLanes); ++k) out[k] = value[k];
 }
-/// Lanes that hold one of `left` values, not the last one again.
+/// The lanes that contain one of `left` values, without repetitions.
 inline Mask4 valid(std::size_t left) {
   const auto n = static_cast<std::int32_t>(std::min(left, kLanes));
   return Mask4{0, 1, 2, 3} < n;

@@ -1,4 +1,4 @@
-// The method's options, as a run config has them.
+// The method's options.
 #pragma once
 
 #include "config/options.h"
@@ -9,26 +9,27 @@
 
 namespace catoptric::methods::second_order {
 
-/// Which rays are intersected with their own object's samples, too; as SELF of shaders/rays.frag.
+/// Which rays are also intersected with their own object; the values of SELF in shaders/rays.frag.
 enum class SelfIntersect : int { None, OfConcaveClusters, OfAllButPlanarMirrors };
 
-/// How the rays of a lobe are followed.
+/// How the rays of a lobe are intersected.
 enum class LobeRays { Walked, LookedUpAtTheCentresDistance };
 
 struct Options {
   ClusterOptions cluster;
   CameraOptions camera;
   DepthImageOptions images;
-  int faceSize = 256;  ///< of the cube map, texels
+  int faceSize = 256;  ///< of the cube map, in texels
   SelfIntersect selfIntersect = SelfIntersect::None;
   LobeRays lobeRays = LobeRays::Walked;
-  float glossyReach = 0.0f;  ///< metres times (1 - g) / g; 0: as far as the scene
-  int probes = 16;           ///< samples of a curved cluster; 0: nothing is traced
-  float probeError = 4.0f;   ///< of 255 steps, from which on it is traced
+  float glossyReach = 0.0f;  ///< metres times (1 - g) / g; 0: unlimited
+  int probes = 16;           ///< probed samples per curved cluster; 0: nothing is traced
+  float probeError = 4.0f;   ///< a cluster with a larger error is traced; in steps of 255
   trace::BvhPolicy bvh = trace::BvhPolicy::Static;
-  // No options; ours, measured in experiments.md. Tests change them.
-  int leastImageRays = 8192;   ///< of a probed cluster whose image costs less than tracing it
-  float selfHitShare = 0.06f;  ///< of probes that meet their own object, from which on it is traced
+  // Neither options nor in the paper; measured in experiments.md. Tests change them. minimum for a
+  // probed cluster whose image costs less than tracing it
+  int leastImageRays = 8192;
+  float selfHitShare = 0.06f;  ///< fraction of self-hits from which a cluster is traced
 };
 
 const config::OptionTable<Options>& optionTable();

@@ -1,5 +1,6 @@
-// The pass `intersect`: radiance along the reflected rays of all samples, from the depth images of
-// their clusters, and from the cube map and the sky for rays that find nothing.
+// The pass `intersect` computes the radiance along the reflected rays of all samples from the
+// depth images of their clusters. Rays that hit nothing there get it from the cube map and the
+// sky.
 #pragma once
 
 #include <array>
@@ -18,36 +19,36 @@
 
 namespace catoptric::methods::second_order {
 
-/// What a frame's rays are intersected with.
+/// The input of the pass for one frame.
 struct RayInputs {
   const scene::Camera& camera;
   const DepthImages& images;
   const CubeMap& cubeMap;
-  /// All samples of planar mirrors are looked up in mirrored grids; else they are walked like those
-  /// of curved mirrors.
+  /// Whether all samples of planar mirrors are read from mirrored grids. Otherwise rays are
+  /// marched, as for curved mirrors.
   bool onGrids = true;
-  bool exactGrids = false;  ///< these have a texel for each sample
+  bool exactGrids = false;  ///< the mirrored grids have one texel per sample
 };
 
 class RayPass {
  public:
-  /// Compiles the programs that most frames need; the others with the first frame that does.
+  /// Compiles the shaders that most frames need; the others are compiled when first needed.
   RayPass(const Options& options, const SceneReflectors& reflectors, const Services& services,
           const RunSettings& settings);
 
-  /// The cluster of each sample (Clustering::clusterOf()), kept until run() is done.
+  /// Sets the cluster of each sample (Clustering::clusterOf()); must be valid until run() ends.
   void setClusters(std::span<const std::uint16_t> clusterOf);
-  /// Fills the reflection of every sample, and its marks.
+  /// Sets the reflection of every sample, and its marks.
   void run(Services& services, const RayInputs& inputs);
 
-  /// The counts of the last run; `unclustered`: samples in no cluster, which see the cube map.
+  /// Adds the counts of the last run. `unclustered`: samples in no cluster.
   void count(std::uint64_t unclustered, Counters& counters) const;
-  /// Samples whose lobes see what is brighter than white, where the options have probes.
+  /// Whether lobes of any sample hit surfaces brighter than white; only known with probes.
   bool anySeesLamp() const { return markCounts_.back() > 0; }
   bool seesLamp(std::size_t sample) const {
     return ((masks_.empty() ? marks_[sample] : masks_[sample]) & raster::kMaskRetraced) != 0;
   }
-  /// What each sample's rays found, where the options count disocclusions.
+  /// The hits of each sample's rays, if the options count disocclusions.
   std::span<const FoundByRays> readFound();
 
  private:
@@ -67,26 +68,26 @@ class RayPass {
   gl::Program planarExact_;
   gl::Program planarScaled_;
   gl::Program curved_;
-  bool lobeHorizons_ = false;  ///< the G-buffer has them
-  bool ggx_ = false;           ///< some lobes are GGX'
+  bool lobeHorizons_ = false;  ///< the G-buffer has lobe horizons
+  bool ggx_ = false;           ///< some lobes are GGX lobes
   gl::Program glossy_;
   gl::Program lookUps_;
   gl::Texture clusterSamples_;
-  bool sharesFrame_ = false;  ///< with other methods
+  bool sharesFrame_ = false;  ///< other methods shade some reflectors
   bool countDisocclusions_ = false;
-  std::span<const std::uint16_t> clusterOf_;  ///< of the frame at hand
+  std::span<const std::uint16_t> clusterOf_;  ///< of the current frame
   gl::Buffer counts_;
   gl::Buffer foundBuffer_;
   std::vector<FoundByRays> found_;
-  gl::Texture ownMarks_;  ///< as GBuffer::masks, where there are none
+  gl::Texture ownMarks_;  ///< replaces GBuffer::masks if there are none
   gl::Framebuffer ownTarget_;
-  std::vector<std::uint8_t> marks_;        ///< where no masks are asked for
-  std::vector<std::uint16_t> masks_;       ///< where they are
-  std::vector<std::uint64_t> markCounts_;  ///< of each mark that is counted
+  std::vector<std::uint8_t> marks_;        ///< if no masks are requested
+  std::vector<std::uint16_t> masks_;       ///< if masks are requested
+  std::vector<std::uint64_t> markCounts_;  ///< number of samples with each counted mark
   int tilesAcross_ = 0;
   int tilesDown_ = 0;
-  std::vector<std::uint32_t> later_;  ///< tiles with a sample that is still to be looked up
-  gl::Buffer tiles_;                  ///< these
+  std::vector<std::uint32_t> later_;  ///< tiles with samples that are not yet shaded
+  gl::Buffer tiles_;                  ///< later_ on the GPU
   gl::Texture tileTexture_;
 };
 

@@ -1,4 +1,4 @@
-// What of a scene reflects, as this method sees it.
+// The reflectors of a scene, as this method classifies them.
 #pragma once
 
 #include <vector>
@@ -12,16 +12,16 @@ namespace catoptric::methods::second_order {
 
 struct SceneReflectors : Reflectors {
   std::vector<ReflectorKind> kinds;  ///< by object id
-  std::vector<bool> skipOwn;         ///< by object id: flat, hence never seen in itself
-  std::vector<float> weight;         ///< by object id: of its reflections, at most
+  std::vector<bool> skipOwn;         ///< by object id: flat, so that it never shows itself
+  std::vector<float> weight;         ///< by object id: maximum weight of its reflections
   bool levelsVary = false;           ///< s comes from a texture: some samples may not reflect
 
-  /// By object id: how far the rays of its lobes go, metres, as shaders/rays.frag has it for
-  /// `glossyReach`; 0 where g varies over the object.
+  /// By object id: maximum length in metres of its lobe's rays, from `glossyReach` as in
+  /// shaders/rays.frag; 0 if g varies over the object.
   std::vector<float> reach(const scene::Scene& scene, float glossyReach) const;
 };
 
-/// Those that the method fills.
+/// The reflectors that the method shades.
 SceneReflectors findSceneReflectors(const scene::Scene& scene, const RunSettings& settings);
 
 }  // namespace catoptric::methods::second_order

@@ -1,5 +1,4 @@
-// What second_order reports of a frame: its steps, counters, table and layer, as the program lists
-// them.
+// The steps, counters, table and layer of second_order.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
-// Clusters whose depth images err, and their way through Embree instead: a few rays of each are
-// traced, to see which meet their own object, and whether what the images show is what is there.
+// Finds clusters whose depth images are inaccurate, and traces them with Embree. For that a few
+// rays of each cluster are traced (probes), and compared with the image.
 #pragma once
 
 #include <cstdint>
@@ -19,11 +19,11 @@
 
 namespace catoptric::methods::second_order {
 
-/// What the probes of a cluster say of it.
+/// Results of a cluster's probes.
 struct Probed {
   std::uint32_t asked = 0;
-  std::uint32_t own = 0;  ///< whose (first) ray met the cluster's own object
-  double error = 0.0;     ///< sum of differences, of 255 steps of the display
+  std::uint32_t own = 0;  ///< probes whose (first) ray hit the cluster's own object
+  double error = 0.0;     ///< sum of differences in display steps (0..255)
   double selfHitShare() const { return asked > 0 ? static_cast<double>(own) / asked : 0.0; }
   double meanError() const { return asked > 0 ? error / asked : 0.0; }
 };
@@ -32,29 +32,28 @@ class Retrace {
  public:
   Retrace(const Options& options, const RunSettings& settings, const scene::Scene& scene);
 
-  /// Traces up to Options::probes samples of each curved cluster that is not left to
-  /// tracing already, evenly spread over it.
-  /// The same for any number of threads.
+  /// Traces up to Options::probes samples of each curved cluster that is not already traced, evenly
+  /// spread over it. The result does not depend on the number of threads.
   void probe(const FrameInput& input, Services& services, const raster::GBufferCopy& gbuffer,
              const Clustering& clustering);
-  /// Compares what GBuffer::reflection shows at the probes with what they saw. `weight`: by object
-  /// id, what reflections are multiplied with at most. Large clusters are judged in cells.
+  /// Compares GBuffer::reflection at the probes with the traced radiance. `weight`: by object id,
+  /// maximum weight of reflections. Large clusters are judged in cells.
   void compare(const raster::GBuffer& gbuffer, std::span<const Cluster> clusters,
                std::span<const float> weight);
-  /// Whether a cluster, or one of its cells, differs from its probes by more than is allowed.
+  /// Whether the difference of a cluster or of one of its cells from its probes is too large.
   bool errs(std::size_t cluster) const;
-  /// Whether an object's samples are mirrored here, which Embree does not do: it has no probes.
+  /// Whether an object is refractive. It has no probes, because this method shades it as a mirror
+  /// and Embree does not.
   bool refracts(std::size_t object) const { return refracts_[object]; }
-  /// Of each cluster; of a planar mirror and of what is traced already nothing.
+  /// One entry per cluster; empty for planar mirrors and for clusters that are already traced.
   std::span<const Probed> probed() const { return probed_; }
 
-  /// Traces the samples of all clusters with Cluster::traced, of cells that err, and of
-  /// tiles that see lamps, and writes what they see to GBuffer::reflection and, where masks are
-  /// asked for, GBuffer::masks.
+  /// Traces the samples of all clusters with Cluster::traced, of cells with too large an error, and
+  /// of tiles that see lamps. Writes GBuffer::reflection and, if requested, GBuffer::masks.
   struct Done {
     trace::ReflectionCounts rays;
     std::uint64_t samples = 0;
-    std::uint64_t belowHorizon = 0;  ///< of samples that were not searched
+    std::uint64_t belowHorizon = 0;  ///< of samples that are in no depth image
   };
   Done run(const FrameInput& input, Services& services, const raster::GBufferCopy& gbuffer,
            const Clustering& clustering, const RayPass& shown);
@@ -78,32 +77,32 @@ class Retrace {
   void put(const SampleTiles::Members& members, const Vec3* radiance, const std::uint8_t* flags);
   void upload(raster::GBuffer& gbuffer) const;
 
-  static constexpr std::size_t kCell = 64;          ///< samples a side. Ours.
-  static constexpr std::uint32_t kLeastProbes = 4;  ///< that a cell needs to be judged. Ours.
+  static constexpr std::size_t kCell = 64;          ///< edge length in samples; not from the paper
+  static constexpr std::uint32_t kLeastProbes = 4;  ///< per judged cell; not from the paper
 
-  int most_;  ///< probes of a cluster, and of a whole cell of a large one
+  int most_;  ///< maximum number of probes of a cluster, and of a full cell of a large cluster
   float probeError_;
   trace::ReflectionOptions options_;
-  frame::ObjectSet own_;  ///< reflectors that the method fills
+  frame::ObjectSet own_;  ///< reflectors that the method shades
   bool masks_;
   std::vector<bool> refracts_;  ///< by object id
   std::vector<Probe> probes_;
-  std::vector<Vec3> seen_;  ///< by the probes
+  std::vector<Vec3> seen_;  ///< traced radiance of the probes
   std::vector<Probed> probed_;
   std::size_t cellsAcross_ = 0, cellsDown_ = 0;
-  std::vector<std::uint32_t> largeOf_;  ///< by cluster: number among the large ones, or kNotLarge
+  std::vector<std::uint32_t> largeOf_;  ///< by cluster: index among the large ones, or kNotLarge
   static constexpr std::uint32_t kNotLarge = 0xFFFFFFFFu;
-  std::vector<Probed> cells_;  ///< of large clusters, by cellOf() of that number
-  // To read the reflection at the probes alone
+  std::vector<Probed> cells_;  ///< of large clusters; index: cellOf()
+  // To read the reflection only at the probes
   gl::Program gather_;
   gl::Buffer places_;
   gl::Texture placeTexture_;
   gl::Texture gathered_;
   gl::Framebuffer target_;
-  // What is traced, in rows of tiles that are uploaded
+  // The traced samples, in rows of tiles that are uploaded
   std::vector<std::uint8_t> rowTraced_;
-  std::vector<std::uint8_t> byLamp_;  ///< tiles of which a sample sees a lamp
-  std::vector<float> image_;          ///< 4 a sample
+  std::vector<std::uint8_t> byLamp_;  ///< tiles with a sample that sees a lamp
+  std::vector<float> image_;          ///< 4 values per sample
   std::vector<std::uint16_t> maskImage_;
 };
 

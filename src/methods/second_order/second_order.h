@@ -1,5 +1,5 @@
-// Method second_order [Wang2014]: reflected rays in clusters, a depth image for each, found by
-// walking over it.
+// The method second_order [Wang2014]: clusters of reflected rays, a depth image for each cluster,
+// and ray marching in these images.
 #pragma once
 
 #include <cstdint>
@@ -45,8 +45,8 @@ class SecondOrder : public Method {
   raster::RefractiveSamples refractive_;
   raster::GBufferCopy copy_;
   Clustering clustering_;
-  std::uint64_t tracedBelowHorizon_ = 0;  ///< rays of the frame's samples that are not searched
-  std::unique_ptr<Retrace> retrace_;      ///< where clusters are probed
+  std::uint64_t tracedBelowHorizon_ = 0;  ///< of samples that are in no depth image
+  std::unique_ptr<Retrace> retrace_;      ///< null if clusters are not probed
   std::unique_ptr<DepthImages> images_;
   CubeMap cubeMap_;
   std::unique_ptr<RayPass> rayPass_;

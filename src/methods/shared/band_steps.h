@@ -1,5 +1,5 @@
-// A frame that is worked on in bands: while all threads work on one band, the thread that has the
-// device reads the next one and uploads the last.
+// Processes a frame in bands: while all threads work on one band, the thread with the GL context
+// reads the next band and uploads the previous one.
 #pragma once
 
 #include <cstddef>
@@ -9,24 +9,24 @@
 
 namespace catoptric::methods {
 
-/// Rows of a band of `width` samples: whole tiles of SampleTiles::kSize, one at least.
+/// Number of rows in a band of `width` samples: whole tiles of SampleTiles::kSize, at least one.
 int rowsOfBand(int width);
 
-/// What is done with a band, by its number. `read` of band b + 2 comes after `upload` of band b:
-/// two bands' memory is enough.
+/// The steps of a band, which get its number. `read` of band b + 2 follows `upload` of band b, so
+/// that memory for two bands suffices.
 struct BandSteps {
   std::function<void(std::size_t)> read;
-  std::function<void(std::size_t)> work;  ///< beside the other two
+  std::function<void(std::size_t)> work;  ///< concurrent with the other two steps
   std::function<void(std::size_t)> upload;
 };
 
 struct BandSeconds {
   double read = 0.0;
-  double work = 0.0;  ///< the rest of the time
+  double work = 0.0;  ///< remaining time
   double upload = 0.0;
 };
 
-/// Does all steps of all bands; waits for the device in the end. The times are left to the caller.
+/// Runs all steps of all bands and waits for the GPU at the end. The caller records the times.
 BandSeconds runBands(std::size_t count, const BandSteps& steps, frame::StepTimer& timer);
 
 }  // namespace catoptric::methods

@@ -1,5 +1,5 @@
-// Reflections that are traced on the CPU, the frame in bands: while one band is traced, the next is
-// read from the device and the last goes back. Nothing is as large as the frame.
+// Traces reflections on the CPU in bands of the frame: while one band is traced, the next is read
+// from the GPU and the previous one is uploaded. No buffer is as large as the frame.
 #pragma once
 
 #include <array>
@@ -14,36 +14,35 @@
 
 namespace catoptric::methods {
 
-/// One frame's task.
+/// The inputs for one frame.
 struct BandFrame {
   raster::GBuffer& gbuffer;
   const SampleTiles& tiles;
   frame::StepTimer& timer;
   const scene::Scene& scene;
-  const frame::ObjectSet& own;  ///< reflectors to fill; samples of others stay
+  const frame::ObjectSet& own;  ///< reflectors to shade; samples of others are not changed
   bool masks;
 };
 
-/// Traces a tile on the calling thread: radiance[i], and where masks are asked for flags[i] of
-/// trace::reflectedRadiance(), of the tile's member i.
+/// Traces a tile in the calling thread: sets radiance[i] of the tile's member i, and, if masks are
+/// requested, flags[i] as trace::reflectedRadiance() does.
 using TraceTile =
     std::function<void(const raster::GBufferCopy& samples, const SampleTiles::Members& members,
                        Vec3* radiance, std::uint8_t* flags)>;
 
 class Bands {
  public:
-  /// Fills GBuffer::reflection (and masks) of the reflective samples. Adds the steps readback and
-  /// upload, those of the device as they took on the calling thread; returns the rest of the time,
-  /// in seconds.
+  /// Sets GBuffer::reflection (and masks) of the reflective samples. Adds the steps readback and
+  /// upload, as timed in the calling thread; returns the remaining time in seconds.
   double run(const BandFrame& frame, const TraceTile& traceTile);
 
-  /// Samples of a band of a frame of so many samples a row, at most.
+  /// Maximum number of samples in a band, for this many samples per row.
   static std::uint64_t largest(int sampleWidth);
 
  private:
   struct Band {
     raster::GBufferCopy samples;
-    std::vector<float> image;  ///< 4 a sample
+    std::vector<float> image;  ///< 4 values per sample
     std::vector<std::uint16_t> masks;
   };
   void read(const BandFrame& frame, int firstRow, int rows, Band& band) const;
@@ -51,7 +50,7 @@ class Bands {
   static void traceBand(const BandFrame& frame, const TraceTile& traceTile, Band& band);
 
   bool readsLevels_ = false;
-  std::array<Band, 2> bands_;  ///< in turns
+  std::array<Band, 2> bands_;  ///< used alternately
 };
 
 }  // namespace catoptric::methods

@@ -1,4 +1,4 @@
-// The names of Embree's policies in the options of methods that trace.
+// The names of Embree's BVH policies in the options of methods that trace.
 #pragma once
 
 #include "config/options.h"

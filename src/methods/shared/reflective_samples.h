@@ -1,4 +1,4 @@
-// Reflections that were made on the CPU, on their way into a G-buffer.
+// Collects reflections that were computed on the CPU, and uploads them to a G-buffer.
 #pragma once
 
 #include <cstdint>
@@ -15,17 +15,18 @@ std::uint16_t maskBits(std::uint8_t flags);
 
 class ReflectionUpload {
  public:
-  /// Puts every sample's light in its place; elsewhere stays what is there if `beside`, else 0.
-  /// `flags` as of trace::reflectedRadiance(), empty where no masks are asked for.
+  /// Stores the radiance of every sample. Other samples are not changed if `beside` is set,
+  /// otherwise they become 0. `flags`: as for trace::reflectedRadiance(), empty if no masks are
+  /// requested.
   void scatter(const raster::GBuffer& gbuffer, bool beside, std::span<const std::uint32_t> places,
                std::span<const Vec3> radiance, std::span<const std::uint8_t> flags);
-  /// Sets further raster::MaskBits of a sample; after a scatter() with flags.
+  /// Sets further raster::MaskBits of a sample, after a scatter() with flags.
   void mark(std::uint32_t place, std::uint16_t bits);
-  /// To GBuffer::reflection, and masks where there were flags.
+  /// Uploads to GBuffer::reflection, and to the masks if there were flags.
   void upload(raster::GBuffer& gbuffer) const;
 
  private:
-  // Kept across frames, so that no frame allocates anew.
+  // Kept across frames to avoid allocations.
   std::vector<float> image_;
   std::vector<std::uint16_t> masks_;
 };

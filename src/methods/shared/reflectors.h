@@ -1,4 +1,4 @@
-// What of a scene reflects, in the classes of the G-buffer's samples.
+// The reflectors of a scene, by the sample classes of the G-buffer.
 #pragma once
 
 #include <cstddef>
@@ -18,10 +18,10 @@ struct Reflectors {
 
   bool mirrors() const { return planarMirrors || curvedMirrors; }
   bool any() const { return mirrors() || glossy; }
-  std::size_t count() const;  ///< objects
+  std::size_t count() const;  ///< number of reflectors
 };
 
-/// Those of `among`; other objects are Diffuse.
+/// Classifies the reflectors in `among`; other objects are Diffuse.
 Reflectors findReflectors(const scene::Scene& scene, const frame::ObjectSet& among = {});
 
 }  // namespace catoptric::methods

@@ -1,4 +1,4 @@
-// Samples of a G-buffer as points to trace from: one definition for all methods.
+// Converts samples of a G-buffer to points for tracing, in the same way for all methods.
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@
 namespace catoptric::methods {
 
 /// ReflectionPoint::shift of sample (x, y), the same in every frame: the R2 sequence along the
-/// Morton order of 8 x 8 samples. So the rays of neighbours fill each other's gaps: those of a
-/// pixel's samples, of 2 x 2 pixels, of 4 x 4. lobe_rays.glsl has the same numbers.
+/// Morton order of 8 x 8 samples. The rays of neighbouring samples thus fill each other's gaps:
+/// within a pixel, 2 x 2 pixels, and 4 x 4 pixels. lobe_rays.glsl has the same numbers.
 inline Vec2 lobeShift(int x, int y) {
   static const auto shifts = [] {
     std::array<Vec2, 64> table;
@@ -42,7 +42,7 @@ class SamplePoints {
         nearMetres_(camera.nearMetres),
         rayFromPixel_(scene::rayFromPixel(camera, source.sampleWidth(), source.sampleHeight())) {}
 
-  /// That of sample (x, y), which shows an object.
+  /// The point of sample (x, y), which must show an object.
   trace::ReflectionPoint operator()(int x, int y) const {
     const std::size_t at =
         static_cast<std::size_t>(y) * static_cast<std::size_t>(source_.sampleWidth()) +

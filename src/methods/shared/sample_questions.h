@@ -1,5 +1,4 @@
-// What rays from samples of a G-buffer meet, asked of Embree row by row: for diagnoses such as
-// which samples are disoccluded.
+// Traces rays from samples of a G-buffer with Embree, row by row, for diagnoses.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +9,7 @@
 
 namespace catoptric::methods {
 
-/// Rays of one row and what they meet.
+/// Rays of one row and their hits.
 struct AskedRays {
   std::vector<trace::Ray> rays;
   std::vector<trace::Hit> hits;
@@ -21,7 +20,7 @@ struct AskedRays {
   }
 };
 
-/// The sum of `ofRow(y, asked)` over all rows, in parallel; `asked` is empty at the beginning.
+/// The sum of `ofRow(y, asked)` over all rows, in parallel; each row starts with `asked` empty.
 template <class Counts, class OfRow>
 Counts sumOverRows(std::size_t rows, OfRow&& ofRow) {
   std::vector<Counts> counts(rows);

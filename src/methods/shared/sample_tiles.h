@@ -1,4 +1,4 @@
-// Tiles of a G-buffer's reflective samples, in an order that keeps rays coherent.
+// The reflective samples of a G-buffer in tiles, in an order that keeps rays coherent.
 #pragma once
 
 #include <array>
@@ -16,8 +16,8 @@
 
 namespace catoptric::methods {
 
-/// Whether some samples of a reflector of `own` may not reflect, their s being a texture's: only
-/// then must s be read back.
+/// Whether some samples of a reflector in `own` may not reflect because s comes from a texture.
+/// Only then must s be read back.
 bool specularLevelsVary(const scene::Scene& scene, const frame::ObjectSet& own);
 
 /// A G-buffer's size in samples.
@@ -28,23 +28,22 @@ struct SampleGrid {
 
 class SampleTiles {
  public:
-  static constexpr int kSize = 16;  ///< samples a side; ours
+  static constexpr int kSize = 16;  ///< edge length in samples; not from a paper
   static constexpr std::size_t kSamples = kSize * kSize;
-  /// Samples of a tile.
+  /// The samples of a tile.
   struct Members {
     std::size_t count = 0;
-    std::array<std::uint32_t, kSamples> at;    ///< index in the copy
+    std::array<std::uint32_t, kSamples> at;    ///< index in the GBufferCopy
     std::array<std::uint16_t, kSamples> x, y;  ///< in the frame
     std::span<const std::uint32_t> places() const { return {at.data(), count}; }
   };
 
-  /// Of samples with s > 0 on an object of `own`. `extents`:
-  /// trace::reflectorExtent() by object.
+  /// For samples with s > 0 on objects of `own`. `extents`: trace::reflectorExtent(), by object.
   SampleTiles(const SampleGrid& grid, const scene::Camera& camera, const scene::Scene& scene,
               std::span<const float> extents, const frame::ObjectSet& own);
 
   int columns() const { return columns_; }
-  /// Rows of tiles that hold so many rows of samples.
+  /// Number of tile rows for this many rows of samples.
   static int rowsOf(int sampleRows) { return (sampleRows + kSize - 1) / kSize; }
 
   bool reflects(const raster::GBufferCopy& source, std::size_t at) const {
@@ -53,11 +52,11 @@ class SampleTiles {
            (kind == Kind::Yes || source.diffuse[4 * at + 3] > 0.0f);
   }
 
-  /// The tile's samples, a tile's row counted from the first of `source`: by object, within an
-  /// object along rows of 4 x 2 blocks.
+  /// Lists the tile's samples, sorted by object, then along rows of 4 x 2 blocks. `row` counts
+  /// tiles from the first row of `source`.
   void find(const raster::GBufferCopy& source, int column, int row, Members& out) const;
 
-  /// Those as points to trace from: the vector code's twin of SamplePoints.
+  /// Converts a tile's samples to points for tracing: the vectorized version of SamplePoints.
   void place(const raster::GBufferCopy& source, const Members& members,
              trace::PointLanes& points) const;
 

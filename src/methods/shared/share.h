@@ -1,5 +1,5 @@
-// A method's share of a frame in which several methods fill reflectors: while it renders, samples
-// of the others' reflectors have stencil values that no pass over reflective samples tests for.
+// Restricts a method to its reflectors when several methods shade a frame: while it renders,
+// samples of other reflectors have stencil values that no pass over reflective samples tests for.
 #pragma once
 
 #include <cstddef>
@@ -16,14 +16,14 @@ namespace catoptric::methods {
 class Share {
  public:
   Share() = default;
-  /// `own`: the method's reflectors among so many objects.
+  /// `own`: the method's reflectors, among `objects` objects.
   Share(std::size_t objects, const frame::ObjectSet& own);
 
-  /// Hides the samples of others' reflectors, all being shown.
+  /// Hides the samples of other reflectors; all samples must be visible before.
   void hideOthers(const raster::GBuffer& gbuffer) const;
-  /// Shows all again.
+  /// Makes all samples visible again.
   void showAll(const raster::GBuffer& gbuffer) const;
-  /// Samples of reflectors that are not hidden.
+  /// Number of samples of visible reflectors.
   std::uint64_t countShown(const raster::GBuffer& gbuffer) const;
 
  private:
@@ -31,7 +31,7 @@ class Share {
   gl::Program all_;
   gl::FragmentCounter counter_;
   gl::Buffer buffer_;
-  gl::Texture own_;  ///< R8UI by object id
+  gl::Texture own_;  ///< R8UI, indexed by object id
 };
 
 }  // namespace catoptric::methods

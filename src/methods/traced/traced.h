@@ -1,5 +1,5 @@
-// Method `traced`: reflected rays of the G-buffer by Embree, the peer in speed of every other
-// method. See README.md.
+// The method `traced`: Embree traces the reflected rays of the G-buffer. All other methods are
+// compared with its speed. See README.md.
 #pragma once
 
 #include "methods/contract/method.h"

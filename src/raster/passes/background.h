@@ -1,5 +1,4 @@
-// Draws the radiance of the environment where no surface was drawn, that is, where the depth is
-// still 0.
+// Draws the radiance of the environment where no surface was drawn (depth 0).
 #pragma once
 
 #include <map>
@@ -16,8 +15,7 @@ namespace catoptric::raster {
 
 class Background {
  public:
-  /// `fragment` is a shader that includes environment.glsl. `defines` are added to those of
-  /// environment.glsl.
+  /// `fragment` is a shader that includes environment.glsl. `defines` are additional.
   explicit Background(std::string fragment, std::vector<gl::Define> defines = {})
       : fragment_(std::move(fragment)), defines_(std::move(defines)) {}
 

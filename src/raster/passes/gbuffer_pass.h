@@ -38,8 +38,7 @@ class GBufferPass {
   /// Draws the samples of a G-buffer; if there are `parts`, only within them.
   DrawStatistics drawSamples(const GBuffer& target, std::span<const Rectangle> parts,
                              const frame::Lighting& lighting, Which which);
-  /// As drawSamples(), but draws over the current contents: nothing is cleared, and no background
-  /// is drawn.
+  /// As drawSamples(), but draws over the current contents, without clearing or background.
   DrawStatistics drawOver(std::span<const Rectangle> parts, const frame::Lighting& lighting,
                           Which which);
   /// Completes `covered_` for the still objects that it lacks.
@@ -48,8 +47,7 @@ class GBufferPass {
   /// Sets `moving_`.
   void findMoving(const scene::Camera& camera, const Rectangle& image);
 
-  /// The still objects as the camera of the last whole G-buffer sees them, in the tiles that were
-  /// requested so far.
+  /// The still objects as the camera of the last whole G-buffer sees them, in the requested tiles.
   struct StillSamples {
     GBuffer samples;
     Region drawn;

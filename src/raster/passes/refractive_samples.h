@@ -1,5 +1,4 @@
-// Counts the samples that see refractive surfaces. Methods that treat these as mirrors report the
-// number.
+// Counts the samples of refractive surfaces, for methods that treat these as mirrors.
 #pragma once
 
 #include <cstdint>

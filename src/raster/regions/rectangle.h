@@ -56,8 +56,7 @@ class Region {
   void remove(const Region& other);
   bool touches(const Rectangle& rectangle) const;
   bool empty() const;
-  /// Disjoint rectangles that cover the region. Rectangles are merged to get fewer of them, which
-  /// may add some texels.
+  /// Disjoint rectangles that cover the region. Merging makes them fewer, which may add texels.
   std::vector<Rectangle> rectangles() const;
 
  private:

@@ -1,5 +1,4 @@
-// Coarser versions of objects (levels of detail), for passes whose texels are larger than
-// triangles.
+// Coarser versions of objects (levels of detail), for passes with large texels.
 #pragma once
 
 #include <cstdint>

@@ -13,8 +13,8 @@ namespace catoptric::raster {
 
 /// The properties of an object, besides its geometry, that its levels depend on.
 struct LevelSource {
-  bool whole = false;   ///< gets no levels (for a deforming object their error would not be valid)
-  bool moving = false;  ///< its levels keep the attributes of its own vertices
+  bool whole = false;     ///< no levels are built (errors are not valid for deforming objects)
+  bool moving = false;    ///< its levels keep the attributes of its own vertices
   bool textured = false;  ///< whether texture coordinates affect its appearance
   Vec3 albedo{1.0f};      ///< mean over its texture
 };
@@ -27,7 +27,8 @@ struct LevelError {
 
 class LevelFit {
  public:
-  /// The points of the surface are its vertices. Each has a share of the area of its triangles.
+  /// The points of the surface are its vertices. Each represents a part of the area of its
+  /// triangles.
   LevelFit(const frame::Geometry& geometry, const frame::ObjectRange& range,
            const LevelSource& source, const frame::Lighting& lighting);
 

@@ -13,7 +13,7 @@
 
 namespace catoptric::raster {
 
-/// The features with which a variant of surface.glsl is compiled. Only combinations that occur are
+/// The features with which a variant of surface.glsl is compiled. Only needed variants are
 /// compiled.
 enum Feature : std::uint32_t {
   kBaseTexture = 1u << 0,

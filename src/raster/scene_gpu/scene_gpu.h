@@ -48,8 +48,7 @@ class SceneGpu {
 
   /// Re-uploads the vertices of changed objects (indices into geometry.objects).
   void update(const frame::Geometry& geometry, std::span<const int> changedObjects);
-  /// Builds coarser levels of the objects, or reads them from `cache`. Call once, before the first
-  /// frame.
+  /// Builds coarser levels of the objects, or reads them from `cache`. Call once, at first.
   void buildDetailLevels(const scene::Scene& scene, const frame::Geometry& geometry,
                          const frame::Lighting& lighting, const std::filesystem::path& cache);
 

@@ -16,8 +16,7 @@ struct PlannedMethod {
   std::string name;
   std::string id;
   methods::MethodPlan needs;
-  std::vector<methods::PlanItem>
-      items;  ///< first those of the shared pipeline, then the method's own
+  std::vector<methods::PlanItem> items;  ///< items of the shared pipeline, then those of the method
   std::size_t warmUpFrames =
       0;  ///< frames that are rendered only for the state of later frames, and discarded
   bool mixed = false;  ///< whether other methods may shade some of its reflectors
@@ -48,19 +47,17 @@ void planWarmUps(Plan& plan, const scene::CameraPath& path, const std::vector<in
                  const std::vector<std::unique_ptr<methods::Method>>& made);
 
 /// A warning about methods that need more than half of `memoryBytes`; empty if there are none.
-/// Throws UsageError, with the figures, if a method needs more than all of it.
+/// Throws UsageError, with the sizes, if a method needs more than all of it.
 std::string memoryWarning(const Plan& plan, std::uint64_t memoryBytes);
 
-/// A warning about cube maps that are large compared with the frame, one line each; empty if there
-/// are none.
+/// A warning about cube maps that are large compared with the frame, one line each; or empty.
 std::string cubeMapWarning(const Plan& plan, const methods::RunSettings& image);
 
-/// A warning about methods whose paths end inside refractive objects, one line each; empty if there
-/// are none.
+/// A warning about methods whose paths end inside refractive objects, one line each; or empty.
 std::string refractionWarning(const Plan& plan, const scene::Scene& scene);
 
-/// What about the scene's reflections may surprise: nothing reflects, or only dielectrics below the
-/// threshold; Fresnel's term changes nothing; mirrors in mirrors look diffuse.
+/// Notes about unexpected reflections: nothing is reflective, or only dielectrics below the
+/// threshold; Fresnel's term has no effect; mirrors in mirrors look diffuse.
 std::vector<std::string> reflectionNotes(const Plan& plan, const scene::Scene& scene,
                                          const methods::RunSettings& image);
 

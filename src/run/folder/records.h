@@ -36,7 +36,7 @@ struct FrameRecord {
   FrameOrigin origin;
   std::vector<FileRecord> files;
   std::map<std::string, std::uint64_t> counters;
-  std::vector<methods::Table> tables;  ///< those that have rows
+  std::vector<methods::Table> tables;  ///< only tables with rows
   std::vector<frame::StepSample> samples;
 };
 

@@ -1,5 +1,4 @@
-// A run's folder: frames, their records, timings and summary. Only one process at a time writes to
-// it.
+// A run's folder: frames, their records, timings and summary. One process at a time writes to it.
 #pragma once
 
 #include <cstdint>

@@ -76,7 +76,7 @@ struct SequenceOptions {
   bool keepGoing = false;
   double waitSeconds = 0.0;  ///< for another process that writes to the folder
   int writerThreads = 2;
-  int queueFrames = 3;  ///< most frames that wait to be written; rendering pauses at this number
+  int queueFrames = 3;  ///< maximum number of frames that wait to be written; rendering pauses then
   std::function<bool()> stopRequested;  ///< called between frames
   std::function<void(const Progress&)> progress;
   Encoder encode;

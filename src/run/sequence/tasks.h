@@ -58,8 +58,7 @@ std::vector<int> numbersOf(const std::vector<FrameTask>& tasks, const std::vecto
 /// The numbers of the requested frames.
 std::vector<int> askedNumbers(const std::vector<FrameTask>& tasks);
 
-/// Removes the records of frames that this run does not make, unless they agree with this run's
-/// fingerprints.
+/// Removes the records of frames that this run does not make, unless the fingerprints agree.
 void forgetStrangers(const std::vector<FrameTask>& tasks, RunFolder& folder);
 
 }  // namespace catoptric::run

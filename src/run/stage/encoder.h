@@ -7,7 +7,7 @@
 namespace catoptric::run {
 
 /// Encodes frames of `run` as EXR and preview, for runSequence(). `origin`: Scene::origin; with it,
-/// the camera in the files is in the coordinates of the scene's file.
+/// camera attributes are written in the coordinates of the scene's file.
 Encoder makeEncoder(const RunConfig& run, const MethodConfig& method, const glm::dvec3& origin);
 
 }  // namespace catoptric::run

@@ -15,8 +15,8 @@ namespace catoptric::implicit {
 /// zero wherever g is.
 class RayPolynomial {
  public:
-  static constexpr std::size_t kMaxDegree = 12;      ///< ours
-  static constexpr std::size_t kMaxOperations = 48;  ///< of the tape; ours
+  static constexpr std::size_t kMaxDegree = 12;      ///< our choice
+  static constexpr std::size_t kMaxOperations = 48;  ///< of the tape; our choice
 
   enum class Zeros { None, AtMostOne, Unknown };
   /// Bernstein coefficients over a piece of the ray.
@@ -24,14 +24,14 @@ class RayPolynomial {
 
   /// The piece from `origin` to `origin + way`, in local space.
   RayPolynomial(const Tape& tape, const Point& origin, const Point& way);
-  /// Whether there is such a polynomial, with coefficients that exceed their rounding errors.
+  /// Whether such a polynomial exists and its coefficients exceed their rounding errors.
   bool valid() const { return valid_; }
   const Coefficients& whole() const { return whole_; }
   Zeros zeros(const Coefficients& piece) const;
   /// The approximate position of the only zero, as a fraction of the piece.
   double zeroNear(const Coefficients& piece) const;
-  /// Halves may be halved again, up to this many times.
-  static constexpr int kMaxHalvings = 12;  ///< ours
+  /// How often a piece may be halved.
+  static constexpr int kMaxHalvings = 12;  ///< our choice
   std::pair<Coefficients, Coefficients> halves(const Coefficients& piece) const;
 
  private:

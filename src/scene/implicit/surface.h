@@ -91,7 +91,7 @@ enum class PointStatus {
 std::string_view nameOf(PointStatus status);
 
 /// The gradient counts as zero if |gradient| / |Hessian|, the distance at which it would vanish, is
-/// below this fraction of the domain's diameter (ours).
+/// below this fraction of the domain's diameter (our choice).
 inline constexpr double kZeroGradient = 1e-12;
 
 double valueAt(const Surface& surface, const Point& world);
@@ -143,9 +143,9 @@ struct SurfaceHit {
 };
 
 /// Two crossings may be missed together if they are closer to each other than this fraction of the
-/// ray inside the domain (ours).
+/// ray inside the domain (our choice).
 inline constexpr double kRayResolution = 1e-9;
-/// Largest number of pieces of a ray that are examined (ours).
+/// Largest number of pieces of a ray that are examined (our choice).
 inline constexpr int kMaxRayBoxes = 20'000;
 
 /// The first crossing with tMin <= t <= tMax inside the domain, where a crossing is a zero of g at

@@ -108,7 +108,7 @@ struct ImplicitProfile {
 Mesh makeTurnedImplicit(const implicit::Surface& surface, const ImplicitProfile& profile,
                         const glm::ivec2& segments, UvMode uv);
 
-/// Further surfaces, given by formulas.
+/// Further surfaces that are defined by formulas.
 implicit::Surface gyroidSurface(double period, double thickness, double radius);
 implicit::Surface heartSurface();
 implicit::Surface genus2Surface();

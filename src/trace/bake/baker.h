@@ -19,7 +19,7 @@
 
 namespace catoptric::trace {
 
-// All thresholds are ours, chosen by looking at interior scenes.
+// All thresholds are our choice, made by looking at interior scenes.
 inline constexpr float kEnclosedShare =
     0.75f;  ///< fraction of rays that hit back faces, from which a point counts as inside an object
 inline constexpr int kEnclosedRays =

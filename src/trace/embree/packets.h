@@ -16,7 +16,7 @@
 
 namespace catoptric::trace {
 
-/// Largest coordinate of a ray that Embree gets.
+/// Rays with larger coordinates are not passed to Embree.
 inline constexpr float kRayLargest = 1e18f;
 
 template <int N>

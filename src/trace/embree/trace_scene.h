@@ -133,9 +133,9 @@ float reflectorExtent(const scene::Scene& scene, const frame::Geometry& geometry
 bool isTraceable(const Ray& ray);
 
 /// Ray offset relative to the largest coordinate of a point: 32 ulps. Positions that are rebuilt
-/// from 32-bit depth or from a hit are wrong by a few ulps. Ours.
+/// from 32-bit depth or from a hit are wrong by a few ulps. Our choice.
 inline constexpr float kRayOffset = 32.0f * std::numeric_limits<float>::epsilon();
-inline constexpr float kLeastRayOffset = 1e-12f;  ///< metres; ours
+inline constexpr float kLeastRayOffset = 1e-12f;  ///< metres; our choice
 
 /// The distance by which the origin of a reflected ray is moved off its surface. `position` is the
 /// point, `distance` the metres from which it was seen. The result is a few ulps of the largest

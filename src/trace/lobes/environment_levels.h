@@ -1,4 +1,4 @@
-// The environment's image filtered over solid angles, for rays of lobes that leave the scene.
+// The environment's image filtered over solid angles, for lobe rays that leave the scene.
 #pragma once
 
 #include <memory>
@@ -9,14 +9,14 @@
 
 namespace catoptric::trace {
 
-/// Levels of half the size each, every texel the mean of the radiance over its solid angle.
+/// Levels that halve in size; every texel is the mean radiance over its solid angle.
 class EnvironmentLevels {
  public:
   explicit EnvironmentLevels(std::shared_ptr<const frame::EnvironmentLight> environment);
 
-  /// Mean radiance about a unit direction over about so many steradians: between the two levels
-  /// whose texels there are next to it, bilinear in each. Where that is level 0, and for skies
-  /// without an image, which change slowly, it is the environment's own radiance.
+  /// Mean radiance around a unit direction over approximately this solid angle: interpolated
+  /// between the two levels with the closest texel size, bilinear in each. If that is level 0, and
+  /// for environments without an image, which change slowly, the environment's own radiance.
   Vec3 radiance(const Vec3& direction, float solidAngle) const;
 
   int levels() const { return static_cast<int>(levels_.size()); }

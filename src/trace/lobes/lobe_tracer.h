@@ -1,5 +1,5 @@
-// Lobes of a tile of points on one thread, from the rays to the mean of their light: every step of
-// a tile is done before the next tile begins, so that its data stay in the core's cache.
+// Traces the lobes of a tile of points in one thread, from their rays to their mean radiance. A
+// tile is completed before the next one begins, so that its data stay in the core's cache.
 #pragma once
 
 #include <cstdint>
@@ -21,39 +21,40 @@ class LobeTracer {
   LobeTracer(const LobeTracer&) = delete;
   LobeTracer& operator=(const LobeTracer&) = delete;
 
-  /// That of the calling thread: its memory is used again.
+  /// The tracer of the calling thread, whose memory is reused.
   static LobeTracer& ofThread();
 
-  /// What the next runs trace in; everything must outlive them.
+  /// Sets the inputs of the next runs; all of them must outlive these runs.
   void begin(const TraceScene& trace, const frame::Lighting& lighting, float spreadRad,
              const ReflectionOptions& options);
 
-  /// For the caller to fill before run(), or makeRays().
+  /// The points, which the caller fills before run() or makeRays().
   PointLanes& points();
 
-  /// Rays of whole lobes, for others to trace: those of point i are number first[i - begin] to
-  /// first[i - begin + 1].
+  /// Rays of whole lobes, for tracing elsewhere. The rays of point i have the numbers first[i -
+  /// begin] to first[i - begin + 1].
   struct Lobes {
     std::size_t begin, end;  ///< points
     const std::size_t* first;
     RayLanes rays;
-    const float* weights;    ///< of the rays in their lobe's mean; null: all 1
-    const float* densities;  ///< of the rays of GGX lobes, per steradian; null: there are none
+    const float* weights;    ///< weights of the rays in the mean of their lobe; null: all 1
+    const float* densities;  ///< densities of GGX rays, per steradian; null: there are none
   };
-  /// Those of as many of the points begin..end as fit at once; the first time since points() were
-  /// filled from point 0. Without begin(): no point may have to move or refract. `flags` and
-  /// `counts` as of run(), for rays that were folded up.
+  /// Makes the rays of as many of the points begin..end as fit into the buffers. The first call
+  /// after points() were filled must start at point 0. Without begin(), no point may have to be
+  /// settled, see settle(). `flags` and `counts`: as in run(), for rays that were reflected into
+  /// the upper hemisphere.
   Lobes makeRays(std::size_t begin, std::size_t end, int raysPerLobe, std::uint8_t* flags,
                  ReflectionCounts& counts);
 
-  /// Mean radiance along the lobe of each point. `flags` and `hits` as of reflectedRadiance(), one
-  /// for each point, or null. Adds to `counts`.
+  /// Sets `radiance` to the mean over the lobe of each point. `flags` and `hits`: as in
+  /// reflectedRadiance(), one per point, or null. Adds to `counts`.
   void run(Vec3* radiance, std::uint8_t* flags, FirstHit* hits, ReflectionCounts& counts);
-  /// Where the next run() puts second hits, one for each point; null: nowhere.
+  /// The array for the second hits of the next run(), one per point; null: not stored.
   void keepSeconds(SecondHit* seconds) { seconds_ = seconds; }
-  /// Of each point of the next run() with one bounce whether its light is asked for, which is else
-  /// 0; null: all. Rays of the others are traced, too: what Embree finds at edges depends on the
-  /// rays beside.
+  /// For each point of the next run() with one bounce: whether its radiance is requested; it is
+  /// otherwise 0. Null: all are requested. All rays are traced nevertheless, because Embree's
+  /// results at edges depend on the other rays of a packet.
   void only(const std::uint32_t* asked) { asked_ = asked; }
 
  private:
@@ -65,7 +66,7 @@ class LobeTracer {
   void settlePoints(PointLanes& points, ReflectionCounts& counts) const;
   void runLevel(std::size_t bounce, int bouncesLeft, Vec3* radiance, std::uint8_t* flags,
                 FirstHit* hits, ReflectionCounts& counts);
-  /// The points from `begin` on whose rays fit at once.
+  /// The points from `begin` on whose rays fit into the buffers.
   static Block nextBlock(Level& level, std::size_t begin, std::size_t end, int raysPerLobe);
   void makeRays(Level& level, const Block& block, std::uint8_t* flags, ReflectionCounts& counts);
   void copyRays(Level& level, const Block& block, std::size_t point, std::uint8_t* flags,
@@ -76,20 +77,20 @@ class LobeTracer {
   void resolve(Level& level, const Block& block, bool keepSurfaces, std::uint8_t* flags,
                ReflectionCounts& counts) const;
   void fade(Level& level, const Block& block) const;
-  /// What ray number `index` of a point sees where it leaves the scene.
+  /// The radiance that ray number `index` of a point receives if it leaves the scene.
   Vec3 environment(const Level& level, std::size_t point, std::size_t index, const Block& block,
                    const Vec3& direction) const;
   void continueReflective(std::size_t bounce, const Block& block, int bouncesLeft,
                           ReflectionCounts& counts);
 
-  /// Fills seconds_ of a block's points.
+  /// Sets seconds_ for a block's points.
   void keepSeconds(const Block& block);
 
   const TraceScene* trace_ = nullptr;
   const frame::Lighting* lighting_ = nullptr;
   float spreadRad_ = 0.0f;
   ReflectionOptions options_;
-  bool settles_ = false;  ///< points of the scene may have to move, or refract
+  bool settles_ = false;  ///< points may have to be settled, see settle()
   SecondHit* seconds_ = nullptr;
   const std::uint32_t* asked_ = nullptr;
   std::vector<std::unique_ptr<Level>> levels_;

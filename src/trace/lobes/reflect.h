@@ -1,5 +1,5 @@
-// Light that reaches a reflective point along its lobe: mirror rays, lobes, further bounces.
-// What the methods `traced` and `reference` share, so that both see the same transport.
+// Radiance that reaches a reflective point along its lobe: mirror rays, lobes, further bounces.
+// The methods `traced` and `reference` share this code, so that their light transport is the same.
 #pragma once
 
 #include <cstdint>
@@ -14,149 +14,153 @@ namespace catoptric::trace {
 
 class EnvironmentLevels;
 
-/// Of the extent of what a point lies on: 16 roundings. Embree's distance from a triangle is off by
-/// up to 6 of its longest edge, more in slivers. Ours.
+/// Minimum ray offset as a fraction of the extent of the surface at a point: 16 rounding errors.
+/// Embree's hit distances are off by up to 6 rounding errors of a triangle's longest edge, more in
+/// slivers. Our choice.
 inline constexpr float kLeastOffset = 9.5e-7f;
 
-/// A reflective point as a pixel or a ray sees it.
+/// A reflective point that a pixel or a ray hits.
 struct ReflectionPoint {
   Vec3 position{0.0f};
   Vec3 normal{0.0f, 1.0f, 0.0f};      ///< shading normal, turned to the viewer
   Vec3 direction{0.0f, -1.0f, 0.0f};  ///< from the viewer to the point, unit length
   scene::Lobe lobe;
-  float distance = 0.0f;  ///< metres from the eye to here along the path
-  /// Index of refraction before the surface, divided by the one behind it; 0: it mirrors. Of points
-  /// with an object: made by that object's material, seen from outside.
+  float distance = 0.0f;  ///< path length in metres from the eye to this point
+  /// Index of refraction before the surface divided by the one behind it; 0: the surface reflects.
+  /// For points with an object it follows from that object's material, seen from outside.
   float refraction = 0.0f;
-  /// Of the lobe's low-discrepancy points, 0..1 each: x in steps between two points, y in turns.
+  /// Shift of the lobe's low-discrepancy points, 0..1 each: x between neighbouring points, y as a
+  /// fraction of a turn.
   Vec2 shift{0.5f, 0.0f};
-  /// Id of the object that the point lies on, where position and normal are those of its triangles:
-  /// its rays start on the object's implicit surface then, if it has one. 0: they are exact.
+  /// Id of the point's object if position and normal are those of its triangles. If the object has
+  /// an implicit surface, rays then start on that surface. 0: position and normal are exact.
   int object = 0;
-  /// TraceScene::extentOf() the object that it lies on.
+  /// TraceScene::extentOf() the point's object.
   float extent = 0.0f;
-  /// The normal is frame::aboveSurface()'s: all rays count as below the horizon.
+  /// frame::aboveSurface() has changed the normal; all rays count as below the horizon.
   bool bent = false;
-  /// frame::SurfacePoint::lobeHorizon; 0: `normal`.
+  /// frame::SurfacePoint::lobeHorizon; 0: the same as `normal`.
   Vec3 lobeHorizon{0.0f};
 };
 
 struct ReflectionOptions {
-  int rays = 1;                 ///< per lobe, 1..256; mirrors take one
-  int bounces = 1;              ///< 1: a reflective surface that is hit shows its diffuse component
-  bool fresnelSchlick = false;  ///< of bounces after the first
-  /// What a ray meets at a distance t is dimmed by exp(-t / fadeMetres), along all bounces of its
-  /// path; where it leaves the scene it sees nothing. 0: not at all.
+  int rays = 1;     ///< per lobe, 1..256; mirrors have one
+  int bounces = 1;  ///< 1: a reflective surface that a ray hits shows only its diffuse component
+  bool fresnelSchlick = false;  ///< for bounces after the first
+  /// Radiance from distance t is multiplied by exp(-t / fadeMetres), along all bounces of a path;
+  /// the environment is then black. 0: no attenuation.
   float fadeMetres = 0.0f;
-  /// Where rays leave the scene, its mean over their solid angle; null: its radiance in their
-  /// middle.
+  /// If set, rays that leave the scene receive its mean over their solid angle; null: the radiance
+  /// along their centre.
   const EnvironmentLevels* environment = nullptr;
 };
 
 struct ReflectionCounts {
   std::uint64_t rays = 0;
-  std::uint64_t misses = 0;            ///< saw the environment
-  std::uint64_t refused = 0;           ///< could not be traced; saw the environment
-  std::uint64_t belowHorizon = 0;      ///< rays below the surface: by a bent normal, or folded up
-  std::uint64_t totalReflections = 0;  ///< where rays could not leave a body that refracts
-  std::uint64_t notFinite = 0;         ///< radiances that were NaN or infinite: taken as 0
-  /// Points of triangles over an implicit surface whose ray passes it by, at its outline: they
-  /// moved to the nearest place of it; and those that stayed, where there is none near.
+  std::uint64_t misses = 0;        ///< rays that received the environment's radiance
+  std::uint64_t refused = 0;       ///< not traceable; they get the environment's radiance
+  std::uint64_t belowHorizon = 0;  ///< rays below the surface: bent normals, or reflected upwards
+  std::uint64_t totalReflections = 0;  ///< rays that could not leave a refractive object
+  std::uint64_t notFinite = 0;         ///< NaN or infinite radiances, which were replaced by 0
+  /// Points on triangles of an implicit surface whose ray misses the surface at its silhouette.
+  /// atOutline: moved to the nearest point of the surface; offSurface: not moved because no point
+  /// is near.
   std::uint64_t atOutline = 0;
   std::uint64_t offSurface = 0;
-  double traceSeconds = 0.0;    ///< Embree alone
-  double resolveSeconds = 0.0;  ///< making rays and shading hits
+  double traceSeconds = 0.0;    ///< in Embree
+  double resolveSeconds = 0.0;  ///< generation of rays and shading of hits
 
   void add(const ReflectionCounts& other);
-  /// Scales both times, sums over threads, to `seconds` of the wall's clock together.
+  /// Scales both times, which are sums over threads, so that they add up to `seconds` of wall time.
   void shareTime(double seconds);
 };
 
-/// Rays of a point's lobe: 1 for mirrors.
+/// Number of rays of a point's lobe: 1 for mirrors.
 int lobeRays(scene::Lobe lobe, int rays);
 
-/// Number `index` of `count` Hammersley points of the unit square, shifted.
+/// Point `index` of `count` Hammersley points of the unit square, shifted.
 Vec2 lobePoint(const Vec2& shift, int index, int count);
 
-/// Direction number `index` of `count` of the Phong lobe cos^n with z as its axis. Of unit length
-/// up to rounding.
+/// Direction `index` of `count` of the Phong lobe cos^n about the z axis. It has unit length up to
+/// rounding.
 Vec3 phongSample(float g, const Vec2& shift, int index, int count);
 
-/// The same of the points of the unit disk that GGX' rays are made of (scene::ggxRay).
+/// As phongSample(), but the point of the unit disk from which scene::ggxRay makes a GGX ray.
 Vec2 ggxSample(const Vec2& shift, int index, int count);
 
-/// A ray of a lobe. Of Phong's: weight 1; below the surface it is folded up, r - 2 (r.h) h with h =
-/// ReflectionPoint::lobeHorizon, so that all rays of a lobe count alike and none enters the
-/// triangle that it leaves. Of GGX': below the surface the weight is 0, and the ray is folded up
-/// all the same.
+/// A ray of a lobe. A Phong ray has weight 1. Below the surface it is reflected upwards, r - 2
+/// (r.h) h with h = ReflectionPoint::lobeHorizon, so that all rays of a lobe have equal weight and
+/// none enters the triangle that it leaves. A GGX ray below the surface is reflected upwards too,
+/// with weight 0.
 struct LobeRay {
   Vec3 direction{0.0f};       ///< unit length
-  float weight = 1.0f;        ///< of its radiance in the lobe's mean
-  float density = 0.0f;       ///< of GGX' rays, per steradian
-  bool belowHorizon = false;  ///< it was, or the normal is bent
+  float weight = 1.0f;        ///< weight of its radiance in the lobe's mean
+  float density = 0.0f;       ///< of GGX rays, per steradian
+  bool belowHorizon = false;  ///< it was below the surface, or the normal was corrected
 };
 LobeRay lobeDirection(const ReflectionPoint& point, int index, int count);
 
-/// The frame of a view of a rough surface: z the normal, the view in the xz plane.
+/// Tangent space of a view: z is the normal, and the view lies in the xz plane.
 struct GgxFrame {
   Vec3 x, y, z;
   scene::GgxView view;
-  /// `normal` turned to the viewer, `direction` from there; unit vectors.
+  /// `normal` is turned to the viewer, `direction` comes from the viewer; both have unit length.
   GgxFrame(const Vec3& normal, const Vec3& direction, float alpha);
 };
 
-/// The mirrored direction of a point, or the refracted one (Snell's law); `total`: it would be
-/// refracted but is reflected totally. Unit length.
+/// The mirrored direction of a point, or the refracted one (Snell's law); unit length. `total` is
+/// set if refraction turns into total reflection.
 Vec3 specularDirection(const ReflectionPoint& point, bool& total);
 
-/// ReflectionPoint::refraction of a place that a ray of `direction` has hit.
+/// ReflectionPoint::refraction at a point that a ray with `direction` has hit.
 float refractionAt(const TraceScene& trace, const Hit& hit, const Vec3& position,
                    const Vec3& direction);
 
-/// Moves a point of an object's triangles onto the object's implicit surface: to where the ray that
-/// shows it first meets the surface, at most an edge of the triangles away, or where it passes the
-/// surface by to the nearest place by Newton's method. The normal becomes the gradient's, unless a
-/// normal map has bent it. Nothing to do for objects without such a surface.
+/// Moves a point on an object's triangles onto the object's implicit surface: to the first hit of
+/// the ray through the point, if that is at most a triangle's edge away. If the ray misses the
+/// surface, to the nearest point (Newton's method). The normal becomes that of the surface's
+/// gradient, unless a normal map has changed it. Objects without an implicit surface are not
+/// changed.
 enum class Moved { Nothing, AlongRay, ToOutline, Nowhere };
 Moved moveOntoSurface(const TraceScene& trace, ReflectionPoint& point);
 
-/// moveOntoSurface(), and what the object's material makes of rays from outside:
-/// ReflectionPoint::refraction.
+/// As moveOntoSurface(), and sets ReflectionPoint::refraction from the object's material, seen from
+/// outside.
 Moved settle(const TraceScene& trace, ReflectionPoint& point);
 
-/// Ray number `index` of `count` of a point's lobe, or the refracted one, from off its surface.
+/// Ray `index` of `count` of a point's lobe, or its refracted ray, with its origin off the surface.
 struct PointRay {
   Ray ray;
-  LobeRay made;        ///< lobeDirection()'s
-  bool total = false;  ///< as specularDirection() has it
+  LobeRay made;        ///< from lobeDirection()
+  bool total = false;  ///< as in specularDirection()
 };
 PointRay lobeRay(const ReflectionPoint& point, int index, int count);
 
-/// Where ray number `index` of `point`, in this direction, has hit a reflective surface `metres`
-/// away: the point from which it goes on as a mirrored one. `extent`: ReflectionPoint's.
+/// The next point of a path: ray `index` of `point` has hit a reflective surface at distance
+/// `metres`. `extent`: as in ReflectionPoint.
 ReflectionPoint nextPoint(const ReflectionPoint& point, int index, const Vec3& direction,
                           float metres, const frame::SurfacePoint& surface, float extent);
-/// The same of a hit; where bodies refract it goes on into them, or out.
+/// As above for a hit on any surface; at refractive objects the path enters or leaves them.
 ReflectionPoint nextPoint(const TraceScene& trace, const ReflectionPoint& point, int index,
                           const Vec3& direction, const Hit& hit,
                           const frame::SurfacePoint& surface);
 
-/// Distance along the normal by which the rays of a point start off its surface: what rounding may
-/// have moved it by, however large the scene around it is.
+/// Distance along the normal by which ray origins are moved off the surface. It covers the rounding
+/// error of the point's position, for scenes of any size.
 float surfaceOffset(const ReflectionPoint& point);
 
-/// Solid angle of ray number `index` of `count` of a point's lobe, 1 / (count p) for the density p
-/// of its directions there [Yu2008] Eq. (5); at most the whole sphere.
+/// Solid angle of ray `index` of `count` of a Phong lobe: 1 / (count p), where p is the density of
+/// directions there [Yu2008] Eq. (5); at most the whole sphere.
 float phongSolidAngle(float g, const Vec2& shift, int index, int count);
 float solidAngleOf(float density, int count);
 
-/// Half-angle-like spread (metres of width per metre) of one of `count` rays of a lobe at its
-/// centre, seen at normal incidence: the root of the solid angle 1 / (count p).
+/// Width per metre of distance of the central ray among `count` rays of a lobe, at normal
+/// incidence: the root of its solid angle 1 / (count p).
 float lobeSpread(scene::Lobe lobe, int count);
 
-/// What a reflective place shows: diffuse * its diffuse radiance + reflection * what arrives along
-/// its lobe. Phong: 1 - s and s tint, s with Schlick's term when asked for [Schlick1994]; GGX: with
-/// Schlick's term always, as glTF has it (scene::meanSchlick).
+/// The weights of a reflective surface's radiance: diffuse * diffuse radiance + reflection *
+/// radiance along the lobe. Phong: 1 - s and s tint, optionally with Schlick's term [Schlick1994];
+/// GGX: always with Schlick's term, as in glTF (scene::meanSchlick).
 struct ReflectionWeights {
   float diffuse;
   Vec3 reflection;
@@ -164,28 +168,28 @@ struct ReflectionWeights {
 ReflectionWeights reflectionWeights(float specularLevel, const Vec3& tint, scene::Lobe lobe,
                                     const Vec3& direction, const Vec3& normal, bool fresnelSchlick);
 
-/// What the first ray of a point has met.
+/// The hit of the first ray of a point.
 struct FirstHit {
   Hit hit;
   Vec3 origin{0.0f};
   Vec3 direction{0.0f};
 };
 
-/// Of a point's ray that has met a mirror: what the ray from there has met. The point's radiance is
-/// surface + arrived, to the bit.
+/// The second hit of a path: a point's ray has hit a mirror, whose reflected ray hits this surface.
+/// The point's radiance is exactly surface + arrived.
 struct SecondHit {
   Hit hit;
-  Vec3 direction{0.0f};  ///< of the ray that goes on; 0: none does
+  Vec3 direction{0.0f};  ///< of the reflected ray; 0: there is none
   Vec3 normal{0.0f};     ///< of the mirror
-  Vec3 surface{0.0f};    ///< light from the mirror itself
-  Vec3 arrived{0.0f};    ///< light that came along the ray that goes on
+  Vec3 surface{0.0f};    ///< radiance of the mirror itself
+  Vec3 arrived{0.0f};    ///< radiance along the reflected ray
 };
 
-/// Incoming radiance along the lobes: radiance[i] belongs to points[i], the mean over its rays.
-/// `spreadRad`: of a sample's ray cone. `parallel`: over all threads; otherwise on the calling one.
-/// The same result either way. `flags[i]` (may be empty) gets bit 0 where a ray was refused, bit 1
-/// where one was folded up, bit 2 where one left the scene. `hits` and `seconds` (may be empty): of
-/// each point's first ray; seconds of points with one ray.
+/// Incoming radiance along the lobes: radiance[i] is the mean over the rays of points[i].
+/// `spreadRad`: angle of a sample's ray cone. `parallel`: in all threads; otherwise in the calling
+/// thread, with the same result. `flags[i]` (may be empty) gets bit 0 if a ray was refused, bit 1
+/// if one was reflected upwards, bit 2 if one left the scene. `hits` and `seconds` (may be empty)
+/// are filled for each point's first ray; `seconds` only for points with one ray.
 ReflectionCounts reflectedRadiance(const TraceScene& trace, const frame::Lighting& lighting,
                                    float spreadRad, std::span<const ReflectionPoint> points,
                                    const ReflectionOptions& options, bool parallel,

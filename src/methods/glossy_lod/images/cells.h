@@ -1,5 +1,5 @@
-// Large meshes are cut into cells first, compact ones of about as many triangles each: charts that
-// grow where these end have no slits and cusps, which a square shows only with much stretch.
+// Divides large meshes into compact cells of similar triangle counts, in which charts then grow.
+// Such charts have no slits and cusps, which would be stretched strongly on a square.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace catoptric::methods::glossy_lod {
 
-/// Per triangle the number of its cell: those near in place and alike in normal are of one.
+/// The cell of each triangle. Triangles of a cell are close together and have similar normals.
 std::vector<std::uint32_t> findCells(const MeshView& mesh, const Topology& topology,
                                      std::size_t cells);
 

@@ -1,4 +1,4 @@
-// A chart as a mesh of its own, that may be cut further, on its way onto the unit square.
+// Maps a chart, as a mesh of its own whose edges can be split, onto the unit square.
 #pragma once
 
 #include <array>
@@ -10,30 +10,30 @@
 
 namespace catoptric::methods::glossy_lod {
 
-/// A place on a triangle of the object: b1, b2 weigh its second and third corner.
+/// A position on a triangle of the object: b1, b2 are the weights of its second and third corner.
 struct TrianglePlace {
   std::uint32_t triangle = 0;
   float b1 = 0.0f;
   float b2 = 0.0f;
 };
 
-/// Quads along an edge of the largest geometry image: 2 to this.
+/// The largest geometry image has 2 to the power of this quads along an edge.
 inline constexpr int kMostLevels = 10;
 
-/// An edge of a chart's border; a corner of the square may lie at its start.
+/// An edge of a chart's border. A corner of the square may lie at its start.
 struct BorderEdge {
   int from = 0;         ///< vertex of the flat mesh
-  std::size_t use = 0;  ///< of Chart::border
+  std::size_t use = 0;  ///< index in Chart::border
   double metres = 0.0;
 };
 
-/// A run of the border along one arc and one side of the square.
+/// A run of border edges that belong to one arc and one side of the square.
 struct BorderPiece {
   std::size_t use = 0;
-  std::size_t firstEdge = 0;  ///< of the border
+  std::size_t firstEdge = 0;  ///< index of a border edge
   std::size_t edges = 0;
-  int steps = 1;      ///< of the square's lattice
-  int firstStep = 0;  ///< of those along the whole arc
+  int steps = 1;      ///< number of lattice steps on the square
+  int firstStep = 0;  ///< number of its first step within the whole arc
 };
 
 class FlatMesh {
@@ -41,30 +41,31 @@ class FlatMesh {
   FlatMesh(const MeshView& mesh, const Topology& topology, const Outlines& outlines,
            std::size_t chart);
 
-  /// Finds the corners of the square where the border turns most, and the pieces in between.
+  /// Places the square's corners where the border turns most, and makes the pieces in between.
   void placeCorners();
-  /// The same, at these welded vertices, in any order.
+  /// As placeCorners(), but at these welded vertices, in any order.
   void placeCorners(const std::array<std::uint32_t, 4>& vertices);
-  /// The welded vertices that placeCorners() has found, fewer where it has cut edges.
+  /// The welded vertices that placeCorners() has chosen; fewer than 4 if it has split edges.
   std::vector<std::uint32_t> cornerVertices() const;
-  /// Gives each side 2^level steps, as many to each piece as its length asks for; false where there
-  /// are more pieces than steps, `wanted` of each at the least.
+  /// Gives each side 2^level steps, and each piece a number of steps proportional to its length, at
+  /// least `wanted` (or the number of its edges). Returns false if a side has too many pieces for
+  /// that.
   bool giveSteps(int level, int wanted);
-  /// Mean-value coordinates [Floater2003] inside, the border by its steps; false where it folds.
+  /// Computes mean-value coordinates [Floater2003] inside the border. False if a triangle flips.
   bool flatten();
-  /// Places at the points (i + shift, j + shift) / n of the square, i and j below `count`, row by
-  /// row; empty where some are not covered.
+  /// The triangle positions at the points (i + shift, j + shift) / n of the square, row by row.
+  /// Returns an empty list if no triangle covers some point.
   std::vector<TrianglePlace> placesAt(int n, double shift, int first, int count) const;
 
-  /// On one of the square's halves, (v00, v10, v01) or else (v11, v01, v10): the place with these
-  /// weights of its second and third corner. For charts of one or two triangles.
+  /// A position on one half of the square, (v00, v10, v01) if `lower`, otherwise (v11, v01, v10),
+  /// with these weights of the half's second and third corner. For charts of one or two triangles.
   TrianglePlace onHalf(bool lower, double b1, double b2) const;
 
-  /// In order around the square, from its corner v00; each side has at least one.
+  /// The pieces in order around the square, from its corner v00; each side has at least one.
   const std::vector<BorderPiece>& pieces() const { return pieces_; }
   int level() const { return level_; }
   std::size_t triangles() const { return triangles_.size(); }
-  /// Root mean square of the map's singular values over the root of their mean product: 1 where
+  /// Root mean square of the map's singular values, divided by the root of their mean product. 1:
   /// nothing is stretched [Sander2001].
   double stretch() const;
 
@@ -72,11 +73,11 @@ class FlatMesh {
   struct Triangle {
     std::array<int, 3> v{};
     std::uint32_t source = 0;
-    std::array<glm::dvec2, 3> at{};  ///< of each corner: weights of the source's corners 1 and 2
+    std::array<glm::dvec2, 3> at{};  ///< per corner: weights of the source's corners 1 and 2
   };
 
   int addVertex(const glm::dvec3& position);
-  /// Puts a vertex on an edge of a triangle, if it has it: a triangle is added.
+  /// Splits triangle `t` at `middle` if it has the edge (a, b); this adds a triangle.
   bool splitTriangle(std::size_t t, int a, int b, double share, int middle);
   void splitEdge(int a, int b, double share, int middle);
   void cutAt(double metres);
@@ -86,18 +87,18 @@ class FlatMesh {
   bool solve();
 
   std::vector<glm::dvec3> positions_;
-  std::vector<std::uint32_t> welded_;  ///< of the mesh's own vertices, which come first
+  std::vector<std::uint32_t> welded_;  ///< indexed by the mesh's own vertices, which come first
   std::vector<glm::dvec2> uv_;
   std::vector<Triangle> triangles_;
   std::vector<BorderEdge> border_;
-  std::vector<std::size_t> corners_;  ///< four edges of the border, in order
+  std::vector<std::size_t> corners_;  ///< indices of four border edges, in order
   std::vector<BorderPiece> pieces_;
-  std::array<std::size_t, 5> firstPiece_{};  ///< of each side
+  std::array<std::size_t, 5> firstPiece_{};  ///< first piece of each side
   int level_ = 0;
 };
 
-/// How an integer number of steps is given to parts by their lengths, each at least as many as it
-/// needs; the sum of those must not be greater.
+/// Divides an integer number of steps among parts in proportion to their lengths. Each part gets at
+/// least its entry in `least`; their sum must not exceed `steps`.
 std::vector<int> shareSteps(int steps, const std::vector<double>& lengths,
                             const std::vector<int>& least);
 

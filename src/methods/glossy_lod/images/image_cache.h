@@ -1,4 +1,4 @@
-// Geometry images kept on disk.
+// Caches geometry images on disk.
 #pragma once
 
 #include <filesystem>
@@ -7,8 +7,8 @@
 
 namespace catoptric::methods::glossy_lod {
 
-/// As makeObjectImage(), from the cache where it has what was made of the same mesh with the same
-/// numbers. Small meshes are not cached. `folder` empty: nothing is.
+/// As makeObjectImage(), but reads the result from the cache if it contains one for the same mesh
+/// and parameters. Small meshes are not cached. With an empty `folder` nothing is cached.
 ObjectImage cachedObjectImage(const MeshView& mesh, double quads, int size,
                               const std::filesystem::path& folder);
 

@@ -1,5 +1,4 @@
-// The borders of charts, and the arcs that they have in common: an arc runs between places where
-// more than two borders meet.
+// The borders of charts, divided into arcs. Arcs end where more than two charts meet.
 #pragma once
 
 #include <cstddef>
@@ -10,12 +9,12 @@
 
 namespace catoptric::methods::glossy_lod {
 
-/// A run of edges with the same charts on its sides.
+/// A run of edges with the same two charts on its sides.
 struct Arc {
-  std::vector<std::uint32_t> vertices;  ///< welded; first and last alike where it is closed
+  std::vector<std::uint32_t> vertices;  ///< welded; closed if first and last are equal
 };
 
-/// How a chart's border passes along an arc.
+/// An arc as part of a chart's border, with its direction.
 struct ArcUse {
   std::uint32_t arc = 0;
   bool forward = true;
@@ -23,8 +22,8 @@ struct ArcUse {
 
 struct Chart {
   std::vector<std::uint32_t> triangles;
-  std::vector<ArcUse> border;  ///< counter-clockwise, seen from the front; starts where arcs meet
-  bool simple = true;          ///< its border is one loop that passes no vertex twice
+  std::vector<ArcUse> border;  ///< counter-clockwise from the front; starts at an arc's end
+  bool simple = true;          ///< the border is one loop that passes no vertex twice
 };
 
 struct Outlines {
@@ -32,7 +31,7 @@ struct Outlines {
   std::vector<Arc> arcs;
 };
 
-/// Arcs also end at `ends`, welded vertices.
+/// Arcs also end at the welded vertices `ends`.
 Outlines findOutlines(const Topology& topology, const std::vector<std::int32_t>& chartOf,
                       std::int32_t charts, const std::vector<std::uint32_t>& ends = {});
 

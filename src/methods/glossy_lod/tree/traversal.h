@@ -1,6 +1,7 @@
-// The way of rays through the tree, without a stack [Carr2006], as deep as their widths ask for
-// [Yu2008, section 3.3]. Rays share the loads and branches of a walk, but each meets what it would
-// meet alone: the same bits for packets of any make-up and for every level of the machine.
+// Stackless traversal of the tree by rays [Carr2006], to the level of detail that their widths
+// allow [Yu2008, section 3.3]. Rays of a packet share loads and branches, but the hit of a ray
+// does not depend on the others: results are bit-identical for every packet and every vector
+// level.
 #pragma once
 
 #include <array>
@@ -14,16 +15,18 @@ namespace catoptric::methods::glossy_lod {
 
 inline constexpr std::uint32_t kNothing = ~0u;
 
-/// Which levels rays stop at.
+/// The levels of detail at which rays stop.
 enum class Levels : std::uint8_t {
   Adaptive,  ///< as coarse as their width allows [Yu2008, section 3.3]
-  Stitched,  ///< so, too, but a ray that misses a coarse quad goes on into the finer ones. Ours
-  Off        ///< the finest, as with alpha 0
+  /// as Adaptive, but a ray that misses a coarse quad continues in the finer ones (not in the
+  /// paper)
+  Stitched,
+  Off  ///< only the finest level, as with alpha = 0
 };
 
-/// Whether an alpha mask cuts a node's quad away at a place in it, 0..1.
+/// Whether an alpha mask removes a node's quad at a position (0..1) in it.
 struct AlphaTest {
-  bool (*isCut)(const void* of, std::uint32_t node, Vec2 at) = nullptr;  ///< null: nothing is cut
+  bool (*isCut)(const void* of, std::uint32_t node, Vec2 at) = nullptr;  ///< null: none
   const void* of = nullptr;
 };
 
@@ -31,8 +34,8 @@ struct TreeView {
   const Node* nodes = nullptr;
   const Quad* quads = nullptr;
   const Vec4* vertices = nullptr;
-  const std::uint32_t* objects = nullptr;  ///< id of each chart's
-  std::uint32_t count = 0;                 ///< nodes
+  const std::uint32_t* objects = nullptr;  ///< id of each chart's object
+  std::uint32_t count = 0;                 ///< number of nodes
   AlphaTest alphaTest;
 };
 
@@ -44,43 +47,43 @@ struct RayPacket {
   using Lane = std::array<float, kMost>;
   alignas(64) std::array<Lane, 3> origin;
   alignas(64) std::array<Lane, 3> direction;
-  /// Metres that a ray is wide: base + slope * distance.
+  /// Width of a ray in metres: base + slope * distance.
   alignas(64) Lane base;
   alignas(64) Lane slope;
-  /// Id of the object that a ray leaves; 0: none, or it is exact. An image may lie above the
-  /// surface that a ray leaves: it passes by the backs of its own object's quads that are nearer
-  /// than kOwnQuads times their boxes' diagonals, and by fronts that are its start's own: see
-  /// kStartCosine.
+  /// Id of the object that a ray leaves; 0: none, or its surface is exact. An object's geometry
+  /// image may lie above the true surface that a ray leaves. Such a ray therefore ignores nearby
+  /// quads of that object: backs within kOwnQuads times their box's diagonal, and fronts that
+  /// continue the starting surface (kStartCosine).
   alignas(64) std::array<std::uint32_t, kMost> own{};
-  /// Normal of the surface that a ray leaves, on the ray's side; not read where own is 0.
+  /// Normal of the surface that a ray leaves, on the ray's side; unused where `own` is 0.
   alignas(64) std::array<Lane, 3> leaves{};
   std::size_t count = 0;
-  /// No slope counts as more where it decides how far to descend.
+  /// Upper limit of the slopes in the decision how far to descend.
   float steepest = kAnySlope;
 };
 
-inline constexpr float kOwnQuads = 2.0f;  ///< of what bends by 70 degrees at most: ours
-/// A triangle is the image of the surface that a ray leaves where both face away from each other,
-/// the angle's cosine at the least, and it is nearer to the surface than this part of its box's
-/// diagonal: surfaces that are seen from behind meet their own image's front. Ours.
+inline constexpr float kOwnQuads = 2.0f;  ///< for bends up to 70 degrees; our choice
+/// A front-facing triangle continues the surface that a ray leaves if the normals are opposite
+/// (cosine at most -kStartCosine), and the hit is less than kStartQuads times its box's diagonal
+/// above the surface. This happens for surfaces seen from behind. Not from the paper.
 inline constexpr float kStartCosine = 0.7f;
 inline constexpr float kStartQuads = 0.25f;
 
 struct PacketHits {
   alignas(64) std::array<float, RayPacket::kMost> metres;
-  alignas(64) std::array<std::uint32_t, RayPacket::kMost> node;  ///< kNothing: it leaves the scene
-  alignas(64) std::array<float, RayPacket::kMost> u, v;          ///< in the node's quad, 0..1
-  alignas(64) std::array<std::uint32_t, RayPacket::kMost> back;  ///< not 0: the quad's back
+  alignas(64) std::array<std::uint32_t, RayPacket::kMost> node;  ///< kNothing: no hit
+  alignas(64) std::array<float, RayPacket::kMost> u, v;  ///< position in the node's quad, 0..1
+  alignas(64) std::array<std::uint32_t, RayPacket::kMost> back;  ///< not 0: the ray hits the back
 };
 
 struct Visits {
   std::uint64_t nodes = 0;
   std::uint64_t quads = 0;
-  std::uint64_t stopped = 0;   ///< quads of coarser levels
-  std::uint64_t ownBacks = 0;  ///< triangles of own images that were passed by
+  std::uint64_t stopped = 0;   ///< hits on quads of coarser levels
+  std::uint64_t ownBacks = 0;  ///< ignored triangles of the object that the ray leaves
 };
 
-/// Adds to `visits`.
+/// Finds the nearest hit of each ray. Adds to `visits`.
 void traverse(const TreeView& tree, const RayPacket& packet, float alpha, Levels levels,
               PacketHits& hits, Visits& visits);
 

@@ -1,6 +1,5 @@
-// The hierarchy over all charts, threaded for traversal without a stack [Carr2006]: nodes in the
-// order in which they are visited, each with the one to go to when it is missed. The one to go to
-// when it is hit is the next.
+// The hierarchy over all charts, for traversal without a stack [Carr2006]: nodes are stored in the
+// order of visits. A hit leads to the next node, a miss to the node's miss link.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +18,7 @@ struct Grid {
   int level = 0;
 };
 
-/// Two of them fill a cache line.
+/// A node with its bounding box. Two nodes fill a cache line.
 struct Node {
   Vec3 least{0.0f};
   std::uint32_t miss = 0;  ///< the node after this one and all below it
@@ -27,24 +26,24 @@ struct Node {
   std::uint32_t flags = 0;  ///< kHasQuad, kIsLeaf
 };
 static_assert(sizeof(Node) == 32);
-inline constexpr std::uint32_t kHasQuad = 1;  ///< of a chart: its corners make a quad
+inline constexpr std::uint32_t kHasQuad = 1;  ///< node of a chart, with a quad
 inline constexpr std::uint32_t kIsLeaf = 2;
 
-/// The quad of a chart's node on its level.
+/// The quad of a chart's node on its level of detail.
 struct Quad {
   std::uint32_t first = 0;  ///< vertex v00
-  std::uint32_t up = 0;     ///< vertices from v00 to v01
+  std::uint32_t up = 0;     ///< index difference between v00 and v01
   std::uint32_t chart = 0;
-  std::uint32_t place = 0;  ///< column, row << 12 of v00 in the chart's grid; level << 24
+  std::uint32_t place = 0;  ///< v00 in the chart's grid: column, row << 12; level << 24
 };
 
 class Tree {
  public:
-  /// 4-to-1 within charts, in two by the areas of boxes above them. With `from` of all children of
-  /// a node the nearest to it come first.
+  /// Each node within a chart has 4 children; nodes above charts are split in two by the area of
+  /// their boxes. If `from` is set, the children nearest to it come first.
   void build(std::span<const Grid> grids, std::span<const Vec4> vertices,
              const std::optional<Vec3>& from);
-  /// The same nodes about moved vertices of these charts.
+  /// Updates the boxes after vertices of these charts have moved. The nodes stay the same.
   void refit(std::span<const Vec4> vertices, std::span<const std::uint32_t> charts);
 
   const std::vector<Node>& nodes() const { return nodes_; }
@@ -52,25 +51,25 @@ class Tree {
 
  private:
   void addSplit(std::span<std::uint32_t> charts, int depth);
-  /// From from_ to the middle of the box about charts.
+  /// Distance from from_ to the centre of the charts' bounding box.
   float metresTo(std::span<const std::uint32_t> charts) const;
-  /// Sorts charts along the best axis; how many of them go into the first half.
+  /// Sorts charts along the best axis. Returns how many of them go into the first half.
   std::size_t sortForSplit(std::span<std::uint32_t> charts) const;
-  /// Returns the number of the chart's uppermost node.
+  /// Returns the number of the chart's top node.
   std::uint32_t addChart(std::uint32_t chart, int level, std::uint32_t column, std::uint32_t row);
   std::uint32_t addNode(std::uint32_t flags, const Quad& quad);
-  /// The box about a node's children, or a leaf's corners.
+  /// Sets the box of a node from its children, or from a leaf's corners.
   void refitNode(std::uint32_t number, std::span<const Vec4> vertices);
 
-  // While it is built
+  // Used while the tree is built
   std::span<const Grid> grids_;
   std::span<const Vec4> vertices_;
   std::optional<Vec3> from_;
-  std::vector<Box3> boxes_;  ///< of charts
+  std::vector<Box3> boxes_;  ///< boxes of the charts
 
   std::vector<Node> nodes_;
   std::vector<Quad> quads_;
-  std::vector<std::uint32_t> roots_;   ///< uppermost node of each chart
+  std::vector<std::uint32_t> roots_;   ///< top node of each chart
   std::vector<std::uint32_t> splits_;  ///< nodes above charts, parents first
 };
 

@@ -1,5 +1,5 @@
-// Vectors of 4 or of 8 for walk.h: included by traversal.cpp alone, in a namespace with
-// CATOPTRIC_LANES. NOLINT(llvm-header-guard)
+// Vectors of 4 or of 8 lanes for walk.h. Only traversal.cpp includes this file, in a namespace
+// with CATOPTRIC_LANES. NOLINT(llvm-header-guard)
 struct V {
   static constexpr std::size_t kLanes = CATOPTRIC_LANES;
   using F = Lanes<float, kLanes>;

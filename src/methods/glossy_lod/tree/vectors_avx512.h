@@ -1,5 +1,5 @@
-// Vectors of 2 x 16 for walk.h, which hide each other's latency: included by traversal.cpp alone,
-// in a namespace. NOLINT(llvm-header-guard)
+// Vectors of 2 x 16 lanes for walk.h; two vectors hide each other's latency. Only traversal.cpp
+// includes this file, in a namespace. NOLINT(llvm-header-guard)
 struct V {
   static constexpr std::size_t kLanes = 32;
   struct F {

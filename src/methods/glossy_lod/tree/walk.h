@@ -1,5 +1,5 @@
-// The walk of V::kLanes rays: included by traversal.cpp alone, once for each kind of vectors V.
-// NOLINT(llvm-header-guard)
+// The traversal of V::kLanes rays. Only traversal.cpp includes this file, once for each vector
+// type V. NOLINT(llvm-header-guard)
 
 struct Three {
   V::F of[3];
@@ -7,17 +7,17 @@ struct Three {
   CATOPTRIC_WALK const V::F& operator[](int i) const { return of[i]; }
 };
 
-/// The kinds of rays, each as one bit of five sets of lanes.
+/// The kinds of the rays: five masks of lanes, one bit each.
 struct KindBits {
   std::array<unsigned, 3> negative;
-  std::array<unsigned, 2> axis;  // the longest is x, is y
+  std::array<unsigned, 2> axis;  // the longest axis is x, is y
 
   Kind of(unsigned lane) const {
     Kind kind{(axis[0] >> lane & 1u) != 0 ? 0 : (axis[1] >> lane & 1u) != 0 ? 1 : 2, 0};
     for (std::size_t i = 0; i < 3; ++i) kind.negative |= (negative[i] >> lane & 1u) << i;
     return kind;
   }
-  /// Lanes of the same kind as one.
+  /// Lanes of the same kind as `lane`.
   unsigned like(unsigned lane) const {
     unsigned lanes = ~0u;
     for (const unsigned set : {negative[0], negative[1], negative[2], axis[0], axis[1]})
@@ -40,27 +40,28 @@ CATOPTRIC_TARGET inline KindBits kindsOf(const Walk& walk) {
   return kinds;
 }
 
-/// Rays of one Kind, or of several. Components of places are turned, the longest axis last.
+/// Rays of one kind, or (kMixed) of several. The longest axis is the last coordinate.
 template <bool kMixed>
 struct Rays {
-  Three origin;               // x, y, z
-  Three inverse;              // of the direction
-  Three shear;                // [Woop2013]
-  std::array<int, 3> turned;  // of one kind: component that a turned place has first, second, third
-  V::M alongX, alongY;        // of several: whose longest axis is x, y
-  V::M forwards;              // along their longest axis
+  Three origin;   // x, y, z
+  Three inverse;  // 1 / direction
+  Three shear;    // [Woop2013]
+  // for one kind: the axis that is first, second and third after the permutation
+  std::array<int, 3> turned;
+  V::M alongX, alongY;  // for several kinds: rays whose longest axis is x, y
+  V::M forwards;        // rays with a positive direction along their longest axis
 
   CATOPTRIC_WALK V::F choose(V::F x, V::F y, V::F z) const {
     return V::pick(alongX, x, V::pick(alongY, y, z));
   }
-  /// The components of a place, turned.
+  /// Permutes the components of a point.
   CATOPTRIC_WALK Three turn(const Three& at) const {
     if constexpr (!kMixed) return {at[turned[0]], at[turned[1]], at[turned[2]]};
     return {choose(at[1], at[2], at[0]), choose(at[2], at[0], at[1]), choose(at[0], at[1], at[2])};
   }
 };
 
-/// What is nearest so far.
+/// The nearest hit so far.
 struct Nearest {
   V::F metres, u, v;
   V::I node;
@@ -93,7 +94,7 @@ CATOPTRIC_TARGET inline Rays<kMixed> raysOf(const Walk& walk, const Kind& kind) 
   return rays;
 }
 
-/// A vertex as the watertight test takes it [Woop2013]: rays run along z.
+/// A vertex in the coordinates of the watertight test [Woop2013], in which rays run along z.
 template <bool kMixed>
 CATOPTRIC_WALK Three sheared(const Rays<kMixed>& rays, const Vec4& vertex) {
   const Three place =
@@ -103,7 +104,7 @@ CATOPTRIC_WALK Three sheared(const Rays<kMixed>& rays, const Vec4& vertex) {
           V::sub(place[1], V::mul(rays.shear[1], place[2])), V::mul(rays.shear[2], place[2])};
 }
 
-/// Lanes of a quad's half that were met.
+/// Hits of lanes on one triangle of a quad.
 struct Met {
   V::F metres, u, v;
   V::M hit, back;
@@ -112,7 +113,7 @@ struct Met {
 CATOPTRIC_WALK Met meetTriangle(const Three& a, const Three& b, const Three& c, V::F limit,
                                 V::M lanes) {
   const V::F zero = V::all(0.0f);
-  // The same edge gives the same number, but for its sign, in both triangles that have it
+  // A shared edge gives both its triangles the same number, except for the sign
   const V::F u = V::sub(V::mul(c[0], b[1]), V::mul(c[1], b[0]));
   const V::F v = V::sub(V::mul(a[0], c[1]), V::mul(a[1], c[0]));
   const V::F w = V::sub(V::mul(b[0], a[1]), V::mul(b[1], a[0]));
@@ -133,14 +134,14 @@ CATOPTRIC_WALK Met meetTriangle(const Three& a, const Three& b, const Three& c, 
   return met;
 }
 
-/// Lanes that have left the object of a node's quad.
+/// Lanes whose rays left the object of a node's quad.
 CATOPTRIC_WALK V::M ofOwnObject(const Walk& walk, std::uint32_t node) {
   const V::I object = V::all(walk.tree.objects[walk.tree.quads[node].chart]);
   const V::I own = V::load(walk.packet.own.data() + walk.first);
   return V::both(V::le(own, object), V::le(object, own));
 }
 
-/// Of these lanes of a quad's half those for which it is the image of the surface that they leave.
+/// Of `lanes`, which hit this triangle, those that left the surface which the triangle continues.
 inline unsigned ofStart(const Walk& walk, std::uint32_t node, bool upper, unsigned lanes,
                         const std::array<float, V::kLanes>& metres) {
   const Quad& quad = walk.tree.quads[node];
@@ -158,7 +159,7 @@ inline unsigned ofStart(const Walk& walk, std::uint32_t node, bool upper, unsign
     const std::size_t i = walk.first + lane;
     const Vec3 leaves(packet.leaves[0][i], packet.leaves[1][i], packet.leaves[2][i]);
     const Vec3 way(packet.direction[0][i], packet.direction[1][i], packet.direction[2][i]);
-    // The side that the ray meets looks against it
+    // The normal on the side that the ray hits points against the ray
     const float cosine =
         glm::dot(normal, way) > 0.0f ? -glm::dot(normal, leaves) : glm::dot(normal, leaves);
     if (cosine <= -least && metres[lane] * glm::dot(way, leaves) <= above) found |= 1u << lane;
@@ -166,7 +167,7 @@ inline unsigned ofStart(const Walk& walk, std::uint32_t node, bool upper, unsign
   return found;
 }
 
-/// Of a quad's half, the lanes that pass it by: it belongs to the image of what they leave.
+/// Lanes that ignore a triangle, because it belongs to the image of the object that they left.
 CATOPTRIC_TARGET inline unsigned passedBy(const Walk& walk, std::uint32_t node, bool upper,
                                           const Met& met, V::M back) {
   unsigned own = V::bits(V::both(met.hit, ofOwnObject(walk, node)));
@@ -215,7 +216,7 @@ CATOPTRIC_TARGET inline void keep(const Walk& walk, const Rays<kMixed>& rays, st
   nearest.back = V::either(V::without(nearest.back, met.hit), V::both(met.hit, back));
 }
 
-/// Tests the two triangles of a node's quad.
+/// Intersects the lanes with the two triangles of a node's quad.
 template <bool kMixed>
 CATOPTRIC_TARGET inline void meetQuad(const Walk& walk, const Rays<kMixed>& rays,
                                       std::uint32_t node, V::M lanes, Nearest& nearest) {
@@ -230,8 +231,8 @@ CATOPTRIC_TARGET inline void meetQuad(const Walk& walk, const Rays<kMixed>& rays
   keep(walk, rays, node, true, met, nearest);
 }
 
-/// Lanes whose width asks for no more than this box [Yu2008] Eqs. (6), (7), without their
-/// divisions.
+/// Lanes whose width does not require anything finer than this node [Yu2008]: Eqs. (6), (7) without
+/// their divisions.
 template <bool kMixed>
 CATOPTRIC_WALK V::M wideEnough(const Walk& walk, const Rays<kMixed>& rays, const Node& node) {
   const Vec3 size = node.most - node.least;
@@ -248,18 +249,18 @@ CATOPTRIC_WALK V::M wideEnough(const Walk& walk, const Rays<kMixed>& rays, const
   return V::le(V::all(quarter), V::mul(wide, wide));
 }
 
-/// Metres at which rays pass a plane across an axis.
+/// Distances (metres) at which rays cross a plane perpendicular to an axis.
 template <bool kMixed>
 CATOPTRIC_WALK V::F along(const Rays<kMixed>& rays, int axis, float plane) {
   return V::mul(V::sub(V::all(plane), rays.origin[axis]), rays.inverse[axis]);
 }
 
-/// Metres at which rays enter a box and leave it.
+/// Distances (metres) at which rays enter and leave a box.
 struct Passage {
   V::F enters, leaves;
 };
 
-/// Of one kind: `nearer`, `farther`, offsets of a box's sides along each axis, in floats of a node.
+/// For rays of one kind: offsets (in floats of a node) of a box's nearer and farther sides.
 struct Sides {
   std::array<std::size_t, 3> nearer;
   std::array<std::size_t, 3> farther;
@@ -297,7 +298,7 @@ CATOPTRIC_TARGET void walkLanes(const Walk& walk, const Kind& kind, unsigned lan
     sides.farther[i] = i + (negative ? 0 : 4);
   }
   Nearest nearest{V::all(kFarthest), zero, zero, V::all(kNothing), V::fromBits(0)};
-  // The node at which a lane goes on: all before it are passed by
+  // The node at which a lane continues; it ignores all nodes before
   V::I next = V::pick(V::fromBits(lanes), V::all(0u),
                       V::all(static_cast<std::uint32_t>(std::numeric_limits<int>::max())));
   std::uint64_t visited = 0;
@@ -320,7 +321,7 @@ CATOPTRIC_TARGET void walkLanes(const Walk& walk, const Kind& kind, unsigned lan
     if (!leaf) {
       stop = V::fromBits(0);
       if constexpr (kLevels != Levels::Off) {
-        // Never from inside of the box
+        // Never stop at a box that contains the ray's origin
         if ((box.flags & kHasQuad) != 0)
           stop = V::both(V::both(hit, V::lt(zero, enters)), wideEnough(walk, rays, box));
         stopped += static_cast<std::uint64_t>(__builtin_popcount(V::bits(stop)));
@@ -329,7 +330,7 @@ CATOPTRIC_TARGET void walkLanes(const Walk& walk, const Kind& kind, unsigned lan
     if (V::bits(stop) != 0) {
       tested += static_cast<std::uint64_t>(__builtin_popcount(V::bits(stop)));
       meetQuad(walk, rays, node, stop, nearest);
-      // Whoever misses a coarse quad looks for what it has left out
+      // A ray that misses a coarse quad continues in the finer ones
       if constexpr (kLevels == Levels::Stitched) {
         const V::I here = V::all(node);
         if (!leaf)

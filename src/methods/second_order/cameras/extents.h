@@ -1,5 +1,4 @@
-// What equation (1) of [Wang2014] needs of a cluster: where its rays pass the image plane and the
-// far plane.
+// The input of [Wang2014] equation (1): where a cluster's rays cross the image and far planes.
 #pragma once
 
 #include <cstdint>
@@ -12,14 +11,15 @@
 
 namespace catoptric::methods::second_order {
 
-/// What equation (1) needs, over a cluster's samples.
+/// Extents and sums over a cluster's samples.
 struct ClusterExtents {
   SampleRect near;  ///< aabb_n on the image plane
-  SampleRect far;   ///< of the far ends on the far plane
+  SampleRect far;   ///< aabb of the rays' far ends on the far plane
   glm::dvec2 nearSum{0.0}, farSum{0.0};
   double product = 0.0;  ///< sum of near . far
   std::uint32_t rays = 0;
-  float sag = std::numeric_limits<float>::infinity();  ///< least offset along the axis
+  /// minimum offset of a sample along the axis
+  float sag = std::numeric_limits<float>::infinity();
 
   void add(const ClusterExtents& e) {
     near.extend(e.near);
@@ -32,8 +32,8 @@ struct ClusterExtents {
   }
 };
 
-/// ClusterExtents of the curved clusters' samples, seen from their mirrored eyes; the far plane
-/// lies `depth` metres behind the image plane. The same for any number of threads.
+/// ClusterExtents of the curved clusters, seen from their mirrored eyes. The far plane lies `depth`
+/// metres behind the image plane. The result does not depend on the number of threads.
 std::vector<ClusterExtents> findExtents(const Clustering& clustering,
                                         std::span<const std::uint8_t> curved,
                                         std::span<const ClusterFrame> frames, float depth);

@@ -1,4 +1,4 @@
-// Axes of a curved cluster's camera, and rectangles on its image planes.
+// The axes of a curved cluster's camera, and rectangles on its image planes.
 #pragma once
 
 #include <array>
@@ -11,22 +11,23 @@
 
 namespace catoptric::methods::second_order {
 
-/// Planes that cut off what lies behind a curved cluster: their normals are n_c plus so much of the
-/// camera's axis; the first that no reflected ray passes is taken. Ours.
+/// Tilts of the plane that removes what lies behind a curved cluster: its normal is n_c plus this
+/// multiple of the camera's axis. The first plane that no reflected ray crosses is used. Not from
+/// the paper.
 constexpr std::array<float, 4> kClipTilts = {0.0f, 0.5f, 2.0f, 8.0f};
 
-/// Axes of a curved cluster's camera, and where rays from the mirrored eye pass its image plane.
+/// The coordinate frame of a curved cluster's camera.
 struct ClusterFrame {
   Vec3 mirroredEye{0.0f};  ///< e_0
   Vec3 right{1.0f, 0.0f, 0.0f};
   Vec3 down{0.0f, -1.0f, 0.0f};
-  Vec3 axis{0.0f, 0.0f, -1.0f};                             ///< from e_0 to P_c
-  float eyeToPlane = 1.0f;                                  ///< |P_c - e_0|
-  float lobe = 0.0f;                                        ///< radians around each reflected ray
-  std::array<float, 4> tiltLength{1.0f, 1.0f, 1.0f, 1.0f};  ///< of planeNormal + tilt axis
+  Vec3 axis{0.0f, 0.0f, -1.0f};  ///< from e_0 to P_c
+  float eyeToPlane = 1.0f;       ///< |P_c - e_0|
+  float lobe = 0.0f;             ///< half angle of the cone around each reflected ray, in radians
+  std::array<float, 4> tiltLength{1.0f, 1.0f, 1.0f, 1.0f};  ///< length of planeNormal + tilt * axis
 };
 
-/// The axes; the lobe of a cluster whose glossy samples have `rays` rays.
+/// `rays`: number of rays per glossy sample, which determines the lobe's width.
 ClusterFrame frameOf(const Cluster& cluster, const scene::Camera& camera, int rays);
 
 struct SampleRect {
@@ -43,7 +44,7 @@ struct SampleRect {
   float diagonal() const { return min.x > max.x ? 0.0f : glm::length(max - min); }
 };
 
-/// Rectangles of what passes each lane.
+/// Bounding rectangles of the values of each lane.
 struct LanesRect {
   Lanes2 min{floats4(std::numeric_limits<float>::infinity()),
              floats4(std::numeric_limits<float>::infinity())};

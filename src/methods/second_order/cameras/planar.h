@@ -5,7 +5,7 @@
 
 namespace catoptric::methods::second_order {
 
-/// The mirrored camera on its own sample grid.
+/// Makes the mirrored camera with its own sample grid.
 ClusterCamera planarCamera(const Cluster& cluster, const scene::Camera& camera, int sampleWidth,
                            int sampleHeight, const CameraOptions& options);
 

@@ -1,4 +1,4 @@
-// What the image of a curved cluster must show: its samples and the far ends of their rays.
+// The area that the image of a curved cluster must contain: its samples and their rays' far ends.
 #pragma once
 
 #include <array>
@@ -13,19 +13,19 @@
 
 namespace catoptric::methods::second_order {
 
-/// What the frame of the finished camera needs.
+/// What determines the size and the planes of the final camera.
 struct ClusterWindow {
-  SampleRect rect;  ///< tangents
+  SampleRect rect;  ///< in tangents
   float nearest = std::numeric_limits<float>::infinity();
   double spacing = 0.0;
   std::uint64_t pairs = 0;
-  double walks = 0.0;      ///< sum over samples of the mirror ray's length in the image, tangents
-  double lobeShare = 0.0;  ///< sum over samples of how wide the eye sees a lobe's far end
-  std::array<float, kClipTilts.size()> lowest = allInfinite();  ///< of samples, along each normal
-  std::array<std::uint32_t, kClipTilts.size()> passing{};       ///< rays that pass the plane
+  double walks = 0.0;  ///< sum over samples of the mirror ray's length in the image, in tangents
+  double lobeShare = 0.0;  ///< sum over samples of the angle at which the eye sees a lobe's far end
+  std::array<float, kClipTilts.size()> lowest = allInfinite();  ///< of samples along each normal
+  std::array<std::uint32_t, kClipTilts.size()> passing{};  ///< number of rays that cross the plane
 
-  std::array<float, kClipTilts.size()> highest{};  ///< likewise; above the eye, hence above 0
-  float farthest = 0.0f;                           ///< of samples, along the axis
+  std::array<float, kClipTilts.size()> highest{};  ///< of samples; positive
+  float farthest = 0.0f;                           ///< farthest sample along the axis
 
   static std::array<float, kClipTilts.size()> allInfinite() {
     std::array<float, kClipTilts.size()> values;
@@ -48,8 +48,8 @@ struct ClusterWindow {
   }
 };
 
-/// Windows of the curved clusters, whose cameras have their eyes already. The same for any number
-/// of threads.
+/// The windows of the curved clusters, whose cameras already have their eyes. The result does not
+/// depend on the number of threads.
 std::vector<ClusterWindow> findWindows(const Clustering& clustering,
                                        std::span<const std::uint8_t> curved,
                                        std::span<const ClusterFrame> frames,

@@ -1,4 +1,4 @@
-// Clusters of similar rays by k-means, from those of bins.
+// Improves the clusters of similar rays by k-means, which starts from the bins.
 #pragma once
 
 #include <cstddef>
@@ -9,10 +9,10 @@
 
 namespace catoptric::methods::second_order {
 
-/// Deals the samples of each object's clusters that are not planar out anew, each to the nearest
-/// mean ray. There are as many means as clusters, but for those that less than `minSamples` samples
-/// are nearest to. `width` of the frame, samples. The same for any number of threads. Objects with
-/// more than 256 clusters keep their bins: returns how many of their clusters are not planar.
+/// Assigns the samples of an object's curved clusters anew, each to the nearest mean ray. There are
+/// as many means as clusters; means with fewer than `minSamples` samples are removed. `width`: of
+/// the frame in samples. The result does not depend on the number of threads. Objects with more
+/// than 256 clusters are left unchanged. Returns the number of their clusters that are not planar.
 std::size_t moveToNearestMeans(std::size_t width, int minSamples, std::vector<Cluster>& clusters,
                                std::vector<SampleBlock>& blocks,
                                std::vector<std::uint16_t>& clusterOf);

@@ -1,4 +1,4 @@
-// Planes that many samples of a bin lie on: parts of it of their own, exact mirrors.
+// Finds planes on which many samples of a bin lie. They become clusters: exact mirrors.
 #pragma once
 
 #include <algorithm>
@@ -13,15 +13,15 @@
 
 namespace catoptric::methods::second_order {
 
-/// Samples are on one plane when no normal leaves the plane's by more (radians) and none the plane
-/// by more than this share of its distance from the eye: a pixel's reflection moves by less than a
-/// tenth of a texel of a 1024 pixel frame. Ours.
+/// Samples lie on one plane if no normal deviates by more than kPlanarNormal (radians), and no
+/// sample by more than kPlanarOffset of its distance from the eye. A pixel's reflection then moves
+/// by less than a tenth of a texel of a 1024-pixel frame. Not from the paper.
 constexpr float kPlanarNormal = 1e-4f;
 constexpr float kPlanarOffset = 5e-5f;
-constexpr std::size_t kPlanes = 4;           ///< planar clusters of a bin, at most; ours
-constexpr std::size_t kParts = kPlanes + 1;  ///< of a bin: what is on no plane, and the planes
+constexpr std::size_t kPlanes = 4;           ///< maximum per bin; not from the paper
+constexpr std::size_t kParts = kPlanes + 1;  ///< parts of a bin: the planes, and the rest
 
-/// A plane that samples may lie on, and its weight in a vote.
+/// A candidate plane and its votes.
 struct SamplePlane {
   Vec3 normal{0.0f};
   float offset = 0.0f;  ///< dot(normal, P), relative to the frame's eye
@@ -46,8 +46,8 @@ struct SamplePlane {
   }
 };
 
-/// The planes that most samples of a bin lie on: every plane with more than 1 / (kPlanes + 1) of
-/// them is among these [Misra1982].
+/// The planes on which most samples of a bin lie, by the majority-vote algorithm [Misra1982]: every
+/// plane with more than 1 / (kPlanes + 1) of the samples is among them.
 struct BinPlanes {
   std::array<SamplePlane, kPlanes> of;
 
@@ -67,7 +67,8 @@ struct BinPlanes {
       for (SamplePlane& plane : of) --plane.votes;
     }
   }
-  /// Whether all samples have voted for one plane; if not, none has voted.
+  /// Lets all samples vote if they lie on the same plane. Otherwise returns false, and none has
+  /// voted.
   bool voteAll(const Lanes3& position, const Lanes3& sampleNormal) {
     for (SamplePlane& plane : of) {
       if (plane.votes == 0) continue;
@@ -94,8 +95,8 @@ struct BinPlanes {
   }
 };
 
-/// Votes of the samples from `first` on whose normal is the one before's: where neighbours' normals
-/// differ there is no plane.
+/// Votes of the samples from `first` to `last`. A sample only votes if its normal equals that of
+/// its predecessor, because there is no plane where normals differ.
 void vote(const SampleBlock& block, std::uint32_t first, std::uint32_t last, BinPlanes& planes);
 
 }  // namespace catoptric::methods::second_order

@@ -1,4 +1,4 @@
-// Clusters of parts that lie one behind the other are divided between them. Ours.
+// Divides clusters whose parts lie at different depths. Not from the paper.
 #pragma once
 
 #include <cstddef>
@@ -9,9 +9,10 @@
 
 namespace catoptric::methods::second_order {
 
-/// Divides curved clusters whose samples lie in steps along their mean normal: a bin holds all of
-/// an object's samples with similar normals, and an image that sees what stands before the lower
-/// step shows the upper one to itself. New clusters follow the others. `width` in samples.
+/// Divides curved clusters whose samples form several height levels along their mean normal. A bin
+/// contains all samples of an object with similar normals. The depth image of such a cluster starts
+/// at the lower level, so rays from the upper level would hit that level itself. New clusters are
+/// appended. `width` in samples.
 void divideAtSteps(std::size_t width, int minSamples, std::vector<Cluster>& clusters,
                    std::vector<SampleBlock>& blocks, std::vector<std::uint16_t>& clusterOf);
 

@@ -1,4 +1,4 @@
-// Sums over samples, and what they say of a cluster.
+// Sums over samples, and the properties of a cluster that follow from them.
 #pragma once
 
 #include <algorithm>
@@ -10,16 +10,16 @@
 
 namespace catoptric::methods::second_order {
 
-/// Sums over samples. Positions are taken from a point near them, so that floats keep the shape of
-/// small clusters far from the eye.
+/// Sums over samples. Positions are relative to a point near the samples, so that floats represent
+/// the shape of small clusters far from the eye.
 struct Sums {
   std::uint32_t samples = 0;
-  float lobe = 0.0f;  ///< scene::Lobe::code, the largest
+  float lobe = 0.0f;  ///< largest scene::Lobe::code
   glm::dvec3 position{0.0};
   glm::dvec3 normal{0.0};
   glm::dvec3 squares{0.0};   ///< of positions: xx, yy, zz
-  glm::dvec3 products{0.0};  ///< likewise: xy, yz, zx
-  double dot = 0.0;          ///< of position and normal
+  glm::dvec3 products{0.0};  ///< of positions: xy, yz, zx
+  double dot = 0.0;          ///< sum of dot(position, normal)
   int left = 1 << 30, top = 1 << 30, right = 0, bottom = 0;
 
   void add(const Sums& s) {
@@ -68,8 +68,8 @@ struct Sums {
   }
 };
 
-/// Fills in what the sums over a cluster's samples say of it; `anchor` is the point that positions
-/// were taken from.
+/// Sets the properties of a cluster that follow from the sums over its samples. `anchor`: the point
+/// to which the positions are relative.
 void describe(const Sums& all, const Vec3& anchor, Cluster& cluster);
 
 }  // namespace catoptric::methods::second_order

@@ -1,4 +1,4 @@
-// Places of many rectangles on few layers.
+// Packs many rectangles onto few layers.
 #pragma once
 
 #include <span>
@@ -18,12 +18,12 @@ struct AtlasSize {
 };
 
 struct Atlas {
-  std::vector<AtlasPlace> places;  ///< in the order of the rectangles
+  std::vector<AtlasPlace> places;  ///< one per rectangle, in the same order
   int layers = 0;
 };
 
-/// Packs rectangles, tallest first, onto shelves of layers of `layer`'s size. Every rectangle must
-/// fit a layer. Deterministic; places do not overlap.
+/// Packs rectangles, tallest first, onto shelves of layers of size `layer`. Every rectangle must
+/// fit a layer. Deterministic; the places do not overlap.
 Atlas packAtlas(std::span<const AtlasSize> rectangles, const AtlasSize& layer);
 
 }  // namespace catoptric::methods::second_order

@@ -1,5 +1,5 @@
-// Many diffuse images in few passes: all views are culled at once on the CPU, triangle by triangle,
-// then object after object is drawn into all views of a layer.
+// Draws many diffuse images in few passes. The CPU culls all views at once, triangle by triangle;
+// then each object is drawn into all views of a layer.
 #pragma once
 
 #include <cstdint>
@@ -19,43 +19,42 @@ struct DiffuseView {
   Mat4 clipFromWorld{1.0f};  ///< right-handed, reversed-Z without a far plane, upper left
   Vec3 eye{0.0f};
   float texelSpreadRad = 0.0f;  ///< angle that one texel subtends
-  float nearestMetres = 0.0f;   ///< nothing is drawn nearer to the eye
-  /// What lies wholly beyond dot(farClip, (p, 1)) = 0 need not be drawn.
+  float nearestMetres = 0.0f;   ///< nothing nearer to the eye is drawn
+  /// Triangles entirely beyond dot(farClip, (p, 1)) = 0 need not be drawn.
   Vec4 farClip{0.0f, 0.0f, 0.0f, 1.0f};
-  /// Of levels of detail, where all of an object's light is shown; 0: always the finest. Objects of
-  /// less than half as much are left out.
+  /// Allowed error of levels of detail if an object's light has full weight; 0: always the finest.
+  /// Objects smaller than half of it are left out.
   float levelErrorTexels = 0.0f;
-  float shown = 1.0f;  ///< share of its light that is shown; levels of what is dim err by more
-  int layer = 0;       ///< which framebuffer, and the rectangle in it, row 0 on top
+  float shown = 1.0f;  ///< weight of the image's light; dim images allow larger errors
+  int layer = 0;       ///< index of the framebuffer; x to height: rectangle in it
   int x = 0;
   int y = 0;
   int width = 1;
   int height = 1;
-  /// Id of the object behind which the eye is: only its faces turned to the eye are drawn (0:
-  /// none); and whether it is left out altogether.
+  /// Id of the object that has the eye behind it, 0: none. Only its faces towards the eye are
+  /// drawn. skipOwn: it is not drawn at all.
   int ownObject = 0;
   bool skipOwn = false;
-  bool ownBacks = false;                 ///< draw its faces that are turned away, too
-  bool peel = false;                     ///< draw a second layer, too
-  Vec4 ownClip{0.0f, 0.0f, 0.0f, 1.0f};  ///< ... and only where dot(ownClip, (p, 1)) > 0
+  bool ownBacks = false;                 ///< also draw its faces that are turned away
+  bool peel = false;                     ///< also draw a second layer
+  Vec4 ownClip{0.0f, 0.0f, 0.0f, 1.0f};  ///< clips the own object to dot(ownClip, (p, 1)) > 0
 };
 
-/// Where views are drawn.
+/// The targets of views.
 struct ViewLayers {
-  /// Their depth has been cleared; where it stays, nothing was drawn.
+  /// Their depth must be cleared; cleared values remain where nothing is drawn.
   std::span<const gl::Framebuffer> targets;
-  /// The array whose layers are the depth of `targets`, the second half of them for the nearest
-  /// surfaces behind those of the first, where views ask for it; or null.
+  /// The array texture with the depth of `targets`. If views ask for a second layer, its second
+  /// half stores the nearest surfaces behind the first ones. Null: no second layers.
   const gl::Texture* peeled = nullptr;
-  bool compound = false;  ///< one draw sends an object's triangles to all views of a layer
+  bool compound = false;  ///< one draw call sends an object's triangles to all views of a layer
 };
 
-/// Buffers are kept from frame to frame.
-/// What bounds the detail of objects, over all views.
+/// What limits the levels of detail, summed over all views.
 struct DetailCounts {
-  std::uint64_t leftOut = 0;  ///< objects that would be too small to show
-  std::uint64_t byShape = 0;  ///< drawn no coarser, as the next level's places would show
-  std::uint64_t byLight = 0;  ///< ... as its light would
+  std::uint64_t leftOut = 0;  ///< objects too small to be visible
+  std::uint64_t byShape = 0;  ///< not drawn coarser because of the next level's error in position
+  std::uint64_t byLight = 0;  ///< not drawn coarser because of the next level's error in light
 
   void add(const DetailCounts& other) {
     leftOut += other.leftOut;
@@ -66,10 +65,10 @@ struct DetailCounts {
 
 class DiffuseViews {
  public:
-  /// Draws diffuse radiance (colour 0) and depth of all views, which are in the order of their
-  /// layers, each into its rectangle. Triangles that certainly show nothing and levels of detail
-  /// finer than a view asks for are not drawn. `geometry`: of the scene's last update().
-  /// `triangles[i]`: drawn for views[i].
+  /// Draws diffuse radiance (colour 0) and depth of all views, each into its rectangle; views are
+  /// sorted by layer. Skips triangles that are certainly invisible and levels of detail finer than
+  /// a view needs. `geometry`: that of the scene's last update(). `triangles[i]` is set to the
+  /// number drawn for views[i].
   DetailCounts draw(raster::SceneGpu& scene, std::span<const DiffuseView> views,
                     const ViewLayers& layers, const frame::Geometry& geometry,
                     const frame::Lighting& lighting, std::span<std::uint64_t> triangles);
@@ -81,7 +80,7 @@ class DiffuseViews {
   gl::VertexArray compoundVertices_;
   gl::Buffer blocks_;
   gl::Buffer indices_;
-  gl::Buffer commands_;  ///< of compound views, and the next
+  gl::Buffer commands_;  ///< of compound views; also the next buffer
   gl::Buffer numbers_;   ///< 0, 1, 2, ... for an attribute that counts instances
 };
 

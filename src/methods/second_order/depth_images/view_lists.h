@@ -1,5 +1,4 @@
-// What views see of the scene: triangles that are culled one by one, at the level of detail that a
-// view asks for.
+// Lists the triangles of each view, culled one by one, at the level of detail that it needs.
 #pragma once
 
 #include <cstdint>
@@ -13,22 +12,22 @@ namespace catoptric::methods::second_order {
 /// How an object's triangles are drawn in a view.
 enum class Sides : std::uint8_t { Both, Front, OwnFront, OwnBoth };
 
-/// What one view sees, in the order of objects that all views share.
+/// The visible triangles of one view, in an order of objects that all views share.
 struct ViewList {
   struct Range {
     std::uint32_t object;  ///< index
     Sides sides;
-    std::size_t first, count;  ///< of `indices`
+    std::size_t first, count;  ///< range in `indices`
   };
   std::vector<Range> ranges;
   std::vector<std::uint32_t> indices;
   DetailCounts detail;
 };
 
-/// Objects (indices), small ones first: what they hide of the room's shell is then not shaded.
+/// Object indices, small objects first: the walls of a room behind them are then not shaded.
 std::vector<std::uint32_t> smallestFirst(const raster::SceneGpu& scene);
 
-/// Culls all views, objects in this order.
+/// Culls all views. Objects are listed in the order `order`.
 std::vector<ViewList> listViews(const raster::SceneGpu& scene, std::span<const DiffuseView> views,
                                 std::span<const std::uint32_t> order,
                                 const frame::Geometry& geometry);

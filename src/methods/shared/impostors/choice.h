@@ -1,4 +1,4 @@
-// Which objects get impostors, and what each reflector's rays are intersected with.
+// Chooses the objects that get impostors, and each reflector's list of impostors to test.
 #pragma once
 
 #include <cstdint>
@@ -12,35 +12,35 @@
 
 namespace catoptric::methods::impostors {
 
-/// One image of an object. What the camera is made of makes it the same image.
+/// One image of an object. Impostors with equal camera inputs share an image.
 struct Impostor {
   int object = 0;  ///< index
   std::optional<Plane> plane = {};
-  bool depth = false;       ///< a depth map; else a quad
-  bool reflective = false;  ///< with normals
-  bool slab = false;        ///< shows what lies in `plane` alone
-  bool self = false;        ///< of the reflector whose rays meet it
-  int peeled = 0;           ///< surfaces in front of those that a depth map shows
+  bool depth = false;       ///< a depth map; otherwise a quad
+  bool reflective = false;  ///< the object is reflective; its image stores normals
+  bool slab = false;        ///< shows only the part in `plane`
+  bool self = false;        ///< shows the reflector whose rays are tested against it
+  int peeled = 0;           ///< number of nearer surfaces that a depth map leaves out
   Camera camera = {};
 };
 
-/// What the rays of a reflector are intersected with: the diffuse objects' come first.
+/// The impostors that a reflector's rays are tested against, diffuse ones first.
 struct ImpostorList {
   std::vector<int> members;  ///< indices of Choice::impostors
   int diffuse = 0;
 };
 
 struct Choice {
-  std::vector<bool> chosen;          ///< by object: left out of the environment map
+  std::vector<bool> chosen;          ///< by object: it is left out of the environment map
   std::vector<Impostor> impostors;   ///< of all reflectors
-  std::vector<ImpostorList> listOf;  ///< by object; empty where it does not reflect
-  std::uint64_t enclosing = 0;       ///< objects about a reflector that are no planes: in the map
-  std::uint64_t left = 0;            ///< objects beyond Options::most: in the map
-  std::uint64_t coinciding = 0;      ///< pairs whose centroids are one
+  std::vector<ImpostorList> listOf;  ///< by object; empty if it is not reflective
+  std::uint64_t enclosing = 0;       ///< non-planar objects around a reflector; in the map
+  std::uint64_t left = 0;        ///< objects beyond Options::most; they stay in the environment map
+  std::uint64_t coinciding = 0;  ///< pairs whose centroids coincide
 };
 
-/// From the pose alone. `reflects`: by object, those that the method fills; `mirrors`: all that
-/// reflect, whose impostors have normals.
+/// Depends on the pose only. `reflects`: by object, the reflectors that the method shades;
+/// `mirrors`: all reflectors, whose impostors have normals.
 Choice choose(const Options& options, Kind kind, const scene::Scene& scene,
               const frame::Geometry& geometry, const std::vector<Shape>& shapes,
               const std::vector<bool>& reflects, const std::vector<bool>& mirrors);

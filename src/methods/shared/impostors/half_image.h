@@ -1,5 +1,5 @@
-// Images of half floats in memory, for look-ups by the processor that equal the device's: linear
-// within levels and between them, seamless over the edges of a cube.
+// Images of half floats in memory. CPU look-ups in them equal those of the GPU: linear within and
+// between levels, seamless across the edges of a cube.
 #pragma once
 
 #include <cstddef>
@@ -10,16 +10,16 @@
 
 namespace catoptric::methods::impostors {
 
-/// A square level in a border of one texel, RGBA: what a linear look-up needs without a branch.
+/// A square RGBA level with a border of one texel, so that a linear look-up needs no branch.
 struct HalfLevel {
   int size = 0;
-  std::size_t first = 0;  ///< its first value, of the border
+  std::size_t first = 0;  ///< index of its first value, in the border
 };
 
 /// A square RGBA16F texture with all levels, edges clamped.
 class HalfImage {
  public:
-  /// Reads level 0 and makes the others; returns how many of its texels half floats have clamped.
+  /// Reads level 0 and makes the others. Returns the number of clamped texels.
   std::uint64_t read(const gl::Texture& texture);
   const std::vector<HalfLevel>& levels() const { return levels_; }
   const std::uint16_t* values() const { return values_.data(); }
@@ -29,15 +29,15 @@ class HalfImage {
   std::vector<std::uint16_t> values_;
 };
 
-/// Level 0 of an RGBA16F cube map, and how much of it is covered on a level of few texels.
+/// Level 0 of an RGBA16F cube map, and its coverage on a coarse level.
 class HalfCube {
  public:
-  /// `coarse`: the level that is asked for coverage.
+  /// `coarse`: the level from which coverage is read.
   void read(const gl::Texture& texture, int coarse);
   const HalfLevel& fine() const { return fine_; }
   const HalfLevel& coarse() const { return coarse_; }
   const std::uint16_t* values() const { return values_.data(); }
-  /// The most of the coarse level's alpha.
+  /// Maximum alpha of the coarse level.
   float mostCoverage() const { return most_; }
 
  private:

@@ -1,5 +1,5 @@
-// What billboards and depth_impostors have in common: objects are chosen, their images drawn where
-// the frame needs them, and rays intersected with them in one pass over the reflective samples.
+// The common part of billboards and depth_impostors: objects are chosen, their images are drawn
+// when needed, and rays are intersected with them in one pass over the reflective samples.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ namespace catoptric::methods::impostors {
 
 /// The columns of impostors.csv.
 const TableInfo& impostorsTable();
-/// What both methods list.
+/// The steps of both methods.
 std::vector<StepInfo> commonSteps();
 std::vector<CounterInfo> commonCounters();
 
@@ -33,22 +33,22 @@ class ImpostorMethod : public Method {
   void render(const FrameInput& input, Services& services, FrameOutput& output) override;
 
  protected:
-  /// The entry point of the pass, and what else it is compiled with.
+  /// The fragment shader of the pass, and the defines with which it is compiled.
   virtual std::string fragment() const = 0;
   virtual std::vector<gl::Define> defines() const { return {}; }
-  /// Called before the first frame, for each depth map that was drawn, when all are (with the
-  /// number of layers that are kept), and before the pass.
+  /// Called before the first frame; for each depth map that was drawn; when all are drawn, with the
+  /// number of layers; and before the pass.
   virtual void prepareMaps() {}
   virtual void mapDrawn(int /*layer*/, std::span<const float> /*texels*/) {}
   virtual void mapsReady(Services& /*services*/, FrameOutput& /*output*/, int /*layers*/) {}
   virtual void bindMaps(gl::Program& /*program*/) {}
-  /// Where rays meet the depth map of a layer, on the processor; returns the work.
+  /// Intersects rays with the depth map of a layer on the CPU. Returns the amount of work.
   virtual std::uint64_t meetMap(int /*layer*/, MapRays& /*rays*/) const { return 0; }
   /// The counter of the work per sample.
   virtual const char* workCounter() const = 0;
 
   const Options& options() const { return options_; }
-  /// Whether there are rays that the processor, or the device, intersects.
+  /// Whether the CPU or (onDevice()) the GPU intersects any rays.
   bool onProcessor() const { return onProcessor_; }
   bool onDevice() const { return !mirror_.empty() || !glossy_.empty(); }
 
@@ -60,7 +60,7 @@ class ImpostorMethod : public Method {
   const Images& imagesOf(const Impostor& impostor) const {
     return impostor.plane ? planes_ : images_;
   }
-  /// Metres of a texel at the object's centroid.
+  /// Size of a texel at the object's centroid, in metres.
   float texelMetres(const Impostor& impostor) const;
   ImpostorLines linesOf(int index, const Services& services) const;
   void makeLines(const Services& services);
@@ -77,24 +77,24 @@ class ImpostorMethod : public Method {
   Options options_;
   RunSettings settings_;
   Reflectors reflectors_;
-  std::vector<bool> reflects_;  ///< by object: those that it fills
-  std::vector<bool> mirrors_;   ///< by object: all that reflect
+  std::vector<bool> reflects_;  ///< by object: reflectors that this method shades
+  std::vector<bool> mirrors_;   ///< by object: all reflectors
   raster::RefractiveSamples refractive_;
   std::vector<frame::WorldLight> lights_;
   std::vector<Shape> shapes_;
   Choice choice_;
   Images images_;  ///< quads and depth maps
-  Images planes_;  ///< objects' own planes
+  Images planes_;  ///< planes of objects
   CubeMap cubeMap_;
   HalfCube cubeInMemory_;
   std::vector<int> needed_;
   std::vector<ImpostorLines> lines_;  ///< by impostor
   bool onProcessor_ = false;
   Processor processor_;
-  std::vector<std::uint8_t> isMirror_;  ///< by object id: those that the processor fills
+  std::vector<std::uint8_t> isMirror_;  ///< by object id: mirrors that the CPU shades
   gl::Program mirror_;
   gl::Program glossy_;
-  gl::Texture known_;  ///< R32UI by sample: marks, and the work from kWorkShift on
+  gl::Texture known_;  ///< R32UI by sample: marks, and the work from bit kWorkShift on
   gl::Framebuffer target_;
   gl::Buffer table_;
   gl::Buffer lists_;

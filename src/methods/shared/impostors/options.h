@@ -1,4 +1,4 @@
-// Options of billboards and depth_impostors. [Popescu2006] is "Reflected-Scene Impostors for
+// The options of billboards and depth_impostors. [Popescu2006] is "Reflected-Scene Impostors for
 // Realistic Reflections at Interactive Rates".
 #pragma once
 
@@ -25,7 +25,7 @@ enum class DepthMaps : std::uint8_t { Auto, All, Needed };
 inline constexpr auto kDepthMaps = config::names<DepthMaps>(
     {{"auto", DepthMaps::Auto}, {"all", DepthMaps::All}, {"needed", DepthMaps::Needed}});
 
-/// Where rays of mirrors are intersected.
+/// Whether the GPU or the CPU intersects the rays of mirrors.
 enum class Unit : std::uint8_t { Auto, Device, Processor };
 
 inline constexpr auto kUnits = config::names<Unit>(
@@ -33,25 +33,25 @@ inline constexpr auto kUnits = config::names<Unit>(
 
 struct Options {
   std::vector<std::string> objects = {"auto"};
-  float least = 0.001f;   ///< sr; ours, measured in README.md
-  int most = 64;          ///< objects with an impostor; ours
+  float least = 0.001f;   ///< sr x rad; not from the paper; measured in README.md
+  int most = 64;          ///< objects with an impostor; not from the paper
   int textureSize = 256;  ///< texels; the paper's
-  int planeSize = 512;    ///< texels; ours: measured in docs/papers/impostors.md
-  int faceSize = 512;     ///< texels, as environment_map's
+  int planeSize = 512;    ///< texels; not from the paper; measured in docs/papers/impostors.md
+  int faceSize = 512;     ///< texels, as in environment_map
   int bounces = 1;
   bool secondDiffuse = false;
   float transitionHeight = 0.0f;  ///< metres, the paper's H
   bool shareEnvironment = false;
   float attenuation = 0.0f;  ///< metres; 0: none
   Unit intersectOn = Unit::Auto;
-  // depth_impostors alone
+  // Options of depth_impostors only
   Intersection intersection = Intersection::Srdm;
   int domains = 60;  ///< the paper's n
   int points = 8;    ///< the paper's m
-  int refine = 4;    ///< texels; ours, measured in docs/papers/impostors.md
-  int maps = 1;      ///< of an object, for each reflector
-  int layers = 1;    ///< of depth, for each camera; ours
-  int selfMaps = 0;  ///< of a reflector for its own rays; ours
+  int refine = 4;    ///< texels; not from the paper; measured in docs/papers/impostors.md
+  int maps = 1;      ///< depth maps of an object, for each reflector
+  int layers = 1;    ///< depth layers, for each camera; not from the paper
+  int selfMaps = 0;  ///< maps of a reflector for its own rays; not from the paper
   DepthMaps depthMaps = DepthMaps::Auto;
 };
 

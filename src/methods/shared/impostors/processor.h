@@ -1,6 +1,6 @@
-// Reflected rays of mirrors against impostors on the processor: tiles of the G-buffer are read
-// back, worked on by vector code, and written to the reflection. What impostors.glsl does on the
-// device.
+// Intersects reflected rays of mirrors with impostors on the CPU. Tiles of the G-buffer are read
+// back, processed with vector code, and written to the reflection. The counterpart of
+// impostors.glsl.
 #pragma once
 
 #include <array>
@@ -19,21 +19,21 @@
 
 namespace catoptric::methods::impostors {
 
-/// What rays need of an impostor, on the device and on the processor.
+/// The data of an impostor that rays need, on GPU and CPU.
 struct ImpostorLines {
   QuadLines quad;
   std::array<Vec4, 4> rows;  ///< Camera::rows()
   int layer = 0;
   int way = 0;  ///< shared::kWay...
   float texelMetres = 0.0f;
-  bool plane = false;  ///< its image is one of those of objects' own planes
+  bool plane = false;  ///< its image is one of an object's planes
   bool reflective = false;
   int object = 0;  ///< id
   float height = 0.0f;
-  float begin = 0.0f;  ///< metres along a ray from which on it is met
+  float begin = 0.0f;  ///< rays hit the impostor only beyond this distance, in metres
   float side = 1.0f;
   Vec3 tint{1.0f};
-  // A sphere that holds it
+  // A sphere that contains it
   Vec3 centre{0.0f};
   float radius = 0.0f;
 };
@@ -45,14 +45,14 @@ struct ProcessorCounts {
   std::uint64_t bent = 0;
   std::uint64_t clamped = 0;
   std::uint64_t work = 0;
-  std::uint64_t clipped = 0;  ///< rays of which a depth map's planes leave nothing
-  std::uint64_t culled = 0;   ///< of the rays against impostors those that a tile's bounds decide
+  std::uint64_t clipped = 0;  ///< rays that a depth map's planes clip entirely
+  std::uint64_t culled = 0;   ///< rays that the bounds of their tile exclude from an impostor
   void add(const ProcessorCounts& other);
-  /// A sample's, on the device or the processor.
+  /// Adds the marks of a sample, from GPU or CPU.
   void addMarks(std::uint32_t marks);
 };
 
-/// Finds where rays meet the depth map of a layer: sets MapRays::at; returns the work.
+/// Intersects rays with the depth map of a layer: sets MapRays::at and returns the amount of work.
 using MeetMap = std::function<std::uint64_t(int layer, MapRays& rays)>;
 
 struct ProcessorFrame {
@@ -60,25 +60,25 @@ struct ProcessorFrame {
   const scene::Camera& camera;
   Box3 bounds;                              ///< of the scene
   const std::vector<std::uint8_t>& mirror;  ///< by object id
-  std::vector<raster::Rectangle> parts;     ///< of the frame that show them
+  std::vector<raster::Rectangle> parts;     ///< parts of the frame that show mirrors
   const std::vector<ImpostorLines>& lines;
   const std::vector<ImpostorList>& lists;
   const std::vector<HalfImage>& images;   ///< by layer
-  const std::vector<HalfImage>& normals;  ///< two by layer: normals, s
+  const std::vector<HalfImage>& normals;  ///< two per layer: normals, s
   const std::vector<HalfImage>& planes;
   const std::vector<HalfImage>& planeNormals;
   const HalfCube& cube;
   const MeetMap& meetMap;
   const Options& options;
-  bool countsRays = false;  ///< the work is rays against impostors, not steps within maps
+  bool countsRays = false;  ///< count tests of rays against impostors instead of steps in maps
   bool masks = false;
-  bool beside = false;  ///< other methods fill samples, too: they stay
+  bool beside = false;  ///< other methods also shade reflectors, whose samples are not changed
   frame::StepTimer& timer;
 };
 
 class Processor {
  public:
-  /// As steps `readback`, `intersect` and `upload`.
+  /// Runs the steps `readback`, `intersect` and `upload`.
   ProcessorCounts run(const ProcessorFrame& frame);
 
  private:
@@ -95,7 +95,7 @@ class Processor {
   static void upload(const ProcessorFrame& frame, const Band& band);
   static ProcessorCounts intersect(const ProcessorFrame& frame, Band& band);
 
-  // Kept from frame to frame, so that no frame allocates anew
+  // Kept from frame to frame to avoid allocations
   std::array<Band, 2> bands_;
 };
 

@@ -1,4 +1,4 @@
-// Rays in arrays of one component each, for vector code, and what they meet.
+// Rays as a structure of arrays for vector code, and their hits.
 #pragma once
 
 #include <array>
@@ -12,28 +12,28 @@
 
 namespace catoptric::methods::impostors {
 
-/// Rays that are worked on at once: samples of a tile of 16 x 16. Ours.
+/// Maximum number of rays in a batch: the samples of a 16 x 16 tile. Not from the paper.
 inline constexpr std::size_t kMostRays = 256;
 using Lane = std::array<float, kMostRays>;
 using Vectors = Vec3Lanes<kMostRays>;
 
-/// Samples of a depth image that reflect.
+/// Reflective samples of a depth image.
 struct Samples {
-  alignas(64) Lane x{}, y{};  ///< in samples, at their centres
+  alignas(64) Lane x{}, y{};  ///< in samples, at sample centres
   alignas(64) Lane depth{};   ///< reversed-Z
   Vectors normal;
 };
 
-/// Rays that are all of one reflector, and the nearest of its impostors.
+/// Rays of one reflector, and the nearest impostor that each ray hits.
 struct RayBatch {
   std::size_t count = 0;
   int object = 0;  ///< id of the reflector
   Vectors origin, direction;
-  alignas(64) Lane distance{};  ///< of the path from the eye to the origin
-  // The nearest: at `t`, 1e30 where there is none
+  alignas(64) Lane distance{};  ///< length of the path from the eye to the origin
+  // The nearest hit at distance `t`; 1e30 if there is none
   alignas(64) Lane t{}, u{}, v{}, level{};
   Vectors color;
-  alignas(64) Lane share{};               ///< of the environment map, on transition walls
+  alignas(64) Lane share{};               ///< weight of the environment map, on transition walls
   std::array<int, kMostRays> impostor{};  ///< -1: none
   std::array<std::uint32_t, kMostRays> sample{};
   std::array<std::uint32_t, kMostRays> marks{};
@@ -41,70 +41,71 @@ struct RayBatch {
   bool found(std::size_t i) const { return impostor[i] >= 0; }
 };
 
-/// What holds all rays of a batch.
+/// Bounds of all rays of a batch.
 struct RayBounds {
-  Vec3 least, most;  ///< of the origins
-  Vec3 axis;         ///< of a cone about the directions
-  float cosine;      ///< of its half angle
-  /// Whether any of the rays may meet something within a sphere.
+  Vec3 least, most;  ///< box around the origins
+  Vec3 axis;         ///< axis of a cone around the directions
+  float cosine;      ///< cosine of its half angle
+  /// Whether any of the rays may hit something in a sphere.
   bool mayMeet(const Vec3& centre, float radius) const;
 };
 
-/// Places where the rays of a batch meet an impostor; `on` 0: not.
+/// The hits of a batch on one impostor; `on` is 0 for rays that miss.
 struct Meetings {
   alignas(64) Lane t{}, u{}, v{}, share{};
   alignas(64) std::array<std::int32_t, kMostRays> on{};
 };
 
-/// Look-ups in one image, in a row.
+/// Consecutive look-ups in one image.
 struct LookUps {
   std::size_t count = 0;
   alignas(64) Lane u{}, v{}, level{}, alpha{};
   Vectors color;
 };
 
-/// Rays in the image of a depth map's camera: clipped by its six planes.
+/// Rays in the image of a depth map's camera, clipped by its six planes.
 struct MapRays {
   std::size_t count = 0;
-  alignas(64) Lane fromX{}, fromY{}, fromG{}, toX{}, toY{}, toG{};  ///< texels, depth 0..1
+  alignas(64) Lane fromX{}, fromY{}, fromG{}, toX{}, toY{}, toG{};  ///< in texels, and depth 0..1
   alignas(64) Lane tFrom{}, tTo{}, wFrom{}, wTo{};
-  alignas(64) Lane at{};  ///< share of the way from .. to; above 1: meets nothing
+  alignas(64) Lane at{};  ///< fraction of the way from `from` to `to`; above 1: no hit
   alignas(64) std::array<std::int32_t, kMostRays> on{};
   std::array<std::uint16_t, kMostRays> ray{};
 };
 
-/// Look-ups in the environment map [Lagarde2012], as environmentAlong() of impostors.glsl.
+/// Look-ups in the environment map [Lagarde2012], as in environmentAlong() of impostors.glsl.
 struct EnvironmentLookUps {
   std::size_t count = 0;
   Vectors origin, direction;
-  alignas(64) Lane t{};  ///< where the ray leaves the scene's box
+  alignas(64) Lane t{};  ///< distance at which the ray leaves the scene's box
   Vectors color;
   alignas(64) Lane closed{};
 };
 struct Surroundings {
   const HalfCube* cube;
-  Vec3 least, most, centre;  ///< of the scene's box; of the map
+  Vec3 least, most, centre;  ///< least, most: the scene's box; centre: of the map
 };
 
-/// Lines of an impostor that rays are intersected with.
+/// The quad of an impostor, for intersection.
 struct QuadLines {
   Vec4 plane, rowU, rowV;
 };
 
-// The loops over rays give the same bits at every level of vector instructions.
+// The loops over rays are bit-identical at every vector level.
 
 void aim(const trace::SampleCamera& camera, const Samples& samples, RayBatch& rays);
 RayBounds bound(const RayBatch& rays);
 /// The largest `t` of the batch.
 float farthest(const RayBatch& rays);
-/// Whether any ray meets it.
+/// Returns whether any ray hits the quad.
 bool meetQuad(const QuadLines& quad, const RayBatch& rays, Meetings& met);
-/// `height`: of the walls, negative where the plane's normal points downwards.
+/// `height`: of the walls; negative if the plane's normal points downwards.
 bool meetBox(const QuadLines& quad, float height, const RayBatch& rays, Meetings& met);
-/// All rays of the batch: MapRays::on says whose rest is not empty and begins before what is
-/// found.
+/// Clips all rays of the batch. Sets MapRays::on for rays whose clipped part is not empty and
+/// begins before the nearest hit.
 void project(const std::array<Vec4, 4>& rows, float size, const RayBatch& rays, MapRays& map);
-/// Texels that a look-up's cone covers, as log2, from distance and slant; `t`, by look-up.
+/// Sets the mip levels of look-ups: log2 of the texels that a ray's cone covers, from distance and
+/// slant. `t` is indexed by look-up.
 void levels(float spreadPerTexel, const Lane& width, const Lane& slant, LookUps& at);
 void lookUp(const HalfImage& image, LookUps& at);
 void environment(const Surroundings& around, EnvironmentLookUps& at);

@@ -1,4 +1,4 @@
-// What impostors can show: whole objects, or the planes that make up an object.
+// The possible contents of impostors: whole objects, or the planes of an object.
 #pragma once
 
 #include <vector>
@@ -15,25 +15,25 @@ struct Plane {
   bool operator==(const Plane&) const = default;
 };
 
-/// An object in its pose, as far as impostors need it.
+/// The properties of an object in its pose that impostors need.
 struct Shape {
   Vec3 centroid{0.0f};  ///< of its surface
-  float radius = 0.0f;  ///< of the sphere about it that holds the vertices
+  float radius = 0.0f;  ///< of the bounding sphere about the centroid
   float area = 0.0f;
-  /// Planes that hold all triangles; one: it is flat; none: there are more than kMostPlanes.
+  /// The planes that contain all triangles. One: the object is flat. Empty: more than kMostPlanes.
   std::vector<Plane> planes;
   bool flat() const { return planes.size() == 1; }
 };
 
-/// A room, a box, an open cabinet. Ours.
+/// Enough for a room, a box or an open cabinet. Not from the paper.
 inline constexpr std::size_t kMostPlanes = 8;
 
-/// `sceneMetres`: the scene's diameter, by which sizes that vanish are told.
+/// `sceneMetres`: the scene's diameter, relative to which sizes count as zero.
 Shape shapeOf(const frame::Geometry& geometry, int object, float sceneMetres);
 
 /// Vertices of the object, world space.
 std::vector<Vec3> verticesOf(const frame::Geometry& geometry, int object);
-/// Those of its triangles that lie in a plane.
+/// The vertices of the object's triangles in a plane.
 std::vector<Vec3> verticesIn(const frame::Geometry& geometry, int object, const Plane& plane,
                              float sceneMetres);
 

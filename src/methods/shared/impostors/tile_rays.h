@@ -1,5 +1,5 @@
-// The rays of one tile against impostors: the nearest of them, rays that go on from reflective
-// ones, and the environment map behind.
+// Intersects the rays of one tile with impostors: finds the nearest hits, continues rays from
+// reflective impostors, and adds the environment map.
 #pragma once
 
 #include <array>
@@ -13,29 +13,29 @@ namespace catoptric::methods::impostors {
 
 class TileRays {
  public:
-  /// One for each thread, for all frames.
+  /// The instance of the calling thread, which is reused for all frames.
   static TileRays& ofThread();
 
   void begin(const ProcessorFrame& frame, ProcessorCounts& counts);
-  /// To fill: x, y, depth, normal of `batch().count` samples of one reflector.
+  /// Input of run(): x, y, depth, normal of `batch().count` samples of one reflector.
   Samples& samples() { return samples_; }
   RayBatch& batch() { return first_; }
-  /// red, green, blue and marks of all rays of the batch.
+  /// Sets red, green, blue and marks of all rays of the batch.
   void run();
 
  private:
   void nearest(RayBatch& rays, bool diffuseAlone);
-  /// The nearest first, as far as spheres about them tell.
+  /// Tests nearer impostors first, in the order of their bounding spheres.
   void meetInOrder(RayBatch& rays, std::span<const int> members);
   bool meet(RayBatch& rays, int index, const ImpostorLines& lines);
   void meetDepthMap(RayBatch& rays, const ImpostorLines& lines);
   void take(RayBatch& rays, int index, const ImpostorLines& lines);
   void shadeWalls(RayBatch& rays);
-  /// Dims what was found by its distance.
+  /// Attenuates the radiance of hits by their distance.
   void fade(RayBatch& rays) const;
   void goOn();
   void followBatch();
-  /// Adds what the environment map shows where nothing was met: to `rays`, and their marks.
+  /// Adds the environment map to the rays that hit nothing, and sets their marks.
   void addEnvironment(RayBatch& rays);
   const HalfImage& colorsOf(const ImpostorLines& lines) const;
 
@@ -47,16 +47,16 @@ class TileRays {
   RayBatch first_;
   RayBatch second_;
   std::array<std::uint16_t, kMostRays>
-      from_{};  ///< rays of first_ that those of second_ go on from
+      from_{};  ///< rays of first_ from which those of second_ continue
   std::array<float, kMostRays> specular_{};
-  std::vector<std::pair<float, int>> order_;  ///< meetInOrder()'s: distance, impostor
+  std::vector<std::pair<float, int>> order_;  ///< of meetInOrder(): distance, impostor
   Meetings met_;
   MapRays map_;
   Vectors keptOrigins_;  ///< of rays that begin later
   Lane keptT_{};
   LookUps looks_;
   LookUps wider_;
-  std::array<std::uint16_t, kMostRays> hits_{};  ///< rays that looks_ are of
+  std::array<std::uint16_t, kMostRays> hits_{};  ///< rays of the look-ups in looks_
   Lane width_{};
   Lane slant_{};
   EnvironmentLookUps around_;

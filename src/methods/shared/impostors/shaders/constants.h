@@ -1,4 +1,4 @@
-// What shaders and C++ share, by the very lines that shaders include.
+// Constants that shaders and C++ share: both include the same lines.
 #pragma once
 
 #include <cstdint>
