@@ -39,6 +39,13 @@ struct Box3 {
   Vec3 centre() const { return empty() ? Vec3(0) : 0.5f * (min + max); }
   /// Length of the diagonal; 0 when empty.
   float diameter() const { return empty() ? 0.0f : glm::length(max - min); }
+  /// Whether the box is a point or a line. An extent below 1e-18 counts as none: its square is not
+  /// a normal float.
+  bool atMostALine() const {
+    const auto extents = glm::greaterThan(max - min, Vec3(1e-18f));
+    return static_cast<int>(extents.x) + static_cast<int>(extents.y) + static_cast<int>(extents.z) <
+           2;
+  }
 };
 
 inline bool isFinite(const Vec3& v) {

@@ -161,6 +161,12 @@ void updateBounds(Geometry& geometry) {
 
 }  // namespace
 
+bool vanished(const Geometry& geometry, int object) {
+  const ObjectRange& range = geometry.objects[static_cast<std::size_t>(object)];
+  if (range.surface < 0) return range.bounds.atMostALine();
+  return geometry.surfaces[static_cast<std::size_t>(range.surface)].vanishedAt.has_value();
+}
+
 Geometry makeGeometry(const scene::Scene& scene, const scene::Pose& pose) {
   Geometry geometry;
   geometry.timeSeconds = pose.timeSeconds;

@@ -77,6 +77,10 @@ struct Geometry {
   std::size_t triangleCount() const { return indices.size() / 3; }
 };
 
+/// Whether a scale of 0 leaves no more of the object (index in `objects`) than a point or a line,
+/// which no ray hits.
+bool vanished(const Geometry& geometry, int object);
+
 /// Builds the geometry of the scene at one time. Throws SceneError if a transform makes positions
 /// non-finite or flattens an implicit surface to a disk.
 Geometry makeGeometry(const scene::Scene& scene, const scene::Pose& pose);

@@ -232,6 +232,20 @@ void warnOfLongEdges(Scene& scene, const std::vector<Box3>& bounds) {
   }
 }
 
+/// Objects that no ray can hit; those that move may be hidden by a scale of 0 for a while.
+void warnOfNoExtent(Scene& scene, const std::vector<Box3>& bounds) {
+  const std::vector<bool> moving = movingObjects(scene);
+  std::size_t none = 0;
+  std::string first;
+  for (std::size_t o = 0; o < bounds.size(); ++o) {
+    if (moving[o] || bounds[o].empty() || !bounds[o].atMostALine()) continue;
+    if (none++ == 0) first = scene.objects[o].name;
+  }
+  if (none == 0) return;
+  scene.warnings.push_back("not drawn, since they have no area (is their scale 0?): \"" + first +
+                           "\"" + (none > 1 ? " and " + std::to_string(none - 1) + " more" : ""));
+}
+
 }  // namespace
 
 void addNote(Scene& scene, const std::string& note) {
@@ -274,6 +288,7 @@ void finishScene(Scene& scene) {
   scene.fingerprint = fingerprintOf(scene);
   const std::vector<Box3> bounds = boundsOfObjects(scene);
   scene.origin = originOf(bounds);
+  warnOfNoExtent(scene, bounds);
   warnOfLostShapes(scene, bounds);
   warnOfLongEdges(scene, bounds);
   for (Light& light : scene.lights) {

@@ -392,6 +392,23 @@ TEST(Finish, WarnsOfShapesThatFloatsCannotHold) {
   EXPECT_TRUE(scene.warnings.empty());
 }
 
+TEST(Finish, WarnsOfObjectsWithoutArea) {
+  const auto warnings = [](const Vec3& scale) {
+    Scene scene = sceneOf(square());
+    scene.nodes[0].scale = scale;
+    scene.objects[0].name = "sheet";
+    scene.objects.push_back(scene.objects[0]);
+    finishScene(scene);
+    return scene.warnings;
+  };
+  EXPECT_TRUE(warnings(Vec3(1.0f)).empty());
+  for (const Vec3& scale : {Vec3(0.0f), Vec3(1.0f, 0.0f, 0.0f)}) {
+    ASSERT_EQ(warnings(scale).size(), 1u);
+    EXPECT_EQ(warnings(scale)[0],
+              "not drawn, since they have no area (is their scale 0?): \"sheet\" and 1 more");
+  }
+}
+
 TEST(Finish, WarnsOfTrianglesThatRasterizersLose) {
   const auto warnings = [](float scale) {
     Scene scene = sceneOf(square());

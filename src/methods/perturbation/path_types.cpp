@@ -12,13 +12,6 @@ float refractionOf(const scene::Scene& scene, int object) {
   return scene.materials[scene.objects[static_cast<std::size_t>(object)].material].refraction;
 }
 
-/// Whether a scale of 0 leaves nothing of the object.
-bool vanished(const frame::Geometry& geometry, int object) {
-  const frame::ObjectRange& range = geometry.objects[static_cast<std::size_t>(object)];
-  if (range.surface < 0) return range.bounds.min == range.bounds.max;
-  return geometry.surfaces[static_cast<std::size_t>(range.surface)].vanishedAt.has_value();
-}
-
 /// How a path may go on at an object: in two ways where it is inside of it.
 std::vector<Meeting> waysOn(const scene::Scene& scene, int body, int object) {
   if (body < 0) return {{object, refractionOf(scene, object) > 0.0f}};

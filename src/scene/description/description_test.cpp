@@ -55,11 +55,11 @@ TEST(Description, AllErrorsAreSaidTogether) {
   // What comes up when objects are made; a material that several use is wrong once
   const std::string made = errorOf(R"({"objects": [
     {"shape": "sphere", "radius": 1, "material": "gold"},
-    {"children": [{"shape": "sphere", "radius": 1, "scale": 0},
+    {"children": [{"shape": "sphere", "radius": 1, "quaternion": [0, 0, 0, 0]},
                   {"shape": "sphere", "radius": 1, "material": "m", "repeat": {"count": 3}}]},
     {"shape": "sphere", "radius": 1, "material": "m"}],
     "materials": {"m": {"s": 1, "metallic": 1}}})");
-  for (const char* place : {":2: /objects/0/material: ", ":3: /objects/1/children/0/scale: ",
+  for (const char* place : {":2: /objects/0/material: ", ":3: /objects/1/children/0/quaternion: ",
                             ":6: /materials/m: a material has either"})
     EXPECT_THAT(made, HasSubstr(place));
   EXPECT_EQ(std::count(made.begin(), made.end(), '\n'), 2);

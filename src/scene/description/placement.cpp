@@ -16,13 +16,8 @@ Quat quaternionOf(const Value& value) {
 }
 
 Vec3 scaleOf(const Value& value) {
-  const Vec3 scale = value.kind() == Value::Kind::Array
-                         ? value.asVec3()
-                         : Vec3(static_cast<float>(value.asNumber()));
-  if (scale.x == 0.0f || scale.y == 0.0f || scale.z == 0.0f) {
-    value.fail("the scale is 0 along all axes, so that nothing of the object would be left");
-  }
-  return scale;
+  return value.kind() == Value::Kind::Array ? value.asVec3()
+                                            : Vec3(static_cast<float>(value.asNumber()));
 }
 
 }  // namespace

@@ -63,6 +63,7 @@ struct TraceScene::State {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
   std::vector<RTCGeometry> geometries;  ///< one per object; null when left out
+  std::vector<char> built;              ///< of each: whether Embree has built its BVH
   int packetSize = 4;
   std::size_t dropped = 0;
   std::atomic<std::int64_t> bytes{0};
@@ -204,6 +205,7 @@ struct TraceScene::State {
     // One geometry per object, all of them looking into the shared arrays.
     const std::size_t count = geometry.objects.size();
     geometries.resize(count, nullptr);
+    built.resize(count, 0);
     filterTargets.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
       const frame::ObjectRange& range = geometry.objects[i];
@@ -239,16 +241,19 @@ struct TraceScene::State {
       }
       rtcCommitGeometry(g);
       rtcAttachGeometryByID(scene, g, static_cast<unsigned>(i));
+      hideVanished(object);
     }
     commit();
+  }
 
-    // From the second commit on, moving objects are refitted.
-    for (std::size_t i = 0; i < count; ++i) {
-      if (geometries[i] == nullptr) continue;
-      const RTCBuildQuality quality = objectQuality(static_cast<int>(i));
-      if (quality != RTC_BUILD_QUALITY_REFIT) continue;
-      rtcSetGeometryBuildQuality(geometries[i], quality);
-      rtcCommitGeometry(geometries[i]);  // or a commit where it did not move fails
+  /// Embree 3.13.5 aborts when it builds the BVH of points at one place, so it does not get objects
+  /// that a scale of 0 hides.
+  void hideVanished(int object) const {
+    RTCGeometry g = geometries[static_cast<std::size_t>(object)];
+    if (frame::vanished(geometry, object)) {
+      rtcDisableGeometry(g);
+    } else {
+      rtcEnableGeometry(g);
     }
   }
 
@@ -256,6 +261,16 @@ struct TraceScene::State {
     rtcCommitScene(scene);
     throwOnError();
     countDropped();
+    // From its second build on, a moving object is refitted.
+    for (std::size_t i = 0; i < geometries.size(); ++i) {
+      const int object = static_cast<int>(i);
+      if (geometries[i] == nullptr || built[i] != 0 || frame::vanished(geometry, object)) continue;
+      built[i] = 1;
+      const RTCBuildQuality quality = objectQuality(object);
+      if (quality != RTC_BUILD_QUALITY_REFIT) continue;
+      rtcSetGeometryBuildQuality(geometries[i], quality);
+      rtcCommitGeometry(geometries[i]);  // or a commit where it did not move fails
+    }
   }
 
   /// Embree drops triangles silently: count those beyond its limits, and see that its bounds are
@@ -264,7 +279,7 @@ struct TraceScene::State {
     dropped = 0;
     Box3 kept;
     for (std::size_t i = 0; i < geometry.objects.size(); ++i) {
-      if (geometries[i] == nullptr) continue;
+      if (geometries[i] == nullptr || frame::vanished(geometry, static_cast<int>(i))) continue;
       const frame::ObjectRange& range = geometry.objects[i];
       if (range.surface >= 0) {
         kept.extend(implicits[i]->bounds());
@@ -364,6 +379,7 @@ void TraceScene::update(std::span<const int> changedObjects) {
     if (s.geometry.objects[i].surface < 0)
       rtcUpdateGeometryBuffer(s.geometries[i], RTC_BUFFER_TYPE_VERTEX, 0);
     rtcCommitGeometry(s.geometries[i]);
+    s.hideVanished(static_cast<int>(i));
   };
   if (rebuilds) {
     for (std::size_t i = 0; i < s.geometries.size(); ++i) touch(i);
