@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <limits>
 #include <sstream>
 
 #include "config/json.h"
@@ -102,8 +103,14 @@ std::string textOf(const Statement& row, int column) {
   return row.getColumn(column).getString();
 }
 
-int intOf(const Statement& row, int column) {
-  return row.getColumn(column).getInt();
+/// Only a damaged file has a number that is out of range.
+int intOf(const Statement& row, int column, int least = std::numeric_limits<int>::min(),
+          int most = std::numeric_limits<int>::max()) {
+  const std::int64_t value = row.getColumn(column).getInt64();
+  if (value < least || value > most)
+    throw SQLite::Exception("a number is out of range: " + std::to_string(value),
+                            11);  // SQLITE_CORRUPT
+  return static_cast<int>(value);
 }
 
 std::uint64_t countOf(const Statement& row, int column) {
@@ -113,12 +120,18 @@ std::uint64_t countOf(const Statement& row, int column) {
 /// Columns of verdict from `c` on.
 Verdict readVerdict(const Statement& row, int c) {
   const auto number = [&](int column) { return row.getColumn(column).getDouble(); };
-  return {textOf(row, c),      textOf(row, c + 1),
-          textOf(row, c + 2),  static_cast<Outcome>(intOf(row, c + 3)),
-          intOf(row, c + 4),   number(c + 5),
-          number(c + 6),       number(c + 7),
-          textOf(row, c + 8),  intOf(row, c + 9),
-          textOf(row, c + 10), textOf(row, c + 11),
+  return {textOf(row, c),
+          textOf(row, c + 1),
+          textOf(row, c + 2),
+          static_cast<Outcome>(intOf(row, c + 3, 0, static_cast<int>(Outcome::Crash))),
+          intOf(row, c + 4),
+          number(c + 5),
+          number(c + 6),
+          number(c + 7),
+          textOf(row, c + 8),
+          intOf(row, c + 9),
+          textOf(row, c + 10),
+          textOf(row, c + 11),
           intOf(row, c + 12)};
 }
 
@@ -133,8 +146,8 @@ constexpr const char* kNightColumns =
     "JOIN build b ON b.id = n.build ";
 
 Night readNight(const Statement& row) {
-  return {intOf(row, 0),  textOf(row, 1), textOf(row, 2), textOf(row, 3), textOf(row, 4),
-          textOf(row, 5), textOf(row, 6), textOf(row, 7), textOf(row, 8), intOf(row, 9) != 0};
+  return {intOf(row, 0, 1), textOf(row, 1), textOf(row, 2), textOf(row, 3), textOf(row, 4),
+          textOf(row, 5),   textOf(row, 6), textOf(row, 7), textOf(row, 8), intOf(row, 9) != 0};
 }
 
 template <class Item>
@@ -199,6 +212,9 @@ History::History(const fs::path& file, Mode mode)
     look.commit();
     if (!empty && application != kApplication)
       throw UsageError(file.string() + ": is no history of catoptric; name another file");
+    if (mode == Mode::Read && empty)
+      throw UsageError(file.string() +
+                       ": the history is empty; `catoptric nightly SUITE` measures a first night");
     if (version > kSchemaVersion)
       throw UsageError(file.string() + ": was written by a newer catoptric (version " +
                        std::to_string(version) + " of the history, this program knows " +

@@ -1,11 +1,13 @@
 // Twenty nights of a project's life: what is wrong is found and named with the night that it began
 // with, and what is not is left alone, although other programs use the machine. NIGHTLY_SEED=N
 // gives other machines and programs.
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <fstream>
 
 #include "nightly/accept.h"
 #include "nightly/open_night.h"
@@ -244,6 +246,25 @@ TEST_F(Nights, WhatIsAcceptedHoldsAndCanBeTakenBack) {
   EXPECT_THROW(history->undo(accepted.acknowledgement, utcNow()), UsageError);
   after = failures(night(build));
   EXPECT_THAT(after, HasSubstr("own.a.m"));
+}
+
+TEST_F(Nights, DamagedAndEmptyHistoriesAreSaid) {
+  night(Build{});
+  const fs::path file = folder / "damaged.db";
+  fs::copy_file(folder / "history.db", file);
+  SQLite::Database(file.string(), SQLite::OPEN_READWRITE)
+      .exec("PRAGMA foreign_keys = OFF; UPDATE night SET id = 1686936784000");
+  const auto error = [](const fs::path& damaged, History::Mode mode) -> std::string {
+    try {
+      History(damaged, mode).nights("", 1);
+    } catch (const UsageError& thrown) {
+      return thrown.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(error(file, History::Mode::Write), HasSubstr("damaged"));
+  std::ofstream(folder / "empty.db");
+  EXPECT_THAT(error(folder / "empty.db", History::Mode::Read), HasSubstr("the history is empty"));
 }
 
 TEST_F(Nights, WhatHasNotBeenRenderedCannotBeAccepted) {
