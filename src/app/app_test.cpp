@@ -47,63 +47,6 @@ TEST_F(App, UsageErrorsAreExit2AndHelp) {
   EXPECT_FALSE(fs::exists(folder / "out"));
 }
 
-TEST_F(App, LayersBecomePictures) {
-  ASSERT_EQ(run("render run.json --frames 2,5 --out run --set 'image.layers=[\"s\",\"id\"]' "
-                "--set image.masks=true")
-                .exitCode,
-            0);
-  const Result all = run("layers run --out all");
-  EXPECT_EQ(all.exitCode, 0) << all.err;
-  EXPECT_EQ(std::count(all.out.begin(), all.out.end(), '\n'), 12);  // 2 frames: s, id, 4 masks
-  EXPECT_TRUE(fs::exists(folder / "all/frame.0005.mask.sky.png"));
-  const Result ids = run("layers run/frames/frame.0002.exr --layer id,mask --out some --json");
-  EXPECT_EQ(config::parseText(ids.out, "out").asArray().size(), 5u);
-  EXPECT_EQ(textOf(folder / "some/frame.0002.id.object.png"),
-            textOf(folder / "all/frame.0002.id.object.png"));
-  const Result none = run("layers run --layer clustr --out none");
-  EXPECT_EQ(none.exitCode, 2);
-  EXPECT_THAT(none.err, HasSubstr("it has no layer \"clustr\"; it has: "));
-  ASSERT_EQ(run("render run.json --frames 2 --out plain --set 'image.layers=[]'").exitCode, 0);
-  EXPECT_THAT(run("layers plain --out none").err, HasSubstr("no layers but R G B A"));
-  EXPECT_EQ(run("layers run").exitCode, 2);
-  EXPECT_FALSE(fs::exists(folder / "none"));
-}
-
-TEST_F(App, FramesBecomeFigures) {
-  ASSERT_EQ(run("render run.json --frames 2,5 --out run --set image.masks=true").exitCode, 0);
-  ASSERT_EQ(run("render run.json --frames 2,5 --out other --set seed=7").exitCode, 0);
-  for (const char* file : {"a.png", "a.pdf", "a.svg"}) {
-    const Result made = run(std::string("figure run other --frame 2,5 --against other "
-                                        "--difference 9 --labels one,two --crop 1,2,3,2 --zoom 64 "
-                                        "--out ") +
-                            file);
-    EXPECT_EQ(made.exitCode, 0) << made.err;
-  }
-  const std::string svg = textOf(folder / "a.svg");
-  EXPECT_THAT(svg, HasSubstr(">one, L1_8bit "));
-  EXPECT_THAT(svg, HasSubstr(">two</text>"));
-  EXPECT_THAT(svg, HasSubstr(">difference x9</text>"));
-  EXPECT_THAT(svg, HasSubstr(">frame 5</text>"));
-  EXPECT_THAT(svg, HasSubstr("width=\"192\" height=\"128\""));
-  const std::map<std::string, std::string> wrong{
-      {"--frame 3", "run: it has no frame 3; it has 2 frames from 2 to 5"},
-      {"--crop 0,0,9999,1", "is outside the frame"},
-      {"--crop 1,2,3", "must be X,Y,WIDTH,HEIGHT"},
-      {"--layer clustr", "it has no layer \"clustr\""},
-      {"--mask skyy", "it has no layer \"mask.skyy\""},
-      {"--difference 5", "--difference needs --against"},
-      {"--against gone", "gone: no such file or folder"},
-      {"--labels a,b,c", "--labels has 3 texts for 1 runs"},
-      {"--out figure.jpg", "ends in .png, .pdf or .svg"}};
-  for (const auto& [options, message] : wrong) {
-    const bool named = options.starts_with("--out");
-    const Result result = run("figure run " + options + (named ? "" : " --out wrong.png"));
-    EXPECT_EQ(result.exitCode, 2) << options;
-    EXPECT_THAT(result.err, HasSubstr(message));
-  }
-  EXPECT_FALSE(fs::exists(folder / "wrong.png"));
-}
-
 TEST_F(App, LensesThatShowNothingAreWarnedOf) {
   std::ofstream(folder / "lens.json") << R"({"objects": [
   {"name": "lens", "shape": "implicit", "surface": "sphere", "radius": 0.5, "segments": [8, 6],

@@ -247,6 +247,8 @@ ExitCode runSuite(const NightlyOptions& options, const CommonOptions& common) {
   std::error_code ignored;
   if (fs::is_regular_file(options.baseline, ignored))
     return compareWithProgram(options, suite, printer, common.json);
+  if (options.repeats == 0)
+    throw UsageError("--repeats 0 measures no times: name a program with --baseline, or 1 or more");
   const bool measures = !options.compareOnly && !options.reportOnly;
   History history(options.history, measures             ? History::Mode::Create
                                    : options.reportOnly ? History::Mode::Read
@@ -268,7 +270,13 @@ ExitCode runSuite(const NightlyOptions& options, const CommonOptions& common) {
           ? history.verdicts(night.id)
           : nightly::judgeNight(history, night, suite.gates, countersThatMustBeZero());
   if (measures) nightly::dropOld(history);
-  night = *history.night(night.id);
+  if (const auto judged = history.night(night.id)) {
+    night = *judged;
+  } else {
+    throw UsageError(options.history + ": the history is damaged (night " +
+                     std::to_string(night.id) +
+                     " is gone); put a copy in its place, or begin another one with --history");
+  }
   writeNightReports(history, night, verdicts, suite, options);
   return conclude(night, verdicts, common.json);
 }
@@ -436,8 +444,9 @@ Command nightlyCommand(CommonOptions& common) {
              "How much longer than the accepted build is a regression, percent [the suite's]",
              {.least = 0.1, .most = 1000}),
       option("--repeats", options->repeats, "N",
-             "Timed rounds at first; up to four times as many until a time is decided",
-             {.least = 1, .most = 1000, .showsDefault = true}),
+             "Timed rounds at first; up to four times as many until a time is decided; 0, with a "
+             "program as --baseline: compare pixels alone",
+             {.least = 0, .most = 1000, .showsDefault = true}),
       option("--clock", options->clock, "CLOCK",
              "Which times count: wall (what passes), or cpu (of all threads)",
              {.showsDefault = true}),

@@ -18,7 +18,7 @@ struct BuildsOptions {
   std::filesystem::path program;   ///< the build that is judged
   std::filesystem::path baseline;  ///< the build that it is compared with
   std::filesystem::path folder;    ///< for frames that differ: CASE/now, CASE/baseline
-  int rounds = 8;                  ///< up to four times as many while a step is undecided
+  int rounds = 8;      ///< up to four times as many while a step is undecided; 0: pixels alone
   double gate = 0.05;  ///< a step is slower if it takes longer by more than this fraction
 };
 

@@ -23,12 +23,13 @@ class Builds : public testing::Test {
 
   BuildsComparison compare(const Build& now, const Build& before = {}) {
     builds = {{"now", now}, {"before", before}};
-    return compareBuilds(one, lab, {folder / "now", folder / "before", folder / "differ"});
+    return compareBuilds(one, lab, {folder / "now", folder / "before", folder / "differ", rounds});
   }
   static TimeState stateOfStep(const BuildsComparison& comparison, const std::string& step) {
     return std::ranges::find(comparison.steps, step, &StepRatio::step)->state;
   }
 
+  int rounds = 8;
   fs::path folder;
   NightCase one;
   std::map<std::string, Build> builds;
@@ -45,6 +46,16 @@ TEST_F(Builds, EqualOnesHold) {
   for (const StepRatio& step : comparison.steps) EXPECT_NE(step.state, TimeState::Fails);
   EXPECT_EQ(stateOfStep(comparison, "frame"), TimeState::Holds);
   EXPECT_FALSE(fs::exists(folder / "differ/own.a.m/baseline"));
+}
+
+TEST_F(Builds, PixelsAloneAreNotTimed) {
+  Build lighter;
+  lighter.steps["a"] = 1;
+  rounds = 0;
+  const BuildsComparison comparison = compare(lighter);
+  EXPECT_EQ(comparison.frames, 8);
+  EXPECT_EQ(comparison.equal, 0);
+  EXPECT_TRUE(comparison.steps.empty());
 }
 
 TEST_F(Builds, ASlowerOneFails) {
