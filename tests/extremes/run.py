@@ -316,7 +316,7 @@ def merged(table, methods):
             bound, reason = Bench.bound(known[row["case"]], row["method"])
             row |= {"bound": f"{bound:g}", "reason": reason}
     place = {c.name: i for i, c in enumerate(CASES)} | {"sequence": len(CASES)}
-    return sorted((row for row in rows.values() if row["case"] in place),
+    return sorted((row for row in rows.values() if row["case"] in place and row["method"] in methods),
                   key=lambda row: (place[row["case"]], methods.index(row["method"])))
 
 
