@@ -1,6 +1,7 @@
 // catoptric's entry: errors become exit codes.
 #include <csignal>
 #include <exception>
+#include <filesystem>
 #include <new>
 
 #include "app/commands.h"
@@ -28,6 +29,8 @@ int main(int argc, char** argv) {
     return 128 + SIGPIPE;
   } catch (const std::bad_alloc&) {
     return fail("out of memory", ExitCode::OutOfMemory);
+  } catch (const std::filesystem::filesystem_error& error) {
+    return fail(error.what(), ExitCode::Output);
   } catch (const std::exception& error) {
     return fail(std::string("internal error: ") + error.what(), ExitCode::Internal);
   }

@@ -135,6 +135,14 @@ TEST_F(Sweep, AnUnknownReferenceIsNoMethod) {
   EXPECT_THAT(result.err, HasSubstr("did you mean \"truth\"?"));
 }
 
+TEST_F(Sweep, AFolderThatCannotBeMadeIsExit5) {
+  const Result result =
+      run("sweep run.json --method reference --vary threads=1,2 --repeats 0 --frames 2 --out "
+          "run.json/s");
+  EXPECT_EQ(result.exitCode, 5) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("run.json"));
+}
+
 TEST_F(Sweep, TheSameOptionsTwiceAreTwoSettings) {
   const Result result =
       run(R"(sweep run.json --set 'methods=[{"method": "reference", "name": "a"}, )"

@@ -330,9 +330,11 @@ void Context::finish(const char* place) {
 
 void Context::check(const char* place) {
   std::string problems;
+  ExitCode code = ExitCode::Internal;
   for (std::size_t i = 0; i < kMaxMessages; ++i) {
     const GLenum error = glGetError();
     if (error == GL_NO_ERROR) break;
+    if (error == GL_OUT_OF_MEMORY) code = ExitCode::OutOfMemory;
     problems += (problems.empty() ? "" : ", ") + errorName(error);
   }
   std::vector<std::string> messages;
@@ -342,8 +344,8 @@ void Context::check(const char* place) {
   }
   for (const std::string& message : messages) problems += "\n  driver: " + message;
   if (!problems.empty()) {
-    throw Error(ExitCode::Internal, "OpenGL reports an error in " + std::string(place) + ": " +
-                                        problems + " (" + state_->info.renderer + ")");
+    throw Error(code, "OpenGL reports an error in " + std::string(place) + ": " + problems + " (" +
+                          state_->info.renderer + ")");
   }
 }
 

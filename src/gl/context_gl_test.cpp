@@ -83,6 +83,16 @@ TEST(Context, TurnsErrorsIntoExceptionsOnce) {
   EXPECT_NO_THROW(context.check("the next step"));
 }
 
+TEST(Context, OutOfMemoryIsExit8) {
+  Context& context = testContext();
+  GLuint buffer = 0;
+  glCreateBuffers(1, &buffer);
+  glNamedBufferStorage(buffer, GLsizeiptr{1} << 46, nullptr, 0);
+  EXPECT_THAT([&] { context.check("the step"); },
+              Throws<Error>(Property(&Error::code, ExitCode::OutOfMemory)));
+  glDeleteBuffers(1, &buffer);
+}
+
 TEST(Context, RefusesADeviceThatIsNotThere) {
   // The context in use survives the failed attempt.
   testContext();
