@@ -164,6 +164,11 @@ TEST_F(App, WrongFilesAreNamedInOneLine) {
   ASSERT_EQ(::mkfifo((folder / "pipe.json").c_str(), 0600), 0);
   refuses("plan pipe.json", 2, "pipe.json: is not a regular file");
   refuses("plan run.json --set scene=pipe.json", 3, "pipe.json");
+  std::ofstream(folder / "model.blend") << "BLENDER-v304";
+  refuses("plan model.blend", 2, "model.blend: is neither a run config nor a scene; scenes are");
+  fs::create_directories(folder / "configs");
+  fs::copy_file(folder / "run.json", folder / "configs/room.json");
+  refuses("plan room", 2, "room: no such file (did you mean \"configs/room.json\"?)");
   std::ofstream(folder / "broken.json") << "{\"objects\": [";
   refuses("plan run.json --set scene=broken.json", 3, "broken.json:1");
   // Frames and devices are checked before the scene is loaded.

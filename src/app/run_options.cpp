@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cstdio>
+#include <fstream>
 
 #include "config/json_text.h"
 #include "core/parallel.h"
@@ -14,12 +16,29 @@ namespace {
 
 constexpr const char* kStandardInput = "-";
 
-/// A file that is not there, with the nearest name of its folder.
+/// Whether a file may be JSON or glTF, by its name or its first character.
+bool mayBeInput(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension == ".json" || extension == ".gltf" || extension == ".glb") return true;
+  std::ifstream stream(file);
+  char first = '{';
+  stream >> first;
+  return first == '{';
+}
+
+/// Throws if the input is no file that could be a config or a scene; names the nearest one.
 void requireInput(const std::string& input) {
   namespace fs = std::filesystem;
   const fs::path path = input;
   std::error_code error;
-  if (fs::is_regular_file(path, error)) return;
+  if (fs::is_regular_file(path, error)) {
+    if (mayBeInput(path)) return;
+    throw UsageError(input +
+                     ": is neither a run config nor a scene; scenes are .json, .gltf and .glb "
+                     "(export models of other programs as glTF)");
+  }
   if (fs::is_directory(path, error))
     throw UsageError(input + ": is a folder; name a run config or a scene (.json, .gltf, .glb)");
   if (fs::exists(path, error))
@@ -29,8 +48,14 @@ void requireInput(const std::string& input) {
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
     if (entry.is_regular_file(error)) names.push_back(entry.path().filename().string());
   const std::string nearest = nearestName(path.filename().string(), names);
-  const std::string hint =
-      nearest.empty() ? "" : " (did you mean \"" + (path.parent_path() / nearest).string() + "\"?)";
+  std::vector<std::string> meant;
+  if (!nearest.empty()) meant.push_back("\"" + (path.parent_path() / nearest).string() + "\"");
+  for (const char* known : {"configs", "scenes"}) {  // as `catoptric list` lists them
+    const fs::path file = fs::path(known) / (path.stem().string() + ".json");
+    if (path.parent_path().empty() && fs::is_regular_file(file, error))
+      meant.push_back("\"" + file.string() + "\"");
+  }
+  const std::string hint = meant.empty() ? "" : " (did you mean " + joined(meant, " or ") + "?)";
   const std::string message = input + ": no such file" + hint;
   if (path.extension() == ".gltf" || path.extension() == ".glb") throw SceneError(message);
   throw UsageError(message);
