@@ -508,7 +508,7 @@ TEST_F(App, TooLittleMemoryIsExit8) {
   ASSERT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 8) << textOf(folder / "stderr.txt");
   EXPECT_EQ(textOf(folder / "stderr.txt"), "error: out of memory\n");
-  EXPECT_THAT(run("--help").out, HasSubstr("8  the memory did not suffice"));
+  EXPECT_THAT(run("--help").out, HasSubstr("8  out of memory"));
 }
 
 TEST_F(App, FramesSayWhereTheyComeFrom) {
@@ -554,7 +554,7 @@ ask catoptric render run.js
 TEST_F(App, TheManualPageNamesEveryCommandAndOption) {
   const std::string page = run("list --man").out;
   for (const char* part : {".SS render", ".SS compare", ".SH EXIT STATUS", ".SH EXAMPLES",
-                           "\\fB\\-\\-existing\\fR \\fIHOW\\fR", "8  the memory did not suffice"})
+                           "\\fB\\-\\-existing\\fR \\fIHOW\\fR", "8  out of memory"})
     EXPECT_THAT(page, HasSubstr(part));
   const std::string command = "man -l --warnings=all - >/dev/null 2>'" +
                               (folder / "man.txt").string() + "' <'" +

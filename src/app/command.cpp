@@ -14,7 +14,7 @@ std::string text(const std::string& value) {
   return value;
 }
 std::string text(const std::vector<std::string>& values) {
-  return "[" + joined(values, ",") + "]";
+  return joined(values, ",");
 }
 template <class T>
 requires std::is_arithmetic_v<T> std::string text(T value) {
@@ -43,14 +43,14 @@ std::vector<std::string> OptionRow::names() const {
   return names;
 }
 
-std::string OptionRow::defaultText() const {
-  if (!rules.showsDefault) return "";
+std::string OptionRow::fullHelp() const {
+  if (!rules.showsDefault) return help;
   return std::visit(
-      [](const auto* value) -> std::string {
+      [&](const auto* value) -> std::string {
         if constexpr (requires { text(*value); })
-          return text(*value);
+          return help + " [" + text(*value) + "]";
         else
-          return "";
+          return help;
       },
       member);
 }
@@ -65,6 +65,19 @@ const Command& Program::command(std::string_view name) const {
                                   [&](const Command& command) { return command.name == name; });
   assert(found != commands.end());
   return *found;
+}
+
+std::string wrapped(const std::string& text, std::size_t width) {
+  std::istringstream words(text);
+  std::string lines;
+  std::size_t column = 0;
+  for (std::string word; words >> word;) {
+    const bool breaks = column > 0 && column + 1 + word.size() > width;
+    if (column > 0) lines += breaks ? "\n" : " ";
+    column = (breaks || column == 0 ? 0 : column + 1) + word.size();
+    lines += word;
+  }
+  return lines;
 }
 
 }  // namespace catoptric::app

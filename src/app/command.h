@@ -56,8 +56,8 @@ struct OptionRow {
   bool isList() const;
   /// "-q", "--quiet"; empty for an argument.
   std::vector<std::string> names() const;
-  /// For example "8"; "" unless the rules show it.
-  std::string defaultText() const;
+  /// The help text, which ends with the default in brackets if the rules show it.
+  std::string fullHelp() const;
 };
 
 OptionRow option(const char* spelling, Target member, const char* valueName, std::string help,
@@ -91,6 +91,10 @@ struct Program {
 
   const Command& command(std::string_view name) const;
 };
+
+inline constexpr std::size_t kHelpWidth = 100;  ///< columns of a help page
+/// `text` in lines of at most `width` columns.
+std::string wrapped(const std::string& text, std::size_t width);
 
 /// The help option that every command has before its own options.
 inline constexpr const char* kHelpNames = "-h,--help";

@@ -14,27 +14,20 @@
 namespace catoptric::app {
 namespace {
 
-constexpr std::size_t kHelpWidth = 100;  ///< columns of a help page
-constexpr std::size_t kNameWidth = 34;   ///< columns of the options' names
-
-/// `text` in lines of at most `width` columns.
-std::string wrapped(const std::string& text, std::size_t width) {
-  std::istringstream words(text);
-  std::string lines;
-  std::size_t column = 0;
-  for (std::string word; words >> word;) {
-    const bool breaks = column > 0 && column + 1 + word.size() > width;
-    if (column > 0) lines += breaks ? "\n" : " ";
-    column = (breaks || column == 0 ? 0 : column + 1) + word.size();
-    lines += word;
-  }
-  return lines;
-}
+constexpr std::size_t kNameWidth = 34;  ///< columns of the options' names
 
 /// CLI11's help pages, with the descriptions in lines that a terminal holds.
 class HelpFormatter : public CLI::Formatter {
  public:
   HelpFormatter() { column_width(kNameWidth); }
+  std::string make_group(std::string group, bool isPositional,
+                         std::vector<const CLI::Option*> options) const override {
+    const bool anyDefault = std::ranges::any_of(options, [](const CLI::Option* option) {
+      return option->get_description().ends_with("]");
+    });
+    if (anyDefault) group += " (the default in [ ])";
+    return CLI::Formatter::make_group(group, isPositional, options);
+  }
   std::string make_option_desc(const CLI::Option* option) const override {
     return wrapped(CLI::Formatter::make_option_desc(option), kHelpWidth - kNameWidth);
   }
@@ -71,7 +64,7 @@ void addOption(CLI::App& command, const OptionRow& row) {
         } else {
           if constexpr (std::is_same_v<Member, int>)
             if (row.isFlag()) return command.add_flag(row.spelling, *member, row.help);
-          return command.add_option(row.spelling, *member, row.help);
+          return command.add_option(row.spelling, *member, row.fullHelp());
         }
       },
       row.member);
@@ -79,7 +72,6 @@ void addOption(CLI::App& command, const OptionRow& row) {
   const Rules& rules = row.rules;
   addChecks(*option, rules);
   option->type_name(row.valueName)->required(rules.required);
-  if (rules.showsDefault) option->default_str(row.defaultText());
   if (rules.commas) option->delimiter(',');
   if (rules.oneEach) option->allow_extra_args(false);
   if (rules.needs != nullptr) option->needs(command.get_option(rules.needs));

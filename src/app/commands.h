@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/command.h"
@@ -56,6 +57,20 @@ Program makeProgram(CommonOptions& common);
 /// Reads the command line (without the program's name) and runs the command. Throws what the
 /// command throws, and UsageError for arguments that cannot be parsed.
 ExitCode runProgram(std::vector<std::string> arguments);
+
+/// An exit code of a command, with the command's own text for it; null: the program's.
+struct ExitText {
+  std::string_view code;
+  const char* text = nullptr;
+};
+/// "Exit codes: 0 done; ..." in lines of a help page. "0" need not be among the codes.
+std::string exitCodes(std::vector<ExitText> codes);
+
+/// What --existing and --progress of several commands say.
+OptionRow existingRow(std::string& how);
+OptionRow progressRow(std::string& how);
+/// The value of arguments that name frames.
+inline constexpr const char* kFramesHelp = "A run's folder, a folder of EXR files, or one EXR file";
 
 /// The rows of --json, -q and -v.
 Rows commonRows(CommonOptions& common);

@@ -111,48 +111,51 @@ ExitCode compare(const CompareOptions& options, const CommonOptions& common) {
 Command compareCommand(CommonOptions& common) {
   const auto options = std::make_shared<CompareOptions>();
   const Rows own = {
-      option("run", options->run, "RUN", "A run's folder, a folder of EXR files, or one EXR file",
+      option("run", options->run, "RUN", kFramesHelp, {.required = true}),
+      option("reference", options->reference, "REFERENCE", "The same, to compare the run with",
              {.required = true}),
-      option("reference", options->reference, "REFERENCE",
-             "What the run is compared with, likewise", {.required = true}),
       option("--out", options->out, "DIR",
-             "Folder for pictures of the differences and for tables (CSV, JSON)",
+             "Folder for pictures of the differences and for tables (CSV, JSON) [none are written]",
              {.notEmpty = true}),
       option("--fail", options->fail, "X",
-             "Let a pixel fail when R, G, B or A differs by more than this (scene-linear; relative "
-             "for values above 1); "
-             "a frame with failing pixels is exit 7",
+             "A pixel fails if its R, G, B or A differs by more than X: scene-linear values, "
+             "relative to the larger one above 1. The exit code is 7 if pixels of a frame fail",
              {.least = 0}),
       option("--fail-percent", options->failPercent, "P",
-             "Let a frame pass when at most this percentage of its pixels fail [0]",
+             "Percentage of a frame's pixels that may fail [0]",
              {.least = 0, .most = 100, .needs = "--fail"}),
       option("--hard-fail", options->hardFail, "X",
-             "Exit 7 when R, G, B or A of any pixel differs by more than this (scene-linear)",
+             "The exit code is 7 if R, G, B or A of any pixel differs by more than X, measured as "
+             "for --fail",
              {.least = 0}),
       option("--max-mean", options->maxMean, "X",
-             "Exit 7 when a frame's pixels differ by more than this in the mean, each by its "
-             "largest difference of R, G, B or A (scene-linear)",
+             "The exit code is 7 if the mean over a frame's pixels of the largest difference of R, "
+             "G, B and A exceeds X, measured as for --fail",
              {.least = 0}),
       option("--max-l1", options->maxL1, "X",
-             "Exit 7 when L1_8bit, the mean absolute difference of display values 0..255, is "
-             "larger than this",
+             "The exit code is 7 if L1_8bit, the mean absolute difference of 8-bit sRGB values, "
+             "exceeds X",
              {.least = 0}),
       option("--start-exposure", options->flip.startExposure, "EV",
-             "First exposure of HDR-FLIP, in stops [-3]", {.least = -60, .most = 60}),
+             "Lowest exposure of HDR-FLIP, in stops [-3]", {.least = -60, .most = 60}),
       option("--stop-exposure", options->flip.stopExposure, "EV",
-             "Last exposure of HDR-FLIP, in stops [3]", {.least = -60, .most = 60}),
+             "Highest exposure of HDR-FLIP, in stops [3]", {.least = -60, .most = 60}),
       option("--num-exposures", options->flip.exposures, "N",
              "Number of exposures of HDR-FLIP, at most 100 [6]", {.least = 1, .most = 100}),
       option("--ppd", options->flip.pixelsPerDegree, "N",
-             "Pixels in a degree of the viewer's field, for FLIP; 1 to 400 [67.02]",
+             "Pixels per degree of visual angle, for FLIP; 1 to 400 [67.02]",
              {.least = 1, .most = 400}),
   };
-  return {"compare", "Measure the errors of a run against another, and draw the differences.",
-          own + commonRows(common), R"(Example:
+  return {"compare", "Measure the errors of a run against another run, and draw the differences.",
+          own + commonRows(common),
+          R"(Example:
   catoptric compare out/demo/traced out/demo/reference --fail 0.1 --fail-percent 2
 
-Frames that only one side has are exit 7, too. docs/measuring.md explains every measure.
-)",
+docs/measuring.md explains every measure.
+)" + exitCodes({{"2"},
+                {"3", "a frame is damaged"},
+                {"5"},
+                {"7", "a limit is exceeded, or only one side has a frame"}}),
           [options, &common] { return compare(*options, common); }};
 }
 

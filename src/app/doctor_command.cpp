@@ -110,12 +110,12 @@ ExitCode doctor(const CommonOptions& common) {
 
 Command doctorCommand(CommonOptions& common) {
   return {"doctor",
-          "Try every OpenGL platform and device, and say what is missing and what to do about it.",
+          "Try every OpenGL platform and device, and say what is missing and how to mend it.",
           commonRows(common), R"(Example:
   catoptric doctor
 
-It also says where the cache is and how large it has grown. Exit code: 4 when no device can render.
-)",
+It also prints the folder of the cache, and its size.
+)" + exitCodes({{"4", "no device can render"}}),
           [&common] { return doctor(common); }};
 }
 

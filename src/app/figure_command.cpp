@@ -130,48 +130,50 @@ ExitCode figure(const FigureOptions& options, const CommonOptions&) {
 Command figureCommand(CommonOptions& common) {
   const auto options = std::make_shared<FigureOptions>();
   const Rows own = {
-      option("runs", options->runs, "RUN", "Runs' folders, folders of EXR files, or EXR files",
+      option("runs", options->runs, "RUN", "Folders of runs, folders of EXR files, or EXR files",
              {.required = true}),
       option("--out", options->out, "FILE", "The figure: .png, .pdf or .svg",
              {.required = true, .notEmpty = true}),
       option("--frame", options->frames, "N",
-             "Frames, with commas; each has a row [the first of the first run]", {.commas = true}),
+             "Frames, separated by commas; each gets a row [the first frame of the first run]",
+             {.commas = true}),
       option("--crop", options->crops, "X,Y,W,H",
-             "Show this part, in pixels from the upper left corner; each --crop has a row",
+             "Show only this part, in pixels from the upper left corner; each --crop gets a row",
              {.notEmpty = true, .oneEach = true}),
       option("--zoom", options->shown.zoom, "N", "Enlarge each pixel to a square of N x N pixels",
              {.least = 1, .most = 64, .showsDefault = true}),
       option("--width", options->shown.width, "PIXELS",
-             "Make wider panels smaller, to this width (0: do not)", {.least = 0, .most = 65535}),
+             "Shrink wider panels to this width [0: no limit]", {.least = 0, .most = 65535}),
       option("--layer", options->shown.layer, "NAME",
-             "Show this layer instead of the colours, as `catoptric layers` draws it",
+             "Show this layer instead of the colours, drawn as by `catoptric layers`",
              {.notEmpty = true}),
-      option("--mask", options->shown.mask, "NAME", "Show the pixels of the layer mask.NAME in red",
+      option("--mask", options->shown.mask, "NAME", "Mark the pixels of the layer mask.NAME in red",
              {.notEmpty = true}),
       option("--against", options->against, "RUN",
-             "Write the L1_8bit of each panel's whole frame against this run into its label",
+             "Label each panel with the L1_8bit of its whole frame against this run",
              {.notEmpty = true}),
       option("--difference", options->shown.difference, "GAIN",
-             "Below the panels show how they differ from --against, in display steps times GAIN",
+             "Add a row below: the difference from --against in 8-bit sRGB values, times GAIN",
              {.least = 0, .most = 255}),
       option("--labels", options->labels, "TEXT",
              "Labels of the runs, separated by commas [the names of their folders]",
              {.commas = true}),
-      option("--title", options->title, "TEXT", "A line above the figure"),
-      option("--columns", options->columns, "N", "Panels in a row (0: one for each run)",
+      option("--title", options->title, "TEXT", "Line of text above the figure"),
+      option("--columns", options->columns, "N", "Panels in a row [0: one for each run]",
              {.least = 0, .most = 1000}),
   };
-  return {"figure", "Put frames of runs side by side: crops, differences and labels for a paper.",
+  return {"figure",
+          "Put frames of runs side by side, with crops, differences and labels, as a figure for a "
+          "paper.",
           own + commonRows(common),
-          R"(PDF and SVG files have labels that are text. The same runs give the same bytes.
+          R"(Labels in PDF and SVG files are text.
 
 Example:
   catoptric figure out/demo/second_order out/demo/traced --against out/demo/traced --difference 50 \
       --frame 1 --crop 100,80,160,120 --zoom 2 --out figure.pdf
-
-Exit codes: 0 done; 2 the command line is wrong, or a frame, layer or part is not there; 3 a frame is damaged;
-5 output could not be written, or the font DejaVu Sans is not installed.
-)",
+)" + exitCodes({{"2", "the command line is wrong, or a frame, layer or part does not exist"},
+                {"3", "a frame is damaged"},
+                {"5", "output could not be written, or the font DejaVu Sans is not installed"}}),
           [options, &common] { return figure(*options, common); }};
 }
 

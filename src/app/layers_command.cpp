@@ -64,20 +64,19 @@ ExitCode layers(const LayersOptions& options, const CommonOptions& common) {
 Command layersCommand(CommonOptions& common) {
   const auto options = std::make_shared<LayersOptions>();
   const Rows own = {
-      option("frames", options->frames, "FRAMES",
-             "A run's folder, a folder of EXR files, or one EXR file", {.required = true}),
-      option("--out", options->out, "DIR", "Folder for the pictures, frame.0001.LAYER.png",
+      option("frames", options->frames, "FRAMES", kFramesHelp, {.required = true}),
+      option("--out", options->out, "DIR", "Folder for the pictures, frame.0001.LAYER.png, ...",
              {.required = true, .notEmpty = true}),
       option("--layer", options->layers, "NAME",
-             "Draw only these layers, separated by commas: cluster, id, mask, N, Z, ... [all but R "
-             "G B A]",
+             "Draw only these layers, separated by commas: cluster, id, mask, N, Z, ... [all but "
+             "R, G, B, A]",
              {.notEmpty = true, .commas = true}),
   };
   return {
       "layers", "Draw the layers of frames as PNG pictures: ids, masks, normals, depth.",
       own + commonRows(common),
-      R"(Each number of an id has a colour of its own. Masks and s are gray, from 0 (black) to 1 (white). Of
-the depth Z the nearest point is white.
+      R"(Each id gets its own colour. Masks and s are gray, from 0 (black) to 1 (white). Depth Z is gray; the
+nearest point is white.
 
 Example:
   catoptric render configs/demo.json --out out/demo --set 'image.layers=["cluster","id"]'

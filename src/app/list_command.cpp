@@ -159,18 +159,18 @@ Command listCommand(CommonOptions& common) {
   const auto options = std::make_shared<ListOptions>();
   const Rows own = {
       option("what", options->what, "WHAT",
-             "What to list, any of " + joined(kWhat, ", ") + " [all but the devices]"),
+             "What to list: any of " + joined(kWhat, ", ") + " [all but devices]"),
       option("--schema", options->pages.schema, "NAME",
-             "Print a JSON Schema instead: that of " + joined(run::schemaNames(), ", ")),
+             "Print instead the JSON Schema of one of " + joined(run::schemaNames(), ", ")),
       flag("--markdown", options->pages.markdown,
-           "Print the schema, or what methods report, as a page in Markdown"),
+           "Print the schema, or with methods their steps and counters, as a Markdown page"),
       flag("--man", options->pages.man, "Print the program's manual page"),
       option("--completion", options->pages.completion, "SHELL",
-             "Print what completes command lines in a shell: bash or zsh"),
+             "Print a completion script for a shell: bash or zsh"),
   };
   return {"list",
-          "List what there is: methods, steps, counters, scenes, paths, configs, shapes, "
-          "devices. Or print a JSON Schema, the manual page, or a shell's completion.",
+          "List methods, steps, counters, scenes, paths, configs, shapes or devices; or print a "
+          "JSON Schema, the manual page, or a shell's completion script.",
           own + commonRows(common),
           "Examples:\n  catoptric list methods\n  catoptric list devices\n"
           "  catoptric list --schema run > configs/schema/run.schema.json\n"

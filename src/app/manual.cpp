@@ -41,17 +41,14 @@ std::string verbatim(const std::string& text) {
   return ".nf\n" + troff(text) + (text.ends_with('\n') ? "" : "\n") + ".fi\n";
 }
 
-/// ".TP" and an option's names, value, description and default.
+/// ".TP" and an option's names, value and help.
 std::string optionEntry(const OptionRow& option) {
   std::vector<std::string> names;
   for (const std::string& name : option.names()) names.push_back("\\fB" + troff(name) + "\\fR");
   std::string entry = ".TP\n" + joined(names, ", ");
   if (!option.isFlag())
     entry += (names.empty() ? "\\fI" : " \\fI") + troff(option.valueName) + "\\fR";
-  entry += "\n" + troff(option.help);
-  if (const std::string text = option.defaultText(); !text.empty())
-    entry += " [" + troff(text) + "]";
-  return entry + "\n";
+  return entry + "\n" + troff(option.fullHelp()) + "\n";
 }
 
 /// "catoptric render [OPTIONS] CONFIG|SCENE".
@@ -158,7 +155,8 @@ std::string manPage(const Program& program) {
       ".TH CATOPTRIC 1\n.SH NAME\ncatoptric \\- renders reflections along camera paths\n"
       ".SH SYNOPSIS\n";
   for (const Command& command : program.commands) page += synopsis(command) + ".br\n";
-  page += ".SH DESCRIPTION\n" + troff(program.summary) + "\n.SH COMMANDS\n";
+  page += ".SH DESCRIPTION\n" + troff(program.summary) +
+          "\n.SH COMMANDS\nBrackets after the text of an option give its default.\n";
   for (const Command& command : program.commands) page += commandSection(command);
   const std::string& footer = program.footer;
   const std::size_t codes = footer.find("Exit codes:\n");
@@ -167,10 +165,10 @@ std::string manPage(const Program& program) {
           verbatim(footer.substr(footer.find('\n') + 1, codes - footer.find('\n') - 2));
   return page +
          ".SH ENVIRONMENT\n.TP\n\\fBCATOPTRIC_CACHE\\fR\n"
-         "where baked light is kept [$XDG_CACHE_HOME/catoptric or ~/.cache/catoptric]\n"
-         ".TP\n\\fBCATOPTRIC_SCENE_MIB\\fR\nhow much memory a scene may take, in MiB [4096]\n"
-         ".TP\n\\fBNO_COLOR\\fR\nno colours on standard error when it is not empty\n"
-         ".SH SEE ALSO\nThe pages in the folder of the documentation, share/doc/catoptric.\n";
+         "Folder of baked light [$XDG_CACHE_HOME/catoptric or ~/.cache/catoptric]\n"
+         ".TP\n\\fBCATOPTRIC_SCENE_MIB\\fR\nMemory that a scene may take, in MiB [4096]\n"
+         ".TP\n\\fBNO_COLOR\\fR\nIf it is not empty, standard error has no colours\n"
+         ".SH SEE ALSO\nThe documentation in share/doc/catoptric.\n";
 }
 
 std::string completion(const Program& program, const std::string& shell) {

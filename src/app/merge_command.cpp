@@ -92,24 +92,27 @@ Command mergeCommand(CommonOptions& common) {
              "The folders of the parts, in any order, or the folder of a `submit`",
              {.required = true}),
       option("--out", options->out, "DIR",
-             "Folder for the whole run [of a `submit`: merged/ in its folder]", {.notEmpty = true}),
+             "Folder for the whole run [for a `submit`: merged/ in its folder; otherwise required]",
+             {.notEmpty = true}),
       option("--existing", options->existing, "HOW",
-             "What to do when that folder holds a run already: error (refuse) or overwrite",
+             "What to do if that folder already has a run: error (refuse), or overwrite",
              {.showsDefault = true}),
   };
   return {
-      "merge", "Join the parts of a run, which `render --chunk` has made, into one run.",
+      "merge", "Join the parts of a run, made by `render --chunk`, into one run.",
       own + commonRows(common),
-      R"(The parts must agree in settings, scene, program and renderer (otherwise exit 2), and no frame may
-be missing or damaged (otherwise exit 6, with a list of them); then nothing is written. A warning
-names parts that were made by unlike machines, and how far they may differ.
-Frames are hard links to those of the parts where the file system has them, and copies elsewhere.
+      R"(The parts must agree in settings, scene, program and renderer, and no frame may be missing or damaged.
+Otherwise nothing is written. If the parts were made on unlike machines, a warning names the machines and
+says how far the frames may differ. The merged frames are hard links to those of the parts, or copies if the
+file system has no hard links.
 
 Example:
   catoptric render configs/demo.json --chunk 1/2 --out out/part1
   catoptric render configs/demo.json --chunk 2/2 --out out/part2
   catoptric merge out/part1 out/part2 --out out/whole
-)",
+)" + exitCodes({{"2", "the command line is wrong, or the parts do not agree"},
+                {"5"},
+                {"6", "frames are missing or damaged; they are listed"}}),
       [options, &common] { return merge(*options, common); }};
 }
 

@@ -397,19 +397,17 @@ ExitCode nightlyCommand(const NightlyOptions& options, const CommonOptions& comm
 
 Rows reportRows(NightlyOptions& options) {
   return Rows{
-      flag("--run-only", options.runOnly, "Measure, and judge another time"),
-      flag("--compare-only", options.compareOnly,
-           "Judge the newest night once more; render nothing"),
+      flag("--run-only", options.runOnly, "Measure only; judge later with --compare-only"),
+      flag("--compare-only", options.compareOnly, "Judge the newest night again; render nothing"),
       flag("--report-only", options.reportOnly,
-           "Write the page and JUnit of the newest judged night; change nothing"),
+           "Write only the page and the JUnit file of the newest judged night"),
       option("--html", options.html, "DIR", "Write the page into this folder", {.notEmpty = true}),
       flag("--single-file", options.singleFile,
            "Write the page as one file, index.html, of at most 10 MB"),
-      option("--junit", options.junit, "FILE", "Write the verdicts as JUnit's XML",
+      option("--junit", options.junit, "FILE", "Write the verdicts as JUnit XML",
              {.notEmpty = true}),
-      option("--reason", options.reason, "TEXT", "Why something is accepted"),
-      option("--progress", options.progress, "HOW", "bar, plain, json, none, or auto",
-             {.showsDefault = true}),
+      option("--reason", options.reason, "TEXT", "For accept: why"),
+      progressRow(options.progress),
   };
 }
 
@@ -419,45 +417,46 @@ Command nightlyCommand(CommonOptions& common) {
   const auto options = std::make_shared<NightlyOptions>();
   const Rows own = {
       option("what", options->what, "SUITE|accept|undo|log",
-             "A suite (JSON); or accept, undo, log, of what the newest night says",
+             "A suite to run (JSON); or accept (the results of the newest night), undo (an "
+             "acceptance), log (list what is accepted, and what is not yet)",
              {.required = true}),
       option("cases", options->cases, "CASE",
-             "accept: SCENE.METHOD or SCENE.METHOD:FRAME, * stands for anything; undo: the "
-             "acknowledgement's number"),
-      option("--history", options->history, "FILE", "The history's file",
+             "For accept: SCENE.METHOD or SCENE.METHOD:FRAME; * stands for any text. For undo: the "
+             "number of the acceptance, as log prints it"),
+      option("--history", options->history, "FILE", "Database of all nights",
              {.notEmpty = true, .showsDefault = true}),
       option("--effort", options->effort, "EFFORT",
-             "Which frames of each scene: smoke, full, or another word of the suite",
+             "Set of frames to render, one of the suite's \"efforts\", such as smoke or full",
              {.showsDefault = true}),
       option("--only", options->only, "NAME",
-             "Only these cases, by tag, scene, method or name, with commas; * stands for anything",
+             "Run only these cases, separated by commas: by tag, scene, method or name "
+             "(SCENE.METHOD); * stands for any text",
              {.commas = true, .oneEach = true}),
-      option("--program", options->program, "FILE", "The build that is judged [this one]",
+      option("--program", options->program, "FILE", "Build of catoptric to judge [this one]",
              {.notEmpty = true}),
       option("--baseline", options->baseline, "accepted|anchor|BUILD|FILE",
-             "What times are compared with: accepted (and the anchor), anchor alone, or a kept "
-             "build by the begin of its fingerprint, as `nightly log` prints it; or another "
-             "program: both render the suite, frames are compared bit for bit and the times of "
-             "steps in turns, without the history",
+             "Build to compare times with: accepted, with the anchor (the build of the first "
+             "acceptance); anchor, alone; BUILD, a stored build by the first characters of its "
+             "fingerprint, as log prints it. FILE, another catoptric program: both programs render "
+             "the suite; frames are compared bit for bit, and step times in interleaved rounds; "
+             "the history is not used",
              {.notEmpty = true, .showsDefault = true}),
       option("--time-gate", options->timeGate, "PERCENT",
-             "How much longer than the accepted build is a regression, percent [the suite's]",
+             "Largest slowdown against the accepted build that passes, in percent [the suite's]",
              {.least = 0.1, .most = 1000}),
       option("--repeats", options->repeats, "N",
-             "Timed rounds at first; up to four times as many until a time is decided; 0, with a "
-             "program as --baseline: compare pixels alone",
+             "Timed rounds at first; undecided cases get up to four times as many. 0, with a program "
+             "as --baseline: compare only pixels",
              {.least = 0, .most = 1000, .showsDefault = true}),
-      option("--clock", options->clock, "CLOCK",
-             "Which times count: wall (what passes), or cpu (of all threads)",
-             {.showsDefault = true}),
+      clockRow(options->clock),
       option("--patience", options->patience, "MINUTES",
-             "How long a program may take for its start or a frame before it is ended, minutes",
+             "Time that a program may take for its start or for a frame, before it is killed",
              {.least = 0.01, .most = 100'000, .showsDefault = true}),
   };
-  return {
-      "nightly",
-      "Compare a suite with what was accepted, night by night: times, pictures, counters, memory.",
-      own + reportRows(*options) + commonRows(common), R"(Examples:
+  return {"nightly",
+          "Render a suite of scenes every night, and compare times, frames, counters and memory "
+          "with what was accepted.",
+          own + reportRows(*options) + commonRows(common), R"(Examples:
   catoptric nightly configs/nightly/own.suite.json --html out/nightly/page --junit out/nightly/junit.xml
   catoptric nightly configs/nightly/own.suite.json --effort smoke --only smoke
   catoptric nightly configs/nightly/own.suite.json --baseline ../before/build/release/bin/catoptric
@@ -465,10 +464,9 @@ Command nightlyCommand(CommonOptions& common) {
   catoptric nightly undo 3
   catoptric nightly log
 
-Exit code 7: a regression; 6: a case could not be rendered; 0: neither. The last line says which.
-A night that was interrupted goes on when the same command is given again.
-)",
-      [options, &common] { return nightlyCommand(*options, common); }};
+If a night was interrupted, the same command continues it.
+)" + exitCodes({{"2"}, {"6", "a case could not be rendered"}, {"7", "a regression"}}),
+          [options, &common] { return nightlyCommand(*options, common); }};
 }
 
 }  // namespace catoptric::app

@@ -216,41 +216,35 @@ Command renderCommand(CommonOptions& common) {
   const auto options = std::make_shared<RenderOptions>();
   const Rows own = {
       option("--out", options->out, "DIR",
-             "Folder for the results; several methods get a folder each in it [out/NAME, by the "
-             "config's name]",
+             "Folder for the results; several methods get a folder each in it [out/CONFIG, such as "
+             "out/demo]",
              {.notEmpty = true}),
-      option("--existing", options->existing, "HOW",
-             "What to do when that folder holds a run already: error (refuse), overwrite (replace "
-             "it), or resume (keep the finished frames that still fit and render the others)",
-             {.showsDefault = true}),
+      existingRow(options->existing),
       option("--chunk", options->chunk, "I/N",
-             "Render only the Ith of N parts of the frames; `catoptric merge` joins the parts"),
+             "Divide the frames into N successive parts, and render only the Ith; `catoptric "
+             "merge` joins the parts"),
       flag("--keep-going", options->keepGoing,
-           "When a frame fails, render the others; the exit code is 6 in the end"),
+           "If a frame fails, render the others; the exit code is then 6"),
       flag("--no-tables", options->noTables,
-           "Write the frames and their records, but no tables and no contact sheet"),
-      option(
-          "--wait", options->wait, "SECONDS",
-          "How many seconds to wait for another process that writes the folder, before giving up",
-          {.least = 0, .most = 86400, .showsDefault = true}),
+           "Write frames and their records, but no tables and no contact sheet"),
+      option("--wait", options->wait, "SECONDS",
+             "If another process writes the folder, wait for it at most this long",
+             {.least = 0, .most = 86400, .showsDefault = true}),
       option("--stop-within", options->stopWithin, "SECONDS",
-             "How many seconds SIGINT or SIGTERM leaves the current frame to be finished, before "
-             "it is dropped",
+             "After SIGINT or SIGTERM, time in which the current frame may be finished before it "
+             "is dropped",
              {.least = 0, .most = 86400, .showsDefault = true}),
       flag("--dry-run", options->dryRun,
-           "Say which frames would be rendered or re-used and what that needs, and write nothing. "
-           "What the run would refuse (a config, a scene, a folder that is not empty) is refused "
-           "here, too"),
-      option("--progress", options->progress, "HOW",
-             "How to show progress on stderr: bar, plain (lines), json (then every line is a JSON "
-             "object), none, or auto (a bar on a terminal, otherwise lines; none with --quiet)",
-             {.showsDefault = true}),
+           "Print which frames would be rendered or re-used and what that needs, and write "
+           "nothing. Errors in the config, the scene or the folder are reported as in a real run"),
+      progressRow(options->progress),
       option("--repeats", options->repeats, "N",
-             "After the run time its methods in turns, frame by frame, in this many rounds, and "
-             "say how far the ratios hold; fewer than 8 cannot tell (0: none)",
+             "After the run, time all its methods in N interleaved rounds, and print the time "
+             "ratios with 95 % confidence intervals (at least 8 rounds) [0: no timing]",
              {.least = 0, .most = 1000}),
       option("--ratio-to", options->ratioTo, "METHOD",
-             "Ratios of --repeats are to this method [traced, else reference, else the first]",
+             "Baseline of the time ratios of --repeats [traced, otherwise reference, otherwise the "
+             "first method]",
              {.notEmpty = true}),
   };
   return {"render", "Render the frames of a camera path.", runRows(*options, common) + own,
@@ -259,11 +253,7 @@ Command renderCommand(CommonOptions& common) {
   catoptric render room.glb --method environment_map --set image.width=1024
   catoptric render configs/demo.json --frames 1-100x10 --existing overwrite
   catoptric render configs/demo.json --chunk 2/8 --out out/part2
-
-Exit codes: 0 done; 2 the command line or the config is wrong; 3 a scene or one of its files; 4 no
-OpenGL device; 5 output could not be written; 6 some frames failed; 8 the memory did not suffice;
-128 + N ended by signal N.
-)",
+)" + exitCodes({{"2"}, {"3"}, {"4"}, {"5"}, {"6"}, {"8"}, {"128 + N"}}),
           [options, &common] { return render(*options, common); }};
 }
 

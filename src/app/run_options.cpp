@@ -174,41 +174,39 @@ config::Value withSelected(const config::Value& root, const std::vector<std::str
 Rows runRows(RunOptions& options, CommonOptions& common) {
   return Rows{
              option("input", options.input, "CONFIG|SCENE",
-                    "A run config, or a scene (.json, .gltf, .glb), which is rendered with the "
-                    "defaults of a config; - reads a run config from standard input",
+                    "A run config, or a scene (.json, .gltf, .glb) to render with the defaults of "
+                    "a config; -: a run config from standard input",
                     {.required = true}),
              option("--frames", options.frames, "LIST",
-                    "Which frames of the path, such as 1-100x2,120: every second one to 100, and "
-                    "120 [all]",
+                    "Frames of the path, such as 1-100x2,120: every second frame from 1 to 100, "
+                    "and frame 120 [all]",
                     {.notEmpty = true}),
              option("--environment", options.environment, "FILE|COLOUR",
-                    "What lights the scene from far away, in place of the scene's own environment: "
-                    "an image (.exr, .hdr), a colour (#8090a0, or a radiance 0.5,0.5,0.5), or sky",
+                    "Replace the scene's environment light: by an image (.exr, .hdr), a colour "
+                    "(#8090a0), a radiance (0.5,0.5,0.5), or sky",
                     {.notEmpty = true}),
-             option(
-                 "--method", options.methods, "NAME",
-                 "Use this method alone: one of the config's by its name, or one that `catoptric "
-                 "list methods` names. Separate several by commas, or repeat the option",
-                 {.commas = true, .oneEach = true}),
+             option("--method", options.methods, "NAME",
+                    "Run only these methods, separated by commas: names in the config, or from "
+                    "`catoptric list methods` [all of the config]",
+                    {.commas = true, .oneEach = true}),
              option("--set", options.settings, "A.B=VALUE",
-                    "Change one value of the config, such as image.width=256 or "
-                    "methods.traced.bvh=refit. A method goes by its name or its number in the "
-                    "config. Repeat the option for several values; docs/config.md lists them. "
-                    "Names of files are relative to the current folder",
+                    "Change one value of the config (docs/config.md), such as image.width=256 or "
+                    "methods.traced.bvh=refit. Repeat the option for several values. A method is "
+                    "given by its name, or by its number in the config, from 0. File names are "
+                    "relative to the current folder",
                     {.oneEach = true}),
              option("--device", options.device, "DEVICE",
-                    "Where OpenGL renders: auto, egl:N, surfaceless, or osmesa; `catoptric doctor` "
-                    "tries them all [auto]"),
+                    "OpenGL device: auto, egl:N, surfaceless, or osmesa; `catoptric doctor` tries "
+                    "them all [auto]"),
              option("--threads", options.threads, "N",
-                    "Number of threads; 0 is one for each processor"),
-             option("--seed", options.seed, "N",
-                    "Seed of all random numbers; the same seed gives the same frames"),
+                    "Number of threads; 0: one per processor [0]"),
+             option("--seed", options.seed, "N", "Seed of all random numbers [1]"),
          } +
          commonRows(common) +
          Rows{
-             option(
-                 "--shader-dir", common.shaderFolder, "DIR",
-                 "For developers: read the shaders from this copy of src/, not from the program"),
+             option("--shader-dir", common.shaderFolder, "DIR",
+                    "For developers: read the shaders from this copy of src/ instead of from the "
+                    "program"),
          };
 }
 

@@ -134,7 +134,7 @@ OptionRow folderRow(StatusOptions& options) {
 
 OptionRow verifyRow(StatusOptions& options) {
   return flag("--verify", options.verify,
-              "Read all files, and count only frames with the contents that were written");
+              "Read all frames, and count only those whose contents are as they were written");
 }
 
 }  // namespace
@@ -143,16 +143,15 @@ Command statusCommand(CommonOptions& common) {
   const auto options = std::make_shared<StatusOptions>();
   const Rows own = {
       folderRow(*options),
-      flag("--wait", options->wait, "Wait until no task waits or runs any more"),
+      flag("--wait", options->wait, "Return only when no task waits or runs any more"),
       verifyRow(*options),
   };
-  return {"status", "Say what has become of the chunks of a `submit`.", own + commonRows(common),
+  return {"status", "Print the state of the chunks of a `submit`.", own + commonRows(common),
           R"(Example:
   catoptric status out/shared --wait
-
-Exit codes: 0 all frames are there, or tasks still make them; 2 the command line is wrong, or Slurm
-does not answer; 6 frames are missing that no task makes.
-)",
+)" + exitCodes({{"0", "no frame is missing, or tasks still render the missing ones"},
+                {"2", "the command line is wrong, or Slurm does not answer"},
+                {"6", "frames are missing that no task will render"}}),
           [options, &common] { return status(*options, common); }};
 }
 
@@ -161,11 +160,12 @@ Command retryCommand(CommonOptions& common) {
   const Rows own = {
       folderRow(*options),
       verifyRow(*options),
-      flag("--dry-run", options->dryRun, "Name the chunks, and submit nothing"),
+      flag("--dry-run", options->dryRun, "List the chunks, and submit nothing"),
   };
-  return {"retry", "Submit again the chunks whose frames are missing and that no task renders.",
+  return {"retry",
+          "Resubmit the chunks that lack frames which no waiting or running task will render.",
           own + commonRows(common),
-          R"(Frames that are there are kept, also those of a chunk that failed.
+          R"(Finished frames are kept, even those of a failed chunk.
 
 Example:
   catoptric retry out/shared
@@ -175,7 +175,7 @@ Example:
 
 Command cancelCommand(CommonOptions& common) {
   const auto options = std::make_shared<StatusOptions>();
-  return {"cancel", "End the tasks of a `submit` that wait or run. Finished frames stay.",
+  return {"cancel", "Cancel the waiting and running tasks of a `submit`. Finished frames are kept.",
           Rows{folderRow(*options)} + commonRows(common),
           "Example:\n  catoptric cancel out/shared\n", [options] { return cancel(*options); }};
 }

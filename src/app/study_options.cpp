@@ -36,35 +36,39 @@ RunOptions withSettings(const RunOptions& options, const study::Settings& settin
 
 }  // namespace
 
+OptionRow workersRow(int& workers) {
+  return option("--workers", workers, "N",
+                "Largest number of combinations that are kept in memory and timed in interleaved "
+                "rounds; fewer if memory is short",
+                {.least = 2, .most = 256, .showsDefault = true});
+}
+
+OptionRow clockRow(std::string& clock) {
+  return option("--clock", clock, "CLOCK",
+                "Clock of the times: wall, or cpu (the CPU time of all threads; other programs "
+                "disturb it less)",
+                {.showsDefault = true});
+}
+
 Rows studyRows(StudyOptions& options, CommonOptions& common) {
   return runRows(options, common) +
          Rows{
-             option("--out", options.out, "DIR", "Folder for the results [out/NAME_COMMAND]",
+             option("--out", options.out, "DIR",
+                    "Folder for the results [out/CONFIG_COMMAND, such as out/demo_sweep]",
                     {.notEmpty = true}),
              option("--against", options.against, "METHOD|DIR",
-                    "What errors are measured against: a method, or a folder with frames [the "
-                    "first of the config's errors.against]",
+                    "Reference of the errors: a method, or a folder with frames [the first of the "
+                    "config's errors.against]",
                     {.notEmpty = true}),
              option(
                  "--repeats", options.repeats, "N",
-                 "How many timed rounds each frame is rendered in, after one that does not "
-                 "count; 0: errors only. Fewer than 8 cannot tell times apart",
+                 "Timed rounds, after one that warms up; 0: errors only. Confidence intervals of "
+                 "times need at least 8 rounds",
                  {.least = 0, .most = 1000, .showsDefault = true, .given = &options.repeatsGiven}),
-             option("--workers", options.workers, "N",
-                    "How many settings stay in memory at once and are timed in turns; fewer where "
-                    "memory is short",
-                    {.least = 2, .most = 256, .showsDefault = true}),
-             option("--existing", options.existing, "HOW",
-                    "What to do when the folder holds a study already: error (refuse), overwrite "
-                    "(replace it), or resume (measure only what is missing)",
-                    {.showsDefault = true}),
-             option("--clock", options.clock, "CLOCK",
-                    "Which times count: wall (what passes), or cpu (of all threads: other programs "
-                    "disturb it less)",
-                    {.showsDefault = true}),
-             option("--progress", options.progress, "HOW",
-                    "How to show progress on stderr: bar, plain, json, none, or auto",
-                    {.showsDefault = true}),
+             workersRow(options.workers),
+             existingRow(options.existing),
+             clockRow(options.clock),
+             progressRow(options.progress),
          };
 }
 

@@ -22,6 +22,9 @@ struct StudyOptions : RunOptions {
   std::string clock = "wall";
 };
 
+OptionRow workersRow(int& workers);
+OptionRow clockRow(std::string& clock);
+
 /// Options of a run, and --out, --against, --repeats, --workers, --existing, --clock, --progress.
 Rows studyRows(StudyOptions& options, CommonOptions& common);
 

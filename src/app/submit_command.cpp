@@ -218,25 +218,27 @@ ExitCode submit(const SubmitOptions& options, const CommonOptions& common) {
 
 Rows taskRows(SubmitOptions& options) {
   return Rows{
-      option("--to", options.to, "ENGINE", "What runs the tasks: slurm, or script (a shell script)",
+      option("--to", options.to, "ENGINE",
+             "How the tasks are run: by slurm, or by a shell script (script)",
              {.showsDefault = true}),
       option("--chunks", options.chunks, "N",
-             "Into how many chunks the frames are divided; a task renders one chunk",
+             "Number of chunks into which the frames are divided; a task renders one chunk",
              {.least = 1, .most = 1'000'000}),
       option("--task-minutes", options.taskMinutes, "MINUTES",
-             "With --times: how long a task is to take",
+             "With --times: time that a task should take",
              {.least = 0.01, .most = 100'000, .showsDefault = true}),
       option("--times", options.times, "RUN",
-             "A run of some frames of this config, as `render` makes it on one of the nodes; its "
-             "times say how many chunks there are",
+             "Instead of --chunks: a run of some of these frames, made by `render` on one of the "
+             "nodes; the size of the chunks follows from its times",
              {.notEmpty = true}),
       option("--max-parallel", options.maxParallel, "N",
-             "How many tasks may run at the same time [as many as Slurm lets]",
+             "Largest number of tasks that run at the same time [as many as Slurm allows]",
              {.least = 1, .most = 1'000'000}),
       option("--sbatch", options.sbatch, "ARG",
-             "An argument of sbatch, such as --sbatch=--partition=long; repeat it for several",
+             "An argument for sbatch, such as --sbatch=--partition=long; repeat the option for "
+             "several",
              {.oneEach = true}),
-      flag("--dry-run", options.dryRun, "Say how the frames would be divided, and write nothing"),
+      flag("--dry-run", options.dryRun, "Print how the frames would be divided, and write nothing"),
   };
 }
 
@@ -245,24 +247,23 @@ Rows taskRows(SubmitOptions& options) {
 Command submitCommand(CommonOptions& common) {
   const auto options = std::make_shared<SubmitOptions>();
   const Rows own = {
-      option("study", options->study, "-- sweep ...",
-             "After --: sweep and its options, in place of frames; one task measures it"),
+      option(
+          "study", options->study, "-- sweep OPTIONS",
+          "Run a sweep in one task, instead of rendering frames: the word sweep and its options"),
       option("--out", options->out, "DIR",
-             "Folder for the chunks and, in merged/, for the whole run; all nodes must see it "
-             "[out/NAME]",
+             "Folder for the chunks and, in merged/, for the whole run; all nodes must have access "
+             "to it [out/CONFIG, such as out/demo]",
              {.notEmpty = true}),
   };
-  return {"submit", "Share the frames of a run among the nodes of a cluster, or among processes.",
+  return {"submit",
+          "Distribute the frames of a run over the nodes of a cluster, or over processes.",
           runRows(*options, common) + own + taskRows(*options), R"(Examples:
   catoptric submit configs/demo.json --chunks 20 --out out/shared --sbatch=--cpus-per-task=4
   catoptric status out/shared
   catoptric retry out/shared
   catoptric submit configs/demo.json --out out/levels -- sweep --vary image.width=128,256
   catoptric submit configs/demo.json --chunks 8 --to script --out out/shared && out/shared/run.sh 2
-
-Exit codes: 0 done; 2 the command line or the config is wrong, or Slurm refuses; 3 a scene or one of
-its files; 5 output could not be written.
-)",
+)" + exitCodes({{"2", "the command line or the config is wrong, or Slurm refuses"}, {"3"}, {"5"}}),
           [options, &common] { return submit(*options, common); }};
 }
 

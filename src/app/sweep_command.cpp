@@ -126,41 +126,40 @@ Command sweepCommand(CommonOptions& common) {
   const auto options = std::make_shared<SweepOptions>();
   const Rows own = {
       option("--vary", options->vary, "NAME=VALUES",
-             "An option and its values: methods.NAME.OPTION=A,B,C; FROM..TO:COUNT for even steps, "
-             "log:FROM..TO:COUNT for even ratios. `program=FILE,FILE` compares builds of "
-             "catoptric. Repeat it for several options",
+             "An option and its values: methods.NAME.OPTION=A,B,C. FROM..TO:COUNT stands for "
+             "evenly spaced values, log:FROM..TO:COUNT for evenly spaced logarithms. "
+             "`program=FILE,FILE` compares builds of catoptric. Repeat --vary for several options",
              {.oneEach = true}),
       option("--link", options->link, "A,B",
-             "Options that change together, value by value, in place of all combinations",
+             "Options that change together, value by value, instead of in all combinations",
              {.oneEach = true}),
       option("--where", options->where, "CONDITION",
-             "Take only combinations that hold this, as in \"rays<=16 && samples>2\"",
+             "Measure only combinations of values that satisfy this, such as \"rays<=16 && "
+             "samples>2\"",
              {.oneEach = true}),
       option("--metric", options->metrics, "NAME",
-             "Measures of errors, with commas; the first is traded against time [L1_8bit]",
+             "Error measures of docs/measuring.md, separated by commas; the first is plotted "
+             "against time [L1_8bit]",
              {.commas = true, .oneEach = true}),
       option("--ratio-to", options->ratioTo, "METHOD",
-             "Ratios of times are to the first point of this method [the first point]"),
+             "Baseline of time ratios: this method's first combination [the first combination]"),
       option("--keep-frames", options->keepFrames, "WHICH",
-             "Frames of the points: none (removed when their errors are known), or all",
+             "Frames that are kept: none (they are deleted once their errors are measured), or all",
              {.showsDefault = true}),
-      flag("--dry-run", options->dryRun, "List the points, and write nothing"),
+      flag("--dry-run", options->dryRun, "List the combinations, and write nothing"),
   };
   return {
-      "sweep", "Measure time and error of every combination of some options' values.",
+      "sweep", "Measure time and error for every combination of values of some options.",
       studyRows(*options, common) + own,
-      R"(A config's "sweep" has the same under the names vary, link, where, metric, against, ratio_to and repeats;
-options given here take their place.
+      R"(The config's section "sweep" may set vary, link, where, metric, against, ratio_to and repeats; options of the
+command line replace them.
 
 Examples:
   catoptric sweep configs/living_room.json --method second_order --frames 1-900x90 \
       --vary methods.second_order.level_error=0,0.375,0.75
   catoptric sweep configs/demo.json --vary image.width=128,256,512 --vary image.height=128,256,512 \
       --link image.width,image.height --against reference
-
-Exit codes: 0 done; 2 the command line or the config is wrong; 5 output could not be written; 6 some
-points failed; 128 + N ended by signal N.
-)",
+)" + exitCodes({{"2"}, {"5"}, {"6", "some combinations failed"}, {"128 + N"}}),
       [options, &common] { return sweep(*options, common); }};
 }
 

@@ -342,45 +342,50 @@ Command tablesCommand(CommonOptions& common) {
       option("--out", options->out, "DIR", "Folder for the results [out/tables/NAME]",
              {.notEmpty = true}),
       option("--effort", options->effort, "EFFORT",
-             "How many frames: smoke (only to see that it works), quick, full",
+             "How many frames are rendered: smoke (only to see that it works), quick, or full",
              {.showsDefault = true}),
-      option("--only", options->only, "N", "Write these tables only, by their numbers, with commas",
+      option("--only", options->only, "N",
+             "Write only these tables, by their numbers, separated by commas",
              {.commas = true, .oneEach = true}),
-      option("--format", options->formats, "FORMAT", "md, csv, json, html, tex, with commas",
+      option("--format", options->formats, "FORMAT",
+             "Formats of the tables, separated by commas: md, csv, json, html, tex",
              {.showsDefault = true, .commas = true, .oneEach = true}),
-      option("--repeats", options->repeats, "N", "Timed rounds (of smoke: one)",
+      option("--repeats", options->repeats, "N", "Timed rounds; smoke takes one",
              {.least = 1, .most = 1000, .showsDefault = true}),
-      option("--workers", options->workers, "N", "Settings that stay in memory at once, at most",
-             {.least = 2, .most = 256, .showsDefault = true}),
+      workersRow(options->workers),
       flag("--text-only", options->textOnly,
-           "Render nothing: make the tables again from what is there"),
+           "Render nothing; make the tables again from earlier measurements"),
       option("--into", options->into, "PAGE.md",
-             "Replace the tables of this page, too: what stands between its lines \"<!-- table 2 "
-             "-->\" and \"<!-- end -->\" becomes table 2",
+             "Also replace the tables in this page: the lines between \"<!-- table 2 -->\" and "
+             "\"<!-- end -->\" become table 2",
              {.notEmpty = true}),
       option("--values", options->values, "FILE.json",
-             "Keep the cells' values in this file, and measure only those whose settings have "
-             "changed since",
+             "Store the values of all cells in this file, and measure only cells whose settings "
+             "have changed since",
              {.notEmpty = true}),
       option("--pictures", options->pictures, "DIR",
-             "Draw the suite's pictures, and those of its curves that have a file, into this "
-             "folder; with --values only those whose runs have changed since",
+             "Folder for the suite's pictures, and for its curves that have a file name; with "
+             "--values, only pictures whose runs have changed are drawn",
              {.notEmpty = true}),
-      flag("--check", options->check, "Hold the ranges that the suite has under \"checks\""),
-      option("--progress", options->progress, "HOW", "bar, plain, json, none, or auto",
-             {.showsDefault = true}),
+      flag("--check", options->check,
+           "Exit code 7 if a value is outside its range in the suite's \"checks\""),
+      progressRow(options->progress),
   };
-  return {"tables", "Make the tables and curves of a suite of runs (configs/papers/*.suite.json).",
-          own + commonRows(common), R"(Examples:
+  return {
+      "tables",
+      "Measure the runs of a suite (configs/papers/*.suite.json), and make its tables and curves.",
+      own + commonRows(common),
+      R"(Examples:
   catoptric tables configs/papers/second_order.suite.json --effort smoke
   catoptric tables configs/papers/second_order.suite.json --effort full --format md,tex,html
 
-What was rendered before, with the same settings by the same program, is not rendered again.
-
-Exit codes: 0 done; 2 the command line or a suite is wrong; 5 output could not be written; 6 frames failed;
-7 a value is beyond the suite's range (--check); 128 + N ended by signal N.
-)",
-          [options, &common] { return tables(*options, common); }};
+Frames that the same program has rendered with the same settings are not rendered again.
+)" + exitCodes({{"2"},
+                {"5"},
+                {"6"},
+                {"7", "a value is outside the suite's range (--check)"},
+                {"128 + N"}}),
+      [options, &common] { return tables(*options, common); }};
 }
 
 }  // namespace catoptric::app

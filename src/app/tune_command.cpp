@@ -228,41 +228,43 @@ Command tuneCommand(CommonOptions& common) {
   const auto options = std::make_shared<TuneCommand>();
   const Rows own = {
       option("--max-error", options->maxError, "BOUND",
-             "The largest error, as L1_8bit<=2: of all frames together, or with \" every-frame\" "
-             "of each of them",
+             "Bound on an error measure: 'L1_8bit<=2' for all frames together, 'L1_8bit<=2 "
+             "every-frame' for each frame",
              {.notEmpty = true}),
       option("--max-time", options->maxTime, "BOUND",
-             "The longest time of a frame: 100ms, or 0.8x:traced (as a share of a method's)",
+             "Bound on the time per frame: 100ms, or 0.8x:traced (0.8 times that of a method)",
              {.notEmpty = true}),
-      option("--vary", options->vary, "NAME=VALUES",
-             "An option of a method and the values it may have, as for `sweep`; without any, each "
-             "method's options that trade accuracy for time (docs/config.md has their values). "
-             "none: the methods as the config has them",
-             {.oneEach = true}),
+      option(
+          "--vary", options->vary, "NAME=VALUES",
+          "An option of a method and the values to try, as for `sweep`; none: the methods as the "
+          "config has them [the options and values for which docs/config.md says \"`tune` tries\"]",
+          {.oneEach = true}),
       flag("--per-reflector", options->perReflector,
-           "Choose a method for each reflector, so that the whole is within the error and as fast "
-           "as can be"),
-      option("--verify", options->verify, "all|N",
-             "On how many frames the result's error is verified; only all is a proof",
-             {.showsDefault = true}),
+           "Choose a method for each reflector: the fastest choice within --max-error"),
+      option(
+          "--verify", options->verify, "all|N",
+          "Number of frames on which the result's error is verified; only all guarantees the bound",
+          {.showsDefault = true}),
       option("--test-path", options->testPath, "PATH",
-             "Report the result's error on this camera path, too", {.notEmpty = true}),
+             "Also report the result's error on this camera path", {.notEmpty = true}),
       option("--margin", options->marginPercent, "PERCENT",
-             "Percent of the bound that predictions leave free",
+             "Safety margin: predictions must be below the bound by this percentage of it",
              {.least = 0, .most = 50, .showsDefault = true}),
       option("--budget", options->budgetMinutes, "MINUTES",
-             "Minutes after which nothing new is tried [no end]", {.least = 0}),
+             "Time after which no further combination is tried [no limit]", {.least = 0}),
   };
   return {"tune",
-          "Find the fastest setting within an error, or the most accurate one within a time.",
-          studyRows(*options, common) + own, R"(Examples:
+          "Find the fastest option values within an error bound, or the most accurate ones within "
+          "a time bound.",
+          studyRows(*options, common) + own,
+          R"(Examples:
   catoptric tune configs/living_room.json --method second_order --max-error 'L1_8bit<=2' \
       --vary methods.second_order.level_error=0..1:5 --vary methods.second_order.bin_density=2.5,10,40
   catoptric tune configs/demo.json --max-time 0.8x:traced --vary methods.second_order.level_error=0,0.75
-
-Exit codes: 0 done; 2 the command line or the config is wrong; 5 output could not be written; 7 nothing
-satisfies the bound, and the nearest setting is named; 128 + N ended by signal N.
-)",
+)" + exitCodes({{"2"},
+                {"5"},
+                {"7", "nothing satisfies the bound; the nearest combination is printed"},
+                {"128 + N"}}),
           [options, &common] { return tune(*options, common); }};
 }
 

@@ -26,8 +26,8 @@ const MethodEntry& billboardsEntry() {
     return MethodEntry{
         .id = "billboards",
         .summary =
-            "looks reflected rays up in images of objects on quads, with an environment map behind "
-            "them",
+            "intersects reflected rays with billboards (images of objects on quads), with an "
+            "environment map behind them",
         .paper = "[Popescu2006] impostors",
         .steps = impostors::commonSteps(),
         .counters = std::move(counters),

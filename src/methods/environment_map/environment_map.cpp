@@ -11,6 +11,7 @@
 #include "methods/environment_map/cube_map.h"
 #include "methods/shared/cube_map.h"
 #include "methods/shared/reflectors.h"
+#include "methods/shared/shared_options.h"
 #include "raster/passes/refractive_samples.h"
 
 namespace catoptric::methods {
@@ -40,12 +41,11 @@ const config::OptionTable<Options>& optionTable() {
              "contents of the cube map: the diffuse scene, or the environment alone"),
        {{.name = "center",
          .type = config::FieldType::Any,
-         .help = "viewpoint of the cube map: \"scene\" (the middle of its bounds) or [x, y, z] in "
-                 "metres",
+         .help = "viewpoint of the cube map: \"scene\" (centre of the scene's bounding box) or [x, "
+                 "y, z] in metres",
          .defaultText = "\"scene\""},
         readCentre},
-       field(&Options::faceSize, "face_size", config::range(1, 4096),
-             "texels along the edge of a face of the cube map")
+       field(&Options::faceSize, "face_size", config::range(1, 4096), kFaceSizeHelp)
            .trade("256,512,1024")});
   return table;
 }

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "methods/shared/shared_options.h"
+
 namespace catoptric::methods::perturbation {
 namespace {
 
@@ -20,8 +22,8 @@ constexpr auto kSeveral = config::names<bool>({{"minima", false}, {"groups", tru
 config::Option<Options> memory() {
   return {{.name = "memory_mib",
            .type = config::FieldType::Integer,
-           .help = "memory of the virtual objects, MiB; beyond it mirrors show the environment "
-                   "instead of further objects (counter objects_left_out)",
+           .help = "memory of the virtual objects, MiB; objects beyond it are left out, and "
+                   "mirrors show the environment instead (counter objects_left_out)",
            .defaultText = std::to_string(Options{}.memoryBytes >> 20),
            .minimum = 1,
            .maximum = 65536},
@@ -37,43 +39,43 @@ const config::OptionTable<Options>& optionTable() {
       "perturbation", "Options of the method perturbation.",
       {field(in(&Options::path, &PathOptions::order), "order", kOrders,
              "how the path to a vertex follows from the nearest sampled path. nearest: unchanged; "
-             "linear: by its Jacobian; quadratic: by its Hessian too; auto: whichever `error` "
-             "allows, otherwise traced"),
+             "linear: by its Jacobian; quadratic: by its Hessian, too; auto: linear or quadratic "
+             "as `error` allows, otherwise the path is traced"),
        field(in(&Options::path, &PathOptions::sampleSpacing), "sample_spacing", range(1, 256),
-             "pixels between sampled paths, at most; fewer on small reflectors (`min_paths`)")
+             "largest spacing of sampled paths, pixels; smaller on small reflectors (`min_paths`)")
            .trade("8,16,32"),
        field(in(&Options::path, &PathOptions::fewestPaths), "min_paths", range(1, 65536),
-             "sampled paths of a reflector, at least, down to a spacing of 1 pixel"),
-       field(&Options::bounces, "bounces", range(1, static_cast<double>(kMaxTurns)),
-             "reflections along a path; the last surface shows its diffuse component"),
+             "smallest number of sampled paths of a reflector, down to a spacing of 1 pixel"),
+       field(&Options::bounces, "bounces", range(1, static_cast<double>(kMaxTurns)), kBouncesHelp),
        field(in(&Options::path, &PathOptions::groups), "several", kSeveral,
-             "how several reflections of a point are told apart. minima: by sampled paths that "
-             "pass it closer than their neighbours do; groups: by groups of the nearest sampled "
-             "paths, as in the paper"),
+             "how several reflections of a point are told apart. minima: one for each local "
+             "minimum of the sampled paths' distances to it; groups: one for each group of the "
+             "nearest sampled paths, as in the paper"),
        field(in(&Options::path, &PathOptions::candidates), "candidates", range(1, 64),
-             "groups: how many of the nearest sampled paths are grouped"),
-       field(in(&Options::path, &PathOptions::groupAngleDegrees), "group_angle", range(0, 180),
-             "groups: degrees between the reflected directions of a group, at most"),
+             "with `several` groups: number of nearest sampled paths that are grouped"),
+       field(
+           in(&Options::path, &PathOptions::groupAngleDegrees), "group_angle", range(0, 180),
+           "with `several` groups: largest angle between reflected directions of a group, degrees"),
        field(in(&Options::path, &PathOptions::groupDistance), "group_distance", range(0, 1),
-             "groups: distance between the reflection points of a group, at most, as a fraction of "
-             "the reflector's diameter"),
+             "with `several` groups: largest distance between reflection points of a group, as a "
+             "fraction of the reflector's diameter"),
        field(in(&Options::path, &PathOptions::errorPixels), "error", range(0.001, 100),
-             "auto: estimated error of a vertex, at most, pixels")
+             "with `order` auto: largest estimated error of a vertex, pixels")
            .trade("0.05,0.1,0.3,1"),
        field(in(&Options::triangles, &TriangleOptions::errorPixels), "tessellation_error",
              range(0, 100),
-             "an edge of a reflected object is subdivided if its midpoint's reflection is farther "
-             "than this from the middle of its ends' reflections, pixels; 0: never")
+             "largest error of a reflected edge, pixels: an edge is split if the reflection of its "
+             "midpoint is farther than this from the midpoint of its reflected ends; 0: never")
            .trade("0.25,0.5,1,2"),
        field(&Options::tracedPerPixel, "traced_per_pixel", range(0, 1000),
-             "auto: paths that may be traced for an object in a sequence of reflectors, per pixel "
-             "of the image (at least 262144 in all); beyond it edges are not subdivided (counter "
-             "coarse_objects)"),
+             "with `order` auto: paths that may be traced per pixel of the image, for each object "
+             "and sequence of reflectors (at least 262144 in all); beyond it edges are not split "
+             "(counter coarse_objects)"),
        memory(),
        field(&Options::traceGaps, "gaps", kGaps,
-             "samples that no virtual object covers. environment: they take the environment, as in "
-             "the paper; trace: Embree traces them, which closes gaps in concavities and at "
-             "silhouettes, and is slow under an open sky (counter traced_gaps)")});
+             "samples that no virtual object covers. environment: they show the environment, as in "
+             "the paper; trace: Embree traces them (counter traced_gaps), which closes gaps in "
+             "concavities and at silhouettes, but is slow under an open sky")});
   return table;
 }
 

@@ -9,6 +9,7 @@
 #include "config/options.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "methods/shared/shared_options.h"
 #include "trace/lobes/reflect.h"
 
 namespace catoptric::methods {
@@ -26,11 +27,10 @@ const config::OptionTable<Options>& optionTable() {
   static const config::OptionTable<Options> table(
       "reference", "Options of the method reference.",
       {field(&Options::samples, "samples", range(1, 64),
-             "primary rays per axis and pixel, on a regular grid"),
-       field(in(&Options::reflection, &ReflectionOptions::rays), "rays", range(1, 256),
-             "rays per sample on rough reflectors (g above 0.05); mirrors take one"),
+             "primary rays along each axis of a pixel, on a regular grid"),
+       field(in(&Options::reflection, &ReflectionOptions::rays), "rays", range(1, 256), kRaysHelp),
        field(in(&Options::reflection, &ReflectionOptions::bounces), "bounces", range(1, 16),
-             "reflections along a path; the last surface shows its diffuse component")});
+             kBouncesHelp)});
   return table;
 }
 

@@ -417,7 +417,7 @@ const MethodEntry& reprojectionEntry() {
       .id = "reprojection",
       .summary =
           "traces key frames, and reprojects their reflections into the following frames; "
-          "image_warp is its mapping surface",
+          "`image_warp` is this method with `mapping: surface`",
       .paper = "[Xie2017] reprojection",
       .steps = stepInfos(),
       .counters = counterInfos(),

@@ -9,8 +9,8 @@
 #include "config/options.h"
 #include "core/clock.h"
 #include "methods/shared/bands.h"
-#include "methods/shared/bvh_policies.h"
 #include "methods/shared/reflectors.h"
+#include "methods/shared/shared_options.h"
 #include "trace/lobes/environment_levels.h"
 #include "trace/lobes/lobe_tracer.h"
 #include "trace/lobes/reflect.h"
@@ -32,21 +32,17 @@ const config::OptionTable<Options>& optionTable() {
   using config::atLeast, config::field, config::in, config::range, trace::ReflectionOptions;
   static const config::OptionTable<Options> table(
       "traced", "Options of the method traced.",
-      {field(&Options::bvh, "bvh", kBvhPolicies,
-             "Embree's BVH: built once, moving objects refitted (static); refitted or rebuilt as a "
-             "whole in every frame (others)"),
-       field(in(&Options::reflection, &ReflectionOptions::rays), "rays", range(1, 256),
-             "rays per sample on rough reflectors (g above 0.05); mirrors take one")
+      {field(&Options::bvh, "bvh", kBvhPolicies, kBvhHelp),
+       field(in(&Options::reflection, &ReflectionOptions::rays), "rays", range(1, 256), kRaysHelp)
            .trade("2,4,8,16,32"),
-       field(&Options::diffuseOnly, "objects", kObjects,
-             "which objects reflected rays can hit: all, or those that do not reflect"),
+       field(&Options::diffuseOnly, "objects", kObjects, kObjectsHelp),
        field(&Options::filtersEnvironment, "environment", kEnvironments,
-             "radiance of rays that leave the scene: the environment's in their direction, or its "
-             "mean over their solid angle"),
+             "radiance of rays that leave the scene. unfiltered: the environment's in the ray's "
+             "direction; filtered: its mean over the ray's solid angle"),
        field(in(&Options::reflection, &ReflectionOptions::fadeMetres), "attenuation", atLeast(0.0),
-             "metres of a reflected ray over which radiance fades to 1/e; 0: no fading"),
+             kAttenuationHelp),
        field(in(&Options::reflection, &ReflectionOptions::bounces), "bounces", range(1, 16),
-             "reflections along a path; the last surface shows its diffuse component")});
+             kBouncesHelp)});
   return table;
 }
 

@@ -41,7 +41,7 @@ AllowedItems layerNames() {
 const OptionTable<RunConfig>& imageTable() {
   using methods::RunSettings;
   static const OptionTable<RunConfig> table(
-      "image", "Frames.",
+      "image", "",
       {field(in(&RunConfig::image, &RunSettings::width), "width", range(1, 16384),
              "Width, pixels."),
        field(in(&RunConfig::image, &RunSettings::height), "height", range(1, 16384),
@@ -51,14 +51,15 @@ const OptionTable<RunConfig>& imageTable() {
        field(in(&RunConfig::image, &RunSettings::layers), "layers", layerNames(),
              "Layers besides R G B A (docs/outputs.md)."),
        field(in(&RunConfig::image, &RunSettings::masks), "masks",
-             "Layers mask.*: the fraction of a pixel's samples for which the method fell back."),
+             "Layers mask.*: fractions of a pixel's samples, by what the method did with them "
+             "(docs/outputs.md)."),
        field(in(&RunConfig::image, &RunSettings::countDisocclusions), "count_disocclusions",
-             "Of second_order and perturbation: check the reflections by Embree's rays, for "
-             "mask.disoccluded and its counters (slow)."),
+             "second_order and perturbation only: trace each reflection with Embree too, and count "
+             "disocclusions (mask.disoccluded, counters); slow."),
        field(in(&RunConfig::image, &RunSettings::fresnelSchlick), "fresnel",
-             "Weight of the reflection: Schlick's Fresnel term with F0 = s, instead of s."),
+             "Weigh reflections by Schlick's Fresnel term with F0 = s, instead of by s."),
        field(&RunConfig::halfBeauty, "half",
-             "R G B A as 16-bit floats; other layers are always 32-bit."),
+             "Write R G B A as 16-bit floats; other layers always have 32 bits."),
        field(&RunConfig::compression, "compression", kCompressions,
              "Lossless compression of the EXR files.")});
   return table;
@@ -68,7 +69,7 @@ const OptionTable<RunConfig>& previewTable() {
   static const OptionTable<RunConfig> table(
       "preview", "8-bit PNG pictures of the frames.",
       {field(in(&RunConfig::preview, &PreviewConfig::enabled), "enabled",
-             "Write previews/frame.0001.png."),
+             "Write previews/frame.0001.png, ..."),
        field(in(&RunConfig::preview, &PreviewConfig::exposureStops), "exposure", range(-20, 20),
              "Exposure before the display transform, stops.")});
   return table;
@@ -76,15 +77,15 @@ const OptionTable<RunConfig>& previewTable() {
 
 const OptionTable<RunConfig>& errorsTable() {
   static const OptionTable<RunConfig> table(
-      "errors", "The table of errors after the run.",
+      "errors", "Table of errors after the run.",
       {field(&RunConfig::errorsAgainst, "against",
-             "Names in `methods` with which the others are compared.")});
+             "Names in `methods`; the other methods are compared with them.")});
   return table;
 }
 
 const OptionTable<RunConfig>& sweepTable() {
   static const OptionTable<RunConfig> table(
-      "sweep", "What `catoptric sweep` measures; command-line options replace it.",
+      "sweep", "What `catoptric sweep` measures; options on the command line replace it.",
       {field(in(&RunConfig::sweep, &SweepConfig::vary), "vary",
              "Options and values, as for --vary: \"methods.traced.rays=1,4,16\"."),
        field(in(&RunConfig::sweep, &SweepConfig::link), "link",
@@ -92,11 +93,13 @@ const OptionTable<RunConfig>& sweepTable() {
        field(in(&RunConfig::sweep, &SweepConfig::where), "where",
              "Conditions that combinations must satisfy: \"rays<=16\"."),
        field(in(&RunConfig::sweep, &SweepConfig::metrics), "metric",
-             "Error measures; the first is drawn over time."),
+             "Error measures; the first is plotted against time."),
        field(in(&RunConfig::sweep, &SweepConfig::against), "against",
-             "Method or folder of frames for errors [errors.against]."),
+             "Method or folder of frames that errors are measured against [the first of "
+             "errors.against]."),
        field(in(&RunConfig::sweep, &SweepConfig::ratioTo), "ratio_to",
-             "Time ratios are to the first point of this method [the first point]."),
+             "Baseline of time ratios: this method's first combination of values [the first "
+             "combination]."),
        field(in(&RunConfig::sweep, &SweepConfig::repeats), "repeats", range(0, 1000),
              "Timed rounds; 0: errors only.")});
   return table;
@@ -236,31 +239,31 @@ Option<RunConfig> readApart(Field description) {
 const OptionTable<RunConfig>& runTable() {
   using methods::RunSettings;
   static const OptionTable<RunConfig> table(
-      "run", "The config.",
-      {readApart(fields::text("$schema", "For editors; not read.")),
-       readApart(fields::any("comment", "Any text; not read.")),
+      "run", "",
+      {readApart(fields::text("$schema", "For editors; ignored.")),
+       readApart(fields::any("comment", "Any text; ignored.")),
        readApart(fields::required(
-           fields::text("scene", "A .gltf or .glb file, or a description (.json)."))),
+           fields::text("scene", "A .gltf or .glb file, or a scene description (.json)."))),
        readApart(fields::text("path", "Camera path (.json) [the scene's own camera].")),
        readApart(fields::text(
            "environment",
-           "Replaces the scene's environment: an image (latitude-longitude, .exr or .hdr), "
-           "a colour (\"#8090a0\", or a radiance \"0.5,0.5,0.5\"), or \"sky\".")),
+           "Replaces the scene's environment light: an image (latitude-longitude, .exr or .hdr), a "
+           "colour (\"#8090a0\"), a radiance (\"0.5,0.5,0.5\") or \"sky\".")),
        field(&RunConfig::frames, "frames", "Frames of the path [all]."),
        group("image", imageTable(), "Size, samples, layers."),
        readApart({.name = "methods",
                   .type = FieldType::Array,
-                  .help = "Names, or objects with \"method\" and the method's options.",
+                  .help = "Names of methods, or objects with \"method\" and the method's options.",
                   .defaultText = "[" + config::jsonString(methods::kDefaultMethod) + "]",
                   .minimum = 1}),
-       group("errors", errorsTable(), "The table of errors."),
+       group("errors", errorsTable(), "Table of errors."),
        group("preview", previewTable(), "8-bit previews."),
        group("sweep", sweepTable(), "What `catoptric sweep` measures."),
        field(in(&RunConfig::image, &RunSettings::seed), "seed", atLeast(0),
              "Seed of all random numbers."),
-       field(&RunConfig::device, "device", "GL device: auto, egl:N, surfaceless, osmesa."),
+       field(&RunConfig::device, "device", "OpenGL device: auto, egl:N, surfaceless or osmesa."),
        field(&RunConfig::threads, "threads", range(0, 1024),
-             "Threads; 0: one per processor. Never changes a pixel.")});
+             "Threads; 0: one per processor. Pixels do not depend on it.")});
   return table;
 }
 
@@ -284,9 +287,9 @@ Schema methodSchema(const methods::MethodEntry& entry) {
   schema.fields.push_back(
       fields::required(fields::choice("method", "The method.", "", std::move(ids))));
   schema.fields.push_back(
-      fields::text("name", "Name of its folder and of its rows in tables [the method's].",
+      fields::text("name", "Name of its folder and of its table rows [the method's name].",
                    config::jsonString(entry.id)));
-  schema.fields.push_back(fields::any("comment", "Any text; not read."));
+  schema.fields.push_back(fields::any("comment", "Any text; ignored."));
   static const Schema reflectors{.name = "reflectors", .help = "", .fields = {}, .open = true};
   schema.fields.push_back(fields::object(
       "reflectors",
@@ -298,11 +301,11 @@ Schema methodSchema(const methods::MethodEntry& entry) {
   if (entry.refusesReflectors) {
     std::vector<std::string> allowed = fallbackMethods();
     allowed.insert(allowed.begin(), "error");
-    schema.fields.push_back(fields::choice(
-        "unsupported",
-        "What happens to reflectors that the method cannot render: an error, or this "
-        "method renders them (counter unsupported_reflector).",
-        "\"error\"", allowed));
+    schema.fields.push_back(
+        fields::choice("unsupported",
+                       "Reflectors that the method cannot render: stop with an error, or render "
+                       "them by the named method (counter unsupported_reflector).",
+                       "\"error\"", allowed));
   }
   schema.fields.insert(schema.fields.end(), entry.options.fields.begin(),
                        entry.options.fields.end());

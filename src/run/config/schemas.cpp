@@ -40,8 +40,8 @@ standard input (`catoptric render -`), are relative to the current folder.
 and place. Up to 20 errors are shown at once. Editors that know JSON Schema check a config that begins
 with `"$schema": "schema/run.schema.json"`.
 
-The program prints this page (`catoptric list --schema run --markdown`). Parentheses give the default, then
-what else is allowed. s is a surface's reflectance, g its roughness (0 is sharp; a mirror has at most 0.05).
+In the lists, parentheses give the default, then what else is allowed; brackets say what holds without a value.
+s is a surface's reflectance, g its roughness (0 is sharp; a mirror has at most 0.05).
 
 )";
 
