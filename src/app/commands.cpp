@@ -82,7 +82,7 @@ OptionRow progressRow(std::string& how) {
 }
 
 Rows commonRows(CommonOptions& common) {
-  return {flag("--json", common.json, "Print the data on stdout as JSON"),
+  return {flag("--json", common.json, "Print the results on stdout as JSON"),
           flag("-q,--quiet", common.quiet, "Print only warnings and errors on stderr"),
           flag("-v,--verbose", common.verbose, "Print details on stderr, too")};
 }

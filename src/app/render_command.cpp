@@ -240,7 +240,7 @@ Command renderCommand(CommonOptions& common) {
       progressRow(options->progress),
       option("--repeats", options->repeats, "N",
              "After the run, time all its methods in N interleaved rounds, and print the time "
-             "ratios with 95 % confidence intervals (at least 8 rounds) [0: no timing]",
+             "ratios with 95 % confidence intervals, which need 8 rounds or more [0: no timing]",
              {.least = 0, .most = 1000}),
       option("--ratio-to", options->ratioTo, "METHOD",
              "Baseline of the time ratios of --repeats [traced, otherwise reference, otherwise the "

@@ -63,7 +63,7 @@ Rows studyRows(StudyOptions& options, CommonOptions& common) {
              option(
                  "--repeats", options.repeats, "N",
                  "Timed rounds, after one that warms up; 0: errors only. Confidence intervals of "
-                 "times need at least 8 rounds",
+                 "time ratios need 8 rounds or more",
                  {.least = 0, .most = 1000, .showsDefault = true, .given = &options.repeatsGiven}),
              workersRow(options.workers),
              existingRow(options.existing),

@@ -22,8 +22,8 @@ constexpr auto kSeveral = config::names<bool>({{"minima", false}, {"groups", tru
 config::Option<Options> memory() {
   return {{.name = "memory_mib",
            .type = config::FieldType::Integer,
-           .help = "memory of the virtual objects, MiB; objects beyond it are left out, and "
-                   "mirrors show the environment instead (counter objects_left_out)",
+           .help = "memory of the virtual objects, MiB; beyond it objects are left out (counter "
+                   "objects_left_out)",
            .defaultText = std::to_string(Options{}.memoryBytes >> 20),
            .minimum = 1,
            .maximum = 65536},
@@ -68,9 +68,9 @@ const config::OptionTable<Options>& optionTable() {
              "midpoint is farther than this from the midpoint of its reflected ends; 0: never")
            .trade("0.25,0.5,1,2"),
        field(&Options::tracedPerPixel, "traced_per_pixel", range(0, 1000),
-             "with `order` auto: paths that may be traced per pixel of the image, for each object "
-             "and sequence of reflectors (at least 262144 in all); beyond it edges are not split "
-             "(counter coarse_objects)"),
+             "with `order` auto: paths that may be traced per pixel, for an object and a sequence "
+             "of reflectors (at least 262144 in all); beyond it edges are not split (counter "
+             "coarse_objects)"),
        memory(),
        field(&Options::traceGaps, "gaps", kGaps,
              "samples that no virtual object covers. environment: they show the environment, as in "

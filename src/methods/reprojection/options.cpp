@@ -28,11 +28,11 @@ const config::OptionTable<Options>& optionTable() {
           field(&Options::keyframeEvery, "keyframe_every", config::range(0, 100000),
                 "largest number of frames from a key frame to the next; 0: no limit"),
           field(&Options::restartEvery, "restart_every", config::range(1, 100000),
-                "frames 1, 1 + n, 1 + 2n, ... and camera cuts are always key frames; a run that "
-                "starts between two of them first renders from the earlier one"),
+                "frames 1, 1 + n, 1 + 2n, ... and camera cuts are always key frames: runs may "
+                "restart there"),
           field(&Options::epsilon, "epsilon", config::range(0.0, 1.0),
-                "two neighbouring samples show two surfaces if their distances along the reflected "
-                "path differ by more than this fraction"),
+                "two neighbouring samples are of different surfaces if their distances along the "
+                "reflected path differ by more than this fraction"),
           field(&Options::edges, "edges", kEdges,
                 "samples whose match lies between two surfaces. trace: they are traced; nearest: "
                 "they take the nearer surface (edges are off by up to half a sample); rims: they "

@@ -55,8 +55,8 @@ const config::OptionTable<Options>& optionTable() {
            .trade("0.5,0.7,1"),
        field(in(&Options::images, &DepthImageOptions::levelErrorTexels), "level_error",
              range(0, 16),
-             "largest error of a level of detail, in texels of the depth image (up to 4 times as "
-             "large where s is small); 0: the finest level")
+             "largest error of a level of detail, texels of the depth image (up to 4 times this "
+             "where s is small); 0: the finest level")
            .trade("0,0.75,1.5,3"),
        field(in(&Options::camera, &CameraOptions::rays), "rays", range(1, 64), kRaysHelp)
            .trade("4,8,16"),

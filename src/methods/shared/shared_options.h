@@ -22,9 +22,7 @@ inline constexpr auto kBvhPolicies =
                                      {"rebuild_low", trace::BvhPolicy::RebuildLow},
                                      {"rebuild_medium", trace::BvhPolicy::RebuildMedium}});
 inline constexpr const char* kBvhHelp =
-    "Embree's BVH. static: built once, moving objects are refitted; refit: the same, with a BVH "
-    "per "
-    "object even if nothing moves; rebuild_low, rebuild_medium: rebuilt in every frame, with that "
-    "build quality";
+    "Embree's BVH. static: built once, moving objects refitted; refit: the same, always with a BVH "
+    "per object; rebuild_low, rebuild_medium: rebuilt every frame, at this quality";
 
 }  // namespace catoptric::methods

@@ -51,13 +51,13 @@ const OptionTable<RunConfig>& imageTable() {
        field(in(&RunConfig::image, &RunSettings::layers), "layers", layerNames(),
              "Layers besides R G B A (docs/outputs.md)."),
        field(in(&RunConfig::image, &RunSettings::masks), "masks",
-             "Layers mask.*: fractions of a pixel's samples, by what the method did with them "
+             "Layers mask.*: for which fraction of a pixel's samples the method did what "
              "(docs/outputs.md)."),
        field(in(&RunConfig::image, &RunSettings::countDisocclusions), "count_disocclusions",
-             "second_order and perturbation only: trace each reflection with Embree too, and count "
-             "disocclusions (mask.disoccluded, counters); slow."),
+             "second_order, perturbation: also trace each reflection, and count disocclusions "
+             "(mask.disoccluded); slow."),
        field(in(&RunConfig::image, &RunSettings::fresnelSchlick), "fresnel",
-             "Weigh reflections by Schlick's Fresnel term with F0 = s, instead of by s."),
+             "Weight reflections by Schlick's Fresnel term with F0 = s, instead of by s."),
        field(&RunConfig::halfBeauty, "half",
              "Write R G B A as 16-bit floats; other layers always have 32 bits."),
        field(&RunConfig::compression, "compression", kCompressions,
@@ -95,11 +95,10 @@ const OptionTable<RunConfig>& sweepTable() {
        field(in(&RunConfig::sweep, &SweepConfig::metrics), "metric",
              "Error measures; the first is plotted against time."),
        field(in(&RunConfig::sweep, &SweepConfig::against), "against",
-             "Method or folder of frames that errors are measured against [the first of "
+             "Reference of the errors: a method or a folder of frames [the first of "
              "errors.against]."),
        field(in(&RunConfig::sweep, &SweepConfig::ratioTo), "ratio_to",
-             "Baseline of time ratios: this method's first combination of values [the first "
-             "combination]."),
+             "Baseline of time ratios: this method's first combination [the first of all]."),
        field(in(&RunConfig::sweep, &SweepConfig::repeats), "repeats", range(0, 1000),
              "Timed rounds; 0: errors only.")});
   return table;
@@ -303,8 +302,8 @@ Schema methodSchema(const methods::MethodEntry& entry) {
     allowed.insert(allowed.begin(), "error");
     schema.fields.push_back(
         fields::choice("unsupported",
-                       "Reflectors that the method cannot render: stop with an error, or render "
-                       "them by the named method (counter unsupported_reflector).",
+                       "Reflectors that the method cannot render are an error, or rendered by this "
+                       "method (counter unsupported_reflector).",
                        "\"error\"", allowed));
   }
   schema.fields.insert(schema.fields.end(), entry.options.fields.begin(),

@@ -25,7 +25,7 @@ A run config is a JSON file. It names a scene, a camera path, frames and methods
 ```
 
 `catoptric render configs/demo.json` renders a config, and `catoptric render room.glb` a scene with the
-defaults of this page. With one method `--out` holds the frames; with several it holds a folder for each.
+defaults of this page.
 
 **Changes on the command line.** `--set image.width=256` replaces a value, and
 `--set methods.traced.bvh=refit` an option of the method with that name. Lists are JSON:
@@ -36,12 +36,11 @@ standard input (`catoptric render -`), are relative to the current folder.
 
 **Frames** start at 1. `1-100x2,120` means every second frame from 1 to 100, and frame 120.
 
-**Errors.** Unknown names, values out of range and repeated names are errors. The message gives file, line
-and place. Up to 20 errors are shown at once. Editors that know JSON Schema check a config that begins
-with `"$schema": "schema/run.schema.json"`.
+**Errors.** Unknown and repeated names and values out of range are errors. Editors that know JSON Schema
+check a config that begins with `"$schema": "schema/run.schema.json"`.
 
-In the lists, parentheses give the default, then what else is allowed; brackets say what holds without a value.
-s is a surface's reflectance, g its roughness (0 is sharp; a mirror has at most 0.05).
+In the lists, parentheses give the default, then other allowed values; brackets say what an empty value
+means. s is a surface's reflectance, g its roughness (0 is sharp; mirrors have at most 0.05).
 
 )";
 

@@ -15,9 +15,8 @@ std::vector<config::Option<Options>> common() {
       field(&Options::objects, "objects",
             "names of the objects that get impostors; \"auto\": chosen by `least` and `most`"),
       field(&Options::least, "least", range(0.0, 13.0),
-            "with `objects` auto: an object gets an impostor if the environment map's error for it "
-            "reaches this: its solid angle from a reflector (sr) times the angular error of the "
-            "look-up (rad)"),
+            "with `objects` auto: error of the environment map from which an object gets an "
+            "impostor: solid angle from a reflector (sr) times angular error (rad)"),
       field(&Options::most, "most", range(1, 4096),
             "largest number of impostors; other objects stay in the environment map"),
       field(&Options::textureSize, "texture_size", range(1, 4096),
@@ -32,11 +31,11 @@ std::vector<config::Option<Options>> common() {
             "second reflections also show reflective objects, by their diffuse component; "
             "otherwise only diffuse objects, as in the paper"),
       field(&Options::transitionHeight, "transition_height", atLeast(0.0),
-            "height in metres of virtual walls on the edges of flat objects; a ray through a wall "
-            "blends the object's edge with the environment map (the paper's H); 0: no walls"),
+            "height in metres of virtual walls on the edges of flat objects; rays through a wall "
+            "blend the edge with the environment map (the paper's H); 0: none"),
       field(&Options::shareEnvironment, "share_environment",
-            "keep flat objects with virtual walls in the environment map, and blend look-up "
-            "directions instead of colours; correct only if these objects hide nothing in the map"),
+            "flat objects with walls stay in the environment map, and look-up directions are "
+            "blended instead of colours; correct only if they hide nothing there"),
       field(&Options::attenuation, "attenuation", atLeast(0.0), kAttenuationHelp),
       field(&Options::intersectOn, "intersect_on", kUnits,
             "where mirror rays are intersected. device: in a shader; processor: by vector code on "
@@ -55,11 +54,12 @@ const config::OptionTable<Options>& billboardOptions() {
 const config::OptionTable<Options>& depthOptions() {
   static const config::OptionTable<Options> table = [] {
     std::vector<config::Option<Options>> options = common();
-    options.push_back(field(&Options::intersection, "intersection", kIntersections,
-                            "how rays are intersected with depth maps. srdm: with the nearest "
-                            "simplified row (the paper's simplified rotated depth map); "
-                            "srdm_two_rows: with the two nearest rows; walk: texel by texel")
-                          .trade("walk,srdm"));
+    options.push_back(
+        field(
+            &Options::intersection, "intersection", kIntersections,
+            "how rays meet depth maps. srdm: by the nearest simplified row (the paper's simplified "
+            "rotated depth map); srdm_two_rows: by the two nearest; walk: texel by texel")
+            .trade("walk,srdm"));
     options.push_back(
         field(&Options::domains, "domains", range(1, 720),
               "number of directions in which a depth map is simplified to rows (the paper's n)"));
