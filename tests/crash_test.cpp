@@ -368,7 +368,7 @@ TEST_F(Crash, ChunksMergeToTheWholeRunInAnyOrder) {
   ASSERT_EQ(run(with(kRender, {"other", "--chunk", "2/3", "--seed", "7"})).code, 0);
   const Ended other = run({"merge", "a", "other", "c", "--out", "no"});
   EXPECT_EQ(other.code, 2);
-  EXPECT_THAT(other.err, HasSubstr("other: frames 3-5 were made with another method or image"));
+  EXPECT_THAT(other.err, HasSubstr("other: frames 3-5 differ in method or image"));
   EXPECT_EQ(run({"merge", "a", "b", "c", "--out", "one"}).code, 5);
   EXPECT_EQ(run({"merge", "a", "a", "--out", "no"}).code, 2);
   EXPECT_EQ(run({"merge", "a", "nothing", "--out", "no"}).code, 2);
@@ -415,7 +415,7 @@ TEST_F(Crash, LongFramesAreDroppedAndASecondSignalEndsAtOnce) {
     EXPECT_EQ(ended.code, 128 + (twice ? SIGTERM : SIGINT)) << ended.err;
     EXPECT_LT(secondsSince(asked), kSoonSeconds);
     if (!twice) {
-      EXPECT_THAT(ended.err, HasSubstr("the frame at hand is dropped"));
+      EXPECT_THAT(ended.err, HasSubstr("the current frame is dropped"));
     }
     EXPECT_TRUE(frames(out).empty());
   }

@@ -32,7 +32,7 @@ TEST_F(App, LayersBecomePictures) {
   EXPECT_EQ(none.exitCode, 2);
   EXPECT_THAT(none.err, HasSubstr("it has no layer \"clustr\"; it has: "));
   ASSERT_EQ(run("render run.json --frames 2 --out plain --set 'image.layers=[]'").exitCode, 0);
-  EXPECT_THAT(run("layers plain --out none").err, HasSubstr("no layers but R G B A"));
+  EXPECT_THAT(run("layers plain --out none").err, HasSubstr("the frames have only R, G, B and A"));
   EXPECT_EQ(run("layers run").exitCode, 2);
   EXPECT_FALSE(fs::exists(folder / "none"));
 }
@@ -62,7 +62,7 @@ TEST_F(App, FramesBecomeFigures) {
       {"--difference 5", "--difference needs --against"},
       {"--against gone", "gone: no such file or folder"},
       {"--labels a,b,c", "--labels has 3 texts for 1 runs"},
-      {"--out figure.jpg", "ends in .png, .pdf or .svg"}};
+      {"--out figure.jpg", "must end in .png, .pdf or .svg"}};
   for (const auto& [options, message] : wrong) {
     const bool named = options.starts_with("--out");
     const Result result = run("figure run " + options + (named ? "" : " --out wrong.png"));

@@ -71,20 +71,21 @@ TEST_F(App, LensesThatShowNothingAreWarnedOf) {
         << R"({"scene": "both.json", "image": {"width": 8, "height": 8}, "methods": [
            {"method": "second_order", "name": "mixed", "reflectors": )"
         << others << "}]}";
-    EXPECT_THAT(run("plan mixed.json").err,
-                HasSubstr("mixed: nothing is seen through \"lens\": a path goes in and out by 2 "
-                          "bounces, and bounces is 1; give the method that fills it bounces 2 or "
-                          "more"));
+    EXPECT_THAT(
+        run("plan mixed.json").err,
+        HasSubstr(
+            "mixed: nothing can be seen through \"lens\": entering and leaving an object takes 2 "
+            "bounces, but bounces is 1; give the method that renders it bounces 2 or more"));
   }
   EXPECT_THAT(run("render lens.json --method perturbation --set methods.perturbation.bounces=2 "
                   "--set methods.perturbation.order=nearest --set image.width=8 "
                   "--set image.height=8 --out near")
                   .err,
-              HasSubstr("\"lens\" refracts, and with \"order\": \"nearest\""));
+              HasSubstr("\"lens\" refracts; with \"order\": \"nearest\""));
   EXPECT_THAT(run("render lens.json --method reference --set image.width=8 --set image.height=8 "
                   "--set methods.reference.bounces=1")
                   .err,
-              HasSubstr("nothing is seen through \"lens\""));
+              HasSubstr("nothing can be seen through \"lens\""));
 }
 
 TEST_F(App, ConfigErrorsNameFileLineAndPlace) {
@@ -105,7 +106,7 @@ TEST_F(App, UnknownInstructionSetsAreExit2) {
     const Result result = run("render run.json --out r --set methods.reference.samples=1");
     unsetenv(variable);
     EXPECT_EQ(result.exitCode, 2) << result.err;
-    EXPECT_THAT(result.err, HasSubstr(std::string(variable) + " is 'v9'; it takes "));
+    EXPECT_THAT(result.err, HasSubstr(std::string(variable) + " is 'v9'; allowed: "));
   }
 }
 
@@ -131,9 +132,9 @@ TEST_F(App, OptionsInTheWrongFormAreShownInTheRightOne) {
 TEST_F(App, BlackFramesAreWarnedOf) {
   const Result black = run("render run.json --frames 1 --environment '#000000' --out black");
   EXPECT_EQ(black.exitCode, 0);
-  EXPECT_THAT(black.err, HasSubstr("warning: frame 1 is wholly black"));
+  EXPECT_THAT(black.err, HasSubstr("warning: frame 1 is completely black"));
   const Result lit = run("render run.json --frames 1 --environment 0.5,0.5,0.5 --out lit");
-  EXPECT_THAT(lit.err, testing::Not(HasSubstr("wholly black")));
+  EXPECT_THAT(lit.err, testing::Not(HasSubstr("completely black")));
   EXPECT_EQ(run("render run.json --environment none.exr").exitCode, 2);
 }
 
@@ -262,7 +263,7 @@ TEST_F(App, RendersResumesAndRefuses) {
   // A changed setting is not trusted.
   const Result changed = run("render run.json --out a --existing resume --seed 2 --json");
   ASSERT_EQ(changed.exitCode, 0) << changed.err;
-  EXPECT_THAT(changed.err, HasSubstr("it was made with another method or image settings"));
+  EXPECT_THAT(changed.err, HasSubstr("it differs in method or image settings"));
 }
 
 TEST_F(App, BareScenesRenderWithoutConfig) {
@@ -299,7 +300,7 @@ TEST_F(App, DryRunsEndAsTheRunWould) {
   EXPECT_THAT(resumed.err,
               HasSubstr("d: frame 2 is rendered again: frames/frame.0002.exr is missing"));
   EXPECT_THAT(run("render run.json --out d --dry-run --existing overwrite").out,
-              HasSubstr("in place of the run that is there"));
+              HasSubstr("replacing the existing run"));
   EXPECT_TRUE(fs::exists(folder / "d/frames/frame.0003.exr"));
 }
 
@@ -336,20 +337,22 @@ TEST_F(App, FoldersOfSeveralRunsAreNamed) {
   EXPECT_EQ(run("render two.json --out out").exitCode, 0);
   const Result one = run("render two.json --out out --method a --existing resume");
   EXPECT_EQ(one.exitCode, 2);
-  EXPECT_THAT(one.err, HasSubstr("for one method alone name --out out/a"));
+  EXPECT_THAT(one.err, HasSubstr("for one of these methods use --out out/a"));
   EXPECT_FALSE(fs::exists(folder / "out" / "frames"));
   EXPECT_EQ(run("render two.json --out out/a --method a --existing resume").exitCode, 0);
   const Result compare = run("compare out out/a");
   EXPECT_EQ(compare.exitCode, 2);
-  EXPECT_THAT(compare.err, HasSubstr("holds several runs; name one of out/a, out/b"));
+  EXPECT_THAT(compare.err, HasSubstr("has several runs; choose one of out/a, out/b"));
   // Objects by name, too
   EXPECT_EQ(run("render two.json --out ids --set 'image.layers=[\"s\",\"id\"]'").exitCode, 0);
   EXPECT_THAT(run("compare ids/a ids/b").out, HasSubstr("ball"));
 }
 
 TEST_F(App, InfoCounts) {
-  EXPECT_THAT(run("info run.json").err,
-              HasSubstr("run.json: is a run config; its scene: catoptric info scene.json"));
+  EXPECT_THAT(
+      run("info run.json").err,
+      HasSubstr(
+          "run.json: is a run config, not a scene. For its scene: catoptric info scene.json"));
   const config::Value info = config::parseText(run("info scene.json --json").out, "info");
   EXPECT_EQ(info.get("objects").asInteger(), 2);
   EXPECT_EQ(info.get("diffuse_triangles").asInteger(), 2);

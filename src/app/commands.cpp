@@ -93,7 +93,7 @@ void printData(const std::string& text) {
       std::fflush(stdout) == 0)
     return;
   if (errno == EPIPE) throw ReaderGone();
-  throw OutputError("stdout: cannot be written");
+  throw OutputError("standard output cannot be written");
 }
 
 }  // namespace catoptric::app

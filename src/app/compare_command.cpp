@@ -50,9 +50,9 @@ bool exceeds(const report::RunComparison& c, const CompareOptions& options) {
     failed = true;
   };
   if (!c.onlyInReference.empty())
-    fail("missing frames " + numbers(c.onlyInReference) + ": " + options.run + " lacks them");
+    fail("frames " + numbers(c.onlyInReference) + ": " + options.run + " lacks them");
   if (!c.onlyInRun.empty())
-    fail("unexpected frames " + numbers(c.onlyInRun) + ": " + options.reference + " lacks them");
+    fail("frames " + numbers(c.onlyInRun) + ": " + options.reference + " lacks them");
   if (options.maxL1 && c.pooled.l1() > *options.maxL1)
     fail("L1_8bit is " + report::fixedText(c.pooled.l1(), 3) + ", more than the " +
          report::fixedText(*options.maxL1, 3) + " allowed");
@@ -64,8 +64,7 @@ bool exceeds(const report::RunComparison& c, const CompareOptions& options) {
            std::to_string(e.notFiniteReference) + " of the reference");
     if (options.fail && e.overPercent() > options.failPercent)
       fail(frame + fmt::format("{:.6g} % of the pixels differ by more than ", e.overPercent()) +
-           report::exactText(*options.fail) + "; " + report::exactText(options.failPercent) +
-           " % are allowed");
+           report::exactText(*options.fail) + "; " + report::exactText(options.failPercent) + " %");
     if (options.hardFail && e.maxLinear > *options.hardFail)
       fail(frame +
            fmt::format("pixel {},{} differs by {:.6g}, more than the ", e.maxLinearX, e.maxLinearY,
@@ -73,7 +72,7 @@ bool exceeds(const report::RunComparison& c, const CompareOptions& options) {
            report::exactText(*options.hardFail) + " allowed");
     if (options.maxMean && e.meanLargest() > *options.maxMean)
       fail(frame +
-           fmt::format("pixels differ by {:.6g} in the mean, more than the ", e.meanLargest()) +
+           fmt::format("the mean pixel difference is {:.6g}, more than the ", e.meanLargest()) +
            report::exactText(*options.maxMean) + " allowed");
   }
   return failed;

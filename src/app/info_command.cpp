@@ -81,12 +81,12 @@ void requireScene(const std::string& input) {
   }
   const run::FileKind kind = run::fileKind(root);
   if (kind == run::FileKind::Path)
-    throw UsageError(input + ": is a camera path; info tells about scenes");
+    throw UsageError(input + ": is a camera path; info takes a scene (.json, .gltf, .glb)");
   if (kind != run::FileKind::RunConfig) return;
   const std::filesystem::path scene =
       (file.parent_path() / root.get("scene").asString()).lexically_normal();
-  throw UsageError(input + ": is a run config; its scene: catoptric info " + scene.string() +
-                   "; what a run of it needs: catoptric plan " + input);
+  throw UsageError(input + ": is a run config, not a scene. For its scene: catoptric info " +
+                   scene.string() + ". For what a run of it needs: catoptric plan " + input);
 }
 
 const scene::Material& materialOf(const scene::Scene& scene, const scene::Object& object) {

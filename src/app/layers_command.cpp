@@ -45,8 +45,8 @@ ExitCode layers(const LayersOptions& options, const CommonOptions& common) {
   }
   if (written.empty()) {
     throw UsageError(options.frames +
-                     ": the frames have no layers but R G B A; configs ask for layers by "
-                     "image.layers and image.masks");
+                     ": the frames have only R, G, B and A; render them with image.layers or "
+                     "image.masks=true to get layers");
   }
   std::string text;
   if (common.json) {

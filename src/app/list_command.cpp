@@ -110,7 +110,7 @@ std::string pageOf(const std::vector<std::string>& chosen, const Pages& pages) {
                           : run::schemaJson(pages.schema, methods::registry());
   if (!pages.markdown) return "";
   if (chosen != std::vector<std::string>{"methods"})
-    throw UsageError("--markdown goes with --schema, or with \"methods\" alone");
+    throw UsageError("--markdown needs --schema NAME, or `list methods` without other words");
   return methodsPage(methods::registry());
 }
 

@@ -30,7 +30,8 @@ std::vector<std::filesystem::path> partsOf(const MergeOptions& options) {
     const cluster::Submission submission = cluster::readSubmission(folder);
     for (const int chunk : submission.wanted())
       if (std::filesystem::exists(submission.part(chunk))) parts.push_back(submission.part(chunk));
-    if (parts.empty()) throw UsageError(folder + ": no chunk has been rendered yet");
+    if (parts.empty())
+      throw UsageError(folder + ": no chunk has been rendered yet; see catoptric status");
   }
   return parts;
 }

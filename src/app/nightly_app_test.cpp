@@ -116,11 +116,11 @@ TEST_F(Nightly, WhatIsWrongEndsWithAHint) {
   std::ofstream(folder / "untrue.suite.json")
       << begin << "\"ball\": " << ball << R"(], "against": "nobody"}}})";
   for (const auto& [arguments, hint] : std::map<std::string, std::string>{
-           {"small.suite.json --effort ful", "has frames for --effort ful"},
+           {"small.suite.json --effort ful", "with frames for --effort ful"},
            {"small.suite.json --only square", "fits --only square"},
            {"small.suite.json more", "is one argument too many"},
-           {"small.suite.json --single-file", "name that, too"},
-           {"small.suite.json --baseline feed", "no kept build begins so"},
+           {"small.suite.json --single-file", "needs --html DIR"},
+           {"small.suite.json --baseline feed", "no stored build has a fingerprint that begins so"},
            {"small.suite.json --run-only --compare-only", "exclude each other"},
            {"small.suite.json --clock sun", "must be one of"},
            {"run.json", "title"},
@@ -129,8 +129,8 @@ TEST_F(Nightly, WhatIsWrongEndsWithAHint) {
            {"twice.suite.json", "\"truth\" is named twice"},
            {"nameless.suite.json", "the scene's name"},
            {"untrue.suite.json", "untrue.ball.truth: its truth"},
-           {"undo", "name the number"},
-           {"accept", "name what is accepted"}}) {
+           {"undo", "give the number"},
+           {"accept", "name a case, such as"}}) {
     const Result result = nightly(arguments);
     EXPECT_TRUE(result.exitCode == 2 || result.exitCode == 3) << arguments << result.err;
     EXPECT_THAT(result.err, HasSubstr(hint)) << arguments;
@@ -256,7 +256,7 @@ TEST_F(Nightly, DamagedAndStrangeHistoriesAreRefused) {
   refuse(newer, "newer catoptric");
   std::string strange = whole;
   strange[68] = 1;  // application_id
-  refuse(strange, "is no history of catoptric");
+  refuse(strange, "is not a history of catoptric");
   std::ofstream(folder / "h/history.db", std::ios::trunc) << whole;
   EXPECT_EQ(nightly("accept '*' --reason r").exitCode, 0);
 }
@@ -284,7 +284,7 @@ TEST_F(Nightly, FullAndReadOnlyDisksAreExit5) {
     fill(leave);
     const Result full = nightly("accept '*' --reason r", history);
     EXPECT_EQ(full.exitCode, 5) << leave << full.err;
-    EXPECT_THAT(nightly("log", history).out, Not(HasSubstr("Acknowledgements"))) << leave;
+    EXPECT_THAT(nightly("log", history).out, Not(HasSubstr("Acceptances"))) << leave;
     const Result night = nightly(suite(), history);
     EXPECT_EQ(night.exitCode, 5) << leave << night.err;
   }

@@ -77,8 +77,7 @@ study::Inputs inputsOf(const nightly::NightScene& scene, const std::string& fram
 Night newestNight(const History& history, const std::string& suite, bool judged) {
   for (const Night& night : history.nights(suite, 100))
     if (!judged || !night.finished.empty()) return night;
-  throw UsageError("the history has no night of the suite " + suite +
-                   (judged ? " that was judged" : ""));
+  throw UsageError("the history has no " + suite + (judged ? "judged " : ""));
 }
 
 void writeNightReports(const History& history, const Night& night,
@@ -170,8 +169,8 @@ ExitCode conclude(const Night& night, const std::vector<Verdict>& verdicts, bool
     printData(faults + "Night " + std::to_string(night.id) + ": " + std::to_string(summary.cases) +
               " cases, " + std::to_string(summary.regressions) + " regressions, " +
               std::to_string(summary.crashes) + " crashes, " + std::to_string(summary.skipped) +
-              " undecided, new or acknowledged; " + std::to_string(summary.toAccept) +
-              " frames want to be accepted: " + end + "\n");
+              " undecided, new or accepted; " + std::to_string(summary.toAccept) +
+              " frames wait for acceptance: " + end + "\n");
   return code;
 }
 
@@ -198,7 +197,7 @@ std::optional<Night> measure(History& history, const nightly::NightSuite& suite,
   how.stopRequested = lab.stopRequested;
   how.progress = [&](const std::string& what, double share) { printer.showStep(what, share); };
   std::optional<Night> night;
-  measureUnlessStopped(printer, "stopped; the same command goes on with this night", [&] {
+  measureUnlessStopped(printer, "stopped; the same command continues this night", [&] {
     night = nightly::measureSuite(history, suite, options.effort, options.only,
                                   *nightly::makeLab(lab), how);
   });
@@ -284,8 +283,8 @@ ExitCode runSuite(const NightlyOptions& options, const CommonOptions& common) {
 ExitCode acceptCases(const NightlyOptions& options, bool json) {
   if (options.cases.empty())
     throw UsageError(
-        "nightly accept: name what is accepted, as in cornell_box.traced:12; * stands "
-        "for anything");
+        "nightly accept: name a case, such as cornell_box.traced:12 (SCENE.METHOD:FRAME; * stands "
+        "for any text)");
   History history(options.history, History::Mode::Write);
   const nightly::Accepted accepted =
       nightly::acceptVerdicts(history, {options.cases, options.reason, userName()});
@@ -297,7 +296,7 @@ ExitCode acceptCases(const NightlyOptions& options, bool json) {
                   .object() +
               "\n");
   else
-    printData("Acknowledgement " + std::to_string(accepted.acknowledgement) + ": " +
+    printData("Acceptance " + std::to_string(accepted.acknowledgement) + ": " +
               std::to_string(accepted.frames) + " frames, times of " +
               std::to_string(accepted.times) +
               " cases; take it back with `catoptric nightly undo " +
@@ -311,11 +310,10 @@ ExitCode undoAcceptance(const NightlyOptions& options) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (text.empty() || error != std::errc() || end != text.data() + text.size())
     throw UsageError(
-        "nightly undo: name the number of one acknowledgement; `catoptric nightly log` "
-        "lists them");
+        "nightly undo: give the number of one acceptance; `catoptric nightly log` lists them");
   History history(options.history, History::Mode::Write);
   history.undo(number, nightly::utcNow());
-  printData("Acknowledgement " + text + " does not hold any more\n");
+  printData("Acceptance " + text + " is withdrawn\n");
   return ExitCode::Done;
 }
 
@@ -338,7 +336,7 @@ report::Table nightTable(const History& history, const std::vector<Night>& night
 
 report::Table acknowledgementTable(const History& history) {
   report::Table table;
-  table.title = "Acknowledgements";
+  table.title = "Acceptances";
   table.columns = {{"number", true}, {"when", false},   {"who", false},
                    {"what", false},  {"reason", false}, {"undone", false}};
   for (const nightly::Acknowledgement& one : history.acknowledgements())
@@ -354,7 +352,7 @@ report::Table wantedTable(const History& history, const std::vector<Night>& nigh
   const auto judged = std::find_if(nights.begin(), nights.end(),
                                    [](const Night& night) { return !night.finished.empty(); });
   if (judged == nights.end()) return table;
-  table.title = "Night " + std::to_string(judged->id) + " wants to be accepted";
+  table.title = "Night " + std::to_string(judged->id) + ": waiting for acceptance";
   std::map<std::array<std::string, 3>, std::vector<std::string>> frames;
   for (const Verdict& verdict : history.verdicts(judged->id))
     if (nightly::wantsAcceptance(verdict))
@@ -391,7 +389,7 @@ ExitCode nightlyCommand(const NightlyOptions& options, const CommonOptions& comm
   if (options.runOnly + options.compareOnly + options.reportOnly > 1)
     throw UsageError("--run-only, --compare-only and --report-only exclude each other");
   if (options.singleFile && options.html.empty())
-    throw UsageError("--single-file is how --html writes the page; name that, too");
+    throw UsageError("--single-file needs --html DIR");
   return runSuite(options, common);
 }
 

@@ -81,10 +81,9 @@ ExitCode dryRun(const run::Stage& stage, const CommonOptions& common,
     if (session.existing == run::Existing::Resume)
       text += ", " + framesText(frames.reused) + " re-used (if the renderer is the same)";
     if (session.existing == run::Existing::Overwrite && std::filesystem::exists(method.folder))
-      text += ", in place of the run that is there";
+      text += ", replacing the existing run";
     if (!frames.warmedUp.empty())
-      text += "; " + framesText(frames.warmedUp) +
-              " too, for what later frames need of them, and not kept";
+      text += "; " + framesText(frames.warmedUp) + " would be rendered to warm up, and not kept";
     text += "\n";
   }
   if (common.json)
@@ -123,7 +122,8 @@ void printResults(const run::RunConfig& run, const std::vector<run::MethodResult
       std::any_of(results.begin(), results.end(), [](const run::MethodResult& result) {
         return !result.frames.rendered.empty() || !result.frames.reused.empty();
       });
-  if (!anyFrames && !anyFailed && stopSignal() == 0) log::info("this chunk holds no frame");
+  if (!anyFrames && !anyFailed && stopSignal() == 0)
+    log::info("this chunk has no frame: there are more chunks than frames");
   Reports reports;
   const bool tables = anyFrames && !noTables && stopSignal() == 0;
   if (tables) reports = writeReports(run, results, out);
@@ -162,10 +162,11 @@ std::optional<study::RepeatedTimes> repeatTimes(const RenderOptions& options,
 /// Options of --repeats that contradict others.
 void checkRepeats(const RenderOptions& options, const run::RunConfig& run) {
   if (!options.ratioTo.empty() && options.repeats == 0)
-    throw UsageError("--ratio-to needs --repeats N: a single run says too little of ratios");
+    throw UsageError("--ratio-to needs --repeats N");
   study::ratioMethod(run, options.ratioTo);
   if (options.repeats > 0 && options.chunk != "1/1")
-    throw UsageError("--repeats measures all frames of the run: it cannot be joined with --chunk");
+    throw UsageError(
+        "--repeats measures all frames of the run; it cannot be combined with --chunk");
 }
 
 ExitCode render(const RenderOptions& options, const CommonOptions& common) {
@@ -181,8 +182,8 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
   checkRepeats(options, run);
   session.out = outFolder(options, run);
   if (!run.errorsDropped.empty())
-    log::info("no errors against " + joined(run.errorsDropped, ", ") +
-              ": the config asks for them, --method leaves " +
+    log::info("errors against " + joined(run.errorsDropped, ", ") +
+              " are not computed: --method leaves " +
               (run.errorsDropped.size() == 1 ? "it" : "them") + " out");
 
   // Until the scene is loaded a signal ends the process by itself: nothing has been written.

@@ -68,7 +68,8 @@ std::string standardInput() {
   std::array<char, 65536> part{};
   while (const std::size_t n = std::fread(part.data(), 1, part.size(), stdin)) {
     text.append(part.data(), n);
-    if (text.size() > kMost) throw UsageError("standard input: more than 64 MiB are no run config");
+    if (text.size() > kMost)
+      throw UsageError("standard input: larger than 64 MiB, too large for a run config");
   }
   return text;
 }
@@ -217,7 +218,8 @@ config::Value inputConfig(const RunOptions& options, const std::filesystem::path
   if (options.input == kStandardInput) {
     config::Value root = config::parseText(standardInput(), "standard input");
     if (run::fileKind(root) == run::FileKind::Scene)
-      throw UsageError("standard input: is a scene; a run config is read from there alone");
+      throw UsageError(
+          "standard input: is a scene; only a run config can be read from standard input");
     return root;
   }
   requireInput(options.input);
@@ -233,10 +235,10 @@ config::Value inputConfig(const RunOptions& options, const std::filesystem::path
   }
   config::Value root = config::parseFile(file);
   if (run::fileKind(root) == run::FileKind::Path)
-    throw UsageError(options.input +
-                     ": is a camera path; name a run config or a scene, and this file as the "
-                     "config's \"path\" (--set path=" +
-                     options.input + ")");
+    throw UsageError(
+        options.input +
+        ": is a camera path; give a run config or a scene, and this path by --set path=" +
+        options.input + ")");
   return root;
 }
 

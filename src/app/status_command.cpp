@@ -97,7 +97,9 @@ ExitCode status(const StatusOptions& options, const CommonOptions& common) {
   printData(common.json ? progressJson(progress) : progressText(submission, progress));
   const bool lost = !progress.chunksThatAre(ChunkState::Failed).empty() ||
                     !progress.chunksThatAre(ChunkState::Held).empty();
-  if (lost) log::warning("frames are missing that nobody makes: catoptric retry " + options.folder);
+  if (lost)
+    log::warning("frames are missing that no task will render; run: catoptric retry " +
+                 options.folder);
   return lost ? ExitCode::FramesFailed : ExitCode::Done;
 }
 
@@ -122,7 +124,8 @@ ExitCode retry(const StatusOptions& options, const CommonOptions& common) {
 ExitCode cancel(const StatusOptions& options) {
   const cluster::Submission submission = cluster::readSubmission(options.folder);
   if (submission.engine != cluster::Engine::Slurm)
-    throw UsageError(options.folder + ": is run by a script; interrupt run.sh where it runs");
+    throw UsageError(options.folder +
+                     ": was submitted with --to script; interrupt its run.sh instead");
   cluster::cancelInSlurm(submission);
   return ExitCode::Done;
 }

@@ -16,9 +16,10 @@ std::atomic<int> noted{0};
 std::atomic<bool> asJson{false};
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler uses it");
 
-constexpr std::string_view kText = "\nstopping after this frame; once more to stop at once\n";
+constexpr std::string_view kText = "\nstopping after this frame; a second signal stops at once\n";
 constexpr std::string_view kJson =
-    "{\"level\":\"info\",\"message\":\"stopping after this frame; once more to stop at once\"}\n";
+    "{\"level\":\"info\",\"message\":\"stopping after this frame; a second signal stops at "
+    "once\"}\n";
 
 void noteSignal(int number) {
   // A second signal, of either kind, ends at once: what stands on the disk is complete.
@@ -60,7 +61,7 @@ void StopDeadline::watch(double seconds) {
     if (noted == 0) continue;
     waited += std::chrono::duration<double>(kInterval).count();
     if (waited < seconds) continue;
-    log::warning("the frame at hand is dropped; --existing resume goes on with the run");
+    log::warning("the current frame is dropped; --existing resume continues the run");
     ::_exit(128 + noted);
   }
 }

@@ -111,10 +111,10 @@ TEST_F(Sweep, WhatIsWrongEndsWithAHint) {
   const std::map<std::string, std::string> wrong{
       {"--vary methods.reference.sampels=1,2", "did you mean \"samples\"?"},
       {"--vary samples=1,2", "write --set methods.reference.samples"},
-      {"--vary methods.reference.samples=4..1:3", "the range is empty"},
+      {"--vary methods.reference.samples=4..1:3", "must run from a smaller to a larger number"},
       {"--vary methods.reference.samples=0,1", "samples"},
       {"--vary methods.refrence.samples=1", "did you mean \"reference\"?"},
-      {"--vary threads=1 --metric L1", "is no measure of errors"},
+      {"--vary threads=1 --metric L1", "is not an error measure"},
       {"--vary threads=1 --where 'a<2'", "no --vary is called \"a\""},
       {"--vary threads=1 --existing keep", "keep"},
       {"--vary threads=1 --clock sun", "must be one of"},
@@ -215,9 +215,9 @@ TEST_F(Sweep, TuneNamesTheNearestWhereNothingSatisfies) {
 
 TEST_F(Sweep, TuneRefusesWhatContradictsItself) {
   const std::map<std::string, std::string> wrong{
-      {"", "name what is wanted"},
-      {"--max-error 'L1_8bit<=1' --max-time 1s", "contradict each other"},
-      {"--max-error 'L1<=1'", "is no measure of errors"},
+      {"", "give a bound"},
+      {"--max-error 'L1_8bit<=1' --max-time 1s", "cannot be combined"},
+      {"--max-error 'L1<=1'", "is not an error measure"},
       {"--max-error 'L1_8bit<=1' --vary image.width=8,16", "varies options of methods"},
       {"--max-error 'L1_8bit<=1' --verify most", "must be all, or a number"},
       {"--max-error 'L1_8bit<=1 every-frame' --per-reflector", "a bound on the mean error"},
@@ -236,7 +236,7 @@ TEST_F(Sweep, RepeatsOfARunSayHowFarRatiosHold) {
   const std::string command = "render run.json --out r --existing overwrite --frames 1-2 -q ";
   const Result result = run(command + "--repeats 8 --ratio-to truth");
   EXPECT_EQ(result.exitCode, 0) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("rounds in turns; x: time over that of truth"));
+  EXPECT_THAT(result.out, HasSubstr("interleaved rounds; x: time divided by that of truth"));
   EXPECT_THAT(result.out, HasSubstr(" to 0."));
   EXPECT_THAT(run(command + "--repeats 2").out, HasSubstr("too few rounds to tell"));
   EXPECT_EQ(run(command + "--ratio-to truth").exitCode, 2);
@@ -256,7 +256,7 @@ TEST_F(Sweep, RatiosAreOfTracedElseOfReferenceElseOfTheFirst) {
                                        << second << R"(", "samples": 1, "rays": 1}]})";
     const Result result = run("render two.json --out r --existing overwrite -q --repeats 2");
     EXPECT_EQ(result.exitCode, 0) << result.err;
-    EXPECT_THAT(result.out, HasSubstr("x: time over that of " + base + ","));
+    EXPECT_THAT(result.out, HasSubstr("x: time divided by that of " + base + ","));
   }
 }
 
@@ -282,7 +282,7 @@ TEST_F(Sweep, AChangedSettingRendersItsCellAlone) {
   ASSERT_EQ(first.exitCode, 0) << first.err;
   const Result nowhere = run("tables b.suite.json --effort smoke --out /proc/nope");
   EXPECT_EQ(nowhere.exitCode, 5) << nowhere.err;
-  EXPECT_THAT(nowhere.err, HasSubstr("/proc/nope: cannot be made"));
+  EXPECT_THAT(nowhere.err, HasSubstr("/proc/nope: cannot be created"));
   EXPECT_THAT(first.err, HasSubstr("times: 6 frames rendered"));   // three, warm and timed
   EXPECT_THAT(first.err, HasSubstr("errors: 3 frames rendered"));  // three
   write(3, R"json([{"value": "error(errors.b, L1_8bit)", "from": 100, "to": 101}])json");

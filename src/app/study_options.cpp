@@ -104,8 +104,8 @@ std::string referenceName(const StudyOptions& options) {
   const run::RunConfig run = readRun(all);
   if (run.errorsAgainst.empty())
     throw UsageError(options.input +
-                     ": the config has no errors.against; name what errors are measured against, "
-                     "as in --against reference");
+                     ": the config has no errors.against; give the reference of the errors, such "
+                     "as --against reference");
   return run.errorsAgainst.front();
 }
 
@@ -140,15 +140,16 @@ void openStudyFolder(study::Bench& bench, const std::string& existing, const std
     const bool ours = fs::exists(kind, error) && readTextFile(kind) == mark + "\n";
     if (how == run::Existing::Error)
       throw OutputError(folder.string() +
-                        ": is not empty; name another folder, or --existing resume or overwrite");
+                        ": is not empty; choose another folder, or --existing resume or overwrite");
     if (!ours)
-      throw OutputError(folder.string() + ": holds no " + mark +
-                        " of this program; name another folder");
+      throw OutputError(folder.string() +
+                        ": is not overwritten, because it is not the folder of a " + mark +
+                        " by this program; choose another folder");
     if (how == run::Existing::Overwrite)
       for (const char* name : kStudyFiles) fs::remove_all(folder / name, error);
   }
   fs::create_directories(folder, error);
-  if (error) throw OutputError(folder.string() + ": cannot be made: " + error.message());
+  if (error) throw OutputError(folder.string() + ": cannot be created: " + error.message());
   writeFileAtomically(kind, std::string_view(mark + "\n"));
   if (how == run::Existing::Resume) bench.readSamples();
 }

@@ -49,7 +49,7 @@ MeasuredTimes measuredTimes(const fs::path& folder) {
     if (fs::exists(entry.path() / "frames.jsonl", error)) runs.push_back(entry.path());
   if (runs.empty())
     throw UsageError("--times " + folder.string() +
-                     ": holds no run; render some frames of this config there first");
+                     ": has no run; render some frames of this config there first");
   MeasuredTimes times;
   for (const fs::path& path : runs) {
     const run::RunRecords records = run::readRunRecords(path);
@@ -71,17 +71,16 @@ int chunkCount(const SubmitOptions& options, std::size_t frames) {
     return static_cast<int>(std::min(static_cast<std::size_t>(options.chunks), frames));
   if (options.times.empty())
     throw UsageError(
-        "say into how many chunks the frames are divided: --chunks N; or --times RUN, a run of "
-        "some "
-        "of these frames, whose times say how many chunks have tasks of --task-minutes");
+        "give the number of chunks by --chunks N; or --times RUN, a run of some of these frames, "
+        "so that each task takes about --task-minutes");
   const MeasuredTimes times = measuredTimes(options.times);
   constexpr double kSecondsPerMinute = 60.0;
   const double left = options.taskMinutes * kSecondsPerMinute - times.startupSeconds;
   if (left < times.frameSeconds)
-    log::warning("a task of one frame takes longer than --task-minutes: " +
-                 std::to_string(std::lround(times.startupSeconds + times.frameSeconds)) +
-                 " s, of these " + std::to_string(std::lround(times.startupSeconds)) +
-                 " s before the first frame");
+    log::warning("even a task with one frame takes longer than --task-minutes: " +
+                 std::to_string(std::lround(times.startupSeconds + times.frameSeconds)) + " s, " +
+                 std::to_string(std::lround(times.startupSeconds)) +
+                 " s of it before the first frame");
   const double perChunk = std::max(1.0, std::floor(left / times.frameSeconds));
   return static_cast<int>(std::ceil(static_cast<double>(frames) / perChunk));
 }
@@ -109,7 +108,8 @@ std::vector<cluster::MethodShare> sharesOf(const run::Stage& stage, int chunks) 
 std::string ownProgram() {
   std::error_code error;
   const fs::path path = fs::read_symlink("/proc/self/exe", error);
-  if (error) throw Error(ExitCode::Internal, "the program's own file cannot be found");
+  if (error)
+    throw Error(ExitCode::Internal, "the program's own file (/proc/self/exe) cannot be found");
   return path.string();
 }
 
@@ -117,11 +117,11 @@ std::string ownProgram() {
 void checkStudy(const std::vector<std::string>& study) {
   if (study.front() != "sweep")
     throw UsageError("\"" + study.front() +
-                     "\" cannot be submitted; write -- sweep and its options");
+                     "\" cannot be submitted, only a sweep: -- sweep OPTIONS");
   for (const std::string& word : study)
     for (const char* own : {"--out", "--existing", "--progress", "--dry-run"})
       if (word.starts_with(own))
-        throw UsageError(word + ": the sweep's folder and what becomes of it are chosen by submit");
+        throw UsageError(word + ": cannot be used here; submit sets it for the sweep");
 }
 
 /// What the sweep would refuse is refused now; it says why.
@@ -132,7 +132,8 @@ void trySweep(const cluster::Submission& submission) {
       cluster::shellWords(submission.runArguments) +
       cluster::shellWords({submission.study.begin() + 1, submission.study.end()}) +
       " --dry-run -q >/dev/null";
-  if (std::system(command.c_str()) != 0) throw UsageError("the sweep would be refused; see above");
+  if (std::system(command.c_str()) != 0)
+    throw UsageError("catoptric sweep refuses these arguments; its message is above");
 }
 
 std::string summaryText(const cluster::Submission& submission, std::size_t frames) {
@@ -146,8 +147,8 @@ std::string summaryText(const cluster::Submission& submission, std::size_t frame
                      counted(chunks, "chunk");
   const auto asked = static_cast<std::size_t>(submission.chunks);
   if (chunks < std::min(asked, frames))
-    text +=
-        " (of " + std::to_string(asked) + ": a chunk begins at a frame that needs none before it)";
+    text += " (instead of " + std::to_string(asked) +
+            ": a chunk begins only at a frame that needs no earlier frame)";
   return text;
 }
 

@@ -116,7 +116,7 @@ ExitCode sweep(const SweepOptions& given, const CommonOptions& common) {
   bench.clear();
   printData(common.json ? study::sweepJson(result, studyContext(bench)) + "\n"
                         : report::toText(study::sweepTable(result)));
-  log::info("the curves are in " + (folder / "report.html").string());
+  log::info("curves: " + (folder / "report.html").string());
   return bench.failures().empty() ? ExitCode::Done : ExitCode::FramesFailed;
 }
 

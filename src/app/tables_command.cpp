@@ -132,8 +132,9 @@ void measureRun(const PreparedRun& run, bool textOnly, study::SuiteData& data) {
   });
   const study::Setting& base = against == run.settings.end() ? run.settings.front() : *against;
   if (textOnly && !isKnown(bench, run, base, asked))
-    throw UsageError("--text-only: the run " + run.name +
-                     " is not there as the suite wants it; leave --text-only out");
+    throw UsageError(
+        "--text-only: the run " + run.name +
+        " has not been measured with the suite's present settings; run without --text-only");
   if (run.times) measureTimes(bench, run.settings, base, asked);
   bench.findErrors({base}, asked);  // first: its frames are the others' reference
   bench.findErrors(run.settings, asked);
@@ -173,7 +174,7 @@ void writeTables(const study::Suite& suite, const study::SuiteData& data,
   };
   if (!charts.empty()) write("curves.svg", study::toSvg(charts));
   const std::string effort = "Effort: " + options.effort +
-                             (options.effort == "smoke" ? " (figures without meaning)." : ".");
+                             (options.effort == "smoke" ? " (the numbers mean nothing)." : ".");
   std::string markdown = "# " + suite.title + "\n\n" + suite.text + "\n\n" + effort + "\n";
   std::string csv;
   std::string tex;
@@ -295,7 +296,7 @@ ExitCode tables(const TablesOptions& options, const CommonOptions& common) {
   for (const std::filesystem::path& made : {folder, std::filesystem::path(options.pictures)}) {
     std::error_code error;
     if (!made.empty()) std::filesystem::create_directories(made, error);
-    if (error) throw OutputError(made.string() + ": cannot be made: " + error.message());
+    if (error) throw OutputError(made.string() + ": cannot be created: " + error.message());
   }
   catchStopSignals(mode == ProgressMode::Json);
   study::SuiteData data;
@@ -317,7 +318,7 @@ ExitCode tables(const TablesOptions& options, const CommonOptions& common) {
       drawPictures(suite, data, options, values ? &*values : nullptr, printer, folder);
   } catch (const study::StudyStopped&) {
     printer.endLine();
-    log::warning("stopped; what was measured is kept, and is not rendered again");
+    log::warning("stopped; measured frames are kept, and are not rendered again");
     return static_cast<ExitCode>(128 + stopSignal());
   }
   printer.endLine();

@@ -32,8 +32,8 @@ struct TuneCommand : StudyOptions {
 study::Bound boundOf(const TuneCommand& options) {
   if (options.maxError.empty() == options.maxTime.empty())
     throw UsageError(options.maxError.empty()
-                         ? "name what is wanted: --max-error 'L1_8bit<=2' or --max-time 100ms"
-                         : "--max-error and --max-time contradict each other: name one of them");
+                         ? "give a bound: --max-error 'L1_8bit<=2' or --max-time 100ms"
+                         : "--max-error and --max-time cannot be combined; give one of them");
   return options.maxTime.empty() ? study::parseMaxError(options.maxError)
                                  : study::parseMaxTime(options.maxTime);
 }
@@ -57,9 +57,9 @@ std::vector<study::Axis> axesOf(const TuneCommand& options,
   for (const std::string& text : options.vary) axes.push_back(study::parseAxis(text));
   for (const study::Axis& axis : axes)
     if (axis.method.empty())
-      throw UsageError("--vary " + axis.names.front() +
-                       ": tune varies options of methods (methods.NAME.OPTION); `sweep` measures "
-                       "others");
+      throw UsageError(
+          "--vary " + axis.names.front() +
+          ": tune varies options of methods (methods.NAME.OPTION); use `sweep` for other options");
   if (!axes.empty()) return axes;
   for (const run::MethodConfig& method : readRun(options).methods) {
     if (std::find(methods.begin(), methods.end(), method.name) == methods.end()) continue;
@@ -105,7 +105,7 @@ std::string resultText(const Tuned& tuned) {
     return all.size();
   }();
   const std::string effort = " (" + std::to_string(tried) + " of " +
-                             std::to_string(result.combinations) + " combinations looked at)";
+                             std::to_string(result.combinations) + " combinations tried)";
   if (!result.best) {
     std::string text = "Nothing satisfies " + tuned.bound.text + effort + ".";
     if (result.nearest)
@@ -125,18 +125,16 @@ std::string resultText(const Tuned& tuned) {
          " ms per frame; " + tuned.bound.metric + " " + report::fixedText(result.error, 3) +
          " against " + tuned.against + ", at worst " + report::fixedText(result.worstError, 3) +
          " in frame " + std::to_string(result.worstFrame) + ". " + tuned.bound.text + " " +
-         (result.verifiedOnAll ? "holds on all frames"
-                               : "held on the frames that were looked at, which is no proof") +
+         (result.verifiedOnAll
+              ? "holds on all frames"
+              : "holds on the tested frames, which guarantees nothing for the others") +
          effort + ".\n";
 }
 
 /// tune --per-reflector, once all options are checked.
 ExitCode tuneMixture(TuneCommand options, const study::Bound& bound,
                      study::Measurement::Clock clock, ProgressPrinter& printer) {
-  if (!options.vary.empty())
-    throw UsageError(
-        "--per-reflector chooses among methods as the config has them: --vary "
-        "contradicts it");
+  if (!options.vary.empty()) throw UsageError("--per-reflector cannot be combined with --vary");
   const std::string against = referenceName(options);
   const std::vector<std::string> methods = studiedMethods(options, against);
   options.settings.emplace_back(R"(image.layers=["s","id"])");  // whose pixels are whose
@@ -179,7 +177,7 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
   tuneOptions.seed = options.seed.empty() ? 0 : std::stoull(options.seed);
   if (options.repeats < study::kLeastRounds && tuned.bound.kind == study::Bound::Kind::Time)
     throw UsageError("--max-time " + tuned.bound.text +
-                     " needs --repeats 8 or more: fewer rounds cannot tell");
+                     " needs --repeats 8 or more: fewer rounds give no confidence interval");
   if (options.repeats < 1) throw UsageError("--repeats 0: tune needs times");
   if (options.perReflector) return tuneMixture(options, tuned.bound, times.clock, printer);
 

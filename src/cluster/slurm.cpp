@@ -25,7 +25,8 @@ std::string output(const std::vector<std::string>& words) {
   std::string command;
   for (const std::string& word : words) command += shellWord(word) + " ";
   std::FILE* pipe = ::popen(command.c_str(), "r");
-  if (pipe == nullptr) throw Error(ExitCode::Internal, words[0] + ": cannot be started");
+  if (pipe == nullptr)
+    throw Error(ExitCode::Internal, words[0] + ": the command cannot be started");
   std::string text;
   std::array<char, 65536> part{};
   while (const std::size_t n = std::fread(part.data(), 1, part.size(), pipe))
@@ -35,11 +36,10 @@ std::string output(const std::vector<std::string>& words) {
   constexpr int kNotFound = 127;  // of a shell
   if (code == kNotFound)
     throw UsageError(words[0] +
-                     ": there is no such program here; run this where Slurm's commands are, or use "
-                     "--to script");
+                     ": command not found; run this on a host with Slurm, or use --to script");
   if (code != 0)
     throw UsageError(words[0] + " failed with exit code " + std::to_string(code) +
-                     "; Slurm says above why. The command was: " + command);
+                     "; its message is above. The command: " + command);
   return text;
 }
 
@@ -69,7 +69,7 @@ std::string submitted(const std::vector<std::string>& words) {
   const std::string text = output(words);
   std::string id = text.substr(0, text.find_first_of(";\n"));
   if (id.empty() || id.find_first_not_of("0123456789") != std::string::npos)
-    throw UsageError("sbatch: \"" + text + "\" is no job's number");
+    throw UsageError("sbatch printed \"" + text + "\" instead of a job's number");
   return id;
 }
 

@@ -118,8 +118,8 @@ void createSubmission(const Submission& submission, const std::string& config) {
   try {
     if (fs::exists(folder) && (!fs::is_directory(folder) || !fs::is_empty(folder)))
       throw OutputError(folder.string() +
-                        ": is not an empty folder; name another --out, or go on with what was "
-                        "submitted there by `catoptric retry`");
+                        ": is not an empty folder; choose another --out, or continue that "
+                        "submission by `catoptric retry`");
     for (const char* name : {"parts", "logs"}) fs::create_directories(folder / name);
   } catch (const fs::filesystem_error& failure) {
     throw OutputError(folder.string() + ": " + failure.what());
@@ -131,8 +131,8 @@ void createSubmission(const Submission& submission, const std::string& config) {
 
 Submission readSubmission(const fs::path& folder) {
   if (!isSubmission(folder))
-    throw UsageError(folder.string() + ": is no submission (it has no " + kDescription +
-                     "); name the --out of a `catoptric submit`");
+    throw UsageError(folder.string() + ": is not the folder of a submission (it has no " +
+                     kDescription + "); give the --out of a `catoptric submit`");
   const fs::path file = folder / kDescription;
   const Value value = config::parseText(readTextFile(file, kMaxBytes), file.string());
   Submission submission;

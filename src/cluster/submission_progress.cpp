@@ -68,7 +68,7 @@ std::string lastWords(const fs::path& log, int chunk) {
   const std::string start = "chunk " + std::to_string(chunk) + " on ";
   for (std::string line; std::getline(file, line);)
     if (line.starts_with(start))
-      last = "no message; it ran as " + line;
+      last = "no message in its log; it ran as " + line;
     else if (!line.empty())
       last = line;
   return last.empty() ? "it has not started" : last;

@@ -112,7 +112,7 @@ class Builder {
     }
     if (!level.seen.insert(level.key).second) {
       auto n = node(Value::Kind::Null);
-      Value(n).fail("the name \"" + level.key + "\" stands here for the second time");
+      Value(n).fail("duplicate name \"" + level.key + "\"");
     }
     return true;
   }
@@ -325,7 +325,7 @@ void Value::fail(const std::string& message) const {
 
 namespace {
 [[noreturn]] void failKind(const Value& value, const std::string& missing, const char* wanted) {
-  if (!missing.empty()) value.fail("\"" + missing + "\" is missing; it must be " + wanted);
+  if (!missing.empty()) value.fail("\"" + missing + "\" is missing; expected " + wanted);
   value.fail(shortText(value) + " is not " + wanted);
 }
 }  // namespace
@@ -367,7 +367,7 @@ std::vector<float> Value::asFloats(std::size_t count) const {
   for (const Value& item : node_->array) {
     const double number = item.asNumber();
     if (std::abs(number) > static_cast<double>(std::numeric_limits<float>::max()))
-      item.fail(shortText(item) + " is too large");
+      item.fail(shortText(item) + " is too large (the limit is 3.4e38)");
     floats.push_back(static_cast<float>(number));
   }
   return floats;
@@ -443,7 +443,7 @@ Value replaced(const Value& at, const std::vector<std::string>& path, std::size_
     const std::size_t index = isIndex ? std::stoul(token) : 0;
     if (!isIndex || index > node->array.size())
       throw UsageError(setting.file + ": " + inner + ": \"" + token +
-                       "\" is not a number from 0 to " + std::to_string(node->array.size()) +
+                       "\" is not an index from 0 to " + std::to_string(node->array.size()) +
                        " (the array at " + at.place().text() + " has " +
                        std::to_string(node->array.size()) + " members)");
     if (index == node->array.size()) node->array.emplace_back();
@@ -493,8 +493,8 @@ Value withSetting(const Value& root, const std::string& dottedPath, const std::s
     path.push_back(dottedPath.substr(start, dot - start));
     if (path.back().empty())
       throw UsageError(setting.file +
-                       ": the path must be names joined by dots, such as "
-                       "image.width or methods.0.bvh");
+                       ": the name of a value must be names joined by dots, such as image.width or "
+                       "methods.0.bvh");
     pointer += "/" + escapedPointerToken(path.back());
     start = dot + 1;
   }

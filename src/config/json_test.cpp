@@ -81,7 +81,7 @@ TEST(Json, MalformedTextNamesLineAndColumn) {
 
 TEST(Json, DuplicateNamesAreErrors) {
   EXPECT_EQ(parseMessage("{\"x\": {\"a\": 1,\n \"a\": 2}}"),
-            "f.json:2: /x/a: the name \"a\" stands here for the second time");
+            "f.json:2: /x/a: duplicate name \"a\"");
 }
 
 TEST(Json, DepthIsCapped) {
@@ -94,7 +94,7 @@ TEST(Json, WrongKindsNamePlaceValueAndWhatIsWanted) {
   const Value root = parseText("{\"a\": \"big\",\n\"v\": [1, 2, 1e300]}", "f.json");
   EXPECT_EQ(messageOf([&] { root.get("a").asNumber(); }), "f.json:1: /a: \"big\" is not a number");
   EXPECT_EQ(messageOf([&] { root.get("size").asInteger(); }),
-            "f.json:1: /: \"size\" is missing; it must be an integer");
+            "f.json:1: /: \"size\" is missing; expected an integer");
   EXPECT_EQ(messageOf([&] { root.get("v").asVec3(); }), "f.json:2: /v/2: 1e+300 is too large");
   EXPECT_EQ(messageOf([&] { parseText("1.5", "f.json").asInteger(); }),
             "f.json:1: /: 1.5 is not an integer");
@@ -120,8 +120,8 @@ TEST(Json, SettingsReplaceAndAdd) {
   EXPECT_EQ(messageOf([&] { root.get("image").get("width").asString(); }),
             "--set image.width=64: /image/width: 64 is not a string");
   EXPECT_EQ(messageOf([&] { withSetting(root, "methods.7.x", "1"); }),
-            "--set methods.7.x=1: /methods/7: \"7\" is not a number from 0 to 2 (the array at "
-            "f:1: /methods has 2 members)");
+            "--set methods.7.x=1: /methods/7: \"7\" is not an index from 0 to 2 (the array at f:1: "
+            "/methods has 2 members)");
   EXPECT_EQ(messageOf([&] { withSetting(root, "methods.0.bvh.x", "1"); }),
             "--set methods.0.bvh.x=1: /methods/0/bvh/x: \"refit\" at --set methods.0.bvh=refit: "
             "/methods/0/bvh has no members");

@@ -87,7 +87,7 @@ class Checker {
     }
     for (const Field& field : schema.fields)
       if (field.required && !value.has(field.name))
-        add(value, "\"" + field.name + "\" is missing; it must be " + typeText(field.type));
+        add(value, "\"" + field.name + "\" is missing; expected " + typeText(field.type));
   }
 
   std::vector<std::string> take() { return std::move(lines_); }
@@ -141,7 +141,7 @@ class Checker {
     }
     const auto size = static_cast<double>(value.asArray().size());
     if ((field.minimum && size < *field.minimum) || (field.maximum && size > *field.maximum))
-      add(value, "it has " + limitText(size) + " members; allowed: " + rangeText(field));
+      add(value, "has " + limitText(size) + " items; allowed: " + rangeText(field));
     Field item = field;
     item.type = field.object != nullptr ? FieldType::Object : field.items;
     item.items = FieldType::Any;

@@ -64,7 +64,7 @@ TEST(Schema, AllErrorsOfAFileAtOnce) {
           "f.json:5: /items/1/color/2: \"x\" is not a number",
           "f.json:5: /items/2: 5 is not an object",
           "f.json:6: /layers/0: \"Y\" is not allowed (did you mean \"Z\"?); allowed: Z, N",
-          "f.json:1: /: \"scene\" is missing; it must be a string"));
+          "f.json:1: /: \"scene\" is missing; expected a string"));
 }
 
 TEST(Schema, KindsAndSizes) {
@@ -74,7 +74,7 @@ TEST(Schema, KindsAndSizes) {
   EXPECT_THAT(
       errorsOf("{\"scene\": 5, \"width\": 1.5, \"items\": []}"),
       testing::ElementsAre("f:1: /scene: 5 is not a string", "f:1: /width: 1.5 is not an integer",
-                           "f:1: /items: it has 0 members; allowed: at least 1"));
+                           "f:1: /items: has 0 items; allowed: at least 1"));
   EXPECT_THAT(errorsOf("[]"), testing::ElementsAre("f:1: /: [] is not an object"));
   EXPECT_THAT(errorsOf("{\"scene\": \"a\", \"items\": [{\"color\": [1, 2]}]}"),
               testing::ElementsAre("f:1: /items/0/color: [1,2] is not an array of 3 numbers"));

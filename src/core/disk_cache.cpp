@@ -113,9 +113,8 @@ CacheEntry::Contents CacheEntry::readOrClaim(std::optional<std::size_t> count,
     if (stopRequested_ && stopRequested_()) return std::nullopt;
     const double waited = secondsSince(start);
     if (waited > sayAfter) {
-      log::info(claim_->holder() + " makes " + file_.string() +
-                ", and this process waits for it; to go on without, delete " +
-                claim_->lockFile().string());
+      log::info(claim_->holder() + " is writing " + file_.string() +
+                "; waiting for it. To stop waiting, delete " + claim_->lockFile().string());
       sayAfter = waited + kNextWord;
     }
     // Many that wait long ask seldom
@@ -131,8 +130,10 @@ CacheEntry::Contents CacheEntry::readOrClaim(std::optional<std::size_t> count,
 void CacheEntry::write(std::span<const std::byte> contents, std::size_t count) const {
   if (!claim_) return;
   if (claim_->lost() && identity().there) {
-    log::warning(file_.string() + ": another process has made it too, since this one was " +
-                 "suspended for long: what each goes on with may differ");
+    log::warning(
+        file_.string() +
+        ": another process has written this file of the cache, too, because this one was " +
+        "suspended for long; the two may use slightly different data");
     return;
   }
   const Header header{kind_.magic, key_, count, checksumOf(contents, count)};

@@ -122,7 +122,7 @@ void writeFileAtomically(const std::filesystem::path& path, std::span<const std:
   std::string temporary = temporaryName(path, "XXXXXX").string();
   Descriptor file(::mkostemps(temporary.data(), 4, O_CLOEXEC));
   if (file.get() < 0)
-    throw OutputError(path.string() + ": cannot be created in its folder: " + reason());
+    throw OutputError(path.string() + ": no file can be created in its folder: " + reason());
   const auto fail = [&](const char* what) {
     const std::string cause = reason();
     ::unlink(temporary.c_str());
@@ -137,7 +137,7 @@ void writeFileAtomically(const std::filesystem::path& path, std::span<const std:
     if (n <= 0) fail("cannot be written");
     done += static_cast<std::size_t>(n);
   }
-  if (::fsync(file.get()) != 0) fail("cannot be synced");
+  if (::fsync(file.get()) != 0) fail("cannot be flushed to the disk");
   if (file.close() != 0) fail("cannot be closed");  // network file systems report a full disk here
   if (::rename(temporary.c_str(), path.c_str()) != 0) fail("cannot be renamed into place");
   syncFolder(folder);
@@ -148,7 +148,7 @@ void syncFolder(const std::filesystem::path& folder) {
   if (directory.get() >= 0 && ::fsync(directory.get()) == 0) return;
   // Some file systems cannot sync a folder; a folder without read permission cannot be opened.
   if (errno == EINVAL || errno == ENOTSUP || errno == EACCES) return;
-  throw OutputError(folder.string() + ": the folder cannot be synced: " + reason());
+  throw OutputError(folder.string() + ": the folder cannot be flushed to the disk: " + reason());
 }
 
 std::string processSpace() {
@@ -185,8 +185,9 @@ int sweepTemporaryFiles(const std::filesystem::path& folder) {
     std::error_code removal;
     std::filesystem::remove(file, removal);
     if (removal)
-      throw OutputError(file.string() +
-                        ": a file left by a dead process cannot be removed: " + removal.message());
+      throw OutputError(
+          file.string() +
+          ": this temporary file of an ended process cannot be removed: " + removal.message());
   }
   return static_cast<int>(stale.size());
 }

@@ -14,7 +14,7 @@ std::string forcedInstructionSet(const char* variable, std::span<const char* con
   if (std::ranges::any_of(names, [&](const char* name) { return wanted == name; })) return wanted;
   std::string allowed;
   for (const char* name : names) allowed += (allowed.empty() ? "" : ", ") + std::string(name);
-  throw UsageError(std::string(variable) + " is '" + wanted + "'; it takes " + allowed);
+  throw UsageError(std::string(variable) + " is '" + wanted + "'; allowed: " + allowed);
 }
 
 }  // namespace catoptric

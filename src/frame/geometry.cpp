@@ -66,7 +66,8 @@ Posed posedAt(const scene::Scene& scene, const scene::Object& object, const scen
   } catch (const SceneError& error) {
     throw SceneError(where() + " at time " + std::to_string(pose.timeSeconds) +
                      " s: " + error.what() +
-                     "; a scale of 0 along one axis alone flattens it (along all, it hides it)");
+                     "; a scale of 0 along only one axis makes the transform singular (along all "
+                     "axes it hides the object)");
   }
   return posed;
 }
@@ -198,7 +199,7 @@ Geometry makeGeometry(const scene::Scene& scene, const scene::Pose& pose) {
   if (vertices >= kLimit || indices >= kLimit) {
     throw SceneError(scene.source.string() + ": " + std::to_string(vertices) + " vertices and " +
                      std::to_string(indices) +
-                     " indices with all instances; each must stay below 4294967295");
+                     " indices, counting all instances; the limit of each is 4294967294");
   }
   geometry.positions.resize(vertices + 1, Vec3(0.0f));
   geometry.attributes.resize(vertices);

@@ -260,7 +260,7 @@ Context::Context(const DeviceChoice& choice) {
     try {
       state_ = open(choice.platform, choice.index);
     } catch (const PlatformFailure& failure) {
-      throw DeviceError("device " + choice.text() + " cannot be had: " + failure.message +
+      throw DeviceError("device " + choice.text() + " cannot be used: " + failure.message +
                         ".\nWhat to do: " + failure.whatToDo +
                         ".\n`catoptric doctor` tries every device.");
     }
@@ -275,11 +275,11 @@ Context::Context(const DeviceChoice& choice) {
       }
     }
     if (!state_) {
-      throw DeviceError("no device with OpenGL 4.5 core can be had. Tried:" + attempts);
+      throw DeviceError("no device has OpenGL 4.5 core. Tried:" + attempts);
     }
     log::info("device " + state_->info.device + " (auto): " + state_->info.renderer + ", OpenGL " +
               state_->info.version);
-    if (!attempts.empty()) log::debug("devices not taken:" + attempts);
+    if (!attempts.empty()) log::debug("devices tried before:" + attempts);
   }
   state_->owner = this;
 }

@@ -99,7 +99,7 @@ TEST(Context, RefusesADeviceThatIsNotThere) {
   const std::uint32_t serial = Context::currentSerial();
   EXPECT_THAT([] { Context missing(parseDevice("egl:99")); },
               Throws<DeviceError>(Property(&DeviceError::what,
-                                           AllOf(HasSubstr("device egl:99 cannot be had"),
+                                           AllOf(HasSubstr("device egl:99 cannot be used"),
                                                  HasSubstr("What to do: "), HasSubstr("doctor")))));
   EXPECT_EQ(Context::currentSerial(), serial);
   EXPECT_EQ(drawnValue(), 0.75f);
@@ -214,7 +214,7 @@ TEST(ContextDeathTest, RefusesAnOldDriverAndSaysWhy) {
           setenv("MESA_GL_VERSION_OVERRIDE", "3.3", 1);
           tryInFreshProcess(device);
         },
-        testing::ExitedWithCode(4), "cannot be had.*4\\.5 core");
+        testing::ExitedWithCode(4), "cannot be used.*4\\.5 core");
   }
 }
 

@@ -58,7 +58,7 @@ class OsMesaContext : public PlatformContext {
                                            0};
     context_ = library_.create(attributes.data(), nullptr);
     if (context_ == nullptr) {
-      throw PlatformFailure{"OSMesa makes no OpenGL 4.5 core context",
+      throw PlatformFailure{"OSMesa cannot create an OpenGL 4.5 core context",
                             "install Mesa 20 or newer with the llvmpipe driver, and unset "
                             "GALLIUM_DRIVER and MESA_GL_VERSION_OVERRIDE"};
     }

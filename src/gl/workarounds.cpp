@@ -25,8 +25,8 @@ constexpr std::array<WorkaroundInfo, 5> kWorkarounds = {{
      "llvmpipe (Mesa 22.3.6) clips by a distance that a shader writes even where no clip distance "
      "is enabled: one is always enabled where shaders write any"},
     {Workaround::MesaReleaseBeforeSwitch, "mesa-release-before-switch",
-     "EGL and OSMesa share Mesa's notion of the current context without telling each other: a "
-     "context is released before another becomes current"},
+     "EGL and OSMesa share Mesa's state of the current context: a context is released before "
+     "another becomes current"},
     {Workaround::MesaWidthWithoutCache, "mesa-width-without-cache",
      "Mesa 22.3.6 keys its shader cache by the processor but not by LP_NATIVE_VECTOR_WIDTH, and "
      "code for wider vectors overruns the heap: no cache is used where the variable is set"},

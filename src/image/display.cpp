@@ -72,7 +72,7 @@ std::vector<std::uint8_t> displayRgb8(const Image& image, float exposureStops) {
   const int green = image.channel("G");
   const int blue = image.channel("B");
   if (red < 0 || green < 0 || blue < 0)
-    throw OutputError("image of " + describe(image) + ": no R G B to show");
+    throw OutputError("image of " + describe(image) + ": it has no channels R, G, B to show");
 
   // Pack the colour; what OpenColorIO need not see is bounded here and marked afterwards
   constexpr float kBound = 1e9f;

@@ -197,7 +197,7 @@ Image readExr(std::span<const std::byte> bytes, std::size_t maxValues) {
   Imf::InputFile file(stream);
   const Imf::Header& header = file.header();
   if (header.hasType() && !Imf::isImage(header.type()))
-    throw std::runtime_error("deep images are not read");
+    throw std::runtime_error("deep images are not supported");
 
   // Check everything that decides a size before anything is allocated
   const Imath::Box2i window = header.dataWindow();
@@ -207,10 +207,10 @@ Image readExr(std::span<const std::byte> bytes, std::size_t maxValues) {
   for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
     if (c.channel().xSampling != 1 || c.channel().ySampling != 1)
       throw std::runtime_error(std::string("channel ") + c.name() +
-                               " is subsampled, which is not read");
+                               " is subsampled, which is not supported");
     channels.emplace_back(c.name());
   }
-  if (channels.empty()) throw std::runtime_error("no channels");
+  if (channels.empty()) throw std::runtime_error("the file has no channels");
   if (width > static_cast<std::int64_t>(maxValues / channels.size()) / height)
     throw std::runtime_error(std::to_string(width) + " x " + std::to_string(height) +
                              " pixels of " + std::to_string(channels.size()) +

@@ -53,7 +53,7 @@ double readHeader(Reader& reader) {
   double exposure = 1.0;
   for (std::string line = reader.line(); !line.empty(); line = reader.line()) {
     if (startsWith(line, "FORMAT=") && line != "FORMAT=32-bit_rle_rgbe")
-      reader.fail("\"" + line + "\" is not read; FORMAT=32-bit_rle_rgbe is");
+      reader.fail("\"" + line + "\" is not supported; only FORMAT=32-bit_rle_rgbe is");
     if (startsWith(line, "EXPOSURE=")) {
       std::string_view text(line);
       text.remove_prefix(9);
@@ -64,7 +64,8 @@ double readHeader(Reader& reader) {
       exposure *= factor;
     }
   }
-  if (!(exposure > 1e-20 && exposure < 1e20)) reader.fail("an absurd total EXPOSURE");
+  if (!(exposure > 1e-20 && exposure < 1e20))
+    reader.fail("the product of the EXPOSURE lines is not from 1e-20 to 1e20");
   return exposure;
 }
 
@@ -84,7 +85,7 @@ void readResolution(Reader& reader, Image& image) {
     }
   }
   if (!good || width < 1 || height < 1)
-    reader.fail("resolution \"" + line + "\"; \"-Y height +X width\" is read");
+    reader.fail("resolution \"" + line + "\" is not supported; only \"-Y height +X width\" is");
   image.width = width;
   image.height = height;
 }
@@ -96,13 +97,13 @@ void readNewRow(Reader& reader, std::vector<std::uint8_t>& row, std::size_t widt
   reader.byte();
   reader.byte();
   const std::size_t high = reader.byte();
-  if ((high << 8 | reader.byte()) != width) reader.fail("a row of another length");
+  if ((high << 8 | reader.byte()) != width) reader.fail("a row does not have the image's width");
   for (std::size_t c = 0; c < 4; ++c) {
     for (std::size_t x = 0; x < width;) {
       std::size_t count = reader.byte();
       const bool run = count > 128;
       if (run) count -= 128;
-      if (count == 0 || count > width - x) reader.fail("a run beyond its row");
+      if (count == 0 || count > width - x) reader.fail("a run extends beyond the end of its row");
       const std::uint8_t value = run ? reader.byte() : std::uint8_t{0};
       for (std::size_t i = 0; i < count; ++i, ++x) row[4 * x + c] = run ? value : reader.byte();
     }
@@ -121,7 +122,8 @@ void readOldRow(Reader& reader, std::vector<std::uint8_t>& row, std::size_t widt
       continue;
     }
     const std::size_t count = std::size_t{pixel[3]} << shift;
-    if (x == 0 || shift > 16 || count > width - x) reader.fail("a run beyond its row");
+    if (x == 0 || shift > 16 || count > width - x)
+      reader.fail("a run extends beyond the end of its row");
     for (std::size_t i = 0; i < count; ++i, ++x) std::copy_n(&row[4 * (x - 1)], 4, &row[4 * x]);
     shift += 8;
   }

@@ -57,9 +57,10 @@ TEST(Hdr, OldRunsRepeatThePixelBefore) {
   const Image image =
       decode(header("-Y 1 +X 4") + rgbe(128, 0, 0, 129) + rgbe(1, 1, 1, 2) + rgbe(0, 128, 0, 129));
   EXPECT_THAT(image.data, ElementsAre(1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 1, 0));
-  EXPECT_THAT(hdrError(header("-Y 1 +X 4") + rgbe(1, 1, 1, 2)), HasSubstr("a run beyond its row"));
+  EXPECT_THAT(hdrError(header("-Y 1 +X 4") + rgbe(1, 1, 1, 2)),
+              HasSubstr("a run extends beyond the end of its row"));
   EXPECT_THAT(hdrError(header("-Y 1 +X 4") + rgbe(5, 1, 1, 2) + rgbe(1, 1, 1, 4)),
-              HasSubstr("a run beyond its row"));
+              HasSubstr("a run extends beyond the end of its row"));
 }
 
 TEST(Hdr, NewRunsAndLiterals) {
@@ -75,7 +76,8 @@ TEST(Hdr, NewRunsAndLiterals) {
       EXPECT_EQ(image.at(x, y, 1), 16.0f * static_cast<float>(x));
       EXPECT_EQ(image.at(x, y, 2), x < 3 ? 64.0f : static_cast<float>(x - 2));
     }
-  EXPECT_THAT(hdrError(header("-Y 1 +X 9") + rgbe(2, 2, 0, 8)), HasSubstr("another length"));
+  EXPECT_THAT(hdrError(header("-Y 1 +X 9") + rgbe(2, 2, 0, 8)),
+              HasSubstr("does not have the image's width"));
 }
 
 TEST(Hdr, EveryTruncationIsAnError) {

@@ -34,12 +34,12 @@ void requireWellFormed(const Image& image) {
     throw OutputError("image of " + describe(image) + ": nothing to write");
   if (image.data.size() != image.pixelCount() * image.channels.size())
     throw OutputError("image of " + describe(image) + " has " + std::to_string(image.data.size()) +
-                      " values");
+                      " values; this is not width x height x channels");
   std::set<std::string> seen;
   for (const std::string& name : image.channels) {
     if (name.empty() || name.size() > 255)
       throw OutputError("image channel \"" + name + "\": names have 1 to 255 characters");
-    if (!seen.insert(name).second) throw OutputError("image channel " + name + " is there twice");
+    if (!seen.insert(name).second) throw OutputError("image channel " + name + " occurs twice");
   }
 }
 

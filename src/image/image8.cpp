@@ -106,7 +106,7 @@ bool readPng(Decoding& d, png_structp png, png_infop info) {
   png_read_update_info(png, info);
   const std::size_t rowBytes = std::size_t{width} * 4;
   if (png_get_rowbytes(png, info) != rowBytes) {
-    copyMessage(d.message, "a pixel layout that libpng does not bring to 8-bit RGBA");
+    copyMessage(d.message, "a pixel layout that libpng cannot convert to 8-bit RGBA");
     return false;
   }
   if (!allocate(d, width, height)) return false;

@@ -26,7 +26,7 @@ void requireFinite(const Image& image) {
     throw FrameError("channel " + image.channels[i % count] + " has " +
                      (std::isnan(image.data[i]) ? "NaN" : "an infinity") + " at pixel (" +
                      std::to_string(pixel % image.width) + ", " +
-                     std::to_string(pixel / image.width) + "); frames must be finite");
+                     std::to_string(pixel / image.width) + "); such a frame is not written");
   }
 }
 

@@ -40,7 +40,7 @@ std::array<int, 3> colourChannels(const Image& image, const std::string& name) {
 
 void requireSameSize(const Image& image, const Image& reference, const std::string& name) {
   if (image.width != reference.width || image.height != reference.height)
-    throw UsageError(name + ": " + sizeText(image) + " pixels, the reference has " +
+    throw UsageError(name + ": " + sizeText(image) + " pixels, but the reference has " +
                      sizeText(reference));
 }
 

@@ -25,7 +25,7 @@ Pattern parsePattern(const std::string& text) {
   const char* end = text.data() + text.size();
   const auto [stopped, error] = std::from_chars(text.data() + colon + 1, end, pattern.frame);
   if (error != std::errc() || stopped != end || pattern.frame <= 0)
-    throw UsageError("\"" + text + "\": after the colon stands the number of a frame");
+    throw UsageError("\"" + text + "\": a frame number must follow the colon");
   return pattern;
 }
 
@@ -82,7 +82,7 @@ bool wantsAcceptance(const Verdict& verdict) {
 
 Accepted acceptVerdicts(History& history, const AcceptRequest& request) {
   if (request.reason.find_first_not_of(" \t\r\n") == std::string::npos)
-    throw UsageError("accepting wants a reason for those who ask later: --reason TEXT");
+    throw UsageError("accepting needs a reason: --reason TEXT");
   const Night night = judgedNight(history);
   const std::vector<Verdict> verdicts = history.verdicts(night.id);
   const std::set<std::string> names = history.measured(night.id);
@@ -107,12 +107,12 @@ Accepted acceptVerdicts(History& history, const AcceptRequest& request) {
     }
     if (!known)
       throw UsageError(
-          "\"" + pattern.name + "\" is no case of night " + std::to_string(night.id) +
+          "\"" + pattern.name + "\" is not a case of night " + std::to_string(night.id) +
           didYouMean(pattern.name, std::vector<std::string>(names.begin(), names.end())) +
-          "; `catoptric nightly log` lists what wants to be accepted");
+          "; `catoptric nightly log` lists the cases that wait for acceptance");
     if (!any)
       throw UsageError("\"" + text + "\": nothing in night " + std::to_string(night.id) +
-                       " wants to be accepted; crashes and NaN cannot be");
+                       " waits for acceptance; crashes and NaN cannot be accepted");
   }
   const int number =
       history.accept({0, utcNow(), request.who, joined(request.patterns, " "), request.reason, ""},

@@ -46,7 +46,7 @@ void refuseNetwork(const fs::path& folder) {
     case 11:  // SQLITE_CORRUPT
     case 26:  // SQLITE_NOTADB
       throw UsageError(what + "the history is damaged (" + error.what() +
-                       "); put a copy in its place, or begin another one with --history");
+                       "); restore it from a backup, or start a new one with --history FILE");
     case 5:  // SQLITE_BUSY
       throw OutputError(what + "another process has kept the history locked for 10 s; try again");
     case 13:  // SQLITE_FULL
@@ -211,7 +211,7 @@ History::History(const fs::path& file, Mode mode)
     const bool empty = database_->execAndGet("SELECT count(*) FROM sqlite_master").getInt() == 0;
     look.commit();
     if (!empty && application != kApplication)
-      throw UsageError(file.string() + ": is no history of catoptric; name another file");
+      throw UsageError(file.string() + ": is not a history of catoptric; choose another file");
     if (mode == Mode::Read && empty)
       throw UsageError(file.string() +
                        ": the history is empty; `catoptric nightly SUITE` measures a first night");
@@ -230,7 +230,7 @@ History::History(const fs::path& file, Mode mode)
     const std::string check = database_->execAndGet("PRAGMA quick_check(1)").getString();
     if (check != "ok")
       throw UsageError(file.string() + ": the history is damaged (" + check +
-                       "); put a copy in its place, or begin another one with --history");
+                       "); restore it from a backup, or start a new one with --history FILE");
   } catch (const SQLite::Exception& exception) {
     fail(file_, exception);
   }
@@ -526,8 +526,8 @@ void History::undo(int acknowledgement, const std::string& at) {
     change.bind(1, at);
     change.bind(2, acknowledgement);
     if (change.exec() == 0)
-      throw UsageError("there is no acknowledgement " + std::to_string(acknowledgement) +
-                       " that holds; `catoptric nightly log` lists them");
+      throw UsageError("there is no acceptance " + std::to_string(acknowledgement) +
+                       " to withdraw; `catoptric nightly log` lists them");
     run(database, "UPDATE verdict SET acknowledgement = NULL WHERE acknowledgement = ?",
         acknowledgement);
   });

@@ -92,12 +92,12 @@ class NightJudge {
     }
     if (!before) {
       add(facts.name, "scene", "new", Outcome::Skipped, 0,
-          "the case is new: times begin with this night, frames want to be accepted");
+          "the case is new: its times begin with this night, and its frames wait for acceptance");
       return;
     }
     if (before->first == facts.bench) return;
     add(facts.name, "scene", "changed setting", Outcome::Skipped, 0,
-        "it measures something else than before, and begins anew: " +
+        "its settings have changed, so its history starts again: " +
             differenceOf(before->second, facts.description));
   }
 
@@ -139,7 +139,9 @@ class NightJudge {
     const double ratio = static_cast<double>(bytes) / static_cast<double>(acceptedBytes);
     const bool fails = ratio > 1.0 + gates_.disk;
     add(facts.name, "disk", fails ? "fails" : "holds", fails ? Outcome::Regression : Outcome::Good,
-        0, "frames take " + report::fixedText(ratio, 3) + " times as much as the accepted ones")
+        0,
+        "the files of the frames are " + report::fixedText(ratio, 3) +
+            " times as large as the accepted ones")
         .value = ratio;
   }
 
@@ -197,8 +199,8 @@ class NightJudge {
     const bool fails = ratio > 1.0 + gates_.memory;
     add(facts.name, "memory", fails ? "fails" : "holds",
         fails ? Outcome::Regression : Outcome::Good, 0,
-        "at most " + std::to_string(now->second >> 20) + " MiB, " + report::fixedText(ratio, 3) +
-            " times as much as the accepted build")
+        "largest memory " + std::to_string(now->second >> 20) + " MiB, " +
+            report::fixedText(ratio, 3) + " times that of the accepted build")
         .value = ratio;
   }
 
@@ -211,10 +213,10 @@ class NightJudge {
       const double value = again->ratio.value;
       const bool beyond = std::max(value, 1.0 / value) > 1.0 + gates_.again;
       isVoid = isVoid || beyond;
-      Verdict& verdict = add(
-          facts.name, "noise", beyond ? "beyond" : "holds",
-          beyond ? Outcome::Skipped : Outcome::Good, 0,
-          "tonight's build took " + study::ratioText(again->ratio) + " times as long as itself");
+      Verdict& verdict = add(facts.name, "noise", beyond ? "beyond" : "holds",
+                             beyond ? Outcome::Skipped : Outcome::Good, 0,
+                             "tonight's build, timed twice, took " +
+                                 study::ratioText(again->ratio) + " times as long the second time");
       setRatio(verdict, again->ratio);
     }
     return isVoid;
@@ -360,7 +362,7 @@ class NightJudge {
     if (verdict.kind == "time")
       beginAtLevel(verdict, undecided);
     else
-      verdict.message += "; perhaps since " + nightText(undecided) + ", which was not decided";
+      verdict.message += "; perhaps since " + nightText(undecided) + ", which was undecided";
   }
 
   /// Of the nights from `first` on that were not decided, those that took as long as the first bad
@@ -375,13 +377,13 @@ class NightJudge {
       const auto since =
           std::find_if(begin, end, [&](const TrendPoint& point) { return point.night >= first; });
       if (since->night == verdict.began) break;
-      verdict.message += "; " + nightText(verdict.began) + " was the first that was decided";
+      verdict.message += "; " + nightText(verdict.began) + " was the first that was not undecided";
       verdict.began = since->night;
       if (const auto bad = history_.night(verdict.began)) verdict.firstBad = bad->build;
       return;
     }
     if (first < verdict.began)
-      verdict.message += "; perhaps since " + nightText(first) + ", which was not decided";
+      verdict.message += "; perhaps since " + nightText(first) + ", which was undecided";
   }
 
   /// Ratios to the anchor build up to tonight's.

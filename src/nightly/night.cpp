@@ -117,9 +117,9 @@ void findTruth(const History& history, const NightCase& one, CaseFacts& facts, L
     lab.truth(one, differing, history.folder() / folder);
     facts.truth = folder.string();
   } catch (const UsageError& error) {
-    throw UsageError(one.name + ": its truth, \"against\" of the suite: " + error.what());
+    throw UsageError(one.name + ": the reference (\"against\" in the suite): " + error.what());
   } catch (const Error& error) {
-    log::warning(one.name + ": the truth could not be rendered: " + error.what());
+    log::warning(one.name + ": the reference could not be rendered: " + error.what());
   }
 }
 
@@ -225,8 +225,8 @@ std::vector<NightCase> casesOf(const NightSuite& suite, const std::string& effor
     }
   }
   if (cases.empty())
-    throw UsageError("no case of " + suite.file + " has frames for --effort " + effort +
-                     (only.empty() ? "" : " and fits --only " + joined(only, ",")));
+    throw UsageError("no case of " + suite.file + " with frames for --effort " + effort +
+                     (only.empty() ? "" : " matches --only " + joined(only, ",")));
   return cases;
 }
 
@@ -248,7 +248,7 @@ void keepProgram(const History& history, const fs::path& program, const std::str
     fs::remove_all(partial, error);
     if (fs::exists(folder, error)) return;  // another process was faster
     throw OutputError(folder.string() +
-                      ": the program cannot be kept: " + failure.code().message());
+                      ": the program cannot be copied here: " + failure.code().message());
   }
 }
 
@@ -265,9 +265,10 @@ std::string keptBuild(const History& history, const std::string& text) {
   if (fitting.size() == 1) return fitting.front();
   std::sort(kept.begin(), kept.end());
   throw UsageError("--baseline " + text + ": " +
-                   (fitting.empty() ? "no kept build begins so" : "several kept builds begin so") +
-                   "; accepted and anchor are each case's own, and there are " +
-                   (kept.empty() ? "no kept builds yet" : joined(kept, ", ")));
+                   (fitting.empty() ? "no stored build has a fingerprint that begins so"
+                                    : "several stored builds have fingerprints that begin so") +
+                   ". Allowed: accepted, anchor, or one of: " +
+                   (kept.empty() ? "(no builds are stored yet)" : joined(kept, ", ")));
 }
 
 void dropOld(const History& history) {
@@ -313,7 +314,7 @@ Night measureSuite(History& history, const NightSuite& suite, const std::string&
   build.add(std::span<const std::byte>(readFile(options.program)));
   const OpenNight open(history, {0, suite.name, asked.text(), effort, machineName(), build.text(),
                                  run::versionText(), utcNow(), "", !only.empty()});
-  if (open.resumed()) log::info("night " + std::to_string(open.night().id) + " goes on");
+  if (open.resumed()) log::info("night " + std::to_string(open.night().id) + " continues");
   keepProgram(history, options.program, build.text());
   measureNight(history, open.night(), cases, suite.gates, lab, options);
   return open.night();

@@ -106,8 +106,8 @@ class PageWriter {
     for (const CaseVerdicts& one : cases_)
       if (one.outcome != Outcome::Good) addCase(one);
     std::string body =
-        head() + filter() + kMark + "\n<h2>What is not good</h2>\n" +
-        (articles_.empty() ? "<p>Nothing: every case is as it was accepted.</p>\n" : articles_) +
+        head() + filter() + kMark + "\n<h2>Problems</h2>\n" +
+        (articles_.empty() ? "<p>None: every case is as it was accepted.</p>\n" : articles_) +
         "</main>\n" + table() + acknowledgements() + notes();
     const std::string style = options_.singleFile
                                   ? "<style>" + std::string(kPageStyle) + "</style>\n"
@@ -132,7 +132,7 @@ class PageWriter {
            std::to_string(summary_.cases) + " cases: " + std::to_string(summary_.regressions) +
            " regressions, " + std::to_string(summary_.crashes) + " crashes, " +
            std::to_string(summary_.skipped) + " undecided, new or acknowledged. " +
-           std::to_string(summary_.toAccept) + " frames want to be accepted.</p>\n";
+           std::to_string(summary_.toAccept) + " frames wait for acceptance.</p>\n";
   }
 
   static std::string filter() {
@@ -251,7 +251,7 @@ class PageWriter {
            "\" alt=\"time of the last nights against the anchor build\"></p>\n" +
            (words.empty() ? ""
                           : "<p class=\"soft\">" + words +
-                                ". Where levels change is advice, no verdict.</p>\n");
+                                ". The places where levels change are hints only.</p>\n");
   }
 
   /// Where tonight's time goes: steps explain, they are no verdict.
@@ -410,14 +410,14 @@ void requireOurs(const fs::path& out, bool singleFile) {
     if (std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()).find(kMark) ==
         std::string_view::npos)
       throw OutputError(page.string() +
-                        ": is there, and is no page of nightly; name another folder with --html");
+                        ": exists and is not a page of nightly; choose another folder for --html");
   }
   if (singleFile) return;
   if (fs::exists(out / "nightly.css", error)) return;
   for (const char* name : {"pictures", "curves"})
     if (fs::exists(out / name, error) && !fs::is_empty(out / name, error))
       throw OutputError((out / name).string() +
-                        ": is there, and is no page of nightly; name another folder with --html");
+                        ": exists and is not a page of nightly; choose another folder for --html");
 }
 
 }  // namespace
@@ -440,8 +440,8 @@ fs::path writePage(const History& history, const Night& night, const std::vector
   PageWriter writer(history, night, verdicts, options);
   const std::string page = writer.page();
   if (options.singleFile && page.size() > kSingleFileBytes)
-    throw OutputError(file.string() + ": the page would take " + std::to_string(page.size()) +
-                      " bytes; leave --single-file out");
+    throw OutputError(file.string() + ": the page would have " + std::to_string(page.size()) +
+                      " bytes; do not use --single-file");
   if (!options.singleFile) {
     for (const auto& [name, svg] : writer.curves())
       writeFileAtomically(options.out / "curves" / (name + ".svg"), std::string_view(svg));

@@ -58,9 +58,10 @@ TEST(ErrorTables, TwoBlackFramesAreNamed) {
   const Table table = errorView(c);
   EXPECT_THAT(table.rows[0], testing::Contains("black"));
   EXPECT_THAT(table.rows[1], testing::Contains("inf"));
-  EXPECT_THAT(table.notes, testing::Contains(HasSubstr("both sides are wholly black in frame 1;")));
+  EXPECT_THAT(table.notes,
+              testing::Contains(HasSubstr("both sides are completely black in frame 1;")));
   const std::vector<RunComparison> one{c};
-  EXPECT_THAT(errorSummary(one, {}).notes, testing::Contains(HasSubstr("wholly black")));
+  EXPECT_THAT(errorSummary(one, {}).notes, testing::Contains(HasSubstr("completely black")));
   EXPECT_THAT(errorJson(one), HasSubstr("\"both_black\":16"));
 }
 

@@ -56,7 +56,8 @@ void appendNotFinite(Table& table, const std::string& name, const ImageError& e)
   table.notes.push_back("ATTENTION: " + name + ": NaN or infinity in " +
                         std::to_string(e.notFinite) + " pixels, and in " +
                         std::to_string(e.notFiniteReference) +
-                        " of the reference; they count as 255 off, and in no linear measure.");
+                        " of the reference; they count as a difference of 255 in 8-bit measures, "
+                        "and are left out of linear ones.");
 }
 
 std::string frameList(const std::vector<int>& frames) {
@@ -71,7 +72,7 @@ void appendBlack(Table& table, const std::string& name, const RunComparison& c) 
   for (const auto& [number, e] : c.frames)
     if (e.isBlack()) black.push_back(number);
   if (black.empty()) return;
-  table.notes.push_back("ATTENTION: " + name + ": both sides are wholly black in " +
+  table.notes.push_back("ATTENTION: " + name + ": both sides are completely black in " +
                         (black.size() == 1 ? "frame " : "frames ") + frameList(black) +
                         "; errors of 0 say nothing there.");
 }
@@ -80,8 +81,8 @@ void appendBlack(Table& table, const std::string& name, const RunComparison& c) 
 void appendNoReflective(Table& table, const std::string& name, const ImageError& e) {
   if (e.hasReflective) return;
   table.notes.push_back("\"reflective\" of " + name +
-                        " is empty: no frame says which pixels reflect; image.masks=true, or \"s\" "
-                        "in image.layers, writes a layer that does.");
+                        " is empty: no frame has a layer that marks reflective pixels. Render with "
+                        "image.masks=true, or with \"s\" in image.layers.");
 }
 
 void appendMissing(Table& table, const RunComparison& c) {

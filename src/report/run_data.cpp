@@ -118,13 +118,13 @@ std::vector<frame::StepSample> parseTimings(const std::string& text, const std::
       cells.push_back(line.substr(at, comma - at));
       at = comma + 1;
     }
-    if (cells.size() != 5) fail("5 cells are wanted");
+    if (cells.size() != 5) fail("a row must have 5 cells");
     frame::StepSample sample;
     if (!parse(cells[0], sample.frame) || sample.frame < 0) fail("not a frame number");
     if (cells[1].empty()) fail("no step");
     if (!parse(cells[2], sample.seconds) || !std::isfinite(sample.seconds) || sample.seconds < 0.0)
       fail("not a time in seconds");
-    if (cells[4] != "0" && cells[4] != "1") fail("\"first\" is 0 or 1");
+    if (cells[4] != "0" && cells[4] != "1") fail("\"first\" must be 0 or 1");
     sample.step = cells[1];
     sample.clock = cells[3];
     sample.first = cells[4] == "1";
@@ -159,8 +159,8 @@ RunData readRun(const fs::path& folder, const std::string& name) {
     std::erase_if(run.previews, foreign);
     if (left > 0) {
       log::warning(folder.string() + ": " + std::to_string(left) +
-                   " of its frames are not in timings.csv and are left out: they were made with "
-                   "other settings, or copied there");
+                   " of its frames are ignored, because timings.csv does not list them: they were "
+                   "made with other settings, or copied there");
     }
   }
   return run;
@@ -188,7 +188,7 @@ RunData readSequence(const fs::path& path) {
       if (isRun(entry.path())) runs.push_back(entry.path().string());
     std::sort(runs.begin(), runs.end());
     if (!runs.empty())
-      throw UsageError(path.string() + ": holds several runs; name one of " + joined(runs, ", "));
+      throw UsageError(path.string() + ": has several runs; choose one of " + joined(runs, ", "));
     throw UsageError(path.string() +
                      ": no frames to compare (neither a run's folder, nor an EXR "
                      "file, nor a folder of EXR files)");

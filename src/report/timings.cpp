@@ -177,8 +177,8 @@ Table timingView(const TimingTable& timings) {
   }
   if (timings.rendering.first >= 0.0)
     table.notes.emplace_back(
-        "First frames (memory is allocated, caches filled) are part of min, median, mean, max; "
-        "per s is of the median.");
+        "Min, median, mean and max include first frames (memory is allocated, caches are filled); "
+        "per s is computed from the median.");
   return table;
 }
 
@@ -255,10 +255,11 @@ Table timingComparison(std::span<const TimingTable> methods) {
     table.rows.pop_back();
   if (methods.size() > 1)
     table.notes.emplace_back(
-        "The methods ran one after the other: their ratios hold what else the machine did. "
-        "`render --repeats 8` measures them in turns and says how far the ratios hold.");
+        "The methods ran one after the other, so other load on the machine affects their ratios. "
+        "`render --repeats 8` interleaves them and gives confidence intervals.");
   if (someFramesOnly)
-    table.notes.emplace_back("A step that only some frames have: the median of those frames.");
+    table.notes.emplace_back(
+        "For a step that only some frames have, the median is over these frames.");
   return table;
 }
 

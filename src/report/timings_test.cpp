@@ -81,24 +81,25 @@ TEST(Timings, CountersStandSideBySide) {
 
 TEST(Timings, ViewIsAlignedAndComplete) {
   const std::string text = toText(timingView(timingTable(fourFrames())));
-  EXPECT_EQ(text,
-            "traced: 4 frames, times in ms\n"
-            "step       clock       frames     min  median    mean     max  first  share %  per s\n"
-            "---------  ----------  ------  ------  ------  ------  ------  -----  -------  -----\n"
-            "bvh        wall             4   10.00   25.00   40.00  100.00  10.00     39.6\n"
-            "trace      wall             4   60.00   60.00   60.00   60.00  60.00     59.4\n"
-            "other      wall             4    1.00    1.00    1.00    1.00   1.00      1.0\n"
-            "---------  ----------  ------  ------  ------  ------  ------  -----  -------  -----\n"
-            "rendering  wall             4   71.00   86.00  101.00  161.00  71.00    100.0  11.63\n"
-            "wait       wall             1  500.00  500.00  500.00  500.00\n"
-            "frame      wall             4   71.00  121.00  226.00  591.00  71.00            8.26\n"
-            "---------  ----------  ------  ------  ------  ------  ------  -----  -------  -----\n"
-            "write      overlapped       4  300.00  300.00  300.00  300.00\n"
-            "---------  ----------  ------  ------  ------  ------  ------  -----  -------  -----\n"
-            "scene      wall             1  500.00  500.00  500.00  500.00\n"
-            "Before the first frame: 500.00 ms in all (last rows).\n"
-            "First frames (memory is allocated, caches filled) are part of min, median, mean, max; "
-            "per s is of the median.\n");
+  EXPECT_EQ(
+      text,
+      "traced: 4 frames, times in ms\n"
+      "step       clock       frames     min  median    mean     max  first  share %  per s\n"
+      "---------  ----------  ------  ------  ------  ------  ------  -----  -------  -----\n"
+      "bvh        wall             4   10.00   25.00   40.00  100.00  10.00     39.6\n"
+      "trace      wall             4   60.00   60.00   60.00   60.00  60.00     59.4\n"
+      "other      wall             4    1.00    1.00    1.00    1.00   1.00      1.0\n"
+      "---------  ----------  ------  ------  ------  ------  ------  -----  -------  -----\n"
+      "rendering  wall             4   71.00   86.00  101.00  161.00  71.00    100.0  11.63\n"
+      "wait       wall             1  500.00  500.00  500.00  500.00\n"
+      "frame      wall             4   71.00  121.00  226.00  591.00  71.00            8.26\n"
+      "---------  ----------  ------  ------  ------  ------  ------  -----  -------  -----\n"
+      "write      overlapped       4  300.00  300.00  300.00  300.00\n"
+      "---------  ----------  ------  ------  ------  ------  ------  -----  -------  -----\n"
+      "scene      wall             1  500.00  500.00  500.00  500.00\n"
+      "Before the first frame: 500.00 ms in all (last rows).\n"
+      "Min, median, mean and max include first frames (memory is allocated, caches are filled); "
+      "per s is computed from the median.\n");
 }
 
 TEST(Timings, MethodsSideBySide) {

@@ -139,7 +139,7 @@ void checkScene(const Scene& scene) {
   if (unbaked > kMaxUnbakedLights) {
     throw SceneError(scene.source.string() + ": the scene has " + std::to_string(unbaked) +
                      " lights that are not baked; at most " + std::to_string(kMaxUnbakedLights) +
-                     " are allowed: bake some of them");
+                     " are allowed; set \"baked\": true for some of them");
   }
   for (const Light& light : scene.lights) {
     if (light.node == kNone && isFar(light.position)) {

@@ -46,7 +46,7 @@ TEST(NamedEnvironment, ColoursSkiesAndFiles) {
 TEST(NamedEnvironment, WhatIsWrongIsSaid) {
   EXPECT_THAT(messageOf("a.exr"), HasSubstr("f.json:1: /environment: there is no file none; an "
                                             "environment is an image, a colour"));
-  EXPECT_THAT(messageOf("#12"), HasSubstr("is no colour"));
+  EXPECT_THAT(messageOf("#12"), HasSubstr("is not a colour"));
   for (const char* text : {"1,1", "1,1,1,1", "-1,0,0", "1,,1"})
     EXPECT_THAT(messageOf(text), HasSubstr("is not a colour of three numbers from 0")) << text;
 }

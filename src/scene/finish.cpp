@@ -199,8 +199,8 @@ void warnOfLostShapes(Scene& scene, const std::vector<Box3>& bounds) {
   if (lost == 0) return;
   scene.warnings.push_back(
       what + (lost > 1 ? " (the worst of " + std::to_string(lost) + " such objects)" : "") +
-      "; floats hold the shape of nothing so small so far away: leave it out, move it nearer to "
-      "the rest, or put what is looked at around 0");
+      "; it is too small for its distance from the origin (precision of floats): remove it, move "
+      "it nearer, or move the scene's centre to the origin");
 }
 
 double longestEdge(const Scene& scene, const Object& object) {
@@ -225,8 +225,8 @@ void warnOfLongEdges(Scene& scene, const std::vector<Box3>& bounds) {
     if (!(edge > kLongestEdge)) continue;
     scene.warnings.push_back(
         fmt::format("\"{}\" has a triangle with an edge of {:.2g} m: methods that rasterize place "
-                    "all of it only to about {:.2g} m, and may not show it at all; make it smaller "
-                    "(a plane of 1e+06 m reaches the same horizon), or divide it",
+                    "it only to about {:.2g} m, and may not draw it at all; make it smaller (a "
+                    "plane of 1e+06 m reaches the same horizon), or subdivide it",
                     scene.objects[o].name, edge, edge * std::numeric_limits<float>::epsilon()));
     return;
   }

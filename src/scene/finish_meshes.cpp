@@ -107,7 +107,7 @@ void finishMeshes(Scene& scene) {
   }
   if (total.normals > 0) {
     addNote(scene, std::to_string(total.normals) +
-                       " vertices without a normal got that of the triangles around them");
+                       " vertices without a normal got one from the triangles around them");
   }
   if (total.tangents > 0) {
     addNote(scene, std::to_string(total.tangents) +
@@ -131,7 +131,8 @@ void noteMissingTextureCoordinates(Scene& scene) {
   }
   if (count > 0) {
     addNote(scene, std::to_string(count) +
-                       " objects have textures but no texture coordinates: one texel covers them");
+                       " objects have textures but no texture coordinates: one texel colours the "
+                       "whole object");
   }
 }
 

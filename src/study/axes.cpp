@@ -62,8 +62,9 @@ std::vector<std::string> rangeValues(const std::string& axis, const std::string&
   if (!from || !to || !count) fail("\"" + range + "\" is not made of numbers");
   if (*count < 2 || *count > kMostValues || *count != std::floor(*count))
     fail("the count must be a whole number from 2 to " + std::to_string(kMostValues));
-  if (!(*from < *to)) fail("the range is empty: " + range.substr(0, colon) + " does not rise");
-  if (log && *from <= 0.0) fail("a range with even ratios must begin above 0");
+  if (!(*from < *to))
+    fail("the range " + range.substr(0, colon) + " must run from a smaller to a larger number");
+  if (log && *from <= 0.0) fail("a log: range must begin above 0");
   std::vector<std::string> values;
   const int steps = static_cast<int>(*count) - 1;
   for (int i = 0; i <= steps; ++i) {
@@ -108,7 +109,7 @@ Axis parseAxis(const std::string& text) {
     if (value.empty())
       throw UsageError("--vary " + text + ": a value is empty; write \"\" for an empty text");
     if (!known.insert(value).second)
-      throw UsageError("--vary " + text + ": " + value + " stands there twice");
+      throw UsageError("--vary " + text + ": " + value + " is given twice");
     axis.values.push_back({value});
   }
   return axis;
@@ -147,7 +148,8 @@ void linkAxes(std::vector<Axis>& axes, const std::string& link) {
   std::optional<std::size_t> first;
   const std::vector<std::string> wanted = split(link, ',');
   if (wanted.size() < 2)
-    throw UsageError("--link " + link + ": names of two axes or more, with commas");
+    throw UsageError("--link " + link +
+                     ": must be two or more names of --vary, separated by commas");
   for (const std::string& part : wanted) {
     const std::string name = trimmed(part);
     const auto found = std::find_if(axes.begin(), axes.end(), [&](const Axis& axis) {
@@ -199,7 +201,7 @@ Condition::Condition(const std::string& text, const std::vector<Axis>& axes) : t
     const std::set<std::string> allowed{"<", "<=", ">", ">=", "==", "!="};
     if (!allowed.contains(symbol) || after == std::string::npos)
       throw UsageError("--where " + text + ": \"" + trimmed(part) +
-                       "\" is no comparison; allowed: < <= > >= == !=, joined by &&");
+                       "\" is not a comparison; allowed: < <= > >= == !=, joined by &&");
     all_.push_back(
         {resolve(trimmed(part.substr(0, sign))), symbol, resolve(trimmed(part.substr(after)))});
     begin = end + 2;
@@ -214,7 +216,7 @@ bool Condition::holds(const std::map<std::string, std::string>& settings) const 
     const std::optional<double> number = numberOf(found->second);
     if (!number)
       throw UsageError("--where " + text_ + ": " + word + "=" + found->second +
-                       " is no number, and cannot be compared");
+                       " is not a number, and cannot be compared");
     return number;
   };
   return std::all_of(all_.begin(), all_.end(), [&](const Comparison& one) {
@@ -235,7 +237,7 @@ std::vector<Point> makePoints(const std::vector<std::string>& methods,
   std::set<std::string> names;
   for (const Axis& axis : axes) {
     for (const std::string& name : axis.names)
-      if (!names.insert(name).second) throw UsageError("--vary " + name + " stands there twice");
+      if (!names.insert(name).second) throw UsageError("--vary " + name + " is given twice");
     if (!axis.method.empty() &&
         std::find(methods.begin(), methods.end(), axis.method) == methods.end())
       throw UsageError("--vary " + axis.names.front() + ": the study has no method \"" +
@@ -276,7 +278,7 @@ std::vector<Point> makePoints(const std::vector<std::string>& methods,
     return !std::all_of(conditions.begin(), conditions.end(),
                         [&](const Condition& condition) { return condition.holds(settings); });
   });
-  if (points.empty()) throw UsageError("--where leaves no combination");
+  if (points.empty()) throw UsageError("no combination satisfies --where");
   return points;
 }
 

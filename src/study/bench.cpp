@@ -36,7 +36,7 @@ T cellNumber(const std::string& cell, const std::string& place) {
   T value{};
   const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
   if (error != std::errc() || end != cell.data() + cell.size())
-    throw UsageError(place + ": \"" + cell + "\" is no number");
+    throw UsageError(place + ": \"" + cell + "\" is not a number");
   return value;
 }
 
@@ -107,11 +107,11 @@ Samples parseSamples(const std::string& text, const std::string& name) {
   for (std::string line; std::getline(lines, line);) {
     const std::string place = name + ":" + std::to_string(++number);
     if (number == 1) {
-      if (line != kSamplesHeader) throw UsageError(place + ": is no file of samples");
+      if (line != kSamplesHeader) throw UsageError(place + ": is not a file of samples");
       continue;
     }
     const std::vector<std::string> cells = cellsOf(line, ',');
-    if (cells.size() < 6) throw UsageError(place + ": a line of samples has 7 cells");
+    if (cells.size() < 6) throw UsageError(place + ": a line of samples must have 6 or 7 cells");
     Turn turn;
     turn.round = cellNumber<int>(cells[0], place);
     turn.turn = cellNumber<int>(cells[1], place);
@@ -124,7 +124,7 @@ Samples parseSamples(const std::string& text, const std::string& name) {
     for (const std::string& step :
          cells.size() > 6 ? cellsOf(cells[6], ';') : std::vector<std::string>{}) {
       const std::size_t equals = step.find('=');
-      if (equals == std::string::npos) throw UsageError(place + ": \"" + step + "\" is no step");
+      if (equals == std::string::npos) throw UsageError(place + ": \"" + step + "\" is not a step");
       turn.report.steps[step.substr(0, equals)] =
           cellNumber<double>(step.substr(equals + 1), place);
     }
@@ -388,7 +388,7 @@ const Samples& Bench::measure(const std::vector<Setting>& settings, const std::v
   turns.seed = options_.seed;
   turns.stopRequested = options_.stopRequested;
   turns.progress = [&](int done, int all) {
-    say("measuring " + std::to_string(runners.size()) + " settings in turns",
+    say("timing " + std::to_string(runners.size()) + " settings, interleaved",
         static_cast<double>(done) / all);
   };
   samples.measurement = measureInTurns(runners, frames, turns);

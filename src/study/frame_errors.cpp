@@ -65,7 +65,7 @@ const std::vector<std::string>& metricNames() {
 void requireMetric(const std::string& name) {
   const std::vector<std::string>& names = metricNames();
   if (std::find(names.begin(), names.end(), name) == names.end())
-    throw UsageError("\"" + name + "\" is no measure of errors" + didYouMean(name, names) +
+    throw UsageError("\"" + name + "\" is not an error measure" + didYouMean(name, names) +
                      "; allowed: " + joined(names, ", "));
 }
 

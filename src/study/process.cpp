@@ -30,7 +30,8 @@ namespace fs = std::filesystem;
 std::array<int, 2> makePipe() {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0)
-    throw Error(ExitCode::Internal, std::string("a pipe cannot be made: ") + std::strerror(errno));
+    throw Error(ExitCode::Internal,
+                std::string("a pipe cannot be created: ") + std::strerror(errno));
   return ends;
 }
 
@@ -117,7 +118,7 @@ void WorkerProcess::end() {
 void WorkerProcess::failEnded() {
   const std::string words = lastWords(log_);
   throw Error(ExitCode::FramesFailed,
-              words.empty() ? program_.string() + " worker has ended without a word" : words);
+              words.empty() ? program_.string() + " worker ended without a message" : words);
 }
 
 /// Until there is something to read.
@@ -131,7 +132,7 @@ void WorkerProcess::waitForAnswer() {
     if (ready > 0) return;
     if (left > 0.0 && (ready == 0 || errno == EINTR)) continue;
     ::kill(pid_, SIGKILL);
-    throw Error(ExitCode::FramesFailed, fmt::format("{} gave no answer for {:g} s and was ended",
+    throw Error(ExitCode::FramesFailed, fmt::format("{} did not answer for {:g} s and was killed",
                                                     program_.string(), patienceSeconds_));
   }
 }

@@ -56,8 +56,8 @@ RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::st
     rounds = std::max(rounds, measurement.times(i).size());
   report::Table table;
   table.title = "Ms per frame, the mean of the frames' medians over " + std::to_string(rounds) +
-                " rounds in turns; x: time over that of " + base +
-                ", and the interval that holds the truth 95 times in 100";
+                " interleaved rounds; x: time divided by that of " + base +
+                ", with the 95 % confidence interval";
   table.columns = {{"step", false}};
   std::vector<std::string> frame{"frame"};
   std::vector<std::string> methods;
@@ -100,7 +100,7 @@ RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::st
   table.rows.push_back(frame);
   if (bench.options().repeats < kLeastRounds)
     table.notes.push_back("Fewer than " + std::to_string(kLeastRounds) +
-                          " rounds cannot tell how far a ratio holds.");
+                          " rounds give no confidence interval.");
   writeFileAtomically(bench.options().folder / "table.md",
                       std::string_view(report::toMarkdown(table)));
   return {report::toText(table), config::JsonText()

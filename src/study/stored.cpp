@@ -64,7 +64,7 @@ StoredValues::StoredValues(const std::filesystem::path& file) : file_(file) {
     const Value value = values.get(cell);
     const std::int64_t number = value.get("by").asInteger();
     if (number < 0 || number >= static_cast<std::int64_t>(by.size()))
-      value.fail("\"by\" counts the members of \"measured\" from 0");
+      value.fail("\"by\" must be the number of a member of \"measured\", from 0");
     entries_[cell] = {
         {value.get("text").asString(), value.has("value") ? value.get("value").asNumber() : NAN},
         value.has("of") ? value.get("of").asString() : "",

@@ -167,7 +167,7 @@ const SuiteData::Entry& SuiteData::entry(const std::string& name, const Value& c
   std::vector<std::string> names;
   for (const auto& [own, methods] : runs) names.push_back(own);
   if (found == runs.end())
-    cell.fail("\"" + run + "\" is no run of this suite" + didYouMean(run, names) + "; it has " +
+    cell.fail("\"" + run + "\" is not a run of this suite" + didYouMean(run, names) + "; it has " +
               joined(names, ", "));
   const auto at = found->second.find(method);
   names.clear();
@@ -184,13 +184,12 @@ double SuiteData::number(const Value& cell) const {
   if (call.name.empty())
     cell.fail(
         cell.dump() +
-        " is no value; allowed: ms(R), worst_ms(R), step(R, NAME), ratio(R, R), error(R, "
+        " is not a value; allowed: ms(R), worst_ms(R), step(R, NAME), ratio(R, R), error(R, "
         "MEASURE), worst(R, MEASURE), mean(R, COUNTER), most(R, COUNTER), per(R, COUNTER, "
         "COUNTER), percent(R, COUNTER, COUNTER), error_of(R, OBJECT), slope(FIGURE, SERIES), and "
-        "over the frames "
-        "median(F, R, ...), first(F, R, ...), spread(F, R, ...) (mean / most) of F ms, step, "
-        "ratio, error, mean or percent, where R is RUN.METHOD, a counter `samples` is the "
-        "frame's own, and step, per and percent take sums, NAME + NAME");
+        "over the frames median(F, R, ...), first(F, R, ...), spread(F, R, ...) (mean / most) of F "
+        "ms, step, ratio, error, mean or percent, where R is RUN.METHOD, a counter `samples` is "
+        "the frame's own, and step, per and percent take sums, NAME + NAME");
   if (const auto known = stored.find(cell.asString()); known != stored.end())
     return known->second.number;
   if (call.name == "slope") return slopeOf(call.arguments, cell);
@@ -244,8 +243,8 @@ std::vector<double> SuiteData::valuesOf(const std::vector<std::string>& argument
   const auto found = arguments.empty() ? known.end() : known.find(arguments[0]);
   if (found == known.end() || arguments.size() != found->second)
     cell.fail(
-        "spread, median and first take ms, R; step, R, NAME; ratio, R, R; error, R, MEASURE; mean, "
-        "R, COUNTER; or percent, R, COUNTER, COUNTER");
+        "the arguments of spread, median and first must be ms, R; step, R, NAME; ratio, R, R; "
+        "error, R, MEASURE; mean, R, COUNTER; or percent, R, COUNTER, COUNTER");
   const std::string& kind = arguments[0];
   const Entry& one = entry(arguments[1], cell);
   if (kind == "ms" || kind == "step" || kind == "ratio") {
@@ -446,7 +445,7 @@ std::vector<report::Table> suiteTables(const Suite& suite, const SuiteData& data
       std::vector<std::string> cells;
       for (const Value& cell : row.asArray()) cells.push_back(data.cell(cell));
       if (cells.size() != table.columns.size())
-        row.fail("a row of " + std::to_string(cells.size()) + " cells in a table of " +
+        row.fail("this row has " + std::to_string(cells.size()) + " cells, the table has " +
                  std::to_string(table.columns.size()) + " columns");
       table.rows.push_back(std::move(cells));
     }

@@ -192,7 +192,7 @@ SweepResult evaluateSweep(Bench& bench, const SweepRequest& request,
   noteEffects(result);
   if (bench.options().repeats > 0 && bench.options().repeats < kLeastRounds)
     result.notes.push_back("Fewer than " + std::to_string(kLeastRounds) +
-                           " rounds cannot tell times apart: every such pair is unclear.");
+                           " rounds give no confidence interval: every such pair is unclear.");
   return result;
 }
 

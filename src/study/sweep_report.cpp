@@ -102,11 +102,10 @@ std::string howMeasured(const SweepResult& result) {
   for (const SweepPoint& point : result.points) rounds = std::max(rounds, point.ratio.rounds);
   std::string text = "Frames " + scene::formatFrames(result.frames) + ". ";
   if (rounds > 0)
-    text +=
-        "Times: " + std::to_string(rounds) +
-        " rounds in turns, frame by frame, after one that does not count; a frame's time is its "
-        "median, and ms the mean over the frames. Ratios in brackets: the interval that holds "
-        "the truth 95 times in 100. ";
+    text += "Times: " + std::to_string(rounds) +
+            " interleaved rounds, frame by frame, after one that warms up; a frame's time is its "
+            "median, and ms the mean over the frames. In brackets after ratios: the 95 % "
+            "confidence interval. ";
   return text + "Errors: against " + result.request.against + ", over all frames together.";
 }
 
@@ -288,9 +287,9 @@ std::string sweepPage(const SweepResult& result, const std::string& context) {
   if (!charts.empty()) {
     page.svg(toSvg(charts));
     page.paragraph(
-        "A filled point is on the front: no other is as accurate and as fast. A hollow one is "
-        "dominated. A dashed one is unclear: another is as accurate, and which of both is faster "
-        "cannot be told from these rounds. The line through a point is the interval of its time.");
+        "A filled point is on the Pareto front: no other is as accurate and as fast. A hollow one "
+        "is dominated. A dashed one is unclear: another is as accurate, and these rounds do not "
+        "decide which of the two is faster. The line through a point is the interval of its time.");
   }
   page.table(sweepTable(result));
   page.details("Machine", context);

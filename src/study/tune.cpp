@@ -27,7 +27,7 @@ double number(const std::string& text, const std::string& where) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-    throw UsageError(where + ": \"" + text + "\" is no number");
+    throw UsageError(where + ": \"" + text + "\" is not a number");
   return value;
 }
 
@@ -471,7 +471,7 @@ Bound parseMaxError(const std::string& text) {
     rest.resize(space);
   }
   bound.limit = number(rest, where);
-  if (bound.limit < 0.0) throw UsageError(where + ": no error is below 0");
+  if (bound.limit < 0.0) throw UsageError(where + ": the bound must not be below 0");
   return bound;
 }
 
@@ -488,9 +488,11 @@ Bound parseMaxTime(const std::string& text) {
   } else if (text.ends_with("s")) {
     bound.limit = number(text.substr(0, text.size() - 1), where);
   } else {
-    throw UsageError(where + ": must be a time, such as 100ms, or one of a method, as 0.8x:traced");
+    throw UsageError(
+        where +
+        ": must be a time, such as 100ms, or a multiple of a method's time, such as 0.8x:traced");
   }
-  if (bound.limit <= 0.0) throw UsageError(where + ": no frame takes no time");
+  if (bound.limit <= 0.0) throw UsageError(where + ": the bound must be above 0");
   return bound;
 }
 

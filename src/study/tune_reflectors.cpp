@@ -73,7 +73,8 @@ class ReflectorTuning {
     std::erase_if(singles_, [&](const Setting& setting) {
       return !samples.find(setting.key) || bench_.failures().contains(setting.key);
     });
-    if (singles_.empty()) throw Error(ExitCode::FramesFailed, "no method can render this scene");
+    if (singles_.empty())
+      throw Error(ExitCode::FramesFailed, "no method can render this scene; the errors are above");
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t m = 0; m < singles_.size(); ++m) {
       seconds_.push_back(
@@ -114,7 +115,7 @@ class ReflectorTuning {
         reflectors_.push_back(reflector);
     }
     if (reflectors_.empty())
-      throw UsageError("--per-reflector: no reflector shows in 0.1 % of these frames' pixels");
+      throw UsageError("--per-reflector: no reflector covers 0.1 % of these frames' pixels");
   }
 
   /// The fastest method with some reflectors given to others.
@@ -205,7 +206,7 @@ class ReflectorTuning {
 
   report::Table singleTable() {
     report::Table table;
-    table.title = "Parts of L1_8bit, and what a reflector costs beyond the fastest method, ms";
+    table.title = "Parts of L1_8bit, and the extra time of a reflector over the fastest method, ms";
     table.columns = {{"reflector", false}, {"pixels %", true}};
     for (const Setting& single : singles_) {
       table.columns.push_back({single.point.method, true});
@@ -295,10 +296,10 @@ MixtureResult tuneReflectors(Bench& bench, const std::vector<std::string>& metho
                              const Bound& bound, Measurement::Clock clock) {
   if (bound.kind != Bound::Kind::Error || bound.metric != kMetric || bound.everyFrame)
     throw UsageError(
-        "--per-reflector needs a bound on the mean error, as in --max-error "
-        "'L1_8bit<=2': parts of it belong to reflectors");
+        "--per-reflector needs a bound on the mean error, as in --max-error 'L1_8bit<=2', because "
+        "only a mean error can be divided among reflectors");
   if (methods.size() < 2)
-    throw UsageError("--per-reflector needs two methods or more: name them by --method");
+    throw UsageError("--per-reflector needs two methods or more; give them by --method");
   return ReflectorTuning(bench, methods, bound, clock).run();
 }
 

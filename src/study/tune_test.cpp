@@ -215,7 +215,7 @@ TEST(Tune, BoundsAreChecked) {
   EXPECT_THAT(messageOf([] { parseMaxError("L1_8bit<=-1"); }), HasSubstr("below 0"));
   EXPECT_THAT(messageOf([] { parseMaxError("L1_8bit<=2 often"); }), HasSubstr("every-frame, mean"));
   EXPECT_THAT(messageOf([] { parseMaxTime("fast"); }), HasSubstr("must be a time"));
-  EXPECT_THAT(messageOf([] { parseMaxTime("0ms"); }), HasSubstr("takes no time"));
+  EXPECT_THAT(messageOf([] { parseMaxTime("0ms"); }), HasSubstr("must be above 0"));
   EXPECT_EQ(parseMaxTime("0.8x:traced").timeOf, "traced");
   EXPECT_DOUBLE_EQ(parseMaxTime("100ms").limit, 0.1);
 }

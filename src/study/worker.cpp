@@ -95,8 +95,7 @@ class Frames {
     const auto found = std::find_if(tasks_.begin(), tasks_.end(), [&](const run::FrameTask& task) {
       return task.frame.number == number;
     });
-    if (found == tasks_.end())
-      throw UsageError("frame " + std::to_string(number) + " is none of this run's");
+    if (found == tasks_.end()) throw UsageError("this run has no frame " + std::to_string(number));
     const auto task = static_cast<std::size_t>(found - tasks_.begin());
     if (!found->restarts && last_ != task - 1) warmUp(task);
 

@@ -157,8 +157,8 @@ void SceneImages::packAtlas() {
   atlasSide_ = 2;
   while (std::uint64_t{atlasSide_} * atlasSide_ < at) atlasSide_ *= 2;
   if (atlasSide_ > kMostAtlas)
-    throw UsageError("glossy_lod: " + std::to_string(at) +
-                     " texels of radiance are more than a texture holds: take a smaller \"size\"");
+    throw UsageError("glossy_lod: the geometry images need " + std::to_string(at) +
+                     " texels, more than a texture can have; lower \"size\"");
 }
 
 void SceneImages::follow(const frame::Geometry& geometry, std::span<const int> changedObjects) {

@@ -12,11 +12,11 @@ Kind kindOf(const scene::Scene& scene, const scene::Object& object, std::string&
       scene.meshes[object.mesh].surface && material.alphaMode != scene::AlphaMode::Mask;
   if (kind == raster::SampleClass::Diffuse) return Kind::Diffuse;
   if (kind == raster::SampleClass::Glossy) {
-    reason = "is glossy: perturbation does mirrors (g = 0)";
+    reason = "is glossy (g above 0.05); perturbation renders only mirrors";
   } else if (material.normalTexture.used()) {
     reason = "has a normal map";
   } else if (material.refraction > 0.0f && !surface) {
-    reason = "refracts, and is not an implicit surface";
+    reason = "refracts, but is not an implicit surface";
   } else if (object.planar && !(material.refraction > 0.0f)) {
     return Kind::Planar;
   } else if (surface) {

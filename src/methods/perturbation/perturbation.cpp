@@ -140,9 +140,10 @@ class Perturbation : public Method {
       const scene::Object& object = scene.objects[i];
       const scene::Material& material = scene.materials[static_cast<std::size_t>(object.material)];
       if (kinds_[i] != Kind::Implicit || !(material.refraction > 0.0f)) continue;
-      log::warning("perturbation: \"" + object.name +
-                   "\" refracts, and with \"order\": \"nearest\" most of what is behind it is not "
-                   "found: the surroundings show there, or black; take linear, quadratic or auto");
+      log::warning(
+          "perturbation: \"" + object.name +
+          "\" refracts; with \"order\": \"nearest\" most of what is seen through it is missing, "
+          "and the environment or black shows instead. Set order to linear, quadratic or auto");
       return;
     }
   }
@@ -455,23 +456,21 @@ class Perturbation : public Method {
   void warnOfCoarse(const std::vector<std::string>& objects) {
     if (objects.empty() || warnedOfCoarse_) return;
     warnedOfCoarse_ = true;
-    log::warning(fmt::format(
-        "perturbation: the reflections of {} are coarser than tessellation_error asks: halving "
-        "more edges would trace more paths than traced_per_pixel ({:g}) allows. Raise "
-        "traced_per_pixel or tessellation_error, or lower bounces. The method traced renders "
-        "mirrors with waves or many sheets, which show each point many times, in less time "
-        "(counted: coarse_objects)",
-        firstOf(objects), options_.tracedPerPixel));
+    log::warning(
+        fmt::format("perturbation: the reflections of {} are coarser than tessellation_error, "
+                    "because traced_per_pixel ({:g}) limits the splitting of edges. Raise one of "
+                    "them, lower bounces, or use the method traced (counter coarse_objects)",
+                    firstOf(objects), options_.tracedPerPixel));
   }
 
   /// Says once in a run that points show more often than is followed.
   void warnOfLeftOut(const std::vector<std::string>& objects, std::uint64_t reflections) {
     if (objects.empty() || warnedOfLeftOut_) return;
     warnedOfLeftOut_ = true;
-    log::warning("perturbation: " + firstOf(objects) + ": points show more than " +
-                 std::to_string(kMaxReflections) + " times, and " + std::to_string(reflections) +
-                 " of their reflections are left out. The method traced shows all of them "
-                 "(counted: reflections_left_out)");
+    log::warning(
+        "perturbation: " + firstOf(objects) + ": some points have more than " +
+        std::to_string(kMaxReflections) + " reflections; " + std::to_string(reflections) +
+        " reflections are left out. The method traced shows all (counter reflections_left_out)");
   }
 
   /// Says once in a run that mirrors show fewer objects than there are.

@@ -33,8 +33,8 @@ class SlowFrameLog {
     const std::int64_t now = nowNs();
     if (now - last_ < kEveryNs) return;
     last_ = now;
-    log::info("perturbation: this frame takes long; " + std::to_string(vertices_) +
-              " vertices have been looked up so far; in work: " + name_);
+    log::info("perturbation: slow frame: " + std::to_string(vertices_) +
+              " vertices processed so far; now: " + name_);
   }
 
   std::mutex mutex_;

@@ -181,12 +181,11 @@ std::vector<ClusterCamera> SecondOrder::makeCameras(Services& services, const sc
         clustering_, camera, gbuffer.sampleWidth(), gbuffer.sampleHeight(), options);
     if (images_->fits(cameras)) return cameras;
     if (attempt == kMostShrinks) {
-      throw UsageError("second_order: the depth images of " +
+      throw UsageError("second_order: the frame is not rendered: the depth images of " +
                        std::to_string(clustering_.clusters().size()) +
-                       " clusters do not fit into memory_mib " +
+                       " clusters do not fit into memory_mib = " +
                        std::to_string(options_.images.memoryBytes >> 20) +
-                       " at any resolution; allow more, or fewer clusters by a smaller "
-                       "bin_density");
+                       " even at the lowest resolution. Raise memory_mib, or lower bin_density");
     }
     options.depthImageScale *= 0.7f;
     ++counters["images_shrunk"];

@@ -83,7 +83,8 @@ std::vector<gl::Define> lightDefines(const frame::Lighting& lighting) {
   if (lighting.lights.size() > scene::kMaxUnbakedLights) {
     throw SceneError("the scene has " + std::to_string(lighting.lights.size()) +
                      " lights that are not baked; at most " +
-                     std::to_string(scene::kMaxUnbakedLights) + " are allowed: bake some of them");
+                     std::to_string(scene::kMaxUnbakedLights) +
+                     " are allowed; set \"baked\": true for some of them");
   }
   std::string sum;
   std::string highlights;

@@ -20,7 +20,7 @@ namespace {
 constexpr std::uint32_t kCacheVersion = 3;  ///< raise it when results change
 constexpr CacheKind kCache{"levels",
                            {'c', 'a', 't', 'l', 'e', 'v', 'e', '1'},
-                           "the levels of detail are made anew",
+                           "the levels of detail are made again",
                            "the cache of levels of detail is not used",
                            "the levels of detail are not cached"};
 constexpr std::size_t kWord = sizeof(std::uint32_t);  ///< all that a file has are such

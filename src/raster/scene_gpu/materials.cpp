@@ -72,7 +72,7 @@ gl::Texture uploadTexture(const scene::Texture& source, std::size_t number) {
     if (pixels.width != texture.levelWidth(level) || pixels.height != texture.levelHeight(level)) {
       throw SceneError(name + ": mip level " + std::to_string(level) + " is " +
                        std::to_string(pixels.width) + " x " + std::to_string(pixels.height) +
-                       "; halving asks for " + std::to_string(texture.levelWidth(level)) + " x " +
+                       "; it must be " + std::to_string(texture.levelWidth(level)) + " x " +
                        std::to_string(texture.levelHeight(level)));
     }
     texture.upload(level, 0, GL_RGBA, GL_UNSIGNED_BYTE, pixels.rgba.data());

@@ -177,7 +177,7 @@ std::optional<MethodConfig> readMethod(const Value& value,
   }
   const Value idValue = isName ? value : value.get("method");
   if (idValue.isNull()) {
-    errors.add(value, "\"method\" is missing; it must be one of: " + joined(ids, ", "));
+    errors.add(value, "\"method\" is missing; expected one of: " + joined(ids, ", "));
     return {};
   }
   if (idValue.kind() != Value::Kind::String) {

@@ -101,7 +101,7 @@ TEST(RunConfig, AllErrorsAtOnceWithPlaces) {
       "allowed: traced, reference, refitted\n"
       "configs/f.json:5: /methods/1/bvh: \"refitt\" is not allowed (did you mean \"refit\"?); "
       "allowed: static, refit\n"
-      "configs/f.json:5: /methods/2: \"method\" is missing; it must be one of: traced, "
+      "configs/f.json:5: /methods/2: \"method\" is missing; expected one of: traced, "
       "reference, refitted");
   EXPECT_EQ(messageOf("{\"scene\": \"a\", \"methods\": [\"traced\", \"traced\"]}"),
             "configs/f.json:1: /methods/1: two methods are called \"traced\"; give one of them "

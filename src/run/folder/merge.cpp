@@ -43,7 +43,9 @@ void checkUnused(const fs::path& path) {
   if (file < 0) return;  // copied without its lock, or from elsewhere
   const bool busy = ::flock(file, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
   ::close(file);
-  if (busy) throw UsageError(path.string() + ": a process is still writing this run");
+  if (busy)
+    throw UsageError(path.string() +
+                     ": a process is still writing this run; wait until it has ended");
 }
 
 Part readPart(const fs::path& path) {
@@ -134,8 +136,9 @@ void check(const std::string& method, Merge& merge, Problems& problems) {
       sequenceOf = &part;
       sequence = part.sequence;
     } else if (!part.sequence.empty() && part.sequence != sequence) {
-      problems.mismatch(part.path.string() + ": is a part of frames " + part.sequence + ", " +
-                        sequenceOf->path.string() + " of frames " + sequence);
+      problems.mismatch(part.path.string() + ": belongs to a run to a run of frames " +
+                        part.sequence + ", " + sequenceOf->path.string() + " to a run of frames " +
+                        sequence);
     }
     std::map<std::string, std::vector<int>> foreign;
     std::vector<int> conflicts;
@@ -169,14 +172,13 @@ void check(const std::string& method, Merge& merge, Problems& problems) {
     }
     for (const auto& [what, numbers] : foreign)
       problems.mismatch(part.path.string() + ": frames " + scene::formatFrames(numbers) +
-                        " were made with another " + what + " than those of " +
-                        first->path.string());
+                        " differ in " + what + " from those of " + first->path.string());
     if (!conflicts.empty())
       problems.mismatch(part.path.string() + ": frames " + scene::formatFrames(conflicts) +
-                        " are in another run too, with other contents");
+                        " are also in another part, with different contents");
   }
   if (sequenceOf == nullptr) {
-    problems.mismatch(prefix + "no run says which frames are wanted (summary.json, sequence)");
+    problems.mismatch(prefix + "no part says which frames the run has (summary.json, sequence)");
     return;
   }
   std::vector<int> wanted = scene::parseFrames(sequence, kMaxFrame);
@@ -191,7 +193,7 @@ void check(const std::string& method, Merge& merge, Problems& problems) {
                      " are in no run; render them with --frames " + scene::formatFrames(gaps));
   if (!strangers.empty())
     problems.mismatch(prefix + "frames " + scene::formatFrames(strangers) +
-                      " are not of the sequence " + sequence);
+                      " are not among the frames of the run, " + sequence);
 }
 
 /// Members of a run's summary that all parts share, and what the whole consists of.
@@ -278,7 +280,7 @@ MergedRun write(const std::string& method, const Merge& merge, const fs::path& p
 std::vector<MergedRun> mergeRuns(const std::vector<fs::path>& runs, const fs::path& out,
                                  Existing existing) {
   if (existing == Existing::Resume)
-    throw UsageError("--existing resume: merge writes a run anew; use error or overwrite");
+    throw UsageError("--existing resume: merge cannot resume; use error or overwrite");
   std::map<std::string, Merge> merges;
   std::set<fs::path> seen;
   for (const fs::path& run : runs) {

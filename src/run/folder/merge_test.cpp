@@ -78,9 +78,9 @@ TEST_F(Merging, TheSameFrameTwiceMustBeTheSameInEveryByte) {
   addPart("b", {3, 4});
   EXPECT_EQ(merge({"a", "b"}), "");
   addPart("other", {3, 4}, {}, "pixelX of frame ");  // as long as the others
-  EXPECT_THAT(merge({"a", "other"}), HasSubstr("frames 3 are in another run too"));
+  EXPECT_THAT(merge({"a", "other"}), HasSubstr("frames 3 are also in another part"));
   addPart("moved", {3, 4}, [](FrameRecord& r) { r.fingerprints.camera = "x"; });
-  EXPECT_THAT(merge({"a", "moved"}), HasSubstr("frames 3 are in another run too"));
+  EXPECT_THAT(merge({"a", "moved"}), HasSubstr("frames 3 are also in another part"));
 }
 
 TEST_F(Merging, WhatPixelsDependOnMustAgree) {
@@ -95,7 +95,7 @@ TEST_F(Merging, WhatPixelsDependOnMustAgree) {
     const std::string name = "b" + std::to_string(i);
     addPart(name, {3, 4}, changes[i].second);
     EXPECT_THAT(merge({"a", name}),
-                HasSubstr("frames 3-4 were made with another " + changes[i].first + " than"));
+                HasSubstr("frames 3-4 differ in " + changes[i].first + " from"));
   }
   EXPECT_FALSE(fs::exists(folder_ / "whole"));
 }

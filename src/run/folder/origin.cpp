@@ -38,9 +38,10 @@ void Origins::warn(const std::string& run) const {
     lights.insert(origin.light);
   }
   if (kinds.size() > 1) {
-    log::warning(run + ": its frames were made by " + std::to_string(kinds.size()) +
-                 " kinds of machines. The same frame by two of them differs by at most 0.05 in "
-                 "L1_8bit, and in at most 0.5 % of its pixels (docs/running.md). They are:");
+    log::warning(
+        run + ": its frames were rendered on " + std::to_string(kinds.size()) +
+        " kinds of machines. The same frame may differ between two of them by at most 0.05 in "
+        "L1_8bit, and in at most 0.5 % of its pixels (docs/running.md). The machines:");
     for (auto& [kind, frames] : kinds) {
       std::sort(frames.begin(), frames.end());
       log::warning("  " + std::to_string(frames.size()) +
@@ -49,9 +50,10 @@ void Origins::warn(const std::string& run) const {
     }
   }
   if (lights.size() > 1)
-    log::warning(run + ": its frames show light of " + std::to_string(lights.size()) +
-                 " bakes, and may differ by more where the bakes meet. Give all machines one "
-                 "cache, and render the frames of all but one bake again (docs/cluster.md)");
+    log::warning(run + ": its frames use " + std::to_string(lights.size()) +
+                 " different bakes of the light, so brightness may jump between frames of "
+                 "different bakes. Let all machines share one cache (CATOPTRIC_CACHE), and render "
+                 "the frames of all but one bake again (docs/cluster.md)");
 }
 
 std::string Origins::json() const {

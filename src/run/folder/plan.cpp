@@ -179,9 +179,9 @@ std::string hint(const MethodConfig& method) {
   // A method without the option does all reflectors itself: another one was named for this object.
   for (const methods::MethodEntry& entry : methods::registry())
     if (entry.id == method.id && !entry.refusesReflectors)
-      return "name another method for it in \"reflectors\" of methods." + method.name;
+      return "give another method for it in \"reflectors\" of methods." + method.name;
   return "--set methods." + method.name + ".unsupported=" + joined(fallbackMethods(), " (or =") +
-         ") lets that method fill it";
+         ") renders it by that method";
 }
 
 }  // namespace
@@ -210,7 +210,7 @@ Plan makePlan(const RunConfig& run, const scene::Scene& scene, std::size_t frame
                                    ? "object " + std::to_string(unsupported.object) + " \"" +
                                          scene.objects[index].name + "\""
                                    : "the scene";
-      refused.push_back(run.methods[i].name + " cannot do " + what + " of " +
+      refused.push_back(run.methods[i].name + " cannot render " + what + " of " +
                         run.scene.generic_string() + ": " + unsupported.reason +
                         (unsupported.object > 0 ? "; " + hint(run.methods[i]) : ""));
     }
@@ -235,11 +235,12 @@ void planWarmUps(Plan& plan, const scene::CameraPath& path, const std::vector<in
     PlannedMethod& method = plan.methods[i];
     method.warmUpFrames = methods::withWarmUp(*made[i], path, asked).size() - asked.size();
     if (method.warmUpFrames > 0)
-      method.items.insert(method.items.begin(), {"pass", "warm_up",
-                                                 count(method.warmUpFrames, "more frame") +
-                                                     " of the path: its state starts at restart "
-                                                     "frames, and carries over all frames since",
-                                                 0});
+      method.items.insert(method.items.begin(),
+                          {"pass", "warm_up",
+                           count(method.warmUpFrames, "more frame") +
+                               " of the path, to warm up: the method keeps state between frames "
+                               "since the last restart frame",
+                           0});
   }
 }
 
@@ -290,7 +291,7 @@ std::string cubeMapWarning(const Plan& plan, const methods::RunSettings& image) 
                ", " + bytesText(map->bytes) + ") has " + std::to_string(std::lround(times)) +
                " times the frame's samples, and is " +
                (again ? "drawn in each frame in which something moved" : "drawn before the first") +
-               ": that will take longer than all else; make its face size smaller";
+               ": this will take most of the time; lower its face size";
   }
   return warning;
 }
@@ -306,10 +307,11 @@ std::string refractionWarning(const Plan& plan, const scene::Scene& scene) {
   for (const PlannedMethod& method : plan.methods) {
     const int bounces = method.needs.bounces;
     if (bodies == 0 || bounces == 0 || bounces >= kThroughABody) continue;
-    warning += (warning.empty() ? "" : "\n") + method.name + ": nothing is seen through \"" +
+    warning += (warning.empty() ? "" : "\n") + method.name + ": nothing can be seen through \"" +
                first + "\"" + (bodies > 1 ? " and " + count(bodies - 1, "other object") : "") +
-               ": a path goes in and out by 2 bounces, and bounces is " + std::to_string(bounces) +
-               (method.mixed ? "; give the method that fills it bounces 2 or more"
+               ": entering and leaving an object takes 2 bounces, but bounces is " +
+               std::to_string(bounces) +
+               (method.mixed ? "; give the method that renders it bounces 2 or more"
                              : "; set methods." + method.name + ".bounces=2 or more");
   }
   return warning;

@@ -57,8 +57,8 @@ TEST(Plan, RefusedObjectsAreNamed) {
   } catch (const UsageError& error) {
     EXPECT_EQ(error.code(), ExitCode::Usage);
     EXPECT_STREQ(error.what(),
-                 "mine cannot do object 2 \"vase\" of room.json: it is concave; --set "
-                 "methods.mine.unsupported=environment_map (or =traced) lets that method fill it\n"
+                 "mine cannot render object 2 \"vase\" of room.json: it is concave; --set "
+                 "methods.mine.unsupported=environment_map (or =traced) renders it by that method\n"
                  "mine cannot do the scene of room.json: two moments are needed");
   }
 }
@@ -70,8 +70,8 @@ TEST(Plan, OptionsThatAMethodHasNotAreNotNamed) {
     FAIL() << "no error";
   } catch (const UsageError& error) {
     EXPECT_STREQ(error.what(),
-                 "mine cannot do object 2 \"vase\" of room.json: perturbation: it is concave; "
-                 "name another method for it in \"reflectors\" of methods.mine");
+                 "mine cannot render object 2 \"vase\" of room.json: perturbation: it is concave; "
+                 "give another method for it in \"reflectors\" of methods.mine");
   }
 }
 
@@ -109,10 +109,10 @@ TEST(Plan, BodiesThatNothingIsSeenThroughAreSaid) {
     plan.methods[0].name = "mine";
     return refractionWarning(plan, scene);
   };
-  EXPECT_EQ(
-      warning(1, false, 1.5f),
-      "mine: nothing is seen through \"ball\" and 1 other object: a path goes in and out by 2 "
-      "bounces, and bounces is 1; set methods.mine.bounces=2 or more");
+  EXPECT_EQ(warning(1, false, 1.5f),
+            "mine: nothing can be seen through \"ball\" and 1 other object: entering and leaving "
+            "an object takes 2 "
+            "bounces, but bounces is 1; set methods.mine.bounces=2 or more");
   EXPECT_EQ(warning(2, false, 1.5f), "");
   EXPECT_EQ(warning(0, false, 1.5f), "");  // no such option: it counts refraction_mirrored
   EXPECT_EQ(warning(1, true, 1.5f), "");

@@ -88,7 +88,7 @@ methods::Table parseTable(const std::string& name, const Value& value) {
   info.name = name;
   for (const Value& column : value.get("columns").asArray()) {
     const std::vector<Value>& parts = column.asArray();
-    if (parts.size() != 2) column.fail("a column is [name, type]");
+    if (parts.size() != 2) column.fail("a column must be [name, type]");
     const std::string type = parts[1].asString();
     const auto is = [&](methods::ColumnType t) { return type == methods::columnTypeName(t); };
     info.columns.push_back({parts[0].asString(),
@@ -100,7 +100,7 @@ methods::Table parseTable(const std::string& name, const Value& value) {
   methods::Table table(info);
   for (const Value& row : value.get("rows").asArray()) {
     const std::vector<Value>& parts = row.asArray();
-    if (parts.size() != info.columns.size()) row.fail("a row has a cell for each column");
+    if (parts.size() != info.columns.size()) row.fail("a row must have a cell for each column");
     methods::Row cells;
     for (std::size_t i = 0; i < parts.size(); ++i)
       cells.push_back(parseCell(parts[i], info.columns[i].type));
@@ -173,7 +173,7 @@ FrameRecord parseRecord(const std::string& line, const std::string& place) {
   }
   for (const Value& step : value.get("steps").asArray()) {
     const std::vector<Value>& parts = step.asArray();
-    if (parts.size() != 4) step.fail("a step is [name, seconds, clock, first]");
+    if (parts.size() != 4) step.fail("a step must be [name, seconds, clock, first]");
     record.samples.push_back({record.frame, parts[0].asString(), parts[1].asNumber(),
                               parts[2].asString(), parts[3].asBool()});
   }
@@ -194,7 +194,7 @@ RunRecords readRunRecords(const fs::path& path) {
       const int number = record.frame;
       known.frames[number] = std::move(record);
     } catch (const UsageError& unreadable) {
-      log::warning(std::string(unreadable.what()) + " (this record is not trusted)");
+      log::warning(std::string(unreadable.what()) + " (this record is ignored)");
     }
   }
   // Start-up samples of earlier processes stay in the table.
@@ -219,10 +219,10 @@ std::string damage(const fs::path& folder, const FrameRecord& record) {
     std::error_code error;
     if (!fs::is_regular_file(path, error)) return file.path + " is missing";
     if (fs::file_size(path, error) != file.bytes)
-      return file.path + " has not the size that was written";
+      return file.path + " does not have the size that was written";
     try {
       if (fingerprintOf(readFile(path)) != file.content)
-        return file.path + " has not the contents that were written";
+        return file.path + " does not have the contents that were written";
     } catch (const SceneError& unreadable) {
       return unreadable.what();
     }

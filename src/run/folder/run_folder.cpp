@@ -83,11 +83,13 @@ void RunFolder::lock(double waitSeconds) {
   while (::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
     if (errno != EWOULDBLOCK) {
       log::warning(path_.string() + ": cannot be locked (" + std::strerror(errno) +
-                   "): see to it that one process alone writes there");
+                   "); make sure that only one process writes there");
       return;
     }
     if (secondsSince(start) >= waitSeconds)
-      throw OutputError(path_.string() + ": another process is writing this run");
+      throw OutputError(
+          path_.string() +
+          ": another process is writing this run; use --wait SECONDS, or choose another --out");
     std::this_thread::sleep_for(kAskAgain);
   }
 }
@@ -195,7 +197,7 @@ std::string RunFolder::distrust(int frame, const FrameFingerprints& wanted) cons
   if (has.scene != wanted.scene) differences.push_back("scene");
   if (has.camera != wanted.camera) differences.push_back("camera or time");
   if (has.build != wanted.build) differences.push_back("program");
-  if (!differences.empty()) return "it was made with another " + joined(differences, ", another ");
+  if (!differences.empty()) return "it differs in " + joined(differences, ", ");
   return damage(path_, *known);
 }
 
@@ -276,7 +278,7 @@ void RunFolder::appendRecords(const std::string& lines) const {
   const int cause = errno;
   // A part of a line would be dropped by who resumes; it need not stay.
   if (!good && done > 0 && ::ftruncate(file, before.st_size) != 0)
-    log::warning(path.string() + ": ends with a torn record");
+    log::warning(path.string() + ": its last record is incomplete and is ignored");
   ::close(file);
   if (!good) throw OutputError(path.string() + ": cannot be written: " + std::strerror(cause));
 }

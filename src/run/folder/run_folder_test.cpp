@@ -98,14 +98,15 @@ TEST(RunFolder, TrustsOnlyWhatIsUnchanged) {
   const RunFolder folder(path, Existing::Resume);
   EXPECT_EQ(folder.distrust(1, kPrints), "");
   EXPECT_EQ(folder.distrust(2, kPrints), "frames/frame.0002.exr is missing");
-  EXPECT_EQ(folder.distrust(3, kPrints), "frames/frame.0003.exr has not the size that was written");
+  EXPECT_EQ(folder.distrust(3, kPrints),
+            "frames/frame.0003.exr does not have the size that was written");
   EXPECT_EQ(folder.distrust(4, kPrints),
-            "frames/frame.0004.exr has not the contents that were written");
+            "frames/frame.0004.exr does not have the contents that were written");
   EXPECT_EQ(folder.distrust(6, kPrints), "it has no record");
   FrameFingerprints other = kPrints;
   other.scene = "t";
   other.build = "u";
-  EXPECT_EQ(folder.distrust(5, other), "it was made with another scene, another program");
+  EXPECT_EQ(folder.distrust(5, other), "it differs in scene, program");
   FrameFingerprints wanted = kPrints;
   auto& [config, scene, camera, build] = wanted;
   test::expectAllCount([&] { return folder.distrust(5, wanted); }, config, scene, camera, build);

@@ -44,8 +44,8 @@ void requireOneLayout(const RunConfig& run, const fs::path& out) {
     if (fs::exists(entry.path() / "frames.jsonl", ignored)) runs.push_back(entry.path().string());
   std::sort(runs.begin(), runs.end());
   if (!runs.empty())
-    throw UsageError(out.string() + ": holds the runs of several methods, a folder each (" +
-                     joined(runs, ", ") + "); for one method alone name --out " +
+    throw UsageError(out.string() + ": has the runs of several methods, a folder each (" +
+                     joined(runs, ", ") + "); for one of these methods use --out " +
                      (out / run.methods.front().name).string());
 }
 

@@ -160,8 +160,8 @@ void forgetStrangers(const std::vector<FrameTask>& tasks, RunFolder& folder) {
     strangers[reason].push_back(number);
   }
   for (const auto& [reason, numbers] : strangers) {
-    log::warning(std::to_string(numbers.size()) + " of an earlier run's frames (" +
-                 scene::formatFrames(numbers) + ") left out: " + reason);
+    log::warning(std::to_string(numbers.size()) + " frames of an earlier run (" +
+                 scene::formatFrames(numbers) + ") are ignored: " + reason);
     for (const int number : numbers) folder.forget(number);
   }
 }

@@ -182,9 +182,9 @@ void MethodSource::warnOfBlack(const image::Image& image, int frame) {
   if (saidBlack_ || !isBlack(image)) return;
   saidBlack_ = true;
   log::warning("frame " + std::to_string(frame) +
-               " is wholly black: nothing that the camera sees gives light or is lit; does it look "
-               "at the scene, and has the scene a light or an environment (--environment "
-               "FILE|COLOUR)? Further black frames are not mentioned");
+               " is completely black: the camera sees nothing that is lit or emits light. Check "
+               "the camera, or add a light or an environment (--environment FILE|COLOUR). Further "
+               "black frames are not reported");
 }
 
 void MethodSource::moveTo(methods::FrameInput& input) {

@@ -313,7 +313,7 @@ std::unique_ptr<methods::Method> makeMethod(const MethodConfig& config, const sc
   for (const Part& part : parts) {
     if (!part.method->plan(scene, settings).gbuffer)
       throw UsageError(config.name + ": " + part.id +
-                       " renders whole images; it cannot share a frame with other methods");
+                       " renders only whole images; it cannot be used in \"reflectors\"");
   }
   return std::make_unique<MixedMethod>(std::move(parts));
 }

@@ -293,7 +293,7 @@ TEST(Mixture, WrongNamesAreErrors) {
   EXPECT_THAT(errorOf(withRule("pane", "environment_mop")),
               HasSubstr(R"(did you mean "environment_map"?)"));
   EXPECT_THAT(errorOf(withRule("p*ne", "traced")), HasSubstr("at its end"));
-  EXPECT_THAT(errorOf(withRule("pane", "reference")), HasSubstr("renders whole images"));
+  EXPECT_THAT(errorOf(withRule("pane", "reference")), HasSubstr("renders only whole images"));
   EXPECT_THAT(errorOf(R"({"method": "traced", "unsupported": "traced"})"),
               HasSubstr("unsupported"));
   EXPECT_THAT(errorOf(R"({"method": "traced", "reflectors":

@@ -70,7 +70,7 @@ void sayDefaults(const RunConfig& run, const scene::Scene& scene, std::size_t fr
     log::info("all " + std::to_string(frames) + " frames of the scene's animation are rendered (" +
               config::numberText(scene.duration()) +
               " s, 30 frames per second); --frames 1 renders the first, --frames 1-" +
-              std::to_string(frames) + "x10 each tenth");
+              std::to_string(frames) + "x10 every tenth");
 }
 
 constexpr int kMaxFrame = 10'000'000;  ///< of any path

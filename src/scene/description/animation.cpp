@@ -73,7 +73,8 @@ void Composer::addLoop(const Value& object, int node, std::size_t targets) {
   const double keys = std::ceil(duration / shortest * kLoopKeys);
   if (keys > kMaxLoopKeys)
     object.get("morph").fail(
-        "\"duration\" is too long for so short a \"cycle\": it would have too many keys");
+        "\"duration\" is too long for so short a \"cycle\": the animation would have too many "
+        "keys");
   const int count = static_cast<int>(keys);
   AnimationChannel channel;
   channel.node = node;
@@ -140,7 +141,7 @@ void Composer::addAnimation(const Value& value, const Handle& handle) {
   for (const Value& key : value.get("keys").asArray()) {
     std::vector<float> k = key.asFloats(given + 1);
     if (!channel.times.empty() && k[0] <= channel.times.back()) {
-      key.fail("times must increase");
+      key.fail("times must increase from key to key");
     }
     channel.times.push_back(k[0]);
     k.erase(k.begin());
@@ -150,14 +151,15 @@ void Composer::addAnimation(const Value& value, const Handle& handle) {
         const Vec3 euler(k[0], k[1], k[2]);
         const Vec3 step = glm::abs(euler - lastEuler);
         if (!keys.empty() && std::max({step.x, step.y, step.z}) >= 180.0f) {
-          key.fail("from key to key an angle changes by less than 180 degrees; add keys between");
+          key.fail(
+              "an angle changes by 180 degrees or more from the key before; add keys between them");
         }
         lastEuler = euler;
         q = rotationOf(euler);
       } else {
         q = glm::length(Quat(k[3], k[0], k[1], k[2])) > 1e-6f
                 ? glm::normalize(Quat(k[3], k[0], k[1], k[2]))
-                : (key.fail("the quaternion has no length"), Quat());
+                : (key.fail("the quaternion is zero"), Quat());
       }
       // Neighbouring keys on the same side, so that cubic interpolation takes the short way.
       if (!keys.empty()) {

@@ -44,7 +44,7 @@ Scene Composer::compose() {
   errors.throwIfAny();
   // An empty list is a scene of the environment alone
   if (scene_.objects.empty() && !root_.get("objects").asArray().empty()) {
-    root_.get("objects").fail("nothing visible is in the scene");
+    root_.get("objects").fail("the scene has no visible object");
   }
   addLights(errors);
   addCameras(errors);
@@ -74,7 +74,7 @@ void Composer::checkObject(const Value& object, config::Errors& errors) {
       object.get("shape").fail("there is no shape \"" + shape + "\"" + didYouMean(shape, names) +
                                "; known: " + joined(names, ", "));
     }
-    if (object.has("asset")) object.fail("an object has either \"asset\" or \"shape\"");
+    if (object.has("asset")) object.fail("has both \"asset\" and \"shape\"; remove one");
   }
   config::require(object, objectSchema(shape));
   if (object.has("material") && object.get("material").kind() == Value::Kind::Object)
@@ -102,20 +102,21 @@ void Composer::addMissingAssets(config::Errors& errors) const {
   const std::size_t others = missingAssets_.size() - 1;
   const std::filesystem::path root =
       std::filesystem::absolute(file_).lexically_normal().parent_path().parent_path();
-  errors.add(first, "there is no file " + (file_.parent_path() / first.asString()).string() +
-                        (others > 1 ? ", and " + std::to_string(others) +
-                                          " more files of assets/ are missing"
-                         : others > 0 ? ", and one more file of assets/ is missing"
-                                      : "") +
-                        "; run " + (root / "scripts/prepare_assets").string() +
-                        ", which makes the assets (where " + root.string() +
-                        " cannot be written, in a copy of that folder)");
+  errors.add(
+      first,
+      "there is no file " + (file_.parent_path() / first.asString()).string() +
+          (others > 1   ? ", and " + std::to_string(others) + " more files of assets/ are missing"
+           : others > 0 ? ", and one more file of assets/ is missing"
+                        : "") +
+          "; run " + (root / "scripts/prepare_assets").string() + ", which makes the assets (if " +
+          root.string() + " is read-only, in a copy of that folder)");
 }
 
 void Composer::checkSize() const {
   if (scene_.memoryBytes() > limits_.maxBytes) {
     root_.fail("the scene takes " + std::to_string(scene_.memoryBytes()) +
-               " bytes in memory; the limit is " + std::to_string(limits_.maxBytes));
+               " bytes in memory, more than CATOPTRIC_SCENE_MIB allows: " +
+               std::to_string(limits_.maxBytes));
   }
 }
 
@@ -157,7 +158,8 @@ int Composer::meshOf(const Value& object) {
     shapeBytes_ += meshBytes(scene_.meshes.back());
     if (shapeBytes_ > limits_.maxBytes) {
       object.fail("the shapes up to this one take " + std::to_string(shapeBytes_) +
-                  " bytes in memory; the limit is " + std::to_string(limits_.maxBytes));
+                  " bytes in memory, more than CATOPTRIC_SCENE_MIB allows: " +
+                  std::to_string(limits_.maxBytes));
     }
   }
   return entry->second;
@@ -173,7 +175,8 @@ int Composer::addShape(const Value& object, int self, const std::string& name) {
       scene_.meshes[static_cast<std::size_t>(meshIndex)].morphTargets.size();
   scene_.nodes[static_cast<std::size_t>(node)].morphWeights.assign(targets, 0.0f);
   if (object.has("materials")) {
-    object.get("materials").fail("a shape has one \"material\"; \"materials\" is for assets");
+    object.get("materials")
+        .fail("has both \"shape\" and \"materials\", which is only for assets; use \"material\"");
   }
   const int material = object.has("material")
                            ? materials_->materialOf(object.get("material"), kNone)
@@ -218,7 +221,7 @@ std::filesystem::path fileBeside(const Value& name, const std::filesystem::path&
     name.fail(name.dump() + " is not a path relative to the description");
   }
   if (*relative.lexically_normal().begin() == "..") {
-    name.fail(name.dump() + " leaves the folder of the description; copy it there");
+    name.fail(name.dump() + " is outside the folder of the scene; copy the file into that folder");
   }
   return folder / relative;
 }

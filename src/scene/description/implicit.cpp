@@ -29,9 +29,8 @@ class ImplicitReader {
       if (!profile_.at || object_.has("bounds")) {
         object_.get("segments")
             .fail(
-                "\"segments\" are for sphere, ellipsoid, cylinder, cone, torus, revolution and "
-                "vase "
-                "without \"bounds\"; give a \"resolution\"");
+                "\"segments\" is only for sphere, ellipsoid, cylinder, cone, torus, revolution and "
+                "vase without \"bounds\"; use \"resolution\" here");
       }
       return makeTurnedImplicit(surface, profile_, segments(), uv_);
     } catch (const SceneError& error) {
@@ -80,8 +79,8 @@ class ImplicitReader {
     for (int a = 0; a < 3; ++a) {
       if (!(box.max[a] > box.min[a])) {
         value.fail(value.dump() +
-                   " holds nothing; allowed: a half size above 0, 3 of them, or least x, y, z and "
-                   "larger x, y, z");
+                   " encloses nothing; allowed: a half size above 0, 3 half sizes, or [min x, y, "
+                   "z, max x, y, z]");
       }
     }
     return box;
@@ -103,7 +102,8 @@ class ImplicitReader {
     const std::vector<double> v = numbers(value, 2);
     if (!(v[0] >= 3.0 && v[1] >= 2.0 && v[0] <= 4096.0 && v[1] <= 4096.0 &&
           v[0] == std::floor(v[0]) && v[1] == std::floor(v[1]))) {
-      value.fail(value.dump() + " are not whole numbers of 3 to 4096 (around) and 2 to 4096");
+      value.fail(value.dump() +
+                 " is not allowed: two integers, 3 to 4096 around the axis and 2 to 4096 along it");
     }
     return {static_cast<int>(v[0]), static_cast<int>(v[1])};
   }
@@ -190,7 +190,7 @@ class ImplicitReader {
   Surface metaballs() const {
     std::vector<glm::dvec4> balls;
     const Value given = needed("balls");
-    if (given.asArray().empty()) given.fail("there must be one ball at least");
+    if (given.asArray().empty()) given.fail("there must be at least one ball");
     for (const Value& ball : given.asArray()) {
       const std::vector<double> b = numbers(ball, 4);
       if (!(b[3] > 0.0)) ball.fail("a radius must be above 0");

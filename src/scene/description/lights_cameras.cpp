@@ -57,10 +57,10 @@ void Composer::addLight(const Value& value) {
   light.position = get("position").asVec3();
   Vec3 direction = get("direction").asVec3();
   if (value.has("target")) {
-    if (value.has("direction")) value.fail("a light has either \"direction\" or \"target\"");
+    if (value.has("direction")) value.fail("has both \"direction\" and \"target\"; remove one");
     direction = value.get("target").asVec3() - light.position;
   }
-  if (!(glm::length(direction) > 1e-6f)) value.fail("the light's direction has no length");
+  if (!(glm::length(direction) > 1e-6f)) value.fail("the light's direction is the zero vector");
   light.direction = glm::normalize(direction);
   if (value.has("object")) {
     // Nodes shine along their -z.
@@ -72,7 +72,7 @@ void Composer::addLight(const Value& value) {
     light.node = addNode(std::move(node), value);
   }
   if (light.baked && bakeMode() != "full") {
-    value.get("baked").fail("a baked light needs \"bake\": {\"mode\": \"full\"}");
+    value.get("baked").fail("a baked light needs \"bake\": {\"mode\": \"full\"} in the scene");
   }
   scene_.lights.push_back(std::move(light));
 }

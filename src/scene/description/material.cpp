@@ -94,7 +94,7 @@ int MaterialLibrary::materialOf(const Value& nameOrInline, int base) {
   }
   const bool keep = definition.has("keep") && definition.get("keep").asBool();
   if (keep && base == kNone) {
-    definition.get("keep").fail("there is no material of an asset that could be kept");
+    definition.get("keep").fail("\"keep\" is only for \"materials\" of an asset");
   }
   // Named materials are one each; inline ones are shared when their text and base are the same.
   const std::string key = (keep ? std::to_string(base) + " " : std::string()) +
@@ -122,7 +122,8 @@ void setRefraction(Material& m, const Value& value, float s, float g) {
   m.refraction = static_cast<float>(index.asNumber());
   if (!(s > 0.0f))
     index.fail("a material that refracts needs an \"s\" above 0, the part that is refracted");
-  if (g > kMirrorGlossiness) index.fail("what refracts must be sharp: \"g\" may be 0.05 at most");
+  if (g > kMirrorGlossiness)
+    index.fail("a refractive material must not be glossy: \"g\" may be at most 0.05");
 }
 
 }  // namespace
@@ -163,7 +164,7 @@ Material MaterialLibrary::read(const Value& value, Material m) {
         "a material has either \"s\", \"g\", \"n\", \"tint\", \"refraction\" or \"metallic\", "
         "\"roughness\", \"ior\", \"specular\", \"metallic_roughness_map\"");
   }
-  if (value.has("g") && value.has("n")) value.fail("a material has either \"g\" or \"n\"");
+  if (value.has("g") && value.has("n")) value.fail("has both \"g\" and \"n\"; remove one");
   if (gltf) {
     if (value.has("metallic")) m.metallicFactor = number("metallic");
     if (value.has("roughness")) m.roughnessFactor = number("roughness");
@@ -294,7 +295,8 @@ int MaterialLibrary::normalTexture(const Value& material, const Value& colorSour
   job.kind = TextureJob::Kind::NormalMap;
   if (value.kind() == Value::Kind::String) {
     if (colorSource.kind() != Value::Kind::Object) {
-      value.fail("\"match\" needs a procedural \"texture\" whose heights it can take");
+      value.fail(
+          "\"match\" needs a procedural \"texture\", from whose heights it makes the normal map");
     }
     job.source = colorSource;
   } else {

@@ -11,7 +11,7 @@ using config::Value;
 Quat quaternionOf(const Value& value) {
   const std::vector<float> q = value.asFloats(4);
   const Quat rotation(q[3], q[0], q[1], q[2]);
-  if (!(glm::length(rotation) > 1e-6f)) value.fail("the quaternion has no length");
+  if (!(glm::length(rotation) > 1e-6f)) value.fail("the quaternion is zero");
   return glm::normalize(rotation);
 }
 
@@ -90,7 +90,7 @@ void Composer::addOne(const Value& object, int parent, const std::string& suffix
   node.parent = parent;
   if (object.has("translate")) node.translation = object.get("translate").asVec3();
   if (object.has("rotate") && object.has("quaternion")) {
-    object.fail("an object has either \"rotate\" or \"quaternion\"");
+    object.fail("has both \"rotate\" and \"quaternion\"; remove one");
   }
   if (object.has("rotate")) node.rotation = rotationOf(object.get("rotate").asVec3());
   if (object.has("quaternion")) node.rotation = quaternionOf(object.get("quaternion"));

@@ -87,13 +87,13 @@ class ShapeReader {
     for (std::size_t i = 0; i < least.size(); ++i) {
       const auto n = static_cast<int>(items[i].asInteger());
       if (n < least[i]) {
-        items[i].fail(std::to_string(n) + " is too small; at least " + std::to_string(least[i]) +
-                      " are wanted");
+        items[i].fail(std::to_string(n) + " is too small; the minimum is " +
+                      std::to_string(least[i]));
       }
       product *= n;
       result.push_back(n);
     }
-    if (product > kMaxVertices) value.fail("the shape would have too many vertices");
+    if (product > kMaxVertices) value.fail("the shape would have more than 20 million vertices");
     return result;
   }
   glm::ivec2 segments2(int leastA, int leastB) const {
@@ -129,7 +129,7 @@ class ShapeReader {
       const std::array<std::string, 6> names{"+x", "-x", "+y", "-y", "+z", "-z"};
       box.faces.fill(false);
       if (object_.get("faces").asArray().empty()) {
-        object_.get("faces").fail("names no face, so that nothing of the box would be left");
+        object_.get("faces").fail("names no face; give at least one");
       }
       for (const Value& face : object_.get("faces").asArray()) {
         const auto at = std::find(names.begin(), names.end(), face.asString());
@@ -157,7 +157,7 @@ class ShapeReader {
       }
     }
     Mesh mesh = makePanel(panel, uv_);
-    if (mesh.indices.empty()) object_.fail("nothing of the panel is left between its openings");
+    if (mesh.indices.empty()) object_.fail("the openings cover the whole panel");
     return mesh;
   }
 
@@ -189,7 +189,8 @@ class ShapeReader {
       }
       if (shape.coefficients.empty()) object_.fail("a polynomial profile needs \"coefficients\"");
       shape.range = vec2(get("range"));
-      if (!(shape.range.y > shape.range.x)) get("range").fail("the range must ascend");
+      if (!(shape.range.y > shape.range.x))
+        get("range").fail("the range must be [smaller, larger]");
       return makeRevolution(shape, uv_);
     }
     const Value profile = object_.get("profile");
@@ -320,7 +321,7 @@ MorphShape morphOf(const Value& morph) {
   shape.amplitude = static_cast<float>(get("amplitude").asNumber());
   shape.waves = static_cast<float>(get("waves").asNumber());
   const Vec3 axis = get("axis").asVec3();
-  if (!(glm::length(axis) > 1e-6f)) morph.get("axis").fail("the axis has no length");
+  if (!(glm::length(axis) > 1e-6f)) morph.get("axis").fail("the axis is the zero vector");
   shape.axis = glm::normalize(axis);
   if (shape.type == MorphType::Stretch && !(shape.amplitude > -0.95f)) {
     morph.get("amplitude").fail("the amplitude of a stretch must be above -0.95");

@@ -161,8 +161,8 @@ void Reader::fail(const std::string& place, const std::string& message) const {
 
 void Reader::reserveBytes(std::size_t bytes, const std::string& place) {
   if (bytes > limits.maxBytes || bytes_.fetch_add(bytes) + bytes > limits.maxBytes) {
-    fail(place, "the scene takes more than the " + std::to_string(limits.maxBytes) +
-                    " bytes of memory allowed");
+    fail(place, "the scene takes more than " + std::to_string(limits.maxBytes) +
+                    " bytes of memory; CATOPTRIC_SCENE_MIB raises this limit");
   }
 }
 
@@ -284,8 +284,9 @@ std::size_t Reader::prepare(int accessor, int components, unsigned allowed,
                     " is not allowed here: " + allowedNames(allowed));
   }
   if (a.count > limits.maxBytes) {
-    fail(place, self + ": count " + std::to_string(a.count) + " takes more memory than the " +
-                    std::to_string(limits.maxBytes) + " bytes allowed");
+    fail(place, self + ": count " + std::to_string(a.count) + " takes more than " +
+                    std::to_string(limits.maxBytes) +
+                    " bytes of memory; CATOPTRIC_SCENE_MIB raises this limit");
   }
   return a.count;
 }

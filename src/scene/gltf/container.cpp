@@ -55,7 +55,7 @@ Container splitContainer(std::span<const std::byte> bytes, const std::string& fi
     return {false, textOf(0, bytes.size()), {}};
   }
 
-  if (bytes.size() < 20) fail(file, "byte 0", "GLB header is cut short");
+  if (bytes.size() < 20) fail(file, "byte 0", "GLB header is truncated");
   const std::uint32_t version = littleEndian32(bytes, 4);
   if (version != kVersion) {
     fail(file, "byte 4",
@@ -73,7 +73,7 @@ Container splitContainer(std::span<const std::byte> bytes, const std::string& fi
   container.binary = true;
   std::size_t at = 12;
   for (int chunk = 0; at < length; ++chunk) {
-    if (length - at < 8) fail(file, "byte " + std::to_string(at), "GLB chunk header is cut short");
+    if (length - at < 8) fail(file, "byte " + std::to_string(at), "GLB chunk header is truncated");
     const std::size_t size = littleEndian32(bytes, at);
     const std::uint32_t type = littleEndian32(bytes, at + 4);
     if (size > length - at - 8) {

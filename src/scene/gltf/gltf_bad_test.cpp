@@ -144,7 +144,8 @@ std::vector<Bad> badAccessors() {
          w.arrays["accessors"][0] =
              R"({"bufferView":0,"componentType":5126,"type":"VEC3","count":4})";
        }},
-      {"CountOverflows", "/meshes/0/primitives/0/attributes/POSITION", "takes more memory",
+      {"CountOverflows", "/meshes/0/primitives/0/attributes/POSITION",
+       "CATOPTRIC_SCENE_MIB raises this limit",
        [](GltfWriter& w) {
          w.arrays["accessors"][0] =
              R"({"bufferView":0,"componentType":5126,"type":"VEC3","count":9007199254740991})";
@@ -155,7 +156,7 @@ std::vector<Bad> badAccessors() {
              R"({"bufferView":0,"componentType":5126,"type":"VEC3","count":0})";
        }},
       {"HugeWithoutBufferView", "/meshes/0/primitives/0/attributes/POSITION",
-       "bytes of memory allowed",
+       "CATOPTRIC_SCENE_MIB raises this limit",
        [](GltfWriter& w) {
          w.arrays["accessors"][0] = R"({"componentType":5126,"type":"VEC3","count":1000000000})";
        }},
@@ -283,7 +284,7 @@ std::vector<Bad> badNodes() {
        [](GltfWriter& w) {
          w.arrays["nodes"] = {R"({"children":[2]})", R"({"children":[2]})", "{}"};
        }},
-      {"SceneNamesChild", "/scenes/0/nodes/0", "is no root",
+      {"SceneNamesChild", "/scenes/0/nodes/0", "is not a root",
        [](GltfWriter& w) {
          w.arrays["nodes"] = {"{}", R"({"children":[0]})"};
        }},
@@ -403,7 +404,7 @@ std::vector<Bad> badLook() {
        [](GltfWriter& w) { w.add("materials", R"({"extras":{"catoptric":{"gloss":1}}})"); }},
       {"ExtrasRange", "/nodes/0/extras/catoptric/s", "2 is out of range: 0 to 1",
        [](GltfWriter& w) { w.arrays["nodes"] = {R"({"extras":{"catoptric":{"s":2}}})"}; }},
-      {"ExtrasBoth", "/nodes/0/extras/catoptric", "exclude each other",
+      {"ExtrasBoth", "/nodes/0/extras/catoptric", "has both",
        [](GltfWriter& w) { w.arrays["nodes"] = {R"({"extras":{"catoptric":{"g":0.5,"n":2}}})"}; }},
       {"UvSet", "/materials/0/emissiveTexture", "set 2 is not supported",
        [](GltfWriter& w) {
@@ -423,17 +424,17 @@ std::vector<Bad> badFilesBeside() {
        [](GltfWriter& w) {
          w.add("buffers", R"({"byteLength":78,"uri":"data:application/octet-stream;base64,AAAA"})");
        }},
-      {"BadBase64", "/buffers/0/uri", "no base64 at 2",
+      {"BadBase64", "/buffers/0/uri", "invalid character at byte 2",
        [](GltfWriter& w) {
          w.add("buffers", R"({"byteLength":3,"uri":"data:application/octet-stream;base64,AA*A"})");
        }},
       {"MissingFile", "/buffers/0/uri", "No such file",
        [](GltfWriter& w) { w.add("buffers", R"({"byteLength":78,"uri":"nothing.bin"})"); }},
-      {"OutsideFolder", "/buffers/0/uri", "leaves the folder",
+      {"OutsideFolder", "/buffers/0/uri", "is outside the folder",
        [](GltfWriter& w) { w.add("buffers", R"({"byteLength":78,"uri":"a/../../secret.bin"})"); }},
-      {"EncodedOutside", "/buffers/0/uri", "leaves the folder",
+      {"EncodedOutside", "/buffers/0/uri", "is outside the folder",
        [](GltfWriter& w) { w.add("buffers", R"({"byteLength":78,"uri":"%2e%2e/secret.bin"})"); }},
-      {"AbsolutePath", "/images/0/uri", "leaves the folder",
+      {"AbsolutePath", "/images/0/uri", "is outside the folder",
        [](GltfWriter& w) { w.add("images", R"({"uri":"/etc/passwd"})"); }},
       {"Http", "/images/0/uri", "only relative paths",
        [](GltfWriter& w) { w.add("images", R"({"uri":"http://example.org/a.png"})"); }},
@@ -545,7 +546,8 @@ TEST(BadGltfFile, Limits) {
   EXPECT_THAT(errorOf(file, limits), HasSubstr(file.string()));
   limits = {};
   limits.maxBytes = 50;
-  EXPECT_THAT(errorOf(file, limits), HasSubstr("more than the 50 bytes of memory allowed"));
+  EXPECT_THAT(errorOf(file, limits),
+              HasSubstr("more than the 50 CATOPTRIC_SCENE_MIB raises this limit"));
   limits = {};
   limits.maxNodes = 0;
   EXPECT_THAT(errorOf(file, limits), HasSubstr("/nodes: 1 nodes, more than the 0 allowed"));

@@ -86,7 +86,7 @@ class MaterialReader {
     const tinygltf::Texture& source = reader_.model.textures[static_cast<std::size_t>(index)];
     const std::string self = elementPlace("textures", static_cast<std::size_t>(index));
     if (source.source < 0) {
-      note(place + ": " + self + " has no image that can be read and is ignored");
+      note(place + ": " + self + " is ignored, because it has no PNG or JPEG image");
       return result;
     }
     TextureKey key;
@@ -153,7 +153,7 @@ class MaterialReader {
     m.emissiveTexture = slot(source.emissiveTexture.index, source.emissiveTexture.texCoord,
                              source.emissiveTexture.extensions, true, place + "/emissiveTexture");
     if (source.occlusionTexture.index >= 0) {
-      note(place + ": the occlusion texture is ignored (occlusion is baked)");
+      note(place + ": the occlusion texture is ignored (ambient occlusion comes from the bake)");
     }
 
     const tinygltf::Value& strength =

@@ -290,7 +290,8 @@ class PrimitiveReader {
       note(std::to_string(unweighted) + " vertices without weights follow their first joint");
     }
     if (reduced > 0) {
-      note(std::to_string(reduced) + " vertices keep the strongest 4 of their joints");
+      note(std::to_string(reduced) +
+           " vertices have more than 4 joints; only the strongest 4 are used");
     }
   }
 
@@ -340,9 +341,8 @@ class PrimitiveReader {
     }
     if (source_.mode == TINYGLTF_MODE_TRIANGLES) {
       if (vertices.size() % 3 != 0) {
-        reader_.fail(
-            source_.indices >= 0 ? place : place_,
-            std::to_string(vertices.size()) + " vertices make no whole number of triangles");
+        reader_.fail(source_.indices >= 0 ? place : place_,
+                     std::to_string(vertices.size()) + " vertices are not a multiple of 3");
       }
       result_.mesh.indices = std::move(vertices);
     } else {

@@ -67,7 +67,7 @@ void checkExtras(const Checker& check, const Value& owner, const std::string& pl
   const Value values = extras.get("catoptric");
   check.checkObject(values, ownExtras(), ours);
   if (values.has("g") && values.has("n")) {
-    check.failAt(ours, "\"g\" and \"n\" are both given; they exclude each other");
+    check.failAt(ours, "has both \"g\" and \"n\"; remove one");
   }
   for (const std::string& key : values.keys()) {
     if (key != "s" && key != "g" && key != "n") {
@@ -226,7 +226,7 @@ Checked checkJson(const Container& container, const std::string& file,
   check.require(root, Value::Kind::Object, "");
   if (root.get("asset").kind() != Value::Kind::Object ||
       root.get("asset").get("version").kind() != Value::Kind::String) {
-    check.failAt("/asset/version", "is missing or not a string: this is no glTF 2.0 file");
+    check.failAt("/asset/version", "is missing or not a string: this is not a glTF 2.0 file");
   }
   checkVersion(check, root);
   checkExtensions(check, root);

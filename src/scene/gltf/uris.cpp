@@ -137,7 +137,7 @@ std::filesystem::path relativePath(const std::string& uri, const std::string& fi
   }
   std::filesystem::path path = std::filesystem::path(decoded).lexically_normal();
   if (path.is_absolute() || path.empty() || *path.begin() == "..") {
-    fail(file, place, quoted(uri) + " leaves the folder of the file; copy it there");
+    fail(file, place, quoted(uri) + " is outside the folder of this file; copy it there");
   }
   return path;
 }
@@ -152,7 +152,7 @@ std::string decodeDataUri(std::string_view uri, const std::string& file, const s
   }
   std::string_view body = uri.substr(comma + 1);
   while (!body.empty() && body.back() == '=') body.remove_suffix(1);
-  if (body.size() % 4 == 1) fail(file, place, "base64 data is cut short");
+  if (body.size() % 4 == 1) fail(file, place, "base64 data is truncated");
 
   std::array<int, 256> digit{};
   digit.fill(-1);
@@ -168,7 +168,7 @@ std::string decodeDataUri(std::string_view uri, const std::string& file, const s
   for (std::size_t i = 0; i < body.size(); ++i) {
     const int d = digit[static_cast<unsigned char>(body[i])];
     if (d < 0) {
-      fail(file, place, "base64 data has a character that is no base64 at " + std::to_string(i));
+      fail(file, place, "base64 data has an invalid character at byte " + std::to_string(i));
     }
     bits = (bits << 6) | static_cast<std::uint32_t>(d);
     if (++count == 4) {

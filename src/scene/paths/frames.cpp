@@ -39,8 +39,8 @@ struct FrameParser {
       ++at;
     }
     if (at == start) {
-      fail(at < text.size() ? std::string("'") + text[at] + "' where " + what + " should stand"
-                            : std::string("the text ends where ") + what + " should stand",
+      fail(at < text.size() ? std::string("'") + text[at] + "', but " + what + " was expected"
+                            : std::string("the text ends, but ") + what + " was expected",
            start);
     }
     if (value == 0) fail(std::string(what) + " is 0; frames are numbered from 1", start);
@@ -64,8 +64,9 @@ std::vector<int> parseFrames(const std::string& text, int count) {
       if (parser.accept('x')) step = parser.number("the step");
     }
     if (last < first) {
-      parser.fail("the range " + std::to_string(first) + "-" + std::to_string(last) + " descends",
-                  start);
+      parser.fail(
+          "the range " + std::to_string(first) + "-" + std::to_string(last) + " runs backwards",
+          start);
     }
     if (last > count) {
       parser.fail("frame " + std::to_string(last) + " is beyond the path's " +

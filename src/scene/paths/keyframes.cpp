@@ -71,7 +71,7 @@ Keys readKeys(const Value& path, const PathSettings& common) {
     config::require(key, keyframeSchema());
     keys.positions.push_back(common.position(key.get("position")));
     if (key.has("target") == key.has("orientation")) {
-      key.fail("a keyframe has either \"target\" or \"orientation\"");
+      key.fail("a keyframe must have one of \"target\" and \"orientation\"");
     }
     if (key.has("target") != keys.hasTargets) {
       key.fail("all keyframes of a path have \"target\", or all have \"orientation\"");
@@ -84,7 +84,7 @@ Keys readKeys(const Value& path, const PathSettings& common) {
       const std::vector<float> q = key.get("orientation").asFloats(4);
       const Quat quaternion(q[3], q[0], q[1], q[2]);
       if (!(glm::length(quaternion) > 1e-6f)) {
-        key.get("orientation").fail("the quaternion has no length");
+        key.get("orientation").fail("the quaternion is zero");
       }
       keys.orientations.push_back(glm::normalize(quaternion));
     }
@@ -152,8 +152,8 @@ std::unique_ptr<CameraPath> makeKeyframes(const Value& path, PathSettings common
       if (lengths[i] - lengths[i - 1] < 1e-9) {
         path.get("constant_speed")
             .fail(
-                "two successive keyframes have the same position; with a constant speed the "
-                "camera cannot rest there");
+                "two successive keyframes have the same position, but the camera cannot rest with "
+                "a constant speed; remove one of them");
       }
     }
     result->timeAtLength = MonotoneCubic(lengths, keys.times);

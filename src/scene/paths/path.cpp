@@ -78,7 +78,7 @@ class SegmentedPath : public CameraPath {
 
 Vec3 unitUp(const Value& value) {
   const Vec3 up = value.asVec3();
-  if (glm::length(up) < 1e-6f) value.fail("the direction has no length");
+  if (glm::length(up) < 1e-6f) value.fail("the direction is the zero vector");
   return glm::normalize(up);
 }
 
@@ -139,15 +139,17 @@ std::unique_ptr<CameraPath> makePathAtDepth(const Value& path, const Scene& scen
     }
     return makeSceneCamera(path.get("gltf_camera"), timed, scene, path.has("near"));
   }
-  if (depth > 8) path.fail("segments are nested too deeply");
-  if (framesGiven) path.get("frames").fail("segments have their own \"frames\"");
+  if (depth > 8) path.fail("segments are nested deeper than 8 levels");
+  if (framesGiven)
+    path.get("frames").fail(
+        "\"frames\" is not allowed beside \"segments\"; give it in each segment");
   auto result = std::make_unique<SegmentedPath>();
   result->fps = common.fps;
   result->startTime = common.startTime;
   result->sceneTime = common.sceneTime;
   result->first.push_back(1);
   const Value segments = path.get("segments");
-  if (segments.asArray().empty()) segments.fail("there are no segments");
+  if (segments.asArray().empty()) segments.fail("the list has no segment");
   for (const Value& segment : segments.asArray()) {
     result->parts.push_back(makePathAtDepth(segment, scene, depth + 1));
     const long long next =
@@ -179,8 +181,9 @@ Vec3 PathSettings::position(const Value& value) const {
 PathFrame PathSettings::lookingAt(int number, const Vec3& eye, const Vec3& target,
                                   float fovOfFrame) const {
   if (!givesDirection(eye, target)) {
-    throw UsageError("camera path: in frame " + std::to_string(number) +
-                     " the camera is where its target is, so that it looks nowhere");
+    throw UsageError(
+        "camera path: in frame " + std::to_string(number) +
+        " the camera and its target are at the same point, so the direction of view is undefined");
   }
   return frame(number, lookAt(eye, target, up, fovOfFrame));
 }

@@ -190,7 +190,7 @@ TEST(Frames, ParseAndFormat) {
   EXPECT_THAT(error("1,,2"), HasSubstr("character 3"));
   EXPECT_THAT(error(""), HasSubstr("the text ends"));
   EXPECT_THAT(error("0-4"), HasSubstr("numbered from 1"));
-  EXPECT_THAT(error("9-4"), HasSubstr("descends"));
+  EXPECT_THAT(error("9-4"), HasSubstr("runs backwards"));
   EXPECT_THAT(error("1-101"), HasSubstr("beyond the path's 100 frames"));
   EXPECT_THAT(error("1-5x0"), HasSubstr("the step is 0"));
   EXPECT_THAT(error("99999999999999"), HasSubstr("too large"));

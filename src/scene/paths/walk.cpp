@@ -114,7 +114,8 @@ std::unique_ptr<CameraPath> makeWalk(const Value& walk, const PathSettings& comm
       targets.push_back(common.position(target));
     if (targets.size() != points.size()) {
       walk.get("targets").fail("there are " + std::to_string(targets.size()) + " targets for " +
-                               std::to_string(points.size()) + " points; one per point is wanted");
+                               std::to_string(points.size()) +
+                               " points; there must be one for each point");
     }
     path->targets = TimedCurve(targets, lengths, path->closed);
   }

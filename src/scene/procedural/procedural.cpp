@@ -168,7 +168,7 @@ Vec3 colorOf(const config::Value& value) {
   if (value.kind() == config::Value::Kind::String) {
     Vec3 color(0.0f);
     if (!procedural::parseHex(value.asString(), color)) {
-      value.fail(value.dump() + " is no colour; write [r, g, b] or \"#rrggbb\"");
+      value.fail(value.dump() + " is not a colour; write [r, g, b] or \"#rrggbb\"");
     }
     return {procedural::decoded(color.x), procedural::decoded(color.y),
             procedural::decoded(color.z)};

@@ -140,10 +140,10 @@ void setNormals(Mesh& mesh, const std::vector<Point>& exact, const Surface& surf
   });
   const auto without = std::ranges::count(smooth, 0);
   if (2 * without > std::ssize(smooth)) {
-    throw SceneError("its gradient is 0 at " + std::to_string(without) + " of " +
+    throw SceneError("the formula's gradient is 0 at " + std::to_string(without) + " of " +
                      std::to_string(smooth.size()) +
-                     " points of the surface, which has no normal there: leave out powers of the "
-                     "whole formula (cubes, say) and tiny factors");
+                     " points of the surface, which has no normal there: do not raise the whole "
+                     "formula to a power or multiply it by a tiny factor");
   }
   for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
     const std::uint32_t* t = &mesh.indices[i];
@@ -170,20 +170,21 @@ std::string boxText(const Domain& d) {
 [[noreturn]] void failEmpty(const Surface& surface, const Sides& sides, int resolution) {
   const std::string where = " within its bounds, " + boxText(surface.domain);
   if (sides.inside + sides.outside + sides.zero == 0) {
-    throw SceneError("it is not a number anywhere" + where +
+    throw SceneError("the formula is NaN everywhere" + where +
                      "; look for roots and logarithms of negative values, and divisions by 0");
   }
   if (sides.inside + sides.outside == 0) {
-    throw SceneError("it is 0 everywhere" + where + ": no surface, but all of space");
+    throw SceneError("the formula is 0 everywhere" + where + ": no surface, but all of space");
   }
   const std::string sign = sides.inside == 0 ? "above" : "below";
   if (sides.inside > 0 && sides.outside > 0) {
-    throw SceneError("its sign changes by jumps or poles only" + where + ": it is 0 nowhere");
+    throw SceneError("the formula changes its sign only at jumps or poles" + where +
+                     ": it has no zero");
   }
-  throw SceneError("it is " + sign + " 0 at all points of a grid of " + std::to_string(resolution) +
-                   " cells" + where +
-                   "; the surface is where it is 0: change the bounds, or raise \"resolution\" if "
-                   "the surface is thinner than a cell");
+  throw SceneError("the formula is " + sign + " 0 at all points of a grid of " +
+                   std::to_string(resolution) + " cells" + where +
+                   "; the surface is where the formula is 0: change the bounds, or raise "
+                   "\"resolution\" if the surface is thinner than a cell");
 }
 
 /// Cuts a grid's cells along the surface. One vertex per crossed grid edge: a manifold by

@@ -17,8 +17,8 @@ namespace {
 constexpr std::uint32_t kCacheVersion = 7;  ///< raise it when results change
 constexpr CacheKind kCache{"bake",
                            {'c', 'a', 't', 'b', 'a', 'k', 'e', '1'},
-                           "the light is baked anew",
-                           "the bake's cache is not used",
+                           "the light is baked again",
+                           "the cache of baked light is not used",
                            "the baked light is not cached"};
 
 /// Embree's instruction sets differ in the last bits: one of them, which every machine has, bakes
@@ -76,7 +76,8 @@ BakeReport bakeVertices(const scene::Scene& scene, frame::Geometry& geometry,
     report.refused = baker.refused();
     if (report.refused > 0)
       log::warning("baked light: " + std::to_string(report.refused) + " of " +
-                   std::to_string(report.rays) + " rays could not be traced");
+                   std::to_string(report.rays) +
+                   " rays were not finite or beyond 1e18 m, and count as misses");
     std::vector<Vec4> light;
     light.reserve(geometry.vertexCount());
     for (const frame::VertexAttributes& vertex : geometry.attributes) light.push_back(vertex.bake);

@@ -362,7 +362,7 @@ TEST(Bake, SameBitsForAnyThreadCountAndFromTheCache) {
   ::testing::internal::CaptureStderr();
   const frame::Geometry whole = bake(scene, &cut, cache);
   EXPECT_THAT(::testing::internal::GetCapturedStderr(),
-              ::testing::HasSubstr("is damaged: the light is baked anew"));
+              ::testing::HasSubstr("is damaged: the light is baked again"));
   EXPECT_FALSE(cut.fromCache);
   EXPECT_TRUE(same(one, whole));
 

@@ -182,7 +182,7 @@ struct TraceScene::State {
     device = rtcNewDevice((isa.empty() ? settings : settings + ",isa=" + isa).c_str());
     if (device == nullptr) {
       throw Error(ExitCode::Internal,
-                  "Embree gives no device: error " +
+                  "no Embree device can be created: error " +
                       std::to_string(static_cast<int>(rtcGetDeviceError(nullptr))));
     }
     rtcSetDeviceErrorFunction(device, onError, this);
@@ -298,9 +298,8 @@ struct TraceScene::State {
                       bounds.lower_z >= kept.min.z && bounds.upper_x <= kept.max.x &&
                       bounds.upper_y <= kept.max.y && bounds.upper_z <= kept.max.z;
     if (!same) {
-      throw Error(ExitCode::Internal,
-                  "Embree's bounds of " + sceneData.source.string() +
-                      " are larger than the geometry: its structure is older than the geometry");
+      throw Error(ExitCode::Internal, "Embree's bounds of " + sceneData.source.string() +
+                                          " are larger than the geometry: the BVH is out of date");
     }
   }
 

@@ -20,7 +20,7 @@ constexpr std::size_t kValueBytes = sizeof(std::uint32_t);
 
 constexpr CacheKind kKind{"geometry-image",
                           {'c', 'a', 't', 'g', 'e', 'o', 'm', '2'},
-                          "the geometry image is made anew",
+                          "the geometry image is made again",
                           "the cache of geometry images is not used",
                           "the geometry image is not cached"};
 
