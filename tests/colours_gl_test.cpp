@@ -282,7 +282,7 @@ void expectEvenAndCounted(const scene::Scene& scene, const scene::Camera& camera
     if (bent == frame.counters.end()) return;  // methods of impostors do not count them
     EXPECT_GT(bent->second, 20u);
     const scene::Material& material = scene.materials[0];
-    if (material.glossiness > scene::kMirrorGlossiness) return;  // rays are counted, not samples
+    if (material.roughness > scene::kMirrorPhongRoughness) return;  // rays are counted, not samples
     if (frame.masks.empty()) return;
     const auto marked = std::ranges::count_if(
         frame.masks, [](std::uint16_t mask) { return (mask & raster::kMaskBelowHorizon) != 0; });

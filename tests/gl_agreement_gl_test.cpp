@@ -343,7 +343,7 @@ TEST(Agreement, NoSceneIsForgotten) {
 
 TEST(Agreement, TracedConvergesToReferenceOnMirrors) {
   Subject subject = codeScene();
-  for (scene::Material& material : subject.scene.materials) material.glossiness = 0.0f;
+  for (scene::Material& material : subject.scene.materials) material.roughness = 0.0f;
   test::GlStage stage(subject.scene, test::framesOf(kWidth, kHeight, 2));
   methods::FrameOutput output =
       test::GlMethod(stage, test::methodNamed("traced")).render(subject.camera);

@@ -107,7 +107,7 @@ std::string infoJson(const std::string& input, const scene::Scene& scene,
                              .add("name", object.name)
                              .add("material", material.name)
                              .add("s", material.specularLevel)
-                             .add("g", material.glossiness)
+                             .add("g", material.roughness)
                              .add("planar", object.planar)
                              .add("moving", static_cast<bool>(moving[i]))
                              .add("triangles", trianglesOf(scene, object))
@@ -154,7 +154,7 @@ std::string reflectorsText(const scene::Scene& scene) {
     const scene::Material& material = materialOf(scene, object);
     text += "  " + paddedTo(std::to_string(object.reflector), 4) +
             paddedTo(std::to_string(i + 1), 5) + paddedTo(object.name, widest + 2) +
-            fmt::format("{:<7.3g}{:<8.3g}", material.specularLevel, material.glossiness) +
+            fmt::format("{:<7.3g}{:<8.3g}", material.specularLevel, material.roughness) +
             paddedTo(object.planar ? "yes" : "no", 8) + std::to_string(trianglesOf(scene, object)) +
             "\n";
   }

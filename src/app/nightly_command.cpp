@@ -442,10 +442,11 @@ Command nightlyCommand(CommonOptions& common) {
       option("--time-gate", options->timeGate, "PERCENT",
              "Largest slowdown against the accepted build that passes, in percent [the suite's]",
              {.least = 0.1, .most = 1000}),
-      option("--repeats", options->repeats, "N",
-             "Timed rounds at first; undecided cases get up to four times as many. 0, with a program "
-             "as --baseline: compare only pixels",
-             {.least = 0, .most = 1000, .showsDefault = true}),
+      option(
+          "--repeats", options->repeats, "N",
+          "Timed rounds at first; undecided cases get up to four times as many. 0, with a program "
+          "as --baseline: compare only pixels",
+          {.least = 0, .most = 1000, .showsDefault = true}),
       clockRow(options->clock),
       option("--patience", options->patience, "MINUTES",
              "Time that a program may take for its start or for a frame, before it is killed",

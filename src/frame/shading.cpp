@@ -346,7 +346,7 @@ Vec3 lightHighlights(const std::vector<WorldLight>& lights, const Vec3& position
                      const Vec3& normal, const Vec3& lobeHorizon, const Vec3& direction,
                      scene::Lobe lobe) {
   const Vec3 mirror = glm::normalize(glm::reflect(direction, normal));
-  const float exponent = lobe.ggx() ? 0.0f : scene::phongExponentFromGlossiness(lobe.code);
+  const float exponent = lobe.ggx() ? 0.0f : scene::phongExponentFromRoughness(lobe.code);
   const scene::GgxView view = scene::ggxView(lobe.alpha(), -glm::dot(normal, direction));
   Vec3 sum(0.0f);
   for (const WorldLight& light : lights) {
@@ -490,7 +490,7 @@ SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
 
   // s, g and tint.
   point.specularLevel = material.specularLevel;
-  float roughness = material.glossiness;
+  float roughness = material.roughness;
   float metallic = material.metallicFactor;
   if (material.metallicRoughnessTexture.used()) {
     const Vec4 texels = sample(material.metallicRoughnessTexture);

@@ -32,7 +32,7 @@
 //         direction d mirrored at the normal n of the reflection. For Phong:
 //         p(l) = lobe(l) + lobe(l - 2 (l.h) h) where l.h > 0, else 0;
 //         h = n, or the triangle's normal where n may be corrected (SurfacePoint::lobeHorizon);
-//         lobe(l) = (k + 1) / (2 pi) (r.l)^k, k = phongExponentFromGlossiness(g).
+//         lobe(l) = (k + 1) / (2 pi) (r.l)^k, k = phongExponentFromRoughness(g).
 //         For GGX: p(l) = D G2 / (4 n.v) (scene::ggxResponse). This is the limit of a shrinking
 //         area light. Unshadowed, like E_i.
 //   E_sh(n) = max(0, sum_k c_k Y_k(n)); Y_0..8 = 0.282095, 0.488603 (y, z, x),

@@ -29,7 +29,7 @@ class SceneBuilder {
     scene::Material m;
     m.baseColor = color;
     m.specularLevel = s;
-    m.glossiness = g;
+    m.roughness = g;
     m.reflectionTint = tint;
     scene_.materials.push_back(m);
     return static_cast<int>(scene_.materials.size()) - 1;

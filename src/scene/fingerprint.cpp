@@ -75,7 +75,7 @@ void addMaterial(Contents& all, const Material& m) {
     all.slot(*slot);
   }
   for (const float x :
-       {m.normalScale, m.specularLevel, m.glossiness, m.metallicFactor, m.roughnessFactor,
+       {m.normalScale, m.specularLevel, m.roughness, m.metallicFactor, m.roughnessFactor,
         m.dielectricF0, m.alphaCutoff, m.baseAlpha, m.refraction}) {
     all.value(x);
   }

@@ -92,10 +92,10 @@ TEST_F(SceneFingerprint, HasTheWholeOfAMesh) {
 
 TEST_F(SceneFingerprint, HasTheWholeOfAMaterial) {
   auto& [name, baseColor, baseColorTexture, emissive, emissiveTexture, normalTexture, normalScale,
-         specularLevel, glossiness, lobe, metallicRoughnessTexture, metallicFactor, roughnessFactor,
+         specularLevel, roughness, lobe, metallicRoughnessTexture, metallicFactor, roughnessFactor,
          dielectricF0, reflectionTint, albedoTint, refraction, alphaMode, alphaCutoff, baseAlpha,
          unlit] = scene_.materials[0];
-  expectAllCount(print_, baseColor, emissive, normalScale, specularLevel, glossiness, lobe,
+  expectAllCount(print_, baseColor, emissive, normalScale, specularLevel, roughness, lobe,
                  metallicFactor, roughnessFactor, dielectricF0, reflectionTint, albedoTint,
                  refraction, alphaMode, alphaCutoff, baseAlpha, unlit);
   for (TextureSlot* slot :

@@ -63,7 +63,7 @@ void finishTint(Material& m, bool vertexColours) {
 void finishMaterial(const Scene& scene, Material& m) {
   if (m.unlit) {
     m.specularLevel = 0.0f;
-    m.glossiness = 0.0f;
+    m.roughness = 0.0f;
     return;
   }
   if (m.specularLevel <= 0.0f) {
@@ -75,13 +75,13 @@ void finishMaterial(const Scene& scene, Material& m) {
       roughness *= largestTexel(texture, 1);
     }
     m.specularLevel = specularLevel(metallic, m.dielectricF0);
-    m.glossiness = roughness;
+    m.roughness = roughness;
   }
   m.specularLevel = std::min(m.specularLevel, 1.0f);
-  m.glossiness = std::clamp(m.glossiness, 0.0f, 1.0f);
+  m.roughness = std::clamp(m.roughness, 0.0f, 1.0f);
   if (m.specularLevel < kReflectiveThreshold) {
     m.specularLevel = 0.0f;
-    m.glossiness = 0.0f;
+    m.roughness = 0.0f;
   }
 }
 
@@ -272,7 +272,7 @@ void setReflectance(Material& material, float s, float g) {
   material.dielectricF0 = 0.0f;
   material.metallicRoughnessTexture = {};
   material.specularLevel = 0.0f;
-  material.glossiness = 0.0f;
+  material.roughness = 0.0f;
   material.lobe = LobeModel::Phong;
 }
 

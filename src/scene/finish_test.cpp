@@ -241,7 +241,7 @@ TEST(Finish, TexturesDecideWhatReflects) {
   finishScene(scene);
   EXPECT_EQ(scene.objects[0].reflector, 1);
   EXPECT_FLOAT_EQ(scene.materials[0].specularLevel, 1.0f);
-  EXPECT_NEAR(scene.materials[0].glossiness, 0.4f, 1e-6f);
+  EXPECT_NEAR(scene.materials[0].roughness, 0.4f, 1e-6f);
 }
 
 TEST(Finish, SetReflectanceIsExactAndTwiceIsOnce) {
@@ -251,7 +251,7 @@ TEST(Finish, SetReflectanceIsExactAndTwiceIsOnce) {
     Scene scene = sceneOf(square(), material);
     finishScene(scene);
     EXPECT_EQ(scene.materials[0].specularLevel, s);
-    EXPECT_EQ(scene.materials[0].glossiness, 0.2f);
+    EXPECT_EQ(scene.materials[0].roughness, 0.2f);
     const std::uint64_t fingerprint = scene.fingerprint;
     finishScene(scene);
     EXPECT_EQ(scene.fingerprint, fingerprint);

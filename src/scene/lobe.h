@@ -18,8 +18,8 @@ enum class LobeModel : std::uint8_t {
 };
 
 /// At or below this roughness a GGX surface counts as a mirror: 63 % of the lobe lies within 2.4
-/// mrad of its axis. For a Phong lobe with g = kMirrorGlossiness it is 2.5 mrad. Our choice.
-inline constexpr float kMirrorRoughness = 0.03f;
+/// mrad of its axis. For a Phong lobe with g = kMirrorPhongRoughness it is 2.5 mrad. Our choice.
+inline constexpr float kMirrorGgxRoughness = 0.03f;
 
 /// A lobe's model and roughness in one number, which the G-buffer stores with the normal: g (0 to
 /// 1) of a Phong lobe, or 2 + glTF's roughness.
@@ -32,7 +32,7 @@ struct Lobe {
   bool ggx() const { return code >= 2.0f; }
   float roughness() const { return ggx() ? code - 2.0f : code; }
   bool mirror() const {
-    return ggx() ? code <= 2.0f + kMirrorRoughness : code <= kMirrorGlossiness;
+    return ggx() ? code <= 2.0f + kMirrorGgxRoughness : code <= kMirrorPhongRoughness;
   }
   /// The parameter alpha of GGX.
   float alpha() const { return roughness() * roughness(); }
@@ -51,7 +51,7 @@ inline float ggxHalfAngleRad(float alpha, float cosine) {
 
 /// Exponent of the Phong lobe of equal width, for code that needs only a width.
 inline float coneExponent(Lobe lobe, float cosine = 1.0f) {
-  if (!lobe.ggx()) return phongExponentFromGlossiness(lobe.code);
+  if (!lobe.ggx()) return phongExponentFromRoughness(lobe.code);
   const float angle = std::max(ggxHalfAngleRad(lobe.alpha(), cosine), 1e-6f);
   return std::max(0.0f, 2.0f / (angle * angle) - 1.0f);
 }
@@ -146,7 +146,7 @@ inline float meanSchlick(float roughness, float cosine) {
   const float k0 = 0.001f + c * (-2.479f + c * (5.34f - 1.17f * c));
   const float k1 = 2.572f + c * (-1.081f - 4.764f * c);
   const float k2 = -3.33f + 3.275f * c + 1.173f * r;
-  const float bent = r > kMirrorRoughness ? r * (k0 + r * (k1 + r * k2)) : 0.0f;
+  const float bent = r > kMirrorGgxRoughness ? r * (k0 + r * (k1 + r * k2)) : 0.0f;
   const float m = 1.0f - std::clamp(c + bent, 0.0f, 1.0f);
   return (m * m) * (m * m) * m;
 }

@@ -169,13 +169,13 @@ TEST(Lobe, CodesTellModelsApart) {
   EXPECT_FALSE(phong.ggx());
   EXPECT_TRUE(ggx.ggx());
   EXPECT_NEAR(ggx.roughness(), phong.roughness(), 1e-6f);
-  EXPECT_TRUE(Lobe::of(LobeModel::Phong, kMirrorGlossiness).mirror());
-  EXPECT_FALSE(Lobe::of(LobeModel::Phong, kMirrorGlossiness + 1e-3f).mirror());
-  EXPECT_TRUE(Lobe::of(LobeModel::Ggx, kMirrorRoughness - 1e-3f).mirror());
-  EXPECT_FALSE(Lobe::of(LobeModel::Ggx, kMirrorRoughness + 1e-3f).mirror());
+  EXPECT_TRUE(Lobe::of(LobeModel::Phong, kMirrorPhongRoughness).mirror());
+  EXPECT_FALSE(Lobe::of(LobeModel::Phong, kMirrorPhongRoughness + 1e-3f).mirror());
+  EXPECT_TRUE(Lobe::of(LobeModel::Ggx, kMirrorGgxRoughness - 1e-3f).mirror());
+  EXPECT_FALSE(Lobe::of(LobeModel::Ggx, kMirrorGgxRoughness + 1e-3f).mirror());
   // The two thresholds are of lobes equally wide
-  EXPECT_NEAR(ggxHalfAngleRad(kMirrorRoughness * kMirrorRoughness, 1.0f),
-              std::sqrt(2.0f / (phongExponentFromGlossiness(kMirrorGlossiness) + 1.0f)), 3e-4f);
+  EXPECT_NEAR(ggxHalfAngleRad(kMirrorGgxRoughness * kMirrorGgxRoughness, 1.0f),
+              std::sqrt(2.0f / (phongExponentFromRoughness(kMirrorPhongRoughness) + 1.0f)), 3e-4f);
 }
 
 }  // namespace

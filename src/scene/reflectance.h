@@ -1,5 +1,5 @@
 // The mapping between glTF's metallic-roughness model and the papers' specular level s, roughness
-// g (which the papers call glossiness) and Phong exponent n.
+// g (which the papers call roughness) and Phong exponent n.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ inline constexpr float kReflectiveThreshold = 0.05f;
 /// At or below this g a surface with a Phong lobe counts as a mirror: one ray, no lobe. n(0.05) =
 /// 320,000, whose lobe is narrower than a pixel of a 1024-pixel-wide frame of 60 degrees. Our
 /// choice.
-inline constexpr float kMirrorGlossiness = 0.05f;
+inline constexpr float kMirrorPhongRoughness = 0.05f;
 
 /// s = metallic + (1 - metallic) F0, where F0 belongs to the dielectric part.
 inline float specularLevel(float metallic, float dielectricF0) {
@@ -43,11 +43,11 @@ inline float dielectricF0(float ior, float specularFactor) {
 
 /// Converts g to the papers' Phong exponent about the mirrored ray: n = 2 / g^4 - 2. g = 1 gives n
 /// = 0: a whole hemisphere. (glTF's roughness has another lobe: scene/lobe.h.)
-inline float phongExponentFromGlossiness(float g) {
+inline float phongExponentFromRoughness(float g) {
   const float g2 = std::max(g, 1e-3f) * std::max(g, 1e-3f);
   return std::max(0.0f, 2.0f / (g2 * g2) - 2.0f);
 }
-inline float glossinessFromPhongExponent(float n) {
+inline float phongRoughnessFromExponent(float n) {
   return std::pow(2.0f / (n + 2.0f), 0.25f);
 }
 

@@ -88,8 +88,8 @@ TEST(EnvironmentMap, MirrorInAConstantEnvironmentIsThatConstant) {
   const Vec3 radiance(0.5f, 1.25f, 8.0f);
   for (const char* options : {R"({"source": "environment"})",
                               R"({"source": "scene", "center": [0, 0, 5], "face_size": 16})"}) {
-    for (const float glossiness : {0.0f, 0.4f, 1.0f}) {
-      SCOPED_TRACE(std::string(options) + " g = " + std::to_string(glossiness));
+    for (const float roughness : {0.0f, 0.4f, 1.0f}) {
+      SCOPED_TRACE(std::string(options) + " g = " + std::to_string(roughness));
       test::SceneBuilder builder;
       builder.constantEnvironment(radiance);
       scene::Material material;
@@ -97,7 +97,7 @@ TEST(EnvironmentMap, MirrorInAConstantEnvironmentIsThatConstant) {
       material.unlit = true;
       material.baseColor = radiance;
       material.specularLevel = 1.0f;
-      material.glossiness = glossiness;
+      material.roughness = roughness;
       builder.scene().materials.push_back(material);
       builder.add(scene::makeSphere(1.0f, 48, 24, scene::UvMode::Unit), 0);
       Rig rig(builder.scene(), options);
@@ -327,15 +327,15 @@ Vec3 lobeMean(const frame::EnvironmentLight& environment, const Vec3& axis, floa
 }
 
 TEST(EnvironmentMap, GlossyLookUpIsNearTheLobesMean) {
-  for (const float glossiness : {0.2f, 0.4f, 0.6f, 0.8f}) {
-    SCOPED_TRACE(glossiness);
+  for (const float roughness : {0.2f, 0.4f, 0.6f, 0.8f}) {
+    SCOPED_TRACE(roughness);
     test::SceneBuilder builder;
     gradientEnvironment(builder.scene());
     builder.add(scene::makeIcosphere(1.0f, 5, scene::UvMode::Unit),
-                builder.reflective(1.0f, glossiness));
+                builder.reflective(1.0f, roughness));
     Rig rig(builder.scene(), R"({"source": "environment", "face_size": 128})");
     rig.render(cameraAt(Vec3(0, 0.5f, 4), Vec3(0)));
-    const float n = scene::phongExponentFromGlossiness(glossiness);
+    const float n = scene::phongExponentFromRoughness(roughness);
     double ours = 0;
     double unfiltered = 0;
     int count = 0;
@@ -353,7 +353,7 @@ TEST(EnvironmentMap, GlossyLookUpIsNearTheLobesMean) {
     unfiltered /= count;
     // Where the environment bends within the lobe, filtering must help.
     EXPECT_LT(ours, 0.06);
-    if (glossiness >= 0.4f) {
+    if (roughness >= 0.4f) {
       EXPECT_LT(ours, 0.85 * unfiltered);
     }
   }

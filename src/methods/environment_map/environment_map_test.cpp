@@ -68,13 +68,13 @@ TEST(CubeMap, BytesOfTheWholeChain) {
   EXPECT_EQ(cubeMapBytes(4, 8), 48u * (16 + 4 + 1));
 }
 
-scene::Scene sceneWith(float specularLevel, float glossiness, bool moving) {
+scene::Scene sceneWith(float specularLevel, float roughness, bool moving) {
   test::SceneBuilder builder;
   const int wall = builder.add(scene::makePlane(Vec2(2), glm::ivec2(1), scene::UvMode::Unit),
                                builder.diffuse(Vec3(0.5f)));
   if (specularLevel > 0) {
     builder.add(scene::makePlane(Vec2(1), glm::ivec2(1), scene::UvMode::Unit),
-                builder.reflective(specularLevel, glossiness));
+                builder.reflective(specularLevel, roughness));
   }
   if (moving) builder.move(wall, Vec3(1, 0, 0), 1.0f);
   return builder.scene();

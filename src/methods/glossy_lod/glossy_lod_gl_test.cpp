@@ -50,7 +50,7 @@ TEST(GlossyLod, SeesOfASphereItsShareOfTheLobe) {
   bench.builder.add(scene::makeIcosphere(3.0f * std::sin(angle), 5, scene::UvMode::Unit),
                     bench.builder.diffuse(Vec3(0.0f), Vec3(1.0f)),
                     test::translation(3.0f * mirror));
-  const double n = static_cast<double>(scene::phongExponentFromGlossiness(LobeBench::kG));
+  const double n = static_cast<double>(scene::phongExponentFromRoughness(LobeBench::kG));
   const double share = 1.0 - std::pow(std::cos(static_cast<double>(angle)), n + 1.0);
   EXPECT_GT(share, 0.5);
   EXPECT_LT(share, 0.9);
@@ -71,7 +71,7 @@ TEST(GlossyLod, SeesInAMirrorWhatStandsBesideIt) {
   bench.builder.add(scene::makeIcosphere(3.0f * std::sin(angle), 5, scene::UvMode::Unit),
                     bench.builder.diffuse(Vec3(0.0f), Vec3(1.0f)),
                     test::translation(1.5f * axis + Vec3(1.5f, 0.0f, 0.0f)));
-  const double n = static_cast<double>(scene::phongExponentFromGlossiness(LobeBench::kG));
+  const double n = static_cast<double>(scene::phongExponentFromRoughness(LobeBench::kG));
   const double share = 1.0 - std::pow(std::cos(static_cast<double>(angle)), n + 1.0);
   for (const char* alpha : {"0", "3"}) {
     const std::string options = std::string(R"({"rays": 160, "alpha": )") + alpha;

@@ -103,9 +103,9 @@ inline scene::Camera cameraAt(const Vec3& eye, const Vec3& target) {
 
 /// A mirror (the first object) before a coloured box on a floor.
 inline test::SceneBuilder stage(scene::Mesh mirror, const Mat4& worldFromMirror,
-                                float glossiness = 0.0f) {
+                                float roughness = 0.0f) {
   test::SceneBuilder builder;
-  builder.add(std::move(mirror), builder.reflective(1.0f, glossiness), worldFromMirror);
+  builder.add(std::move(mirror), builder.reflective(1.0f, roughness), worldFromMirror);
   const auto box = [&](const Vec3& centre, const Vec3& size, const Vec3& color) {
     builder.add(scene::makeBox({.size = size}, scene::UvMode::Metres), builder.diffuse(color),
                 test::translation(centre));

@@ -228,7 +228,7 @@ TEST(Reference, GlossyLobeAveragesTheSkyByItsPower) {
         scene::lookAt({0.0f, 3.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 1.0f}, 0.02f);
     const image::Image image =
         render(builder.scene(), camera, frameOf(9, 9), R"({"samples": 4, "rays": 64})");
-    const float n = scene::phongExponentFromGlossiness(g);
+    const float n = scene::phongExponentFromRoughness(g);
     EXPECT_NEAR(rgb(image, 4, 4).x, (n + 1.0f) / (n + 2.0f), 3e-3f) << g;
   }
 }

@@ -31,9 +31,9 @@ TEST(SecondOrder, DisocclusionsAreToldFromTrueMisses) {
   EXPECT_EQ(plane.output.counters.at("disoccluded"), 0u);
   EXPECT_EQ(plane.output.counters.at("wrong_hit"), 0u);
   // In a closed room every ray hits: what found nothing is disoccluded, for mirrors and lobes
-  for (const float glossiness : {0.0f, 0.3f}) {
+  for (const float roughness : {0.0f, 0.3f}) {
     const Comparison closed(
-        roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f), glossiness),
+        roomWith(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres), Mat4(1.0f), roughness),
         camera, options, counted);
     const std::uint64_t missed = closed.output.counters.at("environment");
     EXPECT_GE(closed.output.counters.at("disoccluded"), missed);
@@ -58,10 +58,10 @@ TEST(SecondOrder, DisocclusionsAreToldFromTrueMisses) {
 TEST(SecondOrder, WhatFindsNothingSeesTheSkyOrTheCubeMap) {
   // Alone under a sky of one radiance, which both show; where smooth normals send rays through the
   // next facet Embree's rays meet the mirror
-  for (const float glossiness : {0.0f, 0.3f}) {
+  for (const float roughness : {0.0f, 0.3f}) {
     test::SceneBuilder builder;
     builder.add(scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres),
-                builder.reflective(1.0f, glossiness));
+                builder.reflective(1.0f, roughness));
     builder.constantEnvironment(Vec3(0.25f, 0.5f, 0.75f));
     const scene::Camera camera = cameraAt({0.4f, 0.8f, 3.6f}, {0.0f, 0.0f, 0.0f});
     const Comparison sky(builder.scene(), camera, imagesAlone());
@@ -72,7 +72,7 @@ TEST(SecondOrder, WhatFindsNothingSeesTheSkyOrTheCubeMap) {
     // A plane: not seen from the place of its cube map, on itself
     test::SceneBuilder flat;
     flat.add(scene::makePlane({2.0f, 2.0f}, {1, 1}, scene::UvMode::Metres),
-             flat.reflective(1.0f, glossiness));
+             flat.reflective(1.0f, roughness));
     flat.constantEnvironment(Vec3(0.25f, 0.5f, 0.75f));
     const Comparison none(flat.scene(), camera, imagesAlone(), kNoClusters);
     EXPECT_EQ(none.output.counters.at("unclustered"), none.samples);
@@ -83,10 +83,10 @@ TEST(SecondOrder, WhatFindsNothingSeesTheSkyOrTheCubeMap) {
 
 TEST(SecondOrder, NoSkyIsSeenThroughTheGapsOfAClosedRoom) {
   // A handle at a wall: many of its rays find nothing in their clusters' depth images
-  for (const float glossiness : {0.0f, 0.2f}) {
+  for (const float roughness : {0.0f, 0.2f}) {
     test::SceneBuilder builder;
     builder.add(scene::makeTorus(0.15f, 0.02f, 48, 16, scene::UvMode::Metres),
-                builder.reflective(1.0f, glossiness), test::translation({0.0f, 0.0f, -0.95f}));
+                builder.reflective(1.0f, roughness), test::translation({0.0f, 0.0f, -0.95f}));
     for (int axis = 0; axis < 3; ++axis) {
       Vec3 size(2.2f);
       size[axis] = 0.1f;

@@ -13,7 +13,7 @@ double lightShare(const Comparison& frame) {
 
 struct LampScene {
   const char* name;
-  float glossiness;
+  float roughness;
   bool ball;     // the reflector: a ball on the floor, or the floor
   float radius;  // of the lamps, metres
   int lamps;
@@ -25,7 +25,7 @@ class Lamps : public testing::TestWithParam<LampScene> {};
 scene::Scene darkRoom(const LampScene& what) {
   const scene::UvMode uv = scene::UvMode::Metres;
   test::SceneBuilder builder;
-  const int glossy = builder.reflective(1.0f, what.glossiness);
+  const int glossy = builder.reflective(1.0f, what.roughness);
   const int dark = builder.diffuse(Vec3(0.05f));
   builder.add(scene::makePlane({6.0f, 6.0f}, {1, 1}, uv), what.ball ? dark : glossy, Mat4(1.0f));
   if (what.ball)

@@ -34,7 +34,7 @@ std::vector<float> SceneReflectors::reach(const scene::Scene& scene, float gloss
   for (std::size_t i = 1; i < reach.size(); ++i) {
     const scene::Material& material = scene.materials[scene.objects[i - 1].material];
     if (kinds[i] == ReflectorKind::Glossy && !material.metallicRoughnessTexture.used()) {
-      reach[i] = glossyReach * (1.0f - material.glossiness) / material.glossiness;
+      reach[i] = glossyReach * (1.0f - material.roughness) / material.roughness;
     }
   }
   return reach;

@@ -187,13 +187,13 @@ TEST(SecondOrder, AmongManyReflectorsEachComesCloseToItsRays) {
 }
 
 /// A mirror whose normals a map turns by up to 70 degrees, by texels.
-scene::Scene roomWithBent(scene::Mesh mirror, float glossiness = 0.0f) {
+scene::Scene roomWithBent(scene::Mesh mirror, float roughness = 0.0f) {
   mirror.tangents.clear();
   for (const Vec3& n : mirror.normals) {
     const Vec3 side = std::abs(n.y) < 0.9f ? Vec3(0.0f, 1.0f, 0.0f) : Vec3(1.0f, 0.0f, 0.0f);
     mirror.tangents.emplace_back(glm::normalize(glm::cross(n, side)), 1.0f);
   }
-  scene::Scene scene = roomWith(std::move(mirror), Mat4(1.0f), glossiness);
+  scene::Scene scene = roomWith(std::move(mirror), Mat4(1.0f), roughness);
   scene::Texture texture;
   texture.srgb = false;
   texture.nearest = true;
@@ -217,22 +217,22 @@ scene::Scene roomWithBent(scene::Mesh mirror, float glossiness = 0.0f) {
 }
 
 TEST(SecondOrder, RaysBelowTheSurfaceAreBentAsTheyAreForTraced) {
-  for (const float glossiness : {0.0f, 0.2f}) {
+  for (const float roughness : {0.0f, 0.2f}) {
     for (const bool round : {false, true}) {
       const Comparison frame(
           roomWithBent(round ? scene::makeSphere(1.0f, 96, 48, scene::UvMode::Metres)
                              : scene::makePlane({4.0f, 4.0f}, {1, 1}, scene::UvMode::Metres),
-                       glossiness),
+                       roughness),
           cameraAt({0.7f, 0.6f, 3.2f}, {0.0f, 0.0f, 0.0f}));
-      SCOPED_TRACE(std::to_string(glossiness) + (round ? ", sphere" : ", plane"));
+      SCOPED_TRACE(std::to_string(roughness) + (round ? ", sphere" : ", plane"));
       EXPECT_TRUE(frame.finite);
       const std::uint64_t folded = frame.output.counters.at("below_horizon");
       EXPECT_GT(frame.traced.belowHorizon, 500u);
       EXPECT_NEAR(static_cast<double>(folded), static_cast<double>(frame.traced.belowHorizon),
-                  (glossiness > 0.0f ? 0.02 : 0.001) *  // lobes in no cluster have no rays
+                  (roughness > 0.0f ? 0.02 : 0.001) *  // lobes in no cluster have no rays
                       static_cast<double>(frame.traced.belowHorizon));
       EXPECT_EQ(frame.output.counters.at("met_itself"), 0u);
-      if (glossiness == 0.0f) {
+      if (roughness == 0.0f) {
         EXPECT_EQ(marked(frame, raster::kMaskBelowHorizon), folded);
         EXPECT_LT(frame.differenceBelow, 0.01);
       }

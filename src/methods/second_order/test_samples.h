@@ -18,7 +18,7 @@ inline scene::Camera cameraAt(const Vec3& eye, const Vec3& target) {
 using Hit = bool(const Vec3& eye, const Vec3& direction, Vec3& position, Vec3& normal);
 
 /// A G-buffer of one object, hit(origin, direction, position, normal) for each ray.
-inline raster::GBufferCopy rasterized(const scene::Camera& camera, float glossiness, Hit* hit) {
+inline raster::GBufferCopy rasterized(const scene::Camera& camera, float roughness, Hit* hit) {
   raster::GBufferCopy copy;
   copy.width = copy.height = kSize;
   copy.samples = 1;
@@ -34,7 +34,7 @@ inline raster::GBufferCopy rasterized(const scene::Camera& camera, float glossin
       const float along = glm::dot(position - camera.eye(), camera.forward());
       copy.depth.push_back(found ? camera.nearMetres / along : 0.0f);
       for (int k = 0; k < 3; ++k) copy.normal.push_back(normal[k]);
-      copy.normal.push_back(glossiness);
+      copy.normal.push_back(roughness);
     }
   }
   return copy;

@@ -87,8 +87,8 @@ gl::Texture uploadTexture(const scene::Texture& source, std::size_t number) {
 }
 
 /// Largest roughness factor times texel.
-float largestGlossiness(const scene::Scene& scene, const scene::Material& material) {
-  if (!material.metallicRoughnessTexture.used()) return material.glossiness;
+float largestRoughness(const scene::Scene& scene, const scene::Material& material) {
+  if (!material.metallicRoughnessTexture.used()) return material.roughness;
   const scene::Texture& texture = scene.textures[material.metallicRoughnessTexture.texture];
   if (texture.levels.empty()) return material.roughnessFactor;
   const std::vector<std::uint8_t>& rgba = texture.levels[0].rgba;
@@ -202,7 +202,7 @@ std::vector<gl::Define> featureDefines(std::uint32_t features) {
 
 SampleClass materialClass(const scene::Scene& scene, const scene::Material& material) {
   if (!(largestSpecularLevel(scene, material) > 0.0f)) return SampleClass::Diffuse;
-  return scene::Lobe::of(material.lobe, largestGlossiness(scene, material)).mirror()
+  return scene::Lobe::of(material.lobe, largestRoughness(scene, material)).mirror()
              ? SampleClass::CurvedMirror
              : SampleClass::Glossy;
 }
@@ -228,7 +228,7 @@ Materials::Materials(const scene::Scene& scene) {
     MaterialBlock block;
     block.baseColor = Vec4(m.baseColor, m.baseAlpha);
     block.emissive = Vec4(m.emissive, m.alphaCutoff);
-    block.specular = Vec4(m.specularLevel, m.glossiness, m.metallicFactor, m.roughnessFactor);
+    block.specular = Vec4(m.specularLevel, m.roughness, m.metallicFactor, m.roughnessFactor);
     block.more = Vec4(m.dielectricF0, m.normalScale, scene::Lobe::of(m.lobe, 0.0f).code, 0.0f);
     block.tint = Vec4(m.reflectionTint, m.albedoTint);
     block.base = slotBlock(scene, m.baseColorTexture);

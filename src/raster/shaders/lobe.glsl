@@ -12,10 +12,10 @@ bool isBent(float alpha) { return alpha < 0.0; }
 
 bool isGgx(float lobe) { return lobe >= 2.0; }
 float roughnessOf(float lobe) { return isGgx(lobe) ? lobe - 2.0 : lobe; }
-// A mirror up to here: scene::kMirrorGlossiness, scene::kMirrorRoughness
+// A mirror up to here: scene::kMirrorPhongRoughness, scene::kMirrorGgxRoughness
 bool isMirrorLobe(float lobe) { return isGgx(lobe) ? lobe <= 2.0 + 0.03 : lobe <= 0.05; }
 
-// scene::phongExponentFromGlossiness()
+// scene::phongExponentFromRoughness()
 float phongExponent(float g) {
   float g2 = max(g, 1e-3) * max(g, 1e-3);
   return max(0.0, 2.0 / (g2 * g2) - 2.0);

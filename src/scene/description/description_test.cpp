@@ -225,7 +225,7 @@ TEST(Description, MaterialsKeepSAndG) {
     return scene.materials[static_cast<std::size_t>(scene.objects[i].material)];
   };
   EXPECT_NEAR(material(0).specularLevel, 0.4f, 1e-6f);
-  EXPECT_NEAR(material(0).glossiness, 0.25f, 1e-6f);
+  EXPECT_NEAR(material(0).roughness, 0.25f, 1e-6f);
   EXPECT_NEAR(material(0).baseColor.x, 1.0f, 1e-6f);
   EXPECT_EQ(material(1).specularLevel, 0.0f);
   EXPECT_NEAR(material(2).specularLevel, 0.9f, 1e-6f);

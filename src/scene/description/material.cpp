@@ -122,7 +122,7 @@ void setRefraction(Material& m, const Value& value, float s, float g) {
   m.refraction = static_cast<float>(index.asNumber());
   if (!(s > 0.0f))
     index.fail("a material that refracts needs an \"s\" above 0, the part that is refracted");
-  if (g > kMirrorGlossiness)
+  if (g > kMirrorPhongRoughness)
     index.fail("a refractive material must not be glossy: \"g\" may be at most 0.05");
 }
 
@@ -184,7 +184,7 @@ Material MaterialLibrary::read(const Value& value, Material m) {
     float g = keep && !value.has("s") ? m.roughnessFactor : 0.0f;
     if (value.has("s")) s = number("s");
     if (value.has("g")) g = number("g");
-    if (value.has("n")) g = glossinessFromPhongExponent(number("n"));
+    if (value.has("n")) g = phongRoughnessFromExponent(number("n"));
     setReflectance(m, s, g);
     if (!keep || value.has("tint")) {
       m.reflectionTint = value.has("tint") ? colorOf(value.get("tint")) : Vec3(1.0f);
@@ -225,7 +225,7 @@ int MaterialLibrary::reflectiveOf(int index, const Value& reflective) {
                             : specularLevel(original.metallicFactor, original.dielectricF0);
     if (reflective.has("g")) g = static_cast<float>(reflective.get("g").asNumber());
     if (reflective.has("n")) {
-      g = glossinessFromPhongExponent(static_cast<float>(reflective.get("n").asNumber()));
+      g = phongRoughnessFromExponent(static_cast<float>(reflective.get("n").asNumber()));
     }
   }
   // Without s, g and n the lobe stays the material's own

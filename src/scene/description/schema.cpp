@@ -262,7 +262,7 @@ const Schema& materialSchema() {
           choice("wrap", "What textures show outside of 0 to 1.", "\"repeat\"",
                  {"repeat", "mirror", "clamp"}),
           number("s", "The specular level, from 0 (diffuse) to 1 (a mirror).", "", 0.0, 1.0),
-          number("g", "The glossiness, from 0 (sharp) to 1.", "", 0.0, 1.0),
+          number("g", "The roughness, from 0 (sharp) to 1.", "", 0.0, 1.0),
           number("n", "The Phong exponent, in place of g.", "", 0.0, 1e9),
           any("tint", "The colour of the reflection.", "[1, 1, 1]"),
           number("refraction",

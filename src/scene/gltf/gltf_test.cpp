@@ -263,7 +263,7 @@ TEST_F(Gltf, MetallicRoughnessAndExtensionsGiveSAndG) {
       R"({"name":"gold","pbrMetallicRoughness":{"baseColorFactor":[0.8,0.6,0.2,1],"metallicFactor":0.5,"roughnessFactor":0.3}})");
   EXPECT_EQ(m.name, "gold");
   EXPECT_NEAR(m.specularLevel, 0.5f + 0.5f * 0.04f, 1e-6f);
-  EXPECT_FLOAT_EQ(m.glossiness, 0.3f);
+  EXPECT_FLOAT_EQ(m.roughness, 0.3f);
   expectNear(m.baseColor, Vec3(0.8f, 0.6f, 0.2f));
   // glTF's F0 is mix(0.04, base colour, metallic)
   expectNear(m.specularLevel * m.reflectionTint, Vec3(0.42f, 0.32f, 0.12f));
@@ -301,7 +301,7 @@ TEST_F(Gltf, ExtrasSetReflectanceOfMaterialAndNode) {
   Material m = materialOf(
       R"({"pbrMetallicRoughness":{"metallicFactor":0},"extras":{"catoptric":{"s":0.05,"n":1000}}})");
   EXPECT_EQ(m.specularLevel, 0.05f);  // exactly: it is the threshold
-  EXPECT_NEAR(m.glossiness, glossinessFromPhongExponent(1000.0f), 1e-6f);
+  EXPECT_NEAR(m.roughness, phongRoughnessFromExponent(1000.0f), 1e-6f);
 
   w.arrays["nodes"] = {R"({"mesh":0})", R"({"mesh":0,"extras":{"catoptric":{"s":0.75,"g":0.125}}})",
                        R"({"mesh":0,"extras":{"catoptric":{"s":0}}})"};
@@ -313,7 +313,7 @@ TEST_F(Gltf, ExtrasSetReflectanceOfMaterialAndNode) {
   };
   EXPECT_EQ(materialAt(0).specularLevel, 0.05f);
   EXPECT_EQ(materialAt(1).specularLevel, 0.75f);
-  EXPECT_EQ(materialAt(1).glossiness, 0.125f);
+  EXPECT_EQ(materialAt(1).roughness, 0.125f);
   EXPECT_EQ(materialAt(2).specularLevel, 0.0f);
   EXPECT_EQ(scene.objects[0].reflector, 1);
   EXPECT_EQ(scene.objects[1].reflector, 2);
@@ -537,7 +537,7 @@ TEST_F(Gltf, LargeIntegersOfExtensionsDoNotWrap) {
   w.add("materials", R"({"extras":{"catoptric":{"s":1,"n":5000000000}}})");
   w.arrays["meshes"] = {
       R"({"primitives":[{"attributes":{"POSITION":0,"NORMAL":1},"indices":2,"material":0}]})"};
-  EXPECT_LT(load().materials[0].glossiness, 1e-3f);
+  EXPECT_LT(load().materials[0].roughness, 1e-3f);
 }
 
 }  // namespace

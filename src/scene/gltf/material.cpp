@@ -282,7 +282,7 @@ bool applyReflectanceExtras(const tinygltf::Value& extras, Material& base) {
   s = static_cast<float>(numberOr(values, "s", s));
   g = static_cast<float>(numberOr(values, "g", g));
   if (member(values, "n").IsNumber()) {
-    g = glossinessFromPhongExponent(static_cast<float>(numberOr(values, "n", 0.0)));
+    g = phongRoughnessFromExponent(static_cast<float>(numberOr(values, "n", 0.0)));
   }
   setReflectance(base, s, g);
   return true;

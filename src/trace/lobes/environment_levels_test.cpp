@@ -125,7 +125,7 @@ TEST(EnvironmentLevels, HaveNoSeamWhereTheImageEnds) {
 TEST(LobeSolidAngle, IsTheShareOfTheLobesDensity) {
   // Sums of the rays' solid angles times their density are 1; the middle ray of many is the axis'.
   for (const float g : {0.2f, 0.5f, 1.0f}) {
-    const float n = scene::phongExponentFromGlossiness(g);
+    const float n = scene::phongExponentFromRoughness(g);
     for (int k = 0; k < 16; ++k) {
       const Vec3 sample = trace::phongSample(g, {0.5f, 0.0f}, k, 16);
       const float density = (n + 1.0f) / (2.0f * kPi) * std::pow(sample.z, n);

@@ -158,7 +158,7 @@ Vec2 lobePoint(const Vec2& shift, int index, int count) {
 
 Vec3 phongSample(float g, const Vec2& shift, int index, int count) {
   // Invert the lobe's distribution: cos(alpha) = (1 - u)^(1 / (n + 1)).
-  const float n = scene::phongExponentFromGlossiness(g);
+  const float n = scene::phongExponentFromRoughness(g);
   const Vec2 place = lobePoint(shift, index, count);
   const float cosine = std::pow(std::max(1.0f - place.x, 1e-7f), 1.0f / (n + 1.0f));
   const float sine = std::sqrt(std::max(0.0f, 1.0f - cosine * cosine));
@@ -218,13 +218,13 @@ float surfaceOffset(const ReflectionPoint& point) {
 float lobeSpread(scene::Lobe lobe, int count) {
   if (lobe.mirror()) return 0.0f;
   if (lobe.ggx()) return std::sqrt(solidAngleOf(scene::ggxView(lobe.alpha(), 1.0f).peak(), count));
-  const float n = scene::phongExponentFromGlossiness(lobe.code);
+  const float n = scene::phongExponentFromRoughness(lobe.code);
   const float density = (n + 1.0f) / (2.0f * kPi);
   return std::sqrt(1.0f / (static_cast<float>(count) * density));
 }
 
 float phongSolidAngle(float g, const Vec2& shift, int index, int count) {
-  const float n = scene::phongExponentFromGlossiness(g);
+  const float n = scene::phongExponentFromRoughness(g);
   const float u = (static_cast<float>(index) + shift.x) / static_cast<float>(count);
   // cos^n of phongSample()'s angle
   const float cosines = std::pow(std::max(1.0f - u, 1e-7f), n / (n + 1.0f));

@@ -20,7 +20,7 @@ float lobeAngle(scene::Lobe lobe, int rays) {
   if (lobe.mirror()) return 0.0f;
   const float left = 0.5f / static_cast<float>(rays * kShifts);  // of the lobe, beyond
   if (lobe.ggx()) return 2.0f * std::atan(lobe.alpha() * std::sqrt(1.0f / left - 1.0f));
-  const float n = scene::phongExponentFromGlossiness(lobe.code);
+  const float n = scene::phongExponentFromRoughness(lobe.code);
   return std::acos(std::pow(left, 1.0f / (n + 1.0f)));
 }
 
