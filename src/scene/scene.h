@@ -64,7 +64,7 @@ struct Material {
   TextureSlot normalTexture;  ///< tangent space, linear
   float normalScale = 1.0f;
   float specularLevel = 0.0f;  ///< s: weight of the reflection, 0 (diffuse) .. 1 (perfect mirror)
-  float roughness = 0.0f;      ///< roughness of the reflection, 0 (mirror) .. 1 (widest lobe)
+  float roughness = 0.0f;      ///< g, or of a GGX lobe glTF's: 0 (mirror) .. 1 (widest lobe)
   LobeModel lobe = LobeModel::Phong;
   /// glTF texture of metallic (b) and roughness (g); each texel is mapped to s and g. The following
   /// factors multiply the texels.

@@ -279,7 +279,7 @@ def whole_scenes(cases):
             ("texture_outside", '{"objects": [{"shape": "plane", "material": {"texture": "../picture.png"}}]}',
              "/objects/0/material/texture.*is outside the folder"),
             ("refraction_without_s", '{"objects": [{"shape": "sphere", "material": {"refraction": 1.5}}]}', "/objects/0/material/refraction.*needs an .s. above 0"),
-            ("refraction_of_gloss", '{"objects": [{"shape": "plane", "material": {"s": 1, "g": 0.5, "refraction": 1.5}}]}', "/objects/0/material/refraction.*sharp"),
+            ("refraction_of_gloss", '{"objects": [{"shape": "plane", "material": {"s": 1, "g": 0.5, "refraction": 1.5}}]}', "/objects/0/material/refraction.*glossy"),
             ("two_errors", '{"objects": [{"shape": "plane", "sise": 1}, {"shape": "sphere", "radius": -1}]}',
              "/objects/0/sise.*/objects/1/radius"),
             ("two_errors_of_shapes", '{"objects": [{"shape": "plane", "quaternion": [0, 0, 0, 0]}, {"shape": "plane", "material": "m"}]}',

@@ -60,7 +60,7 @@ TEST(Description, AllErrorsAreSaidTogether) {
     {"shape": "sphere", "radius": 1, "material": "m"}],
     "materials": {"m": {"s": 1, "metallic": 1}}})");
   for (const char* place : {":2: /objects/0/material: ", ":3: /objects/1/children/0/quaternion: ",
-                            ":6: /materials/m: a material has either"})
+                            ":6: /materials/m: mixes \"s\""})
     EXPECT_THAT(made, HasSubstr(place));
   EXPECT_EQ(std::count(made.begin(), made.end(), '\n'), 2);
 
@@ -230,6 +230,26 @@ TEST(Description, MaterialsKeepSAndG) {
   EXPECT_EQ(material(1).specularLevel, 0.0f);
   EXPECT_NEAR(material(2).specularLevel, 0.9f, 1e-6f);
   EXPECT_EQ(scene.reflectorCount(), 2);
+}
+
+TEST(Description, RoughnessIsAnotherNameOfG) {
+  const Scene scene = load(R"({"objects": [
+    {"shape": "sphere", "material": {"s": 0.4, "g": 0.25}},
+    {"shape": "sphere", "material": {"s": 0.4, "roughness": 0.25}},
+    {"shape": "sphere", "reflective": {"s": 0.4, "roughness": 0.25}},
+    {"shape": "sphere", "material": {"metallic": 0.4, "roughness": 0.25}}]})");
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Material& material = scene.materials[static_cast<std::size_t>(scene.objects[i].material)];
+    EXPECT_EQ(material.roughness, 0.25f) << i;
+    EXPECT_EQ(material.lobe, i < 3 ? LobeModel::Phong : LobeModel::Ggx) << i;
+  }
+  const auto refusal = [](const std::string& material) {
+    return errorOf(R"({"objects": [{"shape": "sphere", "material": )" + material + "}]}");
+  };
+  EXPECT_THAT(refusal(R"({"s": 1, "g": 0.1, "roughness": 0.1})"),
+              HasSubstr("has both \"g\" and \"roughness\""));
+  EXPECT_THAT(refusal(R"({"s": 1, "metallic": 1, "roughness": 0.1})"), HasSubstr("mixes \"s\""));
+  EXPECT_THAT(refusal(R"({"g": 0.1, "roughness": 0.1})"), HasSubstr("mixes \"s\""));
 }
 
 TEST(Description, AnimatesAndMorphs) {

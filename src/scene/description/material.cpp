@@ -116,6 +116,20 @@ int MaterialLibrary::materialOf(const Value& nameOrInline, int base) {
 
 namespace {
 
+/// g from "g", its other name "roughness", or "n"; `otherwise` without them.
+float roughnessOf(const Value& value, float otherwise) {
+  std::string first;
+  float g = otherwise;
+  for (const std::string name : {"g", "roughness", "n"}) {
+    if (!value.has(name)) continue;
+    if (!first.empty()) value.fail("has both \"" + first + "\" and \"" + name + "\"; remove one");
+    first = name;
+    const auto number = static_cast<float>(value.get(name).asNumber());
+    g = name == "n" ? phongRoughnessFromExponent(number) : number;
+  }
+  return g;
+}
+
 /// Of a material of s and g.
 void setRefraction(Material& m, const Value& value, float s, float g) {
   const Value index = value.get("refraction");
@@ -154,17 +168,18 @@ Material MaterialLibrary::read(const Value& value, Material m) {
     place(m.emissiveTexture, texture(value.get("emissive_texture"), true, value));
   }
 
-  // Reflection: s and g, or metallic and roughness.
+  // Reflection: s and g (or roughness), or metallic and roughness
   const bool papers = value.has("s") || value.has("g") || value.has("n") || value.has("tint") ||
                       value.has("refraction");
-  const bool gltf = value.has("metallic") || value.has("roughness") || value.has("ior") ||
-                    value.has("specular") || value.has("metallic_roughness_map");
+  const bool gltf = value.has("metallic") || (value.has("roughness") && !value.has("s")) ||
+                    value.has("ior") || value.has("specular") ||
+                    value.has("metallic_roughness_map");
   if (papers && gltf) {
     value.fail(
-        "a material has either \"s\", \"g\", \"n\", \"tint\", \"refraction\" or \"metallic\", "
-        "\"roughness\", \"ior\", \"specular\", \"metallic_roughness_map\"");
+        "mixes \"s\", \"g\", \"n\", \"tint\", \"refraction\" with \"metallic\", \"ior\", "
+        "\"specular\", \"metallic_roughness_map\" (\"roughness\" goes with these, or with \"s\"); "
+        "remove those of one kind");
   }
-  if (value.has("g") && value.has("n")) value.fail("has both \"g\" and \"n\"; remove one");
   if (gltf) {
     if (value.has("metallic")) m.metallicFactor = number("metallic");
     if (value.has("roughness")) m.roughnessFactor = number("roughness");
@@ -183,8 +198,7 @@ Material MaterialLibrary::read(const Value& value, Material m) {
     float s = keep ? specularLevel(m.metallicFactor, m.dielectricF0) : 0.0f;
     float g = keep && !value.has("s") ? m.roughnessFactor : 0.0f;
     if (value.has("s")) s = number("s");
-    if (value.has("g")) g = number("g");
-    if (value.has("n")) g = phongRoughnessFromExponent(number("n"));
+    g = roughnessOf(value, g);
     setReflectance(m, s, g);
     if (!keep || value.has("tint")) {
       m.reflectionTint = value.has("tint") ? colorOf(value.get("tint")) : Vec3(1.0f);
@@ -213,8 +227,8 @@ int MaterialLibrary::reflectiveOf(int index, const Value& reflective) {
   float g = original.roughnessFactor;
   if (reflective.kind() == Value::Kind::Object) {
     for (const std::string& key : reflective.keys()) {
-      if (key != "s" && key != "g" && key != "n") {
-        reflective.get(key).fail("unknown name \"" + key + "\"; allowed: s, g, n");
+      if (key != "s" && key != "g" && key != "roughness" && key != "n") {
+        reflective.get(key).fail("unknown name \"" + key + "\"; allowed: s, g, roughness, n");
       }
       const double number = reflective.get(key).asNumber();
       if (number < 0.0 || (key != "n" && number > 1.0)) {
@@ -223,12 +237,9 @@ int MaterialLibrary::reflectiveOf(int index, const Value& reflective) {
     }
     s = reflective.has("s") ? static_cast<float>(reflective.get("s").asNumber())
                             : specularLevel(original.metallicFactor, original.dielectricF0);
-    if (reflective.has("g")) g = static_cast<float>(reflective.get("g").asNumber());
-    if (reflective.has("n")) {
-      g = phongRoughnessFromExponent(static_cast<float>(reflective.get("n").asNumber()));
-    }
+    g = roughnessOf(reflective, g);
   }
-  // Without s, g and n the lobe stays the material's own
+  // Without any of them the lobe stays the material's own
   const bool own = reflective.kind() == Value::Kind::Object && reflective.keys().empty();
   const std::string key = "reflective " + std::to_string(index) + " " + std::to_string(s) + " " +
                           std::to_string(g) + (own ? " own" : "");
