@@ -263,7 +263,7 @@ TEST_F(App, RendersResumesAndRefuses) {
   // A changed setting is not trusted.
   const Result changed = run("render run.json --out a --existing resume --seed 2 --json");
   ASSERT_EQ(changed.exitCode, 0) << changed.err;
-  EXPECT_THAT(changed.err, HasSubstr("it differs in method or image settings"));
+  EXPECT_THAT(changed.err, HasSubstr("differences in method or image settings"));
 }
 
 TEST_F(App, BareScenesRenderWithoutConfig) {

@@ -50,9 +50,9 @@ bool exceeds(const report::RunComparison& c, const CompareOptions& options) {
     failed = true;
   };
   if (!c.onlyInReference.empty())
-    fail("frames " + numbers(c.onlyInReference) + ": " + options.run + " lacks them");
+    fail("frames " + numbers(c.onlyInReference) + " are missing in " + options.run);
   if (!c.onlyInRun.empty())
-    fail("frames " + numbers(c.onlyInRun) + ": " + options.reference + " lacks them");
+    fail("frames " + numbers(c.onlyInRun) + " are missing in " + options.reference);
   if (options.maxL1 && c.pooled.l1() > *options.maxL1)
     fail("L1_8bit is " + report::fixedText(c.pooled.l1(), 3) + ", more than the " +
          report::fixedText(*options.maxL1, 3) + " allowed");
@@ -64,7 +64,8 @@ bool exceeds(const report::RunComparison& c, const CompareOptions& options) {
            std::to_string(e.notFiniteReference) + " of the reference");
     if (options.fail && e.overPercent() > options.failPercent)
       fail(frame + fmt::format("{:.6g} % of the pixels differ by more than ", e.overPercent()) +
-           report::exactText(*options.fail) + "; " + report::exactText(options.failPercent) + " %");
+           report::exactText(*options.fail) + "; --fail-percent allows " +
+           report::exactText(options.failPercent) + " %");
     if (options.hardFail && e.maxLinear > *options.hardFail)
       fail(frame +
            fmt::format("pixel {},{} differs by {:.6g}, more than the ", e.maxLinearX, e.maxLinearY,

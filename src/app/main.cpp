@@ -14,6 +14,10 @@ int fail(const std::string& message, catoptric::ExitCode code) {
   return static_cast<int>(code);
 }
 
+int failInternally(const std::string& message) {
+  return fail("internal error: " + message + " (please report it)", catoptric::ExitCode::Internal);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -24,6 +28,7 @@ int main(int argc, char** argv) {
   try {
     return static_cast<int>(app::runProgram({argv + 1, argv + argc}));
   } catch (const Error& error) {
+    if (error.code() == ExitCode::Internal) return failInternally(error.what());
     return fail(error.what(), error.code());
   } catch (const app::ReaderGone&) {
     return 128 + SIGPIPE;
@@ -32,6 +37,6 @@ int main(int argc, char** argv) {
   } catch (const std::filesystem::filesystem_error& error) {
     return fail(error.what(), ExitCode::Output);
   } catch (const std::exception& error) {
-    return fail(std::string("internal error: ") + error.what(), ExitCode::Internal);
+    return failInternally(error.what());
   }
 }

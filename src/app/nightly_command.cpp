@@ -77,7 +77,8 @@ study::Inputs inputsOf(const nightly::NightScene& scene, const std::string& fram
 Night newestNight(const History& history, const std::string& suite, bool judged) {
   for (const Night& night : history.nights(suite, 100))
     if (!judged || !night.finished.empty()) return night;
-  throw UsageError("the history has no " + suite + (judged ? "judged " : ""));
+  throw UsageError(std::string("the history has no ") + (judged ? "judged " : "") +
+                   "night of the suite " + suite);
 }
 
 void writeNightReports(const History& history, const Night& night,

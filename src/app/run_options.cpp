@@ -40,9 +40,9 @@ void requireInput(const std::string& input) {
                      "(export models of other programs as glTF)");
   }
   if (fs::is_directory(path, error))
-    throw UsageError(input + ": is a folder; name a run config or a scene (.json, .gltf, .glb)");
+    throw UsageError(input + ": is a folder; give a run config or a scene (.json, .gltf, .glb)");
   if (fs::exists(path, error))
-    throw UsageError(input + ": is not a regular file; name a run config or a scene");
+    throw UsageError(input + ": is not a regular file; give a run config or a scene");
   std::vector<std::string> names;
   const fs::path folder = path.parent_path().empty() ? fs::path(".") : path.parent_path();
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
@@ -238,7 +238,7 @@ config::Value inputConfig(const RunOptions& options, const std::filesystem::path
     throw UsageError(
         options.input +
         ": is a camera path; give a run config or a scene, and this path by --set path=" +
-        options.input + ")");
+        options.input);
   return root;
 }
 

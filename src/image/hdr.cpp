@@ -27,7 +27,7 @@ class Reader {
     constexpr std::size_t kMaxLine = 4096;
     std::string text;
     for (char c = static_cast<char>(byte()); c != '\n'; c = static_cast<char>(byte())) {
-      if (text.size() == kMaxLine) fail("a header line of more than 4096 characters");
+      if (text.size() == kMaxLine) fail("a header line has more than 4096 characters");
       if (c != '\r') text += c;
     }
     return text;

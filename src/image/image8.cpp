@@ -306,7 +306,8 @@ std::vector<std::byte> encodePng(int width, int height, int channels,
   if (width < 1 || height < 1 || (channels != 1 && channels != 3 && channels != 4))
     throw OutputError("PNG of " + size + ": sizes must be positive, channels 1, 3 or 4");
   if (pixels.size() != static_cast<std::size_t>(width) * height * channels)
-    throw OutputError("PNG of " + size + ": " + std::to_string(pixels.size()) + " bytes given");
+    throw OutputError("PNG of " + size + ": " + std::to_string(pixels.size()) +
+                      " bytes; this is not width x height x channels");
 
   Encoding e;
   png_structp png =

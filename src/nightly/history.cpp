@@ -36,8 +36,8 @@ void refuseNetwork(const fs::path& folder) {
   for (const unsigned type : kNetwork)
     if (static_cast<unsigned>(info.f_type) == type)
       throw UsageError(folder.string() +
-                       ": is on a network file system, where SQLite's locks cannot be relied on; "
-                       "name a file on a local disk with --history");
+                       ": is on a network file system, where SQLite's locks are not reliable; give "
+                       "a file on a local disk by --history");
 }
 
 [[noreturn]] void fail(const fs::path& file, const SQLite::Exception& error) {
@@ -192,11 +192,11 @@ History::History(const fs::path& file, Mode mode)
   std::error_code error;
   if (mode == Mode::Create) {
     fs::create_directories(folder_, error);
-    if (error) throw OutputError(folder_.string() + ": cannot be made: " + error.message());
+    if (error) throw OutputError(folder_.string() + ": cannot be created: " + error.message());
   } else if (!fs::is_regular_file(file, error)) {
     throw UsageError(file.string() +
-                     ": there is no history; `catoptric nightly SUITE` begins one, or name "
-                     "another with --history");
+                     ": there is no history; `catoptric nightly SUITE` begins one, or give another "
+                     "by --history");
   }
   refuseNetwork(folder_);
   const int flags = mode == Mode::Read

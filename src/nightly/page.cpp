@@ -426,7 +426,7 @@ fs::path writePage(const History& history, const Night& night, const std::vector
                    const PageOptions& options) {
   std::error_code error;
   fs::create_directories(options.out, error);
-  if (error) throw OutputError(options.out.string() + ": cannot be made: " + error.message());
+  if (error) throw OutputError(options.out.string() + ": cannot be created: " + error.message());
   fs::path file = options.out / "index.html";
   requireOurs(options.out, options.singleFile);
   if (!options.singleFile) {

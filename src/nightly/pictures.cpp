@@ -97,7 +97,7 @@ std::string storeFrame(const History& history, const fs::path& file) {
   }
   fs::create_directories(place.parent_path(), error);
   if (error)
-    throw OutputError(place.parent_path().string() + ": cannot be made: " + error.message());
+    throw OutputError(place.parent_path().string() + ": cannot be created: " + error.message());
   writeFileAtomically(place, std::span<const std::byte>(bytes));
   return object;
 }

@@ -293,7 +293,7 @@ std::vector<std::byte> svg(const Drawing& drawing) {
 std::vector<std::byte> drawFigure(const Figure& figure, const std::filesystem::path& file) {
   const std::string end = file.extension().string();
   if (end != ".png" && end != ".pdf" && end != ".svg")
-    throw UsageError(file.string() + ": a figure's file ends in .png, .pdf or .svg");
+    throw UsageError(file.string() + ": a figure's file must end in .png, .pdf or .svg");
   const Drawing drawing = layOut(figure);
   return end == ".png" ? png(drawing) : end == ".pdf" ? pdf(drawing) : svg(drawing);
 }

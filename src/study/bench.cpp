@@ -170,7 +170,7 @@ Setting Bench::prepare(const Point& point) {
   if (program.empty()) {
     std::error_code error;
     if (!point.program.empty() && !fs::is_regular_file(point.program, error))
-      throw UsageError("program " + point.program + ": no such file; name a build of catoptric");
+      throw UsageError("program " + point.program + ": no such file; give a build of catoptric");
     program = point.program.empty() ? run::buildFingerprint() : printOfFile(point.program);
   }
   // With its name: the same options twice are two settings, which may be compared.

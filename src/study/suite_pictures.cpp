@@ -60,7 +60,7 @@ std::pair<std::string, std::string> runAndMethod(const Suite& suite, const Value
   std::vector<std::string> names;
   for (const SuiteRun& one : suite.runs) names.push_back(one.name);
   if (std::ranges::find(names, own) == names.end())
-    value.fail("\"" + text + "\" is no RUN.METHOD of this suite" + didYouMean(own, names));
+    value.fail("\"" + text + "\" is not a RUN.METHOD of this suite" + didYouMean(own, names));
   return {own, dot == std::string::npos ? text : text.substr(dot + 1)};
 }
 

@@ -477,12 +477,14 @@ class Perturbation : public Method {
   void warnOfBeyond(const Made& made) {
     if (made.beyond == 0 || warnedOfBeyond_) return;
     warnedOfBeyond_ = true;
-    log::warning("perturbation: " + made.firstBeyond + " and " + std::to_string(made.beyond - 1) +
-                 " more objects in mirrors are left out, and show the environment: virtual objects "
-                 "have reached memory_mib (" +
-                 std::to_string(options_.memoryBytes >> 20) +
-                 "). Raise it, or take the method traced, which renders many mirrors in less time "
-                 "(counted: objects_left_out)");
+    log::warning(
+        "perturbation: " + std::to_string(made.beyond) +
+        " reflected objects (first: " + made.firstBeyond +
+        ") are left out, and mirrors show the environment instead: virtual objects need more "
+        "than memory_mib (" +
+        std::to_string(options_.memoryBytes >> 20) +
+        "). Raise it, or use the method traced, which renders many mirrors in less time "
+        "(counter objects_left_out)");
   }
 
   /// Which of a sample's reflections no virtual object covers, counted from 1; 0: none. `copy` is

@@ -75,7 +75,7 @@ std::map<std::string, Part> partsOf(const fs::path& run) {
     if (entry.is_directory(error) && isRun(entry.path()))
       parts.emplace(entry.path().filename().string(), readPart(entry.path()));
   if (parts.empty())
-    throw UsageError(run.string() + ": no run (neither it nor a folder in it has frames.jsonl)");
+    throw UsageError(run.string() + ": not a run (neither it nor a folder in it has frames.jsonl)");
   return parts;
 }
 

@@ -46,7 +46,7 @@ void Origins::warn(const std::string& run) const {
       std::sort(frames.begin(), frames.end());
       log::warning("  " + std::to_string(frames.size()) +
                    (frames.size() == 1 ? " frame (" : " frames (") + scene::formatFrames(frames) +
-                   ") by " + kind);
+                   ") on " + kind);
     }
   }
   if (lights.size() > 1)

@@ -262,9 +262,8 @@ std::string memoryWarning(const Plan& plan, std::uint64_t memoryBytes) {
           if (item.bytes > most.bytes) most = item;
         }
       }
-      throw UsageError(text + "; most is for \"" + most.name + "\" (" + most.reason +
-                       "): make image.width, image.height, image.samples or the method's limits "
-                       "smaller");
+      throw UsageError(text + "; the largest part is for \"" + most.name + "\" (" + most.reason +
+                       "): lower image.width, image.height, image.samples or the method's limits");
     }
     if (needed > memoryBytes / 2) warning += (warning.empty() ? "" : "\n") + text;
   }

@@ -157,7 +157,7 @@ TEST(Plan, FramesThatDoNotFitAreSaid) {
     memoryWarning(plan, needed / 2);
     FAIL() << "fits";
   } catch (const UsageError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("most is for \"gbuffer\""));
+    EXPECT_THAT(error.what(), testing::HasSubstr("the largest part is for \"gbuffer\""));
   }
 }
 

@@ -197,7 +197,7 @@ std::string RunFolder::distrust(int frame, const FrameFingerprints& wanted) cons
   if (has.scene != wanted.scene) differences.push_back("scene");
   if (has.camera != wanted.camera) differences.push_back("camera or time");
   if (has.build != wanted.build) differences.push_back("program");
-  if (!differences.empty()) return "it differs in " + joined(differences, ", ");
+  if (!differences.empty()) return "differences in " + joined(differences, ", ");
   return damage(path_, *known);
 }
 

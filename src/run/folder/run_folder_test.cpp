@@ -106,7 +106,7 @@ TEST(RunFolder, TrustsOnlyWhatIsUnchanged) {
   FrameFingerprints other = kPrints;
   other.scene = "t";
   other.build = "u";
-  EXPECT_EQ(folder.distrust(5, other), "it differs in scene, program");
+  EXPECT_EQ(folder.distrust(5, other), "differences in scene, program");
   FrameFingerprints wanted = kPrints;
   auto& [config, scene, camera, build] = wanted;
   test::expectAllCount([&] { return folder.distrust(5, wanted); }, config, scene, camera, build);

@@ -58,7 +58,8 @@ Scene Composer::compose() {
 
 void Composer::checkObjects(const std::vector<Value>& objects, int depth, config::Errors& errors) {
   for (const Value& object : objects) {
-    if (depth > kMaxDepth) object.fail("children are nested too deeply");
+    if (depth > kMaxDepth)
+      object.fail("children are nested deeper than " + std::to_string(kMaxDepth) + " levels");
     errors.collect([&] { checkObject(object, errors); });
     if (object.has("children") && object.get("children").kind() == Value::Kind::Array)
       checkObjects(object.get("children").asArray(), depth + 1, errors);

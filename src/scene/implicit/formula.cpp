@@ -43,7 +43,7 @@ class Parser {
     if (at_ < text_.size()) fail(at_, "expected an operator or the end, found " + found());
     if (tape_[result].code == Code::Constant) {
       fail(0, "does not depend on x, y or z: it is " + std::to_string(tape_[result].constant) +
-                  " everywhere, which is no surface");
+                  " everywhere, which is not a surface");
     }
     return withoutUnused(result);
   }
