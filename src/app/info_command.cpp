@@ -196,7 +196,7 @@ std::string infoText(const std::string& input, const scene::Scene& scene,
   line("lights", std::to_string(scene.lights.size()));
   line("cameras", std::to_string(scene.cameras.size()));
   line("environment", scene.environment.isDefault
-                          ? std::string("the default sky, for the file has no light")
+                          ? std::string("the default sky, because the file has no light")
                           : std::string(environmentName(scene.environment.type)));
   line("baked light", bakeName(scene.bake.mode));
   if (scene.animated())

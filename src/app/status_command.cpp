@@ -114,8 +114,10 @@ ExitCode retry(const StatusOptions& options, const CommonOptions& common) {
     printData(config::JsonText().add("chunks", failed).add("merge", merges).object() + "\n");
     return ExitCode::Done;
   }
-  std::string text = "nothing has failed\n";
-  if (merges) text = failed.empty() ? "merge\n" : "chunks " + numbers(failed) + ", merge\n";
+  std::string text = "No chunk has failed\n";
+  if (merges)
+    text = std::string(slurm && !options.dryRun ? "Submitted: " : "To be submitted: ") +
+           (failed.empty() ? "" : "chunks " + numbers(failed) + ", and ") + "the merge\n";
   if (!slurm && merges) text += "Run: " + (submission.folder / "run.sh").string() + " [PARALLEL]\n";
   printData(text);
   return ExitCode::Done;

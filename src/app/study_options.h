@@ -58,7 +58,7 @@ bool measureUnlessStopped(ProgressPrinter& printer, const char* hint,
                           const std::function<void()>& measure);
 
 inline constexpr const char* kResumeHint =
-    "stopped; what was measured is kept: go on with --existing resume";
+    "stopped; measurements are kept; continue with --existing resume";
 
 /// JSON that describes where the times were measured.
 std::string studyContext(const study::Bench& bench);

@@ -117,8 +117,8 @@ std::string resultText(const Tuned& tuned) {
     });
     if (undecided)
       text +=
-          " That time could not be told from the bound: try more --repeats, --clock cpu, or a"
-          " machine that does nothing else.";
+          " This time could not be distinguished from the bound: try more --repeats, --clock cpu, "
+          "or a machine that does nothing else.";
     return text + "\n";
   }
   return tuned.settings[*result.best].text() + ": " + report::fixedText(1e3 * result.seconds, 1) +

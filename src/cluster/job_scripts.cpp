@@ -81,7 +81,7 @@ std::string runScript(const Submission& submission) {
   const std::string failed =
       " || { echo \"some chunks failed; see: catoptric status \"" + folder + " >&2; exit 6; }\n";
   if (submission.isStudy())
-    return "#!/bin/sh\n# Made by `catoptric submit`. Run it again to go on.\n" + folder +
+    return "#!/bin/sh\n# Made by `catoptric submit`. Run it again to continue.\n" + folder +
            "/chunk.sh 1" + failed;
   std::string chunks;
   for (const int chunk : submission.wanted()) chunks += std::to_string(chunk) + "\n";

@@ -149,8 +149,8 @@ PictureState judgePicture(const PictureErrors& errors, const Gates& gates,
     }
   }
   if (truth && state.status == "changed") {
-    state.message += "; L1_8bit against the truth " + report::fixedText(truth->second, 3) + " -> " +
-                     report::fixedText(truth->first, 3);
+    state.message += "; L1_8bit against the reference " + report::fixedText(truth->second, 3) +
+                     " -> " + report::fixedText(truth->first, 3);
     if (truth->first < truth->second * (1.0 - kImprovement)) state.status = "improved";
   }
   return state;

@@ -46,9 +46,9 @@ const std::vector<Column> kMeasures = {{"L1_8bit", true}, {"reflective", true}, 
                                        {"SSIM", true},    {"FLIP", true},       {"HDR-FLIP", true},
                                        {"over %", true},  {"max_8bit", true}};
 constexpr const char* kMeaning =
-    "L1_8bit, max_8bit: display-referred steps of 255, \"reflective\" over reflective pixels only; "
-    "MAE, RMSE, relMSE, PSNR (peak 1), SSIM (luminance): scene-linear; over: pixels beyond the "
-    "threshold; FLIP, HDR-FLIP: mean, 0..1.";
+    "L1_8bit, max_8bit: 8-bit values, \"reflective\" over reflective pixels only; MAE, RMSE, "
+    "relMSE, PSNR (peak 1), SSIM (luminance): scene-linear; over: pixels beyond the threshold; "
+    "FLIP, HDR-FLIP: mean, 0..1.";
 
 /// NaN and infinities first: nothing else can be trusted beside them.
 void appendNotFinite(Table& table, const std::string& name, const ImageError& e) {

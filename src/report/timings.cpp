@@ -186,7 +186,7 @@ Table timingComparison(std::span<const TimingTable> methods) {
   Table table;
   if (methods.empty()) return table;
   const std::size_t baseline = baselineOf(methods);
-  table.title = "Median ms per frame; x: time over that of " + methods[baseline].name;
+  table.title = "Median ms per frame; x: time divided by that of " + methods[baseline].name;
   table.columns.push_back({"step", false});
   for (const TimingTable& method : methods) {
     table.columns.push_back({method.name, true});

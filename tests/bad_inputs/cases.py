@@ -271,8 +271,8 @@ def whole_scenes(cases):
     deep = '{"children": [' * 60 + '{"shape": "plane"}' + "]}" * 60
     for name, data, message in [
             ("deep_children", '{"objects": [' + deep + "]}", "(deep|nest)"),
-            ("only_a_group", '{"objects": [{"name": "group"}]}', "/objects.*nothing visible"),
-            ("invisible", '{"objects": [{"shape": "plane", "visible": false}]}', "/objects.*nothing visible"),
+            ("only_a_group", '{"objects": [{"name": "group"}]}', "/objects.*no visible object"),
+            ("invisible", '{"objects": [{"shape": "plane", "visible": false}]}', "/objects.*no visible object"),
             ("many_nodes", '{"objects": [{"shape": "plane", "repeat": {"count": [1000, 1000, 1000]}}]}',
              "/objects/0.*nodes allowed"),
             ("texture_missing", '{"objects": [{"shape": "plane", "material": {"texture": "none.png"}}]}', "none.png"),

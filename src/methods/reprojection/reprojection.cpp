@@ -36,8 +36,8 @@ const TableInfo kKeyFrames{
     "a frame, with the key frame that its reflections come from",
     {{"key", ColumnType::Integer, "the key frame's number"},
      {"reason", ColumnType::Text,
-      "why this frame is a key frame: first, restart, every, lights, threshold; empty: it is "
-      "none"},
+      "why this frame is a key frame: first, restart, every, lights, threshold; empty: it is not "
+      "one"},
      {"reflective", ColumnType::Integer, "reflective samples"},
      {"missing", ColumnType::Integer,
       "of these, samples without a match in the key frame (a first key frame: all)"}}};
@@ -76,14 +76,13 @@ class Reprojection : public Method {
     const std::string why = std::to_string(reflectors) + " reflective objects";
     plan.items = {
         {"pass", "readback", "samples are compared on the CPU: the G-buffer is read back", 0},
-        {"pass", "search", why + ": each sample looks in the key frame, by the option mapping", 0},
-        {"pass", "shift", "what the key frame shows there is interpolated", 0},
+        {"pass", "search", why + ": each sample searches the key frame (option mapping)", 0},
+        {"pass", "shift", "the key frame is interpolated at the matches", 0},
         {"pass", "warp", "matches that do not lie on this frame's mirrored rays are rejected", 0},
-        {"pass", "recompute", "what was not found, and key frames, by Embree", 0},
+        {"pass", "recompute", "Embree traces samples without a match, and key frames", 0},
         {"pass", "upload", "the composite takes the reflection as a texture", 0},
         {"resource", "G-buffer copy", "what is read back", samples * (16 + 16 + 4 + 4)},
-        {"resource", "key frame", "what its reflective samples have met",
-         samples * (8 + 16 + 12 + 4)},
+        {"resource", "key frame", "hits of its reflective samples", samples * (8 + 16 + 12 + 4)},
         {"resource", "reflection image", "what is uploaded", samples * 16},
     };
     return plan;
@@ -383,7 +382,7 @@ const std::vector<StepInfo>& stepInfos() {
 const std::vector<CounterInfo>& counterInfos() {
   static const std::vector<CounterInfo> infos = {
       {"reused", "samples whose reflection comes from the key frame"},
-      {"retraced", "samples that were traced in a frame that is no key frame"},
+      {"retraced", "samples that were traced in a frame that is not a key frame"},
       {"blended", "of `reused`: also traced, and blended, at the border of retraced areas"},
       {"key_frame", "1 if the frame is a key frame"},
       {"key_frame_samples", "samples that were traced because the frame is a key frame"},

@@ -42,14 +42,14 @@ MethodPlan SecondOrder::plan(const scene::Scene& scene, const RunSettings& setti
        "their light in display steps",
        0},
       {again ? "pass" : "precomputation", "cube_map",
-       std::string("the diffuse scene from one point, for rays that find nothing") +
+       std::string("the diffuse scene from one point, for rays without a hit") +
            (again ? ", drawn again in frames in which an object or a light moved"
                   : ", drawn once: it does not change"),
        0},
       {"pass", "readback", "normals, ids and depth for the clustering", 0},
       {"pass", "cluster", "reflective samples by object and normal", 0},
       {"pass", "camera", "a camera for each cluster", 0},
-      {"pass", "depth_images", "the diffuse scene as each cluster sees it", 0},
+      {"pass", "depth_images", "the diffuse scene, drawn by each cluster's camera", 0},
       {"pass", "intersect", kinds, 0},
       {"resource", "cube map",
        "6 faces of " + std::to_string(options_.faceSize) + " x " +
@@ -69,9 +69,12 @@ MethodPlan SecondOrder::plan(const scene::Scene& scene, const RunSettings& setti
     plan.trace = true;
     plan.bvh = options_.bvh;
     plan.items.push_back(
-        {"pass", "probe", "which clusters of curved or glossy reflectors see themselves", 0});
-    plan.items.push_back({"pass", "compare", "which clusters err, by the same samples", 0});
-    plan.items.push_back({"pass", "recompute", "what such clusters see, by Embree", 0});
+        {"pass", "probe",
+         "a few samples of curved and glossy clusters are traced, to estimate their error", 0});
+    plan.items.push_back(
+        {"pass", "compare", "the depth images are compared with these samples", 0});
+    plan.items.push_back(
+        {"pass", "recompute", "Embree traces clusters whose error is too large", 0});
     plan.items.push_back({"resource", "traced samples", "what is uploaded", samples * 16});
   }
   return plan;

@@ -69,7 +69,7 @@ class Traced : public Method {
         {"pass", "trace", why + ", bvh " + kBvhPolicies.of(options_.bvh), 0},
         {"pass", "resolve", "rays are made, hits shaded", 0},
         {"pass", "upload", "the composite takes the reflection as a texture", 0},
-        {"resource", "bands", "two of what is read back and uploaded",
+        {"resource", "bands", "two, for what is read back and uploaded",
          2 * std::min(samples, Bands::largest(settings.width * settings.samples)) *
              (16 + 16 + 4 + 4 + 16)},
     };

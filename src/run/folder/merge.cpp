@@ -136,9 +136,8 @@ void check(const std::string& method, Merge& merge, Problems& problems) {
       sequenceOf = &part;
       sequence = part.sequence;
     } else if (!part.sequence.empty() && part.sequence != sequence) {
-      problems.mismatch(part.path.string() + ": belongs to a run to a run of frames " +
-                        part.sequence + ", " + sequenceOf->path.string() + " to a run of frames " +
-                        sequence);
+      problems.mismatch(part.path.string() + ": belongs to a run of frames " + part.sequence +
+                        ", " + sequenceOf->path.string() + " to a run of frames " + sequence);
     }
     std::map<std::string, std::vector<int>> foreign;
     std::vector<int> conflicts;

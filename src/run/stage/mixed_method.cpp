@@ -147,7 +147,8 @@ class Assignment {
     const std::vector<SampleClass> classes = methods::findReflectors(scene).classOf;
     for (std::size_t i = 0; i < scene.objects.size(); ++i)
       reflective_.push_back(classes[i + 1] != SampleClass::Diffuse);
-    partOf(config.id, config.options, config.effective, "all that no other method is named for");
+    partOf(config.id, config.options, config.effective,
+           "reflectors for which no other method is given");
   }
 
   void byNames() {
@@ -180,7 +181,7 @@ class Assignment {
                  config::parseText(entryOf(config_.unsupported).fallbackOptions, "unsupported"));
     fallback.fallback = true;
     fallback.own = std::move(moved);
-    fallback.because = {"what its method cannot do, by \"unsupported\""};
+    fallback.because = {"reflectors that their method cannot render, by \"unsupported\""};
     parts_.push_back(std::move(fallback));
   }
 

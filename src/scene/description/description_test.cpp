@@ -309,7 +309,7 @@ TEST(Description, ErrorsNamePlaceAndWhatIsAllowed) {
       errorOf(
           R"({"objects": [{"shape": "box"}], "animation": [{"object": "b", "channel": "rotate", "keys": [[0,0,0,0]]}]})"),
       HasSubstr("there is no object"));
-  EXPECT_THAT(errorOf(R"({"objects": [{"name": "group"}]})"), HasSubstr("nothing visible"));
+  EXPECT_THAT(errorOf(R"({"objects": [{"name": "group"}]})"), HasSubstr("no visible object"));
   EXPECT_THAT(errorOf("{"), HasSubstr("catoptric_description.json:1"));
 }
 

@@ -79,7 +79,7 @@ void checkNames(const std::vector<std::string>& names, const scene::Scene& scene
   for (const std::string& name : names) {
     if (name == "auto" || std::ranges::find(known, name) != known.end()) continue;
     std::string text = "objects: no object of the scene is called \"" + name + "\"" +
-                       didYouMean(name, known) + "; there are \"auto\"";
+                       didYouMean(name, known) + "; allowed: \"auto\"";
     for (std::size_t i = 0; i < std::min(known.size(), kListed); ++i)
       text += ", \"" + known[i] + "\"";
     throw UsageError(text + (known.size() > kListed ? " and more" : ""));
