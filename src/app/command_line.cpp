@@ -25,7 +25,7 @@ class HelpFormatter : public CLI::Formatter {
     const bool anyDefault = std::ranges::any_of(options, [](const CLI::Option* option) {
       return option->get_description().ends_with("]");
     });
-    if (anyDefault) group += " (the default in [ ])";
+    if (anyDefault) group += " (defaults in [ ])";
     return CLI::Formatter::make_group(group, isPositional, options);
   }
   std::string make_option_desc(const CLI::Option* option) const override {

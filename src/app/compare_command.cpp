@@ -118,8 +118,8 @@ Command compareCommand(CommonOptions& common) {
              "Folder for pictures of the differences and for tables (CSV, JSON) [none are written]",
              {.notEmpty = true}),
       option("--fail", options->fail, "X",
-             "A pixel fails if its R, G, B or A differs by more than X: scene-linear values, "
-             "relative to the larger one above 1. The exit code is 7 if pixels of a frame fail",
+             "A pixel fails if its R, G, B or A differs by more than X (scene-linear; above 1 "
+             "relative to the larger value). The exit code is 7 if pixels of a frame fail",
              {.least = 0}),
       option("--fail-percent", options->failPercent, "P",
              "Percentage of a frame's pixels that may fail [0]",

@@ -148,7 +148,7 @@ Command statusCommand(CommonOptions& common) {
   const auto options = std::make_shared<StatusOptions>();
   const Rows own = {
       folderRow(*options),
-      flag("--wait", options->wait, "Return only when no task waits or runs any more"),
+      flag("--wait", options->wait, "Wait until no task is waiting or running"),
       verifyRow(*options),
   };
   return {"status", "Print the state of the chunks of a `submit`.", own + commonRows(common),

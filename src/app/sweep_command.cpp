@@ -151,8 +151,8 @@ Command sweepCommand(CommonOptions& common) {
   return {
       "sweep", "Measure time and error for every combination of values of some options.",
       studyRows(*options, common) + own,
-      R"(The config's section "sweep" may set vary, link, where, metric, against, ratio_to and repeats; options of the
-command line replace them.
+      R"(The config's section "sweep" may set vary, link, where, metric, against, ratio_to and repeats;
+options of the command line replace them.
 
 Examples:
   catoptric sweep configs/living_room.json --method second_order --frames 1-900x90 \

@@ -340,7 +340,7 @@ Command tablesCommand(CommonOptions& common) {
   const auto options = std::make_shared<TablesOptions>();
   const Rows own = {
       option("suite", options->suite, "SUITE", "A suite (JSON)", {.required = true}),
-      option("--out", options->out, "DIR", "Folder for the results [out/tables/NAME]",
+      option("--out", options->out, "DIR", "Folder for the results [out/tables/SUITE]",
              {.notEmpty = true}),
       option("--effort", options->effort, "EFFORT",
              "How many frames are rendered: smoke (only to see that it works), quick, or full",
