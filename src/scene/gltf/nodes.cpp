@@ -180,8 +180,7 @@ NodeOrder readNodes(Reader& reader) {
       const std::string place =
           elementPlace("scenes", size(chosen)) + "/nodes/" + std::to_string(i);
       if (parent[size(roots[i])] != kNone) {
-        reader.fail(place, "node " + std::to_string(roots[i]) +
-                               " is not a root: it is a child of " +
+        reader.fail(place, "node " + std::to_string(roots[i]) + " is not a root but child of " +
                                std::to_string(parent[size(roots[i])]));
       }
       if (!seen.insert(roots[i]).second) {
