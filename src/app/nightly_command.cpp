@@ -416,12 +416,12 @@ Command nightlyCommand(CommonOptions& common) {
   const auto options = std::make_shared<NightlyOptions>();
   const Rows own = {
       option("what", options->what, "SUITE|accept|undo|log",
-             "A suite to run (JSON); or accept (the results of the newest night), undo (an "
-             "acceptance), log (list what is accepted, and what is not yet)",
+             "A suite to run (JSON); or accept: accept results of the newest night; undo: withdraw "
+             "an acceptance; log: list what is accepted and what is not yet",
              {.required = true}),
       option("cases", options->cases, "CASE",
-             "For accept: SCENE.METHOD or SCENE.METHOD:FRAME; * stands for any text. For undo: the "
-             "number of the acceptance, as log prints it"),
+             "For accept: a case, SCENE.METHOD, or one of its frames, SCENE.METHOD:FRAME; * stands "
+             "for any text. For undo: the number of the acceptance, as log prints it"),
       option("--history", options->history, "FILE", "Database of all nights",
              {.notEmpty = true, .showsDefault = true}),
       option("--effort", options->effort, "EFFORT",
