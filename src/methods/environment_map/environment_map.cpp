@@ -41,8 +41,8 @@ const config::OptionTable<Options>& optionTable() {
              "contents of the cube map: the diffuse scene, or the environment alone"),
        {{.name = "center",
          .type = config::FieldType::Any,
-         .help = "viewpoint of the cube map: \"scene\" (centre of the scene's bounding box) or [x, "
-                 "y, z] in metres",
+         .help = "viewpoint of the cube map: \"scene\" (the centre of its bounds) or [x, y, z] in "
+                 "metres",
          .defaultText = "\"scene\""},
         readCentre},
        field(&Options::faceSize, "face_size", config::range(1, 4096), kFaceSizeHelp)

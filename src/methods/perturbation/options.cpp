@@ -64,8 +64,8 @@ const config::OptionTable<Options>& optionTable() {
            .trade("0.05,0.1,0.3,1"),
        field(in(&Options::triangles, &TriangleOptions::errorPixels), "tessellation_error",
              range(0, 100),
-             "largest error of a reflected edge, pixels: an edge is split if the reflection of its "
-             "midpoint is farther than this from the midpoint of its reflected ends; 0: never")
+             "an edge is split if its midpoint's reflection is farther than this from the midpoint "
+             "of its reflected ends, pixels; 0: never")
            .trade("0.25,0.5,1,2"),
        field(&Options::tracedPerPixel, "traced_per_pixel", range(0, 1000),
              "with `order` auto: paths that may be traced per pixel, for an object and a sequence "

@@ -36,19 +36,18 @@ const config::OptionTable<Options>& optionTable() {
           field(&Options::edges, "edges", kEdges,
                 "samples whose match lies between two surfaces. trace: they are traced; nearest: "
                 "they take the nearer surface (edges are off by up to half a sample); rims: they "
-                "are traced, and so are samples at silhouettes of reflectors")
+                "are traced, as are samples at reflectors' silhouettes")
               .trade("trace,nearest,rims"),
           field(&Options::magnification, "magnification", config::atLeast(1.0),
                 "largest number of samples that a sample of the key frame may cover"),
           field(&Options::rays, "rays", config::range(1, 64),
-                "rays per sample on rough reflectors (g above 0.05), which are always traced"),
+                "rays per sample on rough reflectors, which are always traced"),
           field(&Options::bounces, "bounces", config::range(1, 16), kBouncesHelp),
           field(&Options::bvh, "bvh", kBvhPolicies, kBvhHelp),
           field(&Options::mapping, "mapping", kMappings,
                 "gather: each sample searches the key frame; grid: the key frame's samples are "
-                "drawn as vertices of two meshes, as in the paper; splat: they are drawn as "
-                "points, which leaves holes; surface: reflections stay at their place on the "
-                "reflector (`image_warp`)"),
+                "vertices of two meshes, as in the paper; splat: they are points, with holes "
+                "between them; surface: reflections stay at their place on the reflector"),
           field(&Options::fidelity, "fidelity", config::range(0.0, 100.0),
                 "largest distance of a match from the mirrored ray, in samples of the key frame; "
                 "beyond it the sample is traced (not with `mapping: surface`)")

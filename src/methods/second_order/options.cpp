@@ -41,9 +41,9 @@ const config::OptionTable<Options>& optionTable() {
              "largest number of azimuth bins of normals (360 degrees about the vertical)"),
        field(in(&Options::cluster, &ClusterOptions::maxPhiBins), "max_phi_bins", range(1, 64),
              "largest number of polar-angle bins of normals (180 degrees from the vertical)"),
-       field(in(&Options::cluster, &ClusterOptions::binDensity), "bin_density", range(0.01, 1000),
-             "factor on the number of an object's bins, which grows with its area in the frame; 1: "
-             "the paper's")
+       field(
+           in(&Options::cluster, &ClusterOptions::binDensity), "bin_density", range(0.01, 1000),
+           "factor on the paper's number of bins, which grows with the object's area in the frame")
            .trade("2.5,10,40"),
        field(in(&Options::cluster, &ClusterOptions::kMeans), "clustering", kClusterings,
              "bins: by bins of normals; k_means: bins are refined by k-means of the rays, except "

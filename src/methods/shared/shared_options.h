@@ -6,14 +6,13 @@
 
 namespace catoptric::methods {
 
-inline constexpr const char* kRaysHelp =
-    "rays per sample on rough reflectors (g above 0.05); mirrors take one";
+inline constexpr const char* kRaysHelp = "rays per sample on rough reflectors; mirrors take one";
 inline constexpr const char* kBouncesHelp =
     "reflections along a path; the last surface shows only its diffuse component";
 inline constexpr const char* kAttenuationHelp =
     "distance in metres along a reflected ray over which its radiance fades to 1/e; 0: no fading";
 inline constexpr const char* kObjectsHelp =
-    "objects that reflected rays can hit: all, or only those that do not reflect (diffuse)";
+    "objects that reflected rays can hit: all, or only non-reflective ones (diffuse)";
 inline constexpr const char* kFaceSizeHelp = "texels along the edge of a cube map face";
 
 inline constexpr auto kBvhPolicies =

@@ -51,13 +51,13 @@ const OptionTable<RunConfig>& imageTable() {
        field(in(&RunConfig::image, &RunSettings::layers), "layers", layerNames(),
              "Layers besides R G B A (docs/outputs.md)."),
        field(in(&RunConfig::image, &RunSettings::masks), "masks",
-             "Layers mask.*: for which fraction of a pixel's samples the method did what "
+             "Layers mask.*: how much of a pixel is glossy, re-traced, disoccluded, ... "
              "(docs/outputs.md)."),
        field(in(&RunConfig::image, &RunSettings::countDisocclusions), "count_disocclusions",
              "second_order, perturbation: also trace each reflection, and count disocclusions "
              "(mask.disoccluded); slow."),
        field(in(&RunConfig::image, &RunSettings::fresnelSchlick), "fresnel",
-             "Weight reflections by Schlick's Fresnel term with F0 = s, instead of by s."),
+             "Weight reflections by Schlick's Fresnel term with F0 = s, instead of s."),
        field(&RunConfig::halfBeauty, "half",
              "Write R G B A as 16-bit floats; other layers always have 32 bits."),
        field(&RunConfig::compression, "compression", kCompressions,

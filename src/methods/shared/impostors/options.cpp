@@ -28,8 +28,8 @@ std::vector<config::Option<Options>> common() {
       field(&Options::bounces, "bounces", range(1, 2),
             "reflections along a path; with 2, reflective impostors reflect rays again"),
       field(&Options::secondDiffuse, "second_diffuse",
-            "second reflections also show reflective objects, by their diffuse component; "
-            "otherwise only diffuse objects, as in the paper"),
+            "second reflections also show the diffuse component of reflective objects; otherwise "
+            "only diffuse objects, as in the paper"),
       field(&Options::transitionHeight, "transition_height", atLeast(0.0),
             "height in metres of virtual walls on the edges of flat objects; rays through a wall "
             "blend the edge with the environment map (the paper's H); 0: none"),
@@ -62,7 +62,7 @@ const config::OptionTable<Options>& depthOptions() {
             .trade("walk,srdm"));
     options.push_back(
         field(&Options::domains, "domains", range(1, 720),
-              "number of directions in which a depth map is simplified to rows (the paper's n)"));
+              "directions in which a depth map is simplified to rows (the paper's n)"));
     options.push_back(field(&Options::points, "points", range(2, 512),
                             "largest number of points of a simplified row (the paper's m)")
                           .trade("4,8,16,32"));
@@ -70,8 +70,8 @@ const config::OptionTable<Options>& depthOptions() {
                             "texels on either side of a hit with a simplified row that are "
                             "searched for the exact hit; 0: none"));
     options.push_back(field(&Options::maps, "maps", range(1, 7),
-                            "depth maps of an object for each reflector: one as seen from the "
-                            "reflector, the others from 60 degrees beside it"));
+                            "depth maps of an object for each reflector: one from the reflector, "
+                            "the others from 60 degrees beside it"));
     options.push_back(field(&Options::layers, "layers", range(1, 4),
                             "depth layers of each depth map (depth peeling)")
                           .trade("1,2"));
