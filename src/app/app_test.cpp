@@ -373,7 +373,7 @@ TEST_F(App, CompareHasLimits) {
   for (const auto& [limit, said] : std::map<std::string, std::string>{
            {"--fail 0", "% of the pixels differ by more than 0; 0"},
            {"--hard-fail 0.001", "more than the 0.001 allowed"},
-           {"--max-mean 1e-6", "in the mean, more than the 1e-06"}}) {
+           {"--max-mean 1e-6", "difference is 0.011095, more than the 1e-06"}}) {
     const Result failed = run("compare a b " + limit);
     EXPECT_EQ(failed.exitCode, 7) << limit;
     EXPECT_THAT(failed.err, HasSubstr(said));

@@ -103,9 +103,9 @@ Command mergeCommand(CommonOptions& common) {
       "merge", "Join the parts of a run, made by `render --chunk`, into one run.",
       own + commonRows(common),
       R"(The parts must agree in settings, scene, program and renderer, and no frame may be missing or
-damaged. Otherwise nothing is written. If the parts were made on unlike machines, a warning names the
-machines and says how far the frames may differ. The merged frames are hard links to those of the
-parts, or copies if the file system has no hard links.
+damaged. Otherwise nothing is written. If the parts were made on unlike machines, a warning names
+the machines and says how far the frames may differ. The merged frames are hard links to those of
+the parts, or copies if the file system has no hard links.
 
 Example:
   catoptric render configs/demo.json --chunk 1/2 --out out/part1

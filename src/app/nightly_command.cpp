@@ -431,14 +431,14 @@ Command nightlyCommand(CommonOptions& common) {
              "Run only these cases, separated by commas: by tag, scene, method or name "
              "(SCENE.METHOD); * stands for any text",
              {.commas = true, .oneEach = true}),
-      option("--program", options->program, "FILE", "Build of catoptric to judge [this one]",
+      option("--program", options->program, "FILE", "Build to judge [this one]",
              {.notEmpty = true}),
       option("--baseline", options->baseline, "accepted|anchor|BUILD|FILE",
              "Build to compare times with: accepted, with the anchor (the build of the first "
              "acceptance); anchor, alone; BUILD, a stored build by the first characters of its "
-             "fingerprint, as log prints it. FILE, another catoptric program: both programs render "
-             "the suite; frames are compared bit for bit, and step times in interleaved rounds; "
-             "the history is not used",
+             "fingerprint, as log prints it. FILE, the program of another build: both render the "
+             "suite; frames are compared bit for bit, and step times in interleaved rounds; the "
+             "history is not used",
              {.notEmpty = true, .showsDefault = true}),
       option("--time-gate", options->timeGate, "PERCENT",
              "Largest slowdown against the accepted build that passes, in percent [the suite's]",

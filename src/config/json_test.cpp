@@ -95,7 +95,8 @@ TEST(Json, WrongKindsNamePlaceValueAndWhatIsWanted) {
   EXPECT_EQ(messageOf([&] { root.get("a").asNumber(); }), "f.json:1: /a: \"big\" is not a number");
   EXPECT_EQ(messageOf([&] { root.get("size").asInteger(); }),
             "f.json:1: /: \"size\" is missing; expected an integer");
-  EXPECT_EQ(messageOf([&] { root.get("v").asVec3(); }), "f.json:2: /v/2: 1e+300 is too large");
+  EXPECT_EQ(messageOf([&] { root.get("v").asVec3(); }),
+            "f.json:2: /v/2: 1e+300 is too large (the limit is 3.4e38)");
   EXPECT_EQ(messageOf([&] { parseText("1.5", "f.json").asInteger(); }),
             "f.json:1: /: 1.5 is not an integer");
   EXPECT_EQ(messageOf([&] { root.get("a").get("b"); }), "f.json:1: /a: \"big\" is not an object");

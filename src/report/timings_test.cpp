@@ -111,7 +111,7 @@ TEST(Timings, MethodsSideBySide) {
                   {2, "environment", 0.004, "wall", false}};
   const std::vector<TimingTable> both{timingTable(fast), traced};
   const Table table = timingComparison(both);
-  EXPECT_THAT(table.title, HasSubstr("over that of traced"));
+  EXPECT_THAT(table.title, HasSubstr("divided by that of traced"));
   EXPECT_THAT(table.rows[0], ElementsAre("environment", "4.00", "", "", ""));
   // 6 ms in one of two frames: the median of the frames that have the step
   EXPECT_THAT(table.rows[1], ElementsAre("trace", "6.00", "0.10", "60.00", "1.00"));
@@ -142,12 +142,12 @@ TEST(Timings, RatiosAreToTracedElseToReference) {
   methods[0].name = "environment_map";
   methods[1].name = "reference";
   methods[2].name = "second_order";
-  EXPECT_THAT(timingComparison(methods).title, HasSubstr("over that of reference"));
+  EXPECT_THAT(timingComparison(methods).title, HasSubstr("divided by that of reference"));
   methods[2].name = "traced";
-  EXPECT_THAT(timingComparison(methods).title, HasSubstr("over that of traced"));
+  EXPECT_THAT(timingComparison(methods).title, HasSubstr("divided by that of traced"));
   methods.pop_back();
   methods.pop_back();
-  EXPECT_THAT(timingComparison(methods).title, HasSubstr("over that of environment_map"));
+  EXPECT_THAT(timingComparison(methods).title, HasSubstr("divided by that of environment_map"));
 }
 
 TEST(Timings, JsonHasWhatTheTableHas) {

@@ -208,7 +208,7 @@ def scene_objects(cases):
         ("/objects/9/asset", ["none.gltf", "/etc/passwd", "", 5], ""),
         ("/objects/9/asset", ["../tri.gltf", "a/../../tri.gltf", ".."], "is outside the folder"),
         ("/objects/9/nodes", [["square*"], 5], ""),
-        ("/objects/9/materials/glass", ["steel"], "only for"),
+        ("/objects/9/materials/glass", ["steel"], "no material"),
         ("/objects/10/repeat/count", [0, -1, 1e9, [1, 1], "x"], ""),
         ("/objects/10/repeat/stp", [[1, 0, 0]], "unknown"),
         ("/objects/11/children", [5, [5]], ""),

@@ -58,8 +58,8 @@ TEST(Plan, RefusedObjectsAreNamed) {
     EXPECT_EQ(error.code(), ExitCode::Usage);
     EXPECT_STREQ(error.what(),
                  "mine cannot render object 2 \"vase\" of room.json: it is concave; --set "
-                 "methods.mine.unsupported=environment_map (or =traced) renders it by that method\n"
-                 "mine cannot do the scene of room.json: two moments are needed");
+                 "methods.mine.unsupported=environment_map (or =traced) renders it by that "
+                 "method\nmine cannot render the scene of room.json: two moments are needed");
   }
 }
 

@@ -120,8 +120,10 @@ TEST(RunFolder, NothingIsOverwrittenUnasked) {
   {
     RunFolder folder(path, Existing::Error);  // nothing in it yet
     addFrame(folder, 1, "x");
-    EXPECT_EQ(outputError([&] { RunFolder second(path, Existing::Resume); }),
-              path.string() + ": another process is writing this run");
+    EXPECT_EQ(
+        outputError([&] { RunFolder second(path, Existing::Resume); }),
+        path.string() +
+            ": another process is writing this run; use --wait SECONDS, or choose another --out");
   }
   std::ofstream(path / "notes.txt") << "mine";
   EXPECT_THAT(outputError([&] { RunFolder folder(path, Existing::Error); }),

@@ -163,8 +163,8 @@ TEST(Sequence, ResumeKeepsFramesOfAnotherProcessorAndSaysSo) {
   log::setFormatter({});
   EXPECT_THAT(second.calls, ElementsAre(4));
   EXPECT_THAT(warnings,
-              ElementsAre(HasSubstr("2 kinds of machines"), HasSubstr("3 frames (1-3) by CPU A"),
-                          HasSubstr("1 frame (4) by CPU B")));
+              ElementsAre(HasSubstr("2 kinds of machines"), HasSubstr("3 frames (1-3) on CPU A"),
+                          HasSubstr("1 frame (4) on CPU B")));
 }
 
 TEST(Sequence, AFailedStartLeavesNoFolder) {

@@ -128,7 +128,7 @@ std::vector<Bad> badAccessors() {
          const int i = w.indices({0, 3, 1});
          primitive(w, R"({"attributes":{"POSITION":0},"indices":)" + std::to_string(i) + "}");
        }},
-      {"PartialTriangle", "/meshes/0/primitives/0/indices", "4 vertices make no whole number",
+      {"PartialTriangle", "/meshes/0/primitives/0/indices", "4 vertices are not a multiple of 3",
        [](GltfWriter& w) {
          const int i = w.indices({0, 1, 2, 0});
          primitive(w, R"({"attributes":{"POSITION":0},"indices":)" + std::to_string(i) + "}");
@@ -547,7 +547,7 @@ TEST(BadGltfFile, Limits) {
   limits = {};
   limits.maxBytes = 50;
   EXPECT_THAT(errorOf(file, limits),
-              HasSubstr("more than the 50 CATOPTRIC_SCENE_MIB raises this limit"));
+              HasSubstr("more than 50 bytes of memory; CATOPTRIC_SCENE_MIB raises this limit"));
   limits = {};
   limits.maxNodes = 0;
   EXPECT_THAT(errorOf(file, limits), HasSubstr("/nodes: 1 nodes, more than the 0 allowed"));
