@@ -28,13 +28,13 @@ const config::OptionTable<Options>& optionTable() {
              "nodes that subtend more than this angle at a ray's origin, in degrees, are always "
              "opened, so that wide lobes lose fewer hits; 0: no limit, as in the paper")
            .trade("0,4,8"),
-       field(&Options::levels, "levels", kLevels,
-             "levels of detail. adaptive: as in the paper; stitched: a ray that misses a coarse "
-             "quad continues in finer ones, so that no hit is lost between levels; off: the finest "
-             "level, as with `alpha` 0"),
+       field(
+           &Options::levels, "levels", kLevels,
+           "levels of detail. adaptive: as in the paper; stitched: a ray that misses a coarse quad "
+           "continues in finer ones, so that no hit is lost between levels; off: the finest level"),
        field(&Options::order, "order", kOrders,
-             "order of a node's children, the same for all rays. near_first: those nearest to the "
-             "middle of all reflectors first"),
+             "order of a node's children. near_first: those nearest to the middle of all "
+             "reflectors first"),
        field(&Options::filter, "filter",
              "filter radiance over each ray's footprint, instead of taking the nearest texel"),
        field(&Options::automatic, "automatic",

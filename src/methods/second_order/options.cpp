@@ -79,8 +79,8 @@ const config::OptionTable<Options>& optionTable() {
              "glossy reflections fade to the diffuse colour over this many metres times (1 - g) / "
              "g; 0: no fading"),
        field(&Options::probes, "probes", range(0, 1024),
-             "samples of each curved or glossy cluster that Embree traces to estimate the "
-             "cluster's error; 0: none"),
+             "samples of each curved or glossy cluster that Embree traces to estimate its error; "
+             "0: none"),
        field(&Options::probeError, "probe_error", range(0, 255),
              "largest mean difference between a cluster and its probes, in 8-bit values; Embree "
              "traces clusters above it"),
