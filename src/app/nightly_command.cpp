@@ -181,8 +181,7 @@ nightly::LabOptions labOptions(const NightlyOptions& options, const fs::path& fo
   lab.program = options.program.empty() ? study::ownProgram() : fs::path(options.program);
   lab.clock = parseClock(options.clock);
   lab.work = folder / "work" / std::to_string(::getpid());
-  lab.patienceSeconds = 60.0 * options.patience;
-  lab.stopRequested = [] { return stopSignal() != 0; };
+  lab.patience = patience(options.patience);
   return lab;
 }
 
@@ -195,7 +194,7 @@ std::optional<Night> measure(History& history, const nightly::NightSuite& suite,
   how.mostRounds = 4 * options.repeats;
   how.baseline = options.baseline;
   how.program = lab.program;
-  how.stopRequested = lab.stopRequested;
+  how.stopRequested = lab.patience.stopRequested;
   how.progress = [&](const std::string& what, double share) { printer.showStep(what, share); };
   std::optional<Night> night;
   measureUnlessStopped(printer, "stopped; the same command continues this night", [&] {
@@ -449,9 +448,7 @@ Command nightlyCommand(CommonOptions& common) {
           "as --baseline: compare only pixels",
           {.least = 0, .most = 1000, .showsDefault = true}),
       clockRow(options->clock),
-      option("--patience", options->patience, "MINUTES",
-             "Time that a program may take for its start or for a frame, before it is killed",
-             {.least = 0.01, .most = 100'000, .showsDefault = true}),
+      patienceRow(options->patience),
   };
   return {"nightly",
           "Render a suite of scenes every night, and compare times, frames, counters and memory "

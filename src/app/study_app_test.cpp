@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
+#include <csignal>
 
 #include "app/test_program.h"
 #include "config/json.h"
@@ -133,6 +135,25 @@ TEST_F(Sweep, AnUnknownReferenceIsNoMethod) {
       run("sweep run.json --method reference --vary threads=1 --against trut --out s");
   EXPECT_EQ(result.exitCode, 2);
   EXPECT_THAT(result.err, HasSubstr("did you mean \"truth\"?"));
+}
+
+TEST_F(Sweep, WorkersThatHangAreEnded) {
+  std::ofstream(folder / "hangs") << "#!/bin/sh\nkill -STOP $$\n";
+  fs::permissions(folder / "hangs", fs::perms::owner_all);
+  const std::string arguments =
+      "sweep run.json --method reference --vary program=./hangs --repeats 0 --frames 2 "
+      "--against reference --progress none --out ";
+  const auto start = std::chrono::steady_clock::now();
+  const Result hung = run(arguments + "s --patience 0.02");
+  EXPECT_THAT(hung.err, HasSubstr("did not answer for 1.2 s and was killed"));
+  // A first signal ends all within 3 s.
+  const std::string stopped = "cd '" + folder.string() +
+                              "' && timeout --foreground --preserve-status -s TERM 1 "
+                              "'" CATOPTRIC_PROGRAM "' " +
+                              arguments + "t 2>stopped.txt";
+  const int status = std::system(stopped.c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 128 + SIGTERM) << textOf(folder / "stopped.txt");
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
 }
 
 TEST_F(Sweep, AFolderThatCannotBeMadeIsExit5) {

@@ -43,6 +43,12 @@ OptionRow workersRow(int& workers) {
                 {.least = 2, .most = 256, .showsDefault = true});
 }
 
+OptionRow patienceRow(double& minutes) {
+  return option("--patience", minutes, "MINUTES",
+                "Time that a program may take for its start or for a frame, before it is killed",
+                {.least = 0.01, .most = 100'000, .showsDefault = true});
+}
+
 OptionRow clockRow(std::string& clock) {
   return option("--clock", clock, "CLOCK",
                 "Clock of the times: wall, or cpu (the CPU time of all threads; other programs "
@@ -66,6 +72,7 @@ Rows studyRows(StudyOptions& options, CommonOptions& common) {
                  "time ratios need 8 rounds or more",
                  {.least = 0, .most = 1000, .showsDefault = true, .given = &options.repeatsGiven}),
              workersRow(options.workers),
+             patienceRow(options.patience),
              existingRow(options.existing),
              clockRow(options.clock),
              progressRow(options.progress),
@@ -154,6 +161,10 @@ void openStudyFolder(study::Bench& bench, const std::string& existing, const std
   if (how == run::Existing::Resume) bench.readSamples();
 }
 
+study::Patience patience(double minutes) {
+  return {60.0 * minutes, [] { return stopSignal() != 0; }};
+}
+
 study::BenchOptions benchOptions(const StudyOptions& options, const fs::path& folder,
                                  ProgressPrinter& printer) {
   study::BenchOptions bench;
@@ -161,7 +172,7 @@ study::BenchOptions benchOptions(const StudyOptions& options, const fs::path& fo
   bench.repeats = options.repeats;
   bench.workers = options.workers;
   bench.seed = options.seed.empty() ? 0 : std::stoull(options.seed);
-  bench.stopRequested = [] { return stopSignal() != 0; };
+  bench.patience = patience(options.patience);
   bench.progress = [&printer](const std::string& what, double share) {
     printer.showStep(what, std::max(0.0, share));
   };

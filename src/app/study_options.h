@@ -17,15 +17,18 @@ struct StudyOptions : RunOptions {
   int repeats = 8;
   bool repeatsGiven = false;
   int workers = 8;
+  double patience = 30.0;  ///< minutes
   std::string existing = "error";
   std::string progress = "auto";
   std::string clock = "wall";
 };
 
 OptionRow workersRow(int& workers);
+OptionRow patienceRow(double& minutes);
 OptionRow clockRow(std::string& clock);
 
-/// Options of a run, and --out, --against, --repeats, --workers, --existing, --clock, --progress.
+/// Options of a run, and --out, --against, --repeats, --workers, --patience, --existing, --clock,
+/// --progress.
 Rows studyRows(StudyOptions& options, CommonOptions& common);
 
 /// Functions that turn a study's settings into run configs and into command lines of workers.
@@ -40,6 +43,9 @@ std::string referenceName(const StudyOptions& options);
 std::vector<std::string> studiedMethods(const StudyOptions& options, const std::string& against);
 
 study::Measurement::Clock parseClock(const std::string& text);
+
+/// For workers that are silent for so many minutes, or when a signal has asked to stop.
+study::Patience patience(double minutes);
 
 /// The folder of --out, or out/NAME_KIND.
 std::filesystem::path studyFolder(const StudyOptions& options, const study::Inputs& inputs,

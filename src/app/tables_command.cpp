@@ -27,6 +27,7 @@ struct TablesOptions {
   std::vector<std::string> formats = {"md"};
   int repeats = 8;
   int workers = 8;
+  double patience = 30.0;  ///< minutes
   bool textOnly = false;
   bool check = false;
   std::string into;
@@ -62,6 +63,7 @@ PreparedRun prepareRun(const study::SuiteRun& run, const study::Settings& ofEffo
   own.input = run.config.string();
   own.repeats = options.effort == "smoke" ? 1 : options.repeats;
   own.workers = options.workers;
+  own.patience = options.patience;
   for (const auto& [name, value] : study::settingsOf(run, ofEffort, folder / "scenes"))
     own.settings.push_back(name + "=" + value);
   const auto frames = run.frames.find(options.effort);
@@ -354,6 +356,7 @@ Command tablesCommand(CommonOptions& common) {
       option("--repeats", options->repeats, "N", "Timed rounds; smoke takes one",
              {.least = 1, .most = 1000, .showsDefault = true}),
       workersRow(options->workers),
+      patienceRow(options->patience),
       flag("--text-only", options->textOnly,
            "Render nothing; make the tables again from earlier measurements"),
       option("--into", options->into, "PAGE.md",

@@ -81,7 +81,7 @@ class ProcessLab : public Lab {
     study::TurnOptions how;
     how.repeats = rounds;
     how.seed = ++measurements_;
-    how.stopRequested = options_.stopRequested;
+    how.stopRequested = options_.patience.stopRequested;
     for (const Program& program : programs) {
       checkStop();
       try {
@@ -129,7 +129,7 @@ class ProcessLab : public Lab {
         const Program& program = programs[(i + i / programs.size()) % programs.size()];
         const study::WorkerProcess process(program.file, arguments,
                                            options_.work / "logs" / (program.role + ".txt"),
-                                           options_.patienceSeconds);
+                                           options_.patience);
         for (const auto& [step, seconds] : process.startup())
           times[program.role][step].push_back({seconds});
       }
@@ -154,7 +154,7 @@ class ProcessLab : public Lab {
             options_.program,
             options_.inputs(one.scene, one.frames)
                 .arguments(settingsOf(one.scene, one.scene.against), one.scene.against),
-            options_.work / "logs" / "truth.txt", options_.patienceSeconds);
+            options_.work / "logs" / "truth.txt", options_.patience);
       process->render(number, folder);
     }
   }
@@ -168,7 +168,8 @@ class ProcessLab : public Lab {
   };
 
   void checkStop() const {
-    if (options_.stopRequested && options_.stopRequested()) throw study::StudyStopped();
+    if (options_.patience.stopRequested && options_.patience.stopRequested())
+      throw study::StudyStopped();
   }
 
   const std::vector<int>& framesOf(const NightCase& one) {
@@ -183,7 +184,7 @@ class ProcessLab : public Lab {
       if (!process)
         process = std::make_unique<study::WorkerProcess>(
             program.file, arguments, options_.work / "logs" / (program.role + ".txt"),
-            options_.patienceSeconds);
+            options_.patience);
     } catch (...) {
       workers_.erase(program.role);
       throw;

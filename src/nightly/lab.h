@@ -70,9 +70,7 @@ struct LabOptions {
   std::filesystem::path program;  ///< the program that is judged
   std::filesystem::path work;     ///< folder for logs and temporary files
   study::Measurement::Clock clock = study::Measurement::Clock::Wall;
-  /// A program that does not answer for this long is killed and counts as a crash; 0: no limit.
-  double patienceSeconds = 0.0;
-  std::function<bool()> stopRequested;
+  study::Patience patience;  ///< a program that gives no answer counts as a crash
 };
 
 std::unique_ptr<Lab> makeLab(LabOptions options);

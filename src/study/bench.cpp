@@ -190,7 +190,7 @@ const std::map<int, std::string>& Bench::reflectors(const Setting& setting) {
 }
 
 void Bench::checkStop() const {
-  if (options_.stopRequested && options_.stopRequested()) throw StudyStopped();
+  if (options_.patience.stopRequested && options_.patience.stopRequested()) throw StudyStopped();
 }
 
 void Bench::say(const std::string& what, double share) const {
@@ -258,7 +258,7 @@ WorkerProcess* Bench::worker(const Setting& setting, const std::vector<std::stri
         setting.point.program.empty() ? ownProgram() : fs::path(setting.point.program);
     auto process = std::make_unique<WorkerProcess>(
         program, inputs_.arguments(setting.point.settings, setting.point.method),
-        options_.folder / "logs" / (setting.key + ".txt"));
+        options_.folder / "logs" / (setting.key + ".txt"), options_.patience);
     renderers_.insert(process->renderer());
     workerMemory_ = std::max(workerMemory_, process->memoryBytes());
     workers_.emplace_front(setting.key, std::move(process));
@@ -386,7 +386,7 @@ const Samples& Bench::measure(const std::vector<Setting>& settings, const std::v
     turns.enough = tells;
   }
   turns.seed = options_.seed;
-  turns.stopRequested = options_.stopRequested;
+  turns.stopRequested = options_.patience.stopRequested;
   turns.progress = [&](int done, int all) {
     say("timing " + std::to_string(runners.size()) + " settings, interleaved",
         static_cast<double>(done) / all);

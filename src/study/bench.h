@@ -33,7 +33,7 @@ struct BenchOptions {
   std::uint64_t seed = 0;
   std::string processor = run::processorName();  ///< on which times are measured
   bool keepFrames = false;
-  std::function<bool()> stopRequested;
+  Patience patience;
   std::function<void(const std::string& what, double share)> progress;
 };
 
@@ -56,11 +56,6 @@ struct Samples {
 
   /// The index of a setting; nullopt if it is not among them or was not measured completely.
   std::optional<std::size_t> find(const std::string& key) const;
-};
-
-/// Thrown if the study was asked to stop.
-struct StudyStopped : std::exception {
-  const char* what() const noexcept override { return "the study was asked to stop"; }
 };
 
 class Bench {

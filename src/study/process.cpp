@@ -27,6 +27,9 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Both ends are closed in children but where they are handed over.
+/// How long workers go on after a stop was requested, or their input was closed (our choice).
+constexpr double kGraceSeconds = 2.0;
+
 std::array<int, 2> makePipe() {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0)
@@ -55,8 +58,8 @@ std::map<std::string, double> numbersOf(const config::Value& object) {
 }  // namespace
 
 WorkerProcess::WorkerProcess(const fs::path& program, const std::vector<std::string>& arguments,
-                             const fs::path& log, double patienceSeconds)
-    : program_(program), log_(log), patienceSeconds_(patienceSeconds) {
+                             const fs::path& log, Patience patience)
+    : program_(program), log_(log), patience_(std::move(patience)) {
   const std::array<int, 2> in = makePipe();
   const std::array<int, 2> out = makePipe();
   std::vector<std::string> words{program.string(), "worker"};
@@ -109,8 +112,14 @@ void WorkerProcess::end() {
   if (pid_ < 0) return;
   ::close(toWorker_);
   ::close(fromWorker_);
+  // A worker whose input is closed ends by itself; one that is stopped or hangs is killed.
+  const std::int64_t start = nowNs();
   int status = 0;
-  while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+  for (;;) {
+    const pid_t ended = ::waitpid(pid_, &status, WNOHANG);
+    if (ended == pid_ || (ended < 0 && errno != EINTR)) break;
+    if (secondsSince(start) > kGraceSeconds) ::kill(pid_, SIGKILL);
+    ::poll(nullptr, 0, 2);
   }
   pid_ = -1;
 }
@@ -123,17 +132,20 @@ void WorkerProcess::failEnded() {
 
 /// Until there is something to read.
 void WorkerProcess::waitForAnswer() {
-  if (patienceSeconds_ <= 0.0) return;
   const std::int64_t start = nowNs();
+  std::int64_t stopped = 0;
   for (;;) {
-    const double left = patienceSeconds_ - secondsSince(start);
     pollfd place{fromWorker_, POLLIN, 0};
-    const int ready = ::poll(&place, 1, static_cast<int>(1e3 * std::clamp(left, 0.0, 1e6)));
-    if (ready > 0) return;
-    if (left > 0.0 && (ready == 0 || errno == EINTR)) continue;
+    if (::poll(&place, 1, 100) > 0) return;
+    if (stopped == 0 && patience_.stopRequested && patience_.stopRequested()) stopped = nowNs();
+    if (stopped != 0 && secondsSince(stopped) > kGraceSeconds) {
+      ::kill(pid_, SIGKILL);
+      throw StudyStopped();
+    }
+    if (secondsSince(start) < patience_.seconds) continue;
     ::kill(pid_, SIGKILL);
     throw Error(ExitCode::FramesFailed, fmt::format("{} did not answer for {:g} s and was killed",
-                                                    program_.string(), patienceSeconds_));
+                                                    program_.string(), patience_.seconds));
   }
 }
 

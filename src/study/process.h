@@ -3,7 +3,9 @@
 
 #include <sys/types.h>
 
+#include <exception>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -11,13 +13,24 @@
 
 namespace catoptric::study {
 
+/// Thrown if the study was asked to stop.
+struct StudyStopped : std::exception {
+  const char* what() const noexcept override { return "the study was asked to stop"; }
+};
+
+/// How long a worker may give no answer.
+struct Patience {
+  double seconds = 1800.0;              ///< after this it is killed, which is an Error
+  std::function<bool()> stopRequested;  ///< asked while a worker gives no answer; may be empty
+};
+
 class WorkerProcess : public Runner {
  public:
   /// Starts `program` with "worker" and `arguments`, and waits until it can render. Its stderr goes
-  /// to the file `log`. Throws Error with its last messages if it cannot render. A worker that does
-  /// not answer for `patienceSeconds` is killed, which is an Error; 0: no time limit.
+  /// to the file `log`. Throws Error with its last messages if it cannot render; StudyStopped, here
+  /// and in render(), if a stop was requested and the worker gives no answer for two more seconds.
   WorkerProcess(const std::filesystem::path& program, const std::vector<std::string>& arguments,
-                const std::filesystem::path& log, double patienceSeconds = 0.0);
+                const std::filesystem::path& log, Patience patience);
   ~WorkerProcess() override { end(); }
   WorkerProcess(const WorkerProcess&) = delete;
   WorkerProcess& operator=(const WorkerProcess&) = delete;
@@ -39,7 +52,7 @@ class WorkerProcess : public Runner {
 
   std::filesystem::path program_;
   std::filesystem::path log_;
-  double patienceSeconds_ = 0.0;
+  Patience patience_;
   pid_t pid_ = -1;
   int toWorker_ = -1;
   int fromWorker_ = -1;
