@@ -88,6 +88,7 @@ void KeyFrame::finish(const frame::Geometry& geometry, float epsilon) {
   }
   hits_ = {};
   findCells(epsilon);
+  findNearEdges(epsilon);
 }
 
 void KeyFrame::findCells(float epsilon) {
@@ -110,6 +111,27 @@ void KeyFrame::findCells(float epsilon) {
   });
 }
 
+void KeyFrame::findNearEdges(float epsilon) {
+  const auto width = static_cast<std::size_t>(width_);
+  const auto nearer = [&](std::size_t at, std::size_t beside) {
+    if (reflector(at) != reflector(beside)) return false;
+    const bool one = shown(at) == shown(beside);
+    return shown(beside) == 0 || length(at) < length(beside) * (one ? 1.0f - epsilon : 1.0f);
+  };
+  nearEdges_.clear();
+  for (std::size_t at = 0; at < surface_.size(); ++at) {
+    // One surface about it
+    if (shown(at) == 0 ||
+        (at > width && cells_[at] != 0 && cells_[at - 1] != 0 && cells_[at - width] != 0))
+      continue;
+    const std::size_t x = at % width;
+    if ((x > 0 && nearer(at, at - 1)) || (x + 1 < width && nearer(at, at + 1)) ||
+        (at >= width && nearer(at, at - width)) ||
+        (at + width < surface_.size() && nearer(at, at + width)))
+      nearEdges_.push_back(static_cast<std::uint32_t>(at));
+  }
+}
+
 void KeyFrame::follow(const frame::Geometry& geometry) {
   parallelFor(moving_.size(), kKeySamplesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
@@ -122,6 +144,19 @@ Vec3 KeyFrame::formerly(const Vec3& position, int object, const frame::Geometry&
   if (!range.moving) return position;
   return Vec3(worldFromObject_[static_cast<std::size_t>(object)] *
               (glm::inverse(range.worldFromObject) * Vec4(position, 1.0f)));
+}
+
+Vec3 KeyFrame::reflectorNow(std::size_t at, const frame::Geometry& geometry) const {
+  const auto x = static_cast<float>(at % static_cast<std::size_t>(width_));
+  const auto y = static_cast<float>(at / static_cast<std::size_t>(width_));
+  const Vec3 position =
+      camera_.eye() +
+      distance_[at] * scene::rayDirection(camera_, width_, height_, x + 0.5f, y + 0.5f);
+  const std::size_t object = reflector(at) - 1;
+  const frame::ObjectRange& range = geometry.objects[object];
+  if (!range.moving) return position;
+  return Vec3(range.worldFromObject *
+              (glm::inverse(worldFromObject_[object]) * Vec4(position, 1.0f)));
 }
 
 std::optional<Vec2> KeyFrame::project(const Vec3& position, int object,

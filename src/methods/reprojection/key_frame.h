@@ -60,6 +60,14 @@ class KeyFrame {
   std::uint32_t shown(std::size_t at) const { return static_cast<std::uint32_t>(surface_[at]); }
   /// Equal for samples whose reflector() and shown() are equal.
   std::uint64_t surface(std::size_t at) const { return surface_[at]; }
+  /// surface() of the sample nearest to a position; 0 outside.
+  std::uint64_t surfaceAt(const Vec2& place) const {
+    const Vec2 nearest = glm::floor(place + 0.5f);
+    if (!(nearest.x >= 0.0f && nearest.y >= 0.0f && nearest.x < static_cast<float>(width_) &&
+          nearest.y < static_cast<float>(height_)))
+      return 0;
+    return surface_[index(static_cast<int>(nearest.x), static_cast<int>(nearest.y))];
+  }
   /// R: the position of the hit, w = 1; or the direction to the sky, w = 0.
   Vec4 place(std::size_t at) const { return Vec4(Vec3(place_[at]), shown(at) != 0 ? 1.0f : 0.0f); }
   const Vec3& radiance(std::size_t at) const { return radiance_[at]; }
@@ -77,6 +85,8 @@ class KeyFrame {
   /// Per sample: if it and its three neighbours to the right and below show one continuous surface,
   /// twice the reflector's id, plus 1 for the sky; otherwise 0.
   std::span<const std::uint32_t> cells() const { return cells_; }
+  /// Samples that show something nearer than one of their neighbours in the same reflector.
+  std::span<const std::uint32_t> nearEdges() const { return nearEdges_; }
   /// Per sample: place() and length().
   std::span<const Vec4> places() const { return place_; }
   std::span<const Vec3> radiances() const { return radiance_; }
@@ -90,9 +100,12 @@ class KeyFrame {
                               const frame::Geometry& geometry) const;
   /// The world-space position of the same point at the key frame's time.
   Vec3 formerly(const Vec3& position, int object, const frame::Geometry& geometry) const;
+  /// The present world-space position of the reflector's point at sample `at`.
+  Vec3 reflectorNow(std::size_t at, const frame::Geometry& geometry) const;
 
  private:
   void findCells(float epsilon);
+  void findNearEdges(float epsilon);
   /// A hit on a moving object, by which its current position is computed.
   struct MovingHit {
     std::size_t at = 0;
@@ -112,6 +125,7 @@ class KeyFrame {
   std::vector<Vec4> place_;             ///< position or direction, and path length
   std::vector<Vec3> radiance_;
   std::vector<std::uint32_t> cells_;
+  std::vector<std::uint32_t> nearEdges_;
   std::vector<float> distance_;
   std::vector<Vec3> normal_;
   std::vector<MovingHit> moving_;

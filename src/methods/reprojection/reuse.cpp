@@ -14,17 +14,7 @@ constexpr std::size_t kSamplesPerTask = 2048;
 
 /// Whether a key frame keeps a reflection of `reflector` at a place.
 bool keeps(const KeyFrame& key, std::uint32_t reflector, const Vec2& place) {
-  if (std::isnan(place.x)) return false;
-  const Vec2 rounded = glm::floor(glm::clamp(place, -1e6f, 1e6f) + 0.5f);
-  const int x = static_cast<int>(rounded.x);
-  const int y = static_cast<int>(rounded.y);
-  return key.inside(x, y) && key.reflector(key.index(x, y)) == reflector;
-}
-
-/// The key frame's sample nearest to a place that is inside.
-std::size_t nearestTo(const KeyFrame& key, const Vec2& place) {
-  const Vec2 nearest = glm::floor(place + 0.5f);
-  return key.index(static_cast<int>(nearest.x), static_cast<int>(nearest.y));
+  return key.surfaceAt(place) >> 32U == reflector;
 }
 
 const Vec2 kNowhere(std::numeric_limits<float>::quiet_NaN());
@@ -109,7 +99,8 @@ bool Reuse::holds(const KeyFrame& key, std::size_t i, const Match& match) const 
 
 bool Reuse::showsSky(const KeyFrame& key, std::size_t i) const {
   return !movesLight(options_.mapping) && outcomes_[i] == Outcome::Found &&
-         matches_[i].outcome == Outcome::Found && key.shown(nearestTo(key, matches_[i].place)) == 0;
+         matches_[i].outcome == Outcome::Found &&
+         static_cast<std::uint32_t>(key.surfaceAt(matches_[i].place)) == 0;
 }
 
 Vec2 Reuse::like(std::int32_t i, std::int32_t n) const {
@@ -117,6 +108,24 @@ Vec2 Reuse::like(std::int32_t i, std::int32_t n) const {
       (matches_[n].outcome != Outcome::Found && matches_[n].outcome != Outcome::Hidden))
     return kNowhere;
   return matches_[n].place + attached_[i] - attached_[n];
+}
+
+bool Reuse::lead(const KeyFrame& key, std::int32_t n, std::int32_t i, Match& match) const {
+  const bool found = match.outcome == Outcome::Found;
+  if (found ? !isNearer(matches_[n].length, match) : match.outcome != Outcome::NotFound)
+    return false;
+  const Vec2 start = like(i, n);
+  if (std::isnan(start.x)) return false;
+  const Match next = searchFrom(key, i, {&start, 1});
+  // A ray that meets several things that the key frame shows sees the nearest one.
+  if (next.outcome == Outcome::Found &&
+      (!found || (isNearer(next.length, match) && holds(key, i, next))))
+    match = next;
+  else if (found && !keeps(key, rays_[i].reflector, start))
+    match = {start, Outcome::Hidden, matches_[n].length};
+  else
+    return false;
+  return true;
 }
 
 bool Reuse::findFrom(const KeyFrame& key, int sweep, std::int32_t i,
@@ -127,75 +136,54 @@ bool Reuse::findFrom(const KeyFrame& key, int sweep, std::int32_t i,
     starts[2] = keeps(key, rays_[i].reflector, attached_[i]) ? attached_[i] : like(i, last);
   const Match match = searchFrom(key, i, starts);
   if (match.outcome != Outcome::Found) return false;
-  matches_[i] = match;
-  changed_[i] = static_cast<std::uint8_t>(sweep);
-  shown_[i] = Shown::Unknown;
+  accept(i, match, sweep);
   return true;
 }
 
 bool Reuse::searchSample(const KeyFrame& key, int sweep, std::int32_t i,
                          const std::array<std::int32_t, 2>& beside, std::int32_t last) {
   bool changed = matches_[i].outcome == Outcome::NotFound && findFrom(key, sweep, i, beside, last);
-  // A ray that meets several things that the key frame shows sees the nearest one.
-  for (int side = 0; side < 2 && matches_[i].outcome == Outcome::Found; ++side) {
-    const float nearer = matches_[i].length * (1.0f - options_.epsilon);
-    if (beside[side] < 0 || !(matches_[beside[side]].length < nearer)) continue;
-    const Vec2 start = like(i, beside[side]);
-    if (std::isnan(start.x)) continue;
-    const Match match = searchFrom(key, i, {&start, 1});
-    if (match.outcome == Outcome::Found && match.length < nearer && holds(key, i, match))
-      matches_[i] = match;
-    else if (!keeps(key, rays_[i].reflector, start))
-      matches_[i] = {start, Outcome::Hidden, matches_[beside[side]].length};
-    else
+  for (const std::int32_t n : beside) {
+    if (n < 0 || matches_[i].outcome != Outcome::Found ||
+        !isNearer(matches_[n].length, matches_[i]))
       continue;
-    changed_[i] = static_cast<std::uint8_t>(sweep);
-    shown_[i] = Shown::Unknown;
+    Match match = matches_[i];
+    if (!lead(key, n, i, match)) continue;
+    accept(i, match, sweep);
     changed = true;
   }
   return changed;
 }
 
-bool Reuse::sweepTile(const KeyFrame& key, int sweep, const Tile& tile) {
+bool Reuse::sweepTile(const KeyFrame& key, int sweep, const Tile& tile, TileState& state) {
   std::int32_t last = -1;  // the last one found
-  // The first and third sweep come from the left and from above, the others from the other side.
-  const int back = sweep % 2 == 0 ? 1 : -1;
-  // The later two look across the borders of the first two's tiles, and go on where that helped.
-  bool goesOn = sweep < 2;
+  // From the left and from above, then from the other side
+  const int back = sweep == 0 ? 1 : -1;
   bool lacks = false;
   float nearest = std::numeric_limits<float>::infinity();
   float farthest = 0.0f;
-  const auto at = [&](int x, int y, bool tried) {
+  const auto at = [&](int x, int y) {
     if (x < tile.left || y < tile.top || x >= tile.right || y >= tile.bottom) return -1;
-    const std::int32_t n = indexOf_[static_cast<std::size_t>(y * width_ + x)];
-    // A neighbour from which a sample has started before need not be tried again.
-    return n >= 0 && tried && changed_[n] + 1 < sweep ? -1 : n;
-  };
-  const auto visit = [&](int x, int y, bool triedBeside, bool triedAbove) {
-    const std::int32_t i = indexOf_[static_cast<std::size_t>(y * width_ + x)];
-    if (i < 0 || matches_[i].outcome == Outcome::NotAsked) return;
-    const std::array<std::int32_t, 2> beside{at(x - back, y, triedBeside),
-                                             at(x, y - back, triedAbove)};
-    if (sweep > 0 && beside[0] < 0 && beside[1] < 0) return;
-    goesOn = searchSample(key, sweep, i, beside, last) || goesOn;
-    const Match& match = matches_[i];
-    if (match.outcome == Outcome::Found)
-      last = i;
-    else
-      lacks = true;
-    nearest = std::min(nearest, match.length);
-    farthest = std::max(farthest, match.length);
+    return sampleAt(x, y);
   };
   const int firstX = back > 0 ? tile.left : tile.right - 1;
   const int firstY = back > 0 ? tile.top : tile.bottom - 1;
-  for (int y = firstY; y >= tile.top && y < tile.bottom; y += back) {
-    const bool triedAbove = sweep >= 2 && y / kTile == (y - back) / kTile;
+  for (int y = firstY; y >= tile.top && y < tile.bottom; y += back)
     for (int x = firstX; x >= tile.left && x < tile.right; x += back) {
-      const bool triedBeside = sweep >= 2 && x / kTile == (x - back) / kTile;
-      if (goesOn || !triedAbove || !triedBeside) visit(x, y, triedBeside, triedAbove);
+      const std::int32_t i = sampleAt(x, y);
+      if (i < 0 || matches_[i].outcome == Outcome::NotAsked) continue;
+      const std::array<std::int32_t, 2> beside{at(x - back, y), at(x, y - back)};
+      if (sweep > 0 && beside[0] < 0 && beside[1] < 0) continue;
+      if (searchSample(key, sweep, i, beside, last)) state.stirred = sweep > 0;
+      const Match& match = matches_[i];
+      if (match.outcome == Outcome::Found)
+        last = i;
+      else
+        lacks = true;
+      nearest = std::min(nearest, match.length);
+      farthest = std::max(farthest, match.length);
     }
-  }
-  return sweep >= 2 || lacks || nearest < farthest * (1.0f - options_.epsilon);
+  return lacks || nearest < farthest * (1.0f - options_.epsilon);
 }
 
 bool Reuse::isAskedIn(std::size_t tile) const {
@@ -205,18 +193,15 @@ bool Reuse::isAskedIn(std::size_t tile) const {
                      [](const Match& match) { return match.outcome != Outcome::NotAsked; });
 }
 
-void Reuse::forTiles(int shift, const std::function<void(const Tile&)>& body) const {
-  const int tilesX = (width_ + shift + kTile - 1) / kTile;
-  const int tilesY = (height_ + shift + kTile - 1) / kTile;
-  parallelFor(static_cast<std::size_t>(tilesX * tilesY), 8,
-              [&](std::size_t begin, std::size_t end) {
-                for (std::size_t t = begin; t < end; ++t) {
-                  const int left = static_cast<int>(t % tilesX) * kTile - shift;
-                  const int top = static_cast<int>(t / tilesX) * kTile - shift;
-                  body({std::max(0, left), std::max(0, top), std::min(width_, left + kTile),
-                        std::min(height_, top + kTile)});
-                }
-              });
+void Reuse::forTiles(const std::function<void(const Tile&, std::size_t)>& body) const {
+  const int columns = tileColumns();
+  parallelFor(tiles_.size(), 8, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const int left = static_cast<int>(t) % columns * kTile;
+      const int top = static_cast<int>(t) / columns * kTile;
+      body({left, top, std::min(width_, left + kTile), std::min(height_, top + kTile)}, t);
+    }
+  });
 }
 
 void Reuse::warpInPlace(const KeyFrame& key, const Services& services) {
@@ -305,7 +290,7 @@ void Reuse::warp(const KeyFrame& key, const frame::Geometry& geometry,
                  std::vector<Vec3>& radiance) {
   const auto crossed = [&](std::size_t i) {
     if (moving_.empty()) return false;
-    const std::uint32_t shown = key.shown(nearestTo(key, matches_[i].place));
+    const auto shown = static_cast<std::uint32_t>(key.surfaceAt(matches_[i].place));
     const Vec3& from = rays_[i].origin;
     const float farthest = 2.0f * geometry.bounds.diameter();
     const Vec3 to = places_[i].w > 0.0f ? Vec3(places_[i]) : from + farthest * rays_[i].direction;
@@ -353,22 +338,18 @@ void Reuse::findIn(const KeyFrame& key, Services& services, std::vector<Vec3>& r
       warpInPlace(key, services);
       return;
     }
-    // Forth and back.
-    const int columns = (width_ + kTile - 1) / kTile;
-    const int rows = (height_ + kTile - 1) / kTile;
-    tiles_.resize(static_cast<std::size_t>(columns * rows));
-    forTiles(0, [&](const Tile& tile) {
-      const auto at = static_cast<std::size_t>(tile.top / kTile * columns + tile.left / kTile);
+    tiles_.resize(static_cast<std::size_t>(tileColumns() * ((height_ + kTile - 1) / kTile)));
+    forTiles([&](const Tile& tile, std::size_t at) {
       TileState& state = tiles_[at];
       // Where nothing is to be found all is.
       state = {!isAskedIn(at)};
       if (!state.all) state = fillTile(key, tile, radiance);
-      if (!settled(tile) && sweepTile(key, 0, tile)) sweepTile(key, 1, tile);
+      // Forth and back
+      if (!settled(state) && sweepTile(key, 0, tile, state)) sweepTile(key, 1, tile, state);
     });
-    // Once more across the tiles' borders.
-    forTiles(kTile / 2, [&](const Tile& tile) {
-      if (!settled(tile) && sweepTile(key, 2, tile)) sweepTile(key, 3, tile);
-    });
+    findNearer(key, services.geometry);
+    spread(key);
+    markEdges(key);
   });
   // What the key frame shows there, if it shows one surface there and is not stretched too far.
   services.timer.measure("shift", [&] { shift(key, radiance); });

@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "frame/steps.h"
@@ -68,18 +69,23 @@ class Reuse {
     int left, top, right, bottom;  ///< all inclusive
     std::array<std::int32_t, 4> node;
   };
-  /// Calls body(tile) for all tiles of a grid that begins `shift` samples before the frame.
-  void forTiles(int shift, const std::function<void(const Tile&)>& body) const;
-  /// The state of a tile of the unshifted grid.
+  int tileColumns() const { return (width_ + kTile - 1) / kTile; }
+  /// Calls body(tile, index) for all tiles, which are ordered along rows.
+  void forTiles(const std::function<void(const Tile&, std::size_t)>& body) const;
   struct TileState {
     bool all = false;  ///< all its samples were found by cells, or none is searched
     float nearest = std::numeric_limits<float>::infinity();  ///< smallest length
     float farthest = 0.0f;
+    bool stirred = false;  ///< a match in it changed in the last sweep or round
   };
+  /// Whether no neighbour can show more: all was found at similar distances.
+  bool settled(const TileState& state) const {
+    return state.all && state.nearest >= state.farthest * (1.0f - options_.epsilon);
+  }
+  /// Whether a round of spread() may change the tile.
+  bool mayChange(std::size_t tile, int round) const;
   /// Whether any sample of a tile of MirrorSamples is searched.
   bool isAskedIn(std::size_t tile) const;
-  /// Whether no sample of a tile, shifted or not, can find more through its neighbours.
-  bool settled(const Tile& tile) const;
   /// The state of a cell's corners.
   struct Corners {
     std::array<bool, 4> known{};  ///< the corner was found
@@ -95,8 +101,9 @@ class Reuse {
   /// Takes the results of the lanes, and keeps the lanes that another correction may find. Returns
   /// the number of lanes that are done.
   std::size_t take(const KeyFrame& key, CellLanes& lanes, std::vector<Vec3>& radiance);
-  /// Whether another sweep can find more. It cannot if all samples were found at similar distances.
-  bool sweepTile(const KeyFrame& key, int sweep, const Tile& tile);
+  /// Searches a tile's samples from their neighbours', sweep 0 from the top left corner, sweep 1
+  /// from the other one. Whether another sweep can find more.
+  bool sweepTile(const KeyFrame& key, int sweep, const Tile& tile, TileState& state);
   /// Where sample `i` would be in the key frame if it had moved like sample `n`; -1: none.
   Vec2 like(std::int32_t i, std::int32_t n) const;
   /// Searches a sample that was not found yet. `beside`: neighbours to start from, -1: none;
@@ -106,6 +113,35 @@ class Reuse {
   /// findFrom(), and a test whether a neighbour's reflection is in front. True if anything changed.
   bool searchSample(const KeyFrame& key, int sweep, std::int32_t i,
                     const std::array<std::int32_t, 2>& beside, std::int32_t last);
+  /// Whether something at this distance (KeyFrame::length()) is in front of a match.
+  bool isNearer(float length, const Match& match) const {
+    return length < match.length * (1.0f - options_.epsilon);
+  }
+  /// Searches sample i, or something in front of its `match`, from neighbour n. Whether `match`
+  /// changed.
+  bool lead(const KeyFrame& key, std::int32_t n, std::int32_t i, Match& match) const;
+  void accept(std::int32_t i, const Match& match, int sweep) {
+    matches_[i] = match;
+    changed_[i] = static_cast<std::uint16_t>(sweep);
+    shown_[i] = Shown::Unknown;
+  }
+  /// The sample at (x, y) if it shows the reflector; otherwise -1.
+  std::int32_t reflecting(int x, int y, std::uint32_t reflector) const {
+    const std::int32_t i =
+        x >= 0 && y >= 0 && x < width_ && y < height_ ? sampleAt(x, y) : std::int32_t{-1};
+    return i >= 0 && rays_[i].reflector == reflector ? i : -1;
+  }
+  /// The position in this frame whose mirrored ray meets the hit of the key frame's sample `at`, by
+  /// Newton's method from `start`; NaN: none.
+  Vec2 goesTo(const KeyFrame& key, std::size_t at, const Vec2& start) const;
+  /// Whether the hit of the key frame's sample `at` is in front of the match of sample i.
+  bool hides(const KeyFrame& key, std::size_t at, std::int32_t i) const;
+  /// Moves the key frame's near edges to this frame, and searches from those that no sample shows.
+  void findNearer(const KeyFrame& key, const frame::Geometry& geometry);
+  /// Samples search from their neighbours, also across tile borders, until nothing changes.
+  void spread(const KeyFrame& key);
+  /// Rejects matches beside a near edge that is in front of them.
+  void markEdges(const KeyFrame& key);
   /// Whether a match shows one surface and lies on the mirrored ray of sample i.
   bool holds(const KeyFrame& key, std::size_t i, const Match& match) const;
   /// Searches sample i from the offsets `starts` and from its surface's former position.
@@ -136,9 +172,18 @@ class Reuse {
   /// too (Measured).
   enum class Shown : std::uint8_t { Unknown, Known, Measured };
   std::vector<Shown> shown_;
-  std::vector<TileState> tiles_;       ///< ordered along rows
-  std::vector<std::uint8_t> changed_;  ///< the sweep in which the match last changed
-  std::vector<Vec4> places_;           ///< position of the match's reflected point
+  std::vector<TileState> tiles_;        ///< ordered along rows
+  std::vector<std::uint16_t> changed_;  ///< the sweep or round in which the match last changed
+  /// Matches of one round of spread(), by tile.
+  std::vector<std::vector<std::pair<std::int32_t, Match>>> found_;
+  struct NearEdge {
+    Vec2 goesTo{std::numeric_limits<float>::quiet_NaN()};
+    std::int32_t sample = -1;  ///< which got a match from this edge; -1: none
+    Match match;
+  };
+  std::vector<NearEdge> edges_;  ///< of the key frame
+  int edgesOf_ = 0;              ///< KeyFrame::number()
+  std::vector<Vec4> places_;     ///< position of the match's reflected point
 };
 
 }  // namespace catoptric::methods::reprojection

@@ -27,14 +27,6 @@ struct Nodes {
   }
 };
 
-/// 0 beyond the frame's border, where the last step of a search may end.
-std::uint64_t surfaceAt(const KeyFrame& key, const Vec2& place) {
-  const Vec2 nearest = glm::floor(place + 0.5f);
-  const int x = static_cast<int>(nearest.x);
-  const int y = static_cast<int>(nearest.y);
-  return key.inside(x, y) ? key.surface(key.index(x, y)) : 0;
-}
-
 }  // namespace
 
 Reuse::Corners Reuse::corners(const KeyFrame& key, const Cell& cell) const {
@@ -50,7 +42,7 @@ Reuse::Corners Reuse::corners(const KeyFrame& key, const Cell& cell) const {
       one = false;
       continue;
     }
-    const std::uint64_t shown = surfaceAt(key, matches_[n].place);
+    const std::uint64_t shown = key.surfaceAt(matches_[n].place);
     one = one && shown != 0 && (surface == 0 || shown == surface);
     surface = shown;
     result.known[k] = true;
@@ -124,20 +116,6 @@ std::size_t Reuse::take(const KeyFrame& key, CellLanes& lanes, std::vector<Vec3>
   const std::size_t lost = lanes.count - left;
   lanes.count = left;
   return lost;
-}
-
-bool Reuse::settled(const Tile& tile) const {
-  const int columns = (width_ + kTile - 1) / kTile;
-  TileState state{true};
-  for (int y = tile.top / kTile; y <= (tile.bottom - 1) / kTile; ++y)
-    for (int x = tile.left / kTile; x <= (tile.right - 1) / kTile; ++x) {
-      const TileState& part = tiles_[static_cast<std::size_t>(y * columns + x)];
-      state.all = state.all && part.all;
-      state.nearest = std::min(state.nearest, part.nearest);
-      state.farthest = std::max(state.farthest, part.farthest);
-    }
-  // A sample looks again where a neighbour shows something nearer.
-  return state.all && state.nearest >= state.farthest * (1.0f - options_.epsilon);
 }
 
 Reuse::TileState Reuse::fillTile(const KeyFrame& key, const Tile& tile,

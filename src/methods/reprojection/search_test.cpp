@@ -42,6 +42,8 @@ struct Surface {
 struct Setting {
   std::function<std::optional<Surface>(const Vec3&, const Vec3&)> reflector;
   float wallZ = 0.0f;
+  float barsZ = 0.0f;  ///< of upright bars before the wall, one a metre
+  float barWidth = 0.0f;
 };
 
 std::optional<Surface> floorHit(const Vec3& origin, const Vec3& direction) {
@@ -67,7 +69,7 @@ const Setting kSphere{sphereHit, 5.0f};
 
 frame::Geometry stillGeometry() {
   frame::Geometry geometry;
-  geometry.objects.resize(2);
+  geometry.objects.resize(3);
   return geometry;
 }
 
@@ -76,6 +78,8 @@ struct Seen {
   Surface surface;
   Vec3 direction{0.0f};  ///< mirrored
   Vec3 place{0.0f};
+  bool bar = false;
+  Vec3 colour() const { return bar ? Vec3(2.0f) : wallColour(place); }
 };
 std::optional<Seen> see(const Setting& setting, const scene::Camera& camera, float x, float y) {
   const Vec3 ray = scene::rayDirection(camera, kSize, kSize, x + 0.5f, y + 0.5f);
@@ -84,6 +88,9 @@ std::optional<Seen> see(const Setting& setting, const scene::Camera& camera, flo
   const Vec3 mirrored = glm::reflect(ray, surface->normal);
   const auto hit = wallHit(setting.wallZ, surface->position, mirrored);
   if (!hit) return std::nullopt;
+  const auto bar = wallHit(setting.barsZ, surface->position, mirrored);
+  if (bar && std::abs(bar->x - std::round(bar->x)) < 0.5f * setting.barWidth)
+    return Seen{*surface, mirrored, *bar, true};
   return Seen{*surface, mirrored, *hit};
 }
 
@@ -104,11 +111,11 @@ void fill(KeyFrame& key, const Setting& setting, const scene::Camera& camera,
       point.position = seen->surface.position;
       point.distance = glm::distance(camera.eye(), point.position);
       trace::FirstHit hit;
-      hit.hit.object = 1;
+      hit.hit.object = seen->bar ? 2 : 1;
       hit.hit.distance = glm::distance(point.position, seen->place);
       hit.origin = point.position;
       hit.direction = glm::normalize(seen->place - point.position);
-      key.keep(key.index(x, y), point, hit, wallColour(seen->place));
+      key.keep(key.index(x, y), point, hit, seen->colour());
     }
   key.finish(geometry, Options{}.epsilon);
 }
@@ -280,48 +287,66 @@ TEST(KeyFrame, ForgetsTheOneBefore) {
   EXPECT_TRUE(std::ranges::equal(key.cells(), fresh.cells()));
 }
 
+/// Looks for what a camera sees in the floor in a key frame.
+struct FloorFrame {
+  test::SceneBuilder builder;
+  test::Moment moment;
+  trace::TraceScene trace;
+  raster::GBufferCopy frame;
+  MirrorSamples samples;
+  frame::StepTimer timer;
+  Services services{moment.scene, moment.geometry, moment.lighting, nullptr, nullptr, &trace,
+                    timer};
+  Reuse reuse{{}};
+  std::vector<Vec3> radiance;
+
+  explicit FloorFrame(const scene::Camera& now)
+      : builder(withFloor()),
+        moment(builder.scene()),
+        trace(moment.scene, moment.geometry, trace::BvhPolicy::Static) {
+    frame.width = frame.height = frame.rows = kSize;
+    for (int y = 0; y < kSize; ++y)
+      for (int x = 0; x < kSize; ++x) {
+        const auto seen = see(kFloor, now, static_cast<float>(x), static_cast<float>(y));
+        frame.object.push_back(seen ? 1 : 0);
+        frame.normal.insert(frame.normal.end(), {0.0f, 1.0f, 0.0f, 0.0f});
+        frame.depth.push_back(seen ? now.nearMetres /
+                                         glm::dot(seen->surface.position - now.eye(), now.forward())
+                                   : 0.0f);
+      }
+    samples.find(frame, now, trace, {});
+    samples.aim();
+    radiance.resize(samples.count());
+  }
+  static test::SceneBuilder withFloor() {
+    test::SceneBuilder builder;
+    builder.add(scene::makePlane({100.0f, 100.0f}, {1, 1}, scene::UvMode::Unit),
+                builder.reflective(1.0f));
+    return builder;
+  }
+  void findIn(const KeyFrame& key) {
+    reuse.begin(samples, services);
+    reuse.findIn(key, services, radiance);
+  }
+};
+
 TEST(Reuse, TakesWhatLiesWithinTheFidelityOfTheRay) {
   const auto before = scene::lookAt({0.0f, 1.5f, 3.0f}, {0.0f, 0.0f, -1.0f}, {0, 1, 0}, 0.9f);
   const auto now = scene::lookAt({0.05f, 1.52f, 2.97f}, {0.0f, 0.0f, -1.0f}, {0, 1, 0}, 0.9f);
   KeyFrame key;
   fill(key, kFloor, before, 0.03f);
-
-  test::SceneBuilder builder;
-  builder.add(scene::makePlane({100.0f, 100.0f}, {1, 1}, scene::UvMode::Unit),
-              builder.reflective(1.0f));
-  const test::Moment moment(builder.scene());
-  trace::TraceScene trace(moment.scene, moment.geometry, trace::BvhPolicy::Static);
-  raster::GBufferCopy frame;
-  frame.width = frame.height = frame.rows = kSize;
-  for (int y = 0; y < kSize; ++y)
-    for (int x = 0; x < kSize; ++x) {
-      const auto seen = see(kFloor, now, static_cast<float>(x), static_cast<float>(y));
-      frame.object.push_back(seen ? 1 : 0);
-      frame.normal.insert(frame.normal.end(), {0.0f, 1.0f, 0.0f, 0.0f});
-      frame.depth.push_back(seen ? now.nearMetres /
-                                       glm::dot(seen->surface.position - now.eye(), now.forward())
-                                 : 0.0f);
-    }
-  MirrorSamples samples;
-  samples.find(frame, now, trace, {});
-  samples.aim();
-  frame::StepTimer timer;
-  Services services{moment.scene, moment.geometry, moment.lighting, nullptr, nullptr, &trace,
-                    timer};
+  FloorFrame frame(now);
+  frame.findIn(key);
   const Options options;
-  Reuse reuse(options);
-  reuse.begin(samples, services);
-  std::vector<Vec3> radiance(samples.count());
-  reuse.findIn(key, services, radiance);
   int within = 0;
   int beyond = 0;
-  for (std::size_t i = 0; i < samples.count(); ++i) {
-    const Outcome outcome = reuse.outcome(i);
-    const Match& match = reuse.match(i);
+  for (std::size_t i = 0; i < frame.samples.count(); ++i) {
+    const Outcome outcome = frame.reuse.outcome(i);
+    const Match& match = frame.reuse.match(i);
     if (outcome != Outcome::Found && outcome != Outcome::Unfaithful) continue;
     // As near as half of it before the last correction, it is not measured again.
     if (match.miss <= 0.5f * options.fidelity) continue;
-    const MirrorRay& ray = samples.rays()[i];
+    const MirrorRay& ray = frame.samples.rays()[i];
     const Lookup lookup = lookUp(key, 1, match.place, options);
     const float miss = missBy(key, ray, match.place, lookup.place, options);
     EXPECT_EQ(outcome == Outcome::Found, miss <= options.fidelity) << miss;
@@ -329,6 +354,49 @@ TEST(Reuse, TakesWhatLiesWithinTheFidelityOfTheRay) {
   }
   EXPECT_GT(within, 100);
   EXPECT_GT(beyond, 100);
+}
+
+// A mirror shows bars before a wall. What moves over more samples than it is wide between the
+// frames is as good as new where the key frame showed the wall.
+TEST(Reuse, FindsThinThingsWhereverTheKeyFrameShowsThem) {
+  const auto before = scene::lookAt({0.0f, 1.5f, 3.0f}, {0.0f, 0.0f, -1.0f}, {0, 1, 0}, 0.9f);
+  const auto now = scene::lookAt({0.6f, 1.6f, 2.9f}, {0.1f, 0.0f, -1.0f}, {0, 1, 0}, 0.9f);
+  const frame::Geometry geometry = stillGeometry();
+  for (const float width : {0.07f, 0.12f, 0.2f}) {
+    Setting setting = kFloor;
+    setting.barsZ = -2.0f;
+    setting.barWidth = width;
+    const KeyFrame key = keyOf(setting, before);
+    FloorFrame frame(now);
+    frame.findIn(key);
+    int bars = 0;
+    int whole = 0;
+    int found = 0;
+    for (std::size_t i = 0; i < frame.samples.count(); ++i) {
+      const int at = static_cast<int>(frame.samples.places()[i]);
+      const auto seen =
+          see(setting, now, static_cast<float>(at % kSize), static_cast<float>(at / kSize));
+      ASSERT_TRUE(seen);
+      // The floor's mirror image of a place is seen in the direction of its reflection.
+      const auto there = key.project({seen->place.x, -seen->place.y, seen->place.z}, 0, geometry);
+      const Vec2 nearest = glm::floor(there.value_or(Vec2(-1.0f)) + 0.5f);
+      const int x = static_cast<int>(nearest.x);
+      const int y = static_cast<int>(nearest.y);
+      if (!seen->bar || !key.inside(x, y) || key.shown(key.index(x, y)) != 3) continue;
+      ++bars;
+      const bool taken = frame.reuse.outcome(i) == Outcome::Found;
+      // At its edges it may be traced anew.
+      if (taken) {
+        EXPECT_NEAR(frame.radiance[i].x, 2.0f, 1e-3f) << width << " " << at;
+      }
+      if (lookUp(key, 1, *there, {}).outcome != Outcome::Found) continue;
+      ++whole;
+      found += taken ? 1 : 0;
+    }
+    EXPECT_GT(static_cast<float>(found), 0.95f * static_cast<float>(whole)) << width;
+    EXPECT_GT(bars, 200);
+    EXPECT_GT(whole, 100);
+  }
 }
 
 TEST(Search, StaysWhereNothingHasMoved) {
