@@ -133,6 +133,9 @@ class DepthImpostors : public impostors::ImpostorMethod {
 const MethodEntry& depthImpostorsEntry() {
   static const MethodEntry entry = [] {
     std::vector<CounterInfo> counters = impostors::commonCounters();
+    counters.push_back({"disoccluded",
+                        "samples whose ray passes behind what all of several depth maps of an "
+                        "object show; they show what lies behind the object"});
     counters.push_back({"segments",
                         "segments of simplified rows that rays were tested against, and texels "
                         "that `refine` tested",

@@ -80,7 +80,7 @@ TEST(DepthImpostors, TheProcessorShowsWhatTheDeviceShows) {
   for (const std::string way :
        {R"("walk")", R"("srdm")", R"("srdm_two_rows")", R"("srdm", "refine": 4)",
         R"("srdm", "self_maps": 6)", R"("srdm", "self_maps": 6, "layers": 2)",
-        R"("srdm", "depth_maps": "needed")"}) {
+        R"("srdm", "depth_maps": "needed")", R"("walk", "maps": 7)", R"("srdm", "maps": 7)"}) {
     test::GlStage stage(twoBalls().scene(), kSettings);
     std::vector<Vec3> shown[2];
     for (int i = 0; i < 2; ++i) {
@@ -154,6 +154,50 @@ TEST(DepthImpostors, APairTurnedHalfAroundHasTheSameBits) {
     EXPECT_GT(shown[0].size(), 300u);
     EXPECT_EQ(shown[0], shown[1]) << more;
   }
+}
+
+/// A ball on a mirror floor whose middle is elsewhere.
+double missingOfABallOnAFloor(const char* options, const FrameOutput** output = nullptr) {
+  static FrameOutput frame;
+  test::SceneBuilder builder;
+  builder.constantEnvironment(Vec3(0.0f));
+  builder.add(scene::makePlane({6.0f, 6.0f}, {1, 1}, scene::UvMode::Unit), builder.reflective(0.9f),
+              test::translation({1.0f, 0.0f, 0.5f}));
+  scene::Material material;
+  material.unlit = true;
+  builder.scene().materials.push_back(material);
+  builder.add(scene::makeSphere(0.4f, 128, 64, scene::UvMode::Unit),
+              static_cast<int>(builder.scene().materials.size()) - 1,
+              test::translation({0.0f, 0.4f, 0.0f}));
+  test::GlStage stage(builder.scene(), kSettings);
+  const scene::Camera seen =
+      scene::lookAt({0.4f, 1.0f, 2.6f}, Vec3(0.0f, 0.1f, 0.3f), {0, 1, 0}, radians(40.0f));
+  frame = test::GlMethod(stage, depthImpostorsEntry(), options).render(seen);
+  if (output != nullptr) *output = &frame;
+  const test::TracedSamples samples(stage, seen, {});
+  int hits = 0;
+  int wrong = 0;
+  for (std::size_t i = 0; i < samples.ours.size(); ++i) {
+    hits += samples.traced[i].x > 0.5f ? 1 : 0;
+    wrong += (samples.ours[i].x > 0.5f) != (samples.traced[i].x > 0.5f) ? 1 : 0;
+  }
+  EXPECT_GT(hits, 300);
+  return static_cast<double>(wrong) / hits;
+}
+
+TEST(DepthImpostors, NothingOfABallOnAFloorIsMissing) {
+  const double one = missingOfABallOnAFloor(R"({"maps": 1})");
+  for (const char* options : {"{}", R"({"intersect_on": "device"})", R"({"intersection": "walk"})",
+                              R"({"intersection": "walk", "intersect_on": "device"})"}) {
+    const FrameOutput* output = nullptr;
+    const double wrong = missingOfABallOnAFloor(options, &output);
+    std::printf("%s: %.3f of the ball's samples are wrong, %.3f with one map; %llu unseen\n",
+                options, wrong, one,
+                static_cast<unsigned long long>(output->counters.at("disoccluded")));
+    EXPECT_LT(wrong, 0.03) << options;
+    EXPECT_LE(output->counters.at("impostors_rendered"), 8u);
+  }
+  EXPECT_GT(one, 0.2);
 }
 
 /// A ball above a plate, in one mesh.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/vector_versions.h"
+#include "methods/shared/impostors/shaders/constants.h"
 
 // Plain loops that the compiler turns into vector code, as in ../shared/impostors/ray_loops.cpp.
 namespace catoptric::methods::depth_impostors {
@@ -14,6 +15,13 @@ using impostors::MapRays;
 constexpr float kNone = 2.0f;    ///< a share that is none
 constexpr float kSlack = 1e-4f;  ///< neighbouring segments leave no gap
 constexpr std::size_t kBlock = 8;
+
+CATOPTRIC_INLINE float larger(float a, float b) {
+  return a < b ? b : a;
+}
+CATOPTRIC_INLINE float smaller(float a, float b) {
+  return b < a ? b : a;
+}
 
 /// Of half turns in 0..1, times `n`, to 1e-5 rad.
 CATOPTRIC_INLINE float directionOf(float dx, float dy, float n) {
@@ -44,7 +52,9 @@ CATOPTRIC_INLINE const Point* lineOf(const MapLines& lines, const Domain& domain
          static_cast<std::size_t>(domain.offset + row) * static_cast<std::size_t>(lines.points);
 }
 
-/// The nearest place where a ray crosses a line, as a share of the ray's projection.
+/// The nearest place where a ray crosses a line, as a share of the ray's projection; of one of
+/// `kSeveral` maps the nearest where it passes behind the line.
+template <bool kSeveral>
 CATOPTRIC_INLINE float crossesLine(const Point* line, int points, bool alongX, const MapRays& rays,
                                    std::size_t i) {
   const float az = rays.fromG[i];
@@ -53,27 +63,48 @@ CATOPTRIC_INLINE float crossesLine(const Point* line, int points, bool alongX, c
   const float dz = rays.toG[i] - az;
   const int segments = points - 1;
   float nearest = kNone;
+  float hidden = kNone;
   for (int block = 0; block < segments; block += static_cast<int>(kBlock)) {
     const float* const p = &line[block].x;
     alignas(32) std::array<float, kBlock> shares;
+    alignas(32) std::array<float, kBlock> behind;
     CATOPTRIC_INDEPENDENT
     for (std::size_t k = 0; k < kBlock; ++k) {
       const float px = std::abs(p[2 * k]), pz = p[2 * k + 1];
       const float qx = p[2 * k + 2], qz = p[2 * k + 3];
       const float ex = qx - px, ez = qz - pz;
       const float fx = px - from, fz = pz - az;
-      const float inverse = 1.0f / (dx * ez - dz * ex);
+      const float det = dx * ez - dz * ex;
+      const float inverse = 1.0f / det;
       const float share = (fx * ez - fz * ex) * inverse;
       const float other = (fx * dz - fz * dx) * inverse;
       const bool meets = (qx > 0.0f) & (share >= 0.0f) & (share <= 1.0f) & (other >= -kSlack) &
                          (other <= 1.0f + kSlack) & (block + static_cast<int>(k) < segments);
       shares[k] = meets ? share : kNone;
+      if constexpr (kSeveral) {
+        // From the front a ray crosses what rises over it; else it is behind, as in the middle of
+        // what the ray covers of a segment
+        const bool front = (det > 0.0f) & (std::abs(ez) <= rays.steepest * ex);
+        const float low = larger(px, smaller(from, from + dx));
+        const float high = smaller(qx, larger(from, from + dx));
+        const float middle = 0.5f * (low + high);
+        const float s = (middle - from) / dx;
+        const float above = (az + s * dz - pz) * ex - (middle - px) * ez;
+        const bool under =
+            (qx > 0.0f) & (low <= high) & (above < 0.0f) & (block + static_cast<int>(k) < segments);
+        behind[k] = under ? s : kNone;
+        behind[k] = (meets & !front & (share < behind[k])) ? share : behind[k];
+        shares[k] = front ? shares[k] : kNone;
+      }
     }
     for (std::size_t half = kBlock / 2; half > 0; half /= 2)
       for (std::size_t k = 0; k < half; ++k)
         shares[k] = shares[k + half] < shares[k] ? shares[k + half] : shares[k];
     nearest = shares[0] < nearest ? shares[0] : nearest;
+    if constexpr (kSeveral)
+      for (std::size_t k = 0; k < kBlock; ++k) hidden = behind[k] < hidden ? behind[k] : hidden;
   }
+  if (kSeveral && hidden < nearest) return impostors::shared::kHidden + hidden;
   return nearest;
 }
 
@@ -97,7 +128,10 @@ CATOPTRIC_INLINE void searchBody(const MapLines& lines, bool twoRows, MapRays& r
       __builtin_prefetch(asked[i] + kBlock - 1);
     }
     for (std::size_t i = 0; i < rays.count; ++i) {
-      const float share = crossesLine(asked[i], lines.points, domainOf(i, more).alongX, rays, i);
+      const bool alongX = domainOf(i, more).alongX;
+      const float share = rays.steepest > 0.0f
+                              ? crossesLine<true>(asked[i], lines.points, alongX, rays, i)
+                              : crossesLine<false>(asked[i], lines.points, alongX, rays, i);
       if (more == 0) {
         rays.at[i] = share;
         continue;
@@ -162,6 +196,7 @@ CATOPTRIC_INLINE float walkRay(const MapTexels& texels, const MapRays& rays, std
   bool wasOn = false;
   bool alone = false;  // a span of one texel
   float share = kNone;
+  const bool several = rays.steepest > 0.0f;
   seesAny = false;
   while (true) {
     const bool past = (at - end) * step > 0;
@@ -173,6 +208,12 @@ CATOPTRIC_INLINE float walkRay(const MapTexels& texels, const MapRays& rays, std
       const Vec2 p = !on ? Vec2(before.x - 0.499f, before.y) : before;
       const Vec2 q = !on ? Vec2(before.x + 0.499f, before.y) : Vec2(place, g);
       share = crossing(rayFrom, rayTo, p, q);
+      if (several && share <= 1.0f && std::abs(q.y - p.y) > rays.steepest)
+        return impostors::shared::kHidden + share;
+    }
+    if (several && on && !(share <= 1.0f)) {
+      const float s = std::clamp((place - from.x) / (to.x - from.x), 0.0f, 1.0f);
+      if (rayFrom.y + s * (rayTo.y - rayFrom.y) < g) return impostors::shared::kHidden + s;
     }
     if (past || share <= 1.0f) return share;
     ++walked;
@@ -197,7 +238,7 @@ CATOPTRIC_INLINE std::uint64_t refineBody(const MapTexels& texels, int reach, Ma
     if (!(rays.at[i] <= 1.0f)) continue;
     bool seesAny = false;
     const float share = walkRay(texels, rays, i, {rays.at[i], reach}, walked, seesAny);
-    if (share <= 1.0f || !seesAny) rays.at[i] = share;
+    if (share <= 1.0f || share >= impostors::shared::kHidden || !seesAny) rays.at[i] = share;
   }
   return walked;
 }

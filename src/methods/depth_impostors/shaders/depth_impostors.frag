@@ -14,8 +14,8 @@
 #include "rows.glsl"
 #endif
 
-bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec2 uv,
-           out float share, inout uint work) {
+bool meets(int texel, int way, float steepest, vec3 origin, vec3 direction, out float t,
+           out vec2 uv, out float share, inout uint work) {
   share = 0.0;
 #if WALLS
   if (way == kWayBox || way == kWayShared)
@@ -36,18 +36,22 @@ bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec
   int layer = int(texelFetch(impostorTable, texel + kMore).x);
 #if WAY == 0
   bool any;
-  float along = walks(layer, int(size), a, b, 0.0, -1, any, work);
+  float along = walks(layer, int(size), a, b, 0.0, -1, steepest, any, work);
 #else
-  float along = searches(layer, a, b, work);
+  float along = searches(layer, a, b, steepest, work);
 #if REFINE > 0
   if (along <= 1.0) {
     bool any;
-    float exact = walks(layer, int(size), a, b, along, REFINE, any, work);
-    if (exact <= 1.0 || !any) along = exact;
+    float exact = walks(layer, int(size), a, b, along, REFINE, steepest, any, work);
+    if (exact <= 1.0 || exact >= kHidden || !any) along = exact;
   }
 #endif
 #endif
   bool hit = along <= 1.0;
+#if VIEWS
+  if (along >= kHidden) share = -1.0;
+  along = along >= kHidden ? along - kHidden : along;
+#endif
   uv = mix(ray.from.xy, ray.to.xy, along);
   t = begin + distanceAt(ray, along);
   return hit;

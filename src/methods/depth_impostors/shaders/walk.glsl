@@ -20,8 +20,8 @@ float depthBetween(int layer, int size, bool alongX, int major, float minor) {
 // The first place where a ray from a to b (in texels, and depth) crosses the map, as a share of it; 2:
 // none. On its whole way (reach negative), or so many texels about a share of it. `any`: whether the
 // map shows anything there.
-float walks(int layer, int size, vec3 a, vec3 b, float around, int reach, out bool any,
-            inout uint work) {
+float walks(int layer, int size, vec3 a, vec3 b, float around, int reach, float steepest,
+            out bool any, inout uint work) {
   vec2 d = b.xy - a.xy;
   bool alongX = abs(d.x) >= abs(d.y);
   vec2 from = alongX ? a.xy : a.yx;  // major, minor
@@ -64,8 +64,17 @@ float walks(int layer, int size, vec3 a, vec3 b, float around, int reach, out bo
     }
     if (wasOn && (on || alone)) {
       float met = crossing(ends0, ends1, p, q);
+#if VIEWS
+      if (steepest > 0.0 && met <= 1.0 && abs(q.y - p.y) > steepest) return kHidden + met;
+#endif
       share = min(share, met);
     }
+#if VIEWS
+    if (steepest > 0.0 && on && share > 1.0) {
+      float s = clamp((place - from.x) / (to.x - from.x), 0.0, 1.0);
+      if (a.z + s * (b.z - a.z) < g) return kHidden + s;
+    }
+#endif
     if (past || share <= 1.0) break;
     ++work;
     alone = on && !wasOn;

@@ -22,11 +22,27 @@ constexpr std::size_t kFewObjects = 32;
 /// one cell share their depth maps, which survive small motions. Ours.
 constexpr float kDirectionCells = 32.0f;
 constexpr float kTiltRad = radians(60.0f);  ///< of an object's further depth maps; ours
+/// An object has one depth map for a reflector if the reflector's points see it along this cosine
+/// to the map's direction on average, or more. Ours, measured in docs/papers/impostors.md.
+constexpr float kOneView = 0.7f;
+/// Otherwise it has so many, without those that are nearest to less than this share of what is
+/// seen.
+constexpr int kMostViews = 7;
+constexpr float kLeastShare = 0.03f;
+constexpr int kPoints = 64;  ///< that stand for a surface, and directions for the sphere; ours
 /// Sizes below this share of the scene's diameter are none.
 constexpr float kLeastSize = 1e-6f;
 
 bool encloses(const Box3& box, const Vec3& p) {
   return glm::all(glm::lessThan(box.min, p)) && glm::all(glm::greaterThan(box.max, p));
+}
+
+/// Directions that are spread evenly over the sphere.
+Vec3 fibonacci(int i) {
+  const float z = 1.0f - (2.0f * static_cast<float>(i) + 1.0f) / static_cast<float>(kPoints);
+  const float turn = 2.3999632f * static_cast<float>(i);  // the golden angle
+  const float across = std::sqrt(1.0f - z * z);
+  return {across * std::cos(turn), across * std::sin(turn), z};
 }
 
 class Chooser {
@@ -143,6 +159,7 @@ class Chooser {
       if (!reflective) into.diffuse = static_cast<int>(into.members.size());
     }
     if (kind_ == Kind::DepthMap && !shape(reflector).flat()) selfMaps(reflector, into);
+    into.views.resize(into.members.size(), 0);
   }
 
   void add(int reflector, int object, ImpostorList& into) {
@@ -241,21 +258,87 @@ class Chooser {
     return insert(impostor);
   }
 
-  void depthMaps(int reflector, int object, ImpostorList& into) {
-    const Vec3 main = directionTo(reflector, object);
-    const Vec3 side = upBeside(object, main);
-    const Vec3 across = glm::normalize(glm::cross(main, side));
-    const Vec3 along = glm::cross(across, main);
-    for (int i = 0; i < options_.maps; ++i) {
-      Vec3 towards = main;
-      if (i > 0) {
-        const float turn =
-            2.0f * kPi * static_cast<float>(i - 1) / static_cast<float>(options_.maps - 1);
-        towards = std::cos(kTiltRad) * main +
-                  std::sin(kTiltRad) * (std::cos(turn) * across + std::sin(turn) * along);
+  const std::vector<SurfacePoint>& pointsOf(int object) {
+    std::vector<SurfacePoint>& points = points_[object];
+    if (points.empty()) points = pointsOn(geometry_, object, kPoints);
+    return points;
+  }
+
+  /// Directions from points of the object in which it sees the reflector, with their shares of the
+  /// solid angle.
+  std::vector<std::pair<Vec3, float>> sightsOf(int reflector, int object) {
+    std::vector<std::pair<Vec3, float>> sights;
+    const Shape& shape = this->shape(reflector);
+    const Box3& bounds = range(reflector).bounds;
+    const float slack = kLeastSize * metres_ + 1e-3f * shape.radius;
+    const float nearest = 0.01f * this->shape(object).radius;
+    for (const SurfacePoint& to : pointsOf(object)) {
+      // However wide a plane is: by direction, not by its points
+      for (int i = 0; shape.flat() && i < kPoints; ++i) {
+        const Vec3 towards = fibonacci(i);
+        const Plane& plane = shape.planes.front();
+        const float t =
+            (plane.offset - glm::dot(plane.normal, to.place)) / glm::dot(plane.normal, towards);
+        const Vec3 place = to.place + t * towards;
+        if (t > 0.0f && encloses({bounds.min - slack, bounds.max + slack}, place))
+          sights.emplace_back(towards, 1.0f);
       }
-      addLayers(depthMap(object, towards), into);
+      if (shape.flat()) continue;
+      for (const SurfacePoint& from : pointsOf(reflector)) {
+        const Vec3 line = from.place - to.place;
+        const float length = std::max(glm::length(line), nearest);
+        const float cosine = -glm::dot(from.normal, line) / length;
+        if (cosine > 0.0f) sights.emplace_back(line / length, cosine / (length * length));
+      }
     }
+    float sum = 0.0f;
+    for (const auto& [direction, weight] : sights) sum += weight;
+    for (auto& [direction, weight] : sights) weight /= sum;
+    return sights;
+  }
+
+  void depthMaps(int reflector, int object, ImpostorList& into) {
+    const std::vector<Vec3> directions = viewsOf(reflector, object);
+    const std::size_t begin = into.members.size();
+    for (const Vec3& towards : directions) addLayers(depthMap(object, towards), into);
+    if (directions.size() == 1 || options_.layers > 1) return;
+    into.views.resize(begin + 1, 0);
+    into.views[begin] = static_cast<int>(directions.size());
+  }
+
+  /// Where the object's depth maps look from for a reflector.
+  std::vector<Vec3> viewsOf(int reflector, int object) {
+    const Vec3 main = directionTo(reflector, object);
+    if (options_.maps == 1 || (options_.maps == 0 && options_.layers > 1)) return {main};
+    if (options_.maps > 1) return around(main, object, options_.maps);
+    const auto sights = sightsOf(reflector, object);
+    Vec3 mean(0.0f);
+    for (const auto& [direction, weight] : sights) mean += weight * direction;
+    if (sights.empty() || glm::dot(mean, main) >= kOneView) return {main};
+    const std::vector<Vec3> all = around(normalizedOr(mean, main), object, kMostViews);
+    std::vector<float> shares(all.size(), 0.0f);
+    for (const auto& sight : sights) {
+      const auto nearest = std::ranges::max_element(
+          all, {}, [&](const Vec3& view) { return glm::dot(view, sight.first); });
+      shares[static_cast<std::size_t>(nearest - all.begin())] += sight.second;
+    }
+    std::vector<Vec3> views;
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (shares[i] >= kLeastShare) views.push_back(all[i]);
+    return views;
+  }
+
+  /// `main`, and others 60 degrees from it, all around.
+  std::vector<Vec3> around(const Vec3& main, int object, int count) const {
+    const Vec3 across = glm::normalize(glm::cross(main, upBeside(object, main)));
+    const Vec3 along = glm::cross(across, main);
+    std::vector<Vec3> views{main};
+    for (int i = 1; i < count; ++i) {
+      const float turn = 2.0f * kPi * static_cast<float>(i - 1) / static_cast<float>(count - 1);
+      views.push_back(std::cos(kTiltRad) * main +
+                      std::sin(kTiltRad) * (std::cos(turn) * across + std::sin(turn) * along));
+    }
+    return views;
   }
 
   /// The depth map that looks from the cell of `towards`, in the object's frame.
@@ -313,6 +396,7 @@ class Chooser {
   Choice choice_;
   std::map<std::tuple<int, int, bool>, int> flats_;  ///< object, plane, side
   std::map<std::tuple<int, int, int>, int> maps_;    ///< object, cell
+  std::map<int, std::vector<SurfacePoint>> points_;  ///< by object
 };
 
 }  // namespace

@@ -27,6 +27,8 @@ struct Impostor {
 /// The impostors that a reflector's rays are tested against, diffuse ones first.
 struct ImpostorList {
   std::vector<int> members;  ///< indices of Choice::impostors
+  /// By member: 0, or for the first of several depth maps of an object how many there are.
+  std::vector<int> views;
   int diffuse = 0;
 };
 

@@ -31,13 +31,13 @@ class World {
     geometry_ = test::Moment(scene_).geometry;
   }
 
-  Choice choose(const Options& options) const {
+  Choice choose(const Options& options, int reflector = kMirror) const {
     const float metres = geometry_.bounds.diameter();
     std::vector<Shape> shapes;
     std::vector<bool> mirrors;
     for (int object = 0; object < static_cast<int>(geometry_.objects.size()); ++object) {
       shapes.push_back(shapeOf(geometry_, object, metres));
-      mirrors.push_back(object == kMirror);
+      mirrors.push_back(object == reflector);
     }
     return impostors::choose(options, Kind::DepthMap, scene_, geometry_, shapes, mirrors, mirrors);
   }
@@ -48,6 +48,7 @@ class World {
   }
   Vec3 centre() const { return geometry_.bounds.centre(); }
 
+  static constexpr int kFloor = 0;
   static constexpr int kMirror = 1;
   static constexpr int kBox = 2;
 
@@ -79,6 +80,27 @@ TEST(Choice, TakesTheMostMisplacedWhereThereAreTooMany) {
   const Choice choice = world.choose(options);
   EXPECT_EQ(choice.left, 2u);
   EXPECT_EQ(choice.chosen, (std::vector<bool>{true, false, false, true, false}));
+}
+
+TEST(Choice, AFloorHasSeveralMapsOfWhatStandsOnIt) {
+  // By the box's height above the floor; the floor is 20 m wide
+  const auto views = [](float height, int maps, int reflector) {
+    const World world(Vec3(0.0f), {height - 1.0f});
+    Options options;
+    options.objects = {"object2"};
+    options.maps = maps;
+    const ImpostorList list =
+        world.choose(options, reflector).listOf[static_cast<std::size_t>(reflector)];
+    EXPECT_EQ(list.views.size(), list.members.size());
+    EXPECT_EQ(list.views.front(),
+              list.members.size() == 1 ? 0 : static_cast<int>(list.members.size()));
+    return list.members.size();
+  };
+  EXPECT_EQ(views(0.1f, 0, World::kFloor), 7u);
+  EXPECT_EQ(views(0.1f, 1, World::kFloor), 1u);
+  EXPECT_EQ(views(0.1f, 3, World::kFloor), 3u);
+  EXPECT_EQ(views(15.0f, 0, World::kFloor), 1u);
+  EXPECT_EQ(views(0.1f, 0, World::kMirror), 1u);
 }
 
 TEST(Choice, TakesWhatIsNamedAlone) {

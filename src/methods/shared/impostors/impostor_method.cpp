@@ -17,6 +17,9 @@ namespace {
 /// Of a reflector's own depth map: rays are looked at from so far on, so that they do not meet the
 /// place that they leave. Ours.
 constexpr float kSelfTexels = 4.0f;
+/// Slope against the image's plane above which a surface of one of several depth maps is taken for
+/// an edge, which hides what is behind: 80 degrees. Ours, measured in docs/papers/impostors.md.
+constexpr float kSteepest = 6.0f;
 
 Vec4 planeOf(const Impostor& impostor, const Shape& shape) {
   if (impostor.plane) return Vec4(impostor.plane->normal, -impostor.plane->offset);
@@ -93,6 +96,7 @@ MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& se
   MethodPlan plan;
   plan.gbuffer = true;
   plan.masks = raster::kMaskEnvironment | raster::kMaskClamped;
+  if (kind_ == Kind::DepthMap) plan.masks |= raster::kMaskDisoccluded;
   if (options_.transitionHeight > 0.0f) plan.masks |= raster::kMaskTransition;
   const Reflectors reflectors = findReflectors(scene, settings.reflectors);
   if (!reflectors.any()) return plan;
@@ -142,6 +146,7 @@ void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
   const auto program = [&](const char* label, const char* glossy) {
     std::vector<gl::Define> with = defines();
     with.push_back({"GLOSSY", glossy});
+    with.push_back({"VIEWS", kind_ == Kind::DepthMap && options_.maps != 1 ? "1" : "0"});
     with.push_back({"GGX", services.scene.hasGgxLobes() ? "1" : "0"});
     with.push_back({"BOUNCES", std::to_string(options_.bounces)});
     with.push_back({"MASKS", settings.masks ? "1" : "0"});
@@ -264,6 +269,7 @@ ImpostorLines ImpostorMethod::linesOf(int index, const Services& services) const
   lines.plane = impostor.plane.has_value();
   lines.reflective = impostor.reflective;
   lines.begin = impostor.self ? kSelfTexels * lines.texelMetres : 0.0f;
+  lines.steepest = kSteepest * lines.texelMetres / (camera.farMetres - camera.nearMetres);
   lines.object = impostor.object + 1;
   lines.height = options_.transitionHeight;
   lines.side = glm::dot(Vec3(lines.quad.plane), camera.forward) < 0.0f ? 1.0f : -1.0f;
@@ -305,7 +311,7 @@ void ImpostorMethod::uploadTable() {
     std::ranges::copy(lines.rows, line + shared::kRows);
     line[shared::kWalls] =
         Vec4(lines.height, static_cast<float>(lines.object), lines.side, lines.begin);
-    line[shared::kTint] = Vec4(lines.tint, 0.0f);
+    line[shared::kTint] = Vec4(lines.tint, lines.steepest);
   }
   const std::size_t objects = choice_.listOf.size();
   std::vector<std::int32_t> lists(3 * (objects + 1), 0);
@@ -314,7 +320,8 @@ void ImpostorMethod::uploadTable() {
     lists[3 * (o + 1)] = static_cast<std::int32_t>(lists.size());
     lists[3 * (o + 1) + 1] = list.diffuse;
     lists[3 * (o + 1) + 2] = static_cast<std::int32_t>(list.members.size());
-    lists.insert(lists.end(), list.members.begin(), list.members.end());
+    for (std::size_t m = 0; m < list.members.size(); ++m)
+      lists.push_back(list.members[m] | list.views[m] << shared::kViewsShift);
   }
   table.resize(std::max<std::size_t>(table.size(), shared::kTableTexels));
   table_ = gl::Buffer("impostors", std::span<const Vec4>(table));
@@ -352,7 +359,7 @@ void ImpostorMethod::render(const FrameInput& input, Services& services, FrameOu
   output.counters = zeros(commonCounters());
   if (options_.transitionHeight > 0.0f) output.counters["transition"] = 0;
   output.counters[workCounter()] = 0;
-  if (kind_ == Kind::DepthMap) output.counters["clipped"] = 0;
+  if (kind_ == Kind::DepthMap) output.counters["clipped"] = output.counters["disoccluded"] = 0;
   raster::GBuffer& gbuffer = *services.gbuffer;
   if (settings_.masks && settings_.reflectors.all())
     gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
@@ -383,7 +390,10 @@ void ImpostorMethod::render(const FrameInput& input, Services& services, FrameOu
   output.counters["shows_clamped"] = counts.clamped;
   output.counters["second_order"] = counts.secondOrder;
   output.counters["culled"] = counts.culled;
-  if (kind_ == Kind::DepthMap) output.counters["clipped"] = counts.clipped;
+  if (kind_ == Kind::DepthMap) {
+    output.counters["clipped"] = counts.clipped;
+    output.counters["disoccluded"] = counts.disoccluded;
+  }
   if (options_.transitionHeight > 0.0f) output.counters["transition"] = counts.transition;
   output.counters[workCounter()] = counts.work;
   output.counters["refraction_mirrored"] = refractive_.count(gbuffer);

@@ -69,9 +69,12 @@ const config::OptionTable<Options>& depthOptions() {
     options.push_back(field(&Options::refine, "refine", range(0, 512),
                             "texels on either side of a hit with a simplified row that are "
                             "searched for the exact hit; 0: none"));
-    options.push_back(field(&Options::maps, "maps", range(1, 7),
-                            "depth maps of an object for each reflector: one from the reflector, "
-                            "the others from 60 degrees beside it"));
+    options.push_back(
+        field(&Options::maps, "maps", range(0, 7),
+              "depth maps of an object for each reflector: one from the reflector, "
+              "the others from 60 degrees beside it; 0: as many as what the reflector "
+              "sees of the object needs")
+            .trade("1,0"));
     options.push_back(field(&Options::layers, "layers", range(1, 4),
                             "depth layers of each depth map (depth peeling)")
                           .trade("1,2"));

@@ -49,7 +49,7 @@ struct Options {
   int domains = 60;  ///< the paper's n
   int points = 8;    ///< the paper's m
   int refine = 4;    ///< texels; not from the paper; measured in docs/papers/impostors.md
-  int maps = 1;      ///< depth maps of an object, for each reflector
+  int maps = 0;      ///< depth maps of an object, for each reflector; 0: as many as it needs
   int layers = 1;    ///< depth layers, for each camera; not from the paper
   int selfMaps = 0;  ///< maps of a reflector for its own rays; not from the paper
   DepthMaps depthMaps = DepthMaps::Auto;

@@ -39,6 +39,7 @@ void ProcessorCounts::add(const ProcessorCounts& other) {
   transition += other.transition;
   bent += other.bent;
   clamped += other.clamped;
+  disoccluded += other.disoccluded;
   work += other.work;
   clipped += other.clipped;
   culled += other.culled;
@@ -47,6 +48,7 @@ void ProcessorCounts::add(const ProcessorCounts& other) {
 void ProcessorCounts::addMarks(std::uint32_t marks) {
   environment += marks & raster::kMaskEnvironment;
   clamped += (marks & raster::kMaskClamped) != 0 ? 1 : 0;
+  disoccluded += (marks & raster::kMaskDisoccluded) != 0 ? 1 : 0;
   bent += (marks & raster::kMaskBelowHorizon) != 0 ? 1 : 0;
   transition += (marks & raster::kMaskTransition) != 0 ? 1 : 0;
 }

@@ -32,6 +32,7 @@ struct ImpostorLines {
   float height = 0.0f;
   float begin = 0.0f;  ///< rays hit the impostor only beyond this distance, in metres
   float side = 1.0f;
+  float steepest = 0.0f;  ///< MapRays::steepest of one of several
   Vec3 tint{1.0f};
   // A sphere that contains it
   Vec3 centre{0.0f};
@@ -44,6 +45,7 @@ struct ProcessorCounts {
   std::uint64_t transition = 0;
   std::uint64_t bent = 0;
   std::uint64_t clamped = 0;
+  std::uint64_t disoccluded = 0;
   std::uint64_t work = 0;
   std::uint64_t clipped = 0;  ///< rays that a depth map's planes clip entirely
   std::uint64_t culled = 0;   ///< rays that the bounds of their tile exclude from an impostor

@@ -48,6 +48,32 @@ std::vector<Vec3> verticesIn(const frame::Geometry& geometry, int object, const 
   return found;
 }
 
+std::vector<SurfacePoint> pointsOn(const frame::Geometry& geometry, int object, int count) {
+  double all = 0.0;
+  forTriangles(geometry, object, [&](const Triangle& t) {
+    all += glm::length(t.cross());
+    return true;
+  });
+  std::vector<SurfacePoint> points;
+  if (!(all > 0.0)) return points;
+  double sum = 0.0;
+  forTriangles(geometry, object, [&](const Triangle& t) {
+    const Vec3 cross = t.cross();
+    sum += glm::length(cross);
+    while (points.size() < static_cast<std::size_t>(count) &&
+           sum * count >= (static_cast<double>(points.size()) + 0.5) * all) {
+      // Powers of the plastic number spread points evenly; folded onto the triangle
+      const auto n = static_cast<float>(points.size());
+      Vec2 at = glm::fract(Vec2(0.7548777f, 0.5698403f) * n + 0.5f);
+      if (at.x + at.y > 1.0f) at = 1.0f - at;
+      points.push_back(
+          {t.a + at.x * (t.b - t.a) + at.y * (t.c - t.a), normalizedOr(cross, Vec3(0, 1, 0))});
+    }
+    return true;
+  });
+  return points;
+}
+
 Shape shapeOf(const frame::Geometry& geometry, int object, float sceneMetres) {
   Shape shape;
   const float tolerance = kFlatness * sceneMetres;

@@ -28,6 +28,13 @@ struct Shape {
 /// Enough for a room, a box or an open cabinet. Not from the paper.
 inline constexpr std::size_t kMostPlanes = 8;
 
+struct SurfacePoint {
+  Vec3 place;
+  Vec3 normal;  ///< unit length
+};
+/// So many points that stand for equal parts of the object's surface; none where it has no area.
+std::vector<SurfacePoint> pointsOn(const frame::Geometry& geometry, int object, int count);
+
 /// `sceneMetres`: the scene's diameter, relative to which sizes count as zero.
 Shape shapeOf(const frame::Geometry& geometry, int object, float sceneMetres);
 

@@ -34,6 +34,8 @@ void TileRays::run() {
   std::fill_n(first_.marks.begin(), first_.count, 0u);
   nearest(first_, false);
   if (frame_->options.bounces > 1) goOn();
+  for (std::size_t i = 0; i < first_.count; ++i)
+    if (first_.hidden[i] < first_.t[i]) first_.marks[i] |= raster::kMaskDisoccluded;
   fade(first_);
   addEnvironment(first_);
 }
@@ -47,13 +49,14 @@ void TileRays::nearest(RayBatch& rays, bool diffuseAlone) {
   for (Lane* color : {&rays.color.x, &rays.color.y, &rays.color.z})
     std::fill_n(color->begin(), rays.count, 0.0f);
   std::fill_n(rays.share.begin(), rays.count, 0.0f);
+  std::fill_n(rays.hidden.begin(), rays.count, kNothing);
   std::fill_n(rays.impostor.begin(), rays.count, -1);
   const ImpostorList& list = frame_->lists[static_cast<std::size_t>(rays.object - 1)];
   const std::size_t count =
       diffuseAlone ? static_cast<std::size_t>(list.diffuse) : list.members.size();
   if (frame_->countsRays) counts_->work += rays.count * count;
   if (count == 0) return;
-  meetInOrder(rays, std::span(list.members).first(count));
+  meetInOrder(rays, list, count);
   if (frame_->options.transitionHeight > 0.0f) shadeWalls(rays);
 }
 
@@ -65,16 +68,19 @@ void TileRays::fade(RayBatch& rays) const {
   }
 }
 
-void TileRays::meetInOrder(RayBatch& rays, std::span<const int> members) {
+void TileRays::meetInOrder(RayBatch& rays, const ImpostorList& list, std::size_t count) {
   const RayBounds bounds = bound(rays);
   const Vec3 middle = 0.5f * (bounds.least + bounds.most);
   const float spread = 0.5f * glm::length(bounds.most - bounds.least);
   order_.clear();
-  for (const int index : members) {
+  std::size_t step = 1;
+  for (std::size_t m = 0; m < count; m += step) {
+    const int index = list.members[m];
+    step = static_cast<std::size_t>(std::max(1, list.views[m]));
     const ImpostorLines& lines = frame_->lines[static_cast<std::size_t>(index)];
     if (bounds.mayMeet(lines.centre, lines.radius)) {
       const float distance = glm::length(lines.centre - middle) - lines.radius - spread;
-      order_.emplace_back(distance > 0.0f ? distance : 0.0f, index);
+      order_.emplace_back(distance > 0.0f ? distance : 0.0f, index, static_cast<int>(m));
     } else {
       counts_->culled += rays.count;
     }
@@ -83,12 +89,16 @@ void TileRays::meetInOrder(RayBatch& rays, std::span<const int> members) {
   float farthest = kNothing;
   for (std::size_t k = 0; k < order_.size(); ++k) {
     // Nothing from here on is nearer than what all rays have met
-    if (order_[k].first > farthest) {
+    if (std::get<float>(order_[k]) > farthest) {
       counts_->culled += rays.count * (order_.size() - k);
       return;
     }
-    const int index = order_[k].second;
-    if (meet(rays, index, frame_->lines[static_cast<std::size_t>(index)]))
+    const auto [distance, index, place] = order_[k];
+    const int views = list.views[static_cast<std::size_t>(place)];
+    const std::span<const int> members =
+        std::span(list.members).subspan(static_cast<std::size_t>(place));
+    if (views > 0 ? meetViews(rays, members.first(static_cast<std::size_t>(views)))
+                  : meet(rays, index, frame_->lines[static_cast<std::size_t>(index)]))
       farthest = impostors::farthest(rays);
   }
 }
@@ -134,6 +144,11 @@ void TileRays::meetDepthMap(RayBatch& rays, const ImpostorLines& lines) {
   } else {
     project(lines.rows, size, rays, map_);
   }
+  map_.steepest = several_ ? lines.steepest : 0.0f;
+  if (several_) {
+    hidden_.fill(0.0f);
+    for (std::size_t i = 0; i < rays.count; ++i) map_.on[i] &= wanted_[i] ? 1 : 0;
+  }
   // Those whose rest is not empty, in a row
   std::size_t count = 0;
   for (std::size_t i = 0; i < rays.count; ++i) {
@@ -149,13 +164,15 @@ void TileRays::meetDepthMap(RayBatch& rays, const ImpostorLines& lines) {
   if (count == 0) return;
   counts_->work += frame_->meetMap(lines.layer, map_);
   for (std::size_t k = 0; k < count; ++k) {
-    const float share = map_.at[k];
+    const bool hides = several_ && map_.at[k] >= shared::kHidden;
+    const float share = hides ? map_.at[k] - shared::kHidden : map_.at[k];
     if (!(share <= 1.0f)) continue;
     const float near = (1.0f - share) * map_.wTo[k];
     const float far = share * map_.wFrom[k];
     const float t = lines.begin + (map_.tFrom[k] * near + map_.tTo[k] * far) / (near + far);
     const std::size_t i = map_.ray[k];
-    if (!(t < rays.t[i])) continue;
+    if (hides) hidden_[i] = std::max(t, std::numeric_limits<float>::min());
+    if (hides || !(t < rays.t[i])) continue;
     met_.t[i] = t;
     met_.share[i] = 0.0f;
     hits_[looks_.count] = static_cast<std::uint16_t>(i);
@@ -164,6 +181,47 @@ void TileRays::meetDepthMap(RayBatch& rays, const ImpostorLines& lines) {
     looks_.v[looks_.count] = within((map_.fromY[k] + share * (map_.toY[k] - map_.fromY[k])) / size);
     ++looks_.count;
   }
+}
+
+bool TileRays::meetViews(RayBatch& rays, std::span<const int> views) {
+  std::array<std::uint32_t, kMostRays> asked{};
+  std::array<std::size_t, kMostRays> next;
+  Lane hidden;  // 0: nowhere
+  hidden.fill(kNothing);
+  const auto linesOf = [&](std::size_t v) -> const ImpostorLines& {
+    return frame_->lines[static_cast<std::size_t>(views[v])];
+  };
+  bool any = false;
+  several_ = true;
+  for (std::size_t round = 0; round < views.size(); ++round) {
+    for (std::size_t i = 0; i < rays.count; ++i) {
+      next[i] = views.size();
+      float best = -2.0f;
+      for (std::size_t v = 0; v < views.size() && hidden[i] > 0.0f; ++v) {
+        const float facing = glm::dot(Vec3(linesOf(v).quad.plane), rays.direction.at(i));
+        if ((asked[i] >> v & 1u) != 0 || !(facing > best)) continue;
+        best = facing;
+        next[i] = v;
+      }
+    }
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      bool wanted = false;
+      for (std::size_t i = 0; i < rays.count; ++i) {
+        wanted_[i] = next[i] == v;
+        if (!wanted_[i]) continue;
+        wanted = true;
+        asked[i] |= 1u << v;
+      }
+      if (!wanted) continue;
+      any = meet(rays, views[v], linesOf(v)) || any;
+      for (std::size_t i = 0; i < rays.count; ++i)
+        if (wanted_[i]) hidden[i] = std::min(hidden[i], hidden_[i]);
+    }
+  }
+  several_ = false;
+  for (std::size_t i = 0; i < rays.count; ++i)
+    if (hidden[i] > 0.0f) rays.hidden[i] = std::min(rays.hidden[i], hidden[i]);
+  return any;
 }
 
 void TileRays::take(RayBatch& rays, int index, const ImpostorLines& lines) {

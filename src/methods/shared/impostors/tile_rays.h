@@ -4,7 +4,7 @@
 
 #include <array>
 #include <span>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 #include "methods/shared/impostors/processor.h"
@@ -26,9 +26,12 @@ class TileRays {
  private:
   void nearest(RayBatch& rays, bool diffuseAlone);
   /// Tests nearer impostors first, in the order of their bounding spheres.
-  void meetInOrder(RayBatch& rays, std::span<const int> members);
+  void meetInOrder(RayBatch& rays, const ImpostorList& list, std::size_t count);
   bool meet(RayBatch& rays, int index, const ImpostorLines& lines);
   void meetDepthMap(RayBatch& rays, const ImpostorLines& lines);
+  /// Several depth maps of an object: each ray asks the one that it faces most, and the next one
+  /// where that hides it.
+  bool meetViews(RayBatch& rays, std::span<const int> views);
   void take(RayBatch& rays, int index, const ImpostorLines& lines);
   void shadeWalls(RayBatch& rays);
   /// Attenuates the radiance of hits by their distance.
@@ -49,9 +52,13 @@ class TileRays {
   std::array<std::uint16_t, kMostRays>
       from_{};  ///< rays of first_ from which those of second_ continue
   std::array<float, kMostRays> specular_{};
-  std::vector<std::pair<float, int>> order_;  ///< of meetInOrder(): distance, impostor
+  std::vector<std::tuple<float, int, int>> order_;  ///< distance, impostor, place in the list
   Meetings met_;
   MapRays map_;
+  // Within meetViews(): rays that ask a map, and from where on it hides them (0: nowhere)
+  bool several_ = false;
+  Lane hidden_{};
+  std::array<bool, kMostRays> wanted_{};
   Vectors keptOrigins_;  ///< of rays that begin later
   Lane keptT_{};
   LookUps looks_;

@@ -23,7 +23,13 @@ const int kRowV = 2;
 const int kMore = 3;    // layer, way (kWay...), metres of a texel, 1 where it has normals
 const int kRows = 4;    // rows u w, v w, g w, w of its camera
 const int kWalls = 8;   // height of the transition walls, id of the object, side of the plane, metres at which rays begin
-const int kTint = 9;    // of its reflection
+const int kTint = 9;    // of its reflection; steepest surface of one of several depth maps
+
+// A member of a list is an impostor's index, and from this bit on how many depth maps of its object
+// follow, if they are several
+const int kViewsShift = 20;
+// Shares of a ray's way above it: MapRays::at
+const float kHidden = 3.0;
 
 const int kWayQuad = 0;
 const int kWayDepth = 1;

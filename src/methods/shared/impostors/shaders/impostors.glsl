@@ -1,9 +1,11 @@
 // Radiance along the reflected rays of samples, from the impostors of their reflector and from the
 // environment map behind. An entry point includes this file and defines
-//   bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec2 uv,
-//              out float share, inout uint work)
-// for an impostor whose lines of the table begin at `texel`; share: of the environment map's radiance.
+//   bool meets(int texel, int way, float steepest, vec3 origin, vec3 direction, out float t,
+//              out vec2 uv, out float share, inout uint work)
+// for an impostor whose lines of the table begin at `texel`; steepest: MapRays::steepest; share: of the
+// environment map's radiance, or -1 where the impostor hides from `t` on what the ray meets.
 //   GLOSSY   1: rays of a lobe, each a cone of its share
+//   VIEWS    1: objects may have several depth maps for a reflector
 //   BOUNCES  2: rays that hit a reflective impostor go on
 //   MASKS    1: marks are written as masks, too
 //   WALLS    1: there are transition walls
@@ -53,8 +55,8 @@ const float kFootprint = 1.7320508;
 const int kBehind = 3;  // impostors behind the nearest that share a cone
 #endif
 
-bool meets(int texel, int way, vec3 origin, vec3 direction, out float t, out vec2 uv,
-           out float share, inout uint work);
+bool meets(int texel, int way, float steepest, vec3 origin, vec3 direction, out float t,
+           out vec2 uv, out float share, inout uint work);
 
 struct Found {
   float t;
@@ -64,6 +66,9 @@ struct Found {
   float level;
   float share;  // of the environment map
   int way;
+#if VIEWS
+  float hidden;  // from where on no map of an object sees the ray
+#endif
 #if GLOSSY
   vec4 behind[kBehind];  // colors of the next impostors
   float tBehind[kBehind];
@@ -110,6 +115,37 @@ vec4 shownAt(vec3 place, float level, int way) {
   return covered ? vec4(color.rgb / color.a, 1.0) : vec4(0.0);
 }
 
+#if VIEWS
+// Several depth maps of an object, listed from `first` on: the ray asks the one that it faces most, and
+// the next one where that hides it. share: -1 where all do, from t on.
+bool meetsViews(int first, int views, vec3 origin, vec3 direction, out int impostor, out float t,
+                out vec2 uv, out float share, inout uint work) {
+  const int indexBits = (1 << kViewsShift) - 1;
+  uint asked = 0u;
+  float hidden = 1e30;
+  for (int round = 0; round < views; ++round) {
+    float best = -2.0;
+    int next = 0;
+    for (int v = 0; v < views; ++v) {
+      int index = texelFetch(impostorLists, first + v).r & indexBits;
+      float facing = dot(texelFetch(impostorTable, index * kTableTexels + kPlane).xyz, direction);
+      if ((asked >> v & 1u) != 0u || !(facing > best)) continue;
+      best = facing;
+      next = v;
+      impostor = index;
+    }
+    asked |= 1u << next;
+    int texel = impostor * kTableTexels;
+    float steepest = texelFetch(impostorTable, texel + kTint).w;
+    bool hit = meets(texel, kWayDepth, steepest, origin, direction, t, uv, share, work);
+    if (hit || share >= 0.0) return hit;
+    hidden = min(hidden, t);
+  }
+  t = hidden;
+  return false;
+}
+#endif
+
 // The nearest of an object's impostors along a ray; `distance`: from the eye to its origin.
 Found nearest(int object, bool diffuseAlone, vec3 origin, vec3 direction, float distance,
               float spread, inout uint work, inout uint marks) {
@@ -119,6 +155,9 @@ Found nearest(int object, bool diffuseAlone, vec3 origin, vec3 direction, float 
   found.color = vec4(0.0);
   found.share = 0.0;
   found.way = kWayQuad;
+#if VIEWS
+  found.hidden = 1e30;
+#endif
 #if GLOSSY
   for (int k = 0; k < kBehind; ++k) found.tBehind[k] = 1e30;
 #endif
@@ -127,12 +166,25 @@ Found nearest(int object, bool diffuseAlone, vec3 origin, vec3 direction, float 
   for (int i = 0; i < 4096; ++i) {
     if (i >= count) break;
     int impostor = texelFetch(impostorLists, first + i).r;
-    int texel = impostor * kTableTexels;
-    vec4 more = texelFetch(impostorTable, texel + kMore);
     float t;
     vec2 uv;
     float share;
-    bool hit = meets(texel, int(more.y), origin, direction, t, uv, share, work);
+#if VIEWS
+    int views = impostor >> kViewsShift;
+    bool hit = false;
+    if (views > 0) {
+      hit = meetsViews(first + i, views, origin, direction, impostor, t, uv, share, work);
+      if (!hit && share < 0.0) found.hidden = min(found.hidden, t);
+      i += views - 1;
+    }
+    int texel = impostor * kTableTexels;
+    vec4 more = texelFetch(impostorTable, texel + kMore);
+    if (views == 0) hit = meets(texel, int(more.y), 0.0, origin, direction, t, uv, share, work);
+#else
+    int texel = impostor * kTableTexels;
+    vec4 more = texelFetch(impostorTable, texel + kMore);
+    bool hit = meets(texel, int(more.y), 0.0, origin, direction, t, uv, share, work);
+#endif
 #if GLOSSY
     bool wanted = hit && t < found.tBehind[kBehind - 1];
 #else
@@ -193,6 +245,9 @@ vec3 seenAlong(int object, vec3 origin, vec3 direction, float distance, float sp
                float mapLevel, inout uint work, inout uint marks) {
   Found found = nearest(object, false, origin, direction, distance, spread, work, marks);
   bool none = found.impostor < 0;
+#if VIEWS
+  if (found.hidden < found.t) marks |= kMaskDisoccluded;
+#endif
 #if GLOSSY
   // What lies beside each other shares a cone: walls that meet leave no gap
   vec4 seen = found.color;
