@@ -117,7 +117,7 @@ TEST_F(Nightly, WhatIsWrongEndsWithAHint) {
       << begin << "\"ball\": " << ball << R"(], "against": "nobody"}}})";
   for (const auto& [arguments, hint] : std::map<std::string, std::string>{
            {"small.suite.json --effort ful", "with frames for --effort ful"},
-           {"small.suite.json --only square", "fits --only square"},
+           {"small.suite.json --only square", "matches --only square"},
            {"small.suite.json more", "is one argument too many"},
            {"small.suite.json --single-file", "needs --html DIR"},
            {"small.suite.json --baseline feed", "no stored build has a fingerprint that begins so"},
@@ -128,7 +128,7 @@ TEST_F(Nightly, WhatIsWrongEndsWithAHint) {
            {"'a b.suite.json'", "the suite's file name"},
            {"twice.suite.json", "\"truth\" is named twice"},
            {"nameless.suite.json", "the scene's name"},
-           {"untrue.suite.json", "untrue.ball.truth: its truth"},
+           {"untrue.suite.json", "untrue.ball.truth: the reference"},
            {"undo", "give the number"},
            {"accept", "name a case, such as"}}) {
     const Result result = nightly(arguments);
@@ -142,7 +142,7 @@ TEST_F(Nightly, WhatHangsIsACrashAndTheNightGoesOn) {
   const Result result =
       nightly("small.suite.json --progress none -q --patience 0.05 --program ./hangs");
   EXPECT_EQ(result.exitCode, 6) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("./hangs gave no answer for 3 s and was ended"));
+  EXPECT_THAT(result.out, HasSubstr("./hangs did not answer for 3 s and was killed"));
   EXPECT_THAT(result.out, HasSubstr("2 cases, 0 regressions, 1 crashes"));
 }
 
