@@ -41,6 +41,8 @@ struct RunSettings {
   /// `disoccluded`, if it can.
   bool countDisocclusions = false;
   bool fresnelSchlick = false;
+  /// The run's camera path; null: none is known.
+  const scene::CameraPath* path = nullptr;
   std::vector<std::string> layers;  ///< requested layers: "Z", "N", "reflection", "diffuse", "id",
                                     ///< "s", and names of MethodEntry::sampleLayers
 };

@@ -17,15 +17,14 @@ const Vec4& nearestRadiance(const Radiance& radiance, const PlacedChart& chart, 
   return radiance.texel(side, chart.x + texel.x, chart.y + texel.y);
 }
 
-/// Bilinear within the chart.
+/// Bilinear within the chart; beyond the outer texels' centres as it goes on from there.
 Footprint::Square squareOn(const Radiance& radiance, const PlacedChart& chart, const Vec2& place,
                            int level, int side) {
   const int size = (1 << chart.image.texelLevel) >> level;
-  const float last = static_cast<float>(size - 1);
-  const float x = std::clamp(place.x * static_cast<float>(size) - 0.5f, 0.0f, last);
-  const float y = std::clamp(place.y * static_cast<float>(size) - 0.5f, 0.0f, last);
-  const int x0 = static_cast<int>(x);
-  const int y0 = static_cast<int>(y);
+  const float x = place.x * static_cast<float>(size) - 0.5f;
+  const float y = place.y * static_cast<float>(size) - 0.5f;
+  const int x0 = std::clamp(static_cast<int>(x), 0, std::max(0, size - 2));
+  const int y0 = std::clamp(static_cast<int>(y), 0, std::max(0, size - 2));
   Footprint::Square square;
   square.corner = radiance.onLevel(side, level, (chart.x >> level) + static_cast<std::uint32_t>(x0),
                                    (chart.y >> level) + static_cast<std::uint32_t>(y0));
@@ -107,7 +106,7 @@ Footprint footprint(const SceneImages& images, const Radiance& radiance, const Q
 Vec3 mean(const Footprint& footprint) {
   Floats4 value = meanOf(footprint.fine);
   if (footprint.share > 0.0f) value = mix(value, meanOf(footprint.coarse), footprint.share);
-  return {value[0], value[1], value[2]};
+  return glm::max(Vec3(value[0], value[1], value[2]), 0.0f);
 }
 
 bool isCutAway(const void* sceneTexels, std::uint32_t node, Vec2 at) {

@@ -32,7 +32,7 @@ struct Footprint {
   struct Square {
     const Vec4* corner = nullptr;
     std::size_t right = 0, up = 0;
-    Vec2 at{0.0f};  ///< position between them, 0..1
+    Vec2 at{0.0f};  ///< position between them, 0..1; half a texel beyond at a chart's border
   };
   Square fine, coarse;
   float share = 0.0f;  ///< weight of the coarser level

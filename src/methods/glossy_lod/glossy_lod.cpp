@@ -1,6 +1,7 @@
 #include "methods/glossy_lod/glossy_lod.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -35,11 +36,11 @@ class GlossyLod : public Method {
     const Reflectors reflectors = findReflectors(scene, settings.reflectors);
     if (!reflectors.any()) return plan;
     const std::string all = options_.objects == Objects::All ? "all" : "diffuse";
+    const Sizes sizes = findSizes(scene, settings, options_);
     plan.items = {
         {"precomputation", "geometry_images",
-         "charts of " + all + " objects as grids of vertices, " + std::to_string(options_.size) +
-             " x " + std::to_string(options_.size) + " quads an object, and the tree over them",
-         0},
+         "charts of " + all + " objects as grids of vertices, and the tree over them", 0},
+        {"resource", "geometry images", sizesText(sizes), sizes.bytes},
         {"precomputation", "radiance", "their diffuse radiance, on both sides", 0},
         {"pass", "trace",
          std::to_string(reflectors.count()) + " reflective objects, " +
@@ -60,8 +61,10 @@ class GlossyLod : public Method {
     reflectors_ = findReflectors(services.scene, settings.reflectors);
     if (!reflectors_.any()) return;
     refractive_ = raster::RefractiveSamples(services.scene);
-    services.timer.measure("geometry_images",
-                           [&] { images_.make(services.scene, services.geometry, options_); });
+    services.timer.measure("geometry_images", [&] {
+      const Sizes sizes = findSizes(services.scene, settings, options_);
+      images_.make(services.scene, services.geometry, options_, sizes);
+    });
     objects_.resize(services.scene.objects.size());
     std::iota(objects_.begin(), objects_.end(), 0);
     shade(services, objects_, true);
@@ -95,6 +98,16 @@ class GlossyLod : public Method {
   }
 
  private:
+  std::string sizesText(const Sizes& sizes) const {
+    const auto thousands = [](double n) { return std::to_string(std::llround(n / 1000.0)); };
+    return "about " + thousands(sizes.quads) + " thousand quads and " + thousands(sizes.texels) +
+           " thousand texels, " +
+           (options_.size > 0 ? "by size" : "by triangles and by pixels in reflectors") +
+           (sizes.reduced == 0  ? ""
+            : options_.size > 0 ? ", fewer than asked for"
+                                : ", fewer than wanted, by memory_mib");
+  }
+
   void report(FrameOutput& output) const {
     output.counters["charts"] = images_.counts().charts;
     output.counters["quads"] = images_.counts().quads;
@@ -229,8 +242,8 @@ const MethodEntry& glossyLodEntry() {
             "the meshes"},
            {"most_stretch_percent", "the largest of any chart"},
            {"reduced_objects",
-            "objects with fewer quads than `size` asks for, since all together have at most 6 "
-            "million"},
+            "objects with coarser images than they ask for, since all together have at most "
+            "`memory_mib`, or with `size` 6 million quads"},
            {"not_finite", "radiances that were NaN or infinite, replaced by 0", true},
            {"refraction_mirrored", "samples of refractive materials, which are mirrored instead"}},
       .sampleLayers = imageLayers(),

@@ -99,7 +99,7 @@ TEST(GlossyLod, ShowsItsImagesAsLayers) {
   builder.add(scene::makeIcosphere(1.0f, 5, scene::UvMode::Unit), builder.diffuse(Vec3(0.5f)));
   test::GlStage stage(builder.scene(), test::framesOf(40, 30, 1));
   SceneImages images;
-  images.make(stage.scene, stage.moment.geometry, {.size = 64});
+  images.make(stage.scene, stage.moment.geometry, {}, findSizes(stage.scene, {}, {.size = 64}));
   EXPECT_GE(images.counts().meanStretchPercent, 100u);
   EXPECT_LT(images.counts().mostStretchPercent, 300u);
   const scene::Camera camera = scene::lookAt({0.0f, 0.0f, 3.0f}, Vec3(0.0f), {0, 1, 0}, 1.0f);

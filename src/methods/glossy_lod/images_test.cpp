@@ -24,6 +24,11 @@ MeshView viewOf(const scene::Mesh& mesh) {
   return {mesh.positions, mesh.indices, mesh.normals};
 }
 
+/// As many quads as a square of so many along its edge.
+ImageSize sizeOf(int size) {
+  return {static_cast<double>(size) * size, 0.0, size};
+}
+
 /// Triangles of all grids by their samples, without those that have no area by construction.
 std::vector<std::array<std::uint32_t, 3>> trianglesOf(const ObjectImage& image) {
   std::vector<std::array<std::uint32_t, 3>> all;
@@ -86,7 +91,7 @@ TEST(GeometryImages, OfClosedBodiesAreClosed) {
   const std::vector<scene::Mesh> bodies = closedBodies();
   for (const int size : {1, 4, 32, 128}) {
     for (const scene::Mesh& mesh : bodies) {
-      const ObjectImage image = makeObjectImage(viewOf(mesh), size * size, size);
+      const ObjectImage image = makeObjectImage(viewOf(mesh), sizeOf(size));
       EXPECT_EQ(openEdges(image), 0u) << "body " << &mesh - bodies.data() << ", size " << size;
     }
   }
@@ -103,7 +108,7 @@ TEST(GeometryImages, ApproachTheSurface) {
   }
   double before = 1.0;
   for (const int size : {16, 32, 64}) {
-    const ObjectImage image = makeObjectImage(viewOf(mesh), size * size, size);
+    const ObjectImage image = makeObjectImage(viewOf(mesh), sizeOf(size));
     const double error = std::abs(1.0 - areaOf(mesh, image) / real);
     EXPECT_LT(error, before) << size;
     EXPECT_EQ(image.notFlattened, 0u);
@@ -115,7 +120,7 @@ TEST(GeometryImages, ApproachTheSurface) {
 
 TEST(GeometryImages, KeepTrianglesOfABoxAsTheyAre) {
   const scene::Mesh mesh = scene::makeBox({.size = Vec3(1.0f)}, UvMode::Unit);
-  const ObjectImage image = makeObjectImage(viewOf(mesh), 64 * 64, 64);
+  const ObjectImage image = makeObjectImage(viewOf(mesh), sizeOf(64));
   EXPECT_EQ(image.charts.size(), 6u);
   EXPECT_EQ(image.plainTriangles, 12u);
   EXPECT_DOUBLE_EQ(areaOf(mesh, image), 6.0);
@@ -139,7 +144,7 @@ TEST(GeometryImages, CutLargeChartsWithoutGaps) {
   box.segments = {256, 32,
                   128};  // two faces of 65,536 triangles; vertices have the very same places
   const scene::Mesh mesh = scene::makeBox(box, UvMode::Unit);
-  const ObjectImage image = makeObjectImage(viewOf(mesh), 64 * 64, 64);
+  const ObjectImage image = makeObjectImage(viewOf(mesh), sizeOf(64));
   EXPECT_LE(image.charts.size(), 80u);
   EXPECT_EQ(image.notFlattened, 0u);
   EXPECT_EQ(openEdges(image), 0u);
@@ -150,7 +155,7 @@ TEST(GeometryImages, CutLargeChartsWithoutGaps) {
 // [Sander2003] charts that grow freely leave cusps, at which the finest meshes fell into thousands
 TEST(GeometryImages, OfALargeMeshAreFewAndLittleStretched) {
   const scene::Mesh mesh = scene::makeTorus(0.35f, 0.14f, 256, 256, UvMode::Unit);
-  const ObjectImage image = makeObjectImage(viewOf(mesh), 128 * 128, 128);
+  const ObjectImage image = makeObjectImage(viewOf(mesh), sizeOf(128));
   EXPECT_LE(image.charts.size(), 70u);
   EXPECT_EQ(image.plainTriangles, 0u);
   EXPECT_EQ(image.notFlattened, 0u);
@@ -163,7 +168,7 @@ TEST(GeometryImages, TakeAnyMesh) {
   scene::Mesh mesh;
   mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5f, 0.5f, 1}, {2, 0, 0}};
   mesh.indices = {0, 1, 2, 0, 2, 3, 0, 2, 4, 0, 2, 4, 0, 1, 5, 3, 3, 1};
-  const ObjectImage image = makeObjectImage(viewOf(mesh), 16.0, 4);
+  const ObjectImage image = makeObjectImage(viewOf(mesh), sizeOf(4));
   EXPECT_EQ(image.degenerateTriangles, 2u);
   EXPECT_EQ(image.plainTriangles, 4u);
   EXPECT_NEAR(areaOf(mesh, image), 1.0 + 2.0 * 0.5 * std::sqrt(2.0), 1e-6);
@@ -193,8 +198,8 @@ TEST(GeometryImages, AreTheSameFromAColdAWarmAndADamagedCache) {
   const std::filesystem::path folder =
       std::filesystem::path(testing::TempDir()) / "geometry_images";
   std::filesystem::remove_all(folder);
-  const ObjectImage made = makeObjectImage(viewOf(mesh), 32 * 32, 32);
-  const auto cached = [&] { return cachedObjectImage(viewOf(mesh), 32 * 32, 32, folder); };
+  const ObjectImage made = makeObjectImage(viewOf(mesh), sizeOf(32));
+  const auto cached = [&] { return cachedObjectImage(viewOf(mesh), sizeOf(32), folder); };
   EXPECT_TRUE(same(cached(), made));
   const auto files = [&] { return std::distance(std::filesystem::directory_iterator(folder), {}); };
   EXPECT_EQ(files(), 1);
@@ -217,7 +222,7 @@ TEST(GeometryImages, ShareStepsByLength) {
 }
 
 TEST(Tree, VisitsEveryQuadOnceAndNestsItsBoxes) {
-  const std::vector<Grid> grids = {{0, 2}, {25, 0}, {29, 1}};
+  const std::vector<Grid> grids = {{0, 0, 2}, {25, 16, 0}, {29, 17, 1}};
   std::vector<Vec4> vertices;
   for (int i = 0; i < 38; ++i)
     vertices.emplace_back(std::sin(3.0f * static_cast<float>(i)), 0.1f * static_cast<float>(i),
@@ -225,7 +230,7 @@ TEST(Tree, VisitsEveryQuadOnceAndNestsItsBoxes) {
   for (const std::optional<Vec3>& from :
        {std::optional<Vec3>(), std::optional(Vec3(0.0f, 9.0f, 0.0f))}) {
     Tree tree;
-    tree.build(grids, vertices, from);
+    tree.build(grids, vertices, std::vector<Vec3>(21), from);
     const std::vector<Node>& nodes = tree.nodes();
     EXPECT_EQ(nodes.size(), 21u + 1u + 5u + 2u);
     std::set<std::pair<std::uint32_t, std::uint32_t>> leaves;
@@ -253,7 +258,7 @@ TEST(Tree, HasTheNearestChildrenFirst) {
       vertices.emplace_back(static_cast<float>(column), 0.0f, static_cast<float>(row), 0.0f);
   for (const Vec3 from : {Vec3(-1, 0, -2), Vec3(9, 0, -2), Vec3(-1, 0, 9), Vec3(9, 0, 8)}) {
     Tree tree;
-    tree.build(std::vector<Grid>{{0, 2}}, vertices, from);
+    tree.build(std::vector<Grid>{{0, 0, 2}}, vertices, std::vector<Vec3>(16), from);
     const auto middle = [&](std::uint32_t node) {
       return 0.5f * (tree.nodes()[node].least + tree.nodes()[node].most);
     };
@@ -269,13 +274,13 @@ TEST(Tree, HasTheNearestChildrenFirst) {
 }
 
 TEST(Tree, FollowsTheChartsThatMoved) {
-  const std::vector<Grid> grids = {{0, 2}, {25, 0}, {29, 1}};
+  const std::vector<Grid> grids = {{0, 0, 2}, {25, 16, 0}, {29, 17, 1}};
   std::vector<Vec4> vertices;
   for (int i = 0; i < 38; ++i)
     vertices.emplace_back(std::sin(3.0f * static_cast<float>(i)), 0.1f * static_cast<float>(i),
                           std::cos(5.0f * static_cast<float>(i)), 0.0f);
   Tree partly;
-  partly.build(grids, vertices, std::nullopt);
+  partly.build(grids, vertices, std::vector<Vec3>(21), std::nullopt);
   Tree wholly = partly;
   const Node before = partly.nodes().front();
   for (std::size_t i = 29; i < 38; ++i) vertices[i] = 0.2f * vertices[i] - Vec4(3.0f);

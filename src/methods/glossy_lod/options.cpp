@@ -13,6 +13,19 @@ constexpr auto kOrders =
 constexpr auto kObjects =
     config::names<Objects>({{"all", Objects::All}, {"diffuse", Objects::Diffuse}});
 
+/// An integer of MiB, kept in bytes.
+config::Option<Options> memory() {
+  return {{.name = "memory_mib",
+           .type = config::FieldType::Integer,
+           .help = "memory of all images, MiB; beyond it all are coarser",
+           .defaultText = std::to_string(Options{}.memoryBytes >> 20),
+           .minimum = 1,
+           .maximum = 65536},
+          [](Options& options, const config::Value& value) {
+            options.memoryBytes = static_cast<std::uint64_t>(value.asInteger()) << 20;
+          }};
+}
+
 }  // namespace
 
 const config::OptionTable<Options>& optionTable() {
@@ -30,8 +43,9 @@ const config::OptionTable<Options>& optionTable() {
            .trade("0,4,8"),
        field(
            &Options::levels, "levels", kLevels,
-           "levels of detail. adaptive: as in the paper; stitched: a ray that misses a coarse quad "
-           "continues in finer ones, so that no hit is lost between levels; off: the finest level"),
+           "levels of detail. adaptive: as in the paper; stitched: a ray that misses the front of "
+           "a coarse quad continues in finer ones, so that none passes between levels; off: the "
+           "finest level"),
        field(&Options::order, "order", kOrders,
              "order of a node's children. near_first: those nearest to the middle of all "
              "reflectors first"),
@@ -40,10 +54,11 @@ const config::OptionTable<Options>& optionTable() {
        field(&Options::automatic, "automatic",
              "choose `rays` and `alpha` by the paper's rule: 20 and 3 for Phong exponents above "
              "3000, otherwise 40 and 10"),
-       field(&Options::size, "size", range(1, 1024),
+       field(&Options::size, "size", range(0, 1024),
              "resolution of the geometry images: all charts of an object together have `size` "
-             "times `size` quads"),
-       field(&Options::objects, "objects", kObjects, kObjectsHelp),
+             "times `size` quads, as in the paper; 0: an object's triangles and the pixels that it "
+             "can cover in reflectors decide"),
+       memory(), field(&Options::objects, "objects", kObjects, kObjectsHelp),
        field(&Options::bounces, "bounces", range(1, 16), kBouncesHelp)});
   return table;
 }

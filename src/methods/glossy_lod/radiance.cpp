@@ -40,7 +40,8 @@ float texelArea(const PlacedChart& chart, const std::vector<Vec4>& vertices, std
   const auto n = static_cast<float>(1u << (2 * finer));
   if (finer == 0) return lower + upper;
   // A plain chart of one triangle has it in one half
-  const bool inLower = x + y + 1 < (1u << finer) && lower > 0.0f;
+  const std::uint32_t last = (1u << finer) - 1;
+  const bool inLower = (x & last) + (y & last) < last && lower > 0.0f;
   return 2.0f * (inLower ? lower : upper) / n;
 }
 
@@ -52,6 +53,7 @@ void Radiance::shadeRows(const PlacedChart& chart, int side, std::uint32_t first
   const frame::ObjectRange& range = geometry->objects[static_cast<std::size_t>(chart.object)];
   const std::uint32_t n = 1u << chart.image.texelLevel;
   std::uint64_t notFinite = 0;
+  Vec4* const texels = texels_[static_cast<std::size_t>(side)].get();
   const std::uint32_t* const indices = &geometry->indices[range.firstIndex];
   const auto triangleOf = [indices](const TrianglePlace& place) {
     return indices + std::size_t{3} * place.triangle;
@@ -79,14 +81,14 @@ void Radiance::shadeRows(const PlacedChart& chart, int side, std::uint32_t first
         radiance = Vec3(0.0f);
         ++notFinite;
       }
-      texels_[side][at(0, chart.x + x, chart.y + y)] = Vec4(radiance, cut ? -1.0f : area);
+      texels[at(0, chart.x + x, chart.y + y)] = Vec4(radiance, cut ? -1.0f : area);
     }
   }
   if (notFinite > 0) notFinite_ += notFinite;
 }
 
 void Radiance::average(const PlacedChart& chart, int side) {
-  std::vector<Vec4>& texels = texels_[side];
+  Vec4* const texels = texels_[static_cast<std::size_t>(side)].get();
   for (int level = 1; level <= chart.image.texelLevel; ++level) {
     const std::uint32_t n = 1u << (chart.image.texelLevel - level);
     const std::uint32_t x0 = chart.x >> level;
@@ -113,16 +115,15 @@ void Radiance::average(const PlacedChart& chart, int side) {
 }
 
 void Radiance::allocate() {
-  if (side_ != 0) return;
-  side_ = shading_.images->atlasSide();
-  for (auto& texels : texels_) texels.assign(width() * side_, Vec4(0.0f));
+  if (states_) return;
+  size_ = shading_.images->atlasSize();
+  for (auto& texels : texels_) texels = std::make_unique_for_overwrite<Vec4[]>(width() * size_.y);
   states_ = std::make_unique<std::atomic<State>[]>(2 * shading_.images->charts().size());
   stale_ = 0;
 }
 
 void Radiance::shade(const Shading& shading, std::span<const int> objects) {
-  shading_ = shading;
-  allocate();
+  shadeLater(shading, objects);
   struct Rows {
     std::uint32_t chart, first, end;
   };
@@ -140,15 +141,12 @@ void Radiance::shade(const Shading& shading, std::span<const int> objects) {
   const std::vector<PlacedChart>& all = shading.images->charts();
   parallelFor(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p)
-      for (int side = 0; side < 2; ++side)
-        shadeRows(all[parts[p].chart], side, parts[p].first, parts[p].end);
+      shadeRows(all[parts[p].chart], 0, parts[p].first, parts[p].end);
   });
   parallelFor(charts.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) {
-      for (int side = 0; side < 2; ++side) {
-        average(all[charts[c]], side);
-        setShaded(charts[c], side);
-      }
+      average(all[charts[c]], 0);
+      setShaded(charts[c], 0);
     }
   });
 }

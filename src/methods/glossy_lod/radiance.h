@@ -1,6 +1,7 @@
 // Diffuse radiance of all geometry images, for both sides of a surface, with mip levels.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -22,10 +23,11 @@ struct Shading {
 
 class Radiance {
  public:
-  /// Shades all texels of these objects with the renderer's own shading (frame::shadeSurface) and
-  /// averages them into coarser levels.
+  /// Shades the texels of these objects, seen from the front, with the renderer's own shading
+  /// (frame::shadeSurface) and averages them into coarser levels. Backs are shaded when ensure() is
+  /// first called for them.
   void shade(const Shading& shading, std::span<const int> objects);
-  /// As shade(), but each side of a chart is only shaded when ensure() is first called for it.
+  /// As shade(), but fronts, too, are only shaded when ensure() is first called for them.
   void shadeLater(const Shading& shading, std::span<const int> objects);
   bool allShaded() const { return stale_.load(std::memory_order_acquire) == 0; }
   /// A side of a chart must be shaded before it is read: ensure() shades it if necessary, or waits
@@ -40,11 +42,11 @@ class Radiance {
   /// Texels of level 0 of one side: rgb is radiance, a is the texel's area in m^2, negative where
   /// an alpha mask removes the surface.
   const Vec4& texel(int side, std::uint32_t x, std::uint32_t y) const {
-    return texels_[side][std::size_t{y} * width() + x];
+    return texels_[static_cast<std::size_t>(side)][std::size_t{y} * width() + x];
   }
   /// A texel of a coarser level. row() texels further lies the one above it.
   const Vec4* onLevel(int side, int level, std::size_t x, std::size_t y) const {
-    return &texels_[side][at(level, x, y)];
+    return &texels_[static_cast<std::size_t>(side)][at(level, x, y)];
   }
   std::size_t row() const { return width(); }
 
@@ -56,15 +58,16 @@ class Radiance {
   void average(const PlacedChart& chart, int side);
   void setShaded(std::uint32_t chart, int side);
 
-  /// Level 0 is a square on the left; the other levels lie below each other to its right.
-  std::size_t width() const { return side_ + side_ / 2; }
+  /// Level 0 is on the left; the other levels lie below each other to its right.
+  std::size_t width() const { return size_.x + size_.x / 2; }
   std::size_t at(int level, std::size_t x, std::size_t y) const {
     if (level == 0) return y * width() + x;
-    return (side_ - (side_ >> (level - 1)) + y) * width() + side_ + x;
+    return (size_.y - (size_.y >> (level - 1)) + y) * width() + size_.x + x;
   }
 
-  std::uint32_t side_ = 0;  ///< width of level 0 in texels
-  std::vector<Vec4> texels_[2];
+  glm::uvec2 size_{0};  ///< of level 0, texels
+  /// By side. Not set before it is shaded: the system gives no memory to backs that are never seen.
+  std::array<std::unique_ptr<Vec4[]>, 2> texels_;
   Shading shading_;
   std::unique_ptr<std::atomic<State>[]> states_;  ///< indexed by chart and side
   std::atomic<std::size_t> stale_{0};             ///< sides that are not Shaded

@@ -16,9 +16,6 @@
 namespace catoptric::methods::glossy_lod {
 namespace {
 
-/// Quads of all objects together, by which memory is bounded. Ours: 0.8 GB of tree, vertices,
-/// radiance.
-constexpr double kMostQuads = 6e6;
 constexpr std::uint32_t kMostAtlas = 8192;  ///< texels along a side. Ours: 3 GB of radiance
 
 /// Vertices whose memory is asked for before they are placed. Ours.
@@ -53,31 +50,41 @@ std::optional<Vec3> middleOfReflectors(const scene::Scene& scene, const frame::G
   return 0.5f * (box.min + box.max);
 }
 
+/// The surface's normals about a chart's quads: those of the triangles on which their corners lie,
+/// where these are not on the border.
+void addNormals(const frame::Geometry& geometry, const PlacedChart& chart,
+                std::vector<Vec3>& normals) {
+  const std::size_t quads = std::size_t{1} << chart.image.level;
+  const Vec3* const p =
+      &geometry.positions[geometry.objects[static_cast<std::size_t>(chart.object)].firstVertex];
+  const auto normalAt = [&](std::size_t x, std::size_t y) {
+    const std::size_t number = chart.image.firstGrid + y * (quads + 1) + x;
+    const auto& v = chart.source->samples[chart.source->grid[number]].vertex;
+    return normalizedOr(glm::cross(p[v[1]] - p[v[0]], p[v[2]] - p[v[0]]), Vec3(0.0f));
+  };
+  for (std::size_t y = 0; y < quads; ++y)
+    for (std::size_t x = 0; x < quads; ++x)
+      normals.push_back(normalAt(x, y) + normalAt(x + 1, y) + normalAt(x, y + 1) +
+                        normalAt(x + 1, y + 1));
+}
+
 }  // namespace
 
 void SceneImages::make(const scene::Scene& scene, const frame::Geometry& geometry,
-                       const Options& options) {
+                       const Options& options, const Sizes& sizes) {
   counts_ = {};
-  const auto reflected = [&](const scene::Object& object) {
-    return object.reflector == 0 || options.objects == Objects::All;
-  };
-  const auto objects = std::count_if(scene.objects.begin(), scene.objects.end(), reflected);
-  double quads = static_cast<double>(options.size) * options.size;
-  if (static_cast<double>(objects) * quads > kMostQuads) {
-    quads = kMostQuads / static_cast<double>(objects);
-    counts_.reducedObjects = static_cast<std::uint64_t>(objects);
-  }
+  counts_.reducedObjects = sizes.reduced;
   std::map<int, std::shared_ptr<const ObjectImage>> ofMesh;
   charts_.clear();
   firstChart_.assign(1, 0);
   std::uint64_t vertices = 0;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const scene::Object& object = scene.objects[i];
-    if (reflected(object)) {
+    if (sizes.ofObject[i].quads > 0.0) {
       std::shared_ptr<const ObjectImage>& image = ofMesh[object.mesh];
       if (!image)
         image = std::make_shared<ObjectImage>(
-            cachedObjectImage(viewOf(scene, geometry, i), quads, options.size, cacheFolder()));
+            cachedObjectImage(viewOf(scene, geometry, i), sizes.ofObject[i], cacheFolder()));
       for (const ChartImage& chart : image->charts) {
         PlacedChart placed{.object = static_cast<int>(i), .image = chart, .source = image.get()};
         placed.firstVertex = static_cast<std::uint32_t>(vertices);
@@ -106,13 +113,16 @@ void SceneImages::make(const scene::Scene& scene, const frame::Geometry& geometr
   vertices_.assign(vertices, Vec4(0.0f));
   grids_.clear();
   objects_.clear();
+  std::vector<Vec3> normals;
   for (const PlacedChart& chart : charts_) {
-    grids_.push_back({chart.firstVertex, chart.image.level});
+    grids_.push_back(
+        {chart.firstVertex, static_cast<std::uint32_t>(normals.size()), chart.image.level});
+    addNormals(geometry, chart, normals);
     objects_.push_back(static_cast<std::uint32_t>(chart.object) + 1);
   }
   for (std::size_t i = 0; i < scene.objects.size(); ++i) place(geometry, static_cast<int>(i));
   tree_.build(
-      grids_, vertices_,
+      grids_, vertices_, normals,
       options.order == Order::NearFirst ? middleOfReflectors(scene, geometry) : std::nullopt);
   packAtlas();
 }
@@ -154,9 +164,10 @@ void SceneImages::packAtlas() {
     charts_[c].y = everyOther(at >> 1);
     at += std::uint64_t{1} << (2 * charts_[c].image.texelLevel);
   }
-  atlasSide_ = 2;
-  while (std::uint64_t{atlasSide_} * atlasSide_ < at) atlasSide_ *= 2;
-  if (atlasSide_ > kMostAtlas)
+  atlasSize_ = glm::uvec2(2);
+  while (std::uint64_t{atlasSize_.x} * atlasSize_.y < at)
+    (atlasSize_.x > atlasSize_.y ? atlasSize_.y : atlasSize_.x) *= 2;
+  if (atlasSize_.x > kMostAtlas)
     throw UsageError("glossy_lod: the geometry images need " + std::to_string(at) +
                      " texels, more than a texture can have; lower \"size\"");
 }

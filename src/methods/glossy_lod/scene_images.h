@@ -9,6 +9,7 @@
 #include "methods/contract/method.h"
 #include "methods/glossy_lod/images/geometry_image.h"
 #include "methods/glossy_lod/options.h"
+#include "methods/glossy_lod/sizes.h"
 #include "methods/glossy_lod/tree/traversal.h"
 #include "methods/glossy_lod/tree/tree.h"
 
@@ -39,7 +40,8 @@ struct ImageCounts {
 class SceneImages {
  public:
   /// Makes the geometry images of all reflected objects, one per mesh.
-  void make(const scene::Scene& scene, const frame::Geometry& geometry, const Options& options);
+  void make(const scene::Scene& scene, const frame::Geometry& geometry, const Options& options,
+            const Sizes& sizes);
   /// Moves the vertices of these objects and updates the tree.
   void follow(const frame::Geometry& geometry, std::span<const int> changedObjects);
 
@@ -48,7 +50,7 @@ class SceneImages {
   const Tree& tree() const { return tree_; }
   TreeView view() const;
   const ImageCounts& counts() const { return counts_; }
-  std::uint32_t atlasSide() const { return atlasSide_; }
+  glm::uvec2 atlasSize() const { return atlasSize_; }
   bool reflects(int object) const { return firstChart_[object] < firstChart_[object + 1]; }
   std::span<const PlacedChart> chartsOf(int object) const {
     return std::span(charts_).subspan(firstChart_[object],
@@ -67,7 +69,7 @@ class SceneImages {
   std::vector<std::uint32_t> objects_;  ///< TreeView::objects, indexed by chart
   Tree tree_;
   ImageCounts counts_;
-  std::uint32_t atlasSide_ = 1;
+  glm::uvec2 atlasSize_{2};
 };
 
 }  // namespace catoptric::methods::glossy_lod

@@ -96,6 +96,7 @@ Stage::Stage(const RunConfig& run) : run_(run) {
   timer_.measure("path", [&] {
     path_ = run_.path.empty() ? scene::defaultPath(scene_) : scene::loadPath(run_.path, scene_);
   });
+  run_.image.path = path_.get();
   if (run_.frames.empty()) {
     for (int number = 1; number <= path_->count(); ++number) frames_.push_back(number);
   } else {

@@ -42,6 +42,10 @@ constexpr std::size_t kMostTriangles = 1 << 15;
 /// Triangles of a cell, about, and cells of a mesh at the least. Ours.
 constexpr std::size_t kCellTriangles = 1 << 14;
 constexpr std::size_t kLeastCells = 64;
+/// A texel moves only if it comes so much nearer to its quad: not where this bridges a gap. Ours.
+constexpr float kNearer = 0.5f;
+/// Edges that a texel of the border moves across at the most. Ours.
+constexpr int kMostSteps = 32;
 /// Charts of so few triangles are not cut in two but into these. Ours.
 constexpr std::size_t kSmallChart = 4;
 
@@ -76,6 +80,10 @@ int levelOf(double quads, int most) {
   return std::clamp(static_cast<int>(std::lround(0.5 * std::log2(quads))), 0, most);
 }
 
+int levelsIn(int most) {
+  return std::bit_width(static_cast<unsigned>(most)) - 1;
+}
+
 /// Where the centres of a plain chart's texels lie, on the triangles that the traversal has.
 std::vector<TrianglePlace> plainTexels(const Chart& chart, const FlatMesh& flat, int texelLevel) {
   const int n = 1 << texelLevel;
@@ -99,9 +107,9 @@ std::vector<TrianglePlace> plainTexels(const Chart& chart, const FlatMesh& flat,
   return texels;
 }
 
-/// Flattens a chart; `quads` as many as it is to have, about.
+/// Flattens a chart; `share`: as many quads and texels as it is to have, about.
 void flatten(const MeshView& mesh, const Topology& topology, const Outlines& outlines,
-             std::size_t index, double quads, int most, Prepared& made) {
+             std::size_t index, const ImageSize& share, Prepared& made) {
   const Chart& chart = outlines.charts[index];
   made.outline = fingerprintOf(outlines, chart);
   made.plain = chart.triangles.size() <= kPlain;
@@ -115,7 +123,8 @@ void flatten(const MeshView& mesh, const Topology& topology, const Outlines& out
   } else {
     flat.placeCorners();
   }
-  const int level = made.plain ? 0 : levelOf(quads, most);
+  const int most = levelsIn(share.most);
+  const int level = made.plain ? 0 : levelOf(share.quads, most);
   for (const int wanted : {made.plain ? 1 : kAllSteps, kWantedSteps, 1}) {
     const int finer = wanted == 1 ? most : wanted == kAllSteps ? level : level + kFinerForBorder;
     for (int l = level; l <= std::min(finer, most) && made.failed; ++l)
@@ -124,10 +133,15 @@ void flatten(const MeshView& mesh, const Topology& topology, const Outlines& out
   }
   if (made.failed) return;
   made.level = flat.level();
-  made.texelLevel = made.plain ? levelOf(quads, most) : made.level;
+  const double texels = share.texels > 0.0 ? share.texels : share.quads;
+  made.texelLevel = made.plain ? levelOf(texels, most) : made.level;
   if (made.plain) return;
   made.failed = !flat.flatten();
-  if (!made.failed) made.stretch = flat.stretch();
+  if (made.failed) return;
+  made.stretch = flat.stretch();
+  // Stretched texels are as fine where they are long
+  if (share.texels > 0.0)
+    made.texelLevel = std::max(made.level, levelOf(texels * made.stretch * made.stretch, most));
 }
 
 /// Finds the places of a flat chart's vertices and texels.
@@ -137,8 +151,9 @@ void resample(const Chart& chart, Prepared& made) {
     return;
   }
   const int n = 1 << made.level;
+  const int texels = 1 << made.texelLevel;
   made.inner = made.flat->placesAt(n, 0.0, 1, n - 1);
-  made.texels = made.flat->placesAt(n, 0.5, 0, n);
+  made.texels = made.flat->placesAt(texels, 0.5, 0, texels);
   made.failed = made.texels.empty() || (n > 1 && made.inner.empty());
 }
 
@@ -226,9 +241,84 @@ class Borders {
   std::vector<std::uint32_t> vertexSample_;
 };
 
+Vec3 placeOf(const MeshView& mesh, const TrianglePlace& place) {
+  const std::uint32_t* v = &mesh.indices[3 * std::size_t{place.triangle}];
+  const Vec3 p0 = mesh.positions[v[0]];
+  return p0 + place.b1 * (mesh.positions[v[1]] - p0) + place.b2 * (mesh.positions[v[2]] - p0);
+}
+
+/// The place on the surface next to a point, walked to from `place` across edges.
+TrianglePlace walkTo(const MeshView& mesh, const Topology& topology, TrianglePlace place,
+                     const Vec3& point) {
+  const auto normalOf = [&](std::size_t t) {
+    return normalizedOr(areaNormal(mesh, t), Vec3(0.0f));
+  };
+  const Vec3 normal = normalOf(place.triangle);
+  for (int step = 0; step < kMostSteps; ++step) {
+    const std::size_t first = 3 * std::size_t{place.triangle};
+    const Vec3 corner = mesh.positions[mesh.indices[first]];
+    const Vec3 e1 = mesh.positions[mesh.indices[first + 1]] - corner;
+    const Vec3 e2 = mesh.positions[mesh.indices[first + 2]] - corner;
+    const Vec3 across = glm::cross(e1, e2);
+    const float square = glm::dot(across, across);
+    const float b1 = glm::dot(glm::cross(point - corner, e2), across) / square;
+    const float b2 = glm::dot(glm::cross(e1, point - corner), across) / square;
+    if (!std::isfinite(b1 + b2)) break;
+    place.b1 = std::clamp(b1, 0.0f, 1.0f);
+    place.b2 = std::clamp(b2, 0.0f, 1.0f - place.b1);
+    const std::array<float, 3> weights = {1.0f - b1 - b2, b1, b2};
+    const auto least = std::ranges::min_element(weights);
+    if (*least >= 0.0f) break;
+    const std::int32_t other =
+        topology.across[nextCorner(first + static_cast<std::size_t>(least - weights.begin()))];
+    if (other == kNobody ||
+        glm::dot(normalOf(static_cast<std::size_t>(other) / 3), normal) < kCrease)
+      break;
+    place.triangle = static_cast<std::uint32_t>(other) / 3;
+  }
+  return place;
+}
+
+/// Along a chart's border the quads are no longer where the chart was flattened to: their texels
+/// show the surface where they are now.
+void moveBorderTexels(const MeshView& mesh, const Topology& topology, const ChartImage& chart,
+                      ObjectImage& image) {
+  const std::size_t n = std::size_t{1} << chart.level;
+  const std::size_t finer = std::size_t{1} << (chart.texelLevel - chart.level);
+  const auto vertex = [&](std::size_t x, std::size_t y) {
+    const Sample& sample = image.samples[image.grid[chart.firstGrid + y * (n + 1) + x]];
+    const Vec3 p0 = mesh.positions[sample.vertex[0]];
+    return p0 + sample.w1 * (mesh.positions[sample.vertex[1]] - p0) +
+           sample.w2 * (mesh.positions[sample.vertex[2]] - p0);
+  };
+  for (std::size_t y = 0; y < n * finer; ++y) {
+    for (std::size_t x = 0; x < n * finer; ++x) {
+      const std::size_t column = x / finer;
+      const std::size_t row = y / finer;
+      if (column > 0 && column + 1 < n && row > 0 && row + 1 < n) continue;
+      float u = (static_cast<float>(x % finer) + 0.5f) / static_cast<float>(finer);
+      float v = (static_cast<float>(y % finer) + 0.5f) / static_cast<float>(finer);
+      const bool upper = u + v > 1.0f;
+      const Vec3 corner = upper ? vertex(column + 1, row + 1) : vertex(column, row);
+      const Vec3 right = vertex(upper ? column : column + 1, upper ? row + 1 : row) - corner;
+      const Vec3 up = vertex(upper ? column + 1 : column, upper ? row : row + 1) - corner;
+      if (upper) {
+        u = 1.0f - u;
+        v = 1.0f - v;
+      }
+      TrianglePlace& place = image.texels[chart.firstTexel + y * n * finer + x];
+      const Vec3 point = corner + u * right + v * up;
+      const TrianglePlace walked = walkTo(mesh, topology, place, point);
+      if (glm::distance(placeOf(mesh, walked), point) <
+          kNearer * glm::distance(placeOf(mesh, place), point))
+        place = walked;
+    }
+  }
+}
+
 /// Writes a chart's grid: its inside, and its border by what it shares.
-void addChart(const MeshView& mesh, const Outlines& outlines, std::size_t index,
-              const Prepared& made, const Borders& borders, ObjectImage& image) {
+void addChart(const MeshView& mesh, const Topology& topology, const Outlines& outlines,
+              std::size_t index, const Prepared& made, const Borders& borders, ObjectImage& image) {
   ChartImage chart;
   chart.level = made.level;
   chart.texelLevel = made.texelLevel;
@@ -263,6 +353,7 @@ void addChart(const MeshView& mesh, const Outlines& outlines, std::size_t index,
   }
   image.texels.insert(image.texels.end(), made.texels.begin(), made.texels.end());
   image.charts.push_back(chart);
+  if (!chart.plain) moveBorderTexels(mesh, topology, chart, image);
 }
 
 /// Four places where arcs of a chart's border meet, with as many arcs between them as can be alike,
@@ -403,36 +494,39 @@ void measure(const std::vector<Prepared>& made, ObjectImage& image) {
   if (count > 0) image.meanStretch = sum / static_cast<double>(count);
 }
 
-/// Charts' shares of an object's quads: by area and by triangles.
+/// Charts' shares of an object's quads and texels.
 class Shares {
  public:
-  explicit Shares(const MeshView& mesh, const Topology& topology) : mesh_(mesh) {
+  Shares(const MeshView& mesh, const Topology& topology, const ImageSize& size)
+      : mesh_(mesh), size_(size) {
     for (std::uint32_t t = 0; t < mesh.triangles(); ++t) {
       if (topology.degenerate[t]) continue;
       area_ += areaOf(mesh, t);
       ++triangles_;
     }
   }
-  double of(const Chart& chart) const {
+  ImageSize of(const Chart& chart) const {
     double part = 0.0;
     for (const std::uint32_t t : chart.triangles) part += areaOf(mesh_, t);
     const double ofTriangles =
         static_cast<double>(chart.triangles.size()) / static_cast<double>(triangles_);
-    return 0.5 * (area_ > 0.0 ? part / area_ : ofTriangles) + 0.5 * ofTriangles;
+    const double ofArea = area_ > 0.0 ? part / area_ : ofTriangles;
+    return {size_.quads * (0.5 * ofArea + 0.5 * ofTriangles), size_.texels * ofArea, size_.most};
   }
 
  private:
   const MeshView& mesh_;
+  const ImageSize size_;
   double area_ = 0.0;
   std::size_t triangles_ = 0;
 };
 
 /// Flattens all charts, and cuts those which are bad until none is.
-std::vector<Prepared> flattenAll(const MeshView& mesh, const Topology& topology, double quads,
-                                 int size, std::int32_t count, std::vector<std::int32_t>& chartOf,
-                                 Outlines& outlines, std::uint64_t& notFlattened) {
-  const Shares shares(mesh, topology);
-  const int most = std::bit_width(static_cast<unsigned>(size)) - 1;
+std::vector<Prepared> flattenAll(const MeshView& mesh, const Topology& topology,
+                                 const ImageSize& size, std::int32_t count,
+                                 std::vector<std::int32_t>& chartOf, Outlines& outlines,
+                                 std::uint64_t& notFlattened) {
+  const Shares shares(mesh, topology, size);
   std::vector<Prepared> made;
   // Which charts are good is found out first; those that are cut leave the numbers below `judged`
   // to them. Then all are resampled, whose borders now are what they will be.
@@ -441,7 +535,8 @@ std::vector<Prepared> flattenAll(const MeshView& mesh, const Topology& topology,
     made.resize(static_cast<std::size_t>(count));
     findCorners(
         mesh, topology, findOutlines(topology, chartOf, count),
-        [&](const Chart& chart) { return levelOf(quads * shares.of(chart), most); }, judged, made);
+        [&](const Chart& chart) { return levelOf(shares.of(chart).quads, levelsIn(size.most)); },
+        judged, made);
     std::vector<std::uint32_t> ends;
     for (const Prepared& chart : made)
       ends.insert(ends.end(), chart.corners.begin(), chart.corners.end());
@@ -451,7 +546,7 @@ std::vector<Prepared> flattenAll(const MeshView& mesh, const Topology& topology,
         const Chart& chart = outlines.charts[c];
         const bool known = c < judged && made[c].outline == fingerprintOf(outlines, chart);
         if (c >= judged || (whole && !known))
-          flatten(mesh, topology, outlines, c, quads * shares.of(chart), most, made[c]);
+          flatten(mesh, topology, outlines, c, shares.of(chart), made[c]);
         if (whole && !made[c].failed) resample(chart, made[c]);
       }
     });
@@ -472,7 +567,7 @@ std::vector<Prepared> flattenAll(const MeshView& mesh, const Topology& topology,
 
 }  // namespace
 
-ObjectImage makeObjectImage(const MeshView& mesh, double quads, int size) {
+ObjectImage makeObjectImage(const MeshView& mesh, const ImageSize& size) {
   ObjectImage image;
   const Topology topology = findTopology(mesh);
   const auto degenerate = std::ranges::count(topology.degenerate, true);
@@ -491,12 +586,12 @@ ObjectImage makeObjectImage(const MeshView& mesh, double quads, int size) {
   }
   Outlines outlines;
   const std::vector<Prepared> made =
-      flattenAll(mesh, topology, quads, size, count, chartOf, outlines, image.notFlattened);
+      flattenAll(mesh, topology, size, count, chartOf, outlines, image.notFlattened);
   for (std::size_t c = 0; c < made.size(); ++c)
     if (made[c].plain) image.plainTriangles += outlines.charts[c].triangles.size();
   const Borders borders(mesh, outlines, made, image);
   for (std::size_t c = 0; c < made.size(); ++c)
-    addChart(mesh, outlines, c, made[c], borders, image);
+    addChart(mesh, topology, outlines, c, made[c], borders, image);
   measure(made, image);
   return image;
 }

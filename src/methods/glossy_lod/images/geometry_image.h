@@ -1,6 +1,6 @@
 // Geometry images of an object [Gu2002], [Sander2003]: its surface as square grids of vertices,
 // one grid per chart. Neighbouring charts share the vertices along their common border, so that
-// there are no gaps.
+// the finest level has no gaps. Rays close those between coarser levels (Levels::Stitched).
 #pragma once
 
 #include <array>
@@ -39,8 +39,13 @@ struct ObjectImage {
   double mostStretch = 1.0;
 };
 
-/// `quads`: approximate number of quads of all charts together; it is divided by area and by
-/// triangle count. `size`: maximum number of quads along the edge of a chart.
-ObjectImage makeObjectImage(const MeshView& mesh, double quads, int size);
+/// How fine an image is, approximately.
+struct ImageSize {
+  double quads = 0.0;   ///< of all charts together; divided by area and by triangle count
+  double texels = 0.0;  ///< the same, divided by area; 0: one for each quad
+  int most = 0;         ///< maximum number of quads or texels along the edge of a chart
+};
+
+ObjectImage makeObjectImage(const MeshView& mesh, const ImageSize& size);
 
 }  // namespace catoptric::methods::glossy_lod

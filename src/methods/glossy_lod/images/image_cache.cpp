@@ -12,7 +12,7 @@
 namespace catoptric::methods::glossy_lod {
 namespace {
 
-constexpr std::uint32_t kVersion = 7;  ///< raise it when results change
+constexpr std::uint32_t kVersion = 11;  ///< raise it when results change
 /// Triangles of a mesh from which on a file is faster than making its image again. Ours.
 constexpr std::size_t kLeastTriangles = 2000;
 
@@ -62,14 +62,15 @@ std::size_t valuesOf(const Head& head) {
   return 5 * head.lengths[0] + head.lengths[1] + 3 * head.lengths[2] + 3 * head.lengths[3];
 }
 
-std::uint64_t keyOf(const MeshView& mesh, double quads, int size) {
+std::uint64_t keyOf(const MeshView& mesh, const ImageSize& size) {
   Fingerprint f;
   f.addValue(kVersion);
   f.addArray(mesh.positions);
   f.addArray(mesh.normals);
   f.addArray(std::span<const std::uint32_t>(mesh.indices));
-  f.addValue(quads);
-  f.addValue(size);
+  f.addValue(size.quads);
+  f.addValue(size.texels);
+  f.addValue(size.most);
   return f.value();
 }
 
@@ -116,14 +117,13 @@ void write(ObjectImage& image, const CacheEntry& entry) {
 
 }  // namespace
 
-ObjectImage cachedObjectImage(const MeshView& mesh, double quads, int size,
+ObjectImage cachedObjectImage(const MeshView& mesh, const ImageSize& size,
                               const std::filesystem::path& folder) {
-  if (folder.empty() || mesh.triangles() < kLeastTriangles)
-    return makeObjectImage(mesh, quads, size);
-  const std::uint64_t key = keyOf(mesh, quads, size);
+  if (folder.empty() || mesh.triangles() < kLeastTriangles) return makeObjectImage(mesh, size);
+  const std::uint64_t key = keyOf(mesh, size);
   const CacheEntry entry(kKind, folder, key);
   if (std::optional<ObjectImage> known = read(entry)) return std::move(*known);
-  ObjectImage image = makeObjectImage(mesh, quads, size);
+  ObjectImage image = makeObjectImage(mesh, size);
   write(image, entry);
   return image;
 }

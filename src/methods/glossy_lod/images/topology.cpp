@@ -11,8 +11,6 @@
 namespace catoptric::methods::glossy_lod {
 namespace {
 
-/// Cosine of the angle between two triangles at which charts end. Ours: 40 degrees.
-constexpr float kCrease = 0.77f;
 /// Cosine of the angle to a chart's mean normal at which it ends. Ours: 70 degrees.
 constexpr float kBend = 0.34f;
 

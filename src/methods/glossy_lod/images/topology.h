@@ -21,6 +21,9 @@ struct MeshView {
 
 inline constexpr std::int32_t kNobody = -1;
 
+/// Cosine of the angle between two triangles at which charts end. Ours: 40 degrees.
+inline constexpr float kCrease = 0.77f;
+
 struct Topology {
   /// Per corner of a triangle (3 t + i): the first vertex at the same position.
   std::vector<std::uint32_t> vertex;

@@ -29,9 +29,10 @@ Box3 boxOf(const Grid& grid, std::span<const Vec4> vertices) {
 }  // namespace
 
 void Tree::build(std::span<const Grid> grids, std::span<const Vec4> vertices,
-                 const std::optional<Vec3>& from) {
+                 std::span<const Vec3> normals, const std::optional<Vec3>& from) {
   grids_ = grids;
   vertices_ = vertices;
+  normals_ = normals;
   from_ = from;
   nodes_.clear();
   quads_.clear();
@@ -58,6 +59,16 @@ std::uint32_t Tree::addNode(std::uint32_t flags, const Quad& quad) {
   nodes_.push_back({.flags = flags});
   quads_.push_back(quad);
   return number;
+}
+
+std::uint32_t Tree::foldsOf(const Quad& quad, const Vec3& normal) const {
+  const std::uint32_t right = 1u << (quad.place >> 24);
+  const Vec4* const v = &vertices_[quad.first];
+  const auto looksAway = [&](const Vec4& corner, const Vec4& b, const Vec4& c) {
+    return glm::dot(glm::cross(Vec3(b) - Vec3(corner), Vec3(c) - Vec3(corner)), normal) < 0.0f;
+  };
+  return (looksAway(v[0], v[right], v[quad.up]) ? kLowerFolds : 0) |
+         (looksAway(v[quad.up + right], v[quad.up], v[right]) ? kUpperFolds : 0);
 }
 
 std::size_t Tree::sortForSplit(std::span<std::uint32_t> charts) const {
@@ -105,7 +116,8 @@ float Tree::metresTo(std::span<const std::uint32_t> charts) const {
 
 void Tree::addSplit(std::span<std::uint32_t> charts, int depth) {
   if (charts.size() == 1) {
-    roots_[charts[0]] = addChart(charts[0], grids_[charts[0]].level, 0, 0);
+    Vec3 normal(0.0f);
+    roots_[charts[0]] = addChart(charts[0], grids_[charts[0]].level, 0, 0, normal);
     return;
   }
   const std::uint32_t number = addNode(0, {});
@@ -119,12 +131,13 @@ void Tree::addSplit(std::span<std::uint32_t> charts, int depth) {
 }
 
 std::uint32_t Tree::addChart(std::uint32_t chart, int level, std::uint32_t column,
-                             std::uint32_t row) {
+                             std::uint32_t row, Vec3& normal) {
   const Grid& grid = grids_[chart];
   const std::uint32_t across = (1u << grid.level) + 1;
   const Quad quad{grid.firstVertex + row * across + column, across << level, chart,
                   column | row << 12 | static_cast<std::uint32_t>(level) << 24};
   const std::uint32_t number = addNode(kHasQuad | (level == 0 ? kIsLeaf : 0), quad);
+  Vec3 own(0.0f);
   if (level > 0) {
     const std::uint32_t half = 1u << (level - 1);
     std::array<std::uint32_t, 4> children = {0, 1, 2, 3};
@@ -137,8 +150,12 @@ std::uint32_t Tree::addChart(std::uint32_t chart, int level, std::uint32_t colum
       std::ranges::stable_sort(children, {}, [&](std::uint32_t child) { return metres[child]; });
     }
     for (const std::uint32_t child : children)
-      addChart(chart, level - 1, column + (child & 1) * half, row + (child >> 1) * half);
+      addChart(chart, level - 1, column + (child & 1) * half, row + (child >> 1) * half, own);
+  } else {
+    own = normals_[grid.firstQuad + (row << grid.level) + column];
   }
+  normal += own;
+  nodes_[number].flags |= foldsOf(quad, own);
   nodes_[number].miss = static_cast<std::uint32_t>(nodes_.size());
   return number;
 }

@@ -12,9 +12,10 @@
 
 namespace catoptric::methods::glossy_lod {
 
-/// Vertices of a chart: (2^level + 1)^2, row by row.
+/// Of a chart: (2^level + 1)^2 vertices and 4^level quads, row by row.
 struct Grid {
   std::uint32_t firstVertex = 0;
+  std::uint32_t firstQuad = 0;
   int level = 0;
 };
 
@@ -23,11 +24,15 @@ struct Node {
   Vec3 least{0.0f};
   std::uint32_t miss = 0;  ///< the node after this one and all below it
   Vec3 most{0.0f};
-  std::uint32_t flags = 0;  ///< kHasQuad, kIsLeaf
+  std::uint32_t flags = 0;  ///< kHasQuad, kIsLeaf, kLowerFolds, kUpperFolds
 };
 static_assert(sizeof(Node) == 32);
 inline constexpr std::uint32_t kHasQuad = 1;  ///< node of a chart, with a quad
 inline constexpr std::uint32_t kIsLeaf = 2;
+/// Where a grid is coarser than its chart's border, a triangle of a quad can fold over: its front
+/// shows the surface's back.
+inline constexpr std::uint32_t kLowerFolds = 4;
+inline constexpr std::uint32_t kUpperFolds = 8;
 
 /// The quad of a chart's node on its level of detail.
 struct Quad {
@@ -41,8 +46,9 @@ class Tree {
  public:
   /// Each node within a chart has 4 children; nodes above charts are split in two by the area of
   /// their boxes. If `from` is set, the children nearest to it come first.
+  /// `normals`: the surface's, for each quad of the finest level.
   void build(std::span<const Grid> grids, std::span<const Vec4> vertices,
-             const std::optional<Vec3>& from);
+             std::span<const Vec3> normals, const std::optional<Vec3>& from);
   /// Updates the boxes after vertices of these charts have moved. The nodes stay the same.
   void refit(std::span<const Vec4> vertices, std::span<const std::uint32_t> charts);
 
@@ -55,9 +61,12 @@ class Tree {
   float metresTo(std::span<const std::uint32_t> charts) const;
   /// Sorts charts along the best axis. Returns how many of them go into the first half.
   std::size_t sortForSplit(std::span<std::uint32_t> charts) const;
-  /// Returns the number of the chart's top node.
-  std::uint32_t addChart(std::uint32_t chart, int level, std::uint32_t column, std::uint32_t row);
+  /// Returns the number of the chart's top node. Adds the surface's normals to `normal`.
+  std::uint32_t addChart(std::uint32_t chart, int level, std::uint32_t column, std::uint32_t row,
+                         Vec3& normal);
   std::uint32_t addNode(std::uint32_t flags, const Quad& quad);
+  /// Which triangles of a node's quad face away from the surface's normal there.
+  std::uint32_t foldsOf(const Quad& quad, const Vec3& normal) const;
   /// Sets the box of a node from its children, or from a leaf's corners.
   void refitNode(std::uint32_t number, std::span<const Vec4> vertices);
 
@@ -65,6 +74,7 @@ class Tree {
   std::span<const Grid> grids_;
   std::span<const Vec4> vertices_;
   std::optional<Vec3> from_;
+  std::span<const Vec3> normals_;
   std::vector<Box3> boxes_;  ///< boxes of the charts
 
   std::vector<Node> nodes_;

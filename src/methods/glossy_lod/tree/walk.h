@@ -182,16 +182,21 @@ CATOPTRIC_TARGET inline unsigned passedBy(const Walk& walk, std::uint32_t node, 
   return backs | ofStart(walk, node, upper, own & ~backs, metres);
 }
 
+/// `fronts`: those that meet the back go on into the finer quads. Between coarse ones rays see
+/// backs that no ray meets on the surface.
 template <bool kMixed>
 CATOPTRIC_TARGET inline void keep(const Walk& walk, const Rays<kMixed>& rays, std::uint32_t node,
-                                  bool upper, Met& met, Nearest& nearest) {
+                                  bool upper, bool fronts, Met& met, Nearest& nearest) {
   if (V::bits(met.hit) == 0) return;
   if (upper) {
     met.u = V::sub(V::all(1.0f), met.u);
     met.v = V::sub(V::all(1.0f), met.v);
   }
-  const V::M back = V::either(V::both(met.back, rays.forwards),
-                              V::without(V::without(met.hit, met.back), rays.forwards));
+  const bool folds = (walk.tree.nodes[node].flags & (upper ? kUpperFolds : kLowerFolds)) != 0;
+  const V::M front = V::without(met.hit, met.back);
+  const V::M back = V::either(V::both(folds ? front : met.back, rays.forwards),
+                              V::without(folds ? met.back : front, rays.forwards));
+  if (fronts) met.hit = V::without(met.hit, back);
   const unsigned passed = passedBy(walk, node, upper, met, back);
   if (passed != 0) {
     walk.visits.ownBacks += static_cast<std::uint64_t>(__builtin_popcount(passed));
@@ -219,16 +224,17 @@ CATOPTRIC_TARGET inline void keep(const Walk& walk, const Rays<kMixed>& rays, st
 /// Intersects the lanes with the two triangles of a node's quad.
 template <bool kMixed>
 CATOPTRIC_TARGET inline void meetQuad(const Walk& walk, const Rays<kMixed>& rays,
-                                      std::uint32_t node, V::M lanes, Nearest& nearest) {
+                                      std::uint32_t node, V::M lanes, bool fronts,
+                                      Nearest& nearest) {
   const Quad& quad = walk.tree.quads[node];
   const std::uint32_t right = 1u << (quad.place >> 24);
   const Vec4* const v = walk.tree.vertices + quad.first;
   const Three v10 = sheared(rays, v[right]);
   const Three v01 = sheared(rays, v[quad.up]);
   Met met = meetTriangle(sheared(rays, v[0]), v10, v01, nearest.metres, lanes);
-  keep(walk, rays, node, false, met, nearest);
+  keep(walk, rays, node, false, fronts, met, nearest);
   met = meetTriangle(sheared(rays, v[quad.up + right]), v01, v10, nearest.metres, lanes);
-  keep(walk, rays, node, true, met, nearest);
+  keep(walk, rays, node, true, fronts, met, nearest);
 }
 
 /// Lanes whose width does not require anything finer than this node [Yu2008]: Eqs. (6), (7) without
@@ -329,8 +335,8 @@ CATOPTRIC_TARGET void walkLanes(const Walk& walk, const Kind& kind, unsigned lan
     }
     if (V::bits(stop) != 0) {
       tested += static_cast<std::uint64_t>(__builtin_popcount(V::bits(stop)));
-      meetQuad(walk, rays, node, stop, nearest);
-      // A ray that misses a coarse quad continues in the finer ones
+      meetQuad(walk, rays, node, stop, kLevels == Levels::Stitched && !leaf, nearest);
+      // Whoever misses a coarse quad looks for what it has left out
       if constexpr (kLevels == Levels::Stitched) {
         const V::I here = V::all(node);
         if (!leaf)
