@@ -64,8 +64,8 @@ class Lab {
 };
 
 struct LabOptions {
-  /// Makes run configs and workers' command lines for a scene and its frames, with the settings of
-  /// the scene that all methods have.
+  /// Makes run configs and workers' command lines for a scene and its frames. They contain those
+  /// settings of the scene that are no method's own.
   std::function<study::Inputs(const NightScene&, const std::string& frames)> inputs;
   std::filesystem::path program;  ///< the program that is judged
   std::filesystem::path work;     ///< folder for logs and temporary files

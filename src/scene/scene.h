@@ -53,8 +53,8 @@ struct TextureSlot {
 
 enum class AlphaMode : std::uint8_t { Opaque, Mask };
 
-/// A material. scene/reflectance.h derives s, g and n once at load. Surfaces are two-sided for all
-/// rays: the shading normal is turned towards the viewer.
+/// A material. scene/reflectance.h derives s, g and the Phong exponent n once at load.
+/// Surfaces are two-sided for all rays: the shading normal is turned towards the viewer.
 struct Material {
   std::string name;
   Vec3 baseColor{1.0f};  ///< scene-linear Rec.709; albedo = baseColor * texture * vertex colour
@@ -64,7 +64,7 @@ struct Material {
   TextureSlot normalTexture;  ///< tangent space, linear
   float normalScale = 1.0f;
   float specularLevel = 0.0f;  ///< s: weight of the reflection, 0 (diffuse) .. 1 (perfect mirror)
-  float roughness = 0.0f;      ///< g, or of a GGX lobe glTF's: 0 (mirror) .. 1 (widest lobe)
+  float roughness = 0.0f;      ///< Phong: g, GGX: glTF's roughness; 0 (mirror) .. 1 (widest)
   LobeModel lobe = LobeModel::Phong;
   /// glTF texture of metallic (b) and roughness (g); each texel is mapped to s and g. The following
   /// factors multiply the texels.

@@ -20,8 +20,8 @@ namespace catoptric::methods::perturbation {
 struct VertexPlace {
   glm::dvec3 position;
   Reflections reflections;
-  /// If the position has no reflection because the reflector is in front of it: its view without
-  /// the reflector. Otherwise null.
+  /// Where the position would appear without the reflector, if it has no reflection because the
+  /// reflector hides it from the camera. Otherwise null.
   std::unique_ptr<Reflection> straight;
 };
 
@@ -31,7 +31,8 @@ struct Glimpse {
   std::uint32_t count = 0;   ///< number of reflections
 };
 
-/// A vertex that is not in the mesh: the middle of an edge, or the end of a reflection on an edge.
+/// A vertex that is not in the mesh: the middle of an edge, or the point of an edge beyond
+/// which it has no reflection.
 struct Node {
   std::uint32_t place = 0;
   frame::VertexAttributes attributes;
@@ -130,7 +131,7 @@ class VertexTable {
   std::span<const frame::VertexAttributes> attributes_;
   std::vector<std::uint32_t>& placeOf_ = scratch_.welding.numbers;
   std::vector<std::uint32_t>& firstAt_ =
-      scratch_.welding.firsts;  ///< indexed by position of the mesh: a vertex
+      scratch_.welding.firsts;  ///< indexed by position of the mesh: its first vertex
   std::vector<Node> more_;
 };
 

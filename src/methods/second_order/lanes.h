@@ -1,5 +1,5 @@
 // Processes four samples at a time. The assignment of samples to lanes depends only on their
-// position in a run, so results do not depend on the number of threads.
+// position in a contiguous range, so results do not depend on the number of threads.
 #pragma once
 
 #include <algorithm>

@@ -16,8 +16,8 @@
 
 namespace catoptric::methods {
 
-/// Whether some samples of a reflector in `own` may not reflect because s comes from a texture.
-/// Only then must s be read back.
+/// Whether a reflector of `own` (the objects that this method renders) can have samples with s = 0,
+/// because s comes from a texture. Only then must s be read back.
 bool specularLevelsVary(const scene::Scene& scene, const frame::ObjectSet& own);
 
 /// A G-buffer's size in samples.
