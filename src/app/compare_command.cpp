@@ -118,8 +118,9 @@ Command compareCommand(CommonOptions& common) {
              "Folder for pictures of the differences and for tables (CSV, JSON) [none are written]",
              {.notEmpty = true}),
       option("--fail", options->fail, "X",
-             "A pixel fails if its R, G, B or A differs by more than X (scene-linear; above 1 "
-             "relative to the larger value). The exit code is 7 if pixels of a frame fail",
+             "A pixel fails if its R, G, B or A differs by more than X (scene-linear; for "
+             "values above 1, relative to the larger one). The exit code is 7 if pixels of a frame "
+             "fail",
              {.least = 0}),
       option("--fail-percent", options->failPercent, "P",
              "Percentage of a frame's pixels that may fail [0]",
@@ -129,8 +130,8 @@ Command compareCommand(CommonOptions& common) {
              "for --fail",
              {.least = 0}),
       option("--max-mean", options->maxMean, "X",
-             "The exit code is 7 if the mean over a frame's pixels of the largest difference of R, "
-             "G, B and A exceeds X, measured as for --fail",
+             "In each pixel the largest difference of R, G, B and A counts, measured as for "
+             "--fail. The exit code is 7 if its mean over a frame exceeds X",
              {.least = 0}),
       option("--max-l1", options->maxL1, "X",
              "The exit code is 7 if L1_8bit, the mean absolute difference of 8-bit sRGB values, "

@@ -163,7 +163,8 @@ Command listCommand(CommonOptions& common) {
       option("--schema", options->pages.schema, "NAME",
              "Print instead the JSON Schema of one of " + joined(run::schemaNames(), ", ")),
       flag("--markdown", options->pages.markdown,
-           "Print the schema, or with methods their steps and counters, as a Markdown page"),
+           "Print the schema (--schema), or the methods' steps and counters (list methods), as a "
+           "Markdown page"),
       flag("--man", options->pages.man, "Print the program's manual page"),
       option("--completion", options->pages.completion, "SHELL",
              "Print a completion script for a shell: bash or zsh"),

@@ -236,7 +236,7 @@ Command renderCommand(CommonOptions& common) {
              "is dropped",
              {.least = 0, .most = 86400, .showsDefault = true}),
       flag("--dry-run", options->dryRun,
-           "Print which frames would be rendered or re-used and what that needs, and write "
+           "Print which frames would be rendered or re-used, and what `plan` prints, and write "
            "nothing. Errors in the config, the scene or the folder are reported as in a real run"),
       progressRow(options->progress),
       option("--repeats", options->repeats, "N",

@@ -168,7 +168,8 @@ Command retryCommand(CommonOptions& common) {
       flag("--dry-run", options->dryRun, "List the chunks, and submit nothing"),
   };
   return {"retry",
-          "Resubmit the chunks that lack frames which no waiting or running task will render.",
+          "Resubmit the chunks with missing frames, except those that a task renders or is waiting "
+          "to render.",
           own + commonRows(common),
           R"(Finished frames are kept, even those of a failed chunk.
 

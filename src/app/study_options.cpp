@@ -37,10 +37,12 @@ RunOptions withSettings(const RunOptions& options, const study::Settings& settin
 }  // namespace
 
 OptionRow workersRow(int& workers) {
-  return option("--workers", workers, "N",
-                "Largest number of combinations that are kept in memory and timed in interleaved "
-                "rounds; fewer if memory is short",
-                {.least = 2, .most = 256, .showsDefault = true});
+  return option(
+      "--workers", workers, "N",
+      "Combinations are timed in groups of at most N, fewer if memory is short. A group is "
+      "kept in memory and timed in interleaved rounds. One combination is in "
+      "all groups, so ratios hold between groups, too",
+      {.least = 2, .most = 256, .showsDefault = true});
 }
 
 OptionRow patienceRow(double& minutes) {
@@ -56,7 +58,7 @@ OptionRow clockRow(std::string& clock) {
                 {.showsDefault = true});
 }
 
-Rows studyRows(StudyOptions& options, CommonOptions& common) {
+Rows studyRows(StudyOptions& options, CommonOptions& common, int leastRepeats) {
   return runRows(options, common) +
          Rows{
              option("--out", options.out, "DIR",
@@ -66,11 +68,14 @@ Rows studyRows(StudyOptions& options, CommonOptions& common) {
                     "Reference of the errors: a method, or a folder with frames [the first of the "
                     "config's errors.against]",
                     {.notEmpty = true}),
-             option(
-                 "--repeats", options.repeats, "N",
-                 "Timed rounds, after one that warms up; 0: errors only. Confidence intervals of "
-                 "time ratios need 8 rounds or more",
-                 {.least = 0, .most = 1000, .showsDefault = true, .given = &options.repeatsGiven}),
+             option("--repeats", options.repeats, "N",
+                    std::string("Timed rounds, after one that warms up") +
+                        (leastRepeats == 0 ? "; 0: errors only" : "") +
+                        ". Confidence intervals of time ratios need 8 rounds or more",
+                    {.least = static_cast<double>(leastRepeats),
+                     .most = 1000,
+                     .showsDefault = true,
+                     .given = &options.repeatsGiven}),
              workersRow(options.workers),
              patienceRow(options.patience),
              existingRow(options.existing),

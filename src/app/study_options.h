@@ -29,7 +29,7 @@ OptionRow clockRow(std::string& clock);
 
 /// Options of a run, and --out, --against, --repeats, --workers, --patience, --existing, --clock,
 /// --progress.
-Rows studyRows(StudyOptions& options, CommonOptions& common);
+Rows studyRows(StudyOptions& options, CommonOptions& common, int leastRepeats);
 
 /// Functions that turn a study's settings into run configs and into command lines of workers.
 study::Inputs studyInputs(const RunOptions& options);

@@ -150,7 +150,7 @@ Command sweepCommand(CommonOptions& common) {
   };
   return {
       "sweep", "Measure time and error for every combination of values of some options.",
-      studyRows(*options, common) + own,
+      studyRows(*options, common, 0) + own,
       R"(The config's section "sweep" may set vary, link, where, metric, against, ratio_to and repeats;
 options of the command line replace them.
 

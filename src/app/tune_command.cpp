@@ -178,7 +178,6 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
   if (options.repeats < study::kLeastRounds && tuned.bound.kind == study::Bound::Kind::Time)
     throw UsageError("--max-time " + tuned.bound.text +
                      " needs --repeats 8 or more: fewer rounds give no confidence interval");
-  if (options.repeats < 1) throw UsageError("--repeats 0: tune needs times");
   if (options.perReflector) return tuneMixture(options, tuned.bound, times.clock, printer);
 
   tuned.against = referenceName(options);
@@ -232,11 +231,11 @@ Command tuneCommand(CommonOptions& common) {
       option("--max-time", options->maxTime, "BOUND",
              "Bound on the time per frame: 100ms, or 0.8x:traced (0.8 times that of a method)",
              {.notEmpty = true}),
-      option(
-          "--vary", options->vary, "NAME=VALUES",
-          "An option of a method and the values to try, as for `sweep`; none: the methods as the "
-          "config has them [the options and values for which docs/config.md says \"`tune` tries\"]",
-          {.oneEach = true}),
+      option("--vary", options->vary, "NAME=VALUES",
+             "An option of a method and the values to try, as for `sweep`. The word none: only the "
+             "methods as they are in the config. [the options and values for which docs/config.md "
+             "says \"`tune` tries\"]",
+             {.oneEach = true}),
       flag("--per-reflector", options->perReflector,
            "Choose a method for each reflector: the fastest choice within --max-error"),
       option(
@@ -254,7 +253,7 @@ Command tuneCommand(CommonOptions& common) {
   return {"tune",
           "Find the fastest option values within an error bound, or the most accurate ones within "
           "a time bound.",
-          studyRows(*options, common) + own,
+          studyRows(*options, common, 1) + own,
           R"(Examples:
   catoptric tune configs/living_room.json --method second_order --max-error 'L1_8bit<=2' \
       --vary methods.second_order.level_error=0..1:5 --vary methods.second_order.bin_density=2.5,10,40

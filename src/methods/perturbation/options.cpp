@@ -48,9 +48,9 @@ const config::OptionTable<Options>& optionTable() {
              "smallest number of sampled paths of a reflector, down to a spacing of 1 pixel"),
        field(&Options::bounces, "bounces", range(1, static_cast<double>(kMaxTurns)), kBouncesHelp),
        field(in(&Options::path, &PathOptions::groups), "several", kSeveral,
-             "how several reflections of a point are told apart. minima: one for each local "
-             "minimum of the sampled paths' distances to it; groups: one for each group of the "
-             "nearest sampled paths, as in the paper"),
+             "how several reflections of a point are told apart. minima: one at each sampled path "
+             "whose reflected ray passes nearer to the point than those of its neighbours; groups: "
+             "one for each group of the nearest sampled paths, as in the paper"),
        field(in(&Options::path, &PathOptions::candidates), "candidates", range(1, 64),
              "with `several` groups: number of nearest sampled paths that are grouped"),
        field(
@@ -68,9 +68,9 @@ const config::OptionTable<Options>& optionTable() {
              "of its reflected ends, pixels; 0: never")
            .trade("0.25,0.5,1,2"),
        field(&Options::tracedPerPixel, "traced_per_pixel", range(0, 1000),
-             "with `order` auto: paths that may be traced per pixel, for an object and a sequence "
-             "of reflectors (at least 262144 in all); beyond it edges are not split (counter "
-             "coarse_objects)"),
+             "with `order` auto: largest number of traced paths for each pair of an object and a "
+             "sequence of reflectors, as a multiple of the frame's pixels (but never below 262144 "
+             "paths); beyond it edges are not split (counter coarse_objects)"),
        memory(),
        field(&Options::traceGaps, "gaps", kGaps,
              "samples that no virtual object covers. environment: they show the environment, as in "

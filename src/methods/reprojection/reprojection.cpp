@@ -416,7 +416,7 @@ const MethodEntry& reprojectionEntry() {
       .id = "reprojection",
       .summary =
           "traces key frames, and reprojects their reflections into the following frames; "
-          "`image_warp` is this method with `mapping: surface`",
+          "the method name `image_warp` is short for it with `mapping: surface`",
       .paper = "[Xie2017] reprojection",
       .steps = stepInfos(),
       .counters = counterInfos(),

@@ -21,7 +21,8 @@ inline constexpr auto kBvhPolicies =
                                      {"rebuild_low", trace::BvhPolicy::RebuildLow},
                                      {"rebuild_medium", trace::BvhPolicy::RebuildMedium}});
 inline constexpr const char* kBvhHelp =
-    "Embree's BVH. static: built once, moving objects refitted; refit: the same, always with a BVH "
-    "per object; rebuild_low, rebuild_medium: rebuilt every frame, at this quality";
+    "Embree's BVH. static: one, built once; if objects move, one per object, and those of moving "
+    "objects are refitted; refit: one per object even if none moves; rebuild_low, rebuild_medium: "
+    "rebuilt every frame, at this quality";
 
 }  // namespace catoptric::methods

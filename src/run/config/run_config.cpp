@@ -302,8 +302,9 @@ Schema methodSchema(const methods::MethodEntry& entry) {
     allowed.insert(allowed.begin(), "error");
     schema.fields.push_back(
         fields::choice("unsupported",
-                       "Reflectors that the method cannot render are an error, or rendered by this "
-                       "method (counter unsupported_reflector).",
+                       "What happens to reflectors that perturbation cannot render. error: the run "
+                       "ends; environment_map, traced: that method renders them (counter "
+                       "unsupported_reflector).",
                        "\"error\"", allowed));
   }
   schema.fields.insert(schema.fields.end(), entry.options.fields.begin(),

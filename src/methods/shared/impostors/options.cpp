@@ -15,8 +15,9 @@ std::vector<config::Option<Options>> common() {
       field(&Options::objects, "objects",
             "names of the objects that get impostors; \"auto\": chosen by `least` and `most`"),
       field(&Options::least, "least", range(0.0, 13.0),
-            "with `objects` auto: error of the environment map from which an object gets an "
-            "impostor: solid angle from a reflector (sr) times angular error (rad)"),
+            "with `objects` auto: an object gets an impostor if the environment map's error for it "
+            "is "
+            "at least this: its solid angle from a reflector (sr) times the angular error (rad)"),
       field(&Options::most, "most", range(1, 4096),
             "largest number of impostors; other objects stay in the environment map"),
       field(&Options::textureSize, "texture_size", range(1, 4096),
@@ -33,9 +34,11 @@ std::vector<config::Option<Options>> common() {
       field(&Options::transitionHeight, "transition_height", atLeast(0.0),
             "height in metres of virtual walls on the edges of flat objects; rays through a wall "
             "blend the edge with the environment map (the paper's H); 0: none"),
-      field(&Options::shareEnvironment, "share_environment",
-            "flat objects with walls stay in the environment map, and look-up directions are "
-            "blended instead of colours; correct only if they hide nothing there"),
+      field(
+          &Options::shareEnvironment, "share_environment",
+          "rays through a wall blend the directions of the two look-ups instead of their colours; "
+          "flat objects then stay in the environment map, too, which is wrong if they hide "
+          "something in it"),
       field(&Options::attenuation, "attenuation", atLeast(0.0), kAttenuationHelp),
       field(&Options::intersectOn, "intersect_on", kUnits,
             "where mirror rays are intersected. device: in a shader; processor: by vector code on "
@@ -55,14 +58,16 @@ const config::OptionTable<Options>& depthOptions() {
   static const config::OptionTable<Options> table = [] {
     std::vector<config::Option<Options>> options = common();
     options.push_back(
-        field(
-            &Options::intersection, "intersection", kIntersections,
-            "how rays meet depth maps. srdm: by the nearest simplified row (the paper's simplified "
-            "rotated depth map); srdm_two_rows: by the two nearest; walk: texel by texel")
+        field(&Options::intersection, "intersection", kIntersections,
+              "how rays meet depth maps. srdm: along the simplified row (see `domains`) that is "
+              "nearest "
+              "to the ray's projection (the paper's simplified rotated depth map); srdm_two_rows: "
+              "along the two nearest; walk: texel by texel")
             .trade("walk,srdm"));
-    options.push_back(
-        field(&Options::domains, "domains", range(1, 720),
-              "directions in which a depth map is simplified to rows (the paper's n)"));
+    options.push_back(field(
+        &Options::domains, "domains", range(1, 720),
+        "number of rotations of a depth map (the paper's n); in each, every row is simplified to "
+        "a polyline of at most `points` points"));
     options.push_back(field(&Options::points, "points", range(2, 512),
                             "largest number of points of a simplified row (the paper's m)")
                           .trade("4,8,16,32"));
@@ -71,9 +76,9 @@ const config::OptionTable<Options>& depthOptions() {
                             "searched for the exact hit; 0: none"));
     options.push_back(
         field(&Options::maps, "maps", range(0, 7),
-              "depth maps of an object for each reflector: one from the reflector, "
-              "the others from 60 degrees beside it; 0: as many as what the reflector "
-              "sees of the object needs")
+              "depth maps of an object for each reflector. The first looks from the reflector, the "
+              "others from directions at 60 degrees to it, evenly around it. 0: as many as what "
+              "the reflector sees of the object needs")
             .trade("1,0"));
     options.push_back(field(&Options::layers, "layers", range(1, 4),
                             "depth layers of each depth map (depth peeling)")
@@ -84,8 +89,8 @@ const config::OptionTable<Options>& depthOptions() {
                           .trade("0,6"));
     options.push_back(field(&Options::depthMaps, "depth_maps", kDepthMaps,
                             "which objects get depth maps. needed: those whose billboard has a "
-                            "predicted error of at least 1, the others get billboards; auto: "
-                            "needed with more than 32 impostors, otherwise all")
+                            "predicted error of at least 1 sr rad, the others get billboards; "
+                            "auto: needed with more than 32 impostors, otherwise all")
                           .trade("auto,all"));
     return config::OptionTable<Options>("depth_impostors", "Options of the method depth_impostors.",
                                         std::move(options));
