@@ -78,7 +78,7 @@ CASES = [
                 {**BALL, "radius": 0.25, "translate": [0, 0.3, 0]}), 0.3),
     lobes("one_triangle", "meshes of one triangle over a mirror", scene(floor(g=0), *SHEETS)),
     lobes("squashed", "a ring that is flattened to a thousandth, and a block stretched to a needle",
-          scene(floor(g=0), {**RING, "scale": [1, 0.001, 1]}, {**BLOCK, "scale": [0.01, 3, 1]}), 0.15),
+          scene(floor(g=0), {**RING, "scale": [1, 0.001, 1]}, {**BLOCK, "scale": [0.01, 3, 1]}), 0.2),
     cases.Case("sun", "a sky with a sun 30,000 times as bright, 8 rays", sun, "sun_256", {"*": 2, "glossy_lod": 3},
                methods=METHODS[:2], options={"glossy_lod": {"rays": 8, "alpha": 0}, "traced": {"rays": 8, "environment": "filtered"}}),
     cases.Case("most_quads", "more quads are asked for than there is room for",
