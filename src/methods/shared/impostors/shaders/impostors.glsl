@@ -146,9 +146,7 @@ bool meetsViews(int first, int views, vec3 origin, vec3 direction, out int impos
 }
 #endif
 
-// The nearest of an object's impostors along a ray; `distance`: from the eye to its origin.
-Found nearest(int object, bool diffuseAlone, vec3 origin, vec3 direction, float distance,
-              float spread, inout uint work, inout uint marks) {
+Found nothingFound() {
   Found found;
   found.t = 1e30;
   found.impostor = -1;
@@ -161,6 +159,30 @@ Found nearest(int object, bool diffuseAlone, vec3 origin, vec3 direction, float 
 #if GLOSSY
   for (int k = 0; k < kBehind; ++k) found.tBehind[k] = 1e30;
 #endif
+  return found;
+}
+
+#if GLOSSY
+// Keeps a hit among the nearest: the new one takes its place, what it displaces the next.
+void keepBehind(bool first, float t, vec4 color, inout Found found) {
+  vec4 moved = first ? found.color : color;
+  float tMoved = first ? found.t : t;
+  for (int k = 0; k < kBehind; ++k) {
+    if (tMoved >= found.tBehind[k]) continue;
+    vec4 next = found.behind[k];
+    float tNext = found.tBehind[k];
+    found.behind[k] = moved;
+    found.tBehind[k] = tMoved;
+    moved = next;
+    tMoved = tNext;
+  }
+}
+#endif
+
+// The nearest of an object's impostors along a ray; `distance`: from the eye to its origin.
+Found nearest(int object, bool diffuseAlone, vec3 origin, vec3 direction, float distance,
+              float spread, inout uint work, inout uint marks) {
+  Found found = nothingFound();
   int first = texelFetch(impostorLists, 3 * object).r;
   int count = texelFetch(impostorLists, 3 * object + (diffuseAlone ? 1 : 2)).r;
   for (int i = 0; i < 4096; ++i) {
@@ -202,19 +224,8 @@ Found nearest(int object, bool diffuseAlone, vec3 origin, vec3 direction, float 
 #endif
       if (color.a > 0.0) {
 #if GLOSSY
-        // The new one takes its place, what it displaces the next
         bool first = t < found.t;
-        vec4 moved = first ? found.color : color;
-        float tMoved = first ? found.t : t;
-        for (int k = 0; k < kBehind; ++k) {
-          if (tMoved >= found.tBehind[k]) continue;
-          vec4 next = found.behind[k];
-          float tNext = found.tBehind[k];
-          found.behind[k] = moved;
-          found.tBehind[k] = tMoved;
-          moved = next;
-          tMoved = tNext;
-        }
+        keepBehind(first, t, color, found);
         if (!first) continue;
 #endif
         found.t = t;
