@@ -60,10 +60,15 @@ bool isRunFileName(const std::string& name) {
 
 RunFolder::RunFolder(const fs::path& path, Existing existing, double waitSeconds)
     : path_(path), overwrites_(existing == Existing::Overwrite) {
-  createFolder(path_);
-
-  // One process at a time: two would give frames and records of different runs.
-  lock_ = ::open((path_ / kLockName).c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
+  // One process at a time: two would give frames and records of different runs. One that ends early
+  // removes the folder that it made: then it is made again.
+  constexpr int kMostTries = 100;
+  for (int tries = 0; tries < kMostTries && lock_ < 0; ++tries) {
+    created_.clear();
+    createFolder(path_);
+    lock_ = ::open((path_ / kLockName).c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
+    if (lock_ < 0 && errno != ENOENT) break;
+  }
   if (lock_ < 0) throw OutputError(path_.string() + ": cannot be written: " + std::strerror(errno));
   try {
     lock(waitSeconds);
