@@ -112,8 +112,8 @@ Command compareCommand(CommonOptions& common) {
   const auto options = std::make_shared<CompareOptions>();
   const Rows own = {
       option("run", options->run, "RUN", kFramesHelp, {.required = true}),
-      option("reference", options->reference, "REFERENCE", "The same, to compare the run with",
-             {.required = true}),
+      option("reference", options->reference, "REFERENCE",
+             "Frames to compare the run with: a folder or file, as for RUN", {.required = true}),
       option("--out", options->out, "DIR",
              "Folder for pictures of the differences and for tables (CSV, JSON) [none are written]",
              {.notEmpty = true}),
@@ -130,8 +130,8 @@ Command compareCommand(CommonOptions& common) {
              "for --fail",
              {.least = 0}),
       option("--max-mean", options->maxMean, "X",
-             "In each pixel the largest difference of R, G, B and A counts, measured as for "
-             "--fail. The exit code is 7 if its mean over a frame exceeds X",
+             "The exit code is 7 if a frame's mean difference exceeds X: the mean over its pixels "
+             "of the largest difference of R, G, B and A, measured as for --fail",
              {.least = 0}),
       option("--max-l1", options->maxL1, "X",
              "The exit code is 7 if L1_8bit, the mean absolute difference of 8-bit sRGB values, "

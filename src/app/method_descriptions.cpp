@@ -124,6 +124,14 @@ std::string methodJson(const methods::MethodEntry& entry) {
       .object();
 }
 
+/// A paragraph with the method's paper and a link to the paper's page; empty without a paper.
+std::string paperLink(const methods::MethodEntry& entry) {
+  if (entry.paper.empty()) return "";
+  const std::size_t space = entry.paper.find(' ');
+  return "\n\nPaper: " + entry.paper.substr(0, space) + "(papers/" +
+         (space == std::string::npos ? entry.id : entry.paper.substr(space + 1)) + ".md)";
+}
+
 std::string methodsPage(const std::vector<methods::MethodEntry>& registry) {
   std::string text =
       "# What methods report\n\n"
@@ -148,8 +156,7 @@ std::string methodsPage(const std::vector<methods::MethodEntry>& registry) {
           counters.shared();
   std::map<std::string, std::string> toldBy;
   for (const methods::MethodEntry& entry : registry) {
-    text += "\n## " + entry.id + "\n\n" + entry.summary +
-            (entry.paper.empty() ? "" : " " + entry.paper) + "\n\nSteps:\n\n" +
+    text += "\n## " + entry.id + "\n\n" + entry.summary + paperLink(entry) + "\n\nSteps:\n\n" +
             steps.of(entry.id, kSeveral) + "\nCounters:\n\n" + counters.of(entry.id, kSeveral);
     for (const methods::TableInfo& table : entry.tables) {
       const auto [told, isNew] = toldBy.try_emplace(tableText(table), entry.id);

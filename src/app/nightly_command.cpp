@@ -432,14 +432,13 @@ Command nightlyCommand(CommonOptions& common) {
              {.commas = true, .oneEach = true}),
       option("--program", options->program, "FILE", "Build to judge [this one]",
              {.notEmpty = true}),
-      option(
-          "--baseline", options->baseline, "accepted|anchor|BUILD|FILE",
-          "Build to compare times with. accepted: the accepted build and the anchor (the build of "
-          "the first acceptance). anchor: only the anchor. BUILD: a stored build, by the first "
-          "characters of its fingerprint, as log prints it. FILE: the program of another build. "
-          "Both render the suite; frames are compared bit for bit, and step times in "
-          "interleaved rounds; the history is not used",
-          {.notEmpty = true, .showsDefault = true}),
+      option("--baseline", options->baseline, "accepted|anchor|BUILD|FILE",
+             "Build to compare times with. accepted: the accepted build and the anchor (the build "
+             "of the first acceptance). anchor: only the anchor. BUILD: a stored build, by the "
+             "first characters of its fingerprint, as log prints it. FILE: the program of another "
+             "build. With FILE, both builds render the suite. Frames are compared bit for bit, and "
+             "step times in interleaved rounds; the history is not used",
+             {.notEmpty = true, .showsDefault = true}),
       option("--time-gate", options->timeGate, "PERCENT",
              "Largest slowdown against the accepted build that passes, in percent [the suite's]",
              {.least = 0.1, .most = 1000}),

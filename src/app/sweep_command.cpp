@@ -142,7 +142,8 @@ Command sweepCommand(CommonOptions& common) {
              "against time [L1_8bit]",
              {.commas = true, .oneEach = true}),
       option("--ratio-to", options->ratioTo, "METHOD",
-             "Baseline of time ratios: this method's first combination [the first combination]"),
+             "Baseline of time ratios: the first combination of this method [the first of all "
+             "combinations]"),
       option("--keep-frames", options->keepFrames, "WHICH",
              "Frames that are kept: none (they are deleted once their errors are measured), or all",
              {.showsDefault = true}),

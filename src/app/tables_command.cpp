@@ -367,11 +367,10 @@ Command tablesCommand(CommonOptions& common) {
              "Store the values of all cells in this file, and measure only cells whose settings "
              "have changed since",
              {.notEmpty = true}),
-      option(
-          "--pictures", options->pictures, "DIR",
-          "Folder for the suite's pictures, and for the figures to which it gives a `file`; with "
-          "--values, only pictures whose runs have changed are drawn",
-          {.notEmpty = true}),
+      option("--pictures", options->pictures, "DIR",
+             "Folder for the suite's pictures, and for its figures that have a `file`. With "
+             "--values, only pictures whose runs have changed are drawn",
+             {.notEmpty = true}),
       flag("--check", options->check,
            "Exit code 7 if a value is outside its range in the suite's \"checks\""),
       progressRow(options->progress),

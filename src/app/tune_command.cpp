@@ -238,10 +238,10 @@ Command tuneCommand(CommonOptions& common) {
              {.oneEach = true}),
       flag("--per-reflector", options->perReflector,
            "Choose a method for each reflector: the fastest choice within --max-error"),
-      option(
-          "--verify", options->verify, "all|N",
-          "Number of frames on which the result's error is verified; only all guarantees the bound",
-          {.showsDefault = true}),
+      option("--verify", options->verify, "all|N",
+             "Number of frames on which the result's error is verified. The bound is guaranteed "
+             "only if this is \"all\"",
+             {.showsDefault = true}),
       option("--test-path", options->testPath, "PATH",
              "Also report the result's error on this camera path", {.notEmpty = true}),
       option("--margin", options->marginPercent, "PERCENT",

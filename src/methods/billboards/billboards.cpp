@@ -22,7 +22,7 @@ class Billboards : public impostors::ImpostorMethod {
 const MethodEntry& billboardsEntry() {
   static const MethodEntry entry = [] {
     std::vector<CounterInfo> counters = impostors::commonCounters();
-    counters.push_back({"intersections", "rays against billboards"});
+    counters.push_back({"intersections", "tests of a ray against a billboard"});
     return MethodEntry{
         .id = "billboards",
         .summary =

@@ -134,8 +134,8 @@ const MethodEntry& depthImpostorsEntry() {
   static const MethodEntry entry = [] {
     std::vector<CounterInfo> counters = impostors::commonCounters();
     counters.push_back({"disoccluded",
-                        "samples whose ray passes behind what all of several depth maps of an "
-                        "object show; they show what lies behind the object"});
+                        "samples whose ray passes behind a depth edge in each of an object's "
+                        "several depth maps, and so misses the object"});
     counters.push_back({"segments",
                         "segments of simplified rows that rays were tested against, and texels "
                         "that `refine` tested",
@@ -144,11 +144,12 @@ const MethodEntry& depthImpostorsEntry() {
         {"walked_texels", "texels that rays were tested against", false, "intersection walk"});
     counters.push_back({"spans", "runs of samples along the rows of maps made in this frame", false,
                         "intersection srdm, srdm_two_rows"});
-    counters.push_back({"lost_spans", "of these, runs without room among a row's points", false,
-                        "intersection srdm, srdm_two_rows"});
+    counters.push_back({"lost_spans",
+                        "of `spans`: runs that were dropped, because a row has too few `points`",
+                        false, "intersection srdm, srdm_two_rows"});
     counters.push_back({"clipped",
-                        "rays that a depth map's frustum clips completely; on the CPU, for tiles "
-                        "that were not culled"});
+                        "pairs of a ray and a depth map whose frustum it misses, without culled "
+                        "pairs; on the CPU"});
     std::vector<StepInfo> steps = impostors::commonSteps();
     steps.insert(steps.begin() + 2, {"srdm", "frames", "rows of new depth maps are simplified"});
     return MethodEntry{

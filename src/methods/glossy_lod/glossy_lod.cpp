@@ -230,20 +230,21 @@ const MethodEntry& glossyLodEntry() {
            {"quads_tested", "tested quads (two triangles each)"},
            {"stopped", "of these, quads of coarser levels"},
            {"own_backs",
-            "triangles of its own object's image that a ray passes by, close to its origin"},
+            "triangles that a ray ignores close to its origin, because they approximate the "
+            "surface that it leaves"},
            {"sides_shaded", "sides of charts whose radiance was computed in this frame"},
            {"charts", "charts of all reflected objects"},
-           {"quads", "quads of their finest level"},
+           {"quads", "quads of the charts' finest level"},
            {"plain_triangles", "triangles in no chart, which are traced directly"},
            {"degenerate_triangles", "triangles without area, which are left out"},
            {"not_flattened", "charts that could not be flattened and were cut"},
            {"mean_stretch_percent",
             "stretch of the charts' maps onto squares, in percent (100: no distortion); mean over "
             "the meshes"},
-           {"most_stretch_percent", "the largest of any chart"},
+           {"most_stretch_percent", "the largest stretch of a chart, in percent"},
            {"reduced_objects",
-            "objects with coarser images than they ask for, since all together have at most "
-            "`memory_mib`, or with `size` 6 million quads"},
+            "objects whose images were made coarser, because all together exceeded `memory_mib` "
+            "(with `size`: 6 million quads)"},
            {"not_finite", "radiances that were NaN or infinite, replaced by 0", true},
            {"refraction_mirrored", "samples of refractive materials, which are mirrored instead"}},
       .sampleLayers = imageLayers(),

@@ -60,11 +60,11 @@ float distortion(const Vec3& right, const Vec3& up) {
 
 std::vector<SampleLayerInfo> imageLayers() {
   return {{kChart, "number of the sample's chart in the geometry images, from 1; 0: none"},
-          {kPosition, "its position on the geometry image, in metres"},
+          {kPosition, "the sample's position on the geometry image, in metres"},
           {kNormal, "normal of the geometry image's triangle there"},
           {kPlace,
-           "X, Y: position in the chart's square, 0 to 1. Z: distortion of its quad, 1 minus the "
-           "ratio of the smaller to the larger singular value of its map"}};
+           "X, Y: position in the chart's square, 0 to 1. Z: distortion of the quad: 1 minus the "
+           "ratio of the smaller to the larger singular value of the quad's map"}};
 }
 
 void showImages(const SceneImages& images, const scene::Camera& camera, int width, int height,

@@ -17,7 +17,7 @@ constexpr auto kObjects =
 config::Option<Options> memory() {
   return {{.name = "memory_mib",
            .type = config::FieldType::Integer,
-           .help = "memory of all images, MiB; beyond it all are coarser",
+           .help = "memory of all images, MiB; if they need more, all are made coarser",
            .defaultText = std::to_string(Options{}.memoryBytes >> 20),
            .minimum = 1,
            .maximum = 65536},
@@ -39,16 +39,15 @@ const config::OptionTable<Options>& optionTable() {
            .trade("0,3,10,30"),
        field(&Options::coarsest, "coarsest", range(0.0, 180.0),
              "nodes that subtend more than this angle at a ray's origin, in degrees, are always "
-             "opened, so that wide lobes lose fewer hits; 0: no limit, as in the paper")
+             "opened, so that wide lobes lose fewer hits; 0: no limit")
            .trade("0,4,8"),
-       field(
-           &Options::levels, "levels", kLevels,
-           "levels of detail. adaptive: as in the paper; stitched: a ray that misses the front of "
-           "a coarse quad continues in finer ones, so that none passes between levels; off: the "
-           "finest level"),
+       field(&Options::levels, "levels", kLevels,
+             "levels of detail. adaptive: as in the paper; stitched: a ray that misses the front "
+             "of a coarse quad continues in the finer quads below it, so that no ray slips through "
+             "cracks between levels; off: always the finest level"),
        field(&Options::order, "order", kOrders,
-             "order of a node's children. near_first: those nearest to the middle of all "
-             "reflectors first"),
+             "order of a node's children. near_first: the children nearest to the middle of all "
+             "reflectors come first"),
        field(&Options::filter, "filter",
              "filter radiance over each ray's footprint, instead of taking the nearest texel"),
        field(&Options::automatic, "automatic",
@@ -56,8 +55,8 @@ const config::OptionTable<Options>& optionTable() {
              "3000, otherwise 40 and 10"),
        field(&Options::size, "size", range(0, 1024),
              "resolution of the geometry images: all charts of an object together have `size` "
-             "times `size` quads, as in the paper; 0: an object's triangles and the pixels that it "
-             "can cover in reflectors decide"),
+             "times `size` quads; 0: an object's triangles and the pixels that it can cover in "
+             "reflectors decide"),
        memory(), field(&Options::objects, "objects", kObjects, kObjectsHelp),
        field(&Options::bounces, "bounces", range(1, 16), kBouncesHelp)});
   return table;

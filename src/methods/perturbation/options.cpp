@@ -45,12 +45,13 @@ const config::OptionTable<Options>& optionTable() {
              "largest spacing of sampled paths, pixels; smaller on small reflectors (`min_paths`)")
            .trade("8,16,32"),
        field(in(&Options::path, &PathOptions::fewestPaths), "min_paths", range(1, 65536),
-             "smallest number of sampled paths of a reflector, down to a spacing of 1 pixel"),
+             "smallest number of sampled paths on a reflector, unless their spacing would be below "
+             "1 pixel"),
        field(&Options::bounces, "bounces", range(1, static_cast<double>(kMaxTurns)), kBouncesHelp),
        field(in(&Options::path, &PathOptions::groups), "several", kSeveral,
              "how several reflections of a point are told apart. minima: one at each sampled path "
-             "whose reflected ray passes nearer to the point than those of its neighbours; groups: "
-             "one for each group of the nearest sampled paths, as in the paper"),
+             "whose reflected ray passes nearer to the point than those of neighbouring paths; "
+             "groups: one for each group of the nearest sampled paths, as in the paper"),
        field(in(&Options::path, &PathOptions::candidates), "candidates", range(1, 64),
              "with `several` groups: number of nearest sampled paths that are grouped"),
        field(
@@ -73,9 +74,8 @@ const config::OptionTable<Options>& optionTable() {
              "paths); beyond it edges are not split (counter coarse_objects)"),
        memory(),
        field(&Options::traceGaps, "gaps", kGaps,
-             "samples that no virtual object covers. environment: they show the environment, as in "
-             "the paper; trace: Embree traces them (counter traced_gaps), which closes gaps in "
-             "concavities and at silhouettes, but is slow under an open sky")});
+             "samples that no virtual object covers. environment: they show the environment; "
+             "trace: Embree traces them (counter traced_gaps), which is slow under an open sky")});
   return table;
 }
 

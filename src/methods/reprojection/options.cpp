@@ -34,9 +34,10 @@ const config::OptionTable<Options>& optionTable() {
                 "two neighbouring samples are of different surfaces if their distances along the "
                 "reflected path differ by more than this fraction"),
           field(&Options::edges, "edges", kEdges,
-                "samples whose match lies between two surfaces. trace: they are traced; nearest: "
-                "they take the nearer surface (edges are off by up to half a sample); rims: they "
-                "are traced, as are samples at reflectors' silhouettes")
+                "what happens to a sample whose match (the place in the key frame where its "
+                "reflection is found) lies between two surfaces. trace: it is traced; nearest: it "
+                "takes the nearer surface (edges are off by up to half a sample); rims: it is "
+                "traced, as are samples at reflectors' silhouettes")
               .trade("trace,nearest,rims"),
           field(&Options::magnification, "magnification", config::atLeast(1.0),
                 "largest number of samples that a sample of the key frame may cover"),
@@ -49,14 +50,14 @@ const config::OptionTable<Options>& optionTable() {
                 "vertices of two meshes, as in the paper; splat: they are points, with holes "
                 "between them; surface: reflections stay at their place on the reflector"),
           field(&Options::fidelity, "fidelity", config::range(0.0, 100.0),
-                "largest distance of a match from the mirrored ray, in samples of the key frame; "
-                "beyond it the sample is traced (not with `mapping: surface`)")
+                "largest distance of a match (see `edges`) from the mirrored ray, in samples of "
+                "the key frame; beyond it the sample is traced (not with `mapping: surface`)")
               .trade("0.1,0.25,0.5,1"),
           field(&Options::border, "border", config::range(0, 64),
                 "width in samples of the band around traced areas in which traced and reprojected "
                 "radiance are blended; 0: none")
               .trade("0,2,4"),
-          field(&Options::refine, "refine", "refine matches to sub-sample accuracy"),
+          field(&Options::refine, "refine", "refine matches (see `edges`) to sub-sample accuracy"),
       });
   return table;
 }

@@ -46,8 +46,8 @@ const config::OptionTable<Options>& optionTable() {
            "factor on the paper's number of bins, which grows with the object's area in the frame")
            .trade("2.5,10,40"),
        field(in(&Options::cluster, &ClusterOptions::kMeans), "clustering", kClusterings,
-             "bins: by bins of normals; k_means: bins are refined by k-means of the rays, except "
-             "on planar parts"),
+             "how reflective samples are clustered. bins: by bins of normals; k_means: the bins "
+             "are then refined by k-means of the rays, except on planar parts"),
        field(in(&Options::camera, &CameraOptions::depthImageScale), "depth_image_scale",
              range(0.05, 8),
              "resolution of the depth images along each axis; 1: texels as dense as the cluster's "
@@ -73,11 +73,11 @@ const config::OptionTable<Options>& optionTable() {
              "concave clusters they return its diffuse component; self_intersect_all: in all "
              "clusters except planar mirrors"),
        field(&Options::lobeRays, "glossy", kLobeRays,
-             "rays of a lobe. cone: each is marched; neighbourhood: only the central one is "
-             "marched, the others are looked up at its distance"),
+             "rays of a lobe. cone: each ray is marched; neighbourhood: only the central ray is "
+             "marched, the other rays are looked up at its distance"),
        field(&Options::glossyReach, "glossy_reach", range(0, 1000000),
-             "glossy reflections fade to the diffuse colour over this many metres times (1 - g) / "
-             "g; 0: no fading"),
+             "glossy reflections fade with the ray's length to the reflector's diffuse colour, "
+             "completely at this many metres times (1 - g) / g; 0: no fading"),
        field(&Options::probes, "probes", range(0, 1024),
              "samples of each curved or glossy cluster that Embree traces to estimate its error; "
              "0: none"),

@@ -79,7 +79,7 @@ const OptionTable<RunConfig>& errorsTable() {
   static const OptionTable<RunConfig> table(
       "errors", "Table of errors after the run.",
       {field(&RunConfig::errorsAgainst, "against",
-             "Names in `methods`; the other methods are compared with them.")});
+             "Names of methods with which the other methods are compared.")});
   return table;
 }
 
@@ -98,7 +98,8 @@ const OptionTable<RunConfig>& sweepTable() {
              "Reference of the errors: a method or a folder of frames [the first of "
              "errors.against]."),
        field(in(&RunConfig::sweep, &SweepConfig::ratioTo), "ratio_to",
-             "Baseline of time ratios: this method's first combination [the first of all]."),
+             "Baseline of time ratios: the first combination of this method [the first of all "
+             "combinations]."),
        field(in(&RunConfig::sweep, &SweepConfig::repeats), "repeats", range(0, 1000),
              "Timed rounds; 0: errors only.")});
   return table;
@@ -262,7 +263,7 @@ const OptionTable<RunConfig>& runTable() {
              "Seed of all random numbers."),
        field(&RunConfig::device, "device", "OpenGL device: auto, egl:N, surfaceless or osmesa."),
        field(&RunConfig::threads, "threads", range(0, 1024),
-             "Threads; 0: one per processor. Pixels do not depend on it.")});
+             "Number of threads; 0: one per processor. It does not change pixels.")});
   return table;
 }
 

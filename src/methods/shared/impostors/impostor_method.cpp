@@ -32,10 +32,10 @@ const TableInfo& impostorsTable() {
   static const TableInfo table{
       "impostors",
       "an impostor that a frame needs",
-      {{"object", ColumnType::Integer, "id of what it shows"},
-       {"way", ColumnType::Text, "quad, plane (the object's own) or depth"},
-       {"drawn", ColumnType::Integer, "1: in this frame; 0: kept"},
-       {"texel_m", ColumnType::Real, "metres of a texel at the object's centroid"}}};
+      {{"object", ColumnType::Integer, "id of the object"},
+       {"way", ColumnType::Text, "quad, plane (a flat object's own) or depth map"},
+       {"drawn", ColumnType::Integer, "1: drawn in this frame; 0: kept from an earlier one"},
+       {"texel_m", ColumnType::Real, "width of a texel at the object's centroid"}}};
   return table;
 }
 
@@ -47,7 +47,7 @@ std::vector<StepInfo> commonSteps() {
           {"intersect", "frames",
            "rays are intersected with impostors, or looked up in the environment map"},
           {"readback", "frames",
-           "marks of samples are read back and counted; for intersections on the CPU also the "
+           "masks of samples are read back and counted; for intersections on the CPU also the "
            "G-buffer"},
           {"upload", "frames", "reflections from the CPU are uploaded"}};
 }
@@ -58,16 +58,19 @@ std::vector<CounterInfo> commonCounters() {
       {"below_horizon",
        "samples with a corrected normal, so that the mirrored ray leaves the surface"},
       {"second_order", "samples whose ray continued from a reflective impostor"},
-      {"transition", "samples with a ray that hits a transition wall", false,
+      {"transition", "samples with a ray that hits a virtual wall", false,
        "transition_height above 0"},
-      {"culled", "rays against impostors that a bounding cone of the tile's rays excludes"},
+      {"culled",
+       "pairs of a ray and an impostor that is not tested, because it lies outside the bounding "
+       "cone of the tile's rays or behind their hits; on the CPU"},
       {"impostors_rendered", "images drawn in this frame"},
       {"impostors_reused", "images reused from earlier frames"},
       {"enclosing", "objects that enclose a reflector and stay in the environment map"},
       {"left_in_map", "objects beyond the option `most`, which stay in the environment map"},
       {"coinciding", "pairs of a reflector and an object with the same centroid"},
       {"refraction_mirrored", "samples of refractive materials, which are mirrored instead"},
-      {"shows_clamped", "samples that show a texel above the range of half floats", true},
+      {"shows_clamped",
+       "samples that take their radiance from a texel above the range of half floats", true},
       {"clamped_cube_map", "texels of the cube map above the range of half floats", true},
       {"clamped_images", "texels of the impostors' images above the range of half floats", true}};
 }

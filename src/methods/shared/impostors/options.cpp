@@ -15,9 +15,9 @@ std::vector<config::Option<Options>> common() {
       field(&Options::objects, "objects",
             "names of the objects that get impostors; \"auto\": chosen by `least` and `most`"),
       field(&Options::least, "least", range(0.0, 13.0),
-            "with `objects` auto: an object gets an impostor if the environment map's error for it "
-            "is "
-            "at least this: its solid angle from a reflector (sr) times the angular error (rad)"),
+            "with `objects` auto: an object gets an impostor if its error in the environment map "
+            "is at least this: its solid angle from a reflector (sr) times the angle by which the "
+            "look-up's direction is off (rad)"),
       field(&Options::most, "most", range(1, 4096),
             "largest number of impostors; other objects stay in the environment map"),
       field(&Options::textureSize, "texture_size", range(1, 4096),
@@ -32,13 +32,12 @@ std::vector<config::Option<Options>> common() {
             "second reflections also show the diffuse component of reflective objects; otherwise "
             "only diffuse objects, as in the paper"),
       field(&Options::transitionHeight, "transition_height", atLeast(0.0),
-            "height in metres of virtual walls on the edges of flat objects; rays through a wall "
-            "blend the edge with the environment map (the paper's H); 0: none"),
-      field(
-          &Options::shareEnvironment, "share_environment",
-          "rays through a wall blend the directions of the two look-ups instead of their colours; "
-          "flat objects then stay in the environment map, too, which is wrong if they hide "
-          "something in it"),
+            "height in metres of virtual walls at the edges of flat objects, which soften these "
+            "edges: rays through a wall blend the edge's colour with the environment map; 0: none"),
+      field(&Options::shareEnvironment, "share_environment",
+            "flat objects stay in the environment map. A ray that hits one is looked up there, in "
+            "the hit's direction from the map's centre; rays through a wall blend this direction "
+            "with their own. Wrong if a flat object hides something in the map"),
       field(&Options::attenuation, "attenuation", atLeast(0.0), kAttenuationHelp),
       field(&Options::intersectOn, "intersect_on", kUnits,
             "where mirror rays are intersected. device: in a shader; processor: by vector code on "
@@ -57,41 +56,39 @@ const config::OptionTable<Options>& billboardOptions() {
 const config::OptionTable<Options>& depthOptions() {
   static const config::OptionTable<Options> table = [] {
     std::vector<config::Option<Options>> options = common();
-    options.push_back(
-        field(&Options::intersection, "intersection", kIntersections,
-              "how rays meet depth maps. srdm: along the simplified row (see `domains`) that is "
-              "nearest "
-              "to the ray's projection (the paper's simplified rotated depth map); srdm_two_rows: "
-              "along the two nearest; walk: texel by texel")
-            .trade("walk,srdm"));
-    options.push_back(field(
-        &Options::domains, "domains", range(1, 720),
-        "number of rotations of a depth map (the paper's n); in each, every row is simplified to "
-        "a polyline of at most `points` points"));
+    options.push_back(field(&Options::intersection, "intersection", kIntersections,
+                            "how rays are intersected with depth maps. srdm: along the simplified "
+                            "row (see `domains`) that is nearest to the ray's projection; "
+                            "srdm_two_rows: along the two nearest; walk: texel by texel")
+                          .trade("walk,srdm"));
+    options.push_back(field(&Options::domains, "domains", range(1, 720),
+                            "number of rotations of a depth map; in each, every row is simplified "
+                            "to a polyline of at most `points` points"));
     options.push_back(field(&Options::points, "points", range(2, 512),
-                            "largest number of points of a simplified row (the paper's m)")
+                            "largest number of points of a simplified row")
                           .trade("4,8,16,32"));
     options.push_back(field(&Options::refine, "refine", range(0, 512),
                             "texels on either side of a hit with a simplified row that are "
                             "searched for the exact hit; 0: none"));
     options.push_back(
         field(&Options::maps, "maps", range(0, 7),
-              "depth maps of an object for each reflector. The first looks from the reflector, the "
-              "others from directions at 60 degrees to it, evenly around it. 0: as many as what "
-              "the reflector sees of the object needs")
+              "number of depth maps of an object for each reflector. The first looks from the "
+              "reflector, the others from directions at 60 degrees to this, evenly around it. 0: "
+              "chosen by the directions from which the reflector's points see the object")
             .trade("1,0"));
     options.push_back(field(&Options::layers, "layers", range(1, 4),
                             "depth layers of each depth map (depth peeling)")
                           .trade("1,2"));
     options.push_back(field(&Options::selfMaps, "self_maps", range(0, 6),
-                            "depth maps of each curved reflector for its own rays, along its axes; "
-                            "0: no reflector reflects itself")
+                            "number of depth maps, along its axes, in which a curved reflector "
+                            "reflects itself; 0: none does")
                           .trade("0,6"));
-    options.push_back(field(&Options::depthMaps, "depth_maps", kDepthMaps,
-                            "which objects get depth maps. needed: those whose billboard has a "
-                            "predicted error of at least 1 sr rad, the others get billboards; "
-                            "auto: needed with more than 32 impostors, otherwise all")
-                          .trade("auto,all"));
+    options.push_back(
+        field(&Options::depthMaps, "depth_maps", kDepthMaps,
+              "which objects get depth maps instead of billboards. all: every object. needed: "
+              "objects whose billboard would err by at least 1 sr rad. auto: like `needed` with "
+              "more than 32 impostors, otherwise like `all`")
+            .trade("auto,all"));
     return config::OptionTable<Options>("depth_impostors", "Options of the method depth_impostors.",
                                         std::move(options));
   }();
