@@ -38,8 +38,9 @@ struct Candidate {
 
 struct MeasuredTime {
   double seconds = 0.0;
-  Ratio
-      ratio;  ///< to the unit of a time bound: the time of the method that it names, or one second
+  /// The time divided by the unit of a time bound: the time of the method that the bound names,
+  /// or one second.
+  Ratio ratio;
 };
 
 /// The measurements that tune() needs. Settings are given by indices of candidates.
@@ -49,7 +50,7 @@ class TuneWorld {
   /// The error of each of these frames; empty: the setting cannot be rendered.
   virtual std::vector<double> errors(std::size_t candidate, const std::vector<int>& frames) = 0;
   /// The times of all candidates, interleaved with each other and with the method that the bound
-  /// names. Combines this many `measurements`.
+  /// names. Each time combines this many `measurements`, earlier ones included.
   virtual std::map<std::size_t, MeasuredTime> times(const std::vector<std::size_t>& candidates,
                                                     const std::vector<int>& frames,
                                                     int measurements) = 0;
@@ -60,12 +61,16 @@ class TuneWorld {
 
 /// A trial: one line of trials.jsonl.
 struct Trial {
-  std::string stage;  ///< "screen", "propose", "race" or "verify"
+  /// "screen": one option differs from the middle values. "propose": a combination that should
+  /// be fast enough is tried on few frames. "race": the best proposals are timed together.
+  /// "verify": the error is computed on all frames. "time": a time is compared with a time bound.
+  std::string stage;
   std::size_t candidate = 0;
   int frames = 0;
   double error = 0.0;
   double seconds = 0.0;
-  std::string verdict;  ///< "measured", "rejected", "holds", "fails" or "undecided"
+  /// "measured", "no effect", "rejected", "holds", "fails" or "undecided"
+  std::string verdict;
 };
 
 struct TuneOptions {

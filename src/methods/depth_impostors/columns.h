@@ -28,7 +28,7 @@ class Columns {
   int stride() const { return static_cast<int>(stride_); }
 
   /// The depth at a texel centre along the major axis, interpolated linearly between two texels
-  /// along the minor axis. If one of them is background, the nearer texel's depth; outside 0.
+  /// along the minor axis. If one of them is background, the nearer texel's depth. 0 outside.
   [[gnu::always_inline]] float at(int major, float minor) const {
     const float place = minor + 0.5f;
     const bool on = (place >= 0.0f) & (place < static_cast<float>(size_ + 1));

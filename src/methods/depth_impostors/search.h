@@ -14,13 +14,15 @@ namespace catoptric::methods::depth_impostors {
 /// The simplified lines of one depth map.
 struct MapLines {
   std::span<const Domain> domains;
-  int points = 0;                ///< number of points of a line
-  const Point* first = nullptr;  ///< points of the first line; kSpare readable ones follow the last
+  int points = 0;  ///< number of points of a line
+  /// Points of the first line. kSpare readable points follow the last line.
+  const Point* first = nullptr;
 };
 inline constexpr std::size_t kSpare = 9;
 
-/// Sets `at` of all rays with the line of the nearest direction, or with the two nearest lines
-/// (`twoRows`). Returns the number of tested segments.
+/// Intersects all rays with simplified lines and sets MapRays::at. A ray is tested against the line
+/// nearest to its projection into the map, or against the two nearest lines (`twoRows`). Returns
+/// the number of tested segments.
 std::uint64_t searchLines(const MapLines& lines, bool twoRows, impostors::MapRays& rays);
 
 /// The texels of a depth map, stored by columns along either axis.
@@ -29,7 +31,7 @@ struct MapTexels {
   Columns down;
 };
 
-/// Sets `at` of all rays by marching texel by texel. Returns the number of texels read.
+/// Sets MapRays::at of all rays by marching texel by texel. Returns the number of texels read.
 std::uint64_t walkTexels(const MapTexels& texels, impostors::MapRays& rays);
 
 /// Searches `reach` texels on either side of each hit of searchLines() for the first crossing and

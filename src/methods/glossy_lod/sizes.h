@@ -1,4 +1,4 @@
-// How fine the image of each object is, by what the reflectors can show of it.
+// The resolution of each object's geometry image, from its possible size in reflections.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +12,16 @@ namespace catoptric::methods::glossy_lod {
 
 struct Sizes {
   std::vector<ImageSize> ofObject;  ///< by index in the scene; without quads: it has no image
-  double quads = 0.0;               ///< of all objects, about
+  double quads = 0.0;               ///< of all objects together, approximately
   double texels = 0.0;
   std::uint64_t bytes = 0;
-  std::uint64_t reduced = 0;  ///< objects that have fewer than they ask for
+  std::uint64_t reduced = 0;  ///< objects with coarser images than requested
 };
 
-/// With the option `size` as many quads for each object, and a texel for each. Without it quads by
-/// its triangles and texels by the pixels that it can cover in reflectors, from the cameras of the
-/// run's path (in the scene as it is at its first frame): coarser where all together would need
-/// more memory than `memory_mib`.
+/// With the option `size`, all objects have the same number of quads, with one texel each. Without
+/// it, quads follow from an object's triangles, and texels from the pixels that its reflections can
+/// cover, for the cameras of the run's path and the scene at the first frame. If all objects
+/// together would need more than `memory_mib`, all images become coarser.
 Sizes findSizes(const scene::Scene& scene, const RunSettings& settings, const Options& options);
 
 }  // namespace catoptric::methods::glossy_lod

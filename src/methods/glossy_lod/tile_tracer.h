@@ -104,7 +104,8 @@ class TileTracer {
   PacketHits hits_;
 
   int bounce_ = 0;
-  int paths_ = 1;  ///< paths of a sample that arrive here; they share the lobe's rays
+  int paths_ =
+      1;  ///< number of a sample's paths that reach this bounce; they share the lobe's rays
   std::unique_ptr<TileTracer> next_;  ///< tracer of the next bounce
   std::vector<Onward> onward_;
   std::vector<Vec3> reflected_;

@@ -36,7 +36,7 @@ using Sequence = std::vector<Meeting>;  ///< starts at the eye
 struct PathType {
   std::optional<Reflector> paths;     ///< nullopt: a single plane, which needs no paths
   std::vector<Plane<double>> planes;  ///< only if all reflectors are planes
-  std::uint32_t number = 0;           ///< value of the samples that show the sequence
+  std::uint32_t number = 0;           ///< VirtualPass::reflectors of samples with this sequence
   /// By index in geometry.objects; objects without a visible reflection are absent.
   std::map<int, VirtualObject> objects;
   /// Bytes of each object: 0 if no reflection of it is visible; kUnknown: not yet searched.
@@ -52,7 +52,7 @@ struct PathType {
 /// The object inside which a path is after these vertices; -1: none. Such objects are solid: a path
 /// that has entered one next hits the same object's surface.
 int inside(const scene::Scene& scene, const Sequence& sequence);
-/// A name for messages: of the virtual object `o` (-1: of the paths) in a sequence of reflectors.
+/// A text for messages: object `o`, or if it is -1 the sampled paths, in a sequence of reflectors.
 std::string nameOf(const scene::Scene& scene, const Sequence& sequence, int o);
 
 class PathTypes {
@@ -82,14 +82,15 @@ class PathTypes {
   void setFirst(const frame::ObjectSet& reflectors) { first_ = reflectors; }
   /// Updates a planar mirror that has moved or is new.
   void setPlane(const frame::Geometry& geometry, int object);
-  /// Searches for path types, longer ones only where shorter ones occur. Keeps the data of those
-  /// that were found before, and removes all others.
+  /// Searches for path types, longer ones only where shorter ones occur. Keeps the data of path
+  /// types that were known before, and forgets path types that no longer occur.
   void find(const scene::Scene& scene, const frame::Geometry& geometry, const View& view,
             SlowFrameLog& frameLog);
   /// Numbers the sequences: a sequence of one reflector gets that object's id, the others get the
   /// following numbers. Returns the tints of their last reflectors, by number.
   std::vector<Vec4> number(const scene::Scene& scene);
-  /// Determines on whose samples virtual objects are drawn, and which objects those samples show.
+  /// Sets for each virtual object the samples on which it is drawn (VirtualObject::reflector), and
+  /// the value that its own samples get for the next reflection (next, nextTotal).
   void linkObjects(const scene::Scene& scene);
 
  private:

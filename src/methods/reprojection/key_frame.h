@@ -85,7 +85,7 @@ class KeyFrame {
   /// Per sample: if it and its three neighbours to the right and below show one continuous surface,
   /// twice the reflector's id, plus 1 for the sky; otherwise 0.
   std::span<const std::uint32_t> cells() const { return cells_; }
-  /// Samples that show something nearer than one of their neighbours in the same reflector.
+  /// Samples that reflect a nearer surface than one of their neighbours in the same reflector.
   std::span<const std::uint32_t> nearEdges() const { return nearEdges_; }
   /// Per sample: place() and length().
   std::span<const Vec4> places() const { return place_; }

@@ -73,12 +73,12 @@ class Reuse {
   /// Calls body(tile, index) for all tiles, which are ordered along rows.
   void forTiles(const std::function<void(const Tile&, std::size_t)>& body) const;
   struct TileState {
-    bool all = false;  ///< all its samples were found by cells, or none is searched
+    bool all = false;  ///< all samples of the tile were found by cells, or none is searched
     float nearest = std::numeric_limits<float>::infinity();  ///< smallest length
     float farthest = 0.0f;
     bool stirred = false;  ///< a match in it changed in the last sweep or round
   };
-  /// Whether no neighbour can show more: all was found at similar distances.
+  /// Whether no match in the tile can change: all samples were found, at similar distances.
   bool settled(const TileState& state) const {
     return state.all && state.nearest >= state.farthest * (1.0f - options_.epsilon);
   }
@@ -101,8 +101,9 @@ class Reuse {
   /// Takes the results of the lanes, and keeps the lanes that another correction may find. Returns
   /// the number of lanes that are done.
   std::size_t take(const KeyFrame& key, CellLanes& lanes, std::vector<Vec3>& radiance);
-  /// Searches a tile's samples from their neighbours', sweep 0 from the top left corner, sweep 1
-  /// from the other one. Whether another sweep can find more.
+  /// Searches a tile's samples, starting at the matches of their neighbours: sweep 0 from the top
+  /// left corner on, sweep 1 from the bottom right one. Returns whether another sweep can find
+  /// more.
   bool sweepTile(const KeyFrame& key, int sweep, const Tile& tile, TileState& state);
   /// Where sample `i` would be in the key frame if it had moved like sample `n`; -1: none.
   Vec2 like(std::int32_t i, std::int32_t n) const;
@@ -110,15 +111,16 @@ class Reuse {
   /// `last`: another sample that was found. Returns whether it was found.
   bool findFrom(const KeyFrame& key, int sweep, std::int32_t i,
                 const std::array<std::int32_t, 2>& beside, std::int32_t last);
-  /// findFrom(), and a test whether a neighbour's reflection is in front. True if anything changed.
+  /// As findFrom(); also tests whether a neighbour reflects a nearer surface. True if the match has
+  /// changed.
   bool searchSample(const KeyFrame& key, int sweep, std::int32_t i,
                     const std::array<std::int32_t, 2>& beside, std::int32_t last);
   /// Whether something at this distance (KeyFrame::length()) is in front of a match.
   bool isNearer(float length, const Match& match) const {
     return length < match.length * (1.0f - options_.epsilon);
   }
-  /// Searches sample i, or something in front of its `match`, from neighbour n. Whether `match`
-  /// changed.
+  /// Starts at neighbour n and searches a match of sample i, or if it has one, a nearer surface.
+  /// Returns whether `match` has changed.
   bool lead(const KeyFrame& key, std::int32_t n, std::int32_t i, Match& match) const;
   void accept(std::int32_t i, const Match& match, int sweep) {
     matches_[i] = match;
@@ -136,7 +138,8 @@ class Reuse {
   Vec2 goesTo(const KeyFrame& key, std::size_t at, const Vec2& start) const;
   /// Whether the hit of the key frame's sample `at` is in front of the match of sample i.
   bool hides(const KeyFrame& key, std::size_t at, std::int32_t i) const;
-  /// Moves the key frame's near edges to this frame, and searches from those that no sample shows.
+  /// Moves the key frame's near edges to this frame, and starts searches at edges that no sample
+  /// reflects.
   void findNearer(const KeyFrame& key, const frame::Geometry& geometry);
   /// Samples search from their neighbours, also across tile borders, until nothing changes.
   void spread(const KeyFrame& key);
@@ -178,7 +181,7 @@ class Reuse {
   std::vector<std::vector<std::pair<std::int32_t, Match>>> found_;
   struct NearEdge {
     Vec2 goesTo{std::numeric_limits<float>::quiet_NaN()};
-    std::int32_t sample = -1;  ///< which got a match from this edge; -1: none
+    std::int32_t sample = -1;  ///< the sample that got a match from this edge; -1: none
     Match match;
   };
   std::vector<NearEdge> edges_;  ///< of the key frame

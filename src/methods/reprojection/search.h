@@ -33,12 +33,12 @@ enum class Outcome : std::uint8_t {
   Found,
   NotSearched,    ///< glossy or refractive, or this is a key frame
   NotFound,       ///< the search left the reflector or the buffers, or did not converge
-  Hidden,         ///< a nearer surface may extend to here, where the key frame saw no reflection
+  Hidden,         ///< a nearer surface may cover this sample; the key frame lacks it there
   Discontinuity,  ///< at an edge of the reflected scene or of the reflector
   Magnified,      ///< one sample would be stretched over too many
   Crossed,        ///< a moving object may now be in front
   Unfaithful,     ///< the stored point does not lie on the mirrored ray
-  SecondBounce,   ///< no match in the second mirror, or off its reflected ray
+  SecondBounce,   ///< no match in the second mirror, or one off the reflected ray
 };
 
 /// A position in the key frame, in samples with integer centres.

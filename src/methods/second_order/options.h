@@ -24,12 +24,12 @@ struct Options {
   LobeRays lobeRays = LobeRays::Walked;
   float glossyReach = 0.0f;  ///< metres times (1 - g) / g; 0: unlimited
   int probes = 16;           ///< probed samples per curved cluster; 0: nothing is traced
-  float probeError = 4.0f;   ///< a cluster with a larger error is traced; in steps of 255
+  float probeError = 4.0f;   ///< in 8-bit values; clusters with a larger error are traced
   trace::BvhPolicy bvh = trace::BvhPolicy::Static;
-  // Neither options nor in the paper; measured in experiments.md. Tests change them. minimum for a
-  // probed cluster whose image costs less than tracing it
+  // Neither options nor in the paper; measured in experiments.md. Tests change these two.
+  /// Probed clusters with fewer rays are traced: a depth image would cost more.
   int leastImageRays = 8192;
-  float selfHitShare = 0.06f;  ///< fraction of self-hits from which a cluster is traced
+  float selfHitShare = 0.06f;  ///< a cluster with a larger fraction of self-hits is traced
 };
 
 const config::OptionTable<Options>& optionTable();

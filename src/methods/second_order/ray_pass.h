@@ -38,7 +38,7 @@ class RayPass {
 
   /// Sets the cluster of each sample (Clustering::clusterOf()); must be valid until run() ends.
   void setClusters(std::span<const std::uint16_t> clusterOf);
-  /// Sets the reflection of every sample, and its marks.
+  /// Sets the reflection of every sample, and its bits of shaders/marks.glsl.
   void run(Services& services, const RayInputs& inputs);
 
   /// Adds the counts of the last run. `unclustered`: samples in no cluster.

@@ -12,7 +12,7 @@ namespace catoptric::methods::second_order {
 
 struct SceneReflectors : Reflectors {
   std::vector<ReflectorKind> kinds;  ///< by object id
-  std::vector<bool> skipOwn;         ///< by object id: flat, so that it never shows itself
+  std::vector<bool> skipOwn;         ///< by object id: flat, so that it cannot reflect itself
   std::vector<float> weight;         ///< by object id: maximum weight of its reflections
   bool levelsVary = false;           ///< s comes from a texture: some samples may not reflect
 

@@ -23,7 +23,7 @@ inline std::string imagesAlone(const std::string& options = "{}") {
   return R"({"probes": 0)" + (options == "{}" ? "}" : ", " + options.substr(1));
 }
 
-/// What no option says.
+/// Settings of a comparison that are not options of the method.
 struct BesideOptions {
   void (*change)(Options&) = [](Options&) {};
   bool countDisocclusions = false;
@@ -79,7 +79,7 @@ class Comparison {
   std::size_t samples = 0;
   float brightest = 0.0f;
   double meanDifference = 0.0;  ///< of radiance
-  double light = 0.0;           ///< sum of radiances, and of those that Embree finds
+  double light = 0.0;           ///< sum of the method's radiances, and of Embree's (tracedLight)
   double tracedLight = 0.0;
   double l1Of8Bit = 0.0;      ///< over reflective samples, of gamma 2.2 values
   std::vector<double> steps;  ///< by sample of the frame, as Retrace measures it; 0 elsewhere

@@ -29,10 +29,10 @@ inline methods::RunSettings framesOf(int width, int height, int samplesPerAxis,
   return settings;
 }
 
-/// One scene with all that methods share, at one moment at a time.
+/// A scene at one moment, with everything that methods share.
 class GlStage {
  public:
-  /// `baked`: with the light that the scene asks to be baked.
+  /// `baked`: whether the light is baked, as the scene demands.
   explicit GlStage(scene::Scene s, const methods::RunSettings& runSettings = {}, bool baked = false)
       : context(gl::testContext()),
         scene(std::move(s)),
@@ -46,13 +46,13 @@ class GlStage {
   GlStage(const GlStage&) = delete;
   GlStage& operator=(const GlStage&) = delete;
 
-  /// Embree's tree of the scene, built at the first call, which gives the policy.
+  /// Embree's BVH of the scene. The first call builds it, by `policy`.
   trace::TraceScene& embree(trace::BvhPolicy policy = trace::BvhPolicy::Refit) {
     if (!trace_) trace_.emplace(scene, moment.geometry, policy);
     return *trace_;
   }
 
-  /// Everything at another time; indices of the objects that changed.
+  /// Moves everything to another time. Returns the indices of objects that changed.
   std::vector<int> moveTo(double seconds) {
     const scene::Pose pose = scene::poseAt(scene, seconds);
     std::vector<int> changed = frame::updateGeometry(moment.geometry, scene, pose);
@@ -62,7 +62,7 @@ class GlStage {
     return changed;
   }
 
-  /// Draws the G-buffer, or what may differ of it.
+  /// Draws the G-buffer; with `part`, only these samples.
   void draw(const scene::Camera& camera, const std::optional<raster::Region>& part = std::nullopt) {
     timer.measure("gbuffer", [&] {
       raster.drawGBuffer(gbuffer, camera, moment.lighting, part, &moment.geometry);
@@ -70,7 +70,7 @@ class GlStage {
     context.check("the G-buffer");
   }
 
-  /// What the last frame's samples resolve to: R G B A, row 0 on top.
+  /// The pixels of the last frame: R G B A, row 0 on top.
   std::vector<float> composite(const scene::Camera& camera) {
     gl::Texture frame = gl::Texture::make2D("frame", GL_RGBA32F, settings.width, settings.height);
     raster.composite(gbuffer, camera, {}, frame);
@@ -101,7 +101,7 @@ class GlStage {
   std::optional<trace::TraceScene> trace_;
 };
 
-/// A method on a stage, frame by frame.
+/// A method that renders a stage frame by frame.
 class GlMethod {
  public:
   GlMethod(GlStage& stage, const methods::MethodEntry& entry, const std::string& options = "{}")
@@ -115,8 +115,8 @@ class GlMethod {
     method_->prepare(services, stage.settings);
   }
 
-  /// The next frame, G-buffer and reflections. `changed`: of GlStage::moveTo(); `part`: all that
-  /// the G-buffer may differ in from the frame before.
+  /// Renders the next frame, G-buffer and reflections. `changed`: the result of GlStage::moveTo().
+  /// `part`: the samples of the G-buffer that may differ from the frame before.
   methods::FrameOutput render(const scene::Camera& camera, std::vector<int> changed = {},
                               const std::optional<raster::Region>& part = std::nullopt) {
     stage_.timer.beginFrame(++frames_);
@@ -140,7 +140,7 @@ class GlMethod {
   int frames_ = 0;
 };
 
-/// The last frame's reflective samples, and what Embree's rays find from the same points.
+/// The last frame's reflective samples, and the radiance of Embree's rays from the same points.
 struct TracedSamples {
   std::vector<trace::ReflectionPoint> points;
   std::vector<std::uint32_t> places;  ///< in the G-buffer
@@ -153,8 +153,8 @@ struct TracedSamples {
     raster::readBack(stage.gbuffer, true, copy);
     const std::vector<float> reflection = raster::readRgba(stage.gbuffer.reflection);
     const methods::SamplePoints pointAt(copy, camera, stage.embree());
-    // In the packets of `traced`: which of two triangles at one distance Embree names depends on
-    // the rays beside.
+    // In the packets of `traced`: if two triangles lie at one distance, the packet decides which
+    // one Embree reports.
     const methods::SampleTiles tiles({copy.sampleWidth(), copy.sampleHeight()}, camera, stage.scene,
                                      stage.embree().extents(), {});
     methods::SampleTiles::Members members;
@@ -177,7 +177,7 @@ struct TracedSamples {
     }
   }
 
-  /// Mean absolute difference of gamma 2.2 values in steps of 255.
+  /// Mean absolute difference of 8-bit values with gamma 2.2.
   double l1Of8Bit() const {
     const auto shown = [](const Vec3& v) {
       return glm::clamp(glm::pow(glm::max(v, Vec3(0.0f)), Vec3(1.0f / 2.2f)), 0.0f, 1.0f) * 255.0f;

@@ -28,7 +28,7 @@ struct RenderedFrame {
 struct FrameRequest {
   scene::PathFrame frame;
   bool firstOfSequence = true;  ///< the previous frame of the path was not the last one rendered
-  bool restarts = true;         ///< as in methods::FrameInput; true wherever firstOfSequence is
+  bool restarts = true;         ///< as in methods::FrameInput; true if firstOfSequence is true
   bool kept = true;  ///< false: the result is discarded; only the state for later frames matters
 };
 

@@ -41,7 +41,7 @@ std::vector<std::size_t> chunkBounds(const std::vector<FrameTask>& tasks, int co
 /// The plan for one task.
 struct TaskPlan {
   enum class Outcome { None, Reuse, Render };
-  Outcome outcome = Outcome::None;  ///< for requested frames in this chunk
+  Outcome outcome = Outcome::None;  ///< None unless the frame is requested and in this chunk
   bool run = false;                 ///< whether the method renders it, to keep it or to warm up
 };
 
@@ -58,7 +58,8 @@ std::vector<int> numbersOf(const std::vector<FrameTask>& tasks, const std::vecto
 /// The numbers of the requested frames.
 std::vector<int> askedNumbers(const std::vector<FrameTask>& tasks);
 
-/// Removes the records of frames that this run does not make, unless the fingerprints agree.
+/// Removes the records of frames that this run does not make, if their fingerprints (settings,
+/// scene, program) differ from those of this run.
 void forgetStrangers(const std::vector<FrameTask>& tasks, RunFolder& folder);
 
 }  // namespace catoptric::run

@@ -41,9 +41,9 @@ class LobeTracer {
     const float* densities;  ///< densities of GGX rays, per steradian; null: there are none
   };
   /// Makes the rays of as many of the points begin..end as fit into the buffers. The first call
-  /// after points() were filled must start at point 0. Without begin(), no point may have to be
-  /// settled, see settle(). `flags` and `counts`: as in run(), for rays that were reflected into
-  /// the upper hemisphere.
+  /// after points() were filled must start at point 0. If begin() was not called, points must need
+  /// no settle(): no implicit surfaces, no refraction. Of `flags` and `counts`, only the bit and
+  /// number of rays reflected upwards are set, and the number of total reflections.
   Lobes makeRays(std::size_t begin, std::size_t end, int raysPerLobe, std::uint8_t* flags,
                  ReflectionCounts& counts);
 
@@ -66,7 +66,7 @@ class LobeTracer {
   void settlePoints(PointLanes& points, ReflectionCounts& counts) const;
   void runLevel(std::size_t bounce, int bouncesLeft, Vec3* radiance, std::uint8_t* flags,
                 FirstHit* hits, ReflectionCounts& counts);
-  /// The points from `begin` on whose rays fit into the buffers.
+  /// The next points from `begin` on: as many as the buffers have room for their rays.
   static Block nextBlock(Level& level, std::size_t begin, std::size_t end, int raysPerLobe);
   void makeRays(Level& level, const Block& block, std::uint8_t* flags, ReflectionCounts& counts);
   void copyRays(Level& level, const Block& block, std::size_t point, std::uint8_t* flags,
@@ -90,7 +90,7 @@ class LobeTracer {
   const frame::Lighting* lighting_ = nullptr;
   float spreadRad_ = 0.0f;
   ReflectionOptions options_;
-  bool settles_ = false;  ///< points may have to be settled, see settle()
+  bool settles_ = false;  ///< settle() may have to move points onto implicit surfaces
   SecondHit* seconds_ = nullptr;
   const std::uint32_t* asked_ = nullptr;
   std::vector<std::unique_ptr<Level>> levels_;

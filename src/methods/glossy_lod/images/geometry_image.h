@@ -1,6 +1,6 @@
 // Geometry images of an object [Gu2002], [Sander2003]: its surface as square grids of vertices,
 // one grid per chart. Neighbouring charts share the vertices along their common border, so that
-// the finest level has no gaps. Rays close those between coarser levels (Levels::Stitched).
+// the finest level has no gaps. Levels::Stitched closes the gaps between coarser levels.
 #pragma once
 
 #include <array>
@@ -42,7 +42,7 @@ struct ObjectImage {
 /// How fine an image is, approximately.
 struct ImageSize {
   double quads = 0.0;   ///< of all charts together; divided by area and by triangle count
-  double texels = 0.0;  ///< the same, divided by area; 0: one for each quad
+  double texels = 0.0;  ///< of all charts together; divided by area; 0: one for each quad
   int most = 0;         ///< maximum number of quads or texels along the edge of a chart
 };
 

@@ -12,7 +12,7 @@
 
 namespace catoptric::methods::glossy_lod {
 
-/// Of a chart: (2^level + 1)^2 vertices and 4^level quads, row by row.
+/// The grid of a chart: (2^level + 1)^2 vertices and 4^level quads, row by row.
 struct Grid {
   std::uint32_t firstVertex = 0;
   std::uint32_t firstQuad = 0;

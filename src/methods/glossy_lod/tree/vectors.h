@@ -1,5 +1,5 @@
-// Vectors of 4 or of 8 lanes for walk.h. Only traversal.cpp includes this file, in a namespace
-// with CATOPTRIC_LANES. NOLINT(llvm-header-guard)
+// Vectors of CATOPTRIC_LANES (4 or 8) lanes for walk.h. Only traversal.cpp includes this file, in a
+// namespace for each number of lanes. NOLINT(llvm-header-guard)
 struct V {
   static constexpr std::size_t kLanes = CATOPTRIC_LANES;
   using F = Lanes<float, kLanes>;

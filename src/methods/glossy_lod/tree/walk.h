@@ -134,14 +134,14 @@ CATOPTRIC_WALK Met meetTriangle(const Three& a, const Three& b, const Three& c, 
   return met;
 }
 
-/// Lanes whose rays left the object of a node's quad.
+/// Lanes whose rays start on the object of a node's quad.
 CATOPTRIC_WALK V::M ofOwnObject(const Walk& walk, std::uint32_t node) {
   const V::I object = V::all(walk.tree.objects[walk.tree.quads[node].chart]);
   const V::I own = V::load(walk.packet.own.data() + walk.first);
   return V::both(V::le(own, object), V::le(object, own));
 }
 
-/// Of `lanes`, which hit this triangle, those that left the surface which the triangle continues.
+/// Of `lanes`, whose rays hit this triangle: rays that start on the surface which it continues.
 inline unsigned ofStart(const Walk& walk, std::uint32_t node, bool upper, unsigned lanes,
                         const std::array<float, V::kLanes>& metres) {
   const Quad& quad = walk.tree.quads[node];
@@ -167,7 +167,7 @@ inline unsigned ofStart(const Walk& walk, std::uint32_t node, bool upper, unsign
   return found;
 }
 
-/// Lanes that ignore a triangle, because it belongs to the image of the object that they left.
+/// Lanes that ignore a triangle, because it belongs to the object on which their rays start.
 CATOPTRIC_TARGET inline unsigned passedBy(const Walk& walk, std::uint32_t node, bool upper,
                                           const Met& met, V::M back) {
   unsigned own = V::bits(V::both(met.hit, ofOwnObject(walk, node)));
@@ -182,8 +182,9 @@ CATOPTRIC_TARGET inline unsigned passedBy(const Walk& walk, std::uint32_t node, 
   return backs | ofStart(walk, node, upper, own & ~backs, metres);
 }
 
-/// `fronts`: those that meet the back go on into the finer quads. Between coarse ones rays see
-/// backs that no ray meets on the surface.
+/// Keeps the hits on one triangle that are nearest so far. `fronts`: hits on its back do not count,
+/// so these rays continue in the finer quads. Through cracks between coarse quads rays hit backs
+/// that the true surface hides.
 template <bool kMixed>
 CATOPTRIC_TARGET inline void keep(const Walk& walk, const Rays<kMixed>& rays, std::uint32_t node,
                                   bool upper, bool fronts, Met& met, Nearest& nearest) {
@@ -336,7 +337,7 @@ CATOPTRIC_TARGET void walkLanes(const Walk& walk, const Kind& kind, unsigned lan
     if (V::bits(stop) != 0) {
       tested += static_cast<std::uint64_t>(__builtin_popcount(V::bits(stop)));
       meetQuad(walk, rays, node, stop, kLevels == Levels::Stitched && !leaf, nearest);
-      // Whoever misses a coarse quad looks for what it has left out
+      // Rays that miss a coarse quad continue in the finer quads below it
       if constexpr (kLevels == Levels::Stitched) {
         const V::I here = V::all(node);
         if (!leaf)

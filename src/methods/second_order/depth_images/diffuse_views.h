@@ -31,11 +31,11 @@ struct DiffuseView {
   int y = 0;
   int width = 1;
   int height = 1;
-  /// Id of the object that has the eye behind it, 0: none. Only its faces towards the eye are
-  /// drawn. skipOwn: it is not drawn at all.
+  /// Id of the object behind whose surface the eye lies; 0: none. Only its faces towards the eye
+  /// are drawn. skipOwn: the object is not drawn at all.
   int ownObject = 0;
   bool skipOwn = false;
-  bool ownBacks = false;                 ///< also draw its faces that are turned away
+  bool ownBacks = false;                 ///< also draw the own object's faces that are turned away
   bool peel = false;                     ///< also draw a second layer
   Vec4 ownClip{0.0f, 0.0f, 0.0f, 1.0f};  ///< clips the own object to dot(ownClip, (p, 1)) > 0
 };

@@ -27,7 +27,7 @@ struct Impostor {
 /// The impostors that a reflector's rays are tested against, diffuse ones first.
 struct ImpostorList {
   std::vector<int> members;  ///< indices of Choice::impostors
-  /// By member: 0, or for the first of several depth maps of an object how many there are.
+  /// By member: the number of depth maps, for the first of several maps of an object; otherwise 0.
   std::vector<int> views;
   int diffuse = 0;
 };

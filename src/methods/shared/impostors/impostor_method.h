@@ -36,8 +36,8 @@ class ImpostorMethod : public Method {
   /// The fragment shader of the pass, and the defines with which it is compiled.
   virtual std::string fragment() const = 0;
   virtual std::vector<gl::Define> defines() const { return {}; }
-  /// Called before the first frame; for each depth map that was drawn; when all are drawn, with the
-  /// number of layers; and before the pass.
+  /// Called in this order: before the first frame; for each depth map that was drawn; after all
+  /// were drawn, with the number of layers; before the pass.
   virtual void prepareMaps() {}
   virtual void mapDrawn(int /*layer*/, std::span<const float> /*texels*/) {}
   virtual void mapsReady(Services& /*services*/, FrameOutput& /*output*/, int /*layers*/) {}

@@ -30,9 +30,9 @@ struct ImpostorLines {
   bool reflective = false;
   int object = 0;  ///< id
   float height = 0.0f;
-  float begin = 0.0f;  ///< rays hit the impostor only beyond this distance, in metres
+  float begin = 0.0f;  ///< rays can hit the impostor only beyond this distance, in metres
   float side = 1.0f;
-  float steepest = 0.0f;  ///< MapRays::steepest of one of several
+  float steepest = 0.0f;  ///< MapRays::steepest, if the object has several depth maps
   Vec3 tint{1.0f};
   // A sphere that contains it
   Vec3 centre{0.0f};
@@ -47,8 +47,8 @@ struct ProcessorCounts {
   std::uint64_t clamped = 0;
   std::uint64_t disoccluded = 0;
   std::uint64_t work = 0;
-  std::uint64_t clipped = 0;  ///< rays that a depth map's planes clip entirely
-  std::uint64_t culled = 0;   ///< rays that the bounds of their tile exclude from an impostor
+  std::uint64_t clipped = 0;  ///< pairs of a ray and a depth map whose frustum it misses
+  std::uint64_t culled = 0;   ///< pairs of a ray and an impostor that is not tested
   void add(const ProcessorCounts& other);
   /// Adds the marks of a sample, from GPU or CPU.
   void addMarks(std::uint32_t marks);
@@ -74,7 +74,7 @@ struct ProcessorFrame {
   const Options& options;
   bool countsRays = false;  ///< count tests of rays against impostors instead of steps in maps
   bool masks = false;
-  bool beside = false;  ///< other methods also shade reflectors, whose samples are not changed
+  bool beside = false;  ///< other methods shade some samples, which must not be changed
   frame::StepTimer& timer;
 };
 

@@ -34,7 +34,7 @@ struct RayBatch {
   alignas(64) Lane t{}, u{}, v{}, level{};
   Vectors color;
   alignas(64) Lane share{};  ///< weight of the environment map, on transition walls
-  Lane hidden{};  ///< distance from which on no map of an object sees the ray; 1e30: none
+  Lane hidden{};  ///< distance from which on all maps of some object hide the ray; 1e30: nowhere
   std::array<int, kMostRays> impostor{};  ///< -1: none
   std::array<std::uint32_t, kMostRays> sample{};
   std::array<std::uint32_t, kMostRays> marks{};
@@ -70,9 +70,9 @@ struct MapRays {
   alignas(64) Lane fromX{}, fromY{}, fromG{}, toX{}, toY{}, toG{};  ///< in texels, and depth 0..1
   alignas(64) Lane tFrom{}, tTo{}, wFrom{}, wTo{};
   alignas(64) Lane at{};  ///< fraction of the way from `from` to `to`; above 1: no hit
-  /// Above 0 for one of several maps of an object: depth per texel of the steepest surface. What is
-  /// steeper is an edge, which hides what is behind it; `at` is shared::kHidden + the share from
-  /// which on the ray is behind what the map shows.
+  /// Above 0 for one of several maps of an object: depth per texel of the steepest surface. Steeper
+  /// steps are edges. Of a ray that passes behind an edge, `at` is shared::kHidden plus the
+  /// fraction of the way at which it does so.
   float steepest = 0.0f;
   alignas(64) std::array<std::int32_t, kMostRays> on{};
   std::array<std::uint16_t, kMostRays> ray{};

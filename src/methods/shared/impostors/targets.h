@@ -32,7 +32,7 @@ struct SurfacePoint {
   Vec3 place;
   Vec3 normal;  ///< unit length
 };
-/// So many points that stand for equal parts of the object's surface; none where it has no area.
+/// `count` points, each for an equal part of the object's surface; none if it has no area.
 std::vector<SurfacePoint> pointsOn(const frame::Geometry& geometry, int object, int count);
 
 /// `sceneMetres`: the scene's diameter, relative to which sizes count as zero.

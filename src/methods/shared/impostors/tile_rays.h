@@ -20,7 +20,7 @@ class TileRays {
   /// Input of run(): x, y, depth, normal of `batch().count` samples of one reflector.
   Samples& samples() { return samples_; }
   RayBatch& batch() { return first_; }
-  /// Sets red, green, blue and marks of all rays of the batch.
+  /// Sets colour and marks (mask bits, kMarkSecond) of all rays of the batch.
   void run();
 
  private:
@@ -29,8 +29,8 @@ class TileRays {
   void meetInOrder(RayBatch& rays, const ImpostorList& list, std::size_t count);
   bool meet(RayBatch& rays, int index, const ImpostorLines& lines);
   void meetDepthMap(RayBatch& rays, const ImpostorLines& lines);
-  /// Several depth maps of an object: each ray asks the one that it faces most, and the next one
-  /// where that hides it.
+  /// Intersects rays with several depth maps of one object. A ray is tested first against the map
+  /// whose direction is nearest to its own; if it passes behind an edge there, against the next.
   bool meetViews(RayBatch& rays, std::span<const int> views);
   void take(RayBatch& rays, int index, const ImpostorLines& lines);
   void shadeWalls(RayBatch& rays);
@@ -55,11 +55,13 @@ class TileRays {
   std::vector<std::tuple<float, int, int>> order_;  ///< distance, impostor, place in the list
   Meetings met_;
   MapRays map_;
-  // Within meetViews(): rays that ask a map, and from where on it hides them (0: nowhere)
+  // Within meetViews(): whether a ray is tested against the present map (wanted_), and the distance
+  // from which on it is behind an edge of this map (hidden_; 0: nowhere)
   bool several_ = false;
   Lane hidden_{};
   std::array<bool, kMostRays> wanted_{};
-  Vectors keptOrigins_;  ///< of rays that begin later
+  // Origins and hits of rays, while these start at ImpostorLines::begin
+  Vectors keptOrigins_;
   Lane keptT_{};
   LookUps looks_;
   LookUps wider_;
