@@ -28,8 +28,8 @@ const config::OptionTable<Options>& optionTable() {
           field(&Options::keyframeEvery, "keyframe_every", config::range(0, 100000),
                 "largest number of frames from a key frame to the next; 0: no limit"),
           field(&Options::restartEvery, "restart_every", config::range(1, 100000),
-                "frames 1, 1 + n, 1 + 2n, ... and camera cuts are always key frames: runs may "
-                "restart there"),
+                "n: frames 1, 1 + n, 1 + 2n, ... and camera cuts are always key frames, at which "
+                "runs may restart"),
           field(&Options::epsilon, "epsilon", config::range(0.0, 1.0),
                 "two neighbouring samples are of different surfaces if their distances along the "
                 "reflected path differ by more than this fraction"),

@@ -383,7 +383,9 @@ const std::vector<CounterInfo>& counterInfos() {
   static const std::vector<CounterInfo> infos = {
       {"reused", "samples whose reflection comes from the key frame"},
       {"retraced", "samples that were traced in a frame that is not a key frame"},
-      {"blended", "of `reused`: also traced, and blended, at the border of retraced areas"},
+      {"blended",
+       "of `reused`: samples at the border of retraced areas, which were also traced and then "
+       "blended"},
       {"key_frame", "1 if the frame is a key frame"},
       {"key_frame_samples", "samples that were traced because the frame is a key frame"},
       {"not_searched", "of `retraced`: glossy and refractive samples"},

@@ -74,7 +74,7 @@ const config::OptionTable<Options>& optionTable() {
              "clusters except planar mirrors"),
        field(&Options::lobeRays, "glossy", kLobeRays,
              "rays of a lobe. cone: each ray is marched; neighbourhood: only the central ray is "
-             "marched, the other rays are looked up at its distance"),
+             "marched, the other rays are looked up at the distance of its hit"),
        field(&Options::glossyReach, "glossy_reach", range(0, 1000000),
              "glossy reflections fade with the ray's length to the reflector's diffuse colour, "
              "completely at this many metres times (1 - g) / g; 0: no fading"),
