@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,14 @@ struct LobeBench {
     return 4.0 * sum / static_cast<double>(values.size());
   }
 };
+
+TEST(LobeSlots, DifferForAllShiftsOfSamples) {
+  for (const float lobe : {0.0f, 0.3f, 2.0f}) {
+    std::set<std::size_t> slots;
+    for (int at = 0; at < 64; ++at) slots.insert(trace::lobeSlot(lobe, lobeShift(at % 8, at / 8)));
+    EXPECT_EQ(slots.size(), 64u) << lobe;
+  }
+}
 
 TEST(GlossyLod, SeesOfASphereItsShareOfTheLobe) {
   LobeBench bench;

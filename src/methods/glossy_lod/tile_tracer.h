@@ -65,12 +65,18 @@ class TileTracer {
     int count = 0;
     std::array<float, 256> slopes{};
   };
+  /// Cached ranks of a lobe's rays, by ray index.
+  struct Ranks {
+    Vec2 shift{0.0f};
+    int count = 0;
+    std::array<std::uint8_t, 256> of{};
+  };
   /// Neighbouring points with the same number of rays.
   struct Group {
     std::size_t begin, points;
     int rays;  ///< rays per point
     float alpha;
-    /// Number of ray indices in a packet; the packet contains those rays of all points.
+    /// Rays of each point in a packet.
     std::size_t perPacket() const { return RayPacket::kMost / points; }
   };
 
@@ -94,12 +100,17 @@ class TileTracer {
   void traceOnward(const Traced& scene, TraceCounts& counts);
   void ensureShaded(const Traced& scene, std::size_t lane, TraceCounts& counts);
   const float* slopesOf(std::size_t point, int count);
+  /// The rank of each of `count` rays of a point's lobe: rays of neighbouring ranks point into the
+  /// same part of all lobes.
+  const std::uint8_t* ranksOf(std::size_t point, int count);
 
   trace::LobeTracer lobes_;
-  std::array<Widths, 256> widths_;  ///< a power of two; not from the paper
+  std::array<Widths, trace::kLobeSlots> widths_;
+  std::array<Ranks, trace::kLobeSlots> ranks_;
   std::array<RayPacket, 256> packets_;
-  std::array<std::array<Vec3, RayPacket::kMost>, 256> values_;    ///< radiance of their rays
-  std::array<std::array<float, RayPacket::kMost>, 256> weights_;  ///< weights of their rays
+  std::array<std::array<std::uint8_t, RayPacket::kMost>, 256> rays_;  ///< indices of their rays
+  std::array<std::array<Vec3, RayPacket::kMost>, 256> values_;        ///< radiance by ray and point
+  std::array<std::array<float, RayPacket::kMost>, 256> weights_;      ///< weight by ray and point
   std::array<Footprint, RayPacket::kMost> footprints_;
   PacketHits hits_;
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cassert>
 #include <cmath>
 #include <cstring>
@@ -19,8 +18,6 @@ namespace catoptric::trace {
 /// Directions of lobes about their axes, kept: samples of one lobe with the same shift have the
 /// same. All GGX lobes share their points of the disk.
 struct LobeTracer::LobeTables {
-  static constexpr int kKeptBits = 8;  ///< ours
-  static constexpr std::size_t kKept = std::size_t{1} << kKeptBits;
   static constexpr float kDisk = 2.0f;  ///< stands for every GGX lobe
 
   struct Table {
@@ -29,15 +26,12 @@ struct LobeTracer::LobeTables {
     int count = 0;
     LobeLanes lanes;
   };
-  std::array<Table, kKept> tables;
+  std::array<Table, kLobeSlots> tables;
 
   const LobeLanes& of(const PointLanes& points, std::size_t point, int count) {
     const float lobe = std::min(points.lobe[point], kDisk);
     const Vec2 shift(points.shiftX[point], points.shiftY[point]);
-    const std::uint32_t bits = std::bit_cast<std::uint32_t>(lobe) * 0x9E3779B1u ^
-                               std::bit_cast<std::uint32_t>(shift.x) * 0x85EBCA77u ^
-                               std::bit_cast<std::uint32_t>(shift.y) * 0xC2B2AE3Du;
-    Table& table = tables[bits >> (32 - kKeptBits)];
+    Table& table = tables[lobeSlot(lobe, shift)];
     if (table.lobe != lobe || table.shift != shift || table.count != count) {
       table.lobe = lobe;
       table.shift = shift;

@@ -2,6 +2,8 @@
 // The methods `traced` and `reference` share this code, so that their light transport is the same.
 #pragma once
 
+#include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -80,6 +82,14 @@ int lobeRays(scene::Lobe lobe, int rays);
 
 /// Point `index` of `count` Hammersley points of the unit square, shifted.
 Vec2 lobePoint(const Vec2& shift, int index, int count);
+
+/// The slot of a lobe in tables that keep what lobes with a shift have in common. The 64 shifts of
+/// methods::lobeShift() have slots of their own.
+inline constexpr std::size_t kLobeSlots = 256;
+inline std::size_t lobeSlot(float lobe, const Vec2& shift) {
+  const auto place = static_cast<std::uint32_t>(shift.x * static_cast<float>(kLobeSlots));
+  return (place + (std::bit_cast<std::uint32_t>(lobe) * 0x9E3779B1u >> 24)) % kLobeSlots;
+}
 
 /// Direction `index` of `count` of the Phong lobe cos^n about the z axis. It has unit length up to
 /// rounding.
