@@ -15,22 +15,6 @@ namespace {
 
 using config::JsonText;
 
-std::string reportJson(const gl::DeviceReport& report) {
-  JsonText limits;
-  for (const auto& [name, value] : report.limits) limits.add(name, value);
-  return JsonText()
-      .add("device", report.device)
-      .add("status", report.status)
-      .add("gl_version", report.glVersion)
-      .add("renderer", report.renderer)
-      .raw("limits", limits.object())
-      .add("missing", report.missing)
-      .add("message", report.message)
-      .add("what_to_do", report.whatToDo)
-      .add("seconds", report.seconds)
-      .object();
-}
-
 /// The folder of what is computed once and kept, and how large it has grown.
 struct Cache {
   std::filesystem::path folder = cacheFolder();
@@ -85,7 +69,7 @@ ExitCode doctor(const CommonOptions& common) {
   const Cache cache;
   if (common.json) {
     std::vector<std::string> texts;
-    for (const gl::DeviceReport& report : reports) texts.push_back(reportJson(report));
+    for (const gl::DeviceReport& report : reports) texts.push_back(gl::deviceJson(report));
     printData(JsonText()
                   .raw("machine", run::machineJson())
                   .raw("devices", "[" + joined(texts, ",") + "]")

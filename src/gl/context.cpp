@@ -13,6 +13,7 @@
 #include "gl/api.h"
 #include "gl/context_state.h"
 #include "gl/platform.h"
+#include "gl/probe.h"
 #include "gl/workarounds.h"
 
 namespace catoptric::gl {
@@ -218,6 +219,13 @@ std::unique_ptr<Context::State> open(Platform platform, int index) {
   return state;
 }
 
+/// As open(), after a child process has survived it.
+std::unique_ptr<Context::State> openSafely(Platform platform, int index) {
+  // The child ends at once, without closing anything in the driver.
+  requireSurvival(nameOf(platform, index), [&] { (void)open(platform, index).release(); });
+  return open(platform, index);
+}
+
 struct Candidate {
   Platform platform;
   int index;
@@ -231,6 +239,7 @@ std::string attemptLine(const std::string& device, const PlatformFailure& failur
 std::vector<Candidate> automaticOrder(std::string& attempts) {
   std::vector<Candidate> order;
   try {
+    requireSurvival("EGL's devices", [] { listEglDevices(); });
     std::vector<EglDeviceEntry> devices = listEglDevices();
     std::stable_partition(devices.begin(), devices.end(),
                           [](const EglDeviceEntry& d) { return !d.software; });
@@ -258,7 +267,7 @@ std::unique_ptr<PlatformContext> makePlatformContext(Platform platform, int inde
 Context::Context(const DeviceChoice& choice) {
   if (!choice.automatic) {
     try {
-      state_ = open(choice.platform, choice.index);
+      state_ = openSafely(choice.platform, choice.index);
     } catch (const PlatformFailure& failure) {
       throw DeviceError("device " + choice.text() + " cannot be used: " + failure.message +
                         ".\nWhat to do: " + failure.whatToDo +
@@ -268,7 +277,7 @@ Context::Context(const DeviceChoice& choice) {
     std::string attempts;
     for (const Candidate& candidate : automaticOrder(attempts)) {
       try {
-        state_ = open(candidate.platform, candidate.index);
+        state_ = openSafely(candidate.platform, candidate.index);
         break;
       } catch (const PlatformFailure& failure) {
         attempts += attemptLine(nameOf(candidate.platform, candidate.index), failure);
@@ -369,17 +378,9 @@ bool contextIsAlive(std::uint32_t serial) {
 }
 
 ProbedDevice probeDevice(Platform platform, int index) {
-  Context::State* previous = currentState;
-  ProbedDevice probed;
-  {
-    const std::unique_ptr<Context::State> state = open(platform, index);
-    probed = {state->info, state->extensions};
-    glDebugMessageCallback(nullptr, nullptr);
-    release(std::exchange(currentState, nullptr));
-    liveSerials.erase(state->serial);
-  }
-  if (previous != nullptr) switchTo(*previous);
-  return probed;
+  // This process is about to end: the context stays.
+  const Context::State* state = open(platform, index).release();
+  return {state->info, state->extensions};
 }
 
 GLuint emptyVertexArray() {

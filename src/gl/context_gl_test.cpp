@@ -2,8 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <cstdlib>
+#include <fstream>
 
 #include "core/error.h"
 #include "core/log.h"
@@ -194,6 +196,19 @@ TEST(Doctor, TriesEveryDeviceAndKeepsTheCurrentContext) {
       text, AllOf(HasSubstr("surfaceless: "), HasSubstr("osmesa: "), HasSubstr("texture size: ")));
 }
 
+void limitAddressSpace() {
+  const rlimit space{rlim_t{300} << 20, rlim_t{300} << 20};
+  ::setrlimit(RLIMIT_AS, &space);
+}
+
+// EGL finds no driver but one that crashes when it is loaded.
+void useDeadDriver() {
+  const std::string file = testing::TempDir() + "dead_driver." + testDevice().text() + ".json";
+  std::ofstream(file) << R"({"file_format_version": "1.0.0", "ICD": {"library_path": ")"
+                      << CATOPTRIC_DEAD_DRIVER << "\"}}";
+  setenv("__EGL_VENDOR_LIBRARY_FILENAMES", file.c_str(), 1);
+}
+
 // In processes of their own, since Mesa reads its environment once.
 [[noreturn]] void tryInFreshProcess(const char* device) {
   try {
@@ -236,6 +251,41 @@ TEST(ContextDeathTest, AutoSaysWhichDeviceItTook) {
         tryInFreshProcess("auto");
       },
       testing::ExitedWithCode(0), "device egl:[0-9]+ \\(auto\\): (.|\n)*took egl:");
+}
+
+TEST(ContextDeathTest, ADriverThatCrashesTakesNobodyWithIt) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(
+      {
+        useDeadDriver();
+        tryInFreshProcess("auto");
+      },
+      testing::ExitedWithCode(0), "took osmesa");
+  EXPECT_EXIT(
+      {
+        useDeadDriver();
+        tryInFreshProcess("surfaceless");
+      },
+      testing::ExitedWithCode(4), "surfaceless cannot be used: the driver crashed .SIGSEGV: Seg");
+  EXPECT_EXIT(
+      {
+        useDeadDriver();
+        std::fputs(doctorText(describeDevices()).c_str(), stderr);
+        std::_Exit(0);
+      },
+      testing::ExitedWithCode(0),
+      "egl:0: unusable\n *problem *the driver crashed .SIGSEGV(.|\n)*surfaceless: "
+      "unusable(.|\n)*osmesa: software");
+#ifndef __SANITIZE_ADDRESS__  // which reserves more
+  // Too little address space for a driver: it dies or says so.
+  EXPECT_EXIT(
+      {
+        limitAddressSpace();
+        std::fputs(doctorText(describeDevices()).c_str(), stderr);
+        std::_Exit(0);
+      },
+      testing::ExitedWithCode(0), "egl:0: (.|\n)*surfaceless: (.|\n)*osmesa: ");
+#endif
 }
 
 // Without any vendor library EGL has no devices and no surfaceless platform: auto takes OSMesa.

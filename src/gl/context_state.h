@@ -20,7 +20,8 @@ struct ProbedDevice {
   DeviceInfo info;
   std::set<std::string> extensions;
 };
-/// Creates a context temporarily; the current context stays current. Throws PlatformFailure.
+/// For a process that ends afterwards: creates a context and leaves it open. Throws
+/// PlatformFailure.
 ProbedDevice probeDevice(Platform platform, int index);
 
 }  // namespace catoptric::gl

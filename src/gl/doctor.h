@@ -22,11 +22,13 @@ struct DeviceReport {
   bool usable() const { return status != "unusable"; }
 };
 
-/// Tries every device; the current context stays current. The result has at least the entries
-/// "egl:0" (or the reason why EGL has no devices), "surfaceless" and "osmesa", in the order in
-/// which `auto` tries them.
+/// Tries every device, each in a child process, which its driver may crash. The result has at least
+/// the entries "egl:0" (or the reason why EGL has no devices), "surfaceless" and "osmesa", in the
+/// order in which `auto` tries them.
 std::vector<DeviceReport> describeDevices();
 
+/// A report as a JSON object.
+std::string deviceJson(const DeviceReport& report);
 /// The reports as text for a terminal.
 std::string doctorText(const std::vector<DeviceReport>& reports);
 
