@@ -148,8 +148,7 @@ std::optional<study::RepeatedTimes> repeatTimes(const RenderOptions& options,
   static_cast<RunOptions&>(own) = options;
   own.repeats = options.repeats;
   own.workers = 256;  // all methods of a run at once, as far as memory allows
-  std::error_code ignored;
-  std::filesystem::remove_all(out / "repeats", ignored);
+  study::removeStudy(out / "repeats");
   std::optional<study::RepeatedTimes> times;
   measureUnlessStopped(printer, "", [&] {
     study::Bench bench(studyInputs(options), benchOptions(own, out / "repeats", printer));

@@ -14,12 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a study keeps in its folder.
-constexpr const char* kStudyFiles[] = {"errors",     "frames",       "logs",        "samples",
-                                       "study",      "samples.csv",  "points.csv",  "sweep.json",
-                                       "table.md",   "table.tex",    "report.html", "tradeoff.svg",
-                                       "tuned.json", "trials.jsonl", "tune.json"};
-
 /// Frames are written for their errors alone: no previews.
 constexpr const char* kStudySetting = "preview.enabled=false";
 
@@ -157,8 +151,7 @@ void openStudyFolder(study::Bench& bench, const std::string& existing, const std
       throw OutputError(folder.string() +
                         ": is not overwritten, because it is not the folder of a " + mark +
                         " by this program; choose another folder");
-    if (how == run::Existing::Overwrite)
-      for (const char* name : kStudyFiles) fs::remove_all(folder / name, error);
+    if (how == run::Existing::Overwrite) study::removeStudy(folder);
   }
   fs::create_directories(folder, error);
   if (error) throw OutputError(folder.string() + ": cannot be created: " + error.message());

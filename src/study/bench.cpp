@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <charconv>
+#include <regex>
 #include <sstream>
 
 #include "core/error.h"
 #include "core/file.h"
 #include "core/hash.h"
 #include "core/log.h"
+#include "core/remove_files.h"
 #include "report/table.h"
 #include "run/folder/machine.h"
 #include "run/folder/plan.h"
@@ -28,6 +30,17 @@ std::string printOfFile(const fs::path& file) {
   Fingerprint print;
   print.add(readFile(file));
   return print.text();
+}
+
+/// Removes the files that a study writes to `folder`, whose path in the study's folder is `place`.
+void removeStudyFiles(const fs::path& folder, const std::string& place) {
+  static const std::string key = "[0-9a-f]{16}";
+  static const std::regex ours("errors/" + key + "-" + key + "\\.json|logs/" + key +
+                               "\\.txt|samples/[0-9]+\\.csv|frames/" + key +
+                               "/frames/frame\\.[0-9]{4,}\\.exr");
+  removeFiles(folder, [&](const std::string& relative) {
+    return std::regex_match(place + relative, ours);
+  });
 }
 
 /// The value of a cell of a file of samples.
@@ -326,8 +339,7 @@ void Bench::compare(const Setting& setting, const std::vector<int>& frames,
   writeErrors(file, all);
   errors_[file.string()] = std::move(all);
   if (options_.keepFrames || setting.key == referenceKey(setting)) return;
-  std::error_code ignored;
-  fs::remove_all(run.folder, ignored);
+  removeStudyFiles(run.folder, "frames/" + setting.key + "/");
 }
 
 void Bench::findErrors(const std::vector<Setting>& settings, const std::vector<int>& frames) {
@@ -437,8 +449,17 @@ void Bench::readSamples() {
 void Bench::clear() {
   workers_.clear();
   if (options_.keepFrames) return;
+  removeStudyFiles(options_.folder / "logs", "logs/");
+}
+
+void removeStudy(const fs::path& folder) {
+  for (const char* name : {"errors", "frames", "logs", "samples"})
+    removeStudyFiles(folder / name, std::string(name) + "/");
   std::error_code ignored;
-  fs::remove_all(options_.folder / "logs", ignored);
+  for (const char* name :
+       {"samples.csv", "points.csv", "sweep.json", "table.md", "table.tex", "report.html",
+        "tradeoff.svg", "tuned.json", "trials.jsonl", "tune.json"})
+    fs::remove(folder / name, ignored);
 }
 
 }  // namespace catoptric::study

@@ -141,6 +141,10 @@ class Bench {
   int framesRendered_ = 0;
 };
 
+/// Removes what a study wrote in its folder, apart from the mark that it is a study's. Throws
+/// OutputError.
+void removeStudy(const std::filesystem::path& folder);
+
 /// The text of a file of samples: "round,turn,point,frame,seconds,cpu_seconds,steps".
 std::string samplesCsv(const Samples& samples, bool header = true);
 Samples parseSamples(const std::string& text, const std::string& name);

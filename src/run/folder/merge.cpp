@@ -88,15 +88,6 @@ std::string differences(const FrameRecord& a, const FrameRecord& b) {
   return joined(texts, ", another ");
 }
 
-/// True when a record's files are ordinary names below its run's folder.
-bool staysInside(const FrameRecord& record) {
-  return std::all_of(record.files.begin(), record.files.end(), [](const FileRecord& file) {
-    const fs::path path = file.path;
-    return path.is_relative() && path.has_filename() &&
-           std::find(path.begin(), path.end(), fs::path("..")) == path.end();
-  });
-}
-
 /// What is to be merged of one method: for each frame its record and the run that has it.
 struct Merge {
   std::vector<Part> parts;  ///< by first frame, so that the order of the runs does not matter
@@ -286,8 +277,12 @@ std::vector<MergedRun> mergeRuns(const std::vector<fs::path>& runs, const fs::pa
     std::error_code error;
     const fs::path canonical = fs::weakly_canonical(run, error);
     if (!seen.insert(canonical).second) throw UsageError(run.string() + ": is named twice");
-    if (canonical == fs::weakly_canonical(out, error))
-      throw UsageError(run.string() + ": is --out itself");
+    const fs::path whole = fs::weakly_canonical(out, error);
+    if (std::mismatch(canonical.begin(), canonical.end(), whole.begin(), whole.end()).first ==
+        canonical.end())
+      throw UsageError(run.string() + (canonical == whole ? ": is --out itself"
+                                                          : ": --out is inside this part; choose "
+                                                            "a folder outside of all parts"));
     for (auto& [method, part] : partsOf(run)) merges[method].parts.push_back(std::move(part));
   }
 
@@ -315,6 +310,7 @@ std::vector<MergedRun> mergeRuns(const std::vector<fs::path>& runs, const fs::pa
            std::find(configured.begin(), configured.end(), b);
   });
   std::vector<MergedRun> merged;
+  if (!order.front().empty()) checkFolderOfRuns(out, order);
   for (const std::string& method : order)
     merged.push_back(
         write(method, merges.at(method), method.empty() ? out : out / method, existing));

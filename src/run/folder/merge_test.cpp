@@ -58,11 +58,11 @@ class Merging : public testing::Test {
     folder.writeSummary({{"sequence", R"({"frames": "1-4", "chunk": 1, "chunks": 2})"}});
   }
   /// Empty when they are merged; else why not.
-  std::string merge(const std::vector<std::string>& names) {
+  std::string merge(const std::vector<std::string>& names, const std::string& out = "whole") {
     std::vector<fs::path> parts;
     for (const std::string& name : names) parts.push_back(folder_ / name);
     try {
-      mergeRuns(parts, folder_ / "whole", Existing::Overwrite);
+      mergeRuns(parts, folder_ / out, Existing::Overwrite);
     } catch (const Error& error) {
       return error.what();
     }
@@ -81,6 +81,16 @@ TEST_F(Merging, TheSameFrameTwiceMustBeTheSameInEveryByte) {
   EXPECT_THAT(merge({"a", "other"}), HasSubstr("frames 3 are also in another part"));
   addPart("moved", {3, 4}, [](FrameRecord& r) { r.fingerprints.camera = "x"; });
   EXPECT_THAT(merge({"a", "moved"}), HasSubstr("frames 3 are also in another part"));
+}
+
+TEST_F(Merging, TheWholeIsInsideNoPart) {
+  addPart("a", {1, 2});
+  addPart("b", {3, 4});
+  for (const std::string out : {"b/whole", "a/frames", "a/../b/x/"})
+    EXPECT_THAT(merge({"a", "b"}, out), HasSubstr(": --out is inside this part")) << out;
+  EXPECT_THAT(merge({"a", "b"}, "b"), HasSubstr("b: is --out itself"));
+  fs::rename(folder_ / "a", folder_ / "ab");
+  EXPECT_EQ(merge({"ab", "b"}, "abc"), "");  // a name that begins alike
 }
 
 TEST_F(Merging, WhatPixelsDependOnMustAgree) {

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -210,6 +211,14 @@ RunRecords readRunRecords(const fs::path& path) {
           {0, cells[1], std::strtod(cells[2].c_str(), nullptr), cells[3], cells[4] == "1"});
   }
   return known;
+}
+
+bool staysInside(const FrameRecord& record) {
+  return std::all_of(record.files.begin(), record.files.end(), [](const FileRecord& file) {
+    const fs::path path = file.path;
+    return path.is_relative() && path.has_filename() &&
+           std::find(path.begin(), path.end(), fs::path("..")) == path.end();
+  });
 }
 
 std::string damage(const fs::path& folder, const FrameRecord& record) {

@@ -51,6 +51,9 @@ struct RunRecords {
 };
 RunRecords readRunRecords(const std::filesystem::path& path);
 
+/// Whether the files of `record` are ordinary names below its run's folder.
+bool staysInside(const FrameRecord& record);
+
 /// Why the files of `record` in `folder` differ from what was written; empty if they do not.
 std::string damage(const std::filesystem::path& folder, const FrameRecord& record);
 

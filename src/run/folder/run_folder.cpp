@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <set>
 #include <thread>
 #include <utility>
 
@@ -17,6 +18,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/log.h"
+#include "core/remove_files.h"
 #include "core/text.h"
 #include "methods/contract/method.h"
 
@@ -26,12 +28,19 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kLockName = ".lock";
-/// What a run writes, and an overwriting run therefore may remove.
-constexpr std::array kRunFiles = {"frames.jsonl", "timings.csv",      "summary.json",
-                                  "table.md",     "table.csv",        "errors.md",
-                                  "errors.csv",   "contact_sheet.png"};
+constexpr const char* kRecordsName = "frames.jsonl";
+/// What a run writes beside its frames.
+constexpr std::array kRunFiles = {kRecordsName, "timings.csv", "summary.json", "table.md",
+                                  "table.csv",  "errors.md",   "errors.csv",   "contact_sheet.png"};
 constexpr std::array kFrameFolders = {"frames", "previews"};
+constexpr const char* kNoRun = ", but no run of this program; choose another --out, or remove it";
 constexpr const char* kFileInTheWay = ": cannot be created as a folder: a file has this name";
+
+/// Whether a run was begun in this folder.
+bool holdsRun(const fs::path& folder) {
+  std::error_code ignored;
+  return fs::exists(folder / kLockName, ignored) || fs::exists(folder / kRecordsName, ignored);
+}
 
 /// These, and the tables of all methods.
 std::vector<std::string> runFiles() {
@@ -58,19 +67,32 @@ bool isRunFileName(const std::string& name) {
          std::find(kFrameFolders.begin(), kFrameFolders.end(), name) != kFrameFolders.end();
 }
 
+void checkFolderOfRuns(const fs::path& out, const std::vector<std::string>& methods) {
+  for (const std::string& method : methods) refuseLink(out / method);
+  std::error_code ignored;
+  bool hasRun = holdsRun(out);
+  for (const auto& entry : fs::directory_iterator(out, ignored))
+    hasRun = hasRun || holdsRun(entry.path());
+  if (hasRun) return;
+  for (const char* name : kRunFiles)
+    if (fs::exists(out / name, ignored)) throw OutputError(out.string() + ": has " + name + kNoRun);
+}
+
 RunFolder::RunFolder(const fs::path& path, Existing existing, double waitSeconds)
     : path_(path), overwrites_(existing == Existing::Overwrite) {
   // One process at a time: two would give frames and records of different runs. One that ends early
   // removes the folder that it made: then it is made again.
   constexpr int kMostTries = 100;
-  for (int tries = 0; tries < kMostTries && lock_ < 0; ++tries) {
-    created_.clear();
-    createFolder(path_);
-    lock_ = ::open((path_ / kLockName).c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
-    if (lock_ < 0 && errno != ENOENT) break;
-  }
-  if (lock_ < 0) throw OutputError(path_.string() + ": cannot be written: " + std::strerror(errno));
   try {
+    requireOurs(existing);  // before there is a lock, by which a run's folder is known
+    for (int tries = 0; tries < kMostTries && lock_ < 0; ++tries) {
+      created_.clear();
+      createFolder(path_);
+      lock_ = ::open((path_ / kLockName).c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
+      if (lock_ < 0 && errno != ENOENT) break;
+    }
+    if (lock_ < 0)
+      throw OutputError(path_.string() + ": cannot be written: " + std::strerror(errno));
     lock(waitSeconds);
     openLocked(existing);
   } catch (const fs::filesystem_error& failure) {
@@ -104,7 +126,9 @@ RunFolder::RunFolder(const fs::path& path, Existing existing, LookOnly) : path_(
   if (!fs::exists(path_, error)) return;
   if (!fs::is_directory(path_, error)) throw OutputError(path_.string() + kFileInTheWay);
   try {
+    requireOurs(existing);
     if (existing == Existing::Error) requireEmpty();
+    for (const char* folder : kFrameFolders) refuseLink(path_ / folder);
     if (existing == Existing::Resume) records_ = readRunRecords(path_).frames;
   } catch (const fs::filesystem_error& failure) {
     throw OutputError(path_.string() + ": " + failure.what());
@@ -149,11 +173,27 @@ void RunFolder::requireEmpty() const {
                       "overwrite to replace them, or another --out");
 }
 
+/// Refuses a folder in which a run would replace files that no run wrote.
+void RunFolder::requireOurs(Existing existing) const {
+  if (holdsRun(path_) || !fs::is_directory(path_)) return;
+  if (existing == Existing::Error) requireEmpty();
+  const auto refuse = [&](const std::string& name) {
+    throw OutputError(path_.string() + ": has " + name + kNoRun);
+  };
+  std::error_code ignored;
+  for (const std::string& name : runFiles())
+    if (fs::exists(path_ / name, ignored)) refuse(name);
+  for (const char* folder : kFrameFolders)
+    if (fs::exists(path_ / folder, ignored) && !fs::is_empty(path_ / folder, ignored))
+      refuse(std::string(folder) + "/ with files");
+}
+
 void RunFolder::openLocked(Existing existing) {
   wasEmpty_ = firstContent().empty();
   if (existing == Existing::Error) requireEmpty();
   sweepTemporaryFiles(path_);
   for (const char* folder : kFrameFolders) {
+    refuseLink(path_ / folder);
     createFolder(path_ / folder);
     sweepTemporaryFiles(path_ / folder);
   }
@@ -168,16 +208,26 @@ void RunFolder::openLocked(Existing existing) {
 
 void RunFolder::begin() {
   if (!std::exchange(overwrites_, false)) return;
+  std::set<std::string> written;
+  for (const auto& [number, record] : readRunRecords(path_).frames)
+    if (staysInside(record))
+      for (const FileRecord& file : record.files) written.insert(file.path);
   try {
-    // Records go first: a frame without one counts for nothing.
-    for (const std::string& name : runFiles()) fs::remove(path_ / name);
-    for (const char* folder : kFrameFolders) {
-      std::vector<fs::path> unwanted;
+    // Records go last: until then they tell what is ours.
+    for (const std::string& file : written)
+      if (fs::is_regular_file(fs::symlink_status(path_ / file))) fs::remove(path_ / file);
+    for (const std::string& name : runFiles())
+      if (name != kRecordsName) fs::remove(path_ / name);
+    fs::remove(path_ / kRecordsName);
+    std::vector<std::string> strange;
+    for (const char* folder : kFrameFolders)
       for (const fs::directory_entry& entry : fs::directory_iterator(path_ / folder))
-        if (entry.path().filename().string().starts_with("frame.") && entry.is_regular_file())
-          unwanted.push_back(entry.path());
-      for (const fs::path& file : unwanted) fs::remove(file);
-    }
+        strange.push_back(entry.path().string());
+    if (!strange.empty())
+      log::warning(
+          *std::min_element(strange.begin(), strange.end()) +
+          (strange.size() == 1 ? "" : " and " + std::to_string(strange.size() - 1) + " more") +
+          ": not removed, because no record of a run names it");
   } catch (const fs::filesystem_error& failure) {
     throw OutputError(path_.string() + ": " + failure.what());
   }
@@ -262,11 +312,11 @@ void RunFolder::checkStillThere() const {
 void RunFolder::writeRecords() const {
   std::string text;
   for (const auto& [number, record] : records_) text += recordLine(record) + "\n";
-  writeFileAtomically(path_ / "frames.jsonl", text);
+  writeFileAtomically(path_ / kRecordsName, text);
 }
 
 void RunFolder::appendRecords(const std::string& lines) const {
-  const fs::path path = path_ / "frames.jsonl";
+  const fs::path path = path_ / kRecordsName;
   const int file = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
   if (file < 0) throw OutputError(path.string() + ": cannot be written: " + std::strerror(errno));
   struct stat before {};

@@ -23,7 +23,8 @@ class RunFolder {
   /// Creates or opens the folder and locks it against other processes. Existing::Error: throws
   /// OutputError if the folder contains anything but a lock. Overwrite: the present run stays until
   /// begin(). Resume: reads the records. If another process writes to the folder, waits for it up
-  /// to `waitSeconds`. Throws OutputError.
+  /// to `waitSeconds`. Throws OutputError, also if the folder has files of a run's names but no
+  /// run, or if frames or previews is a symbolic link.
   RunFolder(const std::filesystem::path& path, Existing existing, double waitSeconds = 0.0);
   /// Inspects the folder and changes nothing. Throws what the constructor above would throw, as far
   /// as this can be known without writing. Reads the records for Resume.
@@ -40,8 +41,9 @@ class RunFolder {
   std::string distrust(int frame, const FrameFingerprints& wanted) const;
   const FrameRecord* record(int frame) const;
   const std::map<int, FrameRecord>& records() const { return records_; }
-  /// For Overwrite: removes the files of the present run, and no others. Called before anything is
-  /// written, when only writing can still fail.
+  /// For Overwrite: removes the files that the present run's records name, and its tables. Warns of
+  /// files that stay in its folders. Called before anything is written, when only writing can still
+  /// fail.
   void begin();
   /// Whether there is an earlier run that begin() would remove.
   bool holdsOldRun() const { return overwrites_ && !wasEmpty_; }
@@ -78,6 +80,7 @@ class RunFolder {
   void appendRecords(const std::string& lines) const;
   void checkStillThere() const;
   void lock(double waitSeconds);
+  void requireOurs(Existing existing) const;
   void openLocked(Existing existing);
 
   std::filesystem::path path_;
@@ -90,6 +93,10 @@ class RunFolder {
   bool appendable_ = false;  ///< frames.jsonl agrees with records_
   std::vector<frame::StepSample> startup_;
 };
+
+/// Throws OutputError if files of these methods' runs, a folder each in `out`, would replace files
+/// that no run wrote, or if one of these folders is a symbolic link.
+void checkFolderOfRuns(const std::filesystem::path& out, const std::vector<std::string>& methods);
 
 /// Whether a run uses this name for its own files or folders ("frames", "table.md"), so that no
 /// method's folder can have it.

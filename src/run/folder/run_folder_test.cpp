@@ -141,6 +141,75 @@ TEST(RunFolder, NothingIsOverwrittenUnasked) {
   EXPECT_TRUE(fs::exists(path / "notes.txt"));
 }
 
+TEST(RunFolder, OverwritingRemovesWhatRecordsName) {
+  const fs::path path = freshFolder();
+  {
+    RunFolder folder(path, Existing::Error);
+    addFrame(folder, 1, "x");
+    folder.writeTimings();
+    folder.writeSummary({});
+  }
+  const std::vector<std::string> foreign = {"frames/frame.0001.exr.bak", "frames/frame.0002.exr",
+                                            "frames/notes.txt", "outside.exr"};
+  for (const std::string& name : foreign) std::ofstream(path / name) << "mine";
+  // A record cannot name files outside, or a link.
+  fs::create_symlink(path / "outside.exr", path / "frames/frame.0003.exr");
+  std::string records = readTextFile(path / "frames.jsonl");
+  for (const std::string other :
+       {"../outside.exr", "frames/../outside.exr", "/outside.exr", "frames/frame.0003.exr"}) {
+    std::string line = readTextFile(path / "frames.jsonl");
+    line.replace(line.find("frames/frame.0001.exr"), 21, other);
+    records += line.replace(line.find("\"frame\":1"), 9, "\"frame\":2");
+  }
+  std::ofstream(path / "frames.jsonl") << records;
+  RunFolder(path, Existing::Overwrite).begin();
+  EXPECT_FALSE(fs::exists(path / "frames/frame.0001.exr"));
+  for (const char* name : {"frames.jsonl", "timings.csv", "images.csv", "summary.json"})
+    EXPECT_EQ(fs::exists(path / name), name == "images.csv"s) << name;  // no method's table here
+  for (const std::string& name : foreign) EXPECT_EQ(readTextFile(path / name), "mine") << name;
+  EXPECT_TRUE(fs::is_symlink(path / "frames/frame.0003.exr"));
+}
+
+TEST(RunFolder, FilesThatNoRunWroteAreNotReplaced) {
+  const fs::path path = freshFolder();
+  fs::create_directories(path / "frames");
+  const auto message = [&](Existing existing) {
+    const std::string text = outputError([&] { RunFolder folder(path, existing); });
+    EXPECT_EQ(text, outputError([&] { RunFolder folder(path, existing, RunFolder::LookOnly{}); }));
+    EXPECT_FALSE(fs::exists(path / ".lock"));
+    return text;
+  };
+  for (const std::string name : {"summary.json", "table.md", "frames/frame.0001.exr"}) {
+    std::ofstream(path / name) << "mine";
+    for (const Existing existing : {Existing::Overwrite, Existing::Resume})
+      EXPECT_THAT(message(existing), testing::HasSubstr(", but no run of this program")) << name;
+    EXPECT_EQ(readTextFile(path / name), "mine");
+    fs::remove(path / name);
+  }
+  // Of several methods' runs the folder above has tables.
+  std::ofstream(path / "table.md") << "mine";
+  EXPECT_THAT(outputError([&] { checkFolderOfRuns(path, {"traced"}); }),
+              testing::HasSubstr("table.md, but no run of this program"));
+  { RunFolder folder(path / "traced", Existing::Error); }
+  EXPECT_EQ(outputError([&] { checkFolderOfRuns(path, {"traced"}); }), "(no error)");
+}
+
+TEST(RunFolder, SubfoldersAreNoLinks) {
+  const fs::path path = freshFolder();
+  fs::create_directories(path / "elsewhere");
+  fs::create_directories(path / "run");
+  fs::create_directory_symlink("../elsewhere", path / "run/frames");
+  fs::create_directory_symlink("elsewhere", path / "traced");
+  for (const Existing existing : {Existing::Overwrite, Existing::Resume})
+    EXPECT_THAT(outputError([&] { RunFolder folder(path / "run", existing); }),
+                testing::HasSubstr("run/frames: is a symbolic link"));
+  EXPECT_THAT(outputError([&] { checkFolderOfRuns(path, {"traced"}); }),
+              testing::HasSubstr("traced: is a symbolic link"));
+  // The user may name a link to a folder.
+  EXPECT_EQ(outputError([&] { RunFolder folder(path / "traced", Existing::Overwrite); }),
+            "(no error)");
+}
+
 TEST(RunFolder, LookingChangesNothing) {
   const fs::path path = freshFolder();
   const auto look = [&](Existing existing) {

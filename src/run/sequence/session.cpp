@@ -38,7 +38,13 @@ std::string reflectorsJson(const scene::Scene& scene) {
 /// One method goes into the folder itself, several into a folder each: they must not be mixed.
 void requireOneLayout(const RunConfig& run, const fs::path& out) {
   std::error_code ignored;
-  if (run.methods.size() > 1 || fs::exists(out / "frames.jsonl", ignored)) return;
+  if (run.methods.size() > 1) {
+    std::vector<std::string> names;
+    for (const MethodConfig& method : run.methods) names.push_back(method.name);
+    checkFolderOfRuns(out, names);
+    return;
+  }
+  if (fs::exists(out / "frames.jsonl", ignored)) return;
   std::vector<std::string> runs;
   for (const auto& entry : fs::directory_iterator(out, ignored))
     if (fs::exists(entry.path() / "frames.jsonl", ignored)) runs.push_back(entry.path().string());
