@@ -147,6 +147,20 @@ TEST_F(App, ScenesAndPathsMayNameTheirSchema) {
   EXPECT_EQ(run("render run.json --dry-run").err, "");
 }
 
+TEST_F(App, FindsWhatIsListedByItsName) {
+  for (const char* kind : {"configs", "scenes", "paths"}) fs::create_directories(folder / kind);
+  fs::rename(folder / "run.json", folder / "configs/room.json");
+  for (const char* name : {"scene", "hall", "room"})
+    fs::copy_file(folder / "scene.json", folder / "scenes" / (std::string(name) + ".json"));
+  fs::copy_file(folder / "scene.json", folder / "configs/scene.json");
+  fs::rename(folder / "path.json", folder / "configs/path.json");
+  EXPECT_EQ(run("plan room --frames 1").exitCode, 0);
+  EXPECT_EQ(run("plan hall.json --frames 1").exitCode, 0);
+  EXPECT_THAT(run("info room").out, HasSubstr("(scenes/room.json)"));
+  EXPECT_EQ(run("render room --frames 1 -q").exitCode, 0);
+  EXPECT_TRUE(fs::exists(folder / "out/room/frames/frame.0001.exr"));
+}
+
 TEST_F(App, WrongFilesAreNamedInOneLine) {
   const auto lines = [](const Result& result) {
     return std::count(result.err.begin(), result.err.end(), '\n');
@@ -168,8 +182,7 @@ TEST_F(App, WrongFilesAreNamedInOneLine) {
   std::ofstream(folder / "model.blend") << "BLENDER-v304";
   refuses("plan model.blend", 2, "model.blend: is neither a run config nor a scene; scenes are");
   fs::create_directories(folder / "configs");
-  fs::copy_file(folder / "run.json", folder / "configs/room.json");
-  refuses("plan room", 2, "room: no such file (did you mean \"configs/room.json\"?)");
+  refuses("plan roon", 2, "roon: no such file; `catoptric list scenes configs` lists");
   std::ofstream(folder / "broken.json") << "{\"objects\": [";
   refuses("plan run.json --set scene=broken.json", 3, "broken.json:1");
   // Frames and devices are checked before the scene is loaded.

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "app/commands.h"
+#include "app/run_options.h"
 #include "config/json.h"
 #include "config/json_text.h"
 #include "core/error.h"
@@ -208,7 +209,8 @@ std::string infoText(const std::string& input, const scene::Scene& scene,
   return text + listText("notes", scene.notes) + listText("warnings", scene.warnings);
 }
 
-ExitCode info(const std::string& input, const CommonOptions& common) {
+ExitCode info(const std::string& name, const CommonOptions& common) {
+  const std::string input = listedFile(name, {"scenes"});
   requireScene(input);
   const scene::Scene scene = scene::loadScene(input);
   // Reads the environment's image: it may be bad.

@@ -6,6 +6,7 @@
 #include "app/commands.h"
 #include "app/manual.h"
 #include "app/method_descriptions.h"
+#include "app/run_options.h"
 #include "config/json_text.h"
 #include "core/text.h"
 #include "gl/doctor.h"
@@ -35,20 +36,6 @@ std::vector<std::string> filesIn(const std::filesystem::path& folder) {
   }
   std::sort(files.begin(), files.end());
   return files;
-}
-
-/// The folders in which scenes/, paths/ and configs/ are looked for: the working folder, and the
-/// one that is installed with the program.
-std::vector<std::filesystem::path> dataFolders() {
-  std::error_code error;
-  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
-  const std::filesystem::path installed =
-      (program.parent_path() / "../share/catoptric").lexically_normal();
-  std::vector<std::filesystem::path> folders = {""};
-  if (std::filesystem::is_directory(installed, error) &&
-      !std::filesystem::equivalent(installed, ".", error))
-    folders.push_back(installed);
-  return folders;
 }
 
 struct Item {

@@ -7,6 +7,8 @@
 #include <fstream>
 
 #include "config/json_text.h"
+#include "core/log.h"
+#include "core/nearest_file.h"
 #include "core/parallel.h"
 #include "core/text.h"
 #include "methods/contract/method.h"
@@ -43,20 +45,12 @@ void requireInput(const std::string& input) {
     throw UsageError(input + ": is a folder; give a run config or a scene (.json, .gltf, .glb)");
   if (fs::exists(path, error))
     throw UsageError(input + ": is not a regular file; give a run config or a scene");
-  std::vector<std::string> names;
-  const fs::path folder = path.parent_path().empty() ? fs::path(".") : path.parent_path();
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
-    if (entry.is_regular_file(error)) names.push_back(entry.path().filename().string());
-  const std::string nearest = nearestName(path.filename().string(), names);
-  std::vector<std::string> meant;
-  if (!nearest.empty()) meant.push_back("\"" + (path.parent_path() / nearest).string() + "\"");
-  for (const char* known : {"configs", "scenes"}) {  // as `catoptric list` lists them
-    const fs::path file = fs::path(known) / (path.stem().string() + ".json");
-    if (path.parent_path().empty() && fs::is_regular_file(file, error))
-      meant.push_back("\"" + file.string() + "\"");
-  }
-  const std::string hint = meant.empty() ? "" : " (did you mean " + joined(meant, " or ") + "?)";
-  const std::string message = input + ": no such file" + hint;
+  const fs::path nearest = nearestFile(path);
+  const std::string message =
+      input + ": no such file" +
+      (nearest.empty()
+           ? "; `catoptric list scenes configs` lists files that can be given by their names alone"
+           : " (did you mean \"" + nearest.string() + "\"?)");
   if (path.extension() == ".gltf" || path.extension() == ".glb") throw SceneError(message);
   throw UsageError(message);
 }
@@ -172,6 +166,33 @@ config::Value withSelected(const config::Value& root, const std::vector<std::str
 
 }  // namespace
 
+std::vector<std::filesystem::path> dataFolders() {
+  std::error_code error;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+  const std::filesystem::path installed =
+      (program.parent_path() / "../share/catoptric").lexically_normal();
+  std::vector<std::filesystem::path> folders = {""};
+  if (std::filesystem::is_directory(installed, error) &&
+      !std::filesystem::equivalent(installed, ".", error))
+    folders.push_back(installed);
+  return folders;
+}
+
+std::string listedFile(const std::string& name, const std::vector<std::string>& kinds) {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  if (fs::path(name).has_parent_path() || fs::exists(name, ignored)) return name;
+  for (const fs::path& folder : dataFolders())
+    for (const std::string& kind : kinds)
+      for (const char* extension : {"", ".json", ".gltf", ".glb"}) {
+        const fs::path file = folder / kind / (name + extension);
+        if (!fs::is_regular_file(file, ignored)) continue;
+        log::info(name + ": reads " + file.string());
+        return file.string();
+      }
+  return name;
+}
+
 Rows runRows(RunOptions& options, CommonOptions& common) {
   return Rows{
              option("input", options.input, "CONFIG|SCENE",
@@ -222,7 +243,7 @@ config::Value inputConfig(const RunOptions& options, const std::filesystem::path
           "standard input: is a scene; only a run config can be read from standard input");
     return root;
   }
-  requireInput(options.input);
+  requireInput(file.string());
   if (run::isScene(file)) {
     // Methods that are known; readRunConfig() complains of the others.
     std::vector<std::string> methods;
@@ -236,9 +257,9 @@ config::Value inputConfig(const RunOptions& options, const std::filesystem::path
   config::Value root = config::parseFile(file);
   if (run::fileKind(root) == run::FileKind::Path)
     throw UsageError(
-        options.input +
+        file.string() +
         ": is a camera path; give a run config or a scene, and this path by --set path=" +
-        options.input);
+        file.string());
   return root;
 }
 
@@ -246,7 +267,8 @@ config::Value inputConfig(const RunOptions& options, const std::filesystem::path
 
 InputConfig readConfig(const RunOptions& options) {
   // What standard input names is relative to the current folder, and its results go to out/stdin.
-  const std::filesystem::path file = options.input == kStandardInput ? "stdin" : options.input;
+  const std::filesystem::path file =
+      options.input == kStandardInput ? "stdin" : listedFile(options.input, {"configs", "scenes"});
   config::Value root = inputConfig(options, file);
   if (!options.settings.empty()) root = withSelected(root, options.methods);
   for (const std::string& setting : options.settings) {

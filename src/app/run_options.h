@@ -11,6 +11,13 @@ struct InputConfig {
   config::Value root;
   run::RunConfig run;
 };
+/// The folders in which scenes/, paths/ and configs/ are looked for: the working folder, and the
+/// one that is installed with the program.
+std::vector<std::filesystem::path> dataFolders();
+/// The file `name`, or the first file of that name, with or without its extension, in a folder
+/// `kinds` of dataFolders(). Otherwise `name`.
+std::string listedFile(const std::string& name, const std::vector<std::string>& kinds);
+
 /// As readRun(), without setting the thread count.
 InputConfig readConfig(const RunOptions& options);
 

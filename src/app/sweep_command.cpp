@@ -25,7 +25,8 @@ struct SweepOptions : StudyOptions {
 
 /// With what the config's "sweep" says where the command line says nothing.
 SweepOptions withConfig(SweepOptions options) {
-  const run::SweepConfig config = readRun(options).sweep;
+  const run::RunConfig run = readRun(options);
+  const run::SweepConfig& config = run.sweep;
   if (options.vary.empty()) {
     options.vary = config.vary;
     if (options.link.empty()) options.link = config.link;
@@ -34,8 +35,7 @@ SweepOptions withConfig(SweepOptions options) {
   if (options.metrics.empty()) options.metrics = config.metrics;
   if (options.against.empty() && !config.against.empty()) {
     // A folder is named relative to the config.
-    const std::filesystem::path folder =
-        std::filesystem::path(options.input).parent_path() / config.against;
+    const std::filesystem::path folder = run.file.parent_path() / config.against;
     std::error_code ignored;
     options.against =
         std::filesystem::is_directory(folder, ignored) ? folder.string() : config.against;

@@ -1,6 +1,7 @@
 #include "scene/environment.h"
 
 #include "core/error.h"
+#include "core/nearest_file.h"
 #include "scene/procedural/procedural.h"
 
 namespace catoptric::scene {
@@ -39,7 +40,7 @@ Environment namedEnvironment(const config::Value& text, const std::filesystem::p
     if (!std::filesystem::is_regular_file(file, error)) {
       text.fail((std::filesystem::is_directory(file, error) ? file.string() + " is a folder"
                  : std::filesystem::exists(file, error) ? file.string() + " is not a regular file"
-                                                        : "there is no file " + file.string()) +
+                                                        : noFileText(file)) +
                 "; an environment is an image, a colour (\"#8090a0\" or \"0.5,0.5,0.5\"), or "
                 "\"sky\"");
     }

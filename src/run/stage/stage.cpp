@@ -8,6 +8,7 @@
 #include "core/file.h"
 #include "core/hash.h"
 #include "core/log.h"
+#include "core/nearest_file.h"
 #include "core/vector_level.h"
 #include "gl/device.h"
 #include "scene/animate.h"
@@ -53,7 +54,7 @@ void requireFile(const std::filesystem::path& file, const std::string& reference
   const bool onCommandLine = reference.starts_with("--");
   const std::string what = std::filesystem::exists(file, ignored)
                                ? file.string() + " is not a regular file"
-                               : "there is no file " + file.string();
+                               : noFileText(file);
   throw Error(
       code,
       reference + ": " + what +

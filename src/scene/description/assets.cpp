@@ -84,7 +84,7 @@ std::vector<bool> Composer::wantedObjects(const Value& object, const Asset& asse
       std::vector<std::string> names;
       for (const Node& node : asset.scene.nodes) names.push_back(node.name);
       pattern.fail("no node of " + asset.file.string() + " matches " + pattern.dump() +
-                   "; it has: " + joined(names, ", "));
+                   didYouMean(pattern.asString(), names) + "; it has: " + joined(names, ", "));
     }
   }
   for (std::size_t n = 0; n < nodes.size(); ++n) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/nearest_file.h"
 #include "core/text.h"
 
 namespace catoptric::scene {
@@ -35,6 +36,10 @@ Scene Composer::compose() {
                                                  file_.parent_path(), limits_, errors);
   checkObjects(root_.get("objects").asArray(), 0, errors);
   addMissingAssets(errors);
+  if (errors.any())  // names of materials are looked up later: not reached
+    for (const Value& used : usedMaterials_)
+      if (used.kind() == Value::Kind::String)
+        errors.collect([&] { materials_->requireDefined(used); });
   errors.throwIfAny();
 
   scene_.source = file_;
@@ -78,18 +83,26 @@ void Composer::checkObject(const Value& object, config::Errors& errors) {
     if (object.has("asset")) object.fail("has both \"asset\" and \"shape\"; remove one");
   }
   config::require(object, objectSchema(shape));
-  if (object.has("material") && object.get("material").kind() == Value::Kind::Object)
-    errors.add(config::check(object.get("material"), materialSchema()));
+  const Value material = object.get("material");
+  if (material.kind() == Value::Kind::Object) errors.add(config::check(material, materialSchema()));
+  if (visible(object)) {
+    if (object.has("material")) usedMaterials_.push_back(material);
+    if (object.has("materials"))
+      for (const std::string& pattern : object.get("materials").keys())
+        usedMaterials_.push_back(object.get("materials").get(pattern));
+  }
   if (object.has("asset") && visible(object)) {
     const std::filesystem::path relative(object.get("asset").asString());
     const std::filesystem::path path = fileBeside(object.get("asset"), file_.parent_path());
     const auto [entry, isNew] = assets_.try_emplace(path.string());
     if (isNew) {
       entry->second.file = path;
+      // What is made by a script may not be made yet.
       if (!std::filesystem::exists(path)) {
-        if (*relative.begin() != "assets")
-          object.get("asset").fail("there is no file " + path.string());
-        missingAssets_.push_back(object.get("asset"));
+        if (*relative.begin() == "assets" && nearestFile(path).empty())
+          missingAssets_.push_back(object.get("asset"));
+        else
+          errors.add(object.get("asset"), noFileText(path));
       }
     }
   }

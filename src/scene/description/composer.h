@@ -104,6 +104,7 @@ class Composer {
   Scene scene_;
   std::unique_ptr<MaterialLibrary> materials_;
   std::map<std::string, Asset> assets_;
+  std::vector<Value> usedMaterials_;  ///< "material" and values of "materials", of visible objects
   std::vector<Value> missingAssets_;  ///< one "asset" value for each missing file of assets/
   std::map<std::string, int> shapes_;
   std::size_t shapeBytes_ = 0;

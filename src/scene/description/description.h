@@ -37,6 +37,8 @@ class MaterialLibrary {
   MaterialLibrary(Scene& scene, config::Value definitions, std::filesystem::path folder,
                   const LoadLimits& limits, config::Errors& errors);
 
+  /// Throws UsageError, with the nearest name, if no material has this name.
+  void requireDefined(const config::Value& nameValue) const;
   /// The index in scene.materials of a named or inline material. `base`: the material of the asset
   /// from which an inline material with "keep" starts; kNone: none.
   int materialOf(const config::Value& nameOrInline, int base);

@@ -321,6 +321,23 @@ TEST(Description, MissingAssetsAreOneErrorWithOneRemedy) {
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 0) << text;
 }
 
+TEST(Description, MissingNamesAreAllToldAtOnceWithTheNearest) {
+  const std::filesystem::path asset = std::filesystem::path(testing::TempDir()) / "pianino.glb";
+  std::ofstream(asset) << "x";
+  const std::string text = errorOf(R"({"materials": {"brass": {}}, "objects": [
+    {"asset": "pianin.glb"}, {"shape": "box", "material": "bras"},
+    {"shape": "box", "material": "gold"},
+    {"asset": "assets/none.glb", "materials": {"*": "brasss"}}]})");
+  std::filesystem::remove(asset);
+  EXPECT_THAT(text, HasSubstr("/objects/0/asset: there is no file "));
+  EXPECT_THAT(text, HasSubstr("pianino.glb\"?)"));
+  EXPECT_THAT(text, HasSubstr("there is no material \"bras\" (did you mean \"brass\"?)"));
+  EXPECT_THAT(text, HasSubstr("there is no material \"gold\"; defined: brass"));
+  EXPECT_THAT(text, HasSubstr("/objects/3/materials/*: there is no material \"brasss\""));
+  EXPECT_THAT(text, HasSubstr("assets/none.glb; run "));
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 4) << text;
+}
+
 TEST(Description, ImplicitSurfacesKeepTheirSurface) {
   const Scene scene = load(R"({"objects": [
     {"shape": "implicit", "surface": "vase", "segments": [24, 24]},

@@ -1,4 +1,5 @@
 // Lights, cameras, ambient light, baking and the environment of a described scene.
+#include "core/nearest_file.h"
 #include "core/text.h"
 #include "scene/camera.h"
 #include "scene/description/composer.h"
@@ -145,7 +146,7 @@ void Composer::setEnvironment() {
     environment.type = EnvironmentType::File;
     environment.file = fileBeside(value.get("file"), file_.parent_path());
     if (!std::filesystem::is_regular_file(environment.file)) {
-      value.get("file").fail("there is no file " + environment.file.string());
+      value.get("file").fail(noFileText(environment.file));
     }
     if (value.has("rotate")) {
       environment.rotationRad = radians(static_cast<float>(value.get("rotate").asNumber()));

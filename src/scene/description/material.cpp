@@ -76,18 +76,22 @@ int MaterialLibrary::plain() {
   return entry->second;
 }
 
+void MaterialLibrary::requireDefined(const Value& nameValue) const {
+  const std::string& name = nameValue.asString();
+  std::vector<std::string> names;
+  if (definitions_.kind() == Value::Kind::Object) names = definitions_.keys();
+  if (std::find(names.begin(), names.end(), name) != names.end()) return;
+  nameValue.fail(
+      "there is no material \"" + name + "\"" + didYouMean(name, names) +
+      (names.empty() ? "; \"materials\" defines none" : "; defined: " + joined(names, ", ")));
+}
+
 int MaterialLibrary::materialOf(const Value& nameOrInline, int base) {
   Value definition = nameOrInline;
   std::string name = "inline";
   if (nameOrInline.kind() == Value::Kind::String) {
     name = nameOrInline.asString();
-    if (definitions_.isNull() || !definitions_.has(name)) {
-      const std::vector<std::string> names =
-          definitions_.isNull() ? std::vector<std::string>{} : definitions_.keys();
-      nameOrInline.fail(
-          "there is no material \"" + name + "\"" + didYouMean(name, names) +
-          (names.empty() ? "; \"materials\" defines none" : "; defined: " + joined(names, ", ")));
-    }
+    requireDefined(nameOrInline);
     definition = definitions_.get(name);
   } else {
     config::require(definition, materialSchema());
