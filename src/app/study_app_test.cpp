@@ -184,6 +184,30 @@ TEST_F(Sweep, AStrangeFolderStaysAsItIs) {
   EXPECT_EQ(textOf(folder / "s/mine.txt"), "mine");
 }
 
+TEST_F(Sweep, OverwritingKeepsStrangeFiles) {
+  const std::string command =
+      std::string(kSweep) + "--vary threads=1,2 --frames 1 --out s --existing overwrite";
+  ASSERT_EQ(run(command).exitCode, 0);
+  const std::vector<std::string> foreign = {"s/mine.txt", "s/errors/notes.json", "s/frames/a.exr",
+                                            "s/samples/1.csv.bak", "s/frames/mine/frame.0001.exr"};
+  fs::create_directories(folder / "s/frames/mine");
+  for (const std::string& name : foreign) std::ofstream(folder / name) << "mine";
+  std::ofstream(folder / "s/samples/7.csv") << "of the earlier run";
+  const Result again = run(command);
+  EXPECT_EQ(again.exitCode, 0) << again.err;
+  for (const std::string& name : foreign) EXPECT_EQ(textOf(folder / name), "mine") << name;
+  EXPECT_FALSE(fs::exists(folder / "s/samples/7.csv"));
+  // A link does not lead elsewhere
+  fs::create_directories(folder / "elsewhere");
+  std::ofstream(folder / "elsewhere/1.csv") << "mine";
+  fs::rename(folder / "s/samples", folder / "old");
+  fs::create_directory_symlink(folder / "elsewhere", folder / "s/samples");
+  const Result refused = run(command);
+  EXPECT_EQ(refused.exitCode, 5);
+  EXPECT_THAT(refused.err, HasSubstr("s/samples: is a symbolic link"));
+  EXPECT_EQ(textOf(folder / "elsewhere/1.csv"), "mine");
+}
+
 TEST_F(Sweep, TuneFindsTheFastestWithinAnError) {
   // Only 4 samples give the truth's pixels.
   const Result result =
@@ -278,6 +302,31 @@ TEST_F(Sweep, RatiosAreOfTracedElseOfReferenceElseOfTheFirst) {
     const Result result = run("render two.json --out r --existing overwrite -q --repeats 2");
     EXPECT_EQ(result.exitCode, 0) << result.err;
     EXPECT_THAT(result.out, HasSubstr("x: time divided by that of " + base + ","));
+  }
+}
+
+TEST_F(Sweep, TextAloneLoadsNoSceneThatWasNeverMeasured) {
+  std::ofstream(folder / "b.suite.json") << R"json({"title": "B", "runs": {
+  "r": {"config": "run.json", "against": "truth"}},
+  "tables": [{"title": "T", "columns": ["a"], "rows": [["ms(r.reference)"]]}]})json";
+  fs::remove(folder / "scene.json");
+  const Result result = run("tables b.suite.json --text-only --out t --progress none");
+  EXPECT_EQ(result.exitCode, 2);
+  EXPECT_THAT(result.err, HasSubstr("--text-only: the run r has not been measured"));
+}
+
+TEST_F(Sweep, ASlopeOfItselfIsRefused) {
+  for (const auto& [cells, text] :
+       {std::pair(R"(["slope(1, a)"])", "has a slope among its values"),
+        std::pair("[1, 2]", "has 2 values, its figure 1")}) {
+    std::ofstream(folder / "b.suite.json")
+        << R"json({"title": "B", "runs": {"r": {"config": "run.json", "against": "truth"}},
+  "figures": [{"title": "F", "x": "x", "y": "y", "values": [1], "series": {"a": )json"
+        << cells << R"json(}}],
+  "tables": [{"title": "T", "columns": ["a"], "rows": [["slope(1, a)"]]}]})json";
+    const Result result = run("tables b.suite.json --effort smoke --out t --progress none");
+    EXPECT_EQ(result.exitCode, 2);
+    EXPECT_THAT(result.err, HasSubstr(text));
   }
 }
 

@@ -123,6 +123,12 @@ bool isKnown(study::Bench& bench, const PreparedRun& run, const study::Setting& 
   });
 }
 
+[[noreturn]] void failUnmeasured(const std::string& run) {
+  throw UsageError("--text-only: the run " + run +
+                   " has not been measured with the suite's present settings; run without "
+                   "--text-only");
+}
+
 /// Measures a run as far as it is not known.
 void measureRun(const PreparedRun& run, bool textOnly, study::SuiteData& data) {
   study::Bench& bench = *run.bench;
@@ -133,10 +139,7 @@ void measureRun(const PreparedRun& run, bool textOnly, study::SuiteData& data) {
     return setting.point.method == bench.reference();
   });
   const study::Setting& base = against == run.settings.end() ? run.settings.front() : *against;
-  if (textOnly && !isKnown(bench, run, base, asked))
-    throw UsageError(
-        "--text-only: the run " + run.name +
-        " has not been measured with the suite's present settings; run without --text-only");
+  if (textOnly && !isKnown(bench, run, base, asked)) failUnmeasured(run.name);
   if (run.times) measureTimes(bench, run.settings, base, asked);
   bench.findErrors({base}, asked);  // first: its frames are the others' reference
   bench.findErrors(run.settings, asked);
@@ -232,6 +235,9 @@ std::vector<PreparedRun> prepareRuns(const study::Suite& suite, const TablesOpti
   for (const study::SuiteRun& run : suite.runs) {
     const auto methods = needed.find(run.name);
     if (!options.values.empty() && methods == needed.end()) continue;
+    // Said before the scenes are loaded: that can take minutes.
+    if (options.textOnly && !std::filesystem::exists(folder / options.effort / run.name / "errors"))
+      failUnmeasured(run.name);
     runs.push_back(prepareRun(
         run, ofEffort == suite.efforts.end() ? study::Settings{} : ofEffort->second, options,
         options.values.empty() ? nullptr : &methods->second, {}, printer, folder));
@@ -246,9 +252,10 @@ void drawPictures(const study::Suite& suite, const study::SuiteData& data,
                   const TablesOptions& options, study::StoredValues* values,
                   ProgressPrinter& printer, const std::filesystem::path& folder) {
   const auto ofEffort = suite.efforts.find(options.effort);
+  study::StatedPrints prints(suite, options.effort);
   for (const study::SuitePicture& picture : study::suitePictures(suite)) {
     const std::filesystem::path file = std::filesystem::path(options.pictures) / picture.file;
-    const std::string print = study::statedPrint(suite, picture, options.effort);
+    const std::string print = study::printOfPicture(picture, prints);
     if (values != nullptr && values->picture(picture.file) == print &&
         std::filesystem::exists(file))
       continue;

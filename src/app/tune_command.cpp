@@ -216,7 +216,8 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
                               "\n"
                         : text);
   if (tuned.result.best) log::info("the run config is " + (folder / "tuned.json").string());
-  return tuned.result.best ? ExitCode::Done : ExitCode::LimitsExceeded;
+  if (tuned.result.best) return ExitCode::Done;
+  return bench.failures().empty() ? ExitCode::LimitsExceeded : ExitCode::FramesFailed;
 }
 
 }  // namespace

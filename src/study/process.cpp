@@ -26,15 +26,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Both ends are closed in children but where they are handed over.
 /// How long workers go on after a stop was requested, or their input was closed (our choice).
 constexpr double kGraceSeconds = 2.0;
 
+/// Both ends are closed in children but where they are handed over.
 std::array<int, 2> makePipe() {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0)
-    throw Error(ExitCode::Internal,
-                std::string("a pipe cannot be created: ") + std::strerror(errno));
+    throw Error(ExitCode::OutOfMemory,
+                std::string("no pipe to a worker can be created: ") + std::strerror(errno));
   return ends;
 }
 
@@ -91,7 +91,9 @@ WorkerProcess::WorkerProcess(const fs::path& program, const std::vector<std::str
     pid_ = -1;
     ::close(toWorker_);
     ::close(fromWorker_);
-    throw UsageError(program.string() + ": cannot be started: " + std::strerror(error));
+    const std::string message = program.string() + ": cannot be started: " + std::strerror(error);
+    if (error == EAGAIN || error == ENOMEM) throw Error(ExitCode::OutOfMemory, message);
+    throw UsageError(message);
   }
   try {
     const config::Value ready = config::parseText(readLine(), program_.string());

@@ -31,22 +31,31 @@ Value methodOf(const Value& config, const std::string& name) {
 
 }  // namespace
 
-std::string statedPrint(const Suite& suite, const std::string& cell, const std::string& effort) {
+const std::vector<std::string>& StatedPrints::stated(const std::string& name,
+                                                     const std::string& method) {
+  const auto [place, isNew] = stated_.try_emplace({name, method});
+  std::vector<std::string>& texts = place->second;
+  const SuiteRun* run = runOf(suite_, name);
+  if (!isNew || run == nullptr) return texts;
+  const auto [config, unread] = configs_.try_emplace(run->config);
+  if (unread) config->second = config::parseFile(run->config);
+  const Value entry = methodOf(config->second, method);
+  if (entry.isNull()) return texts;
+  texts = {run->stated, config::without(config->second, {"comment", "$schema", "methods"}).dump(),
+           entry.dump(), effort_};
+  if (const auto frames = run->frames.find(effort_); frames != run->frames.end())
+    texts.push_back(frames->second);
+  if (const auto settings = suite_.efforts.find(effort_); settings != suite_.efforts.end())
+    for (const auto& [key, value] : settings->second) texts.push_back(key + "=" + value);
+  return texts;
+}
+
+std::string StatedPrints::of(const std::string& cell) {
   Fingerprint print;
-  for (const auto& [name, method] : methodsOfCell(cell)) {
-    const SuiteRun* run = runOf(suite, name);
-    if (run == nullptr) return "";
-    const Value config = config::parseFile(run->config);
-    const Value entry = methodOf(config, method);
-    if (entry.isNull()) return "";
-    print.add(run->stated);
-    print.add(config::without(config, {"comment", "$schema", "methods"}).dump());
-    print.add(entry.dump());
-    print.add(effort);
-    if (const auto frames = run->frames.find(effort); frames != run->frames.end())
-      print.add(frames->second);
-    if (const auto settings = suite.efforts.find(effort); settings != suite.efforts.end())
-      for (const auto& [key, value] : settings->second) print.add(key + "=" + value);
+  for (const auto& [run, method] : methodsOfCell(cell)) {
+    const std::vector<std::string>& texts = stated(run, method);
+    if (texts.empty()) return "";
+    for (const std::string& text : texts) print.add(text);
   }
   return print.text();
 }
@@ -75,10 +84,11 @@ StoredValues::StoredValues(const std::filesystem::path& file) : file_(file) {
 std::map<std::string, SuiteData::Stored> StoredValues::fresh(const Suite& suite,
                                                              const std::string& effort) const {
   std::map<std::string, SuiteData::Stored> fresh;
+  StatedPrints prints(suite, effort);
   for (const std::string& cell : callsOf(suite)) {
     const auto entry = entries_.find(cell);
     if (entry == entries_.end()) continue;
-    const std::string of = statedPrint(suite, cell, effort);
+    const std::string of = prints.of(cell);
     // What somebody wrote into the file by hand has no fingerprint yet: it gets one
     const bool holds = entry->second.of.empty() || of == entry->second.of;
     if (!of.empty() && holds) fresh[cell] = entry->second.value;
@@ -89,12 +99,12 @@ std::map<std::string, SuiteData::Stored> StoredValues::fresh(const Suite& suite,
 void StoredValues::keep(const Suite& suite, const SuiteData& data, const std::string& effort,
                         const std::string& by) {
   std::map<std::string, Entry> kept;
+  StatedPrints prints(suite, effort);
   for (const std::string& cell : callsOf(suite)) {
     const Value value = config::parseText(config::jsonString(cell), "cell");
     const bool known = data.stored.contains(cell);
-    kept[cell] = {{data.cell(value), data.number(value)},
-                  statedPrint(suite, cell, effort),
-                  known ? entries_.at(cell).by : by};
+    kept[cell] = {
+        {data.cell(value), data.number(value)}, prints.of(cell), known ? entries_.at(cell).by : by};
   }
   entries_ = std::move(kept);
 }

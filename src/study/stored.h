@@ -6,15 +6,32 @@
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "study/suite.h"
 
 namespace catoptric::study {
 
-/// A fingerprint of a cell's runs and methods for an effort: configs, settings and frames as they
-/// are written, not as the program interprets them. Empty: the cell refers to something that does
-/// not exist.
-std::string statedPrint(const Suite& suite, const std::string& cell, const std::string& effort);
+/// Fingerprints of cells' runs and methods for an effort: configs, settings and frames as they are
+/// written, not as the program interprets them. Each config is read once.
+class StatedPrints {
+ public:
+  StatedPrints(const Suite& suite, std::string effort)
+      : suite_(suite), effort_(std::move(effort)) {}
+
+  /// Empty: the cell refers to something that does not exist.
+  std::string of(const std::string& cell);
+
+ private:
+  /// What a run's method adds to a fingerprint; empty: there is no such run or method.
+  const std::vector<std::string>& stated(const std::string& run, const std::string& method);
+
+  const Suite& suite_;
+  std::string effort_;
+  std::map<std::filesystem::path, config::Value> configs_;
+  std::map<std::pair<std::string, std::string>, std::vector<std::string>> stated_;
+};
 
 /// The file of stored values. A missing file yields no values.
 class StoredValues {
@@ -35,7 +52,7 @@ class StoredValues {
  private:
   struct Entry {
     SuiteData::Stored value;
-    std::string of;  ///< fingerprint by statedPrint()
+    std::string of;  ///< fingerprint by StatedPrints
     std::string by;
   };
   std::filesystem::path file_;

@@ -85,12 +85,12 @@ TEST(StoredValues, AreStaleWhenAnythingOfTheirRunChanges) {
   suite.runs = {run};
   suite.efforts = {{"quick", {{"image.width", "64"}}}};
   std::string effort = "quick";
-  const auto print = [&] { return statedPrint(suite, "ms(room.traced)", effort); };
+  const auto print = [&] { return StatedPrints(suite, effort).of("ms(room.traced)"); };
   const std::string first = print();
   EXPECT_FALSE(first.empty());
   EXPECT_EQ(print(), first);
-  EXPECT_EQ(statedPrint(suite, "ms(room.depth_impostors)", effort), "");
-  EXPECT_EQ(statedPrint(suite, "ms(hall.traced)", effort), "");
+  EXPECT_EQ(StatedPrints(suite, effort).of("ms(room.depth_impostors)"), "");
+  EXPECT_EQ(StatedPrints(suite, effort).of("ms(hall.traced)"), "");
   // Of another method, and what is for people
   write(R"(, "$schema": "b")", R"("rays": 1)", R"(, "size": 8)");
   EXPECT_EQ(print(), first);

@@ -295,10 +295,16 @@ double SuiteData::slopeOf(const std::vector<std::string>& arguments, const Value
     cell.fail("figure " + arguments[0] + " has no series \"" + arguments[1] + "\"" +
               didYouMean(arguments[1], figure.get("series").keys()));
   const std::vector<Value> cells = figure.get("series").get(arguments[1]).asArray();
+  const std::vector<Value> values = figure.get("values").asArray();
+  if (values.size() != cells.size())
+    cell.fail("the series \"" + arguments[1] + "\" has " + std::to_string(cells.size()) +
+              " values, its figure " + std::to_string(values.size()));
   std::vector<double> xs;
   std::vector<double> ys;
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    xs.push_back(std::log(figure.get("values").asArray().at(i).asNumber()));
+    if (cells[i].kind() == Value::Kind::String && parseCall(cells[i].asString()).name == "slope")
+      cell.fail("the series \"" + arguments[1] + "\" has a slope among its values");
+    xs.push_back(std::log(values[i].asNumber()));
     ys.push_back(std::log(number(cells[i])));
   }
   const double x = mean(xs);

@@ -140,13 +140,12 @@ NeededFrames framesOf(const SuitePicture& picture) {
   return needed;
 }
 
-std::string statedPrint(const Suite& suite, const SuitePicture& picture,
-                        const std::string& effort) {
+std::string printOfPicture(const SuitePicture& picture, StatedPrints& prints) {
   Fingerprint print;
   print.add(picture.stated);
   for (const auto& [run, methods] : framesOf(picture))
     for (const auto& [method, numbers] : methods)
-      print.add(statedPrint(suite, "ms(" + run + "." + method + ")", effort));
+      print.add(prints.of("ms(" + run + "." + method + ")"));
   return print.text();
 }
 

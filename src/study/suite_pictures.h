@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "report/figure.h"
-#include "study/suite.h"
+#include "study/stored.h"
 
 namespace catoptric::study {
 
@@ -39,8 +39,8 @@ std::vector<SuitePicture> suitePictures(const Suite& suite);
 using NeededFrames = std::map<std::string, std::map<std::string, std::set<int>>>;
 NeededFrames framesOf(const SuitePicture& picture);
 
-/// A fingerprint of a picture's sources, as statedPrint() of a cell.
-std::string statedPrint(const Suite& suite, const SuitePicture& picture, const std::string& effort);
+/// A fingerprint of a picture's sources.
+std::string printOfPicture(const SuitePicture& picture, StatedPrints& prints);
 
 /// `fileOf` returns the EXR file of a frame.
 report::Figure suiteFigure(
