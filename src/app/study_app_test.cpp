@@ -317,7 +317,7 @@ TEST_F(Sweep, TextAloneLoadsNoSceneThatWasNeverMeasured) {
 
 TEST_F(Sweep, ASlopeOfItselfIsRefused) {
   for (const auto& [cells, text] :
-       {std::pair(R"(["slope(1, a)"])", "has a slope among its values"),
+       {std::pair(R"-(["slope(1, a)"])-", "has a slope among its values"),
         std::pair("[1, 2]", "has 2 values, its figure 1")}) {
     std::ofstream(folder / "b.suite.json")
         << R"json({"title": "B", "runs": {"r": {"config": "run.json", "against": "truth"}},
