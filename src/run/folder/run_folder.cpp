@@ -129,7 +129,8 @@ RunFolder::RunFolder(const fs::path& path, Existing existing, LookOnly) : path_(
     requireOurs(existing);
     if (existing == Existing::Error) requireEmpty();
     for (const char* folder : kFrameFolders) refuseLink(path_ / folder);
-    if (existing == Existing::Resume) records_ = readRunRecords(path_).frames;
+    if (existing == Existing::Resume)
+      for (auto& [number, record] : readRunRecords(path_).frames) keep(std::move(record));
   } catch (const fs::filesystem_error& failure) {
     throw OutputError(path_.string() + ": " + failure.what());
   }
@@ -201,7 +202,7 @@ void RunFolder::openLocked(Existing existing) {
   syncFolder(fs::absolute(path_).lexically_normal().parent_path());
   if (existing == Existing::Resume) {
     RunRecords known = readRunRecords(path_);
-    records_ = std::move(known.frames);
+    for (auto& [number, record] : known.frames) keep(std::move(record));
     startup_ = std::move(known.startup);
   }
 }
@@ -259,6 +260,7 @@ std::string RunFolder::distrust(int frame, const FrameFingerprints& wanted) cons
 void RunFolder::forget(int frame) {
   const std::scoped_lock guard(mutex_);
   records_.erase(frame);
+  lines_.erase(frame);
   appendable_ = false;
 }
 
@@ -276,6 +278,15 @@ void RunFolder::takeFile(const std::string& relative, const fs::path& source) co
   }
 }
 
+void RunFolder::keep(FrameRecord record) {
+  const int number = record.frame;
+  lines_[number] = recordLine(record);
+  record.counters = {};
+  record.tables = {};
+  record.samples = {};
+  records_[number] = std::move(record);
+}
+
 void RunFolder::add(FrameRecord record) {
   std::vector<FrameRecord> records;
   records.push_back(std::move(record));
@@ -288,8 +299,8 @@ void RunFolder::add(std::vector<FrameRecord> records) {
   std::string lines;
   for (FrameRecord& record : records) {
     const int number = record.frame;
-    lines += recordLine(record) + "\n";
-    records_[number] = std::move(record);
+    keep(std::move(record));
+    lines += lines_.at(number) + "\n";
   }
   // What an earlier process left is written anew once, without forgotten and torn records; from
   // then on lines are appended. Of several of a frame the last counts.
@@ -311,7 +322,7 @@ void RunFolder::checkStillThere() const {
 
 void RunFolder::writeRecords() const {
   std::string text;
-  for (const auto& [number, record] : records_) text += recordLine(record) + "\n";
+  for (const auto& [number, line] : lines_) text += line + "\n";
   writeFileAtomically(path_ / kRecordsName, text);
 }
 

@@ -39,6 +39,7 @@ class RunFolder {
   /// Why the record of `frame` cannot be trusted ("no record", "another config", ...). Empty if it
   /// can: the fingerprints agree and the files have the recorded contents.
   std::string distrust(int frame, const FrameFingerprints& wanted) const;
+  /// Records without counters, tables and samples, of which long runs have too many to keep.
   const FrameRecord* record(int frame) const;
   const std::map<int, FrameRecord>& records() const { return records_; }
   /// For Overwrite: removes the files that the present run's records name, and its tables. Warns of
@@ -76,6 +77,7 @@ class RunFolder {
   std::string firstContent() const;
   void requireEmpty() const;
   void createFolder(const std::filesystem::path& path);
+  void keep(FrameRecord record);
   void writeRecords() const;
   void appendRecords(const std::string& lines) const;
   void checkStillThere() const;
@@ -89,8 +91,9 @@ class RunFolder {
   bool wasEmpty_ = false;                       ///< apart from a lock and empty folders
   std::vector<std::filesystem::path> created_;  ///< folders that the constructor created
   std::mutex mutex_;
-  std::map<int, FrameRecord> records_;
-  bool appendable_ = false;  ///< frames.jsonl agrees with records_
+  std::map<int, FrameRecord> records_;  ///< as record() says
+  std::map<int, std::string> lines_;    ///< the whole records, as they are in frames.jsonl
+  bool appendable_ = false;             ///< frames.jsonl agrees with records_
   std::vector<frame::StepSample> startup_;
 };
 

@@ -40,13 +40,10 @@ void RunFolder::writeTimings() const {
                         sample.clock, sample.first);
   };
   for (const frame::StepSample& sample : startup_) append(sample);
-  for (const auto& [number, record] : records_)
+  std::map<std::string, std::string> tables;  // the method's own
+  for (const auto& [number, line] : lines_) {
+    const FrameRecord record = parseRecord(line, path_.string());
     for (const frame::StepSample& sample : record.samples) append(sample);
-  writeFileAtomically(path_ / "timings.csv", text);
-
-  // The method's own tables
-  std::map<std::string, std::string> tables;
-  for (const auto& [number, record] : records_) {
     for (const methods::Table& table : record.tables) {
       std::string& csv = tables[table.name()];
       if (csv.empty()) {
@@ -61,6 +58,7 @@ void RunFolder::writeTimings() const {
       }
     }
   }
+  writeFileAtomically(path_ / "timings.csv", text);
   for (const auto& [name, csv] : tables) writeFileAtomically(path_ / (name + ".csv"), csv);
 }
 
@@ -71,7 +69,8 @@ void RunFolder::writeSummary(const std::map<std::string, std::string>& members) 
   std::vector<double> frames;
   std::map<std::string, std::vector<double>> counters;
   std::vector<int> numbers;
-  for (const auto& [number, record] : records_) {
+  for (const auto& [number, line] : lines_) {
+    const FrameRecord record = parseRecord(line, path_.string());
     numbers.push_back(number);
     std::map<std::string, double> sums;
     double whole = 0.0;
