@@ -40,7 +40,8 @@ PUBLIC_IN_ROOMS = {
     "scene": {"description/description.h", "implicit/gradient.h", "implicit/jet.h", "implicit/surface.h",
               "implicit/multiprecision_test.h", "implicit/test_surfaces.h", "paths/path.h", "shapes/shapes.h"},
     "trace": {"bake/bake.h", "embree/instructions.h", "embree/trace_scene.h", "lobes/environment_levels.h", "lobes/lobe_tracer.h",
-              "lobes/point_lanes.h", "lobes/reflect.h"},
+              "lobes/point_lanes.h", "lobes/reflect.h",
+              "lobes/sky.h"},
 }
 # Third-party headers and the one folder that may include them.
 OWNERS = {

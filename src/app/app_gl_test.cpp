@@ -66,6 +66,47 @@ TEST(AppGl, CornellBoxByAllMethods) {
   fs::remove_all(folder);
 }
 
+TEST(AppGl, WeakAttenuationTendsToNoneAndACameraInsideAMirrorIsTold) {
+  const fs::path folder =
+      fs::path(testing::TempDir()) / ("app_gl_weak_" + std::to_string(::getpid()));
+  fs::create_directories(folder);
+  std::ofstream(folder / "path.json") << R"({"frames": 2, "keyframes": [
+    {"position": [0, 0.6, 3], "target": [0, 0.5, 0]},
+    {"position": [0, 0.6, 0.1], "target": [0, 0.5, 3]}]})";
+  std::ofstream(folder / "scene.json") << R"({"objects": [
+    {"name": "floor", "shape": "plane", "size": [4, 4]},
+    {"name": "ball", "shape": "sphere", "radius": 0.5, "translate": [0, 0.5, 0],
+     "material": {"s": 0.9, "g": 0}, "reflective": true}],
+    "environment": {"type": "constant", "color": [0.5, 0.6, 0.7]}})";
+  const std::string methods[] = {"traced", "billboards", "depth_impostors"};
+  std::string text;
+  for (const std::string& method : methods)
+    for (const char* weak : {"0", "1e30"})
+      text += std::string(text.empty() ? "" : ", ") + R"({"method": ")" + method +
+              R"(", "name": ")" + method + "_" + weak + R"(", "attenuation": )" + weak + "}";
+  std::ofstream(folder / "run.json")
+      << R"({"scene": "scene.json", "path": "path.json", "frames": "1",
+    "image": {"width": 32, "height": 24}, "methods": [)" +
+             text + "]}";
+  const std::string render = "render '" + (folder / "run.json").string() + "' ";
+  const std::string out = "--out '" + (folder / "out").string() + "' ";
+  ASSERT_EQ(run(folder, render + out), 0) << textOf(folder / "err.txt");
+  EXPECT_THAT(textOf(folder / "err.txt"), testing::Not(testing::HasSubstr("is inside")));
+  for (const std::string& method : methods) {
+    const auto frame = [&](const std::string& weak) {
+      return textOf(folder / "out" / (method + "_" + weak) / "previews/frame.0001.png");
+    };
+    EXPECT_TRUE(frame("0") == frame("1e30")) << method;
+  }
+  EXPECT_EQ(run(folder, render + out + "--existing overwrite --method traced_0 --frames 2"), 2);
+  EXPECT_EQ(run(folder, render + "--method traced_0 --frames 2 --out '" +
+                            (folder / "inside").string() + "'"),
+            0);
+  EXPECT_THAT(textOf(folder / "err.txt"),
+              testing::HasSubstr("frame 2: the camera is inside the reflective object \"ball\""));
+  fs::remove_all(folder);
+}
+
 TEST(AppGl, AMethodThatFailsLeavesTheOthersTheirTables) {
   const fs::path folder =
       fs::path(testing::TempDir()) / ("app_gl_fails_" + std::to_string(::getpid()));

@@ -42,6 +42,32 @@ void addShown(const frame::Geometry& geometry, int object, const scene::Camera& 
   }
 }
 
+/// Whether a point is inside a closed object: rays in three directions cross it an odd number of
+/// times.
+bool isInside(const frame::Geometry& geometry, const frame::ObjectRange& object,
+              const Vec3& point) {
+  // Directions along which edges are unlikely (ours)
+  constexpr std::array kDirections{Vec3(0.31f, 0.87f, 0.38f), Vec3(-0.73f, 0.19f, 0.66f),
+                                   Vec3(0.42f, -0.53f, -0.74f)};
+  std::array<int, 3> crossings{};
+  for (std::uint32_t i = object.firstIndex; i < object.firstIndex + object.indexCount; i += 3) {
+    const Vec3 a = geometry.positions[geometry.indices[i]] - point;
+    const Vec3 b = geometry.positions[geometry.indices[i + 1]] - point;
+    const Vec3 c = geometry.positions[geometry.indices[i + 2]] - point;
+    for (std::size_t d = 0; d < kDirections.size(); ++d) {
+      // The volumes that the ray spans with the edges have one sign.
+      const float ab = glm::dot(kDirections[d], glm::cross(a, b));
+      const float bc = glm::dot(kDirections[d], glm::cross(b, c));
+      const float ca = glm::dot(kDirections[d], glm::cross(c, a));
+      const bool crosses =
+          (ab >= 0.0f && bc >= 0.0f && ca >= 0.0f) || (ab < 0.0f && bc < 0.0f && ca < 0.0f);
+      const float height = glm::dot(a, glm::cross(b, c));
+      if (crosses && (height >= 0.0f) == (ab + bc + ca > 0.0f)) ++crossings[d];
+    }
+  }
+  return std::ranges::all_of(crossings, [](int count) { return count % 2 == 1; });
+}
+
 /// Whether all of R, G and B are 0.
 bool isBlack(const image::Image& image) {
   std::vector<std::size_t> colors;
@@ -119,6 +145,8 @@ RenderedFrame MethodSource::render(const FrameRequest& request) {
   if (needs_.previousFrame && frame.number > 1) input.previous = previousOf(frame.number);
   moveTo(input);
 
+  if (request.kept) warnOfInside(frame);
+
   const bool rebuilds =
       needs_.bvh == trace::BvhPolicy::RebuildLow || needs_.bvh == trace::BvhPolicy::RebuildMedium;
   if (trace_ && (rebuilds || !input.changedObjects.empty()))
@@ -185,6 +213,27 @@ void MethodSource::warnOfBlack(const image::Image& image, int frame) {
                " is completely black: the camera sees nothing that is lit or emits light. Check "
                "the camera, or add a light or an environment (--environment FILE|COLOUR). Further "
                "black frames are not reported");
+}
+
+void MethodSource::warnOfInside(const scene::PathFrame& frame) {
+  const std::vector<scene::Object>& objects = stage_.scene().objects;
+  for (std::size_t i = 0; i < objects.size() && !saidInside_; ++i) {
+    const frame::ObjectRange& range = stage_.geometry().objects[i];
+    // Large objects are looked at once: they often are rooms.
+    const bool large = range.indexCount > 3 * kManyTriangles;
+    const Vec3 eye = frame.camera.eye();
+    if (objects[i].reflector == 0 || (large && lookedInside_) ||
+        glm::any(glm::lessThan(eye, range.bounds.min)) ||
+        glm::any(glm::greaterThan(eye, range.bounds.max)) ||
+        !isInside(stage_.geometry(), range, eye))
+      continue;
+    saidInside_ = true;
+    log::warning("frame " + std::to_string(frame.number) +
+                 ": the camera is inside the reflective object \"" + objects[i].name +
+                 "\"; methods that do not trace all rays may show what is outside. Further such "
+                 "frames are not reported");
+  }
+  lookedInside_ = true;
 }
 
 void MethodSource::moveTo(methods::FrameInput& input) {

@@ -34,6 +34,7 @@ class MethodSource : public FrameSource {
 
   /// Warns once, at the first frame that is entirely black.
   void warnOfBlack(const image::Image& image, int frame);
+  void warnOfInside(const scene::PathFrame& frame);
 
   Stage& stage_;
   methods::Method& method_;
@@ -42,6 +43,8 @@ class MethodSource : public FrameSource {
   std::unique_ptr<trace::TraceScene> trace_;
   std::optional<raster::GBuffer> gbuffer_;
   bool saidBlack_ = false;
+  bool saidInside_ = false;
+  bool lookedInside_ = false;
   gl::Texture composite_;
   std::vector<float> read_;                  ///< the composite that was read back; empty: not kept
   bool composed_ = false;                    ///< the composite shows the last frame

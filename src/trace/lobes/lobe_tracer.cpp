@@ -12,6 +12,7 @@
 #include "core/parallel.h"
 #include "core/sampling.h"
 #include "trace/lobes/environment_levels.h"
+#include "trace/lobes/sky.h"
 
 namespace catoptric::trace {
 
@@ -342,7 +343,7 @@ Vec3 LobeTracer::environment(const Level& level, std::size_t point, std::size_t 
 void LobeTracer::fade(Level& level, const Block& block) const {
   for (std::size_t ray = 0; ray < block.rays; ++ray) {
     const Hit& hit = level.hits[ray];
-    level.values[ray] *= hit.miss() ? 0.0f : std::exp(-hit.distance / options_.fadeMetres);
+    level.values[ray] *= std::exp(-(hit.miss() ? kSkyMetres : hit.distance) / options_.fadeMetres);
   }
 }
 

@@ -10,6 +10,7 @@
 #include "methods/shared/impostors/shaders/constants.h"
 #include "raster/regions/rectangle.h"
 #include "raster/scene_gpu/meshlets.h"
+#include "trace/lobes/sky.h"
 
 namespace catoptric::methods::impostors {
 namespace {
@@ -441,7 +442,10 @@ void ImpostorMethod::pass(gl::Program& program, const FrameInput& input, Service
   program.set("sceneLeast", bounds.min);
   program.set("sceneMost", bounds.max);
   program.set("cubeCentre", bounds.centre());
-  if (options_.attenuation > 0.0f) program.set("fadeMetres", options_.attenuation);
+  if (options_.attenuation > 0.0f) {
+    program.set("fadeMetres", options_.attenuation);
+    program.set("skyKept", std::exp(-trace::kSkyMetres / options_.attenuation));
+  }
   if (options_.bounces > 1) program.set("secondDiffuse", options_.secondDiffuse);
   gl::drawFullScreenTriangle();
 }

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "methods/shared/impostors/shaders/constants.h"
+#include "trace/lobes/sky.h"
 
 namespace catoptric::methods::impostors {
 namespace {
@@ -308,7 +309,9 @@ void TileRays::addEnvironment(RayBatch& rays) {
   for (std::size_t k = 0; k < around_.count; ++k) {
     const std::size_t i = hits_[k];
     const float kept =
-        fade > 0.0f ? (around_.closed[k] > 0.999f ? std::exp(-around_.t[k] / fade) : 0.0f) : 1.0f;
+        fade > 0.0f
+            ? std::exp(-(around_.closed[k] > 0.999f ? around_.t[k] : trace::kSkyMetres) / fade)
+            : 1.0f;
     rays.color.set(i, rays.color.at(i) + kept * around_.color.at(k));
     rays.marks[i] |= raster::kMaskEnvironment;
   }

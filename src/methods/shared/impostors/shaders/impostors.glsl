@@ -39,6 +39,7 @@ uniform vec3 sceneMost;
 uniform vec3 cubeCentre;
 #if FADES
 uniform float fadeMetres;
+uniform float skyKept;  // what is left of the environment
 #endif
 
 layout(location = 0) out vec4 reflection;
@@ -84,7 +85,7 @@ vec3 environmentAlong(vec3 origin, vec3 direction, float level) {
   bool closed = textureLod(environmentMap, place, max(lastLevel - 2.0, 0.0)).a > 0.999;
   vec3 seen = textureLod(environmentMap, closed ? place : direction, level).rgb;
 #if FADES
-  seen *= closed ? exp(-t / fadeMetres) : 0.0;
+  seen *= closed ? exp(-t / fadeMetres) : skyKept;
 #endif
   return seen;
 }
