@@ -152,7 +152,10 @@ Samples parseSamples(const std::string& text, const std::string& name) {
 }
 
 Bench::Bench(Inputs inputs, BenchOptions options)
-    : inputs_(std::move(inputs)), options_(std::move(options)) {}
+    : inputs_(std::move(inputs)), options_(std::move(options)) {
+  for (const char* folder : {"", "errors", "samples"})  // of processes that were killed
+    sweepTemporaryFiles(options_.folder / folder);
+}
 
 const Bench::SceneFacts& Bench::sceneFactsOf(const run::RunConfig& run) {
   std::string name = run.scene.string() + "\n" + run.path.string() + "\n" + run.frames + "\n";
