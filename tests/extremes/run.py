@@ -344,14 +344,14 @@ compares each picture with its truth. [extremes.csv](extremes.csv) has {pictures
 
     tests/extremes/run.py --write --huge --sequences
 
-Pictures have {sizes} pixels along a side, unless a case says otherwise. `scripts/test` renders most cases with {small} x
-{small} pixels, `scripts/test --long` all. The test fails if
+Each case is rendered twice, with {sizes} pixels along a side, unless it says otherwise. `scripts/test` renders
+most cases with {small} x {small} pixels, `scripts/test --long` all. The test fails if
 
 - an error exceeds its bound,
 - a frame is missing, or has a NaN or an infinity,
 - a ray is refused or a value clamped, unless the case allows it, or
-- a bound is more than three times the error in the table and more than {floor} display steps above it (by which
-  processors differ), without a reason.
+- a bound has no `reason` but is loose: more than three times the error in the table, and more than {floor} above it
+  (processors differ by up to {floor}).
 
 | column | meaning |
 |---|---|
