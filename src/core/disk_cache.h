@@ -67,7 +67,7 @@ class CacheEntry {
   std::filesystem::path file_;
   std::uint64_t key_;
   std::function<bool()> stopRequested_;
-  std::unique_ptr<FileClaim> claim_;  ///< null if there is no file
+  std::unique_ptr<FileClaim> claim_;  ///< null if nothing is cached
 };
 
 }  // namespace catoptric

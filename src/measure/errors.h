@@ -24,7 +24,7 @@ struct RegionError {
   std::uint64_t notFiniteReference = 0;  ///< pixels with NaN or infinity in the reference
   std::uint64_t bothBlack = 0;  ///< pixels that are 0 in both; their agreement proves nothing
 
-  // Display-referred: in steps of round(display8(value))
+  // Display-referred: differences of 8-bit sRGB values, round(display8(value))
   std::uint64_t sum8 = 0;
   int max8 = 0;
   int max8Frame = 0;  ///< frame of the maximum, for pooled errors
@@ -72,7 +72,7 @@ class FlipPool {
  public:
   void add(std::span<const float> map);
   void add(const FlipPool& other);
-  /// The value below which errors make up the fraction `share` (0..1) of the sum of all errors ,
+  /// The value below which errors make up the fraction `share` (0..1) of the sum of all errors,
   /// accurate to 1/4096.
   double weightedQuantile(double share) const;
   double min() const { return count_ > 0 ? min_ : 0.0; }

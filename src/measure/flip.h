@@ -15,8 +15,8 @@ struct FlipOptions {
   /// away. [Andersson2020] Sec. 5.1
   float pixelsPerDegree = 67.0206433f;
   /// HDR-FLIP's exposures, in stops. They are the same for all frames, so that frames can be
-  /// compared; the papers derive them from one reference image. Their number is the range in
-  /// stops, as in [Andersson2021] Sec. 4.
+  /// compared; the papers derive them from one reference image. There are as many exposures as
+  /// the range has stops (6), as in [Andersson2021] Sec. 4.
   float startExposure = -3.0f;
   float stopExposure = 3.0f;
   int exposures = 6;

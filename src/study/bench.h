@@ -47,7 +47,7 @@ struct Setting {
   }
 };
 
-/// Samples of settings that were measured interleaved.
+/// The times of settings that were measured interleaved.
 struct Samples {
   std::vector<std::string> keys;
   std::vector<int> frames;
@@ -85,9 +85,9 @@ class Bench {
   /// in the folder.
   const Samples& measure(const std::vector<Setting>& settings, const std::vector<int>& frames,
                          bool withErrors);
-  /// All samples, including those of earlier processes if the folder was resumed.
+  /// All measured times, also those of earlier processes if the folder was resumed.
   const std::list<Samples>& samples() const { return samples_; }
-  /// Writes all samples to samples.csv in the folder.
+  /// Writes all measured times to samples.csv in the folder.
   void writeSamples() const;
 
   /// The EXR files of frames; renders those that do not exist yet. Throws Error.
@@ -102,7 +102,7 @@ class Bench {
   std::size_t capacity() const;
 
   const BenchOptions& options() const { return options_; }
-  /// Reads the samples of earlier processes.
+  /// Reads the times that earlier processes have measured.
   void readSamples();
   /// Removes frames that need not be kept.
   void clear();
@@ -145,7 +145,7 @@ class Bench {
 /// OutputError.
 void removeStudy(const std::filesystem::path& folder);
 
-/// The text of a file of samples: "round,turn,point,frame,seconds,cpu_seconds,steps".
+/// The text of a file of times: "round,turn,point,frame,seconds,cpu_seconds,steps".
 std::string samplesCsv(const Samples& samples, bool header = true);
 Samples parseSamples(const std::string& text, const std::string& name);
 

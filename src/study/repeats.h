@@ -16,7 +16,7 @@ struct RepeatedTimes {
   std::string json;
 };
 
-/// Times all methods of the run, interleaved. The samples and the table are stored in the bench's
+/// Times all methods of the run, interleaved. The times and the table are stored in the bench's
 /// folder.
 RepeatedTimes timeRepeats(Bench& bench, const run::RunConfig& run, const std::string& base);
 

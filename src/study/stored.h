@@ -46,7 +46,7 @@ class StoredValues {
   void keep(const Suite& suite, const SuiteData& data, const std::string& effort,
             const std::string& by);
   void write() const;
-  /// The fingerprint of a picture's sources; empty: not known.
+  /// The fingerprint of all that a picture was made from; empty: not known.
   std::string& picture(const std::string& file) { return pictures_[file]; }
 
  private:

@@ -39,8 +39,9 @@ std::string threeDigits(double value);
 /// Throws UsageError with the place of the error.
 Suite readSuite(const std::filesystem::path& file);
 
-/// The settings of a run for an effort. A patched scene or path is written to `folder`, with links
-/// to its neighbouring folders; except if the effort uses another scene.
+/// The settings of a run for an effort. A patched scene or path is written to `folder`, together
+/// with links to the folders beside the original file, so that names of files in it stay valid. If
+/// the effort uses another scene, nothing is patched.
 Settings settingsOf(const SuiteRun& run, const Settings& ofEffort,
                     const std::filesystem::path& folder);
 
@@ -63,7 +64,7 @@ class SuiteData {
     double number = 0.0;
   };
   std::map<std::string, Stored> stored;  ///< by the cell's text
-  config::Value figures;                 ///< the suite's figures, for slopes
+  config::Value figures;                 ///< the suite's curves, for cells slope(...)
   /// Whether the effort uses another scene, in which objects that cells name may be missing.
   bool otherScenes = false;
 

@@ -21,7 +21,7 @@ struct SuitePanel {
       againstRun;  ///< run of the reference frame; empty: no error and no difference is shown
   std::string againstMethod;
   report::Shown shown;  ///< without its files
-  std::string label;    ///< may contain {error}, and cells in braces
+  std::string label;    ///< may contain {error}, and in braces what a table cell may contain
   bool reflective = false;
 };
 
@@ -39,7 +39,7 @@ std::vector<SuitePicture> suitePictures(const Suite& suite);
 using NeededFrames = std::map<std::string, std::map<std::string, std::set<int>>>;
 NeededFrames framesOf(const SuitePicture& picture);
 
-/// A fingerprint of a picture's sources.
+/// A fingerprint of all that a picture is made from.
 std::string printOfPicture(const SuitePicture& picture, StatedPrints& prints);
 
 /// `fileOf` returns the EXR file of a frame.

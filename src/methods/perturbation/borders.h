@@ -25,7 +25,8 @@ class Borders {
 
  private:
   using Triangle = Connectivity::Triangle;
-  /// A reflection that vertex (or position) `have` has and `lacking` lacks. It ends in between.
+  /// An edge on which a reflection ends: reflection `number` of the vertex `have`, which the vertex
+  /// `lacking` does not have. In between_ these are positions instead of vertices.
   struct Border {
     std::uint32_t have = 0;
     std::uint32_t number = 0;
@@ -35,7 +36,8 @@ class Borders {
       return std::tie(have, number, lacking) < std::tie(other.have, other.number, other.lacking);
     }
   };
-  /// A vertex of a piece: a reflection of a vertex, or its end towards another vertex.
+  /// A corner of a piece: a reflection of a mesh vertex (Border::have and number), or the point of
+  /// an edge at which such a reflection ends.
   struct Corner {
     Border border;
     bool isBorder = false;
@@ -47,8 +49,8 @@ class Borders {
   }
   /// Finds the ends of all reflections of these triangles.
   void findEnds(std::span<const Triangle> triangles);
-  /// Where a reflection ends between two positions, and the fraction of the edge up to there. Found
-  /// by bisection of the edge, from exact path to exact path.
+  /// Where a reflection ends between two positions, and the fraction of the edge up to there. The
+  /// edge is bisected. Each step searches an exact path near that of the step before.
   std::pair<VertexPlace, double> endOf(const Border& border, PathCounts& counts) const;
   void putTriangle(const Triangle& t);
   /// Joins two pieces by a strip where their reflections merge.

@@ -1,5 +1,5 @@
-// Finds objects that planar mirrors certainly do not show, which are most pairs in scenes with many
-// of both.
+// Finds objects that a planar mirror certainly does not show. In scenes with many mirrors and
+// objects these are most pairs of a mirror and an object.
 #pragma once
 
 #include <map>

@@ -122,7 +122,7 @@ inline scene::Mesh sphereMesh(double radius, int cells = 48) {
 
 inline const scene::Camera kFront = cameraAt({0.2f, 0.7f, 3.2f}, {0.2f, 0.0f, 0.0f});
 
-/// Beside it another mirror (the last object).
+/// stage() with a spherical mirror, and another mirror (the last object) beside it.
 inline test::SceneBuilder twoMirrors(scene::Mesh other, const Mat4& worldFromOther) {
   test::SceneBuilder builder = stage(sphereMesh(0.55, 12), test::translation({-0.5f, 0.1f, 0.0f}));
   const int gold = builder.reflective(0.8f, 0.0f, {0.5f, 0.1f, 0.1f}, {1.0f, 0.8f, 0.5f});

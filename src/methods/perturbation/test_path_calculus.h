@@ -62,7 +62,7 @@ BounceDerivatives<S> derivativesOf(const Bounce<S>& bounce, const S& rho) {
   return result;
 }
 
-/// [Chen2000] PathJacHess (Fig. 4, 5), from q to p. `lastIndex`: of refraction, before q.
+/// [Chen2000] PathJacHess (Fig. 4, 5), from q to p. `lastIndex`: index of refraction before q.
 template <class S>
 PathExpansion<S> expandPath(const Vector<S>& p, const std::vector<PathVertex<S>>& vertices,
                             const Vector<S>& q, const S& lastIndex = S(1)) {

@@ -32,7 +32,7 @@ struct TestPath {
   std::vector<std::size_t> hit;  ///< which surface x_i is on
   Vector<double> p, q;
   std::vector<Vector<double>> points;
-  std::vector<double> indices;  ///< of refraction, N + 1; empty: reflections in air
+  std::vector<double> indices;  ///< N + 1 indices of refraction; empty: 1
 
   template <class S>
   S index(std::size_t segment) const {

@@ -14,7 +14,7 @@ namespace catoptric::methods::perturbation {
 /// A reflector of a sequence, or a surface through which a path is refracted.
 struct Turn {
   const implicit::Surface* surface = nullptr;
-  Box3 bounds;               ///< of the surface, world space
+  Box3 bounds;               ///< box around the surface, world space
   bool through = false;      ///< refracts
   double indexBefore = 1.0;  ///< index of refraction on the side of the eye
   double indexAfter = 1.0;

@@ -20,8 +20,8 @@ namespace catoptric::methods::perturbation {
 struct VertexPlace {
   glm::dvec3 position;
   Reflections reflections;
-  /// Where the position would appear without the reflector, if it has no reflection because the
-  /// reflector hides it from the camera. Otherwise null.
+  /// For a position behind the reflector, which has no reflection: where it would appear if the
+  /// reflector did not hide it. Otherwise null.
   std::unique_ptr<Reflection> straight;
 };
 
@@ -107,7 +107,7 @@ class VertexTable {
   }
 
  private:
-  /// Memory that is reused by the next update: allocating it takes as long as the look-ups.
+  /// Memory that the next update reuses, because allocating it takes long.
   struct Scratch {
     std::vector<VertexPlace> places;
     std::vector<Glimpse> glimpses;

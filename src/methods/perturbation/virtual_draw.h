@@ -23,7 +23,7 @@ struct VirtualTriangles {
   /// than this from the fragment's reflection point. Infinity: no fragment is discarded.
   float depthSlack = std::numeric_limits<float>::infinity();
   // Per vertex
-  std::vector<Vec3> positions;  ///< of the object itself
+  std::vector<Vec3> positions;  ///< where the object's own vertices are
   std::vector<frame::VertexAttributes> attributes;
   /// xyz: virtual position of the vertex in world space; w: |x - eye| / |image - eye|, where x is
   /// its reflection point on the line between them.

@@ -66,7 +66,7 @@ class VirtualOutput {
   void finish(int object);
 
  private:
-  /// Memory that is reused by the next update, as VertexTable::Scratch.
+  /// Memory that the next update reuses, like VertexTable::Scratch.
   struct Scratch {
     std::vector<Numbers> numbers;
     std::vector<Vec2> seenVertices;

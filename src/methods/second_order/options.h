@@ -19,10 +19,10 @@ struct Options {
   ClusterOptions cluster;
   CameraOptions camera;
   DepthImageOptions images;
-  int faceSize = 256;  ///< of the cube map, in texels
+  int faceSize = 256;  ///< texels along a cube map's edge
   SelfIntersect selfIntersect = SelfIntersect::None;
   LobeRays lobeRays = LobeRays::Walked;
-  float glossyReach = 0.0f;  ///< metres times (1 - g) / g; 0: unlimited
+  float glossyReach = 0.0f;  ///< see `glossy_reach`; 0: no fading
   int probes = 16;           ///< probed samples per curved cluster; 0: nothing is traced
   float probeError = 4.0f;   ///< in 8-bit values; clusters with a larger error are traced
   trace::BvhPolicy bvh = trace::BvhPolicy::Static;

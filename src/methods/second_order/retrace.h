@@ -53,7 +53,7 @@ class Retrace {
   struct Done {
     trace::ReflectionCounts rays;
     std::uint64_t samples = 0;
-    std::uint64_t belowHorizon = 0;  ///< of samples that are in no depth image
+    std::uint64_t belowHorizon = 0;  ///< rays of samples with Clustering::kRetraced
   };
   Done run(const FrameInput& input, Services& services, const raster::GBufferCopy& gbuffer,
            const Clustering& clustering, const RayPass& shown);

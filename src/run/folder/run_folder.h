@@ -64,7 +64,7 @@ class RunFolder {
   /// Adds a finished file of another run as a hard link, or as a copy if that is impossible.
   void takeFile(const std::string& relative, const std::filesystem::path& source) const;
 
-  /// Adds samples of start-up, of this process or of earlier ones.
+  /// Adds the times of start-up's steps, of this process or of earlier ones.
   void addStartup(const std::vector<frame::StepSample>& samples);
 
   /// Writes timings.csv (frame,step,seconds,clock,first), and a file NAME.csv for each table of the

@@ -37,7 +37,7 @@ class FrameSource {
  public:
   virtual ~FrameSource() = default;
   /// One-time preparation, called before the first frame. Not called if no frame has to be
-  /// rendered. Returns the samples of start-up (frame 0).
+  /// rendered. Returns the times of start-up's steps.
   virtual std::vector<frame::StepSample> prepare() = 0;
   /// Renders a frame. Requests are in the order of the path. From a restart frame to a kept frame
   /// that depends on it, no frame is left out.

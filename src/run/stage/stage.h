@@ -67,7 +67,7 @@ class Stage {
   raster::SceneRaster* raster() { return raster_.get(); }
   gl::Context* context() { return context_ ? &*context_ : nullptr; }
 
-  /// The samples of start-up so far (frame 0).
+  /// The times of start-up's steps so far. They belong to frame 0.
   const std::vector<frame::StepSample>& startup() const { return timer_.samples(); }
 
  private:

@@ -105,7 +105,7 @@ Vec2 ggxSample(const Vec2& shift, int index, int count);
 struct LobeRay {
   Vec3 direction{0.0f};       ///< unit length
   float weight = 1.0f;        ///< weight of its radiance in the lobe's mean
-  float density = 0.0f;       ///< of GGX rays, per steradian
+  float density = 0.0f;       ///< of GGX directions, per steradian
   bool belowHorizon = false;  ///< it was below the surface, or the normal was corrected
 };
 LobeRay lobeDirection(const ReflectionPoint& point, int index, int count);

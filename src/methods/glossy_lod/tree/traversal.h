@@ -18,8 +18,8 @@ inline constexpr std::uint32_t kNothing = ~0u;
 /// The levels of detail at which rays stop.
 enum class Levels : std::uint8_t {
   Adaptive,  ///< as coarse as their width allows [Yu2008, section 3.3]
-  /// as Adaptive, but a ray that misses the front of a coarse quad continues in the finer ones (not
-  /// in the paper)
+  /// like Adaptive, but a ray that misses a coarse quad, or hits its back, continues in the finer
+  /// quads below it (not in the paper)
   Stitched,
   Off  ///< only the finest level, as with alpha = 0
 };

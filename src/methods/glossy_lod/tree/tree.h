@@ -29,8 +29,8 @@ struct Node {
 static_assert(sizeof(Node) == 32);
 inline constexpr std::uint32_t kHasQuad = 1;  ///< node of a chart, with a quad
 inline constexpr std::uint32_t kIsLeaf = 2;
-/// Where a grid is coarser than its chart's border, a triangle of a quad can fold over: its front
-/// shows the surface's back.
+/// Where a grid is too coarse to follow its chart's border, a triangle of a quad can fold over: its
+/// front then shows the surface's back.
 inline constexpr std::uint32_t kLowerFolds = 4;
 inline constexpr std::uint32_t kUpperFolds = 8;
 

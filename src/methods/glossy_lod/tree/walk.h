@@ -7,7 +7,8 @@ struct Three {
   CATOPTRIC_WALK const V::F& operator[](int i) const { return of[i]; }
 };
 
-/// The kinds of the rays: five masks of lanes, one bit each.
+/// The kind of each ray: the signs of its direction's components, and its longest axis. Each of the
+/// five masks has one bit per lane.
 struct KindBits {
   std::array<unsigned, 3> negative;
   std::array<unsigned, 2> axis;  // the longest axis is x, is y
@@ -141,7 +142,8 @@ CATOPTRIC_WALK V::M ofOwnObject(const Walk& walk, std::uint32_t node) {
   return V::both(V::le(own, object), V::le(object, own));
 }
 
-/// Of `lanes`, whose rays hit this triangle: rays that start on the surface which it continues.
+/// The rays of `lanes` all hit this triangle. Returns those that start on the surface of which the
+/// triangle is a continuation.
 inline unsigned ofStart(const Walk& walk, std::uint32_t node, bool upper, unsigned lanes,
                         const std::array<float, V::kLanes>& metres) {
   const Quad& quad = walk.tree.quads[node];
@@ -183,8 +185,8 @@ CATOPTRIC_TARGET inline unsigned passedBy(const Walk& walk, std::uint32_t node, 
 }
 
 /// Keeps the hits on one triangle that are nearest so far. `fronts`: hits on its back do not count,
-/// so these rays continue in the finer quads. Through cracks between coarse quads rays hit backs
-/// that the true surface hides.
+/// so these rays continue in the finer quads. A ray that slips through a crack between coarse quads
+/// can hit a back that the true surface hides.
 template <bool kMixed>
 CATOPTRIC_TARGET inline void keep(const Walk& walk, const Rays<kMixed>& rays, std::uint32_t node,
                                   bool upper, bool fronts, Met& met, Nearest& nearest) {

@@ -5,7 +5,8 @@
 
 namespace catoptric::methods::second_order {
 
-/// Makes the mirrored camera with its own sample grid.
+/// Mirrors the frame's camera at the cluster's plane. If the option depth_image_scale is 1, the
+/// depth image has one texel at each sample of the frame.
 ClusterCamera planarCamera(const Cluster& cluster, const scene::Camera& camera, int sampleWidth,
                            int sampleHeight, const CameraOptions& options);
 

@@ -31,8 +31,8 @@ class Clustering {
   const std::vector<Cluster>& clusters() const { return clusters_; }
   /// Sets Cluster::traced.
   void markRetraced(std::span<const std::uint8_t> retraced);
-  /// As markRetraced(), and removes their samples from the clusters (kRetraced), so that no image
-  /// shows them.
+  /// Like markRetraced(). Also removes the samples of these clusters (kRetraced), so that no depth
+  /// image shows them.
   void leaveToRetrace(std::span<const std::uint8_t> retraced);
 
   /// Per sample: 0 diffuse, 1 in no cluster (too small), kRetraced, otherwise cluster index + 2.

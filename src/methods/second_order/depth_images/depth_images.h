@@ -19,7 +19,7 @@ namespace catoptric::methods::second_order {
 struct DepthImageOptions {
   /// Allowed error of levels of detail for a reflection of full weight; 0: always the finest level.
   float levelErrorTexels = 0.75f;
-  std::uint64_t memoryBytes = 512ull << 20;  ///< of all layers
+  std::uint64_t memoryBytes = 512ull << 20;  ///< limit for all layers
   bool compound = true;                      ///< one draw for all images of a layer
   int depthLayers = 1;                       ///< depth layers of images of curved clusters
   std::vector<float> weight = {};            ///< by object id: maximum weight of its reflections
