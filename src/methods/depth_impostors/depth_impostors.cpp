@@ -148,8 +148,8 @@ const MethodEntry& depthImpostorsEntry() {
                         "of `spans`: runs that were dropped, because a row has too few `points`",
                         false, "intersection srdm, srdm_two_rows"});
     counters.push_back({"clipped",
-                        "pairs of a ray and a depth map whose frustum it misses, without culled "
-                        "pairs; on the CPU"});
+                        "pairs of a ray and a depth map whose frustum the ray misses, except "
+                        "pairs in `culled`; counted only where the CPU intersects rays"});
     std::vector<StepInfo> steps = impostors::commonSteps();
     steps.insert(steps.begin() + 2, {"srdm", "frames", "rows of new depth maps are simplified"});
     return MethodEntry{

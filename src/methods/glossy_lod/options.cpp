@@ -38,13 +38,14 @@ const config::OptionTable<Options>& optionTable() {
              "finest level")
            .trade("0,3,10,30"),
        field(&Options::coarsest, "coarsest", range(0.0, 180.0),
-             "nodes that subtend more than this angle at a ray's origin, in degrees, are always "
-             "opened, so that wide lobes lose fewer hits; 0: no limit")
+             "largest angle (degrees, from a ray's origin) of a box of the images' tree at "
+             "which the ray may stop; quads of coarse boxes are missed more often, mostly by "
+             "rays of wide lobes; 0: no limit")
            .trade("0,4,8"),
        field(&Options::levels, "levels", kLevels,
-             "levels of detail. adaptive: as in the paper; stitched: a ray that misses the front "
-             "of a coarse quad continues in the finer quads below it, so that no ray slips through "
-             "cracks between levels; off: always the finest level"),
+             "levels of detail. adaptive: as in the paper; stitched: a ray that misses a coarse "
+             "quad, or hits its back, continues in the finer quads below it, so that no ray "
+             "slips through cracks between levels; off: always the finest level"),
        field(&Options::order, "order", kOrders,
              "order of a node's children. near_first: the children nearest to the middle of all "
              "reflectors come first"),

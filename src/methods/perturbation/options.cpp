@@ -69,9 +69,9 @@ const config::OptionTable<Options>& optionTable() {
              "of its reflected ends, pixels; 0: never")
            .trade("0.25,0.5,1,2"),
        field(&Options::tracedPerPixel, "traced_per_pixel", range(0, 1000),
-             "with `order` auto: largest number of traced paths for each pair of an object and a "
-             "sequence of reflectors, as a multiple of the frame's pixels (but never below 262144 "
-             "paths); beyond it edges are not split (counter coarse_objects)"),
+             "with `order` auto: bound on traced paths, per pixel of the frame. It holds for "
+             "each object in each sequence of reflectors, and is at least 262144 paths in all. "
+             "Beyond it edges are not split (counter coarse_objects)"),
        memory(),
        field(&Options::traceGaps, "gaps", kGaps,
              "samples that no virtual object covers. environment: they show the environment; "

@@ -22,7 +22,9 @@ const std::vector<StepInfo>& perturbationSteps() {
 const std::vector<CounterInfo>& perturbationCounters() {
   static const std::vector<CounterInfo> counters = {
       {"paths", "sampled paths"},
-      {"path_types", "sequences of reflectors that sampled paths hit and that are followed"},
+      {"path_types",
+       "sequences of reflectors (a mirror, a mirror in a mirror, ...) that "
+       "sampled paths hit, and in which virtual objects are drawn"},
       {"path_types_missed",
        "sequences that end at a reflector too small for any sampled path to hit"},
       {"path_types_left_out",

@@ -392,8 +392,9 @@ const std::vector<CounterInfo>& counterInfos() {
       {"not_found",
        "of `retraced`: the search ended at a silhouette, outside the frame, or without a result"},
       {"hidden",
-       "of `retraced`: a neighbour reflects a nearer surface, which may cover this sample, too; "
-       "the key frame stores no reflection there"},
+       "of `retraced`: a neighbour reflects a nearer surface, which may also hide what this "
+       "sample reflects; the key frame cannot tell, because the reflector does not cover the "
+       "place in question there"},
       {"discontinuity", "of `retraced`: the match lies at an edge of reflected surfaces"},
       {"magnified", "of `retraced`: a sample of the key frame would cover too many samples"},
       {"crossed", "of `retraced`: the mirrored ray hits the bounds of another moving object"},

@@ -31,7 +31,9 @@ const std::vector<CounterInfo>& counterInfos() {
        "clustered samples with a ray that passed behind a surface or left its image, and uses the "
        "cube map"},
       {"sky", "samples with a ray that left the scene"},
-      {"bridged", "samples with a hit on a depth discontinuity that was bridged"},
+      {"bridged",
+       "samples with a ray that ended in the gap between a near and a far surface of "
+       "a depth image, and took the nearer one's colour"},
       {"below_horizon",
        "samples of mirrors with a corrected normal, and rays of lobes that were mirrored back "
        "above the surface"},

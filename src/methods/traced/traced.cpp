@@ -37,8 +37,8 @@ const config::OptionTable<Options>& optionTable() {
            .trade("2,4,8,16,32"),
        field(&Options::diffuseOnly, "objects", kObjects, kObjectsHelp),
        field(&Options::filtersEnvironment, "environment", kEnvironments,
-             "radiance of rays that leave the scene. unfiltered: the environment's in the ray's "
-             "direction; filtered: its mean over the ray's solid angle"),
+             "radiance of rays that leave the scene. unfiltered: the environment's radiance in "
+             "the ray's direction; filtered: its mean over the ray's solid angle"),
        field(in(&Options::reflection, &ReflectionOptions::fadeMetres), "attenuation", atLeast(0.0),
              kAttenuationHelp),
        field(in(&Options::reflection, &ReflectionOptions::bounces), "bounces", range(1, 16),

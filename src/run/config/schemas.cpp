@@ -40,8 +40,7 @@ standard input (`catoptric render -`), are relative to the current folder.
 check a config that begins with `"$schema": "schema/run.schema.json"`.
 
 In the lists, parentheses give the default, then other allowed values; brackets say what an empty value
-means. s is a surface's reflectance, g its roughness (0 is sharp). A surface with g up to 0.05 is a mirror, with
-a larger g it is rough.
+means. s is a surface's reflectance, g its roughness: a mirror up to 0.05, rough above.
 
 )";
 

@@ -52,8 +52,10 @@ const std::vector<methods::CounterInfo>& pipelineCounters() {
        "methods that use the G-buffer"},
       {"gbuffer_culled_triangles", "triangles culled from the G-buffer", false,
        "methods that use the G-buffer"},
-      {"unsupported_reflector", "samples of reflectors that another method renders", false,
-       "`unsupported` other than \"error\", and such reflectors"},
+      {"unsupported_reflector",
+       "samples of reflectors that the method cannot render, and "
+       "another method does",
+       false, "`unsupported` other than \"error\", if the scene has such reflectors"},
       {"clamped_half", "colour values above the range of half floats", true},
   };
   return counters;

@@ -62,8 +62,9 @@ std::vector<CounterInfo> commonCounters() {
       {"transition", "samples with a ray that hits a virtual wall", false,
        "transition_height above 0"},
       {"culled",
-       "pairs of a ray and an impostor that is not tested, because it lies outside the bounding "
-       "cone of the tile's rays or behind their hits; on the CPU"},
+       "pairs of a ray and an impostor that were not tested, because the impostor lies outside "
+       "the bounding cone of the tile's rays or behind their hits; counted only where the CPU "
+       "intersects rays"},
       {"impostors_rendered", "images drawn in this frame"},
       {"impostors_reused", "images reused from earlier frames"},
       {"enclosing", "objects that enclose a reflector and stay in the environment map"},

@@ -15,9 +15,9 @@ std::vector<config::Option<Options>> common() {
       field(&Options::objects, "objects",
             "names of the objects that get impostors; \"auto\": chosen by `least` and `most`"),
       field(&Options::least, "least", range(0.0, 13.0),
-            "with `objects` auto: an object gets an impostor if its error in the environment map "
-            "is at least this: its solid angle from a reflector (sr) times the angle by which the "
-            "look-up's direction is off (rad)"),
+            "with `objects` auto: objects get impostors if the environment map alone would show "
+            "them with at least this error: the object's solid angle from a reflector (sr) "
+            "times the angle by which the map's look-up misses the object (rad)"),
       field(&Options::most, "most", range(1, 4096),
             "largest number of impostors; other objects stay in the environment map"),
       field(&Options::textureSize, "texture_size", range(1, 4096),
@@ -35,9 +35,10 @@ std::vector<config::Option<Options>> common() {
             "height in metres of virtual walls at the edges of flat objects, which soften these "
             "edges: rays through a wall blend the edge's colour with the environment map; 0: none"),
       field(&Options::shareEnvironment, "share_environment",
-            "flat objects stay in the environment map. A ray that hits one is looked up there, in "
-            "the hit's direction from the map's centre; rays through a wall blend this direction "
-            "with their own. Wrong if a flat object hides something in the map"),
+            "flat objects stay in the environment map. A ray that hits one is looked up there, "
+            "in the hit's direction from the map's centre; rays through a wall blend this "
+            "direction with their own. Reflections are wrong where, from the map's centre, a "
+            "flat object hides another surface of the map"),
       field(&Options::attenuation, "attenuation", atLeast(0.0), kAttenuationHelp),
       field(&Options::intersectOn, "intersect_on", kUnits,
             "where mirror rays are intersected. device: in a shader; processor: by vector code on "
@@ -80,14 +81,14 @@ const config::OptionTable<Options>& depthOptions() {
                             "depth layers of each depth map (depth peeling)")
                           .trade("1,2"));
     options.push_back(field(&Options::selfMaps, "self_maps", range(0, 6),
-                            "number of depth maps, along its axes, in which a curved reflector "
-                            "reflects itself; 0: none does")
+                            "number of depth maps of a curved reflector itself, taken along its "
+                            "axes, for rays that hit it again; 0: such rays pass through it")
                           .trade("0,6"));
     options.push_back(
         field(&Options::depthMaps, "depth_maps", kDepthMaps,
               "which objects get depth maps instead of billboards. all: every object. needed: "
-              "objects whose billboard would err by at least 1 sr rad. auto: like `needed` with "
-              "more than 32 impostors, otherwise like `all`")
+              "objects whose billboard alone would show them with an error (as in `least`) of "
+              "at least 1. auto: like `needed` with more than 32 impostors, otherwise like `all`")
             .trade("auto,all"));
     return config::OptionTable<Options>("depth_impostors", "Options of the method depth_impostors.",
                                         std::move(options));
