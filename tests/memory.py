@@ -58,7 +58,7 @@ def growth(program, config, out):
     while process.poll() is None:
         frames = done.read_bytes().count(b"\n") if done.exists() else 0
         now = resident(process.pid)
-        if now and SETTLED <= frames <= FRAMES:
+        if now and SETTLED <= frames < FRAMES:  # its tables are made afterwards
             settled = settled if settled is not None else now
             last = max(last or 0, now)
         time.sleep(0.02)

@@ -123,10 +123,11 @@ TEST_F(App, OptionsInTheWrongFormAreShownInTheRightOne) {
               HasSubstr("\"rays\" is an option of a method; write --set methods.reference.rays=4"));
   EXPECT_THAT(run("render run.json --set image.layers=Z").err,
               HasSubstr("did you mean --set 'image.layers=[\"Z\"]'?"));
-  const Result scene = run("render run.json --set scene=none.json");
+  const Result scene = run("render run.json --set scene=absent.json");
   EXPECT_EQ(scene.exitCode, 3);
-  EXPECT_THAT(scene.err, HasSubstr("there is no file none.json (names given by --set are relative "
-                                   "to the current folder)"));
+  EXPECT_THAT(scene.err,
+              HasSubstr("there is no file absent.json (names given by --set are relative "
+                        "to the current folder)"));
 }
 
 TEST_F(App, BlackFramesAreWarnedOf) {

@@ -140,7 +140,10 @@ void openStudyFolder(study::Bench& bench, const std::string& existing, const std
   const fs::path& folder = bench.options().folder;
   const run::Existing how = run::parseExisting(existing);
   std::error_code error;
-  const bool empty = !fs::exists(folder, error) || fs::is_empty(folder, error);
+  // A process that is killed may still be writing the mark.
+  const bool empty = std::ranges::all_of(
+      fs::directory_iterator(folder, error),
+      [](const auto& entry) { return entry.path().filename().string().starts_with(".study."); });
   const fs::path kind = folder / "study";
   if (!empty) {
     const bool ours = fs::exists(kind, error) && readTextFile(kind) == mark + "\n";

@@ -22,6 +22,8 @@ constexpr int kMaxFrame = 10'000'000;  ///< of a list of frames, or of chunks
 constexpr std::size_t kMaxBytes = std::size_t{1} << 30;
 constexpr const char* kDescription = "submission.json";
 constexpr const char* kJobs = "jobs.jsonl";
+constexpr const char* kParts = "parts";
+constexpr const char* kLogs = "logs";
 
 std::string numbersText(const std::vector<int>& numbers) {
   return numbers.empty() ? "" : scene::formatFrames(numbers);
@@ -113,14 +115,29 @@ bool isSubmission(const fs::path& folder) {
   return fs::exists(folder / kDescription, error);
 }
 
+/// Whether a folder is empty, or has no more than a createSubmission() that was killed.
+bool isUnused(const Submission& submission) {
+  const fs::path& folder = submission.folder;
+  if (!fs::is_directory(folder)) return !fs::exists(folder);
+  if (fs::is_empty(folder)) return true;
+  sweepTemporaryFiles(folder);
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const bool begins = entry.path().filename() == kParts || entry.path().filename() == kLogs;
+    if (entry.path() != submission.config() &&
+        !(begins && entry.is_directory() && fs::is_empty(entry)))
+      return false;
+  }
+  return fs::exists(folder / kParts);  // which is made first
+}
+
 void createSubmission(const Submission& submission, const std::string& config) {
   const fs::path& folder = submission.folder;
   try {
-    if (fs::exists(folder) && (!fs::is_directory(folder) || !fs::is_empty(folder)))
+    if (!isUnused(submission))
       throw OutputError(folder.string() +
                         ": is not an empty folder; choose another --out, or continue that "
                         "submission by `catoptric retry`");
-    for (const char* name : {"parts", "logs"}) fs::create_directories(folder / name);
+    for (const char* name : {kParts, kLogs}) fs::create_directories(folder / name);
   } catch (const fs::filesystem_error& failure) {
     throw OutputError(folder.string() + ": " + failure.what());
   }

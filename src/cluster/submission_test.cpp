@@ -78,6 +78,17 @@ TEST_F(Submissions, AreReadAsTheyWereWritten) {
 TEST_F(Submissions, NeedAnEmptyFolder) {
   createSubmission(made_, "{}");
   EXPECT_THROW(createSubmission(made_, "{}"), OutputError);
+  // Killed before it was a submission: made anew. Others' files are not.
+  std::filesystem::remove(made_.folder / "submission.json");
+  createSubmission(made_, "{}");
+  for (const char* other : {"parts/mine.txt", "mine.txt"}) {
+    std::filesystem::remove(made_.folder / "submission.json");
+    std::ofstream(made_.folder / other) << "mine";
+    EXPECT_THROW(createSubmission(made_, "{}"), OutputError);
+    std::filesystem::remove(made_.folder / other);
+  }
+  std::filesystem::remove(made_.folder / "parts");
+  EXPECT_THROW(createSubmission(made_, "{}"), OutputError);
   EXPECT_THROW(readSubmission(folder_ / "parts"), UsageError);
 }
 

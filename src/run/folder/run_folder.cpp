@@ -280,7 +280,8 @@ void RunFolder::takeFile(const std::string& relative, const fs::path& source) co
 
 void RunFolder::keep(FrameRecord record) {
   const int number = record.frame;
-  lines_[number] = recordLine(record);
+  std::string& line = lines_[number] = recordLine(record);
+  line.shrink_to_fit();
   record.counters = {};
   record.tables = {};
   record.samples = {};
