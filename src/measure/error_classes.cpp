@@ -3,7 +3,6 @@
 #include <algorithm>
 
 namespace catoptric::measure {
-namespace {
 
 using image::Image;
 
@@ -14,8 +13,6 @@ Layer findLayer(const Image& image, const Image& reference,
       if (const int channel = candidate->channel(name); channel >= 0) return {candidate, channel};
   return {};
 }
-
-}  // namespace
 
 Classes::Classes(const Image& image, const Image& reference)
     : width_(image.width), height_(image.height) {

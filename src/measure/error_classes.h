@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <set>
 #include <string>
 #include <utility>
@@ -43,6 +44,10 @@ struct Layer {
   }
   explicit operator bool() const { return image != nullptr; }
 };
+
+/// The first of these layers that the image has, or that the reference has.
+Layer findLayer(const image::Image& image, const image::Image& reference,
+                std::initializer_list<const char*> names);
 
 /// The layers that assign pixels to classes. They are those of the image, otherwise of the
 /// reference. The classes are, in order: masks, silhouettes (edges of id.object), glossy, other

@@ -1,0 +1,95 @@
+// Stability over time: how a sequence's error against its truth changes from frame to frame. A
+// constant error disturbs less than one that changes, so flicker is measured apart from the error.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "image/image.h"
+
+namespace catoptric::measure {
+
+/// E = frame - truth of each pixel in display steps (-255..255), and the layers that motion needs.
+struct SignedError {
+  int width = 0;
+  int height = 0;
+  std::vector<std::int16_t> steps;    ///< 3 per pixel; 255 where a value is not finite
+  std::vector<std::uint8_t> counted;  ///< 1: reflective; all are 1 without a layer that tells
+  bool hasReflective = false;
+  std::vector<int> objects;     ///< layer id.object; empty without it
+  std::vector<float> distance;  ///< layer Z, metres; empty without it
+  std::vector<float> motion;    ///< layers motion.X, .Y, .Z: 3 per pixel; empty without them
+};
+
+/// The signed error of a frame, with the layers of the image, otherwise of the reference. Throws
+/// UsageError, which begins with `name`, if sizes differ or colours are missing.
+SignedError signedError(const image::Image& image, const image::Image& reference,
+                        const std::string& name = "image");
+
+/// A mean of |E_t - E_t-1| over pixels and channels, in display steps.
+struct Flicker {
+  std::uint64_t pixels = 0;  ///< of all pairs of frames
+  double sum = 0.0;
+
+  double mean() const { return pixels > 0 ? sum / (3.0 * static_cast<double>(pixels)) : 0.0; }
+};
+
+/// Stability of a sequence. Only pairs of consecutive frames count.
+struct MotionError {
+  int pairs = 0;
+  std::vector<int> gaps;       ///< frames whose predecessor is missing, except the first
+  bool hasReflective = false;  ///< whether only reflective pixels count
+  Flicker all;                 ///< at fixed pixels that count in both frames
+  std::map<int, Flicker> frames;   ///< by the later frame of a pair
+  std::map<int, Flicker> objects;  ///< pixels that have the same id.object in both frames
+  bool hasMotion = false;  ///< whether the layers for alongMotion exist
+  Flicker alongMotion;     ///< E_t-1 is read where the surface point was in the previous frame
+  std::uint64_t unmatched = 0;  ///< pixels without such a place: hidden or outside in the last
+                                ///< frame, or of unknown motion
+  /// Over each kWindow consecutive frames, the mean of E^2 is the square of the mean of E (steady)
+  /// plus its variance (unsteady). Sums over pixels that count in all frames of the window.
+  std::uint64_t windowPixels = 0;
+  double steadySquared = 0.0;
+  double unsteadySquared = 0.0;
+  int worstFrame = 0;  ///< frame with the largest flicker; 0: no pairs
+  int worstX = 0;      ///< middle of the tile of kTile x kTile pixels that flickers most in it
+  int worstY = 0;
+  double worstTile = 0.0;  ///< its flicker, display steps
+
+  static constexpr int kWindow = 8;  ///< frames; ours
+  static constexpr int kTile = 16;   ///< pixels; ours
+
+  double steady() const;    ///< root mean square, display steps
+  double unsteady() const;  ///< the same
+  /// Percent of the counted pixels that have no place in the previous frame.
+  double unmatchedPercent() const;
+};
+
+/// Adds up the frames of a sequence.
+class MotionMeter {
+ public:
+  /// Adds frame `number`. Frames come in increasing order. Returns the pair's |E_t - E_t-1| per
+  /// pixel (mean of the channels; 0 where the pixel does not count); empty if there is no pair.
+  std::vector<float> add(int number, SignedError error);
+  const MotionError& result() const { return result_; }
+
+ private:
+  std::vector<float> addPair(int number, const SignedError& now);
+  void addAlongMotion(const SignedError& now);
+  void addToWindow(const SignedError& now);
+
+  MotionError result_;
+  std::optional<SignedError> last_;
+  int lastNumber_ = 0;
+  double worst_ = -1.0;
+  // The current window: per pixel, in how many frames it counted; per value, sums of E and E^2
+  int windowFrames_ = 0;
+  std::vector<std::uint8_t> windowCounts_;
+  std::vector<std::int32_t> windowSums_;
+  std::vector<std::int32_t> windowSquares_;
+};
+
+}  // namespace catoptric::measure
