@@ -10,6 +10,7 @@
 #include "core/log.h"
 #include "report/comparison.h"
 #include "report/error_tables.h"
+#include "report/motion_tables.h"
 #include "report/run_data.h"
 #include "report/table.h"
 
@@ -94,6 +95,7 @@ ExitCode compare(const CompareOptions& options, const CommonOptions& common) {
     const std::filesystem::path out = options.out;
     writeFileAtomically(out / "errors.csv", report::errorCsv(one));
     writeFileAtomically(out / "errors.json", report::errorJson(one) + "\n");
+    writeFileAtomically(out / "motion.csv", report::motionCsv(one));
     writeFileAtomically(out / "attribution.csv", report::attributionCsv(one));
     log::info("pictures and tables: " + out.string());
   }
@@ -102,6 +104,7 @@ ExitCode compare(const CompareOptions& options, const CommonOptions& common) {
     text += "\n" + report::toText(report::objectView(comparison));
   if (comparison.pooled.classes.size() > 1)
     text += "\n" + report::toText(report::attributionView(comparison));
+  text += "\n" + report::toText(report::motionView(comparison));
   printData(common.json ? report::errorJson(one) + "\n" : text);
   return exceeds(comparison, options) ? ExitCode::LimitsExceeded : ExitCode::Done;
 }

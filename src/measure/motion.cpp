@@ -20,6 +20,9 @@ using image::Image;
 /// fraction. [Schied2017] uses 0.1 in plane distance; ours, as reflectors are smooth.
 constexpr float kSameDistance = 0.02f;
 
+/// Places are rounded to this part of a pixel, so that rounding errors reach no further pixel.
+constexpr float kParts = 1024.0f;
+
 double meanOf(double sum, double count) {
   return count > 0.0 ? sum / count : 0.0;
 }
@@ -41,10 +44,12 @@ void addPixel(Flicker& flicker, double sum) {
 /// same object at about the same distance. False if one of them does not, or lies outside.
 bool lastError(const SignedError& last, float x, float y, int object, float distance,
                std::array<float, 3>& error) {
-  const float left = std::floor(x - 0.5f);
-  const float top = std::floor(y - 0.5f);
-  const float right = x - 0.5f - left;  // weight of the pixels to the right
-  const float below = y - 0.5f - top;
+  const float column0 = std::round((x - 0.5f) * kParts) / kParts;
+  const float row0 = std::round((y - 0.5f) * kParts) / kParts;
+  const float left = std::floor(column0);
+  const float top = std::floor(row0);
+  const float right = column0 - left;  // weight of the pixels to the right
+  const float below = row0 - top;
   error = {0.0f, 0.0f, 0.0f};
   for (int j = 0; j < 2; ++j)
     for (int i = 0; i < 2; ++i) {

@@ -1,5 +1,8 @@
 #include "report/comparison.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "core/error.h"
 #include "core/parallel.h"
 #include "image/image.h"
@@ -23,23 +26,38 @@ RunComparison compareRuns(const RunData& run, const RunData& reference,
                      reference.folder.string() + " (" + std::to_string(run.frames.size()) +
                      " and " + std::to_string(reference.frames.size()) + " frames)");
 
-  std::vector<measure::ImageError> errors(common.size());
-  parallelFor(common.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto& file = run.frames.at(common[i]);
-      const image::Image image = image::readImage(file);
-      const image::Image truth = image::readImage(reference.frames.at(common[i]));
-      measure::ErrorMaps maps;
-      errors[i] = measure::compareImages(image, truth, file.string(), options, &maps);
-      if (!pictures.folder.empty())
-        writeDifferences({image, truth, maps, errors[i], common[i], run.name, reference.name},
-                         pictures.folder);
+  // One frame a thread at a time; motion needs the frames in order
+  const auto batch = static_cast<std::size_t>(threadCount());
+  measure::MotionMeter meter;
+  for (std::size_t first = 0; first < common.size(); first += batch) {
+    const std::size_t count = std::min(batch, common.size() - first);
+    std::vector<measure::ImageError> errors(count);
+    std::vector<measure::SignedError> signedErrors(count);
+    parallelFor(count, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const int number = common[first + i];
+        const auto& file = run.frames.at(number);
+        const image::Image image = image::readImage(file);
+        const image::Image truth = image::readImage(reference.frames.at(number));
+        measure::ErrorMaps maps;
+        errors[i] = measure::compareImages(image, truth, file.string(), options, &maps);
+        signedErrors[i] = measure::signedError(image, truth, file.string());
+        if (!pictures.folder.empty())
+          writeDifferences({image, truth, maps, errors[i], number, run.name, reference.name},
+                           pictures.folder);
+      }
+    });
+    for (std::size_t i = 0; i < count; ++i) {
+      const int number = common[first + i];
+      measure::addErrors(comparison.pooled, errors[i], number);
+      comparison.frames[number] = std::move(errors[i]);
+      const int width = signedErrors[i].width;
+      const std::vector<float> changes = meter.add(number, std::move(signedErrors[i]));
+      if (!pictures.folder.empty() && !changes.empty())
+        writeChanges(changes, width, number, pictures.folder);
     }
-  });
-  for (std::size_t i = 0; i < common.size(); ++i) {
-    comparison.frames[common[i]] = errors[i];
-    measure::addErrors(comparison.pooled, errors[i], common[i]);
   }
+  comparison.motion = meter.result();
   return comparison;
 }
 

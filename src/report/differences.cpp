@@ -102,6 +102,16 @@ Figure sideBySide(const FrameErrors& frame) {
   return figure;
 }
 
+void writeChanges(const std::vector<float>& changes, int width, int frame,
+                  const std::filesystem::path& folder) {
+  std::vector<float> shares;
+  shares.reserve(changes.size());
+  for (const float change : changes) shares.push_back(std::min(1.0f, change / kMostChange));
+  const Rgb8 picture = heatMap(shares, width, static_cast<int>(changes.size()) / width);
+  writeFileAtomically(folder / fmt::format("frame.{:04}.change.png", frame),
+                      image::encodePng(picture.width, picture.height, 3, picture.rgb));
+}
+
 void writeDifferences(const FrameErrors& frame, const std::filesystem::path& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);

@@ -30,6 +30,11 @@ Rgb8 heatMap(const std::vector<float>& errors, int width, int height);
 /// A sheet with titles and figures. First row: image, reference, difference x50. Second row:
 /// difference, LDR-FLIP, HDR-FLIP.
 Figure sideBySide(const FrameErrors& frame);
+/// Writes frame.0001.change.png: by how many display steps the error of each pixel differs from the
+/// frame before (`changes`), as a heat map from 0 to kMostChange. Throws OutputError.
+void writeChanges(const std::vector<float>& changes, int width, int frame,
+                  const std::filesystem::path& folder);
+inline constexpr float kMostChange = 32.0f;
 /// Writes frame.0001.png (the difference), .x50.png, .flip.png, .hdrflip.png and .sheet.png to
 /// `folder`. Throws OutputError.
 void writeDifferences(const FrameErrors& frame, const std::filesystem::path& folder);

@@ -4,6 +4,7 @@
 
 #include "config/json_text.h"
 #include "core/text.h"
+#include "report/motion_tables.h"
 
 namespace catoptric::report {
 namespace {
@@ -369,6 +370,7 @@ std::string errorJson(std::span<const RunComparison> comparisons) {
                                                .add("against", c.reference)
                                                .raw("pooled", json(c.pooled, ""))
                                                .raw("frames", "[" + frames + "]")
+                                               .raw("motion", motionJson(c.motion))
                                                .add("only_in_run", c.onlyInRun)
                                                .add("only_in_reference", c.onlyInReference)
                                                .object();

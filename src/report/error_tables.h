@@ -25,8 +25,8 @@ Table errorSummary(std::span<const RunComparison> comparisons,
 std::string errorCsv(std::span<const RunComparison> comparisons);
 /// CSV: method,against,frame,class,...
 std::string attributionCsv(std::span<const RunComparison> comparisons);
-/// JSON: [{"method", "against", "frames": [...], "pooled": {...}, "only_in_run",
-/// "only_in_reference"}]; an infinite PSNR is null.
+/// JSON: [{"method", "against", "frames": [...], "pooled": {...}, "motion": {...},
+/// "only_in_run", "only_in_reference"}]; an infinite PSNR is null.
 std::string errorJson(std::span<const RunComparison> comparisons);
 
 }  // namespace catoptric::report

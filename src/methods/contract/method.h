@@ -44,7 +44,7 @@ struct RunSettings {
   /// The run's camera path; null: none is known.
   const scene::CameraPath* path = nullptr;
   std::vector<std::string> layers;  ///< requested layers: "Z", "N", "reflection", "diffuse", "id",
-                                    ///< "s", and names of MethodEntry::sampleLayers
+                                    ///< "s", "motion", and names of MethodEntry::sampleLayers
 };
 
 /// One line of a plan: something that will be built, compiled, allocated or run, and why.
@@ -64,7 +64,6 @@ struct MethodPlan {
   /// Maximum number of reflections and refractions of a path: the option `bounces`. 0: the method
   /// has no such option.
   int bounces = 0;
-  bool previousFrame = false;  ///< whether the method reads FrameInput::previous
   /// The masks (bits of raster::MaskBit) that the method fills. No layer is written for the other
   /// masks: a missing layer means "not measured", not 0.
   std::uint16_t masks = 0;
@@ -91,13 +90,6 @@ struct Services {
   frame::StepTimer& timer;
 };
 
-/// The frame of the path just before the current one.
-struct PreviousFrame {
-  scene::PathFrame frame;
-  /// The transform of each object at that frame's time, as ObjectRange::worldFromObject.
-  std::vector<Mat4> worldFromObject;
-};
-
 /// One frame, as the sequence hands it to a method.
 struct FrameInput {
   scene::PathFrame frame;
@@ -111,8 +103,6 @@ struct FrameInput {
   bool restarts = true;
   /// False while warming up: the frame is discarded, only later frames need its state.
   bool kept = true;
-  /// Set if MethodPlan::previousFrame asks for it. nullopt: this is the path's first frame.
-  std::optional<PreviousFrame> previous;
   /// Samples of the G-buffer that may differ from the last frame. Set only if camera and lights are
   /// unchanged. nullopt: any sample may differ.
   std::optional<raster::Region> changedSamples;

@@ -30,7 +30,7 @@ constexpr auto kCompressions =
 
 /// Those of every frame, then those of the methods.
 AllowedItems layerNames() {
-  std::vector<std::string> names = {"Z", "N", "reflection", "diffuse", "s", "id"};
+  std::vector<std::string> names = {"Z", "N", "reflection", "diffuse", "s", "id", "motion"};
   for (const methods::MethodEntry& entry : methods::registry())
     for (const methods::SampleLayerInfo& layer : entry.sampleLayers)
       if (std::find(names.begin(), names.end(), layer.name) == names.end())

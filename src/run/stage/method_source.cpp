@@ -12,7 +12,7 @@
 #include "gl/api.h"
 #include "raster/regions/screen.h"
 #include "run/folder/machine.h"
-#include "scene/animate.h"
+#include "run/stage/motion_layer.h"
 #include "scene/camera.h"
 
 namespace catoptric::run {
@@ -142,7 +142,6 @@ RenderedFrame MethodSource::render(const FrameRequest& request) {
   input.firstOfSequence = request.firstOfSequence;
   input.restarts = request.restarts;
   input.kept = request.kept;
-  if (needs_.previousFrame && frame.number > 1) input.previous = previousOf(frame.number);
   moveTo(input);
 
   if (request.kept) warnOfInside(frame);
@@ -186,7 +185,7 @@ RenderedFrame MethodSource::render(const FrameRequest& request) {
       changed = input.changedSamples;
       changed->add(*output.changedReflection);
     }
-    rendered.image = readFrame(frame.camera, changed, std::move(output.sampleLayers));
+    rendered.image = readFrame(frame, changed, std::move(output.sampleLayers));
     composed_ = true;
   } else {
     throw Error(ExitCode::Internal, "the method has made no image");
@@ -196,14 +195,6 @@ RenderedFrame MethodSource::render(const FrameRequest& request) {
   lastCamera_ = frame.camera;
   rendered.samples = timer_.take();
   return rendered;
-}
-
-methods::PreviousFrame MethodSource::previousOf(int number) const {
-  methods::PreviousFrame previous{stage_.path().frame(number - 1), {}};
-  const scene::Pose pose = scene::poseAt(stage_.scene(), previous.frame.timeSeconds);
-  for (const scene::Object& object : stage_.scene().objects)
-    previous.worldFromObject.push_back(scene::worldFromObject(stage_.scene(), object, pose));
-  return previous;
 }
 
 void MethodSource::warnOfBlack(const image::Image& image, int frame) {
@@ -263,12 +254,12 @@ void MethodSource::moveTo(methods::FrameInput& input) {
   }
 }
 
-image::Image MethodSource::readFrame(const scene::Camera& camera,
+image::Image MethodSource::readFrame(const scene::PathFrame& frame,
                                      const std::optional<raster::Region>& changed,
                                      std::vector<methods::SampleLayer> sampleLayers) {
   const methods::RunSettings& settings = stage_.run().image;
   timer_.measure("composite", [&] {
-    stage_.raster()->composite(*gbuffer_, camera, {settings.fresnelSchlick}, composite_, changed);
+    stage_.raster()->composite(*gbuffer_, frame.camera, {settings.fresnelSchlick}, composite_, changed);
   });
   image::Image image;
   image.width = settings.width;
@@ -305,11 +296,21 @@ image::Image MethodSource::readFrame(const scene::Camera& camera,
       layers.diffuse = raster::readRgba(gbuffer_->diffuse);
     if (asksFor(settings, "id")) layers.object = raster::readIds(gbuffer_->object);
     layers.ids = std::move(sampleLayers);
+    if (asksFor(settings, "motion")) layers.ids.push_back(motionOf(frame));
     if (settings.masks) layers.masks = raster::readMasks(gbuffer_->masks);
     layers.filledMasks = needs_.masks;
-    addLayers(image, layers, settings.samples, camera.nearMetres);
+    addLayers(image, layers, settings.samples, frame.camera.nearMetres);
   });
   return image;
+}
+
+methods::SampleLayer MethodSource::motionOf(const scene::PathFrame& frame) const {
+  const std::vector<float> depth = raster::readDepth(gbuffer_->depth);
+  if (frame.number == 1) return {"motion", {}, std::vector<Vec3>(depth.size(), Vec3(0.0f))};
+  return motionLayer({depth, raster::readIds(gbuffer_->object), gbuffer_->width, gbuffer_->height,
+                      gbuffer_->samples},
+                     frame.camera, stage_.geometry(),
+                     earlierView(stage_.scene(), stage_.path().frame(frame.number - 1)));
 }
 
 std::map<std::string, std::string> MethodSource::context() const {

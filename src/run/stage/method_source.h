@@ -24,14 +24,15 @@ class MethodSource : public FrameSource {
   std::map<std::string, std::string> context() const override;
 
  private:
-  methods::PreviousFrame previousOf(int number) const;
   /// Moves the scene to the frame's time, and sets in `input` what has changed.
   void moveTo(methods::FrameInput& input);
   /// Reads the composited frame with the requested layers. Samples outside `changed` are taken from
   /// the last frame.
-  image::Image readFrame(const scene::Camera& camera, const std::optional<raster::Region>& changed,
+  image::Image readFrame(const scene::PathFrame& frame, const std::optional<raster::Region>& changed,
                          std::vector<methods::SampleLayer> sampleLayers);
 
+  /// Layer `motion`, from the G-buffer; 0 in the path's first frame.
+  methods::SampleLayer motionOf(const scene::PathFrame& frame) const;
   /// Warns once, at the first frame that is entirely black.
   void warnOfBlack(const image::Image& image, int frame);
   void warnOfInside(const scene::PathFrame& frame);

@@ -61,7 +61,6 @@ class MixedMethod : public methods::Method {
       all.trace = all.trace || own.trace;
       all.masks |= own.masks;
       all.bvh = std::max(all.bvh, own.bvh);  // the one that follows motion more closely
-      all.previousFrame = all.previousFrame || own.previousFrame;
       if (own.bounces > 0 && fillsBody(part, scene) &&
           (all.bounces == 0 || own.bounces < all.bounces))
         all.bounces = own.bounces;

@@ -201,7 +201,7 @@ class Listener : public methods::Method {
   methods::MethodPlan plan(const scene::Scene&, const methods::RunSettings&) const override {
     methods::MethodPlan plan;
     plan.gbuffer = true;
-    (kEvery == 2 ? plan.trace : plan.previousFrame) = true;
+    plan.trace = kEvery == 2;
     plan.bvh = kEvery == 2 ? trace::BvhPolicy::Refit : trace::BvhPolicy::RebuildLow;
     plan.masks = kEvery == 2 ? raster::kMaskSky : raster::kMaskClamped;
     return plan;
@@ -254,7 +254,7 @@ TEST(Mixture, NeedsWhatAnyOfItsMethodsNeeds) {
     const scene::Scene scene = room();
     const methods::MethodPlan plan =
         listeners(scene, turned ? "third" : "even", turned ? "even" : "third")->plan(scene, {});
-    EXPECT_TRUE(plan.gbuffer && plan.trace && plan.previousFrame);
+    EXPECT_TRUE(plan.gbuffer && plan.trace);
     EXPECT_EQ(plan.bvh, trace::BvhPolicy::RebuildLow);
     EXPECT_EQ(plan.masks, raster::kMaskSky | raster::kMaskClamped);
   }

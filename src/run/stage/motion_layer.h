@@ -1,0 +1,40 @@
+// Layer `motion` of a frame: how far each surface point moved in the image since the path's frame
+// before.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/math.h"
+#include "frame/geometry.h"
+#include "methods/contract/method.h"
+#include "scene/camera.h"
+#include "scene/scene.h"
+
+namespace catoptric::run {
+
+/// The frame before the current one: its camera, and ObjectRange::worldFromObject of each object.
+struct EarlierView {
+  scene::Camera camera;
+  std::vector<Mat4> worldFromObject;
+};
+EarlierView earlierView(const scene::Scene& scene, const scene::PathFrame& frame);
+
+/// Where the samples of a frame are: reversed-Z depths and ids of objects, row 0 on top.
+struct SamplePlaces {
+  std::span<const float> depth;
+  std::span<const std::uint32_t> object;
+  int width = 0;  ///< pixels
+  int height = 0;
+  int samples = 1;  ///< per pixel and axis
+};
+
+/// Per sample: x and y by which its surface point moved in the image, in pixels (y points down),
+/// and its distance along the view direction in the earlier frame, in metres. All are 0 if that
+/// place is unknown: on the background, behind the earlier camera, and on objects that change their
+/// shape. Only each pixel's middle sample, which layers show, is filled.
+methods::SampleLayer motionLayer(const SamplePlaces& places, const scene::Camera& camera,
+                                 const frame::Geometry& geometry, const EarlierView& earlier);
+
+}  // namespace catoptric::run
