@@ -65,6 +65,22 @@ TEST_F(Sweep, ASettingWithoutEffectIsNamed) {
   EXPECT_THAT(result.out, HasSubstr("methods.reference.bounces has no effect on these frames"));
 }
 
+TEST_F(Sweep, FlickerRendersTheFrameBeforeToo) {
+  const Result sweep =
+      run(std::string(kSweep) +
+          "--vary methods.reference.samples=1 --frames 3 --metric flicker --out s");
+  EXPECT_EQ(sweep.exitCode, 0) << sweep.err;
+  EXPECT_EQ(run("render run.json --frames 2-3 --out r -q").exitCode, 0);
+  const Result compared = run("compare r/reference r/truth --json");
+  const config::Value motion =
+      config::parseText(compared.out, "compare").asArray().at(0).get("motion");
+  const config::Value point =
+      config::parseText(textOf(folder / "s/sweep.json"), "sweep").get("points").asArray().at(0);
+  EXPECT_GT(motion.get("flicker").asNumber(), 0.0);
+  EXPECT_DOUBLE_EQ(point.get("errors").get("flicker").get("all").asNumber(),
+                   motion.get("flicker").asNumber());
+}
+
 TEST_F(Sweep, TheConfigMaySayWhatIsSwept) {
   const std::string config = textOf(folder / "run.json");
   const auto write = [&](const std::string& sweep) {

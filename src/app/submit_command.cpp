@@ -91,7 +91,8 @@ std::vector<cluster::MethodShare> sharesOf(const run::Stage& stage, int chunks) 
   const auto made = run::makeMethods(stage, methods::registry());
   for (std::size_t i = 0; i < made.size(); ++i) {
     const run::MethodConfig& method = stage.run().methods[i];
-    const std::vector<run::FrameTask> tasks = run::makeTasks(stage, method, *made[i]);
+    const std::vector<run::FrameTask> tasks =
+        run::makeTasks(stage, method, *made[i], stage.frames());
     const std::vector<int> numbers = run::askedNumbers(tasks);
     const std::vector<std::size_t> bounds = run::chunkBounds(tasks, chunks);
     cluster::MethodShare share{

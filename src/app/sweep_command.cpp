@@ -98,6 +98,7 @@ ExitCode sweep(const SweepOptions& given, const CommonOptions& common) {
   benchWith.keepFrames = options.keepFrames == "all";
   study::Bench bench(inputs, benchWith);
   bench.setReference(request.against);
+  bench.setMetrics(request.metrics);
   std::vector<study::Setting> settings;
   for (const study::Point& point : request.points) settings.push_back(bench.prepare(point));
   bench.checkReference(settings);

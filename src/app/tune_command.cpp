@@ -186,6 +186,7 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
   const std::filesystem::path folder = studyFolder(options, inputs, methods, "tune");
   study::Bench bench(inputs, benchOptions(options, folder, printer));
   bench.setReference(tuned.against);
+  bench.setMetrics({tuned.bound.metric});
   for (const study::Point& point : study::makePoints(methods, axesOf(options, methods), {}))
     tuned.settings.push_back(bench.prepare(point));
   bench.checkReference(tuned.settings);

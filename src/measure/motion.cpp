@@ -144,7 +144,7 @@ double MotionError::unsteady() const {
 }
 double MotionError::unmatchedPercent() const {
   return 100.0 * meanOf(static_cast<double>(unmatched),
-                          static_cast<double>(unmatched + alongMotion.pixels));
+                        static_cast<double>(unmatched + alongMotion.pixels));
 }
 
 std::vector<float> MotionMeter::add(int number, SignedError error) {
@@ -207,10 +207,9 @@ void MotionMeter::addAlongMotion(const SignedError& now) {
                             static_cast<std::size_t>(x);
       if (now.counted[p] == 0) continue;
       const float distance = now.motion[3 * p + 2];
-      if (!(distance > 0.0f) ||
-          !lastError(*last_, static_cast<float>(x) + 0.5f - now.motion[3 * p],
-                     static_cast<float>(y) + 0.5f - now.motion[3 * p + 1], now.objects[p], distance,
-                     error)) {
+      if (!(distance > 0.0f) || !lastError(*last_, static_cast<float>(x) + 0.5f - now.motion[3 * p],
+                                           static_cast<float>(y) + 0.5f - now.motion[3 * p + 1],
+                                           now.objects[p], distance, error)) {
         ++result_.unmatched;
         continue;
       }

@@ -40,13 +40,13 @@ struct Flicker {
 /// Stability of a sequence. Only pairs of consecutive frames count.
 struct MotionError {
   int pairs = 0;
-  std::vector<int> gaps;       ///< frames whose predecessor is missing, except the first
-  bool hasReflective = false;  ///< whether only reflective pixels count
-  Flicker all;                 ///< at fixed pixels that count in both frames
+  std::vector<int> gaps;           ///< frames whose predecessor is missing, except the first
+  bool hasReflective = false;      ///< whether only reflective pixels count
+  Flicker all;                     ///< at fixed pixels that count in both frames
   std::map<int, Flicker> frames;   ///< by the later frame of a pair
   std::map<int, Flicker> objects;  ///< pixels that have the same id.object in both frames
-  bool hasMotion = false;  ///< whether the layers for alongMotion exist
-  Flicker alongMotion;     ///< E_t-1 is read where the surface point was in the previous frame
+  bool hasMotion = false;          ///< whether the layers for alongMotion exist
+  Flicker alongMotion;          ///< E_t-1 is read where the surface point was in the previous frame
   std::uint64_t unmatched = 0;  ///< pixels without such a place: hidden or outside in the last
                                 ///< frame, or of unknown motion
   /// Over each kWindow consecutive frames, the mean of E^2 is the square of the mean of E (steady)

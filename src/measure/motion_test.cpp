@@ -86,9 +86,8 @@ TEST(Motion, AnErrorThatSticksToAMovingSurfaceIsSteadyAlongItsMotion) {
   const Image truth = flat(32, 32, linearOf(100));
   for (int number = 1; number <= 4; ++number) {
     // The pattern moves by 3 pixels to the right and by 1 upwards in each frame
-    const Image frame = drawn([&](int x, int y) {
-      return 100 + (x - 3 * number + 64) * 5 % 11 + (y + number) * 3 % 7;
-    });
+    const Image frame = drawn(
+        [&](int x, int y) { return 100 + (x - 3 * number + 64) * 5 % 11 + (y + number) * 3 % 7; });
     meter.add(number,
               signedError(withLayers(frame, {"id.object", "Z", "motion.X", "motion.Y", "motion.Z"},
                                      [](int, int) {
@@ -136,12 +135,13 @@ TEST(Motion, OnlyReflectivePixelsCountAndReflectorsAreApart) {
     const Image frame = drawn([&](int x, int) {
       return 100 + (number == 1 ? 0 : x < 8 ? 90 : x < 16 ? 6 : 2);
     });
-    meter.add(number, signedError(withLayers(frame, {"mask.reflective", "id.object"},
-                                             [](int x, int) {
-                                               return std::vector<float>{x < 8 ? 0.0f : 0.5f,
-                                                                         x < 16 ? 3.0f : 5.0f};
-                                             }),
-                                  truth));
+    meter.add(number,
+              signedError(
+                  withLayers(frame, {"mask.reflective", "id.object"},
+                             [](int x, int) {
+                               return std::vector<float>{x < 8 ? 0.0f : 0.5f, x < 16 ? 3.0f : 5.0f};
+                             }),
+                  truth));
   }
   const MotionError& motion = meter.result();
   EXPECT_TRUE(motion.hasReflective);

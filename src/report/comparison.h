@@ -17,7 +17,7 @@ struct RunComparison {
   std::string reference;
   std::map<int, measure::ImageError> frames;
   measure::ImageError pooled;
-  measure::MotionError motion;  ///< over consecutive frames
+  measure::MotionError motion;       ///< over consecutive frames
   std::vector<int> onlyInRun;        ///< frames that the reference lacks
   std::vector<int> onlyInReference;  ///< frames that the run lacks
   std::map<int, std::string> objectNames;

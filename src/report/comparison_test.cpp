@@ -12,6 +12,7 @@
 #include "measure/test_images.h"
 #include "report/differences.h"
 #include "report/error_tables.h"
+#include "report/motion_tables.h"
 
 namespace catoptric::report {
 namespace {
@@ -44,6 +45,34 @@ TEST(ErrorTables, SharesOfClassesAddUpToTheFrame) {
   const config::Value json = config::parseText(errorJson(one), "errors").asArray().at(0);
   EXPECT_EQ(json.get("pooled").get("objects").asArray().at(0).get("id").asInteger(), 7);
   EXPECT_EQ(json.get("pooled").get("attribution").asArray().size(), 2u);
+}
+
+TEST(MotionTables, NameFlickerItsWorstPlaceAndGaps) {
+  RunComparison c;
+  c.name = "run";
+  c.reference = "truth";
+  measure::MotionMeter meter;
+  const auto add = [&](int number, int step) {
+    meter.add(number, measure::signedError(flat(32, 32, linearOf(step)), flat(32, 32, 0.0f)));
+  };
+  add(1, 10);
+  c.motion = meter.result();
+  EXPECT_TRUE(motionView(c).rows.empty());
+  EXPECT_THAT(motionView(c).notes, ElementsAre(HasSubstr("no two frames are consecutive")));
+  EXPECT_EQ(motionJson(c.motion), "null");
+  add(2, 12);
+  add(3, 20);
+  add(9, 30);
+  c.motion = meter.result();
+  const Table table = motionView(c);
+  EXPECT_THAT(table.title, HasSubstr("2 pairs"));
+  EXPECT_THAT(table.rows.at(0), ElementsAre("all", "5.000", "", "", "", ""));
+  EXPECT_THAT(table.notes[0], HasSubstr("frame 3 (8.000); there most around pixel 8,8 (8.000"));
+  EXPECT_THAT(table.notes[1], HasSubstr("1 frames, first frame 9"));
+  EXPECT_THAT(motionCsv(std::span(&c, 1)), HasSubstr("\nrun,truth,3,frame,1024,8,,,,\n"));
+  EXPECT_THAT(motionCsv(std::span(&c, 1)), HasSubstr("\nrun,truth,all,frame,2048,5,,,,\n"));
+  const config::Value json = config::parseText(motionJson(c.motion), "motion");
+  EXPECT_EQ(json.get("frames").get("2").asNumber(), 2.0);
 }
 
 TEST(ErrorTables, TwoBlackFramesAreNamed) {

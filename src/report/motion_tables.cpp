@@ -32,14 +32,14 @@ Table motionView(const RunComparison& comparison) {
         "Flicker is measured between consecutive frames, and no two frames are consecutive.");
     return table;
   }
-  table.columns = {{"pixels", false},      {"flicker", true}, {"flicker_mc", true},
+  table.columns = {{"pixels", false},     {"flicker", true}, {"flicker_mc", true},
                    {"unmatched %", true}, {"steady", true},  {"unsteady", true}};
-  table.rows.push_back(
-      {motion.hasReflective ? "reflective" : "all", fixedText(motion.all.mean(), 3),
-       motion.hasMotion ? fixedText(motion.alongMotion.mean(), 3) : "",
-       motion.hasMotion ? fixedText(motion.unmatchedPercent(), 1) : "",
-       hasWindows(motion) ? fixedText(motion.steady(), 3) : "",
-       hasWindows(motion) ? fixedText(motion.unsteady(), 3) : ""});
+  table.rows.push_back({motion.hasReflective ? "reflective" : "all",
+                        fixedText(motion.all.mean(), 3),
+                        motion.hasMotion ? fixedText(motion.alongMotion.mean(), 3) : "",
+                        motion.hasMotion ? fixedText(motion.unmatchedPercent(), 1) : "",
+                        hasWindows(motion) ? fixedText(motion.steady(), 3) : "",
+                        hasWindows(motion) ? fixedText(motion.unsteady(), 3) : ""});
   for (const auto& [id, flicker] : motion.objects) {
     const auto name = comparison.objectNames.find(id);
     if (name == comparison.objectNames.end()) continue;
@@ -47,9 +47,9 @@ Table motionView(const RunComparison& comparison) {
   }
   table.notes.push_back(worstText(motion));
   if (!motion.gaps.empty())
-    table.notes.push_back("Left out, because the frame before is missing: " +
-                          std::to_string(motion.gaps.size()) + " frames, first frame " +
-                          std::to_string(motion.gaps.front()) + ".");
+    table.notes.push_back(
+        "Left out, because the frame before is missing: " + std::to_string(motion.gaps.size()) +
+        " frames, first frame " + std::to_string(motion.gaps.front()) + ".");
   if (!motion.hasMotion)
     table.notes.emplace_back(
         "flicker_mc needs frames with image.layers=[\"motion\",\"Z\",\"id\"].");
@@ -78,9 +78,9 @@ std::string motionCsv(std::span<const RunComparison> comparisons) {
       row("all", "object:" + std::to_string(id), flicker, ",,,");
     if (motion.pairs > 0)
       row("all", region, motion.all,
-          (motion.hasMotion ? exactText(motion.alongMotion.mean()) + "," +
-                                  exactText(motion.unmatchedPercent())
-                            : ",") +
+          (motion.hasMotion
+               ? exactText(motion.alongMotion.mean()) + "," + exactText(motion.unmatchedPercent())
+               : ",") +
               "," +
               (hasWindows(motion) ? exactText(motion.steady()) + "," + exactText(motion.unsteady())
                                   : ","));

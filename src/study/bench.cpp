@@ -317,6 +317,23 @@ std::map<int, fs::path> Bench::frameFiles(const Setting& setting, const std::vec
   return files;
 }
 
+void Bench::setMetrics(const std::vector<std::string>& metrics) {
+  flicker_ = std::find(metrics.begin(), metrics.end(), kFlicker) != metrics.end();
+}
+
+std::vector<int> Bench::missingErrors(const Setting& setting, const std::vector<int>& frames) {
+  const std::map<int, FrameErrors>& known = errors(setting).frames;
+  std::set<int> missing;
+  for (const int number : frames) {
+    const auto found = known.find(number);
+    if (found == known.end()) missing.insert(number);
+    if (flicker_ && number > 1 &&
+        (found == known.end() || !found->second.metrics.contains(kFlicker)))
+      missing.insert({number - 1, number});
+  }
+  return {missing.begin(), missing.end()};
+}
+
 /// Compares frames that were written, keeps the errors, and removes the frames.
 void Bench::compare(const Setting& setting, const std::vector<int>& frames,
                     const std::map<int, FrameReport>& written) {
@@ -333,11 +350,16 @@ void Bench::compare(const Setting& setting, const std::vector<int>& frames,
                      scene::formatFrames(comparison.onlyInRun));
   const fs::path file = errorsFile(setting);
   PointErrors all = errors(setting);
-  for (const auto& [number, error] : comparison.frames) {
-    FrameErrors one = frameErrors(error);
+  for (const int number : frames) {
+    FrameErrors one = frameErrors(comparison, number);
     one.pixels = written.at(number).pixels;
     one.counters = written.at(number).counters;
-    all.frames[number] = std::move(one);
+    FrameErrors& known = all.frames[number];
+    if (known.metrics.contains(kFlicker) && !one.metrics.contains(kFlicker)) {
+      one.metrics[kFlicker] = known.metrics.at(kFlicker);
+      one.flickerPixels = known.flickerPixels;
+    }
+    known = std::move(one);
   }
   writeErrors(file, all);
   errors_[file.string()] = std::move(all);
@@ -347,9 +369,7 @@ void Bench::compare(const Setting& setting, const std::vector<int>& frames,
 
 void Bench::findErrors(const std::vector<Setting>& settings, const std::vector<int>& frames) {
   for (const Setting& setting : settings) {
-    std::vector<int> missing;
-    for (const int number : frames)
-      if (!errors(setting).frames.contains(number)) missing.push_back(number);
+    const std::vector<int> missing = missingErrors(setting, frames);
     if (missing.empty() || failures_.contains(setting.key)) continue;
     WorkerProcess* process = worker(setting, {});
     if (process == nullptr) continue;
@@ -373,6 +393,10 @@ void Bench::findErrors(const std::vector<Setting>& settings, const std::vector<i
 
 const Samples& Bench::measure(const std::vector<Setting>& settings, const std::vector<int>& frames,
                               bool withErrors) {
+  if (withErrors && flicker_) {  // needs frames that are not timed
+    findErrors(settings, frames);
+    withErrors = false;
+  }
   std::vector<std::string> needed;
   for (const Setting& setting : settings) needed.push_back(setting.key);
   Samples samples;
@@ -389,9 +413,7 @@ const Samples& Bench::measure(const std::vector<Setting>& settings, const std::v
     runners.push_back(process);
     running.push_back(&setting);
     samples.keys.push_back(setting.key);
-    missing.emplace_back();
-    for (const int number : withErrors ? frames : std::vector<int>{})
-      if (!errors(setting).frames.contains(number)) missing.back().push_back(number);
+    missing.push_back(withErrors ? missingErrors(setting, frames) : std::vector<int>{});
     turns.writeTo.push_back(missing.back().empty() ? fs::path() : framesFolder(setting));
   }
   turns.repeats = options_.repeats;

@@ -72,6 +72,9 @@ class Bench {
   /// Sets the reference: a method of the config (or the registry), or a folder with frames.
   void setReference(const std::string& methodOrFolder) { reference_ = methodOrFolder; }
   const std::string& reference() const { return reference_; }
+  /// Declares the error measures that will be asked for. With kFlicker among them, the errors of a
+  /// frame also need the frame before it, which is rendered too.
+  void setMetrics(const std::vector<std::string>& metrics);
   /// Throws UsageError if the reference is not possible with these settings.
   void checkReference(const std::vector<Setting>& settings) {
     for (const Setting& setting : settings) referenceKey(setting);
@@ -119,6 +122,8 @@ class Bench {
   std::filesystem::path errorsFile(const Setting& setting);
   std::filesystem::path framesFolder(const Setting& setting) const;
   report::RunData referenceFrames(const Setting& setting, const std::vector<int>& frames);
+  /// The frames to render for the errors of `frames` that are not known.
+  std::vector<int> missingErrors(const Setting& setting, const std::vector<int>& frames);
   WorkerProcess* worker(const Setting& setting, const std::vector<std::string>& needed);
   void compare(const Setting& setting, const std::vector<int>& frames,
                const std::map<int, FrameReport>& written);
@@ -129,6 +134,7 @@ class Bench {
   Inputs inputs_;
   BenchOptions options_;
   std::string reference_;
+  bool flicker_ = false;  ///< see setMetrics()
   std::map<std::string, SceneFacts> scenes_;
   std::map<std::string, std::string> programs_;  ///< fingerprints, by path
   std::list<std::pair<std::string, std::unique_ptr<WorkerProcess>>>

@@ -31,6 +31,7 @@ std::string frameText(const FrameErrors& frame) {
       .add("pixels", frame.pixels)
       .raw("metrics", metrics.object())
       .add("reflective_pixels", frame.reflectivePixels)
+      .add("flicker_pixels", frame.flickerPixels)
       .raw("objects", "[" + objects + "]")
       .add("counters", frame.counters)
       .object();
@@ -42,6 +43,7 @@ FrameErrors readFrame(const config::Value& value) {
   for (const std::string& name : value.get("metrics").keys())
     frame.metrics[name] = value.get("metrics").get(name).asNumber();
   frame.reflectivePixels = static_cast<std::uint64_t>(value.get("reflective_pixels").asInteger());
+  frame.flickerPixels = static_cast<std::uint64_t>(value.get("flicker_pixels").asInteger());
   for (const config::Value& part : value.get("objects").asArray()) {
     const std::vector<config::Value>& three = part.asArray();
     frame.objects[static_cast<int>(three.at(0).asInteger())] = {
@@ -57,8 +59,8 @@ FrameErrors readFrame(const config::Value& value) {
 
 const std::vector<std::string>& metricNames() {
   static const std::vector<std::string> names{
-      "L1_8bit", "L1_8bit_reflective", "max_8bit",  "mae",          "rmse",
-      "relmse",  "over_percent",       "flip_mean", "hdr_flip_mean"};
+      "L1_8bit", "L1_8bit_reflective", "max_8bit",  "mae",           "rmse",
+      "relmse",  "over_percent",       "flip_mean", "hdr_flip_mean", kFlicker};
   return names;
 }
 
@@ -69,7 +71,8 @@ void requireMetric(const std::string& name) {
                      "; allowed: " + joined(names, ", "));
 }
 
-FrameErrors frameErrors(const measure::ImageError& e) {
+FrameErrors frameErrors(const report::RunComparison& comparison, int number) {
+  const measure::ImageError& e = comparison.frames.at(number);
   FrameErrors frame;
   frame.metrics = {{"L1_8bit", e.l1()},     {"max_8bit", static_cast<double>(e.max8)},
                    {"mae", e.mae()},        {"rmse", e.rmse()},
@@ -78,6 +81,11 @@ FrameErrors frameErrors(const measure::ImageError& e) {
   if (e.hasReflective) {
     frame.metrics["L1_8bit_reflective"] = e.l1Reflective();
     frame.reflectivePixels = e.reflective.pixels;
+  }
+  const auto flicker = comparison.motion.frames.find(number);
+  if (flicker != comparison.motion.frames.end()) {
+    frame.metrics[kFlicker] = flicker->second.mean();
+    frame.flickerPixels = flicker->second.pixels;
   }
   for (const auto& [id, part] : e.objects) frame.objects[id] = {part.pixels, part.sum8};
   return frame;
@@ -95,9 +103,11 @@ double PointErrors::pooled(const std::string& metric, const std::vector<int>& of
       weights = 1.0;
       continue;
     }
-    const double weight =
-        metric == "L1_8bit_reflective" ? static_cast<double>(found->second.reflectivePixels) : 1.0;
-    if (weight == 0.0) continue;  // a frame without reflective pixels
+    const double weight = metric == "L1_8bit_reflective"
+                              ? static_cast<double>(found->second.reflectivePixels)
+                          : metric == kFlicker ? static_cast<double>(found->second.flickerPixels)
+                                               : 1.0;
+    if (weight == 0.0) continue;  // a frame without reflective pixels, or without one before it
     sum += weight * (metric == "rmse" ? value * value : value);
     weights += weight;
   }

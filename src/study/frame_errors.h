@@ -11,6 +11,9 @@
 
 namespace catoptric::study {
 
+/// The measure that also needs the frame before each frame.
+inline constexpr const char* kFlicker = "flicker";
+
 /// The error measures that a study can use. For all of them, less is better.
 const std::vector<std::string>& metricNames();
 /// Throws UsageError, with the nearest name, if there is no measure called `name`.
@@ -25,21 +28,23 @@ struct FrameErrors {
   };
   std::map<int, Part> objects;  ///< reflective pixels by object; empty without the layer `id`
   std::map<std::string, std::uint64_t> counters;
-  std::string pixels;  ///< fingerprint of the pixels
+  std::string pixels;               ///< fingerprint of the pixels
+  std::uint64_t flickerPixels = 0;  ///< pixels that the metric kFlicker counts
 };
 
 struct PointErrors {
   std::map<int, FrameErrors> frames;
 
   /// The error of these frames together: the maximum of max_8bit, the root mean square of rmse, the
-  /// mean of all other measures. NaN if a frame is missing.
+  /// mean of all other measures. NaN if a frame is missing. The path's first frame has no kFlicker.
   double pooled(const std::string& metric, const std::vector<int>& ofFrames) const;
   /// The frame with the largest error; 0: none.
   int worstFrame(const std::string& metric, const std::vector<int>& ofFrames) const;
   double meanCounter(const std::string& name, const std::vector<int>& ofFrames) const;
 };
 
-FrameErrors frameErrors(const measure::ImageError& error);
+/// The errors of a frame that `comparison` has.
+FrameErrors frameErrors(const report::RunComparison& comparison, int number);
 
 /// Reads a file of PointErrors. A missing file yields an empty result.
 PointErrors readErrors(const std::filesystem::path& file);

@@ -26,7 +26,8 @@ PointErrors twoFrames() {
       300,
       {},
       {{"rays", 30}},
-      "b"};
+      "b",
+      50};
   return errors;
 }
 
@@ -44,6 +45,12 @@ TEST(PointErrors, ArePooledByHand) {
   EXPECT_EQ(errors.worstFrame("L1_8bit", {1, 2, 3, 9}), 2);
   EXPECT_EQ(errors.worstFrame("max_8bit", {1, 2}), 1);
   EXPECT_EQ(errors.worstFrame("flip_mean", {1, 2}), 0);
+  // Frame 1 has no frame before it; 50 and 150 pixels
+  errors.frames[2].metrics["flicker"] = 4.0;
+  errors.frames[3].metrics["flicker"] = 8.0;
+  errors.frames[3].flickerPixels = 150;
+  EXPECT_EQ(errors.pooled("flicker", {1, 2, 3}), 7.0);
+  EXPECT_TRUE(std::isnan(errors.pooled("flicker", {1})));
   EXPECT_EQ(errors.meanCounter("rays", {1, 2}), 20.0);
   EXPECT_EQ(errors.meanCounter("refused", {1, 2}), 0.5);  // not counted: 0
 }
@@ -62,6 +69,7 @@ TEST(PointErrors, ReadBackTheSame) {
     EXPECT_EQ(other.reflectivePixels, frame.reflectivePixels);
     EXPECT_EQ(other.counters, frame.counters);
     EXPECT_EQ(other.pixels, frame.pixels);
+    EXPECT_EQ(other.flickerPixels, frame.flickerPixels);
   }
   EXPECT_EQ(read.frames.at(1).objects.at(7).pixels, 50u);
   EXPECT_EQ(read.frames.at(1).objects.at(7).sum8, 20u);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 
 #include "config/json_text.h"
@@ -71,7 +72,9 @@ class Frames {
       : made_(run::makeMethods(stage, methods::registry())),
         plan_(run::makePlan(stage.run(), stage.scene(), stage.frames().size(), made_)),
         source_(stage, *made_.front(), plan_.methods.front().needs),
-        tasks_(run::makeTasks(stage, stage.run().methods.front(), *made_.front())),
+        stage_(stage),
+        frames_(stage.frames().begin(), stage.frames().end()),
+        tasks_(makeTasks()),
         encode_(run::makeEncoder(stage.run(), stage.run().methods.front(), stage.scene().origin)) {}
 
   std::string ready() {
@@ -92,12 +95,8 @@ class Frames {
   }
 
   std::string render(int number, const fs::path& writeTo) {
-    const auto found = std::find_if(tasks_.begin(), tasks_.end(), [&](const run::FrameTask& task) {
-      return task.frame.number == number;
-    });
-    if (found == tasks_.end()) throw UsageError("this run has no frame " + std::to_string(number));
-    const auto task = static_cast<std::size_t>(found - tasks_.begin());
-    if (!found->restarts && last_ != task - 1) warmUp(task);
+    const std::size_t task = taskOf(number);
+    if (!tasks_[task].restarts && last_ != task - 1) warmUp(task);
 
     const std::int64_t start = nowNs();
     const double cpuStart = cpuSeconds();
@@ -122,6 +121,27 @@ class Frames {
   }
 
  private:
+  std::vector<run::FrameTask> makeTasks() const {
+    return run::makeTasks(stage_, stage_.run().methods.front(), *made_.front(),
+                          {frames_.begin(), frames_.end()});
+  }
+
+  /// The task of a frame of the run, or of another frame of its path.
+  std::size_t taskOf(int number) {
+    const auto found = [&] {
+      return std::ranges::find(tasks_, number,
+                               [](const run::FrameTask& task) { return task.frame.number; });
+    };
+    if (found() == tasks_.end()) {
+      if (number < 1 || number > stage_.path().count())
+        throw UsageError("the path has no frame " + std::to_string(number));
+      frames_.insert(number);
+      tasks_ = makeTasks();
+      last_.reset();
+    }
+    return static_cast<std::size_t>(found() - tasks_.begin());
+  }
+
   run::RenderedFrame renderTask(std::size_t task, bool kept) {
     // Whoever goes back to an earlier frame, or to the same one, must not re-use what stands still.
     const bool continues = last_ && *last_ + 1 == task;
@@ -142,6 +162,8 @@ class Frames {
   std::vector<std::unique_ptr<methods::Method>> made_;
   run::Plan plan_;
   run::MethodSource source_;
+  const run::Stage& stage_;
+  std::set<int> frames_;
   std::vector<run::FrameTask> tasks_;
   run::Encoder encode_;
   std::optional<std::size_t> last_;  ///< task whose state the method has

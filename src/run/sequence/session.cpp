@@ -71,7 +71,7 @@ std::filesystem::path methodFolder(const RunConfig& run, const MethodConfig& met
 }
 
 std::vector<FrameTask> makeTasks(const Stage& stage, const MethodConfig& config,
-                                 const methods::Method& method) {
+                                 const methods::Method& method, const std::vector<int>& frames) {
   FrameFingerprints common;
   common.config = fingerprintText(stage.run().pixelSettings(config));
   Fingerprint scenePrint;
@@ -79,7 +79,7 @@ std::vector<FrameTask> makeTasks(const Stage& stage, const MethodConfig& config,
   common.scene = scenePrint.text();
   common.build = buildFingerprint();
 
-  return makeTasks(stage.path(), stage.frames(), method, common);
+  return makeTasks(stage.path(), frames, method, common);
 }
 
 std::vector<MethodForecast> forecastAll(const Stage& stage,
@@ -95,8 +95,9 @@ std::vector<MethodForecast> forecastAll(const Stage& stage,
   for (std::size_t i = 0; i < made.size(); ++i) {
     const MethodConfig& method = run.methods[i];
     const fs::path folder = methodFolder(run, method, options.out);
-    forecasts.push_back({method.name, folder,
-                         forecastSequence(makeTasks(stage, method, *made[i]), folder, sequence)});
+    forecasts.push_back(
+        {method.name, folder,
+         forecastSequence(makeTasks(stage, method, *made[i], stage.frames()), folder, sequence)});
   }
   return forecasts;
 }
@@ -146,8 +147,8 @@ std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::Met
     MethodResult result;
     result.name = method.name;
     result.folder = methodFolder(run, method, options.out);
-    result.frames =
-        runSequence(source, makeTasks(stage, method, *made[i]), result.folder, sequence);
+    result.frames = runSequence(source, makeTasks(stage, method, *made[i], stage.frames()),
+                                result.folder, sequence);
     const bool stopped = result.frames.stopped;
     results.push_back(std::move(result));
     // The method's GL objects go before those of the next one are made.

@@ -41,9 +41,9 @@ std::vector<std::unique_ptr<methods::Method>> makeMethods(
 std::filesystem::path methodFolder(const RunConfig& run, const MethodConfig& method,
                                    const std::filesystem::path& out);
 
-/// The frames of one method with their fingerprints.
+/// These frames of the path by one method, with their fingerprints.
 std::vector<FrameTask> makeTasks(const Stage& stage, const MethodConfig& config,
-                                 const methods::Method& method);
+                                 const methods::Method& method, const std::vector<int>& frames);
 
 struct MethodForecast {
   std::string name;

@@ -259,7 +259,8 @@ image::Image MethodSource::readFrame(const scene::PathFrame& frame,
                                      std::vector<methods::SampleLayer> sampleLayers) {
   const methods::RunSettings& settings = stage_.run().image;
   timer_.measure("composite", [&] {
-    stage_.raster()->composite(*gbuffer_, frame.camera, {settings.fresnelSchlick}, composite_, changed);
+    stage_.raster()->composite(*gbuffer_, frame.camera, {settings.fresnelSchlick}, composite_,
+                               changed);
   });
   image::Image image;
   image.width = settings.width;

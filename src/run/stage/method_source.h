@@ -28,7 +28,8 @@ class MethodSource : public FrameSource {
   void moveTo(methods::FrameInput& input);
   /// Reads the composited frame with the requested layers. Samples outside `changed` are taken from
   /// the last frame.
-  image::Image readFrame(const scene::PathFrame& frame, const std::optional<raster::Region>& changed,
+  image::Image readFrame(const scene::PathFrame& frame,
+                         const std::optional<raster::Region>& changed,
                          std::vector<methods::SampleLayer> sampleLayers);
 
   /// Layer `motion`, from the G-buffer; 0 in the path's first frame.

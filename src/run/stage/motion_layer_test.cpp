@@ -24,8 +24,8 @@ class MotionLayer : public testing::Test {
     const std::vector<float> depth(kWidth * kHeight * kSamples * kSamples,
                                    camera_.nearMetres / kDistance);
     const std::vector<std::uint32_t> object(depth.size(), object_);
-    const methods::SampleLayer layer = motionLayer({depth, object, kWidth, kHeight, kSamples},
-                                                   camera_, geometry_, earlier_);
+    const methods::SampleLayer layer =
+        motionLayer({depth, object, kWidth, kHeight, kSamples}, camera_, geometry_, earlier_);
     return layer.vectors[static_cast<std::size_t>((2 * y + 1) * kWidth * kSamples + 2 * x + 1)];
   }
   /// Pixels per metre on the wall.
