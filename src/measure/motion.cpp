@@ -17,7 +17,7 @@ namespace {
 using image::Image;
 
 /// Two distances along the view axis are those of one surface if they differ by no more than this
-/// fraction. [Schied2017] uses 0.1 in plane distance; ours, as reflectors are smooth.
+/// fraction. Ours: reflectors are smooth.
 constexpr float kSameDistance = 0.02f;
 
 /// Places are rounded to this part of a pixel, so that rounding errors reach no further pixel.

@@ -1,7 +1,6 @@
 #include "run/stage/motion_layer.h"
 
 #include <cmath>
-#include <glm/mat4x4.hpp>
 
 #include "scene/animate.h"
 
