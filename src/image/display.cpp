@@ -56,14 +56,6 @@ Displays& displays() {
   return instance;
 }
 
-void apply(const ocio::CPUProcessor& processor, std::span<float> rgb, std::span<std::uint8_t> out) {
-  const long pixels = static_cast<long>(rgb.size() / 3);
-  const ocio::PackedImageDesc from(rgb.data(), pixels, 1, 3);
-  ocio::PackedImageDesc to(out.data(), pixels, 1, 3, ocio::BIT_DEPTH_UINT8, 1, ocio::AutoStride,
-                           ocio::AutoStride);
-  processor.apply(from, to);
-}
-
 }  // namespace
 
 std::vector<std::uint8_t> displayRgb8(const Image& image, float exposureStops) {
@@ -74,25 +66,36 @@ std::vector<std::uint8_t> displayRgb8(const Image& image, float exposureStops) {
   if (red < 0 || green < 0 || blue < 0)
     throw OutputError("image of " + describe(image) + ": it has no channels R, G, B to show");
 
-  // Pack the colour; what OpenColorIO need not see is bounded here and marked afterwards
+  // What OpenColorIO need not see is bounded here, and marked afterwards
   constexpr float kBound = 1e9f;
-  const std::size_t pixels = image.pixelCount();
   const std::size_t count = image.channels.size();
-  std::vector<float> rgb(pixels * 3);
+  const auto width = static_cast<std::size_t>(image.width);
+  std::vector<float> rgb(width * 3);
+  std::vector<std::uint8_t> out(image.pixelCount() * 3);
   std::vector<std::size_t> notNumbers;
   const int indices[3] = {red, green, blue};
-  for (std::size_t p = 0; p < pixels; ++p) {
-    bool bad = false;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const float value = image.data[p * count + static_cast<std::size_t>(indices[c])];
-      bad = bad || std::isnan(value);
-      rgb[3 * p + c] = std::isnan(value) ? 0.0f : std::clamp(value, -kBound, kBound);
+  const auto packRow = [&](std::size_t firstPixel) {
+    for (std::size_t x = 0; x < width; ++x) {
+      bool bad = false;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const float value =
+            image.data[(firstPixel + x) * count + static_cast<std::size_t>(indices[c])];
+        bad = bad || std::isnan(value);
+        rgb[3 * x + c] = std::isnan(value) ? 0.0f : std::clamp(value, -kBound, kBound);
+      }
+      if (bad) notNumbers.push_back(firstPixel + x);
     }
-    if (bad) notNumbers.push_back(p);
-  }
-  std::vector<std::uint8_t> out(pixels * 3);
+  };
   try {
-    apply(*displays().of(exposureStops), rgb, out);
+    // A row each: OpenColorIO takes 28 bytes for each pixel of a row
+    const ocio::ConstCPUProcessorRcPtr processor = displays().of(exposureStops);
+    for (std::size_t first = 0; first < image.pixelCount(); first += width) {
+      packRow(first);
+      const ocio::PackedImageDesc from(rgb.data(), image.width, 1, 3);
+      ocio::PackedImageDesc to(&out[3 * first], image.width, 1, 3, ocio::BIT_DEPTH_UINT8, 1,
+                               ocio::AutoStride, ocio::AutoStride);
+      processor->apply(from, to);
+    }
   } catch (const ocio::Exception& error) {
     throw OutputError("preview of " + describe(image) + ": " + error.what());
   }
