@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <map>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -17,6 +16,10 @@ namespace catoptric::methods::glossy_lod {
 namespace {
 
 constexpr std::uint32_t kMostAtlas = 8192;  ///< texels along a side. Ours: 3 GB of radiance
+
+/// Images that need too much memory are made again for this part of what they may have: several
+/// sizes have the same levels. Ours.
+constexpr double kRetry = 0.7;
 
 /// Vertices whose memory is asked for before they are placed. Ours.
 constexpr std::size_t kSamplesAhead = 16;
@@ -70,21 +73,25 @@ void addNormals(const frame::Geometry& geometry, const PlacedChart& chart,
 
 }  // namespace
 
-void SceneImages::make(const scene::Scene& scene, const frame::Geometry& geometry,
-                       const Options& options, const Sizes& sizes) {
+SceneImages::MeshImages SceneImages::makeCharts(const scene::Scene& scene,
+                                                const frame::Geometry& geometry, const Sizes& sizes,
+                                                double share) {
   counts_ = {};
   counts_.reducedObjects = sizes.reduced;
-  std::map<int, std::shared_ptr<const ObjectImage>> ofMesh;
+  MeshImages ofMesh;
   charts_.clear();
   firstChart_.assign(1, 0);
   std::uint64_t vertices = 0;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const scene::Object& object = scene.objects[i];
-    if (sizes.ofObject[i].quads > 0.0) {
+    ImageSize size = sizes.ofObject[i];
+    if (size.quads > 0.0) {
+      size.quads *= share;
+      size.texels *= share;
       std::shared_ptr<const ObjectImage>& image = ofMesh[object.mesh];
       if (!image)
         image = std::make_shared<ObjectImage>(
-            cachedObjectImage(viewOf(scene, geometry, i), sizes.ofObject[i], cacheFolder()));
+            cachedObjectImage(viewOf(scene, geometry, i), size, cacheFolder()));
       for (const ChartImage& chart : image->charts) {
         PlacedChart placed{.object = static_cast<int>(i), .image = chart, .source = image.get()};
         placed.firstVertex = static_cast<std::uint32_t>(vertices);
@@ -100,6 +107,38 @@ void SceneImages::make(const scene::Scene& scene, const frame::Geometry& geometr
     }
     firstChart_.push_back(charts_.size());
   }
+  return ofMesh;
+}
+
+SceneImages::MeshImages SceneImages::makeChartsThatFit(const scene::Scene& scene,
+                                                       const frame::Geometry& geometry,
+                                                       const Options& options, const Sizes& sizes) {
+  // Charts are never coarser than their borders need, and levels are rounded to powers of two
+  for (double share = 1.0;;) {
+    MeshImages made = makeCharts(scene, geometry, sizes, share);
+    double texels = 0.0;
+    for (const PlacedChart& chart : charts_)
+      texels += std::exp2(2.0 * static_cast<double>(chart.image.texelLevel));
+    // A chart has a row and a column of vertices more than of quads
+    const auto charts = static_cast<double>(charts_.size());
+    const std::uint64_t bytes = imageBytes(static_cast<double>(counts_.quads) + charts, texels);
+    if (share < 1.0)
+      counts_.reducedObjects = static_cast<std::uint64_t>(std::ranges::count_if(
+          sizes.ofObject, [](const ImageSize& size) { return size.quads > 0.0; }));
+    if (options.size > 0 || bytes <= options.memoryBytes) return made;
+    if (share * std::max(sizes.quads, sizes.texels) < charts)
+      throw Error(ExitCode::OutOfMemory,
+                  "glossy_lod: the coarsest geometry images need " +
+                      std::to_string((bytes >> 20) + 1) +
+                      " MiB, more than memory_mib = " + std::to_string(options.memoryBytes >> 20) +
+                      ". Raise memory_mib, or set \"objects\" to \"diffuse\"");
+    share *= kRetry * static_cast<double>(options.memoryBytes) / static_cast<double>(bytes);
+  }
+}
+
+void SceneImages::make(const scene::Scene& scene, const frame::Geometry& geometry,
+                       const Options& options, const Sizes& sizes) {
+  MeshImages ofMesh = makeChartsThatFit(scene, geometry, options, sizes);
   images_.clear();
   double stretch = 0.0;
   double most = 0.0;
@@ -110,6 +149,11 @@ void SceneImages::make(const scene::Scene& scene, const frame::Geometry& geometr
   }
   counts_.meanStretchPercent = static_cast<std::uint64_t>(std::llround(100.0 * stretch));
   counts_.mostStretchPercent = static_cast<std::uint64_t>(std::llround(100.0 * most));
+  std::size_t vertices = 0;
+  if (!charts_.empty()) {
+    const std::size_t row = (std::size_t{1} << charts_.back().image.level) + 1;
+    vertices = charts_.back().firstVertex + row * row;
+  }
   vertices_.assign(vertices, Vec4(0.0f));
   grids_.clear();
   objects_.clear();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <span>
 #include <vector>
@@ -39,7 +40,9 @@ struct ImageCounts {
 
 class SceneImages {
  public:
-  /// Makes the geometry images of all reflected objects, one per mesh.
+  /// Makes the geometry images of all reflected objects, one per mesh. Without the option `size`
+  /// they are coarser than `sizes` if they need more than `memory_mib`; throws an error if even the
+  /// coarsest do.
   void make(const scene::Scene& scene, const frame::Geometry& geometry, const Options& options,
             const Sizes& sizes);
   /// Moves the vertices of these objects and updates the tree.
@@ -58,6 +61,13 @@ class SceneImages {
   }
 
  private:
+  using MeshImages = std::map<int, std::shared_ptr<const ObjectImage>>;
+  /// Sets charts_, firstChart_ and counts_ from images of `share` times `sizes`.
+  MeshImages makeCharts(const scene::Scene& scene, const frame::Geometry& geometry,
+                        const Sizes& sizes, double share);
+  /// As makeCharts(), with the largest share that fits the memory.
+  MeshImages makeChartsThatFit(const scene::Scene& scene, const frame::Geometry& geometry,
+                               const Options& options, const Sizes& sizes);
   void place(const frame::Geometry& geometry, int object);
   void packAtlas();
 

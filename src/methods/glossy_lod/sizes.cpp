@@ -158,6 +158,10 @@ std::vector<ImageSize> wantedSizes(const scene::Scene& scene, const std::vector<
 
 }  // namespace
 
+std::uint64_t imageBytes(double quads, double texels) {
+  return static_cast<std::uint64_t>(kQuadBytes * quads + kTexelBytes * texels);
+}
+
 Sizes findSizes(const scene::Scene& scene, const RunSettings& settings, const Options& options) {
   std::vector<bool> shown;
   for (const scene::Object& object : scene.objects)
@@ -190,7 +194,7 @@ Sizes findSizes(const scene::Scene& scene, const RunSettings& settings, const Op
     size.texels *= texelsShare;
   }
   add(sizes.ofObject);
-  sizes.bytes = static_cast<std::uint64_t>(kQuadBytes * sizes.quads + kTexelBytes * sizes.texels);
+  sizes.bytes = imageBytes(sizes.quads, sizes.texels);
   if (quadsShare < 1.0 || texelsShare < 1.0) sizes.reduced = static_cast<std::uint64_t>(objects);
   return sizes;
 }

@@ -10,6 +10,9 @@
 
 namespace catoptric::methods::glossy_lod {
 
+/// Bytes of images with so many quads and texels, about.
+std::uint64_t imageBytes(double quads, double texels);
+
 struct Sizes {
   std::vector<ImageSize> ofObject;  ///< by index in the scene; without quads: it has no image
   double quads = 0.0;               ///< of all objects together, approximately

@@ -145,7 +145,7 @@ CATOPTRIC_WALK V::M ofOwnObject(const Walk& walk, std::uint32_t node) {
 /// The rays of `lanes` all hit this triangle. Returns those that start on the surface of which the
 /// triangle is a continuation.
 inline unsigned ofStart(const Walk& walk, std::uint32_t node, bool upper, unsigned lanes,
-                        const std::array<float, V::kLanes>& metres) {
+                        unsigned backs, const std::array<float, V::kLanes>& metres) {
   const Quad& quad = walk.tree.quads[node];
   const std::uint32_t right = 1u << (quad.place >> 24);
   const Vec4* const v = walk.tree.vertices + quad.first;
@@ -161,10 +161,11 @@ inline unsigned ofStart(const Walk& walk, std::uint32_t node, bool upper, unsign
     const std::size_t i = walk.first + lane;
     const Vec3 leaves(packet.leaves[0][i], packet.leaves[1][i], packet.leaves[2][i]);
     const Vec3 way(packet.direction[0][i], packet.direction[1][i], packet.direction[2][i]);
+    if (metres[lane] * glm::dot(way, leaves) > above) continue;
     // The normal on the side that the ray hits points against the ray
     const float cosine =
         glm::dot(normal, way) > 0.0f ? -glm::dot(normal, leaves) : glm::dot(normal, leaves);
-    if (cosine <= -least && metres[lane] * glm::dot(way, leaves) <= above) found |= 1u << lane;
+    if ((backs >> lane & 1u) != 0 || cosine <= -least) found |= 1u << lane;
   }
   return found;
 }
@@ -175,13 +176,11 @@ CATOPTRIC_TARGET inline unsigned passedBy(const Walk& walk, std::uint32_t node, 
   unsigned own = V::bits(V::both(met.hit, ofOwnObject(walk, node)));
   if (own == 0) return 0;
   const Node& box = walk.tree.nodes[node];
-  const V::M near = V::lt(met.metres, V::all(kOwnQuads * glm::distance(box.least, box.most)));
-  own &= V::bits(near);
-  const unsigned backs = own & V::bits(back);
-  if (own == backs) return backs;
+  own &= V::bits(V::lt(met.metres, V::all(kOwnQuads * glm::distance(box.least, box.most))));
+  if (own == 0) return 0;
   std::array<float, V::kLanes> metres;
   V::store(metres.data(), met.metres);
-  return backs | ofStart(walk, node, upper, own & ~backs, metres);
+  return ofStart(walk, node, upper, own, V::bits(back), metres);
 }
 
 /// Keeps the hits on one triangle that are nearest so far. `fronts`: hits on its back do not count,
