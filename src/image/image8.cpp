@@ -4,6 +4,8 @@
 #include <csetjmp>
 #include <cstdio>
 #include <cstring>
+#include <new>
+#include <string_view>
 
 #include <jpeglib.h>
 #include <png.h>
@@ -18,6 +20,7 @@ namespace catoptric::image {
 namespace {
 
 constexpr std::size_t kMessageSize = 256;
+constexpr const char* kNoMemory = "not enough memory";
 /// Scans of a progressive JPEG: real encoders make about 10; a bomb repeats them by the thousand.
 constexpr int kMaxJpegScans = 200;
 /// What one ancillary PNG chunk may take when unpacked (text, profiles): nothing of it is used.
@@ -53,7 +56,7 @@ bool allocate(Decoding& d, std::uint64_t width, std::uint64_t height) {
   try {
     d.image->rgba.resize(static_cast<std::size_t>(width * height * 4));
   } catch (const std::exception&) {
-    copyMessage(d.message, "not enough memory");
+    copyMessage(d.message, kNoMemory);
     return false;
   }
   d.image->width = static_cast<int>(width);
@@ -125,7 +128,7 @@ bool decodePng(Decoding& d) {
   if (info != nullptr)
     done = readPng(d, png, info);
   else
-    copyMessage(d.message, "not enough memory");
+    copyMessage(d.message, kNoMemory);
   png_destroy_read_struct(&png, &info, nullptr);
   return done;
 }
@@ -245,7 +248,7 @@ void writePngBytes(png_structp png, png_bytep from, std::size_t count) {
     return;
   } catch (const std::exception&) {
   }
-  png_error(png, "not enough memory");  // outside the handler: longjmp must not leave one
+  png_error(png, kNoMemory);  // outside the handler: longjmp must not leave one
 }
 
 bool writePng(Encoding& e, png_structp png, png_infop info, int width, int height, int channels,
@@ -293,6 +296,7 @@ Image8 decodeImage8(std::span<const std::byte> bytes, const std::string& name,
     throw SceneError(name + ": neither PNG nor JPEG (" + std::to_string(d.size) +
                      " bytes; textures must be one of the two)");
   }
+  if (!done && d.message == std::string_view(kNoMemory)) throw std::bad_alloc();
   if (!done) throw SceneError(name + ": bad " + format + " image: " + d.message);
   if (d.warning[0] != '\0')
     log::debug(name + ": " + format + " image decoded with a warning: " + d.warning);
@@ -316,9 +320,9 @@ std::vector<std::byte> encodePng(int width, int height, int channels,
   const bool done =
       info != nullptr && writePng(e, png, info, width, height, channels, pixels.data());
   png_destroy_write_struct(&png, &info);
-  if (!done)
-    throw OutputError("PNG of " + size + ": " +
-                      (e.message[0] != '\0' ? e.message : "not enough memory"));
+  if (!done && (e.message[0] == '\0' || e.message == std::string_view(kNoMemory)))
+    throw std::bad_alloc();
+  if (!done) throw OutputError("PNG of " + size + ": " + e.message);
   return std::move(e.bytes);
 }
 

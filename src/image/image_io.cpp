@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <new>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -65,6 +66,8 @@ std::vector<std::byte> encodeExr(const Image& image, const ExrOptions& options,
   if (statistics != nullptr) *statistics = counted;
   try {
     return writeExr(*source, options);
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& error) {
     throw OutputError("EXR of " + describe(image) + ": " + error.what());
   }
@@ -80,6 +83,8 @@ Image readImage(const std::filesystem::path& file) {
                      std::to_string(bytes.size()) + " bytes)");
   try {
     return readExr(bytes, kMaxValues);
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& error) {
     throw SceneError(file.string() + ": bad EXR image: " + error.what());
   }

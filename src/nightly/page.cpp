@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/remove_files.h"
 #include "core/text.h"
 #include "nightly/judge_night.h"
 #include "nightly/junit.h"
@@ -432,7 +433,9 @@ fs::path writePage(const History& history, const Night& night, const std::vector
   if (!options.singleFile) {
     writeFileAtomically(options.out / "nightly.css", std::string_view(kPageStyle));
     for (const char* name : {"pictures", "curves"}) {
-      fs::remove_all(options.out / name, error);
+      removeFiles(options.out / name, [](const std::string& relative) {
+        return relative.ends_with(".png") || relative.ends_with(".svg");
+      });
       fs::create_directories(options.out / name, error);
       if (error) throw OutputError((options.out / name).string() + ": " + error.message());
     }

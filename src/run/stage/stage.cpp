@@ -10,6 +10,7 @@
 #include "core/log.h"
 #include "core/nearest_file.h"
 #include "core/vector_level.h"
+#include "gl/api.h"
 #include "gl/device.h"
 #include "scene/animate.h"
 #include "scene/loader.h"
@@ -144,10 +145,11 @@ void Stage::buildRaster() {
   checkStop();
   context_.emplace(
       timer_.measure("context", [&] { return gl::Context(gl::parseDevice(run_.device)); }));
-  timer_.setFinish([this] { context_->finish("start-up"); });
+  timer_.setFinish([] { glFinish(); });  // which cannot throw: it is called by a destructor
   raster_ = timer_.measure(
       "programs", [&] { return std::make_unique<raster::SceneRaster>(scene_, geometry_); });
   raster_->cacheLevelsIn(cacheFolder());
+  context_->check("start-up");
 }
 
 std::vector<int> Stage::moveTo(double timeSeconds, frame::StepTimer* timer) {
