@@ -224,7 +224,8 @@ void compareSample(const test::GlStage& stage, const scene::Camera& camera, cons
     const auto shade = [&](const trace::Hit& hit) {
       return frame::shadeSurface(
           stage.scene, moment.geometry, moment.lighting, hit.object, hit.primitive, hit.u, hit.v,
-          ray.origin + hit.distance * ray.direction, ray.direction, spread * hit.distance);
+          ray.origin + hit.distance * ray.direction, ray.direction, spread * hit.distance,
+          frame::scatterPlace(static_cast<int>(i % kWidth), static_cast<int>(i / kWidth)));
     };
     const frame::SurfacePoint point = shade(seen.hits[i]);
     expected = point.diffuse;

@@ -6,6 +6,8 @@
 
 #include "core/error.h"
 #include "core/lanes.h"
+#include "core/random.h"
+#include "core/sampling.h"
 #include "core/srgb.h"
 #include "image/image.h"
 #include "scene/implicit/gradient.h"
@@ -406,6 +408,13 @@ bool aboveSurface(const Vec3& geometric, const Vec3& direction, Vec3& normal) {
   return true;
 }
 
+Vec2 scatterPlace(int x, int y) {
+  const auto column = static_cast<std::uint32_t>(x);
+  const auto row = static_cast<std::uint32_t>(y);
+  return {unitFloat(column * kR2xBits + row * kR2yBits),
+          unitFloat(column * kR2yBits + row * kR2xBits)};
+}
+
 Vec3 reflectionTint(const scene::Material& material, float metallic, const Vec3& albedo) {
   if (!material.tintVaries()) return material.reflectionTint;
   if (!material.metallicRoughnessTexture.used())
@@ -427,6 +436,33 @@ Vec3 mappedNormal(const scene::Material& material, const Vec3& smooth, const Vec
   return normalizedOr(m.x * t + m.y * b + m.z * smooth, smooth);
 }
 
+/// A texel of the footprint of level `lod`, from a finer level.
+Vec4 scatteredTexel(const scene::Texture& texture, const Vec2& uv, float lod, const Vec2& scatter) {
+  const bool levelled = !texture.nearest && !texture.levels.empty();
+  const float last = levelled ? static_cast<float>(texture.levels.size() - 1) : 0.0f;
+  const float level = std::clamp(lod, 0.0f, last);
+  if (!(level > 0.0f)) return sampleTexture(texture, uv, 0.0f);
+  const Vec2 size(texture.levels[0].width, texture.levels[0].height);
+  const Vec2 offset = (scatter - 0.5f) * (std::exp2(level) - 1.0f) / size;
+  return sampleTexture(texture, uv + offset, std::max(level - kFinerLevels, 0.0f));
+}
+
+/// s, the lobe and the tint. `texel`: of the metallic-roughness texture.
+void setReflection(const scene::Material& material, const Vec4& texel, const Vec3& albedo,
+                   SurfacePoint& point) {
+  point.specularLevel = material.specularLevel;
+  float roughness = material.roughness;
+  float metallic = material.metallicFactor;
+  if (material.metallicRoughnessTexture.used()) {
+    roughness = material.roughnessFactor * texel.g;
+    metallic *= texel.b;
+    const float s = scene::specularLevel(metallic, material.dielectricF0);
+    point.specularLevel = s < scene::kReflectiveThreshold ? 0.0f : s;
+  }
+  point.lobe = scene::Lobe::of(material.lobe, roughness);
+  point.tint = reflectionTint(material, metallic, albedo);
+}
+
 /// Of what is baked, the sky and the lights.
 Vec3 surfaceIrradiance(const Lighting& lighting, const Vec4& bake, const Vec3& position,
                        const Vec3& normal) {
@@ -444,7 +480,8 @@ Vec3 surfaceIrradiance(const Lighting& lighting, const Vec4& bake, const Vec3& p
 
 SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
                           const Lighting& lighting, int object, std::uint32_t primitive, float u,
-                          float v, const Vec3& position, const Vec3& direction, float coneWidth) {
+                          float v, const Vec3& position, const Vec3& direction, float coneWidth,
+                          const Vec2& scatter) {
   const ObjectRange& range = geometry.objects[object];
   const std::uint32_t* triangle = &geometry.indices[range.firstIndex + 3 * primitive];
   const Interpolation at = interpolation(geometry, triangle, u, v);
@@ -465,10 +502,12 @@ SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
 
   // One mip level rule for all textures of the material.
   const float facing = std::sqrt(std::max(std::abs(glm::dot(smooth, direction)), 0.05f));
-  const auto sample = [&](const scene::TextureSlot& slot) {
+  const auto lodOf = [&](const scene::TextureSlot& slot) {
     const float footprint = range.uvPerMetre * textureScale(scene, slot) * coneWidth / facing;
-    const float lod = std::log2(std::max(1e-8f, footprint));
-    return sampleTexture(scene.textures[slot.texture], slotUv(slot, at), lod);
+    return std::log2(std::max(1e-8f, footprint));
+  };
+  const auto sample = [&](const scene::TextureSlot& slot) {
+    return sampleTexture(scene.textures[slot.texture], slotUv(slot, at), lodOf(slot));
   };
 
   SurfacePoint point;
@@ -476,31 +515,24 @@ SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
   point.position = position;
   point.geometricNormal = back ? -geometric : geometric;
 
-  Vec3 normal = smooth;
-  if (material.normalTexture.used()) {
-    normal = mappedNormal(material, smooth, at(&VertexAttributes::tangent),
-                          Vec3(sample(material.normalTexture)));
-  }
-  if (back) normal = -normal;
+  const scene::TextureSlot& bumps = material.normalTexture;
+  const auto mapped = [&](const Vec4& texel) {
+    const Vec3 n = mappedNormal(material, smooth, at(&VertexAttributes::tangent), Vec3(texel));
+    return back ? -n : n;
+  };
+  const Vec3 normal = bumps.used() ? mapped(sample(bumps)) : back ? -smooth : smooth;
   point.normal = normal;
 
   Vec3 albedo = material.baseColor;
   if (material.baseColorTexture.used()) albedo *= Vec3(sample(material.baseColorTexture));
   albedo *= at(&VertexAttributes::color);
 
-  // s, g and tint.
-  point.specularLevel = material.specularLevel;
-  float roughness = material.roughness;
-  float metallic = material.metallicFactor;
-  if (material.metallicRoughnessTexture.used()) {
-    const Vec4 texels = sample(material.metallicRoughnessTexture);
-    roughness = material.roughnessFactor * texels.g;
-    metallic *= texels.b;
-    const float s = scene::specularLevel(metallic, material.dielectricF0);
-    point.specularLevel = s < scene::kReflectiveThreshold ? 0.0f : s;
+  const scene::TextureSlot& slot = material.metallicRoughnessTexture;
+  setReflection(material, slot.used() ? sample(slot) : Vec4(1.0f), albedo, point);
+  if (point.specularLevel > 0.0f && bumps.used()) {
+    point.normal = mapped(
+        scatteredTexel(scene.textures[bumps.texture], slotUv(bumps, at), lodOf(bumps), scatter));
   }
-  point.lobe = scene::Lobe::of(material.lobe, roughness);
-  point.tint = reflectionTint(material, metallic, albedo);
   const bool bends = point.specularLevel > 0.0f && bendsNormals(scene, range, object);
   if (bends) point.bent = aboveSurface(point.geometricNormal, direction, point.normal);
   point.lobeHorizon = bends && !point.lobe.mirror() ? point.geometricNormal : point.normal;

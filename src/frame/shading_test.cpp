@@ -9,6 +9,7 @@
 #include "frame/test_environment.h"
 #include "frame/test_scenes.h"
 #include "scene/animate.h"
+#include "scene/texture.h"
 
 namespace catoptric::frame {
 namespace {
@@ -181,8 +182,10 @@ TEST(SampleTexture, DecodesSrgbBeforeFiltering) {
 
 class ShadeSurface : public ::testing::Test {
  protected:
-  SurfacePoint shade(const Vec3& direction, float coneWidth = 0.0f, float u = 0.25f,
-                     float v = 0.25f) {
+  SurfacePoint shade(const Vec3& direction, float coneWidth = 0.0f,
+                     const Vec2& scatter = Vec2(0.0f)) {
+    const float u = 0.25f;
+    const float v = 0.25f;
     const scene::Scene& scene = builder.scene();
     const scene::Pose pose = scene::poseAt(scene, 0.0);
     geometry = makeGeometry(scene, pose);
@@ -191,7 +194,8 @@ class ShadeSurface : public ::testing::Test {
     const std::uint32_t* t = geometry.indices.data();
     const Vec3 position = (1.0f - u - v) * geometry.positions[t[0]] + u * geometry.positions[t[1]] +
                           v * geometry.positions[t[2]];
-    return shadeSurface(scene, geometry, lighting, 0, 0, u, v, position, direction, coneWidth);
+    return shadeSurface(scene, geometry, lighting, 0, 0, u, v, position, direction, coneWidth,
+                        scatter);
   }
   SceneBuilder builder;
   Geometry geometry;
@@ -278,6 +282,41 @@ TEST_F(ShadeSurface, NormalMapTiltsInTheTangentFrame) {
   EXPECT_NEAR(front.geometricNormal.y, 1.0f, 1e-6f);
   builder.scene().materials[material].normalScale = 0.0f;
   EXPECT_NEAR(shade(down).normal.y, 1.0f, 1e-6f);
+}
+
+TEST_F(ShadeSurface, ReflectionsSeeTheNormalsThatAMipLevelHasAveraged) {
+  // One half tilted by +0.3, the other by -0.3; level 3, of 4 x 4 texels, blends them in half of
+  // its area
+  const float theta = 0.3f;
+  const auto unorm = [](float x) { return static_cast<std::uint8_t>(127.5f + 127.5f * x + 0.5f); };
+  std::vector<std::uint8_t> rgba;
+  for (int i = 0; i < 32 * 32; ++i) {
+    const float x = i % 32 < 16 ? std::sin(theta) : -std::sin(theta);
+    rgba.insert(rgba.end(), {unorm(x), 128, unorm(std::cos(theta)), 255});
+  }
+  scene::Texture t;
+  t.srgb = false;
+  t.levels = scene::makeMipChain(32, 32, rgba, false);
+  builder.scene().textures.push_back(t);
+  const int mirror = builder.reflective(0.5f);
+  builder.scene().materials[mirror].normalTexture.texture = 0;
+  plane.tangents.assign(plane.positions.size(), Vec4(0.0f, 0.0f, 1.0f, 1.0f));
+  builder.add(plane, mirror);
+
+  int left = 0;
+  int right = 0;
+  for (int i = 0; i < 1024; ++i) {
+    const Vec2 place = scatterPlace(i % 32, i / 32);
+    EXPECT_EQ(shade(down, 0.0f, place).normal, shade(down).normal);
+    const SurfacePoint point = shade(down, 100.0f, place);
+    EXPECT_EQ(point.diffuse, shade(down, 100.0f).diffuse);
+    const float tilt = std::asin(point.normal.z);
+    EXPECT_LE(std::abs(tilt), theta + 0.01f);
+    left += tilt > theta - 0.01f ? 1 : 0;
+    right += tilt < -theta + 0.01f ? 1 : 0;
+  }
+  EXPECT_NEAR(left, 256, 25);
+  EXPECT_NEAR(right, 256, 25);
 }
 
 TEST_F(ShadeSurface, MetallicRoughnessTexelsGiveSAndG) {

@@ -20,7 +20,7 @@ Vec2 within(const Vec3& e1, const Vec3& e2, const Vec3& fromCorner, const Triang
 }  // namespace
 
 frame::SurfacePoint meshSurface(const Shading& shading, const QuadHit& found, const Vec3& position,
-                                const Vec3& direction, float width) {
+                                const Vec3& direction, float width, const Vec2& scatter) {
   const Quad& quad = shading.images->tree().quads()[found.node];
   const PlacedChart& chart = shading.images->charts()[quad.chart];
   const glm::uvec2 texel = nearestTexel(chart, placeInChart(quad, chart, found.at));
@@ -35,7 +35,7 @@ frame::SurfacePoint meshSurface(const Shading& shading, const QuadHit& found, co
   const Vec2 at = within(e1, e2, position - p0, place);
   return frame::shadeSurface(*shading.scene, geometry, *shading.lighting, chart.object,
                              place.triangle, at.x, at.y, p0 + at.x * e1 + at.y * e2, direction,
-                             width);
+                             width, scatter);
 }
 
 }  // namespace catoptric::methods::glossy_lod

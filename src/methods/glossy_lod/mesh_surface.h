@@ -10,8 +10,9 @@
 namespace catoptric::methods::glossy_lod {
 
 /// The surface of the triangle at the centre of the texel that was hit, at its point nearest to
-/// `position`, seen along `direction` by a ray that is `width` metres wide.
+/// `position`, seen along `direction` by a ray that is `width` metres wide. `scatter`: as in
+/// frame::shadeSurface().
 frame::SurfacePoint meshSurface(const Shading& shading, const QuadHit& found, const Vec3& position,
-                                const Vec3& direction, float width);
+                                const Vec3& direction, float width, const Vec2& scatter);
 
 }  // namespace catoptric::methods::glossy_lod

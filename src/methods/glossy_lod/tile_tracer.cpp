@@ -233,11 +233,16 @@ void TileTracer::goOn(const Traced& scene, const Group& group, std::size_t numbe
   const Vec3 direction = vectorOf(packet.direction);
   const float metres = hits_.metres[lane];
   const float width = packet.base[lane] + packet.slope[lane] * metres;
+  const std::size_t point = group.begin + lane % group.points;
+  trace::ReflectionPoint from;
+  from.shift = {lobes_.points().shiftX[point], lobes_.points().shiftY[point]};
+  from.distance = lobes_.points().coneDistance[point];
   Onward onward{
       &values_[index][lane % group.points], direction,
       meshSurface(scene.shading,
                   {hits_.node[lane], {hits_.u[lane], hits_.v[lane]}, hits_.back[lane] != 0},
-                  vectorOf(packet.origin) + metres * direction, direction, width)};
+                  vectorOf(packet.origin) + metres * direction, direction, width,
+                  trace::nextShift(from.shift, static_cast<int>(index)))};
   if (!(onward.surface.specularLevel > 0.0f)) return;
   if (!next_) {
     next_ = std::make_unique<TileTracer>();
@@ -250,10 +255,6 @@ void TileTracer::goOn(const Traced& scene, const Group& group, std::size_t numbe
     next_->arrivingBase_.clear();
     next_->arrivingSlope_.clear();
   }
-  const std::size_t point = group.begin + lane % group.points;
-  trace::ReflectionPoint from;
-  from.shift = {lobes_.points().shiftX[point], lobes_.points().shiftY[point]};
-  from.distance = lobes_.points().coneDistance[point];
   trace::ReflectionPoint next =
       trace::nextPoint(from, static_cast<int>(index), direction, metres, onward.surface,
                        scene.extents[static_cast<std::size_t>(object)]);

@@ -236,7 +236,7 @@ class Reference : public Method {
       const Vec3 position = eye + hit.distance * direction;
       const frame::SurfacePoint surface = frame::shadeSurface(
           services.scene, services.geometry, services.lighting, hit.object, hit.primitive, hit.u,
-          hit.v, position, direction, spread * hit.distance);
+          hit.v, position, direction, spread * hit.distance, scatterOf(tile, i));
       const bool finite = isFinite(surface.diffuse);
       notFinite += finite ? 0 : 1;
       sample.diffuse = finite ? surface.diffuse : Vec3(0.0f);
@@ -275,6 +275,16 @@ class Reference : public Method {
         mixedBits(x ^ mixedBits(y ^ mixedBits(static_cast<std::uint32_t>(settings_.seed))));
     return {glm::fract((cell + 0.5f) / static_cast<float>(perPixel) + unitFloat(noise)),
             glm::fract(cell * 0.6180340f + unitFloat(mixedBits(noise)))};
+  }
+
+  /// As in a G-buffer with as many samples.
+  Vec2 scatterOf(const Tile& tile, std::size_t sample) const {
+    const int cell = static_cast<int>(sample) % perPixel();
+    const int pixel = static_cast<int>(sample) / perPixel();
+    const int across = tile.x1 - tile.x0;
+    return frame::scatterPlace(
+        (tile.x0 + pixel % across) * options_.samples + cell % options_.samples,
+        (tile.y0 + pixel / across) * options_.samples + cell / options_.samples);
   }
 
   /// Weighs reflections against diffuse light.

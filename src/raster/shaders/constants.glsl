@@ -44,3 +44,6 @@ const float kReflectiveThreshold = 0.05f;
 // Of bent normals (frame/shading.h)
 const float kLeastElevation = 0.025f;
 const float kElevationShare = 0.9f;
+
+// Of normals of reflections in normal maps (frame/shading.h)
+const float kFinerLevels = 2.0f;

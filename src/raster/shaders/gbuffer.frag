@@ -57,6 +57,24 @@ bool aboveSurface(vec3 geometric, vec3 direction, inout vec3 normal) {
 }
 #endif
 
+#if NORMAL_MAP
+// frame::scatterPlace()
+vec2 scatterPlace(uvec2 at) {
+  uvec2 bits = at.x * uvec2(0xC13FA9A9u, 0x91E10DA5u) + at.y * uvec2(0x91E10DA5u, 0xC13FA9A9u);
+  return vec2(bits >> 8) * (1.0 / 16777216.0);
+}
+
+// The normal of the reflection: frame::shadeSurface()
+vec3 reflectionNormal(vec3 fromEye) {
+  vec3 normal = interpolatedNormal();
+  float footprint2 = coneFootprint2(frame.eye, fromEye, max(dot(fromEye, fromEye), 1e-20), normal);
+  float level = slotLevel(material.normalSlot, footprint2);
+  vec2 offset = (scatterPlace(uvec2(gl_FragCoord.xy)) - 0.5) * (exp2(level) - 1.0);
+  normal = mappedNormal(normal, max(level - kFinerLevels, 0.0), offset);
+  return gl_FrontFacing ? normal : -normal;
+}
+#endif
+
 void main() {
 #if BEND
   vec2 slope = vec2(dFdx(gl_FragCoord.z), dFdy(gl_FragCoord.z));
@@ -64,6 +82,9 @@ void main() {
   cutOut();
   Surface surface = surfaceSeen();
   float alpha = surface.lobe;
+#if NORMAL_MAP
+  if (surface.s > 0.0) surface.normal = reflectionNormal(fragmentFromEye());
+#endif
 #if BEND
   vec3 fromEye = fragmentFromEye();
   vec3 geometric = triangleNormal(fromEye, slope);

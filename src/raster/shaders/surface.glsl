@@ -89,13 +89,13 @@ float slotLevel(Slot slot, float footprint2) {
   return textureLevel(slot.offset.z * slot.offset.z * footprint2, slot.offset.w);
 }
 
-// The unit shading normal of the front: a normal map's where there is one.
-vec3 mappedNormal(vec3 normal, float footprint2) {
+// The unit shading normal of the front: a normal map's where there is one, `offset` texels away.
+vec3 mappedNormal(vec3 normal, float level, vec2 offset) {
 #if NORMAL_MAP
   vec3 tangent = vertexTangent.xyz * inversesqrt(max(dot(vertexTangent.xyz, vertexTangent.xyz), 1e-20));
   vec3 bitangent = cross(normal, tangent) * vertexTangent.w;
-  vec3 m = 2.0 * textureLod(normalTexture, slotUv(material.normalSlot, UV_OF(NORMAL_UV)),
-                            slotLevel(material.normalSlot, footprint2)).xyz - 1.0;
+  vec2 place = slotUv(material.normalSlot, UV_OF(NORMAL_UV)) + offset / vec2(textureSize(normalTexture, 0));
+  vec3 m = 2.0 * textureLod(normalTexture, place, level).xyz - 1.0;
   m.xy *= material.more.y;
   vec3 bent = m.x * tangent + m.y * bitangent + m.z * normal;
   return bent * inversesqrt(max(dot(bent, bent), 1e-20));
@@ -186,7 +186,7 @@ struct Surface {
 Surface surfaceAt(vec4 eye, vec3 fromEye, float coneLength2, bool front) {
   vec3 normal = interpolatedNormal();
   float footprint2 = coneFootprint2(eye, fromEye, coneLength2, normal);
-  normal = mappedNormal(normal, footprint2);
+  normal = mappedNormal(normal, slotLevel(material.normalSlot, footprint2), vec2(0.0));
   if (!front) normal = -normal;
   vec3 albedo = surfaceAlbedo(footprint2);
   vec3 specular = specularAndGloss(footprint2);

@@ -94,20 +94,23 @@ PointRay lobeRay(const ReflectionPoint& point, int index, int count) {
   return sent;
 }
 
-ReflectionPoint nextPoint(const ReflectionPoint& point, int index, const Vec3& direction,
-                          float metres, const frame::SurfacePoint& surface, float extent) {
+Vec2 nextShift(const Vec2& shift, int index) {
   // A lobe within a lobe: one ray each. Its shift is 32 (index + 1) places further on in the
   // sequence of shifts, so the rays of neighbouring samples differ here, too.
   const std::uint32_t places = 32u * (static_cast<std::uint32_t>(index) + 1u);
-  const Vec2 shift(wrapUnit(point.shift.x + unitFloat(places * kR2xBits)),
-                   wrapUnit(point.shift.y + unitFloat(places * kR2yBits)));
+  return {wrapUnit(shift.x + unitFloat(places * kR2xBits)),
+          wrapUnit(shift.y + unitFloat(places * kR2yBits))};
+}
+
+ReflectionPoint nextPoint(const ReflectionPoint& point, int index, const Vec3& direction,
+                          float metres, const frame::SurfacePoint& surface, float extent) {
   return {surface.position,
           surface.normal,
           direction,
           surface.lobe,
           point.distance + metres,
           0.0f,
-          shift,
+          nextShift(point.shift, index),
           0,
           extent,
           surface.bent,

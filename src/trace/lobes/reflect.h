@@ -146,6 +146,10 @@ struct PointRay {
 };
 PointRay lobeRay(const ReflectionPoint& point, int index, int count);
 
+/// ReflectionPoint::shift of the next point of a path along ray `index`, also the `scatter` of
+/// frame::shadeSurface() there.
+Vec2 nextShift(const Vec2& shift, int index);
+
 /// The next point of a path: ray `index` of `point` has hit a reflective surface at distance
 /// `metres`. `extent`: as in ReflectionPoint.
 ReflectionPoint nextPoint(const ReflectionPoint& point, int index, const Vec3& direction,
