@@ -3,7 +3,6 @@
 those of times. render and nightly are killed by crash_test and nightly_app_test, too.
 A kill or two for each command; with CATOPTRIC_LONG=1 25 each.
 Usage: kills.py PROGRAM WORK_FOLDER [--only COMMAND]; exit 1 and a line for each difference."""
-import csv
 import json
 import os
 import pathlib
@@ -68,22 +67,16 @@ def records(folder):
     return texts
 
 
-def columns(path, names):
-    with path.open() as file:
-        return [[value for name, value in row.items() if any(part in name for part in names)] for row in csv.DictReader(file)]
-
-
 def studied(folder):
     return {path.name: path.read_bytes() for path in sorted((folder / "new/errors").iterdir())}
 
 
 def night(folder):
-    """What nights have seen, without times: every column of text or of whole numbers of the frames' table."""
+    """What nights have seen, without times; a night that was killed may have seen a part of it, too."""
     with sqlite3.connect(f"file:{folder / 'h/history.db'}?mode=ro", uri=True) as history:
-        tables = [name for name, in history.execute("SELECT name FROM sqlite_master WHERE type='table' ORDER BY name")]
-        rows = {name: len(history.execute(f"SELECT * FROM {name}").fetchall()) for name in tables if name in ("frames", "cases")}
-    return {**rows, **{str(path.relative_to(folder)): path.read_bytes()
-                       for path in sorted((folder / "h").rglob("*.exr"))}}
+        seen = set(history.execute("SELECT frame, pixels, counters, not_finite FROM frame"))
+    return {"seen": seen, **{str(path.relative_to(folder)): path.read_bytes()
+                             for path in sorted((folder / "h/accepted").rglob("*.exr"))}}
 
 
 RESULTS = {

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <new>
 #include <sstream>
+#include <string_view>
 
 #include "core/error.h"
 #include "image/checks.h"
@@ -97,6 +99,9 @@ std::vector<std::uint8_t> displayRgb8(const Image& image, float exposureStops) {
       processor->apply(from, to);
     }
   } catch (const ocio::Exception& error) {
+    // It hides what was thrown.
+    if (std::string_view(error.what()).find("bad_alloc") != std::string_view::npos)
+      throw std::bad_alloc();
     throw OutputError("preview of " + describe(image) + ": " + error.what());
   }
   for (const std::size_t p : notNumbers) {

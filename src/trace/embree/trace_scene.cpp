@@ -181,9 +181,10 @@ struct TraceScene::State {
     const std::string settings = "set_affinity=0,start_threads=0";
     device = rtcNewDevice((isa.empty() ? settings : settings + ",isa=" + isa).c_str());
     if (device == nullptr) {
-      throw Error(ExitCode::Internal,
-                  "no Embree device can be created: error " +
-                      std::to_string(static_cast<int>(rtcGetDeviceError(nullptr))));
+      const RTCError cause = rtcGetDeviceError(nullptr);
+      throw Error(
+          cause == RTC_ERROR_OUT_OF_MEMORY ? ExitCode::OutOfMemory : ExitCode::Internal,
+          "no Embree device can be created: error " + std::to_string(static_cast<int>(cause)));
     }
     rtcSetDeviceErrorFunction(device, onError, this);
     rtcSetDeviceMemoryMonitorFunction(device, onMemory, this);
