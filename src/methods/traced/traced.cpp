@@ -2,18 +2,14 @@
 
 #include <algorithm>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
 #include "config/options.h"
-#include "core/clock.h"
-#include "methods/shared/bands.h"
 #include "methods/shared/reflectors.h"
 #include "methods/shared/shared_options.h"
+#include "methods/shared/traced_samples.h"
 #include "trace/lobes/environment_levels.h"
-#include "trace/lobes/lobe_tracer.h"
-#include "trace/lobes/reflect.h"
 
 namespace catoptric::methods {
 namespace {
@@ -106,7 +102,8 @@ class Traced : public Method {
     }
 
     const std::uint64_t unresolvedBefore = trace->unresolvedRays();
-    counts = traceFrame(*trace, input, services);
+    counts = traceSamples({*trace, options_.reflection, reflectors_, masks_}, input.frame.camera,
+                          services, bands_);
     if (!services.geometry.surfaces.empty()) {
       output.counters["at_outline"] = counts.atOutline;
       output.counters["off_surface"] = counts.offSurface;
@@ -116,35 +113,6 @@ class Traced : public Method {
   }
 
  private:
-  trace::ReflectionCounts traceFrame(const trace::TraceScene& trace, const FrameInput& input,
-                                     Services& services) {
-    raster::GBuffer& gbuffer = *services.gbuffer;
-    const scene::Camera& camera = input.frame.camera;
-    const SampleTiles tiles({gbuffer.sampleWidth(), gbuffer.sampleHeight()}, camera, trace.scene(),
-                            trace.extents(), reflectors_);
-    const float spread = scene::pixelSpreadRad(camera, gbuffer.sampleHeight());
-    trace::ReflectionCounts counts;
-    std::mutex mutex;
-    const double seconds =
-        bands_.run({gbuffer, tiles, services.timer, trace.scene(), reflectors_, masks_},
-                   [&](const raster::GBufferCopy& samples, const SampleTiles::Members& members,
-                       Vec3* radiance, std::uint8_t* flags) {
-                     const std::int64_t start = nowNs();
-                     trace::ReflectionCounts mine;
-                     trace::LobeTracer& tracer = trace::LobeTracer::ofThread();
-                     tracer.begin(trace, services.lighting, spread, options_.reflection);
-                     tiles.place(samples, members, tracer.points());
-                     tracer.run(radiance, flags, nullptr, mine);
-                     mine.resolveSeconds = secondsSince(start) - mine.traceSeconds;
-                     const std::scoped_lock lock(mutex);
-                     counts.add(mine);
-                   });
-    counts.shareTime(seconds);
-    services.timer.add("trace", counts.traceSeconds);
-    services.timer.add("resolve", counts.resolveSeconds);
-    return counts;
-  }
-
   static std::vector<int> diffuseObjects(const scene::Scene& scene) {
     std::vector<int> objects;
     for (std::size_t i = 0; i < scene.objects.size(); ++i)

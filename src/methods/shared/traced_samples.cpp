@@ -1,0 +1,39 @@
+#include "methods/shared/traced_samples.h"
+
+#include <mutex>
+
+#include "core/clock.h"
+#include "trace/lobes/lobe_tracer.h"
+
+namespace catoptric::methods {
+
+trace::ReflectionCounts traceSamples(const TracedPart& samples, const scene::Camera& camera,
+                                     Services& services, Bands& bands) {
+  raster::GBuffer& gbuffer = *services.gbuffer;
+  const trace::TraceScene& trace = samples.trace;
+  const SampleTiles tiles({gbuffer.sampleWidth(), gbuffer.sampleHeight()}, camera, trace.scene(),
+                          trace.extents(), samples.own);
+  const float spread = scene::pixelSpreadRad(camera, gbuffer.sampleHeight());
+  trace::ReflectionCounts counts;
+  std::mutex mutex;
+  const double seconds = bands.run(
+      {gbuffer, tiles, services.timer, trace.scene(), samples.own, samples.masks, samples.mark},
+      [&](const raster::GBufferCopy& copy, const SampleTiles::Members& members, Vec3* radiance,
+          std::uint8_t* flags) {
+        const std::int64_t start = nowNs();
+        trace::ReflectionCounts mine;
+        trace::LobeTracer& tracer = trace::LobeTracer::ofThread();
+        tracer.begin(trace, services.lighting, spread, samples.options);
+        tiles.place(copy, members, tracer.points());
+        tracer.run(radiance, flags, nullptr, mine);
+        mine.resolveSeconds = secondsSince(start) - mine.traceSeconds;
+        const std::scoped_lock lock(mutex);
+        counts.add(mine);
+      });
+  counts.shareTime(seconds);
+  services.timer.add("trace", counts.traceSeconds);
+  services.timer.add("resolve", counts.resolveSeconds);
+  return counts;
+}
+
+}  // namespace catoptric::methods

@@ -1,0 +1,25 @@
+// Traces the reflective samples of a frame with Embree.
+#pragma once
+
+#include <cstdint>
+
+#include "methods/contract/method.h"
+#include "methods/shared/bands.h"
+#include "trace/lobes/reflect.h"
+
+namespace catoptric::methods {
+
+struct TracedPart {
+  const trace::TraceScene& trace;
+  const trace::ReflectionOptions& options;
+  const frame::ObjectSet& own;  ///< the reflectors whose samples are traced
+  bool masks = false;
+  std::uint16_t mark = 0;  ///< BandFrame::mark
+};
+
+/// Sets GBuffer::reflection, and masks, of the samples, in the steps readback, trace, resolve and
+/// upload.
+trace::ReflectionCounts traceSamples(const TracedPart& samples, const scene::Camera& camera,
+                                     Services& services, Bands& bands);
+
+}  // namespace catoptric::methods
