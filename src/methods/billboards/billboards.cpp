@@ -32,9 +32,11 @@ const MethodEntry& billboardsEntry() {
         .steps = impostors::commonSteps(),
         .counters = std::move(counters),
         .tables = {impostors::impostorsTable()},
-        .tests = {.small = R"({"face_size": 64, "texture_size": 64, "plane_size": 64})",
-                  .variants = {R"({"bounces": 2, "second_diffuse": true})",
-                               R"({"transition_height": 0.5})"}},
+        .tests =
+            {.small =
+                 R"({"face_size": 64, "texture_size": 64, "plane_size": 64, "fallback": "none"})",
+             .variants = {R"({"bounces": 2, "second_diffuse": true})",
+                          R"({"transition_height": 0.5})"}},
         .options = impostors::billboardOptions().schema(),
         .make = [](const config::Value& options) -> std::unique_ptr<Method> {
           return std::make_unique<Billboards>(impostors::billboardOptions().parse(options));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "core/error.h"
 #include "frame/test_scenes.h"
@@ -82,7 +83,7 @@ TEST(Billboards, ALampCoversLobesInPart) {
                   test::translation({0.0f, 0.8f, 0.0f}) * test::rotation(150.0f, {1, 0, 0}));
       test::GlStage stage(builder.scene(), kSettings);
       const scene::Camera camera = cameraAt({0.3f, 1.0f, 2.2f});
-      test::GlMethod(stage, billboardsEntry(), "{}").render(camera);
+      test::GlMethod(stage, billboardsEntry(), R"({"fallback": "none"})").render(camera);
       const test::TracedSamples samples(stage, camera, {.rays = 256});
       const test::TracedSamples eight(stage, camera, {.rays = 8});
       double off = 0.0, sum = 0.0, ours = 0.0, offEight = 0.0;
@@ -101,6 +102,48 @@ TEST(Billboards, ALampCoversLobesInPart) {
   }
 }
 
+// The images of `ballAndQuads` need 4 MiB or more.
+TEST(Billboards, ReflectorsWhoseImagesDoNotFitAreTraced) {
+  test::GlStage stage(ballAndQuads(2).scene(), kSettings);
+  const scene::Camera camera = cameraAt({0.3f, 0.9f, 2.2f});
+  const FrameOutput output =
+      test::GlMethod(stage, billboardsEntry(), R"({"memory_mib": 1})").render(camera);
+  EXPECT_EQ(output.counters.at("traced_reflectors"), 2u);
+  EXPECT_EQ(output.counters.at("impostors_rendered"), 0u);
+  const test::TracedSamples samples(stage, camera, {});
+  EXPECT_EQ(output.counters.at("traced_samples"), samples.ours.size());
+  EXPECT_EQ(samples.ours, samples.traced);
+  const std::vector<std::uint16_t> masks = raster::readMasks(stage.gbuffer.masks);
+  EXPECT_EQ(static_cast<std::size_t>(std::ranges::count_if(
+                masks, [](std::uint16_t mask) { return (mask & raster::kMaskRetraced) != 0; })),
+            samples.ours.size());
+  try {
+    test::GlMethod(stage, billboardsEntry(), R"({"memory_mib": 1, "fallback": "none"})");
+    FAIL() << "it fits";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::OutOfMemory);
+    EXPECT_NE(std::string(error.what()).find("memory_mib"), std::string::npos);
+  }
+}
+
+TEST(Billboards, BallsOfFewSamplesAreTracedWhileAWideOneHasImages) {
+  test::SceneBuilder builder = ballAndQuads();
+  const int mirror = builder.reflective(0.9f);
+  for (int i = 0; i < 9; ++i)
+    builder.add(scene::makeSphere(0.01f, 12, 6, scene::UvMode::Unit), mirror,
+                test::translation({0.1f * static_cast<float>(i - 4), -0.55f, 0.6f}));
+  test::GlStage stage(builder.scene(), kSettings);
+  const FrameOutput output =
+      test::GlMethod(stage, billboardsEntry(), R"({"memory_mib": 32, "most": 4})")
+          .render(cameraAt({0.3f, 0.9f, 2.2f}));
+  std::set<std::uint32_t> shown;
+  for (const std::uint32_t id : raster::readIds(stage.gbuffer.object))
+    if (id > 4) shown.insert(id);
+  EXPECT_GT(shown.size(), 3u);
+  EXPECT_EQ(output.counters.at("traced_reflectors"), shown.size());
+  EXPECT_GT(output.counters.at("impostors_rendered"), 0u);
+}
+
 TEST(Billboards, NamesOfNoObjectAreRefused) {
   test::GlStage stage(ballAndQuads().scene(), kSettings);
   EXPECT_THROW(test::GlMethod(stage, billboardsEntry(), R"({"objects": ["object1", "objekt2"]})"),
@@ -110,7 +153,8 @@ TEST(Billboards, NamesOfNoObjectAreRefused) {
 TEST(Billboards, IntersectionsAreTwiceTheDiffusePlusTheOthers) {
   for (const std::uint32_t reflectors : {1u, 2u, 3u, 5u, 9u}) {
     test::GlStage stage(ballAndQuads(static_cast<int>(reflectors)).scene(), kSettings);
-    test::GlMethod method(stage, billboardsEntry(), R"({"bounces": 2, "least": 0})");
+    test::GlMethod method(stage, billboardsEntry(),
+                          R"({"bounces": 2, "least": 0, "fallback": "none"})");
     const FrameOutput output = method.render(cameraAt({0.3f, 0.9f, 2.8f}));
     const std::vector<std::uint32_t> ids = raster::readIds(stage.gbuffer.object);
     const auto samples = static_cast<std::uint64_t>(

@@ -31,6 +31,19 @@ class DepthImpostors : public impostors::ImpostorMethod {
     return options().intersection == Intersection::Walk ? "walked_texels" : "segments";
   }
 
+  std::uint64_t mapBytes() const override {
+    const auto size = static_cast<std::uint64_t>(options().textureSize);
+    constexpr std::uint64_t kColumns = depth_impostors::Columns::kBorder * 2;
+    // As read back, and as columns along both axes
+    std::uint64_t bytes = sizeof(float) * (size * size + 2 * size * (size + kColumns));
+    if (options().intersection == Intersection::Walk) return bytes;
+    const depth_impostors::Domain last =
+        depth_impostors::makeDomains(options().domains, options().textureSize).back();
+    return bytes + static_cast<std::uint64_t>(last.offset + last.count) *
+                       static_cast<std::uint64_t>(options().points) *
+                       sizeof(depth_impostors::Point);
+  }
+
   void prepareMaps() override {
     if (options().intersection == Intersection::Walk) return;
     domains_ = depth_impostors::makeDomains(options().domains, options().textureSize);
@@ -162,7 +175,8 @@ const MethodEntry& depthImpostorsEntry() {
         .counters = std::move(counters),
         .tables = {impostors::impostorsTable()},
         .tests =
-            {.small = R"({"face_size": 64, "texture_size": 64, "plane_size": 64, "domains": 18})",
+            {.small =
+                 R"({"face_size": 64, "texture_size": 64, "plane_size": 64, "fallback": "none", "domains": 18})",
              .variants =
                  {R"({"intersection": "walk", "bounces": 2})",
                   R"({"intersection": "srdm_two_rows", "maps": 3, "layers": 2, "refine": 2})"}},

@@ -245,8 +245,9 @@ TEST(DepthImpostors, PeeledMapsShowWhatOneMapHides) {
   for (int i = 0; i < 2; ++i) {
     const FrameOutput output =
         test::GlMethod(stage, depthImpostorsEntry(),
-                       i == 0 ? R"({"points": 16, "self_maps": 6})"
-                              : R"({"points": 16, "self_maps": 6, "layers": 2})")
+                       i == 0
+                           ? R"({"points": 16, "self_maps": 6, "fallback": "none"})"
+                           : R"({"points": 16, "self_maps": 6, "layers": 2, "fallback": "none"})")
             .render(camera());
     EXPECT_EQ(output.counters.at("impostors_rendered"), i == 0 ? 6u : 12u);
     const test::TracedSamples samples(stage, camera(), {});

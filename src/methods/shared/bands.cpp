@@ -108,7 +108,7 @@ void Bands::traceBand(const BandFrame& frame, const TraceTile& traceTile, Band& 
         texel[1] = radiance[k].y;
         texel[2] = radiance[k].z;
         texel[3] = 1.0f;
-        if (frame.masks) band.masks[members.at[k]] = maskBits(flags[k]);
+        if (frame.masks) band.masks[members.at[k]] = maskBits(flags[k]) | frame.mark;
       }
     }
   });

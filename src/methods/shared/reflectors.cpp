@@ -31,4 +31,12 @@ std::size_t Reflectors::count() const {
   }));
 }
 
+std::vector<bool> Reflectors::reflects() const {
+  std::vector<bool> objects;
+  for (std::size_t id = 1; id < classOf.size(); ++id)
+    objects.push_back(classOf[id] != raster::SampleClass::Background &&
+                      classOf[id] != raster::SampleClass::Diffuse);
+  return objects;
+}
+
 }  // namespace catoptric::methods

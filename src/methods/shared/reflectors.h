@@ -18,7 +18,8 @@ struct Reflectors {
 
   bool mirrors() const { return planarMirrors || curvedMirrors; }
   bool any() const { return mirrors() || glossy; }
-  std::size_t count() const;  ///< number of reflectors
+  std::size_t count() const;           ///< number of reflectors
+  std::vector<bool> reflects() const;  ///< by index of objects
 };
 
 /// Classifies the reflectors in `among`; other objects are Diffuse.

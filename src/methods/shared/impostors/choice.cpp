@@ -6,6 +6,8 @@
 #include <numeric>
 #include <tuple>
 
+#include "core/parallel.h"
+
 namespace catoptric::methods::impostors {
 namespace {
 
@@ -21,6 +23,8 @@ constexpr std::size_t kFewObjects = 32;
 /// Cells along the edge of the octahedral map of directions, in the object's frame: reflectors in
 /// one cell share their depth maps, which survive small motions. Ours.
 constexpr float kDirectionCells = 32.0f;
+/// With more pairs of a reflector and an object than this, they share billboards, too. Ours.
+constexpr std::size_t kManyPairs = 4096;
 constexpr float kTiltRad = radians(60.0f);  ///< of an object's further depth maps; ours
 /// An object has one depth map for a reflector if the reflector's points see it along this cosine
 /// to the map's direction on average, or more. Ours, measured in docs/papers/impostors.md.
@@ -29,6 +33,7 @@ constexpr float kOneView = 0.7f;
 /// seen.
 constexpr int kMostViews = 7;
 constexpr float kLeastShare = 0.03f;
+constexpr std::size_t kObjectsPerTask = 16;  ///< ours
 constexpr int kPoints = 64;  ///< that stand for a surface, and directions for the sphere; ours
 /// Sizes below this share of the scene's diameter are none.
 constexpr float kLeastSize = 1e-6f;
@@ -67,9 +72,9 @@ class Chooser {
     for (const int object : objects) choice_.chosen[static_cast<std::size_t>(object)] = true;
     billboardsToo_ = options_.depthMaps == DepthMaps::Needed ||
                      (options_.depthMaps == DepthMaps::Auto && objects.size() > kFewObjects);
-    for (std::size_t r = 0; r < count; ++r)
-      if (!vanished(static_cast<int>(r)) && (reflects_[r] || (options_.bounces > 1 && mirrors_[r])))
-        list(static_cast<int>(r));
+    const std::vector<int> reflectors = listed();
+    sharesBillboards_ = reflectors.size() * objects.size() > kManyPairs;
+    for (const int reflector : reflectors) list(reflector);
     return std::move(choice_);
   }
 
@@ -79,13 +84,23 @@ class Chooser {
     return geometry_.objects[static_cast<std::size_t>(object)];
   }
 
+  /// Reflectors that have a list.
+  std::vector<int> listed() const {
+    std::vector<int> reflectors;
+    for (std::size_t r = 0; r < reflects_.size(); ++r)
+      if (!vanished(static_cast<int>(r)) && (reflects_[r] || (options_.bounces > 1 && mirrors_[r])))
+        reflectors.push_back(static_cast<int>(r));
+    return reflectors;
+  }
+
   /// A line or a point.
   bool vanished(int object) const {
     return shape(object).area <= kLeastSize * metres_ * shape(object).radius;
   }
 
   /// Solid angle from the reflector, times the angle by which a look-up by direction is wrong.
-  float errorOfDirection(int reflector, int object) const {
+  /// `least`: what is certainly not more becomes 0.
+  float errorOfDirection(int reflector, int object, float least) const {
     const Shape& from = shape(reflector);
     const float distance =
         std::max(glm::length(glm::max(glm::max(range(object).bounds.min - from.centroid,
@@ -94,6 +109,7 @@ class Chooser {
                  from.radius);
     if (!(distance > 0.0f)) return 0.0f;
     const float solid = std::min(2.0f * kPi, 0.5f * shape(object).area / (distance * distance));
+    if (solid * 0.5f * kPi < least) return 0.0f;
     const float aside = glm::length(from.centroid - geometry_.bounds.centre()) + from.radius;
     return solid * std::atan(aside / distance);
   }
@@ -108,37 +124,51 @@ class Chooser {
     return solid * std::atan(across / (distance * distance));
   }
 
+  /// Of an object, for the reflector for which it is largest.
+  struct Score {
+    float error = 0.0f;
+    bool encloses = false;  ///< a reflector, and is not made of planes
+  };
+  std::vector<Score> scores() const {
+    std::vector<int> reflectors;
+    for (std::size_t r = 0; r < reflects_.size(); ++r)
+      if (reflects_[r] && !vanished(static_cast<int>(r))) reflectors.push_back(static_cast<int>(r));
+    std::vector<Score> scores(geometry_.objects.size());
+    parallelFor(scores.size(), kObjectsPerTask, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t o = begin; o < end; ++o) {
+        const int object = static_cast<int>(o);
+        const bool solid = shape(object).planes.empty() && kind_ == Kind::Billboard;
+        for (const int r : reflectors) {
+          if (r == object) continue;
+          scores[o].error = std::max(scores[o].error, errorOfDirection(r, object, scores[o].error));
+          if (solid && encloses(range(object).bounds, shape(r).centroid)) scores[o].encloses = true;
+        }
+      }
+    });
+    return scores;
+  }
+
   /// Objects that get impostors, in order.
   std::vector<int> wanted() {
     std::vector<int> objects;
     const bool automatic = std::find(options_.objects.begin(), options_.objects.end(), "auto") !=
                            options_.objects.end();
-    std::vector<float> score(geometry_.objects.size(), 0.0f);
-    std::vector<int> reflectors;
-    for (std::size_t r = 0; r < score.size(); ++r)
-      if (reflects_[r] && !vanished(static_cast<int>(r))) reflectors.push_back(static_cast<int>(r));
+    std::vector<Score> score = scores();
     for (std::size_t o = 0; o < score.size(); ++o) {
       const int object = static_cast<int>(o);
       if (vanished(object)) continue;
       const bool named = std::find(options_.objects.begin(), options_.objects.end(),
                                    scene_.objects[o].name) != options_.objects.end();
-      bool about = false;  // a reflector, and not made of planes
-      for (const int r : reflectors) {
-        if (r == object) continue;
-        score[o] = std::max(score[o], errorOfDirection(r, object));
-        about = about || (shape(object).planes.empty() && kind_ == Kind::Billboard &&
-                          encloses(range(object).bounds, shape(r).centroid));
-      }
-      if (about) {
-        choice_.enclosing += named || (automatic && score[o] >= options_.least) ? 1 : 0;
+      const bool takes = automatic && score[o].error > 0.0f && score[o].error >= options_.least;
+      if (score[o].encloses) {
+        choice_.enclosing += named || (automatic && score[o].error >= options_.least) ? 1 : 0;
         continue;
       }
-      if (named) score[o] = std::numeric_limits<float>::max();
-      if (named || (automatic && score[o] > 0.0f && score[o] >= options_.least))
-        objects.push_back(object);
+      if (named) score[o].error = std::numeric_limits<float>::max();
+      if (named || takes) objects.push_back(object);
     }
     std::stable_sort(objects.begin(), objects.end(), [&](int a, int b) {
-      return score[static_cast<std::size_t>(a)] > score[static_cast<std::size_t>(b)];
+      return score[static_cast<std::size_t>(a)].error > score[static_cast<std::size_t>(b)].error;
     });
     const auto most = static_cast<std::size_t>(options_.most);
     if (objects.size() > most) {
@@ -251,11 +281,21 @@ class Chooser {
   }
 
   int billboard(int reflector, int object) {
-    const Vec3 forward = -directionTo(reflector, object);
-    Impostor impostor{.object = object};
+    const Vec3 towards = directionTo(reflector, object);
+    if (!sharesBillboards_) return insert(lookingAlong(-towards, {.object = object}));
+    const Cell cell = cellOf(object, towards);
+    if (const auto found = quads_.find(cell.key); found != quads_.end()) return found->second;
+    const int made = insert(lookingAlong(cell.forward, {.object = object}));
+    quads_.emplace(cell.key, made);
+    return made;
+  }
+
+  /// Completes an impostor of a whole object by its camera.
+  Impostor lookingAlong(const Vec3& forward, Impostor impostor) const {
+    const int object = impostor.object;
     impostor.camera = lookAtPoints(verticesOf(geometry_, object), shape(object).centroid, forward,
                                    upBeside(object, forward), kLeastSize * metres_);
-    return insert(impostor);
+    return impostor;
   }
 
   const std::vector<SurfacePoint>& pointsOf(int object) {
@@ -341,8 +381,12 @@ class Chooser {
     return views;
   }
 
-  /// The depth map that looks from the cell of `towards`, in the object's frame.
-  int depthMap(int object, const Vec3& towards) {
+  /// A cell of directions, in an object's frame, and the camera's direction in it.
+  struct Cell {
+    std::tuple<int, int, int> key;  ///< object, cell
+    Vec3 forward;
+  };
+  Cell cellOf(int object, const Vec3& towards) const {
     const Mat3 world(range(object).worldFromObject);
     const Mat3 turn(normalizedOr(world[0], {1, 0, 0}), normalizedOr(world[1], {0, 1, 0}),
                     normalizedOr(world[2], {0, 0, 1}));
@@ -355,20 +399,22 @@ class Chooser {
     if (local.z < 0.0f) at = (1.0f - glm::abs(Vec2(at.y, at.x))) * signs(at);
     const Vec2 cell =
         glm::clamp(glm::floor((0.5f + 0.5f * at) * kDirectionCells), 0.0f, kDirectionCells - 1.0f);
-    const auto key = std::tuple(object, static_cast<int>(cell.x), static_cast<int>(cell.y));
-    if (const auto found = maps_.find(key); found != maps_.end()) return found->second;
     at = 2.0f * (cell + 0.5f) / kDirectionCells - 1.0f;
     Vec3 back(at, 1.0f - std::abs(at.x) - std::abs(at.y));
     if (back.z < 0.0f) {
       const Vec2 folded = (1.0f - glm::abs(Vec2(at.y, at.x))) * signs(at);
       back = Vec3(folded, back.z);
     }
-    const Vec3 forward = -glm::normalize(turn * glm::normalize(back));
-    Impostor impostor{.object = object, .depth = true};
-    impostor.camera = lookAtPoints(verticesOf(geometry_, object), shape(object).centroid, forward,
-                                   upBeside(object, forward), kLeastSize * metres_);
-    const int made = insertLayers(impostor);
-    maps_.emplace(key, made);
+    return {std::tuple(object, static_cast<int>(cell.x), static_cast<int>(cell.y)),
+            -glm::normalize(turn * glm::normalize(back))};
+  }
+
+  /// The depth map that looks from the cell of `towards`.
+  int depthMap(int object, const Vec3& towards) {
+    const Cell cell = cellOf(object, towards);
+    if (const auto found = maps_.find(cell.key); found != maps_.end()) return found->second;
+    const int made = insertLayers(lookingAlong(cell.forward, {.object = object, .depth = true}));
+    maps_.emplace(cell.key, made);
     return made;
   }
 
@@ -377,10 +423,9 @@ class Chooser {
     for (int i = 0; i < options_.selfMaps; ++i) {
       const Vec3 axis = normalizedOr(Vec3(range(object).worldFromObject[(i + 1) % 3]), {0, 1, 0});
       const Vec3 forward = i < 3 ? -axis : axis;
-      Impostor impostor{.object = object, .depth = true, .self = true};
-      impostor.camera = lookAtPoints(verticesOf(geometry_, object), shape(object).centroid, forward,
-                                     upBeside(object, forward), kLeastSize * metres_);
-      addLayers(insertLayers(impostor), into);
+      addLayers(
+          insertLayers(lookingAlong(forward, {.object = object, .depth = true, .self = true})),
+          into);
     }
   }
 
@@ -392,10 +437,12 @@ class Chooser {
   const std::vector<bool>& reflects_;
   const std::vector<bool>& mirrors_;
   float metres_;
-  bool billboardsToo_ = false;  ///< of a method of depth maps
+  bool billboardsToo_ = false;     ///< of a method of depth maps
+  bool sharesBillboards_ = false;  ///< between reflectors in one cell
   Choice choice_;
   std::map<std::tuple<int, int, bool>, int> flats_;  ///< object, plane, side
   std::map<std::tuple<int, int, int>, int> maps_;    ///< object, cell
+  std::map<std::tuple<int, int, int>, int> quads_;   ///< object, cell
   std::map<int, std::vector<SurfacePoint>> points_;  ///< by object
 };
 

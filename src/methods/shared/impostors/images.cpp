@@ -35,31 +35,41 @@ void Images::forgetAll() {
   for (Slot& slot : slots_) slot.used = false;
 }
 
-void Images::grow(std::size_t layers) {
+std::uint64_t Images::bytesOf(int textureSize, bool normals) {
+  const auto side = static_cast<std::uint64_t>(textureSize) + 2;
+  constexpr std::uint64_t kTexelBytes = 8;
+  return (normals ? 3 : 1) * kTexelBytes * side * side * 4 / 3;  // with mip levels
+}
+
+void Images::grow(std::size_t layers, std::size_t most) {
   if (layers <= slots_.size()) return;
-  slots_.assign(std::max(layers, 2 * slots_.size()), Slot{});
+  const std::size_t count = std::max(layers, std::min(2 * slots_.size(), most));
+  if (onDevice_) slots_.clear();  // the textures are made anew
+  slots_.resize(count);
   if (inMemory_) {
     colorsInMemory_.resize(slots_.size());
     if (reflective_) normalsInMemory_.resize(2 * slots_.size());
   }
   if (!onDevice_) return;
-  const int count = static_cast<int>(slots_.size());
-  colors_ = gl::Texture::makeArray("impostors", GL_RGBA16F, size_, size_, count, 0);
+  colors_ =
+      gl::Texture::makeArray("impostors", GL_RGBA16F, size_, size_, static_cast<int>(count), 0);
   colors_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
   if (reflective_) {
     // Two layers each: normals, s
-    normals_ = gl::Texture::makeArray("impostors' normals", GL_RGBA16F, size_, size_, 2 * count, 0);
+    normals_ = gl::Texture::makeArray("impostors' normals", GL_RGBA16F, size_, size_,
+                                      2 * static_cast<int>(count), 0);
     normals_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
   }
-  if (keepsDepths_) depths_ = gl::Texture::makeArray("depth maps", GL_R32F, size_, size_, count);
+  if (keepsDepths_)
+    depths_ = gl::Texture::makeArray("depth maps", GL_R32F, size_, size_, static_cast<int>(count));
 }
 
 void Images::update(Services& services, const std::vector<Impostor>& impostors,
-                    std::span<const int> needed, const Drawn& drawn) {
+                    std::span<const int> needed, std::size_t most, const Drawn& drawn) {
   drawn_ = kept_ = 0;
   layerOf_.assign(impostors.size(), -1);
   drawnNow_.assign(impostors.size(), false);
-  grow(needed.size());
+  grow(needed.size(), most);
   // What is there already keeps its layer
   std::vector<bool> taken(slots_.size(), false);
   const auto shows = [](const Slot& slot, const Impostor& impostor) {

@@ -24,12 +24,16 @@ class Images {
   void forget(std::span<const int> objects);
   void forgetAll();
 
+  /// Memory of one image, where they are kept. `normals`: of a reflective impostor.
+  static std::uint64_t bytesOf(int textureSize, bool normals);
+
   /// Draws the images of `needed` (indices of `impostors`) that are outdated, as step `impostors`.
+  /// Keeps others while all are at most `most`.
   /// layerOf() is valid until the next call. `drawn(impostor, layer, depth texels)` is called for
   /// each depth map that was drawn.
   using Drawn = std::function<void(int, int, std::span<const float>)>;
   void update(Services& services, const std::vector<Impostor>& impostors,
-              std::span<const int> needed, const Drawn& drawn);
+              std::span<const int> needed, std::size_t most, const Drawn& drawn);
 
   /// The layer of an impostor's image; -1: not needed in this frame.
   int layerOf(int impostor) const { return layerOf_[static_cast<std::size_t>(impostor)]; }
@@ -56,7 +60,7 @@ class Images {
     Camera camera;
     std::uint64_t clampedTexels = 0;
   };
-  void grow(std::size_t layers);
+  void grow(std::size_t layers, std::size_t most);
   /// Returns the number of clamped texels.
   std::uint64_t draw(Services& services, const Impostor& impostor, int layer, const Drawn& drawn,
                      int index);

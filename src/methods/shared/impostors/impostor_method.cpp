@@ -4,8 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/text.h"
 #include "gl/context.h"
 #include "methods/shared/impostors/shaders/constants.h"
 #include "raster/regions/rectangle.h"
@@ -29,111 +27,18 @@ Vec4 planeOf(const Impostor& impostor, const Shape& shape) {
 
 }  // namespace
 
-const TableInfo& impostorsTable() {
-  static const TableInfo table{
-      "impostors",
-      "an impostor that a frame needs",
-      {{"object", ColumnType::Integer, "id of the object"},
-       {"way", ColumnType::Text, "quad, plane (a flat object's own) or depth map"},
-       {"drawn", ColumnType::Integer, "1: drawn in this frame; 0: kept from an earlier one"},
-       {"texel_m", ColumnType::Real, "width of a texel at the object's centroid"}}};
-  return table;
-}
-
-std::vector<StepInfo> commonSteps() {
-  return {{"cube_map", "start, frames",
-           "the environment map is drawn without objects that have impostors; again after "
-           "something has moved"},
-          {"impostors", "frames", "images of new and changed impostors are drawn"},
-          {"intersect", "frames",
-           "rays are intersected with impostors, or looked up in the environment map"},
-          {"readback", "frames",
-           "masks of samples are read back and counted; for intersections on the CPU also the "
-           "G-buffer"},
-          {"upload", "frames", "reflections from the CPU are uploaded"}};
-}
-
-std::vector<CounterInfo> commonCounters() {
-  return {
-      {"environment", "samples with a ray that is looked up in the environment map"},
-      {"below_horizon",
-       "samples with a corrected normal, so that the mirrored ray leaves the surface"},
-      {"second_order", "samples whose ray continued from a reflective impostor"},
-      {"transition", "samples with a ray that hits a virtual wall", false,
-       "transition_height above 0"},
-      {"culled",
-       "pairs of a ray and an impostor that were not tested, because the impostor lies outside "
-       "the bounding cone of the tile's rays or behind their hits; counted only where the CPU "
-       "intersects rays"},
-      {"impostors_rendered", "images drawn in this frame"},
-      {"impostors_reused", "images reused from earlier frames"},
-      {"enclosing", "objects that enclose a reflector and stay in the environment map"},
-      {"left_in_map", "objects beyond the option `most`, which stay in the environment map"},
-      {"coinciding", "pairs of a reflector and an object with the same centroid"},
-      {"refraction_mirrored", "samples of refractive materials, which are mirrored instead"},
-      {"shows_clamped",
-       "samples that take their radiance from a texel above the range of half floats", true},
-      {"clamped_cube_map", "texels of the cube map above the range of half floats", true},
-      {"clamped_images", "texels of the impostors' images above the range of half floats", true}};
-}
-
-namespace {
-
-/// Throws UsageError where one of the names is no object's.
-void checkNames(const std::vector<std::string>& names, const scene::Scene& scene) {
-  constexpr std::size_t kListed = 20;  // of a scene's objects
-  std::vector<std::string> known;
-  for (const scene::Object& object : scene.objects) known.push_back(object.name);
-  for (const std::string& name : names) {
-    if (name == "auto" || std::ranges::find(known, name) != known.end()) continue;
-    std::string text = "objects: no object of the scene is called \"" + name + "\"" +
-                       didYouMean(name, known) + "; allowed: \"auto\"";
-    for (std::size_t i = 0; i < std::min(known.size(), kListed); ++i)
-      text += ", \"" + known[i] + "\"";
-    throw UsageError(text + (known.size() > kListed ? " and more" : ""));
-  }
-}
-
-}  // namespace
-
-MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& settings) const {
-  checkNames(options_.objects, scene);
-  MethodPlan plan;
-  plan.gbuffer = true;
-  plan.masks = raster::kMaskEnvironment | raster::kMaskClamped;
-  if (kind_ == Kind::DepthMap) plan.masks |= raster::kMaskDisoccluded;
-  if (options_.transitionHeight > 0.0f) plan.masks |= raster::kMaskTransition;
-  const Reflectors reflectors = findReflectors(scene, settings.reflectors);
-  if (!reflectors.any()) return plan;
-  const bool again = scene.animated();
-  plan.items = {
-      {again ? "pass" : "precomputation", "cube_map",
-       again ? "drawn again in frames in which something moved" : "drawn once: nothing moves"},
-      {"pass", "impostors",
-       "those of reflectors in view, drawn when first needed and when changed"},
-      {"pass", "intersect", std::to_string(reflectors.count()) + " reflective objects"},
-      {"pass", "readback", "marks of the samples are counted"},
-      {"resource", "cube map", "RGBA16F with mip levels", cubeMapBytes(options_.faceSize, 8)},
-      {"resource", "marks", "R32UI by sample",
-       4ull * static_cast<std::uint64_t>(settings.width * settings.samples) *
-           static_cast<std::uint64_t>(settings.height * settings.samples)}};
-  return plan;
-}
-
 void ImpostorMethod::prepare(Services& services, const RunSettings& settings) {
   settings_ = settings;
   reflectors_ = findReflectors(services.scene, settings.reflectors);
   refractive_ = raster::RefractiveSamples(services.scene);
   if (!reflectors_.any()) return;
   const std::size_t count = services.scene.objects.size();
-  const Reflectors all = findReflectors(services.scene);
-  const auto isReflector = [](raster::SampleClass kind) {
-    return kind != raster::SampleClass::Diffuse && kind != raster::SampleClass::Background;
-  };
-  for (std::size_t o = 0; o < count; ++o) {
-    reflects_.push_back(isReflector(reflectors_.classOf[o + 1]));
-    mirrors_.push_back(isReflector(all.classOf[o + 1]));
-  }
+  reflects_ = reflectors_.reflects();
+  mirrors_ = findReflectors(services.scene).reflects();
+  tracing_ = {.rays = shared::kLobeRays,
+              .bounces = options_.bounces,
+              .fresnelSchlick = settings.fresnelSchlick,
+              .fadeMetres = options_.attenuation};
   const bool processor =
       options_.intersectOn == Unit::Processor ||
       (options_.intersectOn == Unit::Auto && gl::Context::current().info().software);
@@ -188,9 +93,7 @@ void ImpostorMethod::follow(const FrameInput& input, Services& services) {
   const frame::Geometry& geometry = services.geometry;
   const float metres = geometry.bounds.diameter();
   if (shapes_.empty() || all) {
-    shapes_.resize(geometry.objects.size());
-    for (std::size_t o = 0; o < shapes_.size(); ++o)
-      shapes_[o] = shapeOf(geometry, static_cast<int>(o), metres);
+    shapes_ = shapesOf(geometry);
     images_.forgetAll();
     planes_.forgetAll();
   } else {
@@ -220,26 +123,6 @@ std::vector<int> ImpostorMethod::visibleReflectors(const FrameInput& input,
   return visible;
 }
 
-std::vector<int> ImpostorMethod::neededOf(const std::vector<int>& reflectors) const {
-  std::vector<bool> need(choice_.impostors.size(), false);
-  for (const int r : reflectors) {
-    for (const int i : choice_.listOf[static_cast<std::size_t>(r)].members) {
-      need[static_cast<std::size_t>(i)] = true;
-      const Impostor& impostor = choice_.impostors[static_cast<std::size_t>(i)];
-      if (options_.bounces < 2 || !impostor.reflective) continue;
-      const ImpostorList& second = choice_.listOf[static_cast<std::size_t>(impostor.object)];
-      const std::size_t count =
-          options_.secondDiffuse ? second.members.size() : static_cast<std::size_t>(second.diffuse);
-      for (std::size_t k = 0; k < count; ++k)
-        need[static_cast<std::size_t>(second.members[k])] = true;
-    }
-  }
-  std::vector<int> needed;
-  for (std::size_t i = 0; i < need.size(); ++i)
-    if (need[i]) needed.push_back(static_cast<int>(i));
-  return needed;
-}
-
 float ImpostorMethod::texelMetres(const Impostor& impostor) const {
   const Camera& camera = impostor.camera;
   return std::sqrt(camera.size.x * camera.size.y) * camera.centreMetres /
@@ -251,6 +134,24 @@ int ImpostorMethod::wayOf(const Impostor& impostor) const {
   const bool walls = impostor.plane && !impostor.slab && options_.transitionHeight > 0.0f;
   if (!walls) return impostor.plane ? shared::kWayPlane : shared::kWayQuad;
   return options_.shareEnvironment ? shared::kWayShared : shared::kWayBox;
+}
+
+Box3 ImpostorMethod::boxOf(const Impostor& impostor) const {
+  const Camera& camera = impostor.camera;
+  const int way = wayOf(impostor);
+  const bool walls = way == shared::kWayBox || way == shared::kWayShared;
+  Box3 box;
+  for (int corner = 0; corner < 8; ++corner) {
+    const bool far = (corner & 4) != 0;
+    const float z = !impostor.depth ? camera.centreMetres
+                    : far           ? camera.farMetres
+                                    : camera.nearMetres;
+    const Vec2 at = camera.least + camera.size * Vec2((corner & 1) != 0, (corner & 2) != 0);
+    Vec3 place = camera.eye + z * (camera.forward + at.x * camera.right + at.y * camera.down);
+    if (walls && far) place -= options_.transitionHeight * camera.forward;
+    box.extend(place);
+  }
+  return box;
 }
 
 ImpostorLines ImpostorMethod::linesOf(int index, const Services& services) const {
@@ -280,18 +181,7 @@ ImpostorLines ImpostorMethod::linesOf(int index, const Services& services) const
   lines.side = glm::dot(Vec3(lines.quad.plane), camera.forward) < 0.0f ? 1.0f : -1.0f;
   const scene::Object& object = services.scene.objects[static_cast<std::size_t>(impostor.object)];
   lines.tint = services.scene.materials[object.material].reflectionTint;
-  Box3 box;
-  const bool walls = lines.way == shared::kWayBox || lines.way == shared::kWayShared;
-  for (int corner = 0; corner < 8; ++corner) {
-    const bool far = (corner & 4) != 0;
-    const float z = !impostor.depth ? camera.centreMetres
-                    : far           ? camera.farMetres
-                                    : camera.nearMetres;
-    const Vec2 at = camera.least + camera.size * Vec2((corner & 1) != 0, (corner & 2) != 0);
-    Vec3 place = camera.eye + z * (camera.forward + at.x * camera.right + at.y * camera.down);
-    if (walls && far) place -= lines.height * camera.forward;
-    box.extend(place);
-  }
+  const Box3 box = boxOf(impostor);
   lines.centre = box.centre();
   lines.radius = 0.5f * box.diameter();
   return lines;
@@ -318,11 +208,12 @@ void ImpostorMethod::uploadTable() {
         Vec4(lines.height, static_cast<float>(lines.object), lines.side, lines.begin);
     line[shared::kTint] = Vec4(lines.tint, lines.steepest);
   }
-  const std::size_t objects = choice_.listOf.size();
+  const std::size_t objects = shown_.size();
   std::vector<std::int32_t> lists(3 * (objects + 1), 0);
   for (std::size_t o = 0; o < objects; ++o) {
-    const ImpostorList& list = choice_.listOf[o];
-    lists[3 * (o + 1)] = static_cast<std::int32_t>(lists.size());
+    const ImpostorList& list = shown_[o];
+    const auto first = static_cast<std::int32_t>(lists.size());
+    lists[3 * (o + 1)] = traced_[o] ? -1 - first : first;
     lists[3 * (o + 1) + 1] = list.diffuse;
     lists[3 * (o + 1) + 2] = static_cast<std::int32_t>(list.members.size());
     for (std::size_t m = 0; m < list.members.size(); ++m)
@@ -370,20 +261,12 @@ void ImpostorMethod::render(const FrameInput& input, Services& services, FrameOu
     gbuffer.reflectionFramebuffer.clearColorUint(1, 0);
   if (!reflectors_.any()) return;
   follow(input, services);
-  drawEnvironment(input, services);
-  needed_ = neededOf(visibleReflectors(input, services));
-  std::vector<int> planes;
-  std::vector<int> others;
-  for (const int index : needed_)
-    (choice_.impostors[static_cast<std::size_t>(index)].plane ? planes : others).push_back(index);
-  planes_.update(services, choice_.impostors, planes, {});
-  images_.update(services, choice_.impostors, others,
-                 [&](int, int layer, std::span<const float> texels) { mapDrawn(layer, texels); });
-  mapsReady(services, output, images_.layers());
-  makeLines(services);
+  share(input, services);
+  if (!visible_.empty()) drawEnvironment(input, services);
+  drawImages(services, output);
   ProcessorCounts counts;
   if (onProcessor_) counts = intersectOnProcessor(input, services);
-  if (onDevice()) {
+  if (onDevice() && !visible_.empty()) {
     services.timer.measure("intersect", [&] {
       uploadTable();
       intersect(input, services);
@@ -402,7 +285,29 @@ void ImpostorMethod::render(const FrameInput& input, Services& services, FrameOu
   if (options_.transitionHeight > 0.0f) output.counters["transition"] = counts.transition;
   output.counters[workCounter()] = counts.work;
   output.counters["refraction_mirrored"] = refractive_.count(gbuffer);
+  traceOthers(input, services, output);
   report(services, output);
+}
+
+void ImpostorMethod::drawImages(Services& services, FrameOutput& output) {
+  std::vector<int> planes;
+  std::vector<int> others;
+  std::uint64_t bytes = 0;
+  for (const int index : needed_) {
+    const Impostor& impostor = choice_.impostors[static_cast<std::size_t>(index)];
+    (impostor.plane ? planes : others).push_back(index);
+    bytes += costs_[static_cast<std::size_t>(index)].bytes;
+  }
+  // What is left of the memory may keep images that this frame does not need
+  const std::uint64_t left = options_.memoryBytes - std::min(options_.memoryBytes, bytes);
+  const bool normals = options_.bounces > 1;
+  const std::uint64_t quad = Images::bytesOf(options_.textureSize, normals) + mapBytes();
+  const std::uint64_t plane = Images::bytesOf(options_.planeSize, normals);
+  planes_.update(services, choice_.impostors, planes, planes.size() + left / 2 / plane, {});
+  images_.update(services, choice_.impostors, others, others.size() + left / 2 / quad,
+                 [&](int, int layer, std::span<const float> texels) { mapDrawn(layer, texels); });
+  mapsReady(services, output, images_.layers());
+  makeLines(services);
 }
 
 void ImpostorMethod::intersect(const FrameInput& input, Services& services) {
@@ -464,7 +369,9 @@ ProcessorCounts ImpostorMethod::intersectOnProcessor(const FrameInput& input, Se
   raster::GBuffer& gbuffer = *services.gbuffer;
   const scene::Camera& camera = input.frame.camera;
   raster::Region shown(gbuffer.sampleWidth(), gbuffer.sampleHeight());
-  for (const int r : visibleReflectors(input, services)) {
+  std::vector<std::uint8_t> mirror(isMirror_.size(), 0);
+  for (const int r : visible_) {
+    mirror[static_cast<std::size_t>(r) + 1] = isMirror_[static_cast<std::size_t>(r) + 1];
     if (isMirror_[static_cast<std::size_t>(r) + 1] == 0) continue;
     shown.add(
         raster::shownRectangle(camera, gbuffer.sampleWidth(), gbuffer.sampleHeight(),
@@ -474,10 +381,10 @@ ProcessorCounts ImpostorMethod::intersectOnProcessor(const FrameInput& input, Se
   return processor_.run({.gbuffer = gbuffer,
                          .camera = camera,
                          .bounds = services.geometry.bounds,
-                         .mirror = isMirror_,
+                         .mirror = mirror,
                          .parts = shown.rectangles(),
                          .lines = lines_,
-                         .lists = choice_.listOf,
+                         .lists = shown_,
                          .images = images_.colorsInMemory(),
                          .normals = images_.normalsInMemory(),
                          .planes = planes_.colorsInMemory(),

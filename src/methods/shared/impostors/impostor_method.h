@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -10,10 +11,12 @@
 #include "gl/shader.h"
 #include "methods/contract/method.h"
 #include "methods/shared/cube_map.h"
+#include "methods/shared/impostors/budget.h"
 #include "methods/shared/impostors/images.h"
 #include "methods/shared/impostors/options.h"
 #include "methods/shared/impostors/processor.h"
 #include "methods/shared/reflectors.h"
+#include "methods/shared/traced_samples.h"
 #include "raster/passes/refractive_samples.h"
 
 namespace catoptric::methods::impostors {
@@ -44,6 +47,8 @@ class ImpostorMethod : public Method {
   virtual void bindMaps(gl::Program& /*program*/) {}
   /// Intersects rays with the depth map of a layer on the CPU. Returns the amount of work.
   virtual std::uint64_t meetMap(int /*layer*/, MapRays& /*rays*/) const { return 0; }
+  /// Memory of a depth map's further data.
+  virtual std::uint64_t mapBytes() const { return 0; }
   /// The counter of the work per sample.
   virtual const char* workCounter() const = 0;
 
@@ -55,13 +60,25 @@ class ImpostorMethod : public Method {
  private:
   void follow(const FrameInput& input, Services& services);
   std::vector<int> visibleReflectors(const FrameInput& input, const Services& services) const;
-  std::vector<int> neededOf(const std::vector<int>& reflectors) const;
+  /// What each image takes; `lasts`: it serves several frames.
+  std::vector<Cost> costsOf(std::span<const Impostor> impostors, bool lasts) const;
+  /// The most that all images of a frame may take.
+  Cost mostOf(const RunSettings& settings, bool lasts, std::uint64_t rays) const;
+  /// Sets what the frame shows by impostors, and by traced rays.
+  void share(const FrameInput& input, Services& services);
+  void shareByDemand(const FrameInput& input, Services& services, bool lasts);
+  std::vector<int> neededOf(std::span<const int> reflectors) const;
+  void addNeeded(const ImpostorList& list, std::vector<int>& needed) const;
+  void drawImages(Services& services, FrameOutput& output);
+  void traceOthers(const FrameInput& input, Services& services, FrameOutput& output);
   int wayOf(const Impostor& impostor) const;
   const Images& imagesOf(const Impostor& impostor) const {
     return impostor.plane ? planes_ : images_;
   }
   /// Size of a texel at the object's centroid, in metres.
   float texelMetres(const Impostor& impostor) const;
+  /// A box that contains all places where rays can meet it.
+  Box3 boxOf(const Impostor& impostor) const;
   ImpostorLines linesOf(int index, const Services& services) const;
   void makeLines(const Services& services);
   void uploadTable();
@@ -87,7 +104,14 @@ class ImpostorMethod : public Method {
   Images planes_;  ///< planes of objects
   CubeMap cubeMap_;
   HalfCube cubeInMemory_;
+  std::vector<int> visible_;         ///< reflectors in view that impostors show
+  std::vector<bool> traced_;         ///< by object: reflectors in view that are traced instead
+  std::vector<ImpostorList> shown_;  ///< Choice::listOf, or the part that the frame needs
+  std::vector<Cost> costs_;          ///< by impostor
   std::vector<int> needed_;
+  raster::GBufferCopy copy_;
+  trace::ReflectionOptions tracing_;
+  Bands bands_;
   std::vector<ImpostorLines> lines_;  ///< by impostor
   bool onProcessor_ = false;
   Processor processor_;

@@ -25,6 +25,12 @@ enum class DepthMaps : std::uint8_t { Auto, All, Needed };
 inline constexpr auto kDepthMaps = config::names<DepthMaps>(
     {{"auto", DepthMaps::Auto}, {"all", DepthMaps::All}, {"needed", DepthMaps::Needed}});
 
+/// What renders reflectors whose images are too many or too dear.
+enum class Fallback : std::uint8_t { Traced, None };
+
+inline constexpr auto kFallbacks =
+    config::names<Fallback>({{"traced", Fallback::Traced}, {"none", Fallback::None}});
+
 /// Whether the GPU or the CPU intersects the rays of mirrors.
 enum class Unit : std::uint8_t { Auto, Device, Processor };
 
@@ -44,6 +50,8 @@ struct Options {
   bool shareEnvironment = false;
   float attenuation = 0.0f;  ///< metres; 0: none
   Unit intersectOn = Unit::Auto;
+  std::uint64_t memoryBytes = 1024ull << 20;
+  Fallback fallback = Fallback::Traced;
   // Options of depth_impostors only
   Intersection intersection = Intersection::Srdm;
   int domains = 60;  ///< the paper's n

@@ -107,4 +107,11 @@ Shape shapeOf(const frame::Geometry& geometry, int object, float sceneMetres) {
   return shape;
 }
 
+std::vector<Shape> shapesOf(const frame::Geometry& geometry) {
+  std::vector<Shape> shapes;
+  for (std::size_t o = 0; o < geometry.objects.size(); ++o)
+    shapes.push_back(shapeOf(geometry, static_cast<int>(o), geometry.bounds.diameter()));
+  return shapes;
+}
+
 }  // namespace catoptric::methods::impostors

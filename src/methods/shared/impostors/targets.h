@@ -38,6 +38,9 @@ std::vector<SurfacePoint> pointsOn(const frame::Geometry& geometry, int object, 
 /// `sceneMetres`: the scene's diameter, relative to which sizes count as zero.
 Shape shapeOf(const frame::Geometry& geometry, int object, float sceneMetres);
 
+/// By object.
+std::vector<Shape> shapesOf(const frame::Geometry& geometry);
+
 /// Vertices of the object, world space.
 std::vector<Vec3> verticesOf(const frame::Geometry& geometry, int object);
 /// The vertices of the object's triangles in a plane.

@@ -18,7 +18,7 @@ layout(binding = kSampleNormalsUnit) uniform sampler2D normalSamples;  // xyz no
 layout(binding = kSampleDepthsUnit) uniform sampler2D depthSamples;    // reversed-Z
 layout(binding = kSampleObjectsUnit) uniform usampler2D objectSamples;
 layout(binding = kTableUnit) uniform samplerBuffer impostorTable;
-layout(binding = kListsUnit) uniform isamplerBuffer impostorLists;  // by object: first, diffuse, all
+layout(binding = kListsUnit) uniform isamplerBuffer impostorLists;  // by object: first (-1 - first: it is traced), diffuse, all
 layout(binding = kColorsUnit) uniform sampler2DArray impostorColors;
 layout(binding = kPlaneColorsUnit) uniform sampler2DArray planeColors;  // of objects' own planes
 #if BOUNCES > 1
@@ -185,6 +185,7 @@ Found nearest(int object, bool diffuseAlone, vec3 origin, vec3 direction, float 
               float spread, inout uint work, inout uint marks) {
   Found found = nothingFound();
   int first = texelFetch(impostorLists, 3 * object).r;
+  first = first < 0 ? -1 - first : first;
   int count = texelFetch(impostorLists, 3 * object + (diffuseAlone ? 1 : 2)).r;
   for (int i = 0; i < 4096; ++i) {
     if (i >= count) break;
@@ -314,6 +315,7 @@ void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
   vec4 normalAndG = texelFetch(normalSamples, at, 0);
   int object = int(texelFetch(objectSamples, at, 0).r);
+  if (texelFetch(impostorLists, 3 * object).r < 0) discard;
   vec3 ray = rayFromSample * vec3(gl_FragCoord.xy, 1.0);
   float scale = nearMetres / max(texelFetch(depthSamples, at, 0).r, 1e-30);
   vec3 origin = eye + scale * ray;

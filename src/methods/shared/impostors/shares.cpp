@@ -1,0 +1,226 @@
+// What an impostor method builds: its plan, and which reflectors of a frame have impostors.
+#include <algorithm>
+#include <limits>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "gl/context.h"
+#include "methods/shared/impostors/impostor_method.h"
+#include "methods/shared/impostors/shaders/constants.h"
+#include "scene/animate.h"
+
+namespace catoptric::methods::impostors {
+namespace {
+
+Error beyondMemory(std::uint64_t bytes, std::size_t images) {
+  constexpr std::uint64_t kMiB = 1ull << 20;
+  return {ExitCode::OutOfMemory,
+          std::to_string(images) + " images of objects take " +
+              std::to_string((bytes + kMiB - 1) / kMiB) +
+              " MiB, more than memory_mib; raise memory_mib, lower texture_size or most, or set "
+              "fallback to traced"};
+}
+
+/// Throws UsageError where one of the names is no object's.
+void checkNames(const std::vector<std::string>& names, const scene::Scene& scene) {
+  constexpr std::size_t kListed = 20;  // of a scene's objects
+  std::vector<std::string> known;
+  for (const scene::Object& object : scene.objects) known.push_back(object.name);
+  for (const std::string& name : names) {
+    if (name == "auto" || std::ranges::find(known, name) != known.end()) continue;
+    std::string text = "objects: no object of the scene is called \"" + name + "\"" +
+                       didYouMean(name, known) + "; allowed: \"auto\"";
+    for (std::size_t i = 0; i < std::min(known.size(), kListed); ++i)
+      text += ", \"" + known[i] + "\"";
+    throw UsageError(text + (known.size() > kListed ? " and more" : ""));
+  }
+}
+
+/// Frames that an image serves if nothing moves. Ours.
+constexpr double kFrames = 32.0;
+/// Time of a test of a lobe's ray against an impostor in a shader on the CPU, as texels. Ours.
+constexpr double kTexelsPerTest = 2.0;
+
+std::uint64_t samplesOf(const RunSettings& settings) {
+  return static_cast<std::uint64_t>(settings.width * settings.samples) *
+         static_cast<std::uint64_t>(settings.height * settings.samples);
+}
+
+}  // namespace
+
+std::vector<Cost> ImpostorMethod::costsOf(std::span<const Impostor> impostors, bool lasts) const {
+  constexpr double kRows = 3.0;  // to simplify a depth map's rows, as texels; ours
+  const std::uint64_t ofMap = kind_ == Kind::DepthMap ? mapBytes() : 0;
+  std::vector<Cost> costs;
+  for (const Impostor& impostor : impostors) {
+    const int size = impostor.plane ? options_.planeSize : options_.textureSize;
+    const bool rows = impostor.depth && options_.intersection != Intersection::Walk;
+    const double draws = 1.0 + impostor.peeled + (rows ? kRows : 0.0);
+    costs.push_back({Images::bytesOf(size, options_.bounces > 1 && impostor.reflective) +
+                         (impostor.depth ? ofMap : 0),
+                     draws * size * size / (lasts ? kFrames : 1.0)});
+  }
+  return costs;
+}
+
+Cost ImpostorMethod::mostOf(const RunSettings& settings, bool lasts, std::uint64_t rays) const {
+  if (options_.fallback == Fallback::None)
+    return {options_.memoryBytes, std::numeric_limits<double>::infinity()};
+  const double cube = 6.0 * options_.faceSize * options_.faceSize;
+  return {options_.memoryBytes, allowedTexels(samplesOf(settings), rays) - (lasts ? 0.0 : cube)};
+}
+
+MethodPlan ImpostorMethod::plan(const scene::Scene& scene, const RunSettings& settings) const {
+  checkNames(options_.objects, scene);
+  MethodPlan plan;
+  plan.gbuffer = true;
+  plan.masks = raster::kMaskEnvironment | raster::kMaskClamped;
+  if (kind_ == Kind::DepthMap) plan.masks |= raster::kMaskDisoccluded;
+  if (options_.transitionHeight > 0.0f) plan.masks |= raster::kMaskTransition;
+  const Reflectors reflectors = findReflectors(scene, settings.reflectors);
+  if (!reflectors.any()) return plan;
+  const bool again = scene.animated();
+  const frame::Geometry geometry = frame::makeGeometry(
+      scene, scene::poseAt(scene, settings.path ? settings.path->frame(1).timeSeconds : 0.0));
+  const Choice choice = choose(options_, kind_, scene, geometry, shapesOf(geometry),
+                               reflectors.reflects(), findReflectors(scene).reflects());
+  Cost all;
+  double bytesPerTexel = 0.0;
+  for (const Cost& cost : costsOf(choice.impostors, !again)) {
+    all.add(cost);
+    bytesPerTexel = std::max(bytesPerTexel, static_cast<double>(cost.bytes) / cost.texels);
+  }
+  const std::uint64_t samples = samplesOf(settings);
+  const Cost most = mostOf(settings, !again, samples * (reflectors.glossy ? shared::kLobeRays : 1));
+  const double bytes =
+      std::min({static_cast<double>(all.bytes), static_cast<double>(most.bytes),
+                all.texels > most.texels ? std::max(0.0, most.texels) * bytesPerTexel
+                                         : static_cast<double>(all.bytes)});
+  const std::string images = std::to_string(choice.impostors.size()) + " of " +
+                             std::to_string(std::ranges::count(choice.chosen, true)) +
+                             " objects for " + std::to_string(reflectors.count()) +
+                             " reflective objects";
+  // Later poses may need more
+  plan.trace = options_.fallback == Fallback::Traced &&
+               (again || reflectors.glossy || !all.within(mostOf(settings, true, 0)));
+  if (options_.fallback == Fallback::None && !again && all.bytes > options_.memoryBytes)
+    throw beyondMemory(all.bytes, choice.impostors.size());
+  plan.items = {
+      {again ? "pass" : "precomputation", "cube_map",
+       again ? "drawn again in frames in which something moved" : "drawn once: nothing moves"},
+      {"pass", "impostors",
+       "those of reflectors in view, drawn when first needed and when changed"},
+      {"pass", "intersect", std::to_string(reflectors.count()) + " reflective objects"},
+      {"pass", "readback", "marks of the samples are counted"},
+      {"resource", "cube map", "RGBA16F with mip levels", cubeMapBytes(options_.faceSize, 8)},
+      {"resource", "images",
+       images + (bytes < static_cast<double>(all.bytes) ? ", as many as fit" : ", at most"),
+       static_cast<std::uint64_t>(bytes)},
+      {"resource", "marks", "R32UI by sample", 4 * samples}};
+  if (plan.trace) {
+    plan.masks |= raster::kMaskRetraced;
+    plan.items.insert(
+        plan.items.end(),
+        {{"pass", "choose", "in frames whose images exceed memory_mib, or cost more than tracing"},
+         {"pass", "trace", "reflectors that get no images in such frames"},
+         {"pass", "resolve", "their rays are generated; hits are shaded"},
+         {"resource", "samples", "of such frames, read back", 24 * samples}});
+  }
+  return plan;
+}
+
+void ImpostorMethod::addNeeded(const ImpostorList& list, std::vector<int>& needed) const {
+  needed.insert(needed.end(), list.members.begin(), list.members.end());
+  if (options_.bounces < 2) return;
+  for (const int i : list.members) {
+    const Impostor& impostor = choice_.impostors[static_cast<std::size_t>(i)];
+    if (!impostor.reflective) continue;
+    const ImpostorList& second = choice_.listOf[static_cast<std::size_t>(impostor.object)];
+    const auto count = static_cast<std::ptrdiff_t>(
+        options_.secondDiffuse ? second.members.size() : static_cast<std::size_t>(second.diffuse));
+    needed.insert(needed.end(), second.members.begin(), second.members.begin() + count);
+  }
+}
+
+std::vector<int> ImpostorMethod::neededOf(std::span<const int> reflectors) const {
+  std::vector<int> needed;
+  for (const int r : reflectors) addNeeded(shown_[static_cast<std::size_t>(r)], needed);
+  std::ranges::sort(needed);
+  needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
+  return needed;
+}
+
+void ImpostorMethod::share(const FrameInput& input, Services& services) {
+  visible_ = visibleReflectors(input, services);
+  traced_.assign(reflects_.size(), false);
+  shown_ = choice_.listOf;
+  needed_ = neededOf(visible_);
+  const bool lasts = !services.scene.animated();
+  costs_ = costsOf(choice_.impostors, lasts);
+  Cost all;
+  for (const int index : needed_) all.add(costs_[static_cast<std::size_t>(index)]);
+  const bool slow = reflectors_.glossy && options_.fallback == Fallback::Traced &&
+                    gl::Context::current().info().software;
+  if (!slow && all.within(mostOf(settings_, lasts, 0))) return;
+  if (options_.fallback == Fallback::None) throw beyondMemory(all.bytes, needed_.size());
+  shareByDemand(input, services, lasts);
+}
+
+void ImpostorMethod::shareByDemand(const FrameInput& input, Services& services, bool lasts) {
+  std::vector<Demand::Rays> raysOf(reflects_.size(), Demand::Rays::None);
+  for (const int r : visible_) {
+    const auto o = static_cast<std::size_t>(r);
+    const bool mirror = reflectors_.classOf[o + 1] != raster::SampleClass::Glossy;
+    // Rays that are reflected again may meet anything of a list
+    raysOf[o] = mirror && options_.bounces < 2 ? Demand::Rays::Mirrored : Demand::Rays::Any;
+  }
+  std::vector<Reach> reaches;
+  for (const Impostor& impostor : choice_.impostors) {
+    const Box3 box = boxOf(impostor);
+    reaches.push_back({box.centre(), 0.5f * box.diameter()});
+  }
+  services.timer.measure("readback", [&] { raster::readBack(*services.gbuffer, false, copy_); });
+  std::vector<Wish> wishes;
+  std::uint64_t rays = 0;
+  services.timer.measure("choose", [&] {
+    const Demand demand(copy_, input.frame.camera, raysOf, choice_.listOf, reaches);
+    for (const int r : visible_) {
+      const std::uint64_t samples = demand.samplesOf(r);
+      shown_[static_cast<std::size_t>(r)] = demand.listOf(r);
+      if (samples == 0) continue;
+      const bool glossy =
+          reflectors_.classOf[static_cast<std::size_t>(r) + 1] == raster::SampleClass::Glossy;
+      const std::uint64_t ofLobes = samples * (glossy ? shared::kLobeRays : 1);
+      const int one[] = {r};
+      wishes.push_back({r, ofLobes, 0.0, neededOf(one)});
+      if (glossy && gl::Context::current().info().software)
+        wishes.back().texels =
+            kTexelsPerTest * static_cast<double>(ofLobes) *
+            static_cast<double>(shown_[static_cast<std::size_t>(r)].members.size());
+      rays += ofLobes;
+    }
+    const std::vector<bool> granted = grant(wishes, costs_, mostOf(settings_, lasts, rays));
+    visible_.clear();
+    for (std::size_t w = 0; w < wishes.size(); ++w) {
+      const int r = wishes[w].reflector;
+      if (granted[w]) visible_.push_back(r);
+      traced_[static_cast<std::size_t>(r)] = !granted[w];
+    }
+    needed_ = neededOf(visible_);
+  });
+}
+
+void ImpostorMethod::traceOthers(const FrameInput& input, Services& services, FrameOutput& output) {
+  output.counters["traced_reflectors"] =
+      static_cast<std::uint64_t>(std::ranges::count(traced_, true));
+  if (output.counters["traced_reflectors"] == 0) return;
+  const frame::ObjectSet own(traced_);
+  const auto counts =
+      traceSamples({*services.trace, tracing_, own, settings_.masks, raster::kMaskRetraced},
+                   input.frame.camera, services, bands_);
+  for (std::size_t at = 0; at < copy_.object.size(); ++at)
+    output.counters["traced_samples"] += copy_.object[at] > 0 && traced_[copy_.object[at] - 1];
+  output.counters["below_horizon"] += counts.belowHorizon;
+}
+
+}  // namespace catoptric::methods::impostors
