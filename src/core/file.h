@@ -17,8 +17,9 @@ std::vector<std::byte> readFile(const std::filesystem::path& path,
 std::string readTextFile(const std::filesystem::path& path,
                          std::size_t maxBytes = std::size_t{1} << 26);
 
-/// Writes a temporaryName() in the same folder, calls fsync, renames the file and calls fsync for
-/// the folder. On failure it removes the temporary file and throws OutputError with path and cause.
+/// Writes a temporary file (temporaryName()) in the same folder, calls fsync, renames the file and
+/// calls fsync for the folder. On failure it removes the temporary file and throws OutputError with
+/// path and cause.
 void writeFileAtomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 void writeFileAtomically(const std::filesystem::path& path, std::string_view text);
 
@@ -33,11 +34,11 @@ std::string processSpace();
 /// ".NAME.PID@SPACE.ENDING.tmp" in the folder of `path`; `ending` has 6 characters.
 std::filesystem::path temporaryName(const std::filesystem::path& path, std::string_view ending);
 
-/// Removes the temporary files that writeFileAtomically() of terminated processes left in `folder`,
-/// including an earlier process that had this one's PID. Files of other machines are removed when
-/// they are an hour old, because their processes cannot be checked. Other files stay. Call this
-/// before writing to the folder. Returns the number of removed files. Throws OutputError if a file
-/// cannot be removed.
+/// Removes the temporary files that terminated processes left in `folder` (writeFileAtomically()),
+/// including those of an earlier process that had this process's PID. Files of other machines are
+/// removed when they are an hour old, because their processes cannot be checked. Other files stay.
+/// Call this before writing to the folder. Returns the number of removed files. Throws OutputError
+/// if a file cannot be removed.
 int sweepTemporaryFiles(const std::filesystem::path& folder);
 
 /// The folder $CATOPTRIC_CACHE, $XDG_CACHE_HOME/catoptric or ~/.cache/catoptric; created if

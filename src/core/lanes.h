@@ -43,7 +43,7 @@ CATOPTRIC_INLINE void store(const V& value, void* values) {
   __builtin_memcpy(values, &value, sizeof value);
 }
 
-/// Returns `b` if `a` is NaN.
+/// The smaller value of each lane; that of `b` if `a` is NaN.
 template <class V>
 CATOPTRIC_INLINE V least(const V& a, const V& b) {
   return a < b ? a : b;

@@ -7,8 +7,8 @@
 
 namespace catoptric {
 
-/// Throws OutputError if `folder` is a symbolic link. For the subfolders of a folder that the user
-/// named: a run must not change files elsewhere.
+/// Throws OutputError if `folder` is a symbolic link. Call it for subfolders of the folder that the
+/// user named, because a run must not change files elsewhere.
 void refuseLink(const std::filesystem::path& folder);
 
 /// Removes the regular files below `folder` for which `ours` is true, and the folders that are

@@ -25,7 +25,7 @@ namespace catoptric {
 /// The number of floats in the widest vector.
 inline constexpr std::size_t kWidestVector = 16;
 
-/// `count` rounded up to whole vectors of the widest kind. Surplus values are not used.
+/// `count` rounded up to a multiple of kWidestVector. Surplus values are not used.
 CATOPTRIC_INLINE std::size_t wholeVectors(std::size_t count) {
   return (count + kWidestVector - 1) / kWidestVector * kWidestVector;
 }

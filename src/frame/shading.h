@@ -122,8 +122,8 @@ WorldLight worldLight(const scene::Light& light, const scene::Pose& pose);
 /// Irradiance E_i of the formula above, without shadows; `normal` has unit length.
 Vec3 lightIrradiance(const WorldLight& light, const Vec3& position, const Vec3& normal);
 
-/// Radiance of the lights' highlights by the formula above. `normal`: of the reflection;
-/// `direction`: from the viewer. All directions have unit length.
+/// Radiance of the lights' highlights by the formula above. `normal`: the normal n of the
+/// reflection; `direction`: from the viewer. All directions have unit length.
 Vec3 lightHighlights(const std::vector<WorldLight>& lights, const Vec3& position,
                      const Vec3& normal, const Vec3& lobeHorizon, const Vec3& direction,
                      scene::Lobe lobe);
@@ -136,7 +136,7 @@ struct SurfacePoint {
   Vec3 diffuse{0.0f};          ///< radiance L of the formula above
   float specularLevel = 0.0f;  ///< s
   scene::Lobe lobe;
-  Vec3 tint{1.0f};       ///< of the reflection; weights: trace::reflectionWeights()
+  Vec3 tint{1.0f};       ///< tint of the reflection; trace::reflectionWeights() applies it
   Vec3 highlight{0.0f};  ///< radiance of the lights' highlights
   int object = 0;        ///< id of the object
   bool bent = false;     ///< aboveSurface() has changed the normal
@@ -145,20 +145,22 @@ struct SurfacePoint {
   Vec3 lobeHorizon{0.0f, 1.0f, 0.0f};
 };
 
-/// Minimum elevation (as a sine) of a mirrored ray above the triangle, but at most this fraction of
-/// the viewer's own elevation, as in Cycles' ensure_valid_specular_reflection().
+/// Minimum elevation (as a sine) of a mirrored ray above the triangle: kLeastElevation, or
+/// kElevationShare times the viewer's own elevation if that is lower. As in Cycles'
+/// ensure_valid_specular_reflection().
 inline constexpr float kLeastElevation = 0.025f;
 inline constexpr float kElevationShare = 0.9f;
 
-/// Whether the normals of an object's reflective points may have to be corrected. Not for planes,
-/// refractive objects, and implicit surfaces (whose normals are exact), except with a normal map.
+/// Whether the normals of an object's reflective points may have to be corrected. False for planes,
+/// refractive objects, and implicit surfaces (whose normals are exact), unless they have a normal
+/// map.
 bool bendsNormals(const scene::Scene& scene, const ObjectRange& range, int object);
 
 /// Turns `normal` towards `geometric` until the mirrored ray leaves above the surface. Returns
 /// whether that was necessary. All vectors have unit length; `geometric` is turned to the viewer,
-/// `direction` comes from the viewer. In the plane of both normals (X perpendicular to G), n = X
-/// sin a + G cos a mirrors the view to the elevation v.X sin 2a + v.G cos 2a, which is solved for
-/// the largest a.
+/// `direction` comes from the viewer. With G = `geometric`, v = -`direction`, and X perpendicular
+/// to G in the plane of both normals: n = X sin a + G cos a mirrors v to the elevation v.X sin 2a +
+/// v.G cos 2a. This is solved for the largest a.
 bool aboveSurface(const Vec3& geometric, const Vec3& direction, Vec3& normal);
 
 /// Levels by which the normal of a reflection is finer than the texture level of the other lookups.
@@ -187,7 +189,7 @@ bool isCutOut(const scene::Scene& scene, const Geometry& geometry, int object,
               std::uint32_t primitive, float u, float v);
 
 /// Texels of the base level per unit of a slot's untransformed uv: max(width, height) times the
-/// root of the transform's area scale. Multiplied by uvPerMetre for the lod above.
+/// root of the transform's area scale. The formula of lod above multiplies it by uvPerMetre.
 float textureScale(const scene::Scene& scene, const scene::TextureSlot& slot);
 
 /// Trilinear sample in linear values, as textureLod() computes it.

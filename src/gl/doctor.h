@@ -22,9 +22,9 @@ struct DeviceReport {
   bool usable() const { return status != "unusable"; }
 };
 
-/// Tries every device, each in a child process, which its driver may crash. The result has at least
-/// the entries "egl:0" (or the reason why EGL has no devices), "surfaceless" and "osmesa", in the
-/// order in which `auto` tries them.
+/// Tries every device, each in a child process, because a driver may crash its process. The result
+/// has at least the entries "egl:0" (or the reason why EGL has no devices), "surfaceless" and
+/// "osmesa", in the order in which `auto` tries them.
 std::vector<DeviceReport> describeDevices();
 
 /// A report as a JSON object.

@@ -144,7 +144,8 @@ class Texture {
   std::size_t bytes_ = 0;
 };
 
-/// One attachment: a level. For arrays and cube maps, one layer (or face) or all layers.
+/// One attachment: a level of a texture. Of arrays and cube maps, one layer (or face) of the level,
+/// or all layers.
 struct Attachment {
   const Texture& texture;
   int level = 0;

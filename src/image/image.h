@@ -62,10 +62,10 @@ struct Image8 {
   std::vector<std::uint8_t> rgba;
 };
 /// Decodes PNG or JPEG bytes to 8-bit RGBA (libpng, libjpeg-turbo). The contents determine the
-/// format. Any bit depth, palette, grey, interlaced or progressive; CMYK without its profile.
-/// Gamma, profiles and Exif orientation are ignored, as glTF requires. `maxPixels` limits the size
-/// before anything is allocated. Truncated or damaged files are errors. Throws SceneError, which
-/// begins with `name`.
+/// format. Accepts any bit depth, palettes, grey, interlaced and progressive files, and CMYK, whose
+/// profile is ignored. Gamma, other profiles and Exif orientation are ignored too, as glTF
+/// requires. `maxPixels` limits the size before anything is allocated. Truncated or damaged files
+/// are errors. Throws SceneError, which begins with `name`.
 Image8 decodeImage8(std::span<const std::byte> bytes, const std::string& name,
                     std::size_t maxPixels);
 
@@ -73,9 +73,9 @@ Image8 decodeImage8(std::span<const std::byte> bytes, const std::string& name,
 /// small built-in config: exposure, sRGB view). NaN becomes magenta, never black.
 std::vector<std::uint8_t> displayRgb8(const Image& image, float exposureStops = 0.0f);
 
-/// The same sRGB encoding of one linear value, without OpenColorIO: 0..255, clamped. L1_8bit
-/// compares these values, rounded. NaN stays NaN. Tests check that both functions agree within half
-/// a step.
+/// Encodes one linear value as displayRgb8() does, but without OpenColorIO: 0..255, clamped.
+/// L1_8bit compares these values, rounded. NaN stays NaN. Tests check that both functions agree
+/// within half a step.
 float display8(float linear);
 
 }  // namespace catoptric::image

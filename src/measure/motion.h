@@ -1,5 +1,6 @@
-// Stability over time: how a sequence's error against its truth changes from frame to frame. A
-// constant error disturbs less than one that changes, so flicker is measured apart from the error.
+// Stability over time: how a sequence's error against its reference frames (the truth) changes from
+// frame to frame. A constant error disturbs less than one that changes, so flicker is measured
+// apart from the error.
 #pragma once
 
 #include <cstdint>
@@ -17,21 +18,21 @@ struct SignedError {
   int width = 0;
   int height = 0;
   std::vector<std::int16_t> steps;    ///< 3 per pixel; 255 where a value is not finite
-  std::vector<std::uint8_t> counted;  ///< 1: reflective; all are 1 without a layer that tells
+  std::vector<std::uint8_t> counted;  ///< 1: the pixel is reflective; all are 1 if no layer tells
   bool hasReflective = false;
   std::vector<int> objects;     ///< layer id.object; empty without it
   std::vector<float> distance;  ///< layer Z, metres; empty without it
   std::vector<float> motion;    ///< layers motion.X, .Y, .Z: 3 per pixel; empty without them
 };
 
-/// The signed error of a frame, with the layers of the image, otherwise of the reference. Throws
+/// The signed error of a frame. Layers that the image lacks are taken from the reference. Throws
 /// UsageError, which begins with `name`, if sizes differ or colours are missing.
 SignedError signedError(const image::Image& image, const image::Image& reference,
                         const std::string& name = "image");
 
 /// A mean of |E_t - E_t-1| over pixels and channels, in display steps.
 struct Flicker {
-  std::uint64_t pixels = 0;  ///< of all pairs of frames
+  std::uint64_t pixels = 0;  ///< number of pixels, summed over all pairs of frames
   double sum = 0.0;
 
   double mean() const { return pixels > 0 ? sum / (3.0 * static_cast<double>(pixels)) : 0.0; }
@@ -47,24 +48,24 @@ struct MotionError {
   std::map<int, Flicker> objects;  ///< pixels that have the same id.object in both frames
   bool hasMotion = false;          ///< whether the layers for alongMotion exist
   Flicker alongMotion;          ///< E_t-1 is read where the surface point was in the previous frame
-  std::uint64_t unmatched = 0;  ///< pixels without such a place: hidden or outside in the last
-                                ///< frame, or of unknown motion
+  std::uint64_t unmatched = 0;  ///< pixels whose surface point was hidden or outside the previous
+                                ///< frame, or whose motion is unknown
   /// Over each kWindow consecutive frames, the mean of E^2 is the square of the mean of E (steady)
   /// plus its variance (unsteady). Sums over pixels that count in all frames of the window.
   std::uint64_t windowPixels = 0;
   double steadySquared = 0.0;
   double unsteadySquared = 0.0;
   int worstFrame = 0;  ///< frame with the largest flicker; 0: no pairs
-  int worstX = 0;      ///< middle of the tile of kTile x kTile pixels that flickers most in it
+  int worstX = 0;  ///< middle of the tile of kTile x kTile pixels that flickers most in worstFrame
   int worstY = 0;
-  double worstTile = 0.0;  ///< its flicker, display steps
+  double worstTile = 0.0;  ///< flicker of that tile, display steps
 
   static constexpr int kWindow = 8;  ///< frames; ours
   static constexpr int kTile = 16;   ///< pixels; ours
 
   double steady() const;    ///< root mean square, display steps
   double unsteady() const;  ///< the same
-  /// Percent of the counted pixels that have no place in the previous frame.
+  /// Percent of the counted pixels that are `unmatched`.
   double unmatchedPercent() const;
 };
 

@@ -38,7 +38,7 @@ Vec3 rayDirection(const Camera& camera, int width, int height, float x, float y)
 /// plane 1 metre in front of the camera.
 Mat3 rayFromPixel(const Camera& camera, int width, int height);
 
-/// Angle in radians that the height of one pixel subtends at the image centre : the angle of ray
+/// Angle in radians that the height of one pixel subtends at the image centre: the angle of ray
 /// cones.
 float pixelSpreadRad(const Camera& camera, int height);
 

@@ -1,5 +1,5 @@
-// The mapping between glTF's metallic-roughness model and the papers' specular level s, roughness
-// g (which the papers call roughness) and Phong exponent n.
+// The mapping between glTF's metallic-roughness model and the papers' specular level s, roughness g
+// and Phong exponent n.
 #pragma once
 
 #include <algorithm>

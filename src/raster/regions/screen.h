@@ -19,7 +19,8 @@ class Screen {
   Rectangle all_;
   glm::dvec2 size_;
   glm::dmat4 clipFromWorld_;
-  glm::dmat4 terms_;  ///< bounds on the rounding errors of these terms on the GPU
+  /// Bounds on the rounding errors on the GPU, for each entry of clipFromWorld_.
+  glm::dmat4 terms_;
   double nearMetres_;
 };
 

@@ -19,13 +19,15 @@ namespace catoptric::scene::gltf {
 /// Whether the loader reads an extension.
 bool isKnownExtension(std::string_view name);
 
-/// Checks nesting, JSON syntax, types, required members, allowed values, ranges of all indices,
-/// mutually exclusive members, the asset's version, required extensions, and the URIs.
+/// The results of a check that found no error.
 struct Checked {
   External external;
   /// New texts for numbers that tinygltf would misread.
   std::vector<Rewrite> rewrites;
 };
+/// Checks nesting, JSON syntax, types, required members, allowed values, ranges of all indices,
+/// mutually exclusive members, the asset's version, required extensions, and the URIs. Throws
+/// SceneError.
 Checked checkJson(const Container& container, const std::string& file, const LoadLimits& limits);
 
 }  // namespace catoptric::scene::gltf

@@ -59,7 +59,7 @@ class Reader {
   /// finite and below 1e18. `place` refers to the accessor in messages.
   std::vector<float> floats(int accessor, int components, unsigned allowed,
                             const std::string& place);
-  /// The same as vectors: T is Vec2, Vec3, Vec4 or Mat4.
+  /// As floats(), but returns vectors: T is Vec2, Vec3, Vec4 or Mat4.
   template <class T>
   std::vector<T> vectors(int accessor, unsigned allowed, const std::string& place) {
     constexpr int kComponents = static_cast<int>(sizeof(T) / sizeof(float));

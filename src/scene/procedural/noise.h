@@ -96,8 +96,8 @@ void forRows(int size, const F& body) {
 /// are about -1..1, with mean 0.
 Field fbm(int size, int periodX, int periodY, int octaves, std::uint32_t seed, float gain = 0.5f);
 
-/// Cellular noise [Worley1996] with `period` x `period` jittered points per tile. Contains the
-/// distances to the two nearest points, in cells, and a hash of the nearest point.
+/// Cellular noise at one position: the distances to the two nearest points, in cells, and a hash of
+/// the nearest point.
 struct Cell {
   float nearest = 0.0f;
   float second = 0.0f;
@@ -105,6 +105,7 @@ struct Cell {
   float dy = 0.0f;
   std::uint32_t id = 0;
 };
+/// Cellular noise [Worley1996] with `period` x `period` jittered points per tile.
 class Cells {
  public:
   Cells(int period, float jitter, std::uint32_t seed);

@@ -20,13 +20,16 @@
 namespace catoptric::trace {
 
 // All thresholds are our choice, made by looking at interior scenes.
-inline constexpr float kEnclosedShare =
-    0.75f;  ///< fraction of rays that hit back faces, from which a point counts as inside an object
-inline constexpr int kEnclosedRays =
-    32;  ///< number of closest hits that decide this (occlusion only)
-inline constexpr int kShadowRays = 32;  ///< per light with a radius, in penumbrae
-inline constexpr int kRimRays = 8;  ///< to the edge of a light; if all agree, there is no penumbra
-inline constexpr int kGlanceRays = 2;  ///< the same test where neighbours agree
+/// A point counts as inside an object if at least this fraction of its rays hits back faces.
+inline constexpr float kEnclosedShare = 0.75f;
+/// Number of rays that decide this in bakes of ambient occlusion alone.
+inline constexpr int kEnclosedRays = 32;
+/// Rays per light with a radius, at points in its penumbra.
+inline constexpr int kShadowRays = 32;
+/// Rays to the edge of a light; if all agree, the point is in no penumbra.
+inline constexpr int kRimRays = 8;
+/// Rays of a coarser test before that one. Where neighbours agree, it suffices.
+inline constexpr int kGlanceRays = 2;
 inline constexpr int kEmitterRays =
     16;  ///< towards emissive surfaces, in gathers with the most rays
 inline constexpr int kLeastEmitterRays =

@@ -17,8 +17,8 @@ float fraction(double x);
 Vec2 shiftOf(std::size_t number);
 /// A point of the unit square, shifted with wrap-around.
 Vec2 shifted(const Vec2& p, const Vec2& shift);
-/// R2 points number `first` to `first + count - 1` in the unit square, sorted along a Morton curve
-/// so that neighbours in space are neighbours in the list.
+/// Points number `first` to `first + count - 1` of the R2 sequence in the unit square, sorted along
+/// a Morton curve so that neighbours in space are neighbours in the list.
 std::vector<Vec2> latticePoints(int count, int first = 0);
 /// A cosine-distributed direction about basis.z (Malley's method).
 Vec3 cosineDirection(const Basis& basis, const Vec2& p);

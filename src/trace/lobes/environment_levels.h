@@ -15,8 +15,9 @@ class EnvironmentLevels {
   explicit EnvironmentLevels(std::shared_ptr<const frame::EnvironmentLight> environment);
 
   /// Mean radiance around a unit direction over approximately this solid angle: interpolated
-  /// between the two levels with the closest texel size, bilinear in each. If that is level 0, and
-  /// for environments without an image, which change slowly, the environment's own radiance.
+  /// between the two levels with the closest texel size, bilinear in each. If a texel of level 0 is
+  /// at least as large as the solid angle, or if the environment has no image (and thus changes
+  /// slowly), returns the environment's own radiance.
   Vec3 radiance(const Vec3& direction, float solidAngle) const;
 
   int levels() const { return static_cast<int>(levels_.size()); }

@@ -3,8 +3,8 @@
 
 namespace catoptric::trace {
 
-/// In metres (ours). With a finite one, a weak attenuation tends to none; the sky is black up to an
-/// attenuation of 9 km.
+/// Distance in metres (our choice). It is finite, so that the sky fades little if the attenuation
+/// length is far above it. With attenuation lengths up to 9 km the sky is black.
 constexpr float kSkyMetres = 1e6f;
 
 }  // namespace catoptric::trace
