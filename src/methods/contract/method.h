@@ -197,7 +197,8 @@ struct SampleLayerInfo {
 struct TestOptions {
   std::string small = "{}";       ///< suitable for frames of 64 pixels
   std::string refracting = "{}";  ///< added for scenes with refractive objects
-  /// Each is added in a test of its own: options that choose another way of rendering.
+  /// Options that choose another way of rendering. Each element has a test of its own, which adds
+  /// it to `small`.
   std::vector<std::string> variants = {};
   /// Percent of a plane mirror's samples that may differ from the image of the mirrored camera.
   /// Negative: the method does not claim to render plane mirrors.
@@ -230,7 +231,7 @@ struct MethodEntry {
   /// Whether Method::unsupported() may name reflectors. Adds the option `unsupported`.
   bool refusesReflectors = false;
   /// The options with which this method shades reflectors that another method's option
-  /// `unsupported` gives to it. Null: it cannot be named there.
+  /// `unsupported` gives to it. Null: `unsupported` cannot name this method.
   const char* fallbackOptions = nullptr;
   std::vector<MethodAlias> aliases = {};
 };

@@ -22,8 +22,8 @@ struct Domain {
   int offset = 0;  ///< number of lines in the preceding domains
 };
 
-/// The domains for the directions pi i / n, i = 0 .. n - 1; all lines with samples in size x size
-/// texels.
+/// The domains for the directions pi i / n, i = 0 .. n - 1. They contain all lines that have
+/// samples in a square of size x size texels.
 std::vector<Domain> makeDomains(int n, int size);
 
 /// A point of a line: position along the major axis in texels, and depth. A negative position marks

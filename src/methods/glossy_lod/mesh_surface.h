@@ -9,9 +9,9 @@
 
 namespace catoptric::methods::glossy_lod {
 
-/// The surface of the triangle at the centre of the texel that was hit, at its point nearest to
-/// `position`, seen along `direction` by a ray that is `width` metres wide. `scatter`: as in
-/// frame::shadeSurface().
+/// A ray along `direction`, `width` metres wide, hit a texel of a geometry image. Returns the
+/// surface of the triangle under the texel's centre, at the triangle's point nearest to `position`.
+/// `scatter`: as in frame::shadeSurface().
 frame::SurfacePoint meshSurface(const Shading& shading, const QuadHit& found, const Vec3& position,
                                 const Vec3& direction, float width, const Vec2& scatter);
 

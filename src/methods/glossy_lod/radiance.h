@@ -44,7 +44,7 @@ class Radiance {
   const Vec4& texel(int side, std::uint32_t x, std::uint32_t y) const {
     return texels_[static_cast<std::size_t>(side)][std::size_t{y} * width() + x];
   }
-  /// A texel of a coarser level. row() texels further lies the one above it.
+  /// A texel of a coarser level. The texel above it lies row() texels further.
   const Vec4* onLevel(int side, int level, std::size_t x, std::size_t y) const {
     return &texels_[static_cast<std::size_t>(side)][at(level, x, y)];
   }
@@ -66,7 +66,8 @@ class Radiance {
   }
 
   glm::uvec2 size_{0};  ///< of level 0, texels
-  /// By side. Not set before it is shaded: the system gives no memory to backs that are never seen.
+  /// Indexed by side. Texels are not initialized before they are shaded, so that the system
+  /// provides no memory for backs that are never hit.
   std::array<std::unique_ptr<Vec4[]>, 2> texels_;
   Shading shading_;
   std::unique_ptr<std::atomic<State>[]> states_;  ///< indexed by chart and side

@@ -10,12 +10,13 @@
 
 namespace catoptric::methods::glossy_lod {
 
-/// Bytes of images with so many quads and texels, about.
+/// Approximate size in bytes of images with these numbers of quads and texels.
 std::uint64_t imageBytes(double quads, double texels);
 
 struct Sizes {
-  std::vector<ImageSize> ofObject;  ///< by index in the scene; without quads: it has no image
-  double quads = 0.0;               ///< of all objects together, approximately
+  /// Indexed like the scene's objects; 0 quads: the object has no image.
+  std::vector<ImageSize> ofObject;
+  double quads = 0.0;  ///< of all objects together, approximately
   double texels = 0.0;
   std::uint64_t bytes = 0;
   std::uint64_t reduced = 0;  ///< objects with coarser images than requested

@@ -225,7 +225,7 @@ Bounce<S> makeBounce(const Vector<S>& before, const Vector<S>& x, const Jet3<S>&
   // d lambda = l y
   const std::array<S, 2> ka = times(r.k, r.a);
   const std::array<S, 2> l{-(ka[0] / r.cosine + kn[0]), -(ka[1] / r.cosine + kn[1])};
-  // How d turns: (dd)^2 = y omega y / rho^0
+  // How d turns: (dd)^2 = y omega y, without a division by rho
   const S c2 = S(1) / (r.cosine * r.cosine);
   r.omega = {r.k[0] * r.k[0] + r.k[1] * r.k[1] + c2 * ka[0] * ka[0],
              r.k[0] * r.k[1] + r.k[1] * r.k[2] + c2 * ka[0] * ka[1],

@@ -36,10 +36,11 @@ using Sequence = std::vector<Meeting>;  ///< starts at the eye
 struct PathType {
   std::optional<Reflector> paths;     ///< nullopt: a single plane, which needs no paths
   std::vector<Plane<double>> planes;  ///< only if all reflectors are planes
-  std::uint32_t number = 0;           ///< VirtualPass::reflectors of samples with this sequence
+  std::uint32_t number = 0;  ///< value of VirtualPass::reflectors at samples with this sequence
   /// By index in geometry.objects; objects without a visible reflection are absent.
   std::map<int, VirtualObject> objects;
-  /// Bytes of each object: 0 if no reflection of it is visible; kUnknown: not yet searched.
+  /// Size of each object's virtual object in bytes. 0: no reflection of the object is visible;
+  /// kUnknown: not yet searched.
   std::vector<std::uint64_t> bytes;
   static constexpr std::uint64_t kUnknown = ~std::uint64_t{0};
   bool occurs() const { return !paths || paths->pathCount() > 0; }
@@ -52,7 +53,7 @@ struct PathType {
 /// The object inside which a path is after these vertices; -1: none. Such objects are solid: a path
 /// that has entered one next hits the same object's surface.
 int inside(const scene::Scene& scene, const Sequence& sequence);
-/// A text for messages: object `o`, or if it is -1 the sampled paths, in a sequence of reflectors.
+/// A text for messages. It names object `o` (-1: the sampled paths) and the sequence of reflectors.
 std::string nameOf(const scene::Scene& scene, const Sequence& sequence, int o);
 
 class PathTypes {

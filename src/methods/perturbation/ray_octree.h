@@ -49,9 +49,10 @@ struct NearRay {
 class RayOctree {
  public:
   struct Settings {
-    std::size_t k = 5;             ///< number of nearest rays that cells guarantee [Chen2000: 5]
-    int maxDepth = 9;              ///< not from the paper
-    std::size_t leafSize = 16;     ///< smaller cells are not divided (not from the paper)
+    std::size_t k = 5;  ///< number of nearest rays that cells guarantee [Chen2000: 5]
+    int maxDepth = 9;   ///< not from the paper
+    /// Cells with at most this many rays are not divided (not from the paper).
+    std::size_t leafSize = 16;
     std::size_t maxLeaves = 8192;  ///< not from the paper
   };
   /// The Glances of four rays in floats: origins and bases, directions and growths.
@@ -81,7 +82,7 @@ class RayOctree {
 
   /// Contains every ray that nearest() or reflections() can return for `point`, and others.
   std::span<const std::uint32_t> candidates(const glm::dvec3& point, Cursor& cursor) const;
-  /// The k nearest rays, sorted by distance, then by number; fewer if there are fewer.
+  /// The k nearest rays, sorted by distance, then by number; all rays if there are fewer than k.
   void nearest(const glm::dvec3& point, Cursor& cursor, std::vector<NearRay>& result) const;
 
   /// The minima of the distance among neighbours, sorted by distance. Needs neighbours; a ray

@@ -1,5 +1,5 @@
 // Whole paths p = x_0, x_1, ..., x_N, x_{N+1} = q over implicit surfaces, for tests: their
-// derivatives, their motion when p moves, and exact ones by Newton's method [Mitchell1992].
+// derivatives, their motion when p moves, and exact paths by Newton's method [Mitchell1992].
 #pragma once
 
 #include <vector>
@@ -142,8 +142,9 @@ bool solveLinear(std::vector<S>& m, std::size_t size) {
 
 /// An exact path near a given one, by Newton's method on its 4 N equations
 ///   index_{i-1} unit(x_i - x_{i-1}) + index_i unit(x_i - x_{i+1}) + lambda_i g_i' = 0,  g_i = 0.
-/// `surface(i, x, jet)` gives the derivatives of x_i's surface and false where there are none.
-/// Ends when steps are below `tolerance` times the path's length. False: none was found.
+/// `surface(i, x, jet)` sets `jet` to the derivatives of x_i's surface, and returns false where
+/// there are none. Ends when steps are below `tolerance` times the path's length. False: none was
+/// found.
 template <class S, class SurfaceAt>
 bool solvePath(const Vector<S>& p, const Vector<S>& q, const SurfaceAt& surface, const S& lastIndex,
                const S& tolerance, std::vector<PathVertex<S>>& vertices) {

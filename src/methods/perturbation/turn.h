@@ -28,7 +28,8 @@ struct Turn {
 /// Maximum number of turns of a path (run config: bounces).
 inline constexpr std::size_t kMaxTurns = 6;
 
-/// A reflector shows itself only beyond this fraction of its size (not from the paper).
+/// A reflector reflects itself only at distances above this fraction of its size (not from the
+/// paper).
 inline constexpr double kOffSurface = 1e-3;
 
 inline Vector<double> vectorOf(const glm::dvec3& p) {

@@ -91,9 +91,9 @@ class VirtualLayers {
                    const raster::GBuffer& gbuffer, std::initializer_list<Group> groups,
                    std::span<const raster::Rectangle> drawn, const scene::Camera& camera,
                    Services& services);
-  /// Draws the static objects where they are needed; for a new camera everywhere, because more
-  /// frames usually follow and a frame's first paths cost far more. Returns the G-buffer of the
-  /// static part.
+  /// Draws the static objects where they are needed. If the camera is new, draws them everywhere,
+  /// because frames with the same camera usually follow, and finding a frame's first paths costs
+  /// far more than finding further ones. Returns the G-buffer of the static part.
   const raster::GBuffer& drawStatic(const raster::Region& part, std::size_t count,
                                     std::span<const raster::Rectangle> drawn,
                                     const scene::Camera& camera, Services& services);
@@ -116,7 +116,7 @@ class VirtualLayers {
   bool keepsStill_ = true;
   std::optional<raster::Region> staticTiles_;
   raster::Rectangle mirrors_;  ///< bounding rectangle of the samples that reflectors may cover
-  std::vector<gl::Define> defines_;  ///< of both programs
+  std::vector<gl::Define> defines_;  ///< common defines of the programs
   gl::Program uncovered_;
   gl::Program uncoveredInside_;  ///< for levels after the first
   gl::Program join_;

@@ -49,7 +49,8 @@ class GridMapping {
 
   Options options_;
   int keyNumber_ = 0;          ///< KeyFrame::number() of the key frame to which the offsets belong
-  std::vector<Vec3> surface_;  ///< W, by sample of the key frame
+  std::vector<Vec3> surface_;  ///< W of Algorithm 2: the position of the reflecting surface, by
+                               ///< sample of the key frame
   std::vector<Vec2> offsets_;
   Layer shifted_;
   Layer warped_;

@@ -22,7 +22,8 @@ enum class Mapping : std::uint8_t {
   Splat,    ///< [Xie2017] Fig. 5, left: the key frame's samples are drawn as points
   Surface,  ///< the paper's baseline image_warp: reflections stay fixed to their surfaces
 };
-/// Whether radiance is reprojected by the reflected point instead of the reflecting surface.
+/// Whether samples of the key frame are moved to where their reflections now appear. Otherwise the
+/// samples of the current frame look up the key frame.
 constexpr bool movesLight(Mapping mapping) {
   return mapping == Mapping::Grid || mapping == Mapping::Splat;
 }

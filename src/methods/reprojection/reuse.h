@@ -74,9 +74,9 @@ class Reuse {
   void forTiles(const std::function<void(const Tile&, std::size_t)>& body) const;
   struct TileState {
     bool all = false;  ///< all samples of the tile were found by cells, or none is searched
-    float nearest = std::numeric_limits<float>::infinity();  ///< smallest length
+    float nearest = std::numeric_limits<float>::infinity();  ///< smallest Match::length in the tile
     float farthest = 0.0f;
-    bool stirred = false;  ///< a match in it changed in the last sweep or round
+    bool stirred = false;  ///< a match in the tile changed in the last sweep or round
   };
   /// Whether no match in the tile can change: all samples were found, at similar distances.
   bool settled(const TileState& state) const {
@@ -169,10 +169,10 @@ class Reuse {
   std::span<const MirrorRay> rays_;  ///< reflector 0: the sample is not searched
   std::vector<Outcome> outcomes_;
   std::vector<std::uint32_t> pending_;
-  std::vector<Vec2> attached_;  ///< of the surface in the key frame; NaN: none
+  std::vector<Vec2> attached_;  ///< position of the sample's surface in the key frame; NaN: none
   std::vector<Match> matches_;
-  /// Whether a match's cell already gives its radiance and position (Known), and its magnification
-  /// too (Measured).
+  /// Whether the radiance and position of a match are already set (Known), and its magnification is
+  /// already tested too (Measured).
   enum class Shown : std::uint8_t { Unknown, Known, Measured };
   std::vector<Shown> shown_;
   std::vector<TileState> tiles_;        ///< ordered along rows
@@ -184,8 +184,8 @@ class Reuse {
     std::int32_t sample = -1;  ///< the sample that got a match from this edge; -1: none
     Match match;
   };
-  std::vector<NearEdge> edges_;  ///< of the key frame
-  int edgesOf_ = 0;              ///< KeyFrame::number()
+  std::vector<NearEdge> edges_;  ///< the key frame's near edges
+  int edgesOf_ = 0;              ///< KeyFrame::number() of the key frame of edges_
   std::vector<Vec4> places_;     ///< position of the match's reflected point
 };
 

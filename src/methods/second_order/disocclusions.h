@@ -22,8 +22,10 @@ struct FoundByRays {
 };
 
 struct Disocclusions {
-  std::uint64_t samples = 0;    ///< some ray hit nothing where Embree's ray hits
-  std::uint64_t wrongHits = 0;  ///< the single ray hit a surface that Embree's ray did not
+  /// Samples with a ray that hit nothing although Embree's ray hits a surface.
+  std::uint64_t samples = 0;
+  /// Samples whose single ray hit a surface that Embree's ray does not hit.
+  std::uint64_t wrongHits = 0;
 
   Disocclusions& operator+=(const Disocclusions& other) {
     samples += other.samples;
@@ -33,8 +35,8 @@ struct Disocclusions {
 };
 
 /// Traces the rays to be checked. `found`, `clusterOf` (as Clustering::clusterOf): one per sample
-/// of the G-buffer; `rays`: per glossy sample. Disoccluded samples get kMaskDisoccluded in `masks`
-/// (may be empty).
+/// of the G-buffer; `rays`: number of rays per glossy sample. Disoccluded samples get
+/// kMaskDisoccluded in `masks` (may be empty).
 Disocclusions findDisocclusions(const raster::GBufferCopy& gbuffer, const scene::Camera& camera,
                                 std::span<const FoundByRays> found,
                                 std::span<const std::uint16_t> clusterOf,

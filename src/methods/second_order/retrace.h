@@ -40,7 +40,7 @@ class Retrace {
   /// maximum weight of reflections. Large clusters are judged in cells.
   void compare(const raster::GBuffer& gbuffer, std::span<const Cluster> clusters,
                std::span<const float> weight);
-  /// Whether the difference of a cluster or of one of its cells from its probes is too large.
+  /// Whether a cluster, or one of its cells, differs too much from its probes.
   bool errs(std::size_t cluster) const;
   /// Whether an object is refractive. It has no probes, because this method shades it as a mirror
   /// and Embree does not.
@@ -48,13 +48,15 @@ class Retrace {
   /// One entry per cluster; empty for planar mirrors and for clusters that are already traced.
   std::span<const Probed> probed() const { return probed_; }
 
-  /// Traces the samples of all clusters with Cluster::traced, of cells with too large an error, and
-  /// of tiles that see lamps. Writes GBuffer::reflection and, if requested, GBuffer::masks.
+  /// Counts of run().
   struct Done {
     trace::ReflectionCounts rays;
     std::uint64_t samples = 0;
-    std::uint64_t belowHorizon = 0;  ///< rays of samples with Clustering::kRetraced
+    /// Rays below the horizon, only of samples with Clustering::kRetraced.
+    std::uint64_t belowHorizon = 0;
   };
+  /// Traces the samples of all clusters with Cluster::traced, of cells with too large an error, and
+  /// of tiles that see lamps. Writes GBuffer::reflection and, if requested, GBuffer::masks.
   Done run(const FrameInput& input, Services& services, const raster::GBufferCopy& gbuffer,
            const Clustering& clustering, const RayPass& shown);
 

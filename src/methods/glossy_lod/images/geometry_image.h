@@ -41,9 +41,10 @@ struct ObjectImage {
 
 /// How fine an image is, approximately.
 struct ImageSize {
-  double quads = 0.0;   ///< of all charts together; divided by area and by triangle count
-  double texels = 0.0;  ///< of all charts together; divided by area; 0: one for each quad
-  int most = 0;         ///< maximum number of quads or texels along the edge of a chart
+  double quads = 0.0;  ///< number over all charts, which share it by area and by triangle count
+  /// Number over all charts, which share it by area; 0: one texel for each quad.
+  double texels = 0.0;
+  int most = 0;  ///< maximum number of quads or texels along the edge of a chart
 };
 
 ObjectImage makeObjectImage(const MeshView& mesh, const ImageSize& size);

@@ -62,11 +62,12 @@ struct RayPacket {
   float steepest = kAnySlope;
 };
 
-/// Nearer to the ray's origin than this, in diagonals of the quad's box; for bends up to 70
-/// degrees. Our choice.
+/// A hit is near if its distance from the ray's origin is below this many diagonals of the quad's
+/// box. Chosen by us for surfaces that bend by up to 70 degrees.
 inline constexpr float kOwnQuads = 2.0f;
-/// Lower above the starting surface than this, in such diagonals. Ours: without a limit for backs,
-/// rays pass through walls of grooves (teapot's lid, size 32: L1_8bit 0.76 instead of 0.41).
+/// A hit is low if its height above the starting surface is at most this many diagonals of the
+/// quad's box. Our choice. If the limit does not apply to backs, rays pass through walls of grooves
+/// (teapot's lid, size 32: L1_8bit 0.76 instead of 0.41).
 inline constexpr float kStartQuads = 0.25f;
 /// A front-facing triangle continues the surface that a ray leaves if the normals are opposite
 /// (cosine at most -kStartCosine). This happens for surfaces seen from behind. Not from the paper.

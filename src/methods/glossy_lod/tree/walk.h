@@ -142,8 +142,9 @@ CATOPTRIC_WALK V::M ofOwnObject(const Walk& walk, std::uint32_t node) {
   return V::both(V::le(own, object), V::le(object, own));
 }
 
-/// The rays of `lanes` all hit this triangle. Returns those that start on the surface of which the
-/// triangle is a continuation.
+/// The rays of `lanes` all hit this triangle, which belongs to the object on which they start.
+/// Returns the rays that must ignore the hit: it is low above their starting surface (kStartQuads),
+/// and lies on the triangle's back or on a front that continues this surface (kStartCosine).
 inline unsigned ofStart(const Walk& walk, std::uint32_t node, bool upper, unsigned lanes,
                         unsigned backs, const std::array<float, V::kLanes>& metres) {
   const Quad& quad = walk.tree.quads[node];
@@ -162,7 +163,7 @@ inline unsigned ofStart(const Walk& walk, std::uint32_t node, bool upper, unsign
     const Vec3 leaves(packet.leaves[0][i], packet.leaves[1][i], packet.leaves[2][i]);
     const Vec3 way(packet.direction[0][i], packet.direction[1][i], packet.direction[2][i]);
     if (metres[lane] * glm::dot(way, leaves) > above) continue;
-    // The normal on the side that the ray hits points against the ray
+    // On the side that the ray hits, the normal points against the ray
     const float cosine =
         glm::dot(normal, way) > 0.0f ? -glm::dot(normal, leaves) : glm::dot(normal, leaves);
     if ((backs >> lane & 1u) != 0 || cosine <= -least) found |= 1u << lane;
@@ -183,9 +184,9 @@ CATOPTRIC_TARGET inline unsigned passedBy(const Walk& walk, std::uint32_t node, 
   return ofStart(walk, node, upper, own, V::bits(back), metres);
 }
 
-/// Keeps the hits on one triangle that are nearest so far. `fronts`: hits on its back do not count,
-/// so these rays continue in the finer quads. A ray that slips through a crack between coarse quads
-/// can hit a back that the true surface hides.
+/// Keeps the hits on one triangle that are nearest so far. `fronts`: hits on the triangle's back do
+/// not count, so these rays continue in the finer quads. A ray that slips through a crack between
+/// coarse quads can hit a back that the true surface hides.
 template <bool kMixed>
 CATOPTRIC_TARGET inline void keep(const Walk& walk, const Rays<kMixed>& rays, std::uint32_t node,
                                   bool upper, bool fronts, Met& met, Nearest& nearest) {

@@ -54,8 +54,9 @@ struct ClusterCamera {
   // Deviations from the paper's formulas
   bool parallel = false;  ///< rays are (nearly) parallel or converge: the eye is placed far behind
   bool crossing = false;  ///< rays cross within the scene
-  bool pushedBack = false;  ///< the eye would have been in front of some sample
-  bool capped = false;      ///< fewer texels than the spacing of samples requires
+  /// The eye was moved back, because it would have been in front of some sample.
+  bool pushedBack = false;
+  bool capped = false;  ///< fewer texels than the spacing of samples requires
 
   /// Clip-space matrix for absolute world positions; `frameEye`: the eye of the frame.
   Mat4 clipFromWorld(const Vec3& frameEye) const;
@@ -69,8 +70,8 @@ std::vector<ClusterCamera> makeClusterCameras(const Clustering& clustering,
 
 /// Distance h of the eye behind the image plane for rays that come from one point. Over `depth`
 /// metres they spread from `near` (diagonal on the image plane) to `far` (negative if they have
-/// crossed). Infinite if they are parallel, negative if they converge. With d_n, d_F, D this is
-/// equation (1)'s f times the distance of e_0.
+/// crossed). Infinite if they are parallel, negative if they converge. For the paper's d_n, d_F and
+/// D this is f of equation (1), times the distance of e_0 from the plane.
 float eyeDistance(float near, float far, float depth);
 
 }  // namespace catoptric::methods::second_order

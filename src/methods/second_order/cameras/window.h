@@ -20,11 +20,12 @@ struct ClusterWindow {
   double spacing = 0.0;
   std::uint64_t pairs = 0;
   double walks = 0.0;  ///< sum over samples of the mirror ray's length in the image, in tangents
-  double lobeShare = 0.0;  ///< sum over samples of the angle at which the eye sees a lobe's far end
+  /// Sum over samples: length of the mirror ray / distance of its end from the eye.
+  double lobeShare = 0.0;
   std::array<float, kClipTilts.size()> lowest = allInfinite();  ///< lowest sample along each normal
   std::array<std::uint32_t, kClipTilts.size()> passing{};  ///< number of rays that cross the plane
 
-  std::array<float, kClipTilts.size()> highest{};  ///< highest sample along each; positive
+  std::array<float, kClipTilts.size()> highest{};  ///< highest sample along each normal; positive
   float farthest = 0.0f;                           ///< farthest sample along the axis
 
   static std::array<float, kClipTilts.size()> allInfinite() {

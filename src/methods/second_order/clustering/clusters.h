@@ -22,9 +22,9 @@ class Clustering {
   Clustering(Clustering&&) noexcept;
   ~Clustering();
 
-  /// Assigns the reflective samples of `gbuffer` to bins: those whose object's kind is not None,
-  /// and with s > 0 if its diffuse image was read. The result does not depend on the number of
-  /// threads.
+  /// Assigns the reflective samples of `gbuffer` to bins. A sample is reflective if its object's
+  /// kind is not None and, if the diffuse image was read, its s is above 0. The result does not
+  /// depend on the number of threads.
   void build(const raster::GBufferCopy& gbuffer, const scene::Camera& camera,
              std::span<const ReflectorKind> kinds, const ClusterOptions& options);
 

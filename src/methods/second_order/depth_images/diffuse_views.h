@@ -16,7 +16,8 @@ namespace catoptric::methods::second_order {
 
 /// One of many diffuse images that are drawn together.
 struct DiffuseView {
-  Mat4 clipFromWorld{1.0f};  ///< right-handed, reversed-Z without a far plane, upper left
+  /// Right-handed, reversed-Z without a far plane, origin in the upper left corner.
+  Mat4 clipFromWorld{1.0f};
   Vec3 eye{0.0f};
   float texelSpreadRad = 0.0f;  ///< angle that one texel subtends
   float nearestMetres = 0.0f;   ///< nothing nearer to the eye is drawn
@@ -80,7 +81,7 @@ class DiffuseViews {
   gl::VertexArray compoundVertices_;
   gl::Buffer blocks_;
   gl::Buffer indices_;
-  gl::Buffer commands_;  ///< of compound views; also the next buffer
+  gl::Buffer commands_;  ///< draw commands; only for compound views, as is numbers_
   gl::Buffer numbers_;   ///< 0, 1, 2, ... for an attribute that counts instances
 };
 

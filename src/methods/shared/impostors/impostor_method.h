@@ -101,7 +101,7 @@ class ImpostorMethod : public Method {
   std::vector<Shape> shapes_;
   Choice choice_;
   Images images_;  ///< quads and depth maps
-  Images planes_;  ///< planes of objects
+  Images planes_;  ///< images of the planes of objects
   CubeMap cubeMap_;
   HalfCube cubeInMemory_;
   std::vector<int> visible_;         ///< reflectors in view that impostors show

@@ -61,7 +61,7 @@ struct ProcessorFrame {
   raster::GBuffer& gbuffer;
   const scene::Camera& camera;
   Box3 bounds;                              ///< of the scene
-  const std::vector<std::uint8_t>& mirror;  ///< by object id
+  const std::vector<std::uint8_t>& mirror;  ///< by object id; 1: a mirror to shade
   std::vector<raster::Rectangle> parts;     ///< parts of the frame that show mirrors
   const std::vector<ImpostorLines>& lines;
   const std::vector<ImpostorList>& lists;

@@ -60,7 +60,8 @@ class TileRays {
   bool several_ = false;
   Lane hidden_{};
   std::array<bool, kMostRays> wanted_{};
-  // Origins and hits of rays, while these start at ImpostorLines::begin
+  // The original origins and hit distances of rays, kept while the rays start at
+  // ImpostorLines::begin
   Vectors keptOrigins_;
   Lane keptT_{};
   LookUps looks_;
