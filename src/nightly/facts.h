@@ -33,7 +33,7 @@ struct FrameFacts {
   std::map<std::string, double> steps;  ///< in seconds
   std::string file;                     ///< EXR file, relative to the history; empty: not kept
   std::uint64_t bytes = 0;
-  std::uint64_t notFinite = 0;  ///< number of pixels
+  std::uint64_t notFinite = 0;  ///< number of pixels with NaN or infinity
 };
 
 /// One case of one night.

@@ -28,7 +28,8 @@ inline constexpr std::array<const char*, 3> kBaselines = {role::kAccepted, role:
 /// Fails: the whole interval is above 1 + gate. Holds: the whole interval is below it. Otherwise
 /// undecided.
 TimeState stateOf(const study::Ratio& ratio, double gate);
-/// The ratio of one attempt of a role; nullopt: it was not measured.
+/// The time of tonight's build relative to that of the build with this role, in one attempt;
+/// nullopt: not measured.
 std::optional<TimeRatio> timeRatio(const CaseFacts& facts, const char* ofRole, int attempt,
                                    double gate);
 /// The ratio after confirmation: a failure must repeat in new processes. Without a second attempt

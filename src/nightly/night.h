@@ -21,8 +21,8 @@ struct NightOptions {
   std::function<void(const std::string& what, double share)> progress;
 };
 
-/// The cases of a suite for an effort whose tag or name matches `only`; `only` empty: all. Throws
-/// UsageError if there are none.
+/// The cases of a suite for an effort. `only` selects cases by tags and by patterns of names;
+/// empty: all cases. Throws UsageError if no case is left.
 std::vector<NightCase> casesOf(const NightSuite& suite, const std::string& effort,
                                const std::vector<std::string>& only, Lab& lab);
 

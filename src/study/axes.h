@@ -27,14 +27,15 @@ Axis parseAxis(const std::string& text);
 /// differ.
 void linkAxes(std::vector<Axis>& axes, const std::string& link);
 
-/// The options of a method that trade accuracy for time, with the values of its schema and its
-/// present value. `name`: the method's name in the config; `effective`: its options, with defaults.
+/// One axis for each option of a method that trades accuracy for time. Its values are those of the
+/// schema (config::Field::trade) and the option's present value. `name`: the method's name in the
+/// config; `effective`: its options, with defaults.
 std::vector<Axis> automaticAxes(const std::string& name, const config::Schema& schema,
                                 const config::Value& effective);
 
 /// Selects combinations by comparisons that are joined by "&&": "rays<=16 && probes>rays". Each
 /// compares two names or numbers. The part of a name before its last point may be omitted if only
-/// one axis ends so.
+/// one axis has a name that ends in the rest.
 class Condition {
  public:
   /// Throws UsageError with the nearest name.

@@ -17,9 +17,9 @@ struct MixtureResult {
   std::vector<report::Table> tables;
 };
 
-/// The cheapest assignment within the bound, verified on all frames and timed together with the
-/// best single method. Needs the layer `id`. Throws UsageError unless the bound is on the mean of
-/// L1_8bit.
+/// Finds the fastest assignment of methods to reflectors within the bound. Verifies it on all
+/// frames, and times it together with the best single method. Needs the layer `id`. Throws
+/// UsageError unless the bound is on the mean of L1_8bit.
 MixtureResult tuneReflectors(Bench& bench, const std::vector<std::string>& methods,
                              const Bound& bound, Measurement::Clock clock);
 

@@ -14,7 +14,7 @@ const std::vector<std::string>& schemaNames();
 
 /// The text of configs/schema/NAME.schema.json. Throws UsageError with the nearest name.
 std::string schemaJson(const std::string& name, const std::vector<methods::MethodEntry>& registry);
-/// The same as Markdown lists; docs/config.md contains the one of "run".
+/// The schema as Markdown lists. docs/config.md contains that of "run".
 std::string schemaMarkdown(const std::string& name,
                            const std::vector<methods::MethodEntry>& registry);
 

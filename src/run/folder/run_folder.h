@@ -39,7 +39,8 @@ class RunFolder {
   /// Why the record of `frame` cannot be trusted ("no record", "another config", ...). Empty if it
   /// can: the fingerprints agree and the files have the recorded contents.
   std::string distrust(int frame, const FrameFingerprints& wanted) const;
-  /// Records without counters, tables and samples, of which long runs have too many to keep.
+  /// The record of a frame without its counters, tables and samples, of which long runs have too
+  /// many to keep in memory; null if there is no record.
   const FrameRecord* record(int frame) const;
   const std::map<int, FrameRecord>& records() const { return records_; }
   /// For Overwrite: removes the files that the present run's records name, and its tables. Warns of
@@ -91,14 +92,14 @@ class RunFolder {
   bool wasEmpty_ = false;                       ///< apart from a lock and empty folders
   std::vector<std::filesystem::path> created_;  ///< folders that the constructor created
   std::mutex mutex_;
-  std::map<int, FrameRecord> records_;  ///< as record() says
+  std::map<int, FrameRecord> records_;  ///< without counters, tables and samples
   std::map<int, std::string> lines_;    ///< the whole records, as they are in frames.jsonl
   bool appendable_ = false;             ///< frames.jsonl agrees with records_
   std::vector<frame::StepSample> startup_;
 };
 
-/// Throws OutputError if files of these methods' runs, a folder each in `out`, would replace files
-/// that no run wrote, or if one of these folders is a symbolic link.
+/// Each method's run gets a folder in `out`. Throws OutputError if such a folder is a symbolic
+/// link, or if the run's files would replace files that no run wrote.
 void checkFolderOfRuns(const std::filesystem::path& out, const std::vector<std::string>& methods);
 
 /// Whether a run uses this name for its own files or folders ("frames", "table.md"), so that no

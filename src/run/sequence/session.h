@@ -41,7 +41,7 @@ std::vector<std::unique_ptr<methods::Method>> makeMethods(
 std::filesystem::path methodFolder(const RunConfig& run, const MethodConfig& method,
                                    const std::filesystem::path& out);
 
-/// These frames of the path by one method, with their fingerprints.
+/// The tasks of rendering `frames` of the path with one method, with the frames' fingerprints.
 std::vector<FrameTask> makeTasks(const Stage& stage, const MethodConfig& config,
                                  const methods::Method& method, const std::vector<int>& frames);
 
