@@ -17,12 +17,13 @@
 //   n   = N; with a normal map t = normalize(tangent.xyz), b = cross(N, t) * tangent.w,
 //         m = 2 texel - 1, m.xy *= normalScale, n = normalize(m.x t + m.y b + m.z N).
 //         n = -n when the viewer sees the back of the triangle.
-//         The normal of the reflection (and only that one, where s > 0) is one of those that lod
-//         averages: of lod - kFinerLevels, at uv' + (scatter - 0.5) (2^lod - 1) / (size of level
-//         0). DEVIATION: [Toksvig2005] widens the lobe by their variance. A mirror would need many
-//         rays, and of a wall of tiles the joints would blur the flat tiles. Where s > 0 and
-//         bendsNormals(), aboveSurface() corrects the normal of the reflection (and only that one):
-//         interpolated and mapped normals can mirror rays into the surface.
+//         Where s > 0, the normal of the reflection (and only that one) is not the mean normal of
+//         level lod, but one of the normals that lod averages. It is read from level lod -
+//         kFinerLevels, at uv' + (scatter - 0.5) (2^lod - 1) / (size of level 0).
+//         DEVIATION: [Toksvig2005] widens the lobe by the variance of these normals. A mirror would
+//         then need many rays, and on a tiled wall the joints would blur the flat tiles.
+//         Where s > 0 and bendsNormals(), aboveSurface() corrects the normal of the reflection (and
+//         only that one): interpolated and mapped normals can mirror rays into the surface.
 //   albedo = baseColor * texel * vertex colour; unlit: L = albedo.
 //   s, g: the material's; with a metallic-roughness texture g = roughnessFactor * texel.g (the
 //         roughness of the lobe Material::lobe, Phong or GGX) and
@@ -163,12 +164,12 @@ bool bendsNormals(const scene::Scene& scene, const ObjectRange& range, int objec
 /// v.G cos 2a. This is solved for the largest a.
 bool aboveSurface(const Vec3& geometric, const Vec3& direction, Vec3& normal);
 
-/// Levels by which the normal of a reflection is finer than the texture level of the other lookups.
-/// Ours: of 0 (the map itself), 1 and 2 the best balance between noise and blur.
+/// The normal of a reflection is read from a level that is finer by this number than the level lod
+/// of other look-ups. Our choice: of 0, 1 and 2 the best balance between noise and blur.
 inline constexpr float kFinerLevels = 2.0f;
 
-/// `scatter` below of the G-buffer's sample (x, y), the same in every frame: a low-discrepancy
-/// pattern [Roberts2018]. gbuffer.frag has the same numbers.
+/// The value of `scatter` for sample (x, y) of the G-buffer, the same in every frame: a
+/// low-discrepancy pattern [Roberts2018]. gbuffer.frag has the same numbers.
 Vec2 scatterPlace(int x, int y);
 
 /// The tint of a material's reflection at a point with this metallic value and albedo.
@@ -177,8 +178,8 @@ Vec3 reflectionTint(const scene::Material& material, float metallic, const Vec3&
 /// Evaluates the surface at barycentric (u, v) of triangle `primitive` of object index `object`.
 /// For an implicit surface, its gradient at `position` determines N and the visible side.
 /// `direction` and `coneWidth` (metres, at the point) of the ray cone determine the mip level, as
-/// in shading.glsl [Akenine2019]. `scatter`: where in the cone's footprint on a normal map, 0..1
-/// each, the normal of a reflection lies.
+/// in shading.glsl [Akenine2019]. `scatter`: the position (0..1 per axis) in the cone's footprint
+/// on a normal map from which the normal of a reflection is read.
 SurfacePoint shadeSurface(const scene::Scene& scene, const Geometry& geometry,
                           const Lighting& lighting, int object, std::uint32_t primitive, float u,
                           float v, const Vec3& position, const Vec3& direction, float coneWidth,

@@ -22,7 +22,7 @@ struct BandFrame {
   const scene::Scene& scene;
   const frame::ObjectSet& own;  ///< reflectors to shade; samples of others are not changed
   bool masks;
-  std::uint16_t mark = 0;  ///< raster::MaskBits of every sample, besides its flags
+  std::uint16_t mark = 0;  ///< bits of raster::MaskBit that every sample gets, besides its flags
 };
 
 /// Traces a tile in the calling thread: sets radiance[i] of the tile's member i, and, if masks are

@@ -17,8 +17,8 @@ struct TracedPart {
   std::uint16_t mark = 0;  ///< BandFrame::mark
 };
 
-/// Sets GBuffer::reflection, and masks, of the samples, in the steps readback, trace, resolve and
-/// upload.
+/// Sets GBuffer::reflection (and masks) of the samples. Timed as the steps readback, trace, resolve
+/// and upload.
 trace::ReflectionCounts traceSamples(const TracedPart& samples, const scene::Camera& camera,
                                      Services& services, Bands& bands);
 

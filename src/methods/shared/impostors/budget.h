@@ -13,7 +13,8 @@
 
 namespace catoptric::methods::impostors {
 
-/// What images take: memory, and time in the time in which a billboard's texel is drawn.
+/// The cost of images: memory, and time. The unit of time is that of drawing one texel of a
+/// billboard.
 struct Cost {
   std::uint64_t bytes = 0;
   double texels = 0.0;
@@ -25,24 +26,24 @@ struct Cost {
   bool within(const Cost& most) const { return bytes <= most.bytes && texels <= most.texels; }
 };
 
-/// Texels that the images of a frame may cost, so that it takes at most about 1.5 times as long as
-/// tracing: a frame of so many samples, in which so many rays are traced.
+/// The limit on Cost::texels of all images of a frame, so that the frame takes at most about 1.5
+/// times as long as with tracing. `samples`: samples of the frame; `rays`: rays that tracing takes.
 double allowedTexels(std::uint64_t samples, std::uint64_t rays);
 
 /// A reflector that a frame shows.
 struct Wish {
   int reflector = 0;        ///< index of the object
-  std::uint64_t rays = 0;   ///< that tracing it would take
-  double texels = 0.0;      ///< time to intersect its rays beyond that of tracing them
+  std::uint64_t rays = 0;   ///< rays that tracing the reflector would take
+  double texels = 0.0;      ///< additional time of intersecting its rays, compared with tracing
   std::vector<int> images;  ///< the impostors that its rays may meet, each once
 };
 
-/// By wish: whether all its images are granted. `costs`: by impostor; `most`: of all granted images
-/// together. Those come first whose images serve most rays.
+/// Returns for each wish whether all its images are granted. `costs`: by impostor; `most`: limit
+/// for all granted images together. Wishes with more rays per cost are granted first.
 std::vector<bool> grant(std::span<const Wish> wishes, std::span<const Cost> costs,
                         const Cost& most);
 
-/// A sphere that contains all places where rays can meet an impostor.
+/// A sphere that contains all points at which rays can hit an impostor.
 struct Reach {
   Vec3 centre{0.0f};
   float radius = 0.0f;
@@ -51,7 +52,8 @@ struct Reach {
 /// The samples of a frame that show reflectors, and the impostors that their rays may meet.
 class Demand {
  public:
-  /// How a reflector's rays are known: none asks; a mirror's rays; any direction.
+  /// The rays of a reflector that look for impostors: none, mirrored rays, or rays in any
+  /// direction.
   enum class Rays : std::uint8_t { None, Mirrored, Any };
 
   /// `raysOf`: by object; `lists`, `reaches`: by object and by impostor; they must outlive this.
@@ -73,7 +75,7 @@ class Demand {
   std::span<const Rays> raysOf_;
   std::span<const ImpostorList> lists_;
   std::span<const Reach> reaches_;
-  std::vector<std::size_t> firstOf_;  ///< by object: of its members in met_
+  std::vector<std::size_t> firstOf_;  ///< by object: index of its first entry in met_
   std::vector<std::atomic<std::uint64_t>> samplesOf_;
   std::vector<std::atomic<bool>> met_;
 };

@@ -47,7 +47,7 @@ class ImpostorMethod : public Method {
   virtual void bindMaps(gl::Program& /*program*/) {}
   /// Intersects rays with the depth map of a layer on the CPU. Returns the amount of work.
   virtual std::uint64_t meetMap(int /*layer*/, MapRays& /*rays*/) const { return 0; }
-  /// Memory of a depth map's further data.
+  /// Bytes of memory that a depth map takes besides its images.
   virtual std::uint64_t mapBytes() const { return 0; }
   /// The counter of the work per sample.
   virtual const char* workCounter() const = 0;
@@ -60,11 +60,11 @@ class ImpostorMethod : public Method {
  private:
   void follow(const FrameInput& input, Services& services);
   std::vector<int> visibleReflectors(const FrameInput& input, const Services& services) const;
-  /// What each image takes; `lasts`: it serves several frames.
+  /// The cost of each impostor's image. `lasts`: an image serves several frames.
   std::vector<Cost> costsOf(std::span<const Impostor> impostors, bool lasts) const;
-  /// The most that all images of a frame may take.
+  /// The limit on the cost of all images of a frame.
   Cost mostOf(const RunSettings& settings, bool lasts, std::uint64_t rays) const;
-  /// Sets what the frame shows by impostors, and by traced rays.
+  /// Decides which reflectors of the frame are shaded with impostors, and which with traced rays.
   void share(const FrameInput& input, Services& services);
   void shareByDemand(const FrameInput& input, Services& services, bool lasts);
   std::vector<int> neededOf(std::span<const int> reflectors) const;
@@ -77,7 +77,7 @@ class ImpostorMethod : public Method {
   }
   /// Size of a texel at the object's centroid, in metres.
   float texelMetres(const Impostor& impostor) const;
-  /// A box that contains all places where rays can meet it.
+  /// A box that contains all points at which rays can hit the impostor.
   Box3 boxOf(const Impostor& impostor) const;
   ImpostorLines linesOf(int index, const Services& services) const;
   void makeLines(const Services& services);
@@ -104,7 +104,7 @@ class ImpostorMethod : public Method {
   Images planes_;  ///< images of the planes of objects
   CubeMap cubeMap_;
   HalfCube cubeInMemory_;
-  std::vector<int> visible_;         ///< reflectors in view that impostors show
+  std::vector<int> visible_;         ///< reflectors in view that impostors shade
   std::vector<bool> traced_;         ///< by object: reflectors in view that are traced instead
   std::vector<ImpostorList> shown_;  ///< Choice::listOf, or the part that the frame needs
   std::vector<Cost> costs_;          ///< by impostor
