@@ -60,8 +60,8 @@ struct MotionError {
   int worstY = 0;
   double worstTile = 0.0;  ///< flicker of that tile, display steps
 
-  static constexpr int kWindow = 8;  ///< frames; ours
-  static constexpr int kTile = 16;   ///< pixels; ours
+  static constexpr int kWindow = 8;  ///< frames; our choice
+  static constexpr int kTile = 16;   ///< pixels; our choice
 
   double steady() const;    ///< root mean square, display steps
   double unsteady() const;  ///< the same

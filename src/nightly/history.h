@@ -57,8 +57,8 @@ class History {
   /// Deletes what judging wrote. The night is then measured but not judged.
   void forget(int night);
   std::vector<Verdict> verdicts(int night) const;
-  /// An earlier verdict on one case and kind on one machine, with its build. Lists are newest first
-  /// and contain nights before `night`.
+  /// An earlier verdict of one kind on one case on one machine, with its build. Lists are newest
+  /// first and contain nights before `night`.
   struct Past {
     int night = 0;
     std::string started;

@@ -65,7 +65,7 @@ class Radiance {
     return (size_.y - (size_.y >> (level - 1)) + y) * width() + size_.x + x;
   }
 
-  glm::uvec2 size_{0};  ///< of level 0, texels
+  glm::uvec2 size_{0};  ///< size of level 0 in texels
   /// Indexed by side. Texels are not initialized before they are shaded, so that the system
   /// provides no memory for backs that are never hit.
   std::array<std::unique_ptr<Vec4[]>, 2> texels_;

@@ -16,7 +16,7 @@ std::uint64_t imageBytes(double quads, double texels);
 struct Sizes {
   /// Indexed like the scene's objects; 0 quads: the object has no image.
   std::vector<ImageSize> ofObject;
-  double quads = 0.0;  ///< of all objects together, approximately
+  double quads = 0.0;  ///< approximate number over all objects
   double texels = 0.0;
   std::uint64_t bytes = 0;
   std::uint64_t reduced = 0;  ///< objects with coarser images than requested

@@ -56,7 +56,8 @@ class Retrace {
     std::uint64_t belowHorizon = 0;
   };
   /// Traces the samples of all clusters with Cluster::traced, of cells with too large an error, and
-  /// of tiles that see lamps. Writes GBuffer::reflection and, if requested, GBuffer::masks.
+  /// of tiles with samples that see lamps. Writes GBuffer::reflection and, if requested,
+  /// GBuffer::masks.
   Done run(const FrameInput& input, Services& services, const raster::GBufferCopy& gbuffer,
            const Clustering& clustering, const RayPass& shown);
 
@@ -92,7 +93,8 @@ class Retrace {
   std::vector<Vec3> seen_;  ///< traced radiance of the probes
   std::vector<Probed> probed_;
   std::size_t cellsAcross_ = 0, cellsDown_ = 0;
-  std::vector<std::uint32_t> largeOf_;  ///< by cluster: index among the large ones, or kNotLarge
+  /// By cluster: index among the large clusters, or kNotLarge.
+  std::vector<std::uint32_t> largeOf_;
   static constexpr std::uint32_t kNotLarge = 0xFFFFFFFFu;
   std::vector<Probed> cells_;  ///< of large clusters; index: cellOf()
   // To read the reflection only at the probes

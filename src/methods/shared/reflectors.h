@@ -19,7 +19,7 @@ struct Reflectors {
   bool mirrors() const { return planarMirrors || curvedMirrors; }
   bool any() const { return mirrors() || glossy; }
   std::size_t count() const;           ///< number of reflectors
-  std::vector<bool> reflects() const;  ///< by index of objects
+  std::vector<bool> reflects() const;  ///< by object index: whether the object is a reflector
 };
 
 /// Classifies the reflectors in `among`; other objects are Diffuse.

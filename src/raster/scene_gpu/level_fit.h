@@ -21,8 +21,8 @@ struct LevelSource {
 
 /// The error of a level, as a root mean square over the object's own surface.
 struct LevelError {
-  float metres = 0.0f;  ///< of positions, and of the positions at which the texture appears
-  float steps = 0.0f;   ///< of diffuse radiance, in display steps of 1/255 (sRGB)
+  float metres = 0.0f;  ///< error of positions, also of those at which the texture appears
+  float steps = 0.0f;   ///< error of diffuse radiance, in display steps of 1/255 (sRGB)
 };
 
 class LevelFit {

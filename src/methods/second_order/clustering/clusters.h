@@ -48,7 +48,7 @@ class Clustering {
   std::size_t binsKept() const { return binsKept_; }
 
   static constexpr int kRows = 16;  ///< rows of a block; sums of blocks are added in order
-  static constexpr std::uint32_t kMostBins = 65536;    ///< unless there are more objects
+  static constexpr std::uint32_t kMostBins = 65536;    ///< exceeded only if there are more objects
   static constexpr std::size_t kMostClusters = 65000;  ///< limit of a 16-bit index
   static constexpr std::uint16_t kRetraced = second_order_shared::kTracedSample;
 

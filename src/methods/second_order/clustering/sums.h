@@ -17,8 +17,8 @@ struct Sums {
   float lobe = 0.0f;  ///< largest scene::Lobe::code
   glm::dvec3 position{0.0};
   glm::dvec3 normal{0.0};
-  glm::dvec3 squares{0.0};   ///< of positions: xx, yy, zz
-  glm::dvec3 products{0.0};  ///< of positions: xy, yz, zx
+  glm::dvec3 squares{0.0};   ///< sums of xx, yy, zz of positions
+  glm::dvec3 products{0.0};  ///< sums of xy, yz, zx of positions
   double dot = 0.0;          ///< sum of dot(position, normal)
   int left = 1 << 30, top = 1 << 30, right = 0, bottom = 0;
 

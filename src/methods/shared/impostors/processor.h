@@ -26,7 +26,7 @@ struct ImpostorLines {
   int layer = 0;
   int way = 0;  ///< shared::kWay...
   float texelMetres = 0.0f;
-  bool plane = false;  ///< its image is one of an object's planes
+  bool plane = false;  ///< the image shows one of an object's planes
   bool reflective = false;
   int object = 0;  ///< id
   float height = 0.0f;
@@ -34,7 +34,7 @@ struct ImpostorLines {
   float side = 1.0f;
   float steepest = 0.0f;  ///< MapRays::steepest, if the object has several depth maps
   Vec3 tint{1.0f};
-  // A sphere that contains it
+  // A sphere that contains the impostor
   Vec3 centre{0.0f};
   float radius = 0.0f;
 };
