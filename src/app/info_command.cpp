@@ -12,7 +12,6 @@
 #include "core/error.h"
 #include "core/math.h"
 #include "core/text.h"
-#include "frame/geometry.h"
 #include "frame/shading.h"
 #include "run/config/run_config.h"
 #include "run/folder/plan.h"
@@ -55,18 +54,6 @@ const char* bakeName(scene::BakeMode mode) {
 
 std::size_t trianglesOf(const scene::Scene& scene, const scene::Object& object) {
   return scene.meshes[static_cast<std::size_t>(object.mesh)].indices.size() / 3;
-}
-
-/// What rendering this scene needs at most in main memory beyond the loaded scene: geometry, its
-/// copy for GL, and Embree's structure.
-std::uint64_t memoryBound(const scene::Scene& scene) {
-  std::uint64_t vertices = 0;
-  for (const scene::Object& object : scene.objects)
-    vertices += scene.meshes[static_cast<std::size_t>(object.mesh)].positions.size();
-  const std::uint64_t geometry = vertices * (sizeof(Vec3) + sizeof(frame::VertexAttributes)) +
-                                 scene.triangleCount() * 3 * sizeof(std::uint32_t);
-  constexpr std::uint64_t kEmbreeBytesPerTriangle = 250;  // ours: an upper bound of its builders
-  return scene.memoryBytes() * 2 + geometry * 2 + scene.triangleCount() * kEmbreeBytesPerTriangle;
 }
 
 /// Run configs and camera paths are JSON, too.
@@ -134,7 +121,7 @@ std::string infoJson(const std::string& input, const scene::Scene& scene,
       .add("environment", environmentName(scene.environment.type))
       .add("bake", bakeName(scene.bake.mode))
       .add("memory_bytes", scene.memoryBytes())
-      .add("memory_bound_bytes", memoryBound(scene))
+      .add("memory_bound_bytes", run::sceneMemoryBound(scene))
       .raw("reflectors", "[" + joined(reflectors, ",") + "]")
       .raw("textures", "[" + joined(textures, ",") + "]")
       .add("notes", scene.notes)
@@ -203,7 +190,8 @@ std::string infoText(const std::string& input, const scene::Scene& scene,
   if (scene.animated())
     line("animation", fmt::format("{:.3g} s", static_cast<float>(scene.duration())));
   line("memory", run::bytesText(scene.memoryBytes()) + " loaded, at most " +
-                     run::bytesText(memoryBound(scene)) + " while rendering (frames apart)");
+                     run::bytesText(run::sceneMemoryBound(scene)) +
+                     " while rendering (frames apart)");
   if (scene.reflectorCount() > 0) text += reflectorsText(scene);
   if (!scene.textures.empty()) text += texturesText(scene);
   return text + listText("notes", scene.notes) + listText("warnings", scene.warnings);

@@ -7,7 +7,7 @@
 #include "app/run_options.h"
 #include "core/log.h"
 #include "methods/contract/method.h"
-#include "run/folder/machine.h"
+#include "run/folder/memory.h"
 #include "run/sequence/session.h"
 
 namespace catoptric::app {
@@ -24,9 +24,10 @@ ExitCode plan(const RunOptions& options, const CommonOptions& common) {
 
 run::Plan planOf(const run::Stage& stage) {
   const auto made = run::makeMethods(stage, methods::registry());
-  run::Plan plan = run::makePlan(stage.run(), stage.scene(), stage.frames().size(), made);
+  run::Plan plan =
+      run::makePlan(stage.run(), stage.scene(), stage.environment(), stage.frames().size(), made);
   run::planWarmUps(plan, stage.path(), stage.frames(), made);
-  if (const std::string warning = run::memoryWarning(plan, run::physicalMemoryBytes());
+  if (const std::string warning = run::memoryWarning(plan, run::obtainableMemory());
       !warning.empty())
     log::warning(warning);
   if (const std::string warning = run::cubeMapWarning(plan, stage.run().image); !warning.empty())

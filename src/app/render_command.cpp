@@ -11,6 +11,7 @@
 #include "core/log.h"
 #include "core/text.h"
 #include "methods/contract/method.h"
+#include "run/folder/memory.h"
 #include "run/sequence/session.h"
 #include "scene/camera.h"
 #include "study/repeats.h"
@@ -61,9 +62,8 @@ std::string framesText(const std::vector<int>& frames) {
 }
 
 /// What the run would do; the folders are those that it would refuse, too.
-ExitCode dryRun(const run::Stage& stage, const CommonOptions& common,
+ExitCode dryRun(const run::Stage& stage, const run::Plan& plan, const CommonOptions& common,
                 const run::SessionOptions& session) {
-  const run::Plan plan = planOf(stage);
   const std::vector<run::MethodForecast> forecasts =
       run::forecastAll(stage, methods::registry(), session);
   std::vector<std::string> methodTexts;
@@ -187,8 +187,9 @@ ExitCode render(const RenderOptions& options, const CommonOptions& common) {
 
   // Until the scene is loaded a signal ends the process by itself: nothing has been written.
   run::Stage stage(run);
-  if (options.dryRun) return dryRun(stage, common, session);
-  planOf(stage);  // what cannot be done, or needs too much memory, is said before all else
+  const run::Plan plan = planOf(stage);  // what cannot be done is said before all else
+  run::requireMemory(plan, run::obtainableMemory());
+  if (options.dryRun) return dryRun(stage, plan, common, session);
 
   catchStopSignals(mode == ProgressMode::Json);
   const StopDeadline deadline(options.stopWithin);

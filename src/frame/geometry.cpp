@@ -168,6 +168,14 @@ bool vanished(const Geometry& geometry, int object) {
   return geometry.surfaces[static_cast<std::size_t>(range.surface)].vanishedAt.has_value();
 }
 
+std::uint64_t geometryBytes(const scene::Scene& scene) {
+  std::uint64_t vertices = 0;
+  for (const scene::Object& object : scene.objects)
+    vertices += scene.meshes[static_cast<std::size_t>(object.mesh)].positions.size();
+  return vertices * (sizeof(Vec3) + sizeof(VertexAttributes)) +
+         scene.triangleCount() * 3 * sizeof(std::uint32_t);
+}
+
 Geometry makeGeometry(const scene::Scene& scene, const scene::Pose& pose) {
   Geometry geometry;
   geometry.timeSeconds = pose.timeSeconds;

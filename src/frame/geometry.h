@@ -85,6 +85,9 @@ bool vanished(const Geometry& geometry, int object);
 /// non-finite or flattens an implicit surface to a disk.
 Geometry makeGeometry(const scene::Scene& scene, const scene::Pose& pose);
 
+/// The size of the arrays of makeGeometry().
+std::uint64_t geometryBytes(const scene::Scene& scene);
+
 /// Recomputes the moving objects only. Returns the indices (in `objects`) of those that changed.
 std::vector<int> updateGeometry(Geometry& geometry, const scene::Scene& scene,
                                 const scene::Pose& pose);

@@ -35,6 +35,15 @@ gl::DrawState onMirrors() {
   return state;
 }
 
+std::uint64_t surfaceBytesPerSample(const GBufferSize& size) {
+  constexpr std::uint64_t kAlways = 16 + 16 + 4 + 8;  // diffuse, normal, object, depth and stencil
+  return kAlways + (size.tints ? 16 : 0) + (size.highlights ? 16 : 0) + (size.lobeHorizons ? 4 : 0);
+}
+
+std::uint64_t bytesPerSample(const GBufferSize& size) {
+  return surfaceBytesPerSample(size) + 16 + (size.masks ? 2 : 0);
+}
+
 GBuffer makeSurfaceSamples(const GBufferSize& size) {
   GBuffer made;
   made.width = size.width;

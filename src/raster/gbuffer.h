@@ -81,6 +81,10 @@ struct GBufferSize {
   bool lobeHorizons = false;  ///< Materials::lobeHorizons()
 };
 
+/// The size of one sample in the textures of makeSurfaceSamples(), and of makeGBuffer().
+std::uint64_t surfaceBytesPerSample(const GBufferSize& size);
+std::uint64_t bytesPerSample(const GBufferSize& size);
+
 /// Allocates all textures. Throws UsageError if the device's maximum texture size is too small.
 GBuffer makeGBuffer(const GBufferSize& size);
 /// As makeGBuffer(), without `reflection` and `masks`.

@@ -12,6 +12,7 @@
 #include "core/remove_files.h"
 #include "report/table.h"
 #include "run/folder/machine.h"
+#include "run/folder/memory.h"
 #include "run/folder/plan.h"
 #include "run/sequence/session.h"
 
@@ -167,7 +168,8 @@ const Bench::SceneFacts& Bench::sceneFactsOf(const run::RunConfig& run) {
 
   const run::Stage stage(run);
   const auto made = run::makeMethods(stage, methods::registry());
-  run::makePlan(run, stage.scene(), stage.frames().size(), made);  // says what cannot be done
+  run::makePlan(run, stage.scene(), stage.environment(), stage.frames().size(),
+                made);  // says what cannot be done
   SceneFacts facts;
   Fingerprint print;
   print.addValue(stage.scene().fingerprint);
@@ -247,7 +249,7 @@ std::size_t Bench::capacity() const {
   const auto most = static_cast<std::size_t>(std::max(2, options_.workers));
   if (workerMemory_ == 0) return most;
   // Workers may have 60 % of what is free and of what they have (ours): frames are written, too
-  const std::uint64_t free = availableMemoryBytes() + workerMemory_ * workers_.size();
+  const std::uint64_t free = run::obtainableMemory().bytes + workerMemory_ * workers_.size();
   const auto fitting = static_cast<std::size_t>(0.6 * static_cast<double>(free) /
                                                 static_cast<double>(workerMemory_));
   return std::clamp<std::size_t>(fitting, 2, most);

@@ -199,15 +199,4 @@ fs::path ownProgram() {
   return fs::read_symlink("/proc/self/exe");
 }
 
-std::uint64_t availableMemoryBytes() {
-  std::ifstream file("/proc/meminfo");
-  for (std::string line; std::getline(file, line);) {
-    std::istringstream words(line);
-    std::string name;
-    std::uint64_t kibibytes = 0;
-    if (words >> name >> kibibytes && name == "MemAvailable:") return kibibytes * 1024;
-  }
-  return 0;
-}
-
 }  // namespace catoptric::study

@@ -66,7 +66,4 @@ class WorkerProcess : public Runner {
 /// The file of the running program.
 std::filesystem::path ownProgram();
 
-/// The memory that programs can allocate without swapping; 0: unknown.
-std::uint64_t availableMemoryBytes();
-
 }  // namespace catoptric::study

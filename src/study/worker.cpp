@@ -16,6 +16,7 @@
 #include "core/hash.h"
 #include "image/image.h"
 #include "run/folder/machine.h"
+#include "run/folder/memory.h"
 #include "run/sequence/session.h"
 #include "run/stage/encoder.h"
 #include "run/stage/method_source.h"
@@ -70,12 +71,15 @@ class Frames {
  public:
   explicit Frames(run::Stage& stage)
       : made_(run::makeMethods(stage, methods::registry())),
-        plan_(run::makePlan(stage.run(), stage.scene(), stage.frames().size(), made_)),
+        plan_(run::makePlan(stage.run(), stage.scene(), stage.environment(), stage.frames().size(),
+                            made_)),
         source_(stage, *made_.front(), plan_.methods.front().needs),
         stage_(stage),
         frames_(stage.frames().begin(), stage.frames().end()),
         tasks_(makeTasks()),
-        encode_(run::makeEncoder(stage.run(), stage.run().methods.front(), stage.scene().origin)) {}
+        encode_(run::makeEncoder(stage.run(), stage.run().methods.front(), stage.scene().origin)) {
+    run::requireMemory(plan_, run::obtainableMemory());
+  }
 
   std::string ready() {
     const std::vector<frame::StepSample> samples = source_.prepare();

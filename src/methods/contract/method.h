@@ -52,7 +52,8 @@ struct PlanItem {
   std::string kind;  ///< "pass", "resource" or "precomputation"
   std::string name;  ///< for a pass: the name of its step
   std::string reason;
-  std::uint64_t bytes = 0;  ///< size of a resource, if known beforehand
+  std::uint64_t bytes = 0;  ///< its memory, if known beforehand
+  std::string lower = {};   ///< the options that lower it, as errors name them; empty: none
 };
 
 /// What a method needs from the shared pipeline for this scene and these settings.

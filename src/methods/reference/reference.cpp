@@ -64,7 +64,7 @@ class Reference : public Method {
  public:
   explicit Reference(const Options& options) : options_(options) {}
 
-  MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
+  MethodPlan plan(const scene::Scene& scene, const RunSettings& /*settings*/) const override {
     MethodPlan plan;
     plan.trace = true;
     plan.bounces = options_.reflection.bounces;
@@ -74,9 +74,6 @@ class Reference : public Method {
              " primary rays a pixel and the reflections of " +
              std::to_string(scene.reflectorCount()) + " reflective objects",
          0},
-        {"resource", "frame", "the image and its layers",
-         static_cast<std::uint64_t>(settings.width) * settings.height * channels(settings).size() *
-             sizeof(float)},
     };
     return plan;
   }

@@ -43,6 +43,9 @@ const TableInfo kKeyFrames{
       "of these, samples without a match in the key frame (a first key frame: all)"}}};
 
 constexpr std::size_t kFilledPerTask = 4096;
+/// Memory of a reflective sample besides the key frame: match, outcome, position. Ours, measured.
+constexpr std::uint64_t kMatchBytes = 96;
+constexpr const char* kSampleOptions = "image.width, image.height, image.samples";
 /// Bits of LobeTracer::run()'s flags.
 constexpr std::uint8_t kBelowHorizon = 2;
 constexpr std::uint8_t kSky = 4;
@@ -81,9 +84,13 @@ class Reprojection : public Method {
         {"pass", "warp", "matches that do not lie on this frame's mirrored rays are rejected", 0},
         {"pass", "recompute", "Embree traces samples without a match, and key frames", 0},
         {"pass", "upload", "the composite takes the reflection as a texture", 0},
-        {"resource", "G-buffer copy", "what is read back", samples * (16 + 16 + 4 + 4)},
-        {"resource", "key frame", "hits of its reflective samples", samples * (8 + 16 + 12 + 4)},
-        {"resource", "reflection image", "what is uploaded", samples * 16},
+        {"resource", "G-buffer copy", "what is read back", samples * (16 + 16 + 4 + 4),
+         kSampleOptions},
+        {"resource", "key frame", "hits of its reflective samples", samples * (8 + 16 + 12 + 4),
+         kSampleOptions},
+        {"resource", "matches", "of its reflective samples, where they fill the frame",
+         samples * kMatchBytes, kSampleOptions},
+        {"resource", "reflection image", "what is uploaded", samples * 16, kSampleOptions},
     };
     return plan;
   }

@@ -53,6 +53,23 @@ GLenum wrapMode(scene::Wrap wrap) {
   return GL_CLAMP_TO_EDGE;
 }
 
+/// Nearest textures are sampled at the base level only.
+std::size_t uploadedLevels(const scene::Texture& texture) {
+  return texture.nearest ? std::min<std::size_t>(1, texture.levels.size()) : texture.levels.size();
+}
+
+/// By index of the scene's textures.
+std::vector<bool> usedTextures(const scene::Scene& scene) {
+  std::vector<bool> used(scene.textures.size(), false);
+  for (const scene::Material& m : scene.materials) {
+    for (const scene::TextureSlot* slot :
+         {&m.baseColorTexture, &m.normalTexture, &m.metallicRoughnessTexture, &m.emissiveTexture}) {
+      if (slot->used()) used[static_cast<std::size_t>(slot->texture)] = true;
+    }
+  }
+  return used;
+}
+
 gl::Texture uploadTexture(const scene::Texture& source, std::size_t number) {
   const std::string name = "texture " + std::to_string(number) + " (\"" + source.name + "\")";
   if (source.levels.empty()) throw SceneError(name + ": has no pixels");
@@ -63,8 +80,7 @@ gl::Texture uploadTexture(const scene::Texture& source, std::size_t number) {
                      std::to_string(base.height) + " pixels; this GL device allows " +
                      std::to_string(limit) + " x " + std::to_string(limit));
   }
-  // Nearest textures are sampled at the base level only
-  const int levels = source.nearest ? 1 : static_cast<int>(source.levels.size());
+  const int levels = static_cast<int>(uploadedLevels(source));
   gl::Texture texture = gl::Texture::make2D(name, source.srgb ? GL_SRGB8_ALPHA8 : GL_RGBA8,
                                             base.width, base.height, levels);
   for (int level = 0; level < levels; ++level) {
@@ -207,12 +223,32 @@ SampleClass materialClass(const scene::Scene& scene, const scene::Material& mate
              : SampleClass::Glossy;
 }
 
-bool hasLobeHorizons(const scene::Scene& scene) {
-  return std::ranges::any_of(scene.objects, [&](const scene::Object& object) {
+GBufferSize withTexturesFor(const scene::Scene& scene, GBufferSize size) {
+  const bool highlights = scene.highlights && frame::hasUnbakedLights(scene);
+  std::vector<SampleClass> classes;
+  for (const scene::Material& material : scene.materials)
+    classes.push_back(materialClass(scene, material));
+  for (const scene::Object& object : scene.objects) {
     const scene::Material& material = scene.materials[object.material];
-    return material.refraction == 0.0f && (material.normalTexture.used() || !object.planar) &&
-           materialClass(scene, material) == SampleClass::Glossy;
-  });
+    const SampleClass found = classes[object.material];
+    size.tints = size.tints || (found != SampleClass::Diffuse && material.tintVaries());
+    if (found != SampleClass::Glossy || material.refraction > 0.0f) continue;
+    size.highlights = size.highlights || highlights;
+    size.lobeHorizons = size.lobeHorizons || material.normalTexture.used() || !object.planar;
+  }
+  return size;
+}
+
+std::uint64_t textureBytes(const scene::Scene& scene) {
+  const std::vector<bool> used = usedTextures(scene);
+  std::uint64_t bytes = 0;
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    if (!used[i]) continue;
+    const std::vector<scene::MipLevel>& levels = scene.textures[i].levels;
+    for (std::size_t l = 0; l < uploadedLevels(scene.textures[i]); ++l)
+      bytes += 4u * static_cast<std::uint64_t>(levels[l].width) * levels[l].height;
+  }
+  return bytes;
 }
 
 Materials::Materials(const scene::Scene& scene) {
@@ -222,7 +258,6 @@ Materials::Materials(const scene::Scene& scene) {
   const std::size_t step = static_cast<std::size_t>(std::max(1, alignment));
   blockStride_ = (sizeof(MaterialBlock) + step - 1) / step * step;
   std::vector<std::byte> blocks(blockStride_ * std::max<std::size_t>(1, scene.materials.size()));
-  std::vector<bool> used(scene.textures.size(), false);
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
     const scene::Material& m = scene.materials[i];
     MaterialBlock block;
@@ -240,29 +275,23 @@ Materials::Materials(const scene::Scene& scene) {
     classes_.push_back(materialClass(scene, m));
     slots_.push_back({m.baseColorTexture.texture, m.normalTexture.texture,
                       m.metallicRoughnessTexture.texture, m.emissiveTexture.texture});
-    for (const int t : {slots_[i].base, slots_[i].normal, slots_[i].specular, slots_[i].emissive}) {
-      if (t != scene::kNone) used[t] = true;
-    }
   }
   blocks_ = gl::Buffer("materials", blocks.size(), blocks.data());
 
+  const std::vector<bool> used = usedTextures(scene);
   for (std::size_t i = 0; i < scene.textures.size(); ++i) {
     textures_.push_back(used[i] ? uploadTexture(scene.textures[i], i) : gl::Texture());
   }
 
-  lobeHorizons_ = hasLobeHorizons(scene);
+  gbuffer_ = withTexturesFor(scene, {});
   ggx_ = scene.hasGgxLobes();
   // Tints by object id
   std::vector<Vec4> tints{Vec4(1.0f)};
-  const bool lit = frame::hasUnbakedLights(scene);
   for (const scene::Object& object : scene.objects) {
     const scene::Material& material = scene.materials[object.material];
     tints.emplace_back(material.reflectionTint, 1.0f);
     if (classes_[object.material] == SampleClass::Diffuse) continue;
     reflective_ = true;
-    tintVaries_ = tintVaries_ || material.tintVaries();
-    highlights_ = highlights_ || (lit && scene.highlights && material.refraction == 0.0f &&
-                                  classes_[object.material] == SampleClass::Glossy);
     tinted_ = tinted_ || material.reflectionTint != Vec3(1.0f);
   }
   tintBuffer_ = gl::Buffer("reflection tints", std::span<const Vec4>(tints));

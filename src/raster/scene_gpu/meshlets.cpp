@@ -15,7 +15,7 @@ namespace {
 
 /// 64 triangles: fewer cost the culling more than they save the drawing. Ours, measured in the
 /// living room.
-constexpr std::uint32_t kMaxIndices = 3 * 64;
+constexpr std::uint32_t kMaxIndices = 3 * kMeshletTriangles;
 /// Bounds are widened by this share against rounding in their own computation. Ours.
 constexpr float kBoundsSlack = 1e-5f;
 /// Sphere about the box of the meshlet's vertices, and meshoptimizer's cone of normals.

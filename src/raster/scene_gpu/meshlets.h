@@ -13,6 +13,8 @@
 
 namespace catoptric::raster {
 
+constexpr std::uint32_t kMeshletTriangles = 64;  ///< at most
+
 /// A meshlet: a contiguous range of an object's reordered indices.
 struct Meshlet {
   std::uint32_t firstIndex = 0;

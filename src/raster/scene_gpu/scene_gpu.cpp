@@ -56,6 +56,14 @@ void describeVertices(gl::VertexArray& array, const gl::Buffer& positions,
   attribute(shared::kBakeAttribute, 4, offsetof(Attributes, bake));
 }
 
+std::uint64_t uploadedGeometryBytes(const scene::Scene& scene) {
+  // The vertices and indices of the geometry for OpenGL, and the meshlets with their indices, which
+  // are there twice while they are grouped
+  const std::uint64_t triangles = scene.triangleCount();
+  return frame::geometryBytes(scene) + 2 * triangles * 3 * sizeof(std::uint32_t) +
+         triangles / kMeshletTriangles * sizeof(Meshlet);
+}
+
 SceneGpu::SceneGpu(const scene::Scene& scene, const frame::Geometry& geometry)
     : materials_(scene),
       meshlets_(buildMeshlets(geometry)),

@@ -39,6 +39,9 @@ struct Brightest {
   float emission = 0.0f;
 };
 
+/// The size of a scene's triangles in SceneGpu, on the OpenGL side and beside it, without levels.
+std::uint64_t uploadedGeometryBytes(const scene::Scene& scene);
+
 class SceneGpu {
  public:
   /// Uploads geometry, textures and materials.

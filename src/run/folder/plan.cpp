@@ -4,13 +4,16 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <set>
 
 #include "config/json_text.h"
 #include "core/error.h"
 #include "core/text.h"
 #include "methods/contract/restarts.h"
 #include "raster/scene_gpu/materials.h"
+#include "raster/scene_gpu/scene_gpu.h"
 #include "scene/animate.h"
 
 namespace catoptric::run {
@@ -25,7 +28,16 @@ constexpr double kManyTimesAgain = 4.0;
 constexpr double kManyTimesOnce = 64.0;
 constexpr double kCubeMapTexelBytes = 8.0 * 4.0 / 3.0;
 
-constexpr std::uint64_t kFramesUnderWay = 6;  ///< one rendered, 3 queued, 2 with the writers
+constexpr std::uint64_t kWriters = 2;
+constexpr std::uint64_t kFramesUnderWay = 4 + kWriters;  ///< one rendered, 3 queued, the writers'
+
+/// The options that lower the memory of a frame's samples, and of its pixels.
+constexpr const char* kFrameOptions = "image.width, image.height, image.samples";
+constexpr const char* kPixelOptions = "image.width, image.height, image.layers";
+
+std::uint64_t sampleCount(const methods::RunSettings& image) {
+  return static_cast<std::uint64_t>(image.width) * image.height * image.samples * image.samples;
+}
 
 std::string count(std::size_t n, const std::string& noun) {
   return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
@@ -36,23 +48,46 @@ std::size_t movingCount(const scene::Scene& scene) {
   return static_cast<std::size_t>(std::count(moving.begin(), moving.end(), true));
 }
 
+/// Of the program, its libraries and small arrays; and of a GL driver with the shaders that every
+/// frame needs. Ours, measured with tiny frames by llvmpipe.
+constexpr std::uint64_t kProcessBytes = 45'000'000;
+constexpr std::uint64_t kDriverBytes = 110'000'000;
+
+/// Of each variant of the surfaces' shaders, as llvmpipe compiles it for the passes of a frame.
+/// Ours, measured.
+constexpr std::uint64_t kVariantBytes = 6'000'000;
+
+std::size_t shaderVariants(const scene::Scene& scene) {
+  std::set<std::uint32_t> features;
+  for (const scene::Object& object : scene.objects)
+    features.insert(
+        raster::materialFeatures(scene.materials[static_cast<std::size_t>(object.material)]));
+  return features.size();
+}
+
+/// The environment's image, which rays look up; beside it the file's image while it is loaded, then
+/// the copy for OpenGL and what that is made of.
+std::uint64_t environmentBytes(const frame::EnvironmentLight& environment, bool gl) {
+  return environment.pixels().size() * (sizeof(Vec3) + (gl ? 2 : 1) * sizeof(Vec4));
+}
+
 /// What all methods share: scene, geometry, baked light, context, programs.
-std::vector<PlanItem> sharedItems(const RunConfig& run, const scene::Scene& scene, bool gl) {
+std::vector<PlanItem> sharedItems(const RunConfig& run, const scene::Scene& scene,
+                                  const frame::EnvironmentLight& environment, bool gl) {
   const std::size_t moving = movingCount(scene);
   std::vector<PlanItem> items;
+  items.push_back(
+      {"resource", "process", "the program and its libraries, as measured", kProcessBytes});
   items.push_back({"precomputation", "scene", run.scene.generic_string() + " is loaded and checked",
-                   scene.memoryBytes()});
-  std::size_t vertices = 0;
-  for (const scene::Object& object : scene.objects)
-    vertices += scene.meshes[static_cast<std::size_t>(object.mesh)].positions.size();
+                   scene.memoryBytes(), "smaller textures and meshes"});
   items.push_back({"precomputation", "geometry",
                    count(scene.triangleCount(), "triangle") + " of " +
                        count(scene.objects.size(), "object") + " in world space",
-                   vertices * (sizeof(Vec3) + sizeof(frame::VertexAttributes)) +
-                       scene.triangleCount() * 3 * sizeof(std::uint32_t)});
+                   frame::geometryBytes(scene), "fewer triangles"});
   if (scene.environment.type == scene::EnvironmentType::File)
     items.push_back({"precomputation", "environment",
-                     "the environment is an image: " + scene.environment.file.generic_string(), 0});
+                     "the environment is an image: " + scene.environment.file.generic_string(),
+                     environmentBytes(environment, gl), "a smaller environment image"});
   if (scene.bake.mode != scene::BakeMode::None)
     items.push_back(
         {"precomputation", "bake",
@@ -62,11 +97,17 @@ std::vector<PlanItem> sharedItems(const RunConfig& run, const scene::Scene& scen
              " per vertex; kept in the cache",
          0});
   if (gl) {
-    items.push_back({"resource", "context", "a method rasterizes; device " + run.device, 0});
+    const std::size_t variants = shaderVariants(scene);
+    items.push_back({"resource", "context",
+                     "a method rasterizes; device " + run.device + "; a driver, as measured",
+                     kDriverBytes});
     items.push_back({"resource", "programs",
                      "geometry, " + count(scene.textures.size(), "texture") + " and " +
-                         count(scene.materials.size(), "material") + " are uploaded",
-                     0});
+                         count(scene.materials.size(), "material") + " are uploaded; " +
+                         count(variants, "variant") + " of shaders",
+                     raster::uploadedGeometryBytes(scene) + raster::textureBytes(scene) +
+                         variants * kVariantBytes,
+                     "fewer triangles, smaller textures"});
   }
   if (moving > 0)
     items.push_back(
@@ -88,16 +129,96 @@ const char* policyName(trace::BvhPolicy policy) {
   return "";
 }
 
-std::vector<PlanItem> methodItems(const RunConfig& run, const scene::Scene& scene,
-                                  const methods::MethodPlan& needs) {
-  std::vector<PlanItem> items;
+/// What a frame's layers take: floats of a pixel in its file, bytes of a sample that is read back.
+struct LayerSizes {
+  std::uint64_t floats = 0;
+  std::uint64_t sampleBytes = 0;
+};
+
+LayerSizes layerSizes(const methods::RunSettings& image, std::uint16_t filledMasks) {
+  const auto asked = [&](const char* name) {
+    return std::ranges::find(image.layers, name) != image.layers.end();
+  };
+  LayerSizes sizes;
+  for (const std::string& layer : image.layers) {
+    const bool vector =
+        layer == "N" || layer == "reflection" || layer == "diffuse" || layer == "motion";
+    sizes.floats += vector ? 3 : 1;
+    // diffuse and s are read together
+    if (layer != "diffuse" && layer != "s") sizes.sampleBytes += vector ? 16 : 4;
+  }
+  if (image.masks) {  // also the masks of the reflective and of the glossy samples
+    sizes.floats += 2 + static_cast<std::uint64_t>(std::popcount(filledMasks));
+    sizes.sampleBytes += 2 + (asked("N") ? 0 : 16);
+  }
+  if (image.masks || asked("diffuse") || asked("s") || asked("reflection")) sizes.sampleBytes += 16;
+  return sizes;
+}
+
+/// The G-buffer, and what follows it: composite, readback, layers.
+void addBefore(const RunConfig& run, const scene::Scene& scene, std::vector<PlanItem>& items) {
+  const raster::GBufferSize size = raster::withTexturesFor(
+      scene, {run.image.width, run.image.height, run.image.samples, run.image.masks});
+  const std::uint64_t samples = sampleCount(run.image);
+  items.push_back(
+      {"resource", "gbuffer",
+       std::to_string(run.image.width) + "x" + std::to_string(run.image.height) + " pixels with " +
+           std::to_string(run.image.samples) + "x" + std::to_string(run.image.samples) +
+           " samples" + (size.tints ? ", with tints" : "") +
+           (size.highlights ? ", with highlights" : "") + (run.image.masks ? ", with masks" : ""),
+       samples * raster::bytesPerSample(size), kFrameOptions});
+  items.push_back({"pass", "gbuffer", "diffuse radiance, normals, s, g, ids and depth", 0});
+  if (const std::size_t moving = movingCount(scene); moving > 0 && moving < scene.objects.size())
+    items.push_back({"resource", "still gbuffer",
+                     "of what stands still, where something moves while the camera does not",
+                     samples * raster::surfaceBytesPerSample(size), kFrameOptions});
+}
+
+/// What follows the method in a frame, and behind the rendering.
+void addAfter(const RunConfig& run, const methods::MethodPlan& needs, std::size_t frames,
+              std::vector<PlanItem>& items) {
   const std::uint64_t pixels =
       static_cast<std::uint64_t>(run.image.width) * static_cast<std::uint64_t>(run.image.height);
-  const std::uint64_t samples =
-      pixels * static_cast<std::uint64_t>(run.image.samples * run.image.samples);
-  if (needs.trace) {
+  const LayerSizes layers = layerSizes(run.image, needs.masks);
+  const std::uint64_t floats = 4 + layers.floats;
+  if (needs.gbuffer) {
+    items.push_back({"pass", "composite",
+                     std::string("samples are resolved to pixels") +
+                         (run.image.fresnelSchlick ? ", with Fresnel" : ""),
+                     pixels * 4 * sizeof(float), "image.width, image.height"});
+    items.push_back({"pass", "readback", "the frame is written to a file", 0});
+    if (layers.floats > 0) {
+      std::vector<std::string> names = run.image.layers;
+      if (run.image.masks) names.emplace_back("masks");
+      items.push_back(
+          {"pass", "layers", "asked for: " + joined(names, ", "),
+           sampleCount(run.image) * layers.sampleBytes + pixels * layers.floats * sizeof(float),
+           "image.layers, image.masks"});
+    }
+  }
+  // Colour and layers of pixels, floats: the frame at hand, those that wait, those being written.
+  const std::uint64_t waiting = std::min<std::uint64_t>(frames, kFramesUnderWay);
+  items.push_back({"resource", "frames",
+                   "pixels of frames on their way to the files, at most " + std::to_string(waiting),
+                   pixels * floats * sizeof(float) * waiting, kPixelOptions});
+  // Halves of all floats, and the compressed file with half of their size; then the preview
+  const std::uint64_t writers = std::min<std::uint64_t>(frames, kWriters);
+  items.push_back({"pass", "encode", "EXR, behind the rendering", pixels * floats * 3 * writers,
+                   kPixelOptions});
+  if (run.preview.enabled)
     items.push_back(
-        {"resource", "bvh", "rays are traced; policy " + std::string(policyName(needs.bvh)), 0});
+        {"pass", "preview", "PNG, behind the rendering", pixels * 4 * writers, "preview.enabled"});
+  items.push_back({"pass", "write", "files are synced and renamed, behind the rendering", 0});
+}
+
+std::vector<PlanItem> methodItems(const RunConfig& run, const scene::Scene& scene,
+                                  const methods::MethodPlan& needs, std::size_t frames) {
+  std::vector<PlanItem> items;
+  if (needs.trace) {
+    items.push_back({"resource", "bvh",
+                     "rays are traced; policy " + std::string(policyName(needs.bvh)) +
+                         "; at most, while it is built",
+                     trace::bvhBuildBytes(scene), "fewer triangles"});
     const bool rebuilds =
         needs.bvh == trace::BvhPolicy::RebuildLow || needs.bvh == trace::BvhPolicy::RebuildMedium;
     if (rebuilds) {
@@ -106,47 +227,9 @@ std::vector<PlanItem> methodItems(const RunConfig& run, const scene::Scene& scen
       items.push_back({"pass", "bvh", "follows the moving objects", 0});
     }
   }
-  if (needs.gbuffer) {
-    // Diffuse, normal, reflection, and tints that vary: 16 bytes each; id 4, as horizons of lobes;
-    // depth and stencil 8.
-    const bool tints = std::ranges::any_of(scene.objects, [&](const scene::Object& object) {
-      return scene.materials[static_cast<std::size_t>(object.material)].tintVaries();
-    });
-    const std::uint64_t surface =
-        (tints ? 3 : 2) * 16 + 4 + 8 + (raster::hasLobeHorizons(scene) ? 4 : 0);
-    const std::uint64_t perSample = surface + 16 + (run.image.masks ? 2 : 0);
-    items.push_back({"resource", "gbuffer",
-                     std::to_string(run.image.width) + "x" + std::to_string(run.image.height) +
-                         " pixels with " + std::to_string(run.image.samples) + "x" +
-                         std::to_string(run.image.samples) + " samples" +
-                         (tints ? ", with tints" : "") + (run.image.masks ? ", with masks" : ""),
-                     samples * perSample});
-    items.push_back({"pass", "gbuffer", "diffuse radiance, normals, s, g, ids and depth", 0});
-    if (const std::size_t moving = movingCount(scene); moving > 0 && moving < scene.objects.size())
-      items.push_back({"resource", "still gbuffer",
-                       "of what stands still, where something moves while the camera does not",
-                       samples * surface});
-  }
+  if (needs.gbuffer) addBefore(run, scene, items);
   items.insert(items.end(), needs.items.begin(), needs.items.end());
-  if (needs.gbuffer) {
-    items.push_back({"pass", "composite",
-                     std::string("samples are resolved to pixels") +
-                         (run.image.fresnelSchlick ? ", with Fresnel" : ""),
-                     pixels * 16});
-    items.push_back({"pass", "readback", "the frame is written to a file", 0});
-    if (!run.image.layers.empty() || run.image.masks) {
-      std::vector<std::string> layers = run.image.layers;
-      if (run.image.masks) layers.emplace_back("masks");
-      items.push_back({"pass", "layers", "asked for: " + joined(layers, ", "), 0});
-    }
-  }
-  // Colour and layers of pixels, floats: the frame at hand, those that wait, those being written.
-  const std::uint64_t floats = 4 + 3 * run.image.layers.size() + (run.image.masks ? 7 : 0);
-  items.push_back({"resource", "frames", "pixels of frames on their way to the files, at most",
-                   pixels * floats * sizeof(float) * kFramesUnderWay});
-  items.push_back({"pass", "encode", "EXR, behind the rendering", 0});
-  if (run.preview.enabled) items.push_back({"pass", "preview", "PNG, behind the rendering", 0});
-  items.push_back({"pass", "write", "files are synced and renamed, behind the rendering", 0});
+  addAfter(run, needs, frames, items);
   return items;
 }
 
@@ -186,6 +269,11 @@ std::string hint(const MethodConfig& method) {
 
 }  // namespace
 
+std::uint64_t sceneMemoryBound(const scene::Scene& scene) {
+  return scene.memoryBytes() + frame::geometryBytes(scene) + raster::uploadedGeometryBytes(scene) +
+         raster::textureBytes(scene) + trace::bvhBuildBytes(scene);
+}
+
 std::string bytesText(std::uint64_t bytes) {
   if (bytes == 0) return "";
   constexpr std::array kUnits = {"bytes", "kB", "MB", "GB", "TB"};
@@ -198,7 +286,8 @@ std::string bytesText(std::uint64_t bytes) {
   return fmt::format("{:.{}f} {}", value, unit == 0 ? 0 : 1, kUnits[unit]);
 }
 
-Plan makePlan(const RunConfig& run, const scene::Scene& scene, std::size_t frames,
+Plan makePlan(const RunConfig& run, const scene::Scene& scene,
+              const frame::EnvironmentLight& environment, std::size_t frames,
               const std::vector<std::unique_ptr<methods::Method>>& made) {
   Plan plan;
   plan.frames = frames;
@@ -221,11 +310,11 @@ Plan makePlan(const RunConfig& run, const scene::Scene& scene, std::size_t frame
     method.needs = made[i]->plan(scene, run.image);
     method.needs.gl = method.needs.gl || method.needs.gbuffer;
     plan.gl = plan.gl || method.needs.gl;
-    method.items = methodItems(run, scene, method.needs);
+    method.items = methodItems(run, scene, method.needs, frames);
     plan.methods.push_back(std::move(method));
   }
   if (!refused.empty()) throw UsageError(joined(refused, "\n"));
-  plan.shared = sharedItems(run, scene, plan.gl);
+  plan.shared = sharedItems(run, scene, environment, plan.gl);
   return plan;
 }
 
@@ -244,30 +333,11 @@ void planWarmUps(Plan& plan, const scene::CameraPath& path, const std::vector<in
   }
 }
 
-std::string memoryWarning(const Plan& plan, std::uint64_t memoryBytes) {
-  const auto sum = [](const std::vector<PlanItem>& items) {
-    std::uint64_t bytes = 0;
-    for (const PlanItem& item : items) bytes += item.bytes;
-    return bytes;
-  };
-  std::string warning;
-  for (const PlannedMethod& method : plan.methods) {
-    const std::uint64_t needed = sum(plan.shared) + sum(method.items);
-    const std::string text = method.name + " needs at least " + bytesText(needed) +
-                             " of memory; this machine has " + bytesText(memoryBytes);
-    if (needed > memoryBytes) {
-      PlanItem most;
-      for (const std::vector<PlanItem>* items : {&plan.shared, &method.items}) {
-        for (const PlanItem& item : *items) {
-          if (item.bytes > most.bytes) most = item;
-        }
-      }
-      throw UsageError(text + "; the largest part is for \"" + most.name + "\" (" + most.reason +
-                       "): lower image.width, image.height, image.samples or the method's limits");
-    }
-    if (needed > memoryBytes / 2) warning += (warning.empty() ? "" : "\n") + text;
-  }
-  return warning;
+std::uint64_t Plan::bytesOf(const PlannedMethod& method) const {
+  std::uint64_t bytes = 0;
+  for (const std::vector<PlanItem>* items : {&shared, &method.items})
+    for (const PlanItem& item : *items) bytes += item.bytes;
+  return bytes;
 }
 
 std::string cubeMapWarning(const Plan& plan, const methods::RunSettings& image) {
@@ -361,6 +431,7 @@ std::string planText(const Plan& plan) {
   for (const PlannedMethod& method : plan.methods) {
     text += method.name + (method.name == method.id ? "" : " (" + method.id + ")") + ":\n";
     appendItems(method.items, text);
+    text += "  memory in all: about " + bytesText(plan.bytesOf(method)) + "\n";
   }
   return text;
 }
@@ -372,6 +443,7 @@ std::string planJson(const Plan& plan) {
                           .add("name", method.name)
                           .add("method", method.id)
                           .add("context", method.needs.gl)
+                          .add("memory_bytes", plan.bytesOf(method))
                           .add("warm_up_frames", static_cast<int>(method.warmUpFrames))
                           .raw("items", itemsJson(method.items))
                           .object());

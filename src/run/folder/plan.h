@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "frame/shading.h"
 #include "methods/contract/method.h"
 #include "run/config/run_config.h"
 #include "scene/scene.h"
@@ -34,21 +35,21 @@ struct Plan {
   std::vector<PlannedMethod> methods;
   std::size_t frames = 0;
   bool gl = false;  ///< whether any method needs a GL context
+
+  /// The memory that the process needs for this method, with all that methods share.
+  std::uint64_t bytesOf(const PlannedMethod& method) const;
 };
 
 /// Makes the plan. `made`: one method per entry of run.methods. Throws UsageError, which names the
 /// reflectors that a method does not support.
-Plan makePlan(const RunConfig& run, const scene::Scene& scene, std::size_t frames,
+Plan makePlan(const RunConfig& run, const scene::Scene& scene,
+              const frame::EnvironmentLight& environment, std::size_t frames,
               const std::vector<std::unique_ptr<methods::Method>>& made);
 
 /// Sets for each method how many frames of the path only warm up its state, before or between the
 /// requested frames.
 void planWarmUps(Plan& plan, const scene::CameraPath& path, const std::vector<int>& asked,
                  const std::vector<std::unique_ptr<methods::Method>>& made);
-
-/// A warning about methods that need more than half of `memoryBytes`; empty if there are none.
-/// Throws UsageError, with the sizes, if a method needs more than all of it.
-std::string memoryWarning(const Plan& plan, std::uint64_t memoryBytes);
 
 /// A warning about cube maps that are large compared with the frame, one line each; or empty.
 std::string cubeMapWarning(const Plan& plan, const methods::RunSettings& image);
@@ -64,6 +65,10 @@ std::vector<std::string> reflectionNotes(const Plan& plan, const scene::Scene& s
 /// The plan as a table for a terminal, and as JSON.
 std::string planText(const Plan& plan);
 std::string planJson(const Plan& plan);
+
+/// What rendering a scene needs at most, without process and frames: the loaded scene, its
+/// geometry, their copies for GL, and Embree's structure.
+std::uint64_t sceneMemoryBound(const scene::Scene& scene);
 
 /// For example "1.5 MB"; empty for 0.
 std::string bytesText(std::uint64_t bytes);

@@ -46,7 +46,7 @@ Plan planned(std::vector<methods::Unsupported> refused, int size,
   run.methods.push_back({"mine", id, {}, "{}"});
   std::vector<std::unique_ptr<methods::Method>> made;
   made.push_back(std::make_unique<Refusing>(std::move(refused)));
-  return makePlan(run, twoBalls(), 3, made);
+  return makePlan(run, twoBalls(), frame::EnvironmentLight(scene::Environment{}), 3, made);
 }
 
 TEST(Plan, RefusedObjectsAreNamed) {
@@ -146,19 +146,12 @@ TEST(Plan, SurprisesOfReflectionsAreSaid) {
   EXPECT_TRUE(notes().empty());
 }
 
-TEST(Plan, FramesThatDoNotFitAreSaid) {
-  // 2 x 2 samples of 60 bytes, 16 bytes of the composite and 6 times 16 under way, per pixel.
-  const Plan plan = planned({}, 1000);
-  const std::uint64_t needed = 1'000'000 * (4 * 60 + 16 + 6 * 16);
-  EXPECT_EQ(memoryWarning(plan, 3 * needed), "");
-  EXPECT_THAT(memoryWarning(plan, needed + needed / 2),
-              testing::HasSubstr("mine needs at least 352.0 MB of memory; this machine has 528.0"));
-  try {
-    memoryWarning(plan, needed / 2);
-    FAIL() << "fits";
-  } catch (const UsageError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("the largest part is for \"gbuffer\""));
-  }
+TEST(Plan, BytesAreThoseOfTheFrame) {
+  // 2 x 2 samples of 60 bytes; 16 bytes of the composite and of each of 3 frames under way; 12 of
+  // each of 2 files that are encoded, and 4 of its preview
+  const std::uint64_t pixel = planned({}, 2000).bytesOf(planned({}, 2000).methods[0]) -
+                              planned({}, 1000).bytesOf(planned({}, 1000).methods[0]);
+  EXPECT_EQ(pixel, 3'000'000u * (4 * 60 + 16 + 3 * 16 + 2 * (12 + 4)));
 }
 
 }  // namespace

@@ -106,7 +106,7 @@ std::vector<MethodResult> renderAll(Stage& stage, const std::vector<methods::Met
                                     const SessionOptions& options) {
   const RunConfig& run = stage.run();
   std::vector<std::unique_ptr<methods::Method>> made = makeMethods(stage, registry);
-  Plan plan = makePlan(run, stage.scene(), stage.frames().size(), made);
+  Plan plan = makePlan(run, stage.scene(), stage.environment(), stage.frames().size(), made);
   planWarmUps(plan, stage.path(), stage.frames(), made);
 
   requireOneLayout(run, options.out);

@@ -33,6 +33,7 @@ class Stage {
 
   const RunConfig& run() const { return run_; }
   const scene::Scene& scene() const { return scene_; }
+  const frame::EnvironmentLight& environment() const { return *environment_; }
   const scene::CameraPath& path() const { return *path_; }
   /// The frames of the run, ascending: its `frames`, or all frames of the path.
   const std::vector<int>& frames() const { return frames_; }

@@ -123,6 +123,10 @@ class TraceScene {
   bool refracts_ = false;
 };
 
+/// What Embree allocates at most while it builds the BVH of this scene, by any policy. The
+/// finished static BVH has about half of it.
+std::uint64_t bvhBuildBytes(const scene::Scene& scene);
+
 /// The length in metres over which the positions of hits on a reflective object (index in
 /// geometry.objects) may be rounded: the longest edge of its triangles; for an implicit surface,
 /// the diameter of its box. 0 for other objects.

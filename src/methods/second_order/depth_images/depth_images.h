@@ -34,6 +34,10 @@ class DepthImages {
   DepthImages(int sampleWidth, int sampleHeight, float depthImageScale,
               const DepthImageOptions& options);
 
+  /// The memory of most frames: of two layers, as far as the limit allows.
+  static std::uint64_t usualBytes(int sampleWidth, int sampleHeight, float depthImageScale,
+                                  const DepthImageOptions& options);
+
   int layerWidth() const { return layerWidth_; }
   int layerHeight() const { return layerHeight_; }
 
