@@ -7,8 +7,8 @@
 
 namespace catoptric::methods::depth_impostors {
 
-/// Stores the texels of each column (along the minor axis) contiguously, with a border of
-/// background.
+/// Stores the texels of each column contiguously, with a border of background. A column runs along
+/// the minor axis, which is y if `alongX`, otherwise x.
 class Columns {
  public:
   static constexpr int kBorder = 36;  ///< texels of background before and after a column

@@ -43,7 +43,7 @@ Footprint footprint(const SceneImages& images, const Radiance& radiance, const Q
                     const Vec3& direction, float width, bool filter);
 Vec3 mean(const Footprint& footprint);
 
-/// isCutAway() is an AlphaTest::isCut; its first argument points to this.
+/// isCutAway() is an AlphaTest::isCut whose first argument points to a SceneTexels.
 struct SceneTexels {
   const SceneImages& images;
   const Radiance& radiance;

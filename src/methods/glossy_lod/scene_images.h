@@ -40,9 +40,9 @@ struct ImageCounts {
 
 class SceneImages {
  public:
-  /// Makes the geometry images of all reflected objects, one per mesh. Without the option `size`
-  /// they are coarser than `sizes` if they need more than `memory_mib`; throws an error if even the
-  /// coarsest do.
+  /// Makes the geometry images of all reflected objects, one per mesh. Without the option `size`,
+  /// images that would need more than `memory_mib` are made coarser than `sizes`. Throws an error
+  /// if even the coarsest images need more.
   void make(const scene::Scene& scene, const frame::Geometry& geometry, const Options& options,
             const Sizes& sizes);
   /// Moves the vertices of these objects and updates the tree.
@@ -62,7 +62,8 @@ class SceneImages {
 
  private:
   using MeshImages = std::map<int, std::shared_ptr<const ObjectImage>>;
-  /// Sets charts_, firstChart_ and counts_ from images of `share` times `sizes`.
+  /// Sets charts_, firstChart_ and counts_. The images have `share` times the quads and texels of
+  /// `sizes`.
   MeshImages makeCharts(const scene::Scene& scene, const frame::Geometry& geometry,
                         const Sizes& sizes, double share);
   /// As makeCharts(), with the largest share that fits the memory.

@@ -40,7 +40,7 @@ struct Traced {
   const Shading& shading;
   float spreadRad;                 ///< cone angle of a sample's ray
   std::span<const float> extents;  ///< trace::reflectorExtent(), indexed by object
-  bool fresnelSchlick;             ///< for bounces after the first
+  bool fresnelSchlick;             ///< whether bounces after the first follow Schlick's formula
   const Options& options;
 };
 
@@ -82,7 +82,8 @@ class TileTracer {
 
   /// A hit from which a reflected ray continues.
   struct Onward {
-    /// radiance that its ray receives: the surface's own, to which the reflection is added
+    /// Radiance of the ray that has hit: at first the surface's own, to which the reflection is
+    /// added.
     Vec3* value;
     Vec3 direction;
     frame::SurfacePoint surface;
@@ -108,7 +109,7 @@ class TileTracer {
   std::array<Widths, trace::kLobeSlots> widths_;
   std::array<Ranks, trace::kLobeSlots> ranks_;
   std::array<RayPacket, 256> packets_;
-  std::array<std::array<std::uint8_t, RayPacket::kMost>, 256> rays_;  ///< indices of their rays
+  std::array<std::array<std::uint8_t, RayPacket::kMost>, 256> rays_;  ///< ray index in its lobe
   std::array<std::array<Vec3, RayPacket::kMost>, 256> values_;        ///< radiance by ray and point
   std::array<std::array<float, RayPacket::kMost>, 256> weights_;      ///< weight by ray and point
   std::array<Footprint, RayPacket::kMost> footprints_;

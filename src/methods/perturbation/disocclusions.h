@@ -13,8 +13,9 @@
 namespace catoptric::methods::perturbation {
 
 /// Counts the uncovered samples that are disoccluded; they get kMaskDisoccluded in `masks` (may be
-/// empty). `uncovered`: for each sample, which of its reflections (from 1) no virtual object
-/// covers; 0: none. A sample is not disoccluded if Embree's path ends before that reflection.
+/// empty). `uncovered`: for each sample, the number (from 1) of the reflection that no virtual
+/// object covers; 0: all are covered. A sample is not disoccluded if Embree's path ends before that
+/// reflection.
 std::uint64_t findDisocclusions(const raster::GBufferCopy& gbuffer, const scene::Camera& camera,
                                 std::span<const std::uint8_t> uncovered,
                                 const frame::Lighting& lighting, const trace::TraceScene& trace,

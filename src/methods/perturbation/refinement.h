@@ -34,9 +34,10 @@ class Refinement {
 
   /// Finds the reflections of the mesh's positions.
   void lookUpMesh() { lookUp(0, {}); }
-  /// Whether any edge of the object may hide reflections that its ends do not have.
+  /// Sets hasBlind_: whether any edge of the object may hide reflections that its ends do not have.
   void findBlindEdges(const Box3& bounds, const std::vector<Edge>& edges);
-  /// 0 for nearest paths, which jump from sample to sample however short the edges are.
+  /// Maximum number of successive splits; 0 without a bound on the error. Also 0 for order nearest:
+  /// its reflections jump from one sampled path to another, however short the edges are.
   int halvings() const { return jumps_ || options_.errorPixels <= 0.0f ? 0 : options_.maxHalvings; }
   /// One round: triangles that need no split are emitted; the others are returned as pieces.
   std::vector<Triangle> halve(const std::vector<Triangle>& triangles, const Edges& edges,
@@ -110,8 +111,9 @@ class Refinement {
   void putRest(Round& round, std::size_t i, std::vector<Triangle>& pieces);
   /// The vertex in the middle of an edge from vertex a to b; kNone if the edge is not split.
   std::uint32_t middleOf(Round& round, std::uint32_t a, std::uint32_t b, std::uint32_t edge);
-  /// Emits one triangle for each reflection that all its vertices have. `ordered`: they have all
-  /// reflections, in the same order. Otherwise the triangle is added to mixedTriangles().
+  /// Emits one triangle for each reflection that all its vertices have. If some vertices lack a
+  /// reflection, the triangle is added to mixedTriangles(). `ordered`: all vertices have the same
+  /// reflections in the same order.
   void put(const Triangle& t, bool ordered);
 
   const Reflector& reflector_;

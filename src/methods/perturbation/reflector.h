@@ -41,7 +41,8 @@ struct View {
 
 struct PathCounts {
   std::uint64_t paths = 0;
-  std::uint64_t linear = 0;  ///< for order auto: reflections computed to each order
+  /// For order auto: reflections found to first order, to second order, and by exact paths.
+  std::uint64_t linear = 0;
   std::uint64_t quadratic = 0;
   std::uint64_t retraced = 0;
   std::uint64_t notConverged = 0;  ///< candidates that led to no reflection
@@ -186,7 +187,8 @@ class Reflector {
   /// which reflector `turn` hides it; at least 1: not hidden.
   double hiddenAt(std::size_t turn, const glm::dvec3& from, const glm::dvec3& point) const;
   /// Whether the inside of reflector `turn` at x is visible from `from`, through an opening. Beyond
-  /// the silhouette of a closed object it is not, however close.
+  /// the silhouette of a closed object the inside is not visible, however close x is to the
+  /// silhouette.
   bool insideShows(std::size_t turn, const glm::dvec3& from, const glm::dvec3& x) const;
   void add(const glm::dvec3& point, const Places& places, const glm::dvec3& from, Starts& starts,
            Reflections& result, PathCounts& counts) const;

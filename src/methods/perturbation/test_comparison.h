@@ -1,4 +1,5 @@
-// The method's frames against Embree's rays from the same samples, and the scenes of its tests.
+// Compares the method's frames with Embree's rays from the same samples; makes the scenes of its
+// tests.
 #pragma once
 
 #include <cstddef>
@@ -30,7 +31,8 @@ class Comparison {
     render({});
   }
 
-  /// The next frame, at another time.
+  /// Renders the next frame, at another time. `inParts`: draws only the samples that may have
+  /// changed.
   void moveTo(double seconds, bool inParts = false) {
     const frame::Geometry before = stage_.moment.geometry;
     const std::vector<int> changed = stage_.moveTo(seconds);
@@ -48,12 +50,12 @@ class Comparison {
     render(changed, part);
   }
 
-  /// The next frame, at the same time.
+  /// Renders the next frame, at the same time.
   void lookFrom(const scene::Camera& camera) {
     camera_ = camera;
     render({});
   }
-  /// The next frame, from another place and at another time.
+  /// Renders the next frame, from another place and at another time.
   void lookFrom(const scene::Camera& camera, double seconds) {
     camera_ = camera;
     render(stage_.moveTo(seconds));

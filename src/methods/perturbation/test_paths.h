@@ -38,7 +38,7 @@ struct TestPath {
   S index(std::size_t segment) const {
     return indices.empty() ? S(1) : S(indices[segment]);
   }
-  /// The exact path from `start` to q, from a guess.
+  /// Finds the exact path from `start` to q, beginning at `vertices` (if empty: at `points`).
   template <class S>
   bool solve(const Vector<S>& start, std::vector<PathVertex<S>>& vertices) const {
     if (vertices.empty()) {
@@ -49,15 +49,16 @@ struct TestPath {
       jet = jetAt<S>(surfaces[hit[i]], x);
       return true;
     };
-    // Newton's last step squares its error.
+    // After a step of this relative length, the error is about its square.
     const S tolerance = std::is_same_v<S, double> ? S(1e-13) : S(1e-27);
     return solvePath<S>(start, converted<S>(q), surfaceAt, index<S>(points.size()), tolerance,
                         vertices);
   }
 };
 
-/// Follows a mirror ray from q over `bounces` hits, the first of them on surface 0; p half-way to
-/// what comes next. False when it leaves, or grazes.
+/// Follows a mirror ray from q over `bounces` hits, of which the first is on surface 0. Sets p
+/// half-way to the surface that the ray hits next. Returns false if the ray hits no surface, grazes
+/// one, or hits one too soon.
 inline bool tracePath(TestPath& path, const Point& direction, std::size_t bounces) {
   path.hit.clear();
   path.points.clear();
@@ -85,7 +86,8 @@ inline bool tracePath(TestPath& path, const Point& direction, std::size_t bounce
     const Point n = glm::normalize(Point(jet.c[1], jet.c[2], jet.c[3]));
     constexpr double kLeastCosine = 0.2;
     if (std::abs(glm::dot(n, d)) < kLeastCosine || nearest < 0.05) return false;
-    // From q to p, so the first hit is x_N.
+    // Points are ordered from p to q, and the ray starts at q: its first hit is the last point,
+    // x_N.
     path.points.insert(path.points.begin(), vectorOf(x));
     path.hit.insert(path.hit.begin(), which);
     o = x;

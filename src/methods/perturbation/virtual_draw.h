@@ -53,7 +53,9 @@ struct VirtualObject {
   /// The samples on which it is drawn have this value in VirtualPass::reflectors: an object id if
   /// the eye sees the reflector directly.
   std::uint32_t reflector = 0;
-  std::uint32_t next = 0;  ///< the value that its own samples get; 0: nothing is reflected in it
+  /// The value that its own samples get for the draw of further reflections; 0: nothing is
+  /// reflected in it.
+  std::uint32_t next = 0;
   /// Index of refraction before its surface divided by the one behind it; 0: it reflects. Samples
   /// with total reflection get nextTotal.
   float refraction = 0.0f;
@@ -73,8 +75,10 @@ struct VirtualObject {
 struct VirtualPass {
   const gl::Texture& reflectors;  ///< R32UI: the reflector number of each sample
   const gl::Texture& depth;       ///< reversed-Z depth of the reflectors' samples
-  bool continues = false;         ///< colour a is s; colour 1 gets the outgoing direction, 2 `next`
-  bool fresnel = false;           ///< s follows Schlick's formula
+  /// Writes what further reflections need: s to alpha of colour 0, the outgoing direction to colour
+  /// 1, and `next` to colour 2.
+  bool continues = false;
+  bool fresnel = false;  ///< s follows Schlick's formula
   gl::StencilState stencil = {};
 };
 

@@ -58,7 +58,7 @@ class KeyFrame {
   }
   /// Id of the reflected object; 0: the sky.
   std::uint32_t shown(std::size_t at) const { return static_cast<std::uint32_t>(surface_[at]); }
-  /// Equal for samples whose reflector() and shown() are equal.
+  /// reflector() and shown() combined in one number.
   std::uint64_t surface(std::size_t at) const { return surface_[at]; }
   /// surface() of the sample nearest to a position; 0 outside.
   std::uint64_t surfaceAt(const Vec2& place) const {
@@ -106,7 +106,7 @@ class KeyFrame {
  private:
   void findCells(float epsilon);
   void findNearEdges(float epsilon);
-  /// A hit on a moving object, by which its current position is computed.
+  /// A hit on a moving object, from which the hit's current position is computed.
   struct MovingHit {
     std::size_t at = 0;
     trace::Hit hit;

@@ -1,5 +1,4 @@
-// The current positions of moving objects, which may have come between a sample and its
-// reprojected hit.
+// Tests whether a moving object may have come between a sample and its reprojected hit.
 #pragma once
 
 #include <cstdint>

@@ -1,12 +1,12 @@
 // Searches a key frame's reflection buffers for the point that a sample reflects now.
 //
-// The paper maps forwards: for each sample s of the key frame it searches the sample s* whose
-// surface would now reflect R, and shifts and warps the image [Xie2017] Sec. 3.2. This code
-// gathers instead: for each sample of the current frame, with surface point W and mirrored ray d,
-// it searches the position k of the key frame whose R(k) lies on that ray. It minimizes the angle
-// between d and R(k) - W, which also decides whether the result is accepted (`fidelity`). The
-// gather needs no silhouettes and no second image, and works for moving reflectors and reflected
-// objects.
+// The paper maps forwards [Xie2017] Sec. 3.2. Let R be the point that sample s of the key frame
+// reflects: the paper searches the sample s* whose surface would reflect R now, and shifts and
+// warps the image. This code gathers instead: for each sample of the current frame, with surface
+// point W and mirrored ray d, it searches the position k of the key frame whose R(k) lies on that
+// ray. It minimizes the angle between d and R(k) - W, which also decides whether the result is
+// accepted (`fidelity`). The gather needs no second image, and works for moving reflectors and
+// reflected objects.
 #pragma once
 
 #include <cstdint>
@@ -18,9 +18,10 @@
 
 namespace catoptric::methods::reprojection {
 
-/// Positions this close to a sample (in samples) are moved onto it, and smaller offsets become 0,
-/// so that static parts stay bit-identical. Not from the paper: the error is 1/255 at an edge 5
-/// samples wide with a contrast of 1.
+/// Positions this close to a sample (in samples) are moved onto it. Matches this close to the
+/// key-frame position of the reflecting surface are moved there. Static parts thus stay
+/// bit-identical. Not from the paper: moving a ramp from 0 to 1 over 5 samples by this distance
+/// changes it by 0.02 / 5, about 1/255.
 inline constexpr float kSnap = 0.02f;
 
 /// Maximum number of search steps from each start (not from the paper). The median in the interior
@@ -33,19 +34,19 @@ enum class Outcome : std::uint8_t {
   Found,
   NotSearched,    ///< glossy or refractive, or this is a key frame
   NotFound,       ///< the search left the reflector or the buffers, or did not converge
-  Hidden,         ///< a nearer surface may cover this sample; the key frame lacks it there
+  Hidden,         ///< perhaps behind a nearer surface, of which the key frame lacks this part
   Discontinuity,  ///< at an edge of the reflected scene or of the reflector
   Magnified,      ///< one sample would be stretched over too many
   Crossed,        ///< a moving object may now be in front
   Unfaithful,     ///< the stored point does not lie on the mirrored ray
-  SecondBounce,   ///< no match in the second mirror, or one off the reflected ray
+  SecondBounce,   ///< no match in the second mirror, or a match that is off the reflected ray
 };
 
 /// A position in the key frame, in samples with integer centres.
 struct Match {
   Vec2 place{0.0f};
   Outcome outcome = Outcome::NotAsked;
-  /// If Found: KeyFrame::length() there, infinite for the sky.
+  /// If Found: KeyFrame::length() at `place`, infinite for the sky.
   float length = 0.0f;
   /// Distance from the ray, in samples, before the last correction; infinite: not measured.
   float miss = std::numeric_limits<float>::infinity();

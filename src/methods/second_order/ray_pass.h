@@ -1,6 +1,6 @@
-// The pass `intersect` computes the radiance along the reflected rays of all samples from the
-// depth images of their clusters. Rays that hit nothing there get it from the cube map and the
-// sky.
+// The pass `intersect` computes the radiance along the reflected rays of all samples from the depth
+// images of their clusters. Rays that hit nothing there receive the radiance of the cube map and
+// the sky.
 #pragma once
 
 #include <array>
@@ -38,7 +38,7 @@ class RayPass {
 
   /// Sets the cluster of each sample (Clustering::clusterOf()); must be valid until run() ends.
   void setClusters(std::span<const std::uint16_t> clusterOf);
-  /// Sets the reflection of every sample, and its bits of shaders/marks.glsl.
+  /// Sets the reflection of every sample, and its mark bits (shaders/marks.glsl).
   void run(Services& services, const RayInputs& inputs);
 
   /// Adds the counts of the last run. `unclustered`: samples in no cluster.
@@ -79,7 +79,7 @@ class RayPass {
   gl::Buffer counts_;
   gl::Buffer foundBuffer_;
   std::vector<FoundByRays> found_;
-  gl::Texture ownMarks_;  ///< replaces GBuffer::masks if there are none
+  gl::Texture ownMarks_;  ///< used instead of GBuffer::masks if no masks are requested
   gl::Framebuffer ownTarget_;
   std::vector<std::uint8_t> marks_;        ///< if no masks are requested
   std::vector<std::uint16_t> masks_;       ///< if masks are requested

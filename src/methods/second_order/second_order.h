@@ -45,7 +45,7 @@ class SecondOrder : public Method {
   raster::RefractiveSamples refractive_;
   raster::GBufferCopy copy_;
   Clustering clustering_;
-  std::uint64_t tracedBelowHorizon_ = 0;  ///< of samples that are in no depth image
+  std::uint64_t tracedBelowHorizon_ = 0;  ///< rays of samples with Clustering::kRetraced
   std::unique_ptr<Retrace> retrace_;      ///< null if clusters are not probed
   std::unique_ptr<DepthImages> images_;
   CubeMap cubeMap_;

@@ -1,4 +1,4 @@
-// The method's images against Embree's rays from the same samples.
+// Compares the method's images with Embree's rays from the same samples.
 #pragma once
 
 #include <algorithm>
@@ -29,7 +29,8 @@ struct BesideOptions {
   bool countDisocclusions = false;
 };
 
-/// One frame of a scene by the method, and the light that Embree's rays find at its samples.
+/// One frame of a scene, rendered by the method, and the radiance of Embree's rays from its
+/// samples.
 class Comparison {
  public:
   Comparison(scene::Scene scene, const scene::Camera& camera, const std::string& options = "{}",
@@ -81,10 +82,12 @@ class Comparison {
   double meanDifference = 0.0;  ///< of radiance
   double light = 0.0;           ///< sum of the method's radiances, and of Embree's (tracedLight)
   double tracedLight = 0.0;
-  double l1Of8Bit = 0.0;      ///< over reflective samples, of gamma 2.2 values
-  std::vector<double> steps;  ///< by sample of the frame, as Retrace measures it; 0 elsewhere
-  double different = 0.0;     ///< share of samples that differ by more than 0.02
-  /// Mean over the samples with kMaskBelowHorizon.
+  double l1Of8Bit = 0.0;  ///< over reflective samples, of gamma 2.2 values
+  /// Per sample of the frame: difference in 8-bit steps, as Retrace measures it; 0 for samples that
+  /// do not reflect.
+  std::vector<double> steps;
+  double different = 0.0;  ///< share of samples that differ by more than 0.02
+  /// Mean difference of radiance over the samples with kMaskBelowHorizon.
   double differenceBelow = 0.0;
   bool finite = true;
 };
@@ -121,7 +124,7 @@ inline scene::Scene roomWith(scene::Mesh mirror, const Mat4& worldFromMirror,
   return builder.scene();
 }
 
-/// The part of a sphere below a height share (-1..1) along its axis +z, seen from the inside.
+/// The part of a sphere with z <= until * radius (`until`: -1..1), turned inside out.
 inline scene::Mesh bowl(float radius, float until) {
   scene::Mesh mesh = scene::makeSphere(radius, 96, 64, scene::UvMode::Metres);
   std::vector<std::uint32_t> kept;

@@ -12,8 +12,8 @@ namespace catoptric::methods {
 /// Number of rows in a band of `width` samples: whole tiles of SampleTiles::kSize, at least one.
 int rowsOfBand(int width);
 
-/// The steps of a band, which get its number. `read` of band b + 2 follows `upload` of band b, so
-/// that memory for two bands suffices.
+/// The steps of a band; each gets the band's number. `read` of band b + 2 follows `upload` of band
+/// b, so that memory for two bands suffices.
 struct BandSteps {
   std::function<void(std::size_t)> read;
   std::function<void(std::size_t)> work;  ///< concurrent with the other two steps
@@ -22,7 +22,7 @@ struct BandSteps {
 
 struct BandSeconds {
   double read = 0.0;
-  double work = 0.0;  ///< remaining time
+  double work = 0.0;  ///< the time in which neither of the others ran
   double upload = 0.0;
 };
 

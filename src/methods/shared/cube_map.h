@@ -37,7 +37,7 @@ class CubeMap {
  private:
   gl::Texture texture_;
   std::uint64_t clampedTexels_ = 0;
-  std::vector<frame::WorldLight> lights_;  ///< with which the map was drawn
+  std::vector<frame::WorldLight> lights_;  ///< the lights with which the map was drawn
 };
 
 }  // namespace catoptric::methods

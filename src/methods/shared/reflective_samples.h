@@ -15,9 +15,9 @@ std::uint16_t maskBits(std::uint8_t flags);
 
 class ReflectionUpload {
  public:
-  /// Stores the radiance of every sample. Other samples are not changed if `beside` is set,
-  /// otherwise they become 0. `flags`: as for trace::reflectedRadiance(), empty if no masks are
-  /// requested.
+  /// Stores the radiance of the samples at `places`. Other samples are not changed if `beside` is
+  /// set, otherwise they become 0. `flags`: as for trace::reflectedRadiance(), empty if no masks
+  /// are requested.
   void scatter(const raster::GBuffer& gbuffer, bool beside, std::span<const std::uint32_t> places,
                std::span<const Vec3> radiance, std::span<const std::uint8_t> flags);
   /// Sets further raster::MaskBits of a sample, after a scatter() with flags.

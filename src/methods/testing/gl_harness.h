@@ -1,5 +1,5 @@
-// A scene on the device and in Embree, and methods' frames of it, without a run: for tests with a
-// context.
+// For tests with a GL context: a scene on the device and in Embree, and the frames that methods
+// render of it without a run.
 #pragma once
 
 #include <algorithm>
@@ -32,7 +32,7 @@ inline methods::RunSettings framesOf(int width, int height, int samplesPerAxis,
 /// A scene at one moment, with everything that methods share.
 class GlStage {
  public:
-  /// `baked`: whether the light is baked, as the scene demands.
+  /// `baked`: bakes the light of vertices, if the scene asks for it.
   explicit GlStage(scene::Scene s, const methods::RunSettings& runSettings = {}, bool baked = false)
       : context(gl::testContext()),
         scene(std::move(s)),
@@ -153,8 +153,8 @@ struct TracedSamples {
     raster::readBack(stage.gbuffer, true, copy);
     const std::vector<float> reflection = raster::readRgba(stage.gbuffer.reflection);
     const methods::SamplePoints pointAt(copy, camera, stage.embree());
-    // In the packets of `traced`: if two triangles lie at one distance, the packet decides which
-    // one Embree reports.
+    // Rays are traced in the same packets as by the method `traced`: if two triangles lie at one
+    // distance, the packet decides which one Embree reports.
     const methods::SampleTiles tiles({copy.sampleWidth(), copy.sampleHeight()}, camera, stage.scene,
                                      stage.embree().extents(), {});
     methods::SampleTiles::Members members;

@@ -27,7 +27,7 @@ struct BorderEdge {
   double metres = 0.0;
 };
 
-/// A run of border edges that belong to one arc and one side of the square.
+/// Successive border edges that belong to one arc (see Outlines) and one side of the square.
 struct BorderPiece {
   std::size_t use = 0;
   std::size_t firstEdge = 0;  ///< index of a border edge
@@ -53,8 +53,9 @@ class FlatMesh {
   bool giveSteps(int level, int wanted);
   /// Computes mean-value coordinates [Floater2003] inside the border. False if a triangle flips.
   bool flatten();
-  /// The triangle positions at the points (i + shift, j + shift) / n of the square, row by row.
-  /// Returns an empty list if no triangle covers some point.
+  /// The triangle positions at the points ((i + shift) / n, (j + shift) / n) of the square, row by
+  /// row. i and j run from `first` to first + count - 1. Returns an empty list if no triangle
+  /// covers some point.
   std::vector<TrianglePlace> placesAt(int n, double shift, int first, int count) const;
 
   /// A position on one half of the square, (v00, v10, v01) if `lower`, otherwise (v11, v01, v10),

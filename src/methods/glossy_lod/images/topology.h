@@ -21,7 +21,8 @@ struct MeshView {
 
 inline constexpr std::int32_t kNobody = -1;
 
-/// Cosine of the angle between two triangles at which charts end. Ours: 40 degrees.
+/// Charts end where the angle between the normals of two triangles has a smaller cosine. Ours: 40
+/// degrees.
 inline constexpr float kCrease = 0.77f;
 
 struct Topology {

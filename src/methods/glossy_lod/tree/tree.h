@@ -39,14 +39,14 @@ struct Quad {
   std::uint32_t first = 0;  ///< vertex v00
   std::uint32_t up = 0;     ///< index difference between v00 and v01
   std::uint32_t chart = 0;
-  std::uint32_t place = 0;  ///< v00 in the chart's grid: column, row << 12; level << 24
+  std::uint32_t place = 0;  ///< v00 in the chart's grid: column | row << 12 | level << 24
 };
 
 class Tree {
  public:
   /// Each node within a chart has 4 children; nodes above charts are split in two by the area of
   /// their boxes. If `from` is set, the children nearest to it come first.
-  /// `normals`: the surface's, for each quad of the finest level.
+  /// `normals`: the surface's normal at each quad of the finest level.
   void build(std::span<const Grid> grids, std::span<const Vec4> vertices,
              std::span<const Vec3> normals, const std::optional<Vec3>& from);
   /// Updates the boxes after vertices of these charts have moved. The nodes stay the same.

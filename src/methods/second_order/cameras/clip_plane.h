@@ -11,7 +11,7 @@ namespace catoptric::methods::second_order {
 /// Depth of a planar cluster's image at infinity is 1 minus this.
 constexpr double kDepthRange = 0.999;
 /// Surfaces closer to a planar cluster than this fraction of its distance from the eye are not
-/// drawn, above all its own surface. Not from the paper.
+/// drawn. This excludes mainly the cluster's own surface. Not from the paper.
 constexpr double kClipSlack = 1e-4;
 
 /// The row of a projection whose depth is 1 on the plane dot(normal, p) = offset and decreases in
@@ -26,8 +26,9 @@ void raiseClipPlanes(const Clustering& clustering, std::span<const std::uint8_t>
                      std::span<const ClusterFrame> frames, std::span<const ClusterCamera> cameras,
                      std::span<ClusterWindow> windows);
 
-/// Sets the depth of a curved cluster's image. A plane below nearly all samples removes what lies
-/// behind, if few rays cross it; otherwise a near plane in front of all samples.
+/// Sets the depth of a curved cluster's image. If few rays cross a plane below nearly all samples,
+/// that plane is the clip plane, and nothing behind it is drawn. Otherwise a near plane in front of
+/// all samples is used.
 void setDepth(const Cluster& cluster, const ClusterFrame& frame, const ClusterWindow& window,
               const Vec2& corner, float texel, ClusterCamera& made);
 

@@ -16,9 +16,10 @@ struct ClusterExtents {
   SampleRect near;  ///< aabb_n on the image plane
   SampleRect far;   ///< aabb of the rays' far ends on the far plane
   glm::dvec2 nearSum{0.0}, farSum{0.0};
-  double product = 0.0;  ///< sum of near . far
+  /// Sum over the rays of the dot product of their points on the image plane and on the far plane.
+  double product = 0.0;
   std::uint32_t rays = 0;
-  /// minimum offset of a sample along the axis
+  /// Smallest offset of a sample from P_c along the image's axis, in metres.
   float sag = std::numeric_limits<float>::infinity();
 
   void add(const ClusterExtents& e) {

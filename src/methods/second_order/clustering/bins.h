@@ -9,11 +9,11 @@
 
 namespace catoptric::methods::second_order {
 
-/// Numbers of bins of an object over theta (360 degrees) and phi (180 degrees). They are scaled by
-/// min(1, density * 100 * fraction of the frame / number of visible objects), but are at least 1,
-/// and at least 0.04 * density of the maximum if the fraction is at least 1/1000. This is the
-/// paper's formula with the area in percent; as printed, with a fraction, it gives one bin per
-/// object.
+/// Numbers of bins of an object over theta (360 degrees) and phi (180 degrees). They are the
+/// options' maxima times min(1, density * 100 * fraction of the frame / number of visible objects).
+/// They are at least 1, and at least 0.04 * density of the maximum if the fraction is at least
+/// 1/1000. This is the paper's formula with the area in percent; as printed, with a fraction, it
+/// gives one bin per object.
 struct BinScale {
   float theta = 1.0f;  ///< number of bins, not rounded: i = floor(angle / 360 * theta)
   float phi = 1.0f;

@@ -10,9 +10,10 @@
 namespace catoptric::methods::second_order {
 
 /// Assigns the samples of an object's curved clusters anew, each to the nearest mean ray. There are
-/// as many means as clusters; means with fewer than `minSamples` samples are removed. `width`: that
-/// of the frame in samples. The result does not depend on the number of threads. Objects with more
-/// than 256 clusters are left unchanged. Returns the number of their clusters that are not planar.
+/// as many means as clusters; means with fewer than `minSamples` samples are removed. `width`:
+/// width of the frame in samples. The result does not depend on the number of threads. Objects with
+/// more than 256 clusters are left unchanged. Returns how many curved clusters such objects have
+/// together.
 std::size_t moveToNearestMeans(std::size_t width, int minSamples, std::vector<Cluster>& clusters,
                                std::vector<SampleBlock>& blocks,
                                std::vector<std::uint16_t>& clusterOf);

@@ -25,7 +25,7 @@ struct ClusterOptions {
   bool kMeans = false;
 };
 
-/// The kind of an object; one entry per object id, [0] is the background.
+/// How an object reflects. Lists of these have one entry per object id; [0] is the background.
 enum class ReflectorKind : std::uint8_t { None, Mirror, Glossy };
 
 struct Cluster {
@@ -34,7 +34,7 @@ struct Cluster {
   int phiBin = 0;
   std::uint32_t samples = 0;
   Vec3 centroid{0.0f};    ///< P_c, metres from the eye
-  Vec3 meanNormal{0.0f};  ///< n_c, unit length; turned to the eye if the normals cancel
+  Vec3 meanNormal{0.0f};  ///< n_c, unit length; the direction to the eye if the normals cancel
   /// Normal of the plane closest to all samples, unit length, on the side of the mean normal.
   /// Shading normals may differ from it.
   Vec3 planeNormal{0.0f, 1.0f, 0.0f};

@@ -22,8 +22,9 @@ struct DepthImageOptions {
   std::uint64_t memoryBytes = 512ull << 20;  ///< limit for all layers
   bool compound = true;                      ///< one draw for all images of a layer
   int depthLayers = 1;                       ///< depth layers of images of curved clusters
-  std::vector<float> weight = {};            ///< by object id: maximum weight of its reflections
-  /// By object id: maximum length of its rays in metres, 0: unlimited; or empty.
+  std::vector<float> weight = {};  ///< indexed by object id: maximum weight of its reflections
+  /// Indexed by object id: maximum length of its rays in metres, 0: unlimited. Empty: all are
+  /// unlimited.
   std::vector<float> reach = {};
 };
 
@@ -45,9 +46,10 @@ class DepthImages {
   bool fits(std::span<const ClusterCamera> cameras);
 
   /// Draws the images that the last fits() has placed. `triangles[i]` is set to the number of
-  /// triangles drawn for cluster i. `skipOwn`: by object id, whether it is flat. `samplesOnGrids`:
-  /// the cluster of each sample (Clustering::clusterOf()) if mirrored grids of flat objects are
-  /// only read at their own samples, so that nothing else need be drawn; otherwise empty.
+  /// triangles drawn for cluster i. `skipOwn`: indexed by object id; true for flat objects, which
+  /// are not drawn in the images of their own clusters. `samplesOnGrids`: the cluster of each
+  /// sample (Clustering::clusterOf()) if mirrored grids of flat objects are only read at their own
+  /// samples, so that nothing else need be drawn; otherwise empty.
   DetailCounts draw(std::span<const Cluster> clusters, std::span<const ClusterCamera> cameras,
                     const std::vector<bool>& skipOwn, std::span<const std::uint16_t> samplesOnGrids,
                     const Vec3& frameEye, const frame::Geometry& geometry,

@@ -9,7 +9,8 @@
 
 namespace catoptric::methods::second_order {
 
-/// How an object's triangles are drawn in a view.
+/// Which sides of an object's triangles a view draws. Own: the object is the view's own object
+/// (DiffuseView::ownObject).
 enum class Sides : std::uint8_t { Both, Front, OwnFront, OwnBoth };
 
 /// The visible triangles of one view, in an order of objects that all views share.

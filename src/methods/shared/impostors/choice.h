@@ -27,22 +27,26 @@ struct Impostor {
 /// The impostors that a reflector's rays are tested against, diffuse ones first.
 struct ImpostorList {
   std::vector<int> members;  ///< indices of Choice::impostors
-  /// By member: the number of depth maps, for the first of several maps of an object; otherwise 0.
+  /// One entry per member. For the first of several depth maps of an object: the number of these
+  /// maps; otherwise 0.
   std::vector<int> views;
   int diffuse = 0;
 };
 
 struct Choice {
-  std::vector<bool> chosen;          ///< by object: it is left out of the environment map
+  /// By object: whether it has impostors and is left out of the environment map.
+  std::vector<bool> chosen;
   std::vector<Impostor> impostors;   ///< of all reflectors
   std::vector<ImpostorList> listOf;  ///< by object; empty if it is not reflective
-  std::uint64_t enclosing = 0;       ///< non-planar objects around a reflector; in the map
+  /// Non-planar objects that enclose a reflector; they stay in the environment map.
+  std::uint64_t enclosing = 0;
   std::uint64_t left = 0;        ///< objects beyond Options::most; they stay in the environment map
-  std::uint64_t coinciding = 0;  ///< pairs whose centroids coincide
+  std::uint64_t coinciding = 0;  ///< pairs of a reflector and an object with the same centroid
 };
 
-/// Depends on the pose only. `reflects`: by object, the reflectors that the method shades;
-/// `mirrors`: all reflectors, whose impostors have normals.
+/// The result depends on the pose only. `reflects`: by object, whether it is a reflector that the
+/// method shades. `mirrors`: by object, whether it is any reflector; its impostors then store
+/// normals.
 Choice choose(const Options& options, Kind kind, const scene::Scene& scene,
               const frame::Geometry& geometry, const std::vector<Shape>& shapes,
               const std::vector<bool>& reflects, const std::vector<bool>& mirrors);

@@ -47,7 +47,7 @@ class Images {
   const gl::Texture& colors() const { return colors_; }
   const gl::Texture& normals() const { return normals_; }
   const gl::Texture& depths() const { return depths_; }
-  /// By layer; for normals two images per layer: normals, s.
+  /// Indexed by layer. normalsInMemory() has two images per layer: the normals, then s.
   const std::vector<HalfImage>& colorsInMemory() const { return colorsInMemory_; }
   const std::vector<HalfImage>& normalsInMemory() const { return normalsInMemory_; }
 

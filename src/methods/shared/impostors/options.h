@@ -39,7 +39,7 @@ inline constexpr auto kUnits = config::names<Unit>(
 
 struct Options {
   std::vector<std::string> objects = {"auto"};
-  float least = 0.001f;   ///< sr x rad; not from the paper; measured in README.md
+  float least = 0.001f;   ///< error that needs an impostor, sr x rad; ours, measured in README.md
   int most = 64;          ///< objects with an impostor; not from the paper
   int textureSize = 256;  ///< texels; the paper's
   int planeSize = 512;    ///< texels; not from the paper; measured in docs/papers/impostors.md

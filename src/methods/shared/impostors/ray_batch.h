@@ -17,7 +17,7 @@ inline constexpr std::size_t kMostRays = 256;
 using Lane = std::array<float, kMostRays>;
 using Vectors = Vec3Lanes<kMostRays>;
 
-/// Reflective samples of a depth image.
+/// Reflective samples of the G-buffer.
 struct Samples {
   alignas(64) Lane x{}, y{};  ///< in samples, at sample centres
   alignas(64) Lane depth{};   ///< reversed-Z
@@ -67,12 +67,12 @@ struct LookUps {
 /// Rays in the image of a depth map's camera, clipped by its six planes.
 struct MapRays {
   std::size_t count = 0;
-  alignas(64) Lane fromX{}, fromY{}, fromG{}, toX{}, toY{}, toG{};  ///< in texels, and depth 0..1
+  alignas(64) Lane fromX{}, fromY{}, fromG{}, toX{}, toY{}, toG{};  ///< x, y: texels; g: depth 0..1
   alignas(64) Lane tFrom{}, tTo{}, wFrom{}, wTo{};
   alignas(64) Lane at{};  ///< fraction of the way from `from` to `to`; above 1: no hit
   /// Above 0 for one of several maps of an object: depth per texel of the steepest surface. Steeper
-  /// steps are edges. Of a ray that passes behind an edge, `at` is shared::kHidden plus the
-  /// fraction of the way at which it does so.
+  /// steps are edges. If a ray passes behind an edge, its `at` is shared::kHidden plus the fraction
+  /// of the way at which it passes there.
   float steepest = 0.0f;
   alignas(64) std::array<std::int32_t, kMostRays> on{};
   std::array<std::uint16_t, kMostRays> ray{};
@@ -104,13 +104,13 @@ RayBounds bound(const RayBatch& rays);
 float farthest(const RayBatch& rays);
 /// Returns whether any ray hits the quad.
 bool meetQuad(const QuadLines& quad, const RayBatch& rays, Meetings& met);
-/// `height`: of the walls; negative if the plane's normal points downwards.
+/// `height`: height of the transition walls; negative if the plane's normal points downwards.
 bool meetBox(const QuadLines& quad, float height, const RayBatch& rays, Meetings& met);
 /// Clips all rays of the batch. Sets MapRays::on for rays whose clipped part is not empty and
 /// begins before the nearest hit.
 void project(const std::array<Vec4, 4>& rows, float size, const RayBatch& rays, MapRays& map);
-/// Sets the mip levels of look-ups: log2 of the texels that a ray's cone covers, from distance and
-/// slant. `t` is indexed by look-up.
+/// Sets the mip levels of look-ups: log2 of the texels that a ray's cone covers. `width` and
+/// `slant` are indexed by look-up.
 void levels(float spreadPerTexel, const Lane& width, const Lane& slant, LookUps& at);
 void lookUp(const HalfImage& image, LookUps& at);
 void environment(const Surroundings& around, EnvironmentLookUps& at);

@@ -32,10 +32,11 @@ struct SurfacePoint {
   Vec3 place;
   Vec3 normal;  ///< unit length
 };
-/// `count` points, each for an equal part of the object's surface; none if it has no area.
+/// `count` points, each of which represents an equal part of the object's surface; none if it has
+/// no area.
 std::vector<SurfacePoint> pointsOn(const frame::Geometry& geometry, int object, int count);
 
-/// `sceneMetres`: the scene's diameter, relative to which sizes count as zero.
+/// `sceneMetres`: the scene's diameter. Distances below a small fraction of it count as zero.
 Shape shapeOf(const frame::Geometry& geometry, int object, float sceneMetres);
 
 /// By object.
