@@ -58,15 +58,17 @@ Program makeProgram(CommonOptions& common);
 /// command throws, and UsageError for arguments that cannot be parsed.
 ExitCode runProgram(std::vector<std::string> arguments);
 
-/// An exit code of a command, with the command's own text for it; null: the program's.
+/// An exit code of a command, with the command's own text for it; null: the text that all commands
+/// share.
 struct ExitText {
   std::string_view code;
   const char* text = nullptr;
 };
-/// "Exit codes: 0 done; ..." in lines of a help page. "0" need not be among the codes.
+/// The lines of a help page that explain exit codes: "Exit codes: 0 done; ...". Code 0 is always
+/// explained, so that `codes` need not contain "0".
 std::string exitCodes(std::vector<ExitText> codes);
 
-/// What --existing and --progress of several commands say.
+/// The rows of --existing and --progress, which several commands have.
 OptionRow existingRow(std::string& how);
 OptionRow progressRow(std::string& how);
 /// The value of arguments that name frames.

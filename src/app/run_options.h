@@ -18,7 +18,7 @@ std::vector<std::filesystem::path> dataFolders();
 /// `kinds` of dataFolders(). Otherwise `name`.
 std::string listedFile(const std::string& name, const std::vector<std::string>& kinds);
 
-/// As readRun(), without setting the thread count.
+/// As readRun(), but also returns the JSON, and does not set the thread count.
 InputConfig readConfig(const RunOptions& options);
 
 /// The text of a run config that has the same meaning wherever its file lies: it contains the

@@ -1,4 +1,4 @@
-// Shared by the commands that measure: options, and the conversion of settings to run configs.
+// Options of the commands that measure, and the conversion of settings to run configs.
 #pragma once
 
 #include <functional>
@@ -44,15 +44,17 @@ std::vector<std::string> studiedMethods(const StudyOptions& options, const std::
 
 study::Measurement::Clock parseClock(const std::string& text);
 
-/// For workers that are silent for so many minutes, or when a signal has asked to stop.
+/// How long a worker may give no answer: this many minutes, or until a signal has asked the program
+/// to stop.
 study::Patience patience(double minutes);
 
-/// The folder of --out, or out/NAME_KIND.
+/// The folder of --out, otherwise out/NAME_KIND, where NAME is the config's name.
 std::filesystem::path studyFolder(const StudyOptions& options, const study::Inputs& inputs,
                                   const std::vector<std::string>& methods, const std::string& kind);
 
-/// Prepares the bench's folder as --existing says. `mark`: the kind of study, which is stored in
-/// the folder; a folder of another kind is refused. Throws UsageError, OutputError.
+/// Prepares the folder of the bench, which measures and stores the results, as --existing says.
+/// `mark`: the kind of study, which is stored in the folder; a folder of another kind is refused.
+/// Throws UsageError, OutputError.
 void openStudyFolder(study::Bench& bench, const std::string& existing, const std::string& mark);
 
 /// The options of the bench of a study in `folder`; `printer` shows the progress.

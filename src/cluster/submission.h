@@ -40,9 +40,9 @@ struct Submission {
   int maxParallel = 0;  ///< maximum number of simultaneous tasks; 0: Slurm decides
   int chunks = 0;
   std::vector<MethodShare> methods;
-  /// Set if the submission is a sweep instead of frames. Its times are only comparable if one task
-  /// on one node measures them all. Contains the words of its command line after the config, except
-  /// those about its folder.
+  /// Set if the submission is a sweep instead of frames: the words of the sweep's command line
+  /// after the config, except those about its folder. One task on one node measures the whole
+  /// sweep, because only times from one node are comparable.
   std::vector<std::string> study;
   std::vector<Job> jobs;
 

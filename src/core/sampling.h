@@ -11,7 +11,7 @@ namespace catoptric {
 /// The increments of the two-dimensional R2 sequence [Roberts2018].
 inline constexpr double kR2x = 0.7548776662466927;
 inline constexpr double kR2y = 0.5698402909980532;
-/// In units of 2^-32, for sums modulo 1 without rounding.
+/// These increments in units of 2^-32, for sums modulo 1 without rounding.
 inline constexpr auto kR2xBits = static_cast<std::uint32_t>(kR2x * 4294967296.0);
 inline constexpr auto kR2yBits = static_cast<std::uint32_t>(kR2y * 4294967296.0);
 

@@ -36,8 +36,8 @@ class StepTimer {
     const Scope scope(*this, name);
     return body();
   }
-  /// Waits for all issued GL work. For steps that overlap others: their caller measures them
-  /// itself.
+  /// Waits for all issued GL work. Called at the end of steps that overlap others, which their
+  /// caller measures itself.
   void finish() const {
     if (finish_) finish_();
   }

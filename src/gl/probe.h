@@ -13,9 +13,9 @@ namespace catoptric::gl {
 /// how the child ended without a result.
 std::string inChild(const std::function<std::string()>& work);
 
-/// Throws PlatformFailure if a child process that does `work` dies. Other outcomes are accepted:
-/// `work` will have them again in this process. The cache records them, so that a driver is tried
-/// once for each device, machine, and environment.
+/// Throws PlatformFailure if a child process that does `work` dies. Other failures of `work` are
+/// ignored here, because `work` will fail in the same way in this process. The cache records that
+/// the child survived, so that a driver is tried once for each device, machine, and environment.
 void requireSurvival(const std::string& device, const std::function<void()>& work);
 
 }  // namespace catoptric::gl

@@ -36,8 +36,8 @@ struct Define {
   std::string value = "1";
 };
 
-/// Names of shader files; empty names are unused stages. Either compute alone, or vertex with
-/// others.
+/// Names of shader files; empty names are unused stages. Either `compute` is set alone, or `vertex`
+/// together with other stages.
 struct ProgramFiles {
   std::string vertex{};
   std::string geometry{};

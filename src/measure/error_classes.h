@@ -49,7 +49,7 @@ struct Layer {
 Layer findLayer(const image::Image& image, const image::Image& reference,
                 std::initializer_list<const char*> names);
 
-/// The layers that assign pixels to classes. They are those of the image, otherwise of the
+/// The layers that assign pixels to classes. A layer that the image lacks is taken from the
 /// reference. The classes are, in order: masks, silhouettes (edges of id.object), glossy, other
 /// reflective pixels, the rest.
 class Classes {

@@ -119,7 +119,7 @@ void readRows(const GBuffer& source, int firstRow, int rows, bool withDiffuse, G
 
 /// Reads an RGBA32F texture back, row 0 on top: 4 floats per texel.
 std::vector<float> readRgba(const gl::Texture& texture);
-/// Reads some rectangles of it into `values`, which contain an earlier result.
+/// Reads some rectangles of the texture into `values`, which contain an earlier result.
 void readRgba(const gl::Texture& texture, std::span<const Rectangle> parts,
               std::span<float> values);
 std::vector<std::uint32_t> readIds(const gl::Texture& texture);

@@ -56,7 +56,8 @@ class Region {
   void remove(const Region& other);
   bool touches(const Rectangle& rectangle) const;
   bool empty() const;
-  /// Disjoint rectangles that cover the region. Merging makes them fewer, which may add texels.
+  /// Disjoint rectangles that cover the region. If there would be too many, tiles are merged, so
+  /// that texels outside the region may be covered too.
   std::vector<Rectangle> rectangles() const;
 
  private:

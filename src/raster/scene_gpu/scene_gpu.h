@@ -32,7 +32,7 @@ struct DeviceObject {
   float levelExtent = 0.0f;  ///< diameter at the time when its levels of detail were built, metres
 };
 
-/// The largest components over the whole scene, which bound the radiance of surfaces.
+/// The largest colour components over the whole scene, which bound the radiance of surfaces.
 struct Brightest {
   float irradiance = 0.0f;  ///< baked, W/m^2
   float albedo = 0.0f;

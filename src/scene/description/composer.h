@@ -93,7 +93,8 @@ class Composer {
   const std::vector<Handle>& handlesOf(const Value& name) const;
 
   // ---- Animation ----
-  /// Animates the weights of morphs with a "cycle" as sine and cosine, or as a sine, by cubic keys.
+  /// Animates the weights of morphs that have a "cycle", with cubic keys: two targets as sine and
+  /// cosine, a single target as a sine.
   void addLoop(const Value& object, int node, std::size_t targets);
   void addAnimations(config::Errors& errors);
   void addAnimation(const Value& value, const Handle& handle);

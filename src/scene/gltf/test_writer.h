@@ -140,7 +140,7 @@ struct GltfWriter {
 };
 
 /// A triangle (0,0,0) (1,0,0) (0,1,0) with normals +z. Accessors: 0 POSITION, 1 NORMAL, 2 indices;
-/// it is mesh 0 of node 0.
+/// the triangle is mesh 0 of node 0.
 inline GltfWriter triangleFile() {
   GltfWriter w;
   w.floats({0, 0, 0, 1, 0, 0, 0, 1, 0}, "VEC3");

@@ -1,4 +1,5 @@
-// Evaluates a tape on scalars, intervals, or jets and duals of either.
+// Evaluates a tape (a formula as a list of operations) on scalars, intervals, or jets and duals of
+// either.
 #pragma once
 
 #include <array>

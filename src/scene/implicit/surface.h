@@ -70,7 +70,7 @@ Surface superquadricSurface(const Point& radii, double e, double n);
 Surface metaballsSurface(const std::vector<glm::dvec4>& balls, double sharpness);
 /// sqrt(x^2 + z^2) = sum c_i y^i, between two heights.
 Surface revolutionSurface(const std::vector<double>& coefficients, double yMin, double yMax);
-/// [Chen2000] Sec. IV, with its axis along y and height 2.
+/// The vase of [Chen2000] Sec. IV, with its axis along y and height 2.
 Surface vaseSurface();
 /// A surface of any formula that `parseFormula` reads.
 Surface formulaSurface(std::string_view formula, const std::vector<Parameter>& parameters,

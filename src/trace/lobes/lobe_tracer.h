@@ -41,9 +41,9 @@ class LobeTracer {
     const float* densities;  ///< densities of GGX rays, per steradian; null: there are none
   };
   /// Makes the rays of as many of the points begin..end as fit into the buffers. The first call
-  /// after points() were filled must start at point 0. If begin() was not called, points must need
-  /// no settle(): no implicit surfaces, no refraction. Of `flags` and `counts`, only the bit and
-  /// number of rays reflected upwards are set, and the number of total reflections.
+  /// after points() were filled must start at point 0. If begin() was not called, no point may need
+  /// settle(), that is, lie on an implicit surface or a refractive object. Sets only the bit of
+  /// rays reflected upwards in `flags`; counts only these rays and total reflections.
   Lobes makeRays(std::size_t begin, std::size_t end, int raysPerLobe, std::uint8_t* flags,
                  ReflectionCounts& counts);
 
@@ -66,7 +66,7 @@ class LobeTracer {
   void settlePoints(PointLanes& points, ReflectionCounts& counts) const;
   void runLevel(std::size_t bounce, int bouncesLeft, Vec3* radiance, std::uint8_t* flags,
                 FirstHit* hits, ReflectionCounts& counts);
-  /// The next points from `begin` on: as many as the buffers have room for their rays.
+  /// A block of points from `begin` on: as many as have room for their rays in the buffers.
   static Block nextBlock(Level& level, std::size_t begin, std::size_t end, int raysPerLobe);
   void makeRays(Level& level, const Block& block, std::uint8_t* flags, ReflectionCounts& counts);
   void copyRays(Level& level, const Block& block, std::size_t point, std::uint8_t* flags,

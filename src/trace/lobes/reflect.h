@@ -83,7 +83,7 @@ int lobeRays(scene::Lobe lobe, int rays);
 /// Point `index` of `count` Hammersley points of the unit square, shifted.
 Vec2 lobePoint(const Vec2& shift, int index, int count);
 
-/// The slot of a lobe in tables that keep what lobes with a shift have in common. The 64 shifts of
+/// The slot of a lobe in tables of data that depend only on lobe and shift. The 64 shifts of
 /// methods::lobeShift() have slots of their own.
 inline constexpr std::size_t kLobeSlots = 256;
 inline std::size_t lobeSlot(float lobe, const Vec2& shift) {
@@ -95,7 +95,8 @@ inline std::size_t lobeSlot(float lobe, const Vec2& shift) {
 /// rounding.
 Vec3 phongSample(float g, const Vec2& shift, int index, int count);
 
-/// As phongSample(), but the point of the unit disk from which scene::ggxRay makes a GGX ray.
+/// As phongSample(), but returns the point of the unit disk from which scene::ggxRay makes a GGX
+/// ray.
 Vec2 ggxSample(const Vec2& shift, int index, int count);
 
 /// A ray of a lobe. A Phong ray has weight 1. Below the surface it is reflected upwards, r - 2
@@ -168,7 +169,7 @@ float surfaceOffset(const ReflectionPoint& point);
 float phongSolidAngle(float g, const Vec2& shift, int index, int count);
 float solidAngleOf(float density, int count);
 
-/// Width per metre of distance of the central ray among `count` rays of a lobe, at normal
+/// Width of the central ray among `count` rays of a lobe, per metre of distance, at normal
 /// incidence: the root of its solid angle 1 / (count p).
 float lobeSpread(scene::Lobe lobe, int count);
 
