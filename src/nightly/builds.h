@@ -55,7 +55,8 @@ struct BuildsReport {
   int withoutBaseline = 0;
 
   void add(const std::string& name, const BuildsComparison& one);
-  /// FramesFailed; LimitsExceeded if a frame differs or a step is slower; otherwise Done.
+  /// FramesFailed if the judged program cannot render a case. Otherwise LimitsExceeded if a frame
+  /// differs, a step is slower, or no frame was compared. Otherwise Done.
   ExitCode exitCode() const;
   /// A sentence that explains the exit code, for the last line of the output.
   std::string sentence(double gate) const;

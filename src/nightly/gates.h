@@ -27,7 +27,8 @@ struct Gates {
       {"worst_tile", 1.0},       ///< mean difference in the worst 16 x 16 pixels, display steps
       {"worst_reflector", 0.25}  ///< mean difference on the worst reflector, display steps
   };
-  /// Counters that may rise by at most the fraction `watchRise`. Those that must be 0 are separate.
+  /// Counters that may rise by at most the fraction `watchRise`. Counters that must be 0 are not in
+  /// this list.
   std::vector<std::string> watch = {"unclustered", "environment"};
   double watchRise = 0.10;
 };

@@ -11,7 +11,7 @@
 namespace catoptric::nightly {
 
 /// Judges all measurements of a night, writes the verdicts, makes good builds the accepted ones,
-/// and finishes the night. `mustBeZero`: names of counters.
+/// and finishes the night. `mustBeZero`: names of counters that must be 0.
 std::vector<Verdict> judgeNight(History& history, const Night& night, const Gates& gates,
                                 const std::vector<std::string>& mustBeZero);
 
@@ -27,7 +27,8 @@ struct Summary {
 Outcome outcomeOf(const Verdict& verdict);
 Summary summaryOf(const std::vector<Verdict>& verdicts);
 
-/// The ratio to the anchor build in one night. trendOf() returns them, oldest first.
+/// The time of a case relative to the anchor build, in one night. trendOf() returns them, oldest
+/// first.
 struct TrendPoint {
   int night = 0;
   double value = 1.0;

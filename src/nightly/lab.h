@@ -11,6 +11,8 @@
 
 namespace catoptric::nightly {
 
+/// What a case measures. The case is compared with earlier nights only if the fingerprint `print`
+/// is the same.
 struct BenchFacts {
   std::string print;
   std::string description;
@@ -19,19 +21,21 @@ struct BenchFacts {
 };
 
 struct Program {
-  std::string role;
+  std::string role;  ///< its part in the comparison, e.g. "tonight" or "accepted" (facts.h)
   std::filesystem::path file;
 };
 
-using StepTimes = std::map<std::string, study::RoundTimes>;  ///< by step
+using StepTimes = std::map<std::string, study::RoundTimes>;  ///< indexed by step
 
-/// The results of several programs for one case.
+/// The results of several programs for one case. All maps except `written` are indexed by the
+/// programs' roles.
 struct Turns {
-  std::map<std::string, study::RoundTimes> times;  ///< by role
-  std::map<std::string, std::string> failures;     ///< by role
-  std::map<std::string, std::uint64_t> memory;     ///< peak bytes, by role
-  std::map<std::string, StepTimes> steps;          ///< by role
-  std::map<int, study::FrameReport> written;       ///< tonight's frames, on the first call
+  std::map<std::string, study::RoundTimes> times;  ///< times of whole frames
+  std::map<std::string, std::string> failures;     ///< why a program could not render
+  std::map<std::string, std::uint64_t> memory;     ///< peak bytes
+  std::map<std::string, StepTimes> steps;
+  /// Tonight's frames, indexed by their number, if measure() has written them.
+  std::map<int, study::FrameReport> written;
   std::map<std::string, std::filesystem::path>
       frames;  ///< the folders of frames, by role; valid until the next call, except that tonight's
                ///< folder stays
@@ -41,9 +45,9 @@ struct Turns {
 class Lab {
  public:
   virtual ~Lab() = default;
-  /// The methods of a scene that names none.
+  /// The methods of a scene's config, for scenes that name no methods themselves.
   virtual std::vector<std::string> methods(const NightScene& scene) = 0;
-  /// Identifies what a case measures. Throws Error if its config or scene is wrong.
+  /// Returns what a case measures. Throws Error if its config or scene is wrong.
   virtual BenchFacts bench(const NightCase& one) = 0;
   /// Renders all frames `rounds` times with each program, after an uncounted warm-up round.
   /// `fresh`: in new processes. `writeTo`: folder for tonight's frames; empty: none. Throws
@@ -64,8 +68,8 @@ class Lab {
 };
 
 struct LabOptions {
-  /// Makes run configs and workers' command lines for a scene and its frames. They contain those
-  /// settings of the scene that are no method's own.
+  /// Makes run configs and workers' command lines for a scene and its frames. They contain the
+  /// scene's settings, except the settings of single methods.
   std::function<study::Inputs(const NightScene&, const std::string& frames)> inputs;
   std::filesystem::path program;  ///< the program that is judged
   std::filesystem::path work;     ///< folder for logs and temporary files

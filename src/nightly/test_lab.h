@@ -198,7 +198,8 @@ class TestLab : public Lab {
   };
 
   std::map<std::string, Build>& builds_;
-  std::map<std::string, std::string> frames_;  ///< encoded, by their contents
+  /// Encoded frames, indexed by a text that describes their contents.
+  std::map<std::string, std::string> frames_;
   std::uint64_t measurements_ = 0;
 };
 

@@ -17,7 +17,8 @@
 
 namespace catoptric::study {
 
-/// Functions of the command line that started the study.
+/// Functions that apply a study's settings to the config of the command line that started the
+/// study.
 struct Inputs {
   /// Makes the run config with these settings and one of its methods. Throws UsageError.
   std::function<run::RunConfig(const Settings&, const std::string& method)> readRun;

@@ -13,14 +13,15 @@
 
 namespace catoptric::study {
 
-/// Fingerprints of cells' runs and methods for an effort: configs, settings and frames as they are
-/// written, not as the program interprets them. Each config is read once.
+/// Computes a fingerprint of each cell: of the runs and methods that the cell uses at one level of
+/// effort. It covers configs, settings and frames as they are written, not as the program
+/// interprets them. Each config is read once.
 class StatedPrints {
  public:
   StatedPrints(const Suite& suite, std::string effort)
       : suite_(suite), effort_(std::move(effort)) {}
 
-  /// Empty: the cell refers to something that does not exist.
+  /// The fingerprint of a cell. Empty: the cell refers to something that does not exist.
   std::string of(const std::string& cell);
 
  private:
@@ -42,7 +43,7 @@ class StoredValues {
   std::map<std::string, SuiteData::Stored> fresh(const Suite& suite,
                                                  const std::string& effort) const;
   /// Stores the present values of all cells in `data`, and drops values that no cell uses. `by`:
-  /// what measured the values that were not known before.
+  /// text that names the command and the processor with which the new values were measured.
   void keep(const Suite& suite, const SuiteData& data, const std::string& effort,
             const std::string& by);
   void write() const;

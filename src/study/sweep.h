@@ -35,7 +35,7 @@ struct SweepPoint {
   std::map<std::string, double> steps;                  ///< seconds per frame
   std::map<std::string, double> errors;                 ///< pooled, by error measure
   std::map<std::string, std::pair<int, double>> worst;  ///< frame and error, by error measure
-  Judged judged;                                        ///< `by` is an index into the points
+  Judged judged;                                        ///< Judged::by is an index into `points`
   std::vector<int> sameAs;                              ///< numbers of points with identical pixels
 };
 

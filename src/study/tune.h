@@ -30,7 +30,8 @@ Bound parseMaxError(const std::string& text);
 /// Parses "100ms", "0.1s" or "0.8x:traced". Throws UsageError.
 Bound parseMaxTime(const std::string& text);
 
-/// A combination. Each method has a lattice of its axes' values.
+/// A combination of option values. The combinations of a method form a lattice: one axis per
+/// option.
 struct Candidate {
   int branch = 0;           ///< index of the method
   std::vector<int> values;  ///< one index per axis of the method

@@ -13,8 +13,8 @@ namespace catoptric::run {
 struct FrameTask {
   scene::PathFrame frame;
   FrameFingerprints fingerprints;
-  /// Its pixels do not depend on earlier frames. If false, the task before it is that of the path's
-  /// previous frame.
+  /// Whether its pixels are independent of earlier frames. If false, the task before it is that of
+  /// the path's previous frame.
   bool restarts = true;
   bool asked = true;  ///< false: rendered only if a later frame needs its state
 };

@@ -1,5 +1,5 @@
-// Layer `motion` of a frame: how far each surface point moved in the image since the path's frame
-// before.
+// Layer `motion` of a frame: how far each surface point has moved in the image since the previous
+// frame of the path.
 #pragma once
 
 #include <cstdint>

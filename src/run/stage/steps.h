@@ -12,7 +12,8 @@ namespace catoptric::run {
 /// The steps of the program itself, in the order in which they occur; "beside" marks steps of the
 /// writers, parallel to rendering. A method's own steps are in its entry.
 const std::vector<methods::StepInfo>& pipelineSteps();
-/// The kinds of all steps except methods::StepKind::Rendering, also methods' steps, by name.
+/// The kinds of steps, also of methods' steps, by name. Steps of methods::StepKind::Rendering are
+/// left out.
 std::map<std::string, std::string> stepKinds();
 /// The counters of the program itself.
 const std::vector<methods::CounterInfo>& pipelineCounters();
