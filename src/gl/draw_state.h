@@ -50,7 +50,7 @@ struct DrawState {
   StencilState stencil = {};
   BlendState blend = {};
   bool cullBacks = false;
-  bool clockwiseFronts = false;  ///< for views that mirror
+  bool clockwiseFronts = false;  ///< front faces are clockwise, as in mirrored views
   std::optional<Scissor> scissor = {};
   std::uint8_t colors = 0xFF;        ///< bit i: colour attachment i is written
   std::uint8_t clipDistances = 0x0;  ///< bit i: gl_ClipDistance[i] clips

@@ -15,7 +15,7 @@ namespace catoptric::nightly {
 std::vector<Verdict> judgeNight(History& history, const Night& night, const Gates& gates,
                                 const std::vector<std::string>& mustBeZero);
 
-/// The number of verdicts of each outcome. Bad ones that were accepted (`nightly accept`) count
+/// The number of verdicts of each outcome. Bad verdicts that were accepted (`nightly accept`) count
 /// as skipped.
 struct Summary {
   int cases = 0;

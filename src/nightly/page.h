@@ -17,7 +17,7 @@ struct PageOptions {
   std::string title;
   std::filesystem::path out;  ///< folder for the page
   bool singleFile = false;
-  std::string historyOption;  ///< for the commands that the page offers to copy
+  std::string historyOption;  ///< names the history in commands that the page offers to copy
 };
 
 /// Writes the page and returns the path of its file. Throws OutputError.

@@ -15,7 +15,7 @@ struct SheetOptions {
   std::string title;
   int cellWidth = 320;  ///< largest width, in pixels
   int maxColumns = 5;   ///< for several methods: frames; for one method: cells per row
-  int maxFrames = 20;   ///< for one method
+  int maxFrames = 20;   ///< largest number of frames, for one method
   /// Text after a method's name, e.g. "143 ms, L1 0.35"; indexed by that name.
   std::map<std::string, std::string> captions;
 };

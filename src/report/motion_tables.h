@@ -13,7 +13,7 @@ namespace catoptric::report {
 /// table has no rows, and a note says why.
 Table motionView(const RunComparison& comparison);
 /// CSV: method,against,frame,region,pixels,flicker,flicker_mc,unmatched_percent,steady,unsteady. A
-/// row per pair of frames (by the later one), per object, and for all frames.
+/// row per pair of frames (named by the later frame), per object, and for all frames.
 std::string motionCsv(std::span<const RunComparison> comparisons);
 /// A JSON object; null without consecutive frames.
 std::string motionJson(const measure::MotionError& motion);

@@ -71,7 +71,7 @@ struct Material {
   TextureSlot metallicRoughnessTexture;
   float metallicFactor = 0.0f;
   float roughnessFactor = 1.0f;
-  float dielectricF0 = 0.04f;  ///< of the non-metallic part: from ior and specular factor
+  float dielectricF0 = 0.04f;  ///< F0 of the non-metallic part, from ior and specular factor
   /// The reflection is multiplied by reflectionTint + albedoTint * albedo (frame/shading.h).
   /// finishScene() leaves albedoTint above 0 only where this tint varies over the surface.
   Vec3 reflectionTint{1.0f};
@@ -182,7 +182,7 @@ struct CameraDefinition {
   std::string name;
   int node = kNone;
   float verticalFovRad = kPi / 4.0f;
-  float nearMetres = 0.0f;  ///< 0: that of the camera path
+  float nearMetres = 0.0f;  ///< 0: the camera path's value
 };
 
 enum class Interpolation : std::uint8_t { Step, Linear, CubicSpline };

@@ -32,7 +32,7 @@ struct BenchOptions {
       8;  ///< rounds; for short frames up to kMostLonger times as many, until the ratios are clear
   int workers = 8;  ///< maximum number of resident workers; fewer if memory is short
   std::uint64_t seed = 0;
-  std::string processor = run::processorName();  ///< on which times are measured
+  std::string processor = run::processorName();  ///< the processor on which times are measured
   bool keepFrames = false;
   Patience patience;
   std::function<void(const std::string& what, double share)> progress;
@@ -141,7 +141,7 @@ class Bench {
   std::list<std::pair<std::string, std::unique_ptr<WorkerProcess>>>
       workers_;  ///< most recently used first
   std::uint64_t workerMemory_ = 0;
-  std::map<std::string, PointErrors> errors_;  ///< by file
+  std::map<std::string, PointErrors> errors_;  ///< indexed by file
   std::list<Samples> samples_;
   std::map<std::string, std::string> failures_;
   std::set<std::string> renderers_;

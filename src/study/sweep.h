@@ -28,7 +28,7 @@ struct SweepPoint {
   Setting setting;
   int number = 0;  ///< counted from 1
   std::string failure;
-  Ratio ratio;           ///< to the group's reference point
+  Ratio ratio;           ///< time relative to the group's reference point
   double seconds = 0.0;  ///< mean time of a frame; 0: not measured
   double worstSeconds = 0.0;
   int worstSecondsFrame = 0;
@@ -42,7 +42,7 @@ struct SweepPoint {
 struct SweepResult {
   SweepRequest request;
   std::vector<SweepPoint> points;
-  std::vector<int> frames;  ///< of the first group
+  std::vector<int> frames;  ///< the frames of the first group
   std::vector<std::string> notes;
 };
 

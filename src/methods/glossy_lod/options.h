@@ -20,7 +20,7 @@ struct Options {
   bool filter = true;
   bool automatic = false;  ///< choose rays and alpha by the lobe's exponent [Yu2008] Sec. 4
   int size = 0;  ///< quads along the edge of an object's geometry image; 0: see findSizes()
-  std::uint64_t memoryBytes = std::uint64_t{512} << 20;  ///< of images whose size is 0
+  std::uint64_t memoryBytes = std::uint64_t{512} << 20;  ///< limit for images whose size is 0
   Objects objects = Objects::All;
   int bounces = 1;  ///< as in the method traced
 };

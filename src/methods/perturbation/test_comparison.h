@@ -62,7 +62,7 @@ class Comparison {
   }
 
   FrameOutput output;
-  std::vector<Vec3> reflection;  ///< of reflective samples
+  std::vector<Vec3> reflection;  ///< the method's radiance at reflective samples
   std::vector<std::uint16_t> masks;
   std::size_t samples = 0;
   double l1Of8Bit = 0.0;  ///< over reflective samples, of gamma 2.2 values

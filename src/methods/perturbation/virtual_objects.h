@@ -54,7 +54,7 @@ struct Connectivity {
     std::vector<Edge> ends;
     std::vector<std::uint32_t> of;  ///< three per triangle: the edge from corner c to the next one
   };
-  std::vector<std::uint32_t> placeOf;  ///< by vertex: vertices that coincide share a position
+  std::vector<std::uint32_t> placeOf;  ///< position of each vertex; coinciding vertices share one
   std::vector<Triangle> triangles;
   Edges edges;
 };

@@ -32,7 +32,7 @@ class KeyFrame {
   /// store different samples at the same time.
   void keep(std::size_t at, const trace::ReflectionPoint& point, const trace::FirstHit& hit,
             const Vec3& radiance);
-  /// Call this after the last keep(). `epsilon`: that of continuous().
+  /// Call this after the last keep(). `epsilon`: as for continuous().
   void finish(const frame::Geometry& geometry, float epsilon);
 
   /// Moves the hits on moving objects to their current position.

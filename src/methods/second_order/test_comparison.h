@@ -79,7 +79,7 @@ class Comparison {
   trace::ReflectionCounts traced;
   std::size_t samples = 0;
   float brightest = 0.0f;
-  double meanDifference = 0.0;  ///< of radiance
+  double meanDifference = 0.0;  ///< mean difference of radiance
   double light = 0.0;           ///< sum of the method's radiances, and of Embree's (tracedLight)
   double tracedLight = 0.0;
   double l1Of8Bit = 0.0;  ///< over reflective samples, of gamma 2.2 values

@@ -18,7 +18,7 @@ namespace catoptric::run {
 /// A member of an entry's `reflectors`: assigns some reflective objects to a method.
 struct ReflectorRule {
   std::string pattern;    ///< an object's name; with a trailing *, a prefix of names
-  std::string id;         ///< in the registry
+  std::string id;         ///< the method's id in the registry
   config::Value options;  ///< checked against the method's schema
   std::string effective;  ///< canonical JSON of the options, with defaults
   config::Value place;    ///< the place in the config, for messages
@@ -27,7 +27,7 @@ struct ReflectorRule {
 /// One entry of `methods`: a method with its options, under its own name.
 struct MethodConfig {
   std::string name;       ///< used for the folder of its frames and its row in tables
-  std::string id;         ///< in the registry
+  std::string id;         ///< the method's id in the registry
   config::Value options;  ///< checked against the method's schema
   std::string effective;  ///< canonical JSON of the options, with defaults
   std::vector<ReflectorRule> reflectors = {};  ///< the method itself shades all other reflectors
@@ -46,7 +46,7 @@ struct PreviewConfig {
 
 /// What `catoptric sweep` measures with this config. Command-line options override it.
 struct SweepConfig {
-  std::vector<std::string> vary;  ///< as --vary; the other members likewise
+  std::vector<std::string> vary;  ///< as the option --vary; so are the other members
   std::vector<std::string> link;
   std::vector<std::string> where;
   std::vector<std::string> metrics = {"L1_8bit"};

@@ -74,7 +74,7 @@ struct SequenceOptions {
   Chunk chunk;
   Existing existing = Existing::Error;
   bool keepGoing = false;
-  double waitSeconds = 0.0;  ///< for another process that writes to the folder
+  double waitSeconds = 0.0;  ///< how long to wait for another process that writes to the folder
   int writerThreads = 2;
   int queueFrames = 3;  ///< maximum number of frames that wait to be written; rendering pauses then
   std::function<bool()> stopRequested;  ///< called between frames

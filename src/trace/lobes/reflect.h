@@ -48,7 +48,7 @@ struct ReflectionPoint {
 struct ReflectionOptions {
   int rays = 1;     ///< per lobe, 1..256; mirrors have one
   int bounces = 1;  ///< 1: a reflective surface that a ray hits shows only its diffuse component
-  bool fresnelSchlick = false;  ///< for bounces after the first
+  bool fresnelSchlick = false;  ///< Schlick's formula, for bounces after the first
   /// Radiance from distance t is multiplied by exp(-t / fadeMetres), along all bounces of a path;
   /// the environment is then black. 0: no attenuation.
   float fadeMetres = 0.0f;
@@ -69,7 +69,7 @@ struct ReflectionCounts {
   /// is near.
   std::uint64_t atOutline = 0;
   std::uint64_t offSurface = 0;
-  double traceSeconds = 0.0;    ///< in Embree
+  double traceSeconds = 0.0;    ///< time in Embree
   double resolveSeconds = 0.0;  ///< generation of rays and shading of hits
 
   void add(const ReflectionCounts& other);
@@ -155,7 +155,8 @@ Vec2 nextShift(const Vec2& shift, int index);
 /// `metres`. `extent`: as in ReflectionPoint.
 ReflectionPoint nextPoint(const ReflectionPoint& point, int index, const Vec3& direction,
                           float metres, const frame::SurfacePoint& surface, float extent);
-/// As above for a hit on any surface; at refractive objects the path enters or leaves them.
+/// As the other nextPoint(), for a hit on any surface; at refractive objects the path enters or
+/// leaves them.
 ReflectionPoint nextPoint(const TraceScene& trace, const ReflectionPoint& point, int index,
                           const Vec3& direction, const Hit& hit,
                           const frame::SurfacePoint& surface);

@@ -65,7 +65,8 @@ class Tree {
   std::uint32_t addChart(std::uint32_t chart, int level, std::uint32_t column, std::uint32_t row,
                          Vec3& normal);
   std::uint32_t addNode(std::uint32_t flags, const Quad& quad);
-  /// Which triangles of a node's quad face away from the surface's normal there.
+  /// Returns kLowerFolds and kUpperFolds for triangles of the quad that face away from `normal`,
+  /// the surface's normal.
   std::uint32_t foldsOf(const Quad& quad, const Vec3& normal) const;
   /// Sets the box of a node from its children, or from a leaf's corners.
   void refitNode(std::uint32_t number, std::span<const Vec4> vertices);

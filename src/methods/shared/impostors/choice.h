@@ -36,8 +36,8 @@ struct ImpostorList {
 struct Choice {
   /// By object: whether it has impostors and is left out of the environment map.
   std::vector<bool> chosen;
-  std::vector<Impostor> impostors;   ///< of all reflectors
-  std::vector<ImpostorList> listOf;  ///< by object; empty if it is not reflective
+  std::vector<Impostor> impostors;   ///< the impostors of all reflectors
+  std::vector<ImpostorList> listOf;  ///< by object: its list; empty if it is not reflective
   /// Non-planar objects that enclose a reflector; they stay in the environment map.
   std::uint64_t enclosing = 0;
   std::uint64_t left = 0;        ///< objects beyond Options::most; they stay in the environment map

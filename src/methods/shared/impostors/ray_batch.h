@@ -19,7 +19,7 @@ using Vectors = Vec3Lanes<kMostRays>;
 
 /// Reflective samples of the G-buffer.
 struct Samples {
-  alignas(64) Lane x{}, y{};  ///< in samples, at sample centres
+  alignas(64) Lane x{}, y{};  ///< the sample's centre, in samples
   alignas(64) Lane depth{};   ///< reversed-Z
   Vectors normal;
 };
