@@ -101,8 +101,8 @@ class TileTracer {
   void traceOnward(const Traced& scene, TraceCounts& counts);
   void ensureShaded(const Traced& scene, std::size_t lane, TraceCounts& counts);
   const float* slopesOf(std::size_t point, int count);
-  /// The rank of each of `count` rays of a point's lobe: rays of neighbouring ranks point into the
-  /// same part of all lobes.
+  /// The rank of each of `count` rays of a point's lobe. Rays of neighbouring ranks point into the
+  /// same part of the lobe, whichever point they belong to.
   const std::uint8_t* ranksOf(std::size_t point, int count);
 
   trace::LobeTracer lobes_;

@@ -95,7 +95,7 @@ class Refinement {
   /// Whether an edge's virtual image, from reflection `i` of its first end to `j` of the other, is
   /// long enough to miss its true middle. False behind the camera.
   bool mayMiss(const Edge& edge, std::size_t i, std::size_t j) const;
-  /// Whether the middle of an edge appears away from where its ends predict it.
+  /// Whether the middle of an edge appears too far from where the edge's ends predict it.
   bool misses(const Edge& edge, std::size_t place) const;
   /// Whether the images of a triangle's vertices are much farther apart than the vertices: they are
   /// then different reflections.

@@ -48,7 +48,7 @@ struct ReflectionPoint {
 struct ReflectionOptions {
   int rays = 1;     ///< per lobe, 1..256; mirrors have one
   int bounces = 1;  ///< 1: a reflective surface that a ray hits shows only its diffuse component
-  bool fresnelSchlick = false;  ///< Schlick's formula, for bounces after the first
+  bool fresnelSchlick = false;  ///< for bounces after the first
   /// Radiance from distance t is multiplied by exp(-t / fadeMetres), along all bounces of a path;
   /// the environment is then black. 0: no attenuation.
   float fadeMetres = 0.0f;
@@ -69,7 +69,7 @@ struct ReflectionCounts {
   /// is near.
   std::uint64_t atOutline = 0;
   std::uint64_t offSurface = 0;
-  double traceSeconds = 0.0;    ///< time in Embree
+  double traceSeconds = 0.0;    ///< in Embree
   double resolveSeconds = 0.0;  ///< generation of rays and shading of hits
 
   void add(const ReflectionCounts& other);
@@ -147,8 +147,8 @@ struct PointRay {
 };
 PointRay lobeRay(const ReflectionPoint& point, int index, int count);
 
-/// ReflectionPoint::shift of the next point of a path along ray `index`, also the `scatter` of
-/// frame::shadeSurface() there.
+/// ReflectionPoint::shift of the point that ray `index` hits. It is also the `scatter` with which
+/// frame::shadeSurface() shades that point.
 Vec2 nextShift(const Vec2& shift, int index);
 
 /// The next point of a path: ray `index` of `point` has hit a reflective surface at distance

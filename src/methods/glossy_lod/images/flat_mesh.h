@@ -47,9 +47,9 @@ class FlatMesh {
   void placeCorners(const std::array<std::uint32_t, 4>& vertices);
   /// The welded vertices that placeCorners() has chosen; fewer than 4 if it has split edges.
   std::vector<std::uint32_t> cornerVertices() const;
-  /// Gives each side 2^level steps, and each piece a number of steps proportional to its length, at
-  /// least `wanted` (or the number of its edges). Returns false if a side has too many pieces for
-  /// that.
+  /// Gives each side 2^level steps, which its pieces share in proportion to their lengths. Each
+  /// piece gets at least `wanted` steps, or as many as it has edges if that is fewer. Returns false
+  /// if a side has too many pieces for that.
   bool giveSteps(int level, int wanted);
   /// Computes mean-value coordinates [Floater2003] inside the border. False if a triangle flips.
   bool flatten();

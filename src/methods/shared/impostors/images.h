@@ -24,13 +24,14 @@ class Images {
   void forget(std::span<const int> objects);
   void forgetAll();
 
-  /// Memory of one image, where they are kept. `normals`: of a reflective impostor.
+  /// Bytes of one image with its mip levels. `normals`: the image of a reflective impostor, which
+  /// also stores normals and s.
   static std::uint64_t bytesOf(int textureSize, bool normals);
 
   /// Draws the images of `needed` (indices of `impostors`) that are outdated, as step `impostors`.
-  /// Keeps others while all are at most `most`.
-  /// layerOf() is valid until the next call. `drawn(impostor, layer, depth texels)` is called for
-  /// each depth map that was drawn.
+  /// Other images are kept as long as there are at most `most` images in all. layerOf() is valid
+  /// until the next call. `drawn(impostor, layer, depth texels)` is called for each depth map that
+  /// was drawn.
   using Drawn = std::function<void(int, int, std::span<const float>)>;
   void update(Services& services, const std::vector<Impostor>& impostors,
               std::span<const int> needed, std::size_t most, const Drawn& drawn);

@@ -25,7 +25,7 @@ enum class DepthMaps : std::uint8_t { Auto, All, Needed };
 inline constexpr auto kDepthMaps = config::names<DepthMaps>(
     {{"auto", DepthMaps::Auto}, {"all", DepthMaps::All}, {"needed", DepthMaps::Needed}});
 
-/// What renders reflectors whose images are too many or too dear.
+/// What renders reflectors whose images exceed the memory or take longer than tracing.
 enum class Fallback : std::uint8_t { Traced, None };
 
 inline constexpr auto kFallbacks =

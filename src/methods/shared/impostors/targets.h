@@ -39,7 +39,7 @@ std::vector<SurfacePoint> pointsOn(const frame::Geometry& geometry, int object, 
 /// `sceneMetres`: the scene's diameter. Distances below a small fraction of it count as zero.
 Shape shapeOf(const frame::Geometry& geometry, int object, float sceneMetres);
 
-/// By object.
+/// The shapes of all objects, indexed by object.
 std::vector<Shape> shapesOf(const frame::Geometry& geometry);
 
 /// Vertices of the object, world space.
