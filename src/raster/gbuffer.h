@@ -81,7 +81,7 @@ struct GBufferSize {
   bool lobeHorizons = false;  ///< Materials::lobeHorizons()
 };
 
-/// The size of one sample in the textures of makeSurfaceSamples(), and of makeGBuffer().
+/// The bytes of one sample in the textures of makeSurfaceSamples(), and in those of makeGBuffer().
 std::uint64_t surfaceBytesPerSample(const GBufferSize& size);
 std::uint64_t bytesPerSample(const GBufferSize& size);
 

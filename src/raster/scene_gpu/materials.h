@@ -54,11 +54,11 @@ std::vector<gl::Define> featureDefines(std::uint32_t features);
 
 /// Diffuse, CurvedMirror or Glossy, according to the largest values of the material's textures.
 SampleClass materialClass(const scene::Scene& scene, const scene::Material& material);
-/// `size` with the textures that the G-buffer of this scene needs: tints, highlights, lobe
-/// horizons. The rays of lobes may be bounded by a normal other than their own if
-/// frame::bendsNormals() holds for any object with lobes.
+/// `size` with the optional textures that the G-buffer of this scene needs: tints, highlights, lobe
+/// horizons. Lobe horizons are needed if any object with lobes has shading normals that may be
+/// corrected (frame::bendsNormals()): its triangles' normals then bound the rays of the lobes.
 GBufferSize withTexturesFor(const scene::Scene& scene, GBufferSize size);
-/// The size of the textures that materials use, on the OpenGL side.
+/// Size in bytes, on the OpenGL side, of the textures that materials use.
 std::uint64_t textureBytes(const scene::Scene& scene);
 /// The class of an object: as materialClass(), with planar mirrors distinguished from curved ones.
 inline SampleClass objectClass(SampleClass material, const scene::Object& object) {
@@ -80,13 +80,12 @@ class Materials {
   /// Reflection tints, indexed by object id (0: background), as an RGBA32F texel buffer.
   const gl::Texture& tints() const { return tints_; }
   bool tinted() const { return tinted_; }  ///< whether a reflective object has a tint other than 1
-  /// Whether a tint varies over an object, an object shows highlights of lights, or a lobe's rays
-  /// may be bounded by a normal other than their own.
+  /// Which optional textures of the G-buffer the scene needs: see withTexturesFor().
   bool tintVaries() const { return gbuffer_.tints; }
   bool highlights() const { return gbuffer_.highlights; }
   bool lobeHorizons() const { return gbuffer_.lobeHorizons; }
   bool reflective() const { return reflective_; }  ///< whether any object reflects
-  bool ggx() const { return ggx_; }                ///< whether any of them has a GGX lobe
+  bool ggx() const { return ggx_; }                ///< whether any reflective object has a GGX lobe
   SampleClass classOf(int material) const { return classes_[material]; }
   std::size_t bytes() const;
 
@@ -105,7 +104,7 @@ class Materials {
   gl::Texture tints_;
   std::size_t blockStride_ = 0;
   bool tinted_ = false;
-  GBufferSize gbuffer_;  ///< its optional textures
+  GBufferSize gbuffer_;  ///< says which optional textures are needed
   bool reflective_ = false;
   bool ggx_ = false;
 };

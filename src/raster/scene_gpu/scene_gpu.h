@@ -39,7 +39,8 @@ struct Brightest {
   float emission = 0.0f;
 };
 
-/// The size of a scene's triangles in SceneGpu, on the OpenGL side and beside it, without levels.
+/// The bytes of a scene's triangles in SceneGpu without levels of detail: in OpenGL's buffers and
+/// in memory.
 std::uint64_t uploadedGeometryBytes(const scene::Scene& scene);
 
 class SceneGpu {

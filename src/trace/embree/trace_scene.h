@@ -123,8 +123,8 @@ class TraceScene {
   bool refracts_ = false;
 };
 
-/// What Embree allocates at most while it builds the BVH of this scene, by any policy. The
-/// finished static BVH has about half of it.
+/// Estimate of the largest number of bytes that Embree allocates while it builds the BVH of this
+/// scene, by any policy. The finished static BVH has about half as many.
 std::uint64_t bvhBuildBytes(const scene::Scene& scene);
 
 /// The length in metres over which the positions of hits on a reflective object (index in

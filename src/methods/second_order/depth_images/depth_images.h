@@ -35,7 +35,7 @@ class DepthImages {
   DepthImages(int sampleWidth, int sampleHeight, float depthImageScale,
               const DepthImageOptions& options);
 
-  /// The memory of most frames: of two layers, as far as the limit allows.
+  /// The bytes that most frames need: those of two layers, or the memory limit if that is less.
   static std::uint64_t usualBytes(int sampleWidth, int sampleHeight, float depthImageScale,
                                   const DepthImageOptions& options);
 
