@@ -375,8 +375,8 @@ Command tablesCommand(CommonOptions& common) {
              "have changed since",
              {.notEmpty = true}),
       option("--pictures", options->pictures, "DIR",
-             "Folder for the suite's pictures, and for curves whose entry in the suite names a "
-             "`file`. With --values, only pictures whose runs have changed are drawn",
+             "Folder for the suite's pictures; each curve with a `file` in the suite goes there, "
+             "too. With --values, only pictures whose runs have changed are drawn",
              {.notEmpty = true}),
       flag("--check", options->check,
            "Exit code 7 if a value is outside its range in the suite's \"checks\""),

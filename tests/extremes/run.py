@@ -377,9 +377,9 @@ frame, over the reflective samples.
 
 A scene whose centre is farther from 0 than 64 times its diameter gets an origin of its own, subtracted in double
 precision. So moving a scene by 1e5 metres changes only the positions of lights, which are kept in single precision
-(`box_far`: 0.004 m off). From 230 km away, positions are rounded to 0.02 m, and reflected rays start 32 such roundings
-off their surface (`narrow_far`). A triangle that a matrix collapses to a line may give a sample without a position,
-whose ray is refused.
+(`box_far`: 0.004 m off). In `narrow_far` the camera is 230 km from the scene. At this distance positions are
+rounded to 0.02 m, and reflected rays start 32 times as far off their surface. A triangle that a matrix collapses to a line may
+give a sample without a position, whose ray is refused.
 """
 
 

@@ -38,9 +38,9 @@ const config::OptionTable<Options>& optionTable() {
              "finest level")
            .trade("0,3,10,30"),
        field(&Options::coarsest, "coarsest", range(0.0, 180.0),
-             "largest angle (degrees, from a ray's origin) of a box of the images' tree at "
-             "which the ray may stop; quads of coarse boxes are missed more often, mostly by "
-             "rays of wide lobes; 0: no limit")
+             "wide rays hit coarse quads of geometry images instead of fine ones. Seen from the "
+             "ray's origin, the box around such a quad may be about this large, in degrees; 0: no "
+             "limit. Coarse quads are missed more often, mostly by rays of wide lobes")
            .trade("0,4,8"),
        field(&Options::levels, "levels", kLevels,
              "levels of detail. adaptive: as in the paper; stitched: a ray that misses a coarse "

@@ -34,8 +34,8 @@ const std::vector<CounterInfo>& perturbationCounters() {
        "points whose reflections were computed: distinct vertices, and midpoints of edges"},
       {"triangles", "virtual triangles"},
       {"dropped_triangles",
-       "virtual triangles left out because their vertices have no common reflection; 0 with order: "
-       "auto, which cuts them"},
+       "virtual triangles left out because not all vertices appear in the same reflection; 0 with "
+       "order: auto, which cuts such triangles where the reflection ends"},
       {"coarse_objects",
        "objects whose edges were not subdivided further, because of traced_per_pixel"},
       {"objects_left_out", "objects in mirrors beyond memory_mib, replaced by the environment"},

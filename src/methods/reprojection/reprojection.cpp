@@ -372,7 +372,7 @@ class Reprojection : public Method {
 const std::vector<StepInfo>& stepInfos() {
   static const std::vector<StepInfo> infos = {
       {"bvh", "start, frames",
-       "Embree's BVH is built, and follows the geometry by the option `bvh`"},
+       "Embree's BVH is built; in a frame: it is updated as the option `bvh` says"},
       {"readback", "frames", "the G-buffer is read back, and its reflective samples are listed"},
       {"search", "frames",
        "each sample searches the key frame for its reflection; with mapping: surface for its own "
@@ -399,9 +399,9 @@ const std::vector<CounterInfo>& counterInfos() {
       {"not_found",
        "of `retraced`: the search ended at a silhouette, outside the frame, or without a result"},
       {"hidden",
-       "of `retraced`: a neighbour reflects a nearer surface, which may also hide what this "
-       "sample reflects; the key frame cannot tell, because the reflector does not cover the "
-       "place in question there"},
+       "of `retraced`: a neighbouring sample reflects a nearer surface. Whether this sample "
+       "reflects it, too, is unknown: that part of the reflection lies outside the reflector in "
+       "the key frame"},
       {"discontinuity", "of `retraced`: the match lies at an edge of reflected surfaces"},
       {"magnified", "of `retraced`: a sample of the key frame would cover too many samples"},
       {"crossed", "of `retraced`: the mirrored ray hits the bounds of another moving object"},

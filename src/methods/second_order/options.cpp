@@ -76,8 +76,8 @@ const config::OptionTable<Options>& optionTable() {
              "rays of a lobe. cone: each ray is marched; neighbourhood: only the central ray is "
              "marched, the other rays are looked up at the distance of its hit"),
        field(&Options::glossyReach, "glossy_reach", range(0, 1000000),
-             "glossy reflections fade to the reflector's diffuse colour as rays get longer; "
-             "completely at a length of this many metres, times (1 - g) / g; 0: no fading"),
+             "glossy reflections fade to the reflector's diffuse colour as rays get longer. Rays "
+             "of at least `glossy_reach` x (1 - g) / g metres show that colour only. 0: no fading"),
        field(&Options::probes, "probes", range(0, 1024),
              "samples of each curved or glossy cluster that Embree traces to estimate its error; "
              "0: none"),

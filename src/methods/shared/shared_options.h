@@ -21,8 +21,8 @@ inline constexpr auto kBvhPolicies =
                                      {"rebuild_low", trace::BvhPolicy::RebuildLow},
                                      {"rebuild_medium", trace::BvhPolicy::RebuildMedium}});
 inline constexpr const char* kBvhHelp =
-    "Embree's BVH. static: if no object moves, one BVH, built once; otherwise one BVH per "
-    "object, refitted when the object moves. refit: always one BVH per object. rebuild_low, "
-    "rebuild_medium: rebuilt in every frame, at this quality";
+    "how Embree's BVH follows moving objects. refit: each object has a BVH, refitted when it "
+    "moves; static: the same, but one BVH for the whole scene if no object moves. rebuild_low, "
+    "rebuild_medium: everything is rebuilt in every frame, at this quality";
 
 }  // namespace catoptric::methods

@@ -154,7 +154,7 @@ const MethodEntry& tracedEntry() {
       .summary = "traces reflected rays from the G-buffer with Embree: the baseline",
       .paper = "",
       .steps = {{"bvh", "start, frames",
-                 "Embree's BVH is built, and follows the geometry by the option `bvh`"},
+                 "Embree's BVH is built; in a frame: it is updated as the option `bvh` says"},
                 {"readback", "frames", "the G-buffer is read back"},
                 {"trace", "frames", "rays are traced by Embree"},
                 {"resolve", "frames", "rays are generated; hits are shaded"},

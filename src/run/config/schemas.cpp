@@ -40,7 +40,7 @@ standard input (`catoptric render -`), are relative to the current folder.
 check a config that begins with `"$schema": "schema/run.schema.json"`.
 
 In the lists, parentheses give the default, then other allowed values; brackets say what an empty value
-means. s is a surface's reflectance, g its roughness: a mirror up to 0.05, rough above.
+means. s is a surface's reflectance, g its roughness: a mirror up to 0.05 (glTF: 0.03), rough above.
 
 )";
 

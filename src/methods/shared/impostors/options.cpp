@@ -44,14 +44,17 @@ std::vector<config::Option<Options>> common() {
       field(&Options::secondDiffuse, "second_diffuse",
             "second reflections also show the diffuse component of reflective objects; otherwise "
             "only diffuse objects, as in the paper"),
-      field(&Options::transitionHeight, "transition_height", atLeast(0.0),
-            "height in metres of virtual walls at the edges of flat objects, which soften these "
-            "edges: rays through a wall blend the edge's colour with the environment map; 0: none"),
+      field(
+          &Options::transitionHeight, "transition_height", atLeast(0.0),
+          "soften the edges of flat objects (all vertices in one plane). Along its edges each gets "
+          "virtual walls of this height in metres. A ray through a wall blends the colour of the "
+          "edge with the environment map. 0: no walls"),
       field(&Options::shareEnvironment, "share_environment",
-            "flat objects stay in the environment map. A ray that hits one is looked up there, "
-            "in the hit's direction from the map's centre; rays through a wall blend this "
-            "direction with their own. Reflections are wrong where, from the map's centre, a "
-            "flat object hides another surface of the map"),
+            "with `transition_height`: flat objects stay in the environment map. If a ray hits a "
+            "flat object, the map is read in the direction from the map's centre to the hit. A "
+            "ray through a virtual wall reads the map between this direction and its own. "
+            "Reflections are wrong where, seen from the map's centre, a flat object hides other "
+            "surfaces"),
       field(&Options::attenuation, "attenuation", atLeast(0.0), kAttenuationHelp),
       field(&Options::intersectOn, "intersect_on", kUnits,
             "where mirror rays are intersected. device: in a shader; processor: on the CPU; auto: "

@@ -7,7 +7,7 @@ const TableInfo& impostorsTable() {
       "impostors",
       "an impostor that a frame needs",
       {{"object", ColumnType::Integer, "id of the object"},
-       {"way", ColumnType::Text, "quad, plane (a flat object's own) or depth map"},
+       {"way", ColumnType::Text, "impostor: quad, plane (a flat object's own plane) or depth map"},
        {"drawn", ColumnType::Integer, "1: drawn in this frame; 0: kept from an earlier one"},
        {"texel_m", ColumnType::Real, "width of a texel at the object's centroid"}}};
   return table;
