@@ -87,10 +87,13 @@ struct Frame {
 /// `options` besides those for small frames.
 std::string optionsOf(const methods::MethodEntry& entry, const std::string& more) {
   // What renders whole images samples where the rasterizer does
-  std::string options =
-      entry.id == "reference" ? R"({"samples": 1, "rays": 4})" : entry.tests.small;
-  if (more.empty()) return options;
-  options.insert(options.rfind('}'), (options.find(':') == std::string::npos ? "" : ", ") + more);
+  std::string options = entry.id == "reference"
+                            ? R"({"max_standard_error": 0, "samples": 1, "rays": 4})"
+                            : entry.tests.small;
+  const std::string added =
+      more.empty() && entry.id == "reference" ? std::string("\"bounces\": 1") : more;
+  if (added.empty()) return options;
+  options.insert(options.rfind('}'), (options.find(':') == std::string::npos ? "" : ", ") + added);
   return options;
 }
 
@@ -352,7 +355,8 @@ TEST(Colours, BentNormalsAreTheSameInGlAndEmbree) {
   const scene::Camera camera = scene::lookAt({0.3f, 0.5f, 3.0f}, {}, {0.0f, 1.0f, 0.0f}, 0.8f);
   const methods::MethodEntry& reference = test::methodNamed("reference");
   const image::Image truth =
-      test::renderOnCpu(reference, R"({"samples": 1})", test::Moment(scene), camera, kSettings)
+      test::renderOnCpu(reference, R"({"max_standard_error": 0, "samples": 1})",
+                        test::Moment(scene), camera, kSettings)
           .image.value();
   test::GlStage stage(scene, kSettings);
   test::GlMethod(stage, test::methodNamed("traced")).render(camera);
@@ -499,7 +503,8 @@ TEST_P(Highlights, AreTheSameInGlAndEmbree) {
   scene::finishScene(scene);
   const scene::Camera camera = scene::lookAt({0.3f, 0.5f, 3.0f}, {}, {0.0f, 1.0f, 0.0f}, 0.8f);
   const image::Image truth =
-      test::renderOnCpu(test::methodNamed("reference"), R"({"samples": 1, "rays": 1})",
+      test::renderOnCpu(test::methodNamed("reference"),
+                        R"({"max_standard_error": 0, "samples": 1, "rays": 1})",
                         test::Moment(scene), camera, kSettings)
           .image.value();
   test::GlStage stage(scene, kSettings);

@@ -71,7 +71,7 @@ class Crash : public testing::Test {
     std::ofstream(folder / "run.json") << R"({
   "scene": "scene.json", "path": "path.json", "preview": {"enabled": false},
   "image": {"width": 48, "height": 32},
-  "methods": [{"method": "reference", "samples": 2, "rays": 2}]
+  "methods": [{"method": "reference", "max_standard_error": 0, "samples": 2, "rays": 2}]
 })";
   }
   ~Crash() override { fs::remove_all(folder); }

@@ -354,7 +354,7 @@ TEST(Agreement, TracedConvergesToReferenceOnMirrors) {
 
   // The reference takes the very same samples: what differs are silhouettes, seen or mirrored.
   const methods::FrameOutput truth =
-      test::renderOnCpu(test::methodNamed("reference"), R"({"samples": 2})", stage.moment,
+      test::renderOnCpu(test::methodNamed("reference"), R"({"max_standard_error": 0, "bounces": 1, "samples": 2})", stage.moment,
                         subject.camera, stage.settings);
   int different = 0;
   double sum = 0.0;

@@ -29,7 +29,7 @@ PATH = {"frames": FRAMES, "orbit": {"center": [0, 0.5, 0], "radius": 3, "height"
 CONFIG = {"scene": "scene.json", "path": "path.json", "image": {"width": 24, "height": 16},
           "preview": {"enabled": False}, "errors": {"against": ["truth"]},
           "methods": [{"method": "reprojection", "restart_every": 4},
-                      {"method": "reference", "name": "truth", "samples": 8, "rays": 4}]}
+                      {"method": "reference", "max_standard_error": 0, "name": "truth", "samples": 8, "rays": 4}]}
 
 
 class Test:

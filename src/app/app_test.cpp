@@ -346,8 +346,8 @@ TEST_F(App, SettingsNameMethods) {
 TEST_F(App, FoldersOfSeveralRunsAreNamed) {
   std::ofstream(folder / "two.json") << R"({"scene": "scene.json", "path": "path.json",
     "image": {"width": 32, "height": 24}, "frames": "1",
-    "methods": [{"method": "reference", "name": "a", "samples": 1, "rays": 1},
-                {"method": "reference", "name": "b", "samples": 2, "rays": 1}]})";
+    "methods": [{"method": "reference", "max_standard_error": 0, "name": "a", "samples": 1, "rays": 1},
+                {"method": "reference", "max_standard_error": 0, "name": "b", "samples": 2, "rays": 1}]})";
   EXPECT_EQ(run("render two.json --out out").exitCode, 0);
   const Result one = run("render two.json --out out --method a --existing resume");
   EXPECT_EQ(one.exitCode, 2);
@@ -369,6 +369,9 @@ TEST_F(App, InfoCounts) {
           "run.json: is a run config, not a scene. For its scene: catoptric info scene.json"));
   const config::Value info = config::parseText(run("info scene.json --json").out, "info");
   EXPECT_EQ(info.get("objects").asInteger(), 2);
+  EXPECT_EQ(info.get("reflective_objects").asInteger(), 1);
+  EXPECT_GT(info.get("reflective_share").asNumber(), 0.01);
+  EXPECT_LT(info.get("reflective_share").asNumber(), 0.9);
   EXPECT_EQ(info.get("diffuse_triangles").asInteger(), 2);
   ASSERT_EQ(info.get("reflectors").asArray().size(), 1u);
   EXPECT_EQ(info.get("reflectors").asArray()[0].get("name").asString(), "ball");

@@ -15,6 +15,7 @@
 #include "frame/shading.h"
 #include "run/config/run_config.h"
 #include "run/folder/plan.h"
+#include "run/stage/reflective_share.h"
 #include "scene/animate.h"
 #include "scene/loader.h"
 
@@ -113,6 +114,8 @@ std::string infoJson(const std::string& input, const scene::Scene& scene,
       .add("objects", scene.objects.size())
       .add("triangles", scene.triangleCount())
       .add("diffuse_triangles", scene.triangleCount() - scene.reflectiveTriangleCount())
+      .add("reflective_objects", scene.reflectorCount())
+      .add("reflective_share", run::reflectiveShare(scene))
       .add("moving_objects",
            static_cast<std::uint64_t>(std::count(moving.begin(), moving.end(), true)))
       .add("duration", scene.duration())
@@ -180,6 +183,9 @@ std::string infoText(const std::string& input, const scene::Scene& scene,
   line("objects", std::to_string(scene.objects.size()) + ", of which " +
                       std::to_string(scene.reflectorCount()) + " reflective and " +
                       std::to_string(std::count(moving.begin(), moving.end(), true)) + " moving");
+  if (scene.reflectorCount() > 0)
+    line("reflective", fmt::format("{:.1f} % of the first frame of the scene's own camera",
+                                   100.0 * run::reflectiveShare(scene)));
   line("materials", std::to_string(scene.materials.size()));
   line("lights", std::to_string(scene.lights.size()));
   line("cameras", std::to_string(scene.cameras.size()));

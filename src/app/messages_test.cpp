@@ -121,8 +121,8 @@ TEST_F(Messages, BakingIsShown) {
 TEST_F(Messages, ErrorsThatMethodDropsAreNamed) {
   std::ofstream(folder / "two.json") << R"({"scene": "scene.json", "path": "path.json",
     "image": {"width": 8, "height": 8}, "frames": "1", "errors": {"against": ["truth"]},
-    "methods": [{"method": "reference", "name": "a", "samples": 1, "rays": 1},
-                {"method": "reference", "name": "truth", "samples": 1, "rays": 1}]})";
+    "methods": [{"method": "reference", "max_standard_error": 0, "name": "a", "samples": 1, "rays": 1},
+                {"method": "reference", "max_standard_error": 0, "name": "truth", "samples": 1, "rays": 1}]})";
   EXPECT_THAT(run("render two.json --method a --out a").err,
               HasSubstr("errors against truth are not computed: --method leaves it out"));
   EXPECT_THAT(run("render two.json --out both").err, Not(HasSubstr("errors against")));

@@ -22,8 +22,8 @@ class Nightly : public App {
   Nightly() {
     std::ofstream(folder / "run.json") << R"({
   "scene": "scene.json", "path": "path.json", "image": {"width": 16, "height": 12},
-  "methods": [{"method": "reference", "samples": 2, "rays": 1},
-              {"method": "reference", "name": "truth", "samples": 4, "rays": 1}]})";
+  "methods": [{"method": "reference", "max_standard_error": 0, "samples": 2, "rays": 1},
+              {"method": "reference", "max_standard_error": 0, "name": "truth", "samples": 4, "rays": 1}]})";
     std::ofstream(folder / "small.suite.json") << R"({"title": "Small", "scenes": {
   "ball": {"config": "run.json", "frames": {"full": "1-3"}, "against": "truth", "tags": ["round"]}}})";
   }

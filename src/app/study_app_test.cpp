@@ -39,8 +39,8 @@ class Sweep : public App {
     std::ofstream(folder / "run.json") << R"({
   "scene": "scene.json", "path": "path.json", "frames": "1-3",
   "image": {"width": 32, "height": 24, "layers": ["s"]},
-  "methods": [{"method": "reference", "samples": 1, "rays": 1},
-              {"method": "reference", "name": "truth", "samples": 4, "rays": 1}],
+  "methods": [{"method": "reference", "max_standard_error": 0, "samples": 1, "rays": 1},
+              {"method": "reference", "max_standard_error": 0, "name": "truth", "samples": 4, "rays": 1}],
   "errors": {"against": ["truth"]}
 })";
   }
@@ -181,10 +181,10 @@ TEST_F(Sweep, AFolderThatCannotBeMadeIsExit5) {
 }
 
 TEST_F(Sweep, TheSameOptionsTwiceAreTwoSettings) {
-  const Result result =
-      run(R"(sweep run.json --set 'methods=[{"method": "reference", "name": "a"}, )"
-          R"({"method": "reference", "name": "b"}]' --set errors.against=[] --against a )"
-          "--method a,b --repeats 2 --progress none --out s");
+  const Result result = run(
+      R"(sweep run.json --set 'methods=[{"method": "reference", "max_standard_error": 0, "name": "a"}, )"
+      R"({"method": "reference", "max_standard_error": 0, "name": "b"}]' --set errors.against=[] --against a )"
+      "--method a,b --repeats 2 --progress none --out s");
   EXPECT_EQ(result.exitCode, 0) << result.err;
   const std::string samples = textOf(folder / "s/samples.csv");
   EXPECT_EQ(std::count(samples.begin(), samples.end(), '\n'), 1 + 2 * 2 * 3);
@@ -271,7 +271,21 @@ TEST_F(Sweep, TuneNamesTheNearestWhereNothingSatisfies) {
           "--vary methods.reference.samples=1,2,3 --repeats 1 --progress none --out t");
   EXPECT_EQ(result.exitCode, 7) << result.err;
   EXPECT_THAT(result.out, HasSubstr("Nearest: reference samples=3"));
+  EXPECT_THAT(result.out, HasSubstr("Of this error, reflective pixels hold "));
+  EXPECT_THAT(result.out, HasSubstr("The bound cannot be met: bound L1_8bit_reflective instead"));
   EXPECT_FALSE(fs::exists(folder / "t/tuned.json"));
+}
+
+TEST_F(Sweep, SaysHowFarTheReferenceItselfIsOff) {
+  const Result result =
+      run("sweep run.json --method reference --against truth --repeats 0 --progress none "
+          "--set methods.truth.samples=1 --set methods.truth.max_standard_error=200 "
+          "--vary methods.reference.samples=8,16 --out s");
+  EXPECT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("The standard error of truth is "));
+  const config::Value root = config::parseFile(folder / "s/sweep.json");
+  for (const config::Value& point : root.get("points").asArray())
+    EXPECT_GT(point.get("standard_error").asNumber(), 0.0);
 }
 
 TEST_F(Sweep, TuneRefusesWhatContradictsItself) {
@@ -311,9 +325,9 @@ TEST_F(Sweep, RatiosAreOfTracedElseOfReferenceElseOfTheFirst) {
   for (const auto& [first, second, base] : cases) {
     std::ofstream(folder / "two.json") << R"({
   "scene": "scene.json", "path": "path.json", "frames": "1", "image": {"width": 32, "height": 24},
-  "methods": [{"method": "reference", "name": ")"
+  "methods": [{"method": "reference", "max_standard_error": 0, "name": ")"
                                        << first << R"(", "samples": 1, "rays": 1},
-              {"method": "reference", "name": ")"
+              {"method": "reference", "max_standard_error": 0, "name": ")"
                                        << second << R"(", "samples": 1, "rays": 1}]})";
     const Result result = run("render two.json --out r --existing overwrite -q --repeats 2");
     EXPECT_EQ(result.exitCode, 0) << result.err;
@@ -350,10 +364,10 @@ TEST_F(Sweep, AChangedSettingRendersItsCellAlone) {
   const auto write = [&](int samples, const char* checks) {
     std::ofstream(folder / "many.json") << R"({
   "scene": "scene.json", "path": "path.json", "frames": "1", "image": {"width": 32, "height": 24},
-  "methods": [{"method": "reference", "name": "a", "samples": 1, "rays": 1},
-              {"method": "reference", "name": "b", "samples": )"
+  "methods": [{"method": "reference", "max_standard_error": 0, "name": "a", "samples": 1, "rays": 1},
+              {"method": "reference", "max_standard_error": 0, "name": "b", "samples": )"
                                         << samples << R"(, "rays": 1},
-              {"method": "reference", "name": "truth", "samples": 4, "rays": 1}]})";
+              {"method": "reference", "max_standard_error": 0, "name": "truth", "samples": 4, "rays": 1}]})";
     std::ofstream(folder / "b.suite.json") << R"json({"title": "B", "runs": {
   "times": {"config": "many.json", "against": "truth"},
   "errors": {"config": "many.json", "against": "truth", "times": false}},
@@ -384,10 +398,10 @@ TEST_F(Sweep, ValuesOfAFileAreMeasuredAgainWhereTheirSettingsChanged) {
   const auto write = [&](int samples, const std::string& title) {
     std::ofstream(folder / "v.json") << R"({
   "scene": "scene.json", "path": "path.json", "frames": "1-2", "image": {"width": 32, "height": 24},
-  "methods": [{"method": "reference", "name": "a", "samples": 1, "rays": 1},
-              {"method": "reference", "name": "b", "samples": )"
+  "methods": [{"method": "reference", "max_standard_error": 0, "name": "a", "samples": 1, "rays": 1},
+              {"method": "reference", "max_standard_error": 0, "name": "b", "samples": )"
                                      << samples << R"(, "rays": 1},
-              {"method": "reference", "name": "truth", "samples": 4, "rays": 1}]})";
+              {"method": "reference", "max_standard_error": 0, "name": "truth", "samples": 4, "rays": 1}]})";
     std::ofstream(folder / "v.suite.json")
         << R"json({"title": ")json" << title << R"json(", "runs": {
   "errors": {"config": "v.json", "against": "truth", "times": false},

@@ -50,7 +50,7 @@ class App : public testing::Test {
     std::ofstream(folder / "run.json") << R"({
   "scene": "scene.json", "path": "path.json",
   "image": {"width": 32, "height": 24, "layers": ["s", "Z"]},
-  "methods": [{"method": "reference", "samples": 2, "rays": 1}]
+  "methods": [{"method": "reference", "max_standard_error": 0, "samples": 2, "rays": 1}]
 })";
   }
   ~App() override { fs::remove_all(folder); }

@@ -97,7 +97,40 @@ std::string testText(study::Bench& bench, const TuneCommand& options, const Tune
                                                        : ": the bound does NOT hold there.\n");
 }
 
-std::string resultText(const Tuned& tuned) {
+/// Which part of the nearest setting's error keeps it above the bound.
+std::string heldBy(const study::PointErrors& errors, const study::Bound& bound) {
+  std::vector<int> frames;
+  double reflective = 0.0;
+  double elsewhere = 0.0;
+  for (const auto& [number, frame] : errors.frames) {
+    frames.push_back(number);
+    reflective += static_cast<double>(frame.reflectivePixels);
+    elsewhere += static_cast<double>(frame.elsewherePixels);
+  }
+  const auto pooled = [&](const char* metric) { return errors.pooled(metric, frames); };
+  std::string text;
+  if (bound.metric == "L1_8bit" && reflective > 0.0) {
+    const double others =
+        elsewhere > 0.0 ? pooled("L1_8bit_elsewhere") * elsewhere / (reflective + elsewhere) : 0.0;
+    text += " Of this error, reflective pixels hold " +
+            report::fixedText(pooled("L1_8bit") - others, 3) + " and the other pixels " +
+            report::fixedText(others, 3) + ", which no method of reflections changes.";
+    if (others > bound.limit)
+      text +=
+          " The bound cannot be met: bound L1_8bit_reflective instead, or compare with `traced`, "
+          "which has the methods' own samples.";
+    if (const double bounces = pooled("L1_8bit_bounces"); bounces > bound.limit)
+      text += " Bounces after the first are worth " + report::fixedText(bounces, 3) +
+              "; L1_8bit_one_bounce leaves them out.";
+  }
+  if (const double uncertainty = errors.uncertainty(bound.metric, frames);
+      uncertainty > bound.limit)
+    text += " The reference's own standard error is " + report::fixedText(uncertainty, 3) +
+            ", above the bound: lower its max_standard_error.";
+  return text;
+}
+
+std::string resultText(study::Bench& bench, const Tuned& tuned) {
   const study::TuneResult& result = tuned.result;
   const std::size_t tried = [&] {
     std::set<std::size_t> all;
@@ -112,6 +145,8 @@ std::string resultText(const Tuned& tuned) {
       text += " Nearest: " + tuned.settings[*result.nearest].text() + ", " + tuned.bound.metric +
               " " + report::fixedText(result.error, 3) + ", " +
               report::fixedText(1e3 * result.seconds, 1) + " ms.";
+    if (result.nearest && tuned.bound.kind == study::Bound::Kind::Error)
+      text += heldBy(bench.errors(tuned.settings[*result.nearest]), tuned.bound);
     const bool undecided = std::ranges::any_of(result.trials, [&](const study::Trial& trial) {
       return trial.candidate == result.nearest && trial.verdict == "undecided";
     });
@@ -198,7 +233,7 @@ ExitCode tune(const TuneCommand& options, const CommonOptions& common) {
   std::string text;
   const auto measure = [&] {
     tuned.result = study::tuneSettings(bench, tuned.settings, times, tuneOptions);
-    text = resultText(tuned);
+    text = resultText(bench, tuned);
     if (tuned.result.best && !options.testPath.empty()) text += testText(bench, options, tuned);
   };
   if (!measureUnlessStopped(printer, kResumeHint, measure)) return stoppedCode();

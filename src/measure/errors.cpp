@@ -48,6 +48,9 @@ void add(RegionError& pooled, const RegionError& one, int frame) {
     pooled.maxLinearY = one.maxLinearY;
   }
   pooled.over += one.over;
+  pooled.sumStandardError += one.sumStandardError;
+  pooled.sumOneBounce8 += one.sumOneBounce8;
+  pooled.sumBounces8 += one.sumBounces8;
   pooled.ssimSum += one.ssimSum;
   pooled.flipSum += one.flipSum;
   pooled.hdrFlipSum += one.hdrFlipSum;
@@ -123,10 +126,24 @@ RegionError pixelError(const ColourView& test, const ColourView& truth, int x, i
   return one;
 }
 
+/// The layers of a reference by the method `reference`; absent from others.
+struct TruthLayers {
+  int standardError = -1;
+  ColourView oneBounce;  ///< null image: absent
+
+  explicit TruthLayers(const Image& reference)
+      : standardError(reference.channel("standard_error")) {
+    for (std::size_t c = 0; c < 3; ++c)
+      oneBounce.channels[c] = reference.channel(std::string("one_bounce.") + "RGB"[c]);
+    if (*std::ranges::min_element(oneBounce.channels) >= 0) oneBounce.image = &reference;
+  }
+};
+
 /// Two images and what looks at neighbours in them, measured before.
 struct Comparison {
   ColourView test;
   ColourView truth;
+  const TruthLayers layers;
   const Classes& classes;
   const std::set<int> reflectors;
   const std::vector<double> similarity;
@@ -140,6 +157,8 @@ struct Comparison {
     const Layer& reflective = classes.reflective();
     const Layer& id = classes.id();
     e.hasReflective = static_cast<bool>(reflective);
+    e.hasStandardError = layers.standardError >= 0;
+    e.hasOneBounce = layers.oneBounce.image != nullptr;
     e.classes = classes.empty();
     const int width = test.image->width;
     for (int y = firstRow; y < lastRow; ++y)
@@ -151,6 +170,7 @@ struct Comparison {
         one.flipSum = one.flipMax;
         one.hdrFlipMax = maps.hdrFlip[p];
         one.hdrFlipSum = one.hdrFlipMax;
+        addTruthLayers(one, x, y);
 
         add(static_cast<RegionError&>(e), one, 0);
         const bool isReflective = reflective && reflective.at(p) > 0.0f;
@@ -158,10 +178,26 @@ struct Comparison {
           add(e.reflective, one, 0);
           if (id && reflectors.contains(static_cast<int>(id.at(p))))
             add(e.objects[static_cast<int>(id.at(p))], one, 0);
+        } else {
+          add(e.elsewhere, one, 0);
         }
         classes.count(e.classes, x, y, isReflective, {1, one.sum8, one.sumSquared, one.hdrFlipSum});
       }
     return e;
+  }
+
+  void addTruthLayers(RegionError& one, int x, int y) const {
+    if (layers.standardError >= 0)
+      one.sumStandardError = truth.image->at(x, y, layers.standardError);
+    for (std::size_t c = 0; layers.oneBounce.image != nullptr && c < 3; ++c) {
+      const int oneBounce = step8(truth.image->at(x, y, layers.oneBounce.channels[c]));
+      const auto from = [&](const ColourView& view) {
+        return static_cast<std::uint64_t>(
+            std::abs(step8(view.image->at(x, y, view.channels[c])) - oneBounce));
+      };
+      one.sumOneBounce8 += from(test);
+      one.sumBounces8 += from(truth);
+    }
   }
 };
 
@@ -169,6 +205,15 @@ struct Comparison {
 
 double RegionError::l1() const {
   return quotient(static_cast<double>(sum8), 3.0 * static_cast<double>(pixels));
+}
+double RegionError::standardError() const {
+  return quotient(sumStandardError, static_cast<double>(pixels));
+}
+double RegionError::l1OneBounce() const {
+  return quotient(static_cast<double>(sumOneBounce8), 3.0 * static_cast<double>(pixels));
+}
+double RegionError::l1Bounces() const {
+  return quotient(static_cast<double>(sumBounces8), 3.0 * static_cast<double>(pixels));
 }
 double RegionError::mae() const {
   return quotient(sumAbsolute, static_cast<double>(linearValues));
@@ -228,7 +273,10 @@ double FlipPool::weightedQuantile(double share) const {
 void addErrors(ImageError& pooled, const ImageError& one, int frame) {
   add(static_cast<RegionError&>(pooled), one, frame);
   pooled.hasReflective = pooled.hasReflective || one.hasReflective;
+  pooled.hasStandardError = pooled.hasStandardError || one.hasStandardError;
+  pooled.hasOneBounce = pooled.hasOneBounce || one.hasOneBounce;
   add(pooled.reflective, one.reflective, frame);
+  add(pooled.elsewhere, one.elsewhere, frame);
   for (const auto& [id, object] : one.objects) add(pooled.objects[id], object, frame);
   for (const ErrorClass& part : one.classes) {
     auto found = std::find_if(pooled.classes.begin(), pooled.classes.end(),
@@ -257,6 +305,7 @@ ImageError compareImages(const Image& image, const Image& reference, const std::
   errors.hdrFlip = hdrFlip(truth, test, options.flip);
   const Comparison comparison{test,
                               truth,
+                              TruthLayers(reference),
                               classes,
                               classes.reflectors(),
                               ssimMap(greyOf(test), greyOf(truth), image.width, image.height),

@@ -43,6 +43,11 @@ struct RegionError {
   int maxLinearY = -1;
   std::uint64_t over = 0;  ///< pixels in which a channel differs by more than the threshold
 
+  // The reference's own layers, see ImageError
+  double sumStandardError = 0.0;
+  std::uint64_t sumOneBounce8 = 0;  ///< differences from the reference's picture with one bounce
+  std::uint64_t sumBounces8 = 0;    ///< differences between the reference's two pictures
+
   // Sums of error maps
   double ssimSum = 0.0;
   double flipSum = 0.0;  ///< LDR-FLIP
@@ -52,6 +57,13 @@ struct RegionError {
 
   /// Mean absolute difference per channel, 0..255 (the papers' L1_8bit).
   double l1() const;
+  /// The expected L1_8bit of the reference itself against the truth.
+  double standardError() const;
+  /// L1_8bit against the reference's picture with one bounce.
+  double l1OneBounce() const;
+  /// L1_8bit of the reference's picture with one bounce against that with all: what further bounces
+  /// are worth.
+  double l1Bounces() const;
   double mae() const;
   double rmse() const;
   /// Mean of (difference)^2 / (reference^2 + 0.01). [Rousselle2011] Sec. 5
@@ -89,6 +101,11 @@ class FlipPool {
 struct ImageError : RegionError {
   bool hasReflective = false;  ///< whether a layer told which pixels are reflective
   RegionError reflective;
+  RegionError elsewhere;  ///< the other pixels
+  /// Whether the reference has the layers `standard_error` and `one_bounce`, which the method
+  /// `reference` writes.
+  bool hasStandardError = false;
+  bool hasOneBounce = false;
   std::map<int, RegionError> objects;  ///< errors of reflective pixels, by the layer id.object
   /// mask.* layers, silhouettes (edges of id.object), glossy, other reflective pixels, the rest.
   std::vector<ErrorClass> classes;
@@ -97,6 +114,9 @@ struct ImageError : RegionError {
 
   /// L1_8bit over reflective pixels; 0 if there are none.
   double l1Reflective() const { return reflective.l1(); }
+  /// Whether the image is at least as exact as the reference: its error is not above the
+  /// reference's standard error, so that their difference may be that of the reference alone.
+  bool withinUncertainty() const { return hasStandardError && l1() <= standardError(); }
 };
 
 struct CompareOptions {

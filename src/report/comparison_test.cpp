@@ -94,6 +94,51 @@ TEST(ErrorTables, TwoBlackFramesAreNamed) {
   EXPECT_THAT(errorJson(one), HasSubstr("\"both_black\":16"));
 }
 
+TEST(ErrorTables, TellTheTruthsOwnUncertaintyAndWhatBouncesAreWorth) {
+  // The reference is 50 with all bounces and 40 with one, and says that it is off by 2. A method
+  // with one bounce is 43: 7 off in all; 3 are its own, 10 those of the bounces.
+  Image truth = flat(2, 1, linearOf(50));
+  truth.channels = {
+      "R", "G", "B", "s", "one_bounce.R", "one_bounce.G", "one_bounce.B", "standard_error"};
+  truth.data.clear();
+  for (int pixel = 0; pixel < 2; ++pixel) {
+    truth.data.insert(truth.data.end(), 3, linearOf(50));
+    truth.data.push_back(pixel == 0 ? 1.0f : 0.0f);
+    truth.data.insert(truth.data.end(), 3, linearOf(40));
+    truth.data.push_back(2.0f);
+  }
+  const auto comparisonOf = [&](int reflective, int other) {
+    Image image = flat(2, 1, linearOf(reflective));
+    for (std::size_t c = 3; c < 6; ++c) image.data[c] = linearOf(other);
+    RunComparison c;
+    c.name = "traced";
+    c.reference = "reference";
+    c.pooled = measure::compareImages(image, truth);
+    return c;
+  };
+  const RunComparison off = comparisonOf(43, 43);
+  EXPECT_EQ(off.pooled.l1(), 7.0);
+  EXPECT_EQ(off.pooled.standardError(), 2.0);
+  EXPECT_EQ(off.pooled.l1OneBounce(), 3.0);
+  EXPECT_EQ(off.pooled.l1Bounces(), 10.0);
+  EXPECT_FALSE(off.pooled.withinUncertainty());
+  const std::string text = toText(errorSummary(std::span(&off, 1)));
+  EXPECT_THAT(text, HasSubstr("L1_8bit  standard_error  L1_8bit_reflective  L1_8bit_elsewhere  "
+                              "L1_8bit_one_bounce  L1_8bit_bounces"));
+  EXPECT_THAT(text, testing::Not(HasSubstr("within the uncertainty")));
+  const config::Value json = config::parseText(errorJson(std::span(&off, 1)), "errors");
+  EXPECT_EQ(json.asArray().at(0).get("pooled").get("L1_8bit_one_bounce").asNumber(), 3.0);
+
+  // 1 off where it reflects, 2 elsewhere: within the uncertainty
+  const RunComparison near = comparisonOf(51, 52);
+  EXPECT_EQ(near.pooled.l1Reflective(), 1.0);
+  EXPECT_EQ(near.pooled.elsewhere.l1(), 2.0);
+  EXPECT_TRUE(near.pooled.withinUncertainty());
+  EXPECT_THAT(errorView(near).notes,
+              testing::Contains(HasSubstr("traced is within the uncertainty of reference: its "
+                                          "L1_8bit 1.500 is not above the standard error 2.000")));
+}
+
 TEST(Difference, PlainAndTimesFifty) {
   Image a = flat(3, 1, linearOf(10));
   const Image b = a;
@@ -168,12 +213,12 @@ TEST_F(CompareRuns, FramesArePooledByPixels) {
   const std::vector<TimingTable> timings{fast, slow};
   const Table summary = errorSummary(one, timings);
   EXPECT_EQ(summary.rows[0][3], "0.583");
-  EXPECT_EQ(summary.rows[0][14], "50.00");
-  EXPECT_EQ(summary.rows[0][15], "0.250");
-  EXPECT_EQ(summary.columns[15].title, "x of against");
+  EXPECT_EQ(summary.rows[0][15], "50.00");
+  EXPECT_EQ(summary.rows[0][16], "0.250");
+  EXPECT_EQ(summary.columns[16].title, "x of against");
   // An empty cell says why it is
   EXPECT_EQ(summary.rows[0][4], "");
-  EXPECT_THAT(toText(summary), HasSubstr("\"reflective\" of traced is empty"));
+  EXPECT_THAT(toText(summary), HasSubstr("L1_8bit_reflective of traced is empty"));
 
   compareRuns(readRun(folder_ / "traced"), readRun(folder_ / "reference"), {}, {folder_ / "d"});
   const auto png = image::decodeImage8(readFile(folder_ / "d/frame.0002.x50.png"), "d", 100);

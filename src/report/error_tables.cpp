@@ -27,29 +27,84 @@ double percent(double part, double whole) {
   return whole > 0.0 ? 100.0 * part / whole : 0.0;
 }
 
-/// Measures of a row of the tables, after its first cells.
-void appendMeasures(std::vector<std::string>& cells, const ImageError& e) {
-  cells.push_back(fixedText(e.l1(), 3));
-  cells.push_back(e.hasReflective ? fixedText(e.l1Reflective(), 3) : "");
-  cells.push_back(fixedText(e.mae(), 5));
-  cells.push_back(fixedText(e.rmse(), 5));
-  cells.push_back(fixedText(e.relMse(), 5));
-  cells.push_back(decibels(e));
-  cells.push_back(fixedText(e.ssim(), 4));
-  cells.push_back(fixedText(e.flip(), 4));
-  cells.push_back(fixedText(e.hdrFlip(), 4));
-  cells.push_back(fixedText(e.overPercent(), 2));
-  cells.push_back(std::to_string(e.max8));
+/// Which columns the tables have: those of layers that no frame has are left out.
+struct TruthColumns {
+  bool standardError = false;
+  bool oneBounce = false;
+
+  explicit TruthColumns(std::span<const RunComparison> comparisons) {
+    for (const RunComparison& c : comparisons) {
+      standardError = standardError || c.pooled.hasStandardError;
+      oneBounce = oneBounce || c.pooled.hasOneBounce;
+    }
+  }
+};
+
+/// Columns of the tables, after their first ones: the names of the CSV files, of JSON and of
+/// bounds.
+void appendMeasureColumns(std::vector<Column>& columns, const TruthColumns& truth) {
+  const auto add = [&](std::initializer_list<const char*> names) {
+    for (const char* name : names) columns.push_back({name, true});
+  };
+  add({"L1_8bit"});
+  if (truth.standardError) add({"standard_error"});
+  add({"L1_8bit_reflective", "L1_8bit_elsewhere"});
+  if (truth.oneBounce) add({"L1_8bit_one_bounce", "L1_8bit_bounces"});
+  add({"max_8bit", "mae", "rmse", "relmse", "psnr", "ssim", "flip_mean", "hdr_flip_mean",
+       "over_percent"});
 }
 
-const std::vector<Column> kMeasures = {{"L1_8bit", true}, {"reflective", true}, {"MAE", true},
-                                       {"RMSE", true},    {"relMSE", true},     {"PSNR dB", true},
-                                       {"SSIM", true},    {"FLIP", true},       {"HDR-FLIP", true},
-                                       {"over %", true},  {"max_8bit", true}};
-constexpr const char* kMeaning =
-    "L1_8bit, max_8bit: 8-bit values, \"reflective\" over reflective pixels only; MAE, RMSE, "
-    "relMSE, PSNR (peak 1), SSIM (luminance): scene-linear; over: pixels beyond the threshold; "
-    "FLIP, HDR-FLIP: mean, 0..1.";
+/// Measures of a row of the tables, after its first cells.
+void appendMeasures(std::vector<std::string>& cells, const ImageError& e,
+                    const TruthColumns& truth) {
+  const auto add = [&](bool known, double value, int decimals) {
+    cells.push_back(known ? fixedText(value, decimals) : "");
+  };
+  add(true, e.l1(), 3);
+  if (truth.standardError) add(e.hasStandardError, e.standardError(), 3);
+  add(e.hasReflective, e.l1Reflective(), 3);
+  add(e.hasReflective, e.elsewhere.l1(), 3);
+  if (truth.oneBounce) {
+    add(e.hasOneBounce, e.l1OneBounce(), 3);
+    add(e.hasOneBounce, e.l1Bounces(), 3);
+  }
+  cells.push_back(std::to_string(e.max8));
+  add(true, e.mae(), 5);
+  add(true, e.rmse(), 5);
+  add(true, e.relMse(), 5);
+  cells.push_back(decibels(e));
+  add(true, e.ssim(), 4);
+  add(true, e.flip(), 4);
+  add(true, e.hdrFlip(), 4);
+  add(true, e.overPercent(), 2);
+}
+
+/// What the columns mean.
+void appendMeaning(Table& table, const TruthColumns& truth) {
+  table.notes.emplace_back(
+      "L1_8bit, max_8bit: display steps, 0..255; _reflective: over reflective pixels; _elsewhere: "
+      "over the others, which no method of reflections changes (antialiasing, refraction); mae, "
+      "rmse, relmse, psnr (dB, peak 1), ssim (luminance): scene-linear; over_percent: pixels "
+      "beyond "
+      "the threshold; flip_mean, hdr_flip_mean: 0..1.");
+  if (truth.standardError)
+    table.notes.emplace_back(
+        "standard_error: the reference's own expected L1_8bit. Lower errors cannot be told apart.");
+  if (truth.oneBounce)
+    table.notes.emplace_back(
+        "L1_8bit_bounces: what bounces after the first change in the reference. "
+        "L1_8bit_one_bounce: against the reference's picture with one bounce.");
+}
+
+/// Names what is at least as exact as its reference: its error says no more.
+void appendWithin(Table& table, const RunComparison& c) {
+  if (!c.pooled.withinUncertainty()) return;
+  table.notes.push_back(
+      c.name + " is within the uncertainty of " + c.reference + ": its L1_8bit " +
+      fixedText(c.pooled.l1(), 3) + " is not above the standard error " +
+      fixedText(c.pooled.standardError(), 3) +
+      ". It may be the more exact of the two; a smaller max_standard_error would tell.");
+}
 
 /// NaN and infinities first: nothing else can be trusted beside them.
 void appendNotFinite(Table& table, const std::string& name, const ImageError& e) {
@@ -78,10 +133,10 @@ void appendBlack(Table& table, const std::string& name, const RunComparison& c) 
                         "; errors of 0 say nothing there.");
 }
 
-/// Why the column "reflective" is empty.
+/// Why columns are empty.
 void appendNoReflective(Table& table, const std::string& name, const ImageError& e) {
   if (e.hasReflective) return;
-  table.notes.push_back("\"reflective\" of " + name +
+  table.notes.push_back("L1_8bit_reflective of " + name +
                         " is empty: no frame has a layer that marks reflective pixels. Render with "
                         "image.masks=true, or with \"s\" in image.layers.");
 }
@@ -149,8 +204,13 @@ std::string json(const ImageError& e, const std::string& frameMember) {
   addMembers(text, e, pooled);
   addPool(text, "flip", e.flipPool);
   addPool(text, "hdr_flip", e.hdrFlipPool);
+  if (e.hasStandardError) text.add("standard_error", e.standardError());
+  if (e.hasOneBounce)
+    text.add("L1_8bit_one_bounce", e.l1OneBounce()).add("L1_8bit_bounces", e.l1Bounces());
   if (e.hasReflective) {
-    text.add("reflective_pixels", e.reflective.pixels).add("L1_8bit_reflective", e.l1Reflective());
+    text.add("reflective_pixels", e.reflective.pixels)
+        .add("L1_8bit_reflective", e.l1Reflective())
+        .add("L1_8bit_elsewhere", e.elsewhere.l1());
     config::JsonText part;
     addMembers(part, e.reflective, pooled);
     text.raw("reflective", part.object());
@@ -212,18 +272,19 @@ std::string csvFlip(double mean, double max, const FlipPool* pool) {
 Table errorView(const RunComparison& comparison) {
   Table table;
   table.title = comparison.name + " against " + comparison.reference;
+  const TruthColumns truth(std::span(&comparison, 1));
   table.columns = {{"frame", true}};
-  table.columns.insert(table.columns.end(), kMeasures.begin(), kMeasures.end());
-  table.columns.push_back({"at x,y", true});
+  appendMeasureColumns(table.columns, truth);
+  table.columns.push_back({"max_8bit at x,y", true});
   for (const auto& [number, e] : comparison.frames) {
     std::vector<std::string> cells{std::to_string(number)};
-    appendMeasures(cells, e);
+    appendMeasures(cells, e, truth);
     cells.push_back(place(e));
     table.rows.push_back(cells);
   }
   table.rows.emplace_back();
   std::vector<std::string> cells{"all"};
-  appendMeasures(cells, comparison.pooled);
+  appendMeasures(cells, comparison.pooled, truth);
   const std::string worst = place(comparison.pooled);
   cells.push_back(
       worst.empty() ? "" : worst + " in frame " + std::to_string(comparison.pooled.max8Frame));
@@ -232,16 +293,18 @@ Table errorView(const RunComparison& comparison) {
   appendBlack(table, comparison.name, comparison);
   appendNoReflective(table, comparison.name, comparison.pooled);
   appendMissing(table, comparison);
-  table.notes.emplace_back(kMeaning);
+  appendWithin(table, comparison);
+  appendMeaning(table, truth);
   return table;
 }
 
 Table objectView(const RunComparison& comparison) {
   Table table;
   table.title = "Reflective objects, all frames";
-  table.columns = {{"id", true},       {"name", false}, {"pixels", true}, {"L1_8bit", true},
-                   {"RMSE", true},     {"SSIM", true},  {"FLIP", true},   {"HDR-FLIP", true},
-                   {"max_8bit", true}, {"at x,y", true}};
+  table.columns = {{"id", true},        {"name", false},         {"pixels", true},
+                   {"L1_8bit", true},   {"rmse", true},          {"ssim", true},
+                   {"flip_mean", true}, {"hdr_flip_mean", true}, {"max_8bit", true},
+                   {"at x,y", true}};
   for (const auto& [id, e] : comparison.pooled.objects) {
     const auto name = comparison.objectNames.find(id);
     table.rows.push_back(
@@ -258,8 +321,8 @@ Table attributionView(const RunComparison& comparison) {
   const ImageError& e = comparison.pooled;
   Table table;
   table.title = "Where the error is, all frames";
-  table.columns = {{"class", false},       {"pixels %", true},  {"L1 inside", true},
-                   {"L1 %", true},         {"squared %", true}, {"HDR-FLIP %", true},
+  table.columns = {{"class", false},       {"pixels %", true},  {"L1_8bit", true},
+                   {"L1 %", true},         {"squared %", true}, {"hdr_flip %", true},
                    {"own pixels %", true}, {"own L1 %", true},  {"own squared %", true}};
   for (const ErrorClass& one : e.classes) {
     const Percents all(one.all, e);
@@ -276,8 +339,9 @@ Table attributionView(const RunComparison& comparison) {
 Table errorSummary(std::span<const RunComparison> comparisons,
                    std::span<const TimingTable> timings) {
   Table table;
+  const TruthColumns truth(comparisons);
   table.columns = {{"method", false}, {"against", false}, {"frames", true}};
-  table.columns.insert(table.columns.end(), kMeasures.begin(), kMeasures.end());
+  appendMeasureColumns(table.columns, truth);
   if (!timings.empty()) {
     table.columns.push_back({"median ms", true});
     table.columns.push_back({"x of against", true});
@@ -289,7 +353,7 @@ Table errorSummary(std::span<const RunComparison> comparisons,
   };
   for (const RunComparison& c : comparisons) {
     std::vector<std::string> cells{c.name, c.reference, std::to_string(c.frames.size())};
-    appendMeasures(cells, c.pooled);
+    appendMeasures(cells, c.pooled, truth);
     if (!timings.empty()) {
       const double time = medianOf(c.name);
       const double base = medianOf(c.reference);
@@ -301,8 +365,9 @@ Table errorSummary(std::span<const RunComparison> comparisons,
     appendBlack(table, c.name + " against " + c.reference, c);
     appendNoReflective(table, c.name, c.pooled);
     appendMissing(table, c);
+    appendWithin(table, c);
   }
-  table.notes.emplace_back(kMeaning);
+  appendMeaning(table, truth);
   return table;
 }
 
@@ -314,18 +379,27 @@ std::string errorCsv(std::span<const RunComparison> comparisons) {
   std::string text =
       "method,against,frame,region,not_finite,not_finite_reference,pixels,L1_8bit,mae,rmse,relmse,"
       "psnr,ssim,over_percent,max_8bit,max_8bit_x,max_8bit_y,max_linear,max_linear_x,max_linear_y" +
-      flipColumns("flip") + flipColumns("hdr_flip") + ",both_black\n";
+      flipColumns("flip") + flipColumns("hdr_flip") +
+      ",both_black,standard_error,L1_8bit_one_bounce,L1_8bit_bounces\n";
   for (const RunComparison& c : comparisons) {
+    const auto ofTruth = [](bool known, double value) {
+      return "," + (known ? exactText(value) : std::string());
+    };
     const auto row = [&](const std::string& frame, const std::string& region, const RegionError& e,
                          const FlipPool* pool, const FlipPool* hdrPool) {
       text += csvCell(c.name) + "," + csvCell(c.reference) + "," + frame + "," + region + "," +
               csvMeasures(e) + "," + csvFlip(e.flip(), e.flipMax, pool) + "," +
               csvFlip(e.hdrFlip(), e.hdrFlipMax, hdrPool) + "," + std::to_string(e.bothBlack) +
-              "\n";
+              ofTruth(c.pooled.hasStandardError, e.standardError()) +
+              ofTruth(c.pooled.hasOneBounce, e.l1OneBounce()) +
+              ofTruth(c.pooled.hasOneBounce, e.l1Bounces()) + "\n";
     };
     const auto rows = [&](const std::string& frame, const ImageError& e) {
       row(frame, "frame", e, &e.flipPool, &e.hdrFlipPool);
-      if (e.hasReflective) row(frame, "reflective", e.reflective, nullptr, nullptr);
+      if (e.hasReflective) {
+        row(frame, "reflective", e.reflective, nullptr, nullptr);
+        row(frame, "elsewhere", e.elsewhere, nullptr, nullptr);
+      }
       for (const auto& [id, object] : e.objects)
         row(frame, "object:" + std::to_string(id), object, nullptr, nullptr);
     };

@@ -13,6 +13,10 @@
 namespace catoptric::study {
 namespace {
 
+/// The standard error of the reference over all and over reflective pixels.
+constexpr const char* kStandardError = "standard_error";
+constexpr const char* kStandardErrorReflective = "standard_error_reflective";
+
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 double metricOf(const FrameErrors& frame, const std::string& name) {
@@ -32,6 +36,7 @@ std::string frameText(const FrameErrors& frame) {
       .raw("metrics", metrics.object())
       .add("reflective_pixels", frame.reflectivePixels)
       .add("flicker_pixels", frame.flickerPixels)
+      .add("elsewhere_pixels", frame.elsewherePixels)
       .raw("objects", "[" + objects + "]")
       .add("counters", frame.counters)
       .object();
@@ -44,6 +49,7 @@ FrameErrors readFrame(const config::Value& value) {
     frame.metrics[name] = value.get("metrics").get(name).asNumber();
   frame.reflectivePixels = static_cast<std::uint64_t>(value.get("reflective_pixels").asInteger());
   frame.flickerPixels = static_cast<std::uint64_t>(value.get("flicker_pixels").asInteger());
+  frame.elsewherePixels = static_cast<std::uint64_t>(value.get("elsewhere_pixels").asInteger());
   for (const config::Value& part : value.get("objects").asArray()) {
     const std::vector<config::Value>& three = part.asArray();
     frame.objects[static_cast<int>(three.at(0).asInteger())] = {
@@ -58,9 +64,18 @@ FrameErrors readFrame(const config::Value& value) {
 }  // namespace
 
 const std::vector<std::string>& metricNames() {
-  static const std::vector<std::string> names{
-      "L1_8bit", "L1_8bit_reflective", "max_8bit",  "mae",           "rmse",
-      "relmse",  "over_percent",       "flip_mean", "hdr_flip_mean", kFlicker};
+  static const std::vector<std::string> names{"L1_8bit",
+                                              "L1_8bit_reflective",
+                                              "L1_8bit_elsewhere",
+                                              "L1_8bit_one_bounce",
+                                              "max_8bit",
+                                              "mae",
+                                              "rmse",
+                                              "relmse",
+                                              "over_percent",
+                                              "flip_mean",
+                                              "hdr_flip_mean",
+                                              kFlicker};
   return names;
 }
 
@@ -81,12 +96,21 @@ FrameErrors frameErrors(const report::RunComparison& comparison, int number) {
   if (e.hasReflective) {
     frame.metrics["L1_8bit_reflective"] = e.l1Reflective();
     frame.reflectivePixels = e.reflective.pixels;
+    frame.metrics["L1_8bit_elsewhere"] = e.elsewhere.l1();
+    frame.elsewherePixels = e.elsewhere.pixels;
   }
   const auto flicker = comparison.motion.frames.find(number);
   if (flicker != comparison.motion.frames.end()) {
     frame.metrics[kFlicker] = flicker->second.mean();
     frame.flickerPixels = flicker->second.pixels;
   }
+  if (e.hasOneBounce) {
+    frame.metrics["L1_8bit_one_bounce"] = e.l1OneBounce();
+    frame.metrics["L1_8bit_bounces"] = e.l1Bounces();
+  }
+  if (e.hasStandardError) frame.metrics[kStandardError] = e.standardError();
+  if (e.hasStandardError && e.hasReflective)
+    frame.metrics[kStandardErrorReflective] = e.reflective.standardError();
   for (const auto& [id, part] : e.objects) frame.objects[id] = {part.pixels, part.sum8};
   return frame;
 }
@@ -103,11 +127,13 @@ double PointErrors::pooled(const std::string& metric, const std::vector<int>& of
       weights = 1.0;
       continue;
     }
-    const double weight = metric == "L1_8bit_reflective"
-                              ? static_cast<double>(found->second.reflectivePixels)
-                          : metric == kFlicker ? static_cast<double>(found->second.flickerPixels)
-                                               : 1.0;
-    if (weight == 0.0) continue;  // a frame without reflective pixels, or without one before it
+    const FrameErrors& frame = found->second;
+    const double weight =
+        metric.ends_with("_reflective")  ? static_cast<double>(frame.reflectivePixels)
+        : metric.ends_with("_elsewhere") ? static_cast<double>(frame.elsewherePixels)
+        : metric == kFlicker             ? static_cast<double>(frame.flickerPixels)
+                                         : 1.0;
+    if (weight == 0.0) continue;  // a frame without such pixels, or without one before it
     sum += weight * (metric == "rmse" ? value * value : value);
     weights += weight;
   }
@@ -128,6 +154,13 @@ int PointErrors::worstFrame(const std::string& metric, const std::vector<int>& o
     }
   }
   return worst;
+}
+
+double PointErrors::uncertainty(const std::string& metric, const std::vector<int>& ofFrames) const {
+  const double known = metric == "L1_8bit"              ? pooled(kStandardError, ofFrames)
+                       : metric == "L1_8bit_reflective" ? pooled(kStandardErrorReflective, ofFrames)
+                                                        : kNone;
+  return std::isnan(known) ? 0.0 : known;
 }
 
 double PointErrors::meanCounter(const std::string& name, const std::vector<int>& ofFrames) const {

@@ -22,6 +22,7 @@ void requireMetric(const std::string& name);
 struct FrameErrors {
   std::map<std::string, double> metrics;
   std::uint64_t reflectivePixels = 0;  ///< 0: none, or unknown
+  std::uint64_t elsewherePixels = 0;   ///< the others; 0 also if reflectivePixels is unknown
   struct Part {
     std::uint64_t pixels = 0;
     std::uint64_t sum8 = 0;  ///< sum over R, G and B, in display steps
@@ -40,6 +41,8 @@ struct PointErrors {
   double pooled(const std::string& metric, const std::vector<int>& ofFrames) const;
   /// The frame with the largest error; 0: none.
   int worstFrame(const std::string& metric, const std::vector<int>& ofFrames) const;
+  /// The reference's own uncertainty in this error measure; 0: none is known.
+  double uncertainty(const std::string& metric, const std::vector<int>& ofFrames) const;
   double meanCounter(const std::string& name, const std::vector<int>& ofFrames) const;
 };
 

@@ -18,12 +18,14 @@ PointErrors twoFrames() {
   errors.frames[1] = {
       {{"L1_8bit", 1.0}, {"L1_8bit_reflective", 10.0}, {"max_8bit", 3.0}, {"rmse", 3.0}},
       100,
+      0,
       {{7, {50, 20}}},
       {{"rays", 10}, {"refused", 1}},
       "a"};
   errors.frames[2] = {
       {{"L1_8bit", 3.0}, {"L1_8bit_reflective", 20.0}, {"max_8bit", 2.0}, {"rmse", 4.0}},
       300,
+      0,
       {},
       {{"rays", 30}},
       "b",

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "report/table.h"
 
 namespace catoptric::study {
 namespace {
@@ -88,6 +89,27 @@ std::string onlyDifference(const Point& a, const Point& b) {
   return name;
 }
 
+/// Says how far the reference itself is off.
+void noteUncertainty(SweepResult& result) {
+  double least = std::numeric_limits<double>::infinity();
+  double most = 0.0;
+  bool within = false;
+  for (const SweepPoint& point : result.points) {
+    if (!(point.uncertainty > 0.0)) continue;
+    least = std::min(least, point.uncertainty);
+    most = std::max(most, point.uncertainty);
+    within = within || point.withinUncertainty(result.request.metrics.front());
+  }
+  if (most == 0.0) return;
+  result.notes.push_back(
+      "The standard error of " + result.request.against + " is " + report::fixedText(least, 3) +
+      (most > least ? " to " + report::fixedText(most, 3) : "") + " in " +
+      result.request.metrics.front() +
+      (within ? ". Points marked \"within\" have no larger error: they may be more exact than "
+                "the reference, and which of them is the most exact, it cannot tell."
+              : "."));
+}
+
 /// Says which options change nothing, wherever they alone differ.
 void noteEffects(SweepResult& result) {
   std::map<std::string, std::pair<int, int>>
@@ -111,14 +133,16 @@ void noteEffects(SweepResult& result) {
 void judgeGroup(const Bench& bench, const std::vector<std::size_t>& group,
                 const std::vector<int>& frames, SweepResult& result) {
   std::vector<double> errors;
+  double uncertainty = 0.0;  // of one reference for the group
   for (const std::size_t i : group) {
     const SweepPoint& point = result.points[i];
+    uncertainty = std::max(uncertainty, point.uncertainty);
     const auto error = point.errors.find(result.request.metrics.front());
     errors.push_back(point.seconds > 0.0 && error != point.errors.end()
                          ? error->second
                          : std::numeric_limits<double>::quiet_NaN());
   }
-  const std::vector<Judged> judged = judge(errors, [&](std::size_t a, std::size_t b) {
+  const std::vector<Judged> judged = judge(errors, uncertainty, [&](std::size_t a, std::size_t b) {
     return ratioOf(bench, result.request, result.points[group[a]], result.points[group[b]], frames);
   });
   for (std::size_t k = 0; k < group.size(); ++k) {
@@ -163,7 +187,7 @@ SweepResult evaluateSweep(Bench& bench, const SweepRequest& request,
   SweepResult result{request, {}, bench.frames(settings.front()), {}};
   for (std::size_t i = 0; i < settings.size(); ++i)
     result.points.push_back(
-        {settings[i], static_cast<int>(i + 1), "", {}, 0.0, 0.0, 0, {}, {}, {}, {}, {}});
+        {settings[i], static_cast<int>(i + 1), "", {}, 0.0, 0.0, 0, {}, {}, 0.0, {}, {}, {}});
   for (const std::vector<std::size_t>& group : groupsOf(settings)) {
     const Setting& measure = settings[measureOf(settings, group, request)];
     const std::vector<int>& frames = bench.frames(measure);
@@ -176,6 +200,7 @@ SweepResult evaluateSweep(Bench& bench, const SweepRequest& request,
       }
       addTimes(bench, request, measure.key, frames, point);
       const PointErrors& errors = bench.errors(point.setting);
+      point.uncertainty = errors.uncertainty(request.metrics.front(), frames);
       for (const std::string& metric : request.metrics) {
         const double pooled = errors.pooled(metric, frames);
         if (std::isnan(pooled)) continue;
@@ -189,6 +214,7 @@ SweepResult evaluateSweep(Bench& bench, const SweepRequest& request,
     }
     judgeGroup(bench, group, frames, result);
   }
+  noteUncertainty(result);
   noteEffects(result);
   if (bench.options().repeats > 0 && bench.options().repeats < kLeastRounds)
     result.notes.push_back("Fewer than " + std::to_string(kLeastRounds) +

@@ -32,11 +32,18 @@ struct SweepPoint {
   double seconds = 0.0;  ///< mean time of a frame; 0: not measured
   double worstSeconds = 0.0;
   int worstSecondsFrame = 0;
-  std::map<std::string, double> steps;                  ///< seconds per frame
-  std::map<std::string, double> errors;                 ///< pooled, by error measure
+  std::map<std::string, double> steps;   ///< seconds per frame
+  std::map<std::string, double> errors;  ///< pooled, by error measure
+  double uncertainty = 0.0;              ///< of the reference, in the first error measure
   std::map<std::string, std::pair<int, double>> worst;  ///< frame and error, by error measure
   Judged judged;                                        ///< Judged::by is an index into `points`
   std::vector<int> sameAs;                              ///< numbers of points with identical pixels
+
+  /// Whether its error, in the first measure, may be that of the reference alone.
+  bool withinUncertainty(const std::string& metric) const {
+    const auto error = errors.find(metric);
+    return uncertainty > 0.0 && error != errors.end() && error->second <= uncertainty;
+  }
 };
 
 struct SweepResult {

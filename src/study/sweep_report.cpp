@@ -35,6 +35,7 @@ std::string markText(const SweepResult& result, const SweepPoint& point) {
   if (point.judged.mark == Mark::Unclear) text += " beside ";
   if (point.judged.by >= 0)
     text += std::to_string(result.points[static_cast<std::size_t>(point.judged.by)].number);
+  if (point.withinUncertainty(result.request.metrics.front())) text += ", within";
   return text;
 }
 
@@ -89,9 +90,9 @@ std::string pointJson(const SweepResult& result, const SweepPoint& point) {
                            .add("worst", point.worst.at(metric).second)
                            .add("worst_frame", point.worst.at(metric).first)
                            .object());
-  text.raw("errors", errors.object())
-      .add("mark", markName(point.judged.mark))
-      .add("same_pixels_as", point.sameAs);
+  text.raw("errors", errors.object());
+  if (point.uncertainty > 0.0) text.add("standard_error", point.uncertainty);
+  text.add("mark", markName(point.judged.mark)).add("same_pixels_as", point.sameAs);
   if (point.judged.by >= 0)
     text.add("by", result.points[static_cast<std::size_t>(point.judged.by)].number);
   return text.object();
@@ -176,7 +177,7 @@ std::string sweepCsv(const SweepResult& result) {
   text += ",seconds,worst_seconds,worst_seconds_frame,ratio,ratio_low,ratio_high";
   for (const std::string& metric : result.request.metrics)
     text += "," + metric + "," + metric + "_worst," + metric + "_worst_frame";
-  text += ",mark,by,failure\n";
+  text += ",standard_error,mark,by,failure\n";
   for (const SweepPoint& point : result.points) {
     text += std::to_string(point.number) + "," + point.setting.key + "," +
             csvCell(point.setting.point.method) + "," + csvCell(point.setting.point.program);
@@ -193,7 +194,8 @@ std::string sweepCsv(const SweepResult& result) {
                                                   exactText(point.worst.at(metric).second) + "," +
                                                   std::to_string(point.worst.at(metric).first)
                                             : ",,,";
-    text += std::string(",") + markName(point.judged.mark) + "," +
+    text += "," + (point.uncertainty > 0.0 ? exactText(point.uncertainty) : std::string()) + "," +
+            markName(point.judged.mark) + "," +
             (point.judged.by >= 0
                  ? std::to_string(result.points[static_cast<std::size_t>(point.judged.by)].number)
                  : "") +

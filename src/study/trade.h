@@ -13,7 +13,7 @@ namespace catoptric::study {
 enum class Mark {
   Front,      ///< no other setting is as accurate and as fast
   Dominated,  ///< another setting is at least as accurate, and faster with confidence
-  Unclear,    ///< another setting is at least as accurate; which one is faster is inconclusive
+  Unclear,    ///< another setting may be at least as accurate and faster; this is inconclusive
   Unmeasured  ///< its time or its error is missing
 };
 const char* markName(Mark mark);
@@ -23,9 +23,10 @@ struct Judged {
   int by = -1;  ///< the setting that dominates it, or may dominate it
 };
 
-/// `errors`: one exact error per setting, less is better; NaN: not known. `timeRatio(a, b)`: the
-/// time of a divided by that of b.
-std::vector<Judged> judge(const std::vector<double>& errors,
+/// `errors`: one exact error per setting, less is better; NaN: not known. `uncertainty`: of the
+/// reference; which of two errors up to it is smaller, is not known, so that neither setting
+/// dominates the other. `timeRatio(a, b)`: the time of a divided by that of b.
+std::vector<Judged> judge(const std::vector<double>& errors, double uncertainty,
                           const std::function<Ratio(std::size_t, std::size_t)>& timeRatio);
 
 }  // namespace catoptric::study

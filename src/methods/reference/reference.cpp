@@ -1,14 +1,20 @@
 #include "methods/reference/reference.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <memory>
 #include <string>
 
 #include "config/options.h"
+#include "core/clock.h"
+#include "core/log.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "methods/reference/places.h"
 #include "methods/shared/shared_options.h"
 #include "trace/lobes/reflect.h"
 
@@ -16,21 +22,53 @@ namespace catoptric::methods {
 namespace {
 
 constexpr int kTile = 16;  ///< pixels; ours
+/// Samples of a pixel that are traced together; ours.
+constexpr int kBatch = 16;
+/// Samples of a pixel at which the method gives up; ours.
+constexpr int kMostSamples = 4096;
+/// Bounces at which paths end even if much is left: that is 0.1 % between mirrors of s = 0.95;
+/// ours.
+constexpr int kMostBounces = 128;
+/// A path ends when the next reflection adds less than this share: a quarter of a display step of
+/// white; ours.
+constexpr float kLeastShare = 0.001f;
+/// Ray cones are as wide as among so many samples along each axis of a pixel, however many are
+/// taken, so that more samples converge to the same picture; ours.
+constexpr int kConeSamples = 8;
+constexpr double kSayAfterSeconds = 10.0;  ///< then a frame says how far it is; ours
 
 struct Options {
   int samples = 4;
-  trace::ReflectionOptions reflection{.rays = 16};
+  int bounces = 0;
+  float maxStandardError = 0.25f;
+  trace::ReflectionOptions reflection{.rays = 4};
+
+  bool stated() const { return maxStandardError > 0.0f; }
+  int perPixel() const { return samples * samples; }
 };
 
 const config::OptionTable<Options>& optionTable() {
   using config::field, config::in, config::range, trace::ReflectionOptions;
   static const config::OptionTable<Options> table(
       "reference", "Options of the method reference.",
-      {field(&Options::samples, "samples", range(1, 64),
-             "primary rays along each axis of a pixel, on a regular grid"),
+      {field(&Options::maxStandardError, "max_standard_error", range(0, 255),
+             "samples are doubled until the frame's standard error is at most this L1_8bit; 0: a "
+             "regular grid, without a standard error"),
+       field(&Options::samples, "samples", range(1, 64),
+             "primary rays along each axis of a pixel: the grid's, or of the first round"),
        field(in(&Options::reflection, &ReflectionOptions::rays), "rays", range(1, 256), kRaysHelp),
-       field(in(&Options::reflection, &ReflectionOptions::bounces), "bounces", range(1, 16),
-             kBouncesHelp)});
+       field(&Options::bounces, "bounces", range(0, kMostBounces),
+             "reflections along a path, as of traced; 0: all that add at least 0.1 %")});
+  return table;
+}
+
+const TableInfo& errorTable() {
+  static const TableInfo table{
+      "standard_error",
+      "a frame's samples and the standard error of their mean",
+      {{"samples", ColumnType::Integer, "primary rays per pixel"},
+       {"L1_8bit", ColumnType::Real, "standard error of the frame, display steps"},
+       {"L1_8bit_reflective", ColumnType::Real, "of its reflective pixels"}}};
   return table;
 }
 
@@ -39,6 +77,7 @@ struct Sample {
   Vec3 diffuse{0.0f};
   Vec3 reflection{0.0f};
   Vec3 color{0.0f};
+  Vec3 oneBounce{0.0f};  ///< as `color`, of paths with one bounce
   Vec3 normal{0.0f};
   float specularLevel = 0.0f;
   Vec3 tint{1.0f};
@@ -51,80 +90,125 @@ struct Sample {
 /// One tile; its buffers are reused by the tiles of a task.
 struct Tile {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< pixels
+  std::vector<Place> places;
   std::vector<trace::Ray> rays;
   std::vector<trace::Hit> hits;
   std::vector<Sample> samples;
   std::vector<trace::ReflectionPoint> points;
   std::vector<std::size_t> sampleOfPoint;
   std::vector<Vec3> radiance;
+  std::vector<Vec3> oneBounce;
   std::vector<std::uint8_t> flags;
+};
+
+/// The samples of each pixel that are traced together.
+struct Batch {
+  enum class Kind { Grid, Half, Centre };
+  Kind kind = Kind::Grid;
+  int half = 0;  ///< 0, 1: two independent sequences
+  int first = 0;
+  int count = 1;  ///< per pixel
+};
+
+/// Where the image has its layers; -1: it has not.
+struct Channels {
+  std::vector<std::string> names;
+  int z = -1, normal = -1, reflection = -1, diffuse = -1, s = -1, id = -1, masks = -1;
+  int oneBounce = -1, error = -1;
+
+  int add(std::initializer_list<const char*> more) {
+    const int first = static_cast<int>(names.size());
+    names.insert(names.end(), more.begin(), more.end());
+    return first;
+  }
+};
+
+struct Totals {
+  std::atomic<std::uint64_t> primary{0}, rays{0}, misses{0}, refused{0}, notFinite{0},
+      belowHorizon{0}, unfinished{0};
+
+  void add(std::size_t primaryRays, const trace::ReflectionCounts& counts) {
+    primary += primaryRays;
+    rays += counts.rays;
+    misses += counts.misses;
+    refused += counts.refused;
+    notFinite += counts.notFinite;
+    belowHorizon += counts.belowHorizon;
+    unfinished += counts.unfinished;
+  }
+};
+
+/// A frame while it is sampled: sums over the samples of each pixel.
+struct Sums {
+  image::Image image;                       ///< all channels but Z, N, id and the error are sums
+  std::array<std::vector<Vec3>, 2> halves;  ///< of the colour; empty on a grid
+  std::vector<std::uint8_t> reflective;     ///< whether a sample reflects
+};
+
+/// In display steps.
+struct StandardError {
+  double frame = 0.0;
+  double reflective = 0.0;
 };
 
 class Reference : public Method {
  public:
-  explicit Reference(const Options& options) : options_(options) {}
+  explicit Reference(const Options& options) : options_(options) {
+    options_.reflection.bounces = options.bounces > 0 ? options.bounces : kMostBounces;
+    options_.reflection.leastShare = options.bounces > 0 ? 0.0f : kLeastShare;
+    options_.reflection.converges = options.stated();
+  }
 
-  MethodPlan plan(const scene::Scene& scene, const RunSettings& /*settings*/) const override {
+  MethodPlan plan(const scene::Scene& scene, const RunSettings& settings) const override {
     MethodPlan plan;
     plan.trace = true;
     plan.bounces = options_.reflection.bounces;
+    const auto pixels = static_cast<std::uint64_t>(settings.width) * settings.height;
     plan.items = {
         {"pass", "trace",
-         std::to_string(options_.samples * options_.samples) +
+         (options_.stated() ? "at least " : "") + std::to_string(options_.perPixel()) +
              " primary rays a pixel and the reflections of " +
              std::to_string(scene.reflectorCount()) + " reflective objects",
          0},
     };
+    if (options_.stated())
+      plan.items.push_back({"resource", "halves",
+                            "two independent means of a pixel, whose difference is its error; the "
+                            "layers standard_error and one_bounce",
+                            pixels * (2 * sizeof(Vec3) + 1 + sizeof(float) * 4)});
     return plan;
   }
 
   void prepare(Services&, const RunSettings& settings) override {
     settings_ = settings;
     options_.reflection.fresnelSchlick = settings.fresnelSchlick;
+    channels_ = channelsOf(settings);
   }
 
   void render(const FrameInput& input, Services& services, FrameOutput& output) override {
-    image::Image image;
+    Sums sums;
+    image::Image& image = sums.image;
     image.width = settings_.width;
     image.height = settings_.height;
-    image.channels = channels(settings_);
+    image.channels = channels_.names;
     image.data.assign(image.pixelCount() * image.channels.size(), 0.0f);
-
-    const int tilesX = (image.width + kTile - 1) / kTile;
-    const int tilesY = (image.height + kTile - 1) / kTile;
-    std::atomic<std::uint64_t> primary{0};
-    std::atomic<std::uint64_t> rays{0};
-    std::atomic<std::uint64_t> misses{0};
-    std::atomic<std::uint64_t> refused{0};
-    std::atomic<std::uint64_t> notFinite{0};
-    std::atomic<std::uint64_t> belowHorizon{0};
+    Totals totals;
     const std::uint64_t unresolvedBefore = services.trace->unresolvedRays();
     services.timer.measure("trace", [&] {
-      parallelFor(static_cast<std::size_t>(tilesX) * static_cast<std::size_t>(tilesY), 1,
-                  [&](std::size_t begin, std::size_t end) {
-                    Tile tile;
-                    for (std::size_t t = begin; t < end; ++t) {
-                      tile.x0 = static_cast<int>(t) % tilesX * kTile;
-                      tile.y0 = static_cast<int>(t) / tilesX * kTile;
-                      tile.x1 = std::min(image.width, tile.x0 + kTile);
-                      tile.y1 = std::min(image.height, tile.y0 + kTile);
-                      const trace::ReflectionCounts counts =
-                          renderTile(input, services, tile, image);
-                      primary += tile.rays.size();
-                      rays += counts.rays;
-                      misses += counts.misses;
-                      refused += counts.refused;
-                      notFinite += counts.notFinite;
-                      belowHorizon += counts.belowHorizon;
-                    }
-                  });
+      if (options_.stated()) {
+        converge(input, services, sums, totals, output);
+      } else {
+        draw(input, services, {{Batch::Kind::Grid, 0, 0, options_.perPixel()}}, sums, totals);
+        scale(image, options_.perPixel());
+      }
     });
-    output.counters["primary_rays"] = primary;
-    output.counters["rays"] = rays;
-    output.counters["misses"] = misses;
-    output.counters["refused"] = refused;
-    output.counters["not_finite"] = notFinite;
-    output.counters["below_horizon"] = belowHorizon;
+    output.counters["primary_rays"] = totals.primary;
+    output.counters["rays"] = totals.rays;
+    output.counters["misses"] = totals.misses;
+    output.counters["refused"] = totals.refused;
+    output.counters["not_finite"] = totals.notFinite;
+    output.counters["below_horizon"] = totals.belowHorizon;
+    output.counters["unfinished"] = totals.unfinished;
     if (!services.geometry.surfaces.empty())
       output.counters["unresolved"] = services.trace->unresolvedRays() - unresolvedBefore;
     output.image = std::move(image);
@@ -137,50 +221,170 @@ class Reference : public Method {
   }
 
   /// In the order of the rasterizing methods' layers (run/method_source.cpp).
-  static std::vector<std::string> channels(const RunSettings& settings) {
-    std::vector<std::string> names = {"R", "G", "B", "A"};
-    const auto add = [&](std::initializer_list<const char*> more) {
-      names.insert(names.end(), more.begin(), more.end());
-    };
-    if (asks(settings, "Z")) add({"Z"});
-    if (asks(settings, "N")) add({"N.X", "N.Y", "N.Z"});
-    if (asks(settings, "reflection")) add({"reflection.R", "reflection.G", "reflection.B"});
-    if (asks(settings, "diffuse")) add({"diffuse.R", "diffuse.G", "diffuse.B"});
-    if (asks(settings, "s")) add({"s"});
-    if (asks(settings, "id")) add({"id.object"});
+  Channels channelsOf(const RunSettings& settings) const {
+    Channels c;
+    c.add({"R", "G", "B", "A"});
+    if (asks(settings, "Z")) c.z = c.add({"Z"});
+    if (asks(settings, "N")) c.normal = c.add({"N.X", "N.Y", "N.Z"});
+    if (asks(settings, "reflection"))
+      c.reflection = c.add({"reflection.R", "reflection.G", "reflection.B"});
+    if (asks(settings, "diffuse")) c.diffuse = c.add({"diffuse.R", "diffuse.G", "diffuse.B"});
+    if (asks(settings, "s")) c.s = c.add({"s"});
+    if (asks(settings, "id")) c.id = c.add({"id.object"});
     if (settings.masks)
-      add({"mask.environment", "mask.below_horizon", "mask.sky", "mask.reflective"});
-    return names;
+      c.masks = c.add({"mask.environment", "mask.below_horizon", "mask.sky", "mask.reflective"});
+    if (options_.stated() && options_.bounces != 1)
+      c.oneBounce = c.add({"one_bounce.R", "one_bounce.G", "one_bounce.B"});
+    if (options_.stated()) c.error = c.add({"standard_error"});
+    return c;
   }
 
-  int perPixel() const { return options_.samples * options_.samples; }
+  /// Doubles the samples until the standard error is small enough. Whether it is depends on the
+  /// pixels alone, so on neither threads nor chunks.
+  void converge(const FrameInput& input, const Services& services, Sums& sums, Totals& totals,
+                FrameOutput& output) {
+    for (std::vector<Vec3>& half : sums.halves) half.assign(sums.image.pixelCount(), Vec3(0.0f));
+    sums.reflective.assign(sums.image.pixelCount(), 0);
+    if (channels_.z >= 0 || channels_.normal >= 0 || channels_.id >= 0)
+      draw(input, services, {{Batch::Kind::Centre, 0, 0, 1}}, sums, totals);
+    std::int64_t said = nowNs();
+    StandardError error;
+    int each = 0;  // samples of each half
+    for (int target = (options_.perPixel() + 1) / 2;; target *= 2) {
+      std::vector<Batch> batches;
+      for (int half = 0; half < 2; ++half)
+        for (int first = each; first < target; first += kBatch)
+          batches.push_back({Batch::Kind::Half, half, first, std::min(kBatch, target - first)});
+      draw(input, services, batches, sums, totals);
+      each = target;
+      error = standardError(sums, each);
+      if (error.frame <= options_.maxStandardError || 2 * each >= kMostSamples) break;
+      if (secondsSince(said) < kSayAfterSeconds) continue;
+      said = nowNs();
+      log::info(
+          fmt::format("frame {}: the reference's standard error is {:.3g} after {} samples "
+                      "per pixel; it goes on until {:g}",
+                      input.frame.number, error.frame, 2 * each, options_.maxStandardError));
+    }
+    if (!(error.frame <= options_.maxStandardError))
+      log::warning(
+          fmt::format("frame {}: the reference's standard error is {:.3g} after {} samples "
+                      "per pixel, the most that are taken; {:g} was asked",
+                      input.frame.number, error.frame, 2 * each, options_.maxStandardError));
+    for (std::size_t p = 0; p < sums.image.pixelCount(); ++p) {
+      const Vec3 both = sums.halves[0][p] + sums.halves[1][p];
+      for (int c = 0; c < 3; ++c) pixelOf(sums.image, p)[c] = both[c];
+    }
+    scale(sums.image, 2 * each);
+    Table table(errorTable());
+    table.add(2 * each, error.frame, error.reflective);
+    output.tables.push_back(std::move(table));
+  }
 
-  trace::ReflectionCounts renderTile(const FrameInput& input, Services& services, Tile& tile,
-                                     image::Image& image) const {
+  /// Half the mean difference between the display values of the two halves, also stored for each
+  /// pixel. The errors a and b of the halves are independent and alike, so |a - b| / 2 is
+  /// distributed as the error |a + b| / 2 of their mean.
+  StandardError standardError(Sums& sums, int each) const {
+    const auto width = static_cast<std::size_t>(sums.image.width);
+    const auto height = static_cast<std::size_t>(sums.image.height);
+    const float share = 1.0f / static_cast<float>(each);
+    struct Row {
+      double all = 0.0, reflective = 0.0;
+      std::size_t pixels = 0;
+    };
+    std::vector<Row> rows(height);
+    parallelFor(height, 16, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t y = begin; y < end; ++y) {
+        for (std::size_t p = y * width; p < (y + 1) * width; ++p) {
+          float sum = 0.0f;
+          for (int c = 0; c < 3; ++c)
+            sum += std::abs(image::display8(sums.halves[0][p][c] * share) -
+                            image::display8(sums.halves[1][p][c] * share));
+          const float error = sum / 6.0f;
+          pixelOf(sums.image, p)[channels_.error] = error;
+          rows[y].all += error;
+          if (sums.reflective[p] == 0) continue;
+          rows[y].reflective += error;
+          ++rows[y].pixels;
+        }
+      }
+    });
+    Row all;
+    for (const Row& row : rows) {
+      all.all += row.all;
+      all.reflective += row.reflective;
+      all.pixels += row.pixels;
+    }
+    return {all.all / static_cast<double>(width * height),
+            all.pixels > 0 ? all.reflective / static_cast<double>(all.pixels) : 0.0};
+  }
+
+  static float* pixelOf(image::Image& image, std::size_t pixel) {
+    return &image.data[pixel * image.channels.size()];
+  }
+
+  /// Makes means of the sums over this many samples.
+  void scale(image::Image& image, int samples) const {
+    const float share = 1.0f / static_cast<float>(samples);
+    const auto isSum = [&](int c) {
+      return c != channels_.z && c != channels_.id && c != channels_.error &&
+             (channels_.normal < 0 || c < channels_.normal || c >= channels_.normal + 3);
+    };
+    for (int c = 0; c < static_cast<int>(image.channels.size()); ++c)
+      for (std::size_t p = 0; isSum(c) && p < image.pixelCount(); ++p)
+        pixelOf(image, p)[c] *= share;
+  }
+
+  /// Adds samples of all pixels.
+  void draw(const FrameInput& input, const Services& services, const std::vector<Batch>& batches,
+            Sums& sums, Totals& totals) const {
+    const int tilesX = (sums.image.width + kTile - 1) / kTile;
+    const int tilesY = (sums.image.height + kTile - 1) / kTile;
+    parallelFor(static_cast<std::size_t>(tilesX) * static_cast<std::size_t>(tilesY), 1,
+                [&](std::size_t begin, std::size_t end) {
+                  Tile tile;
+                  for (std::size_t t = begin; t < end; ++t) {
+                    tile.x0 = static_cast<int>(t) % tilesX * kTile;
+                    tile.y0 = static_cast<int>(t) / tilesX * kTile;
+                    tile.x1 = std::min(sums.image.width, tile.x0 + kTile);
+                    tile.y1 = std::min(sums.image.height, tile.y0 + kTile);
+                    for (const Batch& batch : batches) {
+                      const auto counts = drawTile(input, services, batch, tile, sums);
+                      totals.add(tile.rays.size(), counts);
+                    }
+                  }
+                });
+  }
+
+  trace::ReflectionCounts drawTile(const FrameInput& input, const Services& services,
+                                   const Batch& batch, Tile& tile, Sums& sums) const {
     const scene::Camera& camera = input.frame.camera;
     const trace::TraceScene& trace = *services.trace;
-    aimRays(camera, image, tile);
+    aimRays(camera, sums.image, batch, tile);
     tile.hits.resize(tile.rays.size());
     const trace::TraceCounts primary = trace.intersectSerial(tile.rays, tile.hits, true);
-    // Ray cones are those of its own samples: it shows what the others approach
-    const float spread = scene::pixelSpreadRad(camera, image.height * options_.samples);
+    const int coneSamples = options_.stated() ? kConeSamples : options_.samples;
+    const float spread = scene::pixelSpreadRad(camera, sums.image.height * coneSamples);
     const std::uint64_t notFinite = shadeHits(camera, services, spread, tile);
-    tile.radiance.assign(tile.points.size(), Vec3(0.0f));
-    tile.flags.assign(tile.points.size(), 0);
-    trace::ReflectionCounts counts =
-        trace::reflectedRadiance(trace, services.lighting, spread, tile.points, options_.reflection,
-                                 false, tile.radiance, tile.flags);
+    trace::ReflectionCounts counts;
+    if (batch.kind != Batch::Kind::Centre) {
+      tile.radiance.assign(tile.points.size(), Vec3(0.0f));
+      tile.oneBounce.assign(channels_.oneBounce >= 0 ? tile.points.size() : 0, Vec3(0.0f));
+      tile.flags.assign(tile.points.size(), 0);
+      counts = trace::reflectedRadiance(trace, services.lighting, spread, tile.points,
+                                        options_.reflection, false, tile.radiance, tile.flags, {},
+                                        {}, tile.oneBounce);
+      addReflections(tile);
+    }
     counts.refused += primary.refused;
     counts.notFinite += notFinite;
-    addReflections(tile);
 
-    const auto perPixel = static_cast<std::size_t>(this->perPixel());
+    const auto perPixel = static_cast<std::size_t>(batch.count);
     std::size_t first = 0;
     for (int y = tile.y0; y < tile.y1; ++y) {
       for (int x = tile.x0; x < tile.x1; ++x) {
-        writePixel(
-            std::span(tile.samples).subspan(first, perPixel),
-            &image.data[(static_cast<std::size_t>(y) * image.width + x) * image.channels.size()]);
+        const std::size_t pixel = static_cast<std::size_t>(y) * sums.image.width + x;
+        addPixel(std::span(tile.samples).subspan(first, perPixel), batch, pixel, sums);
         first += perPixel;
       }
     }
@@ -188,19 +392,24 @@ class Reference : public Method {
   }
 
   /// Primary rays, pixel by pixel.
-  void aimRays(const scene::Camera& camera, const image::Image& image, Tile& tile) const {
+  void aimRays(const scene::Camera& camera, const image::Image& image, const Batch& batch,
+               Tile& tile) const {
     const Vec3 eye = camera.eye();
     const Vec3 forward = camera.forward();
     tile.rays.clear();
+    tile.places.clear();
     for (int y = tile.y0; y < tile.y1; ++y) {
       for (int x = tile.x0; x < tile.x1; ++x) {
-        for (int k = 0; k < perPixel(); ++k) {
-          const int row = k / options_.samples;
-          const float px =
-              static_cast<float>(x) + (static_cast<float>(k % options_.samples) + 0.5f) /
-                                          static_cast<float>(options_.samples);
-          const float py = static_cast<float>(y) +
-                           (static_cast<float>(row) + 0.5f) / static_cast<float>(options_.samples);
+        const std::uint32_t noise = pixelNoise(x, y, settings_.seed);
+        for (int k = batch.first; k < batch.first + batch.count; ++k) {
+          Place place;
+          if (batch.kind == Batch::Kind::Grid) place = gridPlace(x, y, k, options_.samples, noise);
+          if (batch.kind == Batch::Kind::Half)
+            place = sequencePlace(static_cast<std::uint32_t>(k),
+                                  mixedBits(noise + static_cast<std::uint32_t>(batch.half)));
+          tile.places.push_back(place);
+          const float px = static_cast<float>(x) + place.at.x;
+          const float py = static_cast<float>(y) + place.at.y;
           trace::Ray ray;
           ray.origin = eye;
           ray.direction = scene::rayDirection(camera, image.width, image.height, px, py);
@@ -227,17 +436,17 @@ class Reference : public Method {
       Sample& sample = tile.samples[i];
       if (hit.miss()) {
         sample.diffuse = services.lighting.environment->radiance(direction);
-        sample.color = sample.diffuse;
+        sample.color = sample.oneBounce = sample.diffuse;
         continue;
       }
       const Vec3 position = eye + hit.distance * direction;
       const frame::SurfacePoint surface = frame::shadeSurface(
           services.scene, services.geometry, services.lighting, hit.object, hit.primitive, hit.u,
-          hit.v, position, direction, spread * hit.distance, scatterOf(tile, i));
+          hit.v, position, direction, spread * hit.distance, tile.places[i].scatter);
       const bool finite = isFinite(surface.diffuse);
       notFinite += finite ? 0 : 1;
       sample.diffuse = finite ? surface.diffuse : Vec3(0.0f);
-      sample.color = sample.diffuse;
+      sample.color = sample.oneBounce = sample.diffuse;
       sample.normal = surface.normal;
       sample.specularLevel = surface.specularLevel;
       sample.tint = surface.tint;
@@ -251,37 +460,11 @@ class Reference : public Method {
       point.extent = trace.extentOf(hit.object);
       point.bent = surface.bent;
       point.lobeHorizon = surface.lobeHorizon;
-      point.shift = lobeShift(tile, i);
+      point.shift = tile.places[i].shift;
       tile.points.push_back(point);
       tile.sampleOfPoint.push_back(i);
     }
     return notFinite;
-  }
-
-  /// A pixel's lobes interleave; pixels are shifted against each other.
-  Vec2 lobeShift(const Tile& tile, std::size_t sample) const {
-    const auto perPixel = static_cast<std::size_t>(this->perPixel());
-    const auto cell = static_cast<float>(sample % perPixel);
-    const std::size_t pixelInTile = sample / perPixel;
-    const auto width = static_cast<std::size_t>(tile.x1 - tile.x0);
-    const auto x =
-        static_cast<std::uint32_t>(tile.x0) + static_cast<std::uint32_t>(pixelInTile % width);
-    const auto y =
-        static_cast<std::uint32_t>(tile.y0) + static_cast<std::uint32_t>(pixelInTile / width);
-    const std::uint32_t noise =
-        mixedBits(x ^ mixedBits(y ^ mixedBits(static_cast<std::uint32_t>(settings_.seed))));
-    return {glm::fract((cell + 0.5f) / static_cast<float>(perPixel) + unitFloat(noise)),
-            glm::fract(cell * 0.6180340f + unitFloat(mixedBits(noise)))};
-  }
-
-  /// As in a G-buffer with as many samples.
-  Vec2 scatterOf(const Tile& tile, std::size_t sample) const {
-    const int cell = static_cast<int>(sample) % perPixel();
-    const int pixel = static_cast<int>(sample) / perPixel();
-    const int across = tile.x1 - tile.x0;
-    return frame::scatterPlace(
-        (tile.x0 + pixel % across) * options_.samples + cell % options_.samples,
-        (tile.y0 + pixel / across) * options_.samples + cell / options_.samples);
   }
 
   /// Weighs reflections against diffuse light.
@@ -294,43 +477,53 @@ class Reference : public Method {
       sample.reflection = tile.radiance[k];
       sample.color = weights.diffuse * sample.diffuse +
                      weights.reflection * (sample.reflection + sample.highlight);
+      if (channels_.oneBounce >= 0)
+        sample.oneBounce = weights.diffuse * sample.diffuse +
+                           weights.reflection * (tile.oneBounce[k] + sample.highlight);
       sample.flags = tile.flags[k];
     }
   }
 
-  /// Means over the samples; Z, N and id of the middle one.
-  void writePixel(std::span<const Sample> samples, float* out) const {
-    const float share = 1.0f / static_cast<float>(samples.size());
-    const auto mean = [&](auto&& value) {
-      float sum = 0.0f;
-      for (const Sample& sample : samples) sum += value(sample);
-      *out++ = sum * share;
-    };
-    const auto meanRgb = [&](Vec3 Sample::*member) {
-      for (int c = 0; c < 3; ++c) mean([&](const Sample& s) { return (s.*member)[c]; });
-    };
-    const Sample& middle = samples[static_cast<std::size_t>(options_.samples / 2) *
-                                   (static_cast<std::size_t>(options_.samples) + 1)];
-    meanRgb(&Sample::color);
-    mean([](const Sample& s) { return s.object != 0 ? 1.0f : 0.0f; });
-    if (asks(settings_, "Z")) *out++ = middle.z;
-    if (asks(settings_, "N")) {
-      for (int c = 0; c < 3; ++c) *out++ = middle.normal[c];
+  /// Adds a pixel's samples to its sums. Z, N and id are those of the middle sample of a grid, or
+  /// of the centre.
+  void addPixel(std::span<const Sample> samples, const Batch& batch, std::size_t pixel,
+                Sums& sums) const {
+    float* const out = pixelOf(sums.image, pixel);
+    if (batch.kind != Batch::Kind::Half) {
+      const std::size_t middle = batch.kind == Batch::Kind::Centre
+                                     ? 0
+                                     : static_cast<std::size_t>(options_.samples / 2) *
+                                           (static_cast<std::size_t>(options_.samples) + 1);
+      const Sample& sample = samples[middle];
+      if (channels_.z >= 0) out[channels_.z] = sample.z;
+      for (int c = 0; channels_.normal >= 0 && c < 3; ++c)
+        out[channels_.normal + c] = sample.normal[c];
+      if (channels_.id >= 0) out[channels_.id] = static_cast<float>(sample.object);
+      if (batch.kind == Batch::Kind::Centre) return;
     }
-    if (asks(settings_, "reflection")) meanRgb(&Sample::reflection);
-    if (asks(settings_, "diffuse")) meanRgb(&Sample::diffuse);
-    if (asks(settings_, "s")) mean([](const Sample& s) { return s.specularLevel; });
-    if (asks(settings_, "id")) *out++ = static_cast<float>(middle.object);
-    if (settings_.masks) {
-      mean([](const Sample& s) { return (s.flags & 1) != 0 ? 1.0f : 0.0f; });
-      mean([](const Sample& s) { return (s.flags & 2) != 0 ? 1.0f : 0.0f; });
-      mean([](const Sample& s) { return (s.flags & 4) != 0 ? 1.0f : 0.0f; });
-      mean([](const Sample& s) { return s.specularLevel > 0.0f ? 1.0f : 0.0f; });
+    const auto add = [&](int channel, const Vec3& v) {
+      for (int c = 0; channel >= 0 && c < 3; ++c) out[channel + c] += v[c];
+    };
+    for (const Sample& sample : samples) {
+      if (batch.kind == Batch::Kind::Grid) add(0, sample.color);
+      out[3] += sample.object != 0 ? 1.0f : 0.0f;
+      add(channels_.reflection, sample.reflection);
+      add(channels_.diffuse, sample.diffuse);
+      if (channels_.s >= 0) out[channels_.s] += sample.specularLevel;
+      add(channels_.oneBounce, sample.oneBounce);
+      const bool reflects = sample.specularLevel > 0.0f;
+      for (int bit = 0; channels_.masks >= 0 && bit < 3; ++bit)
+        out[channels_.masks + bit] += (sample.flags >> bit & 1) != 0 ? 1.0f : 0.0f;
+      if (channels_.masks >= 0) out[channels_.masks + 3] += reflects ? 1.0f : 0.0f;
+      if (batch.kind == Batch::Kind::Grid) continue;
+      sums.halves[static_cast<std::size_t>(batch.half)][pixel] += sample.color;
+      sums.reflective[pixel] |= reflects ? 1 : 0;
     }
   }
 
   Options options_;
   RunSettings settings_;
+  Channels channels_;
 };
 
 }  // namespace
@@ -350,9 +543,13 @@ const MethodEntry& referenceEntry() {
                    {"below_horizon",
                     "rays that would enter the surface: the normal was corrected, or the lobe's "
                     "ray was mirrored back"},
+                   {"unfinished", "paths that ended after 128 bounces with 0.1 % or more left"},
                    {"unresolved", "rays whose intersection with an implicit surface is undecided",
                     false, "implicit surfaces in the scene"}},
-      .tests = {.small = R"({"samples": 2, "rays": 4})", .refracting = R"({"bounces": 2})"},
+      .tables = {errorTable()},
+      .tests = {.small = R"({"max_standard_error": 0, "samples": 2, "rays": 4, "bounces": 1})",
+                .refracting = R"({"bounces": 2})",
+                .variants = {R"({"max_standard_error": 2})", R"({"bounces": 0})"}},
       .options = optionTable().schema(),
       .make = [](const config::Value& options) -> std::unique_ptr<Method> {
         return std::make_unique<Reference>(optionTable().parse(options));

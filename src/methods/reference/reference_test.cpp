@@ -50,7 +50,7 @@ TEST(Reference, RadianceThatIsNotFiniteIsCountedAndTakenAsNone) {
   Counters counters;
   const image::Image image =
       render(builder.scene(), scene::lookAt({0.0f, 0.0f, 3.0f}, {}, {0.0f, 1.0f, 0.0f}, 0.8f),
-             frameOf(32, 32), R"({"samples": 1})", &counters);
+             frameOf(32, 32), R"({"max_standard_error": 0, "samples": 1})", &counters);
   EXPECT_GT(counters["not_finite"], 100u);
   EXPECT_EQ(counters["refused"], 0u);
   for (const float value : image.data) ASSERT_TRUE(std::isfinite(value));
@@ -68,7 +68,9 @@ TEST(Reference, WhiteFurnaceIsOneEverywhere) {
         Counters counters;
         const image::Image image =
             render(builder.scene(), scene::lookAt({0.0f, 0.5f, 3.0f}, {}, {0.0f, 1.0f, 0.0f}, 0.8f),
-                   frameOf(32, 32), R"({"samples": 2, "bounces": )" + std::to_string(bounces) + "}",
+                   frameOf(32, 32),
+                   R"({"max_standard_error": 0, "samples": 2, "bounces": )" +
+                       std::to_string(bounces) + "}",
                    &counters);
         for (int y = 0; y < 32; ++y) {
           for (int x = 0; x < 32; ++x) {
@@ -97,7 +99,8 @@ TEST(Reference, LitSphereHasLambertsRadiance) {
   builder.scene().lights.push_back(light);
   const float distance = 4.0f;
   const scene::Camera camera = scene::lookAt({0.0f, 0.0f, distance}, {}, {0.0f, 1.0f, 0.0f}, 0.6f);
-  const image::Image image = render(builder.scene(), camera, frameOf(65, 65), R"({"samples": 1})");
+  const image::Image image = render(builder.scene(), camera, frameOf(65, 65),
+                                    R"({"max_standard_error": 0, "samples": 1})");
   int seen = 0;
   for (int y = 0; y < 65; ++y) {
     for (int x = 0; x < 65; ++x) {
@@ -125,7 +128,8 @@ TEST(Reference, PointLitPlaneHasItsClosedForm) {
   builder.scene().lights.push_back(light);
   const scene::Camera camera =
       scene::lookAt({0.0f, 2.0f, 3.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, 0.7f);
-  const image::Image image = render(builder.scene(), camera, frameOf(40, 30), R"({"samples": 1})");
+  const image::Image image = render(builder.scene(), camera, frameOf(40, 30),
+                                    R"({"max_standard_error": 0, "samples": 1})");
   for (int y = 0; y < 30; ++y) {
     for (int x = 0; x < 40; ++x) {
       const Vec3 d = scene::rayDirection(camera, 40, 30, static_cast<float>(x) + 0.5f,
@@ -172,8 +176,10 @@ TEST(Reference, PlaneMirrorShowsTheMirroredCamerasImage) {
   const scene::Camera behind = scene::lookAt(eye * flip, target * flip, {0.0f, 1.0f, 0.0f}, 0.5f);
   RunSettings settings = frameOf(64, 48);
   settings.layers = {"reflection", "s"};
-  const image::Image inMirror = render(mirrored.scene(), front, settings, R"({"samples": 1})");
-  const image::Image direct = render(plain.scene(), behind, frameOf(64, 48), R"({"samples": 1})");
+  const image::Image inMirror =
+      render(mirrored.scene(), front, settings, R"({"max_standard_error": 0, "samples": 1})");
+  const image::Image direct =
+      render(plain.scene(), behind, frameOf(64, 48), R"({"max_standard_error": 0, "samples": 1})");
   int compared = 0;
   int different = 0;
   for (int y = 0; y < 48; ++y) {
@@ -204,10 +210,189 @@ TEST(Reference, BouncesFormAGeometricSeriesBetweenMirrors) {
   for (int bounces : {1, 2, 5}) {
     float expected = 1.0f;
     for (int i = 0; i < bounces; ++i) expected = 0.5f + 0.25f * expected;
-    const image::Image image =
-        render(builder.scene(), camera, frameOf(8, 8),
-               R"({"samples": 1, "bounces": )" + std::to_string(bounces) + "}");
+    const image::Image image = render(
+        builder.scene(), camera, frameOf(8, 8),
+        R"({"max_standard_error": 0, "samples": 1, "bounces": )" + std::to_string(bounces) + "}");
     EXPECT_NEAR(rgb(image, 4, 4).x, expected, 1e-5f) << bounces;
+  }
+}
+
+TEST(Reference, AllBouncesBetweenMirrorsAreTheWholeSeries) {
+  // As above, L = 1/2 + 1/4 L: the limit is 2/3. Paths end when a reflection adds less than 0.1 %.
+  SceneBuilder builder;
+  const int material = builder.reflective(0.5f, 0.0f, Vec3(0.0f), Vec3(0.5f));
+  builder.scene().materials[material].emissive = Vec3(1.0f);
+  builder.add(scene::makePlane({100.0f, 100.0f}, {1, 1}, scene::UvMode::Unit), material);
+  builder.add(scene::makePlane({100.0f, 100.0f}, {1, 1}, scene::UvMode::Unit), material,
+              translation({0.0f, 2.0f, 0.0f}) * rotation(180.0f, {1.0f, 0.0f, 0.0f}));
+  const scene::Camera camera =
+      scene::lookAt({0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 1.0f}, 0.2f);
+  Counters counters;
+  const image::Image image = render(builder.scene(), camera, frameOf(8, 8), "{}", &counters);
+  EXPECT_NEAR(rgb(image, 4, 4).x, 2.0f / 3.0f, 1e-3f);
+  EXPECT_EQ(counters["unfinished"], 0u);
+  const int oneBounce = image.channel("one_bounce.R");
+  ASSERT_GE(oneBounce, 0);
+  EXPECT_NEAR(image.at(4, 4, oneBounce), 0.75f, 1e-5f);
+  const int error = image.channel("standard_error");
+  ASSERT_GE(error, 0);
+  EXPECT_NEAR(image.at(4, 4, error), 0.0f, 1e-3f);
+
+  // Perfect mirrors never end: the paths are cut, and counted.
+  builder.scene().materials[material].specularLevel = 1.0f;
+  builder.scene().materials[material].reflectionTint = Vec3(1.0f);
+  render(builder.scene(), camera, frameOf(8, 8), "{}", &counters);
+  EXPECT_GT(counters["unfinished"], 0u);
+}
+
+TEST(Reference, WhiteFurnaceHoldsForAnyBouncesAndAllOfThem) {
+  // A box of white walls of any s and g, open to light of radiance 1: nothing can be seen in it.
+  for (const float g : {0.0f, 0.5f}) {
+    for (const int bounces : {0, 1, 7}) {
+      SceneBuilder builder;
+      builder.constantEnvironment(Vec3(1.0f));
+      for (const float side : {-1.0f, 1.0f})
+        builder.add(scene::makePlane({2.0f, 2.0f}, {1, 1}, scene::UvMode::Unit),
+                    builder.reflective(0.8f, g, Vec3(1.0f)),
+                    translation({0.0f, side, 0.0f}) *
+                        rotation(side > 0.0f ? 180.0f : 0.0f, {1.0f, 0.0f, 0.0f}));
+      const image::Image image =
+          render(builder.scene(), scene::lookAt({0.0f, 0.3f, 2.0f}, {}, {0.0f, 1.0f, 0.0f}, 1.2f),
+                 frameOf(16, 16), R"({"bounces": )" + std::to_string(bounces) + "}");
+      for (int y = 0; y < 16; ++y)
+        for (int x = 0; x < 16; ++x) ASSERT_NEAR(rgb(image, x, y).y, 1.0f, 1e-4f);
+    }
+  }
+}
+
+/// Two mirrors that face each other, about a checkered floor with things on it.
+scene::Scene facingMirrors() {
+  SceneBuilder builder;
+  addThings(builder);
+  const int mirror = builder.reflective(0.9f, 0.0f, Vec3(0.0f), Vec3(1.0f, 0.95f, 0.9f));
+  for (const float side : {-1.0f, 1.0f})
+    builder.add(scene::makePlane({6.0f, 6.0f}, {1, 1}, scene::UvMode::Unit), mirror,
+                translation({0.0f, 0.0f, 1.0f + 2.0f * side}) *
+                    rotation(-side * 90.0f, {1.0f, 0.0f, 0.0f}));
+  return builder.scene();
+}
+
+scene::Scene glass() {
+  SceneBuilder builder;
+  addThings(builder);
+  const int material = builder.reflective(0.9f, 0.0f, Vec3(0.0f));
+  builder.scene().materials[material].refraction = 1.5f;
+  builder.add(scene::makeSphere(0.7f, 48, 24, scene::UvMode::Unit), material,
+              translation({0.0f, 0.0f, 2.0f}));
+  return builder.scene();
+}
+
+scene::Scene lobes() {
+  SceneBuilder builder;
+  addThings(builder);
+  const int ggx = builder.reflective(0.8f, 0.4f);
+  builder.scene().materials[ggx].lobe = scene::LobeModel::Ggx;
+  builder.add(scene::makePlane({6.0f, 6.0f}, {1, 1}, scene::UvMode::Unit), ggx,
+              translation({0.0f, -0.7f, 0.0f}));
+  builder.add(scene::makePlane({6.0f, 6.0f}, {1, 1}, scene::UvMode::Unit),
+              builder.reflective(0.7f, 0.3f), rotation(90.0f, {1.0f, 0.0f, 0.0f}));
+  return builder.scene();
+}
+
+/// A corner of mirrors and glossy walls with a mirror ball.
+scene::Scene room() {
+  SceneBuilder builder;
+  addThings(builder);
+  const auto wall = [&](float s, float g, const Vec3& color, const Mat4& place) {
+    builder.add(scene::makePlane({6.0f, 6.0f}, {1, 1}, scene::UvMode::Unit),
+                builder.reflective(s, g, color), place);
+  };
+  wall(0.3f, 0.2f, Vec3(0.6f, 0.4f, 0.2f), translation({0.0f, -0.7f, 0.0f}));
+  wall(0.9f, 0.0f, Vec3(0.1f), rotation(90.0f, {1.0f, 0.0f, 0.0f}));
+  wall(0.5f, 0.3f, Vec3(0.3f, 0.5f, 0.3f),
+       translation({-1.5f, 0.0f, 0.0f}) * rotation(-90.0f, {0.0f, 0.0f, 1.0f}));
+  builder.add(scene::makeSphere(0.4f, 48, 24, scene::UvMode::Unit), builder.reflective(1.0f),
+              translation({0.1f, -0.3f, 2.0f}));
+  return builder.scene();
+}
+
+/// A mirror whose normals come from a map of bumps, before things.
+scene::Scene normalMapped() {
+  SceneBuilder builder;
+  addThings(builder);
+  scene::Texture map;
+  map.srgb = false;
+  constexpr int kTexels = 64;
+  map.levels = {{kTexels, kTexels, {}}};
+  for (int y = 0; y < kTexels; ++y)
+    for (int x = 0; x < kTexels; ++x)
+      for (const double v :
+           {0.5 + 0.1 * std::sin(0.4 * x), 0.5 + 0.1 * std::cos(0.7 * y), 1.0, 1.0})
+        map.levels.front().rgba.push_back(static_cast<std::uint8_t>(255.0 * v));
+  builder.scene().textures.push_back(map);
+  const int mapped = builder.reflective(0.9f);
+  builder.scene().materials[mapped].normalTexture.texture = 0;
+  scene::Mesh wall = scene::makePlane({6.0f, 6.0f}, {1, 1}, scene::UvMode::Unit);
+  wall.tangents.assign(wall.positions.size(), Vec4(1.0f, 0.0f, 0.0f, 1.0f));
+  builder.add(std::move(wall), mapped, rotation(90.0f, {1.0f, 0.0f, 0.0f}));
+  return builder.scene();
+}
+
+TEST(Reference, StandardErrorIsTheDistanceFromARunWith64TimesTheSamples) {
+  const scene::Camera camera =
+      scene::lookAt({0.4f, 0.6f, 2.9f}, {0.0f, -0.1f, 0.0f}, {0.0f, 1.0f, 0.0f}, 1.0f);
+  const std::vector<std::pair<std::string, scene::Scene>> scenes = {
+      {"facing mirrors", facingMirrors()},
+      {"glass", glass()},
+      {"lobes", lobes()},
+      {"room", room()},
+      {"normal map", normalMapped()}};
+  for (const auto& [name, scene] : scenes) {
+    const Moment moment(scene);
+    RunSettings settings = frameOf(40, 30);
+    const auto picture = [&](const std::string& options) {
+      return test::renderOnCpu(referenceEntry(), options, moment, camera, settings);
+    };
+    const FrameOutput few = picture(R"({"max_standard_error": 255, "samples": 6, "rays": 1})");
+    settings.seed = 2;
+    const FrameOutput many = picture(R"({"max_standard_error": 255, "samples": 48, "rays": 1})");
+    const methods::Row& row = few.tables.at(0).rows().at(0);
+    ASSERT_EQ(std::get<std::int64_t>(row[0]), 36);
+    const double stated = std::get<double>(row[1]);
+    double sum = 0.0;
+    for (int y = 0; y < settings.height; ++y)
+      for (int x = 0; x < settings.width; ++x)
+        for (int c = 0; c < 3; ++c)
+          sum += std::abs(image::display8(few.image->at(x, y, c)) -
+                          image::display8(many.image->at(x, y, c)));
+    const double found = sum / (3.0 * settings.width * settings.height);
+    EXPECT_GT(found, 0.1) << name;
+    EXPECT_NEAR(stated / found, 1.0, 0.2) << name << ": stated " << stated << ", found " << found;
+  }
+}
+
+TEST(Reference, TakesSamplesUntilItsStandardErrorIsSmallEnough) {
+  const scene::Scene scene = room();
+  const Moment moment(scene);
+  const scene::Camera camera =
+      scene::lookAt({0.4f, 0.6f, 2.9f}, {0.0f, -0.1f, 0.0f}, {0.0f, 1.0f, 0.0f}, 1.0f);
+  RunSettings settings = frameOf(24, 18);
+  std::int64_t before = 0;
+  for (const double bound : {4.0, 1.0, 0.5}) {
+    const FrameOutput output = test::renderOnCpu(
+        referenceEntry(),
+        R"({"samples": 1, "rays": 1, "max_standard_error": )" + std::to_string(bound) + "}", moment,
+        camera, settings);
+    const methods::Row& row = output.tables.at(0).rows().at(0);
+    EXPECT_LE(std::get<double>(row[1]), bound);
+    EXPECT_GT(std::get<std::int64_t>(row[0]), before);
+    before = std::get<std::int64_t>(row[0]);
+    // The layer has this mean
+    double sum = 0.0;
+    const int channel = output.image->channel("standard_error");
+    for (int y = 0; y < settings.height; ++y)
+      for (int x = 0; x < settings.width; ++x) sum += output.image->at(x, y, channel);
+    EXPECT_NEAR(sum / (settings.width * settings.height), std::get<double>(row[1]), 1e-5);
   }
 }
 
@@ -226,8 +411,8 @@ TEST(Reference, GlossyLobeAveragesTheSkyByItsPower) {
     // Above the surface the camera itself casts nothing.
     const scene::Camera camera =
         scene::lookAt({0.0f, 3.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 1.0f}, 0.02f);
-    const image::Image image =
-        render(builder.scene(), camera, frameOf(9, 9), R"({"samples": 4, "rays": 64})");
+    const image::Image image = render(builder.scene(), camera, frameOf(9, 9),
+                                      R"({"max_standard_error": 0, "samples": 4, "rays": 64})");
     const float n = scene::phongExponentFromRoughness(g);
     EXPECT_NEAR(rgb(image, 4, 4).x, (n + 1.0f) / (n + 2.0f), 3e-3f) << g;
   }
@@ -242,19 +427,22 @@ TEST(Reference, SameBitsForAnyThreadCountAndTwice) {
   RunSettings settings = frameOf(67, 41);
   settings.masks = true;
   settings.layers = {"Z", "N", "reflection", "diffuse", "s", "id"};
-  std::vector<image::Image> images;
-  for (int threads : {1, 2, 2}) {
-    setThreadCount(threads);
-    images.push_back(render(builder.scene(), camera, settings, R"({"samples": 3, "bounces": 2})"));
-  }
-  setThreadCount(0);
-  EXPECT_EQ(images[0].channels.size(), 4u + 1u + 3u + 3u + 3u + 1u + 1u + 4u);
-  for (const image::Image& image : images) {
-    ASSERT_EQ(image.data.size(), images[0].data.size());
-    EXPECT_EQ(
-        std::memcmp(image.data.data(), images[0].data.data(), image.data.size() * sizeof(float)),
-        0);
-    for (float value : image.data) ASSERT_TRUE(std::isfinite(value));
+  for (const std::string options : {R"({"max_standard_error": 0, "samples": 3, "bounces": 2})",
+                                    R"({"max_standard_error": 0.5, "samples": 3})"}) {
+    std::vector<image::Image> images;
+    for (int threads : {1, 2, 2}) {
+      setThreadCount(threads);
+      images.push_back(render(builder.scene(), camera, settings, options));
+    }
+    setThreadCount(0);
+    EXPECT_GE(images[0].channels.size(), 4u + 1u + 3u + 3u + 3u + 1u + 1u + 4u);
+    for (const image::Image& image : images) {
+      ASSERT_EQ(image.data.size(), images[0].data.size());
+      EXPECT_EQ(
+          std::memcmp(image.data.data(), images[0].data.data(), image.data.size() * sizeof(float)),
+          0);
+      for (float value : image.data) ASSERT_TRUE(std::isfinite(value));
+    }
   }
 }
 
@@ -268,7 +456,8 @@ TEST(Reference, LayersHoldWhatTheyName) {
   RunSettings settings = frameOf(33, 33);
   settings.layers = {"Z", "N", "reflection", "diffuse", "s", "id"};
   settings.masks = true;
-  const image::Image image = render(builder.scene(), camera, settings, R"({"samples": 2})");
+  const image::Image image =
+      render(builder.scene(), camera, settings, R"({"max_standard_error": 0, "samples": 2})");
   const auto value = [&](int x, const char* name) {
     const int c = image.channel(name);
     EXPECT_GE(c, 0) << name;
@@ -318,8 +507,8 @@ TEST(Reference, ImplicitSphereIsTheSphere) {
   const scene::Camera camera =
       scene::lookAt({0.0f, 1.5f, 3.0f}, {}, {0.0f, 1.0f, 0.0f}, radians(50.0f));
   constexpr int kSize = 96;
-  const image::Image image =
-      render(builder.scene(), camera, frameOf(kSize, kSize), R"({"samples": 1})");
+  const image::Image image = render(builder.scene(), camera, frameOf(kSize, kSize),
+                                    R"({"max_standard_error": 0, "samples": 1})");
   int seen = 0;
   for (int y = 0; y < kSize; ++y) {
     for (int x = 0; x < kSize; ++x) {
@@ -352,7 +541,7 @@ TEST(Reference, FineTrianglesConvergeToTheImplicitSurface) {
         scene::makeTurnedImplicit(vase, profile, {segments, segments}, scene::UvMode::Unit);
     if (!exact) mesh.surface = nullptr;
     return render(mirrorScene(std::move(mesh)), camera, frameOf(96, 96),
-                  R"({"samples": 2, "bounces": 2})");
+                  R"({"max_standard_error": 0, "samples": 2, "bounces": 2})");
   };
   const image::Image truth = picture(8, true);
   const auto error = [&](const image::Image& image) {

@@ -414,8 +414,15 @@ std::vector<std::string> reflectionNotes(const Plan& plan, const scene::Scene& s
         "GGX, "
         "which always has Fresnel's term");
   std::string oneBounce;
-  for (const PlannedMethod& method : plan.methods)
+  std::string idle;
+  for (const PlannedMethod& method : plan.methods) {
+    if (method.needs.gbuffer) idle += (idle.empty() ? "" : ", ") + method.name;
     if (method.needs.bounces == 1) oneBounce += (oneBounce.empty() ? "" : ", ") + method.name;
+  }
+  if (reflectors + dielectrics == 0 && !idle.empty())
+    notes.push_back("nothing reflects: no object has a reflectance s of " +
+                    fmt::format("{:g}", scene::kReflectiveThreshold) +
+                    " or more, so that no pixel depends on the method (" + idle + ")");
   if (reflectors > 1 && !oneBounce.empty())
     notes.push_back(
         "a mirror that is seen in a mirror shows its diffuse colour, since bounces is 1 "

@@ -128,13 +128,17 @@ TEST(Plan, SurprisesOfReflectionsAreSaid) {
   methods::RunSettings image;
   image.fresnelSchlick = true;
   const auto notes = [&] { return reflectionNotes(plan, scene, image); };
-  EXPECT_TRUE(notes().empty());  // diffuse by the papers' s
+  EXPECT_TRUE(notes().empty());  // no method has reflectors to fill
+  plan.methods[0].needs.gbuffer = true;
+  EXPECT_THAT(notes(), testing::ElementsAre(
+                           testing::AllOf(testing::StartsWith("nothing reflects: no object has"),
+                                          testing::HasSubstr("(mine)"))));
   material.lobe = scene::LobeModel::Ggx;
   EXPECT_THAT(notes(), testing::ElementsAre(testing::StartsWith(
                            "nothing reflects: 2 objects of glTF's dielectrics reflect less than "
                            "5 %")));
   material.unlit = true;
-  EXPECT_TRUE(notes().empty());
+  EXPECT_THAT(notes(), testing::ElementsAre(testing::StartsWith("nothing reflects: no object")));
   for (scene::Object& object : scene.objects) object.reflector = 1;
   EXPECT_THAT(notes(), testing::ElementsAre(testing::StartsWith("image.fresnel changes nothing")));
   material.lobe = scene::LobeModel::Phong;

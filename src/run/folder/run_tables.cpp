@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "config/json.h"
@@ -29,6 +30,39 @@ std::string statisticsText(std::vector<double> values) {
       .add("sum", sum)
       .add("count", static_cast<int>(n))
       .object();
+}
+
+/// Statistics of the columns of numbers, over the frames, of tables with one row in each frame.
+std::string tablesText(const std::map<int, FrameRecord>& records) {
+  struct Values {
+    std::size_t rows = 0;
+    std::map<std::string, std::vector<double>> columns;
+  };
+  std::map<std::string, Values> tables;
+  for (const auto& [number, record] : records) {
+    for (const methods::Table& table : record.tables) {
+      Values& values = tables[table.name()];
+      values.rows += table.rows().size();
+      if (table.rows().size() != 1) continue;
+      for (std::size_t c = 0; c < table.columns().size(); ++c) {
+        const methods::Cell& cell = table.rows().front()[c];
+        std::vector<double>& column = values.columns[table.columns()[c].name];
+        if (const auto* whole = std::get_if<std::int64_t>(&cell))
+          column.push_back(static_cast<double>(*whole));
+        else if (const auto* real = std::get_if<double>(&cell); real && std::isfinite(*real))
+          column.push_back(*real);
+      }
+    }
+  }
+  JsonText all;
+  for (const auto& [name, values] : tables) {
+    if (values.rows != records.size()) continue;
+    JsonText columns;
+    for (const auto& [column, numbers] : values.columns)
+      if (numbers.size() == records.size()) columns.raw(column, statisticsText(numbers));
+    all.raw(name, columns.object());
+  }
+  return all.object();
 }
 
 }  // namespace
@@ -103,7 +137,8 @@ void RunFolder::writeSummary(const std::map<std::string, std::string>& members) 
   if (!frames.empty()) summary.raw("frame_seconds", statisticsText(frames));
   summary.raw("steps", stepTexts.object())
       .raw("startup", startupTexts.object())
-      .raw("counters", counterTexts.object());
+      .raw("counters", counterTexts.object())
+      .raw("tables", tablesText(records_));
   for (const auto& [name, text] : members) summary.raw(name, text);
   writeFileAtomically(path_ / "summary.json",
                       config::parseText(summary.object(), "summary").dump(2) + "\n");

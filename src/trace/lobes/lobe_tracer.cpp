@@ -56,6 +56,7 @@ struct LobeTracer::Level {
   std::array<std::size_t, kMostLanes + 1> first{};  ///< ray of a block's point
   PointVectors origins, directions;                 ///< of rays that are not just their points'
   alignas(64) Lane weights{}, densities{};          ///< of rays, where a block is weighted
+  Lane shares{};  ///< of points, see ReflectionOptions::leastShare
   RayLanes rays{};
   std::array<Hit, kMostLanes> hits;
   std::array<Vec3, kMostLanes> values;
@@ -89,6 +90,7 @@ void LobeTracer::begin(const TraceScene& trace, const frame::Lighting& lighting,
   spreadRad_ = spreadRad;
   options_ = options;
   seconds_ = nullptr;
+  oneBounce_ = nullptr;
   asked_ = nullptr;
   settles_ = !trace.geometry().surfaces.empty() || trace.refracts();
 }
@@ -108,6 +110,7 @@ void LobeTracer::run(Vec3* radiance, std::uint8_t* flags, FirstHit* hits,
   const double traceBefore = counts.traceSeconds;
   PointLanes& points = level(0).points;
   settlePoints(points, counts);
+  if (options_.leastShare > 0.0f) std::fill_n(level(0).shares.begin(), points.count, 1.0f);
   runLevel(0, options_.bounces, radiance, flags, hits, counts);
   counts.resolveSeconds += secondsSince(start) - (counts.traceSeconds - traceBefore);
 }
@@ -132,6 +135,7 @@ void LobeTracer::runLevel(std::size_t bounce, int bouncesLeft, Vec3* radiance, s
   aim(here.points);
   // Lobes within lobes have one ray each.
   const int raysPerLobe = bounce == 0 ? options_.rays : 1;
+  const bool follows = bouncesLeft > 1 || options_.leastShare > 0.0f;
   std::size_t done = 0;
   while (done < points.count) {
     const Block block = nextBlock(here, done, points.count, raysPerLobe);
@@ -145,19 +149,23 @@ void LobeTracer::runLevel(std::size_t bounce, int bouncesLeft, Vec3* radiance, s
         hits[i] = {here.hits[ray], here.rays.origin(ray), here.rays.direction(ray)};
       }
     }
-    resolve(here, block, bouncesLeft > 1, blockFlags, counts);
-    if (bouncesLeft > 1) continueReflective(bounce, block, bouncesLeft, counts);
+    resolve(here, block, follows, blockFlags, counts);
+    if (bounce == 0 && oneBounce_ != nullptr) meanOfLobes(here, block, oneBounce_);
+    if (follows) continueReflective(bounce, block, bouncesLeft, counts);
     if (options_.fadeMetres > 0.0f) fade(here, block);
+    meanOfLobes(here, block, radiance);
+  }
+}
 
-    // Mean over each lobe, in the order of its rays.
-    for (std::size_t i = block.begin; i < block.end; ++i) {
-      const std::size_t begin = here.first[i - block.begin];
-      const std::size_t end = here.first[i - block.begin + 1];
-      Vec3 sum(0.0f);
-      for (std::size_t ray = begin; ray < end; ++ray)
-        sum += block.weighted ? here.weights[ray] * here.values[ray] : here.values[ray];
-      radiance[i] = sum / static_cast<float>(end - begin);
-    }
+void LobeTracer::meanOfLobes(const Level& level, const Block& block, Vec3* radiance) {
+  // In the order of each lobe's rays
+  for (std::size_t i = block.begin; i < block.end; ++i) {
+    const std::size_t begin = level.first[i - block.begin];
+    const std::size_t end = level.first[i - block.begin + 1];
+    Vec3 sum(0.0f);
+    for (std::size_t ray = begin; ray < end; ++ray)
+      sum += block.weighted ? level.weights[ray] * level.values[ray] : level.values[ray];
+    radiance[i] = sum / static_cast<float>(end - begin);
   }
 }
 
@@ -281,10 +289,11 @@ void LobeTracer::resolve(Level& level, const Block& block, bool keepSurfaces, st
                          ReflectionCounts& counts) const {
   if (keepSurfaces) level.surfaces.resize(kMostLanes);
   const PointLanes& points = level.points;
+  const int coneRays = options_.converges ? kConvergedRays : block.raysPerLobe;
   for (std::size_t i = block.begin; i < block.end; ++i) {
     const scene::Lobe lobe{points.lobe[i]};
     const bool weighted = lobe.ggx() && !lobe.mirror() && !(points.refraction[i] > 0.0f);
-    const float lobeWide = weighted ? 0.0f : lobeSpread(lobe, block.raysPerLobe);
+    const float lobeWide = weighted ? 0.0f : lobeSpread(lobe, coneRays);
     const std::size_t end = level.first[i - block.begin + 1];
     if (asked_ != nullptr && options_.bounces == 1 && asked_[i] == 0) {
       std::fill(&level.values[level.first[i - block.begin]], &level.values[end], Vec3(0.0f));
@@ -305,7 +314,7 @@ void LobeTracer::resolve(Level& level, const Block& block, bool keepSurfaces, st
         continue;
       }
       const float spread =
-          weighted ? std::sqrt(solidAngleOf(level.densities[ray], block.raysPerLobe)) : lobeWide;
+          weighted ? std::sqrt(solidAngleOf(level.densities[ray], coneRays)) : lobeWide;
       const float width =
           spreadRad_ * (points.coneDistance[i] + hit.distance) + spread * hit.distance;
       const frame::SurfacePoint surface = frame::shadeSurface(
@@ -350,13 +359,23 @@ void LobeTracer::fade(Level& level, const Block& block) const {
   }
 }
 
+float LobeTracer::shareOnward(const Level& level, std::size_t point, std::size_t ray) const {
+  const frame::SurfacePoint& surface = level.surfaces[ray];
+  const Vec3 weight =
+      reflectionWeights(surface.specularLevel, surface.tint, surface.lobe,
+                        level.rays.direction(ray), surface.normal, options_.fresnelSchlick)
+          .reflection;
+  const scene::Lobe lobe{level.points.lobe[point]};
+  const float ofRay = lobe.ggx() && !lobe.mirror() ? level.weights[ray] : 1.0f;
+  return level.shares[point] * ofRay * std::max({weight.x, weight.y, weight.z});
+}
+
 /// Replaces the values of reflective hits by diffuse and reflected light, weighted by s.
 void LobeTracer::continueReflective(std::size_t bounce, const Block& block, int bouncesLeft,
                                     ReflectionCounts& counts) {
-  level(bounce + 1);  // may move the levels' pointers, not the levels
   Level& here = level(bounce);
-  PointLanes& next = level(bounce + 1).points;
-  next.count = 0;
+  Level* const onward = bouncesLeft > 1 ? &level(bounce + 1) : nullptr;
+  if (onward != nullptr) onward->points.count = 0;
   here.onward.clear();
   for (std::size_t i = block.begin; i < block.end; ++i) {
     const std::size_t begin = here.first[i - block.begin];
@@ -364,14 +383,27 @@ void LobeTracer::continueReflective(std::size_t bounce, const Block& block, int 
     for (std::size_t ray = begin; ray < end; ++ray) {
       const frame::SurfacePoint& surface = here.surfaces[ray];
       if (surface.object == 0 || !(surface.specularLevel > 0.0f)) continue;
+      const bool shares = options_.leastShare > 0.0f;
+      const float share = shares ? shareOnward(here, i, ray) : 0.0f;
+      if (shares && !(share >= options_.leastShare)) continue;
+      if (onward == nullptr) {
+        ++counts.unfinished;
+        continue;
+      }
       here.onward.push_back(ray);
       ReflectionPoint from = here.points.at(i);
       from.distance = here.points.coneDistance[i];
-      next.add(nextPoint(*trace_, from, static_cast<int>(ray - begin), here.rays.direction(ray),
-                         here.hits[ray], surface));
+      const int index = static_cast<int>(ray - begin);
+      ReflectionPoint next =
+          nextPoint(*trace_, from, index, here.rays.direction(ray), here.hits[ray], surface);
+      // A mirror has not used its shift
+      if (options_.converges && !from.lobe.mirror() && !(from.refraction > 0.0f))
+        next.shift = independentShift(from.shift, index);
+      onward->shares[onward->points.count] = share;
+      onward->points.add(next);
     }
   }
-  if (next.count == 0) return;
+  if (here.onward.empty()) return;
   here.reflected.resize(kMostLanes);
   runLevel(bounce + 1, bouncesLeft - 1, here.reflected.data(), nullptr, nullptr, counts);
   for (std::size_t k = 0; k < here.onward.size(); ++k) {
@@ -409,7 +441,8 @@ ReflectionCounts reflectedRadiance(const TraceScene& trace, const frame::Lightin
                                    float spreadRad, std::span<const ReflectionPoint> points,
                                    const ReflectionOptions& options, bool parallel,
                                    std::span<Vec3> radiance, std::span<std::uint8_t> flags,
-                                   std::span<FirstHit> hits, std::span<SecondHit> seconds) {
+                                   std::span<FirstHit> hits, std::span<SecondHit> seconds,
+                                   std::span<Vec3> oneBounce) {
   assert(radiance.size() >= points.size());
   constexpr std::size_t kTile = 256;  ///< points; ours
   ReflectionCounts counts;
@@ -426,10 +459,12 @@ ReflectionCounts reflectedRadiance(const TraceScene& trace, const frame::Lightin
            points.subspan(first, std::min(kTile, points.size() - first)))
         lanes.add(point);
       tracer.keepSeconds(seconds.empty() ? nullptr : seconds.data() + first);
+      tracer.keepOneBounce(oneBounce.empty() ? nullptr : oneBounce.data() + first);
       tracer.run(radiance.data() + first, flags.empty() ? nullptr : flags.data() + first,
                  hits.empty() ? nullptr : hits.data() + first, mine);
     }
     tracer.keepSeconds(nullptr);
+    tracer.keepOneBounce(nullptr);
     const std::scoped_lock lock(mutex);
     counts.add(mine);
   };

@@ -52,6 +52,9 @@ class LobeTracer {
   void run(Vec3* radiance, std::uint8_t* flags, FirstHit* hits, ReflectionCounts& counts);
   /// The array for the second hits of the next run(), one per point; null: not stored.
   void keepSeconds(SecondHit* seconds) { seconds_ = seconds; }
+  /// The array for the points' radiance along paths with one bounce, without attenuation, in the
+  /// next run(); null: not stored.
+  void keepOneBounce(Vec3* radiance) { oneBounce_ = radiance; }
   /// For each point of the next run() with one bounce: whether its radiance is requested; it is
   /// otherwise 0. Null: all are requested. All rays are traced nevertheless, because Embree's
   /// results at edges depend on the other rays of a packet.
@@ -82,6 +85,11 @@ class LobeTracer {
                    const Vec3& direction) const;
   void continueReflective(std::size_t bounce, const Block& block, int bouncesLeft,
                           ReflectionCounts& counts);
+  /// The largest share of the radiance along the path's first ray that the reflection at a ray's
+  /// hit can add.
+  float shareOnward(const Level& level, std::size_t point, std::size_t ray) const;
+  /// Sets radiance[point] for a block's points.
+  static void meanOfLobes(const Level& level, const Block& block, Vec3* radiance);
 
   /// Sets seconds_ for a block's points.
   void keepSeconds(const Block& block);
@@ -92,6 +100,7 @@ class LobeTracer {
   ReflectionOptions options_;
   bool settles_ = false;  ///< settle() may have to move points onto implicit surfaces
   SecondHit* seconds_ = nullptr;
+  Vec3* oneBounce_ = nullptr;
   const std::uint32_t* asked_ = nullptr;
   std::vector<std::unique_ptr<Level>> levels_;
   std::unique_ptr<LobeTables> tables_;

@@ -1,6 +1,7 @@
 #include "trace/lobes/reflect.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <optional>
 
@@ -20,6 +21,7 @@ void ReflectionCounts::add(const ReflectionCounts& other) {
   notFinite += other.notFinite;
   atOutline += other.atOutline;
   offSurface += other.offSurface;
+  unfinished += other.unfinished;
   traceSeconds += other.traceSeconds;
   resolveSeconds += other.resolveSeconds;
 }
@@ -124,6 +126,13 @@ ReflectionPoint nextPoint(const TraceScene& trace, const ReflectionPoint& point,
       nextPoint(point, index, direction, hit.distance, surface, trace.extentOf(hit.object));
   next.refraction = refractionAt(trace, hit, surface.position, direction);
   return next;
+}
+
+Vec2 independentShift(const Vec2& shift, int index) {
+  const std::uint32_t bits = mixedBits(
+      std::bit_cast<std::uint32_t>(shift.x) ^
+      mixedBits(std::bit_cast<std::uint32_t>(shift.y) + static_cast<std::uint32_t>(index)));
+  return {unitFloat(bits), unitFloat(mixedBits(bits))};
 }
 
 Vec3 specularDirection(const ReflectionPoint& point, bool& total) {

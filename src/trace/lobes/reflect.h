@@ -48,6 +48,13 @@ struct ReflectionPoint {
 struct ReflectionOptions {
   int rays = 1;     ///< per lobe, 1..256; mirrors have one
   int bounces = 1;  ///< 1: a reflective surface that a ray hits shows only its diffuse component
+  /// Paths also end where the next reflection would add less than this share of the radiance along
+  /// the path's first ray; 0: they do not.
+  float leastShare = 0.0f;
+  /// For means over many calls with independent shifts: the shifts of bounces after a lobe are
+  /// independent of it, and the cones of a lobe's rays are as narrow as among kConvergedRays rays.
+  /// Otherwise the radiance of lobes within lobes converges to a slightly different value.
+  bool converges = false;
   bool fresnelSchlick = false;  ///< for bounces after the first
   /// Radiance from distance t is multiplied by exp(-t / fadeMetres), along all bounces of a path;
   /// the environment is then black. 0: no attenuation.
@@ -56,6 +63,9 @@ struct ReflectionOptions {
   /// along their centre.
   const EnvironmentLevels* environment = nullptr;
 };
+
+/// See ReflectionOptions::converges. Our choice: 16 samples with 16 rays each.
+inline constexpr int kConvergedRays = 256;
 
 struct ReflectionCounts {
   std::uint64_t rays = 0;
@@ -69,6 +79,8 @@ struct ReflectionCounts {
   /// is near.
   std::uint64_t atOutline = 0;
   std::uint64_t offSurface = 0;
+  /// Paths that `bounces` cut although `leastShare` would have let them go on.
+  std::uint64_t unfinished = 0;
   double traceSeconds = 0.0;    ///< in Embree
   double resolveSeconds = 0.0;  ///< generation of rays and shading of hits
 
@@ -160,6 +172,8 @@ ReflectionPoint nextPoint(const ReflectionPoint& point, int index, const Vec3& d
 ReflectionPoint nextPoint(const TraceScene& trace, const ReflectionPoint& point, int index,
                           const Vec3& direction, const Hit& hit,
                           const frame::SurfacePoint& surface);
+/// The shift of the point after ray `index` of a lobe with the shift `shift`; independent of it.
+Vec2 independentShift(const Vec2& shift, int index);
 
 /// Distance along the normal by which ray origins are moved off the surface. It covers the rounding
 /// error of the point's position, for scenes of any size.
@@ -205,12 +219,13 @@ struct SecondHit {
 /// `spreadRad`: angle of a sample's ray cone. `parallel`: in all threads; otherwise in the calling
 /// thread, with the same result. `flags[i]` (may be empty) gets bit 0 if a ray was refused, bit 1
 /// if one was reflected upwards, bit 2 if one left the scene. `hits` and `seconds` (may be empty)
-/// are filled for each point's first ray; `seconds` only for points with one ray.
+/// are filled for each point's first ray; `seconds` only for points with one ray. `oneBounce` (may
+/// be empty) gets the radiance of paths with one bounce, without attenuation.
 ReflectionCounts reflectedRadiance(const TraceScene& trace, const frame::Lighting& lighting,
                                    float spreadRad, std::span<const ReflectionPoint> points,
                                    const ReflectionOptions& options, bool parallel,
                                    std::span<Vec3> radiance, std::span<std::uint8_t> flags = {},
-                                   std::span<FirstHit> hits = {},
-                                   std::span<SecondHit> seconds = {});
+                                   std::span<FirstHit> hits = {}, std::span<SecondHit> seconds = {},
+                                   std::span<Vec3> oneBounce = {});
 
 }  // namespace catoptric::trace
