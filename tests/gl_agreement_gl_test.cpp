@@ -353,9 +353,9 @@ TEST(Agreement, TracedConvergesToReferenceOnMirrors) {
   EXPECT_EQ(output.counters["refused"], 0u);
 
   // The reference takes the very same samples: what differs are silhouettes, seen or mirrored.
-  const methods::FrameOutput truth =
-      test::renderOnCpu(test::methodNamed("reference"), R"({"max_standard_error": 0, "bounces": 1, "samples": 2})", stage.moment,
-                        subject.camera, stage.settings);
+  const methods::FrameOutput truth = test::renderOnCpu(
+      test::methodNamed("reference"), R"({"max_standard_error": 0, "bounces": 1, "samples": 2})",
+      stage.moment, subject.camera, stage.settings);
   int different = 0;
   double sum = 0.0;
   double light = 0.0;
