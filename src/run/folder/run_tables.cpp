@@ -32,38 +32,39 @@ std::string statisticsText(std::vector<double> values) {
       .object();
 }
 
-/// Statistics of the columns of numbers, over the frames, of tables with one row in each frame.
-std::string tablesText(const std::map<int, FrameRecord>& records) {
-  struct Values {
-    std::size_t rows = 0;
-    std::map<std::string, std::vector<double>> columns;
-  };
-  std::map<std::string, Values> tables;
-  for (const auto& [number, record] : records) {
+/// Statistics over the frames of the columns of numbers in tables with one row in each frame.
+class OneRowTables {
+ public:
+  void add(const FrameRecord& record) {
+    ++frames_;
     for (const methods::Table& table : record.tables) {
-      Values& values = tables[table.name()];
-      values.rows += table.rows().size();
       if (table.rows().size() != 1) continue;
       for (std::size_t c = 0; c < table.columns().size(); ++c) {
         const methods::Cell& cell = table.rows().front()[c];
-        std::vector<double>& column = values.columns[table.columns()[c].name];
+        std::vector<double>& values = tables_[table.name()][table.columns()[c].name];
         if (const auto* whole = std::get_if<std::int64_t>(&cell))
-          column.push_back(static_cast<double>(*whole));
+          values.push_back(static_cast<double>(*whole));
         else if (const auto* real = std::get_if<double>(&cell); real && std::isfinite(*real))
-          column.push_back(*real);
+          values.push_back(*real);
       }
     }
   }
-  JsonText all;
-  for (const auto& [name, values] : tables) {
-    if (values.rows != records.size()) continue;
-    JsonText columns;
-    for (const auto& [column, numbers] : values.columns)
-      if (numbers.size() == records.size()) columns.raw(column, statisticsText(numbers));
-    all.raw(name, columns.object());
+
+  std::string text() const {
+    JsonText all;
+    for (const auto& [name, columns] : tables_) {
+      JsonText table;
+      for (const auto& [column, values] : columns)
+        if (values.size() == frames_) table.raw(column, statisticsText(values));
+      if (table.object() != "{}") all.raw(name, table.object());
+    }
+    return all.object();
   }
-  return all.object();
-}
+
+ private:
+  std::size_t frames_ = 0;
+  std::map<std::string, std::map<std::string, std::vector<double>>> tables_;
+};
 
 }  // namespace
 
@@ -102,6 +103,7 @@ void RunFolder::writeSummary(const std::map<std::string, std::string>& members) 
   std::map<std::string, std::string> clocks;
   std::vector<double> frames;
   std::map<std::string, std::vector<double>> counters;
+  OneRowTables tables;
   std::vector<int> numbers;
   for (const auto& [number, line] : lines_) {
     const FrameRecord record = parseRecord(line, path_.string());
@@ -117,6 +119,7 @@ void RunFolder::writeSummary(const std::map<std::string, std::string>& members) 
     for (const auto& [name, count] : record.counters)
       counters[name].push_back(static_cast<double>(count));
     frames.push_back(whole);
+    tables.add(record);
   }
   JsonText stepTexts;
   for (const auto& [step, values] : steps) {
@@ -138,7 +141,7 @@ void RunFolder::writeSummary(const std::map<std::string, std::string>& members) 
   summary.raw("steps", stepTexts.object())
       .raw("startup", startupTexts.object())
       .raw("counters", counterTexts.object())
-      .raw("tables", tablesText(records_));
+      .raw("tables", tables.text());
   for (const auto& [name, text] : members) summary.raw(name, text);
   writeFileAtomically(path_ / "summary.json",
                       config::parseText(summary.object(), "summary").dump(2) + "\n");
