@@ -6,7 +6,6 @@
 #include <cstdlib>
 #include <utility>
 
-#include "core/error.h"
 #include "measure/colours.h"
 #include "measure/display_steps.h"
 #include "measure/error_classes.h"
@@ -149,17 +148,13 @@ double MotionError::unmatchedPercent() const {
 
 std::vector<float> MotionMeter::add(int number, SignedError error) {
   std::vector<float> changes;
-  const bool consecutive = last_ && number == lastNumber_ + 1;
+  const bool consecutive = last_ && number == lastNumber_ + 1 && last_->width == error.width &&
+                           last_->height == error.height;
   if (last_ && !consecutive) {
     result_.gaps.push_back(number);
     windowFrames_ = 0;
   }
-  if (consecutive) {
-    if (last_->width != error.width || last_->height != error.height)
-      throw UsageError("frame " + std::to_string(number) +
-                       " has another size than the frame before it");
-    changes = addPair(number, error);
-  }
+  if (consecutive) changes = addPair(number, error);
   addToWindow(error);
   last_ = std::move(error);
   lastNumber_ = number;

@@ -41,7 +41,7 @@ struct Flicker {
 /// Stability of a sequence. Only pairs of consecutive frames count.
 struct MotionError {
   int pairs = 0;
-  std::vector<int> gaps;           ///< frames whose predecessor is missing, except the first
+  std::vector<int> gaps;           ///< frames after a missing frame, or after one of another size
   bool hasReflective = false;      ///< whether only reflective pixels count
   Flicker all;                     ///< at fixed pixels that count in both frames
   std::map<int, Flicker> frames;   ///< by the later frame of a pair

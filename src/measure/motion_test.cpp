@@ -8,7 +8,6 @@
 #include <functional>
 #include <vector>
 
-#include "core/error.h"
 #include "measure/test_images.h"
 
 namespace catoptric::measure {
@@ -179,10 +178,12 @@ TEST(Motion, FramesBesideAGapMakeNoPair) {
   EXPECT_EQ(meter.result().windowPixels, 0u);
 }
 
-TEST(Motion, FramesOfAnotherSizeAreRefused) {
+TEST(Motion, FramesOfAnotherSizeMakeNoPair) {
   MotionMeter meter;
-  meter.add(1, signedError(flat(32, 32, 0.5f), flat(32, 32, 0.5f)));
-  EXPECT_THROW(meter.add(2, signedError(flat(16, 32, 0.5f), flat(16, 32, 0.5f))), UsageError);
+  for (const int number : {1, 2, 3})
+    meter.add(number, signedError(flat(16 * number, 32, 0.5f), flat(16 * number, 32, 0.5f)));
+  EXPECT_EQ(meter.result().pairs, 0);
+  EXPECT_THAT(meter.result().gaps, testing::ElementsAre(2, 3));
 }
 
 }  // namespace
