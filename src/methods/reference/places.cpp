@@ -54,11 +54,12 @@ std::uint32_t pixelNoise(int x, int y, std::uint64_t seed) {
 
 Place gridPlace(int x, int y, int index, int samples, std::uint32_t noise) {
   const auto cell = static_cast<float>(index);
+  const int row = index / samples;
   return {{(static_cast<float>(index % samples) + 0.5f) / static_cast<float>(samples),
-           (static_cast<float>(index / samples) + 0.5f) / static_cast<float>(samples)},
+           (static_cast<float>(row) + 0.5f) / static_cast<float>(samples)},
           {glm::fract((cell + 0.5f) / static_cast<float>(samples * samples) + unitFloat(noise)),
            glm::fract(cell * 0.6180340f + unitFloat(mixedBits(noise)))},
-          frame::scatterPlace(x * samples + index % samples, y * samples + index / samples)};
+          frame::scatterPlace(x * samples + index % samples, y * samples + row)};
 }
 
 Place sequencePlace(std::uint32_t index, std::uint32_t noise) {

@@ -55,7 +55,9 @@ const config::OptionTable<Options>& optionTable() {
              "samples are doubled until the frame's standard error is at most this L1_8bit; 0: a "
              "regular grid, without a standard error"),
        field(&Options::samples, "samples", range(1, 64),
-             "primary rays along each axis of a pixel: the grid's, or of the first round"),
+             "primary rays along each axis of a pixel, in the first round; with "
+             "`max_standard_error` 0 "
+             "in all"),
        field(in(&Options::reflection, &ReflectionOptions::rays), "rays", range(1, 256), kRaysHelp),
        field(&Options::bounces, "bounces", range(0, kMostBounces),
              "reflections along a path, as of traced; 0: all that add at least 0.1 %")});

@@ -51,8 +51,8 @@ std::vector<config::Option<Options>> common() {
           "edge with the environment map. 0: no walls"),
       field(&Options::shareEnvironment, "share_environment",
             "with `transition_height`: flat objects stay in the environment map. If a ray hits a "
-            "flat object, the map is read in the direction from the map's centre to the hit. A "
-            "ray through a virtual wall reads the map between this direction and its own. "
+            "flat object, the map is read in the direction from the map's centre to the hit. For "
+            "a ray through a virtual wall, this direction is blended with the ray's own. "
             "Reflections are wrong where, seen from the map's centre, a flat object hides other "
             "surfaces"),
       field(&Options::attenuation, "attenuation", atLeast(0.0), kAttenuationHelp),
