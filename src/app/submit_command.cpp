@@ -158,7 +158,6 @@ void createAndSubmit(cluster::Submission& submission, const std::string& config)
   cluster::createSubmission(submission, config);
   try {
     if (submission.isStudy()) trySweep(submission);
-    cluster::writeScripts(submission);
     if (submission.engine == cluster::Engine::Slurm)
       cluster::submitToSlurm(submission, submission.wanted());
   } catch (const Error&) {

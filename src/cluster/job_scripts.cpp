@@ -16,6 +16,10 @@ namespace fs = std::filesystem;
 /// there ends after Slurm's KillWait, or goes on to the end. Ours.
 constexpr const char* kWaitSeconds = "600";
 
+constexpr const char* kChunkScript = "chunk.sh";
+constexpr const char* kMergeScript = "merge.sh";
+constexpr const char* kRunScript = "run.sh";
+
 std::string enterFolder(const Submission& submission) {
   return "cd " + shellWord(submission.workingFolder) + " || exit 5\n";
 }
@@ -115,9 +119,13 @@ void writeScripts(const Submission& submission) {
                     fs::perm_options::add, error);
     if (error) throw OutputError(file.string() + ": " + error.message());
   };
-  write("chunk.sh", chunkScript(submission));
-  if (!submission.isStudy()) write("merge.sh", mergeScript(submission));
-  if (submission.engine == Engine::Script) write("run.sh", runScript(submission));
+  write(kChunkScript, chunkScript(submission));
+  if (!submission.isStudy()) write(kMergeScript, mergeScript(submission));
+  if (submission.engine == Engine::Script) write(kRunScript, runScript(submission));
+}
+
+bool isScript(const fs::path& name) {
+  return name == kChunkScript || name == kMergeScript || name == kRunScript;
 }
 
 }  // namespace catoptric::cluster

@@ -1,6 +1,7 @@
 // Generates the shell scripts of a submission's tasks.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -24,5 +25,7 @@ std::string runScript(const Submission& submission);
 /// Writes the scripts as executable files to the submission's folder; run.sh only for
 /// Engine::Script. Throws OutputError.
 void writeScripts(const Submission& submission);
+/// Whether writeScripts() may write a file of this name.
+bool isScript(const std::filesystem::path& name);
 
 }  // namespace catoptric::cluster

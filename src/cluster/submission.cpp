@@ -4,6 +4,7 @@
 #include <array>
 #include <set>
 
+#include "cluster/job_scripts.h"
 #include "config/json.h"
 #include "config/json_text.h"
 #include "core/error.h"
@@ -122,8 +123,9 @@ bool isUnused(const Submission& submission) {
   if (fs::is_empty(folder)) return true;
   sweepTemporaryFiles(folder);
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    const bool begins = entry.path().filename() == kParts || entry.path().filename() == kLogs;
-    if (entry.path() != submission.config() &&
+    const fs::path name = entry.path().filename();
+    const bool begins = name == kParts || name == kLogs;
+    if (entry.path() != submission.config() && !isScript(name) &&
         !(begins && entry.is_directory() && fs::is_empty(entry)))
       return false;
   }
@@ -142,6 +144,7 @@ void createSubmission(const Submission& submission, const std::string& config) {
     throw OutputError(folder.string() + ": " + failure.what());
   }
   writeFileAtomically(submission.config(), config + "\n");
+  writeScripts(submission);
   // Last: the folder is a submission when this is there
   writeFileAtomically(folder / kDescription, descriptionText(submission) + "\n");
 }

@@ -58,7 +58,8 @@ struct Submission {
 
 bool isSubmission(const std::filesystem::path& folder);
 
-/// Creates the folder, which must be empty, with the text of the run config. Throws OutputError.
+/// Creates the folder, which must be empty, with the text of the run config and the scripts.
+/// Throws OutputError.
 void createSubmission(const Submission& submission, const std::string& config);
 /// Throws UsageError if the folder is not a submission.
 Submission readSubmission(const std::filesystem::path& folder);

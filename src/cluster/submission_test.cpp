@@ -81,6 +81,7 @@ TEST_F(Submissions, NeedAnEmptyFolder) {
   // Killed before it was a submission: made anew. Others' files are not.
   std::filesystem::remove(made_.folder / "submission.json");
   createSubmission(made_, "{}");
+  EXPECT_TRUE(fs::exists(made_.folder / "run.sh"));
   for (const char* other : {"parts/mine.txt", "mine.txt"}) {
     std::filesystem::remove(made_.folder / "submission.json");
     std::ofstream(made_.folder / other) << "mine";
@@ -94,7 +95,6 @@ TEST_F(Submissions, NeedAnEmptyFolder) {
 
 TEST_F(Submissions, ScriptsPassEveryWordAsItIs) {
   createSubmission(made_, "{}");
-  writeScripts(made_);
   ASSERT_EQ(std::system((shellWord((folder_ / "chunk.sh").string()) + " 3").c_str()), 0);
   const std::string log = textOf(made_.log(3));
   EXPECT_THAT(log, HasSubstr("--method it's $HOME"));
@@ -107,7 +107,6 @@ TEST_F(Submissions, TasksShareACacheInTheFolderAndNoShaders) {
   fs::permissions(program, fs::perms::owner_all);
   made_.program = program.string();
   createSubmission(made_, "{}");
-  writeScripts(made_);
   const std::string chunk = shellWord((folder_ / "chunk.sh").string());
   ASSERT_EQ(std::system(("XDG_CACHE_HOME=/own " + chunk + " 1").c_str()), 0);
   EXPECT_THAT(textOf(made_.log(1)), HasSubstr((folder_ / "cache").string() + ", /own\n"));
@@ -115,7 +114,6 @@ TEST_F(Submissions, TasksShareACacheInTheFolderAndNoShaders) {
 
 TEST_F(Submissions, ArrayTasksAddTheirOffset) {
   createSubmission(made_, "{}");
-  writeScripts(made_);
   ASSERT_EQ(std::system(("SLURM_ARRAY_TASK_ID=2 SLURM_CPUS_ON_NODE=7 " +
                          shellWord((folder_ / "chunk.sh").string()) + " --array 1")
                             .c_str()),
@@ -125,7 +123,6 @@ TEST_F(Submissions, ArrayTasksAddTheirOffset) {
 
 TEST_F(Submissions, RunScriptsTakeAllChunksOrAShareOfThem) {
   createSubmission(made_, "{}");
-  writeScripts(made_);
   const std::string script = shellWord((folder_ / "run.sh").string());
   for (const char* wrong : {"0", "-1", "x", "2 0/2", "2 3/2", "2 1", "2 1/2 more", "99999"})
     EXPECT_EQ(WEXITSTATUS(std::system((script + " " + wrong + " 2>/dev/null").c_str())), 2)
