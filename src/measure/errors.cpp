@@ -20,10 +20,6 @@ using image::Image;
 constexpr double kRelativeFloor = 0.01;
 constexpr int kBandRows = 32;
 
-double quotient(double sum, double count) {
-  return count > 0.0 ? sum / count : 0.0;
-}
-
 void add(RegionError& pooled, const RegionError& one, int frame) {
   pooled.pixels += one.pixels;
   pooled.notFinite += one.notFinite;
@@ -202,6 +198,10 @@ struct Comparison {
 };
 
 }  // namespace
+
+double quotient(double sum, double count) {
+  return count > 0.0 ? sum / count : 0.0;
+}
 
 double RegionError::l1() const {
   return quotient(static_cast<double>(sum8), 3.0 * static_cast<double>(pixels));

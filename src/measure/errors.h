@@ -141,6 +141,9 @@ ImageError compareImages(const image::Image& image, const image::Image& referenc
                          const std::string& name = "image", const CompareOptions& options = {},
                          ErrorMaps* maps = nullptr);
 
+/// sum / count; 0 if there is nothing to divide by.
+double quotient(double sum, double count);
+
 /// Adds the errors of frame `frame` to the pooled errors.
 void addErrors(ImageError& pooled, const ImageError& one, int frame);
 

@@ -9,6 +9,7 @@
 #include "measure/colours.h"
 #include "measure/display_steps.h"
 #include "measure/error_classes.h"
+#include "measure/errors.h"
 
 namespace catoptric::measure {
 namespace {
@@ -21,10 +22,6 @@ constexpr float kSameDistance = 0.02f;
 
 /// Places are rounded to this part of a pixel, so that rounding errors reach no further pixel.
 constexpr float kParts = 1024.0f;
-
-double meanOf(double sum, double count) {
-  return count > 0.0 ? sum / count : 0.0;
-}
 
 /// The sum over R, G, B of |E_now - E_last| at one pixel.
 int change(const SignedError& now, const SignedError& last, std::size_t pixel) {
@@ -136,14 +133,14 @@ SignedError signedError(const Image& image, const Image& reference, const std::s
 }
 
 double MotionError::steady() const {
-  return std::sqrt(meanOf(steadySquared, 3.0 * static_cast<double>(windowPixels)));
+  return std::sqrt(quotient(steadySquared, 3.0 * static_cast<double>(windowPixels)));
 }
 double MotionError::unsteady() const {
-  return std::sqrt(meanOf(unsteadySquared, 3.0 * static_cast<double>(windowPixels)));
+  return std::sqrt(quotient(unsteadySquared, 3.0 * static_cast<double>(windowPixels)));
 }
 double MotionError::unmatchedPercent() const {
-  return 100.0 * meanOf(static_cast<double>(unmatched),
-                        static_cast<double>(unmatched + alongMotion.pixels));
+  return 100.0 * quotient(static_cast<double>(unmatched),
+                          static_cast<double>(unmatched + alongMotion.pixels));
 }
 
 std::vector<float> MotionMeter::add(int number, SignedError error) {

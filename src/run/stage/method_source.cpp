@@ -286,7 +286,6 @@ image::Image MethodSource::readFrame(const scene::PathFrame& frame,
 
   timer_.measure("layers", [&] {
     SampleLayers layers;
-    if (asksFor(settings, "Z")) layers.depth = raster::readDepth(gbuffer_->depth);
     layers.wantNormal = asksFor(settings, "N");
     if (layers.wantNormal || settings.masks) layers.normal = raster::readRgba(gbuffer_->normal);
     if (asksFor(settings, "reflection")) layers.reflection = raster::readRgba(gbuffer_->reflection);
@@ -295,9 +294,15 @@ image::Image MethodSource::readFrame(const scene::PathFrame& frame,
     if (layers.wantDiffuse || layers.wantSpecular || settings.masks ||
         asksFor(settings, "reflection"))
       layers.diffuse = raster::readRgba(gbuffer_->diffuse);
-    if (asksFor(settings, "id")) layers.object = raster::readIds(gbuffer_->object);
     layers.ids = std::move(sampleLayers);
-    if (asksFor(settings, "motion")) layers.ids.push_back(motionOf(frame));
+    const bool motion = asksFor(settings, "motion");
+    std::vector<float> depth;
+    std::vector<std::uint32_t> object;
+    if (motion || asksFor(settings, "Z")) depth = raster::readDepth(gbuffer_->depth);
+    if (motion || asksFor(settings, "id")) object = raster::readIds(gbuffer_->object);
+    if (motion) layers.ids.push_back(motionOf(frame, depth, object));
+    if (asksFor(settings, "Z")) layers.depth = std::move(depth);
+    if (asksFor(settings, "id")) layers.object = std::move(object);
     if (settings.masks) layers.masks = raster::readMasks(gbuffer_->masks);
     layers.filledMasks = needs_.masks;
     addLayers(image, layers, settings.samples, frame.camera.nearMetres);
@@ -305,11 +310,11 @@ image::Image MethodSource::readFrame(const scene::PathFrame& frame,
   return image;
 }
 
-methods::SampleLayer MethodSource::motionOf(const scene::PathFrame& frame) const {
-  const std::vector<float> depth = raster::readDepth(gbuffer_->depth);
+methods::SampleLayer MethodSource::motionOf(const scene::PathFrame& frame,
+                                            std::span<const float> depth,
+                                            std::span<const std::uint32_t> object) const {
   if (frame.number == 1) return {"motion", {}, std::vector<Vec3>(depth.size(), Vec3(0.0f))};
-  return motionLayer({depth, raster::readIds(gbuffer_->object), gbuffer_->width, gbuffer_->height,
-                      gbuffer_->samples},
+  return motionLayer({depth, object, gbuffer_->width, gbuffer_->height, gbuffer_->samples},
                      frame.camera, stage_.geometry(),
                      earlierView(stage_.scene(), stage_.path().frame(frame.number - 1)));
 }

@@ -108,6 +108,7 @@ void ImpostorMethod::follow(const FrameInput& input, Services& services) {
   }
   lights_ = services.lighting.lights;
   choice_ = choose(options_, kind_, services.scene, geometry, shapes_, reflects_, mirrors_);
+  costs_ = costsOf(choice_.impostors, !services.scene.animated());
 }
 
 std::vector<int> ImpostorMethod::visibleReflectors(const FrameInput& input,

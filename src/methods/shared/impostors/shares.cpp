@@ -156,7 +156,6 @@ void ImpostorMethod::share(const FrameInput& input, Services& services) {
   shown_ = choice_.listOf;
   needed_ = neededOf(visible_);
   const bool lasts = !services.scene.animated();
-  costs_ = costsOf(choice_.impostors, lasts);
   Cost all;
   for (const int index : needed_) all.add(costs_[static_cast<std::size_t>(index)]);
   const bool slow = reflectors_.glossy && options_.fallback == Fallback::Traced &&
