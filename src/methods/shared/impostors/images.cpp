@@ -41,8 +41,8 @@ std::uint64_t Images::bytesOf(int textureSize, bool normals) {
   return (normals ? 3 : 1) * kTexelBytes * side * side * 4 / 3;  // with mip levels
 }
 
-void Images::grow(std::size_t layers, std::size_t most) {
-  if (layers <= slots_.size()) return;
+bool Images::grow(std::size_t layers, std::size_t most) {
+  if (layers <= slots_.size()) return false;
   const std::size_t count = std::max(layers, std::min(2 * slots_.size(), most));
   if (onDevice_) slots_.clear();  // the textures are made anew
   slots_.resize(count);
@@ -50,7 +50,7 @@ void Images::grow(std::size_t layers, std::size_t most) {
     colorsInMemory_.resize(slots_.size());
     if (reflective_) normalsInMemory_.resize(2 * slots_.size());
   }
-  if (!onDevice_) return;
+  if (!onDevice_) return true;
   colors_ =
       gl::Texture::makeArray("impostors", GL_RGBA16F, size_, size_, static_cast<int>(count), 0);
   colors_.setFilter(GL_LINEAR_MIPMAP_LINEAR, GL_LINEAR);
@@ -62,47 +62,61 @@ void Images::grow(std::size_t layers, std::size_t most) {
   }
   if (keepsDepths_)
     depths_ = gl::Texture::makeArray("depth maps", GL_R32F, size_, size_, static_cast<int>(count));
+  return true;
 }
 
-void Images::update(Services& services, const std::vector<Impostor>& impostors,
-                    std::span<const int> needed, std::size_t most, const Drawn& drawn) {
-  drawn_ = kept_ = 0;
+std::vector<int> Images::keep(const std::vector<Impostor>& impostors, std::span<const int> needed) {
+  kept_ = 0;
   layerOf_.assign(impostors.size(), -1);
-  drawnNow_.assign(impostors.size(), false);
-  grow(needed.size(), most);
-  // What is there already keeps its layer
   std::vector<bool> taken(slots_.size(), false);
   const auto shows = [](const Slot& slot, const Impostor& impostor) {
     return slot.used && slot.object == impostor.object && slot.slab == impostor.slab &&
            slot.peeled == impostor.peeled && slot.camera == impostor.camera;
   };
-  for (const int index : needed) {
-    const Impostor& impostor = impostors[static_cast<std::size_t>(index)];
-    for (std::size_t s = 0; s < slots_.size(); ++s) {
-      if (taken[s] || !shows(slots_[s], impostor)) continue;
-      taken[s] = true;
-      layerOf_[static_cast<std::size_t>(index)] = static_cast<int>(s);
-      ++kept_;
-      break;
-    }
-  }
-  std::size_t free = 0;
   std::vector<int> fresh;
   for (const int index : needed) {
-    if (layerOf(index) >= 0) continue;
-    while (taken[free]) ++free;
-    taken[free] = true;
-    layerOf_[static_cast<std::size_t>(index)] = static_cast<int>(free);
-    fresh.push_back(index);
+    const Impostor& impostor = impostors[static_cast<std::size_t>(index)];
+    std::size_t s = 0;
+    while (s < slots_.size() && (taken[s] || !shows(slots_[s], impostor))) ++s;
+    if (s == slots_.size()) {
+      fresh.push_back(index);
+      continue;
+    }
+    taken[s] = true;
+    slots_[s].neededBy = updates_;
+    layerOf_[static_cast<std::size_t>(index)] = static_cast<int>(s);
+    ++kept_;
   }
+  return fresh;
+}
+
+void Images::update(Services& services, const std::vector<Impostor>& impostors,
+                    std::span<const int> needed, std::size_t most, const Drawn& drawn) {
+  drawn_ = kept_ = 0;
+  ++updates_;
+  drawnNow_.assign(impostors.size(), false);
+  std::vector<int> fresh = keep(impostors, needed);
   if (fresh.empty()) return;
+  // More slots rather than images drawn again, as far as `most` allows
+  const auto used = static_cast<std::size_t>(std::ranges::count(slots_, true, &Slot::used));
+  if (grow(std::max(needed.size(), std::min(most, used + fresh.size())), most))
+    fresh = keep(impostors, needed);
+  std::vector<std::size_t> free;
+  for (std::size_t s = 0; s < slots_.size(); ++s)
+    if (!slots_[s].used || slots_[s].neededBy < updates_) free.push_back(s);
+  // Unused slots first, then images that were needed longest ago
+  std::ranges::stable_sort(free, {},
+                           [&](std::size_t s) { return slots_[s].used ? slots_[s].neededBy : 0; });
+  for (std::size_t k = 0; k < fresh.size(); ++k)
+    layerOf_[static_cast<std::size_t>(fresh[k])] = static_cast<int>(free[k]);
   services.timer.measure("impostors", [&] {
     for (const int index : fresh) {
       const Impostor& impostor = impostors[static_cast<std::size_t>(index)];
       const int layer = layerOf(index);
       const std::uint64_t clamped = draw(services, impostor, layer, drawn, index);
       slots_[static_cast<std::size_t>(layer)] = {
-          true, impostor.slab, impostor.object, impostor.peeled, impostor.camera, clamped};
+          true,    impostor.slab, impostor.object, impostor.peeled, impostor.camera,
+          clamped, updates_};
       drawnNow_[static_cast<std::size_t>(index)] = true;
       ++drawn_;
     }

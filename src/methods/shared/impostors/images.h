@@ -60,8 +60,12 @@ class Images {
     int peeled = 0;
     Camera camera;
     std::uint64_t clampedTexels = 0;
+    std::uint64_t neededBy = 0;  ///< number of the last update() that needed the image
   };
-  void grow(std::size_t layers, std::size_t most);
+  /// Whether it made more slots; where images are on the device, all are then lost.
+  bool grow(std::size_t layers, std::size_t most);
+  /// Sets layerOf() of the images that are there. Returns those of `needed` that are not.
+  std::vector<int> keep(const std::vector<Impostor>& impostors, std::span<const int> needed);
   /// Returns the number of clamped texels.
   std::uint64_t draw(Services& services, const Impostor& impostor, int layer, const Drawn& drawn,
                      int index);
@@ -72,6 +76,7 @@ class Images {
   bool inMemory_ = false;
   bool onDevice_ = true;
   std::vector<Slot> slots_;
+  std::uint64_t updates_ = 0;
   std::vector<int> layerOf_;
   std::vector<bool> drawnNow_;
   std::uint64_t drawn_ = 0;
