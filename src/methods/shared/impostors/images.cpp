@@ -71,7 +71,8 @@ std::vector<int> Images::keep(const std::vector<Impostor>& impostors, std::span<
   std::vector<bool> taken(slots_.size(), false);
   const auto shows = [](const Slot& slot, const Impostor& impostor) {
     return slot.used && slot.object == impostor.object && slot.slab == impostor.slab &&
-           slot.peeled == impostor.peeled && slot.camera == impostor.camera;
+           slot.depth == impostor.depth && slot.peeled == impostor.peeled &&
+           slot.camera == impostor.camera;
   };
   std::vector<int> fresh;
   for (const int index : needed) {
@@ -114,9 +115,14 @@ void Images::update(Services& services, const std::vector<Impostor>& impostors,
       const Impostor& impostor = impostors[static_cast<std::size_t>(index)];
       const int layer = layerOf(index);
       const std::uint64_t clamped = draw(services, impostor, layer, drawn, index);
-      slots_[static_cast<std::size_t>(layer)] = {
-          true,    impostor.slab, impostor.object, impostor.peeled, impostor.camera,
-          clamped, updates_};
+      slots_[static_cast<std::size_t>(layer)] = {.used = true,
+                                                 .slab = impostor.slab,
+                                                 .depth = impostor.depth,
+                                                 .object = impostor.object,
+                                                 .peeled = impostor.peeled,
+                                                 .camera = impostor.camera,
+                                                 .clampedTexels = clamped,
+                                                 .neededBy = updates_};
       drawnNow_[static_cast<std::size_t>(index)] = true;
       ++drawn_;
     }

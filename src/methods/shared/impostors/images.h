@@ -56,6 +56,7 @@ class Images {
   struct Slot {
     bool used = false;
     bool slab = false;
+    bool depth = false;
     int object = 0;
     int peeled = 0;
     Camera camera;
