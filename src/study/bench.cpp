@@ -249,9 +249,9 @@ std::size_t Bench::capacity() const {
   const auto most = static_cast<std::size_t>(std::max(2, options_.workers));
   if (workerMemory_ == 0) return most;
   // Workers may have 60 % of what is free and of what they have (ours): frames are written, too
-  const std::uint64_t free = run::obtainableMemory().bytes + workerMemory_ * workers_.size();
-  const auto fitting = static_cast<std::size_t>(0.6 * static_cast<double>(free) /
-                                                static_cast<double>(workerMemory_));
+  const double free = static_cast<double>(run::freeMemory()) / static_cast<double>(workerMemory_);
+  const auto fitting =
+      static_cast<std::size_t>(0.6 * (free + static_cast<double>(workers_.size())));
   return std::clamp<std::size_t>(fitting, 2, most);
 }
 

@@ -115,6 +115,14 @@ std::string needs(const PlannedMethod& method, std::uint64_t bytes,
 
 }  // namespace
 
+std::uint64_t freeMemory(const fs::path& root) {
+  const std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
+  const std::map<std::string, std::uint64_t> machine = namedNumbersIn(root / "proc/meminfo");
+  const auto free = machine.find("MemAvailable:");
+  return std::min(free != machine.end() ? free->second * 1024 : unlimited,
+                  leftByGroups(root).value_or(unlimited));
+}
+
 ObtainableMemory obtainableMemory(const fs::path& root) {
   const OwnMemory own = ownMemory(root);
   ObtainableMemory least{std::numeric_limits<std::uint64_t>::max(), "nothing limits it to"};

@@ -9,6 +9,10 @@
 
 namespace catoptric::run {
 
+/// Bytes that processes can still share without swapping: what the machine has free, or what this
+/// process's control groups leave if that is less. `root`: see obtainableMemory().
+std::uint64_t freeMemory(const std::filesystem::path& root = "/");
+
 /// The memory that this process can have in all, with what it has now.
 struct ObtainableMemory {
   std::uint64_t bytes = 0;

@@ -29,6 +29,7 @@ class Machine {
     writeFileAtomically(root_ / file, text);
   }
   ObtainableMemory memory() const { return obtainableMemory(root_); }
+  std::uint64_t free() const { return freeMemory(root_); }
 
  private:
   fs::path root_;
@@ -61,6 +62,18 @@ TEST(Memory, GroupsOfTheOlderVersionBoundIt) {
   machine.write("sys/fs/cgroup/memory/job_2/memory.limit_in_bytes", std::to_string(300 * kMiB));
   machine.write("sys/fs/cgroup/memory/job_2/memory.usage_in_bytes", std::to_string(100 * kMiB));
   EXPECT_EQ(machine.memory().bytes, (10 + 200) * kMiB);
+}
+
+// Workers that swap are timed wrongly, and a limit of one process is not shared by several.
+TEST(Memory, ProcessesShareWhatIsFreeWithoutSwap) {
+  const Machine machine;
+  EXPECT_EQ(machine.free(), 800 * kMiB);
+  machine.write("proc/self/cgroup", "0::/job\n");
+  machine.write("sys/fs/cgroup/job/memory.max", std::to_string(900 * kMiB));
+  machine.write("sys/fs/cgroup/job/memory.current", std::to_string(50 * kMiB));
+  EXPECT_EQ(machine.free(), 800 * kMiB);
+  machine.write("sys/fs/cgroup/job/memory.current", std::to_string(200 * kMiB));
+  EXPECT_EQ(machine.free(), 700 * kMiB);
 }
 
 /// A method "mine" that needs `mib` MiB, most of them for its G-buffer.
