@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <limits>
 #include <map>
@@ -65,11 +66,14 @@ struct GroupFiles {
   const char* folder;
   const char* limit;
   const char* usage;
-  const char* reclaimable;  ///< in memory.stat: the files' pages
+  std::array<const char*, 2> reclaimable;  ///< in memory.stat: the pages of files
 };
-constexpr GroupFiles kVersion2 = {"sys/fs/cgroup", "memory.max", "memory.current", "inactive_file"};
-constexpr GroupFiles kVersion1 = {"sys/fs/cgroup/memory", "memory.limit_in_bytes",
-                                  "memory.usage_in_bytes", "total_inactive_file"};
+constexpr GroupFiles kVersion2 = {
+    "sys/fs/cgroup", "memory.max", "memory.current", {"active_file", "inactive_file"}};
+constexpr GroupFiles kVersion1 = {"sys/fs/cgroup/memory",
+                                  "memory.limit_in_bytes",
+                                  "memory.usage_in_bytes",
+                                  {"total_active_file", "total_inactive_file"}};
 
 /// What a group and those above it leave to their processes; none if nothing limits them.
 std::optional<std::uint64_t> leftByGroups(const fs::path& root, const GroupFiles& files,
@@ -81,7 +85,8 @@ std::optional<std::uint64_t> leftByGroups(const fs::path& root, const GroupFiles
     const auto limit = numberIn(folder / files.limit);
     const auto usage = numberIn(folder / files.usage);
     if (limit && usage) {
-      const std::uint64_t reclaimable = namedNumbersIn(folder / "memory.stat")[files.reclaimable];
+      std::map<std::string, std::uint64_t> stat = namedNumbersIn(folder / "memory.stat");
+      const std::uint64_t reclaimable = stat[files.reclaimable[0]] + stat[files.reclaimable[1]];
       const std::uint64_t used = *usage - std::min(*usage, reclaimable);
       const std::uint64_t left = *limit - std::min(*limit, used);
       least = std::min(left, least.value_or(left));

@@ -54,6 +54,11 @@ TEST(Memory, GroupsAboveTheProcessBoundIt) {
                 "anon 9\ninactive_file " + std::to_string(50 * kMiB) + "\n");
   EXPECT_EQ(machine.memory().bytes, (10 + 350) * kMiB);
   EXPECT_THAT(machine.memory().limit, HasSubstr("control group"));
+  // Pages of files that were used more than once
+  machine.write("sys/fs/cgroup/job_1/memory.stat", "inactive_file " + std::to_string(50 * kMiB) +
+                                                       "\nactive_file " +
+                                                       std::to_string(30 * kMiB) + "\n");
+  EXPECT_EQ(machine.memory().bytes, (10 + 380) * kMiB);
 }
 
 TEST(Memory, GroupsOfTheOlderVersionBoundIt) {
@@ -62,6 +67,10 @@ TEST(Memory, GroupsOfTheOlderVersionBoundIt) {
   machine.write("sys/fs/cgroup/memory/job_2/memory.limit_in_bytes", std::to_string(300 * kMiB));
   machine.write("sys/fs/cgroup/memory/job_2/memory.usage_in_bytes", std::to_string(100 * kMiB));
   EXPECT_EQ(machine.memory().bytes, (10 + 200) * kMiB);
+  machine.write("sys/fs/cgroup/memory/job_2/memory.stat",
+                "active_file 1\ntotal_inactive_file " + std::to_string(20 * kMiB) +
+                    "\ntotal_active_file " + std::to_string(40 * kMiB) + "\n");
+  EXPECT_EQ(machine.memory().bytes, (10 + 260) * kMiB);
 }
 
 // Workers that swap are timed wrongly, and a limit of one process is not shared by several.
