@@ -112,6 +112,17 @@ std::optional<std::uint64_t> leftByGroups(const fs::path& root) {
   return least;
 }
 
+/// Whether a driver of a GPU has made its devices.
+bool hasGpu(const fs::path& root) {
+  std::error_code ignored;
+  if (fs::exists(root / "dev/nvidia0", ignored) || fs::exists(root / "dev/dxg", ignored))
+    return true;
+  return std::ranges::any_of(fs::directory_iterator(root / "dev/dri", ignored),
+                             [](const fs::directory_entry& entry) {
+                               return entry.path().filename().string().starts_with("renderD");
+                             });
+}
+
 std::string needs(const PlannedMethod& method, std::uint64_t bytes,
                   const ObtainableMemory& memory) {
   return method.name + " needs about " + bytesText(bytes) + " of memory; " + memory.limit + " " +
@@ -149,6 +160,7 @@ ObtainableMemory obtainableMemory(const fs::path& root) {
     limit(space.rlim_cur - std::min<std::uint64_t>(space.rlim_cur, unused),
           "its limit of address space (ulimit -v) allows");
   }
+  least.gpu = hasGpu(root);
   return least;
 }
 
@@ -166,6 +178,7 @@ std::string memoryWarning(const Plan& plan, const ObtainableMemory& memory) {
 void requireMemory(const Plan& plan, const ObtainableMemory& memory) {
   for (const PlannedMethod& method : plan.methods) {
     const std::uint64_t bytes = plan.bytesOf(method);
+    if (memory.gpu && method.needs.gl) continue;
     if (kLeastShare * static_cast<double>(bytes) <= static_cast<double>(memory.bytes)) continue;
     std::vector<methods::PlanItem> items = plan.shared;
     items.insert(items.end(), method.items.begin(), method.items.end());

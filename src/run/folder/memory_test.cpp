@@ -85,6 +85,15 @@ TEST(Memory, ProcessesShareWhatIsFreeWithoutSwap) {
   EXPECT_EQ(machine.free(), 700 * kMiB);
 }
 
+TEST(Memory, GpusAreFoundByTheirDevices) {
+  const Machine machine;
+  EXPECT_FALSE(machine.memory().gpu);
+  machine.write("dev/dri/card0", "");  // a display without a GPU has one, too
+  EXPECT_FALSE(machine.memory().gpu);
+  machine.write("dev/dri/renderD128", "");
+  EXPECT_TRUE(machine.memory().gpu);
+}
+
 /// A method "mine" that needs `mib` MiB, most of them for its G-buffer.
 Plan planOf(std::uint64_t mib) {
   Plan plan;
@@ -109,6 +118,10 @@ TEST(Memory, RunsThatMayNotFitAreWarnedOf) {
 TEST(Memory, RunsThatCannotFitAreRefused) {
   const ObtainableMemory memory{1000 * kMiB, "this machine still has"};
   EXPECT_NO_THROW(requireMemory(planOf(2000), memory));
+  Plan onGpu = planOf(2001);
+  onGpu.methods[0].needs.gl = true;
+  EXPECT_NO_THROW(requireMemory(onGpu, {memory.bytes, memory.limit, true}));
+  EXPECT_THROW(requireMemory(onGpu, memory), Error);
   try {
     requireMemory(planOf(2001), memory);
     FAIL() << "fits";
