@@ -223,11 +223,12 @@ SampleClass materialClass(const scene::Scene& scene, const scene::Material& mate
              : SampleClass::Glossy;
 }
 
-GBufferSize withTexturesFor(const scene::Scene& scene, GBufferSize size) {
+namespace {
+
+/// withTexturesFor(), with the class of each material.
+GBufferSize withTexturesFor(const scene::Scene& scene, const std::vector<SampleClass>& classes,
+                            GBufferSize size) {
   const bool highlights = scene.highlights && frame::hasUnbakedLights(scene);
-  std::vector<SampleClass> classes;
-  for (const scene::Material& material : scene.materials)
-    classes.push_back(materialClass(scene, material));
   for (const scene::Object& object : scene.objects) {
     const scene::Material& material = scene.materials[object.material];
     const SampleClass found = classes[object.material];
@@ -237,6 +238,15 @@ GBufferSize withTexturesFor(const scene::Scene& scene, GBufferSize size) {
     size.lobeHorizons = size.lobeHorizons || material.normalTexture.used() || !object.planar;
   }
   return size;
+}
+
+}  // namespace
+
+GBufferSize withTexturesFor(const scene::Scene& scene, GBufferSize size) {
+  std::vector<SampleClass> classes;
+  for (const scene::Material& material : scene.materials)
+    classes.push_back(materialClass(scene, material));
+  return withTexturesFor(scene, classes, size);
 }
 
 std::uint64_t textureBytes(const scene::Scene& scene) {
@@ -283,7 +293,7 @@ Materials::Materials(const scene::Scene& scene) {
     textures_.push_back(used[i] ? uploadTexture(scene.textures[i], i) : gl::Texture());
   }
 
-  gbuffer_ = withTexturesFor(scene, {});
+  gbuffer_ = withTexturesFor(scene, classes_, {});
   ggx_ = scene.hasGgxLobes();
   // Tints by object id
   std::vector<Vec4> tints{Vec4(1.0f)};

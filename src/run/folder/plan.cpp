@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <optional>
 #include <set>
 
 #include "config/json_text.h"
@@ -144,9 +145,11 @@ LayerSizes layerSizes(const methods::RunSettings& image, std::uint16_t filledMas
     const bool vector =
         layer == "N" || layer == "reflection" || layer == "diffuse" || layer == "motion";
     sizes.floats += vector ? 3 : 1;
-    // diffuse and s are read together
-    if (layer != "diffuse" && layer != "s") sizes.sampleBytes += vector ? 16 : 4;
+    // diffuse and s are read together; motion is made of Z and id
+    if (layer != "diffuse" && layer != "s" && layer != "motion")
+      sizes.sampleBytes += vector ? 16 : 4;
   }
+  if (asked("motion")) sizes.sampleBytes += (asked("Z") ? 0 : 4) + (asked("id") ? 0 : 4);
   if (image.masks) {  // also the masks of the reflective and of the glossy samples
     sizes.floats += 2 + static_cast<std::uint64_t>(std::popcount(filledMasks));
     sizes.sampleBytes += 2 + (asked("N") ? 0 : 16);
@@ -156,9 +159,8 @@ LayerSizes layerSizes(const methods::RunSettings& image, std::uint16_t filledMas
 }
 
 /// The G-buffer, and what follows it: composite, readback, layers.
-void addBefore(const RunConfig& run, const scene::Scene& scene, std::vector<PlanItem>& items) {
-  const raster::GBufferSize size = raster::withTexturesFor(
-      scene, {run.image.width, run.image.height, run.image.samples, run.image.masks});
+void addBefore(const RunConfig& run, const scene::Scene& scene, const raster::GBufferSize& size,
+               std::vector<PlanItem>& items) {
   const std::uint64_t samples = sampleCount(run.image);
   items.push_back(
       {"resource", "gbuffer",
@@ -211,8 +213,10 @@ void addAfter(const RunConfig& run, const methods::MethodPlan& needs, std::size_
   items.push_back({"pass", "write", "files are synced and renamed, behind the rendering", 0});
 }
 
+/// `gbuffer`: its size, where a method needs it.
 std::vector<PlanItem> methodItems(const RunConfig& run, const scene::Scene& scene,
-                                  const methods::MethodPlan& needs, std::size_t frames) {
+                                  const methods::MethodPlan& needs,
+                                  const raster::GBufferSize& gbuffer, std::size_t frames) {
   std::vector<PlanItem> items;
   if (needs.trace) {
     items.push_back({"resource", "bvh",
@@ -227,7 +231,7 @@ std::vector<PlanItem> methodItems(const RunConfig& run, const scene::Scene& scen
       items.push_back({"pass", "bvh", "follows the moving objects", 0});
     }
   }
-  if (needs.gbuffer) addBefore(run, scene, items);
+  if (needs.gbuffer) addBefore(run, scene, gbuffer, items);
   items.insert(items.end(), needs.items.begin(), needs.items.end());
   addAfter(run, needs, frames, items);
   return items;
@@ -292,6 +296,7 @@ Plan makePlan(const RunConfig& run, const scene::Scene& scene,
   Plan plan;
   plan.frames = frames;
   std::vector<std::string> refused;
+  std::optional<raster::GBufferSize> gbuffer;
   for (std::size_t i = 0; i < made.size(); ++i) {
     for (const methods::Unsupported& unsupported : made[i]->unsupported(scene)) {
       const std::size_t index = static_cast<std::size_t>(unsupported.object - 1);
@@ -310,7 +315,11 @@ Plan makePlan(const RunConfig& run, const scene::Scene& scene,
     method.needs = made[i]->plan(scene, run.image);
     method.needs.gl = method.needs.gl || method.needs.gbuffer;
     plan.gl = plan.gl || method.needs.gl;
-    method.items = methodItems(run, scene, method.needs, frames);
+    if (method.needs.gbuffer && !gbuffer)  // once: it looks at the textures of roughness
+      gbuffer = raster::withTexturesFor(
+          scene, {run.image.width, run.image.height, run.image.samples, run.image.masks});
+    method.items =
+        methodItems(run, scene, method.needs, gbuffer.value_or(raster::GBufferSize{}), frames);
     plan.methods.push_back(std::move(method));
   }
   if (!refused.empty()) throw UsageError(joined(refused, "\n"));

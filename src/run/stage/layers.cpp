@@ -43,6 +43,13 @@ class ChannelAppender {
       return sum / static_cast<float>(samples_ * samples_);
     });
   }
+  /// `value(pixel)`.
+  template <class Value>
+  void pixels(const std::string& name, Value&& value) {
+    add(name, [&](int x, int y) {
+      return value(static_cast<std::size_t>(y) * image_.width + static_cast<std::size_t>(x));
+    });
+  }
   /// Interleaves what was added.
   void finish() {
     const std::size_t old = image_.channels.size();
@@ -117,6 +124,9 @@ void addLayers(image::Image& image, const SampleLayers& layers, int samples, flo
     for (int c = 0; c < 3 && !layer.vectors.empty(); ++c)
       out.middle(layer.name + "." + "XYZ"[c], [&](std::size_t s) { return layer.vectors[s][c]; });
   }
+  for (int c = 0; c < 3 && !layers.motion.empty(); ++c)
+    out.pixels(std::string("motion.") + "XYZ"[c],
+               [&](std::size_t p) { return layers.motion[p][c]; });
   if (!layers.masks.empty()) {
     out.mean("mask.reflective", [&](std::size_t s) { return reflects(s) ? 1.0f : 0.0f; });
     if (!layers.normal.empty())

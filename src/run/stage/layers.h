@@ -20,6 +20,7 @@ struct SampleLayers {
   std::vector<float> depth;               ///< reversed-Z
   std::vector<std::uint32_t> object;      ///< ids
   std::vector<methods::SampleLayer> ids;  ///< layers id.NAME, or NAME.X to NAME.Z
+  std::vector<Vec3> motion;               ///< one per pixel: layers motion.X to motion.Z
   std::vector<std::uint16_t> masks;
   std::uint16_t filledMasks = 0;  ///< the valid bits of `masks`; only these give layers
 };

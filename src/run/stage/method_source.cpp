@@ -300,7 +300,7 @@ image::Image MethodSource::readFrame(const scene::PathFrame& frame,
     std::vector<std::uint32_t> object;
     if (motion || asksFor(settings, "Z")) depth = raster::readDepth(gbuffer_->depth);
     if (motion || asksFor(settings, "id")) object = raster::readIds(gbuffer_->object);
-    if (motion) layers.ids.push_back(motionOf(frame, depth, object));
+    if (motion) layers.motion = motionOf(frame, depth, object);
     if (asksFor(settings, "Z")) layers.depth = std::move(depth);
     if (asksFor(settings, "id")) layers.object = std::move(object);
     if (settings.masks) layers.masks = raster::readMasks(gbuffer_->masks);
@@ -310,10 +310,12 @@ image::Image MethodSource::readFrame(const scene::PathFrame& frame,
   return image;
 }
 
-methods::SampleLayer MethodSource::motionOf(const scene::PathFrame& frame,
-                                            std::span<const float> depth,
-                                            std::span<const std::uint32_t> object) const {
-  if (frame.number == 1) return {"motion", {}, std::vector<Vec3>(depth.size(), Vec3(0.0f))};
+std::vector<Vec3> MethodSource::motionOf(const scene::PathFrame& frame,
+                                         std::span<const float> depth,
+                                         std::span<const std::uint32_t> object) const {
+  if (frame.number == 1)
+    return std::vector<Vec3>(static_cast<std::size_t>(gbuffer_->width) * gbuffer_->height,
+                             Vec3(0.0f));
   return motionLayer({depth, object, gbuffer_->width, gbuffer_->height, gbuffer_->samples},
                      frame.camera, stage_.geometry(),
                      earlierView(stage_.scene(), stage_.path().frame(frame.number - 1)));

@@ -34,8 +34,8 @@ class MethodSource : public FrameSource {
                          std::vector<methods::SampleLayer> sampleLayers);
 
   /// Layer `motion`, from the G-buffer; 0 in the path's first frame.
-  methods::SampleLayer motionOf(const scene::PathFrame& frame, std::span<const float> depth,
-                                std::span<const std::uint32_t> object) const;
+  std::vector<Vec3> motionOf(const scene::PathFrame& frame, std::span<const float> depth,
+                             std::span<const std::uint32_t> object) const;
   /// Warns once, at the first frame that is entirely black.
   void warnOfBlack(const image::Image& image, int frame);
   void warnOfInside(const scene::PathFrame& frame);

@@ -44,10 +44,10 @@ EarlierView earlierView(const scene::Scene& scene, const scene::PathFrame& frame
   return earlier;
 }
 
-methods::SampleLayer motionLayer(const SamplePlaces& places, const scene::Camera& camera,
-                                 const frame::Geometry& geometry, const EarlierView& earlier) {
-  methods::SampleLayer layer{"motion", {}, {}};
-  layer.vectors.assign(places.depth.size(), Vec3(0.0f));
+std::vector<Vec3> motionLayer(const SamplePlaces& places, const scene::Camera& camera,
+                              const frame::Geometry& geometry, const EarlierView& earlier) {
+  std::vector<Vec3> layer(
+      static_cast<std::size_t>(places.width) * static_cast<std::size_t>(places.height), Vec3(0.0f));
   const std::vector<RigidMotion> motions = motionsOf(geometry, earlier);
   const DMat3 rays(scene::rayFromPixel(camera, places.width, places.height));
   const DMat3 pixels =
@@ -69,7 +69,8 @@ methods::SampleLayer motionLayer(const SamplePlaces& places, const scene::Camera
       const DVec3 before =
           pixels * (DVec3(motion.earlierFromNow * DVec4(point, 1.0)) - DVec3(earlier.camera.eye()));
       if (!(before.z > 0.0)) continue;
-      layer.vectors[s] =
+      layer[static_cast<std::size_t>(y) * static_cast<std::size_t>(places.width) +
+            static_cast<std::size_t>(x)] =
           Vec3(place.x - before.x / before.z, place.y - before.y / before.z, before.z);
     }
   return layer;

@@ -8,7 +8,6 @@
 
 #include "core/math.h"
 #include "frame/geometry.h"
-#include "methods/contract/method.h"
 #include "scene/camera.h"
 #include "scene/scene.h"
 
@@ -30,11 +29,11 @@ struct SamplePlaces {
   int samples = 1;  ///< per pixel and axis
 };
 
-/// Per sample: x and y by which its surface point moved in the image, in pixels (y points down),
-/// and its distance along the view direction in the earlier frame, in metres. All are 0 if that
-/// place is unknown: on the background, behind the earlier camera, and on objects that change their
-/// shape. Only each pixel's middle sample, which layers show, is filled.
-methods::SampleLayer motionLayer(const SamplePlaces& places, const scene::Camera& camera,
-                                 const frame::Geometry& geometry, const EarlierView& earlier);
+/// Per pixel, of its middle sample: x and y by which the surface point moved in the image, in
+/// pixels (y points down), and its distance along the view direction in the earlier frame, in
+/// metres. All are 0 if that place is unknown: on the background, behind the earlier camera, and on
+/// objects that change their shape.
+std::vector<Vec3> motionLayer(const SamplePlaces& places, const scene::Camera& camera,
+                              const frame::Geometry& geometry, const EarlierView& earlier);
 
 }  // namespace catoptric::run

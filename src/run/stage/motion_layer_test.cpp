@@ -19,14 +19,13 @@ class MotionLayer : public testing::Test {
     geometry_.objects.resize(1);
     earlier_ = {camera_, {Mat4(1.0f)}};
   }
-  /// The layer at a pixel's middle sample.
+  /// The layer at a pixel.
   Vec3 at(int x, int y) const {
     const std::vector<float> depth(kWidth * kHeight * kSamples * kSamples,
                                    camera_.nearMetres / kDistance);
     const std::vector<std::uint32_t> object(depth.size(), object_);
-    const methods::SampleLayer layer =
-        motionLayer({depth, object, kWidth, kHeight, kSamples}, camera_, geometry_, earlier_);
-    return layer.vectors[static_cast<std::size_t>((2 * y + 1) * kWidth * kSamples + 2 * x + 1)];
+    return motionLayer({depth, object, kWidth, kHeight, kSamples}, camera_, geometry_,
+                       earlier_)[static_cast<std::size_t>(y * kWidth + x)];
   }
   /// Pixels per metre on the wall.
   float scale() const {
