@@ -88,6 +88,7 @@ std::string testText(study::Bench& bench, const TuneCommand& options, const Tune
   const study::PointErrors& errors = bench.errors(setting);
   const double error = errors.pooled(tuned.bound.metric, frames);
   const int worst = errors.worstFrame(tuned.bound.metric, frames);
+  if (worst == 0) return "On " + options.testPath + " no frame has " + tuned.bound.metric + ".\n";
   const double worstError = errors.frames.at(worst).metrics.at(tuned.bound.metric);
   const double judged = tuned.bound.everyFrame ? worstError : error;
   return "On " + options.testPath + ": " + tuned.bound.metric + " " + report::fixedText(error, 3) +
@@ -100,12 +101,15 @@ std::string testText(study::Bench& bench, const TuneCommand& options, const Tune
 /// Which part of the nearest setting's error keeps it above the bound.
 std::string heldBy(const study::PointErrors& errors, const study::Bound& bound) {
   std::vector<int> frames;
+  for (const auto& [number, frame] : errors.frames) frames.push_back(number);
+  if (bound.everyFrame) frames = {errors.worstFrame(bound.metric, frames)};
   double reflective = 0.0;
   double elsewhere = 0.0;
-  for (const auto& [number, frame] : errors.frames) {
-    frames.push_back(number);
-    reflective += static_cast<double>(frame.reflectivePixels);
-    elsewhere += static_cast<double>(frame.elsewherePixels);
+  for (const int number : frames) {
+    const auto frame = errors.frames.find(number);
+    if (frame == errors.frames.end()) return "";
+    reflective += static_cast<double>(frame->second.reflectivePixels);
+    elsewhere += static_cast<double>(frame->second.elsewherePixels);
   }
   const auto pooled = [&](const char* metric) { return errors.pooled(metric, frames); };
   std::string text;

@@ -4,6 +4,7 @@
 
 #include "config/json_text.h"
 #include "core/clock.h"
+#include "core/error.h"
 #include "core/file.h"
 
 namespace catoptric::study {
@@ -19,13 +20,21 @@ class BenchWorld : public TuneWorld {
   std::vector<double> errors(std::size_t i, const std::vector<int>& frames) override {
     bench_.findErrors({settings_[i]}, frames);
     std::vector<double> values;
+    bool measured = false;
     for (const int frame : frames) {
       const auto& known = bench_.errors(settings_[i]).frames;
       const auto found = known.find(frame);
       if (found == known.end()) return {};
       const auto value = found->second.metrics.find(bound_.metric);
-      values.push_back(value == found->second.metrics.end() ? 0.0 : value->second);
+      const bool has = value != found->second.metrics.end();
+      measured = measured || has;
+      values.push_back(has ? value->second : 0.0);  // the path's first frame has no flicker
     }
+    if (!measured)
+      throw UsageError("no frame has " + bound_.metric + ": " +
+                       (bound_.metric == kFlicker
+                            ? "it needs a frame before it; ask for more frames"
+                            : "the reference or the frames lack a layer for it"));
     return values;
   }
 
