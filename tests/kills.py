@@ -14,24 +14,10 @@ import sys
 import time
 
 sys.dont_write_bytecode = True
+import small_project  # noqa: E402
 import work_folder  # noqa: E402
 
 KILLS = 25 if os.environ.get("CATOPTRIC_LONG") == "1" else 1
-
-SCENE = {"objects": [
-    {"name": "floor", "shape": "plane", "size": [4, 4], "material": {"base_color": [0.6, 0.5, 0.4]}},
-    {"name": "ball", "shape": "sphere", "radius": 0.5, "translate": [0, 0.5, 0],
-     "material": {"base_color": [0.9, 0.9, 0.9], "s": 0.9, "g": 0}}],
-    "environment": {"type": "constant", "color": [0.5, 0.6, 0.7]}}
-RUN = {"scene": "scene.json", "path": "path.json", "frames": "1-8", "image": {"width": 48, "height": 32, "layers": ["id"]},
-       "methods": ["traced", {"method": "reference", "name": "truth", "samples": 2, "rays": 1}],
-       "errors": {"against": ["truth"]}}
-NIGHT = {"title": "Small", "scenes": {"ball": {"config": "run.json", "frames": {"full": "1-3"}, "against": "truth"}}}
-SUITE = {"title": "Small", "runs": {"r": {"config": "run.json", "against": "truth", "times": False}},
-         "efforts": {"smoke": {"image.height": 24}},
-         "tables": [{"title": "T", "columns": ["a", "b"], "rows": [["error(r.traced, L1_8bit)", "worst(r.traced, L1_8bit)"]]}]}
-FILES = {"scene.json": SCENE, "run.json": RUN, "n.suite.json": NIGHT, "t.suite.json": SUITE,
-         "path.json": {"frames": 8, "orbit": {"center": [0, 0.5, 0], "radius": 3, "height": 0.8}}}
 
 STUDY = "--against truth --repeats 1 --frames 1-3 --out new --progress none"
 NIGHTLY = "n.suite.json --history h/history.db --progress none"
@@ -98,8 +84,7 @@ class Killer:
         self.base = work / "base"
         self.base.mkdir()
         (self.base / "cache").mkdir()
-        for name, content in FILES.items():
-            (self.base / name).write_text(json.dumps(content))
+        small_project.write(self.base, frames=8, night_frames="1-3", width=48)
         self.wrong = []
         self.killed = self.tried = 0
 

@@ -4,7 +4,6 @@ fault. No fault may end in a signal, an exit that the table ALLOWED does not hav
 A sample of the calls; with CATOPTRIC_LONG=1 many more.
 Usage: run.py PROGRAM LIBRARY WORK_FOLDER [--only COMMAND]; exit 1 and a line for each wrong exit."""
 import collections
-import json
 import os
 import pathlib
 import random
@@ -16,10 +15,12 @@ from concurrent.futures import ThreadPoolExecutor
 
 sys.dont_write_bytecode = True
 sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent))
+import small_project  # noqa: E402
 import work_folder  # noqa: E402
 
 LONG = os.environ.get("CATOPTRIC_LONG") == "1"
 TIMEOUT = 120
+PROCESSORS = 2  # as tests/CMakeLists.txt says
 STATIC = 200  # allocations before main(), about
 
 # Kinds of preload.cpp, in its order: which exits are allowed beside 0 (the program went on without), and whether all later
@@ -40,19 +41,6 @@ ALSO = {("doctor", "fork"): {4}}
 # 1 of 100 failed allocations of render.
 KNOWN = ("allocation", -6)
 USUAL = {"status": 6}  # tasks that were not started; otherwise 0
-
-SCENE = {"objects": [
-    {"name": "floor", "shape": "plane", "size": [4, 4], "material": {"base_color": [0.6, 0.5, 0.4]}},
-    {"name": "ball", "shape": "sphere", "radius": 0.5, "segments": [24, 12], "translate": [0, 0.5, 0],
-     "material": {"base_color": [0.9, 0.9, 0.9], "s": 0.9, "g": 0}}],
-    "environment": {"type": "constant", "color": [0.5, 0.6, 0.7]}}
-RUN = {"scene": "scene.json", "path": "path.json", "frames": "1-2", "image": {"width": 24, "height": 16, "layers": ["id"]},
-       "methods": ["traced", {"method": "reference", "name": "truth", "samples": 2, "rays": 1}],
-       "errors": {"against": ["truth"]}}
-NIGHT = {"title": "Small", "scenes": {"ball": {"config": "run.json", "frames": {"full": "1"}, "against": "truth"}}}
-SUITE = {"title": "Small", "runs": {"r": {"config": "run.json", "against": "truth", "times": False}},
-         "efforts": {"smoke": {"image.height": 12}},
-         "tables": [{"title": "T", "columns": ["a"], "rows": [["error(r.traced, L1_8bit)"]]}]}
 
 COMMANDS = {
     "render": "render run.json --out new",
@@ -107,9 +95,7 @@ def run(program, folder, arguments, extra=()):
 def prepare(program, folder):
     folder.mkdir()
     (folder / "cache").mkdir()
-    for name, content in {"scene": SCENE, "run": RUN, "n.suite": NIGHT, "t.suite": SUITE,
-                          "path": {"frames": 2, "orbit": {"center": [0, 0.5, 0], "radius": 3, "height": 0.8}}}.items():
-        (folder / f"{name}.json").write_text(json.dumps(content))
+    small_project.write(folder, frames=2, night_frames="1", width=24)
     for command in BEFORE:
         done = run(program, folder, command)
         if done.returncode != 0:
@@ -190,7 +176,7 @@ def main():
     commands = [command for command in COMMANDS if only in (None, command)]
     walk = Walk(str(pathlib.Path(program).resolve()), str(pathlib.Path(library).resolve()), work_folder.fresh(work))
     tasks = []
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(PROCESSORS) as pool:
         for number, (command, (done, calls)) in enumerate(zip(commands, pool.map(
                 lambda item: walk.one(f"free{item[0]}", item[1], None, 0), enumerate(commands)))):
             if done.returncode != USUAL.get(command, 0):
