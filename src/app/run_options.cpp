@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cstdio>
 #include <fstream>
+#include <set>
 
 #include "config/json_text.h"
 #include "core/log.h"
@@ -187,7 +188,9 @@ std::string listedFile(const std::string& name, const std::vector<std::string>& 
       for (const char* extension : {"", ".json", ".gltf", ".glb"}) {
         const fs::path file = folder / kind / (name + extension);
         if (!fs::is_regular_file(file, ignored)) continue;
-        log::info(name + ": reads " + file.string());
+        // Once: studies read their config again for each setting
+        if (static std::set<std::string> said; said.insert(name).second)
+          log::info(name + ": reads " + file.string());
         return file.string();
       }
   return name;

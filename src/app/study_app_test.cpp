@@ -79,6 +79,17 @@ TEST_F(Sweep, FlickerRendersTheFrameBeforeToo) {
   EXPECT_GT(motion.get("flicker").asNumber(), 0.0);
   EXPECT_DOUBLE_EQ(point.get("errors").get("flicker").get("all").asNumber(),
                    motion.get("flicker").asNumber());
+  std::ofstream(folder / "f.suite.json") << R"json({"title": "F", "runs": {
+  "r": {"config": "run.json", "against": "truth", "times": false, "frames": {"smoke": "3"}}},
+  "tables": [{"title": "T", "columns": ["a", "b"],
+              "rows": [["error(r.reference, flicker)", "error(r.reference, L1_8bit)"]]}]})json";
+  const std::string command = "tables f.suite.json --effort smoke --out t --progress none ";
+  const Result tables = run(command + "--format csv");
+  EXPECT_EQ(tables.exitCode, 0) << tables.err;
+  const std::string csv = textOf(folder / "t/tables.csv");  // three digits
+  EXPECT_NEAR(std::stod(csv.substr(csv.find("a,b\n") + 4)), motion.get("flicker").asNumber(),
+              0.01 * motion.get("flicker").asNumber());
+  EXPECT_EQ(run(command + "--text-only").exitCode, 0);
 }
 
 TEST_F(Sweep, TheConfigMaySayWhatIsSwept) {
@@ -305,6 +316,11 @@ TEST_F(Sweep, TuneRefusesWhatContradictsItself) {
     EXPECT_EQ(result.exitCode, 2) << options << "\n" << result.err;
     EXPECT_THAT(result.err, HasSubstr(hint)) << options;
   }
+  const Result first =
+      run("tune run.json --method reference --against truth --max-error 'flicker<=1' --frames 1 "
+          "--repeats 1 --vary none --progress none --out u");
+  EXPECT_EQ(first.exitCode, 2) << first.out;
+  EXPECT_THAT(first.err, HasSubstr("no frame has flicker: it needs a frame before it"));
 }
 
 TEST_F(Sweep, RepeatsOfARunSayHowFarRatiosHold) {

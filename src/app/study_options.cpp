@@ -159,7 +159,7 @@ void openStudyFolder(study::Bench& bench, const std::string& existing, const std
   fs::create_directories(folder, error);
   if (error) throw OutputError(folder.string() + ": cannot be created: " + error.message());
   writeFileAtomically(kind, std::string_view(mark + "\n"));
-  if (how == run::Existing::Resume) bench.readSamples();
+  bench.open();
 }
 
 study::Patience patience(double minutes) {

@@ -117,8 +117,7 @@ void measureTimes(study::Bench& bench, const std::vector<study::Setting>& settin
 bool isKnown(study::Bench& bench, const PreparedRun& run, const study::Setting& base,
              const std::vector<int>& frames) {
   return std::ranges::all_of(run.settings, [&](const study::Setting& setting) {
-    const auto& known = bench.errors(setting).frames;
-    return std::ranges::all_of(frames, [&](int frame) { return known.contains(frame); }) &&
+    return bench.knowsErrors(setting, frames) &&
            (!run.times || samplesOf(bench, setting.key, base.key, frames));
   });
 }
@@ -132,7 +131,7 @@ bool isKnown(study::Bench& bench, const PreparedRun& run, const study::Setting& 
 /// Measures a run as far as it is not known.
 void measureRun(const PreparedRun& run, bool textOnly, study::SuiteData& data) {
   study::Bench& bench = *run.bench;
-  bench.readSamples();
+  bench.open();
   const std::vector<int>& asked = bench.frames(run.settings.front());
   // What ratios are to, mostly: then they are of neighbours in time.
   const auto against = std::ranges::find_if(run.settings, [&](const study::Setting& setting) {
@@ -241,6 +240,7 @@ std::vector<PreparedRun> prepareRuns(const study::Suite& suite, const TablesOpti
     runs.push_back(prepareRun(
         run, ofEffort == suite.efforts.end() ? study::Settings{} : ofEffort->second, options,
         options.values.empty() ? nullptr : &methods->second, {}, printer, folder));
+    runs.back().bench->setMetrics(study::metricsOf(suite, run.name));
     for (const study::Setting& setting : runs.back().settings)
       data.runs[run.name][setting.point.method].setting = setting;
   }

@@ -152,12 +152,6 @@ Samples parseSamples(const std::string& text, const std::string& name) {
   return samples;
 }
 
-Bench::Bench(Inputs inputs, BenchOptions options)
-    : inputs_(std::move(inputs)), options_(std::move(options)) {
-  for (const char* folder : {"", "errors", "samples"})  // of processes that were killed
-    sweepTemporaryFiles(options_.folder / folder);
-}
-
 const Bench::SceneFacts& Bench::sceneFactsOf(const run::RunConfig& run) {
   std::string name = run.scene.string() + "\n" + run.path.string() + "\n" + run.frames + "\n";
   for (const run::MethodConfig& method : run.methods) name += method.id + "\n";
@@ -464,7 +458,9 @@ void Bench::writeSamples() const {
   writeFileAtomically(options_.folder / "samples.csv", std::string_view(text));
 }
 
-void Bench::readSamples() {
+void Bench::open() {
+  for (const char* folder : {"", "errors", "samples"})  // of processes that were killed
+    sweepTemporaryFiles(options_.folder / folder);
   std::error_code ignored;
   for (int number = 1;; ++number) {
     const fs::path file = options_.folder / "samples" / (std::to_string(number) + ".csv");

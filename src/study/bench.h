@@ -61,7 +61,8 @@ struct Samples {
 
 class Bench {
  public:
-  Bench(Inputs inputs, BenchOptions options);
+  Bench(Inputs inputs, BenchOptions options)
+      : inputs_(std::move(inputs)), options_(std::move(options)) {}
 
   /// Throws UsageError for settings that the config does not allow, and SceneError.
   Setting prepare(const Point& point);
@@ -76,6 +77,9 @@ class Bench {
   /// Declares the error measures that will be asked for. With kFlicker among them, the errors of a
   /// frame also need the frame before it, which is rendered too.
   void setMetrics(const std::vector<std::string>& metrics);
+  bool knowsErrors(const Setting& setting, const std::vector<int>& frames) {
+    return missingErrors(setting, frames).empty();
+  }
   /// Throws UsageError if the reference is not possible with these settings.
   void checkReference(const std::vector<Setting>& settings) {
     for (const Setting& setting : settings) referenceKey(setting);
@@ -106,8 +110,9 @@ class Bench {
   std::size_t capacity() const;
 
   const BenchOptions& options() const { return options_; }
-  /// Reads the times that earlier processes have measured.
-  void readSamples();
+  /// Removes the temporary files of killed processes from the folder, and reads the times that
+  /// earlier processes have measured.
+  void open();
   /// Removes frames that need not be kept.
   void clear();
 

@@ -436,6 +436,19 @@ std::vector<std::pair<std::string, std::string>> methodsOfCell(const std::string
   return methods;
 }
 
+std::vector<std::string> metricsOf(const Suite& suite, const std::string& run) {
+  std::vector<std::string> metrics;
+  for (const std::string& cell : callsOf(suite)) {
+    const auto methods = methodsOfCell(cell);
+    if (std::ranges::none_of(methods, [&](const auto& one) { return one.first == run; })) continue;
+    std::ranges::copy_if(parseCall(cell).arguments, std::back_inserter(metrics),
+                         [](const std::string& argument) {
+                           return std::ranges::find(metricNames(), argument) != metricNames().end();
+                         });
+  }
+  return metrics;
+}
+
 std::vector<report::Table> suiteTables(const Suite& suite, const SuiteData& data,
                                        const std::vector<int>& only) {
   std::vector<report::Table> tables;

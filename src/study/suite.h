@@ -89,6 +89,8 @@ class SuiteData {
 std::vector<std::string> callsOf(const Suite& suite);
 /// The runs and methods that a cell refers to: "ratio(a.x, a.y)" yields (a, x) and (a, y).
 std::vector<std::pair<std::string, std::string>> methodsOfCell(const std::string& cell);
+/// The error measures that the suite's cells ask of a run.
+std::vector<std::string> metricsOf(const Suite& suite, const std::string& run);
 
 /// The checks of the suite that fail, one line each.
 std::vector<std::string> failedChecks(const Suite& suite, const SuiteData& data);
