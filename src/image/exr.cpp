@@ -1,4 +1,4 @@
-// EXR files in memory, by OpenEXR.
+// EXR files in memory, by OpenEXR; exr_zip.h compresses.
 #include "image/exr.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -22,6 +22,7 @@
 #include <tuple>
 
 #include "core/parallel.h"
+#include "image/exr_zip.h"
 
 namespace catoptric::image {
 namespace {
@@ -90,7 +91,6 @@ Imf::Compression compressionOf(Compression compression) {
 Imf::Header headerOf(const Image& image, const ExrOptions& options) {
   Imf::Header header(image.width, image.height);
   header.compression() = compressionOf(options.compression);
-  header.zipCompressionLevel() = options.zipLevel;
   Imf::addCapDate(header, kDate);
   Imf::addChromaticities(header, kRec709);
   for (const auto& [name, value] : options.text) header.insert(name, Imf::StringAttribute(value));
@@ -171,22 +171,28 @@ std::vector<std::byte> writeExr(const Image& image, const ExrOptions& options) {
     }
   }
   const Imath::Box2i window = header.dataWindow();
+  std::vector<ExrChannel> channels;
   for (std::size_t c = 0; c < count; ++c) {
     const std::string name = nameInFile(image.channels[c]);
     const bool half = options.halfBeauty && isBeauty(image.channels[c]);
-    const Imf::PixelType type = half ? Imf::HALF : Imf::FLOAT;
-    const std::size_t stride = count * (half ? sizeof(std::uint16_t) : sizeof(float));
+    const std::size_t size = half ? sizeof(std::uint16_t) : sizeof(float);
     const void* values = half ? static_cast<const void*>(halves.data() + c) : image.data.data() + c;
-    header.channels().insert(name, Imf::Channel(type));
-    source.insert(name, Imf::Slice::Make(type, values, window, stride, 0));
+    header.channels().insert(name, Imf::Channel(half ? Imf::HALF : Imf::FLOAT));
+    source.insert(name,
+                  Imf::Slice::Make(half ? Imf::HALF : Imf::FLOAT, values, window, count * size, 0));
+    channels.push_back({name, static_cast<const std::byte*>(values), count * size, size});
   }
   std::vector<std::byte> bytes;
   {
     MemoryOutput stream(bytes);
-    Imf::OutputFile file(stream, header);
-    file.setFrameBuffer(source);
-    file.writePixels(image.height);
+    Imf::OutputFile file(stream, header);  // writes the header and an empty table of offsets
+    if (options.compression != Compression::Zip) {
+      file.setFrameBuffer(source);
+      file.writePixels(image.height);
+    }
   }
+  if (options.compression == Compression::Zip)
+    appendZipBlocks(bytes, image.width, image.height, std::move(channels), options.zipLevel);
   return bytes;
 }
 

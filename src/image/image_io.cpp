@@ -1,7 +1,10 @@
 // Checks what goes into EXR files and comes out of them.
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <exception>
+#include <limits>
 #include <new>
 
 #include "core/error.h"
@@ -18,17 +21,24 @@ constexpr float kMaxHalf = 65504.0f;
 /// What readImage allocates at most: 2 GiB of floats, an environment of 16384 x 8192 RGBA.
 constexpr std::size_t kMaxValues = std::size_t{1} << 29;
 
-/// Throws FrameError for the first NaN or infinity.
-void requireFinite(const Image& image) {
+/// The bits of the largest magnitude, which order as the magnitudes do, then infinity, then NaN.
+std::uint32_t largestBits(const Image& image) {
+  std::uint32_t largest = 0;
+  for (const float value : image.data)
+    largest = std::max(largest, std::bit_cast<std::uint32_t>(value) & 0x7FFFFFFFu);
+  return largest;
+}
+
+/// For an image that has one: throws FrameError for the first NaN or infinity.
+[[noreturn]] void refuseNotFinite(const Image& image) {
   const std::size_t count = image.channels.size();
-  for (std::size_t i = 0; i < image.data.size(); ++i) {
-    if (std::isfinite(image.data[i])) continue;
-    const std::size_t pixel = i / count;
-    throw FrameError("channel " + image.channels[i % count] + " has " +
-                     (std::isnan(image.data[i]) ? "NaN" : "an infinity") + " at pixel (" +
-                     std::to_string(pixel % image.width) + ", " +
-                     std::to_string(pixel / image.width) + "); such a frame is not written");
-  }
+  std::size_t i = 0;
+  while (std::isfinite(image.data[i])) ++i;
+  const std::size_t pixel = i / count;
+  throw FrameError("channel " + image.channels[i % count] + " has " +
+                   (std::isnan(image.data[i]) ? "NaN" : "an infinity") + " at pixel (" +
+                   std::to_string(pixel % image.width) + ", " +
+                   std::to_string(pixel / image.width) + "); such a frame is not written");
 }
 
 }  // namespace
@@ -36,7 +46,9 @@ void requireFinite(const Image& image) {
 std::vector<std::byte> encodeExr(const Image& image, const ExrOptions& options,
                                  ExrStatistics* statistics) {
   requireWellFormed(image);
-  requireFinite(image);
+  const std::uint32_t largest = largestBits(image);
+  if (largest >= std::bit_cast<std::uint32_t>(std::numeric_limits<float>::infinity()))
+    refuseNotFinite(image);
   if (options.zipLevel < 1 || options.zipLevel > 9)
     throw OutputError("EXR zip level " + std::to_string(options.zipLevel) + ": 1 to 9 are allowed");
   for (const auto& [name, values] : options.matrices)
@@ -48,7 +60,7 @@ std::vector<std::byte> encodeExr(const Image& image, const ExrOptions& options,
   ExrStatistics counted;
   Image clamped;
   const Image* source = &image;
-  if (options.halfBeauty) {
+  if (options.halfBeauty && largest > std::bit_cast<std::uint32_t>(kMaxHalf)) {
     const std::size_t count = image.channels.size();
     for (std::size_t c = 0; c < count; ++c) {
       if (!isBeauty(image.channels[c])) continue;

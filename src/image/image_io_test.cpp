@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -98,6 +99,18 @@ TEST_F(ImageFile, EveryCompressionComesBack) {
           }
       }
     }
+}
+
+TEST_F(ImageFile, BlocksThatWouldGrowAreStored) {
+  Image image{64, 40, {"Z"}, {}};
+  std::mt19937 random(3);
+  for (std::size_t i = 0; i < image.pixelCount(); ++i)  // all bits but the exponent's highest
+    image.data.push_back(std::bit_cast<float>(static_cast<std::uint32_t>(random()) & 0xBFFFFFFFu));
+  ExrOptions none;
+  none.compression = Compression::None;
+  const auto zip = encodeExr(image, {});
+  EXPECT_LE(zip.size(), encodeExr(image, none).size());
+  EXPECT_EQ(readImage(write("a.exr", zip)).data, image.data);
 }
 
 TEST_F(ImageFile, ColoursOfLayersComeBackInOrder) {
