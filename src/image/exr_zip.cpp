@@ -58,7 +58,8 @@ std::vector<std::byte> predicted(std::span<const std::byte> block) {
   std::vector<std::byte> differences(block.size());
   differences[0] = static_cast<std::byte>(apart[0]);
   for (std::size_t i = 1; i < apart.size(); ++i)
-    differences[i] = static_cast<std::byte>(static_cast<std::uint8_t>(apart[i] - apart[i - 1] + 128));
+    differences[i] =
+        static_cast<std::byte>(static_cast<std::uint8_t>(apart[i] - apart[i - 1] + 128));
   return differences;
 }
 
